@@ -1,0 +1,54 @@
+"""The uniform blocks that every shader of a view reads: the frame (binding 0) and its planet (binding 1).
+
+All vectors are in planet axes, all lengths in metres. What is large (a planet-centred position) never enters: positions are
+relative to the anchor, the point of the ground below the camera proxy, which was subtracted in double precision.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .gpu.layout import Vec4
+
+FRAME_BINDING = 0
+PLANET_BINDING = 1
+
+
+@dataclass
+class FrameBlock:
+    """One view of one frame. GLSL: ``#include "generated/frame.glsl"``, instance ``frame``."""
+
+    camera_right: Vec4 = (1.0, 0.0, 0.0, 0.0)
+    """xyz: the camera's right, unit."""
+    camera_up: Vec4 = (0.0, 1.0, 0.0, 0.0)
+    """xyz: the camera's up, unit."""
+    camera_forward: Vec4 = (0.0, 0.0, 1.0, 0.0)
+    """xyz: the camera's forward, unit."""
+    projection: Vec4 = (1.0, 1.0, 0.0, 0.0)
+    """(sx, sy, ox, oy): x / z = ndc.x * sx + ox, y / z = ndc.y * sy + oy, z along forward."""
+    camera_offset: Vec4 = (0.0, 0.0, 0.0, 0.1)
+    """xyz: camera - anchor (formed in f64); w: near plane."""
+    camera_zenith: Vec4 = (0.0, 0.0, 1.0, 0.0)
+    """xyz: unit up at the camera; w: the camera's altitude above the reference sphere."""
+    anchor_up: Vec4 = (0.0, 0.0, 1.0, 0.0)
+    """xyz: unit up at the anchor; w: the anchor's height above the reference sphere."""
+    sun_direction: Vec4 = (1.0, 0.0, 0.0, 0.004675)
+    """xyz: unit, towards the sun; w: its angular radius in radians."""
+    sun_irradiance: Vec4 = (1.0, 1.0, 1.0, 0.0)
+    """rgb: W m^-2 nm^-1 at the three wavelengths, outside any air."""
+    viewport: Vec4 = (1.0, 1.0, 1.0, 1.0)
+    """(width, height, 1 / width, 1 / height) in pixels."""
+    clock: Vec4 = (0.0, 0.0, 0.0, 0.001)
+    """(time in s modulo 4096, frame index modulo 2^20, time since the last frame in s, angle of a pixel at the centre in rad)."""
+    scale: Vec4 = (1.0, 1.0, 0.0, 0.0)
+    """(stored HDR value per radiance, its inverse, unused, unused)."""
+
+
+@dataclass
+class PlanetBlock:
+    """What never changes from frame to frame. GLSL: ``#include "generated/planet.glsl"``, instance ``planet``."""
+
+    radii: Vec4 = (6.371e6, 9000.0, -11000.0, 0.0)
+    """(reference radius, highest ground, lowest ground, lowest drawn surface); the last three as heights above the first."""
+    sea: Vec4 = (0.0, 0.0, 0.0, 0.0)
+    """(sea level as a height, 1 where there is a sea, unused, unused)."""
