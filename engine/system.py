@@ -1,0 +1,113 @@
+"""System: one feature of a frame, and the small records that the renderer hands to it.
+
+A system is the owner of its passes and of its GL objects. It never imports another system: they meet in components,
+in world resources, in named graph resources and in shader contracts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .world import World
+
+if TYPE_CHECKING:
+    from .gpu import GpuScope
+    from .graph import GraphBuilder
+    from .space import CameraState
+
+__all__ = ["Frame", "Setup", "SunState", "System", "ViewInfo"]
+
+
+@dataclass(frozen=True, eq=False)
+class SunState:
+    """The sun as one frame sees it, in planet axes.
+
+    direction: (3,) f64, unit, from the planet to the sun. irradiance: (3,) f64 at the planet, in the scene's unit at
+    the three wavelengths. angular_radius_rad: half the angle of the disc.
+    """
+
+    direction: NDArray[np.float64]
+    irradiance: NDArray[np.float64]
+    angular_radius_rad: float
+
+
+@dataclass
+class Setup:
+    """What a system gets once, when it becomes active.
+
+    gpu: the scope that owns all its GL objects. settings: resolved quality values by dotted key. planet: entity.
+    """
+
+    world: World
+    gpu: GpuScope
+    settings: Mapping[str, Any]
+    planet: int
+
+
+@dataclass
+class ViewInfo:
+    """The view that a frame graph is declared for: size in pixels (width, height), its index, what is asked of it."""
+
+    size: tuple[int, int]
+    index: int = 0
+    outputs: frozenset[str] = frozenset({"color"})
+    planet: int = 0
+
+
+@dataclass
+class Frame:
+    """One frame of one view. The object is reused from frame to frame: copy what has to last.
+
+    camera is f64 in the axes of `planet` (an entity). cut: there is no usable last frame (the first one, a teleport).
+    settings: as in Setup.
+    """
+
+    world: World
+    planet: int
+    size: tuple[int, int]
+    camera: CameraState
+    sun: SunState
+    time_s: float = 0.0
+    dt_s: float = 0.0
+    frame_index: int = 0
+    planet_index: int = 0
+    view_index: int = 0
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    cut: bool = True
+
+
+class System:
+    """Base class of all systems. Subclasses say `name` and `needs` and override what they use.
+
+    name: unique; also the owner under which its GL objects are counted. needs: component types; an entity that has all
+    of them makes the system active (no needs: always active).
+    """
+
+    name: ClassVar[str] = ""
+    needs: ClassVar[tuple[type, ...]] = ()
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        if not isinstance(cls.name, str) or not cls.name:
+            raise TypeError(f"system class {cls.__name__} needs a class attribute name, such as name = 'terrain'")
+
+    def active(self, world: World) -> bool:
+        """Whether the world has anything for this system to do; asked whenever the world's structure changes."""
+        return not self.needs or bool(world.query(*self.needs))
+
+    def setup(self, setup: Setup) -> None:
+        """Make the GL objects, through setup.gpu. Called once when the system becomes active."""
+
+    def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
+        """Add this system's passes for one view. Called whenever the frame graph is compiled."""
+
+    def update(self, frame: Frame) -> None:
+        """CPU work and buffer writes of one frame, before the graph runs."""
+
+    def release(self) -> None:
+        """Let go of what setup made; the caller then releases the GL scope. A system may be set up again afterwards."""

@@ -1,0 +1,245 @@
+"""World: entities and their components, on an esper world of our own inside a process that may use esper too.
+
+esper keeps one current world per process in module globals. A library that is embedded in somebody's game must never
+leave its own world current, so each call here switches to ours, does its work and gives the host's world back, also
+when an exception passes through. One lock serves all worlds because the thing it protects is process-wide.
+"""
+
+from __future__ import annotations
+
+import itertools
+import threading
+import weakref
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, TypeVar, overload
+
+import esper
+
+__all__ = ["MissingError", "World"]
+
+C1 = TypeVar("C1")
+C2 = TypeVar("C2")
+C3 = TypeVar("C3")
+C4 = TypeVar("C4")
+
+_numbers = itertools.count(1)
+_lock = threading.RLock()
+
+
+class MissingError(LookupError):
+    """An entity, component or resource was asked for that isn't there (or isn't there any more)."""
+
+
+def _delete_esper_world(name: str) -> None:
+    with _lock:
+        if name in esper.list_worlds() and esper.current_world != name:
+            esper.delete_world(name)
+
+
+class World:
+    """Entities with components, kept apart from every other world of the process.
+
+    Several worlds may live at once. Structural changes (create, add, remove, delete) raise `structure_revision`, which
+    is how a renderer sees that its frame graph may have to be compiled again; changes of a field's value don't.
+    Costs: a call switches esper's world twice (0.5 us); enter `active()` once around bulk work to pay it once.
+    Repeated queries come from a cache until the structure changes.
+
+    Close it when done; a forgotten world is freed with its object.
+    """
+
+    def __init__(self, name: str | None = None) -> None:
+        self.name = f"planetfall:{name or 'world'}#{next(_numbers)}"
+        self._open = True
+        self._revision = 0
+        self._resources: dict[str, Any] = {}
+        self._sorted: dict[tuple[type, ...], tuple[list[Any], list[Any]]] = {}
+        with self.active():
+            pass  # switching to a new name makes the esper world
+        self._finalizer = weakref.finalize(self, _delete_esper_world, self.name)
+
+    # -- life -------------------------------------------------------------------------------------------------------
+
+    @contextmanager
+    def active(self) -> Iterator[World]:
+        """Make this world esper's current one inside the `with`; the previous one comes back at its end.
+
+        May be nested, with itself and with other worlds. Inside, plain esper queries act on this world, but structural
+        changes belong on the World, or `structure_revision` doesn't hear of them.
+        """
+        if not self._open:
+            raise RuntimeError(f"world {self.name} is closed: its entities are gone; make a new World")
+        with _lock:
+            before = esper.current_world
+            if before == self.name:
+                yield self
+                return
+            esper.switch_world(self.name)
+            try:
+                yield self
+            finally:
+                esper.switch_world(before)
+
+    @property
+    def closed(self) -> bool:
+        return not self._open
+
+    def close(self) -> None:
+        """Delete everything in this world. A second call does nothing.
+
+        Raises RuntimeError inside `active()` of this world, because the ground under that block would vanish.
+        """
+        with _lock:
+            if not self._open:
+                return
+            if esper.current_world == self.name:
+                raise RuntimeError(f"world {self.name} can't be closed inside its own active() block; leave it first")
+            self._open = False
+            self._sorted.clear()
+            self._resources.clear()
+            self._finalizer()
+
+    # -- entities and components --------------------------------------------------------------------------------------
+
+    @property
+    def structure_revision(self) -> int:
+        """Goes up with every create, add, remove and delete; never with a change of a field's value."""
+        return self._revision
+
+    def create(self, *components: Any) -> int:
+        """Make an entity with these components; returns its number (1, 2, ... in order of creation)."""
+        kinds = [type(component) for component in components]
+        for component in components:
+            self._refuse_class(component)
+        if len(set(kinds)) != len(kinds):
+            twice = next(kind for kind in kinds if kinds.count(kind) > 1)
+            raise ValueError(f"create() got two {twice.__name__} components; an entity holds one of each type")
+        with self.active():
+            self._revision += 1
+            return esper.create_entity(*components)
+
+    def exists(self, entity: int) -> bool:
+        with self.active():
+            return esper.entity_exists(entity)
+
+    def delete(self, entity: int) -> None:
+        """Delete an entity and its components at once. Raises MissingError when there is no such entity."""
+        with self.active():
+            self._require(entity, "delete")
+            esper.delete_entity(entity, immediate=True)
+            self._revision += 1
+
+    def add(self, entity: int, component: Any) -> None:
+        """Give the entity a component; one of the same type is replaced."""
+        self._refuse_class(component)
+        with self.active():
+            self._require(entity, f"add a {type(component).__name__} to")
+            esper.add_component(entity, component)
+            self._revision += 1
+
+    def remove(self, entity: int, kind: type[C1]) -> C1:
+        """Take the component of this type off the entity and return it; MissingError when it has none."""
+        with self.active():
+            self._require(entity, f"remove {kind.__name__} from")
+            if not esper.has_component(entity, kind):
+                raise MissingError(self._no_component(entity, kind))
+            component = esper.remove_component(entity, kind)
+            self._revision += 1
+            return component
+
+    def get(self, entity: int, kind: type[C1]) -> C1:
+        """The entity's component of this type; MissingError says what the entity does have."""
+        with self.active():
+            found = esper.try_component(entity, kind)
+            if found is None:
+                self._require(entity, f"get {kind.__name__} of")
+                raise MissingError(self._no_component(entity, kind))
+            return found
+
+    def try_get(self, entity: int, kind: type[C1]) -> C1 | None:
+        """The entity's component of this type, or None when there is no such entity or component."""
+        with self.active():
+            return esper.try_component(entity, kind)
+
+    def has(self, entity: int, *kinds: type) -> bool:
+        """Whether the entity exists and has all these components."""
+        with self.active():
+            return esper.entity_exists(entity) and esper.has_components(entity, *kinds)
+
+    def components(self, entity: int) -> tuple[Any, ...]:
+        """All components of the entity, in the order in which they were added."""
+        with self.active():
+            self._require(entity, "list the components of")
+            return tuple(esper.components_for_entity(entity))
+
+    @overload
+    def query(self, a: type[C1], /) -> list[tuple[int, tuple[C1]]]: ...
+    @overload
+    def query(self, a: type[C1], b: type[C2], /) -> list[tuple[int, tuple[C1, C2]]]: ...
+    @overload
+    def query(self, a: type[C1], b: type[C2], c: type[C3], /) -> list[tuple[int, tuple[C1, C2, C3]]]: ...
+    @overload
+    def query(
+        self, a: type[C1], b: type[C2], c: type[C3], d: type[C4], /
+    ) -> list[tuple[int, tuple[C1, C2, C3, C4]]]: ...
+    @overload
+    def query(self, *kinds: type) -> list[tuple[int, tuple[Any, ...]]]: ...
+    def query(self, *kinds: type) -> list[Any]:
+        """All entities that have every one of these types: [(entity, (component, ...)), ...], sorted by entity.
+
+        The list is cached and shared: read it, don't change it. Adding and removing while looping over it is fine
+        (the loop goes on over the old list).
+        """
+        if not kinds:
+            raise TypeError("query() needs at least one component type")
+        with self.active():
+            raw = esper.get_components(*kinds)
+            # esper hands out its cache itself and drops it with any structural change, so the same list object means
+            # the same content. Its order is that of a set; frames have to be the same in every run.
+            known = self._sorted.get(kinds)
+            if known is not None and known[0] is raw:
+                return known[1]
+            ordered = sorted(raw, key=lambda row: row[0])
+            self._sorted[kinds] = (raw, ordered)
+            return ordered
+
+    # -- resources ----------------------------------------------------------------------------------------------------
+
+    def set_resource(self, key: str, value: Any) -> None:
+        """Publish something that belongs to the world and not to an entity, e.g. "proxy" or "height field"."""
+        self._resources[key] = value
+
+    def resource(self, key: str) -> Any:
+        """What was published under this key; MissingError lists the keys there are."""
+        try:
+            return self._resources[key]
+        except KeyError:
+            known = ", ".join(sorted(self._resources)) or "none yet"
+            raise MissingError(
+                f"world resource {key!r} was not set; set so far: {known}. The system that publishes it has to be "
+                f"active and to have run before"
+            ) from None
+
+    def try_resource(self, key: str) -> Any | None:
+        return self._resources.get(key)
+
+    def remove_resource(self, key: str) -> None:
+        """Withdraw a published thing; nothing happens when it isn't there."""
+        self._resources.pop(key, None)
+
+    # -- guards --------------------------------------------------------------------------------------------------------
+
+    @staticmethod
+    def _refuse_class(component: Any) -> None:
+        if isinstance(component, type):
+            raise TypeError(f"got the class {component.__name__}, expected a component: write {component.__name__}()")
+
+    def _require(self, entity: int, what: str) -> None:
+        # esper accepts a missing entity for deletion and then fails in every later call.
+        if not esper.entity_exists(entity):
+            raise MissingError(f"can't {what} entity {entity}: world {self.name} has no such entity (any more)")
+
+    @staticmethod
+    def _no_component(entity: int, kind: type) -> str:
+        has = ", ".join(sorted(type(c).__name__ for c in esper.components_for_entity(entity))) or "no components"
+        return f"entity {entity} has no {kind.__name__}; it has {has}. Add one with add({kind.__name__}())"
