@@ -1,4 +1,16 @@
-"""Plain dataclasses that say what a scene is made of; knobs are field metadata."""
+"""Plain dataclasses that say what a scene is made of; knobs are field metadata. Imports numpy at most; no GL, no logic."""
 
 if __name__ != "planetfall.components":
-    raise ImportError("import planetfall.components, not components: two copies of each class would not know each other")
+    raise ImportError(
+        "import planetfall.components, not components: two copies of each class would not know each other"
+    )
+
+from ._knob import Knob, Vec3, knob, knobs
+from .exposure import Composite, Exposure
+from .ocean import Ocean
+from .planet import Planet
+from .stars import Stars
+from .sun import Sun
+from .terrain import Terrain
+
+__all__ = ["Composite", "Exposure", "Knob", "Ocean", "Planet", "Stars", "Sun", "Terrain", "Vec3", "knob", "knobs"]

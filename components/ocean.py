@@ -1,0 +1,25 @@
+"""Ocean: a sea of one level all over the planet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ._knob import Vec3, knob
+
+__all__ = ["Ocean"]
+
+
+@dataclass
+class Ocean:
+    """Water up to sea_level_m wherever the ground is lower. Its surface is smooth."""
+
+    sea_level_m: float = knob(0.0, -1e5, 1e5, "m", "Height of the sea above the reference sphere")
+    absorption_per_m: Vec3 = knob(
+        (0.35, 0.07, 0.03), 0.0, 100.0, "1/m", "How fast water swallows red, green and blue", group="water"
+    )
+    scattering_per_m: Vec3 = knob(
+        (0.003, 0.005, 0.008), 0.0, 100.0, "1/m", "How much of it water throws back on the way", group="water"
+    )
+    roughness: float = knob(
+        0.12, 0.01, 1.0, "", "Spread of slopes too small to be seen: width of the sun's glitter", group="water"
+    )
