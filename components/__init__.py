@@ -1,4 +1,4 @@
-"""Plain dataclasses that say what a scene is made of; knobs are field metadata. Imports numpy at most; no GL, no logic."""
+"""Plain dataclasses that say what a scene is made of; knobs are field metadata. numpy at most, no GL, no logic."""
 
 if __name__ != "planetfall.components":
     raise ImportError(

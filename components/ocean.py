@@ -1,5 +1,7 @@
 """Ocean: a sea of one level all over the planet."""
 
+# ruff: noqa: RUF009 - knob() is dataclasses.field() with metadata
+
 from __future__ import annotations
 
 from dataclasses import dataclass

@@ -1,5 +1,7 @@
 """Planet: the sphere that everything else stands on, where it is and how it turns."""
 
+# ruff: noqa: RUF009 - knob() is dataclasses.field() with metadata
+
 from __future__ import annotations
 
 from dataclasses import dataclass

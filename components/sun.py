@@ -1,5 +1,7 @@
 """Sun: where the light comes from, how strong it is and how large its disc looks."""
 
+# ruff: noqa: RUF009 - knob() is dataclasses.field() with metadata
+
 from __future__ import annotations
 
 from dataclasses import dataclass

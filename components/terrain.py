@@ -1,5 +1,7 @@
 """Terrain: the solid ground, its shape and what it is made of."""
 
+# ruff: noqa: RUF009 - knob() is dataclasses.field() with metadata
+
 from __future__ import annotations
 
 from dataclasses import dataclass
