@@ -1,0 +1,107 @@
+"""What the window host needs of pyglet beyond moderngl-window: key names, focus, clipboard, display scale.
+
+Imported only when a pyglet window is opened: importing it connects to the display.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from moderngl_window.context.pyglet.window import Window as PygletWindow
+from pyglet.window import key as pyglet_key
+
+from ..input import Focus, InputEvent, PointerLeft
+
+_NAMES: dict[str, tuple[str, ...]] = {
+    "page_up": ("PAGEUP",),
+    "page_down": ("PAGEDOWN",),
+    "caps_lock": ("CAPSLOCK",),
+    "num_lock": ("NUMLOCK",),
+    "scroll_lock": ("SCROLLLOCK",),
+    "print_screen": ("PRINT",),
+    "left_bracket": ("BRACKETLEFT",),
+    "right_bracket": ("BRACKETRIGHT",),
+    "left_shift": ("LSHIFT",),
+    "right_shift": ("RSHIFT",),
+    "left_ctrl": ("LCTRL",),
+    "right_ctrl": ("RCTRL",),
+    "left_alt": ("LALT", "LOPTION"),
+    "right_alt": ("RALT", "ROPTION"),
+    "left_super": ("LWINDOWS", "LCOMMAND", "LMETA"),
+    "right_super": ("RWINDOWS", "RCOMMAND", "RMETA"),
+    # With the number lock off the number pad sends other symbols; it is the same key all the same.
+    "numpad_0": ("NUM_0", "NUM_INSERT"),
+    "numpad_1": ("NUM_1", "NUM_END"),
+    "numpad_2": ("NUM_2", "NUM_DOWN"),
+    "numpad_3": ("NUM_3", "NUM_PAGE_DOWN", "NUM_NEXT"),
+    "numpad_4": ("NUM_4", "NUM_LEFT"),
+    "numpad_5": ("NUM_5", "NUM_BEGIN"),
+    "numpad_6": ("NUM_6", "NUM_RIGHT"),
+    "numpad_7": ("NUM_7", "NUM_HOME"),
+    "numpad_8": ("NUM_8", "NUM_UP"),
+    "numpad_9": ("NUM_9", "NUM_PAGE_UP", "NUM_PRIOR"),
+    "numpad_decimal": ("NUM_DECIMAL", "NUM_DELETE", "NUM_SEPARATOR"),
+}
+
+
+def _names(key: str) -> tuple[str, ...]:
+    if key in _NAMES:
+        return _NAMES[key]
+    if key.isdigit():
+        return (f"_{key}",)
+    if key.startswith("numpad_"):
+        return (key.upper().replace("NUMPAD_", "NUM_"),)
+    return (key.upper(),)
+
+
+class PygletPlatform:
+    """Adapter around a moderngl-window pyglet window."""
+
+    window_class: type[Any] = PygletWindow
+
+    def __init__(self, window: Any, send: Callable[[InputEvent], None]) -> None:
+        self._window = window
+        self._native = window._window
+        self._send = send
+        self._native.event("on_activate")(lambda: send(Focus(True)))
+        self._native.event("on_deactivate")(lambda: send(Focus(False)))
+        self._native.event("on_mouse_leave")(self._on_mouse_leave)
+
+    @staticmethod
+    def key_codes(keys: frozenset[str]) -> dict[int, str]:
+        """Native key code -> neutral name."""
+        pairs = ((name, key) for key in keys for name in _names(key))
+        return {int(getattr(pyglet_key, name)): key for name, key in pairs if hasattr(pyglet_key, name)}
+
+    def _on_mouse_leave(self, _x: int, _y: int) -> None:
+        if not self._window.mouse_exclusivity:
+            self._send(PointerLeft())
+
+    def pump(self) -> None:
+        self._native.switch_to()
+        self._native.dispatch_events()
+
+    def swap(self) -> None:
+        self._native.flip()
+
+    @property
+    def wants_close(self) -> bool:
+        return bool(self._native.has_exit)
+
+    def display_scale(self) -> float:
+        """How much larger than at 96 dpi things should be drawn, in framebuffer pixels."""
+        return float(self._native.dpi) / 96.0
+
+    def clipboard(self) -> str:
+        return str(self._native.get_clipboard_text() or "")
+
+    def set_clipboard(self, text: str) -> None:
+        self._native.set_clipboard_text(text)
+
+    def mouse_y(self, y: float) -> float:
+        # pyglet counts rows from the bottom and moderngl-window turns row y into height - y: one too many.
+        return y - 1.0
+
+    def destroy(self) -> None:
+        self._native.close()
