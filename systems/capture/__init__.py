@@ -1,1 +1,22 @@
-"""capture."""
+"""Capture: pictures, arrays, contact sheets and videos on disk. Every file is written beside and then renamed."""
+
+from .arrays import read_arrays, write_arrays
+from .files import CaptureError, require_writable, written_beside
+from .frames import NumberedFrames
+from .png import read_png_settings, write_png
+from .sheet import contact_sheet
+from .video import VideoError, write_video
+
+__all__ = [
+    "CaptureError",
+    "NumberedFrames",
+    "VideoError",
+    "contact_sheet",
+    "read_arrays",
+    "read_png_settings",
+    "require_writable",
+    "write_arrays",
+    "write_png",
+    "write_video",
+    "written_beside",
+]
