@@ -1,0 +1,191 @@
+"""Rules of a component's fields, and the check of one value against one rule.
+
+msgspec decides what is valid; this module makes its types from the knobs and says in words what was wrong.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import types
+import typing
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Annotated, Any, Literal
+
+import msgspec
+import numpy as np
+
+from .suggest import did_you_mean
+
+__all__ = [
+    "FieldRule",
+    "PresetError",
+    "SettingError",
+    "UnknownSettingError",
+    "check_value",
+    "format_number",
+    "rules_of",
+]
+
+
+class SettingError(ValueError):
+    """A value that a setting can't have. The message names the setting, what is expected, what was found, a remedy."""
+
+
+class UnknownSettingError(SettingError, AttributeError):
+    """A setting that doesn't exist; the message names the nearest one that does."""
+
+
+class PresetError(SettingError):
+    """A preset file that can't be used. `problems` lists everything that is wrong with it, one text each."""
+
+    def __init__(self, message: str, problems: Sequence[str] = ()) -> None:
+        super().__init__(message)
+        self.problems = tuple(problems) or (message,)
+
+
+@dataclass(frozen=True)
+class FieldRule:
+    """What one field accepts. kind: "float", "int", "bool", "str" or "vector" (length numbers); knob: its metadata."""
+
+    name: str
+    kind: str
+    length: int
+    optional: bool
+    knob: Any
+    default: Any
+    schema: Any
+
+    @property
+    def expected(self) -> str:
+        """The allowed values in words, e.g. "a number from 0 to 90 deg"."""
+        if self.kind == "bool":
+            text = "true or false"
+        elif self.kind == "str":
+            choices = self.knob.choices
+            text = f"one of {', '.join(map(repr, choices))}" if choices else "a text"
+        else:
+            noun = {"int": "a whole number", "float": "a number", "vector": f"{self.length} numbers"}[self.kind]
+            low, high, unit = self.knob.low, self.knob.high, f" {self.knob.unit}" if self.knob.unit else ""
+            if low is not None and high is not None:
+                text = f"{noun} from {format_number(low)} to {format_number(high)}{unit}"
+            elif low is not None:
+                text = f"{noun}, at least {format_number(low)}{unit}"
+            elif high is not None:
+                text = f"{noun}, at most {format_number(high)}{unit}"
+            else:
+                text = f"{noun}{unit and f' in{unit}'}"
+            if self.knob.nonzero:
+                text += ", not all zero"
+        return f"{text}, or nothing" if self.optional else text
+
+
+def format_number(value: float) -> str:
+    """Short and exact enough to be typed again: 6371000, 0.004675, 1e+12."""
+    return f"{value:.12g}"
+
+
+@lru_cache(maxsize=256)
+def rules_of(cls: type) -> dict[str, FieldRule]:
+    """{field name: rule} for the fields of a dataclass that have a knob."""
+    if not dataclasses.is_dataclass(cls):
+        raise TypeError(f"{cls.__name__} is no dataclass, so it has no settings; decorate it with @dataclass")
+    hints = typing.get_type_hints(cls)
+    return {
+        f.name: _rule(cls, f.name, hints[f.name], f.metadata["knob"], f.default)
+        for f in dataclasses.fields(cls)
+        if "knob" in f.metadata
+    }
+
+
+def _rule(cls: type, name: str, hint: Any, knob: Any, default: Any) -> FieldRule:
+    optional = False
+    if typing.get_origin(hint) in (typing.Union, types.UnionType):
+        others = [a for a in typing.get_args(hint) if a is not type(None)]
+        optional, hint = True, others[0]
+        # A TOML file leaves out what is None; that must mean the same when it is read back.
+        if len(others) != 1 or default is not None:
+            raise TypeError(f"{cls.__name__}.{name}: an optional knob is `X | None` with default None")
+    limits = {key: limit for key, limit in (("ge", knob.low), ("le", knob.high)) if limit is not None}
+    length = 0
+    if hint in (float, int):
+        kind, schema = hint.__name__, Annotated[hint, msgspec.Meta(**limits)]
+    elif hint is bool:
+        kind, schema = "bool", bool
+    elif hint is str:
+        kind, schema = "str", Literal[knob.choices] if knob.choices else str
+    elif typing.get_origin(hint) is tuple and set(typing.get_args(hint)) == {float}:
+        kind, length = "vector", len(typing.get_args(hint))
+        schema = tuple[(Annotated[float, msgspec.Meta(**limits)],) * length]  # type: ignore[misc]
+    else:
+        raise TypeError(f"{cls.__name__}.{name}: knobs are float, int, bool, str or tuples of float, found {hint}")
+    return FieldRule(name, kind, length, optional, knob, default, schema)
+
+
+def check_value(rule: FieldRule, value: Any, where: str) -> Any:
+    """The value as it is to be stored (numpy scalars and arrays become plain numbers and tuples), or SettingError.
+
+    where: how the message calls the setting, e.g. "Ocean.sea_level_m" or "my.toml: ocean.sea_level_m".
+    """
+    if value is None and rule.optional:
+        return None
+    plain = _plain(rule, value)
+    try:
+        checked = msgspec.convert(plain, rule.schema)
+    except msgspec.ValidationError:
+        raise SettingError(_complaint(rule, value, plain, where)) from None
+    finite = math.isfinite(checked) if rule.kind == "float" else True
+    if rule.kind == "vector":
+        finite = all(map(math.isfinite, checked))
+    if not finite or (rule.knob.nonzero and not any(checked)):
+        raise SettingError(_complaint(rule, value, plain, where))
+    return checked
+
+
+def _plain(rule: FieldRule, value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        value = value.tolist()  # a 0-d array becomes a number
+    elif isinstance(value, np.generic):
+        value = value.item()
+    if rule.kind == "vector" and isinstance(value, list | tuple):
+        return tuple(v.item() if isinstance(v, np.generic) else v for v in value)
+    return value
+
+
+def _complaint(rule: FieldRule, value: Any, plain: Any, where: str) -> str:
+    text = f"{where}: expected {rule.expected}, found {_shown(value)}"
+    if rule.kind == "str" and isinstance(plain, str):
+        if plain in rule.knob.not_yet:
+            there = ", ".join(map(repr, rule.knob.choices))
+            return f"{where}: {plain!r} is not available in this version, only {there}. Use {rule.knob.choices[0]!r}"
+        return f"{text}; {did_you_mean(plain, rule.knob.choices, 'allowed')}"
+    if rule.kind in ("float", "int") and isinstance(plain, int | float) and not isinstance(plain, bool):
+        if not math.isfinite(plain):
+            return f"{text}. Give a finite number"
+        if rule.kind == "int" and isinstance(plain, float):
+            return f"{text}. Give it without a decimal point"
+        low, high = rule.knob.low, rule.knob.high
+        nearest = low if low is not None and plain < low else high
+        return f"{text}. The nearest allowed value is {format_number(nearest)}"
+    if rule.kind == "vector":
+        if not isinstance(plain, tuple) or len(plain) != rule.length:
+            return f"{text}. Give {rule.length} numbers, such as {_example(rule)}"
+        if any(isinstance(v, float) and not math.isfinite(v) for v in plain):
+            return f"{text}. Give finite numbers"
+        return f"{text}. Give numbers such as {_example(rule)}"
+    return f"{text}. Give a value such as {_shown(rule.default if rule.default is not None else rule.knob.low)}"
+
+
+def _example(rule: FieldRule) -> str:
+    return _shown(rule.default if rule.default is not None else (1.0, 0.0, 0.0)[: rule.length])
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    elif isinstance(value, np.generic):
+        value = value.item()
+    text = repr(value)
+    return text if len(text) <= 80 else f"{text[:77]}..."
