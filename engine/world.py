@@ -52,7 +52,8 @@ class World:
         self.name = f"planetfall:{name or 'world'}#{next(_numbers)}"
         self._open = True
         self._revision = 0
-        self._resources: dict[str, Any] = {}
+        self.resources: dict[str, Any] = {}
+        """What systems publish, by key; `resource()` reads it with a message when it is missing."""
         self._sorted: dict[tuple[type, ...], tuple[list[Any], list[Any]]] = {}
         with self.active():
             pass  # switching to a new name makes the esper world
@@ -96,7 +97,7 @@ class World:
                 raise RuntimeError(f"world {self.name} can't be closed inside its own active() block; leave it first")
             self._open = False
             self._sorted.clear()
-            self._resources.clear()
+            self.resources.clear()
             self._finalizer()
 
     # -- entities and components --------------------------------------------------------------------------------------
@@ -207,25 +208,25 @@ class World:
 
     def set_resource(self, key: str, value: Any) -> None:
         """Publish something that belongs to the world and not to an entity, e.g. "proxy" or "height field"."""
-        self._resources[key] = value
+        self.resources[key] = value
 
     def resource(self, key: str) -> Any:
         """What was published under this key; MissingError lists the keys there are."""
         try:
-            return self._resources[key]
+            return self.resources[key]
         except KeyError:
-            known = ", ".join(sorted(self._resources)) or "none yet"
+            known = ", ".join(sorted(self.resources)) or "none yet"
             raise MissingError(
                 f"world resource {key!r} was not set; set so far: {known}. The system that publishes it has to be "
                 f"active and to have run before"
             ) from None
 
     def try_resource(self, key: str) -> Any | None:
-        return self._resources.get(key)
+        return self.resources.get(key)
 
     def remove_resource(self, key: str) -> None:
         """Withdraw a published thing; nothing happens when it isn't there."""
-        self._resources.pop(key, None)
+        self.resources.pop(key, None)
 
     # -- guards --------------------------------------------------------------------------------------------------------
 
