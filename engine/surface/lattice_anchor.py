@@ -22,7 +22,7 @@ from .lattice import FACE_AXES, FULL, HALF, STEP_RAD, canonical_lattice, directi
 Floats = NDArray[np.float64]
 Floats32 = NDArray[np.float32]
 
-NEAR_COSINE = 0.3
+NEAR_COSINE = 0.42
 """A face uses the difference formula when the anchor's direction has at least this component along the face's axis."""
 
 
