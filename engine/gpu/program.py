@@ -1,0 +1,265 @@
+"""Programs, compute shaders, full-screen passes and vertex arrays that survive hot reload."""
+
+from __future__ import annotations
+
+import logging
+import re
+import struct
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import moderngl
+import numpy as np
+
+from . import gl as G
+from .errors import GpuError, ShaderError
+from .preprocess import Defines
+from .shaders import LinkedProgram, ShaderLibrary, Stages, describe, unknown_uniform
+
+if TYPE_CHECKING:
+    from .context import Gpu
+
+__all__ = ["Compute", "Fullscreen", "Program", "VertexArray"]
+
+log = logging.getLogger(__name__)
+
+
+class Program:
+    """A program by its files. Values set here are kept: they are set again after a reload, and after another wrapper
+    has used the GL program that both share.
+
+    moderngl's object is `.mgl`; it changes on reload, so do not keep it.
+    """
+
+    def __init__(self, gpu: Gpu, stages: Stages, defines: Defines | None = None) -> None:
+        self._gpu = gpu
+        self._library: ShaderLibrary = gpu.shaders
+        self._stages = dict(stages)
+        self._defines = dict(defines or {})
+        self._values: dict[str, Any] = {}
+        self._mentioned: set[str] = set()
+        self.error: ShaderError | None = None
+        self.alive = True
+        expanded = self._library.expand(self._stages, self._defines)
+        self._take_sources(expanded)
+        self.linked: LinkedProgram = self._library.acquire(expanded, self.name)
+        self._failed_key = ""
+        self._generation = self._library.sources.generation
+        self._library.register(self)
+
+    @property
+    def name(self) -> str:
+        return describe(self._stages)
+
+    @property
+    def mgl(self) -> Any:
+        return self.linked.mgl
+
+    @property
+    def files(self) -> frozenset[str]:
+        """Every source file that took part."""
+        return self._files
+
+    def _take_sources(self, expanded: dict[str, Any]) -> None:
+        self._files = frozenset().union(*(e.files for e in expanded.values()))
+        self._words = {word for e in expanded.values() for word in re.findall(r"\w+", e.text)}
+
+    def set(self, name: str, value: Any) -> None:
+        """Set a uniform: a number, a tuple, an array (matrices column by column). Optimised-out names are ignored.
+
+        KeyError for a name that no source mentions, ValueError for a value of the wrong shape.
+        """
+        if name not in self._values and name.partition("[")[0] not in self._words:
+            raise KeyError(unknown_uniform(name, self.name, self.linked.mgl))
+        self._values[name] = value
+        if self.linked.holder is self:
+            self._write(name, value)
+
+    def _write(self, name: str, value: Any) -> None:
+        member = self.linked.mgl.get(name, None)
+        if not isinstance(member, moderngl.Uniform):
+            return
+        try:
+            if isinstance(value, np.ndarray):
+                kind = {"f": "f4", "d": "f8", "i": "i4", "I": "u4"}[member.fmt[-1]]
+                data = np.ascontiguousarray(value, kind)
+                if data.size != member.dimension * member.array_length:
+                    raise ValueError(f"{data.size} numbers")
+                member.write(data.tobytes())
+            else:
+                member.value = value
+        except (struct.error, TypeError, ValueError) as error:
+            raise ValueError(
+                f"uniform {name!r} of {self.name}: expected {member.array_length} x {member.dimension} numbers "
+                f"({member.fmt}), found {value!r} ({error})"
+            ) from None
+
+    def use(self) -> LinkedProgram:
+        """Make sure that the sources are current and this wrapper's values are in the program; called by render()."""
+        if self._generation != self._library.sources.generation:
+            self.refresh(None)
+        linked = self.linked
+        if linked.holder is not self:
+            linked.holder = self
+            for name, value in self._values.items():
+                self._write(name, value)
+        return linked
+
+    def refresh(self, changed: set[str] | None) -> bool:
+        """Rebuild if the expanded sources differ now. changed: names of changed files (None: anything may have changed).
+
+        True if the program was rebuilt. On an error the last good program stays and `error` says why.
+        """
+        generation = self._library.sources.generation
+        if self._generation == generation and self.error is None and changed is not None and not (changed & self._files):
+            return False
+        self._generation = generation
+        try:
+            expanded = self._library.expand(self._stages, self._defines)
+            key = self._library.key_of(expanded)
+            if key == self.linked.key:
+                self.error, self._failed_key = None, ""
+                return False
+            if key == self._failed_key:
+                return False
+            self._failed_key = key
+            self._files |= frozenset().union(*(e.files for e in expanded.values()))
+            fresh = self._library.acquire(expanded, self.name)
+        except ShaderError as error:
+            if self.error is None or str(self.error) != str(error):
+                log.error("%s (the last good version stays in use)", error)
+            self.error = error
+            return False
+        old, self.linked = self.linked, fresh
+        self._take_sources(expanded)
+        self.error, self._failed_key = None, ""
+        if old.holder is self:
+            old.holder = None
+        self._library.give_back(old)
+        return True
+
+    def release(self) -> None:
+        """Give the GL program back; freed when nobody else shares it."""
+        if self.alive:
+            self.alive = False
+            if self.linked.holder is self:
+                self.linked.holder = None
+            self._library.unregister(self)
+            self._library.give_back(self.linked)
+
+
+class Compute(Program):
+    """A compute shader. run() and run_indirect() issue no barrier: the frame graph does, or Gpu.barrier()."""
+
+    def __init__(self, gpu: Gpu, file: str, defines: Defines | None = None) -> None:
+        super().__init__(gpu, {"compute": file}, defines)
+        self._local: tuple[LinkedProgram, tuple[int, ...]] | None = None
+
+    @property
+    def local_size(self) -> tuple[int, int, int]:
+        """Invocations of a work group in x, y, z."""
+        if self._local is None or self._local[0] is not self.linked:
+            size = self._gpu.gl.program_integers(self.linked.mgl.glo, G.COMPUTE_WORK_GROUP_SIZE, 3)
+            self._local = (self.linked, size)
+        x, y, z = self._local[1]
+        return x, y, z
+
+    def run(self, x: int = 1, y: int = 1, z: int = 1) -> None:
+        """Dispatch x * y * z work groups."""
+        linked = self.use()
+        self._gpu.work.dispatches += 1
+        linked.mgl.run(x, y, z)
+
+    def run_over(self, x: int, y: int = 1, z: int = 1) -> None:
+        """Dispatch enough work groups for x * y * z invocations; the shader has to check its bounds."""
+        self.use()
+        a, b, c = self.local_size
+        self.run(-(-x // a), -(-y // b), -(-z // c))
+
+    def run_indirect(self, buffer: moderngl.Buffer, offset: int = 0) -> None:
+        """Dispatch the work groups that three uints at `offset` bytes of the buffer name."""
+        linked = self.use()
+        self._gpu.work.dispatches += 1
+        linked.mgl.run_indirect(buffer, offset)
+
+
+Content = Sequence[tuple[Any, ...]]
+
+
+class VertexArray:
+    """Buffers bound to a program's inputs; built again when the program is. `mgl` is moderngl's object of the moment."""
+
+    def __init__(
+        self, gpu: Gpu, program: Program, content: Content = (), index: Any = None, index_size: int = 4
+    ) -> None:
+        if isinstance(program, Compute):
+            raise GpuError(f"{program.name} is a compute shader: it takes no vertices")
+        self._gpu, self.program = gpu, program
+        self._content, self._index, self._index_size = list(content), index, index_size
+        self._linked: LinkedProgram | None = None
+        self._mgl: Any = None
+        self.alive = True
+        self._build(program.linked)
+
+    def _build(self, linked: LinkedProgram) -> Any:
+        if self._mgl is not None:
+            self._mgl.release()
+        self._mgl = self._gpu.ctx.vertex_array(
+            linked.mgl, self._content, index_buffer=self._index, index_element_size=self._index_size, skip_errors=True
+        )
+        self._linked = linked
+        return self._mgl
+
+    def _ready(self) -> Any:
+        linked = self.program.use()
+        self._gpu.work.draws += 1
+        return self._mgl if linked is self._linked else self._build(linked)
+
+    @property
+    def mgl(self) -> Any:
+        return self._mgl
+
+    def set_buffers(self, content: Content = (), index: Any = None, index_size: int = 4) -> None:
+        """Other buffers from now on (grown ones, say)."""
+        self._content, self._index, self._index_size = list(content), index, index_size
+        self._build(self.program.linked)
+
+    def render(self, mode: int = moderngl.TRIANGLES, vertices: int = -1, first: int = 0, instances: int = 1) -> None:
+        """Draw. vertices -1: all that the buffers hold."""
+        self._ready().render(mode, vertices, first, instances)
+
+    def render_indirect(
+        self, buffer: moderngl.Buffer, mode: int = moderngl.TRIANGLES, count: int = -1, first: int = 0
+    ) -> None:
+        """Draw `count` commands from the buffer, starting at command `first`; a command is 20 bytes, array draws too."""
+        self._ready().render_indirect(buffer, mode, count, first)
+
+    def release(self) -> None:
+        if self.alive:
+            self.alive = False
+            self._mgl.release()
+
+
+class Fullscreen:
+    """A fragment shader over every pixel of the bound framebuffer: one triangle, `v_ndc` and `v_uv` as inputs."""
+
+    VERTEX = "common/fullscreen.vert"
+
+    def __init__(self, program: Program, vertex_array: VertexArray) -> None:
+        self.program, self._vertex_array = program, vertex_array
+
+    @property
+    def alive(self) -> bool:
+        return self.program.alive
+
+    def set(self, name: str, value: Any) -> None:
+        """Set a uniform; see Program.set."""
+        self.program.set(name, value)
+
+    def render(self) -> None:
+        """Draw into the bound framebuffer's viewport."""
+        self._vertex_array.render(moderngl.TRIANGLES, 3)
+
+    def release(self) -> None:
+        self._vertex_array.release()
+        self.program.release()

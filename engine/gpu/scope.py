@@ -1,0 +1,194 @@
+"""GpuScope: every GL object has an owner, and an owner's objects go together."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import moderngl
+import numpy as np
+
+from .errors import FormatError, GpuError
+from .preprocess import Defines
+from .program import Compute, Content, Fullscreen, Program, VertexArray
+from .textures import AnyTexture, create_texture
+from .uniforms import UniformBlock
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from .context import Gpu
+
+__all__ = ["GpuScope"]
+
+T = TypeVar("T")
+
+
+class GpuScope:
+    """Makes GL objects in the name of `owner` and frees them together. Made by Gpu.scope().
+
+    Objects may also be released one by one (obj.release() or free()); the count follows.
+    """
+
+    def __init__(self, gpu: Gpu, owner: str) -> None:
+        self.gpu, self.owner = gpu, owner
+        self._objects: dict[int, tuple[str, Any]] = {}
+        self.released = False
+
+    # -- accounting --------------------------------------------------------------------------------------------------
+
+    def _own(self, kind: str, obj: T) -> T:
+        self._objects[id(obj)] = (kind, obj)
+        return obj
+
+    def _check(self) -> None:
+        if self.released:
+            raise GpuError(f"the GL scope of {self.owner!r} was released: ask Gpu.scope() for a new one")
+
+    def counts(self) -> dict[str, int]:
+        """Live objects by kind."""
+        gone = [key for key, (_, obj) in self._objects.items() if not _alive(obj)]
+        for key in gone:
+            del self._objects[key]
+        return dict(Counter(kind for kind, _ in self._objects.values()))
+
+    def free(self, obj: Any) -> None:
+        """Release one object made here (a Fullscreen frees its program and vertex array)."""
+        self._objects.pop(id(obj), None)
+        if isinstance(obj, moderngl.Framebuffer):
+            self.gpu.leave(obj)
+        if _alive(obj):
+            obj.release()
+
+    def release(self) -> None:
+        """Free everything, users before what they use. May be called twice."""
+        for _, obj in reversed(list(self._objects.values())):
+            self.free(obj)
+        self._objects.clear()
+        self.released = True
+        self.gpu.forget(self)
+
+    # -- memory ------------------------------------------------------------------------------------------------------
+
+    def texture(
+        self,
+        size: tuple[int, ...],
+        format: str,
+        data: Any = None,
+        levels: int = 1,
+        layers: int = 1,
+        filter: str = "nearest",
+        wrap: str = "clamp",
+    ) -> Any:
+        """A texture: 2D; an array if layers > 1; 3D if size has three numbers. Returns moderngl's object.
+
+        format: see gpu.textures.FORMATS. data: bytes or an array for level 0. filter: nearest, linear (nearest level),
+        trilinear. wrap: clamp or repeat. FormatError for unknown formats, size 0, sizes beyond the GPU's limits.
+        """
+        self._check()
+        gpu = self.gpu
+        return self._own(
+            "texture",
+            create_texture(gpu.ctx, gpu.gl, gpu.caps, tuple(size), format, data, levels, layers, filter, wrap),
+        )
+
+    def buffer(self, data: Any = None, reserve: int = 0, dynamic: bool = False) -> moderngl.Buffer:
+        """A buffer with `data` (bytes or an array) or `reserve` bytes, content undefined."""
+        self._check()
+        if data is not None:
+            data = np.ascontiguousarray(data) if isinstance(data, np.ndarray) else bytes(data)
+        size = reserve if data is None else (data.nbytes if isinstance(data, np.ndarray) else len(data))
+        if size < 1:
+            raise FormatError(f"a buffer needs data or a size of at least 1 byte, found {size} (owner {self.owner!r})")
+        made = self.gpu.ctx.buffer(data, reserve=0 if data is not None else reserve, dynamic=dynamic)
+        error = self.gpu.ctx.error
+        if error != "GL_NO_ERROR":
+            made.release()
+            raise GpuError(f"a buffer of {size / 2**20:.1f} MiB for {self.owner!r}: {error}")
+        return self._own("buffer", made)
+
+    def framebuffer(self, colors: Sequence[AnyTexture] = (), depth: Any = None) -> moderngl.Framebuffer:
+        """A framebuffer over whole textures of equal size. GpuError where the driver cannot draw into a format."""
+        self._check()
+        sizes = {tuple(t.size)[:2] for t in (*colors, *((depth,) if depth is not None else ()))}
+        if len(sizes) != 1:
+            raise FormatError(f"a framebuffer needs attachments of one size, found {sorted(sizes) or 'none'}")
+        try:
+            return self._own("framebuffer", self.gpu.ctx.framebuffer(list(colors), depth))
+        except moderngl.Error as error:
+            names = [getattr(t.extra, "format", None) for t in (*colors, depth) if t is not None]
+            formats = ", ".join(f.name if f else "?" for f in names)
+            raise GpuError(f"this GPU cannot draw into the formats {formats} together: {error}") from None
+
+    def sampler(self, filter: str = "linear", wrap: str = "clamp", compare: str = "") -> moderngl.Sampler:
+        """A sampler object: filter nearest, linear or trilinear; wrap clamp or repeat; compare "" or a depth test."""
+        self._check()
+        modes = {
+            "nearest": (moderngl.NEAREST, moderngl.NEAREST),
+            "linear": (moderngl.LINEAR, moderngl.LINEAR),
+            "trilinear": (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR),
+        }
+        if filter not in modes or wrap not in ("clamp", "repeat"):
+            raise FormatError(f"filter is one of {', '.join(modes)} and wrap clamp or repeat: {filter=}, {wrap=}")
+        repeat = wrap == "repeat"
+        made = self.gpu.ctx.sampler(
+            repeat_x=repeat, repeat_y=repeat, repeat_z=repeat, filter=modes[filter], compare_func=compare
+        )
+        return self._own("sampler", made)
+
+    def uniform_block(self, block: type[Any], binding: int, instance: str | None = None) -> UniformBlock:
+        """A std140 uniform buffer for a dataclass (see layout.StructLayout).
+
+        instance: if given, `#include "generated/<instance>.glsl"` declares the block under that instance name.
+        """
+        self._check()
+        made = UniformBlock(self.gpu, block, binding)
+        if instance is not None:
+            self.gpu.shaders.add_virtual(f"generated/{instance}.glsl", made.layout.block(binding, instance))
+        return self._own("buffer", made)
+
+    # -- programs ----------------------------------------------------------------------------------------------------
+
+    def program(
+        self,
+        vertex: str,
+        fragment: str | None = None,
+        geometry: str | None = None,
+        tess_control: str | None = None,
+        tess_evaluation: str | None = None,
+        defines: Defines | None = None,
+    ) -> Program:
+        """A program from shader files (names under the shader roots). ShaderError maps the driver's log to file:line."""
+        self._check()
+        given = {
+            "vertex": vertex,
+            "fragment": fragment,
+            "geometry": geometry,
+            "tess_control": tess_control,
+            "tess_evaluation": tess_evaluation,
+        }
+        stages = {stage: file for stage, file in given.items() if file is not None}
+        return self._own("program", Program(self.gpu, stages, defines))
+
+    def compute(self, file: str, defines: Defines | None = None) -> Compute:
+        """A compute shader."""
+        self._check()
+        return self._own("program", Compute(self.gpu, file, defines))
+
+    def vertex_array(
+        self, program: Program, content: Content = (), index: Any = None, index_size: int = 4
+    ) -> VertexArray:
+        """Buffers for a program's inputs: content as in moderngl, [(buffer, "3f 2f", "in_position", "in_uv")]."""
+        self._check()
+        return self._own("vertex_array", VertexArray(self.gpu, program, content, index, index_size))
+
+    def fullscreen(self, file: str, defines: Defines | None = None) -> Fullscreen:
+        """A fragment shader over the whole bound framebuffer (vertex stage common/fullscreen.vert)."""
+        self._check()
+        program = self.program(Fullscreen.VERTEX, file, defines=defines)
+        return Fullscreen(program, self.vertex_array(program))
+
+
+def _alive(obj: Any) -> bool:
+    alive = getattr(obj, "alive", None)
+    return bool(alive) if alive is not None else not isinstance(obj.mglo, moderngl.InvalidObject)

@@ -1,0 +1,196 @@
+"""The shader library of a context: programs by content, shared and counted, and rebuilt when their sources change."""
+
+from __future__ import annotations
+
+import logging
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, Protocol
+
+import moderngl
+
+from .errors import ShaderError, ShaderMessage
+from .preprocess import Defines, Expanded, ShaderSources, map_log
+from .work import Work
+
+__all__ = ["LinkedProgram", "ShaderLibrary", "Stages"]
+
+log = logging.getLogger(__name__)
+
+Stages = Mapping[str, str]
+"""Stage name (vertex, fragment, geometry, tess_control, tess_evaluation, compute) -> file name."""
+
+# GL types of samplers; image types are not among them: images have units of their own.
+_SAMPLER_TYPES = {
+    *range(0x8B5D, 0x8B63), *range(0x8DC0, 0x8DC6), *range(0x8DC9, 0x8DD9), 0x8DC1, 0x8B63, 0x8B64,
+    *range(0x9108, 0x910E), *range(0x900C, 0x9010),
+}  # fmt: skip
+
+
+class LinkedProgram:
+    """One linked GL program, shared by all wrappers whose expanded sources are equal.
+
+    `holder` is the wrapper whose uniform values are in it at the moment.
+    """
+
+    def __init__(self, key: str, mgl: moderngl.Program | moderngl.ComputeShader) -> None:
+        self.key, self.mgl = key, mgl
+        self.references = 0
+        self.holder: object | None = None
+
+
+class _Wrapper(Protocol):
+    error: ShaderError | None
+
+    @property
+    def name(self) -> str: ...
+    def refresh(self, changed: set[str] | None) -> bool: ...
+
+
+class ShaderLibrary:
+    """Shader files under `roots`, the programs made of them, contracts, virtual files and hot reload.
+
+    Names are relative to the roots ("terrain/gbuffer.frag"). `base_defines` stand in every stage.
+    """
+
+    def __init__(self, ctx: moderngl.Context, roots: Iterable[Path | str], base_defines: Defines, work: Work) -> None:
+        self.ctx = ctx
+        self.sources = ShaderSources(roots)
+        self.base_defines = dict(base_defines)
+        self._work = work
+        self._linked: dict[str, LinkedProgram] = {}
+        self._wrappers: dict[int, _Wrapper] = {}
+
+    # -- sources -----------------------------------------------------------------------------------------------------
+
+    def add_virtual(self, name: str, text: str) -> None:
+        """Make `#include "name"` mean this text (generated blocks). Programs that use it follow when the text changes."""
+        self.sources.add_virtual(name, text)
+
+    def provide(self, contract: str, file: str, owner: str) -> None:
+        """Answer `#include "contract/<contract>.glsl"` with `file` until withdraw(owner). Programs follow at next use.
+
+        ValueError when another owner provides it already.
+        """
+        self.sources.provide(contract, file, owner)
+
+    def withdraw(self, owner: str) -> None:
+        """Take back every contract of this owner; the default assets/shaders/common/<contract>.glsl answers again."""
+        self.sources.withdraw(owner)
+
+    def expand(self, stages: Stages, defines: Defines | None = None) -> dict[str, Expanded]:
+        """All stages expanded, with the base defines underneath."""
+        merged = {**self.base_defines, **(defines or {})}
+        return {stage: self.sources.expand(file, merged) for stage, file in stages.items()}
+
+    # -- programs ----------------------------------------------------------------------------------------------------
+
+    @staticmethod
+    def key_of(expanded: Mapping[str, Expanded]) -> str:
+        return "|".join(f"{stage}:{e.key}" for stage, e in sorted(expanded.items()))
+
+    def acquire(self, expanded: Mapping[str, Expanded], program_name: str) -> LinkedProgram:
+        """The program of these sources, compiled if need be, with one more reference. ShaderError maps the log."""
+        key = self.key_of(expanded)
+        linked = self._linked.get(key)
+        if linked is None:
+            linked = self._linked[key] = LinkedProgram(key, self._link(expanded, program_name))
+            self._work.programs_built += 1
+        linked.references += 1
+        return linked
+
+    def give_back(self, linked: LinkedProgram) -> None:
+        """Drop a reference; the last one frees the GL program."""
+        linked.references -= 1
+        if linked.references == 0:
+            del self._linked[linked.key]
+            linked.mgl.release()
+
+    @property
+    def program_count(self) -> int:
+        """GL programs alive, each counted once however many share it."""
+        return len(self._linked)
+
+    def _link(self, expanded: Mapping[str, Expanded], name: str) -> moderngl.Program | moderngl.ComputeShader:
+        try:
+            if "compute" in expanded:
+                program: moderngl.Program | moderngl.ComputeShader = self.ctx.compute_shader(expanded["compute"].text)
+            else:
+                program = self.ctx.program(**{f"{stage}_shader": e.text for stage, e in expanded.items()})
+        except (moderngl.Error, KeyError) as error:
+            text = str(error)
+            what = "linking failed" if "Linker" in text else "compilation failed"
+            raise ShaderError(name, what, map_log(text, expanded), text) from None
+        clash = _unit_clash(program)
+        if clash:
+            program.release()
+            first, unit, second = clash
+            where = _declaration(expanded, second)
+            text = (
+                f"samplers {first!r} and {second!r} of different types share texture unit {unit}: "
+                "give each its own layout(binding = N)"
+            )
+            raise ShaderError(name, "sampler units clash", [ShaderMessage(*where, text)])
+        return program
+
+    # -- hot reload --------------------------------------------------------------------------------------------------
+
+    def register(self, wrapper: _Wrapper) -> None:
+        self._wrappers[id(wrapper)] = wrapper
+
+    def unregister(self, wrapper: _Wrapper) -> None:
+        self._wrappers.pop(id(wrapper), None)
+
+    def reload_changed(self) -> list[str]:
+        """Look for changed files and rebuild the programs that use them; the names of those rebuilt.
+
+        A program that fails keeps running in its last good form; its error stands in `errors` until it is repaired.
+        Costs a stat per file: call it a few times a second at most.
+        """
+        changed = self.sources.poll()
+        reloaded: list[str] = []
+        for wrapper in list(self._wrappers.values()):
+            if wrapper.refresh(changed):
+                log.info("shader %s reloaded", wrapper.name)
+                reloaded.append(wrapper.name)
+        return reloaded
+
+    @property
+    def errors(self) -> list[ShaderError]:
+        """The current error of each program that could not be rebuilt."""
+        return [w.error for w in self._wrappers.values() if w.error is not None]
+
+
+def _unit_clash(program: moderngl.Program | moderngl.ComputeShader) -> tuple[str, int, str] | None:
+    """Two samplers of different types on one unit: draws are lost, and some drivers abort the process."""
+    units: dict[int, tuple[str, int]] = {}
+    for name in program:
+        member = program[name]
+        kind = getattr(member, "gl_type", None)
+        if not isinstance(member, moderngl.Uniform) or kind not in _SAMPLER_TYPES:
+            continue
+        value = member.value
+        for unit in value if isinstance(value, list) else [value]:
+            held = units.setdefault(unit, (name, kind))
+            if held[1] != kind:
+                return held[0], unit, name
+    return None
+
+
+def _declaration(expanded: Mapping[str, Expanded], uniform: str) -> tuple[str, int]:
+    pattern = re.compile(rf"\buniform\b.*\b{re.escape(uniform)}\b")
+    for stage in expanded.values():
+        for number, line in enumerate(stage.text.splitlines()):
+            if pattern.search(line) and number < len(stage.table):
+                return stage.table[number]
+    return "", 0
+
+
+def describe(stages: Stages) -> str:
+    """A program's name in messages: its files joined."""
+    return " + ".join(dict.fromkeys(stages.values()))
+
+
+def unknown_uniform(name: str, program: str, members: Iterable[Any]) -> str:
+    return f"program {program} has no uniform {name!r}, and no source of it mentions one; it has {', '.join(sorted(members))}"

@@ -1,0 +1,93 @@
+"""Prepared render state: blend, depth, culling and polygon mode as one cheap apply().
+
+State goes to GL directly, not through moderngl's context, whose own idea of the host's flags must stay true.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from . import gl as G
+
+__all__ = ["State", "reset_baseline"]
+
+_FUNCTIONS = {"never": 0x200, "<": 0x201, "==": 0x202, "<=": 0x203, ">": 0x204, "!=": 0x205, ">=": 0x206, "always": 0x207}
+_ZERO, _ONE, _SRC_ALPHA, _ONE_MINUS_SRC_ALPHA, _DST_COLOR, _FUNC_ADD = 0, 1, 0x0302, 0x0303, 0x0306, 0x8006
+_BLENDS = {
+    "alpha": (_SRC_ALPHA, _ONE_MINUS_SRC_ALPHA, _ONE, _ONE_MINUS_SRC_ALPHA),
+    "premultiplied": (_ONE, _ONE_MINUS_SRC_ALPHA, _ONE, _ONE_MINUS_SRC_ALPHA),
+    "additive": (_ONE, _ONE, _ONE, _ONE),
+    "multiply": (_DST_COLOR, _ZERO, _DST_COLOR, _ZERO),
+}
+_CULLS = {"back": G.BACK, "front": G.FRONT}
+
+
+class State:
+    """Render state of a pass, made by Gpu.state() and applied after the framebuffer was bound (which resets the masks)."""
+
+    def __init__(
+        self,
+        gl: G.GL,
+        depth_test: bool = False,
+        depth_func: str = ">=",
+        cull: str | None = None,
+        blend: str | None = None,
+        write_depth: bool = True,
+        wireframe: bool = False,
+        write_color: bool = True,
+    ) -> None:
+        for value, known, what in ((depth_func, _FUNCTIONS, "depth_func"), (cull, _CULLS, "cull"), (blend, _BLENDS, "blend")):
+            if value is not None and value not in known:
+                raise ValueError(f"unknown {what} {value!r}: expected one of {', '.join(known)}" + ", None" * (what != "depth_func"))
+        enable = gl.function("glEnable", None, G.enum)
+        disable = gl.function("glDisable", None, G.enum)
+        mask = gl.function("glColorMask", None, *[G.boolean] * 4)
+        calls: list[tuple[Callable[..., Any], tuple[int, ...]]] = [
+            (enable if depth_test else disable, (G.DEPTH_TEST,)),
+            (gl.function("glDepthMask", None, G.boolean), (int(write_depth),)),
+            (mask, (int(write_color),) * 4),
+            (enable if blend else disable, (G.BLEND,)),
+            (enable if cull else disable, (G.CULL_FACE,)),
+            (gl.function("glPolygonMode", None, G.enum, G.enum), (G.FRONT_AND_BACK, G.LINE if wireframe else G.FILL)),
+        ]
+        if depth_test:
+            calls.append((gl.function("glDepthFunc", None, G.enum), (_FUNCTIONS[depth_func],)))
+        if blend:
+            calls.append((gl.function("glBlendFuncSeparate", None, *[G.enum] * 4), _BLENDS[blend]))
+            calls.append((gl.function("glBlendEquation", None, G.enum), (_FUNC_ADD,)))
+        if cull:
+            calls.append((gl.function("glCullFace", None, G.enum), (_CULLS[cull],)))
+        self._calls = tuple(calls)
+
+    def apply(self) -> None:
+        for function, arguments in self._calls:
+            function(*arguments)
+
+
+_OFF = (
+    G.SCISSOR_TEST, G.STENCIL_TEST, G.FRAMEBUFFER_SRGB, G.DEPTH_CLAMP, G.RASTERIZER_DISCARD, G.POLYGON_OFFSET_FILL,
+    G.SAMPLE_ALPHA_TO_COVERAGE, G.SAMPLE_MASK, G.COLOR_LOGIC_OP, G.PROGRAM_POINT_SIZE,
+)  # fmt: skip
+
+
+def reset_baseline(gl: G.GL, units: int = 16) -> Callable[[], None]:
+    """A prepared call that puts what passes rely on but never set into a known state, whatever a host left behind."""
+    disable = gl.function("glDisable", None, G.enum)
+    bind_sampler = gl.function("glBindSampler", None, G.uint, G.uint)
+    front_face = gl.function("glFrontFace", None, G.enum)
+    depth_range = gl.function("glDepthRangef", None, *[G.c.c_float] * 2)
+    enable = gl.function("glEnable", None, G.enum)
+    restart = gl.function("glPrimitiveRestartIndex", None, G.uint)
+
+    def reset() -> None:
+        for capability in _OFF:
+            disable(capability)
+        for unit in range(units):  # a host's sampler object would override our textures' own filters
+            bind_sampler(unit, 0)
+        front_face(G.CCW)
+        depth_range(0.0, 1.0)
+        enable(G.PRIMITIVE_RESTART)
+        restart(0xFFFFFFFF)
+
+    return reset
