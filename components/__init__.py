@@ -9,8 +9,24 @@ from ._knob import Knob, Vec3, knob, knobs
 from .exposure import Composite, Exposure
 from .ocean import Ocean
 from .planet import Planet
+from .quality import ProxyQuality, RenderQuality, TerrainQuality
 from .stars import Stars
 from .sun import Sun
 from .terrain import Terrain
 
-__all__ = ["Composite", "Exposure", "Knob", "Ocean", "Planet", "Stars", "Sun", "Terrain", "Vec3", "knob", "knobs"]
+__all__ = [
+    "Composite",
+    "Exposure",
+    "Knob",
+    "Ocean",
+    "Planet",
+    "ProxyQuality",
+    "RenderQuality",
+    "Stars",
+    "Sun",
+    "Terrain",
+    "TerrainQuality",
+    "Vec3",
+    "knob",
+    "knobs",
+]

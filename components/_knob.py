@@ -22,7 +22,7 @@ class Knob:
     panels. help: one sentence. cost: what a higher value costs, "" for nothing. log: a slider moves logarithmically.
     group: heading in a panel. choices: allowed texts. not_yet: texts that are known but not available in this version.
     nonzero: a vector of length zero is refused. excludes: fields that become None when this one is set.
-    widget: "color" for a linear RGB reflectance, "direction", or "" (chosen by type).
+    power_of_two: 1, 2, 4, ... only. widget: "color" for a linear RGB reflectance, "direction", or "" (chosen by type).
     """
 
     low: float | None = None
@@ -37,6 +37,7 @@ class Knob:
     nonzero: bool = False
     excludes: tuple[str, ...] = ()
     widget: str = ""
+    power_of_two: bool = False
 
 
 def knob(
@@ -54,9 +55,10 @@ def knob(
     nonzero: bool = False,
     excludes: tuple[str, ...] = (),
     widget: str = "",
+    power_of_two: bool = False,
 ) -> Any:
     """A dataclass field with its Knob as metadata["knob"]. Vectors are tuples, so a change is always an assignment."""
-    described = Knob(low, high, unit, help, cost, log, group, choices, not_yet, nonzero, excludes, widget)
+    described = Knob(low, high, unit, help, cost, log, group, choices, not_yet, nonzero, excludes, widget, power_of_two)
     return dataclasses.field(default=default, metadata={"knob": described})
 
 

@@ -17,8 +17,9 @@ class Sun:
 
     - direction: towards the sun, in planet axes; any length but zero.
     - elevation_deg with azimuth_deg (0 north, 90 east), as seen at latitude_deg, longitude_deg.
-    - epoch_s: seconds on the planet's own calendar. 0 is noon at longitude 0 at the northern spring equinox; the
-      rendered time is added, and the planet turns below (Planet.rotation_period_s, axial_tilt_deg, orbital_period_s).
+    - epoch_s: seconds on the calendar; the rendered time is added, and the planet turns below. On the planet's own
+      calendar 0 is noon at longitude 0 at the northern spring equinox, and Planet.rotation_period_s, axial_tilt_deg and
+      orbital_period_s do the rest. On Earth's 0 is 2000-01-01 12:00 UTC and the sun stands where the almanac has it.
     """
 
     direction: Vec3 | None = knob(
@@ -48,6 +49,12 @@ class Sun:
         "s",
         "Time on the planet's calendar; moves the sun as time goes by",
         excludes=("direction", "elevation_deg"),
+        group="position",
+    )
+    calendar: str = knob(
+        "planet",
+        help="What epoch_s counts on: a circular orbit, or Earth's",
+        choices=("planet", "earth"),
         group="position",
     )
     irradiance: Vec3 = knob(

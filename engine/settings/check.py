@@ -77,6 +77,8 @@ class FieldRule:
                 text = f"{noun}, at most {format_number(high)}{unit}"
             else:
                 text = f"{noun}{unit and f' in{unit}'}"
+            if self.knob.power_of_two:
+                text += ", a power of two"
             if self.knob.nonzero:
                 text += ", not all zero"
         return f"{text}, or nothing" if self.optional else text
@@ -139,7 +141,8 @@ def check_value(rule: FieldRule, value: Any, where: str) -> Any:
     finite = math.isfinite(checked) if rule.kind == "float" else True
     if rule.kind == "vector":
         finite = all(map(math.isfinite, checked))
-    if not finite or (rule.knob.nonzero and not any(checked)):
+    uneven = rule.knob.power_of_two and (checked & (checked - 1)) != 0
+    if not finite or uneven or (rule.knob.nonzero and not any(checked)):
         raise SettingError(_complaint(rule, value, plain, where))
     return checked
 
@@ -166,6 +169,8 @@ def _complaint(rule: FieldRule, value: Any, plain: Any, where: str) -> str:
             return f"{text}. Give a finite number"
         if rule.kind == "int" and isinstance(plain, float):
             return f"{text}. Give it without a decimal point"
+        if rule.knob.power_of_two and rule.knob.low <= plain <= rule.knob.high:
+            return f"{text}. The nearest allowed value below is {1 << (int(plain).bit_length() - 1)}"
         low, high = rule.knob.low, rule.knob.high
         nearest = low if low is not None and plain < low else high
         return f"{text}. The nearest allowed value is {format_number(nearest)}"

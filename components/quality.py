@@ -1,0 +1,65 @@
+"""Quality knobs: what trades run time against error, apart from what the scene is. Values per preset are in TOML."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ._knob import knob
+
+__all__ = ["ProxyQuality", "RenderQuality", "TerrainQuality"]
+
+
+@dataclass
+class RenderQuality:
+    """Keys without a dot."""
+
+    render_scale: float = knob(
+        1.0, 0.25, 2.0, "", "Rendered pixels per pixel of the picture, each way", cost="time grows with its square"
+    )
+
+
+@dataclass
+class TerrainQuality:
+    """Keys "terrain.*"."""
+
+    edge_px: float = knob(
+        6.0,
+        1.0,
+        64.0,
+        "px",
+        "Wanted length of a triangle's edge on the screen at the centre of the picture",
+        cost="vertices grow with the inverse square",
+        log=True,
+    )
+    quads: int = knob(
+        16,
+        4,
+        64,
+        "",
+        "Quads along a cell's side; a power of two",
+        cost="larger cells are fewer draws but cull less tightly",
+        power_of_two=True,
+    )
+    min_spacing_m: float = knob(
+        0.125,
+        0.005,
+        100.0,
+        "m",
+        "The grid is never finer than this; the normals go on below it",
+        cost="vertices near the camera, close to the ground",
+        log=True,
+    )
+
+
+@dataclass
+class ProxyQuality:
+    """Keys "proxy.*"."""
+
+    fraction: float = knob(
+        0.25,
+        0.02,
+        0.5,
+        "",
+        "How far the camera may move before the grid is made anew, as a share of its height above the ground",
+        cost="smaller: snaps more often; larger: the grid has to cover more",
+    )
