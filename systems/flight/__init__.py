@@ -1,7 +1,7 @@
 """Flight, on the CPU in f64: a ship that a player steers, and scripted paths. No GL and no window in here."""
 
 from .keys import CONTROLS, flight_input
-from .load import PATHS_FILE, PathFileError, find_path, load_paths
+from .load import PATHS_FILE, find_path, load_paths
 from .path import BoundPath, CruisePath, KeyFrame, KeyFramePath, Path, PathSun, Pose
 from .profile import GroundProfile, HeightLike
 from .ship import FlightInput, ShipFlight, ShipLimits
@@ -17,7 +17,6 @@ __all__ = [
     "KeyFrame",
     "KeyFramePath",
     "Path",
-    "PathFileError",
     "PathSun",
     "Pose",
     "ShipFlight",

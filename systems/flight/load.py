@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import difflib
 import math
-import tomllib
 from pathlib import Path as FilePath
 from typing import Annotated, Literal
 
 import msgspec
 from msgspec import Meta
 
+from ...engine.settings.check import PresetError
+from ...engine.settings.presets import read_toml
+from ...engine.settings.suggest import did_you_mean
 from ...engine.space import direction, heading_pitch_axes, latitude_longitude
 from .path import CruisePath, KeyFrame, KeyFramePath, Path, PathSun
 from .rotation import exp_map
@@ -23,10 +24,6 @@ Longitude = Annotated[float, Meta(ge=-360.0, le=360.0)]
 Pitch = Annotated[float, Meta(ge=-90.0, le=90.0)]
 Field = Annotated[float, Meta(gt=0.0, lt=180.0)]
 Positive = Annotated[float, Meta(gt=0.0)]
-
-
-class PathFileError(ValueError):
-    """A path file that cannot be used: the message names the file, the key, what is expected and what was found."""
 
 
 class _Sun(msgspec.Struct, forbid_unknown_fields=True):
@@ -73,27 +70,20 @@ class _File(msgspec.Struct, forbid_unknown_fields=True):
 
 
 def load_paths(file: FilePath | str = PATHS_FILE) -> dict[str, Path]:
-    """All paths of a TOML file by name. Raises PathFileError naming file, key, expected and found."""
-    file = FilePath(file)
+    """All paths of a TOML file by name. Raises PresetError naming file, key, expected and found."""
     try:
-        found = tomllib.loads(file.read_text(encoding="utf-8"))
-        checked = msgspec.convert(found, _File)
-    except OSError as error:
-        raise PathFileError(f"{file}: cannot be read ({error.strerror or error}); check the name") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise PathFileError(f"{file}: not valid TOML: {error}") from error
+        checked = msgspec.convert(read_toml(file), _File)
     except msgspec.ValidationError as error:
-        raise PathFileError(f"{file}: {_plain(str(error))}") from error
+        raise PresetError(f"{file}: {_plain(str(error))}") from error
+    file = FilePath(file)
     return {name: _build(file, name, entry) for name, entry in checked.path.items()}
 
 
 def find_path(name: str, file: FilePath | str = PATHS_FILE) -> Path:
-    """One path by name; an unknown one raises PathFileError with the nearest names."""
+    """One path by name; an unknown one raises PresetError with the nearest names."""
     paths = load_paths(file)
     if name not in paths:
-        near = difflib.get_close_matches(name, paths, n=1)
-        meant = f"; did you mean {near[0]!r}?" if near else ""
-        raise PathFileError(f"unknown path {name!r}{meant} Known: {', '.join(paths)} (from {file})")
+        raise PresetError(f"unknown path {name!r}: {did_you_mean(name, paths, 'paths')} (in {file})")
     return paths[name]
 
 
@@ -125,7 +115,7 @@ def _build(file: FilePath, name: str, entry: _KeyFrames | _Cruise) -> Path:
             name, entry.help, entry.planet, entry.above, entry.smooth_s, entry.clearance_m, sun, keys=tuple(keys)
         )
     except ValueError as error:
-        raise PathFileError(f"{file}: path.{name}.keys: {error}") from error
+        raise PresetError(f"{file}: path.{name}.keys: {error}") from error
 
 
 def _plain(message: str) -> str:
