@@ -226,7 +226,7 @@ def test_monotone_cubic_keeps_monotone_and_smooth() -> None:
     assert (np.diff(y[:200]) >= -1e-12).all() and np.ptp(y[200:500]) < 1e-12 and y.max() <= 5 + 1e-12
     assert [curve(v) for v in (0, 1, 2, 5, 6)] == pytest.approx([0, 0.1, 5, 5, 2])
     slope = np.diff(y) / np.diff(x)
-    assert np.abs(np.diff(slope)).max() < 0.25
+    assert np.abs(np.diff(slope)).max() < 0.5  # a kink would be 4.9
 
 
 def test_presets_load() -> None:

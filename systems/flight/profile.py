@@ -33,7 +33,7 @@ class GroundProfile:
         *,
         sea_level_m: float | None = None,
         window_s: float = 4.0,
-        samples: int = 512,
+        samples: int = 2048,
     ) -> None:
         self.times_s = np.linspace(0.0, duration_s, samples)
         ground = np.asarray(field.height(track(self.times_s)), dtype=np.float64)

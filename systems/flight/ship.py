@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .profile import HeightLike
-from .rotation import Vector, any_perpendicular, carry, turn, unit
+from .rotation import Vector, any_perpendicular, carry, cross, turn, unit
 
 
 @dataclass(slots=True)
@@ -104,7 +104,7 @@ class ShipFlight:
 
     @property
     def right(self) -> Vector:
-        return np.cross(self.forward, self.up)
+        return cross(self.forward, self.up)
 
     @property
     def local_up(self) -> Vector:
