@@ -64,7 +64,7 @@ class Frame:
     """One frame of one view. The object is reused from frame to frame: copy what has to last.
 
     camera is f64 in the axes of `planet` (an entity). cut: there is no usable last frame (the first one, a teleport).
-    settings: as in Setup.
+    settings: as in Setup. ev100: the fixed exposure that a named view asks for; None leaves it to the Exposure component.
     """
 
     world: World
@@ -79,6 +79,9 @@ class Frame:
     view_index: int = 0
     settings: Mapping[str, Any] = field(default_factory=dict)
     cut: bool = True
+    ev100: float | None = None
+    ev100: float | None = None
+    """A view's own fixed exposure, which goes before the scene's Exposure; None: the scene decides."""
 
 
 class System:
@@ -90,6 +93,11 @@ class System:
 
     name: ClassVar[str] = ""
     needs: ClassVar[tuple[type, ...]] = ()
+    structure: int = 0
+    """Raised by the system when its passes or the sizes of its resources change: the frame graph is compiled again."""
+
+    structure: int = 0
+    """Raise it when the passes or sizes that declare() gives change: the frame graph is compiled again."""
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
@@ -109,5 +117,21 @@ class System:
     def update(self, frame: Frame) -> None:
         """CPU work and buffer writes of one frame, before the graph runs."""
 
+    def settled(self) -> bool:
+        """Whether the last frame shows all that this system will come to show: nothing streams, refines or adapts."""
+        return True
+
+    def statistics(self) -> dict[str, int]:
+        """Counts of the last frame (cells, vertices, triangles, ...) for overlays and benches. May read back from the GPU."""
+        return {}
+
     def release(self) -> None:
         """Let go of what setup made; the caller then releases the GL scope. A system may be set up again afterwards."""
+
+    def settled(self) -> bool:
+        """Whether another frame of the same view would show the same: nothing streams, adapts or accumulates."""
+        return True
+
+    def statistics(self) -> dict[str, int]:
+        """What the last frame drew: "cells", "vertices", "triangles". May read back from the GPU."""
+        return {}

@@ -1,0 +1,28 @@
+"""Which components a scene file may have, and under which table names: the one list of it."""
+
+from __future__ import annotations
+
+from . import ASSETS
+from .components import (
+    Composite,
+    Exposure,
+    Ocean,
+    Planet,
+    Stars,
+    Sun,
+    Terrain,
+)
+from .engine.settings import install
+
+__all__ = ["KINDS", "PLANET_KINDS", "PRESETS", "SCENE_KINDS"]
+
+PRESETS = ASSETS / "presets"
+
+PLANET_KINDS: dict[str, type] = {"planet": Planet, "terrain": Terrain, "ocean": Ocean}
+"""Components of a planet, by their TOML table."""
+SCENE_KINDS: dict[str, type] = {"sun": Sun, "stars": Stars, "exposure": Exposure, "composite": Composite}
+"""Components of the scene itself."""
+KINDS: dict[str, type] = {**PLANET_KINDS, **SCENE_KINDS}
+
+for _kind in KINDS.values():
+    install(_kind)

@@ -1,0 +1,402 @@
+"""Scene: a world with a sun, a sky and planets, from a preset or a file and back into one."""
+
+from __future__ import annotations
+
+import logging
+import os
+import weakref
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from types import MappingProxyType, TracebackType
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._kinds import KINDS, PLANET_KINDS, PRESETS, SCENE_KINDS
+from .components import Composite, Exposure, Ocean, Planet, Sun, Terrain
+from .engine.settings import (
+    PresetError,
+    build_components,
+    did_you_mean,
+    plain_table,
+    read_toml,
+    revision,
+    rules_of,
+    write_toml,
+)
+from .engine.world import MissingError, World
+from .errors import SceneError, UnknownNameError
+
+if TYPE_CHECKING:
+    from .engine.surface.field import HeightField
+
+__all__ = ["Handle", "PlanetHandle", "Scene", "current_scene", "load_scene", "planets"]
+
+log = logging.getLogger(__name__)
+
+C = TypeVar("C")
+
+# Top-level keys of a scene file beside its tables.
+_KEYS = ("name", "about", "base", "like")
+
+_latest: weakref.ref[Scene] | None = None
+
+
+class Handle:
+    """An entity of a scene: its components by type. `handle[Ocean].sea_level_m = 10.0`, `Ocean in handle`."""
+
+    def __init__(self, scene: Scene, entity: int, name: str) -> None:
+        self.scene = scene
+        self.entity = entity
+        self.name = name
+
+    def __getitem__(self, kind: type[C]) -> C:
+        found = self.get(kind)
+        if found is None:
+            raise MissingError(self._missing(kind))
+        return found
+
+    def get(self, kind: type[C]) -> C | None:
+        """The component of this type, or None."""
+        return self.scene.world.try_get(self.entity, kind)
+
+    def has(self, kind: type) -> bool:
+        return self.scene.world.has(self.entity, kind)
+
+    __contains__ = has
+
+    def add(self, component: C) -> C:
+        """Give it this component, in place of one of the same type; returns the component."""
+        kind = component if isinstance(component, type) else type(component)
+        self._refuse_elsewhere(kind)
+        self.scene.world.add(self.entity, component)
+        return component
+
+    def remove(self, kind: type[C]) -> C:
+        """Take the component off and return it; what it drew costs nothing from the next frame on."""
+        if not self.has(kind):
+            raise MissingError(self._missing(kind))
+        return self.scene.world.remove(self.entity, kind)
+
+    def components(self) -> tuple[Any, ...]:
+        """All its components."""
+        return self.scene.world.components(self.entity)
+
+    def _refuse_elsewhere(self, kind: type) -> None:
+        if kind in PLANET_KINDS.values():
+            raise SceneError(f"{kind.__name__} belongs to a planet; add it with scene.planet.add(...)")
+
+    def _missing(self, kind: type) -> str:
+        has = ", ".join(type(c).__name__ for c in self.components()) or "nothing"
+        if kind in SCENE_KINDS.values() and isinstance(self, PlanetHandle):
+            place = "scene.sun" if kind is Sun else f"scene.environment[pf.{kind.__name__}]"
+            return f"planet {self.name!r} has no {kind.__name__}; it belongs to the scene: {place}"
+        return f"{self._what()} has no {kind.__name__}, only {has}; add one with add(pf.{kind.__name__}())"
+
+    def _what(self) -> str:
+        return f"the environment of scene {self.name!r}"
+
+    def __repr__(self) -> str:
+        has = ", ".join(type(c).__name__ for c in self.components())
+        return f"<{type(self).__name__} {self.name!r}: {has}>"
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Handle) and (other.scene is self.scene) and other.entity == self.entity
+
+    def __hash__(self) -> int:
+        return hash((id(self.scene), self.entity))
+
+
+class PlanetHandle(Handle):
+    """A planet of a scene."""
+
+    @property
+    def planet(self) -> Planet:
+        """Its Planet component."""
+        return self[Planet]
+
+    @property
+    def radius_m(self) -> float:
+        return self[Planet].radius_m
+
+    def height_field(self) -> HeightField | None:
+        """The ground's heights in float64 on the CPU; None without Terrain."""
+        return self.scene.height_field(self)
+
+    def remove(self, kind: type[C]) -> C:
+        if kind is Planet:
+            raise SceneError(f"planet {self.name!r} can't be without its Planet component; everything stands on it")
+        return super().remove(kind)
+
+    def ground_height_m(self, directions: ArrayLike) -> NDArray[np.float64]:
+        """Height of the solid ground above the reference sphere, (N,), at unit directions (N, 3); 0 without Terrain."""
+        directions = np.atleast_2d(np.asarray(directions, dtype=np.float64))
+        field = self.height_field()
+        return np.zeros(len(directions)) if field is None else field.height(directions)
+
+    def surface_height_m(self, directions: ArrayLike) -> NDArray[np.float64]:
+        """The higher of ground and sea, (N,), at unit directions (N, 3)."""
+        sea = self.get(Ocean)
+        directions = np.atleast_2d(np.asarray(directions, dtype=np.float64))
+        if sea is not None and not self.has(Terrain):
+            return np.full(len(directions), sea.sea_level_m)
+        ground = self.ground_height_m(directions)
+        return ground if sea is None else np.maximum(ground, sea.sea_level_m)
+
+    def _refuse_elsewhere(self, kind: type) -> None:
+        if kind in SCENE_KINDS.values():
+            place = "assign scene.sun" if kind is Sun else "add it with scene.environment.add(...)"
+            raise SceneError(f"{kind.__name__} belongs to the scene, not to a planet; {place}")
+
+    def _what(self) -> str:
+        return f"planet {self.name!r}"
+
+
+class Scene:
+    """What is rendered: a sun, a sky, the way to a picture, and planets. Made by `load_scene`.
+
+    world: the truth, entities and components. planet: the default planet. planets: all of them by name.
+    environment: what belongs to the whole scene (Sun, Stars, Exposure, Composite). preset: whose named views apply.
+    Changes take effect with the next frame. Not thread-safe against its renderer.
+    """
+
+    def __init__(self, name: str, components: Mapping[str, Any], *, preset: str | None = None, about: str = "") -> None:
+        """components: {table name: component}, such as {"planet": Planet(), "terrain": Terrain()}."""
+        unknown = [key for key in components if key not in KINDS]
+        if unknown:
+            raise UnknownNameError(f"no component table {unknown[0]!r}; {did_you_mean(unknown[0], KINDS, 'tables')}")
+        self.name = name
+        self.about = about
+        self.preset = preset
+        self.world = World(name)
+        needed: dict[str, Any] = {"sun": Sun(), "exposure": Exposure(), "composite": Composite()}
+        own = needed | {key: c for key, c in components.items() if key in SCENE_KINDS}
+        body = {"planet": Planet()} | {key: c for key, c in components.items() if key in PLANET_KINDS}
+        self.environment = Handle(self, self.world.create(*own.values()), name)
+        self.planet = PlanetHandle(self, self.world.create(*body.values()), name)
+        self.planets: Mapping[str, PlanetHandle] = _Planets({name: self.planet})
+        self._fields: dict[int, tuple[tuple[int, int], HeightField]] = {}
+        self.validate()
+
+    # -- what is in it ------------------------------------------------------------------------------------------------
+
+    @property
+    def sun(self) -> Sun:
+        """The one sun; assign a new Sun or change this one."""
+        return self.environment[Sun]
+
+    @sun.setter
+    def sun(self, sun: Sun) -> None:
+        if not isinstance(sun, Sun):
+            raise SceneError(
+                f"scene.sun: expected a pf.Sun, found {sun!r}. Write scene.sun = pf.Sun(direction=(x, y, z))"
+            )
+        self.environment.add(sun)
+
+    def height_field(self, planet: PlanetHandle | None = None) -> HeightField | None:
+        """The ground's heights in float64 on the CPU, as the renderer draws them; None without Terrain. Cached."""
+        planet = planet or self.planet
+        terrain = planet.get(Terrain)
+        if terrain is None:
+            return None
+        stamp = (revision(terrain), revision(planet[Planet], "radius_m"))
+        known = self._fields.get(planet.entity)
+        if known is not None and known[0] == stamp:
+            return known[1]
+        from .systems.terrain.height import TerrainField, TerrainParams
+
+        field: HeightField = TerrainField(TerrainParams.from_component(terrain, planet.radius_m))
+        self._fields[planet.entity] = (stamp, field)
+        return field
+
+    def validate(self) -> None:
+        """Check what single values can't show; SceneError lists everything that doesn't fit. Needs no GPU."""
+        problems: list[str] = []
+        for handle in self.planets.values():
+            problems += _planet_problems(handle)
+        exposure = self.environment.get(Exposure)
+        if exposure is not None and exposure.min_ev100 > exposure.max_ev100:
+            problems.append(
+                f"Exposure.min_ev100 ({exposure.min_ev100:g}) is above max_ev100 ({exposure.max_ev100:g}); swap them"
+            )
+        if problems:
+            raise SceneError(f"scene {self.name!r}: " + "; ".join(problems))
+
+    # -- files --------------------------------------------------------------------------------------------------------
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the scene as TOML; `load_scene(path)` gives an equal one. Written beside, then renamed."""
+        self.validate()
+        data: dict[str, Any] = {"name": self.name}
+        if self.about:
+            data["about"] = self.about
+        if self.preset is not None:
+            data["like"] = self.preset
+        for table, kind in KINDS.items():
+            component = (self.planet if table in PLANET_KINDS else self.environment).get(kind)
+            if component is not None:
+                data[table] = plain_table(component)
+        left_out = [
+            type(c).__name__
+            for c in (*self.planet.components(), *self.environment.components())
+            if type(c) not in KINDS.values()
+        ]
+        if left_out:
+            log.warning("%s: not saved, as scene files don't know these components: %s", path, ", ".join(left_out))
+        write_toml(path, data)
+
+    # -- life ---------------------------------------------------------------------------------------------------------
+
+    def release(self) -> None:
+        """Delete the world. A renderer of this scene has to be released before."""
+        self._fields.clear()
+        self.world.close()
+
+    def __enter__(self) -> Scene:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.release()
+
+    def __repr__(self) -> str:
+        return f"<Scene {self.name!r}: {self.planet!r}, {self.environment!r}>"
+
+
+class _Planets(Mapping[str, PlanetHandle]):
+    """Planets by name; a wrong name says which there are."""
+
+    def __init__(self, handles: dict[str, PlanetHandle]) -> None:
+        self._handles = MappingProxyType(handles)
+
+    def __getitem__(self, name: str) -> PlanetHandle:
+        try:
+            return self._handles[name]
+        except KeyError:
+            hint = did_you_mean(name, self._handles, "its planets")
+            raise UnknownNameError(f"the scene has no planet {name!r}; {hint}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._handles)
+
+    def __len__(self) -> int:
+        return len(self._handles)
+
+
+def _planet_problems(handle: PlanetHandle) -> list[str]:
+    problems: list[str] = []
+    terrain, radius = handle.get(Terrain), handle.radius_m
+    where = f"planet {handle.name!r}"
+    if terrain is not None:
+        if terrain.lowest_m >= terrain.highest_m:
+            problems.append(
+                f"{where}: Terrain.lowest_m ({terrain.lowest_m:g}) has to be below highest_m ({terrain.highest_m:g})"
+            )
+        for field, value in (("highest_m", terrain.highest_m), ("lowest_m", terrain.lowest_m)):
+            if abs(value) > 0.25 * radius:
+                problems.append(
+                    f"{where}: Terrain.{field} ({value:g}) is more than a quarter of Planet.radius_m ({radius:g}); "
+                    f"use at most {0.25 * radius:g}"
+                )
+    sea = handle.get(Ocean)
+    if sea is not None and abs(sea.sea_level_m) > 0.25 * radius:
+        problems.append(
+            f"{where}: Ocean.sea_level_m ({sea.sea_level_m:g}) is more than a quarter of Planet.radius_m ({radius:g})"
+        )
+    return problems
+
+
+# -- loading ----------------------------------------------------------------------------------------------------------
+
+
+def planets() -> list[str]:
+    """Names of the planet presets, for load_scene."""
+    return sorted(path.stem for path in (PRESETS / "planets").glob("*.toml"))
+
+
+def about_planet(name: str) -> str:
+    """One sentence about a planet preset."""
+    return str(read_toml(_preset_path(name)).get("about", ""))
+
+
+def load_scene(source: str | os.PathLike[str] = "earth") -> Scene:
+    """A scene from the name of a planet preset, or from a path to a TOML file (anything with .toml or a separator).
+
+    Everything is checked here, before any GPU work. Raises UnknownNameError (with the nearest preset), PresetError
+    (naming file, key, expected and found) or SceneError (parts that don't fit together).
+    """
+    global _latest  # noqa: PLW0603
+    path = _path_of(source)
+    is_preset = path.parent == PRESETS / "planets"
+    data = _merged(path, ())
+    components = build_components(data, KINDS, path, also=_KEYS)
+    like = data.get("like", path.stem if is_preset else None)
+    try:
+        scene = Scene(data.get("name", path.stem), components, preset=like, about=data.get("about", ""))
+    except SceneError as error:
+        raise SceneError(f"{path}: {error}") from None
+    _latest = weakref.ref(scene)
+    return scene
+
+
+def current_scene() -> Scene | None:
+    """The scene that was loaded last, if it still lives: what cameras without a planet refer to until rendered."""
+    scene = _latest() if _latest is not None else None
+    return None if scene is None or scene.world.closed else scene
+
+
+def _path_of(source: str | os.PathLike[str]) -> Path:
+    if isinstance(source, str):
+        text = source.strip()
+        if text and not text.endswith(".toml") and not set(text) & {"/", os.sep}:
+            return _preset_path(text)
+    elif not isinstance(source, os.PathLike):
+        raise UnknownNameError(f"load_scene: expected the name of a planet or a path, found {source!r}")
+    if not os.fspath(source):
+        raise UnknownNameError(f"load_scene: the name is empty; planets: {', '.join(planets())}")
+    return Path(source)
+
+
+def _preset_path(name: str) -> Path:
+    known = planets()
+    if name not in known:
+        hint = did_you_mean(name, known, "planets")
+        raise UnknownNameError(f"no planet {name!r}; {hint}. A path to a TOML file works as well")
+    return PRESETS / "planets" / f"{name}.toml"
+
+
+def _merged(path: Path, inside: tuple[Path, ...]) -> dict[str, Any]:
+    """The file's tables laid over those of its base, which may have a base itself."""
+    if path in inside:
+        raise PresetError(f"{path}: base: goes round in a circle: {' -> '.join(p.name for p in (*inside, path))}")
+    data = read_toml(path)
+    for key in _KEYS:
+        if not isinstance(data.get(key, ""), str):
+            raise PresetError(f"{path}: {key}: expected a text, found {data[key]!r}. Put it in quotes")
+    build_components(data, KINDS, path, also=_KEYS)  # complains with this file's name
+    base = data.get("base")
+    if base is None:
+        return data
+    try:
+        base_path = _preset_path(base) if base in planets() else path.parent / base
+        if not base_path.exists():
+            _preset_path(base)
+    except UnknownNameError as error:
+        raise PresetError(f"{path}: base: {error}") from None
+    below = _merged(base_path, (*inside, path))
+    merged: dict[str, Any] = {k: v for k, v in below.items() if k not in ("name", "base")}
+    if base_path.parent == PRESETS / "planets":
+        merged.setdefault("like", base_path.stem)
+    names = {cls.__name__: table for table, cls in KINDS.items()}
+    for key, value in data.items():
+        table = names.get(key, key)
+        if table in KINDS:
+            rules = rules_of(KINDS[table])
+            gone = {other for k in value for other in rules[k].knob.excludes}
+            under = merged.pop(table, merged.pop(KINDS[table].__name__, {}))
+            merged[table] = {k: v for k, v in under.items() if k not in gone} | value
+        elif key != "base":
+            merged[key] = value
+    return merged
