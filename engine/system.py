@@ -64,7 +64,7 @@ class Frame:
     """One frame of one view. The object is reused from frame to frame: copy what has to last.
 
     camera is f64 in the axes of `planet` (an entity). cut: there is no usable last frame (the first one, a teleport).
-    settings: as in Setup. ev100: the fixed exposure that a named view asks for; None leaves it to the Exposure component.
+    settings: as in Setup.
     """
 
     world: World
@@ -80,7 +80,6 @@ class Frame:
     settings: Mapping[str, Any] = field(default_factory=dict)
     cut: bool = True
     ev100: float | None = None
-    ev100: float | None = None
     """A view's own fixed exposure, which goes before the scene's Exposure; None: the scene decides."""
 
 
@@ -95,9 +94,6 @@ class System:
     needs: ClassVar[tuple[type, ...]] = ()
     structure: int = 0
     """Raised by the system when its passes or the sizes of its resources change: the frame graph is compiled again."""
-
-    structure: int = 0
-    """Raise it when the passes or sizes that declare() gives change: the frame graph is compiled again."""
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
@@ -122,16 +118,8 @@ class System:
         return True
 
     def statistics(self) -> dict[str, int]:
-        """Counts of the last frame (cells, vertices, triangles, ...) for overlays and benches. May read back from the GPU."""
+        """Counts of the last frame (cells, vertices, triangles) for overlays and benches. May read the GPU."""
         return {}
 
     def release(self) -> None:
         """Let go of what setup made; the caller then releases the GL scope. A system may be set up again afterwards."""
-
-    def settled(self) -> bool:
-        """Whether another frame of the same view would show the same: nothing streams, adapts or accumulates."""
-        return True
-
-    def statistics(self) -> dict[str, int]:
-        """What the last frame drew: "cells", "vertices", "triangles". May read back from the GPU."""
-        return {}

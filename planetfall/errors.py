@@ -36,7 +36,7 @@ class SceneError(SettingError):
 
 
 class UnknownNameError(SettingError, KeyError):
-    """No planet, view or quality of that name; the message names the nearest one."""
+    """No planet or view of that name; the message names the nearest one."""
 
     def __str__(self) -> str:  # KeyError would show the message in quotes
         return str(self.args[0])
