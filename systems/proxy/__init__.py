@@ -1,1 +1,5 @@
-"""proxy."""
+"""The camera proxy: the held, snapped stand-in for the camera that every level of detail depends on."""
+
+from .system import ProxySystem, ProxyView
+
+__all__ = ["ProxySystem", "ProxyView"]

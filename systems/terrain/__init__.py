@@ -1,1 +1,1 @@
-"""terrain."""
+"""The solid ground: its height function, and the system that draws it."""

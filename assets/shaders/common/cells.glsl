@@ -1,0 +1,46 @@
+// Cells of the surface lattice, the vertices made for them, and what of them is seen. One layout for every system that draws
+// on the lattice; each binds its own buffers to these points.
+#ifndef QUADS_LOG2
+#error "define QUADS_LOG2: a cell has (1 << QUADS_LOG2) quads a side"
+#endif
+const int CELL_QUADS = 1 << QUADS_LOG2;
+const int CELL_SIDE = CELL_QUADS + 1;
+const int CELL_VERTICES = CELL_SIDE * CELL_SIDE;
+
+struct Cell {
+    int face;
+    int level;
+    int i;
+    int j;
+    uint edge_delta;   // 4 x 8 bits: by how many levels the neighbour across edge i-1, i+1, j-1, j+1 is coarser
+    float spacing_m;   // nominal distance of two vertices
+    float unused_0;
+    float unused_1;
+};
+
+struct CellVertex {
+    float x, y, z;     // metres from the anchor, planet axes
+    float dh;          // height above the anchor's, metres
+    uint normal;       // octahedral, 2 x snorm16, planet axes
+    uint attributes;   // 4 x unorm8, the system's own
+};
+
+struct CellBounds {
+    vec4 low;          // xyz: smallest coordinates of the vertices from the anchor; w: smallest dh
+    vec4 high;
+};
+
+// The integer lattice point of vertex (a, b), 0 <= a, b <= CELL_QUADS.
+ivec2 cell_lattice_point(Cell cell, ivec2 ab) {
+    return (ivec2(cell.i, cell.j) << (30 - cell.level)) + ab * (1 << (30 - cell.level - QUADS_LOG2));
+}
+
+// Along an edge to a coarser neighbour only the vertices that it has as well are used: no T-junctions.
+int cell_masked_vertex(uint edge_delta, int index) {
+    ivec2 ab = ivec2(index % CELL_SIDE, index / CELL_SIDE);
+    int d_i = ab.x == 0 ? int(edge_delta & 255u) : ab.x == CELL_QUADS ? int((edge_delta >> 8) & 255u) : 0;
+    int d_j = ab.y == 0 ? int((edge_delta >> 16) & 255u) : ab.y == CELL_QUADS ? int((edge_delta >> 24) & 255u) : 0;
+    ab.y = (ab.y >> d_i) << d_i;
+    ab.x = (ab.x >> d_j) << d_j;
+    return ab.y * CELL_SIDE + ab.x;
+}

@@ -1,0 +1,22 @@
+#include "generated/frame.glsl"
+#include "common/octahedral.glsl"
+#include "common/surfaces.glsl"
+
+in vec3 v_normal;
+in float v_shallow;
+flat in int v_level;
+layout(location = 0) out vec2 o_normal;
+layout(location = 1) out vec4 o_attributes;
+layout(location = 2) out uint o_surface;
+
+void main() {
+    o_normal = oct_encode(normalize(v_normal));
+    // 16 bits of depth in two channels.
+    float scaled = clamp(v_shallow, 0.0, 1.0) * 65535.0;
+    float high = floor(scaled / 256.0);
+    o_attributes = vec4(high / 255.0, (scaled - high * 256.0) / 255.0, float(v_level) / 32.0, 0.0);
+    o_surface = SURFACE_SEA;
+#ifdef PF_FRAG_DEPTH
+    gl_FragDepth = frame.camera_offset.w * gl_FragCoord.w;
+#endif
+}

@@ -1,0 +1,53 @@
+// The sea's vertices: points of the lattice at sea level, and the depth of the ground below them for the colour of shallows.
+#include "generated/frame.glsl"
+#include "generated/planet.glsl"
+#include "generated/ocean.glsl"
+#include "common/cells.glsl"
+#include "common/lattice.glsl"
+#include "common/octahedral.glsl"
+#include "contract/surface_height.glsl"
+
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) readonly buffer CellBuffer { Cell cells[]; };
+layout(std430, binding = 1) writeonly buffer VertexBuffer { CellVertex vertices[]; };
+layout(std430, binding = 5) writeonly buffer BoundsBuffer { CellBounds bounds[]; };
+
+shared vec3 s_low[64];
+shared vec3 s_high[64];
+
+void main() {
+    uint cell_index = gl_WorkGroupID.x;
+    Cell cell = cells[cell_index];
+    float level = planet.sea.x, dh = level - frame.anchor_up.w, radius = planet.radii.x;
+    vec3 low = vec3(3.4e38), high = vec3(-3.4e38);
+    for (int k = int(gl_LocalInvocationID.x); k < CELL_VERTICES; k += 64) {
+        ivec2 point = cell_lattice_point(cell, ivec2(k % CELL_SIDE, k / CELL_SIDE));
+        vec3 D = lattice_foot_offset(cell.face, point);
+        precise vec3 position = D * (1.0 + level / radius) + frame.anchor_up.xyz * dh;
+        float depth = max(level - surface_height(D, cell.spacing_m), 0.0);
+        CellVertex vertex;
+        vertex.x = position.x;
+        vertex.y = position.y;
+        vertex.z = position.z;
+        vertex.dh = dh;
+        vertex.normal = packSnorm2x16(oct_encode(normalize(frame.anchor_up.xyz + D / radius)));
+        vertex.attributes = packUnorm2x16(vec2(depth / (depth + 16.0), 0.0));
+        vertices[cell_index * uint(CELL_VERTICES) + uint(k)] = vertex;
+        low = min(low, position);
+        high = max(high, position);
+    }
+    uint lane = gl_LocalInvocationID.x;
+    s_low[lane] = low;
+    s_high[lane] = high;
+    for (uint half_count = 32u; half_count > 0u; half_count >>= 1) {
+        barrier();
+        if (lane < half_count) {
+            s_low[lane] = min(s_low[lane], s_low[lane + half_count]);
+            s_high[lane] = max(s_high[lane], s_high[lane + half_count]);
+        }
+    }
+    if (lane == 0u) {
+        bounds[cell_index].low = vec4(s_low[0], dh);
+        bounds[cell_index].high = vec4(s_high[0], dh);
+    }
+}

@@ -1,0 +1,59 @@
+// The vertices of all selected cells, once per snap of the proxy: a workgroup a cell. A vertex is a function of its canonical
+// integer lattice point and of the proxy alone, so cells that share it get the same bits whatever their levels.
+#include "generated/frame.glsl"
+#include "generated/planet.glsl"
+#include "generated/terrain_grid.glsl"
+#include "common/cells.glsl"
+#include "common/lattice.glsl"
+#include "common/octahedral.glsl"
+#include "terrain/height.glsl"
+#include "terrain/grid_spacing.glsl"
+
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) readonly buffer CellBuffer { Cell cells[]; };
+layout(std430, binding = 1) writeonly buffer VertexBuffer { CellVertex vertices[]; };
+layout(std430, binding = 5) writeonly buffer BoundsBuffer { CellBounds bounds[]; };
+
+shared vec4 s_low[64];
+shared vec4 s_high[64];
+
+void main() {
+    uint cell_index = gl_WorkGroupID.x;
+    Cell cell = cells[cell_index];
+    vec4 low = vec4(3.4e38), high = vec4(-3.4e38);
+    for (int k = int(gl_LocalInvocationID.x); k < CELL_VERTICES; k += 64) {
+        ivec2 point = cell_lattice_point(cell, ivec2(k % CELL_SIDE, k / CELL_SIDE));
+        vec3 D = lattice_foot_offset(cell.face, point);
+        TerrainPoint terrain = terrain_point(D, grid_spacing(D));
+        float radius = planet.radii.x;
+        float height = frame.anchor_up.w + terrain.dh;
+        precise vec3 position = D * (1.0 + height / radius) + frame.anchor_up.xyz * terrain.dh;
+        vec3 zenith = normalize(frame.anchor_up.xyz + D / radius);
+        vec3 normal = normalize(zenith - terrain.gradient * (radius / (radius + height)));
+        CellVertex vertex;
+        vertex.x = position.x;
+        vertex.y = position.y;
+        vertex.z = position.z;
+        vertex.dh = terrain.dh;
+        vertex.normal = packSnorm2x16(oct_encode(normal));
+        vertex.attributes = packUnorm4x8(vec4(terrain.roughness * 0.25, terrain.moisture, 0.0, 0.0));
+        vertices[cell_index * uint(CELL_VERTICES) + uint(k)] = vertex;
+        vec4 bound = vec4(position, terrain.dh);
+        low = min(low, bound);
+        high = max(high, bound);
+    }
+    uint lane = gl_LocalInvocationID.x;
+    s_low[lane] = low;
+    s_high[lane] = high;
+    for (uint half_count = 32u; half_count > 0u; half_count >>= 1) {
+        barrier();
+        if (lane < half_count) {
+            s_low[lane] = min(s_low[lane], s_low[lane + half_count]);
+            s_high[lane] = max(s_high[lane], s_high[lane + half_count]);
+        }
+    }
+    if (lane == 0u) {
+        bounds[cell_index].low = s_low[0];
+        bounds[cell_index].high = s_high[0];
+    }
+}

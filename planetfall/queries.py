@@ -1,0 +1,92 @@
+"""Questions about what a renderer drew: what a pixel shows, and how high the drawn ground is."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .engine.surface.lattice import FULL_BITS, locate
+from .systems.terrain.system import TerrainSystem
+
+if TYPE_CHECKING:
+    from .camera import Camera
+    from .renderer import Renderer
+    from .views import View
+
+_NAMES = {1: "terrain", 2: "sea", 3: "props"}
+
+
+def pick(renderer: Renderer, camera: Camera | View, x: float, y: float) -> tuple[NDArray[np.float64], str] | None:
+    """See Renderer.pick."""
+    width, height = renderer.size
+    column, row = int(np.floor(x)), int(np.floor(y))
+    if not (0 <= column < width and 0 <= row < height):
+        raise ValueError(f"pick: pixel ({x}, {y}) is outside the picture of {width} x {height}")
+    arrays = renderer.render(camera, outputs=("position", "surface"))
+    surface = int(arrays["surface"][row, column])
+    if surface == 0:
+        return None
+    position = renderer.camera_state(camera).position_m + arrays["position"][row, column].astype(np.float64)
+    return position, _NAMES.get(surface, "props")
+
+
+def height_drawn(renderer: Renderer, directions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """See Renderer.height_drawn: the triangle of the drawn mesh below each direction, intersected with its radius in f64."""
+    result = np.full(len(directions), np.nan)
+    system = renderer.system("terrain")
+    mesh = system.drawn_mesh() if isinstance(system, TerrainSystem) else None
+    if mesh is None or mesh.count == 0:
+        return result
+    proxy = renderer.scene.world.resource("proxy.0")
+    radius = proxy.cell.radius_m
+    cells, vertices = mesh.record, mesh.read_vertices()
+    unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    face, i_full, j_full = locate(unit)
+    index_of = {(int(c["face"]), int(c["level"]), int(c["i"]), int(c["j"])): k for k, c in enumerate(cells)}
+    levels = sorted({int(level) for level in cells["level"]}, reverse=True)
+    for n in range(len(unit)):
+        for level in levels:
+            shift = FULL_BITS - level
+            i, j = int(i_full[n]) >> shift, int(j_full[n]) >> shift
+            found = index_of.get((int(face[n]), level, i, j))
+            if found is not None:
+                a = (float(i_full[n]) / 2.0**shift - i) * mesh.quads
+                b = (float(j_full[n]) / 2.0**shift - j) * mesh.quads
+                result[n] = _height_on_quads(vertices[found], cells[found], mesh.quads, a, b, unit[n], proxy) - radius
+                break
+    return result
+
+
+def _height_on_quads(
+    vertices: NDArray[np.void], cell: np.void, quads: int, a: float, b: float, unit: NDArray[np.float64], proxy: Any
+) -> float:
+    """Distance from the centre along `unit` of the drawn patch near grid coordinates (a, b)."""
+    side = quads + 1
+    delta = [(int(cell["edge_delta"]) >> (8 * e)) & 255 for e in range(4)]
+
+    def vertex(x: int, y: int) -> NDArray[np.float64]:
+        # The same rule as cell_masked_vertex in common/cells.glsl.
+        across = delta[0] if x == 0 else delta[1] if x == quads else 0
+        along = delta[2] if y == 0 else delta[3] if y == quads else 0
+        x, y = (x >> along) << along, (y >> across) << across
+        return proxy.anchor_m + vertices[y * side + x]["position_m"].astype(np.float64)
+
+    middle_x, middle_y = min(int(a), quads - 1), min(int(b), quads - 1)
+    best, best_error = np.nan, np.inf
+    for y in range(max(middle_y - 1, 0), min(middle_y + 2, quads)):
+        for x in range(max(middle_x - 1, 0), min(middle_x + 2, quads)):
+            p, q, s, t = vertex(x, y), vertex(x + 1, y), vertex(x + 1, y + 1), vertex(x, y + 1)
+            # The diagonals of patch_indices().
+            for triangle in ((p, q, t), (q, s, t)) if (x + y) % 2 else ((p, q, s), (p, s, t)):
+                matrix = np.column_stack(triangle)
+                scale = np.abs(matrix).max()
+                try:
+                    weights = np.linalg.solve(matrix / scale, unit)
+                except np.linalg.LinAlgError:
+                    continue  # two corners were moved onto one another along a coarser edge
+                outside = -min(float(weights.min() / weights.sum()), 0.0)
+                if outside < best_error:
+                    best, best_error = scale / float(weights.sum()), outside
+    return best

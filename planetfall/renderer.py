@@ -1,0 +1,386 @@
+"""Renderer: pictures, arrays and embedding for one scene."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import ASSETS, queries
+from .camera import Camera
+from .engine.gpu import Gpu
+from .engine.gpu.graph_backend import GLBackend
+from .engine.graph import GraphBuilder, Plan
+from .engine.space import CameraState, project
+from .engine.system import Frame, Setup, SunState, System, ViewInfo
+from .errors import NotSettled, SettingError, SizeError
+from .outputs import OUTPUTS, exports_for, read_output
+from .quality import resolve_quality
+from .scene import Scene
+from .snapshot import Snapshot
+from .systems.composite import CompositeSystem
+from .systems.debug import DebugSystem
+from .systems.gbuffer import GBufferSystem
+from .systems.light import resolve_sun
+from .systems.ocean import OceanSystem
+from .systems.proxy import ProxySystem
+from .systems.sky import SkySystem
+from .systems.terrain.system import TerrainSystem
+from .views import View
+
+log = logging.getLogger(__name__)
+
+SYSTEMS: tuple[type[System], ...] = (
+    ProxySystem, GBufferSystem, TerrainSystem, OceanSystem, SkySystem, CompositeSystem, DebugSystem,
+)  # fmt: skip
+"""In the order of their updates; the order of the passes comes from the graph."""
+
+_SETTLE_FRAMES = 64
+_LOWEST_CLEARANCE_M = 0.02
+
+
+class Renderer:
+    """Renders a scene to arrays, or into a host's framebuffer.
+
+    scene: see load_scene. size: (width, height) in pixels. quality: low, medium, high, ultra or reference. overrides:
+    {"terrain.edge_px": 8.0, ...}, any knob by its dotted key. ctx: a host's current moderngl context, or None for a headless
+    one of its own. systems: further System classes of a game. One thread a renderer; release() frees every GL object.
+
+    Raises SizeError, SettingError, NoEGLError, GLVersionError before any GPU work.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        size: tuple[int, int] = (1280, 720),
+        quality: str = "high",
+        overrides: Mapping[str, Any] | None = None,
+        ctx: moderngl.Context | None = None,
+        systems: Sequence[type[System]] = (),
+    ) -> None:
+        _check_size(size, None)
+        self.settings = resolve_quality(quality, overrides)
+        self.quality = quality
+        self.scene = scene
+        self._own_context = ctx is None
+        if ctx is None:
+            from .engine.hosts.headless import create_headless
+
+            ctx = create_headless()
+        self.ctx = ctx
+        self.gpu = Gpu(ctx, [ASSETS / "shaders"])
+        _check_size(size, self.gpu.caps.max_texture_size)
+        self.size = (int(size[0]), int(size[1]))
+        self._systems: list[System] = [cls() for cls in (*SYSTEMS, *systems)]
+        self._scopes: dict[str, Any] = {}
+        self._graph_scope = self.gpu.scope("graph")
+        self._backend = GLBackend(self._graph_scope)
+        self._plan: Plan | None = None
+        self._plan_key: tuple[Any, ...] = ()
+        self._gate_key: tuple[Any, ...] = ()
+        self._exports: frozenset[str] = frozenset({"composite.ldr"})
+        self._frame: Frame | None = None
+        self._last: tuple[Any, ...] = ()
+        self._frame_index = 0
+        self._lifted = False
+        self._cut = True
+        self._dt_s = 1.0 / 60.0
+        self.python_ms = 0.0
+        self.released = False
+
+    # -- pictures ----------------------------------------------------------------------------------------------------
+
+    def render(
+        self,
+        camera: Camera | View,
+        time_s: float | None = None,
+        sun: Any = None,
+        outputs: Sequence[str] = ("color",),
+        dt_s: float | None = None,
+    ) -> dict[str, NDArray[Any]]:
+        """One frame as arrays of shape (H, W[, C]), row 0 on top; never blocks on streaming.
+
+        outputs: any of color (u8, 3, sRGB), radiance (f32, 3, W m^-2 sr^-1 nm^-1 before exposure), distance (f32, m along the
+        ray, inf where nothing was hit), position (f32, 3, m from the camera in planet axes, NaN), normal (f32, 3, 0), surface
+        (u8: 0 none, 1 terrain, 2 sea, 3 props), or the name of any texture of the frame graph. camera: a Camera, or a View,
+        which brings its own sun, time and exposure. time_s: moves water and weather, and an epoch sun. sun: a Sun component
+        that replaces the scene's. dt_s: time since the last frame, for exposure that adapts.
+        """
+        wanted = tuple(outputs)
+        self._draw(camera, time_s, sun, exports_for(wanted), dt_s, None)
+        plan = self._require_plan()
+        return {name: read_output(plan, name, self.size) for name in wanted}
+
+    def render_to(
+        self,
+        framebuffer: moderngl.Framebuffer,
+        camera: Camera | View,
+        time_s: float | None = None,
+        sun: Any = None,
+        viewport: tuple[int, int, int, int] | None = None,
+        dt_s: float | None = None,
+    ) -> None:
+        """One frame into a framebuffer of the host's, at viewport (x, y, width, height; default: all of it).
+
+        The renderer takes the viewport's size. Wrap the call in a hosts.ForeignHost guard to get the host's GL state back.
+        """
+        x, y, width, height = viewport or (0, 0, *framebuffer.size)
+        self.resize((width, height))
+        framebuffer.viewport = (x, y, width, height)
+        self._draw(camera, time_s, sun, frozenset({"target"}), dt_s, framebuffer)
+
+    def settle(
+        self,
+        camera: Camera | View,
+        time_s: float | None = None,
+        sun: Any = None,
+        timeout_s: float | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> None:
+        """Render until exposure and everything that refines over frames has converged: pictures become deterministic.
+
+        progress(share) is called after each frame. NotSettled after timeout_s, naming what had not settled.
+        """
+        started = time.monotonic()
+        self._cut = True
+        waiting: list[str] = []
+        for step in range(_SETTLE_FRAMES):
+            self._draw(camera, time_s, sun, self._exports - {"target"} or frozenset({"composite.ldr"}), 10.0, None)
+            waiting = [s.name for s in self._systems if s.name in self._scopes and not s.settled()]
+            if progress is not None:
+                progress(1.0 if not waiting else (step + 1) / _SETTLE_FRAMES)
+            if not waiting and step >= 1:
+                return
+            if timeout_s is not None and time.monotonic() - started > timeout_s:
+                break
+        raise NotSettled(
+            f"not settled after {step + 1} frames and {time.monotonic() - started:.1f} s: {', '.join(waiting) or 'nothing'};"
+            " give it a longer timeout_s"
+        )
+
+    def snapshot(self, camera: Camera | View, time_s: float | None = None, settle: bool = True) -> Snapshot:
+        """A picture that shows itself in notebooks; .array, .save(path)."""
+        if settle:
+            self.settle(camera, time_s)
+        return Snapshot(self.render(camera, time_s)["color"])
+
+    def resize(self, size: tuple[int, int]) -> None:
+        """A new picture size; history (exposure) starts again only where it must."""
+        size = (int(size[0]), int(size[1]))
+        if size != self.size:
+            _check_size(size, self.gpu.caps.max_texture_size)
+            self.size = size
+            if self._plan is not None:
+                self._plan.resize(size)
+
+    # -- queries -----------------------------------------------------------------------------------------------------
+
+    def project(self, camera: Camera | View, points_m: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        """Pixels (N, 2), row 0 on top, of points (N, 3) in planet axes, and which lie in front of the camera."""
+        return project(self._camera_state(camera), np.atleast_2d(np.asarray(points_m, np.float64)), self.size)
+
+    def pick(self, camera: Camera | View, x: float, y: float) -> tuple[NDArray[np.float64], str] | None:
+        """What pixel (x, y) shows: position_m (3,) f64 in planet axes and "terrain", "sea" or "props"; None for the sky."""
+        return queries.pick(self, camera, x, y)
+
+    def height_drawn(self, directions: ArrayLike) -> NDArray[np.float64]:
+        """Heights (N,) in metres of the ground as the last frame's level of detail shows it; NaN where it drew none."""
+        return queries.height_drawn(self, np.atleast_2d(np.asarray(directions, np.float64)))
+
+    # -- looking inside ----------------------------------------------------------------------------------------------
+
+    def passes(self) -> list[Any]:
+        """What ran in the last frame and what was skipped, and why: PassReport objects of the frame graph."""
+        return list(self._require_plan().passes)
+
+    @property
+    def graph(self) -> Plan:
+        """The compiled frame graph: explain(), to_mermaid(), memory_bytes(), resource()."""
+        return self._require_plan()
+
+    @property
+    def stats(self) -> dict[str, int]:
+        """Cells, vertices and triangles drawn in the last frame, ground and sea together. Reads back from the GPU."""
+        total: dict[str, int] = {}
+        for system in self._systems:
+            if system.name in self._scopes:
+                for key, value in system.statistics().items():
+                    total[key] = total.get(key, 0) + value
+        return total
+
+    def system(self, name: str) -> System | None:
+        """The active system of that name, or None."""
+        return next((s for s in self._systems if s.name == name and name in self._scopes), None)
+
+    def camera_state(self, camera: Camera | View) -> CameraState:
+        """The camera in f64 as the renderer uses it: resolved against the scene's ground, lifted out of it if need be."""
+        return self._camera_state(camera)
+
+    def reload_shaders(self) -> list[str]:
+        """Compile what has changed on disk; a broken shader leaves the last good one running. Names of what was reloaded."""
+        return self.gpu.shaders.reload_changed()
+
+    def release(self) -> None:
+        """Free every GL object; may be called twice."""
+        if self.released:
+            return
+        self.released = True
+        if self._plan is not None:
+            self._plan.release()
+        for system in self._systems:
+            self._deactivate(system)
+        self.gpu.release()
+        if self._own_context:
+            self.ctx.release()
+
+    def __enter__(self) -> Renderer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.release()
+
+    # -- a frame -----------------------------------------------------------------------------------------------------
+
+    def _require_plan(self) -> Plan:
+        if self._plan is None:
+            raise SettingError("nothing has been rendered yet: call render() first")
+        return self._plan
+
+    def _camera_state(self, camera: Camera | View) -> CameraState:
+        plain = camera.camera if isinstance(camera, View) else camera
+        state = plain.resolve(self.scene, self.size[0] / self.size[1])
+        return self._lifted_out(state)
+
+    def _lifted_out(self, state: CameraState) -> CameraState:
+        """Out of the ground, with one warning: nothing good can be seen from inside."""
+        field = self.scene.planet.height_field()
+        if field is None:
+            return state
+        distance = float(np.linalg.norm(state.position_m))
+        radius = self.scene.planet.radius_m
+        if distance - radius > field.highest_m + _LOWEST_CLEARANCE_M or distance == 0.0:
+            return state
+        zenith = state.position_m / distance
+        ground = float(field.height(zenith[None])[0])
+        if distance - radius >= ground + _LOWEST_CLEARANCE_M:
+            return state
+        if not self._lifted:
+            self._lifted = True
+            log.warning(
+                "the camera was %.2f m inside the ground and was lifted above it; said once",
+                ground - (distance - radius),
+            )
+        return state.moved(zenith * (radius + ground + _LOWEST_CLEARANCE_M))
+
+    def _draw(
+        self,
+        camera: Camera | View,
+        time_s: float | None,
+        sun: Any,
+        exports: frozenset[str],
+        dt_s: float | None,
+        target: Any,
+    ) -> None:
+        started = time.perf_counter()
+        if self.released:
+            raise SettingError("this renderer has been released: make a new one")
+        view = camera if isinstance(camera, View) else None
+        if time_s is None:
+            time_s = view.time_s if view is not None else 0.0
+        state = self._camera_state(camera)
+        sun_component = (
+            sun if sun is not None else view.sun if view is not None and view.sun is not None else self.scene.sun
+        )
+        sun_state = resolve_sun(sun_component, self.scene.planet.planet, time_s)
+        self._gate()
+        frame = self._frame_for(state, sun_state, time_s, dt_s)
+        frame.ev100 = view.ev100 if view is not None else None
+        for system in self._systems:
+            if system.name in self._scopes:
+                system.update(frame)
+        plan = self._compiled(exports)
+        if target is not None:
+            plan.bind_import("target", target)
+        if frame.cut:
+            plan.invalidate_history()
+        self.python_ms = (time.perf_counter() - started) * 1e3
+        with self.gpu.frame():
+            plan.execute()
+        self._cut = False
+        self._frame_index += 1
+
+    def _frame_for(self, state: CameraState, sun: SunState, time_s: float, dt_s: float | None) -> Frame:
+        planet = self.scene.planet.entity
+        if self._frame is None:
+            self._frame = Frame(self.scene.world, planet, self.size, state, sun, settings=self.settings)
+        frame = self._frame
+        frame.planet, frame.size, frame.camera, frame.sun, frame.time_s = planet, self.size, state, sun, time_s
+        frame.dt_s = self._dt_s if dt_s is None else dt_s
+        frame.frame_index = self._frame_index
+        frame.cut = self._cut
+        return frame
+
+    def _gate(self) -> None:
+        """Set up what the world now has, let go of what it no longer has."""
+        world = self.scene.world
+        key = (world.structure_revision, self.scene.planet.entity)
+        if key == self._gate_key:
+            return
+        self._gate_key = key
+        for system in self._systems:
+            wanted, running = system.active(world), system.name in self._scopes
+            if wanted and not running:
+                self._scopes[system.name] = scope = self.gpu.scope(system.name)
+                system.setup(Setup(world, scope, self.settings, self.scene.planet.entity))
+                self._plan_key = ()
+            elif running and not wanted:
+                self._deactivate(system)
+                self._plan_key = ()
+
+    def _deactivate(self, system: System) -> None:
+        scope = self._scopes.pop(system.name, None)
+        if scope is not None:
+            system.release()
+            scope.release()
+
+    def _compiled(self, exports: frozenset[str]) -> Plan:
+        running = [s for s in self._systems if s.name in self._scopes]
+        key = (exports, tuple((s.name, s.structure) for s in running))
+        if self._plan is not None and key == self._plan_key:
+            return self._plan
+        builder = GraphBuilder()
+        view = ViewInfo(self.size, 0, exports, self.scene.planet.entity)
+        for system in running:
+            system.declare(builder, view)
+        for name in sorted(exports):
+            builder.export(name)
+        old = self._plan
+        self._plan = builder.compile(self._backend, self.size, previous=old)
+        self._plan_key = key
+        self._exports = exports
+        return self._plan
+
+
+def _check_size(size: Any, limit: int | None) -> None:
+    try:
+        width, height = size
+        width, height = int(width), int(height)
+    except (TypeError, ValueError):
+        raise SizeError(f"size must be (width, height) in pixels, found {size!r}") from None
+    if width < 1 or height < 1:
+        raise SizeError(
+            f"a picture of {width} x {height} pixels has nothing in it: width and height must be at least 1"
+        )
+    if limit is not None and max(width, height) > limit:
+        raise SizeError(
+            f"a picture of {width} x {height} pixels is beyond this GPU's limit of {limit} a side; render tiles with"
+            " Camera(frustum_deg=...) instead"
+        )
+
+
+__all__ = ["OUTPUTS", "Renderer"]

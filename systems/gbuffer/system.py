@@ -1,0 +1,89 @@
+"""GBufferSystem: clears the G-buffer, turns it into the renderer's output arrays, and presents the finished picture.
+
+The output passes run only while somebody asks for their arrays: the graph culls them otherwise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ...engine.graph import GraphBuilder, PassIO, TextureSpec
+from ...engine.system import Setup, System, ViewInfo
+
+GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
+"""Colour attachments of every surface pass, in the order of their shader locations."""
+
+
+class GBufferSystem(System):
+    """Owns gbuffer.*, outputs.* and the pass that fills the import ``target``."""
+
+    name = "gbuffer"
+
+    def setup(self, setup: Setup) -> None:
+        self._gpu = setup.gpu
+        self._clear_normal = setup.gpu.fullscreen("gbuffer/clear.frag")
+        self._geometry = setup.gpu.fullscreen("outputs/geometry.frag")
+        self._present = setup.gpu.fullscreen("outputs/present.frag")
+        self._write_all = setup.gpu.gpu.state(depth_test=False, cull=None, blend=None)
+        self._write_depth = setup.gpu.gpu.state(depth_test=True, depth_func="always", cull=None, blend=None)
+
+    def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
+        builder.add_pass(
+            "gbuffer.clear", bind=self._bind_clear, system=self.name, help="nothing seen yet, infinitely far away",
+            creates=(
+                TextureSpec("gbuffer.depth", "depth32f", help="near / z, reversed: 0 is infinitely far"),
+                TextureSpec("gbuffer.normal", "rg16_snorm", help="octahedral normal in planet axes"),
+                TextureSpec("gbuffer.attributes", "rgba8", help="two of the surface's own, level of detail / 32, unused"),
+                TextureSpec("gbuffer.surface", "r8ui", help="0 none, 1 terrain, 2 sea, 3 props"),
+            ),
+        )
+        builder.add_pass(
+            "outputs.geometry", bind=self._bind_geometry, system=self.name,
+            reads=("gbuffer.depth", "gbuffer.normal", "gbuffer.surface"), help="metres for programs, never jittered",
+            creates=(
+                TextureSpec("outputs.position", "rgba32f", help="from the camera in planet axes; w: distance"),
+                TextureSpec("outputs.normal", "rgba32f", help="unit normal in planet axes; w: surface id"),
+            ),
+        )
+        builder.import_("target", kind="framebuffer")
+        builder.add_pass(
+            "outputs.present", bind=self._bind_present, system=self.name, reads=("composite.ldr",), writes=("target",),
+            help="the finished picture into the host's framebuffer",
+        )
+
+    def _bind_clear(self, io: PassIO) -> Callable[[], None]:
+        target = io.framebuffer(colors=GBUFFER, depth="gbuffer.depth")
+
+        def run() -> None:
+            # A triangle at depth 0 instead of glClear, which is undefined for integer attachments.
+            target.use()
+            self._write_depth.apply()
+            self._clear_normal.render()
+
+        return run
+
+    def _bind_geometry(self, io: PassIO) -> Callable[[], None]:
+        target = io.framebuffer(colors=("outputs.position", "outputs.normal"))
+        depth, normal, surface = (io.texture(n) for n in ("gbuffer.depth", "gbuffer.normal", "gbuffer.surface"))
+
+        def run() -> None:
+            target.use()
+            self._write_all.apply()
+            depth.use(0)
+            normal.use(1)
+            surface.use(2)
+            self._geometry.render()
+
+        return run
+
+    def _bind_present(self, io: PassIO) -> Callable[[], None]:
+        target = io.imported("target")
+        picture = io.texture("composite.ldr")
+
+        def run() -> None:
+            target.value.use()
+            self._write_all.apply()
+            picture.use(0)
+            self._present.render()
+
+        return run

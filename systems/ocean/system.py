@@ -1,0 +1,184 @@
+"""OceanSystem: a smooth sea at one level, drawn on cells of its own, shaded with absorption, scattering and glitter."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from ...components import Ocean, Planet
+from ...engine.gpu.cell_mesh import CellMesh
+from ...engine.gpu.layout import Vec4
+from ...engine.graph import GraphBuilder, PassIO
+from ...engine.settings import revision
+from ...engine.surface.coverage import proxy_coverage
+from ...engine.surface.selection import select_rings
+from ...engine.system import Frame, Setup, System, ViewInfo
+
+OCEAN_BINDING = 6
+GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
+_BED_ALBEDO = (0.34, 0.27, 0.17)  # pale sand: what shallow water is seen against
+
+
+@dataclass
+class OceanBlock:
+    """The water. GLSL: ``generated/ocean.glsl``, instance ``ocean``."""
+
+    absorption: Vec4 = (0.35, 0.07, 0.03, 0.0)
+    """1/m at the three wavelengths"""
+    scattering: Vec4 = (0.003, 0.005, 0.008, 0.0)
+    """1/m at the three wavelengths"""
+    bed: Vec4 = (*_BED_ALBEDO, 0.0)
+    """albedo of the ground below"""
+    water: Vec4 = (0.12, 0.0, 0.0, 0.0)
+    """(roughness: Beckmann's alpha of the slopes, unused, unused, unused)"""
+
+
+class _SeaView:
+    """One view's cells and what they were made for."""
+
+    def __init__(self, mesh: CellMesh) -> None:
+        self.mesh = mesh
+        self.key: tuple[Any, ...] = ()
+        self.made: tuple[Any, ...] | None = None
+        self.wanted: tuple[Any, ...] = ()
+        self.culled: tuple[Any, ...] | None = None
+
+
+class OceanSystem(System):
+    """The sea of one planet. Needs Planet and Ocean."""
+
+    name = "ocean"
+    needs = (Planet, Ocean)
+
+    def __init__(self) -> None:
+        self._views: dict[int, _SeaView] = {}
+
+    def setup(self, setup: Setup) -> None:
+        self._gpu = setup.gpu
+        self._quads = int(setup.settings["terrain.quads"])
+        defines = {"QUADS_LOG2": self._quads.bit_length() - 1}
+        self._block = setup.gpu.uniform_block(OceanBlock, OCEAN_BINDING, "ocean")
+        self._written: tuple[Any, ...] | None = None
+        self._vertices = setup.gpu.compute("ocean/vertices.comp", defines=defines)
+        self._cull = setup.gpu.compute("common/cull_cells.comp", defines=defines)
+        self._surface = setup.gpu.program(vertex="ocean/gbuffer.vert", fragment="ocean/gbuffer.frag", defines=defines)
+        self._shade = setup.gpu.fullscreen("ocean/shade.frag")
+        # Seen from above and, under water, from below.
+        self._draw_state = setup.gpu.gpu.state(depth_test=True, depth_func=">=", cull=None)
+        self._shade_state = setup.gpu.gpu.state(depth_test=False, cull=None)
+
+    def release(self) -> None:
+        self._views.clear()
+
+    def _view(self, index: int) -> _SeaView:
+        view = self._views.get(index)
+        if view is None:
+            view = self._views[index] = _SeaView(CellMesh(self._gpu, self.name, self._quads))
+        return view
+
+    def update(self, frame: Frame) -> None:
+        ocean = frame.world.get(frame.planet, Ocean)
+        radius = frame.world.get(frame.planet, Planet).radius_m
+        proxy = frame.world.resource(f"proxy.{frame.view_index}")
+        view = self._view(frame.view_index)
+        camera = frame.camera
+        pixel_angle = (camera.tan_top - camera.tan_bottom) / frame.size[1]
+        spacing_angle = float(frame.settings["terrain.edge_px"]) * pixel_angle
+        ground = frame.world.resources.get("height_field")
+        key = (proxy.generation, revision(ocean), spacing_angle, id(ground))
+        if key != view.key:
+            view.key = key
+            above_sea = max(abs(proxy.cell.altitude_m - ocean.sea_level_m), 0.05)
+            cells = select_rings(
+                proxy.lattice, above_sea, ocean.sea_level_m, radius, spacing_angle, self._quads,
+                coverage_rad=proxy_coverage(
+                    proxy.cell.highest_altitude_m, proxy.cell.max_sideways_rad, radius, ocean.sea_level_m,
+                    ocean.sea_level_m,
+                ).half_angle_rad,
+                min_spacing_m=float(frame.settings["terrain.min_spacing_m"]),
+            )
+            if view.mesh.upload(cells):
+                self.structure += 1
+        axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
+        view.wanted = (view.mesh.selection, axes, camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
+        written = (revision(ocean),)
+        if written != self._written:
+            self._written = written
+            self._block.write(
+                OceanBlock((*ocean.absorption_per_m, 0.0), (*ocean.scattering_per_m, 0.0), (*_BED_ALBEDO, 0.0),
+                           (ocean.roughness, 0.0, 0.0, 0.0))
+            )
+        self._block.bind()
+
+    def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
+        sea = self._view(view.index)
+        mesh, name = sea.mesh, self.name
+        builder.add_pass(
+            "ocean.vertices", kind="compute", system=name, bind=lambda io: self._bind_vertices(io, sea),
+            creates=mesh.vertex_buffers(), after_optional=("terrain.vertices",),
+            when=lambda: sea.made != (mesh.selection, sea.key),
+            help="the sea's vertices and the depth below them, on a snap of the proxy",
+        )
+        builder.add_pass(
+            "ocean.cull", kind="compute", system=name, bind=lambda io: self._bind_cull(io, sea), reads=("ocean.bounds",),
+            creates=mesh.cull_buffers(), when=lambda: sea.culled != sea.wanted, help="cells of the sea that can be seen",
+        )
+        builder.add_pass(
+            "ocean.gbuffer", system=name, bind=lambda io: self._bind_gbuffer(io, sea),
+            reads=("ocean.vertices", "ocean.visible", "ocean.arguments"), writes=("gbuffer.depth", *GBUFFER),
+            after=("gbuffer.clear",),
+            after_optional=("terrain.gbuffer",), help="patches of the visible sea",
+        )
+        builder.add_pass(
+            "ocean.shade", system=name, bind=self._bind_shade, reads=("gbuffer.depth", *GBUFFER), writes=("scene.radiance",),
+            after=("sky.shade",), after_optional=("terrain.shade",), help="light of sea pixels",
+        )
+
+    def _bind_vertices(self, io: PassIO, sea: _SeaView) -> Callable[[], None]:
+        sea.mesh.attach_vertices(io)
+        sea.made = None
+
+        def run() -> None:
+            sea.mesh.make_vertices(self._vertices)
+            sea.made = (sea.mesh.selection, sea.key)
+
+        return run
+
+    def _bind_cull(self, io: PassIO, sea: _SeaView) -> Callable[[], None]:
+        sea.mesh.attach_visible(io)
+        sea.culled = None
+
+        def run() -> None:
+            sea.mesh.cull(self._cull)
+            sea.culled = sea.wanted
+
+        return run
+
+    def _bind_gbuffer(self, io: PassIO, sea: _SeaView) -> Callable[[], None]:
+        target = io.framebuffer(colors=GBUFFER, depth="gbuffer.depth")
+        patches = self._gpu.vertex_array(self._surface, content=[], index=sea.mesh.indices, index_size=4)
+
+        def run() -> None:
+            target.use()
+            self._draw_state.apply()
+            sea.mesh.draw(patches)
+
+        return run
+
+    def _bind_shade(self, io: PassIO) -> Callable[[], None]:
+        target = io.framebuffer(colors=("scene.radiance",))
+        textures = [io.texture(n) for n in ("gbuffer.depth", *GBUFFER)]
+
+        def run() -> None:
+            target.use()
+            self._shade_state.apply()
+            for unit, texture in enumerate(textures):
+                texture.use(unit)
+            self._shade.render()
+
+        return run
+
+    def statistics(self) -> dict[str, int]:
+        sea = self._views.get(0)
+        return {} if sea is None else sea.mesh.statistics()

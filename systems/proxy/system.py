@@ -1,0 +1,167 @@
+"""ProxySystem: snaps the camera proxy and its anchor, and writes the uniform blocks of the view.
+
+This is where double precision ends: the camera's offset from the anchor is formed here in f64, and nothing larger than it
+ever reaches the GPU. It runs before all other systems.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...components import Ocean, Planet
+from ...engine.frame_block import FRAME_BINDING, PLANET_BINDING, FrameBlock, PlanetBlock
+from ...engine.space import near_plane_m, projection_terms
+from ...engine.surface.field import HeightField
+from ...engine.surface.lattice_anchor import LatticeAnchor
+from ...engine.surface.proxy import ProxyCell, snap_proxy
+from ...engine.system import Frame, Setup, System
+
+LATTICE_BINDING = 2  # common/lattice.glsl
+LATTICE_BYTES = 320
+
+# Anchor heights are multiples of 1/16 m, so that their f32 copy in the frame block is exact (below 1000 km).
+_HEIGHT_STEP_M = 1.0 / 16.0
+
+
+@dataclass
+class ProxyView:
+    """What other systems read of a view's proxy: world resource ``proxy.<view index>``.
+
+    lattice.direction and anchor_height_m place the anchor; generation grows with every snap.
+    """
+
+    cell: ProxyCell
+    lattice: LatticeAnchor
+    anchor_height_m: float
+    anchor_m: NDArray[np.float64]
+    ground_m: float
+    generation: int
+
+
+class ProxySystem(System):
+    """Owns the frame, planet and lattice blocks. Needs a Planet."""
+
+    name = "proxy"
+    needs = (Planet,)
+
+    def __init__(self) -> None:
+        self._views: dict[int, ProxyView] = {}
+        self._frame_block = FrameBlock()
+        self._planet_block = PlanetBlock()
+
+    def setup(self, setup: Setup) -> None:
+        self._frame_ubo = setup.gpu.uniform_block(FrameBlock, FRAME_BINDING, "frame")
+        self._planet_ubo = setup.gpu.uniform_block(PlanetBlock, PLANET_BINDING, "planet")
+        self._lattice = setup.gpu.buffer(reserve=LATTICE_BYTES, dynamic=True)
+        self._views.clear()
+        self._uploaded: tuple[int, int] | None = None
+        self._planet_written: PlanetBlock | None = None
+
+    def release(self) -> None:
+        self._views.clear()
+
+    def update(self, frame: Frame) -> None:
+        planet = frame.world.get(frame.planet, Planet)
+        field: HeightField | None = frame.world.resources.get("height_field")
+        sea = frame.world.try_get(frame.planet, Ocean)
+        radius = planet.radius_m
+
+        def ground(directions: NDArray[np.float64]) -> NDArray[np.float64]:
+            return np.zeros(len(directions)) if field is None else field.height(directions)
+
+        level = -np.inf if sea is None else sea.sea_level_m
+        if float(np.linalg.norm(frame.camera.position_m)) - radius < level:
+            level = -np.inf  # a diver is near the bed, not near the surface
+
+        def surface(directions: NDArray[np.float64]) -> NDArray[np.float64]:
+            return np.maximum(ground(directions), level)
+
+        view = self._views.get(frame.view_index)
+        fraction = float(frame.settings.get("proxy.fraction", 0.25))
+        cell = snap_proxy(
+            frame.camera.position_m, radius, surface,
+            previous=None if view is None or frame.cut else view.cell,
+            fraction=fraction, may_update_early=self._planet_out_of_view(frame, radius, field),
+        )
+        if view is None or cell is not view.cell:
+            view = self._new_anchor(view, cell, radius, ground, sea, frame)
+            self._views[frame.view_index] = view
+            frame.world.set_resource(f"proxy.{frame.view_index}", view)
+        self._write_blocks(frame, view, radius, field, sea)
+
+    @staticmethod
+    def _planet_out_of_view(frame: Frame, radius: float, field: HeightField | None) -> bool:
+        """True when no part of the planet can be in the picture, so that a snap cannot be seen."""
+        camera = frame.camera
+        highest = 0.0 if field is None else field.highest_m
+        reach = radius + max(highest, 0.0)
+        for normal in camera.side_planes():
+            if float(normal @ -camera.position_m) < -reach:
+                return True
+        return False
+
+    def _new_anchor(
+        self, old: ProxyView | None, cell: ProxyCell, radius: float, ground: Any, sea: Ocean | None, frame: Frame
+    ) -> ProxyView:
+        lattice = cell.anchor()
+        bed = float(ground(lattice.direction[None])[0])
+        top = bed if sea is None else max(bed, sea.sea_level_m)
+        altitude = float(np.linalg.norm(frame.camera.position_m)) - radius
+        # Near the nearest surface: the sea's for a camera above it, the camera's own depth below it, else the ground.
+        height = round(float(np.clip(altitude, bed, top)) / _HEIGHT_STEP_M) * _HEIGHT_STEP_M
+        anchor = lattice.direction * (radius + height)
+        return ProxyView(cell, lattice, height, anchor, bed, 1 if old is None else old.generation + 1)
+
+    def _write_blocks(
+        self, frame: Frame, view: ProxyView, radius: float, field: HeightField | None, sea: Ocean | None
+    ) -> None:
+        camera = frame.camera
+        block = self._frame_block
+        terms = projection_terms(camera)
+        distance = float(np.linalg.norm(camera.position_m))
+        zenith = camera.position_m / distance
+        offset = camera.position_m - view.anchor_m
+        width, height = frame.size
+        clearance = distance - radius - view.ground_m
+        if sea is not None:
+            clearance = min(clearance, abs(distance - radius - sea.sea_level_m))
+        near = near_plane_m(abs(clearance))
+        sun = frame.sun
+        block.camera_right = (*camera.right, 0.0)
+        block.camera_up = (*camera.up, 0.0)
+        block.camera_forward = (*camera.forward, 0.0)
+        block.projection = terms
+        block.camera_offset = (*offset, near)
+        block.camera_zenith = (*zenith, distance - radius)
+        block.anchor_up = (*view.lattice.direction, view.anchor_height_m)
+        block.sun_direction = (*sun.direction, sun.angular_radius_rad)
+        block.sun_irradiance = (*sun.irradiance, 0.0)
+        block.viewport = (width, height, 1.0 / width, 1.0 / height)
+        block.clock = (frame.time_s % 4096.0, frame.frame_index % 2**20, frame.dt_s, 2.0 * terms[1] / height)
+        self._frame_ubo.write(block)
+        self._frame_ubo.bind()
+
+        lowest = 0.0 if field is None else field.lowest_m
+        highest = 0.0 if field is None else field.highest_m
+        drawn_lowest = lowest if sea is None else max(lowest, sea.sea_level_m)
+        if distance - radius < drawn_lowest:
+            drawn_lowest = lowest  # under water the bed is what hides
+        planet = PlanetBlock(
+            radii=(radius, highest, lowest, drawn_lowest),
+            sea=(0.0, 0.0, 0.0, 0.0) if sea is None else (sea.sea_level_m, 1.0, 0.0, 0.0),
+        )
+        if planet != self._planet_written:
+            self._planet_ubo.write(planet)
+            self._planet_written = planet
+        self._planet_ubo.bind()
+        if self._uploaded != (frame.view_index, view.generation):
+            self._lattice.write(view.lattice.block.tobytes())
+            self._uploaded = (frame.view_index, view.generation)
+        self._lattice.bind_to_uniform_block(LATTICE_BINDING)
+
+
+__all__ = ["ProxySystem", "ProxyView"]

@@ -1,0 +1,242 @@
+"""TerrainSystem: the ground, drawn on the cells of the projected grid.
+
+Selection and vertices depend on the proxy alone; a frame in which the proxy holds only culls and draws, and a frame in which
+the camera holds too only draws.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from ...components import Ocean, Planet, Terrain
+from ...engine.gpu.cell_mesh import CellMesh
+from ...engine.gpu.layout import Vec4
+from ...engine.graph import GraphBuilder, PassIO
+from ...engine.settings import revision
+from ...engine.surface.coverage import proxy_coverage
+from ...engine.surface.selection import select_rings
+from ...engine.system import Frame, Setup, System, ViewInfo
+from .height import TerrainField, TerrainParams, octave_table
+
+GRID_BINDING = 3
+OCTAVES_BINDING = 4
+MATERIAL_BINDING = 7
+GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
+
+
+@dataclass
+class TerrainGridBlock:
+    """What the vertex and shading passes know of the grid. GLSL: ``generated/terrain_grid.glsl``, ``terrain_grid``."""
+
+    spacing: Vec4 = (0.01, 1.0, 1.0, 0.0)
+    """(wanted spacing of vertices per metre of distance, smallest spacing in m, proxy altitude above the ground in m, 0)"""
+
+
+@dataclass
+class TerrainMaterialBlock:
+    """What the ground is made of. GLSL: ``generated/terrain_material_block.glsl``, instance ``terrain_material_block``."""
+
+    rock: Vec4 = (0.13, 0.115, 0.10, 0.0)
+    grass: Vec4 = (0.055, 0.085, 0.025, 0.0)
+    sand: Vec4 = (0.34, 0.27, 0.17, 0.0)
+    snow: Vec4 = (0.80, 0.82, 0.85, 0.0)
+    """albedos"""
+    snow_line: Vec4 = (5200.0, -500.0, 0.0, 0.0)
+    """(height of the snow line in m at the equator, at the poles, unused, unused)"""
+    limits: Vec4 = (0.62, 4.0, 0.0, 0.0)
+    """(slope of bare rock in m per m, height of beaches in m, unused, unused)"""
+
+
+class _GridView:
+    """One view's cells and what they were made for."""
+
+    def __init__(self, mesh: CellMesh) -> None:
+        self.mesh = mesh
+        self.octaves: Any = None
+        self.key: tuple[Any, ...] = ()
+        self.made = -1  # the selection whose vertices exist
+        self.wanted: tuple[Any, ...] = ()  # what the visible list depends on
+        self.culled: tuple[Any, ...] | None = None  # what it was made for
+
+
+class TerrainSystem(System):
+    """The ground of one planet. Needs Planet and Terrain.
+
+    Publishes the world resource ``height_field`` (engine.surface.field.HeightField), which the proxy, flight and queries use.
+    """
+
+    name = "terrain"
+    needs = (Planet, Terrain)
+
+    def __init__(self) -> None:
+        self._views: dict[int, _GridView] = {}
+        self._world: Any = None
+        self._block = TerrainGridBlock()
+
+    def setup(self, setup: Setup) -> None:
+        self._gpu = setup.gpu
+        self._world = setup.world
+        self._quads = int(setup.settings["terrain.quads"])
+        self._grid_ubo = setup.gpu.uniform_block(TerrainGridBlock, GRID_BINDING, "terrain_grid")
+        self._material_ubo = setup.gpu.uniform_block(TerrainMaterialBlock, MATERIAL_BINDING, "terrain_material_block")
+        defines = {"QUADS_LOG2": self._quads.bit_length() - 1}
+        self._vertices = setup.gpu.compute("terrain/vertices.comp", defines=defines)
+        self._cull = setup.gpu.compute("common/cull_cells.comp", defines=defines)
+        self._surface = setup.gpu.program(vertex="terrain/gbuffer.vert", fragment="terrain/gbuffer.frag", defines=defines)
+        self._shade = setup.gpu.fullscreen("terrain/shade.frag")
+        self._draw_state = setup.gpu.gpu.state(depth_test=True, depth_func=">=", cull="back")
+        self._shade_state = setup.gpu.gpu.state(depth_test=False, cull=None)
+        self._field_revision: tuple[int, ...] = ()
+        self._refresh_field(setup.world, setup.planet)
+
+    def release(self) -> None:
+        self._views.clear()
+        self._world.resources.pop("height_field", None)
+
+    def _refresh_field(self, world: Any, planet: int) -> None:
+        terrain, body = world.get(planet, Terrain), world.get(planet, Planet)
+        stamp = (revision(terrain), revision(body))
+        if stamp == self._field_revision:
+            return
+        self._field_revision = stamp
+        self._params = TerrainParams.from_component(terrain, body.radius_m)
+        self._field = TerrainField(self._params)
+        world.set_resource("height_field", self._field)
+        self._material_ubo.write(
+            TerrainMaterialBlock(
+                rock=(*terrain.rock_albedo, 0.0), grass=(*terrain.grass_albedo, 0.0), sand=(*terrain.sand_albedo, 0.0),
+                snow=(*terrain.snow_albedo, 0.0), snow_line=(terrain.snow_line_m, terrain.snow_line_pole_m, 0.0, 0.0),
+                limits=(math.tan(math.radians(min(terrain.rock_slope_deg, 89.0))), terrain.beach_height_m, 0.0, 0.0),
+            )
+        )
+
+    def _view(self, index: int) -> _GridView:
+        view = self._views.get(index)
+        if view is None:
+            view = self._views[index] = _GridView(CellMesh(self._gpu, self.name, self._quads))
+        return view
+
+    def update(self, frame: Frame) -> None:
+        self._refresh_field(frame.world, frame.planet)
+        proxy = frame.world.resource(f"proxy.{frame.view_index}")
+        view = self._view(frame.view_index)
+        camera = frame.camera
+        pixel_angle = (camera.tan_top - camera.tan_bottom) / frame.size[1]
+        edge_px = float(frame.settings["terrain.edge_px"])
+        key = (proxy.generation, self._field_revision, edge_px, pixel_angle)
+        if key != view.key:
+            view.key = key
+            self._select(view, frame, proxy, edge_px * pixel_angle)
+        tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
+        axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
+        view.wanted = (view.mesh.selection, axes, tangents)
+        self._grid_ubo.bind()
+        self._material_ubo.bind()
+
+    def _select(self, view: _GridView, frame: Frame, proxy: Any, spacing_angle: float) -> None:
+        field, radius_m = self._field, frame.world.get(frame.planet, Planet).radius_m
+        smallest = float(frame.settings["terrain.min_spacing_m"])
+        # Above the ground, even for a camera (or an anchor) under water.
+        above_ground = max(proxy.cell.altitude_m - proxy.ground_m, 0.05)
+        sea = frame.world.try_get(frame.planet, Ocean)
+        lowest = field.lowest_m if sea is None else max(field.lowest_m, sea.sea_level_m)
+        if proxy.cell.altitude_m < lowest:
+            lowest = field.lowest_m  # under water the bed is what hides
+        cells = select_rings(
+            proxy.lattice, above_ground, proxy.ground_m, radius_m, spacing_angle, self._quads,
+            coverage_rad=proxy_coverage(
+                proxy.cell.highest_altitude_m, proxy.cell.max_sideways_rad, radius_m, field.highest_m, lowest
+            ).half_angle_rad,
+            min_spacing_m=smallest, height_at=field.height,
+        )
+        if view.mesh.upload(cells):
+            self.structure += 1
+        table = octave_table(self._params, proxy.lattice.direction, proxy.anchor_height_m)
+        if view.octaves is None or view.octaves.size != table.nbytes:
+            if view.octaves is not None:
+                self._gpu.free(view.octaves)
+            view.octaves = self._gpu.buffer(reserve=table.nbytes, dynamic=True)
+        view.octaves.write(table.tobytes())
+        self._block.spacing = (spacing_angle, smallest, above_ground, 0.0)
+        self._grid_ubo.write(self._block)
+
+    def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
+        grid = self._view(view.index)
+        mesh, name = grid.mesh, self.name
+        builder.add_pass(
+            "terrain.vertices", kind="compute", system=name, bind=lambda io: self._bind_vertices(io, grid),
+            creates=mesh.vertex_buffers(), when=lambda: grid.made != mesh.selection,
+            help="heights, normals and bounds of all selected cells, on a snap of the proxy",
+        )
+        builder.add_pass(
+            "terrain.cull", kind="compute", system=name, bind=lambda io: self._bind_cull(io, grid),
+            reads=("terrain.bounds",), creates=mesh.cull_buffers(), when=lambda: grid.culled != grid.wanted,
+            help="cells inside the frustum and above the horizon, into an indirect draw",
+        )
+        builder.add_pass(
+            "terrain.gbuffer", system=name, bind=lambda io: self._bind_gbuffer(io, grid),
+            reads=("terrain.vertices", "terrain.visible", "terrain.arguments"), writes=("gbuffer.depth", *GBUFFER),
+            after=("gbuffer.clear",), help="patches of all visible cells",
+        )
+        builder.add_pass(
+            "terrain.shade", system=name, bind=lambda io: self._bind_shade(io, grid), reads=("gbuffer.depth", *GBUFFER),
+            writes=("scene.radiance",), after=("sky.shade",), help="materials and light of terrain pixels",
+        )
+
+    def _bind_vertices(self, io: PassIO, grid: _GridView) -> Callable[[], None]:
+        grid.mesh.attach_vertices(io)
+        grid.made = -1
+
+        def run() -> None:
+            grid.octaves.bind_to_storage_buffer(OCTAVES_BINDING)
+            grid.mesh.make_vertices(self._vertices)
+            grid.made = grid.mesh.selection
+
+        return run
+
+    def _bind_cull(self, io: PassIO, grid: _GridView) -> Callable[[], None]:
+        grid.mesh.attach_visible(io)
+        grid.culled = None
+
+        def run() -> None:
+            grid.mesh.cull(self._cull)
+            grid.culled = grid.wanted
+
+        return run
+
+    def _bind_gbuffer(self, io: PassIO, grid: _GridView) -> Callable[[], None]:
+        target = io.framebuffer(colors=GBUFFER, depth="gbuffer.depth")
+        patches = self._gpu.vertex_array(self._surface, content=[], index=grid.mesh.indices, index_size=4)
+
+        def run() -> None:
+            target.use()
+            self._draw_state.apply()
+            grid.mesh.draw(patches)
+
+        return run
+
+    def _bind_shade(self, io: PassIO, grid: _GridView) -> Callable[[], None]:
+        target = io.framebuffer(colors=("scene.radiance",))
+        textures = [io.texture(n) for n in ("gbuffer.depth", *GBUFFER)]
+
+        def run() -> None:
+            target.use()
+            self._shade_state.apply()
+            for unit, texture in enumerate(textures):
+                texture.use(unit)
+            grid.octaves.bind_to_storage_buffer(OCTAVES_BINDING)
+            self._shade.render()
+
+        return run
+
+    def statistics(self) -> dict[str, int]:
+        grid = self._views.get(0)
+        return {} if grid is None else grid.mesh.statistics()
+
+    def drawn_mesh(self, view_index: int = 0) -> CellMesh | None:
+        """The mesh that the last frame drew, for queries of the drawn surface."""
+        grid = self._views.get(view_index)
+        return None if grid is None else grid.mesh
