@@ -1,17 +1,35 @@
-"""The frame graph: passes declare what they create, read and write; a plan runs what somebody looks at."""
+"""The frame graph: passes declare what they create, read and write; a plan runs what somebody looks at.
 
+docs/frame-graph.md has the rules. `GraphBuilder` collects, `compile` makes a `Plan`, `Plan.execute` runs a frame.
+"""
+
+from .analysis import Analysis
 from .backend import BarrierKind, GraphBackend, PassTimers
+from .builder import GraphBuilder
+from .declaration import PassDecl
 from .errors import GraphError
 from .null_backend import NullBackend
-from .resources import BufferSpec, ImportSpec, TextureSpec
+from .pass_io import Flag, PassIO, Slot
+from .plan import Plan
+from .report import PassReport
+from .resources import BYTES_PER_TEXEL, BufferSpec, ImportSpec, TextureSpec
 
 __all__ = [
+    "BYTES_PER_TEXEL",
+    "Analysis",
     "BarrierKind",
     "BufferSpec",
+    "Flag",
     "GraphBackend",
+    "GraphBuilder",
     "GraphError",
     "ImportSpec",
     "NullBackend",
+    "PassDecl",
+    "PassIO",
+    "PassReport",
     "PassTimers",
+    "Plan",
+    "Slot",
     "TextureSpec",
 ]

@@ -1,0 +1,141 @@
+"""Turns the declared passes into prepared steps: look-ups done, gates and barriers in place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from .analysis import Analysis
+from .backend import GraphBackend, PassTimers
+from .declaration import PassDecl, Run
+from .errors import GraphError
+from .pass_io import Flag, PassIO, Slot
+from .resources import CreatedSpec, ImportSpec
+from .storage import Storage
+
+Step = tuple[Run, Callable[[], object] | None, Callable[[], object] | None]
+"""(run, gate, barrier): gate None: always; barrier None: none."""
+
+
+@dataclass(slots=True)
+class State:
+    """What outlives a resize: import slots, validity of history, staleness of persistent content."""
+
+    slots: dict[str, Slot]
+    valid: dict[str, Flag]
+    stale: dict[str, Flag]
+
+
+@dataclass(slots=True)
+class Table:
+    """One parity's look-up table for PassIO."""
+
+    view_size: tuple[int, int]
+    parity: int
+    specs: dict[str, CreatedSpec]
+    imports: dict[str, ImportSpec]
+    slots: dict[str, Slot]
+    current: dict[str, Any]
+    last_frame: dict[str, Any]
+    valid: dict[str, Flag]
+    framebuffer: Callable[[tuple[Any, ...], Any | None], Any]
+
+
+def make_table(
+    analysis: Analysis, storage: Storage, state: State, view_size: tuple[int, int], parity: int
+) -> Table:
+    """The objects of all living resources in frames of one parity."""
+    key = analysis.lifetimes.key
+    names = analysis.lifetimes.span
+    return Table(
+        view_size=view_size,
+        parity=parity,
+        specs=analysis.model.specs,
+        imports=analysis.model.imports,
+        slots=state.slots,
+        current={name: storage.objects[key(name, parity)] for name in names},
+        last_frame={name: storage.objects[key(name, 1 - parity)] for name in state.valid},
+        valid=state.valid,
+        framebuffer=storage.framebuffer,
+    )
+
+
+def bind_passes(
+    analysis: Analysis, backend: GraphBackend, storage: Storage, state: State, view_size: tuple[int, int]
+) -> tuple[list[Step], list[Step]]:
+    """The steps of even and odd frames. A pass that touches no history resource is bound once for both.
+
+    Raises what a bind raises, with a note that names the pass.
+    """
+    tables = tuple(make_table(analysis, storage, state, view_size, parity) for parity in (0, 1))
+    steps: tuple[list[Step], list[Step]] = ([], [])
+    for place, i in enumerate(analysis.culling.alive):
+        decl = analysis.model.passes[i]
+        gate = _gate(decl, state)
+        kinds = analysis.barriers.before[place]
+        barrier = partial(backend.barrier, kinds) if kinds else None
+        run = _bind(decl, tables[0])
+        steps[0].append((run, gate, barrier))
+        if _touches_history(analysis, i):
+            run = _bind(decl, tables[1])
+        steps[1].append((run, gate, barrier))
+    return steps
+
+
+def _bind(decl: PassDecl, table: Table) -> Run:
+    try:
+        run = decl.bind(PassIO(decl, table))
+        if not callable(run):
+            raise GraphError(
+                f"bind of pass {decl.name!r} returned {run!r}; it must return the function that runs each frame."
+            )
+    except BaseException as error:
+        error.add_note(f"while binding pass {decl.name!r} (system {decl.system!r}) of the frame graph")
+        raise
+    return run
+
+
+def _touches_history(analysis: Analysis, i: int) -> bool:
+    decl = analysis.model.passes[i]
+    specs = analysis.model.specs
+    touched = [*decl.creates, *(specs[n] for n in (*analysis.model.reads[i], *decl.writes) if n in specs)]
+    return bool(decl.history) or any(spec.lifetime == "history" for spec in touched)
+
+
+def _gate(decl: PassDecl, state: State) -> Callable[[], object] | None:
+    """when(), overruled while persistent content that the pass makes is new and therefore undefined."""
+    when = decl.when
+    if when is None:
+        return None
+    names = [*(spec.name for spec in decl.creates), *decl.writes]
+    stale = [state.stale[name] for name in names if name in state.stale]
+    if not stale:
+        return when
+    if len(stale) == 1:
+        flag = stale[0]
+        return lambda: _wanted(when) or flag.value
+    return lambda: _wanted(when) or any(flag.value for flag in stale)
+
+
+def _wanted(when: Callable[[], object]) -> bool:
+    # Asked in any case, and first: many a when() takes a "changed" mark down as it answers.
+    return bool(when())
+
+
+def timed(steps: tuple[list[Step], list[Step]], timers: PassTimers) -> tuple[list[Step], list[Step]]:
+    """The same steps with each run between its GPU timer's marks."""
+
+    def wrap(place: int, run: Run) -> Run:
+        begin, end = timers.begin, timers.end
+
+        def run_timed() -> None:
+            begin(place)
+            run()
+            end(place)
+
+        return run_timed
+
+    even, odd = ([(wrap(i, run), gate, barrier) for i, (run, gate, barrier) in enumerate(half)] for half in steps)
+    return even, odd

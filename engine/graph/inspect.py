@@ -1,0 +1,134 @@
+"""The graph in words and as a drawing."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from .analysis import Analysis
+from .order import describe
+from .resources import TextureSpec
+
+if TYPE_CHECKING:
+    from .plan import Plan
+
+
+def explain(analysis: Analysis, pass_name: str, plan: Plan | None = None) -> str:
+    """Several lines on one pass; with a plan also sizes, bytes and the last frame. Raises GraphError if unknown."""
+    i = analysis.find(pass_name)
+    model, culling = analysis.model, analysis.culling
+    decl = model.passes[i]
+    title = f"pass {decl.name!r} ({', '.join(filter(None, (decl.system and f'system {decl.system}', decl.kind)))})"
+    lines = [f"{title}: {decl.help}" if decl.help else title]
+    if i in culling.why_culled:
+        lines.append(f"  culled: {culling.why_culled[i]}")
+    else:
+        place = culling.alive.index(i)
+        lines.append(f"  runs as {place + 1} of {len(culling.alive)}, because {culling.why_alive[i]}")
+        if place in analysis.barriers.because:
+            names = ", ".join(map(repr, analysis.barriers.because[place]))
+            lines.append(f"  behind a storage barrier for {names}")
+    if decl.when is not None:
+        lines.append("  only in frames in which its when() says yes")
+
+    for verb, names in (
+        ("creates", [spec.name for spec in decl.creates]),
+        ("writes", decl.writes),
+        ("reads", model.reads[i]),
+        ("last frame's", decl.history),
+    ):
+        lines += [f"  {verb} {_resource(analysis, name, plan)}" for name in names]
+    lines += [
+        f"  without {n!r}, which nobody creates (optional)" for n in decl.reads_optional if n not in model.readers
+    ]
+    lines += [f"  order: {describe(model, e)}" for e in analysis.order.edges.values() if i in (e.before, e.after)]
+    if plan is not None and i in culling.why_alive:
+        report = next(r for r in plan.passes if r.name == pass_name)
+        if report.ran:
+            gpu = "" if report.gpu_ms is None else f", {report.gpu_ms:.3f} ms GPU"
+            lines.append(f"  last frame: {report.cpu_ms:.3f} ms CPU{gpu}")
+        else:
+            lines.append(f"  last frame: skipped, {report.skipped_why}")
+    return "\n".join(lines)
+
+
+def _resource(analysis: Analysis, name: str, plan: Plan | None) -> str:
+    spec = analysis.model.specs.get(name)
+    if spec is None:
+        return f"{name!r}: imported {analysis.model.imports[name].kind}"
+    if isinstance(spec, TextureSpec):
+        if plan is not None:
+            size = " x ".join(str(n) for n in spec.resolve(plan.size))
+        else:
+            size = f"{spec.size} of the view" if spec.relative else " x ".join(str(n) for n in spec.resolve((1, 1)))
+        text = f"{name!r}: {spec.lifetime} texture {spec.format}, {size}"
+    else:
+        text = f"{name!r}: {spec.lifetime} buffer, {spec.size_bytes} bytes"
+    if name not in analysis.lifetimes.span:
+        return f"{text}, not allocated"
+    if plan is not None and isinstance(spec, TextureSpec):
+        text += f", {plan.bytes_of(name)} bytes"
+    for tenants in analysis.lifetimes.shared:
+        others = [repr(n) for n in tenants if n != name]
+        if name in tenants and others:
+            text += f", shares its memory with {', '.join(others)}"
+    return text
+
+
+def to_mermaid(analysis: Analysis) -> str:
+    """A mermaid flowchart. Boxes: passes, grouped by system; rounded: imports and exports; arrows: the resource that
+    flows; dotted arrows: last frame's content, or what a culled pass would have used; dashed boxes: culled passes."""
+    model, order, culling = analysis.model, analysis.order, analysis.culling
+    lines = ["flowchart LR"]
+    systems: dict[str, list[int]] = {}
+    for i in order.sequence:
+        systems.setdefault(model.passes[i].system, []).append(i)
+    for n, (system, members) in enumerate(systems.items()):
+        if system:
+            lines.append(f'    subgraph s{n}["{_text(system)}"]')
+        for i in members:
+            kind = "" if model.passes[i].kind == "raster" else f"<br/>({model.passes[i].kind})"
+            lines.append(f'        p{i}["{_text(model.name(i))}{kind}"]')
+        if system:
+            lines.append("    end")
+
+    ends = {name: n for n, name in enumerate((*model.imports, *(e for e in model.exports if e not in model.imports)))}
+    drawn: set[str] = set()
+    arrows: dict[tuple[str, str, bool], list[str]] = {}
+
+    def arrow(source: str, target: str, dotted: bool, label: str) -> None:
+        arrows.setdefault((source, target, dotted), []).append(_text(label))
+        drawn.update((source, target))
+
+    for i in order.sequence:
+        for name in (*model.reads[i], *model.passes[i].writes):
+            makers = order.seen[i, name]
+            dotted = i in culling.why_culled or (bool(makers) and makers[-1] in culling.why_culled)
+            # A reader takes from the last maker that runs; a culled one in between is not on the way.
+            living = [m for m in makers if m in culling.why_alive] if i in culling.why_alive else makers
+            if living:
+                arrow(f"p{living[-1]}", f"p{i}", dotted, name)
+            elif name in model.reads[i]:
+                # The first writer of an import has no arrow in: it would only mirror the one out.
+                arrow(f"e{ends[name]}", f"p{i}", dotted, name)
+        for name in model.passes[i].history:
+            last = max(model.makers(name), key=order.position.__getitem__)
+            arrow(f"p{last}", f"p{i}", True, f"last frame: {name}")
+    for name in model.exports:
+        makers = sorted(model.makers(name), key=order.position.__getitem__)
+        if makers:
+            arrow(f"p{makers[-1]}", f"e{ends[name]}", False, name)
+        else:
+            drawn.add(f"e{ends[name]}")
+
+    lines += [f'    e{n}(["{_text(name)}"])' for name, n in ends.items() if f"e{n}" in drawn]
+    for (source, target, dotted), labels in arrows.items():
+        line = "-.->" if dotted else "-->"
+        lines.append(f'    {source} {line}|"{"<br/>".join(dict.fromkeys(labels))}"| {target}')
+    if culling.why_culled:
+        lines.append("    classDef culled stroke-dasharray: 5 5, color:#888")
+        lines.append(f"    class {','.join(f'p{i}' for i in culling.why_culled)} culled")
+    return "\n".join(lines) + "\n"
+
+
+def _text(text: str) -> str:
+    return text.replace("&", "&amp;").replace('"', "&quot;").replace("<", "&lt;").replace(">", "&gt;")

@@ -1,0 +1,79 @@
+"""How long each resource lives in a frame, and which transients share one object."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+
+from .culling import Culling
+from .model import GraphModel
+from .resources import CreatedSpec
+
+Key = tuple[Hashable, ...]
+"""Names a physical object: ("shared", n), ("own", name), ("history", name, 0 or 1), ("import", name)."""
+
+
+@dataclass(slots=True)
+class Lifetimes:
+    """span[name]: (first, last) place in the running order, last = number of passes when it must outlive the frame;
+    spec[key]: what to create; shared[n]: the names that live in the shared object n, in turn."""
+
+    span: dict[str, tuple[int, int]]
+    spec: dict[Key, CreatedSpec]
+    shared: list[list[str]]
+    _shared_of: dict[str, int]
+    _specs: dict[str, CreatedSpec]
+
+    def key(self, name: str, parity: int) -> Key:
+        """The physical object of a resource or import in frames of this parity."""
+        spec = self._specs.get(name)
+        if spec is None:
+            return ("import", name)
+        if spec.lifetime == "history":
+            return ("history", name, parity)
+        if spec.lifetime == "persistent":
+            return ("own", name)
+        return ("shared", self._shared_of[name])
+
+
+def find_lifetimes(model: GraphModel, culling: Culling) -> Lifetimes:
+    """Spans over the passes that run; first fit over equal specs with disjoint spans, in order of birth."""
+    count = len(culling.alive)
+    span: dict[str, tuple[int, int]] = {}
+    for place, i in enumerate(culling.alive):
+        decl = model.passes[i]
+        for spec in decl.creates:
+            span[spec.name] = (place, place)
+        for name in (*model.reads[i], *decl.writes):
+            if name in span:
+                span[name] = (span[name][0], place)
+    for name in model.exports:
+        if name in span:
+            # Read after the frame by whoever asked for it: nothing may move into its memory.
+            span[name] = (span[name][0], count)
+
+    specs: dict[Key, CreatedSpec] = {}
+    shared: list[list[str]] = []
+    shared_of: dict[str, int] = {}
+    free_from: list[int] = []
+    pool: dict[Key, list[int]] = {}
+    for name, (first, last) in span.items():
+        spec = model.specs[name]
+        if spec.lifetime == "persistent":
+            specs["own", name] = spec
+        elif spec.lifetime == "history":
+            specs["history", name, 0] = specs["history", name, 1] = spec
+        else:
+            candidates = pool.setdefault(spec.pool_key(), [])
+            # Strictly later: a pass never gets one object for what it reads and for what it creates.
+            slot = next((s for s in candidates if free_from[s] < first), None)
+            if slot is None:
+                slot = len(shared)
+                shared.append([])
+                free_from.append(last)
+                candidates.append(slot)
+                specs["shared", slot] = spec
+            shared[slot].append(name)
+            shared_of[name] = slot
+            free_from[slot] = last
+    return Lifetimes(span, specs, shared, shared_of, model.specs)

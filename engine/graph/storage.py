@@ -1,0 +1,131 @@
+"""The objects that a plan owns: made in one go, or not at all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from .backend import GraphBackend
+from .errors import GraphError
+from .lifetimes import Key
+from .resources import BufferSpec, CreatedSpec, TextureSpec
+
+
+class Storage:
+    """Textures, buffers and framebuffers of one plan at one size.
+
+    objects: by key; new: the keys that were created now (the rest was taken over from `keep`). Raises GraphError for
+    a size beyond the backend's limit, and whatever the backend raises (with a note naming the resource); then nothing
+    that was created here is left.
+    """
+
+    def __init__(
+        self,
+        backend: GraphBackend,
+        specs: Mapping[Key, CreatedSpec],
+        view_size: tuple[int, int],
+        keep: Mapping[Key, Any],
+    ) -> None:
+        self._backend = backend
+        self._framebuffers: dict[tuple[int, ...], Any] = {}
+        self.objects: dict[Key, Any] = {}
+        self.new: list[Key] = []
+        sizes = {key: spec.resolve(view_size) for key, spec in specs.items()}
+        for key, spec in specs.items():
+            limit = backend.max_texture_size
+            if isinstance(spec, TextureSpec) and max(sizes[key]) > limit:
+                raise GraphError(
+                    f"texture {spec.name!r} would be {sizes[key]} texels for a view of {view_size}; this GPU's limit is"
+                    f" {limit}. Render a smaller view, or give the texture a smaller size."
+                )
+        try:
+            for key, spec in specs.items():
+                if key in keep:
+                    self.objects[key] = keep[key]
+                    continue
+                try:
+                    obj = _create(backend, spec, sizes[key])
+                except Exception as error:
+                    error.add_note(f"while the frame graph created {spec.name!r}: {spec}, size {sizes[key]}")
+                    raise
+                self.objects[key] = obj
+                self.new.append(key)
+        except BaseException:
+            self.discard()
+            raise
+
+    def framebuffer(self, colors: tuple[Any, ...], depth: Any | None) -> Any:
+        """A framebuffer on these textures; equal requests share one."""
+        key = (*(id(texture) for texture in colors), 0 if depth is None else id(depth))
+        if key not in self._framebuffers:
+            self._framebuffers[key] = self._backend.framebuffer(colors, depth)
+        return self._framebuffers[key]
+
+    def discard(self) -> None:
+        """Release the framebuffers and what was created here; what was kept stays with its earlier owner."""
+        self._release_framebuffers()
+        for key in self.new:
+            self._backend.release(self.objects[key])
+        self.objects = {}
+        self.new = []
+
+    def release(self, keep: Mapping[Key, Any] | None = None) -> None:
+        """Release everything but the objects in `keep`."""
+        kept = {id(obj) for obj in (keep or {}).values()}
+        self._release_framebuffers()
+        for obj in self.objects.values():
+            if id(obj) not in kept:
+                self._backend.release(obj)
+        self.objects = {}
+        self.new = []
+
+    def bytes_of(self, key: Key) -> int:
+        """Bytes of one object."""
+        return self._backend.bytes_of(self.objects[key])
+
+    def memory_bytes(self) -> int:
+        """Bytes of all textures and buffers."""
+        return sum(self._backend.bytes_of(obj) for obj in self.objects.values())
+
+    def _release_framebuffers(self) -> None:
+        for framebuffer in self._framebuffers.values():
+            self._backend.release(framebuffer)
+        self._framebuffers = {}
+
+
+def _create(backend: GraphBackend, spec: CreatedSpec, size: tuple[int, ...]) -> Any:
+    if isinstance(spec, BufferSpec):
+        return backend.create_buffer(spec)
+    return backend.create_texture(spec, size)
+
+
+def take_over(
+    old: Storage,
+    old_specs: Mapping[Key, CreatedSpec],
+    old_view: tuple[int, int],
+    specs: Mapping[Key, CreatedSpec],
+    view_size: tuple[int, int],
+) -> dict[Key, Any]:
+    """Which of the old objects fit the new specs: same key for persistent and history, any of one kind for shared."""
+    fits = {
+        key: spec.pool_key()
+        for key, spec in old_specs.items()
+        if key in old.objects and _lasts(spec, old_view, view_size)
+    }
+    spare: dict[tuple[object, ...], list[Any]] = {}
+    for key, pool_key in fits.items():
+        if key[0] == "shared":
+            spare.setdefault(pool_key, []).append(old.objects[key])
+    keep: dict[Key, Any] = {}
+    for key, spec in specs.items():
+        if key[0] == "shared":
+            candidates = spare.get(spec.pool_key())
+            if candidates:
+                keep[key] = candidates.pop(0)
+        elif fits.get(key) == spec.pool_key():
+            keep[key] = old.objects[key]
+    return keep
+
+
+def _lasts(spec: CreatedSpec, old_view: tuple[int, int], view_size: tuple[int, int]) -> bool:
+    return not spec.relative or spec.resolve(old_view) == spec.resolve(view_size)
