@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from .context import Gpu
+    from .timers import GpuTimers
 
 __all__ = ["GpuScope"]
 
@@ -135,6 +136,10 @@ class GpuScope:
             repeat_x=repeat, repeat_y=repeat, repeat_z=repeat, filter=modes[filter], compare_func=compare
         )
         return self._own("sampler", made)
+
+    def own_timers(self, timers: GpuTimers) -> GpuTimers:
+        """Count timers as one "query" of this owner."""
+        return self._own("query", timers)
 
     def uniform_block(self, block: type[Any], binding: int, instance: str | None = None) -> UniformBlock:
         """A std140 uniform buffer for a dataclass (see layout.StructLayout).
