@@ -1,9 +1,10 @@
 """How much of the sphere a camera can see: z_s of the projected grid (Michelic 2018), the covered arc, and the proxy's.
 
-A camera at distance d from the centre sees ground up to the central angle acos(r / d) + acos(r / R_max): its own horizon,
-and beyond that the peaks that still rise above it. z_s = cot of that angle, formed as (1 - (h/r)(s/r)) / (h/r + s/r) with
-h = sqrt(a (2 r + a)) and s likewise from the peak, which keeps its digits at every altitude. Where ground lies below the
-reference sphere, r is the lowest sphere that is drawn, and altitude and peak are measured from it.
+A camera at distance d from the centre sees ground up to the central angle acos(r / d) + acos(r / R_max): its own
+horizon, and beyond that the peaks that still rise above it. z_s = cot of that angle, formed as
+(1 - (h/r)(s/r)) / (h/r + s/r) with h = sqrt(a (2 r + a)) and s likewise from the peak, which keeps its digits at every
+altitude. Where ground lies below the reference sphere, r is the lowest sphere that is drawn, and altitude and peak are
+measured from it.
 """
 
 from dataclasses import dataclass
@@ -73,7 +74,7 @@ def coverage(
 def _cot_sum(h: float, s: float, sideways_rad: float) -> float:
     """cot(atan h + atan s + sideways), from the product of the three complex numbers."""
     product = complex(1.0, h) * complex(1.0, s) * complex(np.cos(sideways_rad), np.sin(sideways_rad))
-    return product.real / product.imag
+    return product.real / product.imag if product.imag > 1e-16 * abs(product) else -1e16
 
 
 def proxy_coverage(

@@ -1,8 +1,8 @@
 """The integer lattice on the tangent-warped cube: faces, cells, neighbours and canonical border points.
 
 Each of the six faces carries the square grid of points (I, J) with I and J in [0, FULL]. With s = 2 I / FULL - 1 and
-t = 2 J / FULL - 1 the direction of a point is normalize(tan(pi/4 s) x + tan(pi/4 t) y + z) in the face's own axes x, y, z,
-so lattice steps are equal steps of angle along the face's middle lines. A cell (face, level, i, j) covers
+t = 2 J / FULL - 1 the direction of a point is normalize(tan(pi/4 s) x + tan(pi/4 t) y + z) in the face's own axes x, y,
+z, so lattice steps are equal steps of angle along the face's middle lines. A cell (face, level, i, j) covers
 I in [i, i + 1] * FULL / 2**level, J likewise. A point on a cube edge belongs to two or three faces; `canonical_lattice`
 names it by the lowest of them, in integers, so that whoever computes it computes the same thing.
 
@@ -21,7 +21,7 @@ FULL_BITS = 30
 FULL = 1 << FULL_BITS
 HALF = FULL >> 1
 STEP_RAD = (np.pi / 2) / FULL
-"""Angle of one lattice step in the face's own angles (its length on the sphere is between 0.7 and 1 times radius * STEP_RAD)."""
+"""Angle of one lattice step in the face's own angles. On the sphere a step is 0.7 to 1 times radius * STEP_RAD long."""
 
 FACES = ("+X", "-X", "+Y", "-Y", "+Z", "-Z")
 FACE_AXES: Ints = np.array(
@@ -134,7 +134,7 @@ def neighbour(
     u = 2 * i + 1 - count + np.where(edge == 1, 2, 0) - np.where(edge == 0, 2, 0)
     v = 2 * j + 1 - count + np.where(edge == 3, 2, 0) - np.where(edge == 2, 2, 0)
     outside = (np.abs(u) > count) | (np.abs(v) > count)
-    # Over the edge of the cube the point goes round the corner: it now lies on the side face, half a cell below the edge.
+    # Over the edge of the cube the point goes round the corner: it lies on the side face, half a cell below the edge.
     w = count - outside
     u, v = np.clip(u, -count, count), np.clip(v, -count, count)
     new_face, new_u, new_v = _on_cube(face, u, v, w, count)
@@ -142,7 +142,7 @@ def neighbour(
 
 
 def canonical_lattice(face: ArrayLike, i_full: ArrayLike, j_full: ArrayLike) -> tuple[Ints, Ints, Ints]:
-    """Rename lattice points by the lowest face that contains them; points inside a face keep their name. Integers only."""
+    """Rename lattice points by the lowest face that contains them; points inside a face keep their name. All integers."""
     face, i, j = np.broadcast_arrays(*(np.asarray(a, dtype=np.int64) for a in (face, i_full, j_full)))
     half = np.full_like(i, HALF)
     new_face, u, v = _on_cube(face, i - HALF, j - HALF, half, half)

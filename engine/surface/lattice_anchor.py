@@ -2,13 +2,14 @@
 
 A surface point is sent to the GPU as r (dir(q) - up), up being the anchor's direction. Subtracting two unit vectors in
 float32 would lose everything near the anchor, so the difference is built from integer differences of lattice
-coordinates: the anchor itself is a lattice point of its own face (fraction zero), and on the other faces its coordinates
-are an integer plus a small fraction formed in float64. With a = angle of the point, a0 = angle of the anchor, d = a - a0:
-tan a - tan a0 = sin d / (cos a0 cos a). With q = (tan a, tan b, 1), q0 the anchor's and D = q - q0,
+coordinates: the anchor itself is a lattice point of its own face (fraction zero), and on the other faces its
+coordinates are an integer plus a small fraction formed in float64. With a = angle of the point, a0 = angle of the
+anchor, d = a - a0: tan a - tan a0 = sin d / (cos a0 cos a). With q = (tan a, tan b, 1), q0 the anchor's and D = q - q0,
 
     dir(q) - up = (D - q0 w / ((|q| + |q0|) |q0|)) / |q|,   w = |q|^2 - |q0|^2 = D.(q + q0),
 
-in the face's axes. Where the anchor is far in front of or behind a face, the plain difference is used: it is large there.
+in the face's axes. Where the anchor is far to the side of a face or behind it, the offset is large and the plain
+difference is used.
 """
 
 from dataclasses import dataclass, fields
@@ -64,7 +65,7 @@ class LatticeAnchor:
     def at(cls, face: int, i: int, j: int, radius_m: float) -> "LatticeAnchor":
         """The anchor at lattice point (face, I, J)."""
         if not (0 <= face < 6 and 0 <= i <= FULL and 0 <= j <= FULL):
-            raise ValueError(f"LatticeAnchor.at: no lattice point (face {face}, I {i}, J {j}); expected 0..5, 0..{FULL}")
+            raise ValueError(f"LatticeAnchor.at: expected face 0..5, I and J 0..{FULL}, found {face}, {i}, {j}")
         anchor = cls.__new__(cls)
         anchor._place(*(int(a) for a in canonical_lattice(face, i, j)), radius_m)
         return anchor
@@ -173,7 +174,6 @@ class _FaceData:
         tan_delta, tan_other = np.tan(delta), np.tan(k_other * STEP_RAD)
         short = 2.0 * tan_delta / (1.0 + tan_delta)
         correction = np.arctan(tan_other * short / (1.0 - short + tan_other**2)) / STEP_RAD
-        along_other = [0, 0.0]
         whole = round(correction)
         along_other = (k_other + whole, correction - whole)
         along_z = (FULL - k_towards, 0.0)

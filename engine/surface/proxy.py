@@ -1,8 +1,8 @@
 """The camera proxy: a snapped position that stands in for the camera until the camera leaves its cell.
 
 Everything that is expensive (the choice of cells, their vertices, the lattice cells of the noise) depends on the proxy
-only, so it is done again when the proxy moves and not before (Michelic 2018, Michelic et al. 2019). The proxy's foot is a
-lattice point of a level chosen by the altitude above ground, so that new sample points coincide with old ones; its
+only, so it is done again when the proxy moves and not before (Michelic 2018, Michelic et al. 2019). The proxy's foot is
+a lattice point of a level chosen by the altitude above ground, so that new sample points coincide with old ones; its
 altitude goes in geometric steps. Holding has some slack, so a camera on a border doesn't switch to and fro.
 """
 
@@ -73,7 +73,7 @@ class ProxyCell:
         return LatticeAnchor.at(self.face, self.i, self.j, self.radius_m)
 
     def contains(self, position_m: ArrayLike, slack: float = 1.0) -> bool:
-        """Whether it stands for a camera at this position. A smaller `slack` (0..1) asks for a place nearer its middle."""
+        """Whether it stands for a camera at this position; `slack` < 1 asks for a place nearer its middle."""
         position = np.asarray(position_m, dtype=np.float64)
         distance = float(np.linalg.norm(position))
         altitude = distance - self.radius_m
@@ -105,7 +105,7 @@ def snap_proxy(
     position = np.asarray(position_m, dtype=np.float64)
     distance = float(np.linalg.norm(position))
     if position.shape != (3,) or not np.isfinite(distance) or distance == 0.0:
-        raise ValueError(f"snap_proxy: position_m must be a finite (3,) vector away from the centre, found {position_m!r}")
+        raise ValueError(f"snap_proxy: expected a finite position_m (3,) away from the centre, found {position_m!r}")
     if not (np.isfinite(radius_m) and radius_m > 0):
         raise ValueError(f"snap_proxy: radius_m must be positive and finite, found {radius_m!r}")
     if not 0.0 < fraction <= 1.0:

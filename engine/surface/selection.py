@@ -38,7 +38,7 @@ class CellSet:
     j: NDArray[np.int32]
     edge_delta: NDArray[np.uint8]
     """(N, 4): by how many levels the neighbour across edge 0: i - 1, 1: i + 1, 2: j - 1, 3: j + 1 is coarser; 0 if it
-    is of the same level, finer or absent. The vertex index along such an edge is rounded down to a multiple of 2^delta."""
+    is of the same level, finer or absent. Vertex indices along such an edge are rounded down to multiples of 2^delta."""
     spacing_m: Floats
     """Distance between neighbouring vertices along the longest edge."""
     distance_m: Floats
@@ -99,7 +99,9 @@ def select_rings(
         raise ValueError(f"select_rings: quads must be a power of two from 2 to 256, found {quads}")
     bits = quads.bit_length() - 1
     finest = int(np.clip(np.floor(np.log2(radius_m * (np.pi / 2) / (quads * min_spacing_m))), 0, FULL_BITS - bits))
-    search = _Search(direction, altitude_above_ground_m, anchor_height_m, radius_m, quads, coverage_rad, finest, height_at)
+    search = _Search(
+        direction, altitude_above_ground_m, anchor_height_m, radius_m, quads, coverage_rad, finest, height_at
+    )
     angle = float(spacing_angle_rad)
     while True:
         found = search.run(angle, 4 * max_cells)
