@@ -46,7 +46,7 @@ class Gpu:
                 "%s has no ARB_clip_control: depth is written by fragment shaders, which costs early depth tests",
                 self.caps.renderer,
             )
-        self.shaders = ShaderLibrary(ctx, shader_roots, base, self.work)
+        self.shaders = ShaderLibrary(ctx, self.gl, shader_roots, base, self.work)
         self._scopes: list[GpuScope] = []
         self._states: dict[tuple[tuple[str, Any], ...], State] = {}
         self._reset_baseline = reset_baseline(self.gl)

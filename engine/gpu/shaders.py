@@ -10,6 +10,7 @@ from typing import Any, Protocol
 
 import moderngl
 
+from . import gl as G
 from .errors import ShaderError, ShaderMessage
 from .preprocess import Defines, Expanded, ShaderSources, map_log
 from .work import Work
@@ -54,8 +55,10 @@ class ShaderLibrary:
     Names are relative to the roots ("terrain/gbuffer.frag"). `base_defines` stand in every stage.
     """
 
-    def __init__(self, ctx: moderngl.Context, roots: Iterable[Path | str], base_defines: Defines, work: Work) -> None:
-        self.ctx = ctx
+    def __init__(
+        self, ctx: moderngl.Context, gl: G.GL, roots: Iterable[Path | str], base_defines: Defines, work: Work
+    ) -> None:
+        self.ctx, self._gl = ctx, gl
         self.sources = ShaderSources(roots)
         self.base_defines = dict(base_defines)
         self._work = work
@@ -105,6 +108,8 @@ class ShaderLibrary:
         linked.references -= 1
         if linked.references == 0:
             del self._linked[linked.key]
+            if self._gl.integer(G.CURRENT_PROGRAM) == linked.mgl.glo:
+                self._gl.function("glUseProgram", None, G.uint)(0)  # GL keeps a program alive while it is in use
             linked.mgl.release()
 
     @property

@@ -185,26 +185,33 @@ def create_texture(
         texture = ctx.texture(info.size, kind.components, raw, dtype=kind.dtype)
     texture.extra = info
     texture.use(ctx.default_texture_unit)  # raw calls below speak to the bound texture
-    if kind.is_depth:
-        # moderngl's depth textures are 24 bits fixed: specify the same GL name again, before anything is attached.
-        gl.image_2d(G.TEXTURE_2D, 0, kind.internal, info.size[:2], kind.format, kind.type)
-        texture.compare_func = ""  # sampled as plain values
-    for level in range(1, levels):
+    # moderngl's depth textures are 24 bits fixed and its "ni2" is unsigned: specify the same GL name again, before
+    # anything is attached. The other levels do not exist at all yet.
+    respecified = kind.is_depth or kind.dtype.startswith("ni")
+    for level in range(0 if respecified else 1, levels):
         shape = info.level_size(level)
         if info.target == G.TEXTURE_2D:
-            gl.image_2d(info.target, level, kind.internal, shape[:2], kind.format, kind.type)
+            gl.image_2d(info.target, level, kind.internal, (shape[0], shape[1]), kind.format, kind.type)
         else:
             gl.image_3d(info.target, level, kind.internal, shape, kind.format, kind.type)
+    if isinstance(texture, moderngl.Texture) and kind.is_depth:
+        texture.compare_func = ""  # sampled as plain values
     gl.texture_parameter(info.target, G.TEXTURE_MAX_LEVEL, levels - 1)
+    error = ctx.error
+    if error != "GL_NO_ERROR":
+        texture.release()
+        raise GpuError(f"{format} texture of {size}, {levels=}, {layers=} ({info.bytes / 2**20:.1f} MiB): {error}")
+    if levels > 1:
+        # Only this tells moderngl that the levels are there to be read and written; for integers GL itself refuses.
+        texture.build_mipmaps(0, levels - 1)
+        _ = ctx.error
+    if respecified and raw is not None:
+        texture.write(raw, alignment=1)
     magnify, minify = _FILTERS[filter]
     texture.filter = (minify if levels > 1 else magnify, magnify)
     texture.repeat_x = texture.repeat_y = wrap == "repeat"
     if isinstance(texture, moderngl.Texture3D):
         texture.repeat_z = wrap == "repeat"
-    error = ctx.error
-    if error != "GL_NO_ERROR":
-        texture.release()
-        raise GpuError(f"{format} texture of {size}, {levels=}, {layers=} ({info.bytes / 2**20:.1f} MiB): {error}")
     return texture
 
 

@@ -31,7 +31,9 @@ class UniformBlock:
                 f"{gpu.caps.max_uniform_block_bytes}; use a storage buffer"
             )
         self._record = self.layout.record()
-        self._views = tuple(self.layout.views(self._record).items())
+        self._views = tuple(
+            (name, view, 0 if view.shape == (1,) else len(view)) for name, view in self.layout.views(self._record).items()
+        )
         self._words = self._record.view(np.uint32)
         self._held = self._words.copy()
         self._differs = np.empty(self._words.shape, bool)
@@ -39,10 +41,15 @@ class UniformBlock:
         self.alive = True
 
     def write(self, instance: Any) -> bool:
-        """Take over an instance's values; True if they had to be uploaded. FormatError names a field that does not fit."""
-        for name, view in self._views:
+        """Take over an instance's values; True if they had to be uploaded.
+
+        FormatError names a field that does not fit.
+        """
+        for name, view, length in self._views:
             value = getattr(instance, name)
             try:
+                if length and len(value) != length:  # numpy would spread one number over a vector
+                    raise ValueError
                 view[...] = value
             except (TypeError, ValueError, OverflowError):
                 fill(view, value, f"{self.layout.name}.{name}")
