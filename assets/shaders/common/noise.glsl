@@ -1,0 +1,121 @@
+// Gradient noise on an integer lattice; float64 twins in engine/surface/noise.py.
+// Perlin 2002 (quintic weights) with gradients from the PCG3D hash (Jarzynski and Olano 2020): the same bits on every
+// GPU and in numpy. A point is an integer cell and a fraction of it: planet coordinates never appear in f32.
+// The eight corners are written out once, in a macro: they share the hash's first multiply-add (3.0 ns an octave with
+// derivatives on two cores of llvmpipe, against 3.8 for a loop over corners). Loop over octaves, not over corners.
+
+const float NOISE_GRADIENT_SCALE = 1.0 / 8388608.0;  // 2^-23: 24-bit signed hash bits to [-1, 1), exact in f32
+
+// PCG3D without its first multiply-add (the caller's), as a vector with 24-bit integer components.
+ivec3 lattice_hash(uint x, uint y, uint z) {
+    x += y * z;
+    y += z * x;
+    z += x * y;
+    x ^= x >> 16u;
+    y ^= y >> 16u;
+    z ^= z >> 16u;
+    x += y * z;
+    y += z * x;
+    z += x * y;
+    return ivec3(x, y, z) >> 8;
+}
+
+#define NOISE_LATTICE_SIDES(cell, a, b) \
+    uvec3 a = uvec3(cell) * 1664525u + 1013904223u; \
+    uvec3 b = a + 1664525u;
+
+vec3 noise_weights(vec3 f) {
+    return f * f * f * (f * (f * 6.0 - 15.0) + 10.0);
+}
+
+vec3 noise_weight_slopes(vec3 f) {
+    return 30.0 * f * f * (f * (f - 2.0) + 1.0);
+}
+
+// A corner for gradient noise: xyz gradient, w its value at offset d from the corner.
+vec4 noise_corner(uint x, uint y, uint z, float dx, float dy, float dz) {
+    vec3 g = vec3(lattice_hash(x, y, z));
+    return vec4(g, g.x * dx + g.y * dy + g.z * dz);
+}
+
+// Gradient noise: xyz = derivative by the lattice coordinate, w = value, at `f` in [0, 1]^3 of `cell`.
+vec4 gradient_noise(ivec3 cell, vec3 f) {
+    NOISE_LATTICE_SIDES(cell, a, b)
+    vec3 e = f - 1.0;
+    vec3 u = noise_weights(f);
+    vec4 c0 = noise_corner(a.x, a.y, a.z, f.x, f.y, f.z), c1 = noise_corner(b.x, a.y, a.z, e.x, f.y, f.z);
+    vec4 c2 = noise_corner(a.x, b.y, a.z, f.x, e.y, f.z), c3 = noise_corner(b.x, b.y, a.z, e.x, e.y, f.z);
+    vec4 c4 = noise_corner(a.x, a.y, b.z, f.x, f.y, e.z), c5 = noise_corner(b.x, a.y, b.z, e.x, f.y, e.z);
+    vec4 c6 = noise_corner(a.x, b.y, b.z, f.x, e.y, e.z), c7 = noise_corner(b.x, b.y, b.z, e.x, e.y, e.z);
+    vec4 dx0 = c1 - c0, dx1 = c3 - c2, dx2 = c5 - c4, dx3 = c7 - c6;
+    vec4 x0 = c0 + u.x * dx0, x1 = c2 + u.x * dx1, x2 = c4 + u.x * dx2, x3 = c6 + u.x * dx3;
+    vec4 dy0 = x1 - x0, dy1 = x3 - x2;
+    vec4 y0 = x0 + u.y * dy0, y1 = x2 + u.y * dy1;
+    vec4 dz = y1 - y0;
+    vec4 sum = y0 + u.z * dz;
+    float sx = mix(mix(dx0.w, dx1.w, u.y), mix(dx2.w, dx3.w, u.y), u.z);
+    float sy = mix(dy0.w, dy1.w, u.z);
+    sum.xyz += noise_weight_slopes(f) * vec3(sx, sy, dz.w);
+    return sum * NOISE_GRADIENT_SCALE;
+}
+
+// The value alone.
+float gradient_noise_value(ivec3 cell, vec3 f) {
+    NOISE_LATTICE_SIDES(cell, a, b)
+    vec3 e = f - 1.0;
+    vec3 u = noise_weights(f);
+    float x0 = mix(noise_corner(a.x, a.y, a.z, f.x, f.y, f.z).w, noise_corner(b.x, a.y, a.z, e.x, f.y, f.z).w, u.x);
+    float x1 = mix(noise_corner(a.x, b.y, a.z, f.x, e.y, f.z).w, noise_corner(b.x, b.y, a.z, e.x, e.y, f.z).w, u.x);
+    float x2 = mix(noise_corner(a.x, a.y, b.z, f.x, f.y, e.z).w, noise_corner(b.x, a.y, b.z, e.x, f.y, e.z).w, u.x);
+    float x3 = mix(noise_corner(a.x, b.y, b.z, f.x, e.y, e.z).w, noise_corner(b.x, b.y, b.z, e.x, e.y, e.z).w, u.x);
+    return mix(mix(x0, x1, u.y), mix(x2, x3, u.y), u.z) * NOISE_GRADIENT_SCALE;
+}
+
+double noise_corner_double(vec3 g, double dx, double dy, double dz) {
+    return double(g.x) * dx + double(g.y) * dy + double(g.z) * dz;
+}
+
+// The value in double, for octaves of kilometres that have to be right to a millimetre; the derivative is f32.
+double gradient_noise_double(ivec3 cell, dvec3 f, out vec3 derivative) {
+    NOISE_LATTICE_SIDES(cell, a, b)
+    dvec3 e = f - 1.0LF;
+    dvec3 u = f * f * f * (f * (f * 6.0LF - 15.0LF) + 10.0LF);
+    vec3 g0 = vec3(lattice_hash(a.x, a.y, a.z)), g1 = vec3(lattice_hash(b.x, a.y, a.z));
+    vec3 g2 = vec3(lattice_hash(a.x, b.y, a.z)), g3 = vec3(lattice_hash(b.x, b.y, a.z));
+    vec3 g4 = vec3(lattice_hash(a.x, a.y, b.z)), g5 = vec3(lattice_hash(b.x, a.y, b.z));
+    vec3 g6 = vec3(lattice_hash(a.x, b.y, b.z)), g7 = vec3(lattice_hash(b.x, b.y, b.z));
+    double c0 = noise_corner_double(g0, f.x, f.y, f.z), c2 = noise_corner_double(g2, f.x, e.y, f.z);
+    double c4 = noise_corner_double(g4, f.x, f.y, e.z), c6 = noise_corner_double(g6, f.x, e.y, e.z);
+    double dx0 = noise_corner_double(g1, e.x, f.y, f.z) - c0, dx1 = noise_corner_double(g3, e.x, e.y, f.z) - c2;
+    double dx2 = noise_corner_double(g5, e.x, f.y, e.z) - c4, dx3 = noise_corner_double(g7, e.x, e.y, e.z) - c6;
+    double x0 = c0 + u.x * dx0, x2 = c4 + u.x * dx2;
+    double dy0 = c2 + u.x * dx1 - x0, dy1 = c6 + u.x * dx3 - x2;
+    double y0 = x0 + u.y * dy0;
+    double dz = x2 + u.y * dy1 - y0;
+    vec3 v = vec3(u);
+    derivative = mix(mix(mix(g0, g1, v.x), mix(g2, g3, v.x), v.y), mix(mix(g4, g5, v.x), mix(g6, g7, v.x), v.y), v.z);
+    float sx = mix(mix(float(dx0), float(dx1), v.y), mix(float(dx2), float(dx3), v.y), v.z);
+    float sy = mix(float(dy0), float(dy1), v.z);
+    derivative = (derivative + noise_weight_slopes(vec3(f)) * vec3(sx, sy, float(dz))) * NOISE_GRADIENT_SCALE;
+    return (y0 + u.z * dz) * double(NOISE_GRADIENT_SCALE);
+}
+
+// Vector value noise (the hash itself, interpolated), each component in (-1, 1), for warps; column j of `jacobian`
+// is the derivative by coordinate j.
+vec3 vector_noise(ivec3 cell, vec3 f, out mat3 jacobian) {
+    NOISE_LATTICE_SIDES(cell, a, b)
+    vec3 u = noise_weights(f);
+    vec3 du = noise_weight_slopes(f) * NOISE_GRADIENT_SCALE;
+    vec3 c0 = vec3(lattice_hash(a.x, a.y, a.z)), dx0 = vec3(lattice_hash(b.x, a.y, a.z)) - c0;
+    vec3 c2 = vec3(lattice_hash(a.x, b.y, a.z)), dx1 = vec3(lattice_hash(b.x, b.y, a.z)) - c2;
+    vec3 c4 = vec3(lattice_hash(a.x, a.y, b.z)), dx2 = vec3(lattice_hash(b.x, a.y, b.z)) - c4;
+    vec3 c6 = vec3(lattice_hash(a.x, b.y, b.z)), dx3 = vec3(lattice_hash(b.x, b.y, b.z)) - c6;
+    vec3 x0 = c0 + u.x * dx0, x2 = c4 + u.x * dx2;
+    vec3 dy0 = c2 + u.x * dx1 - x0, dy1 = c6 + u.x * dx3 - x2;
+    vec3 y0 = x0 + u.y * dy0;
+    vec3 dz = x2 + u.y * dy1 - y0;
+    jacobian[0] = du.x * mix(mix(dx0, dx1, u.y), mix(dx2, dx3, u.y), u.z);
+    jacobian[1] = du.y * mix(dy0, dy1, u.z);
+    jacobian[2] = du.z * dz;
+    return (y0 + u.z * dz) * NOISE_GRADIENT_SCALE;
+}
