@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike, NDArray
 
 
 class SpaceError(ValueError):
-    """A position, direction or angle that cannot be used. The message names it, what was expected and what was found."""
+    """A position, direction or angle that cannot be used. The message names it, what was expected and found."""
 
 
 def finite_vector(name: str, value: ArrayLike) -> NDArray[np.float64]:

@@ -12,7 +12,7 @@ def frustum_planes(camera: CameraState) -> Floats:
     """Inward unit normals (4, 3) of the left, right, bottom and top planes; all pass through the camera.
 
     A camera-relative point p is in the view's pyramid when all `planes @ p >= 0`. There is no far plane, and the near
-    plane is left out: the four planes meet at the camera, so only points between it and the near plane are kept too many.
+    plane is left out: the four meet at the camera, so only points between it and the near plane are kept too many.
     """
     right, up, forward = camera.right, camera.up, camera.forward
     planes = np.stack(
@@ -29,4 +29,5 @@ def frustum_planes(camera: CameraState) -> Floats:
 def sphere_outside(planes: Floats, centers_m: ArrayLike, radii_m: ArrayLike) -> NDArray[np.bool_]:
     """Which spheres (camera-relative centres (N, 3), radii (N,)) lie wholly outside one of the planes."""
     distance = np.asarray(centers_m, dtype=np.float64) @ planes.T
-    return (distance < -np.asarray(radii_m, dtype=np.float64)[..., None]).any(axis=-1)
+    outside: NDArray[np.bool_] = np.any(distance < -np.asarray(radii_m, dtype=np.float64)[..., None], axis=-1)
+    return outside

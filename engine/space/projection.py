@@ -15,8 +15,9 @@ FARTHEST_NEAR_M = 0.1
 
 def near_plane_m(clearance_m: float) -> float:
     """The near plane for a clearance to ground and water: a fifth of it, between 1 mm and 0.1 m (NaN: 1 mm)."""
-    near = NEAR_FRACTION * clearance_m
-    return float(min(max(near, NEAREST_M), FARTHEST_NEAR_M)) if near == near else NEAREST_M
+    if np.isnan(clearance_m):
+        return NEAREST_M
+    return float(min(max(NEAR_FRACTION * clearance_m, NEAREST_M), FARTHEST_NEAR_M))
 
 
 def projection_terms(camera: CameraState) -> tuple[float, float, float, float]:
@@ -29,9 +30,7 @@ def projection_terms(camera: CameraState) -> tuple[float, float, float, float]:
     )
 
 
-def project(
-    camera: CameraState, points_m: ArrayLike, size: tuple[int, int]
-) -> tuple[Floats, NDArray[np.bool_]]:
+def project(camera: CameraState, points_m: ArrayLike, size: tuple[int, int]) -> tuple[Floats, NDArray[np.bool_]]:
     """Pixels (N, 2) of planet-centred points (N, 3), and which are in front of the camera, (N,).
 
     Pixel (i, j) has its middle at (i + 0.5, j + 0.5). Points that are not in front have NaN pixels; points beside the

@@ -107,7 +107,7 @@ def cells_hidden_by_horizon(
     radius_m: float,
     lowest_m: float,
 ) -> NDArray[np.bool_]:
-    """Which cells with ground up to high_m are behind the sphere radius + lowest, seen from camera_m (planet-centred)."""
+    """Which cells with ground up to high_m are behind the sphere radius + lowest, seen from camera_m."""
     camera = np.asarray(camera_m, dtype=np.float64)
     distance = float(np.linalg.norm(camera))
     faces, levels, i, j = np.broadcast_arrays(*(np.asarray(a, dtype=np.int64) for a in (face, level, i, j)))

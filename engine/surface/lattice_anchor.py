@@ -18,7 +18,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .lattice import FACE_AXES, FULL, HALF, STEP_RAD, canonical_lattice, direction_of, snap, to_face, to_planet
+from .lattice import (
+    FACE_AXES,
+    FULL,
+    FULL_BITS,
+    HALF,
+    STEP_RAD,
+    canonical_lattice,
+    direction_of,
+    snap,
+    to_face,
+    to_planet,
+)
 
 Floats = NDArray[np.float64]
 Floats32 = NDArray[np.float32]
@@ -59,7 +70,8 @@ class LatticeAnchor:
         vector = np.asarray(direction, dtype=np.float64)
         if vector.shape != (3,) or not np.all(np.isfinite(vector)) or not np.any(vector):
             raise ValueError(f"LatticeAnchor: direction must be a finite, non-zero vector (3,), found {direction!r}")
-        self._place(*(int(a) for a in snap(vector, 30)), radius_m)
+        face, i, j = snap(vector, FULL_BITS)
+        self._place(int(face), int(i), int(j), radius_m)
 
     @classmethod
     def at(cls, face: int, i: int, j: int, radius_m: float) -> "LatticeAnchor":
@@ -67,7 +79,8 @@ class LatticeAnchor:
         if not (0 <= face < 6 and 0 <= i <= FULL and 0 <= j <= FULL):
             raise ValueError(f"LatticeAnchor.at: expected face 0..5, I and J 0..{FULL}, found {face}, {i}, {j}")
         anchor = cls.__new__(cls)
-        anchor._place(*(int(a) for a in canonical_lattice(face, i, j)), radius_m)
+        names = canonical_lattice(face, i, j)
+        anchor._place(int(names[0]), int(names[1]), int(names[2]), radius_m)
         return anchor
 
     def _place(self, face: int, i: int, j: int, radius_m: float) -> None:
@@ -160,9 +173,7 @@ class _FaceData:
             return _FaceData(0, 0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0)
         if face == own_face:
             a, b = u * STEP_RAD, v * STEP_RAD
-            return _FaceData(
-                u + HALF, v + HALF, 0.0, 0.0, np.tan(a), np.tan(b), float(np.cos(a)), float(np.cos(b)), 1
-            )
+            return _FaceData(u + HALF, v + HALF, 0.0, 0.0, np.tan(a), np.tan(b), float(np.cos(a)), float(np.cos(b)), 1)
         rows = FACE_AXES[own_face] @ FACE_AXES[face].T
         # rows[k, m]: own axis k along this face's axis m. The own axis that is this face's outward axis:
         towards = int(np.flatnonzero(rows[:2, 2])[0])

@@ -38,7 +38,7 @@ class CellSet:
     j: NDArray[np.int32]
     edge_delta: NDArray[np.uint8]
     """(N, 4): by how many levels the neighbour across edge 0: i - 1, 1: i + 1, 2: j - 1, 3: j + 1 is coarser; 0 if it
-    is of the same level, finer or absent. Vertex indices along such an edge are rounded down to multiples of 2^delta."""
+    is of the same level, finer or absent. Vertices along such an edge are rounded down to multiples of 2^delta."""
     spacing_m: Floats
     """Distance between neighbouring vertices along the longest edge."""
     distance_m: Floats
