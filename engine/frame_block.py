@@ -1,7 +1,8 @@
 """The uniform blocks that every shader of a view reads: the frame (binding 0) and its planet (binding 1).
 
-All vectors are in planet axes, all lengths in metres. What is large (a planet-centred position) never enters: positions are
-relative to the anchor, the point of the ground below the camera proxy, which was subtracted in double precision.
+All vectors are in planet axes, all lengths in metres. What is large (a planet-centred position) never enters:
+positions are relative to the anchor, the point of the ground below the camera proxy, which was subtracted in double
+precision.
 """
 
 from __future__ import annotations
@@ -39,7 +40,8 @@ class FrameBlock:
     viewport: Vec4 = (1.0, 1.0, 1.0, 1.0)
     """(width, height, 1 / width, 1 / height) in pixels."""
     clock: Vec4 = (0.0, 0.0, 0.0, 0.001)
-    """(time in s modulo 4096, frame index modulo 2^20, time since the last frame in s, angle of a pixel at the centre in rad)."""
+    """(time in s modulo 4096, frame index modulo 2^20, time since the last frame in s, angle of a pixel at the centre
+    in rad)."""
     scale: Vec4 = (1.0, 1.0, 0.0, 0.0)
     """(stored HDR value per radiance, its inverse, unused, unused)."""
 
@@ -49,6 +51,7 @@ class PlanetBlock:
     """What never changes from frame to frame. GLSL: ``#include "generated/planet.glsl"``, instance ``planet``."""
 
     radii: Vec4 = (6.371e6, 9000.0, -11000.0, 0.0)
-    """(reference radius, highest ground, lowest ground, lowest drawn surface); the last three as heights above the first."""
+    """(reference radius, highest ground, lowest ground, lowest drawn surface); the last three as heights above the
+    first."""
     sea: Vec4 = (0.0, 0.0, 0.0, 0.0)
     """(sea level as a height, 1 where there is a sea, unused, unused)."""

@@ -33,7 +33,8 @@ def pick(renderer: Renderer, camera: Camera | View, x: float, y: float) -> tuple
 
 
 def height_drawn(renderer: Renderer, directions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """See Renderer.height_drawn: the triangle of the drawn mesh below each direction, intersected with its radius in f64."""
+    """See Renderer.height_drawn: the triangle of the drawn mesh below each direction, intersected with its radius in
+    f64."""
     result = np.full(len(directions), np.nan)
     system = renderer.system("terrain")
     mesh = system.drawn_mesh() if isinstance(system, TerrainSystem) else None

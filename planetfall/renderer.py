@@ -48,8 +48,9 @@ class Renderer:
     """Renders a scene to arrays, or into a host's framebuffer.
 
     scene: see load_scene. size: (width, height) in pixels. quality: low, medium, high, ultra or reference. overrides:
-    {"terrain.edge_px": 8.0, ...}, any knob by its dotted key. ctx: a host's current moderngl context, or None for a headless
-    one of its own. systems: further System classes of a game. One thread a renderer; release() frees every GL object.
+    {"terrain.edge_px": 8.0, ...}, any knob by its dotted key. ctx: a host's current moderngl context, or None for a
+    headless one of its own. systems: further System classes of a game. One thread a renderer; release() frees every
+    GL object.
 
     Raises SizeError, SettingError, NoEGLError, GLVersionError before any GPU work.
     """
@@ -105,11 +106,12 @@ class Renderer:
     ) -> dict[str, NDArray[Any]]:
         """One frame as arrays of shape (H, W[, C]), row 0 on top; never blocks on streaming.
 
-        outputs: any of color (u8, 3, sRGB), radiance (f32, 3, W m^-2 sr^-1 nm^-1 before exposure), distance (f32, m along the
-        ray, inf where nothing was hit), position (f32, 3, m from the camera in planet axes, NaN), normal (f32, 3, 0), surface
-        (u8: 0 none, 1 terrain, 2 sea, 3 props), or the name of any texture of the frame graph. camera: a Camera, or a View,
-        which brings its own sun, time and exposure. time_s: moves water and weather, and an epoch sun. sun: a Sun component
-        that replaces the scene's. dt_s: time since the last frame, for exposure that adapts.
+        outputs: any of color (u8, 3, sRGB), radiance (f32, 3, W m^-2 sr^-1 nm^-1 before exposure), distance (f32, m
+        along the ray, inf where nothing was hit), position (f32, 3, m from the camera in planet axes, NaN), normal
+        (f32, 3, 0), surface (u8: 0 none, 1 terrain, 2 sea, 3 props), or the name of any texture of the frame graph.
+        camera: a Camera, or a View, which brings its own sun, time and exposure. time_s: moves water and weather, and
+        an epoch sun. sun: a Sun component that replaces the scene's. dt_s: time since the last frame, for exposure
+        that adapts.
         """
         wanted = tuple(outputs)
         self._draw(camera, time_s, sun, exports_for(wanted), dt_s, None)
@@ -127,7 +129,8 @@ class Renderer:
     ) -> None:
         """One frame into a framebuffer of the host's, at viewport (x, y, width, height; default: all of it).
 
-        The renderer takes the viewport's size. Wrap the call in a hosts.ForeignHost guard to get the host's GL state back.
+        The renderer takes the viewport's size. Wrap the call in a hosts.ForeignHost guard to get the host's GL state
+        back.
         """
         x, y, width, height = viewport or (0, 0, *framebuffer.size)
         self.resize((width, height))
@@ -149,6 +152,7 @@ class Renderer:
         started = time.monotonic()
         self._cut = True
         waiting: list[str] = []
+        step = 0
         for step in range(_SETTLE_FRAMES):
             self._draw(camera, time_s, sun, self._exports - {"target"} or frozenset({"composite.ldr"}), 10.0, None)
             waiting = [s.name for s in self._systems if s.name in self._scopes and not s.settled()]
@@ -159,8 +163,8 @@ class Renderer:
             if timeout_s is not None and time.monotonic() - started > timeout_s:
                 break
         raise NotSettled(
-            f"not settled after {step + 1} frames and {time.monotonic() - started:.1f} s: {', '.join(waiting) or 'nothing'};"
-            " give it a longer timeout_s"
+            f"not settled after {step + 1} frames and {time.monotonic() - started:.1f} s: {', '.join(waiting) or
+            'nothing'};" " give it a longer timeout_s"
         )
 
     def snapshot(self, camera: Camera | View, time_s: float | None = None, settle: bool = True) -> Snapshot:
@@ -185,7 +189,8 @@ class Renderer:
         return project(self._camera_state(camera), np.atleast_2d(np.asarray(points_m, np.float64)), self.size)
 
     def pick(self, camera: Camera | View, x: float, y: float) -> tuple[NDArray[np.float64], str] | None:
-        """What pixel (x, y) shows: position_m (3,) f64 in planet axes and "terrain", "sea" or "props"; None for the sky."""
+        """What pixel (x, y) shows: position_m (3,) f64 in planet axes and "terrain", "sea" or "props"; None for the
+        sky."""
         return queries.pick(self, camera, x, y)
 
     def height_drawn(self, directions: ArrayLike) -> NDArray[np.float64]:
@@ -218,11 +223,13 @@ class Renderer:
         return next((s for s in self._systems if s.name == name and name in self._scopes), None)
 
     def camera_state(self, camera: Camera | View) -> CameraState:
-        """The camera in f64 as the renderer uses it: resolved against the scene's ground, lifted out of it if need be."""
+        """The camera in f64 as the renderer uses it: resolved against the scene's ground, lifted out of it if need
+        be."""
         return self._camera_state(camera)
 
     def reload_shaders(self) -> list[str]:
-        """Compile what has changed on disk; a broken shader leaves the last good one running. Names of what was reloaded."""
+        """Compile what has changed on disk; a broken shader leaves the last good one running. Names of what was
+        reloaded."""
         return self.gpu.shaders.reload_changed()
 
     def release(self) -> None:

@@ -1,8 +1,9 @@
 """CellMesh: the GPU side of a set of surface cells, shared by every system that draws on the lattice.
 
-Three passes. `vertices` makes the vertices of all selected cells (on a snap of the proxy only), `cull` writes the indirect
-draw (when the camera or the cells changed), and `draw` renders the patches. What a vertex is, a system says with its compute
-shader; how a pixel looks, with its vertex and fragment shaders. Buffers follow assets/shaders/common/cells.glsl.
+Three passes. `vertices` makes the vertices of all selected cells (on a snap of the proxy only), `cull` writes the
+indirect draw (when the camera or the cells changed), and `draw` renders the patches. What a vertex is, a system says
+with its compute shader; how a pixel looks, with its vertex and fragment shaders. Buffers follow
+assets/shaders/common/cells.glsl.
 """
 
 from __future__ import annotations
@@ -21,11 +22,17 @@ if TYPE_CHECKING:
     from . import GpuScope
 
 CELL_DTYPE = np.dtype(
-    [("face", "i4"), ("level", "i4"), ("i", "i4"), ("j", "i4"), ("edge_delta", "u4"), ("spacing_m", "f4"), ("unused", "f4", 2)]
+    [
+        ("face", "i4"),
+        ("level", "i4"),
+        ("i", "i4"),
+        ("j", "i4"),
+        ("edge_delta", "u4"),
+        ("spacing_m", "f4"),
+        ("unused", "f4", 2),
+    ]
 )
-VERTEX_DTYPE = np.dtype(
-    [("position_m", "f4", 3), ("dh_m", "f4"), ("normal", "u4"), ("attributes", "u1", 4)]
-)
+VERTEX_DTYPE = np.dtype([("position_m", "f4", 3), ("dh_m", "f4"), ("normal", "u4"), ("attributes", "u1", 4)])
 BOUNDS_BYTES = 32
 ARGUMENTS_BYTES = 20  # moderngl's fixed stride: count, instances, first index, base vertex, base instance
 
@@ -33,9 +40,9 @@ ARGUMENTS_BYTES = 20  # moderngl's fixed stride: count, instances, first index, 
 class CellMesh:
     """Cells, their vertices, what of them is seen, and the three passes that make and draw them.
 
-    scope: owner of the cell and index buffers; the rest belongs to the frame graph (`buffer_specs`) and is attached when a
-    plan is bound. quads: cells are quads x quads (8, 16 or 32). capacity: cells to begin with; it doubles when a selection
-    needs more, and `upload` then says that the graph has to be compiled again.
+    scope: owner of the cell and index buffers; the rest belongs to the frame graph (`buffer_specs`) and is attached
+    when a plan is bound. quads: cells are quads x quads (8, 16 or 32). capacity: cells to begin with; it doubles when
+    a selection needs more, and `upload` then says that the graph has to be compiled again.
     """
 
     def __init__(self, scope: GpuScope, name: str, quads: int, capacity: int = 512) -> None:
@@ -116,7 +123,9 @@ class CellMesh:
 
     def read_visible(self) -> NDArray[np.uint32]:
         """Indices of the cells that the last cull kept. Reads back from the GPU."""
-        return np.frombuffer(self._visible.read(4 * self.drawn_cells()), "u4") if self.drawn_cells() else np.zeros(0, "u4")
+        return (
+            np.frombuffer(self._visible.read(4 * self.drawn_cells()), "u4") if self.drawn_cells() else np.zeros(0, "u4")
+        )
 
     def statistics(self) -> dict[str, int]:
         """Cells selected and drawn, vertices and triangles drawn in the last frame. Reads back from the GPU."""

@@ -1,7 +1,7 @@
 """ProxySystem: snaps the camera proxy and its anchor, and writes the uniform blocks of the view.
 
-This is where double precision ends: the camera's offset from the anchor is formed here in f64, and nothing larger than it
-ever reaches the GPU. It runs before all other systems.
+This is where double precision ends: the camera's offset from the anchor is formed here in f64, and nothing larger
+than it ever reaches the GPU. It runs before all other systems.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...components import Ocean, Planet
 from ...engine.frame_block import FRAME_BINDING, PLANET_BINDING, FrameBlock, PlanetBlock
-from ...engine.space import near_plane_m, projection_terms
+from ...engine.space import frustum_planes, near_plane_m, projection_terms, sphere_outside
 from ...engine.surface.field import HeightField
 from ...engine.surface.lattice_anchor import LatticeAnchor
 from ...engine.surface.proxy import ProxyCell, snap_proxy
@@ -83,9 +83,12 @@ class ProxySystem(System):
         view = self._views.get(frame.view_index)
         fraction = float(frame.settings.get("proxy.fraction", 0.25))
         cell = snap_proxy(
-            frame.camera.position_m, radius, surface,
+            frame.camera.position_m,
+            radius,
+            surface,
             previous=None if view is None or frame.cut else view.cell,
-            fraction=fraction, may_update_early=self._planet_out_of_view(frame, radius, field),
+            fraction=fraction,
+            may_update_early=self._planet_out_of_view(frame, radius, field),
         )
         if view is None or cell is not view.cell:
             view = self._new_anchor(view, cell, radius, ground, sea, frame)
@@ -96,13 +99,9 @@ class ProxySystem(System):
     @staticmethod
     def _planet_out_of_view(frame: Frame, radius: float, field: HeightField | None) -> bool:
         """True when no part of the planet can be in the picture, so that a snap cannot be seen."""
-        camera = frame.camera
-        highest = 0.0 if field is None else field.highest_m
-        reach = radius + max(highest, 0.0)
-        for normal in camera.side_planes():
-            if float(normal @ -camera.position_m) < -reach:
-                return True
-        return False
+        reach = radius + max(0.0 if field is None else field.highest_m, 0.0)
+        centre = -frame.camera.position_m
+        return bool(sphere_outside(frustum_planes(frame.camera), centre[None], [reach])[0])
 
     def _new_anchor(
         self, old: ProxyView | None, cell: ProxyCell, radius: float, ground: Any, sea: Ocean | None, frame: Frame

@@ -1,7 +1,7 @@
 """TerrainSystem: the ground, drawn on the cells of the projected grid.
 
-Selection and vertices depend on the proxy alone; a frame in which the proxy holds only culls and draws, and a frame in which
-the camera holds too only draws.
+Selection and vertices depend on the proxy alone; a frame in which the proxy holds only culls and draws, and a frame
+in which the camera holds too only draws.
 """
 
 from __future__ import annotations
@@ -32,12 +32,14 @@ class TerrainGridBlock:
     """What the vertex and shading passes know of the grid. GLSL: ``generated/terrain_grid.glsl``, ``terrain_grid``."""
 
     spacing: Vec4 = (0.01, 1.0, 1.0, 0.0)
-    """(wanted spacing of vertices per metre of distance, smallest spacing in m, proxy altitude above the ground in m, 0)"""
+    """(wanted spacing of vertices per metre of distance, smallest spacing in m, proxy altitude above the ground in m,
+    0)"""
 
 
 @dataclass
 class TerrainMaterialBlock:
-    """What the ground is made of. GLSL: ``generated/terrain_material_block.glsl``, instance ``terrain_material_block``."""
+    """What the ground is made of. GLSL: ``generated/terrain_material_block.glsl``, instance
+    ``terrain_material_block``."""
 
     rock: Vec4 = (0.13, 0.115, 0.10, 0.0)
     grass: Vec4 = (0.055, 0.085, 0.025, 0.0)
@@ -65,7 +67,8 @@ class _GridView:
 class TerrainSystem(System):
     """The ground of one planet. Needs Planet and Terrain.
 
-    Publishes the world resource ``height_field`` (engine.surface.field.HeightField), which the proxy, flight and queries use.
+    Publishes the world resource ``height_field`` (engine.surface.field.HeightField), which the proxy, flight and
+    queries use.
     """
 
     name = "terrain"
@@ -85,7 +88,9 @@ class TerrainSystem(System):
         defines = {"QUADS_LOG2": self._quads.bit_length() - 1}
         self._vertices = setup.gpu.compute("terrain/vertices.comp", defines=defines)
         self._cull = setup.gpu.compute("common/cull_cells.comp", defines=defines)
-        self._surface = setup.gpu.program(vertex="terrain/gbuffer.vert", fragment="terrain/gbuffer.frag", defines=defines)
+        self._surface = setup.gpu.program(
+            vertex="terrain/gbuffer.vert", fragment="terrain/gbuffer.frag", defines=defines
+        )
         self._shade = setup.gpu.fullscreen("terrain/shade.frag")
         self._draw_state = setup.gpu.gpu.state(depth_test=True, depth_func=">=", cull="back")
         self._shade_state = setup.gpu.gpu.state(depth_test=False, cull=None)
@@ -107,8 +112,11 @@ class TerrainSystem(System):
         world.set_resource("height_field", self._field)
         self._material_ubo.write(
             TerrainMaterialBlock(
-                rock=(*terrain.rock_albedo, 0.0), grass=(*terrain.grass_albedo, 0.0), sand=(*terrain.sand_albedo, 0.0),
-                snow=(*terrain.snow_albedo, 0.0), snow_line=(terrain.snow_line_m, terrain.snow_line_pole_m, 0.0, 0.0),
+                rock=(*terrain.rock_albedo, 0.0),
+                grass=(*terrain.grass_albedo, 0.0),
+                sand=(*terrain.sand_albedo, 0.0),
+                snow=(*terrain.snow_albedo, 0.0),
+                snow_line=(terrain.snow_line_m, terrain.snow_line_pole_m, 0.0, 0.0),
                 limits=(math.tan(math.radians(min(terrain.rock_slope_deg, 89.0))), terrain.beach_height_m, 0.0, 0.0),
             )
         )
@@ -146,11 +154,17 @@ class TerrainSystem(System):
         if proxy.cell.altitude_m < lowest:
             lowest = field.lowest_m  # under water the bed is what hides
         cells = select_rings(
-            proxy.lattice, above_ground, proxy.ground_m, radius_m, spacing_angle, self._quads,
+            proxy.lattice,
+            above_ground,
+            proxy.ground_m,
+            radius_m,
+            spacing_angle,
+            self._quads,
             coverage_rad=proxy_coverage(
                 proxy.cell.highest_altitude_m, proxy.cell.max_sideways_rad, radius_m, field.highest_m, lowest
             ).half_angle_rad,
-            min_spacing_m=smallest, height_at=field.height,
+            min_spacing_m=smallest,
+            height_at=field.height,
         )
         if view.mesh.upload(cells):
             self.structure += 1
@@ -167,23 +181,41 @@ class TerrainSystem(System):
         grid = self._view(view.index)
         mesh, name = grid.mesh, self.name
         builder.add_pass(
-            "terrain.vertices", kind="compute", system=name, bind=lambda io: self._bind_vertices(io, grid),
-            creates=mesh.vertex_buffers(), when=lambda: grid.made != mesh.selection,
+            "terrain.vertices",
+            kind="compute",
+            system=name,
+            bind=lambda io: self._bind_vertices(io, grid),
+            creates=mesh.vertex_buffers(),
+            when=lambda: grid.made != mesh.selection,
             help="heights, normals and bounds of all selected cells, on a snap of the proxy",
         )
         builder.add_pass(
-            "terrain.cull", kind="compute", system=name, bind=lambda io: self._bind_cull(io, grid),
-            reads=("terrain.bounds",), creates=mesh.cull_buffers(), when=lambda: grid.culled != grid.wanted,
+            "terrain.cull",
+            kind="compute",
+            system=name,
+            bind=lambda io: self._bind_cull(io, grid),
+            reads=("terrain.bounds",),
+            creates=mesh.cull_buffers(),
+            when=lambda: grid.culled != grid.wanted,
             help="cells inside the frustum and above the horizon, into an indirect draw",
         )
         builder.add_pass(
-            "terrain.gbuffer", system=name, bind=lambda io: self._bind_gbuffer(io, grid),
-            reads=("terrain.vertices", "terrain.visible", "terrain.arguments"), writes=("gbuffer.depth", *GBUFFER),
-            after=("gbuffer.clear",), help="patches of all visible cells",
+            "terrain.gbuffer",
+            system=name,
+            bind=lambda io: self._bind_gbuffer(io, grid),
+            reads=("terrain.vertices", "terrain.visible", "terrain.arguments"),
+            writes=("gbuffer.depth", *GBUFFER),
+            after=("gbuffer.clear",),
+            help="patches of all visible cells",
         )
         builder.add_pass(
-            "terrain.shade", system=name, bind=lambda io: self._bind_shade(io, grid), reads=("gbuffer.depth", *GBUFFER),
-            writes=("scene.radiance",), after=("sky.shade",), help="materials and light of terrain pixels",
+            "terrain.shade",
+            system=name,
+            bind=lambda io: self._bind_shade(io, grid),
+            reads=("gbuffer.depth", *GBUFFER),
+            writes=("scene.radiance",),
+            after=("sky.shade",),
+            help="materials and light of terrain pixels",
         )
 
     def _bind_vertices(self, io: PassIO, grid: _GridView) -> Callable[[], None]:

@@ -29,8 +29,8 @@ void main() {
     vec3 point = position_from_depth(v_ndc, texelFetch(u_depth, pixel, 0).r);
     vec3 view = -normalize(point);
     vec3 normal = oct_decode(texelFetch(u_normal, pixel, 0).rg);
-    vec2 packed = texelFetch(u_attributes, pixel, 0).rg * 255.0;
-    float shallow = (packed.x * 256.0 + packed.y) / 65535.0;
+    vec2 bytes = texelFetch(u_attributes, pixel, 0).rg * 255.0;
+    float shallow = (bytes.x * 256.0 + bytes.y) / 65535.0;
     float depth_m = 16.0 * shallow / max(1.0 - shallow, 1e-4);
 
     vec3 sun = frame.sun_direction.xyz;
