@@ -1,0 +1,96 @@
+"""The command line `planetfall`: fly, render, record, gallery, bench, stress, planets, views, graph.
+
+Errors of the library become one red line on stderr and exit code 2; --debug shows where they came from. PLANETFALL_LOG
+sets the log level (debug, info, warning).
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import sys
+from collections.abc import Callable, Sequence
+from typing import Annotated
+
+from cyclopts import App, CycloptsError, Parameter
+from rich.console import Console
+from rich.logging import RichHandler
+from rich.text import Text
+
+from ._version import __version__
+from .cli_fly import fly_command
+from .cli_info import graph_command, planets_command, views_command
+from .cli_render import gallery_command, record_command, render_command
+from .expected import expected_errors
+
+__all__ = ["app", "main"]
+
+EXIT_EXPECTED = 2
+EXIT_INTERRUPTED = 130
+
+app = App(
+    name="planetfall",
+    help="Whole planets: fly from 36 000 km out down to a beach. Every command also takes --debug: full tracebacks.",
+    version=__version__,
+)
+app.command(fly_command, name="fly")
+app.command(render_command, name="render")
+app.command(record_command, name="record")
+app.command(gallery_command, name="gallery")
+app.command(planets_command, name="planets")
+app.command(views_command, name="views")
+app.command(graph_command, name="graph")
+
+Tokens = Annotated[str, Parameter(show=False, allow_leading_hyphen=True)]
+
+
+@app.command(name="bench", help_flags=[])
+def bench_command(*arguments: Tokens) -> int:
+    """Measure run time beside error, suite by suite. See planetfall bench --help."""
+    from .benchmarks import cli
+
+    return cli.bench_main(list(arguments))
+
+
+@app.command(name="stress", help_flags=[])
+def stress_command(*arguments: Tokens) -> int:
+    """Seeded sweeps for the worst case of a suite. See planetfall stress --help."""
+    from .benchmarks import cli
+
+    return cli.stress_main(list(arguments))
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command line; returns the exit code. The console script calls this."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    debug = "--debug" in given
+    given = [argument for argument in given if argument != "--debug"]
+    start_logging("debug" if debug else os.environ.get("PLANETFALL_LOG", "warning"))
+    return guarded(lambda: app(given, exit_on_error=False, print_error=False, result_action="return_value"), debug)
+
+
+def guarded(run: Callable[[], object], debug: bool = False) -> int:
+    """Exit code of `run`; the library's own errors, and wrong options, become one red line instead of a traceback."""
+    console = Console(stderr=True)
+    try:
+        code = run()
+    except KeyboardInterrupt:
+        console.print("stopped")
+        return EXIT_INTERRUPTED
+    except Exception as error:
+        if debug or not isinstance(error, (CycloptsError, *expected_errors())):
+            raise
+        console.print(Text(f"planetfall: {error}", style="red"), soft_wrap=True)
+        return EXIT_EXPECTED
+    return code if isinstance(code, int) else 0
+
+
+def start_logging(level: str) -> None:
+    """Warnings of the library on stderr, in the terminal's colours."""
+    number = logging.getLevelName(level.upper())
+    logger = logging.getLogger("planetfall")
+    if not any(isinstance(handler, RichHandler) for handler in logger.handlers):
+        logger.addHandler(RichHandler(console=Console(stderr=True), show_time=False, show_path=False))
+    logger.setLevel(number if isinstance(number, int) else logging.WARNING)
+    if not isinstance(number, int):
+        logger.warning("PLANETFALL_LOG: expected debug, info, warning or error, found %r", level)

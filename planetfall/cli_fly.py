@@ -1,0 +1,52 @@
+"""`planetfall fly`: free flight in a window."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from .cli_options import CameraOptions, Planet, Quality, Set, Size, SunOptions, parse_overrides, parse_size
+from .cli_render import find_view
+from .errors import CameraError
+
+__all__ = ["fly_command"]
+
+
+def fly_command(
+    planet: Planet = "earth",
+    *,
+    view: str | None = None,
+    camera: CameraOptions = CameraOptions(),  # noqa: B008 - frozen
+    sun: SunOptions = SunOptions(),  # noqa: B008 - frozen
+    size: Size = "1280x720",
+    quality: Quality = "high",
+    overrides: Set = (),
+    window: Literal["glfw", "pyglet"] = "glfw",
+    fullscreen: bool = False,
+    vsync: bool = True,
+) -> None:
+    """Fly freely in a window; F1 shows the keys.
+
+    Parameters
+    ----------
+    view
+        Start at this named view.
+    window
+        The library that opens the window.
+    fullscreen
+        Start on the whole screen (F11 changes it).
+    vsync
+        Wait for the display, which avoids torn pictures.
+    """
+    if view is not None and camera.given():
+        raise CameraError("--view and camera options exclude each other: a view brings its own camera")
+    pixels, knobs = parse_size(size), parse_overrides(overrides)
+    from . import load_scene
+    from .app import fly
+
+    scene = load_scene(planet)
+    start = camera.camera() if camera.given() else find_view(view, scene) if view else None
+    light = None if start is None else sun.sun(scene, start)
+    fly(
+        scene, start, sun=light, size=pixels, quality=quality, overrides=knobs, window=window, fullscreen=fullscreen,
+        vsync=vsync,
+    )  # fmt: skip
