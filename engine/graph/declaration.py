@@ -47,7 +47,7 @@ class PassDecl:
         if self.when is not None and not callable(self.when):
             raise GraphError(f"{where}: when={self.when!r} is not callable; give a function without arguments or None.")
         if self.kind not in get_args(PassKind):
-            hint = did_you_mean(str(self.kind), get_args(PassKind))
+            hint = did_you_mean(str(self.kind), get_args(PassKind), listing=False)
             raise GraphError(f"{where}: kind={self.kind!r} is not one of 'raster', 'compute', 'copy'.{hint}")
         self._check_creates(where)
         for field in ("reads", "reads_optional", "writes", "after", "after_optional", "history"):

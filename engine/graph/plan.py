@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import operator
 from functools import partial
 from time import perf_counter_ns
@@ -14,6 +15,8 @@ from .errors import GraphError, did_you_mean
 from .pass_io import Flag, Slot
 from .report import PassReport, make_report
 from .storage import Storage, take_over
+
+log = logging.getLogger(__name__)
 
 
 class Plan:
@@ -37,7 +40,13 @@ class Plan:
         keep: dict[Any, Any] = {}
         if previous is not None:
             keep = self._inherit(previous, size)
-        self._install(size, Storage(backend, analysis.lifetimes.spec, size, keep))
+        storage = Storage(backend, analysis.lifetimes.spec, size, keep)
+        try:
+            self._install(size, storage)
+        except BaseException:
+            if previous is not None:
+                previous._bind_again()
+            raise
         if previous is not None:
             previous._retire(keep)
 
@@ -164,7 +173,11 @@ class Plan:
         specs = self._analysis.lifetimes.spec
         keep = take_over(old, specs, self._size, specs, size)
         storage = Storage(self._backend, specs, size, keep)
-        self._install(size, storage)
+        try:
+            self._install(size, storage)
+        except BaseException:
+            self._bind_again()
+            raise
         for key in storage.new:
             if key[0] == "history":
                 self._state.valid[str(key[1])].value = False
@@ -173,16 +186,25 @@ class Plan:
         self._unsettled = True
         old.release(keep)
 
-    def _install(self, size: tuple[int, int], storage: Storage) -> None:
+    def _install(self, size: tuple[int, int], storage: Storage, keep_storage: bool = False) -> None:
         try:
             steps = bind_passes(self._analysis, self._backend, storage, self._state, size)
         except BaseException:
-            storage.discard()
+            if not keep_storage:
+                storage.discard()
             raise
         self._storage = storage
         self._size = size
         self._steps: tuple[list[Step], list[Step]] = steps
         self._running = steps if self._timers is None else timed(steps, self._timers)
+
+    def _bind_again(self) -> None:
+        """After a failed attempt to replace this plan's objects: many a bind keeps what it looked up in its system, so
+        let all look at the old objects again. What fails now has its old closure, which still works."""
+        try:
+            self._install(self._size, self._storage, keep_storage=True)
+        except Exception:
+            log.warning("a pass could not be bound again after a failure; its earlier binding stays", exc_info=True)
 
     def release(self) -> None:
         """Free all objects of the plan; again does nothing."""

@@ -32,7 +32,7 @@ def _check_name(what: str, name: object) -> None:
 
 def _check_choice(where: str, field: str, value: object, choices: tuple[str, ...]) -> None:
     if value not in choices:
-        hint = did_you_mean(str(value), choices)
+        hint = did_you_mean(str(value), choices, listing=False)
         raise GraphError(f"{where}: {field}={value!r} is not one of {', '.join(map(repr, choices))}.{hint}")
 
 

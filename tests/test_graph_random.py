@@ -1,0 +1,247 @@
+"""Random graphs against an oracle that shares nothing with the engine.
+
+A hidden program is invented first: a straight list of passes that create, modify and read resources. From it follow, by
+plain bookkeeping, which version of everything each pass must see and which passes are needed. The declaration says only
+what the rules ask for, in shuffled order. The passes then run on the null backend and keep contents by physical object,
+so that a wrong order, a wrong version, shared memory that overlaps, a mixed-up parity or a missing barrier shows up.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from planetfall.engine.graph import BarrierKind, BufferSpec, GraphBuilder, NullBackend, PassIO, TextureSpec
+
+
+@dataclass
+class Step:
+    """A pass of the hidden program."""
+
+    name: str
+    kind: str
+    creates: list[str] = field(default_factory=list)
+    reads: list[str] = field(default_factory=list)
+    writes: list[str] = field(default_factory=list)
+    history: list[str] = field(default_factory=list)
+    after: set[str] = field(default_factory=set)
+    gated: bool = False
+    side_effect: bool = False
+    sees: dict[str, tuple[str, ...]] = field(default_factory=dict)  # resource -> makers so far, its own place excluded
+
+
+class Program:
+    """A random hidden program, and what follows from it."""
+
+    def __init__(self, rng: random.Random) -> None:
+        self.specs: dict[str, TextureSpec | BufferSpec] = {}
+        self.makers: dict[str, list[str]] = {}
+        self.steps: list[Step] = []
+        readers: dict[str, list[str]] = {}  # of the newest version
+        for n in range(rng.randint(1, 12)):
+            step = Step(f"p{n}", rng.choice(["raster", "raster", "compute", "copy"]))
+            step.side_effect = rng.random() < 0.1
+            known = list(self.makers)
+            rng.shuffle(known)
+            for name in known[: rng.randint(0, 3)]:
+                if rng.random() < 0.3 and not (step.gated and self.specs[name].lifetime == "transient"):
+                    step.writes.append(name)
+                else:
+                    step.reads.append(name)
+            for name in (*step.reads, *step.writes):
+                step.sees[name] = tuple(self.makers[name])
+            step.gated = rng.random() < 0.2 and not step.writes
+            for k in range(rng.randint(0 if step.writes else 1, 2)):
+                self._create(rng, step, f"r{n}_{k}")
+            # What the rules ask of a writer: to stand behind the writer before it and the readers of that version.
+            for name in step.writes:
+                step.after |= {self.makers[name][-1], *readers[name]}
+                self.makers[name].append(step.name)
+                readers[name] = []
+            for name in step.reads:
+                readers[name].append(step.name)
+            for name in step.creates:
+                self.makers[name] = [step.name]
+                readers[name] = []
+            self.steps.append(step)
+        for step in self.steps:
+            for name, spec in self.specs.items():
+                if spec.lifetime == "history" and rng.random() < 0.3:
+                    step.history.append(name)
+        self.exports = rng.sample(list(self.specs), k=min(len(self.specs), rng.randint(1, 2)))
+        self.by_name = {step.name: step for step in self.steps}
+
+    def _create(self, rng: random.Random, step: Step, name: str) -> None:
+        lifetime = "persistent" if step.gated else rng.choice(["transient", "transient", "persistent", "history"])
+        if rng.random() < 0.3:
+            self.specs[name] = BufferSpec(name, rng.choice([16, 32]), lifetime)  # type: ignore[arg-type]
+        else:
+            size = rng.choice([1.0, 0.5, (8, 8)])
+            self.specs[name] = TextureSpec(name, "rgba8", size, lifetime)  # type: ignore[arg-type]
+        step.creates.append(name)
+
+    def needed(self) -> set[str]:
+        """Walk back over versions."""
+        todo = [s.name for s in self.steps if s.side_effect]
+        todo += [maker for name in self.exports for maker in self.makers[name]]
+        done: set[str] = set()
+        while todo:
+            name = todo.pop()
+            if name not in done:
+                done.add(name)
+                step = self.by_name[name]
+                todo += [maker for makers in step.sees.values() for maker in makers]
+                todo += [maker for old in step.history for maker in self.makers[old]]
+        return done
+
+
+class World:
+    """Runs a program on the null backend and checks every access."""
+
+    def __init__(self, program: Program, rng: random.Random) -> None:
+        self.program = program
+        self.rng = rng
+        self.content: dict[int, tuple[str, int, tuple[str, ...]]] = {}  # object -> (resource, frame made, makers)
+        self.last_made: dict[str, int] = {}
+        self.alive = program.needed()
+        self.valid_since: dict[str, int] = {}
+        self.frame = 0
+        self.ran: list[str] = []
+        self.events: list[tuple[str, Any, bool]] = []
+        self.backend = NullBackend()
+        record = self.backend.barrier
+        self.backend.barrier = lambda kinds: (record(kinds), self.events.append(("barrier", kinds, False)))[0]  # type: ignore
+        builder = GraphBuilder()
+        declared = list(program.steps)
+        rng.shuffle(declared)
+        for step in declared:
+            builder.add_pass(
+                step.name,
+                bind=self.bind,
+                creates=tuple(program.specs[n] for n in step.creates),
+                reads=step.reads,
+                writes=step.writes,
+                after=step.after,
+                history=step.history,
+                when=(lambda: rng.random() < 0.5) if step.gated else None,
+                side_effect=step.side_effect,
+                kind=step.kind,  # type: ignore[arg-type]
+            )
+        for name in program.exports:
+            builder.export(name)
+        self.plan = builder.compile(self.backend, (64, 32))
+
+    def bind(self, io: PassIO) -> Callable[[], None]:
+        step = self.program.by_name[io.pass_name]
+
+        def find(name: str) -> Any:
+            return io.texture(name) if isinstance(self.program.specs[name], TextureSpec) else io.buffer(name)
+
+        found = {name: find(name) for name in (*step.creates, *step.reads, *step.writes)}
+        old = {name: (io.history(name), io.history_valid_for(name)) for name in step.history}
+        for obj in found.values():
+            assert not obj.released
+
+        def run() -> None:
+            self.ran.append(step.name)
+            for name, makers in step.sees.items():
+                self.check(found[name], name, makers)
+            for name, (obj, flag) in old.items():
+                assert flag.value == (self.frame > self.valid_since.get(name, 0))
+                if flag.value:
+                    makers = tuple(m for m in self.program.makers[name])
+                    assert self.content[id(obj)] == (name, self.frame - 1, makers)
+            for name in step.reads:
+                self.events.append(("touch", found[name], False))
+            for name in old:
+                self.events.append(("touch", old[name][0], False))
+            for name in (*step.creates, *step.writes):
+                self.events.append(("touch", found[name], step.kind == "compute"))
+                self.content[id(found[name])] = (name, self.frame, (*step.sees.get(name, ()), step.name))
+                self.last_made[name] = self.frame
+
+        return run
+
+    def check(self, obj: Any, name: str, makers: tuple[str, ...]) -> None:
+        creator = self.program.by_name[self.program.makers[name][0]]
+        seen_name, seen_frame, seen_makers = self.content[id(obj)]
+        assert (seen_name, seen_makers[: len(makers)]) == (name, makers)
+        if not creator.gated:
+            assert (seen_frame, seen_makers) == (self.frame, makers)
+
+    def step(self) -> None:
+        self.ran.clear()
+        self.plan.execute()
+        may_skip = {s.name for s in self.program.steps if s.gated}
+        assert set(self.ran) <= self.alive
+        assert self.alive - set(self.ran) <= may_skip
+        for name in self.program.exports:
+            makers = tuple(self.program.makers[name])
+            if not self.program.by_name[makers[0]].gated:
+                assert self.content[id(self.plan.resource(name))] == (name, self.frame, makers)
+            self.events.append(("touch", self.plan.resource(name), False))
+        self.frame += 1
+
+    def resize(self) -> None:
+        size = self.rng.choice([(64, 32), (32, 64), (7, 5)])
+        changed = size != self.plan.size
+        self.plan.resize(size)
+        for name, spec in self.program.specs.items():
+            if changed and spec.relative:
+                self.valid_since[name] = self.frame
+        live = {id(obj) for obj in self.backend.live}
+        self.content = {key: value for key, value in self.content.items() if key in live}
+
+
+def check_barriers(events: list[tuple[str, Any, bool]]) -> None:
+    """A barrier lies between a compute store and any later access, and between any access and a later such store."""
+    stored: dict[int, Any] = {}
+    accessed: dict[int, Any] = {}
+    for what, subject, compute_write in events:
+        if what == "barrier":
+            kinds = BarrierKind(subject)
+            for objects in (stored, accessed):
+                for key, obj in list(objects.items()):
+                    kind = BarrierKind.BUFFER if hasattr(obj, "size_bytes") else BarrierKind.TEXTURE
+                    if kind & kinds:
+                        del objects[key]
+            continue
+        assert id(subject) not in stored
+        assert not (compute_write and id(subject) in accessed)
+        accessed[id(subject)] = subject
+        if compute_write:
+            stored[id(subject)] = subject
+
+
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(st.integers(0, 2**32))
+def test_random_graphs(seed: int) -> None:
+    rng = random.Random(seed)
+    program = Program(rng)
+    world = World(program, rng)
+    plan = world.plan
+
+    order = world.plan.analysis.alive
+    assert set(order) == world.alive
+    assert set(plan.culled) == set(program.by_name) - world.alive
+    for name in order:
+        for earlier in program.by_name[name].after & world.alive:
+            assert order.index(earlier) < order.index(name)
+    made = {name for step in program.steps if step.name in world.alive for name in step.creates}
+    assert set(plan.resources) == made
+    objects = {id(obj): obj for obj in world.backend.live if hasattr(obj, "bytes")}
+    assert plan.memory_bytes() == sum(obj.bytes for obj in objects.values())
+
+    for _ in range(6):
+        for _ in range(rng.randint(1, 3)):
+            world.step()
+        world.resize()
+    check_barriers(world.events)
+    assert plan.explain(order[0])
+    assert plan.to_mermaid().startswith("flowchart LR\n")
+    plan.release()
+    assert not world.backend.live
