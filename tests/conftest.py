@@ -62,13 +62,13 @@ def run_compute(gpu: Gpu) -> Iterator[RunCompute]:
 
     body: statements for one element. Each input stands there as a variable of its name, each output is a variable to
     assign; `index` (uint) is the element's number and `count` the number of elements.
-    inputs: name -> array (N,) for float, int, uint; (N, 2..4) for vectors; a number or a single vector for all elements.
-    Floating arrays become f32; integers int; unsigned uint; bool arrays become uint.
+    inputs: name -> array (N,) for float, int, uint; (N, 2..4) for vectors; a number or a tuple (one vector) holds for
+    all elements. Floating arrays become f32; integers int; unsigned uint; bool arrays become uint.
     outputs: name -> GLSL type ("float", "vec3", "uint", "ivec2", ...), or (components, dtype) such as (3, np.float32).
     header: what stands before main: includes, functions, bindings; lines of the body that start with # go there too.
-    uniforms: values for uniforms declared in the header. setup: called with the Compute before it runs, to bind textures
-    or buffers (storage bindings 6 and 7 are taken). count: needed only when no input has elements.
-    Returns name -> array (N,) or (N, components). The values are bit-exact both ways, NaN and infinities included.
+    uniforms: values for uniforms declared in the header. setup: called with the Compute before it runs, to bind
+    textures or buffers (storage bindings 6 and 7 are taken). count: needed only when no input has elements.
+    Returns name -> array (N,) or (N, components). Values are bit-exact both ways; NaN stays NaN, denormals may flush.
     """
     scopes: list[GpuScope] = []
 

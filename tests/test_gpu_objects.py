@@ -97,7 +97,8 @@ def test_every_object_is_counted_and_really_freed(gpu):
     assert gpu.counts()["counted"] == {
         "texture": 1, "buffer": 1, "framebuffer": 1, "sampler": 1, "program": 1, "vertex_array": 1,
     }  # fmt: skip
-    names = {"Texture": texture.glo, "Buffer": buffer.glo, "Framebuffer": framebuffer.glo, "Program": screen.program.mgl.glo}
+    names = {"Texture": texture.glo, "Buffer": buffer.glo, "Framebuffer": framebuffer.glo}
+    names["Program"] = screen.program.mgl.glo
     assert all(gpu.gl.is_object(kind, name) for kind, name in names.items())
     extra = scope.buffer(reserve=4)
     extra.release()

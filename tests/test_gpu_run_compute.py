@@ -22,7 +22,12 @@ def test_round_trip(run_compute, components, dtype):
 
 def test_special_values_and_broadcast(run_compute):
     x = np.array([np.inf, -np.inf, np.nan, 0.0, 1.5])
-    out = run_compute("y = x; v = b * scale + float(index);", {"x": x, "b": (1.0, 2.0, 3.0)}, {"y": "float", "v": "vec3"},
-                      header="uniform float scale;", uniforms={"scale": 2.0})  # fmt: skip
+    out = run_compute(
+        "y = x; v = b * scale + float(index);",
+        {"x": x, "b": (1.0, 2.0, 3.0)},
+        {"y": "float", "v": "vec3"},
+        header="uniform float scale;",
+        uniforms={"scale": 2.0},
+    )
     np.testing.assert_array_equal(out["y"], x)
     np.testing.assert_array_equal(out["v"][2], [4.0, 6.0, 8.0])

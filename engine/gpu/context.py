@@ -33,7 +33,9 @@ class Gpu:
     PF_FRAG_DEPTH and writes the same depth values itself, at the price of early depth tests.
     """
 
-    def __init__(self, ctx: moderngl.Context, shader_roots: Iterable[Path | str], defines: Defines | None = None) -> None:
+    def __init__(
+        self, ctx: moderngl.Context, shader_roots: Iterable[Path | str], defines: Defines | None = None
+    ) -> None:
         check_version(ctx)
         self.ctx = ctx
         self.gl = G.GL(ctx)
@@ -66,9 +68,10 @@ class Gpu:
             self._scopes.remove(scope)
 
     def counts(self) -> dict[str, dict[str, int]]:
-        """Live GL objects: owner -> kind (texture, buffer, framebuffer, sampler, program, vertex_array, query) -> number.
+        """Live GL objects: owner -> kind -> number, without owners that have none.
 
-        A program that several wrappers share counts for each of them. Owners without objects are left out.
+        Kinds: texture, buffer, framebuffer, sampler, program, vertex_array, query (the timers of one plan). A program
+        that several wrappers share counts for each of them.
         """
         totals: dict[str, Counter[str]] = {}
         for scope in self._scopes:

@@ -24,7 +24,8 @@ class GLVersionError(GpuError):
         self.version, self.renderer, self.vendor = version, renderer, vendor
         need, have = f"{required // 100}.{required // 10 % 10}", f"{found // 100}.{found // 10 % 10}"
         super().__init__(
-            f"OpenGL {need} core is needed, found {have} (version {version!r}, renderer {renderer!r}, vendor {vendor!r}). "
+            f"OpenGL {need} core is needed, found {have} "
+            f"(version {version!r}, renderer {renderer!r}, vendor {vendor!r}). "
             f"Update the graphics driver, ask the window for a {need} core context, or use Mesa's software renderer "
             "(LIBGL_ALWAYS_SOFTWARE=1). macOS stops at 4.1 and cannot run this."
         )

@@ -1,7 +1,7 @@
 """Raw OpenGL through the context's own loader, for the few calls that moderngl lacks.
 
-No PyOpenGL: function addresses come from the glcontext object inside the moderngl context, so this works alike on EGL, GLX
-and WGL and on contexts lent by a host. This is the only module that touches the private attribute ``ctx.mglo._context``.
+No PyOpenGL: function addresses come from the glcontext object inside the moderngl context, so this works alike on EGL,
+GLX and WGL and on contexts lent by a host. This is the only module that touches the private ``ctx.mglo._context``.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ CURRENT_PROGRAM = 0x8B8D
 class GL:
     """Entry points of one context, looked up once and kept.
 
-    ``gl.function("glClipControl", None, enum, enum)`` gives a callable; ``gl.integer(name)`` and ``gl.integers(name, n)``
-    read state. The context must be current in the calling thread.
+    ``gl.function("glClipControl", None, enum, enum)`` gives a callable; ``gl.integer(name)`` and
+    ``gl.integers(name, n)`` read state. The context must be current in the calling thread.
     """
 
     def __init__(self, ctx: moderngl.Context) -> None:

@@ -18,8 +18,10 @@ if TYPE_CHECKING:
 
 __all__ = ["GLBackend"]
 
-_TEXTURE_BITS = 0x08 | 0x20 | 0x80 | 0x100 | 0x400  # fetch, image access, pixel buffer, texture update, framebuffer
-_BUFFER_BITS = 0x01 | 0x02 | 0x04 | 0x40 | 0x80 | 0x200 | 0x2000  # vertex, index, uniform, command, pixel, update, storage
+# Texture fetch, image access, pixel buffer, texture update, framebuffer.
+_TEXTURE_BITS = 0x08 | 0x20 | 0x80 | 0x100 | 0x400
+# Vertex, index, uniform, indirect command, pixel buffer, buffer update, storage.
+_BUFFER_BITS = 0x01 | 0x02 | 0x04 | 0x40 | 0x80 | 0x200 | 0x2000
 
 
 class GLBackend:

@@ -34,7 +34,7 @@ __all__ = [
 
 @dataclass(frozen=True)
 class GlslType:
-    """A type of a block's member. alignment in bytes; columns > 1 for matrices (columns of 4 floats); count > 0: array."""
+    """A type of a block's member: alignment in bytes; columns > 1 for a matrix; count > 0 for an array."""
 
     name: str
     base: str
@@ -90,8 +90,8 @@ def _type_of(annotation: Any, where: str) -> GlslType:
     plain = {float: _FLOAT, int: _INT, bool: _BOOL}.get(annotation)
     if plain is None:
         raise FormatError(
-            f"{where}: {annotation!r} has no GLSL type; use float, int, bool, UInt, Vec2, Vec3, Vec4, IVec2, IVec4, UVec2, "
-            "UVec4, Mat4 or Annotated[Any, array(Vec4, n)]"
+            f"{where}: {annotation!r} has no GLSL type; use float, int, bool, UInt, Vec2, Vec3, Vec4, IVec2, IVec4, "
+            "UVec2, UVec4, Mat4 or Annotated[Any, array(Vec4, n)]"
         )
     return plain
 
@@ -156,7 +156,8 @@ class StructLayout:
         if not kind.count:
             return element
         # Elements are `stride` bytes apart: a record with one padded field; `views` hides it again.
-        padded = np.dtype({"names": ["value"], "formats": [element], "offsets": [0], "itemsize": kind.stride(self.layout)})
+        stride = kind.stride(self.layout)
+        padded = np.dtype({"names": ["value"], "formats": [element], "offsets": [0], "itemsize": stride})
         return np.dtype((padded, (kind.count,)))
 
     def record(self) -> NDArray[Any]:
@@ -196,9 +197,8 @@ class StructLayout:
     def block(self, binding: int, instance: str, storage: bool = False) -> str:
         """A whole block under an instance name: shaders write ``instance.member``."""
         kind = "buffer" if storage else "uniform"
-        return (
-            f"layout({self.layout}, binding = {binding}) {kind} {self.name} {{\n{self._declarations()}\n}} {instance};\n"
-        )
+        head = f"layout({self.layout}, binding = {binding}) {kind} {self.name}"
+        return f"{head} {{\n{self._declarations()}\n}} {instance};\n"
 
 
 def fill(view: NDArray[Any], value: Any, where: str) -> None:

@@ -1,7 +1,7 @@
-"""GLSL sources before the compiler: include-once, defines, contracts, virtual files, and the way back from a log to a file.
+"""GLSL sources before the compiler: include-once, defines, contracts, virtual files, and the way from a log to a file.
 
-No #line is emitted: drivers disagree on what it means. A flat table (line of the expanded text -> file and line) is exact on
-all of them.
+No #line is emitted: drivers disagree on what it means. A flat table (line of the expanded text -> file and line) is
+exact on all of them.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ VERSION = "#version 430 core"
 
 @dataclass
 class Expanded:
-    """One stage, ready to compile. table[n - 1] is the (file, line) of line n; files: every file name that took part."""
+    """One stage, ready to compile. table[n - 1]: the (file, line) of line n; files: every file name that took part."""
 
     name: str
     text: str
@@ -224,7 +224,8 @@ class ShaderSources:
             hint = f"; did you mean {near[0]!r}?" if near else ""
             roots = ", ".join(str(root) for root in self.roots)
             what = f"no file {name!r} under {roots}{hint}"
-            raise ShaderError(work.name, what, [ShaderMessage(*place, f"cannot include {name!r}{hint}")] if place else ())
+            messages = [ShaderMessage(*place, f"cannot include {name!r}{hint}")] if place else []
+            raise ShaderError(work.name, what, messages)
         if work.depth == 0:
             work.done.add(name)
         work.stack.append(name)
@@ -252,7 +253,8 @@ class ShaderSources:
 
     def _include(self, work: _Expansion, target: str | None, place: tuple[str, int]) -> None:
         if not target:
-            raise ShaderError(work.name, "malformed #include", [ShaderMessage(*place, 'expected #include "folder/file.glsl"')])
+            expected = ShaderMessage(*place, 'expected #include "folder/file.glsl"')
+            raise ShaderError(work.name, "malformed #include", [expected])
         if target.startswith("contract/"):
             contract = target.removeprefix("contract/").removesuffix(".glsl")
             work.contracts.add(contract)

@@ -76,9 +76,10 @@ class Program:
             self._write(name, value)
 
     def _write(self, name: str, value: Any) -> None:
-        member = self.linked.mgl.get(name, None)
-        if not isinstance(member, moderngl.Uniform):
+        found = self.linked.mgl.get(name, None)
+        if not isinstance(found, moderngl.Uniform):
             return
+        member: Any = found  # the stubs lack fmt
         try:
             if isinstance(value, np.ndarray):
                 kind = {"f": "f4", "d": "f8", "i": "i4", "I": "u4"}[member.fmt[-1]]
@@ -106,12 +107,13 @@ class Program:
         return linked
 
     def refresh(self, changed: set[str] | None) -> bool:
-        """Rebuild if the expanded sources differ now. changed: names of changed files (None: anything may have changed).
+        """Rebuild if the expanded sources differ now; changed: names of changed files (None: any may have changed).
 
         True if the program was rebuilt. On an error the last good program stays and `error` says why.
         """
         generation = self._library.sources.generation
-        if self._generation == generation and self.error is None and changed is not None and not (changed & self._files):
+        untouched = changed is not None and not (changed & self._files)
+        if untouched and self._generation == generation and self.error is None:
             return False
         self._generation = generation
         try:
@@ -187,7 +189,7 @@ Content = Sequence[tuple[Any, ...]]
 
 
 class VertexArray:
-    """Buffers bound to a program's inputs; built again when the program is. `mgl` is moderngl's object of the moment."""
+    """Buffers bound to a program's inputs, built again when the program is. `mgl`: moderngl's object of the moment."""
 
     def __init__(
         self, gpu: Gpu, program: Program, content: Content = (), index: Any = None, index_size: int = 4
@@ -231,7 +233,7 @@ class VertexArray:
     def render_indirect(
         self, buffer: moderngl.Buffer, mode: int = moderngl.TRIANGLES, count: int = -1, first: int = 0
     ) -> None:
-        """Draw `count` commands from the buffer, starting at command `first`; a command is 20 bytes, array draws too."""
+        """Draw `count` commands from the buffer, from command `first` on; each has 20 bytes, array draws too."""
         self._ready().render_indirect(buffer, mode, count, first)
 
     def release(self) -> None:

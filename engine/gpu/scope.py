@@ -163,7 +163,10 @@ class GpuScope:
         tess_evaluation: str | None = None,
         defines: Defines | None = None,
     ) -> Program:
-        """A program from shader files (names under the shader roots). ShaderError maps the driver's log to file:line."""
+        """A program from shader files, named relative to the shader roots.
+
+        ShaderError maps the driver's log to file:line.
+        """
         self._check()
         given = {
             "vertex": vertex,

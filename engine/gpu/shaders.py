@@ -35,8 +35,8 @@ class LinkedProgram:
     `holder` is the wrapper whose uniform values are in it at the moment.
     """
 
-    def __init__(self, key: str, mgl: moderngl.Program | moderngl.ComputeShader) -> None:
-        self.key, self.mgl = key, mgl
+    def __init__(self, key: str, mgl: Any) -> None:
+        self.key, self.mgl = key, mgl  # moderngl.Program or ComputeShader
         self.references = 0
         self.holder: object | None = None
 
@@ -68,7 +68,7 @@ class ShaderLibrary:
     # -- sources -----------------------------------------------------------------------------------------------------
 
     def add_virtual(self, name: str, text: str) -> None:
-        """Make `#include "name"` mean this text (generated blocks). Programs that use it follow when the text changes."""
+        """Make `#include "name"` mean this text (generated blocks). Programs follow when the text changes."""
         self.sources.add_virtual(name, text)
 
     def provide(self, contract: str, file: str, owner: str) -> None:
@@ -117,12 +117,13 @@ class ShaderLibrary:
         """GL programs alive, each counted once however many share it."""
         return len(self._linked)
 
-    def _link(self, expanded: Mapping[str, Expanded], name: str) -> moderngl.Program | moderngl.ComputeShader:
+    def _link(self, expanded: Mapping[str, Expanded], name: str) -> Any:
+        sources: dict[str, Any] = {f"{stage}_shader": e.text for stage, e in expanded.items()}
         try:
             if "compute" in expanded:
-                program: moderngl.Program | moderngl.ComputeShader = self.ctx.compute_shader(expanded["compute"].text)
+                program: Any = self.ctx.compute_shader(sources["compute_shader"])
             else:
-                program = self.ctx.program(**{f"{stage}_shader": e.text for stage, e in expanded.items()})
+                program = self.ctx.program(**sources)
         except (moderngl.Error, KeyError) as error:
             text = str(error)
             what = "linking failed" if "Linker" in text else "compilation failed"
@@ -167,7 +168,7 @@ class ShaderLibrary:
         return [w.error for w in self._wrappers.values() if w.error is not None]
 
 
-def _unit_clash(program: moderngl.Program | moderngl.ComputeShader) -> tuple[str, int, str] | None:
+def _unit_clash(program: Any) -> tuple[str, int, str] | None:
     """Two samplers of different types on one unit: draws are lost, and some drivers abort the process."""
     units: dict[int, tuple[str, int]] = {}
     for name in program:
@@ -198,4 +199,5 @@ def describe(stages: Stages) -> str:
 
 
 def unknown_uniform(name: str, program: str, members: Iterable[Any]) -> str:
-    return f"program {program} has no uniform {name!r}, and no source of it mentions one; it has {', '.join(sorted(members))}"
+    known = ", ".join(sorted(members))
+    return f"program {program} has no uniform {name!r}, and no source of it mentions one; it has {known}"

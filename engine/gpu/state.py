@@ -12,7 +12,7 @@ from . import gl as G
 
 __all__ = ["State", "reset_baseline"]
 
-_FUNCTIONS = {"never": 0x200, "<": 0x201, "==": 0x202, "<=": 0x203, ">": 0x204, "!=": 0x205, ">=": 0x206, "always": 0x207}
+_FUNCTIONS = {name: 0x200 + k for k, name in enumerate(("never", "<", "==", "<=", ">", "!=", ">=", "always"))}
 _ZERO, _ONE, _SRC_ALPHA, _ONE_MINUS_SRC_ALPHA, _DST_COLOR, _FUNC_ADD = 0, 1, 0x0302, 0x0303, 0x0306, 0x8006
 _BLENDS = {
     "alpha": (_SRC_ALPHA, _ONE_MINUS_SRC_ALPHA, _ONE, _ONE_MINUS_SRC_ALPHA),
@@ -24,7 +24,7 @@ _CULLS = {"back": G.BACK, "front": G.FRONT}
 
 
 class State:
-    """Render state of a pass, made by Gpu.state() and applied after the framebuffer was bound (which resets the masks)."""
+    """Render state of a pass, made by Gpu.state(); applied after the framebuffer was bound, which resets the masks."""
 
     def __init__(
         self,
@@ -37,9 +37,11 @@ class State:
         wireframe: bool = False,
         write_color: bool = True,
     ) -> None:
-        for value, known, what in ((depth_func, _FUNCTIONS, "depth_func"), (cull, _CULLS, "cull"), (blend, _BLENDS, "blend")):
-            if value is not None and value not in known:
-                raise ValueError(f"unknown {what} {value!r}: expected one of {', '.join(known)}" + ", None" * (what != "depth_func"))
+        choices = (("depth_func", depth_func, _FUNCTIONS), ("cull", cull, _CULLS), ("blend", blend, _BLENDS))
+        for what, value, known in choices:
+            if value not in known and (value is not None or what == "depth_func"):
+                none = "" if what == "depth_func" else ", None"
+                raise ValueError(f"unknown {what} {value!r}: expected one of {', '.join(known)}{none}")
         enable = gl.function("glEnable", None, G.enum)
         disable = gl.function("glDisable", None, G.enum)
         mask = gl.function("glColorMask", None, *[G.boolean] * 4)

@@ -80,7 +80,7 @@ _WRAPS = ("clamp", "repeat")
 
 @dataclass(frozen=True)
 class TextureInfo:
-    """What a texture was made as; kept in ``texture.extra``. size: (w, h) or (w, h, d); layers 1 unless it is an array."""
+    """What a texture was made as; kept in ``texture.extra``. size: (w, h) or (w, h, d); layers > 1: an array."""
 
     format: Format
     size: tuple[int, ...]
@@ -119,7 +119,9 @@ def check_texture(
     """Validate without making anything: FormatError says which limit is crossed and by what."""
     kind = format_of(format)
     if len(size) not in (2, 3) or any(int(n) != n for n in size):
-        raise FormatError(f"texture size must be (width, height) or (width, height, depth) in whole texels, found {size}")
+        raise FormatError(
+            f"texture size must be (width, height) or (width, height, depth) in whole texels, found {size}"
+        )
     size = tuple(int(n) for n in size)
     if min(size) < 1 or layers < 1:
         raise FormatError(f"texture size {size} with {layers} layers: every side must be at least 1 texel")
@@ -148,7 +150,8 @@ def _as_bytes(data: Any, info: TextureInfo) -> bytes | None:
     if len(raw) != expected:
         found = f"{data.dtype} {data.shape}" if isinstance(data, np.ndarray) else "bytes"
         raise FormatError(
-            f"{info.format.name} texture of {info.level_size(0)} needs {expected} bytes of data, found {len(raw)} ({found})"
+            f"{info.format.name} texture of {info.level_size(0)} needs {expected} bytes of data, "
+            f"found {len(raw)} ({found})"
         )
     return raw
 
@@ -168,21 +171,23 @@ def create_texture(
     """Make a 2D texture, an array (layers > 1) or a 3D one (size of three). See GpuScope.texture."""
     info = check_texture(caps, size, format, levels, layers)
     kind = info.format
+    shape_0: Any = info.level_size(0)
     if filter not in _FILTERS or wrap not in _WRAPS:
-        raise FormatError(f"filter is one of {', '.join(_FILTERS)} and wrap one of {', '.join(_WRAPS)}: {filter=}, {wrap=}")
+        known = f"filter is one of {', '.join(_FILTERS)} and wrap one of {', '.join(_WRAPS)}"
+        raise FormatError(f"{known}; found {filter=}, {wrap=}")
     if kind.is_integer and filter != "nearest":
         raise FormatError(f"{format} holds integers: they cannot be filtered, use filter='nearest'")
     raw = _as_bytes(data, info)
     if kind.is_depth:
         if raw is not None:
             raise FormatError("depth32f textures take no data")
-        texture: AnyTexture = ctx.depth_texture(info.size[:2])
+        texture: AnyTexture = ctx.depth_texture(shape_0)
     elif len(info.size) == 3:
-        texture = ctx.texture3d(info.size, kind.components, raw, dtype=kind.dtype)
+        texture = ctx.texture3d(shape_0, kind.components, raw, dtype=kind.dtype)
     elif layers > 1:
-        texture = ctx.texture_array((*info.size, layers), kind.components, raw, dtype=kind.dtype)
+        texture = ctx.texture_array(shape_0, kind.components, raw, dtype=kind.dtype)
     else:
-        texture = ctx.texture(info.size, kind.components, raw, dtype=kind.dtype)
+        texture = ctx.texture(shape_0, kind.components, raw, dtype=kind.dtype)
     texture.extra = info
     texture.use(ctx.default_texture_unit)  # raw calls below speak to the bound texture
     # moderngl's depth textures are 24 bits fixed and its "ni2" is unsigned: specify the same GL name again, before

@@ -31,9 +31,8 @@ class UniformBlock:
                 f"{gpu.caps.max_uniform_block_bytes}; use a storage buffer"
             )
         self._record = self.layout.record()
-        self._views = tuple(
-            (name, view, 0 if view.shape == (1,) else len(view)) for name, view in self.layout.views(self._record).items()
-        )
+        views = self.layout.views(self._record)
+        self._views = tuple((name, view, 0 if view.shape == (1,) else len(view)) for name, view in views.items())
         self._words = self._record.view(np.uint32)
         self._held = self._words.copy()
         self._differs = np.empty(self._words.shape, bool)
