@@ -1,14 +1,133 @@
-"""Planetfall: whole planets for Python, from 36 000 km out down to a beach."""
+"""Planetfall: whole planets for Python, from 36 000 km out down to a beach.
 
+>>> import planetfall as pf
+>>> scene = pf.load_scene("earth")
+>>> renderer = pf.Renderer(scene, size=(640, 360))
+>>> picture = renderer.render(pf.view("orbit"))["color"]
+"""
+
+import importlib as _importlib
 from pathlib import Path as _Path
+from typing import TYPE_CHECKING as _TYPE_CHECKING
+from typing import Any as _Any
 
 from ._version import __version__
 
-# In a checkout the library's folders (engine, systems, components, assets, games, benchmarks) lie beside this one; in an
-# installed wheel they lie inside it. Either way they are imported as planetfall.engine and so on.
+# In a checkout the library's folders (engine, systems, components, assets, games, benchmarks) lie beside this one; in
+# an installed wheel they lie inside it. Either way they are imported as planetfall.engine and so on.
 _root = _Path(__file__).resolve().parent
 if not (_root / "engine").is_dir():
     __path__.append(str(_root.parent))
 ASSETS = (_root if (_root / "assets").is_dir() else _root.parent) / "assets"
 
-__all__ = ["ASSETS", "__version__"]
+# ruff: noqa: E402 - the folders have to be found first
+from ._scene_file import planets
+from .camera import Camera
+from .components import Composite, Exposure, Ocean, Planet, Stars, Sun, Terrain
+from .engine.space import direction, latitude_longitude
+from .engine.world import World
+from .errors import (
+    CameraError,
+    MissingError,
+    NotSettled,
+    OutputError,
+    PresetError,
+    SceneError,
+    SettingError,
+    SizeError,
+    UnknownNameError,
+    UnknownSettingError,
+)
+from .quality import qualities
+from .scene import PlanetHandle, Scene, load_scene
+from .views import View, view, views
+
+if _TYPE_CHECKING:
+    from .app import fly
+    from .engine.gpu import GLVersionError, ShaderError
+    from .engine.graph import GraphError
+    from .engine.hosts import NoEGLError
+    from .engine.hosts.window import has_display
+    from .expected import expected_errors
+    from .flights import path, paths
+    from .recording import Recording, record
+    from .renderer import Renderer
+    from .sampler import TerrainSampler
+
+# What pulls in OpenGL or much code is imported when it is first used: a program that only reads heights or presets
+# neither waits for it nor needs a GPU.
+_LAZY = {
+    "GLVersionError": "errors",
+    "GraphError": "errors",
+    "NoEGLError": "errors",
+    "Recording": "recording",
+    "Renderer": "renderer",
+    "ShaderError": "errors",
+    "TerrainSampler": "sampler",
+    "expected_errors": "expected",
+    "fly": "app",
+    "has_display": "engine.hosts.window",
+    "path": "flights",
+    "paths": "flights",
+    "record": "recording",
+}
+
+__all__ = [
+    "ASSETS",
+    "Camera",
+    "CameraError",
+    "Composite",
+    "Exposure",
+    "GLVersionError",
+    "GraphError",
+    "MissingError",
+    "NoEGLError",
+    "NotSettled",
+    "Ocean",
+    "OutputError",
+    "Planet",
+    "PlanetHandle",
+    "PresetError",
+    "Recording",
+    "Renderer",
+    "Scene",
+    "SceneError",
+    "SettingError",
+    "ShaderError",
+    "SizeError",
+    "Stars",
+    "Sun",
+    "Terrain",
+    "TerrainSampler",
+    "UnknownNameError",
+    "UnknownSettingError",
+    "View",
+    "World",
+    "__version__",
+    "direction",
+    "expected_errors",
+    "fly",
+    "has_display",
+    "latitude_longitude",
+    "load_scene",
+    "path",
+    "paths",
+    "planets",
+    "qualities",
+    "record",
+    "view",
+    "views",
+]
+
+
+def __getattr__(name: str) -> _Any:
+    module = _LAZY.get(name)
+    if module is None:
+        raise AttributeError(f"module 'planetfall' has no attribute {name!r}")
+    value = getattr(_importlib.import_module(f".{module}", __name__), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -6,23 +6,19 @@ import logging
 import os
 import weakref
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from types import MappingProxyType, TracebackType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._kinds import KINDS, PLANET_KINDS, PRESETS, SCENE_KINDS
+from ._kinds import KINDS, PLANET_KINDS, SCENE_KINDS
+from ._scene_file import describe, planets
 from .components import Composite, Exposure, Ocean, Planet, Sun, Terrain
 from .engine.settings import (
-    PresetError,
-    build_components,
     did_you_mean,
     plain_table,
-    read_toml,
     revision,
-    rules_of,
     write_toml,
 )
 from .engine.world import MissingError, World
@@ -36,9 +32,6 @@ __all__ = ["Handle", "PlanetHandle", "Scene", "current_scene", "load_scene", "pl
 log = logging.getLogger(__name__)
 
 C = TypeVar("C")
-
-# Top-level keys of a scene file beside its tables.
-_KEYS = ("name", "about", "base", "like")
 
 _latest: weakref.ref[Scene] | None = None
 
@@ -308,19 +301,6 @@ def _planet_problems(handle: PlanetHandle) -> list[str]:
     return problems
 
 
-# -- loading ----------------------------------------------------------------------------------------------------------
-
-
-def planets() -> list[str]:
-    """Names of the planet presets, for load_scene."""
-    return sorted(path.stem for path in (PRESETS / "planets").glob("*.toml"))
-
-
-def about_planet(name: str) -> str:
-    """One sentence about a planet preset."""
-    return str(read_toml(_preset_path(name)).get("about", ""))
-
-
 def load_scene(source: str | os.PathLike[str] = "earth") -> Scene:
     """A scene from the name of a planet preset, or from a path to a TOML file (anything with .toml or a separator).
 
@@ -328,15 +308,11 @@ def load_scene(source: str | os.PathLike[str] = "earth") -> Scene:
     (naming file, key, expected and found) or SceneError (parts that don't fit together).
     """
     global _latest  # noqa: PLW0603
-    path = _path_of(source)
-    is_preset = path.parent == PRESETS / "planets"
-    data = _merged(path, ())
-    components = build_components(data, KINDS, path, also=_KEYS)
-    like = data.get("like", path.stem if is_preset else None)
+    found = describe(source)
     try:
-        scene = Scene(data.get("name", path.stem), components, preset=like, about=data.get("about", ""))
+        scene = Scene(found.name, found.components, preset=found.preset, about=found.about)
     except SceneError as error:
-        raise SceneError(f"{path}: {error}") from None
+        raise SceneError(f"{found.path}: {error}") from None
     _latest = weakref.ref(scene)
     return scene
 
@@ -345,58 +321,3 @@ def current_scene() -> Scene | None:
     """The scene that was loaded last, if it still lives: what cameras without a planet refer to until rendered."""
     scene = _latest() if _latest is not None else None
     return None if scene is None or scene.world.closed else scene
-
-
-def _path_of(source: str | os.PathLike[str]) -> Path:
-    if isinstance(source, str):
-        text = source.strip()
-        if text and not text.endswith(".toml") and not set(text) & {"/", os.sep}:
-            return _preset_path(text)
-    elif not isinstance(source, os.PathLike):
-        raise UnknownNameError(f"load_scene: expected the name of a planet or a path, found {source!r}")
-    if not os.fspath(source):
-        raise UnknownNameError(f"load_scene: the name is empty; planets: {', '.join(planets())}")
-    return Path(source)
-
-
-def _preset_path(name: str) -> Path:
-    known = planets()
-    if name not in known:
-        hint = did_you_mean(name, known, "planets")
-        raise UnknownNameError(f"no planet {name!r}; {hint}. A path to a TOML file works as well")
-    return PRESETS / "planets" / f"{name}.toml"
-
-
-def _merged(path: Path, inside: tuple[Path, ...]) -> dict[str, Any]:
-    """The file's tables laid over those of its base, which may have a base itself."""
-    if path in inside:
-        raise PresetError(f"{path}: base: goes round in a circle: {' -> '.join(p.name for p in (*inside, path))}")
-    data = read_toml(path)
-    for key in _KEYS:
-        if not isinstance(data.get(key, ""), str):
-            raise PresetError(f"{path}: {key}: expected a text, found {data[key]!r}. Put it in quotes")
-    build_components(data, KINDS, path, also=_KEYS)  # complains with this file's name
-    base = data.get("base")
-    if base is None:
-        return data
-    try:
-        base_path = _preset_path(base) if base in planets() else path.parent / base
-        if not base_path.exists():
-            _preset_path(base)
-    except UnknownNameError as error:
-        raise PresetError(f"{path}: base: {error}") from None
-    below = _merged(base_path, (*inside, path))
-    merged: dict[str, Any] = {k: v for k, v in below.items() if k not in ("name", "base")}
-    if base_path.parent == PRESETS / "planets":
-        merged.setdefault("like", base_path.stem)
-    names = {cls.__name__: table for table, cls in KINDS.items()}
-    for key, value in data.items():
-        table = names.get(key, key)
-        if table in KINDS:
-            rules = rules_of(KINDS[table])
-            gone = {other for k in value for other in rules[k].knob.excludes}
-            under = merged.pop(table, merged.pop(KINDS[table].__name__, {}))
-            merged[table] = {k: v for k, v in under.items() if k not in gone} | value
-        elif key != "base":
-            merged[key] = value
-    return merged

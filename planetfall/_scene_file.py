@@ -1,0 +1,99 @@
+"""Scene files: TOML with a table per component, on top of a base if it names one."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ._kinds import KINDS, PRESETS
+from .engine.settings import PresetError, build_components, did_you_mean, read_toml, rules_of
+from .errors import UnknownNameError
+
+__all__ = ["Description", "describe", "planets"]
+
+# Top-level keys beside the tables: how it is called, what it is, the preset or file it changes, and the preset whose
+# named views apply to it.
+_KEYS = ("name", "about", "base", "like")
+
+
+def planets() -> list[str]:
+    """Names of the planet presets, for load_scene."""
+    return sorted(path.stem for path in (PRESETS / "planets").glob("*.toml"))
+
+
+@dataclass(frozen=True)
+class Description:
+    """What a scene file says. components: by table. preset: the planet preset whose named views apply, if any."""
+
+    path: Path
+    name: str
+    about: str
+    preset: str | None
+    components: Mapping[str, Any]
+
+
+def describe(source: str | os.PathLike[str]) -> Description:
+    """Read and check a scene file without making a scene; see load_scene."""
+    path = _path_of(source)
+    data = _merged(path, ())
+    components = build_components(data, KINDS, path, also=_KEYS)
+    preset = data.get("like", path.stem if path.parent == PRESETS / "planets" else None)
+    return Description(path, data.get("name", path.stem), data.get("about", ""), preset, components)
+
+
+def _path_of(source: str | os.PathLike[str]) -> Path:
+    if isinstance(source, str):
+        text = source.strip()
+        if text and not text.endswith(".toml") and not set(text) & {"/", os.sep}:
+            return _preset_path(text)
+    elif not isinstance(source, os.PathLike):
+        raise UnknownNameError(f"load_scene: expected the name of a planet or a path, found {source!r}")
+    if not os.fspath(source):
+        raise UnknownNameError(f"load_scene: the name is empty; planets: {', '.join(planets())}")
+    return Path(source)
+
+
+def _preset_path(name: str) -> Path:
+    known = planets()
+    if name not in known:
+        hint = did_you_mean(name, known, "planets")
+        raise UnknownNameError(f"no planet {name!r}; {hint}. A path to a TOML file works as well")
+    return PRESETS / "planets" / f"{name}.toml"
+
+
+def _merged(path: Path, inside: tuple[Path, ...]) -> dict[str, Any]:
+    """The file's tables laid over those of its base, which may have a base itself."""
+    if path in inside:
+        raise PresetError(f"{path}: base: goes round in a circle: {' -> '.join(p.name for p in (*inside, path))}")
+    data = read_toml(path)
+    for key in _KEYS:
+        if not isinstance(data.get(key, ""), str):
+            raise PresetError(f"{path}: {key}: expected a text, found {data[key]!r}. Put it in quotes")
+    build_components(data, KINDS, path, also=_KEYS)  # complains with this file's name
+    base = data.get("base")
+    if base is None:
+        return data
+    try:
+        base_path = _preset_path(base) if base in planets() else path.parent / base
+        if not base_path.exists():
+            _preset_path(base)
+    except UnknownNameError as error:
+        raise PresetError(f"{path}: base: {error}") from None
+    below = _merged(base_path, (*inside, path))
+    merged: dict[str, Any] = {k: v for k, v in below.items() if k not in ("name", "base")}
+    if base_path.parent == PRESETS / "planets":
+        merged.setdefault("like", base_path.stem)
+    names = {cls.__name__: table for table, cls in KINDS.items()}
+    for key, value in data.items():
+        table = names.get(key, key)
+        if table in KINDS:
+            rules = rules_of(KINDS[table])
+            gone = {other for k in value for other in rules[k].knob.excludes}
+            under = merged.pop(table, merged.pop(KINDS[table].__name__, {}))
+            merged[table] = {k: v for k, v in under.items() if k not in gone} | value
+        elif key != "base":
+            merged[key] = value
+    return merged
