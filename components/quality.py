@@ -41,7 +41,7 @@ class TerrainQuality:
         power_of_two=True,
     )
     min_spacing_m: float = knob(
-        0.125,
+        0.06,
         0.005,
         100.0,
         "m",
