@@ -212,6 +212,17 @@ def test_compute_follows_reloads_too(bench):
     np.testing.assert_array_equal(np.frombuffer(buffer.read(), "u4"), np.full(8, 8, "u4"))
 
 
+def test_unused_inputs_are_skipped_and_misspelt_ones_refused(bench):
+    bench.write("a.vert", "in vec2 in_unused; in float in_x; void main() { gl_Position = vec4(in_x); }\n")
+    bench.write("a.frag", "out vec4 o; void main() { o = vec4(1.0); }\n")
+    program = bench.scope.program("a.vert", "a.frag")
+    buffer = bench.scope.buffer(np.zeros(9, "f4"))
+    bench._framebuffer.use()
+    bench.scope.vertex_array(program, [(buffer, "2f 1f", "in_unused", "in_x")]).render(0)
+    with pytest.raises(RuntimeError, match=r"a\.vert \+ a\.frag has no input 'in_y'"):
+        bench.scope.vertex_array(program, [(buffer, "1f", "in_y")])
+
+
 def test_compute_programs_take_no_vertices(bench):
     bench.write("a.comp", "layout(local_size_x = 1) in; void main() {}\n")
     compute = bench.scope.compute("a.comp")

@@ -51,7 +51,7 @@ class Gpu:
         self.shaders = ShaderLibrary(ctx, self.gl, shader_roots, base, self.work)
         self._scopes: list[GpuScope] = []
         self._states: dict[tuple[tuple[str, Any], ...], State] = {}
-        self._reset_baseline = reset_baseline(self.gl)
+        self._reset_baseline = reset_baseline(ctx, self.gl)
         self._frames: list[tuple[int, int]] = []
         self.default_state = self.state()
 

@@ -37,7 +37,6 @@ class Program:
         self._stages = dict(stages)
         self._defines = dict(defines or {})
         self._values: dict[str, Any] = {}
-        self._mentioned: set[str] = set()
         self.error: ShaderError | None = None
         self.alive = True
         expanded = self._library.expand(self._stages, self._defines)
@@ -64,12 +63,16 @@ class Program:
         self._files = frozenset().union(*(e.files for e in expanded.values()))
         self._words = {word for e in expanded.values() for word in re.findall(r"\w+", e.text)}
 
+    def mentions(self, name: str) -> bool:
+        """Whether a source has this word: an optimised-out name is fine, a misspelt one is not."""
+        return name in self._words
+
     def set(self, name: str, value: Any) -> None:
         """Set a uniform: a number, a tuple, an array (matrices column by column). Optimised-out names are ignored.
 
         KeyError for a name that no source mentions, ValueError for a value of the wrong shape.
         """
-        if name not in self._values and name.partition("[")[0] not in self._words:
+        if name not in self._values and not self.mentions(name.partition("[")[0]):
             raise KeyError(unknown_uniform(name, self.name, self.linked.mgl))
         self._values[name] = value
         if self.linked.holder is self:
@@ -197,6 +200,10 @@ class VertexArray:
         if isinstance(program, Compute):
             raise GpuError(f"{program.name} is a compute shader: it takes no vertices")
         self._gpu, self.program = gpu, program
+        for _, _, *names in content:
+            for name in names:
+                if isinstance(name, str) and not program.mentions(name):
+                    raise GpuError(f"program {program.name} has no input {name!r}, and no source of it mentions one")
         self._content, self._index, self._index_size = list(content), index, index_size
         self._linked: LinkedProgram | None = None
         self._mgl: Any = None

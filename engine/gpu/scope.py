@@ -88,6 +88,7 @@ class GpuScope:
         """
         self._check()
         gpu = self.gpu
+        gpu.check_error(f"something before a texture of {self.owner!r}")  # or it would be blamed on this texture
         return self._own(
             "texture",
             create_texture(gpu.ctx, gpu.gl, gpu.caps, tuple(size), format, data, levels, layers, filter, wrap),
@@ -101,6 +102,7 @@ class GpuScope:
         size = reserve if data is None else (data.nbytes if isinstance(data, np.ndarray) else len(data))
         if size < 1:
             raise FormatError(f"a buffer needs data or a size of at least 1 byte, found {size} (owner {self.owner!r})")
+        self.gpu.check_error(f"something before a buffer of {self.owner!r}")
         made = self.gpu.ctx.buffer(data, reserve=0 if data is not None else reserve, dynamic=dynamic)
         error = self.gpu.ctx.error
         if error != "GL_NO_ERROR":

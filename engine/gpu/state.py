@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import moderngl
+
 from . import gl as G
 
 __all__ = ["State", "reset_baseline"]
@@ -73,10 +75,9 @@ _OFF = (
 )  # fmt: skip
 
 
-def reset_baseline(gl: G.GL, units: int = 16) -> Callable[[], None]:
+def reset_baseline(ctx: moderngl.Context, gl: G.GL, units: int = 16) -> Callable[[], None]:
     """A prepared call that puts what passes rely on but never set into a known state, whatever a host left behind."""
     disable = gl.function("glDisable", None, G.enum)
-    bind_sampler = gl.function("glBindSampler", None, G.uint, G.uint)
     front_face = gl.function("glFrontFace", None, G.enum)
     depth_range = gl.function("glDepthRangef", None, *[G.c.c_float] * 2)
     enable = gl.function("glEnable", None, G.enum)
@@ -85,8 +86,7 @@ def reset_baseline(gl: G.GL, units: int = 16) -> Callable[[], None]:
     def reset() -> None:
         for capability in _OFF:
             disable(capability)
-        for unit in range(units):  # a host's sampler object would override our textures' own filters
-            bind_sampler(unit, 0)
+        ctx.clear_samplers(0, units)  # a host's sampler object would override our textures' own filters
         front_face(G.CCW)
         depth_range(0.0, 1.0)
         enable(G.PRIMITIVE_RESTART)
