@@ -133,10 +133,11 @@ def test_timers_with_gaps(gpu):
         typed.begin(0)
         typed.end(0)
         if frame % 2:
-            typed.begin(1)  # raised before its end
+            typed.begin(1)  # its pass raised before the end
+        if frame >= 12:  # before that the ring may overflow unread
+            gpu.ctx.finish()
         typed.collect(out)
-    gpu.ctx.finish()
-    assert isinstance(out[0], float) and out[1:] == [None, None]
+    assert isinstance(out[0], float) and out[0] >= 0 and out[1:] == [None, None]
     timers.release()
     timers.release()
     assert gpu.ctx.error == "GL_NO_ERROR"
