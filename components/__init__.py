@@ -9,7 +9,7 @@ from ._knob import Knob, Vec3, knob, knobs
 from .exposure import Composite, Exposure
 from .ocean import Ocean
 from .planet import Planet
-from .quality import ProxyQuality, RenderQuality, TerrainQuality
+from .quality import ProxyQuality, RenderQuality, SkyQuality, TerrainQuality
 from .stars import Stars
 from .sun import Sun
 from .terrain import Terrain
@@ -22,6 +22,7 @@ __all__ = [
     "Planet",
     "ProxyQuality",
     "RenderQuality",
+    "SkyQuality",
     "Stars",
     "Sun",
     "Terrain",

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from ._knob import knob
 
-__all__ = ["ProxyQuality", "RenderQuality", "TerrainQuality"]
+__all__ = ["ProxyQuality", "RenderQuality", "SkyQuality", "TerrainQuality"]
 
 
 @dataclass
@@ -62,4 +62,16 @@ class ProxyQuality:
         "",
         "How far the camera may move before the grid is made anew, as a share of its height above the ground",
         cost="smaller: snaps more often; larger: the grid has to cover more",
+    )
+
+
+@dataclass
+class SkyQuality:
+    """Keys "sky.*"."""
+
+    radiance_format: str = knob(
+        "rgba32f",
+        help="How radiance is stored before exposure: 16 bits keep 3 digits, 32 bits 7",
+        cost="32 bits are twice the memory to write and read",
+        choices=("rgba16f", "rgba32f"),
     )

@@ -46,11 +46,11 @@ if _TYPE_CHECKING:
     from .app import fly
     from .engine.gpu import GLVersionError, ShaderError
     from .engine.graph import GraphError
-    from .engine.hosts import NoEGLError
+    from .engine.hosts.headless import NoEGLError
     from .engine.hosts.window import has_display
     from .expected import expected_errors
     from .flights import path, paths
-    from .recording import Recording, record
+    from .recording import record
     from .renderer import Renderer
     from .sampler import TerrainSampler
 
@@ -60,7 +60,6 @@ _LAZY = {
     "GLVersionError": "errors",
     "GraphError": "errors",
     "NoEGLError": "errors",
-    "Recording": "recording",
     "Renderer": "renderer",
     "ShaderError": "errors",
     "TerrainSampler": "sampler",
@@ -88,7 +87,6 @@ __all__ = [
     "Planet",
     "PlanetHandle",
     "PresetError",
-    "Recording",
     "Renderer",
     "Scene",
     "SceneError",

@@ -11,7 +11,7 @@ from .engine.world import MissingError
 if TYPE_CHECKING:
     from .engine.gpu import GLVersionError, ShaderError
     from .engine.graph import GraphError
-    from .engine.hosts import NoEGLError
+    from .engine.hosts.headless import NoEGLError
 
 __all__ = [
     "CameraError",
@@ -63,7 +63,7 @@ _LAZY = {
     "GLVersionError": ".engine.gpu",
     "ShaderError": ".engine.gpu",
     "GraphError": ".engine.graph",
-    "NoEGLError": ".engine.hosts",
+    "NoEGLError": ".engine.hosts.headless",
 }
 
 
