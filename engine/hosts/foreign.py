@@ -4,7 +4,7 @@
     with host.guest(framebuffer):                 # every frame
         ...draw with host.gpu...
 
-A second `moderngl.create_context()` would give another Context object on the same GL context, with an idea of its own of
+A second `moderngl.create_context()` would give another Context object on the same GL context, with its own idea of
 what is bound; so the host's object is asked for. Hosts without moderngl (pyglet, pygame, Qt) make one themselves, once,
 with `moderngl.create_context()` while their context is current.
 """

@@ -195,7 +195,7 @@ class Window:
         self._key_names = self._platform.key_codes(KEYS)
         self._close_asked = False
         self._closed = False
-        self._first_position_after_capture = False
+        self._pointer_returns = False
         # Escape and F11 belong to the game, not to the window library.
         window.exit_key = None
         window.fullscreen_key = None
@@ -222,10 +222,9 @@ class Window:
         self._queue.append(KeyEvent(name, action == keys.ACTION_PRESS))
 
     def _on_mouse_move(self, x: float, y: float, dx: float, dy: float) -> None:
-        if self._first_position_after_capture:  # the jump between the visible and the captured pointer is no movement
-            self._first_position_after_capture = False
-            if self.backend == "glfw":
-                dx = dy = 0
+        if self._pointer_returns:  # glfw puts it back to where it was hidden: that jump is no movement
+            self._pointer_returns = False
+            dx = dy = 0
         self._queue.append(MouseMove(float(x), self._platform.mouse_y(float(y)), float(dx), float(dy)))
 
     def _on_mouse_press(self, x: float, y: float, button: int) -> None:
@@ -264,7 +263,10 @@ class Window:
 
     @property
     def framebuffer(self) -> moderngl.Framebuffer:
-        """The window's own framebuffer. Its size attribute may be stale: use `framebuffer_size`."""
+        """The window's own framebuffer. Its size attribute may be stale: use `framebuffer_size`.
+
+        moderngl's read() of it works but leaves a GL error behind: take pictures from a framebuffer of your own.
+        """
         return self.ctx.screen
 
     @property
@@ -327,7 +329,7 @@ class Window:
     @mouse_exclusivity.setter
     def mouse_exclusivity(self, on: bool) -> None:
         if on != self.mouse_exclusivity:
-            self._first_position_after_capture = True
+            self._pointer_returns = self.backend == "glfw" and not on
             self._window.mouse_exclusivity = on
 
     @property

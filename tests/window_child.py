@@ -1,0 +1,236 @@
+"""What the window tests do in a process of its own: `python window_child.py FUNCTION ARGUMENT...` prints JSON."""
+
+from __future__ import annotations
+
+import json
+import logging
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+import numpy as np
+from planetfall.engine.gpu import Gpu
+from planetfall.engine.gpu.imgui_backend import ImguiBackend
+from planetfall.engine.hosts.foreign import attach
+from planetfall.engine.hosts.window import Window, open_window
+from planetfall.engine.input import Focus, InputEvent, KeyEvent, MouseButton, MouseMove, Resize, Text, Wheel
+
+from planetfall import ASSETS
+
+SIZE = (320, 240)
+
+
+def xdotool(*arguments: str) -> str:
+    done = subprocess.run(["xdotool", *arguments], capture_output=True, text=True, check=True, timeout=20)
+    return done.stdout.strip()
+
+
+class Session:
+    """A window that is polled and swapped until something has happened."""
+
+    def __init__(self, backend: str, **options: Any) -> None:
+        library: Any = backend
+        self.window: Window = open_window(SIZE, f"planetfall test {backend}", library, vsync=False, **options)
+        self.events: list[InputEvent] = []
+        self.turn()
+
+    def turn(self) -> None:
+        self.events += self.window.poll().events
+        self.window.swap()
+
+    def until(self, done: Callable[[], bool], seconds: float = 5.0) -> bool:
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self.turn()
+            if done():
+                return True
+            time.sleep(0.005)
+        return False
+
+    def has(self, test: Callable[[InputEvent], bool]) -> bool:
+        return self.until(lambda: any(test(event) for event in self.events))
+
+    def focus(self) -> None:
+        found = xdotool("search", "--sync", "--onlyvisible", "--name", self.window.title).split()[-1]
+        xdotool("windowfocus", found)
+        xdotool("mousemove", "--window", found, "100", "60")
+        self.until(lambda: False, 0.3)
+
+
+def lifecycle(backend: str) -> dict[str, Any]:
+    """Open, draw ImGui, take a screenshot, resize, close."""
+    session = Session(backend)
+    window = session.window
+    result: dict[str, Any] = {
+        "version": window.ctx.version_code,
+        "size": window.size,
+        "framebuffer": window.framebuffer_size,
+        "ratio": window.pixel_ratio,
+        "ui_scale": window.ui_scale,
+        "should_close": window.should_close,
+    }
+    gpu = Gpu(window.ctx, [ASSETS / "shaders"])
+    board = (lambda: window.clipboard, lambda text: setattr(window, "clipboard", text))
+    ui = ImguiBackend(gpu.scope("ui"), window.ui_scale, board)
+    window.clipboard = "päste"
+    result["clipboard"] = window.clipboard
+
+    def picture() -> np.ndarray[Any, Any]:
+        for _ in range(2):
+            with ui.frame(window.size, 0.01, window.pixel_ratio, window.poll().events) as imgui:
+                imgui.set_next_window_pos(imgui.ImVec2(10, 10))
+                imgui.begin("panel")
+                imgui.text("Planetfall")
+                imgui.end()
+            window.framebuffer.use()
+            window.framebuffer.clear(0.1, 0.2, 0.3)
+            ui.render(window.framebuffer)
+            result["errors"] = window.ctx.error
+            width, height = window.framebuffer_size
+            pixels = window.framebuffer.read(viewport=(0, 0, width, height), components=3)
+            window.ctx.error  # moderngl selects an attachment that a window's framebuffer does not have
+            window.swap()
+        return np.frombuffer(pixels, np.uint8).reshape(height, width, 3)[::-1]
+
+    first = picture()
+    result["background"] = first[-1, -1].tolist()
+    result["brightest"] = int(first.max())
+    window.size = (480, 360)
+    result["resized"] = session.has(lambda e: isinstance(e, Resize) and (e.width, e.height) == (480, 360))
+    result["new_size"] = window.framebuffer_size
+    second = picture()
+    result["corner"] = second[-1, -1].tolist()
+    result["new_brightest"] = int(second.max())
+    window.title = "another title"
+    result["title"] = window.title
+    window.vsync = False
+    window.mouse_exclusivity = True
+    session.turn()
+    result["exclusive"] = window.mouse_exclusivity
+    window.mouse_exclusivity = False
+    window.fullscreen = True
+    session.until(lambda: window.framebuffer_size[0] > 480, 2.0)
+    result["fullscreen"] = window.framebuffer_size
+    window.fullscreen = False
+    session.until(lambda: window.framebuffer_size == (480, 360), 2.0)
+    ui.release()
+    gpu.release()
+    result["errors at the end"] = window.ctx.error
+    result["left"] = gpu.counts()
+    window.request_close()
+    result["asked"] = window.should_close
+    window.close()
+    window.close()
+    result["closed"] = window.should_close
+    result["after"] = list(window.poll().events)
+    return result
+
+
+def real_input(backend: str) -> dict[str, Any]:
+    """Keys, mouse and text from the X server, through xdotool."""
+    if shutil.which("xdotool") is None:
+        return {"skipped": "no xdotool"}
+    session = Session(backend)
+    window = session.window
+    session.focus()
+    result: dict[str, Any] = {"focus": any(isinstance(e, Focus) and e.focused for e in session.events)}
+    keys = {"w": "w", "Shift_L": "left_shift", "F1": "f1", "Prior": "page_up", "Left": "left", "5": "5"}
+    for key, name in keys.items():
+        xdotool("keydown", key)
+        pressed = session.has(lambda e, name=name: e == KeyEvent(name, True))
+        held = name in window.input.keys_held
+        xdotool("keyup", key)
+        released = session.has(lambda e, name=name: e == KeyEvent(name, False))
+        result[f"key {name}"] = [pressed, held, released, name in window.input.keys_held]
+    repeats = [e for e in session.events if e == KeyEvent("w", True)]
+    result["w presses"] = len(repeats)
+    result["text"] = session.has(lambda e: isinstance(e, Text) and "w" in e.text)
+    found = xdotool("search", "--name", window.title).split()[-1]
+    xdotool("mousemove", "--window", found, "120", "80")
+    result["move"] = session.has(lambda e: isinstance(e, MouseMove) and (e.x, e.y) == (120, 80))
+    xdotool("click", "1")
+    result["click"] = session.has(lambda e: e == MouseButton("left", False, 120, 80))
+    xdotool("click", "3")
+    result["right"] = session.has(lambda e: e == MouseButton("right", True, 120, 80))
+    xdotool("click", "4")
+    result["wheel"] = session.has(lambda e: isinstance(e, Wheel) and e.dy > 0)
+    xdotool("key", "Escape")
+    result["escape"] = session.has(lambda e: e == KeyEvent("escape", False))
+    result["escape closes"] = window.should_close
+    window.mouse_exclusivity = True
+    session.until(lambda: False, 0.2)
+    session.events.clear()
+    for _ in range(4):  # more than fit in the window
+        xdotool("mousemove_relative", "--", "90", "-70")
+        session.until(lambda: False, 0.1)
+    moves = [e for e in session.events if isinstance(e, MouseMove)]
+    result["captured by"] = [sum(e.dx for e in moves), sum(e.dy for e in moves)]
+    window.mouse_exclusivity = False
+    window.close()
+    return result
+
+
+def pyglet_guest() -> dict[str, Any]:
+    """A pyglet game draws sprites and labels around a guest: the picture is the same with and without it."""
+    import moderngl
+    import pyglet
+
+    config = pyglet.gl.Config(major_version=4, minor_version=3, forward_compatible=True, double_buffer=True)
+    window = pyglet.window.Window(*SIZE, config=config, vsync=False)
+    ctx = moderngl.create_context(require=430)
+    label = pyglet.text.Label("Host", x=20, y=150, font_size=40, color=(255, 255, 0, 255))
+    shape = pyglet.shapes.Rectangle(100, 20, 120, 60, color=(0, 128, 255))
+    guest = attach(ctx, [ASSETS / "shaders"])
+    with guest.guest():
+        ui = ImguiBackend(guest.gpu.scope("ui"))
+        target = guest.gpu.scope("guest").framebuffer([guest.gpu.scope("guest").texture((64, 64), "rgba16f")])
+
+    def frame(with_guest: bool) -> bytes:
+        window.switch_to()
+        window.clear()
+        shape.draw()
+        if with_guest:
+            with guest.guest():
+                target.use()
+                target.viewport = (0, 0, 32, 32)
+                target.clear(1, 0, 0)
+                with ui.frame((64, 64)) as imgui:
+                    imgui.text("guest")
+                ui.render(target)
+        label.draw()
+        data = pyglet.image.get_buffer_manager().get_color_buffer().get_image_data().get_data("RGB", SIZE[0] * 3)
+        window.flip()
+        return bytes(data)
+
+    alone, beside, again = frame(False), frame(True), frame(False)
+    result = {"same": alone == beside == again, "brightest": max(alone), "errors": list(guest.guard.errors)}
+    with guest.guest():
+        ui.release()
+    guest.release()
+    result["counts"] = guest.gpu.counts()
+    window.close()
+    return result
+
+
+def refused(backend: str, version: str = "4.3") -> dict[str, Any]:
+    """The error that opening a window gives."""
+    major, minor = version.split(".")
+    library: Any = backend
+    try:
+        open_window(SIZE, backend=library, gl_version=(int(major), int(minor)))
+    except Exception as error:
+        return {"error": type(error).__name__, "message": str(error), "found": getattr(error, "found", None)}
+    return {"error": None}
+
+
+if __name__ == "__main__":
+    logging.basicConfig(level=logging.WARNING)
+    answer = globals()[sys.argv[1]](*sys.argv[2:])
+    sys.stdout.write(json.dumps(answer) + "\n")
+    sys.stdout.flush()
