@@ -3,7 +3,8 @@
 Tracked per physical object, because two transients in turn may share one. A barrier stands before a pass that
 - touches an object into which a compute pass has stored since the last barrier of that kind, or
 - is a compute pass that writes an object which another pass has touched since then: a store must not overtake an
-  earlier access (OpenGL 4.3 core, 7.12.2: stores after the barrier wait for all accesses before it).
+  earlier access (OpenGL core specification, "Shader Memory Access Synchronization": stores behind a barrier wait for
+  all accesses before it).
 Frames follow one another, so the walk goes round until nothing is added: the end of a frame meets the next one's start.
 """
 
