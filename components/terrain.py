@@ -28,6 +28,26 @@ class Terrain:
         not_yet=("quadtree", "icosphere"),
     )
 
+    land_share: float = knob(
+        0.3, 0.02, 0.98, "", "Share of the surface above height 0: the land, where the sea is at 0", group="shape"
+    )
+    continent_size: float = knob(
+        1.0, 0.125, 4.0, "", "Size of continents, in steps of two; 1 gives a handful", log=True, group="shape"
+    )
+    plains: float = knob(
+        1.0,
+        0.0,
+        1.0,
+        "",
+        "1: abyss, shelf, coastal plains and plateaus as on Earth; 0: all heights alike",
+        group="shape",
+    )
+    mountains: float = knob(1.0, 0.0, 2.0, "", "Width of the belts of mountain ranges; 0: none", group="shape")
+    roughness: float = knob(
+        1.0, 0.0, 8.0, "", "Steepness of everything smaller than a mountain range; 1 as on Earth's land", group="shape"
+    )
+    warp: float = knob(1.0, 0.0, 2.0, "", "How far continents and ranges are bent out of their shape", group="shape")
+
     rock_albedo: Vec3 = knob(
         (0.13, 0.115, 0.10), 0.0, 1.0, "", "Share of light that bare rock throws back", group="ground", widget="color"
     )

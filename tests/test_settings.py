@@ -332,3 +332,13 @@ def test_overrides_of_components_leave_the_scene_alone():
     changed = with_overrides(terrain, "terrain", settings)
     assert (changed.layers, terrain.layers) == (4, 16)
     assert with_overrides(terrain, "terrain", resolve_quality("high")) is terrain
+
+
+def test_terrain_knobs_are_those_of_the_height_function():
+    from planetfall.systems.terrain.height_params import _KNOBS, _RANGES, TerrainParams
+
+    rules = rules_of(pf.Terrain)
+    defaults = TerrainParams.from_component(pf.Terrain(), pf.Planet().radius_m)
+    assert defaults == TerrainParams()
+    for name in (*_KNOBS, "layers"):
+        assert (rules[name].knob.low, rules[name].knob.high) == _RANGES[name], name
