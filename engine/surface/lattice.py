@@ -124,29 +124,44 @@ def cell_center(face: ArrayLike, level: ArrayLike, i: ArrayLike, j: ArrayLike) -
     return direction_of(face, (np.asarray(i) + 0.5) * size, (np.asarray(j) + 0.5) * size)
 
 
+_STEP_I = np.array([-1, 1, 0, 0])
+_STEP_J = np.array([0, 0, -1, 1])
+
+
 def neighbour(
     face: ArrayLike, level: ArrayLike, i: ArrayLike, j: ArrayLike, edge: ArrayLike
 ) -> tuple[Ints, Ints, Ints]:
     """The cell of the same level across an edge (0: i - 1, 1: i + 1, 2: j - 1, 3: j + 1), across cube edges too."""
-    face, level, i, j, edge = np.broadcast_arrays(*(np.asarray(a, dtype=np.int64) for a in (face, level, i, j, edge)))
-    count = np.int64(1) << level
+    edge = np.asarray(edge, dtype=np.int64)
+    new_i = np.asarray(i, dtype=np.int64) + _STEP_I[edge]
+    new_j = np.asarray(j, dtype=np.int64) + _STEP_J[edge]
+    face, new_i, new_j, count = (
+        np.array(a) for a in np.broadcast_arrays(face, new_i, new_j, np.int64(1) << np.asarray(level, dtype=np.int64))
+    )
+    over = (new_i < 0) | (new_j < 0) | (new_i >= count) | (new_j >= count)
+    if over.any():
+        face[over], new_i[over], new_j[over] = _round_the_corner(face[over], new_i[over], new_j[over], count[over])
+    return face, new_i, new_j
+
+
+def _round_the_corner(face: Ints, i: Ints, j: Ints, count: Ints) -> tuple[Ints, Ints, Ints]:
+    """Rename cells that lie one step beyond their face."""
     # Cell middles in doubled integers, as a point on the surface of the cube [-count, count]^3.
-    u = 2 * i + 1 - count + np.where(edge == 1, 2, 0) - np.where(edge == 0, 2, 0)
-    v = 2 * j + 1 - count + np.where(edge == 3, 2, 0) - np.where(edge == 2, 2, 0)
-    outside = (np.abs(u) > count) | (np.abs(v) > count)
-    # Over the edge of the cube the point goes round the corner: it lies on the side face, half a cell below the edge.
-    w = count - outside
-    u, v = np.clip(u, -count, count), np.clip(v, -count, count)
-    new_face, new_u, new_v = _on_cube(face, u, v, w, count)
+    # The point goes over the cube's edge to the side face, and lies half a cell below the edge there.
+    u, v = np.clip(2 * i + 1 - count, -count, count), np.clip(2 * j + 1 - count, -count, count)
+    new_face, new_u, new_v = _on_cube(face, u, v, count - 1, count)
     return new_face, (new_u + count - 1) >> 1, (new_v + count - 1) >> 1
 
 
 def canonical_lattice(face: ArrayLike, i_full: ArrayLike, j_full: ArrayLike) -> tuple[Ints, Ints, Ints]:
     """Rename lattice points by the lowest face that contains them; points inside a face keep theirs. All integers."""
-    face, i, j = np.broadcast_arrays(*(np.asarray(a, dtype=np.int64) for a in (face, i_full, j_full)))
-    half = np.full_like(i, HALF)
-    new_face, u, v = _on_cube(face, i - HALF, j - HALF, half, half)
-    return new_face, u + HALF, v + HALF
+    face, i, j = (np.array(a, dtype=np.int64) for a in np.broadcast_arrays(face, i_full, j_full))
+    border = (i == 0) | (i == FULL) | (j == 0) | (j == FULL)
+    if border.any():
+        half = np.full(int(border.sum()), HALF)
+        face[border], u, v = _on_cube(face[border], i[border] - HALF, j[border] - HALF, half, half)
+        i[border], j[border] = u + HALF, v + HALF
+    return face, i, j
 
 
 def _on_cube(face: Ints, u: Ints, v: Ints, w: Ints, half_width: Ints) -> tuple[Ints, Ints, Ints]:

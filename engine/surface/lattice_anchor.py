@@ -38,7 +38,7 @@ NEAR_COSINE = 0.42
 """A face uses the difference formula when the anchor's direction has at least this component along the face's axis."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LatticeBlock:
     """The uniform block `LatticeBlock` of common/lattice.glsl (std140: all fields are arrays of 16-byte vectors)."""
 

@@ -26,7 +26,6 @@ class NearestPoint:
         side = np.copysign(1.0 / _AHEAD, self.local[:, :2])
         self.gnomonic: Floats = np.where(ahead, self.local[:, :2] / np.where(ahead, self.local[:, 2:], 1.0), side)
         """(6, 2): its gnomonic coordinates; far out to its side where it is not in front of the face."""
-        self.behind = ~ahead[:, 0]
 
     def chord_squared(self, face: NDArray[np.int64], low: Floats, high: Floats) -> Floats:
         """Squared chords on the unit sphere, (N,), to the cells with gnomonic bounds low and high, (2, N) each."""
@@ -44,15 +43,16 @@ class NearestPoint:
         c = norm - z
         squares = a * a + b * b + c * c
         best = np.minimum(squares[0], squares[1])
-        behind = self.behind[face]
-        if behind.any():
-            best[behind] = np.minimum(best[behind], self._corners(local[:, behind], low[:, behind], high[:, behind]))
+        # Far round the sphere a foot may lie on the back of its great circle, and the nearest point be a corner.
+        far = best > 1.0
+        if far.any():
+            best[far] = np.minimum(best[far], _corners(local[:, far], low[:, far], high[:, far]))
         return best
 
-    @staticmethod
-    def _corners(local: Floats, low: Floats, high: Floats) -> Floats:
-        """Squared chords to the nearest corner: exact for a face behind the direction, together with the feet."""
-        x = np.stack([low[0], high[0], low[0], high[0]])
-        y = np.stack([low[1], low[1], high[1], high[1]])
-        norm = 1.0 / np.sqrt(1.0 + x * x + y * y)
-        return ((x * norm - local[0]) ** 2 + (y * norm - local[1]) ** 2 + (norm - local[2]) ** 2).min(axis=0)
+
+def _corners(local: Floats, low: Floats, high: Floats) -> Floats:
+    """Squared chords to the nearest corner."""
+    x = np.stack([low[0], high[0], low[0], high[0]])
+    y = np.stack([low[1], low[1], high[1], high[1]])
+    norm = 1.0 / np.sqrt(1.0 + x * x + y * y)
+    return ((x * norm - local[0]) ** 2 + (y * norm - local[1]) ** 2 + (norm - local[2]) ** 2).min(axis=0)

@@ -26,7 +26,7 @@ LOWEST_ALTITUDE_M = 0.01
 """Altitudes above ground below this, the camera inside the ground among them, are taken as this."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ProxyCell:
     """A proxy and the camera positions that it stands for."""
 

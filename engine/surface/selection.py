@@ -28,7 +28,7 @@ COARSENING_STEPS_PER_OCTAVE = 4
 """When there would be too many cells the wanted angle grows in steps of 2^(1/4), so that it seldom changes."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CellSet:
     """The leaves of a selection, nearest first. All arrays have N rows."""
 
@@ -114,8 +114,8 @@ def select_rings(
         if coarser > 1e6:
             break
         angle = coarser
-    found = _balance(found, bits, search)
-    return search.finish(found, angle)
+    found, delta = _balance(found, bits, search)
+    return search.finish(found, delta, angle)
 
 
 _Leaves = tuple[Ints, Ints, Ints, Ints]
@@ -199,19 +199,18 @@ class _Search:
             split[near] = across2[near] + clearance**2 < reach2
         return split
 
-    def finish(self, leaves: _Leaves, angle: float) -> CellSet:
-        """Distances, edge deltas and the order of the final leaves."""
+    def finish(self, leaves: _Leaves, delta: Ints, angle: float) -> CellSet:
+        """Distances and the order of the final leaves."""
         face, level, i, j = leaves
         distance_m = np.sqrt(self.chord2(face, level, i, j) * self.product_m2 + self.altitude_m**2)
         order = np.argsort(distance_m, kind="stable")
-        face, level, i, j = face[order], level[order], i[order], j[order]
         return CellSet(
-            face=face.astype(np.int32),
-            level=level.astype(np.int32),
-            i=i.astype(np.int32),
-            j=j.astype(np.int32),
-            edge_delta=edge_deltas(face, level, i, j)[0].astype(np.uint8),
-            spacing_m=cell_edge_m(level, self.radius_m) / self.quads,
+            face=face[order].astype(np.int32),
+            level=level[order].astype(np.int32),
+            i=i[order].astype(np.int32),
+            j=j[order].astype(np.int32),
+            edge_delta=delta[order].astype(np.uint8),
+            spacing_m=cell_edge_m(level[order], self.radius_m) / self.quads,
             distance_m=distance_m[order],
             quads=self.quads,
             spacing_angle_rad=angle,
@@ -259,16 +258,15 @@ def edge_deltas(face: Ints, level: Ints, i: Ints, j: Ints) -> tuple[Ints, Ints]:
     return np.where(found, coarser, 0), np.where(found, place, -1)
 
 
-def _balance(leaves: _Leaves, most: int, search: _Search) -> _Leaves:
-    """Split leaves that are more than `most` levels coarser than a neighbour, until none is."""
+def _balance(leaves: _Leaves, most: int, search: _Search) -> tuple[_Leaves, Ints]:
+    """Split leaves that are more than `most` levels coarser than a neighbour, until none is; and the edge deltas."""
     while True:
         face, level, i, j = leaves
-        if level.max(initial=0) - level.min(initial=0) <= most:
-            return leaves
         delta, place = edge_deltas(face, level, i, j)
-        coarse = np.unique(place[delta > most])
-        if not len(coarse):
-            return leaves
+        too_coarse = delta > most
+        if not too_coarse.any():
+            return leaves, delta
+        coarse = np.unique(place[too_coarse])
         keep = np.ones(len(face), bool)
         keep[coarse] = False
         new_face, new_i, new_j = children(face[coarse], i[coarse], j[coarse])
