@@ -32,6 +32,7 @@ app = App(
     name="planetfall",
     help="Whole planets: fly from 36 000 km out down to a beach. Every command also takes --debug: full tracebacks.",
     version=__version__,
+    suppress_keyboard_interrupt=False,
 )
 app.command(fly_command, name="fly")
 app.command(render_command, name="render")

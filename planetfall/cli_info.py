@@ -72,10 +72,11 @@ def graph_command(
         require_writable(output)
     pixels, knobs = parse_size(size), parse_overrides(overrides)
     from . import load_scene
-    from .renderer import Renderer
 
     scene = load_scene(planet)
     shot = find_view(view, scene)
+    from .renderer import Renderer
+
     with Renderer(scene, pixels, quality, knobs) as renderer:
         for _ in range(3 if passes else 1):  # the first frame compiles shaders: no time to show
             renderer.render(shot)

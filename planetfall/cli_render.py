@@ -63,7 +63,6 @@ def render_command(
     if view is not None and camera.given():
         raise CameraError("--view and camera options exclude each other: a view brings its own camera")
     from . import load_scene
-    from .renderer import Renderer
 
     scene = load_scene(planet)
     shot = camera.camera() if camera.given() else find_view(view or DEFAULT_VIEW, scene)
@@ -72,6 +71,8 @@ def render_command(
         "planetfall": __version__, "planet": planet, "view": None if camera.given() else view or DEFAULT_VIEW,
         "size": list(pixels), "quality": quality, "overrides": knobs, "time_s": time_s, "sun": light and repr(light),
     }  # fmt: skip
+    from .renderer import Renderer  # late: everything that can be said without a GPU has been said
+
     with Renderer(scene, pixels, quality, knobs) as renderer:
         with settling(console) as progress:
             renderer.settle(shot, time_s, sun=light, progress=progress)
