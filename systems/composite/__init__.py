@@ -1,1 +1,6 @@
-"""composite."""
+"""Composite: from scene radiance to the picture (exposure, glare, tone map, dither). docs/exposure.md has the conventions."""
+
+from .system import CompositeSystem, ExposureReading, read_exposure
+from .tone_maps import TONE_MAPS, tone_map
+
+__all__ = ["TONE_MAPS", "CompositeSystem", "ExposureReading", "read_exposure", "tone_map"]

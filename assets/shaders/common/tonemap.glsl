@@ -1,0 +1,69 @@
+// Tone maps: exposed linear colour (1 = saturated) to display-encoded colour in 0..1. TONE_MAP chooses at compile time.
+// Twin with the sources: systems/composite/tone_maps.py. Inputs are scaled so that 0.18 stays 0.18.
+#include "common/color.glsl"
+
+#define TONE_MAP_AGX 0
+#define TONE_MAP_ACES 1
+#define TONE_MAP_HABLE 2
+#define TONE_MAP_REINHARD 3
+#define TONE_MAP_NEUTRAL 4
+#define TONE_MAP_LINEAR 5
+
+#if TONE_MAP == TONE_MAP_AGX
+// AgX (Sobotka 2022), curve by the polynomial fit of Wrensch 2023; it gives display values, no sRGB encoding follows.
+vec3 tone_map(vec3 exposed) {
+    const mat3 INTO = mat3(0.842479062253094, 0.0423282422610123, 0.0423756549057051,
+                           0.0784335999999992, 0.878468636469772, 0.0784336,
+                           0.0792237451477643, 0.0791661274605434, 0.879142973793104);
+    const mat3 BACK = mat3(1.19687901, -0.05289685, -0.05297164,
+                           -0.09802088, 1.15190313, -0.09804345,
+                           -0.09902974, -0.09896118, 1.15107367);
+    const float LOW = -12.47393, HIGH = 4.026069;
+    vec3 v = log2(max(INTO * (exposed * 0.821), vec3(1e-10)));
+    v = (clamp(v, LOW, HIGH) - LOW) / (HIGH - LOW);
+    v = (((((15.5 * v - 40.14) * v + 31.96) * v - 6.868) * v + 0.4298) * v + 0.1191) * v - 0.00232;
+    v = mix(vec3(dot(v, LUMINANCE_WEIGHTS)), v, 1.2);
+    return clamp(BACK * v, 0.0, 1.0);
+}
+#elif TONE_MAP == TONE_MAP_ACES
+// Stephen Hill's fit of the ACES transforms for sRGB.
+vec3 tone_map(vec3 exposed) {
+    const mat3 INTO = mat3(0.59719, 0.07600, 0.02840, 0.35458, 0.90834, 0.13383, 0.04823, 0.01566, 0.83777);
+    const mat3 BACK = mat3(1.60475, -0.10208, -0.00327, -0.53108, 1.10813, -0.07276, -0.07367, -0.00605, 1.07602);
+    vec3 v = INTO * (min(exposed, vec3(1e5)) * 1.462);
+    v = (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.4329510) + 0.238081);
+    return srgb_encode(BACK * v);
+}
+#elif TONE_MAP == TONE_MAP_HABLE
+// Hable 2010, white at 11.2.
+vec3 film(vec3 v) {
+    return (v * (0.15 * v + 0.05) + 0.004) / (v * (0.15 * v + 0.5) + 0.06) - 0.02 / 0.3;
+}
+vec3 tone_map(vec3 exposed) {
+    return srgb_encode(film(min(exposed, vec3(1e5)) * 2.928) / film(vec3(11.2)));
+}
+#elif TONE_MAP == TONE_MAP_REINHARD
+// Reinhard et al. 2002, eq. 4, on luminance, white at 6.
+vec3 tone_map(vec3 exposed) {
+    vec3 v = exposed * 1.211;
+    float grey = dot(v, LUMINANCE_WEIGHTS);
+    return srgb_encode(v * ((1.0 + grey * (1.0 / 36.0)) / (1.0 + grey)));
+}
+#elif TONE_MAP == TONE_MAP_NEUTRAL
+// Khronos PBR neutral 2024.
+vec3 tone_map(vec3 exposed) {
+    vec3 v = exposed * 1.222;
+    float least = min(v.r, min(v.g, v.b));
+    v -= least < 0.08 ? least - 6.25 * least * least : 0.04;
+    float peak = max(v.r, max(v.g, v.b));
+    const float START = 0.76, SPAN = 0.24;
+    float high = max(peak, START);
+    float pressed = 1.0 - SPAN * SPAN / (high + SPAN - START);
+    float bleach = 1.0 - 1.0 / (0.15 * (high - pressed) + 1.0);
+    return srgb_encode(peak < START ? v : mix(v * (pressed / high), vec3(pressed), bleach));
+}
+#else
+vec3 tone_map(vec3 exposed) {
+    return srgb_encode(exposed);
+}
+#endif

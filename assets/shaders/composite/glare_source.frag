@@ -1,0 +1,12 @@
+// The light that glares: the exposed scene in sixteenths, held below what half floats can add up.
+#include "common/color.glsl"
+#include "composite/exposure.glsl"
+
+layout(binding = 0) uniform sampler2D u_scene;  // radiance, a quarter of the view's size
+layout(std430, binding = 5) readonly buffer ExposureIn { Exposure exposure; };
+layout(location = 0) out vec4 o_light;
+
+void main() {
+    vec3 radiance = texelFetch(u_scene, ivec2(gl_FragCoord.xy), 0).rgb;
+    o_light = vec4(min(radiance * LUMINANCE_PER_RADIANCE / exposure.saturated, vec3(1e5)) / 16.0, 1.0);
+}

@@ -1,0 +1,17 @@
+// Mean of 4 x 4 pixels of the scene, scale taken off: what metering and glare look at.
+#include "generated/frame.glsl"
+
+layout(binding = 0) uniform sampler2D u_scene;
+layout(location = 0) out vec4 o_radiance;
+
+void main() {
+    ivec2 corner = ivec2(gl_FragCoord.xy) * 4;
+    ivec2 last = textureSize(u_scene, 0) - 1;
+    vec3 total = vec3(0.0);
+    for (int k = 0; k < 16; k++) {
+        vec3 value = texelFetch(u_scene, min(corner + ivec2(k & 3, k >> 2), last), 0).rgb;
+        // Not a number fails every comparison: one bad pixel must not spoil the exposure of the whole picture.
+        total += mix(vec3(0.0), min(value, vec3(1e30)), greaterThan(value, vec3(0.0)));
+    }
+    o_radiance = vec4(total * (frame.scale.y / 16.0), 1.0);
+}

@@ -1,0 +1,30 @@
+// Scene radiance to the picture: glare, exposure, tone map, dither. Defines: TONE_MAP, DITHER (0, 1), GLARE (0, 1).
+#include "generated/frame.glsl"
+#include "common/tonemap.glsl"
+#include "common/dither.glsl"
+#include "composite/exposure.glsl"
+
+layout(binding = 0) uniform sampler2D u_scene;
+layout(std430, binding = 5) readonly buffer ExposureIn { Exposure exposure; };
+#if GLARE
+layout(binding = 1) uniform sampler2D u_glare;
+layout(location = 0) uniform vec2 u_share;  // of the light: that goes into the finest octave of glare, that is left
+#endif
+in vec2 v_uv;
+layout(location = 0) out vec4 o_color;
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    vec3 radiance = texelFetch(u_scene, pixel, 0).rgb * frame.scale.y;
+    // A comparison that fails for NaN as well: it becomes black instead of spreading.
+    vec3 exposed = mix(vec3(0.0), radiance, greaterThan(radiance, vec3(0.0))) * LUMINANCE_PER_RADIANCE / exposure.saturated;
+    exposed = min(exposed, vec3(1e6));
+#if GLARE
+    exposed = exposed * u_share.y + textureLod(u_glare, v_uv, 0.0).rgb * (16.0 * u_share.x);
+#endif
+    vec3 color = tone_map(exposed);
+#if DITHER
+    color = dithered(color, pixel);
+#endif
+    o_color = vec4(color, 1.0);
+}

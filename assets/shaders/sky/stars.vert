@@ -1,0 +1,26 @@
+// Stars as points of equal size: a Gaussian spot of fixed width in pixels, whose light over all pixels is that of the star.
+#include "common/camera.glsl"
+#include "contract/air.glsl"
+
+layout(location = 0) uniform mat3 u_star_axes;   // inertial to planet axes
+layout(location = 1) uniform float u_brightness;
+in vec3 in_direction;   // inertial, unit
+in vec3 in_irradiance;  // W m^-2 nm^-1
+
+flat out vec2 v_center;  // pixels
+flat out vec3 v_light;   // radiance x pixels
+
+void main() {
+    vec3 direction = u_star_axes * in_direction;
+    vec4 clip = clip_position(direction);
+    vec2 ndc = clip.xy / max(clip.w, 1e-3);
+    v_center = (ndc * 0.5 + 0.5) * frame.viewport.xy;
+    // Solid angle of the pixel: its area in the plane at distance 1, times the cube of the cosine.
+    float pixel = 4.0 * frame.projection.x * frame.projection.y * frame.viewport.z * frame.viewport.w;
+    float solid_angle = pixel * clip.w * clip.w * clip.w;
+    v_light = in_irradiance * air_to_space(vec3(0.0), direction) * (u_brightness * frame.scale.x / solid_angle);
+    // A point is clipped by its centre: hold those that reach in from just outside on the border.
+    bool seen = clip.w > 1e-3 && all(lessThan(abs(ndc), vec2(1.0) + 8.0 * frame.viewport.zw));
+    gl_Position = seen ? vec4(clamp(ndc, vec2(-1.0), vec2(1.0)), 0.0, 1.0) : vec4(2.0, 2.0, 0.0, 1.0);
+    gl_PointSize = STAR_POINT_PX;
+}

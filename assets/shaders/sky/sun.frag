@@ -1,0 +1,23 @@
+#include "common/camera.glsl"
+#include "contract/air.glsl"
+#include "sky/sun_disc.glsl"
+
+layout(location = 0) uniform float u_limit;  // largest value that the target can hold
+in vec2 v_slope;
+layout(location = 0) out vec4 o_radiance;
+
+void main() {
+    vec2 ndc = ndc_of_pixel(gl_FragCoord.xy);
+    vec3 direction = normalize(view_ray(ndc));
+    float slope2 = dot(v_slope, v_slope);
+    float sine = sqrt(slope2 / (1.0 + slope2));
+    // Off the centre of the picture a pixel is smaller: by the cosine across and its square along.
+    float cosine = dot(direction, frame.camera_forward.xyz);
+    float pixel = frame.clock.w * cosine * sqrt(cosine);
+    vec3 radiance = sun_disc(sine, sin(frame.sun_direction.w), pixel, frame.sun_irradiance.rgb);
+    radiance *= air_to_space(vec3(0.0), direction);
+    o_radiance = vec4(min(radiance * frame.scale.x, vec3(u_limit)), 0.0);
+#ifdef PF_FRAG_DEPTH
+    gl_FragDepth = 0.0;
+#endif
+}

@@ -1,0 +1,56 @@
+"""From radiance at three wavelengths to luminance, exposure values and display colour: float64 twin of common/color.glsl.
+
+docs/exposure.md explains the choices.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = [
+    "LUMINANCE_PER_RADIANCE",
+    "LUMINANCE_WEIGHTS",
+    "SATURATION",
+    "SOLAR_ILLUMINANCE_LX",
+    "SOLAR_IRRADIANCE",
+    "ev100_for_saturation",
+    "expose",
+    "luminance",
+    "srgb_encode",
+]
+
+Array = NDArray[np.float64]
+
+SOLAR_IRRADIANCE: Array = np.array([1.474, 1.8504, 1.91198])
+"""W m^-2 nm^-1 of sunlight outside the air at 680, 550, 440 nm (ASTM G173, as in Bruneton 2017)."""
+SOLAR_ILLUMINANCE_LX = 133.1e3
+"""The same sunlight as seen by the eye (Darula, Kittler and Gueymard 2005: 133.1-133.3 klx)."""
+LUMINANCE_PER_RADIANCE: Array = SOLAR_ILLUMINANCE_LX / SOLAR_IRRADIANCE
+"""cd m^-2 per W m^-2 sr^-1 nm^-1, one number for each wavelength taken as red, green, blue of a display. Exact for light
+of the sun's colour, which comes out white; an approximation for everything else."""
+LUMINANCE_WEIGHTS: Array = np.array([0.2126, 0.7152, 0.0722])
+"""Rec. 709 weights of red, green and blue."""
+SATURATION = 1.2
+"""Luminance that exposes to 1 at EV100 0, in cd m^-2 (Lagarde and de Rousiers 2014: 78 / (100 * 0.65))."""
+
+
+def luminance(radiance: ArrayLike) -> Array:
+    """cd m^-2 (...) of a radiance (..., 3)."""
+    return np.asarray(radiance, dtype=np.float64) @ (LUMINANCE_PER_RADIANCE * LUMINANCE_WEIGHTS)
+
+
+def expose(radiance: ArrayLike, ev100: float) -> Array:
+    """Linear display colour (..., 3) of a radiance (..., 3): 1 is where a camera of this exposure saturates."""
+    return np.asarray(radiance, dtype=np.float64) * (LUMINANCE_PER_RADIANCE / (SATURATION * 2.0**ev100))
+
+
+def ev100_for_saturation(luminance_cd_m2: float) -> float:
+    """The EV100 at which this luminance exposes to 1."""
+    return float(np.log2(luminance_cd_m2 / SATURATION))
+
+
+def srgb_encode(linear: ArrayLike) -> Array:
+    """IEC 61966-2-1, for values in 0..1."""
+    x = np.clip(np.asarray(linear, dtype=np.float64), 0.0, 1.0)
+    return np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.maximum(x, 1e-9) ** (1.0 / 2.4) - 0.055)

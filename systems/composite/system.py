@@ -1,0 +1,225 @@
+"""CompositeSystem: exposure, glare, tone map and dither, from scene.radiance to composite.ldr."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ...components import Composite, Exposure
+from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
+from ...engine.system import Frame, Setup, System, ViewInfo
+from .tone_maps import TONE_MAPS
+
+__all__ = ["CompositeSystem", "ExposureReading", "adaptation_share", "read_exposure"]
+
+_BINS = 256
+_GLARE_ROWS = 360.0
+_GLARE_FALL = 0.5
+"""Energy of an octave of glare against the next finer one: halving makes the halo fall with the cube of the angle, which
+is what eyes do below a degree (CIE glare, Vos and van den Berg 1999). A share of light is that of a picture of 360 rows,
+where the finest octave is 6 pixels wide; in larger pictures the octaves keep their angles and finer ones join in."""
+_DARK_ADAPTATION = 1.0
+_BLOOM = 0.01
+"""Share of the light that glares where neither the component nor the quality says."""
+
+
+@dataclass(frozen=True)
+class ExposureReading:
+    """What the exposure of a frame came to. metered_cd_m2: mean luminance of what is lit (only metered in auto mode)."""
+
+    ev100: float
+    target_ev100: float
+    metered_cd_m2: float
+
+
+def read_exposure(buffer: Any) -> ExposureReading:
+    """Read the resource "composite.exposure" back; waits for the GPU."""
+    ev100, target, metered, _ = np.frombuffer(buffer.read(16), np.float32)
+    return ExposureReading(float(ev100), float(target), float(2.0 ** np.float64(metered)))
+
+
+def adaptation_share(dt_s: float, time_s: float) -> float:
+    """Share of the way to the target that dt_s brings when time_s is the time for 95 % of it; 1 for time_s = 0."""
+    return 1.0 if time_s <= 0.0 else float(-np.expm1(-3.0 * max(dt_s, 0.0) / time_s))
+
+
+def _glare_levels(height: int) -> int:
+    """Halvings below a quarter of the size until one or two rows are left: the last octave is as wide as the picture."""
+    return int(np.clip(np.floor(np.log2(max(height, 1) / 5.0)), 1, 10))
+
+
+class CompositeSystem(System):
+    """Always active; the components Exposure and Composite say how, their defaults hold without them."""
+
+    name: ClassVar[str] = "composite"
+
+    def setup(self, setup: Setup) -> None:
+        self._gpu = gpu = setup.gpu
+        self._bloom = float(setup.settings.get("composite.bloom", _BLOOM))
+        self._reduce = gpu.fullscreen("composite/reduce.frag")
+        self._meter = gpu.compute("composite/meter.comp")
+        self._histogram = gpu.buffer(np.zeros(1 + _BINS, np.uint32))
+        self._source = gpu.fullscreen("composite/glare_source.frag")
+        self._down = gpu.fullscreen("composite/glare_down.frag")
+        self._up = gpu.fullscreen("composite/glare_up.frag")
+        self._plain = gpu.gpu.state()
+        self._add = gpu.gpu.state(blend="additive")
+        self._pictures: dict[tuple[int, bool, bool], Any] = {}
+        self._choose(setup.world, 0.0, True)
+
+    def release(self) -> None:
+        self._pictures.clear()
+
+    def update(self, frame: Frame) -> None:
+        self._choose(frame.world, frame.dt_s, frame.cut)
+
+    def _choose(self, world: Any, dt_s: float, cut: bool) -> None:
+        exposure, composite = _first(world, Exposure), _first(world, Composite)
+        self._auto = exposure.mode == "auto"
+        low, high = (exposure.min_ev100, exposure.max_ev100) if self._auto else (exposure.ev100, exposure.ev100)
+        compensation = exposure.compensation_ev if self._auto else 0.0
+        self._meter.set("u_limits", (float(low), max(float(low), float(high)), float(compensation), _DARK_ADAPTATION))
+        self._cut = cut or not self._auto
+        self._go = (adaptation_share(dt_s, exposure.brighter_s), adaptation_share(dt_s, exposure.darker_s))
+        self._share = float(getattr(composite, "bloom", self._bloom))
+        self._glares = self._share > 0.0
+        key = (TONE_MAPS.index(composite.tone_map), bool(composite.dither), self._glares)
+        if key not in self._pictures:
+            defines = {"TONE_MAP": key[0], "DITHER": key[1], "GLARE": key[2]}
+            self._pictures[key] = self._gpu.fullscreen("composite/tonemap.frag", defines=defines)
+        self._picture = self._pictures[key]
+
+    def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
+        levels = _glare_levels(view.size[1])
+        glare = [f"composite.glare{k}" for k in range(levels + 1)]
+        builder.add_pass(
+            "composite.reduce",
+            bind=self._bind_reduce,
+            system=self.name,
+            reads=("scene.radiance",),
+            when=lambda: self._auto or self._glares,
+            creates=(TextureSpec("composite.quarter", "rgba32f", 0.25, "persistent", help="mean radiance of 4 x 4 pixels"),),
+            help="the scene at a quarter of its size, for metering and glare",
+        )
+        builder.add_pass(
+            "composite.expose",
+            bind=self._bind_expose,
+            system=self.name,
+            kind="compute",
+            reads=("composite.quarter",),
+            history=("composite.exposure",),
+            creates=(BufferSpec("composite.exposure", 16, "history", help="EV100, its target, log2 luminance, white"),),
+            help="exposure of the frame: measured and followed slowly, or fixed",
+        )
+        builder.add_pass(
+            "composite.glare",
+            bind=lambda io: self._bind_glare(io, glare),
+            system=self.name,
+            reads=("composite.quarter", "composite.exposure"),
+            when=lambda: self._glares,
+            creates=tuple(
+                TextureSpec(name, "rgba16f", 0.25 * 0.5**k, "persistent", filter="linear", help="exposed light / 16")
+                for k, name in enumerate(glare)
+            ),
+            help="light that a lens or an eye scatters, in octaves of equal energy",
+        )
+        builder.add_pass(
+            "composite.tonemap",
+            bind=lambda io: self._bind_tonemap(io, levels),
+            system=self.name,
+            reads=("scene.radiance", "composite.exposure", glare[0]),
+            creates=(TextureSpec("composite.ldr", "rgba8", filter="linear", help="the picture, sRGB-encoded"),),
+            help="exposed, tone-mapped and dithered picture",
+        )
+
+    def _bind_reduce(self, io: PassIO) -> Callable[[], None]:
+        target = io.framebuffer(colors=("composite.quarter",))
+        scene = io.texture("scene.radiance")
+
+        def run() -> None:
+            target.use()
+            self._plain.apply()
+            scene.use(0)
+            self._reduce.render()
+
+        return run
+
+    def _bind_expose(self, io: PassIO) -> Callable[[], None]:
+        quarter, now = io.texture("composite.quarter"), io.buffer("composite.exposure")
+        before, valid = io.history("composite.exposure"), io.history_valid
+        width, height = io.resource_size("composite.quarter")
+
+        def run() -> None:
+            quarter.use(0)
+            self._histogram.bind_to_storage_buffer(5)
+            now.bind_to_storage_buffer(6)
+            before.bind_to_storage_buffer(7)
+            past = valid.value and not self._cut
+            self._meter.set("u_speed", (*self._go, 0.0) if past else (1.0, 1.0, 1.0))
+            if self._auto:
+                self._meter.run_over(width, height)
+            else:
+                self._meter.run(1)  # the limits alone decide
+
+        return run
+
+    def _bind_glare(self, io: PassIO, names: list[str]) -> Callable[[], None]:
+        targets = [io.framebuffer(colors=(name,)) for name in names]
+        textures = [io.texture(name) for name in names]
+        quarter, exposure = io.texture("composite.quarter"), io.buffer("composite.exposure")
+        downs = list(zip(targets[1:], textures[:-1], strict=True))
+        ups = list(zip(targets[:-1], textures[1:], strict=True))[::-1]
+        coarse, last = ups[:-1], ups[-1]
+
+        def run() -> None:
+            exposure.bind_to_storage_buffer(5)
+            quarter.use(0)
+            targets[0].use()
+            self._plain.apply()
+            self._source.render()
+            for target, texture in downs:
+                target.use()
+                texture.use(0)
+                self._down.render()
+            self._add.apply()
+            self._up.set("u_share", _GLARE_FALL)
+            for target, texture in coarse:
+                target.use()
+                texture.use(0)
+                self._up.render()
+            # The last one replaces the unblurred light that the way down started from.
+            last[0].use()
+            last[1].use(0)
+            self._plain.apply()
+            self._up.set("u_share", 1.0)
+            self._up.render()
+
+        return run
+
+    def _bind_tonemap(self, io: PassIO, levels: int) -> Callable[[], None]:
+        target = io.framebuffer(colors=("composite.ldr",))
+        scene, exposure = io.texture("scene.radiance"), io.buffer("composite.exposure")
+        glare = io.texture("composite.glare0")
+        finest = (1.0 - _GLARE_FALL) * io.size[1] / _GLARE_ROWS
+        total = finest * (1.0 - _GLARE_FALL**levels) / (1.0 - _GLARE_FALL)
+
+        def run() -> None:
+            target.use()
+            self._plain.apply()
+            scene.use(0)
+            glare.use(1)
+            exposure.bind_to_storage_buffer(5)
+            if self._glares:
+                share = min(self._share, 0.5 / total)
+                self._picture.set("u_share", (share * finest, 1.0 - share * total))
+            self._picture.render()
+
+        return run
+
+
+def _first(world: Any, kind: type[Any]) -> Any:
+    found = world.query(kind)
+    return found[0][1][0] if found else kind()

@@ -1,0 +1,193 @@
+"""SkySystem: what is behind all surfaces (air, the sun's disc). StarsSystem: stars and the Milky Way over it.
+
+Both draw only where nothing was drawn before: at infinity, depth 0, with the depth test on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import moderngl
+import numpy as np
+
+from ...components import Stars
+from ...engine.gpu import gl as G
+from ...engine.graph import GraphBuilder, PassIO, TextureSpec
+from ...engine.system import Frame, Setup, System, ViewInfo
+from .catalogue import GALACTIC_AXES, STARS_TO_6_5, make_stars
+
+__all__ = ["SkySystem", "StarsSystem"]
+
+_LIMITS = {"rgba16f": 6.0e4, "rgba32f": 1.0e30}
+"""Largest value that is stored for each format of scene.radiance: a sun must not become infinite."""
+_STAR_POINT_PX = 7
+_GALAXY_TEXELS = 1024
+_PROGRAM_POINT_SIZE = 0x8642
+
+
+def radiance_format(settings: Any) -> str:
+    """Format of scene.radiance: quality value "sky.radiance_format", rgba32f unless it says rgba16f."""
+    return str(settings.get("sky.radiance_format", "rgba32f"))
+
+
+class SkySystem(System):
+    """Always active. Creates ``scene.radiance`` (radiance times frame.scale.x), black where a surface is."""
+
+    name: ClassVar[str] = "sky"
+
+    def setup(self, setup: Setup) -> None:
+        gpu = setup.gpu
+        self._format = radiance_format(setup.settings)
+        self._background = gpu.fullscreen("sky/background.frag")
+        self._sun_program = gpu.program(vertex="sky/sun.vert", fragment="sky/sun.frag")
+        self._sun = gpu.vertex_array(self._sun_program)
+        self._sun_program.set("u_limit", _LIMITS[self._format])
+        self._far = gpu.gpu.state(depth_test=True, depth_func=">=", write_depth=False)
+        self._far_add = gpu.gpu.state(depth_test=True, depth_func=">=", write_depth=False, blend="additive")
+
+    def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
+        builder.add_pass(
+            "sky.shade",
+            bind=self._bind,
+            system=self.name,
+            reads=("gbuffer.depth",),
+            creates=(TextureSpec("scene.radiance", self._format, help="radiance times the frame's scale, linear"),),
+            help="air and the sun's disc where no surface is, black elsewhere",
+        )
+
+    def _bind(self, io: PassIO) -> Callable[[], None]:
+        target = io.framebuffer(colors=("scene.radiance",), depth="gbuffer.depth")
+        colors = io.framebuffer(colors=("scene.radiance",))
+
+        def run() -> None:
+            colors.use()
+            colors.clear()
+            target.use()
+            self._far.apply()
+            self._background.render()
+            self._far_add.apply()
+            self._sun.render(moderngl.TRIANGLE_STRIP, 4)
+
+        return run
+
+
+class StarsSystem(System):
+    """Needs Stars. Adds the galaxy's light and single stars to ``scene.radiance``, fixed to the inertial frame.
+
+    Reads the world resource "star_axes" ((3, 3), planet = star_axes @ inertial); without it the stars are fixed to the
+    planet.
+    """
+
+    name: ClassVar[str] = "stars"
+    needs: ClassVar[tuple[type, ...]] = (Stars,)
+
+    def __init__(self) -> None:
+        self._catalogue: tuple[int, int] = (-1, -1)
+        self._map_seed = -1
+
+    def setup(self, setup: Setup) -> None:
+        self._gpu = gpu = setup.gpu
+        self._limit = _LIMITS[radiance_format(setup.settings)]
+        defines = {"STAR_POINT_PX": f"{_STAR_POINT_PX}.0"}
+        self._program = gpu.program(vertex="sky/stars.vert", fragment="sky/stars.frag", defines=defines)
+        self._program.set("u_limit", self._limit)
+        self._galaxy = gpu.fullscreen("sky/galaxy.frag")
+        self._map = gpu.fullscreen("sky/galaxy_map.frag")
+        self._plain = gpu.gpu.state()
+        self._far_add = gpu.gpu.state(depth_test=True, depth_func=">=", write_depth=False, blend="additive")
+        toggles = [gpu.gpu.gl.function(name, None, G.enum) for name in ("glEnable", "glDisable")]
+        self._enable, self._disable = toggles
+        self._points: Any = None
+        self._buffer: Any = None
+        self._count = 0
+        self._catalogue, self._map_seed = (-1, -1), -1
+        self._refresh(setup.world.query(Stars)[0][1][0])
+
+    def release(self) -> None:
+        self._points = self._buffer = None
+
+    def _refresh(self, stars: Stars) -> None:
+        count = round(STARS_TO_6_5 * float(stars.density))
+        key = (count, int(stars.seed))
+        self._map_seed = int(stars.seed)
+        if key == self._catalogue:
+            return
+        self._catalogue = key
+        self._count = count
+        for old in (self._points, self._buffer):
+            if old is not None:
+                self._gpu.free(old)
+        self._points = self._buffer = None
+        if count:
+            field = make_stars(count, int(stars.seed))
+            packed = np.concatenate([field.directions, field.irradiance], axis=1).astype(np.float32)
+            self._buffer = self._gpu.buffer(packed)
+            self._points = self._gpu.vertex_array(
+                self._program, [(self._buffer, "3f 3f", "in_direction", "in_irradiance")]
+            )
+
+    def update(self, frame: Frame) -> None:
+        stars: Stars = frame.world.query(Stars)[0][1][0]
+        self._refresh(stars)
+        found = frame.world.resources.get("star_axes")
+        axes = np.eye(3) if found is None else np.asarray(found)
+        # GLSL reads matrices column by column: the transpose of the row order of numpy.
+        self._program.set("u_star_axes", np.ascontiguousarray(axes.T, dtype=np.float32))
+        self._program.set("u_brightness", float(stars.brightness))
+        self._galaxy.set("u_galactic_axes", np.ascontiguousarray((GALACTIC_AXES @ axes.T).T, dtype=np.float32))
+        self._galaxy.set("u_brightness", float(stars.brightness) * min(float(stars.density), 1.0))
+        self._map.set("u_seed", self._map_seed & 0xFFFF)
+
+    def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
+        side = (_GALAXY_TEXELS, _GALAXY_TEXELS)
+        mapped = [-1]  # the seed whose map this view's texture holds
+        builder.add_pass(
+            "stars.galaxy_map",
+            bind=lambda io: self._bind_map(io, mapped),
+            system=self.name,
+            when=lambda: mapped[0] != self._map_seed,
+            creates=(
+                TextureSpec("stars.galaxy", "rgba16f", side, "persistent", filter="linear", help="octahedral, galactic"),
+            ),
+            help="light of the Milky Way over the whole sky, made once for a seed",
+        )
+        builder.add_pass(
+            "stars.draw",
+            bind=self._bind_draw,
+            system=self.name,
+            reads=("stars.galaxy", "gbuffer.depth"),
+            writes=("scene.radiance",),
+            after=("sky.shade",),
+            after_optional=("terrain.shade", "ocean.shade", "props.shade"),
+            help="the Milky Way and single stars where no surface is",
+        )
+
+    def _bind_map(self, io: PassIO, mapped: list[int]) -> Callable[[], None]:
+        target = io.framebuffer(colors=("stars.galaxy",))
+
+        def run() -> None:
+            target.use()
+            self._plain.apply()
+            self._map.render()
+            mapped[0] = self._map_seed
+
+        return run
+
+    def _bind_draw(self, io: PassIO) -> Callable[[], None]:
+        target = io.framebuffer(colors=("scene.radiance",), depth="gbuffer.depth")
+        galaxy = io.texture("stars.galaxy")
+
+        def run() -> None:
+            if self._points is None:
+                return
+            target.use()
+            self._far_add.apply()
+            galaxy.use(0)
+            self._galaxy.render()
+            self._enable(_PROGRAM_POINT_SIZE)
+            self._points.render(moderngl.POINTS)
+            self._disable(_PROGRAM_POINT_SIZE)
+
+        return run
+
