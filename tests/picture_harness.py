@@ -1,4 +1,4 @@
-"""Runs single systems on a small frame graph, without terrain or a renderer: for tests of sky, composite and debug views."""
+"""Runs single systems on a small frame graph, without terrain or a renderer: tests of sky, composite, debug views."""
 
 from __future__ import annotations
 
@@ -76,10 +76,11 @@ class Scene(System):
         specs = (TextureSpec("gbuffer.depth", "depth32f"), TextureSpec("gbuffer.surface", "r8ui"))
         builder.add_pass("gbuffer.clear", bind=self._bind_depth, creates=specs)
         if self.radiance is not None:
-            builder.add_pass("sky.shade", bind=self._bind_radiance, creates=(TextureSpec("scene.radiance", self.format),))
+            spec = TextureSpec("scene.radiance", self.format)
+            builder.add_pass("sky.shade", bind=self._bind_radiance, creates=(spec,))
         for name, (format, data) in self.extra.items():
-            builder.add_pass(f"make.{name}", bind=lambda io, n=name, d=data: self._bind_upload(io, n, d),
-                             creates=(TextureSpec(name, format),), side_effect=True)  # fmt: skip
+            bind = lambda io, n=name, d=data: self._bind_upload(io, n, d)  # noqa: E731
+            builder.add_pass(f"make.{name}", bind=bind, creates=(TextureSpec(name, format),), side_effect=True)
 
     def _bind_upload(self, io: Any, name: str, data: Any) -> Callable[[], None]:
         texture = io.texture(name)
@@ -113,8 +114,15 @@ class Scene(System):
 class Bench:
     """World, systems and plan of one small view. Use as a context manager; `render` runs one frame."""
 
-    def __init__(self, gpu: Any, systems: Sequence[System], components: Sequence[Any] = (), size=(64, 36),
-                 exports: Sequence[str] = ("scene.radiance",), settings: dict[str, Any] | None = None) -> None:  # fmt: skip
+    def __init__(
+        self,
+        gpu: Any,
+        systems: Sequence[System],
+        components: Sequence[Any] = (),
+        size: tuple[int, int] = (64, 36),
+        exports: Sequence[str] = ("scene.radiance",),
+        settings: dict[str, Any] | None = None,
+    ) -> None:
         self.gpu, self.size, self.exports = gpu, size, exports
         self.world = World("bench")
         self.planet = self.world.create(Planet(), *components)
@@ -129,7 +137,8 @@ class Bench:
             s.setup(Setup(self.world, self.scopes[s.name], self.settings, self.planet))
         self.backend = GLBackend(self.shared)
         self.plan: Any = None
-        self.frame = Frame(self.world, self.planet, size, None, SunState(np.array([1.0, 0, 0]), np.array(SUN), 0.004675))  # type: ignore[arg-type]
+        sun = SunState(np.array([1.0, 0.0, 0.0]), np.array(SUN), 0.004675)
+        self.frame = Frame(self.world, self.planet, size, None, sun)  # type: ignore[arg-type]
         self.compile()
 
     def compile(self) -> None:

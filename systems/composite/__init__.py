@@ -1,4 +1,4 @@
-"""Composite: from scene radiance to the picture (exposure, glare, tone map, dither). docs/exposure.md has the conventions."""
+"""Composite: from scene radiance to the picture (exposure, glare, tone map, dither); conventions in docs/exposure.md."""
 
 from .system import CompositeSystem, ExposureReading, read_exposure
 from .tone_maps import TONE_MAPS, tone_map

@@ -1,4 +1,4 @@
-"""From radiance at three wavelengths to luminance, exposure values and display colour: float64 twin of common/color.glsl.
+"""From radiance at three wavelengths to luminance, exposure and display colour: float64 twin of common/color.glsl.
 
 docs/exposure.md explains the choices.
 """
@@ -27,8 +27,8 @@ SOLAR_IRRADIANCE: Array = np.array([1.474, 1.8504, 1.91198])
 SOLAR_ILLUMINANCE_LX = 133.1e3
 """The same sunlight as seen by the eye (Darula, Kittler and Gueymard 2005: 133.1-133.3 klx)."""
 LUMINANCE_PER_RADIANCE: Array = SOLAR_ILLUMINANCE_LX / SOLAR_IRRADIANCE
-"""cd m^-2 per W m^-2 sr^-1 nm^-1, one number for each wavelength taken as red, green, blue of a display. Exact for light
-of the sun's colour, which comes out white; an approximation for everything else."""
+"""cd m^-2 per W m^-2 sr^-1 nm^-1, one number for each wavelength taken as red, green, blue of a display. Exact for
+light of the sun's colour, which comes out white; an approximation for everything else."""
 LUMINANCE_WEIGHTS: Array = np.array([0.2126, 0.7152, 0.0722])
 """Rec. 709 weights of red, green and blue."""
 SATURATION = 1.2

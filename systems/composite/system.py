@@ -18,9 +18,9 @@ __all__ = ["CompositeSystem", "ExposureReading", "adaptation_share", "read_expos
 _BINS = 256
 _GLARE_ROWS = 360.0
 _GLARE_FALL = 0.5
-"""Energy of an octave of glare against the next finer one: halving makes the halo fall with the cube of the angle, which
-is what eyes do below a degree (CIE glare, Vos and van den Berg 1999). A share of light is that of a picture of 360 rows,
-where the finest octave is 6 pixels wide; in larger pictures the octaves keep their angles and finer ones join in."""
+"""Energy of an octave of glare against the next finer one: halving makes the halo fall with the cube of the angle,
+which is what eyes do below a degree (CIE glare, Vos and van den Berg 1999). A share of light is that of a picture of 360
+rows, where the finest octave is 6 pixels wide; in larger pictures octaves keep their angles and finer ones join in."""
 _DARK_ADAPTATION = 1.0
 _BLOOM = 0.01
 """Share of the light that glares where neither the component nor the quality says."""
@@ -28,7 +28,7 @@ _BLOOM = 0.01
 
 @dataclass(frozen=True)
 class ExposureReading:
-    """What the exposure of a frame came to. metered_cd_m2: mean luminance of what is lit (only metered in auto mode)."""
+    """What the exposure of a frame came to. metered_cd_m2: mean luminance of what is lit (metered in auto mode only)."""
 
     ev100: float
     target_ev100: float
@@ -47,7 +47,7 @@ def adaptation_share(dt_s: float, time_s: float) -> float:
 
 
 def _glare_levels(height: int) -> int:
-    """Halvings below a quarter of the size until one or two rows are left: the last octave is as wide as the picture."""
+    """Halvings below a quarter of the size until one or two rows are left: the last octave is as wide as the view."""
     return int(np.clip(np.floor(np.log2(max(height, 1) / 5.0)), 1, 10))
 
 
@@ -101,7 +101,7 @@ class CompositeSystem(System):
             system=self.name,
             reads=("scene.radiance",),
             when=lambda: self._auto or self._glares,
-            creates=(TextureSpec("composite.quarter", "rgba32f", 0.25, "persistent", help="mean radiance of 4 x 4 pixels"),),
+            creates=(TextureSpec("composite.quarter", "rgba32f", 0.25, "persistent", help="mean of 4 x 4 pixels"),),
             help="the scene at a quarter of its size, for metering and glare",
         )
         builder.add_pass(

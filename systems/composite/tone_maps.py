@@ -38,8 +38,8 @@ GREY_SCALES = {"agx": 0.821, "aces": 1.462, "hable": 2.928, "reinhard": 1.211, "
 
 
 def _agx(x: Array) -> Array:
-    """AgX (Troy Sobotka 2022) by the polynomial fit of Benjamin Wrensch (2023), with a little more saturation. The curve
-    gives display values itself: no sRGB encoding follows."""
+    """AgX (Troy Sobotka 2022) by the polynomial fit of Benjamin Wrensch (2023), with a little more saturation. The
+    curve gives display values itself: no sRGB encoding follows."""
     low, high = _AGX_RANGE
     v = np.log2(np.maximum(x @ _AGX_IN.T, 1e-10))
     v = np.polyval(_AGX_POLYNOMIAL, (np.clip(v, low, high) - low) / (high - low))
@@ -88,12 +88,12 @@ _CURVES: dict[str, Callable[[Array], Array]] = {
     "hable": _hable,
     "reinhard": _reinhard,
     "neutral": _neutral,
-    "linear": lambda x: srgb_encode(x),
+    "linear": srgb_encode,
 }
 
 
 def tone_map(name: str, exposed: ArrayLike) -> Array:
-    """Display colour (..., 3) in 0..1, sRGB-encoded, of exposed linear colour (..., 3). KeyError names what there is."""
+    """Display colour (..., 3) in 0..1, sRGB-encoded, of exposed linear colour (..., 3). KeyError names the choices."""
     if name not in _CURVES:
         raise KeyError(f"unknown tone map {name!r}: expected one of {', '.join(TONE_MAPS)}")
     x = np.maximum(np.asarray(exposed, dtype=np.float64), 0.0) * GREY_SCALES[name]

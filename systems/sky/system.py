@@ -148,7 +148,7 @@ class StarsSystem(System):
             system=self.name,
             when=lambda: mapped[0] != self._map_seed,
             creates=(
-                TextureSpec("stars.galaxy", "rgba16f", side, "persistent", filter="linear", help="octahedral, galactic"),
+                TextureSpec("stars.galaxy", "rgba16f", side, "persistent", filter="linear", help="octahedral map"),
             ),
             help="light of the Milky Way over the whole sky, made once for a seed",
         )
