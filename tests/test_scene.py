@@ -5,11 +5,11 @@ import subprocess
 import sys
 
 import pytest
-from planetfall.engine.settings import revision
 
 import planetfall as pf
 from planetfall import scene as scene_module
 from planetfall._kinds import PRESETS
+from planetfall.engine.settings import revision
 from planetfall.views import _entries
 
 PLANETS = ["asteroid", "earth", "hazy", "mars", "moon", "small"]

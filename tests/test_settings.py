@@ -13,6 +13,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
+import planetfall as pf
+from planetfall._kinds import KINDS
 from planetfall.components import RenderQuality, TerrainQuality, knob, knobs
 from planetfall.engine.settings import (
     PresetError,
@@ -28,9 +31,6 @@ from planetfall.engine.settings import (
     with_overrides,
     write_toml,
 )
-
-import planetfall as pf
-from planetfall._kinds import KINDS
 from planetfall.quality import QUALITY, qualities, resolve_quality
 
 # -- assignment -------------------------------------------------------------------------------------------------------

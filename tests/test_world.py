@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import esper
 import pytest
+
 from planetfall.engine.system import System
 from planetfall.engine.world import MissingError, World
 
