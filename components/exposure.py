@@ -28,7 +28,16 @@ class Composite:
 
     tone_map: str = knob(
         "agx",
-        help="Film-like curve: agx keeps hues calm, aces is punchy, hable is soft, reinhard is plain, linear clips",
-        choices=("agx", "aces", "hable", "reinhard", "linear"),
+        help="Film-like curve: agx keeps hues calm, aces is punchy, hable soft, reinhard plain; neutral keeps colours, "
+        "linear clips",
+        choices=("agx", "aces", "hable", "reinhard", "neutral", "linear"),
     )
     dither: bool = knob(True, help="Noise of less than one step of an 8-bit picture, against banding in skies")
+    bloom: float = knob(
+        0.01,
+        0.0,
+        0.3,
+        "",
+        "Share of the light that glares around bright things, as in an eye or a lens",
+        cost="above 0: some passes at a quarter of the size and below",
+    )

@@ -25,7 +25,7 @@ def qualities() -> list[str]:
 def resolve_quality(name: str = "high", overrides: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """{key: value} for every quality knob of a preset, with overrides such as {"terrain.edge_px": 8.0} applied.
 
-    Overrides may also name knobs of components ("terrain.layers"); those are in the result only when given, and
+    Presets and overrides may also name knobs of components ("terrain.layers"); those are in the result only then, and
     `engine.settings.with_overrides` applies them to a copy of the component. Raises SettingError (did you mean).
     """
     return QUALITY.resolve(name, overrides)

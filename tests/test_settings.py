@@ -290,7 +290,8 @@ def test_quality_presets_are_whole_valid_and_explained():
     for name in qualities():
         path = QUALITY.folder / f"{name}.toml"
         values = resolve_quality(name)
-        assert set(values) == set(QUALITY.rules)
+        assert set(values) >= set(QUALITY.rules)
+        assert set(values) <= set(QUALITY.rules) | set(QUALITY.component_rules)
         assert QUALITY.about(name)
         lines = path.read_text().splitlines()
         for before, line in itertools.pairwise(lines):
@@ -332,6 +333,12 @@ def test_overrides_of_components_leave_the_scene_alone():
     changed = with_overrides(terrain, "terrain", settings)
     assert (changed.layers, terrain.layers) == (4, 16)
     assert with_overrides(terrain, "terrain", resolve_quality("high")) is terrain
+
+
+def test_tone_maps_are_those_there_are():
+    from planetfall.systems.composite.tone_maps import TONE_MAPS
+
+    assert set(rules_of(pf.Composite)["tone_map"].knob.choices) == set(TONE_MAPS)
 
 
 def test_terrain_knobs_are_those_of_the_height_function():

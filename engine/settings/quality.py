@@ -18,8 +18,8 @@ class QualityKnobs:
     """The quality knobs there are, and how a preset's name and overrides become values.
 
     groups: {"": Render, "terrain": TerrainQuality, ...}: dataclasses whose knobs get the dotted key "terrain.edge_px"
-    (the group "" has keys without a dot). components: {"terrain": Terrain, ...}: components whose knobs overrides may
-    name as well, such as "terrain.layers"; they are in the result only when they were overridden.
+    (the group "" has keys without a dot). components: {"terrain": Terrain, ...}: components whose knobs presets and
+    overrides may name as well, such as "terrain.layers"; they are in the result only when one of them does.
     """
 
     def __init__(self, folder: Path, groups: Mapping[str, type], components: Mapping[str, type]) -> None:
@@ -47,7 +47,7 @@ class QualityKnobs:
         return str(read_toml(self._known(name)).get("about", ""))
 
     def resolve(self, name: str = "high", overrides: Mapping[str, Any] | None = None) -> dict[str, Any]:
-        """{key: value} for every quality knob, plus the component knobs that `overrides` names.
+        """{key: value} for every quality knob, plus the component knobs that the preset or `overrides` names.
 
         Raises SettingError for an unknown preset, an unknown key (did you mean) or a value that is not allowed.
         """
@@ -76,7 +76,7 @@ class QualityKnobs:
         for key, value in _flat(read_toml(path)).items():
             if key in ("about", "order"):
                 continue
-            rule = self.rules.get(key)
+            rule = self.rules.get(key) or self.component_rules.get(key)
             if rule is None:
                 problems.append(f"{key}: unknown key; {did_you_mean(key, self.rules, 'allowed')}")
                 continue
