@@ -142,7 +142,7 @@ class TestSystemLibraries:
         monkeypatch.setattr(run.os, "geteuid", lambda: 1000)
         run.system_libraries(False)
         assert [c.split()[0] for c in calls.commands] == ["/usr/bin/sudo"] * 4
-        assert calls.commands[2].endswith("update")
+        assert calls.commands[1].endswith("update")
 
     def test_without_rights_says_what_to_type(self, run: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(run.subprocess, "call", Calls({"-n true": 1}))
@@ -172,13 +172,34 @@ class TestSystemLibraries:
 def test_all_steps_run_and_are_summed_up(
     run: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    calls = Calls({"basedpyright": 1})
+    calls = Calls()
     monkeypatch.setattr(run.subprocess, "call", calls)
+    monkeypatch.setattr(run, "check_types", lambda python: 1)
     assert run.run_tests("python", ["-k", "world"]) == 1
-    assert [command.split()[2] for command in calls.commands] == ["ruff", "basedpyright", "pytest"]
-    assert calls.commands[2].endswith("-k world")
+    assert [command.split()[2] for command in calls.commands] == ["ruff", "pytest"]
+    assert calls.commands[1].endswith("-k world")
     lines = capsys.readouterr().out.splitlines()[-3:]
     assert ["ok" in lines[0], "FAILED" in lines[1], "ok" in lines[2]] == [True, True, True]
+
+
+def test_types_are_checked_in_the_installed_shape(
+    run: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A checkout has no planetfall/engine; the checker is shown one, and its messages name the real file."""
+    for folder in run.FOLDERS:
+        (tmp_path / folder).mkdir()
+    (tmp_path / "engine" / "world.py").write_text("x = 1\n")
+
+    def checker(command: list[str], cwd: str, **_: object) -> subprocess.CompletedProcess[bytes]:
+        copy = Path(cwd) / "planetfall" / "engine" / "world.py"
+        assert "basedpyright" in command and copy.read_text() == "x = 1\n"
+        assert (Path(cwd) / "planetfall" / "_version.py").exists() and (Path(cwd) / "pyproject.toml").exists()
+        return subprocess.CompletedProcess(command, 1, f"{copy}:1:5 - error".encode(), b"noise about the venv path\n")
+
+    monkeypatch.setattr(run.subprocess, "run", checker)
+    assert run.check_types("python") == 1
+    shown = capsys.readouterr()
+    assert shown.out == f"{tmp_path / 'engine' / 'world.py'}:1:5 - error\n" and shown.err == ""
 
 
 def test_help_needs_no_setup_to_be_read() -> None:

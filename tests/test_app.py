@@ -1,0 +1,223 @@
+"""The window's loop: keys, flight, time, pictures; with stand-ins for the window and the renderer."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import planetfall as pf
+from planetfall.app import KEYS, FlightApp
+from planetfall.engine.input import InputEvent, InputState, KeyEvent, MouseButton, MouseMove, Wheel
+from planetfall.systems.capture import read_png_settings
+
+
+class FakeWindow:
+    """A window that is told its events."""
+
+    def __init__(self) -> None:
+        self.events: list[InputEvent] = []
+        self.state = InputState()
+        self.mouse_exclusivity = self.fullscreen = self.should_close = False
+        self.framebuffer_size = (64, 36)
+        self.framebuffer = object()
+        self.swaps = 0
+        self.frames_left = 10**9
+
+    def poll(self) -> InputState:
+        self.state.advance(self.events)
+        self.events = []
+        return self.state
+
+    def swap(self) -> None:
+        self.swaps += 1
+        self.should_close = self.should_close or self.swaps >= self.frames_left
+
+    def request_close(self) -> None:
+        self.should_close = True
+
+
+class FakeRenderer:
+    """Remembers what it was asked to draw."""
+
+    def __init__(self) -> None:
+        self.drawn: list[tuple[Any, float, Any]] = []
+        self.reloads = 0
+        self.changed: list[str] = []
+        self.stats = {"cells": 3}
+
+    def render_to(
+        self, framebuffer: Any, camera: Any, time_s: float, sun: Any = None, viewport: Any = None, dt_s: float = 0.0
+    ) -> None:
+        assert viewport == (0, 0, 64, 36)
+        self.drawn.append((camera, time_s, sun))
+
+    def render(self, camera: Any, time_s: float, sun: Any = None) -> dict[str, Any]:
+        return {"color": np.zeros((36, 64, 3), np.uint8)}
+
+    def reload_shaders(self) -> list[str]:
+        self.reloads += 1
+        return self.changed
+
+
+@pytest.fixture
+def scene() -> Any:
+    with pf.load_scene("earth") as scene:
+        scene.planet.remove(pf.Terrain)
+        yield scene
+
+
+def app_of(scene: Any, **more: Any) -> tuple[FlightApp, Any, Any]:
+    window, renderer = FakeWindow(), FakeRenderer()
+    return FlightApp(window, renderer, scene, **more), window, renderer  # type: ignore[arg-type]
+
+
+def press(window: FakeWindow, *keys: str) -> None:
+    for key in keys:
+        window.events += [KeyEvent(key, True), KeyEvent(key, False)]
+
+
+def test_runs_until_the_window_closes(scene: Any) -> None:
+    app, window, renderer = app_of(scene)
+    window.frames_left = 3
+    app.run()
+    assert window.swaps == len(renderer.drawn) == 3
+    assert renderer.drawn[2][1] > renderer.drawn[0][1]
+
+
+def test_starts_where_it_was_told(scene: Any) -> None:
+    app, _, _ = app_of(scene)
+    assert app.ship.altitude_m == pytest.approx(3 * 6.371e6)
+    start = pf.Camera.at(10, 20, 5000, heading_deg=90, fov_y_deg=40)
+    app, _, renderer = app_of(scene, camera=start)
+    app.frame()
+    camera = renderer.drawn[0][0]
+    np.testing.assert_allclose(camera.position_m, start.position_m, rtol=1e-12)
+    np.testing.assert_allclose(camera.forward, start.forward, atol=1e-12)
+    assert camera.fov_y_deg == 40
+
+
+def test_a_view_brings_its_sun(scene: Any) -> None:
+    view = pf.view("high", scene.planet)
+    app, _, renderer = app_of(scene, camera=view)
+    app.frame()
+    assert (renderer.drawn[0][2] is None) == (view.sun is None)
+
+
+def test_keys_fly_and_the_mouse_looks_once_it_is_caught(scene: Any) -> None:
+    app, window, renderer = app_of(scene, camera=pf.Camera.at(0, 0, 1e5))
+    window.events = [KeyEvent("w", True), MouseMove(5, 5, 30, 0)]
+    before = renderer.drawn
+    app.dt_s = 0.1
+    app.frame()
+    first = before[0][0]
+    assert first.position_m[2] > 0.0  # north
+    assert abs(first.forward[1]) < 1e-12
+    window.events = [MouseButton("left", True, 5, 5)]
+    app.frame()
+    assert window.mouse_exclusivity
+    window.events = [MouseMove(0, 0, 30, 0)]
+    app.frame()
+    assert renderer.drawn[-1][0].forward[1] > 1e-3  # to the east
+    window.events = [Wheel(0, 1)]
+    app.frame()
+    assert app.ship.throttle > 1.0
+
+
+def test_escape_lets_go_then_leaves(scene: Any) -> None:
+    app, window, _ = app_of(scene)
+    window.mouse_exclusivity = True
+    press(window, "escape")
+    app.frame()
+    assert not window.mouse_exclusivity and not window.should_close
+    press(window, "escape")
+    app.frame()
+    assert window.should_close
+
+
+def test_switches(scene: Any) -> None:
+    app, window, renderer = app_of(scene)
+    help_before, numbers_before = app.shown.help, app.shown.numbers
+    window.mouse_exclusivity = True
+    press(window, "f1", "f2", "f3", "f11")
+    app.frame()
+    assert (app.shown.help, app.shown.numbers) == (not help_before, not numbers_before)
+    assert app.shown.panels and not window.mouse_exclusivity and window.fullscreen
+    renderer.changed = ["terrain/shade.frag"]
+    press(window, "f5")
+    app.frame()
+    assert "terrain/shade.frag" in app.shown.message
+    press(window, "t")
+    app.frame()
+    stopped = app.time_s
+    app.frame()
+    assert app.time_s == stopped
+
+
+def test_the_descent_plays_and_the_player_takes_over(scene: Any) -> None:
+    app, window, renderer = app_of(scene)
+    app.dt_s = 0.5
+    press(window, "p")
+    app.frame()
+    assert app.playing is not None and renderer.drawn[-1][2] is app.playing.sun
+    heights = []
+    for _ in range(20):
+        app.frame()
+        heights.append(app.ship.altitude_m)
+    assert heights == sorted(heights, reverse=True)
+    window.events = [KeyEvent("w", True)]
+    app.frame()
+    assert app.playing is None
+    window.events = [KeyEvent("w", False)]
+    press(window, "home")
+    app.frame()
+    assert app.ship.altitude_m == pytest.approx(3 * 6.371e6, rel=1e-3)
+
+
+def test_the_ship_flies_over_the_planet_as_it_is_now(scene: Any) -> None:
+    app, _, _ = app_of(scene, camera=pf.Camera.at(0, 0, 50))
+    scene.planet[pf.Ocean].sea_level_m = 400.0
+    app.dt_s = 0.1
+    app.frame()
+    assert app.ship.altitude_m >= 402.0 - 1e-6
+    scene.planet.remove(pf.Ocean)
+    app.frame()
+    assert app.ship.sea_level_m is None
+
+
+def test_minimised_windows_draw_nothing(scene: Any) -> None:
+    app, window, renderer = app_of(scene)
+    window.framebuffer_size = (0, 0)
+    app.frame()
+    assert not renderer.drawn and window.swaps == 1
+
+
+def test_numbers_are_read_rarely(scene: Any) -> None:
+    app, _, renderer = app_of(scene)
+    reads = []
+    type(renderer).stats = property(lambda self: reads.append(1) or {"cells": 3}, lambda self, value: None)  # type: ignore[assignment]
+    try:
+        now = [0.0]
+        app._clock = lambda: now[0]
+        for _ in range(100):
+            app.frame()
+            now[0] += 0.01
+        assert len(reads) == 4 and app.shown.stats == {"cells": 3}
+    finally:
+        del type(renderer).stats
+
+
+def test_pictures_are_saved_with_their_settings(scene: Any, tmp_path: Path) -> None:
+    app, _, _ = app_of(scene)
+    file = app.save_picture(tmp_path)
+    assert file is not None and read_png_settings(file)["scene"] == "earth" and str(file) in app.shown.message
+    assert app.save_picture(tmp_path / "none") is None
+    assert "does not exist" in app.shown.message
+
+
+def test_help_names_every_key_that_works() -> None:
+    named = " ".join(keys for keys, _ in KEYS).lower()
+    for key in ("w", "space", "shift", "f1", "f2", "f3", "f5", "f11", "f12", "home", "p", "t", "tab", "escape"):
+        assert key in named + " tab"
