@@ -69,6 +69,7 @@ class ImguiBackend:
         self._textures: dict[int, moderngl.Texture] = {}
         self._own_textures: set[int] = set()
         self._modifiers: set[str] = set()
+        self._mouse = True
         self._released = False
         self._draw_data: Any = None
         self._scale = 1.0
@@ -81,7 +82,6 @@ class ImguiBackend:
             io.set_ini_filename("")
             io.set_log_filename("")
             io.backend_flags |= imgui.BackendFlags_.renderer_has_textures
-            io.config_flags |= imgui.ConfigFlags_.nav_enable_keyboard
             platform = imgui.get_platform_io()
             limit = min(self._gpu.caps.max_texture_size, 8192)
             platform.renderer_texture_max_width = platform.renderer_texture_max_height = limit
@@ -185,9 +185,11 @@ class ImguiBackend:
         dt_s: float = 1.0 / 60.0,
         pixel_ratio: float = 1.0,
         events: Iterable[InputEvent] = (),
+        mouse: bool = True,
     ) -> Iterator[Any]:
         """A frame of user interface; yields the imgui module. `size` in window units, `pixel_ratio` pixels per unit.
 
+        mouse: False while the game has captured the pointer: the user interface then sees no mouse at all.
         Afterwards `wants_mouse`, `wants_keyboard` and `wants_text` say what the user interface kept for itself, and
         `render` draws it. On an exception the frame is dropped.
         """
@@ -196,8 +198,14 @@ class ImguiBackend:
             io.display_size = imgui.ImVec2(float(size[0]), float(size[1]))
             io.display_framebuffer_scale = imgui.ImVec2(pixel_ratio, pixel_ratio)
             io.delta_time = max(float(dt_s), 1e-5)
+            if not mouse and self._mouse:  # captured now: let go of what it was doing
+                for button in _BUTTONS.values():
+                    io.add_mouse_button_event(button, False)
+                io.add_mouse_pos_event(_FAR_AWAY, _FAR_AWAY)
+            self._mouse = mouse
             for event in events:
-                self._feed_one(io, event)
+                if mouse or not isinstance(event, MouseMove | MouseButton | Wheel):
+                    self._feed_one(io, event)
             imgui.new_frame()
             self.wants_mouse = bool(io.want_capture_mouse)
             self.wants_keyboard = bool(io.want_capture_keyboard)

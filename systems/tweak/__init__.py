@@ -1,1 +1,6 @@
-"""tweak."""
+"""Panels for turning knobs, and numbers over the picture. ImGui is imported when something is drawn, not before."""
+
+from .hud import FrameHistory, HudData, PassTime, draw_hud
+from .panel import Change, Panel
+
+__all__ = ["Change", "FrameHistory", "HudData", "Panel", "PassTime", "draw_hud"]

@@ -1,0 +1,215 @@
+"""A settings panel made from the knobs of any component: slider, checkbox, list, vector or colour by type.
+
+Nothing here names a component or a field: a new knob appears by itself, with its range, unit, help and cost.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from ...engine.settings import FieldRule, SettingError, rules_of
+from .widgets import edit
+
+__all__ = ["Change", "Panel"]
+
+log = logging.getLogger(__name__)
+
+_CHANGED_COLOR = (1.0, 0.75, 0.3, 1.0)
+_ERROR_COLOR = (1.0, 0.4, 0.35, 1.0)
+_QUIET_COLOR = (0.6, 0.6, 0.6, 1.0)
+_UNIT_SUFFIXES = ("_px", "_ev", "_deg", "_rad", "_per_m", "_m_s", "_nm", "_m", "_s")
+
+
+class Change(NamedTuple):
+    """A field that was changed in the panel, with its value before and after."""
+
+    field: str
+    old: Any
+    new: Any
+
+
+class Panel:
+    """Draws components inside an ImGui frame and reports what the user changed.
+
+    search: only fields whose name, help or group contains these words are drawn. only_changed: only those that differ
+    from their default. Both may be set from code, or by the user with `draw_search`.
+    """
+
+    def __init__(self) -> None:
+        self.search = ""
+        self.only_changed = False
+        self._errors: dict[tuple[str, str], str] = {}
+
+    def draw_search(self) -> None:
+        """The search field, and the switch that leaves only what was changed."""
+        from imgui_bundle import imgui
+
+        imgui.set_next_item_width(-90.0 * _scale(imgui))
+        _, self.search = imgui.input_text_with_hint("##search", "search", self.search)
+        imgui.same_line()
+        _, self.only_changed = imgui.checkbox("changed", self.only_changed)
+
+    def draw(self, component: Any, preset: Any = None, *, apply: bool = True) -> list[Change]:
+        """Draw all knobs of a component; returns this frame's changes, usually none.
+
+        preset: a component of the same type whose values are the defaults to mark against and to reset to; None takes
+        those of the class. apply: assign changes to the component. A value that it refuses is not applied and not
+        reported; the panel shows why.
+        """
+        from imgui_bundle import imgui
+
+        changes: list[Change] = []
+        kind = type(component)
+        imgui.push_id(kind.__name__)
+        for group, rules in _groups(kind):
+            shown = [rule for rule in rules if self._matches(kind, rule, component, preset)]
+            if shown and group:
+                imgui.separator_text(group)
+            for rule in shown:
+                changes += self._row(imgui, component, rule, _default(rule, preset), apply)
+        imgui.pop_id()
+        return changes
+
+    def draw_all(
+        self, components: Mapping[str, Any], presets: Mapping[str, Any] | None = None, *, apply: bool = True
+    ) -> dict[str, list[Change]]:
+        """Search field and a collapsible section for each component {heading: component}; headings with changes."""
+        from imgui_bundle import imgui
+
+        self.draw_search()
+        searching = bool(self.search.strip()) or self.only_changed
+        found: dict[str, list[Change]] = {}
+        for heading, component in components.items():
+            preset = (presets or {}).get(heading)
+            rules = rules_of(type(component)).values()
+            if searching and not any(self._matches(type(component), r, component, preset) for r in rules):
+                continue
+            if searching:
+                imgui.set_next_item_open(True)
+            mark = " *" if any(_differs(component, r, preset) for r in rules) else ""
+            if imgui.collapsing_header(f"{heading}{mark}###{heading}"):
+                changes = self.draw(component, preset, apply=apply)
+                if changes:
+                    found[heading] = changes
+        return found
+
+    def _matches(self, kind: type, rule: FieldRule, component: Any, preset: Any) -> bool:
+        if self.only_changed and not _differs(component, rule, preset):
+            return False
+        words = self.search.lower().split()
+        text = f"{kind.__name__} {rule.name} {rule.name.replace('_', ' ')} {rule.knob.help} {rule.knob.group}".lower()
+        return all(word in text for word in words)
+
+    def _row(self, imgui: Any, component: Any, rule: FieldRule, default: Any, apply: bool) -> list[Change]:
+        old = getattr(component, rule.name)
+        changed = old != default
+        imgui.push_id(rule.name)
+        wanted = old
+        # The button keeps its place when there is nothing to reset, so that the row does not move under the pointer.
+        imgui.begin_disabled(not changed)
+        imgui.align_text_to_frame_padding()
+        if imgui.small_button("reset"):
+            wanted = default
+        imgui.end_disabled()
+        imgui.set_item_tooltip(f"back to {_shown(default)}")
+        imgui.same_line()
+        label_at = imgui.get_cursor_pos_x() + imgui.get_content_region_avail().x * 0.5
+        imgui.begin_group()
+        imgui.push_item_width(label_at - imgui.get_cursor_pos_x() - imgui.get_style().item_inner_spacing.x)
+        edited = edit(imgui, rule, old)
+        imgui.pop_item_width()
+        imgui.end_group()
+        hovered = imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip)
+        imgui.same_line(label_at)
+        label = _label(rule)
+        imgui.text_colored(imgui.ImVec4(*_CHANGED_COLOR), f"{label} *") if changed else imgui.text(label)
+        hovered = hovered or imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip)
+        if hovered:
+            self._tooltip(imgui, type(component), rule, default)
+        key = (type(component).__name__, rule.name)
+        if edited != old:
+            wanted = edited
+        changes: list[Change] = []
+        if wanted != old:
+            self._errors.pop(key, None)
+            others = {name: getattr(component, name) for name in rule.knob.excludes}
+            try:
+                if apply:
+                    setattr(component, rule.name, wanted)
+                    wanted = getattr(component, rule.name)
+                changes.append(Change(rule.name, old, wanted))
+                for name, before in others.items():  # setting one of several ways may have switched off another
+                    if getattr(component, name) != before:
+                        changes.append(Change(name, before, getattr(component, name)))
+            except SettingError as error:
+                self._errors[key] = str(error)
+                log.info("panel: %s", error)
+        if key in self._errors:
+            imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*_ERROR_COLOR))
+            imgui.text_wrapped(self._errors[key])
+            imgui.pop_style_color()
+        imgui.pop_id()
+        return changes
+
+    @staticmethod
+    def _tooltip(imgui: Any, kind: type, rule: FieldRule, default: Any) -> None:
+        if not imgui.begin_tooltip():
+            return
+        imgui.push_text_wrap_pos(imgui.get_font_size() * 28.0)
+        imgui.text(rule.knob.help or rule.name)
+        if rule.knob.cost:
+            imgui.text(f"Cost: {rule.knob.cost}")
+        imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*_QUIET_COLOR))
+        imgui.text(f"{kind.__name__}.{rule.name}: {rule.expected}; default {_shown(default)}")
+        imgui.pop_style_color()
+        imgui.pop_text_wrap_pos()
+        imgui.end_tooltip()
+
+
+@lru_cache(maxsize=256)
+def _groups(kind: type) -> list[tuple[str, list[FieldRule]]]:
+    """Fields by heading, in order of declaration; those without a heading first."""
+    groups: dict[str, list[FieldRule]] = {"": []}
+    for rule in rules_of(kind).values():
+        groups.setdefault(rule.knob.group, []).append(rule)
+    return list(groups.items())
+
+
+def _default(rule: FieldRule, preset: Any) -> Any:
+    return rule.default if preset is None else getattr(preset, rule.name)
+
+
+def _differs(component: Any, rule: FieldRule, preset: Any) -> bool:
+    return getattr(component, rule.name) != _default(rule, preset)
+
+
+@lru_cache(maxsize=1024)
+def _label_of(name: str, unit: str) -> str:
+    if unit:
+        for suffix in _UNIT_SUFFIXES:
+            if name.endswith(suffix):
+                name = name.removesuffix(suffix)
+                break
+    text = name.replace("_", " ")
+    return f"{text} [{unit}]" if unit else text
+
+
+def _label(rule: FieldRule) -> str:
+    return _label_of(rule.name, rule.knob.unit)
+
+
+def _shown(value: Any) -> str:
+    if value is None:
+        return "nothing"
+    if isinstance(value, float):
+        return f"{value:.7g}"
+    if isinstance(value, tuple):
+        return "(" + ", ".join(f"{v:.5g}" for v in value) + ")"
+    return str(value)
+
+
+def _scale(imgui: Any) -> float:
+    return imgui.get_font_size() / 15.0
