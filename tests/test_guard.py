@@ -11,6 +11,7 @@ from typing import Any
 import moderngl
 import numpy as np
 import pytest
+
 from planetfall.engine.gpu import Gpu
 from planetfall.engine.gpu.guard import StateGuard
 

@@ -10,6 +10,7 @@ from typing import Any
 import moderngl
 import numpy as np
 import pytest
+
 from planetfall.engine.gpu import Gpu, GpuScope
 from planetfall.engine.gpu.imgui_backend import ImguiBackend
 from planetfall.engine.input import KEYS, Focus, InputEvent, KeyEvent, MouseButton, MouseMove, PointerLeft, Text, Wheel

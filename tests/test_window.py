@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import pytest
+from window_fixtures import RunWindow, display, run_child, run_window
+
 from planetfall.engine.gpu import Gpu
 from planetfall.engine.hosts.foreign import attach
 from planetfall.engine.hosts.window import NoDisplayError, WindowVersionError, open_window
 from planetfall.engine.input import Focus, InputState, KeyEvent, MouseButton, MouseMove, Resize, Text, Wheel
-from window_fixtures import RunWindow, display, run_child, run_window
 
 __all__ = ["display", "run_window"]
 

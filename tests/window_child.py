@@ -15,13 +15,13 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import numpy as np
+
+from planetfall import ASSETS
 from planetfall.engine.gpu import Gpu
 from planetfall.engine.gpu.imgui_backend import ImguiBackend
 from planetfall.engine.hosts.foreign import attach
 from planetfall.engine.hosts.window import Window, open_window
 from planetfall.engine.input import Focus, InputEvent, KeyEvent, MouseButton, MouseMove, Resize, Text, Wheel
-
-from planetfall import ASSETS
 
 SIZE = (320, 240)
 
