@@ -221,3 +221,57 @@ def test_help_names_every_key_that_works() -> None:
     named = " ".join(keys for keys, _ in KEYS).lower()
     for key in ("w", "space", "shift", "f1", "f2", "f3", "f5", "f11", "f12", "home", "p", "t", "tab", "escape"):
         assert key in named + " tab"
+
+
+class FakeFullWindow(FakeWindow):
+    """A window as the interface wants it, on an offscreen framebuffer."""
+
+    def __init__(self, framebuffer: Any) -> None:
+        super().__init__()
+        self.framebuffer = framebuffer
+        self.size = self.framebuffer_size = framebuffer.size
+        self.pixel_ratio = self.ui_scale = 1.0
+        self.clipboard = ""
+
+
+@pytest.mark.gpu
+def test_the_interface_draws_and_keeps_what_it_uses(gpu: Any, scene: Any) -> None:
+    from planetfall.app_interface import FlightInterface, length
+
+    before = gpu.counts()
+    target = gpu.ctx.simple_framebuffer((640, 480), 4)
+    window, renderer = FakeFullWindow(target), FakeRenderer()
+    renderer.gpu = gpu  # type: ignore[attr-defined]
+    renderer.passes = list  # type: ignore[attr-defined]
+    renderer.render_to = lambda *_, **__: None  # type: ignore[method-assign]
+    interface = FlightInterface(window, renderer, scene)  # type: ignore[arg-type]
+    app = FlightApp(window, renderer, scene, interface=interface)  # type: ignore[arg-type]
+
+    def picture() -> np.ndarray:
+        target.clear()
+        app.frame()
+        return np.frombuffer(target.read(components=3), np.uint8).reshape(480, 640, 3)[::-1]
+
+    for _ in range(3):
+        shown = picture()
+    assert shown[:100, :200].max() > 100 and shown[:200, 400:].max() > 100  # numbers on the left, help on the right
+    app.shown.help = app.shown.numbers = False
+    assert picture().max() == 0
+    app.shown.panels = True
+    for _ in range(3):
+        shown = picture()
+    assert shown[250:470, 20:400].max() > 100
+    window.events = [MouseMove(100, 300, 0, 0)]
+    app.frame()
+    window.events = [MouseButton("left", True, 100, 300)]
+    app.frame()
+    assert not window.mouse_exclusivity  # the panel took the click
+    window.events = [MouseButton("left", False, 100, 300), MouseMove(620, 20, 0, 0)]
+    app.frame()
+    window.events = [MouseButton("left", True, 620, 20)]
+    app.frame()
+    assert window.mouse_exclusivity
+    interface.release()
+    target.release()
+    assert gpu.counts() == before and gpu.ctx.error == "GL_NO_ERROR"
+    assert [length(m) for m in (1.75, 250, 12345, 3.6e7)] == ["1.8 m", "250 m", "12.3 km", "36 000 km"]

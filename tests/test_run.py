@@ -142,7 +142,7 @@ class TestSystemLibraries:
         monkeypatch.setattr(run.os, "geteuid", lambda: 1000)
         run.system_libraries(False)
         assert [c.split()[0] for c in calls.commands] == ["/usr/bin/sudo"] * 4
-        assert calls.commands[1].endswith("update")
+        assert calls.commands[2].endswith("update")
 
     def test_without_rights_says_what_to_type(self, run: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(run.subprocess, "call", Calls({"-n true": 1}))
