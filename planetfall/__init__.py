@@ -52,7 +52,7 @@ if _TYPE_CHECKING:
     from .flights import path, paths
     from .recording import record
     from .renderer import Renderer
-    from .sampler import TerrainSampler
+    from .terrain_sampler import TerrainSampler
 
 # What pulls in OpenGL or much code is imported when it is first used: a program that only reads heights or presets
 # neither waits for it nor needs a GPU.
@@ -62,7 +62,7 @@ _LAZY = {
     "NoEGLError": "errors",
     "Renderer": "renderer",
     "ShaderError": "errors",
-    "TerrainSampler": "sampler",
+    "TerrainSampler": "terrain_sampler",
     "expected_errors": "expected",
     "fly": "app",
     "has_display": "engine.hosts.window",

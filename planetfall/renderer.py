@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
 import moderngl
@@ -16,6 +17,7 @@ from .camera import Camera
 from .engine.gpu import Gpu
 from .engine.gpu.graph_backend import GLBackend
 from .engine.graph import GraphBuilder, Plan
+from .engine.hosts.foreign import ForeignHost, attach
 from .engine.space import CameraState, project
 from .engine.system import Frame, Setup, SunState, System, ViewInfo
 from .errors import NotSettled, SettingError, SizeError
@@ -49,8 +51,9 @@ class Renderer:
 
     scene: see load_scene. size: (width, height) in pixels. quality: low, medium, high, ultra or reference. overrides:
     {"terrain.edge_px": 8.0, ...}, any knob by its dotted key. ctx: a host's current moderngl context, or None for a
-    headless one of its own. systems: further System classes of a game. One thread a renderer; release() frees every
-    GL object.
+    headless one of its own. systems: further System classes of a game. guard: with a host's ctx, give the host
+    its GL state back after every call (0.13 ms a frame); a host that sets all its own state each frame may say False.
+    One thread a renderer; release() frees every GL object.
 
     Raises SizeError, SettingError, NoEGLError, GLVersionError before any GPU work.
     """
@@ -63,18 +66,23 @@ class Renderer:
         overrides: Mapping[str, Any] | None = None,
         ctx: moderngl.Context | None = None,
         systems: Sequence[type[System]] = (),
+        guard: bool = True,
     ) -> None:
         _check_size(size, None)
         self.settings = resolve_quality(quality, overrides)
         self.quality = quality
         self.scene = scene
-        self._own_context = ctx is None
+        self._host: ForeignHost | None = None
         if ctx is None:
             from .engine.hosts.headless import create_headless
 
-            ctx = create_headless()
-        self.ctx = ctx
-        self.gpu = Gpu(ctx, [ASSETS / "shaders"])
+            self.gpu = Gpu(create_headless(), [ASSETS / "shaders"])
+        else:
+            host = attach(ctx, [ASSETS / "shaders"])
+            self.gpu = host.gpu
+            self._host = host if guard else None
+        self._own_context = ctx is None
+        self.ctx = self.gpu.ctx
         _check_size(size, self.gpu.caps.max_texture_size)
         self.size = (int(size[0]), int(size[1]))
         self._systems: list[System] = [cls() for cls in (*SYSTEMS, *systems)]
@@ -114,9 +122,10 @@ class Renderer:
         that adapts.
         """
         wanted = tuple(outputs)
-        self._draw(camera, time_s, sun, exports_for(wanted), dt_s, None)
-        plan = self._require_plan()
-        return {name: read_output(plan, name, self.size) for name in wanted}
+        with self._guest():
+            self._draw(camera, time_s, sun, exports_for(wanted), dt_s, None)
+            plan = self._require_plan()
+            return {name: read_output(plan, name, self.size) for name in wanted}
 
     def render_to(
         self,
@@ -129,13 +138,13 @@ class Renderer:
     ) -> None:
         """One frame into a framebuffer of the host's, at viewport (x, y, width, height; default: all of it).
 
-        The renderer takes the viewport's size. Wrap the call in a hosts.ForeignHost guard to get the host's GL state
-        back.
+        The renderer takes the viewport's size. The host's GL state is afterwards as it was (see `guard`).
         """
         x, y, width, height = viewport or (0, 0, *framebuffer.size)
-        self.resize((width, height))
-        framebuffer.viewport = (x, y, width, height)
-        self._draw(camera, time_s, sun, frozenset({"target"}), dt_s, framebuffer)
+        with self._guest(framebuffer):
+            self._resize((width, height))
+            framebuffer.viewport = (x, y, width, height)
+            self._draw(camera, time_s, sun, frozenset({"target"}), dt_s, framebuffer)
 
     def settle(
         self,
@@ -154,7 +163,8 @@ class Renderer:
         waiting: list[str] = []
         step = 0
         for step in range(_SETTLE_FRAMES):
-            self._draw(camera, time_s, sun, self._exports - {"target"} or frozenset({"composite.ldr"}), 10.0, None)
+            with self._guest():
+                self._draw(camera, time_s, sun, self._exports - {"target"} or frozenset({"composite.ldr"}), 10.0, None)
             waiting = [s.name for s in self._systems if s.name in self._scopes and not s.settled()]
             if progress is not None:
                 progress(1.0 if not waiting else (step + 1) / _SETTLE_FRAMES)
@@ -163,8 +173,8 @@ class Renderer:
             if timeout_s is not None and time.monotonic() - started > timeout_s:
                 break
         raise NotSettled(
-            f"not settled after {step + 1} frames and {time.monotonic() - started:.1f} s: {', '.join(waiting) or
-            'nothing'};" " give it a longer timeout_s"
+            f"not settled after {step + 1} frames and {time.monotonic() - started:.1f} s: "
+            f"{', '.join(waiting) or 'nothing'}; give it a longer timeout_s"
         )
 
     def snapshot(self, camera: Camera | View, time_s: float | None = None, settle: bool = True) -> Snapshot:
@@ -175,12 +185,16 @@ class Renderer:
 
     def resize(self, size: tuple[int, int]) -> None:
         """A new picture size; history (exposure) starts again only where it must."""
+        with self._guest():
+            self._resize(size)
+
+    def _resize(self, size: tuple[int, int]) -> None:
         size = (int(size[0]), int(size[1]))
         if size != self.size:
             _check_size(size, self.gpu.caps.max_texture_size)
-            self.size = size
             if self._plan is not None:
                 self._plan.resize(size)
+            self.size = size
 
     # -- queries -----------------------------------------------------------------------------------------------------
 
@@ -230,18 +244,20 @@ class Renderer:
     def reload_shaders(self) -> list[str]:
         """Compile what has changed on disk; a broken shader leaves the last good one running. Names of what was
         reloaded."""
-        return self.gpu.shaders.reload_changed()
+        with self._guest():
+            return self.gpu.shaders.reload_changed()
 
     def release(self) -> None:
         """Free every GL object; may be called twice."""
         if self.released:
             return
         self.released = True
-        if self._plan is not None:
-            self._plan.release()
-        for system in self._systems:
-            self._deactivate(system)
-        self.gpu.release()
+        with self._guest():
+            if self._plan is not None:
+                self._plan.release()
+            for system in self._systems:
+                self._deactivate(system)
+            self.gpu.release()
         if self._own_context:
             self.ctx.release()
 
@@ -250,6 +266,9 @@ class Renderer:
 
     def __exit__(self, *_: object) -> None:
         self.release()
+
+    def _guest(self, framebuffer: moderngl.Framebuffer | None = None) -> AbstractContextManager[Any]:
+        return nullcontext() if self._host is None else self._host.guest(framebuffer)
 
     # -- a frame -----------------------------------------------------------------------------------------------------
 

@@ -153,12 +153,15 @@ class CellMesh:
             self._bounds.bind_to_storage_buffer(5)
             program.run(self.count, 1, 1)
 
-    def cull(self, program: Any, keep_dh_below_m: float = 3.0e38) -> None:
-        """Write the visible list and the draw arguments with common/cull_cells.comp."""
+    def cull(self, program: Any, keep_dh_m: tuple[float, float] = (-3.0e38, 3.0e38)) -> None:
+        """Write the visible list and the draw arguments with common/cull_cells.comp.
+
+        keep_dh_m: cells that have nothing between these heights above the anchor are dropped.
+        """
         self.bind_storage()
         program.set("u_cell_count", self.count)
         program.set("u_index_count", self.index_count)
-        program.set("u_keep_dh_below", keep_dh_below_m)
+        program.set("u_keep_dh", keep_dh_m)
         program.run(1, 1, 1)
 
     def draw(self, vertex_array: Any) -> None:

@@ -29,17 +29,25 @@ class GBufferSystem(System):
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         builder.add_pass(
-            "gbuffer.clear", bind=self._bind_clear, system=self.name, help="nothing seen yet, infinitely far away",
+            "gbuffer.clear",
+            bind=self._bind_clear,
+            system=self.name,
+            help="nothing seen yet, infinitely far away",
             creates=(
                 TextureSpec("gbuffer.depth", "depth32f", help="near / z, reversed: 0 is infinitely far"),
                 TextureSpec("gbuffer.normal", "rg16_snorm", help="octahedral normal in planet axes"),
-                TextureSpec("gbuffer.attributes", "rgba8", help="two of the surface's own, level of detail / 32, unused"),
+                TextureSpec(
+                    "gbuffer.attributes", "rgba8", help="two of the surface's own, level of detail / 32, unused"
+                ),
                 TextureSpec("gbuffer.surface", "r8ui", help="0 none, 1 terrain, 2 sea, 3 props"),
             ),
         )
         builder.add_pass(
-            "outputs.geometry", bind=self._bind_geometry, system=self.name,
-            reads=("gbuffer.depth", "gbuffer.normal", "gbuffer.surface"), help="metres for programs, never jittered",
+            "outputs.geometry",
+            bind=self._bind_geometry,
+            system=self.name,
+            reads=("gbuffer.depth", "gbuffer.normal", "gbuffer.surface"),
+            help="metres for programs, never jittered",
             creates=(
                 TextureSpec("outputs.position", "rgba32f", help="from the camera in planet axes; w: distance"),
                 TextureSpec("outputs.normal", "rgba32f", help="unit normal in planet axes; w: surface id"),
@@ -47,7 +55,11 @@ class GBufferSystem(System):
         )
         builder.import_("target", kind="framebuffer")
         builder.add_pass(
-            "outputs.present", bind=self._bind_present, system=self.name, reads=("composite.ldr",), writes=("target",),
+            "outputs.present",
+            bind=self._bind_present,
+            system=self.name,
+            reads=("composite.ldr",),
+            writes=("target",),
             help="the finished picture into the host's framebuffer",
         )
 

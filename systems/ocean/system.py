@@ -10,7 +10,7 @@ from ...components import Ocean, Planet
 from ...engine.gpu.cell_mesh import CellMesh
 from ...engine.gpu.layout import Vec4
 from ...engine.graph import GraphBuilder, PassIO
-from ...engine.settings import revision
+from ...engine.settings import revision, with_overrides
 from ...engine.surface.coverage import proxy_coverage
 from ...engine.surface.selection import select_rings
 from ...engine.system import Frame, Setup, System, ViewInfo
@@ -18,6 +18,8 @@ from ...engine.system import Frame, Setup, System, ViewInfo
 OCEAN_BINDING = 6
 GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
 _BED_ALBEDO = (0.34, 0.27, 0.17)  # pale sand: what shallow water is seen against
+
+_WATER_ONLY = (-3.0e38, 1.0e29)  # ocean/vertices.comp marks cells without water
 
 
 @dataclass
@@ -91,9 +93,17 @@ class OceanSystem(System):
             view.key = key
             above_sea = max(abs(proxy.cell.altitude_m - ocean.sea_level_m), 0.05)
             cells = select_rings(
-                proxy.lattice, above_sea, ocean.sea_level_m, radius, spacing_angle, self._quads,
+                proxy.lattice,
+                above_sea,
+                ocean.sea_level_m,
+                radius,
+                spacing_angle,
+                self._quads,
                 coverage_rad=proxy_coverage(
-                    proxy.cell.highest_altitude_m, proxy.cell.max_sideways_rad, radius, ocean.sea_level_m,
+                    proxy.cell.highest_altitude_m,
+                    proxy.cell.max_sideways_rad,
+                    radius,
+                    ocean.sea_level_m,
                     ocean.sea_level_m,
                 ).half_angle_rad,
                 min_spacing_m=float(frame.settings["terrain.min_spacing_m"]),
@@ -105,9 +115,14 @@ class OceanSystem(System):
         written = (revision(ocean),)
         if written != self._written:
             self._written = written
+            ocean = with_overrides(ocean, "ocean", frame.settings)
             self._block.write(
-                OceanBlock((*ocean.absorption_per_m, 0.0), (*ocean.scattering_per_m, 0.0), (*_BED_ALBEDO, 0.0),
-                           (ocean.roughness, 0.0, 0.0, 0.0))
+                OceanBlock(
+                    (*ocean.absorption_per_m, 0.0),
+                    (*ocean.scattering_per_m, 0.0),
+                    (*_BED_ALBEDO, 0.0),
+                    (ocean.roughness, 0.0, 0.0, 0.0),
+                )
             )
         self._block.bind()
 
@@ -115,24 +130,44 @@ class OceanSystem(System):
         sea = self._view(view.index)
         mesh, name = sea.mesh, self.name
         builder.add_pass(
-            "ocean.vertices", kind="compute", system=name, bind=lambda io: self._bind_vertices(io, sea),
-            creates=mesh.vertex_buffers(), after_optional=("terrain.vertices",),
+            "ocean.vertices",
+            kind="compute",
+            system=name,
+            bind=lambda io: self._bind_vertices(io, sea),
+            creates=mesh.vertex_buffers(),
+            after_optional=("terrain.vertices",),
             when=lambda: sea.made != (mesh.selection, sea.key),
             help="the sea's vertices and the depth below them, on a snap of the proxy",
         )
         builder.add_pass(
-            "ocean.cull", kind="compute", system=name, bind=lambda io: self._bind_cull(io, sea), reads=("ocean.bounds",),
-            creates=mesh.cull_buffers(), when=lambda: sea.culled != sea.wanted, help="cells of the sea that can be seen",
+            "ocean.cull",
+            kind="compute",
+            system=name,
+            bind=lambda io: self._bind_cull(io, sea),
+            reads=("ocean.bounds",),
+            creates=mesh.cull_buffers(),
+            when=lambda: sea.culled != sea.wanted,
+            help="cells of the sea that can be seen",
         )
         builder.add_pass(
-            "ocean.gbuffer", system=name, bind=lambda io: self._bind_gbuffer(io, sea),
-            reads=("ocean.vertices", "ocean.visible", "ocean.arguments"), writes=("gbuffer.depth", *GBUFFER),
+            "ocean.gbuffer",
+            system=name,
+            bind=lambda io: self._bind_gbuffer(io, sea),
+            reads=("ocean.vertices", "ocean.visible", "ocean.arguments"),
+            writes=("gbuffer.depth", *GBUFFER),
             after=("gbuffer.clear",),
-            after_optional=("terrain.gbuffer",), help="patches of the visible sea",
+            after_optional=("terrain.gbuffer",),
+            help="patches of the visible sea",
         )
         builder.add_pass(
-            "ocean.shade", system=name, bind=self._bind_shade, reads=("gbuffer.depth", *GBUFFER), writes=("scene.radiance",),
-            after=("sky.shade",), after_optional=("terrain.shade",), help="light of sea pixels",
+            "ocean.shade",
+            system=name,
+            bind=self._bind_shade,
+            reads=("gbuffer.depth", *GBUFFER),
+            writes=("scene.radiance",),
+            after=("sky.shade",),
+            after_optional=("terrain.shade",),
+            help="light of sea pixels",
         )
 
     def _bind_vertices(self, io: PassIO, sea: _SeaView) -> Callable[[], None]:
@@ -150,7 +185,7 @@ class OceanSystem(System):
         sea.culled = None
 
         def run() -> None:
-            sea.mesh.cull(self._cull)
+            sea.mesh.cull(self._cull, _WATER_ONLY)
             sea.culled = sea.wanted
 
         return run

@@ -7,15 +7,17 @@ in which the camera holds too only draws.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
 
 from ...components import Ocean, Planet, Terrain
 from ...engine.gpu.cell_mesh import CellMesh
 from ...engine.gpu.layout import Vec4
 from ...engine.graph import GraphBuilder, PassIO
-from ...engine.settings import revision
+from ...engine.settings import revision, with_overrides
 from ...engine.surface.coverage import proxy_coverage
 from ...engine.surface.selection import select_rings
 from ...engine.system import Frame, Setup, System, ViewInfo
@@ -24,6 +26,7 @@ from .height import TerrainField, TerrainParams, octave_table
 GRID_BINDING = 3
 OCTAVES_BINDING = 4
 MATERIAL_BINDING = 7
+_DEEP_M = 2.0  # a cell this far below the sea is hidden by it, whatever the curvature of both meshes
 GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
 
 
@@ -62,6 +65,7 @@ class _GridView:
         self.made = -1  # the selection whose vertices exist
         self.wanted: tuple[Any, ...] = ()  # what the visible list depends on
         self.culled: tuple[Any, ...] | None = None  # what it was made for
+        self.keep_dh_m = (-3.0e38, 3.0e38)
 
 
 class TerrainSystem(System):
@@ -95,18 +99,19 @@ class TerrainSystem(System):
         self._draw_state = setup.gpu.gpu.state(depth_test=True, depth_func=">=", cull="back")
         self._shade_state = setup.gpu.gpu.state(depth_test=False, cull=None)
         self._field_revision: tuple[int, ...] = ()
-        self._refresh_field(setup.world, setup.planet)
+        self._refresh_field(setup.world, setup.planet, setup.settings)
 
     def release(self) -> None:
         self._views.clear()
         self._world.resources.pop("height_field", None)
 
-    def _refresh_field(self, world: Any, planet: int) -> None:
+    def _refresh_field(self, world: Any, planet: int, settings: Mapping[str, Any]) -> None:
         terrain, body = world.get(planet, Terrain), world.get(planet, Planet)
         stamp = (revision(terrain), revision(body))
         if stamp == self._field_revision:
             return
         self._field_revision = stamp
+        terrain = with_overrides(terrain, "terrain", settings)
         self._params = TerrainParams.from_component(terrain, body.radius_m)
         self._field = TerrainField(self._params)
         world.set_resource("height_field", self._field)
@@ -128,7 +133,7 @@ class TerrainSystem(System):
         return view
 
     def update(self, frame: Frame) -> None:
-        self._refresh_field(frame.world, frame.planet)
+        self._refresh_field(frame.world, frame.planet, frame.settings)
         proxy = frame.world.resource(f"proxy.{frame.view_index}")
         view = self._view(frame.view_index)
         camera = frame.camera
@@ -140,9 +145,19 @@ class TerrainSystem(System):
             self._select(view, frame, proxy, edge_px * pixel_angle)
         tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
         axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
-        view.wanted = (view.mesh.selection, axes, tangents)
+        view.keep_dh_m = self._above_sea(frame, proxy)
+        view.wanted = (view.mesh.selection, axes, tangents, view.keep_dh_m)
         self._grid_ubo.bind()
         self._material_ubo.bind()
+
+    @staticmethod
+    def _above_sea(frame: Frame, proxy: Any) -> tuple[float, float]:
+        """Heights from the anchor that can be seen: from above, the sea hides all of its bed (its own pass colours it)."""
+        sea = frame.world.try_get(frame.planet, Ocean)
+        radius = frame.world.get(frame.planet, Planet).radius_m
+        if sea is None or float(np.linalg.norm(frame.camera.position_m)) - radius < sea.sea_level_m:
+            return (-3.0e38, 3.0e38)
+        return (sea.sea_level_m - proxy.anchor_height_m - _DEEP_M, 3.0e38)
 
     def _select(self, view: _GridView, frame: Frame, proxy: Any, spacing_angle: float) -> None:
         field, radius_m = self._field, frame.world.get(frame.planet, Planet).radius_m
@@ -234,7 +249,7 @@ class TerrainSystem(System):
         grid.culled = None
 
         def run() -> None:
-            grid.mesh.cull(self._cull)
+            grid.mesh.cull(self._cull, grid.keep_dh_m)
             grid.culled = grid.wanted
 
         return run

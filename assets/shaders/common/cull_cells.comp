@@ -10,7 +10,7 @@ layout(std430, binding = 2) writeonly buffer VisibleBuffer { uint visible[]; };
 layout(std430, binding = 3) writeonly buffer ArgumentsBuffer { uint arguments[]; };
 uniform int u_cell_count;
 uniform int u_index_count;
-uniform float u_keep_dh_below;     // cells whose lowest dh is above this are dropped (a sea needs no cells under mountains)
+uniform vec2 u_keep_dh;   // cells that reach no dh between these are dropped (no bed under an opaque sea, no sea under land)
 
 shared uint s_count;
 
@@ -50,7 +50,7 @@ void main() {
         float cell_tangent = sqrt(cell_above) * sqrt(2.0 * occluder + cell_above);
         vec3 nearest = clamp(vec3(0.0), low, high);
         seen = seen && length(nearest) <= (camera_tangent + cell_tangent) * 1.0001 + 0.01;
-        seen = seen && box.low.w <= u_keep_dh_below;
+        seen = seen && box.high.w >= u_keep_dh.x && box.low.w <= u_keep_dh.y;
         if (seen) visible[atomicAdd(s_count, 1u)] = uint(index);
     }
     barrier();

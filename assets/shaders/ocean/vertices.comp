@@ -12,14 +12,15 @@ layout(std430, binding = 0) readonly buffer CellBuffer { Cell cells[]; };
 layout(std430, binding = 1) writeonly buffer VertexBuffer { CellVertex vertices[]; };
 layout(std430, binding = 5) writeonly buffer BoundsBuffer { CellBounds bounds[]; };
 
-shared vec3 s_low[64];
+shared vec4 s_low[64];   // w: minus the greatest depth
 shared vec3 s_high[64];
 
 void main() {
     uint cell_index = gl_WorkGroupID.x;
     Cell cell = cells[cell_index];
     float level = planet.sea.x, dh = level - frame.anchor_up.w, radius = planet.radii.x;
-    vec3 low = vec3(3.4e38), high = vec3(-3.4e38);
+    vec4 low = vec4(3.4e38);
+    vec3 high = vec3(-3.4e38);
     for (int k = int(gl_LocalInvocationID.x); k < CELL_VERTICES; k += 64) {
         ivec2 point = cell_lattice_point(cell, ivec2(k % CELL_SIDE, k / CELL_SIDE));
         vec3 D = lattice_foot_offset(cell.face, point);
@@ -33,7 +34,7 @@ void main() {
         vertex.normal = packSnorm2x16(oct_encode(normalize(frame.anchor_up.xyz + D / radius)));
         vertex.attributes = packUnorm2x16(vec2(depth / (depth + 16.0), 0.0));
         vertices[cell_index * uint(CELL_VERTICES) + uint(k)] = vertex;
-        low = min(low, position);
+        low = min(low, vec4(position, -depth));
         high = max(high, position);
     }
     uint lane = gl_LocalInvocationID.x;
@@ -47,7 +48,8 @@ void main() {
         }
     }
     if (lane == 0u) {
-        bounds[cell_index].low = vec4(s_low[0], dh);
+        // No water anywhere in the cell: out of reach of the culling pass's limits.
+        bounds[cell_index].low = vec4(s_low[0].xyz, s_low[0].w < 0.0 ? dh : 1.0e30);
         bounds[cell_index].high = vec4(s_high[0], dh);
     }
 }
