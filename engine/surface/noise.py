@@ -12,6 +12,8 @@ the products are exact in float32 on the GPU.
 
 from __future__ import annotations
 
+import math
+import threading
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,10 +28,13 @@ GRADIENT_SCALE = 2.0**-23
 NOISE_BOUND = 1.5
 """|gradient noise| is below this: at a cell's centre each corner gives at most 3 * 0.5."""
 
-_MUL = np.uint32(1664525)
-_ADD = np.uint32(1013904223)
-_SIXTEEN = np.uint32(16)
-_EIGHT = np.int32(8)
+# Arrays without axes: numpy converts a Python or numpy scalar anew at each call, which costs a third of a small one.
+_MUL = np.array(1664525, dtype=np.uint32)
+_ADD = np.array(1013904223, dtype=np.uint32)
+_SIXTEEN = np.array(16, dtype=np.uint32)
+_EIGHT = np.array(8, dtype=np.int32)
+_SCALE = np.array(GRADIENT_SCALE)
+_ONE, _SIX, _TEN, _FIFTEEN = (np.array(float(v)) for v in (1, 6, 10, 15))
 
 
 def pcg3d(x: Words, y: Words, z: Words) -> tuple[Words, Words, Words]:
@@ -67,7 +72,7 @@ def octave_offset(seed: int, octave: int) -> Floats:
 
 
 def gradient_noise(points: Floats) -> Floats:
-    """Gradient noise at lattice coordinates `points` (N, 3) -> (N,), plain and slow: what tests hold the rest against."""
+    """Gradient noise at lattice coordinates `points` (N, 3) -> (N,): plain, slow, what tests hold the rest against."""
     return gradient_noise_derivative(points)[0]
 
 
@@ -96,6 +101,25 @@ def gradient_noise_derivative(points: Floats) -> tuple[Floats, Floats]:
     return value, slope
 
 
+class Scratch(threading.local):
+    """Memory for temporaries, kept between calls, one set a thread.
+
+    Fresh temporaries of a few hundred kB are given back to the system and faulted in again at each call, which made
+    batches of 500 points three times slower. An array from a slot is valid until the slot is asked for again.
+    """
+
+    def __init__(self) -> None:
+        self._slots: dict[str, NDArray[np.uint8]] = {}
+
+    def array(self, slot: str, shape: tuple[int, ...], dtype: type = np.float64) -> NDArray:
+        """An uninitialised array in the slot's memory."""
+        size = math.prod(shape) * (4 if dtype is np.uint32 else 8)
+        memory = self._slots.get(slot)
+        if memory is None or memory.nbytes < size:
+            memory = self._slots[slot] = np.empty(size, dtype=np.uint8)
+        return np.ndarray(shape, dtype, memory)
+
+
 @dataclass(frozen=True, slots=True)
 class Lattice:
     """Octaves evaluated together: `frequency` (K,) in cells per metre, `offset` (K, 3) in cells.
@@ -115,14 +139,22 @@ class Lattice:
     def __len__(self) -> int:
         return len(self.frequency)
 
-    def cells(self, points: Floats) -> Corners:
-        """Hash the corners around `points`: (3, N), or (3, K, N) where each octave has its own points."""
+    def cells(self, points: Floats, scratch: Scratch | None = None) -> Corners:
+        """Hash the corners around `points`: (3, N), or (3, K, N) where each octave has its own points.
+
+        With `scratch`, everything lives in its slots until the next `cells` with it.
+        """
         p = points if points.ndim == 3 else points[:, None, :]
-        x = p * self.frequency[:, None]
+        shape = (3, len(self.frequency), p.shape[2])
+        if scratch is None or shape[1] * shape[2] <= _FEW:
+            scratch, x, base = None, np.empty(shape), np.empty(shape)
+        else:
+            x, base = scratch.array("fraction", shape), scratch.array("spare", shape)
+        np.multiply(p, self.frequency[:, None], out=x)
         x += self.offset.T[:, :, None]
-        base = np.floor(x)
+        np.floor(x, out=base)
         x -= base
-        return Corners(x, _hash_corners(base))
+        return Corners(x, _hash_corners(base, scratch), scratch=scratch)
 
 
 class Corners:
@@ -132,15 +164,33 @@ class Corners:
     y = c >> 1 & 1, z = c >> 2.
     """
 
-    __slots__ = ("fraction", "gradients")
+    __slots__ = ("_scratch", "_weights", "fraction", "gradients")
 
-    def __init__(self, fraction: Floats, gradients: Floats) -> None:
+    def __init__(
+        self, fraction: Floats, gradients: Floats, weights: Floats | None = None, scratch: Scratch | None = None
+    ) -> None:
         self.fraction = fraction
         self.gradients = gradients
+        self._weights = weights
+        self._scratch = scratch
 
     def part(self, octaves: slice) -> Corners:
         """The corners of some of the octaves (views)."""
-        return Corners(self.fraction[:, octaves], self.gradients[:, :, octaves])
+        weights = None
+        if self.fraction.shape[1] * self.fraction.shape[2] <= _FEW:
+            weights = self._few_weights()[:, octaves]
+        return Corners(self.fraction[:, octaves], self.gradients[:, :, octaves], weights, self._scratch)
+
+    def _few_weights(self) -> Floats:
+        """The weight of each corner (8, K, N), for small batches."""
+        if self._weights is None:
+            w = _FAR_SIDES - _quintic(self.fraction)[:, None]
+            np.abs(w, out=w)
+            product = w[0]
+            product *= w[1]
+            product *= w[2]
+            self._weights = product
+        return self._weights
 
     def noise(self) -> Floats:
         """Gradient noise (K, N)."""
@@ -151,31 +201,37 @@ class Corners:
             dot = d[0]
             dot += d[1]
             dot += d[2]
-            dot *= _corner_weights(f)
-            return np.add.reduce(dot) * GRADIENT_SCALE
-        e = f - 1.0
-        dot = np.empty(g.shape[1:])
-        y = np.empty((2, *f.shape[1:]))
+            dot *= self._few_weights()
+            out = np.add.reduce(dot)
+            out *= _SCALE
+            return out
+        scratch = self._scratch or Scratch()
+        e = np.subtract(f, _ONE, out=scratch.array("e", f.shape))
+        dot = scratch.array("dot", g.shape[1:])
+        t = scratch.array("t", (4, *f.shape[1:]))
         for half, dz in ((slice(0, 4), f[2]), (slice(4, 8), e[2])):
             part = dot[half]
             np.multiply(g[2, half], dz, out=part)
-            np.multiply(g[1, half.start : half.start + 2], f[1], out=y)
-            part[:2] += y
-            np.multiply(g[1, half.start + 2 : half.stop], e[1], out=y)
-            part[2:] += y
-        t = g[0, 0::2] * f[0]
-        dot[0::2] += t
-        np.multiply(g[0, 1::2], e[0], out=t)
-        dot[1::2] += t
-        return _interpolate(dot, _quintic(f)) * GRADIENT_SCALE
+            np.multiply(g[1, half.start : half.start + 2], f[1], out=t[:2])
+            np.multiply(g[1, half.start + 2 : half.stop], e[1], out=t[2:])
+            part += t
+        for side, dx in ((0, f[0]), (1, e[0])):
+            np.multiply(g[0, side::2], dx, out=t)
+            dot[side::2] += t
+        out = _interpolate(dot, _quintic(f, scratch), scratch)
+        out *= _SCALE
+        return out
 
     def vector(self) -> Floats:
         """Vector value noise (3, K, N), each component in (-1, 1): the hash itself, interpolated. For warps."""
         f = self.fraction
         if f.shape[1] * f.shape[2] <= _FEW:
-            return np.add.reduce(self.gradients * _corner_weights(f), axis=1) * GRADIENT_SCALE
-        u = _quintic(f)
-        return np.stack([_interpolate(g, u) for g in self.gradients]) * GRADIENT_SCALE
+            out = np.add.reduce(self.gradients * self._few_weights(), axis=1)
+            out *= _SCALE
+            return out
+        scratch = self._scratch or Scratch()
+        u = _quintic(f, scratch)
+        return np.stack([_interpolate(g, u, scratch) for g in self.gradients]) * GRADIENT_SCALE
 
     def noise_derivative(self) -> tuple[Floats, Floats]:
         """Gradient noise (K, N) and its derivative by the lattice coordinate (3, K, N)."""
@@ -204,21 +260,15 @@ _SIDES = np.array([[c & 1, c >> 1 & 1, c >> 2] for c in range(8)], dtype=np.floa
 _FAR_SIDES = 1.0 - _SIDES
 
 
-def _corner_weights(f: Floats) -> Floats:
-    w = _FAR_SIDES - _quintic(f)[:, None]
-    np.abs(w, out=w)
-    product = w[0]
-    product *= w[1]
-    product *= w[2]
-    return product
-
-
-def _quintic(f: Floats) -> Floats:
-    u = f * 6.0
-    u -= 15.0
+def _quintic(f: Floats, scratch: Scratch | None = None) -> Floats:
+    if scratch is None:
+        u, cube = np.multiply(f, _SIX), np.multiply(f, f)
+    else:
+        u = np.multiply(f, _SIX, out=scratch.array("u", f.shape))
+        cube = np.multiply(f, f, out=scratch.array("t", f.shape))
+    u -= _FIFTEEN
     u *= f
-    u += 10.0
-    cube = f * f
+    u += _TEN
     cube *= f
     u *= cube
     return u
@@ -228,12 +278,14 @@ def _quintic_slope(f: Floats) -> Floats:
     return 30.0 * f * f * (f * (f - 2.0) + 1.0)
 
 
-def _interpolate(corners: Floats, u: Floats) -> Floats:
-    """Trilinear interpolation of `corners` (8, K, N) by weights `u` (3, K, N)."""
-    x = corners[1::2] - corners[0::2]
+def _interpolate(corners: Floats, u: Floats, scratch: Scratch | None = None) -> Floats:
+    """Trilinear interpolation of `corners` (8, K, N) by weights `u` (3, K, N); the result is a fresh array."""
+    _, octaves, points = corners.shape
+    scratch = scratch or Scratch()
+    x = np.subtract(corners[1::2], corners[0::2], out=scratch.array("t", (4, octaves, points)))
     x *= u[0]
     x += corners[0::2]
-    y = x[1::2] - x[0::2]
+    y = np.subtract(x[1::2], x[0::2], out=scratch.array("y", (2, octaves, points)))
     y *= u[1]
     y += x[0::2]
     z = y[1] - y[0]
@@ -255,7 +307,7 @@ def _interpolate_slopes(corners: Floats, u: Floats, du: Floats) -> tuple[Floats,
     return y[0] + u[2] * dz, slope
 
 
-def _hash_corners(base: Floats) -> Floats:
+def _hash_corners(base: Floats, scratch: Scratch | None) -> Floats:
     """PCG3D of the eight corners of cells `base` (3, K, N) -> gradient components (3, 8, K, N) as f64 integers.
 
     The first round's multiply-add is done once per axis and side instead of once per corner.
@@ -266,18 +318,24 @@ def _hash_corners(base: Floats) -> Floats:
     np.multiply(base.astype(np.int32).view(np.uint32), _MUL, out=low)
     low += _ADD
     np.add(low, _MUL, out=high)
-    h = np.empty((3, 2, 2, 2, octaves, points), dtype=np.uint32)
+    corners, flat = (3, 2, 2, 2, octaves, points), (3, 8, octaves, points)
+    if scratch is None:
+        h, spare, out = np.empty(corners, dtype=np.uint32), np.empty(corners, dtype=np.uint32), np.empty(flat)
+    else:
+        h = scratch.array("hash", corners, np.uint32)
+        spare = scratch.array("spare", corners, np.uint32)
+        out = scratch.array("gradients", flat)
     x, y, z = h
-    # axes of h[i]: z side, y side, x side: corner index = x + 2 y + 4 z
+    # axes of x, y, z: z side, y side, x side: corner number = x side + 2 y side + 4 z side
     ax, ay, az = first[:, 0], first[:, 1, None], first[:, 2, None, None]
     np.add(az * ay, ax, out=x)
     np.multiply(x, az, out=y)
     y += ay
     np.multiply(x, y, out=z)
     z += az
-    t = h >> _SIXTEEN
-    h ^= t
-    t = t[0]
+    np.right_shift(h, _SIXTEEN, out=spare)
+    h ^= spare
+    t = spare[0]
     np.multiply(y, z, out=t)
     x += t
     np.multiply(z, x, out=t)
@@ -286,4 +344,5 @@ def _hash_corners(base: Floats) -> Floats:
     z += t
     signed = h.view(np.int32)
     signed >>= _EIGHT
-    return signed.reshape(3, 8, octaves, points).astype(np.float64)
+    out[...] = signed.reshape(flat)
+    return out

@@ -119,3 +119,22 @@ vec3 vector_noise(ivec3 cell, vec3 f, out mat3 jacobian) {
     jacobian[2] = du.z * dz;
     return (y0 + u.z * dz) * NOISE_GRADIENT_SCALE;
 }
+
+dvec3 vector_noise_double(ivec3 cell, dvec3 f, out mat3 jacobian) {
+    NOISE_LATTICE_SIDES(cell, a, b)
+    dvec3 u = f * f * f * (f * (f * 6.0LF - 15.0LF) + 10.0LF);
+    vec3 du = noise_weight_slopes(vec3(f)) * NOISE_GRADIENT_SCALE;
+    dvec3 c0 = dvec3(lattice_hash(a.x, a.y, a.z)), dx0 = dvec3(lattice_hash(b.x, a.y, a.z)) - c0;
+    dvec3 c2 = dvec3(lattice_hash(a.x, b.y, a.z)), dx1 = dvec3(lattice_hash(b.x, b.y, a.z)) - c2;
+    dvec3 c4 = dvec3(lattice_hash(a.x, a.y, b.z)), dx2 = dvec3(lattice_hash(b.x, a.y, b.z)) - c4;
+    dvec3 c6 = dvec3(lattice_hash(a.x, b.y, b.z)), dx3 = dvec3(lattice_hash(b.x, b.y, b.z)) - c6;
+    dvec3 x0 = c0 + u.x * dx0, x2 = c4 + u.x * dx2;
+    dvec3 dy0 = c2 + u.x * dx1 - x0, dy1 = c6 + u.x * dx3 - x2;
+    dvec3 y0 = x0 + u.y * dy0;
+    dvec3 dz = x2 + u.y * dy1 - y0;
+    vec3 v = vec3(u);
+    jacobian[0] = du.x * mix(mix(vec3(dx0), vec3(dx1), v.y), mix(vec3(dx2), vec3(dx3), v.y), v.z);
+    jacobian[1] = du.y * mix(vec3(dy0), vec3(dy1), v.z);
+    jacobian[2] = du.z * vec3(dz);
+    return (y0 + u.z * dz) * double(NOISE_GRADIENT_SCALE);
+}

@@ -1,0 +1,111 @@
+"""Heights of whole planets, float64 and without GL: the twin of assets/shaders/terrain/height.glsl.
+
+`TerrainParams` says what may be set. Recommended:
+
+    planet       radius_m  highest_m  lowest_m  layers  land_share  plains  mountains  roughness
+    Earth        6.371e6   9000       -9000     16      0.30        1.0     1.0        1.0
+    Mars, dry    3.39e6    12000      -8000     16      0.60        0.7     0.6        0.8
+    Moon         1.737e6   8000       -7000     16      0.50        0.3     0.0        0.6
+    asteroid     500-1000  0.08 r     -0.08 r   10      0.50        0.0     0.0        1.0
+
+Directions are unit vectors (N, 3) in planet axes; heights are metres above the reference sphere. The functions take
+`params` or a `Model`; 1000 points at 16 layers take 1.2-1.5 ms, one point 0.08 ms (two x86 cores, 2024).
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .height_model import Model
+from .height_octaves import BLOCK, heights, heights_gradients, layer_weight, model_of
+from .height_params import TerrainParams
+from .height_relief import relief_statistics
+from .height_table import octave_table
+
+__all__ = [
+    "TerrainField",
+    "TerrainParams",
+    "height",
+    "height_and_gradient",
+    "height_at_points",
+    "layer_weight",
+    "octave_table",
+    "relief_statistics",
+]
+
+Floats = NDArray[np.float64]
+
+
+def height(directions: Floats, params: TerrainParams | Model) -> Floats:
+    """Heights (N,) in metres at unit `directions` (N, 3)."""
+    model = params if isinstance(params, Model) else model_of(params)
+    return height_at_points(np.asarray(directions, dtype=np.float64) * model.params.radius_m, model)
+
+
+def height_at_points(points_m: Floats, params: TerrainParams | Model) -> Floats:
+    """Heights (N,) of the noise at `points_m` (N, 3), planet-centred metres: the feet on the reference sphere."""
+    model = params if isinstance(params, Model) else model_of(params)
+    points = np.ascontiguousarray(points_m.T)
+    count = points.shape[1]
+    if count <= BLOCK:
+        return heights(points, model)
+    blocks = -(-count // BLOCK)
+    edges = np.linspace(0, count, blocks + 1).astype(int)
+    return np.concatenate([heights(points[:, a:b], model) for a, b in pairwise(edges)])
+
+
+def height_and_gradient(
+    directions: Floats, params: TerrainParams | Model, footprint_m: float | Floats | None = None
+) -> tuple[Floats, Floats]:
+    """Heights (N,) and surface gradients (N, 3) at unit `directions` (N, 3).
+
+    The gradient is tangential, metres per metre along the reference sphere. With `footprint_m` (a number or (N,)) it
+    is band-limited as the shader's is: each layer weighs `layer_weight(wavelength, footprint)`. Heights never are.
+    """
+    model = params if isinstance(params, Model) else model_of(params)
+    directions = np.asarray(directions, dtype=np.float64)
+    points = np.ascontiguousarray(directions.T) * model.params.radius_m
+    count = points.shape[1]
+    footprint = None if footprint_m is None else np.broadcast_to(np.asarray(footprint_m, dtype=np.float64), (count,))
+    heights, gradients = np.empty(count), np.empty((count, 3))
+    for start in range(0, count, BLOCK):
+        part = slice(start, start + BLOCK)
+        limit = None if footprint is None else footprint[part]
+        heights[part], slope = heights_gradients(points[:, part], model, limit)
+        up = directions[part].T
+        gradients[part] = (slope - up * (up * slope).sum(axis=0)).T
+    return heights, gradients
+
+
+class TerrainField:
+    """The ground of one planet as a HeightField (engine/surface/field.py)."""
+
+    def __init__(self, params: TerrainParams) -> None:
+        self.params = params
+        self.model = model_of(params)
+
+    @property
+    def highest_m(self) -> float:
+        """No ground is higher."""
+        return self.params.highest_m
+
+    @property
+    def lowest_m(self) -> float:
+        """No ground is lower."""
+        return self.params.lowest_m
+
+    @property
+    def slope_bound(self) -> float:
+        """A generous bound of |gradient| for marching: ground steeper than this does not occur in practice."""
+        return 4.0
+
+    def height(self, directions: Floats) -> Floats:
+        """Heights (N,) at unit directions (N, 3)."""
+        return height(directions, self.model)
+
+    def height_gradient(self, directions: Floats, footprint_m: float | Floats | None = None) -> tuple[Floats, Floats]:
+        """Heights (N,) and tangential gradients (N, 3) at unit directions (N, 3)."""
+        return height_and_gradient(directions, self.model, footprint_m)

@@ -1,0 +1,197 @@
+"""The height function's octaves and constants for one set of params, shared by numpy and the GPU's table.
+
+The surface is a point-wise function of a few noises (see docs/terrain-height.md for the picture):
+
+    w1, w2      two vector noises (4194 km, 262 km): domain warps; w1 also says where belts, hills and moisture are
+    c           five octaves (8388..524 km), warped by w1 and w2: continents;   x = (c - sea level) / deviation
+    b           two octaves (4194, 1048 km), warped likewise: mountain belts run along b = 0
+    s           up to four ridged layers (131..16 km), warped by w2: the ranges and valleys inside a belt
+    z           the remaining layers (8 km..4 m), amplitudes in metres: ridged down to 2 km and warped by w2 so far
+
+    M = belts and coastal ranges (0..1), faded in the sea     E = hypsometry(x)      m = smoothstep(s)
+    roughness = T (1/2 + m) + M (r0 + r1 m)                   T = plains and hills
+    h = limit( E + M (foot + range m) + T hill m + roughness z )
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...engine.surface.noise import Lattice, octave_offset
+from .height_params import TerrainParams
+
+Floats = NDArray[np.float64]
+
+CONTINENTS, BELTS = 5, 2
+FIELDS = CONTINENTS + BELTS
+"""Octaves warped by both warps, before the layers."""
+
+SHAPE_LAYERS, WARPED_LAYERS = 4, 7
+"""Layers below the first index make the ranges; those below the second are ridged and warped."""
+
+# The two families in one order that puts the steepest first: c0 c1 b0 c2 b1 c3 c4.
+_FIELD_WAVELENGTHS_M = 2.0 ** np.array([23, 22, 22, 21, 20, 20, 19])
+_CONTINENT_WEIGHTS = np.array([1.0, 0.8, 0.0, 0.42, 0.0, 0.24, 0.13])
+_BELT_WEIGHTS = np.array([0.0, 0.0, 1.0, 0.0, 0.35, 0.0, 0.0])
+_FIRST_LAYER_M = 2.0**17
+_WARP_WAVELENGTHS_M = 2.0 ** np.array([22, 18])
+_WARP_AMPLITUDES_M = np.array([1.1e6, 4.5e4])
+_SHAPE_WEIGHTS = np.array([1.0, 0.7, 0.5, 0.6])
+
+RIDGE_TOP, RIDGE_SLOPE, RIDGE_ROUND = 0.30, 1.9, 0.03
+"""Ridge transform: top - slope * |n|, its crest rounded off below |n| = round."""
+
+
+@dataclass(frozen=True, slots=True)
+class Constants:
+    """Scalars of the point-wise part, in the order in which the GPU's table holds them. Heights in metres."""
+
+    sea_level: float  # value of c at height 0
+    inverse_deviation: float  # 1 / standard deviation of c
+    inverse_belt: float  # 1 / half width of a belt in b
+    mountains: float  # 0 or 1: switch of coastal ranges
+    # hypsometry: plains * (earth) + (1 - plains) * (even)
+    coast_m: float
+    lowland_m: float
+    slope_m: float
+    abyss_m: float
+    plateau_m: float
+    middle_m: float
+    spread_m: float
+    plains: float
+    # ranges
+    foot_m: float
+    range_m: float
+    hill_m: float
+    shape_low: float  # m = smoothstep((s + low) * inverse_width)
+    shape_inverse: float
+    flat: float  # roughness of plains
+    hills: float  # added by hills
+    calm: float  # roughness of valleys in belts
+    wild: float  # added on ranges
+    knee_high_m: float  # the limit is the identity between the knees
+    knee_low_m: float
+    room_high_m: float
+    room_low_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """Octaves (lattices) and constants of one planet.
+
+    `unwarped`: two warps, then the layers from WARPED_LAYERS on. `warped`: FIELDS octaves, then the layers before.
+    `ridge`: share of the ridge transform in each layer, negative for its mirror image (sharp valleys, round hills);
+    the rest is plain noise. `amplitude_m`: of layers that make z (0 for the others). `shape`: weights of layers in s.
+    """
+
+    params: TerrainParams
+    layers: int
+    wavelength_m: Floats
+    amplitude_m: Floats
+    ridge: Floats
+    shape: Floats
+    unwarped: Lattice
+    warped: Lattice
+    warp_m: Floats
+    sums: Floats  # (2, layers): weights of the layers in s and in z
+    ridge_columns: tuple[Floats, Floats]  # of the ridged layers: ridge, 1 - |ridge|
+    constants: Constants
+
+    @property
+    def warped_layers(self) -> int:
+        return min(self.layers, WARPED_LAYERS)
+
+
+def layer_slope(wavelength_m: Floats) -> Floats:
+    """Amplitude over wavelength of a layer of natural relief, by its wavelength in metres.
+
+    Steepest near 6 km, the width of mountains and valleys, and about 0.05 from there down to the ground's own
+    roughness; ranges broader than 16 km come from the shape layers.
+    """
+    log = np.log2(wavelength_m / 6000.0)
+    return 0.05 / (1.0 + wavelength_m / 3000.0) + 0.11 * np.exp(-(log**2) / 8.0)
+
+
+def build_model(params: TerrainParams) -> Model:
+    """Octaves and constants of `params`; the sea's level is still to be found (height_octaves.model_of does)."""
+    p, scale = params, params.scale
+    offsets = np.array([octave_offset(p.seed, k) for k in range(2 + FIELDS + p.layers)])
+    size = 2.0 ** round(np.log2(p.continent_size))
+    wavelength = _FIRST_LAYER_M * scale * 0.5 ** np.arange(p.layers)
+    warped_layers = min(p.layers, WARPED_LAYERS)
+
+    ridge = np.zeros(p.layers)
+    ridge[:WARPED_LAYERS] = 1.0
+    ridge[WARPED_LAYERS : WARPED_LAYERS + 2] = (-0.5, -0.25)[: max(p.layers - WARPED_LAYERS, 0)]
+    amplitude = layer_slope(wavelength) * wavelength * p.roughness
+    amplitude[:SHAPE_LAYERS] = 0.0
+    shape = np.zeros(p.layers)
+    shape[:SHAPE_LAYERS] = _SHAPE_WEIGHTS[: p.layers]
+
+    fields = _FIELD_WAVELENGTHS_M * scale * size
+    warp_wavelengths = _WARP_WAVELENGTHS_M * scale * np.array([size, 1.0])
+    layer_offsets = offsets[2 + FIELDS :]
+    return Model(
+        params=p,
+        layers=p.layers,
+        wavelength_m=wavelength,
+        amplitude_m=amplitude,
+        ridge=ridge,
+        shape=shape,
+        unwarped=Lattice.of(
+            np.concatenate([warp_wavelengths, wavelength[warped_layers:]]),
+            np.concatenate([offsets[:2], layer_offsets[warped_layers:]]),
+        ),
+        warped=Lattice.of(
+            np.concatenate([fields, wavelength[:warped_layers]]),
+            np.concatenate([offsets[2 : 2 + FIELDS], layer_offsets[:warped_layers]]),
+        ),
+        sums=np.stack([shape, amplitude]),
+        ridge_columns=(ridge[ridge != 0.0][:, None], 1.0 - np.abs(ridge[ridge != 0.0][:, None])),
+        warp_m=_WARP_AMPLITUDES_M * scale * np.array([size, 1.0]) * p.warp,
+        constants=_constants(p),
+    )
+
+
+def continent_weights() -> tuple[Floats, Floats]:
+    """Weights of the FIELDS octaves in c and in b."""
+    return _CONTINENT_WEIGHTS, _BELT_WEIGHTS
+
+
+def _constants(p: TerrainParams) -> Constants:
+    high, low = max(p.highest_m, 0.0), max(-p.lowest_m, 0.0)
+    span = p.highest_m - p.lowest_m
+    # Ranges and hills never get steeper than on Earth, however narrow the layers of a small body.
+    reach_m = _FIRST_LAYER_M * p.scale
+    range_m = min(0.48 * high, 0.035 * reach_m) if p.mountains > 0.0 else 0.0
+    knee = 0.15 * span * 0.5
+    return Constants(
+        sea_level=0.0,
+        inverse_deviation=1.0,
+        inverse_belt=1.0 / (0.1 * max(p.mountains, 1e-3)),
+        mountains=1.0 if p.mountains > 0.0 else 0.0,
+        coast_m=0.017 * high,
+        lowland_m=0.0245 * high,
+        slope_m=0.38 * low,
+        abyss_m=0.15 * low,
+        plateau_m=0.055 * high,
+        middle_m=0.5 * (p.highest_m + p.lowest_m),
+        spread_m=0.3 * span,
+        plains=p.plains,
+        foot_m=0.2 * range_m,
+        range_m=range_m,
+        hill_m=min(0.1 * high, 0.007 * reach_m) * min(p.roughness, 1.0),
+        shape_low=0.50,
+        shape_inverse=1.0 / 1.5,
+        flat=0.05,
+        hills=0.22,
+        calm=0.12,
+        wild=0.95,
+        knee_high_m=p.highest_m - knee,
+        knee_low_m=p.lowest_m + knee,
+        room_high_m=knee,
+        room_low_m=knee,
+    )

@@ -1,0 +1,79 @@
+"""What shapes a planet's ground: the knobs of the height function, checked and frozen."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+__all__ = ["TerrainParams"]
+
+_KNOBS = ("land_share", "continent_size", "plains", "mountains", "roughness", "warp")
+_RANGES = {
+    "layers": (1, 16),
+    "land_share": (0.02, 0.98),
+    "continent_size": (0.125, 4.0),
+    "plains": (0.0, 1.0),
+    "mountains": (0.0, 2.0),
+    "roughness": (0.0, 8.0),
+    "warp": (0.0, 2.0),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class TerrainParams:
+    """Everything that the heights of a planet depend on. Hashable: equal params give equal ground.
+
+    radius_m: reference radius. seed: which planet. highest_m, lowest_m: bounds that no ground leaves.
+    layers: 1..16 relief layers, the first 131 km wide on Earth, each half of the one before, the last 4 m.
+    land_share: share of the surface above height 0 (the sea's level; on dry worlds just the middle height).
+    continent_size: size of continents, rounded to a power of two; 1 suits a planet with a handful of them.
+    plains: 1 is Earth's hypsometry (abyss, slope, shelf, coastal plains, plateaus), 0 an even spread of heights.
+    mountains: width of the belts that carry mountain ranges; 1 is Earth-like, 0 none.
+    roughness: multiplies all relief layers below the ranges; 1 is measured on Earth's land.
+    warp: how far domain warps bend continents, belts and ranges; 1 is usual.
+    """
+
+    radius_m: float = 6.371e6
+    seed: int = 1
+    highest_m: float = 9000.0
+    lowest_m: float = -9000.0
+    layers: int = 16
+    land_share: float = 0.3
+    continent_size: float = 1.0
+    plains: float = 1.0
+    mountains: float = 1.0
+    roughness: float = 1.0
+    warp: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.radius_m) and self.radius_m > 0.0):
+            raise ValueError(f"TerrainParams.radius_m: expected a positive number of metres, found {self.radius_m!r}")
+        for name, (low, high) in _RANGES.items():
+            value = getattr(self, name)
+            if not low <= value <= high:
+                raise ValueError(f"TerrainParams.{name}: expected {low:g} to {high:g}, found {value!r}")
+        if not (math.isfinite(self.lowest_m) and math.isfinite(self.highest_m) and self.lowest_m < self.highest_m):
+            raise ValueError(
+                f"TerrainParams: lowest_m ({self.lowest_m!r}) has to be a finite number below highest_m"
+                f" ({self.highest_m!r}); raise highest_m or lower lowest_m"
+            )
+        if self.lowest_m <= -self.radius_m:
+            raise ValueError(f"TerrainParams.lowest_m: {self.lowest_m!r} is below the centre of the planet; raise it")
+
+    @staticmethod
+    def from_component(terrain: Any, radius_m: float) -> TerrainParams:
+        """Params of a Terrain component, or of anything with its fields; knobs that it lacks keep their defaults."""
+        return TerrainParams(
+            radius_m=float(radius_m),
+            seed=int(terrain.seed),
+            highest_m=float(terrain.highest_m),
+            lowest_m=float(terrain.lowest_m),
+            layers=int(terrain.layers),
+            **{name: float(getattr(terrain, name)) for name in _KNOBS if hasattr(terrain, name)},
+        )
+
+    @property
+    def scale(self) -> float:
+        """Horizontal scale against Earth, a power of two: wavelengths are Earth's times this."""
+        return 2.0 ** round(math.log2(self.radius_m / 6.371e6))

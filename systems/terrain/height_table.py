@@ -1,0 +1,98 @@
+"""The GPU's table of octaves around one anchor: SSBO 4, std430, TerrainTable of terrain/height.glsl."""
+
+from __future__ import annotations
+
+from dataclasses import astuple, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .height_model import FIELDS, Constants, Model, continent_weights
+from .height_octaves import heights, model_of
+from .height_params import TerrainParams
+
+__all__ = ["octave_table"]
+
+_CONSTANTS = len(fields(Constants))
+_OCTAVE = np.dtype(
+    [
+        ("cell", np.int32, 4),  # the anchor's lattice cell
+        ("fraction_hi", np.float32, 3),  # its place in the cell, hi + lo exact to 1e-15
+        ("frequency", np.float32),  # 1/m
+        ("fraction_lo", np.float32, 3),
+        ("wavelength_m", np.float32),
+        ("weights", np.float32, 4),  # fields: in c, in b; layers: in s, in z (metres), ridge
+    ]
+)
+
+
+def _dtype(octaves: int) -> np.dtype[Any]:
+    constants = _CONSTANTS + -_CONSTANTS % 4
+    return np.dtype(
+        [
+            ("warp_hi", np.float32, (2, 4)),  # the two vector noises at the anchor
+            ("warp_lo", np.float32, (2, 4)),
+            ("up", np.float32, 3),
+            ("radius_m", np.float32),
+            ("height_m", np.float32, 2),  # the anchor's height, hi + lo
+            ("warp_m", np.float32, 2),
+            ("layers", np.int32),
+            ("warped_layers", np.int32),
+            ("pad", np.int32, 2),
+            ("constants", np.float32, constants),
+            ("octaves", _OCTAVE, octaves),
+        ]
+    )
+
+
+def octave_table(
+    params: TerrainParams | Model, direction: NDArray[np.float64], height_m: float | None = None
+) -> NDArray[Any]:
+    """The table for an anchor on the reference sphere at unit `direction` (3,): one record, ready for the buffer.
+
+    Cells and fractions are formed in float64, so what the GPU adds are offsets from the anchor only. Heights on the
+    GPU count from `height_m`, by default the ground's height at the anchor.
+    """
+    model = params if isinstance(params, Model) else model_of(params)
+    point = np.asarray(direction, dtype=np.float64).reshape(3) * model.params.radius_m
+    if height_m is None:
+        height_m = float(heights(point[:, None], model)[0])
+    table = np.zeros((), dtype=_dtype(len(model.unwarped) + len(model.warped)))
+    warps = model.unwarped.cells(point[:, None]).part(slice(0, 2)).vector()[:, :, 0].T
+    table["warp_hi"][:, :3], table["warp_lo"][:, :3] = _split(warps)
+    table["up"] = point / model.params.radius_m
+    table["radius_m"] = model.params.radius_m
+    table["height_m"] = np.stack(_split(np.float64(height_m)))
+    table["warp_m"] = model.warp_m
+    table["layers"], table["warped_layers"] = model.layers, model.warped_layers
+    table["constants"][:_CONSTANTS] = astuple(model.constants)
+
+    near = point + model.warp_m[1] * warps[1]
+    far = near + model.warp_m[0] * warps[0]
+    warped, last = model.warped_layers, 2 + FIELDS + model.layers
+    place = np.empty((last, 3))
+    place[:2] = point * model.unwarped.frequency[:2, None] + model.unwarped.offset[:2]
+    split = 2 + FIELDS
+    place[2:split] = far * model.warped.frequency[:FIELDS, None] + model.warped.offset[:FIELDS]
+    layer = slice(split, split + warped)
+    place[layer] = near * model.warped.frequency[FIELDS:, None] + model.warped.offset[FIELDS:]
+    place[layer.stop :] = point * model.unwarped.frequency[2:, None] + model.unwarped.offset[2:]
+    frequency = np.concatenate([model.unwarped.frequency[:2], model.warped.frequency, model.unwarped.frequency[2:]])
+
+    octaves = table["octaves"]
+    cell = np.floor(place)
+    octaves["cell"][:, :3] = cell.astype(np.int32)
+    octaves["fraction_hi"], octaves["fraction_lo"] = _split(place - cell)
+    octaves["frequency"], octaves["wavelength_m"] = frequency, 1.0 / frequency
+    octaves["weights"][2:split, :2] = np.stack(continent_weights(), axis=1)
+    octaves["weights"][split:, 0] = model.shape
+    octaves["weights"][split:, 1] = model.amplitude_m
+    octaves["weights"][split:, 2] = model.ridge
+    return table
+
+
+def _split(value: Any) -> tuple[Any, Any]:
+    """Two float32 whose sum is the float64 value to 48 bits."""
+    high = np.asarray(value).astype(np.float32)
+    return high, (value - high.astype(np.float64)).astype(np.float32)
