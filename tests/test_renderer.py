@@ -1,0 +1,183 @@
+"""The renderer as a user meets it: outputs, skipping, systems that come and go, a host's context, bad input."""
+
+from __future__ import annotations
+
+import logging
+
+import moderngl
+import numpy as np
+import planetfall as pf
+import pytest
+from planetfall.engine.hosts.headless import create_headless
+
+SIZE = (160, 90)
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return pf.load_scene("earth")
+
+
+@pytest.fixture(scope="module")
+def renderer(scene):
+    with pf.Renderer(scene, size=SIZE, quality="low") as made:
+        yield made
+
+
+def by_name(renderer):
+    return {report.name: report for report in renderer.passes()}
+
+
+def test_outputs_have_the_promised_shapes(renderer):
+    out = renderer.render(
+        pf.view("near"), outputs=("color", "radiance", "distance", "position", "normal", "surface")
+    )
+    assert out["color"].shape == (90, 160, 3) and out["color"].dtype == np.uint8
+    assert out["radiance"].shape == (90, 160, 3) and out["radiance"].dtype == np.float32
+    assert out["surface"].shape == (90, 160) and out["surface"].dtype == np.uint8
+    hit = out["surface"] > 0
+    assert hit[-1].all() and not hit[0].all(), "ground below, sky above: row 0 is on top"
+    assert np.isinf(out["distance"][~hit]).all() and np.isnan(out["position"][~hit]).all()
+    assert (out["normal"][~hit] == 0).all()
+    assert np.allclose(np.linalg.norm(out["position"][hit], axis=1), out["distance"][hit], rtol=1e-5)
+    assert np.allclose(np.linalg.norm(out["normal"][hit], axis=1), 1.0, atol=1e-3)
+    assert (np.isfinite(out["radiance"]) & (out["radiance"] >= 0)).all()
+
+
+def test_position_lies_on_the_pixels_ray(renderer):
+    view = pf.view("near")
+    out = renderer.render(view, outputs=("position", "surface"))
+    state = renderer.camera_state(view)
+    rows, columns = np.nonzero(out["surface"] > 0)
+    pixels, front = renderer.project(view, state.position_m + out["position"][rows, columns].astype(float))
+    assert front.all()
+    assert np.abs(pixels - np.stack([columns + 0.5, rows + 0.5], axis=1)).max() < 1e-3
+
+
+def test_an_unchanged_camera_reruns_no_selection_and_no_upload(renderer):
+    view = pf.view("near")
+    for _ in range(3):
+        renderer.render(view)
+    work = renderer.gpu.work
+    before = (work.uploads, work.upload_bytes)
+    renderer.render(view)
+    reports = by_name(renderer)
+    for name in ("terrain.vertices", "terrain.cull", "ocean.vertices", "ocean.cull"):
+        assert not reports[name].ran and reports[name].skipped_why, name
+    uploads = work.uploads - before[0]
+    assert uploads <= 1, "only the clock of the frame block may change"
+
+
+def test_a_turned_camera_culls_again_but_makes_no_vertices(renderer):
+    renderer.render(pf.Camera.at(45.0, 10.0, 500.0, heading_deg=0.0, pitch_deg=-10.0, above="ground"))
+    renderer.render(pf.Camera.at(45.0, 10.0, 500.0, heading_deg=40.0, pitch_deg=-10.0, above="ground"))
+    reports = by_name(renderer)
+    assert reports["terrain.cull"].ran and not reports["terrain.vertices"].ran
+
+
+def test_nothing_of_a_planet_out_of_view_is_drawn(renderer):
+    renderer.render(pf.Camera.at(0.0, 0.0, 2.0e6, pitch_deg=80.0))
+    assert renderer.stats["triangles"] == 0
+
+
+@pytest.mark.parametrize(("kind", "owner"), [(pf.Terrain, "terrain"), (pf.Ocean, "ocean")])
+def test_removing_a_component_takes_its_passes_and_gl_objects(kind, owner):
+    scene = pf.load_scene("earth")
+    with pf.Renderer(scene, size=SIZE, quality="low") as renderer:
+        view = pf.Camera.at(10.0, 20.0, 3.0e5, pitch_deg=-40.0)
+        renderer.render(view)
+        full = renderer.gpu.counts()
+        assert owner in full
+        component = scene.planet.remove(kind)
+        renderer.render(view)
+        without = renderer.gpu.counts()
+        assert owner not in without
+        assert not [name for name in by_name(renderer) if name.startswith(f"{owner}.")]
+        others = {name: kinds for name, kinds in full.items() if name not in (owner, "graph")}
+        assert {n: k for n, k in without.items() if n != "graph"} == others
+        scene.planet.add(component)
+        renderer.render(view)
+        assert renderer.gpu.counts()[owner] == full[owner]
+
+
+def test_release_leaves_nothing_and_may_come_twice():
+    renderer = pf.Renderer(pf.load_scene("moon"), size=SIZE, quality="low")
+    renderer.render(pf.Camera.at(0.0, 0.0, 1.0e5, pitch_deg=-30.0))
+    renderer.release()
+    assert renderer.gpu.counts() == {}
+    renderer.release()
+
+
+def test_a_camera_inside_the_ground_is_lifted_with_one_warning(caplog):
+    with pf.Renderer(pf.load_scene("moon"), size=SIZE, quality="low") as renderer:
+        direction = pf.direction(10.0, 10.0)
+        camera = pf.Camera(position_m=direction * 1.70e6, forward=np.cross(direction, (0, 0, 1)), up=direction)
+        with caplog.at_level(logging.WARNING, "planetfall"):
+            for _ in range(3):
+                renderer.render(camera)
+        said = [r for r in caplog.records if "inside the ground" in r.getMessage()]
+        assert len(said) == 1
+        state = renderer.camera_state(camera)
+        height = float(pf.TerrainSampler(renderer.scene).height(direction[None])[0])
+        assert np.linalg.norm(state.position_m) > renderer.scene.planet.radius_m + height
+
+
+def test_pick_and_height_drawn_agree_with_the_sampler(renderer, scene):
+    camera = pf.Camera.at(45.0, 10.0, 3000.0, pitch_deg=-50.0, above="ground")
+    found = renderer.pick(camera, 80, 60)
+    assert found is not None
+    position, what = found
+    assert what in ("terrain", "sea")
+    direction = position / np.linalg.norm(position)
+    drawn = renderer.height_drawn(direction[None])[0]
+    if what == "terrain":
+        assert abs(np.linalg.norm(position) - scene.planet.radius_m - drawn) < 0.5
+    truth = float(pf.TerrainSampler(scene).height(direction[None])[0])
+    assert abs(truth - drawn) < 60.0
+    assert renderer.pick(pf.Camera.at(0, 0, 1e6, pitch_deg=80.0), 1, 1) is None
+
+
+def test_a_guest_leaves_the_hosts_state_alone():
+    ctx = create_headless()
+    scene = pf.load_scene("moon")
+    target = ctx.framebuffer([ctx.texture((96, 54), 4)])
+    with pf.Renderer(scene, size=(96, 54), quality="low", ctx=ctx) as renderer:
+        target.use()
+        ctx.enable(moderngl.BLEND)
+        target.viewport = (3, 4, 50, 40)
+        renderer.render_to(target, pf.Camera.at(0.0, 0.0, 2e6, pitch_deg=-60.0))
+        assert ctx.error == "GL_NO_ERROR"
+        assert ctx.fbo is target and target.viewport == (3, 4, 50, 40)
+        picture = np.frombuffer(target.read(components=3, viewport=(0, 0, 96, 54)), np.uint8)
+        assert picture.max() > 30
+    ctx.release()
+
+
+def test_snapshot_shows_itself(renderer):
+    snapshot = renderer.snapshot(pf.view("orbit"))
+    assert snapshot._repr_png_()[:4] == b"\x89PNG"
+
+
+@pytest.mark.parametrize("size", [(0, 10), (10, -1), "320x180", (10,)])
+def test_a_size_that_cannot_be_is_refused_before_any_gpu_work(scene, size):
+    with pytest.raises(pf.errors.SizeError, match="pixels"):
+        pf.Renderer(scene, size=size)
+
+
+def test_a_size_beyond_the_gpu_is_refused(scene):
+    with pytest.raises(pf.errors.SizeError, match=r"beyond this GPU's limit of \d+"):
+        pf.Renderer(scene, size=(10**6, 10))
+
+
+def test_unknown_outputs_and_qualities_are_named(renderer, scene):
+    with pytest.raises(pf.errors.SettingError, match="unknown output 'colour'.*color"):
+        renderer.render(pf.view("near"), outputs=("colour",))
+    with pytest.raises(pf.errors.SettingError, match="high"):
+        pf.Renderer(scene, size=SIZE, quality="hihg")
+
+
+def test_rendering_after_release_says_so():
+    renderer = pf.Renderer(pf.load_scene("moon"), size=SIZE, quality="low")
+    renderer.release()
+    with pytest.raises(pf.errors.SettingError, match="released"):
+        renderer.render(pf.Camera.at(0, 0, 1e6))
