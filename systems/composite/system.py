@@ -19,16 +19,14 @@ _BINS = 256
 _GLARE_ROWS = 360.0
 _GLARE_FALL = 0.5
 """Energy of an octave of glare against the next finer one: halving makes the halo fall with the cube of the angle,
-which is what eyes do below a degree (CIE glare, Vos and van den Berg 1999). A share of light is that of a picture of 360
-rows, where the finest octave is 6 pixels wide; in larger pictures octaves keep their angles and finer ones join in."""
+which is what eyes do below a degree (CIE glare, Vos and van den Berg 1999). A share of light is that of a picture of
+360 rows, whose finest octave is 6 pixels wide; in larger pictures octaves keep their angles and finer ones join in."""
 _DARK_ADAPTATION = 1.0
-_BLOOM = 0.01
-"""Share of the light that glares where neither the component nor the quality says."""
 
 
 @dataclass(frozen=True)
 class ExposureReading:
-    """What the exposure of a frame came to. metered_cd_m2: mean luminance of what is lit (metered in auto mode only)."""
+    """What the exposure of a frame came to. metered_cd_m2: mean luminance of what is lit (in auto mode only)."""
 
     ev100: float
     target_ev100: float
@@ -58,7 +56,6 @@ class CompositeSystem(System):
 
     def setup(self, setup: Setup) -> None:
         self._gpu = gpu = setup.gpu
-        self._bloom = float(setup.settings.get("composite.bloom", _BLOOM))
         self._reduce = gpu.fullscreen("composite/reduce.frag")
         self._meter = gpu.compute("composite/meter.comp")
         self._histogram = gpu.buffer(np.zeros(1 + _BINS, np.uint32))
@@ -84,7 +81,7 @@ class CompositeSystem(System):
         self._meter.set("u_limits", (float(low), max(float(low), float(high)), float(compensation), _DARK_ADAPTATION))
         self._cut = cut or not self._auto
         self._go = (adaptation_share(dt_s, exposure.brighter_s), adaptation_share(dt_s, exposure.darker_s))
-        self._share = float(getattr(composite, "bloom", self._bloom))
+        self._share = float(composite.bloom)
         self._glares = self._share > 0.0
         key = (TONE_MAPS.index(composite.tone_map), bool(composite.dither), self._glares)
         if key not in self._pictures:

@@ -2,15 +2,16 @@
 
 Counts. The number of stars brighter than V magnitude m over the whole sky follows log10 N = 3.94 + 0.5 (m - 6.5), that
 is 8768 to magnitude 6.5. From Sky Catalogue 2000 and Tycho counts per magnitude: 22 to 1.5, 93 to 2.5, 283 to 3.5, 893
-to 4.5, 2822 to 5.5, 8768 to 6.5; the law is within 27 % of all of them and within 2 % of the last four. The star of rank
-k gets the magnitude at which the law reaches k: every sky has these counts, and a brightest star of -1.4 (Sirius -1.46).
+to 4.5, 2822 to 5.5, 8768 to 6.5; the law is within 27 % of all of them and within 2 % of the last four. The star of
+rank k gets the magnitude at which the law reaches k: every sky has these counts, and a brightest star of -1.4 (Sirius
+-1.46).
 
-Places. Uniform in (z, longitude), which is uniform in area, thinned away from the galactic plane: counts of bright stars
-fall by about 3 from plane to pole. All from integer hashes of (seed, rank, try), so that a sky depends on its seed only,
-and a larger sky contains the smaller one.
+Places. Uniform in (z, longitude), which is uniform in area, thinned away from the galactic plane: counts of bright
+stars fall by about 3 from plane to pole. All from integer hashes of (seed, rank, try), so that a sky depends on its
+seed only, and a larger sky contains the smaller one.
 
-Colours. Planck spectra at the three wavelengths; temperatures drawn by the shares of the spectral classes among the stars
-of the Yale Bright Star Catalogue (B 19 %, A 22 %, F 14 %, G 14 %, K 26 %, M 5 %, rounded).
+Colours. Planck spectra at the three wavelengths; temperatures drawn by the shares of the spectral classes among the
+stars of the Yale Bright Star Catalogue (B 19 %, A 22 %, F 14 %, G 14 %, K 26 %, M 5 %, rounded).
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ from .catalogue import GALACTIC_AXES, STARS_TO_6_5, make_stars
 
 __all__ = ["SkySystem", "StarsSystem"]
 
-_LIMITS = {"rgba16f": 6.0e4, "rgba32f": 1.0e30}
+_LIMITS = {"rgba16f": 6.0e4, "rgba32f": 1.0e28}
 """Largest value that is stored for each format of scene.radiance: a sun must not become infinite."""
 _STAR_POINT_PX = 7
 _GALAXY_TEXELS = 1024

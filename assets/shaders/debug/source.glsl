@@ -1,0 +1,32 @@
+// The texture under inspection. SOURCE: 0 float 2D, 1 unsigned 2D, 2 float 3D, 3 float array. Slices lie side by side.
+#define SOURCE_UINT 1
+#define SOURCE_3D 2
+#define SOURCE_ARRAY 3
+
+#if SOURCE == SOURCE_UINT
+layout(binding = 0) uniform usampler2D u_source;
+#elif SOURCE == SOURCE_3D
+layout(binding = 0) uniform sampler3D u_source;
+#elif SOURCE == SOURCE_ARRAY
+layout(binding = 0) uniform sampler2DArray u_source;
+#else
+layout(binding = 0) uniform sampler2D u_source;
+#endif
+
+#if SOURCE == SOURCE_3D || SOURCE == SOURCE_ARRAY
+vec4 source_at(vec2 uv) {
+    ivec3 size = textureSize(u_source, 0);
+    int columns = int(ceil(sqrt(float(size.z))));
+    int rows = (size.z + columns - 1) / columns;
+    vec2 place = clamp(uv, 0.0, 0.999999) * vec2(columns, rows);
+    ivec2 tile = ivec2(place);
+    int slice = (rows - 1 - tile.y) * columns + tile.x;
+    if (slice >= size.z) return vec4(0.0);
+    return texelFetch(u_source, ivec3(ivec2(fract(place) * vec2(size.xy)), slice), 0);
+}
+#else
+vec4 source_at(vec2 uv) {
+    ivec2 size = textureSize(u_source, 0);
+    return vec4(texelFetch(u_source, min(ivec2(uv * vec2(size)), size - 1), 0));
+}
+#endif

@@ -1,0 +1,79 @@
+// Any resource as a picture. MODE says how (systems/debug/views.py); what isn't a finite number is magenta.
+#include "common/camera.glsl"
+#include "common/color.glsl"
+#include "common/octahedral.glsl"
+#include "debug/source.glsl"
+
+#define MODE_COLOR 0      // as it is
+#define MODE_RANGE 1      // colours stretched from the smallest to the largest value
+#define MODE_HEAT 2       // one number, likewise, as heat
+#define MODE_SIGNED 3     // -1..1 to 0..1
+#define MODE_NORMAL 4     // octahedral normal, planet axes: xyz as rgb; black where nothing is
+#define MODE_DEPTH 5      // reversed depth: logarithm of the distance along forward, 1 dm to 1e8 m
+#define MODE_DISTANCE 6   // likewise along the ray
+#define MODE_IDS 7        // whole numbers: a colour each
+#define MODE_LOD 8        // level of detail in 32nds, in blue or alpha
+#define MODE_HDR 9        // luminance in stops as heat, over the range of the picture
+#define MODE_PX 10        // pixels of error: 0.01 to 10, logarithmic
+
+layout(std430, binding = 5) readonly buffer RangeIn { vec2 r_range; };
+layout(binding = 1) uniform sampler2D u_depth;
+in vec2 v_uv;
+in vec2 v_ndc;
+layout(location = 0) out vec4 o_color;
+
+// 0..1: black, blue, violet, red, orange, yellow, white.
+vec3 heat(float t) {
+    const vec3 STOPS[7] = vec3[7](vec3(0.0), vec3(0.07, 0.10, 0.45), vec3(0.45, 0.08, 0.55), vec3(0.85, 0.18, 0.25),
+                                  vec3(0.98, 0.52, 0.10), vec3(1.0, 0.88, 0.30), vec3(1.0));
+    float place = clamp(t, 0.0, 1.0) * 6.0;
+    int k = min(int(place), 5);
+    return mix(STOPS[k], STOPS[k + 1], place - float(k));
+}
+
+// A colour for a whole number: neighbours differ clearly, 0 is nearly black.
+vec3 id_color(uint id) {
+    if (id == 0u) return vec3(0.04);
+    float hue = fract(float(id) * 0.61803398875);
+    vec3 wheel = clamp(abs(fract(hue + vec3(0.0, 2.0 / 3.0, 1.0 / 3.0)) * 6.0 - 3.0) - 1.0, 0.0, 1.0);
+    return mix(vec3(1.0), wheel, 0.72) * ((id & 1u) != 0u ? 0.95 : 0.72);
+}
+
+vec3 log_distance(float distance) {
+    float decades = log2(max(distance, 1e-6)) * 0.30103;
+    vec3 color = heat((decades + 1.0) / 9.0);
+    // A fine dark line at each power of ten.
+    return color * (0.35 + 0.65 * smoothstep(0.0, 0.03, abs(fract(decades + 0.5) - 0.5)));
+}
+
+void main() {
+    vec4 value = source_at(v_uv);
+    vec3 color = value.rgb;
+    float span = max(r_range.y - r_range.x, 1e-30);
+#if MODE == MODE_RANGE
+    color = (value.rgb - r_range.x) / span;
+#elif MODE == MODE_HEAT
+    color = heat((value.r - r_range.x) / span);
+#elif MODE == MODE_SIGNED
+    color = value.rgb * 0.5 + 0.5;
+#elif MODE == MODE_NORMAL
+    bool seen = texelFetch(u_depth, ivec2(gl_FragCoord.xy), 0).r > 0.0;
+    color = seen ? oct_decode(value.rg) * 0.5 + 0.5 : vec3(0.0);
+#elif MODE == MODE_DEPTH
+    color = value.r > 0.0 ? log_distance(forward_distance(value.r)) : vec3(0.0);
+#elif MODE == MODE_DISTANCE
+    color = value.r > 0.0 ? log_distance(length(position_from_depth(v_ndc, value.r))) : vec3(0.0);
+#elif MODE == MODE_IDS
+    color = id_color(uint(value.r));
+#elif MODE == MODE_LOD
+    bool seen = texelFetch(u_depth, ivec2(gl_FragCoord.xy), 0).r > 0.0;
+    color = seen ? id_color(uint(max(value.b, value.a) * 32.0 + 0.5) + 1u) : vec3(0.0);
+#elif MODE == MODE_HDR
+    float bright = luminance_of_radiance(value.rgb * frame.scale.y);
+    color = bright > 0.0 ? heat((log2(bright) - r_range.x + log2(frame.scale.x)) / span) : vec3(0.0);
+#elif MODE == MODE_PX
+    color = heat((log2(max(value.r, 1e-4)) * 0.30103 + 2.0) / 3.0);
+#endif
+    bool good = !any(isnan(value)) && !any(isinf(value));
+    o_color = vec4(good ? clamp(color, 0.0, 1.0) : vec3(1.0, 0.0, 1.0), 1.0);
+}

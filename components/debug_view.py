@@ -1,0 +1,19 @@
+"""DebugView: look at what lies behind the picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ._knob import knob
+
+__all__ = ["DebugView"]
+
+
+@dataclass
+class DebugView:
+    """Replaces the picture by a view of the frame's insides. "off" costs nothing: no passes, no GL objects."""
+
+    view: str = knob(
+        "off",
+        help="off, normals, depth, distance, surface, lod, hdr, wireframe, error_px, or the name of any graph resource",
+    )

@@ -1,0 +1,53 @@
+"""Which resource a debug view shows, and how. Data and choices, no GL."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["MODES", "NAMED_VIEWS", "View", "mode_for_format"]
+
+MODES = ("color", "range", "heat", "signed", "normal", "depth", "distance", "ids", "lod", "hdr", "px")
+"""In the order of MODE in debug/view.frag."""
+
+
+@dataclass(frozen=True)
+class View:
+    """resource: name in the frame graph. mode: one of MODES, or "" to choose by the texture's format."""
+
+    resource: str
+    mode: str = ""
+
+    @property
+    def needs_range(self) -> bool:
+        """Whether the smallest and largest value have to be found first."""
+        return self.mode in {"range", "heat", "hdr"}
+
+
+NAMED_VIEWS: dict[str, View] = {
+    "normals": View("gbuffer.normal", "normal"),
+    "depth": View("gbuffer.depth", "depth"),
+    "distance": View("gbuffer.depth", "distance"),
+    "surface": View("gbuffer.surface", "ids"),
+    "lod": View("gbuffer.attributes", "lod"),
+    "hdr": View("scene.radiance", "hdr"),
+    "wireframe": View("debug.wireframe", "color"),
+    "error_px": View("debug.error_px", "px"),
+}
+"""The last two are drawn by the surface that offers them: a pass that creates the resource."""
+
+
+def mode_for_format(name: str, format: str, components: int) -> str:
+    """How to show a resource that has no view of its own."""
+    if name == "gbuffer.normal":
+        return "normal"
+    if name == "scene.radiance":
+        return "hdr"
+    if format.startswith("depth"):
+        return "depth"
+    if format.endswith("ui"):
+        return "ids"
+    if format.endswith("snorm"):
+        return "signed"
+    if format.endswith("f"):
+        return "heat" if components == 1 else "range"
+    return "color"

@@ -1,0 +1,388 @@
+"""Exposure, tone maps, dither and glare: against float64 twins, and every knob on and off with pixels compared."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from picture_harness import SUN, Bench, Scene, look
+
+from planetfall.components import Composite, Exposure
+from planetfall.systems.composite import TONE_MAPS, CompositeSystem, read_exposure, tone_map
+from planetfall.systems.composite.photometry import (
+    LUMINANCE_PER_RADIANCE,
+    SATURATION,
+    ev100_for_saturation,
+    expose,
+    luminance,
+    srgb_encode,
+)
+from planetfall.systems.composite.system import adaptation_share
+
+SIZE = (64, 36)
+WHITE = np.array(SUN) / np.pi
+"""Radiance of a white Lambert surface that faces the sun, outside the air."""
+
+
+class Rig:
+    """A scene of given radiance through the composite; knobs are the components' fields."""
+
+    def __init__(self, gpu, radiance, size=SIZE, bloom=0.0, format="rgba32f", exports=("composite.ldr",)):
+        self.exposure, self.composite = Exposure(), Composite(bloom=bloom)
+        self.scene = Scene(radiance=radiance, format=format)
+        systems = [self.scene, CompositeSystem()]
+        self.bench = Bench(gpu, systems, [self.exposure, self.composite], size, exports)
+        self.size = size
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *exc):
+        self.bench.__exit__(*exc)
+
+    def picture(self, **frame):
+        scale = frame.pop("scale", 1.0)
+        self.bench.render(look(size=self.size, scale=(scale, 1 / scale, 0, 0)), **frame)
+        return self.bench.read("composite.ldr")[..., :3]
+
+    @property
+    def reading(self):
+        return read_exposure(self.bench.plan.resource("composite.exposure"))
+
+
+def plain(color, size=SIZE):
+    return np.broadcast_to(np.asarray(color, float), (size[1], size[0], 3)).copy()
+
+
+def from_exposed(exposed, ev100=0.0):
+    """Radiance that exposes to this at an EV100."""
+    return np.asarray(exposed) / expose(np.ones(3), ev100)
+
+
+def fixed(rig, ev100, tone="linear", dither=False):
+    rig.exposure.mode, rig.exposure.ev100 = "fixed", ev100
+    rig.composite.tone_map, rig.composite.dither = tone, dither
+
+
+# -- conventions -----
+
+
+def test_photometric_convention():
+    assert luminance(np.array(SUN)) == pytest.approx(133.1e3)
+    np.testing.assert_allclose(expose(WHITE, 15.0), 1.077, atol=2e-3)  # "sunny 16": white at the edge of saturation
+    assert ev100_for_saturation(SATURATION * 2.0**7) == pytest.approx(7.0)
+    np.testing.assert_allclose(srgb_encode([0.0, 1.0, 2.0]), [0.0, 1.0, 1.0], atol=1e-12)
+    assert srgb_encode(0.18) == pytest.approx(0.4613, abs=1e-3)
+
+
+def test_sunlit_white_is_bright_but_not_burnt_and_grey_is_grey():
+    for name in TONE_MAPS:
+        white = tone_map(name, expose(WHITE * 0.8, 15.0))
+        assert np.all(white < 0.97) and np.all(white > 0.65), name
+        grey = tone_map(name, expose(WHITE * 0.18, 15.0))
+        np.testing.assert_allclose(grey, srgb_encode(0.18 * 1.077), atol=0.02, err_msg=name)
+
+
+@pytest.mark.parametrize("name", TONE_MAPS)
+def test_tone_maps_keep_grey_rise_and_end_in_white(name):
+    assert tone_map(name, np.full(3, 0.18)) == pytest.approx(np.full(3, srgb_encode(0.18)), abs=2e-3)
+    ramp = tone_map(name, 2.0 ** np.linspace(-14, 12, 500)[:, None] * np.ones(3))
+    assert np.all(np.diff(ramp[:, 0]) >= -1e-3) and ramp[0, 0] < 0.02 and ramp[-1, 0] > 0.99
+    assert np.ptp(ramp, axis=1).max() < 3e-3  # grey stays grey
+    hot = tone_map(name, np.array([1e6, 1e5, 1e4]))
+    assert np.all(np.isfinite(hot)) and np.all((hot >= 0) & (hot <= 1))
+
+
+def test_unknown_tone_map():
+    with pytest.raises(KeyError, match="agx, aces"):
+        tone_map("sepia", np.ones(3))
+
+
+# -- the shader against its twin -----
+
+
+@pytest.mark.parametrize("name", TONE_MAPS)
+def test_shader_against_twin(gpu, name):
+    rng = np.random.default_rng(5)
+    exposed = 2.0 ** rng.uniform(-12, 10, (SIZE[1], SIZE[0], 1)) * rng.uniform(0.02, 1, (SIZE[1], SIZE[0], 3))
+    with Rig(gpu, from_exposed(exposed)) as rig:
+        fixed(rig, 0.0, name)
+        out = rig.picture() / 255.0
+    np.testing.assert_allclose(out, tone_map(name, exposed), atol=0.6 / 255)
+
+
+def test_neutral_shader_in_float(run_compute):
+    rng = np.random.default_rng(6)
+    exposed = 2.0 ** rng.uniform(-12, 10, (500, 1)) * rng.uniform(0.02, 1, (500, 3))
+    header = '#include "common/tonemap.glsl"'
+    out = run_compute("y = tone_map(x);", {"x": exposed}, {"y": "vec3"}, header=header, defines={"TONE_MAP": 4})
+    np.testing.assert_allclose(out["y"], tone_map("neutral", exposed), atol=1e-4)
+
+
+def test_bad_numbers_do_not_spread(gpu):
+    image = plain(from_exposed([0.18] * 3))
+    image[0, 0], image[5, 5], image[9, 9] = np.nan, np.inf, -5.0
+    with Rig(gpu, image, bloom=0.02) as rig:
+        rig.composite.tone_map = "linear"
+        rig.exposure.mode, rig.exposure.ev100 = "fixed", 0.0
+        out = rig.picture()
+        assert out[0, 0].max() <= 3 and out[9, 9].max() <= 3 and np.all(out[5, 5] == 255)  # 3: glare from beside
+        assert np.all(np.abs(out[20:, 40:].astype(int) - 118) < 12)
+        rig.exposure.mode = "auto"
+        assert np.isfinite(rig.picture().mean()) and np.isfinite(rig.reading.ev100)
+
+
+# -- knobs, one by one -----
+
+
+def test_fixed_exposure_in_stops(gpu):
+    with Rig(gpu, plain(from_exposed([0.1, 0.2, 0.05]))) as rig:
+        for ev in (-1.0, 0.0, 1.5):
+            fixed(rig, ev)
+            expected = srgb_encode(np.array([0.1, 0.2, 0.05]) * 2.0**-ev) * 255
+            np.testing.assert_allclose(rig.picture()[3, 3], expected, atol=0.6)
+            assert rig.reading.ev100 == ev
+
+
+def test_radiance_scale_is_taken_off(gpu):
+    with Rig(gpu, plain(from_exposed([0.1, 0.2, 0.05]) * 64.0)) as rig:
+        fixed(rig, 0.0)
+        np.testing.assert_allclose(rig.picture(scale=64.0)[3, 3], srgb_encode([0.1, 0.2, 0.05]) * 255, atol=0.6)
+        rig.exposure.mode = "auto"
+        scaled = rig.picture(scale=64.0)
+    with Rig(gpu, plain(from_exposed([0.1, 0.2, 0.05]))) as rig:
+        rig.composite.tone_map, rig.composite.dither = "linear", False
+        np.testing.assert_array_equal(scaled, rig.picture())
+
+
+def test_dither_on_and_off(gpu):
+    """A slow ramp: bands without dither; with it the mean follows the ramp, and no pixel moves by more than a step."""
+    size = (256, 64)
+    ramp = np.linspace(0.010, 0.012, size[0])[None, :, None] * np.ones((size[1], 1, 3))
+    with Rig(gpu, from_exposed(ramp), size) as rig:
+        fixed(rig, 0.0)
+        off = rig.picture().astype(float)
+        rig.composite.dither = True
+        on = rig.picture().astype(float)
+        again = rig.picture().astype(float)
+    true = srgb_encode(ramp) * 255
+    assert np.array_equal(on, again)  # the same noise in each frame
+    assert not np.array_equal(on, off)
+    assert np.abs(on - true).max() <= 1.01 and np.abs(off - true).max() <= 0.51
+    columns = lambda image: np.abs((image - true).mean(axis=0).reshape(-1, 8, 3).mean(axis=1)).max()  # noqa: E731
+    assert columns(on) < 0.2 < columns(off)
+
+
+def test_dither_noise(run_compute):
+    """Triangular, at most half a step, the colours independent, and neighbours rather of opposite sign."""
+    y, x = np.mgrid[:128, :128]
+    pixels = np.stack([x.ravel(), y.ravel()], axis=1).astype(np.int32)
+    out = run_compute("v = dither_noise(p);", {"p": pixels}, {"v": "vec3"}, header='#include "common/dither.glsl"')["v"]
+    assert np.abs(out).max() <= 0.5 and abs(out.mean()) < 5e-3
+    assert out.std() == pytest.approx(1 / np.sqrt(24), rel=0.02)  # of a triangle of half-width 0.5
+    assert abs(np.corrcoef(out.T)[np.triu_indices(3, 1)]).max() < 0.03
+    image = out[:, 0].reshape(128, 128)
+    for a, b in ((image[:, :-1], image[:, 1:]), (image[:-1], image[1:])):
+        assert -0.35 < np.corrcoef(a.ravel(), b.ravel())[0, 1] < -0.15
+
+
+def test_dither_leaves_exact_values_alone(gpu):
+    with Rig(gpu, plain([0.0, 0.0, 0.0])) as rig:
+        fixed(rig, 0.0, dither=True)
+        assert not rig.picture().any()
+
+
+def test_tone_map_knob_changes_the_picture(gpu):
+    ramp = 2.0 ** np.linspace(-6, 4, SIZE[0])[None, :, None] * np.array([1.0, 0.4, 0.1]) * np.ones((SIZE[1], 1, 3))
+    with Rig(gpu, from_exposed(ramp)) as rig:
+        fixed(rig, 0.0)
+        seen = {}
+        for name in ("agx", "aces", "hable", "reinhard", "linear"):
+            rig.composite.tone_map = name
+            seen[name] = rig.picture()
+        assert len({image.tobytes() for image in seen.values()}) == 5
+
+
+def sun_spot(size=SIZE):
+    image = np.zeros((size[1], size[0], 3))
+    image[size[1] // 2, size[0] // 2] = from_exposed([4000.0] * 3)
+    return image
+
+
+def test_bloom_on_and_off(gpu):
+    with Rig(gpu, sun_spot(), bloom=0.0) as rig:
+        fixed(rig, 0.0)
+        off = rig.picture()
+        assert np.count_nonzero(off.any(axis=2)) == 1
+        rig.picture()  # new persistent resources make every pass run once
+        assert not {p.name for p in rig.bench.plan.passes if p.ran} & {"composite.glare", "composite.reduce"}
+    with Rig(gpu, sun_spot(), bloom=0.02) as rig:
+        fixed(rig, 0.0)
+        on = rig.picture()
+        assert np.count_nonzero(on.any(axis=2)) > 50
+        row = on[SIZE[1] // 2, SIZE[0] // 2 :, 0].astype(int)
+        assert row[0] == 255 and np.all(np.diff(row) <= 1)  # falls from the middle
+        assert np.ptp(np.r_[on[SIZE[1] // 2 - 8, SIZE[0] // 2], on[SIZE[1] // 2 + 8, SIZE[0] // 2]].astype(int)) < 25
+
+
+def test_bloom_keeps_the_light_of_an_even_picture(gpu):
+    with Rig(gpu, plain(from_exposed([0.3, 0.2, 0.1])), bloom=0.05) as rig:
+        fixed(rig, 0.0)
+        expected = 255 * plain(srgb_encode([0.3, 0.2, 0.1]))
+        np.testing.assert_allclose(rig.picture()[10:-10, 10:-10], expected[10:-10, 10:-10], atol=1.1)
+
+
+# -- automatic exposure -----
+
+
+def test_automatic_exposure_of_an_even_grey(gpu):
+    """In sunlight an even surface comes out middle grey, whatever its brightness within the daylight range."""
+    for brightness in (0.1, 0.4):
+        with Rig(gpu, plain(WHITE * brightness)) as rig:
+            out = rig.picture()
+            wanted = np.log2(luminance(WHITE * brightness) / 0.18 / SATURATION)
+            assert rig.reading.target_ev100 == pytest.approx(wanted, abs=0.25)
+            assert rig.reading.metered_cd_m2 == pytest.approx(luminance(WHITE * brightness), rel=0.15)
+            np.testing.assert_allclose(out / 255.0, 0.46, atol=0.06)
+
+
+def test_night_looks_darker_than_day(gpu):
+    with Rig(gpu, plain(WHITE * 0.2)) as rig:
+        day = rig.picture().mean()
+    with Rig(gpu, plain(WHITE * 0.2 / 4e5)) as rig:  # full moon
+        night = rig.picture().mean()
+        assert rig.reading.ev100 < 1.5
+    assert 0.1 * day < night < 0.75 * day
+
+
+def test_limits_and_compensation(gpu):
+    with Rig(gpu, plain(WHITE * 0.2)) as rig:
+        middle = rig.picture().mean()
+        base = rig.reading.ev100
+        rig.exposure.compensation_ev = 1.0
+        assert rig.picture().mean() > middle and rig.reading.ev100 == pytest.approx(base - 1.0, abs=1e-4)
+        rig.exposure.compensation_ev = 0.0
+        rig.exposure.max_ev100 = base - 2.0
+        assert rig.picture().mean() > middle and rig.reading.ev100 == pytest.approx(base - 2.0, abs=1e-4)
+        rig.exposure.max_ev100 = 20.0
+        rig.exposure.min_ev100 = base + 2.0
+        assert rig.picture().mean() < middle and rig.reading.ev100 == pytest.approx(base + 2.0, abs=1e-4)
+
+
+def test_black_opens_to_the_lowest_ev(gpu):
+    with Rig(gpu, plain([0.0] * 3)) as rig:
+        assert not rig.picture().any()
+        assert rig.reading.ev100 == rig.exposure.min_ev100
+
+
+@pytest.mark.parametrize("share", [0.7, 0.1, 0.01])
+def test_a_bright_body_in_black_space_is_exposed_for_itself(gpu, share):
+    size = (160, 90)
+    image = np.zeros((size[1], size[0], 3))
+    y, x = np.mgrid[: size[1], : size[0]]
+    body = np.hypot(x - 90, y - 40) < np.sqrt(share * x.size / np.pi)
+    image[body] = WHITE * 0.3
+    with Rig(gpu, image, size) as rig:
+        out = rig.picture()
+    assert 80 < np.median(out[body]) < 190
+
+
+def test_the_suns_disc_does_not_black_out_a_landscape_but_rules_alone(gpu):
+    size = (160, 90)
+    ground = plain(WHITE * 0.25, size)
+    with Rig(gpu, ground, size) as rig:
+        rig.picture()
+        without = rig.reading.ev100
+    ground[20:22, 30:32] = np.array(SUN) / 6.87e-5
+    with Rig(gpu, ground, size) as rig:
+        rig.picture()
+        assert 0 <= rig.reading.ev100 - without < 1.5
+    alone = np.zeros_like(ground)
+    alone[20:22, 30:32] = np.array(SUN) / 6.87e-5
+    alone[50, 50] = 1e-6  # and a star
+    with Rig(gpu, alone, size) as rig:
+        rig.picture()
+        assert rig.reading.ev100 > 12.0
+
+
+def test_centre_counts_more(gpu):
+    image = plain(WHITE * 0.05)
+    image[12:24, 22:42] = WHITE * 0.5
+    edge = plain(WHITE * 0.5)
+    edge[12:24, 22:42] = WHITE * 0.05
+    area = 12 * 20 / (64 * 36)
+    with Rig(gpu, image) as rig:
+        rig.picture()
+        centre = rig.reading.metered_cd_m2
+    unweighted = np.exp(area * np.log(luminance(WHITE * 0.5)) + (1 - area) * np.log(luminance(WHITE * 0.05)))
+    assert centre > 1.05 * unweighted
+
+
+def test_adaptation(gpu):
+    """At once after a cut; slowly otherwise, faster towards darker pictures; time steps don't change where it goes."""
+    assert adaptation_share(1.0, 1.0) == pytest.approx(0.95, abs=1e-3)
+    assert adaptation_share(0.1, 0.0) == 1.0 and adaptation_share(0.0, 1.0) == 0.0
+    with Rig(gpu, plain(WHITE * 0.2)) as rig:
+        rig.exposure.brighter_s, rig.exposure.darker_s = 1.0, 0.5
+        rig.picture(cut=True)
+        start = rig.reading.ev100
+        rig.scene.radiance = plain(WHITE * 0.2 / 64)
+        rig.picture(cut=False, dt_s=0.1)
+        goal = rig.reading.target_ev100
+        once = rig.reading.ev100
+        assert once == pytest.approx(start + (goal - start) * adaptation_share(0.1, 1.0), abs=1e-3)
+        rig.picture(cut=False, dt_s=0.0)
+        assert rig.reading.ev100 == pytest.approx(once, abs=1e-4)
+        for _ in range(100):
+            rig.picture(cut=False, dt_s=0.1)
+        assert rig.reading.ev100 == pytest.approx(goal, abs=1e-3)
+        slow = rig.picture(cut=False, dt_s=0.1)
+        np.testing.assert_array_equal(slow, rig.picture(cut=True))  # settled is the same either way
+        rig.scene.radiance = plain(WHITE * 0.2)
+        rig.picture(cut=False, dt_s=0.1)
+        back = rig.reading.ev100
+        assert back == pytest.approx(goal + (start - goal) * adaptation_share(0.1, 0.5), abs=1e-2)
+        rig.exposure.brighter_s = rig.exposure.darker_s = 0.0
+        rig.picture(cut=False, dt_s=0.01)
+        assert rig.reading.ev100 == rig.reading.target_ev100
+
+
+def test_pictures_repeat_exactly(gpu):
+    rng = np.random.default_rng(8)
+    image = WHITE * 2.0 ** rng.uniform(-8, 2, (90, 160, 1))
+    pictures = []
+    for _ in range(2):
+        with Rig(gpu, image, (160, 90), bloom=0.01) as rig:
+            pictures += [rig.picture(), rig.picture()]
+    assert all(np.array_equal(pictures[0], p) for p in pictures[1:])
+
+
+def test_resize_keeps_the_exposure(gpu):
+    with Rig(gpu, plain(WHITE * 0.2)) as rig:
+        rig.picture()
+        before = rig.reading.ev100
+        rig.scene.radiance = plain(WHITE * 0.2, (48, 27))
+        rig.bench.plan.resize((48, 27))
+        rig.bench.render(look(size=(48, 27)), cut=False, dt_s=1e-3)
+        assert rig.reading.ev100 == pytest.approx(before, abs=0.2)
+
+
+def test_without_components_the_defaults_hold(gpu):
+    before = gpu.counts()
+    systems = [Scene(radiance=plain(WHITE * 0.2)), CompositeSystem()]
+    with Bench(gpu, systems, [], SIZE, ("composite.ldr",)) as bench:
+        assert 80 < bench.render(look(size=SIZE)).read("composite.ldr")[..., :3].mean() < 170
+    assert gpu.counts() == before
+
+
+def test_luminance_weights_in_the_shader(run_compute):
+    rng = np.random.default_rng(9)
+    radiance = rng.uniform(0, 1, (100, 3))
+    out = run_compute(
+        "y = luminance_of_radiance(x); z = srgb_encode(x);",
+        {"x": radiance},
+        {"y": "float", "z": "vec3"},
+        header='#include "common/color.glsl"',
+    )
+    np.testing.assert_allclose(out["y"], luminance(radiance), rtol=1e-5)
+    np.testing.assert_allclose(out["z"], srgb_encode(radiance), atol=2e-5)
+    assert LUMINANCE_PER_RADIANCE.shape == (3,)
