@@ -38,7 +38,7 @@ KEYS: tuple[tuple[str, str], ...] = (
     ("F5", "load changed shaders"),
     ("F11", "whole screen"),
     ("F12", "save a picture here"),
-    ("Escape", "let the mouse go; twice: leave"),
+    ("Escape", "let the mouse go, then leave"),
 )
 """What the help shows: (keys, what they do)."""
 

@@ -49,7 +49,7 @@ class FlightInterface:
             self._window.size, dt_s, self._window.pixel_ratio, events=state.events, mouse=not app.looking
         )
         with frame as imgui:
-            draw_hud(self._hud(app), numbers=app.shown.numbers, help=app.shown.help)
+            draw_hud(self._hud(app), numbers=app.shown.numbers, help=app.shown.help and not app.shown.panels)
             if app.shown.panels:
                 self._settings(imgui)
         # F1, F3 and the like go on working while a slider has the focus; only typing takes the keyboard.

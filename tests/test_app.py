@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -275,3 +280,46 @@ def test_the_interface_draws_and_keeps_what_it_uses(gpu: Any, scene: Any) -> Non
     target.release()
     assert gpu.counts() == before and gpu.ctx.error == "GL_NO_ERROR"
     assert [length(m) for m in (1.75, 250, 12345, 3.6e7)] == ["1.8 m", "250 m", "12.3 km", "36 000 km"]
+
+
+WINDOW_SCRIPT = """
+import json, sys
+import planetfall as pf
+from planetfall.app import FlightApp
+from planetfall.app_interface import FlightInterface
+from planetfall.engine.hosts.window import open_window
+
+scene = pf.load_scene("earth")
+with open_window((160, 90), "test", sys.argv[1]) as window:
+    with pf.Renderer(scene, window.framebuffer_size, "low", ctx=window.ctx) as renderer:
+        interface = FlightInterface(window, renderer, scene)
+        app = FlightApp(window, renderer, scene, pf.view("near", scene.planet), interface=interface)
+        app.shown.help = app.shown.numbers = False
+        for _ in range(3):
+            app.frame()
+        window.size = (200, 120)
+        for _ in range(3):
+            app.frame()
+        window.request_close()
+        app.run()
+        interface.release()
+        print(json.dumps({"size": renderer.size, "ran": [p.name for p in renderer.passes() if p.ran]}))
+"""
+
+
+@pytest.mark.window
+@pytest.mark.parametrize("backend", ["glfw", "pyglet"])
+def test_flies_in_a_real_window(backend: str) -> None:
+    """The whole chain: window, renderer on its context, interface, resize, end."""
+    from window_fixtures import virtual_display
+
+    display = os.environ.get("DISPLAY")
+    with contextlib.nullcontext(display) if display else virtual_display() as name:
+        done = subprocess.run(
+            [sys.executable, "-c", WINDOW_SCRIPT, backend], capture_output=True, text=True, timeout=120, check=False,
+            env={**os.environ, "DISPLAY": name}, cwd=Path(__file__).parents[1],
+        )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    answer = json.loads(done.stdout.splitlines()[-1])
+    assert "composite.tonemap" in answer["ran"]
+    assert answer["size"] == [200, 120]

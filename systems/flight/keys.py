@@ -9,7 +9,8 @@ LOOK_RAD_PER_PIXEL = 0.0022
 """At a vertical field of view of 60 degrees; narrower views turn more slowly."""
 
 CONTROLS: tuple[tuple[str, str], ...] = (
-    ("mouse", "look around (click into the picture first, Tab lets the mouse go)"),
+    ("mouse", "look around"),
+    ("click, Tab", "catch the mouse, let it go"),
     ("W A S D", "fly forward, left, back, right"),
     ("Space, Ctrl", "up, down"),
     ("Q, E", "roll left, right"),
