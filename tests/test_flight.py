@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from planetfall.engine.input import InputState, KeyEvent, MouseMove, Wheel
 from planetfall.engine.settings.check import PresetError
 from planetfall.engine.space import direction, heading_pitch_axes
