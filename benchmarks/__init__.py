@@ -1,4 +1,4 @@
 """Run time beside error: the harness, its suites and the stress sweeps."""
 
 if __name__ != "planetfall.benchmarks":
-    raise ImportError("import planetfall.benchmarks, not benchmarks: two copies of each class would not know each other")
+    raise ImportError("import planetfall.benchmarks, not benchmarks: there would be two copies of each class")

@@ -1,0 +1,129 @@
+"""`planetfall bench` and `planetfall stress`: options, progress, tables, files. planetfall/cli.py calls them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App, Parameter
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from ..errors import SettingError
+from .session import Session
+from .store import read_reports, results_root, save_report
+from .stress import STRESS_SUITES, replay_file, run_sweep
+from .suites import SUITES, choose
+from .tables import show_comparison, show_report
+
+EXIT_FAILED = 1
+
+_Output = Annotated[Path | None, Parameter(help="Folder for results; in a checkout benchmarks/results if left out.")]
+
+
+def bench_main(arguments: Sequence[str]) -> int:
+    """`planetfall bench ...`; returns the exit code: 1 when a bench could not run."""
+    return _run(_bench, "bench", "Measure run time beside error, suite by suite.", arguments)
+
+
+def stress_main(arguments: Sequence[str]) -> int:
+    """`planetfall stress ...`; returns the exit code: 1 when a case failed."""
+    return _run(_stress, "stress", "Seeded sweeps for the worst case of a suite.", arguments)
+
+
+def _run(command: Callable[..., int], name: str, about: str, arguments: Sequence[str]) -> int:
+    app = App(name=f"planetfall {name}", help=about, version_flags=[])
+    app.default(command)
+    code = app(list(arguments), exit_on_error=False, print_error=False, result_action="return_value")
+    return code if isinstance(code, int) else 0
+
+
+def _bench(
+    *suites: str,
+    quick: Annotated[bool, Parameter(negative="", help="Fewer runs and smaller samples; saved apart.")] = False,
+    output: _Output = None,
+    save: Annotated[bool, Parameter(help="Write the results to files.")] = True,
+    compare: Annotated[
+        tuple[Path, Path] | None, Parameter(help="Two results files, or two folders of them: nothing is run.")
+    ] = None,
+    list_: Annotated[bool, Parameter(name="--list", negative="", help="Name the suites and their benches.")] = False,
+) -> int:
+    """Measure run time beside error, suite by suite.
+
+    Parameters
+    ----------
+    suites
+        Suites (graph, terrain, frame, startup) or single benches (terrain.normals); all if left out.
+    """
+    console = Console()
+    if list_:
+        for suite, benches in choose(suites).items():
+            console.print(f"[bold]{suite}[/]  {SUITES[suite]}", highlight=False)
+            console.print(f"  {', '.join(benches)}", highlight=False)
+        return 0
+    if compare is not None:
+        return _compare(*compare, console)
+    failed = False
+    for suite, benches in choose(suites).items():
+        with Session(suite, quick) as session, _progress(suite) as progress:
+            report = session.run(benches, progress)
+        show_report(report, console)
+        failed = failed or bool(report.skipped)
+        if save and benches.keys() == choose([suite])[suite].keys():
+            console.print(f"written: {save_report(report, output or results_root())}", highlight=False, soft_wrap=True)
+        elif save:
+            console.print("not saved: only a part of the suite was run", style="dim")
+    return EXIT_FAILED if failed else 0
+
+
+def _stress(
+    suite: Annotated[str, Parameter(help="space, terrain or frame.")] = "",
+    /,
+    *,
+    seed: Annotated[int, Parameter(help="Case k of a seed is always the same.")] = 1,
+    count: Annotated[int, Parameter(help="How many cases.")] = 100,
+    replay: Annotated[Path | None, Parameter(help="A failing case's file: run that case alone.")] = None,
+    output: _Output = None,
+    save: Annotated[bool, Parameter(help="Write the results and the failing cases to files.")] = True,
+) -> int:
+    """Seeded sweeps for the worst case of a suite; every failing case is saved and can be replayed."""
+    console = Console()
+    root = output or results_root()
+    if replay is not None:
+        report = replay_file(replay)
+        show_report(report, console)
+        return EXIT_FAILED if report.failures else 0
+    if not suite:
+        raise SettingError(f"stress: name a suite: {', '.join(STRESS_SUITES)}; or --replay FILE")
+    if count < 1:
+        raise SettingError(f"--count must be at least 1, found {count}")
+    with _progress(suite) as progress:
+        report = run_sweep(suite, seed, count, root if save else None, progress)
+    show_report(report, console)
+    if save:
+        console.print(f"written: {save_report(report, root)}", highlight=False, soft_wrap=True)
+    return EXIT_FAILED if report.failures or report.skipped else 0
+
+
+def _compare(old: Path, new: Path, console: Console) -> int:
+    before, after = read_reports(old), read_reports(new)
+    shared = [name for name in after if name in before]
+    if len(before) == len(after) == 1:
+        shared = list(after)
+        before = {shared[0]: next(iter(before.values()))}
+    if not shared:
+        raise SettingError(f"--compare: no suite is in both: {', '.join(before)} and {', '.join(after)}")
+    for name in shared:
+        show_comparison(before[name], after[name], console)
+    return 0
+
+
+@contextmanager
+def _progress(suite: str) -> Iterator[Callable[[str, int, int], None]]:
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(suite, total=None)
+        yield lambda what, done, of: bar.update(task, description=f"{suite} {what}", completed=done, total=of)

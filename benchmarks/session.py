@@ -1,0 +1,168 @@
+"""One run of a suite: what its benches share, and where their rows go."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import time
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import moderngl
+
+from .. import __version__
+from .machine import current_commit, describe_machine, now_utc
+from .schema import Report, Row
+from .target import Target
+from .timing import Timing
+
+if TYPE_CHECKING:
+    from .. import Renderer, Scene
+    from ..engine.gpu import Gpu
+
+log = logging.getLogger(__name__)
+
+Bench = Callable[["Session"], None]
+Progress = Callable[[str, int, int], None]
+
+
+class Session:
+    """What a bench gets: a GPU, renderers, how thorough to be, and `row()` for its results.
+
+    One headless context for everything; it is made when the first bench asks for it, so that suites without GL run on
+    machines without GL.
+    """
+
+    def __init__(self, suite: str, quick: bool = False) -> None:
+        self.suite = suite
+        self.quick = quick
+        self.rows: list[Row] = []
+        self.skipped: dict[str, str] = {}
+        self.bench = ""
+        self._ctx: moderngl.Context | None = None
+        self._gpu: Gpu | None = None
+
+    # -- for benches --------------------------------------------------------------------------------------------------
+
+    def runs(self, full: int, quick: int) -> int:
+        """How many runs: fewer in a quick run."""
+        return quick if self.quick else full
+
+    @property
+    def ctx(self) -> moderngl.Context:
+        """The headless context."""
+        if self._ctx is None:
+            from ..engine.hosts.headless import create_headless
+
+            self._ctx = create_headless()
+        return self._ctx
+
+    @property
+    def gpu(self) -> Gpu:
+        """A Gpu on the context with the library's shaders, for evaluating shader functions."""
+        if self._gpu is None:
+            from .. import ASSETS
+            from ..engine.gpu import Gpu
+
+            self._gpu = Gpu(self.ctx, [ASSETS / "shaders"])
+        return self._gpu
+
+    @contextlib.contextmanager
+    def renderer(
+        self,
+        scene: Scene | str = "earth",
+        size: tuple[int, int] = (640, 360),
+        quality: str = "medium",
+        overrides: Mapping[str, Any] | None = None,
+    ) -> Iterator[Renderer]:
+        """A renderer on the session's context, released afterwards."""
+        from .. import Renderer, load_scene
+
+        made = Renderer(load_scene(scene) if isinstance(scene, str) else scene, size, quality, overrides, ctx=self.ctx)
+        try:
+            yield made
+        finally:
+            made.release()
+
+    def row(
+        self,
+        variant: str = "",
+        view: str = "",
+        size: tuple[int, int] | None = None,
+        timing: Timing | None = None,
+        error: float | None = None,
+        error_unit: str = "",
+        target: Target | None = None,
+        target_on: str = "error",
+        **extra: Any,
+    ) -> Row:
+        """Add a result. target_on: "error", "ms", or the name of an extra that the target is about."""
+        row = Row(
+            suite=self.suite,
+            bench=self.bench,
+            variant=variant,
+            view=view,
+            size=size,
+            error=None if error is None else float(error),
+            error_unit=error_unit,
+            extra={key: _plain(value) for key, value in extra.items()},
+            **({} if timing is None else timing.columns()),
+        )
+        if target is not None:
+            value = {"error": row.error, "ms": row.ms}.get(target_on, row.extra.get(target_on))
+            found = float(value) if isinstance(value, int | float) else float("nan")
+            row.target = str(target) if target_on in ("error", "ms") else f"{target_on} {target}"
+            row.met = target.met(found)
+        self.rows.append(row)
+        return row
+
+    # -- for the command ----------------------------------------------------------------------------------------------
+
+    def run(self, benches: Mapping[str, Bench], progress: Progress | None = None) -> Report:
+        """Run the benches one by one. One that raises is noted under `skipped`, and the others still run."""
+        started, date, machine = time.monotonic(), now_utc(), None
+        for number, (name, bench) in enumerate(benches.items()):
+            if progress is not None:
+                progress(name, number, len(benches))
+            self.bench = name
+            try:
+                bench(self)
+            except Exception as error:
+                log.warning("bench %s.%s failed", self.suite, name, exc_info=True)
+                self.skipped[name] = f"{type(error).__name__}: {error}"
+        if progress is not None:
+            progress("", len(benches), len(benches))
+        with contextlib.suppress(Exception):  # no GL on this machine: then the report says so by empty fields
+            machine = describe_machine(self.gpu.caps)
+        return Report(
+            kind="bench",
+            suite=self.suite,
+            planetfall=__version__,
+            commit=current_commit(),
+            date=date,
+            duration_s=round(time.monotonic() - started, 1),
+            quick=self.quick,
+            machine=machine or describe_machine(None),
+            rows=self.rows,
+            skipped=self.skipped,
+        )
+
+    def release(self) -> None:
+        """Free the context."""
+        if self._gpu is not None:
+            self._gpu.release()
+            self._gpu = None
+        if self._ctx is not None:
+            self._ctx.release()
+            self._ctx = None
+
+    def __enter__(self) -> Session:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.release()
+
+
+def _plain(value: Any) -> bool | int | float | str | None:
+    """numpy scalars as Python's own."""
+    return value.item() if hasattr(value, "item") else value

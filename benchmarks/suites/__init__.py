@@ -1,0 +1,36 @@
+"""The suites of `planetfall bench`. A suite is a module with BENCHES: name -> bench(session)."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterable, Mapping
+
+from ...engine.settings.suggest import did_you_mean
+from ...errors import UnknownNameError
+from ..session import Bench
+
+SUITES: Mapping[str, str] = {
+    "graph": "The frame graph, the state guard and the Python around a frame, in ms",
+    "terrain": "Accuracy of the ground: positions, heights, normals, coverage, jitter, triangles, error on screen",
+    "frame": "Whole frames at 640 x 360: ms in all and by pass, what is skipped, memory",
+    "startup": "Import and first picture, warm and cold; memory of the process",
+}
+
+
+def benches_of(suite: str) -> Mapping[str, Bench]:
+    """The benches of a suite by name. UnknownNameError names the nearest suite."""
+    if suite not in SUITES:
+        raise UnknownNameError(f"no bench suite {suite!r}; {did_you_mean(suite, SUITES, 'suites')}")
+    return importlib.import_module(f".{suite}", __name__).BENCHES
+
+
+def choose(suites: Iterable[str]) -> dict[str, Mapping[str, Bench]]:
+    """Benches by suite, from names such as "terrain" and "terrain.normals"; no names: everything."""
+    chosen: dict[str, dict[str, Bench]] = {}
+    for name in list(suites) or list(SUITES):
+        suite, _, bench = name.partition(".")
+        benches = benches_of(suite)
+        if bench and bench not in benches:
+            raise UnknownNameError(f"no bench {bench!r} in {suite}; {did_you_mean(bench, benches, 'benches')}")
+        chosen.setdefault(suite, {}).update({bench: benches[bench]} if bench else benches)
+    return dict(chosen)

@@ -1,0 +1,146 @@
+"""Reports as tables on the terminal, and two runs side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from itertools import groupby
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from .schema import Report, Row
+
+
+def show_report(report: Report, console: Console) -> None:
+    """A table for each bench, then what could not run."""
+    machine = report.machine
+    console.print(
+        f"[bold]{report.suite}[/] {report.kind}  planetfall {report.planetfall} {report.commit}  {report.date}  "
+        f"{report.duration_s:g} s{'  (quick)' if report.quick else ''}",
+        highlight=False,
+    )
+    console.print(
+        f"{machine.cpu}, {machine.cpus} CPUs, load {machine.load_average:g}; {machine.gl_renderer or 'no GL'} "
+        f"({machine.gl_version}); {machine.python}",
+        style="dim",
+        highlight=False,
+    )
+    for bench, rows in groupby(report.rows, key=lambda row: row.bench):
+        console.print(rows_table(bench, list(rows)))
+    for name, why in report.skipped.items():
+        console.print(Text(f"{name}: did not run: {why}", style="red"))
+    for failure in report.failures:
+        place = f" -> {failure.file}" if failure.file else ""
+        console.print(Text(f"case {failure.index}: {'; '.join(failure.messages)}{place}", style="red"), soft_wrap=True)
+    missed = [row for row in report.rows if row.met is False]
+    promised = sum(row.met is not None for row in report.rows)
+    if promised:
+        style = "yellow" if missed else "green"
+        console.print(f"{promised - len(missed)} of {promised} targets met", style=style)
+
+
+def rows_table(title: str, rows: list[Row]) -> Table:
+    """Only the columns that some row uses."""
+    table = Table(title=title, title_justify="left", title_style="bold", pad_edge=False)
+    has = {
+        "variant": any(row.variant for row in rows),
+        "view": any(row.view for row in rows),
+        "size": any(row.size for row in rows),
+        "ms": any(row.ms is not None for row in rows),
+        "error": any(row.error is not None for row in rows),
+        "target": any(row.target for row in rows),
+    }
+    extras = list(dict.fromkeys(key for row in rows for key in row.extra))
+    for name in ("variant", "view", "size"):
+        if has[name]:
+            table.add_column(name)
+    if has["ms"]:
+        table.add_column("ms", justify="right")
+        table.add_column("p10 .. p90", justify="right", style="dim")
+    if has["error"]:
+        table.add_column("error", justify="right")
+    if has["target"]:
+        table.add_column("target")
+    for name in extras:
+        table.add_column(name, justify="right")
+    for row in rows:
+        cells: list[Text | str] = []
+        if has["variant"]:
+            cells.append(row.variant)
+        if has["view"]:
+            cells.append(row.view)
+        if has["size"]:
+            cells.append("" if row.size is None else f"{row.size[0]} x {row.size[1]}")
+        if has["ms"]:
+            cells += [number(row.ms), "" if row.ms is None else f"{number(row.ms_low)} .. {number(row.ms_high)}"]
+        if has["error"]:
+            cells.append("" if row.error is None else f"{number(row.error)} {row.error_unit}".rstrip())
+        if has["target"]:
+            cells.append(Text(row.target, style={True: "green", False: "bold red", None: ""}[row.met]))
+        cells += [_value(row.extra.get(name)) for name in extras]
+        table.add_row(*cells)
+    return table
+
+
+def compare(old: Report, new: Report) -> list[tuple[Row, Row]]:
+    """Rows of the same measurement in both, in the order of the new one."""
+    before = {_key(row): row for row in old.rows}
+    return [(before[_key(row)], row) for row in new.rows if _key(row) in before]
+
+
+def show_comparison(old: Report, new: Report, console: Console) -> None:
+    """Times as ratios, errors side by side; new / old, so below 1 is faster."""
+    if old.machine.gl_renderer != new.machine.gl_renderer or old.machine.cpu != new.machine.cpu:
+        console.print(
+            f"different machines ({old.machine.cpu}, {old.machine.gl_renderer} and {new.machine.cpu}, "
+            f"{new.machine.gl_renderer}): compare errors only, not times",
+            style="yellow",
+        )
+    pairs = compare(old, new)
+    table = Table(title=f"{new.suite}: {old.commit or old.date} -> {new.commit or new.date}", title_justify="left")
+    for name in ("bench", "variant", "view"):
+        table.add_column(name)
+    for name in ("ms old", "ms new", "new / old", "error old", "error new"):
+        table.add_column(name, justify="right")
+    for before, after in pairs:
+        ratio = Text("")
+        if before.ms and after.ms is not None:
+            apart = (after.ms_low or 0.0) > (before.ms_high or 0.0) or (after.ms_high or 0.0) < (before.ms_low or 0.0)
+            share = after.ms / before.ms
+            # Coloured only where the spreads do not overlap.
+            ratio = Text(f"{share:.2f}", style="" if not apart else "red" if share > 1 else "green")
+        table.add_row(
+            after.bench, after.variant, after.view, number(before.ms), number(after.ms), ratio,
+            f"{number(before.error)} {before.error_unit}".strip(), f"{number(after.error)} {after.error_unit}".strip(),
+        )  # fmt: skip
+    console.print(table)
+    gone = _names(old.rows) - _names(new.rows)
+    added = _names(new.rows) - _names(old.rows)
+    if gone or added:
+        console.print(f"only in the old run: {len(gone)}; only in the new one: {len(added)}", style="dim")
+
+
+def number(value: float | None) -> str:
+    """Three digits; whole numbers as such."""
+    if value is None:
+        return ""
+    if isinstance(value, int) or (abs(value) < 1e7 and value == round(value)):
+        return f"{value:.0f}"
+    return f"{value:.3g}" if abs(value) < 1000 else f"{value:.4g}"
+
+
+def _value(value: bool | int | float | str | None) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return value if isinstance(value, str) else number(value)
+
+
+def _key(row: Row) -> tuple[str, str, str, str]:
+    return row.bench, row.variant, row.view, str(row.size)
+
+
+def _names(rows: Iterable[Row]) -> set[tuple[str, str, str, str]]:
+    return {_key(row) for row in rows}
