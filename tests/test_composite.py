@@ -386,3 +386,17 @@ def test_luminance_weights_in_the_shader(run_compute):
     np.testing.assert_allclose(out["y"], luminance(radiance), rtol=1e-5)
     np.testing.assert_allclose(out["z"], srgb_encode(radiance), atol=2e-5)
     assert LUMINANCE_PER_RADIANCE.shape == (3,)
+
+
+def test_a_views_own_exposure_goes_first_and_settled_is_told(gpu):
+    with Rig(gpu, plain(WHITE * 0.2)) as rig:
+        system = rig.bench.systems[1]
+        assert system.settled()
+        rig.picture()
+        assert system.settled() and system.reading() == rig.reading
+        rig.scene.radiance = plain(WHITE * 0.002)
+        rig.picture(cut=False, dt_s=0.01)
+        assert not system.settled()
+        rig.bench.frame.ev100 = 9.5
+        rig.picture(cut=False, dt_s=0.01)
+        assert rig.reading.ev100 == 9.5 and system.settled()

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+
 from planetfall.systems.light.ephemeris import (
     EARTH_TILT_DEG,
     J2000,
@@ -179,3 +180,22 @@ def test_disc_radiance_gives_irradiance_back():
     theta = np.linspace(0.0, radius, 20001)
     integral = np.trapezoid(2 * np.pi * np.cos(theta) * np.sin(theta), theta) * solar_disc_radiance_scale(radius)
     assert integral == pytest.approx(1.0, rel=1e-7)
+
+
+def test_light_system_publishes_the_axes_of_its_sun():
+    from planetfall.components import Planet, Sun
+    from planetfall.engine.system import Frame
+    from planetfall.engine.world import World
+    from planetfall.systems.light import LightSystem
+
+    world = World("light")
+    planet = world.create(Planet(), Sun(epoch_s=0.0))
+    sun, body = world.get(planet, Sun), world.get(planet, Planet)
+    frame = Frame(world, planet, (8, 8), None, resolve_sun(sun, body, 7200.0), time_s=7200.0)  # type: ignore[arg-type]
+    system = LightSystem()
+    system.update(frame)
+    np.testing.assert_array_equal(world.resource("star_axes"), resolve_sky(sun, body, 7200.0).star_axes)
+    frame.sun = resolve_sun(FakeSun(direction=(0.0, 0.0, 1.0)), body)  # a view's own sun
+    system.update(frame)
+    np.testing.assert_array_equal(world.resource("star_axes"), np.eye(3))
+    world.close()

@@ -22,6 +22,7 @@ _GLARE_FALL = 0.5
 which is what eyes do below a degree (CIE glare, Vos and van den Berg 1999). A share of light is that of a picture of
 360 rows, whose finest octave is 6 pixels wide; in larger pictures octaves keep their angles and finer ones join in."""
 _DARK_ADAPTATION = 1.0
+_SETTLED_EV = 1e-3
 
 
 @dataclass(frozen=True)
@@ -65,18 +66,34 @@ class CompositeSystem(System):
         self._plain = gpu.gpu.state()
         self._add = gpu.gpu.state(blend="additive")
         self._pictures: dict[tuple[int, bool, bool], Any] = {}
-        self._choose(setup.world, 0.0, True)
+        self._latest: Any = None
+        self._choose(setup.world, None, 0.0, True)
 
     def release(self) -> None:
         self._pictures.clear()
+        self._latest = None
+
+    def settled(self) -> bool:
+        """Whether the exposure has come to where it wants to go; waits for the GPU in automatic mode."""
+        if not self._auto or self._latest is None:
+            return True
+        reading = self.reading()
+        return abs(reading.ev100 - reading.target_ev100) < _SETTLED_EV
+
+    def reading(self) -> ExposureReading:
+        """The exposure of the last frame; waits for the GPU. RuntimeError before the first frame."""
+        if self._latest is None:
+            raise RuntimeError("no frame has been exposed yet: render one first")
+        return read_exposure(self._latest)
 
     def update(self, frame: Frame) -> None:
-        self._choose(frame.world, frame.dt_s, frame.cut)
+        self._choose(frame.world, frame.ev100, frame.dt_s, frame.cut)
 
-    def _choose(self, world: Any, dt_s: float, cut: bool) -> None:
+    def _choose(self, world: Any, ev100: float | None, dt_s: float, cut: bool) -> None:
         exposure, composite = _first(world, Exposure), _first(world, Composite)
-        self._auto = exposure.mode == "auto"
-        low, high = (exposure.min_ev100, exposure.max_ev100) if self._auto else (exposure.ev100, exposure.ev100)
+        self._auto = exposure.mode == "auto" and ev100 is None
+        stay = exposure.ev100 if ev100 is None else ev100
+        low, high = (exposure.min_ev100, exposure.max_ev100) if self._auto else (stay, stay)
         compensation = exposure.compensation_ev if self._auto else 0.0
         self._meter.set("u_limits", (float(low), max(float(low), float(high)), float(compensation), _DARK_ADAPTATION))
         self._cut = cut or not self._auto
@@ -150,6 +167,7 @@ class CompositeSystem(System):
         width, height = io.resource_size("composite.quarter")
 
         def run() -> None:
+            self._latest = now
             quarter.use(0)
             self._histogram.bind_to_storage_buffer(5)
             now.bind_to_storage_buffer(6)

@@ -19,16 +19,13 @@ _OFF = ("", "off", _PICTURE)
 
 
 def show_debug_view(world: World, name: str, entity: int | None = None) -> None:
-    """Choose a view ("off", a name of NAMED_VIEWS, or a graph resource) so that the frame graph is compiled again.
+    """Choose a view: "off", a name of NAMED_VIEWS, or a resource of the frame graph.
 
     entity: where to put the component if the world has none yet. LookupError if there is none and no entity is given.
     """
     found = world.query(DebugView)
     if found:
-        entity, (component,) = found[0]
-        component.view = name
-        world.remove(entity, DebugView)
-        world.add(entity, component)
+        found[0][1][0].view = name
     elif entity is None:
         raise LookupError("the world has no DebugView component: give the entity that is to carry it")
     else:
@@ -38,8 +35,8 @@ def show_debug_view(world: World, name: str, entity: int | None = None) -> None:
 class DebugSystem(System):
     """Needs DebugView. Without a view it declares no pass and owns no GL object.
 
-    Views change the frame graph. `show_debug_view` makes the change at once; after a mere assignment to the component's
-    field the system notices in update(), and the picture follows one frame later.
+    A change of the component's view raises `structure`: the frame graph is compiled again for the same frame. A name
+    that the graph doesn't have is a GraphError from there, which names what is near.
     """
 
     name: ClassVar[str] = "debug"
@@ -60,7 +57,8 @@ class DebugSystem(System):
     def update(self, frame: Frame) -> None:
         wanted = frame.world.query(DebugView)[0][1][0].view
         if wanted != self._shown:
-            show_debug_view(frame.world, wanted)
+            self._shown = wanted
+            self.structure += 1
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         self._shown = self._world.query(DebugView)[0][1][0].view

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+import numpy as np
+
 from ...components import Planet, Sun
 from ...engine.system import Frame, System
 from .ephemeris import circular_sky, earth_sky, julian_date
@@ -15,6 +17,7 @@ from .sun import SkyClock, resolve_sky, resolve_sun
 __all__ = ["LightSystem", "SkyClock", "circular_sky", "earth_sky", "julian_date", "resolve_sky", "resolve_sun"]
 
 STAR_AXES = "star_axes"
+"""World resource: see above."""
 
 
 class LightSystem(System):
@@ -24,7 +27,8 @@ class LightSystem(System):
     needs: ClassVar[tuple[type, ...]] = (Sun,)
 
     def update(self, frame: Frame) -> None:
-        suns = frame.world.query(Sun)
         planet = frame.world.try_get(frame.planet, Planet)
-        if suns:
-            frame.world.set_resource(STAR_AXES, resolve_sky(suns[0][1][0], planet, frame.time_s).star_axes)
+        clock = resolve_sky(frame.world.query(Sun)[0][1][0], planet, frame.time_s)
+        # A view may bring a sun of its own: then the scene's clock says nothing about its sky.
+        same = np.allclose(clock.sun.direction, frame.sun.direction, atol=1e-9)
+        frame.world.set_resource(STAR_AXES, clock.star_axes if same else np.eye(3))
