@@ -3,7 +3,7 @@
 The surface is a point-wise function of a few noises (see docs/terrain-height.md for the picture):
 
     w1, w2      two vector noises (4194 km, 262 km): domain warps; w1 also says where belts, hills and moisture are
-    c           five octaves (8388..524 km), warped by w1 and w2: continents;   x = (c - sea level) / deviation
+    c           five octaves (8388..524 km), warped by w1 and w2: continents; x = (c - sea level) / deviation + coast s
     b           two octaves (4194, 1048 km), warped likewise: mountain belts run along b = 0
     s           up to four ridged layers (131..16 km), warped by w2: the ranges and valleys inside a belt
     z           the remaining layers (8 km..4 m), amplitudes in metres: ridged down to 2 km and warped by w2 so far
@@ -15,7 +15,7 @@ The surface is a point-wise function of a few noises (see docs/terrain-height.md
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,25 +32,35 @@ FIELDS = CONTINENTS + BELTS
 SHAPE_LAYERS, WARPED_LAYERS = 4, 7
 """Layers below the first index make the ranges; those below the second are ridged and warped."""
 
+
+def _single(values: float | list[float] | Floats) -> Floats:
+    """Rounded to float32: the GPU's table holds these numbers, and a rounded slope of kilometres is decimetres."""
+    return np.asarray(values, dtype=np.float32).astype(np.float64)
+
+
 # The two families in one order that puts the steepest first: c0 c1 b0 c2 b1 c3 c4.
 _FIELD_WAVELENGTHS_M = 2.0 ** np.array([23, 22, 22, 21, 20, 20, 19])
-_CONTINENT_WEIGHTS = np.array([1.0, 0.8, 0.0, 0.42, 0.0, 0.24, 0.13])
-_BELT_WEIGHTS = np.array([0.0, 0.0, 1.0, 0.0, 0.35, 0.0, 0.0])
+_CONTINENT_WEIGHTS = _single([1.0, 0.8, 0.0, 0.42, 0.0, 0.24, 0.13])
+_BELT_WEIGHTS = _single([0.0, 0.0, 1.0, 0.0, 0.35, 0.0, 0.0])
 _FIRST_LAYER_M = 2.0**17
 _WARP_WAVELENGTHS_M = 2.0 ** np.array([22, 18])
 _WARP_AMPLITUDES_M = np.array([1.1e6, 4.5e4])
-_SHAPE_WEIGHTS = np.array([1.0, 0.7, 0.5, 0.6])
+_SHAPE_WEIGHTS = _single([1.0, 0.7, 0.5, 0.6])
 
-RIDGE_TOP, RIDGE_SLOPE, RIDGE_ROUND = 0.30, 1.9, 0.03
+RIDGE_TOP, RIDGE_SLOPE, RIDGE_ROUND = (float(v) for v in _single([0.30, 1.9, 0.03]))
 """Ridge transform: top - slope * |n|, its crest rounded off below |n| = round."""
 
 
 @dataclass(frozen=True, slots=True)
 class Constants:
-    """Scalars of the point-wise part, in the order in which the GPU's table holds them. Heights in metres."""
+    """Scalars of the point-wise part, in the order in which the GPU's table holds them. Heights in metres.
+
+    All are rounded to float32, see `_single`.
+    """
 
     sea_level: float  # value of c at height 0
     inverse_deviation: float  # 1 / standard deviation of c
+    coast: float  # how much s bends the coasts
     inverse_belt: float  # 1 / half width of a belt in b
     mountains: float  # 0 or 1: switch of coastal ranges
     # hypsometry: plains * (earth) + (1 - plains) * (even)
@@ -76,6 +86,10 @@ class Constants:
     knee_low_m: float
     room_high_m: float
     room_low_m: float
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            object.__setattr__(self, field.name, float(np.float32(getattr(self, field.name))))
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +140,7 @@ def build_model(params: TerrainParams) -> Model:
     ridge = np.zeros(p.layers)
     ridge[:WARPED_LAYERS] = 1.0
     ridge[WARPED_LAYERS : WARPED_LAYERS + 2] = (-0.5, -0.25)[: max(p.layers - WARPED_LAYERS, 0)]
-    amplitude = layer_slope(wavelength) * wavelength * p.roughness
+    amplitude = _single(layer_slope(wavelength) * wavelength * p.roughness)
     amplitude[:SHAPE_LAYERS] = 0.0
     shape = np.zeros(p.layers)
     shape[:SHAPE_LAYERS] = _SHAPE_WEIGHTS[: p.layers]
@@ -151,7 +165,7 @@ def build_model(params: TerrainParams) -> Model:
         ),
         sums=np.stack([shape, amplitude]),
         ridge_columns=(ridge[ridge != 0.0][:, None], 1.0 - np.abs(ridge[ridge != 0.0][:, None])),
-        warp_m=_WARP_AMPLITUDES_M * scale * np.array([size, 1.0]) * p.warp,
+        warp_m=_single(_WARP_AMPLITUDES_M * scale * np.array([size, 1.0]) * p.warp),
         constants=_constants(p),
     )
 
@@ -171,6 +185,7 @@ def _constants(p: TerrainParams) -> Constants:
     return Constants(
         sea_level=0.0,
         inverse_deviation=1.0,
+        coast=0.13,
         inverse_belt=1.0 / (0.1 * max(p.mountains, 1e-3)),
         mountains=1.0 if p.mountains > 0.0 else 0.0,
         coast_m=0.017 * high,

@@ -43,7 +43,7 @@ def bump_slope(t: Any) -> Any:
 
 def surface(k: Constants, w1x: Any, w1y: Any, w1z: Any, c: Any, b: Any, s: Any, z: Any) -> Any:
     """The point-wise part: height from the noises. The same statements serve floats and arrays."""
-    x = (c - k.sea_level) * k.inverse_deviation
+    x = (c - k.sea_level) * k.inverse_deviation + k.coast * s
     along = bump(b * k.inverse_belt) * smoothstep((w1x + 0.35) * 2.0)
     coastal = bump((x - 0.30) * (1.0 / 0.30)) * smoothstep((w1y - 0.05) * (1.0 / 0.3)) * k.mountains
     belts = 1.0 - (1.0 - along) * (1.0 - coastal)
@@ -84,7 +84,7 @@ def surface_gradient(
 ) -> Floats:  # fmt: skip
     """`surface` differentiated: (3, N). `zs`: all of z for the limit, and the part of z seen at this footprint."""
     z, z_seen = zs
-    x, dx = (c - k.sea_level) * k.inverse_deviation, dc * k.inverse_deviation
+    x, dx = (c - k.sea_level) * k.inverse_deviation + k.coast * s, dc * k.inverse_deviation + k.coast * ds
     t_belt, t_w, t_coast, t_y = b * k.inverse_belt, (w1[0] + 0.35) * 2.0, (x - 0.30) / 0.30, (w1[1] - 0.05) / 0.3
     along = bump(t_belt) * smoothstep(t_w)
     d_along = bump_slope(t_belt) * k.inverse_belt * smoothstep(t_w) * db

@@ -27,23 +27,22 @@ _OCTAVE = np.dtype(
 )
 
 
-def _dtype(octaves: int) -> np.dtype[Any]:
-    constants = _CONSTANTS + -_CONSTANTS % 4
-    return np.dtype(
-        [
-            ("warp_hi", np.float32, (2, 4)),  # the two vector noises at the anchor
-            ("warp_lo", np.float32, (2, 4)),
-            ("up", np.float32, 3),
-            ("radius_m", np.float32),
-            ("height_m", np.float32, 2),  # the anchor's height, hi + lo
-            ("warp_m", np.float32, 2),
-            ("layers", np.int32),
-            ("warped_layers", np.int32),
-            ("pad", np.int32, 2),
-            ("constants", np.float32, constants),
-            ("octaves", _OCTAVE, octaves),
-        ]
-    )
+_TABLE = np.dtype(
+    [
+        ("warp_hi", np.float32, (2, 4)),  # the two vector noises at the anchor
+        ("warp_lo", np.float32, (2, 4)),
+        ("up", np.float32, 3),
+        ("radius_m", np.float32),
+        ("height_m", np.float32, 2),  # the anchor's height, hi + lo
+        ("warp_m", np.float32, 2),
+        ("layers", np.int32),
+        ("warped_layers", np.int32),
+        ("pad", np.int32, 2),
+        ("constants", np.float32, _CONSTANTS + -_CONSTANTS % 4),
+        ("octaves", _OCTAVE, 2 + FIELDS + 16),
+    ]
+)
+"""The same bytes under std430 and std140."""
 
 
 def octave_table(
@@ -58,7 +57,7 @@ def octave_table(
     point = np.asarray(direction, dtype=np.float64).reshape(3) * model.params.radius_m
     if height_m is None:
         height_m = float(heights(point[:, None], model)[0])
-    table = np.zeros((), dtype=_dtype(len(model.unwarped) + len(model.warped)))
+    table = np.zeros((), dtype=_TABLE)
     warps = model.unwarped.cells(point[:, None]).part(slice(0, 2)).vector()[:, :, 0].T
     table["warp_hi"][:, :3], table["warp_lo"][:, :3] = _split(warps)
     table["up"] = point / model.params.radius_m
@@ -80,8 +79,8 @@ def octave_table(
     place[layer.stop :] = point * model.unwarped.frequency[2:, None] + model.unwarped.offset[2:]
     frequency = np.concatenate([model.unwarped.frequency[:2], model.warped.frequency, model.unwarped.frequency[2:]])
 
-    octaves = table["octaves"]
     cell = np.floor(place)
+    octaves = table["octaves"][:last]
     octaves["cell"][:, :3] = cell.astype(np.int32)
     octaves["fraction_hi"], octaves["fraction_lo"] = _split(place - cell)
     octaves["frequency"], octaves["wavelength_m"] = frequency, 1.0 / frequency

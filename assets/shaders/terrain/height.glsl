@@ -3,8 +3,9 @@
 //   w1 w2 warps;  c continents, b belts (warped by both);  s ranges, z relief (the layers; the ridged ones warped by w2)
 // Coordinates: D = foot on the reference sphere minus the anchor's, metres, planet axes, f32. An octave's lattice place
 // is the anchor's (cell and fraction from float64) plus D * frequency, exact products: frequencies are powers of two.
-// Within TERRAIN_NEAR_M of the anchor the broad octaves are evaluated in double (4.2 ns against 2.9 an octave on
-// llvmpipe), in loops that make no turn elsewhere: 1 mm of a 9 km relief is 2e-8 of it, less than f32 resolves.
+// Warps, continents, belts, ranges and the point-wise part are evaluated in double (4.2 ns against 2.9 an octave on
+// llvmpipe), the relief and all gradients in float: a millimetre is 1e-7 of a 9 km relief, and belts magnify rounding.
+// All float, the worst error anywhere in view is 17 mm; this way 2 mm, and 0.7 mm within 1 km of the anchor.
 #include "common/noise.glsl"
 
 struct TerrainPoint {
@@ -23,14 +24,22 @@ struct TerrainOctave {
 };
 
 struct TerrainConstants {
-    float sea_level, inverse_deviation, inverse_belt, mountains;
+    float sea_level, inverse_deviation, coast, inverse_belt, mountains;
     float coast_m, lowland_m, slope_m, abyss_m, plateau_m, middle_m, spread_m, plains;
     float foot_m, range_m, hill_m, shape_low, shape_inverse, flat_, hills, calm, wild;
     float knee_high_m, knee_low_m, room_high_m, room_low_m;
-    float pad0, pad1, pad2;
+    float pad0, pad1;
 };
 
+const int TERRAIN_FIELD = 2, TERRAIN_LAYER = 9, TERRAIN_SHAPE_LAYERS = 4, TERRAIN_OCTAVES = 25;
+
+// A storage buffer, or with TERRAIN_TABLE_UNIFORM a uniform block of the same layout: llvmpipe reads an array in a
+// storage buffer lane by lane, 5 ns an octave more.
+#ifdef TERRAIN_TABLE_UNIFORM
+layout(std140, binding = 4) uniform TerrainTable {
+#else
 layout(std430, binding = 4) readonly buffer TerrainTable {
+#endif
     vec4 warp_hi[2];
     vec4 warp_lo[2];
     vec4 up;  // of the anchor; w: radius, m
@@ -38,12 +47,9 @@ layout(std430, binding = 4) readonly buffer TerrainTable {
     vec2 warp_m;
     ivec4 layers;  // count, how many of them are warped
     TerrainConstants constants;
-    TerrainOctave octaves[];
+    TerrainOctave octaves[TERRAIN_OCTAVES];
 } terrain_table;
 
-const float TERRAIN_NEAR_M = 1600.0;
-const int TERRAIN_FIELD = 2, TERRAIN_LAYER = 9, TERRAIN_SHAPE_LAYERS = 4;
-const int TERRAIN_STEEP_FIELDS = 3;  // c0 c1 b0: double everywhere, they carry kilometres of height
 const float TERRAIN_RIDGE_TOP = 0.30, TERRAIN_RIDGE_SLOPE = 1.9, TERRAIN_RIDGE_ROUND = 0.03;
 
 // Share of a layer in band-limited gradients: 0 below two samples a wavelength, 1 from four on.
@@ -67,7 +73,7 @@ int terrain_layers_above(float length_m) {
 void terrain_place(TerrainOctave octave, vec3 d, out ivec3 cell, out vec3 fraction) {
     vec3 t = d * octave.fraction_hi.w;
     vec3 whole = floor(t);
-    fraction = (t - whole) + octave.fraction_hi.xyz + octave.fraction_lo.xyz;
+    fraction = (t - whole) + octave.fraction_hi.xyz;
     vec3 carry = floor(fraction);
     fraction -= carry;
     cell = octave.cell.xyz + ivec3(whole) + ivec3(carry);
@@ -86,6 +92,16 @@ vec4 terrain_noise(TerrainOctave octave, vec3 d) {
     vec3 fraction;
     terrain_place(octave, d, cell, fraction);
     vec4 n = gradient_noise(cell, fraction);
+    n.xyz *= octave.fraction_hi.w;
+    return n;
+}
+
+// The same where the offset is too long for a float: thousands of kilometres, and a warp.
+vec4 terrain_noise(TerrainOctave octave, dvec3 d) {
+    ivec3 cell;
+    dvec3 fraction;
+    terrain_place(octave, d, cell, fraction);
+    vec4 n = gradient_noise(cell, vec3(fraction));
     n.xyz *= octave.fraction_hi.w;
     return n;
 }
@@ -125,7 +141,7 @@ float terrain_ridge(float n, float ridge) {
     return (1.0 - abs(ridge)) * n + ridge * (TERRAIN_RIDGE_TOP - TERRAIN_RIDGE_SLOPE * a);
 }
 
-double terrain_ridge(double n, double ridge) {
+double terrain_ridge_double(double n, double ridge) {
     double a = abs(n);
     double low = min(a, double(TERRAIN_RIDGE_ROUND));
     a += low * low * (0.5LF / double(TERRAIN_RIDGE_ROUND)) - low;
@@ -145,8 +161,8 @@ float terrain_step_slope(float t) {
     return 6.0 * t * (1.0 - t);
 }
 
-// The point-wise part, height_surface.py's surface(), for both precisions: w1, c, b, s, z -> height.
-#define TERRAIN_SURFACE(REAL, REAL3) \
+// smoothstep and the bump (1 - t^2)^2, in both precisions.
+#define TERRAIN_STEPS(REAL) \
     REAL terrain_step(REAL t) { \
         t = clamp(t, REAL(0.0), REAL(1.0)); \
         return t * t * (REAL(3.0) - REAL(2.0) * t); \
@@ -157,126 +173,91 @@ float terrain_step_slope(float t) {
     } \
     REAL terrain_hypsometry(TerrainConstants k, REAL x) { \
         REAL earth = REAL(k.coast_m) * terrain_step(x * REAL(4.0)) + REAL(k.lowland_m) * x \
-            - REAL(k.slope_m) * terrain_step((REAL(-0.1) - x) / REAL(0.6)) \
-            - REAL(k.abyss_m) * terrain_step((REAL(-0.5) - x) * REAL(0.5)) \
-            + REAL(k.plateau_m) * terrain_step((x - REAL(0.4)) / REAL(1.2)); \
-        REAL t = x * REAL(0.6); \
+            - REAL(k.slope_m) * terrain_step((REAL(-0.1LF) - x) * REAL(1.0LF / 0.6LF)) \
+            - REAL(k.abyss_m) * terrain_step((REAL(-0.5LF) - x) * REAL(0.5LF)) \
+            + REAL(k.plateau_m) * terrain_step((x - REAL(0.4LF)) * REAL(1.0LF / 1.2LF)); \
+        REAL t = x * REAL(0.6LF); \
         REAL even = REAL(k.middle_m) + REAL(k.spread_m) * t / sqrt(REAL(1.0) + t * t); \
         return REAL(k.plains) * earth + (REAL(1.0) - REAL(k.plains)) * even; \
-    } \
-    REAL terrain_limit(TerrainConstants k, REAL h) { \
-        REAL over = max(h - REAL(k.knee_high_m), REAL(0.0)), under = max(REAL(k.knee_low_m) - h, REAL(0.0)); \
-        return h - over * over / (over + REAL(k.room_high_m)) + under * under / (under + REAL(k.room_low_m)); \
-    } \
-    REAL terrain_surface(TerrainConstants k, REAL3 w1, REAL c, REAL b, REAL s, REAL z) { \
-        REAL x = (c - REAL(k.sea_level)) * REAL(k.inverse_deviation); \
-        REAL along = terrain_bump(b * REAL(k.inverse_belt)) * terrain_step((w1.x + REAL(0.35)) * REAL(2.0)); \
-        REAL coastal = terrain_bump((x - REAL(0.3)) / REAL(0.3)) * terrain_step((w1.y - REAL(0.05)) / REAL(0.3)) \
-            * REAL(k.mountains); \
-        REAL belts = REAL(1.0) - (REAL(1.0) - along) * (REAL(1.0) - coastal); \
-        REAL on_land = belts * (REAL(0.3) + REAL(0.7) * terrain_step((x + REAL(0.5)) / REAL(0.6))); \
-        REAL m = terrain_step((s + REAL(k.shape_low)) * REAL(k.shape_inverse)); \
-        REAL calm = REAL(k.flat_) \
-            + REAL(k.hills) * terrain_step((w1.z + REAL(0.1)) * REAL(2.0)) * (REAL(1.0) - belts); \
-        REAL rough = calm * (REAL(0.5) + m) + on_land * (REAL(k.calm) + REAL(k.wild) * m); \
-        REAL base = terrain_hypsometry(k, x) + on_land * (REAL(k.foot_m) + REAL(k.range_m) * m) \
-            + calm * (REAL(k.hill_m) * m); \
-        return terrain_limit(k, base + rough * z); \
     }
 
-TERRAIN_SURFACE(float, vec3)
-TERRAIN_SURFACE(double, dvec3)
+TERRAIN_STEPS(float)
+TERRAIN_STEPS(double)
+
+// The point-wise part, surface() of height_surface.py.
+double terrain_surface(TerrainConstants k, dvec3 w1, double c, double b, double s, double z) {
+    double x = (c - k.sea_level) * k.inverse_deviation + k.coast * s;
+    double along = terrain_bump(b * k.inverse_belt) * terrain_step((w1.x + 0.35LF) * 2.0LF);
+    double coastal = terrain_bump((x - 0.3LF) * (1.0LF / 0.3LF)) * terrain_step((w1.y - 0.05LF) * (1.0LF / 0.3LF))
+        * k.mountains;
+    double belts = 1.0LF - (1.0LF - along) * (1.0LF - coastal);
+    double on_land = belts * (0.3LF + 0.7LF * terrain_step((x + 0.5LF) * (1.0LF / 0.6LF)));
+    double m = terrain_step((s + k.shape_low) * k.shape_inverse);
+    double calm = k.flat_ + k.hills * terrain_step((w1.z + 0.1LF) * 2.0LF) * (1.0LF - belts);
+    double rough = calm * (0.5LF + m) + on_land * (k.calm + k.wild * m);
+    double base = terrain_hypsometry(k, x) + on_land * (k.foot_m + k.range_m * m) + calm * (k.hill_m * m);
+    double h = base + rough * z;
+    double over = max(h - k.knee_high_m, 0.0LF), under = max(k.knee_low_m - h, 0.0LF);
+    return h - over * over / (over + k.room_high_m) + under * under / (under + k.room_low_m);
+}
 
 // D: the foot on the reference sphere minus the anchor's foot. spacing_m: distance of vertices there. Heights hold all
 // layers that the spacing can show, so that vertices lie on the true surface; gradients are band-limited to the spacing.
 TerrainPoint terrain_point(vec3 D, float spacing_m) {
     TerrainConstants k = terrain_table.constants;
-    int near = dot(D, D) < TERRAIN_NEAR_M * TERRAIN_NEAR_M ? 1 : 0;
     vec2 warp_m = terrain_table.warp_m;
 
-    // Warps at both scales, as differences from the anchor's.
-    vec3 w1 = vec3(0.0);
-    vec3 bent = vec3(0.0), bent_far = vec3(0.0);  // displacements
-    dvec3 w1_double = dvec3(0.0LF), bent_double = dvec3(0.0LF), bent_far_double = dvec3(0.0LF);
-    mat3 j1 = mat3(0.0), j2 = mat3(0.0);
-    for (int once = 0; once < near; ++once) {
-        dvec3 d = dvec3(D);
-        w1_double = terrain_warp_double(terrain_table.octaves[0], d, j1);
-        dvec3 w2 = terrain_warp_double(terrain_table.octaves[1], d, j2);
-        bent_double = double(warp_m.y) * (w2 - (dvec3(terrain_table.warp_hi[1].xyz) + dvec3(terrain_table.warp_lo[1].xyz)));
-        bent_far_double = bent_double
-            + double(warp_m.x) * (w1_double - (dvec3(terrain_table.warp_hi[0].xyz) + dvec3(terrain_table.warp_lo[0].xyz)));
-        w1 = vec3(w1_double);
-        bent = vec3(bent_double);
-        bent_far = vec3(bent_far_double);
-    }
-    for (int once = near; once < 1; ++once) {
-        w1 = terrain_warp(terrain_table.octaves[0], D, j1);
-        vec3 w2 = terrain_warp(terrain_table.octaves[1], D, j2);
-        bent = warp_m.y * ((w2 - terrain_table.warp_hi[1].xyz) - terrain_table.warp_lo[1].xyz);
-        bent_far = bent + warp_m.x * ((w1 - terrain_table.warp_hi[0].xyz) - terrain_table.warp_lo[0].xyz);
-        w1_double = dvec3(w1);
-        bent_far_double = dvec3(bent_far);
-    }
+    // Warps of both scales, as differences from the anchor's.
+    mat3 j1, j2;
+    dvec3 d = dvec3(D);
+    dvec3 w1_double = terrain_warp_double(terrain_table.octaves[0], d, j1);
+    dvec3 w2_double = terrain_warp_double(terrain_table.octaves[1], d, j2);
+    dvec3 near = d + double(warp_m.y)
+        * (w2_double - (dvec3(terrain_table.warp_hi[1].xyz) + dvec3(terrain_table.warp_lo[1].xyz)));
+    dvec3 far = near + double(warp_m.x)
+        * (w1_double - (dvec3(terrain_table.warp_hi[0].xyz) + dvec3(terrain_table.warp_lo[0].xyz)));
     mat3 to_near = mat3(1.0) + warp_m.y * j2;
     mat3 to_far = to_near + warp_m.x * j1;
+    vec3 w1 = vec3(w1_double);
 
     // Continents and belts.
-    vec2 fields = vec2(0.0);
     dvec2 fields_double = dvec2(0.0LF);
     vec3 dc = vec3(0.0), db = vec3(0.0);
-    int split = near == 1 ? TERRAIN_LAYER : TERRAIN_FIELD + TERRAIN_STEEP_FIELDS;
-    dvec3 far_double = dvec3(D) + bent_far_double;
-    for (int o = TERRAIN_FIELD; o < split; ++o) {
+    for (int o = TERRAIN_FIELD; o < TERRAIN_LAYER; ++o) {
         vec2 weights = terrain_table.octaves[o].weights.xy;
         vec3 g;
-        fields_double += dvec2(weights) * terrain_noise_double(terrain_table.octaves[o], far_double, g);
+        fields_double += dvec2(weights) * terrain_noise_double(terrain_table.octaves[o], far, g);
         dc += weights.x * g;
         db += weights.y * g;
     }
-    vec3 far = D + bent_far;
-    for (int o = split; o < TERRAIN_LAYER; ++o) {
-        vec2 weights = terrain_table.octaves[o].weights.xy;
-        vec4 n = terrain_noise(terrain_table.octaves[o], far);
-        fields += weights * n.w;
-        dc += weights.x * n.xyz;
-        db += weights.y * n.xyz;
-    }
-    fields_double += dvec2(fields);
-    fields = vec2(fields_double);
+    vec2 fields = vec2(fields_double);
     dc = dc * to_far;
     db = db * to_far;
 
-    // Layers: sums.x is s, sums.y is z; seen_z is what of z the gradient's band shows.
+    // Layers: s of the ranges, z of the relief, in metres; seen_z is what of z the gradient's band shows.
     int layers = terrain_table.layers.x, warped = terrain_table.layers.y;
     int shapes = min(TERRAIN_SHAPE_LAYERS, layers);
     double s_double = 0.0LF;
-    float s = 0.0, z = 0.0, seen_z = 0.0;
+    float z = 0.0, seen_z = 0.0;
     vec3 ds = vec3(0.0), dz = vec3(0.0);
-    dvec3 place_double = dvec3(D) + bent_double;
-    vec3 place = D + bent;
-    int broad = near == 1 ? shapes : 0;
-    for (int i = 0; i < broad; ++i) {
+    for (int i = 0; i < shapes; ++i) {
         TerrainOctave octave = terrain_table.octaves[TERRAIN_LAYER + i];
         vec3 g;
-        double n = terrain_noise_double(octave, place_double, g);
-        s_double += double(octave.weights.x) * terrain_ridge(n, double(octave.weights.z));
+        double n = terrain_noise_double(octave, near, g);
+        s_double += double(octave.weights.x) * terrain_ridge_double(n, double(octave.weights.z));
         ds += terrain_layer_weight(octave.fraction_lo.w, spacing_m) * octave.weights.x
             * terrain_ridge_slope(float(n), octave.weights.z) * g;
     }
-    for (int i = broad; i < warped; ++i) {
+    for (int i = shapes; i < warped; ++i) {
         TerrainOctave octave = terrain_table.octaves[TERRAIN_LAYER + i];
-        vec4 n = terrain_noise(octave, place);
-        float v = terrain_ridge(n.w, octave.weights.z);
-        vec3 dv = terrain_layer_weight(octave.fraction_lo.w, spacing_m) * terrain_ridge_slope(n.w, octave.weights.z) * n.xyz;
-        s += octave.weights.x * v;
-        z += octave.weights.y * v * terrain_height_weight(octave.fraction_lo.w, spacing_m);
-        seen_z += octave.weights.y * v * terrain_layer_weight(octave.fraction_lo.w, spacing_m);
-        ds += octave.weights.x * dv;
-        dz += octave.weights.y * dv;
+        vec4 n = terrain_noise(octave, near);
+        float v = octave.weights.y * terrain_ridge(n.w, octave.weights.z);
+        float weight = terrain_layer_weight(octave.fraction_lo.w, spacing_m);
+        z += v * terrain_height_weight(octave.fraction_lo.w, spacing_m);
+        seen_z += weight * v;
+        dz += weight * octave.weights.y * terrain_ridge_slope(n.w, octave.weights.z) * n.xyz;
     }
-    s_double += double(s);
-    s = float(s_double);
+    float s = float(s_double);
     ds = ds * to_near;
     dz = dz * to_near;
     int smooth_end = max(terrain_layers_above(2.0 * spacing_m), warped);
@@ -300,18 +281,12 @@ TerrainPoint terrain_point(vec3 D, float spacing_m) {
     }
 
     TerrainPoint point;
-    for (int once = 0; once < near; ++once) {
-        double h = terrain_surface(k, w1_double, fields_double.x, fields_double.y, s_double, double(z));
-        point.dh = float(h - (double(terrain_table.height_m.x) + double(terrain_table.height_m.y)));
-    }
-    for (int once = near; once < 1; ++once) {
-        float h = terrain_surface(k, w1, fields.x, fields.y, s, z);
-        point.dh = (h - terrain_table.height_m.x) - terrain_table.height_m.y;
-    }
+    double h = terrain_surface(k, w1_double, fields_double.x, fields_double.y, s_double, double(z));
+    point.dh = float(h - (double(terrain_table.height_m.x) + double(terrain_table.height_m.y)));
 
     // The chain rule: height_surface.py's surface_gradient().
-    float x = (fields.x - k.sea_level) * k.inverse_deviation;
-    vec3 dx = dc * k.inverse_deviation;
+    float x = (fields.x - k.sea_level) * k.inverse_deviation + k.coast * s;
+    vec3 dx = dc * k.inverse_deviation + k.coast * ds;
     float t_belt = fields.y * k.inverse_belt, t_w = (w1.x + 0.35) * 2.0;
     float t_coast = (x - 0.3) / 0.3, t_y = (w1.y - 0.05) / 0.3;
     vec3 dw1x = vec3(j1[0].x, j1[1].x, j1[2].x);
