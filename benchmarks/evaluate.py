@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import itertools
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -41,6 +42,7 @@ class Evaluator:
     ) -> None:
         self.inputs, self.outputs = dict(inputs), dict(outputs)
         self._gpu = gpu
+        self._use_program = gpu.gl.function("glUseProgram", None, ctypes.c_uint)
         self._scope = gpu.scope("evaluator")
         loads, stores = [], []
         stride = 0
@@ -116,6 +118,7 @@ void main() {{
 
     def release(self) -> None:
         """Free the program."""
+        self._use_program(0)  # a guard of the host's state would try to put back a program that is gone
         self._scope.release()
 
     def __enter__(self) -> Evaluator:

@@ -8,17 +8,16 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-import moderngl
-
 from .. import __version__
 from .machine import current_commit, describe_machine, now_utc
-from .schema import Report, Row
+from .schema import Machine, Report, Row
 from .target import Target
 from .timing import Timing
 
 if TYPE_CHECKING:
     from .. import Renderer, Scene
     from ..engine.gpu import Gpu
+    from ..engine.gpu.caps import Capabilities
 
 log = logging.getLogger(__name__)
 
@@ -29,7 +28,7 @@ Progress = Callable[[str, int, int], None]
 class Session:
     """What a bench gets: a GPU, renderers, how thorough to be, and `row()` for its results.
 
-    One headless context for everything; it is made when the first bench asks for it, so that suites without GL run on
+    At most one context is alive at a time, and it is made when a bench asks for it, so that suites without GL run on
     machines without GL.
     """
 
@@ -39,8 +38,8 @@ class Session:
         self.rows: list[Row] = []
         self.skipped: dict[str, str] = {}
         self.bench = ""
-        self._ctx: moderngl.Context | None = None
         self._gpu: Gpu | None = None
+        self._caps: Capabilities | None = None
 
     # -- for benches --------------------------------------------------------------------------------------------------
 
@@ -49,22 +48,15 @@ class Session:
         return quick if self.quick else full
 
     @property
-    def ctx(self) -> moderngl.Context:
-        """The headless context."""
-        if self._ctx is None:
-            from ..engine.hosts.headless import create_headless
-
-            self._ctx = create_headless()
-        return self._ctx
-
-    @property
     def gpu(self) -> Gpu:
-        """A Gpu on the context with the library's shaders, for evaluating shader functions."""
+        """A Gpu with the library's shaders on a headless context, until the next renderer() or release()."""
         if self._gpu is None:
             from .. import ASSETS
             from ..engine.gpu import Gpu
+            from ..engine.hosts.headless import create_headless
 
-            self._gpu = Gpu(self.ctx, [ASSETS / "shaders"])
+            self._gpu = Gpu(create_headless(), [ASSETS / "shaders"])
+            self._caps = self._gpu.caps
         return self._gpu
 
     @contextlib.contextmanager
@@ -75,10 +67,12 @@ class Session:
         quality: str = "medium",
         overrides: Mapping[str, Any] | None = None,
     ) -> Iterator[Renderer]:
-        """A renderer on the session's context, released afterwards."""
+        """A renderer on a context of its own, released afterwards."""
         from .. import Renderer, load_scene
 
-        made = Renderer(load_scene(scene) if isinstance(scene, str) else scene, size, quality, overrides, ctx=self.ctx)
+        self.release()
+        made = Renderer(load_scene(scene) if isinstance(scene, str) else scene, size, quality, overrides)
+        self._caps = made.gpu.caps
         try:
             yield made
         finally:
@@ -120,7 +114,7 @@ class Session:
 
     def run(self, benches: Mapping[str, Bench], progress: Progress | None = None) -> Report:
         """Run the benches one by one. One that raises is noted under `skipped`, and the others still run."""
-        started, date, machine = time.monotonic(), now_utc(), None
+        started, date = time.monotonic(), now_utc()
         for number, (name, bench) in enumerate(benches.items()):
             if progress is not None:
                 progress(name, number, len(benches))
@@ -132,8 +126,6 @@ class Session:
                 self.skipped[name] = f"{type(error).__name__}: {error}"
         if progress is not None:
             progress("", len(benches), len(benches))
-        with contextlib.suppress(Exception):  # no GL on this machine: then the report says so by empty fields
-            machine = describe_machine(self.gpu.caps)
         return Report(
             kind="bench",
             suite=self.suite,
@@ -142,19 +134,24 @@ class Session:
             date=date,
             duration_s=round(time.monotonic() - started, 1),
             quick=self.quick,
-            machine=machine or describe_machine(None),
+            machine=self.machine(),
             rows=self.rows,
             skipped=self.skipped,
         )
 
+    def machine(self) -> Machine:
+        """The machine; without OpenGL its GL fields are empty."""
+        if self._caps is None:
+            with contextlib.suppress(Exception):
+                self._caps = self.gpu.caps
+        return describe_machine(self._caps)
+
     def release(self) -> None:
-        """Free the context."""
+        """Free the context, if there is one."""
         if self._gpu is not None:
             self._gpu.release()
+            self._gpu.ctx.release()
             self._gpu = None
-        if self._ctx is not None:
-            self._ctx.release()
-            self._ctx = None
 
     def __enter__(self) -> Session:
         return self

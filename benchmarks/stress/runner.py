@@ -20,7 +20,7 @@ import numpy as np
 from ... import __version__
 from ...engine.settings.suggest import did_you_mean
 from ...errors import UnknownNameError
-from ..machine import current_commit, describe_machine, device_slug, now_utc
+from ..machine import current_commit, device_slug, now_utc
 from ..schema import Failure, Report, ReportError, write_json
 from ..session import Progress, Session
 
@@ -176,10 +176,6 @@ def replay_file(path: Path) -> Report:
 
 
 def _report(session: Session, date: str, started: float) -> Report:
-    try:
-        machine = describe_machine(session.gpu.caps)
-    except Exception:  # no GL on this machine: pure mathematics runs all the same
-        machine = describe_machine(None)
     return Report(
         kind="stress",
         suite=session.suite,
@@ -187,5 +183,5 @@ def _report(session: Session, date: str, started: float) -> Report:
         commit=current_commit(),
         date=date,
         duration_s=round(time.monotonic() - started, 1),
-        machine=machine,
+        machine=session.machine(),
     )
