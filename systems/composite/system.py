@@ -17,10 +17,10 @@ __all__ = ["CompositeSystem", "ExposureReading", "adaptation_share", "read_expos
 
 _BINS = 256
 _GLARE_ROWS = 360.0
-_GLARE_FALL = 0.5
-"""Energy of an octave of glare against the next finer one: halving makes the halo fall with the cube of the angle,
-which is what eyes do below a degree (CIE glare, Vos and van den Berg 1999). A share of light is that of a picture of
-360 rows, whose finest octave is 6 pixels wide; in larger pictures octaves keep their angles and finer ones join in."""
+_GLARE_FALL = 0.4
+"""Energy of an octave of glare against the next finer one: the halo falls a little faster than with the cube of
+the angle, as in eyes below a degree (CIE glare, Vos and van den Berg 1999). A share is that of a picture of 360
+rows, whose finest octave is 5 pixels wide; in larger pictures octaves keep their angles and finer ones join in."""
 _DARK_ADAPTATION = 1.0
 _SETTLED_EV = 1e-3
 
@@ -63,6 +63,7 @@ class CompositeSystem(System):
         self._source = gpu.fullscreen("composite/glare_source.frag")
         self._down = gpu.fullscreen("composite/glare_down.frag")
         self._up = gpu.fullscreen("composite/glare_up.frag")
+        self._sum = gpu.fullscreen("composite/glare_sum.frag")
         self._plain = gpu.gpu.state()
         self._add = gpu.gpu.state(blend="additive")
         self._pictures: dict[tuple[int, bool, bool], Any] = {}
@@ -108,7 +109,7 @@ class CompositeSystem(System):
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         levels = _glare_levels(view.size[1])
-        glare = [f"composite.glare{k}" for k in range(levels + 1)]
+        octaves = [f"composite.glare{k}" for k in range(levels + 1)]
         builder.add_pass(
             "composite.reduce",
             bind=self._bind_reduce,
@@ -130,13 +131,16 @@ class CompositeSystem(System):
         )
         builder.add_pass(
             "composite.glare",
-            bind=lambda io: self._bind_glare(io, glare),
+            bind=lambda io: self._bind_glare(io, octaves),
             system=self.name,
             reads=("composite.quarter", "composite.exposure"),
             when=lambda: self._glares,
-            creates=tuple(
-                TextureSpec(name, "rgba16f", 0.25 * 0.5**k, "persistent", filter="linear", help="exposed light / 16")
-                for k, name in enumerate(glare)
+            creates=(
+                TextureSpec("composite.glare", "rgba16f", 0.25, "persistent", filter="linear", help="glare / 16"),
+                *(
+                    TextureSpec(name, "rgba16f", 0.25 * 0.5**k, "persistent", filter="linear", help="octave of glare")
+                    for k, name in enumerate(octaves)
+                ),
             ),
             help="light that a lens or an eye scatters, in octaves of equal energy",
         )
@@ -144,7 +148,7 @@ class CompositeSystem(System):
             "composite.tonemap",
             bind=lambda io: self._bind_tonemap(io, levels),
             system=self.name,
-            reads=("scene.radiance", "composite.exposure", glare[0]),
+            reads=("scene.radiance", "composite.exposure", "composite.glare"),
             creates=(TextureSpec("composite.ldr", "rgba8", filter="linear", help="the picture, sRGB-encoded"),),
             help="exposed, tone-mapped and dithered picture",
         )
@@ -187,7 +191,10 @@ class CompositeSystem(System):
         quarter, exposure = io.texture("composite.quarter"), io.buffer("composite.exposure")
         downs = list(zip(targets[1:], textures[:-1], strict=True))
         ups = list(zip(targets[:-1], textures[1:], strict=True))[::-1]
-        coarse, last = ups[:-1], ups[-1]
+        coarse = ups[:-1]  # the source stays as it is: the sum blurs it on its own
+        total = io.framebuffer(colors=("composite.glare",))
+        self._up.set("u_share", _GLARE_FALL)
+        self._sum.set("u_share", _GLARE_FALL)
 
         def run() -> None:
             exposure.bind_to_storage_buffer(5)
@@ -200,26 +207,24 @@ class CompositeSystem(System):
                 texture.use(0)
                 self._down.render()
             self._add.apply()
-            self._up.set("u_share", _GLARE_FALL)
             for target, texture in coarse:
                 target.use()
                 texture.use(0)
                 self._up.render()
-            # The last one replaces the unblurred light that the way down started from.
-            last[0].use()
-            last[1].use(0)
+            total.use()
             self._plain.apply()
-            self._up.set("u_share", 1.0)
-            self._up.render()
+            textures[0].use(0)
+            textures[1].use(1)
+            self._sum.render()
 
         return run
 
     def _bind_tonemap(self, io: PassIO, levels: int) -> Callable[[], None]:
         target = io.framebuffer(colors=("composite.ldr",))
         scene, exposure = io.texture("scene.radiance"), io.buffer("composite.exposure")
-        glare = io.texture("composite.glare0")
+        glare = io.texture("composite.glare")
         finest = (1.0 - _GLARE_FALL) * io.size[1] / _GLARE_ROWS
-        total = finest * (1.0 - _GLARE_FALL**levels) / (1.0 - _GLARE_FALL)
+        total = finest * (1.0 - _GLARE_FALL ** (levels + 1)) / (1.0 - _GLARE_FALL)
 
         def run() -> None:
             target.use()

@@ -9,7 +9,7 @@ from ...components.debug_view import DebugView
 from ...engine.graph import BufferSpec, GraphBuilder, GraphError, PassIO
 from ...engine.system import Frame, Setup, System, ViewInfo
 from ...engine.world import World
-from .views import MODES, NAMED_VIEWS, View, mode_for_format
+from .views import MEASURES, MODES, NAMED_VIEWS, View, mode_for_format
 
 __all__ = ["DebugSystem", "show_debug_view"]
 
@@ -104,7 +104,7 @@ class DebugSystem(System):
         format = texture.extra.format
         mode = shown.mode or mode_for_format(shown.resource, format.name, format.components)
         kind = 1 if format.is_integer else _KINDS.get(type(texture).__name__, 0)
-        if kind > 1 and mode in {"normal", "depth", "distance"}:
+        if kind > 1 and mode in {"normal", "depth", "distance", "lod"}:
             raise GraphError(f"debug view of {shown.resource!r}: {mode} needs a 2D texture, found {texture.size}")
         return texture, View(shown.resource, mode), {"SOURCE": kind}
 
@@ -115,7 +115,7 @@ class DebugSystem(System):
             return lambda: None
         components = min(texture.extra.format.components, 3)
         measure = self._made(
-            "compute", "debug/range.comp", {**defines, "LOGARITHM": view.mode == "hdr", "COMPONENTS": components}
+            "compute", "debug/range.comp", {**defines, "MEASURE": MEASURES[view.mode], "COMPONENTS": components}
         )
 
         def run() -> None:

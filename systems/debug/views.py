@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["MODES", "NAMED_VIEWS", "View", "mode_for_format"]
+__all__ = ["MEASURES", "MODES", "NAMED_VIEWS", "View", "mode_for_format"]
 
-MODES = ("color", "range", "heat", "signed", "normal", "depth", "distance", "ids", "lod", "hdr", "px")
+MODES = ("color", "range", "heat", "signed", "normal", "depth", "distance", "ids", "lod", "hdr", "px", "surface")
 """In the order of MODE in debug/view.frag."""
+MEASURES = {"range": 0, "heat": 0, "hdr": 1, "depth": 2, "distance": 2}
+"""What debug/range.comp has to measure for a mode (MEASURE there); modes that aren't here need no range."""
 
 
 @dataclass(frozen=True)
@@ -20,14 +22,14 @@ class View:
     @property
     def needs_range(self) -> bool:
         """Whether the smallest and largest value have to be found first."""
-        return self.mode in {"range", "heat", "hdr"}
+        return self.mode in MEASURES
 
 
 NAMED_VIEWS: dict[str, View] = {
     "normals": View("gbuffer.normal", "normal"),
     "depth": View("gbuffer.depth", "depth"),
     "distance": View("gbuffer.depth", "distance"),
-    "surface": View("gbuffer.surface", "ids"),
+    "surface": View("gbuffer.surface", "surface"),
     "lod": View("gbuffer.attributes", "lod"),
     "hdr": View("scene.radiance", "hdr"),
     "wireframe": View("debug.wireframe", "color"),
@@ -40,6 +42,8 @@ def mode_for_format(name: str, format: str, components: int) -> str:
     """How to show a resource that has no view of its own."""
     if name == "gbuffer.normal":
         return "normal"
+    if name == "gbuffer.surface":
+        return "surface"
     if name == "scene.radiance":
         return "hdr"
     if format.startswith("depth"):

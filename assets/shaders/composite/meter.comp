@@ -45,7 +45,8 @@ float key_of(float luminance) {
 }
 
 void expose() {
-    // What is lit: everything within 7 stops of nearly the brightest. Black space around a bright planet says nothing.
+    // What is lit: ten stops down from nearly the brightest. Black space around a bright planet says nothing, and neither
+    // do the very brightest pixels.
     float area = 9.2 * float(textureSize(u_scene, 0).x * textureSize(u_scene, 0).y);  // 9.2: mean of weight_of
     uint above = 0u;
     int peak = -1, top = -1;
@@ -62,14 +63,14 @@ void expose() {
     float target = u_limits.x;  // nothing but black: open wide
     float metered = LOWEST;
     if (peak >= 0) {
-        int darkest = max(peak - int(7.0 * PER_STOP), 0);
+        int darkest = max(peak - int(10.0 * PER_STOP), 0);
         uint lit = 0u;
-        for (int k = darkest; k < BINS; k++) lit += s_counts[k];
+        for (int k = darkest; k <= peak; k++) lit += s_counts[k];
         // Mean of the logarithm between the 10th and the 95th percentile, and the luminance of the 97th.
         float low = 0.10 * float(lit), high = 0.95 * float(lit), seen = 0.0, sum = 0.0, share = 0.0;
         float bright = middle_of(peak);
         bool found = false;
-        for (int k = darkest; k < BINS; k++) {
+        for (int k = darkest; k <= peak; k++) {
             float count = float(s_counts[k]);
             float part = max(min(seen + count, high) - max(seen, low), 0.0);
             sum += part * middle_of(k);

@@ -1,6 +1,11 @@
-// Smallest and largest finite value of a texture, on a grid of at most 256 x 256 places, in one work group.
+// Smallest and largest finite value of a texture (MEASURE: as they are, log2 of luminance, log2 of distance from depth), on a grid of at most 256 x 256 places, in one work group.
 #include "debug/source.glsl"
+#include "common/camera.glsl"
 #include "common/color.glsl"
+
+#define MEASURE_VALUES 0
+#define MEASURE_LUMINANCE 1
+#define MEASURE_DEPTH 2
 
 layout(local_size_x = 256) in;
 layout(std430, binding = 5) writeonly buffer RangeOut { vec2 r_range; };
@@ -17,9 +22,11 @@ void main() {
     vec2 range = vec2(HUGE_VALUE, -HUGE_VALUE);
     for (int row = 0; row < 256; row++) {
         vec4 value = source_at((vec2(float(lane), float(row)) + 0.5) / 256.0);
-#if LOGARITHM
+#if MEASURE == MEASURE_LUMINANCE
         float bright = luminance_of_radiance(value.rgb);
         if (bright > 0.0) range = joined(range, log2(bright));
+#elif MEASURE == MEASURE_DEPTH
+        if (value.r > 0.0) range = joined(range, log2(forward_distance(value.r)));
 #else
         for (int k = 0; k < COMPONENTS; k++) range = joined(range, value[k]);
 #endif

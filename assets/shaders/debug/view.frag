@@ -9,12 +9,13 @@
 #define MODE_HEAT 2       // one number, likewise, as heat
 #define MODE_SIGNED 3     // -1..1 to 0..1
 #define MODE_NORMAL 4     // octahedral normal, planet axes: xyz as rgb; black where nothing is
-#define MODE_DEPTH 5      // reversed depth: logarithm of the distance along forward, 1 dm to 1e8 m
+#define MODE_DEPTH 5      // reversed depth: logarithm of the distance along forward, over the range of the picture
 #define MODE_DISTANCE 6   // likewise along the ray
 #define MODE_IDS 7        // whole numbers: a colour each
 #define MODE_LOD 8        // level of detail in 32nds, in blue or alpha
 #define MODE_HDR 9        // luminance in stops as heat, over the range of the picture
 #define MODE_PX 10        // pixels of error: 0.01 to 10, logarithmic
+#define MODE_SURFACE 11   // what a pixel shows: ground green, sea blue, props red
 
 layout(std430, binding = 5) readonly buffer RangeIn { vec2 r_range; };
 layout(binding = 1) uniform sampler2D u_depth;
@@ -40,10 +41,12 @@ vec3 id_color(uint id) {
 }
 
 vec3 log_distance(float distance) {
-    float decades = log2(max(distance, 1e-6)) * 0.30103;
-    vec3 color = heat((decades + 1.0) / 9.0);
-    // A fine dark line at each power of ten.
-    return color * (0.35 + 0.65 * smoothstep(0.0, 0.03, abs(fract(decades + 0.5) - 0.5)));
+    // r_range is that of log2 of the distance along forward.
+    float far = log2(max(distance, 1e-6));
+    vec3 color = heat(0.12 + 0.85 * (far - r_range.x) / max(r_range.y - r_range.x, 1e-3));
+    // A fine dark line at each doubling.
+    float line = abs(fract(far + 0.5) - 0.5), width = max(fwidth(far), 1e-6);
+    return color * mix(0.55, 1.0, smoothstep(0.5, 1.5, line / width));
 }
 
 void main() {
@@ -65,6 +68,9 @@ void main() {
     color = value.r > 0.0 ? log_distance(length(position_from_depth(v_ndc, value.r))) : vec3(0.0);
 #elif MODE == MODE_IDS
     color = id_color(uint(value.r));
+#elif MODE == MODE_SURFACE
+    const vec3 SURFACES[4] = vec3[4](vec3(0.04), vec3(0.35, 0.62, 0.25), vec3(0.15, 0.40, 0.80), vec3(0.85, 0.25, 0.20));
+    color = SURFACES[min(uint(value.r), 3u)];
 #elif MODE == MODE_LOD
     bool seen = texelFetch(u_depth, ivec2(gl_FragCoord.xy), 0).r > 0.0;
     color = seen ? id_color(uint(max(value.b, value.a) * 32.0 + 0.5) + 1u) : vec3(0.0);
