@@ -5,7 +5,8 @@ The surface is a point-wise function of a few noises (see docs/terrain-height.md
     w1, w2      two vector noises (4194 km, 262 km): domain warps; w1 also says where belts, hills and moisture are
     c           five octaves (8388..524 km), warped by w1 and w2: continents; x = (c - sea level) / deviation + coast s
     b           two octaves (4194, 1048 km), warped likewise: mountain belts run along b = 0
-    s           up to four ridged layers (131..16 km), warped by w2: the ranges and valleys inside a belt
+    s           up to four ridged layers (131..16 km), warped by w2: the ranges and valleys inside a belt; the first
+                two (a) gate the next two (b), so that basins between ranges are calm: s = a + gate(a) b
     z           the remaining layers (8 km..4 m), amplitudes in metres: ridged down to 2 km and warped by w2 so far
 
     M = belts and coastal ranges (0..1), faded in the sea     E = hypsometry(x)      m = smoothstep(s)
@@ -29,8 +30,8 @@ CONTINENTS, BELTS = 5, 2
 FIELDS = CONTINENTS + BELTS
 """Octaves warped by both warps, before the layers."""
 
-SHAPE_LAYERS, WARPED_LAYERS = 4, 7
-"""Layers below the first index make the ranges; those below the second are ridged and warped."""
+GATING_LAYERS, SHAPE_LAYERS, WARPED_LAYERS = 2, 4, 7
+"""Layers below the first index gate the next ones, those below the second make ranges, below the third are warped."""
 
 
 def _single(values: float | list[float] | Floats) -> Floats:
@@ -39,13 +40,16 @@ def _single(values: float | list[float] | Floats) -> Floats:
 
 
 # The two families in one order that puts the steepest first: c0 c1 b0 c2 b1 c3 c4.
-_FIELD_WAVELENGTHS_M = 2.0 ** np.array([23, 22, 22, 21, 20, 20, 19])
+_FIELD_WAVELENGTHS_M: Floats = 2.0 ** np.array([23, 22, 22, 21, 20, 20, 19])
 _CONTINENT_WEIGHTS = _single([1.0, 0.8, 0.0, 0.42, 0.0, 0.24, 0.13])
 _BELT_WEIGHTS = _single([0.0, 0.0, 1.0, 0.0, 0.35, 0.0, 0.0])
 _FIRST_LAYER_M = 2.0**17
-_WARP_WAVELENGTHS_M = 2.0 ** np.array([22, 18])
+_WARP_WAVELENGTHS_M: Floats = 2.0 ** np.array([22, 18])
 _WARP_AMPLITUDES_M = np.array([1.1e6, 4.5e4])
-_SHAPE_WEIGHTS = _single([1.0, 0.7, 0.5, 0.6])
+_SHAPE_WEIGHTS = _single([1.0, 0.8, 0.6, 0.5])
+
+GATE_SHUT, GATE_LOW, GATE_WIDTH = 0.2, 0.8, 1.4
+"""gate(a) = shut + (1 - shut) smoothstep((a + low) / width)."""
 
 RIDGE_TOP, RIDGE_SLOPE, RIDGE_ROUND = (float(v) for v in _single([0.30, 1.9, 0.03]))
 """Ridge transform: top - slope * |n|, its crest rounded off below |n| = round."""
@@ -110,7 +114,7 @@ class Model:
     unwarped: Lattice
     warped: Lattice
     warp_m: Floats
-    sums: Floats  # (2, layers): weights of the layers in s and in z
+    sums: Floats  # (3, layers): weights of the layers in a and b (of s) and in z
     ridge_columns: tuple[Floats, Floats]  # of the ridged layers: ridge, 1 - |ridge|
     constants: Constants
 
@@ -122,11 +126,11 @@ class Model:
 def layer_slope(wavelength_m: Floats) -> Floats:
     """Amplitude over wavelength of a layer of natural relief, by its wavelength in metres.
 
-    Steepest near 6 km, the width of mountains and valleys, and about 0.05 from there down to the ground's own
+    Steepest near 5 km, the width of mountains and valleys, and 0.08 from there down to the ground's own
     roughness; ranges broader than 16 km come from the shape layers.
     """
-    log = np.log2(wavelength_m / 6000.0)
-    return 0.05 / (1.0 + wavelength_m / 3000.0) + 0.11 * np.exp(-(log**2) / 8.0)
+    log = np.log2(wavelength_m / 5000.0)
+    return 0.08 / (1.0 + wavelength_m / 3000.0) + 0.13 * np.exp(-(log**2) / 6.0)
 
 
 def build_model(params: TerrainParams) -> Model:
@@ -134,7 +138,7 @@ def build_model(params: TerrainParams) -> Model:
     p, scale = params, params.scale
     offsets = np.array([octave_offset(p.seed, k) for k in range(2 + FIELDS + p.layers)])
     size = 2.0 ** round(np.log2(p.continent_size))
-    wavelength = _FIRST_LAYER_M * scale * 0.5 ** np.arange(p.layers)
+    wavelength: Floats = np.asarray(_FIRST_LAYER_M * scale * 0.5 ** np.arange(p.layers), dtype=np.float64)
     warped_layers = min(p.layers, WARPED_LAYERS)
 
     ridge = np.zeros(p.layers)
@@ -144,6 +148,7 @@ def build_model(params: TerrainParams) -> Model:
     amplitude[:SHAPE_LAYERS] = 0.0
     shape = np.zeros(p.layers)
     shape[:SHAPE_LAYERS] = _SHAPE_WEIGHTS[: p.layers]
+    first = np.arange(p.layers) < GATING_LAYERS
 
     fields = _FIELD_WAVELENGTHS_M * scale * size
     warp_wavelengths = _WARP_WAVELENGTHS_M * scale * np.array([size, 1.0])
@@ -163,7 +168,7 @@ def build_model(params: TerrainParams) -> Model:
             np.concatenate([fields, wavelength[:warped_layers]]),
             np.concatenate([offsets[2 : 2 + FIELDS], layer_offsets[:warped_layers]]),
         ),
-        sums=np.stack([shape, amplitude]),
+        sums=np.stack([np.where(first, shape, 0.0), np.where(first, 0.0, shape), amplitude]),
         ridge_columns=(ridge[ridge != 0.0][:, None], 1.0 - np.abs(ridge[ridge != 0.0][:, None])),
         warp_m=_single(_WARP_AMPLITUDES_M * scale * np.array([size, 1.0]) * p.warp),
         constants=_constants(p),

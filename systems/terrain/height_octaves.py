@@ -33,14 +33,14 @@ def layer_weight(wavelength_m: float | Floats, spacing_m: float | Floats) -> Flo
 
 
 def heights(points: Floats, model: Model) -> Floats:
-    w1, c, b, s, z = noises(points, model)
+    w1, c, b, shapes, z = noises(points, model)
     if points.shape[1] == 1:  # plain floats are ten times faster than arrays of one
-        return np.array([surface(model.constants, *(float(v[0]) for v in (*w1, c, b, s, z)))])
-    return surface(model.constants, w1[0], w1[1], w1[2], c, b, s, z)
+        return np.array([surface(model.constants, *(float(v[0]) for v in (*w1, c, b, *shapes, z)))])
+    return surface(model.constants, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1], z)
 
 
 def noises(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """w1 (3, N), c, b, s and z (N,) at points (3, N)."""
+    """w1 (3, N), c and b (N,), both parts of s (2, N), and z (N,) at points (3, N)."""
     corners = model.unwarped.cells(points, _SCRATCH)
     w = corners.part(_WARPS).vector()
     count, layers = points.shape[1], model.warped_layers
@@ -57,8 +57,8 @@ def noises(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats
     n = model.warped.cells(where, _SCRATCH).noise()
     v[:layers] = n[FIELDS:]
     c, b = _FIELD_WEIGHTS @ n[:FIELDS]
-    s, z = model.sums @ ridge_layers(v, model)
-    return w[:, 0], c, b, s, z
+    sums = model.sums @ ridge_layers(v, model)
+    return w[:, 0], c, b, sums[:2], sums[2]
 
 
 _FIELD_WEIGHTS = np.stack(continent_weights())
@@ -120,12 +120,12 @@ def heights_gradients(points: Floats, model: Model, footprint_m: Floats | None) 
     weight = _weights(model, footprint_m, points.shape[1])
     dn_layers *= _ridge_slopes(n_layers, model) * weight
     v = ridge_layers(n_layers.copy(), model)
-    s, z = model.sums @ v
+    sums = model.sums @ v
     z_seen = model.amplitude_m @ (weight * v)
-    ds, dz = np.einsum("sk,akn->san", model.sums, dn_layers)
+    d_sums = np.einsum("sk,akn->san", model.sums, dn_layers)
     w1, dw1 = w[:, 0], jacobian[:, :, 0]
-    heights = surface(k, w1[0], w1[1], w1[2], c, b, s, z)
-    return heights, surface_gradient(k, w1, c, b, s, (z, z_seen), dw1, dc, db, ds, dz)
+    heights = surface(k, w1[0], w1[1], w1[2], c, b, sums[0], sums[1], sums[2])
+    return heights, surface_gradient(k, w1, c, b, sums[:2], (sums[2], z_seen), dw1, dc, db, d_sums[:2], d_sums[2])
 
 
 def _weights(model: Model, footprint_m: Floats | None, count: int) -> Floats:
@@ -143,12 +143,12 @@ def calibrate(model: Model) -> Model:
     flat = np.sqrt(1.0 - z * z)
     points = np.stack([np.cos(longitude) * flat, np.sin(longitude) * flat, z]) * model.params.radius_m
     parts = [noises(points[:, a : a + BLOCK], model) for a in range(0, count, BLOCK)]
-    w1, c, b, s, relief = (np.concatenate(p, axis=-1) for p in zip(*parts, strict=True))
+    w1, c, b, shapes, relief = (np.concatenate(p, axis=-1) for p in zip(*parts, strict=True))
     share, deviation = model.params.land_share, float(c.std())
     low, high = float(c.min()) - deviation, float(c.max()) + deviation
     constants = replace(model.constants, inverse_deviation=1.0 / deviation)
     for _ in range(20):
         constants = replace(constants, sea_level=0.5 * (low + high))
-        land = np.mean(surface(constants, w1[0], w1[1], w1[2], c, b, s, relief) > 0.0)
+        land = np.mean(surface(constants, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1], relief) > 0.0)
         low, high = (constants.sea_level, high) if land > share else (low, constants.sea_level)
     return replace(model, constants=constants)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .height_model import Constants
+from .height_model import GATE_LOW, GATE_SHUT, GATE_WIDTH, Constants
 
 Floats = NDArray[np.float64]
 
@@ -41,8 +41,9 @@ def bump_slope(t: Any) -> Any:
     return -4.0 * t * np.maximum(1.0 - t * t, 0.0)
 
 
-def surface(k: Constants, w1x: Any, w1y: Any, w1z: Any, c: Any, b: Any, s: Any, z: Any) -> Any:
+def surface(k: Constants, w1x: Any, w1y: Any, w1z: Any, c: Any, b: Any, sa: Any, sb: Any, z: Any) -> Any:
     """The point-wise part: height from the noises. The same statements serve floats and arrays."""
+    s = sa + (GATE_SHUT + (1.0 - GATE_SHUT) * smoothstep((sa + GATE_LOW) * (1.0 / GATE_WIDTH))) * sb
     x = (c - k.sea_level) * k.inverse_deviation + k.coast * s
     along = bump(b * k.inverse_belt) * smoothstep((w1x + 0.35) * 2.0)
     coastal = bump((x - 0.30) * (1.0 / 0.30)) * smoothstep((w1y - 0.05) * (1.0 / 0.3)) * k.mountains
@@ -79,11 +80,16 @@ def _limit(k: Constants, h: Any) -> Any:
 
 
 def surface_gradient(
-    k: Constants, w1: Floats, c: Floats, b: Floats, s: Floats, zs: tuple[Floats, Floats],
-    dw1: Floats, dc: Floats, db: Floats, ds: Floats, dz: Floats,
+    k: Constants, w1: Floats, c: Floats, b: Floats, shapes: Floats, zs: tuple[Floats, Floats],
+    dw1: Floats, dc: Floats, db: Floats, dshapes: Floats, dz: Floats,
 ) -> Floats:  # fmt: skip
     """`surface` differentiated: (3, N). `zs`: all of z for the limit, and the part of z seen at this footprint."""
     z, z_seen = zs
+    sa, sb = shapes
+    t_gate = (sa + GATE_LOW) * (1.0 / GATE_WIDTH)
+    gate = GATE_SHUT + (1.0 - GATE_SHUT) * smoothstep(t_gate)
+    s = sa + gate * sb
+    ds = (1.0 + (1.0 - GATE_SHUT) / GATE_WIDTH * smoothstep_slope(t_gate) * sb) * dshapes[0] + gate * dshapes[1]
     x, dx = (c - k.sea_level) * k.inverse_deviation + k.coast * s, dc * k.inverse_deviation + k.coast * ds
     t_belt, t_w, t_coast, t_y = b * k.inverse_belt, (w1[0] + 0.35) * 2.0, (x - 0.30) / 0.30, (w1[1] - 0.05) / 0.3
     along = bump(t_belt) * smoothstep(t_w)

@@ -50,6 +50,8 @@ layout(std430, binding = 4) readonly buffer TerrainTable {
     TerrainOctave octaves[TERRAIN_OCTAVES];
 } terrain_table;
 
+const int TERRAIN_GATING_LAYERS = 2;
+const float TERRAIN_GATE_SHUT = 0.2, TERRAIN_GATE_LOW = 0.8, TERRAIN_GATE_WIDTH = 1.4;
 const float TERRAIN_RIDGE_TOP = 0.30, TERRAIN_RIDGE_SLOPE = 1.9, TERRAIN_RIDGE_ROUND = 0.03;
 
 // Share of a layer in band-limited gradients: 0 below two samples a wavelength, 1 from four on.
@@ -185,7 +187,9 @@ TERRAIN_STEPS(float)
 TERRAIN_STEPS(double)
 
 // The point-wise part, surface() of height_surface.py.
-double terrain_surface(TerrainConstants k, dvec3 w1, double c, double b, double s, double z) {
+double terrain_surface(TerrainConstants k, dvec3 w1, double c, double b, dvec2 shape, double z) {
+    double gate = 0.2LF + 0.8LF * terrain_step((shape.x + 0.8LF) * (1.0LF / 1.4LF));
+    double s = shape.x + gate * shape.y;
     double x = (c - k.sea_level) * k.inverse_deviation + k.coast * s;
     double along = terrain_bump(b * k.inverse_belt) * terrain_step((w1.x + 0.35LF) * 2.0LF);
     double coastal = terrain_bump((x - 0.3LF) * (1.0LF / 0.3LF)) * terrain_step((w1.y - 0.05LF) * (1.0LF / 0.3LF))
@@ -237,16 +241,20 @@ TerrainPoint terrain_point(vec3 D, float spacing_m) {
     // Layers: s of the ranges, z of the relief, in metres; seen_z is what of z the gradient's band shows.
     int layers = terrain_table.layers.x, warped = terrain_table.layers.y;
     int shapes = min(TERRAIN_SHAPE_LAYERS, layers);
-    double s_double = 0.0LF;
+    dvec2 shape_double = dvec2(0.0LF);  // a and b of s
     float z = 0.0, seen_z = 0.0;
-    vec3 ds = vec3(0.0), dz = vec3(0.0);
+    vec3 da = vec3(0.0), ds = vec3(0.0), dz = vec3(0.0);
     for (int i = 0; i < shapes; ++i) {
         TerrainOctave octave = terrain_table.octaves[TERRAIN_LAYER + i];
         vec3 g;
         double n = terrain_noise_double(octave, near, g);
-        s_double += double(octave.weights.x) * terrain_ridge_double(n, double(octave.weights.z));
-        ds += terrain_layer_weight(octave.fraction_lo.w, spacing_m) * octave.weights.x
+        double v = double(octave.weights.x) * terrain_ridge_double(n, double(octave.weights.z));
+        vec3 dv = terrain_layer_weight(octave.fraction_lo.w, spacing_m) * octave.weights.x
             * terrain_ridge_slope(float(n), octave.weights.z) * g;
+        bool gating = i < TERRAIN_GATING_LAYERS;
+        shape_double += gating ? dvec2(v, 0.0LF) : dvec2(0.0LF, v);
+        da += gating ? dv : vec3(0.0);
+        ds += gating ? vec3(0.0) : dv;
     }
     for (int i = shapes; i < warped; ++i) {
         TerrainOctave octave = terrain_table.octaves[TERRAIN_LAYER + i];
@@ -257,7 +265,11 @@ TerrainPoint terrain_point(vec3 D, float spacing_m) {
         seen_z += weight * v;
         dz += weight * octave.weights.y * terrain_ridge_slope(n.w, octave.weights.z) * n.xyz;
     }
-    float s = float(s_double);
+    vec2 shape = vec2(shape_double);
+    float t_gate = (shape.x + TERRAIN_GATE_LOW) / TERRAIN_GATE_WIDTH;
+    float gate = TERRAIN_GATE_SHUT + (1.0 - TERRAIN_GATE_SHUT) * terrain_step(t_gate);
+    float s = shape.x + gate * shape.y;
+    ds = (1.0 + (1.0 - TERRAIN_GATE_SHUT) / TERRAIN_GATE_WIDTH * terrain_step_slope(t_gate) * shape.y) * da + gate * ds;
     ds = ds * to_near;
     dz = dz * to_near;
     int smooth_end = max(terrain_layers_above(2.0 * spacing_m), warped);
@@ -281,7 +293,7 @@ TerrainPoint terrain_point(vec3 D, float spacing_m) {
     }
 
     TerrainPoint point;
-    double h = terrain_surface(k, w1_double, fields_double.x, fields_double.y, s_double, double(z));
+    double h = terrain_surface(k, w1_double, fields_double.x, fields_double.y, shape_double, double(z));
     point.dh = float(h - (double(terrain_table.height_m.x) + double(terrain_table.height_m.y)));
 
     // The chain rule: height_surface.py's surface_gradient().
