@@ -122,8 +122,9 @@ class Bench:
         size: tuple[int, int] = (64, 36),
         exports: Sequence[str] = ("scene.radiance",),
         settings: dict[str, Any] | None = None,
+        outputs: frozenset[str] = frozenset({"scene.radiance"}),
     ) -> None:
-        self.gpu, self.size, self.exports = gpu, size, exports
+        self.gpu, self.size, self.exports, self.outputs = gpu, size, exports, outputs
         self.world = World("bench")
         self.planet = self.world.create(Planet(), *components)
         self.systems = list(systems)
@@ -144,7 +145,7 @@ class Bench:
     def compile(self) -> None:
         builder = GraphBuilder()
         for s in self.systems:
-            s.declare(builder, ViewInfo(self.size))
+            s.declare(builder, ViewInfo(self.size, outputs=self.outputs))
         for name in self.exports:
             builder.export(name)
         self.plan = builder.compile(self.backend, self.size, self.plan)

@@ -275,3 +275,33 @@ def test_everything_is_freed_and_the_map_is_made_once(gpu):
 def test_white_balance_of_the_sun():
     """Sunlight is white by definition of the three numbers."""
     assert np.ptp(np.array(SUN) * LUMINANCE_PER_RADIANCE) < 1e-6 * 133.1e3
+
+
+def test_stars_cost_nothing_by_day(gpu):
+    from planetfall.components import Exposure
+    from planetfall.engine.space import CameraState
+
+    exposure = Exposure(mode="fixed", ev100=15.0)
+    systems = [Scene(), SkySystem(), StarsSystem()]
+    with Bench(gpu, systems, [Stars(), exposure], SIZE, outputs=frozenset({"composite.ldr"})) as bench:
+        bench.frame.camera = CameraState.look(np.array([7e6, 0, 0]), (0, 1, 0), (0, 0, 1), 60.0, 16 / 9)
+
+        def drawn() -> bool:
+            bench.render(look(size=SIZE))
+            return next(p.ran for p in bench.plan.passes if p.name == "stars.draw")
+
+        assert not drawn()
+        exposure.ev100 = 0.0
+        assert drawn()
+        exposure.ev100, exposure.mode = 15.0, "auto"
+        assert drawn()  # nobody knows yet how bright the scene is
+        bench.frame.ev100 = 14.0
+        assert not drawn()
+
+
+def test_no_star_is_brighter_than_the_bound():
+    from planetfall.systems.sky.system import _BRIGHTEST_STAR, _STAR_PEAK
+
+    brightest = max(make_stars(3, seed).irradiance.max() for seed in range(200))
+    assert 0.5 * _BRIGHTEST_STAR < brightest <= _BRIGHTEST_STAR
+    assert 1.0 / (2 * np.pi * 0.7**2) < _STAR_PEAK

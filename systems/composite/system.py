@@ -16,6 +16,8 @@ from .tone_maps import TONE_MAPS
 __all__ = ["CompositeSystem", "ExposureReading", "adaptation_share", "read_exposure"]
 
 _BINS = 256
+_GLARE = "rgba32f"
+"""Not half floats: llvmpipe takes five times as long to filter them, and a sun would have to be clipped."""
 _GLARE_ROWS = 360.0
 _GLARE_FALL = 0.4
 """Energy of an octave of glare against the next finer one: the halo falls a little faster than with the cube of
@@ -136,9 +138,9 @@ class CompositeSystem(System):
             reads=("composite.quarter", "composite.exposure"),
             when=lambda: self._glares,
             creates=(
-                TextureSpec("composite.glare", "rgba16f", 0.25, "persistent", filter="linear", help="glare / 16"),
+                TextureSpec("composite.glare", _GLARE, 0.25, "persistent", filter="linear", help="exposed glare"),
                 *(
-                    TextureSpec(name, "rgba16f", 0.25 * 0.5**k, "persistent", filter="linear", help="octave of glare")
+                    TextureSpec(name, _GLARE, 0.25 * 0.5**k, "persistent", filter="linear", help="octave of glare")
                     for k, name in enumerate(octaves)
                 ),
             ),

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import moderngl
 import numpy as np
 
-from ...components import Stars
+from ...components import Exposure, Stars
 from ...engine.gpu import gl as G
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.system import Frame, Setup, System, ViewInfo
@@ -24,6 +24,12 @@ _LIMITS = {"rgba16f": 6.0e4, "rgba32f": 1.0e28}
 _STAR_POINT_PX = 7
 _GALAXY_TEXELS = 1024
 _PROGRAM_POINT_SIZE = 0x8642
+_BRIGHTEST_STAR = 3.0e-10
+"""W m^-2 nm^-1: the star of rank 1 (magnitude -1.4), in its strongest wavelength, has at most this."""
+_STAR_PEAK = 0.33
+"""Share of a star's light that its middle pixel gets at most."""
+_INVISIBLE = 0.25 / 255.0 / 12.92
+"""Exposed value that is a quarter of a step of an 8-bit picture."""
 
 
 def radiance_format(settings: Any) -> str:
@@ -100,7 +106,7 @@ class StarsSystem(System):
         self._enable, self._disable = toggles
         self._points: Any = None
         self._buffer: Any = None
-        self._count = 0
+        self._hidden = False
         self._catalogue, self._map_seed = (-1, -1), -1
         self._refresh(setup.world.query(Stars)[0][1][0])
 
@@ -114,7 +120,6 @@ class StarsSystem(System):
         if key == self._catalogue:
             return
         self._catalogue = key
-        self._count = count
         for old in (self._points, self._buffer):
             if old is not None:
                 self._gpu.free(old)
@@ -130,6 +135,7 @@ class StarsSystem(System):
     def update(self, frame: Frame) -> None:
         stars: Stars = frame.world.query(Stars)[0][1][0]
         self._refresh(stars)
+        self._hidden = _too_faint(frame, float(stars.brightness))
         found = frame.world.resources.get("star_axes")
         axes = np.eye(3) if found is None else np.asarray(found)
         # GLSL reads matrices column by column: the transpose of the row order of numpy.
@@ -141,6 +147,7 @@ class StarsSystem(System):
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         side = (_GALAXY_TEXELS, _GALAXY_TEXELS)
+        shown = "scene.radiance" in view.outputs  # somebody wants numbers, not a picture
         mapped = [-1]  # the seed whose map this view's texture holds
         builder.add_pass(
             "stars.galaxy_map",
@@ -160,6 +167,7 @@ class StarsSystem(System):
             writes=("scene.radiance",),
             after=("sky.shade",),
             after_optional=("terrain.shade", "ocean.shade", "props.shade"),
+            when=lambda: shown or not self._hidden,
             help="the Milky Way and single stars where no surface is",
         )
 
@@ -191,3 +199,16 @@ class StarsSystem(System):
 
         return run
 
+
+def _too_faint(frame: Frame, brightness: float) -> bool:
+    """Whether no star can show at the frame's exposure; only known when that is fixed. Saves the pass by day."""
+    exposures = frame.world.query(Exposure)
+    exposure = exposures[0][1][0] if exposures else Exposure()
+    ev100 = frame.ev100 if frame.ev100 is not None else exposure.ev100 if exposure.mode == "fixed" else None
+    if ev100 is None:
+        return False
+    camera, (width, height) = frame.camera, frame.size
+    pixel = (camera.tan_right - camera.tan_left) * (camera.tan_top - camera.tan_bottom) / (width * height)
+    # 1e5 cd m^-2 per W m^-2 sr^-1 nm^-1 and 1.2 x 2^EV: docs/exposure.md. A pixel far off the axis is smaller, 8 times
+    # at 60 degrees.
+    return 8.0 * _STAR_PEAK * _BRIGHTEST_STAR * brightness / pixel * 1e5 / (1.2 * 2.0**ev100) < _INVISIBLE

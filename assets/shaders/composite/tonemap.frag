@@ -20,7 +20,7 @@ void main() {
     vec3 exposed = mix(vec3(0.0), radiance, greaterThan(radiance, vec3(0.0))) * LUMINANCE_PER_RADIANCE / exposure.saturated;
     exposed = min(exposed, vec3(1e6));
 #if GLARE
-    exposed = exposed * u_share.y + textureLod(u_glare, v_uv, 0.0).rgb * (16.0 * u_share.x);
+    exposed = exposed * u_share.y + textureLod(u_glare, v_uv, 0.0).rgb * u_share.x;
 #endif
     vec3 color = tone_map(exposed);
 #if DITHER
