@@ -184,7 +184,7 @@ class Corners:
     def _few_weights(self) -> Floats:
         """The weight of each corner (8, K, N), for small batches."""
         if self._weights is None:
-            w = _FAR_SIDES - _quintic(self.fraction)[:, None]
+            w = np.subtract(_FAR_SIDES, _quintic(self.fraction)[:, None], out=np.empty(self.gradients.shape))
             np.abs(w, out=w)
             product = w[0]
             product *= w[1]
@@ -196,7 +196,7 @@ class Corners:
         """Gradient noise (K, N)."""
         f, g = self.fraction, self.gradients
         if f.shape[1] * f.shape[2] <= _FEW:
-            d = f[:, None] - _SIDES
+            d = np.subtract(f[:, None], _SIDES, out=np.empty(g.shape))  # a fresh result would be strided like f
             d *= g
             dot = d[0]
             dot += d[1]
@@ -258,6 +258,7 @@ _FEW = 64
 
 _SIDES = np.array([[c & 1, c >> 1 & 1, c >> 2] for c in range(8)], dtype=np.float64).T.reshape(3, 8, 1, 1)
 _FAR_SIDES = 1.0 - _SIDES
+_SIDE_STEPS = _SIDES.reshape(3, 8, 1).astype(np.uint32) * _MUL
 
 
 def _quintic(f: Floats, scratch: Scratch | None = None) -> Floats:
@@ -313,6 +314,12 @@ def _hash_corners(base: Floats, scratch: Scratch | None) -> Floats:
     The first round's multiply-add is done once per axis and side instead of once per corner.
     """
     _, octaves, points = base.shape
+    if scratch is None and octaves * points <= _FEW:
+        words = base.astype(np.int32).view(np.uint32).reshape(3, 1, octaves * points)
+        words *= _MUL
+        words += _ADD
+        h = np.empty((3, 8, octaves * points), dtype=np.uint32)
+        return _mix(np.add(words, _SIDE_STEPS, out=h)).reshape(3, 8, octaves, points)
     first = np.empty((2, 3, octaves, points), dtype=np.uint32)
     low, high = first
     np.multiply(base.astype(np.int32).view(np.uint32), _MUL, out=low)
@@ -346,3 +353,24 @@ def _hash_corners(base: Floats, scratch: Scratch | None) -> Floats:
     signed >>= _EIGHT
     out[...] = signed.reshape(flat)
     return out
+
+
+def _mix(h: Words) -> Floats:
+    """PCG3D after its first multiply-add, on `h` (3, ...) in place, as f64 gradient components."""
+    x, y, z = h
+    t = y * z
+    x += t
+    np.multiply(z, x, out=t)
+    y += t
+    np.multiply(x, y, out=t)
+    z += t
+    h ^= h >> _SIXTEEN
+    np.multiply(y, z, out=t)
+    x += t
+    np.multiply(z, x, out=t)
+    y += t
+    np.multiply(x, y, out=t)
+    z += t
+    signed = h.view(np.int32)
+    signed >>= _EIGHT
+    return signed.astype(np.float64)

@@ -199,7 +199,7 @@ def _constants(p: TerrainParams) -> Constants:
         abyss_m=0.15 * low,
         plateau_m=0.055 * high,
         middle_m=0.5 * (p.highest_m + p.lowest_m),
-        spread_m=0.3 * span,
+        spread_m=0.4 * span,
         plains=p.plains,
         foot_m=0.2 * range_m,
         range_m=range_m,
