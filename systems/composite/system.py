@@ -17,7 +17,7 @@ __all__ = ["CompositeSystem", "ExposureReading", "adaptation_share", "read_expos
 
 _BINS = 256
 _GLARE = "rgba32f"
-"""Not half floats: llvmpipe takes five times as long to filter them, and a sun would have to be clipped."""
+"""Not half floats: a sun would have to be clipped, and they are no faster here (llvmpipe)."""
 _GLARE_ROWS = 360.0
 _GLARE_FALL = 0.4
 """Energy of an octave of glare against the next finer one: the halo falls a little faster than with the cube of
