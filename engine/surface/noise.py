@@ -34,7 +34,7 @@ _ADD = np.array(1013904223, dtype=np.uint32)
 _SIXTEEN = np.array(16, dtype=np.uint32)
 _EIGHT = np.array(8, dtype=np.int32)
 _SCALE = np.array(GRADIENT_SCALE)
-_ONE, _SIX, _TEN, _FIFTEEN = (np.array(float(v)) for v in (1, 6, 10, 15))
+_HALF, _ONE, _MIDDLE_SLOPE, _FIVE, _SIX = (np.array(v) for v in (0.5, 1.0, 1.875, 5.0, 6.0))
 
 
 def pcg3d(x: Words, y: Words, z: Words) -> tuple[Words, Words, Words]:
@@ -262,16 +262,15 @@ _SIDE_STEPS = _SIDES.reshape(3, 8, 1).astype(np.uint32) * _MUL
 
 
 def _quintic(f: Floats, scratch: Scratch | None = None) -> Floats:
-    if scratch is None:
-        u, cube = np.multiply(f, _SIX), np.multiply(f, f)
-    else:
-        u = np.multiply(f, _SIX, out=scratch.array("u", f.shape))
-        cube = np.multiply(f, f, out=scratch.array("t", f.shape))
-    u -= _FIFTEEN
-    u *= f
-    u += _TEN
-    cube *= f
-    u *= cube
+    """6 f^5 - 15 f^4 + 10 f^3, as the odd polynomial that it is around 1/2."""
+    t = f - _HALF
+    square = t * t if scratch is None else np.multiply(t, t, out=scratch.array("t", f.shape))
+    u = square * _SIX if scratch is None else np.multiply(square, _SIX, out=scratch.array("u", f.shape))
+    u -= _FIVE
+    u *= square
+    u += _MIDDLE_SLOPE
+    u *= t
+    u += _HALF
     return u
 
 

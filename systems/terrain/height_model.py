@@ -46,7 +46,7 @@ _BELT_WEIGHTS = _single([0.0, 0.0, 1.0, 0.0, 0.35, 0.0, 0.0])
 _FIRST_LAYER_M = 2.0**17
 _WARP_WAVELENGTHS_M: Floats = 2.0 ** np.array([22, 18])
 _WARP_AMPLITUDES_M = np.array([1.1e6, 4.5e4])
-_SHAPE_WEIGHTS = _single([1.0, 0.8, 0.6, 0.5])
+_SHAPE_WEIGHTS = _single([1.0, 0.8, 0.55, 0.4])
 
 GATE_SHUT, GATE_LOW, GATE_WIDTH = 0.2, 0.8, 1.4
 """gate(a) = shut + (1 - shut) smoothstep((a + low) / width)."""
@@ -130,7 +130,7 @@ def layer_slope(wavelength_m: Floats) -> Floats:
     roughness; ranges broader than 16 km come from the shape layers.
     """
     log = np.log2(wavelength_m / 5000.0)
-    return 0.08 / (1.0 + wavelength_m / 3000.0) + 0.13 * np.exp(-(log**2) / 6.0)
+    return 0.08 / (1.0 + wavelength_m / 3000.0) + 0.115 * np.exp(-(log**2) / 6.0)
 
 
 def build_model(params: TerrainParams) -> Model:
@@ -183,15 +183,18 @@ def continent_weights() -> tuple[Floats, Floats]:
 def _constants(p: TerrainParams) -> Constants:
     high, low = max(p.highest_m, 0.0), max(-p.lowest_m, 0.0)
     span = p.highest_m - p.lowest_m
-    # Ranges and hills never get steeper than on Earth, however narrow the layers of a small body.
+    # Ranges, hills and bent coasts never get steeper than on Earth, however narrow the layers of a small body.
     reach_m = _FIRST_LAYER_M * p.scale
-    range_m = min(0.48 * high, 0.035 * reach_m) if p.mountains > 0.0 else 0.0
+    range_m = min(0.54 * high, 0.04 * reach_m) if p.mountains > 0.0 else 0.0
+    plains = p.plains if p.lowest_m < 0.0 < p.highest_m else 0.0  # seas and shelves need a height 0 to be at
+    spread_m = 0.4 * span
+    steepest_m = plains * 1.5 / 0.6 * 0.38 * low + (1.0 - plains) * 0.6 * spread_m  # metres by x
     knee = 0.15 * span * 0.5
     return Constants(
         sea_level=0.0,
         inverse_deviation=1.0,
-        coast=0.13,
-        inverse_belt=1.0 / (0.1 * max(p.mountains, 1e-3)),
+        coast=min(0.13, 0.0085 * reach_m / max(steepest_m, 1e-9)),
+        inverse_belt=1.0 / (0.09 * max(p.mountains, 1e-3)),
         mountains=1.0 if p.mountains > 0.0 else 0.0,
         coast_m=0.017 * high,
         lowland_m=0.0245 * high,
@@ -199,8 +202,8 @@ def _constants(p: TerrainParams) -> Constants:
         abyss_m=0.15 * low,
         plateau_m=0.055 * high,
         middle_m=0.5 * (p.highest_m + p.lowest_m),
-        spread_m=0.4 * span,
-        plains=p.plains,
+        spread_m=spread_m,
+        plains=plains,
         foot_m=0.2 * range_m,
         range_m=range_m,
         hill_m=min(0.1 * high, 0.007 * reach_m) * min(p.roughness, 1.0),

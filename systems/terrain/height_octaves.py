@@ -135,7 +135,10 @@ def _weights(model: Model, footprint_m: Floats | None, count: int) -> Floats:
 
 
 def calibrate(model: Model) -> Model:
-    """The model with the sea's level set so that `land_share` of the sphere lies above height 0."""
+    """The model with the sea's level set so that `land_share` of the sphere lies above height 0.
+
+    Where the bounds are on one side of 0 it is the middle height instead.
+    """
     count = 4000
     i = np.arange(count) + 0.5
     z = 1.0 - 2.0 * i / count
@@ -146,9 +149,11 @@ def calibrate(model: Model) -> Model:
     w1, c, b, shapes, relief = (np.concatenate(p, axis=-1) for p in zip(*parts, strict=True))
     share, deviation = model.params.land_share, float(c.std())
     low, high = float(c.min()) - deviation, float(c.max()) + deviation
+    params = model.params
+    level = 0.0 if params.lowest_m < 0.0 < params.highest_m else 0.5 * (params.lowest_m + params.highest_m)
     constants = replace(model.constants, inverse_deviation=1.0 / deviation)
     for _ in range(20):
         constants = replace(constants, sea_level=0.5 * (low + high))
-        land = np.mean(surface(constants, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1], relief) > 0.0)
+        land = np.mean(surface(constants, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1], relief) > level)
         low, high = (constants.sea_level, high) if land > share else (low, constants.sea_level)
     return replace(model, constants=constants)

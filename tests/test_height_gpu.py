@@ -1,0 +1,152 @@
+"""Heights on the GPU around an anchor against the float64 twin: millimetres, tenths of degrees."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planetfall.systems.terrain.height import (
+    TerrainParams,
+    height_and_gradient,
+    height_at_points,
+    layer_weight,
+    octave_table,
+)
+
+EARTH = TerrainParams()
+SPECIAL = [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]
+BODY = """TerrainPoint p = terrain_point(d, spacing);
+dh = p.dh; gradient = p.gradient; rough = p.roughness; wet = p.moisture;
+"""
+OUTPUTS = {"dh": "float", "gradient": "vec3", "rough": "float", "wet": "float"}
+
+
+def anchors(count, seed=4):
+    d = np.random.default_rng(seed).normal(size=(count, 3))
+    return np.concatenate([SPECIAL, d / np.linalg.norm(d, axis=1)[:, None]])
+
+
+def offsets(up, radius_m, distances_m, seed=0):
+    """Foot offsets (N, 3) f32 along arcs of `distances_m` from `up`, in all directions."""
+    side = np.cross(up, [0.3, 0.5, 0.8])
+    side /= np.linalg.norm(side)
+    azimuth = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, len(distances_m))[:, None]
+    angle = (np.asarray(distances_m) / radius_m)[:, None]
+    across = np.cos(azimuth) * side + np.sin(azimuth) * np.cross(up, side)
+    return (radius_m * (np.sin(angle) * across - 2.0 * np.sin(0.5 * angle) ** 2 * up)).astype(np.float32)
+
+
+@pytest.fixture(params=["storage", "uniform"])
+def evaluate(request, run_compute, gpu):
+    """evaluate(params, up, offsets, spacing_m, body=, outputs=, **inputs) with the table as either kind of buffer."""
+    scope = gpu.scope("test")
+
+    def run(params, up, d, spacing_m, body=BODY, outputs=None, **inputs):
+        table = scope.buffer(octave_table(params, up).tobytes())
+
+        def bind(_):
+            table.bind_to_storage_buffer(4) if request.param == "storage" else table.bind_to_uniform_block(4)
+
+        defines = {} if request.param == "storage" else {"TERRAIN_TABLE_UNIFORM": 1}
+        values = {"d": d, "spacing": np.asarray(spacing_m, dtype=np.float32), **inputs}
+        header = '#include "terrain/height.glsl"'
+        return run_compute(body, values, outputs or OUTPUTS, header=header, defines=defines, setup=bind)
+
+    yield run
+    scope.release()
+
+
+def test_heights_near_and_far(evaluate):
+    near, far = [], []
+    for i, up in enumerate(anchors(6)):
+        base = height_at_points(up[None] * EARTH.radius_m, EARTH)[0]
+        rng = np.random.default_rng(i)
+        for distances, errors in (
+            (1000.0 * np.sqrt(rng.random(400)), near),
+            (10.0 ** rng.uniform(3.0, np.log10(3.1 * EARTH.radius_m), 400), far),
+        ):
+            d = offsets(up, EARTH.radius_m, distances, i)
+            expected = height_at_points(up * EARTH.radius_m + d.astype(np.float64), EARTH) - base
+            errors.append(np.abs(evaluate(EARTH, up, d, 1e-3)["dh"] - expected))
+    assert np.max(near) <= 1e-3
+    assert np.max(far) <= 1e-6 * 9000.0
+
+
+@pytest.mark.parametrize(
+    "params",
+    [
+        TerrainParams(500.0, 9, 50.0, -50.0, 8, 0.5, plains=0.0, mountains=0.0, roughness=4.0),
+        TerrainParams(7e7, 2),
+        TerrainParams(layers=1),
+        TerrainParams(layers=6),
+    ],
+    ids=["asteroid", "giant", "one layer", "six layers"],
+)
+def test_other_worlds(evaluate, params):
+    up = anchors(1)[-1]
+    d = offsets(up, params.radius_m, 10.0 ** np.random.default_rng(1).uniform(-2.0, np.log10(params.radius_m), 500))
+    points = up * params.radius_m + d.astype(np.float64)
+    expected = height_at_points(points, params) - height_at_points(up[None] * params.radius_m, params)[0]
+    found = evaluate(params, up, d, 1e-9 * params.radius_m)["dh"]
+    np.testing.assert_allclose(found, expected, atol=1e-6 * (params.highest_m - params.lowest_m))
+
+
+def test_heights_count_from_any_level(evaluate, run_compute, gpu):
+    up = anchors(1)[-1]
+    scope = gpu.scope("test")
+    table = scope.buffer(octave_table(EARTH, up, 1234.5).tobytes())
+    out = run_compute(
+        "dh = terrain_point(d, 1.0).dh;", {"d": np.zeros((1, 3))}, {"dh": "float"},
+        header='#include "terrain/height.glsl"', setup=lambda _: table.bind_to_storage_buffer(4),
+    )  # fmt: skip
+    scope.release()
+    assert out["dh"][0] == pytest.approx(height_at_points(up[None] * EARTH.radius_m, EARTH)[0] - 1234.5, abs=1e-3)
+
+
+@pytest.mark.parametrize(("spacing", "footprint"), [(2.0, 0.05), (10.0, 0.5), (40.0, 40.0)])
+def test_normals_with_the_detail_of_the_pixel(evaluate, spacing, footprint):
+    angles = []
+    for i, up in enumerate(anchors(4)):
+        d = offsets(up, EARTH.radius_m, 1000.0 * np.sqrt(np.random.default_rng(i).random(300)), i)
+        points = up * EARTH.radius_m + d.astype(np.float64)
+        directions = points / np.linalg.norm(points, axis=1)[:, None]
+        _, gradient = height_and_gradient(directions, EARTH, footprint)
+        out = evaluate(
+            EARTH, up, d, spacing, BODY + "gradient += terrain_detail_gradient(d, rough, spacing, footprint);",
+            footprint=np.float32(footprint),
+        )  # fmt: skip
+        a, b = (directions - g for g in (gradient, out["gradient"]))
+        cross = np.linalg.norm(np.cross(a, b), axis=1) / np.linalg.norm(a, axis=1) / np.linalg.norm(b, axis=1)
+        angles.append(np.degrees(np.arcsin(cross)))
+        assert (out["rough"] > 0.0).all() and (out["rough"] < 1.3).all()
+        assert (out["wet"] >= 0.0).all() and (out["wet"] <= 1.0).all()
+    assert np.quantile(angles, 0.99) <= 0.01
+
+
+def test_band_limited_gradients_at_all_spacings(evaluate):
+    up = anchors(1)[-1]
+    d = offsets(up, EARTH.radius_m, np.full(200, 3e5))
+    points = up * EARTH.radius_m + d.astype(np.float64)
+    directions = points / np.linalg.norm(points, axis=1)[:, None]
+    for spacing in (7.0, 90.0, 1500.0, 3e4):
+        _, gradient = height_and_gradient(directions, EARTH, spacing)
+        np.testing.assert_allclose(evaluate(EARTH, up, d, spacing)["gradient"], gradient, atol=2e-4)
+
+
+def test_layers_too_short_for_the_spacing_fade_from_heights(evaluate):
+    up = anchors(1)[-1]
+    d = offsets(up, EARTH.radius_m, np.linspace(0.0, 1e5, 300))
+    fine = evaluate(EARTH, up, d, 1e-3)["dh"]
+    for spacing, limit in ((0.25, 1e-3), (30.0, 4.0), (1000.0, 120.0)):
+        coarse = evaluate(EARTH, up, d, spacing)["dh"]
+        assert np.abs(coarse - fine).max() <= limit
+    steps = evaluate(EARTH, up, np.repeat(d[:1], 400, axis=0), np.geomspace(0.1, 1e5, 400))["dh"]
+    assert np.abs(np.diff(steps)).max() < 30.0, "no jump where a layer leaves"
+
+
+def test_weights_are_the_twins(run_compute):
+    ratio = np.linspace(0.5, 6.0, 200)
+    out = run_compute(
+        "w = terrain_layer_weight(x, 1.0);", {"x": ratio}, {"w": "float"}, header='#include "terrain/height.glsl"'
+    )
+    np.testing.assert_allclose(out["w"], layer_weight(ratio, 1.0), atol=1e-6)

@@ -1,0 +1,129 @@
+"""Lattice noise: the numpy batches against the plain definition, and GLSL against numpy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planetfall.engine.surface.noise import (
+    NOISE_BOUND,
+    Lattice,
+    Scratch,
+    gradient_noise,
+    gradient_noise_derivative,
+    octave_offset,
+    pcg3d,
+)
+
+NOISE = '#include "common/noise.glsl"'
+
+
+@pytest.fixture
+def points():
+    rng = np.random.default_rng(3)
+    return rng.uniform(-40.0, 40.0, (700, 3))
+
+
+def test_offsets_depend_on_seed_octave_and_axis_only():
+    offsets = np.array([octave_offset(seed, k) for seed in (0, 1, 2**31 - 1) for k in range(8)])
+    assert len(np.unique(offsets)) == offsets.size
+    np.testing.assert_array_equal(octave_offset(7, 3), octave_offset(7, 3))
+    assert (offsets >= 0).all() and (offsets < 4096).all()
+    np.testing.assert_array_equal(offsets, offsets * 2.0**24 // 1 * 2.0**-24)
+
+
+@pytest.mark.parametrize("count", [1, 3, 700])
+def test_batches_agree_with_the_definition(points, count):
+    p = points[:count]
+    lattice = Lattice.of([8.0, 2.0, 0.5], [octave_offset(1, k) for k in range(3)])
+    value = lattice.cells(p.T.copy()).noise()
+    again = lattice.cells(p.T.copy(), Scratch()).noise()
+    with_slope, slope = lattice.cells(p.T.copy()).noise_derivative()
+    for k in range(3):
+        expected, derivative = gradient_noise_derivative(p * lattice.frequency[k] + lattice.offset[k])
+        for found in (value[k], again[k], with_slope[k]):
+            np.testing.assert_allclose(found, expected, atol=1e-14)
+        np.testing.assert_allclose(slope[:, k].T, derivative, atol=1e-13)
+    assert np.abs(value).max() < NOISE_BOUND
+
+
+def test_points_of_their_own_for_each_octave(points):
+    lattice = Lattice.of([4.0, 1.0], np.zeros((2, 3)))
+    where = np.stack([points[:300].T, points[300:600].T], axis=1)
+    value = lattice.cells(where).noise()
+    np.testing.assert_allclose(value[0], gradient_noise(points[:300] / 4.0), atol=1e-14)
+    np.testing.assert_allclose(value[1], gradient_noise(points[300:600]), atol=1e-14)
+
+
+def test_derivatives_are_derivatives(points):
+    lattice, h = Lattice.of([1.0], np.zeros((1, 3))), 1e-5
+    _, slope = lattice.cells(points.T.copy()).noise_derivative()
+    _, jacobian = lattice.cells(points.T.copy()).vector_derivative()
+    for axis in range(3):
+        step = np.zeros((3, 1))
+        step[axis] = h
+        after, before = lattice.cells(points.T + step), lattice.cells(points.T - step)
+        np.testing.assert_allclose((after.noise() - before.noise())[0] / (2 * h), slope[axis, 0], atol=1e-7)
+        np.testing.assert_allclose((after.vector() - before.vector())[:, 0] / (2 * h), jacobian[:, axis, 0], atol=1e-6)
+
+
+def test_value_and_slope_are_continuous_across_cells():
+    rng = np.random.default_rng(1)
+    p = rng.uniform(-5, 5, (200, 3))
+    p[:, 1] = np.round(p[:, 1])
+    below, above = p.copy(), p.copy()
+    below[:, 1] -= 1e-9
+    above[:, 1] += 1e-9
+    (v0, d0), (v1, d1) = gradient_noise_derivative(below), gradient_noise_derivative(above)
+    np.testing.assert_allclose(v0, v1, atol=1e-8)
+    np.testing.assert_allclose(d0, d1, atol=1e-7)
+
+
+def test_hash_has_the_same_bits_on_the_gpu(run_compute):
+    words = np.random.default_rng(2).integers(0, 2**32, (500, 3), np.uint32)
+    expected = np.stack(pcg3d(*words.T), axis=1)
+    out = run_compute(
+        "h = uvec3(lattice_hash(w.x * 1664525u + 1013904223u, w.y * 1664525u + 1013904223u,"
+        " w.z * 1664525u + 1013904223u));",
+        {"w": words},
+        {"h": "uvec3"},
+        header=NOISE,
+    )
+    np.testing.assert_array_equal(out["h"].view(np.int32), expected.view(np.int32) >> 8)
+
+
+def test_gradient_noise_on_the_gpu(run_compute, points):
+    cell = np.floor(points)
+    fraction = (points - cell).astype(np.float32)
+    value, slope = gradient_noise_derivative(cell + fraction.astype(np.float64))
+    out = run_compute(
+        "n = gradient_noise(cell, f); v = gradient_noise_value(cell, f); vec3 g;"
+        " double d = gradient_noise_double(cell, dvec3(f), g); s = g; high = float(d); low = float(d - double(high));",
+        {"cell": cell.astype(np.int32), "f": fraction},
+        {"n": "vec4", "v": "float", "s": "vec3", "high": "float", "low": "float"},
+        header=NOISE,
+    )
+    np.testing.assert_allclose(out["n"][:, 3], value, atol=2e-7)
+    np.testing.assert_allclose(out["v"], value, atol=2e-7)
+    np.testing.assert_allclose(out["n"][:, :3], slope, atol=3e-6)
+    np.testing.assert_allclose(out["s"], slope, atol=3e-6)
+    np.testing.assert_allclose(out["high"].astype(float) + out["low"], value, atol=1e-14)
+
+
+def test_vector_noise_on_the_gpu(run_compute, points):
+    cell = np.floor(points)
+    fraction = (points - cell).astype(np.float32)
+    corners = Lattice.of([1.0], np.zeros((1, 3))).cells((cell + fraction).T.copy())
+    value, jacobian = corners.vector_derivative()
+    out = run_compute(
+        "mat3 j; v = vector_noise(cell, f, j); a = j[0]; b = j[1]; c = j[2];"
+        " mat3 k; d = vec3(vector_noise_double(cell, dvec3(f), k)); e = k[1];",
+        {"cell": cell.astype(np.int32), "f": fraction},
+        dict.fromkeys("vabcde", "vec3"),
+        header=NOISE,
+    )
+    np.testing.assert_allclose(out["v"], value[:, 0].T, atol=2e-7)
+    np.testing.assert_allclose(out["d"], value[:, 0].T, atol=1e-7)
+    for axis, name in enumerate("abc"):
+        np.testing.assert_allclose(out[name], jacobian[:, axis, 0].T, atol=3e-6)
+    np.testing.assert_allclose(out["e"], jacobian[:, 1, 0].T, atol=3e-6)
