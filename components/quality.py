@@ -40,6 +40,14 @@ class TerrainQuality:
         cost="larger cells are fewer draws but cull less tightly",
         power_of_two=True,
     )
+    decimation: int = knob(
+        3,
+        0,
+        3,
+        "",
+        "Where ground is seen at a flat angle, cells leave out vertices along the view: every 2^this is kept at least",
+        cost="a higher value is cheaper",
+    )
     min_spacing_m: float = knob(
         0.06,
         0.005,

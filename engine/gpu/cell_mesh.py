@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..graph import BufferSpec
-from ..surface.selection import CellSet, patch_indices
+from ..surface.decimation import MOST, VARIANTS, Topology, decimated_indices
+from ..surface.selection import CellSet
 
 if TYPE_CHECKING:
     from ..graph import PassIO
@@ -27,14 +28,16 @@ CELL_DTYPE = np.dtype(
         ("level", "i4"),
         ("i", "i4"),
         ("j", "i4"),
-        ("edge_delta", "u4"),
+        ("edge_mask", "u4"),  # a byte an edge
         ("spacing_m", "f4"),
-        ("unused", "f4", 2),
+        ("variant", "u4"),  # which of the index lists
+        ("distance_m", "f4"),
     ]
 )
 VERTEX_DTYPE = np.dtype([("position_m", "f4", 3), ("dh_m", "f4"), ("normal", "u4"), ("attributes", "u1", 4)])
 BOUNDS_BYTES = 32
-ARGUMENTS_BYTES = 20  # moderngl's fixed stride: count, instances, first index, base vertex, base instance
+# A draw command for each variant, moderngl's fixed stride: count, instances, first index, base vertex, base instance.
+ARGUMENTS_BYTES = 20 * VARIANTS
 
 
 class CellMesh:
@@ -50,70 +53,79 @@ class CellMesh:
         self.name = name
         self.quads = quads
         self.vertices_per_cell = (quads + 1) ** 2
-        indices = patch_indices(quads)
-        self.index_count = len(indices)
+        indices, self.index_ranges = decimated_indices(quads)
         self.indices = scope.buffer(indices.astype("<u4").tobytes())
+        self._ranges = scope.buffer(self.index_ranges.astype("<u4").tobytes())
         self.count = 0
         self.selection = 0  # grows with every upload
-        self._record = np.zeros(0, CELL_DTYPE)
         self.capacity = capacity
-        self._cells = scope.buffer(reserve=capacity * CELL_DTYPE.itemsize, dynamic=True)
+        self._reserve()
         self._vertices: Any = None
         self._bounds: Any = None
+        self._wanted: Any = None
         self._visible: Any = None
         self._arguments: Any = None
 
-    def vertex_buffers(self) -> tuple[BufferSpec, BufferSpec]:
-        """What the pass that makes the vertices creates: <name>.vertices and <name>.bounds."""
+    def vertex_buffers(self) -> tuple[BufferSpec, ...]:
+        """What the pass that makes the vertices creates: <name>.vertices, <name>.bounds and <name>.wanted."""
         size = self.capacity * self.vertices_per_cell * VERTEX_DTYPE.itemsize
         return (
             BufferSpec(f"{self.name}.vertices", size, "persistent", "vertices of all selected cells"),
             BufferSpec(f"{self.name}.bounds", self.capacity * BOUNDS_BYTES, "persistent", "a box around each cell"),
+            BufferSpec(f"{self.name}.wanted", self.capacity * 8, "persistent", "how many vertices each cell would skip"),
         )
 
     def cull_buffers(self) -> tuple[BufferSpec, BufferSpec]:
         """What the culling pass creates: <name>.visible and <name>.arguments."""
         return (
-            BufferSpec(f"{self.name}.visible", self.capacity * 4, "persistent", "indices of the cells that are seen"),
-            BufferSpec(f"{self.name}.arguments", ARGUMENTS_BYTES, "persistent", "the indirect draw"),
+            BufferSpec(
+                f"{self.name}.visible", VARIANTS * self.capacity * 4, "persistent", "cells that are seen, by variant"
+            ),
+            BufferSpec(f"{self.name}.arguments", ARGUMENTS_BYTES, "persistent", "the indirect draws"),
         )
 
     def attach_vertices(self, io: PassIO) -> None:
-        """Take the plan's vertex and bounds buffers; their content is made anew."""
-        self._vertices, self._bounds = (io.buffer(f"{self.name}.{n}") for n in ("vertices", "bounds"))
+        """Take the plan's buffers of vertex_buffers(); their content is made anew."""
+        self._vertices, self._bounds, self._wanted = (
+            io.buffer(f"{self.name}.{n}") for n in ("vertices", "bounds", "wanted")
+        )
 
     def attach_visible(self, io: PassIO) -> None:
         """Take the plan's visible list and arguments."""
         self._visible, self._arguments = (io.buffer(f"{self.name}.{n}") for n in ("visible", "arguments"))
 
-    def upload(self, cells: CellSet) -> bool:
-        """Take over a selection: one buffer write. Returns True when the capacity grew: compile the graph again."""
+    def upload(self, cells: CellSet, beside: Topology) -> bool:
+        """Take over a selection: two buffer writes. Returns True when the capacity grew: compile the graph again."""
         count = len(cells.face)
         grew = count > self.capacity
         if grew:
             self.capacity = max(count, 2 * self.capacity)
             self.scope.free(self._cells)
-            self._cells = self.scope.buffer(reserve=self.capacity * CELL_DTYPE.itemsize, dynamic=True)
+            self.scope.free(self._topology)
+            self._reserve()
         record = np.zeros(count, CELL_DTYPE)
-        for name in ("face", "level", "i", "j", "spacing_m"):
+        for name in ("face", "level", "i", "j", "spacing_m", "distance_m"):
             record[name] = getattr(cells, name)
-        delta = cells.edge_delta.astype(np.uint32)
-        record["edge_delta"] = delta[:, 0] | (delta[:, 1] << 8) | (delta[:, 2] << 16) | (delta[:, 3] << 24)
-        self._record = record
         self.count = count
         self.selection += 1
         if count:
             self._cells.write(record.tobytes())
+            self._topology.write(beside.packed().tobytes())
         return grew
 
-    @property
-    def record(self) -> NDArray[np.void]:
-        """The selected cells as uploaded, (N,) of CELL_DTYPE."""
-        return self._record
+    def _reserve(self) -> None:
+        self._cells = self.scope.buffer(reserve=self.capacity * CELL_DTYPE.itemsize, dynamic=True)
+        self._topology = self.scope.buffer(reserve=self.capacity * 32, dynamic=True)
 
-    def drawn_cells(self) -> int:
-        """How many cells the last cull kept. Reads back from the GPU: for overlays, tests and benches."""
-        return 0 if self._arguments is None else int(np.frombuffer(self._arguments.read(ARGUMENTS_BYTES), "u4")[1])
+    def read_cells(self) -> NDArray[np.void]:
+        """The selected cells with the masks and variants that were agreed on, (N,) of CELL_DTYPE. Reads back."""
+        return np.frombuffer(self._cells.read(self.count * CELL_DTYPE.itemsize), CELL_DTYPE)
+
+    def drawn_by_variant(self) -> NDArray[np.uint32]:
+        """Cells that the last cull kept, by variant (VARIANTS,). Reads back from the GPU."""
+        if self._arguments is None:
+            return np.zeros(VARIANTS, np.uint32)
+        return np.frombuffer(self._arguments.read(ARGUMENTS_BYTES), "u4").reshape(VARIANTS, 5)[:, 1]
 
     def read_vertices(self) -> NDArray[np.void]:
         """All vertices of the selection, (cells, vertices_per_cell) of VERTEX_DTYPE. Reads back from the GPU."""
@@ -123,18 +135,21 @@ class CellMesh:
 
     def read_visible(self) -> NDArray[np.uint32]:
         """Indices of the cells that the last cull kept. Reads back from the GPU."""
-        return (
-            np.frombuffer(self._visible.read(4 * self.drawn_cells()), "u4") if self.drawn_cells() else np.zeros(0, "u4")
-        )
+        counts = self.drawn_by_variant()
+        lists = np.frombuffer(self._visible.read(VARIANTS * self.capacity * 4), "u4").reshape(VARIANTS, self.capacity)
+        return np.concatenate([row[:n] for row, n in zip(lists, counts, strict=True)])
 
     def statistics(self) -> dict[str, int]:
         """Cells selected and drawn, vertices and triangles drawn in the last frame. Reads back from the GPU."""
-        drawn = self.drawn_cells()
+        drawn = self.drawn_by_variant().astype(int)
+        steps = 1 << np.arange(MOST + 1)
+        sides = self.quads // np.minimum(steps, self.quads) + 1
+        vertices = np.outer(sides, sides).ravel()
         return {
             "cells_selected": self.count,
-            "cells": drawn,
-            "vertices": drawn * self.vertices_per_cell,
-            "triangles": drawn * self.index_count // 3,
+            "cells": int(drawn.sum()),
+            "vertices": int(drawn @ vertices),
+            "triangles": int(drawn @ self.index_ranges[:, 1]) // 3,
         }
 
     def bind_storage(self) -> None:
@@ -145,13 +160,31 @@ class CellMesh:
         self._arguments.bind_to_storage_buffer(3)
         self._bounds.bind_to_storage_buffer(5)
 
-    def make_vertices(self, program: Any) -> None:
-        """Dispatch the system's vertex compute program, a workgroup a cell."""
-        if self.count:
-            self._cells.bind_to_storage_buffer(0)
-            self._vertices.bind_to_storage_buffer(1)
-            self._bounds.bind_to_storage_buffer(5)
-            program.run(self.count, 1, 1)
+    def make_vertices(
+        self, vertices: Any, measure: Any, agree: Any, eye_m: tuple[float, ...], edge_rad: float, most: int
+    ) -> None:
+        """The vertices of all cells by the system's own program, then what of them is drawn.
+
+        eye_m: the proxy from the anchor. edge_rad: the wanted length of an edge as an angle. most: 0..MOST, how many powers
+        of two a cell may skip.
+        """
+        if not self.count:
+            return
+        self._cells.bind_to_storage_buffer(0)
+        self._vertices.bind_to_storage_buffer(1)
+        self._bounds.bind_to_storage_buffer(5)
+        vertices.run(self.count, 1, 1)
+        self.scope.gpu.barrier()
+        self._wanted.bind_to_storage_buffer(2)
+        self._topology.bind_to_storage_buffer(3)
+        measure.set("u_eye", eye_m)
+        measure.set("u_angle", edge_rad)
+        measure.set("u_most", min(most, MOST, self.quads.bit_length() - 1))
+        measure.run(self.count, 1, 1)
+        self.scope.gpu.barrier()
+        agree.set("u_cell_count", self.count)
+        agree.run(1, 1, 1)
+        self.scope.gpu.barrier()
 
     def cull(self, program: Any, keep_dh_m: tuple[float, float] = (-3.0e38, 3.0e38)) -> None:
         """Write the visible list and the draw arguments with common/cull_cells.comp.
@@ -160,12 +193,20 @@ class CellMesh:
         """
         self.bind_storage()
         program.set("u_cell_count", self.count)
-        program.set("u_index_count", self.index_count)
+        self._ranges.bind_to_storage_buffer(6)
+        program.set("u_capacity", self.capacity)
         program.set("u_keep_dh", keep_dh_m)
         program.run(1, 1, 1)
 
+    def vertex_array(self, program: Any) -> Any:
+        """The patches for a program that has `in uint in_cell`: one instance a visible cell. Make it in a pass's bind."""
+        return self.scope.vertex_array(
+            program, content=[(self._visible, "1u/i", "in_cell")], index=self.indices, index_size=4
+        )
+
     def draw(self, vertex_array: Any) -> None:
-        """One indirect draw of what cull() kept; vertex_array must hold `indices` as its index buffer."""
+        """Indirect draws of what cull() kept, one a variant."""
         if self.count:
-            self.bind_storage()
-            vertex_array.render_indirect(self._arguments, moderngl.TRIANGLES, 1)
+            self._cells.bind_to_storage_buffer(0)
+            self._vertices.bind_to_storage_buffer(1)
+            vertex_array.render_indirect(self._arguments, moderngl.TRIANGLES, VARIANTS)

@@ -241,10 +241,10 @@ def morton_key(face: Ints, level: Ints, i: Ints, j: Ints) -> Ints:
     return face << 2 * FULL_BITS | _spread(i << shift) | _spread(j << shift) << 1
 
 
-def edge_deltas(face: Ints, level: Ints, i: Ints, j: Ints) -> tuple[Ints, Ints]:
-    """By how many levels the neighbour across each edge is coarser, (N, 4), and that neighbour's row or -1, (N, 4).
+def neighbours_of(face: Ints, level: Ints, i: Ints, j: Ints) -> tuple[Ints, Ints]:
+    """By how many levels the neighbour across each edge is coarser, (N, 4), and that neighbour's row, (N, 4).
 
-    The cells must be leaves: none may contain another. A neighbour that is finer or absent counts as 0 and -1.
+    The cells must be leaves: none may contain another. A neighbour that is finer or absent counts as 0 and row -1.
     """
     start = morton_key(face, level, i, j)
     order = np.argsort(start)
@@ -254,7 +254,7 @@ def edge_deltas(face: Ints, level: Ints, i: Ints, j: Ints) -> tuple[Ints, Ints]:
     place = order[np.maximum(np.searchsorted(ordered, key, side="right") - 1, 0)]
     coarser = level[:, None] - level[place]
     inside = (key >= start[place]) & (key - start[place] < np.int64(1) << 2 * (FULL_BITS - level[place]))
-    found = inside & (coarser > 0)
+    found = inside & (coarser >= 0)
     return np.where(found, coarser, 0), np.where(found, place, -1)
 
 
@@ -262,7 +262,7 @@ def _balance(leaves: _Leaves, most: int, search: _Search) -> tuple[_Leaves, Ints
     """Split leaves that are more than `most` levels coarser than a neighbour, until none is; and the edge deltas."""
     while True:
         face, level, i, j = leaves
-        delta, place = edge_deltas(face, level, i, j)
+        delta, place = neighbours_of(face, level, i, j)
         too_coarse = delta > most
         if not too_coarse.any():
             return leaves, delta

@@ -12,6 +12,7 @@ from ...engine.gpu.layout import Vec4
 from ...engine.graph import GraphBuilder, PassIO
 from ...engine.settings import revision, with_overrides
 from ...engine.surface.coverage import proxy_coverage
+from ...engine.surface.decimation import topology
 from ...engine.surface.selection import select_rings
 from ...engine.system import Frame, Setup, System, ViewInfo
 
@@ -45,6 +46,8 @@ class _SeaView:
         self.made: tuple[Any, ...] | None = None
         self.wanted: tuple[Any, ...] = ()
         self.culled: tuple[Any, ...] | None = None
+        self.eye_m: tuple[float, ...] = (0.0, 0.0, 0.0)
+        self.edge_rad = 0.01
 
 
 class OceanSystem(System):
@@ -63,6 +66,9 @@ class OceanSystem(System):
         self._block = setup.gpu.uniform_block(OceanBlock, OCEAN_BINDING, "ocean")
         self._written: tuple[Any, ...] | None = None
         self._vertices = setup.gpu.compute("ocean/vertices.comp", defines=defines)
+        self._measure = setup.gpu.compute("common/measure_cells.comp", defines=defines)
+        self._agree = setup.gpu.compute("common/agree_cells.comp", defines=defines)
+        self._most = int(setup.settings["terrain.decimation"])
         self._cull = setup.gpu.compute("common/cull_cells.comp", defines=defines)
         self._surface = setup.gpu.program(vertex="ocean/gbuffer.vert", fragment="ocean/gbuffer.frag", defines=defines)
         self._shade = setup.gpu.fullscreen("ocean/shade.frag")
@@ -108,7 +114,9 @@ class OceanSystem(System):
                 ).half_angle_rad,
                 min_spacing_m=float(frame.settings["terrain.min_spacing_m"]),
             )
-            if view.mesh.upload(cells):
+            height = ocean.sea_level_m + above_sea - proxy.anchor_height_m
+            view.eye_m, view.edge_rad = tuple(proxy.lattice.direction * height), spacing_angle
+            if view.mesh.upload(cells, topology(cells)):
                 self.structure += 1
         axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
         view.wanted = (view.mesh.selection, axes, camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
@@ -175,7 +183,7 @@ class OceanSystem(System):
         sea.made = None
 
         def run() -> None:
-            sea.mesh.make_vertices(self._vertices)
+            sea.mesh.make_vertices(self._vertices, self._measure, self._agree, sea.eye_m, sea.edge_rad, self._most)
             sea.made = (sea.mesh.selection, sea.key)
 
         return run
@@ -192,7 +200,7 @@ class OceanSystem(System):
 
     def _bind_gbuffer(self, io: PassIO, sea: _SeaView) -> Callable[[], None]:
         target = io.framebuffer(colors=GBUFFER, depth="gbuffer.depth")
-        patches = self._gpu.vertex_array(self._surface, content=[], index=sea.mesh.indices, index_size=4)
+        patches = sea.mesh.vertex_array(self._surface)
 
         def run() -> None:
             target.use()

@@ -19,13 +19,16 @@ from ...engine.gpu.layout import Vec4
 from ...engine.graph import GraphBuilder, PassIO
 from ...engine.settings import revision, with_overrides
 from ...engine.surface.coverage import proxy_coverage
+from ...engine.surface.decimation import topology
 from ...engine.surface.selection import select_rings
 from ...engine.system import Frame, Setup, System, ViewInfo
 from .height import TerrainField, TerrainParams, octave_table
+from .material import TerrainMaterialBlock, material_block
 
 GRID_BINDING = 3
 OCTAVES_BINDING = 4
 MATERIAL_BINDING = 7
+_DECIMATED_SHARE = 0.7  # diagonals of a decimated cell are as long as those of a whole one
 _DEEP_M = 2.0  # a cell this far below the sea is hidden by it, whatever the curvature of both meshes
 GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
 
@@ -39,22 +42,6 @@ class TerrainGridBlock:
     0)"""
 
 
-@dataclass
-class TerrainMaterialBlock:
-    """What the ground is made of. GLSL: ``generated/terrain_material_block.glsl``, instance
-    ``terrain_material_block``."""
-
-    rock: Vec4 = (0.13, 0.115, 0.10, 0.0)
-    grass: Vec4 = (0.055, 0.085, 0.025, 0.0)
-    sand: Vec4 = (0.34, 0.27, 0.17, 0.0)
-    snow: Vec4 = (0.80, 0.82, 0.85, 0.0)
-    """albedos"""
-    snow_line: Vec4 = (5200.0, -500.0, 0.0, 0.0)
-    """(height of the snow line in m at the equator, at the poles, unused, unused)"""
-    limits: Vec4 = (0.62, 4.0, 0.0, 0.0)
-    """(slope of bare rock in m per m, height of beaches in m, unused, unused)"""
-
-
 class _GridView:
     """One view's cells and what they were made for."""
 
@@ -66,6 +53,8 @@ class _GridView:
         self.wanted: tuple[Any, ...] = ()  # what the visible list depends on
         self.culled: tuple[Any, ...] | None = None  # what it was made for
         self.keep_dh_m = (-3.0e38, 3.0e38)
+        self.eye_m: tuple[float, ...] = (0.0, 0.0, 0.0)
+        self.edge_rad = 0.01
 
 
 class TerrainSystem(System):
@@ -91,6 +80,9 @@ class TerrainSystem(System):
         self._material_ubo = setup.gpu.uniform_block(TerrainMaterialBlock, MATERIAL_BINDING, "terrain_material_block")
         defines = {"QUADS_LOG2": self._quads.bit_length() - 1}
         self._vertices = setup.gpu.compute("terrain/vertices.comp", defines=defines)
+        self._measure = setup.gpu.compute("common/measure_cells.comp", defines=defines)
+        self._agree = setup.gpu.compute("common/agree_cells.comp", defines=defines)
+        self._most = int(setup.settings["terrain.decimation"])
         self._cull = setup.gpu.compute("common/cull_cells.comp", defines=defines)
         self._surface = setup.gpu.program(
             vertex="terrain/gbuffer.vert", fragment="terrain/gbuffer.frag", defines=defines
@@ -99,6 +91,7 @@ class TerrainSystem(System):
         self._draw_state = setup.gpu.gpu.state(depth_test=True, depth_func=">=", cull="back")
         self._shade_state = setup.gpu.gpu.state(depth_test=False, cull=None)
         self._field_revision: tuple[int, ...] = ()
+        self._material_stamp: tuple[int, ...] = ()
         self._refresh_field(setup.world, setup.planet, setup.settings)
 
     def release(self) -> None:
@@ -115,16 +108,7 @@ class TerrainSystem(System):
         self._params = TerrainParams.from_component(terrain, body.radius_m)
         self._field = TerrainField(self._params)
         world.set_resource("height_field", self._field)
-        self._material_ubo.write(
-            TerrainMaterialBlock(
-                rock=(*terrain.rock_albedo, 0.0),
-                grass=(*terrain.grass_albedo, 0.0),
-                sand=(*terrain.sand_albedo, 0.0),
-                snow=(*terrain.snow_albedo, 0.0),
-                snow_line=(terrain.snow_line_m, terrain.snow_line_pole_m, 0.0, 0.0),
-                limits=(math.tan(math.radians(min(terrain.rock_slope_deg, 89.0))), terrain.beach_height_m, 0.0, 0.0),
-            )
-        )
+        self._ground = terrain
 
     def _view(self, index: int) -> _GridView:
         view = self._views.get(index)
@@ -147,12 +131,16 @@ class TerrainSystem(System):
         axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
         view.keep_dh_m = self._above_sea(frame, proxy)
         view.wanted = (view.mesh.selection, axes, tangents, view.keep_dh_m)
+        stamp = (*self._field_revision, frame.view_index, proxy.generation)
+        if stamp != self._material_stamp:
+            self._material_stamp = stamp
+            self._material_ubo.write(material_block(self._ground, self._params, proxy.lattice.direction))
         self._grid_ubo.bind()
         self._material_ubo.bind()
 
     @staticmethod
     def _above_sea(frame: Frame, proxy: Any) -> tuple[float, float]:
-        """Heights from the anchor that can be seen: from above, the sea hides all of its bed (its own pass colours it)."""
+        """Heights from the anchor that can be seen: from above, the sea hides all of its bed and colours it itself."""
         sea = frame.world.try_get(frame.planet, Ocean)
         radius = frame.world.get(frame.planet, Planet).radius_m
         if sea is None or float(np.linalg.norm(frame.camera.position_m)) - radius < sea.sea_level_m:
@@ -181,7 +169,9 @@ class TerrainSystem(System):
             min_spacing_m=smallest,
             height_at=field.height,
         )
-        if view.mesh.upload(cells):
+        view.eye_m = tuple(proxy.lattice.direction * (proxy.ground_m + above_ground - proxy.anchor_height_m))
+        view.edge_rad = _DECIMATED_SHARE * spacing_angle
+        if view.mesh.upload(cells, topology(cells)):
             self.structure += 1
         table = octave_table(self._params, proxy.lattice.direction, proxy.anchor_height_m)
         if view.octaves is None or view.octaves.size != table.nbytes:
@@ -239,7 +229,9 @@ class TerrainSystem(System):
 
         def run() -> None:
             grid.octaves.bind_to_storage_buffer(OCTAVES_BINDING)
-            grid.mesh.make_vertices(self._vertices)
+            grid.mesh.make_vertices(
+                self._vertices, self._measure, self._agree, grid.eye_m, grid.edge_rad, self._most
+            )
             grid.made = grid.mesh.selection
 
         return run
@@ -256,7 +248,7 @@ class TerrainSystem(System):
 
     def _bind_gbuffer(self, io: PassIO, grid: _GridView) -> Callable[[], None]:
         target = io.framebuffer(colors=GBUFFER, depth="gbuffer.depth")
-        patches = self._gpu.vertex_array(self._surface, content=[], index=grid.mesh.indices, index_size=4)
+        patches = grid.mesh.vertex_array(self._surface)
 
         def run() -> None:
             target.use()

@@ -3,6 +3,7 @@
 #ifndef QUADS_LOG2
 #error "define QUADS_LOG2: a cell has (1 << QUADS_LOG2) quads a side"
 #endif
+const int CELL_MOST = 3;   // at least every 8th vertex along an axis is used: MOST of engine/surface/decimation.py
 const int CELL_QUADS = 1 << QUADS_LOG2;
 const int CELL_SIDE = CELL_QUADS + 1;
 const int CELL_VERTICES = CELL_SIDE * CELL_SIDE;
@@ -12,10 +13,10 @@ struct Cell {
     int level;
     int i;
     int j;
-    uint edge_delta;   // 4 x 8 bits: by how many levels the neighbour across edge i-1, i+1, j-1, j+1 is coarser
+    uint edge_mask;    // 4 x 8 bits: along edge i-1, i+1, j-1, j+1 indices are rounded down to multiples of 2^mask
     float spacing_m;   // nominal distance of two vertices
-    float unused_0;
-    float unused_1;
+    uint variant;      // which index list: (CELL_MOST + 1) * skip along i + skip along j
+    float distance_m;  // from the proxy to the nearest point of the cell
 };
 
 struct CellVertex {
@@ -35,11 +36,11 @@ ivec2 cell_lattice_point(Cell cell, ivec2 ab) {
     return (ivec2(cell.i, cell.j) << (30 - cell.level)) + ab * (1 << (30 - cell.level - QUADS_LOG2));
 }
 
-// Along an edge to a coarser neighbour only the vertices that it has as well are used: no T-junctions.
-int cell_masked_vertex(uint edge_delta, int index) {
+// Along an edge only the vertices that both sides use: no T-junctions.
+int cell_masked_vertex(uint edge_mask, int index) {
     ivec2 ab = ivec2(index % CELL_SIDE, index / CELL_SIDE);
-    int d_i = ab.x == 0 ? int(edge_delta & 255u) : ab.x == CELL_QUADS ? int((edge_delta >> 8) & 255u) : 0;
-    int d_j = ab.y == 0 ? int((edge_delta >> 16) & 255u) : ab.y == CELL_QUADS ? int((edge_delta >> 24) & 255u) : 0;
+    int d_i = ab.x == 0 ? int(edge_mask & 255u) : ab.x == CELL_QUADS ? int((edge_mask >> 8) & 255u) : 0;
+    int d_j = ab.y == 0 ? int((edge_mask >> 16) & 255u) : ab.y == CELL_QUADS ? int((edge_mask >> 24) & 255u) : 0;
     ab.y = (ab.y >> d_i) << d_i;
     ab.x = (ab.x >> d_j) << d_j;
     return ab.y * CELL_SIDE + ab.x;

@@ -1,18 +1,26 @@
-// Which cells can be seen: one workgroup walks over all of them and writes the indirect draw. No atomics outside shared memory,
+// Which cells can be seen: one workgroup walks over all of them and writes an indirect draw for each index list. No atomics outside shared memory,
 // nothing to clear before.
 #include "generated/frame.glsl"
 #include "generated/planet.glsl"
 #include "common/cells.glsl"
+#include "common/skyline.glsl"
 
 layout(local_size_x = 256) in;
+layout(std430, binding = 0) readonly buffer CellBuffer { Cell cells[]; };
+layout(std430, binding = 1) readonly buffer VertexBuffer { CellVertex vertices[]; };
 layout(std430, binding = 5) readonly buffer BoundsBuffer { CellBounds bounds[]; };
 layout(std430, binding = 2) writeonly buffer VisibleBuffer { uint visible[]; };
 layout(std430, binding = 3) writeonly buffer ArgumentsBuffer { uint arguments[]; };
+layout(std430, binding = 6) readonly buffer RangeBuffer { uvec2 ranges[]; };   // first index and count of each variant
 uniform int u_cell_count;
-uniform int u_index_count;
+uniform int u_capacity;   // entries of the visible list for each variant
 uniform vec2 u_keep_dh;   // cells that reach no dh between these are dropped (no bed under an opaque sea, no sea under land)
 
-shared uint s_count;
+const uint VARIANTS = uint((CELL_MOST + 1) * (CELL_MOST + 1));
+const float LIFT = 1.0e6;   // makes heights positive, so that their bits order as integers; 1/16 m steps
+shared uint s_count[VARIANTS];
+shared uint s_ready, s_next;   // cells before s_ready have raised the skyline
+shared int s_lowest;   // lowest dh so far, in an order-preserving integer form
 
 bool box_outside(vec3 normal, vec3 low, vec3 high) {
     // The corner farthest along the inward normal is outside: all of the box is.
@@ -20,8 +28,20 @@ bool box_outside(vec3 normal, vec3 low, vec3 high) {
     return dot(normal, corner) < 0.0;
 }
 
+// Camera-relative position of a cell's middle vertex.
+vec3 cell_middle(uint cell) {
+    CellVertex vertex = vertices[cell * uint(CELL_VERTICES) + uint((CELL_QUADS / 2) * (CELL_SIDE + 1))];
+    return vec3(vertex.x, vertex.y, vertex.z) - frame.camera_offset.xyz;
+}
+
 void main() {
-    if (gl_LocalInvocationID.x == 0u) s_count = 0u;
+    if (gl_LocalInvocationID.x < VARIANTS) s_count[gl_LocalInvocationID.x] = 0u;
+    if (gl_LocalInvocationID.x == 0u) {
+        s_lowest = 0x7f000000;
+        s_ready = 0u;
+        s_next = 0xffffffffu;
+    }
+    skyline_clear(gl_LocalInvocationID.x);
     barrier();
 
     // Inward normals of the four side planes through the camera; slightly widened so that rounding never drops a pixel.
@@ -30,11 +50,6 @@ void main() {
     vec2 high_tan = frame.projection.zw + frame.projection.xy * 1.001;
     vec3 left_normal = right - forward * low_tan.x, right_normal = forward * high_tan.x - right;
     vec3 bottom_normal = up - forward * low_tan.y, top_normal = forward * high_tan.y - up;
-
-    // The straight line between two points above a sphere is free only if it is no longer than the sum of their tangents.
-    float occluder = planet.radii.x + planet.radii.w;
-    float camera_above = max(frame.camera_zenith.w - planet.radii.w, 0.0);
-    float camera_tangent = sqrt(camera_above) * sqrt(2.0 * occluder + camera_above);
 
     for (int first = 0; first < u_cell_count; first += 256) {
         int index = first + int(gl_LocalInvocationID.x);
@@ -46,19 +61,50 @@ void main() {
         high += pad;
         seen = seen && !(box_outside(left_normal, low, high) || box_outside(right_normal, low, high)
             || box_outside(bottom_normal, low, high) || box_outside(top_normal, low, high) || box_outside(forward, low, high));
-        float cell_above = max(box.high.w + frame.anchor_up.w - planet.radii.w, 0.0);
+        // The straight line between two points above a sphere is free only if it is no longer than the sum of their
+        // tangents. The sphere is the lowest ground between here and the cell: cells come nearest first, and a line that
+        // dips below the lowest ground nearer than its end has met ground. Never below the lowest drawn surface.
+        if (index < u_cell_count) atomicMin(s_lowest, floatBitsToInt(max(box.low.w + LIFT, 0.0)));
+        memoryBarrierShared();
+        barrier();
+        float lowest = max(intBitsToFloat(s_lowest) - LIFT - 1.0 + frame.anchor_up.w, planet.radii.w);
+        float occluder = planet.radii.x + lowest;
+        float camera_above = max(frame.camera_zenith.w - lowest, 0.0);
+        float camera_tangent = sqrt(camera_above) * sqrt(2.0 * occluder + camera_above);
+        float cell_above = max(box.high.w + frame.anchor_up.w - lowest, 0.0);
         float cell_tangent = sqrt(cell_above) * sqrt(2.0 * occluder + cell_above);
         vec3 nearest = clamp(vec3(0.0), low, high);
+        // Ground whose far side is nearer than the near side of this turn's cells may hide them.
+        float turn_distance = cells[first].distance_m;
+        uint ready = s_ready;
+        barrier();
+        for (uint k = ready + gl_LocalInvocationID.x; k < uint(first); k += 256u) {
+            if (cells[k].distance_m > turn_distance * SKYLINE_RATIO) {
+                atomicMin(s_next, k);
+                break;
+            }
+            CellBounds occluder = bounds[k];
+            skyline_raise(cell_middle(k), cells[k].spacing_m, occluder.low.w);
+        }
+        barrier();
+        if (gl_LocalInvocationID.x == 0u) {
+            s_ready = min(s_next, uint(first));
+            s_next = 0xffffffffu;
+        }
+        barrier();
+        seen = seen && !skyline_hides(cell_middle(uint(min(index, u_cell_count - 1))), cells[min(index, u_cell_count - 1)].spacing_m, box.high.w);
         seen = seen && length(nearest) <= (camera_tangent + cell_tangent) * 1.0001 + 0.01;
         seen = seen && box.high.w >= u_keep_dh.x && box.low.w <= u_keep_dh.y;
-        if (seen) visible[atomicAdd(s_count, 1u)] = uint(index);
+        uint variant = cells[min(index, u_cell_count - 1)].variant;
+        if (seen) visible[variant * uint(u_capacity) + atomicAdd(s_count[variant], 1u)] = uint(index);
     }
     barrier();
-    if (gl_LocalInvocationID.x == 0u) {
-        arguments[0] = uint(u_index_count);
-        arguments[1] = s_count;
-        arguments[2] = 0u;
-        arguments[3] = 0u;
-        arguments[4] = 0u;
+    uint variant = gl_LocalInvocationID.x;
+    if (variant < VARIANTS) {
+        arguments[5u * variant] = ranges[variant].y;
+        arguments[5u * variant + 1u] = s_count[variant];
+        arguments[5u * variant + 2u] = ranges[variant].x;
+        arguments[5u * variant + 3u] = 0u;
+        arguments[5u * variant + 4u] = variant * uint(u_capacity);
     }
 }

@@ -4,20 +4,19 @@
 
 layout(std430, binding = 0) readonly buffer CellBuffer { Cell cells[]; };
 layout(std430, binding = 1) readonly buffer VertexBuffer { CellVertex vertices[]; };
-layout(std430, binding = 2) readonly buffer VisibleBuffer { uint visible[]; };
+in uint in_cell;
 
 out vec3 v_normal;
 out vec4 v_attributes;
 flat out int v_level;
 
 void main() {
-    uint cell_index = visible[gl_InstanceID];
-    CellVertex vertex = vertices[cell_index * uint(CELL_VERTICES) + uint(cell_masked_vertex(cells[cell_index].edge_delta, gl_VertexID))];
+    CellVertex vertex = vertices[in_cell * uint(CELL_VERTICES) + uint(cell_masked_vertex(cells[in_cell].edge_mask, gl_VertexID))];
     precise vec3 seen = vec3(vertex.x, vertex.y, vertex.z) - frame.camera_offset.xyz;
     float z = dot(seen, frame.camera_forward.xyz);
     vec2 xy = vec2(dot(seen, frame.camera_right.xyz), dot(seen, frame.camera_up.xyz));
     gl_Position = vec4((xy - frame.projection.zw * z) / frame.projection.xy, frame.camera_offset.w, z);
     v_normal = oct_decode(unpackSnorm2x16(vertex.normal));
     v_attributes = unpackUnorm4x8(vertex.attributes);
-    v_level = cells[cell_index].level;
+    v_level = cells[in_cell].level;
 }
