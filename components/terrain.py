@@ -49,20 +49,57 @@ class Terrain:
     warp: float = knob(1.0, 0.0, 2.0, "", "How far continents and ranges are bent out of their shape", group="shape")
 
     rock_albedo: Vec3 = knob(
-        (0.13, 0.115, 0.10), 0.0, 1.0, "", "Share of light that bare rock throws back", group="ground", widget="color"
+        (0.16, 0.145, 0.125), 0.0, 1.0, "", "Share of light that bare rock throws back", group="ground", widget="color"
     )
-    grass_albedo: Vec3 = knob(
-        (0.055, 0.085, 0.025), 0.0, 1.0, "", "The same of flat land: grass, or dust", group="ground", widget="color"
+    strata_albedo: Vec3 = knob(
+        (0.22, 0.155, 0.105), 0.0, 1.0, "", "The same of the other layers in the rock", group="ground", widget="color"
+    )
+    strata: float = knob(1.0, 0.0, 1.0, "", "How clearly layers show in steep rock", group="ground")
+    strata_m: float = knob(
+        220.0, 1.0, 1e4, "m", "Height from one thick layer of rock to the next", log=True, group="ground"
+    )
+    dry_albedo: Vec3 = knob(
+        (0.33, 0.24, 0.145), 0.0, 1.0, "", "The same of dry soil, desert and dust", group="ground", widget="color"
     )
     sand_albedo: Vec3 = knob(
-        (0.34, 0.27, 0.17), 0.0, 1.0, "", "The same of beaches and the sea's bed", group="ground", widget="color"
+        (0.38, 0.31, 0.21),
+        0.0,
+        1.0,
+        "",
+        "The same of beaches and dunes; dark plains where nothing grows",
+        group="ground",
+        widget="color",
     )
     snow_albedo: Vec3 = knob(
-        (0.80, 0.82, 0.85), 0.0, 1.0, "", "The same of snow and ice", group="ground", widget="color"
+        (0.80, 0.83, 0.87), 0.0, 1.0, "", "The same of snow and ice", group="ground", widget="color"
     )
-    rock_slope_deg: float = knob(32.0, 0.0, 90.0, "deg", "Ground steeper than this is bare rock", group="ground")
+    grass_albedo: Vec3 = knob((0.075, 0.10, 0.035), 0.0, 1.0, "", "The same of grass", group="plants", widget="color")
+    forest_albedo: Vec3 = knob(
+        (0.028, 0.048, 0.018), 0.0, 1.0, "", "The same of forests", group="plants", widget="color"
+    )
+    tundra_albedo: Vec3 = knob(
+        (0.13, 0.115, 0.07), 0.0, 1.0, "", "The same of moss and heath in the cold", group="plants", widget="color"
+    )
+    plants: float = knob(
+        1.0, 0.0, 1.0, "", "Share of suitable ground that plants cover; 0: a bare world", group="plants"
+    )
+    humidity: float = knob(0.5, -1.0, 2.0, "", "0: deserts everywhere, 1: forests everywhere", group="plants")
+    rock_slope_deg: float = knob(30.0, 0.0, 90.0, "deg", "Ground steeper than this is bare rock", group="ground")
     beach_height_m: float = knob(
         4.0, 0.0, 1000.0, "m", "Sand reaches this high above the sea; without a sea it has no effect", group="ground"
     )
     snow_line_m: float = knob(5200.0, -1e5, 1e6, "m", "Height of the snow line at the equator", group="ground")
     snow_line_pole_m: float = knob(-500.0, -1e5, 1e6, "m", "Height of the snow line at the poles", group="ground")
+    snow_slope_deg: float = knob(
+        45.0, 0.0, 90.0, "deg", "Slopes steeper than this shed most of their snow", group="ground"
+    )
+    variation: float = knob(1.0, 0.0, 2.0, "", "How much colours vary, from continents to pebbles", group="ground")
+    grain: float = knob(1.0, 0.0, 4.0, "", "Height of bumps that are smaller than the smallest layer", group="ground")
+    dust_law: float = knob(
+        0.0,
+        0.0,
+        1.0,
+        "",
+        "0: matt ground (Lambert); 1: dust of airless worlds, whose full disc is flat (McEwen 1991)",
+        group="ground",
+    )

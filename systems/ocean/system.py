@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 from ...components import Ocean, Planet
 from ...engine.gpu.cell_mesh import CellMesh
-from ...engine.gpu.layout import Vec4
+from ...engine.gpu.layout import IVec4, Vec4
 from ...engine.graph import GraphBuilder, PassIO
 from ...engine.settings import revision, with_overrides
 from ...engine.surface.coverage import proxy_coverage
 from ...engine.surface.decimation import topology
+from ...engine.surface.nested import nested_anchor
 from ...engine.surface.selection import select_rings
 from ...engine.system import Frame, Setup, System, ViewInfo
 
 OCEAN_BINDING = 6
 GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
-_BED_ALBEDO = (0.34, 0.27, 0.17)  # pale sand: what shallow water is seen against
 
 _WATER_ONLY = (-3.0e38, 1.0e29)  # ocean/vertices.comp marks cells without water
 
@@ -29,12 +30,18 @@ class OceanBlock:
 
     absorption: Vec4 = (0.35, 0.07, 0.03, 0.0)
     """1/m at the three wavelengths"""
-    scattering: Vec4 = (0.003, 0.005, 0.008, 0.0)
+    scattering: Vec4 = (0.0014, 0.0022, 0.003, 0.0)
     """1/m at the three wavelengths"""
-    bed: Vec4 = (*_BED_ALBEDO, 0.0)
+    bed: Vec4 = (0.34, 0.27, 0.17, 0.0)
     """albedo of the ground below"""
-    water: Vec4 = (0.12, 0.0, 0.0, 0.0)
-    """(roughness: Beckmann's alpha of the slopes, unused, unused, unused)"""
+    water: Vec4 = (0.2, 2.0, 0.0, 0.0)
+    """(roughness: Beckmann's alpha of the slopes, sine of the latitude where ice begins (above 1: none), 0, 0)"""
+    ice: Vec4 = (0.6, 0.64, 0.68, 0.0)
+    """albedo of sea ice"""
+    anchor_cell: IVec4 = (0, 0, 0, 0)
+    """the anchor's place for nested noise: whole cells"""
+    anchor_fraction: Vec4 = (0.0, 0.0, 0.0, 0.0)
+    """the rest of it"""
 
 
 class _SeaView:
@@ -61,6 +68,7 @@ class OceanSystem(System):
 
     def setup(self, setup: Setup) -> None:
         self._gpu = setup.gpu
+        self._world = setup.world
         self._quads = int(setup.settings["terrain.quads"])
         defines = {"QUADS_LOG2": self._quads.bit_length() - 1}
         self._block = setup.gpu.uniform_block(OceanBlock, OCEAN_BINDING, "ocean")
@@ -120,16 +128,19 @@ class OceanSystem(System):
                 self.structure += 1
         axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
         view.wanted = (view.mesh.selection, axes, camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
-        written = (revision(ocean),)
+        written = (revision(ocean), frame.view_index, proxy.generation)
         if written != self._written:
             self._written = written
             ocean = with_overrides(ocean, "ocean", frame.settings)
+            ice = math.sin(math.radians(ocean.ice_latitude_deg)) if ocean.ice_latitude_deg < 90.0 else 2.0
             self._block.write(
                 OceanBlock(
                     (*ocean.absorption_per_m, 0.0),
                     (*ocean.scattering_per_m, 0.0),
-                    (*_BED_ALBEDO, 0.0),
-                    (ocean.roughness, 0.0, 0.0, 0.0),
+                    (*ocean.bed_albedo, 0.0),
+                    (ocean.roughness, ice, 0.0, 0.0),
+                    (*ocean.ice_albedo, 0.0),
+                    *nested_anchor(proxy.lattice.direction, radius),
                 )
             )
         self._block.bind()
@@ -141,7 +152,7 @@ class OceanSystem(System):
             "ocean.vertices",
             kind="compute",
             system=name,
-            bind=lambda io: self._bind_vertices(io, sea),
+            bind=lambda io: self._bind_vertices(io, sea, view.index),
             creates=mesh.vertex_buffers(),
             after_optional=("terrain.vertices",),
             when=lambda: sea.made != (mesh.selection, sea.key),
@@ -178,11 +189,14 @@ class OceanSystem(System):
             help="light of sea pixels",
         )
 
-    def _bind_vertices(self, io: PassIO, sea: _SeaView) -> Callable[[], None]:
+    def _bind_vertices(self, io: PassIO, sea: _SeaView, view_index: int) -> Callable[[], None]:
         sea.mesh.attach_vertices(io)
         sea.made = None
 
         def run() -> None:
+            bind_heights = self._world.resources.get("surface_height")
+            if bind_heights is not None:
+                bind_heights(view_index)
             sea.mesh.make_vertices(self._vertices, self._measure, self._agree, sea.eye_m, sea.edge_rad, self._most)
             sea.made = (sea.mesh.selection, sea.key)
 

@@ -1,5 +1,7 @@
-// Light of a smooth sea: what its surface mirrors (sky, sun) and what comes up from below (water, and ground where it is shallow).
+// Light of a smooth sea: what its surface mirrors (sky, sun), what comes up from below (water, and ground where it is
+// shallow), and ice near the poles.
 #include "common/camera.glsl"
+#include "common/nested_noise.glsl"
 #include "common/octahedral.glsl"
 #include "common/surfaces.glsl"
 #include "generated/ocean.glsl"
@@ -16,11 +18,41 @@ layout(location = 0) out vec4 o_radiance;
 
 const float PI = 3.14159265358979;
 const float WATER_F0 = 0.0204;   // ((1.333 - 1) / (1.333 + 1))^2
+const float STARLIGHT = 1.5e-8;  // of the sun's irradiance: 2e-3 lx of stars and airglow on a moonless night
 
 // Smith's masking of a Beckmann surface, rational fit of Walter et al. 2007 (their equation 24 and the text below it).
 float smith_beckmann(float cosine, float alpha) {
-    float a = cosine / (alpha * sqrt(max(1.0 - cosine * cosine, 1e-8)));
+    float a = cosine * inversesqrt(max(1.0 - cosine * cosine, 1e-8)) / alpha;
     return a >= 1.6 ? 1.0 : (3.535 * a + 2.181 * a * a) / (1.0 + 2.276 * a + 2.577 * a * a);
+}
+
+// Schlick 1994.
+float water_fresnel(float cosine) {
+    float t = 1.0 - cosine, t2 = t * t;
+    return WATER_F0 + (1.0 - WATER_F0) * t2 * t2 * t;
+}
+
+// Share of ice (x) and its shade (y): closed towards the pole, floes at its edge, two octaves of noise that follow the
+// footprint.
+vec2 sea_ice(vec3 point, vec3 normal) {
+    float unused;
+    vec3 D = foot_offset_of(point, unused);
+    float footprint = length(point) * frame.clock.w;
+    float octave = log2(max(5.0 * footprint / NESTED_BASE_M, 1.0)) / 3.0;
+    float low = min(floor(octave), 8.0), t = smoothstep(0.0, 1.0, clamp(octave - low, 0.0, 1.0));
+    float past = (abs(normal.z) - ocean.water.y) * 30.0;
+    int turns = abs(past) < 6.0 || past > 0.0 ? 2 : 1, k = 3 * int(low) + 1, i = 0;
+    float noise = 0.0;
+    do {
+        ivec3 cell;
+        vec3 fraction;
+        float frequency;
+        nested_place(ocean.anchor_cell.xyz, ocean.anchor_fraction.xyz, D, k, cell, fraction, frequency);
+        noise += (i == 0 ? 1.0 - 0.6 * t : 0.4 + 0.6 * t) * gradient_noise_value(cell, fraction);
+        k += 3;
+    } while (++i < turns);
+    noise *= 1.0 / NESTED_RMS;
+    return vec2(smoothstep(-0.3, 0.3, past + 0.8 * noise), 1.0 + 0.07 * noise);
 }
 
 void main() {
@@ -36,33 +68,34 @@ void main() {
     vec3 sun = frame.sun_direction.xyz;
     bool below = dot(view, normal) < 0.0;
     vec3 facing = below ? -normal : normal;
-    float n_v = max(dot(facing, view), 1e-3), n_l = dot(normal, sun);
+    float n_v = max(dot(facing, view), 1e-3), n_l = max(dot(normal, sun), 0.0);
     vec3 sunlight = frame.sun_irradiance.rgb * sun_visibility(point) * air_to_space(point, sun);
-    vec3 skylight = sky_irradiance(point, normal);
+    vec3 skylight = sky_irradiance(point, normal) + frame.sun_irradiance.rgb * STARLIGHT;
 
-    // The sun's glitter: Beckmann's distribution of slopes.
+    // The sun's glitter: Beckmann's distribution of slopes, whose mean square is alpha^2 (Cox and Munk 1954: 0.003 +
+    // 0.00512 times the wind's speed in m/s).
     float alpha = ocean.water.x;
     vec3 half_vector = normalize(view + sun);
     float n_h = max(dot(facing, half_vector), 1e-4), v_h = max(dot(view, half_vector), 0.0);
-    float tan2 = (1.0 - n_h * n_h) / (n_h * n_h);
-    float distribution = exp(-tan2 / (alpha * alpha)) / (PI * alpha * alpha * n_h * n_h * n_h * n_h);
-    float fresnel_sun = WATER_F0 + (1.0 - WATER_F0) * pow(1.0 - v_h, 5.0);
-    float glitter = below || n_l <= 0.0 ? 0.0
-        : distribution * fresnel_sun * smith_beckmann(n_v, alpha) * smith_beckmann(n_l, alpha) / (4.0 * n_v);
+    float n_h2 = n_h * n_h;
+    float distribution = exp((n_h2 - 1.0) / (n_h2 * alpha * alpha)) / (PI * alpha * alpha * n_h2 * n_h2);
+    float glitter = below ? 0.0
+        : distribution * water_fresnel(v_h) * smith_beckmann(n_v, alpha) * smith_beckmann(n_l, alpha) / (4.0 * n_v);
 
     // A rough sea seen at a flat angle shows faces that are turned towards the eye: the mean Fresnel term stays below one.
     float fresnel = WATER_F0 + (1.0 - WATER_F0) * pow(1.0 - n_v, 5.0 / (1.0 + 2.0 * alpha));
     vec3 mirrored = sky(reflect(-view, facing)) * fresnel;
 
-    // Light from below: single scattering of the water column over a sandy bed, both ways through the column.
+    // Light from below: single scattering of the water column over its bed, both ways through the column.
     vec3 loss = ocean.absorption.rgb + ocean.scattering.rgb;
-    float down = sqrt(1.0 - (1.0 - max(n_l, 0.0) * max(n_l, 0.0)) / 1.777), back = sqrt(1.0 - (1.0 - n_v * n_v) / 1.777);
-    vec3 through = exp(-loss * depth_m * (1.0 / down + 1.0 / back));
+    float paths = inversesqrt(1.0 - (1.0 - n_l * n_l) / 1.777) + inversesqrt(1.0 - (1.0 - n_v * n_v) / 1.777);
+    vec3 through = exp(-loss * depth_m * paths);
     vec3 reflectance = ocean.scattering.rgb / (2.0 * loss) * (1.0 - through) + ocean.bed.rgb * through;
-    float enters = 1.0 - (WATER_F0 + (1.0 - WATER_F0) * pow(1.0 - max(n_l, 0.0), 5.0));
-    vec3 upwelling = reflectance * (sunlight * max(n_l, 0.0) * enters + skylight) / PI * (1.0 - fresnel) * 0.54;
+    vec3 upwelling = reflectance * (sunlight * (n_l * (1.0 - water_fresnel(n_l))) + skylight) / PI * (1.0 - fresnel) * 0.54;
 
-    vec3 radiance = upwelling + mirrored + glitter * sunlight;
+    vec2 ice = sea_ice(point, normal);
+    vec3 frozen = ocean.ice.rgb * ice.y * (sunlight * n_l + skylight) / PI;
+    vec3 radiance = mix(upwelling + mirrored + glitter * sunlight, frozen, below ? 0.0 : ice.x);
     Air between = air(vec3(0.0), point);
     o_radiance = vec4((radiance * between.transmittance + between.in_scatter) * frame.scale.x, 1.0);
 }

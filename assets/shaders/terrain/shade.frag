@@ -1,9 +1,9 @@
 // Materials and light of the ground, once per pixel: the vertices' normal, continued by the layers below their spacing.
+// Far away, where a triangle's chord cuts kilometres below the sphere, heights come from the vertices.
 #include "common/camera.glsl"
 #include "generated/terrain_grid.glsl"
 #include "common/octahedral.glsl"
 #include "common/surfaces.glsl"
-#include "terrain/height.glsl"
 #include "terrain/grid_spacing.glsl"
 #include "terrain/material.glsl"
 #include "contract/air.glsl"
@@ -18,38 +18,67 @@ in vec2 v_ndc;
 layout(location = 0) out vec4 o_radiance;
 
 const float PI = 3.14159265358979;
+const float STARLIGHT = 1.5e-8;   // of the sun's irradiance: 2e-3 lx of stars and airglow on a moonless night
 
-void main() {
-    ivec2 pixel = ivec2(gl_FragCoord.xy);
-    if (texelFetch(u_surface, pixel, 0).r != SURFACE_TERRAIN) discard;
+// Reflected radiance per irradiance at normal incidence and albedo. Lambert's law, or for dust without air McEwen's 1991
+// mixture of it with Lommel and Seeliger's law, which makes the full disc flat; L falls with the phase angle (a fit in
+// sin(phase / 2) to McEwen 1996, who gives a polynomial for the moon).
+float reflected(float n_l, float n_v, vec3 view, vec3 sun) {
+    float half_sine = sqrt(max(0.5 - 0.5 * dot(view, sun), 0.0));
+    float share = terrain_material_block.look.y * max(1.0 - 1.15 * half_sine, 0.0);
+    float seeliger = 2.0 * n_l / max(n_l + max(n_v, 0.0), 1e-3);
+    return mix(n_l, seeliger, share) / PI;
+}
+
+vec3 ground_radiance(ivec2 pixel) {
     vec3 point = position_from_depth(v_ndc, texelFetch(u_depth, pixel, 0).r);
     float height;
     vec3 D = foot_offset_of(point, height);
     vec3 zenith = up_at(point);
-    vec3 view = -normalize(point);
+    float distance_m = length(point);
+    vec3 view = -point / distance_m;
     vec3 coarse = oct_decode(texelFetch(u_normal, pixel, 0).rg);
     vec4 attributes = texelFetch(u_attributes, pixel, 0);
     float roughness = attributes.x * 4.0, moisture = attributes.y;
 
-    // What a pixel covers on the ground: wider along the view at flat angles; the geometric mean keeps detail without noise.
-    float across = length(point) * frame.clock.w;
-    float footprint = across / sqrt(max(dot(coarse, view), 0.06));
+    // What a pixel covers on the ground: wider along the view at flat angles, with a little less than all of it, which
+    // keeps detail across the view without noise along it.
+    float across = distance_m * frame.clock.w;
+    float footprint = across / pow(clamp(dot(coarse, view), 0.03, 1.0), 0.75);
+    float spacing = grid_spacing(D);
     float to_sphere = planet.radii.x / (planet.radii.x + height);
     vec3 gradient = zenith - coarse / max(dot(coarse, zenith), 0.05);
-    gradient += terrain_detail_gradient(D, roughness, grid_spacing(D), footprint) * to_sphere;
+
+    float sagitta = spacing * spacing / (8.0 * planet.radii.x);
+    float coded = mix(planet.radii.z, planet.radii.y, attributes.z);
+    height = mix(height, coded, attributes.z > 0.0 ? smoothstep(2.0, 20.0, sagitta) : 0.0);
+
+    GroundDetail detail = ground_detail(D, roughness, spacing, footprint);
+    vec3 relief = roughness * to_sphere * detail.gradient;
+    gradient += relief - zenith * dot(zenith, relief);
+    Material material = terrain_material(detail, zenith, height, gradient, roughness, moisture, footprint);
+    vec3 bumps = material.grain * detail.grain;
+    gradient += bumps - zenith * dot(zenith, bumps);
     vec3 normal = normalize(zenith - gradient);
 
-    Material material = terrain_material(D, zenith, height, length(gradient), roughness, moisture, footprint);
-
     vec3 sun = frame.sun_direction.xyz;
-    float n_l = max(dot(normal, sun), 0.0);
+    // Mean over the slopes that a pixel hides: max(x, 0) turns into a soft bend as wide as they spread.
+    float mu = dot(normal, sun), soft = 0.5 * material.deviation;
+    float n_l = 0.5 * (mu + sqrt(mu * mu + soft * soft)) - 0.5 * soft * clamp(1.0 - mu / max(soft, 1e-4), 0.0, 1.0) * 0.5;
     vec3 sunlight = frame.sun_irradiance.rgb * sun_visibility(point) * air_to_space(point, sun);
     // Light that lit neighbouring ground throws back: without it the airless dark sides would be pure black.
     float sun_height = max(dot(zenith, sun), 0.0);
     vec3 bounce = material.albedo * sunlight * sun_height * (0.5 - 0.5 * dot(normal, zenith)) * 0.6;
-    vec3 irradiance = sunlight * n_l + sky_irradiance(point, normal) + bounce;
-    vec3 radiance = material.albedo * irradiance / PI;
+    vec3 irradiance = sky_irradiance(point, normal) + bounce + frame.sun_irradiance.rgb * STARLIGHT;
+    vec3 radiance = material.albedo * (sunlight * reflected(max(n_l, 0.0), dot(normal, view), view, sun) + irradiance / PI);
 
     Air between = air(vec3(0.0), point);
-    o_radiance = vec4((radiance * between.transmittance + between.in_scatter) * frame.scale.x, 1.0);
+    return radiance * between.transmittance + between.in_scatter;
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    if (texelFetch(u_surface, pixel, 0).r != SURFACE_TERRAIN) discard;
+    vec3 radiance = ground_radiance(pixel);
+    o_radiance = vec4(radiance * frame.scale.x, 1.0);
 }

@@ -1,0 +1,89 @@
+// Relief between the vertices' spacing and the pixel's footprint: what the mesh's normals leave out, and, from the very
+// same noise, the variation of the ground's colour. Below the shortest layer the octaves go on as grain.
+// Costs an octave of noise for each factor of two between spacing and footprint (four or five), a warp and two octaves
+// of broad patches. Loops test at their end: on software GPUs a turn with no pixel left costs as much as any other.
+#include "generated/terrain_material_block.glsl"
+#include "common/nested_noise.glsl"
+
+struct GroundDetail {
+    vec3 gradient;  // of the terrain's own layers, metres per metre, at roughness 1 (may point out of the tangent plane)
+    vec3 grain;     // of octaves shorter than its shortest layer, each as steep as the shortest
+    float fine;     // noise of 3 to 30 footprints, variance about 1
+    float broad;    // noise of 30 to 1000 footprints, variance about 1
+};
+
+const float DETAIL_RIDGE_SLOPE = 1.9, DETAIL_RIDGE_ROUND = 0.03;  // as in the layers' heights
+const int DETAIL_MOST = 28;
+
+// Share of a layer in band-limited gradients: 0 below two samples a wavelength, 1 from four on.
+float detail_weight(float wavelength_m, float spacing_m) {
+    float t = clamp(wavelength_m / spacing_m * 0.5 - 1.0, 0.0, 1.0);
+    return t * t * (3.0 - 2.0 * t);
+}
+
+void detail_place(ivec3 anchor_cell, vec4 anchor, vec3 d, out ivec3 cell, out vec3 fraction) {
+    vec3 t = d * anchor.w;
+    vec3 whole = floor(t);
+    fraction = (t - whole) + anchor.xyz;
+    vec3 carry = floor(fraction);
+    fraction -= carry;
+    cell = anchor_cell + ivec3(whole) + ivec3(carry);
+}
+
+// spacing: of the vertices; footprint: of the pixel, metres.
+GroundDetail ground_detail(vec3 D, float roughness, float spacing, float footprint) {
+    ivec3 cell;
+    vec3 fraction;
+    int layers = terrain_material_block.counts.x, warped = terrain_material_block.counts.y;
+    float first_m = terrain_material_block.layer_shape[0].w;
+    int begin = int(clamp(ceil(log2(first_m / (4.0 * spacing))), 0.0, float(DETAIL_MOST)));
+    int end = int(clamp(ceil(log2(first_m / (2.0 * footprint))), 0.0, float(DETAIL_MOST)));
+
+    vec4 warp_anchor = terrain_material_block.warp_anchor;
+    mat3 jacobian;
+    detail_place(terrain_material_block.warp_cell.xyz, terrain_material_block.warp_place, D, cell, fraction);
+    vec3 near = D + warp_anchor.w * (vector_noise(cell, fraction, jacobian) - warp_anchor.xyz);
+    mat3 to_near = mat3(1.0) + (warp_anchor.w * terrain_material_block.warp_place.w) * jacobian;
+
+    GroundDetail sum = GroundDetail(vec3(0.0), vec3(0.0), 0.0, 0.0);
+    vec3 bent = vec3(0.0);
+    float power = 0.5;
+    float in_ranges = max(1.0 - 0.2 / max(roughness, 1e-3), 0.0);
+    int i = begin;
+    do {
+        int known = min(i, layers - 1), further = i - known;
+        float finer = exp2(float(further));
+        vec4 place = terrain_material_block.layer_place[known], shape = terrain_material_block.layer_shape[known];
+        ivec3 anchor_cell = terrain_material_block.layer_cell[known].xyz;
+        vec3 within = place.xyz * finer, whole = floor(within);
+        place = vec4(within - whole + fract(vec3(0.618034, 0.754878, 0.569840) * float(further)), place.w * finer);
+        detail_place((anchor_cell << further) + ivec3(whole), place, i < warped ? near : D, cell, fraction);
+        vec4 n = gradient_noise(cell, fraction);
+        float wavelength = shape.w / finer;
+        float shown = detail_weight(wavelength, footprint), weight = shown - detail_weight(wavelength, spacing);
+        sum.fine += shown * n.w;
+        power += shown * shown;
+        float slope = 1.0 - abs(shape.z) - shape.z * DETAIL_RIDGE_SLOPE * clamp(n.w / DETAIL_RIDGE_ROUND, -1.0, 1.0);
+        vec3 g = (weight * place.w * slope * (shape.x + shape.y * in_ranges) / finer) * n.xyz;
+        bent += i < warped ? g : vec3(0.0);
+        sum.gradient += i < warped || further > 0 ? vec3(0.0) : g;
+        sum.grain += further > 0 ? g : vec3(0.0);
+    } while (++i < end);
+    sum.gradient += bent * to_near;
+    sum.fine *= inversesqrt(power) / NESTED_RMS;
+
+    // Broad patches: two wavelengths, a factor of eight apart, that take over from one another as the footprint shrinks.
+    float octave = log2(max(20.0 * footprint / NESTED_BASE_M, 1.0)) / 3.0;
+    float low = min(floor(octave), 8.0), t = clamp(octave - low, 0.0, 1.0);
+    t = t * t * (3.0 - 2.0 * t);
+    int k = 3 * int(low) + 1;
+    i = 0;
+    do {
+        float frequency;
+        nested_place(terrain_material_block.anchor_cell.xyz, terrain_material_block.anchor_fraction.xyz, D, k, cell, fraction, frequency);
+        sum.broad += (i == 0 ? 1.0 - 0.6 * t : 0.4 + 0.6 * t) * gradient_noise_value(cell, fraction);
+        k += 3;
+    } while (++i < 2);
+    sum.broad *= inversesqrt(1.16 - 0.4 * t * (1.0 - t)) / NESTED_RMS;
+    return sum;
+}

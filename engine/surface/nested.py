@@ -1,0 +1,25 @@
+"""The anchor of nested noise: one integer place from which the lattices of all wavelengths follow by shifts.
+
+Used by shaders that choose their wavelengths pixel by pixel (assets/shaders/common/nested_noise.glsl).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["NESTED_BASE_M", "nested_anchor"]
+
+NESTED_BASE_M = 0.0625
+"""Shortest wavelength; the others are this times powers of two. With it 1e8 m still fit into int32."""
+
+
+def nested_anchor(
+    direction: NDArray[np.float64], radius_m: float
+) -> tuple[tuple[int, int, int, int], tuple[float, float, float, float]]:
+    """Cell and fraction of the anchor's foot (unit `direction` (3,), float64); fourth parts 0."""
+    place = np.asarray(direction, dtype=np.float64).reshape(3) * (radius_m / NESTED_BASE_M)
+    cell = np.floor(place)
+    i, j, k = (int(v) for v in cell)
+    x, y, z = (float(v) for v in place - cell)
+    return (i, j, k, 0), (x, y, z, 0.0)

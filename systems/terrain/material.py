@@ -1,0 +1,127 @@
+"""What the ground is made of, as the shader reads it: the block of terrain/material.glsl and how it is filled."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...components import Terrain
+from ...engine.gpu.layout import IVec4, Vec4, array
+from ...engine.surface.nested import nested_anchor
+from .height import TerrainParams, octave_table
+from .height_model import FIELDS
+from .height_octaves import model_of
+
+__all__ = ["TerrainMaterialBlock", "material_block"]
+
+LAYERS = 16
+"""Most layers of relief."""
+
+_GRADIENT_VARIANCE = 1.3
+"""Of gradient noise along the ground, per squared wavelength; ridges included. Measured."""
+
+_RANGE_SHARE = 1.8
+"""Of the ranges' height that their layers add where roughness says that there are ranges: an estimate for detail."""
+
+
+@dataclass
+class TerrainMaterialBlock:
+    """What the ground is made of. GLSL: ``generated/terrain_material_block.glsl``, instance
+    ``terrain_material_block``."""
+
+    rock: Vec4 = (0.16, 0.145, 0.125, 0.55)
+    """albedo; w: slope of bare rock in m per m"""
+    strata: Vec4 = (0.22, 0.155, 0.105, 1.0)
+    """albedo of the rock's other layers; w: how clearly they show"""
+    grass: Vec4 = (0.075, 0.1, 0.035, 0.0)
+    forest: Vec4 = (0.028, 0.048, 0.018, 0.0)
+    tundra: Vec4 = (0.13, 0.115, 0.07, 0.0)
+    dry: Vec4 = (0.33, 0.24, 0.14, 1.0)
+    """albedo of bare soil and dust; w: share of ground that may carry plants"""
+    sand: Vec4 = (0.38, 0.31, 0.21, 4.0)
+    """albedo; w: height of beaches in m"""
+    snow: Vec4 = (0.80, 0.83, 0.87, 1.0)
+    """albedo; w: slope in m per m that sheds snow"""
+    climate: Vec4 = (5200.0, -500.0, 0.5, 0.0)
+    """(height of the snow line in m at the equator, at the poles, mean humidity, 0)"""
+    look: Vec4 = (1.0, 0.0, 1.0, 0.0)
+    """(strength of colour variation, share of the law of airless dust, height of the grain, 0)"""
+    relief: Vec4 = (4.0, 0.07, 0.08, 200.0)
+    """(shortest layer in m, variance of all layers' slopes at roughness 1, 1 / their octaves, period of strata in m)"""
+    anchor_cell: IVec4 = (0, 0, 0, 0)
+    """the anchor's place in units of NESTED_BASE_M: whole cells"""
+    anchor_fraction: Vec4 = (0.0, 0.0, 0.0, 0.0)
+    """the rest of it"""
+    counts: IVec4 = (16, 7, 0, 0)
+    """(layers, how many of them are warped, 0, 0)"""
+    warp_cell: IVec4 = (0, 0, 0, 0)
+    """of the warp of layers, at the anchor"""
+    warp_place: Vec4 = (0.0, 0.0, 0.0, 1e-6)
+    """fraction; w: frequency, 1/m"""
+    warp_anchor: Vec4 = (0.0, 0.0, 0.0, 0.0)
+    """its value at the anchor; w: how far it moves, m"""
+    layer_cell: Annotated[Any, array(IVec4, LAYERS)] = field(default_factory=lambda: np.zeros((LAYERS, 4), np.int32))
+    """of the terrain's layers, at the anchor"""
+    layer_place: Annotated[Any, array(Vec4, LAYERS)] = field(default_factory=lambda: np.zeros((LAYERS, 4)))
+    """fraction; w: frequency, 1/m"""
+    layer_shape: Annotated[Any, array(Vec4, LAYERS)] = field(default_factory=lambda: np.zeros((LAYERS, 4)))
+    """(amplitude in m at roughness 1, the same of the ranges' own layers in m, ridge share, wavelength in m)"""
+
+
+def material_block(
+    terrain: Terrain, params: TerrainParams, anchor_direction: NDArray[np.float64]
+) -> TerrainMaterialBlock:
+    """The block for one component and one anchor (unit direction, (3,) float64)."""
+    model = model_of(params)
+    slopes = model.amplitude_m / model.wavelength_m
+    octaves = max(int(np.count_nonzero(slopes)), 1)
+    table = octave_table(model, anchor_direction, 0.0)
+    last = 2 + FIELDS + model.layers
+    layers = table["octaves"][2 + FIELDS : 2 + FIELDS + LAYERS].copy()
+    layers[model.layers :] = table["octaves"][last - 1]
+    warp = table["octaves"][1]
+    range_m = _RANGE_SHARE * float(model.constants.range_m)
+    cell, fraction = nested_anchor(anchor_direction, params.radius_m)
+    return TerrainMaterialBlock(
+        rock=(*terrain.rock_albedo, _slope(terrain.rock_slope_deg)),
+        strata=(*terrain.strata_albedo, terrain.strata),
+        grass=(*terrain.grass_albedo, 0.0),
+        forest=(*terrain.forest_albedo, 0.0),
+        tundra=(*terrain.tundra_albedo, 0.0),
+        dry=(*terrain.dry_albedo, terrain.plants),
+        sand=(*terrain.sand_albedo, terrain.beach_height_m),
+        snow=(*terrain.snow_albedo, _slope(terrain.snow_slope_deg)),
+        climate=(terrain.snow_line_m, terrain.snow_line_pole_m, terrain.humidity, 0.0),
+        look=(terrain.variation, terrain.dust_law, terrain.grain, 0.0),
+        relief=(
+            float(model.wavelength_m[-1]),
+            _GRADIENT_VARIANCE * float(np.sum(slopes * slopes)),
+            1.0 / octaves,
+            terrain.strata_m,
+        ),
+        anchor_cell=cell,
+        anchor_fraction=fraction,
+        counts=(model.layers, model.warped_layers, 0, 0),
+        warp_cell=tuple(int(v) for v in warp["cell"]),
+        warp_place=(*(float(v) for v in warp["fraction_hi"]), float(warp["frequency"])),
+        warp_anchor=(*(float(v) for v in table["warp_hi"][1, :3]), float(table["warp_m"][1])),
+        layer_cell=layers["cell"],
+        layer_place=np.concatenate([layers["fraction_hi"], layers["frequency"][:, None]], axis=1),
+        layer_shape=np.stack(
+            [
+                layers["weights"][:, 1],
+                layers["weights"][:, 0] * range_m,
+                layers["weights"][:, 2],
+                1.0 / layers["frequency"],
+            ],
+            axis=1,
+        ),
+    )
+
+
+def _slope(angle_deg: float) -> float:
+    return max(math.tan(math.radians(min(angle_deg, 89.0))), 1e-3)
