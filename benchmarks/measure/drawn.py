@@ -45,7 +45,7 @@ class DrawnMesh:
             raise RuntimeError("the last frame selected no ground: nothing to measure")
         proxy = renderer.scene.world.resource("proxy.0")
         return cls(
-            record=mesh.record.copy(),
+            record=mesh.read_cells().copy(),
             vertices=mesh.read_vertices().copy(),
             visible=mesh.read_visible().astype(np.int64),
             quads=mesh.quads,

@@ -151,6 +151,7 @@ def _frame_python(session: Session) -> None:
                 passes=len(reports),
                 ran=sum(report.ran for report in reports),
             )
+        renderer.gpu.leave(target)
         target.release()
 
 

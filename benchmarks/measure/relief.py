@@ -1,0 +1,62 @@
+"""Relief of procedural land beside measured relief of the Earth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ... import Scene
+from ...systems.terrain.height import relief_statistics
+from ...systems.terrain.height_relief import EARTH_LAND_RELIEF_M
+
+DISTANCES_M = (1.0, 10.0, 100.0, 1e3, 1e4, 1e5)
+
+MEASURED = EARTH_LAND_RELIEF_M
+"""rms height difference of the Earth's land over each distance, metres."""
+SOURCE = "Tang et al. (slopes of land at 30 m), Gagnon et al. 2006 and Crooks et al. 2018 (exponents)"
+
+
+def roughness(scene: Scene, count: int) -> dict[float, float]:
+    """rms height difference of land over each of DISTANCES_M, metres."""
+    planet = scene.planet
+    found = relief_statistics(planet.height_field(), planet.radius_m, DISTANCES_M, count)
+    return dict(zip(DISTANCES_M, (float(x) for x in found), strict=True))
+
+
+@dataclass(frozen=True)
+class Composition:
+    """What a planet is made of, by area."""
+
+    land_share: float
+    highest_m: float
+    lowest_m: float
+    samples: int
+
+
+def composition(scene: Scene, samples: int, seed: int = 0) -> Composition:
+    """Share of land above the sea, highest peak and lowest seabed of evenly random directions; peaks are climbed."""
+    field = scene.planet.height_field()
+    rng = np.random.default_rng(seed)
+    v = rng.normal(size=(samples, 3))
+    v /= np.linalg.norm(v, axis=1, keepdims=True)
+    heights = field.height(v)
+    order = np.argsort(heights)
+    highest, lowest = _climb(field, v[order[-20:]], 1.0, rng), -_climb(field, v[order[:20]], -1.0, rng)
+    return Composition(float((heights > 0.0).mean()), highest, lowest, samples)
+
+
+def _climb(field: Any, starts: NDArray[np.float64], sign: float, rng: np.random.Generator) -> float:
+    """The best of `sign` times the height near some starts, by random steps that shrink."""
+    v, h = starts, sign * field.height(starts)
+    step = 2e-3
+    for _ in range(40):
+        around = v + rng.normal(size=v.shape) * step
+        around /= np.linalg.norm(around, axis=1, keepdims=True)
+        found = sign * field.height(around)
+        better = found > h
+        v, h = np.where(better[:, None], around, v), np.where(better, found, h)
+        step *= 0.85
+    return float(h.max())

@@ -1,0 +1,98 @@
+"""Suite startup: how long until the first picture, in a process of its own each time."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ... import __file__ as _package_file
+from ..session import Bench, Session
+from ..target import at_most
+from ..timing import Timing
+
+_CHILD = """
+import json, sys, time
+began = time.perf_counter()
+def since(): return (time.perf_counter() - began) * 1e3
+import planetfall as pf
+marks = {"import": since()}
+scene = pf.load_scene("earth")
+marks["scene"] = since()
+if sys.argv[1] == "picture":
+    renderer = pf.Renderer(scene, size=(640, 360), quality=sys.argv[2])
+    marks["renderer"] = since()
+    camera = pf.view(sys.argv[3])
+    renderer.render(camera)
+    marks["first picture"] = since()
+    renderer.render(camera)
+    marks["second picture"] = since()
+    marks["graph bytes"] = renderer.graph.memory_bytes()
+elif sys.argv[1] == "sampler":
+    import numpy
+    pf.TerrainSampler(scene).height(numpy.array([[1.0, 0.0, 0.0]]))
+    marks["first height"] = since()
+def memory(key):
+    try:
+        return next((int(line.split()[1]) * 1024 for line in open("/proc/self/status") if line.startswith(key)), 0)
+    except OSError:
+        return 0
+marks["resident bytes"] = memory("VmRSS:")
+marks["peak bytes"] = memory("VmHWM:")
+print(json.dumps(marks))
+"""
+
+
+def run_child(*arguments: str, environment: Mapping[str, str] | None = None) -> dict[str, Any]:
+    """Milliseconds of the stages since the interpreter was up, and memory, of a fresh process."""
+    root = str(Path(_package_file).resolve().parents[1])
+    path = os.pathsep.join(filter(None, (root, os.environ.get("PYTHONPATH"))))
+    done = subprocess.run(
+        [sys.executable, "-c", _CHILD, *arguments],
+        env={**os.environ, **(environment or {}), "PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    if done.returncode:
+        raise RuntimeError(f"the process ended with {done.returncode}: {done.stderr.strip()[-600:]}")
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def _import(session: Session) -> None:
+    """Importing planetfall; a program that only asks for heights; both without OpenGL."""
+    runs = [run_child("sampler") for _ in range(session.runs(7, 3))]
+    for stage in ("import", "scene", "first height"):
+        session.row(stage, timing=Timing.of([run[stage] for run in runs]))
+    session.row("resident memory", error=_mib(runs, "resident bytes"), error_unit="MiB")
+
+
+def _first_picture(session: Session) -> None:
+    """From the interpreter to the first picture, with the driver's shader cache warm and empty."""
+    for name in ("near", "orbit") if session.quick else ("near", "ground", "high", "orbit"):
+        run_child("picture", "medium", name)
+        warm = [run_child("picture", "medium", name) for _ in range(session.runs(5, 2))]
+        for stage in ("renderer", "first picture", "second picture"):
+            first = stage == "first picture"
+            session.row(f"warm: {stage}", name, (640, 360), Timing.of([run[stage] for run in warm]),
+                        target=at_most(3000.0, "ms") if first else None, target_on="ms")  # fmt: skip
+        with tempfile.TemporaryDirectory() as empty:
+            places = {"MESA_SHADER_CACHE_DIR": empty, "XDG_CACHE_HOME": empty, "__GL_SHADER_DISK_CACHE_PATH": empty}
+            cold = run_child("picture", "medium", name, environment=places)
+        session.row("cold: first picture", name, (640, 360), Timing.of([cold["first picture"]]))
+        session.row("peak memory", name, (640, 360), error=_mib(warm, "peak bytes"), error_unit="MiB",
+                    target=at_most(400.0, "MiB"), resident_mib=_mib(warm, "resident bytes"),
+                    graph_mib=_mib(warm, "graph bytes"))  # fmt: skip
+
+
+def _mib(runs: list[dict[str, Any]], key: str) -> float:
+    return max(run[key] for run in runs) / 2**20
+
+
+BENCHES: Mapping[str, Bench] = {"import": _import, "first_picture": _first_picture}
