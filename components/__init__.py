@@ -6,22 +6,23 @@ if __name__ != "planetfall.components":
     )
 
 from ._knob import Knob, Vec3, knob, knobs
+from .debug_view import DebugView
 from .exposure import Composite, Exposure
 from .ocean import Ocean
 from .planet import Planet
-from .quality import ProxyQuality, RenderQuality, SkyQuality, TerrainQuality
+from .quality import ProxyQuality, SkyQuality, TerrainQuality
 from .stars import Stars
 from .sun import Sun
 from .terrain import Terrain
 
 __all__ = [
     "Composite",
+    "DebugView",
     "Exposure",
     "Knob",
     "Ocean",
     "Planet",
     "ProxyQuality",
-    "RenderQuality",
     "SkyQuality",
     "Stars",
     "Sun",

@@ -6,16 +6,7 @@ from dataclasses import dataclass
 
 from ._knob import knob
 
-__all__ = ["ProxyQuality", "RenderQuality", "SkyQuality", "TerrainQuality"]
-
-
-@dataclass
-class RenderQuality:
-    """Keys without a dot."""
-
-    render_scale: float = knob(
-        1.0, 0.25, 2.0, "", "Rendered pixels per pixel of the picture, each way", cost="time grows with its square"
-    )
+__all__ = ["ProxyQuality", "SkyQuality", "TerrainQuality"]
 
 
 @dataclass
@@ -23,11 +14,11 @@ class TerrainQuality:
     """Keys "terrain.*"."""
 
     edge_px: float = knob(
-        6.0,
+        11.2,
         1.0,
         64.0,
         "px",
-        "Wanted length of a triangle's edge on the screen at the centre of the picture",
+        "Longest edge of a triangle on the screen, at the centre of the picture; most are half to all of it",
         cost="vertices grow with the inverse square",
         log=True,
     )
@@ -49,7 +40,7 @@ class TerrainQuality:
         cost="a higher value is cheaper",
     )
     min_spacing_m: float = knob(
-        0.06,
+        0.03,
         0.005,
         100.0,
         "m",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from . import ASSETS
 from .components import (
     Composite,
+    DebugView,
     Exposure,
     Ocean,
     Planet,
@@ -24,5 +25,5 @@ SCENE_KINDS: dict[str, type] = {"sun": Sun, "stars": Stars, "exposure": Exposure
 """Components of the scene itself."""
 KINDS: dict[str, type] = {**PLANET_KINDS, **SCENE_KINDS}
 
-for _kind in KINDS.values():
+for _kind in (*KINDS.values(), DebugView):
     install(_kind)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .engine.surface.decimation import MOST
 from .engine.surface.lattice import FULL_BITS, locate
 from .systems.terrain.system import TerrainSystem
 
@@ -42,7 +43,8 @@ def height_drawn(renderer: Renderer, directions: NDArray[np.float64]) -> NDArray
         return result
     proxy = renderer.scene.world.resource("proxy.0")
     radius = proxy.cell.radius_m
-    cells, vertices = mesh.record, mesh.read_vertices()
+    with renderer.current():
+        cells, vertices = mesh.read_cells(), mesh.read_vertices()
     unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     face, i_full, j_full = locate(unit)
     index_of = {(int(c["face"]), int(c["level"]), int(c["i"]), int(c["j"])): k for k, c in enumerate(cells)}
@@ -65,21 +67,24 @@ def _height_on_quads(
 ) -> float:
     """Distance from the centre along `unit` of the drawn patch near grid coordinates (a, b)."""
     side = quads + 1
-    delta = [(int(cell["edge_delta"]) >> (8 * e)) & 255 for e in range(4)]
+    mask = [(int(cell["edge_mask"]) >> (8 * e)) & 255 for e in range(4)]
+    step_x, step_y = (1 << s for s in divmod(int(cell["variant"]), MOST + 1))
 
     def vertex(x: int, y: int) -> NDArray[np.float64]:
         # The same rule as cell_masked_vertex in common/cells.glsl.
-        across = delta[0] if x == 0 else delta[1] if x == quads else 0
-        along = delta[2] if y == 0 else delta[3] if y == quads else 0
+        across = mask[0] if x == 0 else mask[1] if x == quads else 0
+        along = mask[2] if y == 0 else mask[3] if y == quads else 0
         x, y = (x >> along) << along, (y >> across) << across
         return proxy.anchor_m + vertices[y * side + x]["position_m"].astype(np.float64)
 
-    middle_x, middle_y = min(int(a), quads - 1), min(int(b), quads - 1)
+    middle_x, middle_y = (min(int(c) // s, quads // s - 1) for c, s in ((a, step_x), (b, step_y)))
     best, best_error = np.nan, np.inf
-    for y in range(max(middle_y - 1, 0), min(middle_y + 2, quads)):
-        for x in range(max(middle_x - 1, 0), min(middle_x + 2, quads)):
-            p, q, s, t = vertex(x, y), vertex(x + 1, y), vertex(x + 1, y + 1), vertex(x, y + 1)
-            # The diagonals of patch_indices().
+    # Masked edges and heights shift triangles a little: look at the neighbours too.
+    for y in range(max(middle_y - 1, 0), min(middle_y + 2, quads // step_y)):
+        for x in range(max(middle_x - 1, 0), min(middle_x + 2, quads // step_x)):
+            left, right, low, high = x * step_x, (x + 1) * step_x, y * step_y, (y + 1) * step_y
+            p, q, s, t = vertex(left, low), vertex(right, low), vertex(right, high), vertex(left, high)
+            # The diagonals of decimated_indices().
             for triangle in ((p, q, t), (q, s, t)) if (x + y) % 2 else ((p, q, s), (p, s, t)):
                 matrix = np.column_stack(triangle)
                 scale = np.abs(matrix).max()
@@ -87,6 +92,8 @@ def _height_on_quads(
                     weights = np.linalg.solve(matrix / scale, unit)
                 except np.linalg.LinAlgError:
                     continue  # two corners were moved onto one another along a coarser edge
+                if abs(weights.sum()) < 1e-12:
+                    continue
                 outside = -min(float(weights.min() / weights.sum()), 0.0)
                 if outside < best_error:
                     best, best_error = scale / float(weights.sum()), outside

@@ -28,17 +28,25 @@ from .snapshot import Snapshot
 from .systems.composite import CompositeSystem
 from .systems.debug import DebugSystem
 from .systems.gbuffer import GBufferSystem
-from .systems.light import resolve_sun
+from .systems.light import LightSystem, resolve_sun
 from .systems.ocean import OceanSystem
 from .systems.proxy import ProxySystem
-from .systems.sky import SkySystem
+from .systems.sky import SkySystem, StarsSystem
 from .systems.terrain.system import TerrainSystem
 from .views import View
 
 log = logging.getLogger(__name__)
 
 SYSTEMS: tuple[type[System], ...] = (
-    ProxySystem, GBufferSystem, TerrainSystem, OceanSystem, SkySystem, CompositeSystem, DebugSystem,
+    ProxySystem,
+    LightSystem,
+    GBufferSystem,
+    TerrainSystem,
+    OceanSystem,
+    SkySystem,
+    StarsSystem,
+    CompositeSystem,
+    DebugSystem,
 )  # fmt: skip
 """In the order of their updates; the order of the passes comes from the graph."""
 
@@ -226,11 +234,21 @@ class Renderer:
     def stats(self) -> dict[str, int]:
         """Cells, vertices and triangles drawn in the last frame, ground and sea together. Reads back from the GPU."""
         total: dict[str, int] = {}
-        for system in self._systems:
-            if system.name in self._scopes:
-                for key, value in system.statistics().items():
-                    total[key] = total.get(key, 0) + value
+        with self._guest():
+            for system in self._systems:
+                if system.name in self._scopes:
+                    for key, value in system.statistics().items():
+                        total[key] = total.get(key, 0) + value
         return total
+
+    @property
+    def exposure(self) -> float | None:
+        """EV100 of the last picture; None before the first. Reads back from the GPU."""
+        composite = self.system("composite")
+        if not isinstance(composite, CompositeSystem) or self._plan is None:
+            return None
+        with self._guest():
+            return composite.reading().ev100
 
     def system(self, name: str) -> System | None:
         """The active system of that name, or None."""
@@ -251,8 +269,8 @@ class Renderer:
         """Free every GL object; may be called twice."""
         if self.released:
             return
-        self.released = True
         with self._guest():
+            self.released = True
             if self._plan is not None:
                 self._plan.release()
             for system in self._systems:
@@ -267,7 +285,18 @@ class Renderer:
     def __exit__(self, *_: object) -> None:
         self.release()
 
+    def current(self) -> AbstractContextManager[Any]:
+        """Our GL context current, a host's state safe: for reading back between frames."""
+        return self._guest()
+
     def _guest(self, framebuffer: moderngl.Framebuffer | None = None) -> AbstractContextManager[Any]:
+        if self.released:
+            raise SettingError("this renderer has been released: make a new one")
+        if self._own_context:
+            # A program may have several renderers, each with its own context. It stays current: reading a buffer
+            # between frames then works as with a single one.
+            self.ctx.__enter__()
+            return nullcontext()
         return nullcontext() if self._host is None else self._host.guest(framebuffer)
 
     # -- a frame -----------------------------------------------------------------------------------------------------
@@ -313,8 +342,6 @@ class Renderer:
         target: Any,
     ) -> None:
         started = time.perf_counter()
-        if self.released:
-            raise SettingError("this renderer has been released: make a new one")
         view = camera if isinstance(camera, View) else None
         if time_s is None:
             time_s = view.time_s if view is not None else 0.0

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 import planetfall as pf
 from planetfall._kinds import KINDS
-from planetfall.components import RenderQuality, TerrainQuality, knob, knobs
+from planetfall.components import TerrainQuality, knob, knobs
 from planetfall.engine.settings import (
     PresetError,
     QualityKnobs,
@@ -286,7 +286,7 @@ def test_a_reader_never_sees_half_a_file(tmp_path):
 
 
 def test_quality_presets_are_whole_valid_and_explained():
-    assert qualities() == ["low", "medium", "high", "ultra", "reference", "paper"]
+    assert qualities() == ["low", "medium", "high", "ultra", "reference"]
     for name in qualities():
         path = QUALITY.folder / f"{name}.toml"
         values = resolve_quality(name)
@@ -321,9 +321,9 @@ def test_overrides_are_checked():
 
 
 def test_a_quality_file_with_mistakes_names_them(tmp_path):
-    (tmp_path / "odd.toml").write_text("order = 1\nrender_scle = 1.0\n[terrain]\nedge_px = -3\n")
-    table = QualityKnobs(tmp_path, {"": RenderQuality, "terrain": TerrainQuality}, {})
-    with pytest.raises(PresetError, match=r"odd\.toml: render_scle: unknown key; did you mean 'render_scale'"):
+    (tmp_path / "odd.toml").write_text("order = 1\n[terrain]\nedge_pxs = 3\nedge_px = -3\n")
+    table = QualityKnobs(tmp_path, {"terrain": TerrainQuality}, {})
+    with pytest.raises(PresetError, match=r"odd\.toml: terrain\.edge_pxs: unknown key; did you mean 'terrain\.edge_px'"):
         table.resolve("odd")
 
 

@@ -63,6 +63,7 @@ class CellMesh:
         self._vertices: Any = None
         self._bounds: Any = None
         self._wanted: Any = None
+        self._arrays: dict[Any, Any] = {}
         self._visible: Any = None
         self._arguments: Any = None
 
@@ -200,9 +201,14 @@ class CellMesh:
 
     def vertex_array(self, program: Any) -> Any:
         """The patches for a program that has `in uint in_cell`: one instance a visible cell. Make it in a pass's bind."""
-        return self.scope.vertex_array(
+        old = self._arrays.pop(program, None)
+        if old is not None:
+            self.scope.free(old)
+        made = self.scope.vertex_array(
             program, content=[(self._visible, "1u/i", "in_cell")], index=self.indices, index_size=4
         )
+        self._arrays[program] = made
+        return made
 
     def draw(self, vertex_array: Any) -> None:
         """Indirect draws of what cull() kept, one a variant."""

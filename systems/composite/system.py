@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from ...components import Composite, Exposure
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
+from ...engine.settings import with_overrides
 from ...engine.system import Frame, Setup, System, ViewInfo
 from .tone_maps import TONE_MAPS
 
@@ -70,7 +71,7 @@ class CompositeSystem(System):
         self._add = gpu.gpu.state(blend="additive")
         self._pictures: dict[tuple[int, bool, bool], Any] = {}
         self._latest: Any = None
-        self._choose(setup.world, None, 0.0, True)
+        self._choose(setup.world, setup.settings, None, 0.0, True)
 
     def release(self) -> None:
         self._pictures.clear()
@@ -90,10 +91,11 @@ class CompositeSystem(System):
         return read_exposure(self._latest)
 
     def update(self, frame: Frame) -> None:
-        self._choose(frame.world, frame.ev100, frame.dt_s, frame.cut)
+        self._choose(frame.world, frame.settings, frame.ev100, frame.dt_s, frame.cut)
 
-    def _choose(self, world: Any, ev100: float | None, dt_s: float, cut: bool) -> None:
-        exposure, composite = _first(world, Exposure), _first(world, Composite)
+    def _choose(self, world: Any, settings: Mapping[str, Any], ev100: float | None, dt_s: float, cut: bool) -> None:
+        exposure = with_overrides(_first(world, Exposure), "exposure", settings)
+        composite = with_overrides(_first(world, Composite), "composite", settings)
         self._auto = exposure.mode == "auto" and ev100 is None
         stay = exposure.ev100 if ev100 is None else ev100
         low, high = (exposure.min_ev100, exposure.max_ev100) if self._auto else (stay, stay)

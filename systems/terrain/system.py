@@ -22,13 +22,14 @@ from ...engine.surface.coverage import proxy_coverage
 from ...engine.surface.decimation import topology
 from ...engine.surface.selection import select_rings
 from ...engine.system import Frame, Setup, System, ViewInfo
+from .debug_passes import TerrainDebugPasses
 from .height import TerrainField, TerrainParams, octave_table
 from .material import TerrainMaterialBlock, material_block
 
 GRID_BINDING = 3
 OCTAVES_BINDING = 4
 MATERIAL_BINDING = 7
-_DECIMATED_SHARE = 0.7  # diagonals of a decimated cell are as long as those of a whole one
+_DECIMATED_SHARE = 0.62  # of edge_px: diagonals of decimated cells then are no longer than those of whole ones
 _DEEP_M = 2.0  # a cell this far below the sea is hidden by it, whatever the curvature of both meshes
 GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
 
@@ -88,6 +89,9 @@ class TerrainSystem(System):
             vertex="terrain/gbuffer.vert", fragment="terrain/gbuffer.frag", defines=defines
         )
         self._shade = setup.gpu.fullscreen("terrain/shade.frag")
+        self._debug = TerrainDebugPasses(setup.gpu, defines)
+        setup.gpu.gpu.shaders.provide("surface_height", "terrain/surface_height.glsl", owner=self.name)
+        setup.world.set_resource("surface_height", self._bind_heights)
         self._draw_state = setup.gpu.gpu.state(depth_test=True, depth_func=">=", cull="back")
         self._shade_state = setup.gpu.gpu.state(depth_test=False, cull=None)
         self._field_revision: tuple[int, ...] = ()
@@ -96,7 +100,13 @@ class TerrainSystem(System):
 
     def release(self) -> None:
         self._views.clear()
-        self._world.resources.pop("height_field", None)
+        self._gpu.gpu.shaders.withdraw(self.name)
+        for resource in ("height_field", "surface_height"):
+            self._world.resources.pop(resource, None)
+
+    def _bind_heights(self, view_index: int) -> None:
+        """World resource ``surface_height``: binds what the shader contract of that name reads."""
+        self._view(view_index).octaves.bind_to_storage_buffer(OCTAVES_BINDING)
 
     def _refresh_field(self, world: Any, planet: int, settings: Mapping[str, Any]) -> None:
         terrain, body = world.get(planet, Terrain), world.get(planet, Planet)
@@ -222,6 +232,8 @@ class TerrainSystem(System):
             after=("sky.shade",),
             help="materials and light of terrain pixels",
         )
+
+        self._debug.declare(builder, grid, lambda: self._bind_heights(view.index))
 
     def _bind_vertices(self, io: PassIO, grid: _GridView) -> Callable[[], None]:
         grid.mesh.attach_vertices(io)

@@ -1,0 +1,77 @@
+"""The ground's debug views: triangle edges, and the error of the drawn ground in pixels. Culled unless somebody looks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from ...engine.graph import GraphBuilder, PassIO, TextureSpec
+
+
+class TerrainDebugPasses:
+    """Declares ``debug.wireframe`` and ``debug.error_px``. Programs are made when a view is looked at for the first time.
+
+    gpu: the terrain's scope. defines: of its cell programs.
+    """
+
+    def __init__(self, gpu: Any, defines: dict[str, int]) -> None:
+        self._gpu = gpu
+        self._defines = defines
+        self._error: Any = None
+        self._wire: Any = None
+
+    def declare(self, builder: GraphBuilder, grid: Any, bind_octaves: Callable[[], None]) -> None:
+        """grid: the view's cells, with `.mesh`. bind_octaves: binds the height function's table."""
+        builder.add_pass(
+            "terrain.wireframe",
+            system="terrain",
+            bind=lambda io: self._bind_wireframe(io, grid),
+            reads=("terrain.vertices", "terrain.visible", "terrain.arguments"),
+            creates=(TextureSpec("debug.wireframe", "rgba8"), TextureSpec("debug.wireframe_depth", "depth32f")),
+            help="edges of all drawn triangles, coloured by level",
+        )
+        builder.add_pass(
+            "terrain.error_px",
+            system="terrain",
+            bind=lambda io: self._bind_error(io, bind_octaves),
+            reads=("gbuffer.depth", "gbuffer.surface"),
+            creates=(TextureSpec("debug.error_px", "r32f"),),
+            help="distance of the drawn ground from the height function, in pixels",
+        )
+
+    def _bind_wireframe(self, io: PassIO, grid: Any) -> Callable[[], None]:
+        if self._wire is None:
+            self._wire = self._gpu.program(
+                vertex="terrain/gbuffer.vert", fragment="terrain/wireframe.frag", defines=self._defines
+            )
+        target = io.framebuffer(colors=("debug.wireframe",), depth="debug.wireframe_depth")
+        solid = self._gpu.gpu.state(depth_test=True, depth_func=">=", cull="back", write_color=False)
+        lines = self._gpu.gpu.state(depth_test=True, depth_func=">=", cull="back", wireframe=True)
+        patches = grid.mesh.vertex_array(self._wire)
+
+        def run() -> None:
+            target.use()
+            target.clear(0.02, 0.02, 0.03, 1.0, depth=0.0)
+            solid.apply()
+            grid.mesh.draw(patches)
+            lines.apply()
+            grid.mesh.draw(patches)
+
+        return run
+
+    def _bind_error(self, io: PassIO, bind_octaves: Callable[[], None]) -> Callable[[], None]:
+        if self._error is None:
+            self._error = self._gpu.fullscreen("terrain/error_px.frag")
+        target = io.framebuffer(colors=("debug.error_px",))
+        depth, surface = io.texture("gbuffer.depth"), io.texture("gbuffer.surface")
+        state = self._gpu.gpu.state(depth_test=False)
+
+        def run() -> None:
+            target.use()
+            state.apply()
+            depth.use(0)
+            surface.use(1)
+            bind_octaves()
+            self._error.render()
+
+        return run
