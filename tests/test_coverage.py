@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from planetfall.engine.space import direction
 from planetfall.engine.surface.coverage import coverage, proxy_coverage
 from planetfall.engine.surface.proxy import snap_proxy

@@ -6,6 +6,7 @@ import csv
 from pathlib import Path
 
 import numpy as np
+
 from planetfall.engine.space import CameraState, frustum_planes
 from planetfall.engine.surface.culling import (
     cell_bounds,

@@ -6,6 +6,7 @@ import re
 
 import pytest
 from graph_kit import compiled, idle, tex
+
 from planetfall.engine.graph import BufferSpec, GraphBuilder, GraphError
 
 

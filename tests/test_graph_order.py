@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from graph_kit import idle, tex
+
 from planetfall.engine.graph import GraphBuilder
 
 

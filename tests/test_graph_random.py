@@ -15,6 +15,7 @@ from typing import Any
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from planetfall.engine.graph import BarrierKind, BufferSpec, GraphBuilder, NullBackend, PassIO, TextureSpec
 
 

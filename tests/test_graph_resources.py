@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 from graph_kit import SIZE, compiled, idle, tex
+
 from planetfall.engine.graph import (
     BarrierKind,
     BufferSpec,

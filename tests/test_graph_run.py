@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from graph_kit import SIZE, Trail, compiled, idle, tex
+
 from planetfall.engine.graph import BufferSpec, GraphBuilder, GraphError, NullBackend, PassIO, Plan
 
 # --- when ------------------------------------------------------------------------------------------------------------

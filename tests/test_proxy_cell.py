@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+
 from planetfall.engine.space import direction
 from planetfall.engine.surface.lattice import FULL_BITS, canonical_lattice, direction_of
 from planetfall.engine.surface.proxy import snap_proxy

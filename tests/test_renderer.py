@@ -6,8 +6,9 @@ import logging
 
 import moderngl
 import numpy as np
-import planetfall as pf
 import pytest
+
+import planetfall as pf
 from planetfall.engine.hosts.headless import create_headless
 
 SIZE = (160, 90)

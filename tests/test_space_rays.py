@@ -7,6 +7,7 @@ from math import isqrt
 
 import numpy as np
 import pytest
+
 from planetfall.engine.space import ray_sphere, ray_sphere_from
 
 RADII = (1e3, 6.371e6, 7e7)

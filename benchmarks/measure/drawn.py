@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ... import Renderer
 from ...engine.space import CameraState
 from ...engine.surface.decimation import decimated_indices
-from ...engine.surface.lattice import FULL_BITS
+from ...engine.surface.lattice import FULL_BITS, locate
 from .. import exact
 
 Floats = NDArray[np.float64]
@@ -116,6 +116,51 @@ class DrawnMesh:
         across = np.where(x == 0, edges[:, 0:1], np.where(x == self.quads, edges[:, 1:2], 0))
         along = np.where(y == 0, edges[:, 2:3], np.where(y == self.quads, edges[:, 3:4], 0))
         return ((y >> across) << across) * self.side + ((x >> along) << along)
+
+
+def drawn_heights(mesh: DrawnMesh, directions: Floats) -> Floats:
+    """Heights (N,) of the drawn triangles below or above unit directions (N, 3); NaN where no cell was selected."""
+    cells = _cells_below(mesh, directions)
+    heights = np.full(len(directions), np.nan)
+    for cell in np.unique(cells[cells >= 0]):
+        places = np.flatnonzero(cells == cell)
+        corner = mesh.offsets_m.reshape(-1, 3)[mesh.triangles(np.array([cell]))]  # (T, 3, 3), from the anchor
+        u, v = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
+        normal = np.cross(u, v)
+        zenith = directions[places]
+        # Where the line along each zenith meets each triangle's plane, and how far outside the triangle that is.
+        reach = ((mesh.anchor_m + corner[:, 0]) * normal).sum(axis=1)[:, None] / (normal @ zenith.T)  # (T, n)
+        point = zenith * reach[..., None] - mesh.anchor_m - corner[:, :1]
+        area = (normal * normal).sum(axis=1)[:, None]
+        along_v = np.einsum("tk,tnk->tn", np.cross(normal, u), point) / area
+        along_u = -np.einsum("tk,tnk->tn", np.cross(normal, v), point) / area
+        outside = -np.minimum(np.minimum(along_u, along_v), 1.0 - along_u - along_v)
+        best = outside.argmin(axis=0)
+        heights[places] = reach[best, np.arange(len(places))] - mesh.radius_m
+    return heights
+
+
+def _cells_below(mesh: DrawnMesh, directions: Floats) -> Ints:
+    """Row of the selected cell that contains each direction, or -1."""
+    face, i_full, j_full = locate(directions)
+    found = np.full(len(directions), -1)
+    levels = mesh.record["level"].astype(np.int64)
+    for level in np.unique(levels):
+        rows = np.flatnonzero(levels == level)
+        size = 2.0 ** (FULL_BITS - level)
+        last = (1 << int(level)) - 1
+        wanted = _cell_key(face, np.minimum(i_full // size, last), np.minimum(j_full // size, last))
+        known = _cell_key(*(mesh.record[name][rows] for name in ("face", "i", "j")))
+        order = np.argsort(known)
+        at = np.minimum(np.searchsorted(known[order], wanted), len(order) - 1)
+        inside = known[order][at] == wanted
+        found[inside] = rows[order][at][inside]
+    return found
+
+
+def _cell_key(face: Any, i: Any, j: Any) -> NDArray[np.int64]:
+    face, i, j = (np.asarray(a).astype(np.int64) for a in (face, i, j))
+    return face << 60 | i << 30 | j  # i and j stay below 2^30
 
 
 def some(chosen: NDArray[np.bool_], rng: np.random.Generator, most: int) -> NDArray[np.bool_]:

@@ -25,11 +25,14 @@ class HeightError:
     """Heights on the GPU against the f64 twin, in metres, worst."""
 
     near_m: float
-    """Vertices as drawn, within 1 km of the camera; NaN when there is no ground that near."""
+    """All layers, at vertices within 1 km of the camera; NaN when there is no ground that near."""
     anywhere_m: float
-    """The height function at vertices of the whole selection with all layers."""
-    left_out_m: float
-    """Vertices as drawn, anywhere: with what the height function leaves out as too fine for their spacing."""
+    """All layers, at vertices of the whole selection."""
+    drawn_near_m: float
+    """Vertices as drawn within 1 km: without the layers that the height function leaves out as too fine for their
+    spacing."""
+    drawn_m: float
+    """Vertices as drawn, anywhere."""
     vertices: int
     near_vertices: int
 
@@ -41,13 +44,19 @@ def vertex_heights(renderer: Renderer, camera: Camera, rng: np.random.Generator,
     position = renderer.camera_state(camera).position_m
     near = some(mesh.within(position, NEAR_M), rng, most)
     anywhere = some(np.ones_like(near), rng, most)
-    nearest = np.abs(height_errors(mesh, field, near)).max() if near.any() else np.nan
-    heights, feet = gpu_heights(renderer, mesh, anywhere)
-    whole = heights - height_at_points(feet, field.model)
+
+    def function(chosen: NDArray[np.bool_]) -> float:
+        if not chosen.any():
+            return float("nan")
+        heights, feet = gpu_heights(renderer, mesh, chosen)
+        return float(np.abs(heights - height_at_points(feet, field.model)).max())
+
+    def drawn(chosen: NDArray[np.bool_]) -> float:
+        return float(np.abs(height_errors(mesh, field, chosen)).max()) if chosen.any() else float("nan")
+
     return HeightError(
-        float(nearest), float(np.abs(whole).max()), float(np.abs(height_errors(mesh, field, anywhere)).max()),
-        int(anywhere.sum()), int(near.sum()),
-    )  # fmt: skip
+        function(near), function(anywhere), drawn(near), drawn(anywhere), int(anywhere.sum()), int(near.sum())
+    )
 
 
 def gpu_heights(

@@ -12,7 +12,7 @@ from ... import Camera, Renderer
 from ...engine.space import CameraState
 from ...engine.surface.lattice import canonical_lattice, cell_edge_m
 from ..evaluate import Evaluator
-from .drawn import DrawnMesh, camera_coordinates, screen
+from .drawn import DrawnMesh, camera_coordinates, drawn_heights, screen
 from .ground import NEAR_M, TERRAIN, on_screen_px
 
 Floats = NDArray[np.float64]
@@ -180,15 +180,15 @@ def snap(renderer: Renderer, cameras: list[Camera], rng: np.random.Generator, po
         chosen = rng.choice(len(rows), min(points, len(rows)), replace=False)
         seen = out["position"][rows[chosen], columns[chosen]].astype(np.float64)
         feet = old_state.position_m + seen
-        old_heights = renderer.height_drawn(feet)
+        zenith = feet / np.linalg.norm(feet, axis=1, keepdims=True)
+        old_heights = drawn_heights(before, zenith)
         state = renderer.camera_state(camera)
         renderer.render(camera)
         after = DrawnMesh.of(renderer)
         if after.generation == before.generation:
             previous = camera
             continue
-        new_heights = renderer.height_drawn(feet)
-        zenith = feet / np.linalg.norm(feet, axis=1, keepdims=True)
+        new_heights = drawn_heights(after, zenith)
         old_point = zenith * (after.radius_m + old_heights)[:, None] - state.position_m
         new_point = zenith * (after.radius_m + new_heights)[:, None] - state.position_m
         known = np.isfinite(old_heights) & np.isfinite(new_heights)
