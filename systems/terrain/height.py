@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .height_model import Model
-from .height_octaves import BLOCK, heights, heights_gradients, layer_weight, model_of
+from .height_octaves import BLOCK, heights, heights_gradients, heights_slopes, layer_weight, model_of
 from .height_params import TerrainParams
 from .height_relief import relief_statistics
 from .height_table import octave_table
@@ -98,9 +98,22 @@ class TerrainField:
         return self.params.lowest_m
 
     @property
-    def slope_bound(self) -> float:
-        """A generous bound of |gradient| for marching: ground steeper than this does not occur in practice."""
-        return 4.0
+    def radius_m(self) -> float:
+        """Reference radius."""
+        return self.params.radius_m
+
+    @property
+    def steepest(self) -> float:
+        """A slope that hardly any ground exceeds."""
+        return self.model.steepest
+
+    def height_slope(self, directions: Floats) -> tuple[Floats, Floats]:
+        """Heights (N,) and slopes (N,) that the ground near there hardly ever exceeds: how far a ray may step."""
+        points = np.ascontiguousarray(np.asarray(directions, dtype=np.float64).T) * self.params.radius_m
+        parts = [heights_slopes(points[:, a : a + BLOCK], self.model) for a in range(0, points.shape[1], BLOCK)]
+        if not parts:
+            return np.empty(0), np.empty(0)
+        return np.concatenate([h for h, _ in parts]), np.concatenate([s for _, s in parts])
 
     def height(self, directions: Floats) -> Floats:
         """Heights (N,) at unit directions (N, 3)."""

@@ -51,6 +51,9 @@ _SHAPE_WEIGHTS = _single([1.0, 0.8, 0.55, 0.4])
 GATE_SHUT, GATE_LOW, GATE_WIDTH = 0.2, 0.8, 1.4
 """gate(a) = shut + (1 - shut) smoothstep((a + low) / width)."""
 
+_NOISE_SLOPE = 0.86
+"""Root mean square slope of one octave of gradient noise, by the lattice coordinate."""
+
 RIDGE_TOP, RIDGE_SLOPE, RIDGE_ROUND = (float(v) for v in _single([0.30, 1.9, 0.03]))
 """Ridge transform: top - slope * |n|, its crest rounded off below |n| = round."""
 
@@ -117,6 +120,36 @@ class Model:
     sums: Floats  # (3, layers): weights of the layers in a and b (of s) and in z
     ridge_columns: tuple[Floats, Floats]  # of the ridged layers: ridge, 1 - |ridge|
     constants: Constants
+
+    @property
+    def relief_slope(self) -> float:
+        """Three standard deviations of the slope of z; a ridged layer is RIDGE_SLOPE times as steep as its noise."""
+        steep = self.amplitude_m / self.wavelength_m * _NOISE_SLOPE * (1.0 + (RIDGE_SLOPE - 1.0) * np.abs(self.ridge))
+        return 3.0 * float(np.sqrt((steep**2).sum()))
+
+    @property
+    def range_slope(self) -> float:
+        """About the largest slope of ranges where M is 1."""
+        return self.constants.range_m * self._shape_slope
+
+    def broad_slope(self, by_x_m: Floats) -> Floats:
+        """About the largest slope of continents and hills where heights change by `by_x_m` metres a unit of x."""
+        k = self.constants
+        steep = _CONTINENT_WEIGHTS * self.warped.frequency[:FIELDS] * _NOISE_SLOPE
+        x_slope = k.coast * self._shape_slope + 4.0 * float(np.sqrt((steep**2).sum())) * k.inverse_deviation
+        return by_x_m * x_slope + 0.3 * k.hill_m * self._shape_slope
+
+    @property
+    def steepest(self) -> float:
+        """The largest of heights_slopes' bounds, about."""
+        k = self.constants
+        steepest_m = k.plains * (4.0 * k.slope_m + 6.0 * k.coast_m) + (1.0 - k.plains) * 0.6 * k.spread_m
+        return float(self.broad_slope(np.asarray(steepest_m))) + 1.25 * self.relief_slope + self.range_slope
+
+    @property
+    def _shape_slope(self) -> float:
+        k = self.constants
+        return 1.5 * k.shape_inverse * RIDGE_SLOPE * _NOISE_SLOPE * float((self.shape / self.wavelength_m).sum())
 
     @property
     def warped_layers(self) -> int:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...engine.surface.noise import Scratch
 from .height_model import FIELDS, RIDGE_ROUND, RIDGE_SLOPE, RIDGE_TOP, Model, build_model, continent_weights
 from .height_params import TerrainParams
-from .height_surface import smoothstep, surface, surface_gradient
+from .height_surface import hypsometry_slope, limit, smoothstep, surface, surface_gradient, surface_parts
 
 Floats = NDArray[np.float64]
 
@@ -37,6 +37,19 @@ def heights(points: Floats, model: Model) -> Floats:
     if points.shape[1] == 1:  # plain floats are ten times faster than arrays of one
         return np.array([surface(model.constants, *(float(v[0]) for v in (*w1, c, b, *shapes, z)))])
     return surface(model.constants, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1], z)
+
+
+def heights_slopes(points: Floats, model: Model) -> tuple[Floats, Floats]:
+    """Heights (N,) at points (3, N), and slopes (N,) that the ground about there hardly ever exceeds.
+
+    The bound is three standard deviations of the relief layers times the roughness there, and the ranges' and
+    continents' largest slopes: what rays may march by.
+    """
+    w1, c, b, shapes, z = noises(points, model)
+    k = model.constants
+    base, rough, on_land, x = surface_parts(k, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1])
+    slopes = model.broad_slope(hypsometry_slope(k, x)) + model.relief_slope * rough + model.range_slope * on_land
+    return limit(k, base + rough * z), slopes
 
 
 def noises(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats, Floats]:

@@ -43,6 +43,14 @@ def bump_slope(t: Any) -> Any:
 
 def surface(k: Constants, w1x: Any, w1y: Any, w1z: Any, c: Any, b: Any, sa: Any, sb: Any, z: Any) -> Any:
     """The point-wise part: height from the noises. The same statements serve floats and arrays."""
+    base, rough, _, _ = surface_parts(k, w1x, w1y, w1z, c, b, sa, sb)
+    return limit(k, base + rough * z)
+
+
+def surface_parts(
+    k: Constants, w1x: Any, w1y: Any, w1z: Any, c: Any, b: Any, sa: Any, sb: Any
+) -> tuple[Any, Any, Any, Any]:
+    """Height without the relief layers, their multiplier (roughness), 0..1 where ranges stand, and x."""
     s = sa + (GATE_SHUT + (1.0 - GATE_SHUT) * smoothstep((sa + GATE_LOW) * (1.0 / GATE_WIDTH))) * sb
     x = (c - k.sea_level) * k.inverse_deviation + k.coast * s
     along = bump(b * k.inverse_belt) * smoothstep((w1x + 0.35) * 2.0)
@@ -53,7 +61,7 @@ def surface(k: Constants, w1x: Any, w1y: Any, w1z: Any, c: Any, b: Any, sa: Any,
     calm = k.flat + k.hills * smoothstep((w1z + 0.1) * 2.0) * (1.0 - belts)
     rough = calm * (0.5 + m) + on_land * (k.calm + k.wild * m)
     base = _hypsometry(k, x) + on_land * (k.foot_m + k.range_m * m) + calm * (k.hill_m * m)
-    return _limit(k, base + rough * z)
+    return base, rough, on_land, x
 
 
 def _hypsometry(k: Constants, x: Any) -> Any:
@@ -69,7 +77,7 @@ def _hypsometry(k: Constants, x: Any) -> Any:
     return k.plains * earth + (1.0 - k.plains) * even
 
 
-def _limit(k: Constants, h: Any) -> Any:
+def limit(k: Constants, h: Any) -> Any:
     """The identity between the knees; approaches the bounds without reaching them outside. C1."""
     over, under = h - k.knee_high_m, k.knee_low_m - h
     if isinstance(h, float):
@@ -112,7 +120,7 @@ def surface_gradient(
     d_calm = (k.hills * 2.0 * smoothstep_slope(t_hill) * (1.0 - belts)) * dw1[2] - hills * d_belts
     rough = calm * (0.5 + m) + on_land * (k.calm + k.wild * m)
     d_rough = d_calm * (0.5 + m) + calm * dm + d_land * (k.calm + k.wild * m) + on_land * k.wild * dm
-    slope = _hypsometry_slope(k, x) * dx
+    slope = hypsometry_slope(k, x) * dx
     slope += d_land * (k.foot_m + k.range_m * m) + on_land * k.range_m * dm
     slope += k.hill_m * (d_calm * m + calm * dm)
     slope += d_rough * z_seen + rough * dz
@@ -120,7 +128,8 @@ def surface_gradient(
     return slope * _limit_slope(k, base)
 
 
-def _hypsometry_slope(k: Constants, x: Floats) -> Floats:
+def hypsometry_slope(k: Constants, x: Floats) -> Floats:
+    """Derivative of the hypsometry by x."""
     earth = (
         k.coast_m * 4.0 * smoothstep_slope(x * 4.0)
         + k.lowland_m

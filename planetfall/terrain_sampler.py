@@ -1,0 +1,192 @@
+"""TerrainSampler: the ground's truth on the CPU, in float64 and without OpenGL."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .components import Planet, Terrain
+from .engine.space import local_axes
+from .systems.terrain import height_march
+from .systems.terrain.height import TerrainField, TerrainParams
+
+__all__ = ["TerrainPatch", "TerrainSampler"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class TerrainPatch:
+    """A square grid of ground in a local frame, ready for a mesh or a physics engine's height field.
+
+    origin_m: the frame's origin, planet-centred (3,), on the ground at the middle. axes: rows east, north, up in planet
+    axes (3, 3). x_m: the grid's coordinates along east and north (n,). positions_m: points in the frame (n, n, 3), row
+    i at y = x_m[i], column j at x = x_m[j]; z falls away with the planet's curve. normals: in the frame (n, n, 3).
+    heights_m: above the reference sphere (n, n).
+    """
+
+    origin_m: Floats
+    axes: Floats
+    x_m: Floats
+    positions_m: Floats
+    normals: Floats
+    heights_m: Floats
+
+    def triangles(self) -> NDArray[np.int32]:
+        """Corner indices (2 (n - 1)^2, 3) into positions_m.reshape(-1, 3), counter-clockwise from above."""
+        n = len(self.x_m)
+        a = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
+        return np.concatenate([np.stack([a, a + 1, a + n + 1], 1), np.stack([a, a + n + 1, a + n], 1)]).astype(np.int32)
+
+
+class TerrainSampler:
+    """Heights, normals, rays and contacts of a planet's ground: a snapshot of the scene when it was made.
+
+    Positions are planet-centred metres in planet axes; directions need not be unit. Arrays are (N, 3) in, (N,) out.
+    Bad input (wrong shape, NaN, a zero direction) is a ValueError that names the argument and the index.
+    """
+
+    def __init__(self, scene: Any, planet: Any = None) -> None:
+        """scene: anything with planet[Planet] and planet[Terrain]. planet: one of scene.planets instead of that."""
+        handle = scene.planet if planet is None else planet
+        try:
+            terrain = handle[Terrain]
+        except KeyError:
+            raise ValueError(
+                "TerrainSampler: the planet has no Terrain component; add one with scene.planet.add(pf.Terrain())"
+            ) from None
+        self._field = TerrainField(TerrainParams.from_component(terrain, handle[Planet].radius_m))
+
+    @classmethod
+    def from_params(cls, params: TerrainParams) -> TerrainSampler:
+        """A sampler of bare params, without a scene."""
+        sampler = cls.__new__(cls)
+        sampler._field = TerrainField(params)
+        return sampler
+
+    @property
+    def radius_m(self) -> float:
+        """Radius of the reference sphere."""
+        return self._field.radius_m
+
+    @property
+    def highest_m(self) -> float:
+        """No ground is higher."""
+        return self._field.highest_m
+
+    @property
+    def lowest_m(self) -> float:
+        """No ground is lower."""
+        return self._field.lowest_m
+
+    def height(self, directions: ArrayLike) -> Floats:
+        """Heights (N,) of the ground above the reference sphere in directions (N, 3) from the planet's centre."""
+        return self._field.height(_directions("directions", directions))
+
+    def normal(self, directions: ArrayLike, footprint_m: float | None = None) -> Floats:
+        """Unit normals (N, 3) of the ground. footprint_m: leave out relief shorter than about two of it."""
+        return height_march.surface_normal(self._field, _directions("directions", directions), footprint_m)[1]
+
+    def raycast(
+        self, origins_m: ArrayLike, directions: ArrayLike, max_distance_m: ArrayLike = np.inf
+    ) -> tuple[NDArray[np.bool_], Floats]:
+        """First ground along rays: hit (N,), distance_m (N,) (inf: none). Origins may be in space; below ground is 0.
+
+        Distances are exact to less than a micrometre. Rays that graze a crest may miss a sliver of it, a thousandth of
+        a millionth of their way and some centimetres long.
+        """
+        origins, rays = _pairs("origins_m", origins_m, "directions", _directions("directions", directions))
+        reach = _numbers("max_distance_m", max_distance_m, len(origins))
+        return height_march.raycast(self._field, origins, rays, reach)
+
+    def sphere_contact(self, centers_m: ArrayLike, radii_m: ArrayLike) -> tuple[Floats, Floats]:
+        """Depth (N,) of spheres in the ground (negative: clear of it) and normals (N, 3) along which to push them out.
+
+        The depth is that of the nearest ground while a sphere is about as near as its radius; further up it is the
+        height above the ground.
+        """
+        centers = _points("centers_m", centers_m)
+        return height_march.contact(self._field, centers, _numbers("radii_m", radii_m, len(centers)))
+
+    def sweep(
+        self, start_m: ArrayLike, end_m: ArrayLike, radius_m: ArrayLike
+    ) -> tuple[NDArray[np.bool_], Floats, Floats]:
+        """Spheres going straight from start to end: hit (N,), fraction (N,) of the way at contact, normal (N, 3).
+
+        The fraction is 1 where nothing is hit and 0 where the start touches already; contact is within 1 mm.
+        """
+        start, end = _pairs("start_m", start_m, "end_m", end_m)
+        return height_march.sweep(self._field, start, end, _numbers("radius_m", radius_m, len(start)))
+
+    def patch(self, direction: ArrayLike, size_m: float, spacing_m: float) -> TerrainPatch:
+        """Ground around `direction` (3,): a square grid of `size_m` with points about `spacing_m` apart."""
+        up = _directions("direction", direction)
+        if len(up) != 1:
+            raise ValueError(f"direction: expected one direction (3,), found {len(up)}")
+        if not (np.isfinite(size_m) and size_m > 0.0 and np.isfinite(spacing_m) and 0.0 < spacing_m <= size_m):
+            raise ValueError(
+                f"patch: expected 0 < spacing_m <= size_m, found size_m={size_m!r}, spacing_m={spacing_m!r}"
+            )
+        count = round(size_m / spacing_m) + 1
+        if count > 4097:
+            raise ValueError(f"patch: {count} x {count} points are too many (4097); raise spacing_m or lower size_m")
+        if size_m > self.radius_m:
+            raise ValueError(f"patch: size_m={size_m!r} is above the planet's radius {self.radius_m!r}; lower it")
+        north, east = local_axes(up[0])
+        axes = np.stack([east, north, up[0]])
+        x = np.linspace(-0.5 * size_m, 0.5 * size_m, count)
+        feet = np.stack([*np.meshgrid(x, x), np.full((count, count), self.radius_m)], axis=-1).reshape(-1, 3)
+        feet /= np.linalg.norm(feet, axis=1)[:, None]
+        heights, normals = height_march.surface_normal(self._field, feet @ axes)
+        origin_height = float(self._field.height(up)[0])
+        positions = feet * (self.radius_m + heights)[:, None] - [0.0, 0.0, self.radius_m + origin_height]
+        return TerrainPatch(
+            up[0] * (self.radius_m + origin_height),
+            axes,
+            x,
+            positions.reshape(count, count, 3),
+            (normals @ axes.T).reshape(count, count, 3),
+            heights.reshape(count, count),
+        )
+
+
+def _points(name: str, values: ArrayLike) -> Floats:
+    points = np.atleast_2d(np.asarray(values, dtype=np.float64))
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise ValueError(f"{name}: expected vectors of shape (N, 3), found shape {np.shape(values)}")
+    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    if bad.size:
+        raise ValueError(f"{name}[{bad[0]}]: expected finite numbers, found {points[bad[0]].tolist()}")
+    return points
+
+
+def _directions(name: str, values: ArrayLike) -> Floats:
+    vectors = _points(name, values)
+    largest = np.abs(vectors).max(axis=1, initial=0.0)
+    bad = np.flatnonzero(largest == 0.0)
+    if bad.size:
+        raise ValueError(f"{name}[{bad[0]}]: expected a direction, found the zero vector")
+    vectors = vectors / largest[:, None]  # so that squares neither overflow nor vanish
+    return vectors / np.linalg.norm(vectors, axis=1)[:, None]
+
+
+def _pairs(name: str, values: ArrayLike, other_name: str, others: ArrayLike) -> tuple[Floats, Floats]:
+    a, b = _points(name, values), _points(other_name, others)
+    if len(a) != len(b) and 1 not in (len(a), len(b)):
+        raise ValueError(f"{name} and {other_name}: expected the same number of vectors, found {len(a)} and {len(b)}")
+    count = max(len(a), len(b)) if len(a) and len(b) else 0
+    return tuple(np.array(np.broadcast_to(v, (count, 3))) for v in (a, b))  # type: ignore[return-value]
+
+
+def _numbers(name: str, values: ArrayLike, count: int) -> Floats:
+    numbers = np.asarray(values, dtype=np.float64)
+    if numbers.ndim > 1 or (numbers.ndim == 1 and len(numbers) not in (1, count)):
+        raise ValueError(f"{name}: expected one number or {count}, found shape {numbers.shape}")
+    numbers = np.array(np.broadcast_to(numbers, (count,)))
+    bad = np.flatnonzero(~(numbers >= 0.0))
+    if bad.size:
+        raise ValueError(f"{name}[{bad[0]}]: expected a number of metres from 0 up, found {numbers[bad[0]]}")
+    return numbers
