@@ -203,6 +203,7 @@ class Renderer:
             if self._plan is not None:
                 self._plan.resize(size)
             self.size = size
+            self._plan_key = ()  # lists of tiles have the picture's size
 
     # -- queries -----------------------------------------------------------------------------------------------------
 

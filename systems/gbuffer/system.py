@@ -7,21 +7,27 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ...engine.graph import GraphBuilder, PassIO, TextureSpec
+from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.system import Setup, System, ViewInfo
 
 GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
 """Colour attachments of every surface pass, in the order of their shader locations."""
 
 
+TILE = (16, 8)
+"""Pixels of a tile: the workgroup of common/surface_tiles.glsl."""
+
+
 class GBufferSystem(System):
-    """Owns gbuffer.*, outputs.* and the pass that fills the import ``target``."""
+    """Owns gbuffer.*, the lists of tiles by surface, outputs.* and the pass that fills the import ``target``."""
 
     name = "gbuffer"
 
     def setup(self, setup: Setup) -> None:
         self._gpu = setup.gpu
         self._clear_normal = setup.gpu.fullscreen("gbuffer/clear.frag")
+        self._classify = setup.gpu.compute("gbuffer/classify.comp")
+        self._list = setup.gpu.compute("gbuffer/list_tiles.comp")
         self._geometry = setup.gpu.fullscreen("outputs/geometry.frag")
         self._present = setup.gpu.fullscreen("outputs/present.frag")
         self._write_all = setup.gpu.gpu.state(depth_test=False, cull=None, blend=None)
@@ -41,6 +47,21 @@ class GBufferSystem(System):
                 ),
                 TextureSpec("gbuffer.surface", "r8ui", help="0 none, 1 terrain, 2 sea, 3 props"),
             ),
+        )
+        self._tiles = tuple(-(-n // t) for n, t in zip(view.size, TILE, strict=True))
+        count = self._tiles[0] * self._tiles[1]
+        builder.add_pass(
+            "gbuffer.classify",
+            bind=self._bind_classify,
+            system=self.name,
+            kind="compute",
+            reads=("gbuffer.surface",),
+            creates=(
+                BufferSpec("gbuffer.tile_flags", 4 * count, help="surfaces that each tile of 16 x 8 pixels shows"),
+                BufferSpec("gbuffer.tiles_terrain", 16 + 4 * count, help="dispatch and tiles of the ground"),
+                BufferSpec("gbuffer.tiles_sea", 16 + 4 * count, help="dispatch and tiles of the sea"),
+            ),
+            help="tiles by surface, so that each surface is shaded where it is seen only",
         )
         builder.add_pass(
             "outputs.geometry",
@@ -71,6 +92,24 @@ class GBufferSystem(System):
             target.use()
             self._write_depth.apply()
             self._clear_normal.render()
+
+        return run
+
+    def _bind_classify(self, io: PassIO) -> Callable[[], None]:
+        surface = io.texture("gbuffer.surface")
+        flags, terrain, sea = (io.buffer(f"gbuffer.{n}") for n in ("tile_flags", "tiles_terrain", "tiles_sea"))
+        width, height = self._tiles
+
+        def run() -> None:
+            surface.use(0)
+            flags.bind_to_storage_buffer(0)
+            self._classify.set("u_tiles", (width, height))
+            self._classify.run(-(-width * height // 64), 1, 1)
+            self._gpu.gpu.barrier()
+            terrain.bind_to_storage_buffer(1)
+            sea.bind_to_storage_buffer(2)
+            self._list.set("u_tiles", (width, height))
+            self._list.run(1, 1, 1)
 
         return run
 

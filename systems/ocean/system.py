@@ -79,10 +79,9 @@ class OceanSystem(System):
         self._most = int(setup.settings["terrain.decimation"])
         self._cull = setup.gpu.compute("common/cull_cells.comp", defines=defines)
         self._surface = setup.gpu.program(vertex="ocean/gbuffer.vert", fragment="ocean/gbuffer.frag", defines=defines)
-        self._shade = setup.gpu.fullscreen("ocean/shade.frag")
+        self._shade = setup.gpu.compute("ocean/shade.comp")
         # Seen from above and, under water, from below.
         self._draw_state = setup.gpu.gpu.state(depth_test=True, depth_func=">=", cull=None)
-        self._shade_state = setup.gpu.gpu.state(depth_test=False, cull=None)
 
     def release(self) -> None:
         self._views.clear()
@@ -182,7 +181,8 @@ class OceanSystem(System):
             "ocean.shade",
             system=name,
             bind=self._bind_shade,
-            reads=("gbuffer.depth", *GBUFFER),
+            kind="compute",
+            reads=("gbuffer.depth", *GBUFFER, "gbuffer.tiles_sea"),
             writes=("scene.radiance",),
             after=("sky.shade",),
             after_optional=("terrain.shade",),
@@ -224,15 +224,15 @@ class OceanSystem(System):
         return run
 
     def _bind_shade(self, io: PassIO) -> Callable[[], None]:
-        target = io.framebuffer(colors=("scene.radiance",))
+        radiance, tiles = io.texture("scene.radiance"), io.buffer("gbuffer.tiles_sea")
         textures = [io.texture(n) for n in ("gbuffer.depth", *GBUFFER)]
 
         def run() -> None:
-            target.use()
-            self._shade_state.apply()
+            radiance.bind_to_image(0, read=False, write=True)
+            tiles.bind_to_storage_buffer(7)
             for unit, texture in enumerate(textures):
                 texture.use(unit)
-            self._shade.render()
+            self._shade.run_indirect(tiles)
 
         return run
 

@@ -88,12 +88,11 @@ class TerrainSystem(System):
         self._surface = setup.gpu.program(
             vertex="terrain/gbuffer.vert", fragment="terrain/gbuffer.frag", defines=defines
         )
-        self._shade = setup.gpu.fullscreen("terrain/shade.frag")
+        self._shade = setup.gpu.compute("terrain/shade.comp")
         self._debug = TerrainDebugPasses(setup.gpu, defines)
         setup.gpu.gpu.shaders.provide("surface_height", "terrain/surface_height.glsl", owner=self.name)
         setup.world.set_resource("surface_height", self._bind_heights)
         self._draw_state = setup.gpu.gpu.state(depth_test=True, depth_func=">=", cull="back")
-        self._shade_state = setup.gpu.gpu.state(depth_test=False, cull=None)
         self._field_revision: tuple[int, ...] = ()
         self._material_stamp: tuple[int, ...] = ()
         self._refresh_field(setup.world, setup.planet, setup.settings)
@@ -227,7 +226,8 @@ class TerrainSystem(System):
             "terrain.shade",
             system=name,
             bind=lambda io: self._bind_shade(io, grid),
-            reads=("gbuffer.depth", *GBUFFER),
+            kind="compute",
+            reads=("gbuffer.depth", *GBUFFER, "gbuffer.tiles_terrain"),
             writes=("scene.radiance",),
             after=("sky.shade",),
             help="materials and light of terrain pixels",
@@ -270,16 +270,16 @@ class TerrainSystem(System):
         return run
 
     def _bind_shade(self, io: PassIO, grid: _GridView) -> Callable[[], None]:
-        target = io.framebuffer(colors=("scene.radiance",))
+        radiance, tiles = io.texture("scene.radiance"), io.buffer("gbuffer.tiles_terrain")
         textures = [io.texture(n) for n in ("gbuffer.depth", *GBUFFER)]
 
         def run() -> None:
-            target.use()
-            self._shade_state.apply()
+            radiance.bind_to_image(0, read=False, write=True)
+            tiles.bind_to_storage_buffer(7)
             for unit, texture in enumerate(textures):
                 texture.use(unit)
             grid.octaves.bind_to_storage_buffer(OCTAVES_BINDING)
-            self._shade.render()
+            self._shade.run_indirect(tiles)
 
         return run
 

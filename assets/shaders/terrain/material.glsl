@@ -12,12 +12,12 @@ struct Material {
     float deviation;  // rms slope of the relief that the footprint hides
 };
 
-// Variance of the slopes of relief shorter than a length: a fit to the layers' table, which grows with the square of
-// the number of octaves below.
+// Variance of the slopes of relief shorter than a length: a fit to the layers, most of whose steepness is in the few
+// longest.
 float hidden_slope_variance(float roughness, float length_m) {
     vec4 relief = terrain_material_block.relief;
     float t = clamp(log2(max(length_m, 1e-6) / relief.x) * relief.z, 0.0, 1.0);
-    return roughness * roughness * relief.y * t * t;
+    return roughness * roughness * relief.y * t * t * t * t;
 }
 
 float bell(float x, float center, float inverse_width) {
@@ -38,7 +38,7 @@ float strata(float height, float wave, float rise_of_pixel) {
 
 
 float roughness_of_grain(float rocky, float snowy, float beach) {
-    return mix(mix(1.0, 0.4, beach), 1.8, rocky) * (1.0 - 0.8 * snowy);
+    return mix(mix(1.0, 0.4, beach), 1.8, rocky) * (1.0 - 0.5 * snowy);
 }
 
 Material terrain_material(
@@ -67,23 +67,32 @@ Material terrain_material(
     float green = smoothstep(0.30, 0.52, humidity) * plants;
     float wooded = smoothstep(0.50, 0.72, humidity + 0.04 * grain) * smoothstep(0.14, 0.3, warmth);
 
-    // Level ground.
-    vec3 soil = mix(terrain_material_block.dry.rgb, terrain_material_block.sand.rgb, smoothstep(-0.8, 1.6, mixed - 2.5 * (humidity - 0.25)) * 0.8);
-    soil = mix(soil, terrain_material_block.dry.rgb * 0.62, smoothstep(0.2, 0.9, humidity) * plants);
-    vec3 grass = mix(terrain_material_block.grass.rgb, 0.45 * terrain_material_block.grass.rgb + 0.35 * terrain_material_block.dry.rgb, smoothstep(0.65, 0.35, humidity) * 0.8);
+    // Level ground. Peaks of the fine noise are stones, its hollows shrubs or tufts; far away they are a mean tint.
+    float spots = smoothstep(120.0, 6.0, footprint) * variation;
+    float stones = smoothstep(0.9, 1.7, noise.fine + 0.4 * noise.broad) * spots;
+    float tufts = smoothstep(0.5, 1.6, -noise.fine + 0.5 * mixed) * spots;
+    vec3 soil = mix(terrain_material_block.dry.rgb, terrain_material_block.sand.rgb, smoothstep(-0.6, 1.4, mixed - 2.5 * (humidity - 0.25)) * 0.8);
+    vec3 gravel = mix(terrain_material_block.strata.rgb, terrain_material_block.rock.rgb, 0.55);
+    soil = mix(soil, gravel, smoothstep(0.1, 1.5, 1.2 * noise.broad * variation - mixed + 2.0 * roughness - 0.5) * 0.65);
+    soil = mix(soil, terrain_material_block.dry.rgb * 0.6, smoothstep(0.2, 0.9, humidity) * plants);
+    soil = mix(soil, terrain_material_block.rock.rgb * 1.1, stones * 0.6);
+    vec3 hay = 0.45 * terrain_material_block.grass.rgb + 0.35 * terrain_material_block.dry.rgb;
+    vec3 grass = mix(terrain_material_block.grass.rgb, hay, clamp(smoothstep(0.62, 0.35, humidity) * 0.8 + 0.22 * mixed + 0.1 * grain, 0.0, 1.0));
     vec3 plant = mix(grass, terrain_material_block.forest.rgb, wooded);
-    plant = mix(terrain_material_block.tundra.rgb, plant, smoothstep(0.06, 0.26, warmth + 0.015 * grain) );
+    plant = mix(terrain_material_block.tundra.rgb * (1.0 + 0.25 * mixed), plant, smoothstep(0.06, 0.26, warmth + 0.015 * grain));
+    plant *= 1.0 + 0.16 * grain - 0.3 * tufts;
     float cover = green * smoothstep(-1.7, -0.2, grain + 2.0 * (green - 0.5));
+    soil = mix(soil, hay * 0.5, tufts * 0.7 * plants * smoothstep(0.08, 0.35, humidity));
     vec3 level = mix(soil, plant, cover);
 
     // Steep ground: scree first, then rock in layers.
-    float steep = (slope - terrain_material_block.rock.w) / (0.22 * terrain_material_block.rock.w + deviation) + 0.35 * grain;
+    float steep = (slope - terrain_material_block.rock.w) / (0.25 * terrain_material_block.rock.w + deviation) + 0.45 * grain;
     float rocky = smoothstep(-1.0, 1.0, steep);
-    float scree = smoothstep(-3.0, -0.6, steep);
+    float scree = smoothstep(-2.6, -0.6, steep);
     float layered = strata(height, mixed, footprint * (0.3 + slope)) * terrain_material_block.strata.w;
-    vec3 rock = mix(terrain_material_block.rock.rgb, terrain_material_block.strata.rgb, clamp(0.35 + layered + 0.25 * noise.broad * variation, 0.0, 1.0));
-    rock *= 1.0 + 0.15 * grain;
-    vec3 albedo = mix(level, mix(rock, terrain_material_block.dry.rgb, 0.3), scree * 0.5);
+    vec3 rock = mix(terrain_material_block.rock.rgb, terrain_material_block.strata.rgb, clamp(0.35 + layered + 0.3 * noise.broad * variation, 0.0, 1.0));
+    rock *= 1.0 + 0.2 * grain - 0.25 * tufts;
+    vec3 albedo = mix(level, mix(rock, terrain_material_block.dry.rgb, 0.25), scree * 0.6);
     albedo = mix(albedo, rock, rocky);
 
     // Sand along the sea, wet at its edge; as a share of the pixel where the beach is narrower than that.
@@ -95,11 +104,11 @@ Material terrain_material(
 
     // Snow: above its line, as wide as the hidden relief spreads it; thin on steep faces.
     float spread = (80.0 + hidden_height) / reach;
-    float snowy = smoothstep(spread, -spread, warmth - 0.02 * grain);
-    float holds = 1.0 - smoothstep(-1.0, 1.0, (slope - terrain_material_block.snow.w) / (0.25 * terrain_material_block.snow.w + deviation) + 0.3 * grain);
-    snowy *= mix(0.15, 1.0, holds);
-    vec3 snow = terrain_material_block.snow.rgb * (1.0 + 0.03 * variation * noise.broad);
-    albedo *= 1.0 + (0.10 * noise.broad + 0.08 * noise.fine) * variation;
+    float snowy = smoothstep(spread, -spread, warmth - 0.012 * grain - 0.012 * mixed);
+    float holds = 1.0 - smoothstep(-1.0, 1.0, (slope - terrain_material_block.snow.w) / (0.25 * terrain_material_block.snow.w + deviation) + 0.7 * grain + 0.4 * mixed);
+    snowy *= mix(0.1, 1.0, holds);
+    vec3 snow = terrain_material_block.snow.rgb * (1.0 + (0.03 * noise.broad + 0.025 * noise.fine) * variation);
+    albedo *= 1.0 + (0.12 * noise.broad + 0.08 * noise.fine) * variation;
     albedo = mix(albedo, snow, snowy);
 
     Material material;

@@ -3,18 +3,13 @@
 #include "common/camera.glsl"
 #include "common/nested_noise.glsl"
 #include "common/octahedral.glsl"
-#include "common/surfaces.glsl"
+#include "common/surface_tiles.glsl"
 #include "generated/ocean.glsl"
 #include "contract/air.glsl"
 #include "contract/sky.glsl"
 #include "contract/sun_visibility.glsl"
 
-layout(binding = 0) uniform sampler2D u_depth;
-layout(binding = 1) uniform sampler2D u_normal;
-layout(binding = 2) uniform sampler2D u_attributes;
-layout(binding = 3) uniform usampler2D u_surface;
-in vec2 v_ndc;
-layout(location = 0) out vec4 o_radiance;
+vec2 v_ndc;   // of the pixel at hand
 
 const float PI = 3.14159265358979;
 const float WATER_F0 = 0.0204;   // ((1.333 - 1) / (1.333 + 1))^2
@@ -55,9 +50,7 @@ vec2 sea_ice(vec3 point, vec3 normal) {
     return vec2(smoothstep(-0.3, 0.3, past + 0.8 * noise), 1.0 + 0.07 * noise);
 }
 
-void main() {
-    ivec2 pixel = ivec2(gl_FragCoord.xy);
-    if (texelFetch(u_surface, pixel, 0).r != SURFACE_SEA) discard;
+vec3 sea_radiance(ivec2 pixel) {
     vec3 point = position_from_depth(v_ndc, texelFetch(u_depth, pixel, 0).r);
     vec3 view = -normalize(point);
     vec3 normal = oct_decode(texelFetch(u_normal, pixel, 0).rg);
@@ -97,5 +90,12 @@ void main() {
     vec3 frozen = ocean.ice.rgb * ice.y * (sunlight * n_l + skylight) / PI;
     vec3 radiance = mix(upwelling + mirrored + glitter * sunlight, frozen, below ? 0.0 : ice.x);
     Air between = air(vec3(0.0), point);
-    o_radiance = vec4((radiance * between.transmittance + between.in_scatter) * frame.scale.x, 1.0);
+    return (radiance * between.transmittance + between.in_scatter);
+}
+
+void main() {
+    ivec2 pixel = tile_pixel();
+    if (any(greaterThanEqual(pixel, textureSize(u_surface, 0))) || texelFetch(u_surface, pixel, 0).r != SURFACE_SEA) return;
+    v_ndc = ndc_of_pixel(vec2(pixel) + 0.5);
+    imageStore(u_radiance, pixel, vec4(sea_radiance(pixel) * frame.scale.x, 1.0));
 }

@@ -3,19 +3,14 @@
 #include "common/camera.glsl"
 #include "generated/terrain_grid.glsl"
 #include "common/octahedral.glsl"
-#include "common/surfaces.glsl"
+#include "common/surface_tiles.glsl"
 #include "terrain/grid_spacing.glsl"
 #include "terrain/material.glsl"
 #include "contract/air.glsl"
 #include "contract/sky.glsl"
 #include "contract/sun_visibility.glsl"
 
-layout(binding = 0) uniform sampler2D u_depth;
-layout(binding = 1) uniform sampler2D u_normal;
-layout(binding = 2) uniform sampler2D u_attributes;
-layout(binding = 3) uniform usampler2D u_surface;
-in vec2 v_ndc;
-layout(location = 0) out vec4 o_radiance;
+vec2 v_ndc;   // of the pixel at hand
 
 const float PI = 3.14159265358979;
 const float STARLIGHT = 1.5e-8;   // of the sun's irradiance: 2e-3 lx of stars and airglow on a moonless night
@@ -44,7 +39,7 @@ vec3 ground_radiance(ivec2 pixel) {
     // What a pixel covers on the ground: wider along the view at flat angles, with a little less than all of it, which
     // keeps detail across the view without noise along it.
     float across = distance_m * frame.clock.w;
-    float footprint = across / pow(clamp(dot(coarse, view), 0.03, 1.0), 0.75);
+    float footprint = across / pow(clamp(dot(coarse, view), 0.03, 1.0), 0.6);
     float spacing = grid_spacing(D);
     float to_sphere = planet.radii.x / (planet.radii.x + height);
     vec3 gradient = zenith - coarse / max(dot(coarse, zenith), 0.05);
@@ -77,8 +72,8 @@ vec3 ground_radiance(ivec2 pixel) {
 }
 
 void main() {
-    ivec2 pixel = ivec2(gl_FragCoord.xy);
-    if (texelFetch(u_surface, pixel, 0).r != SURFACE_TERRAIN) discard;
-    vec3 radiance = ground_radiance(pixel);
-    o_radiance = vec4(radiance * frame.scale.x, 1.0);
+    ivec2 pixel = tile_pixel();
+    if (any(greaterThanEqual(pixel, textureSize(u_surface, 0))) || texelFetch(u_surface, pixel, 0).r != SURFACE_TERRAIN) return;
+    v_ndc = ndc_of_pixel(vec2(pixel) + 0.5);
+    imageStore(u_radiance, pixel, vec4(ground_radiance(pixel) * frame.scale.x, 1.0));
 }
