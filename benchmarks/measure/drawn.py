@@ -82,6 +82,13 @@ class DrawnMesh:
         """Which vertices lie within a distance of a planet-centred position."""
         return np.linalg.norm(self.offsets_m - (position_m - self.anchor_m), axis=-1) <= distance_m
 
+    @cached_property
+    def used(self) -> NDArray[np.bool_]:
+        """Which vertices (cells, vertices) some triangle uses."""
+        found = np.zeros(self.vertices.size, bool)
+        found[self.triangles(np.arange(len(self.record))).ravel()] = True
+        return found.reshape(self.vertices.shape)
+
     def grid_spacing(self, chosen: NDArray[np.bool_]) -> Floats:
         """The band limit of vertices (terrain/grid_spacing.glsl)."""
         face, i, j = (a[chosen] for a in self.lattice)

@@ -134,8 +134,10 @@ class Snap:
     distance_m: float
     shared: float
     """Share of the new grid's vertices within 1 km that the old grid had too, to 1e-3 of the local spacing."""
+    drawn_shared: float
+    """The same of the vertices that triangles use: cells that are foreshortened skip some."""
     on_lattice: float
-    """Share that are points of the old grid's lattice (of the level that it had there), drawn or not."""
+    """Share that are points of the old grid's finest lattice, whether it had a vertex there or not."""
     finest_cell_m: float
     finest_spacing_m: float
     vertices: int
@@ -194,10 +196,12 @@ def snap(renderer: Renderer, cameras: list[Camera], rng: np.random.Generator, po
         known = np.isfinite(old_heights) & np.isfinite(new_heights)
         moved = on_screen_px(state, old_point[known], new_point[known], renderer.size)
         shared, on_lattice, count = shared_vertices(before, after, state.position_m)
+        drawn_shared = shared_vertices(before, after, state.position_m, drawn_only=True)[0]
         level = int(after.record["level"].max())
         return Snap(
             distance_m=float(renderer.scene.world.resource("proxy.0").cell.snap_distance_m),
             shared=shared,
+            drawn_shared=drawn_shared,
             on_lattice=on_lattice,
             finest_cell_m=float(cell_edge_m(level, after.radius_m)),
             finest_spacing_m=float(cell_edge_m(level, after.radius_m)) / after.quads,
@@ -208,15 +212,19 @@ def snap(renderer: Renderer, cameras: list[Camera], rng: np.random.Generator, po
     return None
 
 
-def shared_vertices(old: DrawnMesh, new: DrawnMesh, position_m: Floats) -> tuple[float, float, int]:
+def shared_vertices(
+    old: DrawnMesh, new: DrawnMesh, position_m: Floats, drawn_only: bool = False
+) -> tuple[float, float, int]:
     """(share that the old grid had, share on its lattice, how many) of the new grid's vertices within 1 km.
 
     A vertex is shared when the old grid had one at the same lattice point, and both lie within 1e-3 of the new spacing
     of one another in space.
     """
-    near = new.within(position_m, NEAR_M)
+    near, around = new.within(position_m, NEAR_M), old.within(position_m, 1.5 * NEAR_M)
+    if drawn_only:
+        near, around = near & new.used, around & old.used
     new_key, new_level, new_place = _keyed(new, near)
-    old_key, old_level, old_place = _keyed(old, old.within(position_m, 1.5 * NEAR_M))
+    old_key, old_level, old_place = _keyed(old, around)
     if not len(new_key):
         return 1.0, 1.0, 0
     order = np.argsort(old_key, kind="stable")

@@ -125,6 +125,7 @@ def _proxy(session: Session) -> None:
             session.row(
                 f"radius {radius:g} m, snap at 2 m: vertices within 1 km that the old grid had",
                 error=snapped.shared, target=at_least(0.95), vertices=snapped.vertices,
+                of_those_in_triangles=snapped.drawn_shared,
                 on_the_old_lattice=snapped.on_lattice, snap_m=snapped.distance_m,
             )  # fmt: skip
             session.row(f"radius {radius:g} m, finest cell at 2 m", error=snapped.finest_cell_m, error_unit="m",

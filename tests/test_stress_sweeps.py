@@ -1,0 +1,113 @@
+"""Stress sweeps: cases follow from the seed alone, failures are saved and can be run again, short sweeps pass."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from planetfall.benchmarks import cli
+from planetfall.benchmarks.schema import ReportError, read_report
+from planetfall.benchmarks.stress import STRESS_SUITES, replay_file, run_sweep, runner
+from planetfall.benchmarks.stress.runner import Found, Kind, draw_case
+from planetfall.errors import SettingError, UnknownNameError
+
+
+@pytest.fixture
+def brittle(monkeypatch):
+    """A suite whose cases fail when their number is above one half."""
+
+    def check(case, session):
+        found = Found()
+        found.note("value", case["value"], "m", 0.5)
+        if case["value"] > 0.9:
+            raise RuntimeError("much too large")
+        return found
+
+    kinds = {"number": Kind(lambda rng: {"value": float(rng.random())}, check)}
+    monkeypatch.setattr(runner, "kinds_of", lambda suite: kinds)
+
+
+@pytest.mark.parametrize("suite", STRESS_SUITES)
+def test_cases_follow_from_the_seed_and_survive_json(suite):
+    for index in range(20):
+        case = draw_case(suite, 7, index)
+        assert case == draw_case(suite, 7, index)
+        assert case == json.loads(json.dumps(case))
+    assert draw_case(suite, 7, 0) != draw_case(suite, 8, 0)
+
+
+def test_failures_are_counted_saved_and_run_again(brittle, tmp_path):
+    report = run_sweep("space", seed=3, count=30, save_under=tmp_path)
+    values = [draw_case("space", 3, k)["value"] for k in range(30)]
+    assert [f.index for f in report.failures] == [k for k, value in enumerate(values) if value > 0.5]
+    worst = next(r for r in report.rows if r.variant == "number: value")
+    assert worst.error == max(v for v in values if v <= 0.9) and worst.extra["case"] == values.index(worst.error)
+    count = next(r for r in report.rows if r.variant == "number: failed cases")
+    assert count.met is False and count.error == len(report.failures)
+    first = report.failures[0]
+    again = replay_file(tmp_path / first.file)
+    assert again.failures[0].messages == first.messages and again.failures[0].case == first.case
+
+
+def test_an_exception_is_a_failure_with_its_words(brittle):
+    report = run_sweep("space", seed=3, count=60)
+    assert any("RuntimeError: much too large" in f.messages for f in report.failures)
+
+
+def test_replay_says_what_is_wrong_with_a_file(tmp_path):
+    path = tmp_path / "x.json"
+    with pytest.raises(ReportError, match="cannot be read"):
+        replay_file(path)
+    path.write_text('{"suite": 3}')
+    with pytest.raises(ReportError, match="not a saved stress case"):
+        replay_file(path)
+    path.write_text('{"suite": "spice", "seed": 1, "index": 1, "case": {}}')
+    with pytest.raises(UnknownNameError, match="did you mean 'space'"):
+        replay_file(path)
+
+
+def test_command_line(brittle, tmp_path, capsys):
+    assert cli.stress_main(["space", "--seed", "3", "--count", "10", "--output", str(tmp_path)]) == 1
+    saved = next(tmp_path.rglob("stress-space.json"))
+    assert read_report(saved).kind == "stress"
+    failure = next(tmp_path.rglob("space-3-*.json"))
+    capsys.readouterr()
+    assert cli.stress_main(["--replay", str(failure)]) == 1
+    said = json.loads(failure.read_text())["messages"]
+    assert said[0] in " ".join(capsys.readouterr().out.split())
+    with pytest.raises(SettingError, match="name a suite"):
+        cli.stress_main([])
+    with pytest.raises(SettingError, match="--count must be at least 1"):
+        cli.stress_main(["space", "--count", "0"])
+
+
+def failures(report):
+    return "\n".join(f"case {f.index}: {'; '.join(f.messages)}" for f in report.failures)
+
+
+@pytest.mark.gpu
+def test_space_sweep():
+    report = run_sweep("space", seed=1, count=150)
+    assert not report.failures, failures(report)
+
+
+@pytest.mark.gpu
+def test_terrain_sweep():
+    report = run_sweep("terrain", seed=1, count=6)
+    assert not report.failures, failures(report)
+
+
+@pytest.mark.gpu
+def test_frame_sweep():
+    report = run_sweep("frame", seed=1, count=5)
+    assert not report.failures, failures(report)
+
+
+@pytest.mark.slow
+@pytest.mark.gpu
+@pytest.mark.parametrize(("suite", "count"), [("space", 3000), ("terrain", 100), ("frame", 100)])
+def test_long_sweep(suite, count):
+    report = run_sweep(suite, seed=int(np.random.default_rng(0).integers(1000)), count=count)
+    assert not report.failures, failures(report)
