@@ -46,7 +46,7 @@ _BELT_WEIGHTS = _single([0.0, 0.0, 1.0, 0.0, 0.35, 0.0, 0.0])
 _FIRST_LAYER_M = 2.0**17
 _WARP_WAVELENGTHS_M: Floats = 2.0 ** np.array([22, 18])
 _WARP_AMPLITUDES_M = np.array([1.1e6, 4.5e4])
-_SHAPE_WEIGHTS = _single([1.0, 0.8, 0.55, 0.4])
+_SHAPE_WEIGHTS = _single([1.0, 0.8, 0.5, 0.3])
 
 GATE_SHUT, GATE_LOW, GATE_WIDTH = 0.2, 0.8, 1.4
 """gate(a) = shut + (1 - shut) smoothstep((a + low) / width)."""
@@ -159,11 +159,11 @@ class Model:
 def layer_slope(wavelength_m: Floats) -> Floats:
     """Amplitude over wavelength of a layer of natural relief, by its wavelength in metres.
 
-    Steepest near 5 km, the width of mountains and valleys, and 0.08 from there down to the ground's own
+    Steepest near 5 km, the width of mountains and valleys, rising again to 0.19 at the ground's own
     roughness; ranges broader than 16 km come from the shape layers.
     """
     log = np.log2(wavelength_m / 5000.0)
-    return 0.08 / (1.0 + wavelength_m / 3000.0) + 0.115 * np.exp(-(log**2) / 6.0)
+    return 0.22 / (1.0 + np.sqrt(wavelength_m / 150.0)) + 0.095 * np.exp(-(log**2) / 6.0)
 
 
 def build_model(params: TerrainParams) -> Model:
@@ -242,7 +242,7 @@ def _constants(p: TerrainParams) -> Constants:
         hill_m=min(0.1 * high, 0.007 * reach_m) * min(p.roughness, 1.0),
         shape_low=0.50,
         shape_inverse=1.0 / 1.5,
-        flat=0.05,
+        flat=0.06,
         hills=0.22,
         calm=0.12,
         wild=0.95,

@@ -5,7 +5,7 @@
 // is the anchor's (cell and fraction from float64) plus D * frequency, exact products: frequencies are powers of two.
 // Warps, continents, belts, ranges and the point-wise part are evaluated in double (4.2 ns against 2.9 an octave on
 // llvmpipe), the relief and all gradients in float: a millimetre is 1e-7 of a 9 km relief, and belts magnify rounding.
-// All float, the worst error anywhere in view is 17 mm; this way 2 mm, and 0.7 mm within 1 km of the anchor.
+// Worst errors on Earth: 0.6 mm anywhere in view, 0.14 mm within 1 km of the anchor.
 #include "common/noise.glsl"
 
 struct TerrainPoint {
