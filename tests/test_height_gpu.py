@@ -47,7 +47,7 @@ def evaluate(request, run_compute, gpu):
         def bind(_):
             table.bind_to_storage_buffer(4) if request.param == "storage" else table.bind_to_uniform_block(4)
 
-        defines = {} if request.param == "storage" else {"TERRAIN_TABLE_UNIFORM": 1}
+        defines = {"TERRAIN_TABLE_STORAGE": 1} if request.param == "storage" else {}
         values = {"d": d, "spacing": np.asarray(spacing_m, dtype=np.float32), **inputs}
         header = '#include "terrain/height.glsl"'
         return run_compute(body, values, outputs or OUTPUTS, header=header, defines=defines, setup=bind)

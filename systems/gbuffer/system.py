@@ -59,6 +59,7 @@ class GBufferSystem(System):
             creates=(
                 BufferSpec("gbuffer.tile_flags", 4 * count, help="surfaces that each tile of 16 x 8 pixels shows"),
                 BufferSpec("gbuffer.tiles_terrain", 16 + 4 * count, help="dispatch and tiles of the ground"),
+                BufferSpec("gbuffer.tiles_coast", 16 + 4 * count, help="dispatch and tiles where both meet"),
                 BufferSpec("gbuffer.tiles_sea", 16 + 4 * count, help="dispatch and tiles of the sea"),
             ),
             help="tiles by surface, so that each surface is shaded where it is seen only",
@@ -97,7 +98,8 @@ class GBufferSystem(System):
 
     def _bind_classify(self, io: PassIO) -> Callable[[], None]:
         surface = io.texture("gbuffer.surface")
-        flags, terrain, sea = (io.buffer(f"gbuffer.{n}") for n in ("tile_flags", "tiles_terrain", "tiles_sea"))
+        flags = io.buffer("gbuffer.tile_flags")
+        terrain, sea, coast = (io.buffer(f"gbuffer.tiles_{n}") for n in ("terrain", "sea", "coast"))
         width, height = self._tiles
 
         def run() -> None:
@@ -108,6 +110,7 @@ class GBufferSystem(System):
             self._gpu.gpu.barrier()
             terrain.bind_to_storage_buffer(1)
             sea.bind_to_storage_buffer(2)
+            coast.bind_to_storage_buffer(3)
             self._list.set("u_tiles", (width, height))
             self._list.run(1, 1, 1)
 

@@ -30,6 +30,7 @@ GRID_BINDING = 3
 OCTAVES_BINDING = 4
 MATERIAL_BINDING = 7
 _DECIMATED_SHARE = 0.62  # of edge_px: diagonals of decimated cells then are no longer than those of whole ones
+_RG16_SNORM = 0x8F99  # moderngl takes the texture for an unsigned one
 _DEEP_M = 2.0  # a cell this far below the sea is hidden by it, whatever the curvature of both meshes
 GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
 
@@ -89,6 +90,7 @@ class TerrainSystem(System):
             vertex="terrain/gbuffer.vert", fragment="terrain/gbuffer.frag", defines=defines
         )
         self._shade = setup.gpu.compute("terrain/shade.comp")
+        self._coast: Any = None
         self._debug = TerrainDebugPasses(setup.gpu, defines)
         setup.gpu.gpu.shaders.provide("surface_height", "terrain/surface_height.glsl", owner=self.name)
         setup.world.set_resource("surface_height", self._bind_heights)
@@ -105,7 +107,7 @@ class TerrainSystem(System):
 
     def _bind_heights(self, view_index: int) -> None:
         """World resource ``surface_height``: binds what the shader contract of that name reads."""
-        self._view(view_index).octaves.bind_to_storage_buffer(OCTAVES_BINDING)
+        self._view(view_index).octaves.bind_to_uniform_block(OCTAVES_BINDING)
 
     def _refresh_field(self, world: Any, planet: int, settings: Mapping[str, Any]) -> None:
         terrain, body = world.get(planet, Terrain), world.get(planet, Planet)
@@ -222,6 +224,17 @@ class TerrainSystem(System):
             after=("gbuffer.clear",),
             help="patches of all visible cells",
         )
+        if self._world.query(Ocean):
+            builder.add_pass(
+                "terrain.coast",
+                kind="compute",
+                system=name,
+                bind=lambda io: self._bind_coast(io, grid),
+                reads=("gbuffer.depth", "gbuffer.tiles_coast"),
+                writes=GBUFFER,
+                after=("gbuffer.classify",),
+                help="the line between land and water, from the height function at each pixel",
+            )
         builder.add_pass(
             "terrain.shade",
             system=name,
@@ -240,7 +253,7 @@ class TerrainSystem(System):
         grid.made = -1
 
         def run() -> None:
-            grid.octaves.bind_to_storage_buffer(OCTAVES_BINDING)
+            grid.octaves.bind_to_uniform_block(OCTAVES_BINDING)
             grid.mesh.make_vertices(
                 self._vertices, self._measure, self._agree, grid.eye_m, grid.edge_rad, self._most
             )
@@ -269,6 +282,24 @@ class TerrainSystem(System):
 
         return run
 
+    def _bind_coast(self, io: PassIO, grid: _GridView) -> Callable[[], None]:
+        if self._coast is None:
+            self._coast = self._gpu.compute("terrain/coast.comp")
+        tiles, depth = io.buffer("gbuffer.tiles_coast"), io.texture("gbuffer.depth")
+        images = [io.texture(n) for n in GBUFFER]
+
+        def run() -> None:
+            tiles.bind_to_storage_buffer(7)
+            depth.use(0)
+            images[2].use(3)
+            images[0].bind_to_image(0, read=False, write=True, format=_RG16_SNORM)
+            images[1].bind_to_image(1, read=False, write=True)
+            images[2].bind_to_image(2, read=False, write=True)
+            grid.octaves.bind_to_uniform_block(OCTAVES_BINDING)
+            self._coast.run_indirect(tiles)
+
+        return run
+
     def _bind_shade(self, io: PassIO, grid: _GridView) -> Callable[[], None]:
         radiance, tiles = io.texture("scene.radiance"), io.buffer("gbuffer.tiles_terrain")
         textures = [io.texture(n) for n in ("gbuffer.depth", *GBUFFER)]
@@ -278,7 +309,7 @@ class TerrainSystem(System):
             tiles.bind_to_storage_buffer(7)
             for unit, texture in enumerate(textures):
                 texture.use(unit)
-            grid.octaves.bind_to_storage_buffer(OCTAVES_BINDING)
+            grid.octaves.bind_to_uniform_block(OCTAVES_BINDING)
             self._shade.run_indirect(tiles)
 
         return run

@@ -5,27 +5,47 @@ layout(local_size_x = 256) in;
 layout(std430, binding = 0) readonly buffer FlagBuffer { uint flags[]; };
 layout(std430, binding = 1) writeonly buffer TerrainBuffer { uint terrain_groups[4]; uint terrain_tiles[]; };
 layout(std430, binding = 2) writeonly buffer SeaBuffer { uint sea_groups[4]; uint sea_tiles[]; };
+layout(std430, binding = 3) writeonly buffer CoastBuffer { uint coast_groups[4]; uint coast_tiles[]; };
 uniform ivec2 u_tiles;
 
-shared uint s_terrain, s_sea;
+shared uint s_terrain, s_sea, s_coast;
+
+const uint BOTH = 1u << SURFACE_TERRAIN | 1u << SURFACE_SEA;
+
+uint around(uint tile) {
+    ivec2 here = ivec2(tile % uint(u_tiles.x), tile / uint(u_tiles.x));
+    uint found = 0u;
+    for (int y = max(here.y - 1, 0); y <= min(here.y + 1, u_tiles.y - 1); ++y) {
+        for (int x = max(here.x - 1, 0); x <= min(here.x + 1, u_tiles.x - 1); ++x) found |= flags[y * u_tiles.x + x];
+    }
+    return found & BOTH;
+}
 
 void main() {
     if (gl_LocalInvocationIndex == 0u) {
         s_terrain = 0u;
         s_sea = 0u;
+        s_coast = 0u;
     }
     barrier();
     uint count = uint(u_tiles.x * u_tiles.y);
     for (uint tile = gl_LocalInvocationIndex; tile < count; tile += 256u) {
         uint place = tile % uint(u_tiles.x) | tile / uint(u_tiles.x) << 16;
-        if ((flags[tile] >> SURFACE_TERRAIN & 1u) != 0u) terrain_tiles[atomicAdd(s_terrain, 1u)] = place;
-        if ((flags[tile] >> SURFACE_SEA & 1u) != 0u) sea_tiles[atomicAdd(s_sea, 1u)] = place;
+        uint own = flags[tile] & BOTH;
+        // Where land and water meet the line between them is drawn anew, pixel by pixel: either may get pixels.
+        bool coast = own != 0u && around(tile) == BOTH;
+        if (coast) coast_tiles[atomicAdd(s_coast, 1u)] = place;
+        if (coast || (own >> SURFACE_TERRAIN & 1u) != 0u) terrain_tiles[atomicAdd(s_terrain, 1u)] = place;
+        if (coast || (own >> SURFACE_SEA & 1u) != 0u) sea_tiles[atomicAdd(s_sea, 1u)] = place;
     }
     barrier();
     if (gl_LocalInvocationIndex == 0u) {
         terrain_groups[0] = s_terrain;
         terrain_groups[1] = 1u;
         terrain_groups[2] = 1u;
+        coast_groups[0] = s_coast;
+        coast_groups[1] = 1u;
+        coast_groups[2] = 1u;
         sea_groups[0] = s_sea;
         sea_groups[1] = 1u;
         sea_groups[2] = 1u;

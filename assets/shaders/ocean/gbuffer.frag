@@ -1,5 +1,6 @@
 #include "generated/frame.glsl"
 #include "common/octahedral.glsl"
+#include "common/sea_depth.glsl"
 #include "common/surfaces.glsl"
 
 in vec3 v_normal;
@@ -11,10 +12,7 @@ layout(location = 2) out uint o_surface;
 
 void main() {
     o_normal = oct_encode(normalize(v_normal));
-    // 16 bits of depth in two channels.
-    float scaled = clamp(v_shallow, 0.0, 1.0) * 65535.0;
-    float high = floor(scaled / 256.0);
-    o_attributes = vec4(high / 255.0, (scaled - high * 256.0) / 255.0, float(v_level) / 32.0, 0.0);
+    o_attributes = vec4(sea_depth_encode(v_shallow), float(v_level) / 32.0, 0.0);
     o_surface = SURFACE_SEA;
 #ifdef PF_FRAG_DEPTH
     gl_FragDepth = frame.camera_offset.w * gl_FragCoord.w;

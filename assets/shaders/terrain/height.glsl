@@ -33,9 +33,9 @@ struct TerrainConstants {
 
 const int TERRAIN_FIELD = 2, TERRAIN_LAYER = 9, TERRAIN_SHAPE_LAYERS = 4, TERRAIN_OCTAVES = 25;
 
-// A storage buffer, or with TERRAIN_TABLE_UNIFORM a uniform block of the same layout: llvmpipe reads an array in a
+// A uniform block, or with TERRAIN_TABLE_STORAGE a storage buffer of the same layout: llvmpipe reads an array in a
 // storage buffer lane by lane, 5 ns an octave more.
-#ifdef TERRAIN_TABLE_UNIFORM
+#ifndef TERRAIN_TABLE_STORAGE
 layout(std140, binding = 4) uniform TerrainTable {
 #else
 layout(std430, binding = 4) readonly buffer TerrainTable {

@@ -4,6 +4,8 @@
 #include "generated/terrain_grid.glsl"
 #include "common/octahedral.glsl"
 #include "common/surface_tiles.glsl"
+#include "terrain/height.glsl"
+#include "terrain/attributes.glsl"
 #include "terrain/grid_spacing.glsl"
 #include "terrain/material.glsl"
 #include "contract/air.glsl"
@@ -34,7 +36,7 @@ vec3 ground_radiance(ivec2 pixel) {
     vec3 view = -point / distance_m;
     vec3 coarse = oct_decode(texelFetch(u_normal, pixel, 0).rg);
     vec4 attributes = texelFetch(u_attributes, pixel, 0);
-    float roughness = attributes.x * 4.0, moisture = attributes.y;
+    float roughness = terrain_roughness(attributes), moisture = attributes.y;
 
     // What a pixel covers on the ground: wider along the view at flat angles, with a little less than all of it, which
     // keeps detail across the view without noise along it.

@@ -7,6 +7,7 @@
 #include "common/lattice.glsl"
 #include "common/octahedral.glsl"
 #include "terrain/height.glsl"
+#include "terrain/attributes.glsl"
 #include "terrain/grid_spacing.glsl"
 
 layout(local_size_x = 64) in;
@@ -36,7 +37,7 @@ void main() {
         vertex.z = position.z;
         vertex.dh = terrain.dh;
         vertex.normal = packSnorm2x16(oct_encode(normal));
-        vertex.attributes = packUnorm4x8(vec4(terrain.roughness * 0.25, terrain.moisture, 0.0, 0.0));
+        vertex.attributes = packUnorm4x8(terrain_attributes(terrain, height));
         vertices[cell_index * uint(CELL_VERTICES) + uint(k)] = vertex;
         vec4 bound = vec4(position, terrain.dh);
         low = min(low, bound);
