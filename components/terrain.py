@@ -84,14 +84,14 @@ class Terrain:
         1.0, 0.0, 1.0, "", "Share of suitable ground that plants cover; 0: a bare world", group="plants"
     )
     humidity: float = knob(0.5, -1.0, 2.0, "", "0: deserts everywhere, 1: forests everywhere", group="plants")
-    rock_slope_deg: float = knob(30.0, 0.0, 90.0, "deg", "Ground steeper than this is bare rock", group="ground")
+    rock_slope_deg: float = knob(21.0, 0.0, 90.0, "deg", "Ground steeper than this is bare rock", group="ground")
     beach_height_m: float = knob(
         4.0, 0.0, 1000.0, "m", "Sand reaches this high above the sea; without a sea it has no effect", group="ground"
     )
     snow_line_m: float = knob(5200.0, -1e5, 1e6, "m", "Height of the snow line at the equator", group="ground")
     snow_line_pole_m: float = knob(-500.0, -1e5, 1e6, "m", "Height of the snow line at the poles", group="ground")
     snow_slope_deg: float = knob(
-        45.0, 0.0, 90.0, "deg", "Slopes steeper than this shed most of their snow", group="ground"
+        24.0, 0.0, 90.0, "deg", "Slopes steeper than this shed most of their snow", group="ground"
     )
     variation: float = knob(1.0, 0.0, 2.0, "", "How much colours vary, from continents to pebbles", group="ground")
     grain: float = knob(1.0, 0.0, 4.0, "", "Height of bumps that are smaller than the smallest layer", group="ground")

@@ -24,6 +24,12 @@ LAYERS = 16
 _GRADIENT_VARIANCE = 1.3
 """Of gradient noise along the ground, per squared wavelength; ridges included. Measured."""
 
+_GRAIN_SLOPE = 0.07
+"""Of each octave of bumps below the shortest layer, height over wavelength."""
+
+_MEAN_MOISTURE = 0.45  # 0.9 times the mean of the ground's own moisture
+_LEAST_CLIMATE_M = 500.0  # worlds without climate have the same snow line everywhere
+
 _RANGE_SHARE = 1.8
 """Of the ranges' height that their layers add where roughness says that there are ranges: an estimate for detail."""
 
@@ -46,12 +52,17 @@ class TerrainMaterialBlock:
     """albedo; w: height of beaches in m"""
     snow: Vec4 = (0.80, 0.83, 0.87, 1.0)
     """albedo; w: slope in m per m that sheds snow"""
-    climate: Vec4 = (5200.0, -500.0, 0.5, 0.0)
-    """(height of the snow line in m at the equator, at the poles, mean humidity, 0)"""
+    hay: Vec4 = (0.15, 0.13, 0.066, 0.0)
+    """albedo of dry grass"""
+    gravel: Vec4 = (0.187, 0.15, 0.116, 0.25)
+    """albedo of stony plains; w: 1 / height of beaches in m"""
+    climate: Vec4 = (5200.0, -5700.0, 0.05, 1.7e-4)
+    """(height of the snow line in m at the equator, how much higher at the poles, humidity, 1 / its range in m)"""
     look: Vec4 = (1.0, 0.0, 1.0, 0.0)
     """(strength of colour variation, share of the law of airless dust, height of the grain, 0)"""
-    relief: Vec4 = (4.0, 0.07, 0.08, 200.0)
-    """(shortest layer in m, variance of all layers' slopes at roughness 1, 1 / their octaves, period of strata in m)"""
+    relief: Vec4 = (0.5, 0.07, 0.08, 0.005)
+    """(2 / shortest layer in m, variance of all layers' slopes at roughness 1, 1 / their octaves, 1 / period of strata
+    in m)"""
     anchor_cell: IVec4 = (0, 0, 0, 0)
     """the anchor's place in units of NESTED_BASE_M: whole cells"""
     anchor_fraction: Vec4 = (0.0, 0.0, 0.0, 0.0)
@@ -85,6 +96,9 @@ def material_block(
     layers[model.layers :] = table["octaves"][last - 1]
     warp = table["octaves"][1]
     range_m = _RANGE_SHARE * float(model.constants.range_m)
+    rock, strata, grass, dry = (
+        np.array(v) for v in (terrain.rock_albedo, terrain.strata_albedo, terrain.grass_albedo, terrain.dry_albedo)
+    )
     cell, fraction = nested_anchor(anchor_direction, params.radius_m)
     return TerrainMaterialBlock(
         rock=(*terrain.rock_albedo, _slope(terrain.rock_slope_deg)),
@@ -95,13 +109,20 @@ def material_block(
         dry=(*terrain.dry_albedo, terrain.plants),
         sand=(*terrain.sand_albedo, terrain.beach_height_m),
         snow=(*terrain.snow_albedo, _slope(terrain.snow_slope_deg)),
-        climate=(terrain.snow_line_m, terrain.snow_line_pole_m, terrain.humidity, 0.0),
-        look=(terrain.variation, terrain.dust_law, terrain.grain, 0.0),
+        hay=(*(0.45 * grass + 0.35 * dry), 0.0),
+        gravel=(*(0.45 * strata + 0.55 * rock), 1.0 / max(terrain.beach_height_m, 1e-3)),
+        climate=(
+            terrain.snow_line_m,
+            terrain.snow_line_pole_m - terrain.snow_line_m,
+            terrain.humidity - _MEAN_MOISTURE,
+            1.0 / max(terrain.snow_line_m - terrain.snow_line_pole_m, _LEAST_CLIMATE_M),
+        ),
+        look=(terrain.variation, terrain.dust_law, terrain.grain * _GRAIN_SLOPE / max(float(slopes[-1]), 1e-6), 0.0),
         relief=(
-            float(model.wavelength_m[-1]),
+            2.0 / float(model.wavelength_m[-1]),
             _GRADIENT_VARIANCE * float(np.sum(slopes * slopes)),
             1.0 / octaves,
-            terrain.strata_m,
+            1.0 / terrain.strata_m,
         ),
         anchor_cell=cell,
         anchor_fraction=fraction,

@@ -72,6 +72,7 @@ Material terrain_material(
     float tufts = ramp(0.6, 1.5, 0.5 * mixed - noise.fine) * spots;
     vec3 dry = terrain_material_block.dry.rgb;
     vec3 soil = mix(dry, terrain_material_block.sand.rgb, 0.8 * ramp(-0.5, 1.3, mixed - 2.5 * humidity + 0.62));
+    soil = mix(soil, terrain_material_block.sand.rgb, 0.9 * (1.0 - plants) * ramp(0.50, 0.64, moisture + 0.06 * mixed));
     soil = mix(soil, terrain_material_block.gravel.rgb, 0.65 * ramp(0.7, 1.9, 1.2 * patches - mixed + 2.0 * roughness));
     soil = mix(soil, dry * 0.6, ramp(0.25, 0.85, humidity) * plants);
     soil = mix(soil, terrain_material_block.rock.rgb * 1.1, stones * 0.6);
@@ -102,7 +103,7 @@ Material terrain_material(
     albedo = mix(albedo, terrain_material_block.sand.rgb * mix(0.5, 1.0 + 0.1 * grain, dryness), beach);
 
     // Snow: above its line, as wide as the hidden relief spreads it; thin on steep faces.
-    float spread = (80.0 + 0.25 * deviation * footprint) * climate.w;
+    float spread = 0.012 + 0.25 * deviation * footprint * climate.w;
     float snowy = smoothstep(spread, -spread, warmth - 0.012 * grain - 0.012 * mixed);
     float sheds = (slope - terrain_material_block.snow.w) / (0.25 * terrain_material_block.snow.w + deviation) + 0.7 * grain + 0.4 * mixed;
     snowy *= 1.0 - 0.9 * smoothstep(-1.0, 1.0, sheds);
