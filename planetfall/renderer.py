@@ -18,6 +18,7 @@ from .engine.gpu import Gpu
 from .engine.gpu.graph_backend import GLBackend
 from .engine.graph import GraphBuilder, Plan
 from .engine.hosts.foreign import ForeignHost, attach
+from .engine.settings import revision
 from .engine.space import CameraState, project
 from .engine.system import Frame, Setup, SunState, System, ViewInfo
 from .errors import NotSettled, SettingError, SizeError
@@ -105,6 +106,8 @@ class Renderer:
         self._last: tuple[Any, ...] = ()
         self._frame_index = 0
         self._lifted = False
+        self._sun_key: tuple[Any, ...] = ()
+        self._sun_held: SunState | None = None
         self._cut = True
         self._dt_s = 1.0 / 60.0
         self.python_ms = 0.0
@@ -350,7 +353,7 @@ class Renderer:
         sun_component = (
             sun if sun is not None else view.sun if view is not None and view.sun is not None else self.scene.sun
         )
-        sun_state = resolve_sun(sun_component, self.scene.planet.planet, time_s)
+        sun_state = self._sun_state(sun_component, time_s)
         self._gate()
         frame = self._frame_for(state, sun_state, time_s, dt_s)
         frame.ev100 = view.ev100 if view is not None else None
@@ -367,6 +370,14 @@ class Renderer:
             plan.execute()
         self._cut = False
         self._frame_index += 1
+
+    def _sun_state(self, sun: Any, time_s: float) -> SunState:
+        planet = self.scene.planet.planet
+        key = (id(sun), revision(sun), revision(planet), time_s if sun.mode == "epoch" else 0.0)
+        if key != self._sun_key:
+            self._sun_key, self._sun_held = key, resolve_sun(sun, planet, time_s)
+        assert self._sun_held is not None
+        return self._sun_held
 
     def _frame_for(self, state: CameraState, sun: SunState, time_s: float, dt_s: float | None) -> Frame:
         planet = self.scene.planet.entity

@@ -97,7 +97,7 @@ def test_heights_count_from_any_level(evaluate, run_compute, gpu):
     table = scope.buffer(octave_table(EARTH, up, 1234.5).tobytes())
     out = run_compute(
         "dh = terrain_point(d, 1.0).dh;", {"d": np.zeros((1, 3))}, {"dh": "float"},
-        header='#include "terrain/height.glsl"', setup=lambda _: table.bind_to_storage_buffer(4),
+        header='#include "terrain/height.glsl"', setup=lambda _: table.bind_to_uniform_block(4),
     )  # fmt: skip
     scope.release()
     assert out["dh"][0] == pytest.approx(height_at_points(up[None] * EARTH.radius_m, EARTH)[0] - 1234.5, abs=1e-3)

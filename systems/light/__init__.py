@@ -10,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...components import Planet, Sun
+from ...engine.settings import revision
 from ...engine.system import Frame, System
 from .ephemeris import circular_sky, earth_sky, julian_date
 from .sun import SkyClock, resolve_sky, resolve_sun
@@ -26,9 +27,18 @@ class LightSystem(System):
     name: ClassVar[str] = "light"
     needs: ClassVar[tuple[type, ...]] = (Sun,)
 
+    def __init__(self) -> None:
+        self._key: tuple[object, ...] = ()
+
     def update(self, frame: Frame) -> None:
         planet = frame.world.try_get(frame.planet, Planet)
-        clock = resolve_sky(frame.world.query(Sun)[0][1][0], planet, frame.time_s)
+        sun = frame.world.query(Sun)[0][1][0]
+        moment = frame.time_s if sun.mode == "epoch" else 0.0
+        key = (revision(sun), None if planet is None else revision(planet), moment, frame.sun)
+        if key == self._key and frame.world.try_resource(STAR_AXES) is not None:
+            return
+        self._key = key
+        clock = resolve_sky(sun, planet, frame.time_s)
         # A view may bring a sun of its own: then the scene's clock says nothing about its sky.
-        same = np.allclose(clock.sun.direction, frame.sun.direction, atol=1e-9)
+        same = float(np.abs(clock.sun.direction - frame.sun.direction).max()) < 1e-9
         frame.world.set_resource(STAR_AXES, clock.star_axes if same else np.eye(3))
