@@ -73,7 +73,8 @@ class CellMesh:
         return (
             BufferSpec(f"{self.name}.vertices", size, "persistent", "vertices of all selected cells"),
             BufferSpec(f"{self.name}.bounds", self.capacity * BOUNDS_BYTES, "persistent", "a box around each cell"),
-            BufferSpec(f"{self.name}.wanted", self.capacity * 8, "persistent", "how many vertices each cell would skip"),
+            BufferSpec(f"{self.name}.wanted", self.capacity * 8, "persistent", "how many vertices each cell would
+            skip"),
         )
 
     def cull_buffers(self) -> tuple[BufferSpec, BufferSpec]:
@@ -166,8 +167,8 @@ class CellMesh:
     ) -> None:
         """The vertices of all cells by the system's own program, then what of them is drawn.
 
-        eye_m: the proxy from the anchor. edge_rad: the wanted length of an edge as an angle. most: 0..MOST, how many powers
-        of two a cell may skip.
+        eye_m: the proxy from the anchor. edge_rad: the wanted length of an edge as an angle. most: 0..MOST, how many
+        powers of two a cell may skip.
         """
         if not self.count:
             return
@@ -200,7 +201,8 @@ class CellMesh:
         program.run(1, 1, 1)
 
     def vertex_array(self, program: Any) -> Any:
-        """The patches for a program that has `in uint in_cell`: one instance a visible cell. Make it in a pass's bind."""
+        """The patches for a program that has `in uint in_cell`: one instance a visible cell. Make it in a pass's
+        bind."""
         old = self._arrays.pop(program, None)
         if old is not None:
             self.scope.free(old)

@@ -1,10 +1,10 @@
 """Fewer vertices along the axis that is foreshortened: per-cell decimation of the rings.
 
-A square cell far out on a plain is seen at a flat angle: its edges across the view have the wanted length in pixels, those
-along the view a small fraction of it. So each cell may skip vertices along each of its axes, by powers of two. How much it
-would like to skip is measured on its own displaced vertices (common/measure_cells.comp); what it may skip follows from its
-neighbours, so that both sides of an edge use the same vertices. This module has the topology, the rule (the oracle of
-common/agree_cells.comp) and the index lists.
+A square cell far out on a plain is seen at a flat angle: its edges across the view have the wanted length in pixels,
+those along the view a small fraction of it. So each cell may skip vertices along each of its axes, by powers of two.
+How much it would like to skip is measured on its own displaced vertices (common/measure_cells.comp); what it may skip
+follows from its neighbours, so that both sides of an edge use the same vertices. This module has the topology, the
+rule (the oracle of common/agree_cells.comp) and the index lists.
 """
 
 from __future__ import annotations
@@ -55,10 +55,11 @@ def topology(cells: CellSet) -> Topology:
 
 
 def agree(wanted: ArrayLike, cells: Topology) -> tuple[Ints, Ints]:
-    """What the cells skip, (N, 2), and by which powers of two edge indices are rounded down, (N, 4), from what they want.
+    """What the cells skip, (N, 2), and by which powers of two edge indices are rounded down, (N, 4), from what they
+    want.
 
-    Along an edge to a coarser neighbour a cell never skips more than the neighbour does; along one to an equal neighbour
-    both use the coarser spacing. So the vertices on an edge are the same lattice points on both sides.
+    Along an edge to a coarser neighbour a cell never skips more than the neighbour does; along one to an equal
+    neighbour both use the coarser spacing. So the vertices on an edge are the same lattice points on both sides.
     """
     skip = np.minimum(np.asarray(wanted, dtype=np.int64), min(MOST, cells.bits))
     known, beside, delta, axis = cells.beside >= 0, np.maximum(cells.beside, 0), cells.delta, cells.axis

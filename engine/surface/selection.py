@@ -28,6 +28,22 @@ COARSENING_STEPS_PER_OCTAVE = 4
 """When there would be too many cells the wanted angle grows in steps of 2^(1/4), so that it seldom changes."""
 
 
+LARGEST_SPACING_RAD = 0.035
+"""Vertices are never farther apart than this angle, however few pixels a picture has: 2 degrees, seen from the
+proxy."""
+LARGEST_SAG_PX = 0.25
+"""Nor may a planet seen from far away lose more of its round outline to chords than this."""
+
+
+def spacing_angle(edge_px: float, pixel_angle_rad: float, altitude_m: float, radius_m: float) -> float:
+    """The angle between vertices to ask of `select_rings` for edges of at most edge_px pixels in a picture.
+
+    A chord of angle a at distance d falls (a d)^2 / (8 r) short of the sphere; from far away d is about the altitude.
+    """
+    sag = np.sqrt(8.0 * radius_m * LARGEST_SAG_PX * pixel_angle_rad / max(altitude_m, 1e-3))
+    return float(min(edge_px * pixel_angle_rad, LARGEST_SPACING_RAD, max(sag, 1e-4)))
+
+
 @dataclass(frozen=True, eq=False)
 class CellSet:
     """The leaves of a selection, nearest first. All arrays have N rows."""

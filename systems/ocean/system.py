@@ -15,7 +15,7 @@ from ...engine.settings import revision, with_overrides
 from ...engine.surface.coverage import proxy_coverage
 from ...engine.surface.decimation import topology
 from ...engine.surface.nested import nested_anchor
-from ...engine.surface.selection import select_rings
+from ...engine.surface.selection import select_rings, spacing_angle
 from ...engine.system import Frame, Setup, System, ViewInfo
 
 OCEAN_BINDING = 6
@@ -99,18 +99,19 @@ class OceanSystem(System):
         view = self._view(frame.view_index)
         camera = frame.camera
         pixel_angle = (camera.tan_top - camera.tan_bottom) / frame.size[1]
-        spacing_angle = float(frame.settings["terrain.edge_px"]) * pixel_angle
+        edge_px = float(frame.settings["terrain.edge_px"])
         ground = frame.world.resources.get("height_field")
-        key = (proxy.generation, revision(ocean), spacing_angle, id(ground))
+        key = (proxy.generation, revision(ocean), edge_px, pixel_angle, id(ground))
         if key != view.key:
             view.key = key
+            angle_rad = spacing_angle(edge_px, pixel_angle, proxy.cell.altitude_m, radius)
             above_sea = max(abs(proxy.cell.altitude_m - ocean.sea_level_m), 0.05)
             cells = select_rings(
                 proxy.lattice,
                 above_sea,
                 ocean.sea_level_m,
                 radius,
-                spacing_angle,
+                angle_rad,
                 self._quads,
                 coverage_rad=proxy_coverage(
                     proxy.cell.highest_altitude_m,
@@ -122,7 +123,7 @@ class OceanSystem(System):
                 min_spacing_m=float(frame.settings["terrain.min_spacing_m"]),
             )
             height = ocean.sea_level_m + above_sea - proxy.anchor_height_m
-            view.eye_m, view.edge_rad = tuple(proxy.lattice.direction * height), spacing_angle
+            view.eye_m, view.edge_rad = tuple(proxy.lattice.direction * height), angle_rad
             if view.mesh.upload(cells, topology(cells)):
                 self.structure += 1
         axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()

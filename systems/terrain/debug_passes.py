@@ -1,4 +1,5 @@
-"""The ground's debug views: triangle edges, and the error of the drawn ground in pixels. Culled unless somebody looks."""
+"""The ground's debug views: triangle edges, and the error of the drawn ground in pixels. Culled unless somebody
+looks."""
 
 from __future__ import annotations
 
@@ -9,7 +10,8 @@ from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 
 
 class TerrainDebugPasses:
-    """Declares ``debug.wireframe`` and ``debug.error_px``. Programs are made when a view is looked at for the first time.
+    """Declares ``debug.wireframe`` and ``debug.error_px``. Programs are made when a view is looked at for the first
+    time.
 
     gpu: the terrain's scope. defines: of its cell programs.
     """

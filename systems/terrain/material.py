@@ -27,7 +27,7 @@ _GRADIENT_VARIANCE = 1.3
 _GRAIN_SLOPE = 0.07
 """Of each octave of bumps below the shortest layer, height over wavelength."""
 
-_MEAN_MOISTURE = 0.45  # 0.9 times the mean of the ground's own moisture
+_MEAN_MOISTURE = 0.41  # 0.9 times the mean of the ground's own moisture, less what makes a third of Earth's land dry
 _LEAST_CLIMATE_M = 500.0  # worlds without climate have the same snow line everywhere
 
 _RANGE_SHARE = 1.8

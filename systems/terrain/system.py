@@ -6,7 +6,6 @@ in which the camera holds too only draws.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -20,7 +19,7 @@ from ...engine.graph import GraphBuilder, PassIO
 from ...engine.settings import revision, with_overrides
 from ...engine.surface.coverage import proxy_coverage
 from ...engine.surface.decimation import topology
-from ...engine.surface.selection import select_rings
+from ...engine.surface.selection import select_rings, spacing_angle
 from ...engine.system import Frame, Setup, System, ViewInfo
 from .debug_passes import TerrainDebugPasses
 from .height import TerrainField, TerrainParams, octave_table
@@ -137,7 +136,8 @@ class TerrainSystem(System):
         key = (proxy.generation, self._field_revision, edge_px, pixel_angle)
         if key != view.key:
             view.key = key
-            self._select(view, frame, proxy, edge_px * pixel_angle)
+            angle = spacing_angle(edge_px, pixel_angle, proxy.cell.altitude_m, proxy.cell.radius_m)
+            self._select(view, frame, proxy, angle)
         tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
         axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
         view.keep_dh_m = self._above_sea(frame, proxy)
@@ -158,7 +158,7 @@ class TerrainSystem(System):
             return (-3.0e38, 3.0e38)
         return (sea.sea_level_m - proxy.anchor_height_m - _DEEP_M, 3.0e38)
 
-    def _select(self, view: _GridView, frame: Frame, proxy: Any, spacing_angle: float) -> None:
+    def _select(self, view: _GridView, frame: Frame, proxy: Any, angle_rad: float) -> None:
         field, radius_m = self._field, frame.world.get(frame.planet, Planet).radius_m
         smallest = float(frame.settings["terrain.min_spacing_m"])
         # Above the ground, even for a camera (or an anchor) under water.
@@ -172,7 +172,7 @@ class TerrainSystem(System):
             above_ground,
             proxy.ground_m,
             radius_m,
-            spacing_angle,
+            angle_rad,
             self._quads,
             coverage_rad=proxy_coverage(
                 proxy.cell.highest_altitude_m, proxy.cell.max_sideways_rad, radius_m, field.highest_m, lowest
@@ -181,7 +181,7 @@ class TerrainSystem(System):
             height_at=field.height,
         )
         view.eye_m = tuple(proxy.lattice.direction * (proxy.ground_m + above_ground - proxy.anchor_height_m))
-        view.edge_rad = _DECIMATED_SHARE * spacing_angle
+        view.edge_rad = _DECIMATED_SHARE * angle_rad
         if view.mesh.upload(cells, topology(cells)):
             self.structure += 1
         table = octave_table(self._params, proxy.lattice.direction, proxy.anchor_height_m)
@@ -190,7 +190,7 @@ class TerrainSystem(System):
                 self._gpu.free(view.octaves)
             view.octaves = self._gpu.buffer(reserve=table.nbytes, dynamic=True)
         view.octaves.write(table.tobytes())
-        self._block.spacing = (spacing_angle, smallest, above_ground, 0.0)
+        self._block.spacing = (angle_rad, smallest, above_ground, 0.0)
         self._grid_ubo.write(self._block)
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
