@@ -73,8 +73,7 @@ class CellMesh:
         return (
             BufferSpec(f"{self.name}.vertices", size, "persistent", "vertices of all selected cells"),
             BufferSpec(f"{self.name}.bounds", self.capacity * BOUNDS_BYTES, "persistent", "a box around each cell"),
-            BufferSpec(f"{self.name}.wanted", self.capacity * 8, "persistent", "how many vertices each cell would
-            skip"),
+            BufferSpec(f"{self.name}.wanted", self.capacity * 8, "persistent", "what each cell would skip"),
         )
 
     def cull_buffers(self) -> tuple[BufferSpec, BufferSpec]:
