@@ -12,12 +12,10 @@ struct Material {
     float deviation;  // rms slope of the relief that the footprint hides
 };
 
-// Variance of the slopes of relief shorter than a length: a fit to the layers, most of whose steepness is in the few
-// longest.
-float hidden_slope_variance(float roughness, float length_m) {
+// Variance of the slopes of relief shorter than twice a length: a fit to the layers' table.
+float hidden_slope_variance(float roughness, float footprint) {
     vec4 relief = terrain_material_block.relief;
-    float t = clamp(log2(length_m * relief.x) * relief.z, 0.0, 1.0);
-    t *= t;
+    float t = clamp(log2(footprint * relief.x) * relief.z, 0.0, 1.0);
     return roughness * roughness * relief.y * t * t;
 }
 
@@ -91,7 +89,7 @@ Material terrain_material(
     float layered = strata(height, mixed, footprint * (0.3 + slope)) * terrain_material_block.strata.w;
     vec3 rock = mix(terrain_material_block.rock.rgb, terrain_material_block.strata.rgb, clamp(0.35 + layered + 0.3 * patches, 0.0, 1.0));
     rock *= 1.0 + 0.2 * grain - 0.25 * tufts;
-    albedo = mix(albedo, 0.75 * rock + 0.25 * dry, 0.6 * ramp(-2.4, -0.8, steep));
+    albedo = mix(albedo, 0.75 * rock + 0.25 * dry, 0.55 * ramp(-1.7, -0.4, steep));
     albedo = mix(albedo, rock, rocky);
 
     // Sand along the sea, wet at its edge; as a share of the pixel where the beach is narrower than that.

@@ -38,10 +38,10 @@ vec3 ground_radiance(ivec2 pixel) {
     vec4 attributes = texelFetch(u_attributes, pixel, 0);
     float roughness = terrain_roughness(attributes), moisture = attributes.y;
 
-    // What a pixel covers on the ground: wider along the view at flat angles, with a little less than all of it, which
-    // keeps detail across the view without noise along it.
+    // What a pixel covers on the ground: wider along the view at flat angles; the geometric mean keeps detail across the
+    // view.
     float across = distance_m * frame.clock.w;
-    float footprint = across / pow(clamp(dot(coarse, view), 0.03, 1.0), 0.6);
+    float footprint = 0.85 * across * inversesqrt(clamp(dot(coarse, view), 0.03, 1.0));
     float spacing = grid_spacing(D);
     float to_sphere = planet.radii.x / (planet.radii.x + height);
     vec3 gradient = zenith - coarse / max(dot(coarse, zenith), 0.05);
