@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import importlib.metadata
 import os
 import platform
 import re
@@ -10,7 +11,6 @@ import subprocess
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import moderngl
 import numpy as np
 
 from .schema import Machine
@@ -30,7 +30,7 @@ def describe_machine(caps: Capabilities | None) -> Machine:
         memory_bytes=_memory_bytes(),
         python=f"{platform.python_implementation()} {platform.python_version()}",
         numpy=np.__version__,
-        moderngl=moderngl.__version__,
+        moderngl=importlib.metadata.version("moderngl"),
         gl_renderer="" if caps is None else caps.renderer,
         gl_vendor="" if caps is None else caps.vendor,
         gl_version="" if caps is None else caps.version,

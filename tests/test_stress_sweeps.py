@@ -7,9 +7,10 @@ import json
 import numpy as np
 import pytest
 
+import planetfall as pf
 from planetfall.benchmarks import cli
 from planetfall.benchmarks.schema import ReportError, read_report
-from planetfall.benchmarks.stress import STRESS_SUITES, replay_file, run_sweep, runner
+from planetfall.benchmarks.stress import STRESS_SUITES, replay_file, run_sweep, runner, terrain
 from planetfall.benchmarks.stress.runner import Found, Kind, draw_case
 from planetfall.errors import SettingError, UnknownNameError
 
@@ -97,6 +98,25 @@ def test_space_sweep():
 def test_terrain_sweep():
     report = run_sweep("terrain", seed=1, count=6)
     assert not report.failures, failures(report)
+
+
+@pytest.mark.gpu
+def test_holes_and_nan_are_seen():
+    """The checks find what they look for, in outputs that were tampered with."""
+    found = Found()
+    with pf.Renderer(pf.load_scene("moon"), size=(64, 36), quality="low") as renderer:
+        camera = pf.Camera.at(10.0, 20.0, 5.0e5, pitch_deg=-60.0)
+        out = renderer.render(camera, outputs=terrain.OUTPUTS)
+        terrain.check_outputs(found, out)
+        terrain.check_holes(found, renderer, renderer.camera_state(camera), out)
+        assert found.messages == []
+        out["surface"][20, 30] = 0
+        terrain.check_holes(found, renderer, renderer.camera_state(camera), out)
+        assert found.messages == ["1 holes in the disc, the first at pixel (30, 20)"]
+        out["radiance"][3, 4] = np.nan
+        terrain.check_outputs(found, out)
+    assert "radiance: 1 pixels are not finite" in found.messages
+    assert "position: 1 pixels do not agree with surface" in found.messages
 
 
 @pytest.mark.gpu

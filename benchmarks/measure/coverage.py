@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -135,5 +136,5 @@ def inside_cells(cells: CellSet, directions: NDArray[np.float64]) -> NDArray[np.
     return found
 
 
-def _key(face: NDArray[np.int64], i: NDArray[np.int64], j: NDArray[np.int64]) -> NDArray[np.int64]:
+def _key(face: NDArray[Any], i: NDArray[Any], j: NDArray[Any]) -> NDArray[np.int64]:
     return (face.astype(np.int64) << 60) ^ (i.astype(np.int64) << 30) ^ j.astype(np.int64)

@@ -43,6 +43,7 @@ class DrawnMesh:
         mesh = None if system is None else system.drawn_mesh()
         if mesh is None or mesh.count == 0:
             raise RuntimeError("the last frame selected no ground: nothing to measure")
+        assert system is not None
         proxy = renderer.scene.world.resource("proxy.0")
         return cls(
             record=mesh.read_cells().copy(),

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ... import Camera, Renderer
 from ...engine.space import CameraState
-from ...systems.terrain.height import height_at_points
+from ...systems.terrain.height import TerrainField, height_at_points
 from ..evaluate import Evaluator
 from .drawn import DrawnMesh, angles_deg, camera_coordinates, height_errors, screen, some, true_normals, vertex_normals
 
@@ -40,7 +40,7 @@ class HeightError:
 def vertex_heights(renderer: Renderer, camera: Camera, rng: np.random.Generator, most: int = 20_000) -> HeightError:
     """Renders a frame and compares up to `most` vertices near the camera and as many anywhere."""
     renderer.render(camera)
-    mesh, field = DrawnMesh.of(renderer), renderer.scene.planet.height_field()
+    mesh, field = DrawnMesh.of(renderer), ground_of(renderer)
     position = renderer.camera_state(camera).position_m
     near = some(mesh.within(position, NEAR_M), rng, most)
     anywhere = some(np.ones_like(near), rng, most)
@@ -57,6 +57,14 @@ def vertex_heights(renderer: Renderer, camera: Camera, rng: np.random.Generator,
     return HeightError(
         function(near), function(anywhere), drawn(near), drawn(anywhere), int(anywhere.sum()), int(near.sum())
     )
+
+
+def ground_of(renderer: Renderer) -> TerrainField:
+    """The f64 ground of the renderer's planet. RuntimeError when it has none."""
+    field = renderer.scene.planet.height_field()
+    if not isinstance(field, TerrainField):
+        raise RuntimeError("the planet has no Terrain: nothing to measure")
+    return field
 
 
 def gpu_heights(
@@ -107,7 +115,7 @@ def vertex_normals_error(
 ) -> tuple[NormalError, NormalError]:
     """(drawn normals, normals from central differences of f32 heights half a spacing away)."""
     renderer.render(camera)
-    mesh, field = DrawnMesh.of(renderer), renderer.scene.planet.height_field()
+    mesh, field = DrawnMesh.of(renderer), ground_of(renderer)
     near = some(mesh.within(renderer.camera_state(camera).position_m, NEAR_M), rng, most)
     if not near.any():
         raise RuntimeError("no ground within 1 km of the camera")
@@ -186,7 +194,7 @@ def picture_error(
     point = state.position_m + seen
     distance = np.linalg.norm(point, axis=1)
     zenith = point / distance[:, None]
-    truth = renderer.scene.planet.height_field().height(zenith)
+    truth = ground_of(renderer).height(zenith)
     off = truth - (distance - radius)
     moved = seen + zenith * off[:, None]
     pixels = on_screen_px(state, seen, moved, renderer.size)

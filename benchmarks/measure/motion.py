@@ -107,8 +107,8 @@ def turned(camera: CameraState, step_deg: float, steps: int) -> list[Camera]:
     found = []
     for k in range(steps):
         angle = np.radians(step_deg * k)
-        axes = [_rotate(v, zenith, angle) for v in (camera.forward, camera.up)]
-        found.append(Camera(camera.position_m, *axes))
+        forward, up = (_rotate(v, zenith, angle) for v in (camera.forward, camera.up))
+        found.append(Camera(camera.position_m, forward, up))
     return found
 
 

@@ -22,7 +22,9 @@ SOURCE = "Tang et al. (slopes of land at 30 m), Gagnon et al. 2006 and Crooks et
 def roughness(scene: Scene, count: int) -> dict[float, float]:
     """rms height difference of land over each of DISTANCES_M, metres."""
     planet = scene.planet
-    found = relief_statistics(planet.height_field(), planet.radius_m, DISTANCES_M, count)
+    field = planet.height_field()
+    assert field is not None
+    found = relief_statistics(field, planet.radius_m, DISTANCES_M, count)
     return dict(zip(DISTANCES_M, (float(x) for x in found), strict=True))
 
 
@@ -39,6 +41,7 @@ class Composition:
 def composition(scene: Scene, samples: int, seed: int = 0) -> Composition:
     """Share of land above the sea, highest peak and lowest seabed of evenly random directions; peaks are climbed."""
     field = scene.planet.height_field()
+    assert field is not None
     rng = np.random.default_rng(seed)
     v = rng.normal(size=(samples, 3))
     v /= np.linalg.norm(v, axis=1, keepdims=True)

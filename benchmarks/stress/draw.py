@@ -34,7 +34,12 @@ def unit(rng: np.random.Generator) -> list[float]:
     return [float(x) for x in v / np.linalg.norm(v)]
 
 
-def camera(rng: np.random.Generator, radius_m: float, altitude_m: float) -> dict[str, Any]:
+ALL_FOVS_DEG = (0.01, 1.0, 30.0, 60.0, 100.0, 150.0)
+
+
+def camera(
+    rng: np.random.Generator, radius_m: float, altitude_m: float, fovs_deg: tuple[float, ...] = ALL_FOVS_DEG
+) -> dict[str, Any]:
     """Position, forward, up and field of view, or an off-axis frustum; straight down and degenerate ups included."""
     zenith = np.array(unit(rng))
     position = zenith * (radius_m + altitude_m)
@@ -63,10 +68,10 @@ def camera(rng: np.random.Generator, radius_m: float, altitude_m: float) -> dict
     if rng.random() < 0.2:
         left, bottom = rng.uniform(-60.0, 40.0, 2)
         case["frustum_deg"] = [
-            float(x) for x in (left, left + rng.uniform(0.1, 40), bottom, bottom + rng.uniform(0.1, 40))
+            float(x) for x in (left, left + rng.uniform(5.0, 40.0), bottom, bottom + rng.uniform(5.0, 40.0))
         ]
     else:
-        case["fov_y_deg"] = float(rng.choice([0.01, 1.0, 30.0, 60.0, 100.0, 150.0]))
+        case["fov_y_deg"] = float(rng.choice(fovs_deg))
     return case
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ... import Camera, Composite, Exposure, Ocean, Planet, Scene, Stars, Sun, Terrain
-from .draw import camera, log_uniform, unit
+from .draw import ALTITUDES_M, camera, log_uniform, unit
 from .runner import Case
 
 _KINDS: dict[str, type] = {
@@ -50,10 +50,16 @@ def draw_light(rng: np.random.Generator) -> Case:
     return tables
 
 
-def draw_camera(rng: np.random.Generator, scene: Case, altitudes_m: tuple[float, float] = (1e-2, 1e9)) -> Case:
-    """A camera over the scene's ground or sea, from 1 cm to 1e9 m; "clearance_m" is its height above them."""
-    clearance = log_uniform(rng, *altitudes_m)
-    drawn = camera(rng, 1.0, 0.0)
+COMMON_FOVS_DEG = (10.0, 30.0, 60.0, 60.0, 100.0, 130.0)
+TELE_SHARE = 0.03
+"""Of the cameras see through a telescope: much is selected for them, so they take long."""
+
+
+def draw_camera(rng: np.random.Generator, tele: bool = True) -> Case:
+    """A camera from 1 cm to 1e9 m over ground or sea; "clearance_m" is its height above them."""
+    clearance = log_uniform(rng, *ALTITUDES_M)
+    fovs = (0.01, 1.0) if tele and rng.random() < TELE_SHARE else COMMON_FOVS_DEG
+    drawn = camera(rng, 1.0, 0.0, fovs)
     position = drawn.pop("position_m")
     return {"zenith": position, "clearance_m": clearance, **drawn}
 

@@ -247,6 +247,7 @@ def _standing(renderer: Renderer) -> CameraState:
         [[np.zeros(3)], rng.normal(size=(400, 3)) * np.geomspace(1e-4, 1, 400)[:, None]]
     )
     tries /= np.linalg.norm(tries, axis=1, keepdims=True)
+    assert field is not None
     heights = field.height(tries)
     land = int(np.argmax(heights > 20.0))
     zenith = tries[land]
