@@ -84,7 +84,7 @@ class Terrain:
         1.0, 0.0, 1.0, "", "Share of suitable ground that plants cover; 0: a bare world", group="plants"
     )
     humidity: float = knob(0.5, -1.0, 2.0, "", "0: deserts everywhere, 1: forests everywhere", group="plants")
-    rock_slope_deg: float = knob(21.0, 0.0, 90.0, "deg", "Ground steeper than this is bare rock", group="ground")
+    rock_slope_deg: float = knob(18.0, 0.0, 90.0, "deg", "Ground steeper than this is bare rock", group="ground")
     beach_height_m: float = knob(
         4.0, 0.0, 1000.0, "m", "Sand reaches this high above the sea; without a sea it has no effect", group="ground"
     )

@@ -35,7 +35,7 @@ vec2 sea_ice(vec3 point, vec3 normal) {
     float footprint = length(point) * frame.clock.w;
     float octave = log2(max(5.0 * footprint / NESTED_BASE_M, 1.0)) / 3.0;
     float low = min(floor(octave), 8.0), t = smoothstep(0.0, 1.0, clamp(octave - low, 0.0, 1.0));
-    float past = (abs(normal.z) - ocean.water.y) * 30.0;
+    float past = (abs(normal.z) - ocean.water.y) * 60.0;
     int turns = abs(past) < 6.0 || past > 0.0 ? 2 : 1, k = 3 * int(low) + 1, i = 0;
     float noise = 0.0;
     do {
@@ -47,7 +47,7 @@ vec2 sea_ice(vec3 point, vec3 normal) {
         k += 3;
     } while (++i < turns);
     noise *= 1.0 / NESTED_RMS;
-    return vec2(smoothstep(-0.3, 0.3, past + 0.8 * noise), 1.0 + 0.07 * noise);
+    return vec2(smoothstep(-0.3, 0.3, past + 0.6 * noise), 1.0 + 0.07 * noise);
 }
 
 vec3 sea_radiance(ivec2 pixel) {

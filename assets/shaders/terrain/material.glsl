@@ -83,10 +83,11 @@ Material terrain_material(
     float cover = green * ramp(-1.6, -0.3, grain + 2.0 * green - 1.0);
     vec3 albedo = mix(soil, plant, cover);
 
-    // Steep ground: scree first, then rock in layers. snow.w and rock.w: slopes; half a width of the transition beside it.
-    float steep = (slope - terrain_material_block.rock.w) / (0.25 * terrain_material_block.rock.w + deviation) + 0.45 * grain;
+    // Steep ground: scree first, then rock in layers. Rough ground, as of mountain ranges, turns to rock earlier.
+    float bare = terrain_material_block.rock.w * clamp(1.25 - roughness, 0.5, 1.0);
+    float steep = (slope - bare) / (0.25 * bare + deviation) + 0.45 * grain;
     float rocky = smoothstep(-1.0, 1.0, steep);
-    float layered = strata(height, mixed, footprint * (0.3 + slope)) * terrain_material_block.strata.w;
+    float layered = strata(height, mixed, footprint * (0.1 + slope)) * terrain_material_block.strata.w;
     vec3 rock = mix(terrain_material_block.rock.rgb, terrain_material_block.strata.rgb, clamp(0.35 + layered + 0.3 * patches, 0.0, 1.0));
     rock *= 1.0 + 0.2 * grain - 0.25 * tufts;
     albedo = mix(albedo, 0.75 * rock + 0.25 * dry, 0.55 * ramp(-1.7, -0.4, steep));
@@ -98,7 +99,7 @@ Material terrain_material(
     float dryness = ramp(0.015, 0.075, above_sea * terrain_material_block.gravel.w);
     float beach = beach_m / (beach_m + 0.5 * rise + 1e-3) * clamp(2.5 - 2.5 * (above_sea - 0.5 * rise) / (beach_m + rise + 1e-3), 0.0, 1.0);
     beach *= 1.0 - rocky;
-    albedo = mix(albedo, terrain_material_block.sand.rgb * mix(0.5, 1.0 + 0.1 * grain, dryness), beach);
+    albedo = mix(albedo, terrain_material_block.sand.rgb * mix(0.5, 1.0 + 0.07 * grain + 0.07 * stones, dryness), beach);
 
     // Snow: above its line, as wide as the hidden relief spreads it; thin on steep faces.
     float spread = 0.012 + 0.25 * deviation * footprint * climate.w;
