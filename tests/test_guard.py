@@ -312,6 +312,21 @@ def test_target_of_the_host_keeps_its_viewport(gpu: Gpu, host: dict[str, Any]) -
     assert target.color_mask == ((True, False, True, True), (True, True, True, True))
 
 
+def test_a_host_that_released_its_bound_framebuffer(gpu: Gpu) -> None:
+    """moderngl would bind the dead name again and again, an error of each of our frames."""
+    ctx: Any = gpu.ctx
+    with StateGuard(gpu):
+        dead = ctx.simple_framebuffer((8, 8))
+        dead.use()
+        dead.release()
+        guard = StateGuard(gpu)
+        for _ in range(2):
+            with guard:
+                arbitrary_work(gpu)
+            assert (guard.errors_before, guard.errors) == ((), ())
+        assert ctx.fbo is not dead
+
+
 def test_errors_are_reported_and_cleared(gpu: Gpu, caplog: pytest.LogCaptureFixture) -> None:
     raw = Raw(gpu)
     guard = StateGuard(gpu)

@@ -329,6 +329,12 @@ class StateGuard:
     # -- moderngl's own idea -----------------------------------------------------------------------------------------
     def _save_moderngl(self, saved: _Saved) -> None:
         mglo = self.ctx.mglo
+        context: Any = self.ctx
+        if context.fbo is not None and isinstance(context.fbo.mglo, moderngl.InvalidObject):
+            # The host has released the framebuffer that was bound. GL has gone back to the window's, moderngl has not,
+            # and would bind the dead name each time it tidies up.
+            context.fbo = context.screen or context.detect_framebuffer(0)
+            mglo.fbo = context.fbo.mglo
         saved.fbo = self.ctx.fbo
         saved.fbo_mglo = mglo.fbo
         saved.attributes = [getattr(mglo, name) for name in ATTRIBUTES_OF_CONTEXT]
