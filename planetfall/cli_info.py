@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 from rich.console import Console
-from rich.table import Table
+from rich.table import Column, Table
 
 from .cli_options import Planet, Quality, Set, Size, parse_overrides, parse_size
 from .cli_render import DEFAULT_VIEW, find_view, views_for
+from .errors import OutputError
 from .systems.capture import require_writable, written_beside
 
 __all__ = ["graph_command", "planets_command", "views_command"]
 
 console = Console()
+
+_BLOCK = re.compile(r"(<!-- frame graph\b[^\n]*-->\n).*?(<!-- /frame graph -->)", re.DOTALL)
 
 
 def planets_command() -> None:
@@ -54,6 +58,7 @@ def graph_command(
     quality: Quality = "high",
     overrides: Set = (),
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    into: Path | None = None,
 ) -> None:
     """Show the frame graph of a view: as a mermaid diagram, or what one pass does and why it runs.
 
@@ -67,7 +72,12 @@ def graph_command(
         A table of what ran, with times and memory, in place of the diagram.
     output
         Write the diagram into this file.
+    into
+        Put the diagram into this Markdown file, between its lines <!-- frame graph ... --> and <!-- /frame graph -->.
     """
+    if into is not None and (explain is not None or passes or output is not None):
+        raise OutputError("--into takes the diagram: leave out --explain, --passes and --output")
+    document = "" if into is None else _document(into)
     if output is not None:
         require_writable(output)
     pixels, knobs = parse_size(size), parse_overrides(overrides)
@@ -87,6 +97,9 @@ def graph_command(
             return
         else:
             text = renderer.graph.to_mermaid()
+    if into is not None:
+        block = f"```mermaid\n{text.rstrip()}\n```\n"
+        output, text = into, _BLOCK.sub(lambda found: found[1] + block + found[2], document).removesuffix("\n")
     if output is None:
         console.print(text, markup=False, highlight=False, soft_wrap=True)
         return
@@ -95,8 +108,23 @@ def graph_command(
     console.print(f"wrote [bold]{output}[/]", highlight=False, soft_wrap=True)
 
 
+def _document(file: Path) -> str:
+    """A Markdown file that has a place for the diagram. OutputError when it is missing or has none."""
+    if not file.is_file():
+        raise OutputError(f"--into: there is no file {str(file)!r} to put the diagram into")
+    require_writable(file)
+    text = file.read_text(encoding="utf-8")
+    if not _BLOCK.search(text):
+        raise OutputError(
+            f"--into: {str(file)!r} has no place for the diagram: expected a line <!-- frame graph --> and below it"
+            " a line <!-- /frame graph -->"
+        )
+    return text
+
+
 def _pass_table(reports: list) -> Table:
-    table = Table("pass", "system", "CPU ms", "GPU ms", "MB", "reads", "writes", "skipped", box=None)
+    name = Column("pass", no_wrap=True)
+    table = Table(name, "system", "CPU ms", "GPU ms", "MB", "reads", "writes", "skipped", box=None)
     for report in reports:
         gpu = "" if report.gpu_ms is None else f"{report.gpu_ms:.2f}"
         table.add_row(

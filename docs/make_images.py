@@ -1,0 +1,39 @@
+"""Makes the pictures of README.md from real runs: `python docs/make_images.py [view ...]`."""
+
+import io
+import sys
+from pathlib import Path
+
+from PIL import Image
+from rich.console import Console
+
+import planetfall as pf
+
+FOLDER = Path(__file__).parent / "images"
+VIEWS = ("space", "orbit", "coast", "valley", "near")
+SIZE = (960, 540)
+LARGEST_BYTES = 150_000
+
+
+def main(names: list[str]) -> None:
+    console = Console()
+    FOLDER.mkdir(exist_ok=True)
+    with pf.Renderer(pf.load_scene("earth"), SIZE, "high") as renderer:
+        for name in names or VIEWS:
+            file = FOLDER / f"{name}.jpg"
+            file.write_bytes(as_jpeg(renderer.snapshot(pf.view(name)).image))
+            console.print(f"wrote {file} ({file.stat().st_size / 1000:.0f} kB)")
+
+
+def as_jpeg(picture: Image.Image) -> bytes:
+    """The best quality that keeps the file small."""
+    for quality in range(92, 30, -4):
+        buffer = io.BytesIO()
+        picture.save(buffer, "JPEG", quality=quality, optimize=True, progressive=True)
+        if buffer.tell() <= LARGEST_BYTES:
+            break
+    return buffer.getvalue()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

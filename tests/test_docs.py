@@ -1,0 +1,132 @@
+"""The documentation says what is so: its diagram, its code, its commands, its files, its tables."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import planetfall as pf
+from planetfall.app import KEYS
+from planetfall.cli import app, main
+
+ROOT = Path(__file__).resolve().parents[1]
+DOCS = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").glob("*.md")])
+REFRESH = "planetfall graph earth --view near --into docs/architecture.md"
+LARGEST_PICTURE_BYTES = 150_000
+
+
+def blocks(file: Path, language: str) -> list[str]:
+    """The fenced blocks of a Markdown file in this language."""
+    return re.findall(rf"^```{language}\n(.*?)^```", file.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+
+
+@pytest.mark.gpu
+def test_the_diagram_is_that_of_the_program(tmp_path: Path) -> None:
+    now = tmp_path / "architecture.md"
+    now.write_bytes((ROOT / "docs" / "architecture.md").read_bytes())
+    assert main([*shlex.split(REFRESH)[1:-1], str(now), "--size", "64x36"]) == 0
+    fresh, written = (blocks(file, "mermaid") for file in (now, ROOT / "docs" / "architecture.md"))
+    assert fresh == written, f"the frame graph has changed since docs/architecture.md drew it; refresh it: {REFRESH}"
+    assert f"<!-- frame graph: {REFRESH} -->" in now.read_text(encoding="utf-8"), "the block names its own command"
+
+
+def test_a_document_without_a_place_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "plain.md"
+    assert main(["graph", "--into", str(file)]) == 2
+    assert "there is no file" in capsys.readouterr().err
+    file.write_text("no markers\n", encoding="utf-8")
+    assert main(["graph", "--into", str(file)]) == 2
+    assert "<!-- frame graph -->" in capsys.readouterr().err
+    assert main(["graph", "--into", str(file), "--passes"]) == 2
+    assert "leave out" in capsys.readouterr().err
+    assert file.read_text(encoding="utf-8") == "no markers\n"
+
+
+@pytest.mark.gpu
+def test_the_lines_of_python_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (code,) = blocks(ROOT / "README.md", "python")
+    assert "size=(1280, 720)" in code
+    statements = [line for line in code.splitlines() if line.strip()]
+    assert len(statements) <= 10, "ten lines, it says"
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    exec(compile(code.replace("(1280, 720)", "(64, 36)"), "README.md", "exec"), names)
+    assert (tmp_path / "valley.png").stat().st_size > 0
+    assert names["distance_m"].shape == (36, 64)  # type: ignore[attr-defined]
+    assert names["heights_m"].shape == (1,)  # type: ignore[attr-defined]
+
+
+def commands() -> list[str]:
+    """Every `planetfall ...` line in a shell block or in backticks that gives arguments."""
+    found = []
+    for file in DOCS:
+        text = file.read_text(encoding="utf-8")
+        lines = [line.partition("#")[0] for block in blocks(file, "sh") for line in block.splitlines()]
+        lines += re.findall(r"`(planetfall [^`\n]+)`", text)
+        found += [line.strip() for line in lines if line.startswith("planetfall ")]
+    return sorted(set(found))
+
+
+@pytest.mark.parametrize("line", commands())
+def test_commands_are_understood(line: str, capsys: pytest.CaptureFixture[str]) -> None:
+    tokens = shlex.split(line.replace("NAME", "sky.shade"))[1:]
+    if tokens[0] in ("bench", "stress"):
+        assert main([tokens[0], "--list"] if tokens[0] == "bench" else ["stress", "--help"]) == 0
+        listed = capsys.readouterr().out
+        for name in [token for token in tokens[1:2] if not token.startswith("-")]:
+            assert all(part in listed for part in name.split(".")), f"{line!r}: there is no {name!r}"
+        return
+    app.parse_args(tokens, exit_on_error=False, print_error=False)
+    if "--view" in tokens:
+        assert tokens[tokens.index("--view") + 1] in pf.views()
+
+
+def test_files_named_in_the_docs_exist() -> None:
+    suffixes = r"(?:py|md|toml|glsl|comp|frag|vert|jpg)"
+    missing = []
+    for file in DOCS:
+        text = file.read_text(encoding="utf-8")
+        named = re.findall(rf"`((?:[\w.-]+/)+[\w.-]*\.{suffixes})`", text)
+        named += re.findall(r"`((?:engine|systems|components|assets|tests|games|benchmarks|docs)/[\w./-]*)`", text)
+        named = [name for name in named if not name.startswith("generated/")]  # the program makes these texts
+        missing += [f"{file.name}: {name}" for name in named if not (ROOT / name).exists()]
+        links = re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", text)
+        missing += [f"{file.name}: {link}" for link in links if "://" not in link and not (file.parent / link).exists()]
+    assert not missing, "the docs name what isn't there:\n" + "\n".join(sorted(set(missing)))
+
+
+def test_pictures_are_small_and_used() -> None:
+    pictures = sorted((ROOT / "docs" / "images").glob("*"))
+    used = {Path(name).name for name in re.findall(r"\]\((docs/images/[^)]+)\)", (ROOT / "README.md").read_text())}
+    assert {picture.name for picture in pictures} == used, "docs/make_images.py makes the pictures of README.md"
+    large = [picture.name for picture in pictures if picture.stat().st_size > LARGEST_PICTURE_BYTES]
+    assert not large, f"pictures above {LARGEST_PICTURE_BYTES} bytes: {large}"
+
+
+def test_controls_are_those_of_the_window() -> None:
+    section = (ROOT / "README.md").read_text(encoding="utf-8").split("## Controls")[1].split("\n## ")[0]
+    missing = [key for keys, _ in KEYS for key in re.findall(r"[\w]+", keys) if not re.search(rf"\b{key}\b", section)]
+    assert not missing, f"README.md leaves out controls: {missing}"
+
+
+def test_qualities_are_those_of_the_presets() -> None:
+    section = (ROOT / "README.md").read_text(encoding="utf-8").split("## Quality")[1].split("\n## ")[0]
+    rows = dict(re.findall(r"^\| `(\w+)` \| ([\d.]+) px \|", section, re.MULTILINE))
+    assert list(rows) == [name for name in pf.qualities() if name != "paper"]
+    for name, edge_px in rows.items():
+        preset = tomllib.loads((pf.ASSETS / "presets" / "quality" / f"{name}.toml").read_text(encoding="utf-8"))
+        assert float(edge_px) == preset["terrain"]["edge_px"], name
+
+
+def test_planets_and_libraries_are_complete() -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert not [name for name in pf.planets() if f"`{name}`" not in readme], "README.md lists the planets"
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    decisions = (ROOT / "docs" / "decisions.md").read_text(encoding="utf-8")
+    names = [re.split(r"[<>=\[ ]", line)[0] for line in project["dependencies"]]
+    missing = [name for name in names if not re.search(rf"^\| {re.escape(name)} \|", decisions, re.MULTILINE)]
+    assert not missing, f"docs/decisions.md has no word on the libraries {missing}"
