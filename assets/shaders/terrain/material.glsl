@@ -98,12 +98,12 @@ Material terrain_material(
     float rise = max(slope, 0.02) * footprint;
     float dryness = ramp(0.015, 0.075, above_sea * terrain_material_block.gravel.w);
     float beach = beach_m / (beach_m + 0.5 * rise + 1e-3) * clamp(2.5 - 2.5 * (above_sea - 0.5 * rise) / (beach_m + rise + 1e-3), 0.0, 1.0);
-    beach *= 1.0 - rocky;
+    beach *= (1.0 - rocky) * ramp(2500.0, 250.0, footprint);
     albedo = mix(albedo, terrain_material_block.sand.rgb * mix(0.5, 1.0 + 0.07 * grain + 0.07 * stones, dryness), beach);
 
     // Snow: above its line, as wide as the hidden relief spreads it; thin on steep faces.
-    float spread = 0.012 + 0.25 * deviation * footprint * climate.w;
-    float snowy = smoothstep(spread, -spread, warmth - 0.012 * grain - 0.012 * mixed);
+    float hidden = min(0.25 * deviation * footprint * climate.w, 0.12), spread = 0.012 + 0.6 * hidden;
+    float snowy = smoothstep(spread, -spread, warmth - (0.012 + 0.5 * hidden) * grain - 0.012 * mixed);
     float sheds = (slope - terrain_material_block.snow.w) / (0.25 * terrain_material_block.snow.w + deviation) + 0.7 * grain + 0.4 * mixed;
     snowy *= 1.0 - 0.9 * smoothstep(-1.0, 1.0, sheds);
     albedo *= 1.0 + 0.12 * patches + 0.08 * grain;
