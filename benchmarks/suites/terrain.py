@@ -114,7 +114,7 @@ def _proxy(session: Session) -> None:
     """What a held proxy keeps and what a snap changes."""
     rng = _rng()
     for radius in (EARTH_M, GIANT_M):
-        with _earth(session, radius, BENCH if session.quick else (1280, 720), "high") as renderer:
+        with _earth(session, radius, BENCH if session.quick else FULL_HD, "high") as renderer:
             camera = _standing(renderer)
             held = motion.hold(renderer, Camera(camera.position_m, camera.forward, camera.up))
             session.row(f"radius {radius:g} m, held: vertices that changed bits", error=0 if held.identical else 1,
