@@ -9,12 +9,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .profile import HeightLike
 from .rotation import Vector, any_perpendicular, carry, cross, turn, unit
+
+_STANDSTILL_M_S = 1e-4
 
 
 @dataclass(slots=True)
@@ -87,6 +90,7 @@ class ShipFlight:
         self.throttle = 1.0
         self.velocity_m_s: Vector = np.zeros(3)
         self._roll_rate_rad_s = 0.0
+        self._known: tuple[Any, ...] = (None, None, None, 0.0, 0.0)
         self.place(position_m, forward, up)
 
     def place(self, position_m: ArrayLike, forward: ArrayLike, up: ArrayLike | None = None) -> None:
@@ -118,7 +122,7 @@ class ShipFlight:
     @property
     def clearance_m(self) -> float:
         """Height above ground or water, whichever is higher."""
-        return self.altitude_m - float(self._ground(self.position_m[None, :])[0])
+        return self.altitude_m - self._heights()[0]
 
     @property
     def speed_m_s(self) -> float:
@@ -166,11 +170,14 @@ class ShipFlight:
     def _step(self, wish: FlightInput, dt_s: float) -> None:
         limits = self.limits
         before = self.local_up
-        ahead = self.position_m + self.velocity_m_s * limits.look_ahead_s
-        grounds = self._ground(np.stack([self.position_m, ahead]))
         altitude = self.altitude_m
+        if not (wish.forward or wish.right or wish.up) and self.speed_m_s < _STANDSTILL_M_S:
+            self.velocity_m_s = np.zeros(3)
+            self._keep_above_ground()
+            self._roll(wish.roll, dt_s, self._nearness(altitude))
+            return
         # The lower of here and ahead, so that the ship slows down before a slope and not inside it.
-        clearance = max(altitude - float(np.max(grounds)), limits.clearance_m)
+        clearance = max(altitude - max(self._heights()), limits.clearance_m)
         wanted = wish.forward * self.forward + wish.right * self.right + wish.up * self.up
         wanted = wanted / max(1.0, _length(wanted)) * self.top_speed_m_s(clearance, wish.boost)
         # The exact answer of dv/dt = (wanted - v) / inertia over the step, for any step length.
@@ -206,7 +213,7 @@ class ShipFlight:
         self._orthonormalise(self.up)
 
     def _keep_above_ground(self) -> None:
-        floor = float(self._ground(self.position_m[None, :])[0]) + self.limits.clearance_m
+        floor = self._heights()[0] + self.limits.clearance_m
         if self.altitude_m >= floor:
             return
         up = self.local_up
@@ -219,6 +226,15 @@ class ShipFlight:
     def _nearness(self, altitude_m: float) -> float:
         share = altitude_m / (self.limits.near_share * self.radius_m)
         return 1.0 / (1.0 + share * share)
+
+    def _heights(self) -> tuple[float, float]:
+        """Ground (or water) below the ship, and below where it will be soon. Asked of the field once a place."""
+        position, field, sea, here, ahead = self._known
+        if position is not self.position_m or field is not self.field or sea != self.sea_level_m:
+            soon = self.position_m + self.velocity_m_s * self.limits.look_ahead_s
+            here, ahead = self._ground(np.stack([self.position_m, soon])).tolist()
+            self._known = (self.position_m, self.field, self.sea_level_m, here, ahead)
+        return here, ahead
 
     def _ground(self, positions_m: Vector) -> Vector:
         directions = positions_m / np.sqrt(np.sum(positions_m * positions_m, axis=1, keepdims=True))
