@@ -40,8 +40,8 @@ class FrameBlock:
     viewport: Vec4 = (1.0, 1.0, 1.0, 1.0)
     """(width, height, 1 / width, 1 / height) in pixels."""
     clock: Vec4 = (0.0, 0.0, 0.0, 0.001)
-    """(time in s modulo 4096, frame index modulo 2^20, time since the last frame in s, angle of a pixel at the centre
-    in rad)."""
+    """(time in s modulo 4096, unused, unused, angle of a pixel at the centre in rad). Nothing that changes by itself: a
+    still frame uploads nothing."""
     scale: Vec4 = (1.0, 1.0, 0.0, 0.0)
     """(stored HDR value per radiance, its inverse, unused, unused)."""
 

@@ -1,29 +1,35 @@
-"""Free flight in a window: `pf.fly(scene)`. The loop, the keys and what they do; the panels live in systems/tweak."""
+"""Free flight in a window: `pf.fly(scene)`. The loop, the keys and what they do; the panels live in app_panels."""
 
 from __future__ import annotations
 
+import dataclasses
 import logging
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
+from ._kinds import KINDS
 from .camera import Camera
-from .components import Ocean, Sun
+from .components import DebugView, Ocean, Sun
+from .engine.settings import SettingError, plain_table
+from .errors import GraphError, SceneError
 from .flights import ScenePath, path
+from .quality import resolve_quality
 from .recording import camera_settings
 from .systems.capture import CaptureError, require_writable, write_png
+from .systems.debug import NAMED_VIEWS
 from .systems.flight import CONTROLS, ShipFlight, flight_input
-from .views import View
+from .views import View, view, views
 
 if TYPE_CHECKING:
     from .engine.input import InputState
     from .renderer import Renderer
     from .scene import Scene
 
-__all__ = ["KEYS", "FlightApp", "Interface", "fly"]
+__all__ = ["KEYS", "FlightApp", "Interface", "RendererMaker", "fly"]
 
 log = logging.getLogger(__name__)
 
@@ -32,9 +38,11 @@ KEYS: tuple[tuple[str, str], ...] = (
     ("P", "play or stop the scripted descent"),
     ("Home", "back to the start"),
     ("T", "stop or start the time"),
+    ("Page Up, Down", "time runs faster, slower"),
+    ("V", "next debug view; Shift V: the picture"),
     ("F1", "this help"),
     ("F2", "numbers on and off"),
-    ("F3", "panels on and off"),
+    ("F3", "settings on and off"),
     ("F5", "load changed shaders"),
     ("F11", "whole screen"),
     ("F12", "save a picture here"),
@@ -43,8 +51,15 @@ KEYS: tuple[tuple[str, str], ...] = (
 """What the help shows: (keys, what they do)."""
 
 _STATS_EVERY_S = 0.25  # they are read back from the GPU
-_RELOAD_EVERY_S = 0.5
+_RELOAD_EVERY_S = 1.0
 _LONGEST_FRAME_S = 0.5
+_MESSAGE_S = 6.0
+_FASTEST_TIME = 1e6
+_TIME_STEP = 4.0
+_ERROR_COLOR = (0.12, 0.02, 0.03)
+
+RendererMaker = Callable[[str, Mapping[str, Any]], "Renderer"]
+"""Makes a renderer on the window's context: (quality, overrides)."""
 
 
 class Interface(Protocol):
@@ -61,12 +76,14 @@ class Interface(Protocol):
 
 @dataclass
 class Shown:
-    """What the interface shows of the app, and may change."""
+    """What the interface shows of the app, and may change. message fades; errors stay while they last."""
 
     help: bool = True
     numbers: bool = True
     panels: bool = False
     message: str = ""
+    error: str = ""
+    shader_errors: tuple[str, ...] = ()
     stats: dict[str, int] = field(default_factory=dict)
 
 
@@ -74,7 +91,12 @@ class FlightApp:
     """One flight. `frame()` does one frame, `run()` loops until the window closes.
 
     window: an engine.hosts Window or anything like it. renderer: made on the window's context. camera: the start; None
-    looks down on the planet from three radii above it.
+    takes the planet's view from orbit, or looks down on it. sun, or the sun of a view: put into the scene, so that the
+    panel turns the one that shines. make_renderer: for quality that is changed during the flight; the app then owns
+    what it makes, and `app.renderer` is to be released at the end.
+
+    With an interface, an error while drawing does not end the flight: it is shown and logged, and each frame tries
+    anew, so that a mended shader or setting brings the picture back.
     """
 
     def __init__(
@@ -86,24 +108,29 @@ class FlightApp:
         *,
         sun: Sun | None = None,
         interface: Interface | None = None,
+        make_renderer: RendererMaker | None = None,
+        quality: str = "high",
+        overrides: Mapping[str, Any] | None = None,
     ) -> None:
         self.window, self.renderer, self.scene, self.interface = window, renderer, scene, interface
+        self.quality, self.overrides = quality, dict(overrides or {})
+        self._make_renderer = make_renderer
         self.shown = Shown()
-        self.sun = sun or (camera.sun if isinstance(camera, View) else None)
-        self.time_s = camera.time_s if isinstance(camera, View) else 0.0
+        self.time_s = 0.0
         self.time_runs = True
+        self.time_speed = 1.0
         self.dt_s = 1.0 / 60.0
         self.playing: ScenePath | None = None
-        self._played_s = 0.0
+        self.played_s = 0.0
         self._clock = time.perf_counter
-        self._next_stats_s = self._next_reload_s = 0.0
-        start = camera or _first_camera(scene)
-        state = start.resolve(scene)
-        self.fov_y_deg = start.fov_y_deg
-        self._start = (state.position_m, state.forward, state.up)
-        self.ship = ShipFlight(*self._start, radius_m=scene.planet.radius_m)
-        self._meet_ground()
-        self.ship.place(*self._start)
+        self._next_stats_s = self._next_reload_s = self._message_ends_s = 0.0
+        self._shader_errors_known = ""
+        self._start = camera or first_camera(scene)
+        self._start_sun = sun or (self._start.sun if isinstance(self._start, View) else None)
+        state = self._start.resolve(scene)
+        self.ship = ShipFlight(state.position_m, state.forward, state.up, radius_m=scene.planet.radius_m)
+        self.fov_y_deg = self._start.fov_y_deg
+        self.to_start()
 
     @property
     def looking(self) -> bool:
@@ -131,25 +158,33 @@ class FlightApp:
         if self.interface is not None:
             self.interface.begin(state, self, self.dt_s)
         self._keys(state)
-        self._move(state, dt_s)
         if self.time_runs:
-            self.time_s += dt_s
+            self.time_s += dt_s * self.time_speed
         width, height = self.window.framebuffer_size
-        if width > 0 and height > 0:  # (0, 0) while minimised
-            framebuffer = self.window.framebuffer
-            sun = self.playing.sun if self.playing is not None and self.playing.sun is not None else self.sun
-            self.renderer.render_to(
-                framebuffer, self.camera, self.time_s, sun=sun, viewport=(0, 0, width, height), dt_s=dt_s
-            )
-            self._watch()
-            if self.interface is not None:
-                self.interface.draw(self)
+        visible = width > 0 and height > 0  # (0, 0) while minimised
+        try:
+            self._move(state, dt_s)
+            if visible:
+                self.renderer.render_to(
+                    self.window.framebuffer, self.camera, self.time_s, viewport=(0, 0, width, height), dt_s=dt_s
+                )
+                self._watch()
+            self.shown.error = ""
+        except Exception as error:
+            if self.interface is None:
+                raise
+            self._failed(error, visible)
+        if visible and self.interface is not None:
+            self.interface.draw(self)
+        self._housekeeping()
         self.window.swap()
 
     # what happens in a frame
 
     def _keys(self, state: InputState) -> None:
         pressed = state.keys_pressed
+        if not pressed and not state.buttons_pressed:
+            return
         if "left" in state.buttons_pressed and not self.looking:
             self.window.mouse_exclusivity = True
         if "tab" in pressed:
@@ -165,23 +200,27 @@ class FlightApp:
         if "f3" in pressed and self.shown.panels:
             self.window.mouse_exclusivity = False
         if "f5" in pressed:
-            self._reload()
+            self.reload_shaders()
         if "f11" in pressed:
             self.window.fullscreen = not self.window.fullscreen
         if "f12" in pressed:
             self.save_picture()
         if "t" in pressed:
             self.time_runs = not self.time_runs
+        for key, factor in (("page_up", _TIME_STEP), ("page_down", 1.0 / _TIME_STEP)):
+            if key in pressed:
+                self.time_speed = min(max(self.time_speed * factor, 1.0 / 64.0), _FASTEST_TIME)
+                self.say(f"time runs {self.time_speed:g} times as fast")
+        if "v" in pressed:
+            names = ("off", *NAMED_VIEWS)
+            now = names.index(self.debug_view) if self.debug_view in names else 0
+            back = "left_shift" in state.keys_held or "right_shift" in state.keys_held
+            self.debug_view = "off" if back else names[(now + 1) % len(names)]
+            self.say(f"debug view: {self.debug_view}")
         if "p" in pressed:
             self.play(None if self.playing is not None else "descent")
         if "home" in pressed:
-            self.play(None)
-            self.ship.place(*self._start)
-
-    def play(self, name: str | None) -> None:
-        """Start a scripted flight from its beginning; None stops it and leaves the ship where it is."""
-        self.playing = None if name is None else path(name, self.scene)
-        self._played_s = 0.0
+            self.to_start()
 
     def _move(self, state: InputState, dt_s: float) -> None:
         self._meet_ground()
@@ -189,11 +228,12 @@ class FlightApp:
         if self.playing is None:
             self.ship.update(wish, dt_s)
             return
-        self._played_s += dt_s
-        camera = self.playing.camera_at(self._played_s)
+        self.played_s += dt_s
+        camera = self.playing.camera_at(self.played_s)
+        self.fov_y_deg = camera.fov_y_deg
         self.ship.place(camera.position_m, camera.forward, camera.up)
         steered = wish.forward or wish.right or wish.up or wish.roll
-        if steered or self._played_s >= self.playing.duration_s:
+        if steered or self.played_s >= self.playing.duration_s:
             self.play(None)
 
     def _meet_ground(self) -> None:
@@ -204,34 +244,151 @@ class FlightApp:
         self.ship.field = self.scene.height_field()
         self.ship.sea_level_m = None if ocean is None else ocean.sea_level_m
 
+    def _failed(self, error: Exception, visible: bool) -> None:
+        """Keep the window: say what happened, and try again with the next frame."""
+        text = "\n".join([f"{type(error).__name__}: {error}", *getattr(error, "__notes__", ())])
+        if isinstance(error, GraphError) and self.debug_view != "off":
+            log.warning("debug view %r: %s", self.debug_view, error)
+            self.say(f"the debug view {self.debug_view!r} is not there: {error}")
+            self.debug_view = "off"
+            return
+        if text != self.shown.error:
+            self.shown.error = text
+            log.error("the frame could not be drawn: %s", text, exc_info=error)
+        if visible:
+            framebuffer = self.window.framebuffer
+            framebuffer.use()
+            framebuffer.viewport = (0, 0, *self.window.framebuffer_size)
+            framebuffer.clear(*_ERROR_COLOR)
+
     def _watch(self) -> None:
         now = self._clock()
         if now >= self._next_stats_s and (self.shown.numbers or self.shown.panels):
             self._next_stats_s = now + _STATS_EVERY_S
             self.shown.stats = self.renderer.stats
+
+    def _housekeeping(self) -> None:
+        now = self._clock()
         if now >= self._next_reload_s:
             self._next_reload_s = now + _RELOAD_EVERY_S
-            self._reload()
+            self.reload_shaders()
+        if self.shown.message and now >= self._message_ends_s:
+            self.shown.message = ""
 
-    def _reload(self) -> None:
+    # what keys and panels do
+
+    def say(self, message: str) -> None:
+        """Show a line for some seconds."""
+        self.shown.message = message
+        self._message_ends_s = self._clock() + _MESSAGE_S
+
+    def place(self, camera: Camera, sun: Sun | None = None) -> None:
+        """Put the ship where a camera is; a sun given, or that of a view, goes into the scene."""
+        self.playing = None
+        state = camera.resolve(self.scene)
+        if sun is None and isinstance(camera, View):
+            sun = camera.sun
+        if sun is not None:
+            self.scene.sun = dataclasses.replace(sun)
+        if isinstance(camera, View):
+            self.time_s = camera.time_s
+        self.fov_y_deg = camera.fov_y_deg
+        self._meet_ground()
+        self.ship.place(state.position_m, state.forward, state.up)
+
+    def to_start(self) -> None:
+        """Back to where the flight began."""
+        self.place(self._start, self._start_sun)
+
+    def go_to(self, name: str) -> None:
+        """To a named view of this planet."""
+        self.place(view(name, self.scene.planet))
+
+    def play(self, name: str | None) -> None:
+        """Start a scripted flight from its beginning; None stops it and leaves the ship where it is."""
+        self.playing = None if name is None else path(name, self.scene)
+        self.played_s = 0.0
+        if self.playing is not None and self.playing.sun is not None:
+            light = {key: getattr(self.scene.sun, key) for key in ("irradiance", "angular_radius_rad")}
+            self.scene.sun = dataclasses.replace(self.playing.sun, **light)
+
+    @property
+    def debug_view(self) -> str:
+        """What stands in place of the picture: "off", a named view, or a resource of the frame graph."""
+        found = self.scene.world.query(DebugView)
+        return found[0][1][0].view if found else "off"
+
+    @debug_view.setter
+    def debug_view(self, name: str) -> None:
+        found = self.scene.world.query(DebugView)
+        if name == "off":
+            for entity, _ in list(found):
+                self.scene.world.remove(entity, DebugView)
+        elif found:
+            found[0][1][0].view = name
+        else:
+            self.scene.environment.add(DebugView(name))
+
+    def set_quality(self, quality: str, overrides: Mapping[str, Any] | None = None) -> None:
+        """Render on with other quality knobs. What is wrong is shown, and nothing changes then."""
+        overrides = dict(overrides or {})
+        if self._make_renderer is None:
+            self.say("this window's renderer was made by somebody else: its quality cannot be changed here")
+            return
+        try:
+            resolve_quality(quality, overrides)
+            renderer = self._make_renderer(quality, overrides)
+        except (SettingError, RuntimeError) as error:
+            log.warning("quality %s: %s", quality, error)
+            self.say(str(error))
+            return
+        self.renderer.release()
+        self.renderer, self.quality, self.overrides = renderer, quality, overrides
+
+    def validate(self) -> bool:
+        """Whether the scene's parts fit together after a change; if not, says why."""
+        try:
+            self.scene.validate()
+        except SceneError as error:
+            self.say(str(error))
+            return False
+        return True
+
+    def reload_shaders(self) -> None:
+        """Compile what changed on disk. A broken shader leaves the last good one; its error is shown until mended."""
         changed = self.renderer.reload_shaders()
+        errors = self.renderer.gpu.shaders.errors
+        self.shown.shader_errors = tuple(str(error) for error in errors)
         if changed:
-            self.shown.message = "loaded " + ", ".join(changed)
+            self.renderer.graph.invalidate_persistent()  # what the old shaders had made and kept
+            self.say("loaded " + ", ".join(changed))
 
     def save_picture(self, folder: Path | str = ".") -> Path | None:
         """Write this view, without the interface, as a PNG with its settings; says so in `shown.message`."""
         target = Path(folder) / f"planetfall_{datetime.now():%Y%m%d_%H%M%S_%f}.png"
         try:
             require_writable(target)
-            color = self.renderer.render(self.camera, self.time_s, sun=self.sun)["color"]
-            settings = {"scene": self.scene.name, "time_s": self.time_s, "camera": camera_settings(self.camera)}
-            write_png(target, color, settings)
+            color = self.renderer.render(self.camera, self.time_s)["color"]
+            write_png(target, color, self._settings())
         except CaptureError as error:
             log.warning("%s", error)
-            self.shown.message = str(error)
+            self.say(str(error))
             return None
-        self.shown.message = f"saved {target.resolve()}"
+        self.say(f"saved {target.resolve()}")
         return target
+
+    def _settings(self) -> dict[str, Any]:
+        """All that is needed to make this picture again."""
+        tables = {kind: table for table, kind in KINDS.items()}
+        parts = (*self.scene.planet.components(), *self.scene.environment.components())
+        return {
+            "scene": self.scene.name,
+            "time_s": self.time_s,
+            "camera": camera_settings(self.camera),
+            "quality": self.quality,
+            "overrides": self.overrides,
+            "components": {tables[type(part)]: plain_table(part) for part in parts if type(part) in tables},
+        }
 
 
 def fly(
@@ -246,23 +403,39 @@ def fly(
     fullscreen: bool = False,
     vsync: bool = True,
 ) -> None:
-    """Open a window and fly until it closes. NoDisplayError without a display; WindowVersionError below OpenGL 4.3."""
+    """Open a window and fly until it closes. The panels, and `sun` or the sun of a view, change `scene`.
+
+    Raises NoDisplayError without a display, WindowVersionError below OpenGL 4.3, SettingError for an unknown quality
+    or override; all of them before a window is seen.
+    """
+    resolve_quality(quality, overrides)
     from .app_interface import FlightInterface
     from .engine.hosts.window import open_window
     from .renderer import Renderer
 
-    with (
-        open_window(size, f"Planetfall: {scene.name}", window, vsync=vsync, fullscreen=fullscreen) as opened,
-        # The window may come out larger or smaller than asked for.
-        Renderer(scene, opened.framebuffer_size, quality, overrides, ctx=opened.ctx) as renderer,
-    ):
-        interface = FlightInterface(opened, renderer, scene)
+    with open_window(size, f"Planetfall: {scene.name}", window, vsync=vsync, fullscreen=fullscreen) as opened:
+
+        def renderer(quality: str, overrides: Mapping[str, Any]) -> Renderer:
+            # The window may come out larger or smaller than asked for.
+            width, height = opened.framebuffer_size
+            return Renderer(scene, (max(width, 1), max(height, 1)), quality, overrides, ctx=opened.ctx)
+
+        interface = FlightInterface(opened, scene)
+        app: FlightApp | None = None
+        first = renderer(quality, overrides or {})
         try:
-            FlightApp(opened, renderer, scene, camera, sun=sun, interface=interface).run()
+            app = FlightApp(
+                opened, first, scene, camera, sun=sun, interface=interface, make_renderer=renderer, quality=quality,
+                overrides=overrides,
+            )  # fmt: skip
+            app.run()
         finally:
             interface.release()
+            (first if app is None else app.renderer).release()
 
 
-def _first_camera(scene: Scene) -> Camera:
-    """Over the day side, three radii up, looking down with north on top."""
+def first_camera(scene: Scene) -> Camera:
+    """The planet from orbit, or from three radii up where the scene has no such view."""
+    if "orbit" in views(scene):
+        return view("orbit", scene.planet)
     return Camera.at(20.0, 0.0, 3.0 * scene.planet.radius_m, 0.0, -90.0)

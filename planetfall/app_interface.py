@@ -1,33 +1,37 @@
-"""What the window shows over the picture: numbers, help, and a panel with every setting of the scene."""
+"""What the window shows over the picture: numbers, help, what went wrong, and the settings window."""
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from . import ASSETS
+from .app_panels import SettingsWindow
+from .engine.gpu import Gpu
 from .engine.gpu.imgui_backend import ImguiBackend
-from .systems.tweak.hud import FrameHistory, HudData, PassTime, draw_hud
-from .systems.tweak.panel import Panel
+from .systems.tweak.hud import FrameHistory, HudData, draw_hud
 
 if TYPE_CHECKING:
     from .app import FlightApp
     from .engine.hosts.window import Window
     from .engine.input import InputState
-    from .renderer import Renderer
     from .scene import Scene
 
 __all__ = ["FlightInterface"]
 
 
 class FlightInterface:
-    """The app's `Interface` on ImGui. window: an open Window; the GL objects belong to the renderer's context."""
+    """The app's `Interface` on ImGui. window: an open Window.
 
-    def __init__(self, window: Window, renderer: Renderer, scene: Scene) -> None:
+    gpu: on the window's context; left out, it makes one of its own, so that the interface outlives any renderer.
+    """
+
+    def __init__(self, window: Window, scene: Scene, gpu: Gpu | None = None) -> None:
         self._window = window
-        self._renderer = renderer
-        self._scene = scene
-        self._scope = renderer.gpu.scope("ui")
+        self._own_gpu = Gpu(window.ctx, [ASSETS / "shaders"]) if gpu is None else None
+        used = gpu or self._own_gpu
+        assert used is not None
+        self._scope = used.scope("ui")
 
         def paste() -> str:
             return window.clipboard
@@ -37,9 +41,7 @@ class FlightInterface:
 
         self._ui = ImguiBackend(self._scope, scale=window.ui_scale, clipboard=(paste, copy))
         self._history = FrameHistory()
-        self._panel = Panel()
-        # What "reset" goes back to: the scene as it was loaded.
-        self._loaded = {name: dataclasses.replace(part) for name, part in self._parts().items()}
+        self._settings = SettingsWindow(scene)
 
     def begin(self, state: InputState, app: FlightApp, dt_s: float) -> None:
         """Build the frame's interface, and hide from `state` what it used."""
@@ -49,9 +51,10 @@ class FlightInterface:
             self._window.size, dt_s, self._window.pixel_ratio, events=state.events, mouse=not app.looking
         )
         with frame as imgui:
-            draw_hud(self._hud(app), numbers=app.shown.numbers, help=app.shown.help and not app.shown.panels)
-            if app.shown.panels:
-                self._settings(imgui)
+            shown = app.shown
+            draw_hud(self._hud(app), numbers=shown.numbers, help=shown.help and not shown.panels)
+            if shown.panels:
+                self._settings.draw(imgui, app)
         # F1, F3 and the like go on working while a slider has the focus; only typing takes the keyboard.
         state.consume(keyboard=self._ui.wants_text, mouse=self._ui.wants_mouse and not app.looking)
 
@@ -61,55 +64,59 @@ class FlightInterface:
     def release(self) -> None:
         self._ui.release()
         self._scope.release()
-
-    def _parts(self) -> dict[str, Any]:
-        """The scene's components by the heading that the panel gives them."""
-        handles = (self._scene.planet, self._scene.environment)
-        return {
-            type(part).__name__: part
-            for handle in handles
-            for part in handle.components()
-            if dataclasses.is_dataclass(part)
-        }
-
-    def _settings(self, imgui: Any) -> None:
-        em = imgui.get_font_size()
-        imgui.set_next_window_pos(imgui.ImVec2(em, 16 * em), imgui.Cond_.first_use_ever)
-        imgui.set_next_window_size(imgui.ImVec2(30 * em, 28 * em), imgui.Cond_.first_use_ever)
-        imgui.begin("Settings")
-        self._panel.draw_all(self._parts(), self._loaded)
-        imgui.end()
+        if self._own_gpu is not None:
+            self._own_gpu.release()
 
     def _hud(self, app: FlightApp) -> HudData:
-        from .app import KEYS
-
-        ship, stats = app.ship, app.shown.stats
-        passes = ()
-        if app.shown.panels and app.shown.numbers and stats:  # stats: a frame has been drawn
-            passes = tuple(
-                PassTime(
-                    report.name, report.cpu_ms or 0.0, report.gpu_ms, "" if report.ran else report.skipped_why or ""
-                )
-                for report in self._renderer.passes()
+        shown = app.shown
+        data = HudData(message=shown.message, errors=_errors(app), controls=_keys())
+        if shown.numbers:
+            data.fps, data.frame_ms, data.history_ms = (
+                self._history.fps,
+                self._history.mean_ms,
+                self._history.values_ms,
             )
-        x, y, z = (float(value) for value in ship.position_m)
-        latitude, longitude = math.degrees(math.atan2(z, math.hypot(x, y))), math.degrees(math.atan2(y, x))
-        return HudData(
-            fps=self._history.fps,
-            frame_ms=self._history.mean_ms,
-            history_ms=self._history.values_ms,
-            cells=stats.get("cells"),
-            vertices=stats.get("vertices"),
-            triangles=stats.get("triangles"),
-            passes=passes,
-            lines=(
-                f"{length(ship.clearance_m)} above ground",
-                f"{length(ship.speed_m_s)}/s" + ("" if ship.throttle == 1.0 else f"   throttle {ship.throttle:.2g}"),
-                f"{latitude:.4f} {longitude:.4f}",
-            ),
-            message=app.shown.message,
-            controls=KEYS,
-        )
+            data.cells, data.vertices, data.triangles = (
+                shown.stats.get(name) for name in ("cells", "vertices", "triangles")
+            )
+            data.lines = _lines(app)
+        return data
+
+
+def _keys() -> tuple[tuple[str, str], ...]:
+    from .app import KEYS
+
+    return KEYS
+
+
+def _errors(app: FlightApp) -> tuple[str, ...]:
+    shown = app.shown
+    broken = tuple(f"{error}\nThe last good one is used." for error in shown.shader_errors)
+    return (*broken, shown.error) if shown.error else broken
+
+
+def _lines(app: FlightApp) -> tuple[str, ...]:
+    ship = app.ship
+    lines = [
+        f"{length(ship.clearance_m)} above ground",
+        f"{length(ship.speed_m_s)}/s" + ("" if ship.throttle == 1.0 else f"   throttle {ship.throttle:.2g}"),
+        place(*(float(value) for value in ship.position_m)),
+    ]
+    if app.playing is not None:
+        lines.append(f"{app.playing.name}: {app.played_s:.0f} of {app.playing.duration_s:.0f} s")
+    if not app.time_runs:
+        lines.append("time stopped")
+    elif app.time_speed != 1.0:
+        lines.append(f"time x {app.time_speed:g}")
+    if app.debug_view != "off":
+        lines.append(f"debug view: {app.debug_view}")
+    return tuple(lines)
+
+
+def place(x: float, y: float, z: float) -> str:
+    """Latitude and longitude of a position."""
+    latitude, longitude = math.degrees(math.atan2(z, math.hypot(x, y))), math.degrees(math.atan2(y, x))
+    return f"{abs(latitude):.4f} {'S' if latitude < 0 else 'N'}  {abs(longitude):.4f} {'W' if longitude < 0 else 'E'}"
 
 
 def length(metres: float) -> str:

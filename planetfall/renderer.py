@@ -52,7 +52,7 @@ SYSTEMS: tuple[type[System], ...] = (
 """In the order of their updates; the order of the passes comes from the graph."""
 
 _SETTLE_FRAMES = 64
-_LOWEST_CLEARANCE_M = 0.02
+_LOWEST_CLEARANCE_M = 0.01
 
 
 class Renderer:

@@ -101,6 +101,9 @@ def orthonormal_axes(forward: ArrayLike, up: ArrayLike | None, vertical: ArrayLi
             if wanted and number > 0:
                 _LOG.debug("camera: up %s is parallel to forward %s; took %s as up", up, forward, vector)
             right /= sine
+            # Where up and forward are nearly parallel their cross product is nearly zero and leans towards forward.
+            right -= ahead * float(right @ ahead)
+            right /= np.linalg.norm(right)
             above = np.cross(right, ahead)
             return right, above / np.linalg.norm(above), ahead
     raise AssertionError("an axis least aligned with forward cannot be parallel to it")

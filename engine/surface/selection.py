@@ -28,8 +28,8 @@ COARSENING_STEPS_PER_OCTAVE = 4
 """When there would be too many cells the wanted angle grows in steps of 2^(1/4), so that it seldom changes."""
 
 
-LARGEST_SPACING_RAD = 0.035
-"""Vertices are never farther apart than this angle, however few pixels a picture has: 2 degrees, seen from the
+LARGEST_SPACING_RAD = 0.05
+"""Vertices are never farther apart than this angle, however few pixels a picture has: 3 degrees, seen from the
 proxy."""
 LARGEST_SAG_PX = 0.25
 """Nor may a planet seen from far away lose more of its round outline to chords than this."""

@@ -21,7 +21,8 @@ from ...engine.system import Frame, Setup, System, ViewInfo
 OCEAN_BINDING = 6
 GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
 
-_WATER_ONLY = (-3.0e38, 1.0e29)  # ocean/vertices.comp marks cells without water
+_MOST_CELLS = 12000  # as for the ground
+_WATER_ONLY = (-1.0e29, 3.0e38)  # ocean/vertices.comp marks cells without water
 
 
 @dataclass
@@ -81,7 +82,7 @@ class OceanSystem(System):
         self._surface = setup.gpu.program(vertex="ocean/gbuffer.vert", fragment="ocean/gbuffer.frag", defines=defines)
         self._shade = setup.gpu.compute("ocean/shade.comp")
         # Seen from above and, under water, from below.
-        self._draw_state = setup.gpu.gpu.state(depth_test=True, depth_func=">=", cull=None)
+        self._draw_state = setup.gpu.gpu.state(depth_test=True, depth_func=">", cull=None)
 
     def release(self) -> None:
         self._views.clear()
@@ -121,6 +122,7 @@ class OceanSystem(System):
                     ocean.sea_level_m,
                 ).half_angle_rad,
                 min_spacing_m=float(frame.settings["terrain.min_spacing_m"]),
+                max_cells=_MOST_CELLS,
             )
             height = ocean.sea_level_m + above_sea - proxy.anchor_height_m
             view.eye_m, view.edge_rad = tuple(proxy.lattice.direction * height), angle_rad

@@ -140,7 +140,7 @@ class ProxySystem(System):
         block.sun_direction = (*sun.direction, sun.angular_radius_rad)
         block.sun_irradiance = (*sun.irradiance, 0.0)
         block.viewport = (width, height, 1.0 / width, 1.0 / height)
-        block.clock = (frame.time_s % 4096.0, frame.frame_index % 2**20, frame.dt_s, 2.0 * terms[1] / height)
+        block.clock = (frame.time_s % 4096.0, 0.0, 0.0, 2.0 * terms[1] / height)
         self._frame_ubo.write(block)
         self._frame_ubo.bind()
 

@@ -7,7 +7,7 @@ in which the camera holds too only draws.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,9 @@ OCTAVES_BINDING = 4
 MATERIAL_BINDING = 7
 _DECIMATED_SHARE = 0.62  # of edge_px: diagonals of decimated cells then are no longer than those of whole ones
 _RG16_SNORM = 0x8F99  # moderngl takes the texture for an unsigned one
+_SHAPE = tuple(f.name for f in fields(TerrainParams) if f.name in {g.name for g in fields(Terrain)})
+_FINEST_M = 0.02
+_MOST_CELLS = 12000  # a telephoto lens near the ground would ask for ten times as many: its triangles get longer
 _DEEP_M = 2.0  # a cell this far below the sea is hidden by it, whatever the curvature of both meshes
 GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
 
@@ -93,8 +96,9 @@ class TerrainSystem(System):
         self._debug = TerrainDebugPasses(setup.gpu, defines)
         setup.gpu.gpu.shaders.provide("surface_height", "terrain/surface_height.glsl", owner=self.name)
         setup.world.set_resource("surface_height", self._bind_heights)
-        self._draw_state = setup.gpu.gpu.state(depth_test=True, depth_func=">=", cull="back")
+        self._draw_state = setup.gpu.gpu.state(depth_test=True, depth_func=">", cull="back")
         self._field_revision: tuple[int, ...] = ()
+        self._colour_revision = -1
         self._material_stamp: tuple[int, ...] = ()
         self._refresh_field(setup.world, setup.planet, setup.settings)
 
@@ -110,15 +114,19 @@ class TerrainSystem(System):
 
     def _refresh_field(self, world: Any, planet: int, settings: Mapping[str, Any]) -> None:
         terrain, body = world.get(planet, Terrain), world.get(planet, Planet)
-        stamp = (revision(terrain), revision(body))
+        colours = revision(terrain)
+        if colours != self._colour_revision:
+            self._colour_revision = colours
+            self._ground = with_overrides(terrain, "terrain", settings)
+        # Colours change often while somebody tunes them; only the shape asks for new cells and vertices.
+        stamp = (id(terrain), revision(terrain, *_SHAPE), revision(body, "radius_m"))
         if stamp == self._field_revision:
             return
         self._field_revision = stamp
-        terrain = with_overrides(terrain, "terrain", settings)
+        terrain = self._ground
         self._params = TerrainParams.from_component(terrain, body.radius_m)
         self._field = TerrainField(self._params)
         world.set_resource("height_field", self._field)
-        self._ground = terrain
 
     def _view(self, index: int) -> _GridView:
         view = self._views.get(index)
@@ -142,7 +150,7 @@ class TerrainSystem(System):
         axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
         view.keep_dh_m = self._above_sea(frame, proxy)
         view.wanted = (view.mesh.selection, axes, tangents, view.keep_dh_m)
-        stamp = (*self._field_revision, frame.view_index, proxy.generation)
+        stamp = (*self._field_revision, self._colour_revision, frame.view_index, proxy.generation)
         if stamp != self._material_stamp:
             self._material_stamp = stamp
             self._material_ubo.write(material_block(self._ground, self._params, proxy.lattice.direction))
@@ -160,9 +168,10 @@ class TerrainSystem(System):
 
     def _select(self, view: _GridView, frame: Frame, proxy: Any, angle_rad: float) -> None:
         field, radius_m = self._field, frame.world.get(frame.planet, Planet).radius_m
-        smallest = float(frame.settings["terrain.min_spacing_m"])
         # Above the ground, even for a camera (or an anchor) under water.
-        above_ground = max(proxy.cell.altitude_m - proxy.ground_m, 0.05)
+        above_ground = max(proxy.cell.altitude_m - proxy.ground_m, 0.01)
+        # Facets may not rise above an eye that is nearer to the ground than they are wide.
+        smallest = min(float(frame.settings["terrain.min_spacing_m"]), max(above_ground, _FINEST_M))
         sea = frame.world.try_get(frame.planet, Ocean)
         lowest = field.lowest_m if sea is None else max(field.lowest_m, sea.sea_level_m)
         if proxy.cell.altitude_m < lowest:
@@ -178,6 +187,7 @@ class TerrainSystem(System):
                 proxy.cell.highest_altitude_m, proxy.cell.max_sideways_rad, radius_m, field.highest_m, lowest
             ).half_angle_rad,
             min_spacing_m=smallest,
+            max_cells=_MOST_CELLS,
             height_at=field.height,
         )
         view.eye_m = tuple(proxy.lattice.direction * (proxy.ground_m + above_ground - proxy.anchor_height_m))

@@ -1,4 +1,4 @@
-"""Numbers over the picture: frame rate, frame time with its history, what was drawn, passes, and the help for the keys.
+"""Numbers over the picture: frame rate, frame time with its history, what was drawn, errors, and help for the keys.
 
 Takes plain data, so that it knows neither the renderer nor the loop.
 """
@@ -13,10 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FrameHistory", "HudData", "PassTime", "draw_hud"]
+__all__ = ["FrameHistory", "HudData", "draw_hud"]
 
 _MARGIN = 10.0
-_SKIPPED = (0.55, 0.55, 0.55, 1.0)
+_ERROR_COLOR = (1.0, 0.5, 0.45, 1.0)
+_ERROR_ALPHA = 0.85
+_LONGEST_ERROR = 2000
 
 
 class FrameHistory:
@@ -48,21 +50,12 @@ class FrameHistory:
         return 1000.0 / mean if mean > 0.0 else 0.0
 
 
-@dataclass(frozen=True)
-class PassTime:
-    """A pass of the last frame; gpu_ms is None where it was not timed, skipped says why it did not run ("": it ran)."""
-
-    name: str
-    cpu_ms: float
-    gpu_ms: float | None = None
-    skipped: str = ""
-
-
 @dataclass
 class HudData:
     """What the overlay shows; everything that is None or empty is left out.
 
-    lines: further texts, such as altitude and speed. controls: (keys, what they do), shown as help.
+    lines: further texts, such as altitude and speed. message: what happened, in passing. errors: texts of one or more
+    lines that stay. controls: (keys, what they do), shown as help.
     """
 
     fps: float | None = None
@@ -71,9 +64,9 @@ class HudData:
     cells: int | None = None
     vertices: int | None = None
     triangles: int | None = None
-    passes: Sequence[PassTime] = ()
     lines: Sequence[str] = ()
     message: str = ""
+    errors: Sequence[str] = ()
     controls: Sequence[tuple[str, str]] = ()
 
     @classmethod
@@ -89,7 +82,7 @@ class HudData:
 
 
 def draw_hud(data: HudData | Mapping[str, Any], *, numbers: bool = True, help: bool = False) -> None:
-    """Draw the overlay inside an ImGui frame: numbers at the top left, help at the top right, the message below."""
+    """Draw the overlay inside an ImGui frame: numbers at the top left, help at the top right, message and errors below."""
     from imgui_bundle import imgui
 
     shown = HudData.of(data)
@@ -102,17 +95,28 @@ def draw_hud(data: HudData | Mapping[str, Any], *, numbers: bool = True, help: b
         _begin(imgui, "##help", size.x - _MARGIN, _MARGIN, 1.0, 0.0)
         _table(imgui, "keys", shown.controls)
         imgui.end()
+    bottom = size.y - _MARGIN
     if shown.message:
-        _begin(imgui, "##message", size.x / 2.0, size.y - _MARGIN, 0.5, 1.0)
+        _begin(imgui, "##message", size.x / 2.0, bottom, 0.5, 1.0)
+        imgui.push_text_wrap_pos(0.8 * size.x)
         imgui.text(shown.message)
+        imgui.pop_text_wrap_pos()
+        bottom -= imgui.get_window_height() + _MARGIN
+        imgui.end()
+    if shown.errors:
+        _begin(imgui, "##errors", size.x / 2.0, bottom, 0.5, 1.0, alpha=_ERROR_ALPHA)
+        imgui.push_text_wrap_pos(0.8 * size.x)
+        for error in shown.errors:
+            imgui.text_colored(imgui.ImVec4(*_ERROR_COLOR), error[:_LONGEST_ERROR])
+        imgui.pop_text_wrap_pos()
         imgui.end()
 
 
-def _begin(imgui: Any, name: str, x: float, y: float, pivot_x: float, pivot_y: float) -> None:
+def _begin(imgui: Any, name: str, x: float, y: float, pivot_x: float, pivot_y: float, alpha: float = 0.45) -> None:
     """A window that is in nobody's way: it takes no input and sizes itself."""
     flags = imgui.WindowFlags_
     imgui.set_next_window_pos(imgui.ImVec2(x, y), imgui.Cond_.always, imgui.ImVec2(pivot_x, pivot_y))
-    imgui.set_next_window_bg_alpha(0.45)
+    imgui.set_next_window_bg_alpha(alpha)
     imgui.begin(
         name,
         flags=flags.no_decoration
@@ -142,29 +146,6 @@ def _numbers(imgui: Any, data: HudData) -> None:
             imgui.text(f"{count:,} {name}".replace(",", " "))
     for line in data.lines:
         imgui.text(line)
-    if data.passes:
-        imgui.separator()
-        _passes(imgui, data.passes)
-
-
-def _passes(imgui: Any, passes: Sequence[PassTime]) -> None:
-    if not imgui.begin_table("passes", 3, imgui.TableFlags_.sizing_fixed_fit):
-        return
-    for entry in passes:
-        imgui.table_next_row()
-        imgui.table_next_column()
-        if entry.skipped:
-            imgui.text_colored(imgui.ImVec4(*_SKIPPED), entry.name)
-            imgui.table_next_column()
-            imgui.text_colored(imgui.ImVec4(*_SKIPPED), entry.skipped)
-            continue
-        imgui.text(entry.name)
-        imgui.table_next_column()
-        imgui.text(f"{entry.cpu_ms:.2f} ms")
-        imgui.table_next_column()
-        if entry.gpu_ms is not None:
-            imgui.text(f"GPU {entry.gpu_ms:.2f} ms")
-    imgui.end_table()
 
 
 def _table(imgui: Any, name: str, rows: Sequence[tuple[str, str]]) -> None:

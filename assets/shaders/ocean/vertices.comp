@@ -49,7 +49,7 @@ void main() {
     }
     if (lane == 0u) {
         // No water anywhere in the cell: out of reach of the culling pass's limits.
-        bounds[cell_index].low = vec4(s_low[0].xyz, s_low[0].w < 0.0 ? dh : 1.0e30);
-        bounds[cell_index].high = vec4(s_high[0], dh);
+        bounds[cell_index].low = vec4(s_low[0].xyz, dh);
+        bounds[cell_index].high = vec4(s_high[0], s_low[0].w < 0.0 ? dh : -1.0e30);
     }
 }
