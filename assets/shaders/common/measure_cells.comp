@@ -1,5 +1,6 @@
-// How many vertices each cell would like to skip: the most for which nearly all of its edges, as they lie displaced, keep to the
-// wanted length as seen from the proxy. A workgroup a cell, after the vertices were made.
+// How many vertices each cell would like to skip: the most for which nearly all of its edges, as they lie displaced, keep to
+// the wanted length as seen from the proxy, and pass the vertices that they leave out at a small fraction of it (ridges across
+// the view, the sphere's own curve at the limb). A workgroup a cell, after the vertices were made.
 #include "common/cells.glsl"
 
 layout(local_size_x = 64) in;
@@ -16,13 +17,21 @@ vec3 vertex_position(uint first, int a, int b) {
     return vec3(vertex.x, vertex.y, vertex.z) - u_eye;
 }
 
-// Square of the angle under which an edge is seen, near enough for small ones.
-float angle_squared(vec3 from, vec3 to) {
-    vec3 edge = to - from;
-    vec3 middle = 0.5 * (from + to);
-    float distance2 = max(dot(middle, middle), 1e-12);
-    vec3 across = edge - middle * (dot(edge, middle) / distance2);
+const float DEVIATION = 0.1;   // of the wanted length: 0.7 pixels at high
+
+// Square of the angle under which `across` is seen from `place`, near enough for small ones.
+float angle_squared(vec3 across, vec3 place) {
+    float distance2 = max(dot(place, place), 1e-12);
+    across -= place * (dot(across, place) / distance2);
     return dot(across, across) / distance2;
+}
+
+bool too_long(uint first, ivec2 from, ivec2 to, float limit) {
+    vec3 a = vertex_position(first, from.x, from.y), b = vertex_position(first, to.x, to.y);
+    vec3 middle = 0.5 * (a + b);
+    ivec2 between = (from + to) / 2;
+    vec3 left_out = vertex_position(first, between.x, between.y);
+    return angle_squared(b - a, middle) > limit || angle_squared(left_out - middle, middle) > limit * DEVIATION * DEVIATION;
 }
 
 void main() {
@@ -35,8 +44,8 @@ void main() {
         uint too_long_i = 0u, too_long_j = 0u;
         for (int k = int(gl_LocalInvocationID.x); k < count * (count + 1); k += 64) {
             int along = (k % count) * step, across = (k / count) * step;
-            if (angle_squared(vertex_position(first, along, across), vertex_position(first, along + step, across)) > limit) ++too_long_i;
-            if (angle_squared(vertex_position(first, across, along), vertex_position(first, across, along + step)) > limit) ++too_long_j;
+            if (too_long(first, ivec2(along, across), ivec2(along + step, across), limit)) ++too_long_i;
+            if (too_long(first, ivec2(across, along), ivec2(across, along + step), limit)) ++too_long_j;
         }
         atomicAdd(s_long[2 * skip - 2], too_long_i);
         atomicAdd(s_long[2 * skip - 1], too_long_j);

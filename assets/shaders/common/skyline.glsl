@@ -35,7 +35,7 @@ float skyline_cell_size(float spacing_m) {
 
 void skyline_raise(vec3 middle, float spacing_m, float lowest_dh) {
     vec2 place = skyline_place(middle);
-    float size = skyline_cell_size(spacing_m), inner = 0.27 * size, outer = 0.95 * size;
+    float size = skyline_cell_size(spacing_m), inner = 0.33 * size, outer = 0.95 * size;
     if (place.y < 2.0 * outer || place.y > SKYLINE_REACH * planet.radii.x) return;
     float radius = planet.radii.x + frame.anchor_up.w + lowest_dh;
     float sag = 8.0 * spacing_m * 8.0 * spacing_m / (8.0 * radius);   // chords of decimated triangles lie lower

@@ -20,34 +20,68 @@ layout(binding = 0) writeonly uniform image2D u_normal_out;
 layout(binding = 1) writeonly uniform image2D u_attributes_out;
 layout(binding = 2) writeonly uniform uimage2D u_surface_out;
 
+// The height function is asked at every second pixel each way and interpolated between: its shortest layers here are about
+// two pixels long.
+const int COLUMNS = 9, ROWS = 5;
+shared vec4 s_ground[COLUMNS * ROWS];     // xyz: gradient; w: height above the sea
+shared vec4 s_attributes[COLUMNS * ROWS]; // w: 1 where there is anything
+const ivec2 TILE = ivec2(16, 8);
+
+void sample_ground(int index, ivec2 first) {
+    ivec2 pixel = min(first + 2 * ivec2(index % COLUMNS, index / COLUMNS), textureSize(u_surface, 0) - 1);
+    float depth = texelFetch(u_depth, pixel, 0).r;
+    vec3 point = position_from_depth(ndc_of_pixel(vec2(pixel) + 0.5), max(depth, 1e-30));
+    float drawn;
+    vec3 D = foot_offset_of(point, drawn);
+    // Heights have all layers down to an eighth of the spacing; the gradient has the vertices' band limit.
+    TerrainPoint terrain = terrain_point(D, grid_spacing(D));
+    float height = frame.anchor_up.w + terrain.dh;
+    s_ground[index] = vec4(terrain.gradient, height - planet.sea.x);
+    s_attributes[index] = vec4(terrain_attributes(terrain, height).xyz, depth > 0.0 ? 1.0 : 0.0);
+}
+
 void main() {
     uint tile = tiles[gl_WorkGroupID.x];
-    ivec2 pixel = ivec2(tile & 0xffffu, tile >> 16) * ivec2(16, 8) + ivec2(gl_LocalInvocationID.xy);
+    ivec2 first = ivec2(tile & 0xffffu, tile >> 16) * TILE;
+    if (gl_LocalInvocationIndex < uint(COLUMNS * ROWS)) sample_ground(int(gl_LocalInvocationIndex), first);
+    barrier();
+
+    ivec2 here = ivec2(gl_LocalInvocationID.xy), pixel = first + here;
     if (any(greaterThanEqual(pixel, textureSize(u_surface, 0)))) return;
     uint surface = texelFetch(u_surface, pixel, 0).r;
     if (surface != SURFACE_TERRAIN && surface != SURFACE_SEA) return;
+    vec4 ground = vec4(0.0), attributes = vec4(0.0);
+    vec2 part = 0.5 * vec2(here & 1);
+    for (int k = 0; k < 4; ++k) {
+        ivec2 corner = ivec2(k & 1, k >> 1);
+        vec2 near = mix(1.0 - part, part, vec2(corner));
+        int index = (here.y / 2 + corner.y) * COLUMNS + here.x / 2 + corner.x;
+        float weight = near.x * near.y * s_attributes[index].w;
+        ground += weight * s_ground[index];
+        attributes += weight * s_attributes[index];
+    }
+    if (attributes.w < 1e-3) return;
+    ground /= attributes.w;
+    attributes = vec4(attributes.xyz / attributes.w, 0.0);
+
     vec3 point = position_from_depth(ndc_of_pixel(vec2(pixel) + 0.5), texelFetch(u_depth, pixel, 0).r);
     float drawn;
     vec3 D = foot_offset_of(point, drawn);
     float spacing = grid_spacing(D), sagitta = spacing * spacing / (8.0 * planet.radii.x);
     // Ground that was drawn well above the water stays: the meshes are wrong by a fraction of their spacing at most.
     if (surface == SURFACE_TERRAIN && drawn - planet.sea.x > 0.5 * spacing + sagitta + 2.0) return;
-    // Heights have all layers down to an eighth of the spacing, about two pixels; the gradient has the vertices' band limit.
-    TerrainPoint terrain = terrain_point(D, spacing);
-    float height = frame.anchor_up.w + terrain.dh;
     vec3 zenith = up_at(point);
-    if (surface == SURFACE_TERRAIN && height < planet.sea.x) {
-        float depth = planet.sea.x - height;
-        imageStore(u_normal_out, pixel, vec4(oct_encode(zenith), 0.0, 0.0));
+    float depth = max(-ground.w, 0.0);
+    if (ground.w < 0.0) {
+        if (surface == SURFACE_TERRAIN) {
+            imageStore(u_normal_out, pixel, vec4(oct_encode(zenith), 0.0, 0.0));
+            imageStore(u_surface_out, pixel, uvec4(SURFACE_SEA));
+        }
         imageStore(u_attributes_out, pixel, vec4(sea_depth_encode(depth / (depth + 16.0)), 0.0, 0.0));
-        imageStore(u_surface_out, pixel, uvec4(SURFACE_SEA));
-    } else if (surface == SURFACE_SEA && height > planet.sea.x) {
-        float to_sphere = planet.radii.x / (planet.radii.x + height);
-        imageStore(u_normal_out, pixel, vec4(oct_encode(normalize(zenith - terrain.gradient * to_sphere)), 0.0, 0.0));
-        imageStore(u_attributes_out, pixel, terrain_attributes(terrain, height));
-        imageStore(u_surface_out, pixel, uvec4(SURFACE_TERRAIN));
     } else if (surface == SURFACE_SEA) {
-        float depth = planet.sea.x - height;
-        imageStore(u_attributes_out, pixel, vec4(sea_depth_encode(depth / (depth + 16.0)), 0.0, 0.0));
+        float to_sphere = planet.radii.x / (planet.radii.x + planet.sea.x + ground.w);
+        imageStore(u_normal_out, pixel, vec4(oct_encode(normalize(zenith - ground.xyz * to_sphere)), 0.0, 0.0));
+        imageStore(u_attributes_out, pixel, attributes);
+        imageStore(u_surface_out, pixel, uvec4(SURFACE_TERRAIN));
     }
 }
