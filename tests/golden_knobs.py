@@ -1,0 +1,128 @@
+"""For every knob of every component: a view and a value in which it is plain to see, or why there is none.
+
+`test_golden` takes each picture with and without, and wants them to differ. A knob that is missing here fails a test,
+so that none can be added without a picture that shows it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+from golden_compare import VISIBLE
+from golden_pictures import KNOB_SIZE, VIEW_SIZE, Picture
+
+
+@dataclasses.dataclass(frozen=True)
+class Pair:
+    """Two pictures that differ in one knob.
+
+    planet, view: where. off, on: the two values; off None: as the preset has it. both: settings that both pictures
+    share. least: mean FLIP between them. least_worst: where a knob moves few pixels (stars, the sun's disc), the FLIP
+    of the pixel that differs most, in place of the mean. free: see Picture.
+    """
+
+    planet: str
+    view: str
+    on: Any
+    off: Any = None
+    both: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    least: float = VISIBLE
+    least_worst: float = 0.0
+    free: bool = False
+    size: tuple[int, int] = KNOB_SIZE
+
+    def picture(self, key: str, value: Any) -> Picture:
+        changes = dict(self.both)
+        if value is not None:
+            changes[key] = value
+        return Picture(f"pair/{key}", self.planet, self.view, self.size, changes, free=self.free)
+
+
+NO_BLOOM = {"composite.bloom": 0.0}
+WIREFRAME = {"debug.view": "wireframe"}
+
+PAIRS: dict[str, Pair] = {
+    "planet.radius_m": Pair("earth", "orbit", 5.8e6),
+    "terrain.seed": Pair("earth", "orbit", 2),
+    "terrain.highest_m": Pair("moon", "terminator", 4000.0),
+    "terrain.lowest_m": Pair("earth", "coast", -4000.0),
+    "terrain.layers": Pair("earth", "terminator", 4),
+    "terrain.land_share": Pair("earth", "orbit", 0.6),
+    "terrain.continent_size": Pair("earth", "orbit", 2.0),
+    "terrain.plains": Pair("earth", "orbit", 0.0),
+    "terrain.mountains": Pair("earth", "terminator", 0.0),
+    "terrain.roughness": Pair("earth", "near", 3.0),
+    "terrain.warp": Pair("earth", "orbit", 0.0),
+    "terrain.rock_albedo": Pair("earth", "high", (0.3, 0.1, 0.1)),
+    "terrain.strata_albedo": Pair("small", "near", (0.5, 0.1, 0.1)),
+    "terrain.strata": Pair("small", "near", 0.0),
+    "terrain.strata_m": Pair("small", "near", 7.0),
+    "terrain.dry_albedo": Pair("earth", "orbit", (0.3, 0.1, 0.05)),
+    "terrain.sand_albedo": Pair("earth", "beach", (0.1, 0.1, 0.15)),
+    "terrain.snow_albedo": Pair("earth", "ground", (0.3, 0.3, 0.6)),
+    "terrain.grass_albedo": Pair("earth", "near", (0.12, 0.04, 0.1)),
+    "terrain.forest_albedo": Pair("earth", "valley", (0.12, 0.04, 0.1)),
+    "terrain.tundra_albedo": Pair("earth", "ground", (0.12, 0.04, 0.1)),
+    "terrain.plants": Pair("earth", "orbit", 0.0),
+    "terrain.humidity": Pair("earth", "orbit", 1.0),
+    "terrain.rock_slope_deg": Pair("earth", "near", 5.0),
+    "terrain.beach_height_m": Pair("earth", "coast", 40.0),
+    "terrain.snow_line_m": Pair("earth", "orbit", 0.0),
+    "terrain.snow_line_pole_m": Pair("earth", "space", -5000.0),
+    "terrain.snow_slope_deg": Pair("earth", "high", 5.0),
+    "terrain.variation": Pair("earth", "near", 0.0),
+    "terrain.grain": Pair("earth", "ground", 4.0, off=0.0),
+    "terrain.dust_law": Pair("moon", "space", 0.0, off=1.0),
+    "ocean.sea_level_m": Pair("earth", "coast", 20.0),
+    "ocean.absorption_per_m": Pair("earth", "coast", (0.03, 0.01, 0.005)),
+    "ocean.scattering_per_m": Pair("earth", "coast", (0.01, 0.02, 0.01)),
+    "ocean.bed_albedo": Pair("earth", "coast", (0.1, 0.05, 0.05)),
+    "ocean.roughness": Pair("earth", "terminator", 0.05),
+    "ocean.ice_latitude_deg": Pair("earth", "orbit", 20.0),
+    "ocean.ice_albedo": Pair("earth", "orbit", (0.6, 0.3, 0.3), both={"ocean.ice_latitude_deg": 20.0}),
+    "sun.irradiance": Pair("earth", "orbit", (1.5, 1.0, 0.6)),
+    "sun.angular_radius_rad": Pair("earth", "limb", 0.03, both=NO_BLOOM, least=0.0, least_worst=0.3),
+    "stars.density": Pair("earth", "night", 0.0, least=0.0, least_worst=0.3),
+    "stars.brightness": Pair("earth", "night", 30.0, least=0.0, least_worst=0.3),
+    "stars.seed": Pair("earth", "night", 2, least=0.0, least_worst=0.3),
+    "exposure.mode": Pair("earth", "orbit", "auto", off="fixed", both={"exposure.ev100": 15.5}, free=True),
+    "exposure.ev100": Pair("earth", "orbit", 12.0, off=14.0, both={"exposure.mode": "fixed"}, free=True),
+    "exposure.min_ev100": Pair("earth", "orbit", 16.0, free=True),
+    "exposure.max_ev100": Pair("earth", "orbit", 10.0, free=True),
+    "exposure.compensation_ev": Pair("earth", "orbit", 1.0, free=True),
+    "composite.tone_map": Pair("earth", "orbit", "aces"),
+    "composite.bloom": Pair("earth", "limb", 0.0),
+    "debug.view": Pair("earth", "near", "normals"),
+}
+
+NOT_IN_A_PICTURE: dict[str, str] = {
+    "terrain.backend": "one choice so far",
+    "composite.dither": "less than one step of 8 bits: has a test of its own",
+    "planet.position_m": "one planet is drawn around its own centre",
+    "planet.rotation_period_s": "moves an epoch sun; see test_light",
+    "planet.axial_tilt_deg": "moves an epoch sun; see test_light",
+    "planet.orbital_period_s": "moves an epoch sun; see test_light",
+    "sun.direction": "views bring their own place of the sun; see test_light",
+    "sun.elevation_deg": "views bring their own place of the sun; see test_light",
+    "sun.azimuth_deg": "views bring their own place of the sun; see test_light",
+    "sun.latitude_deg": "views bring their own place of the sun; see test_light",
+    "sun.longitude_deg": "views bring their own place of the sun; see test_light",
+    "sun.epoch_s": "views bring their own place of the sun; see test_light",
+    "sun.calendar": "moves an epoch sun; see test_light",
+    "exposure.brighter_s": "a settled picture has no past; see test_composite",
+    "exposure.darker_s": "a settled picture has no past; see test_composite",
+}
+
+QUALITY_PAIRS: dict[str, tuple[Any, Any]] = {
+    "terrain.edge_px": (15.0, 5.0),
+    "terrain.quads": (16, 64),
+    "terrain.decimation": (0, 3),
+    "terrain.min_spacing_m": (0.12, 30.0),
+}
+"""Quality knobs whose two values give different triangles; seen in the wireframe of the view ground."""
+
+
+def wireframe(overrides: Mapping[str, Any]) -> Picture:
+    return Picture("pair/quality", "earth", "ground", VIEW_SIZE, WIREFRAME, overrides)

@@ -1,0 +1,231 @@
+"""The golden pictures: what each one shows, and the studio that takes them.
+
+A picture is a named view of a planet at a small size and quality `medium`, settled, at the view's fixed exposure; a
+picture of a knob is one with some settings changed. `GOLDENS` lists those whose files lie in tests/golden/;
+`golden_tool` refreshes the files, `test_golden` compares against them.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections import OrderedDict
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import planetfall as pf
+
+FOLDER = Path(__file__).resolve().parent / "golden"
+VIEW_SIZE = (320, 180)
+KNOB_SIZE = (160, 90)
+QUALITY = "medium"
+
+Pixels = NDArray[np.uint8]
+
+COMPONENTS: dict[str, type] = {
+    "planet": pf.Planet,
+    "terrain": pf.Terrain,
+    "ocean": pf.Ocean,
+    "sun": pf.Sun,
+    "stars": pf.Stars,
+    "exposure": pf.Exposure,
+    "composite": pf.Composite,
+    "debug": pf.DebugView,
+}
+"""Tables of a change's key: {"terrain.layers": 4}."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Picture:
+    """One picture.
+
+    name: also the file's, below tests/golden. changes: {"table.field": value}, undone afterwards. overrides: quality
+    keys; each set of them needs a renderer of its own. free: as a plain camera with the view's sun, so that the scene's
+    Exposure counts and not the view's fixed one; turned_deg then turns it to the right. sun_higher_deg: raises the sun.
+    """
+
+    name: str
+    planet: str
+    view: str
+    size: tuple[int, int] = VIEW_SIZE
+    changes: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    overrides: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    free: bool = False
+    turned_deg: float = 0.0
+    sun_higher_deg: float = 0.0
+
+    @property
+    def path(self) -> Path:
+        return FOLDER / f"{self.name}.png"
+
+    def settings(self) -> dict[str, Any]:
+        """What the PNG carries beside the pixels: enough to take the picture again."""
+        return {
+            "planet": self.planet,
+            "view": self.view,
+            "size": list(self.size),
+            "quality": QUALITY,
+            "changes": dict(self.changes),
+            "overrides": dict(self.overrides),
+            "exposure": "scene" if self.free else "view",
+        }
+
+
+def knob_picture(name: str, planet: str, view: str, changes: Mapping[str, Any], free: bool = False) -> Picture:
+    """A small picture with settings changed."""
+    return Picture(f"knobs/{name}", planet, view, KNOB_SIZE, changes, free=free)
+
+
+def debug_picture(name: str) -> Picture:
+    """A debug view. Those of triangles and of surfaces need pixels or water to show anything."""
+    size = VIEW_SIZE if name in ("wireframe", "error_px") else KNOB_SIZE
+    view = "coast" if name == "surface" else "ground" if name == "lod" else "near"
+    return Picture(f"knobs/debug_{name}", "earth", view, size, {"debug.view": name})
+
+
+OTHER_PLANETS = ("moon", "mars", "asteroid", "small", "hazy")
+DEBUG_VIEWS = ("normals", "depth", "distance", "surface", "lod", "hdr", "wireframe", "error_px")
+
+VIEW_PICTURES: tuple[Picture, ...] = (
+    *(Picture(f"earth/{view}", "earth", view) for view in pf.views("earth")),
+    *(Picture(f"{planet}/{view}", planet, view) for planet in OTHER_PLANETS for view in ("space", "near")),
+)
+
+KNOB_PICTURES: tuple[Picture, ...] = (
+    *(
+        knob_picture(f"tone_map_{name}", "earth", "terminator", {"composite.tone_map": name})
+        for name in ("aces", "hable", "reinhard", "neutral", "linear")
+    ),
+    knob_picture("bloom_off", "earth", "limb", {"composite.bloom": 0.0}),
+    knob_picture("bloom_strong", "earth", "limb", {"composite.bloom": 0.1}),
+    knob_picture("stars_off", "earth", "night", {"stars.density": 0.0}),
+    knob_picture("stars_dense", "earth", "night", {"stars.density": 10.0}),
+    knob_picture("sun_disc_large", "earth", "limb", {"sun.angular_radius_rad": 0.03, "composite.bloom": 0.0}),
+    knob_picture("layers_4", "earth", "terminator", {"terrain.layers": 4}),
+    knob_picture(
+        "colours", "earth", "orbit",
+        {"terrain.grass_albedo": (0.1, 0.03, 0.12), "terrain.dry_albedo": (0.3, 0.1, 0.05)},
+    ),
+    knob_picture("no_plants", "earth", "orbit", {"terrain.plants": 0.0}),
+    knob_picture("clear_water", "earth", "coast", {"ocean.absorption_per_m": (0.03, 0.01, 0.005)}),
+    knob_picture("muddy_water", "earth", "coast", {"ocean.absorption_per_m": (2.0, 1.0, 1.5)}),
+    knob_picture("exposure_auto", "earth", "terminator", {"exposure.mode": "auto"}, free=True),
+    knob_picture(
+        "exposure_fixed", "earth", "terminator", {"exposure.mode": "fixed", "exposure.ev100": 10.0}, free=True
+    ),
+    *(debug_picture(name) for name in DEBUG_VIEWS),
+)  # fmt: skip
+
+GOLDENS: tuple[Picture, ...] = (*VIEW_PICTURES, *KNOB_PICTURES)
+
+
+def plain(view: str, planet: str, size: tuple[int, int] = KNOB_SIZE) -> Picture:
+    """The picture without any change, to hold a changed one against."""
+    return Picture(f"plain/{planet}-{view}", planet, view, size)
+
+
+class Studio:
+    """Takes pictures, with one renderer for each planet, size and set of overrides; a few are kept.
+
+    Use as a context manager. What it renders depends on the picture alone, not on what was taken before: settings are
+    put back, and settling begins anew. The last picture of each plain view is remembered.
+    """
+
+    KEEP = 2
+
+    def __init__(self) -> None:
+        self._renderers: OrderedDict[tuple[Any, ...], tuple[pf.Scene, pf.Renderer]] = OrderedDict()
+        self._plain: dict[tuple[str, str, tuple[int, int]], Pixels] = {}
+        self.machine: dict[str, str] = {}
+
+    def take(self, picture: Picture) -> Pixels:
+        """u8 (H, W, 3), row 0 on top."""
+        key = (picture.planet, picture.view, picture.size)
+        unchanged = not (picture.changes or picture.overrides or picture.free or picture.sun_higher_deg)
+        if unchanged and key in self._plain:
+            return self._plain[key]
+        scene, renderer = self._renderer(picture)
+        view = pf.view(picture.view, scene.planet)
+        with changed(scene, picture.changes):
+            shot: Any = view
+            sun = _sun_of(view, scene, picture.sun_higher_deg)
+            if picture.free:
+                aside = np.tan(np.radians(picture.turned_deg)) * np.cross(view.forward, view.up)
+                shot = pf.Camera(view.position_m, view.forward + aside, view.up, view.fov_y_deg)
+            renderer.settle(shot, view.time_s, sun)
+            pixels = renderer.render(shot, view.time_s, sun)["color"]
+        if unchanged:
+            self._plain[key] = pixels
+        return pixels
+
+    def output(self, picture: Picture, name: str) -> NDArray[Any]:
+        """Another output of the same frame, such as "radiance"."""
+        scene, renderer = self._renderer(picture)
+        view = pf.view(picture.view, scene.planet)
+        with changed(scene, picture.changes):
+            renderer.settle(view)
+            return renderer.render(view, outputs=(name,))[name]
+
+    def _renderer(self, picture: Picture) -> tuple[pf.Scene, pf.Renderer]:
+        key = (picture.planet, picture.size, tuple(sorted(picture.overrides.items())))
+        if key not in self._renderers:
+            scene = pf.load_scene(picture.planet)
+            scene.environment.add(pf.DebugView())
+            renderer = pf.Renderer(scene, picture.size, QUALITY, picture.overrides)
+            self._renderers[key] = (scene, renderer)
+            caps = renderer.gpu.caps
+            self.machine = {"renderer": caps.renderer, "gl": caps.version}
+            while len(self._renderers) > self.KEEP:
+                _release(*self._renderers.popitem(last=False)[1])
+        self._renderers.move_to_end(key)
+        return self._renderers[key]
+
+    def release(self) -> None:
+        while self._renderers:
+            _release(*self._renderers.popitem()[1])
+
+    def __enter__(self) -> Studio:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.release()
+
+
+def component(scene: pf.Scene, table: str) -> Any:
+    """The component that a change's table names, of the planet or of the scene."""
+    kind = COMPONENTS[table]
+    holder = scene.planet if scene.planet.has(kind) else scene.environment
+    return holder[kind]
+
+
+def _sun_of(view: pf.View, scene: pf.Scene, higher_deg: float) -> pf.Sun:
+    """The view's sun, with light and disc of the scene's as it is now."""
+    sun = view.sun or scene.sun
+    if higher_deg:
+        sun = dataclasses.replace(sun, elevation_deg=sun.elevation_deg + higher_deg)
+    return sun
+
+
+@contextmanager
+def changed(scene: pf.Scene, changes: Mapping[str, Any]) -> Iterator[None]:
+    """The scene with these settings, put back afterwards."""
+    before: list[tuple[Any, str, Any]] = []
+    try:
+        for key, value in changes.items():
+            table, field = key.split(".")
+            target = component(scene, table)
+            before.append((target, field, getattr(target, field)))
+            setattr(target, field, value)
+        yield
+    finally:
+        for target, field, value in reversed(before):
+            setattr(target, field, value)
+
+
+def _release(scene: pf.Scene, renderer: pf.Renderer) -> None:
+    renderer.release()
+    scene.release()
