@@ -46,7 +46,7 @@ KEYS: tuple[tuple[str, str], ...] = (
     ("F5", "load changed shaders"),
     ("F11", "whole screen"),
     ("F12", "save a picture here"),
-    ("Escape", "let the mouse go, then leave"),
+    ("Escape", "let the mouse go, close settings, then leave"),
 )
 """What the help shows: (keys, what they do)."""
 
@@ -192,6 +192,8 @@ class FlightApp:
         if "escape" in pressed:
             if self.looking:
                 self.window.mouse_exclusivity = False
+            elif self.shown.panels:
+                self.shown.panels = False
             else:
                 self.window.request_close()
         for key, name in (("f1", "help"), ("f2", "numbers"), ("f3", "panels")):
@@ -200,7 +202,10 @@ class FlightApp:
         if "f3" in pressed and self.shown.panels:
             self.window.mouse_exclusivity = False
         if "f5" in pressed:
-            self.reload_shaders()
+            if self.shown.error and self._make_renderer is not None:
+                self.set_quality(self.quality, self.overrides)
+            else:
+                self.reload_shaders()
         if "f11" in pressed:
             self.window.fullscreen = not self.window.fullscreen
         if "f12" in pressed:
@@ -252,8 +257,8 @@ class FlightApp:
             self.say(f"the debug view {self.debug_view!r} is not there: {error}")
             self.debug_view = "off"
             return
-        if text != self.shown.error:
-            self.shown.error = text
+        if not self.shown.error:  # what fails after that is often only a consequence
+            self.shown.error = f"The frame could not be drawn. {text}\nF5 starts the renderer anew."
             log.error("the frame could not be drawn: %s", text, exc_info=error)
         if visible:
             framebuffer = self.window.framebuffer

@@ -46,13 +46,15 @@ class FlightInterface:
     def begin(self, state: InputState, app: FlightApp, dt_s: float) -> None:
         """Build the frame's interface, and hide from `state` what it used."""
         self._history.add(dt_s * 1e3)
+        self._settings.remember()
         self._ui.scale = self._window.ui_scale
         frame = self._ui.frame(
             self._window.size, dt_s, self._window.pixel_ratio, events=state.events, mouse=not app.looking
         )
         with frame as imgui:
             shown = app.shown
-            draw_hud(self._hud(app), numbers=shown.numbers, help=shown.help and not shown.panels)
+            right = self._settings.width(imgui) if shown.panels else 0.0
+            draw_hud(self._hud(app), numbers=shown.numbers, help=shown.help and not shown.panels, right=right)
             if shown.panels:
                 self._settings.draw(imgui, app)
         # F1, F3 and the like go on working while a slider has the focus; only typing takes the keyboard.

@@ -16,7 +16,7 @@ from planetfall.engine.gpu import GpuScope
 from planetfall.engine.gpu.imgui_backend import ImguiBackend
 from planetfall.engine.input import InputEvent, KeyEvent, MouseButton, MouseMove, Text
 from planetfall.engine.settings import install
-from planetfall.systems.tweak import Change, FrameHistory, HudData, Panel, PassTime, draw_hud
+from planetfall.systems.tweak import Change, FrameHistory, HudData, Panel, PassTime, draw_hud, draw_passes
 
 pytestmark = pytest.mark.gpu
 
@@ -308,7 +308,6 @@ def test_hud_shows_what_it_is_given(desk: Desk) -> None:
         cells=120,
         vertices=34680,
         triangles=1234567,
-        passes=[PassTime("terrain.gbuffer", 0.5, 1.25), PassTime("terrain.vertices", 0.0, skipped="unchanged")],
         lines=["altitude 2.0 m"],
         controls=[("W A S D", "fly"), ("F1", "this help")],
         message="saved",
@@ -318,6 +317,7 @@ def test_hud_shows_what_it_is_given(desk: Desk) -> None:
         "none": (data, False, False),
         "help": ({"controls": [("F1", "help")]}, False, True),
         "plain": ({"fps": 60.0, "frame_ms": 16.7}, True, False),
+        "broken": ({"errors": ["shader a.frag:3: no", "x" * 5000]}, False, False),
     }
     pictures = {}
     for name, (what, numbers, help_on) in draws.items():
@@ -336,11 +336,33 @@ def test_hud_shows_what_it_is_given(desk: Desk) -> None:
     assert ink("all", False) > 200
     assert ink("none", True) == ink("none", False) == 0
     assert pictures["none"][-60:].max() > 200  # the message
+    red = pictures["broken"][-60:].reshape(-1, 3).astype(int)
+    assert (red[:, 0] - red[:, 1]).max() > 80
     assert ink("help", True) == 0
     assert ink("help", False) > 200
     assert ink("plain", True) > 200
     with pytest.raises(TypeError, match="unknown cels; known are cells"):
         HudData.of({"cels": 3})
+
+
+def test_passes_are_a_table(desk: Desk) -> None:
+    passes = [
+        PassTime("terrain.gbuffer", 0.5, 1.25, help="draws it"),
+        PassTime("terrain.vertices", 0.0, skipped="unchanged"),
+        PassTime("debug.wireframe", 0.0, skipped="culled: nobody reads it", culled=True),
+    ]
+
+    def ink(entries: list[PassTime], culled: bool) -> int:
+        for _ in range(3):
+            with desk.ui.frame(SIZE) as imgui:
+                imgui.set_next_window_pos(imgui.ImVec2(0, 0))
+                imgui.set_next_window_size(imgui.ImVec2(*SIZE))
+                imgui.begin("passes")
+                draw_passes(entries, culled=culled)
+                imgui.end()
+        return int((desk.pixels().max(axis=2) > 120).sum())
+
+    assert 0 < ink([], False) < ink(passes, False) < ink(passes, True)
 
 
 def test_mouse_captured_by_the_game(desk: Desk, thing: Everything) -> None:

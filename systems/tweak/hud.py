@@ -81,38 +81,44 @@ class HudData:
         return cls(**data)
 
 
-def draw_hud(data: HudData | Mapping[str, Any], *, numbers: bool = True, help: bool = False) -> None:
-    """Draw the overlay inside an ImGui frame: numbers at the top left, help at the top right, message and errors below."""
+def draw_hud(
+    data: HudData | Mapping[str, Any], *, numbers: bool = True, help: bool = False, right: float = 0.0
+) -> None:
+    """Draw the overlay inside an ImGui frame: numbers at the top left, help at the top right, the rest below.
+
+    right: width in window units that something else has at the right edge.
+    """
     from imgui_bundle import imgui
 
     shown = HudData.of(data)
     size = imgui.get_io().display_size
+    width = max(size.x - right, 0.3 * size.x)
     if numbers:
         _begin(imgui, "##numbers", _MARGIN, _MARGIN, 0.0, 0.0)
         _numbers(imgui, shown)
         imgui.end()
     if help and shown.controls:
-        _begin(imgui, "##help", size.x - _MARGIN, _MARGIN, 1.0, 0.0)
+        _begin(imgui, "##help", width - _MARGIN, _MARGIN, 1.0, 0.0)
         _table(imgui, "keys", shown.controls)
         imgui.end()
     bottom = size.y - _MARGIN
     if shown.message:
-        _begin(imgui, "##message", size.x / 2.0, bottom, 0.5, 1.0)
-        imgui.push_text_wrap_pos(0.8 * size.x)
+        _begin(imgui, "##message", width / 2.0, bottom, 0.5, 1.0)
+        imgui.push_text_wrap_pos(0.9 * width)
         imgui.text(shown.message)
         imgui.pop_text_wrap_pos()
         bottom -= imgui.get_window_height() + _MARGIN
         imgui.end()
     if shown.errors:
-        _begin(imgui, "##errors", size.x / 2.0, bottom, 0.5, 1.0, alpha=_ERROR_ALPHA)
-        imgui.push_text_wrap_pos(0.8 * size.x)
+        _begin(imgui, "##errors", width / 2.0, bottom, 0.5, 1.0, alpha=_ERROR_ALPHA)
+        imgui.push_text_wrap_pos(0.9 * width)
         for error in shown.errors:
             imgui.text_colored(imgui.ImVec4(*_ERROR_COLOR), error[:_LONGEST_ERROR])
         imgui.pop_text_wrap_pos()
         imgui.end()
 
 
-def _begin(imgui: Any, name: str, x: float, y: float, pivot_x: float, pivot_y: float, alpha: float = 0.45) -> None:
+def _begin(imgui: Any, name: str, x: float, y: float, pivot_x: float, pivot_y: float, alpha: float = 0.6) -> None:
     """A window that is in nobody's way: it takes no input and sizes itself."""
     flags = imgui.WindowFlags_
     imgui.set_next_window_pos(imgui.ImVec2(x, y), imgui.Cond_.always, imgui.ImVec2(pivot_x, pivot_y))

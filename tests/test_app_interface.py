@@ -1,0 +1,303 @@
+"""The flight's interface and its settings window, with the real renderer, clicked through synthetic events."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import planetfall as pf
+from planetfall import renderer as renderer_module
+from planetfall.app import FlightApp
+from planetfall.app_interface import FlightInterface, length, place
+from planetfall.engine.input import InputEvent, InputState, KeyEvent, MouseButton, MouseMove
+
+pytestmark = pytest.mark.gpu
+
+SIZE = (640, 480)
+WATCHED = {"checkbox", "button", "begin_combo", "selectable", "slider_float", "begin_tab_item"}
+
+
+class OffscreenWindow:
+    """A window as the app and the interface want it, on a framebuffer of the headless context."""
+
+    def __init__(self, ctx: Any) -> None:
+        self.ctx = ctx
+        self.events: list[InputEvent] = []
+        self.state = InputState()
+        self.framebuffer = ctx.simple_framebuffer(SIZE, 4)
+        self.size = self.framebuffer_size = SIZE
+        self.pixel_ratio = self.ui_scale = 1.0
+        self.clipboard = ""
+        self.mouse_exclusivity = self.fullscreen = self.should_close = False
+
+    def poll(self) -> InputState:
+        self.state.advance(self.events)
+        self.events = []
+        return self.state
+
+    def swap(self) -> None: ...
+
+    def request_close(self) -> None:
+        self.should_close = True
+
+
+class Watching:
+    """ImGui that remembers where its items are."""
+
+    def __init__(self, imgui: Any, boxes: dict[str, tuple[float, float]]) -> None:
+        self._imgui, self._boxes = imgui, boxes
+
+    def __getattr__(self, name: str) -> Any:
+        function = getattr(self._imgui, name)
+        if name not in WATCHED:
+            return function
+
+        def call(label: str, *arguments: Any) -> Any:
+            result = function(label, *arguments)
+            low, high = self._imgui.get_item_rect_min(), self._imgui.get_item_rect_max()
+            if name != "begin_combo" or not result:  # an open list is the last item then
+                self._boxes[label] = ((low.x + high.x) / 2, (low.y + high.y) / 2)
+            return result
+
+        return call
+
+
+class Desk:
+    """The app at a small size, and hands for it."""
+
+    def __init__(self, gpu: Any) -> None:
+        self.scene = pf.load_scene("earth")
+        self.scene.environment[pf.Exposure].mode = "fixed"  # pictures that can be compared
+        self.window = OffscreenWindow(gpu.ctx)
+        self.made: list[pf.Renderer] = []
+        self.interface = FlightInterface(self.window, self.scene, gpu)  # type: ignore[arg-type]
+        self.app = FlightApp(
+            self.window, self.make("low", {}), self.scene, pf.view("orbit", self.scene.planet),
+            interface=self.interface, make_renderer=self.make, quality="low",
+        )  # fmt: skip
+        self.app.shown.help = self.app.shown.numbers = False
+        self.boxes: dict[str, tuple[float, float]] = {}
+        draw = self.interface._settings.draw
+        self.interface._settings.draw = lambda imgui, app: draw(Watching(imgui, self.boxes), app)  # type: ignore[method-assign]
+
+    def make(self, quality: str, overrides: Any) -> pf.Renderer:
+        self.made.append(pf.Renderer(self.scene, SIZE, quality, overrides, ctx=self.window.ctx))
+        return self.made[-1]
+
+    def frames(self, count: int = 1) -> None:
+        for _ in range(count):
+            self.app.frame()
+            assert self.app.shown.error == ""
+
+    def press(self, key: str) -> None:
+        self.window.events += [KeyEvent(key, True), KeyEvent(key, False)]  # type: ignore[arg-type]
+        self.frames(4)
+
+    def click(self, label: str) -> None:
+        x, y = self.boxes[label]
+        self.window.events = [MouseMove(x, y, 0, 0)]
+        self.frames(2)
+        for down in (True, False):
+            self.window.events = [MouseButton("left", down, x, y)]
+            self.frames()
+        self.frames()
+
+    def pixels(self) -> np.ndarray:
+        data = self.window.framebuffer.read(components=3)
+        return np.frombuffer(data, np.uint8).reshape(SIZE[1], SIZE[0], 3)[::-1].astype(int)
+
+    def picture(self) -> np.ndarray:
+        """Without the interface."""
+        panels, self.app.shown.panels = self.app.shown.panels, False
+        message, self.app.shown.message = self.app.shown.message, ""
+        self.frames()
+        self.app.shown.panels, self.app.shown.message = panels, message
+        return self.pixels()
+
+    def ran(self) -> set[str]:
+        return {report.name for report in self.app.renderer.passes() if report.ran}
+
+    def release(self) -> None:
+        self.interface.release()
+        self.app.renderer.gpu.leave(self.window.framebuffer)
+        self.app.renderer.release()
+        self.window.framebuffer.release()
+        self.scene.release()
+
+
+@pytest.fixture
+def desk(gpu: Any) -> Iterator[Desk]:
+    made = Desk(gpu)
+    made.app.time_runs = False
+    yield made
+    made.release()
+
+
+def test_numbers_help_and_panels_are_drawn(desk: Desk, gpu: Any) -> None:
+    bare = desk.picture()
+    shown = desk.app.shown
+    shown.help = shown.numbers = True
+    desk.frames(3)
+    changed = np.abs(desk.pixels() - bare).max(axis=2) > 40
+    assert changed[:100, :200].any() and changed[:200, 400:].any()
+    assert shown.stats["triangles"] > 1000
+    shown.help = shown.numbers = False
+    desk.press("f3")
+    desk.frames(2)
+    assert (np.abs(desk.pixels() - bare).max(axis=2) > 20)[:, 400:].mean() > 0.5
+    desk.window.events = [MouseMove(500, 300, 0, 0)]
+    desk.frames()
+    desk.window.events = [MouseButton("left", True, 500, 300)]
+    desk.frames()
+    assert not desk.window.mouse_exclusivity  # the panel took the click
+    desk.window.events = [MouseButton("left", False, 500, 300), MouseMove(50, 400, 0, 0)]
+    desk.frames()
+    desk.window.events = [MouseButton("left", True, 50, 400)]
+    desk.frames()
+    assert desk.window.mouse_exclusivity
+    assert gpu.ctx.error == "GL_NO_ERROR"
+
+
+def test_a_knob_changes_the_planet_in_the_next_frame_and_reset_brings_it_back(desk: Desk) -> None:
+    desk.press("f3")
+    before = desk.picture()
+    desk.scene.planet[pf.Terrain].seed = 4
+    other = desk.picture()
+    assert (np.abs(before - other).max(axis=2) > 30).mean() > 0.05
+    desk.frames(2)
+    desk.click("reset all")
+    assert desk.scene.planet[pf.Terrain].seed != 4
+    assert (np.abs(before - desk.picture()).max(axis=2) > 8).mean() < 0.01
+
+
+def test_parts_are_taken_off_and_put_back(desk: Desk) -> None:
+    desk.press("f3")
+    with_sea = desk.ran()
+    desk.scene.planet[pf.Ocean].sea_level_m = 50.0
+    desk.click("Ocean")
+    assert not desk.scene.planet.has(pf.Ocean)
+    assert not any(name.startswith("ocean.") for name in desk.ran())
+    assert "ocean" not in desk.app.renderer.gpu.counts()
+    desk.click("Ocean")
+    assert desk.scene.planet[pf.Ocean].sea_level_m == 50.0  # as it was
+    assert desk.ran() - {"ocean.vertices", "ocean.cull"} >= with_sea - {
+        name for name in with_sea if name.endswith((".vertices", ".cull", "galaxy_map"))
+    }
+
+
+def test_debug_views_places_and_flights_are_chosen_from_lists(desk: Desk) -> None:
+    desk.press("f3")
+    desk.click("View")
+    plain = desk.picture()
+    desk.click("shows")
+    desk.click("normals")
+    assert desk.app.debug_view == "normals" and "debug.view" in desk.ran()
+    assert (np.abs(plain - desk.picture()).max(axis=2) > 40).mean() > 0.2
+    desk.click("shows")
+    assert {"gbuffer.depth", "scene.radiance", "error_px", "wireframe"} <= set(desk.boxes)
+    desk.click("off")
+    assert "debug.view" not in desk.ran() and "debug" not in desk.app.renderer.gpu.counts()
+    desk.click("go to")
+    desk.click("space")
+    assert desk.app.ship.altitude_m == pytest.approx(3.6e7, rel=1e-3)
+    desk.click("play")
+    desk.click("descent")
+    assert desk.app.playing is not None
+    desk.click("stop")
+    assert desk.app.playing is None
+
+
+def test_quality_is_changed_in_flight(desk: Desk) -> None:
+    desk.press("f3")
+    desk.frames(3)
+    desk.click("Quality")
+    few = desk.app.renderer.stats["vertices"]
+    desk.click("preset")
+    desk.click("medium")
+    assert desk.app.quality == "medium" and desk.made[0].released
+    desk.frames(2)
+    assert desk.app.renderer.stats["vertices"] > few
+    settings = desk.interface._settings
+    settings._groups["terrain"].edge_px = 30.0
+    settings._wants_quality = True
+    desk.frames(2)
+    assert desk.app.overrides == {"terrain.edge_px": 30.0}
+    assert desk.app.renderer.settings["terrain.edge_px"] == 30.0
+
+
+def test_passes_are_listed_with_their_times(desk: Desk) -> None:
+    desk.press("f3")
+    desk.frames(2)
+    desk.click("Passes")
+    desk.click("GPU times")
+    desk.frames(5)
+    assert desk.app.renderer.graph.gpu_timing
+    assert any(report.gpu_ms is not None for report in desk.app.renderer.passes())
+
+
+def test_values_that_do_not_fit_together_are_taken_back(desk: Desk) -> None:
+    terrain = desk.scene.planet[pf.Terrain]
+    terrain.lowest_m = 8999.0
+    assert desk.app.validate()
+    terrain.highest_m = 100.0
+    assert not desk.app.validate()
+    assert "has to be below highest_m" in desk.app.shown.message
+
+
+def test_a_broken_shader_keeps_the_last_good_one_and_names_file_and_line(
+    gpu: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assets = tmp_path / "assets"
+    shutil.copytree(pf.ASSETS / "shaders", assets / "shaders")
+    monkeypatch.setattr(renderer_module, "ASSETS", assets)
+    desk = Desk(gpu)
+    try:
+        desk.app.time_runs = False
+        good = desk.picture()
+        shader = assets / "shaders/composite/tonemap.frag"
+        text = shader.read_text()
+        lines = text.splitlines()
+        at = next(k for k, line in enumerate(lines) if line.startswith("void main"))
+        shader.write_text("\n".join([*lines[: at + 1], "    float broken = ;", *lines[at + 1 :]]))
+        desk.app.reload_shaders()
+        desk.frames()
+        assert f"composite/tonemap.frag:{at + 2}" in desk.app.shown.shader_errors[0]
+        assert (np.abs(desk.pixels() - good).max(axis=2) > 8).mean() < 0.5  # the picture is still there, with a box
+        desk.frames(2)
+        red = desk.pixels()[SIZE[1] // 2 :]
+        assert ((red[..., 0] - red[..., 1]) > 80).sum() > 100  # the overlay
+        shader.write_text(text + "\n// mended\n")
+        desk.app.reload_shaders()
+        assert desk.app.shown.shader_errors == () and "tonemap.frag" in desk.app.shown.message
+        assert (np.abs(desk.picture() - good).max(axis=2) > 2).mean() < 0.01
+    finally:
+        desk.release()
+
+
+def test_pictures_carry_all_settings(desk: Desk, tmp_path: Path) -> None:
+    from planetfall.systems.capture import read_png_settings
+
+    desk.frames()
+    target = desk.app.save_picture(tmp_path)
+    assert target is not None
+    settings = read_png_settings(target)
+    assert settings["quality"] == "low" and settings["components"]["terrain"]["seed"] >= 0
+    assert settings["components"]["sun"]["elevation_deg"] == desk.scene.sun.elevation_deg
+
+
+def test_nothing_is_left_behind(gpu: Any) -> None:
+    before = gpu.counts()
+    desk = Desk(gpu)
+    desk.frames(2)
+    desk.release()
+    assert gpu.counts() == before and gpu.ctx.error == "GL_NO_ERROR"
+
+
+def test_texts() -> None:
+    assert [length(m) for m in (1.75, 250, 12345, 3.6e7)] == ["1.8 m", "250 m", "12.3 km", "36 000 km"]
+    assert place(0.0, -1.0, -1.0) == "45.0000 S  90.0000 W"
