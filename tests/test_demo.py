@@ -59,6 +59,23 @@ def test_bad_names_are_one_line(
     assert message in capsys.readouterr().out
 
 
+def test_folders_are_tried_before_anything_is_rendered(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from planetfall import renderer
+
+    monkeypatch.setattr(renderer.Renderer, "__init__", lambda *_, **__: pytest.fail("rendered before looking"))
+    file = tmp_path / "file"
+    file.write_text("")
+    with pytest.raises(pf.expected_errors(), match="the output folder .*file cannot be made"):
+        pf.record(pf.load_scene("earth"), "descent", file, count=2)
+    assert demo(["--headless", "--count", "2", "-o", str(file)]) == 2
+    assert "cannot be made" in capsys.readouterr().out
+    with pytest.raises(pf.PresetError, match="did you mean 'descent'"):
+        pf.record(pf.load_scene("earth"), "decent", tmp_path / "new")
+    assert not (tmp_path / "new").exists()
+
+
 def test_bad_options_are_explained(capsys: pytest.CaptureFixture[str]) -> None:
     for arguments, message in ((["--size", "big"], "width x height"), (["--count", "0"], "at least 1")):
         with pytest.raises(SystemExit):

@@ -73,9 +73,8 @@ def render_flight(options: argparse.Namespace) -> int:
     """The flight as numbered pictures, a contact sheet and a video; ends by naming the files."""
     scene = pf.load_scene(options.planet)
     columns = (TextColumn("rendering"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
-    console.print(
-        f"no display: rendering the flight {options.path!r} over {scene.name} into {options.output.resolve()}"
-    )
+    why = "" if options.headless else "no display: "
+    console.print(f"{why}rendering the flight {options.path!r} over {scene.name} into {options.output.resolve()}")
     with Progress(*columns, console=console) as bar:
         task = bar.add_task("frames", total=options.count)
         made = pf.record(
