@@ -67,7 +67,7 @@ def test_folders_are_tried_before_anything_is_rendered(
     monkeypatch.setattr(renderer.Renderer, "__init__", lambda *_, **__: pytest.fail("rendered before looking"))
     file = tmp_path / "file"
     file.write_text("")
-    with pytest.raises(pf.expected_errors(), match="the output folder .*file cannot be made"):
+    with pytest.raises(pf.expected_errors(), match=r"the output folder .*file cannot be made"):
         pf.record(pf.load_scene("earth"), "descent", file, count=2)
     assert demo(["--headless", "--count", "2", "-o", str(file)]) == 2
     assert "cannot be made" in capsys.readouterr().out
