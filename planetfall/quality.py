@@ -1,4 +1,4 @@
-"""Quality: the presets low, medium, high, ultra, reference and paper, and overrides of single knobs."""
+"""Quality: the presets low, medium, high, ultra and reference, and overrides of single knobs."""
 
 from __future__ import annotations
 

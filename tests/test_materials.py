@@ -78,8 +78,8 @@ OCEAN = {
     "scattering_per_m": ("space", (0.02, 0.002, 0.002)),
     "bed_albedo": ("coast", (0.1, 0.1, 0.5)),
     "roughness": ("space", 0.4),
-    "ice_latitude_deg": ("space", 40.0),
-    "ice_albedo": ("space", (0.2, 0.2, 0.2)),
+    "ice_latitude_deg": ("pole", 89.5),
+    "ice_albedo": ("pole", (0.2, 0.2, 0.2)),
 }
 
 

@@ -323,7 +323,8 @@ def test_overrides_are_checked():
 def test_a_quality_file_with_mistakes_names_them(tmp_path):
     (tmp_path / "odd.toml").write_text("order = 1\n[terrain]\nedge_pxs = 3\nedge_px = -3\n")
     table = QualityKnobs(tmp_path, {"terrain": TerrainQuality}, {})
-    with pytest.raises(PresetError, match=r"odd\.toml: terrain\.edge_pxs: unknown key; did you mean 'terrain\.edge_px'"):
+    told = r"odd\.toml: terrain\.edge_pxs: unknown key; did you mean 'terrain\.edge_px'"
+    with pytest.raises(PresetError, match=told):
         table.resolve("odd")
 
 

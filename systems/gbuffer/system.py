@@ -43,7 +43,9 @@ class GBufferSystem(System):
                 TextureSpec("gbuffer.depth", "depth32f", help="near / z, reversed: 0 is infinitely far"),
                 TextureSpec("gbuffer.normal", "rg16_snorm", help="octahedral normal in planet axes"),
                 TextureSpec(
-                    "gbuffer.attributes", "rgba8", help="two of the surface's own, level of detail / 32, unused"
+                    "gbuffer.attributes",
+                    "rgba8",
+                    help="ground: roughness, moisture, height; sea: depth in two; level of detail / 32 in alpha",
                 ),
                 TextureSpec("gbuffer.surface", "r8ui", help="0 none, 1 terrain, 2 sea, 3 props"),
             ),

@@ -301,6 +301,7 @@ class TerrainSystem(System):
         def run() -> None:
             tiles.bind_to_storage_buffer(7)
             depth.use(0)
+            images[1].use(2)
             images[2].use(3)
             images[0].bind_to_image(0, read=False, write=True, format=_RG16_SNORM)
             images[1].bind_to_image(1, read=False, write=True)

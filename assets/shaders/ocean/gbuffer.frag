@@ -12,7 +12,7 @@ layout(location = 2) out uint o_surface;
 
 void main() {
     o_normal = oct_encode(normalize(v_normal));
-    o_attributes = vec4(sea_depth_encode(v_shallow), float(v_level) / 32.0, 0.0);
+    o_attributes = vec4(sea_depth_encode(v_shallow), 0.0, float(v_level) / 32.0);
     o_surface = SURFACE_SEA;
 #ifdef PF_FRAG_DEPTH
     gl_FragDepth = frame.camera_offset.w * gl_FragCoord.w;

@@ -15,6 +15,7 @@ layout(std430, binding = 7) readonly buffer TileBuffer {
     uint tiles[];
 };
 layout(binding = 0) uniform sampler2D u_depth;
+layout(binding = 2) uniform sampler2D u_attributes;
 layout(binding = 3) uniform usampler2D u_surface;
 layout(binding = 0) writeonly uniform image2D u_normal_out;
 layout(binding = 1) writeonly uniform image2D u_attributes_out;
@@ -72,16 +73,17 @@ void main() {
     if (surface == SURFACE_TERRAIN && drawn - planet.sea.x > 0.5 * spacing + sagitta + 2.0) return;
     vec3 zenith = up_at(point);
     float depth = max(-ground.w, 0.0);
+    float level = texelFetch(u_attributes, pixel, 0).w;
     if (ground.w < 0.0) {
         if (surface == SURFACE_TERRAIN) {
             imageStore(u_normal_out, pixel, vec4(oct_encode(zenith), 0.0, 0.0));
             imageStore(u_surface_out, pixel, uvec4(SURFACE_SEA));
         }
-        imageStore(u_attributes_out, pixel, vec4(sea_depth_encode(depth / (depth + 16.0)), 0.0, 0.0));
+        imageStore(u_attributes_out, pixel, vec4(sea_depth_encode(depth / (depth + 16.0)), 0.0, level));
     } else if (surface == SURFACE_SEA) {
         float to_sphere = planet.radii.x / (planet.radii.x + planet.sea.x + ground.w);
         imageStore(u_normal_out, pixel, vec4(oct_encode(normalize(zenith - ground.xyz * to_sphere)), 0.0, 0.0));
-        imageStore(u_attributes_out, pixel, attributes);
+        imageStore(u_attributes_out, pixel, vec4(attributes.xyz, level));
         imageStore(u_surface_out, pixel, uvec4(SURFACE_TERRAIN));
     }
 }
