@@ -329,3 +329,28 @@ def test_path_files_say_what_is_wrong(tmp_path: Path) -> None:
         find_path("decent")
     with pytest.raises(PresetError, match="no such file"):
         load_paths(tmp_path / "none.toml")
+
+
+def test_the_ground_is_asked_for_once_a_step_and_not_at_rest() -> None:
+    """Heights are most of what a frame of flight costs."""
+    asked: list[int] = []
+
+    class Counted(Hills):
+        def height(self, directions: np.ndarray) -> np.ndarray:
+            asked.append(len(directions))
+            return super().height(directions)
+
+    flyer = ship(altitude=1e5, field=Counted())
+    asked.clear()
+    for _ in range(10):
+        flyer.update(FlightInput(), 1.0 / 60.0)
+        assert flyer.clearance_m > 0.0
+    assert asked == []
+    for _ in range(10):
+        flyer.update(FlightInput(forward=1.0), 1.0 / 60.0)
+        assert flyer.clearance_m > 0.0
+    assert asked == [2] * 10  # here and a little ahead
+    flyer.field = Counted()  # a knob was turned
+    asked.clear()
+    flyer.update(FlightInput(), 1.0 / 60.0)
+    assert asked
