@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import ASSETS, queries
 from .camera import Camera
+from .components import Ocean, Terrain
 from .engine.gpu import Gpu
 from .engine.gpu.graph_backend import GLBackend
 from .engine.graph import GraphBuilder, Plan
@@ -106,6 +107,7 @@ class Renderer:
         self._last: tuple[Any, ...] = ()
         self._frame_index = 0
         self._lifted = False
+        self._held_camera: tuple[Camera | View, tuple[Any, ...], CameraState, Any] | None = None
         self._sun_key: tuple[Any, ...] = ()
         self._sun_held: SunState | None = None
         self._cut = True
@@ -311,9 +313,17 @@ class Renderer:
         return self._plan
 
     def _camera_state(self, camera: Camera | View) -> CameraState:
-        plain = camera.camera if isinstance(camera, View) else camera
-        state = plain.resolve(self.scene, self.size[0] / self.size[1])
-        return self._lifted_out(state)
+        # Cameras don't change: the same one in the same scene stands where it stood.
+        here = self.scene.planet
+        parts = tuple(0 if c is None else revision(c) for c in (here.planet, here.get(Terrain), here.get(Ocean)))
+        key = (self.scene.world.structure_revision, revision(self.scene.sun), *parts, self.size)
+        held = self._held_camera
+        if held is None or held[0] is not camera or held[1] != key:
+            plain = camera.camera if isinstance(camera, View) else camera
+            state = self._lifted_out(plain.resolve(self.scene, self.size[0] / self.size[1]))
+            view_sun = camera.sun if isinstance(camera, View) else None
+            held = self._held_camera = (camera, key, state, view_sun)
+        return held[2]
 
     def _lifted_out(self, state: CameraState) -> CameraState:
         """Out of the ground, with one warning: nothing good can be seen from inside."""
@@ -350,9 +360,9 @@ class Renderer:
         if time_s is None:
             time_s = view.time_s if view is not None else 0.0
         state = self._camera_state(camera)
-        sun_component = (
-            sun if sun is not None else view.sun if view is not None and view.sun is not None else self.scene.sun
-        )
+        assert self._held_camera is not None
+        own_sun = self._held_camera[3]
+        sun_component = sun if sun is not None else self.scene.sun if own_sun is None else own_sun
         sun_state = self._sun_state(sun_component, time_s)
         self._gate()
         frame = self._frame_for(state, sun_state, time_s, dt_s)
