@@ -5,13 +5,13 @@ from __future__ import annotations
 import dataclasses
 import logging
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal
 
 from ._kinds import KINDS
+from .app_shown import KEYS, Interface, RendererMaker, Shown
 from .camera import Camera
 from .components import DebugView, Ocean, Sun
 from .engine.settings import SettingError, plain_table
@@ -21,7 +21,7 @@ from .quality import resolve_quality
 from .recording import camera_settings
 from .systems.capture import CaptureError, require_writable, write_png
 from .systems.debug import NAMED_VIEWS
-from .systems.flight import CONTROLS, ShipFlight, flight_input
+from .systems.flight import ShipFlight, flight_input
 from .views import View, view, views
 
 if TYPE_CHECKING:
@@ -33,23 +33,6 @@ __all__ = ["KEYS", "FlightApp", "Interface", "RendererMaker", "fly"]
 
 log = logging.getLogger(__name__)
 
-KEYS: tuple[tuple[str, str], ...] = (
-    *CONTROLS,
-    ("P", "play or stop the scripted descent"),
-    ("Home", "back to the start"),
-    ("T", "stop or start the time"),
-    ("Page Up, Down", "time runs faster, slower"),
-    ("V", "next debug view; Shift V: the picture"),
-    ("F1", "this help"),
-    ("F2", "numbers on and off"),
-    ("F3", "settings on and off"),
-    ("F5", "load changed shaders"),
-    ("F11", "whole screen"),
-    ("F12", "save a picture here"),
-    ("Escape", "let the mouse go, close settings, then leave"),
-)
-"""What the help shows: (keys, what they do)."""
-
 _STATS_EVERY_S = 0.25  # they are read back from the GPU
 _RELOAD_EVERY_S = 1.0
 _LONGEST_FRAME_S = 0.5
@@ -57,34 +40,6 @@ _MESSAGE_S = 6.0
 _FASTEST_TIME = 1e6
 _TIME_STEP = 4.0
 _ERROR_COLOR = (0.12, 0.02, 0.03)
-
-RendererMaker = Callable[[str, Mapping[str, Any]], "Renderer"]
-"""Makes a renderer on the window's context: (quality, overrides)."""
-
-
-class Interface(Protocol):
-    """What the app needs of a user interface; without one it flies all the same."""
-
-    def begin(self, state: InputState, app: FlightApp, dt_s: float) -> None:
-        """Take the frame's events; whatever the interface uses is consumed from `state`."""
-
-    def draw(self, app: FlightApp) -> None:
-        """Draw over the picture, into the bound framebuffer."""
-
-    def release(self) -> None: ...
-
-
-@dataclass
-class Shown:
-    """What the interface shows of the app, and may change. message fades; errors stay while they last."""
-
-    help: bool = True
-    numbers: bool = True
-    panels: bool = False
-    message: str = ""
-    error: str = ""
-    shader_errors: tuple[str, ...] = ()
-    stats: dict[str, int] = field(default_factory=dict)
 
 
 class FlightApp:
@@ -257,7 +212,7 @@ class FlightApp:
         text = "\n".join([f"{type(error).__name__}: {error}", *getattr(error, "__notes__", ())])
         if isinstance(error, GraphError) and self.debug_view != "off":
             log.warning("debug view %r: %s", self.debug_view, error)
-            self.say(f"the debug view {self.debug_view!r} is not there: {error}")
+            self.say(f"there is no {self.debug_view!r} to look at now: debug view off")
             self.debug_view = "off"
             return
         if not self.shown.error:  # what fails after that is often only a consequence

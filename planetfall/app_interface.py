@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from . import ASSETS
 from .app_panels import SettingsWindow
+from .app_shown import KEYS
 from .engine.gpu import Gpu
 from .engine.gpu.imgui_backend import ImguiBackend
 from .systems.tweak.hud import FrameHistory, HudData, draw_hud
@@ -71,7 +72,7 @@ class FlightInterface:
 
     def _hud(self, app: FlightApp) -> HudData:
         shown = app.shown
-        data = HudData(message=shown.message, errors=_errors(app), controls=_keys())
+        data = HudData(message=shown.message, errors=_errors(app), controls=KEYS)
         if shown.numbers:
             data.fps, data.frame_ms, data.history_ms = (
                 self._history.fps,
@@ -83,12 +84,6 @@ class FlightInterface:
             )
             data.lines = _lines(app)
         return data
-
-
-def _keys() -> tuple[tuple[str, str], ...]:
-    from .app import KEYS
-
-    return KEYS
 
 
 def _errors(app: FlightApp) -> tuple[str, ...]:

@@ -91,12 +91,10 @@ def lifecycle(backend: str) -> dict[str, Any]:
             window.framebuffer.use()
             window.framebuffer.clear(0.1, 0.2, 0.3)
             ui.render(window.framebuffer)
+            pixels = window.picture()
             result["errors"] = window.ctx.error
-            width, height = window.framebuffer_size
-            pixels = window.framebuffer.read(viewport=(0, 0, width, height), components=3)
-            window.ctx.error  # moderngl selects an attachment that a window's framebuffer does not have
             window.swap()
-        return np.frombuffer(pixels, np.uint8).reshape(height, width, 3)[::-1]
+        return pixels
 
     first = picture()
     result["background"] = first[-1, -1].tolist()

@@ -13,18 +13,24 @@ import sys
 import warnings
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
+import numpy as np
+
+from ..gpu import gl as G
+from ..gpu.gl import GL
 from ..input import KEYS, InputEvent, InputState, KeyEvent, MouseButton, MouseMove, Resize, Text, Wheel
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     import moderngl
+    from numpy.typing import NDArray
 
 log = logging.getLogger(__name__)
 
 Backend = Literal["glfw", "pyglet"]
 BACKENDS: tuple[Backend, ...] = ("glfw", "pyglet")
 _BUTTONS: dict[int, Literal["left", "right", "middle"]] = {1: "left", 2: "right", 3: "middle"}
+_READ_FRAMEBUFFER, _READ_FRAMEBUFFER_BINDING, _RGBA, _UNSIGNED_BYTE = 0x8CA8, 0x8CAA, 0x1908, 0x1401
 _PROBED_VERSIONS = ((4, 5), (4, 3), (4, 1), (3, 3))
 
 _HEADLESS_HINT = (
@@ -265,9 +271,23 @@ class Window:
     def framebuffer(self) -> moderngl.Framebuffer:
         """The window's own framebuffer. Its size attribute may be stale: use `framebuffer_size`.
 
-        moderngl's read() of it works but leaves a GL error behind: take pictures from a framebuffer of your own.
+        moderngl's read() of it works but leaves a GL error behind: use `picture`.
         """
         return self.ctx.screen
+
+    def picture(self) -> NDArray[np.uint8]:
+        """What has been drawn since the last swap, (H, W, 3), row 0 on top. Waits for the GPU; leaves no GL error."""
+        width, height = self.framebuffer_size
+        pixels = np.empty((height, width, 4), np.uint8)
+        gl = GL(self.ctx)
+        bound = gl.integer(_READ_FRAMEBUFFER_BINDING)
+        bind = gl.function("glBindFramebuffer", None, G.enum, G.uint)
+        bind(_READ_FRAMEBUFFER, 0)
+        gl.function("glReadPixels", None, *[G.int_] * 4, G.enum, G.enum, G.c.c_void_p)(
+            0, 0, width, height, _RGBA, _UNSIGNED_BYTE, pixels.ctypes.data
+        )
+        bind(_READ_FRAMEBUFFER, bound)
+        return pixels[::-1, :, :3]
 
     @property
     def size(self) -> tuple[int, int]:

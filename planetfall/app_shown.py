@@ -1,0 +1,61 @@
+"""What the flight and its interface say to each other: the keys, what is shown, and the interface's protocol."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Protocol
+
+from .systems.flight import CONTROLS
+
+if TYPE_CHECKING:
+    from .app import FlightApp
+    from .engine.input import InputState
+    from .renderer import Renderer
+
+__all__ = ["KEYS", "Interface", "RendererMaker", "Shown"]
+
+KEYS: tuple[tuple[str, str], ...] = (
+    *CONTROLS,
+    ("P", "play or stop the scripted descent"),
+    ("Home", "back to the start"),
+    ("T", "stop or start the time"),
+    ("Page Up, Down", "time runs faster, slower"),
+    ("V", "next debug view; Shift V: the picture"),
+    ("F1", "this help"),
+    ("F2", "numbers on and off"),
+    ("F3", "settings on and off"),
+    ("F5", "load changed shaders"),
+    ("F11", "whole screen"),
+    ("F12", "save a picture here"),
+    ("Escape", "let the mouse go, close settings, then leave"),
+)
+"""What the help shows: (keys, what they do)."""
+
+RendererMaker = Callable[[str, Mapping[str, Any]], "Renderer"]
+"""Makes a renderer on the window's context: (quality, overrides)."""
+
+
+class Interface(Protocol):
+    """What the app needs of a user interface; without one it flies all the same."""
+
+    def begin(self, state: InputState, app: FlightApp, dt_s: float) -> None:
+        """Take the frame's events; whatever the interface uses is consumed from `state`."""
+
+    def draw(self, app: FlightApp) -> None:
+        """Draw over the picture, into the bound framebuffer."""
+
+    def release(self) -> None: ...
+
+
+@dataclass
+class Shown:
+    """What the interface shows of the app, and may change. message fades; errors stay while they last."""
+
+    help: bool = True
+    numbers: bool = True
+    panels: bool = False
+    message: str = ""
+    error: str = ""
+    shader_errors: tuple[str, ...] = ()
+    stats: dict[str, int] = field(default_factory=dict)
