@@ -57,9 +57,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--output", "-o", default="embedded.png")
     options = parser.parse_args(arguments)
     # A game has a window's context here; this one does without a window.
-    ctx = moderngl.create_context(
-        require=430, standalone=True, **({} if sys.platform == "win32" else {"backend": "egl"})
-    )
+    settings: dict[str, Any] = {"require": 430, "standalone": True}
+    if sys.platform != "win32":
+        settings["backend"] = "egl"
+    ctx = moderngl.create_context(**settings)
     host = Host(ctx, tuple(options.size))
     scene = pf.load_scene("earth")
     with pf.Renderer(scene, tuple(options.size), quality="medium", ctx=ctx) as renderer:
