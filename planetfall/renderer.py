@@ -269,7 +269,10 @@ class Renderer:
         """Compile what has changed on disk; a broken shader leaves the last good one running. Names of what was
         reloaded."""
         with self._guest():
-            return self.gpu.shaders.reload_changed()
+            changed = self.gpu.shaders.reload_changed()
+            if changed and self._plan is not None:
+                self._plan.invalidate_persistent()
+            return changed
 
     def release(self) -> None:
         """Free every GL object; may be called twice."""
@@ -410,8 +413,14 @@ class Renderer:
         for system in self._systems:
             wanted, running = system.active(world), system.name in self._scopes
             if wanted and not running:
-                self._scopes[system.name] = scope = self.gpu.scope(system.name)
-                system.setup(Setup(world, scope, self.settings, self.scene.planet.entity))
+                scope = self.gpu.scope(system.name)
+                try:
+                    system.setup(Setup(world, scope, self.settings, self.scene.planet.entity))
+                except BaseException:
+                    scope.release()
+                    self._gate_key = ()  # tried again in the next frame
+                    raise
+                self._scopes[system.name] = scope
                 self._plan_key = ()
             elif running and not wanted:
                 self._deactivate(system)

@@ -162,12 +162,20 @@ class CellMesh:
         self._bounds.bind_to_storage_buffer(5)
 
     def make_vertices(
-        self, vertices: Any, measure: Any, agree: Any, eye_m: tuple[float, ...], edge_rad: float, most: int
+        self,
+        vertices: Any,
+        measure: Any,
+        agree: Any,
+        eye_m: tuple[float, ...],
+        edge_rad: float,
+        chord_m: float,
+        most: int,
     ) -> None:
         """The vertices of all cells by the system's own program, then what of them is drawn.
 
-        eye_m: the proxy from the anchor. edge_rad: the wanted length of an edge as an angle. most: 0..MOST, how many
-        powers of two a cell may skip.
+        eye_m: the proxy from the anchor. edge_rad: the wanted length of an edge as an angle. chord_m: square of the
+        length of an edge per distance at which the sphere bulges visibly above it. most: 0..MOST, how many powers of
+        two a cell may skip.
         """
         if not self.count:
             return
@@ -180,6 +188,7 @@ class CellMesh:
         self._topology.bind_to_storage_buffer(3)
         measure.set("u_eye", eye_m)
         measure.set("u_angle", edge_rad)
+        measure.set("u_chord", chord_m)
         measure.set("u_most", min(most, MOST, self.quads.bit_length() - 1))
         measure.run(self.count, 1, 1)
         self.scope.gpu.barrier()

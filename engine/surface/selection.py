@@ -31,7 +31,7 @@ COARSENING_STEPS_PER_OCTAVE = 4
 LARGEST_SPACING_RAD = 0.05
 """Vertices are never farther apart than this angle, however few pixels a picture has: 3 degrees, seen from the
 proxy."""
-LARGEST_SAG_PX = 0.25
+LARGEST_SAG_PX = 0.2
 """Nor may a planet seen from far away lose more of its round outline to chords than this."""
 
 
@@ -42,6 +42,11 @@ def spacing_angle(edge_px: float, pixel_angle_rad: float, altitude_m: float, rad
     """
     sag = np.sqrt(8.0 * radius_m * LARGEST_SAG_PX * pixel_angle_rad / max(altitude_m, 1e-3))
     return float(min(edge_px * pixel_angle_rad, LARGEST_SPACING_RAD, max(sag, 1e-4)))
+
+
+def chord_limit_m(pixel_angle_rad: float, radius_m: float) -> float:
+    """Square of an edge's length per distance at which the sphere bulges LARGEST_SAG_PX above it: L^2 / (8 r d)."""
+    return 8.0 * radius_m * LARGEST_SAG_PX * pixel_angle_rad
 
 
 @dataclass(frozen=True, eq=False)

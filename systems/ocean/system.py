@@ -15,7 +15,7 @@ from ...engine.settings import revision, with_overrides
 from ...engine.surface.coverage import proxy_coverage
 from ...engine.surface.decimation import topology
 from ...engine.surface.nested import nested_anchor
-from ...engine.surface.selection import select_rings, spacing_angle
+from ...engine.surface.selection import chord_limit_m, select_rings, spacing_angle
 from ...engine.system import Frame, Setup, System, ViewInfo
 
 OCEAN_BINDING = 6
@@ -56,6 +56,7 @@ class _SeaView:
         self.culled: tuple[Any, ...] | None = None
         self.eye_m: tuple[float, ...] = (0.0, 0.0, 0.0)
         self.edge_rad = 0.01
+        self.chord_m = 1.0
 
 
 class OceanSystem(System):
@@ -105,6 +106,8 @@ class OceanSystem(System):
         key = (proxy.generation, revision(ocean), edge_px, pixel_angle, id(ground))
         if key != view.key:
             view.key = key
+            # At the limb chords of the sea must not hang below the bed, which has the same lattice.
+            view.chord_m = 0.05 * chord_limit_m(pixel_angle, radius)
             angle_rad = spacing_angle(edge_px, pixel_angle, proxy.cell.altitude_m, radius)
             above_sea = max(abs(proxy.cell.altitude_m - ocean.sea_level_m), 0.05)
             cells = select_rings(
@@ -114,11 +117,12 @@ class OceanSystem(System):
                 radius,
                 angle_rad,
                 self._quads,
+                # As far as the ground is drawn: beyond its horizon the sea still hides the bed behind peaks.
                 coverage_rad=proxy_coverage(
                     proxy.cell.highest_altitude_m,
                     proxy.cell.max_sideways_rad,
                     radius,
-                    ocean.sea_level_m,
+                    max(ocean.sea_level_m, ocean.sea_level_m if ground is None else ground.highest_m),
                     ocean.sea_level_m,
                 ).half_angle_rad,
                 min_spacing_m=float(frame.settings["terrain.min_spacing_m"]),
@@ -200,7 +204,9 @@ class OceanSystem(System):
             bind_heights = self._world.resources.get("surface_height")
             if bind_heights is not None:
                 bind_heights(view_index)
-            sea.mesh.make_vertices(self._vertices, self._measure, self._agree, sea.eye_m, sea.edge_rad, self._most)
+            sea.mesh.make_vertices(
+                self._vertices, self._measure, self._agree, sea.eye_m, sea.edge_rad, sea.chord_m, self._most
+            )
             sea.made = (sea.mesh.selection, sea.key)
 
         return run

@@ -19,7 +19,7 @@ from ...engine.graph import GraphBuilder, PassIO
 from ...engine.settings import revision, with_overrides
 from ...engine.surface.coverage import proxy_coverage
 from ...engine.surface.decimation import topology
-from ...engine.surface.selection import select_rings, spacing_angle
+from ...engine.surface.selection import chord_limit_m, select_rings, spacing_angle
 from ...engine.system import Frame, Setup, System, ViewInfo
 from .debug_passes import TerrainDebugPasses
 from .height import TerrainField, TerrainParams, octave_table
@@ -59,6 +59,7 @@ class _GridView:
         self.keep_dh_m = (-3.0e38, 3.0e38)
         self.eye_m: tuple[float, ...] = (0.0, 0.0, 0.0)
         self.edge_rad = 0.01
+        self.chord_m = 1.0
 
 
 class TerrainSystem(System):
@@ -145,6 +146,7 @@ class TerrainSystem(System):
         if key != view.key:
             view.key = key
             angle = spacing_angle(edge_px, pixel_angle, proxy.cell.altitude_m, proxy.cell.radius_m)
+            view.chord_m = chord_limit_m(pixel_angle, proxy.cell.radius_m)
             self._select(view, frame, proxy, angle)
         tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
         axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
@@ -265,7 +267,7 @@ class TerrainSystem(System):
         def run() -> None:
             grid.octaves.bind_to_uniform_block(OCTAVES_BINDING)
             grid.mesh.make_vertices(
-                self._vertices, self._measure, self._agree, grid.eye_m, grid.edge_rad, self._most
+                self._vertices, self._measure, self._agree, grid.eye_m, grid.edge_rad, grid.chord_m, self._most
             )
             grid.made = grid.mesh.selection
 

@@ -72,6 +72,9 @@ void main() {
         float camera_above = max(frame.camera_zenith.w - lowest, 0.0);
         float camera_tangent = sqrt(camera_above) * sqrt(2.0 * occluder + camera_above);
         float cell_above = max(box.high.w + frame.anchor_up.w - lowest, 0.0);
+        // Chords of the mesh hang below the sphere, so the outline that it shows lies a little farther out.
+        float chord = 2.0 * cells[min(index, u_cell_count - 1)].spacing_m;
+        cell_above += chord * chord / (8.0 * planet.radii.x);
         float cell_tangent = sqrt(cell_above) * sqrt(2.0 * occluder + cell_above);
         vec3 nearest = clamp(vec3(0.0), low, high);
         // Ground whose far side is nearer than the near side of this turn's cells may hide them.

@@ -8,6 +8,7 @@ layout(std430, binding = 1) readonly buffer VertexBuffer { CellVertex vertices[]
 layout(std430, binding = 2) writeonly buffer WantedBuffer { uint wanted[]; };
 uniform vec3 u_eye;         // the proxy, metres from the anchor
 uniform float u_angle;      // the wanted length of an edge, radians
+uniform float u_chord;      // square of the length of a chord per distance at which the sphere bulges visibly above it, m
 uniform int u_most;
 
 shared uint s_long[2 * CELL_MOST];
@@ -31,7 +32,7 @@ bool too_long(uint first, ivec2 from, ivec2 to, float limit) {
     vec3 middle = 0.5 * (a + b);
     ivec2 between = (from + to) / 2;
     vec3 left_out = vertex_position(first, between.x, between.y);
-    return angle_squared(b - a, middle) > limit || angle_squared(left_out - middle, middle) > limit * DEVIATION * DEVIATION;
+    return angle_squared(b - a, middle) > limit || dot(b - a, b - a) > u_chord * length(middle) || angle_squared(left_out - middle, middle) > limit * DEVIATION * DEVIATION;
 }
 
 void main() {

@@ -18,7 +18,7 @@ uint around(uint tile) {
     for (int y = max(here.y - 1, 0); y <= min(here.y + 1, u_tiles.y - 1); ++y) {
         for (int x = max(here.x - 1, 0); x <= min(here.x + 1, u_tiles.x - 1); ++x) found |= flags[y * u_tiles.x + x];
     }
-    return found & BOTH;
+    return found;
 }
 
 void main() {
@@ -32,8 +32,10 @@ void main() {
     for (uint tile = gl_LocalInvocationIndex; tile < count; tile += 256u) {
         uint place = tile % uint(u_tiles.x) | tile / uint(u_tiles.x) << 16;
         uint own = flags[tile] & BOTH;
-        // Where land and water meet the line between them is drawn anew, pixel by pixel: either may get pixels.
-        bool coast = own != 0u && around(tile) == BOTH;
+        // Where land and water meet the line between them is drawn anew, pixel by pixel: either may get pixels. So is land
+        // along the limb, where a coarse triangle may stand before the sea.
+        uint near = around(tile);
+        bool coast = own != 0u && (near >> SURFACE_TERRAIN & 1u) != 0u && (near & (1u << SURFACE_SEA | 1u << SURFACE_NONE)) != 0u;
         if (coast) coast_tiles[atomicAdd(s_coast, 1u)] = place;
         if (coast || (own >> SURFACE_TERRAIN & 1u) != 0u) terrain_tiles[atomicAdd(s_terrain, 1u)] = place;
         if (coast || (own >> SURFACE_SEA & 1u) != 0u) sea_tiles[atomicAdd(s_sea, 1u)] = place;

@@ -34,11 +34,12 @@ void sample_ground(int index, ivec2 first) {
     vec3 point = position_from_depth(ndc_of_pixel(vec2(pixel) + 0.5), max(depth, 1e-30));
     float drawn;
     vec3 D = foot_offset_of(point, drawn);
-    // Heights have all layers down to an eighth of the spacing; the gradient has the vertices' band limit.
-    TerrainPoint terrain = terrain_point(D, grid_spacing(D));
+    // Heights have all layers down to an eighth of the spacing: to about a pixel, where triangles are larger than 8.
+    TerrainPoint terrain = terrain_point(D, min(grid_spacing(D), 8.0 * length(point) * frame.clock.w));
     float height = frame.anchor_up.w + terrain.dh;
-    s_ground[index] = vec4(terrain.gradient, height - planet.sea.x);
-    s_attributes[index] = vec4(terrain_attributes(terrain, height).xyz, depth > 0.0 ? 1.0 : 0.0);
+    bool there = depth > 0.0;   // beside the limb there is nothing, and nothing finite comes of it
+    s_ground[index] = there ? vec4(terrain.gradient, height - planet.sea.x) : vec4(0.0);
+    s_attributes[index] = there ? vec4(terrain_attributes(terrain, height).xyz, 1.0) : vec4(0.0);
 }
 
 void main() {
