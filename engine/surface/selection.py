@@ -31,6 +31,8 @@ COARSENING_STEPS_PER_OCTAVE = 4
 LARGEST_SPACING_RAD = 0.05
 """Vertices are never farther apart than this angle, however few pixels a picture has: 3 degrees, seen from the
 proxy."""
+LARGEST_SHARE = 0.03
+"""Of the planet's radius: a spacing of vertices that still shows mountain belts from far away."""
 LARGEST_SAG_PX = 0.2
 """Nor may a planet seen from far away lose more of its round outline to chords than this."""
 
@@ -41,7 +43,10 @@ def spacing_angle(edge_px: float, pixel_angle_rad: float, altitude_m: float, rad
     A chord of angle a at distance d falls (a d)^2 / (8 r) short of the sphere; from far away d is about the altitude.
     """
     sag = np.sqrt(8.0 * radius_m * LARGEST_SAG_PX * pixel_angle_rad / max(altitude_m, 1e-3))
-    return float(min(edge_px * pixel_angle_rad, LARGEST_SPACING_RAD, max(sag, 1e-4)))
+    # From far away the whole planet has few vertices anyway: enough of them for what varies over it, if pixels show
+    # that.
+    face = max(LARGEST_SHARE * radius_m / max(altitude_m, radius_m), 3.0 * pixel_angle_rad)
+    return float(min(edge_px * pixel_angle_rad, LARGEST_SPACING_RAD, face, max(sag, 1e-4)))
 
 
 def chord_limit_m(pixel_angle_rad: float, radius_m: float) -> float:
