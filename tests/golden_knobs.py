@@ -116,7 +116,7 @@ NOT_IN_A_PICTURE: dict[str, str] = {
 }
 
 QUALITY_PAIRS: dict[str, tuple[Any, Any]] = {
-    "terrain.edge_px": (15.0, 5.0),
+    "terrain.edge_px": (15.0, 2.0),
     "terrain.quads": (16, 64),
     "terrain.decimation": (0, 3),
     "terrain.min_spacing_m": (0.12, 30.0),
