@@ -27,7 +27,9 @@ _DTYPES = {"f1": np.uint8, "f2": np.float16, "f4": np.float32, "u1": np.uint8, "
 
 def exports_for(outputs: Sequence[str]) -> frozenset[str]:
     """The graph resources that must be exported for these outputs. SettingError when there are none."""
-    if isinstance(outputs, str) or not outputs:
+    if isinstance(outputs, str):
+        raise SettingError(f"outputs must be a sequence of names: write ({outputs!r},) instead of {outputs!r}")
+    if not outputs:
         raise SettingError(f"outputs must be a sequence of names such as ('color', 'distance'), found {outputs!r}")
     known = {OUTPUTS.get(name, name) for name in outputs}
     unknown = [n for n in known if "." not in n]

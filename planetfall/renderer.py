@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import logging
+import math
+import operator
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -14,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import ASSETS, queries
 from .camera import Camera
-from .components import Ocean, Terrain
+from .components import Ocean, Sun, Terrain
 from .engine.gpu import Gpu
 from .engine.gpu.graph_backend import GLBackend
 from .engine.graph import GraphBuilder, Plan
@@ -22,7 +24,7 @@ from .engine.hosts.foreign import ForeignHost, attach
 from .engine.settings import revision
 from .engine.space import CameraState, project
 from .engine.system import Frame, Setup, SunState, System, ViewInfo
-from .errors import NotSettled, SettingError, SizeError
+from .errors import CameraError, NotSettled, SettingError, SizeError
 from .outputs import OUTPUTS, exports_for, read_output
 from .quality import resolve_quality
 from .scene import Scene
@@ -134,9 +136,10 @@ class Renderer:
         an epoch sun. sun: a Sun component that replaces the scene's. dt_s: time since the last frame, for exposure
         that adapts.
         """
+        exports = exports_for(outputs)
         wanted = tuple(outputs)
         with self._guest():
-            self._draw(camera, time_s, sun, exports_for(wanted), dt_s, None)
+            self._draw(camera, time_s, sun, exports, dt_s, None)
             plan = self._require_plan()
             return {name: read_output(plan, name, self.size) for name in wanted}
 
@@ -202,9 +205,9 @@ class Renderer:
             self._resize(size)
 
     def _resize(self, size: tuple[int, int]) -> None:
+        _check_size(size, self.gpu.caps.max_texture_size)
         size = (int(size[0]), int(size[1]))
         if size != self.size:
-            _check_size(size, self.gpu.caps.max_texture_size)
             if self._plan is not None:
                 self._plan.resize(size)
             self.size = size
@@ -359,6 +362,7 @@ class Renderer:
         target: Any,
     ) -> None:
         started = time.perf_counter()
+        _check_moment(camera, time_s, sun)
         view = camera if isinstance(camera, View) else None
         if time_s is None:
             time_s = view.time_s if view is not None else 0.0
@@ -450,12 +454,24 @@ class Renderer:
         return self._plan
 
 
+def _check_moment(camera: Any, time_s: Any, sun: Any) -> None:
+    if not isinstance(camera, (Camera, View)):
+        raise CameraError(
+            f"camera must be a pf.Camera or a pf.View, found {type(camera).__name__}; pf.view('orbit') is one"
+        )
+    if time_s is not None and not math.isfinite(time_s):
+        raise SettingError(f"time_s must be a finite number of seconds, found {time_s!r}")
+    if sun is not None and not isinstance(sun, Sun):
+        raise SettingError(
+            f"sun must be a pf.Sun, found {sun!r}; write pf.Sun(direction=(x, y, z)) or pf.Sun(elevation_deg=..., ...)"
+        )
+
+
 def _check_size(size: Any, limit: int | None) -> None:
     try:
-        width, height = size
-        width, height = int(width), int(height)
+        width, height = (operator.index(n) for n in size)
     except (TypeError, ValueError):
-        raise SizeError(f"size must be (width, height) in pixels, found {size!r}") from None
+        raise SizeError(f"size must be (width, height) in whole pixels, found {size!r}") from None
     if width < 1 or height < 1:
         raise SizeError(
             f"a picture of {width} x {height} pixels has nothing in it: width and height must be at least 1"

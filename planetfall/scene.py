@@ -199,7 +199,11 @@ class Scene:
             return known[1]
         from .systems.terrain.height import TerrainField, TerrainParams
 
-        field: HeightField = TerrainField(TerrainParams.from_component(terrain, planet.radius_m))
+        try:
+            params = TerrainParams.from_component(terrain, planet.radius_m)
+        except ValueError as error:
+            raise SceneError(f"Terrain on a planet of {planet.radius_m:g} m cannot be: {error}") from error
+        field: HeightField = TerrainField(params)
         self._fields[planet.entity] = (stamp, field)
         return field
 

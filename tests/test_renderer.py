@@ -30,9 +30,7 @@ def by_name(renderer):
 
 
 def test_outputs_have_the_promised_shapes(renderer):
-    out = renderer.render(
-        pf.view("near"), outputs=("color", "radiance", "distance", "position", "normal", "surface")
-    )
+    out = renderer.render(pf.view("near"), outputs=("color", "radiance", "distance", "position", "normal", "surface"))
     assert out["color"].shape == (90, 160, 3) and out["color"].dtype == np.uint8
     assert out["radiance"].shape == (90, 160, 3) and out["radiance"].dtype == np.float32
     assert out["surface"].shape == (90, 160) and out["surface"].dtype == np.uint8
@@ -158,7 +156,7 @@ def test_snapshot_shows_itself(renderer):
     assert snapshot._repr_png_()[:4] == b"\x89PNG"
 
 
-@pytest.mark.parametrize("size", [(0, 10), (10, -1), "320x180", (10,)])
+@pytest.mark.parametrize("size", [(0, 10), (10, -1), "320x180", (10,), (1.5, 2)])
 def test_a_size_that_cannot_be_is_refused_before_any_gpu_work(scene, size):
     with pytest.raises(pf.errors.SizeError, match="pixels"):
         pf.Renderer(scene, size=size)
@@ -181,3 +179,38 @@ def test_rendering_after_release_says_so():
     renderer.release()
     with pytest.raises(pf.errors.SettingError, match="released"):
         renderer.render(pf.Camera.at(0, 0, 1e6))
+
+
+def test_from_under_water_the_surface_has_no_hole(scene):
+    with pf.Renderer(scene, size=SIZE, quality="medium") as renderer:
+        view = pf.view("under")
+        surface = renderer.render(view, outputs=("surface",))["surface"]
+        assert set(np.unique(surface)) == {1, 2}, "bed below, the sea's underside above, nothing between"
+        latitude, longitude = (float(np.ravel(a)[0]) for a in pf.latitude_longitude(view.position_m[None]))
+        up = pf.Camera.at(latitude, longitude, -5.0, heading_deg=80.0, pitch_deg=40.0)
+        assert (renderer.render(up, outputs=("surface",))["surface"] == 2).all()
+
+
+def test_what_cannot_be_is_said(renderer):
+    view = pf.view("near")
+    with pytest.raises(pf.errors.SettingError, match=r"sun must be a pf\.Sun, found \(1, 0, 0\)"):
+        renderer.render(view, sun=(1, 0, 0))
+    with pytest.raises(pf.errors.SettingError, match="time_s must be a finite number"):
+        renderer.render(view, time_s=float("nan"))
+    with pytest.raises(pf.errors.SettingError, match=r"write \('color',\)"):
+        renderer.render(view, outputs="color")
+    with pytest.raises(pf.errors.CameraError, match=r"must be a pf\.Camera"):
+        renderer.render("near")
+    with pytest.raises(pf.errors.SizeError, match="whole pixels"):
+        renderer.resize((1.5, 2))
+
+
+def test_ground_that_cannot_be_names_the_planet():
+    scene = pf.load_scene("moon")
+    scene.planet[pf.Terrain].lowest_m = 9000.0
+    scene.planet[pf.Terrain].highest_m = -9000.0
+    with (
+        pf.Renderer(scene, size=SIZE, quality="low") as made,
+        pytest.raises(pf.errors.SettingError, match="Terrain on a planet"),
+    ):
+        made.render(pf.Camera.at(0.0, 0.0, 1e6))

@@ -196,16 +196,20 @@ class CellMesh:
         agree.run(1, 1, 1)
         self.scope.gpu.barrier()
 
-    def cull(self, program: Any, keep_dh_m: tuple[float, float] = (-3.0e38, 3.0e38)) -> None:
+    def cull(
+        self, program: Any, keep_dh_m: tuple[float, float] = (-3.0e38, 3.0e38), hides: bool = True
+    ) -> None:
         """Write the visible list and the draw arguments with common/cull_cells.comp.
 
-        keep_dh_m: cells that have nothing between these heights above the anchor are dropped.
+        keep_dh_m: cells that have nothing between these heights above the anchor are dropped. hides: near cells hide
+        far ones, below the horizon or the skyline; not so for a surface that is seen from behind.
         """
         self.bind_storage()
         program.set("u_cell_count", self.count)
         self._ranges.bind_to_storage_buffer(6)
         program.set("u_capacity", self.capacity)
         program.set("u_keep_dh", keep_dh_m)
+        program.set("u_hides", int(hides))
         program.run(1, 1, 1)
 
     def vertex_array(self, program: Any) -> Any:

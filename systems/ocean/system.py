@@ -7,6 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from ...components import Ocean, Planet
 from ...engine.gpu.cell_mesh import CellMesh
 from ...engine.gpu.layout import IVec4, Vec4
@@ -57,6 +59,7 @@ class _SeaView:
         self.eye_m: tuple[float, ...] = (0.0, 0.0, 0.0)
         self.edge_rad = 0.01
         self.chord_m = 1.0
+        self.from_below = False
 
 
 class OceanSystem(System):
@@ -103,7 +106,9 @@ class OceanSystem(System):
         pixel_angle = (camera.tan_top - camera.tan_bottom) / frame.size[1]
         edge_px = float(frame.settings["terrain.edge_px"])
         ground = frame.world.resources.get("height_field")
-        key = (proxy.generation, revision(ocean), edge_px, pixel_angle, id(ground))
+        # From below the surface is seen until the line of sight, which the bed may bend, has come up to it.
+        view.from_below = float(np.linalg.norm(camera.position_m)) - radius < ocean.sea_level_m
+        key = (proxy.generation, revision(ocean), edge_px, pixel_angle, id(ground), view.from_below)
         if key != view.key:
             view.key = key
             # At the limb chords of the sea must not hang below the bed, which has the same lattice.
@@ -122,8 +127,8 @@ class OceanSystem(System):
                     proxy.cell.highest_altitude_m,
                     proxy.cell.max_sideways_rad,
                     radius,
-                    max(ocean.sea_level_m, ocean.sea_level_m if ground is None else ground.highest_m),
-                    ocean.sea_level_m,
+                    max(ocean.sea_level_m, -np.inf if ground is None else ground.highest_m),
+                    ground.lowest_m if view.from_below and ground is not None else ocean.sea_level_m,
                 ).half_angle_rad,
                 min_spacing_m=float(frame.settings["terrain.min_spacing_m"]),
                 max_cells=_MOST_CELLS,
@@ -216,7 +221,7 @@ class OceanSystem(System):
         sea.culled = None
 
         def run() -> None:
-            sea.mesh.cull(self._cull, _WATER_ONLY)
+            sea.mesh.cull(self._cull, _WATER_ONLY, hides=not sea.from_below)
             sea.culled = sea.wanted
 
         return run

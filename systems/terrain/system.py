@@ -16,7 +16,7 @@ from ...components import Ocean, Planet, Terrain
 from ...engine.gpu.cell_mesh import CellMesh
 from ...engine.gpu.layout import Vec4
 from ...engine.graph import GraphBuilder, PassIO
-from ...engine.settings import revision, with_overrides
+from ...engine.settings import SettingError, revision, with_overrides
 from ...engine.surface.coverage import proxy_coverage
 from ...engine.surface.decimation import topology
 from ...engine.surface.selection import chord_limit_m, select_rings, spacing_angle
@@ -125,7 +125,10 @@ class TerrainSystem(System):
             return
         self._field_revision = stamp
         terrain = self._ground
-        self._params = TerrainParams.from_component(terrain, body.radius_m)
+        try:
+            self._params = TerrainParams.from_component(terrain, body.radius_m)
+        except ValueError as error:
+            raise SettingError(f"Terrain on a planet of {body.radius_m:g} m cannot be: {error}") from error
         self._field = TerrainField(self._params)
         world.set_resource("height_field", self._field)
 

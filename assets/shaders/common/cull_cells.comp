@@ -14,6 +14,7 @@ layout(std430, binding = 3) writeonly buffer ArgumentsBuffer { uint arguments[];
 layout(std430, binding = 6) readonly buffer RangeBuffer { uvec2 ranges[]; };   // first index and count of each variant
 uniform int u_cell_count;
 uniform int u_capacity;   // entries of the visible list for each variant
+uniform int u_hides;       // 0: seen from behind (the sea from below), nothing of it hides anything
 uniform vec2 u_keep_dh;   // cells that reach no dh between these are dropped (no bed under an opaque sea, no sea under land)
 
 const uint VARIANTS = uint((CELL_MOST + 1) * (CELL_MOST + 1));
@@ -95,8 +96,8 @@ void main() {
             s_next = 0xffffffffu;
         }
         barrier();
-        seen = seen && !skyline_hides(cell_middle(uint(min(index, u_cell_count - 1))), cells[min(index, u_cell_count - 1)].spacing_m, box.high.w);
-        seen = seen && length(nearest) <= (camera_tangent + cell_tangent) * 1.0001 + 0.01;
+        seen = seen && !(u_hides != 0 && skyline_hides(cell_middle(uint(min(index, u_cell_count - 1))), cells[min(index, u_cell_count - 1)].spacing_m, box.high.w));
+        seen = seen && (u_hides == 0 || length(nearest) <= (camera_tangent + cell_tangent) * 1.0001 + 0.01);
         seen = seen && box.high.w >= u_keep_dh.x && box.low.w <= u_keep_dh.y;
         uint variant = cells[min(index, u_cell_count - 1)].variant;
         if (seen) visible[variant * uint(u_capacity) + atomicAdd(s_count[variant], 1u)] = uint(index);
