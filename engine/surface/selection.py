@@ -45,7 +45,7 @@ def spacing_angle(edge_px: float, pixel_angle_rad: float, altitude_m: float, rad
     sag = np.sqrt(8.0 * radius_m * LARGEST_SAG_PX * pixel_angle_rad / max(altitude_m, 1e-3))
     # From far away the whole planet has few vertices anyway: enough of them for what varies over it, if pixels show
     # that.
-    face = max(LARGEST_SHARE * radius_m / max(altitude_m, radius_m), 3.0 * pixel_angle_rad)
+    face = max(LARGEST_SHARE * radius_m / max(altitude_m, 1e-3), 3.0 * pixel_angle_rad)
     return float(min(edge_px * pixel_angle_rad, LARGEST_SPACING_RAD, face, max(sag, 1e-4)))
 
 
