@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import cProfile
+import json
+import os
+import subprocess
+import sys
 from collections.abc import Callable, Mapping
-
-import numpy as np
+from pathlib import Path
 
 from ...engine.graph import GraphBuilder, NullBackend, PassIO, Plan, TextureSpec
 from ..session import Bench, Session
 from ..target import at_most
-from ..timing import time_variants
+from ..timing import Timing, time_variants
 
 SIZE = (640, 360)
 PASSES = 30
@@ -114,60 +116,32 @@ def _guard(session: Session) -> None:
 
 
 def _frame_python(session: Session) -> None:
-    """The demo's frame on a picture so small, and a view so empty, that next to nothing but Python is left.
-
-    What the driver's own functions take of it is measured apart, by the profiler, and taken off.
-    """
-    from ... import Camera
-
-    with session.renderer("earth", (16, 9), "medium") as renderer:
-        target = renderer.ctx.simple_framebuffer((16, 9))
-        cameras = [Camera.at(20.0, 12.0, 3.0e7, pitch_deg=60.0), Camera.at(20.0, 12.0, 3.0e7, pitch_deg=61.0)]
-        still = cameras[0]
-        before_graph: list[float] = []
-
-        def turning() -> None:
-            cameras.reverse()
-            renderer.render_to(target, cameras[0])
-            before_graph.append(renderer.python_ms)
-
-        def unmoved() -> None:
-            renderer.render_to(target, still)
-
-        frames = {"camera turns": turning, "camera still": unmoved}
-        times = time_variants(frames, session.runs(60, 20), 5, renderer.ctx.finish)
-        driver = {name: _driver_ms(frame, session.runs(60, 20)) for name, frame in frames.items()}
-        reports = renderer.passes()
-        for name, timing in times.items():
-            session.row(
-                f"whole frame, {name}",
-                timing=timing,
-                size=(16, 9),
-                target=at_most(1.0, "ms"),
-                target_on="python_ms",
-                python_ms=timing.ms - driver[name],
-                driver_ms=driver[name],
-                before_graph_ms=float(np.median(before_graph)) if name == "camera turns" else None,
-                passes=len(reports),
-                ran=sum(report.ran for report in reports),
-            )
-        renderer.gpu.leave(target)
-        target.release()
-
-
-def _driver_ms(frame: Callable[[], None], runs: int) -> float:
-    """Milliseconds a frame inside moderngl's and ctypes' C functions, which are the driver's."""
-    profile = cProfile.Profile()
-    profile.enable()
-    for _ in range(runs):
-        frame()
-    profile.disable()
-    total = 0.0
-    for entry in profile.getstats():
-        name = entry.code if isinstance(entry.code, str) else ""
-        if "mgl." in name or "CFunction" in name:
-            total += entry.inlinetime
-    return 1e3 * total / runs
+    """A whole frame's Python, from the call to the driver's front end, in a process whose driver draws nothing."""
+    runs = session.runs(300, 100)
+    root = str(Path(__file__).resolve().parents[2])
+    path = os.pathsep.join(filter(None, (root, os.environ.get("PYTHONPATH"))))
+    quiet = {"GALLIUM_NOOP": "1"} if session.gpu.caps.is_software else {}
+    done = subprocess.run(
+        [sys.executable, "-m", "planetfall.benchmarks.measure.python_cost", str(runs)],
+        env={**os.environ, **quiet, "PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    if done.returncode:
+        raise RuntimeError(f"the process ended with {done.returncode}: {done.stderr.strip()[-600:]}")
+    for name, found in json.loads(done.stdout).items():
+        session.row(
+            f"whole frame, {name}",
+            "near",
+            (160, 90),
+            Timing(found["ms"], found["low"], found["high"], runs),
+            target=at_most(1.0, "ms"),
+            target_on="ms",
+            update_ms=found["update_ms"],
+            passes=int(found["passes"]),
+        )
 
 
 def _release(plans: Mapping[str, Plan]) -> None:
