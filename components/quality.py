@@ -14,7 +14,7 @@ class TerrainQuality:
     """Keys "terrain.*"."""
 
     edge_px: float = knob(
-        11.2,
+        12.5,
         1.0,
         64.0,
         "px",

@@ -28,7 +28,7 @@ from .material import TerrainMaterialBlock, material_block
 GRID_BINDING = 3
 OCTAVES_BINDING = 4
 MATERIAL_BINDING = 7
-_DECIMATED_SHARE = 0.62  # of edge_px: diagonals of decimated cells then are no longer than those of whole ones
+_DECIMATED_SHARE = 0.7  # of edge_px: about as long as the diagonals of whole cells, seen under all angles
 _RG16_SNORM = 0x8F99  # moderngl takes the texture for an unsigned one
 _SHAPE = tuple(f.name for f in fields(TerrainParams) if f.name in {g.name for g in fields(Terrain)})
 _FINEST_M = 0.02
