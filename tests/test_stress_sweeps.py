@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -131,3 +132,11 @@ def test_frame_sweep():
 def test_long_sweep(suite, count):
     report = run_sweep(suite, seed=int(np.random.default_rng(0).integers(1000)), count=count)
     assert not report.failures, failures(report)
+
+
+SAVED = sorted((Path(__file__).parent / "data" / "stress").glob("*.json"))
+
+
+@pytest.mark.parametrize("file", SAVED, ids=lambda file: file.stem)
+def test_what_once_failed_holds(file):
+    assert not replay_file(file).failures

@@ -61,7 +61,7 @@ vec3 sea_radiance(ivec2 pixel) {
     vec3 sun = frame.sun_direction.xyz;
     bool below = dot(view, normal) < 0.0;
     vec3 facing = below ? -normal : normal;
-    float n_v = max(dot(facing, view), 1e-3), n_l = max(dot(normal, sun), 0.0);
+    float n_v = clamp(dot(facing, view), 1e-3, 1.0), n_l = clamp(dot(normal, sun), 0.0, 1.0);   // unit only nearly
     vec3 sunlight = frame.sun_irradiance.rgb * sun_visibility(point) * air_to_space(point, sun);
     vec3 skylight = sky_irradiance(point, normal) + frame.sun_irradiance.rgb * STARLIGHT;
 
