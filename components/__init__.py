@@ -6,6 +6,7 @@ if __name__ != "planetfall.components":
     )
 
 from ._knob import Knob, Vec3, knob, knobs
+from .atmosphere import Atmosphere
 from .debug_view import DebugView
 from .exposure import Composite, Exposure
 from .ocean import Ocean
@@ -16,6 +17,7 @@ from .sun import Sun
 from .terrain import Terrain
 
 __all__ = [
+    "Atmosphere",
     "Composite",
     "DebugView",
     "Exposure",

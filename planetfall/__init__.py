@@ -23,7 +23,7 @@ ASSETS = (_root if (_root / "assets").is_dir() else _root.parent) / "assets"
 # ruff: noqa: E402 - the folders have to be found first
 from ._scene_file import planets
 from .camera import Camera
-from .components import Composite, DebugView, Exposure, Ocean, Planet, Stars, Sun, Terrain
+from .components import Atmosphere, Composite, DebugView, Exposure, Ocean, Planet, Stars, Sun, Terrain
 from .engine.space import direction, latitude_longitude
 from .engine.world import World
 from .errors import (
@@ -73,6 +73,7 @@ _LAZY = {
 
 __all__ = [
     "ASSETS",
+    "Atmosphere",
     "Camera",
     "CameraError",
     "Composite",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from . import ASSETS
 from .components import (
+    Atmosphere,
     Composite,
     DebugView,
     Exposure,
@@ -19,7 +20,7 @@ __all__ = ["KINDS", "PLANET_KINDS", "PRESETS", "SCENE_KINDS"]
 
 PRESETS = ASSETS / "presets"
 
-PLANET_KINDS: dict[str, type] = {"planet": Planet, "terrain": Terrain, "ocean": Ocean}
+PLANET_KINDS: dict[str, type] = {"planet": Planet, "terrain": Terrain, "ocean": Ocean, "atmosphere": Atmosphere}
 """Components of a planet, by their TOML table."""
 SCENE_KINDS: dict[str, type] = {"sun": Sun, "stars": Stars, "exposure": Exposure, "composite": Composite}
 """Components of the scene itself."""

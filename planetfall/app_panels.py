@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ._kinds import KINDS, PLANET_KINDS
-from .components import Ocean, Stars, Terrain
+from .components import Atmosphere, Ocean, Stars, Terrain
 from .engine.graph import TextureSpec
 from .engine.settings import rules_of
 from .errors import OutputError
@@ -30,7 +30,7 @@ __all__ = ["SettingsWindow"]
 
 log = logging.getLogger(__name__)
 
-OPTIONAL: tuple[type, ...] = (Terrain, Ocean, Stars)
+OPTIONAL: tuple[type, ...] = (Terrain, Ocean, Atmosphere, Stars)
 """Components that a scene can do without: they have a switch."""
 
 _WIDTH_EM = 30.0

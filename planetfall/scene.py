@@ -14,8 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._kinds import KINDS, PLANET_KINDS, SCENE_KINDS
 from ._scene_file import describe, planets
-from .components import Composite, Exposure, Ocean, Planet, Sun, Terrain
+from .components import Atmosphere, Composite, Exposure, Ocean, Planet, Sun, Terrain
 from .engine.settings import (
+    SettingError,
     did_you_mean,
     plain_table,
     revision,
@@ -211,7 +212,7 @@ class Scene:
         """Check what single values can't show; SceneError lists everything that doesn't fit. Needs no GPU."""
         problems: list[str] = []
         for handle in self.planets.values():
-            problems += _planet_problems(handle)
+            problems += _planet_problems(handle, self.environment.get(Sun) or Sun())
         exposure = self.environment.get(Exposure)
         if exposure is not None and exposure.min_ev100 > exposure.max_ev100:
             problems.append(
@@ -282,7 +283,7 @@ class _Planets(Mapping[str, PlanetHandle]):
         return len(self._handles)
 
 
-def _planet_problems(handle: PlanetHandle) -> list[str]:
+def _planet_problems(handle: PlanetHandle, sun: Sun) -> list[str]:
     problems: list[str] = []
     terrain, radius = handle.get(Terrain), handle.radius_m
     where = f"planet {handle.name!r}"
@@ -302,6 +303,14 @@ def _planet_problems(handle: PlanetHandle) -> list[str]:
         problems.append(
             f"{where}: Ocean.sea_level_m ({sea.sea_level_m:g}) is more than a quarter of Planet.radius_m ({radius:g})"
         )
+    air = handle.get(Atmosphere)
+    if air is not None:
+        from .systems.atmosphere.model import AirModel
+
+        try:
+            AirModel.from_components(handle.planet, air, sun.angular_radius_rad)
+        except SettingError as error:
+            problems.append(f"{where}: {error}")
     return problems
 
 

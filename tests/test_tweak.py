@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planetfall.components import Exposure, Ocean, Planet, Sun, Terrain, TerrainQuality, knob
+from planetfall.components import Atmosphere, Exposure, Ocean, Planet, Sun, Terrain, TerrainQuality, knob
 from planetfall.engine.gpu import GpuScope
 from planetfall.engine.gpu.imgui_backend import ImguiBackend
 from planetfall.engine.input import InputEvent, KeyEvent, MouseButton, MouseMove, Text
@@ -276,7 +276,7 @@ def test_search_and_only_changed(desk: Desk) -> None:
 
 
 def test_every_component_can_be_drawn(desk: Desk) -> None:
-    kinds = (Exposure, Ocean, Planet, Sun, Terrain, TerrainQuality)
+    kinds = (Atmosphere, Exposure, Ocean, Planet, Sun, Terrain, TerrainQuality)
     things = {kind.__name__: kind() for kind in kinds}
     desk.panel.search = " "
     desk.draw = lambda: [desk.panel.draw(thing) for thing in things.values() if desk.panel.draw(thing)]
@@ -284,6 +284,16 @@ def test_every_component_can_be_drawn(desk: Desk) -> None:
     assert desk.changes == []
     assert {"radius_m", "seed", "direction", "rock_albedo", "ev100"} <= set(desk.boxes)
     assert desk.pixels().max() > 200
+
+
+def test_numbers_of_many_sizes_are_dragged_by_a_part_of_their_size(desk: Desk) -> None:
+    air = Atmosphere()
+    before = air.rayleigh_scattering_per_m
+    desk.draw = lambda: desk.panel.draw(air)
+    desk.step(frames=3)
+    desk.slide("rayleigh_scattering_per_m", 0.9, 0.99)  # along the third number
+    assert before[2] < air.rayleigh_scattering_per_m[2] < 10 * before[2]
+    assert air.rayleigh_scattering_per_m[:2] == before[:2]
 
 
 def test_tooltip_tells_help_and_cost(desk: Desk, thing: Everything) -> None:

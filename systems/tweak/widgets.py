@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from ...engine.settings import FieldRule
 
 __all__ = ["edit"]
@@ -126,6 +128,9 @@ def _first_value(rule: FieldRule) -> Any:
 
 def _speed(rule: FieldRule, value: float) -> float:
     """Change for each pixel that is dragged: in proportion to the value, and not zero at zero."""
+    if rule.knob.log and rule.default:
+        # Values over many powers of ten, such as air per metre: the default says how small the usual ones are.
+        return 0.005 * max(abs(value), float(np.max(np.abs(rule.default))))
     low, high = rule.knob.low, rule.knob.high
     span = high - low if low is not None and high is not None else 1.0
     return max(abs(value) * 0.005, 10.0 ** (math.floor(math.log10(span)) - 5))

@@ -1,0 +1,23 @@
+"""The air: what it consists of, checked (`AirModel`), and as shaders read it (`AirBlock`).
+
+Names are imported on first use: scenes check their air with the model, and need no GPU package for that.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .block import AIR_BINDING, AirBlock, air_block
+    from .model import AirModel
+
+__all__ = ["AIR_BINDING", "AirBlock", "AirModel", "air_block"]
+
+_LAZY = {"AIR_BINDING": ".block", "AirBlock": ".block", "AirModel": ".model", "air_block": ".block"}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _LAZY:
+        return getattr(importlib.import_module(_LAZY[name], __package__), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
