@@ -46,10 +46,30 @@ class AirBlock:
     """(height of the layer's centre, half width, 1 / half width, unused), metres"""
     ground: Vec4 = (0.0, 0.0, 0.0, 0.0)
     """rgb: albedo of the ground; w: unused"""
-    sun: Vec4 = (0.0, 0.0, 0.0, 0.004675)
-    """w: the sun's angular radius in radians; the rest is unused"""
+    sun: Vec4 = (8.8e5, 0.0, 0.0, 0.004675)
+    """x: longest way from the floor to the top, along the horizon; w: the sun's angular radius in radians"""
+    mie_moments: Vec4 = (0.0, 0.0, 0.0, 0.0)
+    """Legendre moments 1 to 4 of the haze's phase function"""
     night: Vec4 = (0.0, 0.0, 0.0, 0.0)
     """rgb: radiance of the night sky's own light overhead, W m^-2 sr^-1 nm^-1; w: unused"""
+
+
+def cornette_shanks_moments(asymmetry: float) -> list[float]:
+    """Legendre moments 1 to 4 (2 pi times the integral of p P_l) of Cornette and Shanks' phase function.
+
+    It is 3 / 2 (1 + nu^2) / (2 + g^2) times Henyey and Greenstein's, whose moments are g^l; nu^2 P_l is a sum of
+    P_(l-2), P_l and P_(l+2) by the recurrence of Legendre's polynomials.
+    """
+    g = asymmetry
+    found = []
+    for n in range(1, 5):
+        up = (n + 1) * (n + 2) / ((2 * n + 1) * (2 * n + 3))
+        level = (n + 1) ** 2 / ((2 * n + 1) * (2 * n + 3)) + n * n / ((2 * n + 1) * (2 * n - 1))
+        down = n * (n - 1) / ((2 * n + 1) * (2 * n - 1))
+        # g^(n-2) for n = 1 stands beside a factor of 0.
+        two_below = g ** (n - 2) if n >= 2 else 0.0
+        found.append(1.5 / (2.0 + g * g) * (g**n * (1.0 + level) + up * g ** (n + 2) + down * two_below))
+    return found
 
 
 def air_block(model: AirModel, atmosphere: _NightLit, sun_irradiance: ArrayLike = (1.0, 1.0, 1.0)) -> AirBlock:
@@ -64,6 +84,7 @@ def air_block(model: AirModel, atmosphere: _NightLit, sun_irradiance: ArrayLike 
         absorption=(*model.absorption, 0.0),
         absorber=(model.absorption_center_m, half_width, 1.0 / half_width, 0.0),
         ground=(*model.ground_albedo, 0.0),
-        sun=(0.0, 0.0, 0.0, model.sun_angular_radius_rad),
+        sun=(model.longest_path_m, 0.0, 0.0, model.sun_angular_radius_rad),
+        mie_moments=tuple(cornette_shanks_moments(model.asymmetry)),
         night=(*night, 0.0),
     )

@@ -99,6 +99,11 @@ class AirModel:
         """From the planet's centre to the top of the air."""
         return self.radius_m + self.thickness_m
 
+    @property
+    def longest_path_m(self) -> float:
+        """From the floor along the horizon to the top of the air."""
+        return math.sqrt(self.thickness_m * (2.0 * self.radius_m + self.thickness_m))
+
     def density(self, height_m: ArrayLike) -> Array:
         """(..., 3): gas, haze, absorbing layer at heights (...), relative to where their coefficients hold.
 

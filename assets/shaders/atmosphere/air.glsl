@@ -1,0 +1,39 @@
+// Contract "air" (common/air.glsl has the rules), from the camera's tables.
+#include "atmosphere/camera_air.glsl"
+#include "atmosphere/sunlight.glsl"
+
+struct Air {
+    vec3 transmittance;
+    vec3 in_scatter;
+};
+
+Air air_from_camera(vec3 to) {
+    float distance_m = length(to);
+    AirRay ray = air_ray(to / max(distance_m, 1e-20));
+    Air between;
+    vec3 first, second;
+    float path;
+    air_between(air_here(), ray, distance_m, between.transmittance, first, second, path);
+    between.in_scatter = air_radiance(ray, first, second, path);
+    return between;
+}
+
+Air air(vec3 from, vec3 to) {
+    Air near = air_from_camera(from), far = air_from_camera(to);
+    vec3 past = max(near.transmittance, 1e-20);
+    return Air(min(far.transmittance / past, 1.0), max((far.in_scatter - near.in_scatter) / past, 0.0));
+}
+
+vec3 air_to_space(vec3 from, vec3 direction) {
+    float h = altitude_of(from);
+    vec3 up = up_at(from);
+    float mu = clamp_cos(dot(direction, up));
+    if (h > air_model.radii.z) {
+        float miss = (air_model.radii.x + h) * length(direction - up * mu);
+        float inside2 = (air_model.radii.y - miss) * (air_model.radii.y + miss);
+        if (mu >= 0.0 || inside2 <= 0.0) return vec3(1.0);
+        h = air_model.radii.z;
+        mu = -sqrt(inside2) / air_model.radii.y;
+    }
+    return exp(-air_depth_to_space(h, mu));
+}

@@ -1,0 +1,41 @@
+// The renderer's own tables: what air_between and air_whole read, and the ray of a direction at the camera.
+#include "common/camera.glsl"
+#include "generated/air_view.glsl"
+#include "atmosphere/view.glsl"
+
+layout(binding = 10) uniform sampler3D u_air_first;
+layout(binding = 11) uniform sampler3D u_air_second;
+layout(binding = 12) uniform sampler2D u_air_extinction;
+
+vec3 air_first(ivec3 texel) {
+    return texelFetch(u_air_first, texel, 0).rgb;
+}
+
+vec3 air_second(ivec3 texel) {
+    return texelFetch(u_air_second, texel, 0).rgb;
+}
+
+vec3 air_mean_extinction(ivec2 texel) {
+    return texelFetch(u_air_extinction, texel, 0).rgb;
+}
+
+AirView air_here() {
+    return AirView(air_view.camera, air_view.span, air_view.shape, air_view.size);
+}
+
+AirRay air_ray(vec3 direction) {
+    vec3 up = frame.camera_zenith.xyz;
+    AirRay ray;
+    ray.mu = clamp_cos(dot(direction, up));
+    ray.sine = length(direction - up * dot(direction, up));
+    // Straight up and down there is no azimuth, and none matters.
+    ray.azimuth = clamp_cos(dot(direction, air_view.sun_side.xyz) / max(ray.sine, 1e-9));
+    ray.nu = clamp_cos(dot(direction, frame.sun_direction.xyz));
+    return ray;
+}
+
+// Sunlight scattered by air of a path's length, and the faint glow of the air itself.
+vec3 air_radiance(AirRay ray, vec3 first, vec3 second, float path) {
+    return frame.sun_irradiance.rgb * (first + air_mie_phase(ray.nu) * second)
+        + air_model.night.rgb * (path * air_model.radii.w);
+}

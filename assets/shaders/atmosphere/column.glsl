@@ -1,0 +1,82 @@
+// Light gathered along one ray through the air, slice by slice: Gauss rule of two points in each slice.
+//
+// Slices are dense about the lowest point of the ray (where the air is), by squares of the distance from it, and share out
+// the two sides by the square root of their lengths. Whoever includes this defines column_source().
+#include "atmosphere/medium.glsl"
+
+struct AirColumn {
+    float h, mu, mu_s, nu;   // at the start of the ray, inside the air; nu: cosine between ray and sun
+    float path, lowest, split;
+    vec3 depth;              // optical depth so far
+    vec3 taken;              // integral of extinction times transmittance so far: 1 - exp(-depth), by the same rule as
+    vec3 first, second;      // the two integrals of source times transmittance
+};
+
+// Emission per metre (two kinds that are kept apart) at altitude h, where the ray has cosine mu to the zenith.
+void column_source(float h, float mu, float mu_s, float nu, vec3 density, out vec3 first, out vec3 second);
+
+float air_split(float lowest, float path) {
+    float down = sqrt(lowest), up = sqrt(max(path - lowest, 0.0));
+    return down / max(down + up, 1e-10);
+}
+
+// Distance along the ray of a share w of its slices, and back.
+float air_slice_distance(float w, float path, float lowest, float split) {
+    float down = clamp((split - w) / max(split, 1e-6), 0.0, 1.0), up = clamp((w - split) / max(1.0 - split, 1e-6), 0.0, 1.0);
+    return lowest - lowest * down * down + (path - lowest) * up * up;
+}
+
+float air_slice_of(float t, float path, float lowest, float split) {
+    float down = sqrt(clamp((lowest - t) / max(lowest, 1e-6), 0.0, 1.0));
+    float up = sqrt(clamp((t - lowest) / max(path - lowest, 1e-6), 0.0, 1.0));
+    return split - split * down + (1.0 - split) * up;
+}
+
+AirColumn air_column(float h, float mu, float mu_s, float nu, float path) {
+    AirColumn c;
+    c.h = h;
+    c.mu = mu;
+    c.mu_s = mu_s;
+    c.nu = nu;
+    c.path = path;
+    c.lowest = clamp(-(air_model.radii.x + h) * mu, 0.0, path);
+    c.split = air_split(c.lowest, path);
+    c.depth = c.taken = c.first = c.second = vec3(0.0);
+    return c;
+}
+
+void air_column_node(inout AirColumn c, float t, float height, float weight, vec3 depth, vec3 density, vec3 extinction) {
+    float r = air_model.radii.x + c.h, there = air_model.radii.x + height;
+    vec3 first, second;
+    column_source(height, clamp_cos((r * c.mu + t) / there), clamp_cos((r * c.mu_s + t * c.nu) / there), c.nu, density,
+        first, second);
+    vec3 seen = weight * exp(-depth);
+    c.taken += seen * extinction;
+    c.first += seen * first;
+    c.second += seen * second;
+}
+
+void air_column_slice(inout AirColumn c, int slice, int slices) {
+    const float X1 = 0.211324865, X2 = 0.788675135;
+    float t0 = air_slice_distance(float(slice) / float(slices), c.path, c.lowest, c.split);
+    float t1 = air_slice_distance(float(slice + 1) / float(slices), c.path, c.lowest, c.split);
+    float dt = max(t1 - t0, 1e-4);   // a ray of no length still has a source function
+    float ta = t0 + X1 * dt, tb = t0 + X2 * dt;
+    float ha = air_height_along(c.h, c.mu, ta), hb = air_height_along(c.h, c.mu, tb);
+    vec3 da = air_density(ha), db = air_density(hb);
+    vec3 ea = air_extinction(da), eb = air_extinction(db);
+    // Depth to each node under the straight line through the two extinctions.
+    vec3 slope = (eb - ea) / (X2 - X1);
+    vec3 depth_a = c.depth + dt * max(ea * X1 - slope * (0.5 * X1 * X1), 0.0);
+    vec3 depth_b = c.depth + dt * max(ea * X2 + slope * (0.5 * X2 * X2 - X1 * X2), 0.0);
+    float weight = 0.5 * dt;
+    air_column_node(c, ta, ha, weight, depth_a, da, ea);
+    air_column_node(c, tb, hb, weight, depth_b, db, eb);
+    c.depth += weight * (ea + eb);
+}
+
+// Mean source function so far, per extinction: the integrals over 1 - exp(-depth), by the same quadrature, so that it stays
+// exact for short and thin paths and is never negative.
+vec3 air_column_mean(AirColumn c, vec3 integral) {
+    return integral / max(c.taken, 1e-30);
+}

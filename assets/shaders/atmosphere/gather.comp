@@ -1,0 +1,87 @@
+// One order of scattering: the light that arrives at each point (mu_s, h) of the table from a share of all directions, added
+// to its moments and to its irradiance. Light of order 1 was scattered once in the air, or once by the ground.
+//
+// A column of invocations is one altitude, a lane one height of the sun. Directions: u_directions pairs of (cosine to the
+// zenith, weight) come from Gauss rules above and below the horizon, made for each altitude; azimuths are midpoints over
+// half a circle.
+#include "atmosphere/sunlight.glsl"
+#include "atmosphere/moments.glsl"
+#include "atmosphere/irradiance.glsl"
+#include "atmosphere/column.glsl"
+
+layout(local_size_x = 8) in;
+layout(rgba32f, binding = 0) uniform image2DArray u_sums;
+
+layout(location = 0) uniform ivec4 u_range;   // first altitude, first direction, past the last direction, order
+layout(location = 1) uniform ivec4 u_counts;  // directions above the horizon, below it, azimuths, slices
+layout(std140, binding = 10) uniform Nodes { vec4 gauss[32]; } u_nodes;   // x, w on 0..1: xy above, zw below
+
+void column_source(float h, float mu, float mu_s, float nu, vec3 density, out vec3 first, out vec3 second) {
+    if (GATHER_FIRST == 1) {
+        vec3 scattered = density.x * air_model.rayleigh.rgb * air_rayleigh_phase(nu)
+            + density.y * air_model.mie_scattering.rgb * air_mie_phase(nu);
+        first = scattered * air_sun(h, mu_s);
+    } else {
+        first = air_multiple(h, mu, mu_s, nu, density);
+    }
+    second = vec3(0.0);
+}
+
+// Light that the ground throws back, having got it by way of the last order.
+vec3 ground_light(float mu_s) {
+    vec3 irradiance = GATHER_FIRST == 1 ? air_sun(0.0, mu_s) * max(mu_s, 0.0) : air_irradiance_at(0.0, mu_s).up;
+    return air_model.ground.rgb / PF_PI * irradiance;
+}
+
+void main() {
+    ivec2 texel = ivec2(gl_GlobalInvocationID.x, u_range.x + int(gl_GlobalInvocationID.y)), size = imageSize(u_sums).xy;
+    if (texel.x >= size.x || texel.y >= size.y) return;
+    vec2 at = vec2(texel) / vec2(size - 1);
+    float h = at.y * at.y * air_model.radii.z;
+    float mu_s = air_sun_of_row(at.x), sine_s = sin_from_cos(mu_s), horizon = air_horizon_cos(h);
+    vec3 sums[AIR_MOMENTS + AIR_IRRADIANCE_LAYERS];
+    for (int i = 0; i < AIR_MOMENTS + AIR_IRRADIANCE_LAYERS; ++i) sums[i] = imageLoad(u_sums, ivec3(texel, i)).rgb;
+
+    for (int d = u_range.y; d < u_range.z; ++d) {
+        int zenith = d / u_counts.z;
+        bool above = zenith < u_counts.x;
+        vec4 node = u_nodes.gauss[above ? zenith : zenith - u_counts.x];
+        // Squares of the nodes: directions crowd at the horizon on both sides, where the air is bright.
+        float x = above ? node.x : node.z, reach = above ? 1.0 - horizon : 1.0 + horizon;
+        float mu = above ? horizon + reach * x * x : horizon - reach * x * x;
+        float weight = 2.0 * x * reach * (above ? node.y : node.w) * (2.0 * PF_PI / float(u_counts.z));
+        float phi = (float(d - zenith * u_counts.z) + 0.5) * PF_PI / float(u_counts.z);
+        float sine = sin_from_cos(mu), cosine = cos(phi);
+        float nu = clamp_cos(mu * mu_s + sine * sine_s * cosine);
+        float to_floor = air_to_floor(h, mu);
+        float path = above || to_floor < 0.0 ? air_to_top(h, max(mu, horizon)) : to_floor;
+
+        AirColumn c = air_column(h, mu, mu_s, nu, path);
+        for (int slice = 0; slice < u_counts.w; ++slice) air_column_slice(c, slice, u_counts.w);
+        float mu_s_hit = clamp_cos(((air_model.radii.x + h) * mu_s + path * nu) / air_model.radii.x);
+        vec3 ground = ground_light(mu_s_hit) * exp(-c.depth);
+        vec3 light = weight * (c.first + (above ? vec3(0.0) : ground));
+
+        float diagonal = 1.0, turn = 1.0, turn_last = 0.0;
+        for (int m = 0; m <= AIR_DEGREE; ++m) {
+            float p = diagonal, p_last = 0.0;
+            for (int l = m; l <= AIR_DEGREE; ++l) {
+                sums[AIR_IRRADIANCE_LAYERS + l * (l + 1) / 2 + m] += light * (p * turn);
+                float p_next = (float(2 * l + 1) * mu * p - float(l + m) * p_last) / float(l + 1 - m);
+                p_last = p;
+                p = p_next;
+            }
+            diagonal *= float(2 * m + 1) * sine;
+            float turn_next = m == 0 ? cosine : 2.0 * cosine * turn - turn_last;
+            turn_last = turn;
+            turn = turn_next;
+        }
+        if (above) {
+            sums[0] += light * max(mu, 0.0);
+            sums[1] += light * (sine * max(cosine, 0.0));
+            sums[2] += light * (sine * 0.5 * sin(phi));
+            sums[3] += light * (sine * max(-cosine, 0.0));
+        }
+    }
+    for (int i = 0; i < AIR_MOMENTS + AIR_IRRADIANCE_LAYERS; ++i) imageStore(u_sums, ivec3(texel, i), vec4(sums[i], 0.0));
+}

@@ -1,0 +1,27 @@
+// Light of the whole sky on a surface, all orders, W m^-2 nm^-1 per unit of the sun's: light from every direction that does not
+// end on the ground. Four layers of the table: facing up (fourth root), and, as ratios to that, upright walls facing the sun, at right angles to it and away from it.
+#include "atmosphere/table.glsl"
+
+struct AirIrradiance {
+    vec3 up, sunward, sideways, away;
+};
+
+AirIrradiance air_irradiance_at(float h, float mu_s) {
+    AirPlace place = air_place(h, mu_s);
+    vec3 up = air_unpack(air_moment(place, 0));
+    return AirIrradiance(up, up * air_moment(place, 1), up * air_moment(place, 2),
+        up * air_moment(place, 3));
+}
+
+// n_up: cosine of the normal to the zenith; n_side: its component towards the sun's azimuth (both of a unit normal).
+// Exact facing up and for upright walls in the three azimuths; in between the four lowest harmonics that join them, which is
+// exact for a uniform sky and for one that brightens linearly towards a side.
+vec3 air_sky_light(float h, float mu_s, float n_up, float n_side) {
+    AirIrradiance e = air_irradiance_at(h, mu_s);
+    vec3 linear = 0.5 * (e.sunward - e.away);
+    vec3 even = 0.25 * (e.sunward + e.away) + 0.5 * e.sideways;
+    vec3 twofold = 0.25 * (e.sunward + e.away) - 0.5 * e.sideways;
+    float flat2 = max(1.0 - n_up * n_up, 0.0);
+    vec3 found = even + (e.up - even) * n_up + linear * n_side + twofold * (2.0 * n_side * n_side - flat2);
+    return max(found, 0.0);
+}

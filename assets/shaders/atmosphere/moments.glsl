@@ -1,0 +1,47 @@
+// Light that was scattered more than once. Its source function is the phase function folded with the incident radiance L;
+// both expand in spherical harmonics about the zenith, the azimuth counted from the sun:
+//
+//   J(omega) = sum over l <= AIR_DEGREE, 0 <= m <= l of a_l S_lm P_lm(mu) cos(m phi),
+//   S_lm = (2l + 1) / (4 pi) (2 - [m = 0]) (l - m)! / (l + m)! * integral of L P_lm cos(m phi)
+//
+// (addition theorem). Rayleigh's phase function has a_0 = 1, a_2 = 1/10 and nothing else, so degree 2 is exact for it; of Mie's
+// the light that is scattered forward again and again is what a low degree blurs, never its energy.
+//
+// The table holds the fourth root of S_00 and, in layer l (l + 1) / 2 + m after it, the ratio S_lm / (S_00 sin^m of the sun's
+// zenith angle), which is smooth at the zenith.
+#include "atmosphere/table.glsl"
+
+const int AIR_MOMENTS = (AIR_DEGREE + 1) * (AIR_DEGREE + 2) / 2;
+
+// Moment of Mie's phase function, 2 pi times the integral of p P_l.
+float air_mie_moment(int l) {
+    return l == 0 ? 1.0 : air_model.mie_moments[min(l - 1, 3)];
+}
+
+// Light scattered into the direction (mu, nu = cosine to the sun) per metre, of all that has been scattered before.
+vec3 air_multiple(float h, float mu, float mu_s, float nu, vec3 density) {
+    AirPlace place = air_place(h, mu_s);
+    float x = nu - mu * mu_s;                                         // sin sin_s cos(phi)
+    float rho2 = max((1.0 - mu * mu) * (1.0 - mu_s * mu_s), 0.0);     // (sin sin_s)^2
+    x = clamp(x, -sqrt(rho2), sqrt(rho2));
+    vec3 rayleigh = vec3(0.0), mie = vec3(0.0);
+    float turn = 1.0, turn_last = 0.0, diagonal = 1.0;                // (sin sin_s)^m cos(m phi); P_mm / sin^m
+    for (int m = 0; m <= AIR_DEGREE; ++m) {
+        float p = diagonal, p_last = 0.0;
+        for (int l = m; l <= AIR_DEGREE; ++l) {
+            vec3 term = l == 0 ? vec3(1.0) : air_moment(place, AIR_IRRADIANCE_LAYERS + l * (l + 1) / 2 + m);
+            term *= p * turn;
+            mie += air_mie_moment(l) * term;
+            rayleigh += l == 0 ? term : l == 2 ? 0.1 * term : vec3(0.0);
+            float p_next = (float(2 * l + 1) * mu * p - float(l + m) * p_last) / float(l + 1 - m);
+            p_last = p;
+            p = p_next;
+        }
+        diagonal *= float(2 * m + 1);
+        float turn_next = m == 0 ? x : 2.0 * x * turn - rho2 * turn_last;
+        turn_last = turn;
+        turn = turn_next;
+    }
+    vec3 mean = air_unpack(air_moment(place, AIR_IRRADIANCE_LAYERS));
+    return mean * max(density.x * air_model.rayleigh.rgb * rayleigh + density.y * air_model.mie_scattering.rgb * mie, 0.0);
+}

@@ -1,0 +1,78 @@
+// The renderer's functions on an array of questions. A camera's tables are not stored here: each texel that a look-up reads is
+// marched on the spot, by the code that fills the tables, and then interpolated by the code that reads them.
+#include "atmosphere/source.glsl"
+#include "atmosphere/irradiance.glsl"
+#include "atmosphere/view.glsl"
+
+layout(local_size_x = 16) in;
+
+struct Question {
+    vec4 camera, span, shape;   // as AirView
+    vec4 ray;                   // mu, sine, cosine of the azimuth, nu
+    vec4 more;                  // distance (negative: the whole ray); of a surface: n_up, n_side, cosine to the sun
+};
+layout(std430, binding = 0) readonly buffer Questions { Question questions[]; };
+layout(std430, binding = 1) writeonly buffer Answers { vec4 answers[]; };
+
+layout(location = 0) uniform ivec4 u_size;    // of the tables
+layout(location = 1) uniform ivec4 u_mode;    // what is asked; number of questions; 1: all orders; 1: Rayleigh's phase
+
+const int LIGHT = 0, TO_SPACE = 1, SURFACE = 2;
+
+AirView g_view;
+
+AirColumn march(ivec3 texel) {
+    float mu_s, nu;
+    AirPath p = air_texel_path(g_view, texel.y, float(texel.x), mu_s, nu);
+    AirColumn c = air_column(p.h, p.mu, mu_s, nu, p.length);
+    for (int slice = 0; slice < texel.z; ++slice) air_column_slice(c, slice, g_view.size.z);
+    return c;
+}
+
+vec3 air_first(ivec3 texel) {
+    AirColumn c = march(texel);
+    vec3 first, second, extinction;
+    air_start_means(c, first, second, extinction);
+    return air_pack(texel.z == 0 ? first : air_column_mean(c, c.first));
+}
+
+vec3 air_second(ivec3 texel) {
+    AirColumn c = march(texel);
+    vec3 first, second, extinction;
+    air_start_means(c, first, second, extinction);
+    return air_pack(texel.z == 0 ? second : air_column_mean(c, c.second));
+}
+
+vec3 air_mean_extinction(ivec2 texel) {
+    AirColumn c = march(ivec3(0, texel));
+    float t = air_slice_distance(float(texel.y) / float(g_view.size.z), c.path, c.lowest, c.split);
+    return air_pack(t > 0.0 ? c.depth / t : air_extinction(air_density(c.h)));
+}
+
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i >= uint(u_mode.y)) return;
+    Question q = questions[i];
+    g_view = AirView(q.camera, q.span, q.shape, u_size);
+    air_orders = vec2(u_mode.z, u_mode.w);
+    AirRay ray = AirRay(q.ray.x, q.ray.y, q.ray.z, q.ray.w);
+    vec3 transmittance = vec3(1.0), first = vec3(0.0), second = vec3(0.0);
+    float path;
+    if (u_mode.x == LIGHT) {
+        if (q.more.x < 0.0) air_whole(g_view, ray, transmittance, first, second, path);
+        else air_between(g_view, ray, q.more.x, transmittance, first, second, path);
+    } else if (u_mode.x == TO_SPACE) {
+        AirPath p = air_path(g_view, ray.mu, ray.sine);
+        bool open = !p.floor_hit;
+        transmittance = p.length > 0.0 ? exp(-air_depth_to_space(p.h, p.mu)) : vec3(1.0);
+        if (!open) transmittance = vec3(0.0);
+    } else {
+        float h = clamp(q.camera.x, 0.0, air_model.radii.z);
+        first = (q.camera.x > air_model.radii.z
+            ? vec3(1.0) : air_sun(h, q.camera.y)) * max(q.more.z, 0.0);
+        second = air_sky_light(h, q.camera.y, q.more.x, q.more.y);
+    }
+    answers[3u * i] = vec4(transmittance, 0.0);
+    answers[3u * i + 1u] = vec4(first, 0.0);
+    answers[3u * i + 2u] = vec4(second, air_mie_phase(ray.nu));
+}

@@ -1,0 +1,215 @@
+// Air as one camera sees it, in tables over the directions around it: coordinates and look-ups.
+//
+// The air is a shell around a sphere, so what a camera sees depends on its altitude, the sun's height there, and the direction
+// about the zenith: rows run over the length of the ray in the air (rays that end on the floor, then rays that leave it),
+// columns over the azimuth from the sun, slices along the ray. Held is the mean source function of the ray up to there,
+// integral of (source x transmittance) / (1 - transmittance), which hardly varies along a ray and stays sharp
+// for points 1 m away; and the mean extinction. No phase function of Mie's is in it: the aureole is exact.
+//
+// Whoever includes this defines air_first(ivec3), air_second(ivec3) and air_mean_extinction(ivec2): texels of the tables.
+#include "atmosphere/medium.glsl"
+
+struct AirView {
+    vec4 camera;   // altitude >= 0, cosine and sine of the sun's zenith angle, unused
+    vec4 span;     // path in the air: floor rays' least and range, others' least and range
+    vec4 shape;    // kappa of the rows of floor rays and of others, half width of the azimuth's focus, unused
+    ivec4 size;    // columns, rows of each half, slices, unused
+};
+
+// A direction at the camera.
+struct AirRay {
+    float mu, sine;    // to the zenith
+    float azimuth;     // cosine of the azimuth from the sun
+    float nu;          // cosine to the sun
+};
+
+// The part of a ray that lies in the air.
+struct AirPath {
+    float start;           // distance from the camera
+    float h, mu;           // where it starts
+    float length;          // 0: the ray misses the air
+    float excess;          // length beyond that of the vertical ray
+    float lowest, split;   // see column.glsl
+    bool floor_hit;
+};
+
+vec3 air_first(ivec3 texel);
+vec3 air_second(ivec3 texel);
+vec3 air_mean_extinction(ivec2 texel);
+
+AirPath air_path(AirView v, float mu, float sine) {
+    AirPath p;
+    float h = v.camera.x, r = air_model.radii.x + h;
+    float miss = r * sine;   // of the planet's centre
+    if (h > air_model.radii.z) {
+        // From space: exact entry point. Differences of squares are formed from factors.
+        float inside2 = (air_model.radii.y - miss) * (air_model.radii.y + miss);
+        float below2 = (air_model.radii.x - miss) * (air_model.radii.x + miss);
+        float half_chord = safe_sqrt(inside2);
+        bool meets = mu < 0.0 && inside2 > 0.0;
+        p.floor_hit = meets && below2 >= 0.0;
+        p.h = air_model.radii.z;
+        p.mu = -half_chord / air_model.radii.y;
+        p.start = meets ? max(-r * mu - half_chord, 0.0) : 0.0;
+        float to_floor = (inside2 - below2) / max(half_chord + safe_sqrt(below2), 1e-10);
+        p.length = meets ? (p.floor_hit ? to_floor : 2.0 * half_chord) : 0.0;
+    } else {
+        p.start = 0.0;
+        p.h = h;
+        p.mu = mu;
+        float to_floor = air_to_floor(h, mu);
+        p.floor_hit = to_floor >= 0.0;
+        p.length = p.floor_hit ? to_floor : air_to_top(h, mu);
+    }
+    p.lowest = clamp(-(air_model.radii.x + p.h) * p.mu, 0.0, p.length);
+    p.split = air_split(p.lowest, p.length);
+    // The difference of two lengths would lose the nadir among its roundings; from the sine it doesn't.
+    float start_r = air_model.radii.x + p.h, sine_start = sine * r / start_r, steep = abs(p.mu);
+    float less = p.floor_hit || p.mu > 0.0 ? sine_start * sine_start / (1.0 + steep) : 1.0 + steep;
+    float around = p.floor_hit ? 2.0 * air_model.radii.x + p.h - p.length : start_r + p.length + air_model.radii.y;
+    p.excess = less * 2.0 * start_r * p.length / around;
+    return p;
+}
+
+float air_row(AirView v, AirPath p) {
+    vec2 span = p.floor_hit ? v.span.xy : v.span.zw;
+    float kappa = p.floor_hit ? v.shape.x : v.shape.y;
+    float row = air_path_row(clamp(p.excess / max(span.y, 1e-6), 0.0, 1.0), kappa);
+    return row * float(v.size.y - 1) + (p.floor_hit ? 0.0 : float(v.size.y));
+}
+
+// The azimuth's columns: uniform in its cosine c where the sun stands high or the ray's lowest point is near, and drawn to the
+// terminator where that crosses the azimuths: the sun's cosine at the lowest point is m = mid + slope c, and columns are as
+// dense as 1 / (|m| + focus)^2.
+vec2 air_focus(AirView v, AirPath p, float mu, float sine) {
+    float t = p.start + p.lowest;
+    float there = air_model.radii.x + air_height_along(p.h, p.mu, p.lowest);
+    float r = air_model.radii.x + v.camera.x;
+    return vec2(v.camera.y * (r + t * mu), t * sine * v.camera.z) / there;
+}
+
+float air_focus_map(float m, float width) {
+    return m / (abs(m) + width);
+}
+
+float air_column_of(AirView v, vec2 focus, float azimuth) {
+    float width = v.shape.z, first = focus.x - focus.y, last = focus.x + focus.y, m = focus.x + focus.y * azimuth;
+    float share = 0.5 + 0.5 * azimuth;
+    if (first < 0.0 && last > 0.0) {
+        float start = air_focus_map(first, width);
+        share = (air_focus_map(m, width) - start) / max(air_focus_map(last, width) - start, 1e-7);
+    } else {
+        share *= (abs(last) + width) / (abs(m) + width);
+    }
+    return clamp(share, 0.0, 1.0) * float(v.size.x - 1);
+}
+
+float air_azimuth_of(AirView v, vec2 focus, float column) {
+    float width = v.shape.z, first = focus.x - focus.y, last = focus.x + focus.y, share = column / float(v.size.x - 1);
+    if (first < 0.0 && last > 0.0) {
+        float start = air_focus_map(first, width);
+        float at = start + share * (air_focus_map(last, width) - start);
+        float m = width * at / max(1.0 - abs(at), 1e-6);
+        share = (m - first) / max(last - first, 1e-7);
+    } else {
+        share = share * (abs(first) + width) / (abs(last) + width - share * (abs(last) - abs(first)));
+    }
+    return clamp(2.0 * share - 1.0, -1.0, 1.0);
+}
+
+// The ray that a texel (row, column) stands for: its path and its cosine to the sun, and the sun's height at its start.
+AirPath air_texel_path(AirView v, int row, float column, out float mu_s, out float nu) {
+    bool floor_row = row < v.size.y;
+    float share = float(floor_row ? row : row - v.size.y) / float(v.size.y - 1);
+    vec2 span = floor_row ? v.span.xy : v.span.zw;
+    float excess = span.y * air_path_share(share, floor_row ? v.shape.x : v.shape.y), path = span.x + excess;
+    float h = v.camera.x, r = air_model.radii.x + h;
+    AirPath p;
+    p.floor_hit = floor_row;
+    p.h = min(h, air_model.radii.z);
+    float start_r = air_model.radii.x + p.h;
+    // 1 - |mu| for a vertical ray's excess of 0 and onwards: from mu itself the sine of a ray to the nadir would be 5e-4.
+    float around = floor_row ? 2.0 * air_model.radii.x + p.h - path : start_r + path + air_model.radii.y;
+    float less = clamp(excess * around / max(2.0 * start_r * path, 1e-20), 0.0, 2.0);
+    p.mu = floor_row ? less - 1.0 : 1.0 - less;
+    float mu = p.mu, sine = sqrt(less * (2.0 - less));
+    p.start = 0.0;
+    if (h > air_model.radii.z) {
+        sine *= start_r / r;
+        mu = -sin_from_cos(sine);
+        p.start = start_r * p.mu - r * mu;
+    }
+    p.length = path;
+    p.lowest = clamp(-start_r * p.mu, 0.0, path);
+    p.split = air_split(p.lowest, path);
+    nu = mu * v.camera.y + sine * v.camera.z * air_azimuth_of(v, air_focus(v, p, mu, sine), column);
+    mu_s = clamp_cos((r * v.camera.y + p.start * nu) / start_r);
+    nu = clamp_cos(nu);
+    return p;
+}
+
+// Where in the tables a ray lies; the last member is its share between the two rows and the two columns.
+struct AirCell {
+    ivec2 corner;   // column, row
+    vec2 share;
+};
+
+AirCell air_cell(AirView v, AirPath p, AirRay ray) {
+    vec2 at = vec2(air_column_of(v, air_focus(v, p, ray.mu, ray.sine), ray.azimuth), air_row(v, p));
+    AirCell cell;
+    cell.corner = min(ivec2(at), ivec2(v.size.x - 2, (p.floor_hit ? 0 : v.size.y) + v.size.y - 2));
+    cell.share = at - vec2(cell.corner);
+    return cell;
+}
+
+// Mean source function of a ray up to a whole slice, packed: first kind, and second without its phase.
+void air_look_up(AirCell cell, int slice, out vec3 first, out vec3 second) {
+    ivec3 at = ivec3(cell.corner, slice);
+    first = mix(mix(air_first(at), air_first(at + ivec3(1, 0, 0)), cell.share.x),
+        mix(air_first(at + ivec3(0, 1, 0)), air_first(at + ivec3(1, 1, 0)), cell.share.x), cell.share.y);
+    second = mix(mix(air_second(at), air_second(at + ivec3(1, 0, 0)), cell.share.x),
+        mix(air_second(at + ivec3(0, 1, 0)), air_second(at + ivec3(1, 1, 0)), cell.share.x), cell.share.y);
+}
+
+vec3 air_mean_extinction_at(AirCell cell, int slice) {
+    ivec2 at = ivec2(cell.corner.y, slice);
+    return mix(air_mean_extinction(at), air_mean_extinction(at + ivec2(1, 0)), cell.share.y);
+}
+
+// What the air between the camera and a distance along a ray does: transmittance, and the light that it scatters towards the
+// camera for a unit sun; path: metres of it in the air. Beyond the floor, where ground lies below it, the floor's air goes on.
+void air_between(AirView v, AirRay ray, float distance_m, out vec3 transmittance, out vec3 first, out vec3 second,
+    out float path) {
+    AirPath p = air_path(v, ray.mu, ray.sine);
+    float t = clamp(distance_m - p.start, 0.0, p.length);
+    float deeper = p.floor_hit ? max(distance_m - p.start - p.length, 0.0) : 0.0;
+    float slice = air_slice_of(t, p.length, p.lowest, p.split) * float(v.size.z);
+    AirCell cell = air_cell(v, p, ray);
+    int low = min(int(slice), v.size.z - 1);
+    float share = slice - float(low);
+    vec3 first_low, first_high, second_low, second_high;
+    air_look_up(cell, low, first_low, second_low);
+    air_look_up(cell, low + 1, first_high, second_high);
+    vec3 extinction = air_unpack(mix(air_mean_extinction_at(cell, low), air_mean_extinction_at(cell, low + 1), share));
+    vec3 depth = t * extinction + deeper * air_extinction(air_density(0.0));
+    depth = p.length > 0.0 ? depth : vec3(0.0);
+    transmittance = exp(-depth);
+    vec3 taken = depth * one_minus_exp_over(depth);
+    first = taken * air_unpack(mix(first_low, first_high, share));
+    second = taken * air_unpack(mix(second_low, second_high, share));
+    path = t + deeper;
+}
+
+// The same for the whole ray, to space or to the floor.
+void air_whole(AirView v, AirRay ray, out vec3 transmittance, out vec3 first, out vec3 second, out float path) {
+    AirPath p = air_path(v, ray.mu, ray.sine);
+    AirCell cell = air_cell(v, p, ray);
+    vec3 packed_first, packed_second;
+    air_look_up(cell, v.size.z, packed_first, packed_second);
+    vec3 depth = p.length * air_unpack(air_mean_extinction_at(cell, v.size.z));
+    transmittance = exp(-depth);
+    vec3 taken = depth * one_minus_exp_over(depth);
+    first = taken * air_unpack(packed_first);
+    second = taken * air_unpack(packed_second);
+    path = p.length;
+}

@@ -1,0 +1,37 @@
+// Fills a camera's tables: one invocation marches one ray and leaves the means up to each of its slices.
+#include "atmosphere/source.glsl"
+#include "generated/air_view.glsl"
+#define AIR_VIEW_FILL
+#include "atmosphere/view.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba32f, binding = 0) writeonly uniform image3D u_first;
+layout(rgba32f, binding = 1) writeonly uniform image3D u_second;
+layout(rgba32f, binding = 2) writeonly uniform image2D u_extinction;
+
+vec3 air_first(ivec3 texel) { return vec3(0.0); }
+vec3 air_second(ivec3 texel) { return vec3(0.0); }
+vec3 air_mean_extinction(ivec2 texel) { return vec3(0.0); }
+
+void main() {
+    AirView v = AirView(air_view.camera, air_view.span, air_view.shape, air_view.size);
+    ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
+    bool inside = texel.x < v.size.x && texel.y < 2 * v.size.y;
+    float mu_s, nu;
+    AirPath p = air_texel_path(v, texel.y, float(texel.x), mu_s, nu);
+    AirColumn c = air_column(p.h, p.mu, mu_s, nu, p.length);
+    vec3 first, second, extinction;
+    air_start_means(c, first, second, extinction);
+    for (int slice = 0; slice <= v.size.z; ++slice) {
+        if (inside) {
+            imageStore(u_first, ivec3(texel, slice), vec4(air_pack(first), 0.0));
+            imageStore(u_second, ivec3(texel, slice), vec4(air_pack(second), 0.0));
+            if (texel.x == 0) imageStore(u_extinction, ivec2(texel.y, slice), vec4(air_pack(extinction), 0.0));
+        }
+        if (slice < v.size.z) air_column_slice(c, slice, v.size.z);
+        first = air_column_mean(c, c.first);
+        second = air_column_mean(c, c.second);
+        float t = air_slice_distance(float(slice + 1) / float(v.size.z), c.path, c.lowest, c.split);
+        extinction = t > 0.0 ? c.depth / t : extinction;
+    }
+}

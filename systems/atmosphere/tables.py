@@ -1,0 +1,189 @@
+"""Tables of the air that hold for every camera: optical depth to space, and light scattered more than once.
+
+The work is cut into slices, so that a frame can do as much of it as it has time for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...engine.gpu import GpuScope
+
+__all__ = ["DEPTH_UNIT", "MOMENTS_UNIT", "AirTables", "Directions", "TableSizes"]
+
+DEPTH_UNIT, MOMENTS_UNIT = 8, 9
+_NODES_BINDING = 10
+_MOST_NODES = 32
+_IRRADIANCE_LAYERS = 4
+_MOST_DIRECTIONS = 48
+"""Directions in one dispatch. Mesa's software rasteriser ends a shader's loops, silently, after 65536 turns in all."""
+
+
+@dataclass(frozen=True)
+class Directions:
+    """Directions that light is gathered from: Gauss nodes above and below the horizon, azimuths of half a circle, and
+    slices of each ray."""
+
+    above: int = 10
+    below: int = 6
+    azimuths: int = 8
+    slices: int = 8
+
+    @property
+    def count(self) -> int:
+        """How many directions there are."""
+        return (self.above + self.below) * self.azimuths
+
+
+@dataclass(frozen=True)
+class TableSizes:
+    """Sizes of the tables. depth: (path, altitude) texels; moments: (sun, altitude) texels; degree: of the spherical
+    harmonics; orders: of scattering that are summed before the rest is taken as a geometric series; first, later:
+    directions for the first order, which has the sun's aureole in it, and for those after it."""
+
+    depth: tuple[int, int] = (128, 64)
+    depth_segments: int = 12
+    moments: tuple[int, int] = (48, 32)
+    degree: int = 2
+    orders: int = 6
+    first: Directions = Directions(16, 10, 24, 8)  # noqa: RUF009 - frozen
+    later: Directions = Directions()  # noqa: RUF009
+
+    @property
+    def layers(self) -> int:
+        """Layers of the table of moments: irradiance first."""
+        return _IRRADIANCE_LAYERS + (self.degree + 1) * (self.degree + 2) // 2
+
+    def samples(self) -> int:
+        """Points of the air that are looked at for all of it."""
+        texels = self.moments[0] * self.moments[1]
+        rays = self.first.count * self.first.slices + (self.orders - 1) * self.later.count * self.later.slices
+        return 2 * texels * rays
+
+
+class AirTables:
+    """The tables of one air at one size, in slices.
+
+    gpu: who owns the textures. The uniform block ``air_model`` has to be bound while `step` runs.
+    textures: name -> texture; they are right once `done`. orders_wanted: 0 for all, n for light scattered at most n
+    times.
+    """
+
+    def __init__(self, gpu: GpuScope, sizes: TableSizes, orders_wanted: int = 0) -> None:
+        self.sizes = sizes
+        self._gpu = gpu
+        self._ctx = gpu.gpu.ctx
+        self._wanted = orders_wanted
+        defines = {"AIR_DEGREE": sizes.degree}
+        self._depth_program = gpu.compute("atmosphere/depth.comp", {"DEPTH_SEGMENTS": sizes.depth_segments})
+        self._gather = [gpu.compute("atmosphere/gather.comp", {**defines, "GATHER_FIRST": f}) for f in (0, 1)]
+        self._orders = gpu.compute("atmosphere/orders.comp", defines)
+        self.depth = gpu.texture(sizes.depth, "rgba32f")
+        self._layered = [gpu.texture(sizes.moments, "rgba32f", layers=sizes.layers) for _ in range(5)]
+        self.moments = self._layered[0]
+        self._nodes = {d: gpu.buffer(_node_buffer(d)) for d in (sizes.first, sizes.later)}
+        self._work: Iterator[int] | None = None
+        self._spent = 0
+        self.done = False
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin again, for another air of the same sizes."""
+        self._work, self._spent, self.done = self._steps(), 0, False
+
+    @property
+    def share(self) -> float:
+        """How much of the work is done, 0..1."""
+        return 1.0 if self.done else min(self._spent / max(self.sizes.samples(), 1), 0.99)
+
+    def step(self, samples: int) -> None:
+        """One slice of about that many samples (at least one dispatch)."""
+        if self.done or self._work is None:
+            return
+        self._slice = max(samples, 1)
+        try:
+            self._spent += next(self._work)
+        except StopIteration:
+            self.done, self._work = True, None
+
+    def bind(self) -> None:
+        """Bind what the look-ups read, at their units."""
+        self.depth.use(DEPTH_UNIT)
+        self.moments.use(MOMENTS_UNIT)
+
+    def release(self) -> None:
+        """Free textures, buffers and programs."""
+        for owned in (self.depth, *self._layered, *self._nodes.values()):
+            self._gpu.free(owned)
+        for program in (self._depth_program, *self._gather, self._orders):
+            self._gpu.free(program)
+
+    def _steps(self) -> Iterator[int]:
+        width, height = self.sizes.moments
+        self.depth.bind_to_image(0, read=False, write=True)
+        self._depth_program.run_over(*self.sizes.depth)
+        self._ctx.memory_barrier()
+        yield self.sizes.depth[0] * self.sizes.depth[1] * self.sizes.depth_segments
+        total_table, total_sums, sums, *tables = self._layered
+        zero = bytes(16 * width * height * self.sizes.layers)
+        for texture in self._layered:
+            texture.write(zero)
+        orders = self._wanted - 1 if self._wanted else self.sizes.orders
+        for order in range(1, orders + 1):
+            last, fresh = tables[order % 2], tables[1 - order % 2]
+            directions = self.sizes.first if order == 1 else self.sizes.later
+            program = self._gather[1 if order == 1 else 0]
+            program.set("u_counts", (directions.above, directions.below, directions.azimuths, directions.slices))
+            for row, rows, first, past in _chunks(directions, width, height, lambda: self._slice):
+                self.depth.use(DEPTH_UNIT)
+                last.use(MOMENTS_UNIT)
+                self._nodes[directions].bind_to_uniform_block(_NODES_BINDING)
+                sums.bind_to_image(0)
+                program.set("u_range", (row, first, past, order))
+                program.run(-(-width // 8), rows)
+                self._ctx.memory_barrier()
+                yield 2 * width * rows * (past - first) * directions.slices
+            last.use(MOMENTS_UNIT)
+            sums.bind_to_image(0)
+            total_sums.bind_to_image(1)
+            fresh.bind_to_image(2, read=False, write=True)
+            total_table.bind_to_image(3, read=False, write=True)
+            closing = order == orders and not self._wanted
+            self._orders.set("u_flags", (int(order == 1), int(closing)))
+            self._orders.run_over(width, height)
+            self._ctx.memory_barrier()
+            yield 0
+
+
+def _chunks(d: Directions, width: int, height: int, samples: Any) -> Iterator[tuple[int, int, int, int]]:
+    """(first row, rows, first direction, past the last) that cover all, each about `samples()` points of air."""
+    first = 0
+    while first < d.count:
+        per_direction = 2 * width * height * d.slices
+        count = max(1, min(samples() // per_direction, _MOST_DIRECTIONS, d.count - first))
+        if samples() >= per_direction:
+            yield 0, height, first, first + count
+        else:
+            row = 0
+            while row < height:
+                rows = max(1, min(samples() // (2 * width * d.slices), height - row))
+                yield row, rows, first, first + 1
+                row += rows
+            count = 1
+        first += count
+
+
+def _node_buffer(d: Directions) -> np.ndarray[Any, np.dtype[np.float32]]:
+    """(32, 4) f32: Gauss nodes and weights on 0..1, above the horizon in xy, below it in zw."""
+    packed = np.zeros((_MOST_NODES, 4), np.float32)
+    for column, count in ((0, d.above), (2, d.below)):
+        if not 1 <= count <= _MOST_NODES:
+            raise ValueError(f"1 to {_MOST_NODES} directions above and below the horizon, found {count}")
+        nodes, weights = np.polynomial.legendre.leggauss(count)
+        packed[:count, column] = 0.5 * nodes + 0.5
+        packed[:count, column + 1] = 0.5 * weights
+    return packed

@@ -1,0 +1,85 @@
+"""The air as one camera sees it: tables over the directions around it, made anew when its altitude or the sun's height
+changes there."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...engine.gpu.layout import IVec4, Vec4
+from .model import AirModel
+
+__all__ = ["VIEW_BINDING", "AirViewBlock", "ViewSizes", "sun_at", "view_block"]
+
+VIEW_BINDING = 8
+_STEEP_SHARE = 2.0
+"""From space, this much more of the rows is given to floor rays near the middle of the disc."""
+_FOCUS = 2.7
+"""Width of the terminator's focus in units of sqrt(scale height / radius): about 0.1 on Earth."""
+
+
+@dataclass(frozen=True)
+class ViewSizes:
+    """columns: azimuths; rows: of rays that end on the floor, and as many of those that don't; slices along a ray."""
+
+    columns: int = 24
+    rows: int = 48
+    slices: int = 12
+
+    @property
+    def texels(self) -> tuple[int, int, int]:
+        """Size of the tables of light."""
+        return (self.columns, 2 * self.rows, self.slices + 1)
+
+
+@dataclass
+class AirViewBlock:
+    """GLSL: ``#include "generated/air_view.glsl"``, instance ``air_view``; struct AirView in atmosphere/view.glsl."""
+
+    camera: Vec4 = (0.0, 1.0, 0.0, 0.0)
+    """(altitude >= 0, cosine and sine of the sun's zenith angle, unused)"""
+    span: Vec4 = (0.0, 0.0, 0.0, 0.0)
+    """length of rays in the air: those that end on the floor (least, range), the others (least, range)"""
+    shape: Vec4 = (1.0, 1.0, 0.1, 0.0)
+    """(kappa of the rows of floor rays, of the others, width of the terminator's focus, unused)"""
+    sun_side: Vec4 = (1.0, 0.0, 0.0, 0.0)
+    """xyz: unit, level at the camera, towards the sun"""
+    size: IVec4 = (0, 0, 0, 0)
+    """(columns, rows of each half, slices, unused)"""
+
+
+def sun_at(up: NDArray[np.float64], sun: NDArray[np.float64]) -> tuple[float, float, NDArray[np.float64]]:
+    """Cosine and sine of the sun's zenith angle and the level unit vector towards it; any where it is in the zenith."""
+    cosine = float(np.clip(np.dot(up, sun), -1.0, 1.0))
+    side = sun - cosine * up
+    sine = float(np.linalg.norm(side))
+    if sine < 1e-12:
+        helper = np.array([0.0, 0.0, 1.0]) if abs(up[2]) < 0.7 else np.array([1.0, 0.0, 0.0])
+        side = np.cross(up, helper)
+        return cosine, sine, side / np.linalg.norm(side)
+    return cosine, sine, side / sine
+
+
+def view_block(
+    model: AirModel, altitude_m: float, cosine: float, sine: float, side: NDArray[np.float64], sizes: ViewSizes
+) -> AirViewBlock:
+    """The block of a camera at this altitude (below the floor: on it) under a sun at this zenith angle."""
+    h = max(altitude_m, 0.0)
+    inside = min(h, model.thickness_m)
+    top, radius = model.thickness_m, model.radius_m
+    to_horizon = math.sqrt(inside * (2.0 * radius + inside))
+    farthest = math.sqrt(top * (2.0 * radius + top))
+    least = top - inside
+    # Continuous through the top: from there on the rays are those of a camera on it.
+    steep = 1.0 + _STEEP_SHARE * min(inside / top, 1.0) ** 2
+    grazing = 1.0 - 0.6 * min(inside / top, 1.0)
+    return AirViewBlock(
+        camera=(h, cosine, sine, 0.0),
+        span=(inside, to_horizon - inside, least, to_horizon + farthest - least),
+        shape=(steep, grazing, _FOCUS * math.sqrt(model.rayleigh_height_m / radius), 0.0),
+        sun_side=(*side, 0.0),
+        size=(sizes.columns, sizes.rows, sizes.slices, 0),
+    )
