@@ -11,13 +11,14 @@ from .debug_view import DebugView
 from .exposure import Composite, Exposure
 from .ocean import Ocean
 from .planet import Planet
-from .quality import ProxyQuality, SkyQuality, TerrainQuality
+from .quality import AtmosphereQuality, ProxyQuality, SkyQuality, TerrainQuality
 from .stars import Stars
 from .sun import Sun
 from .terrain import Terrain
 
 __all__ = [
     "Atmosphere",
+    "AtmosphereQuality",
     "Composite",
     "DebugView",
     "Exposure",

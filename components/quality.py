@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from ._knob import knob
 
-__all__ = ["ProxyQuality", "SkyQuality", "TerrainQuality"]
+__all__ = ["AtmosphereQuality", "ProxyQuality", "SkyQuality", "TerrainQuality"]
 
 
 @dataclass
@@ -73,4 +73,66 @@ class SkyQuality:
         help="How radiance is stored before exposure: 16 bits keep 3 digits, 32 bits 7",
         cost="32 bits are twice the memory to write and read",
         choices=("rgba16f", "rgba32f"),
+    )
+
+
+@dataclass
+class AtmosphereQuality:
+    """Keys "atmosphere.*"."""
+
+    columns: int = knob(
+        24,
+        8,
+        128,
+        "",
+        "Azimuths of the air's tables around the camera, from towards the sun to away from it",
+        cost="time to fill the tables when the camera's height changes",
+    )
+    rows: int = knob(
+        48,
+        8,
+        256,
+        "",
+        "Rows of the air's tables on either side of the horizon, densest next to it",
+        cost="as columns",
+    )
+    slices: int = knob(
+        16,
+        4,
+        64,
+        "",
+        "Slices of each ray through the air; two points of the air are looked at in each",
+        cost="as columns, and memory",
+    )
+    altitudes: int = knob(
+        32,
+        8,
+        96,
+        "",
+        "Altitudes in the tables that hold for all cameras",
+        cost="time to compute them after a change of the air",
+    )
+    sun_heights: int = knob(48, 8, 256, "", "Heights of the sun in those tables", cost="as altitudes")
+    directions: int = knob(
+        8,
+        4,
+        15,
+        "",
+        "Azimuths that light is gathered from in half a circle; heights and the first order in proportion",
+        cost="as altitudes, with its square",
+    )
+    march: int = knob(8, 4, 32, "", "Slices of each ray that light is gathered along", cost="as altitudes")
+    degree: int = knob(
+        2,
+        2,
+        4,
+        "",
+        "Degree of the spherical harmonics of scattered light: 2 is exact for gas, haze gains from 4",
+        cost="half as much again for each",
+    )
+    orders: int = knob(
+        6, 1, 16, "", "Orders of scattering that are computed; those after them are estimated", cost="as altitudes"
+    )
+    budget_ms: float = knob(
+        2.0, 0.1, 1000.0, "ms", "Time a frame for the tables while the air changes", cost="itself", log=True
     )

@@ -79,6 +79,8 @@ class Frame:
     view_index: int = 0
     settings: Mapping[str, Any] = field(default_factory=dict)
     cut: bool = True
+    settling: bool = False
+    """Nobody looks at this frame: what refines over frames may take its time and finish now."""
     ev100: float | None = None
     """A view's own fixed exposure, which goes before the scene's Exposure; None: the scene decides."""
 
@@ -116,6 +118,10 @@ class System:
     def settled(self) -> bool:
         """Whether the last frame shows all that this system will come to show: nothing streams, refines or adapts."""
         return True
+
+    def progress(self) -> float:
+        """How much of what `settled` waits for is done, 0..1."""
+        return 1.0 if self.settled() else 0.0
 
     def statistics(self) -> dict[str, int]:
         """Counts of the last frame (cells, vertices, triangles) for overlays and benches. May read the GPU."""

@@ -29,6 +29,7 @@ from .outputs import OUTPUTS, exports_for, read_output
 from .quality import resolve_quality
 from .scene import Scene
 from .snapshot import Snapshot
+from .systems.atmosphere.system import AtmosphereSystem
 from .systems.composite import CompositeSystem
 from .systems.debug import DebugSystem
 from .systems.gbuffer import GBufferSystem
@@ -45,6 +46,7 @@ SYSTEMS: tuple[type[System], ...] = (
     ProxySystem,
     LightSystem,
     GBufferSystem,
+    AtmosphereSystem,
     TerrainSystem,
     OceanSystem,
     SkySystem,
@@ -55,6 +57,7 @@ SYSTEMS: tuple[type[System], ...] = (
 """In the order of their updates; the order of the passes comes from the graph."""
 
 _SETTLE_FRAMES = 64
+"""Frames without progress after which settle gives up."""
 _LOWEST_CLEARANCE_M = 0.01
 
 
@@ -177,19 +180,23 @@ class Renderer:
         started = time.monotonic()
         self._cut = True
         waiting: list[str] = []
-        step = 0
-        for step in range(_SETTLE_FRAMES):
+        step, idle, share = 0, 0, 0.0
+        while idle < _SETTLE_FRAMES:
             with self._guest():
-                self._draw(camera, time_s, sun, self._exports - {"target"} or frozenset({"composite.ldr"}), 10.0, None)
-            waiting = [s.name for s in self._systems if s.name in self._scopes and not s.settled()]
+                exports = self._exports - {"target"} or frozenset({"composite.ldr"})
+                self._draw(camera, time_s, sun, exports, 10.0, None, settling=True)
+            running = [s for s in self._systems if s.name in self._scopes]
+            waiting = [s.name for s in running if not s.settled()]
+            now = min((s.progress() for s in running), default=1.0)
+            step, idle, share = step + 1, 0 if now > share else idle + 1, max(now, share)
             if progress is not None:
-                progress(1.0 if not waiting else (step + 1) / _SETTLE_FRAMES)
-            if not waiting and step >= 1:
+                progress(1.0 if not waiting else 0.99 * share)
+            if not waiting and step >= 2:
                 return
             if timeout_s is not None and time.monotonic() - started > timeout_s:
                 break
         raise NotSettled(
-            f"not settled after {step + 1} frames and {time.monotonic() - started:.1f} s: "
+            f"not settled after {step} frames and {time.monotonic() - started:.1f} s: "
             f"{', '.join(waiting) or 'nothing'}; give it a longer timeout_s"
         )
 
@@ -360,6 +367,7 @@ class Renderer:
         exports: frozenset[str],
         dt_s: float | None,
         target: Any,
+        settling: bool = False,
     ) -> None:
         started = time.perf_counter()
         _check_moment(camera, time_s, sun)
@@ -374,6 +382,7 @@ class Renderer:
         self._gate()
         frame = self._frame_for(state, sun_state, time_s, dt_s)
         frame.ev100 = view.ev100 if view is not None else None
+        frame.settling = settling
         for system in self._systems:
             if system.name in self._scopes:
                 system.update(frame)

@@ -1,8 +1,7 @@
 // Light gathered along one ray through the air, slice by slice: Gauss rule of two points in each slice.
 //
-// Slices are dense about the lowest point of the ray (where the air is), by squares of the distance from it, and share out
-// the two sides by the square root of their lengths. Whoever includes this defines column_source().
-#include "atmosphere/medium.glsl"
+// Whoever includes this defines column_source().
+#include "atmosphere/slices.glsl"
 
 struct AirColumn {
     float h, mu, mu_s, nu;   // at the start of the ray, inside the air; nu: cosine between ray and sun
@@ -14,23 +13,6 @@ struct AirColumn {
 
 // Emission per metre (two kinds that are kept apart) at altitude h, where the ray has cosine mu to the zenith.
 void column_source(float h, float mu, float mu_s, float nu, vec3 density, out vec3 first, out vec3 second);
-
-float air_split(float lowest, float path) {
-    float down = sqrt(lowest), up = sqrt(max(path - lowest, 0.0));
-    return down / max(down + up, 1e-10);
-}
-
-// Distance along the ray of a share w of its slices, and back.
-float air_slice_distance(float w, float path, float lowest, float split) {
-    float down = clamp((split - w) / max(split, 1e-6), 0.0, 1.0), up = clamp((w - split) / max(1.0 - split, 1e-6), 0.0, 1.0);
-    return lowest - lowest * down * down + (path - lowest) * up * up;
-}
-
-float air_slice_of(float t, float path, float lowest, float split) {
-    float down = sqrt(clamp((lowest - t) / max(lowest, 1e-6), 0.0, 1.0));
-    float up = sqrt(clamp((t - lowest) / max(path - lowest, 1e-6), 0.0, 1.0));
-    return split - split * down + (1.0 - split) * up;
-}
 
 AirColumn air_column(float h, float mu, float mu_s, float nu, float path) {
     AirColumn c;

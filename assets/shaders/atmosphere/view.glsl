@@ -7,7 +7,7 @@
 // for points 1 m away; and the mean extinction. No phase function of Mie's is in it: the aureole is exact.
 //
 // Whoever includes this defines air_first(ivec3), air_second(ivec3) and air_mean_extinction(ivec2): texels of the tables.
-#include "atmosphere/medium.glsl"
+#include "atmosphere/slices.glsl"
 
 struct AirView {
     vec4 camera;   // altitude >= 0, cosine and sine of the sun's zenith angle, unused

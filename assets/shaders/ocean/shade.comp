@@ -89,7 +89,7 @@ vec3 sea_radiance(ivec2 pixel) {
     vec2 ice = sea_ice(point, normal);
     vec3 frozen = ocean.ice.rgb * ice.y * (sunlight * n_l + skylight) / PI;
     vec3 radiance = mix(upwelling + mirrored + glitter * sunlight, frozen, below ? 0.0 : ice.x);
-    Air between = air(vec3(0.0), point);
+    Air between = air_from_camera(point);
     return (radiance * between.transmittance + between.in_scatter);
 }
 

@@ -69,7 +69,7 @@ vec3 ground_radiance(ivec2 pixel) {
     vec3 irradiance = sky_irradiance(point, normal) + bounce + frame.sun_irradiance.rgb * STARLIGHT;
     vec3 radiance = material.albedo * (sunlight * reflected(max(n_l, 0.0), dot(normal, view), view, sun) + irradiance / PI);
 
-    Air between = air(vec3(0.0), point);
+    Air between = air_from_camera(point);
     return radiance * between.transmittance + between.in_scatter;
 }
 
