@@ -8,6 +8,7 @@ from .backend import BarrierKind, GraphBackend, PassTimers
 from .builder import GraphBuilder
 from .declaration import PassDecl
 from .errors import GraphError
+from .names import Scope, base_name, qualified
 from .null_backend import NullBackend
 from .pass_io import Flag, PassIO, Slot
 from .plan import Plan
@@ -30,6 +31,9 @@ __all__ = [
     "PassReport",
     "PassTimers",
     "Plan",
+    "Scope",
     "Slot",
     "TextureSpec",
+    "base_name",
+    "qualified",
 ]

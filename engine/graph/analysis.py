@@ -11,8 +11,10 @@ from .declaration import PassDecl
 from .errors import GraphError, did_you_mean
 from .lifetimes import Lifetimes, find_lifetimes
 from .model import GraphModel, build_model
+from .names import Names, canonical
 from .order import Order, order_passes
 from .resources import ImportSpec
+from .sizes import Size
 
 
 @dataclass(slots=True)
@@ -37,9 +39,10 @@ class Analysis:
 
     def find(self, pass_name: str) -> int:
         """Index of a pass. Raises GraphError for an unknown one."""
-        if pass_name not in self.model.index:
+        found = self.model.index.get(canonical(pass_name))
+        if found is None:
             raise GraphError(f"there is no pass {pass_name!r}.{did_you_mean(pass_name, self.model.index)}")
-        return self.model.index[pass_name]
+        return found
 
     def explain(self, pass_name: str) -> str:
         """Why a pass runs or not, where, and what it touches; several lines."""
@@ -54,9 +57,18 @@ class Analysis:
         return to_mermaid(self)
 
 
-def analyse(passes: tuple[PassDecl, ...], imports: Mapping[str, ImportSpec], exports: tuple[str, ...]) -> Analysis:
-    """Check and analyse a declared graph. Raises GraphError."""
-    model = build_model(passes, imports, exports)
+def analyse(
+    passes: tuple[PassDecl, ...],
+    imports: Mapping[str, ImportSpec],
+    exports: tuple[str, ...],
+    names: Names,
+    sizes: Mapping[int, Size],
+) -> Analysis:
+    """Check and analyse a declared graph. names: already resolved; sizes: of views that have their own.
+
+    Raises GraphError.
+    """
+    model = build_model(passes, imports, exports, names, sizes)
     order = order_passes(model)
     culling = cull(model, order)
     lifetimes = find_lifetimes(model, culling)

@@ -11,8 +11,10 @@ from .analysis import Analysis
 from .backend import GraphBackend, PassTimers
 from .declaration import PassDecl, Run
 from .errors import GraphError
+from .names import Names
 from .pass_io import Flag, PassIO, Slot
 from .resources import CreatedSpec, ImportSpec
+from .sizes import ViewSizes
 from .storage import Storage
 
 Step = tuple[Run, Callable[[], object] | None, Callable[[], object] | None]
@@ -32,7 +34,8 @@ class State:
 class Table:
     """One parity's look-up table for PassIO."""
 
-    view_size: tuple[int, int]
+    names: Names
+    sizes: ViewSizes
     parity: int
     specs: dict[str, CreatedSpec]
     imports: dict[str, ImportSpec]
@@ -43,14 +46,13 @@ class Table:
     framebuffer: Callable[[tuple[Any, ...], Any | None], Any]
 
 
-def make_table(
-    analysis: Analysis, storage: Storage, state: State, view_size: tuple[int, int], parity: int
-) -> Table:
+def make_table(analysis: Analysis, storage: Storage, state: State, sizes: ViewSizes, parity: int) -> Table:
     """The objects of all living resources in frames of one parity."""
     key = analysis.lifetimes.key
     names = analysis.lifetimes.span
     return Table(
-        view_size=view_size,
+        names=analysis.model.names,
+        sizes=sizes,
         parity=parity,
         specs=analysis.model.specs,
         imports=analysis.model.imports,
@@ -63,13 +65,13 @@ def make_table(
 
 
 def bind_passes(
-    analysis: Analysis, backend: GraphBackend, storage: Storage, state: State, view_size: tuple[int, int]
+    analysis: Analysis, backend: GraphBackend, storage: Storage, state: State, sizes: ViewSizes
 ) -> tuple[list[Step], list[Step]]:
     """The steps of even and odd frames. A pass that touches no history resource is bound once for both.
 
     Raises what a bind raises, with a note that names the pass.
     """
-    tables = tuple(make_table(analysis, storage, state, view_size, parity) for parity in (0, 1))
+    tables = tuple(make_table(analysis, storage, state, sizes, parity) for parity in (0, 1))
     steps: tuple[list[Step], list[Step]] = ([], [])
     for place, i in enumerate(analysis.culling.alive):
         decl = analysis.model.passes[i]

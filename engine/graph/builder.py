@@ -2,17 +2,31 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from enum import Enum
+from typing import TYPE_CHECKING, Final
 
 from .backend import GraphBackend
 from .declaration import Bind, PassDecl, PassKind
+from .declared import Declared
 from .errors import GraphError
-from .resources import CreatedSpec, ImportKind, ImportSpec
+from .names import MARK, Scope, qualified
+from .resources import BufferSpec, CreatedSpec, ImportKind, ImportSpec, TextureSpec
+from .sizes import Size, checked_size
 
 if TYPE_CHECKING:
     from .analysis import Analysis
     from .plan import Plan
+
+
+class _Same(Enum):
+    SAME = 0
+
+
+SAME: Final = _Same.SAME
+"""As in the scope that this one is made from."""
 
 
 class GraphBuilder:
@@ -27,29 +41,69 @@ class GraphBuilder:
 
     Passes may be declared in any order; names are resolved at compile. Errors of one pass alone are raised by
     `add_pass`, errors between passes by `compile`. docs/frame-graph.md has the rules.
+
+    `scope` gives a builder for one view or planet: what is declared there is that view's (planet's) own, under the
+    same names as everybody uses.
     """
 
     def __init__(self) -> None:
-        self._passes: dict[str, PassDecl] = {}
-        self._imports: dict[str, ImportSpec] = {}
-        self._creators: dict[str, str] = {}
-        self._exports: dict[str, None] = {}
+        self._declared = Declared()
+        self._scope = Scope()
+        self._origin = Scope()
+
+    def scope(
+        self,
+        *,
+        view: int | _Same | None = SAME,
+        planet: int | _Same | None = SAME,
+        home: int | _Same = SAME,
+        size: Size | None = None,
+    ) -> GraphBuilder:
+        """A builder of the same graph whose passes, resources and imports belong to a view, a planet, or both.
+
+            of_view = builder.scope(view=1, size=(320, 180))
+            of_planet = of_view.scope(planet=2)
+            shared = of_planet.scope(view=None)     # planet 2's, for all views
+
+        view, planet: indices from 0; None: shared by all of them; what isn't given stays as in this scope. Names
+        without an index mean this scope's: its view's, its planet's, or the shared one, however that name is owned.
+        home: the planet meant in a scope without one. size: (w, h) in pixels of a view that doesn't have the plan's
+        size. A pass that is shared by views may be declared once from each of them: the first one counts.
+
+        Raises GraphError for an index that is none, or a second size of a view.
+        """
+        old = self._scope
+        new = Scope(
+            old.view if isinstance(view, _Same) else _index("view", view, optional=True),
+            old.planet if isinstance(planet, _Same) else _index("planet", planet, optional=True),
+            old.home if isinstance(home, _Same) else _index("home", home) or 0,
+        )
+        if size is not None:
+            if new.view is None:
+                raise GraphError(f"scope(size={size!r}) without a view: what views share follows the plan's size.")
+            size = checked_size(size, f"scope(view={new.view}): size")
+            if self._declared.sizes.setdefault(new.view, size) != size:
+                raise GraphError(
+                    f"scope(view={new.view}): size={size!r}, but that view has {self._declared.sizes[new.view]}"
+                    " already; a view has one size."
+                )
+        made = copy.copy(self)
+        made._scope = new
+        made._origin = Scope(
+            self._origin.view if new.view is None else new.view,
+            self._origin.planet if new.planet is None else new.planet,
+            new.home,
+        )
+        self._declared.indexed |= bool(new.view or new.planet or new.home)
+        return made
 
     def import_(self, name: str, kind: ImportKind, help: str = "") -> ImportSpec:
         """Declare something that the graph does not own; the object is bound late with `Plan.bind_import`.
 
         Raises GraphError when the name is taken. Declaring the same import twice with one kind is fine: several
-        systems may ask for it.
+        systems may ask for it. It is a view's (planet's) own if all who ask are in a view (planet), else shared.
         """
-        spec = ImportSpec(name, kind, help)
-        known = self._imports.get(name)
-        if known is not None and known.kind != kind:
-            raise GraphError(f"import {name!r} was declared as a {known.kind} and now as a {kind}; use one kind.")
-        if name in self._creators:
-            raise GraphError(
-                f"import {name!r} has the name of a resource that pass {self._creators[name]!r} creates; rename one."
-            )
-        return self._imports.setdefault(name, spec)
+        return self._declared.add_import(name, kind, help, self._scope)
 
     def add_pass(
         self,
@@ -88,10 +142,12 @@ class GraphBuilder:
 
         Raises GraphError for what is wrong with this pass alone, a name that is taken, or a second creator.
         """
+        scope = self._scope
+        specs = _specs(name, creates)
         decl = PassDecl(
-            name=name,
+            name=qualified(name, scope.view, scope.planet) if isinstance(name, str) else name,
             bind=bind,
-            creates=_specs(name, creates),
+            creates=tuple(_owned(spec, scope) for spec in specs) if scope.view or scope.planet else specs,
             reads=_names(reads),
             reads_optional=_names(reads_optional),
             writes=_names(writes),
@@ -103,47 +159,54 @@ class GraphBuilder:
             kind=kind,
             system=system,
             help=help,
+            scope=scope,
         )
-        if name in self._passes:
-            other = self._passes[name]
-            raise GraphError(
-                f"two passes are called {name!r} (systems {other.system!r} and {system!r}); rename one, or declare it"
-                " once."
-            )
-        for spec in decl.creates:
-            if spec.name in self._creators:
-                raise GraphError(
-                    f"pass {name!r} creates {spec.name!r}, but pass {self._creators[spec.name]!r} creates it already; a"
-                    f" resource has one creator: put it into writes= with after=({self._creators[spec.name]!r},)."
-                )
-            if spec.name in self._imports:
-                raise GraphError(f"pass {name!r} creates {spec.name!r}, which is an import; put it into writes=.")
-        self._passes[name] = decl
-        for spec in decl.creates:
-            self._creators[spec.name] = name
+        self._declared.add_pass(decl, name, [spec.name for spec in specs], self._origin)
 
     def export(self, name: str) -> None:
-        """Name a result: a resource or import that somebody looks at after the frame. The walk back starts here."""
+        """Name a result: a resource or import that somebody looks at after the frame. The walk back starts here.
+
+        Outside of scopes, what the name doesn't say is index 0: "x" is also view 0's "x", view 1's is "x@view1".
+        """
         if not isinstance(name, str):
             raise GraphError(f"export({name!r}): give the name of a resource.")
-        self._exports[name] = None
+        inside = self._scope.view is not None or self._scope.planet is not None
+        self._declared.indexed |= MARK in name
+        self._declared.exports[name, self._scope if inside else None] = None
 
     def analyse(self) -> Analysis:
         """Everything about the graph that needs no backend: order, culling, lifetimes, barriers, drawings."""
         from .analysis import analyse
 
-        return analyse(tuple(self._passes.values()), self._imports, tuple(self._exports))
+        passes, imports, exports = self._declared.resolved()
+        return analyse(passes, imports, exports, self._declared.resources, self._declared.sizes)
 
     def compile(self, backend: GraphBackend, size: tuple[int, int], previous: Plan | None = None) -> Plan:
         """Check, order and cull the passes, create what the survivors need, and bind them.
 
-        size: (w, h) of the view in pixels. previous: a plan of the same backend that this one replaces: what has the
-        same name, spec and size is taken over with its content (history stays valid), the rest is released, and
-        `previous` cannot be used any more. When compile raises, nothing has been created and `previous` still works.
+        size: (w, h) in pixels of the view, or of all views without a size of their own. previous: a plan of the same
+        backend that this one replaces: what has the same name, spec and size is taken over with its content (history
+        stays valid), the rest is released, and `previous` cannot be used any more. When compile raises, nothing has
+        been created and `previous` still works.
         """
         from .plan import Plan
 
         return Plan(backend, size, self.analyse(), previous)
+
+
+def _index(what: str, value: object, optional: bool = False) -> int | None:
+    if value is None and optional:
+        return None
+    if isinstance(value, bool) or not isinstance(value, int) or value < 0:
+        told = ", or None for what all share" if optional else ""
+        raise GraphError(f"scope({what}={value!r}): give an index, 0 or above{told}.")
+    return value
+
+
+def _owned(spec: CreatedSpec, scope: Scope) -> CreatedSpec:
+    if not isinstance(spec, (TextureSpec, BufferSpec)):
+        return spec  # the declaration's check names it
+    return replace(spec, name=qualified(spec.name, scope.view, scope.planet))
 
 
 def _names(value: Iterable[str]) -> tuple[str, ...]:

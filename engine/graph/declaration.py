@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, get_args
 
 from .errors import GraphError, did_you_mean
+from .names import Scope
 from .resources import BufferSpec, CreatedSpec, TextureSpec
 
 if TYPE_CHECKING:
@@ -21,7 +22,8 @@ Bind = Callable[["PassIO"], Run]
 
 @dataclass(frozen=True, slots=True)
 class PassDecl:
-    """A declared pass; the fields are the arguments of `GraphBuilder.add_pass`."""
+    """A declared pass; the fields are the arguments of `GraphBuilder.add_pass`, and the scope of the builder. Name and
+    creates are qualified from the start, what is named of others at compile."""
 
     name: str
     bind: Bind
@@ -37,6 +39,7 @@ class PassDecl:
     kind: PassKind
     system: str
     help: str
+    scope: Scope
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.strip():

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from .analysis import Analysis
+from .names import qualified
 from .order import describe
 from .resources import TextureSpec
 
@@ -27,6 +28,9 @@ def explain(analysis: Analysis, pass_name: str, plan: Plan | None = None) -> str
         if place in analysis.barriers.because:
             names = ", ".join(map(repr, analysis.barriers.because[place]))
             lines.append(f"  behind a storage barrier for {names}")
+    owners = [f"{what} {n}" for what, n in (("view", decl.scope.view), ("planet", decl.scope.planet)) if n is not None]
+    if len({other.scope for other in model.passes}) > 1:
+        lines.append(f"  of {', '.join(owners) or 'all views and planets'}")
     if decl.when is not None:
         lines.append("  only in frames in which its when() says yes")
 
@@ -42,7 +46,7 @@ def explain(analysis: Analysis, pass_name: str, plan: Plan | None = None) -> str
     ]
     lines += [f"  order: {describe(model, e)}" for e in analysis.order.edges.values() if i in (e.before, e.after)]
     if plan is not None and i in culling.why_alive:
-        report = next(r for r in plan.passes if r.name == pass_name)
+        report = next(r for r in plan.passes if r.name == decl.name)
         if report.ran:
             gpu = "" if report.gpu_ms is None else f", {report.gpu_ms:.3f} ms GPU"
             lines.append(f"  last frame: {report.cpu_ms:.3f} ms CPU{gpu}")
@@ -57,7 +61,7 @@ def _resource(analysis: Analysis, name: str, plan: Plan | None) -> str:
         return f"{name!r}: imported {analysis.model.imports[name].kind}"
     if isinstance(spec, TextureSpec):
         if plan is not None:
-            size = " x ".join(str(n) for n in spec.resolve(plan.size))
+            size = " x ".join(str(n) for n in plan.texels(name))
         else:
             size = f"{spec.size} of the view" if spec.relative else " x ".join(str(n) for n in spec.resolve((1, 1)))
         text = f"{name!r}: {spec.lifetime} texture {spec.format}, {size}"
@@ -75,13 +79,16 @@ def _resource(analysis: Analysis, name: str, plan: Plan | None) -> str:
 
 
 def to_mermaid(analysis: Analysis) -> str:
-    """A mermaid flowchart. Boxes: passes, grouped by system; rounded: imports and exports; arrows: the resource that
-    flows; dotted arrows: last frame's content, or what a culled pass would have used; dashed boxes: culled passes."""
+    """A mermaid flowchart. Boxes: passes, grouped by system (and view or planet); rounded: imports and exports;
+    arrows: the resource that flows; dotted arrows: last frame's content, or what a culled pass would have used; dashed
+    boxes: culled passes."""
     model, order, culling = analysis.model, analysis.order, analysis.culling
     lines = ["flowchart LR"]
     systems: dict[str, list[int]] = {}
     for i in order.sequence:
-        systems.setdefault(model.passes[i].system, []).append(i)
+        decl = model.passes[i]
+        box = decl.system and qualified(decl.system, decl.scope.view, decl.scope.planet)
+        systems.setdefault(box, []).append(i)
     for n, (system, members) in enumerate(systems.items()):
         if system:
             lines.append(f'    subgraph s{n}["{_text(system)}"]')

@@ -64,7 +64,10 @@ def find_lifetimes(model: GraphModel, culling: Culling) -> Lifetimes:
         elif spec.lifetime == "history":
             specs["history", name, 0] = specs["history", name, 1] = spec
         else:
-            candidates = pool.setdefault(spec.pool_key(), [])
+            kind = spec.pool_key()
+            if spec.relative and name in model.sized_by:
+                kind = (*kind, model.sized_by[name])  # its view may be resized: shares with that view's alone
+            candidates = pool.setdefault(kind, [])
             # Strictly later: a pass never gets one object for what it reads and for what it creates.
             slot = next((s for s in candidates if free_from[s] < first), None)
             if slot is None:

@@ -7,13 +7,16 @@ from dataclasses import dataclass
 
 from .declaration import PassDecl
 from .errors import GraphError, did_you_mean
+from .names import Names
 from .resources import CreatedSpec, ImportSpec
+from .sizes import Size
 
 
 @dataclass(slots=True)
 class GraphModel:
-    """Resolved declaration. `reads[i]` are this frame's inputs of pass i without those that it also writes; `after[i]`
-    the declared predecessors; both with the absent optional ones left out."""
+    """Resolved declaration; all names are qualified. `reads[i]` are this frame's inputs of pass i without those that it
+    also writes; `after[i]` the declared predecessors; both with the absent optional ones left out. sizes: (w, h) of
+    views that have their own; sized_by: resource -> view, for resources of those."""
 
     passes: tuple[PassDecl, ...]
     index: dict[str, int]
@@ -26,6 +29,9 @@ class GraphModel:
     reads: list[tuple[str, ...]]
     after: list[tuple[int, ...]]
     exports: tuple[str, ...]
+    names: Names
+    sizes: Mapping[int, Size]
+    sized_by: dict[str, int]
 
     def name(self, index: int) -> str:
         """Name of a pass."""
@@ -38,7 +44,11 @@ class GraphModel:
 
 
 def build_model(
-    passes: tuple[PassDecl, ...], imports: Mapping[str, ImportSpec], exports: tuple[str, ...]
+    passes: tuple[PassDecl, ...],
+    imports: Mapping[str, ImportSpec],
+    exports: tuple[str, ...],
+    names: Names,
+    sizes: Mapping[int, Size],
 ) -> GraphModel:
     """Resolve all names. Raises GraphError for unknown ones, misused history and writes that do not say their place."""
     specs = {spec.name: spec for decl in passes for spec in decl.creates}
@@ -55,6 +65,9 @@ def build_model(
         reads=[],
         after=[],
         exports=exports,
+        names=names,
+        sizes=dict(sizes),
+        sized_by=_sized_by(passes, sizes) if sizes else {},
     )
     for i, decl in enumerate(passes):
         _resolve(model, i, decl)
@@ -67,6 +80,11 @@ def build_model(
             " somebody looks at, or declare a pass with side_effect=True."
         )
     return model
+
+
+def _sized_by(passes: tuple[PassDecl, ...], sizes: Mapping[int, Size]) -> dict[str, int]:
+    views = [(decl.creates, decl.scope.view) for decl in passes]
+    return {spec.name: view for specs, view in views if view is not None and view in sizes for spec in specs}
 
 
 def _resolve(model: GraphModel, i: int, decl: PassDecl) -> None:

@@ -2,7 +2,8 @@
 
 Firm edges: after=, and creator before each reader and writer of its resource. Then, for each reader of a resource and
 each other writer of it: if firm edges lead from the reader to the writer, the reader comes first and sees the earlier
-version; else the writer comes first. The writers of a resource must then lie on one line.
+version; else the writer comes first. The writers of a resource must then lie on one line; those of different views or
+planets, which cannot name each other, take turns as they were declared.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ from .model import GraphModel
 
 @dataclass(frozen=True, slots=True)
 class Edge:
-    """`before` runs before `after`; kind: "after", "creates", "writes"; resource: None for "after"."""
+    """`before` runs before `after`; kind: "after", "creates", "writes", "reads", "turns"; resource: None for
+    "after"."""
 
     before: int
     after: int
@@ -70,17 +72,31 @@ def order_passes(model: GraphModel) -> Order:
     seen: dict[tuple[int, str], list[int]] = {}
     for name, writers in model.writers.items():
         line = sorted(writers, key=position.__getitem__)
-        for earlier, later in itertools.pairwise(line):
-            if not reach[earlier] >> later & 1:
-                a, b = model.name(earlier), model.name(later)
-                raise GraphError(
-                    f"passes {a!r} and {b!r} both write {name!r} and nothing says which comes first: declare {b!r} with"
-                    f" after=({a!r},), or the other way round (after_optional= if that pass may be absent)."
-                )
+        loose = [pair for pair in itertools.pairwise(line) if not reach[pair[0]] >> pair[1] & 1]
+        # Two that are next to each other and of different views or planets may hide a pair that isn't.
+        for earlier, later in itertools.combinations(line, 2) if loose else ():
+            if reach[earlier] >> later & 1:
+                continue
+            if _apart(model, earlier, later):
+                if (earlier, later) in loose:
+                    add(earlier, later, "turns", name)
+                continue
+            a, b = model.name(earlier), model.name(later)
+            raise GraphError(
+                f"passes {a!r} and {b!r} both write {name!r} and nothing says which comes first: declare {b!r} with"
+                f" after=({a!r},), or the other way round (after_optional= if that pass may be absent)."
+            )
         makers = sorted(model.makers(name), key=position.__getitem__)
         for i in (*writers, *model.readers[name]):
             seen[i, name] = [m for m in makers if position[m] < position[i]]
     return Order(sequence, position, seen, edges)
+
+
+def _apart(model: GraphModel, a: int, b: int) -> bool:
+    """Whether two passes are of different views or of different planets."""
+    one, other = model.passes[a].scope, model.passes[b].scope
+    views, planets = {one.view, other.view} - {None}, {one.planet, other.planet} - {None}
+    return len(views) > 1 or len(planets) > 1
 
 
 def _sort(model: GraphModel, edges: dict[tuple[int, int], Edge]) -> list[int]:
@@ -169,4 +185,6 @@ def describe(model: GraphModel, edge: Edge) -> str:
         return f"{after!r} {verb} {edge.resource!r}, which {before!r} creates"
     if edge.kind == "writes":
         return f"{after!r} reads {edge.resource!r}, which {before!r} writes"
+    if edge.kind == "turns":
+        return f"{after!r} writes {edge.resource!r} in its turn after {before!r}, of another view or planet"
     return f"{after!r} writes {edge.resource!r}, which {before!r} reads first"

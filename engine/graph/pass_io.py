@@ -7,7 +7,9 @@ from typing import Any, Protocol
 
 from .declaration import PassDecl
 from .errors import GraphError, did_you_mean
+from .names import Names
 from .resources import BufferSpec, CreatedSpec, ImportSpec, TextureSpec
+from .sizes import ViewSizes
 
 
 class Slot:
@@ -46,7 +48,8 @@ class AllFlags:
 class ResourceTable(Protocol):
     """Where a PassIO finds things; one for each parity, implemented by the plan."""
 
-    view_size: tuple[int, int]
+    names: Names
+    sizes: ViewSizes
     parity: int
     specs: dict[str, CreatedSpec]
     imports: dict[str, ImportSpec]
@@ -60,7 +63,8 @@ class ResourceTable(Protocol):
 class PassIO:
     """Handed to bind(): every look-up of a pass, limited to what the pass has declared.
 
-    Objects stay the same until the next bind, so keep them in the returned closure. Errors are GraphErrors that name
+    Names mean what they mean in the scope that declared the pass: "gbuffer.depth" is its own view's. Objects stay the
+    same until the next bind, so keep them in the returned closure. Errors are GraphErrors that name
     the pass, the resource and the remedy.
     """
 
@@ -72,13 +76,13 @@ class PassIO:
 
     @property
     def pass_name(self) -> str:
-        """Name of the pass that is bound."""
+        """Qualified name of the pass that is bound."""
         return self._decl.name
 
     @property
     def size(self) -> tuple[int, int]:
-        """(w, h) of the view in pixels."""
-        return self._table.view_size
+        """(w, h) in pixels of the view that the pass belongs to; the plan's for a pass that views share."""
+        return self._table.sizes.of_view(self._decl.scope.view)
 
     @property
     def parity(self) -> int:
@@ -87,6 +91,7 @@ class PassIO:
 
     def has(self, name: str) -> bool:
         """True when the resource or import exists in this graph; for names in reads_optional."""
+        name = self._full(name)
         return name in self._table.current or name in self._table.imports
 
     def texture(self, name: str) -> Any:
@@ -99,6 +104,7 @@ class PassIO:
 
     def history(self, name: str) -> Any:
         """Last frame's texture or buffer of a history resource; undefined content while `history_valid` is False."""
+        name = self._full(name)
         self._check_history(name)
         return self._table.last_frame[name]
 
@@ -114,11 +120,13 @@ class PassIO:
 
     def history_valid_for(self, name: str) -> Flag:
         """`.value`, read each frame: this one history resource holds last frame's content."""
+        name = self._full(name)
         self._check_history(name)
         return self._table.valid[name]
 
     def imported(self, name: str) -> Slot:
         """The slot of an import: read `.value` each frame, the host may change it."""
+        name = self._full(name)
         if name not in self._table.imports:
             if name in self._table.specs:
                 raise GraphError(
@@ -143,6 +151,7 @@ class PassIO:
             )
         if not colors and depth is None:
             raise GraphError(f"pass {self._decl.name!r}: framebuffer() without attachments; name colors or depth.")
+        colors, depth = tuple(map(self._full, colors)), None if depth is None else self._full(depth)
         writable = {*self._decl.writes, *(spec.name for spec in self._decl.creates)}
         for name in colors:
             if name not in writable and name in self._table.specs:
@@ -161,14 +170,22 @@ class PassIO:
 
     def resource_size(self, name: str) -> tuple[int, ...]:
         """(w, h) or (w, h, d) texels of a texture, (bytes,) of a buffer; not known for imports."""
+        name = self._full(name)
         spec = self._table.specs.get(name)
         if spec is None:
             raise self._unknown(name, "resource_size")
         if name not in self._decl.history:
             self._check_declared(name)
-        return spec.resolve(self._table.view_size)
+        return self._table.sizes.resolve(spec)
+
+    def _full(self, name: str) -> str:
+        try:
+            return self._table.names.find(name, self._decl.scope)
+        except GraphError as error:
+            raise GraphError(f"pass {self._decl.name!r}: {error}") from None
 
     def _object(self, name: str, wanted: type, call: str) -> Any:
+        name = self._full(name)
         spec = self._table.specs.get(name)
         if spec is None:
             raise self._unknown(name, call)

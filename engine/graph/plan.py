@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import operator
 from functools import partial
 from time import perf_counter_ns
 from typing import Any
@@ -12,8 +11,10 @@ from .analysis import Analysis
 from .backend import GraphBackend, PassTimers
 from .binding import State, Step, bind_passes, timed
 from .errors import GraphError, did_you_mean
+from .names import canonical
 from .pass_io import Flag, Slot
 from .report import PassReport, make_report
+from .sizes import Size, ViewSizes, checked_size
 from .storage import Storage, take_over
 
 log = logging.getLogger(__name__)
@@ -22,10 +23,8 @@ log = logging.getLogger(__name__)
 class Plan:
     """Made by `GraphBuilder.compile`. Not for use from several threads."""
 
-    def __init__(
-        self, backend: GraphBackend, size: tuple[int, int], analysis: Analysis, previous: Plan | None = None
-    ) -> None:
-        size = _checked_size(size)
+    def __init__(self, backend: GraphBackend, size: Size, analysis: Analysis, previous: Plan | None = None) -> None:
+        sizes = ViewSizes(checked_size(size), analysis.model.sizes, analysis.model.sized_by)
         self._backend = backend
         self._analysis = analysis
         model, span = analysis.model, analysis.lifetimes.span
@@ -39,10 +38,10 @@ class Plan:
         self._timers: PassTimers | None = None
         keep: dict[Any, Any] = {}
         if previous is not None:
-            keep = self._inherit(previous, size)
-        storage = Storage(backend, analysis.lifetimes.spec, size, keep)
+            keep = self._inherit(previous, sizes)
+        storage = Storage(backend, analysis.lifetimes.spec, sizes, keep)
         try:
-            self._install(size, storage)
+            self._install(sizes, storage)
         except BaseException:
             if previous is not None:
                 previous._bind_again()
@@ -132,10 +131,15 @@ class Plan:
         self._not_run_why = ""
         self._unsettled = False
 
-    def invalidate_history(self) -> None:
-        """Say that last frame's content means nothing (teleport, cut): history_valid is False for the next frame."""
-        for flag in self._state.valid.values():
-            flag.value = False
+    def invalidate_history(self, view: int | None = None) -> None:
+        """Say that last frame's content means nothing (teleport, cut): history_valid is False for the next frame.
+
+        view: of this view alone; None: of all, and of what they share.
+        """
+        model = self._analysis.model
+        for name, flag in self._state.valid.items():
+            if view is None or model.passes[model.creator[name]].scope.view == view:
+                flag.value = False
         self._unsettled = True
 
     def invalidate_persistent(self) -> None:
@@ -146,7 +150,7 @@ class Plan:
 
     def bind_import(self, name: str, value: Any) -> None:
         """Lend an object for an import, from the next execute on; None takes it away. May change every frame."""
-        slot = self._state.slots.get(name)
+        slot = self._state.slots.get(name) or self._state.slots.get(canonical(name))
         if slot is None:
             hint = did_you_mean(name, self._state.slots)
             raise GraphError(f"bind_import({name!r}): the graph has no such import.{hint}")
@@ -156,25 +160,42 @@ class Plan:
 
     @property
     def size(self) -> tuple[int, int]:
-        """(w, h) of the view in pixels."""
-        return self._size
+        """(w, h) in pixels of the views without a size of their own."""
+        return self._sizes.plan
 
-    def resize(self, size: tuple[int, int]) -> None:
+    def view_size(self, view: int) -> Size:
+        """(w, h) of a view in pixels."""
+        return self._sizes.of_view(view)
+
+    def texels(self, resource: str) -> tuple[int, ...]:
+        """(w, h) or (w, h, d) texels of a texture, (bytes,) of a buffer. Raises GraphError for an unknown one."""
+        spec = self._analysis.model.specs.get(canonical(resource))
+        if spec is None:
+            raise self._not_there(resource)
+        return self._sizes.resolve(spec)
+
+    def resize(self, size: Size, view: int | None = None) -> None:
         """Make what is relative to the view anew and bind all passes again; the same size does nothing.
 
-        What has a fixed size keeps its content and its history. When this raises (too large, out of memory, a failing
-        bind), nothing has changed.
+        view: one with a size of its own (`builder.scope(size=)`); None: all views that follow the plan. What has a
+        fixed size keeps its content and its history. When this raises (too large, out of memory, a failing bind),
+        nothing has changed.
         """
         self._check_usable()
-        size = _checked_size(size)
-        if size == self._size:
+        if view is not None and view not in self._sizes.own:
+            raise GraphError(
+                f"resize(view={view!r}): that view has no size of its own and follows the plan's; give it one with"
+                f" builder.scope(view={view!r}, size=...), or resize without view=."
+            )
+        sizes = self._sizes.changed(checked_size(size), view)
+        if sizes == self._sizes:
             return
         old = self._storage
         specs = self._analysis.lifetimes.spec
-        keep = take_over(old, specs, self._size, specs, size)
-        storage = Storage(self._backend, specs, size, keep)
+        keep = take_over(old, specs, self._sizes, specs, sizes)
+        storage = Storage(self._backend, specs, sizes, keep)
         try:
-            self._install(size, storage)
+            self._install(sizes, storage)
         except BaseException:
             self._bind_again()
             raise
@@ -186,15 +207,15 @@ class Plan:
         self._unsettled = True
         old.release(keep)
 
-    def _install(self, size: tuple[int, int], storage: Storage, keep_storage: bool = False) -> None:
+    def _install(self, sizes: ViewSizes, storage: Storage, keep_storage: bool = False) -> None:
         try:
-            steps = bind_passes(self._analysis, self._backend, storage, self._state, size)
+            steps = bind_passes(self._analysis, self._backend, storage, self._state, sizes)
         except BaseException:
             if not keep_storage:
                 storage.discard()
             raise
         self._storage = storage
-        self._size = size
+        self._sizes = sizes
         self._steps: tuple[list[Step], list[Step]] = steps
         self._running = steps if self._timers is None else timed(steps, self._timers)
 
@@ -202,7 +223,7 @@ class Plan:
         """After a failed attempt to replace this plan's objects: many a bind keeps what it looked up in its system, so
         let all look at the old objects again. What fails now has its old closure, which still works."""
         try:
-            self._install(self._size, self._storage, keep_storage=True)
+            self._install(self._sizes, self._storage, keep_storage=True)
         except Exception:
             log.warning("a pass could not be bound again after a failure; its earlier binding stays", exc_info=True)
 
@@ -217,14 +238,14 @@ class Plan:
         self._steps = self._running = ([], [])
         self._storage.release(keep)
 
-    def _inherit(self, previous: Plan, size: tuple[int, int]) -> dict[Any, Any]:
+    def _inherit(self, previous: Plan, sizes: ViewSizes) -> dict[Any, Any]:
         """Objects of the plan that this one replaces, with what is known about their content."""
         previous._check_usable()
         if previous._backend is not self._backend:
             raise GraphError("compile(previous=): that plan belongs to another backend; pass a plan of the same one.")
         old, new = previous._analysis, self._analysis
         specs = new.lifetimes.spec
-        keep = take_over(previous._storage, old.lifetimes.spec, previous._size, specs, size)
+        keep = take_over(previous._storage, old.lifetimes.spec, previous._sizes, specs, sizes)
         self._parity = previous._parity
         for name, flag in self._state.valid.items():
             both = ("history", name, 0) in keep and ("history", name, 1) in keep
@@ -245,6 +266,7 @@ class Plan:
         An unexported transient may have been overwritten by a later one: export what you want to look at.
         """
         self._check_usable()
+        name = canonical(name)
         if name in self._state.slots:
             return self._state.slots[name].value
         if name not in self._analysis.lifetimes.span:
@@ -293,6 +315,7 @@ class Plan:
 
     def bytes_of(self, name: str) -> int:
         """Bytes that a resource occupies (both halves of a history); 0 when it is not allocated or imported."""
+        name = canonical(name)
         if self._released or name not in self._analysis.lifetimes.span:
             return 0
         key = self._analysis.lifetimes.key
@@ -365,15 +388,3 @@ class Plan:
 
 def _creator(analysis: Analysis, resource: str) -> str:
     return analysis.model.name(analysis.model.creator[resource])
-
-
-def _checked_size(size: tuple[int, int]) -> tuple[int, int]:
-    try:
-        w, h = (operator.index(n) for n in size)
-    except (TypeError, ValueError):
-        raise GraphError(f"size={size!r}: give the view's (width, height) in whole pixels.") from None
-    if w < 1 or h < 1:
-        raise GraphError(
-            f"size={size!r}: a view needs at least 1 x 1 pixels; do not render while a window is minimised."
-        )
-    return (w, h)

@@ -14,7 +14,8 @@ class PassReport:
 
     ran, skipped_why: None when it ran. cpu_ms: wall time of its closure and gate in Python. gpu_ms: None unless GPU
     timing is on, and a few frames late. reads: with history; writes: with what it creates. bytes: memory of what it
-    creates (an object that transients share counts for each of them).
+    creates (an object that transients share counts for each of them). view, planet: whose it is, None: shared; name,
+    reads and writes have the indices in them that aren't 0.
     """
 
     name: str
@@ -26,6 +27,8 @@ class PassReport:
     reads: tuple[str, ...]
     writes: tuple[str, ...]
     bytes: int
+    view: int | None = None
+    planet: int | None = None
 
 
 def make_report(
@@ -49,4 +52,6 @@ def make_report(
         reads=tuple(dict.fromkeys((*analysis.model.reads[i], *decl.history))),
         writes=(*(spec.name for spec in decl.creates), *decl.writes),
         bytes=sum(bytes_of(spec.name) for spec in decl.creates),
+        view=decl.scope.view,
+        planet=decl.scope.planet,
     )

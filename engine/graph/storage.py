@@ -9,10 +9,11 @@ from .backend import GraphBackend
 from .errors import GraphError
 from .lifetimes import Key
 from .resources import BufferSpec, CreatedSpec, TextureSpec
+from .sizes import ViewSizes
 
 
 class Storage:
-    """Textures, buffers and framebuffers of one plan at one size.
+    """Textures, buffers and framebuffers of one plan at one size of its views.
 
     objects: by key; new: the keys that were created now (the rest was taken over from `keep`). Raises GraphError for
     a size beyond the backend's limit, and whatever the backend raises (with a note naming the resource); then nothing
@@ -23,20 +24,20 @@ class Storage:
         self,
         backend: GraphBackend,
         specs: Mapping[Key, CreatedSpec],
-        view_size: tuple[int, int],
+        view_sizes: ViewSizes,
         keep: Mapping[Key, Any],
     ) -> None:
         self._backend = backend
         self._framebuffers: dict[tuple[int, ...], Any] = {}
         self.objects: dict[Key, Any] = {}
         self.new: list[Key] = []
-        sizes = {key: spec.resolve(view_size) for key, spec in specs.items()}
+        sizes = {key: view_sizes.resolve(spec) for key, spec in specs.items()}
         for key, spec in specs.items():
             limit = backend.max_texture_size
             if isinstance(spec, TextureSpec) and max(sizes[key]) > limit:
                 raise GraphError(
-                    f"texture {spec.name!r} would be {sizes[key]} texels for a view of {view_size}; this GPU's limit is"
-                    f" {limit}. Render a smaller view, or give the texture a smaller size."
+                    f"texture {spec.name!r} would be {sizes[key]} texels for a view of {view_sizes.of(spec.name)}; this"
+                    f" GPU's limit is {limit}. Render a smaller view, or give the texture a smaller size."
                 )
         try:
             for key, spec in specs.items():
@@ -102,30 +103,33 @@ def _create(backend: GraphBackend, spec: CreatedSpec, size: tuple[int, ...]) -> 
 def take_over(
     old: Storage,
     old_specs: Mapping[Key, CreatedSpec],
-    old_view: tuple[int, int],
+    old_sizes: ViewSizes,
     specs: Mapping[Key, CreatedSpec],
-    view_size: tuple[int, int],
+    sizes: ViewSizes,
 ) -> dict[Key, Any]:
     """Which of the old objects fit the new specs: same key for persistent and history, any of one kind for shared."""
-    fits = {
-        key: spec.pool_key()
-        for key, spec in old_specs.items()
-        if key in old.objects and _lasts(spec, old_view, view_size)
-    }
+    if old_specs is specs:  # a resize: everything stays what it was
+        return {
+            key: old.objects[key]
+            for key, spec in specs.items()
+            if key in old.objects and (not spec.relative or old_sizes.resolve(spec) == sizes.resolve(spec))
+        }
+    fits = {key: _kind(spec, old_sizes) for key, spec in old_specs.items() if key in old.objects}
     spare: dict[tuple[object, ...], list[Any]] = {}
-    for key, pool_key in fits.items():
+    for key, kind in fits.items():
         if key[0] == "shared":
-            spare.setdefault(pool_key, []).append(old.objects[key])
+            spare.setdefault(kind, []).append(old.objects[key])
     keep: dict[Key, Any] = {}
     for key, spec in specs.items():
+        kind = _kind(spec, sizes)
         if key[0] == "shared":
-            candidates = spare.get(spec.pool_key())
+            candidates = spare.get(kind)
             if candidates:
                 keep[key] = candidates.pop(0)
-        elif fits.get(key) == spec.pool_key():
+        elif fits.get(key) == kind:
             keep[key] = old.objects[key]
     return keep
 
 
-def _lasts(spec: CreatedSpec, old_view: tuple[int, int], view_size: tuple[int, int]) -> bool:
-    return not spec.relative or spec.resolve(old_view) == spec.resolve(view_size)
+def _kind(spec: CreatedSpec, sizes: ViewSizes) -> tuple[object, ...]:
+    return (*spec.pool_key(), sizes.resolve(spec))
