@@ -4,6 +4,7 @@ A hidden program is invented first: a straight list of passes that create, modif
 plain bookkeeping, which version of everything each pass must see and which passes are needed. The declaration says only
 what the rules ask for, in shuffled order. The passes then run on the null backend and keep contents by physical object,
 so that a wrong order, a wrong version, shared memory that overlaps, a mixed-up parity or a missing barrier shows up.
+Several programs with the same names, each in a view of its own, must not notice one another in one graph.
 """
 
 from __future__ import annotations
@@ -16,7 +17,17 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planetfall.engine.graph import BarrierKind, BufferSpec, GraphBuilder, NullBackend, PassIO, TextureSpec
+from planetfall.engine.graph import (
+    BarrierKind,
+    BufferSpec,
+    GraphBuilder,
+    NullBackend,
+    PassIO,
+    Plan,
+    TextureSpec,
+    base_name,
+    qualified,
+)
 
 
 @dataclass
@@ -100,52 +111,67 @@ class Program:
         return done
 
 
-class World:
-    """Runs a program on the null backend and checks every access."""
+class Stage:
+    """What the programs of one graph have in common: contents by physical object, and what touched them in order."""
 
-    def __init__(self, program: Program, rng: random.Random) -> None:
-        self.program = program
-        self.rng = rng
+    def __init__(self) -> None:
         self.content: dict[int, tuple[str, int, tuple[str, ...]]] = {}  # object -> (resource, frame made, makers)
-        self.last_made: dict[str, int] = {}
-        self.alive = program.needed()
-        self.valid_since: dict[str, int] = {}
-        self.frame = 0
-        self.ran: list[str] = []
         self.events: list[tuple[str, Any, bool]] = []
         self.backend = NullBackend()
         record = self.backend.barrier
         self.backend.barrier = lambda kinds: (record(kinds), self.events.append(("barrier", kinds, False)))[0]  # type: ignore
-        builder = GraphBuilder()
-        declared = list(program.steps)
-        rng.shuffle(declared)
-        for step in declared:
-            builder.add_pass(
-                step.name,
-                bind=self.bind,
-                creates=tuple(program.specs[n] for n in step.creates),
-                reads=step.reads,
-                writes=step.writes,
-                after=step.after,
-                history=step.history,
-                when=(lambda: rng.random() < 0.5) if step.gated else None,
-                side_effect=step.side_effect,
-                kind=step.kind,  # type: ignore[arg-type]
-            )
-        for name in program.exports:
-            builder.export(name)
-        self.plan = builder.compile(self.backend, (64, 32))
+
+    def forget_released(self) -> None:
+        """An address may come again."""
+        live = {id(obj) for obj in self.backend.live}
+        self.content = {key: value for key, value in self.content.items() if key in live}
+
+
+class World:
+    """Runs a program of one view on the null backend and checks every access."""
+
+    def __init__(self, program: Program, rng: random.Random, stage: Stage, view: int = 0) -> None:
+        self.program = program
+        self.rng = rng
+        self.stage = stage
+        self.view = view
+        self.alive = program.needed()
+        self.valid_since: dict[str, int] = {}
+        self.frame = 0
+        self.ran: list[str] = []
+        self.plan: Plan
+        self.plan_size: tuple[int, int]
+
+    def full(self, name: str) -> str:
+        return qualified(name, self.view, None)
+
+    def declare(self, builder: GraphBuilder, step: Step) -> None:
+        builder.add_pass(
+            step.name,
+            bind=self.bind,
+            creates=tuple(self.program.specs[n] for n in step.creates),
+            reads=step.reads,
+            writes=step.writes,
+            after=step.after,
+            history=step.history,
+            when=(lambda: self.rng.random() < 0.5) if step.gated else None,
+            side_effect=step.side_effect,
+            kind=step.kind,  # type: ignore[arg-type]
+        )
 
     def bind(self, io: PassIO) -> Callable[[], None]:
-        step = self.program.by_name[io.pass_name]
+        step = self.program.by_name[base_name(io.pass_name)]
+        assert io.pass_name == self.full(step.name) and io.size == self.plan_size
 
         def find(name: str) -> Any:
             return io.texture(name) if isinstance(self.program.specs[name], TextureSpec) else io.buffer(name)
 
         found = {name: find(name) for name in (*step.creates, *step.reads, *step.writes)}
         old = {name: (io.history(name), io.history_valid_for(name)) for name in step.history}
-        for obj in found.values():
+        for name, obj in found.items():
             assert not obj.released
+            if isinstance(spec := self.program.specs[name], TextureSpec):
+                assert obj.size == spec.resolve(self.plan_size)
 
         def run() -> None:
             self.ran.append(step.name)
@@ -155,47 +181,47 @@ class World:
                 assert flag.value == (self.frame > self.valid_since.get(name, 0))
                 if flag.value:
                     makers = tuple(m for m in self.program.makers[name])
-                    assert self.content[id(obj)] == (name, self.frame - 1, makers)
+                    assert self.stage.content[id(obj)] == (self.full(name), self.frame - 1, makers)
             for name in step.reads:
-                self.events.append(("touch", found[name], False))
+                self.stage.events.append(("touch", found[name], False))
             for name in old:
-                self.events.append(("touch", old[name][0], False))
+                self.stage.events.append(("touch", old[name][0], False))
             for name in (*step.creates, *step.writes):
-                self.events.append(("touch", found[name], step.kind == "compute"))
-                self.content[id(found[name])] = (name, self.frame, (*step.sees.get(name, ()), step.name))
-                self.last_made[name] = self.frame
+                self.stage.events.append(("touch", found[name], step.kind == "compute"))
+                self.stage.content[id(found[name])] = (
+                    self.full(name),
+                    self.frame,
+                    (*step.sees.get(name, ()), step.name),
+                )
 
         return run
 
     def check(self, obj: Any, name: str, makers: tuple[str, ...]) -> None:
         creator = self.program.by_name[self.program.makers[name][0]]
-        seen_name, seen_frame, seen_makers = self.content[id(obj)]
-        assert (seen_name, seen_makers[: len(makers)]) == (name, makers)
+        seen_name, seen_frame, seen_makers = self.stage.content[id(obj)]
+        assert (seen_name, seen_makers[: len(makers)]) == (self.full(name), makers)
         if not creator.gated:
             assert (seen_frame, seen_makers) == (self.frame, makers)
 
-    def step(self) -> None:
-        self.ran.clear()
-        self.plan.execute()
+    def check_frame(self) -> None:
+        """After an execute: what ran, and what is exported."""
         may_skip = {s.name for s in self.program.steps if s.gated}
         assert set(self.ran) <= self.alive
         assert self.alive - set(self.ran) <= may_skip
         for name in self.program.exports:
             makers = tuple(self.program.makers[name])
+            obj = self.plan.resource(self.full(name))
             if not self.program.by_name[makers[0]].gated:
-                assert self.content[id(self.plan.resource(name))] == (name, self.frame, makers)
-            self.events.append(("touch", self.plan.resource(name), False))
+                assert self.stage.content[id(obj)] == (self.full(name), self.frame, makers)
+            self.stage.events.append(("touch", obj, False))
         self.frame += 1
+        self.ran.clear()
 
-    def resize(self) -> None:
-        size = self.rng.choice([(64, 32), (32, 64), (7, 5)])
-        changed = size != self.plan.size
-        self.plan.resize(size)
+    def resized(self) -> None:
+        """After this view's size has changed."""
         for name, spec in self.program.specs.items():
-            if changed and spec.relative:
+            if spec.relative:
                 self.valid_since[name] = self.frame
-        live = {id(obj) for obj in self.backend.live}
-        self.content = {key: value for key, value in self.content.items() if key in live}
 
 
 def check_barriers(events: list[tuple[str, Any, bool]]) -> None:
@@ -218,31 +244,73 @@ def check_barriers(events: list[tuple[str, Any, bool]]) -> None:
             stored[id(subject)] = subject
 
 
-@settings(max_examples=150, deadline=None, derandomize=True)
-@given(st.integers(0, 2**32))
-def test_random_graphs(seed: int) -> None:
-    rng = random.Random(seed)
-    program = Program(rng)
-    world = World(program, rng)
-    plan = world.plan
+SIZES = [(64, 32), (32, 64), (7, 5)]
 
-    order = world.plan.analysis.alive
-    assert set(order) == world.alive
-    assert set(plan.culled) == set(program.by_name) - world.alive
-    for name in order:
-        for earlier in program.by_name[name].after & world.alive:
-            assert order.index(earlier) < order.index(name)
-    made = {name for step in program.steps if step.name in world.alive for name in step.creates}
-    assert set(plan.resources) == made
-    objects = {id(obj): obj for obj in world.backend.live if hasattr(obj, "bytes")}
+
+def check(
+    rng: random.Random, worlds: list[World], builders: list[GraphBuilder], own: dict[int, tuple[int, int]]
+) -> Plan:
+    """Declare all programs in one shuffled order, compile, check the plan, run frames and resize. own: views' sizes."""
+    stage = worlds[0].stage
+    declared = [
+        (world, builder, step) for world, builder in zip(worlds, builders, strict=True) for step in world.program.steps
+    ]
+    rng.shuffle(declared)
+    for world, builder, step in declared:
+        world.declare(builder, step)
+    for world, builder in zip(worlds, builders, strict=True):
+        world.plan_size = own.get(world.view, SIZES[0])
+        for name in world.program.exports:
+            builder.export(name)
+    plan = builders[0].compile(stage.backend, SIZES[0])
+
+    order = plan.analysis.alive
+    assert set(order) == {world.full(name) for world in worlds for name in world.alive}
+    assert set(plan.culled) == {world.full(n) for world in worlds for n in set(world.program.by_name) - world.alive}
+    for world in worlds:
+        world.plan = plan
+        for name in world.alive:
+            for earlier in world.program.by_name[name].after & world.alive:
+                assert order.index(world.full(earlier)) < order.index(world.full(name))
+    assert set(plan.resources) == {
+        world.full(name) for world in worlds for s in world.program.steps if s.name in world.alive for name in s.creates
+    }
+    objects = {id(obj): obj for obj in stage.backend.live if hasattr(obj, "bytes")}
     assert plan.memory_bytes() == sum(obj.bytes for obj in objects.values())
 
     for _ in range(6):
         for _ in range(rng.randint(1, 3)):
-            world.step()
-        world.resize()
-    check_barriers(world.events)
+            plan.execute()
+            for world in worlds:
+                world.check_frame()
+        view = rng.choice([None, *own])
+        size = rng.choice(SIZES)
+        resized = [w for w in worlds if w.plan_size != size and (w.view == view if view in own else w.view not in own)]
+        for world in resized:
+            world.plan_size = size
+            world.resized()
+        plan.resize(size, view)
+        stage.forget_released()
+    check_barriers(stage.events)
     assert plan.explain(order[0])
     assert plan.to_mermaid().startswith("flowchart LR\n")
     plan.release()
-    assert not world.backend.live
+    assert not stage.backend.live
+    return plan
+
+
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(st.integers(0, 2**32))
+def test_random_graphs(seed: int) -> None:
+    rng = random.Random(seed)
+    check(rng, [World(Program(rng), rng, Stage())], [GraphBuilder()], {})
+
+
+@settings(max_examples=100, deadline=None, derandomize=True)
+@given(st.integers(0, 2**32))
+def test_random_graphs_of_several_views(seed: int) -> None:
+    rng = random.Random(seed)
+    stage, builder = Stage(), GraphBuilder()
+    worlds = [World(Program(rng), rng, stage, view) for view in range(rng.randint(2, 3))]
+    own = {world.view: rng.choice(SIZES) for world in worlds if rng.random() < 0.5}
+    check(rng, worlds, [builder.scope(view=w.view, size=own.get(w.view)) for w in worlds], own)
