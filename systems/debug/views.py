@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ...engine.graph import base_name
+
 __all__ = ["MEASURES", "MODES", "NAMED_VIEWS", "View", "mode_for_format"]
 
 MODES = ("color", "range", "heat", "signed", "normal", "depth", "distance", "ids", "lod", "hdr", "px", "surface")
@@ -39,7 +41,8 @@ NAMED_VIEWS: dict[str, View] = {
 
 
 def mode_for_format(name: str, format: str, components: int) -> str:
-    """How to show a resource that has no view of its own."""
+    """How to show a resource that has no view of its own; of whichever view or planet."""
+    name = base_name(name)
     if name == "gbuffer.normal":
         return "normal"
     if name == "gbuffer.surface":

@@ -50,11 +50,11 @@ class GBufferSystem(System):
                 TextureSpec("gbuffer.surface", "r8ui", help="0 none, 1 terrain, 2 sea, 3 props"),
             ),
         )
-        self._tiles = tuple(-(-n // t) for n, t in zip(view.size, TILE, strict=True))
-        count = self._tiles[0] * self._tiles[1]
+        across, down = (-(-n // t) for n, t in zip(view.size, TILE, strict=True))
+        count = across * down
         builder.add_pass(
             "gbuffer.classify",
-            bind=self._bind_classify,
+            bind=lambda io: self._bind_classify(io, across, down),
             system=self.name,
             kind="compute",
             reads=("gbuffer.surface",),
@@ -98,11 +98,10 @@ class GBufferSystem(System):
 
         return run
 
-    def _bind_classify(self, io: PassIO) -> Callable[[], None]:
+    def _bind_classify(self, io: PassIO, width: int, height: int) -> Callable[[], None]:
         surface = io.texture("gbuffer.surface")
         flags = io.buffer("gbuffer.tile_flags")
         terrain, sea, coast = (io.buffer(f"gbuffer.tiles_{n}") for n in ("terrain", "sea", "coast"))
-        width, height = self._tiles
 
         def run() -> None:
             surface.use(0)
