@@ -1,4 +1,4 @@
-"""The air: what it consists of, checked (`AirModel`), and as shaders read it (`AirBlock`).
+"""The air: what it consists of, checked (`AirModel`), as shaders read it (`AirBlock`), and tables of its light.
 
 Names are imported on first use: scenes check their air with the model, and need no GPU package for that.
 """
@@ -11,10 +11,18 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .block import AIR_BINDING, AirBlock, air_block
     from .model import AirModel
+    from .paper import PaperSizes, PaperTables
 
-__all__ = ["AIR_BINDING", "AirBlock", "AirModel", "air_block"]
+__all__ = ["AIR_BINDING", "AirBlock", "AirModel", "PaperSizes", "PaperTables", "air_block"]
 
-_LAZY = {"AIR_BINDING": ".block", "AirBlock": ".block", "AirModel": ".model", "air_block": ".block"}
+_LAZY = {
+    "AIR_BINDING": ".block",
+    "AirBlock": ".block",
+    "AirModel": ".model",
+    "PaperSizes": ".paper",
+    "PaperTables": ".paper",
+    "air_block": ".block",
+}
 
 
 def __getattr__(name: str) -> Any:
