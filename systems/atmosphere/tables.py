@@ -115,6 +115,25 @@ class AirTables:
         self.depth.use(DEPTH_UNIT)
         self.moments.use(MOMENTS_UNIT)
 
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """Shapes of `arrays`."""
+        (columns, rows), (suns, heights) = self.sizes.depth, self.sizes.moments
+        return {"depth": (rows, columns, 4), "moments": (self.sizes.layers, heights, suns, 4)}
+
+    def arrays(self) -> dict[str, np.ndarray[Any, Any]]:
+        """What the tables hold, f32, read back."""
+        shapes = self.shapes()
+        return {
+            name: np.frombuffer(texture.read(), np.float32).reshape(shapes[name])
+            for name, texture in (("depth", self.depth), ("moments", self.moments))
+        }
+
+    def fill(self, arrays: dict[str, np.ndarray[Any, Any]]) -> None:
+        """Take over what `arrays` gave, instead of computing it."""
+        self.depth.write(np.ascontiguousarray(arrays["depth"], np.float32).tobytes())
+        self.moments.write(np.ascontiguousarray(arrays["moments"], np.float32).tobytes())
+        self._work, self.done = None, True
+
     def release(self) -> None:
         """Free textures, buffers and programs."""
         for owned in (self.depth, *self._layered, *self._nodes.values()):

@@ -12,6 +12,7 @@ import numpy as np
 from ...components import Ocean, Planet
 from ...engine.gpu.cell_mesh import CellMesh
 from ...engine.gpu.layout import IVec4, Vec4
+from ...engine.contracts import bind_contracts, contract_reads
 from ...engine.graph import GraphBuilder, PassIO
 from ...engine.settings import revision, with_overrides
 from ...engine.surface.coverage import proxy_coverage
@@ -194,7 +195,7 @@ class OceanSystem(System):
             system=name,
             bind=self._bind_shade,
             kind="compute",
-            reads=("gbuffer.depth", *GBUFFER, "gbuffer.tiles_sea"),
+            reads=("gbuffer.depth", *GBUFFER, "gbuffer.tiles_sea", *contract_reads(self._world)),
             writes=("scene.radiance",),
             after=("sky.shade",),
             after_optional=("terrain.shade",),
@@ -240,8 +241,10 @@ class OceanSystem(System):
     def _bind_shade(self, io: PassIO) -> Callable[[], None]:
         radiance, tiles = io.texture("scene.radiance"), io.buffer("gbuffer.tiles_sea")
         textures = [io.texture(n) for n in ("gbuffer.depth", *GBUFFER)]
+        bind_air = bind_contracts(self._world, io)
 
         def run() -> None:
+            bind_air()
             radiance.bind_to_image(0, read=False, write=True)
             tiles.bind_to_storage_buffer(7)
             for unit, texture in enumerate(textures):

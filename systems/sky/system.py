@@ -5,14 +5,16 @@ Both draw only where nothing was drawn before: at infinity, depth 0, with the de
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any, ClassVar
 
 import moderngl
 import numpy as np
 
-from ...components import Exposure, Stars
+from ...components import Exposure, Planet, Stars
 from ...engine.gpu import gl as G
+from ...engine.contracts import bind_contracts, contract_reads
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.system import Frame, Setup, System, ViewInfo
 from .catalogue import GALACTIC_AXES, STARS_TO_6_5, make_stars
@@ -21,6 +23,8 @@ __all__ = ["SkySystem", "StarsSystem"]
 
 _LIMITS = {"rgba16f": 6.0e4, "rgba32f": 1.0e28}
 """Largest value that is stored for each format of scene.radiance: a sun must not become infinite."""
+_SHELL_CORNERS = 64
+"""Of the polygon around the air as seen from space: 0.1 % wider than the disc."""
 _STAR_POINT_PX = 7
 _GALAXY_TEXELS = 1024
 _PROGRAM_POINT_SIZE = 0x8642
@@ -45,19 +49,38 @@ class SkySystem(System):
     def setup(self, setup: Setup) -> None:
         gpu = setup.gpu
         self._format = radiance_format(setup.settings)
-        self._background = gpu.fullscreen("sky/background.frag")
+        self._world = setup.world
+        self._background = gpu.program(vertex="sky/background.vert", fragment="sky/background.frag")
+        self._shell = gpu.vertex_array(self._background)
         self._sun_program = gpu.program(vertex="sky/sun.vert", fragment="sky/sun.frag")
         self._sun = gpu.vertex_array(self._sun_program)
         self._sun_program.set("u_limit", _LIMITS[self._format])
         self._far = gpu.gpu.state(depth_test=True, depth_func=">=", write_depth=False)
         self._far_add = gpu.gpu.state(depth_test=True, depth_func=">=", write_depth=False, blend="additive")
 
+    def update(self, frame: Frame) -> None:
+        """How much of the picture the air can fill: nothing without air; seen from space a disc, from inside all."""
+        self._shell_corners = 0
+        top_m = frame.world.try_resource("air_top_m")
+        if top_m is None:
+            return
+        distance = float(np.linalg.norm(frame.camera.position_m))
+        reach = (frame.world.get(frame.planet, Planet).radius_m + top_m) / distance
+        pixel = (frame.camera.tan_top - frame.camera.tan_bottom) / frame.size[1]
+        if 2.0 * reach <= pixel:
+            return  # smaller than a pixel
+        # A polygon around a cone that is narrower than a right angle by a margin; else the whole picture.
+        half_angle = math.asin(min(reach, 1.0))
+        edge = math.tan(half_angle) / math.cos(math.pi / _SHELL_CORNERS) if half_angle < 1.4 else -1.0
+        self._shell_corners = _SHELL_CORNERS if edge > 0.0 else 1
+        self._background.set("u_shell", (edge, 2.0 * math.pi / _SHELL_CORNERS))
+
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         builder.add_pass(
             "sky.shade",
             bind=self._bind,
             system=self.name,
-            reads=("gbuffer.depth",),
+            reads=("gbuffer.depth", *contract_reads(self._world)),
             creates=(TextureSpec("scene.radiance", self._format, help="radiance times the frame's scale, linear"),),
             help="air and the sun's disc where no surface is, black elsewhere",
         )
@@ -65,13 +88,16 @@ class SkySystem(System):
     def _bind(self, io: PassIO) -> Callable[[], None]:
         target = io.framebuffer(colors=("scene.radiance",), depth="gbuffer.depth")
         colors = io.framebuffer(colors=("scene.radiance",))
+        bind_air = bind_contracts(self._world, io)
 
         def run() -> None:
+            bind_air()
             colors.use()
             colors.clear()
             target.use()
-            self._far.apply()
-            self._background.render()
+            if self._shell_corners:
+                self._far.apply()
+                self._shell.render(moderngl.TRIANGLE_FAN, self._shell_corners + 2)
             self._far_add.apply()
             self._sun.render(moderngl.TRIANGLE_STRIP, 4)
 
@@ -94,6 +120,7 @@ class StarsSystem(System):
 
     def setup(self, setup: Setup) -> None:
         self._gpu = gpu = setup.gpu
+        self._world = setup.world
         self._limit = _LIMITS[radiance_format(setup.settings)]
         defines = {"STAR_POINT_PX": f"{_STAR_POINT_PX}.0"}
         self._program = gpu.program(vertex="sky/stars.vert", fragment="sky/stars.frag", defines=defines)
@@ -163,7 +190,7 @@ class StarsSystem(System):
             "stars.draw",
             bind=self._bind_draw,
             system=self.name,
-            reads=("stars.galaxy", "gbuffer.depth"),
+            reads=("stars.galaxy", "gbuffer.depth", *contract_reads(self._world)),
             writes=("scene.radiance",),
             after=("sky.shade",),
             after_optional=("terrain.shade", "ocean.shade", "props.shade"),
@@ -185,10 +212,12 @@ class StarsSystem(System):
     def _bind_draw(self, io: PassIO) -> Callable[[], None]:
         target = io.framebuffer(colors=("scene.radiance",), depth="gbuffer.depth")
         galaxy = io.texture("stars.galaxy")
+        bind_air = bind_contracts(self._world, io)
 
         def run() -> None:
             if self._points is None:
                 return
+            bind_air()
             target.use()
             self._far_add.apply()
             galaxy.use(0)

@@ -15,6 +15,7 @@ import numpy as np
 from ...components import Ocean, Planet, Terrain
 from ...engine.gpu.cell_mesh import CellMesh
 from ...engine.gpu.layout import Vec4
+from ...engine.contracts import bind_contracts, contract_reads
 from ...engine.graph import GraphBuilder, PassIO
 from ...engine.settings import SettingError, revision, with_overrides
 from ...engine.surface.coverage import proxy_coverage
@@ -255,7 +256,7 @@ class TerrainSystem(System):
             system=name,
             bind=lambda io: self._bind_shade(io, grid),
             kind="compute",
-            reads=("gbuffer.depth", *GBUFFER, "gbuffer.tiles_terrain"),
+            reads=("gbuffer.depth", *GBUFFER, "gbuffer.tiles_terrain", *contract_reads(self._world)),
             writes=("scene.radiance",),
             after=("sky.shade",),
             help="materials and light of terrain pixels",
@@ -319,8 +320,10 @@ class TerrainSystem(System):
     def _bind_shade(self, io: PassIO, grid: _GridView) -> Callable[[], None]:
         radiance, tiles = io.texture("scene.radiance"), io.buffer("gbuffer.tiles_terrain")
         textures = [io.texture(n) for n in ("gbuffer.depth", *GBUFFER)]
+        bind_air = bind_contracts(self._world, io)
 
         def run() -> None:
+            bind_air()
             radiance.bind_to_image(0, read=False, write=True)
             tiles.bind_to_storage_buffer(7)
             for unit, texture in enumerate(textures):

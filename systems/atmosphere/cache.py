@@ -1,0 +1,75 @@
+"""Finished tables on disk, named after everything they were computed from. A second start doesn't compute them again."""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import platformdirs
+
+__all__ = ["TableCache"]
+
+log = logging.getLogger(__name__)
+
+_KEPT = 64
+
+
+class TableCache:
+    """Arrays by key in a folder. What cannot be read counts as absent; what cannot be written is only logged.
+
+    folder: PLANETFALL_CACHE if set (empty: no cache), else the user's cache folder.
+    """
+
+    def __init__(self, folder: Path | str | None = None) -> None:
+        if folder is None:
+            chosen = os.environ.get("PLANETFALL_CACHE")
+            folder = platformdirs.user_cache_path("planetfall") if chosen is None else chosen
+        self.folder = Path(folder) / "atmosphere" if str(folder) not in ("", ".") else None
+
+    @staticmethod
+    def key(*parts: str) -> str:
+        """One name for all that a table depends on."""
+        return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:40]
+
+    def load(self, key: str, shapes: dict[str, tuple[int, ...]]) -> dict[str, np.ndarray[Any, Any]] | None:
+        """The arrays, finite f32 of these shapes, or None."""
+        if self.folder is None:
+            return None
+        path = self.folder / f"{key}.npz"
+        try:
+            with np.load(path, allow_pickle=False) as held:
+                found = {name: np.asarray(held[name], np.float32) for name in shapes}
+        except FileNotFoundError:
+            return None
+        except Exception as error:
+            log.warning("%s cannot be used and will be written again: %s", path, error)
+            return None
+        if any(found[n].shape != shapes[n] or not np.isfinite(found[n]).all() for n in shapes):
+            log.warning("%s holds something else than was expected and will be written again", path)
+            return None
+        return found
+
+    def save(self, key: str, arrays: dict[str, np.ndarray[Any, Any]]) -> None:
+        """Written beside and renamed: nobody ever reads half a file. Only the newest files are kept."""
+        if self.folder is None:
+            return
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            handle, beside = tempfile.mkstemp(dir=self.folder, suffix=".part")
+            try:
+                with os.fdopen(handle, "wb") as file:
+                    np.savez(file, **arrays)  # pyright: ignore[reportArgumentType]
+                os.replace(beside, self.folder / f"{key}.npz")
+            except BaseException:
+                Path(beside).unlink(missing_ok=True)
+                raise
+            kept = sorted(self.folder.glob("*.npz"), key=lambda p: p.stat().st_mtime, reverse=True)
+            for old in kept[_KEPT:]:
+                old.unlink(missing_ok=True)
+        except OSError as error:
+            log.warning("the air's tables cannot be kept in %s, so the next start computes them again: %s", self.folder, error)

@@ -1,0 +1,156 @@
+"""TableJob: keeps an air's tables ready. A change shows at once with small tables, and then refines to the wanted size."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from ...engine.gpu import GpuScope
+from .block import AirBlock
+from .cache import TableCache
+from .model import AirModel
+from .tables import AirTables, Directions, TableSizes
+
+__all__ = ["QUICK", "TableJob"]
+
+QUICK = TableSizes(
+    depth=(64, 32),
+    depth_segments=8,
+    moments=(16, 12),
+    degree=2,
+    orders=3,
+    first=Directions(7, 4, 8, 5),
+    later=Directions(4, 3, 4, 4),
+)
+"""A first look at a new air: about 0.2 million points of it."""
+
+_SLICE = 60_000
+"""Points of air in one slice of work: 1 to 3 ms on two cores without a GPU."""
+_VERSION = "1"
+"""Part of the cache's key: raise it when shaders give other values for the same sizes."""
+
+
+class TableJob:
+    """Tables of one air after another.
+
+    gpu: owner. block: the uniform block ``air_model``; it always holds the air whose tables are shown. Wanted airs
+    replace each other: only the last one counts.
+    """
+
+    def __init__(self, gpu: GpuScope, sizes: TableSizes, block: Any, cache: TableCache | None = None) -> None:
+        self._gpu, self._ctx = gpu, gpu.gpu.ctx
+        self._block = block
+        self._sizes = sizes
+        self._cache = TableCache() if cache is None else cache
+        quick = TableSizes(**{**vars(QUICK), "degree": sizes.degree})
+        # Two of each size: one is shown while the other is worked on.
+        self._quick = [AirTables(gpu, quick), AirTables(gpu, quick)]
+        self._full: list[AirTables | None] = [AirTables(gpu, sizes), None]
+        self._tables: AirTables | None = None
+        self._working: AirTables | None = None
+        self._wanted: tuple[AirModel, AirBlock] | None = None
+        self._shown: AirModel | None = None
+        self._shown_block: AirBlock | None = None
+        self._refining = False
+        self.generation = 0
+        """Counts the tables that have been shown."""
+
+    @property
+    def shown(self) -> AirModel:
+        """The air that the tables are of."""
+        assert self._shown is not None
+        return self._shown
+
+    @property
+    def done(self) -> bool:
+        """Whether the tables of the air that was asked for last are shown at full size."""
+        return self._working is None
+
+    @property
+    def share(self) -> float:
+        """How much of the work is done, 0..1."""
+        return 1.0 if self._working is None else self._working.share if self._refining else 0.0
+
+    def want(self, model: AirModel, block: AirBlock) -> None:
+        """From now on work towards this air. The first one ever is shown at once, at the small size."""
+        if self._shown is not None and self._wanted is not None and self._wanted[0].key() == model.key():
+            # The same air under another sun: only its night light differs.
+            self._wanted = (model, block)
+            if self._shown.key() == model.key():
+                self._show_block(model, block)
+            return
+        self._wanted = (model, block)
+        if self._from_cache(model, block):
+            return
+        self._start(next(t for t in self._quick if t is not self._tables), refining=False)
+        if self._shown is None:
+            self._block.write(block)
+            while not self._refining:
+                self._step(1 << 30)
+
+    def bind(self) -> None:
+        """Bind the shown tables where shaders look for them."""
+        assert self._tables is not None
+        self._tables.bind()
+
+    def work(self, left_s: Callable[[], float]) -> None:
+        """Slices of work until the time is up; at least one. Waits for the GPU after each, or time would mean nothing."""
+        while self._working is not None:
+            assert self._wanted is not None
+            self._block.write(self._wanted[1])
+            self._block.bind()
+            self._step(_SLICE)
+            self._ctx.finish()
+            if left_s() <= 0.0:
+                break
+        if self._shown_block is not None:
+            self._block.write(self._shown_block)
+            self._block.bind()
+
+    def _start(self, tables: AirTables, refining: bool) -> None:
+        tables.restart()
+        self._working, self._refining = tables, refining
+
+    def _step(self, samples: int) -> None:
+        working, wanted = self._working, self._wanted
+        assert working is not None and wanted is not None
+        working.step(samples)
+        if not working.done:
+            return
+        self._show(working, *wanted)
+        if self._refining:
+            self._working = None
+            self._cache.save(self._key(wanted[0]), working.arrays())
+        else:
+            self._start(self._free_full(), refining=True)
+
+    def _free_full(self) -> AirTables:
+        for i, tables in enumerate(self._full):
+            if tables is None:
+                made = self._full[i] = AirTables(self._gpu, self._sizes)
+                return made
+            if tables is not self._tables:
+                return tables
+        raise AssertionError("one of two tables is free")
+
+    def _show(self, tables: AirTables, model: AirModel, block: AirBlock) -> None:
+        self._tables = tables
+        self.generation += 1
+        self._show_block(model, block)
+
+    def _show_block(self, model: AirModel, block: AirBlock) -> None:
+        self._shown, self._shown_block = model, block
+        self._block.write(block)
+
+    def _key(self, model: AirModel) -> str:
+        return TableCache.key(_VERSION, model.key(), repr(self._sizes))
+
+    def _from_cache(self, model: AirModel, block: AirBlock) -> bool:
+        tables = self._free_full()
+        found = self._cache.load(self._key(model), tables.shapes())
+        if found is None:
+            return False
+        tables.fill(found)
+        self._working = None
+        self._show(tables, model, block)
+        return True

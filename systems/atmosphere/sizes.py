@@ -1,0 +1,32 @@
+"""From quality knobs to sizes of tables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from .tables import Directions, TableSizes
+from .views import ViewSizes
+
+__all__ = ["table_sizes", "view_sizes"]
+
+
+def table_sizes(settings: Mapping[str, Any]) -> TableSizes:
+    """Sizes of the tables that hold for all cameras, from the keys "atmosphere.*"."""
+    altitudes, azimuths = int(settings["atmosphere.altitudes"]), int(settings["atmosphere.directions"])
+    march = int(settings["atmosphere.march"])
+    return TableSizes(
+        depth=(4 * altitudes, 3 * altitudes),
+        depth_segments=24,
+        moments=(int(settings["atmosphere.sun_heights"]), altitudes),
+        degree=int(settings["atmosphere.degree"]),
+        orders=int(settings["atmosphere.orders"]),
+        # The first order has the sun's aureole in it: three times as many azimuths.
+        first=Directions(2 * azimuths, -(-5 * azimuths // 4), 3 * azimuths, march),
+        later=Directions(-(-5 * azimuths // 4), -(-3 * azimuths // 4), azimuths, march),
+    )
+
+
+def view_sizes(settings: Mapping[str, Any]) -> ViewSizes:
+    """Sizes of the tables of one camera."""
+    return ViewSizes(*(int(settings[f"atmosphere.{name}"]) for name in ("columns", "rows", "slices")))
