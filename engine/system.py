@@ -51,12 +51,16 @@ class Setup:
 
 @dataclass
 class ViewInfo:
-    """The view that a frame graph is declared for: size in pixels (width, height), its index, what is asked of it."""
+    """The view that a frame graph is declared for: size in pixels (width, height), its index, what is asked of it.
+
+    planet: the entity of the planet that its camera is on; planet_index: that planet's place in names of the graph.
+    """
 
     size: tuple[int, int]
     index: int = 0
     outputs: frozenset[str] = frozenset({"color"})
     planet: int = 0
+    planet_index: int = 0
 
 
 @dataclass
@@ -110,7 +114,11 @@ class System:
         """Make the GL objects, through setup.gpu. Called once when the system becomes active."""
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
-        """Add this system's passes for one view. Called whenever the frame graph is compiled."""
+        """Add this system's passes for one view. Called whenever the frame graph is compiled.
+
+        builder: in the scope of that view, and of the planet for a system that belongs to one. What is declared is
+        theirs, under bare names; `builder.scope(view=None)` is for what all views share.
+        """
 
     def update(self, frame: Frame) -> None:
         """CPU work and buffer writes of one frame, before the graph runs."""

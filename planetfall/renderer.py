@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import ASSETS, queries
 from .camera import Camera
-from .components import Ocean, Sun, Terrain
+from .components import Ocean, Planet, Sun, Terrain
 from .engine.gpu import Gpu
 from .engine.gpu.graph_backend import GLBackend
 from .engine.graph import GraphBuilder, Plan
@@ -452,10 +452,13 @@ class Renderer:
             return self._plan
         builder = GraphBuilder()
         view = ViewInfo(self.size, 0, exports, self.scene.planet.entity)
+        of_view = builder.scope(view=view.index, home=view.planet_index)
+        of_planet = of_view.scope(planet=view.planet_index)
         for system in running:
-            system.declare(builder, view)
+            # What needs a planet belongs to that planet in this view, the rest to the view.
+            system.declare(of_planet if Planet in system.needs else of_view, view)
         for name in sorted(exports):
-            builder.export(name)
+            of_view.export(name)
         old = self._plan
         self._plan = builder.compile(self._backend, self.size, previous=old)
         self._plan_key = key

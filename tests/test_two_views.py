@@ -143,3 +143,14 @@ def test_two_views_on_opengl(renderer: pf.Renderer) -> None:
             plan.release()
     renderer._plan_key = ()  # the systems' meshes look at the buffers of that plan: bind them again
     np.testing.assert_array_equal(renderer.render(shot, outputs=("color",))["color"], wanted)
+
+
+def test_a_renderer_says_who_owns_what(renderer: pf.Renderer) -> None:
+    renderer.render(pf.view("coast"))
+    reports = {r.name: (r.view, r.planet) for r in renderer.passes()}
+    assert reports["terrain.vertices"] == reports["ocean.shade"] == (0, 0)
+    assert reports["gbuffer.clear"] == reports["composite.tonemap"] == (0, None)
+    assert not [name for name in (*reports, *renderer.graph.resources) if "@" in name]
+    assert renderer.graph.explain("sky.shade@view0") == renderer.graph.explain("sky.shade")
+    picture = renderer.render(pf.view("coast"), outputs=("gbuffer.depth@view0", "gbuffer.depth"))
+    np.testing.assert_array_equal(picture["gbuffer.depth"], picture["gbuffer.depth@view0"])
