@@ -44,6 +44,7 @@ from .views import View, view, views
 
 if _TYPE_CHECKING:
     from .app import fly
+    from .atmosphere_probe import AtmosphereProbe
     from .engine.gpu import GLVersionError, ShaderError
     from .engine.graph import GraphError
     from .engine.hosts.headless import NoEGLError
@@ -57,6 +58,7 @@ if _TYPE_CHECKING:
 # What pulls in OpenGL or much code is imported when it is first used: a program that only reads heights or presets
 # neither waits for it nor needs a GPU.
 _LAZY = {
+    "AtmosphereProbe": "atmosphere_probe",
     "GLVersionError": "errors",
     "GraphError": "errors",
     "NoEGLError": "errors",
@@ -74,6 +76,7 @@ _LAZY = {
 __all__ = [
     "ASSETS",
     "Atmosphere",
+    "AtmosphereProbe",
     "Camera",
     "CameraError",
     "Composite",

@@ -7,16 +7,18 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ...engine.gpu.layout import IVec4, Vec4
 from .model import AirModel
 
-__all__ = ["VIEW_BINDING", "AirViewBlock", "ViewSizes", "sun_at", "view_block"]
+__all__ = ["VIEW_BINDING", "AirViewBlock", "ViewSizes", "spans", "sun_at", "view_block"]
 
 VIEW_BINDING = 8
 _STEEP_SHARE = 2.0
 """From space, this much more of the rows is given to floor rays near the middle of the disc."""
+_GRAZING_SHARE = 0.6
+"""From high up, this much less of the other rays' rows goes to short rays: the limb gets them."""
 _FOCUS = 2.7
 """Width of the terminator's focus in units of sqrt(scale height / radius): about 0.1 on Earth."""
 
@@ -63,23 +65,31 @@ def sun_at(up: NDArray[np.float64], sun: NDArray[np.float64]) -> tuple[float, fl
     return cosine, sine, side / sine
 
 
+def spans(model: AirModel, altitude_m: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """AirViewBlock's span and shape, (..., 4) each, for cameras at altitudes (...) >= 0 in metres."""
+    h = np.asarray(altitude_m, np.float64)
+    top, radius = model.thickness_m, model.radius_m
+    # Continuous through the top: from there on the rays are those of a camera on it.
+    inside = np.minimum(h, top)
+    to_horizon = np.sqrt(inside * (2.0 * radius + inside))
+    least = top - inside
+    share = inside / top
+    span = np.stack([inside, to_horizon - inside, least, to_horizon + model.longest_path_m - least], -1)
+    focus = np.full_like(h, _FOCUS * math.sqrt(model.rayleigh_height_m / radius))
+    shape = np.stack([1.0 + _STEEP_SHARE * share**2, 1.0 - _GRAZING_SHARE * share, focus, np.zeros_like(h)], -1)
+    return span, shape
+
+
 def view_block(
     model: AirModel, altitude_m: float, cosine: float, sine: float, side: NDArray[np.float64], sizes: ViewSizes
 ) -> AirViewBlock:
     """The block of a camera at this altitude (below the floor: on it) under a sun at this zenith angle."""
     h = max(altitude_m, 0.0)
-    inside = min(h, model.thickness_m)
-    top, radius = model.thickness_m, model.radius_m
-    to_horizon = math.sqrt(inside * (2.0 * radius + inside))
-    farthest = math.sqrt(top * (2.0 * radius + top))
-    least = top - inside
-    # Continuous through the top: from there on the rays are those of a camera on it.
-    steep = 1.0 + _STEEP_SHARE * min(inside / top, 1.0) ** 2
-    grazing = 1.0 - 0.6 * min(inside / top, 1.0)
+    span, shape = spans(model, h)
     return AirViewBlock(
         camera=(h, cosine, sine, 0.0),
-        span=(inside, to_horizon - inside, least, to_horizon + farthest - least),
-        shape=(steep, grazing, _FOCUS * math.sqrt(model.rayleigh_height_m / radius), 0.0),
+        span=tuple(span),
+        shape=tuple(shape),
         sun_side=(*side, 0.0),
         size=(sizes.columns, sizes.rows, sizes.slices, 0),
     )
