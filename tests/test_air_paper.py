@@ -52,12 +52,12 @@ class Air:
         self.uniforms.bind()
         self.tables = PaperTables(scope, sizes)
         while not self.tables.done:
-            self.tables.step()
+            self.tables.step(8_000_000)
 
     def ask(self, body: str, inputs: Mapping[str, Any], outputs: Mapping[str, str]) -> dict[str, Floats]:
         def setup(_: Any) -> None:
             self.uniforms.bind()
-            self.tables.use()
+            self.tables.bind()
 
         found = self.run(body, inputs, outputs, HEADER, setup=setup)
         return {name: values.astype(float) for name, values in found.items()}
@@ -371,10 +371,10 @@ def test_steps_bound_the_work_and_say_how_far_they_are(scope: GpuScope, gpu: Gpu
     assert {name: texture.read() for name, texture in tables.textures.items()} == first
 
     # Slices of another size make the same tables.
-    coarse = PaperTables(scope, sizes, slices=13.7)
+    coarse = PaperTables(scope, sizes)
     steps = 0
     while not coarse.done:
-        coarse.step()
+        assert coarse.step(13_700_000) == coarse.share
         steps += 1
     assert steps < len(shares) / 4
     assert {name: texture.read() for name, texture in coarse.textures.items()} == first

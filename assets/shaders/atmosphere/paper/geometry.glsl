@@ -34,24 +34,24 @@ bool paper_hits_floor(float h, float mu) {
     return along < 0.0 && -along >= tangent;
 }
 
-// Of a ray that hits the floor. 0 on the floor itself.
-float paper_distance_to_floor(float h, float mu) {
+// To where a ray that hits the floor ends, or one that does not leaves through the top. 0 for a camera on that boundary.
+float paper_distance_to_boundary(float h, float mu, bool hits_floor) {
     float along = paper_radius(h) * mu;
     float tangent = paper_tangent(h);
-    float near = safe_sqrt((along - tangent) * (along + tangent)) - along;
-    return safe_divide(tangent * tangent, near, 0.0);
-}
-
-// Of a ray that goes on to the top. 0 at the top, looking up or level.
-float paper_distance_to_top(float h, float mu) {
-    float along = paper_radius(h) * mu;
     float above = max((paper_thickness() - h) * (2.0 * air_model.radii.x + paper_thickness() + h), 0.0);
-    float root = sqrt(along * along + above);
-    return along < 0.0 ? root - along : safe_divide(above, along + root, 0.0);
+    // The solutions are root - along and its partner: the one that does not cancel, and the other by their product.
+    float root = safe_sqrt(hits_floor ? (along - tangent) * (along + tangent) : along * along + above);
+    float larger = root + abs(along);
+    float product = hits_floor ? tangent * tangent : above;
+    return !hits_floor && along < 0.0 ? larger : safe_divide(product, larger, 0.0);
 }
 
-float paper_distance_to_boundary(float h, float mu, bool hits_floor) {
-    return hits_floor ? paper_distance_to_floor(h, mu) : paper_distance_to_top(h, mu);
+float paper_distance_to_floor(float h, float mu) {
+    return paper_distance_to_boundary(h, mu, true);
+}
+
+float paper_distance_to_top(float h, float mu) {
+    return paper_distance_to_boundary(h, mu, false);
 }
 
 // Where a ray is after a distance. Held inside the shell: rounding may put its end just outside.

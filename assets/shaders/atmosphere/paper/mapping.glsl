@@ -77,17 +77,12 @@ float paper_sun_place(float unit, float mu_s_min) {
 vec2 paper_view_coordinates(float h, float mu, bool hits_floor, vec2 size) {
     float tangent = paper_tangent(h);
     float longest = paper_longest_tangent();
-    float half_size = 0.5 * size.x;
-    float y;
-    if (hits_floor) {
-        float unit = safe_divide(paper_distance_to_floor(h, mu) - h, tangent - h, 0.0);
-        y = 0.5 - 0.5 * paper_coordinate(clamp(unit, 0.0, 1.0), half_size);
-    } else {
-        float shortest = paper_thickness() - h;
-        float unit = (paper_distance_to_top(h, mu) - shortest) / (tangent + longest - shortest);
-        y = 0.5 + 0.5 * paper_coordinate(clamp(unit, 0.0, 1.0), half_size);
-    }
-    return vec2(y, paper_coordinate(tangent / longest, size.y));
+    float least = hits_floor ? h : paper_thickness() - h;
+    float most = hits_floor ? tangent : tangent + longest;
+    // On the floor itself all rays down are equally short.
+    float unit = safe_divide(paper_distance_to_boundary(h, mu, hits_floor) - least, most - least, 0.0);
+    float from_middle = 0.5 * paper_coordinate(clamp(unit, 0.0, 1.0), 0.5 * size.x);
+    return vec2(hits_floor ? 0.5 - from_middle : 0.5 + from_middle, paper_coordinate(tangent / longest, size.y));
 }
 
 PaperPlace paper_scattering_place(
