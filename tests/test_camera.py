@@ -45,9 +45,7 @@ def test_position_and_axes_are_always_there(no_scene):
 def test_ground_needs_a_scene(no_scene):
     camera = pf.Camera.at(0.0, 0.0, 2.0, above="ground")
     assert camera.up.tolist() == [1, 0, 0]
-    with pytest.raises(
-        pf.CameraError, match=r'above="ground": the height .* is that of a scene.*load a scene'
-    ):
+    with pytest.raises(pf.CameraError, match=r'above="ground": the height .* is that of a scene.*load a scene'):
         camera.position_m
 
 

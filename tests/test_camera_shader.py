@@ -48,9 +48,7 @@ def test_altitude_and_foot_offset(run_compute, blocks, radius, altitude):
     up32 = up.astype(np.float32).astype(np.float64)
     ground = min(120.5, 0.05 * radius)
     offset = (up * (altitude - ground)).astype(np.float32).astype(np.float64)
-    block = look(
-        camera_zenith=(*up, altitude), anchor_up=(*up, ground), camera_offset=(*offset, 0.1)
-    )
+    block = look(camera_zenith=(*up, altitude), anchor_up=(*up, ground), camera_offset=(*offset, 0.1))
     points = points_around(rng, up, altitude, radius)
     out = run_compute(
         "height = altitude_of(p); foot = foot_offset_of(p, h); height2 = h;\n",

@@ -47,7 +47,7 @@ def draw(gpu: Gpu) -> tuple[np.ndarray, np.ndarray]:
         distances = np.geomspace(0.11, 1e8, 16)
         for k, z in enumerate(distances):
             x0, x1 = -1 + 2 * k / 16, -1 + 2 * (k + 1) / 16
-            for identity in ((1, 2) if k % 2 else (2, 1)):
+            for identity in (1, 2) if k % 2 else (2, 1):
                 far = z * (1 + 2e-6 * (identity == 1))
                 quad = [(x0, -0.9, far), (x1, -0.9, far), (x0, 0.9, far * 1.01), (x1, 0.9, far * 1.01)]
                 strip = scope.vertex_array(program, [(scope.buffer(np.array(quad, "f4")), "3f", "in_position")])

@@ -211,9 +211,7 @@ def test_view_names():
 def test_view_errors():
     with pytest.raises(pf.UnknownNameError, match="no view 'vally'; did you mean 'valley'\\? views: beach"):
         pf.view("vally")
-    with pytest.raises(
-        pf.UnknownNameError, match=r"no view 'sea' of planet 'moon': it needs ocean\. Its views: space"
-    ):
+    with pytest.raises(pf.UnknownNameError, match=r"no view 'sea' of planet 'moon': it needs ocean\. Its views: space"):
         pf.view("sea", planet="moon")
     with pytest.raises(pf.UnknownNameError, match="it needs a radius of at least 50000 m"):
         pf.view("high", planet="asteroid")

@@ -196,9 +196,7 @@ class CellMesh:
         agree.run(1, 1, 1)
         self.scope.gpu.barrier()
 
-    def cull(
-        self, program: Any, keep_dh_m: tuple[float, float] = (-3.0e38, 3.0e38), hides: bool = True
-    ) -> None:
+    def cull(self, program: Any, keep_dh_m: tuple[float, float] = (-3.0e38, 3.0e38), hides: bool = True) -> None:
         """Write the visible list and the draw arguments with common/cull_cells.comp.
 
         keep_dh_m: cells that have nothing between these heights above the anchor are dropped. hides: near cells hide

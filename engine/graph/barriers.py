@@ -43,9 +43,7 @@ def place_barriers(model: GraphModel, culling: Culling, lifetimes: Lifetimes) ->
     for i in culling.alive:
         decl = model.passes[i]
         written = [*(spec.name for spec in decl.creates), *decl.writes]
-        passes.append(
-            _Access(decl.kind == "compute", decl.when is not None, [*model.reads[i], *written], set(written))
-        )
+        passes.append(_Access(decl.kind == "compute", decl.when is not None, [*model.reads[i], *written], set(written)))
     count = len(passes)
     placed = [0] * (count + 1)
     because: dict[int, list[str]] = {}

@@ -77,9 +77,7 @@ class TextureSpec:
                 f"{where}: size={size!r}; give a number > 0 (relative to the view) or a tuple of whole texels."
             )
         if not _is_count(self.levels) or not _is_count(self.layers):
-            raise GraphError(
-                f"{where}: levels={self.levels!r}, layers={self.layers!r}; both are whole numbers >= 1."
-            )
+            raise GraphError(f"{where}: levels={self.levels!r}, layers={self.layers!r}; both are whole numbers >= 1.")
         if isinstance(size, tuple) and len(size) == 3 and self.layers != 1:
             raise GraphError(f"{where}: a 3D texture has no layers, found layers={self.layers}; use layers=1.")
 

@@ -72,4 +72,6 @@ class TableCache:
             for old in kept[_KEPT:]:
                 old.unlink(missing_ok=True)
         except OSError as error:
-            log.warning("the air's tables cannot be kept in %s, so the next start computes them again: %s", self.folder, error)
+            log.warning(
+                "the air's tables cannot be kept in %s, so the next start computes them again: %s", self.folder, error
+            )

@@ -59,6 +59,7 @@ class AtmosphereSystem(System):
         self._view_ubo = setup.gpu.uniform_block(AirViewBlock, VIEW_BINDING, "air_view")
         self._job = TableJob(setup.gpu, tables, self._model_ubo)
         self._fill = setup.gpu.compute("atmosphere/view_fill.comp", {"AIR_DEGREE": tables.degree})
+        self._fill_depth = setup.gpu.compute("atmosphere/view_depth.comp")
         self._budget_s = 1e-3 * float(setup.settings["atmosphere.budget_ms"])
         self._hurry = False
         self._stamp: tuple[Any, ...] = ()
@@ -152,9 +153,13 @@ class AtmosphereSystem(System):
             bind=lambda io: self._bind_view(io, own),
             after=("atmosphere.tables",),
             creates=(
-                TextureSpec(_VIEW_TABLES[0], "rgba32f", light, "persistent", help="mean source of gas and of all orders"),
+                TextureSpec(
+                    _VIEW_TABLES[0], "rgba32f", light, "persistent", help="mean source of gas and of all orders"
+                ),
                 TextureSpec(_VIEW_TABLES[1], "rgba32f", light, "persistent", help="mean source of haze, first order"),
-                TextureSpec(_VIEW_TABLES[2], "rgba32f", (rows, slices), "persistent", help="mean extinction"),
+                TextureSpec(
+                    _VIEW_TABLES[2], "rgba32f", self._sizes.extinction_texels, "persistent", help="mean extinction"
+                ),
             ),
             when=lambda: own.seen and (own.filled != own.wanted or not self._job.done),
             help="the air around one camera, when its altitude or the sun's height has changed",
@@ -181,9 +186,11 @@ class AtmosphereSystem(System):
                 altitude = camera[0]
                 view.block = view_block(model, altitude, camera[1], camera[2], side, self._sizes)
                 self._view_ubo.write(view.block)
-            for unit, image in enumerate(images):
-                image.bind_to_image(unit, read=False, write=True)
             self._job.bind()
+            images[2].bind_to_image(0, read=False, write=True)
+            self._fill_depth.run_over(2 * self._sizes.rows)
+            for unit in (0, 1):
+                images[unit].bind_to_image(unit, read=False, write=True)
             self._fill.run_over(*self._sizes.texels[:2])
             view.filled = wanted
 

@@ -50,8 +50,8 @@ class TableSizes:
     moments: tuple[int, int] = (48, 32)
     degree: int = 2
     orders: int = 6
-    first: Directions = Directions(16, 10, 24, 8)  # noqa: RUF009 - frozen
-    later: Directions = Directions()  # noqa: RUF009
+    first: Directions = Directions(16, 10, 24, 8)
+    later: Directions = Directions()
 
     @property
     def layers(self) -> int:

@@ -15,6 +15,7 @@ from .model import AirModel
 __all__ = ["VIEW_BINDING", "AirViewBlock", "ViewSizes", "spans", "sun_at", "view_block"]
 
 VIEW_BINDING = 8
+_FINE = 4  # AIR_FINE in atmosphere/view.glsl
 _STEEP_SHARE = 2.0
 """From space, this much more of the rows is given to floor rays near the middle of the disc."""
 _GRAZING_SHARE = 0.6
@@ -35,6 +36,11 @@ class ViewSizes:
     def texels(self) -> tuple[int, int, int]:
         """Size of the tables of light."""
         return (self.columns, 2 * self.rows, self.slices + 1)
+
+    @property
+    def extinction_texels(self) -> tuple[int, int]:
+        """Size of the table of mean extinction."""
+        return (2 * self.rows, _FINE * self.slices + 1)
 
 
 @dataclass

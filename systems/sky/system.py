@@ -13,8 +13,8 @@ import moderngl
 import numpy as np
 
 from ...components import Exposure, Planet, Stars
-from ...engine.gpu import gl as G
 from ...engine.contracts import bind_contracts, contract_reads
+from ...engine.gpu import gl as G
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.system import Frame, Setup, System, ViewInfo
 from .catalogue import GALACTIC_AXES, STARS_TO_6_5, make_stars

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from ...components import Ocean, Planet, Terrain
+from ...engine.contracts import bind_contracts, contract_reads
 from ...engine.gpu.cell_mesh import CellMesh
 from ...engine.gpu.layout import Vec4
-from ...engine.contracts import bind_contracts, contract_reads
 from ...engine.graph import GraphBuilder, PassIO
 from ...engine.settings import SettingError, revision, with_overrides
 from ...engine.surface.coverage import proxy_coverage

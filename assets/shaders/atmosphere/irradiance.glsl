@@ -1,5 +1,6 @@
 // Light of the whole sky on a surface, all orders, W m^-2 nm^-1 per unit of the sun's: light from every direction that does not
 // end on the ground. Four layers of the table: facing up (fourth root), and, as ratios to that, upright walls facing the sun, at right angles to it and away from it.
+#include "atmosphere/sunlight.glsl"
 #include "atmosphere/table.glsl"
 
 struct AirIrradiance {
@@ -24,4 +25,20 @@ vec3 air_sky_light(float h, float mu_s, float n_up, float n_side) {
     float flat2 = max(1.0 - n_up * n_up, 0.0);
     vec3 found = even + (e.up - even) * n_up + linear * n_side + twofold * (2.0 * n_side * n_side - flat2);
     return max(found, 0.0);
+}
+
+// Mean cosine of the sun's disc to a surface, its parts behind the surface counted as 0: a disc whose points are even in their
+// cosine (Bruneton 2017, direct irradiance). `cosine` is that of its middle.
+float air_disc_cosine(float cosine, float radius) {
+    float rising = cosine + radius;
+    return cosine >= radius ? cosine : cosine <= -radius ? 0.0 : rising * rising / (4.0 * radius);
+}
+
+// The sun's own light on a surface, cosine included. What the planet hides of the disc, a level surface doesn't face anyway:
+// only what is hidden beyond that counts.
+vec3 air_sun_light(float h, float mu_s, float cosine) {
+    float radius = air_model.sun.w;
+    float facing = smoothstep(-radius, radius, cosine);
+    float left = min(air_sun_share(h, mu_s) / max(facing, 1e-6), 1.0);
+    return exp(-air_depth_to_space(h, mu_s)) * (air_disc_cosine(cosine, radius) * left);
 }

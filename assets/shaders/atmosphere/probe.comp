@@ -44,9 +44,13 @@ vec3 air_second(ivec3 texel) {
 }
 
 vec3 air_mean_extinction(ivec2 texel) {
-    AirColumn c = march(ivec3(0, texel));
-    float t = air_slice_distance(float(texel.y) / float(g_view.size.z), c.path, c.lowest, c.split);
-    return air_pack(t > 0.0 ? c.depth / t : air_extinction(air_density(c.h)));
+    float mu_s, nu, t = 0.0;
+    AirPath p = air_texel_path(g_view, texel.x, 0.0, mu_s, nu);
+    vec3 depth = vec3(0.0);
+    for (int slice = 0; slice < texel.y; ++slice) {
+        depth += air_slice_depth(p.h, p.mu, p.length, p.lowest, p.split, slice, AIR_FINE * g_view.size.z, t);
+    }
+    return air_pack(t > 0.0 ? depth / t : air_extinction(air_density(p.h)));
 }
 
 void main() {
@@ -68,8 +72,13 @@ void main() {
         if (!open) transmittance = vec3(0.0);
     } else {
         float h = clamp(q.camera.x, 0.0, air_model.radii.z);
-        first = (q.camera.x > air_model.radii.z
-            ? vec3(1.0) : air_sun(h, q.camera.y)) * max(q.more.z, 0.0);
+        first = air_sun_light(h, q.camera.y, q.more.z);
+        if (q.camera.x > air_model.radii.z) {
+            // From space the sun is seen past the air, through its limb, or not at all.
+            AirPath p = air_path(g_view, q.camera.y, q.camera.z);
+            vec3 through = p.length > 0.0 ? exp(-air_depth_to_space(p.h, p.mu)) : vec3(1.0);
+            first = p.floor_hit ? vec3(0.0) : through * air_disc_cosine(q.more.z, air_model.sun.w);
+        }
         second = air_sky_light(h, q.camera.y, q.more.x, q.more.y);
     }
     answers[3u * i] = vec4(transmittance, 0.0);

@@ -1,20 +1,47 @@
-// How a ray is cut into slices: dense about its lowest point (where the air is), by squares of the distance from it, and shared
-// out between the two sides by the square root of their lengths.
+// How a ray is cut into slices: dense about its lowest point (where the air is), nearly by squares of the distance from it. The
+// two sides join smoothly, so that rays just above and just below the level differ little at the same slice.
 #include "atmosphere/medium.glsl"
 
+const float AIR_SLICE_SOFT = 0.005;   // of the path: nearer to the lowest point than this, slices are even
+
+// Measure of a distance from the lowest point, and back.
+float air_slice_measure(float x, float soft) {
+    return x / max(sqrt(x + soft) + sqrt(soft), 1e-10);
+}
+
+float air_slice_inverse(float g, float soft) {
+    return g * (g + 2.0 * sqrt(soft));
+}
+
+// Share of the slices that lie before the lowest point.
 float air_split(float lowest, float path) {
-    float down = sqrt(lowest), up = sqrt(max(path - lowest, 0.0));
+    float soft = AIR_SLICE_SOFT * path;
+    float down = air_slice_measure(lowest, soft), up = air_slice_measure(max(path - lowest, 0.0), soft);
     return down / max(down + up, 1e-10);
 }
 
-// Distance along the ray of a share w of its slices, and back.
+// Distance along the ray of a share w of its slices.
 float air_slice_distance(float w, float path, float lowest, float split) {
-    float down = clamp((split - w) / max(split, 1e-6), 0.0, 1.0), up = clamp((w - split) / max(1.0 - split, 1e-6), 0.0, 1.0);
-    return lowest - lowest * down * down + (path - lowest) * up * up;
+    float soft = AIR_SLICE_SOFT * path;
+    float whole = air_slice_measure(lowest, soft) + air_slice_measure(max(path - lowest, 0.0), soft);
+    float away = air_slice_inverse(abs(w - split) * whole, soft);
+    return clamp(w < split ? lowest - away : lowest + away, 0.0, path);
 }
 
+// The share w of a distance.
 float air_slice_of(float t, float path, float lowest, float split) {
-    float down = sqrt(clamp((lowest - t) / max(lowest, 1e-6), 0.0, 1.0));
-    float up = sqrt(clamp((t - lowest) / max(path - lowest, 1e-6), 0.0, 1.0));
-    return split - split * down + (1.0 - split) * up;
+    float soft = AIR_SLICE_SOFT * path;
+    float whole = air_slice_measure(lowest, soft) + air_slice_measure(max(path - lowest, 0.0), soft);
+    float away = air_slice_measure(abs(t - lowest), soft) / max(whole, 1e-10);
+    return clamp(t < lowest ? split - away : split + away, 0.0, 1.0);
+}
+
+// Optical depth of one slice by Gauss's rule of two points; past: where it ends.
+vec3 air_slice_depth(float h, float mu, float path, float lowest, float split, int slice, int slices, out float past) {
+    float t0 = air_slice_distance(float(slice) / float(slices), path, lowest, split);
+    past = air_slice_distance(float(slice + 1) / float(slices), path, lowest, split);
+    float dt = past - t0;
+    vec3 a = air_extinction(air_density(air_height_along(h, mu, t0 + 0.211324865 * dt)));
+    vec3 b = air_extinction(air_density(air_height_along(h, mu, t0 + 0.788675135 * dt)));
+    return 0.5 * dt * (a + b);
 }

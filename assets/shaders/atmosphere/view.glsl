@@ -4,10 +4,12 @@
 // about the zenith: rows run over the length of the ray in the air (rays that end on the floor, then rays that leave it),
 // columns over the azimuth from the sun, slices along the ray. Held is the mean source function of the ray up to there,
 // integral of (source x transmittance) / (1 - transmittance), which hardly varies along a ray and stays sharp
-// for points 1 m away; and the mean extinction. No phase function of Mie's is in it: the aureole is exact.
+// for points 1 m away; and the mean extinction, in finer steps. No phase function of Mie's is in it: the aureole is exact.
 //
 // Whoever includes this defines air_first(ivec3), air_second(ivec3) and air_mean_extinction(ivec2): texels of the tables.
 #include "atmosphere/slices.glsl"
+
+const int AIR_FINE = 4;   // steps of the table of extinction in each slice
 
 struct AirView {
     vec4 camera;   // altitude >= 0, cosine and sine of the sun's zenith angle, unused
@@ -190,7 +192,10 @@ void air_between(AirView v, AirRay ray, float distance_m, out vec3 transmittance
     vec3 first_low, first_high, second_low, second_high;
     air_look_up(cell, low, first_low, second_low);
     air_look_up(cell, low + 1, first_high, second_high);
-    vec3 extinction = air_unpack(mix(air_mean_extinction_at(cell, low), air_mean_extinction_at(cell, low + 1), share));
+    float fine = slice * float(AIR_FINE);
+    int fine_low = min(int(fine), AIR_FINE * v.size.z - 1);
+    vec3 extinction = air_unpack(mix(air_mean_extinction_at(cell, fine_low), air_mean_extinction_at(cell, fine_low + 1),
+        fine - float(fine_low)));
     vec3 depth = t * extinction + deeper * air_extinction(air_density(0.0));
     depth = p.length > 0.0 ? depth : vec3(0.0);
     transmittance = exp(-depth);
@@ -206,7 +211,7 @@ void air_whole(AirView v, AirRay ray, out vec3 transmittance, out vec3 first, ou
     AirCell cell = air_cell(v, p, ray);
     vec3 packed_first, packed_second;
     air_look_up(cell, v.size.z, packed_first, packed_second);
-    vec3 depth = p.length * air_unpack(air_mean_extinction_at(cell, v.size.z));
+    vec3 depth = p.length * air_unpack(air_mean_extinction_at(cell, AIR_FINE * v.size.z));
     transmittance = exp(-depth);
     vec3 taken = depth * one_minus_exp_over(depth);
     first = taken * air_unpack(packed_first);

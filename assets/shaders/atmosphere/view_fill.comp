@@ -7,7 +7,6 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32f, binding = 0) writeonly uniform image3D u_first;
 layout(rgba32f, binding = 1) writeonly uniform image3D u_second;
-layout(rgba32f, binding = 2) writeonly uniform image2D u_extinction;
 
 vec3 air_first(ivec3 texel) { return vec3(0.0); }
 vec3 air_second(ivec3 texel) { return vec3(0.0); }
@@ -26,12 +25,10 @@ void main() {
         if (inside) {
             imageStore(u_first, ivec3(texel, slice), vec4(air_pack(first), 0.0));
             imageStore(u_second, ivec3(texel, slice), vec4(air_pack(second), 0.0));
-            if (texel.x == 0) imageStore(u_extinction, ivec2(texel.y, slice), vec4(air_pack(extinction), 0.0));
         }
-        if (slice < v.size.z) air_column_slice(c, slice, v.size.z);
+        if (slice == v.size.z) break;
+        air_column_slice(c, slice, v.size.z);
         first = air_column_mean(c, c.first);
         second = air_column_mean(c, c.second);
-        float t = air_slice_distance(float(slice + 1) / float(v.size.z), c.path, c.lowest, c.split);
-        extinction = t > 0.0 ? c.depth / t : extinction;
     }
 }
