@@ -10,7 +10,7 @@ import numpy as np
 
 from ... import Camera, Planet, Renderer, load_scene, qualities, view, views
 from ...engine.space import CameraState
-from ..measure import coverage, ground, motion, positions, relief
+from ..measure import coverage, ground, motion, positions, relief, sea
 from ..session import Bench, Session
 from ..target import Target, at_least, at_most
 from ..timing import time_variants
@@ -173,6 +173,22 @@ def _error(session: Session) -> None:
                     )  # fmt: skip
 
 
+def _sea(session: Session) -> None:
+    """The drawn sea against float64: where its surface lies, and on which side of coasts and limb each pixel is."""
+    rng = _rng()
+    with session.renderer("earth", BENCH, "high") as renderer:
+        for name in _known(renderer, ("space", "orbit", "high", "coast", "beach", "sea", "limb", "under")):
+            found = sea.sea_error(renderer, view(name), rng, session.runs(3000, 1000), 500 if session.quick else None)
+            if found.sea_pixels:
+                session.row("surface", name, BENCH, error=found.p99_px, error_unit="px p99",
+                            target=at_most(1.0, "px"), worst_px=found.worst_px, distance_p99=found.p99_distance,
+                            pixels=found.sea_pixels)  # fmt: skip
+            for variant, classes, most in (("coasts and limb", found.edge, 1.0), ("whole picture", found.sampled, 0.1)):
+                session.row(f"{variant}: more than a pixel off", name, BENCH, error=100.0 * classes.wrong_beyond,
+                            error_unit="%", target=at_most(most, "%"), other_than_true=100.0 * classes.wrong,
+                            pixels=classes.pixels, worst_px=found.worst_off_px, lost=found.lost)  # fmt: skip
+
+
 def _frame_time(session: Session, renderer: Renderer, camera: Camera) -> Any:
     """Frames whose camera turns a little each time: culled and drawn anew, proxy held."""
     state = renderer.camera_state(camera)
@@ -267,6 +283,7 @@ BENCHES: Mapping[str, Bench] = {
     "proxy": _proxy,
     "edges": _edges,
     "error": _error,
+    "sea": _sea,
     "relief": _relief,
     "sampler": _sampler,
 }

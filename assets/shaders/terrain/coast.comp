@@ -25,8 +25,10 @@ layout(binding = 2) writeonly uniform uimage2D u_surface_out;
 // two pixels long.
 const int COLUMNS = 9, ROWS = 5;
 shared vec4 s_ground[COLUMNS * ROWS];     // xyz: gradient; w: height above the sea
-shared vec4 s_attributes[COLUMNS * ROWS]; // w: 1 where there is anything
+shared vec4 s_attributes[COLUMNS * ROWS]; // w: depth, 0 where there is nothing
 const ivec2 TILE = ivec2(16, 8);
+// How far depth may be from linear on screen, relative, before pixels beside one another count as parts of different ground.
+const float RIDGE = 0.005;
 
 void sample_ground(int index, ivec2 first) {
     ivec2 pixel = min(first + 2 * ivec2(index % COLUMNS, index / COLUMNS), textureSize(u_surface, 0) - 1);
@@ -39,7 +41,7 @@ void sample_ground(int index, ivec2 first) {
     float height = frame.anchor_up.w + terrain.dh;
     bool there = depth > 0.0;   // beside the limb there is nothing, and nothing finite comes of it
     s_ground[index] = there ? vec4(terrain.gradient, height - planet.sea.x) : vec4(0.0);
-    s_attributes[index] = there ? vec4(terrain_attributes(terrain, height).xyz, 1.0) : vec4(0.0);
+    s_attributes[index] = there ? vec4(terrain_attributes(terrain, height).xyz, depth) : vec4(0.0);
 }
 
 void main() {
@@ -52,21 +54,29 @@ void main() {
     if (any(greaterThanEqual(pixel, textureSize(u_surface, 0)))) return;
     uint surface = texelFetch(u_surface, pixel, 0).r;
     if (surface != SURFACE_TERRAIN && surface != SURFACE_SEA) return;
+    // Seen from under water the bed is below the sea, and still in front of it.
+    if (frame.camera_zenith.w < planet.sea.x) return;
+    float own = texelFetch(u_depth, pixel, 0).r, total = 0.0;
     vec4 ground = vec4(0.0), attributes = vec4(0.0);
     vec2 part = 0.5 * vec2(here & 1);
     for (int k = 0; k < 4; ++k) {
         ivec2 corner = ivec2(k & 1, k >> 1);
         vec2 near = mix(1.0 - part, part, vec2(corner));
         int index = (here.y / 2 + corner.y) * COLUMNS + here.x / 2 + corner.x;
-        float weight = near.x * near.y * s_attributes[index].w;
+        float weight = s_attributes[index].w > 0.0 ? near.x * near.y : 0.0;
         ground += weight * s_ground[index];
         attributes += weight * s_attributes[index];
+        total += weight;
     }
-    if (attributes.w < 1e-3) return;
-    ground /= attributes.w;
-    attributes = vec4(attributes.xyz / attributes.w, 0.0);
+    if (total < 1e-3) return;
+    ground /= total;
+    attributes /= total;
+    // Along a plane depth is linear on screen. Where it is not, the corners lie before and behind a ridge, and what they see is
+    // not the ground of this pixel: what was drawn as land stays land.
+    if (surface == SURFACE_TERRAIN && abs(attributes.w - own) > RIDGE * own) return;
+    attributes.w = 0.0;
 
-    vec3 point = position_from_depth(ndc_of_pixel(vec2(pixel) + 0.5), texelFetch(u_depth, pixel, 0).r);
+    vec3 point = position_from_depth(ndc_of_pixel(vec2(pixel) + 0.5), own);
     float drawn;
     vec3 D = foot_offset_of(point, drawn);
     float spacing = grid_spacing(D), sagitta = spacing * spacing / (8.0 * planet.radii.x);
