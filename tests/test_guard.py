@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ctypes as c
+import importlib
 import logging
+import re
 import time
 from collections.abc import Iterator
 from typing import Any
@@ -12,12 +14,13 @@ import moderngl
 import numpy as np
 import pytest
 
+from planetfall import ASSETS
 from planetfall.engine.gpu import Gpu
 from planetfall.engine.gpu.guard import StateGuard
 
 pytestmark = pytest.mark.gpu
 
-UNITS, UBOS, SSBOS, IMAGES = 16, 8, 8, 8
+UNITS, UBOS, SSBOS, IMAGES = 16, 12, 8, 8
 TARGETS = {0x0DE1: 0x8069, 0x806F: 0x806A, 0x8513: 0x8514, 0x8C1A: 0x8C1D}
 
 # Read here by names of our own, not by the guard's tables.
@@ -227,11 +230,11 @@ def arbitrary_work(gpu: Gpu) -> None:
         for texture in (color, volume, layers, cube):
             texture.use(unit)
         sampler.use(unit)
-    for i in range(8):
+    for i in range(UBOS):
+        scope.buffer(np.arange(64, dtype=np.float32)).bind_to_uniform_block(i)
+    for i in range(SSBOS):
         volume.bind_to_image(i)
-        data = scope.buffer(np.arange(64, dtype=np.float32))
-        data.bind_to_uniform_block(i)
-        data.bind_to_storage_buffer(i)
+        scope.buffer(np.arange(64, dtype=np.float32)).bind_to_storage_buffer(i)
     gpu.shaders.add_virtual("test/guard.vert", "void main() { gl_Position = vec4(0.5); }")
     gpu.shaders.add_virtual("test/guard.frag", "layout(location = 0) out vec4 o; void main() { o = vec4(0.5); }")
     program = scope.program("test/guard.vert", "test/guard.frag")
@@ -341,6 +344,30 @@ def test_errors_are_reported_and_cleared(gpu: Gpu, caplog: pytest.LogCaptureFixt
     with guard:
         pass
     assert guard.errors == ()
+
+
+def test_every_binding_of_the_shaders_is_covered(gpu: Gpu) -> None:
+    """Binding points written in shader files, and those of the uniform blocks made from dataclasses."""
+    guard = StateGuard(gpu)
+    covered = {"uniform": guard._ubos, "buffer": guard._ssbos, "image": guard._images, "sampler": len(guard._units) - 1}
+    declared = re.compile(r"^layout\(([^)]*\bbinding = (\d+)[^)]*)\)(.*)$", re.MULTILINE)
+    most = dict.fromkeys(covered, -1)
+    for path in (ASSETS / "shaders").rglob("*.*"):
+        for found in declared.finditer(path.read_text(encoding="utf-8")):
+            rest = found[3]
+            kinds = [k for k in ("image", "sampler", "buffer") if re.search(rf"\b[iu]?{k}", rest)] or ["uniform"]
+            most[kinds[0]] = max(most[kinds[0]], int(found[2]))
+    for module in (
+        "engine.frame_block", "systems.proxy.system", "systems.atmosphere.block", "systems.atmosphere.tables",
+        "systems.atmosphere.views", "systems.ocean.system", "systems.terrain.system",
+    ):  # fmt: skip
+        made = importlib.import_module(f"planetfall.{module}")
+        bindings = [value for name, value in vars(made).items() if name.endswith("BINDING")]
+        assert bindings, module
+        most["uniform"] = max(most["uniform"], *bindings)
+    assert min(most.values()) >= 0, "the pattern still finds declarations of each kind"
+    for kind, highest in most.items():
+        assert highest < covered[kind], f"{kind} {highest} is used, but only 0..{covered[kind] - 1} are restored"
 
 
 def test_cost_is_bounded(gpu: Gpu) -> None:

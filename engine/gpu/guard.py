@@ -90,14 +90,14 @@ class StateGuard:
     On leaving, GL errors are drained: `errors_before` and `errors` name those found on entry and those of our own work;
     both are logged. Hosts such as pyglet raise on any error left behind.
 
-    Cost: 0.1-0.2 ms for one entry and exit (llvmpipe, 16 texture units, 8 of everything else).
+    Cost: 0.1-0.2 ms for one entry and exit (llvmpipe, 16 texture units, 12 uniform blocks, 8 of everything else).
     """
 
     def __init__(
         self,
         gpu: Gpu,
         texture_units: int = 16,
-        ubo_bindings: int = 8,
+        ubo_bindings: int = 12,
         ssbo_bindings: int = 8,
         image_units: int = 8,
         framebuffers: Sequence[moderngl.Framebuffer] = (),
