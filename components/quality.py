@@ -133,6 +133,14 @@ class AtmosphereQuality:
     orders: int = knob(
         6, 1, 16, "", "Orders of scattering that are computed; those after them are estimated", cost="as altitudes"
     )
+    paper_scale: float = knob(
+        1.0,
+        0.1,
+        2.0,
+        "",
+        "Size of the tables of Atmosphere.method paper, times that of the source in every direction but one",
+        cost="time to compute them, with its cube; half a minute without a GPU at 1",
+    )
     budget_ms: float = knob(
         2.0, 0.1, 1000.0, "ms", "Time a frame for the tables while the air changes", cost="itself", log=True
     )

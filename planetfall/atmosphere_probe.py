@@ -18,7 +18,7 @@ from .engine.settings import with_overrides
 from .quality import resolve_quality
 from .systems.atmosphere.model import AirModel
 from .systems.atmosphere.probe import AirQuestions, Rays
-from .systems.atmosphere.sizes import table_sizes, view_sizes
+from .systems.atmosphere.sizes import paper_sizes, table_sizes, view_sizes
 
 __all__ = ["AtmosphereProbe"]
 
@@ -76,7 +76,8 @@ class AtmosphereProbe:
         self._released = False
         with self._guest():
             self._scope = self._gpu.scope("probe")
-            self._questions = AirQuestions(self._scope, self._model, table_sizes(settings), view_sizes(settings))
+            sizes = paper_sizes(settings) if air.method == "paper" else table_sizes(settings)
+            self._questions = AirQuestions(self._scope, self._model, sizes, view_sizes(settings))
 
     def transmittance(
         self, positions_m: ArrayLike, directions: ArrayLike, distance_m: ArrayLike | None = None

@@ -3,15 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from dataclasses import replace
+from typing import Any, Protocol
 
 from ...engine.gpu import GpuScope
 from .block import AirBlock
 from .cache import TableCache
 from .model import AirModel
+from .paper import PaperSizes, PaperTables
 from .tables import AirTables, Directions, TableSizes
 
-__all__ = ["QUICK", "TableJob"]
+__all__ = ["QUICK", "QUICK_PAPER", "TableJob", "Tables"]
+
+
+class Tables(Protocol):
+    """Tables of one air at one size, by either method."""
+
+    @property
+    def done(self) -> bool: ...
+    @property
+    def share(self) -> float: ...
+    def restart(self) -> None: ...
+    def step(self, samples: int) -> Any: ...
+    def bind(self) -> None: ...
+    def shapes(self) -> dict[str, tuple[int, ...]]: ...
+    def arrays(self) -> dict[str, Any]: ...
+    def fill(self, arrays: dict[str, Any]) -> None: ...
+    def release(self) -> None: ...
+
 
 QUICK = TableSizes(
     depth=(64, 32),
@@ -23,6 +42,9 @@ QUICK = TableSizes(
     later=Directions(4, 3, 4, 4),
 )
 """A first look at a new air: about 0.2 million points of it."""
+
+QUICK_PAPER = PaperSizes((64, 32), (8, 24, 12, 4), (24, 8), 2, "rgba32f")
+"""A first look by the printed method."""
 
 _SLICE = 60_000
 """Points of air in one slice of work: 1 to 3 ms on two cores without a GPU."""
@@ -37,17 +59,19 @@ class TableJob:
     replace each other: only the last one counts.
     """
 
-    def __init__(self, gpu: GpuScope, sizes: TableSizes, block: Any, cache: TableCache | None = None) -> None:
+    def __init__(
+        self, gpu: GpuScope, sizes: TableSizes | PaperSizes, block: Any, cache: TableCache | None = None
+    ) -> None:
         self._gpu, self._ctx = gpu, gpu.gpu.ctx
         self._block = block
         self._sizes = sizes
         self._cache = TableCache() if cache is None else cache
-        quick = TableSizes(**{**vars(QUICK), "degree": sizes.degree})
         # Two of each size: one is shown while the other is worked on.
-        self._quick = [AirTables(gpu, quick), AirTables(gpu, quick)]
-        self._full: list[AirTables | None] = [AirTables(gpu, sizes), None]
-        self._tables: AirTables | None = None
-        self._working: AirTables | None = None
+        quick = QUICK_PAPER if isinstance(sizes, PaperSizes) else replace(QUICK, degree=sizes.degree)
+        self._quick = [self._make(quick), self._make(quick)]
+        self._full: list[Tables | None] = [self._make(sizes), None]
+        self._tables: Tables | None = None
+        self._working: Tables | None = None
         self._wanted: tuple[AirModel, AirBlock] | None = None
         self._shown: AirModel | None = None
         self._shown_block: AirBlock | None = None
@@ -107,7 +131,16 @@ class TableJob:
             self._block.write(self._shown_block)
             self._block.bind()
 
-    def _start(self, tables: AirTables, refining: bool) -> None:
+    def _make(self, sizes: TableSizes | PaperSizes) -> Tables:
+        return PaperTables(self._gpu, sizes) if isinstance(sizes, PaperSizes) else AirTables(self._gpu, sizes)
+
+    def release(self) -> None:
+        """Free all tables."""
+        for tables in (*self._quick, *self._full):
+            if tables is not None:
+                tables.release()
+
+    def _start(self, tables: Tables, refining: bool) -> None:
         tables.restart()
         self._working, self._refining = tables, refining
 
@@ -124,16 +157,16 @@ class TableJob:
         else:
             self._start(self._free_full(), refining=True)
 
-    def _free_full(self) -> AirTables:
+    def _free_full(self) -> Tables:
         for i, tables in enumerate(self._full):
             if tables is None:
-                made = self._full[i] = AirTables(self._gpu, self._sizes)
+                made = self._full[i] = self._make(self._sizes)
                 return made
             if tables is not self._tables:
                 return tables
         raise AssertionError("one of two tables is free")
 
-    def _show(self, tables: AirTables, model: AirModel, block: AirBlock) -> None:
+    def _show(self, tables: Tables, model: AirModel, block: AirBlock) -> None:
         self._tables = tables
         self.generation += 1
         self._show_block(model, block)

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ...engine.gpu import GpuScope
 
@@ -16,6 +19,7 @@ PAPER_UNITS = {"transmittance": 8, "scattering": 9, "mie": 10, "irradiance": 11}
 
 _BEFORE_UNIT, _DENSITY_UNIT, _FLOOR_UNIT = 12, 13, 14  # of tables that only the computation needs
 
+_DTYPES = {"f2": np.float16, "f4": np.float32}
 _SAMPLES = {"transmittance": 150, "single": 90, "direct": 1, "density": 512, "indirect": 2900, "multiple": 125}
 """What one texel of a stage costs, in directions of density.comp (5 ns on two cores): measured ratios. Points and
 directions as printed are 501, 51, 1, 512, 1024 and 51."""
@@ -128,6 +132,24 @@ class PaperTables:
         self._working: dict[str, Any] = {}
         self._stages: list[_Stage] = []
         self.restart()
+
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """Shapes of `arrays`."""
+        return {name: (*reversed(texture.size), 4) for name, texture in self.textures.items()}
+
+    def arrays(self) -> dict[str, NDArray[np.float32]]:
+        """What the tables hold, read back as f32."""
+        shapes = self.shapes()
+        return {
+            name: np.frombuffer(texture.read(), _DTYPES[texture.dtype]).astype(np.float32).reshape(shapes[name])
+            for name, texture in self.textures.items()
+        }
+
+    def fill(self, arrays: Mapping[str, NDArray[np.float32]]) -> None:
+        """Take over what `arrays` gave, instead of computing it."""
+        for name, texture in self.textures.items():
+            texture.write(np.ascontiguousarray(arrays[name], _DTYPES[texture.dtype]).tobytes())
+        self._free_working()
 
     def bind(self) -> None:
         """Bind the tables to the units that functions.glsl reads."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from ...engine.gpu import GpuScope
 from .block import AIR_BINDING, AirBlock, air_block
+from .job import Tables
 from .model import AirModel
+from .paper import PaperSizes, PaperTables
 from .tables import AirTables, TableSizes
 from .views import VIEW_BINDING, AirViewBlock, ViewSizes, spans
 
@@ -55,14 +57,17 @@ class AirQuestions:
     gpu: owner of all GL objects. Light comes back for a unit sun.
     """
 
-    def __init__(self, gpu: GpuScope, model: AirModel, tables: TableSizes, views: ViewSizes) -> None:
+    def __init__(self, gpu: GpuScope, model: AirModel, tables: TableSizes | PaperSizes, views: ViewSizes) -> None:
         self._gpu, self._model, self._views = gpu, model, views
         self._sizes = tables
         self._block = gpu.uniform_block(AirBlock, AIR_BINDING, "air_model")
         self._block.write(air_block(model, _DARK))
         gpu.uniform_block(AirViewBlock, VIEW_BINDING, "air_view")
-        self._program = gpu.compute("atmosphere/probe.comp", {"AIR_DEGREE": tables.degree})
-        self._tables: dict[int, AirTables] = {}
+        if isinstance(tables, PaperSizes):
+            self._program = gpu.compute("atmosphere/paper/probe.comp")
+        else:
+            self._program = gpu.compute("atmosphere/probe.comp", {"AIR_DEGREE": tables.degree})
+        self._tables: dict[int, Tables] = {}
 
     def light(
         self, rays: Rays, distance_m: Floats | None, orders: int | None, part: str | None
@@ -86,10 +91,30 @@ class AirQuestions:
         answers = self._ask(_SURFACE, rays, None, more, 0, False, None)
         return answers[:, 1, :3], answers[:, 2, :3]
 
-    def _tables_of(self, orders: int) -> AirTables:
+    def _entered(self, rays: Rays, distance_m: Floats | None) -> tuple[Rays, Floats | None]:
+        """Rays from space, moved to where they enter the air, in f64: the printed functions take cosines, too coarse in
+        f32 from afar. Rays that miss the air stay."""
+        top, r = self._model.top_radius_m, self._model.radius_m + rays.altitude_m
+        inside2 = (top - r * rays.sine) * (top + r * rays.sine)
+        enters = (rays.altitude_m > self._model.thickness_m) & (rays.mu < 0.0) & (inside2 > 0.0)
+        root = np.sqrt(np.maximum(inside2, 0.0))
+        start = np.where(enters, -r * rays.mu - root, 0.0)
+        moved = replace(
+            rays,
+            altitude_m=np.where(enters, self._model.thickness_m, rays.altitude_m),
+            mu=np.where(enters, -root / top, rays.mu),
+            sun_mu=np.where(enters, np.clip((r * rays.sun_mu + start * rays.nu) / top, -1.0, 1.0), rays.sun_mu),
+        )
+        return moved, None if distance_m is None else np.maximum(distance_m - start, 0.0)
+
+    def _tables_of(self, orders: int) -> Tables:
         tables = self._tables.get(orders)
         if tables is None:
-            tables = self._tables[orders] = AirTables(self._gpu, self._sizes, orders)
+            if isinstance(self._sizes, PaperSizes):
+                tables = PaperTables(self._gpu, replace(self._sizes, orders=orders or self._sizes.orders))
+            else:
+                tables = AirTables(self._gpu, self._sizes, orders)
+            self._tables[orders] = tables
             while not tables.done:
                 tables.step(1 << 22)
         return tables
@@ -105,6 +130,8 @@ class AirQuestions:
         part: str | None,
     ) -> Floats:
         count = len(rays.mu)
+        if isinstance(self._sizes, PaperSizes):
+            rays, distance_m = self._entered(rays, distance_m)
         h = np.maximum(rays.altitude_m, 0.0)
         packed = np.zeros((count, 20), np.float32)
         packed[:, 0], packed[:, 1], packed[:, 2] = h, rays.sun_mu, rays.sun_sine
@@ -115,15 +142,17 @@ class AirQuestions:
             packed[:, 16:19] = more
         self._block.bind()
         # Single scattering needs the depths alone; those of any number of orders will do.
-        tables = next(iter(self._tables.values())) if single and self._tables else self._tables_of(orders)
+        if isinstance(self._sizes, PaperSizes):
+            # In the printed tables all orders are one sum: each number of orders has its own.
+            tables = self._tables_of(1 if single and mode == _LIGHT else orders)
+        else:
+            tables = next(iter(self._tables.values())) if single and self._tables else self._tables_of(orders)
         sizes = self._views
         self._program.set("u_size", (sizes.columns, sizes.rows, sizes.slices, 0))
         return np.concatenate([self._batch(packed[i : i + _BATCH], mode, tables, single, part)
                                for i in range(0, max(count, 1), _BATCH)])  # fmt: skip
 
-    def _batch(
-        self, packed: NDArray[np.float32], mode: int, tables: AirTables, single: bool, part: str | None
-    ) -> Floats:
+    def _batch(self, packed: NDArray[np.float32], mode: int, tables: Tables, single: bool, part: str | None) -> Floats:
         count = len(packed)
         if not count:
             return np.zeros((0, 3, 4))

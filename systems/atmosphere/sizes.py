@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from .paper import PaperSizes
 from .tables import Directions, TableSizes
 from .views import ViewSizes
 
-__all__ = ["table_sizes", "view_sizes"]
+__all__ = ["paper_sizes", "table_sizes", "view_sizes"]
 
 
 def table_sizes(settings: Mapping[str, Any]) -> TableSizes:
@@ -30,3 +31,19 @@ def table_sizes(settings: Mapping[str, Any]) -> TableSizes:
 def view_sizes(settings: Mapping[str, Any]) -> ViewSizes:
     """Sizes of the tables of one camera."""
     return ViewSizes(*(int(settings[f"atmosphere.{name}"]) for name in ("columns", "rows", "slices")))
+
+
+def paper_sizes(settings: Mapping[str, Any], orders: int = 4) -> PaperSizes:
+    """Sizes of the tables of the printed method: the source's own, times the knob "atmosphere.paper_scale"."""
+    scale = float(settings["atmosphere.paper_scale"])
+
+    def part(size: int, least: int) -> int:
+        return max(least, 2 * round(0.5 * size * scale))
+
+    return PaperSizes(
+        transmittance=(part(256, 32), part(64, 16)),
+        scattering=(part(32, 8), part(128, 16), part(32, 8), 8 if scale > 0.3 else 4),
+        irradiance=(part(64, 16), part(16, 8)),
+        orders=orders,
+        storage="rgba32f",
+    )

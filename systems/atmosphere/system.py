@@ -16,7 +16,7 @@ from ...engine.system import Frame, Setup, System, ViewInfo
 from .block import AIR_BINDING, AirBlock, air_block
 from .job import TableJob
 from .model import AirModel
-from .sizes import table_sizes, view_sizes
+from .sizes import paper_sizes, table_sizes, view_sizes
 from .views import VIEW_BINDING, AirViewBlock, sun_at, view_block
 
 __all__ = ["AtmosphereSystem"]
@@ -51,21 +51,16 @@ class AtmosphereSystem(System):
         self._world: Any = None
 
     def setup(self, setup: Setup) -> None:
-        self._gpu, self._world = setup.gpu, setup.world
+        self._gpu, self._world, self._settings = setup.gpu, setup.world, setup.settings
         self._sizes = view_sizes(setup.settings)
-        tables = table_sizes(setup.settings)
-        shaders = setup.gpu.gpu.shaders
         self._model_ubo = setup.gpu.uniform_block(AirBlock, AIR_BINDING, "air_model")
         self._view_ubo = setup.gpu.uniform_block(AirViewBlock, VIEW_BINDING, "air_view")
-        self._job = TableJob(setup.gpu, tables, self._model_ubo)
-        self._fill = setup.gpu.compute("atmosphere/view_fill.comp", {"AIR_DEGREE": tables.degree})
-        self._fill_depth = setup.gpu.compute("atmosphere/view_depth.comp")
         self._budget_s = 1e-3 * float(setup.settings["atmosphere.budget_ms"])
         self._hurry = False
         self._stamp: tuple[Any, ...] = ()
-        self._model: AirModel | None = None
-        for contract in ("air", "sky"):
-            shaders.provide(contract, f"atmosphere/{contract}.glsl", owner=self.name)
+        self._method = ""
+        self._job: TableJob | None = None
+        self._fills: tuple[Any, ...] = ()
         provide_contracts(setup.world, self.name, self)
 
     def release(self) -> None:
@@ -74,21 +69,51 @@ class AtmosphereSystem(System):
         withdraw_contracts(self._world, self.name)
         self._world.resources.pop("air_top_m", None)
 
+    def _use_method(self, method: str) -> None:
+        """Tables, programs and contracts of a method, in place of those of another."""
+        if method == self._method:
+            return
+        if self._job is not None:
+            self._job.release()
+            for program in self._fills:
+                self._gpu.free(program)
+        shaders = self._gpu.gpu.shaders
+        shaders.withdraw(self.name)
+        paper = method == "paper"
+        for contract in ("air", "sky"):
+            file = f"atmosphere/paper/{contract}.glsl" if paper else f"atmosphere/{contract}.glsl"
+            shaders.provide(contract, file, owner=self.name)
+        self._fills = ()
+        if paper:
+            self._job = TableJob(self._gpu, paper_sizes(self._settings), self._model_ubo)
+        else:
+            tables = table_sizes(self._settings)
+            self._job = TableJob(self._gpu, tables, self._model_ubo)
+            light = self._gpu.compute("atmosphere/view_fill.comp", {"AIR_DEGREE": tables.degree})
+            self._fills = (self._gpu.compute("atmosphere/view_depth.comp"), light)
+        self._method = method
+        self._stamp = ()
+        self.structure += 1
+
     # -- contracts ---------------------------------------------------------------------------------------------------
 
     def contract_reads(self) -> tuple[str, ...]:
         """See engine.contracts.ContractSource."""
-        return _VIEW_TABLES
+        return () if self._method == "paper" else _VIEW_TABLES
 
     def bind_contract(self, io: PassIO) -> Callable[[], None]:
         """See engine.contracts.ContractSource."""
+        job = self._job
+        assert job is not None
+        if self._method == "paper":
+            return job.bind
         first, second, extinction = (io.texture(name) for name in _VIEW_TABLES)
 
         def run() -> None:
             first.use(_FIRST_UNIT)
             second.use(_SECOND_UNIT)
             extinction.use(_EXTINCTION_UNIT)
-            self._job.bind()
+            job.bind()
 
         return run
 
@@ -96,8 +121,8 @@ class AtmosphereSystem(System):
 
     def update(self, frame: Frame) -> None:
         self._hurry = frame.settling
-        self._refresh(frame.world, frame.planet, frame.settings, frame.sun)
-        model = self._job.shown
+        job = self._refresh(frame.world, frame.planet, frame.settings, frame.sun)
+        model = job.shown
         view = self._views.setdefault(frame.view_index, _View())
         distance = float(np.linalg.norm(frame.camera.position_m))
         up = frame.camera.position_m / distance
@@ -107,91 +132,92 @@ class AtmosphereSystem(System):
         view.seen = distance <= 2.0 * model.top_radius_m or 2.0 * model.top_radius_m / distance > pixel
         view.block = view_block(model, distance - model.radius_m, cosine, sine, side, self._sizes)
         # What the tables depend on; turning about the zenith and moving under an equally high sun changes nothing.
-        view.wanted = (self._job.generation, view.block.camera)
+        view.wanted = (job.generation, view.block.camera)
         self._view_ubo.write(view.block)
         self._view_ubo.bind()
         self._model_ubo.bind()
 
-    def _refresh(self, world: Any, planet: int, settings: Mapping[str, Any], sun: Any) -> None:
+    def _refresh(self, world: Any, planet: int, settings: Mapping[str, Any], sun: Any) -> TableJob:
         air, body = world.get(planet, Atmosphere), world.get(planet, Planet)
         light = (sun.angular_radius_rad, *sun.irradiance)
         stamp = (id(air), revision(air), revision(body, "radius_m"), light)
-        if stamp == self._stamp:
-            return
-        self._stamp = stamp
+        if stamp == self._stamp and self._job is not None:
+            return self._job
         air = with_overrides(air, "atmosphere", settings)
+        self._use_method(air.method)
+        assert self._job is not None
+        self._stamp = stamp
         model = AirModel.from_components(body, air, sun.angular_radius_rad)
         block = air_block(model, air, sun.irradiance)
         self._job.want(model, block)
         world.set_resource("air_top_m", model.thickness_m)
+        return self._job
 
     def settled(self) -> bool:
-        return self._job.done
+        return self._job is None or self._job.done
 
     def progress(self) -> float:
         """Share of the tables that is done, 0..1."""
-        return self._job.share
+        return 0.0 if self._job is None else self._job.share
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
+        job = self._job
+        assert job is not None, "update comes before declare"
         builder.add_pass(
             "atmosphere.tables",
             kind="compute",
             system=self.name,
-            bind=lambda io: self._run_tables,
+            bind=lambda io: lambda: self._run_tables(job),
             side_effect=True,
-            when=lambda: not self._job.done,
+            when=lambda: not job.done,
             help="what holds for all cameras, in slices: optical depth to space and light scattered more than once",
         )
+        if self._method == "paper":
+            return
         own = self._views.setdefault(view.index, _View())
         own.filled = ()
-        columns, rows, slices = self._sizes.texels
-        light = (columns, rows, slices)
+        light, depth = self._sizes.texels, self._sizes.extinction_texels
         builder.add_pass(
             "atmosphere.view",
             kind="compute",
             system=self.name,
-            bind=lambda io: self._bind_view(io, own),
+            bind=lambda io: self._bind_view(io, own, job),
             after=("atmosphere.tables",),
             creates=(
-                TextureSpec(
-                    _VIEW_TABLES[0], "rgba32f", light, "persistent", help="mean source of gas and of all orders"
-                ),
+                TextureSpec(_VIEW_TABLES[0], "rgba32f", light, "persistent", help="mean source, gas and all orders"),
                 TextureSpec(_VIEW_TABLES[1], "rgba32f", light, "persistent", help="mean source of haze, first order"),
-                TextureSpec(
-                    _VIEW_TABLES[2], "rgba32f", self._sizes.extinction_texels, "persistent", help="mean extinction"
-                ),
+                TextureSpec(_VIEW_TABLES[2], "rgba32f", depth, "persistent", help="mean extinction"),
             ),
-            when=lambda: own.seen and (own.filled != own.wanted or not self._job.done),
+            when=lambda: own.seen and (own.filled != own.wanted or not job.done),
             help="the air around one camera, when its altitude or the sun's height has changed",
         )
 
-    def _run_tables(self) -> None:
+    def _run_tables(self, job: TableJob) -> None:
         started = time.perf_counter()
         budget = 0.25 if self._hurry else self._budget_s
-        self._job.work(lambda: budget - (time.perf_counter() - started))
+        job.work(lambda: budget - (time.perf_counter() - started))
 
-    def _bind_view(self, io: PassIO, view: _View) -> Callable[[], None]:
-        images = [io.texture(name) for name in _VIEW_TABLES]
+    def _bind_view(self, io: PassIO, view: _View, job: TableJob) -> Callable[[], None]:
+        first, second, extinction = (io.texture(name) for name in _VIEW_TABLES)
+        fill_depth, fill_light = self._fills
         view.filled = ()
 
         def run() -> None:
-            wanted = (self._job.generation, view.block.camera)
+            wanted = (job.generation, view.block.camera)
             if wanted == view.filled:
                 return
-            if self._job.generation != view.wanted[0]:
+            if wanted != view.wanted:
                 # The tables have been finished in this very frame, maybe of another air.
-                camera = view.block.camera
-                model = self._job.shown
+                altitude, cosine, sine, _ = view.block.camera
                 side = np.asarray(view.block.sun_side[:3])
-                altitude = camera[0]
-                view.block = view_block(model, altitude, camera[1], camera[2], side, self._sizes)
+                view.block = view_block(job.shown, altitude, cosine, sine, side, self._sizes)
                 self._view_ubo.write(view.block)
-            self._job.bind()
-            images[2].bind_to_image(0, read=False, write=True)
-            self._fill_depth.run_over(2 * self._sizes.rows)
-            for unit in (0, 1):
-                images[unit].bind_to_image(unit, read=False, write=True)
-            self._fill.run_over(*self._sizes.texels[:2])
+            job.bind()
+            extinction.bind_to_image(0, read=False, write=True)
+            fill_depth.run_over(2 * self._sizes.rows)
+            first.bind_to_image(0, read=False, write=True)
+            second.bind_to_image(1, read=False, write=True)
+            fill_light.run_over(*self._sizes.texels[:2])
             view.filled = wanted
 
         return run

@@ -3,21 +3,7 @@
 #include "atmosphere/source.glsl"
 #include "atmosphere/irradiance.glsl"
 #include "atmosphere/view.glsl"
-
-layout(local_size_x = 16) in;
-
-struct Question {
-    vec4 camera, span, shape;   // as AirView
-    vec4 ray;                   // mu, sine, cosine of the azimuth, nu
-    vec4 more;                  // distance (negative: the whole ray); of a surface: n_up, n_side, cosine to the sun
-};
-layout(std430, binding = 0) readonly buffer Questions { Question questions[]; };
-layout(std430, binding = 1) writeonly buffer Answers { vec4 answers[]; };
-
-layout(location = 0) uniform ivec4 u_size;    // of the tables
-layout(location = 1) uniform ivec4 u_mode;    // what is asked; number of questions; 1: all orders; 1: Rayleigh's phase
-
-const int LIGHT = 0, TO_SPACE = 1, SURFACE = 2;
+#include "atmosphere/question.glsl"
 
 AirView g_view;
 
@@ -81,7 +67,5 @@ void main() {
         }
         second = air_sky_light(h, q.camera.y, q.more.x, q.more.y);
     }
-    answers[3u * i] = vec4(transmittance, 0.0);
-    answers[3u * i + 1u] = vec4(first, 0.0);
-    answers[3u * i + 2u] = vec4(second, air_mie_phase(ray.nu));
+    answer(i, transmittance, first, second, air_mie_phase(ray.nu));
 }
