@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .engine.surface.decimation import MOST
+from .engine.surface.decimation import falling, variant_skips
 from .engine.surface.lattice import FULL_BITS, locate
 from .systems.terrain.system import TerrainSystem
 
@@ -68,7 +68,7 @@ def _height_on_quads(
     """Distance from the centre along `unit` of the drawn patch near grid coordinates (a, b)."""
     side = quads + 1
     mask = [(int(cell["edge_mask"]) >> (8 * e)) & 255 for e in range(4)]
-    step_x, step_y = (1 << s for s in divmod(int(cell["variant"]), MOST + 1))
+    step_x, step_y = (1 << int(s) for s in variant_skips(cell["variant"]))
 
     def vertex(x: int, y: int) -> NDArray[np.float64]:
         # The same rule as cell_masked_vertex in common/cells.glsl.
@@ -84,8 +84,8 @@ def _height_on_quads(
         for x in range(max(middle_x - 1, 0), min(middle_x + 2, quads // step_x)):
             left, right, low, high = x * step_x, (x + 1) * step_x, y * step_y, (y + 1) * step_y
             p, q, s, t = vertex(left, low), vertex(right, low), vertex(right, high), vertex(left, high)
-            # The diagonals of decimated_indices().
-            for triangle in ((p, q, t), (q, s, t)) if (x + y) % 2 else ((p, q, s), (p, s, t)):
+            falls = bool(falling(cell["variant"], x, y, quads))
+            for triangle in ((p, q, t), (q, s, t)) if falls else ((p, q, s), (p, s, t)):
                 matrix = np.column_stack(triangle)
                 scale = np.abs(matrix).max()
                 try:

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import planetfall as pf
-from planetfall.engine.surface.decimation import MOST, VARIANTS, agree, decimated_indices, topology
-from planetfall.engine.surface.lattice import canonical_lattice
-from planetfall.engine.surface.selection import patch_indices, select_rings
+from planetfall.engine.surface.decimation import MOST, VARIANTS, agree, decimated_indices, topology, variant_skips
+from planetfall.engine.surface.lattice import canonical_lattice, direction_of
+from planetfall.engine.surface.selection import select_rings
 
 FULL_BITS = 30
 
@@ -53,17 +53,65 @@ def test_whatever_the_cells_want_both_sides_of_an_edge_use_the_same_vertices(see
     assert set(counts.values()) == {2}, "a closed sphere: each piece of border belongs to two cells"
 
 
-def test_index_lists_cover_the_patch_and_begin_with_the_whole_one():
-    quads = 16
+def variants(quads):
+    """(variant, step along i, step along j, triangles (N, 3)) of all index lists."""
     indices, ranges = decimated_indices(quads)
     assert len(ranges) == VARIANTS
-    first, count = ranges[0]
-    assert np.array_equal(indices[first : first + count], patch_indices(quads))
-    for first, count in ranges:
-        triangles = indices[first : first + count].reshape(-1, 3).astype(int)
-        x, y = triangles % (quads + 1), triangles // (quads + 1)
-        area = (x[:, 1] - x[:, 0]) * (y[:, 2] - y[:, 0]) - (x[:, 2] - x[:, 0]) * (y[:, 1] - y[:, 0])
-        assert (area > 0).all() and area.sum() == 2 * quads * quads
+    for variant, (first, count) in enumerate(ranges):
+        steps = [min(1 << int(skip), quads) for skip in variant_skips(variant)]
+        yield variant, *steps, indices[first : first + count].reshape(-1, 3).astype(int)
+
+
+def twice_areas(x, y, triangles):
+    x, y = x[triangles], y[triangles]
+    return (x[:, 1] - x[:, 0]) * (y[:, 2] - y[:, 0]) - (x[:, 2] - x[:, 0]) * (y[:, 1] - y[:, 0])
+
+
+@pytest.mark.parametrize("quads", [8, 16])
+def test_index_lists_cover_the_patch(quads):
+    y, x = np.divmod(np.arange((quads + 1) ** 2), quads + 1)
+    for _, step_i, step_j, triangles in variants(quads):
+        areas = twice_areas(x, y, triangles)
+        assert (areas == step_i * step_j).all() and areas.sum() == 2 * quads * quads
+        edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
+        _, counts = np.unique(edges, axis=0, return_counts=True)
+        assert (counts == 1).sum() == 2 * (quads // step_i + quads // step_j)
+
+
+def test_a_cell_s_diagonals_run_the_same_way():
+    quads = 16
+    for variant, step_i, step_j, triangles in variants(quads):
+        y, x = np.divmod(triangles, quads + 1)
+        pairs = ((0, 1), (1, 2), (2, 0))
+        slopes = np.concatenate([(x[:, b] - x[:, a]) * (y[:, b] - y[:, a]) for a, b in pairs])
+        rising = (slopes > 0).sum() // 2
+        assert rising == (1 if variant % 2 else (quads // step_i) * (quads // step_j)), "the last quad always rises"
+
+
+def test_patches_face_outwards():
+    quads = 16
+    y, x = np.divmod(np.arange((quads + 1) ** 2), quads + 1)
+    step = (1 << FULL_BITS) // quads
+    for face in range(6):
+        points = direction_of(face, x * step, y * step)
+        for _, _, _, triangles in variants(quads):
+            a, b, c = (points[triangles[:, n]] for n in range(3))
+            assert ((np.cross(b - a, c - a) * a).sum(axis=1) > 0).all()
+
+
+def test_masked_patches_do_not_fold():
+    quads = 8
+    y, x = np.divmod(np.arange((quads + 1) ** 2), quads + 1)
+    for masks in itertools.product(range(4), repeat=4):
+        across = np.select([x == 0, x == quads], masks[:2], 0)
+        along = np.select([y == 0, y == quads], masks[2:], 0)
+        moved_x, moved_y = (x >> along) << along, (y >> across) << across
+        for variant, _, _, triangles in variants(quads):
+            skip_i, skip_j = variant_skips(variant)
+            if min(masks[:2]) < skip_j or min(masks[2:]) < skip_i:
+                continue  # an edge never has more vertices than the cell itself
+            areas = twice_areas(moved_x, moved_y, triangles)
+            assert (areas >= 0).all() and areas.sum() == 2 * quads * quads
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +133,7 @@ def test_the_gpu_agrees_as_the_oracle_does_and_leaves_no_crack(renderer, view):
     beside = np.where(packed[:, :4] == 0xFFFFFFFF, -1, packed[:, :4].astype(np.int64))
     delta = (packed[:, 4:] & 255).astype(int)
     axis = (packed[:, 4:] >> 8).astype(int)
-    skip = np.stack(np.divmod(record["variant"].astype(int), MOST + 1), axis=1)
+    skip = np.stack(variant_skips(record["variant"]), axis=1)
     mask = np.stack([(record["edge_mask"] >> (8 * e)) & 255 for e in range(4)], axis=1).astype(int)
     known = np.maximum(beside, 0)
     allowed = np.where((beside >= 0) & (delta > 0), delta + skip[known, axis], 9)

@@ -17,7 +17,7 @@ from planetfall.engine.surface.lattice import (
 )
 from planetfall.engine.surface.lattice_anchor import LatticeAnchor
 from planetfall.engine.surface.nearest import NearestPoint
-from planetfall.engine.surface.selection import CellSet, patch_indices, select_rings
+from planetfall.engine.surface.selection import CellSet, select_rings
 
 EARTH = 6.371e6
 PLACES = {
@@ -228,36 +228,3 @@ def test_nonsense_is_refused():
             select_rings((0, 0, 1), **(good | change))
     with pytest.raises(ValueError, match="select_rings: anchor"):
         select_rings((0, np.nan, 1), **good)
-
-
-@pytest.mark.parametrize("quads", [1, 2, 8, 16])
-def test_patches_face_outwards(quads):
-    triangles = patch_indices(quads).reshape(-1, 3)
-    assert len(triangles) == 2 * quads * quads
-    l, k = np.divmod(np.arange((quads + 1) ** 2), quads + 1)
-    for face in range(6):
-        p = direction_of(face, k * (FULL // quads), l * (FULL // quads))[triangles]
-        normal = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
-        assert np.all((normal * p[:, 0]).sum(axis=1) > 0)
-    edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
-    _, counts = np.unique(edges, axis=0, return_counts=True)
-    assert (counts == 1).sum() == 4 * quads
-
-
-def test_masked_patches_do_not_fold():
-    quads = 8
-    triangles = patch_indices(quads).reshape(-1, 3)
-    l, k = np.divmod(np.arange((quads + 1) ** 2), quads + 1)
-    for deltas in ([0, 0, 0, 0], [1, 0, 1, 0], [0, 1, 0, 1], [1, 1, 1, 1], [3, 2, 1, 3]):
-        kk, ll = k.copy(), l.copy()
-        for edge, delta in enumerate(deltas):
-            on = [k == 0, k == quads, l == 0, l == quads][edge]
-            if edge < 2:
-                ll[on] = (ll[on] >> delta) << delta
-            else:
-                kk[on] = (kk[on] >> delta) << delta
-        p = np.stack([kk, ll], axis=1)[triangles]
-        a, b = p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]
-        twice = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-        assert np.all(twice >= 0)
-        assert twice.sum() == 2 * quads * quads

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..graph import BufferSpec
-from ..surface.decimation import MOST, VARIANTS, Topology, decimated_indices
+from ..surface.decimation import MOST, VARIANTS, Topology, decimated_indices, variant_skips
 from ..surface.selection import CellSet
 
 if TYPE_CHECKING:
@@ -143,9 +143,8 @@ class CellMesh:
     def statistics(self) -> dict[str, int]:
         """Cells selected and drawn, vertices and triangles drawn in the last frame. Reads back from the GPU."""
         drawn = self.drawn_by_variant().astype(int)
-        steps = 1 << np.arange(MOST + 1)
-        sides = self.quads // np.minimum(steps, self.quads) + 1
-        vertices = np.outer(sides, sides).ravel()
+        across, along = (self.quads // np.minimum(1 << s, self.quads) + 1 for s in variant_skips(np.arange(VARIANTS)))
+        vertices = across * along
         return {
             "cells_selected": self.count,
             "cells": int(drawn.sum()),

@@ -21,8 +21,8 @@ Ints = NDArray[np.int64]
 
 MOST = 3
 """A cell keeps at least every 8th vertex."""
-VARIANTS = (MOST + 1) ** 2
-"""Index lists: variant = skip along i * (MOST + 1) + skip along j."""
+VARIANTS = 2 * (MOST + 1) ** 2
+"""Index lists: variant = 2 * (skip along i * (MOST + 1) + skip along j) + (1 where diagonals fall)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,25 +78,41 @@ def agree(wanted: ArrayLike, cells: Topology) -> tuple[Ints, Ints]:
     return skip, np.maximum(skip[:, [1, 1, 0, 0]], beyond)
 
 
+def variant_skips(variant: ArrayLike) -> tuple[Ints, Ints]:
+    """By which powers of two cells of these variants skip along i and along j."""
+    return np.divmod(np.asarray(variant, dtype=np.int64) >> 1, MOST + 1)
+
+
+def falling(variant: ArrayLike, k: ArrayLike, l: ArrayLike, quads: int) -> NDArray[np.bool_]:
+    """Whether the diagonal of quad (k along i, l along j), counted in steps of the variant, runs from its upper left to
+    its lower right corner instead of the other way. k and l broadcast.
+
+    All of a cell's do or none, but for the last quad: where both edges beside it are rounded down far enough, a falling
+    diagonal would pass on the wrong side of the quad's first corner.
+    """
+    skip_i, skip_j = variant_skips(variant)
+    last_k, last_l = (quads // np.minimum(1 << skip, quads) - 1 for skip in (skip_i, skip_j))
+    last = (np.asarray(k) == last_k) & (np.asarray(l) == last_l)
+    return (np.asarray(variant) % 2 == 1) & ~last
+
+
 def decimated_indices(quads: int) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
     """One index list for all variants, and (first, count) of each, (VARIANTS, 2).
 
-    Triangles and diagonals as selection.patch_indices; vertex (k along i, l along j) has index l (quads + 1) + k.
+    Triangles counter-clockwise seen from outside, on all faces; vertex (k along i, l along j) has index
+    l (quads + 1) + k.
     """
     lists: list[NDArray[np.uint32]] = []
     ranges: list[tuple[int, int]] = []
     first = 0
-    for skip_i in range(MOST + 1):
-        for skip_j in range(MOST + 1):
-            step_i, step_j = min(1 << skip_i, quads), min(1 << skip_j, quads)
-            k, l = np.meshgrid(np.arange(quads // step_i), np.arange(quads // step_j))
-            a = (l * step_j * (quads + 1) + k * step_i).ravel()
-            b, c = a + step_i, a + step_j * (quads + 1)
-            d = c + step_i
-            rising = np.stack([a, b, d, a, d, c], axis=1)
-            falling = np.stack([a, b, c, b, d, c], axis=1)
-            odd = ((k + l) % 2 == 1).ravel()[:, None]
-            lists.append(np.where(odd, falling, rising).astype(np.uint32).ravel())
-            ranges.append((first, lists[-1].size))
-            first += lists[-1].size
+    for variant in range(VARIANTS):
+        step_i, step_j = (min(1 << int(skip), quads) for skip in variant_skips(variant))
+        k, l = (n.ravel() for n in np.meshgrid(np.arange(quads // step_i), np.arange(quads // step_j)))
+        a = l * step_j * (quads + 1) + k * step_i
+        b, c = a + step_i, a + step_j * (quads + 1)
+        d = c + step_i
+        rise, fall = np.stack([a, b, d, a, d, c], axis=1), np.stack([a, b, c, b, d, c], axis=1)
+        lists.append(np.where(falling(variant, k, l, quads)[:, None], fall, rise).astype(np.uint32).ravel())
+        ranges.append((first, lists[-1].size))
+        first += lists[-1].size
     return np.concatenate(lists), np.array(ranges, np.uint32)

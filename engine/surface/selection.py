@@ -304,21 +304,3 @@ def _balance(leaves: _Leaves, most: int, search: _Search) -> tuple[_Leaves, Ints
             np.concatenate([i[keep], new_i[covered]]),
             np.concatenate([j[keep], new_j[covered]]),
         )
-
-
-def patch_indices(quads: int) -> NDArray[np.uint32]:
-    """Triangles of a patch of (quads + 1)^2 vertices, (6 quads^2,) uint32, counter-clockwise seen from outside.
-
-    Vertex (k along i, l along j) has index l (quads + 1) + k. All faces are right-handed, so one list serves all. The
-    diagonals alternate, which treats ridges along both diagonals alike.
-    """
-    if quads < 1:
-        raise ValueError(f"patch_indices: quads must be at least 1, found {quads}")
-    k, l = np.meshgrid(np.arange(quads), np.arange(quads))
-    a = (l * (quads + 1) + k).ravel()
-    b, c = a + 1, a + quads + 1
-    d = c + 1
-    rising = np.stack([a, b, d, a, d, c], axis=1)
-    falling = np.stack([a, b, c, b, d, c], axis=1)
-    odd = ((k + l) % 2 == 1).ravel()[:, None]
-    return np.where(odd, falling, rising).astype(np.uint32).ravel()

@@ -49,6 +49,7 @@ void main() {
             mask |= max(own, beyond) << (8 * edge);
         }
         cells[cell].edge_mask = mask;
-        cells[cell].variant = wanted[2u * cell] * uint(CELL_MOST + 1) + wanted[2u * cell + 1u];
+        uint skips = wanted[2u * cell] * uint(CELL_MOST + 1) + wanted[2u * cell + 1u];
+        cells[cell].variant = 2u * skips + (cells[cell].variant & 1u);   // measure_cells.comp has chosen the diagonals
     }
 }

@@ -15,7 +15,7 @@ struct Cell {
     int j;
     uint edge_mask;    // 4 x 8 bits: along edge i-1, i+1, j-1, j+1 indices are rounded down to multiples of 2^mask
     float spacing_m;   // nominal distance of two vertices
-    uint variant;      // which index list: (CELL_MOST + 1) * skip along i + skip along j
+    uint variant;      // which index list: 2 * ((CELL_MOST + 1) * skip along i + skip along j) + (1: falling diagonals)
     float distance_m;  // from the proxy to the nearest point of the cell
 };
 

@@ -17,7 +17,7 @@ uniform int u_capacity;   // entries of the visible list for each variant
 uniform int u_hides;       // 0: seen from behind (the sea from below), nothing of it hides anything
 uniform vec2 u_keep_dh;   // cells that reach no dh between these are dropped (no bed under an opaque sea, no sea under land)
 
-const uint VARIANTS = uint((CELL_MOST + 1) * (CELL_MOST + 1));
+const uint VARIANTS = uint(2 * (CELL_MOST + 1) * (CELL_MOST + 1));
 const float LIFT = 1.0e6;   // makes heights positive, so that their bits order as integers; 1/16 m steps
 shared uint s_count[VARIANTS];
 shared uint s_ready, s_next;   // cells before s_ready have raised the skyline

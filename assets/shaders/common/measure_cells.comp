@@ -1,9 +1,12 @@
 // How many vertices each cell would like to skip: the most for which nearly all of its edges, as they lie displaced, keep to
 // the wanted length as seen from the proxy, and pass the vertices that they leave out at a small fraction of it (ridges across
-// the view, the sphere's own curve at the limb). A workgroup a cell, after the vertices were made.
+// the view, the sphere's own curve at the limb). And which diagonals are the shorter ones as seen from the proxy: a cell seen
+// askew is a parallelogram on screen, whose long diagonal is up to twice its sides. A workgroup a cell, after the vertices were
+// made.
 #include "common/cells.glsl"
 
 layout(local_size_x = 64) in;
+layout(std430, binding = 0) buffer CellBuffer { Cell cells[]; };
 layout(std430, binding = 1) readonly buffer VertexBuffer { CellVertex vertices[]; };
 layout(std430, binding = 2) writeonly buffer WantedBuffer { uint wanted[]; };
 uniform vec3 u_eye;         // the proxy, metres from the anchor
@@ -12,6 +15,7 @@ uniform float u_chord;      // square of the length of a chord per distance at w
 uniform int u_most;
 
 shared uint s_long[2 * CELL_MOST];
+shared vec2 s_diagonals[64];   // sums of squares of rising and of falling ones
 
 vec3 vertex_position(uint first, int a, int b) {
     CellVertex vertex = vertices[first + uint(b * CELL_SIDE + a)];
@@ -27,6 +31,17 @@ float angle_squared(vec3 across, vec3 place) {
     return dot(across, across) / distance2;
 }
 
+// Falling diagonals have to be shorter than rising ones by this much, so that a cell seen from straight above, where both are
+// alike, doesn't fall by rounding.
+const float FALLS_BELOW = 0.98;
+
+// Squares of the angles under which the two diagonals of quad (k, l) are seen.
+vec2 diagonals(uint first, int k, int l) {
+    vec3 a = vertex_position(first, k, l), b = vertex_position(first, k + 1, l);
+    vec3 c = vertex_position(first, k, l + 1), d = vertex_position(first, k + 1, l + 1);
+    return vec2(angle_squared(d - a, 0.5 * (a + d)), angle_squared(b - c, 0.5 * (b + c)));
+}
+
 bool too_long(uint first, ivec2 from, ivec2 to, float limit) {
     vec3 a = vertex_position(first, from.x, from.y), b = vertex_position(first, to.x, to.y);
     vec3 middle = 0.5 * (a + b);
@@ -38,6 +53,11 @@ bool too_long(uint first, ivec2 from, ivec2 to, float limit) {
 void main() {
     uint cell = gl_WorkGroupID.x, first = cell * uint(CELL_VERTICES);
     if (gl_LocalInvocationID.x < uint(2 * CELL_MOST)) s_long[gl_LocalInvocationID.x] = 0u;
+    vec2 sums = vec2(0.0);
+    for (int k = int(gl_LocalInvocationID.x); k < CELL_QUADS * CELL_QUADS; k += 64) {
+        sums += diagonals(first, k % CELL_QUADS, k / CELL_QUADS);
+    }
+    s_diagonals[gl_LocalInvocationID.x] = sums;
     barrier();
     float limit = u_angle * u_angle;
     for (int skip = 1; skip <= u_most; ++skip) {
@@ -53,6 +73,9 @@ void main() {
     }
     barrier();
     if (gl_LocalInvocationID.x == 0u) {
+        vec2 sums = vec2(0.0);
+        for (int k = 0; k < 64; ++k) sums += s_diagonals[k];
+        cells[cell].variant = sums.y < FALLS_BELOW * sums.x ? 1u : 0u;
         uint skip_i = 0u, skip_j = 0u;
         for (int skip = 1; skip <= u_most; ++skip) {
             uint count = uint(CELL_QUADS >> skip), allowed = count * (count + 1u) / 32u;
