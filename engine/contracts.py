@@ -1,8 +1,8 @@
 """What the providers of shader contracts read on the GPU.
 
-A contract's text comes from the shader library (`provide`); the textures that this text samples come from here. A pass whose
-shaders include a contract adds `contract_reads(world)` to what it reads and calls what `bind_contracts(world, io)`
-returns before it draws. Without providers both are empty.
+A contract's text comes from the shader library (`provide`); the textures that this text samples come from here. A pass
+whose shaders include a contract adds `contract_reads(world)` to what it reads and calls what
+`bind_contracts(world, io)` returns before it draws. Without providers both are empty.
 """
 
 from __future__ import annotations

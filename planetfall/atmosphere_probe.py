@@ -36,9 +36,9 @@ class AtmosphereProbe:
             air.sky_radiance(position, direction, sun)
 
     Positions are planet-centred metres in planet axes, (N, 3) or (3,); directions point away from the query, sun
-    directions to the sun; both need not be unit. One row goes with many: shapes are broadcast. Rays end on the reference
-    sphere; the sun's disc and the light of the ground that a ray ends on are not included. Radiance in the unit of
-    Sun.irradiance per sr (a unit sun gives relative values). Answers are (N, 3), one column a wavelength.
+    directions to the sun; both need not be unit. One row goes with many: shapes are broadcast. Rays end on the
+    reference sphere; the sun's disc and the light of the ground that a ray ends on are not included. Radiance in the
+    unit of Sun.irradiance per sr (a unit sun gives relative values). Answers are (N, 3), one column a wavelength.
 
     ctx: a host's current moderngl context; None makes a headless one. ValueError for a planet without Atmosphere, for
     wrong shapes, NaN, zero directions and positions; SettingError for air that cannot be.
@@ -100,8 +100,8 @@ class AtmosphereProbe:
     ) -> Floats:
         """Radiance that the air sends towards positions from directions.
 
-        orders: 1 is single scattering, n light scattered n times at most, None all. part: "rayleigh" or "mie" gives that
-        integral of single scattering without its phase function.
+        orders: 1 is single scattering, n light scattered n times at most, None all. part: "rayleigh" or "mie" gives
+        that integral of single scattering without its phase function.
         """
         _check_orders(orders, part)
         positions, ways, suns = _rows(positions_m=positions_m, directions=directions, sun_directions=sun_directions)

@@ -286,7 +286,7 @@ def test_a_reader_never_sees_half_a_file(tmp_path):
 
 
 def test_quality_presets_are_whole_valid_and_explained():
-    assert qualities() == ["low", "medium", "high", "ultra", "reference"]
+    assert qualities() == ["low", "medium", "high", "ultra", "reference", "paper"]
     for name in qualities():
         path = QUALITY.folder / f"{name}.toml"
         values = resolve_quality(name)

@@ -1,4 +1,4 @@
-"""Finished tables on disk, named after everything they were computed from. A second start doesn't compute them again."""
+"""Finished tables on disk, named after all they were computed from. A second start doesn't compute them again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""TableJob: keeps an air's tables ready. A change shows at once with small tables, and then refines to the wanted size."""
+"""TableJob: keeps an air's tables ready. A change shows at once with small tables, then refines to the full size."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ class TableJob:
         self._tables.bind()
 
     def work(self, left_s: Callable[[], float]) -> None:
-        """Slices of work until the time is up; at least one. Waits for the GPU after each, or time would mean nothing."""
+        """Slices of work until the time is up; at least one. Waits for the GPU after each: else time means nothing."""
         while self._working is not None:
             assert self._wanted is not None
             self._block.write(self._wanted[1])

@@ -22,6 +22,10 @@ from .views import VIEW_BINDING, AirViewBlock, sun_at, view_block
 __all__ = ["AtmosphereSystem"]
 
 _FIRST_UNIT, _SECOND_UNIT, _EXTINCTION_UNIT = 10, 11, 12
+_CONTRACTS = {
+    "ours": {"air": "atmosphere/air.glsl", "sky": "atmosphere/sky.glsl"},
+    "paper": {"air": "atmosphere/paper/air.glsl", "sky": "atmosphere/paper/sky.glsl"},
+}
 _VIEW_TABLES = ("atmosphere.first", "atmosphere.second", "atmosphere.extinction")
 
 
@@ -79,12 +83,10 @@ class AtmosphereSystem(System):
                 self._gpu.free(program)
         shaders = self._gpu.gpu.shaders
         shaders.withdraw(self.name)
-        paper = method == "paper"
-        for contract in ("air", "sky"):
-            file = f"atmosphere/paper/{contract}.glsl" if paper else f"atmosphere/{contract}.glsl"
+        for contract, file in _CONTRACTS[method].items():
             shaders.provide(contract, file, owner=self.name)
         self._fills = ()
-        if paper:
+        if method == "paper":
             self._job = TableJob(self._gpu, paper_sizes(self._settings), self._model_ubo)
         else:
             tables = table_sizes(self._settings)
