@@ -1,5 +1,6 @@
 """Float64 references that share no code with the library or its shaders: what errors are counted against.
 
-Clear air: `air_medium` (parameters, densities, phase functions), `air_rays`, `air_quadrature`, `air_transmittance`,
-`air_single` (single scattering).
+Clear air: `air` answers the questions of the atmosphere's probe. Below it: `air_medium` (parameters, densities, phase
+functions), `air_rays`, `air_quadrature`, `air_transmittance`, `air_single` (the first order), `air_multiple` (the
+others, over `air_paths` and `air_tables`), `air_irradiance`.
 """

@@ -7,6 +7,7 @@ that h (2 R + h) = level_p + s^2: heights follow without cancellation, near the 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,6 +32,13 @@ class Rays:
     end_m: Floats
     hits_ground: NDArray[np.bool_]
     """(N,) whether the ray, without a given length, ends on the sphere."""
+
+    def chosen(self, at: NDArray[Any]) -> Rays:
+        """Some of them, by mask or by numbers (repeats allowed)."""
+        return Rays(
+            self.perigee_m[at], self.direction[at], self.level_m2[at], self.start_m[at], self.end_m[at],
+            self.hits_ground[at],
+        )  # fmt: skip
 
 
 def vectors(values: ArrayLike, what: str) -> Floats:

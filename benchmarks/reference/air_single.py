@@ -42,17 +42,8 @@ def sun_light(air: AirParameters, level_m2: Floats, rise_m: Floats, sun_visibili
 
     `level_m2` (N,) is h (2 R + h) of the points, `rise_m` (N,) r mu_s: their coordinate along the sun's direction.
     """
+    seen = sun_seen(air, level_m2, rise_m, sun_visibility)
     horizon = np.sqrt(np.maximum(level_m2, 0.0))  # -r cos_h
-    above = rise_m + horizon
-    if sun_visibility == "disc":
-        r = np.sqrt(np.maximum(air.radius_m**2 + level_m2, 0.0))
-        half = air.sun_angular_radius_rad * np.minimum(r, air.radius_m)
-        t = np.clip(0.5 + 0.5 * above / half, 0.0, 1.0) if half.all() else (above >= 0.0).astype(float)
-        seen = t * t * (3.0 - 2.0 * t)
-    elif sun_visibility == "point":
-        seen = (above >= 0.0).astype(float)
-    else:
-        raise ValueError(f"sun_visibility: expected one of {', '.join(VISIBILITIES)}, found {sun_visibility!r}")
     light = np.zeros((len(seen), 3))
     lit = seen > 0.0
     start = np.maximum(rise_m[lit], -horizon[lit])
@@ -63,12 +54,28 @@ def sun_light(air: AirParameters, level_m2: Floats, rise_m: Floats, sun_visibili
     return light
 
 
+def sun_seen(air: AirParameters, level_m2: Floats, rise_m: Floats, sun_visibility: str) -> Floats:
+    """(N,) the part 0..1 of the sun that the planet does not hide."""
+    above = rise_m + np.sqrt(np.maximum(level_m2, 0.0))
+    if sun_visibility == "disc" and air.sun_angular_radius_rad > 0.0:
+        r = np.sqrt(np.maximum(air.radius_m**2 + level_m2, 0.0))
+        # Under the sphere sin_h stays 1, and so half the disc's height is a r.
+        t = np.clip(0.5 + 0.5 * above / (air.sun_angular_radius_rad * np.minimum(r, air.radius_m)), 0.0, 1.0)
+        return t * t * (3.0 - 2.0 * t)
+    return (above >= 0.0).astype(float)
+
+
+def check_visibility(sun_visibility: str) -> None:
+    """ValueError for anything but the two conventions."""
+    if sun_visibility not in VISIBILITIES:
+        raise ValueError(f"sun_visibility: expected one of {', '.join(VISIBILITIES)}, found {sun_visibility!r}")
+
+
 def single_scattering(
     air: AirParameters, rays: Rays, suns: Floats, sun_visibility: str = "disc", rtol: float = 1e-8
 ) -> SingleScattering:
     """Integrates over rays with sun directions (N, 3) of length 1."""
-    if sun_visibility not in VISIBILITIES:
-        raise ValueError(f"sun_visibility: expected one of {', '.join(VISIBILITIES)}, found {sun_visibility!r}")
+    check_visibility(sun_visibility)
     suns = np.broadcast_to(suns, rays.direction.shape)
     cosine = np.einsum("ij,ij->i", rays.direction, suns)
     lift = np.einsum("ij,ij->i", rays.perigee_m, suns)
