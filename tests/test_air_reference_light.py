@@ -220,6 +220,16 @@ def test_light_adds_up_along_a_ray() -> None:
     _check_estimates(found, error, total.radiance, total.standard_error, 6.0)
 
 
+def test_paths_from_under_the_floor() -> None:
+    """The first order of the paths is quadrature's there, too, and a little depth changes little."""
+    view, sun = towards([0.0, 60.0, 100.0]), towards([60.0])
+    deep = air.sky_radiance(EARTH, over_the_pole([-20.0] * 3), view, sun, paths=4096)
+    assert np.abs(deep.single_check).max() < WORST
+    on = air.sky_radiance(EARTH, over_the_pole([0.0] * 2), view[:2], sun, paths=4096)
+    # 20 m straight and 40 m slanting, of a few kilometres that matter.
+    np.testing.assert_allclose(deep.radiance[:2], on.radiance, rtol=0.02)
+
+
 def test_without_scipy_the_message_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "scipy.stats", None)
     with pytest.raises(RuntimeError, match=r"needs scipy.*pip install planetfall\[dev\]"):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -140,13 +141,15 @@ def replicated(
         raise RuntimeError(
             "multiple scattering: needs scipy, which is not installed; try: pip install planetfall[dev]"
         ) from error
+    # Its last argument is called rng since scipy 1.15; all of them know the old name, its type stubs do not.
+    sobol: Any = qmc.Sobol
     each = 1 << max(int(np.ceil(np.log2(max(paths, 1) / REPLICATES))), 4)
     rng = np.random.default_rng(seed)
     together = max(_LANES // each, 1)
     means = []
     for first in range(0, REPLICATES, together):
         size = min(together, REPLICATES - first)
-        points = [qmc.Sobol(dimensions, scramble=True, seed=rng).random(each) for _ in range(size)]
+        points = [sobol(dimensions, scramble=True, seed=rng).random(each) for _ in range(size)]
         for start in range(0, each * size, max(_LANES, each)):
             lanes = of_lanes(np.concatenate(points)[start : start + max(_LANES, each)], rng)
             means.append(lanes.reshape(-1, each, *lanes.shape[1:]).mean(axis=1))

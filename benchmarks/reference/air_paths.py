@@ -141,7 +141,7 @@ class Tracer:
         way, per_way = _sample_edges(edges, u[:, 0])
         t = (end - s) * way
         here = s + t
-        level = np.maximum(perigee + here * here, 0.0)
+        level = perigee + here * here
         weight = front.weight[at] * transmittance_of(air, self.lengths.between(perigee, s, here))
         weight *= ((end - s) / per_way)[:, None]
         density = densities(air, air.height(level))
@@ -180,7 +180,7 @@ class Tracer:
     def sunlight(self, level_m2: Floats, rise_m: Floats) -> Floats:
         """(N, 3) as `air_single.sun_light`, from the table."""
         air = self.air
-        horizon = np.sqrt(level_m2)
+        horizon = np.sqrt(np.maximum(level_m2, 0.0))
         seen = sun_seen(air, level_m2, rise_m, self.sun_visibility)
         light = np.zeros((len(seen), 3))
         lit = seen > 0.0

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .air_medium import AirParameters, Floats, densities
+from .air_rays import ON_GROUND
 from .air_transmittance import optical_lengths, transmittance_of
 
 BINS = 48
@@ -54,7 +55,14 @@ class LengthTable:
         return lengths
 
     def to_space(self, level_m2: Floats, s_m: Floats) -> Floats:
-        """(N, 3) to space, s of either sign; for s < 0 the line must clear the ground."""
+        """(N, 3) to space, s of either sign; for s < 0 the line must clear the ground, or begin under it."""
+        deep = level_m2 < 0.0
+        if deep.any():
+            # Even air as far as the sphere, and on from there.
+            out = np.sqrt(s_m * s_m - np.where(deep, level_m2, 0.0))
+            lengths = self.to_space(np.maximum(level_m2, 0.0), np.where(deep, out, s_m))
+            lengths[deep] += (out - s_m)[deep, None] * densities(self.air, np.zeros(1))
+            return lengths
         lengths = self.rising(level_m2, np.abs(s_m))
         down = s_m < 0.0
         if down.any():
@@ -63,11 +71,10 @@ class LengthTable:
         return lengths
 
     def between(self, level_m2: Floats, start_m: Floats, end_m: Floats) -> Floats:
-        """(N, 3) between two distances from the perigee, whose level is given; neither below the ground."""
+        """(N, 3) between two distances from the perigee, whose level is given."""
         first, last = level_m2 + start_m**2, level_m2 + end_m**2
-        # Towards the ground, seen backwards: from the end up.
-        down = level_m2 < 0.0
-        falls = down & (start_m < 0.0)
+        # Towards the ground, seen backwards: from the end up. From under it (by more than rounding) lines go through.
+        falls = (level_m2 < 0.0) & (start_m < 0.0) & (first > self.air.level(-ON_GROUND * self.air.radius_m))
         lengths = self.to_space(first, np.where(falls, -start_m, start_m)) - self.to_space(
             last, np.where(falls, -end_m, end_m)
         )
