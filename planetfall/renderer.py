@@ -85,6 +85,7 @@ class Renderer:
     ) -> None:
         _check_size(size, None)
         self.settings = resolve_quality(quality, overrides)
+        scene.validate(self.settings)
         self.quality = quality
         self.scene = scene
         self._host: ForeignHost | None = None
@@ -259,9 +260,9 @@ class Renderer:
 
     @property
     def exposure(self) -> float | None:
-        """EV100 of the last picture; None before the first. Reads back from the GPU."""
+        """EV100 of the last picture; None before the first and after one without colours. Reads back from the GPU."""
         composite = self.system("composite")
-        if not isinstance(composite, CompositeSystem) or self._plan is None:
+        if not isinstance(composite, CompositeSystem) or not composite.exposed:
             return None
         with self._guest():
             return composite.reading().ev100

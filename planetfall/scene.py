@@ -20,6 +20,7 @@ from .engine.settings import (
     did_you_mean,
     plain_table,
     revision,
+    with_overrides,
     write_toml,
 )
 from .engine.world import MissingError, World
@@ -208,11 +209,14 @@ class Scene:
         self._fields[planet.entity] = (stamp, field)
         return field
 
-    def validate(self) -> None:
-        """Check what single values can't show; SceneError lists everything that doesn't fit. Needs no GPU."""
+    def validate(self, settings: Mapping[str, Any] = MappingProxyType({})) -> None:
+        """Check what single values can't show; SceneError lists everything that doesn't fit. Needs no GPU.
+
+        settings: {"terrain.highest_m": ...}, values that stand in for those of components, as a renderer's overrides.
+        """
         problems: list[str] = []
         for handle in self.planets.values():
-            problems += _planet_problems(handle, self.environment.get(Sun) or Sun())
+            problems += _planet_problems(handle, self.environment.get(Sun) or Sun(), settings)
         exposure = self.environment.get(Exposure)
         if exposure is not None and exposure.min_ev100 > exposure.max_ev100:
             problems.append(
@@ -283,9 +287,13 @@ class _Planets(Mapping[str, PlanetHandle]):
         return len(self._handles)
 
 
-def _planet_problems(handle: PlanetHandle, sun: Sun) -> list[str]:
+def _planet_problems(handle: PlanetHandle, sun: Sun, settings: Mapping[str, Any]) -> list[str]:
+    def found(kind: type[C], table: str) -> C | None:
+        component = handle.get(kind)
+        return None if component is None else with_overrides(component, table, settings)
+
     problems: list[str] = []
-    terrain, radius = handle.get(Terrain), handle.radius_m
+    terrain, radius = found(Terrain, "terrain"), handle.radius_m
     where = f"planet {handle.name!r}"
     if terrain is not None:
         if terrain.lowest_m >= terrain.highest_m:
@@ -298,12 +306,12 @@ def _planet_problems(handle: PlanetHandle, sun: Sun) -> list[str]:
                     f"{where}: Terrain.{field} ({value:g}) is more than a quarter of Planet.radius_m ({radius:g}); "
                     f"use at most {0.25 * radius:g}"
                 )
-    sea = handle.get(Ocean)
+    sea = found(Ocean, "ocean")
     if sea is not None and abs(sea.sea_level_m) > 0.25 * radius:
         problems.append(
             f"{where}: Ocean.sea_level_m ({sea.sea_level_m:g}) is more than a quarter of Planet.radius_m ({radius:g})"
         )
-    air = handle.get(Atmosphere)
+    air = found(Atmosphere, "atmosphere")
     if air is not None:
         from .systems.atmosphere.model import AirModel
 

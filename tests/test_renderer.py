@@ -207,10 +207,25 @@ def test_what_cannot_be_is_said(renderer):
 
 def test_ground_that_cannot_be_names_the_planet():
     scene = pf.load_scene("moon")
-    scene.planet[pf.Terrain].lowest_m = 9000.0
-    scene.planet[pf.Terrain].highest_m = -9000.0
-    with (
-        pf.Renderer(scene, size=SIZE, quality="low") as made,
-        pytest.raises(pf.errors.SettingError, match="Terrain on a planet"),
-    ):
-        made.render(pf.Camera.at(0.0, 0.0, 1e6))
+    with pf.Renderer(scene, size=SIZE, quality="low") as made:
+        scene.planet[pf.Terrain].lowest_m = 9000.0
+        scene.planet[pf.Terrain].highest_m = -9000.0
+        with pytest.raises(pf.errors.SettingError, match="Terrain on a planet"):
+            made.render(pf.Camera.at(0.0, 0.0, 1e6))
+    with pytest.raises(pf.errors.SettingError, match=r"planet 'moon': Terrain\.lowest_m"):
+        pf.Renderer(scene, size=SIZE, quality="low")
+
+
+def test_settling_after_a_frame_without_colours() -> None:
+    """The exposure's buffer goes with the plan that had it."""
+    scene = pf.load_scene("asteroid")
+    camera = pf.Camera.at(0.0, 0.0, 300.0)
+    with pf.Renderer(scene, size=(32, 18), quality="low") as renderer:
+        renderer.settle(camera)
+        assert renderer.exposure is not None
+        for _ in range(2):
+            renderer.render(camera, outputs=("radiance",))
+            assert renderer.exposure is None
+            renderer.settle(camera)
+        renderer.render(camera)
+        assert renderer.exposure is not None

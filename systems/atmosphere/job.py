@@ -1,9 +1,9 @@
-"""TableJob: keeps an air's tables ready. A change shows at once with small tables, then refines to the full size."""
+"""TableJob: keeps an air's tables ready. A change shows soon with small tables, then refines to the full size."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
+from time import perf_counter as clock
 from typing import Any, Protocol
 
 from ...engine.gpu import GpuScope
@@ -19,6 +19,8 @@ __all__ = ["QUICK", "QUICK_PAPER", "TableJob", "Tables"]
 class Tables(Protocol):
     """Tables of one air at one size, by either method."""
 
+    @property
+    def sources(self) -> str: ...
     @property
     def done(self) -> bool: ...
     @property
@@ -46,17 +48,17 @@ QUICK = TableSizes(
 QUICK_PAPER = PaperSizes((64, 32), (8, 24, 12, 4), (24, 8), 2, "rgba32f")
 """A first look by the printed method."""
 
-_SLICE = 60_000
-"""Points of air in one slice of work: 1 to 3 ms on two cores without a GPU."""
+_FIRST_SLICE, _LEAST_SLICE, _MOST_SLICE = 60_000, 4_000, 1 << 22
+"""Samples in one slice of work: the first takes 1 to 3 ms on two cores without a GPU; then the time it took decides."""
 _VERSION = "1"
-"""Part of the cache's key: raise it when shaders give other values for the same sizes."""
+"""Part of the cache's key: raise it when Python code gives other values for the same air, sizes and shaders."""
 
 
 class TableJob:
     """Tables of one air after another.
 
     gpu: owner. block: the uniform block ``air_model``; it always holds the air whose tables are shown. Wanted airs
-    replace each other: only the last one counts.
+    replace each other: only the last one counts. All work is done by `work`, inside a frame.
     """
 
     def __init__(
@@ -69,21 +71,32 @@ class TableJob:
         # Two of each size: one is shown while the other is worked on.
         quick = QUICK_PAPER if isinstance(sizes, PaperSizes) else replace(QUICK, degree=sizes.degree)
         self._quick = [self._make(quick), self._make(quick)]
-        self._full: list[Tables | None] = [self._make(sizes), None]
+        self._full = [self._make(sizes)]
         self._tables: Tables | None = None
         self._working: Tables | None = None
-        self._wanted: tuple[AirModel, AirBlock] | None = None
-        self._shown: AirModel | None = None
-        self._shown_block: AirBlock | None = None
+        self._wanted: tuple[str, AirModel, AirBlock] | None = None
+        self._shown: tuple[str, AirModel, AirBlock] | None = None
         self._refining = False
+        self._slice = _FIRST_SLICE
         self.generation = 0
         """Counts the tables that have been shown."""
 
     @property
+    def started(self) -> bool:
+        """Whether an air has been asked for."""
+        return self._wanted is not None
+
+    @property
     def shown(self) -> AirModel:
-        """The air that the tables are of."""
-        assert self._shown is not None
-        return self._shown
+        """The air that the tables are of; before there are any, the one they will be of."""
+        found = self._shown or self._wanted
+        assert found is not None
+        return found[1]
+
+    @property
+    def sources(self) -> str:
+        """What the tables are computed by; differs after a shader has been reloaded."""
+        return self._full[0].sources
 
     @property
     def done(self) -> bool:
@@ -96,39 +109,47 @@ class TableJob:
         return 1.0 if self._working is None else self._working.share if self._refining else 0.0
 
     def want(self, model: AirModel, block: AirBlock) -> None:
-        """From now on work towards this air. The first one ever is shown at once, at the small size."""
-        if self._shown is not None and self._wanted is not None and self._wanted[0].key() == model.key():
+        """From now on work towards this air. Tables that are on disk are shown at once."""
+        key = self._key(model)
+        if self._wanted is not None and self._wanted[0] == key:
             # The same air under another sun: only its night light differs.
-            self._wanted = (model, block)
-            if self._shown.key() == model.key():
-                self._show_block(model, block)
+            self._wanted = (key, model, block)
+            if self._shown is not None and self._shown[0] == key:
+                self._show_block(self._wanted)
             return
-        self._wanted = (model, block)
-        if self._from_cache(model, block):
-            return
-        self._start(next(t for t in self._quick if t is not self._tables), refining=False)
-        if self._shown is None:
-            self._block.write(block)
-            while not self._refining:
-                self._step(1 << 30)
+        self._wanted = (key, model, block)
+        if self._shown is not None and self._shown[0] == key and self._tables in self._full:
+            # Back before anything else was seen.
+            self._working = None
+            self._show_block(self._wanted)
+        elif not self._from_cache():
+            self._start(next(t for t in self._quick if t is not self._tables), refining=False)
 
     def bind(self) -> None:
         """Bind the shown tables where shaders look for them."""
         assert self._tables is not None
         self._tables.bind()
 
-    def work(self, left_s: Callable[[], float]) -> None:
-        """Slices of work until the time is up; at least one. Waits for the GPU after each: else time means nothing."""
+    def work(self, budget_s: float) -> None:
+        """Slices of work until the time is up: at least one, and the first ever go on until there is something to show.
+
+        Waits for the GPU after each, or time would mean nothing.
+        """
+        began = now = clock()
         while self._working is not None:
             assert self._wanted is not None
-            self._block.write(self._wanted[1])
+            self._block.write(self._wanted[2])
             self._block.bind()
-            self._step(_SLICE)
+            self._step(self._slice)
             self._ctx.finish()
-            if left_s() <= 0.0:
+            before, now = now, clock()
+            # Half the budget a slice: what the first leaves decides whether there is a second.
+            fitting = 0.5 * budget_s / max(now - before, 1e-6)
+            self._slice = int(min(max(self._slice * min(max(fitting, 0.125), 2.0), _LEAST_SLICE), _MOST_SLICE))
+            if now - began + 0.5 * (now - before) > budget_s and self._shown is not None:
                 break
-        if self._shown_block is not None:
-            self._block.write(self._shown_block)
+        if self._shown is not None:
+            self._block.write(self._shown[2])
             self._block.bind()
 
     def _make(self, sizes: TableSizes | PaperSizes) -> Tables:
@@ -137,8 +158,7 @@ class TableJob:
     def release(self) -> None:
         """Free all tables."""
         for tables in (*self._quick, *self._full):
-            if tables is not None:
-                tables.release()
+            tables.release()
 
     def _start(self, tables: Tables, refining: bool) -> None:
         tables.restart()
@@ -150,40 +170,40 @@ class TableJob:
         working.step(samples)
         if not working.done:
             return
-        self._show(working, *wanted)
+        self._show(working)
         if self._refining:
             self._working = None
-            self._cache.save(self._key(wanted[0]), working.arrays())
+            self._cache.save(wanted[0], working.arrays())
         else:
             self._start(self._free_full(), refining=True)
 
     def _free_full(self) -> Tables:
-        for i, tables in enumerate(self._full):
-            if tables is None:
-                made = self._full[i] = self._make(self._sizes)
-                return made
+        for tables in self._full:
             if tables is not self._tables:
                 return tables
-        raise AssertionError("one of two tables is free")
+        self._full.append(self._make(self._sizes))
+        return self._full[-1]
 
-    def _show(self, tables: Tables, model: AirModel, block: AirBlock) -> None:
+    def _show(self, tables: Tables) -> None:
+        assert self._wanted is not None
         self._tables = tables
         self.generation += 1
-        self._show_block(model, block)
+        self._show_block(self._wanted)
 
-    def _show_block(self, model: AirModel, block: AirBlock) -> None:
-        self._shown, self._shown_block = model, block
-        self._block.write(block)
+    def _show_block(self, wanted: tuple[str, AirModel, AirBlock]) -> None:
+        self._shown = wanted
+        self._block.write(wanted[2])
 
     def _key(self, model: AirModel) -> str:
-        return TableCache.key(_VERSION, model.key(), repr(self._sizes))
+        return TableCache.key(_VERSION, model.key(), repr(self._sizes), self.sources)
 
-    def _from_cache(self, model: AirModel, block: AirBlock) -> bool:
+    def _from_cache(self) -> bool:
+        assert self._wanted is not None
         tables = self._free_full()
-        found = self._cache.load(self._key(model), tables.shapes())
+        found = self._cache.load(self._wanted[0], tables.shapes())
         if found is None:
             return False
         tables.fill(found)
         self._working = None
-        self._show(tables, model, block)
+        self._show(tables)
         return True

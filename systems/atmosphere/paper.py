@@ -169,6 +169,11 @@ class PaperTables:
         self._stage, self._texels, self._spent = 0, 0, 0
 
     @property
+    def sources(self) -> str:
+        """Names what computes the tables: equal for equal shaders, their includes and defines too."""
+        return "|".join(program.linked.key for program in self._programs.values())
+
+    @property
     def done(self) -> bool:
         """Whether all tables are final."""
         return self._stage == len(self._stages)

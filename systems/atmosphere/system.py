@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
@@ -11,7 +10,7 @@ import numpy as np
 from ...components import Atmosphere, Planet
 from ...engine.contracts import provide_contracts, withdraw_contracts
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
-from ...engine.settings import revision, with_overrides
+from ...engine.settings import SettingError, revision, with_overrides
 from ...engine.system import Frame, Setup, System, ViewInfo
 from .block import AIR_BINDING, AirBlock, air_block
 from .job import TableJob
@@ -26,6 +25,8 @@ _CONTRACTS = {
     "ours": {"air": "atmosphere/air.glsl", "sky": "atmosphere/sky.glsl"},
     "paper": {"air": "atmosphere/paper/air.glsl", "sky": "atmosphere/paper/sky.glsl"},
 }
+_HURRY_S = 0.25
+"""Time a frame for the tables while nobody looks."""
 _VIEW_TABLES = ("atmosphere.first", "atmosphere.second", "atmosphere.extinction")
 
 
@@ -65,6 +66,8 @@ class AtmosphereSystem(System):
         self._method = ""
         self._job: TableJob | None = None
         self._fills: tuple[Any, ...] = ()
+        # Now, not with the first frame: the systems that are set up next compile shaders with the contracts in them.
+        self._use_method(with_overrides(setup.world.get(setup.planet, Atmosphere), "atmosphere", setup.settings).method)
         provide_contracts(setup.world, self.name, self)
 
     def release(self) -> None:
@@ -73,10 +76,10 @@ class AtmosphereSystem(System):
         withdraw_contracts(self._world, self.name)
         self._world.resources.pop("air_top_m", None)
 
-    def _use_method(self, method: str) -> None:
+    def _use_method(self, method: str) -> TableJob:
         """Tables, programs and contracts of a method, in place of those of another."""
-        if method == self._method:
-            return
+        if method == self._method and self._job is not None:
+            return self._job
         if self._job is not None:
             self._job.release()
             for program in self._fills:
@@ -94,8 +97,8 @@ class AtmosphereSystem(System):
             light = self._gpu.compute("atmosphere/view_fill.comp", {"AIR_DEGREE": tables.degree})
             self._fills = (self._gpu.compute("atmosphere/view_depth.comp"), light)
         self._method = method
-        self._stamp = ()
         self.structure += 1
+        return self._job
 
     # -- contracts ---------------------------------------------------------------------------------------------------
 
@@ -133,8 +136,11 @@ class AtmosphereSystem(System):
         pixel = (camera.tan_top - camera.tan_bottom) / frame.size[1]
         view.seen = distance <= 2.0 * model.top_radius_m or 2.0 * model.top_radius_m / distance > pixel
         view.block = view_block(model, distance - model.radius_m, cosine, sine, side, self._sizes)
-        # What the tables depend on; turning about the zenith and moving under an equally high sun changes nothing.
-        view.wanted = (job.generation, view.block.camera)
+        view.wanted = self._state(view, job)
+        # The air that is shown may be the one from before.
+        top_m = max(model.thickness_m, self._wanted_top_m)
+        if frame.world.try_resource("air_top_m") != top_m:
+            frame.world.set_resource("air_top_m", top_m)
         self._view_ubo.write(view.block)
         self._view_ubo.bind()
         self._model_ubo.bind()
@@ -142,18 +148,31 @@ class AtmosphereSystem(System):
     def _refresh(self, world: Any, planet: int, settings: Mapping[str, Any], sun: Any) -> TableJob:
         air, body = world.get(planet, Atmosphere), world.get(planet, Planet)
         light = (sun.angular_radius_rad, *sun.irradiance)
+        job = self._job
+        assert job is not None
         stamp = (id(air), revision(air), revision(body, "radius_m"), light)
-        if stamp == self._stamp and self._job is not None:
-            return self._job
-        air = with_overrides(air, "atmosphere", settings)
-        self._use_method(air.method)
-        assert self._job is not None
-        self._stamp = stamp
-        model = AirModel.from_components(body, air, sun.angular_radius_rad)
-        block = air_block(model, air, sun.irradiance)
-        self._job.want(model, block)
-        world.set_resource("air_top_m", model.thickness_m)
-        return self._job
+        if (*stamp, job.sources) == self._stamp:
+            return job
+        try:
+            air = with_overrides(air, "atmosphere", settings)
+            model = AirModel.from_components(body, air, sun.angular_radius_rad)
+        except SettingError:
+            # Said once; the frames after it show the air from before, if there is any.
+            if job.started:
+                self._stamp = (*stamp, job.sources)
+            raise
+        job = self._use_method(air.method)
+        self._stamp = (*stamp, job.sources)
+        self._wanted_top_m = model.thickness_m
+        job.want(model, air_block(model, air, sun.irradiance))
+        return job
+
+    def _state(self, view: _View, job: TableJob) -> tuple[Any, ...]:
+        """What a view's tables depend on. Turning about the zenith and moving under an equally high sun change nothing:
+        the rounding in float64 that both leave is taken off here."""
+        altitude, cosine = view.block.camera[:2]
+        camera = np.float32(round(altitude, 6)), np.float32(round(cosine, 9))
+        return (job.generation, *camera, *(program.linked.key for program in self._fills))
 
     def settled(self) -> bool:
         return self._job is None or self._job.done
@@ -195,9 +214,7 @@ class AtmosphereSystem(System):
         )
 
     def _run_tables(self, job: TableJob) -> None:
-        started = time.perf_counter()
-        budget = 0.25 if self._hurry else self._budget_s
-        job.work(lambda: budget - (time.perf_counter() - started))
+        job.work(_HURRY_S if self._hurry else self._budget_s)
 
     def _bind_view(self, io: PassIO, view: _View, job: TableJob) -> Callable[[], None]:
         first, second, extinction = (io.texture(name) for name in _VIEW_TABLES)
@@ -205,15 +222,15 @@ class AtmosphereSystem(System):
         view.filled = ()
 
         def run() -> None:
-            wanted = (job.generation, view.block.camera)
-            if wanted == view.filled:
-                return
-            if wanted != view.wanted:
+            if job.generation != view.wanted[0]:
                 # The tables have been finished in this very frame, maybe of another air.
                 altitude, cosine, sine, _ = view.block.camera
                 side = np.asarray(view.block.sun_side[:3])
                 view.block = view_block(job.shown, altitude, cosine, sine, side, self._sizes)
                 self._view_ubo.write(view.block)
+            wanted = self._state(view, job)
+            if wanted == view.filled:
+                return
             job.bind()
             extinction.bind_to_image(0, read=False, write=True)
             fill_depth.run_over(2 * self._sizes.rows)

@@ -62,7 +62,12 @@ class TableSizes:
         """Points of the air that are looked at for all of it."""
         texels = self.moments[0] * self.moments[1]
         rays = self.first.count * self.first.slices + (self.orders - 1) * self.later.count * self.later.slices
-        return 2 * texels * rays
+        return 2 * texels * rays + self.depth[1] * self.depth_row_samples
+
+    @property
+    def depth_row_samples(self) -> int:
+        """Of one altitude in the table of depths: three Gauss points a segment, on either side of the lowest point."""
+        return 6 * self.depth[0] * self.depth_segments
 
 
 class AirTables:
@@ -90,6 +95,12 @@ class AirTables:
         self._spent = 0
         self.done = False
         self.restart()
+
+    @property
+    def sources(self) -> str:
+        """Names what computes the tables: equal for equal shaders (their includes and defines too) and directions."""
+        programs = (self._depth_program, *self._gather, self._orders)
+        return "|".join(program.linked.key for program in programs)
 
     def restart(self) -> None:
         """Begin again, for another air of the same sizes."""
@@ -143,10 +154,16 @@ class AirTables:
 
     def _steps(self) -> Iterator[int]:
         width, height = self.sizes.moments
-        self.depth.bind_to_image(0, read=False, write=True)
-        self._depth_program.run_over(*self.sizes.depth)
-        self._ctx.memory_barrier()
-        yield self.sizes.depth[0] * self.sizes.depth[1] * self.sizes.depth_segments
+        columns, rows_in_all = self.sizes.depth
+        row = 0
+        while row < rows_in_all:
+            rows = max(1, min(self._slice // self.sizes.depth_row_samples, rows_in_all - row))
+            self.depth.bind_to_image(0, read=False, write=True)
+            self._depth_program.set("u_rows", (row, row + rows))
+            self._depth_program.run_over(columns, rows)
+            self._ctx.memory_barrier()
+            row += rows
+            yield rows * self.sizes.depth_row_samples
         total_table, total_sums, sums, *tables = self._layered
         zero = bytes(16 * width * height * self.sizes.layers)
         for texture in self._layered:

@@ -84,10 +84,15 @@ class CompositeSystem(System):
         reading = self.reading()
         return abs(reading.ev100 - reading.target_ev100) < _SETTLED_EV
 
+    @property
+    def exposed(self) -> bool:
+        """Whether the last frame was exposed; frames of which nobody wants colours are not."""
+        return self._latest is not None
+
     def reading(self) -> ExposureReading:
-        """The exposure of the last frame; waits for the GPU. RuntimeError before the first frame."""
+        """The exposure of the last frame; waits for the GPU. RuntimeError where no frame was exposed."""
         if self._latest is None:
-            raise RuntimeError("no frame has been exposed yet: render one first")
+            raise RuntimeError("the last frame was not exposed: render one with its colours first")
         return read_exposure(self._latest)
 
     def update(self, frame: Frame) -> None:
@@ -112,6 +117,7 @@ class CompositeSystem(System):
         self._picture = self._pictures[key]
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
+        self._latest = None  # belongs to the plan from before, and the new one may do without
         levels = _glare_levels(view.size[1])
         octaves = [f"composite.glare{k}" for k in range(levels + 1)]
         builder.add_pass(

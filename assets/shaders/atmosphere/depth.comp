@@ -4,11 +4,13 @@
 layout(local_size_x = 16, local_size_y = 4) in;
 layout(rgba32f, binding = 0) writeonly uniform image2D u_depth_image;
 
+layout(location = 0) uniform ivec2 u_rows;   // first, past the last
+
 const int SEGMENTS = DEPTH_SEGMENTS;
 
 void main() {
-    ivec2 texel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(u_depth_image);
-    if (any(greaterThanEqual(texel, size))) return;
+    ivec2 texel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, u_rows.x), size = imageSize(u_depth_image);
+    if (texel.x >= size.x || texel.y >= min(u_rows.y, size.y)) return;
     vec2 at = vec2(texel) / vec2(size - 1);
     float h = at.y * at.y * air_model.radii.z;
     float horizon2 = air_horizon2(h), least = air_model.radii.z - h;
