@@ -11,17 +11,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import flip_evaluator
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
+from planetfall.benchmarks.measure.flip import flip
 from planetfall.systems.capture import contact_sheet
 from planetfall.systems.capture.png import KEY
-
-PIXELS_PER_DEGREE = 67.0
-"""FLIP's own default: a 4K screen of 0.7 m width seen from 0.7 m."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -60,21 +57,11 @@ SAME = Limit(mean=0.0005, p999=0.016)
 """On Mesa's software renderer: halfway, as a factor, between what other CPUs change and the smallest real changes."""
 OTHER_DRIVER = Limit(mean=0.02, p999=0.45)
 """On any other driver, whose edges of triangles may lie elsewhere: what a camera turned by 0.1 pixel changes."""
-VISIBLE = 0.01
-"""A knob that is meant to be seen changes the picture by at least this mean FLIP: twenty times what passes as equal."""
 
 
 def likeness(expected: NDArray[np.uint8], actual: NDArray[np.uint8]) -> Likeness:
     """FLIP between two u8 pictures (H, W, 3) of one size."""
-    if expected.shape != actual.shape:
-        raise ValueError(f"pictures of different size: {expected.shape} and {actual.shape}")
-    if np.array_equal(expected, actual):  # FLIP takes 0.1 s, and gives 0
-        return Likeness(0.0, 0.0, 0.0, np.zeros(expected.shape[:2], np.float32))
-    reference, test = (np.ascontiguousarray(p, np.float32) / np.float32(255.0) for p in (expected, actual))
-    error, _, _ = flip_evaluator.evaluate(
-        reference, test, "LDR", applyMagma=False, computeMeanError=False, parameters={"ppd": PIXELS_PER_DEGREE}
-    )
-    error = np.asarray(error, np.float32)[..., 0]
+    error = flip(expected, actual)
     return Likeness(float(error.mean()), float(np.percentile(error, 99.9)), float(error.max()), error)
 
 

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections import OrderedDict
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,25 +18,13 @@ from golden_compare import Limit
 from numpy.typing import NDArray
 
 import planetfall as pf
+from planetfall.benchmarks.knobs import KNOB_SIZE, QUALITY_VIEW, Pair, changed
 
 FOLDER = Path(__file__).resolve().parent / "golden"
 VIEW_SIZE = (320, 180)
-KNOB_SIZE = (160, 90)
 QUALITY = "medium"
 
 Pixels = NDArray[np.uint8]
-
-COMPONENTS: dict[str, type] = {
-    "planet": pf.Planet,
-    "terrain": pf.Terrain,
-    "ocean": pf.Ocean,
-    "sun": pf.Sun,
-    "stars": pf.Stars,
-    "exposure": pf.Exposure,
-    "composite": pf.Composite,
-    "debug": pf.DebugView,
-}
-"""Tables of a change's key: {"terrain.layers": 4}."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -132,6 +119,16 @@ KNOB_PICTURES: tuple[Picture, ...] = (
 GOLDENS: tuple[Picture, ...] = (*VIEW_PICTURES, *KNOB_PICTURES)
 
 
+def pair_picture(key: str, pair: Pair, value: Any) -> Picture:
+    """One picture of a knob's pair."""
+    return Picture(f"pair/{key}", pair.planet, pair.view, pair.size, pair.changes(key, value), free=pair.free)
+
+
+def wireframe(overrides: Mapping[str, Any]) -> Picture:
+    """The triangles of a quality."""
+    return Picture("pair/quality", *QUALITY_VIEW, VIEW_SIZE, {"debug.view": "wireframe"}, overrides)
+
+
 def plain(view: str, planet: str, size: tuple[int, int] = KNOB_SIZE) -> Picture:
     """The picture without any change, to hold a changed one against."""
     return Picture(f"plain/{planet}-{view}", planet, view, size)
@@ -204,35 +201,12 @@ class Studio:
         self.release()
 
 
-def component(scene: pf.Scene, table: str) -> Any:
-    """The component that a change's table names, of the planet or of the scene."""
-    kind = COMPONENTS[table]
-    holder = scene.planet if scene.planet.has(kind) else scene.environment
-    return holder[kind]
-
-
 def _sun_of(view: pf.View, scene: pf.Scene, higher_deg: float) -> pf.Sun:
     """The view's sun, with light and disc of the scene's as it is now."""
     sun = view.sun or scene.sun
     if higher_deg:
         sun = dataclasses.replace(sun, elevation_deg=sun.elevation_deg + higher_deg)
     return sun
-
-
-@contextmanager
-def changed(scene: pf.Scene, changes: Mapping[str, Any]) -> Iterator[None]:
-    """The scene with these settings, put back afterwards."""
-    before: list[tuple[Any, str, Any]] = []
-    try:
-        for key, value in changes.items():
-            table, field = key.split(".")
-            target = component(scene, table)
-            before.append((target, field, getattr(target, field)))
-            setattr(target, field, value)
-        yield
-    finally:
-        for target, field, value in reversed(before):
-            setattr(target, field, value)
 
 
 def _release(scene: pf.Scene, renderer: pf.Renderer) -> None:

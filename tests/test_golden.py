@@ -16,31 +16,37 @@ import pytest
 from golden_compare import (
     OTHER_DRIVER,
     SAME,
-    VISIBLE,
     difference_page,
     likeness,
     limit_for,
     read_picture,
     write_picture,
 )
-from golden_knobs import NOT_IN_A_PICTURE, PAIRS, QUALITY_PAIRS, wireframe
 from golden_pictures import (
-    COMPONENTS,
     FOLDER,
     GOLDENS,
     KNOB_PICTURES,
-    KNOB_SIZE,
     VIEW_PICTURES,
     Picture,
     Studio,
-    changed,
-    component,
+    pair_picture,
     plain,
+    wireframe,
 )
 from golden_tool import main, update
 from numpy.typing import NDArray
 
 import planetfall as pf
+from planetfall.benchmarks.knobs import (
+    COMPONENTS,
+    KNOB_SIZE,
+    NOT_IN_A_PICTURE,
+    PAIRS,
+    QUALITY_PAIRS,
+    VISIBLE,
+    changed,
+    component,
+)
 from planetfall.components import knobs
 from planetfall.systems.capture.png import read_png_settings
 from planetfall.systems.composite import TONE_MAPS
@@ -108,7 +114,7 @@ def test_golden_of_a_knob_shows_the_knob(studio, picture):
 def test_every_knob_has_a_pair():
     known = {f"{table}.{name}" for table, kind in COMPONENTS.items() for name in knobs(kind)}
     listed = set(PAIRS) | set(NOT_IN_A_PICTURE)
-    assert known - listed == set(), "knobs without a picture that shows them: add them to golden_knobs.PAIRS"
+    assert known - listed == set(), "knobs without a picture that shows them: add them to PAIRS in benchmarks/knobs.py"
     assert listed - known == set() and not set(PAIRS) & set(NOT_IN_A_PICTURE)
 
 
@@ -120,7 +126,7 @@ def slow_where(keys: Iterable[str], slow: Callable[[str], bool]) -> list[Any]:
 @pytest.mark.parametrize("key", slow_where(PAIRS, lambda key: key.endswith("_albedo")))
 def test_knob_can_be_seen(studio, key):
     pair = PAIRS[key]
-    found = likeness(studio.take(pair.picture(key, pair.off)), studio.take(pair.picture(key, pair.on)))
+    found = likeness(*(studio.take(pair_picture(key, pair, value)) for value in (pair.off, pair.on)))
     assert found.mean >= pair.least and found.worst >= pair.least_worst, f"{key} = {pair.on} is not seen: {found}"
 
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from ... import view, views
+from ..knobs import PAIRS, QUALITY_PAIRS, QUALITY_VIEW
 from ..machine import resident_bytes
 from ..measure import frames
+from ..measure.knobs import KnobCost, KnobMeter
 from ..session import Bench, Session
 from ..target import at_most
 
-SIZE = (640, 360)
+SIZE, QUICK_SIZE = (640, 360), (320, 180)
 QUALITIES = ("low", "medium", "high")
 TABLE_VIEWS = ("near", "high", "orbit")
 PROMISED_MS = 50.0
@@ -69,4 +71,31 @@ def _memory(session: Session) -> None:
                         buffers=counts["buffer"])  # fmt: skip
 
 
-BENCHES: Mapping[str, Bench] = {"total": _total, "passes": _passes, "skipping": _skipping, "memory": _memory}
+def _knobs(session: Session) -> None:
+    """What each knob costs and what it shows: both pictures of its pair. Quick: small, without colours, which cost
+    nothing, and without quality knobs."""
+    size, runs = QUICK_SIZE if session.quick else SIZE, session.runs(9, 5)
+
+    def row(key: str, planet: str, name: str, found: KnobCost) -> None:
+        session.row(
+            key, name if planet == "earth" else f"{planet}: {name}", size, found.on, error=found.mean_flip,
+            error_unit="FLIP", off_ms=found.off.ms, on_over_off=found.ratio, apart=found.apart,
+            worst_flip=found.worst_flip, on=str(found.on_value), off=str(found.off_value),
+        )  # fmt: skip
+
+    session.release()
+    with KnobMeter(size) as meter:
+        for key, pair in PAIRS.items():
+            if not (session.quick and key.endswith("_albedo")):
+                row(key, pair.planet, pair.view, meter.knob(key, pair, runs))
+        for key, values in () if session.quick else QUALITY_PAIRS.items():
+            row(f"quality {key}", *QUALITY_VIEW, meter.quality_knob(key, values, QUALITY_VIEW, runs))
+
+
+BENCHES: Mapping[str, Bench] = {
+    "total": _total,
+    "passes": _passes,
+    "skipping": _skipping,
+    "memory": _memory,
+    "knobs": _knobs,
+}

@@ -1,17 +1,34 @@
 """For every knob of every component: a view and a value in which it is plain to see, or why there is none.
 
-`test_golden` takes each picture with and without, and wants them to differ. A knob that is missing here fails a test,
-so that none can be added without a picture that shows it.
+The golden tests take each picture with and without, and want them to differ: a knob that is missing here fails a test,
+so that none can be added without a picture that shows it. `planetfall bench frame.knobs` says what each costs.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
-from golden_compare import VISIBLE
-from golden_pictures import KNOB_SIZE, VIEW_SIZE, Picture
+from .. import Composite, DebugView, Exposure, Ocean, Planet, Scene, Stars, Sun, Terrain
+
+KNOB_SIZE = (160, 90)
+"""Of golden pictures of knobs."""
+VISIBLE = 0.01
+"""A knob that is meant to be seen changes the picture by at least this mean FLIP: twenty times what passes as equal."""
+
+COMPONENTS: dict[str, type] = {
+    "planet": Planet,
+    "terrain": Terrain,
+    "ocean": Ocean,
+    "sun": Sun,
+    "stars": Stars,
+    "exposure": Exposure,
+    "composite": Composite,
+    "debug": DebugView,
+}
+"""Tables of a change's key: {"terrain.layers": 4}."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -20,7 +37,8 @@ class Pair:
 
     planet, view: where. off, on: the two values; off None: as the preset has it. both: settings that both pictures
     share. least: mean FLIP between them. least_worst: where a knob moves few pixels (stars, the sun's disc), the FLIP
-    of the pixel that differs most, in place of the mean. free: see Picture.
+    of the pixel that differs most, in place of the mean. free: as a plain camera with the view's sun, so that the
+    scene's Exposure counts and not the view's fixed one. size: of the golden pictures.
     """
 
     planet: str
@@ -33,15 +51,35 @@ class Pair:
     free: bool = False
     size: tuple[int, int] = KNOB_SIZE
 
-    def picture(self, key: str, value: Any) -> Picture:
-        changes = dict(self.both)
-        if value is not None:
-            changes[key] = value
-        return Picture(f"pair/{key}", self.planet, self.view, self.size, changes, free=self.free)
+    def changes(self, key: str, value: Any) -> dict[str, Any]:
+        """Settings of one of the pictures of the knob `key`: {"table.field": value}."""
+        return {**self.both} if value is None else {**self.both, key: value}
+
+
+def component(scene: Scene, table: str) -> Any:
+    """The component that a change's table names, of the planet or of the scene."""
+    kind = COMPONENTS[table]
+    holder = scene.planet if scene.planet.has(kind) else scene.environment
+    return holder[kind]
+
+
+@contextmanager
+def changed(scene: Scene, changes: Mapping[str, Any]) -> Iterator[None]:
+    """The scene with these settings, put back afterwards."""
+    before: list[tuple[Any, str, Any]] = []
+    try:
+        for key, value in changes.items():
+            table, field = key.split(".")
+            target = component(scene, table)
+            before.append((target, field, getattr(target, field)))
+            setattr(target, field, value)
+        yield
+    finally:
+        for target, field, value in reversed(before):
+            setattr(target, field, value)
 
 
 NO_BLOOM = {"composite.bloom": 0.0}
-WIREFRAME = {"debug.view": "wireframe"}
 
 PAIRS: dict[str, Pair] = {
     "planet.radius_m": Pair("earth", "orbit", 5.8e6),
@@ -121,8 +159,7 @@ QUALITY_PAIRS: dict[str, tuple[Any, Any]] = {
     "terrain.decimation": (0, 3),
     "terrain.min_spacing_m": (0.12, 30.0),
 }
-"""Quality knobs whose two values give different triangles; seen in the wireframe of the view ground."""
+"""Quality knobs whose two values give different triangles; seen in the wireframe of the view
+QUALITY_VIEW."""
 
-
-def wireframe(overrides: Mapping[str, Any]) -> Picture:
-    return Picture("pair/quality", "earth", "ground", VIEW_SIZE, WIREFRAME, overrides)
+QUALITY_VIEW = ("earth", "ground")
