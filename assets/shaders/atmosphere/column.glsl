@@ -3,10 +3,13 @@
 // Whoever includes this defines column_source().
 #include "atmosphere/slices.glsl"
 
+const float AIR_DEEPEST = 8.0;   // optical depth of a slice beyond which nothing in it counts
+
 struct AirColumn {
     float h, mu, mu_s, nu;   // at the start of the ray, inside the air; nu: cosine between ray and sun
     float path, lowest, split;
     vec3 depth;              // optical depth so far
+    float thickest;          // extinction at the end of the last slice, of the strongest wavelength
     vec3 taken;              // integral of extinction times transmittance so far: 1 - exp(-depth), by the same rule as
     vec3 first, second;      // the two integrals of source times transmittance
 };
@@ -23,6 +26,8 @@ AirColumn air_column(float h, float mu, float mu_s, float nu, float path) {
     c.path = path;
     c.lowest = clamp(-(air_model.radii.x + h) * mu, 0.0, path);
     c.split = air_split(c.lowest, path);
+    vec3 extinction = air_extinction(air_density(h));
+    c.thickest = max(max(extinction.r, extinction.g), extinction.b);
     c.depth = c.taken = c.first = c.second = vec3(0.0);
     return c;
 }
@@ -42,7 +47,8 @@ void air_column_slice(inout AirColumn c, int slice, int slices) {
     const float X1 = 0.211324865, X2 = 0.788675135;
     float t0 = air_slice_distance(float(slice) / float(slices), c.path, c.lowest, c.split);
     float t1 = air_slice_distance(float(slice + 1) / float(slices), c.path, c.lowest, c.split);
-    float dt = max(t1 - t0, 1e-4);   // a ray of no length still has a source function
+    // In thick air what lies deep in a slice cannot be seen: nodes stay where it can. A ray of no length still has a source.
+    float dt = max(min(t1 - t0, AIR_DEEPEST / max(c.thickest, 1e-20)), 1e-4);
     float ta = t0 + X1 * dt, tb = t0 + X2 * dt;
     float ha = air_height_along(c.h, c.mu, ta), hb = air_height_along(c.h, c.mu, tb);
     vec3 da = air_density(ha), db = air_density(hb);
@@ -54,7 +60,8 @@ void air_column_slice(inout AirColumn c, int slice, int slices) {
     float weight = 0.5 * dt;
     air_column_node(c, ta, ha, weight, depth_a, da, ea);
     air_column_node(c, tb, hb, weight, depth_b, db, eb);
-    c.depth += weight * (ea + eb);
+    c.depth += 0.5 * (t1 - t0) * (ea + eb);
+    c.thickest = max(max(eb.r, eb.g), eb.b);
 }
 
 // Mean source function so far, per extinction: the integrals over 1 - exp(-depth), by the same quadrature, so that it stays

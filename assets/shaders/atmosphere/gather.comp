@@ -59,8 +59,10 @@ void main() {
         AirColumn c = air_column(h, mu, mu_s, nu, path);
         for (int slice = 0; slice < u_counts.w; ++slice) air_column_slice(c, slice, u_counts.w);
         float mu_s_hit = clamp_cos(((air_model.radii.x + h) * mu_s + path * nu) / air_model.radii.x);
-        vec3 ground = ground_light(mu_s_hit) * exp(-c.depth);
-        vec3 light = weight * (c.first + (above ? vec3(0.0) : ground));
+        // The mean source over what the air takes: right in thick air too, where two points in a slice are few.
+        vec3 through = exp(-c.depth);
+        vec3 light = air_column_mean(c, c.first) * air_taken(c.depth, through);
+        light = weight * (light + (above ? vec3(0.0) : ground_light(mu_s_hit) * through));
 
         float diagonal = 1.0, turn = 1.0, turn_last = 0.0;
         for (int m = 0; m <= AIR_DEGREE; ++m) {

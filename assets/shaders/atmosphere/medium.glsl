@@ -62,6 +62,12 @@ float air_to_floor(float h, float mu) {
     return mu < 0.0 && discriminant >= 0.0 ? c / max(sqrt(discriminant) - b, 1e-20) : -1.0;
 }
 
+// 1 - exp(-depth), from a series where the difference would round to nothing.
+vec3 air_taken(vec3 depth, vec3 transmittance) {
+    vec3 thin = depth * (1.0 - depth * (0.5 - depth * (1.0 / 6.0)));
+    return mix(1.0 - transmittance, thin, lessThan(depth, vec3(0.01)));
+}
+
 // Values that fall exponentially over the nodes of a table are stored as their fourth root: linear interpolation is then 16
 // times as accurate as of the value itself (relative error d^2 / 32 instead of d^2 / 2 for a step of e^d, to leading order).
 vec3 air_pack(vec3 value) {

@@ -199,7 +199,7 @@ void air_between(AirView v, AirRay ray, float distance_m, out vec3 transmittance
     vec3 depth = t * extinction + deeper * air_extinction(air_density(0.0));
     depth = p.length > 0.0 ? depth : vec3(0.0);
     transmittance = exp(-depth);
-    vec3 taken = depth * one_minus_exp_over(depth);
+    vec3 taken = air_taken(depth, transmittance);
     first = taken * air_unpack(mix(first_low, first_high, share));
     second = taken * air_unpack(mix(second_low, second_high, share));
     path = t + deeper;
@@ -213,7 +213,7 @@ void air_whole(AirView v, AirRay ray, out vec3 transmittance, out vec3 first, ou
     air_look_up(cell, v.size.z, packed_first, packed_second);
     vec3 depth = p.length * air_unpack(air_mean_extinction_at(cell, AIR_FINE * v.size.z));
     transmittance = exp(-depth);
-    vec3 taken = depth * one_minus_exp_over(depth);
+    vec3 taken = air_taken(depth, transmittance);
     first = taken * air_unpack(packed_first);
     second = taken * air_unpack(packed_second);
     path = p.length;
