@@ -10,13 +10,15 @@ from numpy.typing import NDArray
 
 from ... import Scene
 from ...systems.terrain.height import relief_statistics
-from ...systems.terrain.height_relief import EARTH_LAND_RELIEF_M
+from ...systems.terrain.height_relief import EARTH_LAND_RELIEF_M, EARTH_LAND_UNRELATED_M
 
 DISTANCES_M = (1.0, 10.0, 100.0, 1e3, 1e4, 1e5)
 
 MEASURED = EARTH_LAND_RELIEF_M
 """rms height difference of the Earth's land over each distance, metres."""
-SOURCE = "Tang et al. (slopes of land at 30 m), Gagnon et al. 2006 and Crooks et al. 2018 (exponents)"
+SOURCE = "joined: Tang et al. 2020 (slopes at 30 m), Gagnon et al. 2006 (exponent above), smooth below"
+UNRELATED_M = EARTH_LAND_UNRELATED_M
+UNRELATED_SOURCE = "Dutch (hypsometry)"
 
 
 def roughness(scene: Scene, count: int) -> dict[float, float]:
@@ -26,6 +28,15 @@ def roughness(scene: Scene, count: int) -> dict[float, float]:
     assert field is not None
     found = relief_statistics(field, planet.radius_m, DISTANCES_M, count)
     return dict(zip(DISTANCES_M, (float(x) for x in found), strict=True))
+
+
+def unrelated(scene: Scene, count: int, seed: int = 0) -> float:
+    """rms height difference of points of land anywhere, metres: where roughness() must end at great distances."""
+    field = scene.planet.height_field()
+    assert field is not None
+    v = np.random.default_rng(seed).normal(size=(count, 3))
+    heights = field.height(v / np.linalg.norm(v, axis=1, keepdims=True))
+    return float(np.sqrt(2.0) * heights[heights > 0.0].std())
 
 
 @dataclass(frozen=True)

@@ -217,6 +217,10 @@ def _relief(session: Session) -> None:
             target=None if real is None else Target(0.5 * real, 2.0 * real, "m"), measured_m=real,
             source=relief.SOURCE if real is not None else "",
         )  # fmt: skip
+    most = relief.UNRELATED_M
+    session.row("rms height difference of land anywhere", error=relief.unrelated(scene, session.runs(40_000, 10_000)),
+                error_unit="m", target=Target(0.5 * most, 2.0 * most, "m"), measured_m=most,
+                source=relief.UNRELATED_SOURCE)  # fmt: skip
     whole = relief.composition(scene, session.runs(200_000, 40_000))
     session.row("land", error=100.0 * whole.land_share, error_unit="%", target=Target(25.0, 40.0, "%"))
     session.row("highest peak found", error=whole.highest_m, error_unit="m", target=at_least(6000.0, "m"))

@@ -30,7 +30,7 @@ class TerrainParams:
     continent_size: size of continents, rounded to a power of two; 1 suits a planet with a handful of them.
     plains: 1 is Earth's hypsometry (abyss, slope, shelf, coastal plains, plateaus), 0 an even spread of heights.
     mountains: width of the belts that carry mountain ranges; 1 is Earth-like, 0 none.
-    roughness: multiplies all relief layers below the ranges; 1 is measured on Earth's land.
+    roughness: multiplies all relief layers below the ranges; 1 is near what is measured on Earth's land up to 100 m.
     warp: how far domain warps bend continents, belts and ranges; 1 is usual.
     """
 

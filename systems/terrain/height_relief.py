@@ -9,23 +9,36 @@ from numpy.typing import NDArray
 
 from ...engine.surface.field import HeightField
 
-__all__ = ["EARTH_LAND_RELIEF_M", "relief_statistics"]
+__all__ = ["EARTH_LAND_RELIEF_M", "EARTH_LAND_UNRELATED_M", "relief_statistics"]
 
 Floats = NDArray[np.float64]
 
-EARTH_LAND_RELIEF_M = {1.0: 0.14, 10.0: 1.4, 100.0: 9.2, 1e3: 42.0, 1e4: 193.0, 1e5: 880.0}
+EARTH_LAND_RELIEF_M = {1.0: 0.14, 10.0: 1.4, 100.0: 8.1, 1e3: 29.0, 1e4: 101.0, 1e5: 358.0}
 """Rms height differences of Earth's land at distances in metres, put together from published measurements.
 
-No table known to us spans 1 m to 100 km, so this joins one measured value and two measured exponents:
-- 30 m: half of all land slopes less than 5.5 degrees in ASTER GDEM v3 (Tang, Ma, Shao and Peng, "Global Land Slope
-  Frequency Dataset", Global Change Research Data Publishing and Repository). With exponentially distributed slopes
-  the rms slope is 0.0963 * sqrt(2) / ln 2 = 0.196, in one direction 0.139: 4.2 m over 30 m.
-- above: increments grow as distance^0.66 on continents (Gagnon, Lovejoy and Schertzer 2006, "Multifractal earth
-  topography", Nonlinear Processes in Geophysics 13), measured on elevation models from 40 m to planetary scale.
-- below: as distance^1, land is smooth at its shortest scales (Crooks, Bar-Yam, Buldyrev and Stanley 2018, "Comparison
-  of the roughness scaling of the surface topography of Earth and Venus", arXiv:1809.02457, find exponent 1 there).
-The join is ours; a factor of two is what it is good for.
+No table known to us spans 1 m to 100 km, so this joins a measured value and a measured exponent:
+- 30 m: half of all land slopes less than 5.5 degrees in ASTER GDEM v3 (Tang, Ma, Shao and Peng 2020, "Global Land Slope
+  Frequency Dataset", Journal of Global Change Data & Discovery 4(1), 24-30, doi 10.3974/geodp.2020.01.04). With
+  exponentially distributed slopes the rms slope is 0.0963 * sqrt(2) / ln 2 = 0.196, in one direction 0.139: 4.2 m over
+  30 m. Exponential: mean and standard deviation are nearly equal there, 5.23 and 5.31 degrees in Oceania, 13.53 and
+  15.86 in Antarctica. That flat ice is the steepest of all shows how much noise of the sensor is in it: an upper value.
+- above: the mean increment grows as distance^H, H = 0.66 on continents, in a multifractal of alpha 1.79, C1 0.12
+  (Gagnon, Lovejoy and Schertzer 2006, "Multifractal earth topography", Nonlinear Processes in Geophysics 13, 541-570;
+  power laws hold within 45 % from planetary scale down to 40 m). The rms increment grows more slowly, as
+  distance^(H - K(2) / 2) = distance^0.549 with K(2) = C1 (2^alpha - 2) / (alpha - 1) = 0.221: the spectrum's exponent
+  is 1 + 2 H - K(2) = 2.10. The law meets EARTH_LAND_UNRELATED_M at 1150 km, the size of continents; 0.66 would be
+  there at 200 km.
+- below: as distance^1, as on smooth ground. Nobody measured that on all land; ground is rougher than that at short
+  scales (boulders, rills), so these are lower values.
+Read for this: abstracts of all of these; of Gagnon et al. the values of H and of the spectrum as others quote them.
+The join is ours; a factor of two is what it is good for. (Crooks, Bar-Yam, Buldyrev and Stanley 2018, arXiv:1809.02457,
+find a crossover from 1 at short lengths to 0.4 above 10 km, by another measure of roughness: not used.)
 """
+
+EARTH_LAND_UNRELATED_M = 1370.0
+"""Rms height difference of two points of Earth's land that have nothing to do with one another: sqrt(2) times the
+standard deviation of land heights, 970 m, from areas between heights 500 m apart (Dutch, "Global Topographic Summary",
+University of Wisconsin - Green Bay, of 5-minute elevations: mean height of land 862 m)."""
 
 
 def relief_statistics(
