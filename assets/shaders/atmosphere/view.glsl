@@ -197,7 +197,6 @@ void air_between(AirView v, AirRay ray, float distance_m, out vec3 transmittance
     vec3 extinction = air_unpack(mix(air_mean_extinction_at(cell, fine_low), air_mean_extinction_at(cell, fine_low + 1),
         fine - float(fine_low)));
     vec3 depth = t * extinction + deeper * air_extinction(air_density(0.0));
-    depth = p.length > 0.0 ? depth : vec3(0.0);
     transmittance = exp(-depth);
     vec3 taken = air_taken(depth, transmittance);
     first = taken * air_unpack(mix(first_low, first_high, share));
@@ -205,9 +204,8 @@ void air_between(AirView v, AirRay ray, float distance_m, out vec3 transmittance
     path = t + deeper;
 }
 
-// The same for the whole ray, to space or to the floor.
-void air_whole(AirView v, AirRay ray, out vec3 transmittance, out vec3 first, out vec3 second, out float path) {
-    AirPath p = air_path(v, ray.mu, ray.sine);
+// The same for a whole path.
+void air_whole_path(AirView v, AirPath p, AirRay ray, out vec3 transmittance, out vec3 first, out vec3 second) {
     AirCell cell = air_cell(v, p, ray);
     vec3 packed_first, packed_second;
     air_look_up(cell, v.size.z, packed_first, packed_second);
@@ -216,5 +214,27 @@ void air_whole(AirView v, AirRay ray, out vec3 transmittance, out vec3 first, ou
     vec3 taken = air_taken(depth, transmittance);
     first = taken * air_unpack(packed_first);
     second = taken * air_unpack(packed_second);
+}
+
+// For the whole ray, to space or to the floor.
+void air_whole(AirView v, AirRay ray, out vec3 transmittance, out vec3 first, out vec3 second, out float path) {
+    AirPath p = air_path(v, ray.mu, ray.sine);
+    air_whole_path(v, p, ray, transmittance, first, second);
+    path = p.length;
+}
+
+// For a ray that meets nothing although the floor is in its way (ground that lies below the floor leaves such a gap): the ray
+// that grazes the floor.
+void air_open(AirView v, AirRay ray, out vec3 transmittance, out vec3 first, out vec3 second, out float path) {
+    AirPath p = air_path(v, ray.mu, ray.sine);
+    if (p.floor_hit) {
+        p.floor_hit = false;
+        p.mu = air_horizon_cos(p.h);
+        p.length = v.span.z + v.span.w;
+        p.excess = v.span.w;
+        p.lowest = sqrt(air_horizon2(p.h));
+        p.split = air_split(p.lowest, p.length);
+    }
+    air_whole_path(v, p, ray, transmittance, first, second);
     path = p.length;
 }
