@@ -44,13 +44,14 @@ void main() {
     if (i >= uint(u_mode.y)) return;
     Question q = questions[i];
     g_view = AirView(q.camera, q.span, q.shape, u_size);
-    air_orders = vec2(u_mode.z, u_mode.w);
+    air_orders = float(u_mode.z);
     AirRay ray = AirRay(q.ray.x, q.ray.y, q.ray.z, q.ray.w);
     vec3 transmittance = vec3(1.0), first = vec3(0.0), second = vec3(0.0);
     float path;
     if (u_mode.x == LIGHT) {
         if (q.more.x < 0.0) air_whole(g_view, ray, transmittance, first, second, path);
         else air_between(g_view, ray, q.more.x, transmittance, first, second, path);
+        if (u_mode.w == 1) first *= air_rayleigh_phase(ray.nu);
     } else if (u_mode.x == TO_SPACE) {
         AirPath p = air_path(g_view, ray.mu, ray.sine);
         bool open = !p.floor_hit;

@@ -1,16 +1,17 @@
 // What the air emits towards the camera for a unit sun: sunlight scattered once by molecules plus all light scattered more
-// often (first kind), and sunlight scattered once by aerosols, without its phase function (second kind).
+// often, over Rayleigh's phase function (first kind), and sunlight scattered once by aerosols, without its phase function
+// (second kind). Both phase functions are known exactly where the tables are read, and would be blurred by their steps.
 #include "atmosphere/sunlight.glsl"
 #include "atmosphere/moments.glsl"
 #include "atmosphere/column.glsl"
 
-// 1 where light that was scattered more than once counts, 0 for single scattering; 1 where Rayleigh's phase function does.
-vec2 air_orders = vec2(1.0);
+// 1 where light that was scattered more than once counts, 0 for single scattering.
+float air_orders = 1.0;
 
 void column_source(float h, float mu, float mu_s, float nu, vec3 density, out vec3 first, out vec3 second) {
     vec3 sun = air_sun(h, mu_s);
-    float phase = air_orders.y > 0.5 ? air_rayleigh_phase(nu) : 1.0;
-    first = density.x * air_model.rayleigh.rgb * sun * phase + air_orders.x * air_multiple(h, mu, mu_s, nu, density);
+    first = density.x * air_model.rayleigh.rgb * sun
+        + air_orders / air_rayleigh_phase(nu) * air_multiple(h, mu, mu_s, nu, density);
     second = density.y * air_model.mie_scattering.rgb * sun;
 }
 

@@ -4,7 +4,7 @@
 // about the zenith: rows run over the length of the ray in the air (rays that end on the floor, then rays that leave it),
 // columns over the azimuth from the sun, slices along the ray. Held is the mean source function of the ray up to there,
 // integral of (source x transmittance) / (1 - transmittance), which hardly varies along a ray and stays sharp
-// for points 1 m away; and the mean extinction, in finer steps. No phase function of Mie's is in it: the aureole is exact.
+// for points 1 m away; and the mean extinction, in finer steps. No phase function is in it: the aureole is exact.
 //
 // Whoever includes this defines air_first(ivec3), air_second(ivec3) and air_mean_extinction(ivec2): texels of the tables.
 #include "atmosphere/slices.glsl"
@@ -164,7 +164,7 @@ AirCell air_cell(AirView v, AirPath p, AirRay ray) {
     return cell;
 }
 
-// Mean source function of a ray up to a whole slice, packed: first kind, and second without its phase.
+// Mean source function of a ray up to a whole slice, packed: both kinds without their phase functions.
 void air_look_up(AirCell cell, int slice, out vec3 first, out vec3 second) {
     ivec3 at = ivec3(cell.corner, slice);
     first = mix(mix(air_first(at), air_first(at + ivec3(1, 0, 0)), cell.share.x),
