@@ -55,7 +55,7 @@ def _bench(
     Parameters
     ----------
     suites
-        Suites (graph, terrain, frame, startup) or single benches (terrain.normals); all if left out.
+        Suites (graph, terrain, atmosphere, frame, startup) or single benches (terrain.normals); all if left out.
     """
     console = Console()
     if list_:
