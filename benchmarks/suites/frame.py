@@ -74,7 +74,7 @@ def _memory(session: Session) -> None:
 def _knobs(session: Session) -> None:
     """What each knob costs and what it shows: both pictures of its pair. Quick: small, without colours, which cost
     nothing, and without quality knobs."""
-    size, runs = QUICK_SIZE if session.quick else SIZE, session.runs(9, 5)
+    size, runs = QUICK_SIZE if session.quick else SIZE, session.runs(9, 3)
 
     def row(key: str, planet: str, name: str, found: KnobCost) -> None:
         session.row(
