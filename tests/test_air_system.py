@@ -366,3 +366,20 @@ def test_a_resize_while_refining(renderer: pf.Renderer, scene: pf.Scene) -> None
     final = settled(renderer, CAMERA)
     with renderer_of(scene) as fresh:
         np.testing.assert_array_equal(settled(fresh, CAMERA), final)
+
+
+def test_the_method_can_be_changed(scene: pf.Scene, renderer: pf.Renderer) -> None:
+    air = scene.planet[pf.Atmosphere]
+    ours = settled(renderer, CAMERA)
+    counts = renderer.gpu.counts()
+    air.method = "paper"
+    printed = settled(renderer, CAMERA)
+    assert VIEW not in {r.name for r in renderer.passes()}
+    # Two ways to the same light: the printed one within a few percent by day.
+    assert 0.0 < np.abs(printed - ours).mean() < 0.1 * ours.mean()
+    before = renderer.gpu.work.snapshot()
+    radiance(renderer, CAMERA)
+    assert renderer.gpu.work.snapshot()["dispatches"] == before["dispatches"]
+    air.method = "ours"
+    np.testing.assert_array_equal(settled(renderer, CAMERA), ours)
+    assert renderer.gpu.counts() == counts

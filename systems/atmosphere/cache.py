@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import logging
 import os
 import tempfile
+import time
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,8 @@ __all__ = ["TableCache"]
 log = logging.getLogger(__name__)
 
 _KEPT = 64
+"""Files; a quality's tables take 0.1 to 2 MB."""
+_STALE_S = 3600.0
 
 
 class TableCache:
@@ -43,19 +47,22 @@ class TableCache:
         path = self.folder / f"{key}.npz"
         try:
             with np.load(path, allow_pickle=False) as held:
+                named = str(held["key"])
                 found = {name: np.asarray(held[name], np.float32) for name in shapes}
         except FileNotFoundError:
             return None
         except Exception as error:
             log.warning("%s cannot be used and will be written again: %s", path, error)
             return None
-        if any(found[n].shape != shapes[n] or not np.isfinite(found[n]).all() for n in shapes):
+        if named != key or any(found[n].shape != shapes[n] or not np.isfinite(found[n]).all() for n in shapes):
             log.warning("%s holds something else than was expected and will be written again", path)
             return None
+        with contextlib.suppress(OSError):
+            os.utime(path)  # what is used is kept
         return found
 
     def save(self, key: str, arrays: dict[str, np.ndarray[Any, Any]]) -> None:
-        """Written beside and renamed: nobody ever reads half a file. Only the newest files are kept."""
+        """Written beside and renamed: nobody ever reads half a file. Only the files used last are kept."""
         if self.folder is None:
             return
         try:
@@ -63,15 +70,25 @@ class TableCache:
             handle, beside = tempfile.mkstemp(dir=self.folder, suffix=".part")
             try:
                 with os.fdopen(handle, "wb") as file:
-                    np.savez(file, **arrays)  # pyright: ignore[reportArgumentType]
+                    np.savez(file, key=np.array(key), **arrays)  # pyright: ignore[reportArgumentType]
                 os.replace(beside, self.folder / f"{key}.npz")
             except BaseException:
                 Path(beside).unlink(missing_ok=True)
                 raise
-            kept = sorted(self.folder.glob("*.npz"), key=lambda p: p.stat().st_mtime, reverse=True)
-            for old in kept[_KEPT:]:
-                old.unlink(missing_ok=True)
+            self._tidy()
         except OSError as error:
             log.warning(
                 "the air's tables cannot be kept in %s, so the next start computes them again: %s", self.folder, error
             )
+
+    def _tidy(self) -> None:
+        """Remove what was used longest ago, and halves that a killed process left. Others may do the same meanwhile."""
+        assert self.folder is not None
+        ages: list[tuple[float, Path]] = []
+        for path in self.folder.iterdir():
+            with contextlib.suppress(FileNotFoundError):
+                ages.append((path.stat().st_mtime, path))
+        whole = sorted((found for found in ages if found[1].suffix == ".npz"), reverse=True)
+        halves = [(age, path) for age, path in ages if path.suffix == ".part" and age < time.time() - _STALE_S]
+        for _, path in (*whole[_KEPT:], *halves):
+            path.unlink(missing_ok=True)
