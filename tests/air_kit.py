@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import planetfall as pf
-from planetfall.components import Atmosphere, Planet
+from planetfall.components import Atmosphere, Ocean, Planet
 from planetfall.systems.atmosphere.job import TableJob
 from planetfall.systems.atmosphere.system import AtmosphereSystem
 
@@ -26,10 +26,10 @@ HAZY = (4e-5, 4e-5, 4e-5)
 SUN = pf.Sun(direction=(0.6, 0.0, 0.8))
 
 
-def bare(atmosphere: Any = None, radius_m: float = 6.36e6) -> pf.Scene:
-    """A planet without ground and sea: a frame takes 2 ms and a start 0.3 s."""
-    air = {"atmosphere": Atmosphere() if atmosphere is None else atmosphere} if atmosphere is not False else {}
-    scene = pf.Scene("bare", {"planet": Planet(radius_m=radius_m), **air})
+def bare(atmosphere: Atmosphere | None = None, radius_m: float = 6.36e6, sea_m: float | None = None) -> pf.Scene:
+    """A planet without ground: a frame takes 2 ms and a start 0.3 s. sea_m: with a sea at this height, 20 ms."""
+    sea = {} if sea_m is None else {"ocean": Ocean(sea_level_m=sea_m)}
+    scene = pf.Scene("bare", {"planet": Planet(radius_m=radius_m), "atmosphere": atmosphere or Atmosphere(), **sea})
     scene.sun = pf.Sun(direction=SUN.direction)
     return scene
 

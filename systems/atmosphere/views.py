@@ -16,6 +16,9 @@ __all__ = ["VIEW_BINDING", "AirViewBlock", "ViewSizes", "spans", "sun_at", "view
 
 VIEW_BINDING = 8
 _FINE = 4  # AIR_FINE in atmosphere/view.glsl
+_LEAST_SHARE = 4.0e-8
+"""Of the radius, 0.25 m on Earth. A camera on the floor has rays of no length to it, and would see ground below it
+through air that is lit as straight down. From here on all directions have rows of their own."""
 _STEEP_SHARE = 2.0
 """From space, this much more of the rows is given to floor rays near the middle of the disc."""
 _GRAZING_SHARE = 0.6
@@ -89,8 +92,9 @@ def spans(model: AirModel, altitude_m: ArrayLike) -> tuple[NDArray[np.float64], 
 def view_block(
     model: AirModel, altitude_m: float, cosine: float, sine: float, side: NDArray[np.float64], sizes: ViewSizes
 ) -> AirViewBlock:
-    """The block of a camera at this altitude (below the floor: on it) under a sun at this zenith angle."""
-    h = max(altitude_m, 0.0)
+    """The block of a camera at this altitude under a sun at this zenith angle. Below the floor and just above it, it is
+    held at _LEAST_SHARE of the radius."""
+    h = max(altitude_m, _LEAST_SHARE * model.radius_m)
     span, shape = spans(model, h)
     return AirViewBlock(
         camera=(h, cosine, sine, 0.0),

@@ -69,9 +69,10 @@ class ProxySystem(System):
         field: HeightField | None = frame.world.resources.get("height_field")
         sea = frame.world.try_get(frame.planet, Ocean)
         radius = planet.radius_m
+        bare = 0.0 if sea is None else sea.sea_level_m  # without ground the sea is all there is
 
         def ground(directions: NDArray[np.float64]) -> NDArray[np.float64]:
-            return np.zeros(len(directions)) if field is None else field.height(directions)
+            return np.full(len(directions), bare) if field is None else field.height(directions)
 
         level = -np.inf if sea is None else sea.sea_level_m
         if float(np.linalg.norm(frame.camera.position_m)) - radius < level:
@@ -144,8 +145,9 @@ class ProxySystem(System):
         self._frame_ubo.write(block)
         self._frame_ubo.bind()
 
-        lowest = 0.0 if field is None else field.lowest_m
-        highest = 0.0 if field is None else field.highest_m
+        bare = 0.0 if sea is None else sea.sea_level_m
+        lowest = bare if field is None else field.lowest_m
+        highest = bare if field is None else field.highest_m
         drawn_lowest = lowest if sea is None else max(lowest, sea.sea_level_m)
         if distance - radius < drawn_lowest:
             drawn_lowest = lowest  # under water the bed is what hides
