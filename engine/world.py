@@ -10,7 +10,8 @@ from __future__ import annotations
 import itertools
 import threading
 import weakref
-from collections.abc import Iterator
+from collections import ChainMap
+from collections.abc import Iterator, MutableMapping
 from contextlib import contextmanager
 from typing import Any, TypeVar, overload
 
@@ -52,8 +53,10 @@ class World:
         self.name = f"planetfall:{name or 'world'}#{next(_numbers)}"
         self._open = True
         self._revision = 0
-        self.resources: dict[str, Any] = {}
-        """What systems publish, by key; `resource()` reads it with a message when it is missing."""
+        self._shared: dict[str, Any] = {}
+        self.resources: MutableMapping[str, Any] = self._shared
+        """What systems publish, by key; `resource()` reads it with a message when it is missing. From a renderer's
+        first frame on it is that renderer's, until another one draws (`own_resources`)."""
         self._sorted: dict[tuple[type, ...], tuple[list[Any], list[Any]]] = {}
         with self.active():
             pass  # switching to a new name makes the esper world
@@ -98,6 +101,7 @@ class World:
             self._open = False
             self._sorted.clear()
             self.resources.clear()
+            self._shared.clear()
             self._finalizer()
 
     # -- entities and components --------------------------------------------------------------------------------------
@@ -205,6 +209,13 @@ class World:
             return ordered
 
     # -- resources ----------------------------------------------------------------------------------------------------
+
+    def own_resources(self) -> MutableMapping[str, Any]:
+        """Resources for one of several renderers of this world, to assign to `resources` while it works.
+
+        What its systems publish is theirs alone, what was published before any renderer worked is everybody's.
+        """
+        return ChainMap({}, self._shared)
 
     def set_resource(self, key: str, value: Any) -> None:
         """Publish something that belongs to the world and not to an entity, e.g. "proxy" or "height field"."""

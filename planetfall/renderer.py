@@ -88,6 +88,7 @@ class Renderer:
         scene.validate(self.settings)
         self.quality = quality
         self.scene = scene
+        self._resources = scene.world.own_resources()
         self._host: ForeignHost | None = None
         if ctx is None:
             from .engine.hosts.headless import create_headless
@@ -312,6 +313,7 @@ class Renderer:
     def _guest(self, framebuffer: moderngl.Framebuffer | None = None) -> AbstractContextManager[Any]:
         if self.released:
             raise SettingError("this renderer has been released: make a new one")
+        self.scene.world.resources = self._resources  # a scene may have several renderers
         if self._own_context:
             # A program may have several renderers, each with its own context. It stays current: reading a buffer
             # between frames then works as with a single one.

@@ -229,3 +229,26 @@ def test_settling_after_a_frame_without_colours() -> None:
             renderer.settle(camera)
         renderer.render(camera)
         assert renderer.exposure is not None
+
+
+def test_renderers_of_one_scene_do_not_meet():
+    """Ground, proxy and contracts are each renderer's own, and stay when another one goes."""
+    scene = pf.load_scene("moon")
+    low = pf.Camera.at(0.0, 0.0, 300.0, above="ground")
+    high = pf.Camera.at(40.0, 50.0, 5000.0, pitch_deg=-20.0, above="ground")
+    with pf.Renderer(scene, size=(64, 36), quality="low") as alone:
+        wanted = alone.render(low, outputs=("radiance",))["radiance"]
+    first, second = (pf.Renderer(scene, size=(64, 36), quality="low") for _ in range(2))
+    for k in range(3):
+        np.testing.assert_array_equal(first.render(low, outputs=("radiance",))["radiance"], wanted)
+        second.render(high)
+        assert second.pick(high, 32.0, 30.0) is not None
+        first.resize((50 + k, 36))
+        first.render(low)
+        first.resize((64, 36))
+    second.release()
+    first.resize((50, 36))
+    first.render(low)
+    first.resize((64, 36))
+    np.testing.assert_array_equal(first.render(low, outputs=("radiance",))["radiance"], wanted)
+    first.release()
