@@ -15,16 +15,22 @@ AirIrradiance air_irradiance_at(float h, float mu_s) {
 }
 
 // n_up: cosine of the normal to the zenith; n_side: its component towards the sun's azimuth (both of a unit normal).
-// Exact facing up and for upright walls in the three azimuths; in between the four lowest harmonics that join them, which is
-// exact for a uniform sky and for one that brightens linearly towards a side.
+// Exact facing up and for upright walls in the three azimuths. In between, the mean over azimuths of a uniform sky is linear in
+// n_up; a sky that is brighter at its horizon, as walls show, bulges above that line by 0.36 of (walls - 1/2) times the
+// sine of twice the tilt, and facing down sees a bright rim: both fitted to Monte-Carlo with suns at 30 to 92 degrees, at
+// the ground and at 10 km. Slopes in single azimuths are then within 9 % of it, surfaces that face down within 20 %.
 vec3 air_sky_light(float h, float mu_s, float n_up, float n_side) {
     AirIrradiance e = air_irradiance_at(h, mu_s);
     vec3 linear = 0.5 * (e.sunward - e.away);
     vec3 even = 0.25 * (e.sunward + e.away) + 0.5 * e.sideways;
     vec3 twofold = 0.25 * (e.sunward + e.away) - 0.5 * e.sideways;
-    float flat2 = max(1.0 - n_up * n_up, 0.0);
-    vec3 found = even + (e.up - even) * n_up + linear * n_side + twofold * (2.0 * n_side * n_side - flat2);
-    return max(found, 0.0);
+    float flat2 = max(1.0 - n_up * n_up, 0.0), level = sqrt(flat2);
+    vec3 bright = even - 0.5 * e.up;
+    vec3 raised = even + (e.up - even) * n_up + bright * (0.72 * level * n_up);
+    vec3 rim = max(bright / max(even + 0.06 * e.up, 1e-30), 0.0);
+    vec3 share = (1.0 + n_up) / max(1.0 + n_up * rim, 1e-3);
+    vec3 sideward = linear * n_side + twofold * (2.0 * n_side * n_side - flat2);
+    return max(n_up < 0.0 ? share * (even + sideward / max(level, 1e-2)) : raised + sideward, 0.0);
 }
 
 // Mean cosine of the sun's disc to a surface, its parts behind the surface counted as 0: a disc whose points are even in their
