@@ -23,10 +23,10 @@ float air_rayleigh_phase(float nu) {
     return 3.0 / (16.0 * PF_PI) * (1.0 + nu * nu);
 }
 
-// Cornette and Shanks 1992, equation 8, 1/sr. The base is (1 - g)^2 at least, but rounds below for g near 1.
+// Cornette and Shanks 1992, equation 8, 1/sr. The base 1 + g^2 - 2 g nu without its cancellation near the peak.
 float air_mie_phase(float nu) {
-    float g = air_model.mie_extinction.w, g2 = g * g;
-    float base = max(1.0 + g2 - 2.0 * g * nu, (1.0 - abs(g)) * (1.0 - abs(g)));
+    float g = air_model.mie_extinction.w, g2 = g * g, size = abs(g);
+    float base = (1.0 - size) * (1.0 - size) + 2.0 * size * (1.0 - sign_nonzero(g) * nu);
     return 3.0 / (8.0 * PF_PI) * (1.0 - g2) / (2.0 + g2) * (1.0 + nu * nu) / (base * sqrt(base));
 }
 
