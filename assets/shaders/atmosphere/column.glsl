@@ -1,6 +1,6 @@
 // Light gathered along one ray through the air, slice by slice: Gauss rule of two points in each slice.
 //
-// Whoever includes this defines column_source().
+// Whoever includes this defines column_middle() and column_source().
 #include "atmosphere/slices.glsl"
 
 const float AIR_DEEPEST = 8.0;   // optical depth of a slice beyond which nothing in it counts
@@ -13,6 +13,9 @@ struct AirColumn {
     vec3 taken;              // integral of extinction times transmittance so far: 1 - exp(-depth), by the same rule as
     vec3 first, second;      // the two integrals of source times transmittance
 };
+
+// Called once a slice, with its middle: what varies slowly is looked up there.
+void column_middle(float h, float mu, float mu_s, float nu);
 
 // Emission per metre (two kinds that are kept apart) at altitude h, where the ray has cosine mu to the zenith.
 void column_source(float h, float mu, float mu_s, float nu, vec3 density, out vec3 first, out vec3 second);
@@ -57,7 +60,9 @@ void air_column_slice(inout AirColumn c, int slice, int slices) {
     vec3 slope = (eb - ea) / (X2 - X1);
     vec3 depth_a = c.depth + dt * max(ea * X1 - slope * (0.5 * X1 * X1), 0.0);
     vec3 depth_b = c.depth + dt * max(ea * X2 + slope * (0.5 * X2 * X2 - X1 * X2), 0.0);
-    float weight = 0.5 * dt;
+    float weight = 0.5 * dt, middle = t0 + 0.5 * dt, h_middle = air_height_along(c.h, c.mu, middle);
+    float r = air_model.radii.x + c.h, there = air_model.radii.x + h_middle;
+    column_middle(h_middle, clamp_cos((r * c.mu + middle) / there), clamp_cos((r * c.mu_s + middle * c.nu) / there), c.nu);
     air_column_node(c, ta, ha, weight, depth_a, da, ea);
     air_column_node(c, tb, hb, weight, depth_b, db, eb);
     c.depth += 0.5 * (t1 - t0) * (ea + eb);

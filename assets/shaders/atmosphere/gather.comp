@@ -16,13 +16,19 @@ layout(location = 0) uniform ivec4 u_range;   // first altitude, first direction
 layout(location = 1) uniform ivec4 u_counts;  // directions above the horizon, below it, azimuths, slices
 layout(std140, binding = 10) uniform Nodes { vec4 gauss[32]; } u_nodes;   // x, w on 0..1: xy above, zw below
 
+AirFolded air_before = AirFolded(vec3(0.0), vec3(0.0));   // in the slice at hand
+
+void column_middle(float h, float mu, float mu_s, float nu) {
+    if (GATHER_FIRST == 0) air_before = air_folded(h, mu, mu_s, nu);
+}
+
 void column_source(float h, float mu, float mu_s, float nu, vec3 density, out vec3 first, out vec3 second) {
     if (GATHER_FIRST == 1) {
         vec3 scattered = density.x * air_model.rayleigh.rgb * air_rayleigh_phase(nu)
             + density.y * air_model.mie_scattering.rgb * air_mie_phase(nu);
         first = scattered * air_sun(h, mu_s);
     } else {
-        first = air_multiple(h, mu, mu_s, nu, density);
+        first = air_multiple(air_before, density);
     }
     second = vec3(0.0);
 }

@@ -18,8 +18,13 @@ float air_mie_moment(int l) {
     return l == 0 ? 1.0 : air_model.mie_moments[min(l - 1, 3)];
 }
 
-// Light scattered into the direction (mu, nu = cosine to the sun) per metre, of all that has been scattered before.
-vec3 air_multiple(float h, float mu, float mu_s, float nu, vec3 density) {
+// Light that has been scattered before, folded with a phase function: radiance per scattering coefficient.
+struct AirFolded {
+    vec3 rayleigh, mie;
+};
+
+// Into the direction with cosine mu to the zenith and nu to the sun.
+AirFolded air_folded(float h, float mu, float mu_s, float nu) {
     AirPlace place = air_place(h, mu_s);
     float x = nu - mu * mu_s;                                         // sin sin_s cos(phi)
     float rho2 = max((1.0 - mu * mu) * (1.0 - mu_s * mu_s), 0.0);     // (sin sin_s)^2
@@ -43,5 +48,10 @@ vec3 air_multiple(float h, float mu, float mu_s, float nu, vec3 density) {
         turn = turn_next;
     }
     vec3 mean = air_unpack(air_moment(place, AIR_IRRADIANCE_LAYERS));
-    return mean * max(density.x * air_model.rayleigh.rgb * rayleigh + density.y * air_model.mie_scattering.rgb * mie, 0.0);
+    return AirFolded(mean * max(rayleigh, 0.0), mean * max(mie, 0.0));
+}
+
+// Emission per metre of air of this density.
+vec3 air_multiple(AirFolded light, vec3 density) {
+    return density.x * air_model.rayleigh.rgb * light.rayleigh + density.y * air_model.mie_scattering.rgb * light.mie;
 }
