@@ -87,8 +87,8 @@ void main() {
         if (above) {
             sums[0] += light * max(mu, 0.0);
             sums[1] += light * (sine * max(cosine, 0.0));
-            sums[2] += light * (sine * 0.5 * sin(phi));
-            sums[3] += light * (sine * max(-cosine, 0.0));
+            sums[2] += light * (sine * max(-cosine, 0.0));
+            sums[3] += light * (sine * 0.5 * sin(phi));
         }
     }
     for (int i = 0; i < AIR_MOMENTS + AIR_IRRADIANCE_LAYERS; ++i) imageStore(u_sums, ivec3(texel, i), vec4(sums[i], 0.0));

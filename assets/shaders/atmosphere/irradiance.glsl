@@ -1,5 +1,7 @@
 // Light of the whole sky on a surface, all orders, W m^-2 nm^-1 per unit of the sun's: light from every direction that does not
-// end on the ground. Four layers of the table: facing up (fourth root), and, as ratios to that, upright walls facing the sun, at right angles to it and away from it.
+// end on the ground. Four layers of the table: what faces up and upright walls facing the sun, away from it and at right angles
+// to it get together (fourth root), and the shares of the first three. Ratios to what faces up alone would be infinite at the
+// top of the air, where no sky is above and some lies beside.
 #include "atmosphere/sunlight.glsl"
 #include "atmosphere/table.glsl"
 
@@ -9,9 +11,10 @@ struct AirIrradiance {
 
 AirIrradiance air_irradiance_at(float h, float mu_s) {
     AirPlace place = air_place(h, mu_s);
-    vec3 up = air_unpack(air_moment(place, 0));
-    return AirIrradiance(up, up * air_moment(place, 1), up * air_moment(place, 2),
-        up * air_moment(place, 3));
+    vec3 together = air_unpack(air_moment(place, 0));
+    vec3 up = air_moment(place, 1), sunward = air_moment(place, 2), away = air_moment(place, 3);
+    vec3 sideways = max(1.0 - up - sunward - away, 0.0);
+    return AirIrradiance(together * up, together * sunward, together * sideways, together * away);
 }
 
 // n_up: cosine of the normal to the zenith; n_side: its component towards the sun's azimuth (both of a unit normal).

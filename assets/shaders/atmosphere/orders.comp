@@ -18,7 +18,7 @@ void main() {
     vec3 mean = imageLoad(u_sums, ivec3(texel, AIR_IRRADIANCE_LAYERS)).rgb, last = air_unpack(texelFetch(u_air_moments, ivec3(texel, AIR_IRRADIANCE_LAYERS), 0).rgb);
     vec3 ratio = clamp(mean / (4.0 * PF_PI) / max(last, 1e-30), 0.0, 0.97);
     vec3 tail = u_flags.y == 1 && u_flags.x == 0 ? ratio / (1.0 - ratio) : vec3(0.0);
-    vec3 total_mean = vec3(0.0), total_up = vec3(0.0), order_up = vec3(0.0);
+    vec3 total_mean = vec3(0.0);
     for (int m = 0; m <= AIR_DEGREE; ++m) {
         for (int l = m; l <= AIR_DEGREE; ++l) {
             int layer = AIR_IRRADIANCE_LAYERS + l * (l + 1) / 2 + m;
@@ -43,17 +43,23 @@ void main() {
             }
         }
     }
+    // Shares of what faces up and the three walls get together: bounded, also where no sky is above (irradiance.glsl).
+    vec3 order_all = vec3(0.0), total_all = vec3(0.0), order_part[AIR_IRRADIANCE_LAYERS], total_part[AIR_IRRADIANCE_LAYERS];
     for (int i = 0; i < AIR_IRRADIANCE_LAYERS; ++i) {
         ivec3 at = ivec3(texel, i);
         vec3 sum = imageLoad(u_sums, at).rgb;
         vec3 total = (u_flags.x == 1 ? vec3(0.0) : imageLoad(u_total_sums, at).rgb) + sum * (1.0 + tail);
         imageStore(u_total_sums, at, vec4(total, 0.0));
         imageStore(u_sums, at, vec4(0.0));
-        if (i == 0) {
-            order_up = sum;
-            total_up = total;
-        }
-        imageStore(u_order_table, at, vec4(i == 0 ? air_pack(sum) : sum / max(order_up, 1e-30), 0.0));
-        imageStore(u_total_table, at, vec4(i == 0 ? air_pack(total) : total / max(total_up, 1e-30), 0.0));
+        order_part[i] = sum;
+        total_part[i] = total;
+        order_all += sum;
+        total_all += total;
+    }
+    imageStore(u_order_table, ivec3(texel, 0), vec4(air_pack(order_all), 0.0));
+    imageStore(u_total_table, ivec3(texel, 0), vec4(air_pack(total_all), 0.0));
+    for (int i = 1; i < AIR_IRRADIANCE_LAYERS; ++i) {
+        imageStore(u_order_table, ivec3(texel, i), vec4(order_part[i - 1] / max(order_all, 1e-30), 0.0));
+        imageStore(u_total_table, ivec3(texel, i), vec4(total_part[i - 1] / max(total_all, 1e-30), 0.0));
     }
 }
