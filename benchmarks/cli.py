@@ -12,6 +12,8 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ..errors import SettingError
+from .plots import MISSING, save_plots
+from .schema import Report
 from .session import Session
 from .store import read_reports, results_root, save_report
 from .stress import STRESS_SUITES, replay_file, run_sweep
@@ -72,7 +74,7 @@ def _bench(
         show_report(report, console)
         failed = failed or bool(report.skipped)
         if save and benches.keys() == choose([suite])[suite].keys():
-            console.print(f"written: {save_report(report, output or results_root())}", highlight=False, soft_wrap=True)
+            _save(report, output or results_root(), console)
         elif save:
             console.print("not saved: only a part of the suite was run", style="dim")
     return EXIT_FAILED if failed else 0
@@ -105,6 +107,16 @@ def _stress(
     if save:
         console.print(f"written: {save_report(report, root)}", highlight=False, soft_wrap=True)
     return EXIT_FAILED if report.failures or report.skipped else 0
+
+
+def _save(report: Report, root: Path, console: Console) -> None:
+    path = save_report(report, root)
+    console.print(f"written: {path}", highlight=False, soft_wrap=True)
+    try:
+        for plot in save_plots(report, path.parent):
+            console.print(f"written: {plot}", highlight=False, soft_wrap=True)
+    except ImportError:
+        console.print(MISSING, style="dim")
 
 
 def _compare(old: Path, new: Path, console: Console) -> int:
