@@ -81,7 +81,7 @@ def _bench(
 
 
 def _stress(
-    suite: Annotated[str, Parameter(help="space, terrain or frame.")] = "",
+    suite: Annotated[str, Parameter(help="space, terrain, atmosphere or frame.")] = "",
     /,
     *,
     seed: Annotated[int, Parameter(help="Case k of a seed is always the same.")] = 1,

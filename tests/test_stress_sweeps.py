@@ -126,9 +126,16 @@ def test_frame_sweep():
     assert not report.failures, failures(report)
 
 
+@pytest.mark.gpu
+def test_atmosphere_sweep():
+    report = run_sweep("atmosphere", seed=1, count=14)
+    assert {row.variant.split(":")[0] for row in report.rows} == {"probe", "truth", "picture"}
+    assert not report.failures, failures(report)
+
+
 @pytest.mark.slow
 @pytest.mark.gpu
-@pytest.mark.parametrize(("suite", "count"), [("space", 3000), ("terrain", 100), ("frame", 100)])
+@pytest.mark.parametrize(("suite", "count"), [("space", 3000), ("terrain", 100), ("atmosphere", 200), ("frame", 100)])
 def test_long_sweep(suite, count):
     report = run_sweep(suite, seed=int(np.random.default_rng(0).integers(1000)), count=count)
     assert not report.failures, failures(report)

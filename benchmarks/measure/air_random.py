@@ -17,6 +17,7 @@ from .air_queries import (
     horizon_zenith_deg,
 )
 
+Mask = NDArray[np.bool_]
 HIGHEST_INSIDE_M = 50_000.0
 CLOSEST_DEG = 0.1
 """How close to the horizon views come."""
@@ -68,8 +69,15 @@ def _outside(air: AirParameters, count: int, rng: np.random.Generator) -> AirQue
     return _queries(air, height, rng.choice(SPACE_SUNS_DEG, count), view, rng.uniform(0.0, 180.0, count), hits)
 
 
-def _queries(
-    air: AirParameters, height: Floats, sun: Floats, view: Floats, azimuth: Floats, hits: NDArray[np.bool_]
-) -> AirQueries:
+def _queries(air: AirParameters, height: Floats, sun: Floats, view: Floats, azimuth: Floats, hits: Mask) -> AirQueries:
     whole = np.full(len(height), np.inf)
     return AirQueries(height, sun, view, azimuth, whole, hits, height > air.thickness_m, air.radius_m)
+
+
+def horizon_rays(air: AirParameters, positions_m: Floats, directions: Floats, within_rad: float = 1.7e-4) -> Mask:
+    """(N,) whether rays pass the horizon so closely (default: 0.01 degrees) that rounding decides what they hit."""
+    radius = np.linalg.norm(positions_m, axis=1)
+    zenith = np.arccos(np.clip((positions_m * directions).sum(1) / radius, -1.0, 1.0))
+    height = np.maximum(radius - air.radius_m, 0.0)
+    horizon = 0.5 * np.pi + np.arctan2(np.sqrt(air.level(height)), air.radius_m)
+    return np.abs(zenith - horizon) < within_rad

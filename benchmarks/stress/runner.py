@@ -31,6 +31,7 @@ Case = dict[str, Any]
 STRESS_SUITES: Mapping[str, str] = {
     "space": "Rays, projection, coverage and lattice: pure mathematics and the GPU's part of it",
     "terrain": "Random planets and cameras: no NaN, no hole in the disc, heights as the float64 twin has them",
+    "atmosphere": "Random air: nothing NaN, infinite or negative; physical air as the float64 reference has it",
     "frame": "Random scenes, cameras, suns and sizes: finite pictures, no GL error",
 }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from typing import Any
 
 from ... import Atmosphere, AtmosphereProbe, Camera, Planet, Renderer, Scene, Sun, load_scene, view
 from ..measure import air, air_speed
@@ -98,12 +99,12 @@ def _shading(session: Session) -> None:
             found = air_speed.time_passes(renderers, views, session.runs(7, 3))
         for (quality, name), costs in found.items():
             without = found["none", name]
-            parts = {key: _ms(costs, f"{key}.shade") for key in ("sky", "terrain", "ocean")}
+            parts: dict[str, Any] = {key: _ms(costs, f"{key}.shade") for key in ("sky", "terrain", "ocean")}
             added = {f"{key}_added_ms": value - _ms(without, f"{key}.shade") for key, value in parts.items()}
+            times = {f"{key}_ms": value for key, value in parts.items()} | ({} if quality == "none" else added)
             session.row(
-                "no air" if quality == "none" else quality, name, size, costs[""].wall, cpu_ms=costs[""].cpu_ms,
-                **{f"{key}_ms": value for key, value in parts.items()}, **({} if quality == "none" else added),
-            )  # fmt: skip
+                "no air" if quality == "none" else quality, name, size, costs[""].wall, cpu_ms=costs[""].cpu_ms, **times
+            )
 
 
 def _tables(session: Session) -> None:
@@ -171,11 +172,12 @@ def _curve(session: Session) -> None:
             name: air.errors(truths[quantity], answers[quantity], groups).values[statistic]
             for name, (quantity, groups, statistic) in CURVE.items()
         }
-        first, *others = CURVE
+        first = next(iter(CURVE))
+        others: dict[str, Any] = {name: errors[name] for name in CURVE if name != first}
         cost = costs[quality]
         session.row(
             quality, "10 km, climbing", BENCH, cost.wall, error=errors[first], error_unit=f"p95, {first}",
-            cpu_ms=cost.cpu_ms, **{name: errors[name] for name in others},
+            cpu_ms=cost.cpu_ms, **others,
         )  # fmt: skip
 
 
