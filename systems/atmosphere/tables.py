@@ -88,7 +88,7 @@ class AirTables:
         self._gather = [gpu.compute("atmosphere/gather.comp", {**defines, "GATHER_FIRST": f}) for f in (0, 1)]
         self._orders = gpu.compute("atmosphere/orders.comp", defines)
         self.depth = gpu.texture(sizes.depth, "rgba32f")
-        self._layered = [gpu.texture(sizes.moments, "rgba32f", layers=sizes.layers) for _ in range(5)]
+        self._layered = [gpu.texture(sizes.moments, "rgba32f", layers=sizes.layers, filter="linear") for _ in range(5)]
         self.moments = self._layered[0]
         self._nodes = {d: gpu.buffer(_node_buffer(d)) for d in (sizes.first, sizes.later)}
         self._work: Iterator[int] | None = None

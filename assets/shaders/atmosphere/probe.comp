@@ -29,6 +29,20 @@ vec3 air_second(ivec3 texel) {
     return air_pack(texel.z == 0 ? second : air_column_mean(c, c.second));
 }
 
+// The filter of the hardware, in full precision.
+void air_light(AirView v, AirCell cell, float slice, out vec3 first, out vec3 second) {
+    int low = min(int(slice), v.size.z - 1);
+    first = second = vec3(0.0);
+    for (int k = 0; k < 8; ++k) {
+        ivec3 step = ivec3(k & 1, (k >> 1) & 1, k >> 2);
+        vec3 share = vec3(cell.share, slice - float(low));
+        vec3 weight = mix(1.0 - share, share, vec3(step));
+        ivec3 texel = ivec3(cell.corner, low) + step;
+        first += weight.x * weight.y * weight.z * air_first(texel);
+        second += weight.x * weight.y * weight.z * air_second(texel);
+    }
+}
+
 vec3 air_mean_extinction(ivec2 texel) {
     float mu_s, nu, t = 0.0;
     AirPath p = air_texel_path(g_view, texel.x, 0.0, mu_s, nu);

@@ -17,25 +17,18 @@ float air_sun_of_row(float row) {
     return clamp(AIR_SUN_FOCUS * v / (1.0 - abs(v)), -1.0, 1.0);
 }
 
-// Where to look in the table.
+// Where to look in the table, 0..1.
 struct AirPlace {
-    ivec2 corner;
-    vec2 share;
+    vec2 at;
 };
 
 AirPlace air_place(float h, float mu_s) {
-    ivec2 size = textureSize(u_air_moments, 0).xy;
-    vec2 at = vec2(air_sun_row(mu_s), sqrt(clamp(h * air_model.radii.w, 0.0, 1.0))) * vec2(size - 1);
-    AirPlace place;
-    place.corner = clamp(ivec2(at), ivec2(0), size - 2);
-    place.share = at - vec2(place.corner);
-    return place;
+    vec2 size = vec2(textureSize(u_air_moments, 0).xy);
+    vec2 at = vec2(air_sun_row(mu_s), sqrt(clamp(h * air_model.radii.w, 0.0, 1.0)));
+    return AirPlace((at * (size - 1.0) + 0.5) / size);
 }
 
+// Filtered by the hardware, with eight bits between neighbours: they are nearly equal.
 vec3 air_moment(AirPlace p, int layer) {
-    ivec3 c = ivec3(p.corner, layer);
-    vec3 low = mix(texelFetch(u_air_moments, c, 0).rgb, texelFetch(u_air_moments, c + ivec3(1, 0, 0), 0).rgb, p.share.x);
-    vec3 high = mix(texelFetch(u_air_moments, c + ivec3(0, 1, 0), 0).rgb,
-        texelFetch(u_air_moments, c + ivec3(1, 1, 0), 0).rgb, p.share.x);
-    return mix(low, high, p.share.y);
+    return textureLod(u_air_moments, vec3(p.at, float(layer)), 0.0).rgb;
 }

@@ -6,7 +6,7 @@
 // integral of (source x transmittance) / (1 - transmittance), which hardly varies along a ray and stays sharp
 // for points 1 m away; and the mean extinction, in finer steps. No phase function is in it: the aureole is exact.
 //
-// Whoever includes this defines air_first(ivec3), air_second(ivec3) and air_mean_extinction(ivec2): texels of the tables.
+// Whoever includes this defines air_light() and air_mean_extinction(): look-ups of the tables.
 #include "atmosphere/slices.glsl"
 
 const int AIR_FINE = 4;   // steps of the table of extinction in each slice
@@ -35,8 +35,6 @@ struct AirPath {
     bool floor_hit;
 };
 
-vec3 air_first(ivec3 texel);
-vec3 air_second(ivec3 texel);
 vec3 air_mean_extinction(ivec2 texel);
 
 AirPath air_path(AirView v, float mu, float sine) {
@@ -156,21 +154,15 @@ struct AirCell {
     vec2 share;
 };
 
+// Mean source function of a ray up to a slice (fractional), packed: both kinds without their phase functions.
+void air_light(AirView v, AirCell cell, float slice, out vec3 first, out vec3 second);
+
 AirCell air_cell(AirView v, AirPath p, AirRay ray) {
     vec2 at = vec2(air_column_of(v, air_focus(v, p, ray.mu, ray.sine), ray.azimuth), air_row(v, p));
     AirCell cell;
     cell.corner = min(ivec2(at), ivec2(v.size.x - 2, (p.floor_hit ? 0 : v.size.y) + v.size.y - 2));
     cell.share = at - vec2(cell.corner);
     return cell;
-}
-
-// Mean source function of a ray up to a whole slice, packed: both kinds without their phase functions.
-void air_look_up(AirCell cell, int slice, out vec3 first, out vec3 second) {
-    ivec3 at = ivec3(cell.corner, slice);
-    first = mix(mix(air_first(at), air_first(at + ivec3(1, 0, 0)), cell.share.x),
-        mix(air_first(at + ivec3(0, 1, 0)), air_first(at + ivec3(1, 1, 0)), cell.share.x), cell.share.y);
-    second = mix(mix(air_second(at), air_second(at + ivec3(1, 0, 0)), cell.share.x),
-        mix(air_second(at + ivec3(0, 1, 0)), air_second(at + ivec3(1, 1, 0)), cell.share.x), cell.share.y);
 }
 
 vec3 air_mean_extinction_at(AirCell cell, int slice) {
@@ -187,11 +179,8 @@ void air_between(AirView v, AirRay ray, float distance_m, out vec3 transmittance
     float deeper = p.floor_hit ? max(distance_m - p.start - p.length, 0.0) : 0.0;
     float slice = air_slice_of(t, p.length, p.lowest, p.split) * float(v.size.z);
     AirCell cell = air_cell(v, p, ray);
-    int low = min(int(slice), v.size.z - 1);
-    float share = slice - float(low);
-    vec3 first_low, first_high, second_low, second_high;
-    air_look_up(cell, low, first_low, second_low);
-    air_look_up(cell, low + 1, first_high, second_high);
+    vec3 packed_first, packed_second;
+    air_light(v, cell, slice, packed_first, packed_second);
     float fine = slice * float(AIR_FINE);
     int fine_low = min(int(fine), AIR_FINE * v.size.z - 1);
     vec3 extinction = air_unpack(mix(air_mean_extinction_at(cell, fine_low), air_mean_extinction_at(cell, fine_low + 1),
@@ -199,8 +188,8 @@ void air_between(AirView v, AirRay ray, float distance_m, out vec3 transmittance
     vec3 depth = t * extinction + deeper * air_extinction(air_density(0.0));
     transmittance = exp(-depth);
     vec3 taken = air_taken(depth, transmittance);
-    first = taken * air_unpack(mix(first_low, first_high, share));
-    second = taken * air_unpack(mix(second_low, second_high, share));
+    first = taken * air_unpack(packed_first);
+    second = taken * air_unpack(packed_second);
     path = t + deeper;
 }
 
@@ -208,7 +197,7 @@ void air_between(AirView v, AirRay ray, float distance_m, out vec3 transmittance
 void air_whole_path(AirView v, AirPath p, AirRay ray, out vec3 transmittance, out vec3 first, out vec3 second) {
     AirCell cell = air_cell(v, p, ray);
     vec3 packed_first, packed_second;
-    air_look_up(cell, v.size.z, packed_first, packed_second);
+    air_light(v, cell, float(v.size.z), packed_first, packed_second);
     vec3 depth = p.length * air_unpack(air_mean_extinction_at(cell, AIR_FINE * v.size.z));
     transmittance = exp(-depth);
     vec3 taken = air_taken(depth, transmittance);

@@ -5,8 +5,7 @@
 layout(local_size_x = 8) in;
 layout(rgba32f, binding = 0) writeonly uniform image2D u_extinction;
 
-vec3 air_first(ivec3 texel) { return vec3(0.0); }
-vec3 air_second(ivec3 texel) { return vec3(0.0); }
+void air_light(AirView v, AirCell cell, float slice, out vec3 first, out vec3 second) { first = second = vec3(0.0); }
 vec3 air_mean_extinction(ivec2 texel) { return vec3(0.0); }
 
 void main() {

@@ -8,8 +8,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32f, binding = 0) writeonly uniform image3D u_first;
 layout(rgba32f, binding = 1) writeonly uniform image3D u_second;
 
-vec3 air_first(ivec3 texel) { return vec3(0.0); }
-vec3 air_second(ivec3 texel) { return vec3(0.0); }
+void air_light(AirView v, AirCell cell, float slice, out vec3 first, out vec3 second) { first = second = vec3(0.0); }
 vec3 air_mean_extinction(ivec2 texel) { return vec3(0.0); }
 
 void main() {
