@@ -43,6 +43,9 @@ def _curve(rows: list[Row], path: Path) -> None:
         xscale="log", yscale="log", xlabel="processor time of sky and air, camera climbing, 640 x 360 (ms)",
         ylabel="95th percentile of the error",
     )  # fmt: skip
+    axes.margins(0.12)
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_formatter("{x:g}")
     axes.grid(which="both", alpha=0.25)
     axes.legend()
     figure.savefig(path)

@@ -34,8 +34,8 @@ def _truths(session: Session, planet: str) -> dict[air.Quantity, air.Truth]:
     found: dict[air.Quantity, air.Truth] = {}
     for quantity in air.KINDS:
         if quantity in ("total", "aerial total", "irradiance"):
-            most = 30 if quantity == "irradiance" and not session.quick else session.runs(100, 20)
-            found[quantity] = air.truth_of(planet, quantity, most, session.runs(32_768, 2048))
+            most = session.runs(15, 10) if quantity == "irradiance" else session.runs(60, 20)
+            found[quantity] = air.truth_of(planet, quantity, most, session.runs(16_384, 2048))
         else:
             found[quantity] = air.truth_of(planet, quantity, session.runs(2000, 300))
     return found
