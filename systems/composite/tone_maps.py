@@ -29,7 +29,11 @@ _AGX_IN = np.array(
 )
 _AGX_POLYNOMIAL = (15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.00232)
 _AGX_RANGE = (-12.47393, 4.026069)
-_AGX_SATURATION = 1.2
+_AGX_GREY = 0.46114
+"""What the curve makes of 0.18, also the sRGB encoding of 0.18."""
+_AGX_CONTRAST = 1.2
+_AGX_SATURATION = 1.35
+"""A look, between the base's (1, 1) and the "punchy" one's (1.35, 1.4)."""
 _ACES_IN = np.array([[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]])
 _ACES_OUT = np.array([[1.60475, -0.53108, -0.07367], [-0.10208, 1.10813, -0.00605], [-0.00327, -0.07276, 1.07602]])
 _REINHARD_WHITE = 6.0
@@ -38,11 +42,14 @@ GREY_SCALES = {"agx": 0.821, "aces": 1.462, "hable": 2.928, "reinhard": 1.211, "
 
 
 def _agx(x: Array) -> Array:
-    """AgX (Troy Sobotka 2022) by the polynomial fit of Benjamin Wrensch (2023), with a little more saturation. The
-    curve gives display values itself: no sRGB encoding follows."""
+    """AgX (Troy Sobotka 2022) by the polynomial fit of Benjamin Wrensch (2023), with more contrast about middle grey,
+    black and white where they were, and more saturation. The curve gives display values itself: no sRGB encoding."""
     low, high = _AGX_RANGE
     v = np.log2(np.maximum(x @ _AGX_IN.T, 1e-10))
-    v = np.polyval(_AGX_POLYNOMIAL, (np.clip(v, low, high) - low) / (high - low))
+    v = np.clip(np.polyval(_AGX_POLYNOMIAL, (np.clip(v, low, high) - low) / (high - low)), 0.0, 1.0)
+    darker = _AGX_GREY * (v / _AGX_GREY) ** _AGX_CONTRAST
+    brighter = 1.0 - (1.0 - _AGX_GREY) * ((1.0 - v) / (1.0 - _AGX_GREY)) ** _AGX_CONTRAST
+    v = np.where(v > _AGX_GREY, brighter, darker)
     grey = (v @ LUMINANCE_WEIGHTS)[..., None]
     v = grey + (v - grey) * _AGX_SATURATION
     return np.clip(v @ np.linalg.inv(_AGX_IN).T, 0.0, 1.0)

@@ -10,7 +10,8 @@
 #define TONE_MAP_LINEAR 5
 
 #if TONE_MAP == TONE_MAP_AGX
-// AgX (Sobotka 2022), curve by the polynomial fit of Wrensch 2023; it gives display values, no sRGB encoding follows.
+// AgX (Sobotka 2022), curve by the polynomial fit of Wrensch 2023; it gives display values, no sRGB encoding follows. Its base
+// is flat by design and wants a look: contrast about middle grey that leaves black and white where they are, and saturation.
 vec3 tone_map(vec3 exposed) {
     const mat3 INTO = mat3(0.842479062253094, 0.0423282422610123, 0.0423756549057051,
                            0.0784335999999992, 0.878468636469772, 0.0784336,
@@ -22,7 +23,11 @@ vec3 tone_map(vec3 exposed) {
     vec3 v = log2(max(INTO * (exposed * 0.821), vec3(1e-10)));
     v = (clamp(v, LOW, HIGH) - LOW) / (HIGH - LOW);
     v = (((((15.5 * v - 40.14) * v + 31.96) * v - 6.868) * v + 0.4298) * v + 0.1191) * v - 0.00232;
-    v = mix(vec3(dot(v, LUMINANCE_WEIGHTS)), v, 1.2);
+    const float GREY = 0.46114, CONTRAST = 1.2, SATURATED = 1.35;
+    v = clamp(v, 0.0, 1.0);
+    v = mix(GREY * pow(v / GREY, vec3(CONTRAST)), 1.0 - (1.0 - GREY) * pow((1.0 - v) / (1.0 - GREY), vec3(CONTRAST)),
+        greaterThan(v, vec3(GREY)));
+    v = mix(vec3(dot(v, LUMINANCE_WEIGHTS)), v, SATURATED);
     return clamp(BACK * v, 0.0, 1.0);
 }
 #elif TONE_MAP == TONE_MAP_ACES
