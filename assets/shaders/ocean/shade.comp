@@ -77,7 +77,10 @@ vec3 sea_radiance(ivec2 pixel) {
 
     // A rough sea seen at a flat angle shows faces that are turned towards the eye: the mean Fresnel term stays below one.
     float fresnel = WATER_F0 + (1.0 - WATER_F0) * pow(1.0 - n_v, 5.0 / (1.0 + 2.0 * alpha));
-    vec3 mirrored = sky(reflect(-view, facing)) * fresnel;
+    // The sky is known as the camera sees it: what lies between the sea and a camera up high is missing, and its mean comes
+    // from how much more skylight there is down here.
+    vec3 between_them = max(skylight - sky_irradiance(vec3(0.0), frame.camera_zenith.xyz), 0.0) / PI;
+    vec3 mirrored = (sky(reflect(-view, facing)) + (below ? vec3(0.0) : between_them)) * fresnel;
 
     // Light from below: single scattering of the water column over its bed, both ways through the column.
     vec3 loss = ocean.absorption.rgb + ocean.scattering.rgb;
