@@ -52,17 +52,17 @@ class Terrain:
         (0.16, 0.145, 0.125), 0.0, 1.0, "", "Share of light that bare rock throws back", group="ground", widget="color"
     )
     strata_albedo: Vec3 = knob(
-        (0.22, 0.155, 0.105), 0.0, 1.0, "", "The same of the other layers in the rock", group="ground", widget="color"
+        (0.26, 0.165, 0.09), 0.0, 1.0, "", "The same of the other layers in the rock", group="ground", widget="color"
     )
     strata: float = knob(1.0, 0.0, 1.0, "", "How clearly layers show in steep rock", group="ground")
     strata_m: float = knob(
         220.0, 1.0, 1e4, "m", "Height from one thick layer of rock to the next", log=True, group="ground"
     )
     dry_albedo: Vec3 = knob(
-        (0.33, 0.24, 0.145), 0.0, 1.0, "", "The same of dry soil, desert and dust", group="ground", widget="color"
+        (0.37, 0.24, 0.11), 0.0, 1.0, "", "The same of dry soil, desert and dust", group="ground", widget="color"
     )
     sand_albedo: Vec3 = knob(
-        (0.38, 0.31, 0.21),
+        (0.42, 0.32, 0.18),
         0.0,
         1.0,
         "",

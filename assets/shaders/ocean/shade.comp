@@ -80,7 +80,7 @@ vec3 sea_radiance(ivec2 pixel) {
     // The sky is known as the camera sees it: what lies between the sea and a camera up high is missing, and its mean comes
     // from how much more skylight there is down here.
     vec3 between_them = max(skylight - sky_irradiance(vec3(0.0), frame.camera_zenith.xyz), 0.0) / PI;
-    vec3 mirrored = (sky(reflect(-view, facing)) + (below ? vec3(0.0) : between_them)) * fresnel;
+    vec3 mirrored = below ? vec3(0.0) : (sky(reflect(-view, facing)) + between_them) * fresnel;
 
     // Light from below: single scattering of the water column over its bed, both ways through the column.
     vec3 loss = ocean.absorption.rgb + ocean.scattering.rgb;
