@@ -34,7 +34,7 @@ class Composite:
     )
     dither: bool = knob(True, help="Noise of less than one step of an 8-bit picture, against banding in skies")
     bloom: float = knob(
-        0.01,
+        0.004,
         0.0,
         0.3,
         "",

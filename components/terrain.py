@@ -73,9 +73,9 @@ class Terrain:
     snow_albedo: Vec3 = knob(
         (0.80, 0.83, 0.87), 0.0, 1.0, "", "The same of snow and ice", group="ground", widget="color"
     )
-    grass_albedo: Vec3 = knob((0.075, 0.10, 0.035), 0.0, 1.0, "", "The same of grass", group="plants", widget="color")
+    grass_albedo: Vec3 = knob((0.05, 0.10, 0.035), 0.0, 1.0, "", "The same of grass", group="plants", widget="color")
     forest_albedo: Vec3 = knob(
-        (0.028, 0.048, 0.018), 0.0, 1.0, "", "The same of forests", group="plants", widget="color"
+        (0.014, 0.046, 0.018), 0.0, 1.0, "", "The same of forests", group="plants", widget="color"
     )
     tundra_albedo: Vec3 = knob(
         (0.13, 0.115, 0.07), 0.0, 1.0, "", "The same of moss and heath in the cold", group="plants", widget="color"

@@ -8,5 +8,5 @@ layout(location = 0) out vec4 o_light;
 
 void main() {
     vec3 radiance = texelFetch(u_scene, ivec2(gl_FragCoord.xy), 0).rgb;
-    o_light = vec4(min(radiance * LUMINANCE_PER_RADIANCE / exposure.saturated, vec3(1e9)), 1.0);
+    o_light = vec4(min(display_light(radiance) / exposure.saturated, vec3(1e9)), 1.0);
 }

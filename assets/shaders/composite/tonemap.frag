@@ -17,7 +17,7 @@ void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec3 radiance = texelFetch(u_scene, pixel, 0).rgb * frame.scale.y;
     // A comparison that fails for NaN as well: it becomes black instead of spreading.
-    vec3 exposed = mix(vec3(0.0), radiance, greaterThan(radiance, vec3(0.0))) * LUMINANCE_PER_RADIANCE / exposure.saturated;
+    vec3 exposed = display_light(mix(vec3(0.0), radiance, greaterThan(radiance, vec3(0.0)))) / exposure.saturated;
     exposed = min(exposed, vec3(1e6));
 #if GLARE
     exposed = exposed * u_share.y + textureLod(u_glare, v_uv, 0.0).rgb * u_share.x;
