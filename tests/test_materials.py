@@ -24,6 +24,7 @@ def scene():
 @pytest.fixture(scope="module")
 def renderer(scene):
     with pf.Renderer(scene, size=SIZE, quality="low") as made:
+        made.settle(pf.view("coast"))  # the air's tables are final: equal scenes give equal pictures from here on
         yield made
 
 
@@ -130,7 +131,7 @@ def downward(latitude_deg, longitude_deg, altitude_m):
 
 def test_the_open_sea_is_dark_and_blue(scene, renderer):
     sun = dataclasses.replace(NOON, elevation_deg=35.0, latitude_deg=24.0, longitude_deg=-78.4)
-    seen = radiance(renderer, downward(24.0, -78.4, 3000.0), sun=sun)
+    seen = radiance(renderer, downward(24.0, -78.4, 300.0), sun=sun)  # low: hardly any air between
     albedo = seen.mean(axis=(0, 1)) * np.pi / (np.asarray(scene.sun.irradiance) * np.sin(np.radians(35.0)))
     assert albedo[2] > 2.0 * albedo[1] > 2.0 * albedo[0]
     assert 0.01 < albedo[2] < 0.06, "blue light that comes back from deep water"

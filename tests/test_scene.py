@@ -14,7 +14,8 @@ from planetfall.views import _entries
 
 PLANETS = ["asteroid", "earth", "hazy", "mars", "moon", "small"]
 VIEWS = (
-    "space limb orbit high clouds coast near valley ground beach sea dusk night pole terminator under".split()  # noqa: SIM905
+    "space limb orbit high clouds coast near valley ground beach sea dusk night pole terminator under "
+    "noon sunset dawn edge".split()
 )
 
 
