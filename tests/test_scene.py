@@ -13,10 +13,28 @@ from planetfall.engine.settings import revision
 from planetfall.views import _entries
 
 PLANETS = ["asteroid", "earth", "hazy", "mars", "moon", "small"]
-VIEWS = (
-    "space limb orbit high clouds coast near valley ground beach sea dusk night pole terminator under "
-    "noon sunset dawn edge".split()
-)
+VIEWS = [
+    "space",
+    "limb",
+    "orbit",
+    "high",
+    "clouds",
+    "coast",
+    "near",
+    "valley",
+    "ground",
+    "beach",
+    "sea",
+    "dusk",
+    "night",
+    "pole",
+    "terminator",
+    "under",
+    "noon",
+    "sunset",
+    "dawn",
+    "edge",
+]
 
 
 @pytest.fixture
