@@ -106,6 +106,7 @@ def snapshot(raw: Raw, ctx: moderngl.Context) -> dict[str, Any]:
 def host(gpu: Gpu) -> Iterator[dict[str, Any]]:
     """Objects of a make-believe host; the context is put back in order afterwards."""
     ctx, made = gpu.ctx, []
+    ctx.__enter__()  # another test may have left its own context current
 
     def keep(obj: Any) -> Any:
         made.append(obj)
