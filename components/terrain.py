@@ -43,6 +43,14 @@ class Terrain:
         group="shape",
     )
     mountains: float = knob(1.0, 0.0, 2.0, "", "Width of the belts of mountain ranges; 0: none", group="shape")
+    hills: float = knob(
+        1.0,
+        0.0,
+        1.0,
+        "",
+        "1: flat plains, hill country and high ranges along coasts; 0: all that gently rolling",
+        group="shape",
+    )
     roughness: float = knob(
         1.0, 0.0, 8.0, "", "Steepness of everything smaller than a mountain range; 1 as on Earth's land", group="shape"
     )

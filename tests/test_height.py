@@ -60,7 +60,7 @@ def test_an_earth_has_land_seas_and_peaks(seed):
 
 
 def test_relief_up_to_100_m_is_within_a_factor_of_two_of_measured_land():
-    """Further away it is rougher: see test_numbers_ground."""
+    """Further away it is rougher; the preset `earth` is not: see test_numbers_ground."""
     distances = [d for d in EARTH_LAND_RELIEF_M if d <= 100.0]
     found = relief_statistics(TerrainField(EARTH), EARTH.radius_m, distances, count=6000)
     ratio = found / np.array([EARTH_LAND_RELIEF_M[d] for d in distances])

@@ -122,17 +122,12 @@ def test_memory_of_the_graph(earth):
     assert earth.graph.memory_bytes() < 200 * 2**20
 
 
-TOO_ROUGH = pytest.mark.xfail(reason="land is two to four times as rough as the Earth's over 1 to 100 km", strict=True)
-
-
 @pytest.fixture(scope="module")
 def roughness():
-    return relief.roughness(pf.load_scene("earth"), 6000)
+    return relief.roughness(pf.load_scene("earth"), 60_000)
 
 
-@pytest.mark.parametrize(
-    "distance_m", [pytest.param(d, marks=TOO_ROUGH if d >= 1e3 else ()) for d in relief.DISTANCES_M]
-)
+@pytest.mark.parametrize("distance_m", relief.DISTANCES_M)
 def test_relief_is_like_the_earths(roughness, distance_m):
     real = relief.MEASURED[distance_m]
     assert 0.5 * real <= roughness[distance_m] <= 2.0 * real, f"rms height difference over {distance_m:g} m"

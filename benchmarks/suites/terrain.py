@@ -209,7 +209,7 @@ def _relief(session: Session) -> None:
     """How rough the land is at each scale, beside measurements; what the planet is made of."""
     scene = load_scene("earth")
     measured = relief.MEASURED
-    found = relief.roughness(scene, session.runs(20_000, 3000))
+    found = relief.roughness(scene, 60_000)
     for distance, ours in found.items():
         real = measured.get(distance)
         session.row(

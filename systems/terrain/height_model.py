@@ -69,7 +69,7 @@ class Constants:
     inverse_deviation: float  # 1 / standard deviation of c
     coast: float  # how much s bends the coasts
     inverse_belt: float  # 1 / half width of a belt in b
-    mountains: float  # 0 or 1: switch of coastal ranges
+    mountains: float  # 0..1: height of coastal ranges
     # hypsometry: plains * (earth) + (1 - plains) * (even)
     coast_m: float
     lowland_m: float
@@ -228,7 +228,7 @@ def _constants(p: TerrainParams) -> Constants:
         inverse_deviation=1.0,
         coast=min(0.13, 0.0085 * reach_m / max(steepest_m, 1e-9)),
         inverse_belt=1.0 / (0.09 * max(p.mountains, 1e-3)),
-        mountains=1.0 if p.mountains > 0.0 else 0.0,
+        mountains=p.hills if p.mountains > 0.0 else 0.0,
         coast_m=0.017 * high,
         lowland_m=0.0245 * high,
         slope_m=0.38 * low,
@@ -242,8 +242,8 @@ def _constants(p: TerrainParams) -> Constants:
         hill_m=min(0.1 * high, 0.007 * reach_m) * min(p.roughness, 1.0),
         shape_low=0.50,
         shape_inverse=1.0 / 1.5,
-        flat=0.06,
-        hills=0.22,
+        flat=0.2 - 0.14 * p.hills,
+        hills=0.22 * p.hills,
         calm=0.12,
         wild=0.95,
         knee_high_m=p.highest_m - knee,

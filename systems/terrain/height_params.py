@@ -8,13 +8,14 @@ from typing import Any
 
 __all__ = ["TerrainParams"]
 
-_KNOBS = ("land_share", "continent_size", "plains", "mountains", "roughness", "warp")
+_KNOBS = ("land_share", "continent_size", "plains", "mountains", "hills", "roughness", "warp")
 _RANGES = {
     "layers": (1, 16),
     "land_share": (0.02, 0.98),
     "continent_size": (0.125, 4.0),
     "plains": (0.0, 1.0),
     "mountains": (0.0, 2.0),
+    "hills": (0.0, 1.0),
     "roughness": (0.0, 8.0),
     "warp": (0.0, 2.0),
 }
@@ -32,6 +33,8 @@ class TerrainParams:
     mountains: width of the belts that carry mountain ranges; 1 is Earth-like, 0 none.
     roughness: multiplies all relief layers below the ranges; 1 is near what is measured on Earth's land up to 100 m.
     warp: how far domain warps bend continents, belts and ranges; 1 is usual.
+    hills: 1: plains, hill country and ranges along coasts; 0: gently rolling land instead of all three. At 1 land is two
+        to four times as rough as the Earth's from 1 km up.
     """
 
     radius_m: float = 6.371e6
@@ -45,6 +48,7 @@ class TerrainParams:
     mountains: float = 1.0
     roughness: float = 1.0
     warp: float = 1.0
+    hills: float = 1.0
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.radius_m) and self.radius_m > 0.0):
