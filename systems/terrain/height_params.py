@@ -33,8 +33,8 @@ class TerrainParams:
     mountains: width of the belts that carry mountain ranges; 1 is Earth-like, 0 none.
     roughness: multiplies all relief layers below the ranges; 1 is near what is measured on Earth's land up to 100 m.
     warp: how far domain warps bend continents, belts and ranges; 1 is usual.
-    hills: 1: plains, hill country and ranges along coasts; 0: gently rolling land instead of all three. At 1 land is two
-        to four times as rough as the Earth's from 1 km up.
+    hills: 1: plains, hill country and ranges along coasts; 0: gently rolling land instead of all three. At 1 land is
+        two to four times as rough as the Earth's from 1 km up.
     """
 
     radius_m: float = 6.371e6
