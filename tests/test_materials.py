@@ -65,13 +65,13 @@ TERRAIN = {
     "tundra_albedo": ("space", (0.3, 0.1, 0.3)),
     "plants": ("near", 0.3),
     "humidity": ("near", 0.1),
-    "rock_slope_deg": ("high", 8.0),
+    "rock_slope_deg": ("near", 8.0),
     "beach_height_m": ("coast", 30.0),
     "snow_line_m": ("high", 7500.0),
     "snow_line_pole_m": ("high", 2500.0),
     "snow_slope_deg": ("high", 8.0),
     "variation": ("near", 0.0),
-    "grain": ("ground", 4.0),
+    "grain": ("beach", 4.0),
     "dust_law": ("near", 1.0),
 }
 OCEAN = {
