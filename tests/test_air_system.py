@@ -145,6 +145,27 @@ def test_changes_on_the_heels_of_each_other(renderer: pf.Renderer, scene: pf.Sce
         np.testing.assert_array_equal(settled(fresh, CAMERA), final)
 
 
+def test_a_value_that_changes_in_every_frame_shows(
+    renderer: pf.Renderer, scene: pf.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Somebody drags a slider on a slow machine, where even small tables take many frames."""
+    before = settled(renderer, CAMERA)
+    job = job_of(renderer)
+    monkeypatch.setattr(air_of(renderer), "_budget_s", 1e-9)
+    seen, generation = {job.shown.key()}, job.generation
+    # Twice as many frames as slices of the least size in the small tables.
+    for k in range(2 * -(-job_module.QUICK.samples() // job_module._LEAST_SLICE)):
+        scene.planet[pf.Atmosphere].rayleigh_scale_height_m = 8000.0 + 10.0 * (k + 1)
+        shown = radiance(renderer, CAMERA)
+        seen.add(job.shown.key())
+    assert job.generation > generation and len(seen) > 1
+    assert not np.array_equal(shown, before)
+    monkeypatch.undo()
+    final = settled(renderer, CAMERA)
+    with renderer_of(scene) as fresh:
+        np.testing.assert_array_equal(settled(fresh, CAMERA), final)
+
+
 def test_back_to_an_air_from_before(renderer: pf.Renderer, scene: pf.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     air = scene.planet[pf.Atmosphere]
     normal, first = air.rayleigh_scattering_per_m, settled(renderer, CAMERA)

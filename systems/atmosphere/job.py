@@ -58,7 +58,8 @@ class TableJob:
     """Tables of one air after another.
 
     gpu: owner. block: the uniform block ``air_model``; it always holds the air whose tables are shown. Wanted airs
-    replace each other: only the last one counts. All work is done by `work`, inside a frame.
+    replace each other: small tables are finished before those of the next air begin, or a value that changes in every
+    frame would show nothing; full ones are given up. All work is done by `work`, inside a frame.
     """
 
     def __init__(
@@ -76,6 +77,7 @@ class TableJob:
         self._working: Tables | None = None
         self._wanted: tuple[str, AirModel, AirBlock] | None = None
         self._shown: tuple[str, AirModel, AirBlock] | None = None
+        self._target: tuple[str, AirModel, AirBlock] | None = None  # the air that is worked on
         self._refining = False
         self._slice = _FIRST_SLICE
         self.generation = 0
@@ -114,6 +116,8 @@ class TableJob:
         if self._wanted is not None and self._wanted[0] == key:
             # The same air under another sun: only its night light differs.
             self._wanted = (key, model, block)
+            if self._target is not None and self._target[0] == key:
+                self._target = self._wanted
             if self._shown is not None and self._shown[0] == key:
                 self._show_block(self._wanted)
             return
@@ -122,8 +126,8 @@ class TableJob:
             # Back before anything else was seen.
             self._working = None
             self._show_block(self._wanted)
-        elif not self._from_cache():
-            self._start(next(t for t in self._quick if t is not self._tables), refining=False)
+        elif not self._from_cache() and (self._working is None or self._refining):
+            self._start_quick()
 
     def bind(self) -> None:
         """Bind the shown tables where shaders look for them."""
@@ -137,8 +141,8 @@ class TableJob:
         """
         began = now = clock()
         while self._working is not None:
-            assert self._wanted is not None
-            self._block.write(self._wanted[2])
+            assert self._target is not None
+            self._block.write(self._target[2])
             self._block.bind()
             self._step(self._slice)
             self._ctx.finish()
@@ -162,18 +166,23 @@ class TableJob:
 
     def _start(self, tables: Tables, refining: bool) -> None:
         tables.restart()
-        self._working, self._refining = tables, refining
+        self._working, self._refining, self._target = tables, refining, self._wanted
+
+    def _start_quick(self) -> None:
+        self._start(next(t for t in self._quick if t is not self._tables), refining=False)
 
     def _step(self, samples: int) -> None:
-        working, wanted = self._working, self._wanted
-        assert working is not None and wanted is not None
+        working, target = self._working, self._target
+        assert working is not None and target is not None and self._wanted is not None
         working.step(samples)
         if not working.done:
             return
-        self._show(working)
+        self._show(working, target)
         if self._refining:
             self._working = None
-            self._cache.save(wanted[0], working.arrays())
+            self._cache.save(target[0], working.arrays())
+        elif target[0] != self._wanted[0]:
+            self._start_quick()
         else:
             self._start(self._free_full(), refining=True)
 
@@ -184,11 +193,10 @@ class TableJob:
         self._full.append(self._make(self._sizes))
         return self._full[-1]
 
-    def _show(self, tables: Tables) -> None:
-        assert self._wanted is not None
+    def _show(self, tables: Tables, air: tuple[str, AirModel, AirBlock]) -> None:
         self._tables = tables
         self.generation += 1
-        self._show_block(self._wanted)
+        self._show_block(air)
 
     def _show_block(self, wanted: tuple[str, AirModel, AirBlock]) -> None:
         self._shown = wanted
@@ -205,5 +213,5 @@ class TableJob:
             return False
         tables.fill(found)
         self._working = None
-        self._show(tables)
+        self._show(tables, self._wanted)
         return True
