@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
+from numbers import Integral
 from typing import Any
 
 import moderngl
@@ -24,6 +25,10 @@ __all__ = ["AtmosphereProbe"]
 
 Floats = NDArray[np.float64]
 _PARTS = (None, "rayleigh", "mie")
+_FARTHEST_M = 1.0e18
+"""A hundred light years. Its square is a float32, which the shaders form."""
+_LEAST = 1.0e-300
+"""Vectors that are shorter count as zero: there is no dividing by them."""
 
 
 class AtmosphereProbe:
@@ -56,7 +61,7 @@ class AtmosphereProbe:
         settings = resolve_quality(quality, overrides)
         try:
             air = handle[Atmosphere]
-        except KeyError:
+        except LookupError:
             raise ValueError(
                 "AtmosphereProbe: the planet has no Atmosphere component; add one with"
                 " scene.planet.add(pf.Atmosphere())"
@@ -169,17 +174,23 @@ def _rows(_free: tuple[str, ...] = (), **named: ArrayLike) -> list[Floats]:
     """Broadcast to (N, 3) f64. positions_m and those in _free keep their length, the others become unit."""
     found = []
     for name, value in named.items():
-        array = np.atleast_2d(np.asarray(value, np.float64))
+        array = np.atleast_2d(_numbers(name, value))
         if array.ndim != 2 or array.shape[1] != 3:
             raise ValueError(f"{name}: expected an array (N, 3) or (3,), found shape {np.shape(value)}")
         bad = ~np.isfinite(array).all(1)
         if bad.any():
             raise ValueError(f"{name}[{int(np.argmax(bad))}]: expected finite numbers, found {array[np.argmax(bad)]}")
-        length = np.linalg.norm(array, axis=1)
-        if name not in _free and (length == 0.0).any():
-            raise ValueError(f"{name}[{int(np.argmin(length))}]: expected a vector other than zero, found zero")
-        if name != "positions_m" and name not in _free:
-            array = array / length[:, None]
+        largest = np.abs(array).max(1)
+        place = name == "positions_m" or name in _free
+        if place and (largest > _FARTHEST_M).any():
+            row = int(np.argmax(largest))
+            raise ValueError(f"{name}[{row}]: expected at most {_FARTHEST_M:g} m, found {largest[row]:g}")
+        if name not in _free and (largest < _LEAST).any():
+            raise ValueError(f"{name}[{int(np.argmin(largest))}]: expected a vector other than zero, found zero")
+        if not place:
+            # The largest part first: squares may be beyond float64.
+            array = array / largest[:, None]
+            array = array / np.linalg.norm(array, axis=1, keepdims=True)
         found.append(array)
     count = max((len(a) for a in found if len(a) != 1), default=min(len(a) for a in found))
     for name, array in zip(named, found, strict=True):
@@ -188,17 +199,24 @@ def _rows(_free: tuple[str, ...] = (), **named: ArrayLike) -> list[Floats]:
     return [np.ascontiguousarray(np.broadcast_to(a, (count, 3))) for a in found]
 
 
+def _numbers(name: str, value: ArrayLike) -> Floats:
+    try:
+        return np.asarray(value, np.float64)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{name}: expected real numbers, all rows equally long: {error}") from None
+
+
 def _distances(value: ArrayLike, count: int) -> Floats:
-    array = np.asarray(value, np.float64)
+    array = _numbers("distance_m", value)
     if array.ndim > 1 or array.size not in (1, count):
         raise ValueError(f"distance_m: expected one number or {count} of them, found shape {array.shape}")
     if not (np.isfinite(array) & (array >= 0.0)).all():
         raise ValueError("distance_m: expected finite numbers, at least 0; leave it out for the way to space")
-    return np.broadcast_to(array, (count,))
+    return np.broadcast_to(np.minimum(array, _FARTHEST_M), (count,))
 
 
 def _check_orders(orders: int | None, part: str | None) -> None:
-    if orders is not None and (not isinstance(orders, int) or isinstance(orders, bool) or not 1 <= orders <= 32):
+    if orders is not None and (not isinstance(orders, Integral) or isinstance(orders, bool) or not 1 <= orders <= 32):
         raise ValueError(f"orders: expected None (all) or a whole number from 1 to 32, found {orders!r}")
     if part not in _PARTS:
         raise ValueError(f"part: expected None, 'rayleigh' or 'mie', found {part!r}")
