@@ -126,6 +126,22 @@ def test_files_used_last_are_kept(folder: Path, monkeypatch: pytest.MonkeyPatch)
     assert sorted(path.name for path in folder.iterdir()) == ["growing.part", "key0.npz", "key2.npz", "key3.npz"]
 
 
+def test_large_files_make_room(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    cache = TableCache()
+    cache.save("key0", ARRAYS)
+    size, now = (folder / "key0.npz").stat().st_size, time.time()
+    os.utime(folder / "key0.npz", (now - 1000.0, now - 1000.0))
+    monkeypatch.setattr("planetfall.systems.atmosphere.cache._KEPT_BYTES", 2 * size)
+    for k in (1, 2):
+        cache.save(f"key{k}", ARRAYS)
+        os.utime(folder / f"key{k}.npz", (now - 500.0 + k, now - 500.0 + k))
+    assert sorted(path.stem for path in folder.iterdir()) == ["key1", "key2"]
+    # One that is larger than all that may be kept is of use too.
+    monkeypatch.setattr("planetfall.systems.atmosphere.cache._KEPT_BYTES", size // 2)
+    cache.save("key3", ARRAYS)
+    assert [path.stem for path in folder.iterdir()] == ["key3"]
+
+
 # -- the renderer ----------------------------------------------------------------------------------------------------
 
 

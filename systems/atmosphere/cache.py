@@ -18,8 +18,9 @@ __all__ = ["TableCache"]
 
 log = logging.getLogger(__name__)
 
-_KEPT = 64
-"""Files; a quality's tables take 0.1 to 2 MB."""
+_KEPT, _KEPT_BYTES = 64, 256 << 20
+"""Files, and what they may take together, though the last one is kept whatever it takes: a quality's tables take
+0.1 to 5 MB, those of the printed method 34 MB at full size."""
 _STALE_S = 3600.0
 
 
@@ -84,11 +85,17 @@ class TableCache:
     def _tidy(self) -> None:
         """Remove what was used longest ago, and halves that a killed process left. Others may do the same meanwhile."""
         assert self.folder is not None
-        ages: list[tuple[float, Path]] = []
+        found: list[tuple[float, int, Path]] = []
         for path in self.folder.iterdir():
             with contextlib.suppress(FileNotFoundError):
-                ages.append((path.stat().st_mtime, path))
-        whole = sorted((found for found in ages if found[1].suffix == ".npz"), reverse=True)
-        halves = [(age, path) for age, path in ages if path.suffix == ".part" and age < time.time() - _STALE_S]
-        for _, path in (*whole[_KEPT:], *halves):
+                about = path.stat()
+                found.append((about.st_mtime, about.st_size, path))
+        late = [path for age, _, path in found if path.suffix == ".part" and age < time.time() - _STALE_S]
+        taken = 0
+        whole = sorted((file for file in found if file[2].suffix == ".npz"), reverse=True)
+        for number, (_, size, path) in enumerate(whole):
+            taken += size
+            if number >= _KEPT or (number > 0 and taken > _KEPT_BYTES):
+                late.append(path)
+        for path in late:
             path.unlink(missing_ok=True)
