@@ -179,7 +179,7 @@ class AirTables:
                 last.use(MOMENTS_UNIT)
                 self._nodes[directions].bind_to_uniform_block(_NODES_BINDING)
                 sums.bind_to_image(0)
-                program.set("u_range", (row, first, past, order))
+                program.set("u_range", (row, first, past))
                 program.run(-(-width // 8), rows)
                 self._ctx.memory_barrier()
                 yield 2 * width * rows * (past - first) * directions.slices

@@ -12,7 +12,7 @@
 layout(local_size_x = 8) in;
 layout(rgba32f, binding = 0) uniform image2DArray u_sums;
 
-layout(location = 0) uniform ivec4 u_range;   // first altitude, first direction, past the last direction, order
+layout(location = 0) uniform ivec3 u_range;   // first altitude, first direction, past the last direction
 layout(location = 1) uniform ivec4 u_counts;  // directions above the horizon, below it, azimuths, slices
 layout(std140, binding = 10) uniform Nodes { vec4 gauss[32]; } u_nodes;   // x, w on 0..1: xy above, zw below
 

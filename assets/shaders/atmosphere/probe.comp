@@ -17,15 +17,15 @@ AirColumn march(ivec3 texel) {
 
 vec3 air_first(ivec3 texel) {
     AirColumn c = march(texel);
-    vec3 first, second, extinction;
-    air_start_means(c, first, second, extinction);
+    vec3 first, second;
+    air_start_means(c, first, second);
     return air_pack(texel.z == 0 ? first : air_column_mean(c, c.first));
 }
 
 vec3 air_second(ivec3 texel) {
     AirColumn c = march(texel);
-    vec3 first, second, extinction;
-    air_start_means(c, first, second, extinction);
+    vec3 first, second;
+    air_start_means(c, first, second);
     return air_pack(texel.z == 0 ? second : air_column_mean(c, c.second));
 }
 

@@ -22,9 +22,8 @@ void column_source(float h, float mu, float mu_s, float nu, vec3 density, out ve
 }
 
 // Source over extinction where a ray starts: the mean over a path of length 0.
-void air_start_means(AirColumn c, out vec3 first, out vec3 second, out vec3 extinction) {
-    vec3 density = air_density(c.h);
-    extinction = air_extinction(density);
+void air_start_means(AirColumn c, out vec3 first, out vec3 second) {
+    vec3 density = air_density(c.h), extinction = air_extinction(density);
     column_middle(c.h, c.mu, c.mu_s, c.nu);
     column_source(c.h, c.mu, c.mu_s, c.nu, density, first, second);
     first /= max(extinction, 1e-30);

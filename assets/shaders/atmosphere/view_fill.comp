@@ -1,7 +1,6 @@
 // Fills a camera's tables: one invocation marches one ray and leaves the means up to each of its slices.
 #include "atmosphere/source.glsl"
 #include "generated/air_view.glsl"
-#define AIR_VIEW_FILL
 #include "atmosphere/view.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -18,8 +17,8 @@ void main() {
     float mu_s, nu;
     AirPath p = air_texel_path(v, texel.y, float(texel.x), mu_s, nu);
     AirColumn c = air_column(p.h, p.mu, mu_s, nu, p.length);
-    vec3 first, second, extinction;
-    air_start_means(c, first, second, extinction);
+    vec3 first, second;
+    air_start_means(c, first, second);
     for (int slice = 0; slice <= v.size.z; ++slice) {
         if (inside) {
             imageStore(u_first, ivec3(texel, slice), vec4(air_pack(first), 0.0));
