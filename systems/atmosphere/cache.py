@@ -20,7 +20,7 @@ log = logging.getLogger(__name__)
 
 _KEPT, _KEPT_BYTES = 64, 256 << 20
 """Files, and what they may take together, though the last one is kept whatever it takes: a quality's tables take
-0.1 to 5 MB, those of the printed method 34 MB at full size."""
+0.1 to 2 MB, those of the printed method 34 MB at full size."""
 _STALE_S = 3600.0
 
 
