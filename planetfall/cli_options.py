@@ -27,7 +27,7 @@ Vector = tuple[float, float, float]
 
 Planet = Annotated[str, Parameter(help="A planet's name, or a scene's TOML file.")]
 Size = Annotated[str, Parameter(help="Width x height in pixels.")]
-Quality = Annotated[str, Parameter(help="low, medium, high, ultra or reference.")]
+Quality = Annotated[str, Parameter(help="low, medium, high, ultra, reference or paper.")]
 Set = Annotated[
     tuple[str, ...],
     Parameter(
