@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
-from .. import Composite, DebugView, Exposure, Ocean, Planet, Scene, Stars, Sun, Terrain
+from .. import Atmosphere, Composite, DebugView, Exposure, Ocean, Planet, Scene, Stars, Sun, Terrain
 
 KNOB_SIZE = (160, 90)
 """Of golden pictures of knobs."""
@@ -22,6 +22,7 @@ COMPONENTS: dict[str, type] = {
     "planet": Planet,
     "terrain": Terrain,
     "ocean": Ocean,
+    "atmosphere": Atmosphere,
     "sun": Sun,
     "stars": Stars,
     "exposure": Exposure,
@@ -80,6 +81,11 @@ def changed(scene: Scene, changes: Mapping[str, Any]) -> Iterator[None]:
 
 
 NO_BLOOM = {"composite.bloom": 0.0}
+HAZE = {
+    "atmosphere.mie_extinction_per_m": (4.4e-5, 4.4e-5, 4.4e-5),
+    "atmosphere.mie_scattering_per_m": (4.0e-5, 4.0e-5, 4.0e-5),
+}
+OZONE = {"atmosphere.absorption_per_m": (3.0e-6, 1.0e-5, 4.0e-7)}
 
 PAIRS: dict[str, Pair] = {
     "planet.radius_m": Pair("earth", "orbit", 5.8e6),
@@ -121,6 +127,24 @@ PAIRS: dict[str, Pair] = {
     "ocean.roughness": Pair("earth", "terminator", 0.05),
     "ocean.ice_latitude_deg": Pair("earth", "orbit", 20.0),
     "ocean.ice_albedo": Pair("earth", "orbit", (0.6, 0.3, 0.3), both={"ocean.ice_latitude_deg": 20.0}),
+    "atmosphere.thickness_m": Pair("earth", "limb", 15e3, both=NO_BLOOM),
+    "atmosphere.rayleigh_scattering_per_m": Pair("earth", "high", (0.0, 0.0, 0.0)),
+    "atmosphere.rayleigh_scale_height_m": Pair("earth", "high", 2000.0),
+    "atmosphere.mie_scattering_per_m": Pair(
+        "earth",
+        "noon",
+        (4.0e-5, 4.0e-5, 4.0e-5),
+        off=(0.0, 0.0, 0.0),
+        both={"atmosphere.mie_extinction_per_m": (4.4e-5, 4.4e-5, 4.4e-5)},
+    ),
+    "atmosphere.mie_extinction_per_m": Pair("earth", "noon", (8.0e-5, 8.0e-5, 8.0e-5)),
+    "atmosphere.mie_scale_height_m": Pair("earth", "high", 8000.0, both=HAZE),
+    "atmosphere.mie_asymmetry": Pair("earth", "sunset", 0.0, both=HAZE),
+    "atmosphere.absorption_per_m": Pair("earth", "dusk", (0.0, 0.0, 0.0)),
+    "atmosphere.absorption_center_m": Pair("earth", "dusk", 5000.0, both=OZONE),
+    "atmosphere.absorption_half_width_m": Pair("earth", "dusk", 3000.0, both=OZONE),
+    "atmosphere.ground_albedo": Pair("earth", "noon", (0.9, 0.9, 0.9)),
+    "atmosphere.night_light": Pair("earth", "night", 100.0),
     "sun.irradiance": Pair("earth", "orbit", (1.5, 1.0, 0.6)),
     "sun.angular_radius_rad": Pair("earth", "limb", 0.03, both=NO_BLOOM, least=0.0, least_worst=0.3),
     "stars.density": Pair("earth", "night", 0.0, least=0.0, least_worst=0.3),
@@ -138,6 +162,8 @@ PAIRS: dict[str, Pair] = {
 
 NOT_IN_A_PICTURE: dict[str, str] = {
     "terrain.backend": "one choice so far",
+    "atmosphere.method": "the same air by another method, meant to look alike; see test_air_paper",
+    "atmosphere.wavelengths_nm": "says what the three numbers belong to and changes none",
     "composite.dither": "less than one step of 8 bits: has a test of its own",
     "planet.position_m": "one planet is drawn around its own centre",
     "planet.rotation_period_s": "moves an epoch sun; see test_light",

@@ -18,7 +18,7 @@ from golden_compare import Limit
 from numpy.typing import NDArray
 
 import planetfall as pf
-from planetfall.benchmarks.knobs import KNOB_SIZE, QUALITY_VIEW, Pair, changed
+from planetfall.benchmarks.knobs import HAZE, KNOB_SIZE, QUALITY_VIEW, Pair, changed
 
 FOLDER = Path(__file__).resolve().parent / "golden"
 VIEW_SIZE = (320, 180)
@@ -84,11 +84,13 @@ def debug_picture(name: str) -> Picture:
 
 
 OTHER_PLANETS = ("moon", "mars", "asteroid", "small", "hazy")
+AIRY_PLANETS = ("mars", "small", "hazy")
 DEBUG_VIEWS = ("normals", "depth", "distance", "surface", "lod", "hdr", "wireframe", "error_px")
 
 VIEW_PICTURES: tuple[Picture, ...] = (
     *(Picture(f"earth/{view}", "earth", view) for view in pf.views("earth")),
     *(Picture(f"{planet}/{view}", planet, view) for planet in OTHER_PLANETS for view in ("space", "near")),
+    *(Picture(f"{planet}/{view}", planet, view) for planet in AIRY_PLANETS for view in ("sunset", "limb", "high")),
 )
 
 KNOB_PICTURES: tuple[Picture, ...] = (
@@ -107,6 +109,17 @@ KNOB_PICTURES: tuple[Picture, ...] = (
         {"terrain.grass_albedo": (0.1, 0.03, 0.12), "terrain.dry_albedo": (0.3, 0.1, 0.05)},
     ),
     knob_picture("no_plants", "earth", "orbit", {"terrain.plants": 0.0}),
+    knob_picture(
+        "no_air", "earth", "high",
+        {
+            "atmosphere.rayleigh_scattering_per_m": (0.0, 0.0, 0.0),
+            "atmosphere.mie_scattering_per_m": (0.0, 0.0, 0.0),
+            "atmosphere.mie_extinction_per_m": (0.0, 0.0, 0.0),
+            "atmosphere.absorption_per_m": (0.0, 0.0, 0.0),
+        },
+    ),
+    knob_picture("no_ozone", "earth", "dusk", {"atmosphere.absorption_per_m": (0.0, 0.0, 0.0)}),
+    knob_picture("haze", "earth", "sunset", HAZE),
     knob_picture("clear_water", "earth", "coast", {"ocean.absorption_per_m": (0.03, 0.01, 0.005)}),
     knob_picture("muddy_water", "earth", "coast", {"ocean.absorption_per_m": (2.0, 1.0, 1.5)}),
     knob_picture("exposure_auto", "earth", "terminator", {"exposure.mode": "auto"}, free=True),
