@@ -27,6 +27,11 @@ class Terrain:
         choices=("grid",),
         not_yet=("quadtree", "icosphere"),
     )
+    method: str = knob(
+        "ours",
+        help="ours, or the backend's source as it was written",
+        choices=("ours", "paper"),
+    )
 
     land_share: float = knob(
         0.3, 0.02, 0.98, "", "Share of the surface above height 0: the land, where the sea is at 0", group="shape"

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .engine.surface.decimation import falling, variant_skips
-from .engine.surface.lattice import FULL_BITS, locate
 from .systems.terrain.system import TerrainSystem
 
 if TYPE_CHECKING:
@@ -36,65 +34,9 @@ def pick(renderer: Renderer, camera: Camera | View, x: float, y: float) -> tuple
 def height_drawn(renderer: Renderer, directions: NDArray[np.float64]) -> NDArray[np.float64]:
     """See Renderer.height_drawn: the triangle of the drawn mesh below each direction, intersected with its radius in
     f64."""
-    result = np.full(len(directions), np.nan)
     system = renderer.system("terrain")
-    mesh = system.drawn_mesh() if isinstance(system, TerrainSystem) else None
-    if mesh is None or mesh.count == 0:
-        return result
-    proxy = renderer.scene.world.resource("proxy.0")
-    radius = proxy.cell.radius_m
-    with renderer.current():
-        cells, vertices = mesh.read_cells(), mesh.read_vertices()
+    if not isinstance(system, TerrainSystem):
+        return np.full(len(directions), np.nan)
     unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
-    face, i_full, j_full = locate(unit)
-    index_of = {(int(c["face"]), int(c["level"]), int(c["i"]), int(c["j"])): k for k, c in enumerate(cells)}
-    levels = sorted({int(level) for level in cells["level"]}, reverse=True)
-    for n in range(len(unit)):
-        for level in levels:
-            shift = FULL_BITS - level
-            i, j = int(i_full[n]) >> shift, int(j_full[n]) >> shift
-            found = index_of.get((int(face[n]), level, i, j))
-            if found is not None:
-                a = (float(i_full[n]) / 2.0**shift - i) * mesh.quads
-                b = (float(j_full[n]) / 2.0**shift - j) * mesh.quads
-                result[n] = _height_on_quads(vertices[found], cells[found], mesh.quads, a, b, unit[n], proxy) - radius
-                break
-    return result
-
-
-def _height_on_quads(
-    vertices: NDArray[np.void], cell: np.void, quads: int, a: float, b: float, unit: NDArray[np.float64], proxy: Any
-) -> float:
-    """Distance from the centre along `unit` of the drawn patch near grid coordinates (a, b)."""
-    side = quads + 1
-    mask = [(int(cell["edge_mask"]) >> (8 * e)) & 255 for e in range(4)]
-    step_x, step_y = (1 << int(s) for s in variant_skips(cell["variant"]))
-
-    def vertex(x: int, y: int) -> NDArray[np.float64]:
-        # The same rule as cell_masked_vertex in common/cells.glsl.
-        across = mask[0] if x == 0 else mask[1] if x == quads else 0
-        along = mask[2] if y == 0 else mask[3] if y == quads else 0
-        x, y = (x >> along) << along, (y >> across) << across
-        return proxy.anchor_m + vertices[y * side + x]["position_m"].astype(np.float64)
-
-    middle_x, middle_y = (min(int(c) // s, quads // s - 1) for c, s in ((a, step_x), (b, step_y)))
-    best, best_error = np.nan, np.inf
-    # Masked edges and heights shift triangles a little: look at the neighbours too.
-    for y in range(max(middle_y - 1, 0), min(middle_y + 2, quads // step_y)):
-        for x in range(max(middle_x - 1, 0), min(middle_x + 2, quads // step_x)):
-            left, right, low, high = x * step_x, (x + 1) * step_x, y * step_y, (y + 1) * step_y
-            p, q, s, t = vertex(left, low), vertex(right, low), vertex(right, high), vertex(left, high)
-            falls = bool(falling(cell["variant"], x, y, quads))
-            for triangle in ((p, q, t), (q, s, t)) if falls else ((p, q, s), (p, s, t)):
-                matrix = np.column_stack(triangle)
-                scale = np.abs(matrix).max()
-                try:
-                    weights = np.linalg.solve(matrix / scale, unit)
-                except np.linalg.LinAlgError:
-                    continue  # two corners were moved onto one another along a coarser edge
-                if abs(weights.sum()) < 1e-12:
-                    continue
-                outside = -min(float(weights.min() / weights.sum()), 0.0)
-                if outside < best_error:
-                    best, best_error = scale / float(weights.sum()), outside
-    return best
+    with renderer.current():
+        return system.backend.height_drawn(unit, renderer.scene.world.resource("proxy.0"))

@@ -163,7 +163,7 @@ def hidden_by_skyline(renderer, view):
     for reach in ("0.3", "0.0"):
         changed = text.replace("SKYLINE_REACH = 0.3", f"SKYLINE_REACH = {reach}")
         renderer.gpu.shaders.add_virtual("common/skyline.glsl", changed)
-        renderer.system("terrain")._views[0].culled = None
+        renderer.system("terrain").backend.view(0).culled = None
         out.append((renderer.render(view, outputs=("distance",))["distance"], renderer.stats["triangles"]))
     return out
 

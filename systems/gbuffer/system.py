@@ -45,7 +45,7 @@ class GBufferSystem(System):
                 TextureSpec(
                     "gbuffer.attributes",
                     "rgba8",
-                    help="ground: roughness, moisture, height; sea: depth in two; level of detail / 32 in alpha",
+                    help="ground: roughness, moisture, height; sea: depth in two; the vertices' spacing in alpha",
                 ),
                 TextureSpec("gbuffer.surface", "r8ui", help="0 none, 1 terrain, 2 sea, 3 props"),
             ),

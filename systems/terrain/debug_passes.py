@@ -7,28 +7,29 @@ from collections.abc import Callable
 from typing import Any
 
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
+from .backends import Backend
 
 
 class TerrainDebugPasses:
     """Declares ``debug.wireframe`` and ``debug.error_px``. Programs are made when a view is looked at for the first
     time.
 
-    gpu: the terrain's scope. defines: of its cell programs.
+    gpu: the terrain's scope.
     """
 
-    def __init__(self, gpu: Any, defines: dict[str, int]) -> None:
+    def __init__(self, gpu: Any) -> None:
         self._gpu = gpu
-        self._defines = defines
         self._error: Any = None
-        self._wire: Any = None
 
-    def declare(self, builder: GraphBuilder, grid: Any, bind_octaves: Callable[[], None]) -> None:
-        """grid: the view's cells, with `.mesh`. bind_octaves: binds the height function's table."""
+    def declare(
+        self, builder: GraphBuilder, backend: Backend, view_index: int, bind_octaves: Callable[[], None]
+    ) -> None:
+        """bind_octaves: binds the height function's table."""
         builder.add_pass(
             "terrain.wireframe",
             system="terrain",
-            bind=lambda io: self._bind_wireframe(io, grid),
-            reads=("terrain.vertices", "terrain.visible", "terrain.arguments"),
+            bind=lambda io: self._bind_wireframe(io, backend, view_index),
+            reads=backend.draw_reads(),
             creates=(TextureSpec("debug.wireframe", "rgba8"), TextureSpec("debug.wireframe_depth", "depth32f")),
             help="edges of all drawn triangles, coloured by level",
         )
@@ -41,23 +42,19 @@ class TerrainDebugPasses:
             help="distance of the drawn ground from the height function, in pixels",
         )
 
-    def _bind_wireframe(self, io: PassIO, grid: Any) -> Callable[[], None]:
-        if self._wire is None:
-            self._wire = self._gpu.program(
-                vertex="terrain/gbuffer.vert", fragment="terrain/wireframe.frag", defines=self._defines
-            )
+    def _bind_wireframe(self, io: PassIO, backend: Backend, view_index: int) -> Callable[[], None]:
         target = io.framebuffer(colors=("debug.wireframe",), depth="debug.wireframe_depth")
         solid = self._gpu.gpu.state(depth_test=True, depth_func=">=", cull="back", write_color=False)
         lines = self._gpu.gpu.state(depth_test=True, depth_func=">=", cull="back", wireframe=True)
-        patches = grid.mesh.vertex_array(self._wire)
+        draw = backend.bind_draw(io, view_index, "terrain/wireframe.frag")
 
         def run() -> None:
             target.use()
             target.clear(0.02, 0.02, 0.03, 1.0, depth=0.0)
             solid.apply()
-            grid.mesh.draw(patches)
+            draw()
             lines.apply()
-            grid.mesh.draw(patches)
+            draw()
 
         return run
 

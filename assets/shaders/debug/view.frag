@@ -2,6 +2,7 @@
 #include "common/camera.glsl"
 #include "common/color.glsl"
 #include "common/octahedral.glsl"
+#include "common/spacing_code.glsl"
 #include "debug/source.glsl"
 
 #define MODE_COLOR 0      // as it is
@@ -12,7 +13,7 @@
 #define MODE_DEPTH 5      // reversed depth: logarithm of the distance along forward, over the range of the picture
 #define MODE_DISTANCE 6   // likewise along the ray
 #define MODE_IDS 7        // whole numbers: a colour each
-#define MODE_LOD 8        // level of detail in 32nds, in alpha
+#define MODE_LOD 8        // spacing of vertices, in alpha: a colour for each doubling
 #define MODE_HDR 9        // luminance in stops as heat, over the range of the picture
 #define MODE_PX 10        // pixels of error: 0.01 to 10, logarithmic
 #define MODE_SURFACE 11   // what a pixel shows: ground green, sea blue, props red
@@ -73,7 +74,7 @@ void main() {
     color = SURFACES[min(uint(value.r), 3u)];
 #elif MODE == MODE_LOD
     bool seen = texelFetch(u_depth, ivec2(gl_FragCoord.xy), 0).r > 0.0;
-    color = seen ? id_color(uint(value.a * 32.0 + 0.5) + 1u) : vec3(0.0);
+    color = seen ? id_color(uint(log2(spacing_decode(value.a)) + 8.5) + 1u) : vec3(0.0);
 #elif MODE == MODE_HDR
     float bright = luminance_of_radiance(value.rgb * frame.scale.y);
     color = bright > 0.0 ? heat((log2(bright) - r_range.x + log2(frame.scale.x)) / span) : vec3(0.0);

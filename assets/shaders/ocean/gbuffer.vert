@@ -8,12 +8,12 @@ in uint in_cell;
 
 out vec3 v_normal;
 out float v_shallow;   // depth / (depth + 16 m)
-flat out int v_level;
+flat out float v_spacing;
 
 void main() {
     CellVertex vertex = vertices[in_cell * uint(CELL_VERTICES) + uint(cell_masked_vertex(cells[in_cell].edge_mask, gl_VertexID))];
     gl_Position = clip_position(vec3(vertex.x, vertex.y, vertex.z) - frame.camera_offset.xyz);
     v_normal = oct_decode(unpackSnorm2x16(vertex.normal));
     v_shallow = unpackUnorm2x16(vertex.attributes).x;
-    v_level = cells[in_cell].level;
+    v_spacing = cells[in_cell].spacing_m;
 }

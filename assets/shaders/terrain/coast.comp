@@ -4,10 +4,9 @@
 #include "common/octahedral.glsl"
 #include "common/sea_depth.glsl"
 #include "common/surfaces.glsl"
-#include "generated/terrain_grid.glsl"
 #include "terrain/height.glsl"
 #include "terrain/attributes.glsl"
-#include "terrain/grid_spacing.glsl"
+#include "contract/vertex_spacing.glsl"
 
 layout(local_size_x = 16, local_size_y = 8) in;
 layout(std430, binding = 7) readonly buffer TileBuffer {
@@ -36,12 +35,13 @@ void sample_ground(int index, ivec2 first) {
     vec3 point = position_from_depth(ndc_of_pixel(vec2(pixel) + 0.5), max(depth, 1e-30));
     float drawn;
     vec3 D = foot_offset_of(point, drawn);
+    float spacing = vertex_spacing(D, texelFetch(u_attributes, pixel, 0).w);
     // Heights have all layers down to an eighth of the spacing: to about a pixel, where triangles are larger than 8.
-    TerrainPoint terrain = terrain_point(D, min(grid_spacing(D), 8.0 * length(point) * frame.clock.w));
+    TerrainPoint terrain = terrain_point(D, min(spacing, 8.0 * length(point) * frame.clock.w));
     float height = frame.anchor_up.w + terrain.dh;
     bool there = depth > 0.0;   // beside the limb there is nothing, and nothing finite comes of it
     s_ground[index] = there ? vec4(terrain.gradient, height - planet.sea.x) : vec4(0.0);
-    s_attributes[index] = there ? vec4(terrain_attributes(terrain, height).xyz, depth) : vec4(0.0);
+    s_attributes[index] = there ? vec4(terrain_attributes(terrain, height, spacing).xyz, depth) : vec4(0.0);
 }
 
 void main() {
@@ -79,22 +79,22 @@ void main() {
     vec3 point = position_from_depth(ndc_of_pixel(vec2(pixel) + 0.5), own);
     float drawn;
     vec3 D = foot_offset_of(point, drawn);
-    float spacing = grid_spacing(D), sagitta = spacing * spacing / (8.0 * planet.radii.x);
+    float code = texelFetch(u_attributes, pixel, 0).w;
+    float spacing = vertex_spacing(D, code), sagitta = spacing * spacing / (8.0 * planet.radii.x);
     // Ground that was drawn well above the water stays: the meshes are wrong by a fraction of their spacing at most.
     if (surface == SURFACE_TERRAIN && drawn - planet.sea.x > 0.5 * spacing + sagitta + 2.0) return;
     vec3 zenith = up_at(point);
     float depth = max(-ground.w, 0.0);
-    float level = texelFetch(u_attributes, pixel, 0).w;
     if (ground.w < 0.0) {
         if (surface == SURFACE_TERRAIN) {
             imageStore(u_normal_out, pixel, vec4(oct_encode(zenith), 0.0, 0.0));
             imageStore(u_surface_out, pixel, uvec4(SURFACE_SEA));
         }
-        imageStore(u_attributes_out, pixel, vec4(sea_depth_encode(depth / (depth + 16.0)), 0.0, level));
+        imageStore(u_attributes_out, pixel, vec4(sea_depth_encode(depth / (depth + 16.0)), 0.0, code));
     } else if (surface == SURFACE_SEA) {
         float to_sphere = planet.radii.x / (planet.radii.x + planet.sea.x + ground.w);
         imageStore(u_normal_out, pixel, vec4(oct_encode(normalize(zenith - ground.xyz * to_sphere)), 0.0, 0.0));
-        imageStore(u_attributes_out, pixel, vec4(attributes.xyz, level));
+        imageStore(u_attributes_out, pixel, vec4(attributes.xyz, code));
         imageStore(u_surface_out, pixel, uvec4(SURFACE_TERRAIN));
     }
 }

@@ -4,14 +4,13 @@
 
 in vec3 v_normal;
 in vec4 v_attributes;
-flat in int v_level;
 layout(location = 0) out vec2 o_normal;
 layout(location = 1) out vec4 o_attributes;
 layout(location = 2) out uint o_surface;
 
 void main() {
     o_normal = oct_encode(normalize(v_normal));
-    o_attributes = vec4(v_attributes.xyz, float(v_level) / 32.0);
+    o_attributes = v_attributes;
     o_surface = SURFACE_TERRAIN;
 #ifdef PF_FRAG_DEPTH
     gl_FragDepth = frame.camera_offset.w * gl_FragCoord.w;

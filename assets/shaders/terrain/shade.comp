@@ -1,16 +1,15 @@
 // Materials and light of the ground, once per pixel: the vertices' normal, continued by the layers below their spacing.
 // Far away, where a triangle's chord cuts kilometres below the sphere, heights come from the vertices.
 #include "common/camera.glsl"
-#include "generated/terrain_grid.glsl"
 #include "common/octahedral.glsl"
 #include "common/surface_tiles.glsl"
 #include "terrain/height.glsl"
 #include "terrain/attributes.glsl"
-#include "terrain/grid_spacing.glsl"
 #include "terrain/material.glsl"
 #include "contract/air.glsl"
 #include "contract/sky.glsl"
 #include "contract/sun_visibility.glsl"
+#include "contract/vertex_spacing.glsl"
 
 vec2 v_ndc;   // of the pixel at hand
 
@@ -42,7 +41,7 @@ vec3 ground_radiance(ivec2 pixel) {
     // view.
     float across = distance_m * frame.clock.w;
     float footprint = 0.85 * across * inversesqrt(clamp(dot(coarse, view), 0.03, 1.0));
-    float spacing = grid_spacing(D);
+    float spacing = vertex_spacing(D, attributes.w);
     float to_sphere = planet.radii.x / (planet.radii.x + height);
     vec3 gradient = zenith - coarse / max(dot(coarse, zenith), 0.05);
 

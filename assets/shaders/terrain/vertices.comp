@@ -25,7 +25,8 @@ void main() {
     for (int k = int(gl_LocalInvocationID.x); k < CELL_VERTICES; k += 64) {
         ivec2 point = cell_lattice_point(cell, ivec2(k % CELL_SIDE, k / CELL_SIDE));
         vec3 D = lattice_foot_offset(cell.face, point);
-        TerrainPoint terrain = terrain_point(D, grid_spacing(D));
+        float spacing = grid_spacing(D);
+        TerrainPoint terrain = terrain_point(D, spacing);
         float radius = planet.radii.x;
         float height = frame.anchor_up.w + terrain.dh;
         precise vec3 position = D * (1.0 + height / radius) + frame.anchor_up.xyz * terrain.dh;
@@ -37,7 +38,7 @@ void main() {
         vertex.z = position.z;
         vertex.dh = terrain.dh;
         vertex.normal = packSnorm2x16(oct_encode(normal));
-        vertex.attributes = packUnorm4x8(terrain_attributes(terrain, height));
+        vertex.attributes = packUnorm4x8(terrain_attributes(terrain, height, spacing));
         vertices[cell_index * uint(CELL_VERTICES) + uint(k)] = vertex;
         vec4 bound = vec4(position, terrain.dh);
         low = min(low, bound);

@@ -1,0 +1,32 @@
+"""What cuts the ground into triangles: the interchangeable backends of Terrain.backend."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ....engine.gpu import Gpu
+from ....engine.settings import SettingError
+from .base import Backend, Ground
+from .grid import GridBackend
+
+__all__ = ["BACKENDS", "Backend", "Ground", "make_backend"]
+
+BACKENDS: dict[str, type[Backend]] = {"grid": GridBackend}
+"""By the names that Terrain.backend takes."""
+
+
+def make_backend(gpu: Gpu, name: str, method: str, settings: Mapping[str, Any]) -> Backend:
+    """A backend with a GL scope of its own. SettingError for a method that it doesn't have."""
+    found = BACKENDS[name]
+    if method not in found.methods:
+        raise SettingError(
+            f"Terrain.method {method!r} is not there for Terrain.backend {name!r}, which has"
+            f" {', '.join(map(repr, found.methods))}; choose one of these, or another backend"
+        )
+    scope = gpu.scope("terrain")
+    try:
+        return found(scope, settings, method)
+    except BaseException:
+        scope.release()
+        raise

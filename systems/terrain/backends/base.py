@@ -1,0 +1,103 @@
+"""Backend: what selects cells and makes their vertices. Everything after that is the terrain system's and shared."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....components import Ocean, Planet
+from ....engine.gpu import GpuScope
+from ....engine.graph import GraphBuilder, PassIO
+from ....engine.system import Frame
+from ..height import TerrainField, TerrainParams
+
+__all__ = ["Backend", "Ground", "heights_seen"]
+
+_DEEP_M = 2.0  # a cell this far below the sea is hidden by it, whatever the curvature of both meshes
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """The ground that a backend draws. revision: differs whenever any height may differ."""
+
+    params: TerrainParams
+    field: TerrainField
+    revision: tuple[int, ...]
+
+
+class Backend(ABC):
+    """One way to cut the ground into triangles, for any number of views of one planet.
+
+    A backend declares the passes that end in the graph's buffers ``terrain.visible`` and ``terrain.arguments`` (and
+    whatever it makes before), and draws them into a G-buffer that is bound. Its vertices are camera-independent, and
+    their attributes are those of terrain/attributes.glsl with the code of their spacing (common/spacing_code.glsl).
+
+    gpu: a scope of its own, released by release(). settings: resolved quality values. method: one of `methods`.
+    """
+
+    name: ClassVar[str]
+    methods: ClassVar[tuple[str, ...]] = ("ours",)
+    contracts: ClassVar[Mapping[str, str]] = {}
+    """Shader contracts that the backend provides, by name: files."""
+    structure: int = 0
+    """Raised when passes or sizes change."""
+
+    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str) -> None:
+        self.gpu = gpu
+        self.settings = settings
+        self.method = method
+
+    @abstractmethod
+    def update(self, frame: Frame, ground: Ground, bind_octaves: Callable[[], None]) -> None:
+        """CPU work of one frame of one view. bind_octaves: binds the height function's table around the view's
+        anchor (uniform block 4), to be called in passes."""
+
+    @abstractmethod
+    def declare(self, builder: GraphBuilder, view_index: int) -> None:
+        """The passes of one view up to the indirect draw."""
+
+    @abstractmethod
+    def draw_reads(self) -> tuple[str, ...]:
+        """Resources of the graph that the draw reads."""
+
+    @abstractmethod
+    def bind_draw(self, io: PassIO, view_index: int, fragment: str) -> Callable[[], None]:
+        """Everything of the view, drawn with a fragment shader (inputs as terrain/gbuffer.frag)."""
+
+    def settled(self) -> bool:
+        """See System.settled."""
+        return True
+
+    def progress(self) -> float:
+        """See System.progress."""
+        return 1.0 if self.settled() else 0.0
+
+    @abstractmethod
+    def statistics(self) -> dict[str, int]:
+        """See System.statistics."""
+
+    def height_drawn(self, directions: NDArray[np.float64], proxy: Any) -> NDArray[np.float64]:
+        """Heights (N,) of the triangles drawn below unit directions (N, 3); NaN where there are none. Reads back."""
+        return np.full(len(directions), np.nan)
+
+    def drawn_mesh(self, view_index: int = 0) -> Any:
+        """The CellMesh of the view, if this backend has one."""
+        return None
+
+    def release(self) -> None:
+        """Free all GL objects."""
+        self.gpu.release()
+
+
+def heights_seen(frame: Frame, anchor_height_m: float) -> tuple[float, float]:
+    """Heights from the anchor that can be seen: from above, the sea hides all of its bed and colours it itself."""
+    sea = frame.world.try_get(frame.planet, Ocean)
+    radius = frame.world.get(frame.planet, Planet).radius_m
+    if sea is None or float(np.linalg.norm(frame.camera.position_m)) - radius < sea.sea_level_m:
+        return (-3.0e38, 3.0e38)
+    return (sea.sea_level_m - anchor_height_m - _DEEP_M, 3.0e38)
