@@ -60,6 +60,24 @@ class Terrain:
         1.0, 0.0, 8.0, "", "Steepness of everything smaller than a mountain range; 1 as on Earth's land", group="shape"
     )
     warp: float = knob(1.0, 0.0, 2.0, "", "How far continents and ranges are bent out of their shape", group="shape")
+    craters: float = knob(
+        0.0,
+        0.0,
+        1.0,
+        "",
+        "How densely impact craters lie; 1: as on the oldest ground of airless worlds, 0: none",
+        cost="each octave of craters costs as much as two layers; 0 costs nothing",
+        group="craters",
+    )
+    crater_largest_m: float = knob(
+        2.5e5,
+        1.0,
+        2e6,
+        "m",
+        "Diameter of the largest craters, at most the planet's radius",
+        log=True,
+        group="craters",
+    )
 
     rock_albedo: Vec3 = knob(
         (0.16, 0.145, 0.125), 0.0, 1.0, "", "Share of light that bare rock throws back", group="ground", widget="color"

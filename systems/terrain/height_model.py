@@ -11,7 +11,7 @@ The surface is a point-wise function of a few noises (see docs/terrain-height.md
 
     M = belts and coastal ranges (0..1), faded in the sea     E = hypsometry(x)      m = smoothstep(s)
     roughness = T (1/2 + m) + M (r0 + r1 m)                   T = plains and hills
-    h = limit( E + M (foot + range m) + T hill m + roughness z )
+    h = limit( E + M (foot + range m) + T hill m + roughness z + craters )
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...engine.surface.noise import Lattice, octave_offset
+from .craters import Craters, craters_of
 from .height_params import TerrainParams
 
 Floats = NDArray[np.float64]
@@ -120,6 +121,7 @@ class Model:
     sums: Floats  # (3, layers): weights of the layers in a and b (of s) and in z
     ridge_columns: tuple[Floats, Floats]  # of the ridged layers: ridge, 1 - |ridge|
     constants: Constants
+    craters: Craters | None = None
 
     @property
     def relief_slope(self) -> float:
@@ -144,7 +146,8 @@ class Model:
         """The largest of heights_slopes' bounds, about."""
         k = self.constants
         steepest_m = k.plains * (4.0 * k.slope_m + 6.0 * k.coast_m) + (1.0 - k.plains) * 0.6 * k.spread_m
-        return float(self.broad_slope(np.asarray(steepest_m))) + 1.25 * self.relief_slope + self.range_slope
+        craters = self.craters.slope if self.craters else 0.0
+        return float(self.broad_slope(np.asarray(steepest_m))) + 1.25 * self.relief_slope + self.range_slope + craters
 
     @property
     def _shape_slope(self) -> float:
@@ -205,6 +208,7 @@ def build_model(params: TerrainParams) -> Model:
         ridge_columns=(ridge[ridge != 0.0][:, None], 1.0 - np.abs(ridge[ridge != 0.0][:, None])),
         warp_m=_single(_WARP_AMPLITUDES_M * scale * np.array([size, 1.0]) * p.warp),
         constants=_constants(p),
+        craters=craters_of(p.craters, p.crater_largest_m, float(wavelength[-1]), p.radius_m, p.seed),
     )
 
 

@@ -34,9 +34,13 @@ def layer_weight(wavelength_m: float | Floats, spacing_m: float | Floats) -> Flo
 
 def heights(points: Floats, model: Model) -> Floats:
     w1, c, b, shapes, z = noises(points, model)
+    added = model.craters.heights(points) if model.craters else None
     if points.shape[1] == 1:  # plain floats are ten times faster than arrays of one
-        return np.array([surface(model.constants, *(float(v[0]) for v in (*w1, c, b, *shapes, z)))])
-    return surface(model.constants, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1], z)
+        single = 0.0 if added is None else float(added[0])
+        return np.array([surface(model.constants, *(float(v[0]) for v in (*w1, c, b, *shapes, z)), single)])
+    return surface(
+        model.constants, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1], z, 0.0 if added is None else added
+    )
 
 
 def heights_slopes(points: Floats, model: Model) -> tuple[Floats, Floats]:
@@ -49,7 +53,11 @@ def heights_slopes(points: Floats, model: Model) -> tuple[Floats, Floats]:
     k = model.constants
     base, rough, on_land, x = surface_parts(k, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1])
     slopes = model.broad_slope(hypsometry_slope(k, x)) + model.relief_slope * rough + model.range_slope * on_land
-    return limit(k, base + rough * z), slopes
+    h = base + rough * z
+    if model.craters:
+        h += model.craters.heights(points)
+        slopes += model.craters.slope
+    return limit(k, h), slopes
 
 
 def noises(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats, Floats]:
@@ -137,8 +145,11 @@ def heights_gradients(points: Floats, model: Model, footprint_m: Floats | None) 
     z_seen = model.amplitude_m @ (weight * v)
     d_sums = np.einsum("sk,akn->san", model.sums, dn_layers)
     w1, dw1 = w[:, 0], jacobian[:, :, 0]
-    heights = surface(k, w1[0], w1[1], w1[2], c, b, sums[0], sums[1], sums[2])
-    return heights, surface_gradient(k, w1, c, b, sums[:2], (sums[2], z_seen), dw1, dc, db, d_sums[:2], d_sums[2])
+    added, d_added = model.craters.heights_gradients(points, footprint_m) if model.craters else (0.0, 0.0)
+    heights = surface(k, w1[0], w1[1], w1[2], c, b, sums[0], sums[1], sums[2], added)
+    return heights, surface_gradient(
+        k, w1, c, b, sums[:2], (sums[2], z_seen), dw1, dc, db, d_sums[:2], d_sums[2], added, d_added
+    )
 
 
 def _weights(model: Model, footprint_m: Floats | None, count: int) -> Floats:

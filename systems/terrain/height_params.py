@@ -8,7 +8,7 @@ from typing import Any
 
 __all__ = ["TerrainParams"]
 
-_KNOBS = ("land_share", "continent_size", "plains", "mountains", "hills", "roughness", "warp")
+_KNOBS = ("land_share", "continent_size", "plains", "mountains", "hills", "roughness", "warp", "craters", "crater_largest_m")
 _RANGES = {
     "layers": (1, 16),
     "land_share": (0.02, 0.98),
@@ -18,6 +18,8 @@ _RANGES = {
     "hills": (0.0, 1.0),
     "roughness": (0.0, 8.0),
     "warp": (0.0, 2.0),
+    "craters": (0.0, 1.0),
+    "crater_largest_m": (1.0, 2e6),
 }
 
 
@@ -35,6 +37,8 @@ class TerrainParams:
     warp: how far domain warps bend continents, belts and ranges; 1 is usual.
     hills: 1: plains, hill country and ranges along coasts; 0: gently rolling land instead of all three. At 1 land is
         two to four times as rough as the Earth's from 1 km up.
+    craters: how densely impact craters lie; 0 none, 1 as the oldest ground (systems/terrain/craters.py).
+    crater_largest_m: diameter of the largest ones, at most the planet's radius; others go down to the shortest layer.
     """
 
     radius_m: float = 6.371e6
@@ -49,6 +53,8 @@ class TerrainParams:
     roughness: float = 1.0
     warp: float = 1.0
     hills: float = 1.0
+    craters: float = 0.0
+    crater_largest_m: float = 2.5e5
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.radius_m) and self.radius_m > 0.0):

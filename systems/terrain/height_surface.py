@@ -41,10 +41,12 @@ def bump_slope(t: Any) -> Any:
     return -4.0 * t * np.maximum(1.0 - t * t, 0.0)
 
 
-def surface(k: Constants, w1x: Any, w1y: Any, w1z: Any, c: Any, b: Any, sa: Any, sb: Any, z: Any) -> Any:
-    """The point-wise part: height from the noises. The same statements serve floats and arrays."""
+def surface(
+    k: Constants, w1x: Any, w1y: Any, w1z: Any, c: Any, b: Any, sa: Any, sb: Any, z: Any, added: Any = 0.0
+) -> Any:
+    """The point-wise part: height from the noises, and metres `added` to them (craters). Serves floats and arrays."""
     base, rough, _, _ = surface_parts(k, w1x, w1y, w1z, c, b, sa, sb)
-    return limit(k, base + rough * z)
+    return limit(k, base + rough * z + added)
 
 
 def surface_parts(
@@ -89,7 +91,7 @@ def limit(k: Constants, h: Any) -> Any:
 
 def surface_gradient(
     k: Constants, w1: Floats, c: Floats, b: Floats, shapes: Floats, zs: tuple[Floats, Floats],
-    dw1: Floats, dc: Floats, db: Floats, dshapes: Floats, dz: Floats,
+    dw1: Floats, dc: Floats, db: Floats, dshapes: Floats, dz: Floats, added: Any, d_added: Any,
 ) -> Floats:  # fmt: skip
     """`surface` differentiated: (3, N). `zs`: all of z for the limit, and the part of z seen at this footprint."""
     z, z_seen = zs
@@ -123,8 +125,8 @@ def surface_gradient(
     slope = hypsometry_slope(k, x) * dx
     slope += d_land * (k.foot_m + k.range_m * m) + on_land * k.range_m * dm
     slope += k.hill_m * (d_calm * m + calm * dm)
-    slope += d_rough * z_seen + rough * dz
-    base = _hypsometry(k, x) + on_land * (k.foot_m + k.range_m * m) + calm * (k.hill_m * m) + rough * z
+    slope += d_rough * z_seen + rough * dz + d_added
+    base = _hypsometry(k, x) + on_land * (k.foot_m + k.range_m * m) + calm * (k.hill_m * m) + rough * z + added
     return slope * _limit_slope(k, base)
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .craters import MOST_OCTAVES
 from .height_model import FIELDS, Constants, Model, continent_weights
 from .height_octaves import heights, model_of
 from .height_params import TerrainParams
@@ -37,9 +38,13 @@ _TABLE = np.dtype(
         ("warp_m", np.float32, 2),
         ("layers", np.int32),
         ("warped_layers", np.int32),
-        ("pad", np.int32, 2),
+        ("craters_count", np.int32),
+        ("craters_coarse", np.int32),
+        ("up_low", np.float32, 3),  # up = up + up_low to 48 bits
+        ("crater_draws", np.float32),  # of 4096
         ("constants", np.float32, _CONSTANTS + -_CONSTANTS % 4),
         ("octaves", _OCTAVE, 2 + FIELDS + 16),
+        ("craters", _OCTAVE, MOST_OCTAVES),  # weights: wall, floor, rim, peak by radius
     ]
 )
 """The same bytes under std430 and std140."""
@@ -60,7 +65,7 @@ def octave_table(
     table = np.zeros((), dtype=_TABLE)
     warps = model.unwarped.cells(point[:, None]).part(slice(0, 2)).vector()[:, :, 0].T
     table["warp_hi"][:, :3], table["warp_lo"][:, :3] = _split(warps)
-    table["up"] = point / model.params.radius_m
+    table["up"], table["up_low"] = _split(point / model.params.radius_m)
     table["radius_m"] = model.params.radius_m
     table["height_m"] = np.stack(_split(np.float64(height_m)))
     table["warp_m"] = model.warp_m
@@ -88,6 +93,17 @@ def octave_table(
     octaves["weights"][split:, 0] = model.shape
     octaves["weights"][split:, 1] = model.amplitude_m
     octaves["weights"][split:, 2] = model.ridge
+    craters = model.craters
+    if craters:
+        table["craters_count"], table["craters_coarse"] = len(craters), craters.coarse
+        table["crater_draws"] = craters.accept
+        place = point * craters.frequency[:, None] + craters.offset
+        cell = np.floor(place)
+        rows = table["craters"][: len(craters)]
+        rows["cell"][:, :3] = cell.astype(np.int32)
+        rows["fraction_hi"], rows["fraction_lo"] = _split(place - cell)
+        rows["frequency"], rows["wavelength_m"] = craters.frequency, 1.0 / craters.frequency
+        rows["weights"] = craters.shape
     return table
 
 

@@ -31,7 +31,7 @@ struct TerrainConstants {
     float pad0, pad1;
 };
 
-const int TERRAIN_FIELD = 2, TERRAIN_LAYER = 9, TERRAIN_SHAPE_LAYERS = 4, TERRAIN_OCTAVES = 25;
+const int TERRAIN_FIELD = 2, TERRAIN_LAYER = 9, TERRAIN_SHAPE_LAYERS = 4, TERRAIN_OCTAVES = 25, TERRAIN_CRATERS = 18;
 
 // A uniform block, or with TERRAIN_TABLE_STORAGE a storage buffer of the same layout: llvmpipe reads an array in a
 // storage buffer lane by lane, 5 ns an octave more.
@@ -45,9 +45,11 @@ layout(std430, binding = 4) readonly buffer TerrainTable {
     vec4 up;  // of the anchor; w: radius, m
     vec2 height_m;
     vec2 warp_m;
-    ivec4 layers;  // count, how many of them are warped
+    ivec4 layers;  // count, how many of them are warped; octaves of craters, how many of them are evaluated in double
+    vec4 up_low;   // what up lacks in float; w: of 4096 cells, those with a crater
     TerrainConstants constants;
     TerrainOctave octaves[TERRAIN_OCTAVES];
+    TerrainOctave craters[TERRAIN_CRATERS];  // weights: wall, floor, rim and peak by radius
 } terrain_table;
 
 const int TERRAIN_GATING_LAYERS = 2;
@@ -186,8 +188,8 @@ float terrain_step_slope(float t) {
 TERRAIN_STEPS(float)
 TERRAIN_STEPS(double)
 
-// The point-wise part, surface() of height_surface.py.
-double terrain_surface(TerrainConstants k, dvec3 w1, double c, double b, dvec2 shape, double z) {
+// The point-wise part, surface() of height_surface.py. added: metres of craters.
+double terrain_surface(TerrainConstants k, dvec3 w1, double c, double b, dvec2 shape, double z, double added) {
     double gate = 0.2LF + 0.8LF * terrain_step((shape.x + 0.8LF) * (1.0LF / 1.4LF));
     double s = shape.x + gate * shape.y;
     double x = (c - k.sea_level) * k.inverse_deviation + k.coast * s;
@@ -200,9 +202,55 @@ double terrain_surface(TerrainConstants k, dvec3 w1, double c, double b, dvec2 s
     double calm = k.flat_ + k.hills * terrain_step((w1.z + 0.1LF) * 2.0LF) * (1.0LF - belts);
     double rough = calm * (0.5LF + m) + on_land * (k.calm + k.wild * m);
     double base = terrain_hypsometry(k, x) + on_land * (k.foot_m + k.range_m * m) + calm * (k.hill_m * m);
-    double h = base + rough * z;
+    double h = base + rough * z + added;
     double over = max(h - k.knee_high_m, 0.0LF), under = max(k.knee_low_m - h, 0.0LF);
     return h - over * over / (over + k.room_high_m) + under * under / (under + k.room_low_m);
+}
+
+#include "terrain/craters.glsl"
+
+// An octave of craters at offset d. up: the place over the radius. Evaluators with places of their own: the wide ones (the
+// first terrain_table.layers.w) are for double, the others want their fraction from double or from an anchor nearby.
+double terrain_crater_double(TerrainOctave octave, dvec3 d, dvec3 up, float spacing_m, inout vec3 gradient) {
+    ivec3 cell;
+    dvec3 fraction;
+    terrain_place(octave, d, cell, fraction);
+    double curve = double(octave.fraction_lo.w) / double(terrain_table.up.w);
+    return terrain_crater_octave(cell, fraction, up, curve, octave.weights, octave.fraction_lo.w,
+        int(terrain_table.up_low.w), spacing_m, 0.0, spacing_m, gradient);
+}
+
+float terrain_crater(TerrainOctave octave, vec3 d, vec3 up, float spacing_m, inout vec3 gradient) {
+    ivec3 cell;
+    vec3 fraction;
+    terrain_place(octave, d, cell, fraction);
+    return terrain_crater_octave(cell, fraction, up, octave.fraction_lo.w / terrain_table.up.w, octave.weights,
+        octave.fraction_lo.w, int(terrain_table.up_low.w), spacing_m, 0.0, spacing_m, gradient);
+}
+
+float terrain_crater(TerrainOctave octave, dvec3 d, vec3 up, float spacing_m, inout vec3 gradient) {
+    ivec3 cell;
+    dvec3 fraction;
+    terrain_place(octave, d, cell, fraction);
+    return terrain_crater_octave(cell, vec3(fraction), up, octave.fraction_lo.w / terrain_table.up.w, octave.weights,
+        octave.fraction_lo.w, int(terrain_table.up_low.w), spacing_m, 0.0, spacing_m, gradient);
+}
+
+// How many octaves of craters have any wider than a length.
+int terrain_craters_above(float length_m) {
+    float widest_m = 0.5 * terrain_table.craters[0].fraction_lo.w;
+    return terrain_table.layers.z > 0 ? int(clamp(ceil(log2(widest_m / length_m)), 0.0, float(terrain_table.layers.z))) : 0;
+}
+
+// Metres that craters add at offset D, and their gradient (added to it, not yet tangential).
+double terrain_craters(vec3 D, float spacing_m, inout vec3 gradient) {
+    int end = terrain_craters_above(0.0625 * spacing_m), coarse = min(terrain_table.layers.w, end);
+    double sum = 0.0LF;
+    dvec3 up = dvec3(terrain_table.up.xyz) + dvec3(terrain_table.up_low.xyz) + dvec3(D) / double(terrain_table.up.w);
+    for (int i = 0; i < coarse; ++i) sum += terrain_crater_double(terrain_table.craters[i], dvec3(D), up, spacing_m, gradient);
+    float fine = 0.0;
+    for (int i = coarse; i < end; ++i) fine += terrain_crater(terrain_table.craters[i], D, vec3(up), spacing_m, gradient);
+    return sum + double(fine);
 }
 
 // D: the foot on the reference sphere minus the anchor's foot. spacing_m: distance of vertices there. Heights hold all
@@ -292,8 +340,11 @@ TerrainPoint terrain_point(vec3 D, float spacing_m) {
             * terrain_height_weight(octave.fraction_lo.w, spacing_m);
     }
 
+    vec3 d_added = vec3(0.0);
+    double added = terrain_craters(D, spacing_m, d_added);
+
     TerrainPoint point;
-    double h = terrain_surface(k, w1_double, fields_double.x, fields_double.y, shape_double, double(z));
+    double h = terrain_surface(k, w1_double, fields_double.x, fields_double.y, shape_double, double(z), added);
     point.dh = float(h - (double(terrain_table.height_m.x) + double(terrain_table.height_m.y)));
 
     // The chain rule: height_surface.py's surface_gradient().
@@ -335,8 +386,9 @@ TerrainPoint terrain_point(vec3 D, float spacing_m) {
     vec3 slope = mix(even_slope, earth_slope, k.plains) * dx;
     slope += d_land * (k.foot_m + k.range_m * m) + on_land * k.range_m * dm;
     slope += k.hill_m * (d_calm * m + calm * dm);
-    slope += d_rough * seen_z + rough * dz;
-    float base = terrain_hypsometry(k, x) + on_land * (k.foot_m + k.range_m * m) + calm * (k.hill_m * m) + rough * z;
+    slope += d_rough * seen_z + rough * dz + d_added;
+    float base = terrain_hypsometry(k, x) + on_land * (k.foot_m + k.range_m * m) + calm * (k.hill_m * m) + rough * z
+        + float(added);
     float over = max(base - k.knee_high_m, 0.0), under = max(k.knee_low_m - base, 0.0);
     float give = (1.0 + over / k.room_high_m) * (1.0 + under / k.room_low_m);
     give = 1.0 / (give * give);

@@ -1,0 +1,196 @@
+"""Impact craters, float64: the twin of assets/shaders/terrain/craters.glsl.
+
+Each octave is a 3D lattice of cells W wide with one crater a cell at a hashed place; where the sphere passes within W / 2
+of that place there is a crater, the smaller the further off it lies. So a point need ask eight cells only, there are
+no poles and no seams, and sizes are continuous. An octave's largest crater is W / 2 wide, and within the octave sizes
+follow N(> D) ~ D^-2, as they do over octaves whose widths halve: the steady state in which new craters wipe out old
+ones (Trask 1966, "Size and spatial distribution of craters estimated from the Ranger photographs", JPL Technical
+Report 32-800: N(> D) = 10^10.9 D^-2 per 10^6 km^2, D in metres, 8.6 % of the area an octave). Density 1 covers 6.0 % of
+the area in each octave, 0.7 of that state.
+
+Shapes: Pike 1977, "Size-dependence in the shape of fresh impact craters on the moon" (Impact and Explosion
+Cratering, 489-509): simple craters are 0.196 D^1.010 deep with rims of 0.036 D^1.014, complex ones 1.044 D^0.301 and
+0.236 D^0.399, in km; the laws meet at 10.6 and 21.3 km there, elsewhere in inverse proportion to gravity, which is in
+proportion to the radius at equal density. Beyond the rim ejecta fall off much as r^-3 (McGetchin, Settle and Head
+1973), to 0 at two radii. Most craters are worn: a hashed share of the fresh relief, its crest rounder.
+
+Within an octave the younger of two craters wipes out what of the older it covers; the order of age is that of the
+parities of the cells, which is the same wherever one asks from. Smaller craters add to larger ones.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...engine.surface.noise import octave_offset, pcg3d
+
+__all__ = ["MOST_OCTAVES", "Craters", "craters_of", "fresh_shape"]
+
+Floats = NDArray[np.float64]
+
+MOST_OCTAVES = 18
+"""Slots in the GPU's table: from 250 km down to 1 m."""
+
+COARSE_CELL_M = 4096.0
+"""Cells wider than this are evaluated in double on the GPU: a float's rounding of a place in them would be millimetres."""
+
+AREA_SHARE = np.pi / 4.0 * (2.0 / 3.0) * (np.log(4.0) / 3.0) * 0.25
+"""Of the ground that an octave of density 1 covers: pi R^2 a cell, R^2 = (1/4 - z^2) g^2 / 4, means over z and g^2."""
+
+_FIRST_OFFSET = 64  # octave numbers of the seed's offsets, behind all noise
+_SMALLEST_M = 0.25
+_MOON_DEPTH_CHANGE_KM, _MOON_RIM_CHANGE_KM, _MOON_RADIUS_M = 10.6, 21.3, 1.7374e6
+_WORN_LEAST = 0.1
+_PEAK_NARROW = 12.0
+
+
+def fresh_shape(diameter_m: float, radius_m: float) -> tuple[float, float, float, float]:
+    """(wall, floor, rim, peak) of a fresh crater by its radius: depth of the wall's parabola below the crest, depth of
+    the floor below it, height of the crest, height of the central peak."""
+    km = diameter_m * 1e-3 * radius_m / _MOON_RADIUS_M  # of a crater like it on the moon
+    complexity, flat = max(km / _MOON_DEPTH_CHANGE_KM, 1.0), max(km / _MOON_RIM_CHANGE_KM, 1.0)
+    depth, rim = 0.392 * complexity**-0.699, 0.072 * flat**-0.601
+    peak = 0.25 * depth * min(complexity - 1.0, 1.0)
+    wall = float(np.sqrt(0.392 * depth))
+    return wall, 0.96 * depth, rim, peak
+
+
+@dataclass(frozen=True, slots=True)
+class Craters:
+    """Octaves of craters on a sphere. `frequency` (K,) cells per metre, widest first; `offset` (K, 3) in cells; `shape`
+    (K, 4) as of fresh_shape; `accept`: cells whose 12-bit draw is below it have a crater."""
+
+    radius_m: float
+    frequency: Floats
+    offset: Floats
+    shape: Floats
+    accept: int
+
+    def __len__(self) -> int:
+        return len(self.frequency)
+
+    @property
+    def coarse(self) -> int:
+        """How many octaves the GPU evaluates in double."""
+        return int(np.count_nonzero(self.frequency < 1.0 / COARSE_CELL_M))
+
+    @property
+    def slope(self) -> float:
+        """A slope that hardly any crater ground exceeds: a fresh wall, and three standard deviations of the rest."""
+        wall = 2.0 * self.shape[:, 0]
+        spread = wall**2 * (0.25 * AREA_SHARE * self.accept / 4096.0)
+        return float(wall.max() + 3.0 * np.sqrt(spread.sum()))
+
+    def heights(self, points: Floats) -> Floats:
+        """Heights (N,) that craters add at `points` (3, N), metres."""
+        return self._evaluate(points, None, gradients=False)[0]
+
+    def heights_gradients(self, points: Floats, footprint_m: Floats | None) -> tuple[Floats, Floats]:
+        """Heights (N,) and 3D gradients (3, N), these limited to what `footprint_m` (N,) shows of them."""
+        return self._evaluate(points, footprint_m, gradients=True)
+
+    def _evaluate(self, points: Floats, footprint_m: Floats | None, gradients: bool) -> tuple[Floats, Floats]:
+        count = points.shape[1]
+        height, gradient = np.zeros(count), np.zeros((3, count if gradients else 0))
+        together = max(_TOGETHER // count, 1)
+        for start in range(0, len(self), together):
+            part = slice(start, start + together)
+            h, g = self._octaves(part, points, footprint_m, gradients)
+            height += h
+            if gradients:
+                gradient += g
+        return height, gradient
+
+    def _octaves(
+        self, part: slice, points: Floats, footprint_m: Floats | None, gradients: bool
+    ) -> tuple[Floats, Floats]:
+        frequency = self.frequency[part]
+        octaves, count = len(frequency), points.shape[1]
+        place = points[:, None] * frequency[:, None] + self.offset[part].T[:, :, None] - 0.5  # (3, K, N)
+        base = np.floor(place)
+        place -= base
+        low = base.astype(np.int64)
+        side = (_PARITIES ^ low[:, None]) & 1  # (3, 8, K, N), by age: oldest first
+        words = (low[:, None] + side).astype(np.uint32)
+        draws = np.stack(pcg3d(*words)).view(np.int32) >> 8  # 24 bits, signed
+        v = place[:, None] + 0.5 - side - ((draws >> 12) + 2048.5) * (1.0 / 4096.0)
+        vv = np.einsum("ackn,ackn->ckn", v, v)
+        parity, k, n = np.nonzero((vv < 0.25) & ((draws[2] & 4095) < self.accept))
+        v, vv, u = v[:, parity, k, n], vv[parity, k, n], (draws[:2, parity, k, n] & 4095) * (1.0 / 4096.0)
+
+        along = np.einsum("an,an->n", v, points[:, n]) / self.radius_m
+        curve = 1.0 / (self.radius_m * frequency[k])
+        e = vv * curve - 2.0 * along
+        root = np.sqrt(1.0 + e * curve)
+        z = e / (1.0 + root)  # how far above the sphere the cell's place lies
+        room = np.maximum((0.25 - z * z) / root, 1e-9)
+        inverse = 4.0 * (1.0 + 3.0 * u[0]) / room  # 1 / R^2
+        q = np.maximum(vv - z * z, 0.0) / root * inverse
+        size = 1.0 / np.sqrt(inverse)
+        fresh = _WORN_LEAST + (1.0 - _WORN_LEAST) * u[1] * u[1]
+        profile, slope = _profile(q, fresh, self.shape[part][k])
+        height_m = size * fresh * profile / frequency[k]
+        cover, cover_slope = _cover(q)
+
+        total, bent = np.zeros((octaves, count)), np.zeros((3, octaves, count) if gradients else 0)
+        if gradients:
+            seen = np.ones(len(n))
+            if footprint_m is not None:
+                t = np.clip(2.0 * size / frequency[k] / footprint_m[n] * 0.5 - 1.0, 0.0, 1.0)
+                seen = t * t * (3.0 - 2.0 * t)
+            ahead = 2.0 * inverse / root * seen * v  # of q, by cells
+        edges = np.searchsorted(parity, np.arange(9))
+        for a, b in zip(edges[:-1], edges[1:], strict=True):
+            at = k[a:b], n[a:b]
+            if gradients:
+                steep = size[a:b] * fresh[a:b] * slope[a:b] - total[at] * frequency[at[0]] * cover_slope[a:b]
+                bent[:, *at] = bent[:, *at] * (1.0 - seen[a:b] * cover[a:b]) + steep * ahead[:, a:b]
+            total[at] = total[at] * (1.0 - cover[a:b]) + height_m[a:b]
+        return total.sum(axis=0), bent.sum(axis=1) if gradients else bent
+
+
+_TOGETHER = 2000  # octaves x points: eight cells each still fit the second-level cache
+_PARITIES = np.array([[c & 1, c >> 1 & 1, c >> 2] for c in range(8)]).T.reshape(3, 8, 1, 1)
+
+
+def _profile(q: Floats, fresh: Floats, shape: Floats) -> tuple[Floats, Floats]:
+    """Heights by crater radius at q = (r / R)^2, and their derivative by q."""
+    wall, floor, rim, peak = shape.T
+    top = np.maximum(1.0 - _PEAK_NARROW * q, 0.0)
+    bottom, d_bottom = rim - floor + peak * top * top, -2.0 * _PEAK_NARROW * peak * top
+    bowl = rim + wall * (q - 1.0)
+    width = 0.15 * floor
+    t = np.clip(0.5 + 0.5 * (bowl - bottom) / width, 0.0, 1.0)
+    inside = bottom + (bowl - bottom) * t + width * t * (1.0 - t)
+    d_inside = d_bottom + (wall - d_bottom) * t
+    left = np.maximum(4.0 - q, 0.0) * (1.0 / 3.0)
+    outside, d_outside = rim * left**3, -rim * left * left
+    width = rim * (2.2 - 1.6 * fresh)
+    t = np.clip(0.5 + 0.5 * (outside - inside) / width, 0.0, 1.0)
+    return outside + (inside - outside) * t - width * t * (1.0 - t), d_outside + (d_inside - d_outside) * t
+
+
+def _cover(q: Floats) -> tuple[Floats, Floats]:
+    """How much a crater wipes out what is older, at q = (r / R)^2: 1 inside, 0 beyond its rim; and by q."""
+    t = np.clip(1.5 - q, 0.0, 1.0)
+    return t * t * (3.0 - 2.0 * t), -6.0 * t * (1.0 - t)
+
+
+def craters_of(density: float, largest_m: float, smallest_m: float, radius_m: float, seed: int) -> Craters | None:
+    """Octaves with craters of diameters from `largest_m` (at most the planet's radius) down to `smallest_m`, or None."""
+    accept = round(4096 * density)
+    if accept <= 0:
+        return None
+    widest = 2.0 ** round(np.log2(2.0 * min(largest_m, radius_m)))
+    octaves = int(np.clip(np.floor(np.log2(0.5 * widest / max(smallest_m, _SMALLEST_M))) + 1, 1, MOST_OCTAVES))
+    width = widest * 0.5 ** np.arange(octaves)
+    return Craters(
+        radius_m,
+        1.0 / width,
+        np.array([octave_offset(seed, _FIRST_OFFSET + k) for k in range(octaves)]),
+        np.array([fresh_shape(0.35 * w, radius_m) for w in width]).astype(np.float32).astype(np.float64),
+        accept,
+    )
