@@ -100,6 +100,8 @@ PAIRS: dict[str, Pair] = {
     "terrain.hills": Pair("earth", "orbit", 1.0),
     "terrain.roughness": Pair("earth", "near", 3.0),
     "terrain.warp": Pair("earth", "orbit", 0.0),
+    "terrain.craters": Pair("moon", "terminator", 1.0, off=0.0),
+    "terrain.crater_largest_m": Pair("moon", "terminator", 5000.0, both={"terrain.craters": 0.8}),
     "terrain.rock_albedo": Pair("earth", "high", (0.3, 0.1, 0.1)),
     "terrain.strata_albedo": Pair("small", "near", (0.5, 0.1, 0.1)),
     "terrain.strata": Pair("small", "near", 0.0),

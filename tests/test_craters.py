@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from test_height_gpu import anchors, evaluate, offsets  # noqa: F401 - evaluate is a fixture
 
 from planetfall.systems.terrain.craters import AREA_SHARE, craters_of, fresh_shape
 from planetfall.systems.terrain.height import (
@@ -14,7 +15,6 @@ from planetfall.systems.terrain.height import (
     height_at_points,
     octave_table,
 )
-from test_height_gpu import anchors, evaluate, offsets  # noqa: F401 - evaluate is a fixture
 
 MOON_M = 1.7374e6
 MOON = TerrainParams(
@@ -32,8 +32,8 @@ def sphere(count, seed=0):
 
 @pytest.mark.parametrize("diameter_km", [1.0, 5.0, 14.0, 20.0, 60.0, 200.0])
 def test_fresh_craters_have_pikes_depths_and_rims(diameter_km):
-    """Pike 1977: of his laws for simple and for complex craters the lower one. Ours leave out the powers 0.010 and 0.014
-    and 4 % of the depth, which round bottoms take."""
+    """Pike 1977: of his laws for simple and for complex craters the lower one. Ours leave out the powers 0.010 and
+    0.014 and 4 % of the depth, which round bottoms take."""
     wall, floor, rim, _ = fresh_shape(diameter_km * 1e3, MOON_M)
     depth_km = min(0.196 * diameter_km**1.010, 1.044 * diameter_km**0.301)
     rim_km = min(0.036 * diameter_km**1.014, 0.236 * diameter_km**0.399)
@@ -49,7 +49,7 @@ def test_density_one_covers_the_share_that_it_says():
     flat = fresh_shape(1e3, MOON_M)  # simple, so that all of the inside is below the surroundings
     object.__setattr__(craters, "shape", np.array([flat]))
     below = craters.heights(np.ascontiguousarray(sphere(40000).T) * MOON_M) < 0.0
-    # A simple crater is below the level around it up to x^2 = 1 - rim / wall; worn crests are lower, so a little further.
+    # A simple crater is below the level around it up to x^2 = 1 - rim / wall; worn crests are lower: a little further.
     share = below.mean() / AREA_SHARE
     assert 1.0 - flat[2] / flat[0] - 0.1 < share < 1.0
 

@@ -1,11 +1,11 @@
 """Impact craters, float64: the twin of assets/shaders/terrain/craters.glsl.
 
-Each octave is a 3D lattice of cells W wide with one crater a cell at a hashed place; where the sphere passes within W / 2
-of that place there is a crater, the smaller the further off it lies. So a point need ask eight cells only, there are
-no poles and no seams, and sizes are continuous. An octave's largest crater is W / 2 wide, and within the octave sizes
+Each octave is a 3D lattice of cells W wide with one crater a cell at a hashed place; where the sphere passes within
+W / 2 of that place there is a crater, the smaller the further off it lies. So a point need ask eight cells only, there
+are are no poles and no seams, and sizes are continuous. An octave's largest crater is W / 2 wide, and within it sizes
 follow N(> D) ~ D^-2, as they do over octaves whose widths halve: the steady state in which new craters wipe out old
 ones (Trask 1966, "Size and spatial distribution of craters estimated from the Ranger photographs", JPL Technical
-Report 32-800: N(> D) = 10^10.9 D^-2 per 10^6 km^2, D in metres, 8.6 % of the area an octave). Density 1 covers 6.0 % of
+Report 32-800: N(> D) = 10^10.9 D^-2 per 10^6 km^2, D in metres, 8.6 % of the area an octave). Density 1 covers 5.9 % of
 the area in each octave, 0.7 of that state.
 
 Shapes: Pike 1977, "Size-dependence in the shape of fresh impact craters on the moon" (Impact and Explosion
@@ -21,6 +21,7 @@ parities of the cells, which is the same wherever one asks from. Smaller craters
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,15 +36,16 @@ MOST_OCTAVES = 18
 """Slots in the GPU's table: from 250 km down to 1 m."""
 
 COARSE_CELL_M = 4096.0
-"""Cells wider than this are evaluated in double on the GPU: a float's rounding of a place in them would be millimetres."""
+"""Cells wider than this are evaluated in double on the GPU: a place in them rounded to float is millimetres off."""
 
-AREA_SHARE = np.pi / 4.0 * (2.0 / 3.0) * (np.log(4.0) / 3.0) * 0.25
-"""Of the ground that an octave of density 1 covers: pi R^2 a cell, R^2 = (1/4 - z^2) g^2 / 4, means over z and g^2."""
+AREA_SHARE = np.pi / 4.0 * (np.log(4.0) / 3.0) * (1.0 / 6.0 - 1.0 / 256.0)
+"""Of the ground that an octave of density 1 covers: pi R^2 a cell, 4 R^2 = (1/4 - z^2) g^2. The mean of g^2 is
+ln(4) / 3, that of 1/4 - z^2 over |z| < 1/2 is 1/6, less 1/256 for what lies close to |z| = 1/2 and is left out."""
 
 _FIRST_OFFSET = 64  # octave numbers of the seed's offsets, behind all noise
 _SMALLEST_M = 0.25
 _MOON_DEPTH_CHANGE_KM, _MOON_RIM_CHANGE_KM, _MOON_RADIUS_M = 10.6, 21.3, 1.7374e6
-_WORN_LEAST = 0.1
+_WORN_LEAST = 0.15
 _PEAK_NARROW = 12.0
 
 
@@ -127,13 +129,14 @@ class Craters:
         root = np.sqrt(1.0 + e * curve)
         z = e / (1.0 + root)  # how far above the sphere the cell's place lies
         room = np.maximum((0.25 - z * z) / root, 1e-9)
+        kept = np.clip(16.0 * room - 1.0, 0.0, 1.0)  # those less than half as wide as they could be are left out
         inverse = 4.0 * (1.0 + 3.0 * u[0]) / room  # 1 / R^2
         q = np.maximum(vv - z * z, 0.0) / root * inverse
         size = 1.0 / np.sqrt(inverse)
-        fresh = _WORN_LEAST + (1.0 - _WORN_LEAST) * u[1] * u[1]
+        fresh = kept * (_WORN_LEAST + (1.0 - _WORN_LEAST) * u[1] * u[1])
         profile, slope = _profile(q, fresh, self.shape[part][k])
         height_m = size * fresh * profile / frequency[k]
-        cover, cover_slope = _cover(q)
+        cover, cover_slope = (kept * c for c in _cover(q))
 
         total, bent = np.zeros((octaves, count)), np.zeros((3, octaves, count) if gradients else 0)
         if gradients:
@@ -143,7 +146,7 @@ class Craters:
                 seen = t * t * (3.0 - 2.0 * t)
             ahead = 2.0 * inverse / root * seen * v  # of q, by cells
         edges = np.searchsorted(parity, np.arange(9))
-        for a, b in zip(edges[:-1], edges[1:], strict=True):
+        for a, b in pairwise(edges):
             at = k[a:b], n[a:b]
             if gradients:
                 steep = size[a:b] * fresh[a:b] * slope[a:b] - total[at] * frequency[at[0]] * cover_slope[a:b]
@@ -180,7 +183,7 @@ def _cover(q: Floats) -> tuple[Floats, Floats]:
 
 
 def craters_of(density: float, largest_m: float, smallest_m: float, radius_m: float, seed: int) -> Craters | None:
-    """Octaves with craters of diameters from `largest_m` (at most the planet's radius) down to `smallest_m`, or None."""
+    """Octaves of craters from diameters of `largest_m`, at most the planet's radius, to `smallest_m`; None for none."""
     accept = round(4096 * density)
     if accept <= 0:
         return None

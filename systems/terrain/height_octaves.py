@@ -38,9 +38,7 @@ def heights(points: Floats, model: Model) -> Floats:
     if points.shape[1] == 1:  # plain floats are ten times faster than arrays of one
         single = 0.0 if added is None else float(added[0])
         return np.array([surface(model.constants, *(float(v[0]) for v in (*w1, c, b, *shapes, z)), single)])
-    return surface(
-        model.constants, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1], z, 0.0 if added is None else added
-    )
+    return surface(model.constants, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1], z, 0.0 if added is None else added)
 
 
 def heights_slopes(points: Floats, model: Model) -> tuple[Floats, Floats]:

@@ -8,7 +8,17 @@ from typing import Any
 
 __all__ = ["TerrainParams"]
 
-_KNOBS = ("land_share", "continent_size", "plains", "mountains", "hills", "roughness", "warp", "craters", "crater_largest_m")
+_KNOBS = (
+    "land_share",
+    "continent_size",
+    "plains",
+    "mountains",
+    "hills",
+    "roughness",
+    "warp",
+    "craters",
+    "crater_largest_m",
+)
 _RANGES = {
     "layers": (1, 16),
     "land_share": (0.02, 0.98),

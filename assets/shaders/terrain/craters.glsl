@@ -17,12 +17,12 @@ ivec3 crater_side(ivec3 base, int parity) {
 
 // One octave at the place `fraction` of `cell`, in float or double. up: the foot on the sphere over the radius; curve: cells
 // over the radius; shape: wall, floor, rim, peak; width_m: of a cell; accept: of 4096 draws; spacing_m limits heights to
-// what vertices that far apart may need; gradients, which are added, weigh what begin_m does not show and end_m does
-// (begin_m 0: all).
+// what vertices that far apart may need. ground: adds to xyz the gradient of what begin_m does not show and end_m does (begin_m 0:
+// all), to w how freshly dug the ground is, 0..1.
 #define TERRAIN_CRATER_OCTAVE(REAL, REAL3) \
     REAL terrain_crater_octave( \
         ivec3 cell, REAL3 fraction, REAL3 up, REAL curve, vec4 shape, float width_m, int accept, float spacing_m, \
-        float begin_m, float end_m, inout vec3 gradient \
+        float begin_m, float end_m, inout vec4 ground \
     ) { \
         REAL3 f = fraction - REAL(0.5); \
         ivec3 below = ivec3(lessThan(f, REAL3(0.0))); \
@@ -35,7 +35,7 @@ ivec3 crater_side(ivec3 base, int parity) {
             reached |= dot(v, v) < 0.25001 && (draws.z & 4095) < accept ? 1 << parity : 0; \
         } \
         REAL total = REAL(0.0); \
-        vec3 bent = vec3(0.0); \
+        vec4 bent = vec4(0.0); \
         while (reached != 0) { \
             ivec3 side = crater_side(base, findLSB(reached)), draws = crater_draws(base, side); \
             reached &= reached - 1; \
@@ -45,11 +45,11 @@ ivec3 crater_side(ivec3 base, int parity) {
             REAL e = vv * curve - REAL(2.0) * dot(v, up); \
             REAL root = sqrt(REAL(1.0) + e * curve); \
             REAL z = e / (REAL(1.0) + root); \
-            REAL room = max((REAL(0.25) - z * z) / root, REAL(1e-9)); \
+            REAL room = max((REAL(0.25) - z * z) / root, REAL(1e-9)), kept = clamp(REAL(16.0) * room - REAL(1.0), REAL(0.0), REAL(1.0)); \
             REAL inverse = REAL(4.0) * REAL(1.0 + 3.0 * u.x) / room; \
             REAL q = min(max(vv - z * z, REAL(0.0)) / root * inverse, REAL(4.0)); \
             float size = inversesqrt(float(inverse)); \
-            REAL fresh = REAL(0.1LF) + REAL(0.9LF) * REAL(u.y) * REAL(u.y); \
+            REAL fresh = kept * (REAL(0.15LF) + REAL(0.85LF) * REAL(u.y) * REAL(u.y)); \
             REAL top = max(REAL(1.0) - REAL(CRATER_PEAK_NARROW) * q, REAL(0.0)); \
             REAL bottom = REAL(shape.z) - REAL(shape.y) + REAL(shape.w) * top * top; \
             float d_bottom = -2.0 * CRATER_PEAK_NARROW * shape.w * float(top); \
@@ -66,17 +66,19 @@ ivec3 crater_side(ivec3 base, int parity) {
             REAL profile = outside + (inside - outside) * t - width * t * (REAL(1.0) - t); \
             float slope = d_outside + (d_inside - d_outside) * float(t); \
             t = clamp(REAL(1.5) - q, REAL(0.0), REAL(1.0)); \
-            REAL cover = t * t * (REAL(3.0) - REAL(2.0) * t); \
-            float d_cover = -6.0 * float(t * (REAL(1.0) - t)); \
+            REAL cover = kept * t * t * (REAL(3.0) - REAL(2.0) * t); \
+            float d_cover = -6.0 * float(kept * t * (REAL(1.0) - t)); \
             float wide_m = 2.0 * size * width_m; \
             float seen = terrain_layer_weight(wide_m, end_m) - (begin_m > 0.0 ? terrain_layer_weight(wide_m, begin_m) : 0.0); \
             float steep = size * float(fresh) * slope - float(total) / width_m * d_cover; \
-            bent = bent * (1.0 - seen * float(cover)) + (2.0 * float(inverse) / float(root) * seen * steep) * vec3(v); \
+            float dug = max(1.6 * float(fresh) - 0.6, 0.0) * min(float(left), 1.0); \
+            bent = bent * (1.0 - seen * float(cover)) \
+                + seen * vec4((2.0 * float(inverse) / float(root) * steep) * vec3(v), dug); \
             REAL shown = REAL(terrain_height_weight(wide_m, spacing_m)); \
             total = total * (REAL(1.0) - shown * cover) \
                 + shown * profile * fresh * REAL(width_m) / sqrt(inverse); \
         } \
-        gradient += bent; \
+        ground += bent; \
         return total; \
     }
 

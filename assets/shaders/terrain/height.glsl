@@ -52,6 +52,7 @@ layout(std430, binding = 4) readonly buffer TerrainTable {
     TerrainOctave craters[TERRAIN_CRATERS];  // weights: wall, floor, rim and peak by radius
 } terrain_table;
 
+const float TERRAIN_DUG_DRY = 0.3;  // what fresh craters take off the moisture: they show what lies below dark plains
 const int TERRAIN_GATING_LAYERS = 2;
 const float TERRAIN_GATE_SHUT = 0.2, TERRAIN_GATE_LOW = 0.8, TERRAIN_GATE_WIDTH = 1.4;
 const float TERRAIN_RIDGE_TOP = 0.30, TERRAIN_RIDGE_SLOPE = 1.9, TERRAIN_RIDGE_ROUND = 0.03;
@@ -211,29 +212,29 @@ double terrain_surface(TerrainConstants k, dvec3 w1, double c, double b, dvec2 s
 
 // An octave of craters at offset d. up: the place over the radius. Evaluators with places of their own: the wide ones (the
 // first terrain_table.layers.w) are for double, the others want their fraction from double or from an anchor nearby.
-double terrain_crater_double(TerrainOctave octave, dvec3 d, dvec3 up, float spacing_m, inout vec3 gradient) {
+double terrain_crater_double(TerrainOctave octave, dvec3 d, dvec3 up, float spacing_m, inout vec4 ground) {
     ivec3 cell;
     dvec3 fraction;
     terrain_place(octave, d, cell, fraction);
     double curve = double(octave.fraction_lo.w) / double(terrain_table.up.w);
     return terrain_crater_octave(cell, fraction, up, curve, octave.weights, octave.fraction_lo.w,
-        int(terrain_table.up_low.w), spacing_m, 0.0, spacing_m, gradient);
+        int(terrain_table.up_low.w), spacing_m, 0.0, spacing_m, ground);
 }
 
-float terrain_crater(TerrainOctave octave, vec3 d, vec3 up, float spacing_m, inout vec3 gradient) {
+float terrain_crater(TerrainOctave octave, vec3 d, vec3 up, float spacing_m, inout vec4 ground) {
     ivec3 cell;
     vec3 fraction;
     terrain_place(octave, d, cell, fraction);
     return terrain_crater_octave(cell, fraction, up, octave.fraction_lo.w / terrain_table.up.w, octave.weights,
-        octave.fraction_lo.w, int(terrain_table.up_low.w), spacing_m, 0.0, spacing_m, gradient);
+        octave.fraction_lo.w, int(terrain_table.up_low.w), spacing_m, 0.0, spacing_m, ground);
 }
 
-float terrain_crater(TerrainOctave octave, dvec3 d, vec3 up, float spacing_m, inout vec3 gradient) {
+float terrain_crater(TerrainOctave octave, dvec3 d, vec3 up, float spacing_m, inout vec4 ground) {
     ivec3 cell;
     dvec3 fraction;
     terrain_place(octave, d, cell, fraction);
     return terrain_crater_octave(cell, vec3(fraction), up, octave.fraction_lo.w / terrain_table.up.w, octave.weights,
-        octave.fraction_lo.w, int(terrain_table.up_low.w), spacing_m, 0.0, spacing_m, gradient);
+        octave.fraction_lo.w, int(terrain_table.up_low.w), spacing_m, 0.0, spacing_m, ground);
 }
 
 // How many octaves of craters have any wider than a length.
@@ -242,14 +243,14 @@ int terrain_craters_above(float length_m) {
     return terrain_table.layers.z > 0 ? int(clamp(ceil(log2(widest_m / length_m)), 0.0, float(terrain_table.layers.z))) : 0;
 }
 
-// Metres that craters add at offset D, and their gradient (added to it, not yet tangential).
-double terrain_craters(vec3 D, float spacing_m, inout vec3 gradient) {
+// Metres that craters add at offset D. ground: adds their gradient (not yet tangential), and to w how freshly dug it is.
+double terrain_craters(vec3 D, float spacing_m, inout vec4 ground) {
     int end = terrain_craters_above(0.0625 * spacing_m), coarse = min(terrain_table.layers.w, end);
     double sum = 0.0LF;
     dvec3 up = dvec3(terrain_table.up.xyz) + dvec3(terrain_table.up_low.xyz) + dvec3(D) / double(terrain_table.up.w);
-    for (int i = 0; i < coarse; ++i) sum += terrain_crater_double(terrain_table.craters[i], dvec3(D), up, spacing_m, gradient);
+    for (int i = 0; i < coarse; ++i) sum += terrain_crater_double(terrain_table.craters[i], dvec3(D), up, spacing_m, ground);
     float fine = 0.0;
-    for (int i = coarse; i < end; ++i) fine += terrain_crater(terrain_table.craters[i], D, vec3(up), spacing_m, gradient);
+    for (int i = coarse; i < end; ++i) fine += terrain_crater(terrain_table.craters[i], D, vec3(up), spacing_m, ground);
     return sum + double(fine);
 }
 
@@ -340,8 +341,8 @@ TerrainPoint terrain_point(vec3 D, float spacing_m) {
             * terrain_height_weight(octave.fraction_lo.w, spacing_m);
     }
 
-    vec3 d_added = vec3(0.0);
-    double added = terrain_craters(D, spacing_m, d_added);
+    vec4 dug = vec4(0.0);
+    double added = terrain_craters(D, spacing_m, dug);
 
     TerrainPoint point;
     double h = terrain_surface(k, w1_double, fields_double.x, fields_double.y, shape_double, double(z), added);
@@ -386,7 +387,7 @@ TerrainPoint terrain_point(vec3 D, float spacing_m) {
     vec3 slope = mix(even_slope, earth_slope, k.plains) * dx;
     slope += d_land * (k.foot_m + k.range_m * m) + on_land * k.range_m * dm;
     slope += k.hill_m * (d_calm * m + calm * dm);
-    slope += d_rough * seen_z + rough * dz + d_added;
+    slope += d_rough * seen_z + rough * dz + dug.xyz;
     float base = terrain_hypsometry(k, x) + on_land * (k.foot_m + k.range_m * m) + calm * (k.hill_m * m) + rough * z
         + float(added);
     float over = max(base - k.knee_high_m, 0.0), under = max(k.knee_low_m - base, 0.0);
@@ -397,7 +398,7 @@ TerrainPoint terrain_point(vec3 D, float spacing_m) {
     vec3 up = terrain_table.up.xyz + D / terrain_table.up.w;
     point.gradient = slope - up * dot(up, slope);
     point.roughness = rough * give;
-    point.moisture = clamp(0.5 - 0.6 * w1.z + 0.2 * w1.y, 0.0, 1.0);
+    point.moisture = clamp(0.5 - 0.6 * w1.z + 0.2 * w1.y - TERRAIN_DUG_DRY * dug.w, 0.0, 1.0);
     point.mountains = on_land;
     return point;
 }
@@ -437,4 +438,22 @@ vec3 terrain_detail_gradient(vec3 D, float roughness, float spacing_vertex_m, fl
     }
     vec3 up = terrain_table.up.xyz + D / terrain_table.up.w;
     return roughness * (sum - up * dot(up, sum));
+}
+
+// What terrain_point left out of the craters between the vertices' spacing and the pixel's footprint: gradient (tangential), and
+// in w how freshly dug the ground is. Craters of an octave differ in width by a factor of four.
+vec4 terrain_crater_detail(vec3 D, float spacing_vertex_m, float footprint_m) {
+    int begin = max(terrain_craters_above(16.0 * spacing_vertex_m), 0), end = terrain_craters_above(2.0 * footprint_m);
+    vec3 up = terrain_table.up.xyz + D / terrain_table.up.w;
+    vec4 ground = vec4(0.0);
+    for (int i = begin; i < end; ++i) {
+        TerrainOctave octave = terrain_table.craters[i];
+        ivec3 cell;
+        vec3 fraction;
+        terrain_place(octave, D, cell, fraction);
+        terrain_crater_octave(cell, fraction, up, octave.fraction_lo.w / terrain_table.up.w, octave.weights,
+            octave.fraction_lo.w, int(terrain_table.up_low.w), footprint_m, spacing_vertex_m, footprint_m, ground);
+    }
+    ground.xyz -= up * dot(up, ground.xyz);
+    return ground;
 }

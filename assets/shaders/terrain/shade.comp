@@ -52,6 +52,9 @@ vec3 ground_radiance(ivec2 pixel) {
     GroundDetail detail = ground_detail(D, roughness, spacing, footprint);
     vec3 relief = roughness * to_sphere * detail.gradient;
     gradient += relief - zenith * dot(zenith, relief);
+    vec4 dug = terrain_crater_detail(D, spacing, footprint);
+    gradient += to_sphere * dug.xyz;
+    moisture = max(moisture - TERRAIN_DUG_DRY * dug.w, 0.0);
     Material material = terrain_material(detail, zenith, height, gradient, roughness, moisture, footprint);
     vec3 bumps = material.grain * detail.grain;
     gradient += bumps - zenith * dot(zenith, bumps);
