@@ -1,0 +1,183 @@
+"""The nodes of a forest whose facts are known: rows of arrays, with links between them.
+
+Row 0 stands for what is never missing (the parent of a root), row 1 for what is unknown. So links can be followed
+without asking whether they lead anywhere.
+
+A node depends on its parent and on the parents of its neighbours, its `supports`: where all of them are split, all its
+neighbours exist, and splitting it makes no neighbours that differ by two levels.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .keys import child_number, children_of, level_of, parent_of
+from .scheme import Scheme
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+GIVEN, UNKNOWN = 0, 1
+"""The two rows that are no nodes."""
+SUPPORTS = 3
+"""A child has at most two outer edges: its parent, and the parents of two neighbours."""
+
+
+class NodeTable:
+    """Known nodes. Rows are stable while a node is known; freed rows are used again."""
+
+    def __init__(self, scheme: Scheme, balanced: bool) -> None:
+        self.scheme = scheme
+        self.balanced = balanced
+        self.rows: dict[int, int] = {}
+        self._free: list[int] = []
+        self._used = 2
+        self._allocate(64)
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def _allocate(self, size: int) -> None:
+        edges = self.scheme.edges
+        fresh = {
+            "key": np.zeros(size, np.int64),
+            "level": np.zeros(size, np.int64),
+            "low_m": np.zeros(size),
+            "high_m": np.zeros(size),
+            "error_m": np.zeros(size),
+            "center": np.zeros((size, 3)),
+            "reach": np.zeros(size),
+            "normals": np.zeros((size, edges, 3)),
+            "neighbour_keys": np.zeros((size, edges), np.int64),
+            "support_keys": np.zeros((size, SUPPORTS), np.int64),
+            "supports": np.full((size, SUPPORTS), GIVEN, np.int64),
+            "kids": np.full((size, 4), UNKNOWN, np.int64),
+            "known": np.zeros(size, bool),
+            "split": np.zeros(size, bool),
+            "morph": np.ones(size),
+            "used": np.zeros(size, np.int64),
+        }
+        for name, array in fresh.items():
+            if hasattr(self, name):
+                array[: self._used] = getattr(self, name)[: self._used]
+            setattr(self, name, array)
+        self.split[GIVEN] = True
+        self.morph[GIVEN] = 0.0
+
+    key: Ints
+    level: Ints
+    low_m: Floats
+    high_m: Floats
+    error_m: Floats
+    center: Floats
+    """(R, 3) unit vectors."""
+    reach: Floats
+    """Chord from the centre to the farthest corner."""
+    normals: Floats
+    """(R, E, 3): inward unit normals of the planes through the centre of the sphere and the edges."""
+    neighbour_keys: Ints
+    """(R, E)."""
+    support_keys: Ints
+    supports: Ints
+    """(R, 3): rows of the parent and of two neighbours' parents; GIVEN where there is none."""
+    kids: Ints
+    """(R, 4)."""
+    known: NDArray[np.bool_]
+    split: NDArray[np.bool_]
+    """Whether the children are drawn instead (or theirs)."""
+    morph: Floats
+    """Of the children: 1 as this node looks, 0 as they do."""
+    used: Ints
+    """The last call in which it was of use."""
+
+    def find(self, keys: Ints) -> Ints:
+        """Rows of keys, UNKNOWN where there is none; GIVEN for NO_NODE."""
+        get = self.rows.get
+        flat = [get(k, UNKNOWN) if k else GIVEN for k in keys.ravel().tolist()]
+        return np.array(flat, dtype=np.int64).reshape(keys.shape)
+
+    def add(self, keys: Ints, low_m: Floats, high_m: Floats, error_m: Floats) -> Ints:
+        """Rows of nodes, made where they are new."""
+        rows = self.find(keys)
+        new = np.unique(keys[rows == UNKNOWN])
+        if len(new):
+            self._insert(new)
+            rows = self.find(keys)
+        self.low_m[rows], self.high_m[rows], self.error_m[rows] = low_m, high_m, error_m
+        return rows
+
+    def _insert(self, keys: Ints) -> None:
+        rows = self._take(keys)
+        scheme = self.scheme
+        self.key[rows], self.level[rows] = keys, level_of(keys)
+        self.known[rows], self.split[rows], self.morph[rows], self.used[rows] = True, False, 1.0, 0
+        corners, center = scheme.corners(keys), scheme.center(keys)
+        self.center[rows] = center
+        self.reach[rows] = np.sqrt(((corners - center[:, None]) ** 2).sum(axis=2).max(axis=1))
+        self.normals[rows] = edge_normals(corners, center, scheme.edge_corners)
+        beside = scheme.neighbour(keys[:, None], np.arange(scheme.edges))
+        self.neighbour_keys[rows] = beside
+        self.support_keys[rows] = self._support_keys(keys, beside)
+        self.supports[rows] = self.find(self.support_keys[rows])
+        children = children_of(keys)
+        self.kids[rows] = self.find(children)
+        self._link(keys, rows, rows)
+
+    def _support_keys(self, keys: Ints, beside: Ints) -> Ints:
+        parent = parent_of(keys)
+        if not self.balanced:
+            return np.stack([parent, np.zeros_like(parent), np.zeros_like(parent)], axis=1)
+        outer = parent_of(beside)
+        outer = np.where(outer == parent[:, None], 0, outer)
+        # Largest first: the zeros of inner edges go.
+        outer = -np.sort(-outer, axis=1)
+        return np.concatenate([parent[:, None], outer[:, : SUPPORTS - 1]], axis=1)
+
+    def _link(self, keys: Ints, rows: Ints, to: Ints) -> None:
+        """Point all links to these nodes at the rows `to`."""
+        parents = self.find(parent_of(keys))
+        inner = parents > UNKNOWN
+        self.kids[parents[inner], child_number(keys[inner])] = to[inner]
+        # Whoever may be supported by a node: its children and what is beside them.
+        children = children_of(keys)
+        beside = self.scheme.neighbour(children[..., None], np.arange(self.scheme.edges)).reshape(len(keys), -1)
+        above = self.find(np.concatenate([children, beside], axis=1))
+        own, column = np.nonzero(above > UNKNOWN)
+        above = above[own, column]
+        for k in range(SUPPORTS):
+            on = self.support_keys[above, k] == keys[own]
+            self.supports[above[on], k] = to[own[on]]
+
+    def _take(self, keys: Ints) -> Ints:
+        count = len(keys)
+        missing = self._used + max(count - len(self._free), 0) - len(self.known)
+        if missing > 0:
+            self._allocate(max(2 * len(self.known), len(self.known) + missing))
+        again = min(count, len(self._free))
+        rows = [self._free.pop() for _ in range(again)] + list(range(self._used, self._used + count - again))
+        self._used += count - again
+        self.rows.update(zip(keys.tolist(), rows, strict=True))
+        return np.array(rows, dtype=np.int64)
+
+    def remove(self, keys: Ints) -> None:
+        """Forget nodes; unknown keys are passed over."""
+        keys = np.unique(keys)
+        rows = self.find(keys)
+        keys, rows = keys[rows > UNKNOWN], rows[rows > UNKNOWN]
+        if not len(keys):
+            return
+        self._link(keys, rows, np.full(len(rows), UNKNOWN))
+        for key in keys.tolist():
+            del self.rows[key]
+        self.known[rows], self.split[rows], self.morph[rows] = False, False, 1.0
+        self.kids[rows], self.supports[rows], self.support_keys[rows], self.key[rows] = UNKNOWN, GIVEN, 0, 0
+        self._free.extend(rows.tolist())
+
+
+def edge_normals(corners: Floats, center: Floats, edge_corners: Ints) -> Floats:
+    """Inward unit normals of the edges' planes, (N, E, 3), from corners (N, E, 3) and centres (N, 3)."""
+    start, end = corners[:, edge_corners[:, 0]], corners[:, edge_corners[:, 1]]
+    # From the difference: corners of small cells agree in most of their digits.
+    normals = np.cross(start, end - start)
+    normals /= np.sqrt((normals * normals).sum(axis=2))[..., None]
+    inward = np.einsum("nek,nk->ne", normals, center)
+    return normals * np.sign(inward)[..., None]
