@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from planetfall.engine.surface.icosphere import TriangleScheme
 from planetfall.engine.surface.keys import (
     MAX_LEVEL,
     NO_NODE,
@@ -19,7 +20,7 @@ from planetfall.engine.surface.keys import (
 )
 from planetfall.engine.surface.scheme import QuadScheme, Scheme
 
-SCHEMES: list[Scheme] = [QuadScheme()]
+SCHEMES: list[Scheme] = [QuadScheme(), TriangleScheme()]
 LEVELS = (0, 1, 2, 5, 13, 26)
 
 

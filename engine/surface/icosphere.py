@@ -6,10 +6,11 @@ a + b + c = FULL; its vector a V0 + b V1 + c V2 is an integer vector below 2^53,
 the sum and with or without fused multiply-add. The point's direction is a function of that vector alone, and on the 30
 edges and 12 corners both sides have the same vector: it is the canonical name of a point.
 
-Why flat coordinates: the lines of the lattice are great circles (a cell is the hull of its corners, pushed out to the
-sphere), the inverse is a 3 x 3 product, sums are exact. Cells of a level differ in area by a factor of 1.98 (the cube's:
-1.41); dividing edges by equal angles, P = sum of sin(a_i) V_i, would bring 1.18, no straight lines and no closed
-inverse, for 3 % fewer triangles at equal longest edges. A selection looks at the true size of each cell anyhow.
+Why flat coordinates: the lines of the lattice are great circles (a cell is the hull of its corners, pushed out to
+the sphere), the inverse is a 3 x 3 product, sums are exact. Cells of a level differ in area by a factor of 1.98 (the
+cube's: 1.41); dividing edges by equal angles, P = sum of sin(a_i) V_i, would bring 1.18, no straight lines and no
+closed inverse, for 3 % fewer triangles at equal longest edges. A selection looks at the true size of each cell
+anyhow.
 
 Nodes are (root, level, i, j, o): with n = 2**level cells along an edge and b, c counted in cells, the upright one
 (o = 0) has corners (i, j), (i + 1, j), (i, j + 1), the inverted one (o = 1) (i + 1, j + 1), (i, j + 1), (i + 1, j):
@@ -22,13 +23,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .keys import MAX_LEVEL, level_of, pack_path, path_of, root_of
+from .scheme import Scheme, compact_bits, spread_bits
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 FULL_BITS = 30
 FULL = 1 << FULL_BITS
-MOST_LEVEL = 26
-"""Keys have room for cells of at least 16 lattice steps."""
 
 SHORT, LONG = 2178309, 3524578
 """Fibonacci numbers 32 and 33. Their ratio is the golden one to 1e-13."""
@@ -76,7 +78,7 @@ _NORMALS: Floats = _VECTORS_F.sum(axis=1) / np.linalg.norm(_VECTORS_F.sum(axis=1
 
 EDGE_OVER_HEIGHT = float(2 * SHORT / np.linalg.norm(_VECTORS_F[0].mean(axis=0)))
 """Length of an edge over the distance of a root's plane from the centre, 1.3232: the longest vertex spacing is this
-angle over the number of segments along a root's edge; the shortest is 0.63 times as long."""
+angle over the number of segments along a root's edge; the shortest is 0.68 times as long."""
 
 
 def _across() -> tuple[Ints, Ints]:
@@ -91,7 +93,7 @@ def _across() -> tuple[Ints, Ints]:
 ACROSS_ROOT, ACROSS_EDGE = _across()
 LOWEST_OF_EDGE: Ints = np.minimum(np.arange(20)[:, None], ACROSS_ROOT)
 """(20, 3): the lowest root that contains an edge."""
-LOWEST_OF_CORNER: Ints = np.array([np.nonzero((ROOTS == corner).any(axis=1))[0][0] for corner in range(12)])
+LOWEST_OF_CORNER: Ints = np.array([np.nonzero((corner == ROOTS).any(axis=1))[0][0] for corner in range(12)])
 """(12,): the lowest root that contains a corner."""
 
 
@@ -149,8 +151,6 @@ def snap(directions: ArrayLike) -> tuple[Ints, Ints, Ints]:
     return root, whole_b - np.where(whole_b >= whole_c, over, 0), whole_c - np.where(whole_b >= whole_c, 0, over)
 
 
-_ROOT_SHIFT, _LEVEL_SHIFT, _I_SHIFT = 58, 53, 27
-_I_MASK, _J_MASK = (1 << 26) - 1, (1 << 27) - 1
 # Corners of the upright cell in cells, and of the inverted one.
 _UPRIGHT = np.array([[0, 0], [1, 0], [0, 1]])
 _CORNER_B = np.stack([_UPRIGHT[:, 0], 1 - _UPRIGHT[:, 0]])
@@ -159,54 +159,46 @@ _CORNER_C = np.stack([_UPRIGHT[:, 1], 1 - _UPRIGHT[:, 1]])
 _STEP_I, _STEP_J = np.array([0, 0, -1]), np.array([-1, 0, 0])
 
 
-class TriangleScheme:
-    """The icosphere as a scheme of `engine.surface.scheme`: keys of int64, level by level, in integers.
+class TriangleScheme(Scheme):
+    """The icosphere's 20 trees of triangles.
 
-    In `pack` and `unpack` j carries the orientation in its lowest bit: j = 2 * row + o. Levels 0 to MOST_LEVEL.
-    Children 0 to 2 lie at the corners of the same number, child 3 in the middle, turned by half a turn.
+    In `pack` and `unpack` j carries the orientation in its lowest bit: j = 2 * row + o. Children 0 to 2 lie at the
+    corners of the same number, child 3 in the middle, turned by half a turn. Edge e runs from corner e to e + 1.
     """
 
+    name = "icosphere"
     roots = 20
     edges = 3
-    most_level = MOST_LEVEL
+    edge_corners: Ints = np.array([[0, 1], [1, 2], [2, 0]], dtype=np.int64)
+    finest_level = MAX_LEVEL
 
     def pack(self, root: ArrayLike, level: ArrayLike, i: ArrayLike, j: ArrayLike) -> Ints:
         """Keys of nodes; j = 2 * row + o."""
-        root, level, i, j = (np.asarray(x, dtype=np.int64) for x in (root, level, i, j))
-        return root << _ROOT_SHIFT | level << _LEVEL_SHIFT | i << _I_SHIFT | j
+        i, j, level = (np.asarray(x, dtype=np.int64) for x in (i, j, level))
+        row = j >> 1
+        # A bit a level. Where i and row agree, the parent's orientation is that bit; elsewhere it is the node's own.
+        # So orientations spread upwards from the leaf, whose own stands below the lowest bit.
+        known = ~(i ^ row) << 1 | 1
+        turned = (i << 1 & known) | (j & 1)
+        for step in (1, 2, 4, 8, 16):
+            turned = turned | (turned << step & ~known)
+            known = known | known << step
+        before, mask = turned >> 1, (np.int64(1) << level) - 1
+        middle = ~(i ^ row) & (before ^ turned)
+        low, high = ((i ^ before) | middle) & mask, ((row ^ before) | middle) & mask
+        return pack_path(root, level, spread_bits(low) | spread_bits(high) << 1)
 
     def unpack(self, keys: ArrayLike) -> tuple[Ints, Ints, Ints, Ints]:
         """(root, level, i, j) of keys; j = 2 * row + o."""
-        keys = np.asarray(keys, dtype=np.int64)
-        return keys >> _ROOT_SHIFT, keys >> _LEVEL_SHIFT & 31, keys >> _I_SHIFT & _I_MASK, keys & _J_MASK
-
-    def level(self, keys: ArrayLike) -> Ints:
-        """Levels of keys."""
-        return np.asarray(keys, dtype=np.int64) >> _LEVEL_SHIFT & 31
-
-    def root_keys(self) -> Ints:
-        """The 20 roots."""
-        return self.pack(np.arange(20), 0, 0, 0)
-
-    def children(self, keys: ArrayLike) -> Ints:
-        """(..., 4): the children at corners 0, 1 and 2, and the one in the middle."""
-        root, level, i, j = (x[..., None] for x in self.unpack(keys))
-        row, turned = j >> 1, j & 1
-        # The corner children of an inverted node are those of an upright one, turned about the node's middle.
-        step_i, step_j = np.array([0, 1, 0, 0]), np.array([0, 0, 1, 0])
-        child_i = 2 * i + np.where(turned == 1, 1 - step_i, step_i)
-        child_row = 2 * row + np.where(turned == 1, 1 - step_j, step_j)
-        orientation = np.where(np.arange(4) == 3, 1 - turned, turned)
-        return self.pack(root, level + 1, child_i, child_row << 1 | orientation)
-
-    def parent(self, keys: ArrayLike) -> Ints:
-        """The parents of keys; roots must not be asked for."""
-        root, level, i, j = self.unpack(keys)
-        row, turned = j >> 1, j & 1
-        # A middle child has both coordinates odd (upright) or both even (inverted).
-        middle = ((i & 1) == 1 - turned) & ((row & 1) == 1 - turned)
-        orientation = np.where(middle, 1 - turned, turned)
-        return self.pack(root, level - 1, i >> 1, (row >> 1) << 1 | orientation)
+        path = path_of(keys)
+        low, high = compact_bits(path), compact_bits(path >> 1)
+        # Every middle child turns what lies in it.
+        turned = low & high
+        for step in (1, 2, 4, 8, 16):
+            turned = turned ^ turned >> step
+        before = turned >> 1
+        i, row = (low & ~high) ^ before, (high & ~low) ^ before
+        return root_of(keys), level_of(keys), i, row << 1 | (turned & 1)
 
     def neighbour(self, keys: ArrayLike, edge: ArrayLike) -> Ints:
         """The node of the same level across an edge, across the edges of roots too."""
@@ -258,8 +250,8 @@ class TriangleScheme:
         """The longest vertex spacing on a level as an angle, for nodes of so many segments a side."""
         return EDGE_OVER_HEIGHT / segments * np.exp2(-np.asarray(level, dtype=np.float64))
 
-    def locate(self, directions: ArrayLike, level: ArrayLike) -> Ints:
-        """Keys of the nodes of a level that contain the directions (..., 3)."""
+    def at(self, directions: ArrayLike, level: ArrayLike) -> Ints:
+        """The nodes of a level that contain the directions (..., 3)."""
         root, b, c = locate(directions)
         level = np.asarray(level, dtype=np.int64)
         count = np.int64(1) << level

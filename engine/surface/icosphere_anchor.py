@@ -1,15 +1,15 @@
 """Points of the icosphere's lattice, measured in float64 from any direction without cancellation.
 
 The anchor's direction u is three float64 numbers, so the point q0 = t u on the plane of a root (t rational) is known
-exactly; it is kept as the nearest integer vector P0 and a rest below one lattice unit, rounded once. For a lattice point
-with the integer vector P the difference D = (P - P0) - rest then has all its digits, next to the anchor too, and with
-q0 = |P0 + rest|
+exactly; it is kept as the nearest integer vector P0 and a rest below one lattice unit, rounded once. For a lattice
+point with the integer vector P the difference D = (P - P0) - rest then has all its digits, next to the anchor too, and
+with q0 = P0 + rest
 
     dir(P) - u = (D - q0 w / ((|P| + |q0|) |q0|)) / |P|,   w = |P|^2 - |q0|^2 = D.(P + q0).
 
-Which root's q0 is used is a matter of digits only (P is exact in any case), but of bits as well: a point on an edge uses
-the lowest root that contains it. Where the anchor is far to the side of a root or behind it, offsets are large and the
-plain difference is used.
+Which root's q0 is used is a matter of digits only (P is exact in any case), but of bits as well: a point on an edge
+uses the lowest root that contains it. Where the anchor is far to the side of a root or behind it, offsets are large and
+the plain difference is used.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class TriangleAnchor:
 
     @property
     def block(self) -> bytes:
-        """1312 bytes, std140: (20, 4) uvec4 of P0.xyz and |q0| (0: far), rest.xyz and 0; two of u.xyz and the radius."""
+        """1312 bytes, std140. For each root eight doubles, P0, |q0| (0: far), rest, 0; then u and the radius."""
         rows = np.zeros((21, 8))
         rows[:20, :3], rows[:20, 3], rows[:20, 4:7] = self.whole, self.norm, self.rest
         rows[20, :3], rows[20, 3] = self.direction, self.radius_m
