@@ -8,6 +8,7 @@ import pytest
 from planetfall.benchmarks import exact
 from planetfall.benchmarks.measure import coverage
 from planetfall.benchmarks.measure.positions import PositionProbe
+from planetfall.benchmarks.measure.positions_icosphere import IcospherePositions, special_places
 
 needs_extended = pytest.mark.skipif(not exact.EXTENDED, reason="long double is no wider than double on this machine")
 
@@ -52,3 +53,14 @@ def test_every_camera_of_a_proxy_finds_its_farthest_peaks_in_the_grid():
         relief = 0.1 * radius * 10.0 ** rng.uniform(-6.0, 0.0)
         found = coverage.proxy_covers(radius, 10.0 ** rng.uniform(-2.0, 9.0), relief, -relief, rng, cameras=12)
         assert found.worst_missing_r <= 1e-9 and found.outside == 0
+
+
+@needs_extended
+@pytest.mark.gpu
+@pytest.mark.parametrize("radius_m", [6.371e6, 7e7])
+def test_the_icospheres_vertices_are_within_a_thousandth_of_a_pixel_on_all_levels(gpu, radius_m):
+    rng = np.random.default_rng(9)
+    with IcospherePositions(gpu) as probe:
+        for level in range(25):
+            for place in (*special_places(), *rng.normal(size=(3, 3))):
+                assert probe.worst_px(radius_m, level, place) <= 1e-3, f"level {level}, {place}"
