@@ -53,8 +53,8 @@ def shader(gpu, run_compute, anchor, root, b, c):
             xy = uvec4(x, y); zz = z;""",
             {"r": np.asarray(root), "p": np.stack([b, c], axis=-1)},
             {"offset": "vec3", "xy": "uvec4", "zz": "uvec2"},
-            header='#include "terrain/tiles/triangle.glsl"',
-            setup=lambda _: buffer.bind_to_uniform_block(5),
+            header='#include "common/icosphere.glsl"',
+            setup=lambda _: buffer.bind_to_uniform_block(9),
         )
     finally:
         scope.release()

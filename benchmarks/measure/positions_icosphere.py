@@ -15,7 +15,7 @@ from .positions import EDGE_PX, PIXEL_RAD
 
 SEGMENTS = 32
 SCHEME = TriangleScheme()
-_BINDING = 5
+_BINDING = 9
 
 
 class IcospherePositions:
@@ -30,7 +30,7 @@ class IcospherePositions:
             "precise vec3 relative = triangle_foot_offset(root, bc) - offset; seen = relative;",
             {"root": "int", "bc": "ivec2", "offset": "vec3"},
             {"seen": "vec3"},
-            '#include "terrain/tiles/triangle.glsl"',
+            '#include "common/icosphere.glsl"',
         )
 
     def worst_px(self, radius_m: float, level: int, zenith: ArrayLike) -> float:
@@ -81,7 +81,7 @@ def tile_points(keys: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.
 
 
 def special_places() -> list[NDArray[np.float64]]:
-    """Poles, corners, middles of edges and of roots."""
+    """A pole, corners, the middles of an edge and of a root."""
     corners = CORNERS.astype(np.float64)
     edge = corners[ROOTS[3, 0]] + corners[ROOTS[3, 1]]
     return [

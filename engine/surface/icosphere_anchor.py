@@ -33,7 +33,7 @@ class TriangleAnchor:
     """A direction from which lattice points of the icosphere are measured, e.g. that of a `LatticeAnchor`.
 
     Parameters: `direction` (3,) float64, taken exactly as it is but for its length; `radius_m` of the reference sphere.
-    `block` (bytes) is the uniform block `TriangleBlock` of terrain/tiles/triangle.glsl.
+    `block` (bytes) is the uniform block `TriangleBlock` of common/icosphere.glsl.
     """
 
     def __init__(self, direction: ArrayLike, radius_m: float) -> None:
