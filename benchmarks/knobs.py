@@ -164,7 +164,7 @@ PAIRS: dict[str, Pair] = {
 
 NOT_IN_A_PICTURE: dict[str, str] = {
     "terrain.backend": "one choice so far",
-    "terrain.method": "every backend has the first only so far",
+    "terrain.method": "the source's ground beside ours; see test_paper_grid",
     "atmosphere.method": "the same air by another method, meant to look alike; see test_air_paper",
     "atmosphere.wavelengths_nm": "says what the three numbers belong to and changes none",
     "composite.dither": "less than one step of 8 bits: has a test of its own",

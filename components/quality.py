@@ -48,6 +48,30 @@ class TerrainQuality:
         cost="vertices near the camera, close to the ground",
         log=True,
     )
+    paper_grid: int = knob(
+        100,
+        50,
+        200,
+        "",
+        "Points along a side of the projected grid of Terrain.method paper: the source has 50, 100 and 200",
+        cost="patches to cut, cull and draw",
+    )
+    paper_warp: int = knob(
+        4,
+        2,
+        4,
+        "",
+        "Power of that grid's warp to a hemisphere, 2 or 4; 4 is the source's choice",
+        power_of_two=True,
+    )
+    paper_layers: int = knob(
+        5,
+        0,
+        10,
+        "",
+        "Layers of simplex noise on the continents of Terrain.method paper; the source shows 0, 1, 5 and 10",
+        cost="time of the vertices at a snap",
+    )
 
 
 @dataclass

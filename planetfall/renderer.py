@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import ASSETS, queries
 from .camera import Camera
 from .components import Ocean, Planet, Sun, Terrain
+from .drawn_ground import DrawnGround
 from .engine.gpu import Gpu
 from .engine.gpu.graph_backend import GLBackend
 from .engine.graph import GraphBuilder, Plan
@@ -88,6 +89,7 @@ class Renderer:
         scene.validate(self.settings)
         self.quality = quality
         self.scene = scene
+        self._ground = DrawnGround(scene, self.settings)
         self._resources = scene.world.own_resources()
         self._host: ForeignHost | None = None
         if ctx is None:
@@ -336,14 +338,15 @@ class Renderer:
         held = self._held_camera
         if held is None or held[0] is not camera or held[1] != key:
             plain = camera.camera if isinstance(camera, View) else camera
-            state = self._lifted_out(plain.resolve(self.scene, self.size[0] / self.size[1]))
+            state = plain.resolve(self.scene, self.size[0] / self.size[1])
+            state = self._lifted_out(self._ground.stand_on(plain, state))
             view_sun = camera.sun if isinstance(camera, View) else None
             held = self._held_camera = (camera, key, state, view_sun)
         return held[2]
 
     def _lifted_out(self, state: CameraState) -> CameraState:
         """Out of the ground, with one warning: nothing good can be seen from inside."""
-        field = self.scene.planet.height_field()
+        field = self._ground.field()
         if field is None:
             return state
         distance = float(np.linalg.norm(state.position_m))

@@ -177,10 +177,11 @@ class PictureError:
 
 
 def picture_error(
-    renderer: Renderer, camera: Camera, rng: np.random.Generator, most: int = 20_000
+    renderer: Renderer, camera: Camera, rng: np.random.Generator, most: int = 20_000, field: Any = None
 ) -> PictureError | None:
-    """From the position output against the f64 heights: every pixel's point is moved up or down to the true ground
-    and the way that it moves on screen is counted. None when no ground is in the picture."""
+    """From the position output against the f64 heights (the scene's, or those of another field): every pixel's point
+    is moved up or down to the true ground and the way that it moves on screen is counted. None when no ground is in
+    the picture."""
     out = renderer.render(camera, outputs=("position", "surface"))
     rows, columns = np.nonzero(out["surface"] == TERRAIN)
     if not len(rows):
@@ -194,7 +195,7 @@ def picture_error(
     point = state.position_m + seen
     distance = np.linalg.norm(point, axis=1)
     zenith = point / distance[:, None]
-    truth = ground_of(renderer).height(zenith)
+    truth = (ground_of(renderer) if field is None else field).height(zenith)
     off = truth - (distance - radius)
     moved = seen + zenith * off[:, None]
     pixels = on_screen_px(state, seen, moved, renderer.size)

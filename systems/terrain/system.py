@@ -54,15 +54,17 @@ class TerrainSystem(System):
         self._world = setup.world
         self._settings = setup.settings
         self._material_ubo = setup.gpu.uniform_block(TerrainMaterialBlock, MATERIAL_BINDING, "terrain_material_block")
-        self._coast: Any = None
         self._debug = TerrainDebugPasses(setup.gpu)
         setup.world.set_resource("surface_height", self._bind_heights)
-        self._draw_state = setup.gpu.gpu.state(depth_test=True, depth_func=">", cull="back")
+        self._draw_states = {
+            out: setup.gpu.gpu.state(depth_test=True, depth_func=">", cull="back" if out else None)
+            for out in (True, False)
+        }
+        self._shaders: dict[str, Any] = {}
         self._field_revision: tuple[int, ...] = ()
         self._colour_revision = -1
         self._material_stamp: tuple[int, ...] = ()
         self._refresh_field(setup.world, setup.planet, setup.settings)  # with the backend's contracts
-        self._shade = setup.gpu.compute("terrain/shade.comp")
 
     def release(self) -> None:
         self._views.clear()
@@ -91,10 +93,15 @@ class TerrainSystem(System):
         for contract, file in {**_CONTRACTS, **made.contracts}.items():
             shaders.provide(contract, file, owner=self.name)
         self._backend, self._backend_key, self._backend_structure = made, (name, method), made.structure
+        self._field_revision = ()  # it may draw a ground of its own
         self.structure += 1
 
     def _bind_heights(self, view_index: int) -> None:
         """World resource ``surface_height``: binds what the shader contract of that name reads."""
+        if not self.backend.bind_heights(view_index):
+            self._bind_octaves(view_index)
+
+    def _bind_octaves(self, view_index: int) -> None:
         self._view(view_index).octaves.bind_to_uniform_block(OCTAVES_BINDING)
 
     def _refresh_field(self, world: Any, planet: int, settings: Mapping[str, Any]) -> None:
@@ -114,7 +121,7 @@ class TerrainSystem(System):
         except ValueError as error:
             raise SettingError(f"Terrain on a planet of {body.radius_m:g} m cannot be: {error}") from error
         self._ground = Ground(params, TerrainField(params), stamp)
-        world.set_resource("height_field", self._ground.field)
+        world.set_resource("height_field", self.backend.drawn_field(self._ground))
 
     def _view(self, index: int) -> _View:
         return self._views.setdefault(index, _View())
@@ -124,7 +131,7 @@ class TerrainSystem(System):
         proxy = frame.world.resource(f"proxy.{frame.view_index}")
         self._refresh_octaves(self._view(frame.view_index), proxy)
         index, backend = frame.view_index, self.backend
-        backend.update(frame, self._ground, lambda: self._bind_heights(index))
+        backend.update(frame, self._ground, lambda: self._bind_octaves(index))
         if backend.structure != self._backend_structure:
             self._backend_structure = backend.structure
             self.structure += 1
@@ -183,18 +190,18 @@ class TerrainSystem(System):
 
     def _bind_gbuffer(self, io: PassIO, index: int) -> Callable[[], None]:
         target = io.framebuffer(colors=GBUFFER, depth="gbuffer.depth")
+        state = self._draw_states[self.backend.faces_out]
         draw = self.backend.bind_draw(io, index, "terrain/gbuffer.frag")
 
         def run() -> None:
             target.use()
-            self._draw_state.apply()
+            state.apply()
             draw()
 
         return run
 
     def _bind_coast(self, io: PassIO, index: int) -> Callable[[], None]:
-        if self._coast is None:
-            self._coast = self._gpu.compute("terrain/coast.comp")
+        coast = self._shader(self.backend.coast_file)
         tiles, depth = io.buffer("gbuffer.tiles_coast"), io.texture("gbuffer.depth")
         images = [io.texture(n) for n in GBUFFER]
 
@@ -207,14 +214,22 @@ class TerrainSystem(System):
             images[1].bind_to_image(1, read=False, write=True)
             images[2].bind_to_image(2, read=False, write=True)
             self._bind_heights(index)
-            self._coast.run_indirect(tiles)
+            coast.run_indirect(tiles)
 
         return run
+
+    def _shader(self, file: str) -> Any:
+        """A compute shader, made when a backend first asks for it: its contracts are there by then."""
+        if file not in self._shaders:
+            self._shaders[file] = self._gpu.compute(file)
+        return self._shaders[file]
 
     def _bind_shade(self, io: PassIO, index: int) -> Callable[[], None]:
         radiance, tiles = io.texture("scene.radiance"), io.buffer("gbuffer.tiles_terrain")
         textures = [io.texture(n) for n in ("gbuffer.depth", *GBUFFER)]
         bind_air = bind_contracts(self._world, io)
+        backend = self.backend
+        shade = self._shader(backend.shade_file)
 
         def run() -> None:
             bind_air()
@@ -222,8 +237,9 @@ class TerrainSystem(System):
             tiles.bind_to_storage_buffer(7)
             for unit, texture in enumerate(textures):
                 texture.use(unit)
-            self._bind_heights(index)
-            self._shade.run_indirect(tiles)
+            self._bind_octaves(index)
+            backend.bind_shading(index)
+            shade.run_indirect(tiles)
 
         return run
 

@@ -1,7 +1,7 @@
 // Debug view: how far the drawn ground is from the height function, in pixels across the line of sight.
 #include "common/camera.glsl"
 #include "common/surfaces.glsl"
-#include "terrain/height.glsl"
+#include "contract/surface_height.glsl"
 
 layout(binding = 0) uniform sampler2D u_depth;
 layout(binding = 1) uniform usampler2D u_surface;
@@ -16,7 +16,7 @@ void main() {
     float height;
     vec3 D = foot_offset_of(point, height);
     float distance_m = length(point);
-    float off = terrain_point(D, distance_m * frame.clock.w).dh + frame.anchor_up.w - height;
+    float off = surface_height(D, distance_m * frame.clock.w) - height;
     vec3 up = up_at(point);
     float along = dot(up, point) / distance_m;
     o_error_px = abs(off) * sqrt(max(1.0 - along * along, 0.0)) / (distance_m * frame.clock.w);

@@ -9,16 +9,19 @@ from ....engine.gpu import Gpu
 from ....engine.settings import SettingError
 from .base import Backend, Ground
 from .grid import GridBackend
+from .paper_grid import PaperGridBackend
 
 __all__ = ["BACKENDS", "Backend", "Ground", "make_backend"]
 
 BACKENDS: dict[str, type[Backend]] = {"grid": GridBackend}
 """By the names that Terrain.backend takes."""
+_PAPER: dict[str, type[Backend]] = {"grid": PaperGridBackend}
+"""Those whose source's method has little in common with ours."""
 
 
 def make_backend(gpu: Gpu, name: str, method: str, settings: Mapping[str, Any]) -> Backend:
     """A backend with a GL scope of its own. SettingError for a method that it doesn't have."""
-    found = BACKENDS[name]
+    found = _PAPER.get(name, BACKENDS[name]) if method == "paper" else BACKENDS[name]
     if method not in found.methods:
         raise SettingError(
             f"Terrain.method {method!r} is not there for Terrain.backend {name!r}, which has"

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ....components import Ocean, Planet
 from ....engine.gpu import GpuScope
 from ....engine.graph import GraphBuilder, PassIO
+from ....engine.surface.field import HeightField
 from ....engine.system import Frame
 from ..height import TerrainField, TerrainParams
 
@@ -44,6 +45,12 @@ class Backend(ABC):
     methods: ClassVar[tuple[str, ...]] = ("ours",)
     contracts: ClassVar[Mapping[str, str]] = {}
     """Shader contracts that the backend provides, by name: files."""
+    shade_file: ClassVar[str] = "terrain/shade.comp"
+    """Materials and light of its pixels."""
+    coast_file: ClassVar[str] = "terrain/coast.comp"
+    """The line between land and water, pixel by pixel."""
+    faces_out: ClassVar[bool] = True
+    """Whether triangles seen from behind are hidden ones."""
     structure: int = 0
     """Raised when passes or sizes change."""
 
@@ -56,6 +63,17 @@ class Backend(ABC):
     def update(self, frame: Frame, ground: Ground, bind_octaves: Callable[[], None]) -> None:
         """CPU work of one frame of one view. bind_octaves: binds the height function's table around the view's
         anchor (uniform block 4), to be called in passes."""
+
+    def drawn_field(self, ground: Ground) -> HeightField:
+        """The ground that it draws, in float64: the scene's own, but for a method whose source has another."""
+        return ground.field
+
+    def bind_heights(self, view_index: int) -> bool:
+        """Binds what its own contract ``surface_height`` reads; False if that is the system's table."""
+        return False
+
+    def bind_shading(self, view_index: int) -> None:  # noqa: B027 - most have nothing of their own
+        """Binds what its shade_file reads beyond the G-buffer and the table of heights."""
 
     @abstractmethod
     def declare(self, builder: GraphBuilder, view_index: int) -> None:

@@ -1,0 +1,81 @@
+// The ground of the projected grid's paper mode around an anchor: a continents texture in longitude and latitude, and layers of
+// simplex noise. float64 twin: systems/terrain/paper_ground.py. D is the foot on the reference sphere minus the anchor's foot.
+//
+// Longitude and latitude are differences from the anchor's, built without cancellation: near the anchor they are as good as D.
+#include "common/simplex.glsl"
+
+const int PAPER_LAYERS = 10, PAPER_TEXELS = 1024;
+const float PAPER_CALM = 0.05;
+
+layout(std140, binding = 4) uniform PaperTable {
+    vec4 up_radius;    // the anchor's direction; radius, m
+    vec4 meridian;     // cosine and sine of the longitude counted from; what the anchor lies beside it; its distance from the axis
+    vec4 place;        // fraction of the anchor's column and row; height of the anchor, m; 1 / height of full roughness
+    ivec4 counts;      // its column and row; layers
+    ivec4 cell[PAPER_LAYERS];
+    vec4 fraction[PAPER_LAYERS];   // skewed; w: 1 / wavelength
+    vec4 amplitude[PAPER_LAYERS];  // x, m
+} paper_table;
+
+layout(binding = 6) uniform sampler2D u_continents;
+
+// atan(y, x), right to 2e-7 radians: the built-in one is a hundred times worse on some drivers. Fit to atan(t) / t on [0, 1].
+float paper_atan(float y, float x) {
+    float a = abs(x), b = abs(y), t = min(a, b) / max(max(a, b), 1e-30), t2 = t * t;
+    float r = t * (0.999999986 + t2 * (-0.33333094 + t2 * (0.199930541 + t2 * (-0.142071332 + t2 * (0.106546749
+        + t2 * (-0.0753366962 + t2 * (0.0430392817 + t2 * (-0.0162829498 + t2 * 0.00290353685))))))));
+    r = b > a ? 1.5707963 - r : r;
+    r = x < 0.0 ? 3.1415927 - r : r;
+    return y < 0.0 ? -r : r;
+}
+
+vec4 paper_spline(float f) {
+    float g = 1.0 - f;
+    return vec4(g * g * g, 4.0 - 6.0 * f * f + 3.0 * f * f * f, 4.0 - 6.0 * g * g + 3.0 * g * g * g, f * f * f) / 6.0;
+}
+
+// Height of the continents above the anchor's height.
+float paper_continents(vec3 D) {
+    vec3 d = D / paper_table.up_radius.w, up = paper_table.up_radius.xyz;
+    vec2 meridian = paper_table.meridian.xy;
+    float beside = paper_table.meridian.z + meridian.x * d.y - meridian.y * d.x;
+    float along = dot(meridian, up.xy + d.xy);
+    float columns = paper_atan(beside, along) * (float(PAPER_TEXELS) / 6.2831853);
+    float rho0 = paper_table.meridian.w, rho = length(up.xy + d.xy);
+    float wider = dot(d.xy, 2.0 * up.xy + d.xy) / max(rho + rho0, 1e-20);
+    float rows = paper_atan(d.z * rho0 - wider * up.z, (up.z + d.z) * up.z + rho * rho0) * (float(PAPER_TEXELS) / 3.1415927);
+
+    vec2 place = paper_table.place.xy + vec2(columns, rows), whole = floor(place);
+    vec4 across = paper_spline(place.x - whole.x), upwards = paper_spline(place.y - whole.y);
+    ivec2 first = paper_table.counts.xy + ivec2(whole);
+    float total = 0.0;
+    for (int k = 0; k < 4; ++k) {
+        int y = first.y + k - 1;
+        bool over = y < 0 || y >= PAPER_TEXELS;   // over a pole columns go on half a turn away
+        y = y < 0 ? -1 - y : y >= PAPER_TEXELS ? 2 * PAPER_TEXELS - 1 - y : y;
+        int x = first.x - 1 + (over ? PAPER_TEXELS / 2 : 0);
+        vec4 texels = vec4(
+            texelFetch(u_continents, ivec2(x & (PAPER_TEXELS - 1), y), 0).r,
+            texelFetch(u_continents, ivec2((x + 1) & (PAPER_TEXELS - 1), y), 0).r,
+            texelFetch(u_continents, ivec2((x + 2) & (PAPER_TEXELS - 1), y), 0).r,
+            texelFetch(u_continents, ivec2((x + 3) & (PAPER_TEXELS - 1), y), 0).r);
+        total += upwards[k] * dot(across, texels - paper_table.place.z);
+    }
+    return total;
+}
+
+// Height above the anchor's height at foot offset D, all layers.
+float paper_dh(vec3 D) {
+    float land = paper_continents(D), noise = 0.0;
+    for (int k = 0; k < paper_table.counts.z; ++k) {
+        vec4 fraction = paper_table.fraction[k];
+        vec3 d = D * fraction.w;
+        d += (d.x + d.y + d.z) * (1.0 / 3.0);
+        vec3 whole = floor(d);
+        vec3 f = (d - whole) + fraction.xyz;
+        vec3 carry = floor(f);
+        noise += paper_table.amplitude[k].x * simplex_noise(paper_table.cell[k].xyz + ivec3(whole) + ivec3(carry), f - carry);
+    }
+    // Plains and shelves are calmer than mountains and abysses.
+    return land + noise * clamp(abs(land + paper_table.place.z) * paper_table.place.w, PAPER_CALM, 1.0);
+}

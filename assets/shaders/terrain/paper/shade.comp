@@ -1,0 +1,77 @@
+// Light of the projected grid's paper mode: the illumination model of Phong with a normal map projected along three axes. Colours
+// follow height, latitude and slope; the paper doesn't print any.
+#include "common/camera.glsl"
+#include "common/octahedral.glsl"
+#include "common/surface_tiles.glsl"
+#include "generated/paper_grid.glsl"
+#include "generated/terrain_material_block.glsl"
+#include "contract/air.glsl"
+#include "contract/sky.glsl"
+#include "contract/sun_visibility.glsl"
+
+layout(binding = 5) uniform sampler2D u_normal_map;   // slopes along x and y of a tile
+
+vec2 v_ndc;   // of the pixel at hand
+
+const float PI = 3.14159265358979;
+const float STARLIGHT = 1.5e-8;    // as in terrain/shade.comp
+const float SHINE = 0.008, SHININESS = 12.0;   // share of light in the highlight, exponent of its cosine
+
+vec3 ground_color(vec3 zenith, float height, float slope) {
+    float above_sea = height - (planet.sea.y > 0.5 ? planet.sea.x : planet.radii.z);
+    vec4 climate = terrain_material_block.climate;
+    float sine2 = zenith.z * zenith.z;
+    float line = climate.x + climate.y * sine2 * (0.4 + 0.6 * sqrt(sine2));
+    float plants = terrain_material_block.dry.w;
+    float warm = clamp((line - height) * climate.w, 0.0, 1.0);
+    vec3 color = mix(terrain_material_block.tundra.rgb, terrain_material_block.grass.rgb, smoothstep(0.05, 0.3, warm));
+    float dry = 1.0 - plants * (1.0 - 0.85 * smoothstep(0.16, 0.03, abs(sine2 - 0.17)));
+    color = mix(color, terrain_material_block.dry.rgb, dry);
+    color = mix(color, terrain_material_block.rock.rgb, smoothstep(0.7, 1.3, slope / terrain_material_block.rock.w));
+    color = mix(terrain_material_block.sand.rgb, color, smoothstep(0.5, 2.0, above_sea * terrain_material_block.gravel.w));
+    float snow = smoothstep(-150.0, 150.0, height - line) * smoothstep(1.4, 0.7, slope / terrain_material_block.snow.w);
+    return mix(color, terrain_material_block.snow.rgb, snow);
+}
+
+void main() {
+    ivec2 pixel = tile_pixel();
+    if (any(greaterThanEqual(pixel, textureSize(u_surface, 0))) || texelFetch(u_surface, pixel, 0).r != SURFACE_TERRAIN) return;
+    v_ndc = ndc_of_pixel(vec2(pixel) + 0.5);
+    vec3 point = position_from_depth(v_ndc, texelFetch(u_depth, pixel, 0).r);
+    float height;
+    vec3 D = foot_offset_of(point, height);
+    vec3 zenith = up_at(point);
+    float distance_m = length(point);
+    vec3 view = -point / distance_m;
+    vec3 normal = oct_decode(texelFetch(u_normal, pixel, 0).rg);
+    // Far away a triangle's chord cuts kilometres below the sphere: heights come from the vertices.
+    vec4 attributes = texelFetch(u_attributes, pixel, 0);
+    float coded = mix(planet.radii.z, planet.radii.y, attributes.z);
+    height = mix(height, coded, smoothstep(0.02, 0.1, distance_m / planet.radii.x));
+
+    // Three projections of one map, weighted by the normal; the map fades by its own mip levels.
+    vec3 place = paper_grid.tile.xyz + D * paper_grid.tile.w;
+    vec3 weights = normal * normal;
+    weights *= weights;
+    weights /= weights.x + weights.y + weights.z;
+    float texels = float(textureSize(u_normal_map, 0).x);
+    float footprint = distance_m * frame.clock.w * inversesqrt(clamp(dot(normal, view), 0.03, 1.0));
+    float level = log2(max(footprint * paper_grid.tile.w * texels, 1.0));
+    vec2 x = textureLod(u_normal_map, place.yz, level).rg, y = textureLod(u_normal_map, place.zx, level).rg;
+    vec2 z = textureLod(u_normal_map, place.xy, level).rg;
+    vec3 slope = weights.x * vec3(0.0, x) + weights.y * vec3(y.y, 0.0, y.x) + weights.z * vec3(z, 0.0);
+    float steep = length(zenith - normal / max(dot(normal, zenith), 0.05));
+    normal = normalize(normal - slope + normal * dot(normal, slope));
+
+    vec3 albedo = ground_color(zenith, height, steep);
+    vec3 sun = frame.sun_direction.xyz;
+    vec3 sunlight = frame.sun_irradiance.rgb * sun_visibility(point) * air_to_space(point, sun);
+    vec3 ambient = sky_irradiance(point, normal) + frame.sun_irradiance.rgb * STARLIGHT;
+    float diffuse = max(dot(normal, sun), 0.0);
+    float shine = diffuse > 0.0 ? pow(max(dot(reflect(-sun, normal), view), 0.0), SHININESS) : 0.0;
+    vec3 radiance = albedo * (ambient + sunlight * diffuse) / PI
+        + sunlight * (SHINE * (SHININESS + 2.0) / (2.0 * PI) * shine);
+    Air between = air_from_camera(point);
+    radiance = radiance * between.transmittance + between.in_scatter;
+    imageStore(u_radiance, pixel, vec4(radiance * frame.scale.x, 1.0));
+}

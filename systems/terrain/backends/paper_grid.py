@@ -1,0 +1,343 @@
+"""The projected grid as Michelic (2018) and Michelic et al. (2019) print it: backend "grid", method "paper".
+
+One warped grid of 50^2, 100^2 or 200^2 points around a held proxy, cut by the size of its squares on screen; patches
+whose corners are outside a slightly widened frustum are dropped. The grid, the tessellation and the heights are the
+paper's; the way that they are computed is ours: offsets from an anchor, vertices made once per snap, an indirect draw
+of what is seen. Tessellation is done in compute shaders, with the pattern that GL's own would give for powers of two:
+so it happens once per snap and not once per frame, and runs on all cores where there is no GPU. docs/terrain-lod.md
+says what is printed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....components import Ocean, Planet
+from ....engine.gpu import GpuScope
+from ....engine.gpu.layout import IVec4, Vec4
+from ....engine.graph import BufferSpec, GraphBuilder, PassIO
+from ....engine.surface.coverage import proxy_coverage
+from ....engine.surface.field import HeightField
+from ....engine.surface.projected_grid import FINEST, ProjectedGrid, Tessellation, grid_axes, grid_offset
+from ....engine.surface.selection import spacing_angle
+from ....engine.system import Frame
+from ..paper_ground import TABLE_DTYPE, TEXELS, PaperField
+from .base import Backend, Ground
+
+__all__ = ["PaperGridBackend"]
+
+GRID_BINDING = 3
+TABLE_BINDING = 4
+NORMAL_MAP_UNIT, CONTINENTS_UNIT = 5, 6
+VERTEX_BYTES = 24
+TILE_M = 512.0
+"""Width of a tile of the normal map; smaller planets have smaller ones."""
+_TILE_TEXELS = 512
+_TILE_SLOPE = 0.18  # rms, of the bumps in the normal map
+_MOST_VERTICES = 1 << 21  # a telephoto lens near the ground would ask for a hundred times as many
+
+
+@dataclass
+class PaperGridBlock:
+    """GLSL: ``generated/paper_grid.glsl``, ``paper_grid``. The third axis is the anchor's direction."""
+
+    u: Vec4 = (1.0, 0.0, 0.0, 0.0)
+    """first axis; w: z_s"""
+    v: Vec4 = (0.0, 1.0, 0.0, 0.0)
+    """second axis"""
+    spacing: Vec4 = (0.01, 1.0, 1.0, 1.0)
+    """(wanted angle between vertices, their smallest distance in m, proxy above the ground in m, 1 / half the steps)"""
+    tile: Vec4 = (0.0, 0.0, 0.0, 1.0)
+    """place of the anchor in tiles of the normal map; w: 1 / width of a tile in m"""
+    counts: IVec4 = (0, 4, 0, 0)
+    """half the steps a side, n of the warp"""
+
+
+class _View:
+    """One view's grid."""
+
+    def __init__(self) -> None:
+        self.key: tuple[Any, ...] = ()
+        self.grid: ProjectedGrid | None = None
+        self.cut: Tessellation | None = None
+        self.selection = 0
+        self.made = -1
+        self.wanted: tuple[Any, ...] = ()
+        self.culled: tuple[Any, ...] | None = None
+        self.patches: Any = None  # buffer of patch words
+        self.table: Any = None
+        self.table_key: tuple[Any, ...] = ()
+        self.angle_rad = 0.01
+        self.patch_capacity = 0
+        self.vertex_capacity = 1 << 16
+        self.triangle_capacity = 1 << 17
+        self.vertices: Any = None
+        self.visible: Any = None
+        self.counts: Any = None
+        self.arguments: Any = None
+        self.indices: Any = None
+
+
+class PaperGridBackend(Backend):
+    """Backend "grid", method "paper"."""
+
+    name: ClassVar[str] = "grid"
+    methods: ClassVar[tuple[str, ...]] = ("paper",)
+    contracts: ClassVar[Mapping[str, str]] = {"surface_height": "terrain/paper/surface_height.glsl"}
+    shade_file: ClassVar[str] = "terrain/paper/shade.comp"
+    coast_file: ClassVar[str] = "terrain/paper/coast.comp"
+    faces_out: ClassVar[bool] = False
+
+    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str) -> None:
+        super().__init__(gpu, settings, method)
+        self._views: dict[int, _View] = {}
+        self._field: PaperField | None = None
+        self._field_key: tuple[Any, ...] = ()
+        self._block = PaperGridBlock()
+        self._ubo = gpu.uniform_block(PaperGridBlock, GRID_BINDING, "paper_grid")
+        self._continents = gpu.texture((TEXELS, TEXELS), "r32f")
+        levels = _TILE_TEXELS.bit_length()
+        self._normal_map = gpu.texture(
+            (_TILE_TEXELS, _TILE_TEXELS), "rg16f", _bumps(), levels=levels, filter="trilinear", wrap="repeat"
+        )
+        self._normal_map.build_mipmaps()
+        self._vertices = gpu.compute("terrain/paper/vertices.comp")
+        self._cull = gpu.compute("terrain/paper/cull.comp")
+        self._arguments = gpu.compute("terrain/paper/arguments.comp")
+        self._triangles = gpu.compute("terrain/paper/triangles.comp")
+        self._programs: dict[str, Any] = {}
+        self._arrays: dict[tuple[str, int], Any] = {}
+
+    def view(self, index: int) -> _View:
+        """One view's grid."""
+        return self._views.setdefault(index, _View())
+
+    def drawn_field(self, ground: Ground) -> HeightField:
+        layers = int(self.settings["terrain.paper_layers"])
+        key = (ground.revision, layers)
+        if key != self._field_key or self._field is None:
+            self._field, self._field_key = PaperField(ground.params, layers), key
+            self._continents.write(self._field.continents.tobytes())
+        return self._field
+
+    def update(self, frame: Frame, ground: Ground, bind_octaves: Callable[[], None]) -> None:
+        field = self.drawn_field(ground)
+        assert isinstance(field, PaperField)
+        proxy = frame.world.resource(f"proxy.{frame.view_index}")
+        view, camera, settings = self.view(frame.view_index), frame.camera, frame.settings
+        pixel_angle = (camera.tan_top - camera.tan_bottom) / frame.size[1]
+        corners, power = int(settings["terrain.paper_grid"]), int(settings["terrain.paper_warp"])
+        edge_px = float(settings["terrain.edge_px"])
+        table_key = (self._field_key, proxy.generation)
+        if table_key != view.table_key:
+            view.table_key = table_key
+            if view.table is None:
+                view.table = self.gpu.buffer(reserve=TABLE_DTYPE.itemsize, dynamic=True)
+            view.table.write(field.table(proxy.lattice.direction, proxy.anchor_height_m).tobytes())
+        key = (*table_key, edge_px, pixel_angle, corners, power)
+        if key != view.key:
+            view.key = key
+            self._project(view, frame, field, proxy, corners, power, pixel_angle, edge_px)
+        self._write_block(view, proxy)
+        tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
+        axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
+        view.wanted = (view.selection, axes, tangents)
+
+    def _project(
+        self,
+        view: _View,
+        frame: Frame,
+        field: PaperField,
+        proxy: Any,
+        corners: int,
+        power: int,
+        pixel_angle: float,
+        edge_px: float,
+    ) -> None:
+        radius_m = frame.world.get(frame.planet, Planet).radius_m
+        sea = frame.world.try_get(frame.planet, Ocean)
+        lowest = field.lowest_m if sea is None else max(field.lowest_m, sea.sea_level_m)
+        if proxy.cell.altitude_m < lowest:
+            lowest = field.lowest_m
+        seen = proxy_coverage(
+            proxy.cell.highest_altitude_m, proxy.cell.max_sideways_rad, radius_m, field.highest_m, lowest
+        )
+        grid = ProjectedGrid(corners, power, grid_offset(seen), grid_axes(proxy.lattice.direction), radius_m)
+        above_ground = max(proxy.cell.altitude_m - proxy.ground_m, 0.01)
+        angle = spacing_angle(edge_px, pixel_angle, proxy.cell.altitude_m, radius_m)
+        cut = grid.tessellate(above_ground, proxy.ground_m, angle, _MOST_VERTICES)
+        view.angle_rad = angle * cut.coarser
+        view.grid, view.cut = grid, cut
+        view.selection += 1
+        data = cut.packed()
+        if view.patches is None or len(cut) != view.patch_capacity:
+            if view.patches is not None:
+                self.gpu.free(view.patches)
+            view.patches = self.gpu.buffer(reserve=data.nbytes, dynamic=True)
+            view.patch_capacity = len(cut)
+            self.structure += 1
+        view.patches.write(data.tobytes())
+        if cut.vertices > view.vertex_capacity or cut.triangles > view.triangle_capacity:
+            view.vertex_capacity = max(view.vertex_capacity, cut.vertices * 3 // 2)
+            view.triangle_capacity = max(view.triangle_capacity, cut.triangles * 3 // 2)
+            self.structure += 1
+
+    def _write_block(self, view: _View, proxy: Any) -> None:
+        grid = view.grid
+        assert grid is not None
+        half = grid.steps() // 2
+        middle = np.array([half, half + FINEST, half])
+        feet = grid.foot_offsets_m(middle, np.array([half, half, half + FINEST]))
+        width_m = float(np.linalg.norm(feet[1] - feet[0]))
+        tile_m = TILE_M * min(1.0, grid.radius_m / 6.371e6 * 4.0)
+        place = grid.axes[2] * (grid.radius_m / tile_m)
+        tile = place - np.floor(place)
+        above = max(proxy.cell.altitude_m - proxy.ground_m, 0.01)
+        block = PaperGridBlock(
+            u=(*(float(a) for a in grid.axes[0]), grid.z_s),
+            v=(*(float(a) for a in grid.axes[1]), 0.0),
+            spacing=(view.angle_rad, width_m / FINEST, above, 1.0 / half),
+            tile=(*(float(t) for t in tile), 1.0 / tile_m),
+            counts=(half, grid.power, 0, 0),
+        )
+        if block != self._block:
+            self._block = block
+            self._ubo.write(block)
+        self._ubo.bind()
+
+    def bind_heights(self, view_index: int) -> bool:
+        self.view(view_index).table.bind_to_uniform_block(TABLE_BINDING)
+        self._continents.use(CONTINENTS_UNIT)
+        return True
+
+    def bind_shading(self, view_index: int) -> None:
+        self._normal_map.use(NORMAL_MAP_UNIT)
+
+    def declare(self, builder: GraphBuilder, view_index: int) -> None:
+        view = self.view(view_index)
+        builder.add_pass(
+            "terrain.vertices",
+            kind="compute",
+            system="terrain",
+            bind=lambda io: self._bind_vertices(io, view, view_index),
+            creates=(
+                BufferSpec("terrain.vertices", view.vertex_capacity * VERTEX_BYTES, "persistent", "of all patches"),
+            ),
+            when=lambda: view.made != view.selection,
+            help="heights and normals of all patches, on a snap of the proxy",
+        )
+        builder.add_pass(
+            "terrain.cull",
+            kind="compute",
+            system="terrain",
+            bind=lambda io: self._bind_cull(io, view),
+            reads=("terrain.vertices",),
+            creates=(
+                BufferSpec("terrain.visible", 4 * max(view.patch_capacity, 1), "persistent", "patches, by level"),
+                BufferSpec("terrain.counts", 32, "persistent", "visible patches of each level"),
+                BufferSpec("terrain.arguments", 32, "persistent", "the indirect draw and the dispatch before it"),
+                BufferSpec("terrain.triangles", view.triangle_capacity * 12, "persistent", "indices of what is seen"),
+            ),
+            when=lambda: view.culled != view.wanted,
+            help="triangles of the patches that are not outside the frustum",
+        )
+
+    def _levels(self, view: _View) -> NDArray[np.int64]:
+        assert view.cut is not None
+        return view.cut.by_level()
+
+    def _bind_vertices(self, io: PassIO, view: _View, index: int) -> Callable[[], None]:
+        view.vertices = io.buffer("terrain.vertices")
+        view.made = -1
+
+        def run() -> None:
+            assert view.cut is not None
+            self.bind_heights(index)
+            view.patches.bind_to_storage_buffer(0)
+            view.vertices.bind_to_storage_buffer(1)
+            self._vertices.set("u_count", view.cut.vertices)
+            self._vertices.set("u_patches", self._levels(view))
+            self._vertices.run(-(-view.cut.vertices // 64), 1, 1)
+            view.made = view.selection
+
+        return run
+
+    def _bind_cull(self, io: PassIO, view: _View) -> Callable[[], None]:
+        view.visible, view.counts = io.buffer("terrain.visible"), io.buffer("terrain.counts")
+        view.arguments, view.indices = io.buffer("terrain.arguments"), io.buffer("terrain.triangles")
+        view.culled = None
+
+        def run() -> None:
+            assert view.cut is not None
+            levels, barrier = self._levels(view), self.gpu.gpu.barrier
+            view.counts.write(bytes(32))
+            view.patches.bind_to_storage_buffer(0)
+            view.visible.bind_to_storage_buffer(2)
+            view.counts.bind_to_storage_buffer(3)
+            self._cull.set("u_count", len(view.cut))
+            self._cull.set("u_patches", levels)
+            self._cull.run(-(-len(view.cut) // 64), 1, 1)
+            barrier()
+            view.arguments.bind_to_storage_buffer(4)
+            self._arguments.run(1, 1, 1)
+            barrier()
+            view.indices.bind_to_storage_buffer(6)
+            self._triangles.set("u_patches", levels)
+            self._triangles.run_indirect(view.arguments, 20)
+            view.culled = view.wanted
+
+        return run
+
+    def draw_reads(self) -> tuple[str, ...]:
+        return ("terrain.vertices", "terrain.arguments", "terrain.triangles")
+
+    def bind_draw(self, io: PassIO, view_index: int, fragment: str) -> Callable[[], None]:
+        program = self._programs.get(fragment)
+        if program is None:
+            program = self._programs[fragment] = self.gpu.program(
+                vertex="terrain/paper/gbuffer.vert", fragment=fragment
+            )
+        view = self.view(view_index)
+        old = self._arrays.pop((fragment, view_index), None)
+        if old is not None:
+            self.gpu.free(old)
+        made = self.gpu.vertex_array(program, index=view.indices, index_size=4)
+        self._arrays[fragment, view_index] = made
+
+        def draw() -> None:
+            view.vertices.bind_to_storage_buffer(1)
+            made.render_indirect(view.arguments, count=1)
+
+        return draw
+
+    def statistics(self) -> dict[str, int]:
+        view = self._views.get(0)
+        if view is None or view.cut is None or view.counts is None:
+            return {}
+        seen = np.frombuffer(view.counts.read(28), "u4").astype(int)
+        size = 1 << np.arange(7)
+        return {
+            "cells_selected": len(view.cut),
+            "cells": int(seen.sum()),
+            "vertices": int(seen @ (size + 1) ** 2),
+            "triangles": int(seen @ (2 * size**2)),
+        }
+
+
+def _bumps() -> NDArray[np.float16]:
+    """Slopes (N, N, 2) of a tile that repeats: bumps from two texels to a quarter of the tile, equally steep each."""
+    rng = np.random.default_rng(2018)
+    waves = np.fft.fftfreq(_TILE_TEXELS, 1.0 / _TILE_TEXELS)
+    kx, ky = np.meshgrid(waves, waves)
+    size = np.hypot(kx, ky)
+    band = (size >= 4.0) & (size <= _TILE_TEXELS / 3.0)
+    # Energy of slopes even in octaves: heights fall with the square of the wave number in two dimensions.
+    height = np.where(band, rng.normal(size=size.shape) + 1j * rng.normal(size=size.shape), 0.0)
+    height = height / np.maximum(size, 1.0) ** 2
+    slopes = np.stack([np.fft.ifft2(1j * k * height).real for k in (kx, ky)], axis=-1)
+    return (slopes * (_TILE_SLOPE / slopes.std())).astype(np.float16)
