@@ -75,13 +75,32 @@ def noises(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats
     where[:, FIELDS:] = near[:, None]
     n = model.warped.cells(where, _SCRATCH).noise()
     v[:layers] = n[FIELDS:]
-    c, b = _FIELD_WEIGHTS @ n[:FIELDS]
-    sums = model.sums @ ridge_layers(v, model)
+    c, b = _weighted(_FIELD_WEIGHTS, n[:FIELDS])
+    sums = _weighted(model.sums, ridge_layers(v, model))
     return w[:, 0], c, b, sums[:2], sums[2]
 
 
 _FIELD_WEIGHTS = np.stack(continent_weights())
 _WARPS, _FINE = slice(0, 2), slice(2, None)
+
+
+def _weighted(weights: Floats, values: Floats) -> Floats:
+    """weights (R, K) @ values (K, N), each point for itself: a BLAS product's last bits depend on where in the batch a
+    point stands, and neighbouring patches of ground would not meet. A few points are faster the other way."""
+    if values.shape[1] <= _FEW:
+        return weights @ values
+    out = np.empty((len(weights), values.shape[1]))
+    term = np.empty(values.shape[1])
+    for row, total in zip(weights.tolist(), out, strict=True):
+        total[:] = 0.0
+        for weight, value in zip(row, values, strict=True):
+            if weight != 0.0:
+                np.multiply(value, weight, out=term)
+                total += term
+    return out
+
+
+_FEW = 32
 
 
 def ridge_layers(n: Floats, model: Model) -> Floats:
