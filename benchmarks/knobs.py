@@ -11,7 +11,20 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
-from .. import Atmosphere, Composite, DebugView, Exposure, Ocean, Planet, Scene, Stars, Sun, Terrain
+from .. import (
+    Atmosphere,
+    Composite,
+    DebugView,
+    Exposure,
+    Ocean,
+    Planet,
+    Scene,
+    Shape,
+    Stars,
+    Sun,
+    Terrain,
+    Transform,
+)
 
 KNOB_SIZE = (160, 90)
 """Of golden pictures of knobs."""
@@ -28,6 +41,8 @@ COMPONENTS: dict[str, type] = {
     "exposure": Exposure,
     "composite": Composite,
     "debug": DebugView,
+    "transform": Transform,
+    "shape": Shape,
 }
 """Tables of a change's key: {"terrain.layers": 4}."""
 
@@ -181,6 +196,13 @@ NOT_IN_A_PICTURE: dict[str, str] = {
     "sun.calendar": "moves an epoch sun; see test_light",
     "exposure.brighter_s": "a settled picture has no past; see test_composite",
     "exposure.darker_s": "a settled picture has no past; see test_composite",
+    "transform.position_m": "presets have no objects of a game's; see test_props",
+    "transform.orientation": "presets have no objects of a game's; see test_props",
+    "transform.planet": "presets have no objects of a game's; see test_props",
+    "shape.form": "presets have no objects of a game's; see test_props",
+    "shape.size_m": "presets have no objects of a game's; see test_props",
+    "shape.color": "presets have no objects of a game's; see test_props",
+    "shape.roughness": "presets have no objects of a game's; see test_props",
 }
 
 QUALITY_PAIRS: dict[str, tuple[Any, Any]] = {

@@ -11,6 +11,7 @@ from .debug_view import DebugView
 from .exposure import Composite, Exposure
 from .ocean import Ocean
 from .planet import Planet
+from .props import Shape, Transform
 from .quality import AtmosphereQuality, ProxyQuality, SkyQuality, TerrainQuality
 from .stars import Stars
 from .sun import Sun
@@ -26,11 +27,13 @@ __all__ = [
     "Ocean",
     "Planet",
     "ProxyQuality",
+    "Shape",
     "SkyQuality",
     "Stars",
     "Sun",
     "Terrain",
     "TerrainQuality",
+    "Transform",
     "Vec3",
     "knob",
     "knobs",

@@ -23,7 +23,19 @@ ASSETS = (_root if (_root / "assets").is_dir() else _root.parent) / "assets"
 # ruff: noqa: E402 - the folders have to be found first
 from ._scene_file import planets
 from .camera import Camera
-from .components import Atmosphere, Composite, DebugView, Exposure, Ocean, Planet, Stars, Sun, Terrain
+from .components import (
+    Atmosphere,
+    Composite,
+    DebugView,
+    Exposure,
+    Ocean,
+    Planet,
+    Shape,
+    Stars,
+    Sun,
+    Terrain,
+    Transform,
+)
 from .engine.space import direction, latitude_longitude
 from .engine.world import World
 from .errors import (
@@ -39,7 +51,7 @@ from .errors import (
     UnknownSettingError,
 )
 from .quality import qualities
-from .scene import PlanetHandle, Scene, load_scene
+from .scene import PlanetHandle, PropHandle, Scene, load_scene
 from .views import View, view, views
 
 if _TYPE_CHECKING:
@@ -92,16 +104,19 @@ __all__ = [
     "Planet",
     "PlanetHandle",
     "PresetError",
+    "PropHandle",
     "Renderer",
     "Scene",
     "SceneError",
     "SettingError",
     "ShaderError",
+    "Shape",
     "SizeError",
     "Stars",
     "Sun",
     "Terrain",
     "TerrainSampler",
+    "Transform",
     "UnknownNameError",
     "UnknownSettingError",
     "View",

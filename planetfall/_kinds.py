@@ -10,13 +10,15 @@ from .components import (
     Exposure,
     Ocean,
     Planet,
+    Shape,
     Stars,
     Sun,
     Terrain,
+    Transform,
 )
 from .engine.settings import install
 
-__all__ = ["KINDS", "PLANET_KINDS", "PRESETS", "SCENE_KINDS"]
+__all__ = ["KINDS", "PLANET_KINDS", "PRESETS", "PROP_KINDS", "SCENE_KINDS"]
 
 PRESETS = ASSETS / "presets"
 
@@ -25,6 +27,8 @@ PLANET_KINDS: dict[str, type] = {"planet": Planet, "terrain": Terrain, "ocean": 
 SCENE_KINDS: dict[str, type] = {"sun": Sun, "stars": Stars, "exposure": Exposure, "composite": Composite}
 """Components of the scene itself."""
 KINDS: dict[str, type] = {**PLANET_KINDS, **SCENE_KINDS}
+PROP_KINDS: dict[str, type] = {"transform": Transform, "shape": Shape}
+"""Components of an object of a game's, of which a scene may have any number: tables inside [[props]]."""
 
-for _kind in (*KINDS.values(), DebugView):
+for _kind in (*KINDS.values(), *PROP_KINDS.values(), DebugView):
     install(_kind)

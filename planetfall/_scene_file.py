@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ._kinds import KINDS, PRESETS
+from ._kinds import KINDS, PRESETS, PROP_KINDS
 from .engine.settings import PresetError, build_components, did_you_mean, read_toml, rules_of
 from .errors import UnknownNameError
 
@@ -17,6 +17,7 @@ __all__ = ["Description", "describe", "planets"]
 # Top-level keys beside the tables: how it is called, what it is, the preset or file it changes, and the preset whose
 # named views apply to it.
 _KEYS = ("name", "about", "base", "like")
+_PROPS = "props"  # [[props]]: objects, each with a name and tables of its components; a file's own replace its base's
 
 
 def planets() -> list[str]:
@@ -26,22 +27,40 @@ def planets() -> list[str]:
 
 @dataclass(frozen=True)
 class Description:
-    """What a scene file says. components: by table. preset: the planet preset whose named views apply, if any."""
+    """What a scene file says. components: by table. preset: the planet preset whose named views apply, if any.
+
+    props: (name, components) of the objects in it.
+    """
 
     path: Path
     name: str
     about: str
     preset: str | None
     components: Mapping[str, Any]
+    props: Sequence[tuple[str, Sequence[Any]]] = ()
 
 
 def describe(source: str | os.PathLike[str]) -> Description:
     """Read and check a scene file without making a scene; see load_scene."""
     path = _path_of(source)
     data = _merged(path, ())
-    components = build_components(data, KINDS, path, also=_KEYS)
+    components = build_components(data, KINDS, path, also=(*_KEYS, _PROPS))
     preset = data.get("like", path.stem if path.parent == PRESETS / "planets" else None)
-    return Description(path, data.get("name", path.stem), data.get("about", ""), preset, components)
+    return Description(path, data.get("name", path.stem), data.get("about", ""), preset, components, _props(data, path))
+
+
+def _props(data: Mapping[str, Any], path: Path) -> list[tuple[str, Sequence[Any]]]:
+    entries = data.get(_PROPS, [])
+    if not isinstance(entries, list) or not all(isinstance(entry, Mapping) for entry in entries):
+        raise PresetError(f"{path}: {_PROPS}: expected tables, found {entries!r}. Write [[{_PROPS}]] for each object")
+    made: list[tuple[str, Sequence[Any]]] = []
+    for number, entry in enumerate(entries):
+        where = f"{path}: {_PROPS}[{number}]"
+        name = entry.get("name", "")
+        if not isinstance(name, str):
+            raise PresetError(f"{where}: name: expected a text, found {name!r}. Put it in quotes")
+        made.append((name, tuple(build_components(entry, PROP_KINDS, where, also=("name",)).values())))
+    return made
 
 
 def _path_of(source: str | os.PathLike[str]) -> Path:
@@ -72,7 +91,7 @@ def _merged(path: Path, inside: tuple[Path, ...]) -> dict[str, Any]:
     for key in _KEYS:
         if not isinstance(data.get(key, ""), str):
             raise PresetError(f"{path}: {key}: expected a text, found {data[key]!r}. Put it in quotes")
-    build_components(data, KINDS, path, also=_KEYS)  # complains with this file's name
+    build_components(data, KINDS, path, also=(*_KEYS, _PROPS))  # complains with this file's name
     base = data.get("base")
     if base is None:
         return data

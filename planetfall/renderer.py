@@ -36,6 +36,7 @@ from .systems.debug import DebugSystem
 from .systems.gbuffer import GBufferSystem
 from .systems.light import LightSystem, resolve_sun
 from .systems.ocean import OceanSystem
+from .systems.props import PropsSystem
 from .systems.proxy import ProxySystem
 from .systems.sky import SkySystem, StarsSystem
 from .systems.terrain.system import TerrainSystem
@@ -50,6 +51,7 @@ SYSTEMS: tuple[type[System], ...] = (
     AtmosphereSystem,
     TerrainSystem,
     OceanSystem,
+    PropsSystem,
     SkySystem,
     StarsSystem,
     CompositeSystem,

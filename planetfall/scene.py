@@ -5,18 +5,19 @@ from __future__ import annotations
 import logging
 import os
 import weakref
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType, TracebackType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._kinds import KINDS, PLANET_KINDS, SCENE_KINDS
+from ._kinds import KINDS, PLANET_KINDS, PROP_KINDS, SCENE_KINDS
 from ._scene_file import describe, planets
-from .components import Atmosphere, Composite, Exposure, Ocean, Planet, Sun, Terrain
+from .components import Atmosphere, Composite, Exposure, Ocean, Planet, Shape, Sun, Terrain, Transform
 from .engine.settings import (
     SettingError,
+    assign_many,
     did_you_mean,
     plain_table,
     revision,
@@ -29,7 +30,7 @@ from .errors import SceneError, UnknownNameError
 if TYPE_CHECKING:
     from .engine.surface.field import HeightField
 
-__all__ = ["Handle", "PlanetHandle", "Scene", "current_scene", "load_scene", "planets"]
+__all__ = ["Handle", "PlanetHandle", "PropHandle", "Scene", "current_scene", "load_scene", "planets"]
 
 log = logging.getLogger(__name__)
 
@@ -81,6 +82,8 @@ class Handle:
     def _refuse_elsewhere(self, kind: type) -> None:
         if kind in PLANET_KINDS.values():
             raise SceneError(f"{kind.__name__} belongs to a planet; add it with scene.planet.add(...)")
+        if kind in PROP_KINDS.values():
+            raise SceneError(f"{kind.__name__} belongs to an object of its own: scene.add(pf.Transform(), pf.Shape())")
 
     def _missing(self, kind: type) -> str:
         has = ", ".join(type(c).__name__ for c in self.components()) or "nothing"
@@ -143,9 +146,29 @@ class PlanetHandle(Handle):
         if kind in SCENE_KINDS.values():
             place = "assign scene.sun" if kind is Sun else "add it with scene.environment.add(...)"
             raise SceneError(f"{kind.__name__} belongs to the scene, not to a planet; {place}")
+        if kind in PROP_KINDS.values():
+            raise SceneError(f"{kind.__name__} belongs to an object of its own: scene.add(pf.Transform(), pf.Shape())")
 
     def _what(self) -> str:
         return f"planet {self.name!r}"
+
+
+class PropHandle(Handle):
+    """An object of a game's in a scene, made by `scene.add`: Transform, Shape and whatever else the game gave it."""
+
+    def _refuse_elsewhere(self, kind: type) -> None:
+        if kind in PLANET_KINDS.values():
+            raise SceneError(f"{kind.__name__} belongs to a planet; add it with scene.planet.add(...)")
+        if kind in SCENE_KINDS.values():
+            raise SceneError(f"{kind.__name__} belongs to the scene; add it with scene.environment.add(...)")
+
+    def add(self, component: C) -> C:
+        """Give it this component, in place of one of the same type; returns the component. Checks as scene.add."""
+        self.scene._check_prop((component,))
+        return super().add(component)
+
+    def _what(self) -> str:
+        return f"the object {self.name!r}"
 
 
 class Scene:
@@ -172,6 +195,7 @@ class Scene:
         self.planet = PlanetHandle(self, self.world.create(*body.values()), name)
         self.planets: Mapping[str, PlanetHandle] = _Planets({name: self.planet})
         self._fields: dict[int, tuple[tuple[int, int], HeightField]] = {}
+        self._props: dict[int, PropHandle] = {}
         self.validate()
 
     # -- what is in it ------------------------------------------------------------------------------------------------
@@ -225,6 +249,62 @@ class Scene:
         if problems:
             raise SceneError(f"scene {self.name!r}: " + "; ".join(problems))
 
+    # -- a game's own objects -----------------------------------------------------------------------------------------
+
+    def add(self, *components: Any, name: str = "") -> PropHandle:
+        """A new object: scene.add(pf.Transform(position_m), pf.Shape("box", color=(0.6, 0.2, 0.1))).
+
+        One with both Transform and Shape is drawn; further components are the game's own. A scene may have thousands.
+        Raises SceneError for components that belong elsewhere and for mesh files that can't be used.
+        """
+        self._check_prop(components)
+        entity = self.world.create(*components)
+        handle = PropHandle(self, entity, name or f"prop {entity}")
+        self._props[entity] = handle
+        return handle
+
+    def remove(self, prop: PropHandle) -> None:
+        """Take an object out of the scene."""
+        if prop.scene is not self or prop.entity not in self._props:
+            raise MissingError(f"{prop.name!r} is not in scene {self.name!r} (any more)")
+        del self._props[prop.entity]
+        self.world.delete(prop.entity)
+
+    @property
+    def props(self) -> tuple[PropHandle, ...]:
+        """The objects that were added, in that order."""
+        return tuple(self._props.values())
+
+    def move(self, props: Sequence[PropHandle], positions_m: ArrayLike, orientations: ArrayLike | None = None) -> None:
+        """Set many Transforms at once: positions (N, 3) in planet axes, quaternions (N, 4) (x, y, z, w).
+
+        The same as assigning each of them, ten times as fast: what a physics engine gives back each frame.
+        """
+        transforms = [prop[Transform] for prop in props]
+        places, turned = _rows("positions_m", positions_m, len(props), 3), None
+        if orientations is not None:
+            turned = _rows("orientations", orientations, len(props), 4)
+            zero = next((k for k, q in enumerate(turned) if not any(q)), None)
+            if zero is not None:
+                raise SettingError(f"move: orientations[{zero}] is all zero; no rotation has that quaternion")
+        assign_many(transforms, "position_m", places)
+        if turned is not None:
+            assign_many(transforms, "orientation", turned)
+
+    def _check_prop(self, components: Sequence[Any]) -> None:
+        for component in components:
+            kind = component if isinstance(component, type) else type(component)
+            if kind in (*PLANET_KINDS.values(), *SCENE_KINDS.values()):
+                place = "scene.planet" if kind in PLANET_KINDS.values() else "scene.environment"
+                raise SceneError(f"{kind.__name__} belongs to no object of a game's; add it with {place}.add(...)")
+            if isinstance(component, Shape):
+                from .systems.props import is_file, load_mesh
+
+                if is_file(component.form):
+                    load_mesh(component.form)
+            if isinstance(component, Transform) and component.planet:
+                _ = self.planets[component.planet]
+
     # -- files --------------------------------------------------------------------------------------------------------
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -239,11 +319,15 @@ class Scene:
             component = (self.planet if table in PLANET_KINDS else self.environment).get(kind)
             if component is not None:
                 data[table] = plain_table(component)
-        left_out = [
-            type(c).__name__
-            for c in (*self.planet.components(), *self.environment.components())
-            if type(c) not in KINDS.values()
-        ]
+        tables = {kind: table for table, kind in PROP_KINDS.items()}
+        if self._props:
+            data["props"] = [
+                {"name": p.name, **{tables[type(c)]: plain_table(c) for c in p.components() if type(c) in tables}}
+                for p in self.props
+            ]
+        handles = (self.planet, self.environment, *self.props)
+        known = {*KINDS.values(), *tables}
+        left_out = sorted({type(c).__name__ for h in handles for c in h.components()} - {k.__name__ for k in known})
         if left_out:
             log.warning("%s: not saved, as scene files don't know these components: %s", path, ", ".join(left_out))
         write_toml(path, data)
@@ -253,6 +337,7 @@ class Scene:
     def release(self) -> None:
         """Delete the world. A renderer of this scene has to be released before."""
         self._fields.clear()
+        self._props.clear()
         self.world.close()
 
     def __enter__(self) -> Scene:
@@ -265,6 +350,17 @@ class Scene:
 
     def __repr__(self) -> str:
         return f"<Scene {self.name!r}: {self.planet!r}, {self.environment!r}>"
+
+
+def _rows(name: str, values: ArrayLike, count: int, width: int) -> list[tuple[float, ...]]:
+    """Checked rows of an array as tuples of plain floats."""
+    rows = np.asarray(values, dtype=np.float64)
+    if rows.shape != (count, width):
+        raise SettingError(f"move: {name}: expected shape ({count}, {width}), found {rows.shape}")
+    bad = np.flatnonzero(~np.isfinite(rows).all(axis=1))
+    if bad.size:
+        raise SettingError(f"move: {name}[{bad[0]}]: expected finite numbers, found {rows[bad[0]].tolist()}")
+    return list(map(tuple, rows.tolist()))
 
 
 class _Planets(Mapping[str, PlanetHandle]):
@@ -332,7 +428,9 @@ def load_scene(source: str | os.PathLike[str] = "earth") -> Scene:
     found = describe(source)
     try:
         scene = Scene(found.name, found.components, preset=found.preset, about=found.about)
-    except SceneError as error:
+        for name, components in found.props:
+            scene.add(*components, name=name)
+    except (SceneError, UnknownNameError) as error:
         raise SceneError(f"{found.path}: {error}") from None
     _latest = weakref.ref(scene)
     return scene

@@ -101,7 +101,7 @@ def aligned_patch(
         north, east = local_axes(middle)
         ground = field.radius_m + float(field.height(middle[None])[0])
         frame = (middle * ground, np.stack([east, north, middle]))
-    x = (along - size // 2) * (step_m * 0.9)
+    x: Floats = np.asarray((along - size // 2) * (0.9 * step_m), dtype=np.float64)
     patch = _patch(field, feet, x, frame, normals)
     return TerrainPatch(
         patch.origin_m, patch.axes, x, patch.positions_m, patch.normals, patch.heights_m, (face, level, i, j), border

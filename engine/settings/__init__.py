@@ -1,6 +1,6 @@
 """Settings: knobs read from component fields, checked assignment, presets in TOML, quality."""
 
-from .assign import install, revision, with_overrides
+from .assign import assign_many, install, latest_revision, revision, with_overrides
 from .check import FieldRule, PresetError, SettingError, UnknownSettingError, check_value, rules_of
 from .presets import build_components, plain_table, read_toml, write_toml
 from .quality import QualityKnobs
@@ -12,10 +12,12 @@ __all__ = [
     "QualityKnobs",
     "SettingError",
     "UnknownSettingError",
+    "assign_many",
     "build_components",
     "check_value",
     "did_you_mean",
     "install",
+    "latest_revision",
     "plain_table",
     "read_toml",
     "revision",

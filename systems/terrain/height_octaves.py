@@ -96,7 +96,7 @@ def _weighted(weights: Floats, values: Floats) -> Floats:
         for weight, value in zip(row, values, strict=True):
             if weight != 0.0:
                 np.multiply(value, weight, out=term)
-                total += term
+                np.add(total, term, out=total)
     return out
 
 

@@ -1,0 +1,19 @@
+#include "common/camera.glsl"
+#include "props/instance.glsl"
+
+layout(std430, binding = 0) readonly buffer InstanceBuffer { PropInstance instances[]; };
+uniform int u_first;
+in vec3 in_position;
+in vec3 in_normal;
+
+out vec3 v_normal;
+flat out vec4 v_color;
+
+void main() {
+    PropInstance prop = instances[u_first + gl_InstanceID];
+    vec3 a = prop.a.xyz, b = prop.b.xyz, c = prop.c.xyz;
+    gl_Position = clip_position(prop.place.xyz + a * in_position.x + b * in_position.y + c * in_position.z);
+    // The inverse transpose, without the determinant.
+    v_normal = cross(b, c) * in_normal.x + cross(c, a) * in_normal.y + cross(a, b) * in_normal.z;
+    v_color = prop.color;
+}

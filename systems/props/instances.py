@@ -1,0 +1,132 @@
+"""Props as arrays: read from their components when one changed, and as a camera sees them, without a loop over them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...components import Shape, Transform
+from ...engine.space import CameraState, frustum_planes, sphere_outside
+from .meshes import Mesh, is_file
+
+__all__ = ["SPHERE_LEVELS", "Props", "Visible", "read_props", "rotation_matrices", "seen_by"]
+
+Floats = NDArray[np.float64]
+
+SPHERE_LEVELS = 6
+_SPHERE_PX = np.array([1.5, 6.0, 25.0, 100.0, 400.0])
+"""Up to these radii in pixels a sphere of level 0, 1, ... is off by at most a third of a pixel."""
+_SMALLEST_PX = 0.25
+"""Props with a smaller radius than this are left out."""
+INSTANCE_FLOATS = 20
+"""vec4 a, b, c, place, color of props/instance.glsl."""
+OCCLUDER_FLOATS = 16
+"""vec4 a, b, c, place of the same."""
+
+
+@dataclass
+class Props:
+    """N props. positions_m: (N, 3) f64, planet axes. axes: (N, 3, 3), columns the object's axes times its size.
+
+    form: (N,) index into forms. radius_m: of a sphere around the position that holds it. center_m, half_m: its
+    bounding box's middle (from the position) and half axes (N, 3, 3), columns. color: (N, 4) reflectance and roughness.
+    """
+
+    positions_m: Floats
+    axes: Floats
+    form: NDArray[np.int64]
+    forms: tuple[str, ...]
+    radius_m: Floats
+    center_m: Floats
+    half_m: Floats
+    color: Floats
+
+    def __len__(self) -> int:
+        return len(self.form)
+
+
+def rotation_matrices(quaternions: Floats) -> Floats:
+    """(N, 3, 3) of quaternions (N, 4) (x, y, z, w) of any length but zero."""
+    x, y, z, w = (quaternions / np.linalg.norm(quaternions, axis=1)[:, None]).T
+    return np.stack(
+        [
+            np.stack([1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)], axis=-1),
+            np.stack([2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)], axis=-1),
+            np.stack([2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)], axis=-1),
+        ],
+        axis=1,
+    )
+
+
+def read_props(found: Sequence[tuple[int, tuple[Transform, Shape]]], mesh_of: Callable[[str], Mesh]) -> Props:
+    """Arrays of the components; mesh_of gives the mesh of a file."""
+    transforms, shapes = [t for _, (t, _) in found], [s for _, (_, s) in found]
+    names = [s.form for s in shapes]
+    forms = tuple(sorted(set(names)))
+    number = {name: k for k, name in enumerate(forms)}
+    form = np.array([number[n] for n in names], dtype=np.int64)
+    turn = rotation_matrices(np.array([t.orientation for t in transforms], dtype=np.float64).reshape(-1, 4))
+    size = np.array([s.size_m for s in shapes], dtype=np.float64).reshape(-1, 3)
+    axes = turn * size[:, None, :]
+    bounds = [_bounds(name, mesh_of) for name in forms]
+    middle = np.array([0.5 * (low + high) for low, high in bounds])[form]
+    half = np.array([0.5 * (high - low) for low, high in bounds])[form]
+    center = np.einsum("nij,nj->ni", axes, middle)
+    half_axes = axes * half[:, None, :]
+    round_ones = np.array([name == "sphere" for name in forms])[form]
+    reach = np.where(round_ones, (size * half).max(axis=1), np.linalg.norm(size * half, axis=1))
+    color = np.array([(*s.color, s.roughness) for s in shapes], dtype=np.float64).reshape(-1, 4)
+    positions = np.array([t.position_m for t in transforms], dtype=np.float64).reshape(-1, 3)
+    return Props(positions, axes, form, forms, reach + np.linalg.norm(center, axis=1), center, half_axes, color)
+
+
+def _bounds(form: str, mesh_of: Callable[[str], Mesh]) -> tuple[Floats, Floats]:
+    if not is_file(form):
+        return np.full(3, -0.5), np.full(3, 0.5)
+    mesh = mesh_of(form)
+    return mesh.low, mesh.high
+
+
+@dataclass
+class Visible:
+    """instances: (V, 20) f32, ordered by mesh. draws: (form, sphere's level, first, count). occluders: (C, 16) f32."""
+
+    instances: NDArray[np.float32]
+    draws: list[tuple[str, int, int, int]]
+    occluders: NDArray[np.float32]
+
+
+def seen_by(props: Props, camera: CameraState, height_px: int, shadow_radii: float) -> Visible:
+    """What a camera sees, and what may throw a shadow into its picture: up to so many radii away from it."""
+    away = props.positions_m - camera.position_m  # the last step in double precision
+    distance = np.linalg.norm(away, axis=1)
+    pixel = camera.pixel_angle_rad(height_px)
+    size_px = props.radius_m / np.maximum(distance, props.radius_m) / pixel
+    large = size_px > _SMALLEST_PX
+    planes = frustum_planes(camera)
+    seen = np.flatnonzero(large & ~sphere_outside(planes, away, props.radius_m))
+    casts = np.flatnonzero(large & ~sphere_outside(planes, away, props.radius_m * shadow_radii))
+    round_form = np.array([name == "sphere" for name in props.forms] or [False])
+    round_ones = round_form[props.form[seen]]
+    level = np.where(round_ones, np.searchsorted(_SPHERE_PX, size_px[seen]), 0)
+    key = props.form[seen] * SPHERE_LEVELS + level
+    order = np.argsort(key, kind="stable")
+    seen, key = seen[order], key[order]
+    firsts = np.flatnonzero(np.diff(key, prepend=-1))
+    ends = np.append(firsts[1:], len(key))
+    draws = [
+        (props.forms[k // SPHERE_LEVELS], int(k % SPHERE_LEVELS), int(a), int(b - a))
+        for k, a, b in zip(key[firsts], firsts, ends, strict=True)
+    ]
+    instances = np.zeros((len(seen), 5, 4), dtype=np.float32)
+    instances[:, :3, :3] = props.axes[seen].swapaxes(1, 2)
+    instances[:, 3, :3] = away[seen]
+    instances[:, 4] = props.color[seen]
+    occluders = np.zeros((len(casts), 4, 4), dtype=np.float32)
+    occluders[:, :3, :3] = props.half_m[casts].swapaxes(1, 2)
+    occluders[:, 3, :3] = away[casts] + props.center_m[casts]
+    occluders[:, 3, 3] = np.array([name == "box" for name in props.forms] or [False])[props.form[casts]]
+    return Visible(instances.reshape(-1, INSTANCE_FLOATS), draws, occluders.reshape(-1, OCCLUDER_FLOATS))

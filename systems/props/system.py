@@ -1,0 +1,230 @@
+"""PropsSystem: a game's own objects, instanced, lit by sun and sky, in the air, with shadows.
+
+Nothing of it exists while the world has no entity with both Transform and Shape.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import moderngl
+
+from ...components import Shape, Transform
+from ...engine.contracts import bind_contracts, contract_reads
+from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
+from ...engine.settings import latest_revision
+from ...engine.system import Frame, Setup, System, ViewInfo
+from .instances import INSTANCE_FLOATS, OCCLUDER_FLOATS, Props, Visible, read_props, seen_by
+from .meshes import Mesh, box, is_file, load_mesh, sphere
+
+__all__ = ["PropsSystem"]
+
+GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
+TILE = (16, 8)
+_SHADOW_RADII = 90.0
+"""PROP_SHADOW_RADII of props/shadow.glsl."""
+_CUBE_VERTICES = 36
+
+
+class _Buffer:
+    """A storage buffer that grows."""
+
+    def __init__(self, gpu: Any, row_floats: int) -> None:
+        self._gpu, self._row = gpu, 4 * row_floats
+        self.buffer: Any = gpu.buffer(reserve=64 * self._row, dynamic=True)
+
+    def write(self, rows: Any) -> None:
+        if rows.nbytes > self.buffer.size:
+            self._gpu.free(self.buffer)
+            self.buffer = self._gpu.buffer(reserve=2 * rows.nbytes, dynamic=True)
+        if rows.nbytes:
+            self.buffer.write(rows.tobytes())
+
+
+class _PropsView:
+    """What one view sees, and where it is on the GPU."""
+
+    def __init__(self, gpu: Any) -> None:
+        self.key: tuple[Any, ...] = ()
+        self.visible: Visible | None = None
+        self.instances = _Buffer(gpu, INSTANCE_FLOATS)
+        self.occluders = _Buffer(gpu, OCCLUDER_FLOATS)
+
+
+class PropsSystem(System):
+    """Needs an entity with Transform and Shape."""
+
+    name: ClassVar[str] = "props"
+    needs: ClassVar[tuple[type, ...]] = (Transform, Shape)
+
+    def setup(self, setup: Setup) -> None:
+        self._gpu = gpu = setup.gpu
+        self._world = setup.world
+        format = str(setup.settings.get("sky.radiance_format", "rgba32f"))
+        self._surface = gpu.program(vertex="props/gbuffer.vert", fragment="props/gbuffer.frag")
+        self._shadow = gpu.program(vertex="props/shadow.vert", fragment="props/shadow.frag")
+        self._volumes = gpu.vertex_array(self._shadow)
+        self._list = gpu.compute("props/list_tiles.comp")
+        self._shade = gpu.compute("props/shade.comp", defines={"RADIANCE_FORMAT": format})
+        # Meshes from files may be open or wound either way.
+        self._draw_state = gpu.gpu.state(depth_test=True, depth_func=">", cull=None)
+        self._shadow_state = gpu.gpu.state(cull="front", blend="multiply")
+        self._meshes: dict[tuple[str, int], tuple[Mesh, Any, list[Any]]] = {}
+        self._props: Props | None = None
+        self._read: tuple[int, int] | None = None
+        self._views: dict[int, _PropsView] = {}
+
+    def release(self) -> None:
+        self._meshes.clear()
+        self._views.clear()
+        self._props = None
+
+    # -- a frame -----------------------------------------------------------------------------------------------------
+
+    def update(self, frame: Frame) -> None:
+        revision = (frame.world.structure_revision, latest_revision(Transform, Shape))
+        if revision != self._read or self._props is None:
+            self._props = read_props(frame.world.query(Transform, Shape), load_mesh)
+            self._read = revision
+        view = self._views.get(frame.view_index)
+        if view is None:
+            view = self._views[frame.view_index] = _PropsView(self._gpu)
+        camera = frame.camera
+        key = (revision, camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes(), frame.size[1],
+               camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)  # fmt: skip
+        if key == view.key:
+            return
+        view.key = key
+        view.visible = seen_by(self._props, camera, frame.size[1], _SHADOW_RADII)
+        view.instances.write(view.visible.instances)
+        view.occluders.write(view.visible.occluders)
+        for form, level, _, _ in view.visible.draws:
+            self._vertex_array(form, level)
+
+    def _vertex_array(self, form: str, level: int) -> Any:
+        """Uploaded when first seen, and again when the file has changed."""
+        mesh = load_mesh(form) if is_file(form) else sphere(level) if form == "sphere" else box()
+        found = self._meshes.get((form, level))
+        if found is None or found[0] is not mesh:
+            for old in found[2] if found is not None else ():
+                self._gpu.free(old)
+            vertices, indices = self._gpu.buffer(mesh.vertices), self._gpu.buffer(mesh.indices)
+            array = self._gpu.vertex_array(
+                self._surface, [(vertices, "3f 3f", "in_position", "in_normal")], index=indices
+            )
+            found = self._meshes[form, level] = (mesh, array, [array, vertices, indices])
+        return found[1]
+
+    # -- passes ------------------------------------------------------------------------------------------------------
+
+    def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
+        seen = self._views.get(view.index)
+        if seen is None:
+            seen = self._views[view.index] = _PropsView(self._gpu)
+        name = self.name
+        tiles = [-(-n // t) for n, t in zip(view.size, TILE, strict=True)]
+        builder.add_pass(
+            "props.gbuffer",
+            system=name,
+            bind=lambda io: self._bind_gbuffer(io, seen),
+            writes=("gbuffer.depth", *GBUFFER),
+            after=("gbuffer.clear",),
+            after_optional=("terrain.gbuffer", "ocean.gbuffer"),
+            help="the visible props, instanced by mesh",
+        )
+        builder.add_pass(
+            "props.shadow",
+            system=name,
+            bind=lambda io: self._bind_shadow(io, seen),
+            reads=("gbuffer.depth", "gbuffer.normal", "gbuffer.surface"),
+            creates=(TextureSpec("props.shadow", "rg8", help="share of sunlight and of skylight that props leave"),),
+            help="light that props take from the ground and from one another",
+        )
+        builder.add_pass(
+            "props.tiles",
+            system=name,
+            kind="compute",
+            bind=lambda io: self._bind_tiles(io, (tiles[0], tiles[1])),
+            reads=("gbuffer.tile_flags", "props.shadow"),
+            creates=(BufferSpec("props.tile_list", 16 + 4 * tiles[0] * tiles[1], help="dispatch and tiles"),),
+            help="tiles with props or their shadows",
+        )
+        builder.add_pass(
+            "props.shade",
+            system=name,
+            kind="compute",
+            bind=self._bind_shade,
+            reads=("gbuffer.depth", *GBUFFER, "props.shadow", "props.tile_list", *contract_reads(self._world)),
+            writes=("scene.radiance",),
+            after=("sky.shade",),
+            after_optional=("terrain.shade", "ocean.shade"),
+            help="light of props; their shadows on the ground",
+        )
+
+    def _bind_gbuffer(self, io: PassIO, view: _PropsView) -> Callable[[], None]:
+        target = io.framebuffer(colors=GBUFFER, depth="gbuffer.depth")
+
+        def run() -> None:
+            if view.visible is None or not view.visible.draws:
+                return
+            target.use()
+            self._draw_state.apply()
+            view.instances.buffer.bind_to_storage_buffer(0)
+            for form, level, first, count in view.visible.draws:
+                self._surface.set("u_first", first)
+                self._meshes[form, level][1].render(moderngl.TRIANGLES, instances=count)
+
+        return run
+
+    def _bind_shadow(self, io: PassIO, view: _PropsView) -> Callable[[], None]:
+        target = io.framebuffer(colors=("props.shadow",))
+        textures = [io.texture(n) for n in ("gbuffer.depth", "gbuffer.normal", "gbuffer.surface")]
+
+        def run() -> None:
+            target.use()
+            target.clear(1.0, 1.0, 1.0, 1.0)
+            count = 0 if view.visible is None else len(view.visible.occluders)
+            if count:
+                self._shadow_state.apply()
+                view.occluders.buffer.bind_to_storage_buffer(0)
+                for unit, texture in enumerate(textures):
+                    texture.use(unit)
+                self._volumes.render(moderngl.TRIANGLES, _CUBE_VERTICES, instances=2 * count)
+
+        return run
+
+    def _bind_tiles(self, io: PassIO, tiles: tuple[int, int]) -> Callable[[], None]:
+        flags, listed = io.buffer("gbuffer.tile_flags"), io.buffer("props.tile_list")
+        shadow = io.texture("props.shadow")
+
+        def run() -> None:
+            flags.bind_to_storage_buffer(0)
+            listed.bind_to_storage_buffer(1)
+            shadow.use(0)
+            self._list.set("u_tiles", tiles)
+            self._list.run(1, 1, 1)
+
+        return run
+
+    def _bind_shade(self, io: PassIO) -> Callable[[], None]:
+        radiance, tiles = io.texture("scene.radiance"), io.buffer("props.tile_list")
+        textures = [io.texture(n) for n in ("gbuffer.depth", *GBUFFER, "props.shadow")]
+        bind_air = bind_contracts(self._world, io)
+
+        def run() -> None:
+            bind_air()
+            radiance.bind_to_image(0, read=True, write=True)
+            tiles.bind_to_storage_buffer(7)
+            for unit, texture in enumerate(textures):
+                texture.use(unit)
+            self._shade.run_indirect(tiles)
+
+        return run
+
+    def statistics(self) -> dict[str, int]:
+        view = self._views.get(0)
+        if view is None or view.visible is None:
+            return {}
+        triangles = sum(len(self._meshes[form, level][0].indices) * n for form, level, _, n in view.visible.draws)
+        return {"props": len(view.visible.instances), "triangles": triangles}
