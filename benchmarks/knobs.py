@@ -179,6 +179,12 @@ PAIRS: dict[str, Pair] = {
 
 NOT_IN_A_PICTURE: dict[str, str] = {
     "terrain.backend": "one choice so far",
+    "terrain.height_map": "needs a file; see test_height_map",
+    "terrain.height_map_range_m": "needs a file; see test_height_map",
+    "terrain.height_map_blend": "needs a file; see test_height_map",
+    "terrain.height_map_detail": "needs a file; see test_height_map",
+    "terrain.color_map": "needs a file; see test_height_map",
+    "terrain.color_map_strength": "needs a file; see test_height_map",
     "terrain.method": "the source's ground beside ours; see test_paper_grid",
     "atmosphere.method": "the same air by another method, meant to look alike; see test_air_paper",
     "atmosphere.wavelengths_nm": "says what the three numbers belong to and changes none",

@@ -22,7 +22,8 @@ class Knob:
     panels. help: one sentence. cost: what a higher value costs, "" for nothing. log: a slider moves logarithmically.
     group: heading in a panel. choices: allowed texts. not_yet: texts that are known but not available in this version.
     nonzero: a vector of length zero is refused. excludes: fields that become None when this one is set.
-    power_of_two: 1, 2, 4, ... only. widget: "color" for a linear RGB reflectance, "direction", or "" (chosen by type).
+    power_of_two: 1, 2, 4, ... only. widget: "color" for a linear RGB reflectance, "direction", "path" for a file or
+    folder (in scene files relative to their own folder), or "" (chosen by type).
     """
 
     low: float | None = None

@@ -79,6 +79,38 @@ class Terrain:
         group="craters",
     )
 
+    height_map: str = knob(
+        "",
+        help="Heights all around: a PNG of 16 bits, EXR or GeoTIFF, equirectangular, or a folder of six faces",
+        cost="16 texture fetches a vertex, 8 bytes a sample",
+        group="maps",
+        widget="path",
+    )
+    height_map_range_m: tuple[float, float] | None = knob(
+        None, -1e6, 1e6, "m", "Heights of the lowest and the highest value that the height map can hold", group="maps"
+    )
+    height_map_blend: float = knob(
+        0.0,
+        0.0,
+        1.0,
+        "",
+        "0: the height map alone makes broad shapes; 1: it adds to the procedural ones",
+        group="maps",
+    )
+    height_map_detail: float = knob(
+        1.0, 0.0, 4.0, "", "Roughness of the relief finer than the height map; 1 goes on as the map does", group="maps"
+    )
+    color_map: str = knob(
+        "",
+        help="Colours of the ground, in place of its materials': PNG or JPEG, equirectangular or a folder of faces",
+        cost="8 texture fetches a pixel, 4 bytes a sample",
+        group="maps",
+        widget="path",
+    )
+    color_map_strength: float = knob(
+        1.0, 0.0, 1.0, "", "1: the ground's colour is the map's; 0: that of its materials", group="maps"
+    )
+
     rock_albedo: Vec3 = knob(
         (0.16, 0.145, 0.125), 0.0, 1.0, "", "Share of light that bare rock throws back", group="ground", widget="color"
     )

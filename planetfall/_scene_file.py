@@ -83,6 +83,21 @@ def _preset_path(name: str) -> Path:
     return PRESETS / "planets" / f"{name}.toml"
 
 
+def _with_places(data: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """The file's tables with the paths in them counted from its own folder."""
+    names = {cls.__name__: table for table, cls in KINDS.items()}
+    found = dict(data)
+    for key, value in data.items():
+        kind = KINDS.get(names.get(key, key))
+        if kind is None or not isinstance(value, Mapping):
+            continue
+        rules = rules_of(kind)
+        places = {k: str(folder.absolute() / Path(v).expanduser()) for k, v in value.items()
+                  if v and k in rules and rules[k].knob.widget == "path"}  # fmt: skip
+        found[key] = {**value, **places}
+    return found
+
+
 def _merged(path: Path, inside: tuple[Path, ...]) -> dict[str, Any]:
     """The file's tables laid over those of its base, which may have a base itself."""
     if path in inside:
@@ -92,6 +107,7 @@ def _merged(path: Path, inside: tuple[Path, ...]) -> dict[str, Any]:
         if not isinstance(data.get(key, ""), str):
             raise PresetError(f"{path}: {key}: expected a text, found {data[key]!r}. Put it in quotes")
     build_components(data, KINDS, path, also=(*_KEYS, _PROPS))  # complains with this file's name
+    data = _with_places(data, path.parent)
     base = data.get("base")
     if base is None:
         return data

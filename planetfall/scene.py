@@ -214,7 +214,10 @@ class Scene:
         self.environment.add(sun)
 
     def height_field(self, planet: PlanetHandle | None = None) -> HeightField | None:
-        """The ground's heights in float64 on the CPU, as the renderer draws them; None without Terrain. Cached."""
+        """The ground's heights in float64 on the CPU, as the renderer draws them; None without Terrain. Cached.
+
+        A change that can't be (a map that can't be read) leaves the last good ones, as it does the renderer's ground.
+        """
         planet = planet or self.planet
         terrain = planet.get(Terrain)
         if terrain is None:
@@ -228,6 +231,10 @@ class Scene:
         try:
             params = TerrainParams.from_component(terrain, planet.radius_m)
         except ValueError as error:
+            if known is not None:
+                log.error("Terrain stays as it was: %s", error)
+                self._fields[planet.entity] = (stamp, known[1])
+                return known[1]
             raise SceneError(f"Terrain on a planet of {planet.radius_m:g} m cannot be: {error}") from error
         field: HeightField = TerrainField(params)
         self._fields[planet.entity] = (stamp, field)
@@ -402,6 +409,17 @@ def _planet_problems(handle: PlanetHandle, sun: Sun, settings: Mapping[str, Any]
                     f"{where}: Terrain.{field} ({value:g}) is more than a quarter of Planet.radius_m ({radius:g}); "
                     f"use at most {0.25 * radius:g}"
                 )
+        if terrain.height_map or terrain.color_map or terrain.height_map_range_m is not None:
+            from .systems.terrain.height import TerrainParams
+            from .systems.terrain.height_map import color_cube
+            from .systems.terrain.map_files import MapError
+
+            try:
+                TerrainParams.from_component(terrain, radius)
+                if terrain.color_map:
+                    color_cube(terrain.color_map)
+            except MapError as error:
+                problems.append(f"{where}: {error}")
     sea = found(Ocean, "ocean")
     if sea is not None and abs(sea.sea_level_m) > 0.25 * radius:
         problems.append(

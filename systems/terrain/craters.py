@@ -101,14 +101,16 @@ class Craters:
         for start in range(0, len(self), together):
             part = slice(start, start + together)
             h, g = self._octaves(part, points, footprint_m, gradients)
-            height += h
-            if gradients:
-                gradient += g
+            for k in range(len(h)):  # one by one, so that heights don't depend on the batch
+                height += h[k]
+                if gradients:
+                    gradient += g[:, k]
         return height, gradient
 
     def _octaves(
         self, part: slice, points: Floats, footprint_m: Floats | None, gradients: bool
     ) -> tuple[Floats, Floats]:
+        """Heights (octaves, N) and gradients (3, octaves, N)."""
         frequency = self.frequency[part]
         octaves, count = len(frequency), points.shape[1]
         place = points[:, None] * frequency[:, None] + self.offset[part].T[:, :, None] - 0.5  # (3, K, N)
@@ -119,11 +121,12 @@ class Craters:
         words = (low[:, None] + side).astype(np.uint32)
         draws = np.stack(pcg3d(*words)).view(np.int32) >> 8  # 24 bits, signed
         v = place[:, None] + 0.5 - side - ((draws >> 12) + 2048.5) * (1.0 / 4096.0)
-        vv = np.einsum("ackn,ackn->ckn", v, v)
+        vv = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
         parity, k, n = np.nonzero((vv < 0.25) & ((draws[2] & 4095) < self.accept))
         v, vv, u = v[:, parity, k, n], vv[parity, k, n], (draws[:2, parity, k, n] & 4095) * (1.0 / 4096.0)
 
-        along = np.einsum("an,an->n", v, points[:, n]) / self.radius_m
+        here = points[:, n]
+        along = (v[0] * here[0] + v[1] * here[1] + v[2] * here[2]) / self.radius_m
         curve = 1.0 / (self.radius_m * frequency[k])
         e = vv * curve - 2.0 * along
         root = np.sqrt(1.0 + e * curve)
@@ -152,7 +155,7 @@ class Craters:
                 steep = size[a:b] * fresh[a:b] * slope[a:b] - total[at] * frequency[at[0]] * cover_slope[a:b]
                 bent[:, *at] = bent[:, *at] * (1.0 - seen[a:b] * cover[a:b]) + steep * ahead[:, a:b]
             total[at] = total[at] * (1.0 - cover[a:b]) + height_m[a:b]
-        return total.sum(axis=0), bent.sum(axis=1) if gradients else bent
+        return total, bent
 
 
 _TOGETHER = 2000  # octaves x points: eight cells each still fit the second-level cache

@@ -11,18 +11,21 @@ The surface is a point-wise function of a few noises (see docs/terrain-height.md
 
     M = belts and coastal ranges (0..1), faded in the sea     E = hypsometry(x)      m = smoothstep(s)
     roughness = T (1/2 + m) + M (r0 + r1 m)                   T = plains and hills
-    h = limit( E + M (foot + range m) + T hill m + roughness z + craters )
+    h = limit( E + M (foot + range m) + T hill m + roughness z + craters + map )
+
+A height map takes the place of E, M and T as far as it is told to, and adds its own roughness.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...engine.surface.noise import Lattice, octave_offset
 from .craters import Craters, craters_of
+from .height_map import roughness_factor
 from .height_params import TerrainParams
 
 Floats = NDArray[np.float64]
@@ -122,6 +125,13 @@ class Model:
     ridge_columns: tuple[Floats, Floats]  # of the ridged layers: ridge, 1 - |ridge|
     constants: Constants
     craters: Craters | None = None
+    map_roughness: float = 0.0  # multiplier of the layers by the map's height differences at its finest scale, 1/m
+
+    @property
+    def map_sample_m(self) -> float:
+        """Distance of the height map's samples."""
+        found = self.params.height_map
+        return found.sample_rad * self.params.radius_m if found else 0.0
 
     @property
     def relief_slope(self) -> float:
@@ -146,8 +156,10 @@ class Model:
         """The largest of heights_slopes' bounds, about."""
         k = self.constants
         steepest_m = k.plains * (4.0 * k.slope_m + 6.0 * k.coast_m) + (1.0 - k.plains) * 0.6 * k.spread_m
-        craters = self.craters.slope if self.craters else 0.0
-        return float(self.broad_slope(np.asarray(steepest_m))) + 1.25 * self.relief_slope + self.range_slope + craters
+        added = self.craters.slope if self.craters else 0.0
+        if self.params.height_map:
+            added += float(self.params.height_map.slopes(self.params.radius_m).max())
+        return float(self.broad_slope(np.asarray(steepest_m))) + 1.25 * self.relief_slope + self.range_slope + added
 
     @property
     def _shape_slope(self) -> float:
@@ -182,6 +194,16 @@ def build_model(params: TerrainParams) -> Model:
     ridge[WARPED_LAYERS : WARPED_LAYERS + 2] = (-0.5, -0.25)[: max(p.layers - WARPED_LAYERS, 0)]
     amplitude = _single(layer_slope(wavelength) * wavelength * p.roughness)
     amplitude[:SHAPE_LAYERS] = 0.0
+    map_roughness = 0.0
+    if p.height_map is not None:
+        sample_m = p.height_map.sample_rad * p.radius_m
+        whole = layer_slope(wavelength) * wavelength * p.roughness
+        map_roughness = p.height_map_detail * roughness_factor(whole, wavelength, sample_m)
+        # Layers as long as what the map shows stay only as far as the procedural shapes do; shorter ones go on from it,
+        # those that make the ranges elsewhere as well.
+        longer = np.clip((wavelength / sample_m - 2.0) / 2.0, 0.0, 1.0)
+        blend = p.height_map_blend
+        amplitude = _single(blend * amplitude + (1.0 - blend) * (1.0 - longer) * whole)
     shape = np.zeros(p.layers)
     shape[:SHAPE_LAYERS] = _SHAPE_WEIGHTS[: p.layers]
     first = np.arange(p.layers) < GATING_LAYERS
@@ -209,6 +231,7 @@ def build_model(params: TerrainParams) -> Model:
         warp_m=_single(_WARP_AMPLITUDES_M * scale * np.array([size, 1.0]) * p.warp),
         constants=_constants(p),
         craters=craters_of(p.craters, p.crater_largest_m, float(wavelength[-1]), p.radius_m, p.seed),
+        map_roughness=float(np.float32(map_roughness)),
     )
 
 
@@ -227,7 +250,11 @@ def _constants(p: TerrainParams) -> Constants:
     spread_m = 0.4 * span
     steepest_m = plains * 1.5 / 0.6 * 0.38 * low + (1.0 - plains) * 0.6 * spread_m  # metres by x
     knee = 0.15 * span * 0.5
-    return Constants(
+    knee_high, knee_low = knee, knee
+    if p.height_map is not None:  # which is to stay as it is
+        knee_high = min(knee, 0.5 * (p.highest_m - p.height_map.highest_m))
+        knee_low = min(knee, 0.5 * (p.height_map.lowest_m - p.lowest_m))
+    found = Constants(
         sea_level=0.0,
         inverse_deviation=1.0,
         coast=min(0.13, 0.0085 * reach_m / max(steepest_m, 1e-9)),
@@ -250,8 +277,18 @@ def _constants(p: TerrainParams) -> Constants:
         hills=0.22 * p.hills,
         calm=0.12,
         wild=0.95,
-        knee_high_m=p.highest_m - knee,
-        knee_low_m=p.lowest_m + knee,
-        room_high_m=knee,
-        room_low_m=knee,
+        knee_high_m=p.highest_m - knee_high,
+        knee_low_m=p.lowest_m + knee_low,
+        room_high_m=knee_high,
+        room_low_m=knee_low,
     )
+    if p.height_map is None:
+        return found
+    return replace(found, **{name: p.height_map_blend * getattr(found, name) for name in _BROAD})
+
+
+_BROAD = (
+    *("coast_m", "lowland_m", "slope_m", "abyss_m", "plateau_m", "middle_m", "spread_m", "foot_m", "range_m"),
+    *("hill_m", "flat", "hills", "calm", "wild"),
+)
+"""Constants of what a height map stands in for."""

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...engine.surface.noise import Scratch
+from .height_map import map_gradients, map_values, slopes_at
 from .height_model import FIELDS, RIDGE_ROUND, RIDGE_SLOPE, RIDGE_TOP, Model, build_model, continent_weights
 from .height_params import TerrainParams
 from .height_surface import hypsometry_slope, limit, smoothstep, surface, surface_gradient, surface_parts
@@ -34,11 +36,25 @@ def layer_weight(wavelength_m: float | Floats, spacing_m: float | Floats) -> Flo
 
 def heights(points: Floats, model: Model) -> Floats:
     w1, c, b, shapes, z = noises(points, model)
-    added = model.craters.heights(points) if model.craters else None
+    added, rougher = _added(points, model)
     if points.shape[1] == 1:  # plain floats are ten times faster than arrays of one
-        single = 0.0 if added is None else float(added[0])
-        return np.array([surface(model.constants, *(float(v[0]) for v in (*w1, c, b, *shapes, z)), single)])
-    return surface(model.constants, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1], z, 0.0 if added is None else added)
+        values = (float(v[0]) if isinstance(v, np.ndarray) else v for v in (*w1, c, b, *shapes, z, added, rougher))
+        return np.array([surface(model.constants, *values)])
+    return surface(model.constants, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1], z, added, rougher)
+
+
+_MOST_ROUGH = 1.2  # vertices hand on up to 1.3
+
+
+def _added(points: Floats, model: Model) -> tuple[Floats | float, Floats | float]:
+    """Metres that craters and map add at points (3, N), and the map's own roughness; 0.0 where there are none."""
+    added: Floats | float = model.craters.heights(points) if model.craters else 0.0
+    rougher: Floats | float = 0.0
+    if model.params.height_map:
+        height, differences = map_values(model.params.height_map, points)
+        added = added + height
+        rougher = np.minimum(model.map_roughness * differences, _MOST_ROUGH)
+    return added, rougher
 
 
 def heights_slopes(points: Floats, model: Model) -> tuple[Floats, Floats]:
@@ -51,11 +67,12 @@ def heights_slopes(points: Floats, model: Model) -> tuple[Floats, Floats]:
     k = model.constants
     base, rough, on_land, x = surface_parts(k, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1])
     slopes = model.broad_slope(hypsometry_slope(k, x)) + model.relief_slope * rough + model.range_slope * on_land
-    h = base + rough * z
+    added, rougher = _added(points, model)
     if model.craters:
-        h += model.craters.heights(points)
         slopes += model.craters.slope
-    return limit(k, h), slopes
+    if model.params.height_map:
+        slopes += slopes_at(model.params.height_map, points, model.params.radius_m) + model.relief_slope * rougher
+    return limit(k, base + (rough + rougher) * z + added), slopes
 
 
 def noises(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats, Floats]:
@@ -162,11 +179,23 @@ def heights_gradients(points: Floats, model: Model, footprint_m: Floats | None) 
     z_seen = model.amplitude_m @ (weight * v)
     d_sums = np.einsum("sk,akn->san", model.sums, dn_layers)
     w1, dw1 = w[:, 0], jacobian[:, :, 0]
-    added, d_added = model.craters.heights_gradients(points, footprint_m) if model.craters else (0.0, 0.0)
-    heights = surface(k, w1[0], w1[1], w1[2], c, b, sums[0], sums[1], sums[2], added)
+    added, d_added, rougher, d_rougher = _added_gradients(points, model, footprint_m)
+    heights = surface(k, w1[0], w1[1], w1[2], c, b, sums[0], sums[1], sums[2], added, rougher)
     return heights, surface_gradient(
-        k, w1, c, b, sums[:2], (sums[2], z_seen), dw1, dc, db, d_sums[:2], d_sums[2], added, d_added
+        k, w1, c, b, sums[:2], (sums[2], z_seen), dw1, dc, db, d_sums[:2], d_sums[2], added, d_added, rougher, d_rougher
     )
+
+
+def _added_gradients(points: Floats, model: Model, footprint_m: Floats | None) -> tuple[Any, Any, Any, Any]:
+    """`_added`, each followed by its gradient (3, N)."""
+    added, d_added = model.craters.heights_gradients(points, footprint_m) if model.craters else (0.0, 0.0)
+    found = model.params.height_map
+    if found is None:
+        return added, d_added, 0.0, 0.0
+    height, slope, rough, d_rough = map_gradients(found, points, model.params.radius_m, footprint_m)
+    rough, d_rough = model.map_roughness * rough, model.map_roughness * d_rough
+    below = rough < _MOST_ROUGH
+    return added + height, d_added + slope, np.where(below, rough, _MOST_ROUGH), np.where(below, d_rough, 0.0)
 
 
 def _weights(model: Model, footprint_m: Floats | None, count: int) -> Floats:

@@ -6,6 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from .height_map import HeightMap, height_map
+from .map_files import MapError
+
 __all__ = ["TerrainParams"]
 
 _KNOBS = (
@@ -18,6 +21,8 @@ _KNOBS = (
     "warp",
     "craters",
     "crater_largest_m",
+    "height_map_blend",
+    "height_map_detail",
 )
 _RANGES = {
     "layers": (1, 16),
@@ -30,6 +35,8 @@ _RANGES = {
     "warp": (0.0, 2.0),
     "craters": (0.0, 1.0),
     "crater_largest_m": (1.0, 2e6),
+    "height_map_blend": (0.0, 1.0),
+    "height_map_detail": (0.0, 4.0),
 }
 
 
@@ -48,6 +55,9 @@ class TerrainParams:
     hills: 1: plains, hill country and ranges along coasts; 0: gently rolling land instead of all three. At 1 land is
         two to four times as rough as the Earth's from 1 km up.
     craters: how densely impact craters lie; 0 none, 1 as the oldest ground (systems/terrain/craters.py).
+    height_map: heights all around; the bounds are raised to hold it. height_map_blend: 0, the map alone makes the broad
+        shapes, 1, continents, ranges and relief are added to it. height_map_detail: how rough the relief below its
+        samples is, 1 going on as the map itself.
     crater_largest_m: diameter of the largest ones, at most the planet's radius; others go down to the shortest layer.
     """
 
@@ -65,6 +75,9 @@ class TerrainParams:
     hills: float = 1.0
     craters: float = 0.0
     crater_largest_m: float = 2.5e5
+    height_map: HeightMap | None = None
+    height_map_blend: float = 0.0
+    height_map_detail: float = 1.0
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.radius_m) and self.radius_m > 0.0):
@@ -73,6 +86,8 @@ class TerrainParams:
             value = getattr(self, name)
             if not low <= value <= high:
                 raise ValueError(f"TerrainParams.{name}: expected {low:g} to {high:g}, found {value!r}")
+        if self.height_map is not None:
+            self._hold(self.height_map)
         if not (math.isfinite(self.lowest_m) and math.isfinite(self.highest_m) and self.lowest_m < self.highest_m):
             raise ValueError(
                 f"TerrainParams: lowest_m ({self.lowest_m!r}) has to be a finite number below highest_m"
@@ -81,15 +96,36 @@ class TerrainParams:
         if self.lowest_m <= -self.radius_m:
             raise ValueError(f"TerrainParams.lowest_m: {self.lowest_m!r} is below the centre of the planet; raise it")
 
+    def _hold(self, found: HeightMap) -> None:
+        """Bounds that leave the map as it is, with room for what is added to it."""
+        low, high = found.lowest_m, found.highest_m
+        if max(abs(low), abs(high)) > 0.25 * self.radius_m:
+            raise MapError(
+                f"Terrain.height_map: heights from {low:g} to {high:g} m on a planet of radius {self.radius_m:g} m; "
+                f"expected at most a quarter of it, {0.25 * self.radius_m:g} m: lower height_map_range_m"
+            )
+        room = 0.05 * max(high - low, 1e-6 * self.radius_m)
+        object.__setattr__(self, "highest_m", max(self.highest_m, high + room))
+        object.__setattr__(self, "lowest_m", min(self.lowest_m, low - room))
+
     @staticmethod
     def from_component(terrain: Any, radius_m: float) -> TerrainParams:
-        """Params of a Terrain component, or of anything with its fields; knobs that it lacks keep their defaults."""
+        """Params of a Terrain component, or of anything with its fields; knobs that it lacks keep their defaults.
+
+        Reads the height map, if it names one.
+        """
+        path, range_m = getattr(terrain, "height_map", ""), getattr(terrain, "height_map_range_m", None)
+        if range_m is not None and not range_m[0] < range_m[1]:
+            raise MapError(
+                f"Terrain.height_map_range_m: expected (lowest, highest) in metres, found {tuple(range_m)!r}; swap them"
+            )
         return TerrainParams(
             radius_m=float(radius_m),
             seed=int(terrain.seed),
             highest_m=float(terrain.highest_m),
             lowest_m=float(terrain.lowest_m),
             layers=int(terrain.layers),
+            height_map=height_map(path, None if range_m is None else tuple(range_m)) if path else None,
             **{name: float(getattr(terrain, name)) for name in _KNOBS if hasattr(terrain, name)},
         )
 

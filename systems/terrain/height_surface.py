@@ -42,11 +42,13 @@ def bump_slope(t: Any) -> Any:
 
 
 def surface(
-    k: Constants, w1x: Any, w1y: Any, w1z: Any, c: Any, b: Any, sa: Any, sb: Any, z: Any, added: Any = 0.0
-) -> Any:
-    """The point-wise part: height from the noises, and metres `added` to them (craters). Serves floats and arrays."""
+    k: Constants, w1x: Any, w1y: Any, w1z: Any, c: Any, b: Any, sa: Any, sb: Any, z: Any,
+    added: Any = 0.0, rougher: Any = 0.0,
+) -> Any:  # fmt: skip
+    """The point-wise part: height from the noises, metres `added` (craters, map) and roughness of the map's own. Serves
+    floats and arrays."""
     base, rough, _, _ = surface_parts(k, w1x, w1y, w1z, c, b, sa, sb)
-    return limit(k, base + rough * z + added)
+    return limit(k, base + (rough + rougher) * z + added)
 
 
 def surface_parts(
@@ -92,6 +94,7 @@ def limit(k: Constants, h: Any) -> Any:
 def surface_gradient(
     k: Constants, w1: Floats, c: Floats, b: Floats, shapes: Floats, zs: tuple[Floats, Floats],
     dw1: Floats, dc: Floats, db: Floats, dshapes: Floats, dz: Floats, added: Any, d_added: Any,
+    rougher: Any, d_rougher: Any,
 ) -> Floats:  # fmt: skip
     """`surface` differentiated: (3, N). `zs`: all of z for the limit, and the part of z seen at this footprint."""
     z, z_seen = zs
@@ -122,6 +125,7 @@ def surface_gradient(
     d_calm = (k.hills * 2.0 * smoothstep_slope(t_hill) * (1.0 - belts)) * dw1[2] - hills * d_belts
     rough = calm * (0.5 + m) + on_land * (k.calm + k.wild * m)
     d_rough = d_calm * (0.5 + m) + calm * dm + d_land * (k.calm + k.wild * m) + on_land * k.wild * dm
+    rough, d_rough = rough + rougher, d_rough + d_rougher
     slope = hypsometry_slope(k, x) * dx
     slope += d_land * (k.foot_m + k.range_m * m) + on_land * k.range_m * dm
     slope += k.hill_m * (d_calm * m + calm * dm)

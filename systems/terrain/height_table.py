@@ -42,6 +42,14 @@ _TABLE = np.dtype(
         ("craters_coarse", np.int32),
         ("up_low", np.float32, 3),  # up = up + up_low to 48 bits
         ("crater_draws", np.float32),  # of 4096
+        ("map_cells", np.int32),  # a side of a face, 0: no map
+        ("map_levels", np.int32),
+        ("color_cells", np.int32),  # of the colour map; map_textures writes them
+        ("color_levels", np.int32),
+        ("map_sample_m", np.float32),
+        ("map_roughness", np.float32),  # by height differences of the finest scale, 1/m
+        ("color_strength", np.float32),
+        ("map_pad", np.float32),
         ("constants", np.float32, _CONSTANTS + -_CONSTANTS % 4),
         ("octaves", _OCTAVE, 2 + FIELDS + 16),
         ("craters", _OCTAVE, MOST_OCTAVES),  # weights: wall, floor, rim, peak by radius
@@ -93,7 +101,10 @@ def octave_table(
     octaves["weights"][split:, 0] = model.shape
     octaves["weights"][split:, 1] = model.amplitude_m
     octaves["weights"][split:, 2] = model.ridge
-    craters = model.craters
+    found, craters = model.params.height_map, model.craters
+    if found is not None:
+        table["map_cells"], table["map_levels"] = found.cube.cells, len(found.cube.levels)
+        table["map_sample_m"], table["map_roughness"] = model.map_sample_m, model.map_roughness
     if craters:
         table["craters_count"], table["craters_coarse"] = len(craters), craters.coarse
         table["crater_draws"] = craters.accept

@@ -14,12 +14,17 @@ from ...engine.system import Frame, Setup, System, ViewInfo
 from .backends import Backend, Ground, make_backend
 from .debug_passes import TerrainDebugPasses
 from .height import TerrainField, TerrainParams, octave_table
+from .height_map import color_cube
+from .map_textures import MapTextures
 from .material import TerrainMaterialBlock, material_block
 
 OCTAVES_BINDING = 4
 MATERIAL_BINDING = 7
 _RG16_SNORM = 0x8F99  # moderngl takes the texture for an unsigned one
-_SHAPE = tuple(f.name for f in fields(TerrainParams) if f.name in {g.name for g in fields(Terrain)})
+_SHAPE = (
+    *(f.name for f in fields(TerrainParams) if f.name in {g.name for g in fields(Terrain)}),
+    *("height_map_range_m", "color_map"),
+)
 _CONTRACTS = {"surface_height": "terrain/surface_height.glsl"}
 GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
 
@@ -54,6 +59,7 @@ class TerrainSystem(System):
         self._world = setup.world
         self._settings = setup.settings
         self._material_ubo = setup.gpu.uniform_block(TerrainMaterialBlock, MATERIAL_BINDING, "terrain_material_block")
+        self._maps = MapTextures(setup.gpu)
         self._debug = TerrainDebugPasses(setup.gpu)
         setup.world.set_resource("surface_height", self._bind_heights)
         self._draw_states = {
@@ -103,6 +109,7 @@ class TerrainSystem(System):
 
     def _bind_octaves(self, view_index: int) -> None:
         self._view(view_index).octaves.bind_to_uniform_block(OCTAVES_BINDING)
+        self._maps.bind()
 
     def _refresh_field(self, world: Any, planet: int, settings: Mapping[str, Any]) -> None:
         terrain, body = world.get(planet, Terrain), world.get(planet, Planet)
@@ -118,8 +125,11 @@ class TerrainSystem(System):
         self._field_revision = stamp
         try:
             params = TerrainParams.from_component(self._component, body.radius_m)
+            color = color_cube(self._component.color_map) if self._component.color_map else None
         except ValueError as error:
+            # Once: the next frames go on with the last good ground, until something is changed again.
             raise SettingError(f"Terrain on a planet of {body.radius_m:g} m cannot be: {error}") from error
+        self._maps.show(params.height_map, color)
         self._ground = Ground(params, TerrainField(params), stamp)
         world.set_resource("height_field", self.backend.drawn_field(self._ground))
 
@@ -142,11 +152,12 @@ class TerrainSystem(System):
         self._material_ubo.bind()
 
     def _refresh_octaves(self, view: _View, proxy: Any) -> None:
-        key = (proxy.generation, self._field_revision)
+        key = (proxy.generation, self._ground.revision, self._component.color_map_strength)
         if key == view.key:
             return
         view.key = key
         table = octave_table(self._ground.params, proxy.lattice.direction, proxy.anchor_height_m)
+        self._maps.write_color(table, self._component.color_map_strength)
         if view.octaves is None or view.octaves.size != table.nbytes:
             if view.octaves is not None:
                 self._gpu.free(view.octaves)

@@ -47,12 +47,15 @@ layout(std430, binding = 4) readonly buffer TerrainTable {
     vec2 warp_m;
     ivec4 layers;  // count, how many of them are warped; octaves of craters, how many of them are evaluated in double
     vec4 up_low;   // what up lacks in float; w: of 4096 cells, those with a crater
+    ivec4 map;     // cells a side of a face of the height map, 0: none; levels; the same of the colour map
+    vec4 map_scale;  // distance of its samples in m; roughness by its height differences, 1/m; strength of colours
     TerrainConstants constants;
     TerrainOctave octaves[TERRAIN_OCTAVES];
     TerrainOctave craters[TERRAIN_CRATERS];  // weights: wall, floor, rim and peak by radius
 } terrain_table;
 
 const float TERRAIN_DUG_DRY = 0.3;  // what fresh craters take off the moisture: they show what lies below dark plains
+const float TERRAIN_COLORED_MOISTURE = 0.45;  // where a colour map says what the ground looks like
 const int TERRAIN_GATING_LAYERS = 2;
 const float TERRAIN_GATE_SHUT = 0.2, TERRAIN_GATE_LOW = 0.8, TERRAIN_GATE_WIDTH = 1.4;
 const float TERRAIN_RIDGE_TOP = 0.30, TERRAIN_RIDGE_SLOPE = 1.9, TERRAIN_RIDGE_ROUND = 0.03;
@@ -189,8 +192,9 @@ float terrain_step_slope(float t) {
 TERRAIN_STEPS(float)
 TERRAIN_STEPS(double)
 
-// The point-wise part, surface() of height_surface.py. added: metres of craters.
-double terrain_surface(TerrainConstants k, dvec3 w1, double c, double b, dvec2 shape, double z, double added) {
+// The point-wise part, surface() of height_surface.py. added: metres of craters and map.
+// rougher: the map's own roughness.
+double terrain_surface(TerrainConstants k, dvec3 w1, double c, double b, dvec2 shape, double z, double added, double rougher) {
     double gate = 0.2LF + 0.8LF * terrain_step((shape.x + 0.8LF) * (1.0LF / 1.4LF));
     double s = shape.x + gate * shape.y;
     double x = (c - k.sea_level) * k.inverse_deviation + k.coast * s;
@@ -203,12 +207,13 @@ double terrain_surface(TerrainConstants k, dvec3 w1, double c, double b, dvec2 s
     double calm = k.flat_ + k.hills * terrain_step((w1.z + 0.1LF) * 2.0LF) * (1.0LF - belts);
     double rough = calm * (0.5LF + m) + on_land * (k.calm + k.wild * m);
     double base = terrain_hypsometry(k, x) + on_land * (k.foot_m + k.range_m * m) + calm * (k.hill_m * m);
-    double h = base + rough * z + added;
+    double h = base + (rough + rougher) * z + added;
     double over = max(h - k.knee_high_m, 0.0LF), under = max(k.knee_low_m - h, 0.0LF);
     return h - over * over / (over + k.room_high_m) + under * under / (under + k.room_low_m);
 }
 
 #include "terrain/craters.glsl"
+#include "terrain/height_map.glsl"
 
 // An octave of craters at offset d. up: the place over the radius. Evaluators with places of their own: the wide ones (the
 // first terrain_table.layers.w) are for double, the others want their fraction from double or from an anchor nearby.
@@ -254,6 +259,29 @@ double terrain_craters(vec3 D, float spacing_m, inout vec4 ground) {
     return sum + double(fine);
 }
 
+// The foot at offset D, from the planet's centre.
+dvec3 terrain_foot(vec3 D) {
+    return (dvec3(terrain_table.up.xyz) + dvec3(terrain_table.up_low.xyz)) * double(terrain_table.up.w) + dvec3(D);
+}
+
+const float TERRAIN_MOST_ROUGH = 1.2;
+
+// Metres of the height map at `foot` (planet-centred metres), 0 without one. ground: adds its gradient; rougher: the relief's
+// roughness by the map and its gradient in xyz, roughness in w.
+double terrain_mapped(dvec3 foot, float spacing_m, inout vec4 ground, out vec4 rougher) {
+    double h = 0.0LF;
+    rougher = vec4(0.0);
+    for (int once = terrain_table.map.x > 0 ? 0 : 1; once < 1; ++once) {
+        vec3 slope, d_rough;
+        float rough;
+        h = terrain_map_height(foot, terrain_table.map.xy, terrain_table.map_scale.x, spacing_m, slope, rough, d_rough);
+        ground.xyz += slope;
+        rough *= terrain_table.map_scale.y;
+        rougher = rough < TERRAIN_MOST_ROUGH ? vec4(terrain_table.map_scale.y * d_rough, rough) : vec4(vec3(0.0), TERRAIN_MOST_ROUGH);
+    }
+    return h;
+}
+
 // D: the foot on the reference sphere minus the anchor's foot. spacing_m: distance of vertices there. Heights hold all
 // layers that the spacing can show, so that vertices lie on the true surface; gradients are band-limited to the spacing.
 TerrainPoint terrain_point(vec3 D, float spacing_m) {
@@ -291,15 +319,20 @@ TerrainPoint terrain_point(vec3 D, float spacing_m) {
     int layers = terrain_table.layers.x, warped = terrain_table.layers.y;
     int shapes = min(TERRAIN_SHAPE_LAYERS, layers);
     dvec2 shape_double = dvec2(0.0LF);  // a and b of s
+    double broad_z = 0.0LF;  // of layers that make ranges; below the samples of a height map they are relief
     float z = 0.0, seen_z = 0.0;
     vec3 da = vec3(0.0), ds = vec3(0.0), dz = vec3(0.0);
     for (int i = 0; i < shapes; ++i) {
         TerrainOctave octave = terrain_table.octaves[TERRAIN_LAYER + i];
         vec3 g;
         double n = terrain_noise_double(octave, near, g);
-        double v = double(octave.weights.x) * terrain_ridge_double(n, double(octave.weights.z));
-        vec3 dv = terrain_layer_weight(octave.fraction_lo.w, spacing_m) * octave.weights.x
-            * terrain_ridge_slope(float(n), octave.weights.z) * g;
+        double ridge = terrain_ridge_double(n, double(octave.weights.z)), v = double(octave.weights.x) * ridge;
+        float weight = terrain_layer_weight(octave.fraction_lo.w, spacing_m);
+        g *= weight * terrain_ridge_slope(float(n), octave.weights.z);
+        vec3 dv = octave.weights.x * g;
+        broad_z += double(octave.weights.y) * ridge;
+        seen_z += weight * octave.weights.y * float(ridge);
+        dz += octave.weights.y * g;
         bool gating = i < TERRAIN_GATING_LAYERS;
         shape_double += gating ? dvec2(v, 0.0LF) : dvec2(0.0LF, v);
         da += gating ? dv : vec3(0.0);
@@ -341,11 +374,12 @@ TerrainPoint terrain_point(vec3 D, float spacing_m) {
             * terrain_height_weight(octave.fraction_lo.w, spacing_m);
     }
 
-    vec4 dug = vec4(0.0);
+    vec4 dug = vec4(0.0), rougher;
     double added = terrain_craters(D, spacing_m, dug);
+    added += terrain_mapped(terrain_foot(D), spacing_m, dug, rougher);
 
     TerrainPoint point;
-    double h = terrain_surface(k, w1_double, fields_double.x, fields_double.y, shape_double, double(z), added);
+    double h = terrain_surface(k, w1_double, fields_double.x, fields_double.y, shape_double, broad_z + double(z), added, double(rougher.w));
     point.dh = float(h - (double(terrain_table.height_m.x) + double(terrain_table.height_m.y)));
 
     // The chain rule: height_surface.py's surface_gradient().
@@ -377,6 +411,8 @@ TerrainPoint terrain_point(vec3 D, float spacing_m) {
     vec3 d_calm = (k.hills * 2.0 * terrain_step_slope(t_hill) * (1.0 - belts)) * dw1z - hills * d_belts;
     float rough = calm * (0.5 + m) + on_land * (k.calm + k.wild * m);
     vec3 d_rough = d_calm * (0.5 + m) + calm * dm + d_land * (k.calm + k.wild * m) + on_land * k.wild * dm;
+    rough += rougher.w;
+    d_rough += rougher.xyz;
     float earth_slope = k.coast_m * 4.0 * terrain_step_slope(x * 4.0) + k.lowland_m
         + k.slope_m / 0.6 * terrain_step_slope((-0.1 - x) / 0.6)
         + k.abyss_m * 0.5 * terrain_step_slope((-0.5 - x) * 0.5)
@@ -388,7 +424,8 @@ TerrainPoint terrain_point(vec3 D, float spacing_m) {
     slope += d_land * (k.foot_m + k.range_m * m) + on_land * k.range_m * dm;
     slope += k.hill_m * (d_calm * m + calm * dm);
     slope += d_rough * seen_z + rough * dz + dug.xyz;
-    float base = terrain_hypsometry(k, x) + on_land * (k.foot_m + k.range_m * m) + calm * (k.hill_m * m) + rough * z
+    float base = terrain_hypsometry(k, x) + on_land * (k.foot_m + k.range_m * m) + calm * (k.hill_m * m)
+        + rough * (float(broad_z) + z)
         + float(added);
     float over = max(base - k.knee_high_m, 0.0), under = max(k.knee_low_m - base, 0.0);
     float give = (1.0 + over / k.room_high_m) * (1.0 + under / k.room_low_m);
@@ -398,7 +435,8 @@ TerrainPoint terrain_point(vec3 D, float spacing_m) {
     vec3 up = terrain_table.up.xyz + D / terrain_table.up.w;
     point.gradient = slope - up * dot(up, slope);
     point.roughness = rough * give;
-    point.moisture = clamp(0.5 - 0.6 * w1.z + 0.2 * w1.y - TERRAIN_DUG_DRY * dug.w, 0.0, 1.0);
+    float moisture = terrain_table.map.z > 0 ? TERRAIN_COLORED_MOISTURE : 0.5 - 0.6 * w1.z + 0.2 * w1.y;
+    point.moisture = clamp(moisture - TERRAIN_DUG_DRY * dug.w, 0.0, 1.0);
     point.mountains = on_land;
     return point;
 }
@@ -456,4 +494,15 @@ vec4 terrain_crater_detail(vec3 D, float spacing_vertex_m, float footprint_m) {
     }
     ground.xyz -= up * dot(up, ground.xyz);
     return ground;
+}
+
+// The same of the height map: its gradient between the vertices' spacing and the footprint, tangential.
+vec3 terrain_mapped_detail(vec3 D, float spacing_vertex_m, float footprint_m) {
+    vec3 sum = vec3(0.0);
+    for (int once = terrain_table.map.x > 0 ? 0 : 1; once < 1; ++once) {
+        vec3 up = terrain_table.up.xyz + D / terrain_table.up.w;
+        sum = terrain_map_detail(up * terrain_table.up.w, terrain_table.map.xy, terrain_table.map_scale.x, spacing_vertex_m, footprint_m);
+        sum -= up * dot(up, sum);
+    }
+    return sum;
 }

@@ -10,6 +10,7 @@ struct Material {
     vec3 albedo;
     float grain;      // height of the bumps below the terrain's shortest layer
     float deviation;  // rms slope of the relief that the footprint hides
+    float rock;       // share of bare rock
 };
 
 // Variance of the slopes of relief shorter than twice a length: a fit to the layers' table.
@@ -113,5 +114,6 @@ Material terrain_material(
     material.albedo = clamp(albedo, 0.0, 1.0);
     material.grain = mix(mix(1.0, 0.4, beach), 1.8, rocky) * (1.0 - 0.5 * snowy) * terrain_material_block.look.z;
     material.deviation = deviation;
+    material.rock = rocky;
     return material;
 }

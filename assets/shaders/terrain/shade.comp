@@ -6,6 +6,7 @@
 #include "terrain/height.glsl"
 #include "terrain/attributes.glsl"
 #include "terrain/material.glsl"
+#include "terrain/color_map.glsl"
 #include "contract/air.glsl"
 #include "contract/sky.glsl"
 #include "contract/sun_visibility.glsl"
@@ -24,6 +25,18 @@ float reflected(float n_l, float n_v, vec3 view, vec3 sun) {
     float share = terrain_material_block.look.y * max(1.0 - 1.15 * half_sine, 0.0);
     float seeliger = 2.0 * n_l / max(n_l + max(n_v, 0.0), 1e-3);
     return mix(n_l, seeliger, share) / PI;
+}
+
+// The map's colour, broken up by the materials' noise, rock and freshly dug ground; near the eye half of the materials' own.
+vec3 colored(Material material, GroundDetail noise, vec3 zenith, float moisture, float footprint) {
+    vec3 color = terrain_color(zenith, terrain_table.map.zw, footprint / planet.radii.x);
+    float variation = terrain_material_block.look.x;
+    color *= 1.0 + variation * (0.12 * noise.fine + 0.08 * noise.broad);
+    vec3 level = terrain_material_block.dry.rgb, rock = terrain_material_block.rock.rgb;
+    color *= mix(1.0, clamp(dot(rock, vec3(1.0)) / max(dot(level, vec3(1.0)), 1e-3), 0.6, 1.6), 0.7 * material.rock);
+    color *= 1.0 + 0.5 * clamp((TERRAIN_COLORED_MOISTURE - moisture) / TERRAIN_DUG_DRY, 0.0, 1.5);
+    color = mix(color, material.albedo, 0.5 * ramp(30.0, 0.5, footprint));
+    return clamp(mix(material.albedo, color, terrain_table.map_scale.z), 0.0, 1.0);
 }
 
 vec3 ground_radiance(ivec2 pixel) {
@@ -53,9 +66,11 @@ vec3 ground_radiance(ivec2 pixel) {
     vec3 relief = roughness * to_sphere * detail.gradient;
     gradient += relief - zenith * dot(zenith, relief);
     vec4 dug = terrain_crater_detail(D, spacing, footprint);
-    gradient += to_sphere * dug.xyz;
+    gradient += to_sphere * (dug.xyz + terrain_mapped_detail(D, spacing, footprint));
     moisture = max(moisture - TERRAIN_DUG_DRY * dug.w, 0.0);
     Material material = terrain_material(detail, zenith, height, gradient, roughness, moisture, footprint);
+    for (int once = terrain_table.map.z > 0 ? 0 : 1; once < 1; ++once)
+        material.albedo = colored(material, detail, zenith, moisture, footprint);
     vec3 bumps = material.grain * detail.grain;
     gradient += bumps - zenith * dot(zenith, bumps);
     vec3 normal = normalize(zenith - gradient);

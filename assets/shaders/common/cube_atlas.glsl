@@ -1,0 +1,31 @@
+// Cube maps as engine/surface/cube_map.py lays them out in one picture: a level's six faces in two rows of three, (n + 3)^2 samples
+// each, level below level. No hardware filter: it has 8 bits for its weights, and no faces.
+
+// Where a direction meets the cube: the face, and (s, t, component along its normal).
+#define CUBE_FACE(REAL3, NAME) \
+    REAL3 NAME(REAL3 d, out int face) { \
+        REAL3 a = abs(d); \
+        bool side = a.x >= a.y && a.x >= a.z, other = !side && a.y >= a.z; \
+        face = side ? (d.x > 0.0 ? 0 : 2) : other ? (d.y > 0.0 ? 1 : 3) : (d.z > 0.0 ? 4 : 5); \
+        REAL3 p = side ? REAL3(d.x > 0.0 ? d.y : -d.y, d.z, a.x) \
+            : other ? REAL3(d.y > 0.0 ? -d.x : d.x, d.z, a.y) : REAL3(d.y, d.z > 0.0 ? -d.x : d.x, a.z); \
+        return REAL3(p.xy / p.z, p.z); \
+    }
+
+CUBE_FACE(vec3, cube_face)
+CUBE_FACE(dvec3, cube_face)
+
+// A gradient by (s, t), as a vector: of a field that depends on the direction of d only, by d.
+vec3 cube_gradient(int face, vec3 place, vec2 by_place) {
+    float along = -dot(by_place, place.xy);
+    vec3 g = face == 0 ? vec3(along, by_place.x, by_place.y) : face == 1 ? vec3(-by_place.x, along, by_place.y)
+        : face == 2 ? vec3(-along, -by_place.x, by_place.y) : face == 3 ? vec3(by_place.x, -along, by_place.y)
+        : face == 4 ? vec3(-by_place.y, by_place.x, along) : vec3(by_place.y, by_place.x, -along);
+    return g / place.z;
+}
+
+// Corner of a face's samples in the picture, its border included. n: of the finest level.
+ivec2 cube_corner(int face, int n, int level) {
+    int size = (n >> level) + 3;
+    return ivec2((face % 3) * size, 4 * (n - (n >> level)) + 6 * level + (face / 3) * size);
+}

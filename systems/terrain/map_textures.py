@@ -1,0 +1,54 @@
+"""The GPU's copies of height and colour map, bound where the height function and the ground's light read them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...engine.gpu import GpuScope
+from ...engine.surface.cube_map import CubeMap
+from .height_map import HeightMap
+
+__all__ = ["COLOR_MAP_UNIT", "HEIGHT_MAP_UNIT", "MapTextures"]
+
+HEIGHT_MAP_UNIT, COLOR_MAP_UNIT = 15, 14
+
+
+class MapTextures:
+    """Textures of the maps in use; none, and no cost, without maps."""
+
+    def __init__(self, gpu: GpuScope) -> None:
+        self._gpu = gpu
+        self._shown: list[Any] = [None, None]
+        self._textures: list[Any] = [None, None]
+
+    def show(self, height: HeightMap | None, color: CubeMap | None) -> None:
+        """Make the textures of these maps, unless they are there already, and free those of others."""
+        for k, found in enumerate((height, color)):
+            if found is self._shown[k]:
+                continue
+            if self._textures[k] is not None:
+                self._gpu.free(self._textures[k])
+            self._shown[k], self._textures[k] = found, None
+            if isinstance(found, HeightMap):
+                picture = found.cube.atlas()
+                self._textures[k] = self._gpu.texture(picture.shape[1::-1], "rg32f", picture)
+            elif found is not None:
+                picture = found.atlas()
+                roots = np.full((*picture.shape[:2], 4), 255, dtype=np.uint8)  # square roots: even steps for the eye
+                roots[:, :, :3] = np.rint(255.0 * np.sqrt(np.clip(picture, 0.0, 1.0)))
+                self._textures[k] = self._gpu.texture(picture.shape[1::-1], "rgba8", roots)
+
+    def write_color(self, table: NDArray[Any], strength: float) -> None:
+        """The colour map's part of the height function's table."""
+        color = self._shown[1]
+        if color is not None:
+            table["color_cells"], table["color_levels"] = color.cells, len(color.levels)
+            table["color_strength"] = strength
+
+    def bind(self) -> None:
+        for texture, unit in zip(self._textures, (HEIGHT_MAP_UNIT, COLOR_MAP_UNIT), strict=True):
+            if texture is not None:
+                texture.use(unit)
