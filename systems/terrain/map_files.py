@@ -120,9 +120,8 @@ def _from_equirectangular(file: Path, what: str, read: Reader) -> CubeMap:
         values = values[:, :-1]
         width -= 1
     rows = height - 1 if grid_lines else height
-    first = (
-        0.0 if grid_lines else 0.5
-    )  # where -180 degrees and the north pole are, in pixels from the first one's middle
+    # Where the first pixel's middle is, in pixels from -180 degrees and from the north pole.
+    first = 0.0 if grid_lines else 0.5
 
     def tap(i: NDArray[np.int64], j: NDArray[np.int64]) -> Floats:
         over, under = j < 0, j > height - 1  # beyond a pole the map goes on from it on the other side
