@@ -40,7 +40,7 @@ FACE_AXES.setflags(write=False)
 _AXES_F: Floats = FACE_AXES.astype(np.float64)
 
 
-def _angle_tangent(numerator: Any, denominator: Any) -> Floats:
+def angle_tangent(numerator: Any, denominator: Any) -> Floats:
     """tan(pi/4 (2 numerator / denominator - 1)), exactly -1, 0 and 1 where it should be."""
     s = np.asarray(numerator, dtype=np.float64) * (2.0 / np.asarray(denominator, dtype=np.float64)) - 1.0
     tangent = np.tan(s * (np.pi / 4))
@@ -66,7 +66,7 @@ def direction_of(face: ArrayLike, i_full: ArrayLike, j_full: ArrayLike) -> Float
     The same bits come out of each face that contains a border point: the vector is turned to planet axes before it is
     normalised.
     """
-    x, y, face = np.broadcast_arrays(_angle_tangent(i_full, FULL), _angle_tangent(j_full, FULL), np.asarray(face))
+    x, y, face = np.broadcast_arrays(angle_tangent(i_full, FULL), angle_tangent(j_full, FULL), np.asarray(face))
     vector = to_planet(face, np.stack([x, y, np.ones_like(x)], axis=-1))
     squares = vector * vector
     return vector / np.sqrt(squares[..., 0] + squares[..., 1] + squares[..., 2])[..., None]

@@ -13,7 +13,7 @@ from .height_model import FIELDS, Constants, Model, continent_weights
 from .height_octaves import heights, model_of
 from .height_params import TerrainParams
 
-__all__ = ["octave_table"]
+__all__ = ["canonical_table", "octave_table"]
 
 _CONSTANTS = len(fields(Constants))
 _OCTAVE = np.dtype(
@@ -80,6 +80,8 @@ def octave_table(
     table["layers"], table["warped_layers"] = model.layers, model.warped_layers
     table["constants"][:_CONSTANTS] = astuple(model.constants)
 
+    if not point.any():
+        table["warp_hi"], table["warp_lo"], warps = 0.0, 0.0, np.zeros_like(warps)  # whole warps, not differences
     near = point + model.warp_m[1] * warps[1]
     far = near + model.warp_m[0] * warps[0]
     warped, last = model.warped_layers, 2 + FIELDS + model.layers
@@ -116,6 +118,12 @@ def octave_table(
         rows["frequency"], rows["wavelength_m"] = craters.frequency, 1.0 / craters.frequency
         rows["weights"] = craters.shape
     return table
+
+
+def canonical_table(params: TerrainParams | Model) -> NDArray[Any]:
+    """The table around the planet's centre, for terrain/canonical_height.glsl: places there are P itself, in double,
+    and nothing is a difference from an anchor."""
+    return octave_table(params, np.zeros(3), 0.0)
 
 
 def _split(value: Any) -> tuple[Any, Any]:

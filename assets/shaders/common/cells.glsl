@@ -3,7 +3,13 @@
 #ifndef QUADS_LOG2
 #error "define QUADS_LOG2: a cell has (1 << QUADS_LOG2) quads a side"
 #endif
+// With CELL_TILES cells are tiles: vertices, boxes and the visible list go by slots, there is one index list.
+#ifdef CELL_TILES
+const int CELL_MOST = 0, CELL_LISTS = 1;
+#else
 const int CELL_MOST = 3;   // at least every 8th vertex along an axis is used: MOST of engine/surface/decimation.py
+const int CELL_LISTS = 2 * (CELL_MOST + 1) * (CELL_MOST + 1);
+#endif
 const int CELL_QUADS = 1 << QUADS_LOG2;
 const int CELL_SIDE = CELL_QUADS + 1;
 const int CELL_VERTICES = CELL_SIDE * CELL_SIDE;
@@ -13,7 +19,12 @@ struct Cell {
     int level;
     int i;
     int j;
+#ifdef CELL_TILES
+    uint slot;
+#endif
+#ifndef CELL_TILES
     uint edge_mask;    // 4 x 8 bits: along edge i-1, i+1, j-1, j+1 indices are rounded down to multiples of 2^mask
+#endif
     float spacing_m;   // nominal distance of two vertices
     uint variant;      // which index list: 2 * ((CELL_MOST + 1) * skip along i + skip along j) + (1: falling diagonals)
     float distance_m;  // from the proxy to the nearest point of the cell
@@ -35,6 +46,13 @@ struct CellBounds {
 ivec2 cell_lattice_point(Cell cell, ivec2 ab) {
     return (ivec2(cell.i, cell.j) << (30 - cell.level)) + ab * (1 << (30 - cell.level - QUADS_LOG2));
 }
+
+// Where the vertices and the box of a cell are kept.
+#ifdef CELL_TILES
+#define CELL_PLACE(cells, row) cells[row].slot
+#else
+#define CELL_PLACE(cells, row) (row)
+#endif
 
 // Along an edge only the vertices that both sides use: no T-junctions.
 int cell_masked_vertex(uint edge_mask, int index) {

@@ -17,7 +17,7 @@ uniform int u_capacity;   // entries of the visible list for each variant
 uniform int u_hides;       // 0: seen from behind (the sea from below), nothing of it hides anything
 uniform vec2 u_keep_dh;   // cells that reach no dh between these are dropped (no bed under an opaque sea, no sea under land)
 
-const uint VARIANTS = uint(2 * (CELL_MOST + 1) * (CELL_MOST + 1));
+const uint VARIANTS = uint(CELL_LISTS);
 const float LIFT = 1.0e6;   // makes heights positive, so that their bits order as integers; 1/16 m steps
 shared uint s_count[VARIANTS];
 shared uint s_ready, s_next;   // cells before s_ready have raised the skyline
@@ -31,7 +31,7 @@ bool box_outside(vec3 normal, vec3 low, vec3 high) {
 
 // Camera-relative position of a cell's middle vertex.
 vec3 cell_middle(uint cell) {
-    CellVertex vertex = vertices[cell * uint(CELL_VERTICES) + uint((CELL_QUADS / 2) * (CELL_SIDE + 1))];
+    CellVertex vertex = vertices[CELL_PLACE(cells, cell) * uint(CELL_VERTICES) + uint((CELL_QUADS / 2) * (CELL_SIDE + 1))];
     return vec3(vertex.x, vertex.y, vertex.z) - frame.camera_offset.xyz;
 }
 
@@ -55,7 +55,7 @@ void main() {
     for (int first = 0; first < u_cell_count; first += 256) {
         int index = first + int(gl_LocalInvocationID.x);
         bool seen = index < u_cell_count;
-        CellBounds box = bounds[min(index, u_cell_count - 1)];
+        CellBounds box = bounds[CELL_PLACE(cells, min(index, u_cell_count - 1))];
         vec3 low = box.low.xyz - frame.camera_offset.xyz, high = box.high.xyz - frame.camera_offset.xyz;
         vec3 pad = 1e-6 * (abs(low) + abs(high));
         low -= pad;
@@ -87,7 +87,7 @@ void main() {
                 atomicMin(s_next, k);
                 break;
             }
-            CellBounds occluder = bounds[k];
+            CellBounds occluder = bounds[CELL_PLACE(cells, k)];
             skyline_raise(cell_middle(k), cells[k].spacing_m, occluder.low.w);
         }
         barrier();
@@ -100,7 +100,7 @@ void main() {
         seen = seen && (u_hides == 0 || length(nearest) <= (camera_tangent + cell_tangent) * 1.0001 + 0.01);
         seen = seen && box.high.w >= u_keep_dh.x && box.low.w <= u_keep_dh.y;
         uint variant = cells[min(index, u_cell_count - 1)].variant;
-        if (seen) visible[variant * uint(u_capacity) + atomicAdd(s_count[variant], 1u)] = uint(index);
+        if (seen) visible[variant * uint(u_capacity) + atomicAdd(s_count[variant], 1u)] = uint(CELL_PLACE(cells, index));
     }
     barrier();
     uint variant = gl_LocalInvocationID.x;

@@ -56,6 +56,15 @@ layout(std430, binding = 4) readonly buffer TerrainTable {
 
 const float TERRAIN_DUG_DRY = 0.3;  // what fresh craters take off the moisture: they show what lies below dark plains
 const float TERRAIN_COLORED_MOISTURE = 0.45;  // where a colour map says what the ground looks like
+
+// TERRAIN_CANONICAL: the table is around the planet's centre and places are double, so that heights are functions of nothing
+// but the place, with all layers whatever the spacing. terrain/canonical_height.glsl.
+#ifdef TERRAIN_CANONICAL
+#define TERRAIN_PLACE dvec3
+#else
+#define TERRAIN_PLACE vec3
+#endif
+
 const int TERRAIN_GATING_LAYERS = 2;
 const float TERRAIN_GATE_SHUT = 0.2, TERRAIN_GATE_LOW = 0.8, TERRAIN_GATE_WIDTH = 1.4;
 const float TERRAIN_RIDGE_TOP = 0.30, TERRAIN_RIDGE_SLOPE = 1.9, TERRAIN_RIDGE_ROUND = 0.03;
@@ -68,6 +77,9 @@ float terrain_layer_weight(float wavelength_m, float spacing_m) {
 
 // Share of a layer in heights: only layers shorter than an eighth of the spacing fade, which no vertex can show.
 float terrain_height_weight(float wavelength_m, float spacing_m) {
+#ifdef TERRAIN_CANONICAL
+    return 1.0;
+#endif
     float t = clamp(wavelength_m / spacing_m * 16.0 - 1.0, 0.0, 1.0);
     return t * t * (3.0 - 2.0 * t);
 }
@@ -249,8 +261,13 @@ int terrain_craters_above(float length_m) {
 }
 
 // Metres that craters add at offset D. ground: adds their gradient (not yet tangential), and to w how freshly dug it is.
-double terrain_craters(vec3 D, float spacing_m, inout vec4 ground) {
-    int end = terrain_craters_above(0.0625 * spacing_m), coarse = min(terrain_table.layers.w, end);
+double terrain_craters(TERRAIN_PLACE D, float spacing_m, inout vec4 ground) {
+#ifdef TERRAIN_CANONICAL
+    int end = terrain_table.layers.z;
+#else
+    int end = terrain_craters_above(0.0625 * spacing_m);
+#endif
+    int coarse = min(terrain_table.layers.w, end);
     double sum = 0.0LF;
     dvec3 up = dvec3(terrain_table.up.xyz) + dvec3(terrain_table.up_low.xyz) + dvec3(D) / double(terrain_table.up.w);
     for (int i = 0; i < coarse; ++i) sum += terrain_crater_double(terrain_table.craters[i], dvec3(D), up, spacing_m, ground);
@@ -260,7 +277,7 @@ double terrain_craters(vec3 D, float spacing_m, inout vec4 ground) {
 }
 
 // The foot at offset D, from the planet's centre.
-dvec3 terrain_foot(vec3 D) {
+dvec3 terrain_foot(TERRAIN_PLACE D) {
     return (dvec3(terrain_table.up.xyz) + dvec3(terrain_table.up_low.xyz)) * double(terrain_table.up.w) + dvec3(D);
 }
 
@@ -284,7 +301,7 @@ double terrain_mapped(dvec3 foot, float spacing_m, inout vec4 ground, out vec4 r
 
 // D: the foot on the reference sphere minus the anchor's foot. spacing_m: distance of vertices there. Heights hold all
 // layers that the spacing can show, so that vertices lie on the true surface; gradients are band-limited to the spacing.
-TerrainPoint terrain_point(vec3 D, float spacing_m) {
+TerrainPoint terrain_point(TERRAIN_PLACE D, float spacing_m, out double height_m) {
     TerrainConstants k = terrain_table.constants;
     vec2 warp_m = terrain_table.warp_m;
 
@@ -355,7 +372,11 @@ TerrainPoint terrain_point(vec3 D, float spacing_m) {
     ds = ds * to_near;
     dz = dz * to_near;
     int smooth_end = max(terrain_layers_above(2.0 * spacing_m), warped);
+#ifdef TERRAIN_CANONICAL
+    int end = layers;
+#else
     int end = max(terrain_layers_above(0.0625 * spacing_m), smooth_end);
+#endif
     for (int i = warped; i < smooth_end; ++i) {
         TerrainOctave octave = terrain_table.octaves[TERRAIN_LAYER + i];
         vec4 n = terrain_noise(octave, D);
@@ -368,9 +389,9 @@ TerrainPoint terrain_point(vec3 D, float spacing_m) {
     for (int i = smooth_end; i < end; ++i) {
         TerrainOctave octave = terrain_table.octaves[TERRAIN_LAYER + i];
         ivec3 cell;
-        vec3 fraction;
+        TERRAIN_PLACE fraction;
         terrain_place(octave, D, cell, fraction);
-        z += octave.weights.y * terrain_ridge(gradient_noise_value(cell, fraction), octave.weights.z)
+        z += octave.weights.y * terrain_ridge(gradient_noise_value(cell, vec3(fraction)), octave.weights.z)
             * terrain_height_weight(octave.fraction_lo.w, spacing_m);
     }
 
@@ -380,6 +401,7 @@ TerrainPoint terrain_point(vec3 D, float spacing_m) {
 
     TerrainPoint point;
     double h = terrain_surface(k, w1_double, fields_double.x, fields_double.y, shape_double, broad_z + double(z), added, double(rougher.w));
+    height_m = h;
     point.dh = float(h - (double(terrain_table.height_m.x) + double(terrain_table.height_m.y)));
 
     // The chain rule: height_surface.py's surface_gradient().
@@ -432,13 +454,18 @@ TerrainPoint terrain_point(vec3 D, float spacing_m) {
     give = 1.0 / (give * give);
     slope *= give;
 
-    vec3 up = terrain_table.up.xyz + D / terrain_table.up.w;
+    vec3 up = terrain_table.up.xyz + vec3(D) / terrain_table.up.w;
     point.gradient = slope - up * dot(up, slope);
     point.roughness = rough * give;
     float moisture = terrain_table.map.z > 0 ? TERRAIN_COLORED_MOISTURE : 0.5 - 0.6 * w1.z + 0.2 * w1.y;
     point.moisture = clamp(moisture - TERRAIN_DUG_DRY * dug.w, 0.0, 1.0);
     point.mountains = on_land;
     return point;
+}
+
+TerrainPoint terrain_point(TERRAIN_PLACE D, float spacing_m) {
+    double height_m;
+    return terrain_point(D, spacing_m, height_m);
 }
 
 // What terrain_point's gradient left out between the vertices' spacing and the pixel's footprint: the layers' gradients,

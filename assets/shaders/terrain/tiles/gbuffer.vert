@@ -1,0 +1,21 @@
+#include "generated/frame.glsl"
+#include "common/cells.glsl"
+#include "common/octahedral.glsl"
+
+layout(std430, binding = 1) readonly buffer VertexBuffer { CellVertex vertices[]; };
+in uint in_slot;
+
+out vec3 v_normal;
+out vec4 v_attributes;
+flat out int v_level;
+
+void main() {
+    CellVertex vertex = vertices[in_slot * uint(CELL_VERTICES) + uint(gl_VertexID)];
+    precise vec3 seen = vec3(vertex.x, vertex.y, vertex.z) - frame.camera_offset.xyz;
+    float z = dot(seen, frame.camera_forward.xyz);
+    vec2 xy = vec2(dot(seen, frame.camera_right.xyz), dot(seen, frame.camera_up.xyz));
+    gl_Position = vec4((xy - frame.projection.zw * z) / frame.projection.xy, frame.camera_offset.w, z);
+    v_normal = oct_decode(unpackSnorm2x16(vertex.normal));
+    v_attributes = unpackUnorm4x8(vertex.attributes);
+    v_level = 31 - int(vertex.attributes >> 27);   // the spacing's code in octaves
+}

@@ -1,0 +1,31 @@
+// Heights, normals and attributes of tiles, into their slots: an invocation a vertex, tiles along x. Everything is a function of
+// the vertex's integers, so tiles that share a vertex get the same height whenever and at whatever level they are made.
+#define TILE_MAKE
+#include "generated/planet.glsl"
+#include "common/octahedral.glsl"
+#include "terrain/canonical_height.glsl"
+#include "terrain/attributes.glsl"
+#include "terrain/tiles/slots.glsl"
+
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) readonly buffer RequestBuffer { TileRequest requests[]; };
+layout(std430, binding = 1) writeonly buffer SlotBuffer { TileVertex slots[]; };
+layout(std430, binding = 3) readonly buffer TableBuffer { double tile_tables[]; };
+uniform float u_steps_per_m;
+
+#include "terrain/tiles/scheme.glsl"
+
+void main() {
+    TileRequest tile = requests[gl_WorkGroupID.x];
+    int k = min(int(gl_WorkGroupID.y * 64u + gl_LocalInvocationID.x), TILE_VERTICES - 1);
+    dvec3 up = tile_direction(tile, k);
+    double height;
+    TerrainPoint terrain = terrain_canonical(up * double(planet.radii.x), tile.spacing_m, height);
+    float radius = planet.radii.x, height_m = float(height);
+    vec3 normal = normalize(vec3(up) - terrain.gradient * (radius / (radius + height_m)));
+    TileVertex vertex;
+    vertex.height = height_fixed(height, u_steps_per_m);
+    vertex.normal = oct_pack(normal);
+    vertex.attributes = packUnorm4x8(terrain_attributes(terrain, height_m, tile.spacing_m));
+    slots[tile.slot * uint(TILE_VERTICES) + uint(k)] = vertex;
+}

@@ -1,0 +1,52 @@
+// Lowest and highest vertex of each tile that was just made, and its geometric error: how far the ground lies from the middles of
+// some of its triangles' edges, up or down. A workgroup a tile.
+#define TILE_MAKE
+#include "generated/planet.glsl"
+#include "terrain/canonical_height.glsl"
+#include "terrain/tiles/slots.glsl"
+
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) readonly buffer RequestBuffer { TileRequest requests[]; };
+layout(std430, binding = 1) readonly buffer SlotBuffer { TileVertex slots[]; };
+layout(std430, binding = 2) writeonly buffer FactsBuffer { TileFacts facts[]; };
+layout(std430, binding = 3) readonly buffer TableBuffer { double tile_tables[]; };
+uniform float u_steps_per_m;
+
+#include "terrain/tiles/scheme.glsl"
+
+shared ivec2 s_range[64];
+shared float s_error[64];
+
+void main() {
+    TileRequest tile = requests[gl_WorkGroupID.x];
+    uint lane = gl_LocalInvocationID.x, first = tile.slot * uint(TILE_VERTICES);
+    double radius = double(planet.radii.x);
+    ivec2 range = ivec2(0x7fffffff, -0x7fffffff);
+    for (int k = int(lane); k < TILE_VERTICES; k += 64) {
+        int height = slots[first + uint(k)].height;
+        range = ivec2(min(range.x, height), max(range.y, height));
+    }
+    float error = 0.0;
+    for (int n = int(lane); n < TILE_SAMPLES; n += 64) {
+        int a, b;
+        tile_sample(n, a, b);
+        dvec3 at = tile_direction(tile, a) * (radius + double(slots[first + uint(a)].height) / double(u_steps_per_m));
+        dvec3 to = tile_direction(tile, b) * (radius + double(slots[first + uint(b)].height) / double(u_steps_per_m));
+        dvec3 middle = 0.5LF * (at + to);
+        double away = sqrt(middle.x * middle.x + middle.y * middle.y + middle.z * middle.z);
+        double height;
+        terrain_canonical(middle * (radius / away), tile.spacing_m, height);
+        error = max(error, abs(float(radius + height - away)));
+    }
+    s_range[lane] = range;
+    s_error[lane] = error;
+    for (uint count = 32u; count > 0u; count >>= 1) {
+        barrier();
+        if (lane < count) {
+            ivec2 other = s_range[lane + count];
+            s_range[lane] = ivec2(min(s_range[lane].x, other.x), max(s_range[lane].y, other.y));
+            s_error[lane] = max(s_error[lane], s_error[lane + count]);
+        }
+    }
+    if (lane == 0u) facts[gl_WorkGroupID.x] = TileFacts(s_range[0].x, s_range[0].y, s_error[0], 0.0);
+}

@@ -1,0 +1,132 @@
+"""TileMaker: heights of tiles, made on the GPU within a time a frame, and what is measured of them on the way."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....engine.gpu import GpuScope
+from ....engine.gpu.readback import ReadbackRing
+from ..height import TerrainParams, canonical_table
+from .shape import TileShape
+
+__all__ = ["Made", "TileMaker", "height_steps_per_m"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+BATCH = 64
+"""Tiles in one dispatch at most."""
+OCTAVES_BINDING = 4
+_FACTS = np.dtype([("low", "<i4"), ("high", "<i4"), ("error_m", "<f4"), ("pad", "<f4")])
+_REQUEST = np.dtype([("name", "<i4", 4), ("slot", "<u4"), ("table", "<u4"), ("spacing_m", "<f4"), ("pad", "<u4")])
+_SLOT_BYTES = 12
+_FIRST_GUESS_S = 0.5e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Made:
+    """Tiles that were made (N,), and their facts in metres."""
+
+    keys: Ints
+    low_m: Floats
+    high_m: Floats
+    error_m: Floats
+
+
+def height_steps_per_m(params: TerrainParams) -> float:
+    """Steps of a stored height, a power of two: 31 bits span twice the relief. 2^17 on Earth."""
+    reach = max(abs(params.highest_m), abs(params.lowest_m), 1e-3)
+    return 2.0 ** min(math.floor(math.log2(2.0**30 / reach)), 20)
+
+
+class TileMaker:
+    """Makes tiles of a shape into the slots of one buffer, in batches.
+
+    work(): as many of the wanted tiles as fit into the time, by what earlier ones took on the GPU. Results come back by
+    collect(), some frames later where there is a real GPU. use(): the ground, before anything is made.
+    """
+
+    def __init__(self, gpu: GpuScope, shape: TileShape, slots: int) -> None:
+        self._gpu = gpu
+        self.shape = shape
+        defines = shape.defines
+        self._make = gpu.compute("terrain/tiles/make.comp", defines=defines)
+        self._measure = gpu.compute("terrain/tiles/measure.comp", defines=defines)
+        self.slots = gpu.buffer(reserve=slots * shape.vertices * _SLOT_BYTES, dynamic=True)
+        self._requests = gpu.buffer(reserve=BATCH * _REQUEST.itemsize, dynamic=True)
+        self._tables = gpu.buffer(reserve=BATCH * shape.table_doubles * 8, dynamic=True)
+        self._ring = ReadbackRing(gpu, BATCH * _FACTS.itemsize)
+        self._octaves: Any = None
+        self.steps_per_m = 1.0
+        self.generation = 0
+        """Grows with use(): what was begun before counts for nothing."""
+        self.tile_s = _FIRST_GUESS_S
+        """What a tile takes on the GPU, a running mean."""
+
+    def use(self, params: TerrainParams) -> None:
+        """Tiles of this ground from now on."""
+        table = canonical_table(params)
+        if self._octaves is not None:
+            self._gpu.free(self._octaves)
+        self._octaves = self._gpu.buffer(table.tobytes())
+        self.steps_per_m = height_steps_per_m(params)
+        self.generation += 1
+
+    @property
+    def under_way(self) -> int:
+        """Batches whose facts have not come back."""
+        return self._ring.pending
+
+    def room(self, budget_s: float) -> int:
+        """How many tiles fit into a frame's time; at least one."""
+        return max(int(budget_s / self.tile_s), 1)
+
+    def make(self, keys: Ints, slots: Ints, radius_m: float) -> bool:
+        """Make up to BATCH tiles into slots; False, and nothing, while too many results are under way."""
+        count = len(keys)
+        assert 0 < count <= BATCH
+        facts = self._ring.begin()
+        if facts is None:
+            return False
+        shape = self.shape
+        request = np.zeros(count, _REQUEST)
+        request["name"], request["slot"] = shape.names(keys), slots
+        request["table"] = np.arange(count) * shape.table_doubles
+        request["spacing_m"] = radius_m * shape.scheme.spacing_rad(shape.scheme.level(keys), shape.segments)
+        self._requests.write(request.tobytes())
+        self._tables.write(np.ascontiguousarray(shape.tables(keys), "<f8").tobytes())
+        for place, buffer in enumerate((self._requests, self.slots, facts, self._tables)):
+            buffer.bind_to_storage_buffer(place)
+        self._octaves.bind_to_uniform_block(OCTAVES_BINDING)
+        for program in (self._make, self._measure):
+            program.set("u_steps_per_m", self.steps_per_m)
+        self._make.run(count, -(-shape.vertices // 64), 1)
+        self._gpu.gpu.barrier()
+        self._measure.run(count, 1, 1)
+        self._gpu.gpu.barrier()
+        self._ring.end((self.generation, keys.copy()), count * _FACTS.itemsize)
+        return True
+
+    def collect(self, wait: bool = False) -> list[Made]:
+        """Facts of what has been made since the last call."""
+        found = []
+        for (generation, keys), data, seconds in self._ring.poll(wait):
+            if generation != self.generation:
+                continue
+            self.tile_s += 0.25 * (max(seconds / len(keys), 1e-6) - self.tile_s)
+            facts = np.frombuffer(data, _FACTS)
+            error = facts["error_m"].astype(np.float64)
+            step = 1.0 / self.steps_per_m
+            # Ground between the vertices reaches farther by as much as they miss it.
+            low, high = facts["low"] * step - error, facts["high"] * step + error
+            found.append(Made(keys, low, high, error))
+        return found
+
+    def release(self) -> None:
+        """What the scope doesn't own."""
+        self._ring.release()
