@@ -72,6 +72,46 @@ class TerrainQuality:
         "Layers of simplex noise on the continents of Terrain.method paper; the source shows 0, 1, 5 and 10",
         cost="time of the vertices at a snap",
     )
+    error_px: float = knob(
+        1.0,
+        0.05,
+        16.0,
+        "px",
+        "Backends quadtree and icosphere: how far the drawn ground may be from the true one, as measured tile by tile",
+        cost="tiles grow with the inverse",
+        log=True,
+    )
+    tile_quads: int = knob(
+        32,
+        16,
+        64,
+        "",
+        "Backends quadtree and icosphere: segments along a tile's side; a power of two",
+        cost="larger tiles are fewer draws, but split less finely",
+        power_of_two=True,
+    )
+    slots: int = knob(
+        1024,
+        256,
+        16384,
+        "",
+        "Backends quadtree and icosphere: tiles that are kept",
+        cost="memory: 40 kB each with 32 segments a side",
+        log=True,
+    )
+    budget_ms: float = knob(
+        4.0,
+        0.1,
+        1000.0,
+        "ms",
+        "Backends quadtree and icosphere: time a frame for tiles that are wanted and not there",
+        cost="itself, while flying",
+        log=True,
+    )
+    freeze: bool = knob(
+        False,
+        help="Backends quadtree and icosphere: keep the tiles of this moment, to look at them from elsewhere",
+    )
 
 
 @dataclass

@@ -24,8 +24,8 @@ class Terrain:
     backend: str = knob(
         "grid",
         help="How the ground is cut into triangles",
-        choices=("grid",),
-        not_yet=("quadtree", "icosphere"),
+        choices=("grid", "quadtree"),
+        not_yet=("icosphere",),
     )
     method: str = knob(
         "ours",

@@ -10,10 +10,11 @@ from ....engine.settings import SettingError
 from .base import Backend, Ground
 from .grid import GridBackend
 from .paper_grid import PaperGridBackend
+from .quadtree import QuadtreeBackend
 
 __all__ = ["BACKENDS", "Backend", "Ground", "make_backend"]
 
-BACKENDS: dict[str, type[Backend]] = {"grid": GridBackend}
+BACKENDS: dict[str, type[Backend]] = {"grid": GridBackend, "quadtree": QuadtreeBackend}
 """By the names that Terrain.backend takes."""
 _PAPER: dict[str, type[Backend]] = {"grid": PaperGridBackend}
 """Those whose source's method has little in common with ours."""

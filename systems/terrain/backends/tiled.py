@@ -1,0 +1,343 @@
+"""TiledBackend: tiles of a tree of cells, chosen by their measured error, made once and kept.
+
+Heights lie in slots, whole tiles at a time, made within a time a frame; a tile's parent is drawn until all four
+children are there. Vertices are assembled from heights when a tile's edges or morph or the anchor change.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....components import Ocean, Planet
+from ....engine.gpu import GpuScope
+from ....engine.graph import GraphBuilder, PassIO
+from ....engine.surface.forest import Forest, Selection
+from ....engine.system import Frame
+from ..tiles.maker import BATCH, Made, TileMaker
+from ..tiles.mesh import TileMesh
+from ..tiles.pool import SlotPool
+from ..tiles.queries import heights_on_tiles
+from ..tiles.shape import TileShape
+from .base import Backend, Ground, heights_seen
+
+__all__ = ["TiledBackend"]
+
+Ints = NDArray[np.int64]
+
+_HURRY_S = 0.25
+"""Time a frame for new tiles while nobody looks."""
+_MOST_SHOWN = 0.7
+"""Of all slots: the rest is for parents, and for what is seen next."""
+
+
+class _TileView:
+    """One view's forest and what of it is drawn."""
+
+    def __init__(self, mesh: TileMesh) -> None:
+        self.mesh = mesh
+        self.forest: Forest | None = None
+        self.key: tuple[Any, ...] = ()  # what the forest was made for
+        self.hidden_below_m = -np.inf  # tiles that lie below, under the sea, need no detail
+        self.selection: Selection | None = None
+        self.revision = -1
+        self.clock_s = 0.0
+        self.eye_m: NDArray[np.float64] | None = None
+        self.wanted: tuple[Any, ...] = ()  # what the visible list depends on
+        self.culled: tuple[Any, ...] | None = None
+        self.keep_dh_m = (-3.0e38, 3.0e38)
+        self.anchor_height_m = 0.0
+
+
+class TiledBackend(Backend):
+    """What quadtree and icosphere share; they say which shape their tiles have."""
+
+    methods: ClassVar[tuple[str, ...]] = ("ours",)
+
+    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str) -> None:
+        super().__init__(gpu, settings, method)
+        self.shape = self.make_shape(int(settings["terrain.tile_quads"]))
+        self._slots = int(settings["terrain.slots"])
+        self.pool = SlotPool(self._slots)
+        self.maker = TileMaker(gpu, self.shape, self._slots)
+        defines = self.shape.defines
+        self._assemble = gpu.compute("terrain/tiles/assemble.comp", defines=defines)
+        self._cull = gpu.compute("common/cull_cells.comp", defines=defines)
+        self._programs: dict[str, Any] = {}
+        self._views: dict[int, _TileView] = {}
+        self._facts: dict[int, tuple[float, float, float]] = {}
+        self._ground: Ground | None = None
+        self._queue: Ints = np.zeros(0, np.int64)  # tiles to make, most urgent first
+        self._budget_s = 1e-3 * float(settings["terrain.budget_ms"])
+        self._hurry = False
+        self._asked = 0  # tiles that were wanted when the settling began
+        self._radius_m = 1.0
+        self.made = 0
+        """Counts the tiles made so far."""
+        self.assembled = 0
+        """Counts the tiles assembled so far."""
+
+    @abstractmethod
+    def make_shape(self, segments: int) -> TileShape:
+        """The tiles' shape."""
+
+    def view(self, index: int) -> _TileView:
+        """One view's tiles."""
+        found = self._views.get(index)
+        if found is None:
+            found = self._views[index] = _TileView(TileMesh(self.gpu, self.shape, self._slots))
+        return found
+
+    # -- frame -------------------------------------------------------------------------------------------------------
+
+    def update(self, frame: Frame, ground: Ground, bind_octaves: Callable[[], None]) -> None:
+        self._hurry = frame.settling
+        self._radius_m = ground.params.radius_m
+        if self._ground is None or ground.revision != self._ground.revision:
+            self._restart(ground)
+        view = self.view(frame.view_index)
+        forest = self._forest(view, frame, ground)
+        self._collect(wait=frame.settling)
+        self._make_roots()
+        selection = self._select(view, forest, frame)
+        if selection.revision != view.revision:
+            view.revision = selection.revision
+            view.mesh.take(selection, self.pool.slots(selection.keys), self._radius_m)
+        proxy = frame.world.resource(f"proxy.{frame.view_index}")
+        view.anchor_height_m = proxy.anchor_height_m
+        view.mesh.around(proxy.generation)
+        camera = frame.camera
+        tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
+        axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
+        view.keep_dh_m = heights_seen(frame, proxy.anchor_height_m)
+        view.wanted = (view.revision, proxy.generation, axes, tangents, view.keep_dh_m)
+
+    def _restart(self, ground: Ground) -> None:
+        """Other ground: nothing that was made is of use."""
+        self._ground = ground
+        self.maker.use(ground.params)
+        self.pool.clear()
+        self._facts.clear()
+        self._queue = np.zeros(0, np.int64)
+        for view in self._views.values():
+            view.forest = None
+
+    def _forest(self, view: _TileView, frame: Frame, ground: Ground) -> Forest:
+        params = ground.params
+        sea = frame.world.try_get(frame.planet, Ocean)
+        radius = frame.world.get(frame.planet, Planet).radius_m
+        above = sea is not None and float(np.linalg.norm(frame.camera.position_m)) - radius >= sea.sea_level_m
+        level = sea.sea_level_m if sea is not None and above else -np.inf
+        key = (ground.revision, level)
+        if view.forest is None or key != view.key:
+            view.key, view.hidden_below_m = key, level
+            view.forest = self.make_forest(ground, max(params.lowest_m, level))
+            view.revision, view.selection = -1, None
+            if self._facts:
+                keys = np.array(list(self._facts), np.int64)
+                facts = np.array(list(self._facts.values()))
+                self._tell(view, Made(keys, facts[:, 0], facts[:, 1], facts[:, 2]))
+        return view.forest
+
+    def make_forest(self, ground: Ground, occluder_m: float) -> Forest:
+        """The forest that selects. occluder_m: height of the sphere that hides what is behind it."""
+        params = ground.params
+        return Forest(
+            self.shape.scheme,
+            params.radius_m,
+            params.lowest_m,
+            params.highest_m,
+            self.shape.segments,
+            occluder_m=occluder_m,
+        )
+
+    def _tell(self, view: _TileView, made: Made) -> None:
+        """A forest hears of tiles; below an opaque sea no error counts."""
+        assert view.forest is not None
+        error = np.where(made.high_m < view.hidden_below_m, 0.0, made.error_m)
+        view.forest.set_facts(made.keys, made.low_m, made.high_m, error)
+
+    def _collect(self, wait: bool) -> None:
+        """Facts of tiles that have been made: from now on they can be drawn."""
+        for made in self.maker.collect(wait):
+            there = self.pool.slots(made.keys) >= 0
+            made = Made(made.keys[there], made.low_m[there], made.high_m[there], made.error_m[there])
+            facts = zip(made.low_m.tolist(), made.high_m.tolist(), made.error_m.tolist(), strict=True)
+            self._facts.update(zip(made.keys.tolist(), facts, strict=True))
+            for view in self._views.values():
+                if view.forest is not None:
+                    self._tell(view, made)
+
+    def _make_roots(self) -> None:
+        """Coarse ground is there at once, whatever it costs: everything else has it to fall back on."""
+        roots = self.shape.scheme.root_keys()
+        if self.pool.slots(roots).min() >= 0:
+            return
+        keys = np.concatenate([roots, self.shape.scheme.children(roots).ravel()])
+        while len(keys):
+            part, keys = keys[:BATCH], keys[BATCH:]
+            self._start(part)
+            self._collect(wait=True)
+
+    def _select(self, view: _TileView, forest: Forest, frame: Frame) -> Selection:
+        camera, settings = frame.camera, frame.settings
+        if frame.settings["terrain.freeze"] and view.selection is not None:
+            return view.selection
+        pixel = (camera.tan_top - camera.tan_bottom) / frame.size[1]
+        velocity = None
+        if view.eye_m is not None and frame.dt_s > 0.0 and not (frame.cut or frame.settling):
+            velocity = (camera.position_m - view.eye_m) / frame.dt_s
+        view.eye_m = camera.position_m.copy()
+        view.clock_s += frame.dt_s
+        selection = forest.select(
+            camera.position_m,
+            pixel,
+            float(settings["terrain.error_px"]),
+            None if frame.settling or frame.cut else view.clock_s,
+            velocity_m_s=velocity,
+            finest_spacing_m=float(settings["terrain.min_spacing_m"]),
+            max_tiles=int(_MOST_SHOWN * self._slots),
+        )
+        view.selection = selection
+        wanted = selection.wanted
+        self._queue = wanted[self.pool.slots(wanted) < 0]
+        return selection
+
+    # -- making ------------------------------------------------------------------------------------------------------
+
+    def _work(self) -> None:
+        """As many of the wanted tiles as fit into this frame's time."""
+        room = self.maker.room(_HURRY_S if self._hurry else self._budget_s)
+        while room > 0 and len(self._queue):
+            part, self._queue = self._queue[: min(room, BATCH)], self._queue[min(room, BATCH) :]
+            room -= len(part)
+            if not self._start(part):
+                break
+
+    def _start(self, keys: Ints) -> bool:
+        keys = keys[: self._vacate(len(keys))]
+        if not len(keys):
+            return False
+        slots = self.pool.take(keys)
+        if not self.maker.make(keys, slots, self._radius_m):
+            self.pool.drop(keys)
+            return False
+        for view in self._views.values():
+            view.mesh.forget(slots)
+        self.made += len(keys)
+        return True
+
+    def _vacate(self, count: int) -> int:
+        """Free slots for that many tiles; how many there are."""
+        short = count - self.pool.free
+        if short > 0:
+            forests = [v.forest for v in self._views.values() if v.forest is not None]
+            spare: Ints | None = None
+            for forest in forests:
+                droppable = forest.droppable(short if len(forests) == 1 else self._slots)
+                spare = droppable if spare is None else spare[np.isin(spare, droppable)]
+            if spare is not None and len(spare):
+                spare = spare[:short]
+                for forest in forests:
+                    forest.forget(spare)
+                self.pool.drop(spare)
+                for key in spare.tolist():
+                    self._facts.pop(key, None)
+        return min(count, self.pool.free)
+
+    # -- passes ------------------------------------------------------------------------------------------------------
+
+    def declare(self, builder: GraphBuilder, view_index: int) -> None:
+        view = self.view(view_index)
+        builder.add_pass(
+            "terrain.tiles",
+            kind="compute",
+            system="terrain",
+            bind=lambda io: self._work,
+            side_effect=True,
+            when=lambda: len(self._queue) > 0,
+            help="heights of tiles that are wanted and not there, within terrain.budget_ms",
+        )
+        builder.add_pass(
+            "terrain.vertices",
+            kind="compute",
+            system="terrain",
+            bind=lambda io: self._bind_assemble(io, view),
+            creates=view.mesh.vertex_buffers(),
+            after=("terrain.tiles",),
+            when=lambda: view.mesh.stale,
+            help="vertices of tiles that are new, morph, or have another anchor, from their heights",
+        )
+        builder.add_pass(
+            "terrain.cull",
+            kind="compute",
+            system="terrain",
+            bind=lambda io: self._bind_cull(io, view),
+            reads=("terrain.bounds",),
+            creates=view.mesh.cull_buffers(),
+            when=lambda: view.culled != view.wanted,
+            help="tiles inside the frustum and above the horizon, into an indirect draw",
+        )
+
+    def _bind_assemble(self, io: PassIO, view: _TileView) -> Callable[[], None]:
+        view.mesh.attach_vertices(io)
+
+        def run() -> None:
+            steps = self.maker.steps_per_m
+            anchor = round(view.anchor_height_m * steps)
+            self.assembled += view.mesh.assemble(self._assemble, self.maker.slots, anchor, 1.0 / steps)
+
+        return run
+
+    def _bind_cull(self, io: PassIO, view: _TileView) -> Callable[[], None]:
+        view.mesh.attach_visible(io)
+        view.culled = None
+
+        def run() -> None:
+            view.mesh.cull(self._cull, view.keep_dh_m)
+            view.culled = view.wanted
+
+        return run
+
+    def draw_reads(self) -> tuple[str, ...]:
+        return ("terrain.vertices", "terrain.visible", "terrain.arguments")
+
+    def bind_draw(self, io: PassIO, view_index: int, fragment: str) -> Callable[[], None]:
+        program = self._programs.get(fragment)
+        if program is None:
+            program = self._programs[fragment] = self.gpu.program(
+                vertex="terrain/tiles/gbuffer.vert", fragment=fragment, defines=self.shape.defines
+            )
+        mesh = self.view(view_index).mesh
+        tiles = mesh.vertex_array(program)
+        return lambda: mesh.draw(tiles)
+
+    # -- questions ---------------------------------------------------------------------------------------------------
+
+    def settled(self) -> bool:
+        moving = any(v.selection is not None and v.selection.moving for v in self._views.values())
+        return not (moving or len(self._queue) or self.maker.under_way)
+
+    def progress(self) -> float:
+        """Of the tiles that are wanted now, one after another; they name others, so this runs in waves."""
+        if self.settled():
+            return 1.0
+        return self.made / (self.made + max(len(self._queue), 1))
+
+    def statistics(self) -> dict[str, int]:
+        view = self._views.get(0)
+        return {} if view is None else view.mesh.statistics()
+
+    def height_drawn(self, directions: NDArray[np.float64], proxy: Any) -> NDArray[np.float64]:
+        view = self._views.get(0)
+        if view is None or not view.mesh.count:
+            return super().height_drawn(directions, proxy)
+        return heights_on_tiles(view.mesh, directions, proxy)
+
+    def release(self) -> None:
+        self.maker.release()
+        super().release()
