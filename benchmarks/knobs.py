@@ -178,7 +178,7 @@ PAIRS: dict[str, Pair] = {
 }
 
 NOT_IN_A_PICTURE: dict[str, str] = {
-    "terrain.backend": "one choice so far",
+    "terrain.backend": "the same ground cut differently, meant to look alike; see test_tiles",
     "terrain.height_map": "needs a file; see test_height_map",
     "terrain.height_map_range_m": "needs a file; see test_height_map",
     "terrain.height_map_blend": "needs a file; see test_height_map",

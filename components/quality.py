@@ -73,7 +73,7 @@ class TerrainQuality:
         cost="time of the vertices at a snap",
     )
     error_px: float = knob(
-        1.0,
+        1.5,
         0.05,
         16.0,
         "px",
@@ -82,7 +82,7 @@ class TerrainQuality:
         log=True,
     )
     tile_quads: int = knob(
-        32,
+        16,
         16,
         64,
         "",
@@ -91,12 +91,12 @@ class TerrainQuality:
         power_of_two=True,
     )
     slots: int = knob(
-        1024,
+        4096,
         256,
         16384,
         "",
         "Backends quadtree and icosphere: tiles that are kept",
-        cost="memory: 40 kB each with 32 segments a side",
+        cost="memory: 10 kB each with 16 segments a side",
         log=True,
     )
     budget_ms: float = knob(

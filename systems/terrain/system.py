@@ -130,8 +130,11 @@ class TerrainSystem(System):
             # Once: the next frames go on with the last good ground, until something is changed again.
             raise SettingError(f"Terrain on a planet of {body.radius_m:g} m cannot be: {error}") from error
         self._maps.show(params.height_map, color)
-        self._ground = Ground(params, TerrainField(params), stamp)
+        self._ground = Ground(params, TerrainField(params), stamp, self._dress)
         world.set_resource("height_field", self.backend.drawn_field(self._ground))
+
+    def _dress(self, table: Any) -> None:
+        self._maps.write_color(table, self._component.color_map_strength)
 
     def _view(self, index: int) -> _View:
         return self._views.setdefault(index, _View())
@@ -157,7 +160,7 @@ class TerrainSystem(System):
             return
         view.key = key
         table = octave_table(self._ground.params, proxy.lattice.direction, proxy.anchor_height_m)
-        self._maps.write_color(table, self._component.color_map_strength)
+        self._dress(table)
         if view.octaves is None or view.octaves.size != table.nbytes:
             if view.octaves is not None:
                 self._gpu.free(view.octaves)

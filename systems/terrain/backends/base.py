@@ -29,6 +29,8 @@ class Ground:
     params: TerrainParams
     field: TerrainField
     revision: tuple[int, ...]
+    dress: Callable[[NDArray[Any]], None] = lambda table: None
+    """Writes into a table of octaves what doesn't follow from params."""
 
 
 class Backend(ABC):

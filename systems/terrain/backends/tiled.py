@@ -74,7 +74,8 @@ class TiledBackend(Backend):
         self._queue: Ints = np.zeros(0, np.int64)  # tiles to make, most urgent first
         self._budget_s = 1e-3 * float(settings["terrain.budget_ms"])
         self._hurry = False
-        self._asked = 0  # tiles that were wanted when the settling began
+        self._bind_octaves: Callable[[], None] = lambda: None
+        self._settled_at = 0  # tiles made when everything was there last
         self._radius_m = 1.0
         self.made = 0
         """Counts the tiles made so far."""
@@ -95,7 +96,7 @@ class TiledBackend(Backend):
     # -- frame -------------------------------------------------------------------------------------------------------
 
     def update(self, frame: Frame, ground: Ground, bind_octaves: Callable[[], None]) -> None:
-        self._hurry = frame.settling
+        self._hurry, self._bind_octaves = frame.settling, bind_octaves
         self._radius_m = ground.params.radius_m
         if self._ground is None or ground.revision != self._ground.revision:
             self._restart(ground)
@@ -119,7 +120,7 @@ class TiledBackend(Backend):
     def _restart(self, ground: Ground) -> None:
         """Other ground: nothing that was made is of use."""
         self._ground = ground
-        self.maker.use(ground.params)
+        self.maker.use(ground.params, ground.dress)
         self.pool.clear()
         self._facts.clear()
         self._queue = np.zeros(0, np.int64)
@@ -163,9 +164,9 @@ class TiledBackend(Backend):
 
     def _collect(self, wait: bool) -> None:
         """Facts of tiles that have been made: from now on they can be drawn."""
-        for made in self.maker.collect(wait):
-            there = self.pool.slots(made.keys) >= 0
-            made = Made(made.keys[there], made.low_m[there], made.high_m[there], made.error_m[there])
+        for found in self.maker.collect(wait):
+            there = self.pool.slots(found.keys) >= 0
+            made = Made(found.keys[there], found.low_m[there], found.high_m[there], found.error_m[there])
             facts = zip(made.low_m.tolist(), made.high_m.tolist(), made.error_m.tolist(), strict=True)
             self._facts.update(zip(made.keys.tolist(), facts, strict=True))
             for view in self._views.values():
@@ -223,6 +224,7 @@ class TiledBackend(Backend):
         if not len(keys):
             return False
         slots = self.pool.take(keys)
+        self._bind_octaves()  # with the maps; the maker then binds its own table
         if not self.maker.make(keys, slots, self._radius_m):
             self.pool.drop(keys)
             return False
@@ -320,13 +322,17 @@ class TiledBackend(Backend):
 
     def settled(self) -> bool:
         moving = any(v.selection is not None and v.selection.moving for v in self._views.values())
-        return not (moving or len(self._queue) or self.maker.under_way)
+        done = not (moving or len(self._queue) or self.maker.under_way)
+        if done:
+            self._settled_at = self.made
+        return done
 
     def progress(self) -> float:
-        """Of the tiles that are wanted now, one after another; they name others, so this runs in waves."""
+        """Of the tiles known to be wanted (they name others); stands still where more are wanted than there is room for."""
         if self.settled():
             return 1.0
-        return self.made / (self.made + max(len(self._queue), 1))
+        made = min(self.made - self._settled_at, self._slots)
+        return made / (made + max(len(self._queue), 1))
 
     def statistics(self) -> dict[str, int]:
         view = self._views.get(0)

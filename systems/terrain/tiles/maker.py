@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -68,9 +69,10 @@ class TileMaker:
         self.tile_s = _FIRST_GUESS_S
         """What a tile takes on the GPU, a running mean."""
 
-    def use(self, params: TerrainParams) -> None:
-        """Tiles of this ground from now on."""
+    def use(self, params: TerrainParams, dress: Callable[[NDArray[Any]], None] = lambda table: None) -> None:
+        """Tiles of this ground from now on. dress: completes the table of octaves."""
         table = canonical_table(params)
+        dress(table)
         if self._octaves is not None:
             self._gpu.free(self._octaves)
         self._octaves = self._gpu.buffer(table.tobytes())

@@ -11,7 +11,7 @@ Ints = NDArray[np.int64]
 
 
 class SlotPool:
-    """A fixed number of slots for tiles by key; numpy throughout. `keys` (count,): what lies in each slot, 0 nothing."""
+    """A fixed number of slots for tiles by key. `keys` (count,): what lies in each slot, 0 for nothing."""
 
     def __init__(self, count: int) -> None:
         self.count = count

@@ -1,0 +1,214 @@
+"""Tiles of the quadtree backend: canonical heights, exact edges, no holes, streaming and settling."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+import planetfall as pf
+from planetfall.engine.surface.keys import container_of
+from planetfall.engine.surface.lattice import direction_of
+from planetfall.systems.terrain.tiles.maker import TileMaker
+from planetfall.systems.terrain.tiles.shape import QuadShape
+
+OURS = {"terrain.backend": "quadtree"}
+RECORD = np.dtype([("height", "<i4"), ("normal", "<u4"), ("attributes", "<u4")])
+CORNER = np.array([1.0, 1.0, 1.0]) / np.sqrt(3.0)
+PLACES = np.array([[0.3, 0.5, 0.2], [1.0, 0.0, 0.0], [0.7, 0.71, 0.1], [-0.4, -0.3, 0.8], CORNER])
+
+
+@pytest.fixture(scope="module")
+def renderer():
+    with pf.Renderer(pf.load_scene("earth"), size=(160, 90), quality="medium", overrides=OURS) as made:
+        made.render(pf.view("near"))
+        yield made
+
+
+def make(renderer, shape, keys):
+    """Heights in steps (N, vertices), steps per metre, and the facts of freshly made tiles."""
+    system = renderer.system("terrain")
+    with renderer.current():
+        scope = renderer.gpu.scope("test tiles")
+        try:
+            maker = TileMaker(scope, shape, len(keys))
+            maker.use(system._ground.params)
+            system._bind_octaves(0)
+            assert maker.make(keys, np.arange(len(keys)), renderer.scene.planet.radius_m)
+            facts = maker.collect(wait=True)[0]
+            data = np.frombuffer(maker.slots.read(len(keys) * shape.vertices * RECORD.itemsize), RECORD)
+            return data["height"].reshape(len(keys), -1).copy(), maker.steps_per_m, facts
+        finally:
+            scope.release()
+
+
+@pytest.mark.parametrize("segments", (16, 64))
+def test_heights_are_those_of_the_sampler(renderer, segments):
+    shape = QuadShape(segments)
+    field = renderer.scene.planet.height_field()
+    for level in (0, 2, 7, 13, 20):
+        keys = np.unique(shape.scheme.at(PLACES, np.full(len(PLACES), level)))
+        heights, steps, facts = make(renderer, shape, keys)
+        directions = direction_of(*shape.points(keys)).reshape(-1, 3)
+        truth = field.height(directions).reshape(heights.shape)
+        # The layers of relief are floats: 2^-24 of 9 km is 0.5 mm. Nearer than that only steps of 2^-17 m count.
+        assert np.abs(heights / steps - truth).max() < 1e-3
+        assert (facts.low_m <= truth.min(axis=1) + 1e-3).all() and (facts.high_m >= truth.max(axis=1) - 1e-3).all()
+
+
+def test_a_shared_vertex_has_the_same_bits_in_every_tile(renderer):
+    shape = QuadShape(16)
+    scheme = shape.scheme
+    parents = scheme.at(PLACES, np.full(len(PLACES), 5))
+    keys = np.unique(np.concatenate([parents, scheme.children(parents).ravel(), scheme.neighbour(parents, 1)]))
+    heights, _, _ = make(renderer, shape, keys)
+    again, _, _ = make(renderer, shape, keys[::-1].copy())
+    np.testing.assert_array_equal(heights, again[::-1])
+    names = direction_of(*shape.points(keys)).reshape(-1, 3)
+    seen: dict[bytes, int] = {}
+    shared = 0
+    for name, height in zip(names, heights.ravel().tolist(), strict=True):
+        known = seen.setdefault((name + 0.0).tobytes(), height)
+        shared += known is not height
+        assert known == height
+    assert shared > 500
+
+
+def test_the_measured_error_is_that_of_the_tiles_own_triangles(renderer):
+    """Against the f64 field at the middles of all rising diagonals: it is one of them, and a large one."""
+    shape = QuadShape(16)
+    field, radius = renderer.scene.planet.height_field(), renderer.scene.planet.radius_m
+    keys = np.unique(shape.scheme.at(PLACES, np.full(len(PLACES), 8)))
+    _, _, facts = make(renderer, shape, keys)
+    directions = direction_of(*shape.points(keys))
+    points = directions * (radius + field.height(directions.reshape(-1, 3)).reshape(directions.shape[:2]))[..., None]
+    grid = points.reshape(len(keys), 17, 17, 3)
+    middle = 0.5 * (grid[:, :-1, :-1] + grid[:, 1:, 1:]).reshape(len(keys), -1, 3)
+    away = np.linalg.norm(middle, axis=-1)
+    truth = field.height((middle / away[..., None]).reshape(-1, 3)).reshape(away.shape)
+    errors = np.abs(radius + truth - away)
+    for found, all_of_them in zip(facts.error_m, errors, strict=True):
+        assert np.abs(all_of_them - found).min() < 0.01
+        assert found >= np.median(all_of_them)
+
+
+def cameras(count: int, seed: int) -> list[pf.Camera]:
+    rng = np.random.default_rng(seed)
+    found = []
+    for _ in range(count):
+        height = float(10 ** rng.uniform(0.3, 6.5))
+        found.append(
+            pf.Camera.at(
+                float(np.degrees(np.arcsin(rng.uniform(-1, 1)))),
+                float(rng.uniform(-180, 180)),
+                height,
+                heading_deg=float(rng.uniform(0, 360)),
+                pitch_deg=float(rng.uniform(-60, 0)),
+                above="ground",
+            )
+        )
+    return found
+
+
+def edge_chains(view, mesh):
+    """Vertices along all edges of all drawn tiles, as pairs of f32 positions in bytes."""
+    positions = mesh.read_vertices()["position_m"]
+    n = mesh.shape.segments
+    k = np.arange(n + 1)
+    edges = (k * (n + 1), k * (n + 1) + n, k, n * (n + 1) + k)
+    for tile in positions:
+        for edge in edges:
+            names = [p.tobytes() for p in tile[edge]]
+            yield {frozenset(pair) for pair in itertools.pairwise(names) if pair[0] != pair[1]}
+
+
+@pytest.mark.parametrize("settled", (True, False))
+def test_edges_are_closed_to_the_last_bit(renderer, settled):
+    """Each stretch of an edge is that of exactly two tiles, at any levels and morphs, while tiles stream in too."""
+    backend = renderer.system("terrain").backend
+    for camera in cameras(4, 3 if settled else 4):
+        if settled:
+            renderer.settle(camera)
+        for _ in range(1 if settled else 3):
+            renderer.render(camera, dt_s=0.03)
+            view = backend.view(0)
+            with renderer.current():
+                counts: dict[frozenset[bytes], int] = {}
+                for edge in edge_chains(view, view.mesh):
+                    for stretch in edge:
+                        counts[stretch] = counts.get(stretch, 0) + 1
+            assert max(counts.values()) <= 2
+            # Tiles beyond the horizon are left out: their neighbours' edges have nobody beside them.
+            keys = view.selection.keys
+            scheme = view.mesh.shape.scheme
+            order = np.sort(keys)
+            alone = 0
+            for edge in range(4):
+                beside = scheme.neighbour(keys, np.full(len(keys), edge))
+                inside = container_of(beside, order) >= 0
+                # No leaf there and no leaves inside it either: beyond the rim.
+                finer = np.searchsorted(order, beside) != np.searchsorted(order, beside, side="right")
+                low = np.searchsorted(order, beside - (beside & -beside) + 1)
+                high = np.searchsorted(order, beside + (beside & -beside))
+                alone += int((~inside & ~finer & (low == high)).sum())
+            assert sum(n == 1 for n in counts.values()) <= alone * view.mesh.shape.segments
+
+
+def test_no_hole_in_the_disc(renderer):
+    """Straight down there is ground in every pixel, in the first frame after a teleport too."""
+    for n, camera in enumerate(cameras(6, 9)):
+        state = renderer.camera_state(camera)
+        down = pf.Camera(state.position_m, -state.direction, state.forward)
+        if n % 2:
+            renderer.settle(down)
+        surface = renderer.render(down, outputs=("surface",))["surface"]
+        assert (surface > 0).all()
+
+
+def test_a_settled_picture_does_not_depend_on_the_way(renderer):
+    a, b = pf.view("high"), pf.view("coast")
+    renderer.settle(a)
+    first = renderer.render(a)["color"].copy()
+    renderer.settle(b)
+    renderer.render(b)
+    renderer.settle(a)
+    np.testing.assert_array_equal(renderer.render(a)["color"], first)
+
+
+def test_a_still_camera_does_nothing(renderer):
+    view = pf.view("near")
+    renderer.settle(view)
+    renderer.render(view)
+    renderer.render(view)
+    ran = {p.name for p in renderer.passes() if p.ran}
+    assert not ran & {"terrain.tiles", "terrain.vertices", "terrain.cull"}
+
+
+def test_height_drawn_is_near_the_truth(renderer):
+    camera = pf.Camera.at(45.0, 10.0, 3000.0, pitch_deg=-50.0, above="ground")
+    renderer.settle(camera)
+    renderer.render(camera)
+    foot = renderer.camera_state(camera).direction[None]
+    drawn, truth = renderer.height_drawn(foot)[0], pf.TerrainSampler(renderer.scene).height(foot)[0]
+    pixel = 2.0 * np.tan(np.radians(30.0)) / 90.0
+    assert abs(drawn - truth) < 2.5 * pixel * 3100.0  # terrain.error_px of medium
+
+
+def test_backends_change_while_running():
+    scene = pf.load_scene("earth")
+    with pf.Renderer(scene, size=(160, 90), quality="low") as renderer:
+        view = pf.view("near")
+        renderer.settle(view)
+        grid = renderer.render(view, outputs=("distance",))["distance"]
+        scene.planet[pf.Terrain].backend = "quadtree"
+        renderer.settle(view)
+        tiles = renderer.render(view, outputs=("distance",))["distance"]
+        both = np.isfinite(grid) & np.isfinite(tiles)
+        assert both.mean() > 0.4 and (np.isfinite(grid) != np.isfinite(tiles)).mean() < 0.02
+        assert np.median(np.abs(grid[both] - tiles[both]) / grid[both]) < 0.01
+        scene.planet[pf.Terrain].backend = "grid"
+        renderer.settle(view)
+        np.testing.assert_array_equal(renderer.render(view, outputs=("distance",))["distance"], grid)
+        renderer.release()
+        assert renderer.gpu.counts() == {}
