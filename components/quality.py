@@ -48,6 +48,14 @@ class TerrainQuality:
         cost="vertices near the camera, close to the ground",
         log=True,
     )
+    fade_s: float = knob(
+        0.3,
+        0.0,
+        0.3,
+        "s",
+        "For how long the ground moves after a snap of the grid; 0: it jumps by a fraction of a pixel",
+        cost="a snap takes longer, and memory for a second grid",
+    )
     paper_grid: int = knob(
         100,
         50,

@@ -118,6 +118,26 @@ class CellMesh:
         self._cells = self.scope.buffer(reserve=self.capacity * CELL_DTYPE.itemsize, dynamic=True)
         self._topology = self.scope.buffer(reserve=self.capacity * 32, dynamic=True)
 
+    def copy_to(self, cells: Any, vertices: Any) -> None:
+        """Copy the cells with what was agreed on, and their vertices, to other buffers on the GPU."""
+        ctx = self.scope.gpu.ctx
+        ctx.copy_buffer(cells, self._cells, self.count * CELL_DTYPE.itemsize)
+        size = self.count * self.vertices_per_cell * VERTEX_DTYPE.itemsize
+        ctx.copy_buffer(vertices, self._vertices, size)
+
+    def bind_made(self, cells: int = 0, vertices: int = 1) -> None:
+        """Bind cells and vertices to these storage points."""
+        self._cells.bind_to_storage_buffer(cells)
+        self._vertices.bind_to_storage_buffer(vertices)
+
+    def bind_wanted(self, wanted: int = 2) -> None:
+        """Bind what each cell would skip."""
+        self._wanted.bind_to_storage_buffer(wanted)
+
+    def bind_bounds(self, bounds: int = 5) -> None:
+        """Bind the boxes around cells."""
+        self._bounds.bind_to_storage_buffer(bounds)
+
     def read_cells(self) -> NDArray[np.void]:
         """The selected cells with the masks and variants that were agreed on, (N,) of CELL_DTYPE. Reads back."""
         return np.frombuffer(self._cells.read(self.count * CELL_DTYPE.itemsize), CELL_DTYPE)
@@ -184,13 +204,19 @@ class CellMesh:
         vertices.run(self.count, 1, 1)
         self.scope.gpu.barrier()
         self._wanted.bind_to_storage_buffer(2)
-        self._topology.bind_to_storage_buffer(3)
         measure.set("u_eye", eye_m)
         measure.set("u_angle", edge_rad)
         measure.set("u_chord", chord_m)
         measure.set("u_most", min(most, MOST, self.quads.bit_length() - 1))
         measure.run(self.count, 1, 1)
         self.scope.gpu.barrier()
+        self.agree(agree)
+
+    def agree(self, agree: Any) -> None:
+        """From what each cell wants to skip to what it may, with common/agree_cells.comp."""
+        self._cells.bind_to_storage_buffer(0)
+        self._wanted.bind_to_storage_buffer(2)
+        self._topology.bind_to_storage_buffer(3)
         agree.set("u_cell_count", self.count)
         agree.run(1, 1, 1)
         self.scope.gpu.barrier()

@@ -20,9 +20,10 @@ from ....engine.gpu.layout import Vec4
 from ....engine.graph import GraphBuilder, PassIO
 from ....engine.surface.coverage import proxy_coverage
 from ....engine.surface.decimation import topology
-from ....engine.surface.selection import chord_limit_m, select_rings, spacing_angle
+from ....engine.surface.selection import CellSet, chord_limit_m, select_rings, spacing_angle
 from ....engine.system import Frame
 from .base import Backend, Ground, heights_seen
+from .grid_fade import FadePrograms, SnapFade
 from .grid_queries import heights_on_cells
 
 __all__ = ["GridBackend"]
@@ -30,6 +31,7 @@ __all__ = ["GridBackend"]
 GRID_BINDING = 3
 _DECIMATED_SHARE = 0.8  # of edge_px: larger ones save vertices, but the ground jumps more at a snap
 _FINEST_M = 0.02
+_LEAP = 2.0  # snaps over more than this many heights above the ground don't fade
 _MOST_CELLS = 12000  # a telephoto lens near the ground would ask for ten times as many: its triangles get longer
 
 
@@ -55,7 +57,20 @@ class _GridView:
         self.eye_m: tuple[float, ...] = (0.0, 0.0, 0.0)
         self.edge_rad = 0.01
         self.chord_m = 1.0
+        self.fade: SnapFade | None = None
+        self.cells: CellSet | None = None
+        self.anchor_m = np.zeros(3)
+        self.anchor_height_m = 0.0
         self.bind_octaves: Callable[[], None] = lambda: None
+
+    def drawn_mesh(self) -> CellMesh:
+        """What is drawn: the overlay of two selections for a moment after a snap."""
+        return self.fade.mesh if self.fade is not None and self.fade.running else self.mesh
+
+    def drawn(self) -> tuple[int, ...]:
+        """Says which cells are drawn."""
+        mesh = self.drawn_mesh()
+        return (int(mesh is self.mesh), mesh.selection)
 
 
 class GridBackend(Backend):
@@ -76,13 +91,17 @@ class GridBackend(Backend):
         self._measure = gpu.compute("common/measure_cells.comp", defines=self._defines)
         self._agree = gpu.compute("common/agree_cells.comp", defines=self._defines)
         self._cull = gpu.compute("common/cull_cells.comp", defines=self._defines)
-        self._programs: dict[str, Any] = {}
+        self._fade_s = float(settings["terrain.fade_s"])
+        self._fading = FadePrograms(gpu, self._agree, self._defines) if self._fade_s > 0.0 else None
+        self._programs: dict[tuple[str, bool], Any] = {}
 
     def view(self, index: int) -> _GridView:
         """One view's cells."""
         view = self._views.get(index)
         if view is None:
             view = self._views[index] = _GridView(CellMesh(self.gpu, "terrain", self._quads))
+            if self._fading is not None:
+                view.fade = SnapFade(self.gpu, view.mesh)
         return view
 
     def update(self, frame: Frame, ground: Ground, bind_octaves: Callable[[], None]) -> None:
@@ -93,18 +112,29 @@ class GridBackend(Backend):
         pixel_angle = (camera.tan_top - camera.tan_bottom) / frame.size[1]
         edge_px = float(frame.settings["terrain.edge_px"])
         key = (proxy.generation, ground.revision, edge_px, pixel_angle)
+        fade = view.fade
+        if fade is not None:
+            fade.advance(frame.dt_s)
+            if frame.cut or frame.settling or key[1:] != view.key[1:]:
+                fade.stop()
         if key != view.key:
+            may_fade = fade is not None and not (frame.cut or frame.settling) and key[1:] == view.key[1:]
+            may_fade = may_fade and view.made == view.mesh.selection and view.mesh.count > 0
+            # The old grid has to have been made for this place: nobody sees a fade after a leap.
+            may_fade = may_fade and proxy.cell.snap_distance_m <= _LEAP * proxy.cell.altitude_above_ground_m
             view.key = key
             angle = spacing_angle(edge_px, pixel_angle, proxy.cell.altitude_m, proxy.cell.radius_m)
             view.chord_m = chord_limit_m(pixel_angle, proxy.cell.radius_m)
-            self._select(view, frame, ground, proxy, angle)
+            self._select(view, frame, ground, proxy, angle, may_fade)
         tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
         axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
         view.keep_dh_m = heights_seen(frame, proxy.anchor_height_m)
-        view.wanted = (view.mesh.selection, axes, tangents, view.keep_dh_m)
+        view.wanted = (*view.drawn(), axes, tangents, view.keep_dh_m)
         self._ubo.bind()
 
-    def _select(self, view: _GridView, frame: Frame, ground: Ground, proxy: Any, angle_rad: float) -> None:
+    def _select(
+        self, view: _GridView, frame: Frame, ground: Ground, proxy: Any, angle_rad: float, may_fade: bool
+    ) -> None:
         field, radius_m = ground.field, frame.world.get(frame.planet, Planet).radius_m
         # Above the ground, even for a camera (or an anchor) under water.
         above_ground = max(proxy.cell.altitude_m - proxy.ground_m, 0.01)
@@ -130,8 +160,17 @@ class GridBackend(Backend):
         )
         view.eye_m = tuple(proxy.lattice.direction * (proxy.ground_m + above_ground - proxy.anchor_height_m))
         view.edge_rad = _DECIMATED_SHARE * angle_rad
+        fade = view.fade
+        if may_fade and fade is not None and view.cells is not None:
+            fade.keep(view.cells, view.anchor_m, view.anchor_height_m)
         if view.mesh.upload(cells, topology(cells)):
             self.structure += 1
+        view.cells, view.anchor_m, view.anchor_height_m = cells, proxy.anchor_m.copy(), proxy.anchor_height_m
+        if fade is not None:
+            if not may_fade:
+                fade.stop()
+            elif fade.begin(cells, view.anchor_m, view.anchor_height_m, self._fade_s):
+                self.structure += 1
         self.block.spacing = (angle_rad, smallest, above_ground, 0.0)
         self._ubo.write(self.block)
 
@@ -147,13 +186,27 @@ class GridBackend(Backend):
             when=lambda: grid.made != mesh.selection,
             help="heights, normals and bounds of all selected cells, on a snap of the proxy",
         )
+        fade, programs = grid.fade, self._fading
+        reads, creates = ("terrain.bounds",), mesh.cull_buffers()
+        if fade is not None and programs is not None:
+            builder.add_pass(
+                "terrain.fade",
+                kind="compute",
+                system="terrain",
+                bind=lambda io: fade.bind(io, programs),
+                reads=("terrain.vertices",),
+                creates=fade.buffers(),
+                when=lambda: fade.pending,
+                help="the overlay of the old and the new selection, after a snap",
+            )
+            reads, creates = (*reads, "terrain_fade.bounds"), (*creates, *fade.mesh.cull_buffers())
         builder.add_pass(
             "terrain.cull",
             kind="compute",
             system="terrain",
             bind=lambda io: self._bind_cull(io, grid),
-            reads=("terrain.bounds",),
-            creates=mesh.cull_buffers(),
+            reads=reads,
+            creates=creates,
             when=lambda: grid.culled != grid.wanted,
             help="cells inside the frustum and above the horizon, into an indirect draw",
         )
@@ -173,30 +226,50 @@ class GridBackend(Backend):
 
     def _bind_cull(self, io: PassIO, grid: _GridView) -> Callable[[], None]:
         grid.mesh.attach_visible(io)
+        if grid.fade is not None:
+            grid.fade.mesh.attach_visible(io)
         grid.culled = None
 
         def run() -> None:
-            grid.mesh.cull(self._cull, grid.keep_dh_m)
+            grid.drawn_mesh().cull(self._cull, grid.keep_dh_m)
             grid.culled = grid.wanted
 
         return run
 
     def draw_reads(self) -> tuple[str, ...]:
-        return ("terrain.vertices", "terrain.visible", "terrain.arguments")
+        names = ("vertices", "visible", "arguments")
+        final = tuple(f"terrain.{n}" for n in names)
+        return final if self._fading is None else (*final, *(f"terrain_fade.{n}" for n in (*names, "starts")))
 
     def bind_draw(self, io: PassIO, view_index: int, fragment: str) -> Callable[[], None]:
-        program = self._programs.get(fragment)
-        if program is None:
-            program = self._programs[fragment] = self.gpu.program(
-                vertex="terrain/gbuffer.vert", fragment=fragment, defines=self._defines
-            )
-        mesh = self.view(view_index).mesh
-        patches = mesh.vertex_array(program)
-        return lambda: mesh.draw(patches)
+        view = self.view(view_index)
+        mesh, fade = view.mesh, view.fade
+        patches = mesh.vertex_array(self._program(fragment, False))
+        if fade is None:
+            return lambda: mesh.draw(patches)
+        moving = self._program(fragment, True)
+        overlaid = fade.mesh.vertex_array(moving)
+
+        def draw() -> None:
+            if fade.running:
+                fade.bind_draw()
+                moving.set("u_fade", fade.part)
+                fade.mesh.draw(overlaid)
+            else:
+                mesh.draw(patches)
+
+        return draw
+
+    def _program(self, fragment: str, fades: bool) -> Any:
+        key = (fragment, fades)
+        if key not in self._programs:
+            defines = {**self._defines, **({"TERRAIN_FADE": 1} if fades else {})}
+            self._programs[key] = self.gpu.program(vertex="terrain/gbuffer.vert", fragment=fragment, defines=defines)
+        return self._programs[key]
 
     def statistics(self) -> dict[str, int]:
         grid = self._views.get(0)
-        return {} if grid is None else grid.mesh.statistics()
+        return {} if grid is None else grid.drawn_mesh().statistics()
 
     def drawn_mesh(self, view_index: int = 0) -> CellMesh | None:
         grid = self._views.get(view_index)

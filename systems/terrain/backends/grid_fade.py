@@ -1,0 +1,174 @@
+"""What the ground does at a snap: it leads from the old selection's surface to the new one's, instead of jumping.
+
+Vertices that both have don't move. Where one selection has more vertices than the other, or its triangles lie another
+way, the two surfaces differ by a fraction of a pixel; for at most `terrain.fade_s` the overlay of both selections is
+drawn (engine/surface/overlay.py), whose vertices go from one surface to the other. Then the new selection is drawn as
+it is: the same bits as if it had been there all along, and no cost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....engine.gpu import GpuScope
+from ....engine.gpu.cell_mesh import CELL_DTYPE, VERTEX_DTYPE, CellMesh
+from ....engine.graph import BufferSpec, PassIO
+from ....engine.surface.decimation import topology
+from ....engine.surface.overlay import Overlay, overlay
+from ....engine.surface.selection import CellSet
+
+__all__ = ["FadePrograms", "SnapFade"]
+
+_START_BYTES = 16
+_FADE_DTYPE = np.dtype([("old_row", "<i4"), ("new_row", "<i4"), ("rest", "<u4", 6)])
+_SHARE_OF_INTERVAL = 0.9
+"""When snaps follow one another quickly, each fade is over before the next snap is due."""
+
+
+class FadePrograms:
+    """The two compute shaders of the overlay."""
+
+    def __init__(self, gpu: GpuScope, agree: Any, defines: dict[str, int]) -> None:
+        self.cells = gpu.compute("terrain/fade/cells.comp", defines=defines)
+        self.vertices = gpu.compute("terrain/fade/vertices.comp", defines=defines)
+        self.agree = agree
+
+
+class SnapFade:
+    """One view's fade. mesh: what is drawn when nothing fades."""
+
+    def __init__(self, gpu: GpuScope, mesh: CellMesh) -> None:
+        self._gpu, self._final = gpu, mesh
+        self.mesh = CellMesh(gpu, "terrain_fade", mesh.quads)
+        self._known = gpu.buffer(reserve=self.mesh.capacity * _FADE_DTYPE.itemsize, dynamic=True)
+        self._starts: Any = None
+        self._old: tuple[Any, Any] | None = None
+        self._old_cells: CellSet | None = None
+        self._old_anchor_m: NDArray[np.float64] | None = None
+        self._old_height_m = 0.0
+        self._shift_m = (0.0, 0.0, 0.0)
+        self._rise_m = 0.0
+        self._pending = False  # the overlay was uploaded, its vertices are not made
+        self._age_s = np.inf
+        self._duration_s = 0.0
+        self._since_snap_s = np.inf
+
+    @property
+    def running(self) -> bool:
+        """Whether the overlay is drawn."""
+        return self._age_s < self._duration_s
+
+    @property
+    def part(self) -> float:
+        """How far the surface has come, 0..1."""
+        return float(np.clip(self._age_s / self._duration_s, 0.0, 1.0)) if self._duration_s > 0.0 else 1.0
+
+    def advance(self, dt_s: float) -> None:
+        """Time goes on, once a frame."""
+        self._age_s += dt_s
+        self._since_snap_s += dt_s
+
+    def stop(self) -> None:
+        """The new selection, at once."""
+        self._age_s, self._pending, self._old_cells = np.inf, False, None
+
+    def keep(self, cells: CellSet, anchor_m: NDArray[np.float64], anchor_height_m: float) -> None:
+        """Before another selection is uploaded to the final mesh: keep its cells and vertices as the old ones."""
+        final = self._final
+        wanted = (final.count * CELL_DTYPE.itemsize, final.count * final.vertices_per_cell * VERTEX_DTYPE.itemsize)
+        if self._old is None or any(b.size < w for b, w in zip(self._old, wanted, strict=True)):
+            for buffer in self._old or ():
+                self._gpu.free(buffer)
+            first, second = (self._gpu.buffer(reserve=w * 3 // 2) for w in wanted)
+            self._old = (first, second)
+        final.copy_to(*self._old)
+        self._old_cells, self._old_anchor_m, self._old_height_m = cells, anchor_m, anchor_height_m
+
+    def begin(self, cells: CellSet, anchor_m: NDArray[np.float64], anchor_height_m: float, longest_s: float) -> bool:
+        """After the new selection was uploaded. Returns True when buffers of the graph grew."""
+        assert self._old_cells is not None and self._old_anchor_m is not None
+        both = overlay(self._old_cells, cells)
+        grew = self._upload(both)
+        self._shift_m = tuple(float(v) for v in self._old_anchor_m - anchor_m)
+        self._rise_m = self._old_height_m - anchor_height_m
+        self._duration_s = min(longest_s, _SHARE_OF_INTERVAL * self._since_snap_s)
+        self._age_s = self._since_snap_s = 0.0
+        self._pending = True
+        return grew
+
+    def _upload(self, both: Overlay) -> bool:
+        grew = self.mesh.upload(both.cells, topology(both.cells))
+        known = np.zeros(len(both.cells), _FADE_DTYPE)
+        known["old_row"], known["new_row"] = both.old_row, both.new_row
+        if self._known.size < known.nbytes:
+            self._gpu.free(self._known)
+            self._known = self._gpu.buffer(reserve=self.mesh.capacity * _FADE_DTYPE.itemsize, dynamic=True)
+        self._known.write(known.tobytes())
+        return grew
+
+    def buffers(self) -> tuple[BufferSpec, ...]:
+        """What the graph makes for the overlay's vertices."""
+        size = self.mesh.capacity * self.mesh.vertices_per_cell * _START_BYTES
+        starts = BufferSpec("terrain_fade.starts", size, "persistent", "where vertices lie on the old surface")
+        return (*self.mesh.vertex_buffers(), starts)
+
+    @property
+    def pending(self) -> bool:
+        """Whether the overlay's vertices have to be made."""
+        return self._pending and self.running
+
+    def bind(self, io: PassIO, programs: FadePrograms) -> Callable[[], None]:
+        """The pass that makes them."""
+        self.mesh.attach_vertices(io)
+        self._starts = io.buffer("terrain_fade.starts")
+        if not self._pending:
+            self._age_s = np.inf  # what was made is gone
+
+        def run() -> None:
+            if not self._pending:
+                return  # the graph runs every pass once
+            assert self._old is not None
+            barrier = self._gpu.gpu.barrier
+            mesh, count = self.mesh, self.mesh.count
+            mesh.bind_made()
+            mesh.bind_wanted()
+            self._old[0].bind_to_storage_buffer(3)
+            self._known.bind_to_storage_buffer(4)
+            self._final.bind_made(cells=6, vertices=7)
+            programs.cells.set("u_cell_count", count)
+            programs.cells.run(-(-count // 64), 1, 1)
+            barrier()
+            mesh.agree(programs.agree)
+            mesh.bind_made()
+            self._starts.bind_to_storage_buffer(2)
+            self._old[1].bind_to_storage_buffer(3)
+            mesh.bind_bounds()
+            self._final.bind_made(cells=7, vertices=6)
+            programs.vertices.set("u_shift", self._shift_m)
+            programs.vertices.set("u_rise", self._rise_m)
+            programs.vertices.run(count, 1, 1)
+            barrier()
+            self._pending = False
+
+        return run
+
+    def bind_draw(self) -> None:
+        """What the vertex shader reads beyond cells and vertices."""
+        self._starts.bind_to_storage_buffer(2)
+        self._known.bind_to_storage_buffer(4)
+
+    def read_changed(self) -> NDArray[np.bool_]:
+        """Which cells of the overlay move, (cells,). Reads back from the GPU."""
+        known = np.frombuffer(self._known.read(self.mesh.count * _FADE_DTYPE.itemsize), _FADE_DTYPE)
+        return known["rest"][:, 0] != 0
+
+    def read_starts(self) -> NDArray[np.float32]:
+        """Where vertices start, (cells, vertices of a cell, 3), from the new anchor; undefined for cells that don't
+        change. Reads back from the GPU."""
+        count = self.mesh.count * self.mesh.vertices_per_cell
+        found = np.frombuffer(self._starts.read(count * _START_BYTES), "<f4").reshape(-1, 4)[:, :3]
+        return found.reshape(self.mesh.count, self.mesh.vertices_per_cell, 3)
