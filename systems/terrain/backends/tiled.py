@@ -17,6 +17,7 @@ from ....components import Ocean, Planet
 from ....engine.gpu import GpuScope
 from ....engine.graph import GraphBuilder, PassIO
 from ....engine.surface.forest import Forest, Selection
+from ....engine.surface.selection import LARGEST_SHARE
 from ....engine.system import Frame
 from ..tiles.maker import BATCH, Made, TileMaker
 from ..tiles.mesh import TileMesh
@@ -31,6 +32,12 @@ Ints = NDArray[np.int64]
 
 _HURRY_S = 0.25
 """Time a frame for new tiles while nobody looks."""
+_FLAT = 2.0
+"""Vertices of flat ground lie no farther apart than this many times terrain.edge_px on the screen."""
+_CHORD_M = 2.0
+"""Where the sphere bulges this far above their triangles, no farther than terrain.edge_px."""
+_WIDE_PX = 3.0
+"""Nor, where they are farther apart than mountain belts are wide, than this: from space all of the planet is a few tiles."""
 _MOST_SHOWN = 0.7
 """Of all slots: the rest is for parents, and for what is seen next."""
 
@@ -73,6 +80,8 @@ class TiledBackend(Backend):
         self._ground: Ground | None = None
         self._queue: Ints = np.zeros(0, np.int64)  # tiles to make, most urgent first
         self._budget_s = 1e-3 * float(settings["terrain.budget_ms"])
+        self._error_px = float(settings["terrain.error_px"])
+        self._edge_px = float(settings["terrain.edge_px"])
         self._hurry = False
         self._bind_octaves: Callable[[], None] = lambda: None
         self._settled_at = 0  # tiles made when everything was there last
@@ -159,7 +168,14 @@ class TiledBackend(Backend):
     def _tell(self, view: _TileView, made: Made) -> None:
         """A forest hears of tiles; below an opaque sea no error counts."""
         assert view.forest is not None
-        error = np.where(made.high_m < view.hidden_below_m, 0.0, made.error_m)
+        scheme = self.shape.scheme
+        spacing_m = self._radius_m * scheme.spacing_rad(scheme.level(made.keys), self.shape.segments)
+        # Colours and normals come from the vertices, too: flat ground also has them no farther apart than this. Where
+        # chords lie metres below the sphere, shading takes heights from the vertices as well.
+        longest_px = np.where(spacing_m**2 > 8.0 * _CHORD_M * self._radius_m, self._edge_px, _FLAT * self._edge_px)
+        longest_px[spacing_m > LARGEST_SHARE * self._radius_m] = _WIDE_PX
+        error = np.maximum(made.error_m, spacing_m * self._error_px / longest_px)
+        error[made.high_m < view.hidden_below_m] = 0.0
         view.forest.set_facts(made.keys, made.low_m, made.high_m, error)
 
     def _collect(self, wait: bool) -> None:
@@ -328,7 +344,7 @@ class TiledBackend(Backend):
         return done
 
     def progress(self) -> float:
-        """Of the tiles known to be wanted (they name others); stands still where more are wanted than there is room for."""
+        """Of the tiles known to be wanted (they name others); stands still where there is no room for all of them."""
         if self.settled():
             return 1.0
         made = min(self.made - self._settled_at, self._slots)
