@@ -74,7 +74,7 @@ ROOT_VECTORS: Ints = CORNERS[ROOTS]
 """(20, 3, 3): V0, V1, V2 of each root as rows."""
 _VECTORS_F: Floats = ROOT_VECTORS.astype(np.float64)
 _INVERSES: Floats = np.linalg.inv(_VECTORS_F)  # direction @ inverse = weights of V0, V1, V2
-_NORMALS: Floats = _VECTORS_F.sum(axis=1) / np.linalg.norm(_VECTORS_F.sum(axis=1), axis=1, keepdims=True)
+_NORMALS: Floats = np.asarray(_VECTORS_F.sum(axis=1) / np.sqrt((_VECTORS_F.sum(axis=1) ** 2).sum(axis=1))[:, None])
 
 EDGE_OVER_HEIGHT = float(2 * SHORT / np.linalg.norm(_VECTORS_F[0].mean(axis=0)))
 """Length of an edge over the distance of a root's plane from the centre, 1.3232: the longest vertex spacing is this
@@ -93,7 +93,7 @@ def _across() -> tuple[Ints, Ints]:
 ACROSS_ROOT, ACROSS_EDGE = _across()
 LOWEST_OF_EDGE: Ints = np.minimum(np.arange(20)[:, None], ACROSS_ROOT)
 """(20, 3): the lowest root that contains an edge."""
-LOWEST_OF_CORNER: Ints = np.array([np.nonzero((corner == ROOTS).any(axis=1))[0][0] for corner in range(12)])
+LOWEST_OF_CORNER: Ints = np.array([np.nonzero(np.isin(ROOTS, corner).any(axis=1))[0][0] for corner in range(12)])
 """(12,): the lowest root that contains a corner."""
 
 

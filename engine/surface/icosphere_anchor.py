@@ -20,7 +20,7 @@ from math import isqrt
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .icosphere import FULL, ROOT_VECTORS, lowest_root, vector_of
+from .icosphere import FULL, ROOT_VECTORS, lowest_root, unit, vector_of
 
 Floats = NDArray[np.float64]
 
@@ -95,4 +95,4 @@ def _cross(x: list[int], y: list[int]) -> list[int]:
     return [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]]
 
 
-_MIDDLES: Floats = ROOT_VECTORS.sum(axis=1) / np.linalg.norm(ROOT_VECTORS.sum(axis=1).astype(float), axis=1)[:, None]
+_MIDDLES: Floats = unit(ROOT_VECTORS.sum(axis=1))
