@@ -24,8 +24,7 @@ class Terrain:
     backend: str = knob(
         "grid",
         help="How the ground is cut into triangles",
-        choices=("grid", "quadtree"),
-        not_yet=("icosphere",),
+        choices=("grid", "quadtree", "icosphere"),
     )
     method: str = knob(
         "ours",

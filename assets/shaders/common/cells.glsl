@@ -12,7 +12,18 @@ const int CELL_LISTS = 2 * (CELL_MOST + 1) * (CELL_MOST + 1);
 #endif
 const int CELL_QUADS = 1 << QUADS_LOG2;
 const int CELL_SIDE = CELL_QUADS + 1;
+#ifdef CELL_TRIANGLES
+// Tiles of the icosphere, terrain/tiles/triangle.glsl: the vertex in the middle; circles around it inside and outside of a tile,
+// in units of CELL_QUADS times the largest spacing of its level, for tiles of 16 segments or more.
+const int CELL_VERTICES = CELL_SIDE * (CELL_SIDE + 1) / 2;
+const int CELL_THIRD = CELL_QUADS / 3;
+const int CELL_MIDDLE = CELL_THIRD * (CELL_SIDE + 1) - CELL_THIRD * (CELL_THIRD - 1) / 2;
+const float CELL_INNER = 0.165, CELL_OUTER = 0.62;
+#else
 const int CELL_VERTICES = CELL_SIDE * CELL_SIDE;
+const int CELL_MIDDLE = (CELL_QUADS / 2) * (CELL_SIDE + 1);
+const float CELL_INNER = 0.33, CELL_OUTER = 0.95;
+#endif
 
 struct Cell {
     int face;

@@ -31,7 +31,7 @@ bool box_outside(vec3 normal, vec3 low, vec3 high) {
 
 // Camera-relative position of a cell's middle vertex.
 vec3 cell_middle(uint cell) {
-    CellVertex vertex = vertices[CELL_PLACE(cells, cell) * uint(CELL_VERTICES) + uint((CELL_QUADS / 2) * (CELL_SIDE + 1))];
+    CellVertex vertex = vertices[CELL_PLACE(cells, cell) * uint(CELL_VERTICES) + uint(CELL_MIDDLE)];
     return vec3(vertex.x, vertex.y, vertex.z) - frame.camera_offset.xyz;
 }
 

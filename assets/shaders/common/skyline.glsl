@@ -28,14 +28,14 @@ vec2 skyline_place(vec3 point) {
     return vec2((atan(across.y, across.x) / TWO_PI + 0.5) * float(SKYLINE_BINS), length(across));
 }
 
-// A cell is a warped square of side `size`: between its inscribed and its circumscribed circle, corners of the cube included.
+// A cell lies between two circles around its middle, CELL_INNER and CELL_OUTER in units of this; corners of the cube included.
 float skyline_cell_size(float spacing_m) {
     return spacing_m * float(CELL_QUADS) * (1.0 + max(frame.anchor_up.w, 0.0) / planet.radii.x);
 }
 
 void skyline_raise(vec3 middle, float spacing_m, float lowest_dh) {
     vec2 place = skyline_place(middle);
-    float size = skyline_cell_size(spacing_m), inner = 0.33 * size, outer = 0.95 * size;
+    float size = skyline_cell_size(spacing_m), inner = CELL_INNER * size, outer = CELL_OUTER * size;
     if (place.y < 2.0 * outer || place.y > SKYLINE_REACH * planet.radii.x) return;
     float radius = planet.radii.x + frame.anchor_up.w + lowest_dh;
     float sag = 8.0 * spacing_m * 8.0 * spacing_m / (8.0 * radius);   // chords of decimated triangles lie lower
@@ -50,7 +50,7 @@ void skyline_raise(vec3 middle, float spacing_m, float lowest_dh) {
 
 bool skyline_hides(vec3 middle, float spacing_m, float highest_dh) {
     vec2 place = skyline_place(middle);
-    float outer = 0.95 * skyline_cell_size(spacing_m);
+    float outer = CELL_OUTER * skyline_cell_size(spacing_m);
     if (place.y < 2.0 * outer || place.y > SKYLINE_REACH * planet.radii.x) return false;
     float radius = planet.radii.x + frame.anchor_up.w + highest_dh;
     float rise = highest_dh + 0.05 - (frame.camera_zenith.w - frame.anchor_up.w);

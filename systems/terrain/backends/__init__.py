@@ -9,12 +9,13 @@ from ....engine.gpu import Gpu
 from ....engine.settings import SettingError
 from .base import Backend, Ground
 from .grid import GridBackend
+from .icosphere import IcosphereBackend
 from .paper_grid import PaperGridBackend
 from .quadtree import QuadtreeBackend
 
 __all__ = ["BACKENDS", "Backend", "Ground", "make_backend"]
 
-BACKENDS: dict[str, type[Backend]] = {"grid": GridBackend, "quadtree": QuadtreeBackend}
+BACKENDS: dict[str, type[Backend]] = {"grid": GridBackend, "quadtree": QuadtreeBackend, "icosphere": IcosphereBackend}
 """By the names that Terrain.backend takes."""
 _PAPER: dict[str, type[Backend]] = {"grid": PaperGridBackend}
 """Those whose source's method has little in common with ours."""

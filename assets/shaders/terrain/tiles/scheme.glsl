@@ -13,4 +13,8 @@
 #ifndef TILE_LOG2
 #error "define TILE_LOG2: a tile has (1 << TILE_LOG2) segments a side"
 #endif
+#ifdef CELL_TRIANGLES
+#include "terrain/tiles/triangle.glsl"
+#else
 #include "terrain/tiles/quad.glsl"
+#endif
