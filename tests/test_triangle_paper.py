@@ -36,6 +36,8 @@ def test_tables_are_the_printed_ones():
     # A segment of a level is 8 pixels wide, in the middle of the picture, where its triangle is split.
     angle = np.arctan(EDGE * RADIUS_M / 16 / table.split_m[0])
     assert angle == pytest.approx(8.0 * np.radians(60.0) / 1920, rel=1e-12)
+    small = tables(RADIUS_M, 8848.0, np.radians(90.0), 100, 8.0, 32, 3)
+    assert small.split_m[1] == pytest.approx(EDGE * RADIUS_M)  # two edges of level 1
     np.testing.assert_allclose(table.split_m[1:], table.split_m[:-1] / 2, rtol=1e-15)
     over = np.arccos(RADIUS_M / (RADIUS_M + 8848.0))
     assert table.dot[0] == pytest.approx(0.5 + np.sin(over))

@@ -3,7 +3,9 @@
 Everything is a table by level, made anew when the lens or the planet changes:
 
 - split distance: the edge of a level over tan(pixels fov / width): a triangle is split when its flat middle is nearer.
-  Edges halve from level to level. With patches the size that counts is that of one of their segments.
+  Edges halve from level to level. With patches the size that counts is that of one of their segments. Small pictures
+  would then ask for triangles that are larger than far away; a camera beside one is far from its middle. So they are
+  split from NEAREST edges at least (the source's own pictures never came near that).
 - back faces: a triangle is dropped when the cosine between its middle's direction and the line of sight to it is at
   least sin(angle / 2^level + acos(r / (r + highest))), with angle = acos(0.5) and 0.5 for level 0.
 - volume: a triangle's corners, and the corners times a height multiplier: how far the sphere bulges above the triangle
@@ -30,6 +32,8 @@ Ints = NDArray[np.int64]
 OUTSIDE, INTERSECTING, CONTAINED = 0, 1, 2
 MORPH_RANGE = 0.5
 """The part of a level's range of distances over which it becomes its parent."""
+NEAREST = 2.0
+"""In edges: triangles are split at this distance of their middles whatever pixels say."""
 EDGE = float(1.0 / np.sin(2.0 * np.pi / 5.0))
 """Length of the icosahedron's edge on the unit sphere, 1.0515."""
 
@@ -57,7 +61,7 @@ def tables(
     if not 0.0 < angle < np.pi / 2:
         raise ValueError(f"tables: edge_px / width_px of the view has to be between 0 and 90 degrees, found {angle!r}")
     level = np.arange(most_level + 1)
-    split = EDGE * radius_m / segments * np.exp2(-level) / np.tan(angle)
+    split = EDGE * radius_m * np.exp2(-level) * max(1.0 / (segments * np.tan(angle)), NEAREST)
     over = np.arccos(radius_m / (radius_m + max(highest_m, 0.0)))
     dot = np.sin(np.arccos(0.5) * np.exp2(-level) + over)
     dot[0] = 0.5 + np.sin(over)
@@ -105,6 +109,14 @@ def hidden(
     return back_faces(corners_m, level, camera_m, table) | (
         volume_state(corners_m, level, camera_m, planes, table) == OUTSIDE
     )
+
+
+def frustum_planes(forward: ArrayLike, up: ArrayLike, tangents: tuple[float, float, float, float]) -> Floats:
+    """Inward normals (4, 3) of the planes through a camera: left, right, bottom, top, from the tangents of these."""
+    forward, up = np.asarray(forward, dtype=np.float64), np.asarray(up, dtype=np.float64)
+    right = np.cross(forward, up)
+    left, to_right, bottom, top = tangents
+    return np.array([right - forward * left, forward * to_right - right, up - forward * bottom, forward * top - up])
 
 
 @dataclass(frozen=True, eq=False)

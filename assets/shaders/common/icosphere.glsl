@@ -71,13 +71,11 @@ dvec4 pf_triangle_anchor(int row) {
     return dvec4(packDouble2x32(low.xy), packDouble2x32(low.zw), packDouble2x32(high.xy), packDouble2x32(high.zw));
 }
 
-vec3 triangle_foot_offset(int root, ivec2 bc) {
-    dvec3 p = triangle_vector(root, bc);
+vec3 pf_triangle_offset(dvec3 p, int row) {
     double norm = pf_triangle_length(p);
     dvec4 here = pf_triangle_anchor(80);
-    int row = 4 * pf_triangle_row(root, bc);
-    dvec4 whole = pf_triangle_anchor(row);
-    dvec3 rest = pf_triangle_anchor(row + 2).xyz;
+    dvec4 whole = pf_triangle_anchor(4 * row);
+    dvec3 rest = pf_triangle_anchor(4 * row + 2).xyz;
     if (whole.w == 0.0LF) {
         precise dvec3 far = (p / norm - here.xyz) * here.w;
         return vec3(far);
@@ -89,4 +87,14 @@ vec3 triangle_foot_offset(int root, ivec2 bc) {
     precise double t = w / ((norm + whole.w) * whole.w);
     precise dvec3 offset = (d - q0 * t) * (here.w / norm);
     return vec3(offset);
+}
+
+vec3 triangle_foot_offset(int root, ivec2 bc) {
+    return pf_triangle_offset(triangle_vector(root, bc), pf_triangle_row(root, bc));
+}
+
+// The same of a point between two lattice points of a root, `part` of the way along the straight line.
+vec3 triangle_foot_offset_between(int root, ivec2 bc, ivec2 to, float part) {
+    dvec3 p = triangle_vector(root, bc), q = triangle_vector(root, to);
+    return pf_triangle_offset(p + (q - p) * double(part), root);
 }

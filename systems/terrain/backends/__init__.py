@@ -11,13 +11,14 @@ from .base import Backend, Ground
 from .grid import GridBackend
 from .icosphere import IcosphereBackend
 from .paper_grid import PaperGridBackend
+from .paper_icosphere import PaperIcosphereBackend
 from .quadtree import QuadtreeBackend
 
 __all__ = ["BACKENDS", "Backend", "Ground", "make_backend"]
 
 BACKENDS: dict[str, type[Backend]] = {"grid": GridBackend, "quadtree": QuadtreeBackend, "icosphere": IcosphereBackend}
 """By the names that Terrain.backend takes."""
-_PAPER: dict[str, type[Backend]] = {"grid": PaperGridBackend}
+_PAPER: dict[str, type[Backend]] = {"grid": PaperGridBackend, "icosphere": PaperIcosphereBackend}
 """Those whose source's method has little in common with ours."""
 
 

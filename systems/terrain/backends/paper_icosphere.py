@@ -1,0 +1,207 @@
+"""The icosphere as Lindner prints it (PlanetRenderer): backend "icosphere", method "paper".
+
+One indexed patch with morph vectors, instanced over the leaves of a recursion that splits by tables of distances, drops
+back faces and what lies outside the frustum, and stops testing below what is contained. All of it runs for each camera
+anew. The recursion, the tables and the morph are the source's; places and heights are computed our way, from integers
+and relative to an anchor, so nothing jitters and each level's vertices lie among those of the next. Its cracks are left:
+levels meet where the morph is not at its end, and a vertex follows its morph vector by its own distance.
+docs/terrain-lod.md says what is printed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from ....engine.gpu import GpuScope
+from ....engine.gpu.cell_mesh import VERTEX_DTYPE
+from ....engine.graph import BufferSpec, GraphBuilder, PassIO
+from ....engine.surface.icosphere_anchor import TriangleAnchor
+from ....engine.surface.triangle_paper import MORPH_RANGE, PaperTables, frustum_planes, select, tables
+from ....engine.system import Frame
+from ..tiles.queries import heights_on_tiles
+from ..tiles.triangle import TriangleShape
+from .base import Backend, Ground
+from .icosphere import TRIANGLE_BINDING
+
+__all__ = ["PaperIcosphereBackend"]
+
+Ints = NDArray[np.int64]
+LEVELS = 25
+_ROWS = 32  # of the tables in the shader
+_ARGUMENTS_BYTES = 20
+
+
+class _View:
+    """One view's leaves."""
+
+    def __init__(self) -> None:
+        self.key: tuple[Any, ...] = ()
+        self.table_key: tuple[Any, ...] = ()
+        self.table: PaperTables | None = None
+        self.keys: Ints = np.zeros(0, np.int64)
+        self.capacity = 1024
+        self.made: tuple[Any, ...] | None = None
+        self.patches: Any = None
+        self.anchor: Any = None
+        self.anchor_key: tuple[Any, ...] = ()
+        self.vertices: Any = None
+        self.visible: Any = None
+        self.arguments: Any = None
+        self.bind_octaves: Callable[[], None] = lambda: None
+
+
+class _Drawn:
+    """What the query of drawn heights wants of a mesh."""
+
+    def __init__(self, view: _View, shape: TriangleShape) -> None:
+        self.keys, self.shape, self._view = view.keys, shape, view
+
+    def read_vertices(self) -> NDArray[np.void]:
+        size = len(self.keys) * self.shape.vertices * VERTEX_DTYPE.itemsize
+        return np.frombuffer(self._view.vertices.read(size), VERTEX_DTYPE).reshape(len(self.keys), -1)
+
+
+class PaperIcosphereBackend(Backend):
+    """Backend "icosphere", method "paper"."""
+
+    name: ClassVar[str] = "icosphere"
+    methods: ClassVar[tuple[str, ...]] = ("paper",)
+
+    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str) -> None:
+        super().__init__(gpu, settings, method)
+        self.shape = TriangleShape(int(settings["terrain.tile_quads"]))
+        self._vertices = gpu.compute("terrain/paper/icosphere.comp", defines=self.shape.defines)
+        self._indices = gpu.buffer(self.shape.indices.astype("<u4"))
+        self._views: dict[int, _View] = {}
+        self._programs: dict[str, Any] = {}
+        self._arrays: dict[tuple[str, int], Any] = {}
+        self._spacing_m = np.zeros(_ROWS)
+
+    def view(self, index: int) -> _View:
+        """One view's leaves."""
+        found = self._views.get(index)
+        if found is None:
+            found = self._views[index] = _View()
+            found.anchor = self.gpu.buffer(reserve=len(TriangleAnchor((1, 0, 0), 1.0).block), dynamic=True)
+            found.patches = self.gpu.buffer(reserve=found.capacity * 16, dynamic=True)
+        return found
+
+    def update(self, frame: Frame, ground: Ground, bind_octaves: Callable[[], None]) -> None:
+        view, camera, params = self.view(frame.view_index), frame.camera, ground.params
+        view.bind_octaves = bind_octaves
+        proxy = frame.world.resource(f"proxy.{frame.view_index}")
+        anchor_key = (proxy.generation, params.radius_m)
+        if anchor_key != view.anchor_key:
+            view.anchor_key = anchor_key
+            view.anchor.write(TriangleAnchor(proxy.lattice.direction, params.radius_m).block)
+        tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
+        lens = (ground.revision, tangents, frame.size, float(frame.settings["terrain.edge_px"]))
+        smallest_m = float(frame.settings["terrain.min_spacing_m"])
+        if lens != view.table_key or view.table is None:
+            view.table_key = lens
+            self._spacing_m = params.radius_m * self.shape.scheme.spacing_rad(np.arange(_ROWS), self.shape.segments)
+            fov_rad = np.arctan(camera.tan_right) - np.arctan(camera.tan_left)
+            view.table = tables(
+                params.radius_m, params.highest_m, fov_rad, frame.size[0], lens[3], self.shape.segments, LEVELS
+            )
+        axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
+        key = (lens, axes, anchor_key, smallest_m)
+        if key == view.key:
+            return
+        view.key = key
+        finest = int(np.clip(np.searchsorted(-self._spacing_m, -smallest_m), 0, LEVELS))
+        planes = frustum_planes(camera.forward, camera.up, tangents)
+        found = select(self.shape.scheme, view.table, params.radius_m, camera.position_m, planes, finest)
+        view.keys = found.keys
+        if len(found.keys) > view.capacity:
+            view.capacity = 2 * len(found.keys)
+            self.gpu.free(view.patches)
+            view.patches = self.gpu.buffer(reserve=view.capacity * 16, dynamic=True)
+            self.structure += 1
+        if len(found.keys):
+            view.patches.write(self.shape.names(found.keys).tobytes())
+
+    def declare(self, builder: GraphBuilder, view_index: int) -> None:
+        view = self.view(view_index)
+        size = view.capacity * self.shape.vertices * VERTEX_DTYPE.itemsize
+        builder.add_pass(
+            "terrain.vertices",
+            kind="compute",
+            system="terrain",
+            bind=lambda io: self._bind_vertices(io, view),
+            creates=(
+                BufferSpec("terrain.vertices", size, "persistent", "of all patches"),
+                BufferSpec("terrain.visible", 4 * view.capacity, "persistent", "the patches, one after another"),
+                BufferSpec("terrain.arguments", _ARGUMENTS_BYTES, "persistent", "the indirect draw"),
+            ),
+            when=lambda: view.made != view.key,
+            help="places, morphs and heights of all patches that the CPU left, for this camera",
+        )
+
+    def _bind_vertices(self, io: PassIO, view: _View) -> Callable[[], None]:
+        view.vertices, view.visible, view.arguments = (
+            io.buffer(f"terrain.{name}") for name in ("vertices", "visible", "arguments")
+        )
+        view.made = None
+
+        def run() -> None:
+            count = len(view.keys)
+            view.visible.write(np.arange(count, dtype="<u4").tobytes())
+            view.arguments.write(np.array([self.shape.indices.size, count, 0, 0, 0], "<u4").tobytes())
+            if count:
+                assert view.table is not None
+                view.bind_octaves()
+                view.anchor.bind_to_uniform_block(TRIANGLE_BINDING)
+                view.patches.bind_to_storage_buffer(0)
+                view.vertices.bind_to_storage_buffer(1)
+                self._vertices.set("u_split", np.pad(view.table.split_m, (0, _ROWS - LEVELS - 1)))
+                self._vertices.set("u_spacing", self._spacing_m)
+                self._vertices.set("u_morph_range", MORPH_RANGE)
+                self._vertices.run(count, 1, 1)
+            view.made = view.key
+
+        return run
+
+    def draw_reads(self) -> tuple[str, ...]:
+        return ("terrain.vertices", "terrain.visible", "terrain.arguments")
+
+    def bind_draw(self, io: PassIO, view_index: int, fragment: str) -> Callable[[], None]:
+        program = self._programs.get(fragment)
+        if program is None:
+            program = self._programs[fragment] = self.gpu.program(
+                vertex="terrain/tiles/gbuffer.vert", fragment=fragment, defines=self.shape.defines
+            )
+        view = self.view(view_index)
+        old = self._arrays.pop((fragment, view_index), None)
+        if old is not None:
+            self.gpu.free(old)
+        made = self._arrays[fragment, view_index] = self.gpu.vertex_array(
+            program, content=[(view.visible, "1u/i", "in_slot")], index=self._indices, index_size=4
+        )
+
+        def draw() -> None:
+            view.vertices.bind_to_storage_buffer(1)
+            made.render_indirect(view.arguments, moderngl.TRIANGLES, 1)
+
+        return draw
+
+    def statistics(self) -> dict[str, int]:
+        view = self._views.get(0)
+        count = 0 if view is None else len(view.keys)
+        return {
+            "cells_selected": count,
+            "cells": count,
+            "vertices": count * self.shape.vertices,
+            "triangles": count * self.shape.indices.size // 3,
+        }
+
+    def height_drawn(self, directions: NDArray[np.float64], proxy: Any) -> NDArray[np.float64]:
+        view = self._views.get(0)
+        if view is None or view.vertices is None or not len(view.keys):
+            return super().height_drawn(directions, proxy)
+        return heights_on_tiles(_Drawn(view, self.shape), directions, proxy)
