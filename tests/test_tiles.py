@@ -1,4 +1,4 @@
-"""Tiles of the quadtree backend: canonical heights, exact edges, no holes, streaming and settling."""
+"""Tiles of the backends quadtree and icosphere: canonical heights, exact edges, no holes, streaming, settling."""
 
 from __future__ import annotations
 
@@ -8,20 +8,30 @@ import numpy as np
 import pytest
 
 import planetfall as pf
+from planetfall.engine.surface import icosphere, lattice
 from planetfall.engine.surface.keys import container_of
-from planetfall.engine.surface.lattice import direction_of
+from planetfall.engine.surface.triangle_patch import on_edge, vertex_index
 from planetfall.systems.terrain.tiles.maker import TileMaker
 from planetfall.systems.terrain.tiles.shape import QuadShape
+from planetfall.systems.terrain.tiles.triangle import TriangleShape
 
-OURS = {"terrain.backend": "quadtree"}
+SHAPES = {"quadtree": QuadShape, "icosphere": TriangleShape}
+DIRECTIONS = {"quadtree": lattice.direction_of, "icosphere": icosphere.direction_of}
 RECORD = np.dtype([("height", "<i4"), ("normal", "<u4"), ("attributes", "<u4")])
 CORNER = np.array([1.0, 1.0, 1.0]) / np.sqrt(3.0)
 PLACES = np.array([[0.3, 0.5, 0.2], [1.0, 0.0, 0.0], [0.7, 0.71, 0.1], [-0.4, -0.3, 0.8], CORNER])
+PLACES = np.concatenate([PLACES, icosphere.CORNERS[:1] / 4e6])
+
+
+@pytest.fixture(scope="module", params=SHAPES)
+def backend(request):
+    return request.param
 
 
 @pytest.fixture(scope="module")
-def renderer():
-    with pf.Renderer(pf.load_scene("earth"), size=(160, 90), quality="medium", overrides=OURS) as made:
+def renderer(backend):
+    ours = {"terrain.backend": backend}
+    with pf.Renderer(pf.load_scene("earth"), size=(160, 90), quality="medium", overrides=ours) as made:
         made.render(pf.view("near"))
         yield made
 
@@ -44,28 +54,28 @@ def make(renderer, shape, keys):
 
 
 @pytest.mark.parametrize("segments", (16, 64))
-def test_heights_are_those_of_the_sampler(renderer, segments):
-    shape = QuadShape(segments)
+def test_heights_are_those_of_the_sampler(renderer, backend, segments):
+    shape = SHAPES[backend](segments)
     field = renderer.scene.planet.height_field()
     for level in (0, 2, 7, 13, 20):
         keys = np.unique(shape.scheme.at(PLACES, np.full(len(PLACES), level)))
         heights, steps, facts = make(renderer, shape, keys)
-        directions = direction_of(*shape.points(keys)).reshape(-1, 3)
+        directions = DIRECTIONS[backend](*shape.points(keys)).reshape(-1, 3)
         truth = field.height(directions).reshape(heights.shape)
         # The layers of relief are floats: 2^-24 of 9 km is 0.5 mm. Nearer than that only steps of 2^-17 m count.
         assert np.abs(heights / steps - truth).max() < 1e-3
         assert (facts.low_m <= truth.min(axis=1) + 1e-3).all() and (facts.high_m >= truth.max(axis=1) - 1e-3).all()
 
 
-def test_a_shared_vertex_has_the_same_bits_in_every_tile(renderer):
-    shape = QuadShape(16)
+def test_a_shared_vertex_has_the_same_bits_in_every_tile(renderer, backend):
+    shape = SHAPES[backend](16)
     scheme = shape.scheme
     parents = scheme.at(PLACES, np.full(len(PLACES), 5))
     keys = np.unique(np.concatenate([parents, scheme.children(parents).ravel(), scheme.neighbour(parents, 1)]))
     heights, _, _ = make(renderer, shape, keys)
     again, _, _ = make(renderer, shape, keys[::-1].copy())
     np.testing.assert_array_equal(heights, again[::-1])
-    names = direction_of(*shape.points(keys)).reshape(-1, 3)
+    names = DIRECTIONS[backend](*shape.points(keys)).reshape(-1, 3)
     seen: dict[bytes, int] = {}
     shared = 0
     for name, height in zip(names, heights.ravel().tolist(), strict=True):
@@ -75,16 +85,16 @@ def test_a_shared_vertex_has_the_same_bits_in_every_tile(renderer):
     assert shared > 500
 
 
-def test_the_measured_error_is_that_of_the_tiles_own_triangles(renderer):
-    """Against the f64 field at the middles of all rising diagonals: it is one of them, and a large one."""
-    shape = QuadShape(16)
+def test_the_measured_error_is_that_of_the_tiles_own_triangles(renderer, backend):
+    """Against the f64 field at the middles of all edges: it is one of them, and a large one."""
+    shape = SHAPES[backend](16)
     field, radius = renderer.scene.planet.height_field(), renderer.scene.planet.radius_m
     keys = np.unique(shape.scheme.at(PLACES, np.full(len(PLACES), 8)))
     _, _, facts = make(renderer, shape, keys)
-    directions = direction_of(*shape.points(keys))
+    directions = DIRECTIONS[backend](*shape.points(keys))
     points = directions * (radius + field.height(directions.reshape(-1, 3)).reshape(directions.shape[:2]))[..., None]
-    grid = points.reshape(len(keys), 17, 17, 3)
-    middle = 0.5 * (grid[:, :-1, :-1] + grid[:, 1:, 1:]).reshape(len(keys), -1, 3)
+    sides = np.unique(np.sort(shape.indices.reshape(-1, 3)[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
+    middle = 0.5 * (points[:, sides[:, 0]] + points[:, sides[:, 1]])
     away = np.linalg.norm(middle, axis=-1)
     truth = field.height((middle / away[..., None]).reshape(-1, 3)).reshape(away.shape)
     errors = np.abs(radius + truth - away)
@@ -116,7 +126,10 @@ def edge_chains(view, mesh):
     positions = mesh.read_vertices()["position_m"]
     n = mesh.shape.segments
     k = np.arange(n + 1)
-    edges = (k * (n + 1), k * (n + 1) + n, k, n * (n + 1) + k)
+    if mesh.shape.scheme.edges == 3:
+        edges = [vertex_index(*on_edge(edge, k, n), n) for edge in range(3)]
+    else:
+        edges = [k * (n + 1), k * (n + 1) + n, k, n * (n + 1) + k]
     for tile in positions:
         for edge in edges:
             names = [p.tobytes() for p in tile[edge]]
@@ -126,13 +139,13 @@ def edge_chains(view, mesh):
 @pytest.mark.parametrize("settled", (True, False))
 def test_edges_are_closed_to_the_last_bit(renderer, settled):
     """Each stretch of an edge is that of exactly two tiles, at any levels and morphs, while tiles stream in too."""
-    backend = renderer.system("terrain").backend
+    drawing = renderer.system("terrain").backend
     for camera in cameras(4, 3 if settled else 4):
         if settled:
             renderer.settle(camera)
         for _ in range(1 if settled else 3):
             renderer.render(camera, dt_s=0.03)
-            view = backend.view(0)
+            view = drawing.view(0)
             with renderer.current():
                 counts: dict[frozenset[bytes], int] = {}
                 for edge in edge_chains(view, view.mesh):
@@ -144,7 +157,7 @@ def test_edges_are_closed_to_the_last_bit(renderer, settled):
             scheme = view.mesh.shape.scheme
             order = np.sort(keys)
             alone = 0
-            for edge in range(4):
+            for edge in range(scheme.edges):
                 beside = scheme.neighbour(keys, np.full(len(keys), edge))
                 inside = container_of(beside, order) >= 0
                 # No leaf there and no leaves inside it either: beyond the rim.
@@ -195,13 +208,13 @@ def test_height_drawn_is_near_the_truth(renderer):
     assert abs(drawn - truth) < 2.5 * pixel * 3100.0  # terrain.error_px of medium
 
 
-def test_backends_change_while_running():
+def test_backends_change_while_running(backend):
     scene = pf.load_scene("earth")
     with pf.Renderer(scene, size=(160, 90), quality="low") as renderer:
         view = pf.view("near")
         renderer.settle(view)
         grid = renderer.render(view, outputs=("distance",))["distance"]
-        scene.planet[pf.Terrain].backend = "quadtree"
+        scene.planet[pf.Terrain].backend = backend
         renderer.settle(view)
         tiles = renderer.render(view, outputs=("distance",))["distance"]
         both = np.isfinite(grid) & np.isfinite(tiles)

@@ -3,8 +3,8 @@
 One indexed patch with morph vectors, instanced over the leaves of a recursion that splits by tables of distances, drops
 back faces and what lies outside the frustum, and stops testing below what is contained. All of it runs for each camera
 anew. The recursion, the tables and the morph are the source's; places and heights are computed our way, from integers
-and relative to an anchor, so nothing jitters and each level's vertices lie among those of the next. Its cracks are left:
-levels meet where the morph is not at its end, and a vertex follows its morph vector by its own distance.
+and relative to an anchor, so nothing jitters and each level's vertices lie among those of the next. Its cracks are
+left: levels meet where the morph is not at its end, and a vertex follows its morph vector by its own distance.
 docs/terrain-lod.md says what is printed.
 """
 
