@@ -92,7 +92,7 @@ def _with_places(data: dict[str, Any], folder: Path) -> dict[str, Any]:
         if kind is None or not isinstance(value, Mapping):
             continue
         rules = rules_of(kind)
-        places = {k: str(folder.absolute() / Path(v).expanduser()) for k, v in value.items()
+        places = {k: os.path.normpath(folder.absolute() / Path(v).expanduser()) for k, v in value.items()
                   if v and k in rules and rules[k].knob.widget == "path"}  # fmt: skip
         found[key] = {**value, **places}
     return found

@@ -142,8 +142,8 @@ class Craters:
         cover, cover_slope = (kept * c for c in _cover(q))
 
         total, bent = np.zeros((octaves, count)), np.zeros((3, octaves, count) if gradients else 0)
+        seen, ahead = np.ones(len(n)), v
         if gradients:
-            seen = np.ones(len(n))
             if footprint_m is not None:
                 t = np.clip(2.0 * size / frequency[k] / footprint_m[n] * 0.5 - 1.0, 0.0, 1.0)
                 seen = t * t * (3.0 - 2.0 * t)

@@ -24,7 +24,7 @@ __all__ = ["MapError", "load_cube", "read_colors", "read_heights"]
 log = logging.getLogger(__name__)
 
 Floats = NDArray[np.float64]
-Reader = Callable[[Path, str], Floats]
+Reader = Callable[[Path, str], NDArray[Any]]
 
 ENDINGS = (".png", ".tif", ".tiff", ".exr", ".jpg", ".jpeg")
 MOST_CELLS = 2048
@@ -162,7 +162,7 @@ def read_heights(range_m: tuple[float, float] | None) -> Reader:
     """A reader of heights in metres, (h, w, 1). range_m: heights of the lowest and the highest value of whole numbers
     without a sign (0 and 65535), and of 0 and 1 of fractions; None: the values are metres."""
 
-    def read(file: Path, what: str) -> Floats:
+    def read(file: Path, what: str) -> NDArray[Any]:
         raw = _pixels(file, what)
         if raw.ndim == 3 and raw.shape[2] == 1:
             raw = raw[:, :, 0]
@@ -202,7 +202,7 @@ def read_heights(range_m: tuple[float, float] | None) -> Reader:
     return read
 
 
-def read_colors(file: Path, what: str) -> Floats:
+def read_colors(file: Path, what: str) -> NDArray[Any]:
     """Colours (h, w, 3), linear 0..1, of an sRGB picture; grey becomes three equal channels."""
     raw = _pixels(file, what)
     if raw.dtype.kind not in "u":

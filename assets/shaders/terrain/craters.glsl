@@ -71,7 +71,7 @@ ivec3 crater_side(ivec3 base, int parity) {
             float wide_m = 2.0 * size * width_m; \
             float seen = terrain_layer_weight(wide_m, end_m) - (begin_m > 0.0 ? terrain_layer_weight(wide_m, begin_m) : 0.0); \
             float steep = size * float(fresh) * slope - float(total) / width_m * d_cover; \
-            float dug = max(1.6 * float(fresh) - 0.6, 0.0) * min(float(left), 1.0); \
+            float dug = max(4.0 * float(fresh) - 3.0, 0.0) * min(float(left), 1.0); \
             bent = bent * (1.0 - seen * float(cover)) \
                 + seen * vec4((2.0 * float(inverse) / float(root) * steep) * vec3(v), dug); \
             REAL shown = REAL(terrain_height_weight(wide_m, spacing_m)); \

@@ -34,7 +34,7 @@ vec3 colored(Material material, GroundDetail noise, vec3 zenith, float moisture,
     color *= 1.0 + variation * (0.12 * noise.fine + 0.08 * noise.broad);
     vec3 level = terrain_material_block.dry.rgb, rock = terrain_material_block.rock.rgb;
     color *= mix(1.0, clamp(dot(rock, vec3(1.0)) / max(dot(level, vec3(1.0)), 1e-3), 0.6, 1.6), 0.7 * material.rock);
-    color *= 1.0 + 0.5 * clamp((TERRAIN_COLORED_MOISTURE - moisture) / TERRAIN_DUG_DRY, 0.0, 1.5);
+    color *= 1.0 + 0.35 * clamp((TERRAIN_COLORED_MOISTURE - moisture) / TERRAIN_DUG_DRY, 0.0, 1.5);
     color = mix(color, material.albedo, 0.5 * ramp(30.0, 0.5, footprint));
     return clamp(mix(material.albedo, color, terrain_table.map_scale.z), 0.0, 1.0);
 }
