@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
+from rich.console import Console
 
 from planetfall.engine.surface.noise import gradient_noise
 
@@ -215,8 +216,9 @@ def moon(width: int = 1024) -> None:
 
 
 if __name__ == "__main__":
+    console = Console()
     MAPS.mkdir(parents=True, exist_ok=True)
     mars()
     moon()
     for file in sorted(MAPS.iterdir()):
-        print(f"{file.name}: {file.stat().st_size / 1024:.0f} KiB")
+        console.print(f"{file.name}: {file.stat().st_size / 1024:.0f} KiB")

@@ -57,7 +57,7 @@ class TerrainParams:
     craters: how densely impact craters lie; 0 none, 1 as the oldest ground (systems/terrain/craters.py).
     height_map: heights all around; the bounds are raised to hold it. height_map_blend: 0, the map alone makes the broad
         shapes, 1, continents, ranges and relief are added to it. height_map_detail: how rough the relief below its
-        samples is, 1 going on as the map itself.
+        samples is, 1 going on as the map itself. colored: a colour map says what the ground looks like.
     crater_largest_m: diameter of the largest ones, at most the planet's radius; others go down to the shortest layer.
     """
 
@@ -78,6 +78,7 @@ class TerrainParams:
     height_map: HeightMap | None = None
     height_map_blend: float = 0.0
     height_map_detail: float = 1.0
+    colored: bool = False
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.radius_m) and self.radius_m > 0.0):
@@ -125,6 +126,7 @@ class TerrainParams:
             highest_m=float(terrain.highest_m),
             lowest_m=float(terrain.lowest_m),
             layers=int(terrain.layers),
+            colored=bool(getattr(terrain, "color_map", "")),
             height_map=height_map(path, None if range_m is None else tuple(range_m)) if path else None,
             **{name: float(getattr(terrain, name)) for name in _KNOBS if hasattr(terrain, name)},
         )

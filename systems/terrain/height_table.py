@@ -44,7 +44,7 @@ _TABLE = np.dtype(
         ("crater_draws", np.float32),  # of 4096
         ("map_cells", np.int32),  # a side of a face, 0: no map
         ("map_levels", np.int32),
-        ("color_cells", np.int32),  # of the colour map; map_textures writes them
+        ("color_cells", np.int32),  # of the colour map (here: whether there is one); map_textures writes them
         ("color_levels", np.int32),
         ("map_sample_m", np.float32),
         ("map_roughness", np.float32),  # by height differences of the finest scale, 1/m
@@ -104,6 +104,7 @@ def octave_table(
     octaves["weights"][split:, 1] = model.amplitude_m
     octaves["weights"][split:, 2] = model.ridge
     found, craters = model.params.height_map, model.craters
+    table["color_cells"] = int(model.params.colored)
     if found is not None:
         table["map_cells"], table["map_levels"] = found.cube.cells, len(found.cube.levels)
         table["map_sample_m"], table["map_roughness"] = model.map_sample_m, model.map_roughness
