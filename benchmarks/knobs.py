@@ -105,7 +105,7 @@ OZONE = {"atmosphere.absorption_per_m": (3.0e-6, 1.0e-5, 4.0e-7)}
 PAIRS: dict[str, Pair] = {
     "planet.radius_m": Pair("earth", "orbit", 5.8e6),
     "terrain.seed": Pair("earth", "orbit", 2),
-    "terrain.highest_m": Pair("moon", "terminator", 4000.0),
+    "terrain.highest_m": Pair("small", "terminator", 1200.0),
     "terrain.lowest_m": Pair("earth", "coast", -4000.0),
     "terrain.layers": Pair("earth", "terminator", 4),
     "terrain.land_share": Pair("earth", "orbit", 0.6),
