@@ -169,6 +169,7 @@ def test_a_place_keeps_its_colour_from_near_to_far(scene, renderer, latitude_deg
 def test_a_full_moon_is_flat_and_a_matt_one_is_not():
     scene = pf.load_scene("moon")
     ground = scene.planet[Terrain]
+    ground.color_map, ground.height_map, ground.craters = "", "", 0.0  # ground all alike
     ground.variation = 0.0
     ground.rock_albedo = ground.strata_albedo = ground.sand_albedo = ground.dry_albedo
     camera = pf.Camera.at(0.0, 0.0, 2.0e7, pitch_deg=-90.0, fov_y_deg=12.0)

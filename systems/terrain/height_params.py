@@ -87,13 +87,13 @@ class TerrainParams:
             value = getattr(self, name)
             if not low <= value <= high:
                 raise ValueError(f"TerrainParams.{name}: expected {low:g} to {high:g}, found {value!r}")
-        if self.height_map is not None:
-            self._hold(self.height_map)
         if not (math.isfinite(self.lowest_m) and math.isfinite(self.highest_m) and self.lowest_m < self.highest_m):
             raise ValueError(
                 f"TerrainParams: lowest_m ({self.lowest_m!r}) has to be a finite number below highest_m"
                 f" ({self.highest_m!r}); raise highest_m or lower lowest_m"
             )
+        if self.height_map is not None:
+            self._hold(self.height_map)
         if self.lowest_m <= -self.radius_m:
             raise ValueError(f"TerrainParams.lowest_m: {self.lowest_m!r} is below the centre of the planet; raise it")
 
