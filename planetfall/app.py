@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import logging
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -42,6 +42,9 @@ _TIME_STEP = 4.0
 _ERROR_COLOR = (0.12, 0.02, 0.03)
 
 
+OnFrame = Callable[[float, float], object]
+
+
 class FlightApp:
     """One flight. `frame()` does one frame, `run()` loops until the window closes.
 
@@ -66,7 +69,9 @@ class FlightApp:
         make_renderer: RendererMaker | None = None,
         quality: str = "high",
         overrides: Mapping[str, Any] | None = None,
+        on_frame: OnFrame | None = None,
     ) -> None:
+        self._on_frame = on_frame
         self.window, self.renderer, self.scene, self.interface = window, renderer, scene, interface
         self.quality, self.overrides = quality, dict(overrides or {})
         self._make_renderer = make_renderer
@@ -121,6 +126,8 @@ class FlightApp:
         width, height = self.window.framebuffer_size
         visible = width > 0 and height > 0  # (0, 0) while minimised
         try:
+            if self._on_frame is not None:
+                self._on_frame(self.time_s, dt_s * self.time_speed if self.time_runs else 0.0)
             self._move(state, dt_s)
             if visible:
                 self.renderer.render_to(
@@ -365,9 +372,11 @@ def fly(
     window: Literal["glfw", "pyglet"] = "glfw",
     fullscreen: bool = False,
     vsync: bool = True,
+    on_frame: OnFrame | None = None,
 ) -> None:
     """Open a window and fly until it closes. The panels, and `sun` or the sun of a view, change `scene`.
 
+    on_frame(time_s, dt_s) is called before each picture: where a game moves its objects. dt_s is 0 while time stands.
     Raises NoDisplayError without a display, WindowVersionError below OpenGL 4.3, SettingError for an unknown quality
     or override; all of them before a window is seen.
     """
@@ -389,7 +398,7 @@ def fly(
         try:
             app = FlightApp(
                 opened, first, scene, camera, sun=sun, interface=interface, make_renderer=renderer, quality=quality,
-                overrides=overrides,
+                overrides=overrides, on_frame=on_frame,
             )  # fmt: skip
             app.run()
         finally:

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .engine.space import local_axes
-from .engine.surface.lattice import FULL, FULL_BITS, canonical_lattice, cell_center, cell_of, direction_of
+from .engine.surface.lattice import FULL, FULL_BITS, STEP_RAD, canonical_lattice, cell_center, cell_of, direction_of
 from .systems.terrain import height_march
 from .systems.terrain.height import TerrainField
 
-__all__ = ["TerrainPatch", "aligned_patch", "tangent_patch"]
+__all__ = ["TerrainPatch", "aligned_patch", "lattice_size", "tangent_patch"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -79,6 +79,13 @@ def tangent_patch(
     return _patch(field, feet @ grid_axes, x, frame, normals)
 
 
+def lattice_size(radius_m: float, size_m: float, spacing_m: float) -> tuple[int, int]:
+    """(log2 of lattice steps between points, level of the cell) that come nearest to a size and spacing in metres."""
+    shift = int(np.clip(round(float(np.log2(spacing_m / (radius_m * STEP_RAD)))), 0, FULL_BITS - 4))
+    quads_log2 = max(round(float(np.log2(size_m / spacing_m))), _FEWEST_QUADS.bit_length() - 1)
+    return shift, max(FULL_BITS - shift - quads_log2, 0)
+
+
 def aligned_patch(
     field: TerrainField, up: Floats, size_m: float, spacing_m: float, border: int, frame: Frame | None, normals: bool
 ) -> TerrainPatch:
@@ -87,10 +94,7 @@ def aligned_patch(
     Points are a power of two of lattice steps apart and the cell a power of two of that. A point is a function of its
     lattice integers alone: patches that share a border share its points to the last bit, whenever they were made.
     """
-    step_m = field.radius_m * (np.pi / 2) / FULL
-    shift = int(np.clip(round(float(np.log2(spacing_m / step_m))), 0, FULL_BITS - 4))
-    quads = 1 << max(round(float(np.log2(size_m / spacing_m))), _FEWEST_QUADS.bit_length() - 1)
-    level = max(FULL_BITS - shift - (quads.bit_length() - 1), 0)
+    shift, level = lattice_size(field.radius_m, size_m, spacing_m)
     face, i, j = (int(v) for v in cell_of(up, level))
     step, size = 1 << shift, 1 << (FULL_BITS - level)
     along = np.arange(-border, (size >> shift) + border + 1) * step
@@ -101,7 +105,7 @@ def aligned_patch(
         north, east = local_axes(middle)
         ground = field.radius_m + float(field.height(middle[None])[0])
         frame = (middle * ground, np.stack([east, north, middle]))
-    x: Floats = np.asarray((along - size // 2) * (0.9 * step_m), dtype=np.float64)
+    x: Floats = np.asarray((along - size // 2) * (0.9 * field.radius_m * STEP_RAD), dtype=np.float64)
     patch = _patch(field, feet, x, frame, normals)
     return TerrainPatch(
         patch.origin_m, patch.axes, x, patch.positions_m, patch.normals, patch.heights_m, (face, level, i, j), border

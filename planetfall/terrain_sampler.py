@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .components import Planet, Terrain
+from .engine.surface.lattice import cell_of
 from .systems.terrain import height_march
 from .systems.terrain.height import TerrainField, TerrainParams
-from .terrain_patch import MOST_POINTS, TerrainPatch, aligned_patch, tangent_patch
+from .terrain_patch import MOST_POINTS, TerrainPatch, aligned_patch, lattice_size, tangent_patch
 
 __all__ = ["TerrainPatch", "TerrainSampler"]
 
@@ -96,6 +97,16 @@ class TerrainSampler:
         start, end = _pairs("start_m", start_m, "end_m", end_m)
         return height_march.sweep(self._field, start, end, _numbers("radius_m", radius_m, len(start)))
 
+    def patch_cells(self, directions: ArrayLike, size_m: float, spacing_m: float) -> NDArray[np.int64]:
+        """Which aligned patches hold directions (N, 3): rows (face, level, i, j) (N, 4), as in TerrainPatch.cell.
+
+        Two directions with equal rows get the same patch from patch(..., size_m, spacing_m, aligned=True).
+        """
+        _check_grid(size_m, spacing_m)
+        level = lattice_size(self.radius_m, size_m, spacing_m)[1]
+        face, i, j = cell_of(_directions("directions", directions), level)
+        return np.stack([face, np.full_like(face, level), i, j], axis=1)
+
     def patch(
         self,
         direction: ArrayLike,
@@ -119,10 +130,7 @@ class TerrainSampler:
         up = _directions("direction", direction)
         if len(up) != 1:
             raise ValueError(f"direction: expected one direction (3,), found {len(up)}")
-        if not (np.isfinite(size_m) and size_m > 0.0 and np.isfinite(spacing_m) and 0.0 < spacing_m <= size_m):
-            raise ValueError(
-                f"patch: expected 0 < spacing_m <= size_m, found size_m={size_m!r}, spacing_m={spacing_m!r}"
-            )
+        _check_grid(size_m, spacing_m)
         if border < 0 or (border and not aligned):
             raise ValueError(f"patch: border={border!r} is for aligned patches, from 0 up")
         count = round(size_m / spacing_m) + 1 + 2 * border
@@ -136,6 +144,11 @@ class TerrainSampler:
         if aligned:
             return aligned_patch(self._field, up[0], size_m, spacing_m, border, place, normals)
         return tangent_patch(self._field, up[0], size_m, count, place, normals)
+
+
+def _check_grid(size_m: float, spacing_m: float) -> None:
+    if not (np.isfinite(size_m) and size_m > 0.0 and np.isfinite(spacing_m) and 0.0 < spacing_m <= size_m):
+        raise ValueError(f"patch: expected 0 < spacing_m <= size_m, found size_m={size_m!r}, spacing_m={spacing_m!r}")
 
 
 def _frame(frame: TerrainPatch | tuple[ArrayLike, ArrayLike] | None) -> tuple[Floats, Floats] | None:
