@@ -79,6 +79,14 @@ def test_neighbours_share_their_border_to_the_last_bit(earth, name):
         np.testing.assert_array_equal(same, np.broadcast_to(same[0], same.shape))
 
 
+def test_cells_name_patches(earth):
+    rng = np.random.default_rng(1)
+    up = place("border of two faces") + rng.normal(size=(30, 3)) * 5e-6
+    cells = earth.patch_cells(up, 64.0, 2.0)
+    for direction, cell in zip(up, cells, strict=True):
+        assert earth.patch(direction, 64.0, 2.0, aligned=True, normals=False).cell == tuple(cell)
+
+
 def test_a_border_reaches_into_the_neighbour(earth):
     up = place("middle of a face")
     here = earth.patch(up, 32.0, 1.0, aligned=True)

@@ -109,7 +109,7 @@ def test_spheres_touch_the_ground(earth, radius):
     normal = earth.normal(up)
     ground = up * (EARTH.radius_m + earth.height(up))[:, None]
     depth, out = earth.sphere_contact(ground + normal * (0.9 * radius), radius)
-    assert (depth > 0.1 * radius - 1e-6).all(), "the point below is at 0.9 radius, others may be nearer"
+    assert (depth > 0.1 * radius - 1e-5 * radius).all(), "the point below is at 0.9 radius, others may be nearer"
     assert (depth < 0.5 * radius).all()
     assert ((out * normal).sum(axis=1) > 0.3).all()
     depth, out = earth.sphere_contact(ground + up * 3000.0, radius)

@@ -14,8 +14,14 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 _SMALLEST_STEP_M = 1e-3
-_STARTS = 5
-"""Nearest points are sought from below the centre and from this many less one places around it."""
+_STARTS = np.array([[0.0, 0.7, -0.7, 0.0, 0.0], [0.0, 0.0, 0.0, 0.7, -0.7]])
+"""In radii: nearest points are sought from below the centre and from around it."""
+_LARGE_M = 10.0
+"""A larger sphere spans several bumps of the ground's finest layers: more places to start from."""
+_LARGE_STARTS = 0.45 * np.stack(np.meshgrid(np.arange(-2, 3), np.arange(-2, 3))).reshape(2, -1)
+_NEAREST_STEPS = 12
+_NEAREST_SHARE = 3e-3
+"""Of the radius: a last step that is smaller leaves the distance wrong by less than 1e-5 of the radius."""
 
 
 def surface_normal(field: TerrainField, directions: Floats, footprint_m: float | None = None) -> tuple[Floats, Floats]:
@@ -103,33 +109,61 @@ def _solve(field: TerrainField, origins: Floats, directions: Floats, above: Floa
 
 
 def _nearest(field: TerrainField, centers: Floats, reach_m: Floats) -> tuple[Floats, Floats]:
-    """Distances (N,) to the ground, and the directions to it (N, 3) as unit normals pointing up."""
-    count = len(centers)
-    up = centers / np.linalg.norm(centers, axis=1)[:, None]
-    side = np.cross(up, np.eye(3)[np.abs(up).argmin(axis=1)])
+    """Distances (N,) to the ground, and the directions to it (N, 3) as unit normals pointing up.
+
+    From the best of five places (25 for a large sphere) below the centre and around it, the nearest point is sought by
+    projecting the centre onto tangent planes, which are found by differences of heights: three heights a step are
+    cheaper than one gradient.
+    """
+    large = reach_m > _LARGE_M
+    if large.any() and not large.all():
+        best, normals = np.empty(len(centers)), np.empty((len(centers), 3))
+        for part in (large, ~large):
+            best[part], normals[part] = _nearest(field, centers[part], reach_m[part])
+        return best, normals
+    starts = _LARGE_STARTS if large.all() else _STARTS
+    count, radius = len(centers), field.radius_m
+    foot = centers / np.linalg.norm(centers, axis=1)[:, None]
+    side = np.cross(foot, np.eye(3)[np.abs(foot).argmin(axis=1)])
     side /= np.linalg.norm(side, axis=1)[:, None]
-    other = np.cross(up, side)
-    c = np.tile(centers, (_STARTS, 1))
-    u = np.tile(up, (_STARTS, 1))
-    for k in range(1, _STARTS):
-        angle = 2.0 * np.pi * k / (_STARTS - 1)
-        u[k * count : (k + 1) * count] += (np.cos(angle) * side + np.sin(angle) * other) * (
-            0.7 * reach_m / field.radius_m
-        )[:, None]
-    u /= np.linalg.norm(u, axis=1)[:, None]
-    best, normals = np.full(len(c), np.inf), u.copy()
-    for _ in range(10):
-        heights, normal = surface_normal(field, u)
-        gap = c - u * (field.radius_m + heights)[:, None]
-        distance = np.linalg.norm(gap, axis=1)
-        better = distance < best
-        best, normals = np.where(better, distance, best), np.where(better[:, None], normal, normals)
-        foot = c - normal * (gap * normal).sum(axis=1)[:, None]  # the centre's foot on the tangent plane
-        u = u + 0.8 * (foot / np.linalg.norm(foot, axis=1)[:, None] - u)
-        u /= np.linalg.norm(u, axis=1)[:, None]
-    best, normals = best.reshape(_STARTS, count), normals.reshape(_STARTS, count, 3)
-    pick = best.argmin(axis=0)
-    return best[pick, np.arange(count)], normals[pick, np.arange(count)]
+    other = np.cross(foot, side)
+    # Places are metres (x, y) on the plane that touches the reference sphere below the centre.
+    x, y = (np.outer(line, reach_m) for line in starts)
+
+    def surface(x: Floats, y: Floats, at: NDArray[np.intp]) -> Floats:
+        """Points (..., 3) of the ground, from the centre of the sphere, below places (..., n) of the spheres `at`."""
+        d = foot[at] + (x[..., None] * side[at] + y[..., None] * other[at]) / radius
+        d /= np.linalg.norm(d, axis=-1)[..., None]
+        heights = field.height(d.reshape(-1, 3)).reshape(x.shape)
+        return d * (radius + heights)[..., None] - centers[at]
+
+    everyone = np.arange(count)
+    first = np.linalg.norm(surface(x, y, everyone), axis=-1)
+    start = first.argmin(axis=0)
+    place = np.stack([x[start, everyone], y[start, everyone]])
+    best, normals = np.full(count, np.inf), foot.copy()
+    active, step = everyone, np.clip(1e-4 * reach_m, 1e-4, 1.0)
+    for _ in range(_NEAREST_STEPS):
+        h = step[active]
+        x, y = place[:, active]
+        p, px, py = surface(np.stack([x, x + h, x]), np.stack([y, y, y + h]), active)
+        normal = np.cross(px - p, py - p)
+        normal /= np.linalg.norm(normal, axis=1)[:, None]
+        # The centre's foot on the tangent plane, seen from the point, is where to look next. Once that is near, the
+        # plane's distance is the ground's, but for the square of the step times the ground's curvature.
+        along = (p * normal).sum(axis=1)
+        move = normal * along[:, None] - p
+        near = (move * move).sum(axis=1) < (_NEAREST_SHARE * reach_m[active]) ** 2
+        distance = np.where(near, np.abs(along), np.linalg.norm(p, axis=1))
+        better = distance < best[active]
+        found = active[better]
+        best[found], normals[found] = distance[better], normal[better]
+        move = np.stack([(move * side[active]).sum(axis=1), (move * other[active]).sum(axis=1)])
+        place[:, active] += move
+        active = active[~near]
+        if not active.size:
+            break
+    return best, normals
 
 
 def contact(field: TerrainField, centers: Floats, radii: Floats) -> tuple[Floats, Floats]:
