@@ -1,8 +1,8 @@
 """Stones in a physics engine (Rapier, https://rapier.rs) on patches of the planet's ground.
 
 The engine works in single precision, so it works in a local frame: its origin is a point near the stones, and moves on
-when they have rolled away from it. Ground is TerrainSampler.patch: pieces of the planet's lattice around the stones, the
-same whatever a camera sees, made before a stone gets there.
+when they have rolled away from it. Ground is TerrainSampler.patch: pieces of the planet's lattice around the stones,
+the same whatever a camera sees, made before a stone gets there.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ STEP_S = 1.0 / 240.0
 PATCH_M, SPACING_M = 38.0, 0.6
 """64 quads of 0.6 m: the ground's finest bumps are 4 m wide, triangles miss them by a few millimetres."""
 BORDER = 3
-"""Patches overlap by rings of quads, wider than the largest stone's radius, so that no stone on one patch touches the open
-edge of the next: without, balls of 1 m change their speed there by 0.07 to 0.3 m/s."""
+"""Patches overlap by rings of quads, wider than the largest stone's radius, so that no stone on one patch touches the
+open edge of the next: without, balls of 1 m change their speed there by 0.07 to 0.3 m/s."""
 _LOOK_AHEAD_S = 0.4
 _MARGIN_M = 3.0
 _KEEP_S = 3.0
