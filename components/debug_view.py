@@ -15,5 +15,6 @@ class DebugView:
 
     view: str = knob(
         "off",
-        help="off, normals, depth, distance, surface, lod, hdr, wireframe, error_px, or the name of any graph resource",
+        help="off, normals, depth, distance, surface, lod, hdr, wireframe, error_px, snap_overlay, or any resource of "
+        "the graph by its name",
     )

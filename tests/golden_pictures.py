@@ -65,7 +65,11 @@ class Picture:
         }
 
 
-MACHINE_BOUND = {"wireframe": Limit(mean=0.3, p999=1.0), "error_px": Limit(mean=0.003, p999=0.03)}
+MACHINE_BOUND = {
+    "wireframe": Limit(mean=0.3, p999=1.0),
+    "snap_overlay": Limit(mean=0.3, p999=1.0),
+    "error_px": Limit(mean=0.003, p999=0.03),
+}
 """Debug views that show rounding itself. Lines of one pixel against the ground just below them: 0.16 was measured where
 fragments write depth, and 0.8 is what other debug views differ by. Errors of a thousandth of a pixel: 0.001."""
 
@@ -77,7 +81,7 @@ def knob_picture(name: str, planet: str, view: str, changes: Mapping[str, Any], 
 
 def debug_picture(name: str) -> Picture:
     """A debug view. Those of triangles and of surfaces need pixels or water to show anything."""
-    fine = name in ("wireframe", "error_px")
+    fine = name in ("wireframe", "error_px", "snap_overlay")
     view = "coast" if name == "surface" else "ground" if name == "lod" else "near"
     size = VIEW_SIZE if fine else KNOB_SIZE
     return Picture(f"knobs/debug_{name}", "earth", view, size, {"debug.view": name}, allowed=MACHINE_BOUND.get(name))
@@ -85,7 +89,7 @@ def debug_picture(name: str) -> Picture:
 
 OTHER_PLANETS = ("moon", "mars", "asteroid", "small", "hazy")
 AIRY_PLANETS = ("mars", "small", "hazy")
-DEBUG_VIEWS = ("normals", "depth", "distance", "surface", "lod", "hdr", "wireframe", "error_px")
+DEBUG_VIEWS = ("normals", "depth", "distance", "surface", "lod", "hdr", "wireframe", "error_px", "snap_overlay")
 
 VIEW_PICTURES: tuple[Picture, ...] = (
     *(Picture(f"earth/{view}", "earth", view) for view in pf.views("earth")),
@@ -104,6 +108,8 @@ KNOB_PICTURES: tuple[Picture, ...] = (
     knob_picture("stars_dense", "earth", "night", {"stars.density": 10.0}),
     knob_picture("sun_disc_large", "earth", "limb", {"sun.angular_radius_rad": 0.03, "composite.bloom": 0.0}),
     knob_picture("layers_4", "earth", "terminator", {"terrain.layers": 4}),
+    knob_picture("paper_near", "earth", "near", {"terrain.method": "paper"}),
+    knob_picture("paper_orbit", "earth", "orbit", {"terrain.method": "paper"}),
     knob_picture(
         "colours", "earth", "orbit",
         {"terrain.grass_albedo": (0.1, 0.03, 0.12), "terrain.dry_albedo": (0.3, 0.1, 0.05)},

@@ -145,3 +145,28 @@ def test_leaps_and_settling_do_not_fade():
             assert not fade.running
         renderer.settle(pf.view("near"))
         assert not fade.running
+
+
+@pytest.mark.gpu
+@pytest.mark.parametrize(("method", "shared"), [("ours", True), ("paper", False)])
+def test_the_debug_view_shows_both_meshes(method, shared):
+    overrides = {"terrain.method": method}
+    with pf.Renderer(pf.load_scene("earth"), size=(320, 180), quality="medium", overrides=overrides) as renderer:
+        renderer.scene.environment.add(pf.DebugView("snap_overlay"))
+        state = renderer.camera_state(pf.view("near"))
+        generation, out = None, None
+        for camera in snaps.forward_path(state, 6.0, 20):
+            out = renderer.render(pf.Camera(camera.position_m, camera.forward, camera.up))["color"].astype(int)
+            now = renderer.scene.world.resource("proxy.0").generation
+            if generation is not None and now != generation:
+                break
+            generation = now
+        red, green = out[..., 0] > 128, out[..., 1] > 128
+        assert red.any() and green.any()
+        only, both = np.mean(red ^ green), np.mean(red & green)
+        # Ours keeps nearly all edges; every edge of the source's grid moves, but far ones by less than a pixel.
+        near = slice(120, None)
+        if shared:
+            assert both > 4.0 * only
+        else:
+            assert (red & green)[near].mean() < 0.5 * (red ^ green)[near].mean()

@@ -175,3 +175,19 @@ def test_other_grids(corners, rng):
         found = paper_grid.vertex_error(renderer, pf.view("near"), rng, 2000)
         assert found.worst_px <= 1e-2
         assert len(paper_grid.PaperMesh.of(renderer).cut) == (corners - 1) ** 2
+
+
+def test_triangles_on_the_gpu_are_those_of_the_tessellation(paper):
+    paper.render(pf.view("near"))
+    mesh = paper_grid.PaperMesh.of(paper)
+    view = paper.system("terrain").backend.view(0)
+    with paper.current():
+        counts = int(np.frombuffer(view.arguments.read(4), "u4")[0])
+        found = np.frombuffer(view.indices.read(4 * counts), "u4").astype(np.int64).reshape(-1, 3)
+    a, b, c = found.T
+    found = found[(a != b) & (b != c) & (c != a)]
+    faces = mesh.cut.faces()
+    expected = faces[mesh.drawn[mesh.patch[faces[:, 0]]]]
+    assert len(found) == len(expected)
+    order = [np.lexsort(t.T) for t in (found, expected)]
+    assert np.array_equal(found[order[0]], expected[order[1]])

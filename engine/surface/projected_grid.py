@@ -75,6 +75,26 @@ class Tessellation:
             word = word | edges[:, edge] << (19 + 3 * edge)
         return np.stack([word, self.first], axis=1).astype(np.uint32)
 
+    def faces(self) -> Ints:
+        """All triangles (N, 3) as numbers of vertices, those without area left out: what triangles.comp writes."""
+        found = [np.zeros((0, 3), np.int64)]
+        for level in range(MOST_LEVEL + 1):
+            rows = np.flatnonzero(self.level == level)
+            side = 1 << level
+            b, a = np.divmod(np.arange((side + 1) ** 2), side + 1)
+            skip = level - self.edge_level[rows]
+            across = np.where(a == 0, skip[:, 0:1], np.where(a == side, skip[:, 1:2], 0))
+            along = np.where(b == 0, skip[:, 2:3], np.where(b == side, skip[:, 3:4], 0))
+            vertex = ((b >> across) << across) * (side + 1) + ((a >> along) << along) + self.first[rows, None]
+            y, x = np.divmod(np.arange(side**2), side)
+            low = y * (side + 1) + x
+            high = low + side + 1
+            quads = np.stack([low, low + 1, high + 1, low, high + 1, high], axis=1).ravel()
+            found.append(vertex[:, quads].reshape(-1, 3))
+        triangles = np.concatenate(found)
+        a, b, c = triangles.T
+        return triangles[(a != b) & (b != c) & (c != a)]
+
     def by_level(self) -> Ints:
         """How many patches there are of each level, (MOST_LEVEL + 1,)."""
         return np.bincount(self.level, minlength=MOST_LEVEL + 1)

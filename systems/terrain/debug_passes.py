@@ -7,18 +7,21 @@ from collections.abc import Callable
 from typing import Any
 
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
+from ...engine.world import World
 from .backends import Backend
+from .snap_overlay import SnapOverlay
 
 
 class TerrainDebugPasses:
-    """Declares ``debug.wireframe`` and ``debug.error_px``. Programs are made when a view is looked at for the first
-    time.
+    """Declares ``debug.wireframe``, ``debug.error_px`` and ``debug.snap_overlay``. Programs are made when a view is
+    looked at for the first time.
 
     gpu: the terrain's scope.
     """
 
-    def __init__(self, gpu: Any) -> None:
+    def __init__(self, gpu: Any, world: World) -> None:
         self._gpu = gpu
+        self._overlay = SnapOverlay(gpu, world)
         self._error: Any = None
 
     def declare(
@@ -33,6 +36,7 @@ class TerrainDebugPasses:
             creates=(TextureSpec("debug.wireframe", "rgba8"), TextureSpec("debug.wireframe_depth", "depth32f")),
             help="edges of all drawn triangles, coloured by level",
         )
+        self._overlay.declare(builder, backend, view_index)
         builder.add_pass(
             "terrain.error_px",
             system="terrain",

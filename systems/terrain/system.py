@@ -60,7 +60,7 @@ class TerrainSystem(System):
         self._settings = setup.settings
         self._material_ubo = setup.gpu.uniform_block(TerrainMaterialBlock, MATERIAL_BINDING, "terrain_material_block")
         self._maps = MapTextures(setup.gpu)
-        self._debug = TerrainDebugPasses(setup.gpu)
+        self._debug = TerrainDebugPasses(setup.gpu, setup.world)
         setup.world.set_resource("surface_height", self._bind_heights)
         self._draw_states = {
             out: setup.gpu.gpu.state(depth_test=True, depth_func=">", cull="back" if out else None)

@@ -109,6 +109,15 @@ class Backend(ABC):
         """The CellMesh of the view, if this backend has one."""
         return None
 
+    def mesh_stamp(self, view_index: int) -> object:
+        """Differs whenever read_mesh() may."""
+        return None
+
+    def read_mesh(self, view_index: int) -> tuple[NDArray[np.float32], NDArray[np.int64]] | None:
+        """Vertices (V, 3) from the view's anchor and triangles (N, 3) of all that is selected, seen or not; None if the
+        backend doesn't tell. Reads back from the GPU."""
+        return None
+
     def release(self) -> None:
         """Free all GL objects."""
         self.gpu.release()

@@ -24,7 +24,7 @@ from ....engine.surface.selection import CellSet, chord_limit_m, select_rings, s
 from ....engine.system import Frame
 from .base import Backend, Ground, heights_seen
 from .grid_fade import FadePrograms, SnapFade
-from .grid_queries import heights_on_cells
+from .grid_queries import heights_on_cells, triangles_of_cells
 
 __all__ = ["GridBackend"]
 
@@ -274,6 +274,14 @@ class GridBackend(Backend):
     def drawn_mesh(self, view_index: int = 0) -> CellMesh | None:
         grid = self._views.get(view_index)
         return None if grid is None else grid.mesh
+
+    def mesh_stamp(self, view_index: int) -> object:
+        return self.view(view_index).mesh.selection
+
+    def read_mesh(self, view_index: int) -> tuple[NDArray[np.float32], NDArray[np.int64]] | None:
+        mesh = self.view(view_index).mesh
+        vertices = mesh.read_vertices()["position_m"].reshape(-1, 3)
+        return vertices, triangles_of_cells(mesh.read_cells(), mesh.quads)
 
     def height_drawn(self, directions: NDArray[np.float64], proxy: Any) -> NDArray[np.float64]:
         mesh = self.drawn_mesh()

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....engine.gpu.cell_mesh import CellMesh
-from ....engine.surface.decimation import falling, variant_skips
+from ....engine.surface.decimation import decimated_indices, falling, variant_skips
 from ....engine.surface.lattice import FULL_BITS, locate
 
-__all__ = ["heights_on_cells"]
+__all__ = ["heights_on_cells", "triangles_of_cells"]
 
 
 def heights_on_cells(mesh: CellMesh, unit: NDArray[np.float64], proxy: Any) -> NDArray[np.float64]:
@@ -72,3 +72,24 @@ def _height_on_quads(
                 if outside < best_error:
                     best, best_error = scale / float(weights.sum()), outside
     return best
+
+
+def triangles_of_cells(cells: NDArray[np.void], quads: int) -> NDArray[np.int64]:
+    """Triangles (N, 3) of cells (read_cells) as numbers of vertices, cell after cell; those without area left out."""
+    indices, ranges = decimated_indices(quads)
+    side = quads + 1
+    mask = cells["edge_mask"].astype(np.int64)[:, None]
+    y, x = np.divmod(np.arange(side**2), side)
+    # The same rule as cell_masked_vertex in common/cells.glsl.
+    across = np.where(x == 0, mask & 255, np.where(x == quads, mask >> 8 & 255, 0))
+    along = np.where(y == 0, mask >> 16 & 255, np.where(y == quads, mask >> 24 & 255, 0))
+    vertex = ((y >> across) << across) * side + ((x >> along) << along)
+    vertex += (np.arange(len(cells)) * side**2)[:, None]
+    found = [np.zeros((0, 3), np.int64)]
+    for variant in np.unique(cells["variant"]):
+        first, count = ranges[variant].astype(int)
+        patch = indices[first : first + count].astype(np.int64)
+        found.append(vertex[cells["variant"] == variant][:, patch].reshape(-1, 3))
+    triangles = np.concatenate(found)
+    a, b, c = triangles.T
+    return triangles[(a != b) & (b != c) & (c != a)]

@@ -315,6 +315,16 @@ class PaperGridBackend(Backend):
 
         return draw
 
+    def mesh_stamp(self, view_index: int) -> object:
+        return self.view(view_index).selection
+
+    def read_mesh(self, view_index: int) -> tuple[NDArray[np.float32], NDArray[np.int64]] | None:
+        view = self.view(view_index)
+        if view.cut is None or view.vertices is None:
+            return None
+        data = np.frombuffer(view.vertices.read(view.cut.vertices * VERTEX_BYTES), "<f4").reshape(-1, 6)
+        return data[:, :3], view.cut.faces()
+
     def statistics(self) -> dict[str, int]:
         view = self._views.get(0)
         if view is None or view.cut is None or view.counts is None:
