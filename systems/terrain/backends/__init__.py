@@ -12,13 +12,18 @@ from .grid import GridBackend
 from .icosphere import IcosphereBackend
 from .paper_grid import PaperGridBackend
 from .paper_icosphere import PaperIcosphereBackend
+from .paper_quadtree import PaperQuadtreeBackend
 from .quadtree import QuadtreeBackend
 
 __all__ = ["BACKENDS", "Backend", "Ground", "make_backend"]
 
 BACKENDS: dict[str, type[Backend]] = {"grid": GridBackend, "quadtree": QuadtreeBackend, "icosphere": IcosphereBackend}
 """By the names that Terrain.backend takes."""
-_PAPER: dict[str, type[Backend]] = {"grid": PaperGridBackend, "icosphere": PaperIcosphereBackend}
+_PAPER: dict[str, type[Backend]] = {
+    "grid": PaperGridBackend,
+    "quadtree": PaperQuadtreeBackend,
+    "icosphere": PaperIcosphereBackend,
+}
 """Those whose source's method has little in common with ours."""
 
 

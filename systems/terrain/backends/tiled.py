@@ -37,7 +37,7 @@ _FLAT = 2.0
 _CHORD_M = 2.0
 """Where the sphere bulges this far above their triangles, no farther than terrain.edge_px."""
 _WIDE_PX = 3.0
-"""Nor, where they are farther apart than mountain belts are wide, than this: from space all of the planet is a few tiles."""
+"""Nor, where they are farther apart than mountain belts are wide, than this: from space a planet is a few tiles."""
 _MOST_SHOWN = 0.7
 """Of all slots: the rest is for parents, and for what is seen next."""
 
@@ -63,7 +63,9 @@ class _TileView:
 class TiledBackend(Backend):
     """What quadtree and icosphere share; they say which shape their tiles have."""
 
-    methods: ClassVar[tuple[str, ...]] = ("ours",)
+    assemble_file: ClassVar[str] = "terrain/tiles/assemble.comp"
+    morphs: ClassVar[bool] = True
+    """Whether tiles change gradually into their parents and children."""
 
     def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str) -> None:
         super().__init__(gpu, settings, method)
@@ -72,7 +74,7 @@ class TiledBackend(Backend):
         self.pool = SlotPool(self._slots)
         self.maker = TileMaker(gpu, self.shape, self._slots)
         defines = self.shape.defines
-        self._assemble = gpu.compute("terrain/tiles/assemble.comp", defines=defines)
+        self._assemble = gpu.compute(self.assemble_file, defines=defines)
         self._cull = gpu.compute("common/cull_cells.comp", defines=defines)
         self._programs: dict[str, Any] = {}
         self._views: dict[int, _TileView] = {}
@@ -116,7 +118,7 @@ class TiledBackend(Backend):
         selection = self._select(view, forest, frame)
         if selection.revision != view.revision:
             view.revision = selection.revision
-            view.mesh.take(selection, self.pool.slots(selection.keys), self._radius_m)
+            view.mesh.take(selection, self.pool.slots(selection.keys), self._radius_m, self.morphs)
         proxy = frame.world.resource(f"proxy.{frame.view_index}")
         view.anchor_height_m = proxy.anchor_height_m
         view.mesh.around(proxy.generation)
@@ -142,10 +144,10 @@ class TiledBackend(Backend):
         radius = frame.world.get(frame.planet, Planet).radius_m
         above = sea is not None and float(np.linalg.norm(frame.camera.position_m)) - radius >= sea.sea_level_m
         level = sea.sea_level_m if sea is not None and above else -np.inf
-        key = (ground.revision, level)
+        key = (ground.revision, level, *self.forest_key(frame))
         if view.forest is None or key != view.key:
             view.key, view.hidden_below_m = key, level
-            view.forest = self.make_forest(ground, max(params.lowest_m, level))
+            view.forest = self.make_forest(ground, max(params.lowest_m, level), frame)
             view.revision, view.selection = -1, None
             if self._facts:
                 keys = np.array(list(self._facts), np.int64)
@@ -153,7 +155,11 @@ class TiledBackend(Backend):
                 self._tell(view, Made(keys, facts[:, 0], facts[:, 1], facts[:, 2]))
         return view.forest
 
-    def make_forest(self, ground: Ground, occluder_m: float) -> Forest:
+    def forest_key(self, frame: Frame) -> tuple[Any, ...]:
+        """What else a forest is made for."""
+        return ()
+
+    def make_forest(self, ground: Ground, occluder_m: float, frame: Frame) -> Forest:
         """The forest that selects. occluder_m: height of the sphere that hides what is behind it."""
         params = ground.params
         return Forest(
@@ -214,7 +220,7 @@ class TiledBackend(Backend):
             camera.position_m,
             pixel,
             float(settings["terrain.error_px"]),
-            None if frame.settling or frame.cut else view.clock_s,
+            None if frame.settling or frame.cut or not self.morphs else view.clock_s,
             velocity_m_s=velocity,
             finest_spacing_m=float(settings["terrain.min_spacing_m"]),
             max_tiles=int(_MOST_SHOWN * self._slots),

@@ -99,16 +99,18 @@ class TileMesh:
         """Whether there is anything to assemble."""
         return len(self._stale) > 0
 
-    def take(self, selection: Selection, slots: Ints, radius_m: float) -> None:
-        """Draw these tiles from now on; slots (N,) of theirs."""
+    def take(self, selection: Selection, slots: Ints, radius_m: float, morphs: bool = True) -> None:
+        """Draw these tiles from now on; slots (N,) of theirs. morphs: as the selection has them, or all at rest."""
         shape, count = self.shape, len(selection.keys)
         edges = selection.edge_skip.shape[1]
         rows = np.zeros(count, ROW_DTYPE)
         rows["name"], rows["slot"] = shape.names(selection.keys), slots
         shifts = (8 * np.arange(edges)).astype(np.uint32)
-        rows["edge_skip"] = (selection.edge_skip.astype(np.uint32) << shifts).sum(axis=1)
-        rows["morph"] = selection.morph
-        rows["edge_morph"][:, :edges] = selection.edge_morph
+        # Of an edge at least its ends remain.
+        skip = np.minimum(selection.edge_skip, shape.segments.bit_length() - 1)
+        rows["edge_skip"] = (skip.astype(np.uint32) << shifts).sum(axis=1)
+        if morphs:
+            rows["morph"], rows["edge_morph"][:, :edges] = selection.morph, selection.edge_morph
         rows["spacing_m"] = radius_m * shape.scheme.spacing_rad(shape.scheme.level(selection.keys), shape.segments)
         cells = np.zeros(count, CELL_DTYPE)
         for name in ("name", "slot", "spacing_m"):

@@ -1,0 +1,81 @@
+"""The cube's quadtree as the article "Planetary Terrain" has it (Ralith, planetmap): backend "quadtree", method "paper".
+
+Chunks are split by distance; the parent is drawn until all four children are there; they change places at once. Places
+are interpolated between four corners from float64, the sphere's bulge comes by the law of sines, the low bits of a
+vertex's place are masked by how much coarser the neighbour is. Heights are ours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ....engine.gpu import GpuScope
+from ....engine.graph import PassIO
+from ....engine.surface.forest import Forest
+from ....engine.system import Frame
+from ..tiles.shape import QuadShape, TileShape
+from .base import Ground
+from .tiled import TiledBackend, _TileView
+
+__all__ = ["PaperQuadtreeBackend"]
+
+_CORNER_BINDING = 4
+
+
+class PaperQuadtreeBackend(TiledBackend):
+    """Backend "quadtree", method "paper"."""
+
+    name: ClassVar[str] = "quadtree"
+    methods: ClassVar[tuple[str, ...]] = ("paper",)
+    assemble_file: ClassVar[str] = "terrain/tiles/paper/quad.comp"
+    morphs: ClassVar[bool] = False
+
+    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str) -> None:
+        super().__init__(gpu, settings, method)
+        self._corners = gpu.buffer(reserve=self._slots * 8 * 16, dynamic=True)
+
+    def make_shape(self, segments: int) -> TileShape:
+        return QuadShape(segments)
+
+    def update(self, frame: Frame, ground: Ground, bind_octaves: Callable[[], None]) -> None:
+        super().update(frame, ground, bind_octaves)
+        self._up = frame.world.resource(f"proxy.{frame.view_index}").lattice.direction
+
+    def forest_key(self, frame: Frame) -> tuple[Any, ...]:
+        camera = frame.camera
+        return ((camera.tan_top - camera.tan_bottom) / frame.size[1], float(frame.settings["terrain.edge_px"]))
+
+    def make_forest(self, ground: Ground, occluder_m: float, frame: Frame) -> Forest:
+        pixel_rad, edge_px = self.forest_key(frame)
+        params, scheme = ground.params, self.shape.scheme
+        levels = np.arange(scheme.finest_level + 1)
+        spacing_m = params.radius_m * scheme.spacing_rad(levels, self.shape.segments)
+        return Forest(
+            scheme,
+            params.radius_m,
+            params.lowest_m,
+            params.highest_m,
+            self.shape.segments,
+            occluder_m=occluder_m,
+            metric="distance",
+            split_distance_m=spacing_m / (edge_px * pixel_rad),
+            balanced=False,
+        )
+
+    def _bind_assemble(self, io: PassIO, view: _TileView) -> Callable[[], None]:
+        assemble = super()._bind_assemble(io, view)
+
+        def run() -> None:
+            if view.mesh.count:
+                normals = self.shape.scheme.corners(view.mesh.keys)
+                corners = np.zeros((view.mesh.count, 8, 4), "<f4")
+                corners[:, :4, :3] = self._radius_m * (normals - self._up)
+                corners[:, 4:, :3] = normals
+                self._corners.write(corners.tobytes())
+            self._corners.bind_to_storage_buffer(_CORNER_BINDING)
+            assemble()
+
+        return run
