@@ -10,7 +10,7 @@ import numpy as np
 
 from ... import Camera, Planet, Renderer, load_scene, qualities, view, views
 from ...engine.space import CameraState
-from ..measure import coverage, ground, motion, positions, relief, sea
+from ..measure import coverage, ground, motion, positions, positions_quadtree, relief, sea
 from ..session import Bench, Session
 from ..target import Target, at_least, at_most
 from ..timing import time_variants
@@ -42,6 +42,27 @@ def _positions(session: Session) -> None:
                     not_finite=found.not_finite,
                     vertices=found.vertices,
                 )
+    for radius in (EARTH_M, GIANT_M):
+        for method in ("ours", "paper"):
+            _tile_positions(session, radius, method)
+
+
+def _tile_positions(session: Session, radius: float, method: str) -> None:
+    """Vertices of the quadtree's tiles as drawn; those of the article beside them, against its own formula."""
+    scene = positions_quadtree.smooth(load_scene("earth"))
+    scene.planet[Planet].radius_m = radius
+    overrides = {**positions_quadtree.OVERRIDES, "terrain.method": method}
+    with session.renderer(scene, positions_quadtree.SIZE, "medium", overrides) as renderer:
+        worst: dict[int, float] = {}
+        for altitude in (0.5, 1e4, 3e7) if session.quick else (0.5, 100.0, 1e4, 1e6, 3e7):
+            camera = Camera.at(47.3, 11.2, altitude, pitch_deg=-40.0)
+            for level, px in positions_quadtree.worst_px_by_level(renderer, camera).items():
+                worst[level] = max(worst.get(level, 0.0), px)
+        session.row(
+            f"radius {radius:g} m, quadtree, {method}: levels {min(worst)} to {max(worst)}",
+            error=max(worst.values()), error_unit="px", target=at_most(1e-3, "px") if method == "ours" else None,
+            worst_level=max(worst, key=worst.__getitem__),
+        )  # fmt: skip
 
 
 def _coverage(session: Session) -> None:

@@ -1,4 +1,4 @@
-"""The cube's quadtree as the article "Planetary Terrain" has it (Ralith, planetmap): backend "quadtree", method "paper".
+"""The cube's quadtree as the article "Planetary Terrain" has it (Ralith, planetmap): Terrain.method "paper".
 
 Chunks are split by distance; the parent is drawn until all four children are there; they change places at once. Places
 are interpolated between four corners from float64, the sphere's bulge comes by the law of sines, the low bits of a
