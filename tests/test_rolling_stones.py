@@ -120,8 +120,8 @@ def balls(collider_meshes, starts, speeds):
 
 
 def test_a_border_of_patches_does_not_exist_for_a_ball(sampler):
-    """The same balls over four patches and over one that covers them all. Balls on one bumpy ground that start a tenth of
-    a millimetre aside come apart as well: four patches may do no more than that, and open edges do."""
+    """The same balls over four patches and over one that covers them all. Balls on one bumpy ground that start a tenth
+    of a millimetre aside come apart as well: four patches may do no more than that, and open edges do."""
     size, spacing = simulation.PATCH_M, simulation.SPACING_M
     place = pf.direction(game.LATITUDE_DEG, game.LONGITUDE_DEG)
     whole = sampler.patch(place, 2.0 * size, spacing, aligned=True, border=simulation.BORDER)
@@ -151,7 +151,7 @@ def test_a_border_of_patches_does_not_exist_for_a_ball(sampler):
     one = balls([mesh(whole)], starts, speeds)
 
     def apart(velocities):
-        """How much the velocities come apart, at most, once all lie on the ground: after 60 steps, before the corner."""
+        """How much velocities come apart, at most, once all lie on the ground: after 60 steps, before the corner."""
         difference = np.linalg.norm(velocities - one, axis=2)
         return float((difference[60:] - difference[60]).max())
 
