@@ -12,7 +12,7 @@ from .exposure import Composite, Exposure
 from .ocean import Ocean
 from .planet import Planet
 from .props import Shape, Transform
-from .quality import AtmosphereQuality, ProxyQuality, SkyQuality, TerrainQuality
+from .quality import AtmosphereQuality, ProxyQuality, ShadowQuality, SkyQuality, TerrainQuality
 from .stars import Stars
 from .sun import Sun
 from .terrain import Terrain
@@ -27,6 +27,7 @@ __all__ = [
     "Ocean",
     "Planet",
     "ProxyQuality",
+    "ShadowQuality",
     "Shape",
     "SkyQuality",
     "Stars",

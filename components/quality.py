@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from ._knob import knob
 
-__all__ = ["AtmosphereQuality", "ProxyQuality", "SkyQuality", "TerrainQuality"]
+__all__ = ["AtmosphereQuality", "ProxyQuality", "ShadowQuality", "SkyQuality", "TerrainQuality"]
 
 
 @dataclass
@@ -215,4 +215,44 @@ class AtmosphereQuality:
     )
     budget_ms: float = knob(
         2.0, 0.1, 1000.0, "ms", "Time a frame for the tables while the air changes", cost="itself", log=True
+    )
+
+
+@dataclass
+class ShadowQuality:
+    """Keys "shadows.*"."""
+
+    size: int = knob(
+        256,
+        64,
+        1024,
+        "",
+        "Texels a side of each level of the map of shadows; small pictures take fewer, 0.71 a row",
+        cost="time to fill and sweep it, and memory, with its square",
+    )
+    finest_m: float = knob(
+        0.5,
+        0.05,
+        1000.0,
+        "m",
+        "Texels of that map are never finer than this",
+        cost="levels near the ground",
+        log=True,
+    )
+    texels_per_pixel: float = knob(
+        0.75,
+        0.1,
+        4.0,
+        "",
+        "Texels across a pixel below which finer levels are left out",
+        cost="levels, far above the ground",
+        log=True,
+    )
+    levels_per_frame: int = knob(
+        2,
+        1,
+        20,
+        "",
+        "Levels that are filled from nothing, or swept for a new place of the sun, in one frame",
+        cost="time of frames in which the camera comes near the ground, or the sun moves",
     )

@@ -165,3 +165,5 @@ class Terrain:
         "0: matt ground (Lambert); 1: dust of airless worlds, whose full disc is flat (McEwen 1991)",
         group="ground",
     )
+    shadows: bool = knob(True, help="The ground casts shadows, on itself and on the sea", group="light")
+    occlusion: bool = knob(True, help="Ground around a place takes away its share of the sky's light", group="light")

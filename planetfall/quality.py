@@ -6,12 +6,18 @@ from collections.abc import Mapping
 from typing import Any
 
 from ._kinds import KINDS, PRESETS
-from .components import AtmosphereQuality, ProxyQuality, SkyQuality, TerrainQuality
+from .components import AtmosphereQuality, ProxyQuality, ShadowQuality, SkyQuality, TerrainQuality
 from .engine.settings import QualityKnobs
 
 __all__ = ["QUALITY", "qualities", "resolve_quality"]
 
-_GROUPS = {"terrain": TerrainQuality, "proxy": ProxyQuality, "sky": SkyQuality, "atmosphere": AtmosphereQuality}
+_GROUPS = {
+    "terrain": TerrainQuality,
+    "proxy": ProxyQuality,
+    "sky": SkyQuality,
+    "atmosphere": AtmosphereQuality,
+    "shadows": ShadowQuality,
+}
 
 QUALITY = QualityKnobs(PRESETS / "quality", _GROUPS, KINDS)
 """All quality knobs by dotted key; `QUALITY.rules` describes them for panels and help texts."""

@@ -38,6 +38,7 @@ from .systems.light import LightSystem, resolve_sun
 from .systems.ocean import OceanSystem
 from .systems.props import PropsSystem
 from .systems.proxy import ProxySystem
+from .systems.shadows.system import ShadowSystem
 from .systems.sky import SkySystem, StarsSystem
 from .systems.terrain.system import TerrainSystem
 from .views import View
@@ -50,6 +51,7 @@ SYSTEMS: tuple[type[System], ...] = (
     GBufferSystem,
     AtmosphereSystem,
     TerrainSystem,
+    ShadowSystem,
     OceanSystem,
     PropsSystem,
     SkySystem,

@@ -1,6 +1,7 @@
 // Contract "sun_visibility", default: the planet's own shadow and nothing else.
 //
-//   float sun_visibility(vec3 point)    point: camera-relative metres, planet axes. 0 (hidden) .. 1 (whole disc seen)
+//   float sun_visibility(vec3 point)     point: camera-relative metres, planet axes. 0 (hidden) .. 1 (whole disc seen)
+//   vec2  light_visibility(vec3 point)   the same, and beside it the share of the sky's light that passes the ground around
 //
 // The share of the disc above the geometric horizon of the reference sphere, smooth over the disc's width:
 // smoothstep(-a sin_h, a sin_h, mu_s - cos_h), with the horizon at the angle whose sine is R / r (Bruneton 2017).
@@ -17,4 +18,8 @@ float sun_visibility_of_sphere(float altitude, float mu_s, float angular_radius)
 
 float sun_visibility(vec3 point) {
     return sun_visibility_of_sphere(altitude_of(point), dot(up_at(point), frame.sun_direction.xyz), frame.sun_direction.w);
+}
+
+vec2 light_visibility(vec3 point) {
+    return vec2(sun_visibility(point), 1.0);
 }

@@ -79,11 +79,12 @@ vec3 ground_radiance(ivec2 pixel) {
     // Mean over the slopes that a pixel hides: max(x, 0) turns into a soft bend as wide as they spread.
     float mu = dot(normal, sun), soft = 0.5 * material.deviation;
     float n_l = 0.5 * (mu + sqrt(mu * mu + soft * soft)) - 0.5 * soft * clamp(1.0 - mu / max(soft, 1e-4), 0.0, 1.0) * 0.5;
-    vec3 sunlight = frame.sun_irradiance.rgb * sun_visibility(point) * air_to_space(point, sun);
+    vec2 open = light_visibility(point);
+    vec3 sunlight = frame.sun_irradiance.rgb * open.x * air_to_space(point, sun);
     // Light that lit neighbouring ground throws back: without it the airless dark sides would be pure black.
     float sun_height = max(dot(zenith, sun), 0.0);
     vec3 bounce = material.albedo * sunlight * sun_height * (0.5 - 0.5 * dot(normal, zenith)) * 0.6;
-    vec3 irradiance = sky_irradiance(point, normal) + bounce + frame.sun_irradiance.rgb * STARLIGHT;
+    vec3 irradiance = (sky_irradiance(point, normal) + bounce + frame.sun_irradiance.rgb * STARLIGHT) * open.y;
     vec3 radiance = material.albedo * (sunlight * reflected(max(n_l, 0.0), dot(normal, view), view, sun) + irradiance / PI);
 
     Air between = air_from_camera(point);

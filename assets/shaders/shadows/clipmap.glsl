@@ -1,0 +1,53 @@
+// The clipmap's geometry: texels on a stereographic map, levels whose spacing doubles, windows that wrap around.
+// Coordinates of a level are in texels from the corner of its window; texel (i, j) lies at coordinates (i, j).
+#include "generated/shadow_map.glsl"
+
+// Place on the map, relative to the anchor's, of a foot offset D (see camera.glsl).
+vec2 shadow_place(vec3 D) {
+    vec3 d = D / shadow_map.scale.z;
+    vec3 chart = vec3(dot(shadow_map.axis_x.xyz, d), dot(shadow_map.axis_y.xyz, d), dot(shadow_map.axis_z.xyz, d));
+    vec2 anchor = vec2(shadow_map.axis_x.w, shadow_map.axis_y.w);
+    return (chart.xy - anchor * chart.z) / max(shadow_map.axis_z.w + chart.z, 1e-6);
+}
+
+// Texels of a level per length on the map.
+float shadow_frequency(int level) {
+    return shadow_map.scale.x * exp2(-float(level));
+}
+
+// Where texel (i, j) of a window is stored.
+ivec3 shadow_texel(int level, ivec2 index) {
+    ivec2 at = index + ivec2(shadow_map.window[level].zw);
+    int size = shadow_map.counts.y;
+    at -= ivec2(at.x >= size ? size : 0, at.y >= size ? size : 0);
+    return ivec3(at, shadow_map.layer[level].x);
+}
+
+// Coordinates in the next coarser level.
+vec2 shadow_coarser(int level, vec2 at) {
+    int next = min(level + 1, shadow_map.counts.x - 1);
+    return 0.5 * (at - shadow_map.window[level].xy) + shadow_map.window[next].xy;
+}
+
+// Direction (chart's axes) and foot offset (planet axes) of coordinates of a level, and 1 + |p|^2 there. Differences from
+// the anchor are formed without cancellation.
+struct ShadowFoot {
+    vec3 up;      // chart's axes
+    vec3 D;       // planet axes, metres
+    vec2 place;   // p
+    float bulge;  // 1 + |p|^2: metres per texel are 2 R / (frequency * bulge)
+};
+
+ShadowFoot shadow_foot(int level, vec2 at) {
+    vec2 p0 = vec2(shadow_map.axis_x.w, shadow_map.axis_y.w);
+    vec2 dp = (at - shadow_map.window[level].xy) / shadow_frequency(level);
+    float bulge0 = 1.0 + dot(p0, p0), dw = dot(dp, 2.0 * p0 + dp);
+    ShadowFoot foot;
+    foot.bulge = bulge0 + dw;
+    foot.place = p0 + dp;
+    float inverse = 2.0 / (bulge0 * foot.bulge);
+    vec3 d = vec3((dp * bulge0 - p0 * dw) * inverse, -dw * inverse);
+    foot.up = vec3(2.0 * foot.place, 2.0 - foot.bulge) / foot.bulge;
+    foot.D = shadow_map.scale.z * (shadow_map.axis_x.xyz * d.x + shadow_map.axis_y.xyz * d.y + shadow_map.axis_z.xyz * d.z);
+    return foot;
+}

@@ -1,0 +1,19 @@
+// Heights of new texels of one level: the surface that casts shadows, ground or sea.
+#include "common/camera.glsl"
+#include "contract/surface_height.glsl"
+#include "shadows/clipmap.glsl"
+
+layout(local_size_x = 16, local_size_y = 4) in;
+layout(binding = 0, r32f) writeonly uniform image2DArray u_heights;
+uniform ivec4 u_part;   // corner of the new texels in the window, and their number
+uniform int u_level;
+
+void main() {
+    ivec2 index = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(index, u_part.zw))) return;
+    index += u_part.xy;
+    ShadowFoot foot = shadow_foot(u_level, vec2(index));
+    float spacing = 2.0 * shadow_map.scale.z / (shadow_frequency(u_level) * foot.bulge);
+    float height = max(surface_height(foot.D, spacing), shadow_map.detail.y);
+    imageStore(u_heights, shadow_texel(u_level, index), vec4(height));
+}

@@ -1,0 +1,48 @@
+"""The uniform block of the clipmap (binding 9): what every shader that asks for its light reads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated, Any
+
+import numpy as np
+
+from ...engine.gpu.layout import IVec4, Vec4, array
+
+__all__ = ["MOST_LEVELS", "SHADOW_BINDING", "ShadowBlock"]
+
+SHADOW_BINDING = 9
+MOST_LEVELS = 20
+
+
+@dataclass
+class ShadowBlock:
+    """Where a view's clipmap lies. GLSL: ``#include "generated/shadow_map.glsl"``, instance ``shadow_map``.
+
+    Level 0 is the finest there is for the view; a level's texels are twice as wide as those of the one before.
+    """
+
+    axis_x: Vec4 = (1.0, 0.0, 0.0, 0.0)
+    """xyz: the chart's x axis in planet axes; w: x of the anchor's place p0"""
+    axis_y: Vec4 = (0.0, 1.0, 0.0, 0.0)
+    """xyz: its y axis; w: y of the anchor's place"""
+    axis_z: Vec4 = (0.0, 0.0, 1.0, 2.0)
+    """xyz: its z axis, towards its centre; w: 1 + z of the anchor"""
+    scale: Vec4 = (1.0, 1.0, 1.0, 1.0)
+    """(texels of level 0 per length on the map, its inverse, reference radius in m, metres per length on the map at the
+    anchor)"""
+    view: Vec4 = (0.0, 0.0, 1.0, 0.0)
+    """(place of the camera's foot minus the anchor's: x, y; half width of a level's usable part in texels; finest level
+    that may be shown, continuous)"""
+    detail: Vec4 = (1.0, 0.0, 0.0, 0.0)
+    """(level-0 texels that a metre of a pixel's footprint asks for, level of the sea in m or far below all, 0, 0)"""
+    sun: Vec4 = (1.0, 0.0, 0.0, 0.0047)
+    """xyz: the direction that the shadows were swept for, in the chart's axes; w: angular radius of the disc"""
+    counts: IVec4 = (0, 128, 0, 0)
+    """(levels, texels a side, 1 if the shelter from the sky is wanted, 1 if shadows are)"""
+    window: Annotated[Any, array(Vec4, MOST_LEVELS)] = field(default_factory=lambda: np.zeros((MOST_LEVELS, 4)))
+    """of each level: the anchor's place in texels from the window's corner (x, y), where the corner is stored (x, y)"""
+    layer: Annotated[Any, array(IVec4, MOST_LEVELS)] = field(
+        default_factory=lambda: np.zeros((MOST_LEVELS, 4), np.int32)
+    )
+    """of each level: (layer of the texture array, 0, 0, 0)"""

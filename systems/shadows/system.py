@@ -1,0 +1,362 @@
+"""ShadowSystem: keeps a clipmap of the ground around each camera and provides the contract sun_visibility from it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ...components import Ocean, Planet, Terrain
+from ...engine.contracts import provide_contracts, withdraw_contracts
+from ...engine.graph import GraphBuilder, PassIO, TextureSpec
+from ...engine.settings import revision, with_overrides
+from ...engine.system import Frame, Setup, System, ViewInfo
+from ...engine.world import World
+from .block import MOST_LEVELS, SHADOW_BINDING, ShadowBlock
+from .windows import BLOCK, Level, Part, Windows, reach_of
+
+__all__ = ["ShadowSystem"]
+
+_MAP_UNIT = 13
+_NO_SEA_M = -1.0e9
+_LAYERS = 16
+_SUN_STEP_RAD = 1.0e-4
+"""A sun that has moved less casts the same shadows: a hundredth of its disc."""
+_STEPS = 32
+"""Of a sweep within one level, as in finish.comp."""
+_TEXELS_PER_ROW = 0.71
+"""Texels a side per row of the picture: more could not be seen."""
+_LEAST = 64
+_FADE_S = 0.25
+"""New fine levels come in over this time."""
+_HEIGHTS, _LIMBS, _HORIZONS, _SKY, _MAP = (f"shadows.{name}" for name in ("heights", "limbs", "horizons", "sky", "map"))
+_FORMATS = {_HEIGHTS: "r32f", _LIMBS: "rg32f", _HORIZONS: "rgba32ui", _SKY: "r8", _MAP: "rgba32f"}
+
+
+class _View:
+    """One view's windows, and what is left to do for them."""
+
+    def __init__(self, size: int, ubo: Any, scratch: list[Any]) -> None:
+        self.windows = Windows(size, _LAYERS)
+        self.ubo = ubo
+        self.scratch = scratch
+        self.block = ShadowBlock()
+        self.sun: Any = None
+        self.sun_number = 0
+        self.finest = 0.0  # level that may be shown, counted from the finest wanted; eased
+        self.ground: tuple[Any, ...] = ()
+        self.frame: Any = None
+        self.textures: tuple[Any, ...] = ()
+        self.complete = False
+
+    def forget(self) -> None:
+        self.windows.forget()
+        self.complete = False
+
+
+class ShadowSystem(System):
+    """Shadows that the ground casts, and its shelter from the sky. Needs Planet and Terrain, and Terrain.shadows or
+    Terrain.occlusion.
+
+    Pass ``shadows.clipmap``: heights of new texels, and shadows of levels that moved or whose sun did.
+    """
+
+    name: ClassVar[str] = "shadows"
+    needs: ClassVar[tuple[type, ...]] = (Planet, Terrain)
+
+    def __init__(self) -> None:
+        self._views: dict[int, _View] = {}
+        self._world: World | None = None
+
+    def setup(self, setup: Setup) -> None:
+        self._gpu, self._world = setup.gpu, setup.world
+        gpu = setup.gpu
+        self._most = int(setup.settings["shadows.size"])
+        self._finest_m = float(setup.settings["shadows.finest_m"])
+        self._per_pixel = float(setup.settings["shadows.texels_per_pixel"])
+        self._new_levels = int(setup.settings["shadows.levels_per_frame"])
+        # Its text, for shaders; each view has a block of its own.
+        gpu.uniform_block(ShadowBlock, SHADOW_BINDING, "shadow_map")
+        self._heights = gpu.compute("shadows/heights.comp")
+        self._first = gpu.compute("shadows/sweep.comp", defines={"FIRST": 1})
+        self._sweep = gpu.compute("shadows/sweep.comp")
+        self._finish = gpu.compute("shadows/finish.comp")
+        self._occlusion = gpu.compute("shadows/occlusion.comp")
+        self._on = False
+        self._terrain_stamp: tuple[Any, ...] = ()
+        self._switch(self._wanted(setup.world, setup.planet, setup.settings))
+
+    def release(self) -> None:
+        self._views.clear()
+        self._switch((False, False))
+
+    def _wanted(self, world: World, planet: int, settings: Any) -> tuple[bool, bool]:
+        terrain = world.get(planet, Terrain)
+        stamp = (id(terrain), revision(terrain))
+        if stamp != self._terrain_stamp:
+            self._terrain_stamp = stamp
+            chosen = with_overrides(terrain, "terrain", settings)
+            self._chosen = (bool(chosen.shadows), bool(chosen.occlusion))
+        return self._chosen
+
+    def _switch(self, wanted: tuple[bool, bool]) -> None:
+        """Provide the contract, or leave it to its default."""
+        on = any(wanted)
+        if on == self._on:
+            return
+        self._on = on
+        self.structure += 1
+        assert self._world is not None
+        if on:
+            self._gpu.gpu.shaders.provide("sun_visibility", "shadows/sun_visibility.glsl", owner=self.name)
+            provide_contracts(self._world, self.name, self)
+        else:
+            self._gpu.gpu.shaders.withdraw(self.name)
+            withdraw_contracts(self._world, self.name)
+
+    # -- contracts ---------------------------------------------------------------------------------------------------
+
+    def contract_reads(self) -> tuple[str, ...]:
+        """See engine.contracts.ContractSource."""
+        return (_MAP,)
+
+    def bind_contract(self, io: PassIO) -> Callable[[], None]:
+        """See engine.contracts.ContractSource."""
+        texture = io.texture(_MAP)
+        owner: list[_View] = []
+
+        def run() -> None:
+            if not owner:  # known when all passes are bound
+                owner.extend(v for v in self._views.values() if v.textures and v.textures[-1] is texture)
+            texture.use(_MAP_UNIT)
+            owner[0].ubo.bind()
+
+        return run
+
+    # -- frame -------------------------------------------------------------------------------------------------------
+
+    def update(self, frame: Frame) -> None:
+        shown = self._wanted(frame.world, frame.planet, frame.settings)
+        self._switch(shown)
+        if not self._on:
+            return
+        view = self._view(frame.view_index, frame.size[1])
+        sea = frame.world.try_get(frame.planet, Ocean)
+        body = frame.world.get(frame.planet, Planet)
+        sea_m = _NO_SEA_M if sea is None else float(sea.sea_level_m)
+        ground = (id(frame.world.try_resource("height_field")), sea_m, shown, revision(body, "radius_m"))
+        if ground != view.ground or frame.cut:
+            view.ground = ground
+            view.forget()
+        view.frame = (
+            frame.camera,
+            frame.size,
+            frame.world,
+            frame.planet,
+            frame.dt_s,
+            frame.settling or frame.cut or view.sun is None,
+            frame.view_index,
+        )
+        self._place(view, frame.sun, sea_m, shown)
+
+    def _view(self, index: int, rows: int) -> _View:
+        """The windows of a view, as large as its picture can show."""
+        size = BLOCK * max(min(round(_TEXELS_PER_ROW * rows / BLOCK), self._most // BLOCK), _LEAST // BLOCK)
+        view = self._views.get(index)
+        if view is None or view.windows.size != size:
+            if view is not None:
+                for held in (view.ubo, *view.scratch):
+                    self._gpu.free(held)
+            scratch = [self._gpu.texture((size, size), "rg32f") for _ in range(2)]
+            ubo = self._gpu.uniform_block(ShadowBlock, SHADOW_BINDING)
+            view = self._views[index] = _View(size, ubo, scratch)
+            self.structure += 1
+        return view
+
+    def _place(self, view: _View, sun: Any, sea_m: float, shown: tuple[bool, bool]) -> None:
+        camera, size, world, planet, dt_s, hurry, index = view.frame
+        field = world.resource("height_field")
+        radius = world.get(planet, Planet).radius_m
+        proxy = world.resource(f"proxy.{index}")
+        distance = float(np.linalg.norm(camera.position_m))
+        direction = camera.position_m / distance
+        altitude = distance - radius
+        windows = view.windows
+        reach = reach_of(
+            direction,
+            altitude,
+            # Half: mountains beside the camera may be nearer than the ground below.
+            0.5 * (altitude - max(proxy.ground_m, sea_m)),
+            (camera.tan_top - camera.tan_bottom) / size[1],
+            radius,
+            (max(field.lowest_m, sea_m), field.highest_m),
+            windows.size,
+            self._finest_m,
+            self._per_pixel,
+            windows.chart,
+        )
+        if view.sun is None or float(np.abs(sun.direction - view.sun.direction).max()) > _SUN_STEP_RAD:
+            # One sun at a time: the sweep under way ends first.
+            if hurry or all(level.swept == view.sun_number for level in windows.levels):
+                view.sun = sun
+                view.sun_number += 1
+        elif sun.angular_radius_rad != view.sun.angular_radius_rad:
+            view.sun, view.sun_number = sun, view.sun_number + 1
+        complete = windows.follow(reach, MOST_LEVELS if hurry else self._new_levels)
+        view.complete = complete
+        self._write(view, reach, proxy, radius, sea_m, shown, dt_s, hurry)
+
+    def _write(
+        self, view: _View, reach: Any, proxy: Any, radius: float, sea_m: float,
+        shown: tuple[bool, bool], dt_s: float, hurry: bool,
+    ) -> None:  # fmt: skip
+        windows, block = view.windows, view.block
+        levels = windows.levels[::-1]  # finest first
+        axes = reach.chart.axes
+        anchor = proxy.lattice.direction
+        p0 = reach.chart.place(anchor)
+        finest = levels[0].power
+        frequency = math.ldexp(1.0, finest)
+        missing = float(reach.finest - finest)
+        # Counted from the finest wanted level: what is there now comes in slowly, what is not can't be shown.
+        step = 32.0 if hurry else dt_s / _FADE_S
+        view.finest = max(missing, view.finest - step)
+        block.axis_x = (*axes[0], p0[0])
+        block.axis_y = (*axes[1], p0[1])
+        block.axis_z = (*axes[2], 1.0 + float(axes[2] @ anchor))
+        block.scale = (frequency, 1.0 / frequency, radius, radius * reach.chart.scale(p0))
+        block.view = (*(reach.foot - p0), windows.half, view.finest - missing)
+        texel_m = radius * reach.chart.scale(p0) / frequency
+        block.detail = (1.0 / (self._per_pixel * texel_m), sea_m, 0.0, 0.0)
+        assert view.sun is not None
+        block.sun = (*(axes @ view.sun.direction), view.sun.angular_radius_rad)
+        block.counts = (len(levels), windows.size, int(shown[1]), int(shown[0]))
+        for number, level in enumerate(levels):
+            at = [math.ldexp(float(v), level.power) - c for v, c in zip(p0, level.corner, strict=True)]
+            wrap = [c % windows.size for c in level.corner]
+            block.window[number] = (*at, *wrap)
+            block.layer[number, 0] = windows.layer(level)
+        view.ubo.write(block)
+
+    def settled(self) -> bool:
+        return not self._on or all(v.complete and self._done(v) for v in self._views.values())
+
+    def progress(self) -> float:
+        """Share of the levels that are there, 0..1."""
+        if not self._on or not self._views:
+            return 1.0
+        return min(sum(not level.fresh for level in v.windows.levels) / MOST_LEVELS for v in self._views.values())
+
+    @staticmethod
+    def _done(view: _View) -> bool:
+        return not any(
+            level.fresh or level.shift != (0, 0) or level.swept != view.sun_number for level in view.windows.levels
+        )
+
+    # -- passes ------------------------------------------------------------------------------------------------------
+
+    def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
+        if not self._on:
+            return
+        own = self._view(view.index, view.size[1])
+        side = (own.windows.size, own.windows.size)
+        builder.add_pass(
+            "shadows.clipmap",
+            kind="compute",
+            system=self.name,
+            bind=lambda io: self._bind(io, own),
+            creates=tuple(
+                TextureSpec(name, kind, side, "persistent", layers=_LAYERS) for name, kind in _FORMATS.items()
+            ),
+            when=lambda: not self._done(own),
+            help="heights around the camera, and from where the sun is seen",
+        )
+
+    def _bind(self, io: PassIO, view: _View) -> Callable[[], None]:
+        textures = tuple(io.texture(name) for name in _FORMATS)
+        if any(a is not b for a, b in zip(textures, view.textures, strict=False)) or not view.textures:
+            view.textures = textures
+            for level in view.windows.levels:
+                level.fresh, level.swept = [view.windows.whole], -1
+
+        def run() -> None:
+            self._work(view)
+
+        return run
+
+    def _work(self, view: _View) -> None:
+        hurry, index, world = view.frame[5], view.frame[6], view.frame[2]
+        bind_heights = world.resource("surface_height")
+        bind_heights(index)
+        view.ubo.bind()
+        levels = view.windows.levels
+        count = len(levels)
+        sweeps = count if hurry else self._new_levels
+        for place, level in enumerate(levels):
+            number = count - 1 - place
+            fresh = level.fresh
+            if fresh:
+                self._fill(view, level, number)
+            if level.swept == view.sun_number:
+                parts = view.windows.unlit(
+                    level, view.sun_number, view.windows.way_of(level, view.sun.direction), _STEPS
+                )
+                for part in parts:
+                    self._cast(view, number, part, view.windows.way_of(level, view.sun.direction))
+            elif fresh or sweeps > 0:
+                sweeps -= 0 if fresh else 1
+                self._cast(view, number, view.windows.whole, None)
+            else:
+                break  # finer levels look into this one
+            level.shift, level.swept = (0, 0), view.sun_number
+
+    def _fill(self, view: _View, level: Level, number: int) -> None:
+        heights, _, horizons, sky, _ = view.textures
+        heights.bind_to_image(0, read=False, write=True)
+        self._heights.set("u_level", number)
+        for part in level.fresh:
+            self._heights.set("u_part", part)
+            self._heights.run_over(part[2], part[3])
+        self._gpu.gpu.barrier()
+        parts, level.fresh = level.fresh, []
+        if not view.block.counts[2]:
+            return
+        heights.use(0)
+        horizons.use(1)
+        horizons.bind_to_image(0, read=False, write=True)
+        sky.bind_to_image(1, read=False, write=True)
+        self._occlusion.set("u_level", number)
+        for part in parts:
+            grown = view.windows.spread(part)
+            self._occlusion.set("u_part", grown)
+            self._occlusion.run_over(grown[2], grown[3])
+        self._gpu.gpu.barrier()
+
+    def _cast(self, view: _View, number: int, part: Part, way: Any) -> None:
+        """Shadows of a part of a level. way: as of Windows.way_of; None: make everything that may be needed."""
+        heights, limbs, _, sky, packed = view.textures
+        windows = view.windows
+        parts = [part] * 3 if way is None else [windows.ahead(part, steps, way) for steps in (32, 20, 2)]
+        one, other = view.scratch
+        turns = ((heights, one), (one, other), (other, one)) if view.block.counts[3] else ()
+        for k, (source, result) in enumerate(turns):
+            program = self._sweep if k else self._first
+            source.use(0)
+            result.bind_to_image(0, read=False, write=True)
+            self._run(program, number, parts[k], 4**k)
+        one.use(0)
+        limbs.use(1)
+        heights.use(2)
+        sky.use(3)
+        limbs.bind_to_image(0, read=False, write=True)
+        packed.bind_to_image(1, read=False, write=True)
+        self._run(self._finish, number, part, 1)
+
+    def _run(self, program: Any, number: int, part: Part, step: int) -> None:
+        program.set("u_level", number)
+        program.set("u_part", part)
+        program.set("u_step", step)
+        program.run_over(part[2], part[3])
+        self._gpu.gpu.barrier()
