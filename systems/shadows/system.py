@@ -50,6 +50,7 @@ class _View:
         self.frame: Any = None
         self.textures: tuple[Any, ...] = ()
         self.complete = False
+        self.asked = False  # whether anybody reads the map in this frame
 
     def forget(self) -> None:
         self.windows.forget()
@@ -143,6 +144,7 @@ class ShadowSystem(System):
         if not self._on:
             return
         view = self._view(frame.view_index, frame.size[1])
+        view.asked = False
         sea = frame.world.try_get(frame.planet, Ocean)
         body = frame.world.get(frame.planet, Planet)
         sea_m = _NO_SEA_M if sea is None else float(sea.sea_level_m)
@@ -241,13 +243,18 @@ class ShadowSystem(System):
         view.ubo.write(block)
 
     def settled(self) -> bool:
-        return not self._on or all(v.complete and self._done(v) for v in self._views.values())
+        return not self._on or all(v.complete and self._done(v) for v in self._read())
 
     def progress(self) -> float:
         """Share of the levels that are there, 0..1."""
-        if not self._on or not self._views:
+        if not self._on:
             return 1.0
-        return min(sum(not level.fresh for level in v.windows.levels) / MOST_LEVELS for v in self._views.values())
+        shares = (sum(not level.fresh for level in v.windows.levels) / MOST_LEVELS for v in self._read())
+        return min(shares, default=1.0)
+
+    def _read(self) -> list[_View]:
+        """Views whose map somebody reads: the others' pass is not in the graph."""
+        return [view for view in self._views.values() if view.asked]
 
     @staticmethod
     def _done(view: _View) -> bool:
@@ -270,9 +277,13 @@ class ShadowSystem(System):
             creates=tuple(
                 TextureSpec(name, kind, side, "persistent", layers=_LAYERS) for name, kind in _FORMATS.items()
             ),
-            when=lambda: not self._done(own),
+            when=lambda: self._needed(own),
             help="heights around the camera, and from where the sun is seen",
         )
+
+    def _needed(self, view: _View) -> bool:
+        view.asked = True
+        return not self._done(view)
 
     def _bind(self, io: PassIO, view: _View) -> Callable[[], None]:
         textures = tuple(io.texture(name) for name in _FORMATS)
