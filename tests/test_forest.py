@@ -7,10 +7,11 @@ import pytest
 
 from planetfall.benchmarks.measure.selection import MadeGround, make_tiles, settle
 from planetfall.engine.surface.forest import Forest, Selection
+from planetfall.engine.surface.icosphere import TriangleScheme
 from planetfall.engine.surface.keys import container_of, first_inside, last_inside, level_of
 from planetfall.engine.surface.scheme import QuadScheme, Scheme
 
-SCHEMES: list[Scheme] = [QuadScheme()]
+SCHEMES: list[Scheme] = [QuadScheme(), TriangleScheme()]
 PIXEL_RAD = np.radians(60.0) / 1080
 
 
