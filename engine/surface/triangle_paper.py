@@ -139,11 +139,13 @@ def select(
     camera_m: ArrayLike,
     planes: Floats,
     most_level: int,
+    ground_m: float = 0.0,
     most: int = 1 << 14,
 ) -> PaperSelection:
     """The printed recursion, a level at a time: cull, split by distance, or draw. `planes` as in `volume_state`.
 
-    Levels above which there would be more than `most` triangles are not begun."""
+    ground_m: height of the sphere that distances are measured to; 0 as printed. Levels above which there would be more
+    than `most` triangles are not begun."""
     camera = np.asarray(camera_m, dtype=np.float64)
     keys, contained = scheme.root_keys(), np.zeros(scheme.roots, bool)
     leaves: list[Ints] = []
@@ -159,7 +161,7 @@ def select(
         keep &= state != OUTSIDE
         dropped += int((~keep).sum())
         keys, corners, contained = keys[keep], corners[keep], state[keep] == CONTAINED
-        away = np.linalg.norm(corners.mean(axis=1) - camera, axis=1)
+        away = np.linalg.norm(corners.mean(axis=1) * (1.0 + ground_m / radius_m) - camera, axis=1)
         split = away < table.split_m[level]
         if level == most_level or sum(map(len, leaves)) + len(keys) + 3 * int(split.sum()) > most:
             split[:] = False

@@ -49,6 +49,7 @@ class _View:
         self.patches: Any = None
         self.anchor: Any = None
         self.anchor_key: tuple[Any, ...] = ()
+        self.ground_m = 0.0  # height of the sphere that distances are measured to
         self.vertices: Any = None
         self.visible: Any = None
         self.arguments: Any = None
@@ -110,13 +111,15 @@ class PaperIcosphereBackend(Backend):
                 params.radius_m, params.highest_m, fov_rad, frame.size[0], lens[3], self.shape.segments, LEVELS
             )
         axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
+        # As printed the sphere of height 0: a mountain below one's feet would be as coarse as from so high above.
+        view.ground_m = float(proxy.ground_m)
         key = (lens, axes, anchor_key, smallest_m)
         if key == view.key:
             return
         view.key = key
         finest = int(np.clip(np.searchsorted(-self._spacing_m, -smallest_m), 0, LEVELS))
         planes = frustum_planes(camera.forward, camera.up, tangents)
-        found = select(self.shape.scheme, view.table, params.radius_m, camera.position_m, planes, finest)
+        found = select(self.shape.scheme, view.table, params.radius_m, camera.position_m, planes, finest, view.ground_m)
         view.keys = found.keys
         if len(found.keys) > view.capacity:
             view.capacity = 2 * len(found.keys)
@@ -162,6 +165,7 @@ class PaperIcosphereBackend(Backend):
                 self._vertices.set("u_split", np.pad(view.table.split_m, (0, _ROWS - LEVELS - 1)))
                 self._vertices.set("u_spacing", self._spacing_m)
                 self._vertices.set("u_morph_range", MORPH_RANGE)
+                self._vertices.set("u_ground", view.ground_m)
                 self._vertices.run(count, 1, 1)
             view.made = view.key
 

@@ -19,6 +19,7 @@ layout(std430, binding = 1) writeonly buffer VertexBuffer { CellVertex vertices[
 uniform float u_split[32];        // metres: distance at which a triangle of a level is split
 uniform float u_spacing[32];      // metres: longest distance of vertices
 uniform float u_morph_range;
+uniform float u_ground;           // height of the sphere that distances are measured to
 
 // 1 where the parent would be drawn, 0 from a part of the level's range on.
 float morph_of(int level, float distance_m) {
@@ -40,7 +41,8 @@ void main() {
     for (int k = int(gl_LocalInvocationID.x); k < TILE_VERTICES; k += 64) {
         ivec2 pq = pf_triangle_place(k, TILE_SEGMENTS), bc = pf_triangle_lattice(instance.name, pq);
         vec3 foot = triangle_foot_offset(root, bc);
-        float distance_m = length(foot - frame.anchor_up.xyz * frame.anchor_up.w - frame.camera_offset.xyz);
+        vec3 ground = foot * (1.0 + u_ground / radius) + frame.anchor_up.xyz * (u_ground - frame.anchor_up.w);
+        float distance_m = length(ground - frame.camera_offset.xyz);
         ivec2 to = pf_triangle_lattice(instance.name, pq + morph_vector(pq));
         vec3 D = triangle_foot_offset_between(root, bc, to, morph_of(level, distance_m));
         TerrainPoint terrain = terrain_point(D, u_spacing[level]);
