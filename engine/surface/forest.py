@@ -19,33 +19,39 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .keys import NO_NODE, children_of, container_of, level_of
-from .nodes import GIVEN, UNKNOWN, NodeTable
+from .hulls import Hulls, Walked, horizon_reach, walk_frustum
+from .keys import NO_NODE, children_of, container_of
+from .nodes import GIVEN, UNKNOWN, NodeTable, node_shape
+from .refinement import HOLD, goals, saturated, step, wanted_split
 from .scheme import Scheme
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-BAND = 1.25
-"""Children are themselves from this many times the wanted error of their parent on."""
-HOLD = 1.1
-"""A split node is merged when its error has fallen below the wanted one over this."""
-STEP = BAND * HOLD
-"""By how much a node's supports count for more than it: they are at rest when it may be split."""
-HURRY = 4.0
-"""Errors so many times too large, or small, are mended at once."""
-MORPH_S = 0.1
-"""A whole morph takes at least this long."""
 REST_S = 0.3
 """After this long without change nothing is held or morphed any more."""
 MORPH_STEPS = 64
 """Morph factors are multiples of 1 / 64, so that most stay the same from frame to frame."""
 FADE = 0.15
-"""Errors fade to nothing over this part of the angle to the horizon, beyond it."""
+"""Errors fade to nothing over this part of the distance to the horizon, beyond it."""
+SLACK = 1.0 / 512.0
+"""Eyes that moved by less than this part of the nearest tile's distance get the same selection, until they rest."""
+JUMP = 0.25
+"""After a longer way, as a part of the same distance, all that is known is looked at."""
+BUDGET_STEPS = 16
+"""With too many tiles the allowed error grows in steps of 2^(1/16)."""
 FINER_ERROR = 0.5
 """The error of an unknown child as a fraction of its parent's."""
+AHEAD_S = 1.0
+"""What will be needed in this time, at the same velocity, is made in advance."""
+AHEAD_URGENCY = 0.25
+OUT_OF_VIEW_URGENCY = 0.5
 MAX_WANTED = 256
+MAX_FORESEEN = 16
+"""Of so many most urgent nodes two levels are wanted at once,"""
+SURE = 2.0
+"""... of children whose predicted error is so many times the wanted one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,18 +94,31 @@ class Selection:
 
 
 class _Active(NamedTuple):
-    """The nodes that are looked at, copied together; rows 0 and 1 as in the table."""
+    """The nodes that are looked at, copied together; rows GIVEN and UNKNOWN come first, as in the table."""
 
     rows: Ints
     supports: Ints
     kids_known: Mask
+    hulls: Hulls
+    whole: bool
+    """Whether these are all known nodes, not only the drawn ones, what is above them, and their children."""
+
+
+class _Leaves(NamedTuple):
+    """The leaves of the active nodes, sorted by key, and what lies across their edges."""
+
+    nodes: Ints
+    """Places among the active nodes."""
+    parents: Ints
+    keys: Ints
+    level: Ints
+    skip: NDArray[np.uint8]
+    beside: Ints
+    """(N, E): the leaf of the same level across each edge; where there is none, the leaf itself."""
+    same: Mask
     low: Floats
+    """Radii."""
     high: Floats
-    error: Floats
-    center: Floats
-    reach: Floats
-    normals: Floats
-    horizon: Floats
 
 
 class Forest:
@@ -146,13 +165,24 @@ class Forest:
         self.table = NodeTable(scheme, balanced)
         self._call = 0
         self._revision = 0
-        self._changed = True
+        self._changed = True  # facts
         self._time_s: float | None = None
         self._still_since_s: float | None = None
         self._asked: tuple[object, ...] = ()
-        self._all = True
+        self._eye: Floats | None = None  # of the last evaluation
+        self._last_eye: Floats | None = None  # of the last call
+        self._slack_m = 0.0
+        self._nearest_m = 0.0
+        self._budget_step = 0
+        self._final = False  # whether the last evaluation was of an eye at rest
         self._active: _Active | None = None
+        self._leaves: _Leaves | None = None
+        self._weights: tuple[tuple[object, ...], Floats] | None = None
         self._selection: Selection | None = None
+        self._seen: Ints = np.zeros(0, np.int64)
+        self._morphs: Floats = np.zeros(0)
+        self.evaluations = 0
+        """Counts the calls that looked at nodes."""
 
     # -- facts --------------------------------------------------------------------------------------------------------
 
@@ -167,12 +197,16 @@ class Forest:
         if (keys <= NO_NODE).any():
             raise ValueError("set_facts: 0 and negative numbers name no node")
         self.table.add(keys, low, high, error)
-        self._changed = True
+        self._forget_views()
 
     def forget(self, keys: ArrayLike) -> None:
         """Nodes can't be drawn any more; their parents will be, if need be."""
         self.table.remove(np.asarray(keys, dtype=np.int64).ravel())
+        self._forget_views()
+
+    def _forget_views(self) -> None:
         self._changed = True
+        self._active = self._leaves = self._weights = None
 
     def knows(self, keys: ArrayLike) -> Mask:
         """Which nodes are known."""
@@ -209,28 +243,48 @@ class Forest:
         velocity_m_s: ArrayLike | None = None,
         finest_spacing_m: float = 0.05,
         max_tiles: int = 4096,
+        spacing_px: float | None = None,
+        planes: Floats | None = None,
     ) -> Selection:
         """Tiles for an eye (3,), planet-centred metres; `pixel_rad` is the angle of a pixel.
 
-        `time_s` runs the morphs; None finishes them at once. `velocity_m_s` (3,) is for what to make in advance.
+        `time_s` runs the morphs; None finishes them at once. `velocity_m_s` (3,) is for what to make in advance,
+        `planes` (P, 3), inward normals through the eye, for what to make first; they change nothing else.
+        `spacing_px`: nor may vertices be farther apart than this. `max_tiles` is kept: the allowed error grows.
         Raises ValueError for an eye that isn't finite or is at the centre, and for limits that are not positive.
         """
         eye = np.asarray(eye_m, dtype=np.float64)
         if eye.shape != (3,) or not np.isfinite(eye).all() or not eye.any():
             raise ValueError(f"Forest.select: expected a finite eye_m (3,) away from the centre, found {eye_m!r}")
-        for name, value in (("pixel_rad", pixel_rad), ("error_px", error_px), ("finest_spacing_m", finest_spacing_m)):
+        limits = {"pixel_rad": pixel_rad, "error_px": error_px, "finest_spacing_m": finest_spacing_m}
+        if spacing_px is not None:
+            limits["spacing_px"] = spacing_px
+        for name, value in limits.items():
             if not (np.isfinite(value) and value > 0):
                 raise ValueError(f"Forest.select: {name} must be positive and finite, found {value!r}")
-        asked = (*eye.tolist(), pixel_rad, error_px, finest_spacing_m, max_tiles)
-        still = asked == self._asked and not self._changed
-        self._call += 1
-        step_s, rested = self._clock(time_s, still)
-        if still and self._selection is not None and not self._selection.moving:
-            return self._selection
-        self._asked, self._changed = asked, False
-        first = self._selection is None
-        del max_tiles, velocity_m_s, first
-        return self._run(eye, pixel_rad, error_px, finest_spacing_m, step_s, rested)
+        if max_tiles < self.scheme.roots:
+            raise ValueError(f"Forest.select: max_tiles must be at least {self.scheme.roots}, found {max_tiles!r}")
+        asked = (pixel_rad, error_px, finest_spacing_m, spacing_px)
+        moved = np.inf if self._eye is None else float(np.sqrt(((eye - self._eye) ** 2).sum()))
+        same = not self._changed and (*asked, max_tiles) == self._asked
+        rests = self._last_eye is not None and bool((eye == self._last_eye).all())
+        step_s, rested = self._clock(time_s, same and rests)
+        self._last_eye, self._call = eye.copy(), self._call + 1
+        last = self._selection
+        if (
+            last is not None
+            and same
+            and not last.moving
+            and moved <= self._slack_m
+            and (not rests or not moved)
+            and self._final >= rested
+        ):
+            return last
+        self._asked, self._changed, self._eye = (*asked, max_tiles), False, eye.copy()
+        self.evaluations += 1
+        whole = rested or not np.isfinite(step_s) or moved > JUMP * self._nearest_m
+        velocity = None if velocity_m_s is None else np.asarray(velocity_m_s, dtype=np.float64)
+        return self._run(eye, asked, max_tiles, step_s, rested, whole, velocity, planes)
 
     def _clock(self, time_s: float | None, still: bool) -> tuple[float, bool]:
         """Seconds since the last call, infinite where morphs are to be finished; and whether all is at rest."""
@@ -243,113 +297,232 @@ class Forest:
             self._still_since_s = time_s
         return step_s, time_s - self._still_since_s >= REST_S
 
-    def _gather(self) -> _Active:
+    def visible(self, selection: Selection, eye_m: ArrayLike, planes: Floats) -> Walked:
+        """Which tiles of a selection a frustum may hold, by a walk down the trees; for priorities and for tests."""
+        order = np.argsort(selection.keys)
+        keys = selection.keys[order]
+        rows = self.table.find(keys)
+        low = (self.radius_m + self.table.low_m[rows]) * self._sagging(self.table.level[rows])
+        walked = walk_frustum(self.scheme, keys, low, self.radius_m + self.table.high_m[rows], eye_m, planes)
+        seen = np.zeros(len(keys), bool)
+        seen[order] = walked.seen
+        return walked._replace(seen=seen)
+
+    def _sagging(self, level: Ints) -> Floats:
+        """The mesh's chords hang below the ground that they stand for: by this factor of the radius."""
+        return 1.0 - self.scheme.spacing_rad(level, self.segments) ** 2 / 8.0
+
+    def _gather(self, whole: bool) -> _Active:
+        """The nodes to look at."""
+        active = self._active
+        if active is not None and (active.whole or not whole):
+            return active
         table = self.table
-        rows = np.concatenate([[GIVEN, UNKNOWN], np.flatnonzero(table.known)])
+        if whole:
+            wanted = table.known
+        else:
+            # Nodes whose parent is drawn or split: drawn ones, those above them, and children that are there already.
+            above = table.supports[:, 0]
+            wanted = table.known & table.split[table.supports[above, 0]]
+        rows = np.concatenate([[GIVEN, UNKNOWN], np.flatnonzero(wanted)])
         place = np.full(len(table.known), UNKNOWN, np.int64)
         place[rows] = np.arange(len(rows))
-        high = self.radius_m + table.high_m[rows]
-        spacing = self.scheme.spacing_rad(table.level[rows], self.segments)
-        # The mesh's chords hang below the ground that they stand for.
-        low = (self.radius_m + table.low_m[rows]) * (1.0 - spacing**2 / 8.0)
-        above = np.maximum(high - self._occluder_r, 0.0) / self._occluder_r
-        return _Active(
-            rows,
-            place[table.supports[rows]],
-            (table.kids[rows] > UNKNOWN).all(axis=1),
-            low,
-            high,
-            table.error_m[rows],
+        hulls = Hulls.of(
             table.center[rows],
             table.reach[rows],
-            table.normals[rows].reshape(-1, 3),
-            np.arctan(np.sqrt(above * (2.0 + above))),
+            table.normals[rows],
+            (self.radius_m + table.low_m[rows]) * self._sagging(table.level[rows]),
+            self.radius_m + table.high_m[rows],
+            self._occluder_r,
         )
+        kids = (table.kids[rows] > UNKNOWN).all(axis=1)
+        self._active = _Active(rows, place[table.supports[rows]], kids, hulls, whole)
+        self._leaves = self._weights = None
+        return self._active
 
-    def _measure(self, nodes: _Active, eye: Floats, floor_m: float) -> tuple[Floats, Floats]:
-        """Distances to the nodes' hulls, and how much of an error counts: 1, less beyond the horizon."""
-        away = float(np.sqrt(eye @ eye))
-        up = eye / away
-        offset = nodes.center - up
-        chord = np.sqrt(np.einsum("nk,nk->n", offset, offset)) - nodes.reach
-        beyond = -(nodes.normals @ up).reshape(len(chord), -1).min(axis=1)
-        beyond = np.clip(beyond, 0.0, 1.0)
-        # A chord from the sine of its angle; both are lower bounds of the chord to the nearest point.
-        chord2 = np.maximum(np.maximum(chord, 0.0) ** 2, 2.0 * beyond**2 / (1.0 + np.sqrt(1.0 - beyond**2)))
-        height = np.clip(away * (1.0 - 0.5 * chord2), nodes.low, nodes.high)
-        distance = np.sqrt((away - height) ** 2 + away * height * chord2)
-        above = (away - self._occluder_r) / self._occluder_r
-        if above <= 0.0:
-            return np.maximum(distance, floor_m), np.ones(len(chord))
-        limit = nodes.horizon + np.arctan(np.sqrt(above * (2.0 + above)))
-        angle = 2.0 * np.arcsin(np.minimum(0.5 * np.sqrt(chord2), 1.0))
-        return np.maximum(distance, floor_m), np.clip(1.0 - (angle / limit - 1.0) / FADE, 0.0, 1.0)
+    def _weight(self, nodes: _Active, asked: tuple[object, ...]) -> Floats:
+        """Share of a node times its distance, (N,) metres."""
+        if self._weights is not None and self._weights[0] == asked:
+            return self._weights[1]
+        pixel_rad, error_px, finest_m, spacing_px = asked
+        table = self.table
+        level = table.level[nodes.rows]
+        spacing = self.radius_m * self.scheme.spacing_rad(level, self.segments)
+        if self.split_distance_m is None:
+            weight = table.error_m[nodes.rows] / (pixel_rad * error_px)
+            if spacing_px is not None:
+                weight = np.maximum(weight, spacing / (pixel_rad * spacing_px))
+        else:
+            reach = np.append(self.split_distance_m, 0.0)
+            weight = reach[np.minimum(level, len(reach) - 1)]
+        deepest = self.scheme.finest_level - (self.segments.bit_length() - 1)
+        weight[(spacing <= finest_m) | (level >= deepest)] = 0.0
+        weight[:2] = 0.0
+        self._weights = (asked, weight)
+        return weight
+
+    def _counts(self, distance: Floats, eye: Floats, hulls: Hulls) -> Floats:
+        """How much of an error counts: 1, less beyond the horizon, 0 for what is hidden for certain."""
+        reach = horizon_reach(eye, self._occluder_r)
+        if not np.isfinite(reach):
+            return np.ones(len(distance))
+        # Not less than a little: an eye on the sphere that hides sees its own foot.
+        limit = hulls.tangent + max(reach, 1e-6 * self._occluder_r)
+        np.divide(distance, limit, out=limit)
+        limit -= 1.0 + FADE
+        limit *= -1.0 / FADE
+        return np.minimum(np.maximum(limit, 0.0, out=limit), 1.0, out=limit)
 
     def _run(
-        self, eye: Floats, pixel_rad: float, error_px: float, finest_spacing_m: float, step_s: float, rested: bool
+        self,
+        eye: Floats,
+        asked: tuple[object, ...],
+        max_tiles: int,
+        step_s: float,
+        rested: bool,
+        whole: bool,
+        velocity: Floats | None,
+        planes: Floats | None,
     ) -> Selection:
-        nodes = self._gather()
         table = self.table
-        distance, counts = self._measure(nodes, eye, finest_spacing_m)
-        level = table.level[nodes.rows]
-        error = nodes.error
-        if self.split_distance_m is not None:
-            reach = self.split_distance_m
-            error = np.where(level < len(reach), reach[np.minimum(level, len(reach) - 1)], 0.0) * pixel_rad * error_px
-        finest = self.radius_m * self.scheme.spacing_rad(level, self.segments) <= finest_spacing_m
-        finest |= level >= self.scheme.finest_level - (self.segments.bit_length() - 1)
-        found = np.where(finest, 0.0, error * counts / (distance * pixel_rad)) / error_px
-        found[GIVEN], found[UNKNOWN] = np.inf, 0.0
-        split = table.split[nodes.rows]
-        share = _saturated(found, nodes.supports, split, 1.0 if rested else 1.0 / HOLD)
-        split, morph, moving = self._step(nodes, share, split, step_s, rested)
-        drawn = split[nodes.supports[:, 0]] & ~split
-        drawn[:2] = False
-        table.used[nodes.rows[split[nodes.supports[:, 0]]]] = self._call
-        wanted = self._wanted(nodes, share, drawn)
-        return self._finish(nodes, distance, counts, drawn, morph, wanted, moving, error_px)
-
-    def _step(
-        self, nodes: _Active, share: Floats, split: Mask, step_s: float, rested: bool
-    ) -> tuple[Mask, Floats, bool]:
-        """Split and merge nodes, and move morphs on."""
-        table, supports = self.table, nodes.supports
-        morph = table.morph[nodes.rows]
-        split = _closed(split & nodes.kids_known, supports)
-        want = (share > 1.0) | (split & (share > (1.0 if rested else 1.0 / HOLD)))
-        want = _closed(want & nodes.kids_known, supports)
-        goal = np.clip((BAND - share) / (BAND - 1.0), 0.0, 1.0)
-        goal[~want] = 1.0
+        nodes = self._gather(whole)
+        weight = self._weight(nodes, asked)
+        distance = nodes.hulls.distance(eye)
+        np.maximum(distance, asked[2], out=distance)
+        counts = self._counts(distance, eye, nodes.hulls)
+        split, morph = table.split[nodes.rows], table.morph[nodes.rows]
+        split = wanted_split(np.zeros(len(split)), split, nodes.kids_known, nodes.supports, -1.0)
+        hold = 1.0 if rested else 1.0 / HOLD
+        alone = weight * counts / distance
+        alone[GIVEN] = np.inf
+        share, want = self._limited(alone, split, nodes, hold, max_tiles)
         if rested or not np.isfinite(step_s):
-            new, morph = want, goal
-            moving = False
+            new, new_morph, moving = want, goals(share, want), False
         else:
-            ready = (split[supports] & (morph[supports] == 0.0)).all(axis=1) | (share > HURRY)
-            new = split | (want & ready)
-            held = np.zeros(len(new), bool)
-            held[supports[new]] = True
-            goal[held] = 0.0
-            far = (share > HURRY) | (share < 1.0 / HURRY)
-            morph = np.where(far, goal, morph + np.clip(goal - morph, -step_s / MORPH_S, step_s / MORPH_S))
-            done = ~want & (((morph == 1.0) & ~held) | (share < 1.0 / HURRY))
-            new &= ~done
-            moving = bool((new != want).any() or (morph != goal)[new].any())
-        new[GIVEN], new[UNKNOWN] = True, False
-        morph = np.where(new, morph, 1.0)
-        morph[GIVEN] = 0.0
-        table.split[nodes.rows], table.morph[nodes.rows] = new, morph
-        return new, morph, moving
+            new, new_morph, moving = step(share, want, split, morph, nodes.supports, step_s)
+            if not self._fits(new, max_tiles):
+                share, want = self._limited(alone, split, nodes, 1.0, max_tiles)
+                new, new_morph, moving = want, goals(share, want), False
+        self._final = rested
+        if not np.array_equal(new, table.split[nodes.rows]):
+            table.split[nodes.rows] = new
+            self._leaves = None
+            moving |= not nodes.whole
+        table.morph[nodes.rows] = new_morph
+        inside = new[nodes.supports[:, 0]]
+        table.used[nodes.rows[inside]] = self._call
+        wanted = self._wanted(nodes, share, weight, inside & ~new, eye, velocity, planes)
+        selection = self._finish(nodes, distance, counts, inside & ~new, new_morph, wanted, moving, asked)
+        if self._leaves is None or nodes.whole:
+            # Next time only what is near the drawn nodes.
+            self._active = None
+        return selection
 
-    def _wanted(self, nodes: _Active, share: Floats, drawn: Mask) -> Ints:
+    def _fits(self, split: Mask, max_tiles: int) -> bool:
+        # A split adds three leaves; row GIVEN is split as well.
+        return self.scheme.roots + 3 * (int(split.sum()) - 1) <= max_tiles
+
+    def _limited(self, share: Floats, split: Mask, nodes: _Active, hold: float, max_tiles: int) -> tuple[Floats, Mask]:
+        """Shares, and what is to be split, with an allowed error that keeps to max_tiles."""
+
+        def at(k: int) -> tuple[Floats, Mask, bool]:
+            scaled = saturated(share * 2.0 ** (-k / BUDGET_STEPS), nodes.supports, split, hold)
+            want = wanted_split(scaled, split, nodes.kids_known, nodes.supports, hold)
+            return scaled, want, self._fits(want, max_tiles)
+
+        k = self._budget_step
+        found = at(k)
+        while not found[2] and k < 64 * BUDGET_STEPS:
+            k += 1
+            found = at(k)
+        if k == self._budget_step:
+            while k > 0:
+                finer = at(k - 1)
+                if not finer[2]:
+                    break
+                k, found = k - 1, finer
+        self._budget_step = k
+        return found[0], found[1]
+
+    def _wanted(
+        self,
+        nodes: _Active,
+        share: Floats,
+        weight: Floats,
+        drawn: Mask,
+        eye: Floats,
+        velocity: Floats | None,
+        planes: Floats | None,
+    ) -> Ints:
+        """What to make, most urgent first."""
         table = self.table
+        lacking = np.flatnonzero(drawn & ~nodes.kids_known)
+        urgency = share[lacking]
+        if planes is not None and len(lacking):
+            hulls = nodes.hulls
+            center = table.center[nodes.rows[lacking]]
+            middle = 0.5 * (hulls.low + hulls.high)[lacking]
+            around = hulls.reach[lacking] * hulls.high[lacking] + (hulls.high - hulls.low)[lacking]
+            side = (center * middle[:, None] - eye) @ planes.T
+            urgency = urgency * np.where((side < -around[:, None]).any(axis=1), OUT_OF_VIEW_URGENCY, 1.0)
+        needed = share[lacking] > 1.0
+        if velocity is not None and velocity.any():
+            distance = np.maximum(nodes.hulls.distance(eye + velocity * AHEAD_S), 1e-3)
+            ahead = weight / distance * 2.0 ** (-self._budget_step / BUDGET_STEPS)
+            soon = drawn & nodes.kids_known & (ahead > 1.0)
+            table.used[table.kids[nodes.rows[soon]]] = self._call
+            later = ~needed & (ahead[lacking] > 1.0)
+            urgency = np.where(later, AHEAD_URGENCY * np.minimum(ahead[lacking], 4.0), urgency)
+            needed |= later
         roots = self.scheme.root_keys()
         missing = roots[table.find(roots) == UNKNOWN]
-        short = np.flatnonzero(drawn & (share > 1.0) & ~nodes.kids_known)
-        short = short[np.argsort(-share[short], kind="stable")][:MAX_WANTED]
-        children = children_of(table.key[nodes.rows[short]])
-        have = table.kids[nodes.rows[short]]
+        lacking, urgency = lacking[needed], urgency[needed]
+        if not len(lacking):
+            return missing
+        order = np.argsort(-urgency, kind="stable")[: MAX_WANTED // 2]
+        short = nodes.rows[lacking[order]]
+        have = table.kids[short]
         table.used[have[have > UNKNOWN]] = self._call
-        return np.concatenate([missing, children[have == UNKNOWN]])[:MAX_WANTED]
+        first = children_of(table.key[short])[have == UNKNOWN]
+        second = self._foreseen(short, share[lacking[order]], weight[lacking[order]], have == UNKNOWN, eye)
+        return np.concatenate([missing, first, second])[:MAX_WANTED]
+
+    def _foreseen(self, rows: Ints, share: Floats, weight: Floats, missing: Mask, eye: Floats) -> Ints:
+        """Children of missing children that will want to be split for all that is known: more levels at once."""
+        table = self.table
+        near = np.flatnonzero(share * FINER_ERROR > SURE)[:MAX_FORESEEN]
+        if not len(near):
+            return np.zeros(0, np.int64)
+        parent, number = np.nonzero(missing[near])
+        if not len(parent):
+            return np.zeros(0, np.int64)
+        rows, weight = rows[near][parent], weight[near][parent]
+        keys = children_of(table.key[rows])[np.arange(len(rows)), number]
+        center, reach, normals = node_shape(self.scheme, keys)
+        low = self.radius_m + table.low_m[rows] - table.error_m[rows]
+        high = self.radius_m + table.high_m[rows] + table.error_m[rows]
+        hulls = Hulls.of(center, reach, normals, low, high, self._occluder_r)
+        found = (
+            weight * FINER_ERROR / np.maximum(hulls.distance(eye), 1e-3) * self._counts(hulls.distance(eye), eye, hulls)
+        )
+        return children_of(keys[found > SURE]).ravel()
+
+    def _find_leaves(self, nodes: _Active, drawn: Mask) -> _Leaves:
+        table = self.table
+        leaves = np.flatnonzero(drawn)
+        keys = table.key[nodes.rows[leaves]]
+        order = np.argsort(keys)
+        leaves, keys = leaves[order], keys[order]
+        rows = nodes.rows[leaves]
+        level = table.level[rows]
+        at = container_of(table.neighbour_keys[rows], keys)
+        skip = np.where(at >= 0, level[:, None] - level[at], 0)
+        same = (at >= 0) & (skip == 0)
+        beside = np.where(same, at, np.arange(len(keys))[:, None])
+        return _Leaves(
+            rows, table.supports[rows, 0], keys, level, skip.astype(np.uint8), beside, same,
+            self.radius_m + table.low_m[rows], self.radius_m + table.high_m[rows],
+        )  # fmt: skip
 
     def _finish(
         self,
@@ -360,70 +533,36 @@ class Forest:
         morph: Floats,
         wanted: Ints,
         moving: bool,
-        error_px: float,
+        asked: tuple[object, ...],
     ) -> Selection:
         table = self.table
-        morph = np.rint(morph * MORPH_STEPS) / MORPH_STEPS
-        leaves = np.flatnonzero(drawn)
-        keys = table.key[nodes.rows[leaves]]
-        order = np.argsort(keys)
-        leaves, keys = leaves[order], keys[order]
-        own = morph[nodes.supports[leaves, 0]]
-        level = level_of(keys)
-        beside = table.neighbour_keys[nodes.rows[leaves]]
-        at = container_of(beside, keys)
-        coarser = np.where(at >= 0, level[:, None] - level[at], 0)
-        same = (at >= 0) & (coarser == 0)
-        edge = np.where(same, np.maximum(own[:, None], own[at]), 0.0)
-        seen = np.flatnonzero(counts[leaves] > 0.0)
-        seen = seen[np.argsort(distance[leaves[seen]], kind="stable")]
+        fresh = self._leaves is None
+        if self._leaves is None:
+            self._leaves = self._find_leaves(nodes, drawn)
+        leaves = self._leaves
+        place = np.zeros(len(table.known), np.int64)
+        place[nodes.rows] = np.arange(len(nodes.rows))
+        at = place[leaves.nodes]
+        away = distance[at]
+        own = np.rint(morph[place[leaves.parents]] * MORPH_STEPS) * (1.0 / MORPH_STEPS)
+        seen = np.flatnonzero(counts[at] > 0.0)
+        seen = seen[np.argsort(away[seen], kind="stable")]
+        self._nearest_m = float(away[seen[0]]) if len(seen) else float(distance[2:].min(initial=np.inf))
+        self._slack_m = SLACK * self._nearest_m
         last = self._selection
-        result = (
-            keys[seen],
-            own[seen].astype(np.float32),
-            coarser[seen].astype(np.uint8),
-            edge[seen].astype(np.float32),
-        )
-        if last is None or not all(
-            np.array_equal(a, b)
-            for a, b in zip(result, (last.keys, last.morph, last.edge_skip, last.edge_morph), strict=True)
-        ):
-            self._revision += 1
-        self._selection = Selection(
-            *result, distance[leaves[seen]], wanted, moving, self._revision, error_px, level[seen]
-        )
+        error_px = asked[1] * 2.0 ** (self._budget_step / BUDGET_STEPS)
+        if last is not None and not fresh and np.array_equal(seen, self._seen) and np.array_equal(own, self._morphs):
+            values = (last.keys, last.morph, last.edge_skip, last.edge_morph)
+            levels = last.levels
+        else:
+            edge = np.where(leaves.same, np.maximum(own[:, None], own[leaves.beside]), 0.0)
+            values = (
+                leaves.keys[seen], own[seen].astype(np.float32), leaves.skip[seen], edge[seen].astype(np.float32),
+            )  # fmt: skip
+            levels = leaves.level[seen]
+            old = () if last is None else (last.keys, last.morph, last.edge_skip, last.edge_morph)
+            if last is None or not all(np.array_equal(a, b) for a, b in zip(values, old, strict=True)):
+                self._revision += 1
+        self._seen, self._morphs = seen, own
+        self._selection = Selection(*values, away[seen], wanted, moving, self._revision, error_px, levels)
         return self._selection
-
-
-def _saturated(found: Floats, supports: Ints, split: Mask, hold: float) -> Floats:
-    """Errors as multiples of the wanted one, so that children count for less than their parents, and the supports of
-    nodes that are to be split count for more than these."""
-    share = found
-    while True:
-        capped = np.minimum(share, share[supports[:, 0]] / STEP)
-        capped[GIVEN] = np.inf
-        if np.array_equal(capped, share):
-            break
-        share = capped
-    while True:
-        above = np.flatnonzero((share > 1.0) | (split & (share > hold)))
-        least = np.broadcast_to((STEP * share[above])[:, None], (len(above), supports.shape[1]))
-        to = supports[above]
-        less = share[to] < least
-        less &= to > UNKNOWN
-        if not less.any():
-            return share
-        share = share.copy()
-        np.maximum.at(share, to[less], least[less])
-
-
-def _closed(split: Mask, supports: Ints) -> Mask:
-    """The largest part of a set of nodes whose supports belong to it."""
-    split = split.copy()
-    split[GIVEN], split[UNKNOWN] = True, False
-    while True:
-        inside = np.flatnonzero(split)
-        lost = inside[~split[supports[inside]].all(axis=1)]
-        if not len(lost):
-            return split
-        split[lost] = False

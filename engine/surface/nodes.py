@@ -60,6 +60,7 @@ class NodeTable:
             if hasattr(self, name):
                 array[: self._used] = getattr(self, name)[: self._used]
             setattr(self, name, array)
+        self.supports[UNKNOWN] = UNKNOWN
         self.split[GIVEN] = True
         self.morph[GIVEN] = 0.0
 
@@ -110,10 +111,7 @@ class NodeTable:
         scheme = self.scheme
         self.key[rows], self.level[rows] = keys, level_of(keys)
         self.known[rows], self.split[rows], self.morph[rows], self.used[rows] = True, False, 1.0, 0
-        corners, center = scheme.corners(keys), scheme.center(keys)
-        self.center[rows] = center
-        self.reach[rows] = np.sqrt(((corners - center[:, None]) ** 2).sum(axis=2).max(axis=1))
-        self.normals[rows] = edge_normals(corners, center, scheme.edge_corners)
+        self.center[rows], self.reach[rows], self.normals[rows] = node_shape(scheme, keys)
         beside = scheme.neighbour(keys[:, None], np.arange(scheme.edges))
         self.neighbour_keys[rows] = beside
         self.support_keys[rows] = self._support_keys(keys, beside)
@@ -171,6 +169,13 @@ class NodeTable:
         self.known[rows], self.split[rows], self.morph[rows] = False, False, 1.0
         self.kids[rows], self.supports[rows], self.support_keys[rows], self.key[rows] = UNKNOWN, GIVEN, 0, 0
         self._free.extend(rows.tolist())
+
+
+def node_shape(scheme: Scheme, keys: Ints) -> tuple[Floats, Floats, Floats]:
+    """Centres (N, 3), chords from there to the farthest corners (N,), and normals of the edges (N, E, 3)."""
+    corners, center = scheme.corners(keys), scheme.center(keys)
+    reach = np.sqrt(((corners - center[:, None]) ** 2).sum(axis=2).max(axis=1))
+    return center, reach, edge_normals(corners, center, scheme.edge_corners)
 
 
 def edge_normals(corners: Floats, center: Floats, edge_corners: Ints) -> Floats:
