@@ -118,7 +118,7 @@ def test_the_ground_moves_little_at_a_snap_and_comes_to_where_it_belongs(view, s
     assert faded.snaps == plain.snaps == 2
     # What is left at once is where diagonals of the two grids cross.
     assert snaps.Pops.quantile(faded.at_once, 0.99) < 0.5 * snaps.Pops.quantile(plain.at_once, 0.99)
-    assert snaps.Pops.quantile(faded.a_frame, 0.999) <= 0.1
+    assert max(faded.a_frame) <= 0.25
     assert snaps.Pops.quantile(faded.in_all, 0.999) <= 1.0
     assert snaps.Pops.quantile(faded.in_all, 0.999) == pytest.approx(snaps.Pops.quantile(plain.in_all, 0.999))
 

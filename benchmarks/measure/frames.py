@@ -75,7 +75,7 @@ def time_frames(renderer: Renderer, camera: Camera, runs: int) -> FrameTimes:
         renderer.render_to(target, same)
 
     def snapping() -> None:
-        _forget_proxy(renderer)
+        forget_proxy(renderer)
         renderer.render_to(target, same)
 
     times = {}
@@ -87,7 +87,7 @@ def time_frames(renderer: Renderer, camera: Camera, runs: int) -> FrameTimes:
     return FrameTimes(**times, python_ms=float(np.median(python_ms)))
 
 
-def _forget_proxy(renderer: Renderer) -> None:
+def forget_proxy(renderer: Renderer) -> None:
     """The next frame makes a new proxy, and all that hangs on it, as a snap does."""
     system: Any = renderer.system("proxy")
     view = system._views.get(0)
@@ -116,7 +116,7 @@ def time_passes(renderer: Renderer, camera: Camera, runs: int) -> dict[str, Timi
                     samples.setdefault(report.name, []).append(report.gpu_ms)
         always = set(samples)
         for _ in range(max(runs // 3, 2)):
-            _forget_proxy(renderer)
+            forget_proxy(renderer)
             renderer.render_to(target, camera)
             for report in renderer.passes():
                 if report.gpu_ms is not None and report.name not in always:

@@ -1,0 +1,169 @@
+"""Benches of the projected grid: the source's method against ours, and what a snap moves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from typing import Any
+
+import numpy as np
+
+from ... import Renderer, load_scene, path, view
+from ..measure import frames, ground, motion, paper_grid, snaps
+from ..session import Bench, Session
+from ..target import at_least, at_most
+from ..timing import Timing, time_variants
+
+SEED = 20240601
+VIEWS = ("near", "high", "orbit")
+SIZE, POPS_SIZE = (640, 360), (320, 180)
+PAPER = {"terrain.method": "paper"}
+METHODS: Mapping[str, Mapping[str, Any]] = {
+    "ours": {},
+    "paper 50^2": {**PAPER, "terrain.paper_grid": 50},
+    "paper 100^2": PAPER,
+    "paper 200^2": {**PAPER, "terrain.paper_grid": 200},
+    "paper 100^2, 10 layers": {**PAPER, "terrain.paper_layers": 10},
+}
+
+
+@contextmanager
+def _side_by_side(session: Session, names: list[str]) -> Iterator[dict[str, Renderer]]:
+    """A renderer for each method on one context, so that their frames can take turns."""
+    with session.renderer("earth", SIZE, "medium", dict(METHODS[names[0]])) as first, ExitStack() as stack:
+        made = {names[0]: first}
+        for name in names[1:]:
+            other = Renderer(load_scene("earth"), SIZE, "medium", dict(METHODS[name]), ctx=first.ctx, guard=False)
+            stack.callback(other.release)
+            made[name] = other
+        yield made
+
+
+def _methods(session: Session) -> None:
+    """Run time, triangles and error of both methods: against the ground that each draws, and against the scene's."""
+    rng = np.random.default_rng(SEED)
+    names = ["ours", "paper 100^2"] if session.quick else list(METHODS)
+    with _side_by_side(session, names) as renderers:
+        for place in VIEWS:
+            for renderer in renderers.values():
+                renderer.settle(view(place))
+            turning = _interleaved(renderers, place, session.runs(15, 4), _turning)
+            snapping = _interleaved(renderers, place, session.runs(6, 2), _snapping)
+            for name, renderer in renderers.items():
+                renderer.settle(view(place))
+                few = session.runs(20_000, 3000)
+                own = renderer.scene.world.resource("height_field")
+                found = ground.picture_error(renderer, view(place), rng, few, own)
+                scene = ground.picture_error(renderer, view(place), rng, few)
+                if found is None or scene is None:
+                    continue
+                stats: Any = renderer.system("terrain")
+                counts = stats.statistics()
+                session.row(
+                    name, place, SIZE, turning[name], error=found.p99_px, error_unit="px p99",
+                    scene_p99_px=scene.p99_px, worst_px=found.worst_px, snap_ms=snapping[name].ms,
+                    triangles=counts["triangles"], vertices=counts["vertices"],
+                )  # fmt: skip
+
+
+def _interleaved(
+    renderers: Mapping[str, Renderer], place: str, runs: int, frame: Callable[[Renderer, Any, str], Callable[[], None]]
+) -> dict[str, Timing]:
+    targets = {name: r.ctx.simple_framebuffer(r.size) for name, r in renderers.items()}
+    variants = {name: frame(r, targets[name], place) for name, r in renderers.items()}
+    finish = next(iter(renderers.values())).ctx.finish
+    times = time_variants(variants, runs, 2, finish)
+    for name, target in targets.items():
+        renderers[name].gpu.leave(target)
+        target.release()
+    return times
+
+
+def _turning(renderer: Renderer, target: Any, place: str) -> Callable[[], None]:
+    """The camera turns a little in each frame: what is seen is found anew, the grid is held."""
+    cameras = motion.turned(renderer.camera_state(view(place)), 0.01, 4)
+
+    def frame() -> None:
+        cameras.append(cameras.pop(0))
+        renderer.render_to(target, cameras[0])
+
+    return frame
+
+
+def _snapping(renderer: Renderer, target: Any, place: str) -> Callable[[], None]:
+    """The grid is made anew in each frame."""
+    camera = motion.turned(renderer.camera_state(view(place)), 0.01, 1)[0]
+
+    def frame() -> None:
+        frames.forget_proxy(renderer)
+        renderer.render_to(target, camera)
+
+    return frame
+
+
+def _vertices(session: Session) -> None:
+    """The source's vertices, from an anchor, against the float64 twin; and what its frustum test drops."""
+    rng = np.random.default_rng(SEED)
+    with session.renderer("earth", SIZE, "medium", dict(PAPER)) as renderer:
+        for place in ("ground", *VIEWS, "space", "pole"):
+            found = paper_grid.vertex_error(renderer, view(place), rng, session.runs(40_000, 4000))
+            # Heights round to 0.1 mm, which is more than that at a vertex a metre from the eye.
+            target = at_most(0.1 if place == "ground" else 1e-3, "px")
+            session.row("paper: vertices", place, error=found.worst_px, error_unit="px at 1080 rows", target=target,
+                        p99_px=found.p99_px, worst_m=found.worst_m, vertices=found.vertices)  # fmt: skip
+            culled = paper_grid.culling(renderer, view(place), session.runs(17, 9))
+            session.row("paper: patches dropped though seen", place, error=culled.dropped_seen, target=at_most(0),
+                        patches=culled.patches, drawn=culled.drawn, drawn_unseen=culled.kept_unseen)  # fmt: skip
+
+
+def _snaps(session: Session) -> None:
+    """What the ground does on screen at snaps: the same camera before and after, in level flight and sinking."""
+    count = session.runs(8, 2)
+    for name, overrides in (
+        ("ours", {}),
+        ("ours, no fade", {"terrain.fade_s": 0.0}),
+        ("paper 100^2", PAPER),
+        ("paper 100^2, 10 layers", METHODS["paper 100^2, 10 layers"]),
+    ):
+        with session.renderer("earth", POPS_SIZE, "medium", dict(overrides)) as renderer:
+            for place in ("ground", *VIEWS):
+                state = renderer.camera_state(view(place))
+                cell_m = _clearance_m(renderer, state.position_m)
+                found = snaps.pops(renderer, list(snaps.forward_path(state, 0.03 * cell_m, 60)), count)
+                moved = snaps.Pops.quantile
+                share = float(np.median(found.unpaired)) if name == "ours" and found.unpaired else None
+                session.row(
+                    f"{name}: the ground moves in a frame", place, POPS_SIZE, error=max(found.a_frame, default=0.0),
+                    error_unit="px p99.9", target=at_most(1.0, "px") if name == "ours" else None,
+                    at_once_px=moved(found.at_once, 0.999), at_once_median_px=moved(found.at_once, 0.5),
+                    in_all_px=moved(found.in_all, 0.999), worst_px=moved(found.at_once, 1.0), snaps=found.snaps,
+                    moving_share=share,
+                )  # fmt: skip
+
+
+def _descent(session: Session) -> None:
+    """Vertices that the old grid had too never move: all snaps of the standard descent."""
+    with session.renderer("earth", POPS_SIZE, "medium") as renderer:
+        flight = path("descent", renderer.scene)
+        cameras = [flight.camera_at(t) for t in flight.times_s(session.runs(600, 60))]
+        found = snaps.shared_vertices_move(renderer, cameras)
+        session.row("ours: vertices that both grids have move by", "descent", POPS_SIZE, error=found.worst_px,
+                    error_unit="px", target=at_most(0.05, "px"), p999_px=found.p999_px, snaps=found.snaps,
+                    shared=found.shared, vertices=found.vertices)  # fmt: skip
+        session.row("ours: drawn vertices that the old grid had", "descent", POPS_SIZE, error=found.shared,
+                    target=at_least(0.95), snaps=found.snaps)  # fmt: skip
+
+
+def _clearance_m(renderer: Renderer, position_m: Any) -> float:
+    renderer.render(view("near"))
+    field = renderer.scene.world.resource("height_field")
+    distance = float(np.linalg.norm(position_m))
+    return max(distance - renderer.scene.planet.radius_m - float(field.height(position_m[None] / distance)[0]), 0.5)
+
+
+GRID_BENCHES: Mapping[str, Bench] = {
+    "grid_methods": _methods,
+    "grid_vertices": _vertices,
+    "grid_snaps": _snaps,
+    "grid_descent": _descent,
+}
