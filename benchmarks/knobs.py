@@ -188,6 +188,7 @@ NOT_IN_A_PICTURE: dict[str, str] = {
     "terrain.color_map": "needs a file; see test_height_map",
     "terrain.color_map_strength": "needs a file; see test_height_map",
     "terrain.method": "the source's ground beside ours; see test_paper_grid",
+    "debug.freeze": "a still camera sees the same; see test_tiles",
     "atmosphere.method": "the same air by another method, meant to look alike; see test_air_paper",
     "atmosphere.wavelengths_nm": "says what the three numbers belong to and changes none",
     "composite.dither": "less than one step of 8 bits: has a test of its own",

@@ -18,3 +18,7 @@ class DebugView:
         help="off, normals, depth, distance, surface, lod, hdr, wireframe, error_px, snap_overlay, or any resource of "
         "the graph by its name",
     )
+    freeze: bool = knob(
+        False,
+        help="Keep the ground's tiles and what of them is drawn, to look at them from elsewhere (quadtree, icosphere)",
+    )

@@ -116,10 +116,6 @@ class TerrainQuality:
         cost="itself, while flying",
         log=True,
     )
-    freeze: bool = knob(
-        False,
-        help="Backends quadtree and icosphere: keep the tiles of this moment, to look at them from elsewhere",
-    )
 
 
 @dataclass

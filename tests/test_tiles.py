@@ -228,6 +228,47 @@ def test_vertices_lie_where_they_belong(method, low_px, high_px):
         assert low_px <= max(worst.values()) <= high_px
 
 
+def test_teleports_leave_no_hole_and_no_waste(backend):
+    """Half a planet a frame, with few slots: ground at once, all of it after settling, memory as it was."""
+    overrides = {"terrain.backend": backend, "terrain.slots": 512}
+    with pf.Renderer(pf.load_scene("earth"), size=(96, 54), quality="low", overrides=overrides) as renderer:
+        rng = np.random.default_rng(12)
+        before = None
+        for _ in range(40):
+            place = rng.normal(size=3)
+            place *= (renderer.scene.planet.radius_m + 10 ** rng.uniform(4.2, 7.0)) / np.linalg.norm(place)
+            down = pf.Camera(place, -place / np.linalg.norm(place), np.cross(place, rng.normal(size=3)))
+            surface = renderer.render(down, outputs=("surface",), dt_s=0.03)["surface"]
+            assert surface[27, 48] > 0
+            pool = renderer.system("terrain").backend.pool
+            assert pool.count - pool.free == len(pool.resident()) <= 512
+            before = before or renderer.gpu.counts()["terrain"]
+        assert renderer.gpu.counts()["terrain"] == before
+        renderer.settle(pf.view("near"))
+        assert (renderer.render(pf.view("near"), outputs=("surface",))["surface"][40:] > 0).all()
+
+
+def test_frozen_tiles_stay(renderer):
+    from planetfall.components.debug_view import DebugView
+
+    here, there = pf.view("high"), pf.view("orbit")
+    world = renderer.scene.world
+    renderer.settle(here)
+    renderer.render(here)
+    entity = world.create(DebugView(freeze=True))
+    try:
+        tiles = renderer.system("terrain").backend.view(0).mesh
+        keys, drawn = tiles.keys.copy(), tiles.statistics()["cells"]
+        renderer.render(there)
+        np.testing.assert_array_equal(tiles.keys, keys)
+        assert tiles.statistics()["cells"] == drawn
+        assert (renderer.render(there, outputs=("debug.slots",))["debug.slots"][..., :3].max(axis=-1) > 0).any()
+    finally:
+        world.delete(entity)
+    renderer.settle(there)
+    assert len(tiles.keys) < len(keys)
+
+
 def test_backends_change_while_running(backend):
     scene = pf.load_scene("earth")
     with pf.Renderer(scene, size=(160, 90), quality="low") as renderer:

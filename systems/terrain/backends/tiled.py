@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....components import Ocean, Planet
+from ....components.debug_view import DebugView
 from ....engine.gpu import GpuScope
-from ....engine.graph import GraphBuilder, PassIO
+from ....engine.graph import GraphBuilder, PassIO, TextureSpec
 from ....engine.surface.forest import Forest, Selection
 from ....engine.surface.selection import LARGEST_SHARE
 from ....engine.system import Frame
@@ -38,6 +39,7 @@ _CHORD_M = 2.0
 """Where the sphere bulges this far above their triangles, no farther than terrain.edge_px."""
 _WIDE_PX = 3.0
 """Nor, where they are farther apart than mountain belts are wide, than this: from space a planet is a few tiles."""
+_SLOT_COLUMNS = 64  # of the picture of all slots
 _MOST_SHOWN = 0.7
 """Of all slots: the rest is for parents, and for what is seen next."""
 
@@ -85,6 +87,7 @@ class TiledBackend(Backend):
         self._error_px = float(settings["terrain.error_px"])
         self._edge_px = float(settings["terrain.edge_px"])
         self._hurry = False
+        self._frozen = False
         self._bind_octaves: Callable[[], None] = lambda: None
         self._settled_at = 0  # tiles made when everything was there last
         self._radius_m = 1.0
@@ -108,6 +111,7 @@ class TiledBackend(Backend):
 
     def update(self, frame: Frame, ground: Ground, bind_octaves: Callable[[], None]) -> None:
         self._hurry, self._bind_octaves = frame.settling, bind_octaves
+        self._frozen = any(shown.freeze for _, (shown,) in frame.world.query(DebugView))
         self._radius_m = ground.params.radius_m
         if self._ground is None or ground.revision != self._ground.revision:
             self._restart(ground)
@@ -126,7 +130,8 @@ class TiledBackend(Backend):
         tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
         axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
         view.keep_dh_m = heights_seen(frame, proxy.anchor_height_m)
-        view.wanted = (view.revision, proxy.generation, axes, tangents, view.keep_dh_m)
+        if not self._frozen:
+            view.wanted = (view.revision, proxy.generation, axes, tangents, view.keep_dh_m)
 
     def _restart(self, ground: Ground) -> None:
         """Other ground: nothing that was made is of use."""
@@ -208,7 +213,7 @@ class TiledBackend(Backend):
 
     def _select(self, view: _TileView, forest: Forest, frame: Frame) -> Selection:
         camera, settings = frame.camera, frame.settings
-        if frame.settings["terrain.freeze"] and view.selection is not None:
+        if self._frozen and view.selection is not None:
             return view.selection
         pixel = (camera.tan_top - camera.tan_bottom) / frame.size[1]
         velocity = None
@@ -244,6 +249,7 @@ class TiledBackend(Backend):
     def _start(self, keys: Ints) -> bool:
         keys = keys[: self._vacate(len(keys))]
         if not len(keys):
+            self._queue = keys  # no room: what there is has to do
             return False
         slots = self.pool.take(keys)
         self._bind_octaves()  # with the maps; the maker then binds its own table
@@ -306,6 +312,22 @@ class TiledBackend(Backend):
             when=lambda: view.culled != view.wanted,
             help="tiles inside the frustum and above the horizon, into an indirect draw",
         )
+        builder.add_pass(
+            "terrain.morph",
+            system="terrain",
+            bind=lambda io: self._bind_morph(io, view_index),
+            reads=self.draw_reads(),
+            creates=(TextureSpec("debug.morph", "rgba8"), TextureSpec("debug.morph_depth", "depth32f")),
+            help="how far each tile has become its parent: blue as itself, yellow as its parent",
+        )
+        rows = -(-self._slots // _SLOT_COLUMNS)
+        builder.add_pass(
+            "terrain.slots",
+            system="terrain",
+            bind=lambda io: self._bind_slots(io, view),
+            creates=(TextureSpec("debug.slots", "rgba8", (_SLOT_COLUMNS, rows)),),
+            help="what is in each slot: nothing dark, a tile of a level that is not drawn dim, one that is bright",
+        )
 
     def _bind_assemble(self, io: PassIO, view: _TileView) -> Callable[[], None]:
         view.mesh.attach_vertices(io)
@@ -318,12 +340,42 @@ class TiledBackend(Backend):
         return run
 
     def _bind_cull(self, io: PassIO, view: _TileView) -> Callable[[], None]:
-        view.mesh.attach_visible(io)
-        view.culled = None
+        if view.mesh.attach_visible(io):
+            view.culled = None
 
         def run() -> None:
             view.mesh.cull(self._cull, view.keep_dh_m)
             view.culled = view.wanted
+
+        return run
+
+    def _bind_morph(self, io: PassIO, view_index: int) -> Callable[[], None]:
+        target = io.framebuffer(colors=("debug.morph",), depth="debug.morph_depth")
+        state = self.gpu.gpu.state(depth_test=True, depth_func=">=", cull="back")
+        draw = self.bind_draw(io, view_index, "terrain/tiles/morph.frag")
+        mesh = self.view(view_index).mesh
+
+        def run() -> None:
+            target.use()
+            target.clear(0.0, 0.0, 0.0, 0.0, depth=0.0)
+            state.apply()
+            mesh.bind_morphs()
+            draw()
+
+        return run
+
+    def _bind_slots(self, io: PassIO, view: _TileView) -> Callable[[], None]:
+        picture = io.texture("debug.slots")
+        levels = np.arange(32)[:, None] * 0.381966 + np.array([0.0, 2.0 / 3.0, 1.0 / 3.0])
+        hues = np.clip(np.abs(levels % 1.0 * 6.0 - 3.0) - 1.0, 0.0, 1.0)  # as in terrain/wireframe.frag
+
+        def run() -> None:
+            colors = np.zeros((picture.size[0] * picture.size[1], 4), np.uint8)
+            used = np.flatnonzero(self.pool.keys)
+            bright = np.where(np.isin(used, view.mesh.rows["slot"]), 255, 90)[:, None]
+            colors[used, :3] = hues[self.shape.scheme.level(self.pool.keys[used])] * bright
+            colors[:, 3] = 255
+            picture.write(colors.tobytes())
 
         return run
 

@@ -63,6 +63,7 @@ class TileMesh:
         self._bounds: Any = None
         self._visible: Any = None
         self._arguments: Any = None
+        self._morphs: Any = None
         self._arrays: dict[Any, Any] = {}
 
     # -- buffers of the graph ----------------------------------------------------------------------------------------
@@ -83,14 +84,18 @@ class TileMesh:
         )
 
     def attach_vertices(self, io: PassIO) -> None:
-        """Take the plan's buffers; all is to be assembled again."""
+        """Take the plan's buffers; where they are new all is to be assembled again."""
+        before = self._vertices, self._bounds
         self._vertices, self._bounds = io.buffer("terrain.vertices"), io.buffer("terrain.bounds")
-        self._stamps[:] = -1
-        self._stale = np.arange(self.count)
+        if before != (self._vertices, self._bounds):
+            self._stamps[:] = -1
+            self._stale = np.arange(self.count)
 
-    def attach_visible(self, io: PassIO) -> None:
-        """Take the plan's list and arguments."""
+    def attach_visible(self, io: PassIO) -> bool:
+        """Take the plan's list and arguments; whether they are new."""
+        before = self._visible, self._arguments
         self._visible, self._arguments = io.buffer("terrain.visible"), io.buffer("terrain.arguments")
+        return before != (self._visible, self._arguments)
 
     # -- selection ---------------------------------------------------------------------------------------------------
 
@@ -191,6 +196,15 @@ class TileMesh:
         if self.count:
             self._vertices.bind_to_storage_buffer(1)
             vertex_array.render_indirect(self._arguments, moderngl.TRIANGLES, 1)
+
+    def bind_morphs(self) -> None:
+        """Bind the morph of each slot, for the view of it."""
+        morphs = np.zeros(self.slots, "<f4")
+        morphs[self.rows["slot"]] = self.rows["morph"]
+        if self._morphs is None:
+            self._morphs = self.gpu.buffer(reserve=morphs.nbytes, dynamic=True)
+        self._morphs.write(morphs.tobytes())
+        self._morphs.bind_to_storage_buffer(6)
 
     # -- reading back ------------------------------------------------------------------------------------------------
 

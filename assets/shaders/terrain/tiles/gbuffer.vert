@@ -8,6 +8,7 @@ in uint in_slot;
 out vec3 v_normal;
 out vec4 v_attributes;
 flat out int v_level;
+flat out uint v_slot;
 
 void main() {
     CellVertex vertex = vertices[in_slot * uint(CELL_VERTICES) + uint(gl_VertexID)];
@@ -17,5 +18,6 @@ void main() {
     gl_Position = vec4((xy - frame.projection.zw * z) / frame.projection.xy, frame.camera_offset.w, z);
     v_normal = oct_decode(unpackSnorm2x16(vertex.normal));
     v_attributes = unpackUnorm4x8(vertex.attributes);
+    v_slot = in_slot;
     v_level = 31 - int(vertex.attributes >> 27);   // the spacing's code in octaves
 }
