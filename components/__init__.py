@@ -12,7 +12,7 @@ from .exposure import Composite, Exposure
 from .ocean import Ocean
 from .planet import Planet
 from .props import Shape, Transform
-from .quality import AtmosphereQuality, ProxyQuality, ShadowQuality, SkyQuality, TerrainQuality
+from .quality import AtmosphereQuality, CompositeQuality, ProxyQuality, ShadowQuality, SkyQuality, TerrainQuality
 from .stars import Stars
 from .sun import Sun
 from .terrain import Terrain
@@ -21,6 +21,7 @@ __all__ = [
     "Atmosphere",
     "AtmosphereQuality",
     "Composite",
+    "CompositeQuality",
     "DebugView",
     "Exposure",
     "Knob",

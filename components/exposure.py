@@ -26,6 +26,13 @@ class Exposure:
 class Composite:
     """How radiance becomes display colour once it is exposed."""
 
+    antialiasing: str = knob(
+        "temporal",
+        help="Smooth edges and detail that doesn't shimmer: temporal gathers samples over frames, edge smooths the steps "
+        "of outlines in a single frame",
+        cost="temporal: two pictures of memory and one pass; edge: one of each; none: nothing",
+        choices=("none", "edge", "temporal"),
+    )
     tone_map: str = knob(
         "agx",
         help="Film-like curve: agx keeps hues calm, aces is punchy, hable soft, reinhard plain; neutral keeps colours, "

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from ._knob import knob
 
-__all__ = ["AtmosphereQuality", "ProxyQuality", "ShadowQuality", "SkyQuality", "TerrainQuality"]
+__all__ = ["AtmosphereQuality", "CompositeQuality", "ProxyQuality", "ShadowQuality", "SkyQuality", "TerrainQuality"]
 
 
 @dataclass
@@ -141,6 +141,20 @@ class SkyQuality:
         help="How radiance is stored before exposure: 16 bits keep 3 digits, 32 bits 7",
         cost="32 bits are twice the memory to write and read",
         choices=("rgba16f", "rgba32f"),
+    )
+
+
+@dataclass
+class CompositeQuality:
+    """Keys "composite.*"."""
+
+    samples: int = knob(
+        33,
+        1,
+        256,
+        "",
+        "Samples in a pixel that a picture gathers while the camera stands still, with temporal anti-aliasing",
+        cost="frames until a picture has settled",
     )
 
 

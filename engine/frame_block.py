@@ -26,7 +26,8 @@ class FrameBlock:
     camera_forward: Vec4 = (0.0, 0.0, 1.0, 0.0)
     """xyz: the camera's forward, unit."""
     projection: Vec4 = (1.0, 1.0, 0.0, 0.0)
-    """(sx, sy, ox, oy): x / z = ndc.x * sx + ox, y / z = ndc.y * sy + oy, z along forward."""
+    """(sx, sy, ox, oy): x / z = ndc.x * sx + ox, y / z = ndc.y * sy + oy, z along forward. Holds the frame's jitter: a
+    pixel's centre stands for the place in the pixel that this frame samples."""
     camera_offset: Vec4 = (0.0, 0.0, 0.0, 0.1)
     """xyz: camera - anchor (formed in f64); w: near plane."""
     camera_zenith: Vec4 = (0.0, 0.0, 1.0, 0.0)

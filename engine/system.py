@@ -87,6 +87,16 @@ class Frame:
     """Nobody looks at this frame: what refines over frames may take its time and finish now."""
     ev100: float | None = None
     """A view's own fixed exposure, which goes before the scene's Exposure; None: the scene decides."""
+    one_shot: bool = False
+    """A picture by itself: it may show what was settled for this very moment, and nothing else of earlier frames."""
+    exact: bool = False
+    """Somebody reads arrays of this frame: pixels are sampled in their centres."""
+    still: bool = False
+    """Shows what the last frame showed: same camera, light, time and settings, nothing moves, streams or refines."""
+    jitter_px: tuple[float, float] = (0.0, 0.0)
+    """Where in its pixel, from its centre (x to the right, y up), this frame samples the scene. `System.begin` sets it;
+    the frame block's projection holds it, so all that is drawn or reconstructed from depth agrees. `camera` does not:
+    culling by it needs a margin of a pixel."""
 
 
 class System:
@@ -100,6 +110,9 @@ class System:
     needs: ClassVar[tuple[type, ...]] = ()
     structure: int = 0
     """Raised by the system when its passes or the sizes of its resources change: the frame graph is compiled again."""
+    moving: bool | None = None
+    """Whether what it shows changed since the last frame although no component's field, camera, light or time did. None
+    stands for no in the library's own systems and for yes in a game's, which says False where that is true."""
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
@@ -119,6 +132,9 @@ class System:
         builder: in the scope of that view, and of the planet for a system that belongs to one. What is declared is
         theirs, under bare names; `builder.scope(view=None)` is for what all views share.
         """
+
+    def begin(self, frame: Frame) -> None:
+        """Before any system's `update`: what all of them have to know of the frame, such as its jitter."""
 
     def update(self, frame: Frame) -> None:
         """CPU work and buffer writes of one frame, before the graph runs."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ._kinds import KINDS, PRESETS
-from .components import AtmosphereQuality, ProxyQuality, ShadowQuality, SkyQuality, TerrainQuality
+from .components import AtmosphereQuality, CompositeQuality, ProxyQuality, ShadowQuality, SkyQuality, TerrainQuality
 from .engine.settings import QualityKnobs
 
 __all__ = ["QUALITY", "qualities", "resolve_quality"]
@@ -15,6 +15,7 @@ _GROUPS = {
     "terrain": TerrainQuality,
     "proxy": ProxyQuality,
     "sky": SkyQuality,
+    "composite": CompositeQuality,
     "atmosphere": AtmosphereQuality,
     "shadows": ShadowQuality,
 }

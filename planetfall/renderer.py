@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import ASSETS, queries
 from .camera import Camera
-from .components import Ocean, Planet, Sun, Terrain
+from .components import DebugView, Exposure, Ocean, Planet, Sun, Terrain
 from .drawn_ground import DrawnGround
 from .engine.gpu import Gpu
 from .engine.gpu.graph_backend import GLBackend
@@ -61,6 +61,8 @@ SYSTEMS: tuple[type[System], ...] = (
 )  # fmt: skip
 """In the order of their updates; the order of the passes comes from the graph."""
 
+_SEEN_ELSEWHERE = (Sun, Exposure, DebugView)
+"""Components whose change doesn't change what a still picture gathers, or is in the frame anyway."""
 _SETTLE_FRAMES = 64
 """Frames without progress after which settle gives up."""
 _LOWEST_CLEARANCE_M = 0.01
@@ -117,7 +119,7 @@ class Renderer:
         self._gate_key: tuple[Any, ...] = ()
         self._exports: frozenset[str] = frozenset({"composite.ldr"})
         self._frame: Frame | None = None
-        self._last: tuple[Any, ...] = ()
+        self._shown: tuple[Any, ...] = ()
         self._frame_index = 0
         self._lifted = False
         self._held_camera: tuple[Camera | View, tuple[Any, ...], CameraState, Any] | None = None
@@ -144,13 +146,16 @@ class Renderer:
         along the ray, inf where nothing was hit), position (f32, 3, m from the camera in planet axes, NaN), normal
         (f32, 3, 0), surface (u8: 0 none, 1 terrain, 2 sea, 3 props), or the name of any texture of the frame graph.
         camera: a Camera, or a View, which brings its own sun, time and exposure. time_s: moves water and weather, and
-        an epoch sun. sun: a Sun component that replaces the scene's. dt_s: time since the last frame, for exposure
-        that adapts.
+        an epoch sun. sun: a Sun component that replaces the scene's.
+        dt_s: time since the last frame, for a frame of a sequence: exposure adapts, and anti-aliasing builds on the
+        frames before. Without it the picture stands for itself, the same whatever was rendered before, unless this
+        very moment was settled: then it shows the settled picture.
         """
         exports = exports_for(outputs)
         wanted = tuple(outputs)
+        exact = bool(exports - {"composite.ldr"})
         with self._guest():
-            self._draw(camera, time_s, sun, exports, dt_s, None)
+            self._draw(camera, time_s, sun, exports, dt_s, None, one_shot=dt_s is None, exact=exact)
             plan = self._require_plan()
             return {name: read_output(plan, name, self.size) for name in wanted}
 
@@ -191,7 +196,7 @@ class Renderer:
         step, idle, share = 0, 0, 0.0
         while idle < _SETTLE_FRAMES:
             with self._guest():
-                exports = self._exports - {"target"} or frozenset({"composite.ldr"})
+                exports = self._exports - {"target"} | {"composite.ldr"}
                 self._draw(camera, time_s, sun, exports, 10.0, None, settling=True)
             running = [s for s in self._systems if s.name in self._scopes]
             waiting = [s.name for s in running if not s.settled()]
@@ -378,6 +383,8 @@ class Renderer:
         dt_s: float | None,
         target: Any,
         settling: bool = False,
+        one_shot: bool = False,
+        exact: bool = False,
     ) -> None:
         started = time.perf_counter()
         _check_moment(camera, time_s, sun)
@@ -392,10 +399,13 @@ class Renderer:
         self._gate()
         frame = self._frame_for(state, sun_state, time_s, dt_s)
         frame.ev100 = view.ev100 if view is not None else None
-        frame.settling = settling
-        for system in self._systems:
-            if system.name in self._scopes:
-                system.update(frame)
+        frame.settling, frame.one_shot, frame.exact = settling, one_shot, exact
+        frame.still = self._same_as_before(frame)
+        running = [s for s in self._systems if s.name in self._scopes]
+        for system in running:
+            system.begin(frame)
+        for system in running:
+            system.update(frame)
         plan = self._compiled(exports)
         if target is not None:
             plan.bind_import("target", target)
@@ -425,6 +435,29 @@ class Renderer:
         frame.frame_index = self._frame_index
         frame.cut = self._cut
         return frame
+
+    def _same_as_before(self, frame: Frame) -> bool:
+        """See Frame.still."""
+        camera, sun = frame.camera, frame.sun
+        revisions = [
+            revision(part)
+            for holder in (*self.scene.planets.values(), self.scene.environment)
+            for part in holder.components()
+            if not isinstance(part, _SEEN_ELSEWHERE)
+        ]
+        place = (camera.position_m, camera.forward, camera.up, sun.direction, sun.irradiance)
+        tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
+        moment = (*(v.tobytes() for v in place), *tangents, sun.angular_radius_rad, frame.time_s, frame.planet)
+        shown = (moment, frame.size, self.scene.world.structure_revision, revisions)
+        same, self._shown = shown == self._shown, shown
+        if not same:
+            return False
+        for system in self._systems:
+            if system.name in self._scopes and system.name != CompositeSystem.name:
+                moving = system.moving if system.moving is not None else type(system) not in SYSTEMS
+                if moving or not system.settled():
+                    return False
+        return True
 
     def _gate(self) -> None:
         """Set up what the world now has, let go of what it no longer has."""

@@ -1,4 +1,4 @@
-"""CompositeSystem: exposure, glare, tone map and dither, from scene.radiance to composite.ldr."""
+"""CompositeSystem: exposure, anti-aliasing, glare, tone map and dither, from scene.radiance to composite.ldr."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...components import Composite, Exposure
+from ...components import Composite, Exposure, Planet
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import with_overrides
 from ...engine.system import Frame, Setup, System, ViewInfo
+from .resolve import Resolver
 from .tone_maps import TONE_MAPS
 
 __all__ = ["CompositeSystem", "ExposureReading", "adaptation_share", "read_exposure"]
@@ -69,8 +70,9 @@ class CompositeSystem(System):
         self._sum = gpu.fullscreen("composite/glare_sum.frag")
         self._plain = gpu.gpu.state()
         self._add = gpu.gpu.state(blend="additive")
-        self._pictures: dict[tuple[int, bool, bool], Any] = {}
+        self._pictures: dict[tuple[int, bool, bool, bool], Any] = {}
         self._latest: Any = None
+        self._resolver = Resolver(gpu)
         self._choose(setup.world, setup.settings, None, 0.0, True)
 
     def release(self) -> None:
@@ -78,11 +80,20 @@ class CompositeSystem(System):
         self._latest = None
 
     def settled(self) -> bool:
-        """Whether the exposure has come to where it wants to go; waits for the GPU in automatic mode."""
-        if not self._auto or self._latest is None:
+        """Whether every sample of a still picture is in it and the exposure has come to where it wants to go; waits for
+        the GPU in automatic mode."""
+        if self._latest is None:
+            return True
+        if not self._resolver.settled():
+            return False
+        if not self._auto:
             return True
         reading = self.reading()
         return abs(reading.ev100 - reading.target_ev100) < _SETTLED_EV
+
+    def progress(self) -> float:
+        """Share of the samples of a still picture."""
+        return self._resolver.share() if self._latest is not None else 1.0
 
     @property
     def exposed(self) -> bool:
@@ -95,7 +106,14 @@ class CompositeSystem(System):
             raise RuntimeError("the last frame was not exposed: render one with its colours first")
         return read_exposure(self._latest)
 
+    def begin(self, frame: Frame) -> None:
+        composite = with_overrides(_first(frame.world, Composite), "composite", frame.settings)
+        if self._resolver.use(composite.antialiasing):
+            self.structure += 1
+        self._resolver.begin(frame)
+
     def update(self, frame: Frame) -> None:
+        self._resolver.update(frame)
         self._choose(frame.world, frame.settings, frame.ev100, frame.dt_s, frame.cut)
 
     def _choose(self, world: Any, settings: Mapping[str, Any], ev100: float | None, dt_s: float, cut: bool) -> None:
@@ -110,9 +128,9 @@ class CompositeSystem(System):
         self._go = (adaptation_share(dt_s, exposure.brighter_s), adaptation_share(dt_s, exposure.darker_s))
         self._share = float(composite.bloom)
         self._glares = self._share > 0.0
-        key = (TONE_MAPS.index(composite.tone_map), bool(composite.dither), self._glares)
+        key = (TONE_MAPS.index(composite.tone_map), bool(composite.dither), self._glares, self._resolver.active)
         if key not in self._pictures:
-            defines = {"TONE_MAP": key[0], "DITHER": key[1], "GLARE": key[2]}
+            defines = {"TONE_MAP": key[0], "DITHER": key[1], "GLARE": key[2], "RESOLVED": key[3]}
             self._pictures[key] = self._gpu.fullscreen("composite/tonemap.frag", defines=defines)
         self._picture = self._pictures[key]
 
@@ -139,6 +157,7 @@ class CompositeSystem(System):
             creates=(BufferSpec("composite.exposure", 16, "history", help="EV100, its target, log2 luminance, white"),),
             help="exposure of the frame: measured and followed slowly, or fixed",
         )
+        picture = self._resolver.declare(builder, view)
         builder.add_pass(
             "composite.glare",
             bind=lambda io: self._bind_glare(io, octaves),
@@ -156,9 +175,9 @@ class CompositeSystem(System):
         )
         builder.add_pass(
             "composite.tonemap",
-            bind=lambda io: self._bind_tonemap(io, levels),
+            bind=lambda io: self._bind_tonemap(io, levels, picture),
             system=self.name,
-            reads=("scene.radiance", "composite.exposure", "composite.glare"),
+            reads=(picture, "composite.exposure", "composite.glare"),
             creates=(TextureSpec("composite.ldr", "rgba8", filter="linear", help="the picture, sRGB-encoded"),),
             help="exposed, tone-mapped and dithered picture",
         )
@@ -229,9 +248,9 @@ class CompositeSystem(System):
 
         return run
 
-    def _bind_tonemap(self, io: PassIO, levels: int) -> Callable[[], None]:
+    def _bind_tonemap(self, io: PassIO, levels: int, picture: str) -> Callable[[], None]:
         target = io.framebuffer(colors=("composite.ldr",))
-        scene, exposure = io.texture("scene.radiance"), io.buffer("composite.exposure")
+        scene, exposure = io.texture(picture), io.buffer("composite.exposure")
         glare = io.texture("composite.glare")
         finest = (1.0 - _GLARE_FALL) * io.size[1] / _GLARE_ROWS
         total = finest * (1.0 - _GLARE_FALL ** (levels + 1)) / (1.0 - _GLARE_FALL)
@@ -245,6 +264,7 @@ class CompositeSystem(System):
             if self._glares:
                 share = min(self._share, 0.5 / total)
                 self._picture.set("u_share", (share * finest, 1.0 - share * total))
+                self._picture.set("u_glare_from", self._resolver.shift)
             self._picture.render()
 
         return run

@@ -126,6 +126,10 @@ class ProxySystem(System):
         zenith = camera.position_m / distance
         offset = camera.position_m - view.anchor_m
         width, height = frame.size
+        x_px, y_px = frame.jitter_px
+        if x_px or y_px:
+            sx, sy, ox, oy = terms
+            terms = (sx, sy, ox + 2.0 * x_px / width * sx, oy + 2.0 * y_px / height * sy)
         clearance = distance - radius - view.ground_m
         if sea is not None:
             clearance = min(clearance, abs(distance - radius - sea.sea_level_m))

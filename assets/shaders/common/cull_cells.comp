@@ -45,10 +45,11 @@ void main() {
     skyline_clear(gl_LocalInvocationID.x);
     barrier();
 
-    // Inward normals of the four side planes through the camera; slightly widened so that rounding never drops a pixel.
+    // Inward normals of the four side planes through the camera; slightly widened so that rounding never drops a pixel, and by
+    // a pixel and a half: the jitter of the frames that this list is drawn in is not the one of this frame.
     vec3 right = frame.camera_right.xyz, up = frame.camera_up.xyz, forward = frame.camera_forward.xyz;
-    vec2 low_tan = frame.projection.zw - frame.projection.xy * 1.001;
-    vec2 high_tan = frame.projection.zw + frame.projection.xy * 1.001;
+    vec2 half_tan = frame.projection.xy * (1.001 + 3.0 * frame.viewport.zw);
+    vec2 low_tan = frame.projection.zw - half_tan, high_tan = frame.projection.zw + half_tan;
     vec3 left_normal = right - forward * low_tan.x, right_normal = forward * high_tan.x - right;
     vec3 bottom_normal = up - forward * low_tan.y, top_normal = forward * high_tan.y - up;
 

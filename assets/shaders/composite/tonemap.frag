@@ -1,26 +1,35 @@
-// Scene radiance to the picture: glare, exposure, tone map, dither. Defines: TONE_MAP, DITHER (0, 1), GLARE (0, 1).
+// Scene radiance, or what anti-aliasing has made of it, to the picture: glare, exposure, tone map, dither.
+// Defines: TONE_MAP, DITHER, GLARE, RESOLVED (0, 1).
 #include "generated/frame.glsl"
 #include "common/tonemap.glsl"
 #include "common/dither.glsl"
 #include "composite/exposure.glsl"
+#if RESOLVED
+#include "composite/resolved.glsl"
+#endif
 
 layout(binding = 0) uniform sampler2D u_scene;
 layout(std430, binding = 5) readonly buffer ExposureIn { Exposure exposure; };
 #if GLARE
 layout(binding = 1) uniform sampler2D u_glare;
 layout(location = 0) uniform vec2 u_share;  // of the light: that goes into the finest octave of glare, that is left
+layout(location = 1) uniform vec2 u_glare_from;  // the glare is that of this frame's samples, beside the pixels' centres
 #endif
 in vec2 v_uv;
 layout(location = 0) out vec4 o_color;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
+#if RESOLVED
+    vec3 exposed = max(DISPLAY * unpress(texelFetch(u_scene, pixel, 0).rgb), 0.0);
+#else
     vec3 radiance = texelFetch(u_scene, pixel, 0).rgb * frame.scale.y;
     // A comparison that fails for NaN as well: it becomes black instead of spreading.
     vec3 exposed = display_light(mix(vec3(0.0), radiance, greaterThan(radiance, vec3(0.0)))) / exposure.saturated;
     exposed = min(exposed, vec3(1e6));
+#endif
 #if GLARE
-    exposed = exposed * u_share.y + textureLod(u_glare, v_uv, 0.0).rgb * u_share.x;
+    exposed = exposed * u_share.y + textureLod(u_glare, v_uv + u_glare_from, 0.0).rgb * u_share.x;
 #endif
     vec3 color = tone_map(exposed);
 #if DITHER

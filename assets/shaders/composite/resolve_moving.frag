@@ -1,0 +1,107 @@
+// Anti-aliasing of a camera or a scene that moves: the last frame's picture, fetched from where this pixel's surface was then,
+// tested for being the same surface, held within what this frame sees around the pixel, and mixed with this frame's sample.
+#include "common/camera.glsl"
+#include "composite/exposure.glsl"
+#include "common/surfaces.glsl"
+#include "composite/resolved.glsl"
+
+layout(binding = 0) uniform sampler2D u_scene;
+layout(binding = 1) uniform sampler2D u_depth;
+layout(binding = 2) uniform usampler2D u_surface;
+layout(binding = 3) uniform sampler2D u_before;     // resolved picture of the last frame, linear
+layout(std430, binding = 5) readonly buffer ExposureIn { Exposure exposure; };
+layout(std430, binding = 6) readonly buffer ExposureBefore { Exposure exposure_before; };
+layout(location = 0) uniform mat3 u_turn;            // camera coordinates to those of the frame before
+layout(location = 3) uniform mat3 u_sky_turn;        // the same for what is infinitely far
+layout(location = 6) uniform vec3 u_shift;           // m
+layout(location = 7) uniform vec4 u_projection;      // of the frame before: 1 / sx, 1 / sy, ox, oy
+layout(location = 8) uniform vec2 u_jitter;          // of this frame in normalised device coordinates
+layout(location = 9) uniform float u_weights[9];     // of the samples around, for a picture of this frame alone
+in vec2 v_uv;
+layout(location = 0) out vec4 o_resolved;
+
+const float LEAST_WEIGHT = 1.0 / 16.0;
+const float MOVING_WEIGHT = 1.0 / 4.0;   // where the fetch falls between texels: a blur that adds up from frame to frame
+const float SAME = 1.0 / 512.0;          // of the pressed range
+const int TOLERANCE = 4;   // 32ths of an octave: an eighth of the distance
+
+// Cubic convolution (Keys 1981) by five bilinear look-ups; the corners of the 4 x 4 texels weigh next to nothing and are left
+// out (Jimenez 2016, "Filmic SMAA"). A little sharper than Catmull-Rom (-0.5), since it is done again in every frame: least
+// errors along flights.
+const float CUBIC = -0.65;
+
+vec3 history(vec2 uv) {
+    vec2 size = vec2(textureSize(u_before, 0));
+    vec2 place = uv * size, middle = floor(place - 0.5) + 0.5, f = place - middle;
+    vec2 w0 = CUBIC * f * (f * (f - 2.0) + 1.0), w1 = f * f * ((CUBIC + 2.0) * f - (CUBIC + 3.0)) + 1.0;
+    vec2 w2 = f * (f * (2.0 * CUBIC + 3.0 - (CUBIC + 2.0) * f) - CUBIC), w3 = CUBIC * f * f * (1.0 - f);
+    vec2 w12 = w1 + w2;
+    vec2 p0 = (middle - 1.0) / size, p12 = (middle + w2 / w12) / size, p3 = (middle + 2.0) / size;
+    vec4 total = vec4(textureLod(u_before, p12, 0.0).rgb, 1.0) * (w12.x * w12.y);
+    total += vec4(textureLod(u_before, vec2(p12.x, p0.y), 0.0).rgb, 1.0) * (w12.x * w0.y);
+    total += vec4(textureLod(u_before, vec2(p0.x, p12.y), 0.0).rgb, 1.0) * (w0.x * w12.y);
+    total += vec4(textureLod(u_before, vec2(p3.x, p12.y), 0.0).rgb, 1.0) * (w3.x * w12.y);
+    total += vec4(textureLod(u_before, vec2(p12.x, p3.y), 0.0).rgb, 1.0) * (w12.x * w3.y);
+    return clamp(total.rgb / total.a, 0.0, 1.0);
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy), last = textureSize(u_scene, 0) - 1;
+    float scale = frame.scale.y;
+    vec3 now = press(exposed_light(texelFetch(u_scene, pixel, 0).rgb * scale, exposure.saturated));
+    uint kind = texelFetch(u_surface, pixel, 0).r;
+    float own = texelFetch(u_depth, pixel, 0).r, nearest = own, farthest = own;
+    for (int k = 0; k < 4; k++) {
+        float depth = texelFetch(u_depth, clamp(pixel + ivec2(k & 1, k >> 1) * 2 - 1, ivec2(0), last), 0).r;
+        nearest = max(nearest, depth);
+        farthest = min(farthest, depth);
+    }
+    // Motion of the nearest surface around: along an outline the outline's, on both sides of it.
+    vec2 ndc = ndc_of_pixel(gl_FragCoord.xy);
+    vec3 ray = vec3(ndc * frame.projection.xy + frame.projection.zw, 1.0);
+    float near = frame.camera_offset.w, per_m = nearest / near;
+    vec3 then = nearest > 0.0 ? u_turn * ray + u_shift * per_m : u_sky_turn * ray;
+    vec2 before = (then.xy / then.z - u_projection.zw) * u_projection.xy;
+    vec2 uv = v_uv + 0.5 * (before - ndc - u_jitter);
+    bool seen = then.z > 0.0 && all(greaterThan(uv, vec2(0.0))) && all(lessThan(uv, vec2(1.0)));
+    uv = clamp(uv, 0.0, 1.0);
+
+    int code = int(texelFetch(u_before, min(ivec2(uv * vec2(last + 1)), last), 0).a);
+    int was = code >> 9, frames = code & PLACE_FRAMES;
+    uint was_kind = uint(code >> 6) & 7u;
+    // Where this pixel's surfaces would have been seen from there; anything else is another surface.
+    int from = place_distance(per_m / then.z);
+    int to = farthest > 0.0 ? from + place_distance(farthest / near) - place_distance(per_m) : PLACE_SKY;
+    seen = seen && was >= from - TOLERANCE && was <= to + TOLERANCE;
+    // Land and sea change places along a coast with every jitter; a body that was here and is not has gone.
+    seen = seen && (was_kind == kind || max(was_kind, kind) <= SURFACE_SEA || farthest < nearest);
+    frames = seen ? frames : 0;
+
+    vec3 light = press_again(history(uv), exposure_before.saturated / exposure.saturated), soft = now;
+    vec3 apart = abs(light - now);
+    float out_by = 1.0;
+    // A past that is what is seen now needs no look around, nor does a smooth sky: a loop, because an `if` skips nothing.
+    int turns = frames == 0 || max(apart.r, max(apart.g, apart.b)) > SAME ? 9 : 0;
+    vec3 sum = vec3(0.0), squares = vec3(0.0), spot = vec3(0.0);
+    for (int k = 0; k < turns; k++) {
+        ivec2 at = clamp(pixel + ivec2(k % 3, k / 3) - 1, ivec2(0), last);
+        vec3 around = press(exposed_light(texelFetch(u_scene, at, 0).rgb * scale, exposure.saturated));
+        sum += around;
+        squares += around * around;
+        spot += around * u_weights[k];
+    }
+    if (turns > 0) {
+        vec3 mean = sum / 9.0, spread = sqrt(max(squares / 9.0 - mean * mean, 0.0));
+        // Stars are small and bright in their whole surroundings, and what is infinitely far uncovers nothing.
+        spread = spread * (nearest > 0.0 ? 1.25 : 4.0) + 1e-6;
+        vec3 off = abs(light - mean) / spread;
+        out_by = max(max(off.r, max(off.g, off.b)), 1.0);
+        light = mean + (light - mean) / out_by;
+        soft = spot;
+    }
+    vec2 between = fract((uv - v_uv) * vec2(last + 1));
+    between *= 4.0 * (1.0 - between);
+    float weight = max(out_by / float(frames + 1), mix(LEAST_WEIGHT, MOVING_WEIGHT, max(between.x, between.y)));
+    light = frames > 0 ? mix(light, now, min(weight, 1.0)) : soft;
+    o_resolved = vec4(light, place_code(place_distance(own / near), kind, frames + 1));
+}

@@ -1,0 +1,35 @@
+// The picture between exposure and tone map, as anti-aliasing keeps it: exposed light per wavelength, pressed into 0..1 by
+// x / (1 + max x). That is nearly what a display shows of it (docs/antialiasing.md), so a mean of samples here is what an eye
+// sees of many small pixels; a sun weighs as much as white paper.
+#include "common/color.glsl"
+
+vec3 exposed_light(vec3 radiance, float saturated) {
+    // A comparison that fails for NaN as well: it becomes black instead of spreading.
+    vec3 light = mix(vec3(0.0), radiance, greaterThan(radiance, vec3(0.0)));
+    return min(light * (LUMINANCE_PER_RADIANCE / saturated), vec3(1e6));
+}
+
+vec3 press(vec3 light) {
+    return light / (1.0 + max(light.r, max(light.g, light.b)));
+}
+
+vec3 unpress(vec3 pressed) {
+    return pressed / max(1.0 - max(pressed.r, max(pressed.g, pressed.b)), 1e-6);
+}
+
+// What was pressed at another exposure; `ratio`: of the saturating luminances then and now.
+vec3 press_again(vec3 pressed, float ratio) {
+    return pressed * (ratio / (1.0 + (ratio - 1.0) * max(pressed.r, max(pressed.g, pressed.b))));
+}
+
+// What lies at a pixel, as a whole number below 2^20 that a float holds exactly: distance along the view in steps of a 32th of
+// an octave from 2^-16 m (11 bits, the last one infinity), surface (3 bits), frames that its colour was gathered over (6 bits).
+const int PLACE_SKY = 2047, PLACE_FRAMES = 63;
+
+int place_distance(float per_m) {
+    return per_m > 0.0 ? clamp(int((16.0 - log2(per_m)) * 32.0 + 0.5), 0, PLACE_SKY - 1) : PLACE_SKY;
+}
+
+float place_code(int distance, uint surface, int frames) {
+    return float((distance << 9) | (int(min(surface, 7u)) << 6) | min(frames, PLACE_FRAMES));
+}

@@ -1,0 +1,150 @@
+"""Anti-aliasing against supersampled pictures: a still camera's convergence, shimmer along a path, ghosts.
+
+The reference knows nothing of the jitter: it is rendered without anti-aliasing through off-axis cameras, each shifted
+by a share of a pixel, and averaged as light of the display.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ... import Camera, Renderer
+from .flip import flip
+
+Light = NDArray[np.float32]
+KINDS = ("none", "edge", "temporal")
+
+
+def display_light(color: NDArray[np.uint8]) -> Light:
+    """Light of an sRGB display, 0..1 (IEC 61966-2-1), from u8 colours of any shape."""
+    x = np.arange(256) / 255.0
+    table = np.where(x <= 0.04045, x / 12.92, ((x + 0.055) / 1.055) ** 2.4).astype(np.float32)
+    return table[color]
+
+
+def display_values(light: Light) -> Light:
+    """The inverse: sRGB values 0..1 of linear light 0..1."""
+    x = np.clip(light, 0.0, 1.0)
+    return np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.maximum(x, 1e-9) ** (1.0 / 2.4) - 0.055).astype(np.float32)
+
+
+def rms(a: Light, b: Light) -> float:
+    """Root mean square difference of display values, in steps of an 8-bit picture."""
+    return float(255.0 * np.sqrt(np.mean((display_values(a) - display_values(b)) ** 2)))
+
+
+def shifted(state: Any, size: tuple[int, int], x_px: float, y_px: float) -> Camera:
+    """The camera of a CameraState with its picture moved by a share of a pixel (x right, y up)."""
+    x = x_px / size[0] * (state.tan_right - state.tan_left)
+    y = y_px / size[1] * (state.tan_top - state.tan_bottom)
+    tangents = (state.tan_left + x, state.tan_right + x, state.tan_bottom + y, state.tan_top + y)
+    angles = tuple(float(a) for a in np.degrees(np.arctan(tangents)))
+    return Camera(position_m=state.position_m, forward=state.forward, up=state.up, frustum_deg=angles)
+
+
+def supersampled(renderer: Renderer, camera: Any, side: int = 8, **moment: Any) -> Light:
+    """Mean light of side x side pictures of a renderer without anti-aliasing, (H, W, 3)."""
+    state, size = renderer.camera_state(camera), renderer.size
+    total = np.zeros((size[1], size[0], 3), np.float64)
+    places = (np.arange(side) + 0.5) / side - 0.5
+    for x in places:
+        for y in places:
+            total += display_light(renderer.render(shifted(state, size, x, y), **moment)["color"])
+    return (total / side**2).astype(np.float32)
+
+
+@dataclass(frozen=True)
+class StillError:
+    """A settled picture against the supersampled one. rms_steps: see rms(); flip: mean."""
+
+    samples: int
+    rms_steps: float
+    flip: float
+
+
+def still_errors(
+    make: Callable[[Mapping[str, Any]], Renderer], camera: Any, samples: Sequence[int], side: int = 8, **moment: Any
+) -> dict[str, StillError]:
+    """Errors of "none", "edge" and of temporal pictures of so many samples ("temporal 9"). make(overrides): renderers
+    whose exposure is fixed."""
+    variants: dict[str, tuple[dict[str, Any], int]] = {k: ({"composite.antialiasing": k}, 1) for k in ("none", "edge")}
+    for n in samples:
+        variants[f"temporal {n}"] = ({"composite.antialiasing": "temporal", "composite.samples": n}, n)
+    with make({"composite.antialiasing": "none"}) as plain:
+        plain.settle(camera, **moment)
+        reference = supersampled(plain, camera, side, **moment)
+    shown = np.round(display_values(reference) * 255.0).astype(np.uint8)
+    found: dict[str, StillError] = {}
+    for name, (overrides, n) in variants.items():
+        with make(overrides) as renderer:
+            renderer.settle(camera, **moment)
+            color = renderer.render(camera, **moment)["color"]
+        found[name] = StillError(n, rms(display_light(color), reference), float(flip(shown, color).mean()))
+    return found
+
+
+@dataclass(frozen=True)
+class Shimmer:
+    """Pictures of a flight against supersampled ones.
+
+    shimmer_steps: standard deviation over time of a pixel's difference from the reference, rms over the pixels: what
+    flickers although the reference doesn't. rms_steps: the difference itself. worst_steps: the 99.9th percentile of
+    the change of that difference from one frame to the next. In steps of an 8-bit picture.
+    """
+
+    shimmer_steps: float
+    rms_steps: float
+    worst_steps: float
+
+
+def shimmer(
+    make: Callable[[Mapping[str, Any]], Renderer],
+    cameras: Sequence[Any],
+    warm_up: int = 8,
+    side: int = 4,
+    kinds: Sequence[str] = KINDS,
+    **moment: Any,
+) -> dict[str, Shimmer]:
+    """Each kind along a path of cameras, one a frame; the first `warm_up` frames are not counted."""
+    counted = cameras[warm_up:]
+    with make({"composite.antialiasing": "none"}) as plain:
+        plain.settle(cameras[0], **moment)
+        references = [display_values(supersampled(plain, camera, side, **moment)) for camera in counted]
+    found: dict[str, Shimmer] = {}
+    for kind in kinds:
+        with make({"composite.antialiasing": kind}) as renderer:
+            renderer.settle(cameras[0], **moment)
+            off = []
+            for index, camera in enumerate(cameras):
+                color = renderer.render(camera, dt_s=1.0 / 30.0, **moment)["color"]
+                if index >= warm_up:
+                    off.append(255.0 * (color / np.float32(255.0) - references[index - warm_up]))
+        errors = np.stack(off)
+        found[kind] = Shimmer(
+            float(np.sqrt(np.mean(errors.var(axis=0)))),
+            float(np.sqrt(np.mean(errors**2))),
+            float(np.percentile(np.abs(np.diff(errors, axis=0)), 99.9)),
+        )
+    return found
+
+
+def flight(camera: Any, state: Any, count: int, step_m: float, turn_deg: float = 0.0) -> list[Camera]:
+    """`count` cameras that fly forwards by step_m a frame, level with the sphere, and turn to the right by turn_deg."""
+    position, forward, up = state.position_m.copy(), state.forward.copy(), state.up.copy()
+    radius = float(np.linalg.norm(position))
+    cameras = []
+    for _ in range(count):
+        cameras.append(Camera(position_m=position.copy(), forward=forward, up=up, fov_y_deg=camera.fov_y_deg))
+        zenith = position / np.linalg.norm(position)
+        level = forward - zenith * (forward @ zenith)
+        if step_m:
+            position = position + step_m * level / np.linalg.norm(level)
+            position *= radius / np.linalg.norm(position)
+        a = np.radians(turn_deg)
+        forward = np.cos(a) * forward + np.sin(a) * np.cross(forward, up)
+    return cameras
