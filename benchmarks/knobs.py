@@ -174,6 +174,7 @@ PAIRS: dict[str, Pair] = {
     "exposure.min_ev100": Pair("earth", "orbit", 16.0, free=True),
     "exposure.max_ev100": Pair("earth", "orbit", 10.0, free=True),
     "exposure.compensation_ev": Pair("earth", "orbit", 1.0, free=True),
+    "composite.antialiasing": Pair("earth", "valley", "temporal", off="none"),
     "composite.tone_map": Pair("earth", "orbit", "aces"),
     "composite.bloom": Pair("earth", "limb", 0.0),
     "debug.view": Pair("earth", "near", "normals"),

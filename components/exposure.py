@@ -28,8 +28,8 @@ class Composite:
 
     antialiasing: str = knob(
         "temporal",
-        help="Smooth edges and detail that doesn't shimmer: temporal gathers samples over frames, edge smooths the steps "
-        "of outlines in a single frame",
+        help="Smooth edges and detail that doesn't shimmer: temporal gathers samples over frames, edge smooths the "
+        "steps of outlines in a single frame",
         cost="temporal: two pictures of memory and one pass; edge: one of each; none: nothing",
         choices=("none", "edge", "temporal"),
     )

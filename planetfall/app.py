@@ -338,7 +338,7 @@ class FlightApp:
         target = Path(folder) / f"planetfall_{datetime.now():%Y%m%d_%H%M%S_%f}.png"
         try:
             require_writable(target)
-            color = self.renderer.render(self.camera, self.time_s)["color"]
+            color = self.renderer.render(self.camera, self.time_s, dt_s=0.0)["color"]  # goes on from what is on screen
             write_png(target, color, self._settings())
         except CaptureError as error:
             log.warning("%s", error)

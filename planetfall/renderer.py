@@ -16,13 +16,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import ASSETS, queries
 from .camera import Camera
-from .components import DebugView, Exposure, Ocean, Planet, Sun, Terrain
+from .components import DebugView, Exposure, Ocean, Planet, Shape, Sun, Terrain, Transform
 from .drawn_ground import DrawnGround
 from .engine.gpu import Gpu
 from .engine.gpu.graph_backend import GLBackend
 from .engine.graph import GraphBuilder, Plan
 from .engine.hosts.foreign import ForeignHost, attach
-from .engine.settings import revision
+from .engine.settings import latest_revision, revision
 from .engine.space import CameraState, project
 from .engine.system import Frame, Setup, SunState, System, ViewInfo
 from .errors import CameraError, NotSettled, SettingError, SizeError
@@ -448,7 +448,8 @@ class Renderer:
         place = (camera.position_m, camera.forward, camera.up, sun.direction, sun.irradiance)
         tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
         moment = (*(v.tobytes() for v in place), *tangents, sun.angular_radius_rad, frame.time_s, frame.planet)
-        shown = (moment, frame.size, self.scene.world.structure_revision, revisions)
+        bodies = latest_revision(Transform, Shape)
+        shown = (moment, frame.size, self.scene.world.structure_revision, revisions, bodies)
         same, self._shown = shown == self._shown, shown
         if not same:
             return False

@@ -23,6 +23,9 @@ from planetfall.benchmarks.knobs import HAZE, KNOB_SIZE, QUALITY_VIEW, Pair, cha
 FOLDER = Path(__file__).resolve().parent / "golden"
 VIEW_SIZE = (320, 180)
 QUALITY = "medium"
+ANTIALIASING = "none"
+"""One sample in the middle of each pixel: a hole or a crack of a pixel isn't averaged away. Pictures of anti-aliasing
+itself say otherwise."""
 
 Pixels = NDArray[np.uint8]
 
@@ -132,6 +135,8 @@ KNOB_PICTURES: tuple[Picture, ...] = (
     knob_picture(
         "exposure_fixed", "earth", "terminator", {"exposure.mode": "fixed", "exposure.ev100": 10.0}, free=True
     ),
+    knob_picture("antialiasing_temporal", "earth", "valley", {"composite.antialiasing": "temporal"}),
+    knob_picture("antialiasing_edge", "earth", "valley", {"composite.antialiasing": "edge"}),
     *(debug_picture(name) for name in DEBUG_VIEWS),
 )  # fmt: skip
 
@@ -200,6 +205,7 @@ class Studio:
         if key not in self._renderers:
             scene = pf.load_scene(picture.planet)
             scene.environment.add(pf.DebugView())
+            scene.environment[pf.Composite].antialiasing = ANTIALIASING
             renderer = pf.Renderer(scene, picture.size, QUALITY, picture.overrides)
             self._renderers[key] = (scene, renderer)
             caps = renderer.gpu.caps

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...components import Composite, Exposure, Planet
+from ...components import Composite, Exposure
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import with_overrides
 from ...engine.system import Frame, Setup, System, ViewInfo

@@ -71,6 +71,7 @@ class _Moment:
     camera: CameraState
     sun: SunState
     planet: int
+    size: tuple[int, int]
     star_axes: Floats | None = None
 
 
@@ -118,7 +119,7 @@ class TemporalState:
         past, self._past = self._past, None  # comes back with drawn()
         if samples != self._samples:
             self._samples, past = samples, None
-        self._now = now = _Moment(frame.camera, frame.sun, frame.planet)
+        self._now = now = _Moment(frame.camera, frame.sun, frame.planet, frame.size)
         self._then = past
         usable = past is not None and not frame.cut and not _broken(past, now, radius_m)
         still = usable and frame.still
@@ -162,7 +163,7 @@ class TemporalState:
         return camera_motion(self._now.camera, then.camera, self._now.star_axes, then.star_axes)
 
     def lost(self) -> None:
-        """The picture before is gone after all (another size): this frame stands for itself."""
+        """The picture before is gone after all (the graph was made anew): this frame stands for itself."""
         self._gathered, self._turn = 0, 0
         self.step = Step(Mode.EDGE, self.step.jitter_px)
 
@@ -173,13 +174,15 @@ class TemporalState:
 
 
 def _broken(then: _Moment, now: _Moment, radius_m: float) -> bool:
-    """Whether nothing of the frame before is worth a look: another planet, a teleport, a cut, a jump of the sun."""
+    """Whether nothing of the frame before is worth a look: another planet or size, a teleport, a cut, a jump
+    of the sun."""
     a, b = then.camera, now.camera
     height_m = abs(float(np.linalg.norm(b.position_m)) - radius_m)
     moved_m = float(np.linalg.norm(b.position_m - a.position_m))
     irradiance = np.abs(now.sun.irradiance - then.sun.irradiance)
     return (
         then.planet != now.planet
+        or then.size != now.size
         or moved_m > max(_TELEPORT_HEIGHTS * height_m, _TELEPORT_M)
         or float(a.forward @ b.forward) < _CUT_COSINE
         or float(then.sun.direction @ now.sun.direction) < _SUN_JUMP_COSINE

@@ -116,7 +116,7 @@ def seen_by(props: Props, camera: CameraState, height_px: int, shadow_radii: flo
     order = np.argsort(key, kind="stable")
     seen, key = seen[order], key[order]
     firsts = np.flatnonzero(np.diff(key, prepend=-1))
-    ends = np.append(firsts[1:], len(key))
+    ends = np.append(firsts[1:], len(key))[: len(firsts)]  # none where none is seen
     draws = [
         (props.forms[k // SPHERE_LEVELS], int(k % SPHERE_LEVELS), int(a), int(b - a))
         for k, a, b in zip(key[firsts], firsts, ends, strict=True)

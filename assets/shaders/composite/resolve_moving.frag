@@ -82,18 +82,20 @@ void main() {
     float out_by = 1.0;
     // A past that is what is seen now needs no look around, nor does a smooth sky: a loop, because an `if` skips nothing.
     int turns = frames == 0 || max(apart.r, max(apart.g, apart.b)) > SAME ? 9 : 0;
-    vec3 sum = vec3(0.0), squares = vec3(0.0), spot = vec3(0.0);
+    vec3 sum = vec3(0.0), squares = vec3(0.0), spot = vec3(0.0), most = vec3(0.0);
     for (int k = 0; k < turns; k++) {
         ivec2 at = clamp(pixel + ivec2(k % 3, k / 3) - 1, ivec2(0), last);
         vec3 around = press(exposed_light(texelFetch(u_scene, at, 0).rgb * scale, exposure.saturated));
         sum += around;
         squares += around * around;
         spot += around * u_weights[k];
+        most = max(most, around);
     }
     if (turns > 0) {
         vec3 mean = sum / 9.0, spread = sqrt(max(squares / 9.0 - mean * mean, 0.0));
-        // Stars are small and bright in their whole surroundings, and what is infinitely far uncovers nothing.
-        spread = spread * (nearest > 0.0 ? 1.25 : 4.0) + 1e-6;
+        spread = 1.25 * spread + 1e-6;
+        // Stars stand out of their surroundings by more than that, and what is infinitely far uncovers nothing.
+        if (nearest == 0.0) spread = max(spread, most - mean);
         vec3 off = abs(light - mean) / spread;
         out_by = max(max(off.r, max(off.g, off.b)), 1.0);
         light = mean + (light - mean) / out_by;
@@ -102,6 +104,7 @@ void main() {
     vec2 between = fract((uv - v_uv) * vec2(last + 1));
     between *= 4.0 * (1.0 - between);
     float weight = max(out_by / float(frames + 1), mix(LEAST_WEIGHT, MOVING_WEIGHT, max(between.x, between.y)));
+    weight = max(weight, clamp(0.25 * out_by - 0.5, 0.0, 1.0));   // what is that far off was something else
     light = frames > 0 ? mix(light, now, min(weight, 1.0)) : soft;
     o_resolved = vec4(light, place_code(place_distance(own / near), kind, frames + 1));
 }
