@@ -16,6 +16,11 @@ __all__ = ["Resolver"]
 
 _SOFT_PX = 0.5
 """Standard deviation of the spot that a pixel without a past is seen through."""
+_FILES = {
+    "edge": "composite/resolve_edge.frag",
+    "mean": "composite/resolve_mean.frag",
+    "moving": "composite/resolve_moving.frag",
+}
 _READS = ("scene.radiance", "composite.exposure", "gbuffer.depth", "gbuffer.surface")
 
 
@@ -103,7 +108,7 @@ class Resolver:
 
     def _program(self, name: str) -> Any:
         if name not in self._programs:
-            self._programs[name] = self._gpu.fullscreen(f"composite/resolve_{name}.frag")
+            self._programs[name] = self._gpu.fullscreen(_FILES[name])
         return self._programs[name]
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> str:
