@@ -1,4 +1,4 @@
-"""Plots of reports, beside their files: run time against error of the air. Needs matplotlib, the extra "plots"."""
+"""Plots of reports, beside their files: run time against error of air and ground. Needs matplotlib, extra "plots"."""
 
 from __future__ import annotations
 
@@ -7,17 +7,41 @@ from pathlib import Path
 from .schema import Report, Row
 
 MISSING = "no plot: matplotlib is missing; pip install planetfall[plots]"
-_CURVE = "curve"
+_CURVE, _BACKENDS = "curve", "backends"
 
 
 def save_plots(report: Report, folder: Path) -> list[Path]:
     """Writes the plots of a report that has any; their paths. ImportError without matplotlib."""
-    rows = [row for row in report.rows if report.suite == "atmosphere" and row.bench == _CURVE]
-    if report.quick or not rows:
-        return []
-    path = folder / f"{report.suite}-{_CURVE}.png"
-    _curve(rows, path)
-    return [path]
+    made: list[Path] = []
+    if report.quick:
+        return made
+    for suite, bench, draw in (("atmosphere", _CURVE, _curve), ("terrain", _BACKENDS, _backends)):
+        rows = [row for row in report.rows if report.suite == suite and row.bench == bench]
+        if rows:
+            made.append(folder / f"{suite}-{bench}.png")
+            draw(rows, made[-1])
+    return made
+
+
+def _backends(rows: list[Row], path: Path) -> None:
+    """A panel a view, a line a backend, a point a quality: time of a frame against the error on screen."""
+    from matplotlib.figure import Figure  # pyright: ignore[reportMissingImports]
+
+    views = list(dict.fromkeys(row.view for row in rows))
+    figure = Figure(figsize=(4.2 * len(views), 4.2), dpi=110, layout="constrained")
+    for axes, view in zip(figure.subplots(1, len(views), squeeze=False)[0], views, strict=True):
+        for number, backend in enumerate(dict.fromkeys(row.variant.split(", ")[0] for row in rows)):
+            own = [row for row in rows if row.view == view and row.variant.startswith(f"{backend}, ")]
+            points = [(float(row.ms or 0.0), float(row.error or 0.0)) for row in own]
+            axes.plot(*zip(*points, strict=True), "o-", color=f"C{number}", label=backend)
+            for row, place in zip(own, points, strict=True):
+                axes.annotate(row.variant.split(", ")[1], place, (4, 4), textcoords="offset points", fontsize=7)
+        axes.set(yscale="log", xlabel="frame, turning, 640 x 360 (ms)", title=view)
+        axes.grid(which="both", alpha=0.25)
+        axes.margins(0.12)
+    figure.axes[0].set(ylabel="99th percentile of the error on screen (px)")
+    figure.axes[0].legend()
+    figure.savefig(path)
 
 
 def _curve(rows: list[Row], path: Path) -> None:
