@@ -1,4 +1,4 @@
-"""Vertices of the quadtree's tiles as they are drawn, against extended precision, level by level."""
+"""Vertices of tiles as they are drawn, quadtree and icosphere, against extended precision, level by level."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import Camera, Ocean, Renderer, Scene, Terrain
+from ...engine.surface.icosphere import vector_of
 from ...engine.surface.lattice import FULL
+from ...engine.surface.triangle_patch import vertex_place
 from .. import exact
 from .positions import PIXEL_RAD
 
@@ -55,16 +57,27 @@ def worst_px_by_level(renderer: Renderer, camera: Camera) -> dict[int, float]:
     angle = exact.angle_between(seen, truth) / PIXEL_RAD
     # Nearer than this the near plane hides a vertex.
     angle[np.linalg.norm(truth.astype(np.float64), axis=-1) < 0.05] = 0.0
-    n = mesh.shape.segments
-    b, a = np.divmod(np.arange((n + 1) ** 2), n + 1)
-    on_edge = np.stack([a == 0, a == n, b == 0, b == n], axis=1)
-    skips = mesh.rows["edge_skip"][still][:, None] >> (8 * np.arange(4)).astype(np.uint32) & 255
+    on_edge = _on_edges(mesh.shape)
+    skips = mesh.rows["edge_skip"][still][:, None] >> (8 * np.arange(on_edge.shape[1])).astype(np.uint32) & 255
     angle[(on_edge[None] & (skips > 0)[:, None]).any(axis=2)] = 0.0
     levels = mesh.shape.scheme.level(mesh.keys[still])
     return {int(level): float(angle[levels == level].max()) for level in np.unique(levels)}
 
 
+def _on_edges(shape: Any) -> NDArray[np.bool_]:
+    """(vertices, edges)."""
+    n = shape.segments
+    if shape.scheme.edges == 3:
+        p, q = vertex_place(np.arange(shape.vertices), n)
+        return np.stack([q == 0, p + q == n, p == 0], axis=1)
+    b, a = np.divmod(np.arange((n + 1) ** 2), n + 1)
+    return np.stack([a == 0, a == n, b == 0, b == n], axis=1)
+
+
 def _directions(mesh: Any, keys: NDArray[np.int64], method: str) -> NDArray[np.longdouble]:
+    if mesh.shape.scheme.edges == 3:
+        vectors = vector_of(*mesh.shape.points(keys)).astype(exact.Real)
+        return vectors / np.sqrt((vectors * vectors).sum(axis=-1, keepdims=True))
     if method != "paper":
         return exact.lattice_direction(*mesh.shape.points(keys))
     face, i, j = (p.reshape(len(keys), mesh.shape.side, mesh.shape.side) for p in mesh.shape.points(keys))

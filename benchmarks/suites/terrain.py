@@ -16,6 +16,7 @@ from ..target import Target, at_least, at_most
 from ..timing import time_variants
 from . import terrain_backends
 from .terrain_grid import GRID_BENCHES
+from .terrain_icosphere import ICOSPHERE_BENCHES
 
 EARTH_M, GIANT_M = 6.371e6, 7e7
 BENCH, FULL_HD = (640, 360), (1920, 1080)
@@ -45,15 +46,15 @@ def _positions(session: Session) -> None:
                     vertices=found.vertices,
                 )
     for radius in (EARTH_M, GIANT_M):
-        for method in ("ours", "paper"):
-            _tile_positions(session, radius, method)
+        for backend, method in (("quadtree", "ours"), ("quadtree", "paper"), ("icosphere", "ours")):
+            _tile_positions(session, radius, backend, method)
 
 
-def _tile_positions(session: Session, radius: float, method: str) -> None:
-    """Vertices of the quadtree's tiles as drawn; those of the article beside them, against its own formula."""
+def _tile_positions(session: Session, radius: float, backend: str, method: str) -> None:
+    """Vertices of tiles as drawn; those of the quadtree's article beside them, against its own formula."""
     scene = positions_quadtree.smooth(load_scene("earth"))
     scene.planet[Planet].radius_m = radius
-    overrides = {**positions_quadtree.OVERRIDES, "terrain.method": method}
+    overrides = {**positions_quadtree.OVERRIDES, "terrain.backend": backend, "terrain.method": method}
     with session.renderer(scene, positions_quadtree.SIZE, "medium", overrides) as renderer:
         worst: dict[int, float] = {}
         for altitude in (0.5, 1e4, 3e7) if session.quick else (0.5, 100.0, 1e4, 1e6, 3e7):
@@ -61,7 +62,7 @@ def _tile_positions(session: Session, radius: float, method: str) -> None:
             for level, px in positions_quadtree.worst_px_by_level(renderer, camera).items():
                 worst[level] = max(worst.get(level, 0.0), px)
         session.row(
-            f"radius {radius:g} m, quadtree, {method}: levels {min(worst)} to {max(worst)}",
+            f"radius {radius:g} m, {backend}, {method}: levels {min(worst)} to {max(worst)}",
             error=max(worst.values()), error_unit="px", target=at_most(1e-3, "px") if method == "ours" else None,
             worst_level=max(worst, key=worst.__getitem__),
         )  # fmt: skip
@@ -317,4 +318,5 @@ BENCHES: Mapping[str, Bench] = {
     "backends": terrain_backends.backends,
     "popping": terrain_backends.popping_in_flight,
     "holes": terrain_backends.holes_in_the_disc,
+    **ICOSPHERE_BENCHES,
 }

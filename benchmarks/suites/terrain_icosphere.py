@@ -1,0 +1,113 @@
+"""Benches of the icosphere: beside the other backends, and what its source's method loses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import ExitStack
+from typing import Any
+
+import numpy as np
+
+from ... import Renderer, load_scene, view
+from ..measure import frames, ground, icosphere_paper, motion
+from ..measure.positions_icosphere import IcospherePositions, special_places
+from ..session import Bench, Session
+from ..target import at_most
+from ..timing import time_variants
+
+SEED = 20240601
+VIEWS = ("near", "high", "orbit")
+SIZE = (640, 360)
+METHODS: Mapping[str, Mapping[str, Any]] = {
+    "grid": {"terrain.backend": "grid"},
+    "quadtree": {"terrain.backend": "quadtree"},
+    "icosphere": {"terrain.backend": "icosphere"},
+    "icosphere, paper": {"terrain.backend": "icosphere", "terrain.method": "paper"},
+}
+
+
+def _methods(session: Session) -> None:
+    """Frames of a turning camera, triangles and error: the icosphere, ours and as printed, beside the others."""
+    rng = np.random.default_rng(SEED)
+    with session.renderer("earth", SIZE, "medium", dict(METHODS["grid"])) as first, ExitStack() as stack:
+        made = {"grid": first}
+        for name in list(METHODS)[1:]:
+            other = Renderer(load_scene("earth"), SIZE, "medium", dict(METHODS[name]), ctx=first.ctx, guard=False)
+            stack.callback(other.release)
+            made[name] = other
+        for place in VIEWS:
+            times = _turning(session, made, place)
+            for name, renderer in made.items():
+                renderer.settle(view(place))
+                found = ground.picture_error(renderer, view(place), rng, session.runs(20_000, 3000))
+                system: Any = renderer.system("terrain")
+                counts = system.statistics()
+                session.row(
+                    name, place, SIZE, times[name], error=None if found is None else found.p99_px,
+                    error_unit="px p99", triangles=counts["triangles"], vertices=counts["vertices"],
+                    tiles=counts["cells"], tiles_selected=counts["cells_selected"],
+                )  # fmt: skip
+
+
+def _turning(session: Session, renderers: Mapping[str, Renderer], place: str) -> Any:
+    """Times of frames whose camera turns a little each time, backend after backend in turn."""
+    targets = {name: r.ctx.simple_framebuffer(r.size) for name, r in renderers.items()}
+    variants = {}
+    for name, renderer in renderers.items():
+        renderer.settle(view(place))
+        cameras = motion.turned(renderer.camera_state(view(place)), 0.01, 4)
+
+        def frame(renderer: Renderer = renderer, target: Any = targets[name], cameras: list[Any] = cameras) -> None:
+            cameras.append(cameras.pop(0))
+            renderer.render_to(target, cameras[0])
+
+        variants[name] = frame
+    finish = next(iter(renderers.values())).ctx.finish
+    times = time_variants(variants, session.runs(15, 4), 2, finish)
+    for name, target in targets.items():
+        renderers[name].gpu.leave(target)
+        target.release()
+    return times
+
+
+def _vertices(session: Session) -> None:
+    """Vertices against extended precision on each level; how many a second are assembled, and drawn."""
+    rng = np.random.default_rng(SEED)
+    with IcospherePositions(session.gpu) as probe:
+        for radius in (6.371e6, 7e7):
+            places = [*special_places(), *rng.normal(size=(session.runs(12, 3), 3))]
+            worst = [max(probe.worst_px(radius, level, place) for place in places) for level in range(25)]
+            session.row(f"radius {radius:g} m, levels 0 to 24", error=max(worst), error_unit="px",
+                        target=at_most(1e-3, "px"), worst_level=int(np.argmax(worst)), places=len(places))  # fmt: skip
+    # The source draws 60 million vertices a frame on its GPU (GTX 1080), with basic shading: heights from a texture.
+    for name in ("icosphere", "icosphere, paper"):
+        with session.renderer("earth", SIZE, "medium", dict(METHODS[name])) as renderer:
+            renderer.settle(view("near"))
+            passes = frames.time_passes(renderer, view("near"), session.runs(9, 3))
+            system: Any = renderer.system("terrain")
+            counts = system.statistics()
+            made = counts["cells_selected"] * system.backend.shape.vertices
+            assembling = passes.get("terrain.vertices (snap)") or passes["terrain.vertices"]
+            session.row(f"{name}: all vertices anew", "near", SIZE, assembling, vertices=made,
+                        million_vertices_a_second=made / assembling.ms / 1e3)  # fmt: skip
+            drawing = passes["terrain.gbuffer"]
+            session.row(f"{name}: drawn", "near", SIZE, drawing, vertices=counts["vertices"],
+                        million_vertices_a_second=counts["vertices"] / drawing.ms / 1e3)  # fmt: skip
+
+
+def _paper(session: Session) -> None:
+    """What the printed method loses: seen triangles that its culling drops, vertices that two levels don't share."""
+    found = icosphere_paper.printed_culling(np.random.default_rng(SEED), session.runs(12_000, 2000))
+    session.row("printed: seen triangles dropped", error=100.0 * found.visible_dropped / found.visible, error_unit="%",
+                seen=found.visible, unseen_dropped=found.invisible_dropped / found.invisible,
+                unseen=found.invisible)  # fmt: skip
+    for level in (2, 4, 8, 12):
+        edge, worst = icosphere_paper.gap_between_levels_m(6.371e6, level)
+        session.row(f"printed: levels {level} and {level + 1} apart", error=worst, error_unit="m", along_an_edge_m=edge)
+
+
+ICOSPHERE_BENCHES: Mapping[str, Bench] = {
+    "icosphere": _methods,
+    "icosphere_vertices": _vertices,
+    "icosphere_paper": _paper,
+}
