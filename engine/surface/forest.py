@@ -93,6 +93,15 @@ class Selection:
         return len(self.keys)
 
 
+class _Asked(NamedTuple):
+    """What the weights of nodes depend on."""
+
+    pixel_rad: float
+    error_px: float
+    finest_spacing_m: float
+    spacing_px: float | None
+
+
 class _Active(NamedTuple):
     """The nodes that are looked at, copied together; rows GIVEN and UNKNOWN come first, as in the table."""
 
@@ -168,7 +177,7 @@ class Forest:
         self._changed = True  # facts
         self._time_s: float | None = None
         self._still_since_s: float | None = None
-        self._asked: tuple[object, ...] = ()
+        self._asked: tuple[_Asked, int] | None = None
         self._eye: Floats | None = None  # of the last evaluation
         self._last_eye: Floats | None = None  # of the last call
         self._slack_m = 0.0
@@ -177,7 +186,7 @@ class Forest:
         self._final = False  # whether the last evaluation was of an eye at rest
         self._active: _Active | None = None
         self._leaves: _Leaves | None = None
-        self._weights: tuple[tuple[object, ...], Floats] | None = None
+        self._weights: tuple[_Asked, Floats] | None = None
         self._selection: Selection | None = None
         self._seen: Ints = np.zeros(0, np.int64)
         self._morphs: Floats = np.zeros(0)
@@ -264,12 +273,12 @@ class Forest:
                 raise ValueError(f"Forest.select: {name} must be positive and finite, found {value!r}")
         if max_tiles < self.scheme.roots:
             raise ValueError(f"Forest.select: max_tiles must be at least {self.scheme.roots}, found {max_tiles!r}")
-        asked = (pixel_rad, error_px, finest_spacing_m, spacing_px)
+        asked = _Asked(pixel_rad, error_px, finest_spacing_m, spacing_px)
         moved = np.inf if self._eye is None else float(np.sqrt(((eye - self._eye) ** 2).sum()))
-        same = not self._changed and (*asked, max_tiles) == self._asked
+        same = not self._changed and (asked, max_tiles) == self._asked
         rests = self._last_eye is not None and bool((eye == self._last_eye).all())
         step_s, rested = self._clock(time_s, same and rests)
-        self._last_eye, self._call = eye.copy(), self._call + 1
+        self._last_eye = eye.copy()
         last = self._selection
         if (
             last is not None
@@ -280,8 +289,9 @@ class Forest:
             and self._final >= rested
         ):
             return last
-        self._asked, self._changed, self._eye = (*asked, max_tiles), False, eye.copy()
+        self._asked, self._changed, self._eye = (asked, max_tiles), False, eye.copy()
         self.evaluations += 1
+        self._call += 1
         whole = rested or not np.isfinite(step_s) or moved > JUMP * self._nearest_m
         velocity = None if velocity_m_s is None else np.asarray(velocity_m_s, dtype=np.float64)
         return self._run(eye, asked, max_tiles, step_s, rested, whole, velocity, planes)
@@ -323,7 +333,8 @@ class Forest:
         else:
             # Nodes whose parent is drawn or split: drawn ones, those above them, and children that are there already.
             above = table.supports[:, 0]
-            wanted = table.known & table.split[table.supports[above, 0]]
+            wanted = table.known.copy()
+            wanted &= table.split[table.supports[above, 0]]
         rows = np.concatenate([[GIVEN, UNKNOWN], np.flatnonzero(wanted)])
         place = np.full(len(table.known), UNKNOWN, np.int64)
         place[rows] = np.arange(len(rows))
@@ -335,12 +346,12 @@ class Forest:
             self.radius_m + table.high_m[rows],
             self._occluder_r,
         )
-        kids = (table.kids[rows] > UNKNOWN).all(axis=1)
+        kids: Mask = np.all(table.kids[rows] > UNKNOWN, axis=1)
         self._active = _Active(rows, place[table.supports[rows]], kids, hulls, whole)
         self._leaves = self._weights = None
         return self._active
 
-    def _weight(self, nodes: _Active, asked: tuple[object, ...]) -> Floats:
+    def _weight(self, nodes: _Active, asked: _Asked) -> Floats:
         """Share of a node times its distance, (N,) metres."""
         if self._weights is not None and self._weights[0] == asked:
             return self._weights[1]
@@ -376,7 +387,7 @@ class Forest:
     def _run(
         self,
         eye: Floats,
-        asked: tuple[object, ...],
+        asked: _Asked,
         max_tiles: int,
         step_s: float,
         rested: bool,
@@ -388,7 +399,7 @@ class Forest:
         nodes = self._gather(whole)
         weight = self._weight(nodes, asked)
         distance = nodes.hulls.distance(eye)
-        np.maximum(distance, asked[2], out=distance)
+        np.maximum(distance, asked.finest_spacing_m, out=distance)
         counts = self._counts(distance, eye, nodes.hulls)
         split, morph = table.split[nodes.rows], table.morph[nodes.rows]
         split = wanted_split(np.zeros(len(split)), split, nodes.kids_known, nodes.supports, -1.0)
@@ -533,7 +544,7 @@ class Forest:
         morph: Floats,
         wanted: Ints,
         moving: bool,
-        asked: tuple[object, ...],
+        asked: _Asked,
     ) -> Selection:
         table = self.table
         fresh = self._leaves is None
@@ -550,7 +561,7 @@ class Forest:
         self._nearest_m = float(away[seen[0]]) if len(seen) else float(distance[2:].min(initial=np.inf))
         self._slack_m = SLACK * self._nearest_m
         last = self._selection
-        error_px = asked[1] * 2.0 ** (self._budget_step / BUDGET_STEPS)
+        error_px = asked.error_px * 2.0 ** (self._budget_step / BUDGET_STEPS)
         if last is not None and not fresh and np.array_equal(seen, self._seen) and np.array_equal(own, self._morphs):
             values = (last.keys, last.morph, last.edge_skip, last.edge_morph)
             levels = last.levels

@@ -23,6 +23,9 @@ WHOLE_LEVEL = 3
 """Cells coarser than this are tested as their descendants of this level: a hull of a large part of a sphere is big."""
 ROUNDING = 1e-12
 """Relative to the distances involved: far above the errors of float64, far below a pixel."""
+SQUARE_ROUNDING = 2e-15
+"""Squares of distances are good to this times the squared distance from the planet's centre: squared chords come from
+2 - 2 cos, and the cosine of three rounded products is good to 4e-16."""
 
 
 class Hulls(NamedTuple):
@@ -46,7 +49,7 @@ class Hulls(NamedTuple):
         return cls(planes, reach, low, high, np.sqrt(above * (2.0 * occluder + above)))
 
     def distance(self, eye_m: Floats) -> Floats:
-        """Lower bounds of the distances from a point (3,) to the cells, (N,) metres."""
+        """Lower bounds of the distances from a point (3,) to the cells, (N,) metres; see SQUARE_ROUNDING."""
         away = float(np.sqrt(eye_m @ eye_m))
         dots = (self.planes @ (eye_m / away)).reshape(-1, len(self.reach))
         # The chord to the nearest point: no less than that to the centre without the reach; and, where the point is
@@ -164,7 +167,8 @@ def _seen_parts(
     reach = np.sqrt(((corners - center[:, None]) ** 2).sum(axis=2).max(axis=1))
     hulls = Hulls.of(center, reach, _ring_normals(corners, center), low[owner], high[owner], occluder)
     limit = horizon_reach(eye, occluder) + hulls.tangent
-    seen &= hulls.distance(eye) <= limit * (1.0 + ROUNDING) + ROUNDING * occluder
+    away = float(np.sqrt(eye @ eye))
+    seen &= hulls.distance(eye) ** 2 <= limit**2 * (1.0 + ROUNDING) + SQUARE_ROUNDING * away * hulls.high
     result = np.zeros(count, bool)
     result[owner[seen]] = True
     return result
