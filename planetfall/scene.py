@@ -409,16 +409,17 @@ def _planet_problems(handle: PlanetHandle, sun: Sun, settings: Mapping[str, Any]
                     f"{where}: Terrain.{field} ({value:g}) is more than a quarter of Planet.radius_m ({radius:g}); "
                     f"use at most {0.25 * radius:g}"
                 )
-        if terrain.height_map or terrain.color_map or terrain.height_map_range_m is not None:
+        if terrain.lowest_m < terrain.highest_m and (
+            terrain.height_map or terrain.color_map or terrain.height_map_range_m is not None
+        ):
             from .systems.terrain.height import TerrainParams
             from .systems.terrain.height_map import color_cube
-            from .systems.terrain.map_files import MapError
 
             try:
                 TerrainParams.from_component(terrain, radius)
                 if terrain.color_map:
                     color_cube(terrain.color_map)
-            except MapError as error:
+            except ValueError as error:
                 problems.append(f"{where}: {error}")
     sea = found(Ocean, "ocean")
     if sea is not None and abs(sea.sea_level_m) > 0.25 * radius:
