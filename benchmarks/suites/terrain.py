@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from ... import Camera, Planet, Renderer, load_scene, qualities, view, views
+from ... import Camera, Planet, Renderer, Terrain, load_scene, qualities, view, views
 from ...engine.space import CameraState
+from ...systems.terrain.height import TerrainParams
 from ..measure import coverage, ground, motion, positions, positions_quadtree, relief, sea
+from ..measure.ground_cost import VERTICES, height_runs
 from ..session import Bench, Session
 from ..target import Target, at_least, at_most
 from ..timing import time_variants
@@ -251,6 +254,27 @@ def _relief(session: Session) -> None:
     session.row("lowest seabed found", error=whole.lowest_m, error_unit="m", target=at_most(-4000.0, "m"))
 
 
+def _sources(session: Session) -> None:
+    """What craters and maps add to a vertex, in one run: the moon as it is, and without them."""
+    scene = load_scene("moon")
+    whole = TerrainParams.from_component(scene.planet[Terrain], scene.planet[Planet].radius_m)
+    worlds = {
+        "noise alone": replace(whole, craters=0.0, height_map=None),
+        "with craters": replace(whole, height_map=None),
+        "with a map": replace(whole, craters=0.0),
+        "with both": whole,
+    }
+    with session.renderer("moon", (64, 36), "low") as renderer:
+        for spacing_m in (1.0, 100.0, 15e3):
+            with height_runs(renderer.gpu, worlds, spacing_m) as runs:
+                times = time_variants(runs, session.runs(15, 5), 3)
+            for name, timing in times.items():
+                session.row(
+                    f"{VERTICES} vertices, {name}", f"{spacing_m:g} m apart", timing=timing,
+                    ns_per_vertex=1e6 * timing.ms / VERTICES, times=timing.ms / times["noise alone"].ms,
+                )  # fmt: skip
+
+
 def _sampler(session: Session) -> None:
     """TerrainSampler: the CPU's heights."""
     from ... import TerrainSampler
@@ -314,6 +338,7 @@ BENCHES: Mapping[str, Bench] = {
     "sea": _sea,
     "relief": _relief,
     "sampler": _sampler,
+    "height sources": _sources,
     **GRID_BENCHES,
     "backends": terrain_backends.backends,
     "popping": terrain_backends.popping_in_flight,

@@ -26,7 +26,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.surface.noise import octave_offset, pcg3d
+from ...engine.surface.noise import octave_offset
 
 __all__ = ["MOST_OCTAVES", "Craters", "craters_of", "fresh_shape"]
 
@@ -35,7 +35,7 @@ Floats = NDArray[np.float64]
 MOST_OCTAVES = 18
 """Slots in the GPU's table: from 250 km down to 1 m."""
 
-COARSE_CELL_M = 4096.0
+COARSE_CELL_M = 16384.0
 """Cells wider than this are evaluated in double on the GPU: a place in them rounded to float is millimetres off."""
 
 AREA_SHARE = np.pi / 4.0 * (np.log(4.0) / 3.0) * (1.0 / 6.0 - 1.0 / 256.0)
@@ -63,7 +63,7 @@ def fresh_shape(diameter_m: float, radius_m: float) -> tuple[float, float, float
 @dataclass(frozen=True, slots=True)
 class Craters:
     """Octaves of craters on a sphere. `frequency` (K,) cells per metre, widest first; `offset` (K, 3) in cells; `shape`
-    (K, 4) as of fresh_shape; `accept`: cells whose 12-bit draw is below it have a crater."""
+    (K, 4) as of fresh_shape; `accept`: cells whose 8-bit draw is below it have a crater."""
 
     radius_m: float
     frequency: Floats
@@ -83,7 +83,7 @@ class Craters:
     def slope(self) -> float:
         """A slope that hardly any crater ground exceeds: a fresh wall, and three standard deviations of the rest."""
         wall = 2.0 * self.shape[:, 0]
-        spread = wall**2 * (0.25 * AREA_SHARE * self.accept / 4096.0)
+        spread = wall**2 * (0.25 * AREA_SHARE * self.accept / 256.0)
         return float(wall.max() + 3.0 * np.sqrt(spread.sum()))
 
     def heights(self, points: Floats) -> Floats:
@@ -116,14 +116,38 @@ class Craters:
         place = points[:, None] * frequency[:, None] + self.offset[part].T[:, :, None] - 0.5  # (3, K, N)
         base = np.floor(place)
         place -= base
-        low = base.astype(np.int64)
-        side = (_PARITIES ^ low[:, None]) & 1  # (3, 8, K, N), by age: oldest first
-        words = (low[:, None] + side).astype(np.uint32)
-        draws = np.stack(pcg3d(*words)).view(np.int32) >> 8  # 24 bits, signed
-        v = place[:, None] + 0.5 - side - ((draws >> 12) + 2048.5) * (1.0 / 4096.0)
+        low = base.astype(np.int64).astype(np.uint32)
+        first = low[0] * _STEPS[0] + low[1] * _STEPS[1] + low[2] * _STEPS[2]
+        odd = (low & 1).astype(bool)
+        word = np.empty((8, octaves, count), dtype=np.uint32)
+        sides = np.empty((3, 2, octaves, count), dtype=np.uint32)  # by parity: on which side of the base
+        for axis in range(3):
+            sides[axis, 0], sides[axis, 1] = odd[axis], ~odd[axis]
+        steps = sides * _STEPS[:, None, None, None]
+        for c in range(8):  # by age: oldest first
+            np.add(first, steps[0, c & 1], out=word[c])
+            word[c] += steps[1, c >> 1 & 1]
+            word[c] += steps[2, c >> 2]
+        word = _mixed(word)
+        near = [place[axis] + 0.5 - sides[axis] for axis in range(3)]  # (2, K, N)
+        vv = np.zeros((8, octaves, count))
+        for axis in range(3):
+            across = np.stack([near[axis][c >> axis & 1] for c in range(8)])
+            across -= ((word >> _SHIFTS[axis] & _TEN_BITS) + 0.5) * (1.0 / 1024.0)
+            vv += across * across
+        parity, k, n = np.nonzero(vv < 0.25)
+        hashed = word[parity, k, n]
+        draws = _mixed(hashed ^ _OTHER)
+        there = (draws >> _SHIFTS[3]) < self.accept
+        parity, k, n, hashed, draws = (a[there] for a in (parity, k, n, hashed, draws))
+        v = np.stack(
+            [
+                near[axis][parity >> axis & 1, k, n] - ((hashed >> _SHIFTS[axis] & _TEN_BITS) + 0.5) * (1.0 / 1024.0)
+                for axis in range(3)
+            ]
+        )
         vv = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
-        parity, k, n = np.nonzero((vv < 0.25) & ((draws[2] & 4095) < self.accept))
-        v, vv, u = v[:, parity, k, n], vv[parity, k, n], (draws[:2, parity, k, n] & 4095) * (1.0 / 4096.0)
+        u = (draws & 4095) * (1.0 / 4096.0), (draws >> 12 & 4095) * (1.0 / 4096.0)
 
         here = points[:, n]
         along = (v[0] * here[0] + v[1] * here[1] + v[2] * here[2]) / self.radius_m
@@ -159,7 +183,16 @@ class Craters:
 
 
 _TOGETHER = 2000  # octaves x points: eight cells each still fit the second-level cache
-_PARITIES = np.array([[c & 1, c >> 1 & 1, c >> 2] for c in range(8)]).T.reshape(3, 8, 1, 1)
+_STEPS = np.array([0x9E3779B1, 0x85EBCA77, 0xC2B2AE3D], dtype=np.uint32)
+_SHIFTS = np.array([0, 10, 22, 24], dtype=np.uint32)
+_TEN_BITS, _OTHER = np.uint32(1023), np.uint32(0x68BC21EB)
+
+
+def _mixed(x: NDArray[np.uint32]) -> NDArray[np.uint32]:
+    """lowbias32 (Wellons 2018, "Prospecting for hash functions"), which is half the work of PCG3D."""
+    x = (x ^ (x >> np.uint32(16))) * np.uint32(0x7FEB352D)
+    x = (x ^ (x >> np.uint32(15))) * np.uint32(0x846CA68B)
+    return x ^ (x >> np.uint32(16))
 
 
 def _profile(q: Floats, fresh: Floats, shape: Floats) -> tuple[Floats, Floats]:
@@ -187,7 +220,7 @@ def _cover(q: Floats) -> tuple[Floats, Floats]:
 
 def craters_of(density: float, largest_m: float, smallest_m: float, radius_m: float, seed: int) -> Craters | None:
     """Octaves of craters from diameters of `largest_m`, at most the planet's radius, to `smallest_m`; None for none."""
-    accept = round(4096 * density)
+    accept = round(256 * density)
     if accept <= 0:
         return None
     widest = 2.0 ** round(np.log2(2.0 * min(largest_m, radius_m)))

@@ -41,7 +41,7 @@ _TABLE = np.dtype(
         ("craters_count", np.int32),
         ("craters_coarse", np.int32),
         ("up_low", np.float32, 3),  # up = up + up_low to 48 bits
-        ("crater_draws", np.float32),  # of 4096
+        ("crater_draws", np.float32),  # of 256
         ("map_cells", np.int32),  # a side of a face, 0: no map
         ("map_levels", np.int32),
         ("color_cells", np.int32),  # of the colour map (here: whether there is one); map_textures writes them

@@ -26,6 +26,7 @@ _SHAPE = (
     *("height_map_range_m", "color_map"),
 )
 _CONTRACTS = {"surface_height": "terrain/surface_height.glsl"}
+_SOURCES = "generated/terrain_height_sources.glsl"
 GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
 
 
@@ -129,9 +130,17 @@ class TerrainSystem(System):
         except ValueError as error:
             # Once: the next frames go on with the last good ground, until something is changed again.
             raise SettingError(f"Terrain on a planet of {body.radius_m:g} m cannot be: {error}") from error
+        self._provide_sources(params)
         self._maps.show(params.height_map, color)
         self._ground = Ground(params, TerrainField(params), stamp, self._dress)
         world.set_resource("height_field", self.backend.drawn_field(self._ground))
+
+    def _provide_sources(self, params: TerrainParams) -> None:
+        """Contract ``height_sources``: shaders of the ground leave out what it is not made of."""
+        wanted = {"CRATERED": params.craters > 0.0, "MAPPED": params.height_map is not None, "COLORED": params.colored}
+        shaders = self._gpu.gpu.shaders
+        shaders.add_virtual(_SOURCES, "".join(f"#define TERRAIN_{name}\n" for name, on in wanted.items() if on))
+        shaders.provide("height_sources", _SOURCES, owner=self.name)
 
     def _dress(self, table: Any) -> None:
         self._maps.write_color(table, self._component.color_map_strength)

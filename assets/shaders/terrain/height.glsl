@@ -6,6 +6,7 @@
 // Warps, continents, belts, ranges and the point-wise part are evaluated in double (4.2 ns against 2.9 an octave on
 // llvmpipe), the relief and all gradients in float: a millimetre is 1e-7 of a 9 km relief, and belts magnify rounding.
 // Worst errors on Earth: 0.6 mm anywhere in view, 0.14 mm within 1 km of the anchor.
+#include "contract/height_sources.glsl"
 #include "common/noise.glsl"
 
 struct TerrainPoint {
@@ -46,7 +47,7 @@ layout(std430, binding = 4) readonly buffer TerrainTable {
     vec2 height_m;
     vec2 warp_m;
     ivec4 layers;  // count, how many of them are warped; octaves of craters, how many of them are evaluated in double
-    vec4 up_low;   // what up lacks in float; w: of 4096 cells, those with a crater
+    vec4 up_low;   // what up lacks in float; w: of 256 cells, those with a crater
     ivec4 map;     // cells a side of a face of the height map, 0: none; levels; the same of the colour map
     vec4 map_scale;  // distance of its samples in m; roughness by its height differences, 1/m; strength of colours
     TerrainConstants constants;
@@ -224,80 +225,7 @@ double terrain_surface(TerrainConstants k, dvec3 w1, double c, double b, dvec2 s
     return h - over * over / (over + k.room_high_m) + under * under / (under + k.room_low_m);
 }
 
-#include "terrain/craters.glsl"
-#include "terrain/height_map.glsl"
-
-// An octave of craters at offset d. up: the place over the radius. Evaluators with places of their own: the wide ones (the
-// first terrain_table.layers.w) are for double, the others want their fraction from double or from an anchor nearby.
-double terrain_crater_double(TerrainOctave octave, dvec3 d, dvec3 up, float spacing_m, inout vec4 ground) {
-    ivec3 cell;
-    dvec3 fraction;
-    terrain_place(octave, d, cell, fraction);
-    double curve = double(octave.fraction_lo.w) / double(terrain_table.up.w);
-    return terrain_crater_octave(cell, fraction, up, curve, octave.weights, octave.fraction_lo.w,
-        int(terrain_table.up_low.w), spacing_m, 0.0, spacing_m, ground);
-}
-
-float terrain_crater(TerrainOctave octave, vec3 d, vec3 up, float spacing_m, inout vec4 ground) {
-    ivec3 cell;
-    vec3 fraction;
-    terrain_place(octave, d, cell, fraction);
-    return terrain_crater_octave(cell, fraction, up, octave.fraction_lo.w / terrain_table.up.w, octave.weights,
-        octave.fraction_lo.w, int(terrain_table.up_low.w), spacing_m, 0.0, spacing_m, ground);
-}
-
-float terrain_crater(TerrainOctave octave, dvec3 d, vec3 up, float spacing_m, inout vec4 ground) {
-    ivec3 cell;
-    dvec3 fraction;
-    terrain_place(octave, d, cell, fraction);
-    return terrain_crater_octave(cell, vec3(fraction), up, octave.fraction_lo.w / terrain_table.up.w, octave.weights,
-        octave.fraction_lo.w, int(terrain_table.up_low.w), spacing_m, 0.0, spacing_m, ground);
-}
-
-// How many octaves of craters have any wider than a length.
-int terrain_craters_above(float length_m) {
-    float widest_m = 0.5 * terrain_table.craters[0].fraction_lo.w;
-    return terrain_table.layers.z > 0 ? int(clamp(ceil(log2(widest_m / length_m)), 0.0, float(terrain_table.layers.z))) : 0;
-}
-
-// Metres that craters add at offset D. ground: adds their gradient (not yet tangential), and to w how freshly dug it is.
-double terrain_craters(TERRAIN_PLACE D, float spacing_m, inout vec4 ground) {
-#ifdef TERRAIN_CANONICAL
-    int end = terrain_table.layers.z;
-#else
-    int end = terrain_craters_above(0.0625 * spacing_m);
-#endif
-    int coarse = min(terrain_table.layers.w, end);
-    double sum = 0.0LF;
-    dvec3 up = dvec3(terrain_table.up.xyz) + dvec3(terrain_table.up_low.xyz) + dvec3(D) / double(terrain_table.up.w);
-    for (int i = 0; i < coarse; ++i) sum += terrain_crater_double(terrain_table.craters[i], dvec3(D), up, spacing_m, ground);
-    float fine = 0.0;
-    for (int i = coarse; i < end; ++i) fine += terrain_crater(terrain_table.craters[i], D, vec3(up), spacing_m, ground);
-    return sum + double(fine);
-}
-
-// The foot at offset D, from the planet's centre.
-dvec3 terrain_foot(TERRAIN_PLACE D) {
-    return (dvec3(terrain_table.up.xyz) + dvec3(terrain_table.up_low.xyz)) * double(terrain_table.up.w) + dvec3(D);
-}
-
-const float TERRAIN_MOST_ROUGH = 1.2;
-
-// Metres of the height map at `foot` (planet-centred metres), 0 without one. ground: adds its gradient; rougher: the relief's
-// roughness by the map and its gradient in xyz, roughness in w.
-double terrain_mapped(dvec3 foot, float spacing_m, inout vec4 ground, out vec4 rougher) {
-    double h = 0.0LF;
-    rougher = vec4(0.0);
-    for (int once = terrain_table.map.x > 0 ? 0 : 1; once < 1; ++once) {
-        vec3 slope, d_rough;
-        float rough;
-        h = terrain_map_height(foot, terrain_table.map.xy, terrain_table.map_scale.x, spacing_m, slope, rough, d_rough);
-        ground.xyz += slope;
-        rough *= terrain_table.map_scale.y;
-        rougher = rough < TERRAIN_MOST_ROUGH ? vec4(terrain_table.map_scale.y * d_rough, rough) : vec4(vec3(0.0), TERRAIN_MOST_ROUGH);
-    }
-    return h;
-}
+#include "terrain/height_sources.glsl"
 
 // D: the foot on the reference sphere minus the anchor's foot. spacing_m: distance of vertices there. Heights hold all
 // layers that the spacing can show, so that vertices lie on the true surface; gradients are band-limited to the spacing.
@@ -347,9 +275,11 @@ TerrainPoint terrain_point(TERRAIN_PLACE D, float spacing_m, out double height_m
         float weight = terrain_layer_weight(octave.fraction_lo.w, spacing_m);
         g *= weight * terrain_ridge_slope(float(n), octave.weights.z);
         vec3 dv = octave.weights.x * g;
+#ifdef TERRAIN_MAPPED
         broad_z += double(octave.weights.y) * ridge;
         seen_z += weight * octave.weights.y * float(ridge);
         dz += octave.weights.y * g;
+#endif
         bool gating = i < TERRAIN_GATING_LAYERS;
         shape_double += gating ? dvec2(v, 0.0LF) : dvec2(0.0LF, v);
         da += gating ? dv : vec3(0.0);
@@ -397,7 +327,11 @@ TerrainPoint terrain_point(TERRAIN_PLACE D, float spacing_m, out double height_m
 
     vec4 dug = vec4(0.0), rougher;
     double added = terrain_craters(D, spacing_m, dug);
+#ifdef TERRAIN_MAPPED
     added += terrain_mapped(terrain_foot(D), spacing_m, dug, rougher);
+#else
+    rougher = vec4(0.0);
+#endif
 
     TerrainPoint point;
     double h = terrain_surface(k, w1_double, fields_double.x, fields_double.y, shape_double, broad_z + double(z), added, double(rougher.w));
@@ -503,33 +437,4 @@ vec3 terrain_detail_gradient(vec3 D, float roughness, float spacing_vertex_m, fl
     }
     vec3 up = terrain_table.up.xyz + D / terrain_table.up.w;
     return roughness * (sum - up * dot(up, sum));
-}
-
-// What terrain_point left out of the craters between the vertices' spacing and the pixel's footprint: gradient (tangential), and
-// in w how freshly dug the ground is. Craters of an octave differ in width by a factor of four.
-vec4 terrain_crater_detail(vec3 D, float spacing_vertex_m, float footprint_m) {
-    int begin = max(terrain_craters_above(16.0 * spacing_vertex_m), 0), end = terrain_craters_above(2.0 * footprint_m);
-    vec3 up = terrain_table.up.xyz + D / terrain_table.up.w;
-    vec4 ground = vec4(0.0);
-    for (int i = begin; i < end; ++i) {
-        TerrainOctave octave = terrain_table.craters[i];
-        ivec3 cell;
-        vec3 fraction;
-        terrain_place(octave, D, cell, fraction);
-        terrain_crater_octave(cell, fraction, up, octave.fraction_lo.w / terrain_table.up.w, octave.weights,
-            octave.fraction_lo.w, int(terrain_table.up_low.w), footprint_m, spacing_vertex_m, footprint_m, ground);
-    }
-    ground.xyz -= up * dot(up, ground.xyz);
-    return ground;
-}
-
-// The same of the height map: its gradient between the vertices' spacing and the footprint, tangential.
-vec3 terrain_mapped_detail(vec3 D, float spacing_vertex_m, float footprint_m) {
-    vec3 sum = vec3(0.0);
-    for (int once = terrain_table.map.x > 0 ? 0 : 1; once < 1; ++once) {
-        vec3 up = terrain_table.up.xyz + D / terrain_table.up.w;
-        sum = terrain_map_detail(up * terrain_table.up.w, terrain_table.map.xy, terrain_table.map_scale.x, spacing_vertex_m, footprint_m);
-        sum -= up * dot(up, sum);
-    }
-    return sum;
 }

@@ -27,6 +27,7 @@ float reflected(float n_l, float n_v, vec3 view, vec3 sun) {
     return mix(n_l, seeliger, share) / PI;
 }
 
+#ifdef TERRAIN_COLORED
 // The map's colour, broken up by the materials' noise, rock and freshly dug ground; near the eye half of the materials' own.
 vec3 colored(Material material, GroundDetail noise, vec3 zenith, float moisture, float footprint) {
     vec3 color = terrain_color(zenith, terrain_table.map.zw, footprint / planet.radii.x);
@@ -38,6 +39,7 @@ vec3 colored(Material material, GroundDetail noise, vec3 zenith, float moisture,
     color = mix(color, material.albedo, 0.5 * ramp(30.0, 0.5, footprint));
     return clamp(mix(material.albedo, color, terrain_table.map_scale.z), 0.0, 1.0);
 }
+#endif
 
 vec3 ground_radiance(ivec2 pixel) {
     vec3 point = position_from_depth(v_ndc, texelFetch(u_depth, pixel, 0).r);
@@ -69,8 +71,10 @@ vec3 ground_radiance(ivec2 pixel) {
     gradient += to_sphere * (dug.xyz + terrain_mapped_detail(D, spacing, footprint));
     moisture = max(moisture - TERRAIN_DUG_DRY * dug.w, 0.0);
     Material material = terrain_material(detail, zenith, height, gradient, roughness, moisture, footprint);
+#ifdef TERRAIN_COLORED
     for (int once = terrain_table.map.z > 0 ? 0 : 1; once < 1; ++once)
         material.albedo = colored(material, detail, zenith, moisture, footprint);
+#endif
     vec3 bumps = material.grain * detail.grain;
     gradient += bumps - zenith * dot(zenith, bumps);
     vec3 normal = normalize(zenith - gradient);
