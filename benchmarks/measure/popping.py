@@ -70,12 +70,12 @@ def popping(renderer: Renderer, cameras: Sequence[Camera], frame_s: float = 1.0 
 @contextmanager
 def frozen(renderer: Renderer) -> Iterator[None]:
     """Tiles are kept as they are while this lasts. The grid hangs on its proxy alone, which holds by itself."""
-    settings: Any = renderer.settings
-    settings["terrain.freeze"] = True
+    system: Any = renderer.system("terrain")
+    system.backend.hold = True
     try:
         yield
     finally:
-        settings["terrain.freeze"] = False
+        system.backend.hold = False
 
 
 def _is_grid(renderer: Renderer) -> bool:

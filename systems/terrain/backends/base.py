@@ -56,6 +56,9 @@ class Backend(ABC):
     structure: int = 0
     """Raised when passes or sizes change."""
 
+    hold: bool = False
+    """As DebugView.freeze: tiles and what is drawn of them are kept, whatever the camera. The grid hangs on its proxy."""
+
     def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str) -> None:
         self.gpu = gpu
         self.settings = settings
