@@ -42,6 +42,7 @@ CALM = 0.05
 _SEED_OFFSET = 4096  # octaves of the scene's own ground have smaller numbers
 _CONTINENT_LAYERS = 5  # of the scene's ground: 8 km on Earth, well below a texel
 _BLUR_TEXELS = 0.6  # standard deviation of the low-pass, in texels at the equator
+_FEWEST = 64  # samples of a parallel
 _BLOCK = 8192
 
 TABLE_DTYPE = np.dtype(
@@ -169,28 +170,36 @@ def continents(params: TerrainParams) -> NDArray[np.float32]:
     """The texture (TEXELS rows from south to north, TEXELS columns from longitude 0 eastwards), metres.
 
     Texel (row, column) stands for latitude (row + 1/2) 180/1024 - 90 and longitude (column + 1/2) 360/1024 degrees.
-    One to three seconds, then cached. The same on every machine up to the rounding of float32.
+    A second or two, then cached. The same on every machine up to the rounding of float32.
     """
     field = TerrainField(replace(params, layers=min(params.layers, _CONTINENT_LAYERS)))
-    latitude = (np.arange(TEXELS) + 0.5) * (np.pi / TEXELS) - 0.5 * np.pi
-    longitude = (np.arange(TEXELS) + 0.5) * (2.0 * np.pi / TEXELS)
-    ring = np.stack([np.cos(longitude), np.sin(longitude)], axis=1)
-    heights = np.empty((TEXELS, TEXELS))
+    rows = TEXELS // 2  # a texel is half as tall as wide
+    latitude = (np.arange(rows) + 0.5) * (np.pi / rows) - 0.5 * np.pi
+    order = np.arange(TEXELS // 2 + 1)
+    heights = np.empty((rows, TEXELS))
     for k, phi in enumerate(latitude):
-        directions = np.concatenate([np.cos(phi) * ring, np.full((TEXELS, 1), np.sin(phi))], axis=1)
-        heights[k] = field.height(directions)
-    # Along the meridians: over a pole the columns go on half a turn away. A texel is half as tall as wide there.
+        # Towards the poles a parallel is shorter: fewer samples of it show the same.
+        count = max(_FEWEST, 2 ** int(np.ceil(np.log2(TEXELS * np.cos(phi)))))
+        longitude = (np.arange(count) + 0.5) * (2.0 * np.pi / count)
+        level = np.full(count, np.sin(phi))
+        directions = np.stack([np.cos(phi) * np.cos(longitude), np.cos(phi) * np.sin(longitude), level], axis=1)
+        waves = np.zeros(len(order), complex)
+        half = count // 2
+        waves[:half] = np.fft.rfft(field.height(directions))[:half] * (TEXELS / count)
+        # From the middles of samples to those of texels, and the low-pass: as wide on the ground whatever the latitude.
+        shift = np.exp(1j * np.pi * order * (1.0 / TEXELS - 1.0 / count))
+        sigma = _BLUR_TEXELS * (2.0 * np.pi / TEXELS) / np.cos(phi)
+        heights[k] = np.fft.irfft(waves * shift * np.exp(-0.5 * (sigma * order) ** 2), TEXELS)
+    # The same along the meridians: over a pole the columns go on half a turn away.
     turned = np.roll(heights, TEXELS // 2, axis=1)
     padded = np.concatenate([turned[3::-1], heights, turned[:-5:-1]])
+    texture = np.empty((TEXELS, TEXELS))
     reach = np.arange(-4, 5)
-    weights = np.exp(-0.5 * (reach / (2.0 * _BLUR_TEXELS)) ** 2)
-    weights /= weights.sum()
-    smooth = sum(w * padded[4 + r : 4 + r + TEXELS] for w, r in zip(weights, reach, strict=True))
-    # Along the parallels: the same width on the ground, whatever the latitude.
-    sigma = _BLUR_TEXELS * (2.0 * np.pi / TEXELS) / np.cos(latitude)
-    order = np.arange(TEXELS // 2 + 1)
-    damping = np.exp(-0.5 * (sigma[:, None] * order) ** 2)
-    return np.fft.irfft(np.fft.rfft(smooth, axis=1) * damping, TEXELS, axis=1).astype(np.float32)
+    for side in (0, 1):  # texels lie a quarter of a row below and above the rows' middles
+        weights = np.exp(-0.5 * ((reach - (0.25, -0.25)[1 - side]) / _BLUR_TEXELS) ** 2)
+        weights /= weights.sum()
+        texture[side::2] = sum(w * padded[4 + r : 4 + r + rows] for w, r in zip(weights, reach, strict=True))
+    return texture.astype(np.float32)
 
 
 def sample_continents(texture: NDArray[np.float32], points: Floats) -> Floats:
