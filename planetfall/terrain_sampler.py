@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .components import Planet, Terrain
 from .engine.surface.lattice import cell_of
-from .systems.terrain import height_march
+from .systems.terrain import height_march, height_rays
 from .systems.terrain.height import TerrainField, TerrainParams
 from .terrain_patch import MOST_POINTS, TerrainPatch, aligned_patch, lattice_size, tangent_patch
 
@@ -76,7 +76,7 @@ class TerrainSampler:
         """
         origins, rays = _pairs("origins_m", origins_m, "directions", _directions("directions", directions))
         reach = _numbers("max_distance_m", max_distance_m, len(origins))
-        return height_march.raycast(self._field, origins, rays, reach)
+        return height_rays.raycast(self._field, origins, rays, reach)
 
     def sphere_contact(self, centers_m: ArrayLike, radii_m: ArrayLike) -> tuple[Floats, Floats]:
         """Depth (N,) of spheres in the ground (negative: clear of it) and normals (N, 3) along which to push them out.

@@ -97,7 +97,7 @@ class Craters:
     def _evaluate(self, points: Floats, footprint_m: Floats | None, gradients: bool) -> tuple[Floats, Floats]:
         count = points.shape[1]
         height, gradient = np.zeros(count), np.zeros((3, count if gradients else 0))
-        together = max(_TOGETHER // count, 1)
+        together = max(_TOGETHER // max(count, 1), 1)
         for start in range(0, len(self), together):
             part = slice(start, start + together)
             h, g = self._octaves(part, points, footprint_m, gradients)

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .height_model import Model
-from .height_octaves import BLOCK, heights, heights_gradients, heights_slopes, layer_weight, model_of
+from .height_octaves import BLOCK, heights, heights_gradients, heights_slopes, heights_steepness, layer_weight, model_of
 from .height_params import TerrainParams
 from .height_relief import relief_statistics
 from .height_table import canonical_table, octave_table
@@ -115,6 +115,13 @@ class TerrainField:
         if not parts:
             return np.empty(0), np.empty(0)
         return np.concatenate([h for h, _ in parts]), np.concatenate([s for _, s in parts])
+
+    def height_steepness(self, directions: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """Heights (N,) and what the ground near there is like; see height_octaves.heights_steepness."""
+        points = np.ascontiguousarray(np.asarray(directions, dtype=np.float64).T) * self.params.radius_m
+        parts = [heights_steepness(points[:, a : a + BLOCK], self.model) for a in range(0, points.shape[1], BLOCK)]
+        h, broad, rough, sharp = (np.concatenate(p) for p in zip(*parts, strict=True)) if parts else np.empty((4, 0))
+        return h, broad, rough, sharp
 
     def height(self, directions: Floats) -> Floats:
         """Heights (N,) at unit directions (N, 3)."""

@@ -1,14 +1,13 @@
-"""Rays and spheres against the ground, float64: marching by slope bounds, nearest points by tangent planes."""
+"""Spheres against the ground, float64: nearest points by tangent planes, sweeps by clearances."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.space import ray_sphere_from
 from .height import TerrainField
 
-__all__ = ["contact", "raycast", "surface_normal", "sweep"]
+__all__ = ["contact", "surface_normal", "sweep"]
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -36,76 +35,6 @@ def _clearance(field: TerrainField, points: Floats) -> tuple[Floats, Floats, Flo
     distance = np.maximum(np.linalg.norm(points, axis=1), 1e-9)
     heights, slopes = field.height_slope(points / distance[:, None])
     return distance - field.radius_m - heights, slopes, distance
-
-
-def raycast(field: TerrainField, origins: Floats, directions: Floats, max_distance_m: Floats) -> tuple[Flags, Floats]:
-    """First crossing of the ground along rays: hit (N,), distance_m (N,), inf where there is none.
-
-    Rays start where they enter the shell between the bounds of the ground. A step is as long as ground of the local
-    slope bound allows (within 0.6 % of the broadest layer's wavelength; of the steepest slope beyond), and at least
-    1 mm, a millionth of the distance, and 2 % more with each step: a crossing is bracketed and then solved to
-    less than a micrometre, but a ray that grazes a crest may pass through less of it than that step.
-    An origin below the ground is a hit at distance 0.
-    """
-    count = len(origins)
-    top = ray_sphere_from(origins, directions, field.radius_m + field.highest_m)
-    bottom = ray_sphere_from(origins, directions, field.radius_m + field.lowest_m)
-    start_distance = np.linalg.norm(origins, axis=1)
-    outside = start_distance > field.radius_m + field.highest_m
-    near = np.where(outside, top.near_m, 0.0)
-    limit = np.minimum(np.where(outside, top.far_m, top.near_m), max_distance_m)
-    # From above, the lowest ground is reached by then. (From below it the origin itself is a hit.)
-    limit = np.minimum(limit, np.where(bottom.hit, bottom.near_m, np.inf))
-    hit, distance_m = np.zeros(count, dtype=bool), np.full(count, np.inf)
-    active = np.flatnonzero((top.hit | ~outside) & (near <= limit) & (near <= max_distance_m))
-    t, before, smallest = near.copy(), near.copy(), np.full(count, _SMALLEST_STEP_M)
-    stride_m = 0.006 * float(field.model.wavelength_m[0])
-    steepest = field.steepest
-    while active.size:
-        p = origins[active] + t[active, None] * directions[active]
-        clearance, slope, distance = _clearance(field, p)
-        below = clearance <= 0.0
-        if below.any():
-            found = active[below]
-            hit[found] = True
-            distance_m[found] = t[found]
-            first = t[found] <= near[found]
-            rest = found[~first]
-            distance_m[rest] = _solve(field, origins[rest], directions[rest], before[rest], t[rest])
-        going = ~below & (t[active] < limit[active])
-        active, p = active[going], p[going]
-        clearance, slope, distance = clearance[going], slope[going], distance[going]
-        mu = np.clip((p * directions[active]).sum(axis=1) / distance, -1.0, 1.0)
-        along = np.sqrt(1.0 - mu * mu) * field.radius_m / distance
-        far_rate, rate = (np.maximum(k * along - mu, 0.0) + 0.02 for k in (steepest, slope))
-        step = np.minimum(clearance / rate, np.maximum(clearance / far_rate, stride_m))
-        step = np.clip(step, np.maximum(smallest[active], 1e-6 * t[active]), 0.05 * field.radius_m)
-        smallest[active] *= 1.02
-        before[active] = t[active]
-        t[active] = np.minimum(t[active] + step, limit[active])
-    return hit, distance_m
-
-
-def _solve(field: TerrainField, origins: Floats, directions: Floats, above: Floats, below: Floats) -> Floats:
-    """Distances where rays cross the ground between `above` it and `below` it: Illinois false position."""
-
-    def clearance(t: Floats) -> Floats:
-        p = origins + t[:, None] * directions
-        distance = np.linalg.norm(p, axis=1)
-        return distance - field.radius_m - field.height(p / distance[:, None])
-
-    a, b = above.copy(), below.copy()
-    fa, fb = clearance(a), clearance(b)
-    for _ in range(60):
-        if not a.size or np.all((b - a < 1e-7) | (fb == 0.0)):
-            break
-        span = np.where(fa - fb > 0.0, fa - fb, 1.0)
-        middle = np.clip(a + (b - a) * fa / span, a, b)
-        f = clearance(middle)
-        up = f > 0.0
-        fb, fa = np.where(up, 0.5 * fb, f), np.where(up, f, 0.5 * fa)
-        a, b = np.where(up, middle, a), np.where(up, b, middle)
-    return b
 
 
 def _nearest(field: TerrainField, centers: Floats, reach_m: Floats) -> tuple[Floats, Floats]:

@@ -61,18 +61,25 @@ def heights_slopes(points: Floats, model: Model) -> tuple[Floats, Floats]:
     """Heights (N,) at points (3, N), and slopes (N,) that the ground about there hardly ever exceeds.
 
     The bound is three standard deviations of the relief layers times the roughness there, and the ranges' and
-    continents' largest slopes: what rays may march by.
+    continents' largest slopes: what spheres may step by.
     """
+    heights, broad, rough, sharp = heights_steepness(points, model)
+    return heights, broad + model.relief_slope * rough + sharp
+
+
+def heights_steepness(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats]:
+    """Heights (N,) at points (3, N), and what the ground about there is like (N,) each: the largest slope of continents
+    and ranges, the multiplier of the relief layers, and the largest slope of craters and maps, which may have edges."""
     w1, c, b, shapes, z = noises(points, model)
     k = model.constants
     base, rough, on_land, x = surface_parts(k, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1])
-    slopes = model.broad_slope(hypsometry_slope(k, x)) + model.relief_slope * rough + model.range_slope * on_land
+    broad = model.broad_slope(hypsometry_slope(k, x)) + model.range_slope * on_land
     added, rougher = _added(points, model)
-    if model.craters:
-        slopes += model.craters.slope
+    sharp = np.full(points.shape[1], model.craters.slope if model.craters else 0.0)
     if model.params.height_map:
-        slopes += slopes_at(model.params.height_map, points, model.params.radius_m) + model.relief_slope * rougher
-    return limit(k, base + (rough + rougher) * z + added), slopes
+        sharp += slopes_at(model.params.height_map, points, model.params.radius_m)
+    rough = rough + rougher
+    return limit(k, base + rough * z + added), broad, rough, sharp
 
 
 def noises(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats, Floats]:
