@@ -20,6 +20,7 @@ from ..timing import time_variants
 from . import terrain_backends
 from .terrain_grid import GRID_BENCHES
 from .terrain_icosphere import ICOSPHERE_BENCHES
+from .terrain_queries import QUERY_BENCHES
 
 EARTH_M, GIANT_M = 6.371e6, 7e7
 BENCH, FULL_HD = (640, 360), (1920, 1080)
@@ -339,6 +340,7 @@ BENCHES: Mapping[str, Bench] = {
     "relief": _relief,
     "sampler": _sampler,
     "height sources": _sources,
+    **QUERY_BENCHES,
     **GRID_BENCHES,
     "backends": terrain_backends.backends,
     "popping": terrain_backends.popping_in_flight,

@@ -1,0 +1,139 @@
+"""Ray casts and contacts against plain, slow answers: marches of even steps, dense grids. Several kinds of ground."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import planetfall as pf
+from planetfall.benchmarks.measure import queries
+from planetfall.systems.terrain.height_rays import Deviation
+from planetfall.terrain_sampler import TerrainSampler
+
+
+@pytest.fixture(scope="module", params=["earth", "moon", "asteroid"])
+def ground(request):
+    scene = pf.load_scene(request.param)
+    yield TerrainSampler(scene)
+    scene.release()
+
+
+@pytest.fixture(scope="module")
+def earth():
+    scene = pf.load_scene("earth")
+    yield TerrainSampler(scene)
+    scene.release()
+
+
+def anywhere(sampler, above, pitch_deg, reach, count, seed):
+    """Lengths as shares of the radius, so that an asteroid has its own."""
+    rng = np.random.default_rng(seed)
+    up = rng.normal(size=(count, 3))
+    up /= np.linalg.norm(up, axis=1)[:, None]
+    side = np.cross(up, rng.normal(size=up.shape))
+    side /= np.linalg.norm(side, axis=1)[:, None]
+    pitch = np.radians(rng.uniform(*pitch_deg, count))[:, None]
+    origins = up * (sampler.radius_m + sampler.height(up) + above)[:, None]
+    return queries.Rays("", origins, side * np.cos(pitch) + up * np.sin(pitch), reach)
+
+
+@pytest.mark.parametrize(
+    ("above_m", "pitch_deg", "reach_m"), [(2.0, (-4.0, 2.0), 1500.0), (30.0, (-12.0, -2.0), 1500.0)]
+)
+def test_no_ground_before_the_hit(ground, above_m, pitch_deg, reach_m):
+    """A march of quarter metres finds nothing that a cast has passed, but a centimetre at its end."""
+    scale = min(ground.radius_m / 1.7e6 * 100.0, 1.0)
+    asked = anywhere(ground, above_m * scale, pitch_deg, reach_m * scale, 60, 1)
+    hit, distance = ground.raycast(asked.origins_m, asked.directions, asked.reach_m)
+    assert 0.1 < hit.mean() <= 1.0
+    late, looked = queries.earlier_ground(ground, asked, hit, distance, 0.25 * scale)
+    assert looked > 3000 and late.max() < 0.01
+    assert queries.residual_m(ground, asked, hit, distance) < 1e-6
+
+
+def test_level_rays_over_hundreds_of_kilometres(earth):
+    asked = anywhere(earth, 4000.0, (-3.5, -0.5), 4e5, 40, 2)
+    hit, distance = earth.raycast(asked.origins_m, asked.directions, asked.reach_m)
+    assert 0.2 < hit.mean() < 1.0 and distance[hit].max() > 1e5
+    late, looked = queries.earlier_ground(earth, asked, hit, distance, 20.0)
+    assert looked > 50_000 and late.max() < 0.01
+    # The same ray from farther back hits the same place: it comes in from space.
+    back = asked.origins_m - 1e7 * asked.directions
+    clear = ~earth.raycast(asked.origins_m, -asked.directions)[0]
+    again, farther = earth.raycast(back, asked.directions, 1e7 + asked.reach_m)
+    assert clear.sum() > 10 and (again[clear] == hit[clear]).all()
+    both = clear & hit
+    np.testing.assert_allclose(farther[both] - 1e7, distance[both], atol=1e-4)
+
+
+def test_grazing_a_summit(earth):
+    """Rays through points just above and just below the ground, along it: the lower ones hit there at the latest."""
+    up = queries.land(earth, 40, np.random.default_rng(3))
+    normal = earth.normal(up)
+    along = np.cross(normal, [0.3, 0.5, 0.8])
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    ground = up * (earth.radius_m + earth.height(up))[:, None]
+    origins = ground - 0.05 * normal - 300.0 * along
+    outside = np.linalg.norm(origins, axis=1) - earth.radius_m - earth.height(origins) > 0.0
+    hit, distance = earth.raycast(origins[outside], along[outside], 1000.0)
+    assert outside.sum() > 5 and hit.all() and (distance <= 300.0 + 1e-6).all()
+
+
+@pytest.mark.parametrize("bad", [[0.0, 0.0, 0.0], [np.nan, 1.0, 0.0], [np.inf, 1.0, 0.0]])
+def test_bad_rays_are_refused(earth, bad):
+    with pytest.raises(ValueError, match=r"directions\[1\]: expected"):
+        earth.raycast([[7e6, 0, 0]] * 2, [[0, 1, 0], bad])
+    if np.isnan(bad).any():
+        with pytest.raises(ValueError, match=r"origins_m\[0\]: expected finite"):
+            earth.raycast([bad], [[0, 1, 0]])
+
+
+def test_rays_that_see_no_ground(earth):
+    r = earth.radius_m
+    origins = np.array([[r + 1e7, 0, 0], [r + 1e7, 0, 0], [r + 20e3, 0, 0], [0.0, 0.0, 0.0], [r - 5e4, 0, 0]])
+    directions = np.array([[1.0, 0, 0], [0, 1, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0]])
+    hit, distance = earth.raycast(origins, directions)
+    assert hit.tolist() == [False, False, False, True, True], "away, past, level above all ground; then from inside"
+    assert np.isinf(distance[:3]).all() and (distance[3:] == 0.0).all()
+    assert earth.raycast(np.empty((0, 3)), np.empty((0, 3)))[0].shape == (0,)
+
+
+def test_ground_stays_within_the_deviation(ground):
+    """E(D) against the ground itself: between two places it leaves the straight line by more in one case of a thousand
+    at most, and then by little."""
+    rng = np.random.default_rng(4)
+    field = ground._field
+    deviation = Deviation.of(field.model)
+    beyond, count = [], 0
+    for share in (1e-7, 1e-6, 1e-5, 1e-4, 1e-3):
+        length = share * ground.radius_m * (100.0 if ground.radius_m < 1e4 else 1.0)
+        up = rng.normal(size=(300, 3))
+        up /= np.linalg.norm(up, axis=1)[:, None]
+        side = np.cross(up, rng.normal(size=up.shape))
+        side /= np.linalg.norm(side, axis=1)[:, None]
+        t = np.linspace(0.0, length / ground.radius_m, 41)
+        places = up[:, None] * np.cos(t)[:, None] + side[:, None] * np.sin(t)[:, None]
+        heights, broad, rough, sharp = (v.reshape(300, 41) for v in field.height_steepness(places.reshape(-1, 3)))
+        line = heights[:, :1] + (heights[:, -1:] - heights[:, :1]) * np.linspace(0.0, 1.0, 41)
+        above = (heights - line).max(axis=1)
+        ends = (np.maximum(v[:, 0], v[:, -1]) for v in (broad, rough, sharp))
+        bound = deviation.at(np.full(300, length), *ends)
+        beyond.append(above / bound)
+        count += 300
+    worst = np.concatenate(beyond)
+    assert (worst > 1.0).sum() <= 0.001 * count + 1 and worst.max() < 1.5
+
+
+@pytest.mark.parametrize("radius", [0.5, 2.0])
+def test_contacts_are_the_nearest_ground(earth, radius):
+    rng = np.random.default_rng(6)
+    up = queries.land(earth, 25, rng)
+    centers = up * (earth.radius_m + earth.height(up) + radius * rng.uniform(0.2, 1.2, 25))[:, None]
+    depth, normal = earth.sphere_contact(centers, radius)
+    nearest = queries.nearest_m(earth, centers, radius, 161)
+    # A grid's point is up to half a diagonal (0.7 x 3 r / 160) aside of the nearest, and by its square over r farther.
+    grid = (0.7 * 3.0 / 160.0) ** 2 * radius
+    assert (radius - depth <= nearest + 1e-5 * radius).all() and (radius - depth >= nearest - grid).all()
+    touch = centers - normal * (radius - depth)[:, None]
+    off = np.linalg.norm(touch, axis=1) - earth.radius_m - earth.height(touch)
+    assert np.abs(off).max() < 1e-3 * radius
