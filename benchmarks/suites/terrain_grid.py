@@ -118,7 +118,7 @@ def _vertices(session: Session) -> None:
 
 def _snaps(session: Session) -> None:
     """What the ground does on screen at snaps: the same camera before and after, in level flight and sinking."""
-    count = session.runs(8, 2)
+    count = session.runs(6, 2)
     for name, overrides in (
         ("ours", {}),
         ("ours, no fade", {"terrain.fade_s": 0.0}),
