@@ -224,4 +224,11 @@ QUALITY_PAIRS: dict[str, tuple[Any, Any]] = {
 """Quality knobs whose two values give different triangles; seen in the wireframe of the view
 QUALITY_VIEW."""
 
+TILE_PAIRS: dict[str, tuple[Any, Any]] = {
+    "terrain.error_px": (2.5, 0.25),
+    "terrain.tile_quads": (16, 32),
+    "terrain.edge_px": (15.0, 3.0),
+}
+"""Likewise, with backend quadtree. Slots and time for tiles change no settled picture: test_tiles has them."""
+
 QUALITY_VIEW = ("earth", "ground")

@@ -43,6 +43,7 @@ from planetfall.benchmarks.knobs import (
     NOT_IN_A_PICTURE,
     PAIRS,
     QUALITY_PAIRS,
+    TILE_PAIRS,
     VISIBLE,
     changed,
     component,
@@ -133,6 +134,13 @@ def test_knob_can_be_seen(studio, key):
 @pytest.mark.parametrize("key", slow_where(QUALITY_PAIRS, lambda key: key != "terrain.edge_px"))
 def test_quality_knob_changes_the_triangles(studio, key):
     first, second = (studio.take(wireframe({key: value})) for value in QUALITY_PAIRS[key])
+    assert likeness(first, second).mean >= VISIBLE
+
+
+@pytest.mark.parametrize("key", slow_where(TILE_PAIRS, lambda key: key != "terrain.error_px"))
+def test_quality_knob_changes_the_tiles(studio, key):
+    tiles = {"terrain.backend": "quadtree"}
+    first, second = (studio.take(wireframe({**tiles, key: value})) for value in TILE_PAIRS[key])
     assert likeness(first, second).mean >= VISIBLE
 
 

@@ -231,6 +231,23 @@ def test_vertices_lie_where_they_belong(kind, method, low_px, high_px):
         assert low_px <= max(worst.values()) <= high_px
 
 
+def test_a_small_budget_makes_less_a_frame_and_the_same_picture(backend):
+    """terrain.budget_ms and terrain.slots decide when, not what."""
+    pictures, made = [], []
+    for budget, slots in ((0.1, 1024), (50.0, 4096)):
+        overrides = {"terrain.backend": backend, "terrain.budget_ms": budget, "terrain.slots": slots}
+        with pf.Renderer(pf.load_scene("moon"), size=(96, 54), quality="low", overrides=overrides) as renderer:
+            view = pf.view("near", "moon")
+            renderer.render(view)
+            before = renderer.system("terrain").backend.made
+            renderer.render(view)
+            made.append(renderer.system("terrain").backend.made - before)
+            renderer.settle(view)
+            pictures.append(renderer.render(view)["color"])
+    assert 1 <= made[0] < made[1]
+    np.testing.assert_array_equal(*pictures)
+
+
 def test_teleports_leave_no_hole_and_no_waste(backend):
     """Half a planet a frame, with few slots: ground at once, all of it after settling, memory as it was."""
     overrides = {"terrain.backend": backend, "terrain.slots": 512}

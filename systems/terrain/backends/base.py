@@ -57,7 +57,7 @@ class Backend(ABC):
     """Raised when passes or sizes change."""
 
     hold: bool = False
-    """As DebugView.freeze: tiles and what is drawn of them are kept, whatever the camera. The grid hangs on its proxy."""
+    """As DebugView.freeze: tiles and what is drawn of them are kept. The grid hangs on its proxy alone."""
 
     def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str) -> None:
         self.gpu = gpu
