@@ -4,9 +4,9 @@
 
     planet       radius_m  highest_m  lowest_m  layers  land_share  plains  mountains  roughness
     Earth        6.371e6   9000       -9000     16      0.30        1.0     0.4        1.35       (hills 0.2)
-    Mars, dry    3.39e6    12000      -8000     16      0.60        0.7     0.6        0.8
-    Moon         1.737e6   8000       -7000     16      0.50        0.3     0.0        2.0
-    asteroid     500-1000  0.09 r     -0.08 r   10      0.50        0.0     0.0        4.0
+    Mars, dry    3.39e6    12000      -8000     16      0.60        0.7     0.6        0.8        (craters 0.35)
+    Moon         1.737e6   8000       -7000     16      0.50        0.3     0.0        0.5        (craters 0.8)
+    asteroid     500-1000  0.1 r      -0.1 r    10      0.50        0.0     0.5        2.5        (craters 0.9)
 
 Directions are unit vectors (N, 3) in planet axes; heights are metres above the reference sphere. The functions take
 `params` or a `Model`; 1000 points at 16 layers take 1.5-1.8 ms, one point 0.08 ms (one core of a 2024 x86).

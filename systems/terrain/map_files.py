@@ -11,6 +11,7 @@ from __future__ import annotations
 import logging
 import warnings
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -247,7 +248,7 @@ def _tiff(file: Path, what: str) -> NDArray[Any]:
         raise MapError(f"{what}: {file}: TIFF needs tifffile: pip install 'planetfall[maps]'") from None
     try:
         with tifffile.TiffFile(file) as tiff:
-            page = tiff.pages[0]
+            page: Any = tiff.pages[0]
             array = page.asarray()
             tag = page.tags.get("GDAL_NODATA")
     except Exception as error:  # tifffile raises whatever its decoders do
@@ -264,11 +265,11 @@ def _tiff(file: Path, what: str) -> NDArray[Any]:
 
 def _exr(file: Path, what: str) -> NDArray[Any]:
     try:
-        import OpenEXR
+        exr_files = import_module("OpenEXR")
     except ImportError:
         raise MapError(f"{what}: {file}: EXR needs OpenEXR: pip install 'planetfall[maps]'") from None
     try:
-        with OpenEXR.File(str(file)) as exr:
+        with exr_files.File(str(file)) as exr:
             channels = exr.channels()
             name = next((n for n in ("Y", "R", "Z", "height", "RGB", "RGBA") if n in channels), next(iter(channels)))
             array = np.array(channels[name].pixels)
