@@ -30,11 +30,10 @@ def surface_normal(field: TerrainField, directions: Floats, footprint_m: float |
     return heights, normal / np.linalg.norm(normal, axis=1)[:, None]
 
 
-def _clearance(field: TerrainField, points: Floats) -> tuple[Floats, Floats, Floats]:
-    """Height above the ground (N,), slope bounds (N,) and distances from the centre (N,) of points (N, 3)."""
+def _clearance(field: TerrainField, points: Floats) -> tuple[Floats, Floats]:
+    """Height above the ground (N,) and distances from the centre (N,) of points (N, 3)."""
     distance = np.maximum(np.linalg.norm(points, axis=1), 1e-9)
-    heights, slopes = field.height_slope(points / distance[:, None])
-    return distance - field.radius_m - heights, slopes, distance
+    return distance - field.radius_m - field.height(points / distance[:, None]), distance
 
 
 def _nearest(field: TerrainField, centers: Floats, reach_m: Floats) -> tuple[Floats, Floats]:
@@ -67,9 +66,19 @@ def _nearest(field: TerrainField, centers: Floats, reach_m: Floats) -> tuple[Flo
         return d * (radius + heights)[..., None] - centers[at]
 
     everyone = np.arange(count)
-    first = np.linalg.norm(surface(x, y, everyone), axis=-1)
-    start = first.argmin(axis=0)
+    first = surface(x, y, everyone)
+    start = np.linalg.norm(first, axis=-1).argmin(axis=0)
     place = np.stack([x[start, everyone], y[start, everyone]])
+    if not large.all():
+        # Where the ground is a gentle parabola, its nearest point is nearer to the truth than any of the five.
+        away = -(first * foot).sum(axis=-1)  # how far below the centre
+        arm = _STARTS[0, 1] * reach_m
+        slope = np.stack([away[2] - away[1], away[4] - away[3]]) / (2.0 * arm)
+        bend = (2.0 * away[0] - np.stack([away[1] + away[2], away[3] + away[4]])) / (arm * arm)
+        stiff = 1.0 + slope * slope - away[0] * bend
+        parabola = -away[0] * slope / np.maximum(stiff, 0.3)
+        gentle = (stiff > 0.5).all(axis=0) & ((parabola * parabola).sum(axis=0) < reach_m * reach_m)
+        place = np.where(gentle, parabola, place)
     best, normals = np.full(count, np.inf), foot.copy()
     active, step = everyone, np.clip(1e-4 * reach_m, 1e-4, 1.0)
     for _ in range(_NEAREST_STEPS):
@@ -101,7 +110,7 @@ def contact(field: TerrainField, centers: Floats, radii: Floats) -> tuple[Floats
     The nearest point is found by projecting the centre onto tangent planes, from several starts. A sphere so far up
     that no slope can reach it keeps its height above the ground as its clearance.
     """
-    clearance, _, distance = _clearance(field, centers)
+    clearance, distance = _clearance(field, centers)
     depth, normal = radii - clearance, centers / distance[:, None]
     close = np.flatnonzero(clearance < radii * np.hypot(1.0, field.steepest))
     if close.size:

@@ -28,10 +28,14 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 _SMALLEST_STEP_M = 1e-3
+_ON_GROUND_M = 1e-8
+"""Ten steps of a position on Earth in double precision."""
 _NOISE_RMS, _NOISE_SLOPE = 0.27, 0.86
 """Of one octave of gradient noise; its slope by the lattice coordinate."""
 _SIGMAS = 4.0
 _RATIO = 1.5
+_FEW, _TOGETHER = 250, 4
+_KINDS = ("broad", "rough", "sharp")
 _MARGIN = 1.2
 """Steps are chosen so that the clearance that they are expected to end with exceeds E by this."""
 
@@ -107,8 +111,8 @@ def raycast(field: TerrainField, origins: Floats, directions: Floats, max_distan
     """First crossing of the ground along rays: hit (N,), distance_m (N,), inf where there is none.
 
     Rays start where they enter the shell between the bounds of the ground. Steps are at least 1 mm, 5 % more after each
-    that was so short, and a millionth of the distance: a ray that grazes a crest may pass through less of it. A crossing
-    is bracketed, on a stretch where the clearance only falls, and then solved to less than a micrometre. An origin
+    that was so short, and a millionth of the distance: a ray that grazes a crest may pass through less of it. A root
+    is bracketed on a stretch where the clearance only falls, and then solved to less than a micrometre. An origin
     below the ground is a hit at distance 0.
     """
     count = len(origins)
@@ -149,24 +153,32 @@ def raycast(field: TerrainField, origins: Floats, directions: Floats, max_distan
         meets = rays.c / np.maximum(-rays.rate, 1e-12)
         near_end = (1.25 * meets < deviation.smooth_m) & (rays.cap == np.inf)
         step = np.where(near_end, np.maximum(1.25 * meets, step), np.minimum(step, np.maximum(rays.cap, least)))
-        t = np.minimum(rays.t + step, rays.end)
-        step = t - rays.t
-        c, broad, rough, sharp = look(rays.index, t)
-        ends = [np.maximum(a, b) for a, b in ((broad, rays.broad), (rough, rays.rough), (sharp, rays.sharp))]
-        e = deviation.at(step, *ends)
-        small = step <= 1.0001 * least
-        falls = small | ((step <= deviation.smooth_m) & (rays.c - c > 4.0 * e))
-        crossed = (c <= 0.0) & falls
-        if crossed.any():
-            brackets.append((rays.index[crossed], rays.t[crossed], t[crossed]))
-        accepted = ~crossed & (c > 0.0) & ((np.minimum(c, rays.c) >= e) | falls)
+        # A few rays take as long as many: then several steps are looked at together, and taken while they are free.
+        several = _TOGETHER if rays.index.size <= _FEW else 1
+        times = np.minimum(rays.t + step * np.arange(1, several + 1)[:, None], rays.end)
+        seen = look(np.tile(rays.index, several), times.ravel())
+        seen = [values.reshape(several, -1) for values in seen]
+        going, crossed = np.ones(rays.index.size, dtype=bool), np.zeros(rays.index.size, dtype=bool)
         columns = rays.columns
-        columns["rate"] = (c - rays.c) / np.maximum(step, 1e-12)
-        columns["cap"] = np.where(accepted, np.inf, 0.5 * step)
-        for name, values in (("t", t), ("c", c), ("broad", broad), ("rough", rough), ("sharp", sharp)):
-            columns[name] = np.where(accepted, values, columns[name])
-        columns["smallest"] = np.where(small, 1.05, 1.0) * columns["smallest"]
-        rays.keep(~crossed & (columns["t"] < columns["end"]))
+        for t, c, *kind in zip(times, *seen, strict=True):
+            going &= t > rays.t
+            step = np.maximum(t - rays.t, 1e-12)
+            ends = [np.maximum(now, rays.columns[name]) for now, name in zip(kind, _KINDS, strict=True)]
+            e = deviation.at(step, *ends)
+            small = step <= 1.0001 * np.maximum(rays.smallest, 1e-6 * rays.t)
+            falls = small | ((step <= deviation.smooth_m) & (rays.c - c > 4.0 * e))
+            new = going & (c <= 0.0) & falls
+            if new.any():
+                brackets.append((rays.index[new], rays.t[new], t[new]))
+                crossed |= new
+            accepted = going & (c > 0.0) & ((np.minimum(c, rays.c) >= e) | falls)
+            columns["rate"] = np.where(going, (c - rays.c) / step, rays.rate)
+            columns["cap"] = np.where(accepted, np.inf, np.where(going, 0.5 * step, rays.cap))
+            columns["smallest"] = np.where(accepted & small, 1.05, 1.0) * rays.smallest
+            for name, values in zip(("t", "c", *_KINDS), (t, c, *kind), strict=True):
+                columns[name] = np.where(accepted, values, columns[name])
+            going = accepted
+        rays.keep(~crossed & (rays.t < rays.end))
     if brackets:
         found, above, below = (np.concatenate(part) for part in zip(*brackets, strict=True))
         hit[found] = True
@@ -185,20 +197,24 @@ def _free_step(deviation: Deviation, rays: _Rays) -> Floats:
 def _solve(field: TerrainField, origins: Floats, directions: Floats, above: Floats, below: Floats) -> Floats:
     """Distances where rays cross the ground between `above` it and `below` it: Illinois false position."""
 
-    def clearance(t: Floats) -> Floats:
-        p = origins + t[:, None] * directions
+    def clearance(at: NDArray[np.intp], t: Floats) -> Floats:
+        p = origins[at] + t[:, None] * directions[at]
         distance = np.linalg.norm(p, axis=1)
         return distance - field.radius_m - field.height(p / distance[:, None])
 
-    a, b = above.copy(), below.copy()
-    fa, fb = clearance(a), clearance(b)
+    result = below.copy()
+    at, a, b = np.arange(len(above)), above, below
+    fa, fb = np.split(clearance(np.concatenate([at, at]), np.concatenate([a, b])), 2)
     for _ in range(60):
-        if not a.size or np.all((b - a < 1e-7) | (fb == 0.0)):
+        if not at.size:
             break
         span = np.where(fa - fb > 0.0, fa - fb, 1.0)
         middle = np.clip(a + (b - a) * fa / span, a, b)
-        f = clearance(middle)
+        f = clearance(at, middle)
         up = f > 0.0
         fb, fa = np.where(up, 0.5 * fb, f), np.where(up, f, 0.5 * fa)
         a, b = np.where(up, middle, a), np.where(up, b, middle)
-    return b
+        done = (b - a < 1e-7) | (np.abs(f) < _ON_GROUND_M)
+        result[at] = np.where(np.abs(f) < _ON_GROUND_M, middle, b)
+        at, a, b, fa, fb = (v[~done] for v in (at, a, b, fa, fb))
+    return result
