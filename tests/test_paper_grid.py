@@ -191,3 +191,16 @@ def test_triangles_on_the_gpu_are_those_of_the_tessellation(paper):
     assert len(found) == len(expected)
     order = [np.lexsort(t.T) for t in (found, expected)]
     assert np.array_equal(found[order[0]], expected[order[1]])
+
+
+def test_height_drawn_is_that_of_the_picture(paper):
+    out = paper.render(pf.view("near"), outputs=("position", "surface"))
+    state = paper.camera_state(pf.view("near"))
+    rows, columns = np.nonzero(out["surface"] == 1)
+    chosen = np.random.default_rng(7).choice(len(rows), 40, replace=False)
+    points = state.position_m + out["position"][rows, columns][chosen].astype(np.float64)
+    found = paper.height_drawn(points / np.linalg.norm(points, axis=1, keepdims=True))
+    away = np.linalg.norm(points - state.position_m, axis=1)
+    # The position comes from a depth of 24 bits along the ray.
+    assert (np.abs(found - (np.linalg.norm(points, axis=1) - 6.371e6)) <= 1e-3 + 1e-6 * away).all()
+    assert np.isnan(paper.height_drawn(-points[:1] / np.linalg.norm(points[0]))).all()

@@ -91,3 +91,15 @@ def test_there_are_never_too_many_vertices():
     grid, _ = made(1e4, corners=200)
     cut = grid.tessellate(1e4, 0.0, 1e-6, most_vertices=300_000)
     assert cut.vertices <= 300_000 and cut.coarser > 1.0
+
+
+@pytest.mark.parametrize("power", [2, 4])
+@pytest.mark.parametrize("altitude_m", [2.0, 1e4, 2e6, 1e9])
+def test_places_are_found_again(altitude_m, power):
+    grid, seen = made(altitude_m, power=power)
+    # Near its corners the grid turns inside out where z_s is negative.
+    border = grid.steps() // 8
+    i, j = np.random.default_rng(4).integers(border, grid.steps() - border, (2, 3000))
+    np.testing.assert_allclose(grid.locate(grid.directions(i, j)), np.stack([i, j], axis=1), atol=1e-9)
+    beyond = np.cos(seen.half_angle_rad + 0.3) * grid.axes[2] + np.sin(seen.half_angle_rad + 0.3) * grid.axes[0]
+    assert np.isnan(grid.locate(np.stack([-grid.axes[2], beyond]))[0 if altitude_m > 1e8 else slice(None)]).all()

@@ -143,6 +143,33 @@ class ProjectedGrid:
         turned = np.stack([g[..., 0] / length, g[..., 1] / length, fall], axis=-1)
         return self.radius_m * (turned @ self.axes)
 
+    def locate(self, directions: Floats) -> Floats:
+        """Places (N, 2) in steps, not whole, that unit directions (N, 3) are projected from; NaN where none is.
+
+        On the way out from the middle of the sphere along a direction, s times its parts in the grid's axes, the warped
+        grid is where (1 - x^n)(1 - y^n) + z_s = z: the left side falls as s grows. Where z falls faster, behind the
+        grid's border, there is nothing to find.
+        """
+        parts = np.asarray(directions, dtype=np.float64) @ self.axes.T
+
+        def above(s: Floats) -> Floats:
+            x, y, z = (parts * s[:, None]).T
+            return (1.0 - x**self.power) * (1.0 - y**self.power) + self.z_s - z
+
+        aside = np.abs(parts[:, :2]).max(axis=1)
+        with np.errstate(divide="ignore"):
+            most = 1.0 / aside  # the border
+        most = np.minimum(most, (1.0 + abs(self.z_s)) / np.maximum(np.abs(parts[:, 2]), 1e-300))
+        low, high = np.zeros(len(parts)), most * (1.0 + 1e-12)
+        found = (above(low) > 0.0) & (above(high) <= 0.0)
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            beyond = above(middle) <= 0.0
+            high, low = np.where(beyond, middle, high), np.where(beyond, low, middle)
+        half = self.steps() // 2
+        places = half * (1.0 + parts[:, :2] * (0.5 * (low + high))[:, None])
+        return np.where(found[:, None], places, np.nan)
+
     def covered_rad(self) -> float:
         """The smallest central angle between w and the grid's border."""
         places = np.arange(self.steps() + 1)

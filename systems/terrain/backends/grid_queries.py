@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from ....engine.gpu.cell_mesh import CellMesh
 from ....engine.surface.decimation import decimated_indices, falling, variant_skips
 from ....engine.surface.lattice import FULL_BITS, locate
+from ....engine.surface.projected_grid import FINEST, ProjectedGrid, Tessellation
 
-__all__ = ["heights_on_cells", "triangles_of_cells"]
+__all__ = ["heights_on_cells", "heights_on_patches", "triangles_of_cells"]
 
 
 def heights_on_cells(mesh: CellMesh, unit: NDArray[np.float64], proxy: Any) -> NDArray[np.float64]:
@@ -93,3 +94,38 @@ def triangles_of_cells(cells: NDArray[np.void], quads: int) -> NDArray[np.int64]
     triangles = np.concatenate(found)
     a, b, c = triangles.T
     return triangles[(a != b) & (b != c) & (c != a)]
+
+
+def heights_on_patches(
+    grid: ProjectedGrid, cut: Tessellation, vertices_m: NDArray[np.float64], unit: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Heights (N,) of the paper grid's triangle below each unit direction (N, 3); NaN beyond the grid.
+
+    vertices_m: of all patches, planet-centred (V, 3).
+    """
+    result = np.full(len(unit), np.nan)
+    places = grid.locate(unit)
+    known = np.flatnonzero(np.isfinite(places[:, 0]))
+    square = np.clip(places[known] // FINEST, 0, grid.patches - 1).astype(np.int64)
+    row_of = np.empty((grid.patches, grid.patches), np.int64)
+    row_of[cut.i, cut.j] = np.arange(len(cut))
+    faces = cut.faces()
+    owner = np.searchsorted(cut.first, faces[:, 0], side="right") - 1
+    order = np.argsort(owner, kind="stable")
+    faces, ends = faces[order], np.searchsorted(owner[order], np.arange(len(cut) + 1))
+    for n, (i, j) in zip(known, square, strict=True):
+        row = row_of[i, j]
+        corners = vertices_m[faces[ends[row] : ends[row + 1]]]
+        # The line along the direction meets a triangle where the shares of its corners have one sign.
+        shares = np.stack([_volume(unit[n], corners[:, k - 2], corners[:, k - 1]) for k in range(3)], axis=1)
+        total = shares.sum(axis=1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            least = (shares / total[:, None]).min(axis=1)
+        best = int(np.nanargmax(least))
+        weights = shares[best] / total[best]
+        result[n] = float(np.linalg.norm(weights @ corners[best])) - grid.radius_m
+    return result
+
+
+def _volume(direction: NDArray[np.float64], a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.cross(a, b) @ direction

@@ -28,6 +28,7 @@ from ....engine.surface.selection import spacing_angle
 from ....engine.system import Frame
 from ..paper_ground import TABLE_DTYPE, TEXELS, PaperField
 from .base import Backend, Ground
+from .grid_queries import heights_on_patches
 
 __all__ = ["PaperGridBackend"]
 
@@ -324,6 +325,12 @@ class PaperGridBackend(Backend):
             return None
         data = np.frombuffer(view.vertices.read(view.cut.vertices * VERTEX_BYTES), "<f4").reshape(-1, 6)
         return data[:, :3], view.cut.faces()
+
+    def height_drawn(self, directions: NDArray[np.float64], proxy: Any) -> NDArray[np.float64]:
+        view, mesh = self.view(0), self.read_mesh(0)
+        if mesh is None or view.grid is None or view.cut is None:
+            return super().height_drawn(directions, proxy)
+        return heights_on_patches(view.grid, view.cut, mesh[0].astype(np.float64) + proxy.anchor_m, directions)
 
     def statistics(self) -> dict[str, int]:
         view = self._views.get(0)
