@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,9 +56,9 @@ class MadeGround:
         high = np.minimum(middle + change, self.relief_m)
         return NodeFacts(low, high, rough + sag)
 
-    def forest(self, **options: object) -> Forest:
+    def forest(self, **options: Any) -> Forest:
         """A forest on this ground."""
-        return Forest(self.scheme, self.radius_m, -self.relief_m, self.relief_m, self.segments, **options)  # pyright: ignore[reportArgumentType]
+        return Forest(self.scheme, self.radius_m, -self.relief_m, self.relief_m, self.segments, **options)
 
 
 def make_tiles(forest: Forest, ground: MadeGround, wanted: Ints, slots: int) -> int:
@@ -80,3 +83,93 @@ def settle(
         if not make_tiles(forest, ground, selection.wanted, slots):
             return selection
     raise RuntimeError(f"the selection was not settled after {most} rounds")
+
+
+PIXEL_RAD = float(np.radians(60.0)) / 1080
+"""Of a picture of 1080 rows and 60 degrees."""
+
+
+@dataclass
+class SelectionTimes:
+    """Microseconds a call; tiles are made between the calls, outside the clock."""
+
+    leaves: int
+    tiles: int
+    """Leaves that are not behind the horizon."""
+    warm_us: list[float]
+    """Moving sideways by 1 % of the altitude a frame: each call measures all nodes anew."""
+    still_us: list[float]
+    """Moving by a millionth of the altitude a frame: within the slack."""
+    cold_us: list[float]
+    """Nothing is left of an earlier selection but the facts."""
+    facts_us: float
+    """Telling the facts of a tile, in batches of 32."""
+    revisions: int
+    """By how many of the warm calls the selection was changed."""
+
+
+def above(ground: MadeGround, altitude_m: float, direction: Floats) -> Floats:
+    """A place (3,) so far above the ground in a direction (3,)."""
+    up = direction / np.sqrt(direction @ direction)
+    return up * (ground.radius_m + float(ground.height(up[None])[0]) + altitude_m)
+
+
+def error_for(ground: MadeGround, eye: Floats, leaves: int) -> float:
+    """The allowed error in pixels at which a selection has about so many leaves."""
+    low, high = -8.0, 6.0
+    for _ in range(12):
+        middle = 0.5 * (low + high)
+        forest = ground.forest()
+        settle(forest, ground, lambda f=forest, e=2.0**middle: f.select(eye, PIXEL_RAD, e, max_tiles=2 * leaves))
+        low, high = (middle, high) if len(forest.leaves()) > leaves else (low, middle)
+    return 2.0**high
+
+
+def time_selection(ground: MadeGround, altitude_m: float, leaves: int, runs: int) -> SelectionTimes:
+    """Times of a selection of about `leaves` leaves at an altitude."""
+    direction = np.array([0.3, -0.5, 0.8])
+    eye = above(ground, altitude_m, direction)
+    error_px = error_for(ground, eye, leaves)
+    aside = np.cross(direction, [0.0, 0.0, 1.0])
+    aside /= np.sqrt(aside @ aside)
+    forest = ground.forest()
+    clock = 0.0
+
+    def timed(place: Floats) -> tuple[float, Selection]:
+        started = perf_counter()
+        selection = forest.select(place, PIXEL_RAD, error_px, clock)
+        return 1e6 * (perf_counter() - started), selection
+
+    def run(step_m: float, count: int) -> tuple[list[float], int]:
+        nonlocal clock
+        times: list[float] = []
+        before = forest.select(eye, PIXEL_RAD, error_px, clock).revision
+        for k in range(count):
+            clock += 1.0 / 60.0
+            elapsed, selection = timed(eye + (k + 1) * step_m * aside)
+            times.append(elapsed)
+            make_tiles(forest, ground, selection.wanted, 1 << 20)
+        return times, forest.select(eye + count * step_m * aside, PIXEL_RAD, error_px, clock).revision - before
+
+    settle(forest, ground, lambda: forest.select(eye, PIXEL_RAD, error_px))
+    found = len(forest.leaves()), len(forest.select(eye, PIXEL_RAD, error_px))
+    run(0.01 * altitude_m, 5)
+    settle(forest, ground, lambda: forest.select(eye, PIXEL_RAD, error_px))
+    warm, revisions = run(0.01 * altitude_m, runs)
+    settle(forest, ground, lambda: forest.select(eye, PIXEL_RAD, error_px))
+    still, _ = run(1e-6 * altitude_m, runs)
+    settle(forest, ground, lambda: forest.select(eye, PIXEL_RAD, error_px))
+    keys = np.array(list(forest.table.rows), dtype=np.int64)
+    facts = ground.facts(keys)
+    cold: list[float] = []
+    told = 0.0
+    for _ in range(max(runs // 10, 5)):
+        forest = ground.forest()
+        clock = 0.0
+        for first in range(0, len(keys), 32):
+            part = slice(first, first + 32)
+            started = perf_counter()
+            forest.set_facts(keys[part], facts.low_m[part], facts.high_m[part], facts.error_m[part])
+            told += perf_counter() - started
+        cold.append(timed(eye)[0])
+    return SelectionTimes(*found, warm, still, cold, 1e6 * told / (len(cold) * len(keys)), revisions)

@@ -21,6 +21,7 @@ from . import terrain_backends
 from .terrain_grid import GRID_BENCHES
 from .terrain_icosphere import ICOSPHERE_BENCHES
 from .terrain_queries import QUERY_BENCHES
+from .terrain_selection import SELECTION_BENCHES
 
 EARTH_M, GIANT_M = 6.371e6, 7e7
 BENCH, FULL_HD = (640, 360), (1920, 1080)
@@ -342,6 +343,7 @@ BENCHES: Mapping[str, Bench] = {
     "height sources": _sources,
     **QUERY_BENCHES,
     **GRID_BENCHES,
+    **SELECTION_BENCHES,
     "backends": terrain_backends.backends,
     "popping": terrain_backends.popping_in_flight,
     "holes": terrain_backends.holes_in_the_disc,

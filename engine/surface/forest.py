@@ -441,17 +441,30 @@ class Forest:
             want = wanted_split(scaled, split, nodes.kids_known, nodes.supports, hold)
             return scaled, want, self._fits(want, max_tiles)
 
+        # The smallest step that fits, by doubling and halving; seldom another than last time.
         k = self._budget_step
         found = at(k)
-        while not found[2] and k < 64 * BUDGET_STEPS:
-            k += 1
-            found = at(k)
-        if k == self._budget_step:
-            while k > 0:
-                finer = at(k - 1)
-                if not finer[2]:
-                    break
-                k, found = k - 1, finer
+        if found[2]:
+            low, high, reach = -1, k, 1
+            while high > 0 and low < 0:
+                finer = at(max(high - reach, 0))
+                if finer[2]:
+                    high, found, reach = max(high - reach, 0), finer, 2 * reach
+                else:
+                    low = max(high - reach, 0)
+        else:
+            low, high, reach = k, k + 1, 1
+            while not (found := at(high))[2] and high < 64 * BUDGET_STEPS:
+                low, reach = high, 2 * reach
+                high += reach
+        while high - low > 1 and low >= 0:
+            middle = (low + high) // 2
+            between = at(middle)
+            if between[2]:
+                high, found = middle, between
+            else:
+                low = middle
+        k = high
         self._budget_step = k
         return found[0], found[1]
 
