@@ -19,10 +19,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .hulls import Hulls, Walked, horizon_reach, walk_frustum
-from .keys import NO_NODE, children_of, container_of
+from .hulls import Hulls, Walked, horizon_reach, tangent_length, walk_frustum
+from .keys import MAX_LEVEL, NO_NODE, children_of, container_of
 from .nodes import GIVEN, UNKNOWN, NodeTable, node_shape
-from .refinement import HOLD, goals, saturated, step, wanted_split
+from .refinement import HOLD, STEP, capped, closed, goals, step, wanted_split
 from .scheme import Scheme
 
 Floats = NDArray[np.float64]
@@ -37,14 +37,14 @@ FADE = 0.15
 """Errors fade to nothing over this part of the distance to the horizon, beyond it."""
 SLACK = 1.0 / 512.0
 """Eyes that moved by less than this part of the nearest tile's distance get the same selection, until they rest."""
-JUMP = 0.25
-"""After a longer way, as a part of the same distance, all that is known is looked at."""
 BUDGET_STEPS = 16
 """With too many tiles the allowed error grows in steps of 2^(1/16)."""
 FINER_ERROR = 0.5
 """The error of an unknown child as a fraction of its parent's."""
 AHEAD_S = 1.0
 """What will be needed in this time, at the same velocity, is made in advance."""
+AHEAD_CALLS = 4
+"""... looked for in every fourth call."""
 AHEAD_URGENCY = 0.25
 OUT_OF_VIEW_URGENCY = 0.5
 MAX_WANTED = 256
@@ -102,32 +102,18 @@ class _Asked(NamedTuple):
     spacing_px: float | None
 
 
-class _Active(NamedTuple):
-    """The nodes that are looked at, copied together; rows GIVEN and UNKNOWN come first, as in the table."""
+class _Leaves(NamedTuple):
+    """The leaves, sorted by key, and what lies across their edges."""
 
     rows: Ints
-    supports: Ints
-    kids_known: Mask
-    hulls: Hulls
-    whole: bool
-    """Whether these are all known nodes, not only the drawn ones, what is above them, and their children."""
-
-
-class _Leaves(NamedTuple):
-    """The leaves of the active nodes, sorted by key, and what lies across their edges."""
-
-    nodes: Ints
-    """Places among the active nodes."""
     parents: Ints
+    """Rows."""
     keys: Ints
     level: Ints
     skip: NDArray[np.uint8]
     beside: Ints
     """(N, E): the leaf of the same level across each edge; where there is none, the leaf itself."""
     same: Mask
-    low: Floats
-    """Radii."""
-    high: Floats
 
 
 class Forest:
@@ -171,6 +157,8 @@ class Forest:
         occluder = lowest_m if occluder_m is None else occluder_m
         self._occluder_r = self.radius_m + float(occluder)
         self.split_distance_m = None if split_distance_m is None else np.asarray(split_distance_m, dtype=np.float64)
+        self._spacing_m = self.radius_m * scheme.spacing_rad(np.arange(MAX_LEVEL + 1), segments)
+        self.balanced = balanced
         self.table = NodeTable(scheme, balanced)
         self._call = 0
         self._revision = 0
@@ -181,12 +169,16 @@ class Forest:
         self._eye: Floats | None = None  # of the last evaluation
         self._last_eye: Floats | None = None  # of the last call
         self._slack_m = 0.0
-        self._nearest_m = 0.0
         self._budget_step = 0
         self._final = False  # whether the last evaluation was of an eye at rest
-        self._active: _Active | None = None
+        self._kids_known: Mask = np.zeros(0, bool)
+        self._hulls = Hulls(*(np.zeros(0) for _ in range(5)))
         self._leaves: _Leaves | None = None
-        self._weights: tuple[_Asked, Floats] | None = None
+        self._weighed: _Asked | None = None
+        self._weights: Floats = np.zeros(0)
+        self._missing_roots: Ints = scheme.root_keys()
+        self._ahead: tuple[Ints, Floats] = np.zeros(0, np.int64), np.zeros(0)
+        self._drawn: Mask = np.zeros(0, bool)
         self._selection: Selection | None = None
         self._seen: Ints = np.zeros(0, np.int64)
         self._morphs: Floats = np.zeros(0)
@@ -205,17 +197,34 @@ class Forest:
             raise ValueError("set_facts: heights must be finite with low_m <= high_m, and error_m must not be negative")
         if (keys <= NO_NODE).any():
             raise ValueError("set_facts: 0 and negative numbers name no node")
-        self.table.add(keys, low, high, error)
-        self._forget_views()
+        table = self.table
+        rows = table.add(keys, low, high, error)
+        # The mesh's chords hang below the ground that they stand for.
+        sag = 1.0 - self.scheme.spacing_rad(table.level[rows], self.segments) ** 2 / 8.0
+        table.low[rows], table.high[rows] = (self.radius_m + low) * sag, self.radius_m + high
+        table.tangent[rows] = tangent_length(table.high[rows], self._occluder_r)
+        self._cap(rows)
+        self._changed = True
+
+    def _cap(self, rows: Ints) -> None:
+        """Errors of nodes, and of what is known below them, are less than those of their parents by STEP."""
+        table = self.table
+        while len(rows):
+            limit = table.capped_m[table.supports[rows, 0]] / STEP
+            limit[table.supports[rows, 0] == UNKNOWN] = np.inf
+            found = np.minimum(table.error_m[rows], limit)
+            kids = table.kids[rows[found != table.capped_m[rows]]]
+            table.capped_m[rows] = found
+            rows = kids[kids > UNKNOWN]
 
     def forget(self, keys: ArrayLike) -> None:
         """Nodes can't be drawn any more; their parents will be, if need be."""
-        self.table.remove(np.asarray(keys, dtype=np.int64).ravel())
-        self._forget_views()
-
-    def _forget_views(self) -> None:
+        keys = np.asarray(keys, dtype=np.int64).ravel()
+        rows = self.table.find(keys)
+        if self.table.split[self.table.supports[rows, 0]].any():
+            self._leaves = None
+        self.table.remove(keys)
         self._changed = True
-        self._active = self._leaves = self._weights = None
 
     def knows(self, keys: ArrayLike) -> Mask:
         """Which nodes are known."""
@@ -289,12 +298,13 @@ class Forest:
             and self._final >= rested
         ):
             return last
+        if self._changed or self._weighed != asked:
+            self._weigh(asked)
         self._asked, self._changed, self._eye = (asked, max_tiles), False, eye.copy()
         self.evaluations += 1
         self._call += 1
-        whole = rested or not np.isfinite(step_s) or moved > JUMP * self._nearest_m
         velocity = None if velocity_m_s is None else np.asarray(velocity_m_s, dtype=np.float64)
-        return self._run(eye, asked, max_tiles, step_s, rested, whole, velocity, planes)
+        return self._run(eye, asked, max_tiles, step_s, rested, velocity, planes)
 
     def _clock(self, time_s: float | None, still: bool) -> tuple[float, bool]:
         """Seconds since the last call, infinite where morphs are to be finished; and whether all is at rest."""
@@ -312,65 +322,29 @@ class Forest:
         order = np.argsort(selection.keys)
         keys = selection.keys[order]
         rows = self.table.find(keys)
-        low = (self.radius_m + self.table.low_m[rows]) * self._sagging(self.table.level[rows])
-        walked = walk_frustum(self.scheme, keys, low, self.radius_m + self.table.high_m[rows], eye_m, planes)
+        walked = walk_frustum(self.scheme, keys, self.table.low[rows], self.table.high[rows], eye_m, planes)
         seen = np.zeros(len(keys), bool)
         seen[order] = walked.seen
         return walked._replace(seen=seen)
 
-    def _sagging(self, level: Ints) -> Floats:
-        """The mesh's chords hang below the ground that they stand for: by this factor of the radius."""
-        return 1.0 - self.scheme.spacing_rad(level, self.segments) ** 2 / 8.0
-
-    def _gather(self, whole: bool) -> _Active:
-        """The nodes to look at."""
-        active = self._active
-        if active is not None and (active.whole or not whole):
-            return active
+    def _weigh(self, asked: _Asked) -> None:
+        """Share of a node times its distance, (R,) metres; and which nodes can be split at all."""
         table = self.table
-        if whole:
-            wanted = table.known
-        else:
-            # Nodes whose parent is drawn or split: drawn ones, those above them, and children that are there already.
-            above = table.supports[:, 0]
-            wanted = table.known.copy()
-            wanted &= table.split[table.supports[above, 0]]
-        rows = np.concatenate([[GIVEN, UNKNOWN], np.flatnonzero(wanted)])
-        place = np.full(len(table.known), UNKNOWN, np.int64)
-        place[rows] = np.arange(len(rows))
-        hulls = Hulls.of(
-            table.center[rows],
-            table.reach[rows],
-            table.normals[rows],
-            (self.radius_m + table.low_m[rows]) * self._sagging(table.level[rows]),
-            self.radius_m + table.high_m[rows],
-            self._occluder_r,
-        )
-        kids: Mask = np.all(table.kids[rows] > UNKNOWN, axis=1)
-        self._active = _Active(rows, place[table.supports[rows]], kids, hulls, whole)
-        self._leaves = self._weights = None
-        return self._active
-
-    def _weight(self, nodes: _Active, asked: _Asked) -> Floats:
-        """Share of a node times its distance, (N,) metres."""
-        if self._weights is not None and self._weights[0] == asked:
-            return self._weights[1]
-        pixel_rad, error_px, finest_m, spacing_px = asked
-        table = self.table
-        level = table.level[nodes.rows]
-        spacing = self.radius_m * self.scheme.spacing_rad(level, self.segments)
+        spacing = self._spacing_m[table.level]
         if self.split_distance_m is None:
-            weight = table.error_m[nodes.rows] / (pixel_rad * error_px)
-            if spacing_px is not None:
-                weight = np.maximum(weight, spacing / (pixel_rad * spacing_px))
+            weight = table.capped_m / (asked.pixel_rad * asked.error_px)
+            if asked.spacing_px is not None:
+                weight = np.maximum(weight, spacing / (asked.pixel_rad * asked.spacing_px))
         else:
             reach = np.append(self.split_distance_m, 0.0)
-            weight = reach[np.minimum(level, len(reach) - 1)]
+            weight = reach[np.minimum(table.level, len(reach) - 1)]
         deepest = self.scheme.finest_level - (self.segments.bit_length() - 1)
-        weight[(spacing <= finest_m) | (level >= deepest)] = 0.0
-        weight[:2] = 0.0
-        self._weights = (asked, weight)
-        return weight
+        weight[(spacing <= asked.finest_spacing_m) | (table.level >= deepest) | ~table.known] = 0.0
+        self._weighed, self._weights = asked, weight
+        self._kids_known = (table.kids > UNKNOWN).all(axis=1)
+        self._hulls = Hulls(table.planes.reshape(-1, 3), table.reach, table.low, table.high, table.tangent)
+        roots = self.scheme.root_keys()
+        self._missing_roots = roots[table.find(roots) == UNKNOWN]
 
     def _counts(self, distance: Floats, eye: Floats, hulls: Hulls) -> Floats:
         """How much of an error counts: 1, less beyond the horizon, 0 for what is hidden for certain."""
@@ -391,127 +365,124 @@ class Forest:
         max_tiles: int,
         step_s: float,
         rested: bool,
-        whole: bool,
         velocity: Floats | None,
         planes: Floats | None,
     ) -> Selection:
         table = self.table
-        nodes = self._gather(whole)
-        weight = self._weight(nodes, asked)
-        distance = nodes.hulls.distance(eye)
+        distance = self._hulls.distance(eye)
         np.maximum(distance, asked.finest_spacing_m, out=distance)
-        counts = self._counts(distance, eye, nodes.hulls)
-        split, morph = table.split[nodes.rows], table.morph[nodes.rows]
-        split = wanted_split(np.zeros(len(split)), split, nodes.kids_known, nodes.supports, -1.0)
-        hold = 1.0 if rested else 1.0 / HOLD
-        alone = weight * counts / distance
+        counts = self._counts(distance, eye, self._hulls)
+        alone = self._weights * counts / distance
         alone[GIVEN] = np.inf
-        share, want = self._limited(alone, split, nodes, hold, max_tiles)
+        split = closed(table.split & self._kids_known, table.supports)
+        share, needed, want = self._limited(alone, split, 1.0 if rested else 1.0 / HOLD, max_tiles)
         if rested or not np.isfinite(step_s):
-            new, new_morph, moving = want, goals(share, want), False
+            new, morph, moving = want, goals(share, want, table.supports), False
         else:
-            new, new_morph, moving = step(share, want, split, morph, nodes.supports, step_s)
+            new, morph, moving = step(share, want, split, table.morph, table.supports, step_s)
             if not self._fits(new, max_tiles):
-                share, want = self._limited(alone, split, nodes, 1.0, max_tiles)
-                new, new_morph, moving = want, goals(share, want), False
+                share, needed, want = self._limited(alone, split, 1.0, max_tiles)
+                new, morph, moving = want, goals(share, want, table.supports), False
+        morph[~new] = 1.0
+        morph[GIVEN] = 0.0
         self._final = rested
-        if not np.array_equal(new, table.split[nodes.rows]):
-            table.split[nodes.rows] = new
-            self._leaves = None
-            moving |= not nodes.whole
-        table.morph[nodes.rows] = new_morph
-        inside = new[nodes.supports[:, 0]]
-        table.used[nodes.rows[inside]] = self._call
-        wanted = self._wanted(nodes, share, weight, inside & ~new, eye, velocity, planes)
-        selection = self._finish(nodes, distance, counts, inside & ~new, new_morph, wanted, moving, asked)
-        if self._leaves is None or nodes.whole:
-            # Next time only what is near the drawn nodes.
-            self._active = None
-        return selection
+        table.split, table.morph = new, morph
+        inside = new[table.supports[:, 0]] & table.known
+        table.used[inside] = self._call
+        drawn = inside & ~new
+        wanted = self._wanted(share, needed & drawn & ~self._kids_known, drawn, eye, velocity, planes)
+        return self._finish(distance, counts, drawn, wanted, moving, asked)
 
     def _fits(self, split: Mask, max_tiles: int) -> bool:
         # A split adds three leaves; row GIVEN is split as well.
         return self.scheme.roots + 3 * (int(split.sum()) - 1) <= max_tiles
 
-    def _limited(self, share: Floats, split: Mask, nodes: _Active, hold: float, max_tiles: int) -> tuple[Floats, Mask]:
-        """Shares, and what is to be split, with an allowed error that keeps to max_tiles."""
+    def _limited(self, share: Floats, split: Mask, hold: float, max_tiles: int) -> tuple[Floats, Mask, Mask]:
+        """Shares, and what is to be split and can be, with an allowed error that keeps to max_tiles."""
 
-        def at(k: int) -> tuple[Floats, Mask, bool]:
-            scaled = saturated(share * 2.0 ** (-k / BUDGET_STEPS), nodes.supports, split, hold)
-            want = wanted_split(scaled, split, nodes.kids_known, nodes.supports, hold)
-            return scaled, want, self._fits(want, max_tiles)
+        supports = self.table.supports
+
+        def at(k: int) -> tuple[Floats, Mask, Mask, bool]:
+            scaled = capped(share * 2.0 ** (-k / BUDGET_STEPS) if k else share, supports, hold)
+            needed, want = wanted_split(scaled, split, self._kids_known, supports, hold)
+            return scaled, needed, want, self._fits(want, max_tiles)
 
         # The smallest step that fits, by doubling and halving; seldom another than last time.
         k = self._budget_step
         found = at(k)
-        if found[2]:
+        if found[3]:
             low, high, reach = -1, k, 1
             while high > 0 and low < 0:
                 finer = at(max(high - reach, 0))
-                if finer[2]:
+                if finer[3]:
                     high, found, reach = max(high - reach, 0), finer, 2 * reach
                 else:
                     low = max(high - reach, 0)
         else:
             low, high, reach = k, k + 1, 1
-            while not (found := at(high))[2] and high < 64 * BUDGET_STEPS:
+            while not (found := at(high))[3] and high < 64 * BUDGET_STEPS:
                 low, reach = high, 2 * reach
                 high += reach
         while high - low > 1 and low >= 0:
             middle = (low + high) // 2
             between = at(middle)
-            if between[2]:
+            if between[3]:
                 high, found = middle, between
             else:
                 low = middle
-        k = high
-        self._budget_step = k
-        return found[0], found[1]
+        self._budget_step = high
+        return found[:3]
 
     def _wanted(
-        self,
-        nodes: _Active,
-        share: Floats,
-        weight: Floats,
-        drawn: Mask,
-        eye: Floats,
-        velocity: Floats | None,
-        planes: Floats | None,
+        self, share: Floats, lacking: Mask, drawn: Mask, eye: Floats, velocity: Floats | None, planes: Floats | None
     ) -> Ints:
         """What to make, most urgent first."""
-        table = self.table
-        lacking = np.flatnonzero(drawn & ~nodes.kids_known)
-        urgency = share[lacking]
-        if planes is not None and len(lacking):
-            hulls = nodes.hulls
-            center = table.center[nodes.rows[lacking]]
-            middle = 0.5 * (hulls.low + hulls.high)[lacking]
-            around = hulls.reach[lacking] * hulls.high[lacking] + (hulls.high - hulls.low)[lacking]
-            side = (center * middle[:, None] - eye) @ planes.T
+        table, hulls = self.table, self._hulls
+        needed = np.flatnonzero(lacking)
+        urgency = self._urgency(share, needed)
+        if planes is not None and len(needed):
+            middle = 0.5 * (table.low + table.high)[needed]
+            around = table.reach[needed] * table.high[needed] + (table.high - table.low)[needed]
+            side = (table.planes[0, needed] * middle[:, None] - eye) @ planes.T
             urgency = urgency * np.where((side < -around[:, None]).any(axis=1), OUT_OF_VIEW_URGENCY, 1.0)
-        needed = share[lacking] > 1.0
         if velocity is not None and velocity.any():
-            distance = np.maximum(nodes.hulls.distance(eye + velocity * AHEAD_S), 1e-3)
-            ahead = weight / distance * 2.0 ** (-self._budget_step / BUDGET_STEPS)
-            soon = drawn & nodes.kids_known & (ahead > 1.0)
-            table.used[table.kids[nodes.rows[soon]]] = self._call
-            later = ~needed & (ahead[lacking] > 1.0)
-            urgency = np.where(later, AHEAD_URGENCY * np.minimum(ahead[lacking], 4.0), urgency)
-            needed |= later
-        roots = self.scheme.root_keys()
-        missing = roots[table.find(roots) == UNKNOWN]
-        lacking, urgency = lacking[needed], urgency[needed]
-        if not len(lacking):
+            if self._call % AHEAD_CALLS == 0:
+                ahead = self._weights / np.maximum(hulls.distance(eye + velocity * AHEAD_S), 1e-3)
+                ahead *= 2.0 ** (-self._budget_step / BUDGET_STEPS)
+                soon = drawn & (ahead > 1.0) & (share <= 1.0)
+                table.used[table.kids[np.flatnonzero(soon & self._kids_known)]] = self._call + AHEAD_CALLS
+                later = np.flatnonzero(soon & ~self._kids_known)
+                self._ahead = later, AHEAD_URGENCY * np.minimum(ahead[later], 4.0)
+            later, priority = self._ahead
+            still = drawn[later] & ~self._kids_known[later] & (share[later] <= 1.0)
+            needed = np.concatenate([needed, later[still]])
+            urgency = np.concatenate([urgency, priority[still]])
+        missing = self._missing_roots
+        if not len(needed):
             return missing
         order = np.argsort(-urgency, kind="stable")[: MAX_WANTED // 2]
-        short = nodes.rows[lacking[order]]
-        have = table.kids[short]
-        table.used[have[have > UNKNOWN]] = self._call
-        first = children_of(table.key[short])[have == UNKNOWN]
-        second = self._foreseen(short, share[lacking[order]], weight[lacking[order]], have == UNKNOWN, eye)
+        rows = needed[order]
+        lacks = table.kids[rows] == UNKNOWN
+        table.used[table.kids[rows][~lacks]] = self._call
+        first = children_of(table.key[rows])[lacks]
+        second = self._foreseen(rows, share[rows], lacks, eye)
         return np.concatenate([missing, first, second])[:MAX_WANTED]
 
-    def _foreseen(self, rows: Ints, share: Floats, weight: Floats, missing: Mask, eye: Floats) -> Ints:
+    def _urgency(self, share: Floats, needed: Ints) -> Floats:
+        """Shares of nodes, but more than those of the nodes that wait for them."""
+        if not len(needed):
+            return np.zeros(0)
+        supports = self.table.supports
+        share = share.copy()
+        rows = np.flatnonzero(share > 1.0)
+        while len(rows):
+            to, least = supports[rows], STEP * share[rows][:, None]
+            row, column = np.nonzero((share[to] < least) & (to > UNKNOWN))
+            rows = to[row, column]
+            np.maximum.at(share, rows, least[row, 0])
+        return share[needed]
+
+    def _foreseen(self, rows: Ints, share: Floats, missing: Mask, eye: Floats) -> Ints:
         """Children of missing children that will want to be split for all that is known: more levels at once."""
         table = self.table
         near = np.flatnonzero(share * FINER_ERROR > SURE)[:MAX_FORESEEN]
@@ -520,59 +491,46 @@ class Forest:
         parent, number = np.nonzero(missing[near])
         if not len(parent):
             return np.zeros(0, np.int64)
-        rows, weight = rows[near][parent], weight[near][parent]
+        rows = rows[near][parent]
         keys = children_of(table.key[rows])[np.arange(len(rows)), number]
         center, reach, normals = node_shape(self.scheme, keys)
-        low = self.radius_m + table.low_m[rows] - table.error_m[rows]
-        high = self.radius_m + table.high_m[rows] + table.error_m[rows]
+        low, high = table.low[rows] - table.error_m[rows], table.high[rows] + table.error_m[rows]
         hulls = Hulls.of(center, reach, normals, low, high, self._occluder_r)
-        found = (
-            weight * FINER_ERROR / np.maximum(hulls.distance(eye), 1e-3) * self._counts(hulls.distance(eye), eye, hulls)
-        )
+        distance = np.maximum(hulls.distance(eye), 1e-3)
+        found = FINER_ERROR * self._weights[rows] * self._counts(distance, eye, hulls) / distance
         return children_of(keys[found > SURE]).ravel()
 
-    def _find_leaves(self, nodes: _Active, drawn: Mask) -> _Leaves:
+    def _find_leaves(self, rows: Ints, drawn: Mask) -> _Leaves:
         table = self.table
-        leaves = np.flatnonzero(drawn)
-        keys = table.key[nodes.rows[leaves]]
+        keys = table.key[rows]
         order = np.argsort(keys)
-        leaves, keys = leaves[order], keys[order]
-        rows = nodes.rows[leaves]
-        level = table.level[rows]
-        at = container_of(table.neighbour_keys[rows], keys)
-        skip = np.where(at >= 0, level[:, None] - level[at], 0)
-        same = (at >= 0) & (skip == 0)
-        beside = np.where(same, at, np.arange(len(keys))[:, None])
-        return _Leaves(
-            rows, table.supports[rows, 0], keys, level, skip.astype(np.uint8), beside, same,
-            self.radius_m + table.low_m[rows], self.radius_m + table.high_m[rows],
-        )  # fmt: skip
+        rows, keys = rows[order], keys[order]
+        level, beside = table.level[rows], table.beside[rows]
+        same = drawn[beside]
+        if self.balanced:
+            # A neighbour that is neither drawn nor split has a parent that is drawn; a missing root is nothing.
+            skip = ~same & ~(table.split[beside] & (beside > UNKNOWN)) & (level > 0)[:, None]
+        else:
+            at = container_of(table.neighbour_keys[rows], keys)
+            skip = np.where(at >= 0, level[:, None] - level[at], 0)
+        place = np.zeros(len(drawn), np.int64)
+        place[rows] = np.arange(len(rows))
+        beside = np.where(same, place[beside], np.arange(len(rows))[:, None])
+        return _Leaves(rows, table.supports[rows, 0], keys, level, skip.astype(np.uint8), beside, same)
 
     def _finish(
-        self,
-        nodes: _Active,
-        distance: Floats,
-        counts: Floats,
-        drawn: Mask,
-        morph: Floats,
-        wanted: Ints,
-        moving: bool,
-        asked: _Asked,
+        self, distance: Floats, counts: Floats, drawn: Mask, wanted: Ints, moving: bool, asked: _Asked
     ) -> Selection:
-        table = self.table
-        fresh = self._leaves is None
-        if self._leaves is None:
-            self._leaves = self._find_leaves(nodes, drawn)
+        fresh = self._leaves is None or not np.array_equal(drawn, self._drawn)
+        if fresh:
+            self._leaves, self._drawn = self._find_leaves(np.flatnonzero(drawn), drawn), drawn
         leaves = self._leaves
-        place = np.zeros(len(table.known), np.int64)
-        place[nodes.rows] = np.arange(len(nodes.rows))
-        at = place[leaves.nodes]
-        away = distance[at]
-        own = np.rint(morph[place[leaves.parents]] * MORPH_STEPS) * (1.0 / MORPH_STEPS)
-        seen = np.flatnonzero(counts[at] > 0.0)
+        assert leaves is not None
+        away = distance[leaves.rows]
+        own = np.rint(self.table.morph[leaves.parents] * MORPH_STEPS) * (1.0 / MORPH_STEPS)
+        seen = np.flatnonzero(counts[leaves.rows] > 0.0)
         seen = seen[np.argsort(away[seen], kind="stable")]
-        self._nearest_m = float(away[seen[0]]) if len(seen) else float(distance[2:].min(initial=np.inf))
-        self._slack_m = SLACK * self._nearest_m
+        self._slack_m = SLACK * float(away[seen[0]]) if len(seen) else 0.0
         last = self._selection
         error_px = asked.error_px * 2.0 ** (self._budget_step / BUDGET_STEPS)
         if last is not None and not fresh and np.array_equal(seen, self._seen) and np.array_equal(own, self._morphs):

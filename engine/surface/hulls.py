@@ -45,8 +45,7 @@ class Hulls(NamedTuple):
     def of(cls, center: Floats, reach: Floats, normals: Floats, low: Floats, high: Floats, occluder: float) -> "Hulls":
         """From centres (N, 3), normals (N, E, 3) and radii (N,); `occluder` is the radius of the sphere that hides."""
         planes = np.concatenate([center[None], normals.transpose(1, 0, 2)]).reshape(-1, 3)
-        above = np.maximum(high - occluder, 0.0)
-        return cls(planes, reach, low, high, np.sqrt(above * (2.0 * occluder + above)))
+        return cls(planes, reach, low, high, tangent_length(high, occluder))
 
     def distance(self, eye_m: Floats) -> Floats:
         """Lower bounds of the distances from a point (3,) to the cells, (N,) metres; see SQUARE_ROUNDING."""
@@ -73,6 +72,12 @@ class Hulls(NamedTuple):
         height *= height
         chord += height
         return np.sqrt(chord, out=chord)
+
+
+def tangent_length(radius: Floats, occluder: float) -> Floats:
+    """Lengths (N,) of the tangents to the sphere that hides from points at these radii; 0 inside it."""
+    above = np.maximum(radius - occluder, 0.0)
+    return np.sqrt(above * (2.0 * occluder + above))
 
 
 def horizon_reach(eye_m: Floats, occluder: float) -> float:

@@ -18,6 +18,8 @@ Ints = NDArray[np.int64]
 
 GIVEN, UNKNOWN = 0, 1
 """The two rows that are no nodes."""
+ROOM = 256
+"""The arrays grow by so many rows; all of them are looked at in each selection."""
 SUPPORTS = 3
 """A child has at most two outer edges: its parent, and the parents of two neighbours."""
 
@@ -31,7 +33,7 @@ class NodeTable:
         self.rows: dict[int, int] = {}
         self._free: list[int] = []
         self._used = 2
-        self._allocate(64)
+        self._allocate(ROOM)
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -44,12 +46,16 @@ class NodeTable:
             "low_m": np.zeros(size),
             "high_m": np.zeros(size),
             "error_m": np.zeros(size),
-            "center": np.zeros((size, 3)),
+            "capped_m": np.zeros(size),
+            "planes": np.zeros((1 + edges, size, 3)),
             "reach": np.zeros(size),
-            "normals": np.zeros((size, edges, 3)),
+            "low": np.zeros(size),
+            "high": np.zeros(size),
+            "tangent": np.zeros(size),
             "neighbour_keys": np.zeros((size, edges), np.int64),
+            "beside": np.full((size, edges), UNKNOWN, np.int64),
             "support_keys": np.zeros((size, SUPPORTS), np.int64),
-            "supports": np.full((size, SUPPORTS), GIVEN, np.int64),
+            "supports": np.full((size, SUPPORTS), UNKNOWN, np.int64),
             "kids": np.full((size, 4), UNKNOWN, np.int64),
             "known": np.zeros(size, bool),
             "split": np.zeros(size, bool),
@@ -58,9 +64,12 @@ class NodeTable:
         }
         for name, array in fresh.items():
             if hasattr(self, name):
-                array[: self._used] = getattr(self, name)[: self._used]
+                old = getattr(self, name)
+                where = (slice(None), slice(old.shape[1])) if name == "planes" else slice(len(old))
+                array[where] = old
             setattr(self, name, array)
-        self.supports[UNKNOWN] = UNKNOWN
+        self.supports[GIVEN] = GIVEN
+        self.capped_m[GIVEN] = np.inf
         self.split[GIVEN] = True
         self.morph[GIVEN] = 0.0
 
@@ -69,14 +78,21 @@ class NodeTable:
     low_m: Floats
     high_m: Floats
     error_m: Floats
-    center: Floats
-    """(R, 3) unit vectors."""
+    capped_m: Floats
+    """Errors, but a child's is less than its parent's by STEP."""
+    planes: Floats
+    """(1 + E, R, 3): centres, then inward normals of the planes through the centre of the sphere and each edge."""
     reach: Floats
     """Chord from the centre to the farthest corner."""
-    normals: Floats
-    """(R, E, 3): inward unit normals of the planes through the centre of the sphere and the edges."""
+    low: Floats
+    """Radii between which the node's mesh lies."""
+    high: Floats
+    tangent: Floats
+    """See Hulls."""
     neighbour_keys: Ints
     """(R, E)."""
+    beside: Ints
+    """(R, E): rows of the neighbours."""
     support_keys: Ints
     supports: Ints
     """(R, 3): rows of the parent and of two neighbours' parents; GIVEN where there is none."""
@@ -111,9 +127,11 @@ class NodeTable:
         scheme = self.scheme
         self.key[rows], self.level[rows] = keys, level_of(keys)
         self.known[rows], self.split[rows], self.morph[rows], self.used[rows] = True, False, 1.0, 0
-        self.center[rows], self.reach[rows], self.normals[rows] = node_shape(scheme, keys)
+        self.planes[0, rows], self.reach[rows], normals = node_shape(scheme, keys)
+        self.planes[1:, rows] = normals.transpose(1, 0, 2)
         beside = scheme.neighbour(keys[:, None], np.arange(scheme.edges))
         self.neighbour_keys[rows] = beside
+        self.beside[rows] = self.find(beside)
         self.support_keys[rows] = self._support_keys(keys, beside)
         self.supports[rows] = self.find(self.support_keys[rows])
         children = children_of(keys)
@@ -135,6 +153,11 @@ class NodeTable:
         parents = self.find(parent_of(keys))
         inner = parents > UNKNOWN
         self.kids[parents[inner], child_number(keys[inner])] = to[inner]
+        around = self.beside[rows]
+        at, edge = np.nonzero(around > UNKNOWN)
+        others = around[at, edge]
+        # Neighbours meet at one edge: each has the other once.
+        self.beside[others, (self.neighbour_keys[others] == keys[at][:, None]).argmax(axis=1)] = to[at]
         # Whoever may be supported by a node: its children and what is beside them.
         children = children_of(keys)
         beside = self.scheme.neighbour(children[..., None], np.arange(self.scheme.edges)).reshape(len(keys), -1)
@@ -149,7 +172,7 @@ class NodeTable:
         count = len(keys)
         missing = self._used + max(count - len(self._free), 0) - len(self.known)
         if missing > 0:
-            self._allocate(max(2 * len(self.known), len(self.known) + missing))
+            self._allocate(len(self.known) + max(missing, ROOM))
         again = min(count, len(self._free))
         rows = [self._free.pop() for _ in range(again)] + list(range(self._used, self._used + count - again))
         self._used += count - again
@@ -167,7 +190,9 @@ class NodeTable:
         for key in keys.tolist():
             del self.rows[key]
         self.known[rows], self.split[rows], self.morph[rows] = False, False, 1.0
-        self.kids[rows], self.supports[rows], self.support_keys[rows], self.key[rows] = UNKNOWN, GIVEN, 0, 0
+        self.kids[rows], self.beside[rows] = UNKNOWN, UNKNOWN
+        self.supports[rows], self.support_keys[rows], self.key[rows] = UNKNOWN, 0, 0
+        self.used[rows] = 0
         self._free.extend(rows.tolist())
 
 

@@ -18,44 +18,44 @@ BAND = 1.25
 HOLD = 1.1
 """A split node is merged when its error has fallen below the wanted one over this."""
 STEP = BAND * HOLD
-"""By how much a node's supports count for more than it: they are at rest when it may be split."""
+"""A child counts for less than its parent by this: the parent's other children are at rest when it may be split."""
 HURRY = 4.0
 """Errors so many times too large, or small, are mended at once."""
 MORPH_S = 0.1
 """A whole morph takes at least this long."""
 
 
-def saturated(share: Floats, supports: Ints, split: Mask, hold: float) -> Floats:
-    """Shares so that children count for less than their parents by STEP, and the supports of nodes that are to be split
-    (share above 1, or above `hold` for split ones) for more than these by STEP.
+def capped(share: Floats, supports: Ints, hold: float) -> Floats:
+    """Shares of which those above `hold` are less than their parent's by STEP.
 
-    So what is to be split is closed: with a node all its supports are. It depends on the nodes themselves, never on
-    what happens to be known below them.
+    So a node that is to be split has parents that are, whatever happens to be known below them.
     """
-    share = share.copy()
     rows = np.flatnonzero(share > hold)
     above = supports[rows, 0]
     own = share[rows]
     own[0] = 0.0  # row GIVEN, which has no parent
+    result = share
     while True:
         limit = share[above] * (1.0 / STEP)
         np.minimum(own, limit, out=limit)
         if (limit == own).all():
-            break
+            return result
+        if result is share:
+            result = share = share.copy()
         own = limit
         share[rows[1:]] = own[1:]
-    rows = rows[(share[rows] > 1.0) | split[rows]]
+
+
+def raised(split: Mask, supports: Ints) -> Mask:
+    """The smallest set of nodes that holds these and, with each, its supports."""
+    split = split.copy()
+    rows = np.flatnonzero(split)
     while True:
-        to = supports[rows]
-        least = (share[rows] * STEP)[:, None]
-        less = share[to] < least
-        less &= to > UNKNOWN
-        if not less.any():
-            return share
-        row, column = np.nonzero(less)
-        to = to[row, column]
-        np.maximum.at(share, to, least[row, 0])
-        rows = to
+        rows = supports[rows]
+        rows = rows[~split[rows]]
+        if not len(rows):
+            return split
+        split[rows] = True
 
 
 def closed(split: Mask, supports: Ints) -> Mask:
@@ -70,16 +70,17 @@ def closed(split: Mask, supports: Ints) -> Mask:
         split[inside[~kept]] = False
 
 
-def wanted_split(share: Floats, split: Mask, can_split: Mask, supports: Ints, hold: float) -> Mask:
-    """Which nodes are to be split, of those that can be."""
-    return closed(((share > 1.0) | (split & (share > hold))) & can_split, supports)
+def wanted_split(share: Floats, split: Mask, can_split: Mask, supports: Ints, hold: float) -> tuple[Mask, Mask]:
+    """Which nodes are to be split; and of these, which can be."""
+    want = raised((share > 1.0) | (split & (share > hold)), supports)
+    return want, closed(want & can_split, supports)
 
 
-def goals(share: Floats, want: Mask) -> Floats:
+def goals(share: Floats, want: Mask, supports: Ints) -> Floats:
     """Where the morphs of the nodes' children go: 1 as the node looks, 0 as they do."""
-    goal = np.minimum(np.maximum((BAND - share) / (BAND - 1.0), 0.0), 1.0)
+    goal = np.minimum(np.maximum((BAND - share) * (1.0 / (BAND - 1.0)), 0.0), 1.0)
     goal[~want] = 1.0
-    goal[GIVEN] = 0.0
+    goal[supports[np.flatnonzero(want)]] = 0.0
     return goal
 
 
@@ -91,15 +92,17 @@ def step(
     A node is split or merged while the edges around it are at rest: then what appears looks as what was there.
     """
     add = np.flatnonzero(want & ~split)
+    hurried = share > HURRY
     if len(add):
+        hurried = raised(hurried & want, supports)
         ready = split[supports[add]].all(axis=1) & (morph[supports[add]] == 0.0).all(axis=1)
         split = split.copy()
-        split[add[ready | (share[add] > HURRY)]] = True
+        split[add[ready | hurried[add]]] = True
     inside = np.flatnonzero(split)
-    goal = goals(share, want)
+    goal = goals(share, want, supports)
     goal[supports[inside]] = 0.0
     near = morph[inside] + np.clip(goal[inside] - morph[inside], -step_s / MORPH_S, step_s / MORPH_S)
-    far = (share[inside] > HURRY) | (share[inside] < 1.0 / HURRY)
+    far = hurried[inside] | ((share[inside] < 1.0 / HURRY) & ~want[inside])
     morph = np.ones_like(morph)
     morph[inside] = np.where(far, goal[inside], near)
     going = inside[~want[inside]]
