@@ -341,7 +341,7 @@ class Forest:
         deepest = self.scheme.finest_level - (self.segments.bit_length() - 1)
         weight[(spacing <= asked.finest_spacing_m) | (table.level >= deepest) | ~table.known] = 0.0
         self._weighed, self._weights = asked, weight
-        self._kids_known = (table.kids > UNKNOWN).all(axis=1)
+        self._kids_known = np.all(table.kids > UNKNOWN, axis=1)
         self._hulls = Hulls(table.planes.reshape(-1, 3), table.reach, table.low, table.high, table.tangent)
         roots = self.scheme.root_keys()
         self._missing_roots = roots[table.find(roots) == UNKNOWN]
