@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from test_height_gpu import anchors, evaluate, offsets  # noqa: F401 - evaluate is a fixture
 
+import planetfall as pf
 from planetfall.systems.terrain.craters import AREA_SHARE, craters_of, fresh_shape
 from planetfall.systems.terrain.height import (
     TerrainField,
@@ -134,3 +135,42 @@ def test_band_limited_gradients_on_the_gpu(evaluate, spacing):  # noqa: F811
     found = evaluate(MOON, up, d, spacing)["gradient"]
     error = np.linalg.norm(found - gradient, axis=1)
     assert np.quantile(error, 0.99) < 2e-3 and np.median(error) < 1e-4
+
+
+@pytest.mark.parametrize("backend", ["grid", "quadtree", "icosphere"])
+def test_every_backend_draws_craters_and_map(backend):
+    """Below the camera, where the mesh is finest: the triangles within some steps of theirs of the sampler's ground."""
+    with pf.load_scene("moon") as scene:
+        scene.planet[pf.Terrain].backend = backend
+        camera = pf.Camera.at(-25.85, 9.51, 3000.0, pitch_deg=-60.0, above="ground")
+        around = np.random.default_rng(1).normal(size=(40, 3)) * 400.0 / MOON_M
+        d = pf.direction(-25.85, 9.51) + around
+        d /= np.linalg.norm(d, axis=1)[:, None]
+        truth = pf.TerrainSampler(scene).height(d)
+        with pf.Renderer(scene, size=(96, 54), quality="high") as renderer:
+            renderer.settle(camera)
+            renderer.render(camera)
+            drawn = renderer.height_drawn(d)
+    assert np.ptp(truth) > 400.0, "there is something to see"
+    # From 3 km, 54 pixels for 60 degrees: a pixel is 64 m, and the metric keeps ground within one.
+    assert np.isfinite(drawn).all() and np.abs(drawn - truth).max() < 64.0
+
+
+def test_craters_come_and_go_while_running():
+    """Shaders of the ground are compiled without what it has not: a change has to find its way into all of them."""
+    camera = pf.Camera.at(10.0, 20.0, 30000.0, pitch_deg=-40.0)
+
+    def picture(renderer):
+        renderer.settle(camera)
+        return np.nan_to_num(renderer.render(camera, outputs=("normal",))["normal"])
+
+    with pf.load_scene("small") as scene, pf.Renderer(scene, size=(96, 54), quality="low") as renderer:
+        bare = picture(renderer)
+        scene.planet[pf.Terrain].craters = 1.0
+        cratered = picture(renderer)
+        with pf.Renderer(scene, size=(96, 54), quality="low") as fresh:
+            # Normals are kept in steps of 3e-5, and anchors differ by what the proxies had been through.
+            np.testing.assert_allclose(picture(fresh), cratered, atol=1e-4)
+        scene.planet[pf.Terrain].craters = 0.0
+        np.testing.assert_allclose(picture(renderer), bare, atol=1e-4)
+    assert np.abs(cratered - bare).mean() > 0.01
