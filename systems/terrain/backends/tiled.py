@@ -207,6 +207,7 @@ class TiledBackend(Backend):
             return
         keys = np.concatenate([roots, self.shape.scheme.children(roots).ravel()])
         while len(keys):
+            self._collect(wait=True)  # so that there is room for results
             part, keys = keys[:BATCH], keys[BATCH:]
             self._start(part)
             self._collect(wait=True)

@@ -107,6 +107,7 @@ class TileMaker:
         self._octaves.bind_to_uniform_block(OCTAVES_BINDING)
         for program in (self._make, self._measure):
             program.set("u_steps_per_m", self.steps_per_m)
+        self._gpu.gpu.barrier()  # what was assembled from these slots has been read
         self._make.run(count, -(-shape.vertices // 64), 1)
         self._gpu.gpu.barrier()
         self._measure.run(count, 1, 1)

@@ -4,7 +4,7 @@
 
 const int TILE_SEGMENTS = 1 << TILE_LOG2, TILE_SIDE = TILE_SEGMENTS + 1, TILE_VERTICES = TILE_SIDE * TILE_SIDE;
 const int TILE_EDGES = 4;
-const int TILE_SAMPLES = min(TILE_SEGMENTS * TILE_SEGMENTS, 128);
+const int TILE_SAMPLES = min(TILE_SEGMENTS * TILE_SEGMENTS / 4, 128);
 
 #ifdef TILE_MAKE
 // The CPU gives the tangents of columns and rows, in double.
