@@ -48,6 +48,15 @@ class TerrainQuality:
         cost="vertices near the camera, close to the ground",
         log=True,
     )
+    sharpness: float = knob(
+        1.0,
+        0.0,
+        1.0,
+        "",
+        "How sharp the ground's details stay where it is seen at a flat angle; 0: blurred along and across alike. 1 counts"
+        " on anti-aliasing to average what a pixel covers along the view",
+        cost="more layers a pixel at flat angles",
+    )
     fade_s: float = knob(
         0.3,
         0.0,

@@ -12,6 +12,10 @@
 #include "contract/sun_visibility.glsl"
 #include "contract/vertex_spacing.glsl"
 
+#ifndef GROUND_BLUR
+#define GROUND_BLUR 0.5
+#endif
+
 vec2 v_ndc;   // of the pixel at hand
 
 const float PI = 3.14159265358979;
@@ -52,10 +56,10 @@ vec3 ground_radiance(ivec2 pixel) {
     vec4 attributes = texelFetch(u_attributes, pixel, 0);
     float roughness = terrain_roughness(attributes), moisture = attributes.y;
 
-    // What a pixel covers on the ground: wider along the view at flat angles; the geometric mean keeps detail across the
-    // view.
+    // What a pixel covers on the ground: wider along the view at flat angles. GROUND_BLUR 1/2 is the geometric mean; less
+    // keeps detail sharp across the view and leaves it to the samples of anti-aliasing to average along it.
     float across = distance_m * frame.clock.w;
-    float footprint = 0.85 * across * inversesqrt(clamp(dot(coarse, view), 0.03, 1.0));
+    float footprint = 0.85 * across * pow(clamp(dot(coarse, view), 0.03, 1.0), -GROUND_BLUR);
     float spacing = vertex_spacing(D, attributes.w);
     float to_sphere = planet.radii.x / (planet.radii.x + height);
     vec3 gradient = zenith - coarse / max(dot(coarse, zenith), 0.05);
