@@ -53,8 +53,8 @@ class TerrainQuality:
         0.0,
         1.0,
         "",
-        "How sharp the ground's details stay where it is seen at a flat angle; 0: blurred along and across alike. 1 counts"
-        " on anti-aliasing to average what a pixel covers along the view",
+        "How sharp the ground's details stay where it is seen at a flat angle; 0: blurred along and across alike. 1"
+        " counts on anti-aliasing to average what a pixel covers along the view",
         cost="more layers a pixel at flat angles",
     )
     fade_s: float = knob(

@@ -244,7 +244,7 @@ class TerrainSystem(System):
     def _shader(self, file: str) -> Any:
         """A compute shader, made when a backend first asks for it: its contracts are there by then."""
         if file not in self._shaders:
-            # Half the logarithm of how much longer than wide a pixel's place on the ground is, of which sharpness takes off.
+            # The power of how much longer than wide a pixel's place on the ground is.
             blur = 0.5 * (1.0 - float(self._settings["terrain.sharpness"]))
             self._shaders[file] = self._gpu.compute(file, defines={"GROUND_BLUR": f"{blur:.4f}"})
         return self._shaders[file]
