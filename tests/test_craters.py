@@ -173,4 +173,4 @@ def test_craters_come_and_go_while_running():
             np.testing.assert_allclose(picture(fresh), cratered, atol=1e-4)
         scene.planet[pf.Terrain].craters = 0.0
         np.testing.assert_allclose(picture(renderer), bare, atol=1e-4)
-    assert np.abs(cratered - bare).mean() > 0.01
+    assert np.abs(cratered - bare).max() > 0.1, "a wall somewhere"
