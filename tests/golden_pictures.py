@@ -92,7 +92,18 @@ def debug_picture(name: str) -> Picture:
 
 OTHER_PLANETS = ("moon", "mars", "asteroid", "small", "hazy")
 AIRY_PLANETS = ("mars", "small", "hazy")
-DEBUG_VIEWS = ("normals", "depth", "distance", "surface", "lod", "hdr", "wireframe", "error_px", "snap_overlay")
+DEBUG_VIEWS = (
+    "normals",
+    "depth",
+    "distance",
+    "surface",
+    "lod",
+    "hdr",
+    "wireframe",
+    "error_px",
+    "snap_overlay",
+    "holes",
+)
 
 VIEW_PICTURES: tuple[Picture, ...] = (
     *(Picture(f"earth/{view}", "earth", view) for view in pf.views("earth")),

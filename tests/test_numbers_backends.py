@@ -60,3 +60,18 @@ def test_ground_is_where_it_is(backend: str, place: str) -> None:
         found = picture_error(renderer, pf.view(place), np.random.default_rng(5), 3000)
     assert found is not None
     assert found.p99_px <= 1.0
+
+
+def test_the_hole_finder_finds_holes() -> None:
+    """Nothing where all is well; and the far side of the planet, of which held tiles have nothing."""
+    scene = pf.load_scene("moon")
+    scene.environment.add(pf.DebugView("holes"))
+    here = pf.Camera.at(10.0, 20.0, 3e5, pitch_deg=-60.0)
+    far = pf.Camera.at(-10.0, 200.0, 3e5, pitch_deg=-60.0)
+    with pf.Renderer(scene, (96, 54), "low", {"terrain.backend": "quadtree"}) as renderer:
+        renderer.settle(here)
+        assert not (renderer.render(here)["color"] == (255, 0, 255)).all(axis=-1).any()
+        scene.environment[pf.DebugView].freeze = True
+        renderer.render(here)
+        shown = (renderer.render(far)["color"] == (255, 0, 255)).all(axis=-1)
+        assert shown.mean() > 0.5

@@ -37,8 +37,9 @@ NAMED_VIEWS: dict[str, View] = {
     "wireframe": View("debug.wireframe", "color"),
     "error_px": View("debug.error_px", "px"),
     "snap_overlay": View("debug.snap_overlay", "color"),
+    "holes": View("debug.holes", "color"),
 }
-"""The last three are drawn by the surface that offers them: a pass that creates the resource."""
+"""The last four are drawn by the surface that offers them: a pass that creates the resource."""
 
 
 def mode_for_format(name: str, format: str, components: int) -> str:

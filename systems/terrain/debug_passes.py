@@ -1,4 +1,4 @@
-"""The ground's debug views: triangle edges, and the error of the drawn ground in pixels. Culled unless somebody
+"""The ground's debug views: triangle edges, error of the drawn ground in pixels, holes. Culled unless somebody
 looks."""
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ class TerrainDebugPasses:
         self._gpu = gpu
         self._overlay = SnapOverlay(gpu, world)
         self._error: Any = None
+        self._holes: Any = None
 
     def declare(
         self, builder: GraphBuilder, backend: Backend, view_index: int, bind_octaves: Callable[[], None]
@@ -44,6 +45,14 @@ class TerrainDebugPasses:
             reads=("gbuffer.depth", "gbuffer.surface"),
             creates=(TextureSpec("debug.error_px", "r32f"),),
             help="distance of the drawn ground from the height function, in pixels",
+        )
+        builder.add_pass(
+            "terrain.holes",
+            system="terrain",
+            bind=self._bind_holes,
+            reads=("gbuffer.surface",),
+            creates=(TextureSpec("debug.holes", "rgba8"),),
+            help="background where there has to be ground",
         )
 
     def _bind_wireframe(self, io: PassIO, backend: Backend, view_index: int) -> Callable[[], None]:
@@ -76,5 +85,19 @@ class TerrainDebugPasses:
             surface.use(1)
             bind_octaves()
             self._error.render()
+
+        return run
+
+    def _bind_holes(self, io: PassIO) -> Callable[[], None]:
+        if self._holes is None:
+            self._holes = self._gpu.fullscreen("terrain/holes.frag")
+        target, surface = io.framebuffer(colors=("debug.holes",)), io.texture("gbuffer.surface")
+        state = self._gpu.gpu.state(depth_test=False)
+
+        def run() -> None:
+            target.use()
+            state.apply()
+            surface.use(0)
+            self._holes.render()
 
         return run
