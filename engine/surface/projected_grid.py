@@ -35,9 +35,9 @@ def grid_axes(direction: ArrayLike) -> Floats:
     """
     w = np.asarray(direction, dtype=np.float64)
     w = w / np.linalg.norm(w)
-    v = np.cross(w, np.eye(3)[int(np.argmin(np.abs(w)))])
-    v /= np.linalg.norm(v)
-    return np.stack([np.cross(v, w), v, w])
+    v = np.asarray(np.cross(w, np.eye(3)[int(np.argmin(np.abs(w)))]), dtype=np.float64)
+    v = v / np.linalg.norm(v)
+    return np.stack([np.asarray(np.cross(v, w), dtype=np.float64), v, w])
 
 
 def grid_offset(seen: Coverage) -> float:
