@@ -182,6 +182,8 @@ class Forest:
         self._selection: Selection | None = None
         self._seen: Ints = np.zeros(0, np.int64)
         self._morphs: Floats = np.zeros(0)
+        self.lacking = 0
+        """Leaves of the last selection that are coarser than wanted, because their children are not known."""
         self.evaluations = 0
         """Counts the calls that looked at nodes."""
 
@@ -390,7 +392,9 @@ class Forest:
         inside = new[table.supports[:, 0]] & table.known
         table.used[inside] = self._call
         drawn = inside & ~new
-        wanted = self._wanted(share, needed & drawn & ~self._kids_known, drawn, eye, velocity, planes)
+        lacking = needed & drawn & ~self._kids_known
+        self.lacking = int(lacking.sum())
+        wanted = self._wanted(share, lacking, drawn, eye, velocity, planes)
         return self._finish(distance, counts, drawn, wanted, moving, asked)
 
     def _fits(self, split: Mask, max_tiles: int) -> bool:
