@@ -63,8 +63,12 @@ class PropsSystem(System):
         self._world = setup.world
         format = str(setup.settings.get("sky.radiance_format", "rgba32f"))
         self._surface = gpu.program(vertex="props/gbuffer.vert", fragment="props/gbuffer.frag")
-        self._shadow = gpu.program(vertex="props/shadow.vert", fragment="props/shadow.frag")
-        self._volumes = gpu.vertex_array(self._shadow)
+        self._volumes = [
+            gpu.vertex_array(
+                gpu.program(vertex="props/shadow.vert", fragment="props/shadow.frag", defines={"AROUND": around})
+            )
+            for around in (0, 1)
+        ]
         self._list = gpu.compute("props/list_tiles.comp")
         self._shade = gpu.compute("props/shade.comp", defines={"RADIANCE_FORMAT": format})
         # Meshes from files may be open or wound either way.
@@ -190,7 +194,8 @@ class PropsSystem(System):
                 view.occluders.buffer.bind_to_storage_buffer(0)
                 for unit, texture in enumerate(textures):
                     texture.use(unit)
-                self._volumes.render(moderngl.TRIANGLES, _CUBE_VERTICES, instances=2 * count)
+                for volumes in self._volumes:
+                    volumes.render(moderngl.TRIANGLES, _CUBE_VERTICES, instances=count)
 
         return run
 

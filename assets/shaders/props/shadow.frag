@@ -10,7 +10,6 @@ layout(binding = 0) uniform sampler2D u_depth;
 layout(binding = 1) uniform sampler2D u_normal;
 layout(binding = 2) uniform usampler2D u_surface;
 flat in int v_prop;
-flat in int v_around;
 layout(location = 0) out vec2 o_left;
 
 void main() {
@@ -20,10 +19,11 @@ void main() {
     PropOccluder prop = occluders[v_prop];
     o_left = vec2(1.0);
     float own = texelFetch(u_surface, pixel, 0).r == SURFACE_PROPS ? 1.04 : 0.0;
-    if (depth > 0.0) {
-        if (v_around == 0) o_left.r = prop_sun(prop, point, own);
-        else o_left.g = prop_ambient(prop, point, oct_decode(texelFetch(u_normal, pixel, 0).rg), own);
-    }
+#if AROUND
+    if (depth > 0.0) o_left.g = prop_ambient(prop, point, oct_decode(texelFetch(u_normal, pixel, 0).rg), own);
+#else
+    if (depth > 0.0) o_left.r = prop_sun(prop, point, own);
+#endif
 #ifdef PF_FRAG_DEPTH
     gl_FragDepth = 0.0;
 #endif

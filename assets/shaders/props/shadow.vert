@@ -1,4 +1,4 @@
-// A box around where a prop takes light away: a long one away from the sun (even instances), one around it (odd ones).
+// A box around where a prop takes light away: the sky's, around it (AROUND 1), or the sun's, a long one behind it.
 #include "common/camera.glsl"
 #include "props/instance.glsl"
 #include "props/shadow.glsl"
@@ -6,11 +6,9 @@
 layout(std430, binding = 0) readonly buffer OccluderBuffer { PropOccluder occluders[]; };
 
 flat out int v_prop;
-flat out int v_around;
 
 void main() {
-    v_prop = gl_InstanceID >> 1;
-    v_around = gl_InstanceID & 1;
+    v_prop = gl_InstanceID;
     PropOccluder prop = occluders[v_prop];
     float radius = prop_radius(prop), length_m = prop_shadow_m(prop);
     vec3 sun = frame.sun_direction.xyz;
@@ -22,9 +20,14 @@ void main() {
     float side = (face & 1) == 0 ? -1.0 : 1.0;
     vec3 cube = axis == 0 ? vec3(side, place.x * side, place.y) : axis == 1 ? vec3(place.y, side, place.x * side)
         : vec3(place.x * side, place.y, side);
-    float wide = v_around == 1 ? radius * PROP_REACH : radius + length_m * frame.sun_direction.w;
-    float low = v_around == 1 ? -wide : -length_m, high = v_around == 1 ? wide : radius;
+#if AROUND
+    float wide = radius * PROP_REACH, low = -wide, high = wide;
+#else
+    float wide = radius + length_m * frame.sun_direction.w, low = -length_m, high = radius;
+#endif
     vec3 point = prop.place.xyz + (u * cube.x + w * cube.y) * wide + sun * mix(low, high, cube.z * 0.5 + 0.5);
     gl_Position = clip_position(point);
-    if (v_around == 0 && length_m <= 0.0) gl_Position = vec4(2.0, 2.0, 0.0, 1.0);
+#if !AROUND
+    if (length_m <= 0.0) gl_Position = vec4(2.0, 2.0, 0.0, 1.0);   // the sun has set for it
+#endif
 }
