@@ -246,6 +246,11 @@ class Forest:
         order = np.lexsort((-table.level[rows], table.used[rows]))
         return table.key[rows[order[:count]]]
 
+    def touch(self, keys: ArrayLike) -> None:
+        """Nodes, known or not, that will be of use: they don't become droppable before the next selection."""
+        rows = self.table.find(np.asarray(keys, dtype=np.int64))
+        self.table.used[rows[rows > UNKNOWN]] = self._call
+
     def leaves(self) -> Ints:
         """All leaves of the last selection, sorted, hidden ones too: they cover the sphere once all roots are known."""
         table = self.table

@@ -17,6 +17,7 @@ from ....components import Ocean, Planet
 from ....components.debug_view import DebugView
 from ....engine.gpu import GpuScope
 from ....engine.graph import GraphBuilder, PassIO, TextureSpec
+from ....engine.surface.footing import footing
 from ....engine.surface.forest import Forest, Selection
 from ....engine.surface.selection import LARGEST_SHARE
 from ....engine.system import Frame
@@ -40,6 +41,9 @@ _CHORD_M = 2.0
 _WIDE_PX = 3.0
 """Nor, where they are farther apart than mountain belts are wide, than this: from space a planet is a few tiles."""
 _SLOT_COLUMNS = 64  # of the picture of all slots
+_STEEPEST = 0.5
+"""Of the camera's height above the ground: so far apart may vertices be below it in the first frame after a leap. A
+triangle misses slopes of one by half of its edge at most."""
 _MOST_SHOWN = 0.7
 """Of all slots: the rest is for parents, and for what is seen next."""
 
@@ -120,6 +124,8 @@ class TiledBackend(Backend):
         self._collect(wait=frame.settling)
         self._make_roots()
         selection = self._select(view, forest, frame)
+        if len(self._queue) and not self._frozen and self._stand(forest, frame, ground):
+            selection = self._select(view, forest, frame)
         if selection.revision != view.revision:
             view.revision = selection.revision
             view.mesh.take(selection, self.pool.slots(selection.keys), self._radius_m, self.morphs)
@@ -211,6 +217,26 @@ class TiledBackend(Backend):
             part, keys = keys[:BATCH], keys[BATCH:]
             self._start(part)
             self._collect(wait=True)
+
+    def _stand(self, forest: Forest, frame: Frame, ground: Ground) -> bool:
+        """Ground below the camera as fine as the camera is near to it, at once: after a leap what is there may reach
+        above the camera, which would look through it. Whether anything was made."""
+        scheme, position = self.shape.scheme, frame.camera.position_m
+        distance = float(np.linalg.norm(position))
+        down = position / distance
+        above_m = distance - self._radius_m - float(ground.field.height(down[None])[0])
+        finest_m = float(frame.settings["terrain.min_spacing_m"])
+        spacing_m = self._radius_m * scheme.spacing_rad(np.arange(scheme.finest_level), self.shape.segments)
+        level = int((spacing_m > max(_STEEPEST * above_m, finest_m)).sum())
+        keys = footing(scheme, down, min(level, scheme.finest_level - 6))
+        forest.touch(keys)
+        keys = keys[self.pool.slots(keys) < 0]
+        keys = keys[: self._vacate(len(keys))]  # at once: what is new counts as of no use until it is drawn
+        for first in range(0, len(keys), BATCH):
+            if not self._start(keys[first : first + BATCH]):
+                break
+            self._collect(wait=True)
+        return len(keys) > 0
 
     def _select(self, view: _TileView, forest: Forest, frame: Frame) -> Selection:
         camera, settings = frame.camera, frame.settings
