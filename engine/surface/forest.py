@@ -113,7 +113,8 @@ class _Leaves(NamedTuple):
     skip: NDArray[np.uint8]
     beside: Ints
     """(N, E): the leaf of the same level across each edge; where there is none, the leaf itself."""
-    same: Mask
+    same: NDArray[np.float32]
+    """(N, E): 1 or 0."""
 
 
 class Forest:
@@ -180,8 +181,10 @@ class Forest:
         self._ahead: tuple[Ints, Floats] = np.zeros(0, np.int64), np.zeros(0)
         self._drawn: Mask = np.zeros(0, bool)
         self._selection: Selection | None = None
+        self._order: Ints = np.zeros(0, np.int64)
         self._seen: Ints = np.zeros(0, np.int64)
-        self._morphs: Floats = np.zeros(0)
+        self._morphs: NDArray[np.float32] = np.zeros(0, np.float32)
+        self._parents: Ints = np.zeros(0, np.int64)
         self.lacking = 0
         """Leaves of the last selection that are coarser than wanted, because their children are not known."""
         self.evaluations = 0
@@ -349,6 +352,7 @@ class Forest:
         weight[(spacing <= asked.finest_spacing_m) | (table.level >= deepest) | ~table.known] = 0.0
         self._weighed, self._weights = asked, weight
         self._kids_known = np.all(table.kids > UNKNOWN, axis=1)
+        self._parents = table.supports[:, 0].copy()
         self._hulls = Hulls(table.planes.reshape(-1, 3), table.reach, table.low, table.high, table.tangent)
         roots = self.scheme.root_keys()
         self._missing_roots = roots[table.find(roots) == UNKNOWN]
@@ -394,7 +398,7 @@ class Forest:
         morph[GIVEN] = 0.0
         self._final = rested
         table.split, table.morph = new, morph
-        inside = new[table.supports[:, 0]] & table.known
+        inside = new[self._parents] & table.known
         table.used[inside] = self._call
         drawn = inside & ~new
         lacking = needed & drawn & ~self._kids_known
@@ -525,7 +529,9 @@ class Forest:
         place = np.zeros(len(drawn), np.int64)
         place[rows] = np.arange(len(rows))
         beside = np.where(same, place[beside], np.arange(len(rows))[:, None])
-        return _Leaves(rows, table.supports[rows, 0], keys, level, skip.astype(np.uint8), beside, same)
+        return _Leaves(
+            rows, table.supports[rows, 0], keys, level, skip.astype(np.uint8), beside, same.astype(np.float32)
+        )
 
     def _finish(
         self, distance: Floats, counts: Floats, drawn: Mask, wanted: Ints, moving: bool, asked: _Asked
@@ -535,10 +541,12 @@ class Forest:
             self._leaves, self._drawn = self._find_leaves(np.flatnonzero(drawn), drawn), drawn
         leaves = self._leaves
         assert leaves is not None
+        own = np.rint(self.table.morph[leaves.parents] * MORPH_STEPS).astype(np.float32) * np.float32(1.0 / MORPH_STEPS)
+        # The order of last time is nearly that of now.
+        order = self._order if not fresh else np.arange(len(leaves.rows))
         away = distance[leaves.rows]
-        own = np.rint(self.table.morph[leaves.parents] * MORPH_STEPS) * (1.0 / MORPH_STEPS)
-        seen = np.flatnonzero(counts[leaves.rows] > 0.0)
-        seen = seen[np.argsort(away[seen], kind="stable")]
+        order = self._order = order[np.argsort(away[order], kind="stable")]
+        seen = order[counts[leaves.rows[order]] > 0.0]
         self._slack_m = SLACK * float(away[seen[0]]) if len(seen) else 0.0
         last = self._selection
         error_px = asked.error_px * 2.0 ** (self._budget_step / BUDGET_STEPS)
@@ -546,14 +554,11 @@ class Forest:
             values = (last.keys, last.morph, last.edge_skip, last.edge_morph)
             levels = last.levels
         else:
-            edge = np.where(leaves.same, np.maximum(own[:, None], own[leaves.beside]), 0.0)
-            values = (
-                leaves.keys[seen], own[seen].astype(np.float32), leaves.skip[seen], edge[seen].astype(np.float32),
-            )  # fmt: skip
+            edge = np.maximum(own[:, None], own[leaves.beside])
+            edge *= leaves.same
+            values = leaves.keys[seen], own[seen], leaves.skip[seen], edge[seen]
             levels = leaves.level[seen]
-            old = () if last is None else (last.keys, last.morph, last.edge_skip, last.edge_morph)
-            if last is None or not all(np.array_equal(a, b) for a, b in zip(values, old, strict=True)):
-                self._revision += 1
+            self._revision += 1
         self._seen, self._morphs = seen, own
         self._selection = Selection(*values, away[seen], wanted, moving, self._revision, error_px, levels)
         return self._selection

@@ -94,18 +94,22 @@ def step(
     add = np.flatnonzero(want & ~split)
     hurried = share > HURRY
     if len(add):
-        hurried = raised(hurried & want, supports)
-        ready = split[supports[add]].all(axis=1) & (morph[supports[add]] == 0.0).all(axis=1)
+        ready = (split[supports[add]] & (morph[supports[add]] == 0.0)).all(axis=1)
+        if not ready.all() and hurried[add].any():
+            hurried = raised(hurried & want, supports)
+            ready |= hurried[add]
         split = split.copy()
-        split[add[ready | hurried[add]]] = True
+        split[add[ready]] = True
     inside = np.flatnonzero(split)
     goal = goals(share, want, supports)
     goal[supports[inside]] = 0.0
-    near = morph[inside] + np.clip(goal[inside] - morph[inside], -step_s / MORPH_S, step_s / MORPH_S)
-    far = hurried[inside] | ((share[inside] < 1.0 / HURRY) & ~want[inside])
+    before, after, most = morph[inside], goal[inside], step_s / MORPH_S
+    near = np.minimum(np.maximum(after, before - most), before + most)
+    leaving = ~want[inside]
+    far = hurried[inside] | ((share[inside] < 1.0 / HURRY) & leaving)
     morph = np.ones_like(morph)
-    morph[inside] = np.where(far, goal[inside], near)
-    going = inside[~want[inside]]
+    morph[inside] = np.where(far, after, near)
+    going = inside[leaving]
     going = going[(morph[going] == 1.0) | (share[going] < 1.0 / HURRY)]
     if len(going):
         split = split.copy()
