@@ -275,7 +275,16 @@ class ShadowSystem(System):
             system=self.name,
             bind=lambda io: self._bind(io, own),
             creates=tuple(
-                TextureSpec(name, kind, side, "persistent", layers=_LAYERS) for name, kind in _FORMATS.items()
+                TextureSpec(
+                    name,
+                    kind,
+                    side,
+                    "persistent",
+                    layers=_LAYERS,
+                    filter="linear" if name == _MAP else "nearest",
+                    wrap="repeat",
+                )
+                for name, kind in _FORMATS.items()
             ),
             when=lambda: self._needed(own),
             help="heights around the camera, and from where the sun is seen",

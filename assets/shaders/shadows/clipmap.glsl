@@ -4,10 +4,9 @@
 
 // Place on the map, relative to the anchor's, of a foot offset D (see camera.glsl).
 vec2 shadow_place(vec3 D) {
-    vec3 d = D / shadow_map.scale.z;
-    vec3 chart = vec3(dot(shadow_map.axis_x.xyz, d), dot(shadow_map.axis_y.xyz, d), dot(shadow_map.axis_z.xyz, d));
+    vec3 chart = vec3(dot(shadow_map.axis_x.xyz, D), dot(shadow_map.axis_y.xyz, D), dot(shadow_map.axis_z.xyz, D));
     vec2 anchor = vec2(shadow_map.axis_x.w, shadow_map.axis_y.w);
-    return (chart.xy - anchor * chart.z) / max(shadow_map.axis_z.w + chart.z, 1e-6);
+    return (chart.xy - anchor * chart.z) / max(shadow_map.axis_z.w * shadow_map.scale.z + chart.z, 1e-6 * shadow_map.scale.z);
 }
 
 // Texels of a level per length on the map.

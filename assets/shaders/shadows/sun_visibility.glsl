@@ -12,31 +12,30 @@ float sun_visibility_of_sphere(float altitude, float mu_s, float angular_radius)
     return smoothstep(-soft, soft, mu_s - cos_h);
 }
 
+float shadow_power(int exponent) {
+    return intBitsToFloat((127 + exponent) << 23);
+}
+
 // Height of the surface, its height above the lowest altitudes that see the upper and the lower limb, shelter from the sky.
 vec4 shadow_sample(int level, vec2 place) {
     vec4 window = shadow_map.window[level];
-    vec2 at = clamp(place * shadow_frequency(level) + window.xy, vec2(0.0), vec2(shadow_map.counts.y) - 1.001);
-    vec2 whole = floor(at), part = at - whole;
-    int size = shadow_map.counts.y, layer = shadow_map.layer[level].x;
-    ivec2 low = ivec2(whole) + ivec2(window.zw);
-    low -= ivec2(low.x >= size ? size : 0, low.y >= size ? size : 0);
-    ivec2 high = low + 1;
-    high -= ivec2(high.x >= size ? size : 0, high.y >= size ? size : 0);
-    vec4 a = texelFetch(u_shadow_map, ivec3(low, layer), 0), b = texelFetch(u_shadow_map, ivec3(high.x, low.y, layer), 0);
-    vec4 c = texelFetch(u_shadow_map, ivec3(low.x, high.y, layer), 0), d = texelFetch(u_shadow_map, ivec3(high, layer), 0);
-    return mix(mix(a, b, part.x), mix(c, d, part.x), part.y);
+    vec2 at = clamp(place * (shadow_map.scale.x * shadow_power(-level)) + window.xy, vec2(0.0), vec2(shadow_map.counts.y) - 1.001);
+    return textureLod(u_shadow_map, vec3((at + window.zw + 0.5) / float(shadow_map.counts.y), float(shadow_map.layer[level].x)), 0.0);
 }
 
 // Which level shows a place: the finest whose window holds it, the next one coming in over the last quarter; no finer than
-// the pixel. known: 1, 0 outside all windows.
+// the pixel. known: 1, 0 outside all windows. Powers of two are made and taken apart by their bits.
 float shadow_level(vec2 place, float footprint, out float known) {
     vec2 away = abs(place - shadow_map.view.xy) * (shadow_map.scale.x / shadow_map.view.z);
-    float coarsest = float(shadow_map.counts.x - 1);
-    float reach = max(max(away.x, away.y), 1e-9), level = max(ceil(log2(reach)), 0.0);
-    known = clamp(8.0 - 8.0 * reach * exp2(-coarsest), 0.0, 1.0);
-    level += clamp(reach * exp2(-level) * 4.0 - 3.0, 0.0, 1.0);
-    level = max(level, log2(max(footprint * shadow_map.detail.x, 1e-9)));
-    return clamp(max(level, shadow_map.view.w), 0.0, coarsest);
+    int coarsest = shadow_map.counts.x - 1;
+    float reach = max(away.x, away.y);
+    int holds = ((floatBitsToInt(max(reach, 1.0)) + 0x7fffff) >> 23) - 127;
+    known = clamp(8.0 - 8.0 * reach * shadow_power(-coarsest), 0.0, 1.0);
+    float level = float(holds) + clamp(reach * shadow_power(2 - holds) - 3.0, 0.0, 1.0);
+    // A logarithm, straight between powers of two.
+    int pixel = floatBitsToInt(max(footprint * shadow_map.detail.x, 1.0));
+    level = max(level, float(pixel - (127 << 23)) * (1.0 / 8388608.0));
+    return clamp(level, shadow_map.view.w, float(coarsest));
 }
 
 vec2 light_visibility(vec3 point) {
@@ -54,7 +53,7 @@ vec2 light_visibility(vec3 point) {
     } while (++turn < turns);
 
     // Nobody stands below the ground; triangles, of one level of detail or another, count as lying on it.
-    float texel = shadow_map.scale.w * exp2(level) * shadow_map.scale.y;
+    float texel = shadow_map.scale.w * shadow_map.scale.y * shadow_power(whole) * (1.0 + part);
     float above = max(max(height, shadow_map.detail.y) - light.x - 0.5 * texel, 0.0);
     vec2 limbs = light.yz + above;   // x: above the lowest altitude that sees the upper limb
     vec3 up = up_at(point);
