@@ -186,8 +186,8 @@ def test_a_window_that_moved_holds_what_a_new_one_would(renderer):
     renderer.settle(cameras[-1], sun=sun)
     renderer.render(cameras[-1], sun=sun)
     fresh = own.textures[-1].read()
-    size = own.windows.size
-    old, new = (np.frombuffer(data, np.float32).reshape(-1, size, size, 4) for data in (moved, fresh))
+    size, side = own.windows.size, own.windows.side
+    old, new = (np.frombuffer(data, np.float32).reshape(-1, side, side, 4) for data in (moved, fresh))
     compared = 0
     for level in own.windows.levels:
         x, y = (np.arange(size) + c for c in level.corner)
@@ -197,7 +197,7 @@ def test_a_window_that_moved_holds_what_a_new_one_would(renderer):
             & (p >= level.corner[a] + 40) & (p < level.corner[a] + size - 40)
             for a, p in enumerate((x, y))
         ]  # fmt: skip
-        rows, columns = (y % size)[keep[1]], (x % size)[keep[0]]
+        rows, columns = (y % side)[keep[1]], (x % side)[keep[0]]
         layer = own.windows.layer(level)
         a, b = (data[layer][np.ix_(rows, columns)] for data in (old, new))
         # Heights are right to 0.6 mm from any anchor, 9 km in f32 to 0.5 mm; places in f32 to 2e-7 of their distance.

@@ -35,14 +35,14 @@ class ShadowBlock:
     """(place of the camera's foot minus the anchor's: x, y; half width of a level's usable part in texels; finest level
     that may be shown, continuous)"""
     detail: Vec4 = (1.0, 0.0, 0.0, 0.0)
-    """(level-0 texels that a metre of a pixel's footprint asks for, level of the sea in m or far below all, 0, 0)"""
+    """(level-0 texels that a metre of a pixel's footprint asks for, level of the sea in m or far below all; the anchor's place in
+    texels of level 0: what `anchor` leaves, x and y)"""
     sun: Vec4 = (1.0, 0.0, 0.0, 0.0047)
     """xyz: the direction that the shadows were swept for, in the chart's axes; w: angular radius of the disc"""
     counts: IVec4 = (0, 128, 0, 0)
     """(levels, texels a side, 1 if the shelter from the sky is wanted, 1 if shadows are)"""
+    anchor: IVec4 = (0, 0, 0, 128)
+    """(the anchor's place in whole texels of level 0: x, y; power of level 0: texels are 2^-power wide; side of the
+    textures, a power of two)"""
     window: Annotated[Any, array(Vec4, MOST_LEVELS)] = field(default_factory=lambda: np.zeros((MOST_LEVELS, 4)))
     """of each level: the anchor's place in texels from the window's corner (x, y), where the corner is stored (x, y)"""
-    layer: Annotated[Any, array(IVec4, MOST_LEVELS)] = field(
-        default_factory=lambda: np.zeros((MOST_LEVELS, 4), np.int32)
-    )
-    """of each level: (layer of the texture array, 0, 0, 0)"""

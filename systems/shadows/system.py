@@ -231,15 +231,17 @@ class ShadowSystem(System):
         block.scale = (frequency, 1.0 / frequency, radius, radius * reach.chart.scale(p0))
         block.view = (*(reach.foot - p0), windows.half, view.finest - missing)
         texel_m = radius * reach.chart.scale(p0) / frequency
-        block.detail = (1.0 / (self._per_pixel * texel_m), sea_m, 0.0, 0.0)
+        place = [math.ldexp(float(v), finest) for v in p0]
+        whole = [math.floor(v) for v in place]
+        block.detail = (1.0 / (self._per_pixel * texel_m), sea_m, place[0] - whole[0], place[1] - whole[1])
+        block.anchor = (*whole, finest, windows.side)
         assert view.sun is not None
         block.sun = (*(axes @ view.sun.direction), view.sun.angular_radius_rad)
         block.counts = (len(levels), windows.size, int(shown[1]), int(shown[0]))
         for number, level in enumerate(levels):
             at = [math.ldexp(float(v), level.power) - c for v, c in zip(p0, level.corner, strict=True)]
-            wrap = [c % windows.size for c in level.corner]
+            wrap = [c % windows.side for c in level.corner]
             block.window[number] = (*at, *wrap)
-            block.layer[number, 0] = windows.layer(level)
         view.ubo.write(block)
 
     def settled(self) -> bool:
@@ -268,7 +270,7 @@ class ShadowSystem(System):
         if not self._on:
             return
         own = self._view(view.index, view.size[1])
-        side = (own.windows.size, own.windows.size)
+        side = (own.windows.side, own.windows.side)
         builder.add_pass(
             "shadows.clipmap",
             kind="compute",

@@ -105,6 +105,8 @@ class Windows:
 
     def __init__(self, size: int, layers: int) -> None:
         self.size, self.layers = size, layers
+        self.side = 1 << (size - 1).bit_length()
+        """Of the textures: texels are stored at their places modulo this."""
         self.chart: Chart | None = None
         self.levels: list[Level] = []
 

@@ -17,9 +17,7 @@ float shadow_frequency(int level) {
 // Where texel (i, j) of a window is stored.
 ivec3 shadow_texel(int level, ivec2 index) {
     ivec2 at = index + ivec2(shadow_map.window[level].zw);
-    int size = shadow_map.counts.y;
-    at -= ivec2(at.x >= size ? size : 0, at.y >= size ? size : 0);
-    return ivec3(at, shadow_map.layer[level].x);
+    return ivec3(at & (shadow_map.anchor.w - 1), (shadow_map.anchor.z - level) & 15);
 }
 
 // Coordinates in the next coarser level.

@@ -16,11 +16,16 @@ float shadow_power(int exponent) {
     return intBitsToFloat((127 + exponent) << 23);
 }
 
+// Level's texels are stored at their places on the map, modulo the texture's side; the anchor's is known in texels of level 0.
+// (No arrays: software GPUs gather from them lane by lane.)
 // Height of the surface, its height above the lowest altitudes that see the upper and the lower limb, shelter from the sky.
 vec4 shadow_sample(int level, vec2 place) {
-    vec4 window = shadow_map.window[level];
-    vec2 at = clamp(place * (shadow_map.scale.x * shadow_power(-level)) + window.xy, vec2(0.0), vec2(shadow_map.counts.y) - 1.001);
-    return textureLod(u_shadow_map, vec3((at + window.zw + 0.5) / float(shadow_map.counts.y), float(shadow_map.layer[level].x)), 0.0);
+    float inverse = shadow_power(-level);
+    int below = (1 << level) - 1, side = shadow_map.anchor.w;
+    ivec2 anchor = shadow_map.anchor.xy;
+    vec2 at = place * (shadow_map.scale.x * inverse) + vec2((anchor >> level) & (side - 1))
+        + (vec2(anchor & below) + shadow_map.detail.zw) * inverse;
+    return textureLod(u_shadow_map, vec3((at + 0.5) / float(side), float((shadow_map.anchor.z - level) & 15)), 0.0);
 }
 
 // Which level shows a place: the finest whose window holds it, the next one coming in over the last quarter; no finer than
