@@ -144,7 +144,7 @@ PAIRS: dict[str, Pair] = {
     "terrain.grain": Pair("earth", "ground", 4.0, off=0.0),
     "terrain.dust_law": Pair("moon", "space", 0.0, off=1.0),
     "terrain.shadows": Pair("earth", "sunset", False),
-    "terrain.occlusion": Pair("mars", "valley", False, both={"terrain.roughness": 3.0}),
+    "terrain.occlusion": Pair("earth", "dusk", False, both={"terrain.roughness": 3.0}),
     "ocean.sea_level_m": Pair("earth", "coast", 20.0),
     "ocean.absorption_per_m": Pair("earth", "coast", (0.03, 0.01, 0.005)),
     "ocean.scattering_per_m": Pair("earth", "coast", (0.01, 0.02, 0.01)),

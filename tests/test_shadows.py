@@ -320,4 +320,5 @@ def test_shelter_from_the_sky_is_what_rays_find(renderer):
     true = shadows.open_share(renderer, places)
     with shadows.LightProbe(renderer) as probe:
         ours = probe(places.seen_m)[:, 1]
-    assert np.abs(ours - true).mean() < 0.5 * np.abs(1.0 - true).mean() + 0.01
+    # 192 rays a place are right to 0.005.
+    assert np.abs(ours - true).mean() < 0.6 * np.abs(1.0 - true).mean() + 0.005

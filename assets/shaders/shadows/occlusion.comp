@@ -67,10 +67,10 @@ void main() {
             float away = reach * float(n);
             tangent = max(tangent, (height_at(index + n * AROUND[i]) - here) / away - 0.5 * away / radius);
         }
-        float side = dot(slope, normalize(vec2(AROUND[i])));   // its own plane hides what lies below this tangent
+        float side = dot(slope, normalize(vec2(AROUND[i])));   // its own plane hides what lies below this tangent, and the level horizon
         float n_side = -side * n_up;
-        whole_sky += sky_share(side, n_up, n_side);
-        sky += sky_share(max(tangent, side), n_up, n_side);
+        whole_sky += sky_share(max(side, 0.0), n_up, n_side);
+        sky += sky_share(max(max(tangent, side), 0.0), n_up, n_side);
         uint half_bits = packHalf2x16(vec2(clamp(tangent, -100.0, 100.0), 0.0)) & 0xffffu;
         coded_horizons[i >> 1] |= half_bits << (16 * (i & 1));
     }
