@@ -22,6 +22,7 @@ from .terrain_grid import GRID_BENCHES
 from .terrain_icosphere import ICOSPHERE_BENCHES
 from .terrain_queries import QUERY_BENCHES
 from .terrain_selection import SELECTION_BENCHES
+from .terrain_shadows import SHADOW_BENCHES
 
 EARTH_M, GIANT_M = 6.371e6, 7e7
 BENCH, FULL_HD = (640, 360), (1920, 1080)
@@ -348,4 +349,5 @@ BENCHES: Mapping[str, Bench] = {
     "popping": terrain_backends.popping_in_flight,
     "holes": terrain_backends.holes_in_the_disc,
     **ICOSPHERE_BENCHES,
+    **SHADOW_BENCHES,
 }

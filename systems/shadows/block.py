@@ -35,8 +35,8 @@ class ShadowBlock:
     """(place of the camera's foot minus the anchor's: x, y; half width of a level's usable part in texels; finest level
     that may be shown, continuous)"""
     detail: Vec4 = (1.0, 0.0, 0.0, 0.0)
-    """(level-0 texels that a metre of a pixel's footprint asks for, level of the sea in m or far below all; the anchor's place in
-    texels of level 0: what `anchor` leaves, x and y)"""
+    """(texels of level 0 that a metre of footprint asks for, level of the sea in m or far below all; the anchor's
+    place in texels of level 0: what `anchor` leaves, x and y)"""
     sun: Vec4 = (1.0, 0.0, 0.0, 0.0047)
     """xyz: the direction that the shadows were swept for, in the chart's axes; w: angular radius of the disc"""
     counts: IVec4 = (0, 128, 0, 0)

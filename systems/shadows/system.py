@@ -15,7 +15,7 @@ from ...engine.settings import revision, with_overrides
 from ...engine.system import Frame, Setup, System, ViewInfo
 from ...engine.world import World
 from .block import MOST_LEVELS, SHADOW_BINDING, ShadowBlock
-from .windows import BLOCK, Level, Part, Windows, reach_of
+from .windows import BLOCK, Level, Part, Reach, Windows, reach_of
 
 __all__ = ["ShadowSystem"]
 
@@ -47,7 +47,8 @@ class _View:
         self.sun_number = 0
         self.finest = 0.0  # level that may be shown, counted from the finest wanted; eased
         self.ground: tuple[Any, ...] = ()
-        self.frame: Any = None
+        self.place: tuple[Any, ...] = ()  # what the windows were placed for
+        self.hurry, self.index = True, 0
         self.textures: tuple[Any, ...] = ()
         self.complete = False
         self.asked = False  # whether anybody reads the map in this frame
@@ -152,16 +153,16 @@ class ShadowSystem(System):
         if ground != view.ground or frame.cut:
             view.ground = ground
             view.forget()
-        view.frame = (
-            frame.camera,
-            frame.size,
-            frame.world,
-            frame.planet,
-            frame.dt_s,
-            frame.settling or frame.cut or view.sun is None,
-            frame.view_index,
-        )
-        self._place(view, frame.sun, sea_m, shown)
+        view.hurry = frame.settling or frame.cut or view.sun is None
+        view.index = frame.view_index
+        proxy = frame.world.resource(f"proxy.{frame.view_index}")
+        camera = frame.camera
+        pixel_rad = (camera.tan_top - camera.tan_bottom) / frame.size[1]
+        place = (camera.position_m.tobytes(), pixel_rad, proxy.generation, frame.sun.direction.tobytes())
+        if place == view.place and view.complete and view.finest == 0.0 and self._done(view):
+            return  # turning the camera changes nothing
+        view.place = place
+        self._place(view, frame, proxy, pixel_rad, sea_m, shown)
 
     def _view(self, index: int, rows: int) -> _View:
         """The windows of a view, as large as its picture can show."""
@@ -177,13 +178,14 @@ class ShadowSystem(System):
             self.structure += 1
         return view
 
-    def _place(self, view: _View, sun: Any, sea_m: float, shown: tuple[bool, bool]) -> None:
-        camera, size, world, planet, dt_s, hurry, index = view.frame
-        field = world.resource("height_field")
-        radius = world.get(planet, Planet).radius_m
-        proxy = world.resource(f"proxy.{index}")
-        distance = float(np.linalg.norm(camera.position_m))
-        direction = camera.position_m / distance
+    def _place(
+        self, view: _View, frame: Frame, proxy: Any, pixel_rad: float, sea_m: float, shown: tuple[bool, bool]
+    ) -> None:
+        """Where the windows are to be, and what that leaves to do."""
+        field, sun, hurry = frame.world.resource("height_field"), frame.sun, view.hurry
+        radius = frame.world.get(frame.planet, Planet).radius_m
+        distance = float(np.linalg.norm(frame.camera.position_m))
+        direction = frame.camera.position_m / distance
         altitude = distance - radius
         windows = view.windows
         reach = reach_of(
@@ -191,7 +193,7 @@ class ShadowSystem(System):
             altitude,
             # Half: mountains beside the camera may be nearer than the ground below.
             0.5 * (altitude - max(proxy.ground_m, sea_m)),
-            (camera.tan_top - camera.tan_bottom) / size[1],
+            pixel_rad,
             radius,
             (max(field.lowest_m, sea_m), field.highest_m),
             windows.size,
@@ -208,12 +210,11 @@ class ShadowSystem(System):
             view.sun, view.sun_number = sun, view.sun_number + 1
         complete = windows.follow(reach, MOST_LEVELS if hurry else self._new_levels)
         view.complete = complete
-        self._write(view, reach, proxy, radius, sea_m, shown, dt_s, hurry)
+        self._write(view, reach, proxy, radius, sea_m, shown, frame.dt_s)
 
     def _write(
-        self, view: _View, reach: Any, proxy: Any, radius: float, sea_m: float,
-        shown: tuple[bool, bool], dt_s: float, hurry: bool,
-    ) -> None:  # fmt: skip
+        self, view: _View, reach: Reach, proxy: Any, radius: float, sea_m: float, shown: tuple[bool, bool], dt_s: float
+    ) -> None:
         windows, block = view.windows, view.block
         levels = windows.levels[::-1]  # finest first
         axes = reach.chart.axes
@@ -223,7 +224,7 @@ class ShadowSystem(System):
         frequency = math.ldexp(1.0, finest)
         missing = float(reach.finest - finest)
         # Counted from the finest wanted level: what is there now comes in slowly, what is not can't be shown.
-        step = 32.0 if hurry else dt_s / _FADE_S
+        step = 32.0 if view.hurry else dt_s / _FADE_S
         view.finest = max(missing, view.finest - step)
         block.axis_x = (*axes[0], p0[0])
         block.axis_y = (*axes[1], p0[1])
@@ -309,13 +310,12 @@ class ShadowSystem(System):
         return run
 
     def _work(self, view: _View) -> None:
-        hurry, index, world = view.frame[5], view.frame[6], view.frame[2]
-        bind_heights = world.resource("surface_height")
-        bind_heights(index)
+        assert self._world is not None
+        self._world.resource("surface_height")(view.index)
         view.ubo.bind()
         levels = view.windows.levels
         count = len(levels)
-        sweeps = count if hurry else self._new_levels
+        sweeps = count if view.hurry else self._new_levels
         for place, level in enumerate(levels):
             number = count - 1 - place
             fresh = level.fresh
