@@ -24,7 +24,6 @@ GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
 TILE = (16, 8)
 _SHADOW_RADII = 90.0
 """PROP_SHADOW_RADII of props/shadow.glsl."""
-_CUBE_VERTICES = 36
 
 
 class _Buffer:
@@ -63,17 +62,11 @@ class PropsSystem(System):
         self._world = setup.world
         format = str(setup.settings.get("sky.radiance_format", "rgba32f"))
         self._surface = gpu.program(vertex="props/gbuffer.vert", fragment="props/gbuffer.frag")
-        self._volumes = [
-            gpu.vertex_array(
-                gpu.program(vertex="props/shadow.vert", fragment="props/shadow.frag", defines={"AROUND": around})
-            )
-            for around in (0, 1)
-        ]
+        self._shadow = gpu.compute("props/shadow.comp")
         self._list = gpu.compute("props/list_tiles.comp")
         self._shade = gpu.compute("props/shade.comp", defines={"RADIANCE_FORMAT": format})
         # Meshes from files may be open or wound either way.
         self._draw_state = gpu.gpu.state(depth_test=True, depth_func=">", cull=None)
-        self._shadow_state = gpu.gpu.state(cull="front", blend="multiply")
         self._meshes: dict[tuple[str, int], tuple[Mesh, Any, list[Any]]] = {}
         self._props: Props | None = None
         self._read: tuple[int, int] | None = None
@@ -140,9 +133,13 @@ class PropsSystem(System):
         builder.add_pass(
             "props.shadow",
             system=name,
-            bind=lambda io: self._bind_shadow(io, seen),
+            kind="compute",
+            bind=lambda io: self._bind_shadow(io, seen, (tiles[0], tiles[1])),
             reads=("gbuffer.depth", "gbuffer.normal", "gbuffer.surface"),
-            creates=(TextureSpec("props.shadow", "rg8", help="share of sunlight and of skylight that props leave"),),
+            creates=(
+                TextureSpec("props.shadow", "rg8", help="share of sunlight and of skylight that props leave"),
+                BufferSpec("props.touched", 4 * tiles[0] * tiles[1], help="tiles that a prop may reach"),
+            ),
             help="light that props take from the ground and from one another",
         )
         builder.add_pass(
@@ -150,7 +147,7 @@ class PropsSystem(System):
             system=name,
             kind="compute",
             bind=lambda io: self._bind_tiles(io, (tiles[0], tiles[1])),
-            reads=("gbuffer.tile_flags", "props.shadow"),
+            reads=("gbuffer.tile_flags", "props.touched"),
             creates=(BufferSpec("props.tile_list", 16 + 4 * tiles[0] * tiles[1], help="dispatch and tiles"),),
             help="tiles with props or their shadows",
         )
@@ -181,32 +178,29 @@ class PropsSystem(System):
 
         return run
 
-    def _bind_shadow(self, io: PassIO, view: _PropsView) -> Callable[[], None]:
-        target = io.framebuffer(colors=("props.shadow",))
+    def _bind_shadow(self, io: PassIO, view: _PropsView, tiles: tuple[int, int]) -> Callable[[], None]:
+        left, touched = io.texture("props.shadow"), io.buffer("props.touched")
         textures = [io.texture(n) for n in ("gbuffer.depth", "gbuffer.normal", "gbuffer.surface")]
 
         def run() -> None:
-            target.use()
-            target.clear(1.0, 1.0, 1.0, 1.0)
-            count = 0 if view.visible is None else len(view.visible.occluders)
-            if count:
-                self._shadow_state.apply()
-                view.occluders.buffer.bind_to_storage_buffer(0)
-                for unit, texture in enumerate(textures):
-                    texture.use(unit)
-                for volumes in self._volumes:
-                    volumes.render(moderngl.TRIANGLES, _CUBE_VERTICES, instances=count)
+            left.bind_to_image(0, read=False, write=True)
+            view.occluders.buffer.bind_to_storage_buffer(0)
+            touched.bind_to_storage_buffer(1)
+            for unit, texture in enumerate(textures):
+                texture.use(unit)
+            self._shadow.set("u_count", 0 if view.visible is None else len(view.visible.occluders))
+            self._shadow.run(*tiles)
 
         return run
 
     def _bind_tiles(self, io: PassIO, tiles: tuple[int, int]) -> Callable[[], None]:
         flags, listed = io.buffer("gbuffer.tile_flags"), io.buffer("props.tile_list")
-        shadow = io.texture("props.shadow")
+        touched = io.buffer("props.touched")
 
         def run() -> None:
             flags.bind_to_storage_buffer(0)
             listed.bind_to_storage_buffer(1)
-            shadow.use(0)
+            touched.bind_to_storage_buffer(2)
             self._list.set("u_tiles", tiles)
             self._list.run(1, 1, 1)
 
