@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ... import Camera, Renderer
+from ... import Camera, Composite, Renderer
 from ...engine.space import CameraState
 from ...engine.surface.lattice import canonical_lattice, cell_edge_m
 from ..evaluate import Evaluator
@@ -44,8 +44,10 @@ def jitter(
 ) -> Jitter:
     """Renders each camera (so small a picture that only its uniform blocks matter) and projects vertices on the GPU.
 
-    The points are vertices of the mesh that is drawn at the time: a snap chooses new ones.
+    The points are vertices of the mesh that is drawn at the time: a snap chooses new ones. Anti-aliasing is off for it:
+    it moves the picture by fractions of a pixel on purpose.
     """
+    renderer.scene.environment[Composite].antialiasing = "none"
     target = renderer.ctx.simple_framebuffer((16, 9))
     renderer.render_to(target, cameras[0])  # the systems' uniform blocks exist from the first frame on
     worst, errors, snaps = 0.0, [np.zeros(1)], -1
