@@ -109,7 +109,7 @@ class TerrainQuality:
     )
     slots: int = knob(
         4096,
-        256,
+        1024,
         16384,
         "",
         "Backends quadtree and icosphere: tiles that are kept",
