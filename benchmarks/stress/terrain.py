@@ -17,6 +17,7 @@ from ..measure.ground import NEAR_M, gpu_heights
 from ..session import Session
 from .runner import Case, Found, Kind
 from .scenes import build_camera, build_scene, draw_camera, draw_planet
+from .terrain_cells import CELL_KINDS
 
 LIMITS_PX = {"low": 4.0, "medium": 2.0, "high": 1.0}
 """Drawn ground, 99th percentile; what is promised at high, and the same for edges twice and three times as long."""
@@ -149,4 +150,4 @@ def _check_vertices(found: Found, renderer: Renderer, state: CameraState, rng: n
         found.note("heights within 1 km", worst * 1e3, "mm", max(1.0, 1e-6 * amplitude * 1e3))
 
 
-KINDS: Mapping[str, Kind] = {"planet": Kind(_draw, _check)}
+KINDS: Mapping[str, Kind] = {"planet": Kind(_draw, _check), **CELL_KINDS}
