@@ -73,7 +73,7 @@ ROOTS.setflags(write=False)
 ROOT_VECTORS: Ints = CORNERS[ROOTS]
 """(20, 3, 3): V0, V1, V2 of each root as rows."""
 _VECTORS_F: Floats = ROOT_VECTORS.astype(np.float64)
-_INVERSES: Floats = np.linalg.inv(_VECTORS_F)  # direction @ inverse = weights of V0, V1, V2
+_INVERSES: Floats = np.linalg.inv(_VECTORS_F).astype(np.float64)  # direction @ inverse = weights of V0, V1, V2
 _NORMALS: Floats = np.asarray(_VECTORS_F.sum(axis=1) / np.sqrt((_VECTORS_F.sum(axis=1) ** 2).sum(axis=1))[:, None])
 
 EDGE_OVER_HEIGHT = float(2 * SHORT / np.linalg.norm(_VECTORS_F[0].mean(axis=0)))

@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .icosphere import TriangleScheme
+from .scheme import Scheme
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -133,7 +134,7 @@ class PaperSelection:
 
 
 def select(
-    scheme: TriangleScheme,
+    scheme: Scheme,
     table: PaperTables,
     radius_m: float,
     camera_m: ArrayLike,

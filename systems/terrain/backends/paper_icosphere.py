@@ -24,6 +24,7 @@ from ....engine.surface.icosphere_anchor import TriangleAnchor
 from ....engine.surface.triangle_paper import MORPH_RANGE, PaperTables, frustum_planes, select, tables
 from ....engine.system import Frame
 from ..tiles.queries import heights_on_tiles
+from ..tiles.shape import TileShape
 from ..tiles.triangle import TriangleShape
 from .base import Backend, Ground
 from .icosphere import TRIANGLE_BINDING
@@ -60,7 +61,8 @@ class _Drawn:
     """What the query of drawn heights wants of a mesh."""
 
     def __init__(self, view: _View, shape: TriangleShape) -> None:
-        self.keys, self.shape, self._view = view.keys, shape, view
+        self.keys, self._view = view.keys, view
+        self.shape: TileShape = shape
 
     def read_vertices(self) -> NDArray[np.void]:
         size = len(self.keys) * self.shape.vertices * VERTEX_DTYPE.itemsize

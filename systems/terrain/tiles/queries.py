@@ -2,20 +2,31 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....engine.surface.keys import container_of
-from .mesh import TileMesh
+from .shape import TileShape
 
 __all__ = ["heights_on_tiles"]
 
 Floats = NDArray[np.float64]
 
 
-def heights_on_tiles(mesh: TileMesh, unit: Floats, proxy: Any) -> Floats:
+class DrawnTiles(Protocol):
+    """Tiles as they are drawn: a TileMesh, or what does as one."""
+
+    keys: NDArray[np.int64]
+    shape: TileShape
+
+    def read_vertices(self) -> NDArray[np.void]:
+        """(tiles, vertices) of VERTEX_DTYPE."""
+        ...
+
+
+def heights_on_tiles(mesh: DrawnTiles, unit: Floats, proxy: Any) -> Floats:
     """Heights (N,) above the reference sphere of the drawn triangle below or above each unit direction (N, 3), in f64;
     NaN where no tile was selected. Reads back from the GPU."""
     scheme, radius = mesh.shape.scheme, proxy.cell.radius_m

@@ -19,7 +19,7 @@ class TriangleShape(TileShape):
     """Triangular tiles of `segments` a side; vertices as in engine.surface.triangle_patch."""
 
     def __init__(self, segments: int) -> None:
-        self.scheme: TriangleScheme = TriangleScheme()
+        self.scheme = self._triangles = TriangleScheme()
         self.segments = segments
         self.vertices = vertex_count(segments)
         self.table_doubles = 1  # a tile's name says all; buffers may not be empty
@@ -34,7 +34,7 @@ class TriangleShape(TileShape):
         return np.zeros((len(keys), 1))
 
     def points(self, keys: Ints) -> tuple[Ints, Ints, Ints]:
-        root, b, c = self.scheme.corner_points(keys)
+        root, b, c = self._triangles.corner_points(keys)
         step = (np.int64(1) << FULL_BITS - self.scheme.level(keys)) // self.segments * np.sign(b[:, 1] - b[:, 0])
         p, q = vertex_place(np.arange(self.vertices), self.segments)
         points_b, points_c = b[:, :1] + p * step[:, None], c[:, :1] + q * step[:, None]
