@@ -147,12 +147,13 @@ def test_every_backend_draws_craters_and_map(backend):
         d = pf.direction(-25.85, 9.51) + around
         d /= np.linalg.norm(d, axis=1)[:, None]
         truth = pf.TerrainSampler(scene).height(d)
-        with pf.Renderer(scene, size=(96, 54), quality="high") as renderer:
+        fine = {"terrain.error_px": 0.5}  # the tiles' own bound; the grid's is finer here
+        with pf.Renderer(scene, size=(96, 54), quality="high", overrides=fine) as renderer:
             renderer.settle(camera)
             renderer.render(camera)
             drawn = renderer.height_drawn(d)
     assert np.ptp(truth) > 400.0, "there is something to see"
-    # From 3 km, 54 pixels for 60 degrees: a pixel is 64 m, and the metric keeps ground within one.
+    # From 3 km, 54 pixels for 60 degrees: a pixel is 64 m. Errors are measured at samples of a tile, so twice the bound.
     assert np.isfinite(drawn).all() and np.abs(drawn - truth).max() < 64.0
 
 
