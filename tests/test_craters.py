@@ -153,7 +153,7 @@ def test_every_backend_draws_craters_and_map(backend):
             renderer.render(camera)
             drawn = renderer.height_drawn(d)
     assert np.ptp(truth) > 400.0, "there is something to see"
-    # From 3 km, 54 pixels for 60 degrees: a pixel is 64 m. Errors are measured at samples of a tile, so twice the bound.
+    # From 3 km, 54 pixels for 60 degrees: a pixel is 64 m. Errors are measured at samples, twice the bound.
     assert np.isfinite(drawn).all() and np.abs(drawn - truth).max() < 64.0
 
 
