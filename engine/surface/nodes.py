@@ -127,6 +127,7 @@ class NodeTable:
         scheme = self.scheme
         self.key[rows], self.level[rows] = keys, level_of(keys)
         self.known[rows], self.split[rows], self.morph[rows], self.used[rows] = True, False, 1.0, 0
+        self.capped_m[rows] = -1.0
         self.planes[0, rows], self.reach[rows], normals = node_shape(scheme, keys)
         self.planes[1:, rows] = normals.transpose(1, 0, 2)
         beside = scheme.neighbour(keys[:, None], np.arange(scheme.edges))
@@ -134,9 +135,11 @@ class NodeTable:
         self.beside[rows] = self.find(beside)
         self.support_keys[rows] = self._support_keys(keys, beside)
         self.supports[rows] = self.find(self.support_keys[rows])
-        children = children_of(keys)
-        self.kids[rows] = self.find(children)
+        kids = self.kids[rows] = self.find(children_of(keys))
         self._link(keys, rows, rows)
+        # Links of nodes whose parent was unknown were not kept up to date: nothing depends on them.
+        orphans = kids[kids > UNKNOWN]
+        self.supports[orphans] = self.find(self.support_keys[orphans])
 
     def _support_keys(self, keys: Ints, beside: Ints) -> Ints:
         parent = parent_of(keys)
@@ -158,15 +161,13 @@ class NodeTable:
         others = around[at, edge]
         # Neighbours meet at one edge: each has the other once.
         self.beside[others, (self.neighbour_keys[others] == keys[at][:, None]).argmax(axis=1)] = to[at]
-        # Whoever may be supported by a node: its children and what is beside them.
-        children = children_of(keys)
-        beside = self.scheme.neighbour(children[..., None], np.arange(self.scheme.edges)).reshape(len(keys), -1)
-        above = self.find(np.concatenate([children, beside], axis=1))
-        own, column = np.nonzero(above > UNKNOWN)
-        above = above[own, column]
+        # Whoever may be supported by a node: its children, and those of its neighbours.
+        below = np.concatenate([self.kids[rows], self.kids[around].reshape(len(rows), -1)], axis=1)
+        own, column = np.nonzero(below > UNKNOWN)
+        below = below[own, column]
         for k in range(SUPPORTS):
-            on = self.support_keys[above, k] == keys[own]
-            self.supports[above[on], k] = to[own[on]]
+            on = self.support_keys[below, k] == keys[own]
+            self.supports[below[on], k] = to[own[on]]
 
     def _take(self, keys: Ints) -> Ints:
         count = len(keys)
