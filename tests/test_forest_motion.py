@@ -9,6 +9,7 @@ from test_forest import check_cover, check_edges
 
 from planetfall.benchmarks.measure.selection import PIXEL_RAD, MadeGround, above, make_tiles, settle
 from planetfall.engine.surface.forest import MORPH_STEPS, Selection
+from planetfall.engine.surface.hulls import visible_share
 from planetfall.engine.surface.icosphere import TriangleScheme
 from planetfall.engine.surface.keys import container_of, level_of, parent_of
 from planetfall.engine.surface.refinement import MORPH_S
@@ -244,7 +245,7 @@ def test_split_by_distance(ground: MadeGround):
     for split in (True, False):
         rows = np.flatnonzero(table.known & (table.split == split) & table.split[table.supports[:, 0]])
         distance = forest._hulls.distance(eye)
-        seen = (forest._counts(distance, eye, forest._hulls) == 1.0)[rows]
+        seen = (visible_share(distance, eye, forest._hulls, ground.radius_m - ground.relief_m) == 1.0)[rows]
         distance = distance[rows]
         # Hidden ones and those beyond the table stay whole; the fade of the horizon is 15 %.
         near = (distance < distances[np.minimum(table.level[rows], 11)]) & (table.level[rows] < 12)

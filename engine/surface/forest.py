@@ -13,17 +13,20 @@ changed for REST_S the selection is a function of eye, facts and limits alone.
 All is done in numpy over all nodes at once. The selection doesn't depend on where the camera looks.
 """
 
-from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .hulls import Hulls, Walked, horizon_reach, tangent_length, walk_frustum
-from .keys import MAX_LEVEL, NO_NODE, children_of, container_of
-from .nodes import GIVEN, UNKNOWN, NodeTable, node_shape
+from .chosen import NodeFacts, Selection
+from .hulls import Hulls, Walked, tangent_length, visible_share, walk_frustum
+from .keys import MAX_LEVEL, NO_NODE, container_of
+from .nodes import GIVEN, UNKNOWN, NodeTable
 from .refinement import HOLD, STEP, capped, closed, goals, step, wanted_split
 from .scheme import Scheme
+from .wanted import Foresight, Known
+
+__all__ = ["Forest", "NodeFacts", "Selection"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -33,64 +36,10 @@ REST_S = 0.3
 """After this long without change nothing is held or morphed any more."""
 MORPH_STEPS = 64
 """Morph factors are multiples of 1 / 64, so that most stay the same from frame to frame."""
-FADE = 0.15
-"""Errors fade to nothing over this part of the distance to the horizon, beyond it."""
 SLACK = 1.0 / 512.0
 """Eyes that moved by less than this part of the nearest tile's distance get the same selection, until they rest."""
 BUDGET_STEPS = 16
 """With too many tiles the allowed error grows in steps of 2^(1/16)."""
-FINER_ERROR = 0.5
-"""The error of an unknown child as a fraction of its parent's."""
-AHEAD_S = 1.0
-"""What will be needed in this time, at the same velocity, is made in advance."""
-AHEAD_CALLS = 4
-"""... looked for in every fourth call."""
-AHEAD_URGENCY = 0.25
-OUT_OF_VIEW_URGENCY = 0.5
-MAX_WANTED = 256
-MAX_FORESEEN = 16
-"""Of so many most urgent nodes two levels are wanted at once,"""
-SURE = 2.0
-"""... of children whose predicted error is so many times the wanted one."""
-
-
-@dataclass(frozen=True, eq=False)
-class NodeFacts:
-    """What is measured of a node's ground, (N,) each; heights above the reference sphere in metres."""
-
-    low_m: Floats
-    high_m: Floats
-    error_m: Floats
-    """Largest distance of the true ground from the node's mesh."""
-
-
-@dataclass(frozen=True, eq=False)
-class Selection:
-    """Tiles to draw, nearest first, and tiles to make. Arrays have N rows and are not to be written."""
-
-    keys: Ints
-    """(N,)."""
-    morph: NDArray[np.float32]
-    """(N,): 1 as the parent looks, 0 as the tile itself does."""
-    edge_skip: NDArray[np.uint8]
-    """(N, E): by how many levels the neighbour is coarser; vertices are rounded down to multiples of 2^skip."""
-    edge_morph: NDArray[np.float32]
-    """(N, E): the morph of an edge; the same for both tiles of one level, 0 where levels differ."""
-    distance_m: Floats
-    """(N,), to the nearest point of the tile's hull."""
-    wanted: Ints
-    """(M,): tiles to make, most urgent first, parents before children."""
-    moving: bool
-    """Whether morphs still run, or would if time went on."""
-    revision: int
-    """Grows when keys, skips or morphs change."""
-    error_px: float
-    """The error that was allowed: the wanted one, or more to stay within max_tiles."""
-    levels: Ints = field(default_factory=lambda: np.zeros(0, np.int64))
-    """(N,)."""
-
-    def __len__(self) -> int:
-        return len(self.keys)
 
 
 class _Asked(NamedTuple):
@@ -178,7 +127,7 @@ class Forest:
         self._weighed: _Asked | None = None
         self._weights: Floats = np.zeros(0)
         self._missing_roots: Ints = scheme.root_keys()
-        self._ahead: tuple[Ints, Floats] = np.zeros(0, np.int64), np.zeros(0)
+        self._foresight = Foresight(self.table, self._occluder_r)
         self._drawn: Mask = np.zeros(0, bool)
         self._selection: Selection | None = None
         self._order: Ints = np.zeros(0, np.int64)
@@ -357,18 +306,6 @@ class Forest:
         roots = self.scheme.root_keys()
         self._missing_roots = roots[table.find(roots) == UNKNOWN]
 
-    def _counts(self, distance: Floats, eye: Floats, hulls: Hulls) -> Floats:
-        """How much of an error counts: 1, less beyond the horizon, 0 for what is hidden for certain."""
-        reach = horizon_reach(eye, self._occluder_r)
-        if not np.isfinite(reach):
-            return np.ones(len(distance))
-        # Not less than a little: an eye on the sphere that hides sees its own foot.
-        limit = hulls.tangent + max(reach, 1e-6 * self._occluder_r)
-        np.divide(distance, limit, out=limit)
-        limit -= 1.0 + FADE
-        limit *= -1.0 / FADE
-        return np.minimum(np.maximum(limit, 0.0, out=limit), 1.0, out=limit)
-
     def _run(
         self,
         eye: Floats,
@@ -382,7 +319,7 @@ class Forest:
         table = self.table
         distance = self._hulls.distance(eye)
         np.maximum(distance, asked.finest_spacing_m, out=distance)
-        counts = self._counts(distance, eye, self._hulls)
+        counts = visible_share(distance, eye, self._hulls, self._occluder_r)
         alone = self._weights * counts / distance
         alone[GIVEN] = np.inf
         split = closed(table.split & self._kids_known, table.supports)
@@ -403,7 +340,11 @@ class Forest:
         drawn = inside & ~new
         lacking = needed & drawn & ~self._kids_known
         self.lacking = int(lacking.sum())
-        wanted = self._wanted(share, lacking, drawn, eye, velocity, planes)
+        weights = self._weights
+        if self._budget_step:
+            weights = weights * 2.0 ** (-self._budget_step / BUDGET_STEPS)
+        known = Known(self._hulls, weights, self._kids_known, self._missing_roots)
+        wanted = self._foresight.wanted(known, share, lacking, drawn, eye, velocity, planes, self._call)
         return self._finish(distance, counts, drawn, wanted, moving, asked)
 
     def _fits(self, split: Mask, max_tiles: int) -> bool:
@@ -445,73 +386,6 @@ class Forest:
                 low = middle
         self._budget_step = high
         return found[:3]
-
-    def _wanted(
-        self, share: Floats, lacking: Mask, drawn: Mask, eye: Floats, velocity: Floats | None, planes: Floats | None
-    ) -> Ints:
-        """What to make, most urgent first."""
-        table, hulls = self.table, self._hulls
-        needed = np.flatnonzero(lacking)
-        urgency = self._urgency(share, needed)
-        if planes is not None and len(needed):
-            middle = 0.5 * (table.low + table.high)[needed]
-            around = table.reach[needed] * table.high[needed] + (table.high - table.low)[needed]
-            side = (table.planes[0, needed] * middle[:, None] - eye) @ planes.T
-            urgency = urgency * np.where((side < -around[:, None]).any(axis=1), OUT_OF_VIEW_URGENCY, 1.0)
-        if velocity is not None and velocity.any():
-            if self._call % AHEAD_CALLS == 0:
-                ahead = self._weights / np.maximum(hulls.distance(eye + velocity * AHEAD_S), 1e-3)
-                ahead *= 2.0 ** (-self._budget_step / BUDGET_STEPS)
-                soon = drawn & (ahead > 1.0) & (share <= 1.0)
-                table.used[table.kids[np.flatnonzero(soon & self._kids_known)]] = self._call + AHEAD_CALLS
-                later = np.flatnonzero(soon & ~self._kids_known)
-                self._ahead = later, AHEAD_URGENCY * np.minimum(ahead[later], 4.0)
-            later, priority = self._ahead
-            still = drawn[later] & ~self._kids_known[later] & (share[later] <= 1.0)
-            needed = np.concatenate([needed, later[still]])
-            urgency = np.concatenate([urgency, priority[still]])
-        missing = self._missing_roots
-        if not len(needed):
-            return missing
-        order = np.argsort(-urgency, kind="stable")[: MAX_WANTED // 2]
-        rows = needed[order]
-        lacks = table.kids[rows] == UNKNOWN
-        table.used[table.kids[rows][~lacks]] = self._call
-        first = children_of(table.key[rows])[lacks]
-        second = self._foreseen(rows, share[rows], lacks, eye)
-        return np.concatenate([missing, first, second])[:MAX_WANTED]
-
-    def _urgency(self, share: Floats, needed: Ints) -> Floats:
-        """Shares of nodes, but more than those of the nodes that wait for them."""
-        if not len(needed):
-            return np.zeros(0)
-        supports = self.table.supports
-        share = share.copy()
-        rows = np.flatnonzero(share > 1.0)
-        while len(rows):
-            to, least = supports[rows], STEP * share[rows][:, None]
-            row, column = np.nonzero((share[to] < least) & (to > UNKNOWN))
-            rows = to[row, column]
-            np.maximum.at(share, rows, least[row, 0])
-        return share[needed]
-
-    def _foreseen(self, rows: Ints, share: Floats, missing: Mask, eye: Floats) -> Ints:
-        """Children of missing children that will want to be split for all that is known: more levels at once."""
-        table = self.table
-        near = np.flatnonzero(share * FINER_ERROR > SURE)[:MAX_FORESEEN]
-        if not len(near):
-            return np.zeros(0, np.int64)
-        parent, number = np.nonzero(missing[near])
-        if not len(parent):
-            return np.zeros(0, np.int64)
-        rows = rows[near][parent]
-        keys = children_of(table.key[rows])[np.arange(len(rows)), number]
-        center, reach, normals = node_shape(self.scheme, keys)
-        low, high = table.low[rows] - table.error_m[rows], table.high[rows] + table.error_m[rows]
-        hulls = Hulls.of(center, reach, normals, low, high, self._occluder_r)
-        distance = np.maximum(hulls.distance(eye), 1e-3)
-        found = FINER_ERROR * self._weights[rows] * self._counts(distance, eye, hulls) / distance
-        return children_of(keys[found > SURE]).ravel()
 
     def _find_leaves(self, rows: Ints, drawn: Mask) -> _Leaves:
         table = self.table

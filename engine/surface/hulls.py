@@ -23,6 +23,8 @@ WHOLE_LEVEL = 3
 """Cells coarser than this are tested as their descendants of this level: a hull of a large part of a sphere is big."""
 ROUNDING = 1e-12
 """Relative to the distances involved: far above the errors of float64, far below a pixel."""
+FADE = 0.15
+"""Errors fade to nothing over this part of the distance to the horizon, beyond it."""
 SQUARE_ROUNDING = 2e-15
 """Squares of distances are good to this times the squared distance from the planet's centre: squared chords come from
 2 - 2 cos, and the cosine of three rounded products is good to 4e-16."""
@@ -87,6 +89,19 @@ def horizon_reach(eye_m: Floats, occluder: float) -> float:
     """
     above = float(np.sqrt(eye_m @ eye_m)) - occluder
     return float(np.sqrt(above * (2.0 * occluder + above))) if above > 0.0 else np.inf
+
+
+def visible_share(distance: Floats, eye_m: Floats, hulls: Hulls, occluder: float) -> Floats:
+    """How much of the cells' errors counts, (N,): 1, less beyond the horizon, 0 for what is hidden for certain."""
+    reach = horizon_reach(eye_m, occluder)
+    if not np.isfinite(reach):
+        return np.ones(len(distance))
+    # Not less than a little: an eye on the sphere that hides sees its own foot.
+    limit = hulls.tangent + max(reach, 1e-6 * occluder)
+    np.divide(distance, limit, out=limit)
+    limit -= 1.0 + FADE
+    limit *= -1.0 / FADE
+    return np.minimum(np.maximum(limit, 0.0, out=limit), 1.0, out=limit)
 
 
 def hull_points(corners: Floats, low: ArrayLike, high: ArrayLike, eye_m: ArrayLike = (0.0, 0.0, 0.0)) -> Floats:
