@@ -16,6 +16,8 @@ __all__ = ["Resolver"]
 
 _SOFT_PX = 0.5
 """Standard deviation of the spot that a pixel without a past is seen through."""
+_CROSS = np.array([(0.0, -1.0), (-1.0, 0.0), (0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])
+"""CROSS of resolve_moving.frag."""
 _FILES = {
     "edge": "composite/resolve_edge.frag",
     "mean": "composite/resolve_mean.frag",
@@ -102,8 +104,7 @@ class Resolver:
         program.set("u_projection", motion.before)
         x, y = jitter_px
         program.set("u_jitter", (2.0 * x * self._texel[0], 2.0 * y * self._texel[1]))
-        columns, rows = np.meshgrid(np.arange(-1.0, 2.0), np.arange(-1.0, 2.0))
-        spot = np.exp(-0.5 * ((columns + x) ** 2 + (rows + y) ** 2) / _SOFT_PX**2).ravel()
+        spot = np.exp(-0.5 * ((_CROSS + (x, y)) ** 2).sum(axis=1) / _SOFT_PX**2)
         program.set("u_weights", (spot / spot.sum()).astype(np.float32))
 
     def _program(self, name: str) -> Any:

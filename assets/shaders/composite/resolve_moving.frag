@@ -16,14 +16,15 @@ layout(location = 3) uniform mat3 u_sky_turn;        // the same for what is inf
 layout(location = 6) uniform vec3 u_shift;           // m
 layout(location = 7) uniform vec4 u_projection;      // of the frame before: 1 / sx, 1 / sy, ox, oy
 layout(location = 8) uniform vec2 u_jitter;          // of this frame in normalised device coordinates
-layout(location = 9) uniform float u_weights[9];     // of the samples around, for a picture of this frame alone
+layout(location = 9) uniform float u_weights[5];     // of the samples around, for a picture of this frame alone
 in vec2 v_uv;
 layout(location = 0) out vec4 o_resolved;
 
 const float LEAST_WEIGHT = 1.0 / 16.0;
 const float MOVING_WEIGHT = 1.0 / 4.0;   // where the fetch falls between texels: a blur that adds up from frame to frame
-const float SAME = 1.0 / 512.0;          // of the pressed range
-const int TOLERANCE = 4;   // 32ths of an octave: an eighth of the distance
+const float TOLERANCE = 1.12;            // of distances; they are kept in steps of 2 %
+const float DEVIATIONS = 1.75;
+const ivec2 CROSS[5] = ivec2[5](ivec2(0, -1), ivec2(-1, 0), ivec2(0, 0), ivec2(1, 0), ivec2(0, 1));
 
 // Cubic convolution (Keys 1981) by five bilinear look-ups; the corners of the 4 x 4 texels weigh next to nothing and are left
 // out (Jimenez 2016, "Filmic SMAA"). A little sharper than Catmull-Rom (-0.5), since it is done again in every frame: least
@@ -70,41 +71,32 @@ void main() {
     int was = code >> 9, frames = code & PLACE_FRAMES;
     uint was_kind = uint(code >> 6) & 7u;
     // Where this pixel's surfaces would have been seen from there; anything else is another surface.
-    int from = place_distance(per_m / then.z);
-    int to = farthest > 0.0 ? from + place_distance(farthest / near) - place_distance(per_m) : PLACE_SKY;
-    seen = seen && was >= from - TOLERANCE && was <= to + TOLERANCE;
+    float was_per_m = place_per_m(was), near_then = per_m / then.z, far_then = near_then * farthest / max(nearest, 1e-30);
+    seen = seen && was_per_m <= near_then * TOLERANCE && was_per_m * TOLERANCE >= far_then;
     // Land and sea change places along a coast with every jitter; a body that was here and is not has gone.
     seen = seen && (was_kind == kind || max(was_kind, kind) <= SURFACE_SEA || farthest < nearest);
     frames = seen ? frames : 0;
 
-    vec3 light = press_again(history(uv), exposure_before.saturated / exposure.saturated), soft = now;
-    vec3 apart = abs(light - now);
-    float out_by = 1.0;
-    // A past that is what is seen now needs no look around, nor does a smooth sky: a loop, because an `if` skips nothing.
-    int turns = frames == 0 || max(apart.r, max(apart.g, apart.b)) > SAME ? 9 : 0;
+    vec3 light = press_again(history(uv), exposure_before.saturated / exposure.saturated);
     vec3 sum = vec3(0.0), squares = vec3(0.0), spot = vec3(0.0), most = vec3(0.0);
-    for (int k = 0; k < turns; k++) {
-        ivec2 at = clamp(pixel + ivec2(k % 3, k / 3) - 1, ivec2(0), last);
+    for (int k = 0; k < 5; k++) {
+        ivec2 at = clamp(pixel + CROSS[k], ivec2(0), last);
         vec3 around = press(exposed_light(texelFetch(u_scene, at, 0).rgb * scale, exposure.saturated));
         sum += around;
         squares += around * around;
         spot += around * u_weights[k];
         most = max(most, around);
     }
-    if (turns > 0) {
-        vec3 mean = sum / 9.0, spread = sqrt(max(squares / 9.0 - mean * mean, 0.0));
-        spread = 1.25 * spread + 1e-6;
-        // Stars stand out of their surroundings by more than that, and what is infinitely far uncovers nothing.
-        if (nearest == 0.0) spread = max(spread, most - mean);
-        vec3 off = abs(light - mean) / spread;
-        out_by = max(max(off.r, max(off.g, off.b)), 1.0);
-        light = mean + (light - mean) / out_by;
-        soft = spot;
-    }
+    vec3 mean = sum / 5.0, spread = DEVIATIONS * sqrt(max(squares / 5.0 - mean * mean, 0.0)) + 1e-6;
+    // Stars stand out of their surroundings by more than that, and what is infinitely far uncovers nothing.
+    if (nearest == 0.0) spread = max(spread, most - mean);
+    vec3 off = abs(light - mean) / spread;
+    float out_by = max(max(off.r, max(off.g, off.b)), 1.0);
+    light = mean + (light - mean) / out_by;
     vec2 between = fract((uv - v_uv) * vec2(last + 1));
     between *= 4.0 * (1.0 - between);
     float weight = max(out_by / float(frames + 1), mix(LEAST_WEIGHT, MOVING_WEIGHT, max(between.x, between.y)));
     weight = max(weight, clamp(0.25 * out_by - 0.5, 0.0, 1.0));   // what is that far off was something else
-    light = frames > 0 ? mix(light, now, min(weight, 1.0)) : soft;
+    light = frames > 0 ? mix(light, now, min(weight, 1.0)) : spot;
     o_resolved = vec4(light, place_code(place_distance(own / near), kind, frames + 1));
 }

@@ -30,6 +30,11 @@ int place_distance(float per_m) {
     return per_m > 0.0 ? clamp(int((16.0 - log2(per_m)) * 32.0 + 0.5), 0, PLACE_SKY - 1) : PLACE_SKY;
 }
 
+// The inverse, 0 for what is infinitely far.
+float place_per_m(int distance) {
+    return distance < PLACE_SKY ? exp2(16.0 - float(distance) * (1.0 / 32.0)) : 0.0;
+}
+
 float place_code(int distance, uint surface, int frames) {
     return float((distance << 9) | (int(min(surface, 7u)) << 6) | min(frames, PLACE_FRAMES));
 }
