@@ -314,3 +314,27 @@ def test_a_single_frame_has_smoother_outlines(valley):
         alone = temporal.render(view)["color"]
     assert found < 0.9 * none
     assert rms(display_light(alone), truth) < 0.9 * none
+
+
+def test_stars_keep_their_light_while_the_camera_turns():
+    view = pf.view("night")
+    state = renderer_state(view)
+    upwards = 0.5 * state.forward + 0.8 * state.direction
+    seen = pf.Camera(position_m=state.position_m, forward=upwards, up=state.up, fov_y_deg=60.0)
+    cameras = flight(seen, seen.resolve(pf.load_scene("earth"), 16 / 9), 16, 0.0, 0.05)
+    with renderer_for(view, size=(320, 180)) as renderer:
+        light = {}
+        for name in ("settled", "moving"):
+            if name == "settled":
+                renderer.settle(cameras[-1], **moment(view))
+                renderer.render(cameras[-1], **moment(view))
+            else:
+                renderer.settle(cameras[0], **moment(view))
+                for camera in cameras:
+                    renderer.render(camera, dt_s=FRAME_S, **moment(view))
+            texture = renderer.graph.resource("composite.resolved")
+            pressed = np.frombuffer(texture.read(), np.float32).reshape(180, 320, 4)[..., 1].astype(float)
+            light[name] = pressed - np.median(pressed)
+    # Pressed light is light for all but the brightest.
+    assert light["settled"].max() > 0.05, "there are stars"
+    assert light["moving"].sum() == pytest.approx(light["settled"].sum(), rel=0.1)

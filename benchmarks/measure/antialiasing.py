@@ -6,7 +6,9 @@ by a share of a pixel, and averaged as light of the display.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import Camera, Renderer
+from ..timing import Timing, time_variants
 from .flip import flip
 
 Light = NDArray[np.float32]
@@ -90,11 +93,11 @@ def still_errors(
 
 @dataclass(frozen=True)
 class Shimmer:
-    """Pictures of a flight against supersampled ones.
+    """Pictures of a flight against supersampled ones, in steps of an 8-bit picture.
 
     shimmer_steps: standard deviation over time of a pixel's difference from the reference, rms over the pixels: what
-    flickers although the reference doesn't. rms_steps: the difference itself. worst_steps: the 99.9th percentile of
-    the change of that difference from one frame to the next. In steps of an 8-bit picture.
+    flickers although the reference doesn't, and constant differences that move past. rms_steps: the difference itself.
+    worst_steps: the 99.9th percentile of its change from one frame to the next.
     """
 
     shimmer_steps: float
@@ -148,3 +151,36 @@ def flight(camera: Any, state: Any, count: int, step_m: float, turn_deg: float =
         a = np.radians(turn_deg)
         forward = np.cos(a) * forward + np.sin(a) * np.cross(forward, up)
     return cameras
+
+
+@dataclass(frozen=True)
+class Cost:
+    """A turning camera's frame. cpu_ms: median time of all processors together, which a busy machine hardly changes."""
+
+    timing: Timing
+    cpu_ms: float
+
+
+def cost(make: Callable[[Mapping[str, Any]], Renderer], camera: Any, runs: int, **moment: Any) -> dict[str, Cost]:
+    """Frames of each kind into a framebuffer, taking turns; the camera turns to and fro by a tenth of a degree."""
+    cpu: dict[str, list[float]] = {kind: [] for kind in KINDS}
+    with ExitStack() as stack:
+        frames: dict[str, Callable[[], None]] = {}
+        for kind in KINDS:
+            renderer = stack.enter_context(make({"composite.antialiasing": kind}))
+            cameras = flight(camera, renderer.camera_state(camera), 2, 0.0, 0.1)
+            renderer.settle(cameras[0], **moment)
+            target = renderer.ctx.simple_framebuffer(renderer.size)
+
+            def frame(
+                kind: str = kind, renderer: Renderer = renderer, target: Any = target, turned: list[Camera] = cameras
+            ) -> None:
+                began = time.process_time()
+                turned.reverse()
+                renderer.render_to(target, turned[0], **moment)
+                renderer.ctx.finish()
+                cpu[kind].append(1e3 * (time.process_time() - began))
+
+            frames[kind] = frame
+        times = time_variants(frames, runs, 3)
+    return {kind: Cost(times[kind], float(np.median(cpu[kind][3:]))) for kind in KINDS}

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import Any
 
-from ... import view, views
+from ... import Exposure, Renderer, View, load_scene, view, views
 from ..knobs import PAIRS, QUALITY_PAIRS, QUALITY_VIEW
 from ..machine import resident_bytes
-from ..measure import frames
+from ..measure import antialiasing, frames
 from ..measure.knobs import KnobCost, KnobMeter
 from ..session import Bench, Session
 from ..target import at_most
@@ -92,10 +93,58 @@ def _knobs(session: Session) -> None:
             row(f"quality {key}", *QUALITY_VIEW, meter.quality_knob(key, values, QUALITY_VIEW, runs))
 
 
+FLIGHTS = (("valley", 5.0, 0.0), ("valley", 0.5, 0.0), ("near", 0.0, 0.23), ("high", 60.0, 0.05), ("coast", 10.0, 0.1))
+"""View, metres forward and degrees to the right a frame."""
+SAMPLES = (1, 3, 5, 9, 17, 33, 65)
+
+
+def _antialiasing(session: Session) -> None:
+    """What it costs, how near a still picture comes to a supersampled one, what flickers along a flight."""
+    session.release()
+
+    def of(seen: View, size: tuple[int, int]) -> Callable[[Mapping[str, Any]], Renderer]:
+        def make(overrides: Mapping[str, Any]) -> Renderer:
+            scene = load_scene("earth")
+            exposure = scene.environment[Exposure]
+            exposure.mode, exposure.ev100 = "fixed", seen.ev100
+            return Renderer(scene, size, "medium", overrides)
+
+        return make
+
+    for name in TABLE_VIEWS:
+        seen = view(name)
+        size = QUICK_SIZE if session.quick else SIZE
+        costs = antialiasing.cost(of(seen, size), seen, session.runs(15, 5), sun=seen.sun, time_s=seen.time_s)
+        for kind, found in costs.items():
+            more = found.cpu_ms - costs["none"].cpu_ms
+            session.row(f"turning, {kind}", name, size, found.timing, cpu_ms=found.cpu_ms, added_cpu_ms=more)
+    small = (160, 90) if session.quick else QUICK_SIZE
+    for name in ("valley",) if session.quick else ("valley", "coast", "limb", "space"):
+        seen = view(name)
+        errors = antialiasing.still_errors(
+            of(seen, small), seen, SAMPLES[::2] if session.quick else SAMPLES, 8, sun=seen.sun, time_s=seen.time_s
+        )
+        for kind, error in errors.items():
+            session.row(f"still, {kind}", name, small, error=error.rms_steps, error_unit="steps rms", flip=error.flip)
+    for name, step_m, turn_deg in FLIGHTS[:3] if session.quick else FLIGHTS:
+        seen = view(name)
+        make, size = of(seen, (160, 90)), (160, 90)
+        with make({}) as renderer:
+            cameras = antialiasing.flight(seen, renderer.camera_state(seen), 24, step_m, turn_deg)
+        found = antialiasing.shimmer(make, cameras, 10, sun=seen.sun, time_s=seen.time_s)
+        for kind, flicker in found.items():
+            session.row(
+                f"{step_m:g} m and {turn_deg:g} degrees a frame, {kind}", name, size, error=flicker.shimmer_steps,
+                error_unit="steps of shimmer", rms_steps=flicker.rms_steps,
+                worst_steps=flicker.worst_steps,
+            )  # fmt: skip
+
+
 BENCHES: Mapping[str, Bench] = {
     "total": _total,
     "passes": _passes,
     "skipping": _skipping,
     "memory": _memory,
     "knobs": _knobs,
+    "antialiasing": _antialiasing,
 }

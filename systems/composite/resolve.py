@@ -104,7 +104,7 @@ class Resolver:
         program.set("u_projection", motion.before)
         x, y = jitter_px
         program.set("u_jitter", (2.0 * x * self._texel[0], 2.0 * y * self._texel[1]))
-        spot = np.exp(-0.5 * ((_CROSS + (x, y)) ** 2).sum(axis=1) / _SOFT_PX**2)
+        spot = np.exp(-0.5 * ((_CROSS + np.array([x, y])) ** 2).sum(axis=1) / _SOFT_PX**2)
         program.set("u_weights", (spot / spot.sum()).astype(np.float32))
 
     def _program(self, name: str) -> Any:
