@@ -243,7 +243,11 @@ def test_what_was_hidden_has_no_past():
     was = with_body["surface"] == 3
     assert was.sum() > 100
     assert np.abs(with_body["color"].astype(int) - without)[was].max(axis=-1).mean() > 40
-    assert np.abs(after - without)[was].mean() < 4, "a picture of this frame alone, a little softer"
+    # Redder than green: a body, not the ground. A sample beside the pixel's centre may show what its neighbours show, within
+    # the difference of two steps of rounding and dither each; a sixteenth of the body would add 10.
+    body, after, ground = (p[..., 0] - p[..., 1] for p in (with_body["color"].astype(int), after, without))
+    assert body[was].mean() > 100
+    assert (after - maximum_filter(ground, 3))[was].max() <= 4
 
 
 def test_a_moved_sun_leaves_no_trail():
