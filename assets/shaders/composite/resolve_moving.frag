@@ -74,7 +74,7 @@ void main() {
     float was_per_m = place_per_m(was), near_then = per_m / then.z, far_then = near_then * farthest / max(nearest, 1e-30);
     seen = seen && was_per_m <= near_then * TOLERANCE && was_per_m * TOLERANCE >= far_then;
     // Land and sea change places along a coast with every jitter; a body that was here and is not has gone.
-    seen = seen && (was_kind == kind || max(was_kind, kind) <= SURFACE_SEA || farthest < nearest);
+    seen = seen && (was_kind == kind || max(was_kind, kind) <= SURFACE_SEA || farthest < 0.9 * nearest);
     frames = seen ? frames : 0;
 
     vec3 light = press_again(history(uv), exposure_before.saturated / exposure.saturated);
