@@ -5,9 +5,11 @@
 #include "generated/planet.glsl"
 #include "generated/terrain_material_block.glsl"
 #include "terrain/ground_detail.glsl"
+#include "terrain/stones.glsl"
 
 struct Material {
     vec3 albedo;
+    vec3 relief;      // gradient of stones, metres per metre
     float grain;      // height of the bumps below the terrain's shortest layer
     float deviation;  // rms slope of the relief that the footprint hides
     float rock;       // share of bare rock
@@ -42,7 +44,7 @@ float strata(float height, float wave, float rise_of_pixel) {
 
 // gradient: of the visible relief, metres per metre; footprint: what a pixel covers, in metres.
 Material terrain_material(
-    GroundDetail noise, vec3 zenith, float height, vec3 gradient, float roughness, float moisture, float footprint
+    GroundDetail noise, vec3 D, vec3 zenith, float height, vec3 gradient, float roughness, float moisture, float footprint
 ) {
     float variation = terrain_material_block.look.x;
     float grain = noise.fine * variation, patches = noise.broad * variation, mixed = 0.7 * patches + 0.5 * grain;
@@ -110,7 +112,16 @@ Material terrain_material(
     albedo *= 1.0 + 0.12 * patches + 0.08 * grain;
     albedo = mix(albedo, terrain_material_block.snow.rgb * (1.0 + 0.03 * patches + 0.025 * grain), snowy);
 
+    // Stones on bare ground, more where it is gravelly or rough, few on beaches, fewer among plants.
+    float plenty = clamp(0.45 + 0.2 * patches + 0.25 * roughness, 0.1, 0.9) * mix(1.0, 0.08, cover * (1.0 - rocky));
+    plenty *= mix(1.0, 0.25, beach) * (1.0 - snowy) * clamp(variation, 0.0, 1.0);
+    GroundStones lying = ground_stones(D, zenith, footprint, plenty, 0.13 * clamp(grain, -2.0, 2.0));
+    vec3 stone = mix(terrain_material_block.rock.rgb, terrain_material_block.strata.rgb, 0.3 + 0.3 * lying.tint)
+        * (1.0 + 0.35 * lying.tint + 0.15 * grain);
+    albedo = mix(albedo * lying.shade, stone, lying.cover);
+
     Material material;
+    material.relief = lying.gradient * lying.cover;
     material.albedo = clamp(albedo, 0.0, 1.0);
     material.grain = mix(mix(1.0, 0.4, beach), 1.8, rocky) * (1.0 - 0.5 * snowy) * terrain_material_block.look.z;
     material.deviation = deviation;

@@ -74,12 +74,12 @@ vec3 ground_radiance(ivec2 pixel) {
     vec4 dug = terrain_crater_detail(D, spacing, footprint);
     gradient += to_sphere * (dug.xyz + terrain_mapped_detail(D, spacing, footprint));
     moisture = max(moisture - TERRAIN_DUG_DRY * dug.w, 0.0);
-    Material material = terrain_material(detail, zenith, height, gradient, roughness, moisture, footprint);
+    Material material = terrain_material(detail, D, zenith, height, gradient, roughness, moisture, footprint);
 #ifdef TERRAIN_COLORED
     for (int once = terrain_table.map.z > 0 ? 0 : 1; once < 1; ++once)
         material.albedo = colored(material, detail, zenith, moisture, footprint);
 #endif
-    vec3 bumps = material.grain * detail.grain;
+    vec3 bumps = material.grain * detail.grain + material.relief;
     gradient += bumps - zenith * dot(zenith, bumps);
     vec3 normal = normalize(zenith - gradient);
 
