@@ -21,9 +21,14 @@ Floats = NDArray[np.float64]
 LATITUDE_DEG, LONGITUDE_DEG = 50.0399, 130.7471
 """A slope of 6 degrees, 1.6 km long, 555 m above the sea: 6371 km from the planet's centre."""
 PUSH_M_S = 20.0
-SUN = {"elevation_deg": 9.0, "azimuth_deg": 290.0, "latitude_deg": LATITUDE_DEG, "longitude_deg": LONGITUDE_DEG}
+SUN_ELEVATION_DEG, SUN_AZIMUTH_DEG = 9.0, 290.0
 _MOST_STEPS = 12
 """A frame: slower machines see the stones roll more slowly."""
+
+
+def triple(vector: Sequence[float] | Floats) -> tuple[float, float, float]:
+    x, y, z = vector
+    return float(x), float(y), float(z)
 
 
 class Game:
@@ -34,7 +39,12 @@ class Game:
 
         self.scene = pf.load_scene(planet)
         self.quality = quality
-        self.sun = pf.Sun(**SUN)
+        self.sun = pf.Sun(
+            elevation_deg=SUN_ELEVATION_DEG,
+            azimuth_deg=SUN_AZIMUTH_DEG,
+            latitude_deg=LATITUDE_DEG,
+            longitude_deg=LONGITUDE_DEG,
+        )
         sampler = pf.TerrainSampler(self.scene)
         self.stones = on_slope(sampler, pf.direction(LATITUDE_DEG, LONGITUDE_DEG), count, PUSH_M_S, seed)
         rng = np.random.default_rng(seed)
@@ -42,8 +52,8 @@ class Game:
         grey = rng.uniform(0.09, 0.2, (count, 1)) * (1.0 + rng.uniform(0.0, 0.25, (count, 1)) * [1.0, 0.2, -1.0])
         self.props = [
             self.scene.add(
-                pf.Transform(tuple(place)),
-                pf.Shape(files[k % len(files)], (float(radius),) * 3, color=tuple(grey[k]), roughness=0.85),
+                pf.Transform(triple(place)),
+                pf.Shape(files[k % len(files)], triple([radius] * 3), color=triple(grey[k]), roughness=0.85),
                 name=f"stone {k}",
             )
             for k, (place, radius) in enumerate(zip(self.stones.positions_m, self.stones.radii_m, strict=True))
@@ -76,7 +86,7 @@ class Game:
         ground = sampler.radius_m + float(sampler.height(zenith[None])[0])
         place = zenith * max(float(np.linalg.norm(place)), ground + 4.0)
         return pf.Camera(
-            position_m=tuple(place), forward=tuple(middle + way * 8.0 - place), up=tuple(zenith), fov_y_deg=50
+            position_m=triple(place), forward=triple(middle + way * 8.0 - place), up=triple(zenith), fov_y_deg=50
         )
 
     def release(self) -> None:

@@ -64,8 +64,8 @@ class RollingStones:
         self._steps = 0
         self.patches_made = self.frames_used = 0
         self._pieces: dict[tuple[int, ...], _Piece] = {}
-        self._triangles: NDArray[np.uint32] | None = None
-        self._world = rapier.PhysicsWorld(gravity=(0.0, 0.0, -GRAVITY_M_S2))
+        self._triangles: Any = None
+        self._world: Any = rapier.PhysicsWorld(gravity=(0.0, 0.0, -GRAVITY_M_S2))
         self._world.integration_parameters.dt = STEP_S
         self._world.integration_parameters.static_contact_softness = rapier.SpringCoefficients(_STIFFNESS_HZ, 10.0)
         local, speed = self.frame.to_local(positions_m), velocities_m_s @ self.frame.axes.T
@@ -84,7 +84,7 @@ class RollingStones:
             )
             for place, v, w, radius in zip(local, speed, spin, self.radii_m, strict=True)
         ]
-        self._states = [self._world.rigid_bodies[handle] for handle in self._bodies]
+        self._states: list[Any] = [self._world.rigid_bodies[handle] for handle in self._bodies]
         self._read()
         self._ground()
 

@@ -55,7 +55,7 @@ class Deviation:
     def of(cls, model: Model) -> Deviation:
         finest = float(model.wavelength_m[-1])
         count = int(np.ceil(np.log(2.0 * model.params.radius_m / 1e-3) / np.log(_RATIO)))
-        d = 1e-3 * _RATIO ** np.arange(count)
+        d: Floats = np.asarray(1e-3 * _RATIO ** np.arange(count), dtype=np.float64)
         by_wave = d[:, None] / model.wavelength_m
         plain = _NOISE_RMS * np.minimum(1.5, 0.25 * (_NOISE_SLOPE / _NOISE_RMS * by_wave) ** 2)
         # A crest is a kink, rounded off over RIDGE_ROUND.
@@ -67,7 +67,7 @@ class Deviation:
         return cls(
             d,
             _SIGMAS * np.sqrt((layers**2).sum(axis=1)),
-            d * np.minimum(0.5, 0.25 * np.pi * d / ranges),
+            np.asarray(d * np.minimum(0.5, 0.25 * np.pi * d / ranges), dtype=np.float64),
             d * d / (8.0 * model.params.radius_m),
             0.25 * finest,
         )
