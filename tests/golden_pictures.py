@@ -118,6 +118,8 @@ KNOB_PICTURES: tuple[Picture, ...] = (
     ),
     knob_picture("bloom_off", "earth", "limb", {"composite.bloom": 0.0}),
     knob_picture("bloom_strong", "earth", "limb", {"composite.bloom": 0.1}),
+    knob_picture("shadows_off", "earth", "sunset", {"terrain.shadows": False}),
+    knob_picture("occlusion_off", "earth", "dusk", {"terrain.occlusion": False}),
     knob_picture("stars_off", "earth", "night", {"stars.density": 0.0}),
     knob_picture("stars_dense", "earth", "night", {"stars.density": 10.0}),
     knob_picture("sun_disc_large", "earth", "limb", {"sun.angular_radius_rad": 0.03, "composite.bloom": 0.0}),
