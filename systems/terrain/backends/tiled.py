@@ -18,6 +18,7 @@ from ....components.debug_view import DebugView
 from ....engine.gpu import GpuScope
 from ....engine.graph import GraphBuilder, PassIO, TextureSpec
 from ....engine.surface.footing import footing
+from ....engine.space.frustum import frustum_planes
 from ....engine.surface.forest import Forest, Selection
 from ....engine.surface.selection import LARGEST_SHARE
 from ....engine.system import Frame
@@ -256,6 +257,7 @@ class TiledBackend(Backend):
             velocity_m_s=velocity,
             finest_spacing_m=float(settings["terrain.min_spacing_m"]),
             max_tiles=int(_MOST_SHOWN * self._slots),
+            planes=frustum_planes(camera),
         )
         view.selection = selection
         wanted = selection.wanted
