@@ -18,6 +18,7 @@ import planetfall as pf
 from planetfall.app import KEYS, FlightApp
 from planetfall.engine.input import InputEvent, InputState, KeyEvent, MouseButton, MouseMove, Wheel
 from planetfall.systems.capture import read_png_settings
+from planetfall.systems.debug import NAMED_VIEWS
 
 
 class FakeWindow:
@@ -272,7 +273,7 @@ def test_messages_fade(scene: Any) -> None:
 def test_debug_views_by_key(scene: Any) -> None:
     app, window, _ = app_of(scene)
     seen = []
-    for _ in range(9):
+    for _ in range(len(NAMED_VIEWS) + 1):
         press(window, "v")
         app.frame()
         seen.append(app.debug_view)

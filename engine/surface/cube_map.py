@@ -98,8 +98,7 @@ class CubeMap:
         wx, wy = _weights(fx), _weights(fy)
         value = np.zeros((len(fx), values.shape[3]))
         by_x, by_y = np.zeros_like(value), np.zeros_like(value)
-        if slopes:
-            dwx, dwy = _weight_slopes(fx), _weight_slopes(fy)
+        dwx, dwy = (_weight_slopes(fx), _weight_slopes(fy)) if slopes else (wx, wy)
         for b in range(4):
             taps = [flat[corner + b * (n + 3) + a] for a in range(4)]
             row = sum(w[:, None] * v for w, v in zip(wx, taps, strict=True))

@@ -58,6 +58,7 @@ class ProxySystem(System):
         self._planet_ubo = setup.gpu.uniform_block(PlanetBlock, PLANET_BINDING, "planet")
         self._lattice = setup.gpu.buffer(reserve=LATTICE_BYTES, dynamic=True)
         self._views.clear()
+        self._field: HeightField | None = None
         self._uploaded: tuple[int, int] | None = None
         self._planet_written: PlanetBlock | None = None
 
@@ -87,7 +88,8 @@ class ProxySystem(System):
             frame.camera.position_m,
             radius,
             surface,
-            previous=None if view is None or frame.cut else view.cell,
+            # On other ground a held cell would depend on what was there before.
+            previous=None if view is None or frame.cut or field is not self._field else view.cell,
             fraction=fraction,
             may_update_early=self._planet_out_of_view(frame, radius, field),
         )
@@ -95,6 +97,7 @@ class ProxySystem(System):
             view = self._new_anchor(view, cell, radius, ground, sea, frame)
             self._views[frame.view_index] = view
             frame.world.set_resource(f"proxy.{frame.view_index}", view)
+        self._field = field
         self._write_blocks(frame, view, radius, field, sea)
 
     @staticmethod

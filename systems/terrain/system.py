@@ -148,8 +148,11 @@ class TerrainSystem(System):
     def _view(self, index: int) -> _View:
         return self._views.setdefault(index, _View())
 
-    def update(self, frame: Frame) -> None:
+    def begin(self, frame: Frame) -> None:
+        # Before the proxy looks for the ground.
         self._refresh_field(frame.world, frame.planet, frame.settings)
+
+    def update(self, frame: Frame) -> None:
         proxy = frame.world.resource(f"proxy.{frame.view_index}")
         self._refresh_octaves(self._view(frame.view_index), proxy)
         index, backend = frame.view_index, self.backend

@@ -17,8 +17,8 @@ from ....components import Ocean, Planet
 from ....components.debug_view import DebugView
 from ....engine.gpu import GpuScope
 from ....engine.graph import GraphBuilder, PassIO, TextureSpec
-from ....engine.surface.footing import footing
 from ....engine.space.frustum import frustum_planes
+from ....engine.surface.footing import footing
 from ....engine.surface.forest import Forest, Selection
 from ....engine.surface.selection import LARGEST_SHARE
 from ....engine.system import Frame
