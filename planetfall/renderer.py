@@ -198,9 +198,9 @@ class Renderer:
             with self._guest():
                 exports = self._exports - {"target"} | {"composite.ldr"}
                 self._draw(camera, time_s, sun, exports, 10.0, None, settling=True)
-            running = [s for s in self._systems if s.name in self._scopes]
-            waiting = [s.name for s in running if not s.settled()]
-            now = min((s.progress() for s in running), default=1.0)
+                running = [s for s in self._systems if s.name in self._scopes]
+                waiting = [s.name for s in running if not s.settled()]  # some read back from the GPU
+                now = min((s.progress() for s in running), default=1.0)
             step, idle, share = step + 1, 0 if now > share else idle + 1, max(now, share)
             if progress is not None:
                 progress(1.0 if not waiting else 0.99 * share)
