@@ -57,6 +57,15 @@ class TerrainQuality:
         " counts on anti-aliasing to average what a pixel covers along the view",
         cost="more layers a pixel at flat angles",
     )
+    coast_px: int = knob(
+        1,
+        1,
+        4,
+        "px",
+        "Along coasts the ground's height is asked at every so many pixels; a power of two",
+        cost="grows with the inverse square, where many coasts are seen",
+        power_of_two=True,
+    )
     fade_s: float = knob(
         0.3,
         0.0,

@@ -249,7 +249,9 @@ class TerrainSystem(System):
         if file not in self._shaders:
             # The power of how much longer than wide a pixel's place on the ground is.
             blur = 0.5 * (1.0 - float(self._settings["terrain.sharpness"]))
-            self._shaders[file] = self._gpu.compute(file, defines={"GROUND_BLUR": f"{blur:.4f}"})
+            step = int(self._settings["terrain.coast_px"])
+            defines = {"GROUND_BLUR": f"{blur:.4f}", "COAST_STEP": step}
+            self._shaders[file] = self._gpu.compute(file, defines=defines)
         return self._shaders[file]
 
     def _bind_shade(self, io: PassIO, index: int) -> Callable[[], None]:

@@ -20,9 +20,15 @@ layout(binding = 0) writeonly uniform image2D u_normal_out;
 layout(binding = 1) writeonly uniform image2D u_attributes_out;
 layout(binding = 2) writeonly uniform uimage2D u_surface_out;
 
-// The height function is asked at every second pixel each way and interpolated between: its shortest layers here are about
-// two pixels long.
-const int COLUMNS = 9, ROWS = 5;
+// The height function is asked at each pixel, or at every second or fourth (terrain.coast_px) and interpolated between.
+#ifndef COAST_STEP
+#define COAST_STEP 1
+#endif
+#if COAST_STEP == 1
+const int COLUMNS = 16, ROWS = 8, CORNERS = 1;
+#else
+const int COLUMNS = 16 / COAST_STEP + 1, ROWS = 8 / COAST_STEP + 1, CORNERS = 4;
+#endif
 shared vec4 s_ground[COLUMNS * ROWS];     // xyz: gradient; w: height above the sea
 shared vec4 s_attributes[COLUMNS * ROWS]; // w: depth, 0 where there is nothing
 const ivec2 TILE = ivec2(16, 8);
@@ -30,14 +36,14 @@ const ivec2 TILE = ivec2(16, 8);
 const float RIDGE = 0.005;
 
 void sample_ground(int index, ivec2 first) {
-    ivec2 pixel = min(first + 2 * ivec2(index % COLUMNS, index / COLUMNS), textureSize(u_surface, 0) - 1);
+    ivec2 pixel = min(first + COAST_STEP * ivec2(index % COLUMNS, index / COLUMNS), textureSize(u_surface, 0) - 1);
     float depth = texelFetch(u_depth, pixel, 0).r;
     vec3 point = position_from_depth(ndc_of_pixel(vec2(pixel) + 0.5), max(depth, 1e-30));
     float drawn;
     vec3 D = foot_offset_of(point, drawn);
     float spacing = vertex_spacing(D, texelFetch(u_attributes, pixel, 0).w);
-    // Heights have all layers down to an eighth of the spacing: to about a pixel, where triangles are larger than 8.
-    TerrainPoint terrain = terrain_point(D, min(spacing, 8.0 * length(point) * frame.clock.w));
+    // Heights have all layers down to an eighth of this: what is shorter than 1.5 steps would only make dots of the samples.
+    TerrainPoint terrain = terrain_point(D, 12.0 * float(COAST_STEP) * length(point) * frame.clock.w);
     float height = frame.anchor_up.w + terrain.dh;
     bool there = depth > 0.0;   // beside the limb there is nothing, and nothing finite comes of it
     s_ground[index] = there ? vec4(terrain.gradient, height - planet.sea.x) : vec4(0.0);
@@ -58,11 +64,11 @@ void main() {
     if (frame.camera_zenith.w < planet.sea.x) return;
     float own = texelFetch(u_depth, pixel, 0).r, total = 0.0;
     vec4 ground = vec4(0.0), attributes = vec4(0.0);
-    vec2 part = 0.5 * vec2(here & 1);
-    for (int k = 0; k < 4; ++k) {
+    vec2 part = vec2(here % COAST_STEP) / float(COAST_STEP);
+    for (int k = 0; k < CORNERS; ++k) {
         ivec2 corner = ivec2(k & 1, k >> 1);
         vec2 near = mix(1.0 - part, part, vec2(corner));
-        int index = (here.y / 2 + corner.y) * COLUMNS + here.x / 2 + corner.x;
+        int index = (here.y / COAST_STEP + corner.y) * COLUMNS + here.x / COAST_STEP + corner.x;
         float weight = s_attributes[index].w > 0.0 ? near.x * near.y : 0.0;
         ground += weight * s_ground[index];
         attributes += weight * s_attributes[index];
