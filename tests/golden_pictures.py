@@ -148,8 +148,8 @@ KNOB_PICTURES: tuple[Picture, ...] = (
     knob_picture(
         "exposure_fixed", "earth", "terminator", {"exposure.mode": "fixed", "exposure.ev100": 10.0}, free=True
     ),
-    knob_picture("antialiasing_temporal", "earth", "valley", {"composite.antialiasing": "temporal"}),
-    knob_picture("antialiasing_edge", "earth", "valley", {"composite.antialiasing": "edge"}),
+    knob_picture("antialiasing_temporal", "moon", "high", {"composite.antialiasing": "temporal"}),
+    knob_picture("antialiasing_edge", "moon", "high", {"composite.antialiasing": "edge"}),
     *(debug_picture(name) for name in DEBUG_VIEWS),
 )  # fmt: skip
 
