@@ -54,8 +54,10 @@ class _View:
         self.asked = False  # whether anybody reads the map in this frame
 
     def forget(self) -> None:
+        """Nothing that comes depends on what was: neither chart nor sun are held either."""
         self.windows.forget()
         self.complete = False
+        self.sun = None
 
 
 class ShadowSystem(System):

@@ -118,6 +118,7 @@ class Windows:
     def forget(self) -> None:
         """All texels are lost."""
         self.levels = []
+        self.chart = None
 
     def layer(self, level: Level) -> int:
         return level.power % self.layers
