@@ -1,51 +1,24 @@
-"""OceanSystem: a smooth sea at one level, drawn on cells of its own, shaded with absorption, scattering and glitter."""
+"""OceanSystem: a smooth sea at one level, drawn on cells of its own (shading.py lights it)."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ...components import Ocean, Planet
-from ...engine.contracts import bind_contracts, contract_reads
 from ...engine.gpu.cell_mesh import CellMesh
-from ...engine.gpu.layout import IVec4, Vec4
 from ...engine.graph import GraphBuilder, PassIO
-from ...engine.settings import revision, with_overrides
+from ...engine.settings import revision
 from ...engine.surface.coverage import proxy_coverage
 from ...engine.surface.decimation import topology
-from ...engine.surface.nested import nested_anchor
 from ...engine.surface.selection import chord_limit_m, select_rings, spacing_angle
 from ...engine.system import Frame, Setup, System, ViewInfo
-
-OCEAN_BINDING = 6
-GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
+from .shading import GBUFFER, SeaShading
 
 _MOST_CELLS = 12000  # as for the ground
 _WATER_ONLY = (-1.0e29, 3.0e38)  # ocean/vertices.comp marks cells without water
-
-
-@dataclass
-class OceanBlock:
-    """The water. GLSL: ``generated/ocean.glsl``, instance ``ocean``."""
-
-    absorption: Vec4 = (0.35, 0.07, 0.03, 0.0)
-    """1/m at the three wavelengths"""
-    scattering: Vec4 = (0.0014, 0.0022, 0.003, 0.0)
-    """1/m at the three wavelengths"""
-    bed: Vec4 = (0.34, 0.27, 0.17, 0.0)
-    """albedo of the ground below"""
-    water: Vec4 = (0.2, 2.0, 0.0, 0.0)
-    """(roughness: Beckmann's alpha of the slopes, sine of the latitude where ice begins (above 1: none), 0, 0)"""
-    ice: Vec4 = (0.6, 0.64, 0.68, 0.0)
-    """albedo of sea ice"""
-    anchor_cell: IVec4 = (0, 0, 0, 0)
-    """the anchor's place for nested noise: whole cells"""
-    anchor_fraction: Vec4 = (0.0, 0.0, 0.0, 0.0)
-    """the rest of it"""
 
 
 class _SeaView:
@@ -71,21 +44,20 @@ class OceanSystem(System):
 
     def __init__(self) -> None:
         self._views: dict[int, _SeaView] = {}
+        self._shading = SeaShading(self.name)
 
     def setup(self, setup: Setup) -> None:
         self._gpu = setup.gpu
         self._world = setup.world
         self._quads = int(setup.settings["terrain.quads"])
         defines = {"QUADS_LOG2": self._quads.bit_length() - 1}
-        self._block = setup.gpu.uniform_block(OceanBlock, OCEAN_BINDING, "ocean")
-        self._written: tuple[Any, ...] | None = None
+        self._shading.setup(setup)
         self._vertices = setup.gpu.compute("ocean/vertices.comp", defines=defines)
         self._measure = setup.gpu.compute("common/measure_cells.comp", defines=defines)
         self._agree = setup.gpu.compute("common/agree_cells.comp", defines=defines)
         self._most = int(setup.settings["terrain.decimation"])
         self._cull = setup.gpu.compute("common/cull_cells.comp", defines=defines)
         self._surface = setup.gpu.program(vertex="ocean/gbuffer.vert", fragment="ocean/gbuffer.frag", defines=defines)
-        self._shade = setup.gpu.compute("ocean/shade.comp")
         # Seen from above and, under water, from below.
         self._draw_state = setup.gpu.gpu.state(depth_test=True, depth_func=">", cull=None)
 
@@ -140,22 +112,7 @@ class OceanSystem(System):
                 self.structure += 1
         axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
         view.wanted = (view.mesh.selection, axes, camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
-        written = (revision(ocean), frame.view_index, proxy.generation)
-        if written != self._written:
-            self._written = written
-            ocean = with_overrides(ocean, "ocean", frame.settings)
-            ice = math.sin(math.radians(ocean.ice_latitude_deg)) if ocean.ice_latitude_deg < 90.0 else 2.0
-            self._block.write(
-                OceanBlock(
-                    (*ocean.absorption_per_m, 0.0),
-                    (*ocean.scattering_per_m, 0.0),
-                    (*ocean.bed_albedo, 0.0),
-                    (ocean.roughness, ice, 0.0, 0.0),
-                    (*ocean.ice_albedo, 0.0),
-                    *nested_anchor(proxy.lattice.direction, radius),
-                )
-            )
-        self._block.bind()
+        self._shading.update(frame)
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         sea = self._view(view.index)
@@ -190,17 +147,7 @@ class OceanSystem(System):
             after_optional=("terrain.gbuffer",),
             help="patches of the visible sea",
         )
-        builder.add_pass(
-            "ocean.shade",
-            system=name,
-            bind=self._bind_shade,
-            kind="compute",
-            reads=("gbuffer.depth", *GBUFFER, "gbuffer.tiles_sea", *contract_reads(self._world)),
-            writes=("scene.radiance",),
-            after=("sky.shade",),
-            after_optional=("terrain.shade",),
-            help="light of sea pixels",
-        )
+        self._shading.declare(builder, view)
 
     def _bind_vertices(self, io: PassIO, sea: _SeaView, view_index: int) -> Callable[[], None]:
         sea.mesh.attach_vertices(io)
@@ -235,21 +182,6 @@ class OceanSystem(System):
             target.use()
             self._draw_state.apply()
             sea.mesh.draw(patches)
-
-        return run
-
-    def _bind_shade(self, io: PassIO) -> Callable[[], None]:
-        radiance, tiles = io.texture("scene.radiance"), io.buffer("gbuffer.tiles_sea")
-        textures = [io.texture(n) for n in ("gbuffer.depth", *GBUFFER)]
-        bind_air = bind_contracts(self._world, io)
-
-        def run() -> None:
-            bind_air()
-            radiance.bind_to_image(0, read=False, write=True)
-            tiles.bind_to_storage_buffer(7)
-            for unit, texture in enumerate(textures):
-                texture.use(unit)
-            self._shade.run_indirect(tiles)
 
         return run
 
