@@ -11,10 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .lattice import FULL_BITS
-from .selection import CellSet, morton_key
+from .lattice import FULL_BITS, cell_corners
+from .selection import CellSet, morton_key, neighbours_of
 
 Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+_EDGE_CORNERS = np.array([[0, 2], [1, 3], [0, 1], [2, 3]])
+"""Of edges i - 1, i + 1, j - 1, j + 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +29,8 @@ class Overlay:
     """(N,): the old selection's cell that contains each; -1 where it has none."""
     new_row: Ints
     """(N,): the new selection's cell that contains each."""
+    held: Bools
+    """(N, 4): edges whose vertices may not move, because cells beyond have no old surface to start from."""
 
 
 def overlay(old: CellSet, new: CellSet) -> Overlay:
@@ -51,7 +56,31 @@ def overlay(old: CellSet, new: CellSet) -> Overlay:
     )
     old_row = np.concatenate([in_old[kept], rows])[order]
     new_row = np.concatenate([kept, in_new[rows]])[order]
-    return Overlay(cells, old_row, new_row)
+    return Overlay(cells, old_row, new_row, held_edges(cells, old_row < 0))
+
+
+def held_edges(cells: CellSet, still: Bools) -> Bools:
+    """(N, 4): the edges along which some cell of `still` (N,) lies on either side; all of an edge, and with it the
+    edges of all finer cells beyond."""
+    if not still.any():
+        return np.zeros((len(cells), 4), bool)
+    face, level, i, j = (a.astype(np.int64) for a in (cells.face, cells.level, cells.i, cells.j))
+    _, beside = neighbours_of(face, level, i, j)
+    rows, edges = np.nonzero(beside >= 0)
+    others = beside[rows, edges]
+    # Which of the neighbour's edges it is: the great circle that passes through the middle of ours.
+    middle = cell_corners(face, level, i, j)[:, _EDGE_CORNERS].sum(axis=2)  # (N, 4, 3)
+    corners = cell_corners(face, level, i, j)[:, _EDGE_CORNERS]  # (N, 4, 2, 3)
+    circle = np.cross(corners[:, :, 0], corners[:, :, 1])
+    circle /= np.linalg.norm(circle, axis=-1, keepdims=True)
+    facing = np.abs((circle[others] * middle[rows, edges][:, None]).sum(axis=-1)).argmin(axis=1)
+    held = np.repeat(still[:, None], 4, axis=1)
+    while True:
+        either = held[rows, edges] | held[others, facing]
+        if np.array_equal(either, held[rows, edges]) and np.array_equal(either, held[others, facing]):
+            return held
+        np.logical_or.at(held, (rows, edges), either)
+        np.logical_or.at(held, (others, facing), either)
 
 
 def _containing(inner: CellSet, outer: CellSet) -> Ints:

@@ -24,7 +24,7 @@ from ....engine.surface.selection import CellSet
 __all__ = ["FadePrograms", "SnapFade"]
 
 _START_BYTES = 16
-_FADE_DTYPE = np.dtype([("old_row", "<i4"), ("new_row", "<i4"), ("rest", "<u4", 6)])
+_FADE_DTYPE = np.dtype([("old_row", "<i4"), ("new_row", "<i4"), ("rest", "<u4", 5), ("held", "<u4")])
 _SHARE_OF_INTERVAL = 0.9
 """When snaps follow one another quickly, each fade is over before the next snap is due."""
 
@@ -104,6 +104,7 @@ class SnapFade:
         grew = self.mesh.upload(both.cells, topology(both.cells))
         known = np.zeros(len(both.cells), _FADE_DTYPE)
         known["old_row"], known["new_row"] = both.old_row, both.new_row
+        known["held"] = both.held @ (1 << np.arange(4))
         if self._known.size < known.nbytes:
             self._gpu.free(self._known)
             self._known = self._gpu.buffer(reserve=self.mesh.capacity * _FADE_DTYPE.itemsize, dynamic=True)
