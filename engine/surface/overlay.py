@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .lattice import FULL_BITS, cell_corners
-from .selection import CellSet, morton_key, neighbours_of
+from .selection import CellSet, morton_key
 
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
@@ -29,8 +29,6 @@ class Overlay:
     """(N,): the old selection's cell that contains each; -1 where it has none."""
     new_row: Ints
     """(N,): the new selection's cell that contains each."""
-    held: Bools
-    """(N, 4): edges whose vertices may not move, because cells beyond have no old surface to start from."""
 
 
 def overlay(old: CellSet, new: CellSet) -> Overlay:
@@ -56,31 +54,39 @@ def overlay(old: CellSet, new: CellSet) -> Overlay:
     )
     old_row = np.concatenate([in_old[kept], rows])[order]
     new_row = np.concatenate([kept, in_new[rows]])[order]
-    return Overlay(cells, old_row, new_row, held_edges(cells, old_row < 0))
+    return Overlay(cells, old_row, new_row)
 
 
-def held_edges(cells: CellSet, still: Bools) -> Bools:
+def held_edges(cells: CellSet, beside: Ints, still: Bools) -> Bools:
     """(N, 4): the edges along which some cell of `still` (N,) lies on either side; all of an edge, and with it the
-    edges of all finer cells beyond."""
-    if not still.any():
-        return np.zeros((len(cells), 4), bool)
-    face, level, i, j = (a.astype(np.int64) for a in (cells.face, cells.level, cells.i, cells.j))
-    _, beside = neighbours_of(face, level, i, j)
+    edges of all finer cells beyond. beside (N, 4): engine.surface.decimation.Topology's."""
+    held = np.repeat(still[:, None], 4, axis=1)
     rows, edges = np.nonzero(beside >= 0)
     others = beside[rows, edges]
+    # Nothing is handed on beyond the neighbours of still cells.
+    near = still.copy()
+    near[others[still[rows]]] = near[rows[still[others]]] = True
+    pairs = near[others]
+    rows, edges, others = rows[pairs], edges[pairs], others[pairs]
+    if not len(rows):
+        return held
     # Which of the neighbour's edges it is: the great circle that passes through the middle of ours.
-    middle = cell_corners(face, level, i, j)[:, _EDGE_CORNERS].sum(axis=2)  # (N, 4, 3)
-    corners = cell_corners(face, level, i, j)[:, _EDGE_CORNERS]  # (N, 4, 2, 3)
+    middle = _edges(cells, rows)[np.arange(len(rows)), edges].sum(axis=1)
+    corners = _edges(cells, others)
     circle = np.cross(corners[:, :, 0], corners[:, :, 1])
     circle /= np.linalg.norm(circle, axis=-1, keepdims=True)
-    facing = np.abs((circle[others] * middle[rows, edges][:, None]).sum(axis=-1)).argmin(axis=1)
-    held = np.repeat(still[:, None], 4, axis=1)
+    facing = np.abs((circle * middle[:, None]).sum(axis=-1)).argmin(axis=1)
     while True:
-        either = held[rows, edges] | held[others, facing]
-        if np.array_equal(either, held[rows, edges]) and np.array_equal(either, held[others, facing]):
+        ours, theirs = held[rows, edges], held[others, facing]
+        if np.array_equal(ours, theirs):
             return held
-        np.logical_or.at(held, (rows, edges), either)
-        np.logical_or.at(held, (others, facing), either)
+        held[rows[theirs], edges[theirs]] = True
+        held[others[ours], facing[ours]] = True
+
+
+def _edges(cells: CellSet, rows: Ints) -> NDArray[np.float64]:
+    """Ends of the four edges of cells, (n, 4, 2, 3)."""
+    return cell_corners(cells.face[rows], cells.level[rows], cells.i[rows], cells.j[rows])[:, _EDGE_CORNERS]
 
 
 def _containing(inner: CellSet, outer: CellSet) -> Ints:
