@@ -9,7 +9,7 @@ from ._knob import Knob, Vec3, knob, knobs
 from .atmosphere import Atmosphere
 from .debug_view import DebugView
 from .exposure import Composite, Exposure
-from .ocean import Ocean
+from .ocean import Ocean, Wave
 from .planet import Planet
 from .props import Shape, Transform
 from .quality import AtmosphereQuality, CompositeQuality, ProxyQuality, ShadowQuality, SkyQuality, TerrainQuality
@@ -37,6 +37,7 @@ __all__ = [
     "TerrainQuality",
     "Transform",
     "Vec3",
+    "Wave",
     "knob",
     "knobs",
 ]

@@ -35,6 +35,7 @@ from .components import (
     Sun,
     Terrain,
     Transform,
+    Wave,
 )
 from .engine.space import direction, latitude_longitude
 from .engine.world import World
@@ -120,6 +121,7 @@ __all__ = [
     "UnknownNameError",
     "UnknownSettingError",
     "View",
+    "Wave",
     "World",
     "__version__",
     "direction",

@@ -1,0 +1,47 @@
+"""How waves flatten in shallow water, and which ones a sample is too coarse for. The shaders have the same formulas."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["footprint_weight", "shoaling", "shoaling_slope", "smoothstep"]
+
+Floats = NDArray[np.float64]
+
+DEEP = 10.0
+"""tanh(x) is 1 to 4e-9 from here on: deeper water is as good as bottomless."""
+FINEST, COARSEST = 2.0, 4.0
+"""Samples a wavelength: below the first a wave can't be drawn at all, from the second on it is drawn in full."""
+
+
+def smoothstep(low: ArrayLike, high: ArrayLike, value: ArrayLike) -> Floats:
+    """GLSL's: 0 below low, 1 above high, 3 t^2 - 2 t^3 between."""
+    t = np.clip((np.asarray(value) - low) / (np.asarray(high) - low), 0.0, 1.0)
+    return t * t * (3.0 - 2.0 * t)
+
+
+def shoaling(wave_number_per_m: ArrayLike, depth_m: ArrayLike) -> Floats:
+    """Factor of a wave's amplitude in water of this depth: tanh(k depth), 0 on land.
+
+    It is 1 to half a per cent from a depth of half a wavelength on, where waves begin to feel the bed, and vanishes at
+    the shore, so the coast stays where sea level meets the ground. In shallows the height of a wind sea becomes a fixed
+    share of the depth, as where waves break (0.6 to 0.8 of it for the significant height).
+    """
+    return np.tanh(np.maximum(np.asarray(wave_number_per_m) * np.asarray(depth_m), 0.0))
+
+
+def shoaling_slope(wave_number_per_m: ArrayLike, depth_m: ArrayLike) -> Floats:
+    """d shoaling / d depth, 1/m: k (1 - tanh^2), 0 on land."""
+    k, depth = np.asarray(wave_number_per_m), np.asarray(depth_m)
+    return np.where(depth > 0.0, k * (1.0 - shoaling(k, depth) ** 2), 0.0)
+
+
+def footprint_weight(wavelength_m: ArrayLike, spacing_m: ArrayLike) -> Floats:
+    """Share of a wave's amplitude that samples this far apart show: smoothstep(2, 4, wavelength / spacing).
+
+    What it leaves out, (A k)^2 / 2 (1 - weight^2), is slope variance. A window that ends: waves are sorted, longest
+    first, so a loop over them stops at the first one that is too short.
+    """
+    spacing = np.maximum(np.asarray(spacing_m, dtype=np.float64), 1e-9)
+    return smoothstep(FINEST, COARSEST, np.asarray(wavelength_m) / spacing)
