@@ -97,7 +97,7 @@ class StateGuard:
         self,
         gpu: Gpu,
         texture_units: int = 16,
-        ubo_bindings: int = 12,
+        ubo_bindings: int = 14,
         ssbo_bindings: int = 8,
         image_units: int = 8,
         framebuffers: Sequence[moderngl.Framebuffer] = (),

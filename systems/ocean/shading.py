@@ -47,7 +47,7 @@ class SeaShading:
             system=self._name,
             bind=self._bind_shade,
             kind="compute",
-            reads=("gbuffer.depth", *GBUFFER, "gbuffer.tiles_sea", *contract_reads(self._world)),
+            reads=("gbuffer.depth", *GBUFFER, "ocean.rough", "gbuffer.tiles_sea", *contract_reads(self._world)),
             writes=("scene.radiance",),
             after=("sky.shade",),
             after_optional=("terrain.shade",),
@@ -56,7 +56,7 @@ class SeaShading:
 
     def _bind_shade(self, io: PassIO) -> Callable[[], None]:
         radiance, tiles = io.texture("scene.radiance"), io.buffer("gbuffer.tiles_sea")
-        textures = [io.texture(n) for n in ("gbuffer.depth", *GBUFFER)]
+        textures = [io.texture(n) for n in ("gbuffer.depth", *GBUFFER, "ocean.rough")]
         bind_air = bind_contracts(self._world, io)
 
         def run() -> None:

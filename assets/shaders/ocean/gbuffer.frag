@@ -10,11 +10,18 @@ flat in float v_spacing;
 layout(location = 0) out vec2 o_normal;
 layout(location = 1) out vec4 o_attributes;
 layout(location = 2) out uint o_surface;
+#ifdef SEA_MOVES
+in vec2 v_moved;
+layout(location = 3) out vec2 o_moved;
+#endif
 
 void main() {
     o_normal = oct_encode(normalize(v_normal));
     o_attributes = vec4(sea_depth_encode(v_shallow), 0.0, spacing_encode(v_spacing));
     o_surface = SURFACE_SEA;
+#ifdef SEA_MOVES
+    o_moved = v_moved;
+#endif
 #ifdef PF_FRAG_DEPTH
     gl_FragDepth = frame.camera_offset.w * gl_FragCoord.w;
 #endif

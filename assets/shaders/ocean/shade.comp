@@ -9,6 +9,8 @@
 #include "contract/sky.glsl"
 #include "contract/sun_visibility.glsl"
 
+layout(binding = 4) uniform sampler2D u_rough;   // ocean/surface.comp
+
 vec2 v_ndc;   // of the pixel at hand
 
 const float PI = 3.14159265358979;
@@ -67,7 +69,8 @@ vec3 sea_radiance(ivec2 pixel) {
 
     // The sun's glitter: Beckmann's distribution of slopes, whose mean square is alpha^2 (Cox and Munk 1954: 0.003 +
     // 0.00512 times the wind's speed in m/s).
-    float alpha = ocean.water.x;
+    vec4 rough = texelFetch(u_rough, pixel, 0);
+    float alpha = sqrt(max(rough.x + rough.y, 1e-4));
     vec3 half_vector = normalize(view + sun);
     float n_h = max(dot(facing, half_vector), 1e-4), v_h = max(dot(view, half_vector), 0.0);
     float n_h2 = n_h * n_h;
