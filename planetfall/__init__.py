@@ -64,6 +64,7 @@ if _TYPE_CHECKING:
     from .engine.hosts.window import has_display
     from .expected import expected_errors
     from .flights import path, paths
+    from .ocean_sampler import OceanSampler
     from .recording import record
     from .renderer import Renderer
     from .terrain_sampler import TerrainSampler
@@ -75,6 +76,7 @@ _LAZY = {
     "GLVersionError": "errors",
     "GraphError": "errors",
     "NoEGLError": "errors",
+    "OceanSampler": "ocean_sampler",
     "Renderer": "renderer",
     "ShaderError": "errors",
     "TerrainSampler": "terrain_sampler",
@@ -101,6 +103,7 @@ __all__ = [
     "NoEGLError",
     "NotSettled",
     "Ocean",
+    "OceanSampler",
     "OutputError",
     "Planet",
     "PlanetHandle",

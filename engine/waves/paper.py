@@ -43,13 +43,13 @@ def arc_2019(v: Floats, origins: Floats, radius_m: float) -> Floats:
     return 2.0 * radius_m * np.arcsin(np.clip(0.5 * chord, 0.0, 1.0))
 
 
-def waves(found: WaveSet, v: Floats, time_s: float, arc: Arc = arc_2018) -> Printed:
-    """Position and tangent space at unit directions (M, 3). The speed's phase is reduced before it is added."""
+def waves(found: WaveSet, v: Floats, time_s: Floats, arc: Arc = arc_2018) -> Printed:
+    """Position and tangent space at unit directions (M, 3). time_s: () or (M,); its phase is reduced beforehand."""
     a, k, r = found.amplitude_m, found.wave_number_per_m, found.radius_m
     # v x ((v - o) x v) = (v - o) - v (v . (v - o)), written out.
     away = v[:, None, :] - found.origins[None, :, :]
     d = away - v[:, None, :] * np.einsum("mi,mni->mn", v, away)[:, :, None]
-    theta = k * arc(v, found.origins, r) + np.fmod(found.speed_rad_s * time_s, 2.0 * np.pi)
+    theta = k * arc(v, found.origins, r) + np.fmod(found.speed_rad_s * time_s[..., None], 2.0 * np.pi)
     e0, e1 = found.fade_edges.T
     q = found.steepness * smoothstep(e0, e1, 1.0 - np.abs(v @ found.origins.T))
     sin, cos = np.sin(theta), np.cos(theta)

@@ -25,6 +25,7 @@ Floats = NDArray[np.float64]
 MOST_WAVES = 1000
 STEEPEST = 1.0
 """Limit of the sum of Q A k: a point of the surface then never moves past its neighbour."""
+_HIGHEST_SHARE = 0.1
 _STEEP = 0.95
 """The sum of Q A k of a spectrum: a little less, so that folds stay away where waves fade or the bed rises as well."""
 _ROUNDING = 1e-9
@@ -168,6 +169,11 @@ def make_waves(
         raise WaveError(
             f"waves[{too_long[0]}].wavelength_m: expected at most the radius of the sea, {radius_m:.12g} m, "
             f"found {wavelength[too_long[0]]:.12g}"
+        )
+    if float(np.sum(amplitude)) > _HIGHEST_SHARE * radius_m:
+        raise WaveError(
+            f"waves: amplitude_m: expected {_HIGHEST_SHARE * radius_m:.6g} m at most of all waves together, a "
+            f"{1.0 / _HIGHEST_SHARE:.0f}th of the sea's radius, found {float(np.sum(amplitude)):.6g}"
         )
     steep = float(np.sum(q * amplitude * (2.0 * np.pi / wavelength)))
     if steep > STEEPEST + _ROUNDING:

@@ -25,8 +25,8 @@ def shoaling(wave_number_per_m: ArrayLike, depth_m: ArrayLike) -> Floats:
     """Factor of a wave's amplitude in water of this depth: tanh(k depth), 0 on land.
 
     It is 1 to half a per cent from a depth of half a wavelength on, where waves begin to feel the bed, and vanishes at
-    the shore, so the coast stays where sea level meets the ground. In shallows the height of a wind sea becomes a fixed
-    share of the depth, as where waves break (0.6 to 0.8 of it for the significant height).
+    the shore, so the coast stays where sea level meets the ground. In shallows the significant height becomes a fixed
+    share of the depth, a third of it in a breeze; where real waves break it is about half.
     """
     return np.tanh(np.maximum(np.asarray(wave_number_per_m) * np.asarray(depth_m), 0.0))
 
