@@ -12,7 +12,15 @@ from .exposure import Composite, Exposure
 from .ocean import Ocean, Wave
 from .planet import Planet
 from .props import Shape, Transform
-from .quality import AtmosphereQuality, CompositeQuality, ProxyQuality, ShadowQuality, SkyQuality, TerrainQuality
+from .quality import (
+    AtmosphereQuality,
+    CompositeQuality,
+    OceanQuality,
+    ProxyQuality,
+    ShadowQuality,
+    SkyQuality,
+    TerrainQuality,
+)
 from .stars import Stars
 from .sun import Sun
 from .terrain import Terrain
@@ -26,6 +34,7 @@ __all__ = [
     "Exposure",
     "Knob",
     "Ocean",
+    "OceanQuality",
     "Planet",
     "ProxyQuality",
     "ShadowQuality",

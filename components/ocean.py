@@ -144,3 +144,38 @@ class Ocean:
     ice_albedo: Vec3 = knob(
         (0.62, 0.66, 0.70), 0.0, 1.0, "", "Share of light that sea ice throws back", group="ice", widget="color"
     )
+    refractive_index: float = knob(
+        1.333,
+        1.0,
+        4.0,
+        "",
+        "Of the liquid over the air: 1.333 water, 1.27 methane; bends and mirrors light",
+        group="water",
+    )
+    foam: float = knob(1.0, 0.0, 4.0, "", "How much foam stands on breaking crests; 0: none", group="foam")
+    foam_albedo: Vec3 = knob(
+        (0.6, 0.6, 0.6), 0.0, 1.0, "", "Share of light that foam throws back", group="foam", widget="color"
+    )
+    surf_m: float = knob(
+        0.3,
+        0.0,
+        10.0,
+        "m",
+        "How high waves run up a beach: surf, foam along the shore and the wet band of the land; 0: a still shore",
+        group="foam",
+    )
+    caustics: float = knob(
+        1.0, 0.0, 2.0, "", "Contrast of the bright lines that waves gather on a shallow bed; 0: none", group="water"
+    )
+    bed_detail: float = knob(
+        1.0, 0.0, 2.0, "", "Contrast of sand, stones and weed on the bed as seen through the water", group="water"
+    )
+    glow: Vec3 = knob(
+        (0.0, 0.0, 0.0),
+        0.0,
+        1e6,
+        "W m^-2 sr^-1 nm^-1",
+        "Light that the liquid gives off by itself, as lava does",
+        group="water",
+    )
+    crust: float = knob(0.0, 0.0, 1.0, "", "Share of a glowing liquid that dark crust covers", group="water")

@@ -6,7 +6,15 @@ from dataclasses import dataclass
 
 from ._knob import knob
 
-__all__ = ["AtmosphereQuality", "CompositeQuality", "ProxyQuality", "ShadowQuality", "SkyQuality", "TerrainQuality"]
+__all__ = [
+    "AtmosphereQuality",
+    "CompositeQuality",
+    "OceanQuality",
+    "ProxyQuality",
+    "ShadowQuality",
+    "SkyQuality",
+    "TerrainQuality",
+]
 
 
 @dataclass
@@ -243,6 +251,20 @@ class AtmosphereQuality:
     )
     budget_ms: float = knob(
         2.0, 0.1, 1000.0, "ms", "Time a frame for the tables while the air changes", cost="itself", log=True
+    )
+
+
+@dataclass
+class OceanQuality:
+    """Keys "ocean.*"."""
+
+    reflections: int = knob(
+        16,
+        0,
+        64,
+        "",
+        "Steps in which the sea looks for ground of the picture to mirror; 0: it mirrors the sky alone",
+        cost="steps for each pixel of the sea, where ground is in the picture",
     )
 
 

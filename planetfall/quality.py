@@ -6,7 +6,15 @@ from collections.abc import Mapping
 from typing import Any
 
 from ._kinds import KINDS, PRESETS
-from .components import AtmosphereQuality, CompositeQuality, ProxyQuality, ShadowQuality, SkyQuality, TerrainQuality
+from .components import (
+    AtmosphereQuality,
+    CompositeQuality,
+    OceanQuality,
+    ProxyQuality,
+    ShadowQuality,
+    SkyQuality,
+    TerrainQuality,
+)
 from .engine.settings import QualityKnobs
 
 __all__ = ["QUALITY", "qualities", "resolve_quality"]
@@ -17,6 +25,7 @@ _GROUPS = {
     "sky": SkyQuality,
     "composite": CompositeQuality,
     "atmosphere": AtmosphereQuality,
+    "ocean": OceanQuality,
     "shadows": ShadowQuality,
 }
 

@@ -6,13 +6,18 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from ...components import Ocean
 from ...engine.gpu.layout import IVec4, Vec4
 from ...engine.surface.nested import nested_anchor
 
-__all__ = ["OCEAN_BINDING", "OceanBlock", "ocean_block"]
+__all__ = ["OCEAN_BINDING", "OceanBlock", "diffuse_mirrored", "ocean_block"]
 
 OCEAN_BINDING = 6
+_UNSEEN = 0.003
+"""Of a white bed's light: below a step of an 8-bit picture beside what the water itself throws back."""
+_LEAST_LOSS_PER_M = 1e-6
 
 
 @dataclass
@@ -29,6 +34,18 @@ class OceanBlock:
     """(roughness: Beckmann's alpha of the slopes, sine of the latitude where ice begins (above 1: none), 0, 0)"""
     ice: Vec4 = (0.6, 0.64, 0.68, 0.0)
     """albedo of sea ice"""
+    loss: Vec4 = (0.3514, 0.0722, 0.033, 0.0)
+    """1/m: absorption and scattering; w: depth in m from which on the bed cannot be seen"""
+    liquid: Vec4 = (1.333, 0.5628, 0.066, 0.0)
+    """(index of refraction, its inverse square, share of diffuse light that is mirrored, 0)"""
+    show: Vec4 = (1.0, 0.3, 1.0, 1.0)
+    """(foam on crests, height that waves run up a beach in m, caustics, detail of the bed)"""
+    foam: Vec4 = (0.6, 0.6, 0.6, 0.0)
+    """albedo of foam"""
+    glow: Vec4 = (0.0, 0.0, 0.0, 0.0)
+    """the liquid's own radiance, W m^-2 sr^-1 nm^-1; w: share of dark crust on it"""
+    lens: Vec4 = (0.0, 0.0, 1.0, 1.0e9)
+    """the surface at the camera as a plane: xyz unit normal, w the camera's height over it in m; far away very large"""
     anchor_cell: IVec4 = (0, 0, 0, 0)
     """the anchor's place for nested noise: whole cells"""
     anchor_fraction: Vec4 = (0.0, 0.0, 0.0, 0.0)
@@ -38,11 +55,32 @@ class OceanBlock:
 def ocean_block(ocean: Ocean, anchor: Any, radius_m: float) -> OceanBlock:
     """The block of a sea around an anchor: unit vector (3,), on a planet of this radius."""
     ice = math.sin(math.radians(ocean.ice_latitude_deg)) if ocean.ice_latitude_deg < 90.0 else 2.0
+    loss = [max(a + s, _LEAST_LOSS_PER_M) for a, s in zip(ocean.absorption_per_m, ocean.scattering_per_m, strict=True)]
+    index = ocean.refractive_index
+    cell, fraction = nested_anchor(anchor, radius_m)
     return OceanBlock(
-        (*ocean.absorption_per_m, 0.0),
-        (*ocean.scattering_per_m, 0.0),
-        (*ocean.bed_albedo, 0.0),
-        (ocean.roughness, ice, 0.0, 0.0),
-        (*ocean.ice_albedo, 0.0),
-        *nested_anchor(anchor, radius_m),
+        absorption=(*ocean.absorption_per_m, 0.0),
+        scattering=(*ocean.scattering_per_m, 0.0),
+        bed=(*ocean.bed_albedo, 0.0),
+        water=(ocean.roughness, ice, 0.0, 0.0),
+        ice=(*ocean.ice_albedo, 0.0),
+        loss=(*loss, -math.log(_UNSEEN) / (2.0 * min(loss))),
+        liquid=(index, 1.0 / index**2, diffuse_mirrored(index), 0.0),
+        show=(ocean.foam, ocean.surf_m, ocean.caustics, ocean.bed_detail),
+        foam=(*ocean.foam_albedo, 0.0),
+        glow=(*ocean.glow, ocean.crust),
+        anchor_cell=cell,
+        anchor_fraction=fraction,
     )
+
+
+def diffuse_mirrored(index: float) -> float:
+    """Share of a uniform sky's light that a smooth level surface throws back, for an index of refraction >= 1.
+
+    Integral of Fresnel's term over the cosine's square; 0.066 for water (Preisendorfer 1976).
+    """
+    cosine = (np.arange(256) + 0.5) / 256
+    inside = np.sqrt(index**2 - 1.0 + cosine**2)
+    s = ((cosine - inside) / (cosine + inside)) ** 2
+    p = ((index**2 * cosine - inside) / (index**2 * cosine + inside)) ** 2
+    return float(np.mean(cosine * (s + p)))

@@ -15,7 +15,7 @@ from ...engine.surface.coverage import proxy_coverage
 from ...engine.surface.decimation import topology
 from ...engine.surface.selection import chord_limit_m, select_rings, spacing_angle
 from ...engine.system import Frame, Setup, ViewInfo
-from .shading import GBUFFER
+from .shading import GBUFFER, SEA_TOP
 from .wave_passes import SeaWaves, WaveView
 
 __all__ = ["SeaMeshPasses", "SeaView"]
@@ -86,7 +86,7 @@ class SeaMeshPasses:
         edge_px = float(frame.settings["terrain.edge_px"])
         ground = frame.world.resources.get("height_field")
         # From below the surface is seen until the line of sight, which the bed may bend, has come up to it.
-        view.from_below = float(np.linalg.norm(camera.position_m)) - radius < ocean.sea_level_m
+        view.from_below = float(np.linalg.norm(camera.position_m)) - radius < frame.world.resource(SEA_TOP)
         key = (proxy.generation, revision(ocean), edge_px, pixel_angle, id(ground), view.from_below)
         changed = False
         if key != view.key:

@@ -29,12 +29,16 @@ class OceanSystem(System):
 
     def release(self) -> None:
         self._views.clear()
+        self._shading.release()
 
     def _view(self, index: int) -> SeaView:
         view = self._views.get(index)
         if view is None:
             view = self._views[index] = self._mesh.view(self._waves.view())
         return view
+
+    def begin(self, frame: Frame) -> None:
+        self._shading.begin(frame)
 
     def update(self, frame: Frame) -> None:
         view = self._view(frame.view_index)

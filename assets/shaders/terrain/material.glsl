@@ -96,13 +96,12 @@ Material terrain_material(
     albedo = mix(albedo, 0.75 * rock + 0.25 * dry, 0.55 * ramp(-1.7, -0.4, steep));
     albedo = mix(albedo, rock, rocky);
 
-    // Sand along the sea, wet at its edge; as a share of the pixel where the beach is narrower than that.
+    // Sand along the sea; as a share of the pixel where the beach is narrower than that.
     float beach_m = terrain_material_block.sand.w * (1.0 + 0.4 * clamp(mixed, -2.0, 2.0));
     float rise = max(slope, 0.02) * footprint;
-    float dryness = ramp(0.015, 0.075, above_sea * terrain_material_block.gravel.w);
     float beach = beach_m / (beach_m + 0.5 * rise + 1e-3) * clamp(2.5 - 2.5 * (above_sea - 0.5 * rise) / (beach_m + rise + 1e-3), 0.0, 1.0);
     beach *= (1.0 - rocky) * ramp(2500.0, 250.0, footprint);
-    albedo = mix(albedo, terrain_material_block.sand.rgb * mix(0.5, 1.0 + 0.07 * grain + 0.07 * stones, dryness), beach);
+    albedo = mix(albedo, terrain_material_block.sand.rgb * (1.0 + 0.07 * grain + 0.07 * stones), beach);
 
     // Snow: above its line, as wide as the hidden relief spreads it; thin on steep faces.
     float hidden = min(0.25 * deviation * footprint * climate.w, 0.12), spread = 0.012 + 0.6 * hidden;

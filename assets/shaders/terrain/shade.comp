@@ -11,6 +11,7 @@
 #include "contract/sky.glsl"
 #include "contract/sun_visibility.glsl"
 #include "contract/vertex_spacing.glsl"
+#include "contract/water.glsl"
 
 #ifndef GROUND_BLUR
 #define GROUND_BLUR 0.5
@@ -83,17 +84,26 @@ vec3 ground_radiance(ivec2 pixel) {
     gradient += bumps - zenith * dot(zenith, bumps);
     vec3 normal = normalize(zenith - gradient);
 
-    vec3 sun = frame.sun_direction.xyz;
+    // Water over the ground, and ground that is wet from it.
+    float rise = footprint * max(length(gradient), 0.02);
+    Shore wet = shore(D, height, rise, footprint);
+    WaterLight water = water_light(D, zenith, height, footprint);
+    material.albedo *= mix(vec3(1.0), vec3(0.52, 0.5, 0.47), wet.damp);
+    material.albedo = mix(material.albedo, wet.foam_albedo, wet.foam);
+
+    vec3 sun = water.to_sun;
     // Mean over the slopes that a pixel hides: max(x, 0) turns into a soft bend as wide as they spread.
     float mu = dot(normal, sun), soft = 0.5 * material.deviation;
     float n_l = 0.5 * (mu + sqrt(mu * mu + soft * soft)) - 0.5 * soft * clamp(1.0 - mu / max(soft, 1e-4), 0.0, 1.0) * 0.5;
     vec2 open = light_visibility(point);
-    vec3 sunlight = frame.sun_irradiance.rgb * open.x * air_to_space(point, sun);
+    vec3 beam = frame.sun_irradiance.rgb * open.x * air_to_space(point, frame.sun_direction.xyz), sunlight = beam * water.sun;
     // Light that lit neighbouring ground throws back: without it the airless dark sides would be pure black.
     float sun_height = max(dot(zenith, sun), 0.0);
     vec3 bounce = material.albedo * sunlight * sun_height * (0.5 - 0.5 * dot(normal, zenith)) * 0.6;
-    vec3 irradiance = (sky_irradiance(point, normal) + bounce + frame.sun_irradiance.rgb * STARLIGHT) * open.y;
+    vec3 irradiance = (sky_irradiance(point, normal) * water.sky + bounce + frame.sun_irradiance.rgb * STARLIGHT) * open.y;
     vec3 radiance = material.albedo * (sunlight * reflected(max(n_l, 0.0), dot(normal, view), view, sun) + irradiance / PI);
+    vec4 sheen = shore_sheen(wet, point, view, zenith, normal, beam);
+    radiance = radiance * (1.0 - sheen.a) + sheen.rgb;
 
     Air between = air_from_camera(point);
     return radiance * between.transmittance + between.in_scatter;
