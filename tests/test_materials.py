@@ -79,15 +79,23 @@ OCEAN = {
     "scattering_per_m": ("space", (0.02, 0.002, 0.002)),
     "bed_albedo": ("coast", (0.1, 0.1, 0.5)),
     "roughness": ("space", 0.4),
+    "refractive_index": ("coast", 2.0),
+    "foam_albedo": ("beach", (0.1, 0.1, 0.1)),
+    "surf_m": ("beach", 1.0),
+    "bed_detail": ("under", 0.0),
+    "glow": ("coast", (0.1, 0.0, 0.0)),
     "ice_latitude_deg": ("pole", 89.5),
     "ice_albedo": ("pole", (0.2, 0.2, 0.2)),
 }
 
 
+SEEN_IN_PAIRS = {"foam", "crust", "caustics"}  # finer than these pixels, or nothing by itself: test_golden has them
+
+
 def test_every_knob_of_the_ground_and_the_water_is_tried():
     shape = {"ground", "plants"}
     assert {n for n, k in knobs(Terrain).items() if k.group in shape} == set(TERRAIN)
-    assert {n for n in knobs(Ocean) if n != "sea_level_m"} == set(OCEAN)
+    assert {n for n, k in knobs(Ocean).items() if k.group in {"water", "foam", "ice"}} == {*OCEAN, *SEEN_IN_PAIRS}
 
 
 @pytest.mark.parametrize(

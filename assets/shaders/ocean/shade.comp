@@ -11,6 +11,7 @@
 #include "ocean/look/column.glsl"
 #include "ocean/look/glitter.glsl"
 #include "ocean/look/mirror.glsl"
+#include "ocean/look/glow.glsl"
 #ifdef OCEAN_BELOW
 #include "ocean/look/below.glsl"
 #endif
@@ -78,7 +79,10 @@ vec3 sea_radiance(SeaPixel p) {
 #endif
     vec3 upwelling = direct * water_upwelling(p.depth_m, in_cosine, out_cosine, bed)
         + diffuse * water_upwelling(p.depth_m, 0.86, out_cosine, bed);
-    radiance += upwelling * ((1.0 - fresnel) * ocean.liquid.y) + ocean.glow.rgb;
+    radiance += upwelling * ((1.0 - fresnel) * ocean.liquid.y);
+    vec4 glow = liquid_glow(p);
+    vec3 crust = vec3(0.04) * (sunlight * n_l + skylight) / PI;
+    radiance = mix(radiance, crust, glow.a) + glow.rgb;
 
 #ifdef OCEAN_RICH
     Shore shore = shore_at(p.D, -p.depth_m, p.footprint_m * 0.1, p.footprint_m);
