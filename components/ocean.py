@@ -131,11 +131,11 @@ class Ocean:
         widget="color",
     )
     roughness: float = knob(
-        0.2,
-        0.01,
+        0.0,
+        0.0,
         1.0,
         "",
-        "Spread of slopes too small to be seen, the glitter's width: 0.2 is a wind of 7 m/s",
+        "Slopes beside those of the waves, which widen the glitter: 0.2 is a wind of 7 m/s",
         group="water",
     )
     ice_latitude_deg: float = knob(
