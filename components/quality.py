@@ -266,6 +266,11 @@ class OceanQuality:
         "Steps in which the sea looks for ground of the picture to mirror; 0: it mirrors the sky alone",
         cost="steps for each pixel of the sea, where ground is in the picture",
     )
+    ripples: bool = knob(
+        True,
+        help="Waves too short to be among the sea's own, drawn near the camera as octaves of noise",
+        cost="an octave for each factor of two, near the camera",
+    )
 
 
 @dataclass

@@ -5,27 +5,26 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
 from ...components import Ocean, Planet
 from ...engine.contracts import bind_contracts, contract_reads
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
 from ...engine.settings import revision, with_overrides
+from ...engine.space.axes import direction, heading_pitch_axes
 from ...engine.system import Frame, Setup, ViewInfo
-from .block import OCEAN_BINDING, OceanBlock, ocean_block
+from ...engine.waves import WaveSet
+from .block import OCEAN_BINDING, OceanBlock, drifted, ocean_block
+from .lens import LENS_REACH_M, lens_plane
+from .wave_passes import highest_likely_m
 
-__all__ = ["GBUFFER", "LENS_REACH_M", "SEA_TOP", "SeaShading"]
+__all__ = ["GBUFFER", "SEA_TOP", "SeaShading"]
 
 GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
 SEA_TOP = "sea_top_m"
 """World resource: no water is higher above the reference sphere than this, with room for a lens."""
-LENS_REACH_M = 0.3
-"""No point of the near plane is farther from the camera."""
 
 _TILE = (16, 8)
 _KINDS = ("open", "rich", "below")
 _CONTRACTS = {"water": "ocean/water.glsl", "waterline": "ocean/waterline.glsl"}
-_FAR_M = 1.0e9
 
 
 class SeaShading:
@@ -46,10 +45,16 @@ class SeaShading:
         self._held: OceanBlock | None = None
         self._written: tuple[Any, ...] | None = None
         turns = int(setup.settings["ocean.reflections"])
-        mirrors = {"OCEAN_REFLECTIONS": turns} if turns else {}
+        above: dict[str, Any] = {"OCEAN_REFLECTIONS": turns} if turns else {}
+        if setup.settings["ocean.ripples"]:
+            above["OCEAN_RIPPLES"] = 1
         self._classify = setup.gpu.compute("ocean/classify.comp")
         self._list = setup.gpu.compute("ocean/list_tiles.comp")
-        defines = {"open": mirrors, "rich": {**mirrors, "OCEAN_RICH": 1}, "below": {"OCEAN_BELOW": 1}}
+        defines = {
+            "open": above,
+            "rich": {**above, "OCEAN_RICH": 1},
+            "below": {"OCEAN_BELOW": 1, "OCEAN_RIPPLES": 1},
+        }
         self._shade = {k: setup.gpu.compute("ocean/shade.comp", defines=defines[k]) for k in _KINDS}
         stored = str(setup.settings.get("sky.radiance_format", "rgba32f"))
         self._under = setup.gpu.compute("ocean/under.comp", defines={"SCENE_FORMAT": stored})
@@ -58,11 +63,12 @@ class SeaShading:
         self._shaders.withdraw(self._name)
         self._world.resources.pop(SEA_TOP, None)
 
-    def begin(self, frame: Frame) -> None:
+    def begin(self, frame: Frame, waves: WaveSet) -> None:
         """Tell the others how high the water reaches."""
-        frame.world.set_resource(SEA_TOP, frame.world.get(frame.planet, Ocean).sea_level_m + LENS_REACH_M)
+        level_m = frame.world.get(frame.planet, Ocean).sea_level_m
+        frame.world.set_resource(SEA_TOP, level_m + highest_likely_m(waves) + LENS_REACH_M)
 
-    def update(self, frame: Frame) -> None:
+    def update(self, frame: Frame, waves: WaveSet) -> None:
         """Write and bind the water's block."""
         ocean = frame.world.get(frame.planet, Ocean)
         proxy = frame.world.resource(f"proxy.{frame.view_index}")
@@ -70,22 +76,23 @@ class SeaShading:
         written = (revision(ocean), frame.view_index, proxy.generation)
         if written != self._written or self._held is None:
             self._written = written
-            self._held = ocean_block(with_overrides(ocean, "ocean", frame.settings), proxy.lattice.direction, radius)
-        self._held.lens = self._lens(frame, ocean, radius)
+            ocean = with_overrides(ocean, "ocean", frame.settings)
+            self._held = ocean_block(ocean, waves, proxy.lattice.direction, radius)
+            self._wind = heading_pitch_axes(direction(*ocean.wind_at), ocean.wind_direction_deg, 0.0)[0]
+        drift = drifted(proxy.lattice.direction, radius, self._wind, frame.time_s)
+        held = self._held
+        held.drift_cell, held.drift_fraction, held.drift_cell_2, held.drift_fraction_2 = drift
+        self._held.lens = lens_plane(
+            waves,
+            highest_likely_m(waves),
+            frame.camera.position_m,
+            frame.time_s,
+            frame.world.try_resource("height_field"),
+            ocean.sea_level_m,
+        )
         self._near_water = self._held.lens[3] < LENS_REACH_M
         self._block.write(self._held)
         self._block.bind()
-
-    @staticmethod
-    def _lens(frame: Frame, ocean: Ocean, radius_m: float) -> tuple[float, float, float, float]:
-        """The surface as a plane at the camera: its normal in planet axes, and the camera's height over it in metres.
-        Far from the water that height is so large that no rounding changes a pixel's side."""
-        distance = float(np.linalg.norm(frame.camera.position_m))
-        zenith = frame.camera.position_m / distance
-        over = distance - radius_m - ocean.sea_level_m
-        if abs(over) > LENS_REACH_M:
-            over = _FAR_M if over > 0.0 else -_FAR_M
-        return (*zenith, over)
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         across, down = (-(-n // t) for n, t in zip(view.size, _TILE, strict=True))

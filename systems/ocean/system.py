@@ -38,14 +38,14 @@ class OceanSystem(System):
         return view
 
     def begin(self, frame: Frame) -> None:
-        self._shading.begin(frame)
+        self._shading.begin(frame, self._waves.of(frame))
 
     def update(self, frame: Frame) -> None:
         view = self._view(frame.view_index)
         if self._mesh.update(frame, view):
             self.structure += 1
         self._waves.update(frame, view.waves)
-        self._shading.update(frame)
+        self._shading.update(frame, self._waves.of(frame))
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         sea = self._view(view.index)

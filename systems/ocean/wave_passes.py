@@ -16,11 +16,21 @@ from ...engine.system import Frame, Setup
 from ...engine.waves import WaveSet, waves_of
 from .wave_block import BLOCK_BYTES, WAVE_BINDING, SeaMesh, WaveBlock
 
-__all__ = ["SeaWaves", "WaveView"]
+__all__ = ["SeaWaves", "WaveView", "highest_likely_m"]
 
 _RG16_SNORM = 0x8F99  # moderngl takes it for rgba
 VISIBLE_PX = 0.25
 """A displacement that is nowhere longer than this on screen is left out."""
+
+
+def likely_m(waves: WaveSet) -> float:
+    """All crests at once are far out of reach of many waves: seven standard deviations once in 1e11 places."""
+    return 7.0 * waves.significant_height_m / 4.0
+
+
+def highest_likely_m(waves: WaveSet) -> float:
+    """No crest is higher above the calm sea."""
+    return min(waves.highest_m, likely_m(waves))
 
 
 class WaveView:
@@ -53,7 +63,8 @@ class SeaWaves:
     def view(self) -> WaveView:
         return WaveView(self._gpu.buffer(reserve=BLOCK_BYTES, dynamic=True))
 
-    def _waves(self, frame: Frame) -> WaveSet:
+    def of(self, frame: Frame) -> WaveSet:
+        """The waves of the frame's planet."""
         ocean, planet = frame.world.get(frame.planet, Ocean), frame.world.get(frame.planet, Planet)
         key = (revision(ocean), planet.radius_m)
         if self._held is None or self._held[0] != key:
@@ -71,13 +82,11 @@ class SeaWaves:
         smallest_m: float,
     ) -> bool:
         """Reduce the waves to the anchor of the view's proxy; True where waves come into sight or leave it."""
-        waves = self._waves(frame)
+        waves = self.of(frame)
         proxy = frame.world.resource(f"proxy.{frame.view_index}")
         radius = frame.world.get(frame.planet, Planet).radius_m
-        # All crests at once are far out of reach of many waves: seven standard deviations once in 1e11 places.
-        likely_m = 7.0 * waves.significant_height_m / 4.0
-        up_m = min(waves.highest_m, likely_m)
-        far_m = math.hypot(up_m, min(waves.farthest_m, likely_m))
+        up_m = highest_likely_m(waves)
+        far_m = math.hypot(up_m, min(waves.farthest_m, likely_m(waves)))
         moves = far_m > VISIBLE_PX * pixel_angle * max(above_sea_m - up_m, 0.1)
         changed, view.moves = moves != view.moves, moves
         view.reach_m = (up_m, far_m) if moves else (0.0, 0.0)

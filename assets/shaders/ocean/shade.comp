@@ -2,6 +2,7 @@
 //
 //   OCEAN_RICH          bed, foam, ice: for tiles that need them (ocean/classify.comp says which)
 //   OCEAN_BELOW         the surface from below
+//   OCEAN_RIPPLES       waves shorter than the sea's own
 //   OCEAN_REFLECTIONS   turns of the search for mirrored ground
 #include "common/camera.glsl"
 #include "common/surface_tiles.glsl"
@@ -11,21 +12,25 @@
 #include "ocean/look/column.glsl"
 #include "ocean/look/glitter.glsl"
 #include "ocean/look/mirror.glsl"
+#include "ocean/look/foam.glsl"
 #include "ocean/look/glow.glsl"
+#ifdef OCEAN_RIPPLES
+#include "ocean/look/ripples.glsl"
+#endif
 #ifdef OCEAN_BELOW
 #include "ocean/look/below.glsl"
 #endif
 #ifdef OCEAN_RICH
 #include "ocean/look/bed.glsl"
 #include "ocean/look/caustics.glsl"
-#include "ocean/look/foam.glsl"
 #include "ocean/look/ice.glsl"
 #include "ocean/look/shore.glsl"
 #endif
 
 layout(binding = 4) uniform sampler2D u_rough;   // ocean/surface.comp: slopes that pixels don't show, Jacobian
 
-vec2 v_ndc;   // of the pixel at hand
+vec2 v_ndc;       // of the pixel at hand
+float v_hidden;   // variance of slopes that it does not show
 
 const float PI = 3.14159265358979;
 const float STARLIGHT = 1.5e-8;  // of the sun's irradiance: 2e-3 lx of stars and airglow on a moonless night
@@ -33,7 +38,12 @@ const float STARLIGHT = 1.5e-8;  // of the sun's irradiance: 2e-3 lx of stars an
 SeaPixel pixel_at(ivec2 pixel) {
     vec3 point = position_from_depth(v_ndc, texelFetch(u_depth, pixel, 0).r);
     vec4 rough = texelFetch(u_rough, pixel, 0);
-    return sea_pixel(point, oct_decode(texelFetch(u_normal, pixel, 0).rg), sea_depth_decode(texelFetch(u_attributes, pixel, 0).rg), rough);
+    SeaPixel p = sea_pixel(point, oct_decode(texelFetch(u_normal, pixel, 0).rg), sea_depth_decode(texelFetch(u_attributes, pixel, 0).rg), rough);
+    v_hidden = rough.x + rough.y;
+#ifdef OCEAN_RIPPLES
+    sea_ripples(p);
+#endif
+    return p;
 }
 
 #ifdef OCEAN_BELOW
@@ -84,10 +94,13 @@ vec3 sea_radiance(SeaPixel p) {
     vec3 crust = vec3(0.04) * (sunlight * n_l + skylight) / PI;
     radiance = mix(radiance, crust, glow.a) + glow.rgb;
 
+    float foam = crest_foam(p.fold, v_hidden);
 #ifdef OCEAN_RICH
-    Shore shore = shore_at(p.D, -p.depth_m, p.footprint_m * 0.1, p.footprint_m);
-    float foam = foam_pattern(p.D, p.footprint_m, shore.foam);
+    foam = max(foam, shore_at(p.D, -p.depth_m, p.footprint_m * 0.1, p.footprint_m).foam);
+#endif
+    foam = foam_pattern(p.D, p.footprint_m, foam);
     radiance = mix(radiance, ocean.foam.rgb * (sunlight * n_l + skylight) / PI, foam * 0.9);
+#ifdef OCEAN_RICH
     vec2 ice = sea_ice(p);
     radiance = mix(radiance, ocean.ice.rgb * ice.y * (sunlight * n_l + skylight) / PI, ice.x);
 #endif

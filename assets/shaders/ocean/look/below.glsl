@@ -22,20 +22,20 @@ float sun_through(Slopes slopes, vec3 v, vec3 l, float sun_radius, float index) 
 vec3 surface_from_below(SeaPixel p, vec3 sunlight, vec3 skylight) {
     float index = ocean.liquid.x;
     vec3 v = p.view * p.level, l = frame.sun_direction.xyz * p.level;
-    // Facets one deviation to either side: the window's edge is as soft as the slopes that are too small to see.
+    // Facets to either side of the mean: the window's edge is as soft as the slopes that are too small to see.
     vec2 aside = v.xy / max(length(v.xy), 1e-6);
     float sigma = sqrt(slopes_variance_along(p.slopes, aside));
     vec3 through = vec3(0.0), light = vec3(0.0);
     WaterSun sun = water_sun(p.zenith, sunlight, skylight, fresnel_outside(max(l.z, 1e-3), index));
     float mirror = 0.0;
-    for (int i = 0; i < 2; ++i) {
-        vec3 up = sea_normal_of(p.slopes.mean + (float(i) * 2.0 - 1.0) * sigma * aside, p.level);
+    for (int i = 0; i < 4; ++i) {
+        vec3 up = sea_normal_of(p.slopes.mean + (float(i) - 1.5) * 0.894 * sigma * aside, p.level);
         float cosine = clamp(-dot(p.view, up), 1e-3, 1.0), back = fresnel_inside(cosine, index);
         vec3 out_of = refract(-p.view, -up, index);
         out_of = dot(out_of, out_of) > 0.0 ? out_of : p.zenith;
         out_of = normalize(out_of + p.zenith * max(0.01 - dot(out_of, p.zenith), 0.0));
-        light += 0.5 * (1.0 - back) * index * index * sky(out_of);
-        mirror += 0.5 * back;
+        light += 0.25 * (1.0 - back) * index * index * sky(out_of);
+        mirror += 0.25 * back;
     }
     light += sunlight * sun_through(p.slopes, v, l, frame.sun_direction.w, index);
     // Mirrored: water and bed below. A ray that the waves send level goes far.

@@ -45,8 +45,8 @@ vec4 mirrored_ground(vec3 from, vec3 direction) {
     vec2 at = first + towards * high;
     ivec2 texel = clamp(ivec2((0.5 + 0.5 * at) * size), ivec2(0), ivec2(size) - 1);
     bool ground = texelFetch(u_surface, texel, 0).r == SURFACE_TERRAIN;
-    float inside = 1.0 - max(abs(at.x), abs(at.y));
-    float sure = found * (ground ? 1.0 : 0.0) * smoothstep(0.0, 0.12, inside);
+    // Turning the camera moves what is mirrored hardly across the border at the sides, tilting it does at the top.
+    float sure = found * (ground ? 1.0 : 0.0) * smoothstep(0.0, 0.03, 1.0 - abs(at.x)) * smoothstep(0.0, 0.15, 1.0 - abs(at.y));
     return vec4(sure > 0.0 ? texelFetch(u_scene, texel, 0).rgb * frame.scale.y : vec3(0.0), sure);
 }
 #else
