@@ -50,7 +50,7 @@ class OceanSystem(System):
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         sea = self._view(view.index)
         self._mesh.declare(builder, view, sea)
-        self._waves.declare(builder, sea.waves)
+        self._waves.declare(builder, view, sea.waves)
         self._shading.declare(builder, view)
 
     def statistics(self) -> dict[str, int]:

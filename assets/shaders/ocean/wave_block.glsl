@@ -21,3 +21,9 @@ layout(std140, binding = 12) uniform WaveBlock {
 vec4 wave_bin(float k) {
     return wave_bins[clamp(int(floor(4.0 * (log2(k) + 12.0))), 0, WAVE_BINS - 1)];
 }
+
+// The two numbers of waves in a bin.
+ivec2 wave_count(vec4 bin) {
+    float near = floor(bin.x * (1.0 / 1024.0));
+    return ivec2(int(bin.x - 1024.0 * near), int(near));
+}

@@ -21,7 +21,6 @@ struct SeaSurface {
     vec3 normal;     // unit, planet axes
     vec3 variance;   // of the slopes that `normal` has not: along east, along north, mixed
     float jacobian;  // area over that of the calm sea: small where crests are about to break
-    vec2 slope;      // of the height along east and north, m per m
 };
 
 const float SEA_TURN = 6.28318530717959;
@@ -40,11 +39,28 @@ SeaPlace sea_place(vec3 D) {
     return p;
 }
 
-// (sin, cos) of 2 pi times a number of cycles: polynomials of half the angle, 2e-7.
+// The same by where it lies on the map of arcs: a kilometre away as good, where the planet is large beside that.
+SeaPlace sea_place_at(vec2 at) {
+    vec2 arc = at / wave_east.w;
+    float x2 = dot(arc, arc);
+    SeaPlace p;
+    p.at = at;
+    p.q = arc * (1.0 - x2 * (1.0 / 6.0 - x2 / 120.0));
+    float q2 = dot(p.q, p.q);
+    p.up = sqrt(max(1.0 - q2, 0.0));
+    vec3 fall = frame.anchor_up.xyz * (-q2 / (1.0 + p.up)), aside = wave_east.xyz * p.q.x + wave_north.xyz * p.q.y;
+    p.zenith = normalize(frame.anchor_up.xyz + aside + fall);
+    vec3 carry = (frame.anchor_up.xyz + p.zenith) / (1.0 + p.up);
+    p.east = wave_east.xyz - p.q.x * carry;
+    p.north = wave_north.xyz - p.q.y * carry;
+    return p;
+}
+
+// (sin, cos) of 2 pi times a number of cycles: polynomials of half the angle, 1.2e-6.
 vec2 sea_circle(float cycles) {
     float f = cycles - floor(cycles + 0.5), u = f * f;
-    float s = f * (3.14159265 + u * (-5.16771278 + u * (2.55016404 + u * (-0.59926453 + u * 0.0821459))));
-    float c = 1.0 + u * (-4.93480220 + u * (4.05871213 + u * (-1.33526277 + u * (0.23533063 - u * 0.0258069))));
+    float s = f * (3.14158202 + u * (-5.16714278 + u * (2.54189884 - u * 0.55463571)));
+    float c = 0.99999995 + u * (-4.93479286 + u * (4.05841191 + u * (-1.33188009 + u * 0.21969665)));
     return vec2(2.0 * s * c, 1.0 - 2.0 * s * s);
 }
 
@@ -59,22 +75,22 @@ float sea_shoaling(float x) {
     return x >= 10.0 ? 1.0 : 1.0 - 2.0 / (1.0 + exp(2.0 * max(x, 0.0)));
 }
 
-// One wave at a place. direction: unit, away from the origin; weight: of A and of Q by the fade; rate: its change per m;
-// spread: by how much the direction turns per m across.
+// One wave at a place. direction: unit, away from the origin; cycles: its phase; weight: of A and of Q by the fade; rate: its
+// change per m; spread: by how much the direction turns per m across.
 struct SeaWave {
-    vec2 direction, circle;
-    float amplitude, sideways, k, weight, rate, spread;
+    vec2 direction;
+    float cycles, amplitude, sideways, k, weight, rate, spread;
 };
 
-SeaWave sea_far_wave(SeaPlace p, vec4 a, vec4 b, float k) {
+SeaWave sea_far_wave(SeaPlace p, vec4 a, vec4 b) {
     SeaWave wave;
     vec2 along = a.xy, across = vec2(-a.y, a.x);
     float q1 = dot(p.at, along), q2 = dot(p.at, across);
-    wave.circle = sea_circle(fract(a.z + a.w * q1) + a.w * (q2 * q2 * (b.z - b.w * q1)));
+    wave.cycles = fract(a.z + a.w * q1) + a.w * (q2 * q2 * (b.z - b.w * q1));
     wave.direction = along + across * (2.0 * b.z * q2);
     wave.amplitude = b.x;
     wave.sideways = b.y;
-    wave.k = k;
+    wave.k = a.w * SEA_TURN;
     wave.weight = 1.0;
     wave.rate = wave.spread = 0.0;
     return wave;
@@ -88,7 +104,7 @@ SeaWave sea_near_wave(SeaPlace p, vec4 a, vec4 b, vec4 c) {
     float sine = max(sqrt(w * w + q2 * q2), 1e-12), cosine = cos0 * p.up - sin0 * q1;
     float excess = w > 0.0 ? q2 * q2 / (sine + w) : sine - w;
     float x = wave_east.w * sea_asin(q1 + cos0 * excess);
-    wave.circle = sea_circle(fract(a.z + a.w * x));
+    wave.cycles = fract(a.z + a.w * x);
     // Away from the origin, in axes carried from the anchor.
     float fold = 1.0 / (1.0 + p.up);
     wave.direction = (sin0 * (a.xy - p.q * (dot(p.q, a.xy) * fold)) + cos0 * p.q) / sine;
@@ -103,24 +119,20 @@ SeaWave sea_near_wave(SeaPlace p, vec4 a, vec4 b, vec4 c) {
     return wave;
 }
 
+// A wave's part in what the mesh shows: nothing shorter than two of its spacings, all of what is longer than four.
+vec3 sea_wave_moved(SeaWave wave, float depth_m, float spacing_m) {
+    float share = wave.weight * smoothstep(2.0, 4.0, SEA_TURN / (wave.k * spacing_m)) * sea_shoaling(wave.k * depth_m);
+    vec2 circle = sea_circle(wave.cycles);
+    return share * vec3(wave.direction * (wave.sideways * circle.y), wave.amplitude * circle.x);
+}
+
 vec3 sea_moved(SeaPlace p, float depth_m, float spacing_m) {
     vec3 moved = vec3(0.0);
-    // Nothing shorter than two spacings is drawn, all of what is longer than four.
-    float counts = wave_bin(3.14159265 / spacing_m).x;
-    int far_count = int(mod(counts, 1024.0)), near_count = int(floor(counts / 1024.0));
-    for (int i = 0; i < far_count; ++i) {
-        vec4 a = wave_data[3 * i], b = wave_data[3 * i + 1];
-        float k = a.w * SEA_TURN;
-        SeaWave wave = sea_far_wave(p, a, b, k);
-        float share = smoothstep(2.0, 4.0, 1.0 / (a.w * spacing_m)) * sea_shoaling(k * depth_m);
-        moved += share * vec3(wave.direction * (wave.sideways * wave.circle.y), wave.amplitude * wave.circle.x);
-    }
+    ivec2 counts = wave_count(wave_bin(3.14159265 / spacing_m));
+    for (int i = 0; i < counts.x; ++i) moved += sea_wave_moved(sea_far_wave(p, wave_data[3 * i], wave_data[3 * i + 1]), depth_m, spacing_m);
     int first = int(wave_counts.x);
-    for (int i = first; i < first + near_count; ++i) {
-        vec4 a = wave_data[3 * i], b = wave_data[3 * i + 1], c = wave_data[3 * i + 2];
-        SeaWave wave = sea_near_wave(p, a, b, c);
-        float share = wave.weight * smoothstep(2.0, 4.0, 1.0 / (a.w * spacing_m)) * sea_shoaling(c.w * depth_m);
-        moved += share * vec3(wave.direction * (wave.sideways * wave.circle.y), wave.amplitude * wave.circle.x);
+    for (int i = first; i < first + counts.y; ++i) {
+        moved += sea_wave_moved(sea_near_wave(p, wave_data[3 * i], wave_data[3 * i + 1], wave_data[3 * i + 2]), depth_m, spacing_m);
     }
     return moved;
 }
@@ -142,6 +154,11 @@ vec4 sea_footprint(SeaPlace p, vec3 view, float distance_m) {
     return across * across * vec4(vec3(1.0, 1.0, 0.0) + more * vec3(level * level, level.x * level.y), 1.0);
 }
 
+// The largest wave number that a pixel of this footprint shows in some direction.
+float sea_shortest(vec4 footprint) {
+    return 3.14159265 * inversesqrt(max(footprint.w, 1e-12));
+}
+
 // Sums over waves of what `sea_surface` needs.
 struct SeaSums {
     vec2 lift;       // slopes of the height
@@ -149,42 +166,48 @@ struct SeaSums {
     vec3 variance;
 };
 
-void sea_add(inout SeaSums sums, SeaWave wave, vec4 footprint, float depth_m) {
-    vec2 d = wave.direction;
+// The share of a wave that pixels show: it goes to 0 where they are half a wavelength wide.
+float sea_seen(SeaWave wave, vec4 footprint) {
     float k_cut = wave.k * (1.0 / 3.14159265);
-    vec3 dd = vec3(d * d, d.x * d.y);
-    // The share of a wave that pixels show goes to 0 where they are half a wavelength wide.
+    vec3 dd = vec3(wave.direction * wave.direction, wave.direction.x * wave.direction.y);
     float cut = max(1.0 - k_cut * k_cut * dot(footprint.xyz, vec3(dd.xy, 2.0 * dd.z)), 0.0);
-    float seen = cut * cut, shallow = sea_shoaling(wave.k * depth_m);
+    return cut * cut;
+}
+
+// Slope variance of a wave that shows this share of its amplitude. shallow: factor of all of it.
+vec3 sea_hidden(SeaWave wave, float seen, float shallow) {
+    float steep = wave.amplitude * wave.k * wave.weight * shallow;
+    return 0.5 * steep * steep * (1.0 - seen * seen) * vec3(wave.direction * wave.direction, wave.direction.x * wave.direction.y);
+}
+
+void sea_add(inout SeaSums sums, SeaWave wave, vec4 footprint, float depth_m) {
+    vec2 d = wave.direction, circle = sea_circle(wave.cycles);
+    vec3 dd = vec3(d * d, d.x * d.y);
+    float seen = sea_seen(wave, footprint), shallow = sea_shoaling(wave.k * depth_m);
     float share = seen * shallow, whole = share * wave.weight, rate = share * wave.rate;
-    sums.lift += d * (wave.amplitude * (whole * wave.k * wave.circle.y + rate * wave.circle.x));
-    float squeeze = wave.sideways * (rate * wave.circle.y - whole * wave.k * wave.circle.x);
-    float turn = wave.sideways * whole * wave.circle.y * wave.spread;
+    sums.lift += d * (wave.amplitude * (whole * wave.k * circle.y + rate * circle.x));
+    float squeeze = wave.sideways * (rate * circle.y - whole * wave.k * circle.x);
+    float turn = wave.sideways * whole * circle.y * wave.spread;
     sums.squeeze += squeeze * dd + turn * vec3(dd.y, dd.x, -dd.z);
-    float steep = wave.amplitude * wave.k * shallow * wave.weight;
-    sums.variance += 0.5 * steep * steep * (1.0 - seen * seen) * dd;
+    sums.variance += sea_hidden(wave, seen, shallow);
+}
+
+// The cross product of the tangents of the moved sea.
+SeaSurface sea_lie(SeaPlace p, SeaSums sums) {
+    vec2 t = 1.0 + sums.squeeze.xy, lift = sums.lift;
+    float shear = sums.squeeze.z, area = t.x * t.y - shear * shear;
+    vec3 normal = vec3(shear * lift.y - lift.x * t.y, shear * lift.x - lift.y * t.x, area);
+    return SeaSurface(normalize(sea_vector(p, normal)), sums.variance, area);
 }
 
 SeaSurface sea_surface(SeaPlace p, float depth_m, vec4 footprint) {
-    vec4 bin = wave_bin(3.14159265 * inversesqrt(max(footprint.w, 1e-12)));
-    // Two numbers of waves in the first, see wave_bin().
+    vec4 bin = wave_bin(sea_shortest(footprint));
     SeaSums sums = SeaSums(vec2(0.0), vec3(0.0), bin.yzw);
-    int far_count = int(mod(bin.x, 1024.0)), near_count = int(floor(bin.x / 1024.0));
-    for (int i = 0; i < far_count; ++i) {
-        vec4 a = wave_data[3 * i], b = wave_data[3 * i + 1];
-        sea_add(sums, sea_far_wave(p, a, b, a.w * SEA_TURN), footprint, depth_m);
-    }
+    ivec2 counts = wave_count(bin);
+    for (int i = 0; i < counts.x; ++i) sea_add(sums, sea_far_wave(p, wave_data[3 * i], wave_data[3 * i + 1]), footprint, depth_m);
     int first = int(wave_counts.x);
-    for (int i = first; i < first + near_count; ++i) {
+    for (int i = first; i < first + counts.y; ++i) {
         sea_add(sums, sea_near_wave(p, wave_data[3 * i], wave_data[3 * i + 1], wave_data[3 * i + 2]), footprint, depth_m);
     }
-    vec2 t = 1.0 + sums.squeeze.xy;
-    float shear = sums.squeeze.z, area = t.x * t.y - shear * shear;
-    vec2 lift = sums.lift;
-    SeaSurface s;
-    s.normal = normalize(sea_vector(p, vec3(shear * lift.y - lift.x * t.y, shear * lift.x - lift.y * t.x, area)));
-    s.variance = sums.variance;
-    s.jacobian = area;
-    s.slope = lift;
-    return s;
+    return sea_lie(p, sums);
 }
