@@ -21,6 +21,7 @@ from .wave_passes import SeaWaves, WaveView
 __all__ = ["SeaMeshPasses", "SeaView"]
 
 _MOST_CELLS = 12000  # as for the ground
+_MOST_SKIPPED = 1  # powers of two
 _WATER_ONLY = (-1.0e29, 3.0e38)  # ocean/vertices.comp marks cells without water
 
 
@@ -64,7 +65,9 @@ class SeaMeshPasses:
         self._most = int(setup.settings["terrain.decimation"])
         self._cull = gpu.compute("common/cull_cells.comp", defines=defines)
         self._list = gpu.compute("ocean/list_cells.comp", defines=defines)
-        self._displace = gpu.compute("ocean/displace.comp", defines=defines)
+        # Fetching a wave costs as much as evaluating it where lanes can't share the fetch.
+        each = 5 if gpu.gpu.caps.is_software else 2
+        self._displace = gpu.compute("ocean/displace.comp", defines={**defines, "SEA_VERTICES": each})
         calm, moving = defines, {**defines, "SEA_MOVES": 1}
         self._surfaces = [
             gpu.program(vertex="ocean/gbuffer.vert", fragment="ocean/gbuffer.frag", defines=d) for d in (calm, moving)
@@ -193,8 +196,8 @@ class SeaMeshPasses:
             if bind_heights is not None:
                 bind_heights(view_index)
             self._vertices.set("u_reach", sea.waves.reach_m)
-            # Chords of eight edges would cut off the waves that are there to be seen.
-            most = 0 if sea.waves.moves else self._most
+            # Chords of eight edges would cut off the waves that are there to be seen; two of them a pixel's height.
+            most = min(self._most, _MOST_SKIPPED) if sea.waves.moves else self._most
             sea.mesh.make_vertices(
                 self._vertices, self._measure, self._agree, sea.eye_m, sea.edge_rad, sea.chord_m, most
             )
@@ -218,11 +221,11 @@ class SeaMeshPasses:
         return run
 
     def _bind_displace(self, io: PassIO, sea: SeaView) -> Callable[[], None]:
-        vertices, cells, displaced = (io.buffer(f"ocean.{n}") for n in ("vertices", "cells", "displaced"))
+        cells, displaced = io.buffer("ocean.cells"), io.buffer("ocean.displaced")
         sea.displaced = None
 
         def run() -> None:
-            vertices.bind_to_storage_buffer(1)
+            sea.mesh.bind_made()
             displaced.bind_to_storage_buffer(3)
             cells.bind_to_storage_buffer(4)
             self._displace.run_indirect(cells)

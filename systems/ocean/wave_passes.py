@@ -70,7 +70,12 @@ class SeaWaves:
     def _program(self, file: str, moves: bool, swell: bool) -> Any:
         found = self._programs.get((file, moves, swell))
         if found is None:
-            defines = {"SEA_RUN": self._run, "SEA_LANES": 128 // self._run, **({"SEA_MOVES": 1} if moves else {}), **({"SEA_SWELL": 1} if swell else {})}
+            defines = {
+                "SEA_RUN": self._run,
+                "SEA_LANES": 128 // self._run,
+                **({"SEA_MOVES": 1} if moves else {}),
+                **({"SEA_SWELL": 1} if swell else {}),
+            }
             found = self._programs[file, moves, swell] = self._gpu.compute(file, defines=defines)
         return found
 
@@ -131,7 +136,9 @@ class SeaWaves:
                 system=self._name,
                 bind=lambda io: self._bind_swell(io, view),
                 reads=reads,
-                creates=(BufferSpec("ocean.swell", (tiles + 8) * _SWELL_BYTES, help="long waves of each tile, at nodes"),),
+                creates=(
+                    BufferSpec("ocean.swell", (tiles + 8) * _SWELL_BYTES, help="long waves of each tile, at nodes"),
+                ),
                 after=("ocean.gbuffer",),
                 after_optional=("terrain.coast",),
                 help="slopes of the waves that are long on a tile of the picture",
@@ -166,7 +173,11 @@ class SeaWaves:
         return bind
 
     def _bind_swell(self, io: PassIO, view: WaveView) -> Callable[[], None]:
-        bind, swell, program = self._bind_pixels(io, view), io.buffer("ocean.swell"), self._program("ocean/swell.comp", view.moves, True)
+        bind, swell, program = (
+            self._bind_pixels(io, view),
+            io.buffer("ocean.swell"),
+            self._program("ocean/swell.comp", view.moves, True),
+        )
         across, down = io.size
         groups = -(-(-(-across // 16) * -(-down // 8)) // 8)
 

@@ -2,8 +2,9 @@
 // that it can't. The mesh says where the surface is and how far it was moved sideways.
 //
 // A lane takes SEA_RUN pixels side by side: each wave is fetched and placed once for all of them, and then is a straight wave
-// from pixel to pixel (with its rings' curve, if its origin is near). Waves that are long on the whole tile come from the tile's
-// nodes, if SEA_SWELL says that there are any.
+// from pixel to pixel (with its rings' curve, if its origin is near). Where pixels lie in even steps on the calm sea, as its waves
+// go, their phases are turned from one to the next. Waves that are long on the whole tile come from the tile's nodes, if SEA_SWELL
+// says that there are any.
 #include "common/camera.glsl"
 #include "common/octahedral.glsl"
 #include "common/sea_depth.glsl"
@@ -23,7 +24,8 @@ layout(std430, binding = 1) readonly buffer SwellBuffer { SwellTile swell[]; };
 layout(binding = 0) writeonly uniform image2D u_normal_out;
 layout(binding = 1) writeonly uniform image2D u_rough_out;
 
-const float DEEP = 4.0;   // as in swell.comp
+const float DEEP = 4.0;     // as in swell.comp
+const float EVEN = 0.04;    // rad: phases off by less are taken as even steps
 
 vec2 g_offset[SEA_RUN];      // of each pixel from the middle of the run, m
 vec2 g_lift[SEA_RUN];
@@ -31,8 +33,11 @@ vec3 g_squeeze[SEA_RUN];
 vec3 g_hidden;
 vec4 g_footprint;
 vec2 g_depth;              // at the first and the last pixel
+vec2 g_start, g_step;      // m: the pixels' offsets as even steps
 
-void add_wave(SeaWave wave, float per_m, bool near, bool shallow) {
+shared uint s_uneven;
+
+void add_wave(SeaWave wave, float per_m, bool near, bool shallow, bool even) {
     vec2 d = wave.direction;
     vec3 dd = vec3(d * d, d.x * d.y);
     float seen = sea_seen(wave, g_footprint);
@@ -45,7 +50,14 @@ void add_wave(SeaWave wave, float per_m, bool near, bool shallow) {
     vec3 side_cosine = wave.sideways * (rate * dd + seen * wave.weight * wave.spread * vec3(dd.y, dd.x, -dd.z));
     vec2 step = d * per_m;
     float curve = 0.5 * wave.spread * per_m;
+    vec2 turned = sea_circle(wave.cycles + dot(step, g_start)), turn = sea_circle(dot(step, g_step));
     for (int k = 0; k < SEA_RUN; ++k) {
+        if (even) {
+            g_lift[k] += turned.y * up;
+            g_squeeze[k] += turned.x * side;
+            turned = vec2(turned.x * turn.y + turned.y * turn.x, turned.y * turn.y - turned.x * turn.x);
+            continue;
+        }
         float cycles = wave.cycles + dot(step, g_offset[k]);
         if (near) {
             float across = d.x * g_offset[k].y - d.y * g_offset[k].x;
@@ -119,14 +131,33 @@ void main() {
             count += 1.0;
         }
     }
-    if (count == 0.0) return;
-    middle /= count;
-    g_footprint /= count;
+    middle /= max(count, 1.0);
+    g_footprint /= max(count, 1.0);
     for (int k = 0; k < SEA_RUN; ++k) {
         g_offset[k] = sea[k] ? places[k].at - middle : vec2(0.0);
         g_lift[k] = vec2(0.0);
         g_squeeze[k] = vec3(0.0);
     }
+    // Even steps from the first pixel of the sea to the last.
+    int from = 0, to = SEA_RUN - 1;
+    while (from < SEA_RUN - 1 && !sea[from]) ++from;
+    while (to > from && !sea[to]) --to;
+    g_step = (g_offset[to] - g_offset[from]) / float(max(to - from, 1));
+    g_start = g_offset[from] - float(from) * g_step;
+    float uneven = 0.0;
+    for (int k = 0; k < SEA_RUN; ++k) {
+        vec2 off = g_offset[k] - g_start - float(k) * g_step;
+        if (sea[k]) uneven = max(uneven, dot(off, off));
+    }
+    // All lanes divide the waves alike: lanes that go separate ways cost the time of both.
+    if (gl_LocalInvocationID.x == 0u) s_uneven = 0u;
+    memoryBarrierShared();
+    barrier();
+    atomicMax(s_uneven, floatBitsToUint(uneven));
+    memoryBarrierShared();
+    barrier();
+    uneven = uintBitsToFloat(s_uneven);
+    if (count == 0.0) return;
     SeaPlace place = sea_place_at(middle);
     vec4 bin = wave_bin(sea_shortest(g_footprint));
     g_hidden = bin.yzw;
@@ -140,16 +171,21 @@ void main() {
     feels = min(feels, counts.x);
     for (int i = 0; i < feels; ++i) {
         vec4 a = wave_data[3 * i], b = wave_data[3 * i + 1];
-        add_wave(sea_far_wave(place, a, b), a.w, false, true);
+        add_wave(sea_far_wave(place, a, b), a.w, false, true, false);
     }
-    for (int i = held; i < counts.x; ++i) {
+    int even = clamp(wave_count(wave_bin(EVEN * inversesqrt(max(uneven, 1e-12)))).x, held, max(counts.x, held));
+    for (int i = held; i < even; ++i) {
         vec4 a = wave_data[3 * i], b = wave_data[3 * i + 1];
-        add_wave(sea_far_wave(place, a, b), a.w, false, false);
+        add_wave(sea_far_wave(place, a, b), a.w, false, false, true);
+    }
+    for (int i = even; i < counts.x; ++i) {
+        vec4 a = wave_data[3 * i], b = wave_data[3 * i + 1];
+        add_wave(sea_far_wave(place, a, b), a.w, false, false, false);
     }
     int first_near = int(wave_counts.x), end_near = first_near + counts.y;
     for (int i = first_near; i < end_near; ++i) {
         vec4 a = wave_data[3 * i], b = wave_data[3 * i + 1], c = wave_data[3 * i + 2];
-        add_wave(sea_near_wave(place, a, b, c), a.w, true, true);
+        add_wave(sea_near_wave(place, a, b, c), a.w, true, true, false);
     }
     for (int k = 0; k < SEA_RUN; ++k) {
         if (!sea[k]) continue;
