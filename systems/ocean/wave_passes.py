@@ -70,12 +70,11 @@ class SeaWaves:
     def _program(self, file: str, moves: bool, swell: bool) -> Any:
         found = self._programs.get((file, moves, swell))
         if found is None:
-            defines = {
-                "SEA_RUN": self._run,
-                "SEA_LANES": 128 // self._run,
-                **({"SEA_MOVES": 1} if moves else {}),
-                **({"SEA_SWELL": 1} if swell else {}),
-            }
+            defines = {"SEA_RUN": self._run, "SEA_LANES": 128 // self._run}
+            if moves:
+                defines["SEA_MOVES"] = 1
+            if swell:
+                defines["SEA_SWELL"] = 1
             found = self._programs[file, moves, swell] = self._gpu.compute(file, defines=defines)
         return found
 
@@ -173,11 +172,8 @@ class SeaWaves:
         return bind
 
     def _bind_swell(self, io: PassIO, view: WaveView) -> Callable[[], None]:
-        bind, swell, program = (
-            self._bind_pixels(io, view),
-            io.buffer("ocean.swell"),
-            self._program("ocean/swell.comp", view.moves, True),
-        )
+        bind, swell = self._bind_pixels(io, view), io.buffer("ocean.swell")
+        program = self._program("ocean/swell.comp", view.moves, True)
         across, down = io.size
         groups = -(-(-(-across // 16) * -(-down // 8)) // 8)
 
