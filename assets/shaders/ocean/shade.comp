@@ -62,10 +62,9 @@ vec3 sea_radiance(SeaPixel p) {
     // Mirrored.
     float index = ocean.liquid.x;
     SlopesSeen seen = slopes_seen(p.slopes, v);
-    vec2 aside = v.xy / max(length(v.xy), 1e-6);
+    vec2 aside = slopes_aside(v);
     float facet;
-    float across2 = slopes_variance_along(p.slopes, vec2(-aside.y, aside.x));
-    float fresnel = fresnel_mean(seen, across2, v, index, facet);
+    float fresnel = fresnel_mean(p.slopes, seen, v, index, facet);
     vec2 slope = p.slopes.mean + (facet - dot(p.slopes.mean, aside)) * aside;
     vec3 normal = sea_normal_of(slope, p.level);
     vec3 open_sky = sky_below_camera(skylight);

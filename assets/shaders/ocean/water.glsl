@@ -53,7 +53,7 @@ vec4 shore_sheen(Shore shore, vec3 point, vec3 view, vec3 zenith, vec3 normal, v
         Slopes slopes = Slopes(-n.xy / max(n.z, 0.2), vec3(variance, variance, 0.0));
         SlopesSeen seen = slopes_seen(slopes, v);
         float facet, index = ocean.liquid.x;
-        float fresnel = fresnel_mean(seen, variance, v, index, facet);
+        float fresnel = fresnel_mean(slopes, seen, v, index, facet);
         vec3 mirrored = reflect(-view, normalize(level * vec3(-facet, -slopes.mean.y, 1.0)));
         mirrored = normalize(mirrored + zenith * max(0.02 - dot(mirrored, zenith), 0.0));
         float share = mix(0.35 * shore.damp, 1.0, shore.film) * (1.0 - shore.foam);

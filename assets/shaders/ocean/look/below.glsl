@@ -23,7 +23,7 @@ vec3 surface_from_below(SeaPixel p, vec3 sunlight, vec3 skylight) {
     float index = ocean.liquid.x;
     vec3 v = p.view * p.level, l = frame.sun_direction.xyz * p.level;
     // Facets to either side of the mean: the window's edge is as soft as the slopes that are too small to see.
-    vec2 aside = v.xy / max(length(v.xy), 1e-6);
+    vec2 aside = slopes_aside(v);
     float sigma = sqrt(slopes_variance_along(p.slopes, aside));
     vec3 through = vec3(0.0), light = vec3(0.0);
     WaterSun sun = water_sun(p.zenith, sunlight, skylight, fresnel_outside(max(l.z, 1e-3), index));

@@ -21,7 +21,9 @@ float fresnel_inside(float cosine, float index) {
 // Mean of Fresnel's term over the facets that a direction sees, by two facets one deviation to either side of their mean: exact for
 // what varies as a cubic of the slope, within 2 % of Monte-Carlo from smooth water to slopes of 0.2 at all angles. `slope`: their
 // mean slope along the direction weighted with what they throw back, the facet that mirrors on average.
-float fresnel_mean(SlopesSeen seen, float across2, vec3 v, float index, out float slope) {
+float fresnel_mean(Slopes slopes, SlopesSeen seen, vec3 v, float index, out float slope) {
+    vec2 aside = slopes_aside(v), side = vec2(-aside.y, aside.x);
+    float across = dot(slopes.mean, side), across2 = across * across + slopes_variance_along(slopes, side);
     vec2 s = seen.mean + seen.spread * vec2(-1.0, 1.0);
     vec2 cosine = clamp((v.z - length(v.xy) * s) * inversesqrt(1.0 + s * s + across2), 1e-4, 1.0);
     vec2 share = vec2(fresnel_outside(cosine.x, index), fresnel_outside(cosine.y, index));

@@ -23,6 +23,12 @@ float slopes_density(float t) {
     return 0.398942280 * exp(-0.5 * t * t);
 }
 
+// The level part of a direction, unit; straight up any will do.
+vec2 slopes_aside(vec3 v) {
+    float aside = length(v.xy);
+    return aside > 1e-6 ? v.xy / aside : vec2(1.0, 0.0);
+}
+
 // What a direction sees of the surface.
 struct SlopesSeen {
     float area;      // mean over all facets of their projected area, back sides as 0: v_z for a smooth level surface
@@ -32,13 +38,14 @@ struct SlopesSeen {
 };
 
 SlopesSeen slopes_seen(Slopes s, vec3 v) {
-    float aside = max(length(v.xy), 1e-6), mean = dot(s.mean, v.xy) / aside, sigma = sqrt(slopes_variance_along(s, v.xy / aside));
+    vec2 along = slopes_aside(v);
+    float aside = max(length(v.xy), 1e-6), mean = dot(s.mean, along), sigma = sqrt(slopes_variance_along(s, along));
     SlopesSeen seen;
     seen.facing = v.z - aside * mean;
-    // Beyond seven deviations all facets show, or (a mean facet turned away) none that counts.
-    float t = clamp(seen.facing / (aside * sigma), -5.0, 7.0);
+    // A mean facet turned away by five deviations shows nothing that counts; from far above all facets show.
+    float t = clamp(seen.facing / (aside * sigma), -5.0, 1e3);
     float below = slopes_below(t), density = slopes_density(t), area = max(t * below + density, 1e-7);
-    seen.area = t >= 7.0 ? seen.facing : aside * sigma * area;
+    seen.area = t >= 1e3 ? seen.facing : aside * sigma * area;
     float first = -below / area, second = (t * below + 2.0 * density) / area;
     seen.mean = mean + sigma * first;
     seen.spread = sigma * sqrt(max(second - first * first, 0.0));
