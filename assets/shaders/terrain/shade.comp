@@ -20,6 +20,9 @@
 vec2 v_ndc;   // of the pixel at hand
 
 const float PI = 3.14159265358979;
+#ifdef GROUND_CLUTTER
+#include "terrain/clutter.glsl"
+#endif
 const float STARLIGHT = 1.5e-8;   // of the sun's irradiance: 2e-3 lx of stars and airglow on a moonless night
 
 // Reflected radiance per irradiance at normal incidence and albedo. Lambert's law, or for dust without air McEwen's 1991
@@ -31,6 +34,14 @@ float reflected(float n_l, float n_v, vec3 view, vec3 sun) {
     float seeliger = 2.0 * n_l / max(n_l + max(n_v, 0.0), 1e-3);
     return mix(n_l, seeliger, share) / PI;
 }
+
+#ifdef GROUND_CLUTTER
+// A direction, as seen from the ground at hand if that was level: what rises along the ground is taken away.
+vec3 levelled(vec3 direction, vec3 normal, vec3 zenith) {
+    float up = dot(direction, zenith), rises = max(dot(direction, normal), 0.06);
+    return normalize(direction + (rises - up) * zenith);
+}
+#endif
 
 #ifdef TERRAIN_COLORED
 // The map's colour, broken up by the materials' noise, rock and freshly dug ground; near the eye half of the materials' own.
@@ -80,7 +91,7 @@ vec3 ground_radiance(ivec2 pixel) {
     for (int once = terrain_table.map.z > 0 ? 0 : 1; once < 1; ++once)
         material.albedo = colored(material, detail, zenith, moisture, footprint);
 #endif
-    vec3 bumps = material.grain * detail.grain + material.relief;
+    vec3 bumps = material.grain * detail.grain;
     gradient += bumps - zenith * dot(zenith, bumps);
     vec3 normal = normalize(zenith - gradient);
 
@@ -92,10 +103,21 @@ vec3 ground_radiance(ivec2 pixel) {
     material.albedo = mix(material.albedo, wet.foam_albedo, wet.foam);
 
     vec3 sun = water.to_sun;
+    vec2 open = light_visibility(point);
+#ifdef GROUND_CLUTTER
+    GroundClutter clutter = ground_clutter(D, zenith, levelled(view, coarse, zenith), levelled(sun, coarse, zenith), across,
+        material.stony, material.leafy * vec4(1.0, 1.0, 1.0, ramp(10.0, 25.0, distance_m * dot(view, zenith))));
+    vec3 stone = mix(terrain_material_block.rock.rgb, terrain_material_block.strata.rgb, 0.3 + 0.3 * clutter.tint)
+        * (1.0 + 0.35 * clutter.tint);
+    vec3 leaves = mix(material.plant * (1.15 + 0.3 * clutter.tint), terrain_material_block.forest.rgb * (1.5 + 0.5 * clutter.tint), clutter.bush);
+    material.albedo = mix(material.albedo, mix(stone, leaves * clutter.light, clutter.plant), clutter.cover);
+    normal = normalize(normal * (1.0 - clutter.cover) + clutter.normal - gradient * dot(clutter.normal, zenith));
+    open *= mix(vec2(clutter.sun, clutter.sky), vec2(1.0), clutter.cover);
+#endif
+
     // Mean over the slopes that a pixel hides: max(x, 0) turns into a soft bend as wide as they spread.
     float mu = dot(normal, sun), soft = 0.5 * material.deviation;
     float n_l = 0.5 * (mu + sqrt(mu * mu + soft * soft)) - 0.5 * soft * clamp(1.0 - mu / max(soft, 1e-4), 0.0, 1.0) * 0.5;
-    vec2 open = light_visibility(point);
     vec3 beam = frame.sun_irradiance.rgb * open.x * air_to_space(point, frame.sun_direction.xyz), sunlight = beam * water.sun;
     // Light that lit neighbouring ground throws back: without it the airless dark sides would be pure black.
     float sun_height = max(dot(zenith, sun), 0.0);
