@@ -22,7 +22,7 @@ const float CLUTTER_REACH = 3.0;   // how far a ray is followed, in cells
 const int CLUTTER_STEP[4] = int[4](1, 3, 6, 7);   // cells of 0.125, 0.5, 4 and 8 m
 // Radii in cells: of plants from, to; of stones from, to.
 const vec4 CLUTTER_RADIUS[4] = vec4[4](
-    vec4(0.12, 0.34, 0.08, 0.30), vec4(0.08, 0.30, 0.08, 0.28), vec4(0.06, 0.20, 0.04, 0.16), vec4(0.12, 0.40, 0.04, 0.16));
+    vec4(0.12, 0.34, 0.08, 0.30), vec4(0.08, 0.30, 0.08, 0.28), vec4(0.06, 0.20, 0.03, 0.11), vec4(0.10, 0.40, 0.01, 0.05));
 // Height over radius: of plants, of stones; share of the sun that is lost behind a plant; how much a plant is lit from above.
 const vec4 CLUTTER_SHAPE[4] = vec4[4](
     vec4(2.2, 0.7, 0.5, 0.6), vec4(1.1, 0.65, 0.7, 0.6), vec4(0.85, 0.8, 0.85, 0.3), vec4(1.25, 0.8, 0.85, 0.2));
@@ -57,12 +57,12 @@ GroundClutter ground_clutter(vec3 D, vec3 zenith, vec3 eye, vec3 sun, float acro
     to_sun -= sun_rise * up;
     float strength = terrain_material_block.look.w;
     // Kinds from the finest whose largest things are four pixels wide.
-    int kind = strength > 0.0 ? across < 0.021 ? 0 : across < 0.075 ? 1 : across < 0.4 ? 2 : across < 1.6 ? 3 : 4 : 4;
+    int kind = strength > 0.0 ? across < 0.03 ? 0 : across < 0.075 ? 1 : across < 0.4 ? 2 : across < 1.6 ? 3 : 4 : 4;
     float left = 1.0;   // of the pixel, for what lies behind
     for (; kind < CLUTTER_KINDS; ++kind) {
         float size = NESTED_BASE_M * exp2(float(CLUTTER_STEP[kind])), width = across / size;
         vec4 radii = CLUTTER_RADIUS[kind], shape = CLUTTER_SHAPE[kind];
-        float here = clamp(2.0 - 4.0 * width / radii.y, 0.0, 1.0) * strength, share = leafy[kind];
+        float here = clamp(2.0 - 3.0 * width / radii.y, 0.0, 1.0) * strength, share = leafy[kind];
         ivec3 lattice;
         vec3 fraction;
         float frequency;

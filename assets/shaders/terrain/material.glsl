@@ -14,6 +14,8 @@ struct Material {
     float stony;      // of cells of clutter that hold a stone
     vec4 leafy;       // and a plant: a tuft, a tussock, a shrub, a tree
     vec3 plant;       // albedo of plants
+    float sandy;      // share of loose sand, in ripples
+    float snowy;      // and of snow, in ridges
 };
 
 // Variance of the slopes of relief shorter than twice a length: a fit to the layers' table.
@@ -75,7 +77,8 @@ Material terrain_material(
     float stones = ramp(1.0, 1.6, noise.fine + 0.4 * noise.broad) * spots;
     float tufts = ramp(0.6, 1.5, 0.5 * mixed - noise.fine) * spots;
     vec3 dry = terrain_material_block.dry.rgb;
-    vec3 soil = mix(dry, terrain_material_block.sand.rgb, 0.8 * ramp(-0.5, 1.3, mixed - 2.5 * humidity + 0.62));
+    float sanded = ramp(-0.5, 1.3, mixed - 2.5 * humidity + 0.62);
+    vec3 soil = mix(dry, terrain_material_block.sand.rgb, 0.8 * sanded);
     soil = mix(soil, terrain_material_block.sand.rgb, 0.9 * (1.0 - plants) * ramp(0.50, 0.64, moisture + 0.06 * mixed));
     soil = mix(soil, terrain_material_block.gravel.rgb, 0.65 * ramp(0.7, 1.9, 1.2 * patches - mixed + 2.0 * roughness));
     soil = mix(soil, dry * vec3(0.40, 0.42, 0.46), ramp(0.15, 0.5, humidity) * plants);
@@ -90,7 +93,9 @@ Material terrain_material(
     vec3 albedo = mix(soil, plant, cover);
 
     // Steep ground: scree first, then rock in layers. Rough ground, as of mountain ranges, turns to rock earlier.
-    float bare = terrain_material_block.rock.w * clamp(1.25 - roughness, 0.5, 1.0);
+    // Roots hold soil on slopes that would be bare in a dry or cold place.
+    float rooted = green * ramp(0.05, 0.3, warmth);
+    float bare = terrain_material_block.rock.w * clamp(1.25 - roughness, 0.5, 1.0) * (1.0 + 0.9 * rooted);
     // Bumps of a few metres alone are no cliffs.
     float bumpy = sqrt(hidden_slope_variance(roughness, max(footprint, 10.0)));
     float steep = (slope - bare) / (0.25 * bare + bumpy) + 0.45 * grain;
@@ -98,7 +103,7 @@ Material terrain_material(
     float layered = strata(height, mixed, footprint * (0.1 + slope)) * terrain_material_block.strata.w;
     vec3 rock = mix(terrain_material_block.rock.rgb, terrain_material_block.strata.rgb, clamp(0.35 + layered + 0.3 * patches, 0.0, 1.0));
     rock *= 1.0 + 0.2 * grain - 0.25 * tufts;
-    albedo = mix(albedo, 0.75 * rock + 0.25 * dry, 0.55 * ramp(-1.7, -0.4, steep));
+    albedo = mix(albedo, 0.75 * rock + 0.25 * dry, (0.55 - 0.4 * rooted) * ramp(-1.7, -0.4, steep));
     albedo = mix(albedo, rock, rocky);
 
     // Sand along the sea; as a share of the pixel where the beach is narrower than that.
@@ -132,5 +137,7 @@ Material terrain_material(
     material.stony = stony;
     material.leafy = leafy;
     material.plant = plant;
+    material.sandy = max(beach, sanded * (1.0 - cover)) * (1.0 - rocky) * (1.0 - snowy);
+    material.snowy = snowy;
     return material;
 }

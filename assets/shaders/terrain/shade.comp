@@ -22,6 +22,7 @@ vec2 v_ndc;   // of the pixel at hand
 const float PI = 3.14159265358979;
 #ifdef GROUND_CLUTTER
 #include "terrain/clutter.glsl"
+#include "terrain/ripples.glsl"
 #endif
 const float STARLIGHT = 1.5e-8;   // of the sun's irradiance: 2e-3 lx of stars and airglow on a moonless night
 
@@ -92,6 +93,12 @@ vec3 ground_radiance(ivec2 pixel) {
         material.albedo = colored(material, detail, zenith, moisture, footprint);
 #endif
     vec3 bumps = material.grain * detail.grain;
+#ifdef GROUND_CLUTTER
+    bool snow = material.snowy > material.sandy;
+    vec4 rippled = ripples(D, snow ? 5 : 1, snow ? 0.9 : 0.4, footprint) * max(material.snowy, material.sandy);
+    bumps += (snow ? 0.16 : 0.22) * terrain_material_block.look.w * rippled.xyz;
+    material.albedo *= 1.0 + (snow ? 0.02 : 0.08) * rippled.w;
+#endif
     gradient += bumps - zenith * dot(zenith, bumps);
     vec3 normal = normalize(zenith - gradient);
 
