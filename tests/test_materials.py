@@ -72,6 +72,7 @@ TERRAIN = {
     "snow_slope_deg": ("high", 8.0),
     "variation": ("near", 0.0),
     "grain": ("beach", 4.0),
+    "clutter": ("ground", 0.0),
     "dust_law": ("near", 1.0),
 }
 OCEAN = {
