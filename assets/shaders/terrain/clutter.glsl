@@ -5,6 +5,7 @@
 // Sizes are the world's. A kind goes where pixels grow as large as its things, and from there on it costs nothing.
 #include "generated/terrain_material_block.glsl"
 #include "common/nested_noise.glsl"
+#include "common/surfaces.glsl"
 
 struct GroundClutter {
     float cover;   // 0..1: share of the pixel with one in front
@@ -19,6 +20,8 @@ struct GroundClutter {
 
 const int CLUTTER_KINDS = 4, CLUTTER_MOST = 6;   // the latter: cells on a ray
 const float CLUTTER_REACH = 3.0;   // how far a ray is followed, in cells
+// What a pixel spans where a kind is gone; the largest is that of near tiles.
+const float CLUTTER_SPAN_M[4] = float[4](0.03, 0.1, 0.5, NEAR_ACROSS_M);
 const int CLUTTER_STEP[4] = int[4](1, 3, 6, 7);   // cells of 0.125, 0.5, 4 and 8 m
 // Radii in cells: of plants from, to; of stones from, to.
 const vec4 CLUTTER_RADIUS[4] = vec4[4](
@@ -56,13 +59,14 @@ GroundClutter ground_clutter(vec3 D, vec3 zenith, vec3 eye, vec3 sun, float acro
     to_eye -= eye_rise * up;
     to_sun -= sun_rise * up;
     float strength = terrain_material_block.look.w;
-    // Kinds from the finest whose largest things are four pixels wide.
-    int kind = strength > 0.0 ? across < 0.03 ? 0 : across < 0.075 ? 1 : across < 0.4 ? 2 : across < 1.6 ? 3 : 4 : 4;
+    // From the finest that shows.
+    int kind = 0;
+    for (int k = 0; k < CLUTTER_KINDS; ++k) kind += across < CLUTTER_SPAN_M[k] && strength > 0.0 ? 0 : 1;
     float left = 1.0;   // of the pixel, for what lies behind
     for (; kind < CLUTTER_KINDS; ++kind) {
         float size = NESTED_BASE_M * exp2(float(CLUTTER_STEP[kind])), width = across / size;
         vec4 radii = CLUTTER_RADIUS[kind], shape = CLUTTER_SHAPE[kind];
-        float here = clamp(2.0 - 3.0 * width / radii.y, 0.0, 1.0) * strength, share = leafy[kind];
+        float here = clamp(2.0 - 2.0 * across / CLUTTER_SPAN_M[kind], 0.0, 1.0) * strength, share = leafy[kind];
         ivec3 lattice;
         vec3 fraction;
         float frequency;
@@ -85,9 +89,10 @@ GroundClutter ground_clutter(vec3 D, vec3 zenith, vec3 eye, vec3 sun, float acro
             ivec3 bits = lattice_hash(seed.x, seed.y, uint(kind) * 747796405u + 2891336453u);
             vec3 place = vec3(bits & 0xfff) * (1.0 / 4095.0), more = vec3((bits >> 12) & 0xfff) * (1.0 / 4095.0);
             // Plants stand in groups.
-            vec2 group = 2.0 * PI / 4096.0 * vec2(column & 4095);
-            float dense = sin(241.0 * group.x + 2.0 * sin(151.0 * group.y)) + sin(199.0 * group.y + 2.0 * sin(113.0 * group.x));
-            bool leaves = more.y < share * clamp(0.8 + 0.6 * dense, 0.1, 1.0);
+            vec2 group = vec2(column & 4095) * (1.0 / 4096.0);
+            float dense = clutter_wave(241.0 * group.x + 0.4 * clutter_wave(151.0 * group.y))
+                + clutter_wave(199.0 * group.y + 0.4 * clutter_wave(113.0 * group.x));
+            bool leaves = more.y < share * clamp(0.8 + 0.5 * dense, 0.1, 1.0);
             float radius = leaves ? mix(radii.x, radii.y, more.x * more.x) : mix(radii.z, radii.w, more.x * more.x);
             float tall = leaves ? shape.x : shape.y;
             float there = leaves || more.y > 1.0 - stony ? here : 0.0;

@@ -84,11 +84,11 @@ Material terrain_material(
     soil = mix(soil, dry * vec3(0.40, 0.42, 0.46), ramp(0.15, 0.5, humidity) * plants);
     soil = mix(soil, terrain_material_block.rock.rgb * 1.1, stones * 0.6);
     soil = mix(soil, terrain_material_block.hay.rgb * 0.5, tufts * 0.7 * plants * ramp(0.1, 0.33, humidity));
-    float withered = clamp(ramp(0.60, 0.37, humidity) * 0.8 + 0.22 * mixed + 0.1 * grain, 0.0, 1.0);
+    float withered = clamp(ramp(0.60, 0.37, humidity) * 0.8 + 0.32 * mixed + 0.1 * grain, 0.0, 1.0);
     vec3 plant = mix(terrain_material_block.grass.rgb, terrain_material_block.hay.rgb, withered);
     plant = mix(plant, terrain_material_block.forest.rgb, wooded);
     plant = mix(terrain_material_block.tundra.rgb * (1.0 + 0.25 * mixed), plant, ramp(0.07, 0.25, warmth + 0.015 * grain));
-    plant *= 1.0 + 0.16 * grain - 0.3 * tufts;
+    plant *= 1.0 + 0.24 * grain - 0.3 * tufts;
     float cover = green * ramp(-1.6, -0.3, grain + 2.0 * green - 1.0);
     vec3 albedo = mix(soil, plant, cover);
 
@@ -125,7 +125,7 @@ Material terrain_material(
     // footprint, so nothing comes or goes when the camera moves.
     float open_ground = (1.0 - rocky) * (1.0 - beach) * (1.0 - snowy);
     float growing = ramp(0.25, 0.55, climatic) * plants * open_ground;
-    float stony = (0.12 + 0.5 * (1.0 - growing) + 0.15 * roughness) * mix(1.0, 0.25, beach) * (1.0 - snowy);
+    float stony = (0.04 + 0.5 * (1.0 - growing) + 0.15 * roughness) * mix(1.0, 0.25, beach) * (1.0 - snowy);
     float woods = ramp(0.50, 0.72, climatic) * ramp(0.15, 0.28, (line - height) * climate.w);
     vec4 leafy = growing * vec4(0.95, 0.32, 0.10 + 0.45 * woods, woods);
 

@@ -13,7 +13,7 @@ vec4 ripples(vec3 D, int step, float bend, float footprint) {
     vec4 noise = gradient_noise(broad, place) * (bend / NESTED_RMS);
     float seen = clamp(1.6 - 4.0 * footprint * frequency, 0.0, 1.0);
     // Between the second harmonic and the first: crests are sharper than troughs.
-    float turn = 2.0 * PI * (fraction.x + fraction.y + fraction.z + noise.w);
+    float turn = 6.2831853 * (fraction.x + fraction.y + fraction.z + noise.w);
     float strength = clamp(0.6 + noise.x / bend, 0.0, 1.0) * seen;
     vec2 wave = vec2(sin(turn), cos(turn));
     float slope = strength * (wave.y - 0.5 * (wave.y * wave.y - wave.x * wave.x));

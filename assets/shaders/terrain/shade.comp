@@ -6,6 +6,10 @@
 #include "terrain/height.glsl"
 #include "terrain/attributes.glsl"
 #include "terrain/material.glsl"
+#ifdef GROUND_CLUTTER
+#include "terrain/clutter.glsl"
+#include "terrain/ripples.glsl"
+#endif
 #include "terrain/color_map.glsl"
 #include "contract/air.glsl"
 #include "contract/sky.glsl"
@@ -20,10 +24,6 @@
 vec2 v_ndc;   // of the pixel at hand
 
 const float PI = 3.14159265358979;
-#ifdef GROUND_CLUTTER
-#include "terrain/clutter.glsl"
-#include "terrain/ripples.glsl"
-#endif
 const float STARLIGHT = 1.5e-8;   // of the sun's irradiance: 2e-3 lx of stars and airglow on a moonless night
 
 // Reflected radiance per irradiance at normal incidence and albedo. Lambert's law, or for dust without air McEwen's 1991
