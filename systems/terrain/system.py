@@ -251,8 +251,8 @@ class TerrainSystem(System):
         return run
 
     def _shader(self, file: str, near: bool = False) -> Any:
-        """A compute shader, made when a backend first asks for it: its contracts are there by then. near: for tiles with
-        ground so near that things that stand on it show."""
+        """A compute shader, made when a backend first asks for it: its contracts are there by then. near: for tiles
+        with ground so near that things that stand on it show."""
         if (file, near) not in self._shaders:
             # The power of how much longer than wide a pixel's place on the ground is.
             blur = 0.5 * (1.0 - float(self._settings["terrain.sharpness"]))
