@@ -58,6 +58,10 @@ def _solve(
 ) -> None:
     """Fill calm, depth and moved of a batch."""
     r = waves.radius_m
+    if method == "ours" and len(v) and len(waves):
+        local = Local(waves, v, time_s, depth)
+        _move(calm, np.arange(len(v)), local.east, local.north, _newton(local, slice(None), None), r)
+        _deepen(waves, calm, np.arange(len(v)), depth, depth_of)
     todo = np.arange(len(v))
     for attempt in range(_ROUNDS):
         time = time_s[todo] if time_s.ndim else time_s
@@ -76,15 +80,29 @@ def _solve(
         step = np.stack([(missing[bad] * east).sum(axis=1), (missing[bad] * north).sum(axis=1)], axis=1)
         if local is not None and attempt < _ROUNDS // 2:
             step = _newton(local, bad, step)
-        calm[todo] += (step[:, :1] * east + step[:, 1:] * north) / r
-        calm[todo] /= np.linalg.norm(calm[todo], axis=1)[:, None]
-        if depth is not None and depth_of is not None and len(waves):
-            feel = todo[depth[todo] * waves.wave_number_per_m[0] < DEEP]
+        _move(calm, todo, east, north, step, r)
+        _deepen(waves, calm, todo, depth, depth_of)
+
+
+def _move(calm: Floats, rows: NDArray[np.int64], east: Floats, north: Floats, step_m: Floats, radius_m: float) -> None:
+    moved = calm[rows] + (step_m[:, :1] * east + step_m[:, 1:] * north) / radius_m
+    calm[rows] = moved / np.sqrt((moved * moved).sum(axis=1))[:, None]
+
+
+def _deepen(
+    waves: WaveSet, calm: Floats, rows: NDArray[np.int64], depth: Floats | None, depth_of: DepthOf | None
+) -> None:
+    """Depths where points have come to, if their waves feel the bed."""
+    if depth is not None and depth_of is not None and len(waves):
+        feel = rows[depth[rows] * waves.wave_number_per_m[0] < DEEP]
+        if len(feel):
             depth[feel] = depth_of(calm[feel])
 
 
-def _newton(local: Local, chosen: NDArray[np.bool_], target: Floats) -> Floats:
+def _newton(local: Local, chosen: NDArray[np.bool_] | slice, target: Floats | None) -> Floats:
     """Steps s (m, 2), metres in the tangent plane, with s + T(s) - T(0) = target, by float32: the caller checks them.
+
+    target None: -T(0), back to the place itself.
 
     Within some metres a wave's phase is linear in s, and its direction and weight stay what they are.
     """
@@ -100,9 +118,10 @@ def _newton(local: Local, chosen: NDArray[np.bool_], target: Floats) -> Floats:
     d11, d12, d22 = d1 * d1, d1 * d2, d2 * d2
     if weight is not None:
         d1, d2, d11, d12, d22 = weight * d1, weight * d2, weight * d11, weight * d12, weight * d22
-    cos = np.cos(theta0)
-    start1, start2 = (cos * d1) @ push, (cos * d2) @ push
-    goal1, goal2 = target[:, 0].astype(kind) + start1, target[:, 1].astype(kind) + start2
+    goal1 = goal2 = np.zeros(len(theta0), kind)
+    if target is not None:
+        cos = np.cos(theta0)
+        goal1, goal2 = target[:, 0].astype(kind) + (cos * d1) @ push, target[:, 1].astype(kind) + (cos * d2) @ push
     s1, s2 = np.zeros_like(goal1), np.zeros_like(goal2)
     for _ in range(_STEPS):
         theta = theta0 + kd1 * s1[:, None] + kd2 * s2[:, None]
