@@ -1,7 +1,8 @@
 """Spectra of a wind sea and of swell, cut into waves.
 
 JONSWAP: Hasselmann et al. 1973, "Measurements of wind-wave growth and swell decay during the Joint North Sea Wave
-Project"; full development: Pierson and Moskowitz 1964; directions: Mitsuyasu et al. 1975; slopes: Cox and Munk 1954.
+Project"; full development: Pierson and Moskowitz 1964; directions: Hasselmann, Dunckel and Ewing 1980; slopes: Cox and
+Munk 1954.
 """
 
 from __future__ import annotations
@@ -124,10 +125,14 @@ def _running(values: Floats, at: Floats) -> Floats:
 
 
 def _spreading_power(frequency: Floats, peak: float, wind_speed_m_s: float, gravity_m_s2: float) -> Floats:
-    """s of cos^(2 s)(angle / 2): 11.5 (U p / g)^-2.5 at the peak p, less for shorter and for longer waves."""
+    """s of cos^(2 s)(angle / 2), by Hasselmann et al. 1980 for JONSWAP: 10 at the peak, less for all other waves.
+
+    6.97 w^4.06 below 1.05 peaks, 9.77 w^-(2.33 + 1.45 (U p / g - 1.17)) above, w in peaks; at least 1, which spreads by
+    65 degrees: shorter waves than were measured.
+    """
     ratio = frequency / peak
-    top = 11.5 * (wind_speed_m_s * peak / gravity_m_s2) ** -2.5
-    return np.maximum(top * np.where(ratio < 1.0, ratio**5.0, ratio**-2.5), 1.0)
+    fall = -2.33 - 1.45 * (wind_speed_m_s * peak / gravity_m_s2 - 1.17)
+    return np.maximum(np.where(ratio < 1.05, 6.97 * ratio**4.06, 9.77 * ratio**fall), 1.0)
 
 
 def _shuffled(count: int, rng: np.random.Generator) -> Floats:
