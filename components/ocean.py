@@ -71,7 +71,7 @@ class Ocean:
         group="waves",
     )
     wave_count: int = knob(
-        32,
+        48,
         0,
         1000,
         "",
