@@ -5,7 +5,9 @@ from __future__ import annotations
 from ...components import Ocean, Planet
 from ...engine.graph import GraphBuilder
 from ...engine.system import Frame, Setup, System, ViewInfo
+from ...engine.settings import with_overrides
 from .mesh import SeaMeshPasses, SeaView
+from .paper_mesh import PaperSeaPasses, PaperSeaView
 from .shading import SeaShading
 from .wave_passes import SeaWaves
 
@@ -18,17 +20,22 @@ class OceanSystem(System):
 
     def __init__(self) -> None:
         self._views: dict[int, SeaView] = {}
+        self._paper_views: dict[int, PaperSeaView] = {}
         self._waves = SeaWaves(self.name)
         self._mesh = SeaMeshPasses(self.name, self._waves)
+        self._paper = PaperSeaPasses(self.name, self._waves)
+        self._printed: bool | None = None
         self._shading = SeaShading(self.name)
 
     def setup(self, setup: Setup) -> None:
         self._shading.setup(setup)
         self._waves.setup(setup)
         self._mesh.setup(setup)
+        self._paper.setup(setup)
 
     def release(self) -> None:
         self._views.clear()
+        self._paper_views.clear()
         self._shading.release()
 
     def _view(self, index: int) -> SeaView:
@@ -37,22 +44,43 @@ class OceanSystem(System):
             view = self._views[index] = self._mesh.view(self._waves.view())
         return view
 
+    def _paper_view(self, index: int) -> PaperSeaView:
+        view = self._paper_views.get(index)
+        if view is None:
+            view = self._paper_views[index] = self._paper.view(self._waves.view())
+        return view
+
     def begin(self, frame: Frame) -> None:
         self._shading.begin(frame, self._waves.of(frame))
 
     def update(self, frame: Frame) -> None:
-        view = self._view(frame.view_index)
-        if self._mesh.update(frame, view):
+        ocean = with_overrides(frame.world.get(frame.planet, Ocean), "ocean", frame.settings)
+        printed = ocean.method != "ours"
+        if printed is not self._printed:
+            self._printed = printed
             self.structure += 1
-        self._waves.update(frame, view.waves)
+        if printed:
+            paper = self._paper_view(frame.view_index)
+            changed, waves = self._paper.update(frame, paper), paper.waves
+        else:
+            view = self._view(frame.view_index)
+            changed, waves = self._mesh.update(frame, view), view.waves
+        if changed:
+            self.structure += 1
+        self._waves.update(frame, waves)
         self._shading.update(frame, self._waves.of(frame))
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
-        sea = self._view(view.index)
-        self._mesh.declare(builder, view, sea)
-        self._waves.declare(builder, view, sea.waves)
+        if self._printed:
+            self._paper.declare(builder, view.index, self._paper_view(view.index))
+        else:
+            sea = self._view(view.index)
+            self._mesh.declare(builder, view, sea)
+            self._waves.declare(builder, view, sea.waves)
         self._shading.declare(builder, view)
 
     def statistics(self) -> dict[str, int]:
+        if self._printed:
+            return self._paper.statistics(self._paper_view(0))
         sea = self._views.get(0)
         return {} if sea is None else sea.mesh.statistics()

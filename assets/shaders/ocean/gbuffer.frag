@@ -14,6 +14,10 @@ layout(location = 2) out uint o_surface;
 in vec2 v_moved;
 layout(location = 3) out vec2 o_moved;
 #endif
+#ifdef SEA_PAPER
+layout(location = 3) out vec4 o_rough;   // as ocean/surface.comp makes it
+uniform float u_variance;
+#endif
 
 void main() {
     o_normal = oct_encode(normalize(v_normal));
@@ -21,6 +25,9 @@ void main() {
     o_surface = SURFACE_SEA;
 #ifdef SEA_MOVES
     o_moved = v_moved;
+#endif
+#ifdef SEA_PAPER
+    o_rough = vec4(0.5 * u_variance, 0.5 * u_variance, 0.0, 1.0);
 #endif
 #ifdef PF_FRAG_DEPTH
     gl_FragDepth = frame.camera_offset.w * gl_FragCoord.w;

@@ -76,10 +76,10 @@ float sea_shoaling(float x) {
 }
 
 // One wave at a place. direction: unit, away from the origin; cycles: its phase; weight: of A and of Q by the fade; rate: its
-// change per m; spread: by how much the direction turns per m across.
+// change per m; spread: by how much the direction turns per m across; sine: of the angle from the origin.
 struct SeaWave {
     vec2 direction;
-    float cycles, amplitude, sideways, k, weight, rate, spread;
+    float cycles, amplitude, sideways, k, weight, rate, spread, sine;
 };
 
 SeaWave sea_far_wave(SeaPlace p, vec4 a, vec4 b) {
@@ -93,6 +93,8 @@ SeaWave sea_far_wave(SeaPlace p, vec4 a, vec4 b) {
     wave.k = a.w * SEA_TURN;
     wave.weight = 1.0;
     wave.rate = wave.spread = 0.0;
+    float cotangent = 2.0 * b.z * wave_east.w;
+    wave.sine = inversesqrt(1.0 + cotangent * cotangent);
     return wave;
 }
 
@@ -116,6 +118,7 @@ SeaWave sea_near_wave(SeaPlace p, vec4 a, vec4 b, vec4 c) {
     wave.sideways = b.y;
     wave.k = c.w;
     wave.spread = cosine / (sine * wave_east.w);
+    wave.sine = sine;
     return wave;
 }
 
