@@ -1,4 +1,4 @@
-"""The waves as shaders compute them, against float64: displacement, and normals against differences of the displacement."""
+"""The waves as shaders compute them against float64; normals against differences of the displacement."""
 
 from __future__ import annotations
 
@@ -146,7 +146,7 @@ def test_the_anchor_does_not_matter(ask):
 )
 def test_no_seam(ask, first, last):
     """Along a line over a place where a map would tear, each step is as long as its neighbours."""
-    waves, questions = ask(rings(), RADII[0])
+    _, questions = ask(rings(), RADII[0])
     a, b = direction(*first), direction(*last)
     line = a + np.linspace(0.0, 1.0, 2001)[:, None] * (b - a)
     line /= np.linalg.norm(line, axis=1, keepdims=True)
@@ -159,8 +159,7 @@ def test_no_seam(ask, first, last):
 
 
 def test_printed_formulas_in_float32_are_lost(ask):
-    """What the float64 anchors are for: 1 km from an origin the arccos is off by kilometres on some machines, by more than
-    a wavelength on all; at late times phases are noise."""
+    """What the float64 anchors are for: arcs in float32 are off by wavelengths, and at late times phases are noise."""
     waves, questions = ask(rings(), RADII[0])
     anchor = direction(*PLACES["open"])
     v = around(anchor, waves.radius_m)

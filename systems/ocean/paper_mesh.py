@@ -77,7 +77,7 @@ class PaperSeaView:
 
 
 class PaperSeaPasses:
-    """Part of OceanSystem: the printed grid and waves into the G-buffer, in place of our mesh and our pixels' normals."""
+    """Part of OceanSystem: the printed grid and waves into the G-buffer, in place of our mesh and pixels' normals."""
 
     def __init__(self, name: str, waves: SeaWaves) -> None:
         self._name, self._waves = name, waves
@@ -117,7 +117,14 @@ class PaperSeaPasses:
         return changed
 
     def _project(
-        self, frame: Frame, view: PaperSeaView, ocean: Ocean, proxy: Any, pixel_angle: float, edge_px: float, ground: Any
+        self,
+        frame: Frame,
+        view: PaperSeaView,
+        ocean: Ocean,
+        proxy: Any,
+        pixel_angle: float,
+        edge_px: float,
+        ground: Any,
     ) -> bool:
         radius = frame.world.get(frame.planet, Planet).radius_m
         above_sea = max(abs(proxy.cell.altitude_m - ocean.sea_level_m), 0.05)
@@ -171,7 +178,9 @@ class PaperSeaPasses:
             kind="compute",
             system=name,
             bind=lambda io: self._bind_vertices(io, view, view_index),
-            creates=(BufferSpec("ocean.vertices", view.vertex_capacity * _CALM_BYTES, "persistent", "feet and depths"),),
+            creates=(
+                BufferSpec("ocean.vertices", view.vertex_capacity * _CALM_BYTES, "persistent", "feet and depths"),
+            ),
             after_optional=("terrain.vertices",),
             when=lambda: view.made != view.selection,
             help="places of the printed grid at sea level and the depth below them, on a snap of the proxy",

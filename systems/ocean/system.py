@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from ...components import Ocean, Planet
 from ...engine.graph import GraphBuilder
-from ...engine.system import Frame, Setup, System, ViewInfo
 from ...engine.settings import with_overrides
+from ...engine.system import Frame, Setup, System, ViewInfo
 from .mesh import SeaMeshPasses, SeaView
 from .paper_mesh import PaperSeaPasses, PaperSeaView
 from .shading import SeaShading

@@ -65,6 +65,7 @@ class SeaWaves:
         # Fetching a wave costs as much as evaluating it where lanes can't share the fetch.
         self._run = 8 if setup.gpu.gpu.caps.is_software else 2
         self._programs: dict[tuple[str, bool, bool], Any] = {}
+        self._footprint_px = float(setup.settings["ocean.footprint_px"])
         self._held = None
 
     def _program(self, file: str, moves: bool, swell: bool) -> Any:
@@ -112,7 +113,7 @@ class SeaWaves:
         view.reach_m = (up_m, far_m) if moves else (0.0, 0.0)
         view.waves, view.anchor = waves, proxy.lattice.direction
         view.placed += 1
-        view.block.place(waves, view.anchor, radius, SeaMesh(eye_m, angle_rad, smallest_m))
+        view.block.place(waves, view.anchor, radius, SeaMesh(eye_m, angle_rad, smallest_m, self._footprint_px))
         return changed
 
     def update(self, frame: Frame, view: WaveView) -> None:
