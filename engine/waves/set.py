@@ -186,7 +186,8 @@ def make_waves(
     made = [np.ascontiguousarray(a[order]) for a in arrays]
     for array in made:
         array.flags.writeable = False
-    return WaveSet(*made, float(radius_m), fade, float(slope_variance_beyond))
+    places, amplitude, wavelength, q, speed = made
+    return WaveSet(places, amplitude, wavelength, q, speed, float(radius_m), fade, float(slope_variance_beyond))
 
 
 def waves_of(sea: SeaState, planet_radius_m: float) -> WaveSet:

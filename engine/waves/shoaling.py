@@ -17,7 +17,8 @@ FINEST, COARSEST = 2.0, 4.0
 
 def smoothstep(low: ArrayLike, high: ArrayLike, value: ArrayLike) -> Floats:
     """GLSL's: 0 below low, 1 above high, 3 t^2 - 2 t^3 between."""
-    t = np.clip((np.asarray(value) - low) / (np.asarray(high) - low), 0.0, 1.0)
+    e0, e1, x = (np.asarray(v, dtype=np.float64) for v in (low, high, value))
+    t = np.clip((x - e0) / (e1 - e0), 0.0, 1.0)
     return t * t * (3.0 - 2.0 * t)
 
 
