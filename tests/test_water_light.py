@@ -104,17 +104,15 @@ def test_what_a_direction_sees_of_a_rough_surface(run_compute: RunCompute, mean:
         along = slopes @ level
         shown = np.maximum(v[2] - slopes @ v[:2], 0.0)
         area = shown.mean()
-        if area < 1e-4:
-            continue  # a flank that is turned away: no pixel shows it
+        sigma = np.sqrt(max(variance))
+        if area < 0.05 * sigma * np.hypot(*v[:2]):
+            continue  # a flank that is turned away, the last 2 % of its facets in sight
         # Monte-Carlo's own error is below 0.5 % of what is seen; the normal distribution's fit is good to 1.5e-4.
         assert out["area"][i] == pytest.approx(area, rel=0.01, abs=2e-4)
         seen_mean = np.average(along, weights=shown)
         spread = np.sqrt(np.average((along - seen_mean) ** 2, weights=shown))
-        # The fit's error counts for more where little is seen: it is divided by the area in units of the deviation.
-        sigma = np.sqrt(max(variance))
-        tail = 3e-4 * sigma * max(sigma * np.hypot(*v[:2]) / area, 1.0)
-        assert out["along"][i] == pytest.approx(seen_mean, abs=0.02 * sigma + 2e-4 + tail)
-        assert out["spread"][i] == pytest.approx(spread, rel=0.02, abs=2.0 * tail)
+        assert out["along"][i] == pytest.approx(seen_mean, abs=0.02 * sigma + 2e-4)
+        assert out["spread"][i] == pytest.approx(spread, rel=0.02)
         cosine = shown / np.sqrt(1.0 + (slopes**2).sum(axis=1))
         thrown = fresnel(np.maximum(cosine, 1e-6), WATER)
         share = np.average(thrown, weights=shown)
