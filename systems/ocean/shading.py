@@ -7,7 +7,7 @@ from typing import Any
 
 from ...components import Ocean, Planet
 from ...engine.contracts import bind_contracts, contract_reads
-from ...engine.graph import BufferSpec, GraphBuilder, PassIO
+from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import revision, with_overrides
 from ...engine.space.axes import direction, heading_pitch_axes
 from ...engine.system import Frame, Setup, ViewInfo
@@ -23,6 +23,7 @@ SEA_TOP = "sea_top_m"
 """World resource: no water is higher above the reference sphere than this, with room for a lens."""
 
 _TILE = (16, 8)
+_SKY_MAP = (64, 64)  # SKY_MAP_SIDE of ocean/look/sky_map.glsl
 _KINDS = ("open", "rich", "below")
 _CONTRACTS = {"water": "ocean/water.glsl", "waterline": "ocean/waterline.glsl"}
 
@@ -49,6 +50,8 @@ class SeaShading:
         if setup.settings["ocean.ripples"]:
             above["OCEAN_RIPPLES"] = 1
         self._classify = setup.gpu.compute("ocean/classify.comp")
+        self._light = setup.gpu.compute("ocean/light.comp")
+        self._sky = setup.gpu.compute("ocean/sky.comp")
         self._list = setup.gpu.compute("ocean/list_tiles.comp")
         defines = {
             "open": above,
@@ -111,6 +114,19 @@ class SeaShading:
             ),
             help="tiles of the sea by what they need",
         )
+        corners = (across + 1, 3 * (down + 1))
+        builder.add_pass(
+            "ocean.light",
+            system=self._name,
+            bind=lambda io: self._bind_light(io, corners),
+            kind="compute",
+            reads=contract_reads(self._world),
+            creates=(
+                TextureSpec("ocean.light", "rgba32f", corners, filter="linear", help="sun, sky, air above, by tile"),
+                TextureSpec("ocean.sky", "rgba32f", _SKY_MAP, filter="linear", help="the sky that the sea mirrors"),
+            ),
+            help="light on the sea at the corners of tiles, and a map of the sky",
+        )
         builder.add_pass(
             "ocean.shade",
             system=self._name,
@@ -120,6 +136,8 @@ class SeaShading:
                 "gbuffer.depth",
                 *GBUFFER,
                 "ocean.rough",
+                "ocean.light",
+                "ocean.sky",
                 *(f"ocean.tiles_{k}" for k in _KINDS),
                 "gbuffer.tiles_terrain",
                 *contract_reads(self._world),
@@ -159,9 +177,23 @@ class SeaShading:
 
         return run
 
+    def _bind_light(self, io: PassIO, corners: tuple[int, int]) -> Callable[[], None]:
+        light, sky = io.texture("ocean.light"), io.texture("ocean.sky")
+        bind_air = bind_contracts(self._world, io)
+
+        def run() -> None:
+            bind_air()
+            light.bind_to_image(0, read=False, write=True)
+            self._light.run(-(-corners[0] // 8), -(-corners[1] // 24), 1)
+            sky.bind_to_image(0, read=False, write=True)
+            self._sky.run(_SKY_MAP[0] // 8, _SKY_MAP[1] // 8, 1)
+
+        return run
+
     def _bind_shade(self, io: PassIO) -> Callable[[], None]:
         radiance, ground = io.texture("scene.radiance"), io.buffer("gbuffer.tiles_terrain")
         textures = [io.texture(n) for n in ("gbuffer.depth", *GBUFFER, "ocean.rough", "scene.radiance")]
+        textures += [io.texture("ocean.sky"), io.texture("ocean.light")]
         parts = [(self._shade[k], io.buffer(f"ocean.tiles_{k}")) for k in _KINDS]
         bind_air = bind_contracts(self._world, io)
 

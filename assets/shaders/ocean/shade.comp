@@ -7,7 +7,6 @@
 #include "common/camera.glsl"
 #include "common/surface_tiles.glsl"
 #include "contract/air.glsl"
-#include "contract/sun_visibility.glsl"
 #include "ocean/look/pixel.glsl"
 #include "ocean/look/column.glsl"
 #include "ocean/look/glitter.glsl"
@@ -29,11 +28,18 @@
 
 layout(binding = 4) uniform sampler2D u_rough;   // ocean/surface.comp: slopes that pixels don't show, Jacobian
 
+layout(binding = 7) uniform sampler2D u_light;
+
 vec2 v_ndc;       // of the pixel at hand
 float v_hidden;   // variance of slopes that it does not show
 
 const float PI = 3.14159265358979;
-const float STARLIGHT = 1.5e-8;  // of the sun's irradiance: 2e-3 lx of stars and airglow on a moonless night
+
+// Light of ocean/light.comp: 0 the sun's, on a surface across it; 1 the sky's; 2 radiance of air between the sea and the camera.
+vec3 sea_light(int kind) {
+    vec2 corners = vec2(textureSize(u_light, 0) / ivec2(1, 3)), at = (0.5 + 0.5 * v_ndc) * frame.viewport.xy / vec2(16.0, 8.0) + 0.5;
+    return textureLod(u_light, vec2(at.x, at.y + float(kind) * corners.y) / vec2(corners.x, 3.0 * corners.y), 0.0).rgb;
+}
 
 SeaPixel pixel_at(ivec2 pixel) {
     vec3 point = position_from_depth(v_ndc, texelFetch(u_depth, pixel, 0).r);
@@ -48,16 +54,14 @@ SeaPixel pixel_at(ivec2 pixel) {
 
 #ifdef OCEAN_BELOW
 vec3 sea_radiance(SeaPixel p) {
-    vec3 sunlight = frame.sun_irradiance.rgb * sun_visibility(p.point) * air_to_space(p.point, frame.sun_direction.xyz);
-    return surface_from_below(p, sunlight, sky_irradiance(p.point, p.zenith) + frame.sun_irradiance.rgb * STARLIGHT);
+    return surface_from_below(p, sea_light(0), sea_light(1));
 }
 #else
 vec3 sea_radiance(SeaPixel p) {
     vec3 point = p.point;
     vec3 sun = frame.sun_direction.xyz;
     vec3 v = p.view * p.level, l = sun * p.level;
-    vec3 sunlight = frame.sun_irradiance.rgb * sun_visibility(point) * air_to_space(point, sun);
-    vec3 skylight = sky_irradiance(point, p.zenith) + frame.sun_irradiance.rgb * STARLIGHT;
+    vec3 sunlight = sea_light(0), skylight = sea_light(1);
 
     // Mirrored.
     float index = ocean.liquid.x;
@@ -67,8 +71,7 @@ vec3 sea_radiance(SeaPixel p) {
     float fresnel = fresnel_mean(p.slopes, seen, v, index, facet);
     vec2 slope = p.slopes.mean + (facet - dot(p.slopes.mean, aside)) * aside;
     vec3 normal = sea_normal_of(slope, p.level);
-    vec3 open_sky = sky_below_camera(skylight);
-    vec3 radiance = mirrored(p, reflect(-p.view, normal), skylight, open_sky) * fresnel;
+    vec3 radiance = mirrored(p, reflect(-p.view, normal), sea_light(2)) * fresnel;
     radiance += sunlight * glitter(p.slopes, seen, v, l, frame.sun_direction.w, index);
 
     // From below. What enters is lost to the mirror, what leaves spreads over a wider angle: 1 / index^2.
@@ -83,11 +86,11 @@ vec3 sea_radiance(SeaPixel p) {
     vec3 bed_at = p.D + (into + p.zenith * down) * min(p.depth_m / down, 60.0);
     vec3 bed = sea_bed(bed_at, p.depth_m, p.footprint_m / clamp(v.z, 0.2, 1.0));
     direct *= water_caustics(bed_at, p.depth_m, p.footprint_m / clamp(v.z, 0.2, 1.0));
-#else
-    vec3 bed = ocean.bed.rgb;
-#endif
     vec3 upwelling = direct * water_upwelling(p.depth_m, in_cosine, out_cosine, bed)
         + diffuse * water_upwelling(p.depth_m, 0.86, out_cosine, bed);
+#else
+    vec3 upwelling = direct * deep_upwelling(in_cosine, out_cosine) + diffuse * deep_upwelling(0.86, out_cosine);
+#endif
     radiance += upwelling * ((1.0 - fresnel) * ocean.liquid.y);
     vec4 glow = liquid_glow(p);
     vec3 crust = vec3(0.04) * (sunlight * n_l + skylight) / PI;

@@ -3,7 +3,7 @@
 #include "ocean/look/pixel.glsl"
 #include "ocean/look/murk.glsl"
 #include "ocean/look/bed.glsl"
-#include "contract/sky.glsl"
+#include "ocean/look/mirror.glsl"
 
 // The sun through facets (Walter et al. 2007, equation 21), its disc widening their slopes. Radiance per irradiance.
 float sun_through(Slopes slopes, vec3 v, vec3 l, float sun_radius, float index) {
@@ -34,7 +34,7 @@ vec3 surface_from_below(SeaPixel p, vec3 sunlight, vec3 skylight) {
         vec3 out_of = refract(-p.view, -up, index);
         out_of = dot(out_of, out_of) > 0.0 ? out_of : p.zenith;
         out_of = normalize(out_of + p.zenith * max(0.01 - dot(out_of, p.zenith), 0.0));
-        light += 0.25 * (1.0 - back) * index * index * sky(out_of);
+        light += 0.25 * (1.0 - back) * index * index * textureLod(u_sky_map, sky_map_place(out_of), 0.0).rgb;
         mirror += 0.25 * back;
     }
     light += sunlight * sun_through(p.slopes, v, l, frame.sun_direction.w, index);

@@ -11,6 +11,11 @@ vec3 water_left(float path_m) {
     return exp(-ocean.loss.rgb * path_m);
 }
 
+// What bottomless water throws back, per irradiance that has come in from one direction.
+vec3 deep_upwelling(float in_cosine, float out_cosine) {
+    return ocean.scattering.rgb / (ocean.loss.rgb * ((in_cosine + out_cosine) * 3.14159265358979));
+}
+
 // What shines up through the surface of water of a depth, per irradiance that has come in through it from one direction: single
 // scattering on the way to the bed and back (`scattering`: light thrown back by the metre), and the bed itself.
 // in_cosine, out_cosine: of the refracted paths.

@@ -24,7 +24,7 @@ float foam_pattern(vec3 D, float footprint_m, float share) {
     float coarse = clamp(1.5 - 3.0 * footprint_m / FOAM_COARSE_M, 0.0, 1.0);
     float fine = clamp(1.5 - 3.0 * footprint_m / FOAM_FINE_M, 0.0, 1.0);
     float value = 0.0;
-    int turns = share > 0.004 && coarse > 0.0 ? (fine > 0.0 ? 3 : 1) : 0;
+    int turns = share > 0.015 && coarse > 0.0 ? (fine > 0.0 ? 3 : 1) : 0;
     for (int i = 0; i < turns; ++i) {
         float n = sea_noise(D, i == 0 ? 4 : i == 1 ? 2 : 1);
         value += i == 0 ? 0.7 * coarse * n : (i == 1 ? 0.85 : 0.5) * fine * (0.78 - abs(n)) * 1.6;

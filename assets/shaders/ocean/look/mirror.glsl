@@ -1,7 +1,9 @@
 // What the sea mirrors: ground that is in the picture, else the sky.
 #include "ocean/look/fresnel.glsl"
 #include "ocean/look/pixel.glsl"
-#include "contract/sky.glsl"
+#include "ocean/look/sky_map.glsl"
+
+layout(binding = 6) uniform sampler2D u_sky_map;   // ocean/sky.comp
 
 #ifdef OCEAN_REFLECTIONS
 layout(binding = 5) uniform sampler2D u_scene;   // what was shaded before: pixels of the ground are complete
@@ -11,9 +13,8 @@ const float MIRROR_HIGHEST_M = 2.0e4;   // from higher up the sea mirrors no gro
 
 // Radiance along a ray from a point, where it meets ground that the picture shows (xyz), and how sure that is (w). A ray is
 // straight on screen, and so is depth = near / z along it.
-vec4 mirrored_ground(vec3 from, vec3 direction) {
+vec4 search_ground(vec3 from, vec3 direction) {
     vec4 start = clip_position(from), far = clip_position(direction);
-    bool ahead = far.w > 0.02 && ground_groups[0] > 0u && frame.camera_zenith.w < MIRROR_HIGHEST_M;
     vec2 first = start.xy / start.w, towards = far.xy / max(far.w, 1e-6) - first;
     float depth = start.z / start.w;
     // To the border of the picture, or to where the ray vanishes.
@@ -21,8 +22,7 @@ vec4 mirrored_ground(vec3 from, vec3 direction) {
     float end = min(min(room.x > 0.0 ? room.x : 1.0, room.y > 0.0 ? room.y : 1.0), 1.0);
     vec2 size = vec2(textureSize(u_depth, 0));
     float low = 0.0, high = 0.0, found = 0.0;
-    int turns = ahead ? OCEAN_REFLECTIONS : 0;
-    for (int i = 0; i < turns; ++i) {
+    for (int i = 0; i < OCEAN_REFLECTIONS; ++i) {
         // Denser at the start, where what is mirrored is near.
         float share = (float(i) + 1.0) / float(OCEAN_REFLECTIONS), s = end * share * (0.3 + 0.7 * share);
         ivec2 texel = ivec2((0.5 + 0.5 * (first + towards * s)) * size);
@@ -33,7 +33,7 @@ vec4 mirrored_ground(vec3 from, vec3 direction) {
         if (found > 0.0) break;
         low = s;
     }
-    turns = found > 0.0 ? 4 : 0;
+    int turns = found > 0.0 ? 4 : 0;
     for (int i = 0; i < turns; ++i) {
         float s = 0.5 * (low + high);
         ivec2 texel = ivec2((0.5 + 0.5 * (first + towards * s)) * size);
@@ -49,27 +49,26 @@ vec4 mirrored_ground(vec3 from, vec3 direction) {
     float sure = found * (ground ? 1.0 : 0.0) * smoothstep(0.0, 0.03, 1.0 - abs(at.x)) * smoothstep(0.0, 0.15, 1.0 - abs(at.y));
     return vec4(sure > 0.0 ? texelFetch(u_scene, texel, 0).rgb * frame.scale.y : vec3(0.0), sure);
 }
+vec4 mirrored_ground(vec3 from, vec3 direction) {
+    vec4 found = vec4(0.0);
+    // Rays that rise steeply leave the picture at once; without ground in it there is nothing to find. A loop of one turn costs nothing
+    // where no pixel wants it.
+    float ahead = dot(direction, frame.camera_forward.xyz);
+    int turns = ahead > 0.02 && ground_groups[0] > 0u && frame.camera_zenith.w < MIRROR_HIGHEST_M ? 1 : 0;
+    for (int i = 0; i < turns; ++i) found = search_ground(from, direction);
+    return found;
+}
 #else
 vec4 mirrored_ground(vec3 from, vec3 direction) {
     return vec4(0.0);
 }
 #endif
 
-// The sky is known as the camera sees it: what lies between the sea and a camera up high is missing, and its mean comes from how
-// much more skylight there is down here.
-vec3 sky_below_camera(vec3 skylight) {
-    vec3 missing = vec3(0.0);
-    int turns = frame.camera_zenith.w > 500.0 ? 1 : 0;
-    for (int i = 0; i < turns; ++i)
-        missing = max(skylight - sky_irradiance(vec3(0.0), frame.camera_zenith.xyz), 0.0) / 3.14159265358979;
-    return missing;
-}
-
-// Radiance of what comes from a direction to a point of the sea.
-vec3 mirrored(SeaPixel p, vec3 direction, vec3 skylight, vec3 open_sky) {
+// Radiance of what comes from a direction to a point of the sea. open_sky: of air between the sea and a camera up high.
+vec3 mirrored(SeaPixel p, vec3 direction, vec3 open_sky) {
     // Facets that would mirror the sea itself show the sky low above it, by way of a second facet.
     float rise = dot(direction, p.zenith);
     direction = normalize(direction + p.zenith * max(0.02 - rise, 0.0));
     vec4 ground = mirrored_ground(p.point, direction);
-    return mix(sky(direction) + open_sky, ground.rgb, ground.a);
+    return mix(textureLod(u_sky_map, sky_map_place(direction), 0.0).rgb + open_sky, ground.rgb, ground.a);
 }
