@@ -24,7 +24,7 @@ SEA_TOP = "sea_top_m"
 
 _TILE = (16, 8)
 _SKY_MAP = (64, 64)  # SKY_MAP_SIDE of ocean/look/sky_map.glsl
-_KINDS = ("open", "rich", "below")
+_KINDS = ("open", "mirror", "rich", "below")
 _CONTRACTS = {"water": "ocean/water.glsl", "waterline": "ocean/waterline.glsl"}
 
 
@@ -46,16 +46,16 @@ class SeaShading:
         self._held: OceanBlock | None = None
         self._written: tuple[Any, ...] | None = None
         turns = int(setup.settings["ocean.reflections"])
-        above: dict[str, Any] = {"OCEAN_REFLECTIONS": turns} if turns else {}
-        if setup.settings["ocean.ripples"]:
-            above["OCEAN_RIPPLES"] = 1
+        above: dict[str, Any] = {"OCEAN_RIPPLES": 1} if setup.settings["ocean.ripples"] else {}
+        mirrors = {**above, **({"OCEAN_REFLECTIONS": turns} if turns else {})}
         self._classify = setup.gpu.compute("ocean/classify.comp")
         self._light = setup.gpu.compute("ocean/light.comp")
         self._sky = setup.gpu.compute("ocean/sky.comp")
         self._list = setup.gpu.compute("ocean/list_tiles.comp")
         defines = {
             "open": above,
-            "rich": {**above, "OCEAN_RICH": 1},
+            "mirror": mirrors,
+            "rich": {**mirrors, "OCEAN_RICH": 1},
             "below": {"OCEAN_BELOW": 1, "OCEAN_RIPPLES": 1},
         }
         self._shade = {k: setup.gpu.compute("ocean/shade.comp", defines=defines[k]) for k in _KINDS}
@@ -109,6 +109,7 @@ class SeaShading:
             creates=(
                 BufferSpec("ocean.tile_flags", 4 * count, help="what each tile's sea needs"),
                 BufferSpec("ocean.tiles_open", 16 + 4 * count, help="dispatch and tiles of deep open water"),
+                BufferSpec("ocean.tiles_mirror", 16 + 4 * count, help="the same with ground that it may mirror"),
                 BufferSpec("ocean.tiles_rich", 16 + 4 * count, help="dispatch and tiles with shallows, foam or ice"),
                 BufferSpec("ocean.tiles_below", 16 + 4 * count, help="dispatch and tiles of the surface from below"),
             ),
@@ -139,7 +140,6 @@ class SeaShading:
                 "ocean.light",
                 "ocean.sky",
                 *(f"ocean.tiles_{k}" for k in _KINDS),
-                "gbuffer.tiles_terrain",
                 *contract_reads(self._world),
             ),
             writes=("scene.radiance",),
@@ -167,7 +167,7 @@ class SeaShading:
         def run() -> None:
             for unit, texture in enumerate(textures):
                 texture.use(unit)
-            for unit, buffer in enumerate(buffers):
+            for unit, buffer in zip((0, 1, 2, 3, 5), buffers, strict=True):
                 buffer.bind_to_storage_buffer(unit)
             self._classify.set("u_tiles", (across, down))
             self._classify.run(-(-across * down // 64), 1, 1)
@@ -191,7 +191,7 @@ class SeaShading:
         return run
 
     def _bind_shade(self, io: PassIO) -> Callable[[], None]:
-        radiance, ground = io.texture("scene.radiance"), io.buffer("gbuffer.tiles_terrain")
+        radiance = io.texture("scene.radiance")
         textures = [io.texture(n) for n in ("gbuffer.depth", *GBUFFER, "ocean.rough", "scene.radiance")]
         textures += [io.texture("ocean.sky"), io.texture("ocean.light")]
         parts = [(self._shade[k], io.buffer(f"ocean.tiles_{k}")) for k in _KINDS]
@@ -200,7 +200,6 @@ class SeaShading:
         def run() -> None:
             bind_air()
             radiance.bind_to_image(0, read=False, write=True)
-            ground.bind_to_storage_buffer(6)
             for unit, texture in enumerate(textures):
                 texture.use(unit)
             for shade, tiles in parts:

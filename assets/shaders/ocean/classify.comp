@@ -1,4 +1,5 @@
-// What each tile's sea needs: bit 0 the plain sea, 1 also bed, foam or ice, 2 the surface from below. A lane a tile.
+// What each tile's sea needs: bit 0 the plain sea, 2 also bed, surf or ice, 3 the surface from below; bit 4: the tile shows ground.
+// A lane a tile. (Bit 1, ground to mirror, hangs on other tiles: ocean/list_tiles.comp.)
 #include "common/camera.glsl"
 #include "common/surfaces.glsl"
 #include "generated/ocean.glsl"
@@ -16,11 +17,13 @@ void main() {
     ivec2 size = textureSize(u_surface, 0), first = ivec2(tile % u_tiles.x, tile / u_tiles.x) * ivec2(16, 8);
     ivec2 last = min(first + ivec2(16, 8), size);
     float shallowest = 2.0, highest_sine = 0.0;
-    bool any_sea = false, above = false, below = false;
+    bool any_sea = false, any_ground = false, above = false, below = false;
     float limit = ocean.loss.w / (ocean.loss.w + 16.0);
     for (int y = first.y; y < last.y; ++y) {
         for (int x = first.x; x < last.x; ++x) {
-            bool sea = texelFetch(u_surface, ivec2(x, y), 0).r == SURFACE_SEA;
+            uint surface = texelFetch(u_surface, ivec2(x, y), 0).r;
+            bool sea = surface == SURFACE_SEA;
+            any_ground = any_ground || surface == SURFACE_TERRAIN;
             vec2 bytes = texelFetch(u_attributes, ivec2(x, y), 0).rg;
             shallowest = min(shallowest, sea ? (bytes.x * 256.0 + bytes.y) * (255.0 / 65535.0) : 2.0);
             any_sea = any_sea || sea;
@@ -37,6 +40,6 @@ void main() {
         highest_sine = max(highest_sine, depth > 0.0 ? abs(up_at(position_from_depth(ndc, depth)).z) : 1.0);
     }
     bool rich = shallowest < limit || highest_sine * 1.02 + 0.12 > ocean.water.y;
-    uint found = (above ? (rich ? 2u : 1u) : 0u) | (below ? 4u : 0u);
-    if (tile < u_tiles.x * u_tiles.y) flags[tile] = any_sea ? found : 0u;
+    uint found = (above ? (rich ? 4u : 1u) : 0u) | (below ? 8u : 0u);
+    if (tile < u_tiles.x * u_tiles.y) flags[tile] = (any_sea ? found : 0u) | (any_ground ? 16u : 0u);
 }

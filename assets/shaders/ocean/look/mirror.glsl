@@ -7,13 +7,10 @@ layout(binding = 6) uniform sampler2D u_sky_map;   // ocean/sky.comp
 
 #ifdef OCEAN_REFLECTIONS
 layout(binding = 5) uniform sampler2D u_scene;   // what was shaded before: pixels of the ground are complete
-layout(std430, binding = 6) readonly buffer GroundTiles { uint ground_groups[4]; };
-
-const float MIRROR_HIGHEST_M = 2.0e4;   // from higher up the sea mirrors no ground that one could make out
 
 // Radiance along a ray from a point, where it meets ground that the picture shows (xyz), and how sure that is (w). A ray is
 // straight on screen, and so is depth = near / z along it.
-vec4 search_ground(vec3 from, vec3 direction) {
+vec4 mirrored_ground(vec3 from, vec3 direction) {
     vec4 start = clip_position(from), far = clip_position(direction);
     vec2 first = start.xy / start.w, towards = far.xy / max(far.w, 1e-6) - first;
     float depth = start.z / start.w;
@@ -22,7 +19,8 @@ vec4 search_ground(vec3 from, vec3 direction) {
     float end = min(min(room.x > 0.0 ? room.x : 1.0, room.y > 0.0 ? room.y : 1.0), 1.0);
     vec2 size = vec2(textureSize(u_depth, 0));
     float low = 0.0, high = 0.0, found = 0.0;
-    for (int i = 0; i < OCEAN_REFLECTIONS; ++i) {
+    int turns = far.w > 0.02 ? OCEAN_REFLECTIONS : 0;
+    for (int i = 0; i < turns; ++i) {
         // Denser at the start, where what is mirrored is near.
         float share = (float(i) + 1.0) / float(OCEAN_REFLECTIONS), s = end * share * (0.3 + 0.7 * share);
         ivec2 texel = ivec2((0.5 + 0.5 * (first + towards * s)) * size);
@@ -33,7 +31,7 @@ vec4 search_ground(vec3 from, vec3 direction) {
         if (found > 0.0) break;
         low = s;
     }
-    int turns = found > 0.0 ? 4 : 0;
+    turns = found > 0.0 ? 4 : 0;
     for (int i = 0; i < turns; ++i) {
         float s = 0.5 * (low + high);
         ivec2 texel = ivec2((0.5 + 0.5 * (first + towards * s)) * size);
@@ -48,15 +46,6 @@ vec4 search_ground(vec3 from, vec3 direction) {
     // Turning the camera moves what is mirrored hardly across the border at the sides, tilting it does at the top.
     float sure = found * (ground ? 1.0 : 0.0) * smoothstep(0.0, 0.03, 1.0 - abs(at.x)) * smoothstep(0.0, 0.15, 1.0 - abs(at.y));
     return vec4(sure > 0.0 ? texelFetch(u_scene, texel, 0).rgb * frame.scale.y : vec3(0.0), sure);
-}
-vec4 mirrored_ground(vec3 from, vec3 direction) {
-    vec4 found = vec4(0.0);
-    // Rays that rise steeply leave the picture at once; without ground in it there is nothing to find. A loop of one turn costs nothing
-    // where no pixel wants it.
-    float ahead = dot(direction, frame.camera_forward.xyz);
-    int turns = ahead > 0.02 && ground_groups[0] > 0u && frame.camera_zenith.w < MIRROR_HIGHEST_M ? 1 : 0;
-    for (int i = 0; i < turns; ++i) found = search_ground(from, direction);
-    return found;
 }
 #else
 vec4 mirrored_ground(vec3 from, vec3 direction) {
