@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from ...components import Ocean, Planet
 from ...engine.contracts import bind_contracts, contract_reads
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
@@ -25,6 +27,8 @@ SEA_TOP = "sea_top_m"
 _TILE = (16, 8)
 _SKY_MAP = (64, 64)  # SKY_MAP_SIDE of ocean/look/sky_map.glsl
 _KINDS = ("open", "mirror", "rich", "below")
+_HIGH = 0.25
+"""Share of the air's thickness from which on each pixel asks for the air before it."""
 _CONTRACTS = {"water": "ocean/water.glsl", "waterline": "ocean/waterline.glsl"}
 
 
@@ -45,22 +49,30 @@ class SeaShading:
         self._block = setup.gpu.uniform_block(OceanBlock, OCEAN_BINDING, "ocean")
         self._held: OceanBlock | None = None
         self._written: tuple[Any, ...] | None = None
-        turns = int(setup.settings["ocean.reflections"])
-        above: dict[str, Any] = {"OCEAN_RIPPLES": 1} if setup.settings["ocean.ripples"] else {}
-        mirrors = {**above, **({"OCEAN_REFLECTIONS": turns} if turns else {})}
         self._classify = setup.gpu.compute("ocean/classify.comp")
         self._light = setup.gpu.compute("ocean/light.comp")
         self._sky = setup.gpu.compute("ocean/sky.comp")
         self._list = setup.gpu.compute("ocean/list_tiles.comp")
-        defines = {
-            "open": above,
-            "mirror": mirrors,
-            "rich": {**mirrors, "OCEAN_RICH": 1},
-            "below": {"OCEAN_BELOW": 1, "OCEAN_RIPPLES": 1},
-        }
-        self._shade = {k: setup.gpu.compute("ocean/shade.comp", defines=defines[k]) for k in _KINDS}
+        self._shade: dict[tuple[str, bool], Any] = {}
+        self._turns, self._ripples = int(setup.settings["ocean.reflections"]), bool(setup.settings["ocean.ripples"])
+        self._high = False
         stored = str(setup.settings.get("sky.radiance_format", "rgba32f"))
         self._under = setup.gpu.compute("ocean/under.comp", defines={"SCENE_FORMAT": stored})
+
+    def _shader(self, kind: str, high: bool) -> Any:
+        """The shader of a kind of tiles, made when it is first needed."""
+        if (kind, high) not in self._shade:
+            wanted = {
+                "OCEAN_HIGH": high,
+                "OCEAN_RIPPLES": self._ripples or kind == "below",
+                "OCEAN_RICH": kind == "rich",
+                "OCEAN_BELOW": kind == "below",
+            }
+            defines: dict[str, Any] = {name: 1 for name, on in wanted.items() if on}
+            if self._turns and kind in ("mirror", "rich"):
+                defines["OCEAN_REFLECTIONS"] = self._turns
+            self._shade[kind, high] = self._gpu.compute("ocean/shade.comp", defines=defines)
+        return self._shade[kind, high]
 
     def release(self) -> None:
         self._shaders.withdraw(self._name)
@@ -94,6 +106,8 @@ class SeaShading:
             ocean.sea_level_m,
         )
         self._near_water = self._held.lens[3] < LENS_REACH_M
+        altitude_m = float(np.linalg.norm(frame.camera.position_m)) - radius
+        self._high = altitude_m > _HIGH * float(frame.world.try_resource("air_top_m") or 0.0)
         self._block.write(self._held)
         self._block.bind()
 
@@ -115,7 +129,7 @@ class SeaShading:
             ),
             help="tiles of the sea by what they need",
         )
-        corners = (across + 1, 3 * (down + 1))
+        corners = (across + 1, 5 * (down + 1))
         builder.add_pass(
             "ocean.light",
             system=self._name,
@@ -184,7 +198,7 @@ class SeaShading:
         def run() -> None:
             bind_air()
             light.bind_to_image(0, read=False, write=True)
-            self._light.run(-(-corners[0] // 8), -(-corners[1] // 24), 1)
+            self._light.run(-(-corners[0] // 8), -(-corners[1] // 40), 1)
             sky.bind_to_image(0, read=False, write=True)
             self._sky.run(_SKY_MAP[0] // 8, _SKY_MAP[1] // 8, 1)
 
@@ -194,7 +208,7 @@ class SeaShading:
         radiance = io.texture("scene.radiance")
         textures = [io.texture(n) for n in ("gbuffer.depth", *GBUFFER, "ocean.rough", "scene.radiance")]
         textures += [io.texture("ocean.sky"), io.texture("ocean.light")]
-        parts = [(self._shade[k], io.buffer(f"ocean.tiles_{k}")) for k in _KINDS]
+        parts = [(k, io.buffer(f"ocean.tiles_{k}")) for k in _KINDS]
         bind_air = bind_contracts(self._world, io)
 
         def run() -> None:
@@ -202,9 +216,9 @@ class SeaShading:
             radiance.bind_to_image(0, read=False, write=True)
             for unit, texture in enumerate(textures):
                 texture.use(unit)
-            for shade, tiles in parts:
+            for kind, tiles in parts:
                 tiles.bind_to_storage_buffer(7)
-                shade.run_indirect(tiles)
+                self._shader(kind, self._high).run_indirect(tiles)
 
         return run
 

@@ -1,5 +1,5 @@
-// Light on the sea at the corners of the picture's tiles, where the line of sight meets the calm sea or passes it nearest: three maps, one
-// below the other. It changes little from tile to tile, and pixels interpolate.
+// Light on the sea at the corners of the picture's tiles, where the line of sight meets the calm sea or passes it nearest, and the air before
+// it: five maps, one below the other. They change little from tile to tile, and pixels interpolate.
 #include "common/camera.glsl"
 #include "contract/air.glsl"
 #include "contract/sky.glsl"
@@ -8,10 +8,11 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 0) writeonly uniform image2D u_light_out;
 
+const float NEAREST_AIR_M = 100.0;
 const float STARLIGHT = 1.5e-8;   // of the sun's irradiance: 2e-3 lx of stars and airglow on a moonless night
 
 void main() {
-    ivec2 corner = ivec2(gl_GlobalInvocationID.xy), corners = imageSize(u_light_out) / ivec2(1, 3);
+    ivec2 corner = ivec2(gl_GlobalInvocationID.xy), corners = imageSize(u_light_out) / ivec2(1, 5);
     if (any(greaterThanEqual(corner, corners))) return;
     vec3 direction = normalize(view_ray(ndc_of_pixel(vec2(corner * ivec2(16, 8)))));
     float h = frame.camera_zenith.w - planet.sea.x, r = planet.radii.x + planet.sea.x;
@@ -27,4 +28,11 @@ void main() {
     imageStore(u_light_out, corner, vec4(sunlight, 0.0));
     imageStore(u_light_out, corner + ivec2(0, corners.y), vec4(skylight, 0.0));
     imageStore(u_light_out, corner + ivec2(0, 2 * corners.y), vec4(missing, 0.0));
+    // The air's mean extinction and source, which hang on the direction: a pixel knows its distance. Not from too near, where both would
+    // be differences of rounded numbers.
+    float distance_m = max(length(point), NEAREST_AIR_M);
+    Air between = air_from_camera(direction * distance_m);
+    vec3 left = clamp(between.transmittance, 1e-30, 1.0);
+    imageStore(u_light_out, corner + ivec2(0, 3 * corners.y), vec4(-log(left) / distance_m, 0.0));
+    imageStore(u_light_out, corner + ivec2(0, 4 * corners.y), vec4(between.in_scatter / max(1.0 - left, 1e-7), 0.0));
 }

@@ -1,12 +1,15 @@
 // Light of the sea's pixels: what its surface mirrors (sun, sky, ground in the picture), what comes up from below, foam and ice.
 //
 //   OCEAN_RICH          bed, foam, ice: for tiles that need them (ocean/classify.comp says which)
+//   OCEAN_HIGH          the camera is so high that air changes within a tile, as along the limb
 //   OCEAN_BELOW         the surface from below
 //   OCEAN_RIPPLES       waves shorter than the sea's own
 //   OCEAN_REFLECTIONS   turns of the search for mirrored ground
 #include "common/camera.glsl"
 #include "common/surface_tiles.glsl"
+#ifdef OCEAN_HIGH
 #include "contract/air.glsl"
+#endif
 #include "ocean/look/pixel.glsl"
 #include "ocean/look/column.glsl"
 #include "ocean/look/glitter.glsl"
@@ -35,10 +38,11 @@ float v_hidden;   // variance of slopes that it does not show
 
 const float PI = 3.14159265358979;
 
-// Light of ocean/light.comp: 0 the sun's, on a surface across it; 1 the sky's; 2 radiance of air between the sea and the camera.
+// Maps of ocean/light.comp: 0 the sun's light, on a surface across it; 1 the sky's; 2 radiance of air between the sea and a camera up
+// high; the air before the sea: 3 its extinction by the metre, 4 its source.
 vec3 sea_light(int kind) {
-    vec2 corners = vec2(textureSize(u_light, 0) / ivec2(1, 3)), at = (0.5 + 0.5 * v_ndc) * frame.viewport.xy / vec2(16.0, 8.0) + 0.5;
-    return textureLod(u_light, vec2(at.x, at.y + float(kind) * corners.y) / vec2(corners.x, 3.0 * corners.y), 0.0).rgb;
+    vec2 corners = vec2(textureSize(u_light, 0) / ivec2(1, 5)), at = (0.5 + 0.5 * v_ndc) * frame.viewport.xy / vec2(16.0, 8.0) + 0.5;
+    return textureLod(u_light, vec2(at.x, at.y + float(kind) * corners.y) / vec2(corners.x, 5.0 * corners.y), 0.0).rgb;
 }
 
 SeaPixel pixel_at(ivec2 pixel) {
@@ -58,7 +62,6 @@ vec3 sea_radiance(SeaPixel p) {
 }
 #else
 vec3 sea_radiance(SeaPixel p) {
-    vec3 point = p.point;
     vec3 sun = frame.sun_direction.xyz;
     vec3 v = p.view * p.level, l = sun * p.level;
     vec3 sunlight = sea_light(0), skylight = sea_light(1);
@@ -106,8 +109,13 @@ vec3 sea_radiance(SeaPixel p) {
     vec2 ice = sea_ice(p);
     radiance = mix(radiance, ocean.ice.rgb * ice.y * (sunlight * n_l + skylight) / PI, ice.x);
 #endif
-    Air between = air_from_camera(point);
+#ifdef OCEAN_HIGH
+    Air between = air_from_camera(p.point);
     return radiance * between.transmittance + between.in_scatter;
+#else
+    vec3 left = exp(-sea_light(3) * p.distance_m);
+    return radiance * left + sea_light(4) * (1.0 - left);
+#endif
 }
 #endif
 
