@@ -217,6 +217,8 @@ class SeaShading:
             for unit, texture in enumerate(textures):
                 texture.use(unit)
             for kind, tiles in parts:
+                if kind == "below" and not self._near_water:
+                    continue
                 tiles.bind_to_storage_buffer(7)
                 self._shader(kind, self._high).run_indirect(tiles)
 
