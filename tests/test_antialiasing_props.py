@@ -20,8 +20,8 @@ FRAMES, COUNTED = 14, 6
 
 @pytest.fixture(scope="module")
 def crossing() -> dict[str, Any]:
-    """A sphere crosses the picture: its last frames without and with anti-aliasing minus the supersampled ones, in steps
-    of an 8-bit picture, and where it is seen."""
+    """A sphere crosses the picture: its last frames without and with anti-aliasing minus the supersampled ones, in
+    steps of an 8-bit picture, and where it is seen."""
     view = pf.view("noon")
     found: dict[str, Any] = {}
     for kind in ("truth", "none", "temporal"):
@@ -62,7 +62,7 @@ def test_ground_that_a_sphere_has_left_shows_nothing_of_it(crossing):
 
 
 def test_a_moving_sphere_is_followed(crossing):
-    """Its past taken from where it was. Fetched from the same pixels instead, errors are 6 steps inside and 2 times those
+    """Its past taken from where it was. Fetched from the same pixels instead, errors are 6 steps inside and twice those
     of a single sample along the outline."""
     seen = crossing["seen"][1:]
     inside = np.stack([binary_erosion(s, iterations=2) for s in seen])

@@ -29,7 +29,8 @@ OCCLUDER_FLOATS = 16
 
 @dataclass
 class Props:
-    """N props. entities: (N,) their numbers. positions_m: (N, 3) f64, planet axes. axes: (N, 3, 3), columns the object's axes times its size.
+    """N props. entities: (N,) their numbers. positions_m: (N, 3) f64, planet axes. axes: (N, 3, 3), columns the
+    object's axes times its size.
 
     form: (N,) index into forms. radius_m: of a sphere around the position that holds it. center_m, half_m: its
     bounding box's middle (from the position) and half axes (N, 3, 3), columns. color: (N, 4) reflectance and roughness.

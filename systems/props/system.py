@@ -92,7 +92,8 @@ class PropsSystem(System):
         camera, before = frame.camera, view.shown
         view.shown = self._props
         moved = before is not None and before is not self._props
-        key = (revision, moved, camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes(), frame.size[1],
+        key = (revision, moved,
+               camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes(), frame.size[1],
                camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)  # fmt: skip
         if key == view.key:
             return
