@@ -72,8 +72,8 @@ class TerrainSampler:
     ) -> tuple[NDArray[np.bool_], Floats]:
         """First ground along rays: hit (N,), distance_m (N,) (inf: none). Origins may be in space; below ground is 0.
 
-        Distances are exact to less than a micrometre. Rays that graze a crest may miss a sliver of it, a thousandth of
-        a millionth of their way and some centimetres long.
+        Distances are exact to less than a micrometre. Rays that graze a crest may miss a sliver of it, 1 mm
+        long or a ten-millionth of their way.
         """
         origins, rays = _pairs("origins_m", origins_m, "directions", checked_directions("directions", directions))
         reach = _numbers("max_distance_m", max_distance_m, len(origins))
