@@ -9,6 +9,7 @@ parts allow.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,7 +86,7 @@ class CraterPaths:
         for k in range(1, int(rank.max()) + 1):
             at = np.flatnonzero(rank == k)
             total[group[at]] = total[group[at]] * (1.0 - covers[at]) + heights[at]
-        return np.bincount(self.stretch[first], total, stretches)
+        return np.bincount(self.stretch[first], total, stretches).astype(np.float64)
 
     def _groups(self) -> tuple[Ints, Ints]:
         """The number of the stretch and octave that each crater belongs to, and its place by age among these."""
@@ -135,7 +136,7 @@ class CraterPaths:
             changes = np.maximum(changes, 0.0) * self.kept[several]
             deep = np.bincount(group, (wall + rim) * self.relief_m)[group[several]]
             rise[several] += changes * (deep - (wall + rim)[several] * self.relief_m[several])
-        return np.bincount(self.stretch, rise, len(length_m))
+        return np.bincount(self.stretch, rise, len(length_m)).astype(np.float64)
 
     def halves(self, craters: Craters, middle: Floats, length_m: Floats, stretches: int) -> tuple[CraterPaths, Floats]:
         """The craters of both halves of each stretch, numbered 2 s and 2 s + 1, and what they add to the height at the
@@ -157,6 +158,19 @@ class CraterPaths:
         return parts[0].joined(parts[1]), added
 
 
+class _Cells(NamedTuple):
+    """Craters by cells, arrays (C,)."""
+
+    stretch: Ints
+    octave: Ints
+    age: Ints
+    wide: Floats
+    worn: Floats
+    """Draws in [0, 1)."""
+    place_m: Floats
+    """(3, C)"""
+
+
 def found_along(
     craters: Craters, octaves: Ints, ends: tuple[Floats, Floats], length_m: Floats
 ) -> tuple[CraterPaths, Floats, Floats]:
@@ -168,8 +182,11 @@ def found_along(
     stretch, octave = np.repeat(np.arange(count), len(octaves)), np.tile(octaves, count)
     blocks = range(0, len(stretch), _TOGETHER)
     parts = [_cells(craters, octave[b : b + _TOGETHER], stretch[b : b + _TOGETHER], middle, length_m) for b in blocks]
-    s, k, age, wide, worn = (np.concatenate([p[n] for p in parts]) for n in range(5))
-    place = np.concatenate([p[5] for p in parts], axis=1)
+    s, k, age = (
+        np.concatenate(p) for p in ([p.stretch for p in parts], [p.octave for p in parts], [p.age for p in parts])
+    )
+    wide, worn = np.concatenate([p.wide for p in parts]), np.concatenate([p.worn for p in parts])
+    place = np.concatenate([p.place_m for p in parts], axis=1)
     away = np.sqrt((place * place).sum(axis=0))
     frequency = craters.frequency[k]
     kept, inverse, fresh = sizes((away - radius) * frequency, away * (1.0 / radius), wide, worn)
@@ -184,11 +201,8 @@ def found_along(
     return found, found.sums(found.height_a, cover_a, count), found.sums(found.height_b, cover_b, count)
 
 
-def _cells(
-    craters: Craters, octave: Ints, stretch: Ints, middle: Floats, length_m: Floats
-) -> tuple[Ints, Ints, Ints, Floats, Floats, Floats]:
-    """Craters whose places are near enough to touch the stretches: stretch, octave, age, two draws, place (3, C) in
-    metres."""
+def _cells(craters: Craters, octave: Ints, stretch: Ints, middle: Floats, length_m: Floats) -> _Cells:
+    """Craters whose places are near enough to touch the stretches."""
     frequency, offset = craters.frequency[octave], craters.offset[octave].T
     at = middle[:, stretch] * frequency + offset
     cell = np.floor(at)
@@ -209,7 +223,7 @@ def _cells(
     odd = low[:, there] & 1
     place = (cell[:, n] + beside[:, there] + inside[:, there] - offset[:, n]) / frequency[n]
     age = (odd[0] + 2 * odd[1] + 4 * odd[2]).astype(np.int64)
-    return stretch[n], octave[n], age, wide[there], worn[there], place
+    return _Cells(stretch[n], octave[n], age, wide[there], worn[there], place)
 
 
 _TOGETHER = 4000

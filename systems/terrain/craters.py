@@ -137,9 +137,10 @@ class Craters:
             vv += across * across
         parity, k, n = np.nonzero(vv < 0.25)
         hashed = word[parity, k, n]
-        draw, *u = draws(hashed)
+        draw, wide, worn = draws(hashed)
         there = draw < self.accept
-        parity, k, n, hashed, *u = (a[there] for a in (parity, k, n, hashed, *u))
+        parity, k, n = (a[there] for a in (parity, k, n))
+        hashed, wide, worn = hashed[there], wide[there], worn[there]
         v = np.stack(
             [
                 near[axis][parity >> axis & 1, k, n] - ((hashed >> SHIFTS[axis] & TEN_BITS) + 0.5) * (1.0 / 1024.0)
@@ -154,7 +155,7 @@ class Craters:
         e = vv * curve - 2.0 * along
         root = np.sqrt(1.0 + e * curve)
         z = e / (1.0 + root)  # how far above the sphere the cell's place lies
-        kept, inverse, fresh = sizes(z, root, *u)
+        kept, inverse, fresh = sizes(z, root, wide, worn)
         q = np.maximum(vv - z * z, 0.0) / root * inverse
         size = 1.0 / np.sqrt(inverse)
         form, slope = profile(q, fresh, self.shape[part][k])
@@ -194,7 +195,8 @@ def mixed(x: NDArray[np.uint32]) -> NDArray[np.uint32]:
 def draws(word: NDArray[np.uint32]) -> tuple[NDArray[np.uint32], Floats, Floats]:
     """Of hashed cells: the 8-bit draw that `accept` is for, and two numbers in [0, 1) for width and wear."""
     word = mixed(word ^ OTHER)
-    return word >> SHIFTS[3], (word & 4095) * (1.0 / 4096.0), (word >> 12 & 4095) * (1.0 / 4096.0)
+    wide = np.asarray((word & 4095) * (1.0 / 4096.0), dtype=np.float64)
+    return word >> SHIFTS[3], wide, np.asarray((word >> 12 & 4095) * (1.0 / 4096.0), dtype=np.float64)
 
 
 def sizes(z: Floats, root: Floats, wide: Floats, worn: Floats) -> tuple[Floats, Floats, Floats]:

@@ -263,7 +263,7 @@ def _solve(
     """Distances where rays cross the ground between `a` and `b`, where they are `fa` above it and `fb` (at most 0):
     Illinois false position."""
     result = b.copy()
-    at, side = np.arange(len(a)), np.zeros(len(a), np.int8)
+    at, side = np.arange(len(a)), np.zeros(len(a))
     for _ in range(60):
         if not at.size:
             break
@@ -274,9 +274,10 @@ def _solve(
         up = f > 0.0
         # The end that stays a second time counts for half, so that it moves as well.
         fb, fa = np.where(up, np.where(side > 0, 0.5 * fb, fb), f), np.where(up, f, np.where(side < 0, 0.5 * fa, fa))
-        side = np.where(up, 1, -1).astype(np.int8)
+        side = np.where(up, 1.0, -1.0)
         a, b = np.where(up, middle, a), np.where(up, b, middle)
         done = (b - a < 1e-7) | (np.abs(f) < _ON_GROUND_M)
         result[at] = np.where(np.abs(f) < _ON_GROUND_M, middle, b)
-        at, side, a, b, fa, fb = (v[~done] for v in (at, side, a, b, fa, fb))
+        at = at[~done]
+        side, a, b, fa, fb = (v[~done] for v in (side, a, b, fa, fb))
     return result
