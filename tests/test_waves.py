@@ -251,6 +251,21 @@ def test_shallow_water_and_footprints():
     assert np.abs(coarse - displacement(some, v, 0.0)).max() <= waves.amplitude_m[8:].sum() * 1.7
 
 
+def test_ice_stills_the_waves():
+    """Open water before the latitude of ice, none 0.02 of its sine further; the same waves where there is no ice."""
+    frozen, free = (waves_of(Ocean(ice_latitude_deg=lat), EARTH_M) for lat in (70.0, 90.0))
+    edge = math.sin(math.radians(70.0))
+    sines = np.array([-1.0, -(edge + 0.02), -edge + 1e-9, 0.0, 0.9, edge, edge + 0.021, 1.0])
+    v = direction(np.degrees(np.arcsin(sines)), np.linspace(0.0, 300.0, len(sines)))
+    still = np.abs(sines) >= edge + 0.0199
+    moved = displacement(frozen, v, 4.0)
+    assert not moved[still].any()
+    np.testing.assert_array_equal(moved[~still], displacement(free, v, 4.0)[~still])
+    between = direction(np.degrees(np.arcsin(np.linspace(edge, edge + 0.02, 4000))), 33.0)
+    sizes = np.linalg.norm(displacement(frozen, between, 4.0), axis=1)
+    assert sizes[:3000].max() > 0.5 and sizes[-20:].max() < 0.1 * sizes[:3000].max() and sizes[-1] == 0.0
+
+
 # -- what a shader does with it ---------------------------------------------------------------------------------------
 
 

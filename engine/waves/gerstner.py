@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import paper
 from .anchor import anchor_axes
 from .set import WaveSet
-from .shoaling import DEEP, footprint_weight, shoaling, shoaling_slope
+from .shoaling import DEEP, footprint_weight, open_share, shoaling, shoaling_slope
 
 __all__ = ["METHODS", "Surface", "displacement", "normal", "surface"]
 
@@ -149,6 +149,9 @@ class Local:
         turns = waves.speed_rad_s * time_s[..., None] / (2.0 * np.pi)
         self.cycles = (way - np.floor(way)) + (turns - np.floor(turns))
         self.weight, self.rate = _fade(waves, self.cosine, angle)
+        if waves.ice_sine < 1.0:
+            # Where it isn't given the sea is deep; under ice what counts is that the product vanishes.
+            depth = (1e4 if depth is None else depth) * open_share(waves.ice_sine, v)
         self.depth, self.drawn = depth, None
         if depth is not None and len(waves) and np.min(depth, initial=np.inf) * waves.wave_number_per_m[0] < DEEP:
             self._scale(shoaling(waves.wave_number_per_m, depth[:, None]))

@@ -15,7 +15,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..space import direction, heading_pitch_axes
+from ..settings import SettingError
+from ..space import direction, local_axes
 from .spectrum import STILL_M_S, slope_variance, swell_waves, wind_waves
 
 __all__ = ["MOST_WAVES", "SeaState", "WaveError", "WaveSet", "make_waves", "waves_of"]
@@ -39,6 +40,9 @@ with a radius of 1000 wavelengths turns by 6 degrees, less than what waves diffe
 _FADE_MOST_RAD = (0.05, 0.4)
 """On small planets the fade ends here, so that most of the planet has every wave."""
 
+NO_ICE = 2.0
+"""Sine of a latitude that there is not."""
+
 _SPECTRUM_TILT = 0.25
 """Origins lie at a quarter turn from the place of the wind, give or take this share of it: their calm surroundings and
 those of their antipodes then don't lie in one circle."""
@@ -46,7 +50,7 @@ _LONGEST_SHARE = 0.05
 """The longest wave of a spectrum is this share of the planet's radius at most."""
 
 
-class WaveError(ValueError):
+class WaveError(SettingError):
     """Waves that can't be. The message says which, what is expected and what was found."""
 
 
@@ -69,6 +73,7 @@ class SeaState(Protocol):
     swell_period_s: float
     swell_direction_deg: float
     gravity_m_s2: float
+    ice_latitude_deg: float
     waves: Any
 
 
@@ -80,6 +85,7 @@ class WaveSet:
     towards the origin, with phi < 0 away from it. radius_m: from the planet's centre to the calm sea. fade: (n0, n1),
     from how many wavelengths of its origin (and of the antipode) a wave begins and ends to appear.
     slope_variance_beyond: mean square slope, both directions together, of what is shorter than these waves.
+    ice_sine: of the latitude from which on the sea is frozen and still.
     """
 
     origins: Floats
@@ -90,6 +96,7 @@ class WaveSet:
     radius_m: float
     fade: tuple[float, float] = _FADE_EXPLICIT
     slope_variance_beyond: float = 0.0
+    ice_sine: float = NO_ICE
 
     def __len__(self) -> int:
         return len(self.wavelength_m)
@@ -141,6 +148,7 @@ def make_waves(
     *,
     fade: tuple[float, float] = _FADE_EXPLICIT,
     slope_variance_beyond: float = 0.0,
+    ice_sine: float = NO_ICE,
 ) -> WaveSet:
     """A checked set, sorted. origins: (N, 3), any length but zero; the others (N,). Raises WaveError."""
     if not (math.isfinite(radius_m) and radius_m > 0.0):
@@ -187,7 +195,9 @@ def make_waves(
     for array in made:
         array.flags.writeable = False
     places, amplitude, wavelength, q, speed = made
-    return WaveSet(places, amplitude, wavelength, q, speed, float(radius_m), fade, float(slope_variance_beyond))
+    return WaveSet(
+        places, amplitude, wavelength, q, speed, float(radius_m), fade, float(slope_variance_beyond), ice_sine
+    )
 
 
 def waves_of(sea: SeaState, planet_radius_m: float) -> WaveSet:
@@ -197,8 +207,9 @@ def waves_of(sea: SeaState, planet_radius_m: float) -> WaveSet:
     """
     radius = planet_radius_m + sea.sea_level_m
     total = slope_variance(sea.wind_speed_m_s)
+    ice_sine = math.sin(math.radians(sea.ice_latitude_deg)) if sea.ice_latitude_deg < 90.0 else NO_ICE
     if sea.waves:
-        return _explicit(sea, radius, total)
+        return _explicit(sea, radius, total, ice_sine)
     if not 0 <= sea.wave_count <= MOST_WAVES:
         raise WaveError(f"wave_count: expected a whole number from 0 to {MOST_WAVES}, found {sea.wave_count}")
     rng = np.random.default_rng(sea.wave_seed)
@@ -226,11 +237,19 @@ def waves_of(sea: SeaState, planet_radius_m: float) -> WaveSet:
     steepness = _steepness(amplitude * k, k, sea.choppiness)
     beyond = max(total - 0.5 * float(np.sum((amplitude * k) ** 2)), 0.1 * total)
     return make_waves(
-        origins, amplitude, wavelength, steepness, speed, radius, fade=_FADE_SPECTRUM, slope_variance_beyond=beyond
+        origins,
+        amplitude,
+        wavelength,
+        steepness,
+        speed,
+        radius,
+        fade=_FADE_SPECTRUM,
+        slope_variance_beyond=beyond,
+        ice_sine=ice_sine,
     )
 
 
-def _explicit(sea: SeaState, radius_m: float, total: float) -> WaveSet:
+def _explicit(sea: SeaState, radius_m: float, total: float, ice_sine: float) -> WaveSet:
     waves: Sequence[Any] = tuple(sea.waves)
     wavelength = np.array([w.wavelength_m for w in waves], dtype=np.float64)
     amplitude = np.array([w.amplitude_m for w in waves], dtype=np.float64)
@@ -245,6 +264,7 @@ def _explicit(sea: SeaState, radius_m: float, total: float) -> WaveSet:
         speed,
         radius_m,
         slope_variance_beyond=max(total - there, 0.1 * total),
+        ice_sine=ice_sine,
     )
 
 
@@ -252,8 +272,9 @@ def _origins(at: tuple[float, float], heading_deg: float, angles_rad: Floats, rn
     """Origins (N, 3) of waves that run at `at` along the heading plus angles (clockwise): about a quarter turn back."""
     place = direction(*at)
     distance = 0.5 * np.pi * (1.0 + _SPECTRUM_TILT * rng.uniform(-1.0, 1.0, len(angles_rad)))
-    headings = [heading_pitch_axes(place, heading_deg + math.degrees(angle), 0.0)[0] for angle in angles_rad]
-    ahead = np.array(headings).reshape(-1, 3)
+    north, east = local_axes(place)
+    heading = math.radians(heading_deg) + angles_rad[:, None]
+    ahead = north * np.cos(heading) + east * np.sin(heading)
     return place * np.cos(distance)[:, None] - ahead * np.sin(distance)[:, None]
 
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["footprint_weight", "shoaling", "shoaling_slope", "smoothstep"]
+__all__ = ["FREEZE", "footprint_weight", "open_share", "shoaling", "shoaling_slope", "smoothstep"]
 
 Floats = NDArray[np.float64]
 
 DEEP = 10.0
 """tanh(x) is 1 to 4e-9 from here on: deeper water is as good as bottomless."""
+FREEZE = 0.02
+"""Of the sine of the latitude: over so much of it ice closes and stills the waves."""
 FINEST, COARSEST = 2.0, 4.0
 """Samples a wavelength: below the first a wave can't be drawn at all, from the second on it is drawn in full."""
 
@@ -36,6 +38,14 @@ def shoaling_slope(wave_number_per_m: ArrayLike, depth_m: ArrayLike) -> Floats:
     """d shoaling / d depth, 1/m: k (1 - tanh^2), 0 on land."""
     k, depth = np.asarray(wave_number_per_m), np.asarray(depth_m)
     return np.where(depth > 0.0, k * (1.0 - shoaling(k, depth) ** 2), 0.0)
+
+
+def open_share(ice_sine: float, directions: Floats) -> Floats:
+    """Share of the depth (M,) that waves have under ice, at unit directions (M, 3): 1 before its edge, 0 within.
+
+    ice_sine: of the latitude where it begins; above 1: nowhere. Closed ice calms waves as shallow water does.
+    """
+    return 1.0 - smoothstep(ice_sine, ice_sine + FREEZE, np.abs(directions[:, 2]))
 
 
 def footprint_weight(wavelength_m: ArrayLike, spacing_m: ArrayLike) -> Floats:

@@ -60,7 +60,7 @@ class WaveBlock:
         data[1] = *seen.north, waves.radius_m / planet_radius_m
         data[2] = far_count, len(waves), waves.farthest_m, 0.0
         data[3] = *mesh.eye_m, mesh.angle_rad
-        data[4] = mesh.smallest_m, mesh.footprint_px, 0.0, 0.0
+        data[4] = mesh.smallest_m, mesh.footprint_px, waves.ice_sine, 0.0
         data[_HEADER : _HEADER + BINS] = _bins(waves, seen, near)
         self._write_waves(waves, seen, near, cos0, sin0, k)
         self.used_bytes = 16 * (_HEADER + BINS + 3 * len(waves))

@@ -49,7 +49,7 @@ void main() {
             vec3 position = vec3(calm.x, calm.y, calm.z);
             g_places[k] = sea_place((position - frame.anchor_up.xyz * calm.dh) * to_foot);
             g_moved[k] = vec3(0.0);
-            g_depth[k] = sea_depth_m(unpackUnorm2x16(calm.attributes).x);
+            g_depth[k] = sea_depth_m(unpackUnorm2x16(calm.attributes).x) * sea_open(g_places[k]);
             // The distance of vertices that was asked for here, whatever the cell's own is.
             g_fineness[k] = 1.0 / max(wave_mesh.x, wave_eye.w * length(position - wave_eye.xyz));
             finest = max(finest, g_fineness[k]);

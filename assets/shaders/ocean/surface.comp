@@ -121,7 +121,8 @@ void main() {
         sea[k] = sea_at(pixel);
         vec3 point = sea[k] ? sea_point(pixel) : frame.camera_forward.xyz;
         places[k] = sea_calm_place(pixel, point);
-        float distance_m = length(point), depth_m = sea_depth_decode(texelFetch(u_attributes, pixel, 0).rg);
+        float distance_m = length(point);
+        float depth_m = sea_depth_decode(texelFetch(u_attributes, pixel, 0).rg) * sea_open(places[k]);
         if (sea[k]) {
             middle += places[k].at;
             g_footprint += sea_footprint(places[k], -point / distance_m, distance_m);

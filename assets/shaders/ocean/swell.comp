@@ -43,7 +43,8 @@ void main() {
         vec2 at = vec2(dot(place.at, axis), dot(place.at, vec2(-axis.y, axis.x)));
         low = sea ? min(low, at) : low;
         high = sea ? max(high, at) : high;
-        shallowest = sea ? min(shallowest, sea_depth_decode(texelFetch(u_attributes, pixel, 0).rg)) : shallowest;
+        float depth_m = sea_depth_decode(texelFetch(u_attributes, pixel, 0).rg) * sea_open(place);
+        shallowest = sea ? min(shallowest, depth_m) : shallowest;
         float distance_m = length(point);
         if (sea) footprint = sea_footprint(place, -point / distance_m, distance_m);
     }

@@ -8,7 +8,7 @@ layout(std140, binding = 12) uniform WaveBlock {
     vec4 wave_north;     // second tangent; w: the anchor's foot to the calm sea, as a ratio of radii
     vec4 wave_counts;    // waves of the first list, waves of both, the farthest that anything is moved sideways in m, unused
     vec4 wave_eye;       // the proxy from the anchor, m; w: angle between vertices
-    vec4 wave_mesh;      // smallest distance of vertices in m, footprint of a pixel in pixels, unused, unused
+    vec4 wave_mesh;      // smallest distance of vertices in m, footprint of a pixel in pixels, sine of the latitude of ice (2: none), unused
     vec4 wave_bins[WAVE_BINS];        // by wave number: waves that are longer (first list + 1024 * second), slope variance of the rest
     vec4 wave_data[3 * WAVES_MOST];
     // first list:  heading away from the origin (2), phase at the anchor in cycles, cycles per m

@@ -75,6 +75,11 @@ float sea_shoaling(float x) {
     return x >= 10.0 ? 1.0 : 1.0 - 2.0 / (1.0 + exp(2.0 * max(x, 0.0)));
 }
 
+// Share of its depth that the sea has for waves: ice takes it away. FREEZE of engine/waves/shoaling.py.
+float sea_open(SeaPlace p) {
+    return 1.0 - smoothstep(wave_mesh.z, wave_mesh.z + 0.02, abs(p.zenith.z));
+}
+
 // One wave at a place. direction: unit, away from the origin; cycles: its phase; weight: of A and of Q by the fade; rate: its
 // change per m; spread: by how much the direction turns per m across; sine: of the angle from the origin.
 struct SeaWave {
