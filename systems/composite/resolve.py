@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from ...components import Planet
+from ...components import Ocean, Planet
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.system import Frame, ViewInfo
 from .temporal import Mode, Motion, Step, TemporalState
@@ -96,6 +97,11 @@ class Resolver:
             self._program("mean").set("u_weight", self._step.weight)
         elif self._step.mode == Mode.MOVING and motion is not None:
             self._set_motion(motion, self._step.jitter_px)
+            sea = frame.world.try_get(frame.planet, Ocean)
+            gravity = 0.0 if sea is None else sea.gravity_m_s2
+            # Deep water: the square of the phase a second is g times the wave number.
+            water = 2.0 * math.pi * gravity * self._state.elapsed_s**2
+            self._program("moving").set("u_water", min(water, 1e9))
 
     def _set_motion(self, motion: Motion, jitter_px: tuple[float, float]) -> None:
         program = self._moving

@@ -72,6 +72,7 @@ class _Moment:
     sun: SunState
     planet: int
     size: tuple[int, int]
+    time_s: float = 0.0
     star_axes: Floats | None = None
 
 
@@ -119,7 +120,7 @@ class TemporalState:
         past, self._past = self._past, None  # comes back with drawn()
         if samples != self._samples:
             self._samples, past = samples, None
-        self._now = now = _Moment(frame.camera, frame.sun, frame.planet, frame.size)
+        self._now = now = _Moment(frame.camera, frame.sun, frame.planet, frame.size, frame.time_s)
         self._then = past
         usable = past is not None and not frame.cut and not _broken(past, now, radius_m)
         still = usable and frame.still
@@ -161,6 +162,11 @@ class TemporalState:
         if then is None:
             return None
         return camera_motion(self._now.camera, then.camera, self._now.star_axes, then.star_axes)
+
+    @property
+    def elapsed_s(self) -> float:
+        """Scene time from the last frame that was drawn to this one, either way."""
+        return 0.0 if self._now is None or self._then is None else abs(self._now.time_s - self._then.time_s)
 
     def lost(self) -> None:
         """The picture before is gone after all (the graph was made anew): this frame stands for itself."""

@@ -20,6 +20,7 @@ layout(location = 6) uniform vec3 u_shift;           // m
 layout(location = 7) uniform vec4 u_projection;      // of the frame before: 1 / sx, 1 / sy, ox, oy
 layout(location = 8) uniform vec2 u_jitter;          // of this frame in normalised device coordinates
 layout(location = 9) uniform float u_weights[5];     // of the samples around, for a picture of this frame alone
+layout(location = 14) uniform float u_water;         // (phase by which a wave of 1 m goes on in this frame)^2, rad^2 m
 in vec2 v_uv;
 layout(location = 0) out vec4 o_resolved;
 
@@ -27,6 +28,8 @@ const float LEAST_WEIGHT = 1.0 / 16.0;
 const float MOVING_WEIGHT = 1.0 / 4.0;   // where the fetch falls between texels: a blur that adds up from frame to frame
 const float TOLERANCE = 1.12;            // of distances; they are kept in steps of 2 %
 const float DEVIATIONS = 1.75;
+const float WAVE_PX = 4.0;          // waves half as long have gone, see ocean/waves.glsl
+const float WATER_WEIGHT = 2.0;   // least errors over moving swell, from 5 m and from 1 km
 const ivec2 CROSS[5] = ivec2[5](ivec2(0, -1), ivec2(-1, 0), ivec2(0, 0), ivec2(1, 0), ivec2(0, 1));
 
 // Cubic convolution (Keys 1981) by five bilinear look-ups; the corners of the 4 x 4 texels weigh next to nothing and are left
@@ -112,6 +115,9 @@ void main() {
     between *= 4.0 * (1.0 - between);
     float weight = max(out_by / float(frames + 1), mix(LEAST_WEIGHT, MOVING_WEIGHT, max(between.x, between.y)));
     weight = max(weight, clamp(0.25 * out_by - 0.5, 0.0, 1.0));   // what is that far off was something else
+    // Water moves on by itself, and not as one: the shortest waves that a pixel shows, WAVE_PX long, go on by this phase, and what
+    // was seen of them then is worth as little.
+    if (kind == SURFACE_SEA) weight = max(weight, WATER_WEIGHT * sqrt(u_water * own / (near * frame.clock.w * WAVE_PX)));
     light = frames > 0 ? mix(light, now, min(weight, 1.0)) : spot;
     o_resolved = vec4(light, place_code(place_distance(own / near), kind, frames + 1));
 }
