@@ -146,8 +146,8 @@ def test_a_still_picture_of_a_moment_and_the_next_moment(earth):
 
 
 def test_moving_water_is_not_smeared(earth):
-    """Frames of a sequence, temporally anti-aliased, show the water of now: nearer to the settled picture of this moment
-    than the water of a tenth of a second ago is."""
+    """Frames of a sequence, temporally anti-aliased, show the water of now: much nearer to the settled picture of this
+    moment than the water of a tenth of a second ago is."""
     camera = over_the_sea(5.0)
 
     def settled(time_s):
