@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import planetfall as pf
+from planetfall.benchmarks.reference.waves import displaced
 
 WAVE = {"origin": (10.0, 20.0), "amplitude_m": 0.5, "wavelength_m": 40.0, "steepness": 0.6, "speed_rad_s": 1.2}
 
@@ -80,6 +81,22 @@ def test_the_sea_ends_at_the_shore(earth, shores):
     assert (np.abs(height) < 0.6 * depth).all() and (depth < 2.0).sum() > 5
     assert np.abs(height[:, depth > 15.0]).max() > 0.4
     np.testing.assert_allclose(sampler.height(land, 3.0), 0.0, atol=1e-8)
+
+
+@pytest.mark.parametrize(("radius", "time_s"), [(6e4, 0.0), (6.371e6, 1e8), (7e7, 1e8)])
+def test_heights_against_extended_precision(radius, time_s):
+    """Points of a bottomless sea, displaced by code of its own: the inversion promises 1 mm."""
+    ocean = pf.Ocean(wave_count=20, wind_speed_m_s=12.0)
+    sampler = pf.OceanSampler(SimpleNamespace(planet={pf.Planet: pf.Planet(radius_m=radius), pf.Ocean: ocean}))
+    w = sampler.waves
+    calm = sphere(4000, 9)
+    away = np.arccos(np.clip(np.abs(calm @ w.origins.T), 0.0, 1.0))
+    calm = calm[(away > w.fade_rad[:, 1]).all(axis=1)][:300]
+    assert len(calm) > 50
+    there = displaced(calm, w.origins, w.amplitude_m, w.wavelength_m, w.steepness, w.speed_rad_s, w.radius_m, time_s)
+    distance = np.sqrt((there * there).sum(axis=1))
+    found = sampler.height((there / distance[:, None]).astype(np.float64), time_s)
+    assert np.abs(found - (distance - np.longdouble(radius))).max() < 1e-3
 
 
 def test_times_and_a_snapshot(earth):

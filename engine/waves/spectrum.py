@@ -24,6 +24,9 @@ DEVELOPED = 0.855
 height, which is 1.026 times that at 10 m."""
 STILL_M_S = 0.5
 """Below this wind there is no wind sea: ripples need about 1 m/s to begin."""
+NARROWEST = 5.0
+"""Least s: directions spread by 33 degrees. Short waves of the sea cross at wider angles, but there are thousands; a
+handful that cross so draw a lattice."""
 _SAMPLES = 4096
 _FREQUENCIES = 0.7
 """The lowest frequency, as a share of the peak's: below it JONSWAP has a thousandth of its energy."""
@@ -60,8 +63,8 @@ def spread(share: Floats, power: Floats) -> Floats:
 
     power: s (N,). Waves against the wind, beyond 120 degrees, are left out: a hundredth of the energy, or short.
     """
-    angles = np.linspace(-2.0 * np.pi / 3.0, 2.0 * np.pi / 3.0, 721)
-    density = np.cos(0.5 * angles) ** (2.0 * power[:, None])
+    angles = np.linspace(-2.0 * np.pi / 3.0, 2.0 * np.pi / 3.0, 241)
+    density = np.exp(2.0 * power[:, None] * np.log(np.cos(0.5 * angles)))
     total = np.cumsum(0.5 * (density[:, 1:] + density[:, :-1]), axis=1)
     below = np.concatenate([np.zeros((len(power), 1)), total / total[:, -1:]], axis=1)
     return np.array([np.interp(u, row, angles) for u, row in zip(share, below, strict=True)])
@@ -127,12 +130,11 @@ def _running(values: Floats, at: Floats) -> Floats:
 def _spreading_power(frequency: Floats, peak: float, wind_speed_m_s: float, gravity_m_s2: float) -> Floats:
     """s of cos^(2 s)(angle / 2), by Hasselmann et al. 1980 for JONSWAP: 10 at the peak, less for all other waves.
 
-    6.97 w^4.06 below 1.05 peaks, 9.77 w^-(2.33 + 1.45 (U p / g - 1.17)) above, w in peaks; at least 1, which spreads by
-    65 degrees: shorter waves than were measured.
+    6.97 w^4.06 below 1.05 peaks, 9.77 w^-(2.33 + 1.45 (U p / g - 1.17)) above, w in peaks; at least NARROWEST.
     """
     ratio = frequency / peak
     fall = -2.33 - 1.45 * (wind_speed_m_s * peak / gravity_m_s2 - 1.17)
-    return np.maximum(np.where(ratio < 1.05, 6.97 * ratio**4.06, 9.77 * ratio**fall), 1.0)
+    return np.maximum(np.where(ratio < 1.05, 6.97 * ratio**4.06, 9.77 * ratio**fall), NARROWEST)
 
 
 def _shuffled(count: int, rng: np.random.Generator) -> Floats:

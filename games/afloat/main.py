@@ -43,7 +43,7 @@ class Game:
         planet: str = "earth",
         quality: str = "medium",
         buoys: int = 5,
-        wind_speed_m_s: float = 2.0,
+        wind_speed_m_s: float = 1.5,
         swell_height_m: float = 1.6,
     ) -> None:
         self.scene = pf.load_scene(planet)
@@ -228,7 +228,7 @@ def record(game: Game, options: Any) -> int:
 def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="afloat", description=__doc__)
     parser.add_argument("--buoys", type=int, default=5, help="number of buoys")
-    parser.add_argument("--wind", type=float, default=2.0, help="wind in m/s")
+    parser.add_argument("--wind", type=float, default=1.5, help="wind in m/s")
     parser.add_argument("--swell", type=float, default=1.6, help="significant height of the swell in m")
     parser.add_argument("--frames", type=int, default=0, help="render so many pictures instead of opening a window")
     parser.add_argument("--fps", type=float, default=30.0, help="pictures a second")
