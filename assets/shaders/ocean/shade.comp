@@ -10,6 +10,7 @@
 #ifdef OCEAN_HIGH
 #include "contract/air.glsl"
 #endif
+#include "contract/waterline.glsl"
 #include "ocean/look/pixel.glsl"
 #include "ocean/look/column.glsl"
 #include "ocean/look/glitter.glsl"
@@ -74,7 +75,7 @@ vec3 sea_radiance(SeaPixel p) {
     float fresnel = fresnel_mean(p.slopes, seen, v, index, facet);
     vec2 slope = p.slopes.mean + (facet - dot(p.slopes.mean, aside)) * aside;
     vec3 normal = sea_normal_of(slope, p.level);
-    vec3 radiance = mirrored(p, reflect(-p.view, normal), sea_light(2)) * fresnel;
+    vec3 radiance = mirrored(p, reflect(-p.view, normal), seen.spread, sea_light(2)) * fresnel;
     radiance += sunlight * glitter(p.slopes, seen, v, l, frame.sun_direction.w, index);
 
     // From below. What enters is lost to the mirror, what leaves spreads over a wider angle: 1 / index^2.
@@ -123,5 +124,10 @@ void main() {
     ivec2 pixel = tile_pixel();
     if (any(greaterThanEqual(pixel, textureSize(u_surface, 0))) || texelFetch(u_surface, pixel, 0).r != SURFACE_SEA) return;
     v_ndc = ndc_of_pixel(vec2(pixel) + 0.5);
+#ifdef OCEAN_BELOW
+    if (!lens_in_water(v_ndc)) return;
+#else
+    if (lens_in_water(v_ndc)) return;
+#endif
     imageStore(u_radiance, pixel, vec4(sea_radiance(pixel_at(pixel)) * frame.scale.x, 1.0));
 }
