@@ -34,6 +34,10 @@ VIEWS = [
     "sunset",
     "dawn",
     "edge",
+    "glint",
+    "glitter",
+    "shallows",
+    "waterline",
 ]
 
 
@@ -220,7 +224,7 @@ def test_view_names():
     assert pf.views() == list(VIEWS)
     assert "clouds" not in pf.views("earth") and "beach" in pf.views("earth")
     for dry in ("mars", "moon", "asteroid"):
-        assert not {"coast", "beach", "sea", "under"} & set(pf.views(dry))
+        assert not {"coast", "beach", "sea", "under", "glint", "glitter", "shallows", "waterline"} & set(pf.views(dry))
     assert "high" not in pf.views("asteroid")
     with pf.load_scene("earth") as scene:
         scene.planet.remove(pf.Ocean)
