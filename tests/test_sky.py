@@ -283,7 +283,7 @@ def test_stars_cost_nothing_by_day(gpu):
 
     exposure = Exposure(mode="fixed", ev100=15.0)
     systems = [Scene(), SkySystem(), StarsSystem()]
-    with Bench(gpu, systems, [Stars(), exposure], SIZE, outputs=frozenset({"composite.ldr"})) as bench:
+    with Bench(gpu, systems, [Stars(), exposure], SIZE, outputs=frozenset()) as bench:
         bench.frame.camera = CameraState.look(np.array([7e6, 0, 0]), (0, 1, 0), (0, 0, 1), 60.0, 16 / 9)
 
         def drawn() -> bool:
@@ -300,8 +300,62 @@ def test_stars_cost_nothing_by_day(gpu):
 
 
 def test_no_star_is_brighter_than_the_bound():
-    from planetfall.systems.sky.system import _BRIGHTEST_STAR, _STAR_PEAK
+    from planetfall.systems.sky.system import _BRIGHTEST_STAR, _STAR_FALL, _STAR_PEAK
 
     brightest = max(make_stars(3, seed).irradiance.max() for seed in range(200))
     assert 0.5 * _BRIGHTEST_STAR < brightest <= _BRIGHTEST_STAR
     assert 1.0 / (2 * np.pi * 0.7**2) < _STAR_PEAK
+    for seed in range(8):
+        strongest = make_stars(8768, seed).irradiance.max(axis=1)
+        assert (strongest <= _BRIGHTEST_STAR * np.arange(1, 8769) ** -_STAR_FALL).all()
+
+
+def test_no_part_of_the_galaxy_is_brighter_than_the_bound(gpu):
+    from planetfall.systems.sky.system import _BRIGHTEST_CLOUD
+
+    brightest = 0.0
+    for seed in (1, 7, 1234):
+        with Bench(gpu, [Scene(), SkySystem(), StarsSystem()], [Stars(seed=seed)], SIZE, ("stars.galaxy",)) as bench:
+            map_of_it = bench.render(look(size=SIZE)).read("stars.galaxy")[..., :3]
+        brightest = max(brightest, 600.0 * 1.19e-11 * float(map_of_it.max()))
+    assert 0.1 * _BRIGHTEST_CLOUD < brightest < _BRIGHTEST_CLOUD
+
+
+def _chosen(renderer):
+    """(does the galaxy show, how many stars) of the last frame."""
+    draws = np.frombuffer(renderer.graph.resource("stars.draws").read(), np.uint32)
+    return bool(draws[0]), int(draws[5])
+
+
+def test_an_automatic_exposure_hides_what_cannot_show_and_nothing_else():
+    import planetfall as pf
+
+    day, low = pf.view("orbit"), pf.Sun(elevation_deg=20.0)  # not in a picture of the zenith
+    overrides = {"exposure.mode": "auto", "composite.dither": False}
+    with pf.Renderer(pf.load_scene("earth"), (160, 90), "low", overrides) as renderer:
+        state = renderer.camera_state(day)
+        here = pf.Camera(state.position_m, state.forward, state.up)
+        away = pf.Camera(state.position_m, state.position_m / np.linalg.norm(state.position_m), state.up)
+
+        def sequence():
+            renderer.settle(here, sun=low)
+            found, counts = [], []
+            for camera in (here,) * 4 + (away,) * 6:
+                found.append(renderer.render(camera, sun=low, dt_s=1 / 60)["color"].astype(int))
+                counts.append(_chosen(renderer))
+            return found, counts
+
+        few, counts = sequence()
+        stars = renderer.system("stars")
+        choose = stars._expose
+
+        def all_of_them(frame, component):
+            choose(frame, component)
+            stars._shown[0].all = True
+
+        stars._expose = all_of_them
+        every, _ = sequence()
+    assert not counts[3][0] and counts[3][1] < 100, "a sunlit planet in the picture"
+    assert counts[-1][1] == 8768 and counts[-1][0], "nothing but stars in it"
+    for a, b in zip(few[:4], every[:4], strict=True):
+        assert np.abs(a - b).max() <= 1

@@ -269,6 +269,10 @@ class Fullscreen:
         """Draw into the bound framebuffer's viewport."""
         self._vertex_array.render(moderngl.TRIANGLES, 3)
 
+    def render_indirect(self, buffer: moderngl.Buffer, first: int = 0) -> None:
+        """Draw as command `first` of the buffer says: 3 vertices, or none."""
+        self._vertex_array.render_indirect(buffer, moderngl.TRIANGLES, 1, first)
+
     def release(self) -> None:
         self._vertex_array.release()
         self.program.release()

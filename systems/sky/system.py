@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import moderngl
@@ -15,7 +16,8 @@ import numpy as np
 from ...components import Exposure, Planet, Stars
 from ...engine.contracts import bind_contracts, contract_reads
 from ...engine.gpu import gl as G
-from ...engine.graph import GraphBuilder, PassIO, TextureSpec
+from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
+from ...engine.settings import with_overrides
 from ...engine.system import Frame, Setup, System, ViewInfo
 from .catalogue import GALACTIC_AXES, STARS_TO_6_5, make_stars
 
@@ -30,8 +32,13 @@ _GALAXY_TEXELS = 1024
 _PROGRAM_POINT_SIZE = 0x8642
 _BRIGHTEST_STAR = 3.0e-10
 """W m^-2 nm^-1: the star of rank 1 (magnitude -1.4), in its strongest wavelength, has at most this."""
+_STAR_FALL = 0.8
+"""The star of rank k is at most k^-0.8 as bright: magnitudes go with 2 log10 of the rank (catalogue.py)."""
 _STAR_PEAK = 0.33
 """Share of a star's light that its middle pixel gets at most."""
+_BRIGHTEST_CLOUD = 5.5e-8
+"""W m^-2 sr^-1 nm^-1: no part of the galaxy's map is brighter. Its units in sky/galaxy.frag are 7.14e-9; the map has at
+most ((0.86 + 1) x 2.85 x 1.25 x 1.1 + 0.055) x 1.033 = 7.6 of them."""
 _INVISIBLE = 0.25 / 255.0 / 12.92
 """Exposed value that is a quarter of a step of an 8-bit picture."""
 
@@ -104,6 +111,22 @@ class SkySystem(System):
         return run
 
 
+@dataclass
+class _Shown:
+    """What one view's exposure lets show."""
+
+    hidden: bool = False
+    """Nothing: known before the frame, where the exposure is fixed."""
+    all: bool = True
+    """Whatever there is; else as many as sky/choose_stars.comp finds."""
+    star: float = 0.0
+    """The brightest star's exposed light at EV100 0, over the least that shows; cloud: of the galaxy."""
+    cloud: float = 0.0
+    low_ev100: float = 0.0
+    """The exposure goes no lower, and by no more than `share` of the way there in this frame."""
+    share: float = 1.0
+
+
 class StarsSystem(System):
     """Needs Stars. Adds the galaxy's light and single stars to ``scene.radiance``, fixed to the inertial frame.
 
@@ -127,13 +150,15 @@ class StarsSystem(System):
         self._program.set("u_limit", self._limit)
         self._galaxy = gpu.fullscreen("sky/galaxy.frag")
         self._map = gpu.fullscreen("sky/galaxy_map.frag")
+        self._choose = gpu.compute("sky/choose_stars.comp")
+        self._choose.set("u_fall", _STAR_FALL)
         self._plain = gpu.gpu.state()
         self._far_add = gpu.gpu.state(depth_test=True, depth_func=">=", write_depth=False, blend="additive")
         toggles = [gpu.gpu.gl.function(name, None, G.enum) for name in ("glEnable", "glDisable")]
         self._enable, self._disable = toggles
         self._points: Any = None
         self._buffer: Any = None
-        self._hidden = False
+        self._shown: dict[int, _Shown] = {}
         self._catalogue, self._map_seed = (-1, -1), -1
         self._refresh(setup.world.query(Stars)[0][1][0])
 
@@ -162,7 +187,7 @@ class StarsSystem(System):
     def update(self, frame: Frame) -> None:
         stars: Stars = frame.world.query(Stars)[0][1][0]
         self._refresh(stars)
-        self._hidden = _too_faint(frame, float(stars.brightness))
+        self._expose(frame, stars)
         found = frame.world.resources.get("star_axes")
         axes = np.eye(3) if found is None else np.asarray(found)
         # GLSL reads matrices column by column: the transpose of the row order of numpy.
@@ -172,9 +197,28 @@ class StarsSystem(System):
         self._galaxy.set("u_brightness", float(stars.brightness) * min(float(stars.density), 1.0))
         self._map.set("u_seed", self._map_seed & 0xFFFF)
 
+    def _expose(self, frame: Frame, stars: Stars) -> None:
+        """What can show of stars and galaxy, as far as it is known before the frame's exposure is."""
+        exposures = frame.world.query(Exposure)
+        exposure = with_overrides(exposures[0][1][0] if exposures else Exposure(), "exposure", frame.settings)
+        ev100 = frame.ev100 if frame.ev100 is not None else exposure.ev100 if exposure.mode == "fixed" else None
+        shown = self._shown.setdefault(frame.view_index, _Shown())
+        # An exposure that jumps may come to anything.
+        shown.hidden, shown.all = False, ev100 is not None or frame.cut
+        if ev100 is None and frame.cut:
+            return
+        shown.star, shown.cloud = (e / _INVISIBLE for e in _exposed_most(frame, float(stars.brightness)))
+        shown.hidden = ev100 is not None and max(shown.star, shown.cloud) < 2.0**ev100
+        shown.low_ev100 = float(exposure.min_ev100 - max(exposure.compensation_ev, 0.0))
+        shown.share = 1.0
+        if exposure.brighter_s > 0.0:
+            shown.share = -math.expm1(-3.0 * max(frame.dt_s, 0.0) / exposure.brighter_s)
+
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         side = (_GALAXY_TEXELS, _GALAXY_TEXELS)
-        shown = "scene.radiance" in view.outputs  # somebody wants numbers, not a picture
+        numbers = "scene.radiance" in view.outputs  # somebody wants them, not a picture
+        metered = bool({"composite.ldr", "target"} & view.outputs) and not numbers  # then the exposure has a past
+        shown = self._shown.setdefault(view.index, _Shown())
         mapped = [-1]  # the seed whose map this view's texture holds
         builder.add_pass(
             "stars.galaxy_map",
@@ -186,15 +230,26 @@ class StarsSystem(System):
             ),
             help="light of the Milky Way over the whole sky, made once for a seed",
         )
+        if metered:
+            builder.add_pass(
+                "stars.choose",
+                bind=lambda io: self._bind_choose(io, shown),
+                system=self.name,
+                kind="compute",
+                history=("composite.exposure",),
+                creates=(BufferSpec("stars.draws", 40, "persistent", help="indirect draws: galaxy, stars"),),
+                when=lambda: not shown.all,
+                help="how many stars last frame's exposure lets show",
+            )
         builder.add_pass(
             "stars.draw",
-            bind=self._bind_draw,
+            bind=lambda io: self._bind_draw(io, shown, metered),
             system=self.name,
-            reads=("stars.galaxy", "gbuffer.depth", *contract_reads(self._world)),
+            reads=("stars.galaxy", "gbuffer.depth", *contract_reads(self._world), *(("stars.draws",) * metered)),
             writes=("scene.radiance",),
             after=("sky.shade",),
             after_optional=("terrain.shade", "ocean.shade", "props.shade"),
-            when=lambda: shown or not self._hidden,
+            when=lambda: numbers or not shown.hidden,
             help="the Milky Way and single stars where no surface is",
         )
 
@@ -209,35 +264,57 @@ class StarsSystem(System):
 
         return run
 
-    def _bind_draw(self, io: PassIO) -> Callable[[], None]:
+    def _bind_choose(self, io: PassIO, shown: _Shown) -> Callable[[], None]:
+        before, valid, draws = io.history("composite.exposure"), io.history_valid, io.buffer("stars.draws")
+
+        def run() -> None:
+            if not valid.value:
+                shown.all = True
+                return
+            self._choose.set("u_reach", (shown.low_ev100, shown.share))
+            self._choose.set("u_visible", (shown.star, shown.cloud))
+            self._choose.set("u_count", self._catalogue[0])
+            before.bind_to_storage_buffer(5)
+            draws.bind_to_storage_buffer(6)
+            self._choose.run()
+
+        return run
+
+    def _bind_draw(self, io: PassIO, shown: _Shown, metered: bool) -> Callable[[], None]:
         target = io.framebuffer(colors=("scene.radiance",), depth="gbuffer.depth")
         galaxy = io.texture("stars.galaxy")
+        draws = io.buffer("stars.draws") if metered else None
         bind_air = bind_contracts(self._world, io)
 
         def run() -> None:
             if self._points is None:
                 return
+            chosen = None if shown.all else draws
             bind_air()
             target.use()
             self._far_add.apply()
             galaxy.use(0)
-            self._galaxy.render()
+            if chosen is None:
+                self._galaxy.render()
+            else:
+                self._galaxy.render_indirect(chosen, 0)
             self._enable(_PROGRAM_POINT_SIZE)
-            self._points.render(moderngl.POINTS)
+            if chosen is None:
+                self._points.render(moderngl.POINTS)
+            else:
+                self._points.render_indirect(chosen, moderngl.POINTS, 1, 1)
             self._disable(_PROGRAM_POINT_SIZE)
 
         return run
 
 
-def _too_faint(frame: Frame, brightness: float) -> bool:
-    """Whether no star can show at the frame's exposure; only known when that is fixed. Saves the pass by day."""
-    exposures = frame.world.query(Exposure)
-    exposure = exposures[0][1][0] if exposures else Exposure()
-    ev100 = frame.ev100 if frame.ev100 is not None else exposure.ev100 if exposure.mode == "fixed" else None
-    if ev100 is None:
-        return False
+def _exposed_most(frame: Frame, brightness: float) -> tuple[float, float]:
+    """The most that a pixel of the brightest star and of the galaxy's brightest clouds is exposed to at EV100 0."""
     camera, (width, height) = frame.camera, frame.size
     pixel = (camera.tan_right - camera.tan_left) * (camera.tan_top - camera.tan_bottom) / (width * height)
-    # 1e5 cd m^-2 per W m^-2 sr^-1 nm^-1 and 1.2 x 2^EV: docs/exposure.md. A pixel far off the axis is smaller, 8 times
-    # at 60 degrees.
-    return 8.0 * _STAR_PEAK * _BRIGHTEST_STAR * brightness / pixel * 1e5 / (1.2 * 2.0**ev100) < _INVISIBLE
+    # A pixel far off the axis is smaller, by the cube of the cosine; a point is held on the border from just outside.
+    corner = max(abs(camera.tan_left), abs(camera.tan_right)), max(abs(camera.tan_bottom), abs(camera.tan_top))
+    smaller = (1.0 + corner[0] ** 2 + corner[1] ** 2) ** 1.5 * 1.1
+    # 1e5 cd m^-2 per W m^-2 sr^-1 nm^-1 and 1.2 x 2^EV: docs/exposure.md.
+    exposed = brightness * 1e5 / 1.2
+    return _STAR_PEAK * _BRIGHTEST_STAR * smaller / pixel * exposed, _BRIGHTEST_CLOUD * exposed
