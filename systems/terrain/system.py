@@ -6,9 +6,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import fields
 from typing import Any
 
+import numpy as np
+
 from ...components import Ocean, Planet, Terrain
 from ...engine.contracts import bind_contracts, contract_reads
-from ...engine.graph import GraphBuilder, PassIO
+from ...engine.graph import BufferSpec, GraphBuilder, PassIO
 from ...engine.settings import SettingError, revision, with_overrides
 from ...engine.system import Frame, Setup, System, ViewInfo
 from .backends import Backend, Ground, make_backend
@@ -25,6 +27,10 @@ _SHAPE = (
     *(f.name for f in fields(TerrainParams) if f.name in {g.name for g in fields(Terrain)}),
     *("height_map_range_m", "color_map"),
 )
+_COAST_LISTS = ("terrain.coast_asked", "terrain.coast_land")
+_FAR_PIXEL_M = 50.0
+"""Pixels that are wider on all ground do with heights in float: they are right to 0.1 m, a coast so to 0.2 pixels at a
+slope of 1 %."""
 _CONTRACTS = {"surface_height": "terrain/surface_height.glsl"}
 _SOURCES = "generated/terrain_height_sources.glsl"
 GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
@@ -36,6 +42,7 @@ class _View:
     def __init__(self) -> None:
         self.octaves: Any = None
         self.key: tuple[Any, ...] = ()  # what the table was made for
+        self.far = False  # whether every pixel of the ground is wide
 
 
 class TerrainSystem(System):
@@ -154,7 +161,10 @@ class TerrainSystem(System):
 
     def update(self, frame: Frame) -> None:
         proxy = frame.world.resource(f"proxy.{frame.view_index}")
-        self._refresh_octaves(self._view(frame.view_index), proxy)
+        view, camera = self._view(frame.view_index), frame.camera
+        self._refresh_octaves(view, proxy)
+        above_m = float(np.linalg.norm(camera.position_m)) - self._ground.params.radius_m - self._ground.field.highest_m
+        view.far = above_m * (camera.tan_top - camera.tan_bottom) / frame.size[1] > _FAR_PIXEL_M
         index, backend = frame.view_index, self.backend
         backend.update(frame, self._ground, lambda: self._bind_octaves(index))
         if backend.structure != self._backend_structure:
@@ -192,14 +202,19 @@ class TerrainSystem(System):
             help="patches of all visible cells",
         )
         if self._world.query(Ocean):
+            listed = not backend.coast_file and int(self._settings["terrain.coast_px"]) == 1
+            pixels = view.size[0] * view.size[1]
+            texts = ("dispatch, and pixels that may be land or water", "the same of those that become land")
+            specs = [BufferSpec(n, 16 + 4 * pixels, help=h) for n, h in zip(_COAST_LISTS, texts, strict=True)]
             builder.add_pass(
                 "terrain.coast",
                 kind="compute",
                 system=name,
-                bind=lambda io: self._bind_coast(io, index),
+                bind=lambda io: self._bind_coast(io, index, listed),
                 reads=("gbuffer.depth", "gbuffer.tiles_coast"),
                 writes=GBUFFER,
                 after=("gbuffer.classify",),
+                creates=specs if listed else (),
                 help="the line between land and water, from the height function at each pixel",
             )
         builder.add_pass(
@@ -232,10 +247,14 @@ class TerrainSystem(System):
 
         return run
 
-    def _bind_coast(self, io: PassIO, index: int) -> Callable[[], None]:
-        coast = self._shader(self.backend.coast_file)
+    def _bind_coast(self, io: PassIO, index: int, listed: bool) -> Callable[[], None]:
+        names = ("begin", "find", "far", "ask") if listed else ()
+        steps = {name: self._shader(f"terrain/coast_{name}.comp") for name in names}
+        coast = None if listed else self._shader(self.backend.coast_file or "terrain/coast.comp")
         tiles, depth = io.buffer("gbuffer.tiles_coast"), io.texture("gbuffer.depth")
+        lists = [io.buffer(name) for name in _COAST_LISTS] if listed else []
         images = [io.texture(n) for n in GBUFFER]
+        view, barrier = self._view(index), self._gpu.gpu.barrier
 
         def run() -> None:
             tiles.bind_to_storage_buffer(7)
@@ -246,7 +265,21 @@ class TerrainSystem(System):
             images[1].bind_to_image(1, read=False, write=True)
             images[2].bind_to_image(2, read=False, write=True)
             self._bind_heights(index)
-            coast.run_indirect(tiles)
+            if coast is not None:
+                coast.run_indirect(tiles)
+                return
+            asked, land = lists
+            asked.bind_to_storage_buffer(6)
+            land.bind_to_storage_buffer(5)
+            steps["begin"].run()
+            barrier()
+            steps["find"].run_indirect(tiles)
+            barrier()
+            if view.far:
+                steps["far"].run_indirect(asked)
+                barrier()
+                land.bind_to_storage_buffer(6)
+            steps["ask"].run_indirect(land if view.far else asked)
 
         return run
 

@@ -49,8 +49,8 @@ class Backend(ABC):
     """Shader contracts that the backend provides, by name: files."""
     shade_file: ClassVar[str] = "terrain/shade.comp"
     """Materials and light of its pixels."""
-    coast_file: ClassVar[str] = "terrain/coast.comp"
-    """The line between land and water, pixel by pixel."""
+    coast_file: ClassVar[str] = ""
+    """The line between land and water, pixel by pixel; "": from the terrain's own height function."""
     faces_out: ClassVar[bool] = True
     """Whether triangles seen from behind are hidden ones."""
     structure: int = 0

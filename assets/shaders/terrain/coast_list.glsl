@@ -1,0 +1,21 @@
+// Pixels whose height is to be asked, behind the indirect dispatch that asks. With COAST_SECOND also those that become land.
+layout(std430, binding = 6) buffer CoastList {
+    uint groups[3];
+    uint count;
+    uint pixels[];   // x | y << 16
+} coast_list;
+#ifdef COAST_SECOND
+layout(std430, binding = 5) buffer CoastLand {
+    uint groups[3];
+    uint count;
+    uint pixels[];
+} coast_land;
+#endif
+
+const uint COAST_GROUP = 64u;
+// Heights have all layers down to an eighth of this: what is shorter than 1.5 pixels would only make dots of them.
+const float COAST_FINEST_PX = 12.0;
+
+ivec2 coast_listed(uint place) {
+    return ivec2(place & 0xffffu, place >> 16);
+}

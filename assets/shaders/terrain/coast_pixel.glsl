@@ -1,0 +1,55 @@
+// What a pixel beside a coast becomes, shared by terrain/coast_find.comp, coast_ask.comp and coast.comp.
+#include "common/camera.glsl"
+#include "common/octahedral.glsl"
+#include "common/sea_depth.glsl"
+#include "common/surfaces.glsl"
+#include "terrain/height.glsl"
+#include "terrain/attributes.glsl"
+#include "contract/vertex_spacing.glsl"
+#include "contract/waterline.glsl"
+
+layout(binding = 0) uniform sampler2D u_depth;
+layout(binding = 2) uniform sampler2D u_attributes;
+layout(binding = 3) uniform usampler2D u_surface;
+layout(binding = 0) writeonly uniform image2D u_normal_out;
+layout(binding = 1) writeonly uniform image2D u_attributes_out;
+layout(binding = 2) writeonly uniform uimage2D u_surface_out;
+
+struct CoastPixel {
+    uint surface;   // as drawn
+    vec3 point;     // camera-relative
+    vec3 D;         // foot offset
+    float code;     // of the vertices' spacing
+    bool open;      // land or sea, and the height function has a say in which
+};
+
+CoastPixel coast_pixel(ivec2 pixel) {
+    CoastPixel p;
+    p.surface = texelFetch(u_surface, pixel, 0).r;
+    p.point = position_from_depth(ndc_of_pixel(vec2(pixel) + 0.5), max(texelFetch(u_depth, pixel, 0).r, 1e-30));
+    float drawn;
+    p.D = foot_offset_of(p.point, drawn);
+    p.code = texelFetch(u_attributes, pixel, 0).w;
+    float spacing = vertex_spacing(p.D, p.code), sagitta = spacing * spacing / (8.0 * planet.radii.x);
+    // Ground that was drawn well above the water stays: the meshes are wrong by a fraction of their spacing at most.
+    bool high = p.surface == SURFACE_TERRAIN && drawn - planet.sea.x > 0.5 * spacing + sagitta + 2.0;
+    // Seen from under water the bed is below the sea, and still in front of it.
+    p.open = (p.surface == SURFACE_TERRAIN || p.surface == SURFACE_SEA) && !high && !lens_in_water(ndc_of_pixel(vec2(pixel) + 0.5));
+    return p;
+}
+
+void coast_to_sea(ivec2 pixel, CoastPixel p, float depth) {
+    if (p.surface == SURFACE_TERRAIN) {
+        imageStore(u_normal_out, pixel, vec4(oct_encode(up_at(p.point)), 0.0, 0.0));
+        imageStore(u_surface_out, pixel, uvec4(SURFACE_SEA));
+    }
+    imageStore(u_attributes_out, pixel, vec4(sea_depth_encode(depth / (depth + 16.0)), 0.0, p.code));
+}
+
+// above: height above the sea; attributes: as terrain_attributes has them.
+void coast_to_land(ivec2 pixel, CoastPixel p, vec3 gradient, float above, vec3 attributes) {
+    float to_sphere = planet.radii.x / (planet.radii.x + planet.sea.x + above);
+    imageStore(u_normal_out, pixel, vec4(oct_encode(normalize(up_at(p.point) - gradient * to_sphere)), 0.0, 0.0));
+    imageStore(u_attributes_out, pixel, vec4(attributes, p.code));
+    imageStore(u_surface_out, pixel, uvec4(SURFACE_TERRAIN));
+}
