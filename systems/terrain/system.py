@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import fields
 from typing import Any
@@ -28,6 +29,7 @@ _SHAPE = (
     *("height_map_range_m", "color_map"),
 )
 _COAST_LISTS = ("terrain.coast_asked", "terrain.coast_land")
+_DEEP_M = 100.0
 _FAR_PIXEL_M = 50.0
 """Pixels that are wider on all ground do with heights in float: they are right to 0.1 m, a coast so to 0.2 pixels at a
 slope of 1 %."""
@@ -271,6 +273,7 @@ class TerrainSystem(System):
             asked, land = lists
             asked.bind_to_storage_buffer(6)
             land.bind_to_storage_buffer(5)
+            steps["find"].set("u_opaque_m", self._opaque_m())
             steps["begin"].run()
             barrier()
             steps["find"].run_indirect(tiles)
@@ -282,6 +285,13 @@ class TerrainSystem(System):
             steps["ask"].run_indirect(land if view.far else asked)
 
         return run
+
+    def _opaque_m(self) -> float:
+        """Water that is deeper lets less than a step of a picture through from its bed, and carries waves as the deep
+        sea does."""
+        ocean = self._world.query(Ocean)[0][1][0]
+        loss = min(a + b for a, b in zip(ocean.absorption_per_m, ocean.scattering_per_m, strict=True))
+        return max(_DEEP_M, 0.5 * math.log(510.0) / max(loss, 1e-6))
 
     def _shader(self, file: str, near: bool = False) -> Any:
         """A compute shader, made when a backend first asks for it: its contracts are there by then. near: for tiles

@@ -12,8 +12,11 @@ layout(std430, binding = 7) readonly buffer TileBuffer {
 
 // Ground a way d off hardly ever differs from a place by more than SLOPE |gradient| d + RELIEF roughness a, where a is the amplitude of
 // the layer 16 times as long as d / 3 or the pixel: of 150 000 random pairs on Earth up to 2.9 pixels apart it took
-// the wrong side of the sea's level for none with pixels of 500 m, 2 with 6 km, 7 with 20 km.
-const float SLOPE = 3.0, RELIEF = 1.2, LONGER = 16.0, PIXELS = 3.0;
+// the wrong side of the sea's level for none with pixels of 500 m and for
+// 2 with 6 km. Pixels that do not resolve ranges (a 16th of the longest
+// layer) are all asked, and so are depths through which the bed shows.
+const float SLOPE = 3.0, RELIEF = 1.2, LONGER = 16.0, PIXELS = 3.0, RANGES = 1.0 / 16.0;
+uniform float u_opaque_m;
 
 float layer_amplitude(float wavelength_m) {
     int layer = clamp(terrain_layers_above(wavelength_m), min(TERRAIN_SHAPE_LAYERS, terrain_table.layers.x - 1), terrain_table.layers.x - 1);
@@ -43,9 +46,10 @@ void main() {
         float away = length(aside), pixel_m = length(p.point) * frame.clock.w;
         float least = slope * away + RELIEF * ground.roughness * layer_amplitude(LONGER * max(away / PIXELS, pixel_m));
         bool inside = all(lessThanEqual(pixel, last)) && p.open;
-        bool known = there && abs(above) > least && (above < 0.0 || p.surface == SURFACE_TERRAIN);
+        bool known = there && pixel_m < RANGES * terrain_table.octaves[TERRAIN_LAYER].fraction_lo.w && abs(above) > least
+            && (above < -u_opaque_m || above > 0.0 && p.surface == SURFACE_TERRAIN);
         found |= inside && !known ? 1u << k : 0u;
-        if (inside && known && above < 0.0) coast_to_sea(pixel, p, max(-above - dot(ground.gradient, aside), 0.0));
+        if (inside && known && above < 0.0) coast_to_sea(pixel, p, max(-above - dot(ground.gradient, aside), u_opaque_m));
     }
 
     uint count = uint(bitCount(found));
