@@ -23,6 +23,7 @@ def test_no_holes(backend: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1800)
 @pytest.mark.parametrize("planet", ["earth", "moon", "asteroid"])
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_no_holes_over_many_cameras(backend: str, planet: str) -> None:

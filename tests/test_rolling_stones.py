@@ -163,7 +163,7 @@ def test_a_border_of_patches_does_not_exist_for_a_ball(sampler):
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(1200)
+@pytest.mark.timeout(2400)
 def test_two_hundred_stones_for_a_minute(sampler):
     stones = on_slope(sampler, 200)
     way, deepest, across, inside = rolled(stones, 60.0)

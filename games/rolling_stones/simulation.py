@@ -22,9 +22,10 @@ Floats = NDArray[np.float64]
 
 GRAVITY_M_S2 = 9.81
 STEP_S = 1.0 / 240.0
-PATCH_M, SPACING_M = 38.0, 0.6
-"""64 quads of 0.6 m: the ground's finest bumps are 4 m wide, triangles miss them by a few millimetres."""
-BORDER = 3
+PATCH_M, SPACING_M = 38.0, 0.3
+"""128 quads of 0.3 m: the ground's finest bumps are 4 m wide, triangles miss them by a millimetre or two; twice as wide
+they miss them by up to a centimetre."""
+BORDER = 5
 """Patches overlap by rings of quads, wider than the largest stone's radius, so that no stone on one patch touches the
 open edge of the next: without, balls of 1 m change their speed there by 0.07 to 0.3 m/s."""
 _LOOK_AHEAD_S = 0.4
