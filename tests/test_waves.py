@@ -207,6 +207,22 @@ def test_tangents_normals_and_jacobian_against_differences(radius, time_s, place
     assert found.jacobian.min() > 0.0
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_rings_next_to_their_origin_against_differences(sign):
+    """Where a placed wave fades in, 1 to 8 wavelengths from its origin, rings are narrow and turn fast."""
+    waves = make_waves([[0.6, 0.0, 0.8], [0.6, 3e-6, 0.8]], [0.3, 0.2], [12.0, 7.0], [0.9, 0.8], [2.0, -3.0], EARTH_M)
+    origin = waves.origins[0]
+    east, north = anchor_axes(origin)
+    offsets = np.random.default_rng(2).uniform(-110.0, 110.0, (400, 2)) / EARTH_M
+    v = sign * (origin + offsets[:, :1] * east + offsets[:, 1:] * north)
+    v /= np.linalg.norm(v, axis=1)[:, None]
+    found = surface(waves, v, 3.0)
+    measured = differences(waves, v, found.axes, 0.02, time_s=3.0)
+    # k step = 0.018: its fourth power over 30, and positions rounded to 1e-9 m over the step.
+    assert np.abs(measured - found.tangents).max() < 1e-6
+    assert found.jacobian.min() < 0.9
+
+
 def test_a_sloping_bed_counts():
     """Depth as a linear function of the place: its slope reaches the tangents through the shallow water's factor."""
     waves = waves_of(Ocean(wave_count=16), EARTH_M)

@@ -60,8 +60,9 @@ def _solve(
     r = waves.radius_m
     if method == "ours" and len(v) and len(waves):
         local = Local(waves, v, time_s, depth)
-        _move(calm, np.arange(len(v)), local.east, local.north, _newton(local, slice(None), None), r)
-        _deepen(waves, calm, np.arange(len(v)), depth, depth_of)
+        step = _newton(local, slice(None), None)
+        _move(calm, np.arange(len(v)), local.east, local.north, step, r)
+        _deepen(waves, calm, np.flatnonzero(step.any(axis=1)), depth, depth_of)
     todo = np.arange(len(v))
     for attempt in range(_ROUNDS):
         time = time_s[todo] if time_s.ndim else time_s
