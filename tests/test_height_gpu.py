@@ -72,6 +72,22 @@ def test_heights_near_and_far(evaluate):
     assert np.max(far) <= 1e-6 * 9000.0
 
 
+def test_heights_for_wide_pixels(run_compute, gpu):
+    """In float throughout: a tenth of a metre beside pixels of 50 m, anywhere in view."""
+    scope, worst = gpu.scope("test"), 0.0
+    for i, up in enumerate(anchors(6)):
+        table = scope.buffer(octave_table(EARTH, up).tobytes())
+        d = offsets(up, EARTH.radius_m, 10.0 ** np.random.default_rng(i).uniform(3.0, np.log10(6e6), 400), i)
+        out = run_compute(
+            "h = terrain_far_height(d, 1e-3);", {"d": d}, {"h": "float"},
+            header='#include "terrain/far_height.glsl"', setup=lambda _, t=table: t.bind_to_uniform_block(4),
+        )  # fmt: skip
+        expected = height_at_points(up * EARTH.radius_m + d.astype(np.float64), EARTH)
+        worst = max(worst, float(np.abs(out["h"] - expected).max()))
+    scope.release()
+    assert worst <= 0.1
+
+
 @pytest.mark.parametrize(
     "params",
     [

@@ -65,6 +65,40 @@ def test_ridges_do_not_turn_into_sea():
     assert len(rows) >= 500 and (true == sea.TERRAIN).mean() <= 0.125, "an eighth of a pixel on average"
 
 
+def _cut_along(surface, truth, columns):
+    """Where land and water meet along these columns' left edges: how many pixels of one side are truly of the other
+    kind, three deep; and how many such places there are."""
+    left, right = surface[:, columns - 1], surface[:, columns]
+    both = np.isin(left, (sea.TERRAIN, sea.SEA)) & np.isin(right, (sea.TERRAIN, sea.SEA))
+    rows, at = np.nonzero((left != right) & both)
+    cut = np.zeros(len(rows), bool)
+    for side, way in ((-1, -1), (0, 1)):
+        wrong = np.ones(len(rows), bool)
+        for deep in range(3):
+            x = columns[at] + side + way * deep
+            true, _ = truth.look(np.stack([x + 0.5, rows + 0.5], axis=1))
+            wrong &= (true != surface[rows, x]) & np.isin(true, (sea.TERRAIN, sea.SEA))
+        cut |= wrong
+    return int(cut.sum()), len(rows)
+
+
+def test_no_lake_ends_along_a_tile():
+    """Coasts are asked tile by tile (16 pixels wide): what the meshes miss goes on past a tile's border."""
+    places = (0.9786, -0.2042, 0.0248), (-0.0906, 0.2679, 0.9592), (-0.6902, -0.2271, 0.6871)
+    with pf.Renderer(pf.load_scene("earth"), (640, 360), "medium", {"composite.antialiasing": "none"}) as renderer:
+        cut = {name: np.zeros(2, int) for name in ("border", "inside")}
+        for place in places:
+            up = np.array(place) / np.linalg.norm(place)
+            camera = pf.Camera(up * (6.371e6 + 8.0e5), -up, np.cross(up, [0.0, 0.0, 1.0]))
+            renderer.settle(camera)
+            surface = renderer.render(camera, outputs=("surface",))["surface"]
+            truth = sea.Truth(renderer, renderer.camera_state(camera))
+            for name, first in (("border", 16), ("inside", 8)):
+                cut[name] += np.array(_cut_along(surface, truth, np.arange(first, 640, 16)))
+    assert cut["border"][1] >= 1000
+    assert cut["border"][0] <= cut["inside"][0] + 5
+
+
 def test_a_wrong_picture_is_noticed(earth, rng, monkeypatch):
     """The measure itself: the same picture moved by three pixels, and a sea that is 2 m too high."""
     view = pf.view("beach")

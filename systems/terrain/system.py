@@ -28,7 +28,11 @@ _SHAPE = (
     *(f.name for f in fields(TerrainParams) if f.name in {g.name for g in fields(Terrain)}),
     *("height_map_range_m", "color_map"),
 )
-_COAST_LISTS = ("terrain.coast_asked", "terrain.coast_land")
+_COAST_LISTS = ("terrain.coast_asked", "terrain.coast_land", "terrain.coast_more")
+_GROWING = ("gbuffer.tile_flags", "gbuffer.tiles_terrain", "gbuffer.tiles_sea")
+_GROWTH = 3
+"""From far away meshes know nothing of lakes and islands that are tens of kilometres wide: so many times tiles are added
+into which one goes on."""
 _DEEP_M = 100.0
 _FAR_PIXEL_M = 50.0
 """Pixels that are wider on all ground do with heights in float: they are right to 0.1 m, a coast so to 0.2 pixels at a
@@ -205,16 +209,19 @@ class TerrainSystem(System):
         )
         if self._world.query(Ocean):
             listed = not backend.coast_file and int(self._settings["terrain.coast_px"]) == 1
-            pixels = view.size[0] * view.size[1]
-            texts = ("dispatch, and pixels that may be land or water", "the same of those that become land")
-            specs = [BufferSpec(n, 16 + 4 * pixels, help=h) for n, h in zip(_COAST_LISTS, texts, strict=True)]
+            count = view.size[0] * view.size[1]
+            texts = ("pixels that may be land or water", "those that become land", "tiles that are added")
+            specs = [
+                BufferSpec(name, 16 + 4 * count, help=f"dispatch, and {text}")
+                for name, text in zip(_COAST_LISTS, texts, strict=True)
+            ]
             builder.add_pass(
                 "terrain.coast",
                 kind="compute",
                 system=name,
                 bind=lambda io: self._bind_coast(io, index, listed),
                 reads=("gbuffer.depth", "gbuffer.tiles_coast"),
-                writes=GBUFFER,
+                writes=(*GBUFFER, *(_GROWING if listed else ())),
                 after=("gbuffer.classify",),
                 creates=specs if listed else (),
                 help="the line between land and water, from the height function at each pixel",
@@ -250,13 +257,10 @@ class TerrainSystem(System):
         return run
 
     def _bind_coast(self, io: PassIO, index: int, listed: bool) -> Callable[[], None]:
-        names = ("begin", "find", "far", "ask") if listed else ()
-        steps = {name: self._shader(f"terrain/coast_{name}.comp") for name in names}
         coast = None if listed else self._shader(self.backend.coast_file or "terrain/coast.comp")
+        ask = self._bind_asking(io, index) if listed else None
         tiles, depth = io.buffer("gbuffer.tiles_coast"), io.texture("gbuffer.depth")
-        lists = [io.buffer(name) for name in _COAST_LISTS] if listed else []
         images = [io.texture(n) for n in GBUFFER]
-        view, barrier = self._view(index), self._gpu.gpu.barrier
 
         def run() -> None:
             tiles.bind_to_storage_buffer(7)
@@ -269,20 +273,43 @@ class TerrainSystem(System):
             self._bind_heights(index)
             if coast is not None:
                 coast.run_indirect(tiles)
-                return
-            asked, land = lists
-            asked.bind_to_storage_buffer(6)
-            land.bind_to_storage_buffer(5)
-            steps["find"].set("u_opaque_m", self._opaque_m())
-            steps["begin"].run()
-            barrier()
-            steps["find"].run_indirect(tiles)
-            barrier()
-            if view.far:
-                steps["far"].run_indirect(asked)
+            elif ask is not None:
+                ask()
+
+        return run
+
+    def _bind_asking(self, io: PassIO, index: int) -> Callable[[], None]:
+        """Coasts from lists of pixels."""
+        names = ("begin", "find", "far", "ask", "grow")
+        begin, find, far, ask, grow = (self._shader(f"terrain/coast_{name}.comp") for name in names)
+        tiles, (asked, land, more) = io.buffer("gbuffer.tiles_coast"), (io.buffer(name) for name in _COAST_LISTS)
+        growing = [io.buffer(name) for name in _GROWING]
+        across, down = (-(-n // side) for n, side in zip(io.size, (16, 8), strict=True))
+        view, barrier = self._view(index), self._gpu.gpu.barrier
+
+        def run() -> None:
+            find.set("u_opaque_m", self._opaque_m())
+            grow.set("u_tiles", (across, down))
+            for turn in range(1 + (_GROWTH if view.far else 0)):
+                for unit, buffer in ((3, more), (5, land), (6, asked)):
+                    buffer.bind_to_storage_buffer(unit)
+                begin.run()
                 barrier()
-                land.bind_to_storage_buffer(6)
-            steps["ask"].run_indirect(land if view.far else asked)
+                if turn:
+                    for unit, buffer in enumerate(growing):
+                        buffer.bind_to_storage_buffer(unit)
+                    grow.run(-(-across * down // 64))
+                    barrier()
+                    more.bind_to_storage_buffer(7)
+                find.run_indirect(more if turn else tiles)
+                barrier()
+                if view.far:
+                    far.run_indirect(asked)
+                    barrier()
+                    land.bind_to_storage_buffer(6)
+                ask.run_indirect(land if view.far else asked)
+                if view.far and turn < _GROWTH:
+                    barrier()
 
         return run
 

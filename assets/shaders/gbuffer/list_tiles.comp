@@ -2,7 +2,7 @@
 #include "common/surfaces.glsl"
 
 layout(local_size_x = 256) in;
-layout(std430, binding = 0) readonly buffer FlagBuffer { uint flags[]; };
+layout(std430, binding = 0) buffer FlagBuffer { uint flags[]; };
 layout(std430, binding = 1) writeonly buffer TerrainBuffer { uint terrain_groups[4]; uint terrain_tiles[]; };
 layout(std430, binding = 2) writeonly buffer SeaBuffer { uint sea_groups[4]; uint sea_tiles[]; };
 layout(std430, binding = 3) writeonly buffer CoastBuffer { uint coast_groups[4]; uint coast_tiles[]; };
@@ -39,6 +39,7 @@ void main() {
         uint near = around(tile);
         bool coast = own != 0u && (near >> SURFACE_TERRAIN & 1u) != 0u && (near & (1u << SURFACE_SEA | 1u << SURFACE_NONE)) != 0u;
         if (coast) coast_tiles[atomicAdd(s_coast, 1u)] = place;
+        if (coast) atomicOr(flags[tile], SURFACE_ASKED);
         bool terrain = coast || (own >> SURFACE_TERRAIN & 1u) != 0u, close = (flags[tile] & SURFACE_NEAR) != 0u;
         if (terrain && close) near_tiles[atomicAdd(s_near, 1u)] = place;
         if (terrain && !close) terrain_tiles[atomicAdd(s_terrain, 1u)] = place;

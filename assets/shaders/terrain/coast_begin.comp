@@ -1,4 +1,4 @@
-// Empty lists of pixels.
+// Empty lists of pixels, and of tiles.
 #define COAST_SECOND
 #include "terrain/coast_list.glsl"
 
@@ -8,6 +8,7 @@ void main() {
     for (int axis = 0; axis < 3; ++axis) {
         coast_list.groups[axis] = axis == 0 ? 0u : 1u;
         coast_land.groups[axis] = axis == 0 ? 0u : 1u;
+        coast_more.groups[axis] = axis == 0 ? 0u : 1u;
     }
     coast_list.count = 0u;
     coast_land.count = 0u;

@@ -1,4 +1,5 @@
-// Pixels whose height is to be asked, behind the indirect dispatch that asks. With COAST_SECOND also those that become land.
+// Pixels whose height is to be asked, behind the indirect dispatch that asks. With COAST_SECOND also those that become land,
+// and tiles that are added (terrain/coast_grow.comp).
 layout(std430, binding = 6) buffer CoastList {
     uint groups[3];
     uint count;
@@ -10,6 +11,10 @@ layout(std430, binding = 5) buffer CoastLand {
     uint count;
     uint pixels[];
 } coast_land;
+layout(std430, binding = 3) buffer CoastMore {
+    uint groups[4];
+    uint tiles[];
+} coast_more;
 #endif
 
 const uint COAST_GROUP = 64u;

@@ -1,5 +1,5 @@
 // The height alone, in float throughout: for pixels that are tens of metres wide. Within 0.1 m of terrain_point's on Earth, of which
-// a place thousands of kilometres from the anchor takes the most; a third of the time.
+// a place thousands of kilometres from the anchor takes the most; half of the time.
 #include "terrain/height.glsl"
 
 float terrain_far_octave(TerrainOctave octave, vec3 d) {

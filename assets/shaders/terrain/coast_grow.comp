@@ -1,0 +1,39 @@
+// Adds the tiles into which a lake or an island goes on that the height function found in a tile beside: the meshes show nothing
+// of it there, and it would end along the tile's border. A lane a tile.
+#include "common/surfaces.glsl"
+
+layout(local_size_x = 64) in;
+layout(binding = 3) uniform usampler2D u_surface;
+layout(std430, binding = 0) buffer FlagBuffer { uint flags[]; };
+layout(std430, binding = 1) buffer TerrainBuffer { uint terrain_groups[4]; uint terrain_tiles[]; };
+layout(std430, binding = 2) buffer SeaBuffer { uint sea_groups[4]; uint sea_tiles[]; };
+layout(std430, binding = 3) buffer MoreBuffer { uint more_groups[4]; uint more_tiles[]; };
+uniform ivec2 u_tiles;
+
+const ivec2 TILE = ivec2(16, 8);
+const uint LAND = 1u << SURFACE_TERRAIN, SEA = 1u << SURFACE_SEA;
+
+uint seen(ivec2 pixel) {
+    ivec2 last = textureSize(u_surface, 0) - 1;
+    return 1u << texelFetch(u_surface, clamp(pixel, ivec2(0), last), 0).r & (LAND | SEA);
+}
+
+void main() {
+    int tile = int(gl_GlobalInvocationID.x);
+    bool there = tile < u_tiles.x * u_tiles.y;
+    uint own = there ? flags[tile] : SURFACE_ASKED;
+    ivec2 at = ivec2(tile % u_tiles.x, tile / u_tiles.x), first = at * TILE;
+    bool meets = false;
+    int turns = (own & SURFACE_ASKED) == 0u && (own & (LAND | SEA)) != 0u ? TILE.x : 0;
+    for (int k = 0; k < turns; ++k) {
+        ivec2 low = first + ivec2(k, 0), left = first + ivec2(0, k / 2), high = low + ivec2(0, TILE.y - 1), right = left + ivec2(TILE.x - 1, 0);
+        meets = meets || (seen(low) | seen(low - ivec2(0, 1))) == (LAND | SEA) || (seen(high) | seen(high + ivec2(0, 1))) == (LAND | SEA)
+            || (seen(left) | seen(left - ivec2(1, 0))) == (LAND | SEA) || (seen(right) | seen(right + ivec2(1, 0))) == (LAND | SEA);
+    }
+    if (!meets) return;
+    uint place = uint(at.x) | uint(at.y) << 16;
+    atomicOr(flags[tile], SURFACE_ASKED);
+    more_tiles[atomicAdd(more_groups[0], 1u)] = place;
+    if ((own & LAND) == 0u) terrain_tiles[atomicAdd(terrain_groups[0], 1u)] = place;
+    if ((own & SEA) == 0u) sea_tiles[atomicAdd(sea_groups[0], 1u)] = place;
+}
