@@ -31,8 +31,8 @@ _SHAPE = (
 _COAST_LISTS = ("terrain.coast_asked", "terrain.coast_land", "terrain.coast_more")
 _GROWING = ("gbuffer.tile_flags", "gbuffer.tiles_terrain", "gbuffer.tiles_sea")
 _GROWTH = 3
-"""From far away meshes know nothing of lakes and islands that are tens of kilometres wide: so many times tiles are added
-into which one goes on."""
+"""From far away meshes know nothing of lakes and islands that are tens of kilometres wide: so many times tiles are
+added into which one goes on."""
 _DEEP_M = 100.0
 _FAR_PIXEL_M = 50.0
 """Pixels that are wider on all ground do with heights in float: they are right to 0.1 m, a coast so to 0.2 pixels at a
