@@ -6,5 +6,6 @@ from collections.abc import Mapping
 
 from ..session import Bench
 from .ocean_sampler import SAMPLER_BENCHES
+from .ocean_waves import WAVE_BENCHES
 
-BENCHES: Mapping[str, Bench] = {**SAMPLER_BENCHES}
+BENCHES: Mapping[str, Bench] = {**SAMPLER_BENCHES, **WAVE_BENCHES}
