@@ -57,7 +57,7 @@ def _bench(
     Parameters
     ----------
     suites
-        Suites (graph, terrain, atmosphere, frame, startup) or single benches (terrain.normals); all if left out.
+        Suites (graph, terrain, ocean, atmosphere, frame, startup) or single benches (terrain.normals); all if left out.
     """
     console = Console()
     if list_:
@@ -81,7 +81,7 @@ def _bench(
 
 
 def _stress(
-    suite: Annotated[str, Parameter(help="space, terrain, atmosphere or frame.")] = "",
+    suite: Annotated[str, Parameter(help="space, terrain, atmosphere, ocean or frame.")] = "",
     /,
     *,
     seed: Annotated[int, Parameter(help="Case k of a seed is always the same.")] = 1,

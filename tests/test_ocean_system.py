@@ -18,6 +18,9 @@ OPEN = (24.0, -78.4)
 @pytest.fixture(scope="module")
 def earth():
     scene = pf.load_scene("earth")
+    sun = scene.sun
+    sun.elevation_deg, sun.azimuth_deg = 35.0, 230.0
+    sun.latitude_deg, sun.longitude_deg = OPEN
     with pf.Renderer(scene, size=SIZE, quality="medium") as made:
         yield made
 
