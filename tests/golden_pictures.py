@@ -93,6 +93,8 @@ def debug_picture(name: str) -> Picture:
     return Picture(f"knobs/debug_{name}", "earth", view, size, {"debug.view": name}, allowed=MACHINE_BOUND.get(name))
 
 
+CALM = {"ocean.wind_speed_m_s": 0.0, "ocean.swell_height_m": 0.0}
+
 OTHER_PLANETS = ("moon", "mars", "asteroid", "small", "hazy")
 AIRY_PLANETS = ("mars", "small", "hazy")
 DEBUG_VIEWS = (
@@ -148,6 +150,16 @@ KNOB_PICTURES: tuple[Picture, ...] = (
     knob_picture("haze", "earth", "sunset", HAZE),
     knob_picture("clear_water", "earth", "coast", {"ocean.absorption_per_m": (0.03, 0.01, 0.005)}),
     knob_picture("muddy_water", "earth", "coast", {"ocean.absorption_per_m": (2.0, 1.0, 1.5)}),
+    knob_picture("sea_calm", "earth", "sea", CALM),
+    knob_picture("sea_gale", "earth", "sea", {"ocean.wind_speed_m_s": 18.0}),
+    knob_picture("mirror", "earth", "beach", CALM),
+    Picture("knobs/mirror_sky_only", "earth", "beach", KNOB_SIZE, CALM, {"ocean.reflections": 0}),
+    Picture("knobs/ripples_off", "earth", "glint", KNOB_SIZE, {}, {"ocean.ripples": False}),
+    knob_picture("shore_still", "earth", "beach", {"ocean.surf_m": 0.0}),
+    knob_picture(
+        "lava", "earth", "coast",
+        {**CALM, "ocean.glow": (0.9, 0.06, 0.004), "ocean.crust": 0.7, "ocean.absorption_per_m": (30.0, 30.0, 30.0)},
+    ),
     knob_picture("exposure_auto", "earth", "terminator", {"exposure.mode": "auto"}, free=True),
     knob_picture(
         "exposure_fixed", "earth", "terminator", {"exposure.mode": "fixed", "exposure.ev100": 10.0}, free=True
