@@ -154,7 +154,8 @@ KNOB_PICTURES: tuple[Picture, ...] = (
     knob_picture("sea_gale", "earth", "sea", {"ocean.wind_speed_m_s": 18.0}),
     knob_picture("mirror", "earth", "beach", CALM),
     Picture("knobs/mirror_sky_only", "earth", "beach", KNOB_SIZE, CALM, {"ocean.reflections": 0}),
-    Picture("knobs/ripples_off", "earth", "glint", KNOB_SIZE, {}, {"ocean.ripples": False}),
+    Picture("knobs/ripples_off", "earth", "glint", VIEW_SIZE, {}, {"ocean.ripples": False}),
+    knob_picture("waterline_calm", "earth", "waterline", CALM),
     knob_picture("shore_still", "earth", "beach", {"ocean.surf_m": 0.0}),
     knob_picture(
         "lava", "earth", "coast",

@@ -166,7 +166,7 @@ class SeaShading:
             system=self._name,
             bind=lambda io: self._bind_under(io, across, down),
             kind="compute",
-            reads=("gbuffer.depth", *contract_reads(self._world)),
+            reads=("gbuffer.depth", "gbuffer.surface", *contract_reads(self._world)),
             writes=("scene.radiance",),
             after=("ocean.shade",),
             after_optional=("terrain.shade", "props.shade", "stars.draw"),
@@ -225,12 +225,13 @@ class SeaShading:
         return run
 
     def _bind_under(self, io: PassIO, across: int, down: int) -> Callable[[], None]:
-        radiance, depth = io.texture("scene.radiance"), io.texture("gbuffer.depth")
+        radiance, depth, surface = (io.texture(n) for n in ("scene.radiance", "gbuffer.depth", "gbuffer.surface"))
         bind_air = bind_contracts(self._world, io)
 
         def run() -> None:
             bind_air()
             depth.use(0)
+            surface.use(3)
             radiance.bind_to_image(0, read=True, write=True)
             self._under.run(across, down, 1)
 

@@ -10,8 +10,10 @@
 
 layout(local_size_x = 16, local_size_y = 8) in;
 layout(binding = 0) uniform sampler2D u_depth;
+layout(binding = 3) uniform usampler2D u_surface;
 layout(binding = 0, SCENE_FORMAT) uniform image2D u_radiance;
 
+const float WATERLINE_PX = 60.0;   // as in terrain/coast_pixel.glsl
 const float STARLIGHT = 1.5e-8;   // as in ocean/shade.comp
 
 void main() {
@@ -20,12 +22,17 @@ void main() {
     if (any(greaterThanEqual(pixel, size))) return;
     // A film of water climbs up the glass: dark where it bends light away, two pixels to either side.
     vec3 ray = view_ray(ndc);
-    float over = (dot(ocean.lens.xyz, ray) * frame.camera_offset.w + ocean.lens.w) / (frame.camera_offset.w * frame.clock.w * length(ray));
-    if (over > 2.5) return;
+    float over = lens_over_water(ndc);
+    float depth = texelFetch(u_depth, pixel, 0).r;
+    uint surface = texelFetch(u_surface, pixel, 0).r;
+    // The plane and the drawn waves differ by a millimetre, which is a few pixels on the lens: what shows the sea on edge there, or a bed
+    // that the sea should hide, counts as seen through water.
+    bool bed = surface != SURFACE_SEA && depth > 0.0 && altitude_of(position_from_depth(ndc, max(depth, 1e-30))) < planet.sea.x - 1.0;
+    bool edge = over >= 0.0 && ((surface == SURFACE_SEA && over < 1.5) || (bed && over < WATERLINE_PX));
+    if (over > 2.5 && !edge) return;
     vec4 stored = imageLoad(u_radiance, pixel);
     vec3 radiance = stored.rgb * frame.scale.y;
     vec3 direction = normalize(ray), zenith = frame.camera_zenith.xyz;
-    float depth = texelFetch(u_depth, pixel, 0).r;
     float rise = dot(direction, zenith), deep = max(planet.sea.x - frame.camera_zenith.w, 0.0);
     float path = depth > 0.0 ? length(ray) * forward_distance(depth) : 1e5;
     path = rise > 1e-4 ? min(path, (deep + 2.0) / rise) : path;   // waves: a little beyond the still surface
@@ -34,9 +41,10 @@ void main() {
     float mirrored = fresnel_outside(max(dot(frame.sun_direction.xyz, zenith), 1e-3), ocean.liquid.x);
     WaterSun sun = water_sun(zenith, sunlight, skylight, mirrored);
     vec3 through = water_left(path);
+    radiance = edge && surface == SURFACE_SEA ? vec3(0.0) : radiance;
     vec3 wet = radiance * (depth > 0.0 ? through : vec3(0.0)) + water_murk(sun, deep, rise, path, dot(direction, sun.to_sun));
     wet += ocean.glow.rgb * (1.0 - through);
     float line = smoothstep(2.5, 0.5, abs(over));
-    vec3 seen = over < 0.0 ? wet : radiance;
-    imageStore(u_radiance, pixel, vec4(seen * (1.0 - 0.6 * line) * frame.scale.x, stored.a));
+    vec3 seen = over < 0.0 || edge ? wet : radiance;
+    imageStore(u_radiance, pixel, vec4(seen * (1.0 - 0.7 * line) * frame.scale.x, stored.a));
 }

@@ -3,6 +3,12 @@
 #include "common/camera.glsl"
 #include "generated/ocean.glsl"
 
+float lens_over_water(vec2 ndc) {
+    vec3 ray = view_ray(ndc);
+    float near = frame.camera_offset.w;
+    return (dot(ocean.lens.xyz, ray) * near + ocean.lens.w) / (near * frame.clock.w * length(ray));
+}
+
 bool lens_in_water(vec2 ndc) {
-    return dot(ocean.lens.xyz, view_ray(ndc)) * frame.camera_offset.w + ocean.lens.w < 0.0;
+    return lens_over_water(ndc) < 0.0;
 }

@@ -15,6 +15,9 @@ layout(binding = 0) writeonly uniform image2D u_normal_out;
 layout(binding = 1) writeonly uniform image2D u_attributes_out;
 layout(binding = 2) writeonly uniform uimage2D u_surface_out;
 
+// Next to the water's edge on the lens the drawn sea leaves a gap, which is seen as water: nothing to change there.
+const float WATERLINE_PX = 60.0;
+
 struct CoastPixel {
     uint surface;   // as drawn
     vec3 point;     // camera-relative
@@ -34,7 +37,7 @@ CoastPixel coast_pixel(ivec2 pixel) {
     // Ground that was drawn well above the water stays: the meshes are wrong by a fraction of their spacing at most.
     bool high = p.surface == SURFACE_TERRAIN && drawn - planet.sea.x > 0.5 * spacing + sagitta + 2.0;
     // Seen from under water the bed is below the sea, and still in front of it.
-    p.open = (p.surface == SURFACE_TERRAIN || p.surface == SURFACE_SEA) && !high && !lens_in_water(ndc_of_pixel(vec2(pixel) + 0.5));
+    p.open = (p.surface == SURFACE_TERRAIN || p.surface == SURFACE_SEA) && !high && lens_over_water(ndc_of_pixel(vec2(pixel) + 0.5)) > WATERLINE_PX;
     return p;
 }
 
