@@ -93,6 +93,11 @@ def debug_picture(name: str) -> Picture:
     return Picture(f"knobs/debug_{name}", "earth", view, size, {"debug.view": name}, allowed=MACHINE_BOUND.get(name))
 
 
+ONE_WAVE = {
+    "rings": {"origin": (37.664, 140.624), "amplitude_m": 3.0, "wavelength_m": 150.0, "steepness": 1.0},
+    "straight": {"origin": (-52.316, 140.602), "amplitude_m": 3.0, "wavelength_m": 150.0, "steepness": 1.0},
+}
+"""A wave whose origin is in the picture of coast, and one that has come a quarter turn."""
 CALM = {"ocean.wind_speed_m_s": 0.0, "ocean.swell_height_m": 0.0}
 
 OTHER_PLANETS = ("moon", "mars", "asteroid", "small", "hazy")
@@ -151,6 +156,11 @@ KNOB_PICTURES: tuple[Picture, ...] = (
     knob_picture("clear_water", "earth", "coast", {"ocean.absorption_per_m": (0.03, 0.01, 0.005)}),
     knob_picture("muddy_water", "earth", "coast", {"ocean.absorption_per_m": (2.0, 1.0, 1.5)}),
     knob_picture("sea_calm", "earth", "sea", CALM),
+    *(
+        Picture(f"knobs/wave_{name}_{method}", "earth", "coast", KNOB_SIZE, {"ocean.waves": (wave,), "ocean.method": method})
+        for name, wave in ONE_WAVE.items()
+        for method in ("ours", "paper_2018")
+    ),
     knob_picture("sea_gale", "earth", "sea", {"ocean.wind_speed_m_s": 18.0}),
     knob_picture("mirror", "earth", "beach", CALM),
     Picture("knobs/mirror_sky_only", "earth", "beach", KNOB_SIZE, CALM, {"ocean.reflections": 0}),
