@@ -134,8 +134,9 @@ class CraterPaths:
             several = np.flatnonzero((np.bincount(group)[group] > 1) & (rank > 0))
             changes = np.minimum(1.5 * (np.minimum(high[several], 1.5) - np.maximum(low[several], 0.5)), 1.0)
             changes = np.maximum(changes, 0.0) * self.kept[several]
-            deep = np.bincount(group, (wall + rim) * self.relief_m)[group[several]]
-            rise[several] += changes * (deep - (wall + rim)[several] * self.relief_m[several])
+            size = np.maximum(np.abs(self.height_a), np.abs(self.height_b)) + 0.5 * steep * d * self.relief_m
+            size = np.minimum(size, (wall + rim) * self.relief_m)
+            rise[several] += changes * (np.bincount(group, size)[group[several]] - size[several])
         return np.bincount(self.stretch, rise, len(length_m)).astype(np.float64)
 
     def halves(self, craters: Craters, middle: Floats, length_m: Floats, stretches: int) -> tuple[CraterPaths, Floats]:
