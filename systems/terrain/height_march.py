@@ -30,14 +30,9 @@ def surface_normal(field: TerrainField, directions: Floats, footprint_m: float |
     return heights, normal / np.linalg.norm(normal, axis=1)[:, None]
 
 
-def _clearance(field: TerrainField, points: Floats) -> tuple[Floats, Floats]:
-    """Height above the ground (N,) and distances from the centre (N,) of points (N, 3)."""
-    distance = np.maximum(np.linalg.norm(points, axis=1), 1e-9)
-    return distance - field.radius_m - field.height(points / distance[:, None]), distance
-
-
-def _nearest(field: TerrainField, centers: Floats, reach_m: Floats) -> tuple[Floats, Floats]:
-    """Distances (N,) to the ground, and the directions to it (N, 3) as unit normals pointing up.
+def _nearest(field: TerrainField, centers: Floats, reach_m: Floats, below_m: Floats) -> tuple[Floats, Floats]:
+    """Distances (N,) to the ground, and the directions to it (N, 3) as unit normals pointing up. below_m: heights (N,)
+    of the ground right below the centres.
 
     From the best of five places (25 for a large sphere) below the centre and around it, the nearest point is sought by
     projecting the centre onto tangent planes, which are found by differences of heights: three heights a step are
@@ -47,7 +42,7 @@ def _nearest(field: TerrainField, centers: Floats, reach_m: Floats) -> tuple[Flo
     if large.any() and not large.all():
         best, normals = np.empty(len(centers)), np.empty((len(centers), 3))
         for part in (large, ~large):
-            best[part], normals[part] = _nearest(field, centers[part], reach_m[part])
+            best[part], normals[part] = _nearest(field, centers[part], reach_m[part], below_m[part])
         return best, normals
     starts = _LARGE_STARTS if large.all() else _STARTS
     count, radius = len(centers), field.radius_m
@@ -66,7 +61,11 @@ def _nearest(field: TerrainField, centers: Floats, reach_m: Floats) -> tuple[Flo
         return d * (radius + heights)[..., None] - centers[at]
 
     everyone = np.arange(count)
-    first = surface(x, y, everyone)
+    if large.all():
+        first = surface(x, y, everyone)
+    else:
+        right_below = foot * (radius + below_m)[:, None] - centers
+        first = np.concatenate([right_below[None], surface(x[1:], y[1:], everyone)])
     start = np.linalg.norm(first, axis=-1).argmin(axis=0)
     place = np.stack([x[start, everyone], y[start, everyone]])
     if not large.all():
@@ -110,12 +109,15 @@ def contact(field: TerrainField, centers: Floats, radii: Floats) -> tuple[Floats
     The nearest point is found by projecting the centre onto tangent planes, from several starts. A sphere so far up
     that no slope can reach it keeps its height above the ground as its clearance.
     """
-    clearance, distance = _clearance(field, centers)
+    distance = np.maximum(np.linalg.norm(centers, axis=1), 1e-9)
+    below = field.height(centers / distance[:, None])
+    clearance = distance - field.radius_m - below
     depth, normal = radii - clearance, centers / distance[:, None]
     close = np.flatnonzero(clearance < radii * np.hypot(1.0, field.steepest))
     if close.size:
         # Under the ground the way out is up: the nearest surface may be a far side of a hill.
-        gap, out = _nearest(field, centers[close], np.maximum(radii[close], np.abs(clearance[close])))
+        reach = np.maximum(radii[close], np.abs(clearance[close]))
+        gap, out = _nearest(field, centers[close], reach, below[close])
         depth[close] = radii[close] - np.where(clearance[close] < 0.0, -gap, gap)
         normal[close] = out
     return depth, normal
