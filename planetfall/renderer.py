@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import logging
-import math
-import operator
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -15,21 +12,24 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import ASSETS, queries
+from .arguments import check_moment, check_size
 from .camera import Camera
-from .components import DebugView, Exposure, Ocean, Planet, Shape, Sun, Terrain, Transform
+from .components import Planet
 from .drawn_ground import DrawnGround
 from .engine.gpu import Gpu
 from .engine.gpu.graph_backend import GLBackend
 from .engine.graph import GraphBuilder, Plan
 from .engine.hosts.foreign import ForeignHost, attach
-from .engine.settings import latest_revision, revision
+from .engine.settings import revision
 from .engine.space import CameraState, project
 from .engine.system import Frame, Setup, SunState, System, ViewInfo
-from .errors import CameraError, NotSettled, SettingError, SizeError
+from .errors import NotSettled, SettingError
 from .outputs import OUTPUTS, exports_for, read_output
 from .quality import resolve_quality
 from .scene import Scene
 from .snapshot import Snapshot
+from .standpoint import Standpoint
+from .stillness import Stillness
 from .systems.atmosphere.system import AtmosphereSystem
 from .systems.composite import CompositeSystem
 from .systems.debug import DebugSystem
@@ -42,8 +42,6 @@ from .systems.shadows.system import ShadowSystem
 from .systems.sky import SkySystem, StarsSystem
 from .systems.terrain.system import TerrainSystem
 from .views import View
-
-log = logging.getLogger(__name__)
 
 SYSTEMS: tuple[type[System], ...] = (
     ProxySystem,
@@ -61,11 +59,8 @@ SYSTEMS: tuple[type[System], ...] = (
 )  # fmt: skip
 """In the order of their updates; the order of the passes comes from the graph."""
 
-_SEEN_ELSEWHERE = (Sun, Exposure, DebugView)
-"""Components whose change doesn't change what a still picture gathers, or is in the frame anyway."""
 _SETTLE_FRAMES = 64
 """Frames without progress after which settle gives up."""
-_LOWEST_CLEARANCE_M = 0.01
 
 
 class Renderer:
@@ -90,12 +85,14 @@ class Renderer:
         systems: Sequence[type[System]] = (),
         guard: bool = True,
     ) -> None:
-        _check_size(size, None)
+        check_size(size, None)
         self.settings = resolve_quality(quality, overrides)
         scene.validate(self.settings)
         self.quality = quality
         self.scene = scene
         self._ground = DrawnGround(scene, self.settings)
+        self._stand = Standpoint(scene, self._ground)
+        self._stillness = Stillness(scene, SYSTEMS)
         self._resources = scene.world.own_resources()
         self._host: ForeignHost | None = None
         if ctx is None:
@@ -108,7 +105,7 @@ class Renderer:
             self._host = host if guard else None
         self._own_context = ctx is None
         self.ctx = self.gpu.ctx
-        _check_size(size, self.gpu.caps.max_texture_size)
+        check_size(size, self.gpu.caps.max_texture_size)
         self.size = (int(size[0]), int(size[1]))
         self._systems: list[System] = [cls() for cls in (*SYSTEMS, *systems)]
         self._scopes: dict[str, Any] = {}
@@ -119,10 +116,7 @@ class Renderer:
         self._gate_key: tuple[Any, ...] = ()
         self._exports: frozenset[str] = frozenset({"composite.ldr"})
         self._frame: Frame | None = None
-        self._shown: tuple[Any, ...] = ()
         self._frame_index = 0
-        self._lifted = False
-        self._held_camera: tuple[Camera | View, tuple[Any, ...], CameraState, Any] | None = None
         self._sun_key: tuple[Any, ...] = ()
         self._sun_held: SunState | None = None
         self._cut = True
@@ -225,7 +219,7 @@ class Renderer:
             self._resize(size)
 
     def _resize(self, size: tuple[int, int]) -> None:
-        _check_size(size, self.gpu.caps.max_texture_size)
+        check_size(size, self.gpu.caps.max_texture_size)
         size = (int(size[0]), int(size[1]))
         if size != self.size:
             if self._plan is not None:
@@ -237,7 +231,7 @@ class Renderer:
 
     def project(self, camera: Camera | View, points_m: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
         """Pixels (N, 2), row 0 on top, of points (N, 3) in planet axes, and which lie in front of the camera."""
-        return project(self._camera_state(camera), np.atleast_2d(np.asarray(points_m, np.float64)), self.size)
+        return project(self.camera_state(camera), np.atleast_2d(np.asarray(points_m, np.float64)), self.size)
 
     def pick(self, camera: Camera | View, x: float, y: float) -> tuple[NDArray[np.float64], str] | None:
         """What pixel (x, y) shows: position_m (3,) f64 in planet axes and "terrain", "sea" or "props"; None for the
@@ -286,7 +280,7 @@ class Renderer:
     def camera_state(self, camera: Camera | View) -> CameraState:
         """The camera in f64 as the renderer uses it: resolved against the scene's ground, lifted out of it if need
         be."""
-        return self._camera_state(camera)
+        return self._stand.state(camera, self.size)
 
     def reload_shaders(self) -> list[str]:
         """Compile what has changed on disk; a broken shader leaves the last good one running. Names of what was
@@ -339,41 +333,6 @@ class Renderer:
             raise SettingError("nothing has been rendered yet: call render() first")
         return self._plan
 
-    def _camera_state(self, camera: Camera | View) -> CameraState:
-        # Cameras don't change: the same one in the same scene stands where it stood.
-        here = self.scene.planet
-        parts = tuple(0 if c is None else revision(c) for c in (here.planet, here.get(Terrain), here.get(Ocean)))
-        key = (self.scene.world.structure_revision, revision(self.scene.sun), *parts, self.size)
-        held = self._held_camera
-        if held is None or held[0] is not camera or held[1] != key:
-            plain = camera.camera if isinstance(camera, View) else camera
-            state = plain.resolve(self.scene, self.size[0] / self.size[1])
-            state = self._lifted_out(self._ground.stand_on(plain, state))
-            view_sun = camera.sun if isinstance(camera, View) else None
-            held = self._held_camera = (camera, key, state, view_sun)
-        return held[2]
-
-    def _lifted_out(self, state: CameraState) -> CameraState:
-        """Out of the ground, with one warning: nothing good can be seen from inside."""
-        field = self._ground.field()
-        if field is None:
-            return state
-        distance = float(np.linalg.norm(state.position_m))
-        radius = self.scene.planet.radius_m
-        if distance - radius > field.highest_m + _LOWEST_CLEARANCE_M or distance == 0.0:
-            return state
-        zenith = state.position_m / distance
-        ground = float(field.height(zenith[None])[0])
-        if distance - radius >= ground + _LOWEST_CLEARANCE_M:
-            return state
-        if not self._lifted:
-            self._lifted = True
-            log.warning(
-                "the camera was %.2f m inside the ground and was lifted above it; said once",
-                ground - (distance - radius),
-            )
-        return state.moved(zenith * (radius + ground + _LOWEST_CLEARANCE_M))
-
     def _draw(
         self,
         camera: Camera | View,
@@ -387,21 +346,20 @@ class Renderer:
         exact: bool = False,
     ) -> None:
         started = time.perf_counter()
-        _check_moment(camera, time_s, sun)
+        check_moment(camera, time_s, sun)
         view = camera if isinstance(camera, View) else None
         if time_s is None:
             time_s = view.time_s if view is not None else 0.0
-        state = self._camera_state(camera)
-        assert self._held_camera is not None
-        own_sun = self._held_camera[3]
+        state = self.camera_state(camera)
+        own_sun = self._stand.sun
         sun_component = sun if sun is not None else self.scene.sun if own_sun is None else own_sun
         sun_state = self._sun_state(sun_component, time_s)
         self._gate()
         frame = self._frame_for(state, sun_state, time_s, dt_s)
         frame.ev100 = view.ev100 if view is not None else None
         frame.settling, frame.one_shot, frame.exact = settling, one_shot, exact
-        frame.still = self._same_as_before(frame)
         running = [s for s in self._systems if s.name in self._scopes]
+        frame.still = self._stillness.same_as_before(frame, running)
         for system in running:
             system.begin(frame)
         for system in running:
@@ -435,30 +393,6 @@ class Renderer:
         frame.frame_index = self._frame_index
         frame.cut = self._cut
         return frame
-
-    def _same_as_before(self, frame: Frame) -> bool:
-        """See Frame.still."""
-        camera, sun = frame.camera, frame.sun
-        revisions = [
-            revision(part)
-            for holder in (*self.scene.planets.values(), self.scene.environment)
-            for part in holder.components()
-            if not isinstance(part, _SEEN_ELSEWHERE)
-        ]
-        place = (camera.position_m, camera.forward, camera.up, sun.direction, sun.irradiance)
-        tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
-        moment = (*(v.tobytes() for v in place), *tangents, sun.angular_radius_rad, frame.time_s, frame.planet)
-        bodies = latest_revision(Transform, Shape)
-        shown = (moment, frame.size, self.scene.world.structure_revision, revisions, bodies)
-        same, self._shown = shown == self._shown, shown
-        if not same:
-            return False
-        for system in self._systems:
-            if system.name in self._scopes and system.name != CompositeSystem.name:
-                moving = system.moving if system.moving is not None else type(system) not in SYSTEMS
-                if moving or not system.settled():
-                    return False
-        return True
 
     def _gate(self) -> None:
         """Set up what the world now has, let go of what it no longer has."""
@@ -508,35 +442,6 @@ class Renderer:
         self._plan_key = key
         self._exports = exports
         return self._plan
-
-
-def _check_moment(camera: Any, time_s: Any, sun: Any) -> None:
-    if not isinstance(camera, (Camera, View)):
-        raise CameraError(
-            f"camera must be a pf.Camera or a pf.View, found {type(camera).__name__}; pf.view('orbit') is one"
-        )
-    if time_s is not None and not math.isfinite(time_s):
-        raise SettingError(f"time_s must be a finite number of seconds, found {time_s!r}")
-    if sun is not None and not isinstance(sun, Sun):
-        raise SettingError(
-            f"sun must be a pf.Sun, found {sun!r}; write pf.Sun(direction=(x, y, z)) or pf.Sun(elevation_deg=..., ...)"
-        )
-
-
-def _check_size(size: Any, limit: int | None) -> None:
-    try:
-        width, height = (operator.index(n) for n in size)
-    except (TypeError, ValueError):
-        raise SizeError(f"size must be (width, height) in whole pixels, found {size!r}") from None
-    if width < 1 or height < 1:
-        raise SizeError(
-            f"a picture of {width} x {height} pixels has nothing in it: width and height must be at least 1"
-        )
-    if limit is not None and max(width, height) > limit:
-        raise SizeError(
-            f"a picture of {width} x {height} pixels is beyond this GPU's limit of {limit} a side; render tiles with"
-            " Camera(frustum_deg=...) instead"
-        )
 
 
 __all__ = ["OUTPUTS", "Renderer"]

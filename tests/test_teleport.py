@@ -94,6 +94,7 @@ def test_forty_leaps_of_half_a_planet(backend):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1800)
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_a_thousand_leaps_of_half_a_planet(backend):
     half_way, after = teleport(backend, 1000)

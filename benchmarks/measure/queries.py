@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +22,16 @@ class Rays:
     origins_m: Floats
     directions: Floats
     reach_m: float
+
+
+def cpu_ms(call: Callable[[], None], runs: int = 3) -> float:
+    """Least processor time of a call, which a busy machine changes little."""
+    samples = []
+    for _ in range(runs):
+        start = time.process_time()
+        call()
+        samples.append(time.process_time() - start)
+    return 1e3 * min(samples)
 
 
 def land(sampler: TerrainSampler, count: int, rng: np.random.Generator) -> Floats:
@@ -54,6 +66,12 @@ SETS = (
     ("10 km, -4 degrees", 1e4, (-4.0, -4.0), 3e5, 1000.0),
 )
 """name, height above ground, pitches, reach in m, target for 1000 rays in ms."""
+
+SMALL_SETS = (
+    ("0.2 m, level", 0.2, (0.0, 0.0), 1e3, 100.0),
+    ("10 m, -10 to 2 degrees", 10.0, (-10.0, 2.0), 1e3, 100.0),
+)
+"""For a body of a kilometre."""
 
 
 def earlier_ground(

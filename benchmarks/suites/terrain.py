@@ -13,10 +13,11 @@ from ... import Camera, Planet, Renderer, Terrain, load_scene, qualities, view, 
 from ...engine.space import CameraState
 from ...systems.terrain.height import TerrainParams
 from ..measure import coverage, ground, motion, positions, positions_quadtree, relief, sea
+from ..measure.frames import time_passes
 from ..measure.ground_cost import VERTICES, height_runs
 from ..session import Bench, Session
 from ..target import Target, at_least, at_most
-from ..timing import time_variants
+from ..timing import Timing, time_variants
 from . import terrain_backends
 from .terrain_grid import GRID_BENCHES
 from .terrain_icosphere import ICOSPHERE_BENCHES
@@ -276,6 +277,28 @@ def _sources(session: Session) -> None:
                     f"{VERTICES} vertices, {name}", f"{spacing_m:g} m apart", timing=timing,
                     ns_per_vertex=1e6 * timing.ms / VERTICES, times=timing.ms / times["noise alone"].ms,
                 )  # fmt: skip
+
+    _source_shading(session)
+
+
+def _source_shading(session: Session) -> None:
+    """The pass that shades the ground, with craters and map, and without; the second's time is the unit."""
+    bare = load_scene("moon")
+    bare.planet[Terrain].craters, bare.planet[Terrain].height_map = 0.0, ""
+    names = ("without sources", "with both")
+    found: dict[tuple[str, str], list[float]] = {}
+    session.release()
+    with Renderer(bare, (640, 360), "medium") as plain, Renderer(load_scene("moon"), (640, 360), "medium") as whole:
+        for _ in range(session.runs(8, 4)):  # in turns
+            for seen in ("near", "orbit"):
+                for name, renderer in zip(names, (plain, whole), strict=True):
+                    passes = time_passes(renderer, view(seen).camera, 4)
+                    found.setdefault((seen, name), []).append(passes["terrain.shade"].low_ms)
+    times = {key: Timing.of(samples) for key, samples in found.items()}
+    for (seen, name), timing in times.items():
+        session.row(
+            f"shading, {name}", seen, timing=timing, times=timing.low_ms / times[seen, names[0]].low_ms
+        )  # fmt: skip
 
 
 def _sampler(session: Session) -> None:

@@ -3,18 +3,9 @@
 //   float sun_visibility(vec3 point)     point: camera-relative metres, planet axes. 0 (hidden) .. 1 (whole disc seen)
 //   vec2  light_visibility(vec3 point)   the same, and beside it the share of the sky's light that passes the ground around
 //
-// The share of the disc above the geometric horizon of the reference sphere, smooth over the disc's width:
-// smoothstep(-a sin_h, a sin_h, mu_s - cos_h), with the horizon at the angle whose sine is R / r (Bruneton 2017).
-// A point below the reference sphere counts as on it. Whoever provides this instead has to include the planet's shadow.
+// Whoever provides this instead has to include the planet's shadow.
 #include "common/camera.glsl"
-
-float sun_visibility_of_sphere(float altitude, float mu_s, float angular_radius) {
-    float h = max(altitude, 0.0) / planet.radii.x;
-    float sin_h = 1.0 / (1.0 + h);
-    float cos_h = -sqrt(h * (2.0 + h)) * sin_h;
-    float soft = angular_radius * sin_h;
-    return smoothstep(-soft, soft, mu_s - cos_h);
-}
+#include "common/planet_shadow.glsl"
 
 float sun_visibility(vec3 point) {
     return sun_visibility_of_sphere(altitude_of(point), dot(up_at(point), frame.sun_direction.xyz), frame.sun_direction.w);

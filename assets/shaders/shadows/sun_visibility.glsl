@@ -1,16 +1,9 @@
 // Contract "sun_visibility": shadows of the ground, from a clipmap of the lowest altitudes that see the sun.
 #include "common/camera.glsl"
+#include "common/planet_shadow.glsl"
 #include "shadows/clipmap.glsl"
 
 layout(binding = 13) uniform sampler2DArray u_shadow_map;
-
-float sun_visibility_of_sphere(float altitude, float mu_s, float angular_radius) {
-    float h = max(altitude, 0.0) / planet.radii.x;
-    float sin_h = 1.0 / (1.0 + h);
-    float cos_h = -sqrt(h * (2.0 + h)) * sin_h;
-    float soft = angular_radius * sin_h;
-    return smoothstep(-soft, soft, mu_s - cos_h);
-}
 
 float shadow_power(int exponent) {
     return intBitsToFloat((127 + exponent) << 23);

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ....components import Ocean, Planet
 from ....engine.gpu import GpuScope
+from ....engine.gpu.preprocess import Defines
 from ....engine.graph import GraphBuilder, PassIO
 from ....engine.surface.field import HeightField
 from ....engine.system import Frame
@@ -63,6 +64,14 @@ class Backend(ABC):
         self.gpu = gpu
         self.settings = settings
         self.method = method
+        self._draw_programs: dict[str, Any] = {}
+
+    def draw_program(self, fragment: str, vertex: str, defines: Defines | None = None) -> Any:
+        """The program of `vertex`, of which a backend has one, and a fragment shader, compiled once."""
+        found = self._draw_programs.get(fragment)
+        if found is None:
+            found = self._draw_programs[fragment] = self.gpu.program(vertex=vertex, fragment=fragment, defines=defines)
+        return found
 
     @abstractmethod
     def update(self, frame: Frame, ground: Ground, bind_octaves: Callable[[], None]) -> None:

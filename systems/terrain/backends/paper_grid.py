@@ -111,7 +111,6 @@ class PaperGridBackend(Backend):
         self._cull = gpu.compute("terrain/paper/cull.comp")
         self._arguments = gpu.compute("terrain/paper/arguments.comp")
         self._triangles = gpu.compute("terrain/paper/triangles.comp")
-        self._programs: dict[str, Any] = {}
         self._arrays: dict[tuple[str, int], Any] = {}
 
     def view(self, index: int) -> _View:
@@ -298,11 +297,7 @@ class PaperGridBackend(Backend):
         return ("terrain.vertices", "terrain.arguments", "terrain.triangles")
 
     def bind_draw(self, io: PassIO, view_index: int, fragment: str) -> Callable[[], None]:
-        program = self._programs.get(fragment)
-        if program is None:
-            program = self._programs[fragment] = self.gpu.program(
-                vertex="terrain/paper/gbuffer.vert", fragment=fragment
-            )
+        program = self.draw_program(fragment, "terrain/paper/gbuffer.vert")
         view = self.view(view_index)
         old = self._arrays.pop((fragment, view_index), None)
         if old is not None:

@@ -81,7 +81,6 @@ class PaperIcosphereBackend(Backend):
         self._vertices = gpu.compute("terrain/paper/icosphere.comp", defines=self.shape.defines)
         self._indices = gpu.buffer(self.shape.indices.astype("<u4"))
         self._views: dict[int, _View] = {}
-        self._programs: dict[str, Any] = {}
         self._arrays: dict[tuple[str, int], Any] = {}
         self._spacing_m = np.zeros(_ROWS)
 
@@ -177,11 +176,7 @@ class PaperIcosphereBackend(Backend):
         return ("terrain.vertices", "terrain.visible", "terrain.arguments")
 
     def bind_draw(self, io: PassIO, view_index: int, fragment: str) -> Callable[[], None]:
-        program = self._programs.get(fragment)
-        if program is None:
-            program = self._programs[fragment] = self.gpu.program(
-                vertex="terrain/tiles/gbuffer.vert", fragment=fragment, defines=self.shape.defines
-            )
+        program = self.draw_program(fragment, "terrain/tiles/gbuffer.vert", self.shape.defines)
         view = self.view(view_index)
         old = self._arrays.pop((fragment, view_index), None)
         if old is not None:

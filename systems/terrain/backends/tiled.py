@@ -83,7 +83,6 @@ class TiledBackend(Backend):
         defines = self.shape.defines
         self._assemble = gpu.compute(self.assemble_file, defines=defines)
         self._cull = gpu.compute("common/cull_cells.comp", defines=defines)
-        self._programs: dict[str, Any] = {}
         self._views: dict[int, _TileView] = {}
         self._facts: dict[int, tuple[float, float, float]] = {}
         self._ground: Ground | None = None
@@ -412,11 +411,7 @@ class TiledBackend(Backend):
         return ("terrain.vertices", "terrain.visible", "terrain.arguments")
 
     def bind_draw(self, io: PassIO, view_index: int, fragment: str) -> Callable[[], None]:
-        program = self._programs.get(fragment)
-        if program is None:
-            program = self._programs[fragment] = self.gpu.program(
-                vertex="terrain/tiles/gbuffer.vert", fragment=fragment, defines=self.shape.defines
-            )
+        program = self.draw_program(fragment, "terrain/tiles/gbuffer.vert", self.shape.defines)
         mesh = self.view(view_index).mesh
         tiles = mesh.vertex_array(program)
         return lambda: mesh.draw(tiles)
