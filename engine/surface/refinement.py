@@ -51,11 +51,17 @@ def raised(split: Mask, supports: Ints) -> Mask:
     split = split.copy()
     rows = np.flatnonzero(split)
     while True:
-        rows = supports[rows]
-        rows = rows[~split[rows]]
+        rows = supports.take(rows, axis=0).ravel()
+        rows = rows[~split.take(rows)]
         if not len(rows):
             return split
         split[rows] = True
+
+
+def _all_of(these: Mask, supports: Ints, rows: Ints) -> Mask:
+    """Of which rows all supports are among these. (take and & take a third of the time of indexing and all(axis=1).)"""
+    each = these.take(supports.take(rows, axis=0))
+    return each[:, 0] & each[:, 1] & each[:, 2]
 
 
 def closed(split: Mask, supports: Ints) -> Mask:
@@ -64,7 +70,7 @@ def closed(split: Mask, supports: Ints) -> Mask:
     split[GIVEN], split[UNKNOWN] = True, False
     while True:
         inside = np.flatnonzero(split)
-        kept = split[supports[inside]].all(axis=1)
+        kept = _all_of(split, supports, inside)
         if kept.all():
             return split
         split[inside[~kept]] = False
@@ -94,7 +100,7 @@ def step(
     add = np.flatnonzero(want & ~split)
     hurried = share > HURRY
     if len(add):
-        ready = (split[supports[add]] & (morph[supports[add]] == 0.0)).all(axis=1)
+        ready = _all_of(split & (morph == 0.0), supports, add)
         if not ready.all() and hurried[add].any():
             hurried = raised(hurried & want, supports)
             ready |= hurried[add]
