@@ -93,9 +93,9 @@ GroundClutter ground_clutter(vec3 D, vec3 zenith, vec3 eye, vec3 sun, float acro
             float dense = clutter_wave(241.0 * group.x + 0.4 * clutter_wave(151.0 * group.y))
                 + clutter_wave(199.0 * group.y + 0.4 * clutter_wave(113.0 * group.x));
             bool leaves = more.y < share * clamp(0.8 + 0.5 * dense, 0.1, 1.0);
-            float radius = leaves ? mix(radii.x, radii.y, more.x * more.x) : mix(radii.z, radii.w, more.x * more.x);
+            float radius = leaves ? mix(radii.x, radii.y, more.x * more.x) : mix(radii.z, radii.w, more.x * more.x * more.x);
             float tall = leaves ? shape.x : shape.y;
-            float there = leaves || more.y > 1.0 - stony ? here : 0.0;
+            float there = leaves || more.y > 1.0 - stony * clamp(0.7 - 0.5 * dense, 0.1, 1.0) ? here : 0.0;
             // From its middle, on the ground and in a space where it is round.
             vec2 off = at - mix(vec2(radius), vec2(1.0 - radius), place.xy);
             vec3 level = vec3(off, -dot(off, up.xy) / up.z);
@@ -117,12 +117,14 @@ GroundClutter ground_clutter(vec3 D, vec3 zenith, vec3 eye, vec3 sun, float acro
                 vec3 normal = (o - hit * r) / max(radius, aside);
                 float weight = left * cover, side = clamp(dot(normal, up), 0.0, 1.0);
                 float inner = clutter_wave(2.7 * (normal.x + normal.y) + 3.3 * normal.z + turn);
+                vec3 faces = vec3(clutter_wave(0.6 * normal.y + turn), clutter_wave(0.7 * normal.z + 2.0 * turn), clutter_wave(0.5 * normal.x + 3.0 * turn));
                 left -= weight;
                 found.tint += weight * (2.0 * place.z - 1.0);
                 found.plant += leaves ? weight : 0.0;
                 found.bush += leaves && kind >= 2 ? weight : 0.0;
                 found.light += weight * (leaves ? mix(0.6, 1.15, side) * (1.0 + 0.22 * inner) : 1.0);
-                found.normal += weight * (leaves ? mix(normal, up, shape.w) : normal);
+                // Stones have faces.
+                found.normal += weight * (leaves ? mix(normal, up, shape.w) : normalize(normal + 0.4 * faces));
             } else {
                 found.sun *= 1.0 - shape.z * cover;
                 found.sky *= i == 0 ? 1.0 - 0.55 * there * clamp(1.0 - 1.6 * (length(level) / radius - 1.0), 0.0, 1.0) : 1.0;

@@ -125,7 +125,7 @@ Material terrain_material(
     // footprint, so nothing comes or goes when the camera moves.
     float open_ground = (1.0 - rocky) * (1.0 - beach) * (1.0 - snowy);
     float growing = ramp(0.25, 0.55, climatic) * plants * open_ground;
-    float stony = (0.04 + 0.5 * (1.0 - growing) + 0.15 * roughness) * mix(1.0, 0.25, beach) * (1.0 - snowy);
+    float stony = (0.04 + 0.3 * (1.0 - growing) + 0.15 * roughness) * mix(1.0, 0.25, beach) * (1.0 - snowy);
     float woods = ramp(0.50, 0.72, climatic) * ramp(0.15, 0.28, (line - height) * climate.w);
     vec4 leafy = growing * vec4(0.95, 0.32, 0.10 + 0.45 * woods, woods);
 

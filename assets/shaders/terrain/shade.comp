@@ -95,7 +95,8 @@ vec3 ground_radiance(ivec2 pixel) {
     vec3 bumps = material.grain * detail.grain;
 #ifdef GROUND_CLUTTER
     bool snow = material.snowy > material.sandy;
-    vec4 rippled = ripples(D, snow ? 5 : 1, snow ? 0.9 : 0.4, footprint) * max(material.snowy, material.sandy);
+    vec4 rippled = ripples(D, snow ? 5 : 1, snow ? 0.9 : 0.4, footprint) 
+        * (max(material.snowy, material.sandy) * (1.0 - terrain_material_block.look.y));   // no wind without air
     bumps += (snow ? 0.16 : 0.22) * terrain_material_block.look.w * rippled.xyz;
     material.albedo *= 1.0 + (snow ? 0.02 : 0.08) * rippled.w;
 #endif
