@@ -157,7 +157,7 @@ KNOB_PICTURES: tuple[Picture, ...] = (
     knob_picture("muddy_water", "earth", "coast", {"ocean.absorption_per_m": (2.0, 1.0, 1.5)}),
     knob_picture("sea_calm", "earth", "sea", CALM),
     *(
-        Picture(f"knobs/wave_{name}_{method}", "earth", "coast", KNOB_SIZE, {"ocean.waves": (wave,), "ocean.method": method})
+        knob_picture(f"wave_{name}_{method}", "earth", "coast", {"ocean.waves": (wave,), "ocean.method": method})
         for name, wave in ONE_WAVE.items()
         for method in ("ours", "paper_2018")
     ),

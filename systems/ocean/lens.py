@@ -35,7 +35,7 @@ def lens_plane(
     if abs(over) > highest_m + LENS_REACH_M:
         return (*zenith, FAR_M if over > 0.0 else -FAR_M)
     depth_of = None if ground is None else lambda v: sea_level_m - ground.height(v)
-    calm, depth, moved = at_directions(waves, zenith[None], np.float64(time_s), depth_of)
+    calm, depth, moved = at_directions(waves, zenith[None], np.asarray(time_s), depth_of)
     place = calm[0] * waves.radius_m + moved[0]
     normal = surface(waves, calm, time_s, depth).normal[0]
     return (*normal, float(np.dot(position_m - place, normal)))
