@@ -10,7 +10,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from ... import Camera, Renderer
+from ... import Camera, Renderer, View
 from ..timing import Timing, time_variants
 from .motion import turned
 
@@ -64,19 +64,20 @@ def time_frames(renderer: Renderer, camera: Camera, runs: int) -> FrameTimes:
     target = renderer.ctx.simple_framebuffer(renderer.size)
     cameras = turned(state, 0.01, 4)
     same = cameras[0]
+    light = _light(camera)
     python_ms: list[float] = []
 
     def turning() -> None:
         cameras.append(cameras.pop(0))
-        renderer.render_to(target, cameras[0])
+        renderer.render_to(target, cameras[0], **light)
         python_ms.append(renderer.python_ms)
 
     def still() -> None:
-        renderer.render_to(target, same)
+        renderer.render_to(target, same, **light)
 
     def snapping() -> None:
         forget_proxy(renderer)
-        renderer.render_to(target, same)
+        renderer.render_to(target, same, **light)
 
     times = {}
     # One after the other: a snap would hold up whoever comes next, and a turn would not leave a still frame still.
@@ -105,19 +106,20 @@ def time_passes(renderer: Renderer, camera: Camera, runs: int) -> dict[str, Timi
     backend: Any = renderer._backend
     kept: Callable[[int], Any] = backend.create_timers
     samples: dict[str, list[float]] = {}
+    light = _light(camera)
     backend.create_timers = lambda count: FinishTimers(renderer.ctx, count)
     try:
-        renderer.render_to(target, camera)
+        renderer.render_to(target, camera, **light)
         renderer.graph.gpu_timing = True
         for turn in turned(state, 0.01, runs + 1):
-            renderer.render_to(target, turn)
+            renderer.render_to(target, turn, **light)
             for report in renderer.passes():
                 if report.gpu_ms is not None:
                     samples.setdefault(report.name, []).append(report.gpu_ms)
         always = set(samples)
         for _ in range(max(runs // 3, 2)):
             forget_proxy(renderer)
-            renderer.render_to(target, camera)
+            renderer.render_to(target, camera, **light)
             for report in renderer.passes():
                 if report.gpu_ms is not None and report.name not in always:
                     samples.setdefault(f"{report.name} (snap)", []).append(report.gpu_ms)
@@ -169,6 +171,11 @@ def _selections(renderer: Renderer) -> tuple[int, ...]:
         mesh = getattr(system, "drawn_mesh", lambda: None)() if system is not None else None
         found.append(-1 if mesh is None else mesh.selection)
     return tuple(found)
+
+
+def _light(camera: Camera) -> dict[str, Any]:
+    """Sun and time of a view, for cameras that are made from it: else it would be night there, or noon."""
+    return {"sun": camera.sun, "time_s": camera.time_s} if isinstance(camera, View) else {}
 
 
 def _release(renderer: Renderer, target: moderngl.Framebuffer) -> None:
