@@ -7,19 +7,32 @@ if __name__ != "planetfall.components":
 
 from ._knob import Knob, Vec3, knob, knobs
 from .atmosphere import Atmosphere
+from .clouds import MOST_CLOUD_LAYERS, CloudLayer, Clouds
 from .debug_view import DebugView
 from .exposure import Composite, Exposure
 from .ocean import Ocean
 from .planet import Planet
 from .props import Shape, Transform
-from .quality import AtmosphereQuality, CompositeQuality, ProxyQuality, ShadowQuality, SkyQuality, TerrainQuality
+from .quality import (
+    AtmosphereQuality,
+    CloudQuality,
+    CompositeQuality,
+    ProxyQuality,
+    ShadowQuality,
+    SkyQuality,
+    TerrainQuality,
+)
 from .stars import Stars
 from .sun import Sun
 from .terrain import Terrain
 
 __all__ = [
+    "MOST_CLOUD_LAYERS",
     "Atmosphere",
     "AtmosphereQuality",
+    "CloudLayer",
+    "CloudQuality",
+    "Clouds",
     "Composite",
     "CompositeQuality",
     "DebugView",

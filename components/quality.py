@@ -6,7 +6,15 @@ from dataclasses import dataclass
 
 from ._knob import knob
 
-__all__ = ["AtmosphereQuality", "CompositeQuality", "ProxyQuality", "ShadowQuality", "SkyQuality", "TerrainQuality"]
+__all__ = [
+    "AtmosphereQuality",
+    "CloudQuality",
+    "CompositeQuality",
+    "ProxyQuality",
+    "ShadowQuality",
+    "SkyQuality",
+    "TerrainQuality",
+]
 
 
 @dataclass
@@ -283,4 +291,34 @@ class ShadowQuality:
         "",
         "Levels that are filled from nothing, or swept for a new place of the sun, in one frame",
         cost="time of frames in which the camera comes near the ground, or the sun moves",
+    )
+
+
+@dataclass
+class CloudQuality:
+    """Keys "clouds.*"."""
+
+    steps: int = knob(
+        24,
+        2,
+        256,
+        "",
+        "Steps through each crossing of a homogeneous layer; two points are looked at in each",
+        cost="time of the march grows with it",
+    )
+    air_steps: int = knob(
+        12,
+        2,
+        256,
+        "",
+        "Steps through the air above, between and below the layers, where it is marched with them",
+        cost="as steps",
+    )
+    deepest: float = knob(
+        12.0,
+        1.0,
+        80.0,
+        "",
+        "Optical depth at which a march ends: exp(-12) is a hundredth of what a picture of 8 bits shows",
+        cost="time in thick cloud",
     )

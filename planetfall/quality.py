@@ -6,7 +6,15 @@ from collections.abc import Mapping
 from typing import Any
 
 from ._kinds import KINDS, PRESETS
-from .components import AtmosphereQuality, CompositeQuality, ProxyQuality, ShadowQuality, SkyQuality, TerrainQuality
+from .components import (
+    AtmosphereQuality,
+    CloudQuality,
+    CompositeQuality,
+    ProxyQuality,
+    ShadowQuality,
+    SkyQuality,
+    TerrainQuality,
+)
 from .engine.settings import QualityKnobs
 
 __all__ = ["QUALITY", "qualities", "resolve_quality"]
@@ -18,6 +26,7 @@ _GROUPS = {
     "composite": CompositeQuality,
     "atmosphere": AtmosphereQuality,
     "shadows": ShadowQuality,
+    "clouds": CloudQuality,
 }
 
 QUALITY = QualityKnobs(PRESETS / "quality", _GROUPS, KINDS)

@@ -9,7 +9,7 @@ import dataclasses
 import math
 import types
 import typing
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, Any, Literal
@@ -48,7 +48,11 @@ class PresetError(SettingError):
 
 @dataclass(frozen=True)
 class FieldRule:
-    """What one field accepts. kind: "float", "int", "bool", "str" or "vector" (length numbers); knob: its metadata."""
+    """What one field accepts. knob: its metadata.
+
+    kind: "float", "int", "bool", "str", "vector" (length numbers) or "list" (any number of components of one class,
+    which is then the schema).
+    """
 
     name: str
     kind: str
@@ -63,6 +67,8 @@ class FieldRule:
         """The allowed values in words, e.g. "a number from 0 to 90 deg"."""
         if self.kind == "bool":
             text = "true or false"
+        elif self.kind == "list":
+            text = f"a list of {self.schema.__name__}"
         elif self.kind == "str":
             choices = self.knob.choices
             text = f"one of {', '.join(map(repr, choices))}" if choices else "a text"
@@ -121,9 +127,21 @@ def _rule(cls: type, name: str, hint: Any, knob: Any, default: Any) -> FieldRule
     elif typing.get_origin(hint) is tuple and set(typing.get_args(hint)) == {float}:
         kind, length = "vector", len(typing.get_args(hint))
         schema = tuple[(Annotated[float, msgspec.Meta(**limits)],) * length]  # type: ignore[misc]
+    elif _is_list(hint):
+        kind, schema = "list", typing.get_args(hint)[0]
+        rules_of(schema)
     else:
-        raise TypeError(f"{cls.__name__}.{name}: knobs are float, int, bool, str or tuples of float, found {hint}")
+        raise TypeError(
+            f"{cls.__name__}.{name}: knobs are float, int, bool, str, tuples of float or tuple[component, ...], "
+            f"found {hint}"
+        )
     return FieldRule(name, kind, length, optional, knob, default, schema)
+
+
+def _is_list(hint: Any) -> bool:
+    parts = typing.get_args(hint)
+    whole = typing.get_origin(hint) is tuple and len(parts) == 2 and parts[1] is Ellipsis
+    return whole and dataclasses.is_dataclass(parts[0])
 
 
 def check_value(rule: FieldRule, value: Any, where: str) -> Any:
@@ -133,6 +151,8 @@ def check_value(rule: FieldRule, value: Any, where: str) -> Any:
     """
     if value is None and rule.optional:
         return None
+    if rule.kind == "list":
+        return _checked_list(rule, value, where)
     plain = _plain(rule, value)
     try:
         checked = msgspec.convert(plain, rule.schema)
@@ -145,6 +165,33 @@ def check_value(rule: FieldRule, value: Any, where: str) -> Any:
     if not finite or uneven or (rule.knob.nonzero and not any(checked)):
         raise SettingError(_complaint(rule, value, plain, where))
     return checked
+
+
+def _checked_list(rule: FieldRule, value: Any, where: str) -> tuple[Any, ...]:
+    """A tuple of components; each may also be given as a table {field: value}."""
+    if not isinstance(value, list | tuple):
+        raise SettingError(f"{where}: expected {rule.expected}, found {_shown(value)}. Put even one in brackets")
+    return tuple(_checked_item(rule.schema, item, f"{where}[{k}]") for k, item in enumerate(value))
+
+
+def _checked_item(cls: Any, item: Any, where: str) -> Any:
+    rules = rules_of(cls)
+    if type(item) is cls:
+        return item
+    if isinstance(item, cls):
+        # A component that is one of these and more: only what is common may have been set.
+        for name, rule in rules_of(type(item)).items():
+            if name not in rules and getattr(item, name) != rule.default:
+                raise SettingError(f"{where}: expected a {cls.__name__}, found a {type(item).__name__} with {name} set")
+        return cls(**{name: getattr(item, name) for name in rules})
+    if not isinstance(item, Mapping):
+        raise SettingError(f"{where}: expected a {cls.__name__} or a table of its fields, found {_shown(item)}")
+    checked = {}
+    for key, value in item.items():
+        if key not in rules:
+            raise SettingError(f"{where}.{key}: unknown key; {did_you_mean(key, rules, 'allowed')}")
+        checked[key] = check_value(rules[key], value, f"{where}.{key}")
+    return cls(**checked)
 
 
 def _plain(rule: FieldRule, value: Any) -> Any:

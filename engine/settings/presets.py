@@ -116,9 +116,12 @@ def _build(cls: type, values: Mapping[str, Any], table: str, problems: list[str]
 def plain_table(component: Any) -> dict[str, Any]:
     """The component's knobs as a TOML table. What is None is left out; reading it back gives an equal component."""
     table: dict[str, Any] = {}
-    for name in rules_of(type(component)):
+    for name, rule in rules_of(type(component)).items():
         value = getattr(component, name)
-        if value is not None:
+        if rule.kind == "list":
+            if value:
+                table[name] = [plain_table(item) for item in value]
+        elif value is not None:
             table[name] = list(value) if isinstance(value, tuple) else value
     return table
 

@@ -1,0 +1,143 @@
+// Light along one ray through air and clouds at once: segments between all heights where something begins or ends, and steps in
+// each that are short where light comes from.
+//
+// Defines: CLOUD_STEPS and CLOUD_AIR_STEPS (steps of a segment in cloud, in clear air), CLOUD_DEEPEST (optical depth beyond
+// which nothing is seen). Whoever includes this defines cloud_extinction(), cloud_sun_depth() and cloud_before();
+// clouds/uniform_march.glsl does it for homogeneous shells.
+#include "clouds/step.glsl"
+#include "contract/air_point.glsl"
+
+const int CLOUD_MOST_TURNS = 4096;
+
+struct CloudRay {
+    ShellRay shell;
+    float rise;    // the start's coordinate along the sun's direction, from the planet's centre
+    float nu;      // cosine between ray and sun
+    float disc;    // the sun's angular radius; 0: a point
+    float multiple;   // 1: light scattered more than once counts; 0: single scattering
+};
+
+// Per metre, of one layer that the point lies in; share: of its height.
+float cloud_extinction(int layer, CloudRay ray, float t, float share);
+
+// Optical depth of all clouds from a point of the ray to space; sun: the ray from there to the sun.
+float cloud_sun_depth(CloudRay ray, float t, ShellRay sun);
+
+// Light that has been scattered before, folded with a layer's phase function: emission over extinction and albedo. sunlight: on
+// top of the clouds, ambient: mean radiance of the air's light around, both for a unit sun.
+vec3 cloud_before(CloudRay ray, int layer, float t, ShellRay sun, float share, vec3 sunlight, vec3 ambient);
+
+// Visible share of the sun over the reference sphere, as common/sun_visibility.glsl has it (Bruneton 2017).
+float cloud_sun_share(ShellRay sun, float disc) {
+    if (disc <= 0.0) return sun.b >= 0.0 || sun.perigee >= 0.0 ? 1.0 : 0.0;
+    float h = max(sun.h, 0.0), there = shell_radius() + h;
+    float soft = disc * shell_radius();
+    return smoothstep(-soft, soft, sun.b + safe_sqrt(shell_between(h, 0.0)));
+}
+
+// The next distance after `from` where something begins or ends: a layer, the way down, the planet's shadow, or a layer on the
+// way to the sun.
+float cloud_next_edge(CloudRay ray, float from, float end) {
+    float least = from + max(3e-7 * from, 1e-6), next = end;
+    vec2 seen = shell_tangents(ray.shell, ray.rise, ray.nu, 0.0);
+    vec4 at = vec4(-ray.shell.b, seen, end);
+    for (int k = 0; k < 4; ++k) if (at[k] > least) next = min(next, at[k]);
+    for (int layer = 0; layer < cloud_model.counts.x; ++layer) {
+        vec2 shell = cloud_model.shells[layer].xy;
+        at = shell_spans(ray.shell, shell.x, shell.y);
+        for (int k = 0; k < 4; ++k) if (at[k] > least) next = min(next, at[k]);
+        at = vec4(shell_tangents(ray.shell, ray.rise, ray.nu, shell.x),
+            shell_tangents(ray.shell, ray.rise, ray.nu, shell.y));
+        for (int k = 0; k < 4; ++k) if (at[k] > least) next = min(next, at[k]);
+    }
+    return next;
+}
+
+// Layers that a distance lies in, one bit each.
+int cloud_layers_at(CloudRay ray, float t) {
+    int found = 0;
+    for (int layer = 0; layer < cloud_model.counts.x; ++layer) {
+        vec4 spans = shell_spans(ray.shell, cloud_model.shells[layer].x, cloud_model.shells[layer].y);
+        bool inside = (t > spans.x && t < spans.y) || (t > spans.z && t < spans.w);
+        if (inside) found |= 1 << layer;
+    }
+    return found;
+}
+
+// How far into a segment of cloud a share of its steps leads: steps grow from both ends, geometrically beyond `first` metres.
+// Light from thick cloud comes out of its first optical depths, or, where it thins towards the sun, of its last.
+float cloud_spread(float share, float length_m, float first) {
+    float x = 1.0 - abs(2.0 * share - 1.0), growth = log(1.0 + 0.5 * length_m / first);
+    float away = first * (exp(x * growth) - 1.0);
+    return clamp(share < 0.5 ? away : length_m - away, 0.0, length_m);
+}
+
+// How long the first and last steps of a segment should be, for a length `free` over which cloud dims light by a third. Under a low
+// sun light dims on a much shorter way down than that: by free |mu_s|, or as far as the planet's curve drops.
+float cloud_first(CloudRay ray, float from, float to, float free) {
+    float r = shell_radius() + ray.shell.h, a = ray.rise + ray.nu * from, b = ray.rise + ray.nu * to;
+    float low = a * b <= 0.0 ? 0.0 : min(abs(a), abs(b)) / r;
+    return min(free, free * low + 0.5 * free * free / r);
+}
+
+// The same in clear air: dense at the lower end.
+float cloud_air_spread(float share, float length_m, bool down) {
+    float x = down ? 1.0 - share : share;
+    return length_m * (down ? 1.0 - x * x : x * x);
+}
+
+CloudNode cloud_node(CloudRay ray, int layers, float t) {
+    float h = shell_height(ray.shell, t);
+    ShellRay sun = shell_sun_ray(h, ray.rise + ray.nu * t);
+    float seen = cloud_sun_share(sun, ray.disc);
+    float there = shell_radius() + h, mu_s = clamp_cos(sun.b / there);
+    AirPoint air = air_point(h, clamp_cos((ray.shell.b + t) / there), mu_s, ray.nu, ray.multiple);
+    CloudNode node = CloudNode(air.extinction, air.sun_depth + cloud_sun_depth(ray, t, sun), seen * air.direct, air.diffuse);
+    vec3 sunlight = seen * exp(-air.sun_depth);
+    for (int layer = 0; layer < cloud_model.counts.x; ++layer) {
+        if ((layers & (1 << layer)) == 0) continue;
+        vec4 droplets = cloud_model.droplets[layer];
+        float share = clamp(cloud_share(layer, h), 0.0, 1.0);
+        float extinction = cloud_extinction(layer, ray, t, share);
+        node.extinction += extinction;
+        node.direct += seen * extinction * droplets.x * cloud_phase(ray.nu, droplets.y);
+        if (ray.multiple > 0.0) {
+            node.diffuse += extinction * droplets.x * cloud_before(ray, layer, t, sun, share, sunlight, air.ambient);
+        }
+    }
+    return node;
+}
+
+// Up to a distance `end` from the ray's start, which lies below the highest thing there is (shell_enter).
+CloudLight cloud_march(CloudRay ray, float end) {
+    CloudLight light = CloudLight(vec3(0.0), vec3(0.0));
+    float from = 0.0, to = 0.0, first = 1.0;
+    int step = 0, steps = 0, layers = 0;
+    bool down = false;
+    // One loop over all steps of all segments: lanes that have less to do don't wait in each.
+    for (int turn = 0; turn < CLOUD_MOST_TURNS; ++turn) {
+        if (step == steps) {
+            from = to;
+            if (from >= end || min(min(light.depth.r, light.depth.g), light.depth.b) > CLOUD_DEEPEST) break;
+            to = cloud_next_edge(ray, from, end);
+            float middle = 0.5 * (from + to);
+            layers = cloud_layers_at(ray, middle);
+            down = ray.shell.b + middle < 0.0;
+            step = 0;
+            steps = layers != 0 ? CLOUD_STEPS : CLOUD_AIR_STEPS;
+            float thickest = 1e-12;
+            for (int layer = 0; layer < cloud_model.counts.x; ++layer) {
+                if ((layers & (1 << layer)) != 0) thickest += cloud_model.shells[layer].w;
+            }
+            first = min(cloud_first(ray, from, to, 0.5 / thickest), to - from);
+        }
+        float a = float(step) / float(steps), b = float(step + 1) / float(steps), length_m = to - from;
+        float ta = layers != 0 ? cloud_spread(a, length_m, first) : cloud_air_spread(a, length_m, down);
+        float tb = layers != 0 ? cloud_spread(b, length_m, first) : cloud_air_spread(b, length_m, down);
+        CloudNode near = cloud_node(ray, layers, from + mix(ta, tb, CLOUD_NODE_A));
+        CloudNode far = cloud_node(ray, layers, from + mix(ta, tb, CLOUD_NODE_B));
+        cloud_step(light, tb - ta, near, far);
+        ++step;
+    }
+    return light;
+}

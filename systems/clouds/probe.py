@@ -1,0 +1,140 @@
+"""CloudQuestions: the renderer's march, evaluated on the GPU for arrays of rays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...engine.gpu import GpuScope
+from .block import CLOUD_BINDING, CloudBlock, cloud_block
+from .model import CloudModel
+
+__all__ = ["CloudQuestions", "MarchRays", "march_defines"]
+
+Floats = NDArray[np.float64]
+_BATCH = 4096
+"""Questions in one dispatch: some tenths of a second without a GPU."""
+
+
+def march_defines(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Defines of clouds/march.glsl at a quality."""
+    return {
+        "CLOUD_STEPS": int(settings["clouds.steps"]),
+        "CLOUD_AIR_STEPS": int(settings["clouds.air_steps"]),
+        "CLOUD_DEEPEST": float(settings["clouds.deepest"]),
+        "AIR_DEGREE": int(settings["atmosphere.degree"]),
+    }
+
+
+@dataclass(frozen=True)
+class MarchRays:
+    """Rays as the march takes them, (N,) f64 each, from where they enter the shell of what there is.
+
+    height_m: of the start; along_m: its distance past the ray's nearest point to the planet's centre; perigee_m: the
+    height of that point; rise_m: the start's coordinate along the sun's direction; nu: cosine between ray and sun;
+    length_m: of the march, 0 for rays that meet nothing.
+    """
+
+    height_m: Floats
+    along_m: Floats
+    perigee_m: Floats
+    rise_m: Floats
+    nu: Floats
+    length_m: Floats
+
+    @staticmethod
+    def of(
+        radius_m: float, top_m: float, positions_m: Floats, directions: Floats, suns: Floats, most_m: Floats | None
+    ) -> MarchRays:
+        """positions_m (N, 3) planet-centred, directions and suns (N, 3) unit, most_m (N,) or None: as far as it goes.
+
+        Rays end on the reference sphere; those that start below it start on it.
+        """
+        distance = np.linalg.norm(positions_m, axis=1)
+        up = positions_m / np.maximum(distance, 1e-300)[:, None]
+        h = np.maximum(distance - radius_m, 0.0)
+        positions = up * (radius_m + h)[:, None]
+        along = (positions * directions).sum(1)
+        perigee = np.linalg.norm(np.cross(positions, directions), axis=1) - radius_m
+        # Straight up and down, rounding must not lift the perigee above the start.
+        perigee = np.minimum(perigee, h)
+        rise, nu = (positions * suns).sum(1), np.clip((directions * suns).sum(1), -1.0, 1.0)
+
+        def half_chord(height_m: float) -> Floats:
+            return np.sqrt(np.maximum((height_m - perigee) * (2.0 * radius_m + height_m + perigee), 0.0))
+
+        def level(a: Floats | float, b: Floats | float) -> Floats:
+            return np.asarray((a - b) * (2.0 * radius_m + a + b))
+
+        def ratio(a: Floats, b: Floats) -> Floats:
+            # 0 / 0: a ray that touches the sphere where it starts.
+            return np.divide(a, b, out=np.zeros_like(a), where=b > 0.0)
+
+        out = half_chord(top_m)
+        above = h > top_m
+        meets = np.where(above, (along < 0.0) & (perigee < top_m), True)
+        start = np.where(above & meets, ratio(level(h, top_m), out - along), 0.0)
+        s0 = np.where(above, -out, along)
+        end = np.where(s0 < 0.0, out - s0, ratio(level(top_m, np.minimum(h, top_m)), out + s0))
+        floor = half_chord(0.0)
+        lands = (perigee < 0.0) & (s0 < 0.0)
+        entered = np.where(above, top_m, h)
+        to_floor = ratio(level(entered, 0.0), floor - s0)
+        end = np.where(lands, to_floor, end)
+        if most_m is not None:
+            end = np.minimum(end, np.maximum(most_m - start, 0.0))
+        return MarchRays(entered, s0, perigee, rise + start * nu, nu, np.where(meets, end, 0.0))
+
+
+class CloudQuestions:
+    """One planet's clouds and the program that marches through them.
+
+    gpu: owner of all GL objects; air_top_m: how high the air of the shader contract air_point reaches (0: none);
+    bind_air: binds what that contract reads. Light comes back for a unit sun.
+    """
+
+    def __init__(
+        self, gpu: GpuScope, model: CloudModel, settings: Mapping[str, Any], air_top_m: float,
+        bind_air: Callable[[], None],
+    ) -> None:  # fmt: skip
+        self._gpu, self._model, self._bind_air = gpu, model, bind_air
+        self.top_m = max(air_top_m, model.highest_m)
+        self._block = gpu.uniform_block(CloudBlock, CLOUD_BINDING, "cloud_model")
+        self._block.write(cloud_block(model))
+        self._program = gpu.compute("clouds/probe.comp", march_defines(settings))
+
+    def march(
+        self, positions_m: Floats, directions: Floats, suns: Floats, most_m: Floats | None, *,
+        multiple: bool, sun_radius_rad: float,
+    ) -> tuple[Floats, Floats]:  # fmt: skip
+        """(radiance (N, 3), transmittance (N, 3)). sun_radius_rad 0: the sun is a point behind a hard horizon."""
+        count = len(positions_m)
+        if not count or self.top_m <= 0.0:
+            return np.zeros((count, 3)), np.ones((count, 3))
+        rays = MarchRays.of(self._model.radius_m, self.top_m, positions_m, directions, suns, most_m)
+        packed = np.zeros((count, 8), np.float32)
+        packed[:, 0], packed[:, 1], packed[:, 2] = rays.height_m, rays.along_m, rays.perigee_m
+        packed[:, 3], packed[:, 4], packed[:, 5] = rays.rise_m, rays.nu, rays.length_m
+        packed[:, 6], packed[:, 7] = sun_radius_rad, float(multiple)
+        self._block.bind()
+        found = np.concatenate([self._batch(packed[i : i + _BATCH]) for i in range(0, count, _BATCH)])
+        return found[:, 0, :3], found[:, 1, :3]
+
+    def _batch(self, packed: NDArray[np.float32]) -> Floats:
+        count = len(packed)
+        questions, answers = self._gpu.buffer(packed), self._gpu.buffer(reserve=32 * count)
+        try:
+            questions.bind_to_storage_buffer(0)
+            answers.bind_to_storage_buffer(1)
+            self._bind_air()
+            self._program.set("u_count", count)
+            self._program.run_over(count)
+            self._gpu.gpu.ctx.memory_barrier()
+            return np.frombuffer(answers.read(), np.float32).reshape(count, 2, 4).astype(np.float64)
+        finally:
+            self._gpu.free(questions)
+            self._gpu.free(answers)
