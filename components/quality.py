@@ -322,3 +322,34 @@ class CloudQuality:
         "Optical depth at which a march ends: exp(-12) is a hundredth of what a picture of 8 bits shows",
         cost="time in thick cloud",
     )
+    stride: int = knob(
+        2, 1, 8, "px", "One ray through the clouds for a block of so many pixels a side", cost="inverse square"
+    )
+    fine_steps: int = knob(
+        96,
+        8,
+        4096,
+        "",
+        "Steps through the thickness of a layer where there is cloud; the clear takes four times longer ones",
+        cost="grows with it",
+        log=True,
+    )
+    step_growth: float = knob(
+        0.003, 1e-4, 0.1, "", "Far away a step is this share of the distance", cost="grows with its inverse", log=True
+    )
+    sun_steps: int = knob(4, 1, 64, "", "Steps from a place in a cloud towards the sun", cost="half of all time with 4")
+    shape_texels: int = knob(
+        128, 32, 256, "", "Texels a side of the volume of the clouds' shape", cost="memory", power_of_two=True
+    )
+    rim_texels: int = knob(
+        64, 16, 256, "", "Texels a side of the volume of the clouds' rims", cost="memory", power_of_two=True
+    )
+    map_texels: int = knob(
+        1024,
+        256,
+        4096,
+        "",
+        "Texels a side of the map of weather",
+        cost="time to make it, every quarter of an hour of weather, and memory",
+        power_of_two=True,
+    )

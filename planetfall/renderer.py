@@ -31,6 +31,7 @@ from .quality import resolve_quality
 from .scene import Scene
 from .snapshot import Snapshot
 from .systems.atmosphere.system import AtmosphereSystem
+from .systems.clouds.system import CloudSystem
 from .systems.composite import CompositeSystem
 from .systems.debug import DebugSystem
 from .systems.gbuffer import GBufferSystem
@@ -56,6 +57,7 @@ SYSTEMS: tuple[type[System], ...] = (
     PropsSystem,
     SkySystem,
     StarsSystem,
+    CloudSystem,
     CompositeSystem,
     DebugSystem,
 )  # fmt: skip

@@ -1,0 +1,167 @@
+"""CloudSystem: weather, noise, and the passes that march clouds and lay them over the picture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ...components import Clouds, Planet
+from ...engine.contracts import bind_contracts, contract_reads
+from ...engine.graph import GraphBuilder, PassIO, TextureSpec
+from ...engine.settings import revision, with_overrides
+from ...engine.space import frustum_planes, sphere_outside
+from ...engine.system import Frame, Setup, System, ViewInfo
+from .view_block import CLOUD_VIEW_BINDING, CloudViewBlock
+from .layers import BILLOWS, frames_at, kind_of, layers_of, write_filter, write_layers, write_noise
+from .maps import BORDER, WeatherMaps
+from .volumes import make_volume
+from .weather import moment_of
+
+__all__ = ["CloudSystem"]
+
+_SHAPE, _RIMS = 0, 1
+_COLOR, _DISTANCE = "clouds.color", "clouds.distance"
+
+
+class CloudSystem(System):
+    """The clouds of one planet. Needs Planet and Clouds.
+
+    Passes: ``clouds.march`` follows a ray for each block of pixels, ``clouds.composite`` lays the result over
+    ``scene.radiance``. Neither runs while no ray can meet a layer.
+    """
+
+    name: ClassVar[str] = "clouds"
+    needs: ClassVar[tuple[type, ...]] = (Planet, Clouds)
+
+    def setup(self, setup: Setup) -> None:
+        self._gpu, self._world = setup.gpu, setup.world
+        settings = setup.settings
+        self._stride = int(settings["clouds.stride"])
+        self._steps = (float(settings["clouds.fine_steps"]), float(settings["clouds.step_growth"]))
+        self._sun_steps = float(settings["clouds.sun_steps"])
+        gpu = setup.gpu
+        self._ubo = gpu.uniform_block(CloudViewBlock, CLOUD_VIEW_BINDING, "cloud_view")
+        self._block = CloudViewBlock()
+        self._shape = make_volume(gpu, _SHAPE, int(settings["clouds.shape_texels"]))
+        self._rims = make_volume(gpu, _RIMS, int(settings["clouds.rim_texels"]))
+        write_filter(self._block, self._shape, self._rims)
+        self._maps = WeatherMaps(gpu, int(settings["clouds.map_texels"]), 1)
+        defines = {"STRIDE": self._stride}
+        self._march = gpu.compute("clouds/view_march.comp", defines)
+        self._over = gpu.fullscreen("clouds/composite.frag", defines)
+        self._blend = gpu.gpu.state(blend="premultiplied")
+        self._stamp: tuple[Any, ...] = ()
+        self._layers: list[Any] = []
+        self._seen = True
+        self._textures: tuple[Any, Any] = (None, None)
+
+    def _refresh(self, frame: Frame) -> None:
+        component = frame.world.get(frame.planet, Clouds)
+        stamp = (id(component), revision(component), *(revision(layer) for layer in component.layers))
+        if stamp == self._stamp:
+            return
+        self._stamp = stamp
+        component = with_overrides(component, "clouds", frame.settings)
+        before = bool(self._layers)
+        self._layers = layers_of(component)
+        billows = [layer for layer in self._layers if kind_of(layer) == BILLOWS]
+        self._wind_m_s = float(component.wind_speed_m_s)
+        first = billows[0] if billows else component
+        self._thickness_m = float(first.top_m - first.base_m)
+        coverage = float(first.coverage) or 0.6
+        self._maps.balance(coverage)
+        write_layers(self._block, self._layers, coverage)
+        if bool(self._layers) != before:
+            self.structure += 1
+
+    def update(self, frame: Frame) -> None:
+        self._refresh(frame)
+        if not self._layers:
+            return
+        radius = frame.world.get(frame.planet, Planet).radius_m
+        centre, reach = -frame.camera.position_m, radius + self._block.counts[2]
+        self._seen = not bool(sphere_outside(frustum_planes(frame.camera), centre[None], [reach])[0])
+        if not self._seen:
+            return
+        moment = moment_of(frame.time_s)
+        self._textures = self._maps.want(moment)
+        turn, tilt = frames_at(self._wind_m_s, radius, frame.time_s)
+        proxy = frame.world.resource(f"proxy.{frame.view_index}")
+        write_noise(
+            self._block, turn, tilt, proxy.anchor_m, self._thickness_m,
+            self._shape.texture.size[0], self._rims.texture.size[0],
+        )  # fmt: skip
+        texel_m = radius * np.sqrt(4.0 * np.pi) / self._maps.size
+        self._block.weather = (moment.share, self._maps.size, BORDER, texel_m)
+        self._ubo.write(self._block)
+        x, y = frame.jitter_px
+        # A pattern of its own for each of the picture's samples, and the same whenever that sample is drawn.
+        shift = (0.5 + 17.17 * x + 31.71 * y) % 1.0
+        self._march.set("u_march", (*self._steps, shift, self._sun_steps))
+
+    def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
+        if not self._layers:
+            return
+        reads = ("gbuffer.depth", *contract_reads(self._world))
+        size = tuple(-(-n // self._stride) for n in view.size)
+        builder.add_pass(
+            "clouds.march",
+            kind="compute",
+            bind=self._bind_march,
+            system=self.name,
+            reads=reads,
+            creates=(
+                TextureSpec(_COLOR, "rgba32f", size, "persistent", help="light of clouds, and what they leave"),
+                TextureSpec(_DISTANCE, "r32f", size, "persistent", help="mean distance of the clouds"),
+            ),
+            when=lambda: self._seen,
+            help="clouds along one ray of each block of pixels",
+        )
+        builder.add_pass(
+            "clouds.composite",
+            bind=self._bind_composite,
+            system=self.name,
+            reads=("gbuffer.depth", _COLOR, _DISTANCE),
+            writes=("scene.radiance",),
+            after=("sky.shade",),
+            after_optional=("terrain.shade", "ocean.shade", "props.shade", "stars.draw"),
+            when=lambda: self._seen,
+            help="clouds over the picture",
+        )
+
+    def _bind_march(self, io: PassIO) -> Callable[[], None]:
+        color, distance = io.texture(_COLOR), io.texture(_DISTANCE)
+        depth = io.texture("gbuffer.depth")
+        bind = bind_contracts(self._world, io)
+
+        def run() -> None:
+            bind()
+            self._ubo.bind()
+            depth.use(4)
+            self._shape.texture.use(0)
+            self._rims.texture.use(1)
+            self._textures[0].use(2)
+            self._textures[1].use(3)
+            color.bind_to_image(0, read=False, write=True)
+            distance.bind_to_image(1, read=False, write=True)
+            self._march.set("u_place", (self._stride // 2, self._stride // 2))
+            self._march.run_over(*color.size)
+
+        return run
+
+    def _bind_composite(self, io: PassIO) -> Callable[[], None]:
+        target = io.framebuffer(colors=("scene.radiance",))
+        color, distance, depth = (io.texture(name) for name in (_COLOR, _DISTANCE, "gbuffer.depth"))
+
+        def run() -> None:
+            target.use()
+            self._blend.apply()
+            color.use(0)
+            depth.use(1)
+            distance.use(2)
+            self._over.set("u_place", (self._stride // 2, self._stride // 2))
+            self._over.render()
+
+        return run
