@@ -20,7 +20,7 @@ _THIN = 5.0
 """Optical depth of a whole layer below which its clouds are drawn as ice: streaks and veils."""
 _BROAD_PERIOD = 6.4
 """Of the shape's volume, in thicknesses of the first layer: 16 km for 2.5 km."""
-_WIDE, _FINE, _FINEST = 2.871, 0.1031, 0.01173
+_WIDE, _FINE, _FINEST = 6.871, 0.1031, 0.01173
 """Further periods as shares of it; no small whole numbers are their ratios, so repeats never coincide."""
 _FIBRE, _VEIL = 0.73, 1.93
 _STRETCH = (0.13, 0.16, 0.61)

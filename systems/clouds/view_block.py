@@ -9,10 +9,11 @@ import numpy as np
 
 from ...engine.gpu.layout import Vec4, array
 
-__all__ = ["CLOUD_VIEW_BINDING", "MOST_LAYERS", "CloudViewBlock"]
+__all__ = ["CLOUD_VIEW_BINDING", "MOST_LAYERS", "MOST_MAPS", "CloudViewBlock"]
 
 CLOUD_VIEW_BINDING = 12
 MOST_LAYERS = 4
+MOST_MAPS = 6
 
 
 def _rows(count: int) -> Any:
@@ -56,3 +57,10 @@ class CloudViewBlock:
     """(share of the second map, inner texels a side, border in texels, size of a texel in metres)"""
     fade: Vec4 = (0.0, 0.0, 0.0, 0.0)
     """(levels of the shape's volume for a footprint of 1 m: broad, wide, fine, finest)"""
+    shadow: Vec4 = (0.0, 0.0, 0.0, 0.0)
+    """(reference height of the maps of the shadow, how many there are, 0, 0)"""
+    shadow_from: Annotated[Any, array(Vec4, MOST_MAPS)] = _rows(MOST_MAPS)
+    """(from each map's middle to the anchor's foot in planet axes, 1 / its half width)"""
+    shadow_u: Annotated[Any, array(Vec4, MOST_MAPS)] = _rows(MOST_MAPS)
+    """each map's axes"""
+    shadow_v: Annotated[Any, array(Vec4, MOST_MAPS)] = _rows(MOST_MAPS)

@@ -86,10 +86,10 @@ float cloud_billows(int layer, vec3 place, float share, CloudWeather w, float fo
     float broad_level = cloud_level(cloud_view.fade.x, footprint_m), wide_level = cloud_level(cloud_view.fade.y, footprint_m);
     float broad = textureLod(u_cloud_shape, cloud_view.broad.xyz + turned * cloud_view.broad.w, broad_level + cloud_dither - 0.5).r - 0.5;
     float wide = textureLod(u_cloud_shape, cloud_view.wide.xyz + tilted * cloud_view.wide.w, wide_level + cloud_dither - 0.5).r - 0.5;
-    // Weights 0.8 and 0.6: the variance stays that of one.
-    float noise = 0.8 * broad + 0.6 * wide;
-    float hidden = 0.64 * cloud_hidden(broad_level, cloud_view.hiding.x, cloud_view.hiding.y)
-        + 0.36 * cloud_hidden(wide_level, cloud_view.hiding.x, cloud_view.hiding.y);
+    // Squares of the weights add up to one: the variance stays that of one volume.
+    float noise = 0.7 * broad + 0.714 * wide;
+    float hidden = 0.49 * cloud_hidden(broad_level, cloud_view.hiding.x, cloud_view.hiding.y)
+        + 0.51 * cloud_hidden(wide_level, cloud_view.hiding.x, cloud_view.hiding.y);
     float cover = clamp(w.cover * cloud_view.droplets[layer].w, 0.0, 1.0) * cloud_profile(share, w);
     float x = noise - (0.5 - cover);
     float lost = 0.25 * hidden;
@@ -104,7 +104,8 @@ float cloud_billows(int layer, vec3 place, float share, CloudWeather w, float fo
         lost += weight * weight * cloud_hidden(level, cloud_view.hiding.z, cloud_view.hiding.w);
     }
     float dense = cloud_ramp(x, max(sqrt(lost), 0.015), CLOUD_EDGE) * step(1e-4, cover);
-    return cloud_clumped(dense, hidden, cloud_view.shell[layer].w);
+    // Fair-weather sheets are thin, fronts and towers are not.
+    return cloud_clumped(dense * mix(0.35, 1.0, w.deep), hidden, cloud_view.shell[layer].w);
 }
 
 // Thin ice: drawn out streaks on the map, fibres of the volume in them.

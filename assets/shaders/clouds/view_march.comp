@@ -38,7 +38,7 @@ vec3 sun_at(vec3 point, float altitude, vec3 up) {
 }
 
 // Optical depth of one layer towards the sun.
-float depth_to_sun(int layer, vec3 point, float altitude, vec3 up, CloudWeather w, float footprint, float shift) {
+float depth_to_sun(int layer, vec3 point, float altitude, vec3 up, CloudWeather w, float footprint) {
     vec4 shell = cloud_view.shell[layer];
     float mu = dot(up, frame.sun_direction.xyz);
     // To the top, over a curved layer: a level ray leaves it, too.
@@ -49,7 +49,7 @@ float depth_to_sun(int layer, vec3 point, float altitude, vec3 up, CloudWeather 
     float sum = 0.0, from = 0.0;
     for (int i = 0; i < steps; ++i) {
         // Short steps first: what is near casts the sharpest shadows.
-        float to = way * pow(float(i + 1) / float(steps), 2.0), t = mix(from, to, shift);
+        float to = way * pow(float(i + 1) / float(steps), 2.0), t = 0.5 * (from + to);
         vec3 at = point + frame.sun_direction.xyz * t;
         float height = altitude + t * mu + 0.5 * t * t * (1.0 - mu * mu) / r;
         float share = (height - shell.x) * shell.z;
@@ -107,7 +107,7 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, vec2 ph
             float extinction = shell.w * density, depth = extinction * length_m;
             vec3 source = vec3(0.0);
             for (int once = met ? 0 : 1; once < 1; ++once) {
-                float to_sun = depth_to_sun(layer, point, altitude, up_middle, w, footprint, shift);
+                float to_sun = depth_to_sun(layer, point, altitude, up_middle, w, footprint);
                 float above = extinction * (1.0 - share) * 0.5 * thickness, below = extinction * share * 0.5 * thickness;
                 source = sun * cloud_sun_source(phases, drops.y, to_sun)
                     + sky * ((0.35 + 0.25 * share) / (1.0 + 0.1 * above)) + ground * (0.5 / (1.0 + 0.1 * below));

@@ -5,8 +5,10 @@
 //
 // The share of the disc above the geometric horizon of the reference sphere, smooth over the disc's width:
 // smoothstep(-a sin_h, a sin_h, mu_s - cos_h), with the horizon at the angle whose sine is R / r (Bruneton 2017).
+// Clouds are in it (contract "cloud_shadow").
 // A point below the reference sphere counts as on it. Whoever provides this instead has to include the planet's shadow.
 #include "common/camera.glsl"
+#include "contract/cloud_shadow.glsl"
 
 float sun_visibility_of_sphere(float altitude, float mu_s, float angular_radius) {
     float h = max(altitude, 0.0) / planet.radii.x;
@@ -17,7 +19,8 @@ float sun_visibility_of_sphere(float altitude, float mu_s, float angular_radius)
 }
 
 float sun_visibility(vec3 point) {
-    return sun_visibility_of_sphere(altitude_of(point), dot(up_at(point), frame.sun_direction.xyz), frame.sun_direction.w);
+    return sun_visibility_of_sphere(altitude_of(point), dot(up_at(point), frame.sun_direction.xyz), frame.sun_direction.w)
+        * cloud_shadow(point);
 }
 
 vec2 light_visibility(vec3 point) {

@@ -1,5 +1,6 @@
 // Contract "sun_visibility": shadows of the ground, from a clipmap of the lowest altitudes that see the sun.
 #include "common/camera.glsl"
+#include "contract/cloud_shadow.glsl"
 #include "shadows/clipmap.glsl"
 
 layout(binding = 13) uniform sampler2DArray u_shadow_map;
@@ -70,7 +71,7 @@ vec2 light_visibility(vec3 point) {
     float base = known * float(shadow_map.counts.w) > 0.0 ? planet.radii.z : 0.0;
     float bulk = sun_visibility_of_sphere((height - base) * planet.radii.x / (planet.radii.x + base), mu, frame.sun_direction.w);
     vec2 knows = known * vec2(shadow_map.counts.wz);
-    return vec2(min(mix(1.0, sun, knows.x), bulk), mix(1.0, light.w, knows.y));
+    return vec2(min(mix(1.0, sun, knows.x), bulk) * cloud_shadow(point), mix(1.0, light.w, knows.y));
 }
 
 float sun_visibility(vec3 point) {
