@@ -344,6 +344,10 @@ class CloudQuality:
     rim_texels: int = knob(
         64, 16, 256, "", "Texels a side of the volume of the clouds' rims", cost="memory", power_of_two=True
     )
+    shadow_texels: int = knob(
+        256, 32, 1024, "", "Texels a side of each map of the clouds' shadow", cost="its square", power_of_two=True
+    )
+    shadow_steps: int = knob(8, 1, 64, "", "Steps through a layer for a texel of those maps", cost="itself")
     map_texels: int = knob(
         1024,
         256,

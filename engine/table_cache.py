@@ -81,7 +81,10 @@ class TableCache:
             self._tidy()
         except OSError as error:
             log.warning(
-                "tables of %s cannot be kept in %s, so the next start computes them again: %s", self.part, self.folder, error
+                "tables of %s cannot be kept in %s, so the next start computes them again: %s",
+                self.part,
+                self.folder,
+                error,
             )
 
     def _tidy(self) -> None:

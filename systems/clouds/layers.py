@@ -80,7 +80,13 @@ def write_layers(block: CloudViewBlock, layers: list[Any], map_coverage: float) 
 
 
 def write_noise(
-    block: CloudViewBlock, turn: Floats, tilt: Floats, anchor_m: Floats, thickness_m: float, shape_texels: int, rim_texels: int
+    block: CloudViewBlock,
+    turn: Floats,
+    tilt: Floats,
+    anchor_m: Floats,
+    thickness_m: float,
+    shape_texels: int,
+    rim_texels: int,
 ) -> None:
     """Where noise lies around the anchor: places in periods, formed in float64."""
     period = _BROAD_PERIOD * thickness_m

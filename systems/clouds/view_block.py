@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
@@ -16,25 +17,25 @@ MOST_LAYERS = 4
 MOST_MAPS = 6
 
 
-def _rows(count: int) -> Any:
-    return field(default_factory=lambda: np.zeros((count, 4), np.float32))
+def _rows(count: int) -> Callable[[], Any]:
+    return lambda: np.zeros((count, 4), np.float32)
 
 
 @dataclass
 class CloudViewBlock:
     """One view's clouds. GLSL: ``#include "generated/cloud_view.glsl"``, instance ``cloud_view``."""
 
-    shell: Annotated[Any, array(Vec4, MOST_LAYERS)] = _rows(MOST_LAYERS)
+    shell: Annotated[Any, array(Vec4, MOST_LAYERS)] = field(default_factory=_rows(MOST_LAYERS))
     """(base, top as heights, 1 / thickness, extinction per metre where the cloud is densest)"""
-    droplets: Annotated[Any, array(Vec4, MOST_LAYERS)] = _rows(MOST_LAYERS)
+    droplets: Annotated[Any, array(Vec4, MOST_LAYERS)] = field(default_factory=_rows(MOST_LAYERS))
     """(albedo, asymmetry, kind: 0 billows, 1 streaks of ice, 2 uniform; coverage over that of the map)"""
-    shape: Annotated[Any, array(Vec4, MOST_LAYERS)] = _rows(MOST_LAYERS)
+    shape: Annotated[Any, array(Vec4, MOST_LAYERS)] = field(default_factory=_rows(MOST_LAYERS))
     """(1 for a profile like a parabola, 0, 0, 0)"""
     counts: Vec4 = (0.0, 0.0, 0.0, 0.0)
     """(layers, lowest base, highest top, 0)"""
-    turn: Annotated[Any, array(Vec4, 3)] = _rows(3)
+    turn: Annotated[Any, array(Vec4, 3)] = field(default_factory=_rows(3))
     """Columns: planet axes to the frame that drifts with the wind."""
-    tilt: Annotated[Any, array(Vec4, 3)] = _rows(3)
+    tilt: Annotated[Any, array(Vec4, 3)] = field(default_factory=_rows(3))
     """The same, turned out of all axes: the second volume's frame, so that its repeats fall elsewhere."""
     broad: Vec4 = (0.0, 0.0, 0.0, 1.0)
     """(the anchor's place in the volume's period, 1 / period): shape, in the frame `turn`"""
@@ -59,8 +60,8 @@ class CloudViewBlock:
     """(levels of the shape's volume for a footprint of 1 m: broad, wide, fine, finest)"""
     shadow: Vec4 = (0.0, 0.0, 0.0, 0.0)
     """(reference height of the maps of the shadow, how many there are, 0, 0)"""
-    shadow_from: Annotated[Any, array(Vec4, MOST_MAPS)] = _rows(MOST_MAPS)
+    shadow_from: Annotated[Any, array(Vec4, MOST_MAPS)] = field(default_factory=_rows(MOST_MAPS))
     """(from each map's middle to the anchor's foot in planet axes, 1 / its half width)"""
-    shadow_u: Annotated[Any, array(Vec4, MOST_MAPS)] = _rows(MOST_MAPS)
+    shadow_u: Annotated[Any, array(Vec4, MOST_MAPS)] = field(default_factory=_rows(MOST_MAPS))
     """each map's axes"""
-    shadow_v: Annotated[Any, array(Vec4, MOST_MAPS)] = _rows(MOST_MAPS)
+    shadow_v: Annotated[Any, array(Vec4, MOST_MAPS)] = field(default_factory=_rows(MOST_MAPS))
