@@ -325,6 +325,14 @@ class CloudQuality:
     stride: int = knob(
         2, 1, 8, "px", "One ray through the clouds for a block of so many pixels a side", cost="inverse square"
     )
+    samples: int = knob(
+        33,
+        1,
+        256,
+        "",
+        "Frames whose rays a picture gathers while the camera stands still; at least one for each pixel of a block",
+        cost="frames until a picture has settled",
+    )
     fine_steps: int = knob(
         96,
         8,

@@ -27,8 +27,8 @@ _STALE_S = 3600.0
 class TableCache:
     """Arrays by key in a folder. What cannot be read counts as absent; what cannot be written is only logged.
 
-    part: whose tables, a folder in the cache: "atmosphere", "clouds". folder: PLANETFALL_CACHE if set (empty: no cache),
-    else the user's cache folder.
+    part: whose tables, a folder in the cache: "atmosphere", "clouds". folder: PLANETFALL_CACHE if set (empty: no
+    cache), else the user's cache folder.
     """
 
     def __init__(self, part: str, folder: Path | str | None = None) -> None:

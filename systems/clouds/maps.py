@@ -51,7 +51,7 @@ class WeatherMaps:
 
     def want(self, moment: w.Moment) -> tuple[Any, Any]:
         """The two textures of a moment."""
-        for number in moment.maps:
+        for number in moment.maps if moment.share > 0.0 else (moment.first,):
             slot = number % 2
             if self._held[slot] != number:
                 self._program.set("u_balance", self._balance)
@@ -60,7 +60,7 @@ class WeatherMaps:
                 self._textures[slot].filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
                 self._held[slot] = number
                 self.made += 1
-        return self._textures[moment.first % 2], self._textures[(moment.first + 1) % 2]
+        return self._textures[moment.first % 2], self._textures[(moment.first + (moment.share > 0.0)) % 2]
 
     def _run(self, program: Any, texture: Any, border: int, time_s: float) -> None:
         program.set("u_border", border)

@@ -15,6 +15,7 @@ from ...engine.space import frustum_planes, sphere_outside
 from ...engine.system import Frame, Setup, System, ViewInfo
 from .layers import BILLOWS, frames_at, kind_of, layers_of, write_filter, write_layers, write_noise
 from .maps import BORDER, WeatherMaps
+from .past import NONE, Past
 from .shadow import ShadowMaps
 from .view_block import CLOUD_VIEW_BINDING, MOST_MAPS, CloudViewBlock
 from .volumes import make_volume
@@ -23,7 +24,7 @@ from .weather import moment_of
 __all__ = ["CloudSystem"]
 
 _SHAPE, _RIMS = 0, 1
-_COLOR, _DISTANCE, _SHADOW = "clouds.color", "clouds.distance", "clouds.shadow"
+_RAYS, _DISTANCE, _FULL, _SHADOW = "clouds.rays", "clouds.distance", "clouds.full", "clouds.shadow"
 _SHADOW_UNIT = 15
 _SHADOW_HEIGHT = 0.3
 """Share of the first layer's thickness at which maps of the shadow are drawn."""
@@ -42,7 +43,7 @@ class CloudSystem(System):
     def setup(self, setup: Setup) -> None:
         self._gpu, self._world = setup.gpu, setup.world
         settings = setup.settings
-        self._stride = int(settings["clouds.stride"])
+        self._stride, self._samples = int(settings["clouds.stride"]), int(settings["clouds.samples"])
         self._steps = (float(settings["clouds.fine_steps"]), float(settings["clouds.step_growth"]))
         self._sun_steps = float(settings["clouds.sun_steps"])
         gpu = setup.gpu
@@ -54,7 +55,11 @@ class CloudSystem(System):
         self._maps = WeatherMaps(gpu, int(settings["clouds.map_texels"]), 1)
         defines = {"STRIDE": self._stride}
         self._march = gpu.compute("clouds/view_march.comp", defines)
-        self._over = gpu.fullscreen("clouds/composite.frag", defines)
+        self._resolve = gpu.fullscreen("clouds/resolve.frag", defines)
+        self._over = gpu.fullscreen("clouds/composite.frag")
+        self._plain = gpu.gpu.state()
+        self._pasts: dict[int, Past] = {}
+        self._past = Past(self._stride, self._samples, 1.0)
         self._cast = gpu.compute("clouds/shadow.comp")
         self._cast.set("u_steps", int(settings["clouds.shadow_steps"]))
         self._shadow_texels = int(settings["clouds.shadow_texels"])
@@ -70,6 +75,7 @@ class CloudSystem(System):
 
     def release(self) -> None:
         self._shadows.clear()
+        self._pasts.clear()
         self._gpu.gpu.shaders.withdraw(self.name)
         withdraw_contracts(self._world, self.name)
 
@@ -112,8 +118,12 @@ class CloudSystem(System):
         self._refresh(frame)
         radius = frame.world.get(frame.planet, Planet).radius_m
         centre, reach = -frame.camera.position_m, radius + self._block.counts[2]
-        self._seen = not bool(sphere_outside(frustum_planes(frame.camera), centre[None], [reach])[0])
-        self._seen = self._seen and bool(self._layers)
+        seen = not bool(sphere_outside(frustum_planes(frame.camera), centre[None], [reach])[0])
+        seen = seen and bool(self._layers)
+        if seen != self._seen:
+            self._seen = seen
+            self.structure += 1
+            self._pasts.clear()
         moment = moment_of(frame.time_s)
         self._textures = self._maps.want(moment)
         turn, tilt = frames_at(self._wind_m_s, radius, frame.time_s)
@@ -127,10 +137,11 @@ class CloudSystem(System):
         self._place_shadows(frame, radius, proxy)
         self._ubo.write(self._block)
         self._ubo.bind()
-        x, y = frame.jitter_px
-        # A pattern of its own for each of the picture's samples, and the same whenever that sample is drawn.
-        shift = (0.5 + 17.17 * x + 31.71 * y) % 1.0
-        self._march.set("u_march", (*self._steps, shift, self._sun_steps))
+        if frame.view_index not in self._pasts:
+            self._pasts[frame.view_index] = Past(self._stride, self._samples, radius)
+        self._past = self._pasts[frame.view_index]
+        self._past.begin(frame, self._stamp)
+        self._march.set("u_march", (*self._steps, self._past.pattern, self._sun_steps))
 
     def _place_shadows(self, frame: Frame, radius: float, proxy: Any) -> None:
         maps = self._shadows.setdefault(frame.view_index, ShadowMaps(self._shadow_texels))
@@ -174,6 +185,8 @@ class CloudSystem(System):
             when=lambda: bool(self._due) and bool(self._layers),
             help="the clouds' shadow around the camera",
         )  # fmt: skip
+        if not self._seen:
+            return
         reads = ("gbuffer.depth", *contract_reads(self._world))
         size = tuple(-(-n // self._stride) for n in view.size)
         builder.add_pass(
@@ -183,21 +196,29 @@ class CloudSystem(System):
             system=self.name,
             reads=reads,
             creates=(
-                TextureSpec(_COLOR, "rgba32f", size, "persistent", help="light of clouds, and what they leave"),
+                TextureSpec(_RAYS, "rgba32f", size, "persistent", help="light of clouds, and what they leave"),
                 TextureSpec(_DISTANCE, "r32f", size, "persistent", help="mean distance of the clouds"),
             ),
-            when=lambda: self._seen,
+            when=lambda: not self._past.skip,
             help="clouds along one ray of each block of pixels",
+        )
+        builder.add_pass(
+            "clouds.resolve",
+            bind=lambda io: self._bind_resolve(io, view.index),
+            system=self.name,
+            reads=("gbuffer.depth", _RAYS, _DISTANCE),
+            history=(_FULL,),
+            creates=(TextureSpec(_FULL, "rgba32f", 1.0, "history", filter="linear", help="clouds of every pixel"),),
+            help="clouds of every pixel, from this frame's rays and the last frame",
         )
         builder.add_pass(
             "clouds.composite",
             bind=self._bind_composite,
             system=self.name,
-            reads=("gbuffer.depth", _COLOR, _DISTANCE),
+            reads=(_FULL,),
             writes=("scene.radiance",),
             after=("sky.shade",),
             after_optional=("terrain.shade", "ocean.shade", "props.shade", "stars.draw"),
-            when=lambda: self._seen,
             help="clouds over the picture",
         )
 
@@ -225,7 +246,7 @@ class CloudSystem(System):
         self._textures[1].use(3)
 
     def _bind_march(self, io: PassIO) -> Callable[[], None]:
-        color, distance = io.texture(_COLOR), io.texture(_DISTANCE)
+        color, distance = io.texture(_RAYS), io.texture(_DISTANCE)
         depth = io.texture("gbuffer.depth")
         bind = bind_contracts(self._world, io)
 
@@ -236,22 +257,55 @@ class CloudSystem(System):
             self._bind_noise()
             color.bind_to_image(0, read=False, write=True)
             distance.bind_to_image(1, read=False, write=True)
-            self._march.set("u_place", (self._stride // 2, self._stride // 2))
+            self._march.set("u_place", self._past.place)
+            # A ray without others beside it, from earlier frames, stands for its whole block.
+            self._march.set("u_width", max(1.0, (0.8 if self._past.mode == NONE else 0.4) * self._stride))
             self._march.run_over(*color.size)
+
+        return run
+
+    def _bind_resolve(self, io: PassIO, view: int) -> Callable[[], None]:
+        target = io.framebuffer(colors=(_FULL,))
+        textures = [io.texture(name) for name in (_RAYS, "gbuffer.depth", _DISTANCE)]
+        before, valid = io.history(_FULL), io.history_valid
+
+        def run() -> None:
+            past = self._past
+            if not valid.value and past.mode != NONE:
+                past.lost()
+            target.use()
+            self._plain.apply()
+            for unit, texture in enumerate(textures):
+                texture.use(unit)
+            before.use(3)
+            program = self._resolve
+            program.set("u_weight", past.weight)
+            program.set("u_past", past.mode)
+            program.set("u_place", (-1, -1) if past.skip else past.place)
+            # GLSL reads matrices column by column: the transpose of the row order of numpy.
+            program.set("u_turn", np.ascontiguousarray(past.turn.T, np.float32))
+            program.set("u_shift", tuple(map(float, past.shift_m)))
+            program.set("u_projection", past.projection)
+            program.render()
 
         return run
 
     def _bind_composite(self, io: PassIO) -> Callable[[], None]:
         target = io.framebuffer(colors=("scene.radiance",))
-        color, distance, depth = (io.texture(name) for name in (_COLOR, _DISTANCE, "gbuffer.depth"))
+        full = io.texture(_FULL)
 
         def run() -> None:
             target.use()
             self._blend.apply()
-            color.use(0)
-            depth.use(1)
-            distance.use(2)
-            self._over.set("u_place", (self._stride // 2, self._stride // 2))
+            full.use(0)
             self._over.render()
 
         return run
+
+    def settled(self) -> bool:
+        """Whether every pixel of a still picture has had its own ray, and no map of the shadow is due."""
+        return not self._seen or (self._past.complete and not self._due)
+
+    def progress(self) -> float:
+        """Share of the pixels of a still picture that have had their rays."""
+        return 1.0 if not self._seen else self._past.share

@@ -50,8 +50,8 @@ class CloudViewBlock:
     veil: Vec4 = (0.0, 0.0, 0.0, 1.0)
     """the same, wider"""
     stretch: Vec4 = (1.0, 1.0, 1.0, 0.0)
-    """of those axes: less across the poles' axis, so that streaks lie along the parallels; w: way through one cloud of those
-    that are too small to be told apart, in metres"""
+    """of those axes: less across the poles' axis, so that streaks lie along the parallels; w: way through one
+    cloud of those that are too small to be told apart, in metres"""
     hiding: Vec4 = (0.0, 1.0, 0.0, 1.0)
     """level of the shape's and of the rims' volume at which half of the variance is gone, with the slopes there"""
     weather: Vec4 = (0.0, 1.0, 0.0, 1.0)

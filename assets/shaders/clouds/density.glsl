@@ -17,7 +17,7 @@ layout(binding = 1) uniform sampler3D u_cloud_rims;
 layout(binding = 2) uniform sampler2D u_weather_first;
 layout(binding = 3) uniform sampler2D u_weather_second;
 
-const float CLOUD_RIM = 0.10;         // of the rims' noise against the shape's
+const float CLOUD_RIM = 0.13;         // of the rims' noise against the shape's
 const float CLOUD_RIM_NEAR = 0.035;
 const float CLOUD_EDGE = 0.11;        // of noise above the threshold until the cloud is densest
 
@@ -87,9 +87,9 @@ float cloud_billows(int layer, vec3 place, float share, CloudWeather w, float fo
     float broad = textureLod(u_cloud_shape, cloud_view.broad.xyz + turned * cloud_view.broad.w, broad_level + cloud_dither - 0.5).r - 0.5;
     float wide = textureLod(u_cloud_shape, cloud_view.wide.xyz + tilted * cloud_view.wide.w, wide_level + cloud_dither - 0.5).r - 0.5;
     // Squares of the weights add up to one: the variance stays that of one volume.
-    float noise = 0.7 * broad + 0.714 * wide;
-    float hidden = 0.49 * cloud_hidden(broad_level, cloud_view.hiding.x, cloud_view.hiding.y)
-        + 0.51 * cloud_hidden(wide_level, cloud_view.hiding.x, cloud_view.hiding.y);
+    float noise = 0.77 * broad + 0.64 * wide;
+    float hidden = 0.59 * cloud_hidden(broad_level, cloud_view.hiding.x, cloud_view.hiding.y)
+        + 0.41 * cloud_hidden(wide_level, cloud_view.hiding.x, cloud_view.hiding.y);
     float cover = clamp(w.cover * cloud_view.droplets[layer].w, 0.0, 1.0) * cloud_profile(share, w);
     float x = noise - (0.5 - cover);
     float lost = 0.25 * hidden;

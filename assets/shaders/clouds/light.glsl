@@ -6,7 +6,7 @@
 
 #include "common/safe.glsl"
 
-const float CLOUD_DIFFUSE = 2.9;   // times the sun's irradiance: fluence of the diffuse light under the sunlit side
+const float CLOUD_DIFFUSE = 3.4;   // times the sun's irradiance: fluence of the diffuse light under the sunlit side
 
 float cloud_henyey_greenstein(float nu, float g) {
     float base = (1.0 - abs(g)) * (1.0 - abs(g)) + 2.0 * abs(g) * (1.0 - sign_nonzero(g) * nu);
@@ -22,6 +22,13 @@ vec2 cloud_phases(float nu, float g) {
 float cloud_sun_source(vec2 phases, float g, float depth) {
     float once = phases.x * exp(-depth);
     float few = 0.45 * phases.y * exp(-0.25 * depth);
-    float diffuse = CLOUD_DIFFUSE / (4.0 * PF_PI) / (1.0 + 0.75 * (1.0 - g) * depth) * (1.0 - 0.55 * exp(-0.25 * depth));
+    // Next to the lit side part of it is still on its way in, and falls off faster: slopes that face the sun are brighter.
+    float diffuse = CLOUD_DIFFUSE / (4.0 * PF_PI) * (0.55 * exp(-0.3 * depth) + 0.45 / (1.0 + 0.75 * (1.0 - g) * depth));
     return once + few + diffuse;
+}
+
+// The same for the light of an even sky of radiance 1, under an optical depth measured upwards: white clouds throw four fifths of
+// it back, and some of it comes in from the sides wherever a place lies.
+float cloud_sky_source(float g, float depth) {
+    return 0.72 / (1.0 + 0.75 * (1.0 - g) * depth) + 0.1;
 }

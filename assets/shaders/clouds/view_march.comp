@@ -12,9 +12,13 @@ layout(binding = 4) uniform sampler2D u_depth;
 layout(binding = 0, rgba32f) uniform writeonly image2D o_clouds;
 layout(binding = 1, r32f) uniform writeonly image2D o_distance;
 layout(location = 0) uniform vec4 u_march;   // short steps through a layer's thickness, growth of a step with distance, shift of the pattern, steps to the sun
+layout(location = 2) uniform float u_width;  // of what a ray stands for, in pixels
 layout(location = 1) uniform ivec2 u_place;  // of the ray's pixel in its block
 
+float pixel_rad;   // angle that a ray stands for
+
 const float OPAQUE = 0.004;    // no more than a step of an 8-bit picture is left
+const float NEAREST_M = 4.0;   // a step around the eye
 const float NOT_ALL = 1e9;
 
 // Roberts 2018: neighbours differ as much as they can.
@@ -61,7 +65,7 @@ float depth_to_sun(int layer, vec3 point, float altitude, vec3 up, CloudWeather 
 }
 
 CloudWeather weather_along(vec3 ray, float t) {
-    return cloud_weather(up_at(ray * t), t * frame.clock.w);
+    return cloud_weather(up_at(ray * t), t * pixel_rad);
 }
 
 // One way through one layer. Long steps through the clear; where there is cloud, back to the last clear place and on in short
@@ -72,7 +76,7 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, vec2 ph
     bool thin = drops.z > 0.5;
     float least = thickness / u_march.x, grow = max(u_march.y, way / (600.0 * max(to, 1.0)));
     float longer = thin ? 1.0 : 4.0, most = max(way / (0.3 * u_march.x), least);
-    if (thin) least = most = way / ceil(0.06 * u_march.x);
+    if (thin) least = most = way / ceil(0.04 * u_march.x * log2(2.0 * way / thickness + 2.0));
     int segments = thin ? 1 : clamp(int(log2(way / thickness) * 2.0), 1, 8);
     float growth = log((to + thickness) / (from + thickness)) / float(segments);
     float t = from, ease = longer, begin = from;
@@ -84,6 +88,7 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, vec2 ph
         vec3 middle = ray * (0.5 * (begin + past));
         vec3 up_middle = up_at(middle);
         vec3 sun = sun_at(middle, altitude_of(middle), up_middle);
+        float height_of_sun = max(dot(up_middle, frame.sun_direction.xyz), 0.15);
         vec3 sky = sky_irradiance(middle, up_middle) / PF_PI;
         vec3 ground = 0.12 / PF_PI * (sun * max(dot(up_middle, frame.sun_direction.xyz), 0.0)) + 0.12 * sky;
         Air there = air_from_camera(ray * past);
@@ -91,11 +96,11 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, vec2 ph
         CloudWeather weather_there = weather_along(ray, past);
         float seen = 0.0, per_metre = 1.0 / max(past - begin, 1e-3);
         while (t < past && m.open > OPAQUE) {
-            float unit = min(max(least, t * grow), most), length_m = min(unit * ease, past - t + 1e-3), at = t + shift * length_m;
+            float unit = min(max(min(least, thin ? least : NEAREST_M + 0.02 * t), t * grow), most), length_m = min(unit * ease, past - t + 1e-3), at = t + shift * length_m;
             vec3 point = ray * at;
             float altitude = altitude_of(point);
             float share = clamp((altitude - shell.x) * shell.z, 0.0, 1.0);
-            float footprint = max(at * frame.clock.w, 0.2 * unit);
+            float footprint = max(at * pixel_rad, 0.2 * unit);
             float part = (at - begin) * per_metre;
             CloudWeather w = cloud_weather_between(weather_here, weather_there, part);
             float density = cloud_density(layer, point + frame.camera_offset.xyz, share, w, footprint, 2);
@@ -108,9 +113,9 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, vec2 ph
             vec3 source = vec3(0.0);
             for (int once = met ? 0 : 1; once < 1; ++once) {
                 float to_sun = depth_to_sun(layer, point, altitude, up_middle, w, footprint);
-                float above = extinction * (1.0 - share) * 0.5 * thickness, below = extinction * share * 0.5 * thickness;
+                float below = extinction * share * 0.5 * thickness;
                 source = sun * cloud_sun_source(phases, drops.y, to_sun)
-                    + sky * ((0.35 + 0.25 * share) / (1.0 + 0.1 * above)) + ground * (0.5 / (1.0 + 0.1 * below));
+                    + sky * cloud_sky_source(drops.y, to_sun * height_of_sun) + ground * (0.5 / (1.0 + 0.1 * below));
             }
             float taken = m.open * (1.0 - exp(-depth));
             vec3 air_past = mix(here.transmittance, there.transmittance, part);
@@ -144,9 +149,10 @@ void main() {
     vec2 floor_ = shell_crossings(mu, min(planet.radii.w, frame.camera_zenith.w));
     if (depth <= 0.0 && mu < 0.0 && floor_.x < floor_.y && frame.camera_zenith.w > planet.radii.w) end = min(end, floor_.x);
 
-    cloud_dither = pattern(at + ivec2(37, 91));
+    pixel_rad = frame.clock.w * u_width;
+    cloud_dither = pattern(pixel + ivec2(37, 91));
     March m = March(vec3(0.0), 1.0, vec3(0.0), vec3(1.0), 0.0);
-    float nu = clamp_cos(dot(ray, frame.sun_direction.xyz)), shift = pattern(at);
+    float nu = clamp_cos(dot(ray, frame.sun_direction.xyz)), shift = pattern(pixel);
     int layers = int(cloud_view.counts.x);
     // Layers are in the order of their heights: down through them from the highest, then up from the lowest.
     for (int turn = 0; turn < 2 * layers; ++turn) {

@@ -48,19 +48,21 @@ vec4 weather_at(vec3 d) {
     for (int i = 0; i < CYCLONES; ++i) {
         vec4 place = u_cyclones[2 * i], kind = u_cyclones[2 * i + 1];
         float away = length(d - place.xyz) / place.w;
-        if (away > 3.0 || kind.y <= 0.0) continue;
-        float reach = exp(-away * away * 0.8);
-        wound = about(wound, place.xyz, kind.x * kind.y * 2.8 * reach / (0.35 + away));
-        vec3 east = normalize(cross(vec3(0.0, 0.0, 1.0), place.xyz)), north = cross(place.xyz, east);
-        vec3 aside = d - place.xyz;
-        float azimuth = atan(dot(aside, north), dot(aside, east));
-        float rough = noise_at(d * 14.0, 31) + 0.5 * noise_at(d * 31.0, 32);
-        float turn = kind.x * azimuth - 2.1 * log(max(away, 0.03)) + kind.z + 0.9 * rough;
-        float arm = 0.5 + 0.5 * cos(turn);
-        float size = smoothstep(0.02, 0.25, away) * exp(-away * away * 0.55);
-        front += kind.y * size * arm * arm * arm;
-        gap += kind.y * size * smoothstep(0.45, 1.0, 0.5 + 0.5 * cos(turn - 2.0));
-        core += kind.y * exp(-away * away * 18.0);
+        // A loop, not a branch: software GPUs skip it where no texel is near.
+        for (int once = away < 3.0 && kind.y > 0.0 ? 0 : 1; once < 1; ++once) {
+            float reach = exp(-away * away * 0.8);
+            wound = about(wound, place.xyz, kind.x * kind.y * 2.8 * reach / (0.35 + away));
+            vec3 east = normalize(cross(vec3(0.0, 0.0, 1.0), place.xyz)), north = cross(place.xyz, east);
+            vec3 aside = d - place.xyz;
+            float azimuth = atan(dot(aside, north), dot(aside, east));
+            float rough = noise_at(d * 14.0, 31) + 0.5 * noise_at(d * 31.0, 32);
+            float turn = kind.x * azimuth - 2.1 * log(max(away, 0.03)) + kind.z + 0.9 * rough;
+            float arm = 0.5 + 0.5 * cos(turn);
+            float size = smoothstep(0.02, 0.25, away) * exp(-away * away * 0.55);
+            front += kind.y * size * arm * arm * arm;
+            gap += kind.y * size * smoothstep(0.45, 1.0, 0.5 + 0.5 * cos(turn - 2.0));
+            core += kind.y * exp(-away * away * 18.0);
+        }
     }
     float sine = d.z;
     float bend = 9.0 * noise_at(d * 1.7, 40) + 5.0 * noise_at(d * 4.1, 41);
