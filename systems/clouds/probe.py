@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -9,13 +10,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...components import MOST_CLOUD_LAYERS
 from ...engine.gpu import GpuScope
 from .block import CLOUD_BINDING, CloudBlock, cloud_block
 from .model import CloudModel
+from .slab import DEPTHS, LEAST_COSINE, LEAST_DEPTH, MOST_DEPTH, SHARES, SUNS, packed_tables, slab_table
 
-__all__ = ["CloudQuestions", "MarchRays", "march_defines"]
+__all__ = ["SLAB_UNIT", "CloudQuestions", "MarchRays", "march_defines", "slab_texture"]
 
 Floats = NDArray[np.float64]
+SLAB_UNIT = 15
 _BATCH = 4096
 """Questions in one dispatch: some tenths of a second without a GPU."""
 
@@ -27,6 +31,9 @@ def march_defines(settings: Mapping[str, Any]) -> dict[str, Any]:
         "CLOUD_AIR_STEPS": int(settings["clouds.air_steps"]),
         "CLOUD_DEEPEST": float(settings["clouds.deepest"]),
         "AIR_DEGREE": int(settings["atmosphere.degree"]),
+        "CLOUD_SLAB": f"vec3({DEPTHS}.0, {SUNS}.0, {SHARES}.0)",
+        "CLOUD_SLAB_RANGE": f"vec3({LEAST_DEPTH!r}, {math.log(MOST_DEPTH / LEAST_DEPTH)!r}, {LEAST_COSINE!r})",
+        "CLOUD_SLABS": MOST_CLOUD_LAYERS,
     }
 
 
@@ -90,6 +97,14 @@ class MarchRays:
         return MarchRays(entered, s0, perigee, rise + start * nu, nu, np.where(meets, end, 0.0))
 
 
+def slab_texture(gpu: GpuScope, model: CloudModel) -> Any:
+    """The table of light scattered more than once in each layer that is present, for unit SLAB_UNIT."""
+    tables = [slab_table(layer.albedo, layer.asymmetry) for layer in model.present]
+    tables += [slab_table(0.0, 0.0)] * (MOST_CLOUD_LAYERS - len(tables))
+    size = (SHARES, SUNS, 3 * DEPTHS * MOST_CLOUD_LAYERS)
+    return gpu.texture(size, "rgba32f", packed_tables(tables), filter="linear")
+
+
 class CloudQuestions:
     """One planet's clouds and the program that marches through them.
 
@@ -105,6 +120,7 @@ class CloudQuestions:
         self.top_m = max(air_top_m, model.highest_m)
         self._block = gpu.uniform_block(CloudBlock, CLOUD_BINDING, "cloud_model")
         self._block.write(cloud_block(model))
+        self._slabs = slab_texture(gpu, model)
         self._program = gpu.compute("clouds/probe.comp", march_defines(settings))
 
     def march(
@@ -131,6 +147,7 @@ class CloudQuestions:
             questions.bind_to_storage_buffer(0)
             answers.bind_to_storage_buffer(1)
             self._bind_air()
+            self._slabs.use(SLAB_UNIT)
             self._program.set("u_count", count)
             self._program.run_over(count)
             self._gpu.gpu.ctx.memory_barrier()

@@ -2,12 +2,14 @@
 // each that are short where light comes from.
 //
 // Defines: CLOUD_STEPS and CLOUD_AIR_STEPS (steps of a segment in cloud, in clear air), CLOUD_DEEPEST (optical depth beyond
-// which nothing is seen). Whoever includes this defines cloud_extinction(), cloud_sun_depth() and cloud_before();
-// clouds/uniform_march.glsl does it for homogeneous shells.
+// which nothing is seen), and those of clouds/scattered.glsl. Whoever includes this defines cloud_extinction(), cloud_sun_depth()
+// and cloud_column(); clouds/uniform_march.glsl does it for homogeneous shells.
 #include "clouds/step.glsl"
+#include "clouds/scattered.glsl"
 #include "contract/air_point.glsl"
 
 const int CLOUD_MOST_TURNS = 4096;
+const float CLOUD_LOBE_GAIN = 3.0;   // exponent of the largest gain by lobes where nothing else dims light
 
 struct CloudRay {
     ShellRay shell;
@@ -23,9 +25,8 @@ float cloud_extinction(int layer, CloudRay ray, float t, float share);
 // Optical depth of all clouds from a point of the ray to space; sun: the ray from there to the sun.
 float cloud_sun_depth(CloudRay ray, float t, ShellRay sun);
 
-// Light that has been scattered before, folded with a layer's phase function: emission over extinction and albedo. sunlight: on
-// top of the clouds, ambient: mean radiance of the air's light around, both for a unit sun.
-vec3 cloud_before(CloudRay ray, int layer, float t, ShellRay sun, float share, vec3 sunlight, vec3 ambient);
+// Vertical optical depth of all clouds above and below that point.
+vec2 cloud_column(CloudRay ray, float t, float h);
 
 // Visible share of the sun over the reference sphere, as common/sun_visibility.glsl has it (Bruneton 2017).
 float cloud_sun_share(ShellRay sun, float disc) {
@@ -86,31 +87,50 @@ float cloud_air_spread(float share, float length_m, bool down) {
     return length_m * (down ? 1.0 - x * x : x * x);
 }
 
-CloudNode cloud_node(CloudRay ray, int layers, float t) {
+// Light of the sky that droplets scatter: it comes from above, and goes down as far as they let it (Eddington's approximation of a
+// slab that is lit from above, over dark ground).
+vec3 cloud_ambient(int layer, vec2 column, vec3 ambient) {
+    float turned = 1.0 - cloud_model.droplets[layer].y;
+    return ambient * (turned * column.y + 2.0 / 3.0) / (turned * (column.x + column.y) + 4.0 / 3.0);
+}
+
+// before: optical depth of clouds between the camera and the step; past: how far into the step the point lies.
+CloudNode cloud_node(CloudRay ray, int layers, float t, float before, float past) {
     float h = shell_height(ray.shell, t);
     ShellRay sun = shell_sun_ray(h, ray.rise + ray.nu * t);
-    float seen = cloud_sun_share(sun, ray.disc);
-    float there = shell_radius() + h, mu_s = clamp_cos(sun.b / there);
-    AirPoint air = air_point(h, clamp_cos((ray.shell.b + t) / there), mu_s, ray.nu, ray.multiple);
-    CloudNode node = CloudNode(air.extinction, air.sun_depth + cloud_sun_depth(ray, t, sun), seen * air.direct, air.diffuse);
+    float seen = cloud_sun_share(sun, ray.disc), there = shell_radius() + h;
+    float mu = clamp_cos((ray.shell.b + t) / there), mu_s = clamp_cos(sun.b / there), cloud_depth = cloud_sun_depth(ray, t, sun);
+    AirPoint air = air_point(h, mu, mu_s, ray.nu, ray.multiple);
+    CloudNode node = CloudNode(air.extinction, air.sun_depth + cloud_depth, seen * air.direct, air.diffuse, 0.0, 0.0);
     vec3 sunlight = seen * exp(-air.sun_depth);
+    float direct = 0.0, gained = 0.0;
+    vec2 column = ray.multiple > 0.0 && layers != 0 ? cloud_column(ray, t, h) : vec2(0.0);
     for (int layer = 0; layer < cloud_model.counts.x; ++layer) {
         if ((layers & (1 << layer)) == 0) continue;
-        vec4 droplets = cloud_model.droplets[layer];
-        float share = clamp(cloud_share(layer, h), 0.0, 1.0);
-        float extinction = cloud_extinction(layer, ray, t, share);
-        node.extinction += extinction;
-        node.direct += seen * extinction * droplets.x * cloud_phase(ray.nu, droplets.y);
+        float share = clamp(cloud_share(layer, h), 0.0, 1.0), extinction = cloud_extinction(layer, ray, t, share);
+        float albedo = cloud_model.droplets[layer].x, once = albedo * cloud_phase(ray.nu, cloud_model.droplets[layer].y);
+        float lobes = 1.0;
+        node.cloud += extinction;
         if (ray.multiple > 0.0) {
-            node.diffuse += extinction * droplets.x * cloud_before(ray, layer, t, sun, share, sunlight, air.ambient);
+            node.relief += extinction * cloud_peak(layer);
+            lobes = cloud_lobes(layer, ray.nu, before + past * extinction + cloud_depth);
+            node.diffuse += extinction * (sunlight * cloud_slab(layer, column.x, column.y, mu, mu_s, ray.nu)
+                + albedo * cloud_ambient(layer, column, air.ambient));
         }
+        direct += seen * extinction * once;
+        gained += seen * extinction * once * lobes;
     }
+    node.extinction += node.cloud;
+    // Lobes make sunlight fall more slowly than exp(-depth): they belong to the exponent, which is followed along a step.
+    vec3 all = node.direct + direct, more = node.direct + gained;
+    node.sun_depth -= log(mix(vec3(1.0), more / max(all, 1e-30), greaterThan(all, vec3(1e-30))));
+    node.direct = all;
     return node;
 }
 
 // Up to a distance `end` from the ray's start, which lies below the highest thing there is (shell_enter).
 CloudLight cloud_march(CloudRay ray, float end) {
-    CloudLight light = CloudLight(vec3(0.0), vec3(0.0));
+    CloudLight light = CloudLight(vec3(0.0), vec3(0.0), 0.0, 0.0);
     float from = 0.0, to = 0.0, first = 1.0;
     int step = 0, steps = 0, layers = 0;
     bool down = false;
@@ -134,9 +154,10 @@ CloudLight cloud_march(CloudRay ray, float end) {
         float a = float(step) / float(steps), b = float(step + 1) / float(steps), length_m = to - from;
         float ta = layers != 0 ? cloud_spread(a, length_m, first) : cloud_air_spread(a, length_m, down);
         float tb = layers != 0 ? cloud_spread(b, length_m, first) : cloud_air_spread(b, length_m, down);
-        CloudNode near = cloud_node(ray, layers, from + mix(ta, tb, CLOUD_NODE_A));
-        CloudNode far = cloud_node(ray, layers, from + mix(ta, tb, CLOUD_NODE_B));
-        cloud_step(light, tb - ta, near, far);
+        float past_a = CLOUD_NODE_A * (tb - ta), past_b = CLOUD_NODE_B * (tb - ta);
+        CloudNode near = cloud_node(ray, layers, from + ta + past_a, light.cloud, past_a);
+        CloudNode far = cloud_node(ray, layers, from + ta + past_b, light.cloud, past_b);
+        cloud_step(light, tb - ta, near, far, ray.multiple > 0.0 ? -CLOUD_LOBE_GAIN : 80.0);
         ++step;
     }
     return light;

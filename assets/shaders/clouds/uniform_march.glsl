@@ -11,6 +11,15 @@ float cloud_sun_depth(CloudRay ray, float t, ShellRay sun) {
     return cloud_uniform_depth(sun, 0.0, 1e30);
 }
 
-vec3 cloud_before(CloudRay ray, int layer, float t, ShellRay sun, float share, vec3 sunlight, vec3 ambient) {
-    return vec3(0.0);
+vec2 cloud_column(CloudRay ray, float t, float h) {
+    vec2 found = vec2(0.0);
+    for (int layer = 0; layer < cloud_model.counts.x; ++layer) {
+        vec4 shell = cloud_model.shells[layer];
+        float share = clamp(cloud_share(layer, h), 0.0, 1.0);
+        // Integral of the profile from the base up: of 4 s (1 - s), or of 1.
+        bool parabola = cloud_model.droplets[layer].z > 0.5;
+        float below = parabola ? share * share * (2.0 - 4.0 / 3.0 * share) : share, whole = parabola ? 2.0 / 3.0 : 1.0;
+        found += shell.w * (shell.y - shell.x) * vec2(whole - below, below);
+    }
+    return found;
 }
