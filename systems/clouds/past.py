@@ -27,9 +27,8 @@ _WEATHER_JUMP_S = 120.0
 
 def block_order(stride: int) -> list[tuple[int, int]]:
     """Pixels (x, y) of a block in the order of their rays: each far from those just before it. Middle first."""
-    middle = np.array([stride // 2, stride // 2])
     left = [(x, y) for y in range(stride) for x in range(stride)]
-    order = [tuple(int(v) for v in middle)]
+    order = [(stride // 2, stride // 2)]
     left.remove(order[0])
     while left:
         # Farthest from all that were chosen, on the torus that blocks repeat on.
@@ -53,8 +52,11 @@ class _Moment:
 
 
 class Past:
-    """One view's. mode: NONE, MOVING or STILL; place: of this frame's rays; complete: the rays of the moment that is shown are
-    all there; pattern, weight: of this frame's rays; turn, shift_m, projection: from this camera to the one before."""
+    """One view's.
+
+    mode: NONE, MOVING or STILL. place: of this frame's rays. complete: the rays of the moment that is shown are all
+    there. pattern, weight: of this frame's rays. turn, shift_m, projection: from this camera to the one before.
+    """
 
     def __init__(self, stride: int, samples: int, radius_m: float) -> None:
         self._order = block_order(stride)

@@ -71,8 +71,8 @@ class ShadowMaps:
         """The map is about to be drawn around `foot`."""
         held = self.maps[number]
         aside = np.eye(3)[int(np.argmin(np.abs(foot)))]
-        held.u = np.cross(aside, foot)
-        held.u /= np.linalg.norm(held.u)
+        across = np.cross(aside, foot).astype(np.float64)
+        held.u = across / np.linalg.norm(across)
         held.v = np.cross(foot, held.u)
         held.middle, held.sun, held.time_s, held.stamp = foot * radius_m, sun.copy(), time_s, stamp
         return held

@@ -77,8 +77,8 @@ float cloud_profile(float share, CloudWeather w) {
 }
 
 // Thinner because it is in clumps that hide one another: as a binary mixture of cloud and clear air (Pomraning 1991).
-float cloud_clumped(float density, float hidden, float extinction) {
-    return density / (1.0 + hidden * (1.0 - density) * extinction * cloud_view.stretch.w);
+float cloud_clumped(float share, float hidden, float extinction) {
+    return share / (1.0 + hidden * (1.0 - share) * extinction * cloud_view.stretch.w);
 }
 
 float cloud_billows(int layer, vec3 place, float share, CloudWeather w, float footprint_m, int rims) {
@@ -105,7 +105,8 @@ float cloud_billows(int layer, vec3 place, float share, CloudWeather w, float fo
     }
     float dense = cloud_ramp(x, max(sqrt(lost), 0.015), CLOUD_EDGE) * step(1e-4, cover);
     // Fair-weather sheets are thin, fronts and towers are not.
-    return cloud_clumped(dense * mix(0.35, 1.0, w.deep), hidden, cloud_view.shell[layer].w);
+    float deep = mix(0.35, 1.0, w.deep);
+    return deep * cloud_clumped(dense, hidden, deep * cloud_view.shell[layer].w);
 }
 
 // Thin ice: drawn out streaks on the map, fibres of the volume in them.
