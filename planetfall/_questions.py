@@ -50,11 +50,11 @@ def _numbers(name: str, value: ArrayLike) -> Floats:
         raise ValueError(f"{name}: expected real numbers, all rows equally long: {error}") from None
 
 
-def question_distances(value: ArrayLike, count: int) -> Floats:
+def question_distances(value: ArrayLike, count: int, name: str = "distance_m") -> Floats:
     """(N,) f64 from one number or N of them; ValueError names what is wrong."""
-    array = _numbers("distance_m", value)
+    array = _numbers(name, value)
     if array.ndim > 1 or array.size not in (1, count):
-        raise ValueError(f"distance_m: expected one number or {count} of them, found shape {array.shape}")
+        raise ValueError(f"{name}: expected one number or {count} of them, found shape {array.shape}")
     if not (np.isfinite(array) & (array >= 0.0)).all():
-        raise ValueError("distance_m: expected finite numbers, at least 0; leave it out for the way to space")
+        raise ValueError(f"{name}: expected finite numbers, at least 0; leave it out for the way to space")
     return np.broadcast_to(np.minimum(array, FARTHEST_M), (count,))

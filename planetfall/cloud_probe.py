@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
@@ -77,7 +77,9 @@ class CloudProbe:
             self._host = attach(ctx, [ASSETS / "shaders"])
             self._gpu = self._host.gpu
         self._released = False
+        self._air_block: Any = None
         self._asked: dict[bool, CloudQuestions] = {}
+        self._tables: dict[int, AirTables] = {}
         with self._guest():
             self._scope = self._gpu.scope("probe")
 
@@ -108,10 +110,10 @@ class CloudProbe:
         positions, ways, suns = question_rows(
             positions_m=positions_m, directions=directions, sun_directions=sun_directions
         )
-        most = None if max_distance_m is None else question_distances(max_distance_m, len(ways))
+        most = None if max_distance_m is None else question_distances(max_distance_m, len(ways), "max_distance_m")
         radius = self._sun_radius_rad if sun_visibility == "disc" else 0.0
         with self._guest():
-            asked = self._questions(air and self._air is not None)
+            asked = self._questions(air and self._air is not None, 0 if orders is None else 1)
             light, transmittance = asked.march(
                 positions, ways, suns, most, multiple=orders is None, sun_radius_rad=radius
             )
@@ -134,33 +136,32 @@ class CloudProbe:
     def __exit__(self, *_: object) -> None:
         self.release()
 
-    def _questions(self, in_air: bool) -> CloudQuestions:
+    def _questions(self, in_air: bool, orders: int) -> CloudQuestions:
         # Programs look their contracts up again whenever they are used.
         shaders = self._gpu.shaders
         shaders.withdraw("probe")
         if in_air:
             shaders.provide("air_point", "atmosphere/air_point.glsl", owner="probe")
+            self._bind_air(orders)
         made = self._asked.get(in_air)
         if made is None:
-            bind, top = self._prepare_air() if in_air else ((lambda: None), 0.0)
-            made = self._asked[in_air] = CloudQuestions(self._scope, self._clouds, self._settings, top, bind)
+            top = self._air.thickness_m if in_air and self._air is not None else 0.0
+            made = self._asked[in_air] = CloudQuestions(self._scope, self._clouds, self._settings, top)
         return made
 
-    def _prepare_air(self) -> tuple[Callable[[], None], float]:
-        """What binds the air's tables, and the top of the air."""
-        assert self._air is not None
-        block = self._scope.uniform_block(AirBlock, AIR_BINDING, "air_model")
-        block.write(air_block(self._air, _DARK))
-        block.bind()
-        tables = AirTables(self._scope, table_sizes(self._settings))
-        while not tables.done:
-            tables.step(1 << 22)
-
-        def bind() -> None:
-            block.bind()
-            tables.bind()
-
-        return bind, self._air.thickness_m
+    def _bind_air(self, orders: int) -> None:
+        """Bind the air's tables of light scattered at most so many times, 0 for all; made when first asked for."""
+        if self._air_block is None:
+            assert self._air is not None
+            self._air_block = self._scope.uniform_block(AirBlock, AIR_BINDING, "air_model")
+            self._air_block.write(air_block(self._air, _DARK))
+        self._air_block.bind()
+        tables = self._tables.get(orders)
+        if tables is None:
+            tables = self._tables[orders] = AirTables(self._scope, table_sizes(self._settings), orders)
+            while not tables.done:
+                tables.step(1 << 22)
+        tables.bind()
 
     def _guest(self) -> AbstractContextManager[Any]:
         if self._released:

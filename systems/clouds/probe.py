@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +19,7 @@ from .slab import DEPTHS, LEAST_COSINE, LEAST_DEPTH, MOST_DEPTH, SHARES, SUNS, p
 __all__ = ["SLAB_UNIT", "CloudQuestions", "MarchRays", "march_defines", "slab_texture"]
 
 Floats = NDArray[np.float64]
-SLAB_UNIT = 15
+SLAB_UNIT = 14
 _BATCH = 4096
 """Questions in one dispatch: some tenths of a second without a GPU."""
 
@@ -100,23 +100,19 @@ class MarchRays:
 def slab_texture(gpu: GpuScope, model: CloudModel) -> Any:
     """The table of light scattered more than once in each layer that is present, for unit SLAB_UNIT."""
     tables = [slab_table(layer.albedo, layer.asymmetry) for layer in model.present]
-    tables += [slab_table(0.0, 0.0)] * (MOST_CLOUD_LAYERS - len(tables))
     size = (SHARES, SUNS, 3 * DEPTHS * MOST_CLOUD_LAYERS)
-    return gpu.texture(size, "rgba32f", packed_tables(tables), filter="linear")
+    return gpu.texture(size, "rgba32f", packed_tables(tables, MOST_CLOUD_LAYERS), filter="linear")
 
 
 class CloudQuestions:
     """One planet's clouds and the program that marches through them.
 
-    gpu: owner of all GL objects; air_top_m: how high the air of the shader contract air_point reaches (0: none);
-    bind_air: binds what that contract reads. Light comes back for a unit sun.
+    gpu: owner of all GL objects; air_top_m: how high the air of the shader contract air_point reaches (0: none). What
+    that contract reads is bound by whoever asks. Light comes back for a unit sun.
     """
 
-    def __init__(
-        self, gpu: GpuScope, model: CloudModel, settings: Mapping[str, Any], air_top_m: float,
-        bind_air: Callable[[], None],
-    ) -> None:  # fmt: skip
-        self._gpu, self._model, self._bind_air = gpu, model, bind_air
+    def __init__(self, gpu: GpuScope, model: CloudModel, settings: Mapping[str, Any], air_top_m: float) -> None:
+        self._gpu, self._model = gpu, model
         self.top_m = max(air_top_m, model.highest_m)
         self._block = gpu.uniform_block(CloudBlock, CLOUD_BINDING, "cloud_model")
         self._block.write(cloud_block(model))
@@ -146,7 +142,6 @@ class CloudQuestions:
         try:
             questions.bind_to_storage_buffer(0)
             answers.bind_to_storage_buffer(1)
-            self._bind_air()
             self._slabs.use(SLAB_UNIT)
             self._program.set("u_count", count)
             self._program.run_over(count)

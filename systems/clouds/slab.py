@@ -8,6 +8,7 @@ of scattering is left out. What the peak does to light scattered once is added b
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from math import factorial
@@ -154,11 +155,10 @@ def _polynomials(m: int, mu: Floats) -> Floats:
     return np.array(rows)
 
 
-def packed_tables(tables: list[SlabTable]) -> NDArray[np.float32]:
+def packed_tables(tables: Sequence[SlabTable], layers: int) -> NDArray[np.float32]:
     """(layers * 3 * DEPTHS, SUNS, SHARES, 4) f32: the texture that clouds/scattered.glsl reads."""
-    blocks = []
-    for table in tables:
-        padded = np.zeros((*table.values.shape[:3], 12), np.float32)
-        padded[..., :COMPONENTS] = table.values
-        blocks += [padded[..., 4 * k : 4 * k + 4] for k in range(3)]
-    return np.ascontiguousarray(np.concatenate(blocks))
+    packed = np.zeros((layers, 3, DEPTHS, SUNS, SHARES, 4), np.float32)
+    for layer, table in enumerate(tables):
+        for moment in range(COMPONENTS):
+            packed[layer, moment // 4, ..., moment % 4] = table.values[..., moment]
+    return packed.reshape(layers * 3 * DEPTHS, SUNS, SHARES, 4)

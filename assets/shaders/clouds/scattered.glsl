@@ -8,7 +8,7 @@
 const int CLOUD_DEGREE = 3, CLOUD_LOBES = 8;
 const float CLOUD_BROADEN = 0.6, CLOUD_BACK = 0.5;
 
-layout(binding = 15) uniform sampler3D u_cloud_slab;
+layout(binding = 14) uniform sampler3D u_cloud_slab;
 
 // Share of scattered light that counts as going straight on (delta-M, Wiscombe 1977).
 float cloud_peak(int layer) {
