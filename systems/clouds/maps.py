@@ -17,7 +17,7 @@ BORDER = 16
 LEVELS = 5
 _ROWS = 64
 _BALANCE_TEXELS = 256
-_SLOPE = 0.75
+_SLOPE = 1.0
 """How sharply the map parts clear sky from cloud."""
 
 

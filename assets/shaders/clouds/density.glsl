@@ -104,8 +104,10 @@ float cloud_billows(int layer, vec3 place, float share, CloudWeather w, float fo
         lost += weight * weight * cloud_hidden(level, cloud_view.hiding.z, cloud_view.hiding.w);
     }
     float dense = cloud_ramp(x, max(sqrt(lost), 0.015), CLOUD_EDGE) * step(1e-4, cover);
-    // Fair-weather sheets are thin, fronts and towers are not.
-    float deep = mix(0.35, 1.0, w.deep);
+    // Sheets that close the sky are of thick and thin places all the same.
+    float body = mix(0.3, 1.0, smoothstep(0.0, 0.7, x + 0.3 * (1.0 - cover)));
+    // Sheets are thin; fronts and towers are not.
+    float deep = body * mix(0.1, 1.0, clamp(max(w.deep, 1.3 * w.towers - 0.65), 0.0, 1.0));
     return deep * cloud_clumped(dense, hidden, deep * cloud_view.shell[layer].w);
 }
 

@@ -6,7 +6,7 @@
 
 #include "common/safe.glsl"
 
-const float CLOUD_DIFFUSE = 3.4;   // times the sun's irradiance: fluence of the diffuse light under the sunlit side
+const float CLOUD_DIFFUSE = 3.0;   // times the sun's irradiance: fluence of the diffuse light under the sunlit side
 
 float cloud_henyey_greenstein(float nu, float g) {
     float base = (1.0 - abs(g)) * (1.0 - abs(g)) + 2.0 * abs(g) * (1.0 - sign_nonzero(g) * nu);

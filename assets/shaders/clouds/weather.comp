@@ -95,9 +95,9 @@ vec4 weather_at(vec3 d) {
         streaks += w * thin;
         kinds += w * (noise_at(p * 2.6, seed + 30) + 0.5 * noise_at(p * 7.0, seed + 31));
     }
-    float level = 0.26 * rain - 0.50 * dry + 0.20 * storms + 0.14 * polar;
-    float raw = level + 1.0 * flat_ + (1.1 + 0.7 * rain) * fine + 1.1 * front - 1.0 * gap + 1.2 * core;
-    float deep = clamp(0.35 + 0.35 * rain + 0.8 * front + core + 0.5 * flat_ + 0.7 * fine - 0.25 * dry, 0.0, 1.0);
+    float level = 0.10 * rain - 0.50 * dry + 0.20 * storms + 0.14 * polar;
+    float raw = level + 1.0 * flat_ + (1.2 + 1.0 * rain) * fine + 1.1 * front - 1.0 * gap + 1.2 * core;
+    float deep = clamp(0.18 + 0.2 * rain + 0.8 * front + core + 0.6 * flat_ + 1.1 * fine - 0.25 * dry, 0.0, 1.0);
     float towers = clamp(0.5 + 0.45 * rain + 0.1 * dry - 0.35 * polar + 0.15 * storms + 0.9 * kinds + 0.4 * front, 0.0, 1.0);
     float high = clamp(0.42 + 0.9 * streaks + 0.35 * front + 0.3 * rain - 0.25 * dry + 0.15 * storms, 0.0, 1.0);
     return vec4(raw, towers, high, deep);
