@@ -10,13 +10,14 @@ from .atmosphere import Atmosphere
 from .clouds import MOST_CLOUD_LAYERS, CloudLayer, Clouds
 from .debug_view import DebugView
 from .exposure import Composite, Exposure
-from .ocean import Ocean
+from .ocean import Ocean, Wave
 from .planet import Planet
 from .props import Shape, Transform
 from .quality import (
     AtmosphereQuality,
     CloudQuality,
     CompositeQuality,
+    OceanQuality,
     ProxyQuality,
     ShadowQuality,
     SkyQuality,
@@ -39,6 +40,7 @@ __all__ = [
     "Exposure",
     "Knob",
     "Ocean",
+    "OceanQuality",
     "Planet",
     "ProxyQuality",
     "ShadowQuality",
@@ -50,6 +52,7 @@ __all__ = [
     "TerrainQuality",
     "Transform",
     "Vec3",
+    "Wave",
     "knob",
     "knobs",
 ]

@@ -6,6 +6,7 @@ It stands in one place, the field's own metadata; documentation, panels, TOML an
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,7 +24,9 @@ class Knob:
     group: heading in a panel. choices: allowed texts. not_yet: texts that are known but not available in this version.
     nonzero: a vector of length zero is refused. excludes: fields that become None when this one is set.
     power_of_two: 1, 2, 4, ... only. widget: "color" for a linear RGB reflectance, "direction", "path" for a file or
-    folder (in scene files relative to their own folder), or "" (chosen by type).
+    folder (in scene files relative to their own folder), "place" for latitude and longitude in degrees, or "" (chosen
+    by type). check: for what limits can't say, a function of the value that returns what is wrong with it, or "".
+    A tuple of dataclasses with knobs of their own is a list of tables; low and high then limit their number.
     """
 
     low: float | None = None
@@ -39,6 +42,7 @@ class Knob:
     excludes: tuple[str, ...] = ()
     widget: str = ""
     power_of_two: bool = False
+    check: Callable[[Any], str] | None = None
 
 
 def knob(
@@ -57,9 +61,12 @@ def knob(
     excludes: tuple[str, ...] = (),
     widget: str = "",
     power_of_two: bool = False,
+    check: Callable[[Any], str] | None = None,
 ) -> Any:
     """A dataclass field with its Knob as metadata["knob"]. Vectors are tuples, so a change is always an assignment."""
-    described = Knob(low, high, unit, help, cost, log, group, choices, not_yet, nonzero, excludes, widget, power_of_two)
+    described = Knob(
+        low, high, unit, help, cost, log, group, choices, not_yet, nonzero, excludes, widget, power_of_two, check
+    )
     return dataclasses.field(default=default, metadata={"knob": described})
 
 

@@ -10,6 +10,7 @@ __all__ = [
     "AtmosphereQuality",
     "CloudQuality",
     "CompositeQuality",
+    "OceanQuality",
     "ProxyQuality",
     "ShadowQuality",
     "SkyQuality",
@@ -251,6 +252,34 @@ class AtmosphereQuality:
     )
     budget_ms: float = knob(
         2.0, 0.1, 1000.0, "ms", "Time a frame for the tables while the air changes", cost="itself", log=True
+    )
+
+
+@dataclass
+class OceanQuality:
+    """Keys "ocean.*"."""
+
+    reflections: int = knob(
+        16,
+        0,
+        64,
+        "",
+        "Steps in which the sea looks for ground of the picture to mirror; 0: it mirrors the sky alone",
+        cost="steps for each pixel of the sea, where ground is in the picture",
+    )
+    footprint_px: float = knob(
+        1.0,
+        0.25,
+        64.0,
+        "px",
+        "What a pixel counts as when waves too short for it become roughness: none shorter than two of these is drawn",
+        cost="the smaller, the more waves for each pixel",
+        log=True,
+    )
+    ripples: bool = knob(
+        True,
+        help="Waves too short to be among the sea's own, drawn near the camera as octaves of noise",
+        cost="an octave for each factor of two, near the camera",
     )
 
 

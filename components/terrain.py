@@ -114,14 +114,14 @@ class Terrain:
         (0.16, 0.145, 0.125), 0.0, 1.0, "", "Share of light that bare rock throws back", group="ground", widget="color"
     )
     strata_albedo: Vec3 = knob(
-        (0.26, 0.165, 0.09), 0.0, 1.0, "", "The same of the other layers in the rock", group="ground", widget="color"
+        (0.235, 0.165, 0.105), 0.0, 1.0, "", "The same of the other layers in the rock", group="ground", widget="color"
     )
     strata: float = knob(1.0, 0.0, 1.0, "", "How clearly layers show in steep rock", group="ground")
     strata_m: float = knob(
         220.0, 1.0, 1e4, "m", "Height from one thick layer of rock to the next", log=True, group="ground"
     )
     dry_albedo: Vec3 = knob(
-        (0.37, 0.24, 0.11), 0.0, 1.0, "", "The same of dry soil, desert and dust", group="ground", widget="color"
+        (0.36, 0.25, 0.135), 0.0, 1.0, "", "The same of dry soil, desert and dust", group="ground", widget="color"
     )
     sand_albedo: Vec3 = knob(
         (0.42, 0.32, 0.18),
@@ -135,9 +135,9 @@ class Terrain:
     snow_albedo: Vec3 = knob(
         (0.80, 0.83, 0.87), 0.0, 1.0, "", "The same of snow and ice", group="ground", widget="color"
     )
-    grass_albedo: Vec3 = knob((0.05, 0.10, 0.035), 0.0, 1.0, "", "The same of grass", group="plants", widget="color")
+    grass_albedo: Vec3 = knob((0.078, 0.1, 0.04), 0.0, 1.0, "", "The same of grass", group="plants", widget="color")
     forest_albedo: Vec3 = knob(
-        (0.014, 0.046, 0.018), 0.0, 1.0, "", "The same of forests", group="plants", widget="color"
+        (0.026, 0.043, 0.02), 0.0, 1.0, "", "The same of forests", group="plants", widget="color"
     )
     tundra_albedo: Vec3 = knob(
         (0.13, 0.115, 0.07), 0.0, 1.0, "", "The same of moss and heath in the cold", group="plants", widget="color"
@@ -157,6 +157,15 @@ class Terrain:
     )
     variation: float = knob(1.0, 0.0, 2.0, "", "How much colours vary, from continents to pebbles", group="ground")
     grain: float = knob(1.0, 0.0, 4.0, "", "Height of bumps that are smaller than the smallest layer", group="ground")
+    clutter: float = knob(
+        1.0,
+        0.0,
+        1.0,
+        "",
+        "Stones, tufts, boulders and shrubs that stand on the ground; 0: none",
+        cost="pixels near the camera; none where a pixel is wider than 0.4 m",
+        group="ground",
+    )
     dust_law: float = knob(
         0.0,
         0.0,

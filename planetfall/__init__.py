@@ -37,6 +37,7 @@ from .components import (
     Sun,
     Terrain,
     Transform,
+    Wave,
 )
 from .engine.space import direction, latitude_longitude
 from .engine.world import World
@@ -66,6 +67,7 @@ if _TYPE_CHECKING:
     from .engine.hosts.window import has_display
     from .expected import expected_errors
     from .flights import path, paths
+    from .ocean_sampler import OceanSampler
     from .recording import record
     from .renderer import Renderer
     from .terrain_sampler import TerrainSampler
@@ -78,6 +80,7 @@ _LAZY = {
     "GLVersionError": "errors",
     "GraphError": "errors",
     "NoEGLError": "errors",
+    "OceanSampler": "ocean_sampler",
     "Renderer": "renderer",
     "ShaderError": "errors",
     "TerrainSampler": "terrain_sampler",
@@ -107,6 +110,7 @@ __all__ = [
     "NoEGLError",
     "NotSettled",
     "Ocean",
+    "OceanSampler",
     "OutputError",
     "Planet",
     "PlanetHandle",
@@ -127,6 +131,7 @@ __all__ = [
     "UnknownNameError",
     "UnknownSettingError",
     "View",
+    "Wave",
     "World",
     "__version__",
     "direction",

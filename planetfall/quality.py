@@ -10,6 +10,7 @@ from .components import (
     AtmosphereQuality,
     CloudQuality,
     CompositeQuality,
+    OceanQuality,
     ProxyQuality,
     ShadowQuality,
     SkyQuality,
@@ -25,6 +26,7 @@ _GROUPS = {
     "sky": SkyQuality,
     "composite": CompositeQuality,
     "atmosphere": AtmosphereQuality,
+    "ocean": OceanQuality,
     "shadows": ShadowQuality,
     "clouds": CloudQuality,
 }

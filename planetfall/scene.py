@@ -24,6 +24,7 @@ from .engine.settings import (
     with_overrides,
     write_toml,
 )
+from .engine.waves import WaveError, waves_of
 from .engine.world import MissingError, World
 from .errors import SceneError, UnknownNameError
 
@@ -426,8 +427,18 @@ def _planet_problems(handle: PlanetHandle, sun: Sun, settings: Mapping[str, Any]
         problems.append(
             f"{where}: Ocean.sea_level_m ({sea.sea_level_m:g}) is more than a quarter of Planet.radius_m ({radius:g})"
         )
+    if sea is not None:
+        try:
+            waves_of(sea, radius)
+        except WaveError as error:
+            problems.append(f"{where}: Ocean: {error}")
     air = found(Atmosphere, "atmosphere")
     if air is not None:
+        if sea is not None and sea.sea_level_m >= air.thickness_m:
+            problems.append(
+                f"{where}: Ocean.sea_level_m ({sea.sea_level_m:g}) is above the top of the air, Atmosphere.thickness_m "
+                f"({air.thickness_m:g}); lower the sea or raise the air"
+            )
         from .systems.atmosphere.model import AirModel
 
         try:

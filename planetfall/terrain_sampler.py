@@ -9,11 +9,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from .components import Planet, Terrain
 from .engine.surface.lattice import cell_of
+from .engine.world import MissingError
 from .systems.terrain import height_march, height_rays
 from .systems.terrain.height import TerrainField, TerrainParams
 from .terrain_patch import MOST_POINTS, TerrainPatch, aligned_patch, lattice_size, tangent_patch
 
-__all__ = ["TerrainPatch", "TerrainSampler"]
+__all__ = ["TerrainPatch", "TerrainSampler", "checked_directions"]
 
 Floats = NDArray[np.float64]
 
@@ -30,7 +31,7 @@ class TerrainSampler:
         handle = scene.planet if planet is None else planet
         try:
             terrain = handle[Terrain]
-        except KeyError:
+        except (KeyError, MissingError):
             raise ValueError(
                 "TerrainSampler: the planet has no Terrain component; add one with scene.planet.add(pf.Terrain())"
             ) from None
@@ -60,21 +61,21 @@ class TerrainSampler:
 
     def height(self, directions: ArrayLike) -> Floats:
         """Heights (N,) of the ground above the reference sphere in directions (N, 3) from the planet's centre."""
-        return self._field.height(_directions("directions", directions))
+        return self._field.height(checked_directions("directions", directions))
 
     def normal(self, directions: ArrayLike, footprint_m: float | None = None) -> Floats:
         """Unit normals (N, 3) of the ground. footprint_m: leave out relief shorter than about two of it."""
-        return height_march.surface_normal(self._field, _directions("directions", directions), footprint_m)[1]
+        return height_march.surface_normal(self._field, checked_directions("directions", directions), footprint_m)[1]
 
     def raycast(
         self, origins_m: ArrayLike, directions: ArrayLike, max_distance_m: ArrayLike = np.inf
     ) -> tuple[NDArray[np.bool_], Floats]:
         """First ground along rays: hit (N,), distance_m (N,) (inf: none). Origins may be in space; below ground is 0.
 
-        Distances are exact to less than a micrometre. Rays that graze a crest may miss a sliver of it, a thousandth of
-        a millionth of their way and some centimetres long.
+        Distances are exact to less than a micrometre. Rays that graze a crest may miss a sliver of it, 1 mm
+        long or a ten-millionth of their way.
         """
-        origins, rays = _pairs("origins_m", origins_m, "directions", _directions("directions", directions))
+        origins, rays = _pairs("origins_m", origins_m, "directions", checked_directions("directions", directions))
         reach = _numbers("max_distance_m", max_distance_m, len(origins))
         return height_rays.raycast(self._field, origins, rays, reach)
 
@@ -104,7 +105,7 @@ class TerrainSampler:
         """
         _check_grid(size_m, spacing_m)
         level = lattice_size(self.radius_m, size_m, spacing_m)[1]
-        face, i, j = cell_of(_directions("directions", directions), level)
+        face, i, j = cell_of(checked_directions("directions", directions), level)
         return np.stack([face, np.full_like(face, level), i, j], axis=1)
 
     def patch(
@@ -127,7 +128,7 @@ class TerrainSampler:
         orthonormal) or another patch, to have several patches in one frame. normals=False saves three quarters of the
         time.
         """
-        up = _directions("direction", direction)
+        up = checked_directions("direction", direction)
         if len(up) != 1:
             raise ValueError(f"direction: expected one direction (3,), found {len(up)}")
         _check_grid(size_m, spacing_m)
@@ -171,7 +172,8 @@ def _points(name: str, values: ArrayLike) -> Floats:
     return points
 
 
-def _directions(name: str, values: ArrayLike) -> Floats:
+def checked_directions(name: str, values: ArrayLike) -> Floats:
+    """Unit vectors (N, 3) of directions (N, 3) or (3,); ValueError that names the argument and the index."""
     vectors = _points(name, values)
     largest = np.abs(vectors).max(axis=1, initial=0.0)
     bad = np.flatnonzero(largest == 0.0)

@@ -27,6 +27,9 @@ ANTIALIASING = "none"
 """One sample in the middle of each pixel: a hole or a crack of a pixel isn't averaged away. Pictures of anti-aliasing
 itself say otherwise."""
 
+SCENES = {"props": str(FOLDER.parent / "data" / "props.toml")}
+"""Scene files of pictures that are not of a preset."""
+
 Pixels = NDArray[np.uint8]
 
 
@@ -108,6 +111,7 @@ DEBUG_VIEWS = (
 VIEW_PICTURES: tuple[Picture, ...] = (
     *(Picture(f"earth/{view}", "earth", view) for view in pf.views("earth")),
     *(Picture(f"{planet}/{view}", planet, view) for planet in OTHER_PLANETS for view in ("space", "near")),
+    *(Picture(f"props/{view}", "props", view) for view in ("ground", "beach")),
     *(Picture(f"{planet}/{view}", planet, view) for planet in AIRY_PLANETS for view in ("sunset", "limb", "high")),
 )
 
@@ -216,7 +220,7 @@ class Studio:
     def _renderer(self, picture: Picture) -> tuple[pf.Scene, pf.Renderer]:
         key = (picture.planet, picture.size, tuple(sorted(picture.overrides.items())))
         if key not in self._renderers:
-            scene = pf.load_scene(picture.planet)
+            scene = pf.load_scene(SCENES.get(picture.planet, picture.planet))
             scene.environment.add(pf.DebugView())
             scene.environment[pf.Composite].antialiasing = ANTIALIASING
             renderer = pf.Renderer(scene, picture.size, QUALITY, picture.overrides)

@@ -360,7 +360,7 @@ def test_every_binding_of_the_shaders_is_covered(gpu: Gpu) -> None:
             most[kinds[0]] = max(most[kinds[0]], int(found[2]))
     for module in (
         "engine.frame_block", "systems.proxy.system", "systems.atmosphere.block", "systems.atmosphere.tables",
-        "systems.atmosphere.views", "systems.ocean.system", "systems.terrain.system",
+        "systems.atmosphere.views", "systems.ocean.block", "systems.terrain.system",
     ):  # fmt: skip
         made = importlib.import_module(f"planetfall.{module}")
         bindings = [value for name, value in vars(made).items() if name.endswith("BINDING")]

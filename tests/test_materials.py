@@ -72,6 +72,7 @@ TERRAIN = {
     "snow_slope_deg": ("high", 8.0),
     "variation": ("near", 0.0),
     "grain": ("beach", 4.0),
+    "clutter": ("ground", 0.0),
     "dust_law": ("near", 1.0),
 }
 OCEAN = {
@@ -79,15 +80,23 @@ OCEAN = {
     "scattering_per_m": ("space", (0.02, 0.002, 0.002)),
     "bed_albedo": ("coast", (0.1, 0.1, 0.5)),
     "roughness": ("space", 0.4),
+    "refractive_index": ("coast", 2.0),
+    "foam_albedo": ("beach", (0.1, 0.1, 0.1)),
+    "surf_m": ("beach", 1.0),
+    "bed_detail": ("under", 0.0),
+    "glow": ("coast", (0.1, 0.0, 0.0)),
     "ice_latitude_deg": ("pole", 89.5),
     "ice_albedo": ("pole", (0.2, 0.2, 0.2)),
 }
 
 
+SEEN_IN_PAIRS = {"foam", "crust", "caustics"}  # finer than these pixels, or nothing by itself: test_golden has them
+
+
 def test_every_knob_of_the_ground_and_the_water_is_tried():
     shape = {"ground", "plants"}
     assert {n for n, k in knobs(Terrain).items() if k.group in shape} == set(TERRAIN)
-    assert {n for n in knobs(Ocean) if n != "sea_level_m"} == set(OCEAN)
+    assert {n for n, k in knobs(Ocean).items() if k.group in {"water", "foam", "ice"}} == {*OCEAN, *SEEN_IN_PAIRS}
 
 
 @pytest.mark.parametrize(
@@ -140,13 +149,15 @@ def test_the_open_sea_is_dark_and_blue(scene, renderer):
 def test_glitter_is_wider_and_dimmer_over_a_rougher_sea(scene, renderer):
     ocean, camera = scene.planet[Ocean], downward(24.0, -78.4, 20000.0)
     sun = dataclasses.replace(NOON, elevation_deg=89.0, latitude_deg=24.0, longitude_deg=-78.4)
-    default, peaks = ocean.roughness, []
+    before, peaks = (ocean.roughness, ocean.wind_speed_m_s, ocean.swell_height_m, ocean.wave_count), []
+    ocean.wind_speed_m_s, ocean.swell_height_m, ocean.wave_count = 0.0, 0.0, 0
     for ocean.roughness in (0.1, 0.2, 0.3):
         peaks.append(radiance(renderer, camera, sun=sun)[..., 0].max())
-    ocean.roughness = default
-    # Beckmann's distribution at its peak goes with 1 / alpha^2.
-    assert peaks[0] / peaks[1] == pytest.approx(4.0, rel=0.2)
-    assert peaks[1] / peaks[2] == pytest.approx(9.0 / 4.0, rel=0.2)
+    ocean.roughness, ocean.wind_speed_m_s, ocean.swell_height_m, ocean.wave_count = before
+    # A Gaussian at its peak goes with one over its variance: roughness, and 0.003 without wind (Cox and Munk 1954).
+    variance = np.array([0.1, 0.2, 0.3]) ** 2 + 0.003
+    assert peaks[0] / peaks[1] == pytest.approx(variance[1] / variance[0], rel=0.2)
+    assert peaks[1] / peaks[2] == pytest.approx(variance[2] / variance[1], rel=0.2)
 
 
 @pytest.mark.parametrize(("latitude_deg", "longitude_deg"), [(2.0, 8.0), (20.5, 2.5), (-28.0, 78.0)])

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import planetfall as pf
 from planetfall.benchmarks.measure import snaps
-from planetfall.engine.surface.lattice import FULL_BITS
+from planetfall.benchmarks.measure.drawn import DrawnMesh
+from planetfall.engine.surface.lattice import FULL_BITS, canonical_lattice
 from planetfall.engine.surface.lattice_anchor import LatticeAnchor
-from planetfall.engine.surface.overlay import overlay
+from planetfall.engine.surface.overlay import held_edges, overlay
 from planetfall.engine.surface.selection import morton_key, neighbours_of, select_rings
 
 EARTH_M = 6.371e6
@@ -68,6 +71,22 @@ def test_the_border_of_the_old_selection():
     both = overlay(old, new)
     assert length(both.cells) == length(new)
     assert (both.old_row < 0).any() and (both.new_row >= 0).all()
+
+
+def test_edges_to_cells_without_a_past_are_held():
+    old, new = selected((0.3, 0.5, 0.8), 1000.0, 0.05), selected((0.31, 0.5, 0.8), 1400.0, 0.06)
+    both = overlay(old, new)
+    unknown = both.old_row < 0
+    cells = [a.astype(np.int64) for a in (both.cells.face, both.cells.level, both.cells.i, both.cells.j)]
+    delta, beside = neighbours_of(*cells)
+    held = held_edges(both.cells, beside, unknown)
+    assert held[unknown].all()
+    assert 0.0 < held[~unknown].mean() < 0.5
+    # Each held edge is held from both sides.
+    for row, edge in zip(*np.nonzero((beside >= 0) & (delta == 0)), strict=True):
+        other = beside[row, edge]
+        back = int(np.flatnonzero(beside[other] == row)[0])
+        assert held[row, edge] == held[other, back]
 
 
 def test_of_a_selection_with_itself():
@@ -133,6 +152,38 @@ def test_no_cracks_while_it_moves():
         assert (sky != (last["surface"] == 0)).mean() < 1e-3
         holes = sky[1:-1] & ~sky[2:] & ~sky[:-2]
         assert not holes.any()
+
+
+@pytest.mark.gpu
+def test_no_cracks_along_the_border_of_the_old_grid():
+    """A leap of a planet's size: much of what is seen lay beyond the old horizon."""
+    zenith = np.array([[1.0, 0.0, 1.0], [0.0, -1.0, 1.0]]) / np.sqrt(2.0)
+    forward, up = [-0.4322992945646518, 0.3584876793482363, -0.8274079427189591], [-0.8709, 0.0719, 0.4862]
+    first = pf.Camera(zenith[0] * 2194037.7, -zenith[0], [0.0, 1.0, 0.0], fov_y_deg=90.0)
+    then = pf.Camera(zenith[1] * 3188506.9, forward, up, fov_y_deg=90.0)
+    with pf.Renderer(pf.load_scene("moon"), (160, 90), "low", {"terrain.backend": "grid"}) as renderer:
+        renderer.render(first, dt_s=0.1)
+        renderer.render(then, dt_s=0.1)
+        fade = renderer.system("terrain").backend.view(0).fade
+        assert fade.running
+        changed, starts = fade.read_changed(), fade.read_starts()
+        mesh = replace(DrawnMesh.of(renderer), record=fade.mesh.read_cells(), vertices=fade.mesh.read_vertices())
+    place = np.where(changed[:, None, None], starts, mesh.vertices["position_m"])[mesh.used]
+    _, which = np.unique(canonical_lattice(*(a[mesh.used] for a in mesh.lattice)), axis=1, return_inverse=True)
+    order = np.argsort(which, kind="stable")
+    drawn = place[order]
+    same = np.diff(which[order]) == 0
+    assert same.sum() > 1000
+    assert (drawn[1:][same] == drawn[:-1][same]).all(), "a lattice point is drawn in one place, whichever cell draws it"
+
+
+@pytest.mark.gpu
+def test_a_picture_by_itself_does_not_fade():
+    with pf.Renderer(pf.load_scene("earth"), (96, 54), "low") as renderer:
+        state = renderer.camera_state(pf.view("near"))
+        for camera in snaps.forward_path(state, 4.0, 30):
+            renderer.render(pf.Camera(camera.position_m, camera.forward, camera.up))
+            assert not renderer.system("terrain").backend.view(0).fade.running
 
 
 @pytest.mark.gpu

@@ -359,3 +359,34 @@ def test_files_are_drawn_and_watched(scene, renderer, tmp_path):
     prop[pf.Transform].position_m = tuple(ahead(renderer, camera, 10.0, 0.01))
     large = (renderer.render(camera, outputs=("surface",))["surface"] == 3).sum()
     assert small > 20 and large > 2.5 * small
+
+
+def test_motion_says_where_each_point_was_a_frame_ago(scene):
+    """A box that moves and turns: the texture against its own two poses, in float64."""
+    view = standing(scene, 3.0)
+    state = CameraState.look(view.position_m, view.forward, view.up, fov_y_deg=view.fov_y_deg)
+    middle = state.position_m + 12.0 * state.forward
+    shift = 0.3 * state.right + 0.1 * state.up
+    turned = (0.0, 0.0, np.sin(0.02), np.cos(0.02))
+    before, now = (rotation_matrices(np.array([q]))[0] for q in ((0.0, 0.0, 0.0, 1.0), turned))
+    box_ = scene.add(pf.Transform(tuple(middle)), pf.Shape("box", (3.0, 4.0, 5.0)))
+    with pf.Renderer(scene, SIZE, "medium", {"composite.antialiasing": "temporal"}) as renderer:
+        renderer.settle(view)
+        box_[pf.Transform].position_m = tuple(middle + shift)
+        box_[pf.Transform].orientation = turned
+        out = renderer.render(view, dt_s=0.03, outputs=("position", "surface", "props.motion"))
+        shown = out["surface"] == 3
+        assert shown.sum() > 300
+        from_middle = out["position"][shown].astype(float) + state.position_m - middle - shift
+        wanted = from_middle @ (before @ now.T).T - from_middle - shift
+        found = out["props.motion"][shown].astype(float)
+        assert (found[:, 3] > 0.99).all()
+        # Half floats: 2^-11 of 0.5 m; positions: as far off as a float's depth.
+        assert np.abs(found[:, :3] - wanted).max() < 0.0005
+        # It rests: nothing has moved. Another one comes: it was nowhere.
+        still = renderer.render(view, dt_s=0.03, outputs=("surface", "props.motion"))
+        assert np.abs(still["props.motion"][still["surface"] == 3][:, :3]).max() == 0.0
+        scene.add(pf.Transform(tuple(middle - 4.0 * state.forward)), pf.Shape("sphere", (2.0, 2.0, 2.0)))
+        seen = renderer.render(view, dt_s=0.03, outputs=("surface", "props.motion"))
+        known = seen["props.motion"][seen["surface"] == 3][:, 3]
+        assert (known < 0.01).sum() > 50 and (known > 0.99).sum() > 100

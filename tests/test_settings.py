@@ -169,7 +169,12 @@ def test_every_component_field_is_a_knob_with_help_and_a_valid_default(cls):
     assert all(k.help for k in described.values())
     cls()  # construction checks the defaults
     for name, rule in rules_of(cls).items():
-        assert rule.kind in ("bool", "str", "list") or rule.knob.nonzero or rule.knob.low is not None, name
+        assert (
+            rule.kind in ("bool", "str", "list")
+            or rule.knob.nonzero
+            or rule.knob.low is not None
+            or rule.knob.widget == "place"
+        ), name
 
 
 # -- presets ----------------------------------------------------------------------------------------------------------

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import planetfall as pf
 from planetfall.benchmarks.measure import queries
-from planetfall.systems.terrain.height_rays import Deviation
+from planetfall.systems.terrain.crater_paths import found_along, rest_m
+from planetfall.systems.terrain.height_surface import limit
+from planetfall.systems.terrain.ray_ground import Kind, ground_at, layers_at, stage_of
 from planetfall.terrain_sampler import TerrainSampler
 
 
-@pytest.fixture(scope="module", params=["earth", "moon", "asteroid"])
+@pytest.fixture(scope="module", params=["earth", "moon", "mars", "asteroid"])
 def ground(request):
     scene = pf.load_scene(request.param)
     yield TerrainSampler(scene)
@@ -98,30 +102,91 @@ def test_rays_that_see_no_ground(earth):
     assert earth.raycast(np.empty((0, 3)), np.empty((0, 3)))[0].shape == (0,)
 
 
-def test_ground_stays_within_the_deviation(ground):
-    """E(D) against the ground itself: between two places it leaves the straight line by more in one case of a thousand
-    at most, and then by little."""
+def stretches(radius_m, length_m, count, points, rng):
+    """Places (3, count, points) on the reference sphere along great circles of `length_m`."""
+    up = rng.normal(size=(3, count))
+    up /= np.linalg.norm(up, axis=0)
+    side = np.cross(up.T, rng.normal(size=(count, 3))).T
+    side /= np.linalg.norm(side, axis=0)
+    t = np.linspace(0.0, length_m / radius_m, points)
+    return radius_m * (up[..., None] * np.cos(t) + side[..., None] * np.sin(t))
+
+
+@pytest.mark.parametrize("name", ["moon", "mars", "asteroid"])
+def test_craters_along_a_stretch_are_all_there(name):
+    """Those of each stretch add what all craters add at its ends and, halved, at its middle; between them no ground
+    rises above the bounds, which are no statistics here."""
+    scene = pf.load_scene(name)
+    craters = TerrainSampler(scene)._field.model.craters
+    scene.release()
+    rng = np.random.default_rng(8)
+    # Lattices are offset by up to 4096 cells, whose places are rounded likewise; walls are not steeper than 1.
+    rounding = 4.0 * np.finfo(float).eps * (4096.0 / craters.frequency[0] + craters.radius_m)
+    for k in range(2, len(craters), 3):
+        octaves = replace(
+            craters, frequency=craters.frequency[: k + 1], offset=craters.offset[: k + 1], shape=craters.shape[: k + 1]
+        )
+        length = min(0.98 / craters.frequency[k], 0.1 * craters.radius_m)
+        places = stretches(craters.radius_m, length, 200, 65, rng)
+        true = octaves.heights(places.reshape(3, -1)).reshape(200, 65)
+        first, middle, last = (np.ascontiguousarray(places[..., at]) for at in (0, 32, 64))
+        each = np.full(200, length)
+        found, a, b = found_along(craters, np.arange(k + 1), (first, last), each)
+        halves, at_middle = found.halves(craters, middle, 0.5 * each, 200)
+        off = np.abs(np.stack([a - true[:, 0], b - true[:, -1], at_middle - true[:, 32]])).max()
+        assert off < rounding
+        rises = halves.rise(craters, np.repeat(0.5 * each, 2)).reshape(200, 2)
+        parts = ((true, found.rise(craters, each)), (true[:, :33], rises[:, 0]), (true[:, 32:], rises[:, 1]))
+        for part, bound in parts:
+            line = part[:, :1] + (part[:, -1:] - part[:, :1]) * np.linspace(0.0, 1.0, part.shape[1])
+            assert ((part - line).max(axis=1) <= bound + rounding).all()
+        up, down = rest_m(craters, k + 1)
+        rest = craters.heights(places.reshape(3, -1)).reshape(200, 65) - true
+        assert rest.max() <= up and rest.min() >= -down
+
+
+def test_ground_stays_within_its_bound(ground):
+    """All ground between two places against the line between what a ray knows of them, with only the layers and craters
+    that it looks at: above the bound in one case of a thousand at most, and then by little."""
     rng = np.random.default_rng(4)
-    field = ground._field
-    deviation = Deviation.of(field.model)
-    beyond, count = [], 0
+    field, craters = ground._field, ground._field.model.craters
+    over, count = [], 0
     for share in (1e-7, 1e-6, 1e-5, 1e-4, 1e-3):
-        length = share * ground.radius_m * (100.0 if ground.radius_m < 1e4 else 1.0)
-        up = rng.normal(size=(300, 3))
-        up /= np.linalg.norm(up, axis=1)[:, None]
-        side = np.cross(up, rng.normal(size=up.shape))
-        side /= np.linalg.norm(side, axis=1)[:, None]
-        t = np.linspace(0.0, length / ground.radius_m, 41)
-        places = up[:, None] * np.cos(t)[:, None] + side[:, None] * np.sin(t)[:, None]
-        heights, broad, rough, sharp = (v.reshape(300, 41) for v in field.height_steepness(places.reshape(-1, 3)))
-        line = heights[:, :1] + (heights[:, -1:] - heights[:, :1]) * np.linspace(0.0, 1.0, 41)
-        above = (heights - line).max(axis=1)
-        ends = (np.maximum(v[:, 0], v[:, -1]) for v in (broad, rough, sharp))
-        bound = deviation.at(np.full(300, length), *ends)
-        beyond.append(above / bound)
+        length = 2.0 ** round(np.log2(share * ground.radius_m * (100.0 if ground.radius_m < 1e4 else 1.0)))
+        stage = stage_of(field.model, length)
+        places = stretches(ground.radius_m, length, 300, 41, rng)
+        ends = [np.ascontiguousarray(places[..., at]) for at in (0, -1)]
+        (base, z, kind), (last, last_z, last_kind) = (ground_at(end, stage) for end in ends)
+        known = [base + kind[Kind.ROUGH] * (z + stage.mean_m), last + last_kind[Kind.ROUGH] * (last_z + stage.mean_m)]
+        bound = stage.rise(np.full(300, length), np.maximum(kind, last_kind))
+        if craters is not None:
+            found, *added = found_along(craters, np.arange(stage.octaves), tuple(ends), np.full(300, length))
+            known = [h + more for h, more in zip(known, added, strict=True)]
+            bound += found.rise(craters, np.full(300, length))
+        first, final = (limit(field.model.constants, h)[:, None] for h in known)
+        true = ground.height(places.reshape(3, -1).T).reshape(300, 41)
+        over.append((true - first - (final - first) * np.linspace(0.0, 1.0, 41)).max(axis=1) / bound)
         count += 300
-    worst = np.concatenate(beyond)
+    worst = np.concatenate(over)
     assert (worst > 1.0).sum() <= 0.001 * count + 1 and worst.max() < 1.5
+
+
+def test_layers_come_in_one_by_one(ground):
+    """Relief looked at in steps is the relief of all layers, and heights are the sampler's."""
+    field = ground._field
+    places = stretches(ground.radius_m, 1e-3 * ground.radius_m, 30, 3, np.random.default_rng(5)).reshape(3, -1)
+    finest = float(field.model.wavelength_m[-1])
+    before = stage_of(field.model, 2.0 ** np.ceil(np.log2(1e3 * finest)))
+    base, z, kind = ground_at(places, before)
+    for _ in range(12):
+        now = stage_of(field.model, before.length_m / 2.0)
+        if now.layers > before.layers:
+            z += layers_at(places, before, now)
+        before = now
+    assert before.layers == field.model.layers and before.rest_m == 0.0 and before.mean_m == 0.0
+    added = field.model.craters.heights(places) if field.model.craters else 0.0
+    whole = limit(field.model.constants, base + kind[Kind.ROUGH] * z + added)
+    np.testing.assert_allclose(whole, ground.height(places.T), atol=1e-13 * ground.radius_m)
 
 
 @pytest.mark.parametrize("radius", [0.5, 2.0])

@@ -247,9 +247,9 @@ class CellMesh:
         self._arrays[program] = made
         return made
 
-    def draw(self, vertex_array: Any) -> None:
-        """Indirect draws of what cull() kept, one a variant."""
+    def draw(self, vertex_array: Any, vertices: Any = None) -> None:
+        """Indirect draws of what cull() kept, one a variant. vertices: a buffer to take in place of <name>.vertices."""
         if self.count:
             self._cells.bind_to_storage_buffer(0)
-            self._vertices.bind_to_storage_buffer(1)
+            (self._vertices if vertices is None else vertices).bind_to_storage_buffer(1)
             vertex_array.render_indirect(self._arguments, moderngl.TRIANGLES, VARIANTS)

@@ -30,6 +30,9 @@ __all__ = [
 ]
 
 
+_PLACE = tuple[Annotated[float, msgspec.Meta(ge=-90.0, le=90.0)], Annotated[float, msgspec.Meta(ge=-360.0, le=360.0)]]
+
+
 class SettingError(ValueError):
     """A value that a setting can't have. The message names the setting, what is expected, what was found, a remedy."""
 
@@ -50,8 +53,8 @@ class PresetError(SettingError):
 class FieldRule:
     """What one field accepts. knob: its metadata.
 
-    kind: "float", "int", "bool", "str", "vector" (length numbers) or "list" (any number of components of one class,
-    which is then the schema).
+    kind: "float", "int", "bool", "str", "vector" (length numbers), "tables" (instances of `table`, a frozen dataclass
+    with knobs of its own) or "list" (any number of components of one class, which is then the schema).
     """
 
     name: str
@@ -61,6 +64,7 @@ class FieldRule:
     knob: Any
     default: Any
     schema: Any
+    table: type | None = None
 
     @property
     def expected(self) -> str:
@@ -72,6 +76,10 @@ class FieldRule:
         elif self.kind == "str":
             choices = self.knob.choices
             text = f"one of {', '.join(map(repr, choices))}" if choices else "a text"
+        elif self.kind == "tables":
+            text = f"{self.knob.low} to {self.knob.high} tables with {', '.join(rules_of(self.table))}"
+        elif self.knob.widget == "place":
+            text = "a latitude from -90 to 90 and a longitude from -360 to 360 deg"
         else:
             noun = {"int": "a whole number", "float": "a number", "vector": f"{self.length} numbers"}[self.kind]
             low, high, unit = self.knob.low, self.knob.high, f" {self.knob.unit}" if self.knob.unit else ""
@@ -117,7 +125,7 @@ def _rule(cls: type, name: str, hint: Any, knob: Any, default: Any) -> FieldRule
         if len(others) != 1 or default is not None:
             raise TypeError(f"{cls.__name__}.{name}: an optional knob is `X | None` with default None")
     limits = {key: limit for key, limit in (("ge", knob.low), ("le", knob.high)) if limit is not None}
-    length = 0
+    length, table = 0, None
     if hint in (float, int):
         kind, schema = hint.__name__, Annotated[hint, msgspec.Meta(**limits)]
     elif hint is bool:
@@ -127,21 +135,26 @@ def _rule(cls: type, name: str, hint: Any, knob: Any, default: Any) -> FieldRule
     elif typing.get_origin(hint) is tuple and set(typing.get_args(hint)) == {float}:
         kind, length = "vector", len(typing.get_args(hint))
         schema = tuple[(Annotated[float, msgspec.Meta(**limits)],) * length]  # type: ignore[misc]
+        if knob.widget == "place":
+            schema = _PLACE
     elif _is_list(hint):
         kind, schema = "list", typing.get_args(hint)[0]
         rules_of(schema)
+    elif typing.get_origin(hint) is tuple and typing.get_args(hint)[1:] == (Ellipsis,):
+        kind, table, schema = "tables", typing.get_args(hint)[0], None
+        rules_of(table)
     else:
         raise TypeError(
             f"{cls.__name__}.{name}: knobs are float, int, bool, str, tuples of float or tuple[component, ...], "
             f"found {hint}"
         )
-    return FieldRule(name, kind, length, optional, knob, default, schema)
+    return FieldRule(name, kind, length, optional, knob, default, schema, table)
 
 
 def _is_list(hint: Any) -> bool:
     parts = typing.get_args(hint)
     whole = typing.get_origin(hint) is tuple and len(parts) == 2 and parts[1] is Ellipsis
-    return whole and dataclasses.is_dataclass(parts[0])
+    return whole and dataclasses.is_dataclass(parts[0]) and not parts[0].__dataclass_params__.frozen  # a component
 
 
 def check_value(rule: FieldRule, value: Any, where: str) -> Any:
@@ -153,6 +166,8 @@ def check_value(rule: FieldRule, value: Any, where: str) -> Any:
         return None
     if rule.kind == "list":
         return _checked_list(rule, value, where)
+    if rule.kind == "tables":
+        return _checked(rule, _tables(rule, value, where), where)
     plain = _plain(rule, value)
     try:
         checked = msgspec.convert(plain, rule.schema)
@@ -164,7 +179,37 @@ def check_value(rule: FieldRule, value: Any, where: str) -> Any:
     uneven = rule.knob.power_of_two and (checked & (checked - 1)) != 0
     if not finite or uneven or (rule.knob.nonzero and not any(checked)):
         raise SettingError(_complaint(rule, value, plain, where))
-    return checked
+    return _checked(rule, checked, where)
+
+
+def _checked(rule: FieldRule, value: Any, where: str) -> Any:
+    wrong = "" if rule.knob.check is None else rule.knob.check(value)
+    if wrong:
+        raise SettingError(f"{where}: {wrong}")
+    return value
+
+
+def _tables(rule: FieldRule, value: Any, where: str) -> tuple[Any, ...]:
+    """Tables or instances as checked instances."""
+    assert rule.table is not None
+    if not isinstance(value, list | tuple):
+        raise SettingError(f"{where}: expected {rule.expected}, found {_shown(value)}. Give a list of tables")
+    if not rule.knob.low <= len(value) <= rule.knob.high:
+        noun = rule.table.__name__.lower()
+        raise SettingError(f"{where}: expected {rule.knob.low} to {rule.knob.high} {noun}s, found {len(value)}")
+    return tuple(_table(rule.table, entry, f"{where}[{number}]") for number, entry in enumerate(value))
+
+
+def _table(cls: type, entry: Any, where: str) -> Any:
+    rules = rules_of(cls)
+    if isinstance(entry, cls):
+        entry = {name: getattr(entry, name) for name in rules}
+    if not isinstance(entry, Mapping):
+        raise SettingError(f"{where}: expected a table with {', '.join(rules)}, found {_shown(entry)}")
+    for key in entry:
+        if key not in rules:
+            raise UnknownSettingError(f"{where} has no setting {key!r}; {did_you_mean(key, rules, 'it has')}")
+    return cls(**{key: check_value(rules[key], v, f"{where}.{key}") for key, v in entry.items()})
 
 
 def _checked_list(rule: FieldRule, value: Any, where: str) -> tuple[Any, ...]:

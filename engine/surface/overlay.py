@@ -11,10 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .lattice import FULL_BITS
+from .lattice import FULL_BITS, cell_corners
 from .selection import CellSet, morton_key
 
 Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+_EDGE_CORNERS = np.array([[0, 2], [1, 3], [0, 1], [2, 3]])
+"""Of edges i - 1, i + 1, j - 1, j + 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +55,38 @@ def overlay(old: CellSet, new: CellSet) -> Overlay:
     old_row = np.concatenate([in_old[kept], rows])[order]
     new_row = np.concatenate([kept, in_new[rows]])[order]
     return Overlay(cells, old_row, new_row)
+
+
+def held_edges(cells: CellSet, beside: Ints, still: Bools) -> Bools:
+    """(N, 4): the edges along which some cell of `still` (N,) lies on either side; all of an edge, and with it the
+    edges of all finer cells beyond. beside (N, 4): engine.surface.decimation.Topology's."""
+    held = np.repeat(still[:, None], 4, axis=1)
+    rows, edges = np.nonzero(beside >= 0)
+    others = beside[rows, edges]
+    # Nothing is handed on beyond the neighbours of still cells.
+    near = still.copy()
+    near[others[still[rows]]] = near[rows[still[others]]] = True
+    pairs = near[others]
+    rows, edges, others = rows[pairs], edges[pairs], others[pairs]
+    if not len(rows):
+        return held
+    # Which of the neighbour's edges it is: the great circle that passes through the middle of ours.
+    middle = _edges(cells, rows)[np.arange(len(rows)), edges].sum(axis=1)
+    corners = _edges(cells, others)
+    circle = np.cross(corners[:, :, 0], corners[:, :, 1])
+    circle /= np.linalg.norm(circle, axis=-1, keepdims=True)
+    facing = np.abs((circle * middle[:, None]).sum(axis=-1)).argmin(axis=1)
+    while True:
+        ours, theirs = held[rows, edges], held[others, facing]
+        if np.array_equal(ours, theirs):
+            return held
+        held[rows[theirs], edges[theirs]] = True
+        held[others[ours], facing[ours]] = True
+
+
+def _edges(cells: CellSet, rows: Ints) -> NDArray[np.float64]:
+    """Ends of the four edges of cells, (n, 4, 2, 3)."""
+    return cell_corners(cells.face[rows], cells.level[rows], cells.i[rows], cells.j[rows])[:, _EDGE_CORNERS]
 
 
 def _containing(inner: CellSet, outer: CellSet) -> Ints:

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...components import Clouds, Planet
+from ...components import Clouds, Ocean, Planet
 from ...engine.contracts import bind_contracts, contract_reads, provide_contracts, withdraw_contracts
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import revision, with_overrides
@@ -25,7 +25,7 @@ __all__ = ["CloudSystem"]
 
 _SHAPE, _RIMS = 0, 1
 _RAYS, _DISTANCE, _FULL, _SHADOW = "clouds.rays", "clouds.distance", "clouds.full", "clouds.shadow"
-_SHADOW_UNIT = 15
+_SHADOW_UNIT = 16
 _SHADOW_HEIGHT = 0.3
 """Share of the first layer's thickness at which maps of the shadow are drawn."""
 
@@ -119,7 +119,9 @@ class CloudSystem(System):
         radius = frame.world.get(frame.planet, Planet).radius_m
         centre, reach = -frame.camera.position_m, radius + self._block.counts[2]
         seen = not bool(sphere_outside(frustum_planes(frame.camera), centre[None], [reach])[0])
-        seen = seen and bool(self._layers)
+        sea = frame.world.try_get(frame.planet, Ocean)
+        under = sea is not None and float(np.linalg.norm(frame.camera.position_m)) - radius < sea.sea_level_m
+        seen = seen and bool(self._layers) and not under
         if seen != self._seen:
             self._seen = seen
             self.structure += 1
@@ -218,7 +220,7 @@ class CloudSystem(System):
             reads=(_FULL,),
             writes=("scene.radiance",),
             after=("sky.shade",),
-            after_optional=("terrain.shade", "ocean.shade", "props.shade", "stars.draw"),
+            after_optional=("terrain.shade", "ocean.shade", "ocean.under", "props.shade", "stars.draw"),
             help="clouds over the picture",
         )
 

@@ -1,4 +1,4 @@
-"""The clouds' uniform block (binding 12): layers, and where their noise and weather lie around the anchor."""
+"""The clouds' uniform block (binding 14): layers, and where their noise and weather lie around the anchor."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ...engine.gpu.layout import Vec4, array
 
 __all__ = ["CLOUD_VIEW_BINDING", "MOST_LAYERS", "MOST_MAPS", "CloudViewBlock"]
 
-CLOUD_VIEW_BINDING = 12
+CLOUD_VIEW_BINDING = 14
 MOST_LAYERS = 4
 MOST_MAPS = 6
 

@@ -23,6 +23,7 @@ _FILES = {
     "mean": "composite/resolve_mean.frag",
     "moving": "composite/resolve_moving.frag",
 }
+_MOTION = "props.motion"
 _READS = ("scene.radiance", "composite.exposure", "gbuffer.depth", "gbuffer.surface")
 
 
@@ -35,7 +36,8 @@ class Resolver:
         self._states: dict[int, TemporalState] = {}
         self._state = TemporalState()
         self._step = Step(Mode.EDGE)
-        self._programs: dict[str, Any] = {}
+        self._programs: dict[tuple[str, ...], Any] = {}
+        self._moving: Any = None
         self._plain = gpu.gpu.state()
         self._bound = False
         self._texel = (1.0, 1.0)
@@ -96,7 +98,9 @@ class Resolver:
             self._set_motion(motion, self._step.jitter_px)
 
     def _set_motion(self, motion: Motion, jitter_px: tuple[float, float]) -> None:
-        program = self._program("moving")
+        program = self._moving
+        if program is None:
+            return
         # GLSL reads matrices column by column: the transpose of the row order of numpy.
         program.set("u_turn", np.ascontiguousarray(motion.turn.T, np.float32))
         program.set("u_sky_turn", np.ascontiguousarray(motion.sky_turn.T, np.float32))
@@ -107,10 +111,11 @@ class Resolver:
         spot = np.exp(-0.5 * ((_CROSS + np.array([x, y])) ** 2).sum(axis=1) / _SOFT_PX**2)
         program.set("u_weights", (spot / spot.sum()).astype(np.float32))
 
-    def _program(self, name: str) -> Any:
-        if name not in self._programs:
-            self._programs[name] = self._gpu.fullscreen(_FILES[name])
-        return self._programs[name]
+    def _program(self, name: str, **defines: int) -> Any:
+        key = (name, *defines)
+        if key not in self._programs:
+            self._programs[key] = self._gpu.fullscreen(_FILES[name], defines=defines)
+        return self._programs[key]
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> str:
         """Add the pass, if there is one; the name of the picture that is to be tone-mapped."""
@@ -127,6 +132,7 @@ class Resolver:
             bind=self._bind,
             system="composite",
             reads=_READS,
+            reads_optional=(_MOTION,) if self.temporal else (),
             history=("composite.resolved", "composite.exposure") if self.temporal else (),
             creates=(spec,),
             help="anti-aliasing: samples of earlier frames, or outlines of this one",
@@ -150,7 +156,9 @@ class Resolver:
                 edge.render()
 
             return alone
-        programs = (edge, self._program("mean"), self._program("moving"))
+        motion = io.texture(_MOTION) if io.has(_MOTION) else None
+        self._moving = self._program("moving", MOTION=1) if motion is not None else self._program("moving")
+        programs = (edge, self._program("mean"), self._moving)
         before, exposure_before = io.history("composite.resolved"), io.history("composite.exposure")
         valid = io.history_valid
 
@@ -165,6 +173,8 @@ class Resolver:
             for unit, texture in enumerate(textures):
                 texture.use(unit)
             before.use(3)
+            if motion is not None:
+                motion.use(4)
             exposure.bind_to_storage_buffer(5)
             exposure_before.bind_to_storage_buffer(6)
             programs[step.mode].render()

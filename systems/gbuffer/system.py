@@ -57,10 +57,11 @@ class GBufferSystem(System):
             bind=lambda io: self._bind_classify(io, across, down),
             system=self.name,
             kind="compute",
-            reads=("gbuffer.surface",),
+            reads=("gbuffer.surface", "gbuffer.depth"),
             creates=(
                 BufferSpec("gbuffer.tile_flags", 4 * count, help="surfaces that each tile of 16 x 8 pixels shows"),
-                BufferSpec("gbuffer.tiles_terrain", 16 + 4 * count, help="dispatch and tiles of the ground"),
+                BufferSpec("gbuffer.tiles_terrain", 16 + 4 * count, help="dispatch and tiles of distant ground"),
+                BufferSpec("gbuffer.tiles_near", 16 + 4 * count, help="dispatch and tiles with ground nearby"),
                 BufferSpec("gbuffer.tiles_coast", 16 + 4 * count, help="dispatch and tiles where both meet"),
                 BufferSpec("gbuffer.tiles_sea", 16 + 4 * count, help="dispatch and tiles of the sea"),
             ),
@@ -99,19 +100,19 @@ class GBufferSystem(System):
         return run
 
     def _bind_classify(self, io: PassIO, width: int, height: int) -> Callable[[], None]:
-        surface = io.texture("gbuffer.surface")
+        surface, depth = io.texture("gbuffer.surface"), io.texture("gbuffer.depth")
         flags = io.buffer("gbuffer.tile_flags")
-        terrain, sea, coast = (io.buffer(f"gbuffer.tiles_{n}") for n in ("terrain", "sea", "coast"))
+        lists = [io.buffer(f"gbuffer.tiles_{n}") for n in ("terrain", "sea", "coast", "near")]
 
         def run() -> None:
             surface.use(0)
+            depth.use(1)
             flags.bind_to_storage_buffer(0)
             self._classify.set("u_tiles", (width, height))
             self._classify.run(-(-width * height // 64), 1, 1)
             self._gpu.gpu.barrier()
-            terrain.bind_to_storage_buffer(1)
-            sea.bind_to_storage_buffer(2)
-            coast.bind_to_storage_buffer(3)
+            for binding, tiles in enumerate(lists, start=1):
+                tiles.bind_to_storage_buffer(binding)
             self._list.set("u_tiles", (width, height))
             self._list.run(1, 1, 1)
 

@@ -12,7 +12,7 @@ from ...components import Shape, Transform
 from ...engine.space import CameraState, frustum_planes, sphere_outside
 from .meshes import Mesh, is_file
 
-__all__ = ["SPHERE_LEVELS", "Props", "Visible", "read_props", "rotation_matrices", "seen_by"]
+__all__ = ["SPHERE_LEVELS", "Props", "Visible", "read_props", "rotation_matrices", "seen_by", "way_back"]
 
 Floats = NDArray[np.float64]
 
@@ -21,20 +21,22 @@ _SPHERE_PX = np.array([1.5, 6.0, 25.0, 100.0, 400.0])
 """Up to these radii in pixels a sphere of level 0, 1, ... is off by at most a third of a pixel."""
 _SMALLEST_PX = 0.25
 """Props with a smaller radius than this are left out."""
-INSTANCE_FLOATS = 20
-"""vec4 a, b, c, place, color of props/instance.glsl."""
+INSTANCE_FLOATS = 36
+"""vec4 a, b, c, place, color, back_a, back_b, back_c, back of props/instance.glsl."""
 OCCLUDER_FLOATS = 16
 """vec4 a, b, c, place of the same."""
 
 
 @dataclass
 class Props:
-    """N props. positions_m: (N, 3) f64, planet axes. axes: (N, 3, 3), columns the object's axes times its size.
+    """N props. entities: (N,) their numbers. positions_m: (N, 3) f64, planet axes. axes: (N, 3, 3), columns the
+    object's axes times its size.
 
     form: (N,) index into forms. radius_m: of a sphere around the position that holds it. center_m, half_m: its
     bounding box's middle (from the position) and half axes (N, 3, 3), columns. color: (N, 4) reflectance and roughness.
     """
 
+    entities: NDArray[np.int64]
     positions_m: Floats
     axes: Floats
     form: NDArray[np.int64]
@@ -80,7 +82,10 @@ def read_props(found: Sequence[tuple[int, tuple[Transform, Shape]]], mesh_of: Ca
     reach = np.where(round_ones, (size * half).max(axis=1), np.linalg.norm(size * half, axis=1))
     color = np.array([(*s.color, s.roughness) for s in shapes], dtype=np.float64).reshape(-1, 4)
     positions = np.array([t.position_m for t in transforms], dtype=np.float64).reshape(-1, 3)
-    return Props(positions, axes, form, forms, reach + np.linalg.norm(center, axis=1), center, half_axes, color)
+    entities = np.array([entity for entity, _ in found], dtype=np.int64)
+    return Props(
+        entities, positions, axes, form, forms, reach + np.linalg.norm(center, axis=1), center, half_axes, color
+    )
 
 
 def _bounds(form: str, mesh_of: Callable[[str], Mesh]) -> tuple[Floats, Floats]:
@@ -92,15 +97,37 @@ def _bounds(form: str, mesh_of: Callable[[str], Mesh]) -> tuple[Floats, Floats]:
 
 @dataclass
 class Visible:
-    """instances: (V, 20) f32, ordered by mesh. draws: (form, sphere's level, first, count). occluders: (C, 16) f32."""
+    """instances: (V, 36) f32, ordered by mesh. draws: (form, sphere's level, first, count). occluders: (C, 16) f32."""
 
     instances: NDArray[np.float32]
     draws: list[tuple[str, int, int, int]]
     occluders: NDArray[np.float32]
 
 
-def seen_by(props: Props, camera: CameraState, height_px: int, shadow_radii: float) -> Visible:
-    """What a camera sees, and what may throw a shadow into its picture: up to so many radii away from it."""
+def way_back(props: Props, before: Props | None, rows: NDArray[np.int64]) -> Floats:
+    """Where the props of these rows came from, (V, 4, 4): their axes and origins in `before` minus those now, as rows.
+    The last one ends with 1 where a prop was there then, else 0. before None: nothing has moved."""
+    back = np.zeros((len(rows), 4, 4))
+    if before is None or before is props:
+        back[:, 3, 3] = 1.0
+        return back
+    order = np.argsort(before.entities, kind="stable")
+    wanted = props.entities[rows]
+    place = np.searchsorted(before.entities[order], wanted)
+    was = order[np.minimum(place, len(order) - 1)] if len(order) else np.zeros(len(rows), np.int64)
+    known = np.flatnonzero(before.entities[was] == wanted) if len(order) else np.zeros(0, np.int64)
+    then, now = was[known], rows[known]
+    back[known, :3, :3] = (before.axes[then] - props.axes[now]).swapaxes(1, 2)
+    back[known, 3, :3] = before.positions_m[then] - props.positions_m[now]
+    back[known, 3, 3] = 1.0
+    return back
+
+
+def seen_by(
+    props: Props, camera: CameraState, height_px: int, shadow_radii: float, before: Props | None = None
+) -> Visible:
+    """What a camera sees, and what may throw a shadow into its picture: up to so many radii away from it. before: the
+    props of the last frame, if they moved."""
     away = props.positions_m - camera.position_m  # the last step in double precision
     distance = np.linalg.norm(away, axis=1)
     pixel = camera.pixel_angle_rad(height_px)
@@ -121,10 +148,11 @@ def seen_by(props: Props, camera: CameraState, height_px: int, shadow_radii: flo
         (props.forms[k // SPHERE_LEVELS], int(k % SPHERE_LEVELS), int(a), int(b - a))
         for k, a, b in zip(key[firsts], firsts, ends, strict=True)
     ]
-    instances = np.zeros((len(seen), 5, 4), dtype=np.float32)
+    instances = np.zeros((len(seen), 9, 4), dtype=np.float32)
     instances[:, :3, :3] = props.axes[seen].swapaxes(1, 2)
     instances[:, 3, :3] = away[seen]
     instances[:, 4] = props.color[seen]
+    instances[:, 5:] = way_back(props, before, seen)
     occluders = np.zeros((len(casts), 4, 4), dtype=np.float32)
     occluders[:, :3, :3] = props.half_m[casts].swapaxes(1, 2)
     occluders[:, 3, :3] = away[casts] + props.center_m[casts]

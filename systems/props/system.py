@@ -47,6 +47,8 @@ class _PropsView:
     def __init__(self, gpu: Any) -> None:
         self.key: tuple[Any, ...] = ()
         self.visible: Visible | None = None
+        self.shown: Props | None = None
+        """The props as its last frame had them."""
         self.instances = _Buffer(gpu, INSTANCE_FLOATS)
         self.occluders = _Buffer(gpu, OCCLUDER_FLOATS)
 
@@ -87,13 +89,16 @@ class PropsSystem(System):
         view = self._views.get(frame.view_index)
         if view is None:
             view = self._views[frame.view_index] = _PropsView(self._gpu)
-        camera = frame.camera
-        key = (revision, camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes(), frame.size[1],
+        camera, before = frame.camera, view.shown
+        view.shown = self._props
+        moved = before is not None and before is not self._props
+        key = (revision, moved,
+               camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes(), frame.size[1],
                camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)  # fmt: skip
         if key == view.key:
             return
         view.key = key
-        view.visible = seen_by(self._props, camera, frame.size[1], _SHADOW_RADII)
+        view.visible = seen_by(self._props, camera, frame.size[1], _SHADOW_RADII, before)
         view.instances.write(view.visible.instances)
         view.occluders.write(view.visible.occluders)
         for form, level, _, _ in view.visible.draws:
@@ -126,6 +131,13 @@ class PropsSystem(System):
             system=name,
             bind=lambda io: self._bind_gbuffer(io, seen),
             writes=("gbuffer.depth", *GBUFFER),
+            creates=(
+                TextureSpec(
+                    "props.motion",
+                    "rgba16f",
+                    help="m, planet axes: to where the prop's surface was a frame ago; w: 1 where it was there",
+                ),
+            ),
             after=("gbuffer.clear",),
             after_optional=("terrain.gbuffer", "ocean.gbuffer"),
             help="the visible props, instanced by mesh",
@@ -164,9 +176,12 @@ class PropsSystem(System):
         )
 
     def _bind_gbuffer(self, io: PassIO, view: _PropsView) -> Callable[[], None]:
-        target = io.framebuffer(colors=GBUFFER, depth="gbuffer.depth")
+        target = io.framebuffer(colors=(*GBUFFER, "props.motion"), depth="gbuffer.depth")
+        motion = io.framebuffer(colors=("props.motion",))
 
         def run() -> None:
+            motion.use()
+            motion.clear()
             if view.visible is None or not view.visible.draws:
                 return
             target.use()

@@ -133,10 +133,8 @@ class ProxySystem(System):
         if x_px or y_px:
             sx, sy, ox, oy = terms
             terms = (sx, sy, ox + 2.0 * x_px / width * sx, oy + 2.0 * y_px / height * sy)
-        clearance = distance - radius - view.ground_m
-        if sea is not None:
-            clearance = min(clearance, abs(distance - radius - sea.sea_level_m))
-        near = near_plane_m(abs(clearance))
+        # Water may cut the near plane: each pixel is then seen from the side of it that its lens is on.
+        near = near_plane_m(abs(distance - radius - view.ground_m))
         sun = frame.sun
         block.camera_right = (*camera.right, 0.0)
         block.camera_up = (*camera.up, 0.0)
@@ -156,7 +154,8 @@ class ProxySystem(System):
         lowest = bare if field is None else field.lowest_m
         highest = bare if field is None else field.highest_m
         drawn_lowest = lowest if sea is None else max(lowest, sea.sea_level_m)
-        if distance - radius < drawn_lowest:
+        top_m = frame.world.try_resource("sea_top_m")
+        if distance - radius < (drawn_lowest if top_m is None else max(drawn_lowest, top_m)):
             drawn_lowest = lowest  # under water the bed is what hides
         planet = PlanetBlock(
             radii=(radius, highest, lowest, drawn_lowest),

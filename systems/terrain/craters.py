@@ -117,37 +117,37 @@ class Craters:
         base = np.floor(place)
         place -= base
         low = base.astype(np.int64).astype(np.uint32)
-        first = low[0] * _STEPS[0] + low[1] * _STEPS[1] + low[2] * _STEPS[2]
+        first = low[0] * STEPS[0] + low[1] * STEPS[1] + low[2] * STEPS[2]
         odd = (low & 1).astype(bool)
         word = np.empty((8, octaves, count), dtype=np.uint32)
         sides = np.empty((3, 2, octaves, count), dtype=np.uint32)  # by parity: on which side of the base
         for axis in range(3):
             sides[axis, 0], sides[axis, 1] = odd[axis], ~odd[axis]
-        steps = sides * _STEPS[:, None, None, None]
+        steps = sides * STEPS[:, None, None, None]
         for c in range(8):  # by age: oldest first
             np.add(first, steps[0, c & 1], out=word[c])
             word[c] += steps[1, c >> 1 & 1]
             word[c] += steps[2, c >> 2]
-        word = _mixed(word)
+        word = mixed(word)
         near = [place[axis] + 0.5 - sides[axis] for axis in range(3)]  # (2, K, N)
         vv = np.zeros((8, octaves, count))
         for axis in range(3):
             across = np.stack([near[axis][c >> axis & 1] for c in range(8)])
-            across -= ((word >> _SHIFTS[axis] & _TEN_BITS) + 0.5) * (1.0 / 1024.0)
+            across -= ((word >> SHIFTS[axis] & TEN_BITS) + 0.5) * (1.0 / 1024.0)
             vv += across * across
         parity, k, n = np.nonzero(vv < 0.25)
         hashed = word[parity, k, n]
-        draws = _mixed(hashed ^ _OTHER)
-        there = (draws >> _SHIFTS[3]) < self.accept
-        parity, k, n, hashed, draws = (a[there] for a in (parity, k, n, hashed, draws))
+        draw, wide, worn = draws(hashed)
+        there = draw < self.accept
+        parity, k, n = (a[there] for a in (parity, k, n))
+        hashed, wide, worn = hashed[there], wide[there], worn[there]
         v = np.stack(
             [
-                near[axis][parity >> axis & 1, k, n] - ((hashed >> _SHIFTS[axis] & _TEN_BITS) + 0.5) * (1.0 / 1024.0)
+                near[axis][parity >> axis & 1, k, n] - ((hashed >> SHIFTS[axis] & TEN_BITS) + 0.5) * (1.0 / 1024.0)
                 for axis in range(3)
             ]
         )
         vv = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
-        u = (draws & 4095) * (1.0 / 4096.0), (draws >> 12 & 4095) * (1.0 / 4096.0)
 
         here = points[:, n]
         along = (v[0] * here[0] + v[1] * here[1] + v[2] * here[2]) / self.radius_m
@@ -155,15 +155,12 @@ class Craters:
         e = vv * curve - 2.0 * along
         root = np.sqrt(1.0 + e * curve)
         z = e / (1.0 + root)  # how far above the sphere the cell's place lies
-        room = np.maximum((0.25 - z * z) / root, 1e-9)
-        kept = np.clip(16.0 * room - 1.0, 0.0, 1.0)  # those less than half as wide as they could be are left out
-        inverse = 4.0 * (1.0 + 3.0 * u[0]) / room  # 1 / R^2
+        kept, inverse, fresh = sizes(z, root, wide, worn)
         q = np.maximum(vv - z * z, 0.0) / root * inverse
         size = 1.0 / np.sqrt(inverse)
-        fresh = kept * (_WORN_LEAST + (1.0 - _WORN_LEAST) * u[1] * u[1])
-        profile, slope = _profile(q, fresh, self.shape[part][k])
-        height_m = size * fresh * profile / frequency[k]
-        cover, cover_slope = (kept * c for c in _cover(q))
+        form, slope = profile(q, fresh, self.shape[part][k])
+        height_m = size * fresh * form / frequency[k]
+        wiped, wiped_slope = (kept * c for c in cover(q))
 
         total, bent = np.zeros((octaves, count)), np.zeros((3, octaves, count) if gradients else 0)
         seen, ahead = np.ones(len(n)), v
@@ -176,26 +173,41 @@ class Craters:
         for a, b in pairwise(edges):
             at = k[a:b], n[a:b]
             if gradients:
-                steep = size[a:b] * fresh[a:b] * slope[a:b] - total[at] * frequency[at[0]] * cover_slope[a:b]
-                bent[:, *at] = bent[:, *at] * (1.0 - seen[a:b] * cover[a:b]) + steep * ahead[:, a:b]
-            total[at] = total[at] * (1.0 - cover[a:b]) + height_m[a:b]
+                steep = size[a:b] * fresh[a:b] * slope[a:b] - total[at] * frequency[at[0]] * wiped_slope[a:b]
+                bent[:, *at] = bent[:, *at] * (1.0 - seen[a:b] * wiped[a:b]) + steep * ahead[:, a:b]
+            total[at] = total[at] * (1.0 - wiped[a:b]) + height_m[a:b]
         return total, bent
 
 
 _TOGETHER = 20000  # octaves x points: fewer calls of numpy, for 2 MB of temporaries
-_STEPS = np.array([0x9E3779B1, 0x85EBCA77, 0xC2B2AE3D], dtype=np.uint32)
-_SHIFTS = np.array([0, 10, 22, 24], dtype=np.uint32)
-_TEN_BITS, _OTHER = np.uint32(1023), np.uint32(0x68BC21EB)
+STEPS = np.array([0x9E3779B1, 0x85EBCA77, 0xC2B2AE3D], dtype=np.uint32)
+SHIFTS = np.array([0, 10, 22, 24], dtype=np.uint32)
+TEN_BITS, OTHER = np.uint32(1023), np.uint32(0x68BC21EB)
 
 
-def _mixed(x: NDArray[np.uint32]) -> NDArray[np.uint32]:
+def mixed(x: NDArray[np.uint32]) -> NDArray[np.uint32]:
     """lowbias32 (Wellons 2018, "Prospecting for hash functions"), which is half the work of PCG3D."""
     x = (x ^ (x >> np.uint32(16))) * np.uint32(0x7FEB352D)
     x = (x ^ (x >> np.uint32(15))) * np.uint32(0x846CA68B)
     return x ^ (x >> np.uint32(16))
 
 
-def _profile(q: Floats, fresh: Floats, shape: Floats) -> tuple[Floats, Floats]:
+def draws(word: NDArray[np.uint32]) -> tuple[NDArray[np.uint32], Floats, Floats]:
+    """Of hashed cells: the 8-bit draw that `accept` is for, and two numbers in [0, 1) for width and wear."""
+    word = mixed(word ^ OTHER)
+    wide = np.asarray((word & 4095) * (1.0 / 4096.0), dtype=np.float64)
+    return word >> SHIFTS[3], wide, np.asarray((word >> 12 & 4095) * (1.0 / 4096.0), dtype=np.float64)
+
+
+def sizes(z: Floats, root: Floats, wide: Floats, worn: Floats) -> tuple[Floats, Floats, Floats]:
+    """Of craters whose places lie `z` above the sphere (in cells), at `root` of its radius: whether they are there
+    (0..1), 1 / R^2 in cells, and freshness."""
+    room = np.maximum((0.25 - z * z) / root, 1e-9)
+    kept = np.clip(16.0 * room - 1.0, 0.0, 1.0)  # those less than half as wide as they could be are left out
+    return kept, 4.0 * (1.0 + 3.0 * wide) / room, kept * (_WORN_LEAST + (1.0 - _WORN_LEAST) * worn * worn)
+
+
+def profile(q: Floats, fresh: Floats, shape: Floats) -> tuple[Floats, Floats]:
     """Heights by crater radius at q = (r / R)^2, and their derivative by q."""
     wall, floor, rim, peak = shape.T
     top = np.maximum(1.0 - _PEAK_NARROW * q, 0.0)
@@ -212,7 +224,7 @@ def _profile(q: Floats, fresh: Floats, shape: Floats) -> tuple[Floats, Floats]:
     return outside + (inside - outside) * t - width * t * (1.0 - t), d_outside + (d_inside - d_outside) * t
 
 
-def _cover(q: Floats) -> tuple[Floats, Floats]:
+def cover(q: Floats) -> tuple[Floats, Floats]:
     """How much a crater wipes out what is older, at q = (r / R)^2: 1 inside, 0 beyond its rim; and by q."""
     t = np.clip(1.5 - q, 0.0, 1.0)
     return t * t * (3.0 - 2.0 * t), -6.0 * t * (1.0 - t)

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .height_model import Model
-from .height_octaves import BLOCK, heights, heights_gradients, heights_slopes, heights_steepness, layer_weight, model_of
+from .height_octaves import BLOCK, heights, heights_gradients, heights_slopes, layer_weight, model_of
 from .height_params import TerrainParams
 from .height_relief import relief_statistics
 from .height_table import canonical_table, octave_table
@@ -109,19 +109,12 @@ class TerrainField:
         return self.model.steepest
 
     def height_slope(self, directions: Floats) -> tuple[Floats, Floats]:
-        """Heights (N,) and slopes (N,) that the ground near there hardly ever exceeds: how far a ray may step."""
+        """Heights (N,) and slopes (N,) that the ground near there hardly ever exceeds."""
         points = np.ascontiguousarray(np.asarray(directions, dtype=np.float64).T) * self.params.radius_m
         parts = [heights_slopes(points[:, a : a + BLOCK], self.model) for a in range(0, points.shape[1], BLOCK)]
         if not parts:
             return np.empty(0), np.empty(0)
         return np.concatenate([h for h, _ in parts]), np.concatenate([s for _, s in parts])
-
-    def height_steepness(self, directions: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-        """Heights (N,) and what the ground near there is like; see height_octaves.heights_steepness."""
-        points = np.ascontiguousarray(np.asarray(directions, dtype=np.float64).T) * self.params.radius_m
-        parts = [heights_steepness(points[:, a : a + BLOCK], self.model) for a in range(0, points.shape[1], BLOCK)]
-        h, broad, rough, sharp = (np.concatenate(p) for p in zip(*parts, strict=True)) if parts else np.empty((4, 0))
-        return h, broad, rough, sharp
 
     def height(self, directions: Floats) -> Floats:
         """Heights (N,) at unit directions (N, 3)."""

@@ -142,14 +142,23 @@ class Model:
     @property
     def range_slope(self) -> float:
         """About the largest slope of ranges where M is 1."""
-        return self.constants.range_m * self._shape_slope
+        return self.constants.range_m * self.shape_slope
+
+    @property
+    def slopes_by_x(self) -> tuple[float, float]:
+        """About the largest slopes of x (1/m): of continents, and of the coasts that ranges bend."""
+        k = self.constants
+        steep = _CONTINENT_WEIGHTS * self.warped.frequency[:FIELDS] * _NOISE_SLOPE
+        return 4.0 * float(np.sqrt((steep**2).sum())) * k.inverse_deviation, k.coast * self.shape_slope
+
+    @property
+    def hill_slope(self) -> float:
+        """About the largest slope of hills."""
+        return 0.3 * self.constants.hill_m * self.shape_slope
 
     def broad_slope(self, by_x_m: Floats) -> Floats:
         """About the largest slope of continents and hills where heights change by `by_x_m` metres a unit of x."""
-        k = self.constants
-        steep = _CONTINENT_WEIGHTS * self.warped.frequency[:FIELDS] * _NOISE_SLOPE
-        x_slope = k.coast * self._shape_slope + 4.0 * float(np.sqrt((steep**2).sum())) * k.inverse_deviation
-        return by_x_m * x_slope + 0.3 * k.hill_m * self._shape_slope
+        return by_x_m * sum(self.slopes_by_x) + self.hill_slope
 
     @property
     def steepest(self) -> float:
@@ -162,7 +171,8 @@ class Model:
         return float(self.broad_slope(np.asarray(steepest_m))) + 1.25 * self.relief_slope + self.range_slope + added
 
     @property
-    def _shape_slope(self) -> float:
+    def shape_slope(self) -> float:
+        """About the largest slope of m, by which ranges rise from 0 to 1 (1/m)."""
         k = self.constants
         return 1.5 * k.shape_inverse * RIDGE_SLOPE * _NOISE_SLOPE * float((self.shape / self.wavelength_m).sum())
 

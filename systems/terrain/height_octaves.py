@@ -43,7 +43,7 @@ def heights(points: Floats, model: Model) -> Floats:
     return surface(model.constants, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1], z, added, rougher)
 
 
-_MOST_ROUGH = 1.2  # vertices hand on up to 1.3
+MOST_ROUGH = 1.2  # vertices hand on up to 1.3
 
 
 def _added(points: Floats, model: Model) -> tuple[Floats | float, Floats | float]:
@@ -53,33 +53,27 @@ def _added(points: Floats, model: Model) -> tuple[Floats | float, Floats | float
     if model.params.height_map:
         height, differences = map_values(model.params.height_map, points)
         added = added + height
-        rougher = np.minimum(model.map_roughness * differences, _MOST_ROUGH)
+        rougher = np.minimum(model.map_roughness * differences, MOST_ROUGH)
     return added, rougher
 
 
 def heights_slopes(points: Floats, model: Model) -> tuple[Floats, Floats]:
     """Heights (N,) at points (3, N), and slopes (N,) that the ground about there hardly ever exceeds.
 
-    The bound is three standard deviations of the relief layers times the roughness there, and the ranges' and
-    continents' largest slopes: what spheres may step by.
+    The bound is three standard deviations of the relief layers times the roughness there, and the largest slopes of
+    ranges, continents, craters and map.
     """
-    heights, broad, rough, sharp = heights_steepness(points, model)
-    return heights, broad + model.relief_slope * rough + sharp
-
-
-def heights_steepness(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats]:
-    """Heights (N,) at points (3, N), and what the ground about there is like (N,) each: the largest slope of continents
-    and ranges, the multiplier of the relief layers, and the largest slope of craters and maps, which may have edges."""
     w1, c, b, shapes, z = noises(points, model)
     k = model.constants
     base, rough, on_land, x = surface_parts(k, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1])
-    broad = model.broad_slope(hypsometry_slope(k, x)) + model.range_slope * on_land
     added, rougher = _added(points, model)
-    sharp = np.full(points.shape[1], model.craters.slope if model.craters else 0.0)
-    if model.params.height_map:
-        sharp += slopes_at(model.params.height_map, points, model.params.radius_m)
     rough = rough + rougher
-    return limit(k, base + rough * z + added), broad, rough, sharp
+    slope = model.broad_slope(hypsometry_slope(k, x)) + model.range_slope * on_land + model.relief_slope * rough
+    if model.craters:
+        slope += model.craters.slope
+    if model.params.height_map:
+        slope += slopes_at(model.params.height_map, points, model.params.radius_m)
+    return limit(k, base + rough * z + added), slope
 
 
 def noises(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats, Floats]:
@@ -100,7 +94,7 @@ def noises(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats
     n = model.warped.cells(where, _SCRATCH).noise()
     v[:layers] = n[FIELDS:]
     c, b = _weighted(_FIELD_WEIGHTS, n[:FIELDS])
-    sums = _weighted(model.sums, ridge_layers(v, model))
+    sums = _weighted(model.sums, ridge_layers(v, model.ridge_columns))
     return w[:, 0], c, b, sums[:2], sums[2]
 
 
@@ -127,9 +121,9 @@ def _weighted(weights: Floats, values: Floats) -> Floats:
 _FEW = 32
 
 
-def ridge_layers(n: Floats, model: Model) -> Floats:
-    """The layers' values from their noise `n` (layers, N), in place."""
-    r, plain = model.ridge_columns
+def ridge_layers(n: Floats, columns: tuple[Floats, Floats]) -> Floats:
+    """The layers' values from their noise `n` (layers, N), in place. columns: Model.ridge_columns of these layers."""
+    r, plain = columns
     part = n[: len(r)]  # the ridged layers come first
     a = np.abs(part)
     low = np.minimum(a, RIDGE_ROUND)
@@ -181,7 +175,7 @@ def heights_gradients(points: Floats, model: Model, footprint_m: Floats | None) 
         n_layers, dn_layers = np.concatenate([n_layers, fine]), np.concatenate([dn_layers, d_fine], axis=1)
     weight = _weights(model, footprint_m, points.shape[1])
     dn_layers *= _ridge_slopes(n_layers, model) * weight
-    v = ridge_layers(n_layers.copy(), model)
+    v = ridge_layers(n_layers.copy(), model.ridge_columns)
     sums = model.sums @ v
     z_seen = model.amplitude_m @ (weight * v)
     d_sums = np.einsum("sk,akn->san", model.sums, dn_layers)
@@ -201,8 +195,8 @@ def _added_gradients(points: Floats, model: Model, footprint_m: Floats | None) -
         return added, d_added, 0.0, 0.0
     height, slope, rough, d_rough = map_gradients(found, points, model.params.radius_m, footprint_m)
     rough, d_rough = model.map_roughness * rough, model.map_roughness * d_rough
-    below = rough < _MOST_ROUGH
-    return added + height, d_added + slope, np.where(below, rough, _MOST_ROUGH), np.where(below, d_rough, 0.0)
+    below = rough < MOST_ROUGH
+    return added + height, d_added + slope, np.where(below, rough, MOST_ROUGH), np.where(below, d_rough, 0.0)
 
 
 def _weights(model: Model, footprint_m: Floats | None, count: int) -> Floats:

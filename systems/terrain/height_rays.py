@@ -1,220 +1,283 @@
-"""Rays against the ground, float64: steps that the ground can't reach into, then a bracket and its root.
+"""Rays against the ground, float64: stretches that ground can't reach are dropped, others halved, long ones first.
 
-Over a stretch of length D between two places whose heights are known, ground stays within E(D) of the straight line
-between them, where E is small for what is smooth over D, and grows like the relief itself beyond:
-
-    E(D) = broad D min(1/2, pi/4 D / L) + sharp D / 2 + rough e(D) + D^2 / (8 r)
-
-broad, rough, sharp: what the ground is like at the two ends (height_octaves.heights_steepness); L: an effective
-wavelength of the ranges; e(D): of the relief layers together, four standard deviations; the last term is the planet's
-curve. A step of D is free when both ends are clear of the ground by more than E(D). Compared with a bound on slopes
-alone (the sphere tracing of Hart 1996), steps grow faster than the clearance, because E doesn't grow like D.
+A stretch is free when both of its ends are clear of the ground by more than E, which bounds how far ground rises above
+the line between them (ray_ground.py). All stretches of all rays of one length are looked at together, and only as
+finely as that length asks for: heights gain layers and craters as stretches get shorter, where there still are any.
+What lies behind a place that is surely below the ground is never looked at. Compared with a bound on slopes alone (the
+sphere tracing of Hart 1996), stretches grow faster than the clearance, because E doesn't grow like their length.
 """
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...engine.space import ray_sphere_from
+from .crater_paths import CraterPaths, found_along
 from .height import TerrainField
-from .height_model import RIDGE_ROUND, RIDGE_SLOPE, SHAPE_LAYERS, Model
+from .height_surface import limit
+from .ray_ground import Kind, Stage, ground_at, layers_at, stage_of
 
-__all__ = ["Deviation", "raycast"]
+__all__ = ["raycast"]
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-_SMALLEST_STEP_M = 1e-3
+_SMALLEST_M = 1e-3
+_SMALLEST_SHARE = 1e-7
 _ON_GROUND_M = 1e-8
 """Ten steps of a position on Earth in double precision."""
-_NOISE_RMS, _NOISE_SLOPE = 0.27, 0.86
-"""Of one octave of gradient noise; its slope by the lattice coordinate."""
-_SIGMAS = 4.0
-_RATIO = 1.5
-_FEW, _TOGETHER = 250, 4
-_KINDS = ("broad", "rough", "sharp")
-_MARGIN = 1.2
-"""Steps are chosen so that the clearance that they are expected to end with exceeds E by this."""
-
-
-@dataclass(frozen=True)
-class Deviation:
-    """E(D) for one ground. lengths_m: (S,) geometric steps; relief: e of them; broad: the first term's factor."""
-
-    lengths_m: Floats
-    relief: Floats
-    broad: Floats
-    curve: Floats
-    smooth_m: float
-    """Over less than this even the finest layer is a parabola."""
-
-    @classmethod
-    def of(cls, model: Model) -> Deviation:
-        finest = float(model.wavelength_m[-1])
-        count = int(np.ceil(np.log(2.0 * model.params.radius_m / 1e-3) / np.log(_RATIO)))
-        d: Floats = np.asarray(1e-3 * _RATIO ** np.arange(count), dtype=np.float64)
-        by_wave = d[:, None] / model.wavelength_m
-        plain = _NOISE_RMS * np.minimum(1.5, 0.25 * (_NOISE_SLOPE / _NOISE_RMS * by_wave) ** 2)
-        # A crest is a kink, rounded off over RIDGE_ROUND.
-        round_off = RIDGE_SLOPE / RIDGE_ROUND * (_NOISE_SLOPE * by_wave) ** 2 / 8.0
-        kink = np.minimum(np.minimum(0.55, 0.5 * RIDGE_SLOPE * _NOISE_SLOPE * by_wave), round_off)
-        share = np.abs(model.ridge)
-        layers = model.amplitude_m * ((1.0 - share) * plain + share * kink)
-        ranges = 0.25 * float(model.wavelength_m[min(SHAPE_LAYERS, len(model.wavelength_m)) - 1])
-        return cls(
-            d,
-            _SIGMAS * np.sqrt((layers**2).sum(axis=1)),
-            np.asarray(d * np.minimum(0.5, 0.25 * np.pi * d / ranges), dtype=np.float64),
-            d * d / (8.0 * model.params.radius_m),
-            0.25 * finest,
-        )
-
-    def table(self, broad: Floats, rough: Floats, sharp: Floats) -> Floats:
-        """E (N, S) at all lengths, for N kinds of ground."""
-        return (
-            np.outer(broad, self.broad)
-            + np.outer(sharp, 0.5 * self.lengths_m)
-            + np.outer(rough, self.relief)
-            + self.curve
-        )
-
-    def at(self, d: Floats, broad: Floats, rough: Floats, sharp: Floats) -> Floats:
-        """E (N,) over lengths d (N,)."""
-        x = np.log(np.maximum(d, self.lengths_m[0]) / self.lengths_m[0]) / np.log(_RATIO)
-        k = np.minimum(x.astype(np.int64), len(self.lengths_m) - 2)
-        f = x - k
-        relief = self.relief[k] + f * (self.relief[k + 1] - self.relief[k])
-        smooth = self.broad[k] + f * (self.broad[k + 1] - self.broad[k])
-        curve = self.curve[k] + f * (self.curve[k + 1] - self.curve[k])
-        return broad * smooth + 0.5 * sharp * d + rough * relief + curve
-
-
-class _Rays:
-    """The rays that are still going, as arrays that are cut down together."""
-
-    def __init__(self, index: NDArray[np.intp], **columns: Floats) -> None:
-        self.index = index
-        self.columns = columns
-
-    def __getattr__(self, name: str) -> Floats:
-        return self.columns[name]
-
-    def keep(self, which: Flags) -> None:
-        self.index = self.index[which]
-        self.columns = {name: values[which] for name, values in self.columns.items()}
+_WIDEST = 0.125
+"""Stretches are at most so long by the planet's radius."""
+_TOGETHER = 4096
+"""Rays at once."""
+_DOUBT = 0.1
+"""A place that is so much of what has not been looked at below the ground is likely to be so in the end."""
+_SMOOTH = 0.25
+"""Over so much of the finest layer's wavelength the ground is a parabola."""
 
 
 def raycast(field: TerrainField, origins: Floats, directions: Floats, max_distance_m: Floats) -> tuple[Flags, Floats]:
     """First crossing of the ground along rays: hit (N,), distance_m (N,), inf where there is none.
 
-    Rays start where they enter the shell between the bounds of the ground. Steps are at least 1 mm, 5 % more after each
-    that was so short, and a millionth of the distance: a ray that grazes a crest may pass through less of it. A root
-    is bracketed on a stretch where the clearance only falls, and then solved to less than a micrometre. An origin
-    below the ground is a hit at distance 0.
+    Rays start where they enter the shell between the bounds of the ground. Stretches of 1 mm (and 1e-7 of the way since
+    then) are not halved again: a ray that grazes a crest may pass through less of it. A root is bracketed on a stretch
+    where the clearance only falls, and then solved to less than a micrometre. An origin below the ground is a hit at
+    distance 0.
     """
     count = len(origins)
     top = ray_sphere_from(origins, directions, field.radius_m + field.highest_m)
     bottom = ray_sphere_from(origins, directions, field.radius_m + field.lowest_m)
     outside = np.linalg.norm(origins, axis=1) > field.radius_m + field.highest_m
     near = np.where(outside, top.near_m, 0.0)
-    limit = np.minimum(np.where(outside, top.far_m, top.near_m), max_distance_m)
+    end = np.minimum(np.where(outside, top.far_m, top.near_m), max_distance_m)
     # From above, the lowest ground is reached by then. (From below it the origin itself is a hit.)
-    limit = np.minimum(limit, np.where(bottom.hit, bottom.near_m, np.inf))
+    end = np.minimum(end, np.where(bottom.hit, bottom.near_m, np.inf))
     hit, distance_m = np.zeros(count, dtype=bool), np.full(count, np.inf)
-    index = np.flatnonzero((top.hit | ~outside) & (near <= limit) & (near <= max_distance_m))
-    if not index.size:
-        return hit, distance_m
-    deviation = Deviation.of(field.model)
-
-    def look(at: NDArray[np.intp], t: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-        p = origins[at] + t[:, None] * directions[at]
-        distance = np.maximum(np.linalg.norm(p, axis=1), 1e-9)
-        heights, broad, rough, sharp = field.height_steepness(p / distance[:, None])
-        return distance - field.radius_m - heights, broad, rough, sharp
-
-    clearance, broad, rough, sharp = look(index, near[index])
-    buried = clearance <= 0.0
-    hit[index[buried]], distance_m[index[buried]] = True, near[index[buried]]
-    start = origins[index] + near[index, None] * directions[index]
-    rate = (start * directions[index]).sum(axis=1) / np.maximum(np.linalg.norm(start, axis=1), 1e-9)
-    rays = _Rays(
-        index, t=near[index], c=clearance, broad=broad, rough=rough, sharp=sharp, rate=rate,
-        cap=np.full(len(index), np.inf), smallest=np.full(len(index), _SMALLEST_STEP_M), end=limit[index],
-    )  # fmt: skip
-    rays.keep(~buried)
-    brackets: list[tuple[NDArray[np.intp], Floats, Floats]] = []
-    while rays.index.size:
-        least = np.maximum(rays.smallest, 1e-6 * rays.t)
-        step = np.maximum(_free_step(deviation, rays), least)
-        # Where the line meets the ground soon, look a little behind it: a bracket, if the ground is smooth so far.
-        meets = rays.c / np.maximum(-rays.rate, 1e-12)
-        near_end = (1.25 * meets < deviation.smooth_m) & (rays.cap == np.inf)
-        step = np.where(near_end, np.maximum(1.25 * meets, step), np.minimum(step, np.maximum(rays.cap, least)))
-        # A few rays take as long as many: then several steps are looked at together, and taken while they are free.
-        several = _TOGETHER if rays.index.size <= _FEW else 1
-        times = np.minimum(rays.t + step * np.arange(1, several + 1)[:, None], rays.end)
-        seen = look(np.tile(rays.index, several), times.ravel())
-        seen = [values.reshape(several, -1) for values in seen]
-        going, crossed = np.ones(rays.index.size, dtype=bool), np.zeros(rays.index.size, dtype=bool)
-        columns = rays.columns
-        for t, c, *kind in zip(times, *seen, strict=True):
-            going &= t > rays.t
-            step = np.maximum(t - rays.t, 1e-12)
-            ends = [np.maximum(now, rays.columns[name]) for now, name in zip(kind, _KINDS, strict=True)]
-            e = deviation.at(step, *ends)
-            small = step <= 1.0001 * np.maximum(rays.smallest, 1e-6 * rays.t)
-            falls = small | ((step <= deviation.smooth_m) & (rays.c - c > 4.0 * e))
-            new = going & (c <= 0.0) & falls
-            if new.any():
-                brackets.append((rays.index[new], rays.t[new], t[new]))
-                crossed |= new
-            accepted = going & (c > 0.0) & ((np.minimum(c, rays.c) >= e) | falls)
-            columns["rate"] = np.where(going, (c - rays.c) / step, rays.rate)
-            columns["cap"] = np.where(accepted, np.inf, np.where(going, 0.5 * step, rays.cap))
-            columns["smallest"] = np.where(accepted & small, 1.05, 1.0) * rays.smallest
-            for name, values in zip(("t", "c", *_KINDS), (t, c, *kind), strict=True):
-                columns[name] = np.where(accepted, values, columns[name])
-            going = accepted
-        rays.keep(~crossed & (rays.t < rays.end))
-    if brackets:
-        found, above, below = (np.concatenate(part) for part in zip(*brackets, strict=True))
-        hit[found] = True
-        distance_m[found] = _solve(field, origins[found], directions[found], above, below)
+    index = np.flatnonzero((top.hit | ~outside) & (near <= end) & (near <= max_distance_m))
+    while index.size:
+        later = []
+        for start in range(0, len(index), _TOGETHER):
+            at = index[start : start + _TOGETHER]
+            search = _Search(field, origins[at], directions[at], near[at], end[at])
+            search.run()
+            hit[at], distance_m[at] = search.result()
+            again = ~hit[at] & (search.doubtful < end[at])
+            near[at[again]] = search.doubtful[again]
+            later.append(at[again])
+        index = np.concatenate(later)
     return hit, distance_m
 
 
-def _free_step(deviation: Deviation, rays: _Rays) -> Floats:
-    """The longest step (N,) at whose end the clearance, as it changes now, still exceeds E."""
-    left = rays.c[:, None] + np.minimum(rays.rate, 0.0)[:, None] * deviation.lengths_m
-    free = left > _MARGIN * deviation.table(rays.broad, rays.rough, rays.sharp)
-    last = np.maximum(free.argmin(axis=1) - 1, 0)  # the first length that isn't free ends it
-    return deviation.lengths_m[np.where(free.all(axis=1), free.shape[1] - 1, last)]
+class _Places:
+    """Places on rays at which the ground is known, as arrays that are cut down together."""
+
+    columns = ("ray", "t", "above", "base", "z", "craters", "clearance", "kind", "feet")
+
+    def __init__(self) -> None:
+        self.ray = np.zeros(0, np.int64)
+        self.feet, self.kind = np.zeros((3, 0)), np.zeros((len(Kind), 0))
+        for name in self.columns[1:-2]:
+            setattr(self, name, np.zeros(0))
+
+    t: Floats
+    above: Floats
+    """Height above the reference sphere."""
+    base: Floats
+    z: Floats
+    craters: Floats
+    clearance: Floats
+
+    def __len__(self) -> int:
+        return len(self.ray)
+
+    def take(self, which: Ints) -> None:
+        for name in self.columns:
+            setattr(self, name, getattr(self, name)[..., which])
+
+    def add(self, other: _Places) -> None:
+        for name in self.columns:
+            setattr(self, name, np.concatenate([getattr(self, name), getattr(other, name)], axis=-1))
 
 
-def _solve(field: TerrainField, origins: Floats, directions: Floats, above: Floats, below: Floats) -> Floats:
-    """Distances where rays cross the ground between `above` it and `below` it: Illinois false position."""
+class _Search:
+    """The rays of one batch. Stretches (S,) go from place `a` to place `b`, rows of `places`."""
 
-    def clearance(at: NDArray[np.intp], t: Floats) -> Floats:
-        p = origins[at] + t[:, None] * directions[at]
-        distance = np.linalg.norm(p, axis=1)
-        return distance - field.radius_m - field.height(p / distance[:, None])
+    def __init__(self, field: TerrainField, origins: Floats, directions: Floats, near: Floats, end: Floats) -> None:
+        self.field = field
+        self.model, self.craters = field.model, field.model.craters
+        self.origins, self.directions, self.near, self.end = origins, directions, near, end
+        self.stretch = field.radius_m / (field.radius_m + min(field.lowest_m, 0.0))
+        self.smooth_m = _SMOOTH * float(self.model.wavelength_m[-1])
+        self.places = _Places()
+        self.a, self.b = np.zeros(0, np.int64), np.zeros(0, np.int64)
+        self.paths = CraterPaths.none()
+        self.below = np.full(len(near), np.inf)
+        """The first place that is known to be below the ground, of each ray."""
+        self.doubtful = np.full(len(near), np.inf)
+        """The first place that seems to be: what lies behind it is left for later, and seldom needed."""
+        self.brackets: list[tuple[Ints, Floats, Floats, Floats, Floats]] = []
 
-    result = below.copy()
-    at, a, b = np.arange(len(above)), above, below
-    fa, fb = np.split(clearance(np.concatenate([at, at]), np.concatenate([a, b])), 2)
+    def run(self) -> None:
+        """Halves stretches until all are free or known to hold a crossing."""
+        length = np.maximum(self.end - self.near, _SMALLEST_M)
+        widest = _WIDEST * self.field.radius_m
+        pieces = 2.0 ** np.maximum(np.ceil(np.log2(length / widest)), 0.0)
+        level = np.ceil(np.log2(self.stretch * length / pieces)).astype(int)
+        before: Stage | None = None
+        for now in range(int(level.max()), -64, -1):
+            stage = stage_of(self.model, 2.0**now)
+            roots = np.flatnonzero(level == now)
+            if before is not None and len(self.a):
+                self._refine(before, stage)
+            if len(roots):
+                self._enter(roots, length[roots], pieces[roots].astype(np.int64), stage)
+            before = stage
+            if len(self.a):
+                self._look(stage)
+            elif now <= level.min():
+                return
+
+    def _enter(self, rays: Ints, length: Floats, pieces: Ints, stage: Stage) -> None:
+        """New stretches: rays (R,) in `pieces` (R,) equal parts."""
+        ray = np.repeat(rays, pieces + 1)
+        ends = np.cumsum(pieces + 1)
+        k = np.arange(len(ray)) - np.repeat(ends - pieces - 1, pieces + 1)
+        t = self.near[ray] + np.repeat(length / pieces, pieces + 1) * k
+        first = len(self.places) + np.flatnonzero(k < np.repeat(pieces, pieces + 1))
+        places = self._seen(ray, t, stage)
+        self.places.add(places)
+        old = len(self.a)
+        self.a, self.b = np.concatenate([self.a, first]), np.concatenate([self.b, first + 1])
+        self._find_craters(0, stage, slice(old, None))
+
+    def _seen(self, ray: Ints, t: Floats, stage: Stage) -> _Places:
+        """Places with their ground, but for craters."""
+        found = _Places()
+        p = (self.origins[ray] + t[:, None] * self.directions[ray]).T
+        away = np.maximum(np.sqrt((p * p).sum(axis=0)), 1e-9)
+        found.ray, found.t, found.above = ray, t, away - self.field.radius_m
+        found.feet = p * (self.field.radius_m / away)
+        found.base, found.z, found.kind = ground_at(found.feet, stage)
+        found.craters, found.clearance = np.zeros(len(t)), np.zeros(len(t))
+        return found
+
+    def _find_craters(self, octaves: int, stage: Stage, part: slice) -> None:
+        """Craters of the octaves from `octaves` on that the stage looks at, along some of the stretches."""
+        if self.craters is None or octaves == stage.octaves:
+            return
+        places, a, b = self.places, self.a[part], self.b[part]
+        length = (places.t[b] - places.t[a]) * self.stretch
+        found, height_a, height_b = found_along(
+            self.craters, np.arange(octaves, stage.octaves), (places.feet[:, a], places.feet[:, b]), length
+        )
+        added = np.zeros(len(places))
+        added[a], added[b] = height_a, height_b  # neighbours agree on what they share
+        places.craters += added
+        found.stretch = found.stretch + (part.start or 0)
+        self.paths = self.paths.joined(found)
+
+    def _refine(self, before: Stage, stage: Stage) -> None:
+        """Halves all stretches, and looks at all places as the stage does."""
+        places = self.places
+        ray = places.ray[self.a]
+        t = 0.5 * (places.t[self.a] + places.t[self.b])
+        middle = self._seen(ray, t, stage)
+        if stage.layers > before.layers:
+            places.z += layers_at(places.feet, before, stage)
+        count = len(self.a)
+        if self.craters is not None:
+            length = (places.t[self.b] - t) * self.stretch
+            self.paths, middle.craters = self.paths.halves(self.craters, middle.feet, length, count)
+        new = len(places) + np.arange(count)
+        places.add(middle)
+        self.a, self.b = np.stack([self.a, new], axis=1).ravel(), np.stack([new, self.b], axis=1).ravel()
+        self._find_craters(before.octaves, stage, slice(0, None))
+
+    def _look(self, stage: Stage) -> None:
+        """Drops stretches that are free, or behind the first place below the ground; keeps brackets."""
+        places = self.places
+        rough = places.kind[Kind.ROUGH]
+        ground = places.base + rough * (places.z + stage.mean_m) + places.craters
+        places.clearance = places.above - limit(self.model.constants, ground)
+        rest = rough * stage.rest_m + stage.craters_down_m
+        sunk = np.flatnonzero(places.clearance <= -_DOUBT * rest)
+        on_way = sunk[places.t[sunk] > self.near[places.ray[sunk]]]
+        np.minimum.at(self.doubtful, places.ray[on_way], places.t[on_way])
+        sunk = sunk[places.clearance[sunk] <= -rest[sunk]]
+        np.minimum.at(self.below, places.ray[sunk], places.t[sunk])
+        a, b = self.a, self.b
+        before = places.t[a] < np.minimum(self.doubtful, self.below)[places.ray[a]]
+        length = places.t[b] - places.t[a]
+        reach = length * self.stretch
+        rise = stage.rise(reach, np.maximum(places.kind[:, a], places.kind[:, b]))
+        if self.craters is not None:
+            rise += self.paths.rise(self.craters, reach)
+        ca, cb = places.clearance[a], places.clearance[b]
+        keep = before & (np.minimum(ca, cb) < rise)
+        if stage.whole:
+            small = length <= np.maximum(_SMALLEST_M, _SMALLEST_SHARE * (places.t[a] - self.near[places.ray[a]]))
+            # A deviation that is a parabola has slopes of at most four times its height by the length.
+            settled = small | ((length <= self.smooth_m) & (np.abs(ca - cb) > 4.0 * rise))
+            new = keep & settled & (ca > 0.0) & (cb <= 0.0)
+            if new.any():
+                self.brackets.append((places.ray[a][new], places.t[a][new], places.t[b][new], ca[new], cb[new]))
+            keep &= ~settled
+        self._keep(np.flatnonzero(keep))
+
+    def _keep(self, which: Ints) -> None:
+        number = np.full(len(self.a), -1)
+        number[which] = np.arange(len(which))
+        if len(self.paths):
+            stretch = number[self.paths.stretch]
+            there = stretch >= 0
+            self.paths = self.paths.take(there)
+            self.paths.stretch = stretch[there]
+        a, b = self.a[which], self.b[which]
+        used = np.zeros(len(self.places), bool)
+        used[a] = used[b] = True
+        place = np.cumsum(used) - 1
+        self.places.take(np.flatnonzero(used))
+        self.a, self.b = place[a], place[b]
+
+    def result(self) -> tuple[Flags, Floats]:
+        """Hit (R,) and distance (R,) of all rays."""
+        distance = np.where(self.below <= self.near, self.near, np.inf)  # buried
+        if self.brackets:
+            ray, above, under, ca, cb = (np.concatenate(part) for part in zip(*self.brackets, strict=True))
+            order = np.lexsort((above, ray))
+            first = order[np.unique(ray[order], return_index=True)[1]]
+            first = first[np.isinf(distance[ray[first]])]
+            ray = ray[first]
+            distance[ray] = _solve(
+                self.field, self.origins[ray], self.directions[ray], above[first], under[first], ca[first], cb[first]
+            )
+        distance = np.where(distance <= self.end, distance, np.inf)
+        return np.isfinite(distance), distance
+
+
+def _solve(
+    field: TerrainField, origins: Floats, directions: Floats, a: Floats, b: Floats, fa: Floats, fb: Floats
+) -> Floats:
+    """Distances where rays cross the ground between `a` and `b`, where they are `fa` above it and `fb` (at most 0):
+    Illinois false position."""
+    result = b.copy()
+    at, side = np.arange(len(a)), np.zeros(len(a))
     for _ in range(60):
         if not at.size:
             break
-        span = np.where(fa - fb > 0.0, fa - fb, 1.0)
-        middle = np.clip(a + (b - a) * fa / span, a, b)
-        f = clearance(at, middle)
+        middle = np.clip(a + (b - a) * fa / np.where(fa - fb > 0.0, fa - fb, 1.0), a, b)
+        p = origins[at] + middle[:, None] * directions[at]
+        away = np.linalg.norm(p, axis=1)
+        f = away - field.radius_m - field.height(p / away[:, None])
         up = f > 0.0
-        fb, fa = np.where(up, 0.5 * fb, f), np.where(up, f, 0.5 * fa)
+        # The end that stays a second time counts for half, so that it moves as well.
+        fb, fa = np.where(up, np.where(side > 0, 0.5 * fb, fb), f), np.where(up, f, np.where(side < 0, 0.5 * fa, fa))
+        side = np.where(up, 1.0, -1.0)
         a, b = np.where(up, middle, a), np.where(up, b, middle)
         done = (b - a < 1e-7) | (np.abs(f) < _ON_GROUND_M)
         result[at] = np.where(np.abs(f) < _ON_GROUND_M, middle, b)
-        at, a, b, fa, fb = (v[~done] for v in (at, a, b, fa, fb))
+        at = at[~done]
+        side, a, b, fa, fb = (v[~done] for v in (side, a, b, fa, fb))
     return result

@@ -59,7 +59,7 @@ class TerrainMaterialBlock:
     climate: Vec4 = (5200.0, -5700.0, 0.05, 1.7e-4)
     """(height of the snow line in m at the equator, how much higher at the poles, humidity, 1 / its range in m)"""
     look: Vec4 = (1.0, 0.0, 1.0, 0.0)
-    """(strength of colour variation, share of the law of airless dust, height of the grain, 0)"""
+    """(strength of colour variation, share of the law of airless dust, height of the grain, things on the ground)"""
     relief: Vec4 = (0.5, 0.07, 0.08, 0.005)
     """(2 / shortest layer in m, variance of all layers' slopes at roughness 1, 1 / their octaves, 1 / period of strata
     in m)"""
@@ -95,6 +95,7 @@ def material_block(
     layers = table["octaves"][2 + FIELDS : 2 + FIELDS + LAYERS].copy()
     layers[model.layers :] = table["octaves"][last - 1]
     warp = table["octaves"][1]
+    grain = terrain.grain * _GRAIN_SLOPE / max(float(slopes[-1]), 1e-6)
     range_m = _RANGE_SHARE * float(model.constants.range_m)
     rock, strata, grass, dry = (
         np.array(v) for v in (terrain.rock_albedo, terrain.strata_albedo, terrain.grass_albedo, terrain.dry_albedo)
@@ -117,7 +118,7 @@ def material_block(
             terrain.humidity - _MEAN_MOISTURE,
             1.0 / max(terrain.snow_line_m - terrain.snow_line_pole_m, _LEAST_CLIMATE_M),
         ),
-        look=(terrain.variation, terrain.dust_law, terrain.grain * _GRAIN_SLOPE / max(float(slopes[-1]), 1e-6), 0.0),
+        look=(terrain.variation, terrain.dust_law, grain, terrain.clutter),
         relief=(
             2.0 / float(model.wavelength_m[-1]),
             _GRADIENT_VARIANCE * float(np.sum(slopes * slopes)),

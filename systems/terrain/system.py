@@ -67,7 +67,7 @@ class TerrainSystem(System):
             out: setup.gpu.gpu.state(depth_test=True, depth_func=">", cull="back" if out else None)
             for out in (True, False)
         }
-        self._shaders: dict[str, Any] = {}
+        self._shaders: dict[tuple[str, bool], Any] = {}
         self._field_revision: tuple[int, ...] = ()
         self._colour_revision = -1
         self._material_stamp: tuple[int, ...] = ()
@@ -207,7 +207,13 @@ class TerrainSystem(System):
             system=name,
             bind=lambda io: self._bind_shade(io, index),
             kind="compute",
-            reads=("gbuffer.depth", *GBUFFER, "gbuffer.tiles_terrain", *contract_reads(self._world)),
+            reads=(
+                "gbuffer.depth",
+                *GBUFFER,
+                "gbuffer.tiles_terrain",
+                "gbuffer.tiles_near",
+                *contract_reads(self._world),
+            ),
             writes=("scene.radiance",),
             after=("sky.shade",),
             help="materials and light of terrain pixels",
@@ -244,32 +250,39 @@ class TerrainSystem(System):
 
         return run
 
-    def _shader(self, file: str) -> Any:
-        """A compute shader, made when a backend first asks for it: its contracts are there by then."""
-        if file not in self._shaders:
+    def _shader(self, file: str, near: bool = False) -> Any:
+        """A compute shader, made when a backend first asks for it: its contracts are there by then. near: for tiles
+        with ground so near that things that stand on it show."""
+        if (file, near) not in self._shaders:
             # The power of how much longer than wide a pixel's place on the ground is.
             blur = 0.5 * (1.0 - float(self._settings["terrain.sharpness"]))
             step = int(self._settings["terrain.coast_px"])
             defines = {"GROUND_BLUR": f"{blur:.4f}", "COAST_STEP": step}
-            self._shaders[file] = self._gpu.compute(file, defines=defines)
-        return self._shaders[file]
+            if near:
+                defines["GROUND_CLUTTER"] = 1
+            self._shaders[file, near] = self._gpu.compute(file, defines=defines)
+        return self._shaders[file, near]
 
     def _bind_shade(self, io: PassIO, index: int) -> Callable[[], None]:
-        radiance, tiles = io.texture("scene.radiance"), io.buffer("gbuffer.tiles_terrain")
+        radiance = io.texture("scene.radiance")
+        distant, nearby = io.buffer("gbuffer.tiles_terrain"), io.buffer("gbuffer.tiles_near")
         textures = [io.texture(n) for n in ("gbuffer.depth", *GBUFFER)]
         bind_air = bind_contracts(self._world, io)
         backend = self.backend
         shade = self._shader(backend.shade_file)
+        shade_near = self._shader(backend.shade_file, backend.shade_file == Backend.shade_file)
 
         def run() -> None:
             bind_air()
             radiance.bind_to_image(0, read=False, write=True)
-            tiles.bind_to_storage_buffer(7)
             for unit, texture in enumerate(textures):
                 texture.use(unit)
             self._bind_octaves(index)
             backend.bind_shading(index)
-            shade.run_indirect(tiles)
+            near = shade_near if self._component.clutter > 0.0 else shade
+            for program, tiles in ((shade, distant), (near, nearby)):
+                tiles.bind_to_storage_buffer(7)
+                program.run_indirect(tiles)
 
         return run
 

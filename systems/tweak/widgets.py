@@ -39,6 +39,9 @@ def edit(imgui: Any, rule: FieldRule, value: Any) -> Any:
         return _text(imgui, rule, value)
     if rule.kind == "vector":
         return _vector(imgui, rule, value)
+    if rule.kind == "tables":
+        imgui.text(f"{len(value)} given" if value else "none given")
+        return value
     return _integer(imgui, rule, value) if rule.kind == "int" else _number(imgui, rule, value)
 
 
@@ -108,6 +111,8 @@ def _vector(imgui: Any, rule: FieldRule, value: tuple[float, ...]) -> tuple[floa
     if not changed:
         return value
     # Only what was changed is rounded: the other numbers keep all their digits.
+    if rule.knob.widget == "place":
+        return _clamped(_rounded(wanted[0], None, None), -90.0, 90.0), _rounded(wanted[1], -360.0, 360.0)
     return tuple(
         old if math.isclose(old, new, rel_tol=1e-6, abs_tol=0.0) else _rounded(new, low, high)
         for old, new in zip(value, wanted, strict=True)

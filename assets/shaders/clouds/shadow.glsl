@@ -4,7 +4,7 @@
 #include "common/camera.glsl"
 #include "generated/cloud_view.glsl"
 
-layout(binding = 15) uniform sampler2DArray u_cloud_shadow;
+layout(binding = 16) uniform sampler2DArray u_cloud_shadow;
 
 // Where the sun's ray through a point crosses the height that maps are drawn at.
 vec3 cloud_shadow_place(vec3 point, float altitude, vec3 up) {

@@ -9,6 +9,9 @@ layout(binding = 0) uniform sampler2D u_scene;
 layout(binding = 1) uniform sampler2D u_depth;
 layout(binding = 2) uniform usampler2D u_surface;
 layout(binding = 3) uniform sampler2D u_before;     // resolved picture of the last frame, linear
+#ifdef MOTION
+layout(binding = 4) uniform sampler2D u_motion;      // props.motion
+#endif
 layout(std430, binding = 5) readonly buffer ExposureIn { Exposure exposure; };
 layout(std430, binding = 6) readonly buffer ExposureBefore { Exposure exposure_before; };
 layout(location = 0) uniform mat3 u_turn;            // camera coordinates to those of the frame before
@@ -52,8 +55,11 @@ void main() {
     vec3 now = press(exposed_light(texelFetch(u_scene, pixel, 0).rgb * scale, exposure.saturated));
     uint kind = texelFetch(u_surface, pixel, 0).r;
     float own = texelFetch(u_depth, pixel, 0).r, nearest = own, farthest = own;
+    ivec2 front = pixel;
     for (int k = 0; k < 4; k++) {
-        float depth = texelFetch(u_depth, clamp(pixel + ivec2(k & 1, k >> 1) * 2 - 1, ivec2(0), last), 0).r;
+        ivec2 at = clamp(pixel + ivec2(k & 1, k >> 1) * 2 - 1, ivec2(0), last);
+        float depth = texelFetch(u_depth, at, 0).r;
+        front = depth > nearest ? at : front;
         nearest = max(nearest, depth);
         farthest = min(farthest, depth);
     }
@@ -61,10 +67,19 @@ void main() {
     vec2 ndc = ndc_of_pixel(gl_FragCoord.xy);
     vec3 ray = vec3(ndc * frame.projection.xy + frame.projection.zw, 1.0);
     float near = frame.camera_offset.w, per_m = nearest / near;
-    vec3 then = nearest > 0.0 ? u_turn * ray + u_shift * per_m : u_sky_turn * ray;
+    vec3 ground = u_turn * ray + u_shift * per_m;
+    bool known = true;
+#ifdef MOTION
+    // A body that moves by itself came from elsewhere, or from nowhere.
+    vec4 motion = texelFetch(u_surface, front, 0).r == SURFACE_PROPS ? texelFetch(u_motion, front, 0) : vec4(0.0, 0.0, 0.0, 1.0);
+    known = motion.w > 0.5;
+    ground += u_turn * (per_m * vec3(dot(frame.camera_right.xyz, motion.xyz), dot(frame.camera_up.xyz, motion.xyz),
+        dot(frame.camera_forward.xyz, motion.xyz)));
+#endif
+    vec3 then = nearest > 0.0 ? ground : u_sky_turn * ray;
     vec2 before = (then.xy / then.z - u_projection.zw) * u_projection.xy;
     vec2 uv = v_uv + 0.5 * (before - ndc - u_jitter);
-    bool seen = then.z > 0.0 && all(greaterThan(uv, vec2(0.0))) && all(lessThan(uv, vec2(1.0)));
+    bool seen = known && then.z > 0.0 && all(greaterThan(uv, vec2(0.0))) && all(lessThan(uv, vec2(1.0)));
     uv = clamp(uv, 0.0, 1.0);
 
     int code = int(texelFetch(u_before, min(ivec2(uv * vec2(last + 1)), last), 0).a);

@@ -1,4 +1,4 @@
-// The tiles of each surface as a list behind its indirect dispatch. One workgroup for the whole picture.
+// The tiles of each surface, of the ground near and far ones, as a list behind its indirect dispatch. One workgroup for the whole picture.
 #include "common/surfaces.glsl"
 
 layout(local_size_x = 256) in;
@@ -6,9 +6,10 @@ layout(std430, binding = 0) readonly buffer FlagBuffer { uint flags[]; };
 layout(std430, binding = 1) writeonly buffer TerrainBuffer { uint terrain_groups[4]; uint terrain_tiles[]; };
 layout(std430, binding = 2) writeonly buffer SeaBuffer { uint sea_groups[4]; uint sea_tiles[]; };
 layout(std430, binding = 3) writeonly buffer CoastBuffer { uint coast_groups[4]; uint coast_tiles[]; };
+layout(std430, binding = 4) writeonly buffer NearBuffer { uint near_groups[4]; uint near_tiles[]; };
 uniform ivec2 u_tiles;
 
-shared uint s_terrain, s_sea, s_coast;
+shared uint s_terrain, s_sea, s_coast, s_near;
 
 const uint BOTH = 1u << SURFACE_TERRAIN | 1u << SURFACE_SEA;
 
@@ -26,6 +27,7 @@ void main() {
         s_terrain = 0u;
         s_sea = 0u;
         s_coast = 0u;
+        s_near = 0u;
     }
     barrier();
     uint count = uint(u_tiles.x * u_tiles.y);
@@ -37,7 +39,9 @@ void main() {
         uint near = around(tile);
         bool coast = own != 0u && (near >> SURFACE_TERRAIN & 1u) != 0u && (near & (1u << SURFACE_SEA | 1u << SURFACE_NONE)) != 0u;
         if (coast) coast_tiles[atomicAdd(s_coast, 1u)] = place;
-        if (coast || (own >> SURFACE_TERRAIN & 1u) != 0u) terrain_tiles[atomicAdd(s_terrain, 1u)] = place;
+        bool terrain = coast || (own >> SURFACE_TERRAIN & 1u) != 0u, close = (flags[tile] & SURFACE_NEAR) != 0u;
+        if (terrain && close) near_tiles[atomicAdd(s_near, 1u)] = place;
+        if (terrain && !close) terrain_tiles[atomicAdd(s_terrain, 1u)] = place;
         if (coast || (own >> SURFACE_SEA & 1u) != 0u) sea_tiles[atomicAdd(s_sea, 1u)] = place;
     }
     barrier();
@@ -45,6 +49,9 @@ void main() {
         terrain_groups[0] = s_terrain;
         terrain_groups[1] = 1u;
         terrain_groups[2] = 1u;
+        near_groups[0] = s_near;
+        near_groups[1] = 1u;
+        near_groups[2] = 1u;
         coast_groups[0] = s_coast;
         coast_groups[1] = 1u;
         coast_groups[2] = 1u;

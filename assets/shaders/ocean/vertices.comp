@@ -12,6 +12,8 @@ layout(std430, binding = 0) readonly buffer CellBuffer { Cell cells[]; };
 layout(std430, binding = 1) writeonly buffer VertexBuffer { CellVertex vertices[]; };
 layout(std430, binding = 5) writeonly buffer BoundsBuffer { CellBounds bounds[]; };
 
+uniform vec2 u_reach;   // how far waves move a point: upwards, and in all
+
 shared vec4 s_low[64];   // w: minus the greatest depth
 shared vec3 s_high[64];
 
@@ -49,7 +51,7 @@ void main() {
     }
     if (lane == 0u) {
         // No water anywhere in the cell: out of reach of the culling pass's limits.
-        bounds[cell_index].low = vec4(s_low[0].xyz, dh);
-        bounds[cell_index].high = vec4(s_high[0], s_low[0].w < 0.0 ? dh : -1.0e30);
+        bounds[cell_index].low = vec4(s_low[0].xyz - u_reach.y, dh - u_reach.x);
+        bounds[cell_index].high = vec4(s_high[0] + u_reach.y, s_low[0].w < 0.0 ? dh + u_reach.x : -1.0e30);
     }
 }

@@ -8,6 +8,7 @@ in vec3 in_normal;
 
 out vec3 v_normal;
 flat out vec4 v_color;
+out vec4 v_back;   // see props.motion
 
 void main() {
     PropInstance prop = instances[u_first + gl_InstanceID];
@@ -16,4 +17,5 @@ void main() {
     // The inverse transpose, without the determinant.
     v_normal = cross(b, c) * in_normal.x + cross(c, a) * in_normal.y + cross(a, b) * in_normal.z;
     v_color = prop.color;
+    v_back = vec4(prop.back_a.xyz * in_position.x + prop.back_b.xyz * in_position.y + prop.back_c.xyz * in_position.z, 0.0) + prop.back;
 }

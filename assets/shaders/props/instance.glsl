@@ -5,6 +5,10 @@ struct PropInstance {
     vec4 c;
     vec4 place;   // of its origin, from the camera
     vec4 color;   // reflectance, roughness
+    vec4 back_a;  // of the last frame minus those now
+    vec4 back_b;
+    vec4 back_c;
+    vec4 back;    // the same of its origin; w: 1 if it was there
 };
 struct PropOccluder {
     vec4 a;       // half axes

@@ -1,4 +1,4 @@
-// Tiles that show a prop, or ground that a prop reaches, as a list behind its indirect dispatch. One workgroup.
+// Tiles that show a prop, or ground or water that a prop reaches, as a list behind its indirect dispatch. One workgroup.
 #include "common/surfaces.glsl"
 
 layout(local_size_x = 256) in;
@@ -9,6 +9,8 @@ uniform ivec2 u_tiles;
 
 shared uint s_count;
 
+const uint SHADED = 1u << SURFACE_TERRAIN | 1u << SURFACE_SEA;
+
 void main() {
     if (gl_LocalInvocationIndex == 0u) s_count = 0u;
     barrier();
@@ -16,7 +18,7 @@ void main() {
     for (uint tile = gl_LocalInvocationIndex; tile < count; tile += 256u) {
         uint place = tile % uint(u_tiles.x) | tile / uint(u_tiles.x) << 16;
         bool shown = (flags[tile] >> SURFACE_PROPS & 1u) != 0u;
-        if (shown || ((flags[tile] >> SURFACE_TERRAIN & 1u) != 0u && touched[tile] != 0u)) {
+        if (shown || ((flags[tile] & SHADED) != 0u && touched[tile] != 0u)) {
             prop_tiles[atomicAdd(s_count, 1u)] = place;
         }
     }

@@ -1,4 +1,4 @@
-// Light of props, and their shadows on the ground: its radiance, without the air before it, is scaled by the share of its
+// Light of props, and their shadows on ground and water: the radiance there, without the air before it, is scaled by the share of its
 // light that they leave.
 #include "common/camera.glsl"
 #include "common/octahedral.glsl"
@@ -41,7 +41,7 @@ void main() {
     if (any(greaterThanEqual(pixel, textureSize(u_surface, 0)))) return;
     uint surface = texelFetch(u_surface, pixel, 0).r;
     vec2 left = texelFetch(u_shadow, pixel, 0).rg;
-    bool ground = surface == SURFACE_TERRAIN && min(left.r, left.g) < 0.998;
+    bool ground = (surface == SURFACE_TERRAIN || surface == SURFACE_SEA) && min(left.r, left.g) < 0.998;
     if (surface != SURFACE_PROPS && !ground) return;
 
     vec3 point = position_from_depth(ndc_of_pixel(vec2(pixel) + 0.5), texelFetch(u_depth, pixel, 0).r);
@@ -53,6 +53,9 @@ void main() {
     if (ground) {
         vec3 direct = sunlight * max(dot(normal, sun), 0.0);
         vec3 share = (direct * left.r + skylight * left.g) / max(direct + skylight, 1e-30);
+        // The sky's image in the water stays; what shines out of it and the sun's glitter don't.
+        float facing = 1.0 - clamp(dot(normal, view), 0.0, 1.0), facing2 = facing * facing;
+        share = mix(share, vec3(1.0), surface == SURFACE_SEA ? 0.02 + 0.98 * facing2 * facing2 * facing : 0.0);
         vec3 seen = imageLoad(u_radiance, pixel).rgb, air_light = between.in_scatter * frame.scale.x;
         imageStore(u_radiance, pixel, vec4(max(seen - air_light, 0.0) * share + min(seen, air_light), 1.0));
         return;

@@ -7,6 +7,7 @@
 #include "terrain/height.glsl"
 #include "terrain/attributes.glsl"
 #include "contract/vertex_spacing.glsl"
+#include "contract/waterline.glsl"
 
 layout(local_size_x = 16, local_size_y = 8) in;
 layout(std430, binding = 7) readonly buffer TileBuffer {
@@ -61,7 +62,7 @@ void main() {
     uint surface = texelFetch(u_surface, pixel, 0).r;
     if (surface != SURFACE_TERRAIN && surface != SURFACE_SEA) return;
     // Seen from under water the bed is below the sea, and still in front of it.
-    if (frame.camera_zenith.w < planet.sea.x) return;
+    if (lens_in_water(ndc_of_pixel(vec2(pixel) + 0.5))) return;
     float own = texelFetch(u_depth, pixel, 0).r, total = 0.0;
     vec4 ground = vec4(0.0), attributes = vec4(0.0);
     vec2 part = vec2(here % COAST_STEP) / float(COAST_STEP);

@@ -6,11 +6,16 @@
 #include "terrain/height.glsl"
 #include "terrain/attributes.glsl"
 #include "terrain/material.glsl"
+#ifdef GROUND_CLUTTER
+#include "terrain/clutter.glsl"
+#include "terrain/ripples.glsl"
+#endif
 #include "terrain/color_map.glsl"
 #include "contract/air.glsl"
 #include "contract/sky.glsl"
 #include "contract/sun_visibility.glsl"
 #include "contract/vertex_spacing.glsl"
+#include "contract/water.glsl"
 
 #ifndef GROUND_BLUR
 #define GROUND_BLUR 0.5
@@ -30,6 +35,14 @@ float reflected(float n_l, float n_v, vec3 view, vec3 sun) {
     float seeliger = 2.0 * n_l / max(n_l + max(n_v, 0.0), 1e-3);
     return mix(n_l, seeliger, share) / PI;
 }
+
+#ifdef GROUND_CLUTTER
+// A direction, as seen from the ground at hand if that was level: what rises along the ground is taken away.
+vec3 levelled(vec3 direction, vec3 normal, vec3 zenith) {
+    float up = dot(direction, zenith), rises = max(dot(direction, normal), 0.06);
+    return normalize(direction + (rises - up) * zenith);
+}
+#endif
 
 #ifdef TERRAIN_COLORED
 // The map's colour, broken up by the materials' noise, rock and freshly dug ground; near the eye half of the materials' own.
@@ -79,21 +92,47 @@ vec3 ground_radiance(ivec2 pixel) {
     for (int once = terrain_table.map.z > 0 ? 0 : 1; once < 1; ++once)
         material.albedo = colored(material, detail, zenith, moisture, footprint);
 #endif
-    vec3 bumps = material.grain * detail.grain + material.relief;
+    vec3 bumps = material.grain * detail.grain;
+#ifdef GROUND_CLUTTER
+    bool snow = material.snowy > material.sandy;
+    vec4 rippled = ripples(D, snow ? 5 : 1, snow ? 0.9 : 0.4, footprint) * max(material.snowy, material.sandy);
+    bumps += (snow ? 0.16 : 0.22) * terrain_material_block.look.w * rippled.xyz;
+    material.albedo *= 1.0 + (snow ? 0.02 : 0.08) * rippled.w;
+#endif
     gradient += bumps - zenith * dot(zenith, bumps);
     vec3 normal = normalize(zenith - gradient);
 
-    vec3 sun = frame.sun_direction.xyz;
+    // Water over the ground, and ground that is wet from it.
+    float rise = footprint * max(length(gradient), 0.02);
+    Shore wet = shore(D, height, rise, footprint);
+    WaterLight water = water_light(D, zenith, height, footprint);
+    material.albedo *= mix(vec3(1.0), vec3(0.52, 0.5, 0.47), wet.damp);
+    material.albedo = mix(material.albedo, wet.foam_albedo, wet.foam);
+
+    vec3 sun = water.to_sun;
+    vec2 open = light_visibility(point);
+#ifdef GROUND_CLUTTER
+    GroundClutter clutter = ground_clutter(D, zenith, levelled(view, coarse, zenith), levelled(sun, coarse, zenith), across,
+        material.stony, material.leafy * vec4(1.0, 1.0, 1.0, ramp(10.0, 25.0, distance_m * dot(view, zenith))));
+    vec3 stone = mix(terrain_material_block.rock.rgb, terrain_material_block.strata.rgb, 0.3 + 0.3 * clutter.tint)
+        * (1.0 + 0.35 * clutter.tint);
+    vec3 leaves = mix(material.plant * (1.15 + 0.3 * clutter.tint), terrain_material_block.forest.rgb * (1.5 + 0.5 * clutter.tint), clutter.bush);
+    material.albedo = mix(material.albedo, mix(stone, leaves * clutter.light, clutter.plant), clutter.cover);
+    normal = normalize(normal * (1.0 - clutter.cover) + clutter.normal - gradient * dot(clutter.normal, zenith));
+    open *= mix(vec2(clutter.sun, clutter.sky), vec2(1.0), clutter.cover);
+#endif
+
     // Mean over the slopes that a pixel hides: max(x, 0) turns into a soft bend as wide as they spread.
     float mu = dot(normal, sun), soft = 0.5 * material.deviation;
     float n_l = 0.5 * (mu + sqrt(mu * mu + soft * soft)) - 0.5 * soft * clamp(1.0 - mu / max(soft, 1e-4), 0.0, 1.0) * 0.5;
-    vec2 open = light_visibility(point);
-    vec3 sunlight = frame.sun_irradiance.rgb * open.x * air_to_space(point, sun);
+    vec3 beam = frame.sun_irradiance.rgb * open.x * air_to_space(point, frame.sun_direction.xyz), sunlight = beam * water.sun;
     // Light that lit neighbouring ground throws back: without it the airless dark sides would be pure black.
     float sun_height = max(dot(zenith, sun), 0.0);
     vec3 bounce = material.albedo * sunlight * sun_height * (0.5 - 0.5 * dot(normal, zenith)) * 0.6;
-    vec3 irradiance = (sky_irradiance(point, normal) + bounce + frame.sun_irradiance.rgb * STARLIGHT) * open.y;
+    vec3 irradiance = (sky_irradiance(point, normal) * water.sky + bounce + frame.sun_irradiance.rgb * STARLIGHT) * open.y;
     vec3 radiance = material.albedo * (sunlight * reflected(max(n_l, 0.0), dot(normal, view), view, sun) + irradiance / PI);
+    vec4 sheen = shore_sheen(wet, point, view, zenith, normal, beam);
+    radiance = radiance * (1.0 - sheen.a) + sheen.rgb;
 
     Air between = air_from_camera(point);
     return radiance * between.transmittance + between.in_scatter;

@@ -113,12 +113,13 @@ class GridBackend(Backend):
         edge_px = float(frame.settings["terrain.edge_px"])
         key = (proxy.generation, ground.revision, edge_px, pixel_angle)
         fade = view.fade
+        at_once = frame.cut or frame.settling or frame.one_shot
         if fade is not None:
             fade.advance(frame.dt_s)
-            if frame.cut or frame.settling or key[1:] != view.key[1:]:
+            if at_once or key[1:] != view.key[1:]:
                 fade.stop()
         if key != view.key:
-            may_fade = fade is not None and not (frame.cut or frame.settling) and key[1:] == view.key[1:]
+            may_fade = fade is not None and not at_once and key[1:] == view.key[1:]
             may_fade = may_fade and view.made == view.mesh.selection and view.mesh.count > 0
             # The old grid has to have been made for this place: nobody sees a fade after a leap.
             may_fade = may_fade and proxy.cell.snap_distance_m <= _LEAP * proxy.cell.altitude_above_ground_m

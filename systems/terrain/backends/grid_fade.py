@@ -18,13 +18,13 @@ from ....engine.gpu import GpuScope
 from ....engine.gpu.cell_mesh import CELL_DTYPE, VERTEX_DTYPE, CellMesh
 from ....engine.graph import BufferSpec, PassIO
 from ....engine.surface.decimation import topology
-from ....engine.surface.overlay import Overlay, overlay
+from ....engine.surface.overlay import Overlay, held_edges, overlay
 from ....engine.surface.selection import CellSet
 
 __all__ = ["FadePrograms", "SnapFade"]
 
 _START_BYTES = 16
-_FADE_DTYPE = np.dtype([("old_row", "<i4"), ("new_row", "<i4"), ("rest", "<u4", 6)])
+_FADE_DTYPE = np.dtype([("old_row", "<i4"), ("new_row", "<i4"), ("rest", "<u4", 5), ("held", "<u4")])
 _SHARE_OF_INTERVAL = 0.9
 """When snaps follow one another quickly, each fade is over before the next snap is due."""
 
@@ -101,9 +101,11 @@ class SnapFade:
         return grew
 
     def _upload(self, both: Overlay) -> bool:
-        grew = self.mesh.upload(both.cells, topology(both.cells))
+        beside = topology(both.cells)
+        grew = self.mesh.upload(both.cells, beside)
         known = np.zeros(len(both.cells), _FADE_DTYPE)
         known["old_row"], known["new_row"] = both.old_row, both.new_row
+        known["held"] = held_edges(both.cells, beside.beside, both.old_row < 0) @ (1 << np.arange(4))
         if self._known.size < known.nbytes:
             self._gpu.free(self._known)
             self._known = self._gpu.buffer(reserve=self.mesh.capacity * _FADE_DTYPE.itemsize, dynamic=True)

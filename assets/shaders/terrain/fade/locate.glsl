@@ -8,7 +8,7 @@ struct FadeCell {
     uint changed;            // 1: its surface moves
     uint old_code, new_code; // level | variant << 8 of these cells
     uint old_mask, new_mask;
-    uint pad;
+    uint held;               // edges whose vertices may not move, a bit each: no old surface beyond
 };
 
 const uint FADE_NONE = 0xffffffffu;

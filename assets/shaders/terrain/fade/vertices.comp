@@ -73,9 +73,12 @@ void main() {
             if (!own_old) {
                 start = fade_mix(start, old_vertices[first_old + uint(index.y)], old_vertices[first_old + uint(index.z)], share);
             }
-            precise vec3 place = own_new && own_old ? place_of(end) : place_of(start) + u_shift;
-            starts[at] = uvec4(floatBitsToUint(place), start.normal);
-            vec4 bound = vec4(place, own_new && own_old ? end.dh : start.dh + u_rise);
+            uvec4 on_edge = uvec4(equal(ab.xxyy, ivec4(0, CELL_QUADS, 0, CELL_QUADS)));
+            bool held = (known.held & (on_edge.x | on_edge.y << 1 | on_edge.z << 2 | on_edge.w << 3)) != 0u;
+            bool stays = held || (own_new && own_old);
+            precise vec3 place = stays ? place_of(end) : place_of(start) + u_shift;
+            starts[at] = uvec4(floatBitsToUint(place), held ? end.normal : start.normal);
+            vec4 bound = vec4(place, stays ? end.dh : start.dh + u_rise);
             low = min(low, bound);
             high = max(high, bound);
         }

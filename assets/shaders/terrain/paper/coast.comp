@@ -6,6 +6,7 @@
 #include "common/surfaces.glsl"
 #include "common/spacing_code.glsl"
 #include "terrain/paper/ground.glsl"
+#include "contract/waterline.glsl"
 
 layout(local_size_x = 16, local_size_y = 8) in;
 layout(std430, binding = 7) readonly buffer TileBuffer {
@@ -25,7 +26,7 @@ void main() {
     if (any(greaterThanEqual(pixel, textureSize(u_surface, 0)))) return;
     uint surface = texelFetch(u_surface, pixel, 0).r;
     if (surface != SURFACE_TERRAIN && surface != SURFACE_SEA) return;
-    if (frame.camera_zenith.w < planet.sea.x) return;   // a diver's bed is below the sea and in front of it
+    if (lens_in_water(ndc_of_pixel(vec2(pixel) + 0.5))) return;   // a diver's bed is below the sea and in front of it
     vec3 point = position_from_depth(ndc_of_pixel(vec2(pixel) + 0.5), texelFetch(u_depth, pixel, 0).r);
     float drawn;
     vec3 D = foot_offset_of(point, drawn), zenith = up_at(point);

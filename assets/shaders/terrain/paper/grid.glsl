@@ -1,39 +1,5 @@
-// The projected grid: a point of it is two integers, and a function of these alone. float64 side: engine/surface/projected_grid.py.
+// The projected grid of the ground.
 #include "generated/frame.glsl"
 #include "generated/planet.glsl"
 #include "generated/paper_grid.glsl"
-
-const int PAPER_LEVELS = 7, PAPER_FINEST = 64;
-
-// Foot offset of integer place p: on the reference sphere, metres from the anchor's foot, planet axes.
-vec3 paper_foot(ivec2 p) {
-    precise vec2 g = vec2(p - paper_grid.counts.x) * paper_grid.spacing.w;
-    precise vec2 g2 = g * g;
-    precise vec2 power = paper_grid.counts.y == 4 ? g2 * g2 : g2;
-    precise float z = (1.0 - power.x) * (1.0 - power.y) + paper_grid.u.w;
-    precise float aside = g2.x + g2.y;
-    precise float size = sqrt(aside + z * z);
-    // (z - size) / size without cancellation above the equator of the grid.
-    precise float fall = z > 0.0 ? -aside / (size * (size + z)) : z / size - 1.0;
-    precise vec3 D = planet.radii.x * (g.x / size * paper_grid.u.xyz + g.y / size * paper_grid.v.xyz + fall * frame.anchor_up.xyz);
-    return D;
-}
-
-// From the anchor, metres: the point at this height above the anchor's over a foot.
-vec3 paper_position(vec3 D, float dh) {
-    precise vec3 position = D * (1.0 + (frame.anchor_up.w + dh) / planet.radii.x) + frame.anchor_up.xyz * dh;
-    return position;
-}
-
-// Word of a patch: place, level, and the levels of its four edges i, i + 1, j, j + 1.
-ivec2 paper_patch_place(uint word) {
-    return ivec2(word & 255u, (word >> 8) & 255u) * PAPER_FINEST;
-}
-
-int paper_patch_level(uint word) {
-    return int((word >> 16) & 7u);
-}
-
-int paper_edge_level(uint word, int edge) {
-    return int((word >> (19 + 3 * edge)) & 7u);
-}
+#include "common/paper/places.glsl"

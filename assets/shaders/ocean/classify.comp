@@ -1,0 +1,45 @@
+// What each tile's sea needs: bit 0 the plain sea, 2 also bed, surf or ice, 3 the surface from below; bit 4: the tile shows ground.
+// A lane a tile. (Bit 1, ground to mirror, hangs on other tiles: ocean/list_tiles.comp.)
+#include "common/camera.glsl"
+#include "common/surfaces.glsl"
+#include "generated/ocean.glsl"
+#include "contract/waterline.glsl"
+
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) writeonly buffer FlagBuffer { uint flags[]; };
+layout(binding = 0) uniform sampler2D u_depth;
+layout(binding = 1) uniform sampler2D u_attributes;
+layout(binding = 2) uniform usampler2D u_surface;
+uniform ivec2 u_tiles;
+
+void main() {
+    int tile = int(gl_GlobalInvocationID.x);
+    ivec2 size = textureSize(u_surface, 0), first = ivec2(tile % u_tiles.x, tile / u_tiles.x) * ivec2(16, 8);
+    ivec2 last = min(first + ivec2(16, 8), size);
+    float shallowest = 2.0, highest_sine = 0.0;
+    bool any_sea = false, any_ground = false, above = false, below = false;
+    float limit = ocean.loss.w / (ocean.loss.w + 16.0);
+    for (int y = first.y; y < last.y; ++y) {
+        for (int x = first.x; x < last.x; ++x) {
+            uint surface = texelFetch(u_surface, ivec2(x, y), 0).r;
+            bool sea = surface == SURFACE_SEA;
+            any_ground = any_ground || surface == SURFACE_TERRAIN;
+            vec2 bytes = texelFetch(u_attributes, ivec2(x, y), 0).rg;
+            shallowest = min(shallowest, sea ? (bytes.x * 256.0 + bytes.y) * (255.0 / 65535.0) : 2.0);
+            any_sea = any_sea || sea;
+        }
+    }
+    // Ice and the waterline, by the tile's corners.
+    for (int corner = 0; corner < 4; ++corner) {
+        ivec2 pixel = clamp(first + ivec2(corner & 1, corner >> 1) * ivec2(15, 7), ivec2(0), size - 1);
+        vec2 ndc = ndc_of_pixel(vec2(pixel) + 0.5);
+        bool wet = lens_in_water(ndc);
+        above = above || !wet;
+        below = below || wet;
+        float depth = texelFetch(u_depth, pixel, 0).r;
+        highest_sine = max(highest_sine, depth > 0.0 ? abs(up_at(position_from_depth(ndc, depth)).z) : 1.0);
+    }
+    bool rich = shallowest < limit || highest_sine * 1.02 + 0.12 > ocean.water.y;
+    uint found = (above ? (rich ? 4u : 1u) : 0u) | (below ? 8u : 0u);
+    if (tile < u_tiles.x * u_tiles.y) flags[tile] = (any_sea ? found : 0u) | (any_ground ? 16u : 0u);
+}

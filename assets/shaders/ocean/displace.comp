@@ -1,0 +1,82 @@
+// Vertices of the visible cells, moved by the waves: each frame in which time passes. The calm sea's vertices and the depth below
+// them are those of the last snap. A lane takes SEA_VERTICES of them, so that a wave is fetched once for all.
+//
+// Cells that share a vertex get the same bits: what a vertex becomes depends on nothing but its own place and depth.
+#include "generated/frame.glsl"
+#include "generated/planet.glsl"
+#include "common/cells.glsl"
+#include "common/sea_depth.glsl"
+#include "ocean/displaced.glsl"
+#include "ocean/waves.glsl"
+
+const int LANES = 32;
+layout(local_size_x = 32) in;
+layout(std430, binding = 0) readonly buffer CellBuffer { Cell cells[]; };
+layout(std430, binding = 1) readonly buffer VertexBuffer { CellVertex vertices[]; };
+layout(std430, binding = 3) writeonly buffer DisplacedBuffer { SeaVertex displaced[]; };
+layout(std430, binding = 4) readonly buffer ListBuffer { uint list[]; };
+
+const float DEEP = 10.0;   // k times the depth from which sea_shoaling() is 1 to the last bit
+
+SeaPlace g_places[SEA_VERTICES];
+vec3 g_moved[SEA_VERTICES];
+float g_depth[SEA_VERTICES], g_fineness[SEA_VERTICES];   // m; 1 / spacing
+
+void add_wave(vec4 a, vec4 b, vec4 c, bool near, bool shallow) {
+    float wavelength = 1.0 / a.w, k_wave = a.w * SEA_TURN;
+    for (int k = 0; k < SEA_VERTICES; ++k) {
+        SeaWave wave = near ? sea_near_wave(g_places[k], a, b, c) : sea_far_wave(g_places[k], a, b);
+        float share = wave.weight * smoothstep(2.0, 4.0, wavelength * g_fineness[k]);
+        if (shallow) share *= sea_shoaling(k_wave * g_depth[k]);
+        vec2 circle = sea_circle(wave.cycles);
+        g_moved[k] += share * vec3(wave.direction * (wave.sideways * circle.y), wave.amplitude * circle.x);
+    }
+}
+
+void main() {
+    uint cell = list[4u + gl_WorkGroupID.x], first = cell * uint(CELL_VERTICES);
+    // Only what the cell's index list uses.
+    int skips = int(cells[cell].variant >> 1u);
+    ivec2 skip = ivec2(skips / (CELL_MOST + 1), skips % (CELL_MOST + 1)), side = (ivec2(CELL_QUADS) >> skip) + 1;
+    int count = side.x * side.y;
+    float to_foot = 1.0 / wave_north.w;
+    for (int base = 0; base < count; base += LANES * SEA_VERTICES) {
+        float finest = 0.0, shallowest = 3.0e38;
+        for (int k = 0; k < SEA_VERTICES; ++k) {
+            int n = min(base + int(gl_LocalInvocationID.x) + k * LANES, count - 1);
+            ivec2 ab = ivec2(n % side.x, n / side.x) << skip;
+            CellVertex calm = vertices[first + uint(ab.y * CELL_SIDE + ab.x)];
+            vec3 position = vec3(calm.x, calm.y, calm.z);
+            g_places[k] = sea_place((position - frame.anchor_up.xyz * calm.dh) * to_foot);
+            g_moved[k] = vec3(0.0);
+            g_depth[k] = sea_depth_m(unpackUnorm2x16(calm.attributes).x) * sea_open(g_places[k]);
+            // The distance of vertices that was asked for here, whatever the cell's own is.
+            g_fineness[k] = 1.0 / max(wave_mesh.x, wave_eye.w * length(position - wave_eye.xyz));
+            finest = max(finest, g_fineness[k]);
+            shallowest = min(shallowest, g_depth[k]);
+        }
+        ivec2 counts = wave_count(wave_bin(3.14159265 * finest));
+        int feels = min(wave_count(wave_bin(DEEP / max(shallowest, 1e-6))).x, counts.x);
+        for (int i = 0; i < feels; ++i) add_wave(wave_data[3 * i], wave_data[3 * i + 1], vec4(0.0), false, true);
+        for (int i = feels; i < counts.x; ++i) add_wave(wave_data[3 * i], wave_data[3 * i + 1], vec4(0.0), false, false);
+        int first_near = int(wave_counts.x), end_near = first_near + counts.y;
+        for (int i = first_near; i < end_near; ++i) {
+            add_wave(wave_data[3 * i], wave_data[3 * i + 1], wave_data[3 * i + 2], true, true);
+        }
+        for (int k = 0; k < SEA_VERTICES; ++k) {
+            int n = base + int(gl_LocalInvocationID.x) + k * LANES;
+            if (n >= count) continue;
+            ivec2 ab = ivec2(n % side.x, n / side.x) << skip;
+            uint index = first + uint(ab.y * CELL_SIDE + ab.x);
+            vec3 position = vec3(vertices[index].x, vertices[index].y, vertices[index].z) + sea_vector(g_places[k], g_moved[k]);
+            SeaVertex vertex;
+            vertex.x = position.x;
+            vertex.y = position.y;
+            vertex.z = position.z;
+            vertex.moved = packSnorm2x16(g_moved[k].xy / max(wave_counts.z, 1e-6));
+            vertex.normal = vertices[index].normal;
+            vertex.attributes = vertices[index].attributes;
+            displaced[index] = vertex;
+        }
+    }
+}

@@ -1,0 +1,38 @@
+// Light on the sea at the corners of the picture's tiles, where the line of sight meets the calm sea or passes it nearest, and the air before
+// it: five maps, one below the other. They change little from tile to tile, and pixels interpolate.
+#include "common/camera.glsl"
+#include "contract/air.glsl"
+#include "contract/sky.glsl"
+#include "contract/sun_visibility.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(binding = 0) writeonly uniform image2D u_light_out;
+
+const float NEAREST_AIR_M = 100.0;
+const float STARLIGHT = 1.5e-8;   // of the sun's irradiance: 2e-3 lx of stars and airglow on a moonless night
+
+void main() {
+    ivec2 corner = ivec2(gl_GlobalInvocationID.xy), corners = imageSize(u_light_out) / ivec2(1, 5);
+    if (any(greaterThanEqual(corner, corners))) return;
+    vec3 direction = normalize(view_ray(ndc_of_pixel(vec2(corner * ivec2(16, 8)))));
+    float h = frame.camera_zenith.w - planet.sea.x, r = planet.radii.x + planet.sea.x;
+    float b = (r + h) * dot(direction, frame.camera_zenith.xyz), c = h * (2.0 * r + h), meets = b * b - c;
+    float q = -b + (b < 0.0 ? 1.0 : -1.0) * sqrt(max(meets, 0.0));
+    float hit = c > 0.0 ? (b < 0.0 ? c / max(q, 1e-20) : 0.0) : max(q, c / (abs(q) > 1e-20 ? q : 1e-20));
+    vec3 point = direction * max(meets >= 0.0 ? hit : -b, 0.0), zenith = up_at(point), sun = frame.sun_direction.xyz;
+    vec3 sunlight = frame.sun_irradiance.rgb * sun_visibility(point) * air_to_space(point, sun);
+    vec3 skylight = sky_irradiance(point, zenith) + frame.sun_irradiance.rgb * STARLIGHT;
+    // The sky is known as the camera sees it: what lies between the sea and a camera up high is missing, and its mean comes from how
+    // much more skylight there is down here.
+    vec3 missing = max(skylight - sky_irradiance(vec3(0.0), frame.camera_zenith.xyz), 0.0) / 3.14159265358979;
+    imageStore(u_light_out, corner, vec4(sunlight, 0.0));
+    imageStore(u_light_out, corner + ivec2(0, corners.y), vec4(skylight, 0.0));
+    imageStore(u_light_out, corner + ivec2(0, 2 * corners.y), vec4(missing, 0.0));
+    // The air's mean extinction and source, which hang on the direction: a pixel knows its distance. Not from too near, where both would
+    // be differences of rounded numbers.
+    float distance_m = max(length(point), NEAREST_AIR_M);
+    Air between = air_from_camera(direction * distance_m);
+    vec3 left = clamp(between.transmittance, 1e-30, 1.0);
+    imageStore(u_light_out, corner + ivec2(0, 3 * corners.y), vec4(-log(left) / distance_m, 0.0));
+    imageStore(u_light_out, corner + ivec2(0, 4 * corners.y), vec4(between.in_scatter / max(1.0 - left, 1e-7), 0.0));
+}

@@ -1,0 +1,63 @@
+// What the sea mirrors: ground that is in the picture, else the sky.
+#include "ocean/look/fresnel.glsl"
+#include "ocean/look/pixel.glsl"
+#include "ocean/look/sky_map.glsl"
+
+layout(binding = 6) uniform sampler2D u_sky_map;   // ocean/sky.comp
+
+#ifdef OCEAN_REFLECTIONS
+layout(binding = 5) uniform sampler2D u_scene;   // what was shaded before: pixels of the ground are complete
+
+// Radiance along a ray from a point, where it meets ground that the picture shows (xyz), and how sure that is (w). A ray is
+// straight on screen, and so is depth = near / z along it.
+vec4 mirrored_ground(vec3 from, vec3 direction) {
+    vec4 start = clip_position(from), far = clip_position(direction);
+    vec2 first = start.xy / start.w, towards = far.xy / max(far.w, 1e-6) - first;
+    float depth = start.z / start.w;
+    // To the border of the picture, or to where the ray vanishes.
+    vec2 room = (sign(towards) - first) / (abs(towards) + 1e-9) * sign(towards);
+    float end = min(min(room.x > 0.0 ? room.x : 1.0, room.y > 0.0 ? room.y : 1.0), 1.0);
+    vec2 size = vec2(textureSize(u_depth, 0));
+    float low = 0.0, high = 0.0, found = 0.0;
+    int turns = far.w > 0.02 ? OCEAN_REFLECTIONS : 0;
+    for (int i = 0; i < turns; ++i) {
+        // Denser at the start, where what is mirrored is near.
+        float share = (float(i) + 1.0) / float(OCEAN_REFLECTIONS), s = end * share * (0.3 + 0.7 * share);
+        ivec2 texel = ivec2((0.5 + 0.5 * (first + towards * s)) * size);
+        float there = texelFetch(u_depth, clamp(texel, ivec2(0), ivec2(size) - 1), 0).r;
+        high = s;
+        // Behind what is drawn there, which lies behind the water itself.
+        found = there > depth * (1.0 - s) && there < 0.98 * depth ? 1.0 : 0.0;
+        if (found > 0.0) break;
+        low = s;
+    }
+    turns = found > 0.0 ? 4 : 0;
+    for (int i = 0; i < turns; ++i) {
+        float s = 0.5 * (low + high);
+        ivec2 texel = ivec2((0.5 + 0.5 * (first + towards * s)) * size);
+        float there = texelFetch(u_depth, clamp(texel, ivec2(0), ivec2(size) - 1), 0).r;
+        bool behind = there > depth * (1.0 - s) && there < 0.98 * depth;
+        low = behind ? low : s;
+        high = behind ? s : high;
+    }
+    vec2 at = first + towards * high;
+    ivec2 texel = clamp(ivec2((0.5 + 0.5 * at) * size), ivec2(0), ivec2(size) - 1);
+    bool ground = texelFetch(u_surface, texel, 0).r == SURFACE_TERRAIN;
+    // Turning the camera moves what is mirrored hardly across the border at the sides, tilting it does at the top.
+    float sure = found * (ground ? 1.0 : 0.0) * smoothstep(0.0, 0.03, 1.0 - abs(at.x)) * smoothstep(0.0, 0.15, 1.0 - abs(at.y));
+    return vec4(sure > 0.0 ? texelFetch(u_scene, texel, 0).rgb * frame.scale.y : vec3(0.0), sure);
+}
+#else
+vec4 mirrored_ground(vec3 from, vec3 direction) {
+    return vec4(0.0);
+}
+#endif
+
+// Radiance of what comes from a direction to a point of the sea. open_sky: of air between the sea and a camera up high.
+vec3 mirrored(SeaPixel p, vec3 direction, vec3 open_sky) {
+    // Facets that would mirror the sea itself show the sky low above it, by way of a second facet.
+    float rise = dot(direction, p.zenith);
+    direction = normalize(direction + p.zenith * max(0.02 - rise, 0.0));
+    vec4 ground = mirrored_ground(p.point, direction);
+    return mix(textureLod(u_sky_map, sky_map_place(direction), 0.0).rgb + open_sky, ground.rgb, ground.a);
+}

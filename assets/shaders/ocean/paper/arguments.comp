@@ -1,0 +1,21 @@
+// From the counts of visible patches by level to the draw of their triangles, and to the dispatches that write these and that
+// displace the vertices.
+layout(local_size_x = 1) in;
+layout(std430, binding = 3) readonly buffer CountBuffer { uint counts[]; };
+layout(std430, binding = 4) writeonly buffer ArgumentsBuffer { uint arguments[]; };   // a draw of 5, two dispatches of 3
+
+void main() {
+    uint quads = 0u, vertices = 0u;
+    for (int k = 0; k < 7; ++k) {
+        uint side = (1u << k) + 1u;
+        quads += counts[k] << (2 * k);
+        vertices += counts[k] * side * side;
+    }
+    arguments[0] = 6u * quads;
+    arguments[1] = 1u;
+    arguments[2] = arguments[3] = arguments[4] = 0u;
+    arguments[5] = (quads + 63u) / 64u;
+    arguments[6] = arguments[7] = 1u;
+    arguments[8] = (vertices + uint(32 * SEA_VERTICES) - 1u) / uint(32 * SEA_VERTICES);
+    arguments[9] = arguments[10] = 1u;
+}

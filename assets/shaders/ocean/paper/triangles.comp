@@ -1,0 +1,2 @@
+#include "ocean/paper/grid.glsl"
+#include "common/paper/triangles.glsl"

@@ -1,0 +1,12 @@
+// Fills the map of the sky that the sea mirrors.
+#include "common/camera.glsl"
+#include "contract/sky.glsl"
+#include "ocean/look/sky_map.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(binding = 0) writeonly uniform image2D u_sky_out;
+
+void main() {
+    ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
+    imageStore(u_sky_out, texel, vec4(sky(sky_map_direction(texel)), 1.0));
+}

@@ -1,0 +1,96 @@
+// The long waves of each tile, see swell.glsl. A lane a tile.
+#include "common/camera.glsl"
+#include "common/sea_depth.glsl"
+#include "common/surfaces.glsl"
+#include "ocean/waves.glsl"
+#include "ocean/sea_pixel.glsl"
+#include "ocean/swell.glsl"
+
+layout(local_size_x = 8) in;
+layout(std430, binding = 7) readonly buffer TileBuffer {
+    uint tile_groups[4];
+    uint tiles[];
+};
+layout(std430, binding = 1) writeonly buffer SwellBuffer { SwellTile swell[]; };
+
+const float LONGEST_PHASE = 0.9;   // k h at which a wave is long: errors of 0.3 %
+const float DEEP = 4.0;            // k times the depth from which a wave doesn't feel the bed: 1 - tanh is 7e-4
+
+// Every second pixel each way, so the rectangle is a little larger than what they span.
+const float MARGIN = 1.15;
+
+vec2 turned(vec2 circle, vec2 by) {
+    return vec2(circle.x * by.y + circle.y * by.x, circle.y * by.y - circle.x * by.x);
+}
+
+void main() {
+    uint index = gl_GlobalInvocationID.x;
+    if (index >= tile_groups[0]) return;
+    ivec2 first = ivec2(tiles[index] & 0xffffu, tiles[index] >> 16) * ivec2(16, 8);
+    // Axes across and along the view keep the rectangle small.
+    vec3 ray = view_ray(ndc_of_pixel(vec2(first) + vec2(8.0, 4.0)));
+    vec2 ahead = vec2(dot(ray, wave_east.xyz), dot(ray, wave_north.xyz));
+    float ahead2 = dot(ahead, ahead);
+    vec2 axis = ahead2 > 1e-6 * dot(ray, ray) ? vec2(ahead.y, -ahead.x) * inversesqrt(ahead2) : vec2(1.0, 0.0);
+    vec2 low = vec2(3.0e38), high = vec2(-3.0e38);
+    float shallowest = 3.0e38;
+    vec4 footprint = vec4(0.0);
+    for (int k = 0; k < 32; ++k) {
+        ivec2 pixel = first + ivec2(k & 7, k >> 3) * 2 + ((k >> 3) & 1);
+        bool sea = sea_at(pixel);
+        vec3 point = sea ? sea_point(pixel) : vec3(0.0, 0.0, 1.0);
+        SeaPlace place = sea_calm_place(pixel, point);
+        vec2 at = vec2(dot(place.at, axis), dot(place.at, vec2(-axis.y, axis.x)));
+        low = sea ? min(low, at) : low;
+        high = sea ? max(high, at) : high;
+        float depth_m = sea_depth_decode(texelFetch(u_attributes, pixel, 0).rg) * sea_open(place);
+        shallowest = sea ? min(shallowest, depth_m) : shallowest;
+        float distance_m = length(point);
+        if (sea) footprint = sea_footprint(place, -point / distance_m, distance_m);
+    }
+    vec2 middle = 0.5 * (low + high), size = max(0.5 * MARGIN * (high - low), 1e-3);
+    vec2 centre = middle.x * axis + middle.y * vec2(-axis.y, axis.x);
+    bool any_sea = low.x <= high.x;
+
+    // Whole bins of waves, so that all that are counted in are long enough.
+    float longest = LONGEST_PHASE / max(size.x, size.y);
+    int feels = any_sea ? wave_count(wave_bin(DEEP / max(shallowest, 1e-6))).x : 0;
+    int held = any_sea ? max(wave_count(wave_bin(longest * 0.84)).x, feels) : 0;
+    SeaPlace place = sea_place_at(centre);
+    vec2 lift[16];
+    vec3 squeeze[16], hidden = vec3(0.0);
+    for (int n = 0; n < 16; ++n) {
+        lift[n] = vec2(0.0);
+        squeeze[n] = vec3(0.0);
+    }
+    for (int i = feels; i < held; ++i) {
+        vec4 a = wave_data[3 * i], b = wave_data[3 * i + 1];
+        SeaWave wave = sea_far_wave(place, a, b);
+        vec2 d = wave.direction, step = a.w * size * vec2(dot(d, axis), dot(d, vec2(-axis.y, axis.x)));
+        float seen = sea_seen(wave, footprint);
+        hidden += sea_hidden(wave, seen, 1.0);
+        vec2 up = d * (wave.amplitude * wave.k * seen);
+        vec3 side = vec3(d * d, d.x * d.y) * (-wave.sideways * wave.k * seen);
+        vec2 along[4];
+        for (int n = 0; n < 4; ++n) along[n] = sea_circle(wave.cycles + step.x * SWELL_NODES[n]);
+        for (int m = 0; m < 4; ++m) {
+            vec2 by = sea_circle(step.y * SWELL_NODES[m]);
+            for (int n = 0; n < 4; ++n) {
+                vec2 circle = turned(along[n], by);
+                lift[4 * m + n] += circle.y * up;
+                squeeze[4 * m + n] += circle.x * side;
+            }
+        }
+    }
+    swell[index].place = vec4(centre, axis);
+    swell[index].size = vec4(1.0 / size, float(feels), float(held));
+    swell[index].hidden = vec4(hidden, 0.0);
+    for (int n = 0; n < 16; n += 4) {
+        int at = 5 * (n / 4);
+        swell[index].nodes[at] = vec4(lift[n], squeeze[n].xy);
+        swell[index].nodes[at + 1] = vec4(squeeze[n].z, lift[n + 1], squeeze[n + 1].x);
+        swell[index].nodes[at + 2] = vec4(squeeze[n + 1].yz, lift[n + 2]);
+        swell[index].nodes[at + 3] = vec4(squeeze[n + 2], lift[n + 3].x);
+        swell[index].nodes[at + 4] = vec4(lift[n + 3].y, squeeze[n + 3]);
+    }
+}

@@ -1,0 +1,42 @@
+// Water between the lens and whatever a pixel shows, where the lens is in it; and the line where the water's edge lies on the lens.
+#include "common/camera.glsl"
+#include "common/surfaces.glsl"
+#include "contract/air.glsl"
+#include "contract/sky.glsl"
+#include "contract/sun_visibility.glsl"
+#include "contract/waterline.glsl"
+#include "ocean/look/fresnel.glsl"
+#include "ocean/look/murk.glsl"
+
+layout(local_size_x = 16, local_size_y = 8) in;
+layout(binding = 0) uniform sampler2D u_depth;
+layout(binding = 0, SCENE_FORMAT) uniform image2D u_radiance;
+
+const float STARLIGHT = 1.5e-8;   // as in ocean/shade.comp
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = textureSize(u_depth, 0);
+    vec2 ndc = ndc_of_pixel(vec2(pixel) + 0.5);
+    if (any(greaterThanEqual(pixel, size))) return;
+    // A film of water climbs up the glass: dark where it bends light away, two pixels to either side.
+    vec3 ray = view_ray(ndc);
+    float over = (dot(ocean.lens.xyz, ray) * frame.camera_offset.w + ocean.lens.w) / (frame.camera_offset.w * frame.clock.w * length(ray));
+    if (over > 2.5) return;
+    vec4 stored = imageLoad(u_radiance, pixel);
+    vec3 radiance = stored.rgb * frame.scale.y;
+    vec3 direction = normalize(ray), zenith = frame.camera_zenith.xyz;
+    float depth = texelFetch(u_depth, pixel, 0).r;
+    float rise = dot(direction, zenith), deep = max(planet.sea.x - frame.camera_zenith.w, 0.0);
+    float path = depth > 0.0 ? length(ray) * forward_distance(depth) : 1e5;
+    path = rise > 1e-4 ? min(path, (deep + 2.0) / rise) : path;   // waves: a little beyond the still surface
+    vec3 sunlight = frame.sun_irradiance.rgb * sun_visibility(vec3(0.0)) * air_to_space(vec3(0.0), frame.sun_direction.xyz);
+    vec3 skylight = sky_irradiance(vec3(0.0), zenith) + frame.sun_irradiance.rgb * STARLIGHT;
+    float mirrored = fresnel_outside(max(dot(frame.sun_direction.xyz, zenith), 1e-3), ocean.liquid.x);
+    WaterSun sun = water_sun(zenith, sunlight, skylight, mirrored);
+    vec3 through = water_left(path);
+    vec3 wet = radiance * (depth > 0.0 ? through : vec3(0.0)) + water_murk(sun, deep, rise, path, dot(direction, sun.to_sun));
+    wet += ocean.glow.rgb * (1.0 - through);
+    float line = smoothstep(2.5, 0.5, abs(over));
+    vec3 seen = over < 0.0 ? wet : radiance;
+    imageStore(u_radiance, pixel, vec4(seen * (1.0 - 0.6 * line) * frame.scale.x, stored.a));
+}

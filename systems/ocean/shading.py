@@ -1,0 +1,237 @@
+"""SeaShading: light of the sea's pixels, from the G-buffer that the mesh passes filled; water before the lens."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ...components import Ocean, Planet
+from ...engine.contracts import bind_contracts, contract_reads
+from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
+from ...engine.settings import revision, with_overrides
+from ...engine.space.axes import direction, heading_pitch_axes
+from ...engine.system import Frame, Setup, ViewInfo
+from ...engine.waves import WaveSet
+from .block import OCEAN_BINDING, OceanBlock, drifted, ocean_block
+from .lens import LENS_REACH_M, lens_plane
+from .wave_passes import highest_likely_m
+
+__all__ = ["GBUFFER", "SEA_TOP", "SeaShading"]
+
+GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
+SEA_TOP = "sea_top_m"
+"""World resource: no water is higher above the reference sphere than this, with room for a lens."""
+
+_TILE = (16, 8)
+_SKY_MAP = (64, 64)  # SKY_MAP_SIDE of ocean/look/sky_map.glsl
+_KINDS = ("open", "mirror", "rich", "below")
+_HIGH = 0.25
+"""Share of the air's thickness from which on each pixel asks for the air before it."""
+_CONTRACTS = {"water": "ocean/water.glsl", "waterline": "ocean/waterline.glsl"}
+
+
+class SeaShading:
+    """Part of OceanSystem: the water's uniform block, the shader contracts ``water`` and ``waterline``, and the passes
+    that turn the G-buffer's sea into radiance."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._near_water = False
+
+    def setup(self, setup: Setup) -> None:
+        self._world = setup.world
+        self._gpu = setup.gpu
+        self._shaders = setup.gpu.gpu.shaders
+        for contract, file in _CONTRACTS.items():
+            self._shaders.provide(contract, file, owner=self._name)
+        self._block = setup.gpu.uniform_block(OceanBlock, OCEAN_BINDING, "ocean")
+        self._held: OceanBlock | None = None
+        self._written: tuple[Any, ...] | None = None
+        self._classify = setup.gpu.compute("ocean/classify.comp")
+        self._light = setup.gpu.compute("ocean/light.comp")
+        self._sky = setup.gpu.compute("ocean/sky.comp")
+        self._list = setup.gpu.compute("ocean/list_tiles.comp")
+        self._shade: dict[tuple[str, bool], Any] = {}
+        self._turns, self._ripples = int(setup.settings["ocean.reflections"]), bool(setup.settings["ocean.ripples"])
+        self._high = False
+        stored = str(setup.settings.get("sky.radiance_format", "rgba32f"))
+        self._under = setup.gpu.compute("ocean/under.comp", defines={"SCENE_FORMAT": stored})
+
+    def _shader(self, kind: str, high: bool) -> Any:
+        """The shader of a kind of tiles, made when it is first needed."""
+        if (kind, high) not in self._shade:
+            wanted = {
+                "OCEAN_HIGH": high,
+                "OCEAN_RIPPLES": self._ripples or kind == "below",
+                "OCEAN_RICH": kind == "rich",
+                "OCEAN_BELOW": kind == "below",
+            }
+            defines: dict[str, Any] = {name: 1 for name, on in wanted.items() if on}
+            if self._turns and kind in ("mirror", "rich"):
+                defines["OCEAN_REFLECTIONS"] = self._turns
+            self._shade[kind, high] = self._gpu.compute("ocean/shade.comp", defines=defines)
+        return self._shade[kind, high]
+
+    def release(self) -> None:
+        self._shaders.withdraw(self._name)
+        self._world.resources.pop(SEA_TOP, None)
+
+    def begin(self, frame: Frame, waves: WaveSet) -> None:
+        """Tell the others how high the water reaches."""
+        level_m = frame.world.get(frame.planet, Ocean).sea_level_m
+        frame.world.set_resource(SEA_TOP, level_m + highest_likely_m(waves) + LENS_REACH_M)
+
+    def update(self, frame: Frame, waves: WaveSet) -> None:
+        """Write and bind the water's block."""
+        ocean = frame.world.get(frame.planet, Ocean)
+        proxy = frame.world.resource(f"proxy.{frame.view_index}")
+        radius = frame.world.get(frame.planet, Planet).radius_m
+        written = (revision(ocean), frame.view_index, proxy.generation)
+        if written != self._written or self._held is None:
+            self._written = written
+            ocean = with_overrides(ocean, "ocean", frame.settings)
+            self._held = ocean_block(ocean, waves, proxy.lattice.direction, radius)
+            self._wind = heading_pitch_axes(direction(*ocean.wind_at), ocean.wind_direction_deg, 0.0)[0]
+        drift = drifted(proxy.lattice.direction, radius, self._wind, frame.time_s)
+        held = self._held
+        held.drift_cell, held.drift_fraction, held.drift_cell_2, held.drift_fraction_2 = drift
+        self._held.lens = lens_plane(
+            waves,
+            highest_likely_m(waves),
+            frame.camera.position_m,
+            frame.time_s,
+            frame.world.try_resource("height_field"),
+            ocean.sea_level_m,
+        )
+        self._near_water = self._held.lens[3] < LENS_REACH_M
+        altitude_m = float(np.linalg.norm(frame.camera.position_m)) - radius
+        self._high = altitude_m > _HIGH * float(frame.world.try_resource("air_top_m") or 0.0)
+        self._block.write(self._held)
+        self._block.bind()
+
+    def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
+        across, down = (-(-n // t) for n, t in zip(view.size, _TILE, strict=True))
+        count = across * down
+        builder.add_pass(
+            "ocean.classify",
+            system=self._name,
+            bind=lambda io: self._bind_classify(io, across, down),
+            kind="compute",
+            reads=("gbuffer.depth", "gbuffer.attributes", "gbuffer.surface"),
+            creates=(
+                BufferSpec("ocean.tile_flags", 4 * count, help="what each tile's sea needs"),
+                BufferSpec("ocean.tiles_open", 16 + 4 * count, help="dispatch and tiles of deep open water"),
+                BufferSpec("ocean.tiles_mirror", 16 + 4 * count, help="the same with ground that it may mirror"),
+                BufferSpec("ocean.tiles_rich", 16 + 4 * count, help="dispatch and tiles with shallows, foam or ice"),
+                BufferSpec("ocean.tiles_below", 16 + 4 * count, help="dispatch and tiles of the surface from below"),
+            ),
+            help="tiles of the sea by what they need",
+        )
+        corners = (across + 1, 5 * (down + 1))
+        builder.add_pass(
+            "ocean.light",
+            system=self._name,
+            bind=lambda io: self._bind_light(io, corners),
+            kind="compute",
+            reads=contract_reads(self._world),
+            creates=(
+                TextureSpec("ocean.light", "rgba32f", corners, filter="linear", help="sun, sky, air above, by tile"),
+                TextureSpec("ocean.sky", "rgba32f", _SKY_MAP, filter="linear", help="the sky that the sea mirrors"),
+            ),
+            help="light on the sea at the corners of tiles, and a map of the sky",
+        )
+        builder.add_pass(
+            "ocean.shade",
+            system=self._name,
+            bind=self._bind_shade,
+            kind="compute",
+            reads=(
+                "gbuffer.depth",
+                *GBUFFER,
+                "ocean.rough",
+                "ocean.light",
+                "ocean.sky",
+                *(f"ocean.tiles_{k}" for k in _KINDS),
+                *contract_reads(self._world),
+            ),
+            writes=("scene.radiance",),
+            after=("sky.shade",),
+            after_optional=("terrain.shade",),
+            help="light of sea pixels",
+        )
+        builder.add_pass(
+            "ocean.under",
+            system=self._name,
+            bind=lambda io: self._bind_under(io, across, down),
+            kind="compute",
+            reads=("gbuffer.depth", *contract_reads(self._world)),
+            writes=("scene.radiance",),
+            after=("ocean.shade",),
+            after_optional=("terrain.shade", "props.shade", "stars.draw"),
+            when=lambda: self._near_water,
+            help="water between the lens and what a pixel shows",
+        )
+
+    def _bind_classify(self, io: PassIO, across: int, down: int) -> Callable[[], None]:
+        textures = [io.texture(n) for n in ("gbuffer.depth", "gbuffer.attributes", "gbuffer.surface")]
+        buffers = [io.buffer(f"ocean.{n}") for n in ("tile_flags", *(f"tiles_{k}" for k in _KINDS))]
+
+        def run() -> None:
+            for unit, texture in enumerate(textures):
+                texture.use(unit)
+            for unit, buffer in zip((0, 1, 2, 3, 5), buffers, strict=True):
+                buffer.bind_to_storage_buffer(unit)
+            self._classify.set("u_tiles", (across, down))
+            self._classify.run(-(-across * down // 64), 1, 1)
+            self._gpu.gpu.barrier()
+            self._list.set("u_tiles", (across, down))
+            self._list.run(1, 1, 1)
+
+        return run
+
+    def _bind_light(self, io: PassIO, corners: tuple[int, int]) -> Callable[[], None]:
+        light, sky = io.texture("ocean.light"), io.texture("ocean.sky")
+        bind_air = bind_contracts(self._world, io)
+
+        def run() -> None:
+            bind_air()
+            light.bind_to_image(0, read=False, write=True)
+            self._light.run(-(-corners[0] // 8), -(-corners[1] // 40), 1)
+            sky.bind_to_image(0, read=False, write=True)
+            self._sky.run(_SKY_MAP[0] // 8, _SKY_MAP[1] // 8, 1)
+
+        return run
+
+    def _bind_shade(self, io: PassIO) -> Callable[[], None]:
+        radiance = io.texture("scene.radiance")
+        textures = [io.texture(n) for n in ("gbuffer.depth", *GBUFFER, "ocean.rough", "scene.radiance")]
+        textures += [io.texture("ocean.sky"), io.texture("ocean.light")]
+        parts = [(k, io.buffer(f"ocean.tiles_{k}")) for k in _KINDS]
+        bind_air = bind_contracts(self._world, io)
+
+        def run() -> None:
+            bind_air()
+            radiance.bind_to_image(0, read=False, write=True)
+            for unit, texture in enumerate(textures):
+                texture.use(unit)
+            for kind, tiles in parts:
+                if kind == "below" and not self._near_water:
+                    continue
+                tiles.bind_to_storage_buffer(7)
+                self._shader(kind, self._high).run_indirect(tiles)
+
+        return run
+
+    def _bind_under(self, io: PassIO, across: int, down: int) -> Callable[[], None]:
+        radiance, depth = io.texture("scene.radiance"), io.texture("gbuffer.depth")
+        bind_air = bind_contracts(self._world, io)
+
+        def run() -> None:
+            bind_air()
+            depth.use(0)
+            radiance.bind_to_image(0, read=True, write=True)
+            self._under.run(across, down, 1)
+
+        return run

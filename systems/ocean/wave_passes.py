@@ -1,0 +1,202 @@
+"""SeaWaves: the waves of the moment on the GPU, and how the sea lies in each of its pixels."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...components import Ocean, Planet
+from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
+from ...engine.settings import revision, with_overrides
+from ...engine.system import Frame, Setup, ViewInfo
+from ...engine.waves import WaveSet, waves_of
+from .wave_block import BLOCK_BYTES, WAVE_BINDING, SeaMesh, WaveBlock
+
+__all__ = ["SeaWaves", "WaveView", "highest_likely_m"]
+
+MANY = 48
+"""From so many waves on the long ones of each tile of the picture are summed at a few nodes of it."""
+_SWELL_BYTES = 16 * 23  # SwellTile of ocean/swell.glsl
+
+_RG16_SNORM = 0x8F99  # moderngl takes it for rgba
+VISIBLE_PX = 0.25
+"""A displacement that is nowhere longer than this on screen is left out."""
+
+
+def likely_m(waves: WaveSet) -> float:
+    """All crests at once are far out of reach of many waves: seven standard deviations once in 1e11 places."""
+    return 7.0 * waves.significant_height_m / 4.0
+
+
+def highest_likely_m(waves: WaveSet) -> float:
+    """No crest is higher above the calm sea."""
+    return min(waves.highest_m, likely_m(waves))
+
+
+class WaveView:
+    """The waves around one view's anchor."""
+
+    def __init__(self, buffer: Any) -> None:
+        self.buffer = buffer
+        self.block = WaveBlock()
+        self.waves: WaveSet | None = None
+        self.anchor: NDArray[np.float64] = np.array([0.0, 0.0, 1.0])
+        self.placed = 0
+        self.moment: tuple[Any, ...] = ()
+        self.moves = False
+        self.many = False
+        self.reach_m = (0.0, 0.0)
+        """How far a point may be moved: upwards, and in all."""
+
+
+class SeaWaves:
+    """Part of OceanSystem: keeps the wave block, and runs the pass that gives sea pixels their normals."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._held: tuple[tuple[Any, ...], WaveSet] | None = None
+
+    def setup(self, setup: Setup) -> None:
+        self._gpu = setup.gpu
+        # Fetching a wave costs as much as evaluating it where lanes can't share the fetch.
+        self._run = 8 if setup.gpu.gpu.caps.is_software else 2
+        self._programs: dict[tuple[str, bool, bool], Any] = {}
+        self._footprint_px = float(setup.settings["ocean.footprint_px"])
+        self._held = None
+
+    def _program(self, file: str, moves: bool, swell: bool) -> Any:
+        found = self._programs.get((file, moves, swell))
+        if found is None:
+            defines = {"SEA_RUN": self._run, "SEA_LANES": 128 // self._run}
+            if moves:
+                defines["SEA_MOVES"] = 1
+            if swell:
+                defines["SEA_SWELL"] = 1
+            found = self._programs[file, moves, swell] = self._gpu.compute(file, defines=defines)
+        return found
+
+    def view(self) -> WaveView:
+        return WaveView(self._gpu.buffer(reserve=BLOCK_BYTES, dynamic=True))
+
+    def of(self, frame: Frame) -> WaveSet:
+        """The waves of the frame's planet."""
+        ocean, planet = frame.world.get(frame.planet, Ocean), frame.world.get(frame.planet, Planet)
+        key = (revision(ocean), planet.radius_m)
+        if self._held is None or self._held[0] != key:
+            self._held = key, waves_of(with_overrides(ocean, "ocean", frame.settings), planet.radius_m)
+        return self._held[1]
+
+    def place(
+        self,
+        view: WaveView,
+        frame: Frame,
+        above_sea_m: float,
+        pixel_angle: float,
+        eye_m: tuple[float, ...],
+        angle_rad: float,
+        smallest_m: float,
+    ) -> bool:
+        """Reduce the waves to the anchor of the view's proxy; True where waves come into sight or leave it."""
+        waves = self.of(frame)
+        proxy = frame.world.resource(f"proxy.{frame.view_index}")
+        radius = frame.world.get(frame.planet, Planet).radius_m
+        up_m = highest_likely_m(waves)
+        far_m = math.hypot(up_m, min(waves.farthest_m, likely_m(waves)))
+        moves = far_m > VISIBLE_PX * pixel_angle * max(above_sea_m - up_m, 0.1)
+        many = len(waves) >= MANY
+        changed = (moves, many) != (view.moves, view.many)
+        view.moves, view.many = moves, many
+        view.reach_m = (up_m, far_m) if moves else (0.0, 0.0)
+        view.waves, view.anchor = waves, proxy.lattice.direction
+        view.placed += 1
+        view.block.place(waves, view.anchor, radius, SeaMesh(eye_m, angle_rad, smallest_m, self._footprint_px))
+        return changed
+
+    def update(self, frame: Frame, view: WaveView) -> None:
+        """Upload the phases of the moment."""
+        assert view.waves is not None
+        moment = (view.placed, frame.time_s)
+        if moment != view.moment:
+            view.moment = moment
+            self._gpu.gpu.upload(view.buffer, view.block.at(view.waves, view.anchor, frame.time_s))
+        view.buffer.bind_to_uniform_block(WAVE_BINDING)
+
+    def declare(self, builder: GraphBuilder, info: ViewInfo, view: WaveView) -> None:
+        of_pixels = ("gbuffer.depth", "gbuffer.attributes", "gbuffer.surface", "gbuffer.tiles_sea")
+        reads = (*of_pixels, *(("ocean.moved",) if view.moves else ()))
+        if view.many:
+            tiles = -(-info.size[0] // 16) * -(-info.size[1] // 8)
+            builder.add_pass(
+                "ocean.swell",
+                kind="compute",
+                system=self._name,
+                bind=lambda io: self._bind_swell(io, view),
+                reads=reads,
+                creates=(
+                    BufferSpec("ocean.swell", (tiles + 8) * _SWELL_BYTES, help="long waves of each tile, at nodes"),
+                ),
+                after=("ocean.gbuffer",),
+                after_optional=("terrain.coast",),
+                help="slopes of the waves that are long on a tile of the picture",
+            )
+        builder.add_pass(
+            "ocean.surface",
+            kind="compute",
+            system=self._name,
+            bind=lambda io: self._bind_surface(io, view),
+            reads=(*reads, *(("ocean.swell",) if view.many else ())),
+            creates=(
+                TextureSpec("ocean.rough", "rgba16f", help="slopes that pixels don't show: variances, mixed; Jacobian"),
+            ),
+            writes=("gbuffer.normal",),
+            after=("ocean.gbuffer",),
+            after_optional=("terrain.coast",),
+            help="normals of all waves that pixels can show, roughness of the rest",
+        )
+
+    def _bind_pixels(self, io: PassIO, view: WaveView) -> Callable[[], None]:
+        names = ["gbuffer.depth", "gbuffer.attributes", "gbuffer.surface"]
+        textures = [(unit, io.texture(name)) for unit, name in zip((0, 2, 3), names, strict=True)]
+        if view.moves:
+            textures.append((4, io.texture("ocean.moved")))
+        tiles = io.buffer("gbuffer.tiles_sea")
+
+        def bind() -> None:
+            for unit, texture in textures:
+                texture.use(unit)
+            tiles.bind_to_storage_buffer(7)
+
+        return bind
+
+    def _bind_swell(self, io: PassIO, view: WaveView) -> Callable[[], None]:
+        bind, swell = self._bind_pixels(io, view), io.buffer("ocean.swell")
+        program = self._program("ocean/swell.comp", view.moves, True)
+        across, down = io.size
+        groups = -(-(-(-across // 16) * -(-down // 8)) // 8)
+
+        def run() -> None:
+            bind()
+            swell.bind_to_storage_buffer(1)
+            program.run(groups, 1, 1)
+
+        return run
+
+    def _bind_surface(self, io: PassIO, view: WaveView) -> Callable[[], None]:
+        bind, tiles = self._bind_pixels(io, view), io.buffer("gbuffer.tiles_sea")
+        normal, rough = io.texture("gbuffer.normal"), io.texture("ocean.rough")
+        swell = io.buffer("ocean.swell") if view.many else None
+        program = self._program("ocean/surface.comp", view.moves, view.many)
+
+        def run() -> None:
+            bind()
+            if swell is not None:
+                swell.bind_to_storage_buffer(1)
+            normal.bind_to_image(0, read=False, write=True, format=_RG16_SNORM)
+            rough.bind_to_image(1, read=False, write=True)
+            program.run_indirect(tiles)
+
+        return run
