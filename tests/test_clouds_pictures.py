@@ -33,6 +33,8 @@ def test_no_pass_where_no_ray_can_meet_a_layer_or_nothing_is_covered() -> None:
         assert ran(renderer) >= DRAWN
         renderer.render(pf.Camera.at(20.0, 10.0, 1e7, pitch_deg=90.0), sun=UP)
         assert not ran(renderer) & DRAWN
+        renderer.render(pf.Camera.at(20.0, 10.0, -10.0, pitch_deg=20.0), sun=UP)
+        assert ran(renderer) >= DRAWN  # no sea: a camera below the reference sphere is no diver
         scene.planet[Clouds].coverage = 0.0
         renderer.render(pf.Camera.at(20.0, 10.0, 1e3), sun=UP)
         assert not ran(renderer)

@@ -96,7 +96,7 @@ class StateGuard:
     def __init__(
         self,
         gpu: Gpu,
-        texture_units: int = 17,
+        texture_units: int = 18,
         ubo_bindings: int = 15,
         ssbo_bindings: int = 8,
         image_units: int = 8,

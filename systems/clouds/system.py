@@ -25,7 +25,11 @@ __all__ = ["CloudSystem"]
 
 _SHAPE, _RIMS = 0, 1
 _RAYS, _DISTANCE, _FULL, _SHADOW = "clouds.rays", "clouds.distance", "clouds.full", "clouds.shadow"
-_SHADOW_UNIT = 16
+_SKY = "clouds.sky"
+_SHADOW_UNIT, _SKY_UNIT = 16, 17
+_SKY_TEXELS = 64
+_SKY_FRAMES = 8
+"""Frames between maps of the sky while something changes: what mirrors it is rough."""
 _SHADOW_HEIGHT = 0.3
 """Share of the first layer's thickness at which maps of the shadow are drawn."""
 
@@ -55,6 +59,8 @@ class CloudSystem(System):
         self._maps = WeatherMaps(gpu, int(settings["clouds.map_texels"]), 1)
         defines = {"STRIDE": self._stride}
         self._march = gpu.compute("clouds/view_march.comp", defines)
+        self._look_up = gpu.compute("clouds/view_march.comp", {"STRIDE": 1, "PANORAMA": 1})
+        self._sky_age, self._sky_shows, self._sky_due = _SKY_FRAMES, (), True
         self._resolve = gpu.fullscreen("clouds/resolve.frag", defines)
         self._over = gpu.fullscreen("clouds/composite.frag")
         self._plain = gpu.gpu.state()
@@ -71,6 +77,7 @@ class CloudSystem(System):
         self._seen = True
         self._textures: tuple[Any, Any] = (None, None)
         gpu.gpu.shaders.provide("cloud_shadow", "clouds/shadow.glsl", owner=self.name)
+        gpu.gpu.shaders.provide("cloud_sky", "clouds/sky.glsl", owner=self.name)
         provide_contracts(setup.world, self.name, self)
 
     def release(self) -> None:
@@ -83,14 +90,15 @@ class CloudSystem(System):
 
     def contract_reads(self) -> tuple[str, ...]:
         """See engine.contracts.ContractSource."""
-        return (_SHADOW,)
+        return (_SHADOW, _SKY)
 
     def bind_contract(self, io: PassIO) -> Callable[[], None]:
         """See engine.contracts.ContractSource."""
-        texture = io.texture(_SHADOW)
+        texture, sky = io.texture(_SHADOW), io.texture(_SKY)
 
         def run() -> None:
             texture.use(_SHADOW_UNIT)
+            sky.use(_SKY_UNIT)
             self._ubo.bind()
 
         return run
@@ -144,6 +152,13 @@ class CloudSystem(System):
         self._past = self._pasts[frame.view_index]
         self._past.begin(frame, self._stamp)
         self._march.set("u_march", (*self._steps, self._past.pattern, self._sun_steps))
+        self._look_up.set("u_march", (0.5 * self._steps[0], 3.0 * self._steps[1], 0.5, min(self._sun_steps, 3.0)))
+        shows = (frame.camera.position_m.tobytes(), frame.sun.direction.tobytes(), frame.time_s, self._stamp)
+        self._sky_age += 1
+        now = frame.cut or frame.one_shot or frame.settling or self._sky_age >= _SKY_FRAMES
+        self._sky_due = shows != self._sky_shows and now
+        if self._sky_due:
+            self._sky_age, self._sky_shows = 0, shows
 
     def _place_shadows(self, frame: Frame, radius: float, proxy: Any) -> None:
         maps = self._shadows.setdefault(frame.view_index, ShadowMaps(self._shadow_texels))
@@ -187,9 +202,25 @@ class CloudSystem(System):
             when=lambda: bool(self._due) and bool(self._layers),
             help="the clouds' shadow around the camera",
         )  # fmt: skip
+        air = contract_reads(self._world, but=self.name)
+        builder.add_pass(
+            "clouds.sky",
+            kind="compute",
+            bind=self._bind_sky,
+            system=self.name,
+            reads=air,
+            creates=(
+                TextureSpec(
+                    _SKY, "rgba32f", (_SKY_TEXELS, _SKY_TEXELS), "persistent", filter="linear",
+                    help="clouds over the camera, for what mirrors the sky",
+                ),
+            ),
+            when=lambda: self._sky_due and bool(self._layers),
+            help="a small map of the clouds in the sky, now and then",
+        )  # fmt: skip
         if not self._seen:
             return
-        reads = ("gbuffer.depth", *contract_reads(self._world))
+        reads = ("gbuffer.depth", *air)
         size = tuple(-(-n // self._stride) for n in view.size)
         builder.add_pass(
             "clouds.march",
@@ -241,6 +272,20 @@ class CloudSystem(System):
 
         return run
 
+    def _bind_sky(self, io: PassIO) -> Callable[[], None]:
+        texture = io.texture(_SKY)
+        bind = bind_contracts(self._world, io, but=self.name)
+        self._sky_shows = ()
+
+        def run() -> None:
+            bind()
+            self._ubo.bind()
+            self._bind_noise()
+            texture.bind_to_image(0, read=False, write=True)
+            self._look_up.run_over(*texture.size)
+
+        return run
+
     def _bind_noise(self) -> None:
         self._shape.texture.use(0)
         self._rims.texture.use(1)
@@ -250,7 +295,7 @@ class CloudSystem(System):
     def _bind_march(self, io: PassIO) -> Callable[[], None]:
         color, distance = io.texture(_RAYS), io.texture(_DISTANCE)
         depth = io.texture("gbuffer.depth")
-        bind = bind_contracts(self._world, io)
+        bind = bind_contracts(self._world, io, but=self.name)
 
         def run() -> None:
             bind()

@@ -1,16 +1,21 @@
 // Clouds as the camera sees them, one ray for each block of STRIDE x STRIDE pixels: rgb what they add to the picture, a what they
-// leave of it. With air in front and between: out = a * picture (its own air included) + rgb.
+// leave of it. PANORAMA: instead for a map of the sky. With air in front and between: out = a * picture (its own air included) + rgb.
 #include "common/camera.glsl"
 #include "clouds/shells.glsl"
 #include "clouds/density.glsl"
 #include "clouds/light.glsl"
 #include "contract/air.glsl"
 #include "contract/sky.glsl"
+#ifdef PANORAMA
+#include "clouds/sky_map.glsl"
+#endif
 
 layout(local_size_x = 8, local_size_y = 4) in;
+#ifndef PANORAMA
 layout(binding = 4) uniform sampler2D u_depth;
-layout(binding = 0, rgba32f) uniform writeonly image2D o_clouds;
 layout(binding = 1, r32f) uniform writeonly image2D o_distance;
+#endif
+layout(binding = 0, rgba32f) uniform writeonly image2D o_clouds;
 layout(location = 0) uniform vec4 u_march;   // short steps through a layer's thickness, growth of a step with distance, shift of the pattern, steps to the sun
 layout(location = 2) uniform float u_width;  // of what a ray stands for, in pixels
 layout(location = 1) uniform ivec2 u_place;  // of the ray's pixel in its block
@@ -138,6 +143,12 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, vec2 ph
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(at, imageSize(o_clouds)))) return;
+#ifdef PANORAMA
+    ivec2 pixel = at;
+    vec3 ray = cloud_sky_direction((vec2(at) + 0.5) / vec2(imageSize(o_clouds)));
+    float mu = clamp_cos(dot(ray, frame.camera_zenith.xyz)), end = mu > -0.05 ? NOT_ALL : 0.0;
+    pixel_rad = 2.0 / float(imageSize(o_clouds).x);
+#else
     ivec2 pixel = min(at * STRIDE + u_place, textureSize(u_depth, 0) - 1);
     vec2 ndc = ndc_of_pixel(vec2(pixel) + 0.5);
     vec3 ray = view_ray(ndc);
@@ -150,6 +161,7 @@ void main() {
     if (depth <= 0.0 && mu < 0.0 && floor_.x < floor_.y && frame.camera_zenith.w > planet.radii.w) end = min(end, floor_.x);
 
     pixel_rad = frame.clock.w * u_width;
+#endif
     cloud_dither = pattern(pixel + ivec2(37, 91));
     March m = March(vec3(0.0), 1.0, vec3(0.0), vec3(1.0), 0.0);
     float nu = clamp_cos(dot(ray, frame.sun_direction.xyz)), shift = pattern(pixel);
@@ -167,5 +179,7 @@ void main() {
     m.light = max(m.light - m.open * m.air_behind, 0.0);
     float taken = 1.0 - m.open;
     imageStore(o_clouds, at, vec4(m.light * frame.scale.x, m.open < OPAQUE ? 0.0 : m.open));
+#ifndef PANORAMA
     imageStore(o_distance, at, vec4(taken > 1e-4 ? m.sum / taken : NOT_ALL));
+#endif
 }
