@@ -33,8 +33,8 @@ _ANGLES = 16
 
 
 def peak_share(asymmetry: float) -> float:
-    """Share of the light that counts as not scattered at all."""
-    return abs(asymmetry) ** (DEGREE + 1)
+    """Share of the light that counts as not scattered at all; droplets that scatter backwards have no such peak."""
+    return max(asymmetry, 0.0) ** (DEGREE + 1)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,6 @@
 #include "contract/air_point.glsl"
 
 const int CLOUD_MOST_TURNS = 4096;
-const float CLOUD_LOBE_GAIN = 3.0;   // exponent of the largest gain by lobes where nothing else dims light
 
 struct CloudRay {
     ShellRay shell;
@@ -157,7 +156,7 @@ CloudLight cloud_march(CloudRay ray, float end) {
         float past_a = CLOUD_NODE_A * (tb - ta), past_b = CLOUD_NODE_B * (tb - ta);
         CloudNode near = cloud_node(ray, layers, from + ta + past_a, light.cloud, past_a);
         CloudNode far = cloud_node(ray, layers, from + ta + past_b, light.cloud, past_b);
-        cloud_step(light, tb - ta, near, far, ray.multiple > 0.0 ? -CLOUD_LOBE_GAIN : 80.0);
+        cloud_step(light, tb - ta, near, far);
         ++step;
     }
     return light;

@@ -7,12 +7,13 @@
 
 const int CLOUD_DEGREE = 3, CLOUD_LOBES = 8;
 const float CLOUD_BROADEN = 0.6, CLOUD_BACK = 0.5;
+const float CLOUD_LOBES_DEEPEST = 1e3;   // beyond, powers of the depth overflow, and nothing is left of the light
 
 layout(binding = 14) uniform sampler3D u_cloud_slab;
 
 // Share of scattered light that counts as going straight on (delta-M, Wiscombe 1977).
 float cloud_peak(int layer) {
-    float g = cloud_model.droplets[layer].y;
+    float g = max(cloud_model.droplets[layer].y, 0.0);
     return cloud_model.droplets[layer].x * g * g * g * g;
 }
 
@@ -66,13 +67,13 @@ float cloud_slab(int layer, float up, float down, float mu, float mu_s, float nu
 // out (light that far astray is in the table already), are fitted to Monte-Carlo slabs. Returns how much more light there is
 // than what is scattered once; depth: optical depth of the clouds on the light's whole way.
 float cloud_lobes(int layer, float nu, float depth) {
-    float g = cloud_model.droplets[layer].y, mean = cloud_peak(layer) * depth;
+    float g = cloud_model.droplets[layer].y, mean = cloud_peak(layer) * min(depth, CLOUD_LOBES_DEEPEST);
     if (mean <= 0.0) return 1.0;
-    float sign = sign_nonzero(g), size = abs(g), step = pow(size, CLOUD_BROADEN), lobe = size, weight = 1.0, sum = 0.0;
+    float step = pow(g, CLOUD_BROADEN), lobe = g, weight = 1.0, sum = 0.0;
     for (int k = 1; k <= CLOUD_LOBES; ++k) {
         weight *= mean / float(k);
         lobe *= step;
-        sum += weight * max(cloud_phase(nu, sign * lobe) - CLOUD_BACK * cloud_phase(-sign, sign * lobe), 0.0);
+        sum += weight * max(cloud_phase(nu, lobe) - CLOUD_BACK * cloud_phase(-1.0, lobe), 0.0);
     }
     return 1.0 + sum / cloud_phase(nu, g);
 }

@@ -37,8 +37,7 @@ vec3 cloud_step_mean(vec3 exponent_a, vec3 exponent_b, vec3 emission_a, vec3 emi
     return mean * mix(emission_a, emission_b, share);
 }
 
-// least: exponents of sunlight never fall below this, or the depth before the step if that is less.
-void cloud_step(inout CloudLight light, float length_m, CloudNode a, CloudNode b, float least) {
+void cloud_step(inout CloudLight light, float length_m, CloudNode a, CloudNode b) {
     // Depth to each point under the straight line through both extinctions.
     vec3 slope = (b.extinction - a.extinction) / (CLOUD_NODE_B - CLOUD_NODE_A);
     float xa = CLOUD_NODE_A, xb = CLOUD_NODE_B;
@@ -46,8 +45,10 @@ void cloud_step(inout CloudLight light, float length_m, CloudNode a, CloudNode b
     vec3 depth_b = light.depth + length_m * max(a.extinction * xb + slope * (0.5 * xb * xb - xa * xb), 0.0);
     vec3 diffuse = light.depth - light.relief;
     vec3 diffuse_a = depth_a - light.relief - length_m * xa * a.relief, diffuse_b = depth_b - light.relief - length_m * xb * b.relief;
+    // Light that was turned straight on adds to sunlight: then exponents may be less than the depth before the step.
+    vec3 sun_a = depth_a + a.sun_depth, sun_b = depth_b + b.sun_depth, least = min(light.depth, min(sun_a, sun_b));
     light.radiance += length_m
-        * (cloud_step_mean(depth_a + a.sun_depth, depth_b + b.sun_depth, a.direct, b.direct, min(light.depth, least))
+        * (cloud_step_mean(sun_a, sun_b, a.direct, b.direct, least)
             + cloud_step_mean(diffuse_a, diffuse_b, a.diffuse, b.diffuse, diffuse));
     light.depth += 0.5 * length_m * (a.extinction + b.extinction);
     light.cloud += 0.5 * length_m * (a.cloud + b.cloud);
