@@ -72,3 +72,8 @@ class Clouds(CloudLayer):
     """
 
     layers: tuple[CloudLayer, ...] = knob((), help="Further layers, each with the fields of the first")
+    method: str = knob(
+        "ours",
+        help="How pf.CloudProbe marches through clouds and air: ours, or as printed (Michelic 2018; with others 2019)",
+        choices=("ours", "paper_2018", "paper_2019"),
+    )

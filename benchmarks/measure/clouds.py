@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -66,7 +67,7 @@ def scene_of(shells: Shells) -> Scene:
     """The planet, with a sun of irradiance 1."""
     first, *others = (_layer(layer) for layer in shells.layers)
     clouds = Clouds(**first, layers=tuple(CloudLayer(**other) for other in others))
-    parts: dict[str, object] = {"planet": Planet(radius_m=shells.radius_m), "clouds": clouds}
+    parts: dict[str, Any] = {"planet": Planet(radius_m=shells.radius_m), "clouds": clouds}
     if shells.air is not None:
         parts["atmosphere"] = Atmosphere()  # the defaults are those of EARTH_BRUNETON
     scene = Scene("homogeneous clouds", parts)
@@ -74,11 +75,11 @@ def scene_of(shells: Shells) -> Scene:
     return scene
 
 
-def errors_of(shells: Shells, quality: str, count: int) -> Errors:
+def errors_of(shells: Shells, quality: str, count: int, method: str = "ours") -> Errors:
     """Of single scattering, for `count` rays from everywhere."""
     positions, ways, suns = _questions(shells, count)
     truth, through = _truth(shells, count)
-    with CloudProbe(scene_of(shells), quality=quality) as probe:
+    with CloudProbe(scene_of(shells), quality=quality, overrides={"clouds.method": method}) as probe:
         light, passed = probe.march(positions, ways, suns, orders=1, sun_visibility="point")
     bad = ~(np.isfinite(light) & (light >= 0.0)).all(1)
     seen = truth > FLOOR
@@ -143,7 +144,7 @@ def _ways(zenith_deg: Floats | float, azimuth_deg: Floats | float) -> Floats:
     return np.stack([np.sin(z) * np.cos(a), np.sin(z) * np.sin(a), np.cos(z)], axis=1)
 
 
-def _layer(layer: Layer) -> dict[str, object]:
+def _layer(layer: Layer) -> dict[str, Any]:
     return {
         "base_m": layer.base_m, "top_m": layer.top_m, "extinction_per_m": layer.extinction_per_m,
         "albedo": layer.albedo, "asymmetry": layer.asymmetry, "density_model": "uniform",

@@ -15,6 +15,11 @@ MEDIANS = {"high": 3e-2, "reference": 1e-2}
 
 def _accuracy(session: Session) -> None:
     """The table of promises: shells in vacuum and in air, shafts of light, slabs of all orders."""
+    for method in ("paper_2018", "paper_2019"):
+        for name, shells in {**clouds.SHELLS, **clouds.IN_AIR}.items():
+            if len(shells.layers) == 1:  # as printed
+                found = clouds.errors_of(shells, "high", session.runs(300, 60), method)
+                _rows(session, f"{method}: {name}", found, None, None, False)
     qualities = ("high", "reference") if session.quick else QUALITIES
     for quality in qualities:
         judged = quality == "reference"

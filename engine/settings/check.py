@@ -154,7 +154,10 @@ def _rule(cls: type, name: str, hint: Any, knob: Any, default: Any) -> FieldRule
 def _is_list(hint: Any) -> bool:
     parts = typing.get_args(hint)
     whole = typing.get_origin(hint) is tuple and len(parts) == 2 and parts[1] is Ellipsis
-    return whole and dataclasses.is_dataclass(parts[0]) and not parts[0].__dataclass_params__.frozen  # a component
+    if not whole or not dataclasses.is_dataclass(parts[0]):
+        return False
+    made_as: Any = parts[0]
+    return not made_as.__dataclass_params__.frozen  # a component
 
 
 def check_value(rule: FieldRule, value: Any, where: str) -> Any:

@@ -37,6 +37,8 @@ class LayerSettings(Protocol):
 class CloudSettings(LayerSettings, Protocol):
     """What is read from the Clouds component."""
 
+    method: str
+
     @property
     def layers(self) -> Sequence[LayerSettings]:
         """The layers beside its own."""
@@ -87,6 +89,7 @@ class CloudModel:
     radius_m: float
     layers: tuple[LayerModel, ...]
     air_thickness_m: float = math.inf
+    method: str = "ours"
 
     def __post_init__(self) -> None:
         problems = _problems(self)
@@ -102,6 +105,7 @@ class CloudModel:
             float(planet.radius_m),
             tuple(LayerModel(**{name: getattr(layer, name) for name in names}) for layer in layers),
             math.inf if atmosphere is None else float(atmosphere.thickness_m),
+            clouds.method,
         )
 
     @property

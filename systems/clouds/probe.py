@@ -117,7 +117,8 @@ class CloudQuestions:
         self._block = gpu.uniform_block(CloudBlock, CLOUD_BINDING, "cloud_model")
         self._block.write(cloud_block(model))
         self._slabs = slab_texture(gpu, model)
-        self._program = gpu.compute("clouds/probe.comp", march_defines(settings))
+        paper = {"ours": 0, "paper_2018": 2018, "paper_2019": 2019}[model.method]
+        self._program = gpu.compute("clouds/probe.comp", {**march_defines(settings), "CLOUD_PAPER": paper})
 
     def march(
         self, positions_m: Floats, directions: Floats, suns: Floats, most_m: Floats | None, *,

@@ -1,5 +1,8 @@
 // The march on an array of questions; systems/clouds/probe.py packs and unpacks it.
 #include "clouds/uniform_march.glsl"
+#if CLOUD_PAPER
+#include "clouds/paper_march.glsl"
+#endif
 
 layout(local_size_x = 16) in;
 
@@ -17,7 +20,11 @@ void main() {
     if (i >= uint(u_count)) return;
     Question q = questions[i];
     CloudRay ray = CloudRay(ShellRay(q.ray.x, q.ray.y, q.ray.z), q.ray.w, q.more.x, q.more.z, q.more.w);
+#if CLOUD_PAPER
+    CloudLight light = paper_march(ray, q.more.y);
+#else
     CloudLight light = cloud_march(ray, q.more.y);
+#endif
     answers[2u * i] = vec4(light.radiance, 0.0);
     answers[2u * i + 1u] = vec4(exp(-light.depth), 0.0);
 }
