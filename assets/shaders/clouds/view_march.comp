@@ -82,7 +82,7 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, vec2 ph
     float least = thickness / u_march.x, grow = max(u_march.y, way / (600.0 * max(to, 1.0)));
     float longer = thin ? 1.0 : 4.0, most = max(way / (0.3 * u_march.x), least);
     if (thin) least = most = way / ceil(0.04 * u_march.x * log2(2.0 * way / thickness + 2.0));
-    int segments = thin ? 1 : clamp(int(log2(way / thickness) * 2.0), 1, 8);
+    int segments = thin ? 1 : clamp(int(log2(way / thickness) * 1.3), 1, 6);
     float growth = log((to + thickness) / (from + thickness)) / float(segments);
     float t = from, ease = longer, begin = from;
     Air here = air_from_camera(ray * from);
