@@ -7,6 +7,7 @@ if __name__ != "planetfall.components":
 
 from ._knob import Knob, Vec3, knob, knobs
 from .atmosphere import Atmosphere
+from .clouds import MOST_CLOUD_LAYERS, CloudLayer, Clouds
 from .debug_view import DebugView
 from .exposure import Composite, Exposure
 from .ocean import Ocean, Wave
@@ -14,6 +15,7 @@ from .planet import Planet
 from .props import Shape, Transform
 from .quality import (
     AtmosphereQuality,
+    CloudQuality,
     CompositeQuality,
     OceanQuality,
     ProxyQuality,
@@ -26,8 +28,12 @@ from .sun import Sun
 from .terrain import Terrain
 
 __all__ = [
+    "MOST_CLOUD_LAYERS",
     "Atmosphere",
     "AtmosphereQuality",
+    "CloudLayer",
+    "CloudQuality",
+    "Clouds",
     "Composite",
     "CompositeQuality",
     "DebugView",

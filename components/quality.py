@@ -8,6 +8,7 @@ from ._knob import knob
 
 __all__ = [
     "AtmosphereQuality",
+    "CloudQuality",
     "CompositeQuality",
     "OceanQuality",
     "ProxyQuality",
@@ -319,4 +320,77 @@ class ShadowQuality:
         "",
         "Levels that are filled from nothing, or swept for a new place of the sun, in one frame",
         cost="time of frames in which the camera comes near the ground, or the sun moves",
+    )
+
+
+@dataclass
+class CloudQuality:
+    """Keys "clouds.*"."""
+
+    steps: int = knob(
+        24,
+        2,
+        256,
+        "",
+        "Steps through each crossing of a homogeneous layer; two points are looked at in each",
+        cost="time of the march grows with it",
+    )
+    air_steps: int = knob(
+        12,
+        2,
+        256,
+        "",
+        "Steps through the air above, between and below the layers, where it is marched with them",
+        cost="as steps",
+    )
+    deepest: float = knob(
+        12.0,
+        1.0,
+        80.0,
+        "",
+        "Optical depth at which a march ends: exp(-12) is a hundredth of what a picture of 8 bits shows",
+        cost="time in thick cloud",
+    )
+    stride: int = knob(
+        2, 1, 8, "px", "One ray through the clouds for a block of so many pixels a side", cost="inverse square"
+    )
+    samples: int = knob(
+        33,
+        1,
+        256,
+        "",
+        "Frames whose rays a picture gathers while the camera stands still; at least one for each pixel of a block",
+        cost="frames until a picture has settled",
+    )
+    fine_steps: int = knob(
+        96,
+        8,
+        4096,
+        "",
+        "Steps through the thickness of a layer where there is cloud; the clear takes four times longer ones",
+        cost="grows with it",
+        log=True,
+    )
+    step_growth: float = knob(
+        0.003, 1e-4, 0.1, "", "Far away a step is this share of the distance", cost="grows with its inverse", log=True
+    )
+    sun_steps: int = knob(4, 1, 64, "", "Steps from a place in a cloud towards the sun", cost="half of all time with 4")
+    shape_texels: int = knob(
+        128, 32, 256, "", "Texels a side of the volume of the clouds' shape", cost="memory", power_of_two=True
+    )
+    rim_texels: int = knob(
+        64, 16, 256, "", "Texels a side of the volume of the clouds' rims", cost="memory", power_of_two=True
+    )
+    shadow_texels: int = knob(
+        256, 32, 1024, "", "Texels a side of each map of the clouds' shadow", cost="its square", power_of_two=True
+    )
+    shadow_steps: int = knob(8, 1, 64, "", "Steps through a layer for a texel of those maps", cost="itself")
+    map_texels: int = knob(
+        1024,
+        256,
+        4096,
+        "",
+        "Texels a side of the map of weather",
+        cost="time to make it, every quarter of an hour of weather, and memory",
+        power_of_two=True,
     )

@@ -40,15 +40,19 @@ def withdraw_contracts(world: World, owner: str) -> None:
     world.set_resource(_KEY, left)
 
 
-def contract_reads(world: World) -> tuple[str, ...]:
-    """Names for reads= of a pass whose shaders include contracts."""
+def contract_reads(world: World, but: str = "") -> tuple[str, ...]:
+    """Names for reads= of a pass whose shaders include contracts. but: a provider whose passes do without its own."""
+    return tuple(name for source in _sources(world, but) for name in source.contract_reads())
+
+
+def _sources(world: World, but: str) -> list[ContractSource]:
     found: dict[str, ContractSource] = world.try_resource(_KEY) or {}
-    return tuple(name for source in found.values() for name in source.contract_reads())
+    return [source for name, source in found.items() if name != but]
 
 
-def bind_contracts(world: World, io: Any) -> Callable[[], None]:
-    """Binds what contracts sample; call the result before each draw or dispatch."""
-    binds = [source.bind_contract(io) for source in (world.try_resource(_KEY) or {}).values()]
+def bind_contracts(world: World, io: Any, but: str = "") -> Callable[[], None]:
+    """Binds what contracts sample; call the result before each draw or dispatch. but: as for contract_reads."""
+    binds = [source.bind_contract(io) for source in _sources(world, but)]
     if len(binds) == 1:
         return binds[0]
 

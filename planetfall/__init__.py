@@ -25,6 +25,8 @@ from ._scene_file import planets
 from .camera import Camera
 from .components import (
     Atmosphere,
+    CloudLayer,
+    Clouds,
     Composite,
     DebugView,
     Exposure,
@@ -58,6 +60,7 @@ from .views import View, view, views
 if _TYPE_CHECKING:
     from .app import fly
     from .atmosphere_probe import AtmosphereProbe
+    from .cloud_probe import CloudProbe
     from .engine.gpu import GLVersionError, ShaderError
     from .engine.graph import GraphError
     from .engine.hosts.headless import NoEGLError
@@ -73,6 +76,7 @@ if _TYPE_CHECKING:
 # neither waits for it nor needs a GPU.
 _LAZY = {
     "AtmosphereProbe": "atmosphere_probe",
+    "CloudProbe": "cloud_probe",
     "GLVersionError": "errors",
     "GraphError": "errors",
     "NoEGLError": "errors",
@@ -94,6 +98,9 @@ __all__ = [
     "AtmosphereProbe",
     "Camera",
     "CameraError",
+    "CloudLayer",
+    "CloudProbe",
+    "Clouds",
     "Composite",
     "DebugView",
     "Exposure",

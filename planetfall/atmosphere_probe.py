@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import ASSETS
+from ._questions import question_distances, question_rows
 from .components import Atmosphere, Planet
 from .engine.gpu import Gpu
 from .engine.hosts.foreign import ForeignHost, attach
@@ -25,10 +26,6 @@ __all__ = ["AtmosphereProbe"]
 
 Floats = NDArray[np.float64]
 _PARTS = (None, "rayleigh", "mie")
-_FARTHEST_M = 1.0e18
-"""A hundred light years. Its square is a float32, which the shaders form."""
-_LEAST = 1.0e-300
-"""Vectors that are shorter count as zero: there is no dividing by them."""
 
 
 class AtmosphereProbe:
@@ -88,12 +85,12 @@ class AtmosphereProbe:
         self, positions_m: ArrayLike, directions: ArrayLike, distance_m: ArrayLike | None = None
     ) -> Floats:
         """Transmittance over distances (N,) in metres, or to space (0 where a ray ends on the planet)."""
-        positions, ways = _rows(positions_m=positions_m, directions=directions)
+        positions, ways = question_rows(positions_m=positions_m, directions=directions)
         rays = self._rays(positions, ways, ways)
         with self._guest():
             if distance_m is None:
                 return self._questions.to_space(rays)
-            return self._questions.light(rays, _distances(distance_m, len(ways)), 1, None)[1]
+            return self._questions.light(rays, question_distances(distance_m, len(ways)), 1, None)[1]
 
     def sky_radiance(
         self,
@@ -109,7 +106,9 @@ class AtmosphereProbe:
         that integral of single scattering without its phase function.
         """
         _check_orders(orders, part)
-        positions, ways, suns = _rows(positions_m=positions_m, directions=directions, sun_directions=sun_directions)
+        positions, ways, suns = question_rows(
+            positions_m=positions_m, directions=directions, sun_directions=sun_directions
+        )
         rays = self._rays(positions, ways, suns)
         with self._guest():
             return self._questions.light(rays, None, orders, part)[0] * self._irradiance
@@ -119,7 +118,7 @@ class AtmosphereProbe:
     ) -> tuple[Floats, Floats]:
         """(radiance, transmittance) of the air between positions and points."""
         _check_orders(orders, None)
-        positions, points, suns = _rows(
+        positions, points, suns = question_rows(
             _free=("points_m",), positions_m=positions_m, points_m=points_m, sun_directions=sun_directions
         )
         way = points - positions
@@ -135,7 +134,7 @@ class AtmosphereProbe:
         self, positions_m: ArrayLike, normals: ArrayLike, sun_directions: ArrayLike
     ) -> tuple[Floats, Floats]:
         """(direct, sky) irradiance of surfaces: the sun's, cosine included, and that of all sky that isn't ground."""
-        positions, ups, suns = _rows(positions_m=positions_m, normals=normals, sun_directions=sun_directions)
+        positions, ups, suns = question_rows(positions_m=positions_m, normals=normals, sun_directions=sun_directions)
         rays = self._rays(positions, ups, suns)
         with self._guest():
             direct, sky = self._questions.irradiance(rays, rays.mu, rays.sine * rays.azimuth, rays.nu)
@@ -168,51 +167,6 @@ class AtmosphereProbe:
             return self._host.guest()
         self._gpu.ctx.__enter__()
         return nullcontext()
-
-
-def _rows(_free: tuple[str, ...] = (), **named: ArrayLike) -> list[Floats]:
-    """Broadcast to (N, 3) f64. positions_m and those in _free keep their length, the others become unit."""
-    found = []
-    for name, value in named.items():
-        array = np.atleast_2d(_numbers(name, value))
-        if array.ndim != 2 or array.shape[1] != 3:
-            raise ValueError(f"{name}: expected an array (N, 3) or (3,), found shape {np.shape(value)}")
-        bad = ~np.isfinite(array).all(1)
-        if bad.any():
-            raise ValueError(f"{name}[{int(np.argmax(bad))}]: expected finite numbers, found {array[np.argmax(bad)]}")
-        largest = np.abs(array).max(1)
-        place = name == "positions_m" or name in _free
-        if place and (largest > _FARTHEST_M).any():
-            row = int(np.argmax(largest))
-            raise ValueError(f"{name}[{row}]: expected at most {_FARTHEST_M:g} m, found {largest[row]:g}")
-        if name not in _free and (largest < _LEAST).any():
-            raise ValueError(f"{name}[{int(np.argmin(largest))}]: expected a vector other than zero, found zero")
-        if not place:
-            # The largest part first: squares may be beyond float64.
-            array = array / largest[:, None]
-            array = array / np.linalg.norm(array, axis=1, keepdims=True)
-        found.append(array)
-    count = max((len(a) for a in found if len(a) != 1), default=min(len(a) for a in found))
-    for name, array in zip(named, found, strict=True):
-        if len(array) not in (1, count):
-            raise ValueError(f"{name}: expected 1 or {count} rows, found {len(array)}")
-    return [np.ascontiguousarray(np.broadcast_to(a, (count, 3))) for a in found]
-
-
-def _numbers(name: str, value: ArrayLike) -> Floats:
-    try:
-        return np.asarray(value, np.float64)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{name}: expected real numbers, all rows equally long: {error}") from None
-
-
-def _distances(value: ArrayLike, count: int) -> Floats:
-    array = _numbers("distance_m", value)
-    if array.ndim > 1 or array.size not in (1, count):
-        raise ValueError(f"distance_m: expected one number or {count} of them, found shape {array.shape}")
-    if not (np.isfinite(array) & (array >= 0.0)).all():
-        raise ValueError("distance_m: expected finite numbers, at least 0; leave it out for the way to space")
-    return np.broadcast_to(np.minimum(array, _FARTHEST_M), (count,))
 
 
 def _check_orders(orders: int | None, part: str | None) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 from ._kinds import KINDS, PRESETS
 from .components import (
     AtmosphereQuality,
+    CloudQuality,
     CompositeQuality,
     OceanQuality,
     ProxyQuality,
@@ -27,6 +28,7 @@ _GROUPS = {
     "atmosphere": AtmosphereQuality,
     "ocean": OceanQuality,
     "shadows": ShadowQuality,
+    "clouds": CloudQuality,
 }
 
 QUALITY = QualityKnobs(PRESETS / "quality", _GROUPS, KINDS)

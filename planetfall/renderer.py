@@ -31,6 +31,7 @@ from .snapshot import Snapshot
 from .standpoint import Standpoint
 from .stillness import Stillness
 from .systems.atmosphere.system import AtmosphereSystem
+from .systems.clouds.system import CloudSystem
 from .systems.composite import CompositeSystem
 from .systems.debug import DebugSystem
 from .systems.gbuffer import GBufferSystem
@@ -54,6 +55,7 @@ SYSTEMS: tuple[type[System], ...] = (
     PropsSystem,
     SkySystem,
     StarsSystem,
+    CloudSystem,
     CompositeSystem,
     DebugSystem,
 )  # fmt: skip

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._kinds import KINDS, PLANET_KINDS, PROP_KINDS, SCENE_KINDS
 from ._scene_file import describe, planets
-from .components import Atmosphere, Composite, Exposure, Ocean, Planet, Shape, Sun, Terrain, Transform
+from .components import Atmosphere, Clouds, Composite, Exposure, Ocean, Planet, Shape, Sun, Terrain, Transform
 from .engine.settings import (
     SettingError,
     assign_many,
@@ -443,6 +443,14 @@ def _planet_problems(handle: PlanetHandle, sun: Sun, settings: Mapping[str, Any]
 
         try:
             AirModel.from_components(handle.planet, air, sun.angular_radius_rad)
+        except SettingError as error:
+            problems.append(f"{where}: {error}")
+    clouds = found(Clouds, "clouds")
+    if clouds is not None:
+        from .systems.clouds.model import CloudModel
+
+        try:
+            CloudModel.from_components(handle.planet, clouds, air)
         except SettingError as error:
             problems.append(f"{where}: {error}")
     return problems

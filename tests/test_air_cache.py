@@ -16,7 +16,7 @@ from air_kit import HAZY, TINY, at, bare, dispatches, job_of, radiance, ran, ren
 
 import planetfall as pf
 from planetfall.components import Atmosphere
-from planetfall.systems.atmosphere.cache import TableCache
+from planetfall.engine.table_cache import TableCache
 
 CAMERA = at(3000.0, pitch_deg=5.0)
 SHAPES = {"one": (2, 3), "two": (4,)}
@@ -33,7 +33,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 
 def test_what_is_saved_is_loaded(folder: Path) -> None:
-    cache = TableCache()
+    cache = TableCache("atmosphere")
     assert cache.folder == folder
     assert cache.load("key", SHAPES) is None
     cache.save("key", ARRAYS)
@@ -56,7 +56,7 @@ def spoil(path: Path, how: str) -> None:
         place = whole.index(ARRAYS["one"].tobytes()) + 5
         path.write_bytes(whole[:place] + bytes([whole[place] ^ 16]) + whole[place + 1 :])
     elif how == "another's":
-        TableCache(path.parent.parent).save("other", ARRAYS)
+        TableCache("atmosphere", path.parent.parent).save("other", ARRAYS)
         os.replace(path.parent / "other.npz", path)
     elif how == "other arrays":
         np.savez(path, key=np.array("key"), three=np.ones(3))
@@ -80,7 +80,7 @@ def spoil(path: Path, how: str) -> None:
      "objects", "a folder"],
 )  # fmt: skip
 def test_a_file_that_is_not_what_it_should_be(folder: Path, how: str, caplog: pytest.LogCaptureFixture) -> None:
-    cache = TableCache()
+    cache = TableCache("atmosphere")
     cache.save("key", ARRAYS)
     spoil(folder / "key.npz", how)
     with caplog.at_level(logging.WARNING):
@@ -95,7 +95,7 @@ def test_a_folder_that_cannot_be_made_is_logged(
 ) -> None:
     (tmp_path / "file").write_text("in the way")
     monkeypatch.setenv("PLANETFALL_CACHE", str(tmp_path / "file"))
-    cache = TableCache()
+    cache = TableCache("atmosphere")
     with caplog.at_level(logging.WARNING):
         assert cache.load("key", SHAPES) is None
         cache.save("key", ARRAYS)
@@ -105,15 +105,15 @@ def test_a_folder_that_cannot_be_made_is_logged(
 def test_an_empty_variable_means_no_cache(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("PLANETFALL_CACHE", "")
     monkeypatch.chdir(tmp_path)
-    cache = TableCache()
+    cache = TableCache("atmosphere")
     cache.save("key", ARRAYS)
     assert cache.load("key", SHAPES) is None
     assert not list(tmp_path.iterdir())
 
 
 def test_files_used_last_are_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("planetfall.systems.atmosphere.cache._KEPT", 3)
-    cache = TableCache()
+    monkeypatch.setattr("planetfall.engine.table_cache._KEPT", 3)
+    cache = TableCache("atmosphere")
     now = time.time()
     for k in range(3):
         cache.save(f"key{k}", ARRAYS)
@@ -127,17 +127,17 @@ def test_files_used_last_are_kept(folder: Path, monkeypatch: pytest.MonkeyPatch)
 
 
 def test_large_files_make_room(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    cache = TableCache()
+    cache = TableCache("atmosphere")
     cache.save("key0", ARRAYS)
     size, now = (folder / "key0.npz").stat().st_size, time.time()
     os.utime(folder / "key0.npz", (now - 1000.0, now - 1000.0))
-    monkeypatch.setattr("planetfall.systems.atmosphere.cache._KEPT_BYTES", 2 * size)
+    monkeypatch.setattr("planetfall.engine.table_cache._KEPT_BYTES", 2 * size)
     for k in (1, 2):
         cache.save(f"key{k}", ARRAYS)
         os.utime(folder / f"key{k}.npz", (now - 500.0 + k, now - 500.0 + k))
     assert sorted(path.stem for path in folder.iterdir()) == ["key1", "key2"]
     # One that is larger than all that may be kept is of use too.
-    monkeypatch.setattr("planetfall.systems.atmosphere.cache._KEPT_BYTES", size // 2)
+    monkeypatch.setattr("planetfall.engine.table_cache._KEPT_BYTES", size // 2)
     cache.save("key3", ARRAYS)
     assert [path.stem for path in folder.iterdir()] == ["key3"]
 

@@ -170,7 +170,7 @@ def test_every_component_field_is_a_knob_with_help_and_a_valid_default(cls):
     cls()  # construction checks the defaults
     for name, rule in rules_of(cls).items():
         assert (
-            rule.kind in ("bool", "str")
+            rule.kind in ("bool", "str", "list")
             or rule.knob.nonzero
             or rule.knob.low is not None
             or rule.knob.widget == "place"

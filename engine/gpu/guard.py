@@ -96,8 +96,8 @@ class StateGuard:
     def __init__(
         self,
         gpu: Gpu,
-        texture_units: int = 16,
-        ubo_bindings: int = 14,
+        texture_units: int = 18,
+        ubo_bindings: int = 15,
         ssbo_bindings: int = 8,
         image_units: int = 8,
         framebuffers: Sequence[moderngl.Framebuffer] = (),

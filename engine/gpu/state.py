@@ -75,7 +75,7 @@ _OFF = (
 )  # fmt: skip
 
 
-def reset_baseline(ctx: moderngl.Context, gl: G.GL, units: int = 16) -> Callable[[], None]:
+def reset_baseline(ctx: moderngl.Context, gl: G.GL, units: int = 18) -> Callable[[], None]:
     """A prepared call that puts what passes rely on but never set into a known state, whatever a host left behind."""
     disable = gl.function("glDisable", None, G.enum)
     front_face = gl.function("glFrontFace", None, G.enum)

@@ -39,7 +39,7 @@ class ForeignHost:
         self.ctx: moderngl.Context = gpu.ctx
 
     def fit(
-        self, texture_units: int = 16, ubo_bindings: int = 14, ssbo_bindings: int = 8, image_units: int = 8
+        self, texture_units: int = 18, ubo_bindings: int = 15, ssbo_bindings: int = 8, image_units: int = 8
     ) -> None:
         """Guard only the bindings that a compiled plan uses: every unit less saves about 2 us a frame."""
         self.guard = StateGuard(self.gpu, texture_units, ubo_bindings, ssbo_bindings, image_units)

@@ -27,9 +27,10 @@ def install(cls: type[T]) -> type[T]:
     UnknownSettingError, and `revision` goes up with each assignment that changes something. Names that begin with an
     underscore stay free. Costs about 2 us an assignment; reading costs nothing.
     """
-    if "__planetfall_checked__" in cls.__dict__:
-        return cls
     rules_of(cls)  # finds mistakes in the declaration now
+    # What a subclass inherits looks at the object's own class.
+    if getattr(cls, "__planetfall_checked__", False):
+        return cls
     plain_setattr = cls.__setattr__
 
     def checked_setattr(self: Any, name: str, value: Any) -> None:
@@ -65,17 +66,20 @@ def install(cls: type[T]) -> type[T]:
 def revision(component: Any, *fields: str) -> int:
     """A number that changes with every change of the component (or of these fields only). Compare it for equality.
 
-    No two component objects share one, so a replaced component counts as changed.
+    No two component objects share one, so a replaced component counts as changed. A field that is a list of components
+    changes with each of them.
     """
     changed: Mapping[str, int] = component.__dict__.get(_CHANGED, {})
+    lists = [r.name for r in rules_of(type(component)).values() if r.kind == "list"]
+    inner = [revision(item) for name in lists if not fields or name in fields for item in getattr(component, name)]
     if fields:
         known = _field_names(type(component))
         for name in fields:
             if name not in known:
                 what = f"{type(component).__name__} has no setting {name!r}"
                 raise UnknownSettingError(f"{what}; {did_you_mean(name, known, 'it has')}")
-        return max((changed.get(name, 0) for name in fields), default=0)
-    return max(changed.values(), default=0)
+        return max((*(changed.get(name, 0) for name in fields), *inner), default=0)
+    return max((*changed.values(), *inner), default=0)
 
 
 def latest_revision(*kinds: type) -> int:

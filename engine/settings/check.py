@@ -51,8 +51,11 @@ class PresetError(SettingError):
 
 @dataclass(frozen=True)
 class FieldRule:
-    """What one field accepts. kind: "float", "int", "bool", "str", "vector" (length numbers) or "tables" (instances of
-    `table`, a frozen dataclass with knobs of its own); knob: its metadata."""
+    """What one field accepts. knob: its metadata.
+
+    kind: "float", "int", "bool", "str", "vector" (length numbers), "tables" (instances of `table`, a frozen dataclass
+    with knobs of its own) or "list" (any number of components of one class, which is then the schema).
+    """
 
     name: str
     kind: str
@@ -68,6 +71,8 @@ class FieldRule:
         """The allowed values in words, e.g. "a number from 0 to 90 deg"."""
         if self.kind == "bool":
             text = "true or false"
+        elif self.kind == "list":
+            text = f"a list of {self.schema.__name__}"
         elif self.kind == "str":
             choices = self.knob.choices
             text = f"one of {', '.join(map(repr, choices))}" if choices else "a text"
@@ -132,12 +137,27 @@ def _rule(cls: type, name: str, hint: Any, knob: Any, default: Any) -> FieldRule
         schema = tuple[(Annotated[float, msgspec.Meta(**limits)],) * length]  # type: ignore[misc]
         if knob.widget == "place":
             schema = _PLACE
+    elif _is_list(hint):
+        kind, schema = "list", typing.get_args(hint)[0]
+        rules_of(schema)
     elif typing.get_origin(hint) is tuple and typing.get_args(hint)[1:] == (Ellipsis,):
         kind, table, schema = "tables", typing.get_args(hint)[0], None
         rules_of(table)
     else:
-        raise TypeError(f"{cls.__name__}.{name}: knobs are float, int, bool, str or tuples of float, found {hint}")
+        raise TypeError(
+            f"{cls.__name__}.{name}: knobs are float, int, bool, str, tuples of float or tuple[component, ...], "
+            f"found {hint}"
+        )
     return FieldRule(name, kind, length, optional, knob, default, schema, table)
+
+
+def _is_list(hint: Any) -> bool:
+    parts = typing.get_args(hint)
+    whole = typing.get_origin(hint) is tuple and len(parts) == 2 and parts[1] is Ellipsis
+    if not whole or not dataclasses.is_dataclass(parts[0]):
+        return False
+    made_as: Any = parts[0]
+    return not made_as.__dataclass_params__.frozen  # a component
 
 
 def check_value(rule: FieldRule, value: Any, where: str) -> Any:
@@ -147,6 +167,8 @@ def check_value(rule: FieldRule, value: Any, where: str) -> Any:
     """
     if value is None and rule.optional:
         return None
+    if rule.kind == "list":
+        return _checked_list(rule, value, where)
     if rule.kind == "tables":
         return _checked(rule, _tables(rule, value, where), where)
     plain = _plain(rule, value)
@@ -191,6 +213,33 @@ def _table(cls: type, entry: Any, where: str) -> Any:
         if key not in rules:
             raise UnknownSettingError(f"{where} has no setting {key!r}; {did_you_mean(key, rules, 'it has')}")
     return cls(**{key: check_value(rules[key], v, f"{where}.{key}") for key, v in entry.items()})
+
+
+def _checked_list(rule: FieldRule, value: Any, where: str) -> tuple[Any, ...]:
+    """A tuple of components; each may also be given as a table {field: value}."""
+    if not isinstance(value, list | tuple):
+        raise SettingError(f"{where}: expected {rule.expected}, found {_shown(value)}. Put even one in brackets")
+    return tuple(_checked_item(rule.schema, item, f"{where}[{k}]") for k, item in enumerate(value))
+
+
+def _checked_item(cls: Any, item: Any, where: str) -> Any:
+    rules = rules_of(cls)
+    if type(item) is cls:
+        return item
+    if isinstance(item, cls):
+        # A component that is one of these and more: only what is common may have been set.
+        for name, rule in rules_of(type(item)).items():
+            if name not in rules and getattr(item, name) != rule.default:
+                raise SettingError(f"{where}: expected a {cls.__name__}, found a {type(item).__name__} with {name} set")
+        return cls(**{name: getattr(item, name) for name in rules})
+    if not isinstance(item, Mapping):
+        raise SettingError(f"{where}: expected a {cls.__name__} or a table of its fields, found {_shown(item)}")
+    checked = {}
+    for key, value in item.items():
+        if key not in rules:
+            raise SettingError(f"{where}.{key}: unknown key; {did_you_mean(key, rules, 'allowed')}")
+        checked[key] = check_value(rules[key], value, f"{where}.{key}")
+    return cls(**checked)
 
 
 def _plain(rule: FieldRule, value: Any) -> Any:

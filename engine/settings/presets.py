@@ -118,9 +118,9 @@ def plain_table(component: Any) -> dict[str, Any]:
     table: dict[str, Any] = {}
     for name, rule in rules_of(type(component)).items():
         value = getattr(component, name)
-        if rule.kind == "tables":
+        if rule.kind in ("tables", "list"):
             if value:
-                table[name] = [plain_table(entry) for entry in value]
+                table[name] = [plain_table(item) for item in value]
         elif value is not None:
             table[name] = list(value) if isinstance(value, tuple) else value
     return table

@@ -7,8 +7,8 @@ from time import perf_counter as clock
 from typing import Any, Protocol
 
 from ...engine.gpu import GpuScope
+from ...engine.table_cache import TableCache
 from .block import AirBlock
-from .cache import TableCache
 from .model import AirModel
 from .paper import PaperSizes, PaperTables
 from .tables import AirTables, Directions, TableSizes
@@ -68,7 +68,7 @@ class TableJob:
         self._gpu, self._ctx = gpu, gpu.gpu.ctx
         self._block = block
         self._sizes = sizes
-        self._cache = TableCache() if cache is None else cache
+        self._cache = TableCache("atmosphere") if cache is None else cache
         # Two of each size: one is shown while the other is worked on.
         quick = QUICK_PAPER if isinstance(sizes, PaperSizes) else replace(QUICK, degree=sizes.degree)
         self._quick = [self._make(quick), self._make(quick)]

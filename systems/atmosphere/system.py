@@ -22,7 +22,7 @@ __all__ = ["AtmosphereSystem"]
 
 _FIRST_UNIT, _SECOND_UNIT, _EXTINCTION_UNIT = 10, 11, 12
 _CONTRACTS = {
-    "ours": {"air": "atmosphere/air.glsl", "sky": "atmosphere/sky.glsl"},
+    "ours": {"air": "atmosphere/air.glsl", "sky": "atmosphere/sky.glsl", "air_point": "atmosphere/air_point.glsl"},
     "paper": {"air": "atmosphere/paper/air.glsl", "sky": "atmosphere/paper/sky.glsl"},
 }
 _HURRY_S = 0.25

@@ -174,6 +174,9 @@ def _groups(kind: type) -> list[tuple[str, list[FieldRule]]]:
     """Fields by heading, in order of declaration; those without a heading first."""
     groups: dict[str, list[FieldRule]] = {"": []}
     for rule in rules_of(kind).values():
+        # Lists of components have rows of their own elsewhere, or in the scene's file only.
+        if rule.kind == "list":
+            continue
         groups.setdefault(rule.knob.group, []).append(rule)
     return list(groups.items())
 

@@ -1,5 +1,6 @@
 // Fills the map of the sky that the sea mirrors.
 #include "common/camera.glsl"
+#include "contract/cloud_sky.glsl"
 #include "contract/sky.glsl"
 #include "ocean/look/sky_map.glsl"
 
@@ -8,5 +9,7 @@ layout(binding = 0) writeonly uniform image2D u_sky_out;
 
 void main() {
     ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
-    imageStore(u_sky_out, texel, vec4(sky(sky_map_direction(texel)), 1.0));
+    vec3 direction = sky_map_direction(texel);
+    vec4 clouds = cloud_sky(direction);
+    imageStore(u_sky_out, texel, vec4(clouds.a * sky(direction) + clouds.rgb, 1.0));
 }

@@ -1,6 +1,7 @@
 // Contract "sun_visibility": shadows of the ground, from a clipmap of the lowest altitudes that see the sun.
 #include "common/camera.glsl"
 #include "common/planet_shadow.glsl"
+#include "contract/cloud_shadow.glsl"
 #include "shadows/clipmap.glsl"
 
 layout(binding = 13) uniform sampler2DArray u_shadow_map;
@@ -63,7 +64,9 @@ vec2 light_visibility(vec3 point) {
     float base = known * float(shadow_map.counts.w) > 0.0 ? planet.radii.z : 0.0;
     float bulk = sun_visibility_of_sphere((height - base) * planet.radii.x / (planet.radii.x + base), mu, frame.sun_direction.w);
     vec2 knows = known * vec2(shadow_map.counts.wz);
-    return vec2(min(mix(1.0, sun, knows.x), bulk), mix(1.0, light.w, knows.y));
+    // Thick cloud takes of the blue sky's light as well; what it lets through is counted as sunlight.
+    float through = cloud_shadow(point);
+    return vec2(min(mix(1.0, sun, knows.x), bulk) * through, mix(1.0, light.w, knows.y) * (0.4 + 0.6 * through));
 }
 
 float sun_visibility(vec3 point) {

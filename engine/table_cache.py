@@ -27,14 +27,16 @@ _STALE_S = 3600.0
 class TableCache:
     """Arrays by key in a folder. What cannot be read counts as absent; what cannot be written is only logged.
 
-    folder: PLANETFALL_CACHE if set (empty: no cache), else the user's cache folder.
+    part: whose tables, a folder in the cache: "atmosphere", "clouds". folder: PLANETFALL_CACHE if set (empty: no
+    cache), else the user's cache folder.
     """
 
-    def __init__(self, folder: Path | str | None = None) -> None:
+    def __init__(self, part: str, folder: Path | str | None = None) -> None:
         if folder is None:
             chosen = os.environ.get("PLANETFALL_CACHE")
             folder = platformdirs.user_cache_path("planetfall") if chosen is None else chosen
-        self.folder = Path(folder) / "atmosphere" if str(folder) not in ("", ".") else None
+        self.part = part
+        self.folder = Path(folder) / part if str(folder) not in ("", ".") else None
 
     @staticmethod
     def key(*parts: str) -> str:
@@ -79,7 +81,10 @@ class TableCache:
             self._tidy()
         except OSError as error:
             log.warning(
-                "the air's tables cannot be kept in %s, so the next start computes them again: %s", self.folder, error
+                "tables of %s cannot be kept in %s, so the next start computes them again: %s",
+                self.part,
+                self.folder,
+                error,
             )
 
     def _tidy(self) -> None:

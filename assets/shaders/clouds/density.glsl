@@ -1,0 +1,132 @@
+// How dense the clouds are at a place: extinction relative to that of the layer's densest cloud, 0..1.
+//
+//   CloudWeather cloud_weather(vec3 up, float footprint_m)        of a direction from the planet's centre
+//   float cloud_density(int layer, vec3 place, float share, CloudWeather w, float footprint_m, int rims)
+//
+// place: metres from the anchor in planet axes; share: height in the layer, 0 base .. 1 top; footprint_m: what the sample stands
+// for, a pixel's width or a step's length. rims: octaves of billows on the rim, 0..2.
+//
+// Noise is spread evenly over 0..1, so "noise above 1 - cover" is cloud on a share `cover` of the space. What a footprint is too
+// wide to show is not dropped but averaged: the share of the values it hides that lie above the threshold, so the same cloud
+// that is a thing with edges from near is a grey of the right mean from far, and coverage is the same at all distances.
+#include "common/octahedral.glsl"
+#include "generated/cloud_view.glsl"
+
+layout(binding = 0) uniform sampler3D u_cloud_shape;
+layout(binding = 1) uniform sampler3D u_cloud_rims;
+layout(binding = 2) uniform sampler2D u_weather_first;
+layout(binding = 3) uniform sampler2D u_weather_second;
+
+const float CLOUD_RIM = 0.13;         // of the rims' noise against the shape's
+const float CLOUD_RIM_NEAR = 0.035;
+const float CLOUD_EDGE = 0.11;        // of noise above the threshold until the cloud is densest
+
+// Between two levels of a volume chance decides, ray by ray: one fetch instead of two. 0..1, set by whoever marches.
+float cloud_dither = 0.5;
+
+struct CloudWeather {
+    float cover, towers, high, deep;
+};
+
+CloudWeather cloud_weather(vec3 up, float footprint_m) {
+    vec3 d = cloud_view.turn[0].xyz * up.x + cloud_view.turn[1].xyz * up.y + cloud_view.turn[2].xyz * up.z;
+    float inner = cloud_view.weather.y, border = cloud_view.weather.z;
+    vec2 at = ((0.5 + 0.5 * oct_encode(d)) * inner + border) / (inner + 2.0 * border);
+    float level = clamp(log2(max(footprint_m / cloud_view.weather.w, 1.0)), 0.0, 4.0);
+    vec4 w = mix(textureLod(u_weather_first, at, level + cloud_dither - 0.5), textureLod(u_weather_second, at, level + cloud_dither - 0.5), cloud_view.weather.x);
+    return CloudWeather(w.x, w.y, w.z, w.w);
+}
+
+CloudWeather cloud_weather_between(CloudWeather a, CloudWeather b, float share) {
+    return CloudWeather(mix(a.cover, b.cover, share), mix(a.towers, b.towers, share), mix(a.high, b.high, share),
+        mix(a.deep, b.deep, share));
+}
+
+// Mean over values within `half_width` around x of a ramp from 0 at 0 to 1 at `edge`: the difference of its integral.
+float cloud_ramp_sum(float x, float edge) {
+    float inside = clamp(x, 0.0, edge);
+    return 0.5 * inside * inside / edge + max(x - edge, 0.0);
+}
+
+float cloud_ramp(float x, float half_width, float edge) {
+    return (cloud_ramp_sum(x + half_width, edge) - cloud_ramp_sum(x - half_width, edge)) / (2.0 * half_width);
+}
+
+float cloud_level(float per_metre_level, float footprint_m) {
+    return max(per_metre_level + log2(max(footprint_m, 1e-3)), 0.0);
+}
+
+// Share of the noise's variance that a level doesn't show.
+float cloud_hidden(float level, float half_way, float slope) {
+    return clamp(0.5 + (level - half_way) * slope, 0.0, 1.0);
+}
+
+vec3 cloud_turned(vec3 place) {
+    return cloud_view.turn[0].xyz * place.x + cloud_view.turn[1].xyz * place.y + cloud_view.turn[2].xyz * place.z;
+}
+
+vec3 cloud_tilted(vec3 place) {
+    return cloud_view.tilt[0].xyz * place.x + cloud_view.tilt[1].xyz * place.y + cloud_view.tilt[2].xyz * place.z;
+}
+
+// How much of the map's cover a height in the layer has: a flat base, tops that reach as high as the weather lets them.
+float cloud_profile(float share, CloudWeather w) {
+    float top = mix(0.30, 1.0, w.towers);
+    float x = share / top;
+    return smoothstep(0.0, 0.10, share) * clamp(1.0 - x * x, 0.0, 1.0);
+}
+
+// Thinner because it is in clumps that hide one another: as a binary mixture of cloud and clear air (Pomraning 1991).
+float cloud_clumped(float share, float hidden, float extinction) {
+    return share / (1.0 + hidden * (1.0 - share) * extinction * cloud_view.stretch.w);
+}
+
+float cloud_billows(int layer, vec3 place, float share, CloudWeather w, float footprint_m, int rims) {
+    vec3 turned = cloud_turned(place), tilted = cloud_tilted(place);
+    float broad_level = cloud_level(cloud_view.fade.x, footprint_m), wide_level = cloud_level(cloud_view.fade.y, footprint_m);
+    float broad = textureLod(u_cloud_shape, cloud_view.broad.xyz + turned * cloud_view.broad.w, broad_level + cloud_dither - 0.5).r - 0.5;
+    float wide = textureLod(u_cloud_shape, cloud_view.wide.xyz + tilted * cloud_view.wide.w, wide_level + cloud_dither - 0.5).r - 0.5;
+    // Squares of the weights add up to one: the variance stays that of one volume.
+    float noise = 0.77 * broad + 0.64 * wide;
+    float hidden = 0.59 * cloud_hidden(broad_level, cloud_view.hiding.x, cloud_view.hiding.y)
+        + 0.41 * cloud_hidden(wide_level, cloud_view.hiding.x, cloud_view.hiding.y);
+    float cover = clamp(w.cover * cloud_view.droplets[layer].w, 0.0, 1.0) * cloud_profile(share, w);
+    float x = noise - (0.5 - cover);
+    float lost = 0.25 * hidden;
+    int near = x > -0.3 - 0.5 * sqrt(lost) && hidden < 0.99 ? rims : 0;
+    for (int i = 0; i < near; ++i) {
+        vec4 at = i == 0 ? cloud_view.fine : cloud_view.finest;
+        float level = cloud_level(i == 0 ? cloud_view.fade.z : cloud_view.fade.w, footprint_m);
+        float weight = i == 0 ? CLOUD_RIM : CLOUD_RIM_NEAR;
+        float rim = textureLod(u_cloud_rims, at.xyz + (i == 0 ? tilted : turned) * at.w, level + cloud_dither - 0.5).r - 0.5;
+        // Billows above, wisps below: at the base the noise is turned round.
+        x += 2.0 * weight * rim * mix(-1.0, 1.0, smoothstep(0.0, 0.25, share));
+        lost += weight * weight * cloud_hidden(level, cloud_view.hiding.z, cloud_view.hiding.w);
+    }
+    float dense = cloud_ramp(x, max(sqrt(lost), 0.015), CLOUD_EDGE) * step(1e-4, cover);
+    // Sheets that close the sky are of thick and thin places all the same.
+    float body = mix(0.3, 1.0, smoothstep(0.0, 0.7, x + 0.3 * (1.0 - cover)));
+    // Sheets are thin; fronts and towers are not.
+    float deep = body * mix(0.1, 1.0, clamp(max(w.deep, 1.3 * w.towers - 0.65), 0.0, 1.0));
+    return deep * cloud_clumped(dense, hidden, deep * cloud_view.shell[layer].w);
+}
+
+// Thin ice: drawn out streaks on the map, fibres of the volume in them.
+float cloud_streaks(int layer, vec3 place, float share, CloudWeather w, float footprint_m) {
+    vec3 turned = cloud_turned(place) * cloud_view.stretch.xyz;
+    float level = cloud_level(cloud_view.fade.x - 1.5, footprint_m);
+    float fibre = textureLod(u_cloud_shape, cloud_view.fibre.xyz + turned * cloud_view.fibre.w, level + cloud_dither - 0.5).r - 0.5;
+    float wide = textureLod(u_cloud_shape, cloud_view.veil.xyz + turned.yzx * cloud_view.veil.w, level + cloud_dither - 0.5).r - 0.5;
+    float hidden = cloud_hidden(level, cloud_view.hiding.x, cloud_view.hiding.y);
+    float x = 0.5 * fibre + 0.45 * wide + w.high * cloud_view.droplets[layer].w - 0.62;
+    return cloud_ramp(x, max(0.35 * sqrt(hidden), 0.02), 0.5);
+}
+
+float cloud_density(int layer, vec3 place, float share, CloudWeather w, float footprint_m, int rims) {
+    int kind = int(cloud_view.droplets[layer].z);
+    float density = kind == 2 && cloud_view.droplets[layer].w > 0.0 ? 1.0 : 0.0;
+    // Loops, not branches: software GPUs go through both sides of a branch.
+    for (int once = kind == 0 ? 0 : 1; once < 1; ++once) density = cloud_billows(layer, place, share, w, footprint_m, rims);
+    for (int once = kind == 1 ? 0 : 1; once < 1; ++once) density = cloud_streaks(layer, place, share, w, footprint_m);
+    return density * mix(1.0, 4.0 * share * (1.0 - share), cloud_view.shape[layer].x);
+}

@@ -1,0 +1,22 @@
+// What droplets do to light in one layer, whatever their density.
+#include "clouds/layers.glsl"
+
+// Henyey and Greenstein 1941, 1/sr; 1 + g^2 - 2 g nu without its cancellation near the peak.
+float cloud_phase(float nu, float g) {
+    float size = abs(g), near = 1.0 - size;
+    float base = near * near + 2.0 * size * (1.0 - sign_nonzero(g) * nu);
+    return (1.0 - g * g) / (4.0 * PF_PI * base * sqrt(base));
+}
+
+// Share of a layer's thickness below a height: 0 at its base, 1 at its top, and beyond.
+float cloud_share(int layer, float h) {
+    vec4 shell = cloud_model.shells[layer];
+    return (h - shell.x) * shell.z;
+}
+
+// How dense the layer may be at that share of its height, 0..1 (Michelic 2018: a parabola); 0 outside.
+float cloud_profile(int layer, float share) {
+    float s = 2.0 * share - 1.0;
+    float inside = share >= 0.0 && share <= 1.0 ? 1.0 : 0.0;
+    return inside * (cloud_model.droplets[layer].z > 0.5 ? max(1.0 - s * s, 0.0) : 1.0);
+}

@@ -1,0 +1,103 @@
+// The printed march through clouds and air (Michelic 2018, section 5; Michelic et al. 2019, section 3), as it is printed: with
+// Riemann sums, six samples towards the sun, a sun that no air dims, and light scattered once. There to compare with.
+//
+// Defines: CLOUD_PAPER (2018 or 2019: how clouds and air are put together). What a source does not say: steps are a fortieth of the
+// layer's thickness and sampled in their middles, the six samples share the way to the layer's top, segments of air inside the
+// layer begin with a quarter of its thickness and grow by a quarter each.
+#include "clouds/march.glsl"
+
+const int PAPER_STEPS = 40, PAPER_SUN_SAMPLES = 6, PAPER_AIR_SLICES = 8, PAPER_MOST_SEGMENTS = 96, PAPER_MOST_STEPS = 4096;
+
+// Transmittance and light of clear air between two distances: what the sources look up in tables.
+CloudLight paper_air(CloudRay ray, float from, float to) {
+    CloudLight light = CloudLight(vec3(0.0), vec3(0.0), 0.0, 0.0);
+    float dt = (to - from) / float(PAPER_AIR_SLICES);
+    for (int i = 0; i < PAPER_AIR_SLICES; ++i) {
+        CloudNode node[2];
+        for (int k = 0; k < 2; ++k) {
+            float t = from + dt * (float(i) + (k == 0 ? CLOUD_NODE_A : CLOUD_NODE_B)), h = shell_height(ray.shell, t);
+            ShellRay sun = shell_sun_ray(h, ray.rise + ray.nu * t);
+            float there = shell_radius() + h;
+            AirPoint air = air_point(h, clamp_cos((ray.shell.b + t) / there), clamp_cos(sun.b / there), ray.nu, 0.0);
+            node[k] = CloudNode(air.extinction, air.sun_depth, cloud_sun_share(sun, ray.disc) * air.direct, vec3(0.0), 0.0, 0.0);
+        }
+        cloud_step(light, dt, node[0], node[1]);
+    }
+    return light;
+}
+
+// Equation 14 times the extinction, where the texture is 1.
+float paper_density(CloudRay ray, int layer, float h) {
+    return cloud_model.shells[layer].w * cloud_profile(layer, cloud_share(layer, h));
+}
+
+float paper_sun(CloudRay ray, int layer, float t) {
+    float h = shell_height(ray.shell, t);
+    ShellRay sun = shell_sun_ray(h, ray.rise + ray.nu * t);
+    float way = shell_ball(sun, cloud_model.shells[layer].y).y / float(PAPER_SUN_SAMPLES), through = 1.0;
+    for (int i = 0; i < PAPER_SUN_SAMPLES; ++i) {
+        through *= exp(-way * paper_density(ray, layer, shell_height(sun, way * (float(i) + 0.5))));
+    }
+    return through * cloud_sun_share(sun, ray.disc);
+}
+
+// One segment between two samples of the air; transmittance: of all before it.
+void paper_segment(inout vec3 radiance, inout vec3 transmittance, CloudRay ray, int layer, float from, float to) {
+    CloudLight clear = paper_air(ray, from, to);
+    vec3 air = exp(-clear.depth), together = vec3(0.0);
+    vec4 shell = cloud_model.shells[layer], droplets = cloud_model.droplets[layer];
+    float cloud = 1.0, alone = 0.0, length_m = (shell.y - shell.x) / float(PAPER_STEPS);
+    int steps = clamp(int(ceil((to - from) / length_m)), 1, PAPER_MOST_STEPS);
+    length_m = (to - from) / float(steps);
+    for (int i = 0; i < steps; ++i) {
+        float share = (float(i) + 0.5) / float(steps), t = mix(from, to, share);
+        float taken = length_m * paper_density(ray, layer, shell_height(ray.shell, t));
+        cloud *= exp(-taken);                                                                                          // (15)
+        float light = droplets.x * cloud_phase(ray.nu, droplets.y) * taken * paper_sun(ray, layer, t) * cloud;         // (16)
+        alone += light;
+        // 2019: the air's light comes evenly along the segment, and its transmittance runs linearly.
+        together += clear.radiance / float(steps) * cloud + light * mix(vec3(1.0), air, share);
+    }
+#if CLOUD_PAPER == 2018
+    radiance += transmittance * (clear.radiance * cloud + alone);                                                      // (20)
+#else
+    radiance += transmittance * together;
+#endif
+    transmittance *= air * cloud;                                                                                      // (19)
+}
+
+void paper_clear(inout vec3 radiance, inout vec3 transmittance, CloudRay ray, float from, float to) {
+    if (to <= from) return;
+    CloudLight clear = paper_air(ray, from, to);
+    radiance += transmittance * clear.radiance;
+    transmittance *= exp(-clear.depth);
+}
+
+// Like cloud_march, through the first layer alone: the sources have one.
+CloudLight paper_march(CloudRay ray, float end) {
+    vec3 radiance = vec3(0.0), transmittance = vec3(1.0);
+    vec4 spans = vec4(0.0);
+    float thickness = 1.0;
+    if (cloud_model.counts.x > 0) {
+        spans = min(shell_spans(ray.shell, cloud_model.shells[0].x, cloud_model.shells[0].y), end);
+        thickness = cloud_model.shells[0].y - cloud_model.shells[0].x;
+    }
+    float t = 0.0;
+    for (int k = 0; k < 2; ++k) {
+        float from = spans[2 * k], to = spans[2 * k + 1];
+        if (to <= from) continue;
+        paper_clear(radiance, transmittance, ray, t, from);
+        float length_m = 0.25 * thickness;
+        t = from;
+        for (int i = 0; i < PAPER_MOST_SEGMENTS && t < to; ++i) {
+            float next = i == PAPER_MOST_SEGMENTS - 1 ? to : min(t + length_m, to);
+            paper_segment(radiance, transmittance, ray, 0, t, next);
+            t = next;
+            length_m *= 1.25;
+            if (max(max(transmittance.r, transmittance.g), transmittance.b) < 1e-7) break;
+        }
+        t = to;
+    }
+    paper_clear(radiance, transmittance, ray, t, end);
+    return CloudLight(radiance, -log(max(transmittance, 1e-37)), 0.0, 0.0);
+}

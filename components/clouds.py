@@ -1,0 +1,79 @@
+"""Clouds: layers of droplets between two heights, all over a planet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ._knob import knob
+
+__all__ = ["MOST_CLOUD_LAYERS", "CloudLayer", "Clouds"]
+
+MOST_CLOUD_LAYERS = 4
+"""Layers of one planet, the component's own among them: what the shaders' block has room for."""
+
+
+@dataclass
+class CloudLayer:
+    """One shell of cloud from base_m to top_m above the reference sphere.
+
+    Droplets take extinction_per_m of the light in a metre where the cloud is densest, and scatter the share `albedo` of
+    that by Henyey and Greenstein's phase function; all wavelengths alike.
+    """
+
+    base_m: float = knob(1500.0, 0.0, 1e8, "m", "Height of the lower side above the reference sphere", log=True)
+    top_m: float = knob(
+        4000.0, 1e-3, 1e8, "m", "Height of the upper side; inside the air, if the planet has any", log=True
+    )
+    extinction_per_m: float = knob(
+        0.02, 0.0, 10.0, "1/m", "Share of light that the densest cloud takes away in a metre", log=True, group="light"
+    )
+    albedo: float = knob(
+        1.0,
+        0.0,
+        1.0,
+        "",
+        "Share of it that is scattered; the rest is swallowed. Water: above 0.9999",
+        group="light",
+    )
+    asymmetry: float = knob(
+        0.85,
+        -0.99,
+        0.99,
+        "",
+        "Where droplets scatter to (g of Henyey and Greenstein): 0 all around, towards 1 ahead, below 0 back",
+        group="light",
+    )
+    density_model: str = knob(
+        "weather",
+        help="Where there is cloud: weather, or uniform, the whole shell alike: fog, and tests",
+        choices=("weather", "uniform"),
+        group="shape",
+    )
+    height_profile: str = knob(
+        "parabola",
+        help="How cloud thins out towards base and top: as a parabola, or none",
+        choices=("parabola", "none"),
+        group="shape",
+    )
+    coverage: float = knob(
+        0.6, 0.0, 1.0, "", "Mean share of the sky under cloud; of a uniform layer only 0 counts: it isn't there",
+        group="shape",
+    )  # fmt: skip
+    wind_speed_m_s: float = knob(
+        12.0, 0.0, 500.0, "m/s", "Speed at which weather drifts eastwards at the equator", group="weather"
+    )
+
+
+@dataclass
+class Clouds(CloudLayer):
+    """The clouds of a planet: its own fields are the first layer, `layers` has further ones.
+
+    Layers may overlap; where they do, their droplets are in the same air. At most four layers in all.
+    """
+
+    layers: tuple[CloudLayer, ...] = knob((), help="Further layers, each with the fields of the first")
+    method: str = knob(
+        "ours",
+        help="How pf.CloudProbe marches through clouds and air: ours, or as printed (Michelic 2018; with others 2019)",
+        choices=("ours", "paper_2018", "paper_2019"),
+    )

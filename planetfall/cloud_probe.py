@@ -1,0 +1,179 @@
+"""CloudProbe: the renderer's march through clouds and air, asked from Python."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import AbstractContextManager, nullcontext
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import ASSETS
+from ._questions import question_distances, question_rows
+from .components import Atmosphere, Clouds, Planet
+from .engine.gpu import Gpu
+from .engine.hosts.foreign import ForeignHost, attach
+from .engine.settings import with_overrides
+from .quality import resolve_quality
+from .systems.atmosphere.block import AIR_BINDING, AirBlock, air_block
+from .systems.atmosphere.model import AirModel
+from .systems.atmosphere.sizes import table_sizes
+from .systems.atmosphere.tables import AirTables
+from .systems.clouds.model import CloudModel
+from .systems.clouds.probe import CloudQuestions
+
+__all__ = ["CloudProbe"]
+
+Floats = NDArray[np.float64]
+_VISIBILITIES = ("disc", "point")
+
+
+class CloudProbe:
+    """Light that comes along rays through a scene's clouds and air, on arrays of f64 questions.
+
+    It runs the renderer's march on the GPU, at the step sizes of `quality`: what it says is what is drawn, errors of
+    the march and all. A snapshot of the scene when it was made. Layers of density_model "uniform" only, so far.
+
+        with pf.CloudProbe(scene, quality="reference") as clouds:
+            radiance, transmittance = clouds.march(position, direction, sun)
+
+    ctx: a host's current moderngl context; None makes a headless one. ValueError for a planet without Clouds, for
+    wrong shapes, NaN, zero directions and positions; SettingError for clouds or air that cannot be.
+    """
+
+    def __init__(
+        self,
+        scene: Any,
+        ctx: moderngl.Context | None = None,
+        quality: str = "high",
+        overrides: Mapping[str, Any] | None = None,
+        planet: Any = None,
+    ) -> None:
+        handle = scene.planet if planet is None else planet
+        self._settings = resolve_quality(quality, overrides)
+        clouds = handle.get(Clouds)
+        if clouds is None:
+            raise ValueError(
+                "CloudProbe: the planet has no Clouds component; add one with scene.planet.add(pf.Clouds())"
+            )
+        sun, air = scene.sun, handle.get(Atmosphere)
+        self._irradiance = np.asarray(sun.irradiance, np.float64)
+        self._sun_radius_rad = float(sun.angular_radius_rad)
+        air = None if air is None else with_overrides(air, "atmosphere", self._settings)
+        self._clouds = CloudModel.from_components(handle[Planet], with_overrides(clouds, "clouds", self._settings), air)
+        if not self._clouds.uniform:
+            raise ValueError('CloudProbe: only layers of density_model "uniform" can be asked in this version')
+        self._air = None
+        if air is not None:
+            self._air = AirModel.from_components(handle[Planet], air, self._sun_radius_rad)
+        self._host: ForeignHost | None = None
+        if ctx is None:
+            from .engine.hosts.headless import create_headless
+
+            self._gpu = Gpu(create_headless(), [ASSETS / "shaders"])
+        else:
+            self._host = attach(ctx, [ASSETS / "shaders"])
+            self._gpu = self._host.gpu
+        self._released = False
+        self._air_block: Any = None
+        self._asked: dict[bool, CloudQuestions] = {}
+        self._tables: dict[int, AirTables] = {}
+        with self._guest():
+            self._scope = self._gpu.scope("probe")
+
+    def march(
+        self,
+        positions_m: ArrayLike,
+        directions: ArrayLike,
+        sun_directions: ArrayLike,
+        max_distance_m: ArrayLike | None = None,
+        orders: int | None = None,
+        sun_visibility: str = "disc",
+        air: bool = True,
+    ) -> tuple[Floats, Floats]:
+        """(radiance (N, 3), transmittance (N, 3)) of clouds and air along rays.
+
+        Positions are planet-centred metres in planet axes, (N, 3) or (3,); directions point away from them, sun
+        directions to the sun; both need not be unit. Rays end on the reference sphere, or after max_distance_m (N,);
+        the sun's disc and the light of ground that a ray ends on are not included. Radiance in the unit of
+        Sun.irradiance per sr.
+
+        orders: 1 is single scattering, None all. sun_visibility: "disc", the visible share of the sun's disc, or
+        "point", a hard shadow of its centre. air: False leaves the air out, its light and its extinction.
+        """
+        if orders not in (None, 1) or isinstance(orders, bool):
+            raise ValueError(f"orders: expected None (all) or 1, found {orders!r}")
+        if sun_visibility not in _VISIBILITIES:
+            raise ValueError(f"sun_visibility: expected one of {_VISIBILITIES}, found {sun_visibility!r}")
+        positions, ways, suns = question_rows(
+            positions_m=positions_m, directions=directions, sun_directions=sun_directions
+        )
+        most = None if max_distance_m is None else question_distances(max_distance_m, len(ways), "max_distance_m")
+        radius = self._sun_radius_rad if sun_visibility == "disc" else 0.0
+        with self._guest():
+            asked = self._questions(air and self._air is not None, 0 if orders is None else 1)
+            light, transmittance = asked.march(
+                positions, ways, suns, most, multiple=orders is None, sun_radius_rad=radius
+            )
+        return light * self._irradiance, transmittance
+
+    def release(self) -> None:
+        """Free every GL object; may be called twice."""
+        if self._released:
+            return
+        with self._guest():
+            self._released = True
+            self._scope.release()
+            self._gpu.release()
+        if self._host is None:
+            self._gpu.ctx.release()
+
+    def __enter__(self) -> CloudProbe:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.release()
+
+    def _questions(self, in_air: bool, orders: int) -> CloudQuestions:
+        # Programs look their contracts up again whenever they are used.
+        shaders = self._gpu.shaders
+        shaders.withdraw("probe")
+        if in_air:
+            shaders.provide("air_point", "atmosphere/air_point.glsl", owner="probe")
+            self._bind_air(orders)
+        made = self._asked.get(in_air)
+        if made is None:
+            top = self._air.thickness_m if in_air and self._air is not None else 0.0
+            made = self._asked[in_air] = CloudQuestions(self._scope, self._clouds, self._settings, top)
+        return made
+
+    def _bind_air(self, orders: int) -> None:
+        """Bind the air's tables of light scattered at most so many times, 0 for all; made when first asked for."""
+        if self._air_block is None:
+            assert self._air is not None
+            self._air_block = self._scope.uniform_block(AirBlock, AIR_BINDING, "air_model")
+            self._air_block.write(air_block(self._air, _DARK))
+        self._air_block.bind()
+        tables = self._tables.get(orders)
+        if tables is None:
+            tables = self._tables[orders] = AirTables(self._scope, table_sizes(self._settings), orders)
+            while not tables.done:
+                tables.step(1 << 22)
+        tables.bind()
+
+    def _guest(self) -> AbstractContextManager[Any]:
+        if self._released:
+            raise ValueError("this probe has been released: make a new one")
+        if self._host is not None:
+            return self._host.guest()
+        self._gpu.ctx.__enter__()
+        return nullcontext()
+
+
+class _Dark:
+    night_light = 0.0
+
+
+_DARK: Any = _Dark()

@@ -1,0 +1,119 @@
+"""Layers of cloud as the GPU reads them, and where their noise lies around an anchor."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .view_block import MOST_LAYERS, CloudViewBlock
+from .volumes import NoiseVolume
+
+__all__ = ["BILLOWS", "STREAKS", "UNIFORM", "frames_at", "hidden_fit", "layers_of", "write_layers", "write_noise"]
+
+Floats = NDArray[np.float64]
+
+BILLOWS, STREAKS, UNIFORM = 0, 1, 2
+_THIN = 5.0
+"""Optical depth of a whole layer below which its clouds are drawn as ice: streaks and veils."""
+_BROAD_PERIOD = 6.4
+"""Of the shape's volume, in thicknesses of the first layer: 16 km for 2.5 km."""
+_WIDE, _FINE, _FINEST = 6.871, 0.1031, 0.01173
+"""Further periods as shares of it; no small whole numbers are their ratios, so repeats never coincide."""
+_FIBRE, _VEIL = 0.73, 1.93
+_STRETCH = (0.13, 0.16, 0.61)
+_CLUMP = 0.3
+"""Way through one cloud, in thicknesses of its layer: with it eight regions seen from above with pixels of 30 km are as
+opaque on the mean as with pixels of 375 m (0.49 and 0.51), and so at thrice the extinction (0.59 and 0.59)."""
+_TILT = np.array([[2.0, -1.0, 2.0], [2.0, 2.0, -1.0], [-1.0, 2.0, 2.0]]) / 3.0
+"""A rotation about (1, 1, 1)."""
+
+
+def layers_of(clouds: Any) -> list[Any]:
+    """All layers of a Clouds component, lowest base first; those without cloud left out."""
+    found = [layer for layer in (clouds, *clouds.layers) if layer.coverage > 0.0 and layer.extinction_per_m > 0.0]
+    return sorted(found, key=lambda layer: (layer.base_m, layer.top_m))
+
+
+def kind_of(layer: Any) -> int:
+    """Which density a layer has."""
+    if layer.density_model == "uniform":
+        return UNIFORM
+    return STREAKS if layer.extinction_per_m * (layer.top_m - layer.base_m) < _THIN else BILLOWS
+
+
+def frames_at(wind_m_s: float, radius_m: float, time_s: float) -> tuple[Floats, Floats]:
+    """(3, 3) each: planet axes to the frame that drifts with the wind, and to the one of tilted noise."""
+    angle = math.fmod(wind_m_s * time_s / radius_m, 2.0 * math.pi)
+    c, s = math.cos(angle), math.sin(angle)
+    turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    return turn, _TILT @ turn
+
+
+def hidden_fit(deviations: tuple[float, ...]) -> tuple[float, float]:
+    """Level at which half of the variance is gone, and by how much more of it goes with a level there."""
+    gone = 1.0 - (np.asarray(deviations) / deviations[0]) ** 2
+    levels = np.arange(len(gone), dtype=np.float64)
+    half = float(np.interp(0.5, gone, levels))
+    quarter, most = (float(np.interp(share, gone, levels)) for share in (0.2, 0.8))
+    return half, 0.6 / max(most - quarter, 0.1)
+
+
+def write_layers(block: CloudViewBlock, layers: list[Any], map_coverage: float) -> None:
+    """The fields that follow from the component alone."""
+    shell, droplets, shape = (np.zeros((MOST_LAYERS, 4), np.float32) for _ in range(3))
+    for row, layer in enumerate(layers[:MOST_LAYERS]):
+        kind = kind_of(layer)
+        base, top = float(layer.base_m), float(layer.top_m)
+        shell[row] = base, top, 1.0 / (top - base), layer.extinction_per_m
+        share = 1.0 if kind == UNIFORM else layer.coverage / (0.6 if kind == STREAKS else map_coverage)
+        droplets[row] = layer.albedo, layer.asymmetry, kind, share
+        shape[row, 0] = float(layer.height_profile == "parabola" and kind != BILLOWS)
+    block.shell, block.droplets, block.shape = shell, droplets, shape
+    block.counts = (
+        len(layers),
+        min((layer.base_m for layer in layers), default=0.0),
+        max((layer.top_m for layer in layers), default=0.0),
+        0.0,
+    )
+
+
+def write_noise(
+    block: CloudViewBlock,
+    turn: Floats,
+    tilt: Floats,
+    anchor_m: Floats,
+    thickness_m: float,
+    shape_texels: int,
+    rim_texels: int,
+) -> None:
+    """Where noise lies around the anchor: places in periods, formed in float64."""
+    period = _BROAD_PERIOD * thickness_m
+    turned, tilted = turn @ anchor_m, tilt @ anchor_m
+
+    def place(at: Floats, period_m: float) -> tuple[float, ...]:
+        return (*np.mod(at / period_m, 1.0), 1.0 / period_m)
+
+    stretched = turned * np.asarray(_STRETCH)
+    block.turn = np.pad(turn.T, ((0, 0), (0, 1)))
+    block.tilt = np.pad(tilt.T, ((0, 0), (0, 1)))
+    block.broad = place(turned, period)
+    block.wide = place(tilted, period * _WIDE)
+    block.fine = place(tilted, period * _FINE)
+    block.finest = place(turned, period * _FINEST)
+    block.fibre = place(stretched, period * _FIBRE)
+    block.veil = place(stretched[[1, 2, 0]], period * _VEIL)
+    block.stretch = (*_STRETCH, _CLUMP * thickness_m)
+    block.fade = (
+        math.log2(shape_texels / period),
+        math.log2(shape_texels / (period * _WIDE)),
+        math.log2(rim_texels / (period * _FINE)),
+        math.log2(rim_texels / (period * _FINEST)),
+    )
+
+
+def write_filter(block: CloudViewBlock, shape: NoiseVolume, rims: NoiseVolume) -> None:
+    """How averaging takes the noise's variance away."""
+    block.hiding = (*hidden_fit(shape.deviations), *hidden_fit(rims.deviations))

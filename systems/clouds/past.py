@@ -1,0 +1,136 @@
+"""What a frame's clouds may take over from the frame before, and which pixels have their rays in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...engine.space import CameraState, projection_terms
+from ...engine.system import Frame
+
+__all__ = ["Past", "block_order"]
+
+Floats = NDArray[np.float64]
+
+NONE, MOVING, STILL = 0, 1, 2
+_MOVING_WEIGHT = 0.5
+"""Of a new ray against what the last frame showed there: less is smoother and lags more."""
+_TELEPORT_HEIGHTS, _TELEPORT_M = 0.25, 100.0
+"""A camera that moves by more than this share of its height and this far within a frame has not flown there."""
+_CUT_COSINE = 0.5
+_SUN_JUMP_COSINE = float(np.cos(np.radians(2.0)))
+_WEATHER_JUMP_S = 120.0
+
+
+def block_order(stride: int) -> list[tuple[int, int]]:
+    """Pixels (x, y) of a block in the order of their rays: each far from those just before it. Middle first."""
+    left = [(x, y) for y in range(stride) for x in range(stride)]
+    order = [(stride // 2, stride // 2)]
+    left.remove(order[0])
+    while left:
+        # Farthest from all that were chosen, on the torus that blocks repeat on.
+        def nearest(place: tuple[int, int]) -> float:
+            away = np.abs(np.array(order) - np.array(place))
+            away = np.minimum(away, stride - away)
+            return float((away**2).sum(axis=1).min())
+
+        order.append(max(left, key=nearest))
+        left.remove(order[-1])
+    return order
+
+
+@dataclass(frozen=True)
+class _Moment:
+    camera: CameraState
+    sun: Floats
+    time_s: float
+    stamp: Any
+    size: tuple[int, int]
+
+
+class Past:
+    """One view's.
+
+    mode: NONE, MOVING or STILL. place: of this frame's rays. complete: the rays of the moment that is shown are all
+    there. pattern, weight: of this frame's rays. turn, shift_m, projection: from this camera to the one before.
+    """
+
+    def __init__(self, stride: int, samples: int, radius_m: float) -> None:
+        self._order = block_order(stride)
+        self._wanted = max(len(self._order), samples)
+        self._radius_m = radius_m
+        self._last: _Moment | None = None
+        self._count = 0
+        self._index = 0
+        self.mode = NONE
+        self.place = self._order[0]
+        self.skip = False
+        self.pattern, self.weight = 0.5, 1.0
+        self.turn: Floats = np.eye(3)
+        self.shift_m: Floats = np.zeros(3)
+        self.projection = (1.0, 1.0, 0.0, 0.0)
+
+    @property
+    def complete(self) -> bool:
+        return self._count >= self._wanted
+
+    @property
+    def share(self) -> float:
+        return min(self._count / self._wanted, 1.0)
+
+    def lost(self) -> None:
+        """There is no content of the last frame after all."""
+        self._count, self._index, self.mode = 0, 0, NONE
+
+    def begin(self, frame: Frame, stamp: Any) -> None:
+        """Choose what this frame does. stamp: equal while the clouds themselves are."""
+        now = _Moment(frame.camera, frame.sun.direction, frame.time_s, stamp, frame.size)
+        then, self._last = self._last, now
+        same = then is not None and _same(now, then)
+        if frame.cut or then is None or (frame.one_shot and not (same and self.complete)) or self._jumped(now, then):
+            self._count, self._index, self.mode = 0, 0, NONE
+        else:
+            self.mode = STILL if same else MOVING
+            self._count = self._count if same else 0
+        # Nothing is left to be seen: the picture of a still camera costs no rays.
+        self.skip = self.mode == STILL and self.complete and (frame.still or frame.one_shot)
+        if self.skip:
+            return
+        self.place = self._order[self._index % len(self._order)]
+        turn = self._index // len(self._order)
+        # A pattern of its own for every turn over the block; a still picture is the mean of them.
+        self.pattern = (0.5 + 0.618034 * turn) % 1.0
+        self.weight = 1.0 / (1.0 + self._count // len(self._order)) if self.mode == STILL else _MOVING_WEIGHT
+        self._index += 1
+        self._count += 1
+        if then is not None and self.mode == MOVING:
+            before = then.camera
+            self.turn = before.axes @ now.camera.axes.T
+            self.shift_m = before.axes @ (now.camera.position_m - before.position_m)
+            sx, sy, ox, oy = projection_terms(before)
+            self.projection = (1.0 / sx, 1.0 / sy, ox, oy)
+
+    def _jumped(self, now: _Moment, then: _Moment) -> bool:
+        moved = float(np.linalg.norm(now.camera.position_m - then.camera.position_m))
+        height = abs(float(np.linalg.norm(then.camera.position_m)) - self._radius_m)
+        return (
+            moved > max(_TELEPORT_HEIGHTS * height, _TELEPORT_M)
+            or float(now.camera.forward @ then.camera.forward) < _CUT_COSINE
+            or float(now.sun @ then.sun) < _SUN_JUMP_COSINE
+            or abs(now.time_s - then.time_s) > _WEATHER_JUMP_S
+            or now.stamp != then.stamp
+            or now.size != then.size
+        )
+
+
+def _same(now: _Moment, then: _Moment) -> bool:
+    a, b = now.camera, then.camera
+    return (
+        all(np.array_equal(getattr(a, n), getattr(b, n)) for n in ("position_m", "forward", "up"))
+        and (a.tan_left, a.tan_right, a.tan_bottom, a.tan_top) == (b.tan_left, b.tan_right, b.tan_bottom, b.tan_top)
+        and np.array_equal(now.sun, then.sun)
+        and (now.time_s, now.stamp, now.size) == (then.time_s, then.stamp, then.size)
+    )

@@ -1,0 +1,78 @@
+"""Maps of the clouds' shadow around a camera: which are due, and where they lie."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .view_block import MOST_MAPS
+
+__all__ = ["ShadowMaps"]
+
+Floats = NDArray[np.float64]
+
+_WIDER = 4.0
+_FIRST = 4.0
+"""Half width of the first map, in thicknesses of the first layer."""
+_MOVED = 1.0 / 16.0
+"""A camera that has moved by this share of a map's half width wants it anew."""
+_DRIFTED_TEXELS = 0.5
+_SUN_STEP_RAD = 2e-4
+
+
+@dataclass
+class _Map:
+    middle: Floats = field(default_factory=lambda: np.zeros(3))
+    """Its foot, from the planet's centre."""
+    u: Floats = field(default_factory=lambda: np.zeros(3))
+    v: Floats = field(default_factory=lambda: np.zeros(3))
+    half_m: float = 0.0
+    stamp: Any = None
+    sun: Floats = field(default_factory=lambda: np.zeros(3))
+    time_s: float = math.inf
+
+
+class ShadowMaps:
+    """Up to MOST_MAPS squares around the camera's foot, each _WIDER times wider than the one before."""
+
+    def __init__(self, texels: int) -> None:
+        self.texels = texels
+        self.maps: list[_Map] = []
+
+    def forget(self) -> None:
+        """All maps are due."""
+        self.maps = []
+
+    def place(self, radius_m: float, thickness_m: float) -> None:
+        """As many maps as it takes to cover the side of the planet that a camera sees."""
+        widths = [_FIRST * thickness_m * _WIDER**k for k in range(MOST_MAPS)]
+        widths = [w for k, w in enumerate(widths) if k == 0 or widths[k - 1] < radius_m]
+        widths = [min(w, 0.98 * radius_m) for w in widths]
+        if [m.half_m for m in self.maps] != widths:
+            self.maps = [_Map(half_m=w) for w in widths]
+
+    def due(self, foot: Floats, sun: Floats, time_s: float, wind_m_s: float, stamp: Any, radius_m: float) -> list[int]:
+        """Numbers of the maps that no longer show what they should, finest first. foot: unit direction."""
+        found = []
+        for number, held in enumerate(self.maps):
+            moved = float(np.linalg.norm(foot * radius_m - held.middle)) > _MOVED * held.half_m
+            texel_m = 2.0 * held.half_m / self.texels
+            drifted = abs(time_s - held.time_s) * max(wind_m_s, 1.0) > _DRIFTED_TEXELS * texel_m
+            turned = float(np.abs(sun - held.sun).max()) > _SUN_STEP_RAD
+            if held.stamp != stamp or moved or drifted or turned:
+                found.append(number)
+        return found
+
+    def move(self, number: int, foot: Floats, sun: Floats, time_s: float, stamp: Any, radius_m: float) -> _Map:
+        """The map is about to be drawn around `foot`."""
+        held = self.maps[number]
+        aside = np.eye(3)[int(np.argmin(np.abs(foot)))]
+        across = np.cross(aside, foot).astype(np.float64)
+        held.u = across / np.linalg.norm(across)
+        held.v = np.cross(foot, held.u)
+        held.middle, held.sun, held.time_s, held.stamp = foot * radius_m, sun.copy(), time_s, stamp
+        return held

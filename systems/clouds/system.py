@@ -1,0 +1,358 @@
+"""CloudSystem: weather, noise, and the passes that march clouds and lay them over the picture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ...components import Clouds, Ocean, Planet
+from ...engine.contracts import bind_contracts, contract_reads, provide_contracts, withdraw_contracts
+from ...engine.graph import GraphBuilder, PassIO, TextureSpec
+from ...engine.settings import revision, with_overrides
+from ...engine.space import frustum_planes, sphere_outside
+from ...engine.system import Frame, Setup, System, ViewInfo
+from .layers import BILLOWS, frames_at, kind_of, layers_of, write_filter, write_layers, write_noise
+from .maps import BORDER, WeatherMaps
+from .past import NONE, Past
+from .shadow import ShadowMaps
+from .view_block import CLOUD_VIEW_BINDING, MOST_MAPS, CloudViewBlock
+from .volumes import make_volume
+from .weather import moment_of
+
+__all__ = ["CloudSystem"]
+
+_SHAPE, _RIMS = 0, 1
+_RAYS, _DISTANCE, _FULL, _SHADOW = "clouds.rays", "clouds.distance", "clouds.full", "clouds.shadow"
+_SKY = "clouds.sky"
+_SHADOW_UNIT, _SKY_UNIT = 16, 17
+_SKY_TEXELS = 64
+_SKY_FRAMES = 8
+"""Frames between maps of the sky while something changes: what mirrors it is rough."""
+_SHADOW_HEIGHT = 0.3
+"""Share of the first layer's thickness at which maps of the shadow are drawn."""
+
+
+class CloudSystem(System):
+    """The clouds of one planet. Needs Planet and Clouds.
+
+    Passes: ``clouds.march`` follows a ray for each block of pixels, ``clouds.composite`` lays the result over
+    ``scene.radiance``. Neither runs while no ray can meet a layer.
+    """
+
+    name: ClassVar[str] = "clouds"
+    needs: ClassVar[tuple[type, ...]] = (Planet, Clouds)
+
+    def setup(self, setup: Setup) -> None:
+        self._gpu, self._world = setup.gpu, setup.world
+        settings = setup.settings
+        self._stride, self._samples = int(settings["clouds.stride"]), int(settings["clouds.samples"])
+        self._steps = (float(settings["clouds.fine_steps"]), float(settings["clouds.step_growth"]))
+        self._sun_steps = float(settings["clouds.sun_steps"])
+        gpu = setup.gpu
+        self._ubo = gpu.uniform_block(CloudViewBlock, CLOUD_VIEW_BINDING, "cloud_view")
+        self._block = CloudViewBlock()
+        self._shape = make_volume(gpu, _SHAPE, int(settings["clouds.shape_texels"]))
+        self._rims = make_volume(gpu, _RIMS, int(settings["clouds.rim_texels"]))
+        write_filter(self._block, self._shape, self._rims)
+        self._maps = WeatherMaps(gpu, int(settings["clouds.map_texels"]), 1)
+        defines = {"STRIDE": self._stride}
+        self._march = gpu.compute("clouds/view_march.comp", defines)
+        self._look_up = gpu.compute("clouds/view_march.comp", {"STRIDE": 1, "PANORAMA": 1})
+        self._sky_age, self._sky_shows, self._sky_due = _SKY_FRAMES, (), True
+        self._resolve = gpu.fullscreen("clouds/resolve.frag", defines)
+        self._over = gpu.fullscreen("clouds/composite.frag")
+        self._plain = gpu.gpu.state()
+        self._pasts: dict[int, Past] = {}
+        self._past = Past(self._stride, self._samples, 1.0)
+        self._cast = gpu.compute("clouds/shadow.comp")
+        self._cast.set("u_steps", int(settings["clouds.shadow_steps"]))
+        self._shadow_texels = int(settings["clouds.shadow_texels"])
+        self._shadows: dict[int, ShadowMaps] = {}
+        self._due: list[int] = []
+        self._blend = gpu.gpu.state(blend="premultiplied")
+        self._stamp: tuple[Any, ...] = ()
+        self._layers: list[Any] = []
+        self._seen = True
+        self._textures: tuple[Any, Any] = (None, None)
+        gpu.gpu.shaders.provide("cloud_shadow", "clouds/shadow.glsl", owner=self.name)
+        gpu.gpu.shaders.provide("cloud_sky", "clouds/sky.glsl", owner=self.name)
+        provide_contracts(setup.world, self.name, self)
+
+    def release(self) -> None:
+        self._shadows.clear()
+        self._pasts.clear()
+        self._gpu.gpu.shaders.withdraw(self.name)
+        withdraw_contracts(self._world, self.name)
+
+    # -- contracts ---------------------------------------------------------------------------------------------------
+
+    def contract_reads(self) -> tuple[str, ...]:
+        """See engine.contracts.ContractSource."""
+        return (_SHADOW, _SKY)
+
+    def bind_contract(self, io: PassIO) -> Callable[[], None]:
+        """See engine.contracts.ContractSource."""
+        texture, sky = io.texture(_SHADOW), io.texture(_SKY)
+
+        def run() -> None:
+            texture.use(_SHADOW_UNIT)
+            sky.use(_SKY_UNIT)
+            self._ubo.bind()
+
+        return run
+
+    # -- frame -------------------------------------------------------------------------------------------------------
+
+    def _refresh(self, frame: Frame) -> None:
+        component = frame.world.get(frame.planet, Clouds)
+        stamp = (id(component), revision(component), *(revision(layer) for layer in component.layers))
+        if stamp == self._stamp:
+            return
+        self._stamp = stamp
+        component = with_overrides(component, "clouds", frame.settings)
+        self._layers = layers_of(component)
+        billows = [layer for layer in self._layers if kind_of(layer) == BILLOWS]
+        self._wind_m_s = float(component.wind_speed_m_s)
+        first = billows[0] if billows else component
+        self._thickness_m = float(first.top_m - first.base_m)
+        coverage = float(first.coverage) or 0.6
+        self._maps.balance(coverage)
+        write_layers(self._block, self._layers, coverage)
+        self._reference_m = float(first.base_m) + _SHADOW_HEIGHT * self._thickness_m
+
+    def update(self, frame: Frame) -> None:
+        self._refresh(frame)
+        radius = frame.world.get(frame.planet, Planet).radius_m
+        centre, reach = -frame.camera.position_m, radius + self._block.counts[2]
+        seen = not bool(sphere_outside(frustum_planes(frame.camera), centre[None], [reach])[0])
+        sea = frame.world.try_get(frame.planet, Ocean)
+        under = sea is not None and float(np.linalg.norm(frame.camera.position_m)) - radius < sea.sea_level_m
+        seen = seen and bool(self._layers) and not under
+        if seen != self._seen:
+            self._seen = seen
+            self.structure += 1
+            self._pasts.clear()
+        moment = moment_of(frame.time_s)
+        self._textures = self._maps.want(moment)
+        turn, tilt = frames_at(self._wind_m_s, radius, frame.time_s)
+        proxy = frame.world.resource(f"proxy.{frame.view_index}")
+        write_noise(
+            self._block, turn, tilt, proxy.anchor_m, self._thickness_m,
+            self._shape.texture.size[0], self._rims.texture.size[0],
+        )  # fmt: skip
+        texel_m = radius * np.sqrt(4.0 * np.pi) / self._maps.size
+        self._block.weather = (moment.share, self._maps.size, BORDER, texel_m)
+        self._place_shadows(frame, radius, proxy)
+        self._ubo.write(self._block)
+        self._ubo.bind()
+        if frame.view_index not in self._pasts:
+            self._pasts[frame.view_index] = Past(self._stride, self._samples, radius)
+        self._past = self._pasts[frame.view_index]
+        self._past.begin(frame, self._stamp)
+        self._march.set("u_march", (*self._steps, self._past.pattern, self._sun_steps))
+        self._look_up.set("u_march", (0.5 * self._steps[0], 3.0 * self._steps[1], 0.5, min(self._sun_steps, 3.0)))
+        shows = (frame.camera.position_m.tobytes(), frame.sun.direction.tobytes(), frame.time_s, self._stamp)
+        self._sky_age += 1
+        now = frame.cut or frame.one_shot or frame.settling or self._sky_age >= _SKY_FRAMES
+        self._sky_due = shows != self._sky_shows and now
+        if self._sky_due:
+            self._sky_age, self._sky_shows = 0, shows
+
+    def _place_shadows(self, frame: Frame, radius: float, proxy: Any) -> None:
+        maps = self._shadows.setdefault(frame.view_index, ShadowMaps(self._shadow_texels))
+        maps.place(radius, self._thickness_m)
+        foot = frame.camera.position_m / np.linalg.norm(frame.camera.position_m)
+        if frame.cut:
+            maps.forget()
+            maps.place(radius, self._thickness_m)
+        due = maps.due(foot, frame.sun.direction, frame.time_s, self._wind_m_s, self._stamp, radius)
+        fresh = [number for number in due if maps.maps[number].stamp != self._stamp]
+        # One a frame, the finest that is due; what has nothing to show yet, at once.
+        self._due = due if frame.settling or frame.one_shot else sorted({*fresh, *due[:1]})
+        for number in self._due:
+            maps.move(number, foot, frame.sun.direction, frame.time_s, self._stamp, radius)
+        rows = np.zeros((3, MOST_MAPS, 4))
+        anchor_foot = proxy.lattice.direction * radius
+        for number, held in enumerate(maps.maps):
+            rows[0, number] = *(anchor_foot - held.middle), 1.0 / held.half_m
+            rows[1, number, :3], rows[2, number, :3] = held.u, held.v
+        block = self._block
+        block.shadow = (self._reference_m, len(maps.maps) if self._layers else 0, 0.0, 0.0)
+        block.shadow_from, block.shadow_u, block.shadow_v = rows
+        self._middles = [
+            (*(held.middle * (1.0 + self._reference_m / radius) - proxy.anchor_m), held.half_m) for held in maps.maps
+        ]
+        self._ups = [(*(held.middle / radius), 0.0) for held in maps.maps]
+
+    def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
+        side = (self._shadow_texels, self._shadow_texels)
+        builder.add_pass(
+            "clouds.shadow",
+            kind="compute",
+            bind=lambda io: self._bind_shadow(io, view.index),
+            system=self.name,
+            creates=(
+                TextureSpec(
+                    _SHADOW, "rg16f", side, "persistent", layers=MOST_MAPS, filter="linear",
+                    help="share of the sunlight that comes through the clouds: the beam, and all of it",
+                ),
+            ),
+            when=lambda: bool(self._due) and bool(self._layers),
+            help="the clouds' shadow around the camera",
+        )  # fmt: skip
+        air = contract_reads(self._world, but=self.name)
+        builder.add_pass(
+            "clouds.sky",
+            kind="compute",
+            bind=self._bind_sky,
+            system=self.name,
+            reads=air,
+            creates=(
+                TextureSpec(
+                    _SKY, "rgba32f", (_SKY_TEXELS, _SKY_TEXELS), "persistent", filter="linear",
+                    help="clouds over the camera, for what mirrors the sky",
+                ),
+            ),
+            when=lambda: self._sky_due and bool(self._layers),
+            help="a small map of the clouds in the sky, now and then",
+        )  # fmt: skip
+        if not self._seen:
+            return
+        reads = ("gbuffer.depth", *air)
+        size = tuple(-(-n // self._stride) for n in view.size)
+        builder.add_pass(
+            "clouds.march",
+            kind="compute",
+            bind=self._bind_march,
+            system=self.name,
+            reads=reads,
+            creates=(
+                TextureSpec(_RAYS, "rgba32f", size, "persistent", help="light of clouds, and what they leave"),
+                TextureSpec(_DISTANCE, "r32f", size, "persistent", help="mean distance of the clouds"),
+            ),
+            when=lambda: not self._past.skip,
+            help="clouds along one ray of each block of pixels",
+        )
+        builder.add_pass(
+            "clouds.resolve",
+            bind=lambda io: self._bind_resolve(io, view.index),
+            system=self.name,
+            reads=("gbuffer.depth", _RAYS, _DISTANCE),
+            history=(_FULL,),
+            creates=(TextureSpec(_FULL, "rgba32f", 1.0, "history", filter="linear", help="clouds of every pixel"),),
+            help="clouds of every pixel, from this frame's rays and the last frame",
+        )
+        builder.add_pass(
+            "clouds.composite",
+            bind=self._bind_composite,
+            system=self.name,
+            reads=(_FULL,),
+            writes=("scene.radiance",),
+            after=("sky.shade",),
+            after_optional=("terrain.shade", "ocean.shade", "ocean.under", "props.shade", "stars.draw"),
+            help="clouds over the picture",
+        )
+
+    def _bind_shadow(self, io: PassIO, view: int) -> Callable[[], None]:
+        texture = io.texture(_SHADOW)
+        if view in self._shadows:
+            self._shadows[view].forget()
+
+        def run() -> None:
+            self._ubo.bind()
+            self._bind_noise()
+            texture.bind_to_image(0, read=False, write=True)
+            for number in self._due:
+                self._cast.set("u_level", number)
+                self._cast.set("u_middle", self._middles[number])
+                self._cast.set("u_up", self._ups[number])
+                self._cast.run_over(*texture.size[:2])
+
+        return run
+
+    def _bind_sky(self, io: PassIO) -> Callable[[], None]:
+        texture = io.texture(_SKY)
+        bind = bind_contracts(self._world, io, but=self.name)
+        self._sky_shows = ()
+
+        def run() -> None:
+            bind()
+            self._ubo.bind()
+            self._bind_noise()
+            texture.bind_to_image(0, read=False, write=True)
+            self._look_up.run_over(*texture.size)
+
+        return run
+
+    def _bind_noise(self) -> None:
+        self._shape.texture.use(0)
+        self._rims.texture.use(1)
+        self._textures[0].use(2)
+        self._textures[1].use(3)
+
+    def _bind_march(self, io: PassIO) -> Callable[[], None]:
+        color, distance = io.texture(_RAYS), io.texture(_DISTANCE)
+        depth = io.texture("gbuffer.depth")
+        bind = bind_contracts(self._world, io, but=self.name)
+
+        def run() -> None:
+            bind()
+            self._ubo.bind()
+            depth.use(4)
+            self._bind_noise()
+            color.bind_to_image(0, read=False, write=True)
+            distance.bind_to_image(1, read=False, write=True)
+            self._march.set("u_place", self._past.place)
+            # A ray without others beside it, from earlier frames, stands for its whole block.
+            self._march.set("u_width", max(1.0, (0.8 if self._past.mode == NONE else 0.4) * self._stride))
+            self._march.run_over(*color.size)
+
+        return run
+
+    def _bind_resolve(self, io: PassIO, view: int) -> Callable[[], None]:
+        target = io.framebuffer(colors=(_FULL,))
+        textures = [io.texture(name) for name in (_RAYS, "gbuffer.depth", _DISTANCE)]
+        before, valid = io.history(_FULL), io.history_valid
+
+        def run() -> None:
+            past = self._past
+            if not valid.value and past.mode != NONE:
+                past.lost()
+            target.use()
+            self._plain.apply()
+            for unit, texture in enumerate(textures):
+                texture.use(unit)
+            before.use(3)
+            program = self._resolve
+            program.set("u_weight", past.weight)
+            program.set("u_past", past.mode)
+            program.set("u_place", (-1, -1) if past.skip else past.place)
+            # GLSL reads matrices column by column: the transpose of the row order of numpy.
+            program.set("u_turn", np.ascontiguousarray(past.turn.T, np.float32))
+            program.set("u_shift", tuple(map(float, past.shift_m)))
+            program.set("u_projection", past.projection)
+            program.render()
+
+        return run
+
+    def _bind_composite(self, io: PassIO) -> Callable[[], None]:
+        target = io.framebuffer(colors=("scene.radiance",))
+        full = io.texture(_FULL)
+
+        def run() -> None:
+            target.use()
+            self._blend.apply()
+            full.use(0)
+            self._over.render()
+
+        return run
+
+    def settled(self) -> bool:
+        """Whether every pixel of a still picture has had its own ray, and no map of the shadow is due."""
+        return not self._seen or (self._past.complete and not self._due)
+
+    def progress(self) -> float:
+        """Share of the pixels of a still picture that have had their rays."""
+        return 1.0 if not self._seen else self._past.share

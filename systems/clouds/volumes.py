@@ -1,0 +1,73 @@
+"""Noise volumes of clouds: made in compute on first use, spread evenly over 0..1, kept on disk."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from ...engine.gpu import GpuScope
+from ...engine.table_cache import TableCache
+
+__all__ = ["NoiseVolume", "even_spread", "level_deviations"]
+
+_SLICES = 8
+"""In one dispatch: software rasterisers end loops after 65536 turns in all."""
+_VERSION = "1"
+
+
+@dataclass(frozen=True)
+class NoiseVolume:
+    """A 3D texture that wraps, with mip levels; deviations: standard deviation of what each level holds."""
+
+    texture: Any
+    deviations: tuple[float, ...]
+
+
+def even_spread(values: NDArray[np.floating[Any]]) -> NDArray[np.float32]:
+    """The same order of values, as shares of the volume that are below them: uniform in 0..1."""
+    quantiles = np.quantile(values, np.linspace(0.0, 1.0, 4097))
+    return np.interp(values, quantiles, np.linspace(0.0, 1.0, 4097)).astype(np.float32)
+
+
+def level_deviations(volume: NDArray[np.float32], levels: int) -> tuple[float, ...]:
+    """Standard deviations of the levels of a cube (n, n, n), each the mean of 2 x 2 x 2 of the one before."""
+    found = []
+    for _ in range(levels):
+        found.append(float(volume.std()))
+        n = len(volume) // 2
+        if n:
+            volume = volume.reshape(n, 2, n, 2, n, 2).mean(axis=(1, 3, 5))
+    return tuple(found)
+
+
+def make_volume(gpu: GpuScope, kind: int, size: int, cache: TableCache | None = None) -> NoiseVolume:
+    """The volume of VOLUME `kind` (clouds/volume.comp) with `size` texels a side, a power of two; r16f."""
+    cache = TableCache("clouds") if cache is None else cache
+    program = gpu.compute("clouds/volume.comp", {"VOLUME": kind})
+    key = cache.key(_VERSION, str(kind), str(size), program.linked.key)
+    held = cache.load(key, {"volume": (size, size, size)})
+    volume = _compute(gpu, program, size) if held is None else held["volume"]
+    if held is None:
+        cache.save(key, {"volume": volume.astype(np.float16)})
+    gpu.free(program)
+    levels = size.bit_length()
+    texture = gpu.texture((size, size, size), "r16f", volume.astype(np.float16), levels, 1, "linear", "repeat")
+    texture.build_mipmaps(max_level=levels - 1)
+    texture.filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
+    return NoiseVolume(texture, level_deviations(volume, levels))
+
+
+def _compute(gpu: GpuScope, program: Any, size: int) -> NDArray[np.float32]:
+    raw = gpu.texture((size, size, size), "r32f")
+    raw.bind_to_image(0, read=False, write=True)
+    for first in range(0, size, _SLICES):
+        program.set("u_first", first)
+        program.run(-(-size // 8), -(-size // 8), min(_SLICES, size - first))
+    gpu.gpu.ctx.memory_barrier()
+    values = np.frombuffer(raw.read(), np.float32).reshape(size, size, size)
+    gpu.free(raw)
+    return even_spread(values)

@@ -1,0 +1,110 @@
+"""Weather of a planet: which maps a moment needs, where its cyclones are, and the balance that keeps the mean cover."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["CYCLONES", "Moment", "balance_for", "cyclones_at", "generations_at", "moment_of", "octahedral_weights"]
+
+CYCLONES = 28
+"""Of the middle latitudes, and the last ones tropical storms."""
+_TROPICAL = 5
+STEP_S = 900.0
+"""From one map to the next; what is shown is mixed from both. A front at 15 m/s moves by one texel of a large map."""
+_LIFE_S = 5.0 * 86400.0
+"""Of a generation of noise."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """Two maps, by number, and the share of the second in what is shown."""
+
+    first: int
+    share: float
+
+    @property
+    def maps(self) -> tuple[int, int]:
+        return self.first, self.first + 1
+
+
+def moment_of(time_s: float) -> Moment:
+    """What a time asks for; in float64, so that it is right to a microsecond after three years."""
+    steps = time_s / STEP_S
+    first = math.floor(steps)
+    return Moment(first, steps - first)
+
+
+def generations_at(time_s: float) -> NDArray[np.float32]:
+    """(2, 4): seed, age from -0.5 to 0.5 of a life, weight; the squares of the weights add up to one."""
+    found = np.zeros((2, 4))
+    for j in range(2):
+        lives = time_s / _LIFE_S + 0.5 * j
+        number = math.floor(lives)
+        age = lives - number - 0.5
+        found[j, :3] = 64 * (2 * (number % 4096) + j), age, math.cos(math.pi * age)
+    found[:, 2] /= math.hypot(*found[:, 2])
+    return found.astype(np.float32)
+
+
+def _hash(*numbers: int) -> np.random.Generator:
+    return np.random.default_rng([n % (1 << 32) for n in numbers])
+
+
+def cyclones_at(time_s: float, seed: int) -> NDArray[np.float32]:
+    """(2 CYCLONES, 4): unit direction and size as a chord; sense of winding, strength, phase of its spiral, 0.
+
+    Each lives for some days, grows, drifts (in the middle latitudes to the east and the pole) and dies; then the next.
+    """
+    found = np.zeros((2 * CYCLONES, 4))
+    for i in range(CYCLONES):
+        tropical = i >= CYCLONES - _TROPICAL
+        own = _hash(seed, i)
+        life_s = own.uniform(4.0, 8.0) * 86400.0
+        lives = time_s / life_s + own.uniform()
+        number = math.floor(lives)
+        share = lives - number
+        fate = _hash(seed, i, number)
+        side = 1.0 if (i % 2 == 0) else -1.0
+        # Spread along the storm tracks, so that few overlap.
+        slot = 2.0 * math.pi * ((i // 2) + 0.8 * fate.uniform()) / (CYCLONES / 2)
+        if tropical:
+            latitude = side * math.radians(fate.uniform(10.0, 16.0) + 12.0 * share)
+            longitude = fate.uniform(0.0, 2.0 * math.pi) - math.radians(40.0) * share
+            size, most = fate.uniform(0.05, 0.08), 1.0
+        else:
+            latitude = side * math.radians(fate.uniform(34.0, 54.0) + 10.0 * share)
+            longitude = slot + math.radians(40.0) * share
+            size, most = fate.uniform(0.13, 0.26), fate.uniform(0.5, 1.0)
+        across = math.cos(latitude)
+        direction = (across * math.cos(longitude), across * math.sin(longitude), math.sin(latitude))
+        found[2 * i] = *direction, size
+        found[2 * i + 1] = side, most * math.sin(math.pi * share) ** 2, fate.uniform(0.0, 2.0 * math.pi), 0.0
+    return found.astype(np.float32)
+
+
+def octahedral_weights(size: int) -> NDArray[np.float64]:
+    """(size, size): solid angle of each texel of an octahedral map, adding up to one."""
+    place = (np.arange(size) + 0.5) / size * 2.0 - 1.0
+    x, y = np.meshgrid(place, place)
+    # A texel of the octahedron |x| + |y| + |z| = 1 is seen under an angle that falls with the cube of its distance.
+    z = 1.0 - np.abs(x) - np.abs(y)
+    fold = np.maximum(-z, 0.0)
+    x, y = x - np.where(x < 0.0, -1.0, 1.0) * fold, y - np.where(y < 0.0, -1.0, 1.0) * fold
+    weights = (x * x + y * y + z * z) ** -1.5
+    return weights / weights.sum()
+
+
+def balance_for(
+    raw: NDArray[np.floating], weights: NDArray[np.float64], coverage: float, slope: float
+) -> tuple[float, float]:
+    """(level, slope) with which the mean of clip(0.5 + slope (raw - level), 0, 1) is `coverage`, by bisection."""
+    low, high = float(raw.min()) - 1.0 / slope, float(raw.max()) + 1.0 / slope
+    for _ in range(60):
+        level = 0.5 * (low + high)
+        mean = float((np.clip(0.5 + slope * (raw - level), 0.0, 1.0) * weights).sum())
+        low, high = (level, high) if mean > coverage else (low, level)
+    return 0.5 * (low + high), slope

@@ -1,0 +1,101 @@
+"""Clouds as a component: checked values, layers, scene files, and what only values together show."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from cloud_tables import even, planet_of
+
+import planetfall as pf
+from planetfall.components import Atmosphere, Planet
+from planetfall.engine.settings import revision
+from planetfall.systems.clouds.block import cloud_block
+from planetfall.systems.clouds.model import CloudModel
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "message"),
+    [
+        ("albedo", 1.5, r"^Clouds\.albedo: expected a number from 0 to 1, found 1\.5\. The nearest .* is 1$"),
+        ("asymmetry", 1.0, r"^Clouds\.asymmetry: expected a number from -0\.99 to 0\.99, found 1\.0"),
+        ("asymmetry", -1.0, r"The nearest allowed value is -0\.99$"),
+        ("extinction_per_m", math.nan, r"^Clouds\.extinction_per_m: .*found nan\. Give a finite number$"),
+        ("extinction_per_m", -0.1, r"found -0\.1\. The nearest allowed value is 0$"),
+        ("base_m", -1.0, r"^Clouds\.base_m: "),
+        ("coverage", 2.0, r"^Clouds\.coverage: "),
+        ("density_model", "wether", r"did you mean 'weather'"),
+        ("height_profile", "box", r"one of 'parabola', 'none'"),
+        ("layers", pf.CloudLayer(), r"^Clouds\.layers: expected a list of CloudLayer, .*Put even one in brackets$"),
+        ("layers", [1.0], r"^Clouds\.layers\[0\]: expected a CloudLayer or a table of its fields, found 1\.0$"),
+        ("layers", [{"base_m": 1.0}, {"albedo": 2.0}], r"^Clouds\.layers\[1\]\.albedo: .*found 2\.0"),
+        ("layers", [{"bas_m": 1.0}], r"^Clouds\.layers\[0\]\.bas_m: unknown key; did you mean 'base_m'"),
+        ("layers", [pf.Clouds(layers=[pf.CloudLayer()])], r"expected a CloudLayer, found a Clouds with layers set$"),
+    ],
+)  # fmt: skip
+def test_bad_values_say_field_range_value_and_remedy(field: str, value: object, message: str) -> None:
+    clouds = pf.Clouds()
+    with pytest.raises(pf.SettingError, match=message):
+        setattr(clouds, field, value)
+    assert clouds == pf.Clouds()
+
+
+def test_layers_are_given_as_components_or_tables() -> None:
+    cirrus = {"base_m": 8000.0, "top_m": 9000.0}
+    for given in (cirrus, pf.CloudLayer(**cirrus), pf.Clouds(**cirrus)):
+        assert pf.Clouds(layers=[given]).layers == (pf.CloudLayer(**cirrus),)
+
+
+def test_a_change_of_a_layer_is_a_change_of_the_clouds() -> None:
+    clouds = pf.Clouds(layers=[pf.CloudLayer(base_m=8000.0, top_m=9000.0)])
+    before = revision(clouds), revision(clouds, "layers"), revision(clouds, "base_m")
+    clouds.layers[0].coverage = 0.1
+    assert revision(clouds) != before[0]
+    assert revision(clouds, "layers") != before[1]
+    assert revision(clouds, "base_m") == before[2]
+
+
+@pytest.mark.parametrize(
+    ("clouds", "air", "message"),
+    [
+        (pf.Clouds(base_m=3000.0, top_m=2000.0), None, r"Clouds\.base_m \(3000 m\) has to be below top_m \(2000 m\)"),
+        (pf.Clouds(base_m=2000.0, top_m=2000.0), None, r"Clouds\.base_m \(2000 m\) has to be below top_m"),
+        (pf.Clouds(top_m=7e4), Atmosphere(), r"Clouds\.top_m: expected at most Atmosphere\.thickness_m \(60000 m\)"),
+        (pf.Clouds(top_m=2e7), None, r"Clouds\.top_m: expected at most Planet\.radius_m"),
+        (pf.Clouds(base_m=1000.0, top_m=1000.01), None, r"Clouds\.top_m: expected at least 1e-08 of Planet\.radius_m"),
+        (pf.Clouds(layers=[{"base_m": 9e3, "top_m": 8e3}]), None, r"Clouds\.layers\[0\]\.base_m \(9000 m\) has to be"),
+        (pf.Clouds(layers=[{}, {}, {}, {}]), None, r"Clouds\.layers: expected at most 3 further layers, found 4"),
+    ],
+)
+def test_layers_that_cannot_be_are_told_of_with_the_scene(
+    clouds: pf.Clouds, air: Atmosphere | None, message: str
+) -> None:
+    scene = planet_of(even(1000.0, 2000.0, 1e-3), air=air)
+    scene.planet.remove(pf.Clouds)
+    scene.planet.add(clouds)
+    with pytest.raises(pf.SceneError, match=message):
+        scene.validate()
+
+
+def test_clouds_without_air_may_be_as_high_as_the_planet() -> None:
+    CloudModel.from_components(Planet(radius_m=6e4), pf.Clouds(top_m=5.9e4), None)
+
+
+def test_a_scene_file_keeps_layers(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    scene = planet_of(even(1000.0, 2000.0, 1e-3))
+    scene.planet[pf.Clouds].layers = [pf.CloudLayer(base_m=8000.0, top_m=9000.0, coverage=0.25)]
+    scene.save(tmp_path / "cloudy.toml")
+    found = pf.load_scene(tmp_path / "cloudy.toml")
+    assert found.planet[pf.Clouds] == scene.planet[pf.Clouds]
+
+
+def test_the_block_has_only_layers_that_take_light() -> None:
+    clouds = even(1000.0, 2000.0, 0.0)
+    clouds.layers = [pf.CloudLayer(base_m=8e3, top_m=9e3, extinction_per_m=2e-4), pf.CloudLayer(coverage=0.0)]
+    model = CloudModel.from_components(Planet(), clouds, None)
+    block = cloud_block(model)
+    assert block.counts[0] == 1
+    assert tuple(block.planet[1:3]) == (8e3, 9e3)
+    assert block.shells[0][3] == pytest.approx(2e-4)
+    assert block.weather[0][1] == 1.0
+    assert not model.uniform
