@@ -48,7 +48,6 @@ class WaveView:
         self.placed = 0
         self.moment: tuple[Any, ...] = ()
         self.moves = False
-        self.many = False
         self.reach_m = (0.0, 0.0)
         """How far a point may be moved: upwards, and in all."""
 
@@ -59,6 +58,7 @@ class SeaWaves:
     def __init__(self, name: str) -> None:
         self._name = name
         self._held: tuple[tuple[Any, ...], WaveSet] | None = None
+        self._many = False
 
     def setup(self, setup: Setup) -> None:
         self._gpu = setup.gpu
@@ -108,8 +108,8 @@ class SeaWaves:
         far_m = math.hypot(up_m, min(waves.farthest_m, likely_m(waves)))
         moves = far_m > VISIBLE_PX * pixel_angle * max(above_sea_m - up_m, 0.1)
         many = len(waves) >= MANY
-        changed = (moves, many) != (view.moves, view.many)
-        view.moves, view.many = moves, many
+        changed = (moves, many) != (view.moves, self._many)
+        view.moves, self._many = moves, many
         view.reach_m = (up_m, far_m) if moves else (0.0, 0.0)
         view.waves, view.anchor = waves, proxy.lattice.direction
         view.placed += 1
@@ -128,7 +128,7 @@ class SeaWaves:
     def declare(self, builder: GraphBuilder, info: ViewInfo, view: WaveView) -> None:
         of_pixels = ("gbuffer.depth", "gbuffer.attributes", "gbuffer.surface", "gbuffer.tiles_sea")
         reads = (*of_pixels, *(("ocean.moved",) if view.moves else ()))
-        if view.many:
+        if self._many:
             tiles = -(-info.size[0] // 16) * -(-info.size[1] // 8)
             builder.add_pass(
                 "ocean.swell",
@@ -148,7 +148,7 @@ class SeaWaves:
             kind="compute",
             system=self._name,
             bind=lambda io: self._bind_surface(io, view),
-            reads=(*reads, *(("ocean.swell",) if view.many else ())),
+            reads=(*reads, *(("ocean.swell",) if self._many else ())),
             creates=(
                 TextureSpec("ocean.rough", "rgba16f", help="slopes that pixels don't show: variances, mixed; Jacobian"),
             ),
@@ -188,8 +188,8 @@ class SeaWaves:
     def _bind_surface(self, io: PassIO, view: WaveView) -> Callable[[], None]:
         bind, tiles = self._bind_pixels(io, view), io.buffer("gbuffer.tiles_sea")
         normal, rough = io.texture("gbuffer.normal"), io.texture("ocean.rough")
-        swell = io.buffer("ocean.swell") if view.many else None
-        program = self._program("ocean/surface.comp", view.moves, view.many)
+        swell = io.buffer("ocean.swell") if self._many else None
+        program = self._program("ocean/surface.comp", view.moves, self._many)
 
         def run() -> None:
             bind()
