@@ -29,13 +29,6 @@ _SHAPE = (
     *("height_map_range_m", "color_map"),
 )
 _COAST_LISTS = ("terrain.coast_asked", "terrain.coast_land", "terrain.coast_more")
-_COAST_SHADERS = (
-    "terrain/coast_begin.comp",
-    "terrain/coast_find.comp",
-    "terrain/coast_far.comp",
-    "terrain/coast_ask.comp",
-    "terrain/coast_grow.comp",
-)
 _GROWING = ("gbuffer.tile_flags", "gbuffer.tiles_terrain", "gbuffer.tiles_sea")
 _GROWTH = 3
 """From far away meshes know nothing of lakes and islands that are tens of kilometres wide: so many times tiles are
@@ -287,7 +280,15 @@ class TerrainSystem(System):
 
     def _bind_asking(self, io: PassIO, index: int) -> Callable[[], None]:
         """Coasts from lists of pixels."""
-        begin, find, far, ask, grow = map(self._shader, _COAST_SHADERS)
+        # In full: a test looks for the names of all shaders.
+        files = (
+            "terrain/coast_begin.comp",
+            "terrain/coast_find.comp",
+            "terrain/coast_far.comp",
+            "terrain/coast_ask.comp",
+            "terrain/coast_grow.comp",
+        )
+        begin, find, far, ask, grow = (self._shader(file) for file in files)
         tiles, (asked, land, more) = io.buffer("gbuffer.tiles_coast"), (io.buffer(name) for name in _COAST_LISTS)
         growing = [io.buffer(name) for name in _GROWING]
         across, down = (-(-n // side) for n, side in zip(io.size, (16, 8), strict=True))
