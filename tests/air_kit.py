@@ -27,8 +27,10 @@ SUN = pf.Sun(direction=(0.6, 0.0, 0.8))
 
 
 def bare(atmosphere: Atmosphere | None = None, radius_m: float = 6.36e6, sea_m: float | None = None) -> pf.Scene:
-    """A planet without ground: a frame takes 2 ms and a start 0.3 s. sea_m: with a sea at this height, 20 ms."""
-    sea = {} if sea_m is None else {"ocean": Ocean(sea_level_m=sea_m)}
+    """A planet without ground: a frame takes 2 ms and a start 0.3 s. sea_m: with a calm sea at this height, 20 ms."""
+    calm = {"wind_speed_m_s": 0.0, "swell_height_m": 0.0, "foam": 0.0, "surf_m": 0.0, "roughness": 0.2}
+    calm |= {"caustics": 0.0, "bed_detail": 0.0}  # its bed is its surface
+    sea = {} if sea_m is None else {"ocean": Ocean(sea_level_m=sea_m, **calm)}
     scene = pf.Scene("bare", {"planet": Planet(radius_m=radius_m), "atmosphere": atmosphere or Atmosphere(), **sea})
     scene.sun = pf.Sun(direction=SUN.direction)
     return scene

@@ -33,7 +33,7 @@ def scene() -> pf.Scene:
 
 @pytest.fixture(scope="module")
 def renderer(scene: pf.Scene) -> Iterator[pf.Renderer]:
-    with pf.Renderer(scene, size=(96, 54), quality="medium") as made:
+    with pf.Renderer(scene, (96, 54), "medium", {"ocean.ripples": False}) as made:
         made.settle(at(1000.0))
         yield made
 

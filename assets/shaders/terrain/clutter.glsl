@@ -116,13 +116,16 @@ GroundClutter ground_clutter(vec3 D, vec3 zenith, vec3 eye, vec3 sun, float acro
             if (seeing) {
                 vec3 normal = (o - hit * r) / max(radius, aside);
                 float weight = left * cover, side = clamp(dot(normal, up), 0.0, 1.0);
-                float inner = clutter_wave(2.7 * (normal.x + normal.y) + 3.3 * normal.z + turn);
+                // Clumps of leaves: two families of bent bands that cross.
+                float bend = clutter_wave(1.9 * normal.z - 1.3 * normal.x + turn);
+                float inner = clutter_wave(2.3 * normal.x + 1.7 * normal.z + 0.45 * bend + turn)
+                    * clutter_wave(2.6 * normal.y - 1.2 * normal.z + 0.35 * bend + 2.0 * turn);
                 vec3 faces = vec3(clutter_wave(0.6 * normal.y + turn), clutter_wave(0.7 * normal.z + 2.0 * turn), clutter_wave(0.5 * normal.x + 3.0 * turn));
                 left -= weight;
                 found.tint += weight * (2.0 * place.z - 1.0);
                 found.plant += leaves ? weight : 0.0;
                 found.bush += leaves && kind >= 2 ? weight : 0.0;
-                found.light += weight * (leaves ? mix(0.6, 1.15, side) * (1.0 + 0.22 * inner) : 1.0);
+                found.light += weight * (leaves ? mix(0.6, 1.15, side) * (1.0 + 0.4 * inner) : 1.0);
                 // Stones have faces.
                 found.normal += weight * (leaves ? mix(normal, up, shape.w) : normalize(normal + 0.4 * faces));
             } else {

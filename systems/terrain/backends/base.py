@@ -139,7 +139,9 @@ def heights_seen(frame: Frame, anchor_height_m: float) -> tuple[float, float]:
     """Heights from the anchor that can be seen: from above, the sea hides all of its bed and colours it itself."""
     sea = frame.world.try_get(frame.planet, Ocean)
     radius = frame.world.get(frame.planet, Planet).radius_m
-    top_m = None if sea is None else frame.world.try_resource("sea_top_m") or sea.sea_level_m
-    if sea is None or float(np.linalg.norm(frame.camera.position_m)) - radius < top_m:
+    if sea is None:
+        return (-3.0e38, 3.0e38)
+    top_m = frame.world.try_resource("sea_top_m")
+    if float(np.linalg.norm(frame.camera.position_m)) - radius < (sea.sea_level_m if top_m is None else top_m):
         return (-3.0e38, 3.0e38)
     return (sea.sea_level_m - anchor_height_m - _DEEP_M, 3.0e38)
