@@ -6,6 +6,7 @@ limits were found.
 
 from __future__ import annotations
 
+import json
 import shlex
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -86,7 +87,7 @@ def test_every_golden_file_has_a_picture_and_its_settings():
     assert not files - names, "files without a picture: run python tests/golden_tool.py --update"
     for picture in GOLDENS:
         inside = read_png_settings(picture.path)
-        wanted = {k: list(v) if isinstance(v, tuple) else v for k, v in picture.changes.items()}
+        wanted = json.loads(json.dumps(dict(picture.changes)))
         assert (inside["planet"], inside["view"]) == (picture.planet, picture.view)
         assert inside["size"] == list(picture.size) and inside["changes"] == wanted and inside["renderer"]
     assert sum(path.stat().st_size for path in FOLDER.rglob("*.png")) < 3e6
@@ -94,7 +95,7 @@ def test_every_golden_file_has_a_picture_and_its_settings():
 
 def test_the_named_views_all_have_goldens():
     assert {p.view for p in VIEW_PICTURES if p.planet == "earth"} == set(pf.views("earth"))
-    assert {p.planet for p in VIEW_PICTURES} == set(pf.planets())
+    assert {p.planet for p in VIEW_PICTURES} - {"props"} == set(pf.planets())
     debug = {p.changes["debug.view"] for p in KNOB_PICTURES if "debug.view" in p.changes}
     assert debug == set(NAMED_VIEWS)
     toned = {p.changes["composite.tone_map"] for p in KNOB_PICTURES if "composite.tone_map" in p.changes}

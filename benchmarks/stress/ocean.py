@@ -38,7 +38,7 @@ def draw_sea(rng: np.random.Generator, radius_m: float) -> Case:
         "place": place,
         "waves": [
             {
-                "origin": origin,
+                "origin": list(origin),
                 "amplitude_m": float(slope * length / (2.0 * np.pi)),
                 "wavelength_m": float(length),
                 "steepness": float(rng.choice([0.0, 0.7, 1.0])),

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ... import Ocean, Renderer
 from ...engine.space import CameraState, pixel_rays
+from ...engine.waves import waves_of
 from ...systems.terrain.height import height_at_points
 from .. import exact
 from ..measure.drawn import DrawnMesh, some
@@ -114,7 +115,9 @@ def _check_picture(
     field = planet.height_field()
     assert field is not None
     levels: dict[int, Any] = {GROUND: field.height}
+    slack_m = {GROUND: 0.0, SEA: 0.0}
     if planet.has(Ocean):
+        slack_m[SEA] = waves_of(planet[Ocean], planet.radius_m).highest_m  # `stress ocean` looks at the waves
         levels[SEA] = lambda directions: np.full(len(directions), planet[Ocean].sea_level_m)
     for surface, name, limit_px in ((GROUND, "drawn ground", LIMITS_PX[renderer.quality]), (SEA, "sea level", 1.0)):
         shown = (out["surface"] == surface) & (out["distance"] > NEAREST_M)
@@ -127,6 +130,7 @@ def _check_picture(
         distance = np.linalg.norm(point, axis=1)
         zenith = point / distance[:, None]
         off = levels[surface](zenith) - (distance - planet.radius_m)
+        off = np.sign(off) * np.maximum(np.abs(off) - slack_m[surface], 0.0)
         # In pixels of the picture's middle: towards the sides of a wide picture a pixel is a smaller angle.
         angle = exact.angle_between(seen, seen + zenith * off[:, None]).astype(float)
         off_px = angle / state.pixel_angle_rad(renderer.size[1])

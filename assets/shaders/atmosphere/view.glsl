@@ -81,7 +81,7 @@ float air_row(AirView v, AirPath p) {
 // The azimuth's columns: uniform in its cosine c where the sun stands high or the ray's lowest point is near, and drawn to the
 // terminator where that crosses the azimuths: the sun's cosine at the lowest point is m = mid + slope c, and columns are as
 // dense as 1 / (|m| + focus)^2. On top of that they crowd around the sun, whose glow through several orders of haze is
-// a few ten degrees wide: with the root of what is left up to its azimuth, that is evenly in the angle there.
+// a few ten degrees wide: half of them with the root of what is left up to its azimuth, that is evenly in the angle there.
 vec2 air_focus(AirView v, AirPath p, float mu, float sine) {
     float t = p.start + p.lowest;
     float there = air_model.radii.x + air_height_along(p.h, p.mu, p.lowest);
@@ -102,12 +102,13 @@ float air_column_of(AirView v, vec2 focus, float azimuth) {
     } else {
         share *= (abs(last) + width) / (abs(m) + width);
     }
-    return (1.0 - safe_sqrt(1.0 - clamp(share, 0.0, 1.0))) * float(v.size.x - 1);
+    float left = 1.0 - clamp(share, 0.0, 1.0);
+    return (1.0 - 0.5 * (safe_sqrt(left) + left)) * float(v.size.x - 1);
 }
 
 float air_azimuth_of(AirView v, vec2 focus, float column) {
     float width = v.shape.z, first = focus.x - focus.y, last = focus.x + focus.y, left = 1.0 - column / float(v.size.x - 1);
-    float share = 1.0 - left * left;
+    float root = sqrt(0.25 + 2.0 * left) - 0.5, share = 1.0 - root * root;
     if (first < 0.0 && last > 0.0) {
         float start = air_focus_map(first, width);
         float at = start + share * (air_focus_map(last, width) - start);
