@@ -20,9 +20,9 @@ _NAMES = {1: "terrain", 2: "sea", 3: "props"}
 def pick(renderer: Renderer, camera: Camera | View, x: float, y: float) -> tuple[NDArray[np.float64], str] | None:
     """See Renderer.pick."""
     width, height = renderer.size
-    column, row = int(np.floor(x)), int(np.floor(y))
-    if not (0 <= column < width and 0 <= row < height):
+    if not (0.0 <= x < width and 0.0 <= y < height):
         raise ValueError(f"pick: pixel ({x}, {y}) is outside the picture of {width} x {height}")
+    column, row = int(x), int(y)
     arrays = renderer.render(camera, outputs=("position", "surface"))
     surface = int(arrays["surface"][row, column])
     if surface == 0:

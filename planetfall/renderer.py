@@ -42,6 +42,7 @@ from .systems.proxy import ProxySystem
 from .systems.shadows.system import ShadowSystem
 from .systems.sky import SkySystem, StarsSystem
 from .systems.terrain.system import TerrainSystem
+from .terrain_sampler import checked_directions
 from .views import View
 
 SYSTEMS: tuple[type[System], ...] = (
@@ -241,8 +242,11 @@ class Renderer:
         return queries.pick(self, camera, x, y)
 
     def height_drawn(self, directions: ArrayLike) -> NDArray[np.float64]:
-        """Heights (N,) in metres of the ground as the last frame's level of detail shows it; NaN where it drew none."""
-        return queries.height_drawn(self, np.atleast_2d(np.asarray(directions, np.float64)))
+        """Heights (N,) in metres of the ground as the last frame's level of detail shows it; NaN where it drew none.
+
+        ValueError for anything but directions (N, 3), finite and not zero.
+        """
+        return queries.height_drawn(self, checked_directions("directions", directions))
 
     # -- looking inside ----------------------------------------------------------------------------------------------
 

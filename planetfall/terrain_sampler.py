@@ -36,6 +36,9 @@ class TerrainSampler:
                 "TerrainSampler: the planet has no Terrain component; add one with scene.planet.add(pf.Terrain())"
             ) from None
         self._field = TerrainField(TerrainParams.from_component(terrain, handle[Planet].radius_m))
+        validate = getattr(scene, "validate", None)
+        if validate is not None:
+            validate()  # no ground that a renderer would refuse to draw
 
     @classmethod
     def from_params(cls, params: TerrainParams) -> TerrainSampler:
@@ -65,6 +68,8 @@ class TerrainSampler:
 
     def normal(self, directions: ArrayLike, footprint_m: float | None = None) -> Floats:
         """Unit normals (N, 3) of the ground. footprint_m: leave out relief shorter than about two of it."""
+        if footprint_m is not None and not 0.0 <= footprint_m < np.inf:
+            raise ValueError(f"footprint_m: expected a number of metres from 0 up, found {footprint_m!r}")
         return height_march.surface_normal(self._field, checked_directions("directions", directions), footprint_m)[1]
 
     def raycast(
@@ -86,7 +91,10 @@ class TerrainSampler:
         height above the ground.
         """
         centers = _points("centers_m", centers_m)
-        return height_march.contact(self._field, centers, _numbers("radii_m", radii_m, len(centers)))
+        middle = np.flatnonzero(~centers.any(axis=1))
+        if middle.size:
+            raise ValueError(f"centers_m[{middle[0]}]: no ground is nearest to the planet's centre; give another place")
+        return height_march.contact(self._field, centers, _finite("radii_m", radii_m, len(centers)))
 
     def sweep(
         self, start_m: ArrayLike, end_m: ArrayLike, radius_m: ArrayLike
@@ -96,7 +104,7 @@ class TerrainSampler:
         The fraction is 1 where nothing is hit and 0 where the start touches already; contact is within 1 mm.
         """
         start, end = _pairs("start_m", start_m, "end_m", end_m)
-        return height_march.sweep(self._field, start, end, _numbers("radius_m", radius_m, len(start)))
+        return height_march.sweep(self._field, start, end, _finite("radius_m", radius_m, len(start)))
 
     def patch_cells(self, directions: ArrayLike, size_m: float, spacing_m: float) -> NDArray[np.int64]:
         """Which aligned patches hold directions (N, 3): rows (face, level, i, j) (N, 4), as in TerrainPatch.cell.
@@ -199,4 +207,12 @@ def _numbers(name: str, values: ArrayLike, count: int) -> Floats:
     bad = np.flatnonzero(~(numbers >= 0.0))
     if bad.size:
         raise ValueError(f"{name}[{bad[0]}]: expected a number of metres from 0 up, found {numbers[bad[0]]}")
+    return numbers
+
+
+def _finite(name: str, values: ArrayLike, count: int) -> Floats:
+    numbers = _numbers(name, values, count)
+    bad = np.flatnonzero(~np.isfinite(numbers))
+    if bad.size:
+        raise ValueError(f"{name}[{bad[0]}]: expected a finite number of metres, found {numbers[bad[0]]}")
     return numbers

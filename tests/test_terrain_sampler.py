@@ -176,3 +176,23 @@ def test_a_patch_is_the_ground_in_a_local_frame(earth):
 def test_bad_input_says_what_and_where(earth, call, message):
     with pytest.raises(ValueError, match=message):
         call(earth)
+
+
+def test_nothing_but_numbers_of_a_place_is_taken():
+    sampler = pf.TerrainSampler(pf.load_scene("moon"))
+    place = np.array([[0.0, 0.0, 1.0]])
+    with pytest.raises(ValueError, match=r"centers_m\[0\]"):
+        sampler.sphere_contact([[0.0, 0.0, 0.0]], 1.0)
+    with pytest.raises(ValueError, match=r"radii_m\[0\]"):
+        sampler.sphere_contact(place * 1.8e6, np.inf)
+    for footprint_m in (np.nan, -1.0):
+        with pytest.raises(ValueError, match="footprint_m"):
+            sampler.normal(place, footprint_m)
+
+
+def test_ground_that_no_renderer_would_draw_is_refused():
+    scene = pf.load_scene("asteroid")
+    scene.planet[pf.Planet].radius_m = 500.0
+    scene.planet[pf.Terrain].highest_m, scene.planet[pf.Terrain].lowest_m = 600.0, -100.0
+    with pytest.raises(pf.SettingError, match="highest_m"):
+        pf.TerrainSampler(scene)

@@ -306,3 +306,23 @@ def test_backends_change_while_running(backend):
         np.testing.assert_array_equal(renderer.render(view, outputs=("distance",))["distance"], grid)
         renderer.release()
         assert renderer.gpu.counts() == {}
+
+
+def test_another_backend_is_there_before_the_freeze_holds_it():
+    scene = pf.load_scene("earth")
+    camera = pf.Camera.at(45.05, -42.0, 8000.0, pitch_deg=-50.0)
+    with pf.Renderer(scene, (96, 54), "low", {"terrain.backend": "quadtree"}) as renderer:
+        renderer.settle(camera)
+        plain = renderer.render(camera, outputs=("surface",))["surface"]
+    scene = pf.load_scene("earth")
+    view = pf.DebugView()
+    scene.environment.add(view)
+    scene.planet[pf.Terrain].backend = "quadtree"
+    with pf.Renderer(scene, (96, 54), "low") as renderer:
+        renderer.settle(pf.Camera.at(45.0, -42.0, 300.0, pitch_deg=-15.0))
+        scene.environment[pf.DebugView].freeze = True
+        renderer.render(camera)
+        scene.planet[pf.Terrain].backend = "icosphere"
+        renderer.settle(camera)
+        shown = renderer.render(camera, outputs=("surface",))["surface"]
+    assert (shown == plain).mean() > 0.97

@@ -58,6 +58,8 @@ class _TileView:
         self.key: tuple[Any, ...] = ()  # what the forest was made for
         self.hidden_below_m = -np.inf  # tiles that lie below, under the sea, need no detail
         self.selection: Selection | None = None
+        self.whole = False
+        """Whether all that was wanted has been there since the forest was made."""
         self.revision = -1
         self.clock_s = 0.0
         self.eye_m: NDArray[np.float64] | None = None
@@ -115,17 +117,19 @@ class TiledBackend(Backend):
 
     def update(self, frame: Frame, ground: Ground, bind_octaves: Callable[[], None]) -> None:
         self._hurry, self._bind_octaves = frame.settling, bind_octaves
-        self._frozen = self.hold or any(shown.freeze for _, (shown,) in frame.world.query(DebugView))
+        held = self.hold or any(shown.freeze for _, (shown,) in frame.world.query(DebugView))
         self._radius_m = ground.params.radius_m
         if self._ground is None or ground.revision != self._ground.revision:
             self._restart(ground)
         view = self.view(frame.view_index)
         forest = self._forest(view, frame, ground)
+        self._frozen = held and view.whole  # tiles of another backend or ground come first
         self._collect(wait=frame.settling)
         self._make_roots()
         selection = self._select(view, forest, frame)
         if len(self._queue) and not self._frozen and self._stand(forest, frame, ground):
             selection = self._select(view, forest, frame)
+        view.whole = view.whole or not (len(self._queue) or selection.moving)
         if selection.revision != view.revision:
             view.revision = selection.revision
             view.mesh.take(selection, self.pool.slots(selection.keys), self._radius_m, self.morphs)
@@ -159,7 +163,7 @@ class TiledBackend(Backend):
         if view.forest is None or key != view.key:
             view.key, view.hidden_below_m = key, level
             view.forest = self.make_forest(ground, max(params.lowest_m, level), frame)
-            view.revision, view.selection = -1, None
+            view.revision, view.selection, view.whole = -1, None, False
             if self._facts:
                 keys = np.array(list(self._facts), np.int64)
                 facts = np.array(list(self._facts.values()))
