@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import AbstractContextManager, nullcontext
 from numbers import Integral
 from typing import Any
 
@@ -11,11 +10,9 @@ import moderngl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import ASSETS
+from ._probe import Probe
 from ._questions import question_distances, question_rows
 from .components import Atmosphere, Planet
-from .engine.gpu import Gpu
-from .engine.hosts.foreign import ForeignHost, attach
 from .engine.settings import with_overrides
 from .quality import resolve_quality
 from .systems.atmosphere.model import AirModel
@@ -28,7 +25,7 @@ Floats = NDArray[np.float64]
 _PARTS = (None, "rayleigh", "mie")
 
 
-class AtmosphereProbe:
+class AtmosphereProbe(Probe):
     """Transmittance, sky radiance, aerial perspective and irradiance of a scene's air, on arrays of f64 questions.
 
     It runs the renderer's shaders on the GPU, with the tables of `quality`: what it says is what is drawn, table errors
@@ -67,17 +64,8 @@ class AtmosphereProbe:
         self._irradiance = np.asarray(sun.irradiance, np.float64)
         air = with_overrides(air, "atmosphere", settings)
         self._model = AirModel.from_components(handle[Planet], air, sun.angular_radius_rad)
-        self._host: ForeignHost | None = None
-        if ctx is None:
-            from .engine.hosts.headless import create_headless
-
-            self._gpu = Gpu(create_headless(), [ASSETS / "shaders"])
-        else:
-            self._host = attach(ctx, [ASSETS / "shaders"])
-            self._gpu = self._host.gpu
-        self._released = False
+        super().__init__(ctx)
         with self._guest():
-            self._scope = self._gpu.scope("probe")
             sizes = paper_sizes(settings) if air.method == "paper" else table_sizes(settings)
             self._questions = AirQuestions(self._scope, self._model, sizes, view_sizes(settings))
 
@@ -140,33 +128,8 @@ class AtmosphereProbe:
             direct, sky = self._questions.irradiance(rays, rays.mu, rays.sine * rays.azimuth, rays.nu)
         return direct * self._irradiance, sky * self._irradiance
 
-    def release(self) -> None:
-        """Free every GL object; may be called twice."""
-        if self._released:
-            return
-        with self._guest():
-            self._released = True
-            self._scope.release()
-            self._gpu.release()
-        if self._host is None:
-            self._gpu.ctx.release()
-
-    def __enter__(self) -> AtmosphereProbe:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.release()
-
     def _rays(self, positions: Floats, directions: Floats, suns: Floats) -> Rays:
         return Rays.of(self._model.radius_m, positions, directions, suns)
-
-    def _guest(self) -> AbstractContextManager[Any]:
-        if self._released:
-            raise ValueError("this probe has been released: make a new one")
-        if self._host is not None:
-            return self._host.guest()
-        self._gpu.ctx.__enter__()
-        return nullcontext()
 
 
 def _check_orders(orders: int | None, part: str | None) -> None:

@@ -1,20 +1,17 @@
-"""CloudProbe: the renderer's march through clouds and air, asked from Python."""
+"""CloudProbe: a march through clouds and air on the GPU, asked from Python."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
 import moderngl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import ASSETS
+from ._probe import Probe
 from ._questions import question_distances, question_rows
 from .components import Atmosphere, Clouds, Planet
-from .engine.gpu import Gpu
-from .engine.hosts.foreign import ForeignHost, attach
 from .engine.settings import with_overrides
 from .quality import resolve_quality
 from .systems.atmosphere.block import AIR_BINDING, AirBlock, air_block
@@ -30,11 +27,12 @@ Floats = NDArray[np.float64]
 _VISIBILITIES = ("disc", "point")
 
 
-class CloudProbe:
+class CloudProbe(Probe):
     """Light that comes along rays through a scene's clouds and air, on arrays of f64 questions.
 
-    It runs the renderer's march on the GPU, at the step sizes of `quality`: what it says is what is drawn, errors of
-    the march and all. A snapshot of the scene when it was made. Layers of density_model "uniform" only, so far.
+    It marches on the GPU at the step sizes of `quality`, errors of the march and all. So far it is not the march that
+    pictures are made with (clouds/view_march.comp has one of its own, for weather), and it takes layers of
+    density_model "uniform" only. A snapshot of the scene when it was made.
 
         with pf.CloudProbe(scene, quality="reference") as clouds:
             radiance, transmittance = clouds.march(position, direction, sun)
@@ -68,20 +66,10 @@ class CloudProbe:
         self._air = None
         if air is not None:
             self._air = AirModel.from_components(handle[Planet], air, self._sun_radius_rad)
-        self._host: ForeignHost | None = None
-        if ctx is None:
-            from .engine.hosts.headless import create_headless
-
-            self._gpu = Gpu(create_headless(), [ASSETS / "shaders"])
-        else:
-            self._host = attach(ctx, [ASSETS / "shaders"])
-            self._gpu = self._host.gpu
-        self._released = False
+        super().__init__(ctx)
         self._air_block: Any = None
         self._asked: dict[bool, CloudQuestions] = {}
         self._tables: dict[int, AirTables] = {}
-        with self._guest():
-            self._scope = self._gpu.scope("probe")
 
     def march(
         self,
@@ -119,23 +107,6 @@ class CloudProbe:
             )
         return light * self._irradiance, transmittance
 
-    def release(self) -> None:
-        """Free every GL object; may be called twice."""
-        if self._released:
-            return
-        with self._guest():
-            self._released = True
-            self._scope.release()
-            self._gpu.release()
-        if self._host is None:
-            self._gpu.ctx.release()
-
-    def __enter__(self) -> CloudProbe:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.release()
-
     def _questions(self, in_air: bool, orders: int) -> CloudQuestions:
         # Programs look their contracts up again whenever they are used.
         shaders = self._gpu.shaders
@@ -162,14 +133,6 @@ class CloudProbe:
             while not tables.done:
                 tables.step(1 << 22)
         tables.bind()
-
-    def _guest(self) -> AbstractContextManager[Any]:
-        if self._released:
-            raise ValueError("this probe has been released: make a new one")
-        if self._host is not None:
-            return self._host.guest()
-        self._gpu.ctx.__enter__()
-        return nullcontext()
 
 
 class _Dark:

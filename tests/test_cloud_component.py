@@ -78,7 +78,8 @@ def test_layers_that_cannot_be_are_told_of_with_the_scene(
 
 
 def test_clouds_without_air_may_be_as_high_as_the_planet() -> None:
-    CloudModel.from_components(Planet(radius_m=6e4), pf.Clouds(top_m=5.9e4), None)
+    model = CloudModel.from_components(Planet(radius_m=6e4), pf.Clouds(top_m=5.9e4), None)
+    assert [layer.top_m for layer in model.layers] == [5.9e4]
 
 
 def test_a_scene_file_keeps_layers(tmp_path) -> None:  # type: ignore[no-untyped-def]
