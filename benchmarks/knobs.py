@@ -151,7 +151,7 @@ PAIRS: dict[str, Pair] = {
     "ocean.wind_direction_deg": Pair("earth", "sea", 130.0),
     "ocean.wind_at": Pair("earth", "sea", (40.0, -10.0)),
     "ocean.fetch_m": Pair("earth", "sea", 2000.0),
-    "ocean.wave_count": Pair("earth", "sea", 0),
+    "ocean.wave_count": Pair("earth", "sea", 4),
     "ocean.wave_seed": Pair("earth", "sea", 2),
     "ocean.choppiness": Pair("earth", "sea", 2.0, off=0.0),
     "ocean.swell_height_m": Pair("earth", "sea", 6.0),

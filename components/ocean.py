@@ -72,10 +72,10 @@ class Ocean:
     )
     wave_count: int = knob(
         48,
-        0,
+        1,
         1000,
         "",
-        "Waves that wind and swell are made of; 0: a smooth sea",
+        "Waves that wind and swell are made of; without wind and swell there are none",
         cost="each wave costs time where it can be seen",
         group="waves",
     )

@@ -28,7 +28,13 @@ class TerrainSampler:
 
     def __init__(self, scene: Any, planet: Any = None) -> None:
         """scene: anything with planet[Planet] and planet[Terrain]. planet: one of scene.planets instead of that."""
-        handle = scene.planet if planet is None else planet
+        handle = getattr(scene, "planet", None) if planet is None else planet
+        if handle is None or isinstance(handle, str) or not hasattr(handle, "__getitem__"):
+            raise ValueError(
+                f"TerrainSampler: expected a scene such as pf.load_scene('earth'), found {scene!r}"
+                if planet is None
+                else f"TerrainSampler: planet must be one of scene.planets, found {planet!r}"
+            )
         try:
             terrain = handle[Terrain]
         except (KeyError, MissingError):
@@ -163,15 +169,25 @@ def _check_grid(size_m: float, spacing_m: float) -> None:
 def _frame(frame: TerrainPatch | tuple[ArrayLike, ArrayLike] | None) -> tuple[Floats, Floats] | None:
     if frame is None:
         return None
-    origin, axes = (frame.origin_m, frame.axes) if isinstance(frame, TerrainPatch) else frame
+    try:
+        origin, axes = (frame.origin_m, frame.axes) if isinstance(frame, TerrainPatch) else frame
+    except (TypeError, ValueError):
+        raise ValueError(f"frame: expected a TerrainPatch or (origin_m, axes), found {frame!r}") from None
     turned = _points("frame axes", axes)
     if turned.shape != (3, 3) or np.abs(turned @ turned.T - np.eye(3)).max() > 1e-9:
         raise ValueError(f"frame: expected (origin_m, axes) with orthonormal rows, found axes {turned.tolist()}")
     return _points("frame origin_m", origin)[0], turned
 
 
+def _floats(name: str, values: ArrayLike) -> Floats:
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name}: expected real numbers, all rows equally long, found {values!r:.80}") from None
+
+
 def _points(name: str, values: ArrayLike) -> Floats:
-    points = np.atleast_2d(np.asarray(values, dtype=np.float64))
+    points = np.atleast_2d(_floats(name, values))
     if points.ndim != 2 or points.shape[1] != 3:
         raise ValueError(f"{name}: expected vectors of shape (N, 3), found shape {np.shape(values)}")
     bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
@@ -200,7 +216,7 @@ def _pairs(name: str, values: ArrayLike, other_name: str, others: ArrayLike) -> 
 
 
 def _numbers(name: str, values: ArrayLike, count: int) -> Floats:
-    numbers = np.asarray(values, dtype=np.float64)
+    numbers = _floats(name, values)
     if numbers.ndim > 1 or (numbers.ndim == 1 and len(numbers) not in (1, count)):
         raise ValueError(f"{name}: expected one number or {count}, found shape {numbers.shape}")
     numbers = np.array(np.broadcast_to(numbers, (count,)))

@@ -18,7 +18,6 @@ from planetfall.systems.terrain.height import (
     height_at_points,
 )
 from planetfall.systems.terrain.height_map import height_map
-from planetfall.systems.terrain.map_files import MapError
 
 RADIUS_M = 3.0e6
 RANGE_M = (-8000.0, 12000.0)
@@ -265,7 +264,7 @@ def test_no_numbers_are_refused(tmp_path):
     heights = wanted(plate(64, 32)).astype(np.float32)
     heights[5, 7] = np.nan
     tifffile.imwrite(tmp_path / "nan.tif", heights)
-    with pytest.raises(MapError, match=r"1 values that are no finite numbers, the first at column 7, row 5"):
+    with pytest.raises(pf.SettingError, match=r"1 values that are no finite numbers, the first at column 7, row 5"):
         height_map(str(tmp_path / "nan.tif"), None)
 
 

@@ -149,11 +149,11 @@ def test_the_open_sea_is_dark_and_blue(scene, renderer):
 def test_glitter_is_wider_and_dimmer_over_a_rougher_sea(scene, renderer):
     ocean, camera = scene.planet[Ocean], downward(24.0, -78.4, 20000.0)
     sun = dataclasses.replace(NOON, elevation_deg=89.0, latitude_deg=24.0, longitude_deg=-78.4)
-    before, peaks = (ocean.roughness, ocean.wind_speed_m_s, ocean.swell_height_m, ocean.wave_count), []
-    ocean.wind_speed_m_s, ocean.swell_height_m, ocean.wave_count = 0.0, 0.0, 0
+    before, peaks = (ocean.roughness, ocean.wind_speed_m_s, ocean.swell_height_m), []
+    ocean.wind_speed_m_s, ocean.swell_height_m = 0.0, 0.0
     for ocean.roughness in (0.1, 0.2, 0.3):
         peaks.append(radiance(renderer, camera, sun=sun)[..., 0].max())
-    ocean.roughness, ocean.wind_speed_m_s, ocean.swell_height_m, ocean.wave_count = before
+    ocean.roughness, ocean.wind_speed_m_s, ocean.swell_height_m = before
     # A Gaussian at its peak goes with one over its variance: roughness, and 0.003 without wind (Cox and Munk 1954).
     variance = np.array([0.1, 0.2, 0.3]) ** 2 + 0.003
     assert peaks[0] / peaks[1] == pytest.approx(variance[1] / variance[0], rel=0.2)

@@ -122,7 +122,7 @@ def test_a_sea_without_ground_and_without_waves():
     sampler = pf.OceanSampler(scene)
     assert 0.05 < sampler.height(sphere(50), 0.0).std() < 1.0
     assert sampler.height(sphere(50), 0.0).mean() == pytest.approx(50.0, abs=0.3)
-    scene.planet[pf.Ocean].wave_count = 0
+    scene.planet[pf.Ocean].wind_speed_m_s = scene.planet[pf.Ocean].swell_height_m = 0.0
     smooth = pf.OceanSampler(scene)
     np.testing.assert_allclose(smooth.height(sphere(50), 9.0), 50.0, atol=1e-8)
     np.testing.assert_allclose(smooth.normal(sphere(50), 9.0), sphere(50), atol=1e-15)
@@ -202,8 +202,8 @@ def test_waves_as_tables_in_python(earth):
         ("wind_speed_m_s", -1.0, r"Ocean\.wind_speed_m_s: expected a number from 0 to 60 m/s, found -1"),
         ("wind_speed_m_s", math.nan, r"Ocean\.wind_speed_m_s: .* found nan\. Give a finite number"),
         ("fetch_m", 0.0, r"Ocean\.fetch_m: expected a number from 100"),
-        ("wave_count", 1001, r"Ocean\.wave_count: expected a whole number from 0 to 1000, found 1001"),
-        ("wave_count", -1, r"Ocean\.wave_count: .* The nearest allowed value is 0"),
+        ("wave_count", 1001, r"Ocean\.wave_count: expected a whole number from 1 to 1000, found 1001"),
+        ("wave_count", 0, r"Ocean\.wave_count: .* found 0\. The nearest allowed value is 1"),
         ("wind_at", (91.0, 0.0), r"Ocean\.wind_at: expected a latitude from -90 to 90 and a longitude .* found \(91"),
         ("wind_at", (0.0, math.nan), r"Ocean\.wind_at: .* Give finite numbers"),
         ("wind_at", 3.0, r"Ocean\.wind_at: expected a latitude"),
@@ -242,7 +242,7 @@ def test_bad_waves_in_a_file(tmp_path):
     path.write_text("[ocean]\nwave_count = 2000\n[[ocean.waves]]\namplitude_m = nan\n")
     with pytest.raises(pf.PresetError) as info:
         pf.load_scene(path)
-    assert "ocean.wave_count: expected a whole number from 0 to 1000, found 2000" in str(info.value)
+    assert "ocean.wave_count: expected a whole number from 1 to 1000, found 2000" in str(info.value)
     assert "ocean.waves[0].amplitude_m: expected a number from 0 to 10000 m, found nan" in str(info.value)
     path.write_text("[[ocean.waves]]\nsteepness = 30.0\n")
     with pytest.raises(pf.PresetError, match=r"ocean\.waves: the sum of steepness"):

@@ -60,7 +60,7 @@ def test_waves_are_displaced_where_they_can_be_seen(earth):
 
 def test_a_smooth_sea_is_not_displaced():
     scene = pf.load_scene("earth")
-    scene.planet[pf.Ocean].wave_count = 0
+    scene.planet[pf.Ocean].wind_speed_m_s = scene.planet[pf.Ocean].swell_height_m = 0.0
     with pf.Renderer(scene, size=SIZE, quality="low") as renderer:
         renderer.render(over_the_sea(5.0))
         assert "ocean.displace" not in declared(renderer)

@@ -171,6 +171,11 @@ def test_a_patch_is_the_ground_in_a_local_frame(earth):
         (lambda s: s.sphere_contact([[1, 0, 0]], [1, 2]), r"radii_m: expected one number or 1, found shape \(2,\)"),
         (lambda s: s.patch([1, 0, 0], 10.0, 20.0), r"0 < spacing_m <= size_m, found size_m=10.0, spacing_m=20.0"),
         (lambda s: s.patch([1, 0, 0], 1e5, 1.0), r"100001 x 100001 points are too many"),
+        (lambda s: s.height("abc"), r"directions: expected real numbers, all rows equally long, found 'abc'"),
+        (lambda s: s.sphere_contact([[1, 0, 0]], "wide"), r"radii_m: expected real numbers"),
+        (lambda s: s.patch([1, 0, 0], 10.0, 1.0, frame=3), r"frame: expected a TerrainPatch or \(origin_m, axes\)"),
+        (lambda s: pf.TerrainSampler("earth"), r"expected a scene such as pf.load_scene\('earth'\), found 'earth'"),
+        (lambda s: pf.TerrainSampler(pf.load_scene("moon"), "mars"), r"planet must be one of scene.planets, .* 'mars'"),
     ],
 )
 def test_bad_input_says_what_and_where(earth, call, message):

@@ -130,7 +130,7 @@ def _bytes(session: Session) -> None:
     parts = (found.origins, found.amplitude_m, found.wavelength_m, found.steepness, found.speed_rad_s)
     describes = sum(4 * part.size for part in parts) / len(found)
     sizes = []
-    for waves in (found, waves_of(Ocean(wave_count=0), RADII_M[0])):
+    for waves in (found, waves_of(Ocean(wind_speed_m_s=0.0, swell_height_m=0.0), RADII_M[0])):
         block = WaveBlock()
         block.place(waves, direction(*measure.OPEN_SEA), RADII_M[0], SeaMesh())
         sizes.append(block.used_bytes)

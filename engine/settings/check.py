@@ -278,8 +278,12 @@ def _complaint(rule: FieldRule, value: Any, plain: Any, where: str) -> str:
     return f"{text}. Give a value such as {_shown(rule.default if rule.default is not None else rule.knob.low)}"
 
 
+_EXAMPLES = {2: (0.0, 1.0), 3: (1.0, 0.0, 0.0)}
+"""By length, where the default says nothing: two numbers are a range, three a direction."""
+
+
 def _example(rule: FieldRule) -> str:
-    return _shown(rule.default if rule.default is not None else (1.0, 0.0, 0.0)[: rule.length])
+    return _shown(rule.default if rule.default is not None else _EXAMPLES.get(rule.length, (0.0,) * rule.length))
 
 
 def _shown(value: Any) -> str:

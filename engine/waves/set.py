@@ -203,19 +203,19 @@ def make_waves(
 def waves_of(sea: SeaState, planet_radius_m: float) -> WaveSet:
     """The waves of a sea: `sea.waves` if there are any, or those of its wind and swell. Raises WaveError.
 
-    Equal states give equal waves. wave_count 0, or neither wind nor swell, is a smooth sea: a set without waves.
+    Equal states give equal waves. Neither wind nor swell is a smooth sea: a set without waves.
     """
     radius = planet_radius_m + sea.sea_level_m
     total = slope_variance(sea.wind_speed_m_s)
     ice_sine = math.sin(math.radians(sea.ice_latitude_deg)) if sea.ice_latitude_deg < 90.0 else NO_ICE
     if sea.waves:
         return _explicit(sea, radius, total, ice_sine)
-    if not 0 <= sea.wave_count <= MOST_WAVES:
-        raise WaveError(f"wave_count: expected a whole number from 0 to {MOST_WAVES}, found {sea.wave_count}")
+    if not 1 <= sea.wave_count <= MOST_WAVES:
+        raise WaveError(f"wave_count: expected a whole number from 1 to {MOST_WAVES}, found {sea.wave_count}")
     rng = np.random.default_rng(sea.wave_seed)
     longest = _LONGEST_SHARE * radius
     swell_count = 0
-    if sea.swell_height_m > 0.0 and sea.wave_count:
+    if sea.swell_height_m > 0.0:
         # Of a wind sea one wave in five is swell: few, as they differ little. Without wind all are.
         calm = sea.wind_speed_m_s <= STILL_M_S
         swell_count = sea.wave_count if calm else min(round(0.2 * sea.wave_count), 40)

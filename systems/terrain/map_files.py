@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.settings import SettingError
 from ...engine.surface.cube_map import FACES, CubeMap, cube_of, face_directions, face_place
 
 __all__ = ["MapError", "load_cube", "read_colors", "read_heights"]
@@ -32,7 +33,7 @@ MOST_CELLS = 2048
 """Of a face's side: finer maps are read at this, 6 km on Earth, and take 270 MB on the GPU."""
 
 
-class MapError(ValueError):
+class MapError(SettingError):
     """A map that can't be used: what, where, expected, found, and what to do."""
 
 
