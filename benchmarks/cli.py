@@ -12,10 +12,11 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ..errors import SettingError
+from .document import document as write_document
 from .plots import MISSING, save_plots
 from .schema import Report
 from .session import Session
-from .store import read_reports, results_root, save_report
+from .store import document_path, read_reports, results_root, save_report
 from .stress import STRESS_SUITES, replay_file, run_sweep
 from .suites import SUITES, choose
 from .tables import show_comparison, show_report
@@ -50,6 +51,9 @@ def _bench(
     compare: Annotated[
         tuple[Path, Path] | None, Parameter(help="Two results files, or two folders of them: nothing is run.")
     ] = None,
+    document: Annotated[
+        bool, Parameter(negative="", help="Write docs/benchmarks.md from the results that are there: nothing is run.")
+    ] = False,
     list_: Annotated[bool, Parameter(name="--list", negative="", help="Name the suites and their benches.")] = False,
 ) -> int:
     """Measure run time beside error, suite by suite.
@@ -67,6 +71,10 @@ def _bench(
         return 0
     if compare is not None:
         return _compare(*compare, console)
+    if document:
+        root = output or results_root()
+        console.print(f"written: {write_document(root, document_path(root))}", highlight=False, soft_wrap=True)
+        return 0
     failed = False
     for suite, benches in choose(suites).items():
         with Session(suite, quick) as session, _progress(suite) as progress:

@@ -1,9 +1,11 @@
-"""Plots of reports, beside their files: run time against error of air and ground. Needs matplotlib, extra "plots"."""
+"""Plots of reports, beside their files: run time against error. Needs matplotlib, extra "plots"."""
 
 from __future__ import annotations
 
+from itertools import groupby
 from pathlib import Path
 
+from .front import alternatives, front, row_ms
 from .schema import Report, Row
 
 MISSING = "no plot: matplotlib is missing; pip install planetfall[plots]"
@@ -20,7 +22,37 @@ def save_plots(report: Report, folder: Path) -> list[Path]:
         if rows:
             made.append(folder / f"{suite}-{bench}.png")
             draw(rows, made[-1])
+    drawn = {path.stem for path in made}
+    for bench, groups in groupby(alternatives(report.rows), key=lambda group: group[0].bench):
+        if f"{report.suite}-{bench}" not in drawn:
+            made.append(folder / f"{report.suite}-{bench}.png")
+            _fronts(bench, list(groups), made[-1])
     return made
+
+
+def _fronts(bench: str, groups: list[list[Row]], path: Path) -> None:
+    """A panel a view (or unit), a point a row; the line is the Pareto front."""
+    from matplotlib.figure import Figure  # pyright: ignore[reportMissingImports]
+
+    across = min(len(groups), 3)
+    down = -(-len(groups) // across)
+    figure = Figure(figsize=(4.6 * across, 3.8 * down), dpi=110, layout="constrained")
+    panels = figure.subplots(down, across, squeeze=False).ravel()
+    for axes, group in zip(panels, groups, strict=False):
+        points = {id(row): (row_ms(row), row.error) for row in group}
+        best = front(group)
+        axes.plot(*zip(*(points[id(row)] for row in best), strict=True), "-", color="C0", alpha=0.5)
+        for row in group:
+            color = "C0" if row in best else "0.6"
+            axes.plot(*points[id(row)], "o", color=color)
+            axes.annotate(row.variant, points[id(row)], (4, 4), textcoords="offset points", fontsize=7, color=color)
+        logs = {"yscale": "log"} if all((row.error or 0.0) > 0.0 for row in group) else {}
+        axes.set(xlabel="ms", ylabel=group[0].error_unit, title=group[0].view or bench, **logs)
+        axes.grid(which="both", alpha=0.25)
+        axes.margins(0.15)
+    for axes in panels[len(groups) :]:
+        axes.remove()
+    figure.savefig(path)
 
 
 def _backends(rows: list[Row], path: Path) -> None:

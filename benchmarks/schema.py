@@ -120,13 +120,17 @@ def write_report(report: Report, path: Path) -> None:
 
 def write_json(value: Any, path: Path) -> None:
     """Any JSON value, indented, written beside and renamed. NaN and infinity become null."""
-    text = msgspec.json.format(msgspec.json.encode(_finite(value)), indent=1) + b"\n"
+    write_text((msgspec.json.format(msgspec.json.encode(_finite(value)), indent=1) + b"\n").decode(), path)
+
+
+def write_text(text: str, path: Path) -> None:
+    """Written beside and renamed. Raises ReportError where that is not possible."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, beside = tempfile.mkstemp(prefix=path.name + ".", suffix=".part", dir=path.parent)
         try:
             with os.fdopen(handle, "wb") as file:
-                file.write(text)
+                file.write(text.encode())
             os.chmod(beside, 0o644)
             os.replace(beside, path)
         except BaseException:

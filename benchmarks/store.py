@@ -16,6 +16,12 @@ def results_root() -> Path:
     return _HERE / "results" if in_checkout else Path.cwd() / "planetfall-results"
 
 
+def document_path(root: Path) -> Path:
+    """docs/benchmarks.md for the checkout's own results; benchmarks.md in any other folder of results."""
+    own = root.resolve() == _HERE / "results"
+    return _HERE.parent / "docs" / "benchmarks.md" if own else root / "benchmarks.md"
+
+
 def report_path(report: Report, root: Path) -> Path:
     """<root>/<device>/<suite>.json; stress runs and quick runs beside, under names of their own."""
     kind = "stress-" if report.kind == "stress" else ""

@@ -9,7 +9,10 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from .front import alternatives, front
 from .schema import Report, Row
+
+_SPREAD = "p10 .. p90"
 
 
 def show_report(report: Report, console: Console) -> None:
@@ -43,44 +46,48 @@ def show_report(report: Report, console: Console) -> None:
 def rows_table(title: str, rows: list[Row]) -> Table:
     """Only the columns that some row uses."""
     table = Table(title=title, title_justify="left", title_style="bold", pad_edge=False)
+    names = columns_of(rows)
+    for name in names:
+        left = name in ("variant", "view", "size", "target")
+        table.add_column(name, justify="left" if left else "right", style="dim" if name == _SPREAD else "")
+    best = {id(row) for group in alternatives(rows) for row in front(group)}
+    for row in rows:
+        cells: dict[str, Text | str] = dict(row_cells(row, names))
+        if "target" in cells:
+            cells["target"] = Text(row.target, style={True: "green", False: "bold red", None: ""}[row.met])
+        if id(row) in best and "ms" in cells:
+            cells["ms"] = Text(str(cells["ms"]), style="bold green")
+        table.add_row(*(cells[name] for name in names))
+    return table
+
+
+def columns_of(rows: Iterable[Row]) -> list[str]:
+    """Names of the columns that some row uses, in order; extras last."""
+    rows = list(rows)
     has = {
         "variant": any(row.variant for row in rows),
         "view": any(row.view for row in rows),
         "size": any(row.size for row in rows),
         "ms": any(row.ms is not None for row in rows),
+        _SPREAD: any(row.ms is not None for row in rows),
         "error": any(row.error is not None for row in rows),
         "target": any(row.target for row in rows),
     }
-    extras = list(dict.fromkeys(key for row in rows for key in row.extra))
-    for name in ("variant", "view", "size"):
-        if has[name]:
-            table.add_column(name)
-    if has["ms"]:
-        table.add_column("ms", justify="right")
-        table.add_column("p10 .. p90", justify="right", style="dim")
-    if has["error"]:
-        table.add_column("error", justify="right")
-    if has["target"]:
-        table.add_column("target")
-    for name in extras:
-        table.add_column(name, justify="right")
-    for row in rows:
-        cells: list[Text | str] = []
-        if has["variant"]:
-            cells.append(row.variant)
-        if has["view"]:
-            cells.append(row.view)
-        if has["size"]:
-            cells.append("" if row.size is None else f"{row.size[0]} x {row.size[1]}")
-        if has["ms"]:
-            cells += [number(row.ms), "" if row.ms is None else f"{number(row.ms_low)} .. {number(row.ms_high)}"]
-        if has["error"]:
-            cells.append("" if row.error is None else f"{number(row.error)} {row.error_unit}".rstrip())
-        if has["target"]:
-            cells.append(Text(row.target, style={True: "green", False: "bold red", None: ""}[row.met]))
-        cells += [_value(row.extra.get(name)) for name in extras]
-        table.add_row(*cells)
-    return table
+    return [name for name in has if has[name]] + list(dict.fromkeys(key for row in rows for key in row.extra))
+
+
+def row_cells(row: Row, names: Iterable[str]) -> dict[str, str]:
+    """A row's text by column."""
+    cells = {
+        "variant": row.variant,
+        "view": row.view,
+        "size": "" if row.size is None else f"{row.size[0]} x {row.size[1]}",
+        "ms": number(row.ms),
+        _SPREAD: "" if row.ms is None else f"{number(row.ms_low)} .. {number(row.ms_high)}",
+        "error": "" if row.error is None else f"{number(row.error)} {row.error_unit}".rstrip(),
+        "target": row.target,
+    }
+    return {name: cells[name] if name in cells else _value(row.extra.get(name)) for name in names}
 
 
 def compare(old: Report, new: Report) -> list[tuple[Row, Row]]:
