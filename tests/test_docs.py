@@ -99,6 +99,28 @@ def test_files_named_in_the_docs_exist() -> None:
     assert not missing, "the docs name what isn't there:\n" + "\n".join(sorted(set(missing)))
 
 
+def test_every_technique_of_the_sources_has_a_file_a_test_and_a_bench() -> None:
+    """Or says why it was left out. Tests and benches are there under the names given."""
+    from planetfall.benchmarks.suites import SUITES, benches_of
+
+    text = (ROOT / "docs" / "sources.md").read_text(encoding="utf-8")
+    rows = [line for line in text.splitlines() if line.startswith("| ") and line.count("|") == 5]
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in rows]
+    rows = [row for row in rows if row[0] != "technique, formula, figure"]
+    assert len(rows) > 40
+    for technique, where, test, bench in rows:
+        if where.startswith("left out: "):
+            continue
+        assert "`" in where, technique
+        assert "::" in test, technique
+        assert "`" in bench or bench.startswith("left out of the benches: "), technique
+    for file, name in re.findall(r"`(tests/\w+\.py)::(\w+)`", text):
+        assert f"def {name}(" in (ROOT / file).read_text(encoding="utf-8"), f"{file} has no {name}"
+    known = {f"{suite}.{bench}" for suite in SUITES for bench in benches_of(suite)}
+    named = {name for row in rows for name in re.findall(r"`([a-z]+\.[a-z_ ]+)`", row[3])}
+    assert named <= known, named - known
+
+
 def test_pictures_are_small_and_used() -> None:
     pictures = sorted((ROOT / "docs" / "images").glob("*"))
     used = {Path(name).name for name in re.findall(r"\]\((docs/images/[^)]+)\)", (ROOT / "README.md").read_text())}
