@@ -93,6 +93,8 @@ class Frame:
     """Somebody reads arrays of this frame: pixels are sampled in their centres."""
     still: bool = False
     """Shows what the last frame showed: same camera, light, time and settings, nothing moves, streams or refines."""
+    host_depth: tuple[float, float] | None = None
+    """(a, b): a host's depth buffer, which the picture is to share, holds a + b / z; None: it has none, or not now."""
     jitter_px: tuple[float, float] = (0.0, 0.0)
     """Where in its pixel, from its centre (x to the right, y up), this frame samples the scene. `System.begin` sets it;
     the frame block's projection holds it, so all that is drawn or reconstructed from depth agrees. `camera` does not:

@@ -53,6 +53,7 @@ from .errors import (
     UnknownNameError,
     UnknownSettingError,
 )
+from .host_space import HostDepth, HostSpace
 from .quality import qualities
 from .scene import PlanetHandle, PropHandle, Scene, load_scene
 from .views import View, view, views
@@ -67,6 +68,7 @@ if _TYPE_CHECKING:
     from .engine.hosts.window import has_display
     from .expected import expected_errors
     from .flights import path, paths
+    from .host_light import sun_direction
     from .ocean_sampler import OceanSampler
     from .recording import record
     from .renderer import Renderer
@@ -90,6 +92,7 @@ _LAZY = {
     "path": "flights",
     "paths": "flights",
     "record": "recording",
+    "sun_direction": "host_light",
 }
 
 __all__ = [
@@ -106,6 +109,8 @@ __all__ = [
     "Exposure",
     "GLVersionError",
     "GraphError",
+    "HostDepth",
+    "HostSpace",
     "MissingError",
     "NoEGLError",
     "NotSettled",
@@ -145,6 +150,7 @@ __all__ = [
     "planets",
     "qualities",
     "record",
+    "sun_direction",
     "view",
     "views",
 ]

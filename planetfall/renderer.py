@@ -24,6 +24,7 @@ from .engine.settings import revision
 from .engine.space import CameraState, project
 from .engine.system import Frame, Setup, SunState, System, ViewInfo
 from .errors import NotSettled, SettingError
+from .host_space import HostDepth
 from .outputs import OUTPUTS, exports_for, read_output
 from .quality import resolve_quality
 from .scene import Scene
@@ -62,6 +63,7 @@ SYSTEMS: tuple[type[System], ...] = (
 )  # fmt: skip
 """In the order of their updates; the order of the passes comes from the graph."""
 
+_TARGETS = frozenset({"target", "target_with_depth"})
 _SETTLE_FRAMES = 64
 """Frames without progress after which settle gives up."""
 
@@ -123,6 +125,7 @@ class Renderer:
         self._sun_key: tuple[Any, ...] = ()
         self._sun_held: SunState | None = None
         self._cut = True
+        self._host_depth: tuple[float, float] | None = None
         self._dt_s = 1.0 / 60.0
         self.python_ms = 0.0
         self.released = False
@@ -164,16 +167,21 @@ class Renderer:
         sun: Any = None,
         viewport: tuple[int, int, int, int] | None = None,
         dt_s: float | None = None,
+        depth: HostDepth | None = None,
     ) -> None:
         """One frame into a framebuffer of the host's, at viewport (x, y, width, height; default: all of it).
 
         The renderer takes the viewport's size. The host's GL state is afterwards as it was (see `guard`).
+        depth: how the framebuffer's depth buffer stores distances (`HostSpace.depth`): what the host has drawn before
+        stays where it is nearer, and what it draws afterwards stands in the planet's world. None: over everything.
         """
         x, y, width, height = viewport or (0, 0, *framebuffer.size)
         with self._guest(framebuffer):
             self._resize((width, height))
             framebuffer.viewport = (x, y, width, height)
-            self._draw(camera, time_s, sun, frozenset({"target"}), dt_s, framebuffer)
+            self._host_depth = None if depth is None else (depth.offset, depth.scale_m)
+            name = "target" if depth is None else "target_with_depth"
+            self._draw(camera, time_s, sun, frozenset({name}), dt_s, framebuffer)
 
     def settle(
         self,
@@ -193,7 +201,7 @@ class Renderer:
         step, idle, share = 0, 0, 0.0
         while idle < _SETTLE_FRAMES:
             with self._guest():
-                exports = self._exports - {"target"} | {"composite.ldr"}
+                exports = self._exports - _TARGETS | {"composite.ldr"}
                 self._draw(camera, time_s, sun, exports, 10.0, None, settling=True)
                 running = [s for s in self._systems if s.name in self._scopes]
                 waiting = [s.name for s in running if not s.settled()]  # some read back from the GPU
@@ -372,7 +380,7 @@ class Renderer:
             system.update(frame)
         plan = self._compiled(exports)
         if target is not None:
-            plan.bind_import("target", target)
+            plan.bind_import(next(iter(exports)), target)
         if frame.cut:
             plan.invalidate_history()
         self.python_ms = (time.perf_counter() - started) * 1e3
@@ -397,7 +405,7 @@ class Renderer:
         frame.planet, frame.size, frame.camera, frame.sun, frame.time_s = planet, self.size, state, sun, time_s
         frame.dt_s = self._dt_s if dt_s is None else dt_s
         frame.frame_index = self._frame_index
-        frame.cut = self._cut
+        frame.cut, frame.host_depth = self._cut, self._host_depth
         return frame
 
     def _gate(self) -> None:

@@ -1,23 +1,80 @@
-"""The example of a host of one's own: runs, and both drew."""
+"""The games that embed a planet: they run, both sides drew, and what stands behind the ground is hidden by it."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
+from window_fixtures import RunWindow, display, run_window
 
 from planetfall.games.embed_moderngl.main import main
 
+__all__ = ["display", "run_window"]
+
+GAMES = Path(__file__).resolve().parents[1] / "games"
+
+
+@pytest.mark.parametrize("name", ["embed_pyglet", "embed_moderngl_window", "embed_moderngl"])
+def test_games_are_short(name: str) -> None:
+    assert len((GAMES / name / "main.py").read_text(encoding="utf-8").splitlines()) < 60
+
 
 @pytest.mark.gpu
-def test_host_and_planet_share_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_bare_moderngl(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     target = tmp_path / "embedded.png"
-    assert main(["--size", "160", "90", "--frames", "2", "-o", str(target)]) == 0
-    assert str(target) in capsys.readouterr().out
+    assert main(["--size", "320", "180", "-o", str(target)]) == 0
+    assert capsys.readouterr().out == ""
     picture = np.asarray(Image.open(target)).astype(int)
-    panel, planet, space = picture[85, 80], picture[60:70, 20:140], picture[2]
-    assert panel[0] > 180 and panel[0] > panel[2] + 60  # the host's, blended over the planet
-    assert planet.mean() > 30
-    assert space.max() < 30
+    red = (picture[..., 0] > 2 * picture[..., 1]) & (picture[..., 0] > 2 * picture[..., 2]) & (picture[..., 0] > 40)
+    green = (picture[..., 1] > picture[..., 0]) & (picture[..., 1] > picture[..., 2])
+    sky = picture[:20]
+    assert red.sum() > 300  # balls of the host's, drawn before
+    assert green[120:].mean() > 0.3  # grass
+    assert sky[..., 2].mean() > sky[..., 0].mean() + 20
+    # The ground hides the lower part of the first ball, 30 pixels wide: it is cut flat, 20 pixels wide, where a whole
+    # ball's lowest row but one has less than 10.
+    ball = red[:, 50:88]
+    rows = np.flatnonzero(ball.any(axis=1))
+    assert ball[rows[-1] - 1].sum() > 14
+
+
+@pytest.mark.window
+def test_pyglet(run_window: RunWindow, tmp_path: Path) -> None:
+    seen = run_window("embedded_pyglet", str(tmp_path / "picture.png"), timeout=120)
+    picture = np.asarray(Image.open(tmp_path / "picture.png").convert("RGB")).astype(int)
+    height, width, _ = picture.shape
+    assert seen == {"frames": 3, "errors": 0, "depth test": 0}
+    coin = picture[height - 40 : height - 14, 14:40].reshape(-1, 3)
+    np.testing.assert_allclose(coin, np.broadcast_to((255, 200, 40), coin.shape), atol=2)  # the sprite is whole
+    label = picture[height - 45 : height - 10, 50 : width // 2]
+    assert (label.min(axis=2) > 240).sum() > 40  # and so are the letters
+    sky = picture[: height // 8]
+    assert sky[..., 2].mean() > sky[..., 0].mean() + 20
+    cubes = (picture[..., 2] > picture[..., 1] + 40) & (picture[..., 0] > picture[..., 1]) & (picture[..., 2] < 200)
+    assert cubes.sum() > 100
+
+
+@pytest.mark.window
+@pytest.mark.parametrize("backend", ["glfw", "pyglet"])
+def test_moderngl_window(run_window: RunWindow, tmp_path: Path, backend: str) -> None:
+    seen = run_window("embedded_moderngl_window", str(tmp_path / "picture.png"), backend, timeout=120)
+    assert seen["errors"] == "GL_NO_ERROR"
+    picture = np.asarray(Image.open(tmp_path / "picture.png")).astype(int)
+    height = len(picture)
+    cubes = (
+        (picture[..., 2] > picture[..., 1] + 30) & (picture[..., 0] < 140) & (np.arange(height) > height / 2)[:, None]
+    )
+    assert cubes.sum() > 200
+    panel = picture[int(0.96 * height)]
+    assert (panel[:, 0] > panel[:, 2]).mean() > 0.95  # orange over all of it, blended
+    assert np.ptp(panel[:, 0]) > 5  # and the ground shows through
+
+
+def test_the_first_picture_takes_ten_lines() -> None:
+    """docs/embedding.md promises it; tests/test_tutorials.py runs it."""
+    text = (GAMES.parent / "docs" / "embedding.md").read_text(encoding="utf-8")
+    (first,) = re.findall(r"^```python first-picture\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+    assert len([line for line in first.splitlines() if line.strip()]) <= 10

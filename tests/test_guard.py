@@ -20,7 +20,7 @@ from planetfall.engine.gpu.guard import StateGuard
 
 pytestmark = pytest.mark.gpu
 
-UNITS, UBOS, SSBOS, IMAGES = 16, 12, 8, 8
+UNITS, UBOS, SSBOS, IMAGES = 18, 15, 8, 8
 TARGETS = {0x0DE1: 0x8069, 0x806F: 0x806A, 0x8513: 0x8514, 0x8C1A: 0x8C1D}
 
 # Read here by names of our own, not by the guard's tables.

@@ -216,6 +216,55 @@ def pyglet_guest() -> dict[str, Any]:
     return result
 
 
+def embedded_pyglet(path: str) -> dict[str, Any]:
+    """games/embed_pyglet for a few frames; its last picture as a file."""
+    import ctypes
+
+    import pyglet
+
+    from planetfall.games.embed_pyglet.main import Game
+
+    game = Game(480, 270)
+    frames = 3
+    for _ in range(frames):
+        game.dispatch_events()
+        game.on_draw(0.05)
+        pyglet.image.get_buffer_manager().get_color_buffer().save(path)
+        game.flip()
+    error, test = pyglet.gl.glGetError(), ctypes.c_int()
+    pyglet.gl.glGetIntegerv(pyglet.gl.GL_DEPTH_TEST, ctypes.byref(test))
+    game.renderer.release()
+    game.close()
+    return {"frames": frames, "errors": int(error), "depth test": test.value}
+
+
+def embedded_moderngl_window(path: str, backend: str) -> dict[str, Any]:
+    """games/embed_moderngl_window for a few frames; its last picture as a file."""
+    import moderngl_window
+    from PIL import Image
+
+    from planetfall.games.embed_moderngl_window.main import Game
+
+    result: dict[str, Any] = {"frames": 0}
+
+    class Watched(Game):
+        window_size = (480, 270)
+
+        def on_render(self, time: float, frame_time: float) -> None:
+            result.setdefault("errors of the library", self.ctx.error)  # from before the first frame
+            super().on_render(time, frame_time)
+            result["frames"] += 1
+            result["errors"] = self.ctx.error
+            if result["frames"] == 3:
+                fbo = self.wnd.fbo
+                picture = Image.frombytes("RGB", fbo.size, fbo.read(components=3))
+                picture.transpose(Image.Transpose.FLIP_TOP_BOTTOM).save(path)
+                self.wnd.close()
+
+    moderngl_window.run_window_config(Watched, args=("--window", backend))
+    return result
+
+
 def refused(backend: str, version: str = "4.3") -> dict[str, Any]:
     """The error that opening a window gives."""
     major, minor = version.split(".")

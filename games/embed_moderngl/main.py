@@ -1,74 +1,57 @@
-"""A host with a moderngl context, a framebuffer and GL state of its own, and a planet rendered into it.
-
-The host sets its state once, at the start, and not again: the renderer gives it back after every call.
-"""
-
-from __future__ import annotations
+"""A bare moderngl program on a plain: balls of its own drawn before and after the planet, into its own framebuffer."""
 
 import argparse
 import sys
-from collections.abc import Sequence
-from typing import Any
 
 import moderngl
-import numpy as np
 from PIL import Image
 
 import planetfall as pf
 
 VERTEX = """#version 330 core
-in vec2 in_place;
-void main() { gl_Position = vec4(in_place, 0.0, 1.0); }
-"""
+uniform mat4 u_view, u_lens; uniform vec4 u_ball; out vec2 v_place; out float v_lens;
+void main() {  // a square that faces the camera
+    v_place = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0 - 1.0;
+    gl_Position = u_lens * (u_view * vec4(u_ball.xyz, 1.0) + vec4(v_place * u_ball.w, 0.0, 0.0));
+}"""
 FRAGMENT = """#version 330 core
-uniform vec3 u_color;
-out vec4 color;
-void main() { color = vec4(u_color, 0.7); }
-"""
-PANEL = np.array([-1.0, -1.0, 1.0, -1.0, -0.9, -0.75, 0.9, -0.75], np.float32)
+uniform vec3 u_color, u_sun; in vec2 v_place; out vec4 color;
+void main() {
+    float rest = 1.0 - dot(v_place, v_place);
+    if (rest < 0.0) discard;
+    color = vec4(u_color * (0.3 + 0.7 * max(dot(vec3(v_place, sqrt(rest)), u_sun), 0.0)), 1.0);
+}"""
 
 
-class Host:
-    """A very small game: an empty sky and a panel. `size` in pixels."""
-
-    def __init__(self, ctx: moderngl.Context, size: tuple[int, int]) -> None:
-        self.ctx = ctx
-        self.framebuffer = ctx.framebuffer([ctx.texture(size, 4)], ctx.depth_renderbuffer(size))
-        program = ctx.program(vertex_shader=VERTEX, fragment_shader=FRAGMENT)
-        program["u_color"] = (1.0, 0.5, 0.1)
-        self.panel: Any = ctx.vertex_array(program, [(ctx.buffer(PANEL), "2f", "in_place")])
-        ctx.enable(moderngl.BLEND)  # once, for good
-        self.framebuffer.use()
-
-    def frame(self, renderer: pf.Renderer, camera: pf.Camera, time_s: float) -> None:
-        self.framebuffer.clear(0.0, 0.0, 0.0)
-        renderer.render_to(self.framebuffer, camera, time_s)
-        self.panel.render(moderngl.TRIANGLE_STRIP)  # blended over the planet; the framebuffer is still bound
-
-    def picture(self) -> np.ndarray[Any, Any]:
-        width, height = self.framebuffer.size
-        return np.frombuffer(self.framebuffer.read(components=3), np.uint8).reshape(height, width, 3)[::-1]
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="embed_moderngl", description=__doc__)
-    parser.add_argument("--size", type=int, nargs=2, default=(640, 360), metavar=("WIDTH", "HEIGHT"))
-    parser.add_argument("--frames", type=int, default=8)
+    parser.add_argument("--size", type=int, nargs=2, default=(960, 540), metavar=("WIDTH", "HEIGHT"))
     parser.add_argument("--output", "-o", default="embedded.png")
     options = parser.parse_args(arguments)
-    # A game has a window's context here; this one does without a window.
-    settings: dict[str, Any] = {"require": 430, "standalone": True}
-    if sys.platform != "win32":
-        settings["backend"] = "egl"
-    ctx = moderngl.create_context(**settings)
-    host = Host(ctx, tuple(options.size))
-    scene = pf.load_scene("earth")
-    with pf.Renderer(scene, tuple(options.size), quality="medium", ctx=ctx) as renderer:
-        for index in range(options.frames):
-            camera = pf.Camera.at(12.0, 22.0, 2.0e6, heading_deg=2.0 * index, pitch_deg=-38.0)
-            host.frame(renderer, camera, index / 24.0)
-    Image.fromarray(host.picture()).save(options.output)
-    sys.stdout.write(f"{options.output}\n")
+    size = tuple(options.size)
+    ctx = moderngl.create_context(require=430, standalone=True, backend="egl")  # type: ignore[arg-type]
+    target = ctx.framebuffer([ctx.texture(size, 4)], ctx.depth_renderbuffer(size))
+    ball = ctx.vertex_array(program := ctx.program(vertex_shader=VERTEX, fragment_shader=FRAGMENT), [])
+    scene, shot = pf.load_scene("earth"), pf.view("ground")
+    renderer = pf.Renderer(scene, size, "medium", ctx=ctx)
+    state = renderer.camera_state(shot)  # here the planet's camera leads, and the host takes its matrices from it
+    space = pf.HostSpace.at(46.75225, 144.69123, 0, 105, above="ground", planet=scene.planet)
+    view, lens = space.matrices(state, near=0.1, far=2e4)
+    sun = view[:3, :3] @ space.direction_to_host(pf.sun_direction(scene, camera=shot))
+    program["u_view"], program["u_lens"], program["u_sun"] = view.T.ravel(), lens.T.ravel(), sun
+    places = space.on_surface([(1.5 * x, 0, -5 - 4 * z) for z in range(4) for x in (-2, -1, 0, 1, 2)], 0.3)
+    target.clear()
+    for index, place in enumerate(places):
+        if index == len(places) // 2:  # half of the balls are drawn before the planet, half after it
+            renderer.render_to(target, shot, depth=space.depth(lens))
+        target.use()
+        ctx.enable_only(moderngl.DEPTH_TEST)
+        program["u_ball"], program["u_color"] = (*place, 0.5), (0.9 - 0.04 * index, 0.3, 0.1 + 0.04 * index)
+        ball.render(moderngl.TRIANGLE_STRIP, 4)
+    Image.frombytes("RGB", size, target.read(components=3)).transpose(Image.Transpose.FLIP_TOP_BOTTOM).save(
+        options.output
+    )
+    renderer.release()
     return 0
 
 

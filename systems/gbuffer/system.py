@@ -6,9 +6,10 @@ The output passes run only while somebody asks for their arrays: the graph culls
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
-from ...engine.system import Setup, System, ViewInfo
+from ...engine.system import Frame, Setup, System, ViewInfo
 
 GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
 """Colour attachments of every surface pass, in the order of their shader locations."""
@@ -19,7 +20,8 @@ TILE = (16, 8)
 
 
 class GBufferSystem(System):
-    """Owns gbuffer.*, the lists of tiles by surface, outputs.* and the pass that fills the import ``target``."""
+    """Owns gbuffer.*, the lists of tiles by surface, outputs.* and the passes that fill the imports ``target`` and
+    ``target_with_depth``, a host's framebuffers."""
 
     name = "gbuffer"
 
@@ -30,8 +32,14 @@ class GBufferSystem(System):
         self._list = setup.gpu.compute("gbuffer/list_tiles.comp")
         self._geometry = setup.gpu.fullscreen("outputs/geometry.frag")
         self._present = setup.gpu.fullscreen("outputs/present.frag")
+        self._present_depth: Any = None
+        self._host_depth = (0.0, 0.0)
         self._write_all = setup.gpu.gpu.state(depth_test=False, cull=None, blend=None)
         self._write_depth = setup.gpu.gpu.state(depth_test=True, depth_func="always", cull=None, blend=None)
+
+    def update(self, frame: Frame) -> None:
+        if frame.host_depth is not None:
+            self._host_depth = frame.host_depth
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         builder.add_pass(
@@ -87,6 +95,15 @@ class GBufferSystem(System):
             writes=("target",),
             help="the finished picture into the host's framebuffer",
         )
+        builder.import_("target_with_depth", kind="framebuffer")
+        builder.add_pass(
+            "outputs.present_depth",
+            bind=self._bind_present_depth,
+            system=self.name,
+            reads=("composite.ldr", "gbuffer.depth"),
+            writes=("target_with_depth",),
+            help="the finished picture among a host's objects, by its depth buffer",
+        )
 
     def _bind_clear(self, io: PassIO) -> Callable[[], None]:
         target = io.framebuffer(colors=GBUFFER, depth="gbuffer.depth")
@@ -141,5 +158,24 @@ class GBufferSystem(System):
             self._write_all.apply()
             picture.use(0)
             self._present.render()
+
+        return run
+
+    def _bind_present_depth(self, io: PassIO) -> Callable[[], None]:
+        target = io.imported("target_with_depth")
+        picture, depth = io.texture("composite.ldr"), io.texture("gbuffer.depth")
+        draw = self._present_depth
+        if draw is None:  # most programs do without
+            draw = self._present_depth = self._gpu.fullscreen("outputs/present_depth.frag")
+        state = self._gpu.gpu.state
+        nearer = {side: state(depth_test=True, depth_func=test) for side, test in ((True, ">="), (False, "<="))}
+
+        def run() -> None:
+            target.value.use()
+            nearer[self._host_depth[1] > 0.0].apply()
+            picture.use(0)
+            depth.use(1)
+            draw.set("u_host_depth", self._host_depth)
+            draw.render()
 
         return run

@@ -217,7 +217,9 @@ class StarsSystem(System):
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         side = (_GALAXY_TEXELS, _GALAXY_TEXELS)
         numbers = "scene.radiance" in view.outputs  # somebody wants them, not a picture
-        metered = bool({"composite.ldr", "target"} & view.outputs) and not numbers  # then the exposure has a past
+        metered = (
+            bool({"composite.ldr", "target", "target_with_depth"} & view.outputs) and not numbers
+        )  # then the exposure has a past
         shown = self._shown.setdefault(view.index, _Shown())
         mapped = [-1]  # the seed whose map this view's texture holds
         builder.add_pass(
