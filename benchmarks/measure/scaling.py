@@ -1,0 +1,74 @@
+"""How time grows with a count: the exponent of a power law, fitted to a series of frames."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ... import Renderer, View
+from ..timing import Timing, time_variants
+from .motion import turned
+
+__all__ = ["PowerLaw", "fit_power_law", "turning_frames"]
+
+
+@dataclass(frozen=True)
+class PowerLaw:
+    """ms = fixed_ms + factor x count^exponent, fitted in the logarithm to what grows."""
+
+    exponent: float
+    fixed_ms: float
+    """What a frame takes whatever the count."""
+    worst: float
+    """Largest ratio between a measured time and the law's, from 1 up."""
+
+
+def fit_power_law(counts: Sequence[float], ms: Sequence[float]) -> PowerLaw:
+    """From three counts above 0 or more, with times above 0; the share that doesn't grow is found by trying.
+
+    Raises ValueError for fewer, and for numbers that are not positive.
+    """
+    x, y = np.asarray(counts, np.float64), np.asarray(ms, np.float64)
+    if len(x) < 3 or len(x) != len(y) or not ((x > 0.0).all() and (y > 0.0).all()):
+        raise ValueError(f"a power law needs three positive pairs or more, found counts {counts} and ms {ms}")
+    found: list[tuple[float, PowerLaw]] = []
+    for fixed in np.concatenate([[0.0], np.linspace(0.0, 0.99, 100) * y.min()]):
+        slope, start = np.polyfit(np.log(x), np.log(y - fixed), 1)
+        law = fixed + np.exp(start) * x**slope
+        misfit = float(np.square(np.log(law / y)).sum())
+        worst = float(np.exp(np.abs(np.log(law / y)).max()))
+        found.append((misfit, PowerLaw(float(slope), float(fixed), worst)))
+    return min(found, key=lambda pair: pair[0])[1]
+
+
+@dataclass(frozen=True)
+class FrameCost:
+    """A frame of a turning camera: wall clock, and processor time of all cores together."""
+
+    timing: Timing
+    cpu_ms: float
+
+
+def turning_frames(renderer: Renderer, seen: View, runs: int) -> FrameCost:
+    """Frames whose camera turns by 0.01 degrees each; the proxy is held, nothing is taken over from the last frame."""
+    moment: dict[str, Any] = {"sun": seen.sun, "time_s": seen.time_s}
+    renderer.render(seen)
+    target = renderer.ctx.simple_framebuffer(renderer.size)
+    cameras = turned(renderer.camera_state(seen), 0.01, 4)
+    used: list[float] = []
+
+    def frame() -> None:
+        cameras.append(cameras.pop(0))
+        before = time.process_time()
+        renderer.render_to(target, cameras[0], **moment)
+        renderer.ctx.finish()
+        used.append((time.process_time() - before) * 1e3)
+
+    timing = time_variants({"turning": frame}, runs, 2, renderer.ctx.finish)["turning"]
+    renderer.gpu.leave(target)
+    target.release()
+    return FrameCost(timing, float(np.median(used[-runs:])))

@@ -1,0 +1,136 @@
+"""Suite scaling: how a frame's time grows with pixels, vertices, layers of noise and waves.
+
+The error column of the last row of a bench is the exponent: 1 is proportional. Processor time of all cores is what is
+fitted, less what a frame takes anyway; on a GPU, where it says nothing, the clock's time is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from ... import CloudLayer, Clouds, Ocean, Scene, Terrain, load_scene, view
+from ..measure.scaling import FrameCost, fit_power_law, turning_frames
+from ..session import Bench, Session
+from ..target import at_most
+
+SIZE, QUICK_SIZE = (640, 360), (320, 180)
+PIXELS = ((160, 90), (320, 180), (640, 360), (1280, 720), (1920, 1080), (3840, 2160))
+OVERRIDES: Mapping[str, Any] = {"composite.antialiasing": "none"}
+"""Its history would be another thing to measure."""
+
+
+def _series(
+    session: Session,
+    name: str,
+    counts: Sequence[float],
+    measure: Callable[[float], FrameCost],
+    noun: str,
+    size: tuple[int, int] | None,
+    most: float,
+    counted: Callable[[float], float] = float,
+) -> None:
+    """A row a count, then one with the exponent. counted: what really grew, when it is known only afterwards."""
+    found: list[FrameCost] = []
+    grown: list[float] = []
+    for count in counts:
+        found.append(measure(count))
+        grown.append(counted(count))
+        session.row(f"{grown[-1]:.0f} {noun}", name, size, found[-1].timing, cpu_ms=found[-1].cpu_ms)
+    soft = session.machine().is_software
+    times = [cost.cpu_ms if soft else cost.timing.ms for cost in found]
+    law = fit_power_law(grown, times)
+    session.row(
+        f"exponent of {noun}", name, size, error=law.exponent, target=at_most(most), fixed_ms=law.fixed_ms,
+        worst_ratio=law.worst,
+    )  # fmt: skip
+
+
+def _clear(name: str) -> Scene:
+    """A scene without clouds, which have a bench of their own."""
+    scene = load_scene(name)
+    if Clouds in scene.planet:
+        scene.planet.remove(Clouds)
+    return scene
+
+
+def _pixels(session: Session) -> None:
+    """The same picture in more pixels: at most proportional."""
+    for name in ("near",) if session.quick else ("near", "high", "orbit"):
+        sizes = PIXELS[:4] if session.quick else PIXELS
+        seen = view(name)
+
+        def measure(count: float, seen: Any = seen, sizes: Any = sizes) -> FrameCost:
+            size = next(s for s in sizes if s[0] * s[1] == count)
+            with session.renderer(_clear("earth"), size, "medium", OVERRIDES) as renderer:
+                return turning_frames(renderer, seen, session.runs(5, 3))
+
+        _series(session, name, [w * h for w, h in sizes], measure, "pixels", None, 1.1)
+
+
+def _vertices(session: Session) -> None:
+    """Finer edges at the same size. Vertices are made on a snap; a frame culls and draws them."""
+    size, seen = QUICK_SIZE if session.quick else SIZE, view("near")
+    triangles: dict[float, float] = {}
+
+    def measure(edge_px: float) -> FrameCost:
+        overrides = {**OVERRIDES, "terrain.backend": "quadtree", "terrain.error_px": edge_px}
+        with session.renderer(_clear("earth"), size, "medium", overrides) as renderer:
+            renderer.settle(seen)
+            found = turning_frames(renderer, seen, session.runs(7, 3))
+            triangles[edge_px] = renderer.stats["triangles"]
+            return found
+
+    errors_px = (8.0, 4.0, 2.0, 1.0) if session.quick else (16.0, 8.0, 4.0, 2.0, 1.0, 0.5)
+    _series(session, "near", errors_px, measure, "triangles", size, 1.1, triangles.__getitem__)
+
+
+def _with(
+    session: Session, name: str, counts: Sequence[int], change: Callable[[Scene, int], None], noun: str, most: float
+) -> None:
+    size, seen = QUICK_SIZE if session.quick else SIZE, view(name)
+
+    def measure(count: float) -> FrameCost:
+        scene = _clear("earth")
+        change(scene, int(count))
+        with session.renderer(scene, size, "medium", OVERRIDES) as renderer:
+            return turning_frames(renderer, seen, session.runs(7, 3))
+
+    _series(session, name, counts, measure, noun, size, most)
+
+
+def _layers(session: Session) -> None:
+    """Layers of noise in the ground: what is finer than a pixel is not asked for, so less than proportional."""
+
+    def change(scene: Scene, count: int) -> None:
+        scene.planet[Terrain].layers = count
+
+    _with(session, "near", (2, 4, 8, 16), change, "layers", 1.1)
+
+
+def _waves(session: Session) -> None:
+    """Waves of the sea: each sample sums those that it can show."""
+
+    def change(scene: Scene, count: int) -> None:
+        scene.planet[Ocean].wave_count = count
+
+    _with(session, "sea", (20, 50, 100, 1000)[: 3 if session.quick else 4], change, "waves", 1.1)
+
+
+def _cloud_layers(session: Session) -> None:
+    """Layers of thin cloud in the same kilometre: none hides another, and all are as far away."""
+
+    def change(scene: Scene, count: int) -> None:
+        shell: dict[str, Any] = {"base_m": 1000.0, "top_m": 2000.0, "extinction_per_m": 2e-4}
+        scene.planet.add(Clouds(**shell, layers=(CloudLayer(**shell),) * (count - 1)))
+
+    _with(session, "high", (1, 2, 3, 4), change, "cloud layers", 1.1)
+
+
+BENCHES: Mapping[str, Bench] = {
+    "pixels": _pixels,
+    "vertices": _vertices,
+    "layers": _layers,
+    "waves": _waves,
+    "cloud_layers": _cloud_layers,
+}
