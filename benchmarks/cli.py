@@ -61,7 +61,8 @@ def _bench(
     Parameters
     ----------
     suites
-        Suites (graph, terrain, ocean, atmosphere, clouds, frame, scaling, startup) or single benches (terrain.normals); all if left out.
+        Suites (graph, terrain, ocean, atmosphere, clouds, frame, scaling, startup) or single benches
+        (terrain.normals); all if left out.
     """
     console = Console()
     if list_:
