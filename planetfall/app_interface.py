@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from . import ASSETS
 from .app_panels import SettingsWindow
 from .app_shown import KEYS
 from .engine.gpu import Gpu
-from .engine.gpu.imgui_backend import ImguiBackend
-from .systems.tweak.hud import FrameHistory, HudData, draw_hud
+from .engine.input import Focus
+from .systems.tweak import FrameHistory, HudData, apply_style, draw_hud
 
 if TYPE_CHECKING:
     from .app import FlightApp
@@ -29,46 +29,74 @@ class FlightInterface:
 
     def __init__(self, window: Window, scene: Scene, gpu: Gpu | None = None) -> None:
         self._window = window
-        self._own_gpu = Gpu(window.ctx, [ASSETS / "shaders"]) if gpu is None else None
-        used = gpu or self._own_gpu
-        assert used is not None
-        self._scope = used.scope("ui")
-
-        def paste() -> str:
-            return window.clipboard
-
-        def copy(text: str) -> None:
-            window.clipboard = text
-
-        self._ui = ImguiBackend(self._scope, scale=window.ui_scale, clipboard=(paste, copy))
+        self._gpu = gpu
+        self._own_gpu: Gpu | None = None
+        self._scope: Any = None
+        self._ui: Any = None
+        self._shows = False
         self._history = FrameHistory()
         self._settings = SettingsWindow(scene)
 
     def begin(self, state: InputState, app: FlightApp, dt_s: float) -> None:
-        """Build the frame's interface, and hide from `state` what it used."""
+        """Build the frame's interface, and hide from `state` what it used. Nothing to show: nothing of ImGui runs."""
         self._history.add(dt_s * 1e3)
-        self._settings.remember()
-        self._ui.scale = self._window.ui_scale
-        frame = self._ui.frame(
-            self._window.size, dt_s, self._window.pixel_ratio, events=state.events, mouse=not app.looking
-        )
+        self._settings.remember(app)
+        shown = app.shown
+        wanted = bool(shown.help or shown.numbers or shown.panels or shown.message or _errors(app))
+        if not wanted:
+            self._shows = False
+            return
+        ui = self._backend()
+        if not self._shows:  # it has missed events: no key is down that it knows of
+            self._shows = True
+            ui.feed((Focus(False), Focus(True)))
+        ui.scale = self._window.ui_scale
+        frame = ui.frame(self._window.size, dt_s, self._window.pixel_ratio, events=state.events, mouse=not app.looking)
         with frame as imgui:
-            shown = app.shown
             right = self._settings.width(imgui) if shown.panels else 0.0
             draw_hud(self._hud(app), numbers=shown.numbers, help=shown.help and not shown.panels, right=right)
             if shown.panels:
                 self._settings.draw(imgui, app)
-        # F1, F3 and the like go on working while a slider has the focus; only typing takes the keyboard.
-        state.consume(keyboard=self._ui.wants_text, mouse=self._ui.wants_mouse and not app.looking)
+        # F1, F3 and the like go on working while a slider has the focus; only typing takes the keyboard. With Ctrl
+        # held, keys are the settings' (undo), not the ship's.
+        shortcut = shown.panels and not app.looking and bool({"left_ctrl", "right_ctrl"} & state.keys_held)
+        state.consume(keyboard=ui.wants_text or shortcut, mouse=ui.wants_mouse and not app.looking)
 
     def draw(self, app: FlightApp) -> None:
-        self._ui.render(self._window.framebuffer)
+        if self._shows:
+            self._ui.render(self._window.framebuffer)
 
     def release(self) -> None:
-        self._ui.release()
-        self._scope.release()
+        if self._ui is not None:
+            self._ui.release()
+            self._scope.release()
+            self._ui = self._scope = None
         if self._own_gpu is not None:
             self._own_gpu.release()
+            self._own_gpu = None
+
+    def _backend(self) -> Any:
+        """The ImGui backend, made when something is first shown."""
+        if self._ui is None:
+            from .engine.gpu.imgui_backend import ImguiBackend
+
+            window = self._window
+
+            def paste() -> str:
+                return window.clipboard
+
+            def copy(text: str) -> None:
+                window.clipboard = text
+
+            if self._gpu is None and self._own_gpu is None:
+                self._own_gpu = Gpu(window.ctx, [ASSETS / "shaders"])
+            used = self._gpu or self._own_gpu
+            assert used is not None
+            self._scope = used.scope("ui")
+            self._ui = ImguiBackend(self._scope, clipboard=(paste, copy))
+            with self._ui.current() as imgui:
+                apply_style(imgui)
+        return self._ui
 
     def _hud(self, app: FlightApp) -> HudData:
         shown = app.shown

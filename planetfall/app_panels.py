@@ -1,26 +1,25 @@
 """The settings window of the flight: the planet's knobs, quality, debug views, places and time, and passes.
 
-Which knobs there are is nowhere said here: components and quality groups bring theirs.
+Which knobs there are is nowhere said here: components and quality groups bring theirs. What the window remembers (undo,
+presets, two states to compare) is a Workbench; its other pages are in app_pages.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import logging
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import tomli_w
+
 from ._kinds import KINDS, PLANET_KINDS
-from .components import Atmosphere, Ocean, Stars, Terrain
-from .engine.graph import TextureSpec
-from .engine.settings import rules_of
-from .errors import OutputError
-from .flights import paths
-from .quality import _GROUPS as QUALITY_GROUPS
-from .quality import QUALITY, qualities, resolve_quality
-from .systems.debug import NAMED_VIEWS
-from .systems.tweak import Panel, PassTime, draw_passes
-from .views import view, views
+from ._scene_file import planets
+from .app_pages import PassesPage, ViewPage, combo
+from .engine.settings import latest_revision
+from .errors import OutputError, SceneError, SettingError, UnknownNameError
+from .quality import QUALITY, qualities
+from .scene_presets import load_parts, preset_names, save_preset
+from .systems.tweak import Panel, Workbench, icon
+from .tweak_store import OPTIONAL, QUALITY_HEADING, SceneStore
 
 if TYPE_CHECKING:
     from .app import FlightApp
@@ -30,30 +29,44 @@ __all__ = ["SettingsWindow"]
 
 log = logging.getLogger(__name__)
 
-OPTIONAL: tuple[type, ...] = (Terrain, Ocean, Atmosphere, Stars)
-"""Components that a scene can do without: they have a switch."""
-
 _WIDTH_EM = 30.0
-_LABEL_EM = 11.5
 _MARGIN = 10.0
-_FOV_DEG = (2.0, 120.0)
+_ALPHA = 0.93
+_SCENE_HEADINGS = tuple(kind.__name__ for kind in KINDS.values())
 
 
 class SettingsWindow:
-    """Draws into an ImGui frame and changes the app and its scene. "reset" goes back to how the flight began."""
+    """Draws into an ImGui frame and changes the app and its scene. "reset" goes back to the preset, which at first is
+    how the flight began."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
+        self._store = SceneStore(scene)
+        self._bench: Workbench | None = None
         self._panel = Panel()
         self._quality_panel = Panel()
-        self._loaded: dict[str, Any] = {}
         self._taken_off: dict[type, Any] = {}
-        self._quality = ""
-        self._groups: dict[str, Any] = {}
-        self._presets: dict[str, Any] = {}
-        self._wants_quality = False
-        self._culled = False
-        self._names: tuple[int, list[str]] = (0, [])
+        self._known_quality: tuple[Any, ...] = ()
+        self._quality_stamp = -1
+        self._preset = ""
+        self._name = ""
+        self._wrong = ""
+        self._pages = (("View", ViewPage(scene).draw), ("Profiler", PassesPage().draw))
+
+    @property
+    def bench(self) -> Workbench:
+        """What the window remembers; there from the first frame on."""
+        assert self._bench is not None, "remember() comes first"
+        return self._bench
+
+    def remember(self, app: FlightApp) -> None:
+        """Take the scene as it is now for what "reset" goes back to; only the first time counts."""
+        if self._bench is None:
+            self._store.take_quality(app.quality, app.overrides)
+            self._bench = Workbench(self._store, self._store.wrong)
+            self._bench.base = {**self._bench.base, **self._store.preset_parts(app.quality)}
+            self._known_quality = (app.quality, dict(app.overrides))
+            self._preset = self._scene.name
 
     def draw(self, imgui: Any, app: FlightApp) -> None:
         """One frame of the window, at the right edge."""
@@ -64,26 +77,23 @@ class SettingsWindow:
             imgui.ImVec2(display.x - _MARGIN, _MARGIN), imgui.Cond_.appearing, imgui.ImVec2(1.0, 0.0)
         )
         imgui.set_next_window_size(imgui.ImVec2(width, height), imgui.Cond_.appearing)
-        imgui.set_next_window_bg_alpha(0.85)
-        self.remember()
+        imgui.set_next_window_bg_alpha(_ALPHA)
+        self.remember(app)
+        self._follow_app(app)
         imgui.begin("Settings")
+        self._toolbar(imgui, app)
         if imgui.begin_tab_bar("tabs"):
-            for name, page in (
-                ("Planet", self._planet_page),
-                ("View", self._view_page),
-                ("Quality", self._quality_page),
-                ("Passes", self._passes_page),
-            ):
+            for name, page in (("Planet", self._planet_page), ("Quality", self._quality_page), *self._pages):
                 if imgui.begin_tab_item(name)[0]:
+                    imgui.begin_child("page")
                     page(imgui, app)
+                    imgui.end_child()
                     imgui.end_tab_item()
             imgui.end_tab_bar()
         imgui.end()
-
-    def remember(self) -> None:
-        """Take the scene as it is now for what "reset" goes back to; only the first time counts."""
-        if not self._loaded:
-            self._loaded = {name: dataclasses.replace(part) for name, part in self._parts().items()}
+        if not imgui.is_any_item_active():
+            self.bench.history.seal()
+            self._make_quality(app)
 
     def width(self, imgui: Any) -> float:
         """What it takes of the right edge, in window units."""
@@ -93,201 +103,202 @@ class SettingsWindow:
     def _width(em: float, available: float) -> float:
         return min(_WIDTH_EM * em, available - 2 * _MARGIN)
 
+    # -- undo, presets, A and B --------------------------------------------------------------------------------------
+
+    def _toolbar(self, imgui: Any, app: FlightApp) -> None:
+        bench = self.bench
+        typing, chord = imgui.get_io().want_text_input, imgui.Key
+        pressed = imgui.is_key_chord_pressed
+        undo = not typing and pressed(chord.mod_ctrl | chord.z)
+        redo = not typing and (pressed(chord.mod_ctrl | chord.y) or pressed(chord.mod_ctrl | chord.mod_shift | chord.z))
+        if _button(imgui, icon("undo"), bench.history.undo_label, "undo", "Ctrl Z") or undo:
+            self._say(app, bench.undo(), "undone: {}", "nothing to undo")
+        imgui.same_line()
+        if _button(imgui, icon("redo"), bench.history.redo_label, "redo", "Ctrl Y") or redo:
+            self._say(app, bench.redo(), "done again: {}", "nothing to do again")
+        imgui.same_line()
+        if imgui.button(f"{icon('swap')} {bench.slot}###ab"):
+            self._refused(app, bench.switch())
+        other = "B" if bench.slot == "A" else "A"
+        imgui.set_item_tooltip(
+            f"Compare: this is {bench.slot}; click for {other}" + ("" if bench.comparing else ", at first the same")
+        )
+        imgui.same_line()
+        if imgui.button(icon("copy", "TOML###copy")):
+            imgui.set_clipboard_text(self.toml())
+            app.say("copied what differs from the preset, as TOML")
+        imgui.set_item_tooltip("Copies what differs from the preset: tables of a scene file, then quality")
+        imgui.same_line()
+        imgui.set_next_item_width(-imgui.calc_text_size(icon("save", "save...")).x - 4 * imgui.get_font_size() / 2.5)
+        chosen = combo(imgui, "##preset", self._preset, planets, preset_names, heading="yours")
+        imgui.set_item_tooltip("The planet, or a scene of yours: loads it here, as one step that can be undone")
+        if chosen is not None:
+            self.load(app, chosen)
+        imgui.same_line()
+        if imgui.button(icon("save", "save...###save")):
+            self._name = "" if self._preset in planets() else self._preset
+            imgui.open_popup("save as")
+        self._save_popup(imgui, app)
+        if self._wrong:
+            imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(1.0, 0.45, 0.4, 1.0))
+            imgui.text_wrapped(self._wrong)
+            imgui.pop_style_color()
+
+    def _save_popup(self, imgui: Any, app: FlightApp) -> None:
+        if not imgui.begin_popup("save as"):
+            return
+        imgui.text("Save this scene as")
+        entered, self._name = imgui.input_text(
+            "##name", self._name, imgui.InputTextFlags_.enter_returns_true | imgui.InputTextFlags_.auto_select_all
+        )
+        there = self._name.strip() in preset_names()
+        imgui.same_line()
+        if (imgui.button("replace" if there else "save") or entered) and self.save(app, self._name):
+            imgui.close_current_popup()
+        imgui.text_disabled("The one that is there is kept beside it as .old" if there else "F3 lists it as yours")
+        imgui.end_popup()
+
+    def load(self, app: FlightApp, name: str) -> bool:
+        """Make the scene that of a preset; whether that worked. What is wrong is shown and nothing changes."""
+        try:
+            parts = load_parts(name)
+        except (SettingError, UnknownNameError, SceneError) as error:
+            self._refused(app, str(error))
+            return False
+        bench = self.bench
+        above_m = app.ship.altitude_m
+        if self._refused(app, bench.to(parts, f"load {name}", _SCENE_HEADINGS)):
+            return False
+        bench.base = {**{k: v for k, v in bench.base.items() if k not in _SCENE_HEADINGS}, **parts}
+        self._preset = name
+        app.ship.position_m = app.ship.position_m * (
+            (self._scene.planet.radius_m + above_m) / max(float((app.ship.position_m**2).sum()) ** 0.5, 1e-9)
+        )
+        app.say(f"loaded {name}")
+        return True
+
+    def save(self, app: FlightApp, name: str) -> bool:
+        """Save the scene under a name; whether that worked."""
+        try:
+            path = save_preset(self._scene, name)
+        except (OSError, OutputError, SettingError, SceneError) as error:
+            self._refused(app, str(error))
+            return False
+        self._preset, self._wrong = path.stem, ""
+        app.say(f"saved {path}")
+        return True
+
+    def toml(self) -> str:
+        """What differs from the preset, as the tables of a scene file; quality knobs follow as comments, because they
+        belong in a quality file or in overrides."""
+        names = {kind.__name__: table for table, kind in KINDS.items()}
+        changed = self.bench.toml_tables()
+        text = tomli_w.dumps({names[h]: table for h, table in changed.items() if h in names and table})
+        gone = [
+            names[h]
+            for h, fields in self.bench.differences().items()
+            if h in names and fields.get("", (0, 0))[1] is None
+        ]
+        text = "".join(f"# without [{name}]\n" for name in gone) + text
+        quality = {h.partition(".")[2]: t for h, t in changed.items() if h.startswith(f"{QUALITY_HEADING}.")}
+        if quality:
+            lines = tomli_w.dumps(quality).strip().splitlines()
+            text += f"\n# quality, on top of {self._store.preset!r}:\n" + "".join(
+                f"# {x}\n" if x else "#\n" for x in lines
+            )
+        return text.lstrip("\n") or "# nothing differs from the preset\n"
+
+    def _refused(self, app: FlightApp, wrong: str) -> bool:
+        self._wrong = wrong
+        if wrong:
+            log.info("panel: %s", wrong)
+            app.say(wrong.splitlines()[0])
+        return bool(wrong)
+
+    def _say(self, app: FlightApp, label: str, done: str, nothing: str) -> None:
+        self._wrong = ""
+        app.say(done.format(label) if label else nothing)
+
     # -- planet ------------------------------------------------------------------------------------------------------
 
-    def _parts(self) -> dict[str, Any]:
-        """The scene's components by the heading that the panel gives them."""
-        handles = (self._scene.planet, self._scene.environment)
-        found = {type(part): part for handle in handles for part in handle.components()}
-        return {kind.__name__: found[kind] for kind in KINDS.values() if kind in found}
-
     def _planet_page(self, imgui: Any, app: FlightApp) -> None:
+        right = imgui.get_cursor_screen_pos().x + imgui.get_content_region_avail().x
         imgui.push_id("parts")
         for number, kind in enumerate(OPTIONAL):
-            if number:
+            wide = imgui.calc_text_size(kind.__name__).x + 2.2 * imgui.get_frame_height()
+            if number and imgui.get_item_rect_max().x + wide < right:
                 imgui.same_line()
             self._switch(imgui, app, kind)
         imgui.pop_id()
-        if imgui.button("reset all"):
-            self._reset_all(app)
+        self._panel.draw_search()
+        everything = imgui.button(icon("reset", "reset all"))
+        if everything and not self._refused(app, self.bench.to(self.bench.base, "reset all", _SCENE_HEADINGS)):
+            app.say(f"as {self._preset}")
+        changed = sum(len(fields) for h, fields in self.bench.differences().items() if h in _SCENE_HEADINGS)
         imgui.same_line()
-        if imgui.button("save scene"):
-            self._save(app)
-        imgui.set_item_tooltip("as a TOML file in the current folder; `planetfall fly FILE` opens it")
-        parts = self._parts()
-        changes = self._panel.draw_all(parts, self._loaded)
-        if changes and not app.validate():
-            for heading, made in changes.items():
-                for change in reversed(made):
-                    setattr(parts[heading], change.field, change.old)
+        imgui.text_disabled(f"{changed or 'no'} change{'' if changed == 1 else 's'} against {self._preset}")
+        self._knobs(imgui, app, self._panel, self._store.scene_parts())
+
+    def _knobs(self, imgui: Any, app: FlightApp, panel: Panel, parts: dict[str, Any], prefix: str = "") -> None:
+        base = {heading: self.bench.base.get(prefix + heading) for heading in parts}
+        for heading, changes in panel.draw_all(parts, base, search=False).items():
+            if changes:
+                self._refused(app, self.bench.made(prefix + heading, changes))
 
     def _switch(self, imgui: Any, app: FlightApp, kind: type) -> None:
         handle = self._scene.planet if kind in PLANET_KINDS.values() else self._scene.environment
         toggled, wanted = imgui.checkbox(kind.__name__, handle.has(kind))
         if not toggled:
             return
-        if not wanted:
-            self._taken_off[kind] = handle.remove(kind)
-            return
-        handle.add(self._taken_off.pop(kind, None) or kind())
-        if not app.validate():
-            self._taken_off[kind] = handle.remove(kind)
-
-    def _reset_all(self, app: FlightApp) -> None:
-        for name, part in self._parts().items():
-            loaded = self._loaded.get(name)
-            if loaded is None:
-                continue
-            # Values that exclude each other: first what is to be nothing, then the rest.
-            for rule in sorted(rules_of(type(part)).values(), key=lambda r: getattr(loaded, r.name) is not None):
-                if getattr(part, rule.name) != getattr(loaded, rule.name):
-                    setattr(part, rule.name, getattr(loaded, rule.name))
-        app.say("the scene is as the flight began")
-
-    def _save(self, app: FlightApp) -> None:
-        target = Path(f"{self._scene.name}_changed.toml")
-        try:
-            self._scene.save(target)
-        except (OSError, OutputError) as error:
-            app.say(f"{target.resolve()} could not be written: {error}")
-            return
-        app.say(f"saved {target.resolve()}")
-
-    # -- view --------------------------------------------------------------------------------------------------------
-
-    def _view_page(self, imgui: Any, app: FlightApp) -> None:
-        imgui.push_item_width(-_LABEL_EM * imgui.get_font_size())
-        imgui.separator_text("debug view")
-        chosen = _combo(imgui, "shows", app.debug_view, ("off", *NAMED_VIEWS), self._resources(app))
-        if chosen is not None:
-            app.debug_view = chosen
-        imgui.separator_text("places")
-        chosen = _combo(imgui, "go to", "", views(self._scene), tips=lambda name: view(name, self._scene.planet).about)
-        if chosen is not None:
-            app.go_to(chosen)
-        chosen = _combo(imgui, "play", app.playing.name if app.playing else "", paths())
-        if chosen is not None:
-            app.play(chosen)
-        if app.playing is not None:
-            imgui.same_line()
-            if imgui.button("stop"):
-                app.play(None)
-        if app.playing is not None:
-            moved, at = imgui.slider_float("s##played", app.played_s, 0.0, app.playing.duration_s, "%.1f")
-            if moved:
-                app.played_s = at
-        imgui.separator_text("camera")
-        low, high = _FOV_DEG
-        app.fov_y_deg = imgui.slider_float("field of view [deg]", app.fov_y_deg, low, high, "%.1f")[1]
-        throttle = app.ship.limits.wheel_range
-        logarithmic = imgui.SliderFlags_.logarithmic
-        app.ship.throttle = imgui.slider_float(
-            "speed", app.ship.throttle, 1.0 / throttle, throttle, "%.2f x", logarithmic
-        )[1]
-        imgui.separator_text("time")
-        app.time_runs = imgui.checkbox("runs", app.time_runs)[1]
-        imgui.same_line()
-        if imgui.button("to 0"):
-            app.time_s = 0.0
-        imgui.same_line()
-        imgui.text(f"{app.time_s:.1f} s")
-        app.time_speed = imgui.slider_float("pace", app.time_speed, 1.0 / 64.0, 1e6, "%.3g x", logarithmic)[1]
-        if self._scene.sun.mode != "epoch":
-            imgui.text_wrapped("The sun stands still: set Sun epoch_s, and it follows the time.")
-        imgui.pop_item_width()
-
-    def _resources(self, app: FlightApp) -> list[str]:
-        """Textures of the frame that can be looked at; looked up again when the graph has been compiled anew."""
-        try:
-            plan = app.renderer.graph
-        except Exception:  # nothing has been drawn yet
-            return []
-        if self._names[0] != id(plan):
-            specs = plan.analysis.model.specs
-            names = [n for n, s in specs.items() if isinstance(s, TextureSpec) and not n.startswith("debug.")]
-            self._names = (id(plan), sorted(names))
-        return self._names[1]
+        if wanted:
+            self._refused(app, self.bench.add(kind.__name__, self._taken_off.pop(kind, None) or kind()))
+        else:
+            self._taken_off[kind] = handle[kind]
+            self._refused(app, self.bench.remove(kind.__name__))
 
     # -- quality -----------------------------------------------------------------------------------------------------
 
     def _quality_page(self, imgui: Any, app: FlightApp) -> None:
-        if self._quality != app.quality or not self._groups:
-            self._take_quality(app)
-        chosen = _combo(imgui, "preset", app.quality, qualities(), tips=QUALITY.about)
-        imgui.text_wrapped("Changes are applied when you let go; shaders are made anew, which takes a moment.")
-        if self._quality_panel.draw_all(self._groups, self._presets):
-            self._wants_quality = True
+        bench, store = self.bench, self._store
+        imgui.set_next_item_width(12.0 * imgui.get_font_size())
+        chosen = combo(imgui, "preset", store.preset, qualities, tips=QUALITY.about)
+        imgui.text_wrapped("Changes are applied when you let go; shaders may be made anew, which takes a moment.")
+        self._quality_panel.draw_search()
+        parts = {h.partition(".")[2]: part for h, part in store.quality.items() if "." in h}
+        self._knobs(imgui, app, self._quality_panel, parts, f"{QUALITY_HEADING}.")
         if chosen is not None:
-            app.set_quality(chosen)
-            self._take_quality(app)
-            self._wants_quality = False
-        elif self._wants_quality and not imgui.is_any_item_active():
-            self._wants_quality = False
-            own = {key: value for key, value in app.overrides.items() if key not in QUALITY.rules}
-            app.set_quality(app.quality, own | self._differences())
-            self._take_quality(app)
+            bench.to({**bench.copy(), **store.preset_parts(chosen)}, f"quality {chosen}")
 
-    def _take_quality(self, app: FlightApp) -> None:
-        self._quality = app.quality
-        self._groups = _quality_groups(resolve_quality(app.quality, app.overrides))
-        self._presets = _quality_groups(resolve_quality(app.quality))
+    def _follow_app(self, app: FlightApp) -> None:
+        """Quality that somebody else has changed is taken over."""
+        if self._known_quality != (app.quality, app.overrides):
+            self._known_quality = (app.quality, dict(app.overrides))
+            self._store.take_quality(app.quality, app.overrides)
+        if self.bench.base[QUALITY_HEADING].preset != self._store.preset:
+            self.bench.base = {**self.bench.base, **self._store.preset_parts(self._store.preset)}
 
-    def _differences(self) -> dict[str, Any]:
-        return {
-            f"{name}.{rule}": getattr(group, rule)
-            for name, group in self._groups.items()
-            for rule in rules_of(type(group))
-            if getattr(group, rule) != getattr(self._presets[name], rule)
-        }
-
-    # -- passes ------------------------------------------------------------------------------------------------------
-
-    def _passes_page(self, imgui: Any, app: FlightApp) -> None:
-        try:
-            plan = app.renderer.graph
-        except Exception:
-            imgui.text("nothing has been drawn yet")
+    def _make_quality(self, app: FlightApp) -> None:
+        """Have the app render with the quality that is wanted."""
+        store = self._store
+        if self.bench.base[QUALITY_HEADING].preset != store.preset:
+            self.bench.base = {**self.bench.base, **store.preset_parts(store.preset)}
+        stamp = latest_revision(*(type(part) for part in store.quality.values()))
+        if stamp == self._quality_stamp:
             return
-        toggled, on = imgui.checkbox("GPU times", plan.gpu_timing)
-        if toggled:
-            plan.gpu_timing = on
-        imgui.set_item_tooltip("time stamps around each pass; they cost some time themselves")
-        imgui.same_line()
-        self._culled = imgui.checkbox("unused passes too", self._culled)[1]
-        imgui.text(f"{plan.memory_bytes() / 2**20:.1f} MiB in the frame's textures and buffers")
-        helps = {declared.name: declared.help for declared in plan.analysis.model.passes}
-        passes = [
-            PassTime(
-                report.name,
-                report.cpu_ms or 0.0,
-                report.gpu_ms,
-                report.skipped_why or "",
-                culled=(report.skipped_why or "").startswith("culled"),
-                help=helps.get(report.name, ""),
-            )
-            for report in app.renderer.passes()
-        ]
-        draw_passes(passes, culled=self._culled)
+        self._quality_stamp = stamp
+        wanted = (store.preset, store.overrides(self.bench.base, app.overrides))
+        if wanted == (app.quality, app.overrides):
+            return
+        app.set_quality(*wanted)
+        if (app.quality, app.overrides) != wanted:  # refused; the app has said why
+            self.bench.history.forget_last()
+            store.take_quality(app.quality, app.overrides)
+        self._known_quality = (app.quality, dict(app.overrides))
 
 
-def _quality_groups(values: dict[str, Any]) -> dict[str, Any]:
-    return {
-        name: kind(**{rule: values[f"{name}.{rule}"] for rule in rules_of(kind)})
-        for name, kind in QUALITY_GROUPS.items()
-    }
-
-
-def _combo(imgui: Any, label: str, shown: str, names: Any, more: Any = (), tips: Any = None) -> str | None:
-    """A list to choose from; the choice of this frame, or None. more: names after a line. tips: name -> text."""
-    found = None
-    if imgui.begin_combo(label, shown, imgui.ComboFlags_.height_large):
-        for group, members in enumerate((names, more)):
-            if group and members:
-                imgui.separator_text("resources")
-            for name in members:
-                if imgui.selectable(name, name == shown)[0]:
-                    found = name
-                if tips is not None:
-                    imgui.set_item_tooltip(tips(name))
-        imgui.end_combo()
-    return found
+def _button(imgui: Any, label: str, what: str, verb: str, keys: str) -> bool:
+    imgui.begin_disabled(not what)
+    pressed = imgui.button(f"{label}###{verb}")
+    imgui.end_disabled()
+    imgui.set_item_tooltip(f"{verb} {what} ({keys})" if what else f"nothing to {verb}")
+    return pressed

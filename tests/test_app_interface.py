@@ -19,7 +19,7 @@ from planetfall.engine.input import InputEvent, InputState, KeyEvent, MouseButto
 pytestmark = pytest.mark.gpu
 
 SIZE = (640, 480)
-WATCHED = {"checkbox", "button", "begin_combo", "selectable", "slider_float", "begin_tab_item"}
+WATCHED = {"checkbox", "button", "begin_combo", "selectable", "slider_float", "begin_tab_item", "collapsing_header"}
 
 
 class OffscreenWindow:
@@ -61,7 +61,8 @@ class Watching:
             result = function(label, *arguments)
             low, high = self._imgui.get_item_rect_min(), self._imgui.get_item_rect_max()
             if name != "begin_combo" or not result:  # an open list is the last item then
-                self._boxes[label] = ((low.x + high.x) / 2, (low.y + high.y) / 2)
+                shown = label.rsplit("###", maxsplit=1)[-1].rsplit("  ", maxsplit=1)[-1]  # without an icon
+                self._boxes[shown] = ((low.x + high.x) / 2, (low.y + high.y) / 2)
             return result
 
         return call
@@ -93,6 +94,11 @@ class Desk:
         for _ in range(count):
             self.app.frame()
             assert self.app.shown.error == ""
+
+    def rest(self) -> None:
+        """What streams or refines is there, and what a frame still has to do after it is done."""
+        self.app.renderer.settle(self.app.camera, self.app.time_s)
+        self.frames(3)
 
     def press(self, key: str) -> None:
         self.window.events += [KeyEvent(key, True), KeyEvent(key, False)]  # type: ignore[arg-type]
@@ -138,6 +144,16 @@ def desk(gpu: Any) -> Iterator[Desk]:
     made.release()
 
 
+def turn(desk: Desk, heading: str, field: str, value: Any) -> None:
+    """What the widget of a knob does."""
+    bench = desk.interface._settings.bench
+    part = bench.store.parts()[heading]
+    before = getattr(part, field)
+    setattr(part, field, value)
+    assert bench.made(heading, [(field, before, value)]) == ""
+    bench.history.seal()
+
+
 def test_numbers_help_and_panels_are_drawn(desk: Desk, gpu: Any) -> None:
     bare = desk.picture()
     shown = desk.app.shown
@@ -163,16 +179,126 @@ def test_numbers_help_and_panels_are_drawn(desk: Desk, gpu: Any) -> None:
     assert gpu.ctx.error == "GL_NO_ERROR"
 
 
+def test_without_anything_to_show_imgui_does_not_run(desk: Desk, gpu: Any) -> None:
+    desk.frames(3)
+    assert desk.interface._ui is None and "ui" not in gpu.counts()
+    desk.press("f3")
+    assert desk.interface._ui is not None
+    desk.app.shown.panels = False
+    desk.frames()
+    ui = desk.interface._ui
+    desk.interface._ui = None  # would be asked for, if it ran
+    desk.frames(2)
+    desk.interface._ui = ui
+
+
 def test_a_knob_changes_the_planet_in_the_next_frame_and_reset_brings_it_back(desk: Desk) -> None:
     desk.press("f3")
     before = desk.picture()
-    desk.scene.planet[pf.Terrain].seed = 4
+    turn(desk, "Terrain", "seed", 4)
     other = desk.picture()
     assert (np.abs(before - other).max(axis=2) > 30).mean() > 0.05
     desk.frames(2)
     desk.click("reset all")
     assert desk.scene.planet[pf.Terrain].seed != 4
-    assert (np.abs(before - desk.picture()).max(axis=2) > 8).mean() < 0.01
+    assert (before == desk.picture()).all()
+    desk.click("undo")
+    assert desk.scene.planet[pf.Terrain].seed == 4 and (other == desk.picture()).all()
+    desk.click("undo")
+    assert (before == desk.picture()).all()
+    desk.click("redo")
+    assert (other == desk.picture()).all()
+
+
+def test_a_slider_is_dragged_and_undone_bit_for_bit(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the mouse alone: open Ocean, drag a slider, Ctrl Z."""
+    from planetfall.systems.tweak import panel as module
+
+    boxes: dict[str, tuple[float, float, float]] = {}
+    original = module.edit
+
+    def recorded(imgui: Any, rule: Any, value: Any) -> Any:
+        low, width = imgui.get_cursor_screen_pos(), imgui.calc_item_width()
+        boxes[rule.name] = (low.x, low.x + width, low.y + imgui.get_frame_height() / 2)
+        return original(imgui, rule, value)
+
+    monkeypatch.setattr(module, "edit", recorded)
+    desk.app.go_to("coast")
+    desk.press("f3")
+    desk.rest()
+    before = desk.picture()
+    settings = desk.interface._settings
+    settings._panel.search = "roughness ocean"
+    desk.frames(3)
+    sea = desk.scene.planet[pf.Ocean]
+    first = sea.roughness
+    x0, x1, y = boxes["roughness"]
+    steps = len(settings.bench.history)
+    desk.window.events = [MouseMove(x0 + 5, y, 0, 0)]
+    desk.frames(2)
+    desk.window.events = [MouseButton("left", True, x0 + 5, y)]
+    desk.frames()
+    seen = []
+    for share in (0.2, 0.5, 0.8):
+        desk.window.events = [MouseMove(x0 + share * (x1 - x0), y, 0, 0)]
+        desk.frames()
+        seen.append(sea.roughness)
+    desk.window.events = [MouseButton("left", False, x0 + 0.8 * (x1 - x0), y)]
+    desk.frames(2)
+    assert first < seen[1] < seen[2] == sea.roughness
+    assert len(settings.bench.history) == steps + 1
+    rough = desk.picture()
+    assert (before != rough).any()
+    desk.window.events = [KeyEvent("left_ctrl", True), KeyEvent("z", True)]
+    desk.frames()
+    desk.window.events = [KeyEvent("z", False), KeyEvent("left_ctrl", False)]
+    desk.frames(2)
+    assert sea.roughness == first
+    assert (before == desk.picture()).all()
+
+
+def test_scenes_are_saved_and_loaded_as_one_step(desk: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PLANETFALL_PRESETS", str(tmp_path / "mine"))
+    desk.press("f3")
+    settings, app = desk.interface._settings, desk.app
+    turn(desk, "Ocean", "roughness", 0.5)
+    assert settings.save(app, "stormy") and (tmp_path / "mine/stormy.toml").exists()
+    assert not settings.save(app, "earth") and "built-in" in app.shown.message
+    assert not settings.save(app, "../x") and not settings.save(app, " ")
+    turn(desk, "Ocean", "roughness", 0.25)
+    assert settings.save(app, "stormy")
+    assert "roughness = 0.5" in (tmp_path / "mine/stormy.toml.old").read_text()
+    altitude = app.ship.altitude_m
+    desk.click("##preset")
+    desk.click("mars")
+    assert not desk.scene.planet.has(pf.Ocean) and desk.scene.planet.radius_m == pytest.approx(3.39e6, rel=0.01)
+    assert app.ship.altitude_m == pytest.approx(altitude, rel=1e-6)
+    assert not any(name.startswith("ocean.") for name in desk.ran())
+    assert settings.load(app, "stormy") and desk.scene.planet[pf.Ocean].roughness == 0.25
+    desk.frames(2)
+    desk.click("undo")
+    desk.click("undo")
+    assert desk.scene.planet[pf.Ocean].roughness == 0.25 and desk.scene.planet.radius_m > 6e6
+    (tmp_path / "mine/broken.toml").write_text("[ocean]\nroughness = 7.0\n")
+    kept = settings.bench.copy()
+    assert not settings.load(app, "broken") and "roughness" in settings._wrong
+    assert settings.bench.copy() == kept
+
+
+def test_what_differs_is_copied_as_toml(desk: Desk) -> None:
+    desk.press("f3")
+    desk.click("copy")
+    assert desk.window.clipboard == "# nothing differs from the preset\n"
+    turn(desk, "Ocean", "roughness", 0.5)
+    desk.click("Stars")
+    desk.click("copy")
+    assert desk.window.clipboard == "# without [stars]\n[ocean]\nroughness = 0.5\n"
+    desk.click("ab")
+    turn(desk, "Ocean", "roughness", 0.75)
+    desk.click("ab")
+    assert desk.scene.planet[pf.Ocean].roughness == 0.5
+    desk.click("ab")
+    assert desk.scene.planet[pf.Ocean].roughness == 0.75
 
 
 def test_parts_are_taken_off_and_put_back(desk: Desk) -> None:
@@ -223,17 +349,22 @@ def test_quality_is_changed_in_flight(desk: Desk) -> None:
     desk.frames(2)
     assert desk.app.renderer.stats["vertices"] > few
     settings = desk.interface._settings
-    settings._groups["terrain"].edge_px = 30.0
-    settings._wants_quality = True
+    turn(desk, "Quality.terrain", "edge_px", 30.0)
     desk.frames(2)
     assert desk.app.overrides == {"terrain.edge_px": 30.0}
     assert desk.app.renderer.settings["terrain.edge_px"] == 30.0
+    desk.click("undo")
+    assert desk.app.overrides == {} and desk.app.quality == "medium"
+    desk.click("undo")
+    assert desk.app.quality == "low" and settings.bench.base["Quality"].preset == "low"
+    desk.click("redo")
+    assert desk.app.quality == "medium"
 
 
 def test_passes_are_listed_with_their_times(desk: Desk) -> None:
     desk.press("f3")
     desk.frames(2)
-    desk.click("Passes")
+    desk.click("Profiler")
     desk.click("GPU times")
     desk.frames(5)
     assert desk.app.renderer.graph.gpu_timing

@@ -100,8 +100,8 @@ class Desk:
         self.release(x0 + (x1 - x0) * end, y)
 
     def reset(self, field: str) -> None:
-        x0, y0, _x1, y1 = self.boxes[field]
-        self.click(x0 - 25, (y0 + y1) / 2)
+        _x0, y0, x1, y1 = self.boxes[field]
+        self.click(x1 + 16, (y0 + y1) / 2)
 
     def type_into(self, field: str, text: str) -> None:
         x0, y0, _x1, y1 = self.boxes[field]
@@ -144,7 +144,7 @@ def test_slider_and_reset(desk: Desk, thing: Everything) -> None:
     after = desk.pixels().copy()
     x0, y0, x1, y1 = (int(v) for v in desk.boxes["span"])
     assert (before[y0:y1, x0:x1] != after[y0:y1, x0:x1]).any()  # the slider shows it
-    amber = (after[y0:y1, x1:, 0] > 150) & (after[y0:y1, x1:, 2] < 120)
+    amber = (after[y0:y1, :x0, 0] > 150) & (after[y0:y1, :x0, 2] < 120)
     assert amber.any()  # and the name is marked
     desk.slide("span", 0.7, 3.0)
     assert thing.span == 10.0  # never beyond its range
@@ -153,7 +153,7 @@ def test_slider_and_reset(desk: Desk, thing: Everything) -> None:
     assert thing.span == 2.0
     assert desk.changes == [[Change("span", 10.0, 2.0)]]
     desk.step(MouseMove(400, 630, 0, 0), frames=30)
-    assert not ((desk.pixels()[y0:y1, x1:, 0] > 150) & (desk.pixels()[y0:y1, x1:, 2] < 120)).any()
+    assert not ((desk.pixels()[y0:y1, :x0, 0] > 150) & (desk.pixels()[y0:y1, :x0, 2] < 120)).any()
 
 
 def test_logarithmic_slider_and_drag(desk: Desk, thing: Everything) -> None:

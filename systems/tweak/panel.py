@@ -11,15 +11,13 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from ...engine.settings import FieldRule, SettingError, rules_of
+from .style import AMBER, BAD, QUIET, icon
 from .widgets import edit
 
 __all__ = ["Change", "Panel"]
 
 log = logging.getLogger(__name__)
 
-_CHANGED_COLOR = (1.0, 0.75, 0.3, 1.0)
-_ERROR_COLOR = (1.0, 0.4, 0.35, 1.0)
-_QUIET_COLOR = (0.6, 0.6, 0.6, 1.0)
 _UNIT_SUFFIXES = ("_px", "_ev", "_deg", "_rad", "_per_m", "_m_s", "_nm", "_m", "_s")
 
 
@@ -47,10 +45,12 @@ class Panel:
         """The search field, and the switch that leaves only what was changed."""
         from imgui_bundle import imgui
 
-        imgui.set_next_item_width(-90.0 * _scale(imgui))
-        _, self.search = imgui.input_text_with_hint("##search", "search", self.search)
+        em = imgui.get_font_size()
+        imgui.set_next_item_width(-6.5 * em)
+        _, self.search = imgui.input_text_with_hint("##search", icon("search", "search names and help"), self.search)
         imgui.same_line()
         _, self.only_changed = imgui.checkbox("changed", self.only_changed)
+        imgui.set_item_tooltip("only what differs from the preset")
 
     def draw(self, component: Any, preset: Any = None, *, apply: bool = True) -> list[Change]:
         """Draw all knobs of a component; returns this frame's changes, usually none.
@@ -66,20 +66,37 @@ class Panel:
         imgui.push_id(kind.__name__)
         for group, rules in _groups(kind):
             shown = [rule for rule in rules if self._matches(kind, rule, component, preset)]
-            if shown and group:
+            if not shown:
+                continue
+            if group:
                 imgui.separator_text(group)
+            if not imgui.begin_table(group or "##plain", 3, imgui.TableFlags_.no_pad_outer_x):
+                continue
+            imgui.table_setup_column("name", imgui.TableColumnFlags_.width_stretch, 0.43)
+            imgui.table_setup_column("value", imgui.TableColumnFlags_.width_stretch, 0.57)
+            imgui.table_setup_column("reset", imgui.TableColumnFlags_.width_fixed, imgui.get_frame_height())
             for rule in shown:
                 changes += self._row(imgui, component, rule, _default(rule, preset), apply)
+            imgui.end_table()
         imgui.pop_id()
         return changes
 
     def draw_all(
-        self, components: Mapping[str, Any], presets: Mapping[str, Any] | None = None, *, apply: bool = True
+        self,
+        components: Mapping[str, Any],
+        presets: Mapping[str, Any] | None = None,
+        *,
+        apply: bool = True,
+        search: bool = True,
     ) -> dict[str, list[Change]]:
-        """Search field and a collapsible section for each component {heading: component}; headings with changes."""
+        """Search field and a collapsible section for each component {heading: component}; headings with changes.
+
+        search: False where the search field has been drawn already, or is not wanted.
+        """
         from imgui_bundle import imgui
 
-        self.draw_search()
+        if search:
+            self.draw_search()
         searching = bool(self.search.strip()) or self.only_changed
         found: dict[str, list[Change]] = {}
         for heading, component in components.items():
@@ -89,8 +106,15 @@ class Panel:
                 continue
             if searching:
                 imgui.set_next_item_open(True)
-            mark = " *" if any(_differs(component, r, preset) for r in rules) else ""
-            if imgui.collapsing_header(f"{heading}{mark}###{heading}"):
+            count = sum(_differs(component, r, preset) for r in rules)
+            if count:
+                imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*AMBER))
+            opened = imgui.collapsing_header(
+                f"{heading}   {count} changed###{heading}" if count else f"{heading}###{heading}"
+            )
+            if count:
+                imgui.pop_style_color()
+            if opened:
                 changes = self.draw(component, preset, apply=apply)
                 if changes:
                     found[heading] = changes
@@ -108,27 +132,28 @@ class Panel:
         changed = old != default
         imgui.push_id(rule.name)
         wanted = old
-        # The button keeps its place when there is nothing to reset, so that the row does not move under the pointer.
-        imgui.begin_disabled(not changed)
+        imgui.table_next_row()
+        imgui.table_next_column()
         imgui.align_text_to_frame_padding()
-        if imgui.small_button("reset"):
-            wanted = default
-        imgui.end_disabled()
-        imgui.set_item_tooltip(f"back to {_shown(default)}")
-        imgui.same_line()
-        label_at = imgui.get_cursor_pos_x() + imgui.get_content_region_avail().x * 0.5
-        imgui.begin_group()
-        imgui.push_item_width(label_at - imgui.get_cursor_pos_x() - imgui.get_style().item_inner_spacing.x)
+        if changed:
+            imgui.text_colored(imgui.ImVec4(*AMBER), _label(rule))
+        else:
+            imgui.text(_label(rule))
+        hovered = imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip)
+        imgui.table_next_column()
+        imgui.push_item_width(-1.0)
         edited = edit(imgui, rule, old)
         imgui.pop_item_width()
-        imgui.end_group()
-        hovered = imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip)
-        imgui.same_line(label_at)
-        label = _label(rule)
-        imgui.text_colored(imgui.ImVec4(*_CHANGED_COLOR), f"{label} *") if changed else imgui.text(label)
         hovered = hovered or imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip)
         if hovered:
             self._tooltip(imgui, type(component), rule, default)
+        imgui.table_next_column()
+        if changed:  # its column stays when there is nothing to reset, so that nothing moves under the pointer
+            imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(0.0, 0.0, 0.0, 0.0))
+            if imgui.button(icon("reset")):
+                wanted = default
+            imgui.pop_style_color()
+            imgui.set_item_tooltip(f"back to {_shown(default)}")
         key = (type(component).__name__, rule.name)
         if edited != old:
             wanted = edited
@@ -148,7 +173,10 @@ class Panel:
                 self._errors[key] = str(error)
                 log.info("panel: %s", error)
         if key in self._errors:
-            imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*_ERROR_COLOR))
+            imgui.table_next_row()
+            imgui.table_next_column()
+            imgui.table_next_column()
+            imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*BAD))
             imgui.text_wrapped(self._errors[key])
             imgui.pop_style_color()
         imgui.pop_id()
@@ -162,7 +190,7 @@ class Panel:
         imgui.text(rule.knob.help or rule.name)
         if rule.knob.cost:
             imgui.text(f"Cost: {rule.knob.cost}")
-        imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*_QUIET_COLOR))
+        imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*QUIET))
         imgui.text(f"{kind.__name__}.{rule.name}: {rule.expected}; default {_shown(default)}")
         imgui.pop_style_color()
         imgui.pop_text_wrap_pos()
@@ -212,7 +240,3 @@ def _shown(value: Any) -> str:
     if isinstance(value, tuple):
         return "(" + ", ".join(f"{v:.5g}" for v in value) + ")"
     return str(value)
-
-
-def _scale(imgui: Any) -> float:
-    return imgui.get_font_size() / 15.0
