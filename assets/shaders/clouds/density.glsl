@@ -81,20 +81,34 @@ float cloud_clumped(float share, float hidden, float extinction) {
     return share / (1.0 + hidden * (1.0 - share) * extinction * cloud_view.stretch.w);
 }
 
-float cloud_billows(int layer, vec3 place, float share, CloudWeather w, float footprint_m, int rims) {
-    vec3 turned = cloud_turned(place), tilted = cloud_tilted(place);
-    float broad_level = cloud_level(cloud_view.fade.x, footprint_m), wide_level = cloud_level(cloud_view.fade.y, footprint_m);
-    float broad = textureLod(u_cloud_shape, cloud_view.broad.xyz + turned * cloud_view.broad.w, broad_level + cloud_dither - 0.5).r - 0.5;
-    float wide = textureLod(u_cloud_shape, cloud_view.wide.xyz + tilted * cloud_view.wide.w, wide_level + cloud_dither - 0.5).r - 0.5;
+// All kinds of layer in one line of code: software GPUs go through both sides of a branch, and once through loops of no turns.
+// near: how far the shape's noise may rise, in units of itself, before there is cloud anywhere in the layer's height; below 0
+// where there may be some.
+float cloud_density_near(int layer, vec3 place, float share, CloudWeather w, float footprint_m, int rims, out float near) {
+    vec4 drops = cloud_view.droplets[layer];
+    bool ice = drops.z == 1.0;
+    vec3 turned = cloud_turned(place), tilted = cloud_tilted(place), drawn = turned * cloud_view.stretch.xyz;
+    // Thin ice: drawn out streaks on the map, fibres of the volume in them. Else clouds of two sizes.
+    vec3 first = ice ? cloud_view.fibre.xyz + drawn * cloud_view.fibre.w : cloud_view.broad.xyz + turned * cloud_view.broad.w;
+    vec3 second = ice ? cloud_view.veil.xyz + drawn.yzx * cloud_view.veil.w : cloud_view.wide.xyz + tilted * cloud_view.wide.w;
+    float first_level = cloud_level(cloud_view.fade.x - (ice ? 1.5 : 0.0), footprint_m);
+    float second_level = ice ? first_level : cloud_level(cloud_view.fade.y, footprint_m);
+    float broad = textureLod(u_cloud_shape, first, first_level + cloud_dither - 0.5).r - 0.5;
+    float wide = textureLod(u_cloud_shape, second, second_level + cloud_dither - 0.5).r - 0.5;
+    float broad_hidden = cloud_hidden(first_level, cloud_view.hiding.x, cloud_view.hiding.y);
+
+    float streaks = 0.5 * broad + 0.45 * wide + w.high * drops.w - 0.62;
+    float soft = max(0.35 * sqrt(broad_hidden), 0.02);
+    float thin = cloud_ramp(streaks, soft, 0.5);
+
     // Squares of the weights add up to one: the variance stays that of one volume.
     float noise = 0.77 * broad + 0.64 * wide;
-    float hidden = 0.59 * cloud_hidden(broad_level, cloud_view.hiding.x, cloud_view.hiding.y)
-        + 0.41 * cloud_hidden(wide_level, cloud_view.hiding.x, cloud_view.hiding.y);
-    float cover = clamp(w.cover * cloud_view.droplets[layer].w, 0.0, 1.0) * cloud_profile(share, w);
-    float x = noise - (0.5 - cover);
-    float lost = 0.25 * hidden;
-    int near = x > -0.3 - 0.5 * sqrt(lost) && hidden < 0.99 ? rims : 0;
-    for (int i = 0; i < near; ++i) {
+    float hidden = 0.59 * broad_hidden + 0.41 * cloud_hidden(second_level, cloud_view.hiding.x, cloud_view.hiding.y);
+    float most = clamp(w.cover * drops.w, 0.0, 1.0), cover = most * cloud_profile(share, w);
+    float x = noise - (0.5 - cover), lost = 0.25 * hidden;
+    near = ice ? -streaks - soft : 0.5 - most - noise - sqrt(lost) - CLOUD_RIM - CLOUD_RIM_NEAR + 2.0 * step(most, 1e-4);
+    int turns = x > -0.3 - 0.5 * sqrt(lost) && hidden < 0.99 && !ice ? rims : 0;
+    for (int i = 0; i < turns; ++i) {
         vec4 at = i == 0 ? cloud_view.fine : cloud_view.finest;
         float level = cloud_level(i == 0 ? cloud_view.fade.z : cloud_view.fade.w, footprint_m);
         float weight = i == 0 ? CLOUD_RIM : CLOUD_RIM_NEAR;
@@ -108,25 +122,15 @@ float cloud_billows(int layer, vec3 place, float share, CloudWeather w, float fo
     float body = mix(0.3, 1.0, smoothstep(0.0, 0.7, x + 0.3 * (1.0 - cover)));
     // Sheets are thin; fronts and towers are not.
     float deep = body * mix(0.1, 1.0, clamp(max(w.deep, 1.3 * w.towers - 0.65), 0.0, 1.0));
-    return deep * cloud_clumped(dense, hidden, deep * cloud_view.shell[layer].w);
-}
+    float billows = deep * cloud_clumped(dense, hidden, deep * cloud_view.shell[layer].w);
 
-// Thin ice: drawn out streaks on the map, fibres of the volume in them.
-float cloud_streaks(int layer, vec3 place, float share, CloudWeather w, float footprint_m) {
-    vec3 turned = cloud_turned(place) * cloud_view.stretch.xyz;
-    float level = cloud_level(cloud_view.fade.x - 1.5, footprint_m);
-    float fibre = textureLod(u_cloud_shape, cloud_view.fibre.xyz + turned * cloud_view.fibre.w, level + cloud_dither - 0.5).r - 0.5;
-    float wide = textureLod(u_cloud_shape, cloud_view.veil.xyz + turned.yzx * cloud_view.veil.w, level + cloud_dither - 0.5).r - 0.5;
-    float hidden = cloud_hidden(level, cloud_view.hiding.x, cloud_view.hiding.y);
-    float x = 0.5 * fibre + 0.45 * wide + w.high * cloud_view.droplets[layer].w - 0.62;
-    return cloud_ramp(x, max(0.35 * sqrt(hidden), 0.02), 0.5);
+    float even = drops.w > 0.0 ? 1.0 : 0.0;
+    near = drops.z == 2.0 ? -even : near;
+    float density = drops.z == 2.0 ? even : ice ? thin : billows;
+    return density * mix(1.0, 4.0 * share * (1.0 - share), cloud_view.shape[layer].x);
 }
 
 float cloud_density(int layer, vec3 place, float share, CloudWeather w, float footprint_m, int rims) {
-    int kind = int(cloud_view.droplets[layer].z);
-    float density = kind == 2 && cloud_view.droplets[layer].w > 0.0 ? 1.0 : 0.0;
-    // Loops, not branches: software GPUs go through both sides of a branch.
-    for (int once = kind == 0 ? 0 : 1; once < 1; ++once) density = cloud_billows(layer, place, share, w, footprint_m, rims);
-    for (int once = kind == 1 ? 0 : 1; once < 1; ++once) density = cloud_streaks(layer, place, share, w, footprint_m);
-    return density * mix(1.0, 4.0 * share * (1.0 - share), cloud_view.shape[layer].x);
+    float near;
+    return cloud_density_near(layer, place, share, w, footprint_m, rims, near);
 }
