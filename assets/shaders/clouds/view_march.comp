@@ -54,16 +54,17 @@ float depth_to_sun(int layer, vec3 point, float altitude, vec3 up, CloudWeather 
     float rise = max(shell.y - altitude, 0.0), r = planet.radii.x + altitude;
     float b = r * mu, root = sqrt(max(b * b + rise * (2.0 * r + rise), 0.0));
     float way = min(b >= 0.0 ? rise * (2.0 * r + rise) / max(root + b, 1.0) : root - b, 6.0 * (shell.y - shell.x));
-    int steps = cloud_view.droplets[layer].z > 0.5 ? 1 : int(u_march.w);   // ice is thin
-    float sum = 0.0, from = 0.0;
-    for (int i = 0; i < steps; ++i) {
+    // Ice is thin; and what is averaged over the way there needs no steps of its own.
+    int steps = cloud_view.droplets[layer].z == 1.0 ? 1 : max(int(u_march.w * min(2.0 * way / footprint, 1.0)), 1);
+    float sum = 0.0, from = 0.0, per_step = 1.0 / float(steps);
+    for (int i = 1; i <= steps; ++i) {
         // Short steps first: what is near casts the sharpest shadows.
-        float to = way * pow(float(i + 1) / float(steps), 2.0), t = 0.5 * (from + to);
+        float part = float(i) * per_step, to = way * part * part, t = 0.5 * (from + to);
         vec3 at = point + frame.sun_direction.xyz * t;
         float height = altitude + t * mu + 0.5 * t * t * (1.0 - mu * mu) / r;
         float share = (height - shell.x) * shell.z;
         sum += (to - from) * cloud_density(layer, at + frame.camera_offset.xyz, clamp(share, 0.0, 1.0), w,
-            max(footprint, 0.35 * (to - from)), i == 0 ? 1 : 0) * step(share, 1.0);
+            max(footprint, 0.35 * (to - from)), 0) * step(share, 1.0);
         from = to;
     }
     return sum * shell.w;
@@ -84,6 +85,8 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, vec2 ph
     if (thin) least = most = way / ceil(0.04 * u_march.x * log2(2.0 * way / thickness + 2.0));
     int segments = thin ? 1 : clamp(int(log2(way / thickness) * 1.3), 1, 6);
     float growth = log((to + thickness) / (from + thickness)) / float(segments);
+    // The shape's noise rises from end to end over a tenth of its volume, seldom faster: metres for each unit of it.
+    float slack = 0.1 / cloud_view.broad.w;
     float t = from, ease = longer, begin = from;
     Air here = air_from_camera(ray * from);
     CloudWeather weather_here = weather_along(ray, from);
@@ -101,27 +104,39 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, vec2 ph
         CloudWeather weather_there = weather_along(ray, past);
         float seen = 0.0, per_metre = 1.0 / max(past - begin, 1e-3);
         while (t < past && m.open > OPAQUE) {
-            float unit = min(max(min(least, thin ? least : NEAREST_M + 0.02 * t), t * grow), most), length_m = min(unit * ease, past - t + 1e-3), at = t + shift * length_m;
-            vec3 point = ray * at;
-            float altitude = altitude_of(point);
-            float share = clamp((altitude - shell.x) * shell.z, 0.0, 1.0);
-            float footprint = max(at * pixel_rad, 0.2 * unit);
-            float part = (at - begin) * per_metre;
-            CloudWeather w = cloud_weather_between(weather_here, weather_there, part);
-            float density = cloud_density(layer, point + frame.camera_offset.xyz, share, w, footprint, 2);
-            bool met = density > 1e-4;
-            if (met && ease > 1.0 && !thin) {
-                ease = 1.0;
-                continue;   // the same stretch again, in short steps
+            // To the next step in cloud. Apart from what that one needs, so that rays in the clear don't pay for it.
+            bool met = false;
+            float length_m = 0.0, at = t, altitude = 0.0, share = 0.0, footprint = 0.0, density = 0.0, part = 0.0;
+            vec3 point = ray * t;
+            CloudWeather w = weather_here;
+            while (t < past) {
+                float near, unit = min(max(min(least, thin ? least : NEAREST_M + 0.02 * t), t * grow), most);
+                // Clouds that a pixel is too wide to show have smooth means.
+                unit = min(max(unit, 0.3 * t * pixel_rad), max(way * 0.125, unit));
+                length_m = min(unit * ease, past - t + 1e-3);
+                at = t + shift * length_m;
+                point = ray * at;
+                altitude = altitude_of(point);
+                share = clamp((altitude - shell.x) * shell.z, 0.0, 1.0);
+                footprint = max(at * pixel_rad, 0.2 * unit);
+                part = (at - begin) * per_metre;
+                w = cloud_weather_between(weather_here, weather_there, part);
+                density = cloud_density_near(layer, point + frame.camera_offset.xyz, share, w, footprint, 2, near);
+                bool found = density > 1e-4;
+                met = found && (ease <= 1.0 || thin);
+                if (met) break;
+                // The same stretch again, in short steps; or on.
+                float on = found ? 0.0 : length_m;
+                t += on;
+                seen += m.open * on;
+                ease = found ? 1.0 : max(min(ease * 1.4, longer), min(near * slack / unit, 16.0));
             }
-            float extinction = shell.w * density, depth = extinction * length_m;
-            vec3 source = vec3(0.0);
-            for (int once = met ? 0 : 1; once < 1; ++once) {
-                float to_sun = depth_to_sun(layer, point, altitude, up_middle, w, footprint);
-                float below = extinction * share * 0.5 * thickness;
-                source = sun * cloud_sun_source(phases, drops.y, to_sun)
-                    + sky * cloud_sky_source(drops.y, to_sun * height_of_sun) + ground * (0.5 / (1.0 + 0.1 * below));
-            }
+            if (!met) break;
+            float depth = shell.w * density * length_m;
+            float to_sun = depth_to_sun(layer, point, altitude, up_middle, w, footprint);
+            float below = shell.w * density * share * 0.5 * thickness;
+            vec3 source = sun * cloud_sun_source(phases, drops.y, to_sun)
+                + sky * cloud_sky_source(drops.y, to_sun * height_of_sun) + ground * (0.5 / (1.0 + 0.1 * below));
             float taken = m.open * (1.0 - exp(-depth));
             vec3 air_past = mix(here.transmittance, there.transmittance, part);
             m.light += drops.x * taken * air_past * source;
@@ -129,7 +144,7 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, vec2 ph
             seen += (m.open - 0.5 * taken) * length_m;
             m.open -= taken;
             t += length_m;
-            ease = met ? 1.0 : min(ease * 1.4, longer);
+            ease = 1.0;
         }
         m.light += max(there.in_scatter - here.in_scatter, 0.0) * (seen * per_metre);
         here = there;
