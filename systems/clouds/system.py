@@ -18,13 +18,14 @@ from .maps import BORDER, WeatherMaps
 from .past import NONE, Past
 from .shadow import ShadowMaps
 from .view_block import CLOUD_VIEW_BINDING, MOST_MAPS, CloudViewBlock
+from .view_march import DISTANCE, RAYS, ViewMarch
 from .volumes import make_volume
 from .weather import moment_of
 
 __all__ = ["CloudSystem"]
 
 _SHAPE, _RIMS = 0, 1
-_RAYS, _DISTANCE, _FULL, _SHADOW = "clouds.rays", "clouds.distance", "clouds.full", "clouds.shadow"
+_FULL, _SHADOW = "clouds.full", "clouds.shadow"
 _SKY = "clouds.sky"
 _SHADOW_UNIT, _SKY_UNIT = 16, 17
 _SKY_TEXELS = 64
@@ -37,8 +38,8 @@ _SHADOW_HEIGHT = 0.3
 class CloudSystem(System):
     """The clouds of one planet. Needs Planet and Clouds.
 
-    Passes: ``clouds.march`` follows a ray for each block of pixels, ``clouds.composite`` lays the result over
-    ``scene.radiance``. Neither runs while no ray can meet a layer.
+    Passes: ``clouds.classify`` lists the tiles that may see cloud, ``clouds.march`` follows a ray for each block of
+    their pixels, ``clouds.composite`` lays the result over ``scene.radiance``. None runs while no ray can meet a layer.
     """
 
     name: ClassVar[str] = "clouds"
@@ -48,8 +49,7 @@ class CloudSystem(System):
         self._gpu, self._world = setup.gpu, setup.world
         settings = setup.settings
         self._stride, self._samples = int(settings["clouds.stride"]), int(settings["clouds.samples"])
-        self._steps = (float(settings["clouds.fine_steps"]), float(settings["clouds.step_growth"]))
-        self._sun_steps = float(settings["clouds.sun_steps"])
+        steps, growth, to_sun = (float(settings[f"clouds.{n}"]) for n in ("fine_steps", "step_growth", "sun_steps"))
         gpu = setup.gpu
         self._ubo = gpu.uniform_block(CloudViewBlock, CLOUD_VIEW_BINDING, "cloud_view")
         self._block = CloudViewBlock()
@@ -58,8 +58,9 @@ class CloudSystem(System):
         write_filter(self._block, self._shape, self._rims)
         self._maps = WeatherMaps(gpu, int(settings["clouds.map_texels"]), 1)
         defines = {"STRIDE": self._stride}
-        self._march = gpu.compute("clouds/view_march.comp", defines)
-        self._look_up = gpu.compute("clouds/view_march.comp", {"STRIDE": 1, "PANORAMA": 1})
+        self._view = ViewMarch(gpu, setup.world, self.name, self._stride, (steps, growth, 0.0, to_sun))
+        self._look_up = gpu.compute("clouds/sky.comp")
+        self._look_up.set("u_march", (0.5 * steps, 3.0 * growth, 0.0, min(to_sun, 3.0)))
         self._sky_age, self._sky_shows, self._sky_due = _SKY_FRAMES, (), True
         self._resolve = gpu.fullscreen("clouds/resolve.frag", defines)
         self._over = gpu.fullscreen("clouds/composite.frag")
@@ -151,8 +152,6 @@ class CloudSystem(System):
             self._pasts[frame.view_index] = Past(self._stride, self._samples, radius)
         self._past = self._pasts[frame.view_index]
         self._past.begin(frame, self._stamp)
-        self._march.set("u_march", (*self._steps, self._past.pattern, self._sun_steps))
-        self._look_up.set("u_march", (0.5 * self._steps[0], 3.0 * self._steps[1], 0.5, min(self._sun_steps, 3.0)))
         shows = (frame.camera.position_m.tobytes(), frame.sun.direction.tobytes(), frame.time_s, self._stamp)
         self._sky_age += 1
         now = frame.cut or frame.one_shot or frame.settling or self._sky_age >= _SKY_FRAMES
@@ -220,26 +219,12 @@ class CloudSystem(System):
         )  # fmt: skip
         if not self._seen:
             return
-        reads = ("gbuffer.depth", *air)
-        size = tuple(-(-n // self._stride) for n in view.size)
-        builder.add_pass(
-            "clouds.march",
-            kind="compute",
-            bind=self._bind_march,
-            system=self.name,
-            reads=reads,
-            creates=(
-                TextureSpec(_RAYS, "rgba32f", size, "persistent", help="light of clouds, and what they leave"),
-                TextureSpec(_DISTANCE, "r32f", size, "persistent", help="mean distance of the clouds"),
-            ),
-            when=lambda: not self._past.skip,
-            help="clouds along one ray of each block of pixels",
-        )
+        self._view.declare(builder, view, lambda: self._past, self._bind_clouds)
         builder.add_pass(
             "clouds.resolve",
             bind=lambda io: self._bind_resolve(io, view.index),
             system=self.name,
-            reads=("gbuffer.depth", _RAYS, _DISTANCE),
+            reads=("gbuffer.depth", RAYS, DISTANCE),
             history=(_FULL,),
             creates=(TextureSpec(_FULL, "rgba32f", 1.0, "history", filter="linear", help="clouds of every pixel"),),
             help="clouds of every pixel, from this frame's rays and the last frame",
@@ -261,8 +246,7 @@ class CloudSystem(System):
             self._shadows[view].forget()
 
         def run() -> None:
-            self._ubo.bind()
-            self._bind_noise()
+            self._bind_clouds()
             texture.bind_to_image(0, read=False, write=True)
             for number in self._due:
                 self._cast.set("u_level", number)
@@ -279,41 +263,23 @@ class CloudSystem(System):
 
         def run() -> None:
             bind()
-            self._ubo.bind()
-            self._bind_noise()
+            self._bind_clouds()
             texture.bind_to_image(0, read=False, write=True)
             self._look_up.run_over(*texture.size)
 
         return run
 
-    def _bind_noise(self) -> None:
+    def _bind_clouds(self) -> None:
+        """The layers, their noise and their weather."""
+        self._ubo.bind()
         self._shape.texture.use(0)
         self._rims.texture.use(1)
         self._textures[0].use(2)
         self._textures[1].use(3)
 
-    def _bind_march(self, io: PassIO) -> Callable[[], None]:
-        color, distance = io.texture(_RAYS), io.texture(_DISTANCE)
-        depth = io.texture("gbuffer.depth")
-        bind = bind_contracts(self._world, io, but=self.name)
-
-        def run() -> None:
-            bind()
-            self._ubo.bind()
-            depth.use(4)
-            self._bind_noise()
-            color.bind_to_image(0, read=False, write=True)
-            distance.bind_to_image(1, read=False, write=True)
-            self._march.set("u_place", self._past.place)
-            # A ray without others beside it, from earlier frames, stands for its whole block.
-            self._march.set("u_width", max(1.0, (0.8 if self._past.mode == NONE else 0.4) * self._stride))
-            self._march.run_over(*color.size)
-
-        return run
-
     def _bind_resolve(self, io: PassIO, view: int) -> Callable[[], None]:
         target = io.framebuffer(colors=(_FULL,))
-        textures = [io.texture(name) for name in (_RAYS, "gbuffer.depth", _DISTANCE)]
+        textures = [io.texture(name) for name in (RAYS, "gbuffer.depth", DISTANCE)]
         before, valid = io.history(_FULL), io.history_valid
 
         def run() -> None:

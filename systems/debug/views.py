@@ -38,8 +38,10 @@ NAMED_VIEWS: dict[str, View] = {
     "error_px": View("debug.error_px", "px"),
     "snap_overlay": View("debug.snap_overlay", "color"),
     "holes": View("debug.holes", "color"),
+    "cloud_tiles": View("debug.cloud_tiles", "color"),
+    "cloud_steps": View("debug.cloud_steps", "heat"),
 }
-"""The last four are drawn by the surface that offers them: a pass that creates the resource."""
+"""The last six are drawn by the surface or the clouds that offer them: a pass that creates the resource."""
 
 
 def mode_for_format(name: str, format: str, components: int) -> str:

@@ -1,0 +1,36 @@
+// What each tile of 8 x 4 rays meets: 0 no layer (nothing, or ground before it), 1 layers in which the weather has no cloud there, 2
+// cloud. As exact as the march: it knows the weather at the same places. What no cloud is met by is written at once.
+#include "clouds/view_ray.glsl"
+
+layout(local_size_x = 8, local_size_y = 4) in;
+layout(binding = 0, rgba32f) uniform writeonly image2D o_clouds;
+layout(binding = 1, r32f) uniform writeonly image2D o_distance;
+layout(std430, binding = 0) writeonly buffer FlagBuffer { uint flags[]; };
+
+shared uint s_found;
+
+void main() {
+    if (gl_LocalInvocationIndex == 0u) s_found = 0u;
+    barrier();
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy), size = imageSize(o_clouds);
+    ViewRay v = cloud_view_ray(at);
+    vec2 spans[2 * CLOUD_VIEW_LAYERS];
+    int owners[2 * CLOUD_VIEW_LAYERS];
+    int count = all(lessThan(at, size)) ? cloud_ways(v.mu, v.end, spans, owners) : 0;
+    uint found = count > 0 ? 1u : 0u;
+    for (int k = 0; k < count; ++k) {
+        vec4 shell = cloud_view.shell[owners[k]], drops = cloud_view.droplets[owners[k]];
+        float from = spans[k].x, to = spans[k].y, most = drops.z == 2.0 ? 1.0 : 0.0;
+        int segments = way_segments(shell, drops.z == 1.0, from, to);
+        for (int segment = 0; segment <= segments && most == 0.0; ++segment) {
+            CloudWeather w = weather_along(v.ray, segment == 0 ? from : way_end(shell, from, to, segment - 1, segments));
+            most = max(most, (drops.z == 1.0 ? w.high : w.cover) * drops.w);
+        }
+        found |= most > 0.0 ? 2u : 0u;
+    }
+    if (found != 0u) atomicOr(s_found, found);
+    imageStore(o_clouds, at, vec4(0.0, 0.0, 0.0, 1.0));
+    imageStore(o_distance, at, vec4(NOT_ALL));
+    barrier();
+    if (gl_LocalInvocationIndex == 0u) flags[gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x] = s_found >= 2u ? 2u : s_found;
+}

@@ -1,0 +1,19 @@
+// For debug views: which class a ray's tile has, and how many places the march looks at along it.
+#include "clouds/view_ray.glsl"
+#include "clouds/weather_march.glsl"
+
+layout(local_size_x = 8, local_size_y = 4) in;
+layout(binding = 0, rgba8) uniform writeonly image2D o_classes;
+layout(binding = 1, r32f) uniform writeonly image2D o_steps;
+layout(std430, binding = 0) readonly buffer FlagBuffer { uint flags[]; };
+
+void main() {
+    uint kind = flags[gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x];
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(at, imageSize(o_steps)))) return;
+    ViewRay v = cloud_view_ray(at);
+    March m = march_clouds(v.ray, v.mu, kind == 2u ? v.end : 0.0, v.shift);
+    vec3 color = kind == 2u ? vec3(0.9, 0.9, 0.85) : kind == 1u ? vec3(0.1, 0.25, 0.6) : vec3(0.03);
+    imageStore(o_classes, at, vec4(color * (0.4 + 0.6 * m.open), 1.0));
+    imageStore(o_steps, at, vec4(m.steps));
+}

@@ -1,0 +1,16 @@
+// A small map of the clouds in the sky around the camera, for what mirrors it.
+#include "clouds/weather_march.glsl"
+#include "clouds/sky_map.glsl"
+
+layout(local_size_x = 8, local_size_y = 4) in;
+layout(binding = 0, rgba32f) uniform writeonly image2D o_clouds;
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(at, imageSize(o_clouds)))) return;
+    vec3 ray = cloud_sky_direction((vec2(at) + 0.5) / vec2(imageSize(o_clouds)));
+    float mu = clamp_cos(dot(ray, frame.camera_zenith.xyz));
+    pixel_rad = 2.0 / float(imageSize(o_clouds).x);
+    March m = march_clouds(ray, mu, mu > -0.05 ? NOT_ALL : 0.0, 0.5);
+    imageStore(o_clouds, at, vec4(m.light * frame.scale.x, m.open));
+}

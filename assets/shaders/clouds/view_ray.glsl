@@ -1,0 +1,34 @@
+// The ray of a block of STRIDE x STRIDE pixels, and how far it goes.
+#include "common/camera.glsl"
+#include "clouds/ways.glsl"
+
+layout(binding = 4) uniform sampler2D u_depth;
+layout(location = 1) uniform ivec2 u_place;   // of the ray's pixel in its block
+layout(location = 2) uniform float u_width;   // of what a ray stands for, in pixels
+layout(location = 3) uniform float u_shift;   // of the pattern
+
+struct ViewRay {
+    vec3 ray;
+    float mu, end, shift;
+};
+
+// Roberts 2018: neighbours differ as much as they can.
+float cloud_pattern(ivec2 at) {
+    return fract(dot(vec2(at), vec2(0.75487766, 0.56984029)) + u_shift);
+}
+
+// Sets pixel_rad and cloud_dither as well.
+ViewRay cloud_view_ray(ivec2 at) {
+    ivec2 pixel = min(at * STRIDE + u_place, textureSize(u_depth, 0) - 1);
+    vec3 ray = view_ray(ndc_of_pixel(vec2(pixel) + 0.5));
+    float stretch = length(ray), depth = texelFetch(u_depth, pixel, 0).r;
+    float end = depth > 0.0 ? forward_distance(depth) * stretch : NOT_ALL;
+    ray /= stretch;
+    float mu = clamp_cos(dot(ray, frame.camera_zenith.xyz));
+    // The planet itself, where nothing was drawn on it.
+    vec2 floor_ = shell_crossings(mu, min(planet.radii.w, frame.camera_zenith.w));
+    if (depth <= 0.0 && mu < 0.0 && floor_.x < floor_.y && frame.camera_zenith.w > planet.radii.w) end = min(end, floor_.x);
+    pixel_rad = frame.clock.w * u_width;
+    cloud_dither = cloud_pattern(pixel + ivec2(37, 91));
+    return ViewRay(ray, mu, end, cloud_pattern(pixel));
+}

@@ -1,0 +1,41 @@
+// Where a ray from the camera goes through layers of cloud, and the ends of the segments between which weather is taken as even.
+#include "clouds/shells.glsl"
+#include "clouds/density.glsl"
+
+const int CLOUD_VIEW_LAYERS = 4;
+const float NOT_ALL = 1e9;
+
+float pixel_rad;   // angle that a ray stands for
+
+// Layers are in the order of their heights: down through them from the highest, then up from the lowest. Returns how many ways there
+// are.
+int cloud_ways(float mu, float end, out vec2 spans[2 * CLOUD_VIEW_LAYERS], out int owners[2 * CLOUD_VIEW_LAYERS]) {
+    int layers = int(cloud_view.counts.x), count = 0;
+    for (int turn = 0; turn < 2 * layers; ++turn) {
+        bool down = turn < layers;
+        int layer = down ? layers - 1 - turn : turn - layers;
+        vec4 ways = shell_ways(mu, cloud_view.shell[layer].x, cloud_view.shell[layer].y, end);
+        vec2 way = down ? ways.xy : ways.zw;
+        if (way.y - way.x >= 1e-3) {
+            spans[count] = way;
+            owners[count] = layer;
+            ++count;
+        }
+    }
+    return count;
+}
+
+// Weather changes over tens of kilometres: in a segment it is taken as even.
+int way_segments(vec4 shell, bool thin, float from, float to) {
+    return thin ? 1 : clamp(int(log2((to - from) * shell.z) * 1.3), 1, 6);
+}
+
+float way_end(vec4 shell, float from, float to, int segment, int segments) {
+    float thickness = shell.y - shell.x;
+    float growth = log((to + thickness) / (from + thickness)) / float(segments);
+    return segment == segments - 1 ? to : (from + thickness) * exp(growth * float(segment + 1)) - thickness;
+}
+
+CloudWeather weather_along(vec3 ray, float t) {
+    return cloud_weather(up_at(ray * t), t * pixel_rad);
+}

@@ -1,0 +1,149 @@
+"""The march for a view: tiles by what they may see, rays through those with cloud, and debug views of both."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from ...engine.contracts import bind_contracts, contract_reads
+from ...engine.gpu import GpuScope
+from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
+from ...engine.system import ViewInfo
+from ...engine.world import World
+from .past import NONE, Past
+
+__all__ = ["DISTANCE", "RAYS", "ViewMarch"]
+
+RAYS, DISTANCE = "clouds.rays", "clouds.distance"
+_FLAGS, _TILES = "clouds.tile_flags", "clouds.tiles"
+TILE = (8, 4)
+"""Rays of a tile: a workgroup's."""
+
+
+class ViewMarch:
+    """Passes ``clouds.classify`` and ``clouds.march``, and ``clouds.debug`` while somebody looks at what it makes.
+
+    stride: pixels a side that share a ray. steps: short ones through a layer's thickness, their growth with distance,
+    0, and those towards the sun.
+    """
+
+    def __init__(self, gpu: GpuScope, world: World, system: str, stride: int, steps: tuple[float, ...]) -> None:
+        self._gpu, self._world, self._system, self._stride = gpu, world, system, stride
+        defines = {"STRIDE": stride}
+        self._classify = gpu.compute("clouds/classify.comp", defines)
+        self._list = gpu.compute("clouds/list_tiles.comp")
+        self._march = gpu.compute("clouds/view_march.comp", defines)
+        self._march.set("u_march", steps)
+        self._steps = steps
+        self._debug: Any = None
+
+    def declare(
+        self, builder: GraphBuilder, view: ViewInfo, past: Callable[[], Past], bind_clouds: Callable[[], None]
+    ) -> None:
+        """past: of the frame; bind_clouds: binds layers, noise and weather."""
+        size = tuple(-(-n // self._stride) for n in view.size)
+        tiles = -(-size[0] // TILE[0]) * -(-size[1] // TILE[1])
+        air = contract_reads(self._world, but=self._system)
+        builder.add_pass(
+            "clouds.classify",
+            kind="compute",
+            bind=lambda io: self._bind_classify(io, past, bind_clouds),
+            system=self._system,
+            reads=("gbuffer.depth",),
+            creates=(
+                TextureSpec(RAYS, "rgba32f", size, "persistent", help="light of clouds, and what they leave"),
+                TextureSpec(DISTANCE, "r32f", size, "persistent", help="mean distance of the clouds"),
+                BufferSpec(_FLAGS, 4 * tiles, "persistent", help="what each tile of rays meets"),
+                BufferSpec(_TILES, 16 + 4 * tiles, "persistent", help="dispatch and tiles with cloud"),
+            ),
+            when=lambda: not past().skip,
+            help="tiles of rays that may see cloud",
+        )
+        builder.add_pass(
+            "clouds.march",
+            kind="compute",
+            bind=lambda io: self._bind_march(io, past, bind_clouds),
+            system=self._system,
+            reads=("gbuffer.depth", _TILES, *air),
+            writes=(RAYS, DISTANCE),
+            after=("clouds.classify",),
+            when=lambda: not past().skip,
+            help="clouds along one ray of each block of pixels, where there are any",
+        )
+        builder.add_pass(
+            "clouds.debug",
+            kind="compute",
+            bind=lambda io: self._bind_debug(io, past, bind_clouds),
+            system=self._system,
+            reads=("gbuffer.depth", _FLAGS, *air),
+            creates=(
+                TextureSpec("debug.cloud_tiles", "rgba8", size, help="dark: nothing, blue: air only, else cloud"),
+                TextureSpec("debug.cloud_steps", "r32f", size, help="places looked at, without the sun's"),
+            ),
+            help="classes of tiles, and steps of the march",
+        )
+
+    def _place(self, program: Any, past: Past) -> None:
+        program.set("u_place", past.place)
+        # A ray without others beside it, from earlier frames, stands for its whole block.
+        program.set("u_width", max(1.0, (0.8 if past.mode == NONE else 0.4) * self._stride))
+        program.set("u_shift", past.pattern)
+
+    def _bind_classify(
+        self, io: PassIO, past: Callable[[], Past], bind_clouds: Callable[[], None]
+    ) -> Callable[[], None]:
+        color, distance, depth = io.texture(RAYS), io.texture(DISTANCE), io.texture("gbuffer.depth")
+        flags, tiles = io.buffer(_FLAGS), io.buffer(_TILES)
+        across, down = (-(-n // side) for n, side in zip(color.size, TILE, strict=True))
+
+        def run() -> None:
+            bind_clouds()
+            depth.use(4)
+            color.bind_to_image(0, read=False, write=True)
+            distance.bind_to_image(1, read=False, write=True)
+            flags.bind_to_storage_buffer(0)
+            self._place(self._classify, past())
+            self._classify.run(across, down)
+            self._gpu.gpu.barrier()
+            tiles.bind_to_storage_buffer(1)
+            self._list.set("u_tiles", (across, down))
+            self._list.run()
+
+        return run
+
+    def _bind_march(self, io: PassIO, past: Callable[[], Past], bind_clouds: Callable[[], None]) -> Callable[[], None]:
+        color, distance, depth = io.texture(RAYS), io.texture(DISTANCE), io.texture("gbuffer.depth")
+        tiles, bind = io.buffer(_TILES), bind_contracts(self._world, io, but=self._system)
+
+        def run() -> None:
+            bind()
+            bind_clouds()
+            depth.use(4)
+            color.bind_to_image(0, read=False, write=True)
+            distance.bind_to_image(1, read=False, write=True)
+            tiles.bind_to_storage_buffer(7)
+            self._place(self._march, past())
+            self._march.run_indirect(tiles)
+
+        return run
+
+    def _bind_debug(self, io: PassIO, past: Callable[[], Past], bind_clouds: Callable[[], None]) -> Callable[[], None]:
+        classes, steps = io.texture("debug.cloud_tiles"), io.texture("debug.cloud_steps")
+        depth, flags = io.texture("gbuffer.depth"), io.buffer(_FLAGS)
+        bind = bind_contracts(self._world, io, but=self._system)
+        if self._debug is None:
+            self._debug = self._gpu.compute("clouds/debug.comp", {"STRIDE": self._stride})
+            self._debug.set("u_march", self._steps)
+        program = self._debug
+
+        def run() -> None:
+            bind()
+            bind_clouds()
+            depth.use(4)
+            classes.bind_to_image(0, read=False, write=True)
+            steps.bind_to_image(1, read=False, write=True)
+            flags.bind_to_storage_buffer(0)
+            self._place(program, past())
+            program.run_over(*classes.size)
+
+        return run
