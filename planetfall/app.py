@@ -390,7 +390,9 @@ def fly(
         def renderer(quality: str, overrides: Mapping[str, Any]) -> Renderer:
             # The window may come out larger or smaller than asked for.
             width, height = opened.framebuffer_size
-            return Renderer(scene, (max(width, 1), max(height, 1)), quality, overrides, ctx=opened.ctx)
+            made = Renderer(scene, (max(width, 1), max(height, 1)), quality, overrides, ctx=opened.ctx)
+            made.tolerant = True  # a system that fails is shown, and the flight goes on
+            return made
 
         interface = FlightInterface(opened, scene)
         app: FlightApp | None = None

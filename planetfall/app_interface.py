@@ -10,6 +10,7 @@ from .app_panels import SettingsWindow
 from .app_shown import KEYS
 from .engine.gpu import Gpu
 from .engine.input import Focus
+from .faults import Faults
 from .systems.tweak import FrameHistory, HudData, apply_style, draw_hud
 
 if TYPE_CHECKING:
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
     from .scene import Scene
 
 __all__ = ["FlightInterface"]
+
+_TRACE_LINES = 9
+"""Of a traceback that are shown; the log has all."""
 
 
 class FlightInterface:
@@ -117,7 +121,17 @@ class FlightInterface:
 def _errors(app: FlightApp) -> tuple[str, ...]:
     shown = app.shown
     broken = tuple(f"{error}\nThe last good one is used." for error in shown.shader_errors)
+    broken += tuple(
+        f"{fault.system} is switched off: it raised {_last_lines(fault.report)}\nF5, or a change, tries it again."
+        for fault in getattr(app.renderer, "faults", Faults()).list
+    )
     return (*broken, shown.error) if shown.error else broken
+
+
+def _last_lines(report: str) -> str:
+    """The end of a traceback: what was raised and where, first what matters."""
+    lines = report.strip().splitlines()
+    return "\n".join([lines[-1], *lines[-_TRACE_LINES:-1]])
 
 
 def _lines(app: FlightApp) -> tuple[str, ...]:

@@ -128,7 +128,7 @@ def combo(
     found = None
     if imgui.begin_combo(label, shown, imgui.ComboFlags_.height_large):
         for group, listed in enumerate((names, more)):
-            members = listed() if callable(listed) else listed
+            members: Any = listed() if callable(listed) else listed
             if group and members:
                 imgui.separator_text(heading)
             for name in members:

@@ -16,9 +16,9 @@ from .components import (
     SkyQuality,
     TerrainQuality,
 )
-from .engine.settings import QualityKnobs
+from .engine.settings import QualityKnobs, SettingError, check_value, did_you_mean
 
-__all__ = ["QUALITY", "qualities", "resolve_quality"]
+__all__ = ["LIVE", "QUALITY", "checked_live", "qualities", "resolve_quality"]
 
 _GROUPS = {
     "terrain": TerrainQuality,
@@ -33,6 +33,18 @@ _GROUPS = {
 
 QUALITY = QualityKnobs(PRESETS / "quality", _GROUPS, KINDS)
 """All quality knobs by dotted key; `QUALITY.rules` describes them for panels and help texts."""
+
+LIVE = ("terrain.edge_px", "terrain.error_px", "terrain.min_spacing_m", "clouds.fine_steps", "clouds.step_growth",
+        "clouds.sun_steps")  # fmt: skip
+"""Knobs that are read each frame: a renderer may change them without making anything anew."""
+
+
+def checked_live(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """The changes as they are to be stored. SettingError for a knob that isn't LIVE, or a value it can't have."""
+    other = [key for key in changes if key not in LIVE]
+    if other:
+        raise SettingError(f"{other[0]!r} can't be changed in a running renderer; {did_you_mean(other[0], LIVE, 'live')}")
+    return {key: check_value(QUALITY.rules[key], value, key) for key, value in changes.items()}
 
 
 def qualities() -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -24,9 +25,10 @@ from .engine.settings import revision
 from .engine.space import CameraState, project
 from .engine.system import Frame, Setup, SunState, System, ViewInfo
 from .errors import NotSettled, SettingError
+from .faults import Faults, draw_without_faults
 from .host_space import HostDepth
 from .outputs import OUTPUTS, exports_for, read_output
-from .quality import resolve_quality
+from .quality import checked_live, resolve_quality
 from .scene import Scene
 from .snapshot import Snapshot
 from .standpoint import Standpoint
@@ -45,6 +47,8 @@ from .systems.sky import SkySystem, StarsSystem
 from .systems.terrain.system import TerrainSystem
 from .terrain_sampler import checked_directions
 from .views import View
+
+log = logging.getLogger(__name__)
 
 SYSTEMS: tuple[type[System], ...] = (
     ProxySystem,
@@ -128,6 +132,12 @@ class Renderer:
         self._host_depth: tuple[float, float] | None = None
         self._dt_s = 1.0 / 60.0
         self.python_ms = 0.0
+        self.faults = Faults()
+        """Systems that are switched off because they raised; see `tolerant`."""
+        self.render_scale = 1.0
+        """Rows that `render_to` draws for each row of the viewport, which it then fills; with `depth` always 1."""
+        self.tolerant = False
+        """Whether `render_to` goes on without a system that raises, instead of raising itself."""
         self.released = False
 
     # -- pictures ----------------------------------------------------------------------------------------------------
@@ -171,17 +181,25 @@ class Renderer:
     ) -> None:
         """One frame into a framebuffer of the host's, at viewport (x, y, width, height; default: all of it).
 
-        The renderer takes the viewport's size. The host's GL state is afterwards as it was (see `guard`).
+        The renderer takes the viewport's size, times `render_scale`. The host's GL state is afterwards as it was (see `guard`).
         depth: how the framebuffer's depth buffer stores distances (`HostSpace.depth`): what the host has drawn before
         stays where it is nearer, and what it draws afterwards stands in the planet's world. None: over everything.
         """
         x, y, width, height = viewport or (0, 0, *framebuffer.size)
         with self._guest(framebuffer):
-            self._resize((width, height))
+            scale = self.render_scale if depth is None else 1.0
+            self._resize((max(round(scale * width), 1), max(round(scale * height), 1)))
             framebuffer.viewport = (x, y, width, height)
             self._host_depth = None if depth is None else (depth.offset, depth.scale_m)
             name = "target" if depth is None else "target_with_depth"
-            self._draw(camera, time_s, sun, frozenset({name}), dt_s, framebuffer)
+
+            def draw() -> None:
+                self._draw(camera, time_s, sun, frozenset({name}), dt_s, framebuffer)
+
+            if self.tolerant:
+                draw_without_faults(self, draw)
+            else:
+                draw()
 
     def settle(
         self,
@@ -301,6 +319,8 @@ class Renderer:
         reloaded."""
         with self._guest():
             changed = self.gpu.shaders.reload_changed()
+            if changed:
+                self.faults.shaders_reloaded()
             if changed and self._plan is not None:
                 self._plan.invalidate_persistent()
             return changed
@@ -416,7 +436,8 @@ class Renderer:
             return
         self._gate_key = key
         for system in self._systems:
-            wanted, running = system.active(world), system.name in self._scopes
+            running = system.name in self._scopes
+            wanted = system.name not in self.faults and system.active(world)
             if wanted and not running:
                 scope = self.gpu.scope(system.name)
                 try:
@@ -434,8 +455,34 @@ class Renderer:
     def _deactivate(self, system: System) -> None:
         scope = self._scopes.pop(system.name, None)
         if scope is not None:
-            system.release()
+            try:
+                system.release()
+            except Exception:
+                if system.name not in self.faults:
+                    raise
+                log.warning("system %r, which had raised, raised again when it was released", system.name, exc_info=True)
             scope.release()
+
+    @property
+    def systems(self) -> tuple[System, ...]:
+        """All systems, running or not, in the order of their updates."""
+        return tuple(self._systems)
+
+    @property
+    def failed_system(self) -> str:
+        """The system whose pass raised in the last frame; "" where none did."""
+        return "" if self._plan is None else self._plan.failed_system
+
+    def retune(self, changes: Mapping[str, Any]) -> None:
+        """Change quality knobs that are read each frame (`LIVE`): nothing is made anew. SettingError for others."""
+        checked = checked_live(changes)
+        if any(self.settings[key] != value for key, value in checked.items()):
+            self.settings.update(checked)
+            self._stillness.forget()
+
+    def gate_again(self) -> None:
+        """With the next frame, look again at which systems run, and compile."""
+        self._gate_key = self._plan_key = ()
 
     def _compiled(self, exports: frozenset[str]) -> Plan:
         running = [s for s in self._systems if s.name in self._scopes]

@@ -24,6 +24,10 @@ class Stillness:
         self._scene, self._own = scene, own
         self._shown: tuple[Any, ...] = ()
 
+    def forget(self) -> None:
+        """The next frame is another one than the last, whatever it shows."""
+        self._shown = ()
+
     def same_as_before(self, frame: Frame, running: list[System]) -> bool:
         """See Frame.still."""
         camera, sun = frame.camera, frame.sun

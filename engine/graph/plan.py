@@ -60,6 +60,8 @@ class Plan:
         self._not_run_why = "no frame has been executed yet"
         self._not_run_from = 0
         self._released = False
+        self.failed_system = ""
+        """Whose pass raised in the last execute(); "" where none did."""
 
     # --- running -----------------------------------------------------------------------------------------------------
 
@@ -78,6 +80,7 @@ class Plan:
         cpu_ns = self._cpu_ns
         clock = perf_counter_ns
         place = 0
+        self.failed_system = ""
         self._backend.begin_frame()
         try:
             last = clock()
@@ -110,6 +113,7 @@ class Plan:
         model = self._analysis.model
         if place < len(self._ran):
             decl = model.passes[self._analysis.culling.alive[place]]
+            self.failed_system = decl.system
             error.add_note(f"in pass {decl.name!r} (system {decl.system!r}) of the frame graph")
             for later in range(place, len(self._ran)):
                 self._ran[later] = False

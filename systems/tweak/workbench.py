@@ -24,6 +24,7 @@ class Store(Protocol):
 
     def parts(self) -> Mapping[str, Any]:
         """The components that there are now, by heading."""
+        ...
 
     def put(self, heading: str, part: Any) -> None:
         """Add a component, or replace the one of that heading."""
