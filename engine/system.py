@@ -110,6 +110,9 @@ class System:
 
     name: ClassVar[str] = ""
     needs: ClassVar[tuple[type, ...]] = ()
+    essential: ClassVar[bool] = False
+    """Nothing can be drawn without it, though the graph may compile: a renderer that goes on without systems that raise
+    does not go on without this one."""
     structure: int = 0
     """Raised by the system when its passes or the sizes of its resources change: the frame graph is compiled again."""
     moving: bool | None = None

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from ._kinds import KINDS
+from .app_pace import Pace
 from .app_shown import KEYS, Interface, RendererMaker, Shown
 from .camera import Camera
 from .components import DebugView, Ocean, Sun
@@ -82,6 +83,7 @@ class FlightApp:
         self.dt_s = 1.0 / 60.0
         self.playing: ScenePath | None = None
         self.played_s = 0.0
+        self.pace = Pace()
         self._clock = time.perf_counter
         self._next_stats_s = self._next_reload_s = self._message_ends_s = 0.0
         self._shader_errors_known = ""
@@ -117,6 +119,7 @@ class FlightApp:
     def frame(self) -> None:
         """Input, flight, picture, interface, swap."""
         state = self.window.poll()
+        self.pace.begin(self.renderer)
         dt_s = min(self.dt_s, _LONGEST_FRAME_S)
         if self.interface is not None:
             self.interface.begin(state, self, self.dt_s)
@@ -142,6 +145,7 @@ class FlightApp:
         if visible and self.interface is not None:
             self.interface.draw(self)
         self._housekeeping()
+        self.pace.end(self.renderer)
         self.window.swap()
 
     # what happens in a frame
@@ -170,6 +174,7 @@ class FlightApp:
             if self.shown.error and self._make_renderer is not None:
                 self.set_quality(self.quality, self.overrides)
             else:
+                self.renderer.try_again()
                 self.reload_shaders()
         if "f11" in pressed:
             self.window.fullscreen = not self.window.fullscreen
@@ -405,6 +410,8 @@ def fly(
             app.run()
         finally:
             interface.release()
+            if app is not None:
+                app.pace.release()
             (first if app is None else app.renderer).release()
 
 

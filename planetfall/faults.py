@@ -99,7 +99,7 @@ def draw_without_faults(renderer: Renderer, draw: Callable[[], None]) -> None:
             return
         except Exception as error:
             failed = raised_by(error, (s for s in systems if s.name not in faults), renderer.failed_system)
-            if failed is None or (first is not None and follows_from_absence(error)):
+            if failed is None or failed.essential or (first is not None and follows_from_absence(error)):
                 for system in switched_off:
                     faults.take_back(system)
                 renderer.gate_again()

@@ -43,7 +43,9 @@ def checked_live(changes: Mapping[str, Any]) -> dict[str, Any]:
     """The changes as they are to be stored. SettingError for a knob that isn't LIVE, or a value it can't have."""
     other = [key for key in changes if key not in LIVE]
     if other:
-        raise SettingError(f"{other[0]!r} can't be changed in a running renderer; {did_you_mean(other[0], LIVE, 'live')}")
+        raise SettingError(
+            f"{other[0]!r} can't be changed in a running renderer; {did_you_mean(other[0], LIVE, 'live')}"
+        )
     return {key: check_value(QUALITY.rules[key], value, key) for key, value in changes.items()}
 
 

@@ -33,39 +33,13 @@ from .scene import Scene
 from .snapshot import Snapshot
 from .standpoint import Standpoint
 from .stillness import Stillness
-from .systems.atmosphere.system import AtmosphereSystem
-from .systems.clouds.system import CloudSystem
+from .system_list import SYSTEMS
 from .systems.composite import CompositeSystem
-from .systems.debug import DebugSystem
-from .systems.gbuffer import GBufferSystem
-from .systems.light import LightSystem, resolve_sun
-from .systems.ocean import OceanSystem
-from .systems.props import PropsSystem
-from .systems.proxy import ProxySystem
-from .systems.shadows.system import ShadowSystem
-from .systems.sky import SkySystem, StarsSystem
-from .systems.terrain.system import TerrainSystem
+from .systems.light import resolve_sun
 from .terrain_sampler import checked_directions
 from .views import View
 
 log = logging.getLogger(__name__)
-
-SYSTEMS: tuple[type[System], ...] = (
-    ProxySystem,
-    LightSystem,
-    GBufferSystem,
-    AtmosphereSystem,
-    TerrainSystem,
-    ShadowSystem,
-    OceanSystem,
-    PropsSystem,
-    SkySystem,
-    StarsSystem,
-    CloudSystem,
-    CompositeSystem,
-    DebugSystem,
-)  # fmt: skip
-"""In the order of their updates; the order of the passes comes from the graph."""
 
 _TARGETS = frozenset({"target", "target_with_depth"})
 _SETTLE_FRAMES = 64
@@ -181,7 +155,8 @@ class Renderer:
     ) -> None:
         """One frame into a framebuffer of the host's, at viewport (x, y, width, height; default: all of it).
 
-        The renderer takes the viewport's size, times `render_scale`. The host's GL state is afterwards as it was (see `guard`).
+        The renderer takes the viewport's size, times `render_scale`. The host's GL state is afterwards as it was (see
+        `guard`).
         depth: how the framebuffer's depth buffer stores distances (`HostSpace.depth`): what the host has drawn before
         stays where it is nearer, and what it draws afterwards stands in the planet's world. None: over everything.
         """
@@ -460,7 +435,9 @@ class Renderer:
             except Exception:
                 if system.name not in self.faults:
                     raise
-                log.warning("system %r, which had raised, raised again when it was released", system.name, exc_info=True)
+                log.warning(
+                    "system %r, which had raised, raised again when it was released", system.name, exc_info=True
+                )
             scope.release()
 
     @property
@@ -479,6 +456,11 @@ class Renderer:
         if any(self.settings[key] != value for key, value in checked.items()):
             self.settings.update(checked)
             self._stillness.forget()
+
+    def try_again(self) -> None:
+        """Switch on again what was switched off because it raised."""
+        self.faults.forget()
+        self.gate_again()
 
     def gate_again(self) -> None:
         """With the next frame, look again at which systems run, and compile."""

@@ -76,6 +76,8 @@ class FakeRenderer:
     def render(self, camera: Any, time_s: float, sun: Any = None, dt_s: float | None = None) -> dict[str, Any]:
         return {"color": np.zeros((36, 64, 3), np.uint8)}
 
+    def try_again(self) -> None: ...
+
     def reload_shaders(self) -> list[str]:
         self.reloads += 1
         return self.changed

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -49,7 +49,7 @@ class CloudSystem(System):
         self._gpu, self._world = setup.gpu, setup.world
         settings = setup.settings
         self._stride, self._samples = int(settings["clouds.stride"]), int(settings["clouds.samples"])
-        steps, growth, to_sun = (float(settings[f"clouds.{n}"]) for n in ("fine_steps", "step_growth", "sun_steps"))
+        self._tuned: tuple[float, ...] = ()
         gpu = setup.gpu
         self._ubo = gpu.uniform_block(CloudViewBlock, CLOUD_VIEW_BINDING, "cloud_view")
         self._block = CloudViewBlock()
@@ -58,9 +58,9 @@ class CloudSystem(System):
         write_filter(self._block, self._shape, self._rims)
         self._maps = WeatherMaps(gpu, int(settings["clouds.map_texels"]), 1)
         defines = {"STRIDE": self._stride}
-        self._view = ViewMarch(gpu, setup.world, self.name, self._stride, (steps, growth, 0.0, to_sun))
+        self._view = ViewMarch(gpu, setup.world, self.name, self._stride)
         self._look_up = gpu.compute("clouds/sky.comp")
-        self._look_up.set("u_march", (0.5 * steps, 3.0 * growth, 0.0, min(to_sun, 3.0)))
+        self._tune(settings)
         self._sky_age, self._sky_shows, self._sky_due = _SKY_FRAMES, (), True
         self._resolve = gpu.fullscreen("clouds/resolve.frag", defines)
         self._over = gpu.fullscreen("clouds/composite.frag")
@@ -86,6 +86,14 @@ class CloudSystem(System):
         self._pasts.clear()
         self._gpu.gpu.shaders.withdraw(self.name)
         withdraw_contracts(self._world, self.name)
+
+    def _tune(self, settings: Mapping[str, Any]) -> None:
+        """Knobs that may change while it runs."""
+        tuned = tuple(float(settings[f"clouds.{n}"]) for n in ("fine_steps", "step_growth", "sun_steps"))
+        if tuned != self._tuned:
+            self._tuned = steps, growth, to_sun = tuned
+            self._view.tune((steps, growth, 0.0, to_sun))
+            self._look_up.set("u_march", (0.5 * steps, 3.0 * growth, 0.0, min(to_sun, 3.0)))
 
     # -- contracts ---------------------------------------------------------------------------------------------------
 
@@ -125,6 +133,7 @@ class CloudSystem(System):
 
     def update(self, frame: Frame) -> None:
         self._refresh(frame)
+        self._tune(frame.settings)
         radius = frame.world.get(frame.planet, Planet).radius_m
         centre, reach = -frame.camera.position_m, radius + self._block.counts[2]
         seen = not bool(sphere_outside(frustum_planes(frame.camera), centre[None], [reach])[0])

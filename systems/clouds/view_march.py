@@ -23,19 +23,24 @@ TILE = (8, 4)
 class ViewMarch:
     """Passes ``clouds.classify`` and ``clouds.march``, and ``clouds.debug`` while somebody looks at what it makes.
 
-    stride: pixels a side that share a ray. steps: short ones through a layer's thickness, their growth with distance,
-    0, and those towards the sun.
+    stride: pixels a side that share a ray. Its steps come from `tune`.
     """
 
-    def __init__(self, gpu: GpuScope, world: World, system: str, stride: int, steps: tuple[float, ...]) -> None:
+    def __init__(self, gpu: GpuScope, world: World, system: str, stride: int) -> None:
         self._gpu, self._world, self._system, self._stride = gpu, world, system, stride
         defines = {"STRIDE": stride}
         self._classify = gpu.compute("clouds/classify.comp", defines)
         self._list = gpu.compute("clouds/list_tiles.comp")
         self._march = gpu.compute("clouds/view_march.comp", defines)
-        self._march.set("u_march", steps)
-        self._steps = steps
+        self._steps: tuple[float, ...] = ()
         self._debug: Any = None
+
+    def tune(self, steps: tuple[float, ...]) -> None:
+        """steps: short ones through a layer's thickness, their growth with distance, 0, and those towards the sun."""
+        self._steps = steps
+        for program in (self._march, self._debug):
+            if program is not None:
+                program.set("u_march", steps)
 
     def declare(
         self, builder: GraphBuilder, view: ViewInfo, past: Callable[[], Past], bind_clouds: Callable[[], None]

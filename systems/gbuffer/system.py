@@ -32,6 +32,7 @@ class GBufferSystem(System):
         self._list = setup.gpu.compute("gbuffer/list_tiles.comp")
         self._geometry = setup.gpu.fullscreen("outputs/geometry.frag")
         self._present = setup.gpu.fullscreen("outputs/present.frag")
+        self._present_scaled: Any = None
         self._present_depth: Any = None
         self._host_depth = (0.0, 0.0)
         self._write_all = setup.gpu.gpu.state(depth_test=False, cull=None, blend=None)
@@ -157,7 +158,12 @@ class GBufferSystem(System):
             target.value.use()
             self._write_all.apply()
             picture.use(0)
-            self._present.render()
+            if target.value.viewport[2:] == picture.size:
+                self._present.render()
+                return
+            if self._present_scaled is None:  # most programs do without
+                self._present_scaled = self._gpu.fullscreen("outputs/present.frag", defines={"SCALED": 1})
+            self._present_scaled.render()
 
         return run
 

@@ -25,6 +25,7 @@ class LightSystem(System):
     """Keeps the star axes of the frame's moment in the world. The sun itself comes with the frame (Frame.sun)."""
 
     name: ClassVar[str] = "light"
+    essential: ClassVar[bool] = True
     needs: ClassVar[tuple[type, ...]] = (Sun,)
 
     def __init__(self) -> None:

@@ -46,6 +46,7 @@ class ProxySystem(System):
     """Owns the frame, planet and lattice blocks. Needs a Planet."""
 
     name = "proxy"
+    essential = True
     needs = (Planet,)
 
     def __init__(self) -> None:
