@@ -13,6 +13,15 @@ from typing import Literal
 
 MouseButtonName = Literal["left", "right", "middle"]
 
+PAD_AXES: tuple[str, ...] = ("left_x", "left_y", "right_x", "right_y", "left_trigger", "right_trigger")
+"""Sticks are -1..1 with x to the right and y towards the player (down), triggers 0..1."""
+
+PAD_BUTTONS: tuple[str, ...] = (
+    "a", "b", "x", "y", "left_bumper", "right_bumper", "back", "start", "guide", "left_thumb", "right_thumb",
+    "dpad_up", "dpad_right", "dpad_down", "dpad_left",
+)  # fmt: skip
+"""By the places of an Xbox gamepad: a is the lowest of the four, b the right one."""
+
 KEYS: frozenset[str] = frozenset(
     [chr(c) for c in range(ord("a"), ord("z") + 1)]
     + [str(n) for n in range(10)]
@@ -91,7 +100,23 @@ class Resize:
     height: int
 
 
-InputEvent = KeyEvent | MouseMove | MouseButton | Wheel | Text | Focus | PointerLeft | Resize
+@dataclass(frozen=True, slots=True)
+class PadButton:
+    """A button of the gamepad (one of PAD_BUTTONS) went down or up."""
+
+    button: str
+    pressed: bool
+
+
+@dataclass(frozen=True, slots=True)
+class PadAxis:
+    """A stick or trigger of the gamepad (one of PAD_AXES) has another value, without any dead zone."""
+
+    axis: str
+    value: float
+
+
+InputEvent = KeyEvent | MouseMove | MouseButton | Wheel | Text | Focus | PointerLeft | Resize | PadButton | PadAxis
 
 _NONE: frozenset[str] = frozenset()
 
@@ -100,7 +125,8 @@ class InputState:
     """What is held now and what happened since the last `advance`.
 
     `keys_held`, `keys_pressed`, `keys_released` and the same with `buttons_` are sets of neutral names; `mouse_dx`,
-    `mouse_dy`, `wheel` and `text` are sums over the frame. After `consume` the parts that the user interface took read
+    `mouse_dy`, `wheel` and `text` are sums over the frame; `pad_held`, `pad_pressed` and `pad_axis(name)` are the
+    gamepad's. After `consume` the parts that the user interface took read
     as idle until the next `advance`, so that typing into a field does not fly the camera.
     """
 
@@ -112,6 +138,8 @@ class InputState:
         self.resized = False
         self._keys: set[str] = set()
         self._buttons: set[str] = set()
+        self.pad_held: set[str] = set()
+        self._pad_axes: dict[str, float] = {}
         self._new_frame()
 
     def _new_frame(self) -> None:
@@ -119,6 +147,7 @@ class InputState:
         self._keys_released: set[str] = set()
         self._buttons_pressed: set[str] = set()
         self._buttons_released: set[str] = set()
+        self.pad_pressed: set[str] = set()
         self._dx = self._dy = self._wheel = 0.0
         self._text = ""
         self.resized = False
@@ -162,8 +191,18 @@ class InputState:
                 self._buttons_released |= self._buttons
                 self._keys.clear()
                 self._buttons.clear()
+                self.pad_held.clear()
+                self._pad_axes.clear()
         elif isinstance(event, Resize):
             self.resized = True
+        elif isinstance(event, PadAxis):
+            self._pad_axes[event.axis] = event.value
+        elif isinstance(event, PadButton):
+            if event.pressed:
+                self.pad_held.add(event.button)
+                self.pad_pressed.add(event.button)
+            else:
+                self.pad_held.discard(event.button)
 
     def consume(self, *, keyboard: bool = False, mouse: bool = False) -> None:
         """Hide the keyboard or the mouse from whoever reads this state later in the frame.
@@ -217,3 +256,7 @@ class InputState:
         """-1, 0 or 1 from two keys, e.g. axis("a", "d")."""
         held = self.keys_held
         return float(positive in held) - float(negative in held)
+
+    def pad_axis(self, name: str) -> float:
+        """A stick (-1..1) or trigger (0..1) of the gamepad; 0 where there is none."""
+        return self._pad_axes.get(name, 0.0)

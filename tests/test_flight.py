@@ -350,7 +350,7 @@ def test_the_ground_is_asked_for_once_a_step_and_not_at_rest() -> None:
         flyer.update(FlightInput(forward=1.0), 1.0 / 60.0)
         assert flyer.clearance_m > 0.0
     assert asked == [2] * 10  # here and a little ahead
-    flyer.field = Counted()  # a knob was turned
+    flyer.ground.field = Counted()  # a knob was turned
     asked.clear()
     flyer.update(FlightInput(), 1.0 / 60.0)
     assert asked

@@ -11,7 +11,8 @@ from typing import Any
 import glfw
 from moderngl_window.context.glfw.window import Window as GlfwWindow
 
-from ..input import Focus, InputEvent, PointerLeft
+from ..input import PAD_AXES, PAD_BUTTONS, Focus, InputEvent, PointerLeft
+from .gamepad import GamepadReader
 
 _ODD_NAMES = {
     "grave": "GRAVE_ACCENT",
@@ -25,6 +26,21 @@ def _code(key: str) -> int:
     return int(getattr(glfw, f"KEY_{name}"))
 
 
+def _gamepad() -> tuple[dict[str, float], set[str]] | None:
+    """Axes and held buttons of the first gamepad, or None. glfw brings the table that knows its layout."""
+    for number in range(glfw.JOYSTICK_1, glfw.JOYSTICK_LAST + 1):
+        if not (glfw.joystick_present(number) and glfw.joystick_is_gamepad(number)):
+            continue
+        state = glfw.get_gamepad_state(number)
+        if state is None:
+            continue
+        axes = {name: float(state.axes[getattr(glfw, f"GAMEPAD_AXIS_{name.upper()}")]) for name in PAD_AXES}
+        for name in ("left_trigger", "right_trigger"):  # glfw has them from -1
+            axes[name] = 0.5 * (axes[name] + 1.0)
+        return axes, {name for name in PAD_BUTTONS if state.buttons[getattr(glfw, f"GAMEPAD_BUTTON_{name.upper()}")]}
+    return None
+
+
 class GlfwPlatform:
     """Adapter around a moderngl-window glfw window."""
 
@@ -34,6 +50,7 @@ class GlfwPlatform:
         self._window = window
         self._native = window._window
         self._send = send
+        self._pad = GamepadReader(send)
         glfw.set_window_focus_callback(self._native, self._on_focus)
         glfw.set_cursor_enter_callback(self._native, self._on_cursor_enter)
 
@@ -51,6 +68,8 @@ class GlfwPlatform:
 
     def pump(self) -> None:
         glfw.poll_events()
+        focused = glfw.get_window_attrib(self._native, glfw.FOCUSED)
+        self._pad.read(_gamepad() if focused else None)
 
     def swap(self) -> None:
         glfw.swap_buffers(self._native)

@@ -5,6 +5,7 @@ Imported only when a pyglet window is opened: importing it connects to the displ
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from typing import Any
 
@@ -12,6 +13,19 @@ from moderngl_window.context.pyglet.window import Window as PygletWindow
 from pyglet.window import key as pyglet_key
 
 from ..input import Focus, InputEvent, PointerLeft
+from .gamepad import GamepadReader
+
+log = logging.getLogger(__name__)
+
+_PAD_AXES = {
+    "left_x": "leftx", "left_y": "lefty", "right_x": "rightx", "right_y": "righty",
+    "left_trigger": "lefttrigger", "right_trigger": "righttrigger",
+}  # fmt: skip
+_PAD_BUTTONS = {
+    **{name: name for name in ("a", "b", "x", "y", "back", "start", "guide")},
+    "left_bumper": "leftshoulder", "right_bumper": "rightshoulder",
+    "left_thumb": "leftstick", "right_thumb": "rightstick",
+}  # fmt: skip
 
 _NAMES: dict[str, tuple[str, ...]] = {
     "page_up": ("PAGEUP",),
@@ -55,6 +69,43 @@ def _names(key: str) -> tuple[str, ...]:
     return (key.upper(),)
 
 
+class _Controllers:
+    """pyglet's gamepads; they come and go. Its own event loop reads them, so a step of that is taken with each look."""
+
+    def __init__(self) -> None:
+        self._manager: Any = None
+        self._open: Any = None
+        try:
+            import pyglet.input
+
+            self._manager = pyglet.input.ControllerManager()
+        except Exception as error:  # no right to read the devices, or none of the system's libraries for them
+            log.info("no gamepads: %s: %s", type(error).__name__, error)
+
+    def state(self) -> tuple[dict[str, float], set[str]] | None:
+        """Axes and held buttons of the first gamepad, or None."""
+        there = [] if self._manager is None else self._manager.get_controllers()
+        pad = there[0] if there else None
+        if pad is not self._open:
+            self._open = pad
+            if pad is not None:
+                try:
+                    pad.open()
+                except Exception as error:  # pyglet's own kinds, by system; also when it is open already
+                    log.info("gamepad %s: %s", getattr(pad, "name", "?"), error)
+        if pad is None:
+            return None
+        import pyglet.app
+
+        pyglet.app.platform_event_loop.step(0.0)
+        held = {name for name, theirs in _PAD_BUTTONS.items() if getattr(pad, theirs)}
+        for name, along, sign in (("left", pad.dpadx, -1), ("right", pad.dpadx, 1), ("down", pad.dpady, -1),
+                                  ("up", pad.dpady, 1)):  # fmt: skip
+            if along * sign > 0.5:
+                held.add(f"dpad_{name}")
+        return {name: float(getattr(pad, theirs)) for name, theirs in _PAD_AXES.items()}, held
+
+
 class PygletPlatform:
     """Adapter around a moderngl-window pyglet window."""
 
@@ -64,8 +115,11 @@ class PygletPlatform:
         self._window = window
         self._native = window._window
         self._send = send
-        self._native.event("on_activate")(lambda: send(Focus(True)))
-        self._native.event("on_deactivate")(lambda: send(Focus(False)))
+        self._pad = GamepadReader(send)
+        self._controllers = _Controllers()
+        self._focused = True
+        self._native.event("on_activate")(lambda: self._on_focus(True))
+        self._native.event("on_deactivate")(lambda: self._on_focus(False))
         self._native.event("on_mouse_leave")(self._on_mouse_leave)
 
     @staticmethod
@@ -74,6 +128,10 @@ class PygletPlatform:
         pairs = ((name, key) for key in keys for name in _names(key))
         return {int(getattr(pyglet_key, name)): key for name, key in pairs if hasattr(pyglet_key, name)}
 
+    def _on_focus(self, focused: bool) -> None:
+        self._focused = focused
+        self._send(Focus(focused))
+
     def _on_mouse_leave(self, _x: int, _y: int) -> None:
         if not self._window.mouse_exclusivity:
             self._send(PointerLeft())
@@ -81,6 +139,7 @@ class PygletPlatform:
     def pump(self) -> None:
         self._native.switch_to()
         self._native.dispatch_events()
+        self._pad.read(self._controllers.state() if self._focused else None)
 
     def swap(self) -> None:
         self._native.flip()

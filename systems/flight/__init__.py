@@ -1,27 +1,51 @@
-"""Flight, on the CPU in f64: a ship that a player steers, and scripted paths. No GL and no window in here."""
+"""Flight, on the CPU in f64: ship, walker, globe, flights to places and scripted paths. No GL and no window in here."""
 
-from .keys import CONTROLS, flight_input
+from .controls import ACTIONS, CONTROLS_FILE, Controls, controls_or_defaults, load_controls
+from .fly_to import FlyTo, pose_before, pose_over
+from .ground import Ground
+from .keys import flight_input, steering
 from .load import PATHS_FILE, find_path, load_paths
+from .orbit import OrbitFlight, OrbitInput, OrbitLimits
 from .path import BoundPath, CruisePath, KeyFrame, KeyFramePath, Path, PathSun, Pose
+from .pilot import MODES, Mode, Pilot, Steering
 from .profile import GroundProfile, HeightLike
 from .ship import FlightInput, ShipFlight, ShipLimits
+from .walk import WalkFlight, WalkLimits
 
 __all__ = [
-    "CONTROLS",
+    "ACTIONS",
+    "CONTROLS_FILE",
+    "MODES",
     "PATHS_FILE",
     "BoundPath",
+    "Controls",
     "CruisePath",
     "FlightInput",
+    "FlyTo",
+    "Ground",
     "GroundProfile",
     "HeightLike",
     "KeyFrame",
     "KeyFramePath",
+    "Mode",
+    "OrbitFlight",
+    "OrbitInput",
+    "OrbitLimits",
     "Path",
     "PathSun",
+    "Pilot",
     "Pose",
     "ShipFlight",
     "ShipLimits",
+    "Steering",
+    "WalkFlight",
+    "WalkLimits",
+    "controls_or_defaults",
     "find_path",
     "flight_input",
+    "load_controls",
     "load_paths",
+    "pose_before",
+    "pose_over",
+    "steering",
 ]

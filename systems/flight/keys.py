@@ -1,36 +1,93 @@
-"""From keys and mouse to the ship: the one place that knows which key does what."""
+"""From the state of keys, mouse and gamepad to what the player asks of the flight."""
 
 from __future__ import annotations
 
+import math
+
 from ...engine.input import InputState
+from .controls import Controls, load_controls
+from .orbit import OrbitInput
+from .pilot import Steering
 from .ship import FlightInput
 
-LOOK_RAD_PER_PIXEL = 0.0022
-"""At a vertical field of view of 60 degrees; narrower views turn more slowly."""
+_ZOOM_STEPS_PER_S = 8.0
+"""Of a held key, in steps of the wheel."""
 
-CONTROLS: tuple[tuple[str, str], ...] = (
-    ("mouse", "look around"),
-    ("click, Tab", "catch the mouse, let it go"),
-    ("W A S D", "fly forward, left, back, right"),
-    ("Space, Ctrl", "up, down"),
-    ("Q, E", "roll left, right"),
-    ("Shift", "faster while held"),
-    ("wheel", "faster, slower"),
-)
-"""What the help shows: (keys, what they do)."""
+_DEFAULTS: list[Controls] = []
 
 
-def flight_input(state: InputState, *, looking: bool, fov_y_deg: float = 60.0) -> FlightInput:
-    """This frame's wish of the player. ``looking``: the mouse steers (it is captured by the window)."""
-    held = state.keys_held
-    scale = LOOK_RAD_PER_PIXEL * fov_y_deg / 60.0 if looking else 0.0
-    return FlightInput(
-        forward=state.axis("s", "w"),
-        right=state.axis("a", "d"),
-        up=float("space" in held) - float("left_ctrl" in held or "right_ctrl" in held),
-        roll=state.axis("q", "e"),
-        look_yaw_rad=state.mouse_dx * scale,
-        look_pitch_rad=-state.mouse_dy * scale,
-        boost="left_shift" in held or "right_shift" in held,
-        wheel_steps=state.wheel,
+def steering(
+    controls: Controls,
+    state: InputState,
+    *,
+    looking: bool,
+    dt_s: float,
+    fov_y_deg: float = 60.0,
+    size: tuple[float, float] = (16.0, 9.0),
+) -> Steering:
+    """This frame's wish. looking: the mouse steers (it is captured by the window). size: of the window, in the units of
+    the mouse."""
+    return Steering(
+        flight_input(state, looking=looking, fov_y_deg=fov_y_deg, controls=controls, dt_s=dt_s),
+        _orbit_input(controls, state, looking, fov_y_deg, size, dt_s),
     )
+
+
+def flight_input(
+    state: InputState,
+    *,
+    looking: bool,
+    fov_y_deg: float = 60.0,
+    controls: Controls | None = None,
+    dt_s: float = 0.0,
+) -> FlightInput:
+    """What a ship or a walker is asked for. controls None: the default ones. dt_s: how long sticks have turned."""
+    if controls is None:
+        if not _DEFAULTS:
+            _DEFAULTS.append(load_controls())
+        controls = _DEFAULTS[0]
+    zoom = fov_y_deg / 60.0
+    pixels = controls.look_rad_per_pixel * zoom if looking else 0.0
+    stick = controls.look_rad_per_s * zoom * dt_s
+    yaw, pitch = controls.value("look_right", state), controls.value("look_up", state)
+    turned = -1.0 if controls.invert_y else 1.0
+    return FlightInput(
+        forward=controls.value("forward", state),
+        right=controls.value("right", state),
+        up=controls.value("up", state),
+        roll=controls.value("roll", state),
+        # Squared, so that small ways of a stick aim and whole ones turn.
+        look_yaw_rad=controls.moved("look_right", state) * pixels + math.copysign(yaw * yaw, yaw) * stick,
+        look_pitch_rad=turned
+        * (controls.moved("look_up", state) * pixels + math.copysign(pitch * pitch, pitch) * stick),
+        boost=controls.held("boost", state),
+        wheel_steps=controls.moved("speed", state),
+    )
+
+
+def _orbit_input(
+    controls: Controls, state: InputState, looking: bool, fov_y_deg: float, size: tuple[float, float], dt_s: float
+) -> OrbitInput:
+    width, height = max(size[0], 1.0), max(size[1], 1.0)
+
+    def place(x: float, y: float) -> tuple[float, float]:
+        return 2.0 * x / width - 1.0, 1.0 - 2.0 * y / height
+
+    pointer = (0.0, 0.0) if looking else place(state.mouse_x, state.mouse_y)
+    moved = (2.0 * state.mouse_dx / width, -2.0 * state.mouse_dy / height)
+    return OrbitInput(
+        pointer=pointer,
+        pointer_before=(pointer[0] - moved[0], pointer[1] - moved[1]),
+        drag=controls.held("grab", state),
+        tilt=controls.held("tilt", state),
+        zoom_steps=controls.moved("speed", state) - _ZOOM_STEPS_PER_S * dt_s * controls.value("up", state),
+        forward=controls.value("forward", state),
+        right=controls.value("right", state),
+        turn=controls.value("roll", state) + controls.value("look_right", state),
+        lean=controls.value("look_up", state),
+        fov_y_deg=fov_y_deg,
+        aspect=width / height,
+    )
+
+
+__all__ = ["flight_input", "steering"]

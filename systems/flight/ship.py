@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .ground import Ground
 from .profile import HeightLike
 from .rotation import Vector, any_perpendicular, carry, cross, turn, unit
 
@@ -81,16 +82,12 @@ class ShipFlight:
         sea_level_m: float | None = None,
         limits: ShipLimits | None = None,
     ) -> None:
-        if not (math.isfinite(radius_m) and radius_m > 0.0):
-            raise ValueError(f"ShipFlight: radius_m must be finite and above zero, found {radius_m!r}")
-        self.radius_m = float(radius_m)
-        self.field = field
-        self.sea_level_m = sea_level_m
+        self.ground = Ground(radius_m, field, sea_level_m)
         self.limits = limits or ShipLimits()
         self.throttle = 1.0
         self.velocity_m_s: Vector = np.zeros(3)
         self._roll_rate_rad_s = 0.0
-        self._known: tuple[Any, ...] = (None, None, None, 0.0, 0.0)
+        self._known: tuple[Any, ...] = (None, None, 0.0, 0.0)
         self.place(position_m, forward, up)
 
     def place(self, position_m: ArrayLike, forward: ArrayLike, up: ArrayLike | None = None) -> None:
@@ -105,6 +102,10 @@ class ShipFlight:
         self._keep_above_ground()
 
     # what others read
+
+    @property
+    def radius_m(self) -> float:
+        return self.ground.radius_m
 
     @property
     def right(self) -> Vector:
@@ -147,8 +148,24 @@ class ShipFlight:
         self._look(wish)
         dt_s = min(dt_s, limits.longest_step_s)
         steps = max(1, math.ceil(dt_s / limits.step_s - 1e-9))
+        start, clearance = self.position_m, self.clearance_m
         for _ in range(steps if dt_s > 0.0 else 0):
             self._step(wish, dt_s / steps)
+        self._stay_over(start, clearance)
+
+    def _stay_over(self, start: Vector, clearance_m: float) -> None:
+        """Over what stands between the frame's start and its end, however fast that was."""
+        end = self.position_m
+        if end is start or self.ground.is_clear(_length(end - start), min(clearance_m, self.clearance_m)):
+            return
+        way = self.ground.way(start, end, self.limits.clearance_m)
+        if way is end:
+            return
+        self.position_m = way
+        self._keep_above_ground()
+        self._follow_horizon(unit(end), self._nearness(self.altitude_m))
+        sinking = min(float(self.velocity_m_s @ self.local_up), 0.0)
+        self.velocity_m_s = self.velocity_m_s - sinking * self.local_up
 
     def _look(self, wish: FlightInput) -> None:
         if wish.look_yaw_rad:
@@ -213,13 +230,10 @@ class ShipFlight:
         self._orthonormalise(self.up)
 
     def _keep_above_ground(self) -> None:
-        floor = self._heights()[0] + self.limits.clearance_m
-        if self.altitude_m >= floor:
+        if self.altitude_m >= self._heights()[0] + self.limits.clearance_m:
             return
+        self.position_m = self.ground.lifted(self.position_m, self.limits.clearance_m)
         up = self.local_up
-        self.position_m = up * (self.radius_m + floor)
-        if self.altitude_m < floor:  # one rounding below: the promise is "never below"
-            self.position_m = self.position_m * (1.0 + 4e-16)
         sinking = min(float(self.velocity_m_s @ up), 0.0)
         self.velocity_m_s = self.velocity_m_s - sinking * up
 
@@ -229,17 +243,15 @@ class ShipFlight:
 
     def _heights(self) -> tuple[float, float]:
         """Ground (or water) below the ship, and below where it will be soon. Asked of the field once a place."""
-        position, field, sea, here, ahead = self._known
-        if position is not self.position_m or field is not self.field or sea != self.sea_level_m:
+        position, ground, here, ahead = self._known
+        if position is not self.position_m or ground != self._surface():
             soon = self.position_m + self.velocity_m_s * self.limits.look_ahead_s
-            here, ahead = self._ground(np.stack([self.position_m, soon])).tolist()
-            self._known = (self.position_m, self.field, self.sea_level_m, here, ahead)
+            here, ahead = self.ground.floors(np.stack([self.position_m, soon])).tolist()
+            self._known = (self.position_m, self._surface(), here, ahead)
         return here, ahead
 
-    def _ground(self, positions_m: Vector) -> Vector:
-        directions = positions_m / np.sqrt(np.sum(positions_m * positions_m, axis=1, keepdims=True))
-        heights = np.zeros(len(directions)) if self.field is None else np.asarray(self.field.height(directions))
-        return heights if self.sea_level_m is None else np.maximum(heights, self.sea_level_m)
+    def _surface(self) -> tuple[Any, ...]:
+        return self.ground, self.ground.field, self.ground.sea_level_m
 
     def _orthonormalise(self, wanted_up: Vector) -> None:
         self.forward = unit(self.forward)
