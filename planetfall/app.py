@@ -1,4 +1,7 @@
-"""Free flight in a window: `pf.fly(scene)`. The loop, the keys and what they do; the panels live in app_panels."""
+"""Free flight in a window: `pf.fly(scene)`. The loop and what can be done in it.
+
+Keys live in app_keys, places, time and photos in app_journey, panels in app_panels.
+"""
 
 from __future__ import annotations
 
@@ -10,19 +13,22 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from ._kinds import KINDS
+from .app_journey import Journey
+from .app_keys import act
 from .app_pace import Pace
-from .app_shown import KEYS, Interface, RendererMaker, Shown
+from .app_shown import Interface, RendererMaker, Shown
 from .camera import Camera
 from .components import DebugView, Ocean, Sun
-from .engine.settings import SettingError, plain_table
+from .engine.settings import SettingError
+from .engine.settings.user import user_folder
+from .engine.space import latitude_longitude
 from .errors import GraphError, SceneError
 from .flights import ScenePath, path
 from .quality import resolve_quality
-from .recording import camera_settings
+from .sea_surface import SeaSurface
+from .shot import shot_settings
 from .systems.capture import CaptureError, require_writable, write_png
-from .systems.debug import NAMED_VIEWS
-from .systems.flight import ShipFlight, flight_input
+from .systems.flight import Controls, Ground, Mode, Pilot, Pose, controls_or_defaults, steering
 from .views import View, view, views
 
 if TYPE_CHECKING:
@@ -30,7 +36,7 @@ if TYPE_CHECKING:
     from .renderer import Renderer
     from .scene import Scene
 
-__all__ = ["KEYS", "FlightApp", "Interface", "RendererMaker", "fly"]
+__all__ = ["FlightApp", "Interface", "RendererMaker", "fly"]
 
 log = logging.getLogger(__name__)
 
@@ -38,9 +44,9 @@ _STATS_EVERY_S = 0.25  # they are read back from the GPU
 _RELOAD_EVERY_S = 1.0
 _LONGEST_FRAME_S = 0.5
 _MESSAGE_S = 6.0
-_FASTEST_TIME = 1e6
-_TIME_STEP = 4.0
 _ERROR_COLOR = (0.12, 0.02, 0.03)
+_LONGEST_PROBLEM = 500
+_PHOTO_COLOR = (0.02, 0.03, 0.05)
 
 
 OnFrame = Callable[[float, float], object]
@@ -52,7 +58,7 @@ class FlightApp:
     window: an engine.hosts Window or anything like it. renderer: made on the window's context. camera: the start; None
     takes the planet's view from orbit, or looks down on it. sun, or the sun of a view: put into the scene, so that the
     panel turns the one that shines. make_renderer: for quality that is changed during the flight; the app then owns
-    what it makes, and `app.renderer` is to be released at the end.
+    what it makes, and `app.renderer` is to be released at the end. controls: None takes the user's.
 
     With an interface, an error while drawing does not end the flight: it is shown and logged, and each frame tries
     anew, so that a mended shader or setting brings the picture back.
@@ -71,6 +77,7 @@ class FlightApp:
         quality: str = "high",
         overrides: Mapping[str, Any] | None = None,
         on_frame: OnFrame | None = None,
+        controls: Controls | None = None,
     ) -> None:
         self._on_frame = on_frame
         self.window, self.renderer, self.scene, self.interface = window, renderer, scene, interface
@@ -90,9 +97,16 @@ class FlightApp:
         self._start = camera or first_camera(scene)
         self._start_sun = sun or (self._start.sun if isinstance(self._start, View) else None)
         state = self._start.resolve(scene)
-        self.ship = ShipFlight(state.position_m, state.forward, state.up, radius_m=scene.planet.radius_m)
-        self.fov_y_deg = self._start.fov_y_deg
+        self.sea = SeaSurface(scene)
+        pose = Pose(state.position_m, state.forward, state.up, self._start.fov_y_deg)
+        self.pilot = Pilot(Ground(scene.planet.radius_m), pose, water=self.sea.height)
+        self.ship = self.pilot.ship
+        self.journey = Journey(self)
+        self.controls, problem = (controls, "") if controls else controls_or_defaults(user_folder() / "controls.toml")
         self.to_start()
+        if problem or self.journey.places.problem:
+            # The log has all of it.
+            self.say("\n".join(text[:_LONGEST_PROBLEM] for text in (problem, self.journey.places.problem) if text))
 
     @property
     def looking(self) -> bool:
@@ -100,13 +114,42 @@ class FlightApp:
         return bool(self.window.mouse_exclusivity)
 
     @property
+    def photographing(self) -> bool:
+        """Whether a photo is being taken, a tile a frame."""
+        return self.journey.photographing
+
+    @property
+    def can_change_quality(self) -> bool:
+        """Whether the app can make renderers of its own."""
+        return self._make_renderer is not None
+
+    @property
+    def fov_y_deg(self) -> float:
+        """The whole vertical angle of view."""
+        return self.pilot.fov_y_deg
+
+    @fov_y_deg.setter
+    def fov_y_deg(self, angle: float) -> None:
+        self.pilot.fov_y_deg = angle
+
+    @property
     def camera(self) -> Camera:
         """This frame's camera."""
-        ship = self.ship
-        camera = Camera.__new__(Camera)  # the ship's axes are orthonormal already: checking them costs 0.1 ms a frame
-        camera._place, camera._pose = None, (ship.position_m, ship.forward, ship.up)
-        camera._optics(self.fov_y_deg, None, None)
+        return self.camera_for(None)
+
+    def camera_for(self, fov_y_deg: float | None) -> Camera:
+        """This frame's camera, with a field of view of its own if given."""
+        pose = self.pilot.pose
+        camera = Camera.__new__(Camera)  # the axes are orthonormal already: checking them costs 0.1 ms a frame
+        camera._place, camera._pose = None, (pose.position_m, pose.forward, pose.up)
+        camera._optics(pose.fov_y_deg if fov_y_deg is None else fov_y_deg, None, None)
         return camera
+
+    @property
+    def latitude_longitude_altitude(self) -> tuple[float, float, float]:
+        """Degrees, and metres above ground or sea."""
+        latitude, longitude = latitude_longitude(self.pilot.position_m)
+        return float(latitude), float(longitude), self.pilot.clearance_m
 
     def run(self) -> None:
         """Fly until the window closes."""
@@ -123,7 +166,10 @@ class FlightApp:
         dt_s = min(self.dt_s, _LONGEST_FRAME_S)
         if self.interface is not None:
             self.interface.begin(state, self, self.dt_s)
-        self._keys(state)
+        act(self, state, dt_s)
+        if self.photographing:
+            self._photograph()
+            return
         if self.time_runs:
             self.time_s += dt_s * self.time_speed
         width, height = self.window.framebuffer_size
@@ -150,74 +196,44 @@ class FlightApp:
 
     # what happens in a frame
 
-    def _keys(self, state: InputState) -> None:
-        pressed = state.keys_pressed
-        if not pressed and not state.buttons_pressed:
-            return
-        if "left" in state.buttons_pressed and not self.looking:
-            self.window.mouse_exclusivity = True
-        if "tab" in pressed:
-            self.window.mouse_exclusivity = not self.looking
-        if "escape" in pressed:
-            if self.looking:
-                self.window.mouse_exclusivity = False
-            elif self.shown.panels:
-                self.shown.panels = False
-            else:
-                self.window.request_close()
-        for key, name in (("f1", "help"), ("f2", "numbers"), ("f3", "panels")):
-            if key in pressed:
-                setattr(self.shown, name, not getattr(self.shown, name))
-        if "f3" in pressed and self.shown.panels:
-            self.window.mouse_exclusivity = False
-        if "f5" in pressed:
-            if self.shown.error and self._make_renderer is not None:
-                self.set_quality(self.quality, self.overrides)
-            else:
-                self.renderer.try_again()
-                self.reload_shaders()
-        if "f11" in pressed:
-            self.window.fullscreen = not self.window.fullscreen
-        if "f12" in pressed:
-            self.save_picture()
-        if "t" in pressed:
-            self.time_runs = not self.time_runs
-        for key, factor in (("page_up", _TIME_STEP), ("page_down", 1.0 / _TIME_STEP)):
-            if key in pressed:
-                self.time_speed = min(max(self.time_speed * factor, 1.0 / 64.0), _FASTEST_TIME)
-                self.say(f"time runs {self.time_speed:g} times as fast")
-        if "v" in pressed:
-            names = ("off", *NAMED_VIEWS)
-            now = names.index(self.debug_view) if self.debug_view in names else 0
-            back = "left_shift" in state.keys_held or "right_shift" in state.keys_held
-            self.debug_view = "off" if back else names[(now + 1) % len(names)]
-            self.say(f"debug view: {self.debug_view}")
-        if "p" in pressed:
-            self.play(None if self.playing is not None else "descent")
-        if "home" in pressed:
-            self.to_start()
+    def _photograph(self) -> None:
+        """A frame with a tile of a photo in place of the picture."""
+        try:
+            self.journey.step_photo()
+        except Exception as error:
+            if self.interface is None:
+                raise
+            log.error("the photo could not be taken: %s", error, exc_info=error)
+            self.say(f"the photo could not be taken: {error}")
+        width, height = self.window.framebuffer_size
+        if width > 0 and height > 0 and self.interface is not None:
+            self.window.framebuffer.use()
+            self.window.framebuffer.viewport = (0, 0, width, height)
+            self.window.framebuffer.clear(*_PHOTO_COLOR)
+            self.interface.draw(self)
+        self.window.swap()
 
     def _move(self, state: InputState, dt_s: float) -> None:
         self._meet_ground()
-        wish = flight_input(state, looking=self.looking, fov_y_deg=self.fov_y_deg)
+        self.sea.time_s = self.time_s
+        size = getattr(self.window, "size", self.window.framebuffer_size)
+        wish = steering(self.controls, state, looking=self.looking, dt_s=dt_s, fov_y_deg=self.fov_y_deg, size=size)
         if self.playing is None:
-            self.ship.update(wish, dt_s)
+            self.pilot.update(wish, dt_s)
             return
         self.played_s += dt_s
         camera = self.playing.camera_at(self.played_s)
-        self.fov_y_deg = camera.fov_y_deg
-        self.ship.place(camera.position_m, camera.forward, camera.up)
-        steered = wish.forward or wish.right or wish.up or wish.roll
-        if steered or self.played_s >= self.playing.duration_s:
+        self.pilot.place(Pose(camera.position_m, camera.forward, camera.up, camera.fov_y_deg))
+        if wish.moves or self.played_s >= self.playing.duration_s:
             self.play(None)
 
     def _meet_ground(self) -> None:
-        """The ship flies over the planet as it is now: panels may have changed it."""
-        planet = self.scene.planet
+        """The flight is over the planet as it is drawn now: panels may have changed it."""
+        planet, ground = self.scene.planet, self.pilot.ground
         ocean = planet.get(Ocean)
-        self.ship.radius_m = planet.radius_m
-        self.ship.field = self.scene.height_field()
-        self.ship.sea_level_m = None if ocean is None else ocean.sea_level_m
+        ground.radius_m = planet.radius_m
+        ground.field = self.renderer.height_field()
+        ground.sea_level_m = None if ocean is None else ocean.sea_level_m
 
     def _failed(self, error: Exception, visible: bool) -> None:
         """Keep the window: say what happened, and try again with the next frame."""
@@ -267,9 +283,8 @@ class FlightApp:
             self.scene.sun = dataclasses.replace(sun)
         if isinstance(camera, View):
             self.time_s = camera.time_s
-        self.fov_y_deg = camera.fov_y_deg
         self._meet_ground()
-        self.ship.place(state.position_m, state.forward, state.up)
+        self.pilot.place(Pose(state.position_m, state.forward, state.up, camera.fov_y_deg))
 
     def to_start(self) -> None:
         """Back to where the flight began."""
@@ -279,10 +294,44 @@ class FlightApp:
         """To a named view of this planet."""
         self.place(view(name, self.scene.planet))
 
+    def switch(self, mode: Mode) -> None:
+        """Go on as a ship, on foot, or with the globe in the hand."""
+        self.playing = None
+        self._meet_ground()
+        self.pilot.switch(mode)
+        if mode == "orbit":
+            self.window.mouse_exclusivity = False
+        self.say({"ship": "ship", "walk": "on foot", "orbit": "globe: drag, wheel, right button tilts"}[mode])
+
+    def fly_to_place(self, latitude_deg: float, longitude_deg: float, altitude_m: float = 200.0) -> None:
+        """Fly smoothly to a place. ValueError for one that can't be."""
+        self.playing = None
+        self._meet_ground()
+        self.pilot.fly_to_place(latitude_deg, longitude_deg, altitude_m)
+
+    def fly_to_pixel(self, place: tuple[float, float] | None = None) -> None:
+        """Fly smoothly to what the window shows at a place (window units); None: in its middle."""
+        width, height = self.renderer.size
+        x, y = 0.5 * width, 0.5 * height
+        if place is not None:
+            ratio = getattr(self.window, "pixel_ratio", 1.0)
+            x, y = place[0] * ratio, place[1] * ratio
+        if not (0.0 <= x < width and 0.0 <= y < height):
+            return
+        found = self.renderer.pick(self.camera, x, y)
+        if found is None:
+            self.say("there is nothing but sky")
+            return
+        self.playing = None
+        self._meet_ground()
+        self.pilot.fly_to_point(found[0])
+
     def play(self, name: str | None) -> None:
         """Start a scripted flight from its beginning; None stops it and leaves the ship where it is."""
         self.playing = None if name is None else path(name, self.scene)
         self.played_s = 0.0
+        if self.playing is not None and self.pilot.mode != "ship":
+            self.pilot.switch("ship")
         if self.playing is not None and self.playing.sun is not None:
             light = {key: getattr(self.scene.sun, key) for key in ("irradiance", "angular_radius_rad")}
             self.scene.sun = dataclasses.replace(self.playing.sun, **light)
@@ -354,16 +403,10 @@ class FlightApp:
 
     def _settings(self) -> dict[str, Any]:
         """All that is needed to make this picture again."""
-        tables = {kind: table for table, kind in KINDS.items()}
-        parts = (*self.scene.planet.components(), *self.scene.environment.components())
-        return {
-            "scene": self.scene.name,
-            "time_s": self.time_s,
-            "camera": camera_settings(self.camera),
-            "quality": self.quality,
-            "overrides": self.overrides,
-            "components": {tables[type(part)]: plain_table(part) for part in parts if type(part) in tables},
-        }
+        return shot_settings(
+            self.scene, self.camera, self.time_s, self.renderer.size, quality=self.quality, overrides=self.overrides,
+            ev100=self.renderer.exposure, mode=self.pilot.mode,
+        )  # fmt: skip
 
 
 def fly(

@@ -6,8 +6,9 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from . import ASSETS
+from .app_journey import clock_text
+from .app_journey_window import JourneyWindow
 from .app_panels import SettingsWindow
-from .app_shown import KEYS
 from .engine.gpu import Gpu
 from .engine.input import Focus
 from .faults import Faults
@@ -23,6 +24,8 @@ __all__ = ["FlightInterface"]
 
 _TRACE_LINES = 9
 """Of a traceback that are shown; the log has all."""
+
+_MODES = {"ship": "ship", "walk": "on foot", "orbit": "globe"}
 
 
 class FlightInterface:
@@ -40,13 +43,14 @@ class FlightInterface:
         self._shows = False
         self._history = FrameHistory()
         self._settings = SettingsWindow(scene)
+        self._journey = JourneyWindow()
 
     def begin(self, state: InputState, app: FlightApp, dt_s: float) -> None:
         """Build the frame's interface, and hide from `state` what it used. Nothing to show: nothing of ImGui runs."""
         self._history.add(dt_s * 1e3)
         self._settings.remember(app)
         shown = app.shown
-        wanted = bool(shown.help or shown.numbers or shown.panels or shown.message or _errors(app))
+        wanted = bool(shown.help or shown.numbers or shown.panels or shown.journey or shown.message or _errors(app))
         if not wanted:
             self._shows = False
             return
@@ -61,6 +65,8 @@ class FlightInterface:
             draw_hud(self._hud(app), numbers=shown.numbers, help=shown.help and not shown.panels, right=right)
             if shown.panels:
                 self._settings.draw(imgui, app)
+            if shown.journey:
+                self._journey.draw(imgui, app)
         # F1, F3 and the like go on working while a slider has the focus; only typing takes the keyboard. With Ctrl
         # held, keys are the settings' (undo), not the ship's.
         shortcut = shown.panels and not app.looking and bool({"left_ctrl", "right_ctrl"} & state.keys_held)
@@ -104,7 +110,7 @@ class FlightInterface:
 
     def _hud(self, app: FlightApp) -> HudData:
         shown = app.shown
-        data = HudData(message=shown.message, errors=_errors(app), controls=KEYS)
+        data = HudData(message=shown.message, errors=_errors(app), controls=app.controls.help())
         if shown.numbers:
             data.fps, data.frame_ms, data.history_ms = (
                 self._history.fps,
@@ -135,12 +141,16 @@ def _last_lines(report: str) -> str:
 
 
 def _lines(app: FlightApp) -> tuple[str, ...]:
-    ship = app.ship
+    pilot = app.pilot
+    throttle = app.ship.throttle if pilot.mode == "ship" else 1.0
     lines = [
-        f"{length(ship.clearance_m)} above ground",
-        f"{length(ship.speed_m_s)}/s" + ("" if ship.throttle == 1.0 else f"   throttle {ship.throttle:.2g}"),
-        place(*(float(value) for value in ship.position_m)),
+        f"{_MODES[pilot.mode]}: {length(pilot.clearance_m)} above ground",
+        f"{length(pilot.speed_m_s)}/s" + ("" if throttle == 1.0 else f"   throttle {throttle:.2g}"),
+        place(*(float(value) for value in pilot.position_m)),
+        f"{clock_text(app.journey.hour)} by the sun",
     ]
+    if pilot.route is not None:
+        lines.append(f"flying there: {pilot.route_s:.0f} of {pilot.route.duration_s:.0f} s")
     if app.playing is not None:
         lines.append(f"{app.playing.name}: {app.played_s:.0f} of {app.playing.duration_s:.0f} s")
     if not app.time_runs:

@@ -1,4 +1,4 @@
-"""What the flight and its interface say to each other: the keys, what is shown, and the interface's protocol."""
+"""What the flight and its interface say to each other: what is shown, and the interface's protocol."""
 
 from __future__ import annotations
 
@@ -6,31 +6,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
-from .systems.flight import CONTROLS
-
 if TYPE_CHECKING:
     from .app import FlightApp
     from .engine.input import InputState
     from .renderer import Renderer
 
-__all__ = ["KEYS", "Interface", "RendererMaker", "Shown"]
-
-KEYS: tuple[tuple[str, str], ...] = (
-    *CONTROLS,
-    ("P", "play or stop the scripted descent"),
-    ("Home", "back to the start"),
-    ("T", "stop or start the time"),
-    ("Page Up, Down", "time runs faster, slower"),
-    ("V", "next debug view; Shift V: the picture"),
-    ("F1", "this help"),
-    ("F2", "numbers on and off"),
-    ("F3", "settings on and off"),
-    ("F5", "load changed shaders"),
-    ("F11", "whole screen"),
-    ("F12", "save a picture here"),
-    ("Escape", "let the mouse go, close settings, then leave"),
-)
-"""What the help shows: (keys, what they do)."""
+__all__ = ["Interface", "RendererMaker", "Shown"]
 
 RendererMaker = Callable[[str, Mapping[str, Any]], "Renderer"]
 """Makes a renderer on the window's context: (quality, overrides)."""
@@ -55,6 +36,7 @@ class Shown:
     help: bool = True
     numbers: bool = True
     panels: bool = False
+    journey: bool = False
     message: str = ""
     error: str = ""
     shader_errors: tuple[str, ...] = ()

@@ -26,7 +26,8 @@ class Camera:
     Camera(position_m=(x, y, z), forward=(x, y, z), up=(x, y, z)): planet-centred metres and directions in planet axes.
     Camera.at(latitude_deg, longitude_deg, altitude_m, ...): over a place. fov_y_deg is the whole vertical angle; the
     horizontal one follows the picture's shape. frustum_deg=(left, right, bottom, top), signed angles from forward,
-    takes its place for tiles and stereo. planet: a name in the scene or scene.planet; None is the scene's default one.
+    takes its place for tiles and stereo. ev100: a fixed exposure.
+    planet: a name in the scene or scene.planet; None is the scene's default one.
 
     position_m, forward and up (unit, at right angles) are always there. Those of Camera.at with planet=None belong to
     the scene that the camera was last rendered in; before that to the scene that was loaded last; and before that to
@@ -42,13 +43,14 @@ class Camera:
         planet: str | PlanetHandle | None = None,
         *,
         frustum_deg: Sequence[float] | None = None,
+        ev100: float | None = None,
     ) -> None:
         position = check_vector("position_m", position_m)
         # An up along forward has no horizon; then the local vertical decides, or north when that is no help either.
         _, above, ahead = orthonormal_axes(check_unit("forward", forward), check_unit("up", up), position)
         self._place: Place | None = None
         self._pose = (position, ahead, above)
-        self._optics(fov_y_deg, frustum_deg, planet)
+        self._optics(fov_y_deg, frustum_deg, planet, ev100)
 
     @classmethod
     def at(
@@ -63,6 +65,7 @@ class Camera:
         planet: str | PlanetHandle | None = None,
         *,
         frustum_deg: Sequence[float] | None = None,
+        ev100: float | None = None,
     ) -> Camera:
         """A camera over a place. heading_deg: 0 north, 90 east (at a pole: longitude looked along); pitch_deg > 0 up.
 
@@ -72,21 +75,33 @@ class Camera:
         camera = cls.__new__(cls)
         camera._place = make_place(latitude_deg, longitude_deg, altitude_m, heading_deg, pitch_deg, above)
         camera._pose = None
-        camera._optics(fov_y_deg, frustum_deg, planet)
+        camera._optics(fov_y_deg, frustum_deg, planet, ev100)
         return camera
 
-    def _optics(self, fov_y_deg: float, frustum_deg: Sequence[float] | None, planet: str | PlanetHandle | None) -> None:
+    def _optics(
+        self,
+        fov_y_deg: float,
+        frustum_deg: Sequence[float] | None,
+        planet: str | PlanetHandle | None,
+        ev100: float | None = None,
+    ) -> None:
         if planet is not None and not isinstance(planet, str | PlanetHandle):
             raise CameraError(f"Camera: planet: expected a name, scene.planet or None, found {planet!r}")
         self.planet = planet
         self._fov_y_deg = check_number("fov_y_deg", fov_y_deg, _NARROWEST_DEG, _WIDEST_DEG)
         self.frustum_deg = None if frustum_deg is None else check_frustum(frustum_deg)
+        self._ev100 = None if ev100 is None else check_number("ev100", ev100, -20.0, 30.0)
         self._scene: weakref.ref[Scene] | None = None
 
     @property
     def fov_y_deg(self) -> float:
         """The whole vertical angle; without meaning where frustum_deg is given."""
         return self._fov_y_deg
+
+    @property
+    def ev100(self) -> float | None:
+        """A fixed exposure for pictures of this camera; None: as the scene's Exposure says."""
+        return self._ev100
 
     # -- where it is --------------------------------------------------------------------------------------------------
 

@@ -14,7 +14,8 @@ from ._version import __version__
 from .cli_options import CameraOptions, Planet, Quality, Set, Size, SunOptions, parse_overrides, parse_size
 from .cli_progress import counted, settling
 from .errors import CameraError, OutputError
-from .recording import camera_settings, record
+from .recording import record
+from .shot import camera_settings
 from .systems.capture import contact_sheet, require_writable, write_arrays, write_png
 from .systems.capture.video import ffmpeg
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from ._version import __version__
 from .flights import ScenePath, path
+from .shot import camera_settings
 from .systems.capture import NumberedFrames, VideoError, contact_sheet, write_png, write_video
 from .systems.capture.sheet import even_selection
 from .systems.capture.video import ffmpeg
@@ -97,12 +98,6 @@ def _render(
             before = index
             if progress is not None:
                 progress(index + 1, frames.count)
-
-
-def camera_settings(camera: Any) -> dict[str, Any]:
-    """A Camera (or a CameraState) as plain data for the files."""
-    names = ("position_m", "forward", "up", "fov_y_deg", "tan_left", "tan_right", "tan_bottom", "tan_top", "near_m")
-    return {name: getattr(camera, name) for name in names if getattr(camera, name, None) is not None}
 
 
 def _sheet(flight: ScenePath, frames: NumberedFrames) -> Any:

@@ -23,6 +23,7 @@ from .engine.graph import GraphBuilder, Plan
 from .engine.hosts.foreign import ForeignHost, attach
 from .engine.settings import revision
 from .engine.space import CameraState, project
+from .engine.surface.field import HeightField
 from .engine.system import Frame, Setup, SunState, System, ViewInfo
 from .errors import NotSettled, SettingError
 from .faults import Faults, draw_without_faults
@@ -249,6 +250,10 @@ class Renderer:
         """
         return queries.height_drawn(self, checked_directions("directions", directions))
 
+    def height_field(self) -> HeightField | None:
+        """The ground that is drawn, at full detail on the CPU; None without Terrain. See Scene.height_field."""
+        return self._ground.field()
+
     # -- looking inside ----------------------------------------------------------------------------------------------
 
     def passes(self) -> list[Any]:
@@ -365,7 +370,7 @@ class Renderer:
         sun_state = self._sun_state(sun_component, time_s)
         self._gate()
         frame = self._frame_for(state, sun_state, time_s, dt_s)
-        frame.ev100 = view.ev100 if view is not None else None
+        frame.ev100 = camera.ev100
         frame.settling, frame.one_shot, frame.exact = settling, one_shot, exact
         running = [s for s in self._systems if s.name in self._scopes]
         frame.still = self._stillness.same_as_before(frame, running)

@@ -39,9 +39,10 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 @pytest.fixture(scope="session", autouse=True)
 def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """No test, and no program that one starts, reads or writes the user's own cache."""
+    """No test, and no program that one starts, reads or writes the user's own cache and settings."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PLANETFALL_CACHE", str(tmp_path_factory.mktemp("cache")))
+        patch.setenv("PLANETFALL_CONFIG", str(tmp_path_factory.mktemp("config")))
         yield
 
 

@@ -75,10 +75,10 @@ class Binding:
         if text is None and self.kind == "pad_axis":
             side, _, axis = self.name.partition("_")
             text = f"pad {side} {'trigger' if axis == 'trigger' else 'stick'}"
+        if text is None and self.kind == "pad_button":
+            text = "pad " + self.name.replace("dpad", "cross").replace("_", " ")
         if text is None:
-            text = ("pad " if self.kind == "pad_button" else "") + self.name.replace("_", " ").capitalize()
-        if self.kind == "pad_button":
-            text = text.replace("Dpad", "cross").replace("pad cross", "pad cross")
+            text = self.name.replace("_", " ").capitalize()
         return f"{self.modifier.capitalize()} {text}" if self.modifier else text
 
     def held(self, state: InputState) -> bool:

@@ -124,6 +124,8 @@ class Controls:
         rows = []
         for action in actions:
             shown = list(dict.fromkeys(binding.shown for binding in self._of(action)))
+            if rows and action == "look_up" and ", ".join(_short(shown)) == rows[-1][0]:
+                continue  # "look around" says it
             if shown:
                 rows.append((", ".join(_short(shown)), ACTIONS[action]))
         return tuple(rows)

@@ -20,7 +20,9 @@ _RHO = 1.4
 """Van Wijk and Nuij's users liked this share between going up and going along."""
 _PACE_PER_S = 1.5
 """Their V: how much of the way a second takes."""
-_SHORTEST_S, _LONGEST_S = 0.8, 14.0
+_RAMP = 0.3
+_SHORTEST_S, _LONGEST_S = 0.8, 20.0
+_SPIN_RAD_S = 1.5
 
 
 class FlyTo:
@@ -44,7 +46,9 @@ class FlyTo:
             max(ground.clearance(self._to), clearance_m),
             math.sqrt(float(self._tangent @ self._tangent)) * ground.radius_m,
         )
-        wanted = self._zoom.length / _PACE_PER_S + 0.5 if duration_s is None else duration_s
+        # Far up, half the planet may go by at the top of the way: not faster than eyes can follow.
+        spun = self._zoom.fastest * self._zoom.length / ((1.0 - _RAMP) * ground.radius_m * _SPIN_RAD_S)
+        wanted = max(self._zoom.length / _PACE_PER_S + 0.5, spun) if duration_s is None else duration_s
         self.duration_s = min(max(wanted, _SHORTEST_S), _LONGEST_S) if duration_s is None else max(wanted, 1e-3)
         self._fov = (start.fov_y_deg, target.fov_y_deg)
         frame_a, frame_b = self._frame(0.0), self._frame(1.0)
@@ -68,9 +72,9 @@ class FlyTo:
         return Pose(position, axes[:, 0], axes[:, 1], fov)
 
     def _share(self, time_s: float) -> float:
-        """Starts and ends at rest (smoothstep)."""
+        """Starts and ends at rest: speed rises and falls over _RAMP of the time each, with no kink (smoothstep)."""
         x = time_s / self.duration_s
-        return x * x * (3.0 - 2.0 * x)
+        return 1.0 - _ramped(1.0 - x) if x > 0.5 else _ramped(x)
 
     def _frame(self, along: float) -> Array:
         """Columns: along the way, up, to the side; turning with the planet's curve and about nothing else."""
@@ -128,13 +132,15 @@ class _Zoom:
         self._w0, self._w1, self._u1 = w0, w1, u1
         self._straight = u1 < 1e-6 * max(w0, w1)
         if self._straight:
-            self.length = abs(math.log(w1 / w0)) / _RHO
+            self.length, self.fastest = abs(math.log(w1 / w0)) / _RHO, 0.0
             return
         r2, r4 = _RHO**2, _RHO**4
         b0 = (w1 * w1 - w0 * w0 + r4 * u1 * u1) / (2.0 * w0 * r2 * u1)
         b1 = (w1 * w1 - w0 * w0 - r4 * u1 * u1) / (2.0 * w1 * r2 * u1)
         self._r0, r1 = -math.asinh(b0), -math.asinh(b1)  # ln(-b + sqrt(b^2 + 1))
         self.length = (r1 - self._r0) / _RHO
+        self.fastest = w0 * math.cosh(self._r0) / _RHO
+        """Metres of the way by length of the curve, at its top."""
 
     def at(self, share: float) -> tuple[float, float]:
         """(share of the way, clearance in m) at a share of the curve."""
@@ -147,6 +153,14 @@ class _Zoom:
         u = self._w0 / _RHO**2 * (math.cosh(r0) * math.tanh(_RHO * s + r0) - math.sinh(r0))
         w = self._w0 * math.cosh(r0) / math.cosh(_RHO * s + r0)
         return min(max(u / self._u1, 0.0), 1.0), w
+
+
+def _ramped(x: float) -> float:
+    """The integral of smoothstep(x / _RAMP), scaled so that a way of that and its mirror image is 1 long."""
+    if x >= _RAMP:
+        return (x - 0.5 * _RAMP) / (1.0 - _RAMP)
+    y = x / _RAMP
+    return _RAMP * y * y * y * (1.0 - 0.5 * y) / (1.0 - _RAMP)
 
 
 def _south(up: Vector) -> Vector:

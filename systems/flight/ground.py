@@ -17,6 +17,7 @@ _STEEPEST = 4.0
 """Slope for fields that don't tell their own."""
 _SLOPE_MARGIN = 1.5
 """Slopes are known at looks, and ground between two looks may be a little steeper than at either."""
+_BOTTOMLESS_M = 1e4
 _LOOKS = 25
 """From each end of a way to its middle, with steps that grow by the same factor."""
 _LONGEST = 0.125
@@ -50,9 +51,10 @@ class Ground:
         return heights if self.sea_level_m is None else np.maximum(heights, self.sea_level_m)
 
     def dry(self, positions_m: Floats) -> Floats:
-        """Heights (N,) of the ground alone."""
+        """Heights (N,) of the ground alone. A sea without ground is bottomless."""
         if self.field is None:
-            return np.zeros(len(positions_m))
+            bottom = 0.0 if self.sea_level_m is None else self.sea_level_m - _BOTTOMLESS_M
+            return np.full(len(positions_m), bottom)
         return np.asarray(self.field.height(_directions(positions_m)), dtype=np.float64)
 
     def floor(self, position_m: Vector) -> float:

@@ -135,17 +135,17 @@ class WalkFlight:
         wanted = wanted * (speed / max(size, 1.0))
         climb = float(self.velocity_m_s @ up)
         level = self.velocity_m_s - climb * up
-        inertia = limits.inertia_s if self.standing else limits.air_inertia_s
+        steep = math.sqrt(float(uphill @ uphill)) > math.tan(math.radians(limits.slope_deg))
+        inertia = limits.inertia_s if self.standing and not steep else limits.air_inertia_s
         level = wanted + (level - wanted) * math.exp(-dt_s / (4.0 * limits.inertia_s if self.swimming else inertia))
-        level = self._on_slopes(level, uphill, dt_s)
+        if steep and self.standing and not self.swimming:
+            level = self._slide(level, uphill, dt_s)
         climb = self._climb(climb, wish, water, dt_s)
         self._go(level, climb, here, dt_s)
 
-    def _on_slopes(self, level: Vector, uphill: Vector, dt_s: float) -> Vector:
+    def _slide(self, level: Vector, uphill: Vector, dt_s: float) -> Vector:
         """Ground that is too steep isn't walked up, and a body on it slides."""
         steep = math.sqrt(float(uphill @ uphill))
-        if not self.standing or self.swimming or steep <= math.tan(math.radians(self.limits.slope_deg)):
-            return level
         direction = uphill / steep
         level = level - max(float(level @ direction), 0.0) * direction
         return level - direction * (self.gravity_m_s2 * dt_s * steep / (1.0 + steep * steep))

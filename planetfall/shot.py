@@ -1,0 +1,128 @@
+"""Everything that a picture was made of, as plain data inside its file, and back from there."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ._kinds import KINDS, PROP_KINDS
+from ._version import __version__
+from .camera import Camera
+from .engine.settings import PresetError, build_components, plain_table
+from .scene import Scene
+from .systems.capture import CaptureError, read_png_settings
+
+if TYPE_CHECKING:
+    from .components import Sun
+
+__all__ = ["Shot", "camera_settings", "load_shot", "shot_settings"]
+
+
+@dataclasses.dataclass(frozen=True)
+class Shot:
+    """What a picture's file tells: `scene` is made anew, the rest goes into Renderer and render, or `pf.photo`."""
+
+    scene: Scene
+    camera: Camera
+    time_s: float
+    size: tuple[int, int]
+    quality: str
+    overrides: Mapping[str, Any]
+    supersample: int
+    ev100: float | None
+    mode: str
+
+
+def shot_settings(
+    scene: Scene,
+    camera: Any,
+    time_s: float,
+    size: tuple[int, int],
+    *,
+    quality: str,
+    overrides: Mapping[str, Any] | None = None,
+    sun: Sun | None = None,
+    supersample: int = 1,
+    ev100: float | None = None,
+    mode: str = "ship",
+) -> dict[str, Any]:
+    """All that is needed to make a picture again. camera: a CameraState, or a Camera without a ground to stand on.
+
+    sun: the one that shines, where it isn't the scene's. ev100: the exposure that the picture has.
+    """
+    tables = {kind: table for table, kind in KINDS.items()}
+    parts = (*scene.planet.components(), *scene.environment.components())
+    components = {tables[type(part)]: plain_table(part) for part in parts if type(part) in tables}
+    if sun is not None:
+        components["sun"] = plain_table(sun)
+    prop_tables = {kind: table for table, kind in PROP_KINDS.items()}
+    props = [
+        {"name": p.name, **{prop_tables[type(c)]: plain_table(c) for c in p.components() if type(c) in prop_tables}}
+        for p in scene.props
+    ]
+    return {
+        "planetfall": __version__,
+        "scene": scene.name,
+        "like": scene.preset,
+        "components": components,
+        "props": props,
+        "camera": camera_settings(camera),
+        "time_s": float(time_s),
+        "size": [int(n) for n in size],
+        "quality": quality,
+        "overrides": dict(overrides or {}),
+        "supersample": supersample,
+        "exposure": ev100,
+        "mode": mode,
+    }
+
+
+def camera_settings(camera: Any) -> dict[str, Any]:
+    """A Camera (or a CameraState) as plain data for the files."""
+    names = ("position_m", "forward", "up", "fov_y_deg", "tan_left", "tan_right", "tan_bottom", "tan_top", "near_m")
+    return {name: getattr(camera, name) for name in names if getattr(camera, name, None) is not None}
+
+
+def load_shot(path: str | PathLike[str]) -> Shot:
+    """What a PNG of ours was made of. CaptureError for another picture; PresetError for settings that can't be."""
+    path = Path(path)
+    data = read_png_settings(path)
+    try:
+        found = data["camera"]
+        if "components" not in data:
+            raise KeyError("components")
+        components = build_components(data["components"], KINDS, path)
+        scene = Scene(str(data["scene"]), components, preset=data.get("like"))
+        for number, entry in enumerate(data.get("props", [])):
+            made = build_components(entry, PROP_KINDS, f"{path}: props[{number}]", also=("name",))
+            scene.add(*made.values(), name=str(entry.get("name", "")))
+        width, height = (int(n) for n in data["size"])
+        exposure = data.get("exposure")
+        return Shot(
+            scene, _camera(found), float(data["time_s"] or 0.0), (width, height), str(data["quality"]),
+            dict(data.get("overrides", {})), int(data.get("supersample", 1)),
+            None if exposure is None else float(exposure), str(data.get("mode", "ship")),
+        )  # fmt: skip
+    except KeyError as error:
+        raise CaptureError(
+            f"{path}: its settings lack {error}: it was written by an older version, and can't be made again from them"
+        ) from error
+    except (TypeError, AttributeError) as error:
+        raise PresetError(f"{path}: its settings are damaged: {error}") from error
+    except ValueError as error:
+        raise PresetError(f"{path}: {error}") from error
+
+
+def _camera(found: Mapping[str, Any]) -> Camera:
+    place = (found["position_m"], found["forward"], found["up"])
+    if "tan_top" not in found:
+        return Camera(*place, float(found["fov_y_deg"]))
+    left, right, bottom, top = (float(found[f"tan_{side}"]) for side in ("left", "right", "bottom", "top"))
+    if left == -right and bottom == -top:
+        return Camera(*place, 2.0 * math.degrees(math.atan(top)))
+    angles = [math.degrees(math.atan(t)) for t in (left, right, bottom, top)]
+    return Camera(*place, frustum_deg=angles)
