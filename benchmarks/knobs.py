@@ -54,7 +54,8 @@ class Pair:
     planet, view: where. off, on: the two values; off None: as the preset has it. both: settings that both pictures
     share. least: mean FLIP between them. least_worst: where a knob moves few pixels (stars, the sun's disc), the FLIP
     of the pixel that differs most, in place of the mean. free: as a plain camera with the view's sun, so that the
-    scene's Exposure counts and not the view's fixed one. size: of the golden pictures.
+    scene's Exposure counts and not the view's fixed one. size: of the golden pictures. clouds: whether the preset
+    keeps its own.
     """
 
     planet: str
@@ -66,6 +67,7 @@ class Pair:
     least_worst: float = 0.0
     free: bool = False
     size: tuple[int, int] = KNOB_SIZE
+    clouds: bool = False
 
     def changes(self, key: str, value: Any) -> dict[str, Any]:
         """Settings of one of the pictures of the knob `key`: {"table.field": value}."""

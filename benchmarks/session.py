@@ -66,12 +66,14 @@ class Session:
         size: tuple[int, int] = (640, 360),
         quality: str = "medium",
         overrides: Mapping[str, Any] | None = None,
+        clouds: bool = False,
     ) -> Iterator[Renderer]:
-        """A renderer on a context of its own, released afterwards."""
-        from .. import Renderer, load_scene
+        """A renderer on a context of its own, released afterwards. clouds: whether a preset keeps its own."""
+        from .. import Renderer
+        from .scenes import preset_scene
 
         self.release()
-        made = Renderer(load_scene(scene) if isinstance(scene, str) else scene, size, quality, overrides)
+        made = Renderer(preset_scene(scene, clouds) if isinstance(scene, str) else scene, size, quality, overrides)
         self._caps = made.gpu.caps
         try:
             yield made

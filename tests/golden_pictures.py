@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 import planetfall as pf
 from planetfall.benchmarks.knobs import HAZE, KNOB_SIZE, QUALITY_VIEW, Pair, changed
+from planetfall.benchmarks.scenes import preset_scene
 
 FOLDER = Path(__file__).resolve().parent / "golden"
 VIEW_SIZE = (320, 180)
@@ -40,6 +41,7 @@ class Picture:
     name: also the file's, below tests/golden. changes: {"table.field": value}, undone afterwards. overrides: quality
     keys; each set of them needs a renderer of its own. free: as a plain camera with the view's sun, so that the scene's
     Exposure counts and not the view's fixed one; turned_deg then turns it to the right. sun_higher_deg: raises the sun.
+    clouds: whether the planet keeps its own; without, ground and sea are seen as they are.
     allowed: limit of this picture in place of the common one.
     """
 
@@ -52,6 +54,7 @@ class Picture:
     free: bool = False
     turned_deg: float = 0.0
     sun_higher_deg: float = 0.0
+    clouds: bool = False
     allowed: Limit | None = None
 
     @property
@@ -68,6 +71,7 @@ class Picture:
             "changes": dict(self.changes),
             "overrides": dict(self.overrides),
             "exposure": "scene" if self.free else "view",
+            **({"clouds": True} if self.clouds else {}),
         }
 
 
@@ -186,7 +190,10 @@ GOLDENS: tuple[Picture, ...] = (*VIEW_PICTURES, *KNOB_PICTURES)
 
 def pair_picture(key: str, pair: Pair, value: Any) -> Picture:
     """One picture of a knob's pair."""
-    return Picture(f"pair/{key}", pair.planet, pair.view, pair.size, pair.changes(key, value), free=pair.free)
+    return Picture(
+        f"pair/{key}", pair.planet, pair.view, pair.size, pair.changes(key, value), free=pair.free,
+        clouds=pair.clouds,
+    )  # fmt: skip
 
 
 def wireframe(overrides: Mapping[str, Any]) -> Picture:
@@ -194,9 +201,9 @@ def wireframe(overrides: Mapping[str, Any]) -> Picture:
     return Picture("pair/quality", *QUALITY_VIEW, VIEW_SIZE, {"debug.view": "wireframe"}, overrides)
 
 
-def plain(view: str, planet: str, size: tuple[int, int] = KNOB_SIZE) -> Picture:
+def plain(view: str, planet: str, size: tuple[int, int] = KNOB_SIZE, clouds: bool = False) -> Picture:
     """The picture without any change, to hold a changed one against."""
-    return Picture(f"plain/{planet}-{view}", planet, view, size)
+    return Picture(f"plain/{planet}-{view}", planet, view, size, clouds=clouds)
 
 
 class Studio:
@@ -210,12 +217,12 @@ class Studio:
 
     def __init__(self) -> None:
         self._renderers: OrderedDict[tuple[Any, ...], tuple[pf.Scene, pf.Renderer]] = OrderedDict()
-        self._plain: dict[tuple[str, str, tuple[int, int]], Pixels] = {}
+        self._plain: dict[tuple[str, str, tuple[int, int], bool], Pixels] = {}
         self.machine: dict[str, str] = {}
 
     def take(self, picture: Picture) -> Pixels:
         """u8 (H, W, 3), row 0 on top."""
-        key = (picture.planet, picture.view, picture.size)
+        key = (picture.planet, picture.view, picture.size, picture.clouds)
         unchanged = not (picture.changes or picture.overrides or picture.free or picture.sun_higher_deg)
         if unchanged and key in self._plain:
             return self._plain[key]
@@ -242,9 +249,9 @@ class Studio:
             return renderer.render(view, outputs=(name,))[name]
 
     def _renderer(self, picture: Picture) -> tuple[pf.Scene, pf.Renderer]:
-        key = (picture.planet, picture.size, tuple(sorted(picture.overrides.items())))
+        key = (picture.planet, picture.size, tuple(sorted(picture.overrides.items())), picture.clouds)
         if key not in self._renderers:
-            scene = pf.load_scene(SCENES.get(picture.planet, picture.planet))
+            scene = preset_scene(SCENES.get(picture.planet, picture.planet), picture.clouds)
             scene.environment.add(pf.DebugView())
             scene.environment[pf.Composite].antialiasing = ANTIALIASING
             renderer = pf.Renderer(scene, picture.size, QUALITY, picture.overrides)

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ... import Camera, DebugView, Renderer, load_scene, view
+from ... import Camera, DebugView, Renderer, view
 from ..knobs import Pair, changed, component
+from ..scenes import preset_scene
 from ..timing import Timing, time_variants
 from .flip import flip
 
@@ -57,7 +58,7 @@ class KnobMeter:
 
     def knob(self, key: str, pair: Pair, runs: int) -> KnobCost:
         """Of a component's knob, in the view of its pair."""
-        sides = {side: self._renderer(pair.planet, side, {}) for side in SIDES}
+        sides = {side: self._renderer(pair.planet, side, {}, pair.clouds) for side in SIDES}
         table, field = key.split(".")
         with ExitStack() as stack:
             values = []
@@ -71,12 +72,12 @@ class KnobMeter:
         sides = {side: self._renderer(place[0], side, {key: v}) for side, v in zip(SIDES, values, strict=True)}
         return _compare(sides, values, place[1], False, runs)
 
-    def _renderer(self, planet: str, side: str, overrides: Mapping[str, Any]) -> Renderer:
-        key = (planet, side, tuple(overrides.items()))
+    def _renderer(self, planet: str, side: str, overrides: Mapping[str, Any], clouds: bool = False) -> Renderer:
+        key = (planet, side, tuple(overrides.items()), clouds)
         if key not in self._renderers:
             while len(self._renderers) >= self.KEEP * 2:
                 _release(self._renderers.popitem(last=False)[1])
-            scene = load_scene(planet)
+            scene = preset_scene(planet, clouds)
             scene.environment.add(DebugView())
             self._renderers[key] = Renderer(scene, self.size, self.quality, overrides)
         self._renderers.move_to_end(key)

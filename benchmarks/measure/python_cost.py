@@ -25,10 +25,11 @@ def _times_ms(frame: Callable[[int], None], runs: int) -> list[float]:
 
 def measure(runs: int) -> dict[str, dict[str, float]]:
     """{"camera still" | "camera turns": {"ms", "low", "high", "update_ms", "passes"}} for the view near."""
-    from ... import Camera, load_scene, view
+    from ... import Camera, view
     from ...renderer import Renderer
+    from ..scenes import preset_scene
 
-    with Renderer(load_scene("earth"), size=(160, 90), quality="medium") as renderer:
+    with Renderer(preset_scene("earth"), size=(160, 90), quality="medium") as renderer:
         target = renderer.ctx.simple_framebuffer((160, 90))
         still = view("near")
         for _ in range(5):

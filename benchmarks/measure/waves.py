@@ -12,9 +12,10 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ... import Camera, Composite, Exposure, Ocean, Renderer, Scene, load_scene
+from ... import Camera, Composite, Exposure, Ocean, Renderer, Scene
 from ...engine.waves import WaveSet, at_directions, displacement
 from ...engine.waves.anchor import anchor_axes
+from ..scenes import preset_scene
 from ..timing import Timing
 from .frames import FinishTimers
 
@@ -46,7 +47,7 @@ def open_sea(altitude_m: float) -> Camera:
 
 def sea_scene(wave_count: int, method: str = "ours", ev100: float = 14.5) -> Scene:
     """Earth with so many waves, by day over OPEN_SEA, at an exposure that doesn't adapt, without anti-aliasing."""
-    scene = load_scene("earth")
+    scene = preset_scene("earth")
     sea = scene.planet[Ocean]
     sea.wave_count, sea.method = wave_count, method
     scene.environment[Composite].antialiasing = "none"

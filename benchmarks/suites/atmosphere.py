@@ -6,8 +6,9 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
-from ... import Atmosphere, AtmosphereProbe, Camera, Planet, Renderer, Scene, Sun, load_scene, view
+from ... import Atmosphere, AtmosphereProbe, Camera, Planet, Renderer, Scene, Sun, view
 from ..measure import air, air_speed
+from ..scenes import preset_scene
 from ..session import Bench, Session
 from ..target import at_most
 from ..timing import Timing
@@ -91,9 +92,9 @@ def _shading(session: Session) -> None:
     """What the air adds to a frame with ground and sea, against the same planet without it."""
     qualities = (PROMISED,) if session.quick else ("paper", "low", PROMISED)
     for size in (BENCH,) if session.quick else (BENCH, FULL_HD):
-        airless = load_scene("earth")
+        airless = preset_scene("earth")
         airless.planet.remove(Atmosphere)
-        scenes = {quality: (load_scene("earth"), quality) for quality in qualities} | {"none": (airless, PROMISED)}
+        scenes = {quality: (preset_scene("earth"), quality) for quality in qualities} | {"none": (airless, PROMISED)}
         with _renderers(scenes, size) as renderers:
             views = {name: [view(name)] for name in TABLE_VIEWS}
             found = air_speed.time_passes(renderers, views, session.runs(7, 3))
@@ -119,7 +120,7 @@ def _tables(session: Session) -> None:
     session.release()
     near = view("near")
     for name, scene, camera in (("air alone", _bare(), _cameras("100 m", "still")[0]), ("earth", "earth", near)):
-        made = load_scene(scene) if isinstance(scene, str) else scene
+        made = preset_scene(scene) if isinstance(scene, str) else scene
         start = air_speed.time_start(made, BENCH, PROMISED, camera)
         rows = (("first picture, never computed before", start.first_picture_ms, 1500.0),
                 ("from there to the final tables", start.final_ms, 60e3),

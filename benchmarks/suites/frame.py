@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from ... import Exposure, Renderer, View, load_scene, view, views
+from ... import Exposure, Renderer, View, view, views
 from ..knobs import PAIRS, QUALITY_PAIRS, QUALITY_VIEW
 from ..machine import resident_bytes
 from ..measure import antialiasing, frames
 from ..measure.knobs import KnobCost, KnobMeter
+from ..scenes import preset_scene
 from ..session import Bench, Session
 from ..target import at_most
 
@@ -104,7 +105,7 @@ def _antialiasing(session: Session) -> None:
 
     def of(seen: View, size: tuple[int, int]) -> Callable[[Mapping[str, Any]], Renderer]:
         def make(overrides: Mapping[str, Any]) -> Renderer:
-            scene = load_scene("earth")
+            scene = preset_scene("earth")
             exposure = scene.environment[Exposure]
             exposure.mode, exposure.ev100 = "fixed", seen.ev100
             return Renderer(scene, size, "medium", overrides)

@@ -9,8 +9,9 @@ from types import SimpleNamespace
 import numpy as np
 from numpy.typing import NDArray
 
-from ... import Ocean, OceanSampler, Planet, TerrainSampler, load_scene
+from ... import Ocean, OceanSampler, Planet, TerrainSampler
 from ..reference.waves import displaced
+from ..scenes import preset_scene
 from ..session import Bench, Session
 from ..target import at_most
 from ..timing import time_variants
@@ -22,7 +23,7 @@ Floats = NDArray[np.float64]
 def ocean_sampler(session: Session) -> None:
     """Heights and normals of earth's sea, bed included; heights against displaced points in extended precision."""
     rng = np.random.default_rng(SEED)
-    scene = load_scene("earth")
+    scene = preset_scene("earth")
     ocean = scene.planet[Ocean]
     ground = TerrainSampler(scene)
     open_sea, shore = _water(ground, 1000, -1e9, -500.0, rng), _water(ground, 200, -30.0, -0.5, rng)

@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from ... import Camera, Planet, Renderer, Terrain, load_scene, qualities, view, views
+from ... import Camera, Planet, Renderer, Terrain, qualities, view, views
 from ...engine.space import CameraState
 from ...systems.terrain.height import TerrainParams
 from ..measure import coverage, ground, motion, positions, positions_quadtree, relief, sea
 from ..measure.frames import time_passes
 from ..measure.ground_cost import VERTICES, height_runs
+from ..scenes import preset_scene
 from ..session import Bench, Session
 from ..target import Target, at_least, at_most
 from ..timing import Timing, time_variants
@@ -59,7 +60,7 @@ def _positions(session: Session) -> None:
 
 def _tile_positions(session: Session, radius: float, backend: str, method: str) -> None:
     """Vertices of tiles as drawn; those of the quadtree's article beside them, against its own formula."""
-    scene = positions_quadtree.smooth(load_scene("earth"))
+    scene = positions_quadtree.smooth(preset_scene("earth"))
     scene.planet[Planet].radius_m = radius
     overrides = {**positions_quadtree.OVERRIDES, "terrain.backend": backend, "terrain.method": method}
     with session.renderer(scene, positions_quadtree.SIZE, "medium", overrides) as renderer:
@@ -238,7 +239,7 @@ def _frame_time(session: Session, renderer: Renderer, camera: Camera) -> Any:
 
 def _relief(session: Session) -> None:
     """How rough the land is at each scale, beside measurements; what the planet is made of."""
-    scene = load_scene("earth")
+    scene = preset_scene("earth")
     measured = relief.MEASURED
     found = relief.roughness(scene, 60_000)
     for distance, ours in found.items():
@@ -260,7 +261,7 @@ def _relief(session: Session) -> None:
 
 def _sources(session: Session) -> None:
     """What craters and maps add to a vertex, in one run: the moon as it is, and without them."""
-    scene = load_scene("moon")
+    scene = preset_scene("moon")
     whole = TerrainParams.from_component(scene.planet[Terrain], scene.planet[Planet].radius_m)
     worlds = {
         "noise alone": replace(whole, craters=0.0, height_map=None),
@@ -283,12 +284,12 @@ def _sources(session: Session) -> None:
 
 def _source_shading(session: Session) -> None:
     """The pass that shades the ground, with craters and map, and without; the second's time is the unit."""
-    bare = load_scene("moon")
+    bare = preset_scene("moon")
     bare.planet[Terrain].craters, bare.planet[Terrain].height_map = 0.0, ""
     names = ("without sources", "with both")
     found: dict[tuple[str, str], list[float]] = {}
     session.release()
-    with Renderer(bare, (640, 360), "medium") as plain, Renderer(load_scene("moon"), (640, 360), "medium") as whole:
+    with Renderer(bare, (640, 360), "medium") as plain, Renderer(preset_scene("moon"), (640, 360), "medium") as whole:
         for _ in range(session.runs(8, 4)):  # in turns
             for seen in ("near", "orbit"):
                 for name, renderer in zip(names, (plain, whole), strict=True):
@@ -305,7 +306,7 @@ def _sampler(session: Session) -> None:
     """TerrainSampler: the CPU's heights."""
     from ... import TerrainSampler
 
-    sampler = TerrainSampler(load_scene("earth"))
+    sampler = TerrainSampler(preset_scene("earth"))
     rng = _rng()
     many = rng.normal(size=(1000, 3))
     many /= np.linalg.norm(many, axis=1, keepdims=True)
@@ -328,7 +329,7 @@ def _views(session: Session, renderer: Renderer) -> list[str]:
 
 @contextmanager
 def _earth(session: Session, radius_m: float, size: tuple[int, int], quality: str) -> Iterator[Renderer]:
-    scene = load_scene("earth")
+    scene = preset_scene("earth")
     scene.planet[Planet].radius_m = radius_m
     with session.renderer(scene, size, quality) as renderer:
         yield renderer

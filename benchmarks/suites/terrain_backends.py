@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ... import load_scene, path, qualities, view
+from ... import path, qualities, view
 from ..measure import ground, holes, popping
 from ..measure.frames import time_frames
+from ..scenes import preset_scene
 from ..session import Session
 from ..target import at_most
 
@@ -47,7 +48,7 @@ def popping_in_flight(session: Session) -> None:
         "descent": [(second, session.runs(60, 10)) for second in (2.0, 14.0, 22.0, 30.0, 38.0, 46.0, 52.0, 57.0)],
     }
     for name in BACKENDS:
-        scene = load_scene("earth")
+        scene = preset_scene("earth")
         with session.renderer(scene, size, "high", {"terrain.backend": name}) as renderer:
             for flight, starts in parts.items():
                 way = path(flight, scene)

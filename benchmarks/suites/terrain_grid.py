@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ... import Renderer, load_scene, path, view
+from ... import Renderer, path, view
 from ..measure import frames, ground, motion, paper_grid, snaps
+from ..scenes import preset_scene
 from ..session import Bench, Session
 from ..target import at_least, at_most
 from ..timing import Timing, time_variants
@@ -33,7 +34,7 @@ def _side_by_side(session: Session, names: list[str]) -> Iterator[dict[str, Rend
     with session.renderer("earth", SIZE, "medium", dict(METHODS[names[0]])) as first, ExitStack() as stack:
         made = {names[0]: first}
         for name in names[1:]:
-            other = Renderer(load_scene("earth"), SIZE, "medium", dict(METHODS[name]), ctx=first.ctx, guard=False)
+            other = Renderer(preset_scene("earth"), SIZE, "medium", dict(METHODS[name]), ctx=first.ctx, guard=False)
             stack.callback(other.release)
             made[name] = other
         yield made

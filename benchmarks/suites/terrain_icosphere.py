@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ... import Renderer, load_scene, view
+from ... import Renderer, view
 from ..measure import frames, ground, icosphere_paper, motion
 from ..measure.positions_icosphere import IcospherePositions, special_places
+from ..scenes import preset_scene
 from ..session import Bench, Session
 from ..target import at_most
 from ..timing import time_variants
@@ -32,7 +33,7 @@ def _methods(session: Session) -> None:
     with session.renderer("earth", SIZE, "medium", dict(METHODS["grid"])) as first, ExitStack() as stack:
         made = {"grid": first}
         for name in list(METHODS)[1:]:
-            other = Renderer(load_scene("earth"), SIZE, "medium", dict(METHODS[name]), ctx=first.ctx, guard=False)
+            other = Renderer(preset_scene("earth"), SIZE, "medium", dict(METHODS[name]), ctx=first.ctx, guard=False)
             stack.callback(other.release)
             made[name] = other
         for place in VIEWS:

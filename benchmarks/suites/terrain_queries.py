@@ -6,8 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ... import TerrainSampler, load_scene
+from ... import TerrainSampler
 from ..measure import queries
+from ..scenes import preset_scene
 from ..session import Bench, Session
 from ..target import at_most
 from ..timing import time_variants
@@ -18,7 +19,7 @@ SEED = 20260401
 def terrain_queries(session: Session) -> None:
     """Heights, rays, spheres, patches of earth at 16 layers, and rays over craters. Rays against a fine march, spheres
     against dense grids."""
-    sampler = TerrainSampler(load_scene("earth"))
+    sampler = TerrainSampler(preset_scene("earth"))
     rng = np.random.default_rng(SEED)
     places = queries.land(sampler, 1000, rng)
     timing = time_variants({"": lambda: sampler.height(places)}, session.runs(40, 10), 3)[""]
@@ -27,7 +28,7 @@ def terrain_queries(session: Session) -> None:
         asked = queries.rays(sampler, name, above_m, pitch_deg, reach_m, 1000, rng)
         _ray_row(session, sampler, asked, limit_ms)
     for planet, sets in (("moon", queries.SETS), ("mars", queries.SETS), ("asteroid", queries.SMALL_SETS)):
-        other = TerrainSampler(load_scene(planet))
+        other = TerrainSampler(preset_scene(planet))
         for name, above_m, pitch_deg, reach_m, limit_ms in sets:
             asked = queries.rays(other, f"{planet}, {name}", above_m, pitch_deg, reach_m, 1000, rng)
             _ray_row(session, other, asked, limit_ms, share=0.25)

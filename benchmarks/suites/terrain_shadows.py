@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from ... import Camera, Renderer, Sun, Terrain, latitude_longitude, load_scene, view
+from ... import Camera, Renderer, Sun, Terrain, latitude_longitude, view
 from ...engine.space import CameraState
 from ..measure import shadows
+from ..scenes import preset_scene
 from ..session import Bench, Session
 from ..target import at_most
 from ..timing import time_variants
@@ -48,7 +49,7 @@ def _shadows(session: Session) -> None:
 def _shelter(session: Session) -> None:
     """Light of an even sky at places of the ground against rays in float64."""
     for name, roughness in (("high", None), ("valley", 2.5)):
-        scene = load_scene("earth")
+        scene = preset_scene("earth")
         if roughness is not None:
             scene.planet[Terrain].roughness = roughness
         with session.renderer(scene, _SIZE) as renderer:
@@ -97,7 +98,7 @@ def _cost(session: Session) -> None:
         made: dict[str, Renderer] = {}
         try:
             for variant, on in (("without", False), ("with", True)):
-                scene = load_scene("earth")
+                scene = preset_scene("earth")
                 scene.planet[Terrain].shadows = scene.planet[Terrain].occlusion = on
                 made[variant] = Renderer(scene, _SIZE, "medium")
             state = made["with"].camera_state(shown)

@@ -1,0 +1,21 @@
+"""Scenes of presets as benches and golden pictures take them: without clouds, unless they are what is looked at."""
+
+from __future__ import annotations
+
+import os
+
+from .. import Clouds, Scene, load_scene
+
+__all__ = ["preset_scene"]
+
+
+def preset_scene(source: str | os.PathLike[str] = "earth", clouds: bool = False) -> Scene:
+    """As load_scene; without `clouds` no planet of it has any.
+
+    Clouds hide ground and sea and cost more than both: figures and pictures of those would say little under them.
+    """
+    scene = load_scene(source)
+    for planet in () if clouds else scene.planets.values():
+        if planet.has(Clouds):
+            planet.remove(Clouds)
+    return scene
