@@ -32,7 +32,7 @@ def map_of(renderer: pf.Renderer, border: bool = False) -> np.ndarray:
     """The first map (rows, columns, 4) in 0..1."""
     maps = system_of(renderer)._maps
     with renderer.current():
-        held = maps._textures[0].read()
+        held = maps.shown[0].read()
     side = maps.size + 2 * BORDER
     whole = np.frombuffer(held, np.uint8).reshape(side, side, 4) / 255.0
     return whole if border else whole[BORDER:-BORDER, BORDER:-BORDER]
@@ -144,7 +144,7 @@ def test_weather_changes_a_little_in_an_hour_and_much_in_ten_days() -> None:
             number = moment_of(time_s).first
             system = system_of(renderer)
             with renderer.current():
-                held = system._maps._textures[number % 2].read()
+                held = system._maps.texture_of(number).read()
             maps.append(np.frombuffer(held, np.uint8).astype(float))
     hour, days = (np.corrcoef(maps[0], m)[0, 1] for m in maps[1:])
     assert hour > 0.98

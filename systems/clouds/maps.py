@@ -1,7 +1,9 @@
-"""Weather maps on the GPU: two moments at a time, made when they are wanted."""
+"""Weather maps on the GPU: drawn tile by tile, a coarse one at once where time has jumped."""
 
 from __future__ import annotations
 
+import math
+from time import perf_counter
 from typing import Any
 
 import moderngl
@@ -9,66 +11,124 @@ import numpy as np
 
 from ...engine.gpu import GpuScope
 from . import weather as w
+from .charts import Chart, Charts
 
 __all__ = ["BORDER", "WeatherMaps"]
 
 BORDER = 16
 """Texels around the map that repeat what lies across its edges, so that five levels of it can be filtered."""
 LEVELS = 5
-_ROWS = 64
+COARSER = 4
+"""Texels of a map to one of the coarse map that stands in for it; BORDER is a multiple."""
+_TILE = (256, 8)
+"""Texels drawn at once: 1 to 2 ms on two cores without a GPU."""
+_BUDGET_S = 3e-3
+"""Of a frame, for drawing maps; where a tile takes longer, one tile. A GPU doesn't say how long it took: there the
+number of tiles in a frame is the limit."""
+_MOST_TILES = 16
 _BALANCE_TEXELS = 256
-_SLOPE = 1.0
+_OCTAVES = 7
+_SLOPE = 1.5
 """How sharply the map parts clear sky from cloud."""
 
 
 class WeatherMaps:
-    """Maps by number. size: texels a side without the border."""
+    """What is shown of the weather: two textures and the share of the second. size: texels a side without the border."""
 
     def __init__(self, gpu: GpuScope, size: int, seed: int) -> None:
         self._gpu, self.size, self._seed = gpu, size, seed
-        defines = {"CYCLONES": w.CYCLONES}
-        self._program = gpu.compute("clouds/weather.comp", defines)
+        self._program = gpu.compute("clouds/weather.comp", self._defines())
+        self._widen = gpu.compute("clouds/weather_widen.comp")
         side = size + 2 * BORDER
-        self._textures = [gpu.texture((side, side), "rgba8", levels=LEVELS, filter="linear") for _ in range(2)]
-        self._held: list[int | None] = [None, None]
+        self._textures = [gpu.texture((side, side), "rgba8", levels=LEVELS, filter="linear") for _ in range(3)]
+        small = size // COARSER + 2 * BORDER // COARSER
+        self._small = gpu.texture((small, small), "rgba8", filter="linear")
+        self._columns, self._rows = math.ceil(side / _TILE[0]), math.ceil(side / _TILE[1])
         self._coverage = -1.0
         self._balance = (0.0, 1.0)
-        self.made = 0
+        self.charts = Charts(self)
+        self.tiles_drawn = self.made = 0
+
+    @property
+    def tiles(self) -> int:
+        """See charts.ChartDrawing."""
+        return self._columns * self._rows
+
+    @property
+    def shown(self) -> tuple[Any, Any]:
+        """The two textures."""
+        return self._textures[self.charts.first.slot], self._textures[self.charts.second.slot]
+
+    def texture_of(self, number: int) -> Any:
+        """The map of this number, if it is held whole."""
+        return next((self._textures[chart.slot] for chart in self.charts.all if chart.is_of(number)), None)
 
     def balance(self, coverage: float) -> None:
         """From now on maps have this mean cover."""
         if coverage == self._coverage:
             return
         self._coverage = coverage
-        program = self._gpu.compute("clouds/weather.comp", {"CYCLONES": w.CYCLONES, "BALANCE": 1})
+        program = self._gpu.compute("clouds/weather.comp", {**self._defines(), "BALANCE": 1})
         texture = self._gpu.texture((_BALANCE_TEXELS, _BALANCE_TEXELS), "rgba32f")
-        self._run(program, texture, 0, 0.0)
+        self._prepare(program, 0, 0.0)
+        texture.bind_to_image(0, read=False, write=True)
+        program.set("u_corner", (0, 0))
+        program.run(_BALANCE_TEXELS // 8, _BALANCE_TEXELS // 8)
+        self._gpu.gpu.ctx.memory_barrier()
         raw = np.frombuffer(texture.read(), np.float32).reshape(_BALANCE_TEXELS, _BALANCE_TEXELS, 4)[..., 0]
         self._balance = w.balance_for(raw, w.octahedral_weights(_BALANCE_TEXELS), coverage, _SLOPE)
         self._gpu.free(texture)
         self._gpu.free(program)
-        self._held = [None, None]
+        self.charts.forget()
 
-    def want(self, moment: w.Moment) -> tuple[Any, Any]:
-        """The two textures of a moment."""
-        for number in moment.maps if moment.share > 0.0 else (moment.first,):
-            slot = number % 2
-            if self._held[slot] != number:
-                self._program.set("u_balance", self._balance)
-                self._run(self._program, self._textures[slot], BORDER, number * w.STEP_S)
-                self._textures[slot].build_mipmaps(max_level=LEVELS - 1)
-                self._textures[slot].filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
-                self._held[slot] = number
-                self.made += 1
-        return self._textures[moment.first % 2], self._textures[(moment.first + (moment.share > 0.0)) % 2]
+    def draw(self, chart: Chart, most: int | None) -> None:
+        """See charts.ChartDrawing."""
+        assert chart.number is not None
+        texture = self._textures[chart.slot]
+        self._prepare(self._program, BORDER, chart.number * w.STEP_S)
+        texture.bind_to_image(0, read=False, write=True)
+        left = self.tiles - chart.drawn
+        count = left if most is None else min(left, most, _MOST_TILES)
+        end = math.inf if most is None else perf_counter() + _BUDGET_S
+        for _ in range(count):
+            row, column = divmod(chart.drawn, self._columns)
+            self._program.set("u_corner", (column * _TILE[0], row * _TILE[1]))
+            self._program.run(_TILE[0] // 8, _TILE[1] // 8)
+            chart.drawn += 1
+            self.tiles_drawn += 1
+            if perf_counter() > end:
+                break
+        if chart.drawn == self.tiles:
+            self._finish(texture)
+            chart.complete = True
+            self.made += 1
 
-    def _run(self, program: Any, texture: Any, border: int, time_s: float) -> None:
+    def draw_coarse(self, chart: Chart) -> None:
+        """See charts.ChartDrawing."""
+        assert chart.number is not None
+        self._prepare(self._program, BORDER // COARSER, chart.number * w.STEP_S)
+        self._small.bind_to_image(0, read=False, write=True)
+        self._program.set("u_corner", (0, 0))
+        self._program.run(-(-self._small.width // 8), -(-self._small.height // 8))
+        self._gpu.gpu.ctx.memory_barrier()
+        texture = self._textures[chart.slot]
+        self._small.use(0)
+        texture.bind_to_image(0, read=False, write=True)
+        self._widen.run_over(*texture.size)
+        self._finish(texture)
+
+    def _defines(self) -> dict[str, int]:
+        return {"CYCLONES": w.CYCLONES, "OCTAVES": _OCTAVES}
+
+    def _finish(self, texture: Any) -> None:
+        self._gpu.gpu.ctx.memory_barrier()
+        texture.build_mipmaps(max_level=LEVELS - 1)
+        texture.filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
+
+    def _prepare(self, program: Any, border: int, time_s: float) -> None:
         program.set("u_border", border)
+        if program is self._program:
+            program.set("u_balance", self._balance)
+        program.set("u_texel_rad", math.sqrt(4.0 * math.pi) / self.size)
         program.set("u_life", w.generations_at(time_s))
         program.set("u_cyclones", w.cyclones_at(time_s, self._seed))
-        texture.bind_to_image(0, read=False, write=True)
-        width, height = texture.size
-        for row in range(0, height, _ROWS):
-            program.set("u_first_row", row)
-            program.run(-(-width // 8), -(-min(_ROWS, height - row) // 8))
-        self._gpu.gpu.ctx.memory_barrier()

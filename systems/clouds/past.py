@@ -49,6 +49,7 @@ class _Moment:
     time_s: float
     stamp: Any
     size: tuple[int, int]
+    weather: Any
 
 
 class Past:
@@ -85,9 +86,9 @@ class Past:
         """There is no content of the last frame after all."""
         self._count, self._index, self.mode = 0, 0, NONE
 
-    def begin(self, frame: Frame, stamp: Any) -> None:
-        """Choose what this frame does. stamp: equal while the clouds themselves are."""
-        now = _Moment(frame.camera, frame.sun.direction, frame.time_s, stamp, frame.size)
+    def begin(self, frame: Frame, stamp: Any, weather: Any = None) -> None:
+        """Choose what this frame does. stamp: equal while the clouds themselves are; weather: while its maps are."""
+        now = _Moment(frame.camera, frame.sun.direction, frame.time_s, stamp, frame.size, weather)
         then, self._last = self._last, now
         same = then is not None and _same(now, then)
         if frame.cut or then is None or (frame.one_shot and not (same and self.complete)) or self._jumped(now, then):
@@ -132,5 +133,5 @@ def _same(now: _Moment, then: _Moment) -> bool:
         all(np.array_equal(getattr(a, n), getattr(b, n)) for n in ("position_m", "forward", "up"))
         and (a.tan_left, a.tan_right, a.tan_bottom, a.tan_top) == (b.tan_left, b.tan_right, b.tan_bottom, b.tan_top)
         and np.array_equal(now.sun, then.sun)
-        and (now.time_s, now.stamp, now.size) == (then.time_s, then.stamp, then.size)
+        and (now.time_s, now.stamp, now.size, now.weather) == (then.time_s, then.stamp, then.size, then.weather)
     )

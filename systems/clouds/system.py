@@ -20,7 +20,6 @@ from .shadow import ShadowMaps
 from .view_block import CLOUD_VIEW_BINDING, MOST_MAPS, CloudViewBlock
 from .view_march import DISTANCE, RAYS, ViewMarch
 from .volumes import make_volume
-from .weather import moment_of
 
 __all__ = ["CloudSystem"]
 
@@ -144,8 +143,13 @@ class CloudSystem(System):
             self._seen = seen
             self.structure += 1
             self._pasts.clear()
-        moment = moment_of(frame.time_s)
-        self._textures = self._maps.want(moment)
+        charts = self._maps.charts
+        if frame.settling or frame.one_shot:
+            charts.exact(frame.time_s)
+        else:
+            charts.running(frame.time_s)
+        self.moving = not charts.steady
+        self._textures = self._maps.shown
         turn, tilt = frames_at(self._wind_m_s, radius, frame.time_s)
         proxy = frame.world.resource(f"proxy.{frame.view_index}")
         write_noise(
@@ -153,15 +157,16 @@ class CloudSystem(System):
             self._shape.texture.size[0], self._rims.texture.size[0],
         )  # fmt: skip
         texel_m = radius * np.sqrt(4.0 * np.pi) / self._maps.size
-        self._block.weather = (moment.share, self._maps.size, BORDER, texel_m)
+        self._block.weather = (charts.share, self._maps.size, BORDER, texel_m)
         self._place_shadows(frame, radius, proxy)
         self._ubo.write(self._block)
         self._ubo.bind()
         if frame.view_index not in self._pasts:
             self._pasts[frame.view_index] = Past(self._stride, self._samples, radius)
         self._past = self._pasts[frame.view_index]
-        self._past.begin(frame, self._stamp)
-        shows = (frame.camera.position_m.tobytes(), frame.sun.direction.tobytes(), frame.time_s, self._stamp)
+        weather = (charts.first.number, charts.second.number, charts.share)
+        self._past.begin(frame, self._stamp, weather)
+        shows = (frame.camera.position_m.tobytes(), frame.sun.direction.tobytes(), frame.time_s, self._stamp, weather)
         self._sky_age += 1
         now = frame.cut or frame.one_shot or frame.settling or self._sky_age >= _SKY_FRAMES
         self._sky_due = shows != self._sky_shows and now

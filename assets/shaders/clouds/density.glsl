@@ -81,6 +81,12 @@ float cloud_clumped(float share, float hidden, float extinction) {
     return share / (1.0 + hidden * (1.0 - share) * extinction * cloud_view.stretch.w);
 }
 
+// 1 where a footprint leaves enough of a volume's period to tell its cells apart, 0 where a handful of texels would be left: those
+// look the same period after period.
+float cloud_told(float footprint_m, float per_period) {
+    return 1.0 - smoothstep(0.05, 0.2, footprint_m * per_period);
+}
+
 // All kinds of layer in one line of code: software GPUs go through both sides of a branch, and once through loops of no turns.
 // near: how far the shape's noise may rise, in units of itself, before there is cloud anywhere in the layer's height; below 0
 // where there may be some.
@@ -95,15 +101,23 @@ float cloud_density_near(int layer, vec3 place, float share, CloudWeather w, flo
     float second_level = ice ? first_level : cloud_level(cloud_view.fade.y, footprint_m);
     float broad = textureLod(u_cloud_shape, first, first_level + cloud_dither - 0.5).r - 0.5;
     float wide = textureLod(u_cloud_shape, second, second_level + cloud_dither - 0.5).r - 0.5;
-    float broad_hidden = cloud_hidden(first_level, cloud_view.hiding.x, cloud_view.hiding.y);
+    // The streaks' period is shortest across them.
+    float first_told = cloud_told(footprint_m, ice ? 0.3 * cloud_view.fibre.w : cloud_view.broad.w);
+    float second_told = cloud_told(footprint_m, ice ? 0.3 * cloud_view.veil.w : cloud_view.wide.w);
+    float first_shown = first_told * first_told * (1.0 - cloud_hidden(first_level, cloud_view.hiding.x, cloud_view.hiding.y));
+    float second_shown = second_told * second_told * (1.0 - cloud_hidden(second_level, cloud_view.hiding.x, cloud_view.hiding.y));
+    broad *= first_told;
+    wide *= second_told;
 
-    float streaks = 0.5 * broad + 0.45 * wide + w.high * drops.w - 0.62;
-    float soft = max(0.35 * sqrt(broad_hidden), 0.02);
+    float streaks = 0.4 * broad + 0.4 * wide + w.high * drops.w - 0.62;
+    float soft = max(0.3 * sqrt(1.0 - second_shown), 0.02);
     float thin = cloud_ramp(streaks, soft, 0.5);
 
-    // Squares of the weights add up to one: the variance stays that of one volume.
-    float noise = 0.77 * broad + 0.64 * wide;
-    float hidden = 0.59 * broad_hidden + 0.41 * cloud_hidden(second_level, cloud_view.hiding.x, cloud_view.hiding.y);
+    // Sheets are of small cells, deep weather is in clusters. Squares of the weights add up to one: the variance stays that of
+    // one volume.
+    float clusters = mix(0.40, 0.80, smoothstep(0.25, 0.75, w.towers)), cells = sqrt(1.0 - clusters * clusters);
+    float noise = cells * broad + clusters * wide;
+    float hidden = 1.0 - cells * cells * first_shown - clusters * clusters * second_shown;
     float most = clamp(w.cover * drops.w, 0.0, 1.0), cover = most * cloud_profile(share, w);
     float x = noise - (0.5 - cover), lost = 0.25 * hidden;
     near = ice ? -streaks - soft : 0.5 - most - noise - sqrt(lost) - CLOUD_RIM - CLOUD_RIM_NEAR + 2.0 * step(most, 1e-4);
@@ -121,7 +135,7 @@ float cloud_density_near(int layer, vec3 place, float share, CloudWeather w, flo
     // Sheets that close the sky are of thick and thin places all the same.
     float body = mix(0.3, 1.0, smoothstep(0.0, 0.7, x + 0.3 * (1.0 - cover)));
     // Sheets are thin; fronts and towers are not.
-    float deep = body * mix(0.1, 1.0, clamp(max(w.deep, 1.3 * w.towers - 0.65), 0.0, 1.0));
+    float deep = body * mix(0.06, 1.0, clamp(max(w.deep * w.deep, 1.3 * w.towers - 0.65), 0.0, 1.0));
     float billows = deep * cloud_clumped(dense, hidden, deep * cloud_view.shell[layer].w);
 
     float even = drops.w > 0.0 ? 1.0 : 0.0;

@@ -15,9 +15,10 @@ layout(binding = 0, rgba32f) uniform writeonly image2D o_weather;
 layout(binding = 0, rgba8) uniform writeonly image2D o_weather;
 #endif
 layout(location = 0) uniform int u_border;
-layout(location = 1) uniform int u_first_row;
+layout(location = 1) uniform ivec2 u_corner;          // of the tile
 layout(location = 2) uniform vec4 u_life[2];         // of a generation: seed, its age from -0.5 to 0.5 of its life, weight, unused
 layout(location = 4) uniform vec2 u_balance;         // cover = 0.5 + slope (raw - level)
+layout(location = 5) uniform float u_texel_rad;      // octaves that are finer than the map's texels would only be grain
 layout(location = 8) uniform vec4 u_cyclones[2 * CYCLONES];   // direction and size (chord), winding and strength
 
 const float DRIFT_RAD = 0.9;   // of the fastest winds in a generation's life, relative to the frame
@@ -72,39 +73,45 @@ vec4 weather_at(vec3 d) {
 
     float flat_ = 0.0, fine = 0.0, streaks = 0.0, kinds = 0.0;
     float winds = storms - 0.55 * dry - 0.45 * rain;
+    float bands = 0.0;
     for (int j = 0; j < 2; ++j) {
         int seed = int(u_life[j].x);
+        float w = u_life[j].z;
         vec3 p = about_pole(wound, -DRIFT_RAD * winds * u_life[j].y);
         vec3 q = p * vec3(1.0, 1.0, 1.5);
         vec3 bent = q + 0.10 * vec3(noise_at(q * 3.0, seed + 1), noise_at(q * 3.0, seed + 2), noise_at(q * 3.0, seed + 3))
             + 0.035 * vec3(noise_at(q * 11.0, seed + 4), noise_at(q * 11.0, seed + 5), noise_at(q * 11.0, seed + 6));
         float frequency = 2.3, weight = 1.0, broad = 0.0, small = 0.0;
-        for (int k = 0; k < 9; ++k) {
-            float n = weight * noise_at(bent * frequency, seed + 8 + k);
+        for (int k = 0; k < OCTAVES; ++k) {
+            float shown = 1.0 - smoothstep(0.3, 0.6, frequency * u_texel_rad);
+            float n = shown * weight * noise_at(bent * frequency, seed + 8 + k);
             if (k < 4) broad += n;
             else small += n;
             frequency *= 2.13;
-            weight *= 0.69;
+            weight *= 0.72;
         }
+        // Fronts along the jets: bands of a few hundred kilometres, thousands long.
+        float jet = noise_at(bent * vec3(2.6, 2.6, 3.6), seed + 40) + 0.4 * noise_at(bent * 6.7, seed + 41) + 0.12 * noise_at(bent * 31.0, seed + 42);
+        bands += w * exp(-jet * jet * 160.0);
         vec3 along = bent * vec3(1.0, 1.0, 3.2);
         float thin = noise_at(along * 3.1, seed + 20) + 0.6 * noise_at(along * 9.0, seed + 21)
             + 0.45 * noise_at(along * 27.0, seed + 22) + 0.3 * noise_at(along * 81.0, seed + 23);
-        float w = u_life[j].z;
         flat_ += w * broad;
         fine += w * small;
         streaks += w * thin;
         kinds += w * (noise_at(p * 2.6, seed + 30) + 0.5 * noise_at(p * 7.0, seed + 31));
     }
     float level = 0.10 * rain - 0.50 * dry + 0.20 * storms + 0.14 * polar;
-    float raw = level + 1.0 * flat_ + (1.2 + 1.0 * rain) * fine + 1.1 * front - 1.0 * gap + 1.2 * core;
-    float deep = clamp(0.18 + 0.2 * rain + 0.8 * front + core + 0.6 * flat_ + 1.1 * fine - 0.25 * dry, 0.0, 1.0);
+    float ribbon = (storms + 0.25 * dry) * bands;
+    float raw = level + 1.15 * flat_ + (1.9 + 1.0 * rain) * fine + 1.1 * front - 1.0 * gap + 1.2 * core + 0.5 * ribbon;
+    float deep = clamp(0.22 + 0.15 * rain + 0.6 * front + 0.8 * core + 0.5 * flat_ + 2.4 * fine + 0.35 * ribbon - 0.2 * dry, 0.0, 1.0);
     float towers = clamp(0.5 + 0.45 * rain + 0.1 * dry - 0.35 * polar + 0.15 * storms + 0.9 * kinds + 0.4 * front, 0.0, 1.0);
-    float high = clamp(0.42 + 0.9 * streaks + 0.35 * front + 0.3 * rain - 0.25 * dry + 0.15 * storms, 0.0, 1.0);
+    float high = clamp(0.42 + 0.9 * streaks + 0.35 * front + 0.3 * rain + 0.2 * ribbon - 0.25 * dry + 0.15 * storms, 0.0, 1.0);
     return vec4(raw, towers, high, deep);
 }
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, u_first_row), size = imageSize(o_weather);
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + u_corner, size = imageSize(o_weather);
     if (any(greaterThanEqual(at, size))) return;
     vec2 place = (vec2(at - u_border) + 0.5) / vec2(size - 2 * u_border) * 2.0 - 1.0;
     // Texels of the border stand for what lies across the square's edge: turned half round about the edge's middle.
