@@ -72,6 +72,13 @@ class Clouds(CloudLayer):
     """
 
     layers: tuple[CloudLayer, ...] = knob((), help="Further layers, each with the fields of the first")
+    weather_map: str = knob(
+        "",
+        help="Cover all around, 0 clear to 1 covered, in place of the made weather: a PNG, EXR, TIFF or .npy, "
+        "equirectangular, or a folder of six faces",
+        group="weather",
+        widget="path",
+    )
     method: str = knob(
         "ours",
         help="How pf.CloudProbe marches through clouds and air: ours, or as printed (Michelic 2018; with others 2019)",

@@ -451,7 +451,11 @@ def _planet_problems(handle: PlanetHandle, sun: Sun, settings: Mapping[str, Any]
 
         try:
             CloudModel.from_components(handle.planet, clouds, air)
-        except SettingError as error:
+            if clouds.weather_map:
+                from .systems.clouds.imported import imported_cover
+
+                imported_cover(clouds.weather_map)
+        except ValueError as error:
             problems.append(f"{where}: {error}")
     return problems
 

@@ -1,4 +1,4 @@
-"""Maps of the weather are drawn ahead of their time, a little in each frame; what is shown never has a hole or a step."""
+"""Maps of the weather are drawn ahead of their time, a little a frame; what is shown has neither hole nor step."""
 
 from __future__ import annotations
 

@@ -8,10 +8,12 @@ from typing import Any
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from ...engine.gpu import GpuScope
 from . import weather as w
 from .charts import Chart, Charts
+from .imported import IMPORT_BORDER
 
 __all__ = ["BORDER", "WeatherMaps"]
 
@@ -33,10 +35,12 @@ _SLOPE = 1.5
 
 
 class WeatherMaps:
-    """What is shown of the weather: two textures and the share of the second. size: texels a side without the border."""
+    """What is shown of the weather: two textures and the share of the second. size: texels a side, no border."""
 
     def __init__(self, gpu: GpuScope, size: int, seed: int) -> None:
         self._gpu, self.size, self._seed = gpu, size, seed
+        self._cover: NDArray[np.float32] | None = None
+        self._cover_texture: Any = None
         self._program = gpu.compute("clouds/weather.comp", self._defines())
         self._widen = gpu.compute("clouds/weather_widen.comp")
         side = size + 2 * BORDER
@@ -63,11 +67,25 @@ class WeatherMaps:
         """The map of this number, if it is held whole."""
         return next((self._textures[chart.slot] for chart in self.charts.all if chart.is_of(number)), None)
 
-    def balance(self, coverage: float) -> None:
-        """From now on maps have this mean cover."""
+    def take(self, coverage: float, cover: NDArray[np.float32] | None) -> None:
+        """From now on maps have this mean cover, or that of `cover` (imported.imported_cover)."""
+        if cover is not self._cover:
+            self._cover = cover
+            for made in (self._program, *((self._cover_texture,) if self._cover_texture is not None else ())):
+                self._gpu.free(made)
+            self._cover_texture = None
+            if cover is not None:
+                self._cover_texture = self._gpu.texture(cover.shape, "r16f", cover.astype(np.float16), filter="linear")
+            self._program = self._gpu.compute("clouds/weather.comp", self._defines())
+            self._coverage = -1.0
         if coverage == self._coverage:
             return
         self._coverage = coverage
+        self.charts.forget()
+        if cover is None:
+            self._balance_to(coverage)
+
+    def _balance_to(self, coverage: float) -> None:
         program = self._gpu.compute("clouds/weather.comp", {**self._defines(), "BALANCE": 1})
         texture = self._gpu.texture((_BALANCE_TEXELS, _BALANCE_TEXELS), "rgba32f")
         self._prepare(program, 0, 0.0)
@@ -79,7 +97,6 @@ class WeatherMaps:
         self._balance = w.balance_for(raw, w.octahedral_weights(_BALANCE_TEXELS), coverage, _SLOPE)
         self._gpu.free(texture)
         self._gpu.free(program)
-        self.charts.forget()
 
     def draw(self, chart: Chart, most: int | None) -> None:
         """See charts.ChartDrawing."""
@@ -118,7 +135,8 @@ class WeatherMaps:
         self._finish(texture)
 
     def _defines(self) -> dict[str, int]:
-        return {"CYCLONES": w.CYCLONES, "OCTAVES": _OCTAVES}
+        imported = {} if self._cover is None else {"IMPORTED": 1}
+        return {"CYCLONES": w.CYCLONES, "OCTAVES": _OCTAVES, **imported}
 
     def _finish(self, texture: Any) -> None:
         self._gpu.gpu.ctx.memory_barrier()
@@ -127,8 +145,12 @@ class WeatherMaps:
 
     def _prepare(self, program: Any, border: int, time_s: float) -> None:
         program.set("u_border", border)
-        if program is self._program:
-            program.set("u_balance", self._balance)
+        if self._cover_texture is not None:
+            self._cover_texture.use(0)
+            program.set("u_cover_border", float(IMPORT_BORDER))
+        else:
+            if program is self._program:
+                program.set("u_balance", self._balance)
+            program.set("u_cyclones", w.cyclones_at(time_s, self._seed))
         program.set("u_texel_rad", math.sqrt(4.0 * math.pi) / self.size)
         program.set("u_life", w.generations_at(time_s))
-        program.set("u_cyclones", w.cyclones_at(time_s, self._seed))

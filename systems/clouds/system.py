@@ -10,9 +10,10 @@ import numpy as np
 from ...components import Clouds, Ocean, Planet
 from ...engine.contracts import bind_contracts, contract_reads, provide_contracts, withdraw_contracts
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
-from ...engine.settings import revision, with_overrides
+from ...engine.settings import SettingError, revision, with_overrides
 from ...engine.space import frustum_planes, sphere_outside
 from ...engine.system import Frame, Setup, System, ViewInfo
+from .imported import imported_cover
 from .layers import BILLOWS, frames_at, kind_of, layers_of, write_filter, write_layers, write_noise
 from .maps import BORDER, WeatherMaps
 from .past import NONE, Past
@@ -120,13 +121,18 @@ class CloudSystem(System):
             return
         self._stamp = stamp
         component = with_overrides(component, "clouds", frame.settings)
+        try:
+            cover = imported_cover(component.weather_map) if component.weather_map else None
+        except ValueError as error:
+            # Once: the next frames go on with the weather as it was, until something is changed again.
+            raise SettingError(str(error)) from error
         self._layers = layers_of(component)
         billows = [layer for layer in self._layers if kind_of(layer) == BILLOWS]
         self._wind_m_s = float(component.wind_speed_m_s)
         first = billows[0] if billows else component
         self._thickness_m = float(first.top_m - first.base_m)
         coverage = float(first.coverage) or 0.6
-        self._maps.balance(coverage)
+        self._maps.take(coverage, cover)
         write_layers(self._block, self._layers, coverage)
         self._reference_m = float(first.base_m) + _SHADOW_HEIGHT * self._thickness_m
 

@@ -8,16 +8,14 @@ finest scale; there the relief layers shorter than its samples go on.
 from __future__ import annotations
 
 import math
-import os
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.surface.cube_map import FACES, CubeMap, cube_of, face_directions, face_place
-from .map_files import load_cube, read_colors, read_heights
+from ...engine.surface.cube_map import CubeMap, cube_of, face_directions, face_place
+from ...engine.surface.map_files import files_stamp, load_cube, read_colors, read_heights
 
 __all__ = ["HeightMap", "color_cube", "height_map", "map_level"]
 
@@ -129,7 +127,7 @@ def map_gradients(
 
 def height_map(path: str, range_m: tuple[float, float] | None) -> HeightMap:
     """The map at `path`, read once as long as its files stay as they are. MapError says what is wrong."""
-    return _height_map(path, range_m, _stamp(path))
+    return _height_map(path, range_m, files_stamp(path))
 
 
 @lru_cache(maxsize=3)
@@ -146,24 +144,7 @@ def _color_cube(path: str, _files: tuple[object, ...]) -> CubeMap:
 
 def color_cube(path: str) -> CubeMap:
     """The colours at `path`, linear, three channels, read once. MapError says what is wrong."""
-    return _color_cube(path, _stamp(path))
-
-
-def _stamp(path: str) -> tuple[object, ...]:
-    """What tells whether the files have changed."""
-    place = Path(path).expanduser()
-    folder = place if place.is_dir() else place.parent
-    files = [place]
-    if place.is_dir() or "{face}" in place.name:
-        files = sorted(f for f in folder.glob("*") if any(name in f.name for name in FACES)) if folder.is_dir() else []
-    stamps: list[object] = []
-    for file in files:
-        try:
-            found = os.stat(file)
-        except OSError:
-            continue
-        stamps.append((str(file), found.st_mtime_ns, found.st_size))
-    return tuple(stamps)
+    return _color_cube(path, files_stamp(path))
 
 
 def _with_roughness(cube: CubeMap) -> CubeMap:

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from ...engine.surface.map_files import MapError
 from .height_map import HeightMap, height_map
-from .map_files import MapError
 
 __all__ = ["TerrainParams"]
 

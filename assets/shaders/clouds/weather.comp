@@ -19,6 +19,10 @@ layout(location = 1) uniform ivec2 u_corner;          // of the tile
 layout(location = 2) uniform vec4 u_life[2];         // of a generation: seed, its age from -0.5 to 0.5 of its life, weight, unused
 layout(location = 4) uniform vec2 u_balance;         // cover = 0.5 + slope (raw - level)
 layout(location = 5) uniform float u_texel_rad;      // octaves that are finer than the map's texels would only be grain
+#ifdef IMPORTED
+layout(binding = 0) uniform sampler2D u_cover;       // of a file, on a square like this one's
+layout(location = 6) uniform float u_cover_border;   // texels
+#endif
 layout(location = 8) uniform vec4 u_cyclones[2 * CYCLONES];   // direction and size (chord), winding and strength
 
 const float DRIFT_RAD = 0.9;   // of the fastest winds in a generation's life, relative to the frame
@@ -43,9 +47,17 @@ float band(float latitude, float middle, float width) {
     return exp(-x * x);
 }
 
+#ifdef IMPORTED
+float cover_at(vec3 d) {
+    float side = float(textureSize(u_cover, 0).x), inner = side - 2.0 * u_cover_border;
+    return textureLod(u_cover, ((0.5 + 0.5 * oct_encode(d)) * inner + u_cover_border) / side, 0.0).r;
+}
+#endif
+
 vec4 weather_at(vec3 d) {
     vec3 wound = d;
     float front = 0.0, gap = 0.0, core = 0.0;
+#ifndef IMPORTED   // whose cyclones are in it
     for (int i = 0; i < CYCLONES; ++i) {
         vec4 place = u_cyclones[2 * i], kind = u_cyclones[2 * i + 1];
         float away = length(d - place.xyz) / place.w;
@@ -65,6 +77,7 @@ vec4 weather_at(vec3 d) {
             core += kind.y * exp(-away * away * 18.0);
         }
     }
+#endif
     float sine = d.z;
     float bend = 9.0 * noise_at(d * 1.7, 40) + 5.0 * noise_at(d * 4.1, 41);
     float latitude = degrees(asin(clamp(sine, -1.0, 1.0))) + bend;
@@ -73,11 +86,15 @@ vec4 weather_at(vec3 d) {
 
     float flat_ = 0.0, fine = 0.0, streaks = 0.0, kinds = 0.0;
     float winds = storms - 0.55 * dry - 0.45 * rain;
-    float bands = 0.0;
+    float bands = 0.0, given = 0.0;
     for (int j = 0; j < 2; ++j) {
         int seed = int(u_life[j].x);
         float w = u_life[j].z;
         vec3 p = about_pole(wound, -DRIFT_RAD * winds * u_life[j].y);
+#ifdef IMPORTED
+        // Squares of the weights add up to one: in the middle of a generation it is the map, before and after what winds make of it.
+        given += w * w * cover_at(p);
+#endif
         vec3 q = p * vec3(1.0, 1.0, 1.5);
         vec3 bent = q + 0.10 * vec3(noise_at(q * 3.0, seed + 1), noise_at(q * 3.0, seed + 2), noise_at(q * 3.0, seed + 3))
             + 0.035 * vec3(noise_at(q * 11.0, seed + 4), noise_at(q * 11.0, seed + 5), noise_at(q * 11.0, seed + 6));
@@ -101,12 +118,19 @@ vec4 weather_at(vec3 d) {
         streaks += w * thin;
         kinds += w * (noise_at(p * 2.6, seed + 30) + 0.5 * noise_at(p * 7.0, seed + 31));
     }
+#ifdef IMPORTED
+    flat_ = given - 0.5;
+    bands = 0.0;
+#endif
     float level = 0.10 * rain - 0.50 * dry + 0.20 * storms + 0.14 * polar;
     float ribbon = (storms + 0.25 * dry) * bands;
     float raw = level + 1.15 * flat_ + (1.9 + 1.0 * rain) * fine + 1.1 * front - 1.0 * gap + 1.2 * core + 0.5 * ribbon;
     float deep = clamp(0.22 + 0.15 * rain + 0.6 * front + 0.8 * core + 0.5 * flat_ + 2.4 * fine + 0.35 * ribbon - 0.2 * dry, 0.0, 1.0);
     float towers = clamp(0.5 + 0.45 * rain + 0.1 * dry - 0.35 * polar + 0.15 * storms + 0.9 * kinds + 0.4 * front, 0.0, 1.0);
     float high = clamp(0.42 + 0.9 * streaks + 0.35 * front + 0.3 * rain + 0.2 * ribbon - 0.25 * dry + 0.15 * storms, 0.0, 1.0);
+#ifdef IMPORTED
+    raw = given;
+#endif
     return vec4(raw, towers, high, deep);
 }
 
@@ -118,7 +142,9 @@ void main() {
     if (abs(place.x) > 1.0) place = vec2(2.0 * sign(place.x) - place.x, -place.y);
     if (abs(place.y) > 1.0) place = vec2(-place.x, 2.0 * sign(place.y) - place.y);
     vec4 found = weather_at(oct_decode(place));
-#ifndef BALANCE
+#ifdef IMPORTED
+    found.x = clamp(found.x, 0.0, 1.0);
+#elif !defined(BALANCE)
     found.x = clamp(0.5 + u_balance.y * (found.x - u_balance.x), 0.0, 1.0);
 #endif
     imageStore(o_weather, at, found);

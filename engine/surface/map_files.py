@@ -1,4 +1,4 @@
-"""Reads maps of a planet from files: heights and colours, equirectangular or as six faces, and says what is wrong.
+"""Reads maps of a planet from files: heights, colours, shares, equirectangular or as six faces; says what is wrong.
 
 A path is a file (equirectangular), a folder, or a pattern with `{face}`; a folder means `{face}` with any known ending.
 Equirectangular maps are twice as wide as high: longitude -180 at the left, +180 at the right, north on top. Or, with
@@ -9,6 +9,7 @@ Faces: engine/surface/cube_map.py; pictures have their up side on top.
 from __future__ import annotations
 
 import logging
+import os
 import warnings
 from collections.abc import Callable
 from importlib import import_module
@@ -19,16 +20,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...engine.settings import SettingError
-from ...engine.surface.cube_map import FACES, CubeMap, cube_of, face_directions, face_place
+from .cube_map import FACES, CubeMap, cube_of, face_directions, face_place
 
-__all__ = ["MapError", "load_cube", "read_colors", "read_heights"]
+__all__ = [
+    "MapError",
+    "files_stamp",
+    "load_cube",
+    "load_samples",
+    "read_colors",
+    "read_heights",
+    "read_pixels",
+    "read_shares",
+]
 
 log = logging.getLogger(__name__)
 
 Floats = NDArray[np.float64]
 Reader = Callable[[Path, str], NDArray[Any]]
+Samples = Callable[[Floats], Floats]
+"""Values (channels, N) at points (3, N), which need no unit length."""
 
-ENDINGS = (".png", ".tif", ".tiff", ".exr", ".jpg", ".jpeg")
+ENDINGS = (".png", ".tif", ".tiff", ".exr", ".jpg", ".jpeg", ".npy")
 MOST_CELLS = 2048
 """Of a face's side: finer maps are read at this, 6 km on Earth, and take 270 MB on the GPU."""
 
@@ -39,6 +51,13 @@ class MapError(SettingError):
 
 def load_cube(path: str, what: str, read: Reader) -> CubeMap:
     """The map at `path` on the faces of a cube. what: the setting, for messages. read: (file, what) -> (h, w, c)."""
+    sample, wanted = load_samples(path, what, read)
+    return cube_of(sample, _cells(wanted, what, path))
+
+
+def load_samples(path: str, what: str, read: Reader) -> tuple[Samples, int]:
+    """The map at `path` as a function, cubic between its values, and the samples along a quarter of a great circle that
+    hold all it has. what, read: as for load_cube."""
     place = Path(path).expanduser()
     if place.is_dir():
         place = place / "{face}"
@@ -49,7 +68,24 @@ def load_cube(path: str, what: str, read: Reader) -> CubeMap:
     return _from_equirectangular(place, what, read)
 
 
-def _from_faces(pattern: Path, what: str, read: Reader) -> CubeMap:
+def files_stamp(path: str) -> tuple[object, ...]:
+    """What tells whether the files of the map at `path` have changed."""
+    place = Path(path).expanduser()
+    folder = place if place.is_dir() else place.parent
+    files = [place]
+    if place.is_dir() or "{face}" in place.name:
+        files = sorted(f for f in folder.glob("*") if any(name in f.name for name in FACES)) if folder.is_dir() else []
+    stamps: list[object] = []
+    for file in files:
+        try:
+            found = os.stat(file)
+        except OSError:
+            continue
+        stamps.append((str(file), found.st_mtime_ns, found.st_size))
+    return tuple(stamps)
+
+
+def _from_faces(pattern: Path, what: str, read: Reader) -> tuple[Samples, int]:
     faces = [read(_face_file(pattern, name, what), what) for name in FACES]
     size = faces[0].shape[0]
     for name, face in zip(FACES, faces, strict=True):
@@ -86,10 +122,10 @@ def _from_faces(pattern: Path, what: str, read: Reader) -> CubeMap:
             lambda i, j: tap(face, i, j), (s * 0.5 + 0.5) * size - 0.5, (t * 0.5 + 0.5) * size - 0.5
         )  # middles of pixels are at (i + 0.5) / size
 
-    return cube_of(sample, _cells(size, what, pattern))
+    return sample, size
 
 
-def _cells(wanted: int, what: str, file: Path) -> int:
+def _cells(wanted: int, what: str, file: str) -> int:
     if wanted > MOST_CELLS:
         log.warning("%s: %s is finer than can be kept: read at %.2g of its resolution", what, file, MOST_CELLS / wanted)
     return min(wanted, MOST_CELLS)
@@ -107,7 +143,7 @@ def _face_file(pattern: Path, name: str, what: str) -> Path:
     )
 
 
-def _from_equirectangular(file: Path, what: str, read: Reader) -> CubeMap:
+def _from_equirectangular(file: Path, what: str, read: Reader) -> tuple[Samples, int]:
     values = read(file, what)
     height, width = values.shape[:2]
     grid_lines = width == 2 * height - 1 and height >= 5
@@ -137,7 +173,7 @@ def _from_equirectangular(file: Path, what: str, read: Reader) -> CubeMap:
         longitude, colatitude = np.arctan2(y, x), np.arctan2(np.hypot(x, y), z)
         return _cubic(tap, (longitude / (2.0 * np.pi) + 0.5) * width - first, colatitude / np.pi * rows - first)
 
-    return cube_of(sample, _cells(-(-width // 3), what, file))
+    return sample, -(-width // 3)
 
 
 def _cubic(tap: Callable[[NDArray[np.int64], NDArray[np.int64]], Floats], x: Floats, y: Floats) -> Floats:
@@ -165,7 +201,7 @@ def read_heights(range_m: tuple[float, float] | None) -> Reader:
     without a sign (0 and 65535), and of 0 and 1 of fractions; None: the values are metres."""
 
     def read(file: Path, what: str) -> NDArray[Any]:
-        raw = _pixels(file, what)
+        raw = read_pixels(file, what)
         if raw.ndim == 3 and raw.shape[2] == 1:
             raw = raw[:, :, 0]
         if raw.ndim != 2:
@@ -206,7 +242,7 @@ def read_heights(range_m: tuple[float, float] | None) -> Reader:
 
 def read_colors(file: Path, what: str) -> NDArray[Any]:
     """Colours (h, w, 3), linear 0..1, of an sRGB picture; grey becomes three equal channels."""
-    raw = _pixels(file, what)
+    raw = read_pixels(file, what)
     if raw.dtype.kind not in "u":
         raise MapError(f"{what}: {file} holds {raw.dtype} values; expected a picture (PNG or JPEG) with 8 or 16 bits")
     values = raw.astype(np.float32) / np.float32(np.iinfo(raw.dtype).max)
@@ -216,7 +252,34 @@ def read_colors(file: Path, what: str) -> NDArray[Any]:
     return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
 
 
-def _pixels(file: Path, what: str) -> NDArray[Any]:
+def read_shares(file: Path, what: str) -> NDArray[Any]:
+    """Shares (h, w, 1) from 0 to 1: whole numbers of 0 to their largest, or fractions. Of a picture in colours the mean
+    of red, green and blue."""
+    raw = read_pixels(file, what)
+    channels = raw.shape[2] if raw.ndim == 3 else 1
+    if raw.ndim not in (2, 3) or channels not in (1, 3):
+        raise MapError(
+            f"{what}: {file} has {channels} channels of shape {raw.shape}; expected one, 0 clear to 1 covered (or grey "
+            "as red, green and blue): leave transparency out"
+        )
+    if raw.dtype.kind not in "uf":
+        raise MapError(f"{what}: {file} holds {raw.dtype} values; expected whole numbers without a sign, or fractions")
+    top = 1.0 if raw.dtype.kind == "f" else float(np.iinfo(raw.dtype).max)
+    values = raw.astype(np.float64).reshape(*raw.shape[:2], channels).mean(axis=2) / top
+    for bad, found, wanted in (
+        (~np.isfinite(values), "values that are no finite numbers", "a share everywhere: fill the gaps"),
+        ((values < 0.0) | (values > 1.0), "values outside 0..1", "shares, 0 clear to 1 covered: divide by the largest"),
+    ):
+        if bad.any():
+            j, i = np.argwhere(bad)[0]
+            raise MapError(
+                f"{what}: {file} has {int(bad.sum())} {found}, the first ({values[j, i]:g}) at column {i}, row {j}; "
+                f"expected {wanted}"
+            )
+    return values[:, :, None]
+
+
+def read_pixels(file: Path, what: str) -> NDArray[Any]:
     """The file's numbers as they are, (h, w) or (h, w, channels)."""
     if file.is_dir() or not file.is_file():
         raise MapError(f"{what}: {file} is no file")
@@ -225,6 +288,8 @@ def _pixels(file: Path, what: str) -> NDArray[Any]:
         return _tiff(file, what)
     if ending == ".exr":
         return _exr(file, what)
+    if ending == ".npy":
+        return _array(file, what)
     if ending not in ENDINGS:
         raise MapError(f"{what}: {file}: unknown ending {ending!r}; expected one of {', '.join(ENDINGS)}")
     from PIL import Image
@@ -240,6 +305,16 @@ def _pixels(file: Path, what: str) -> NDArray[Any]:
         raise MapError(f"{what}: {file} can't be read: {error}; is it whole, and a {ending[1:]} file?") from error
     # Pillow gives 16-bit grey as int32 in some versions.
     return array.astype(np.uint16) if array.dtype == np.int32 else array
+
+
+def _array(file: Path, what: str) -> NDArray[Any]:
+    try:
+        array = np.load(file, allow_pickle=False)
+    except (OSError, ValueError, EOFError) as error:
+        raise MapError(f"{what}: {file} can't be read: {error}; is it whole, and written by numpy.save?") from error
+    if not isinstance(array, np.ndarray) or array.ndim not in (2, 3) or array.size == 0:
+        raise MapError(f"{what}: {file} holds an array of shape {np.shape(array)}; expected (rows, columns)")
+    return array
 
 
 def _tiff(file: Path, what: str) -> NDArray[Any]:
@@ -278,6 +353,6 @@ def _exr(file: Path, what: str) -> NDArray[Any]:
         raise MapError(f"{what}: {file} can't be read: {error}; is it whole, and an EXR file?") from error
     if array.ndim == 3:
         if not (array[:, :, :1] == array[:, :, :3]).all():
-            raise MapError(f"{what}: {file} has colours; expected one channel of heights, such as Y or R")
+            raise MapError(f"{what}: {file} has colours; expected one channel, such as Y or R")
         array = array[:, :, 0]
     return array.astype(np.float64)
