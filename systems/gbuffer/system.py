@@ -69,6 +69,7 @@ class GBufferSystem(System):
             reads=("gbuffer.surface", "gbuffer.depth"),
             creates=(
                 BufferSpec("gbuffer.tile_flags", 4 * count, help="surfaces that each tile of 16 x 8 pixels shows"),
+                BufferSpec("gbuffer.tile_depths", 8 * count, help="their nearest and farthest depth, 0 without any"),
                 BufferSpec("gbuffer.tiles_terrain", 16 + 4 * count, help="dispatch and tiles of distant ground"),
                 BufferSpec("gbuffer.tiles_near", 16 + 4 * count, help="dispatch and tiles with ground nearby"),
                 BufferSpec("gbuffer.tiles_coast", 16 + 4 * count, help="dispatch and tiles where both meet"),
@@ -119,13 +120,14 @@ class GBufferSystem(System):
 
     def _bind_classify(self, io: PassIO, width: int, height: int) -> Callable[[], None]:
         surface, depth = io.texture("gbuffer.surface"), io.texture("gbuffer.depth")
-        flags = io.buffer("gbuffer.tile_flags")
+        flags, depths = io.buffer("gbuffer.tile_flags"), io.buffer("gbuffer.tile_depths")
         lists = [io.buffer(f"gbuffer.tiles_{n}") for n in ("terrain", "sea", "coast", "near")]
 
         def run() -> None:
             surface.use(0)
             depth.use(1)
             flags.bind_to_storage_buffer(0)
+            depths.bind_to_storage_buffer(1)
             self._classify.set("u_tiles", (width, height))
             self._classify.run(-(-width * height // 64), 1, 1)
             self._gpu.gpu.barrier()

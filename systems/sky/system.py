@@ -118,7 +118,8 @@ class _Shown:
     hidden: bool = False
     """Nothing: known before the frame, where the exposure is fixed."""
     all: bool = True
-    """Whatever there is; else as many as sky/choose_stars.comp finds."""
+    """Whatever there is, or what a fixed exposure shows of it; else as many as sky/choose_stars.comp finds."""
+    fixed_ev100: float | None = None
     star: float = 0.0
     """The brightest star's exposed light at EV100 0, over the least that shows; cloud: of the galaxy."""
     cloud: float = 0.0
@@ -204,9 +205,10 @@ class StarsSystem(System):
         ev100 = frame.ev100 if frame.ev100 is not None else exposure.ev100 if exposure.mode == "fixed" else None
         shown = self._shown.setdefault(frame.view_index, _Shown())
         # An exposure that jumps may come to anything.
-        shown.hidden, shown.all = False, ev100 is not None or frame.cut
+        shown.hidden, shown.all, shown.fixed_ev100 = False, ev100 is not None or frame.cut, None
         if ev100 is None and frame.cut:
             return
+        shown.fixed_ev100 = ev100
         shown.star, shown.cloud = (e / _INVISIBLE for e in _exposed_most(frame, float(stars.brightness)))
         shown.hidden = ev100 is not None and max(shown.star, shown.cloud) < 2.0**ev100
         shown.low_ev100 = float(exposure.min_ev100 - max(exposure.compensation_ev, 0.0))
@@ -245,7 +247,7 @@ class StarsSystem(System):
             )
         builder.add_pass(
             "stars.draw",
-            bind=lambda io: self._bind_draw(io, shown, metered),
+            bind=lambda io: self._bind_draw(io, shown, metered, numbers),
             system=self.name,
             reads=("stars.galaxy", "gbuffer.depth", *contract_reads(self._world), *(("stars.draws",) * metered)),
             writes=("scene.radiance",),
@@ -282,7 +284,7 @@ class StarsSystem(System):
 
         return run
 
-    def _bind_draw(self, io: PassIO, shown: _Shown, metered: bool) -> Callable[[], None]:
+    def _bind_draw(self, io: PassIO, shown: _Shown, metered: bool, numbers: bool) -> Callable[[], None]:
         target = io.framebuffer(colors=("scene.radiance",), depth="gbuffer.depth")
         galaxy = io.texture("stars.galaxy")
         draws = io.buffer("stars.draws") if metered else None
@@ -296,18 +298,28 @@ class StarsSystem(System):
             target.use()
             self._far_add.apply()
             galaxy.use(0)
-            if chosen is None:
+            count, cloudy = (-1, True) if numbers else self._count(shown)
+            if chosen is None and cloudy:
                 self._galaxy.render()
-            else:
+            elif chosen is not None:
                 self._galaxy.render_indirect(chosen, 0)
             self._enable(_PROGRAM_POINT_SIZE)
             if chosen is None:
-                self._points.render(moderngl.POINTS)
+                self._points.render(moderngl.POINTS, vertices=count)
             else:
                 self._points.render_indirect(chosen, moderngl.POINTS, 1, 1)
             self._disable(_PROGRAM_POINT_SIZE)
 
         return run
+
+    def _count(self, shown: _Shown) -> tuple[int, bool]:
+        """How many stars, sorted by brightness, a fixed exposure lets show (-1: all), and whether the galaxy shows;
+        sky/choose_stars.comp has the same for an exposure that is metered."""
+        if shown.fixed_ev100 is None:
+            return -1, True
+        white = 2.0**shown.fixed_ev100
+        count = (shown.star / white) ** (1.0 / _STAR_FALL)
+        return int(min(count, self._catalogue[0])), shown.cloud >= white
 
 
 def _exposed_most(frame: Frame, brightness: float) -> tuple[float, float]:

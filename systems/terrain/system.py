@@ -30,6 +30,8 @@ _SHAPE = (
 )
 _COAST_LISTS = ("terrain.coast_asked", "terrain.coast_land", "terrain.coast_more")
 _GROWING = ("gbuffer.tile_flags", "gbuffer.tiles_terrain", "gbuffer.tiles_sea")
+_TILES = ("gbuffer.tiles_terrain", "gbuffer.tiles_near")
+_WET_LISTS = ("terrain.tiles_dry", "terrain.tiles_wet", "terrain.tiles_near_dry", "terrain.tiles_near_wet")
 _GROWTH = 3
 """From far away meshes know nothing of lakes and islands that are tens of kilometres wide: so many times tiles are
 added into which one goes on."""
@@ -80,7 +82,7 @@ class TerrainSystem(System):
             out: setup.gpu.gpu.state(depth_test=True, depth_func=">", cull="back" if out else None)
             for out in (True, False)
         }
-        self._shaders: dict[tuple[str, bool], Any] = {}
+        self._shaders: dict[tuple[str, bool, bool], Any] = {}
         self._field_revision: tuple[int, ...] = ()
         self._colour_revision = -1
         self._material_stamp: tuple[int, ...] = ()
@@ -226,18 +228,29 @@ class TerrainSystem(System):
                 creates=specs if listed else (),
                 help="the line between land and water, from the height function at each pixel",
             )
+        tiles = _TILES
+        if self._sorts_wet():
+            tiles = _WET_LISTS
+            texts = ("dry distant", "wet distant", "dry near", "wet near")
+            across, down = (-(-n // side) for n, side in zip(view.size, (16, 8), strict=True))
+            builder.add_pass(
+                "terrain.wet",
+                kind="compute",
+                system=name,
+                bind=lambda io: self._bind_wet(io, across, down),
+                reads=("gbuffer.depth", "gbuffer.attributes", "gbuffer.surface", "gbuffer.tile_depths", *_TILES),
+                creates=tuple(
+                    BufferSpec(name, 16 + 4 * across * down, help=f"dispatch and tiles of {text} ground")
+                    for name, text in zip(_WET_LISTS, texts, strict=True)
+                ),
+                help="tiles of the ground by whether water changes any of it",
+            )
         builder.add_pass(
             "terrain.shade",
             system=name,
-            bind=lambda io: self._bind_shade(io, index),
+            bind=lambda io: self._bind_shade(io, index, tiles),
             kind="compute",
-            reads=(
-                "gbuffer.depth",
-                *GBUFFER,
-                "gbuffer.tiles_terrain",
-                "gbuffer.tiles_near",
-                *contract_reads(self._world),
-            ),
+            reads=("gbuffer.depth", *GBUFFER, *tiles, *contract_reads(self._world)),
             writes=("scene.radiance",),
             after=("sky.shade",),
             help="materials and light of terrain pixels",
@@ -327,27 +340,54 @@ class TerrainSystem(System):
         loss = min(a + b for a, b in zip(ocean.absorption_per_m, ocean.scattering_per_m, strict=True))
         return max(_DEEP_M, 0.5 * math.log(510.0) / max(loss, 1e-6))
 
-    def _shader(self, file: str, near: bool = False) -> Any:
+    def _sorts_wet(self) -> bool:
+        """Whether there is water that the backend's shading knows of."""
+        return bool(self._world.query(Ocean)) and self.backend.shade_file == Backend.shade_file
+
+    def _bind_wet(self, io: PassIO, across: int, down: int) -> Callable[[], None]:
+        begin, sort = self._shader("terrain/begin_wet.comp"), self._shader("terrain/list_wet.comp")
+        names = (*_TILES, *_WET_LISTS, "gbuffer.tile_depths")
+        buffers = [(n, io.buffer(name)) for n, name in zip((0, 1, 2, 3, 5, 6, 7), names, strict=True)]
+        textures = [(n, io.texture(f"gbuffer.{name}")) for n, name in ((0, "depth"), (2, "attributes"), (3, "surface"))]
+        barrier = self._gpu.gpu.barrier
+
+        def run() -> None:
+            for binding, buffer in buffers:
+                buffer.bind_to_storage_buffer(binding)
+            for unit, texture in textures:
+                texture.use(unit)
+            begin.run()
+            barrier()
+            sort.set("u_tiles", (across, down))
+            sort.run(-(-across * down // 64))
+
+        return run
+
+    def _shader(self, file: str, near: bool = False, dry: bool = False) -> Any:
         """A compute shader, made when a backend first asks for it: its contracts are there by then. near: for tiles
-        with ground so near that things that stand on it show."""
-        if (file, near) not in self._shaders:
+        with ground so near that things that stand on it show. dry: for tiles that no water changes."""
+        if (file, near, dry) not in self._shaders:
             # The power of how much longer than wide a pixel's place on the ground is.
             blur = 0.5 * (1.0 - float(self._settings["terrain.sharpness"]))
             step = int(self._settings["terrain.coast_px"])
-            defines = {"GROUND_BLUR": f"{blur:.4f}", "COAST_STEP": step}
-            if near:
-                defines["GROUND_CLUTTER"] = 1
-            self._shaders[file, near] = self._gpu.compute(file, defines=defines)
-        return self._shaders[file, near]
+            defines: dict[str, Any] = {"GROUND_BLUR": f"{blur:.4f}", "COAST_STEP": step}
+            defines |= {name: 1 for name, on in (("GROUND_CLUTTER", near), ("GROUND_DRY", dry)) if on}
+            self._shaders[file, near, dry] = self._gpu.compute(file, defines=defines)
+        return self._shaders[file, near, dry]
 
-    def _bind_shade(self, io: PassIO, index: int) -> Callable[[], None]:
+    def _bind_shade(self, io: PassIO, index: int, lists: tuple[str, ...]) -> Callable[[], None]:
         radiance = io.texture("scene.radiance")
-        distant, nearby = io.buffer("gbuffer.tiles_terrain"), io.buffer("gbuffer.tiles_near")
         textures = [io.texture(n) for n in ("gbuffer.depth", *GBUFFER)]
         bind_air = bind_contracts(self._world, io)
         backend = self.backend
-        shade = self._shader(backend.shade_file)
-        shade_near = self._shader(backend.shade_file, backend.shade_file == Backend.shade_file)
+        ours = backend.shade_file == Backend.shade_file
+        sorts = lists == _WET_LISTS
+        # Per list of tiles: the shader, and the one for ground so near that things stand on it.
+        parts = []
+        for name in lists:
+            dry, near = sorts and not name.endswith("wet"), name in ("gbuffer.tiles_near", *_WET_LISTS[2:])
+            plain = self._shader(backend.shade_file, False, dry)
+            parts.append((io.buffer(name), plain, self._shader(backend.shade_file, ours and near, dry)))
 
         def run() -> None:
             bind_air()
@@ -356,10 +396,10 @@ class TerrainSystem(System):
                 texture.use(unit)
             self._bind_octaves(index)
             backend.bind_shading(index)
-            near = shade_near if self._component.clutter > 0.0 else shade
-            for program, tiles in ((shade, distant), (near, nearby)):
+            cluttered = self._component.clutter > 0.0
+            for tiles, plain, full in parts:
                 tiles.bind_to_storage_buffer(7)
-                program.run_indirect(tiles)
+                (full if cluttered else plain).run_indirect(tiles)
 
         return run
 

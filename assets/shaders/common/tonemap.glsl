@@ -25,8 +25,9 @@ vec3 tone_map(vec3 exposed) {
     v = (((((15.5 * v - 40.14) * v + 31.96) * v - 6.868) * v + 0.4298) * v + 0.1191) * v - 0.00232;
     const float GREY = 0.46114, CONTRAST = 1.2, SATURATED = 1.35;
     v = clamp(v, 0.0, 1.0);
-    v = mix(GREY * pow(v / GREY, vec3(CONTRAST)), 1.0 - (1.0 - GREY) * pow((1.0 - v) / (1.0 - GREY), vec3(CONTRAST)),
-        greaterThan(v, vec3(GREY)));
+    bvec3 bright = greaterThan(v, vec3(GREY));
+    vec3 bent = pow(mix(v * (1.0 / GREY), (1.0 - v) * (1.0 / (1.0 - GREY)), bright), vec3(CONTRAST));
+    v = mix(GREY * bent, 1.0 - (1.0 - GREY) * bent, bright);
     v = mix(vec3(dot(v, LUMINANCE_WEIGHTS)), v, SATURATED);
     return clamp(BACK * v, 0.0, 1.0);
 }

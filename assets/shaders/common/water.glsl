@@ -7,6 +7,9 @@
 //   vec4 shore_sheen(Shore shore, vec3 point, vec3 view, vec3 zenith, vec3 normal, vec3 sunlight)
 //       rgb: radiance that the sheet of water and wet ground mirror; w: share of light that does not reach the ground
 //
+//   float water_reach()
+//       height from which on neither of them changes anything
+//
 // D: foot offset; height_m: above the reference sphere.
 
 struct WaterLight {
@@ -31,4 +34,8 @@ Shore shore(vec3 D, float height_m, float rise_m, float footprint_m) {
 
 vec4 shore_sheen(Shore shore, vec3 point, vec3 view, vec3 zenith, vec3 normal, vec3 sunlight) {
     return vec4(0.0);
+}
+
+float water_reach() {
+    return -3.0e38;
 }

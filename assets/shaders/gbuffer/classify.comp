@@ -1,9 +1,11 @@
-// Which surfaces each tile of 16 x 8 pixels shows: bit n for surface n; and whether any of them is near. A lane a tile.
+// Which surfaces each tile of 16 x 8 pixels shows: bit n for surface n; whether any of them is near; and how deep they lie. A lane a
+// tile.
 #include "generated/frame.glsl"
 #include "common/surfaces.glsl"
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) writeonly buffer FlagBuffer { uint flags[]; };
+layout(std430, binding = 1) writeonly buffer DepthBuffer { vec2 depths[]; };   // nearest, farthest, as in gbuffer.depth
 layout(binding = 0) uniform usampler2D u_surface;
 layout(binding = 1) uniform sampler2D u_depth;
 uniform ivec2 u_tiles;
@@ -13,14 +15,18 @@ void main() {
     ivec2 size = textureSize(u_surface, 0), first = ivec2(tile % u_tiles.x, tile / u_tiles.x) * ivec2(16, 8);
     ivec2 last = min(first + ivec2(16, 8), size);
     uint found = 0u;
-    float nearest = 0.0;
+    float nearest = 0.0, farthest = 3.0e38;
     for (int y = first.y; y < last.y; ++y) {
         for (int x = first.x; x < last.x; ++x) {
             found |= 1u << texelFetch(u_surface, ivec2(x, y), 0).r;
-            nearest = max(nearest, texelFetch(u_depth, ivec2(x, y), 0).r);
+            float depth = texelFetch(u_depth, ivec2(x, y), 0).r;
+            nearest = max(nearest, depth);
+            farthest = min(farthest, depth > 0.0 ? depth : 3.0e38);
         }
     }
     // Depth is near / z, and z is no more than the distance, so no near pixel is missed.
     found |= nearest * NEAR_ACROSS_M > frame.camera_offset.w * frame.clock.w ? SURFACE_NEAR : 0u;
-    if (tile < u_tiles.x * u_tiles.y) flags[tile] = found;
+    if (tile >= u_tiles.x * u_tiles.y) return;
+    flags[tile] = found;
+    depths[tile] = vec2(nearest, min(farthest, nearest));
 }

@@ -30,12 +30,16 @@ WaterLight water_light(vec3 D, vec3 zenith, float height_m, float footprint_m) {
 Shore shore(vec3 D, float height_m, float rise_m, float footprint_m) {
     Shore found = Shore(0.0, 0.0, 0.0, ocean.foam.rgb);
     float above = height_m - planet.sea.x;
-    int turns = above >= 0.0 && above < 2.0 * ocean.show.y + rise_m + 0.05 ? 1 : 0;
+    int turns = above >= 0.0 && above < shore_reach() ? 1 : 0;
     for (int i = 0; i < turns; ++i) {
         found = shore_at(D, above, rise_m, footprint_m);
         found.foam = foam_pattern(D, footprint_m, found.foam);
     }
     return found;
+}
+
+float water_reach() {
+    return planet.sea.x + shore_reach();
 }
 
 vec4 shore_sheen(Shore shore, vec3 point, vec3 view, vec3 zenith, vec3 normal, vec3 sunlight) {

@@ -1,5 +1,8 @@
 // Materials and light of the ground, once per pixel: the vertices' normal, continued by the layers below their spacing.
 // Far away, where a triangle's chord cuts kilometres below the sphere, heights come from the vertices.
+//
+//   GROUND_CLUTTER   ground so near that things that stand on it show
+//   GROUND_DRY       no pixel has water over it, or is wet from it (terrain/list_wet.comp says where)
 #include "common/camera.glsl"
 #include "common/octahedral.glsl"
 #include "common/surface_tiles.glsl"
@@ -15,7 +18,11 @@
 #include "contract/sky.glsl"
 #include "contract/sun_visibility.glsl"
 #include "contract/vertex_spacing.glsl"
+#ifdef GROUND_DRY
+#include "common/water.glsl"
+#else
 #include "contract/water.glsl"
+#endif
 
 #ifndef GROUND_BLUR
 #define GROUND_BLUR 0.5
