@@ -12,6 +12,7 @@ from ...engine.contracts import bind_contracts, contract_reads
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import revision, with_overrides
 from ...engine.space.axes import direction, heading_pitch_axes
+from ...engine.surface.nested import NESTED_BASE_M
 from ...engine.system import Frame, Setup, ViewInfo
 from ...engine.waves import WaveSet
 from .block import OCEAN_BINDING, OceanBlock, drifted, ocean_block
@@ -26,9 +27,13 @@ SEA_TOP = "sea_top_m"
 
 _TILE = (16, 8)
 _SKY_MAP = (64, 64)  # SKY_MAP_SIDE of ocean/look/sky_map.glsl
-_KINDS = ("open", "mirror", "rich", "below")
+_KINDS = ("open", "mirror", "rich", "below", "limb")
 _HIGH = 0.25
-"""Share of the air's thickness from which on each pixel asks for the air before it."""
+"""Share of the air's thickness from which on pixels may have to ask for the air before them."""
+_PATTERN_M = 0.5
+"""Pixels that are wider show no pattern of foam (FOAM_COARSE_M of ocean/look/foam.glsl)."""
+_RIPPLE_CELLS = 0.75
+"""Of a cell of noise: pixels that are wider show none of its waves (ocean/look/ripples.glsl)."""
 _CONTRACTS = {"water": "ocean/water.glsl", "waterline": "ocean/waterline.glsl"}
 
 
@@ -53,26 +58,29 @@ class SeaShading:
         self._light = setup.gpu.compute("ocean/light.comp")
         self._sky = setup.gpu.compute("ocean/sky.comp")
         self._list = setup.gpu.compute("ocean/list_tiles.comp")
-        self._shade: dict[tuple[str, bool], Any] = {}
+        self._shade: dict[tuple[Any, ...], Any] = {}
         self._turns, self._ripples = int(setup.settings["ocean.reflections"]), bool(setup.settings["ocean.ripples"])
-        self._high = False
+        self._high = self._far = self._glows = False
         stored = str(setup.settings.get("sky.radiance_format", "rgba32f"))
         self._under = setup.gpu.compute("ocean/under.comp", defines={"SCENE_FORMAT": stored})
 
-    def _shader(self, kind: str, high: bool) -> Any:
-        """The shader of a kind of tiles, made when it is first needed."""
-        if (kind, high) not in self._shade:
-            wanted = {
-                "OCEAN_HIGH": high,
-                "OCEAN_RIPPLES": self._ripples or kind == "below",
-                "OCEAN_RICH": kind == "rich",
-                "OCEAN_BELOW": kind == "below",
-            }
+    def _shader(self, kind: str) -> Any:
+        """The shader of a kind of tiles as the frame needs it, made when it is first needed."""
+        wanted = {
+            "OCEAN_LIMB": kind == "limb" or (self._high and kind in ("mirror", "rich")),
+            "OCEAN_RIPPLES": (self._ripples and not self._far) or kind == "below",
+            "OCEAN_FAR": self._far,
+            "OCEAN_GLOW": self._glows,
+            "OCEAN_RICH": kind == "rich",
+            "OCEAN_BELOW": kind == "below",
+        }
+        key = (kind, *wanted.values())
+        if key not in self._shade:
             defines: dict[str, Any] = {name: 1 for name, on in wanted.items() if on}
             if self._turns and kind in ("mirror", "rich"):
                 defines["OCEAN_REFLECTIONS"] = self._turns
-            self._shade[kind, high] = self._gpu.compute("ocean/shade.comp", defines=defines)
-        return self._shade[kind, high]
+            self._shade[key] = self._gpu.compute("ocean/shade.comp", defines=defines)
+        return self._shade[key]
 
     def release(self) -> None:
         self._shaders.withdraw(self._name)
@@ -108,6 +116,12 @@ class SeaShading:
         self._near_water = self._held.lens[3] < LENS_REACH_M
         altitude_m = float(np.linalg.norm(frame.camera.position_m)) - radius
         self._high = altitude_m > _HIGH * float(frame.world.try_resource("air_top_m") or 0.0)
+        # No sea is nearer than this, so no pixel of it narrower.
+        nearest_m = altitude_m - float(frame.world.resource(SEA_TOP))
+        widest_m = max(_PATTERN_M, _RIPPLE_CELLS * NESTED_BASE_M * 2.0 ** held.ripples[0])
+        pixel = (frame.camera.tan_top - frame.camera.tan_bottom) / frame.size[1]
+        self._far = nearest_m * pixel > widest_m
+        self._glows = any(value > 0.0 for value in held.glow)
         self._block.write(self._held)
         self._block.bind()
 
@@ -126,6 +140,7 @@ class SeaShading:
                 BufferSpec("ocean.tiles_mirror", 16 + 4 * count, help="the same with ground that it may mirror"),
                 BufferSpec("ocean.tiles_rich", 16 + 4 * count, help="dispatch and tiles with shallows, foam or ice"),
                 BufferSpec("ocean.tiles_below", 16 + 4 * count, help="dispatch and tiles of the surface from below"),
+                BufferSpec("ocean.tiles_limb", 16 + 4 * count, help="open water with air that changes within a tile"),
             ),
             help="tiles of the sea by what they need",
         )
@@ -181,9 +196,10 @@ class SeaShading:
         def run() -> None:
             for unit, texture in enumerate(textures):
                 texture.use(unit)
-            for unit, buffer in zip((0, 1, 2, 3, 5), buffers, strict=True):
+            for unit, buffer in zip((0, 1, 2, 3, 5, 6), buffers, strict=True):
                 buffer.bind_to_storage_buffer(unit)
             self._classify.set("u_tiles", (across, down))
+            self._classify.set("u_high", int(self._high))
             self._classify.run(-(-across * down // 64), 1, 1)
             self._gpu.gpu.barrier()
             self._list.set("u_tiles", (across, down))
@@ -217,10 +233,10 @@ class SeaShading:
             for unit, texture in enumerate(textures):
                 texture.use(unit)
             for kind, tiles in parts:
-                if kind == "below" and not self._near_water:
+                if (kind == "below" and not self._near_water) or (kind == "limb" and not self._high):
                     continue
                 tiles.bind_to_storage_buffer(7)
-                self._shader(kind, self._high).run_indirect(tiles)
+                self._shader(kind).run_indirect(tiles)
 
         return run
 

@@ -1,5 +1,6 @@
-// What each tile's sea needs: bit 0 the plain sea, 2 also bed, surf or ice, 3 the surface from below; bit 4: the tile shows ground.
-// A lane a tile. (Bit 1, ground to mirror, hangs on other tiles: ocean/list_tiles.comp.)
+// What each tile's sea needs: bit 0 the plain sea, 2 also bed, surf or ice, 3 the surface from below; bit 4: the tile shows ground;
+// bit 5: the air before it changes within the tile. A lane a tile. (Bit 1, ground to mirror, hangs on other tiles:
+// ocean/list_tiles.comp.)
 #include "common/camera.glsl"
 #include "common/surfaces.glsl"
 #include "generated/ocean.glsl"
@@ -11,6 +12,15 @@ layout(binding = 0) uniform sampler2D u_depth;
 layout(binding = 1) uniform sampler2D u_attributes;
 layout(binding = 2) uniform usampler2D u_surface;
 uniform ivec2 u_tiles;
+uniform int u_high;   // 1: the camera is above much of the air
+
+// Cosine to the vertical with which a line of sight meets the calm sea, 0 where it misses.
+float meeting_cosine(vec2 ndc) {
+    vec3 direction = normalize(view_ray(ndc));
+    float h = frame.camera_zenith.w - planet.sea.x, r = planet.radii.x + planet.sea.x;
+    float b = (r + h) * dot(direction, frame.camera_zenith.xyz);
+    return sqrt(max(b * b - h * (2.0 * r + h), 0.0)) / r;
+}
 
 void main() {
     int tile = int(gl_GlobalInvocationID.x);
@@ -30,7 +40,11 @@ void main() {
         }
     }
     // Ice and the waterline, by the tile's corners.
+    float steepest = 0.0, flattest = 1.0;
     for (int corner = 0; corner < 4; ++corner) {
+        float meets = meeting_cosine(ndc_of_pixel(vec2(first + ivec2(corner & 1, corner >> 1) * ivec2(16, 8))));
+        steepest = max(steepest, meets);
+        flattest = min(flattest, meets);
         ivec2 pixel = clamp(first + ivec2(corner & 1, corner >> 1) * ivec2(15, 7), ivec2(0), size - 1);
         vec2 ndc = ndc_of_pixel(vec2(pixel) + 0.5);
         bool wet = lens_in_water(ndc);
@@ -40,6 +54,11 @@ void main() {
         highest_sine = max(highest_sine, depth > 0.0 ? abs(up_at(position_from_depth(ndc, depth)).z) : 1.0);
     }
     bool rich = shallowest < limit || highest_sine * 1.02 + 0.12 > ocean.water.y;
+    // The way through the air goes with 1 / cosine, and so does its depth: between corners whose cosines differ by a share s of the least
+    // a straight line is s^2 / 4 of it off, a thousandth. From so far that a tile is degrees of the planet wide the sun's height
+    // counts too.
+    bool wide = frame.camera_zenith.w * frame.clock.w * 16.0 > 0.03 * planet.radii.x;
+    bool limb = u_high != 0 && (wide || steepest - flattest > 0.06 * flattest);
     uint found = (above ? (rich ? 4u : 1u) : 0u) | (below ? 8u : 0u);
-    if (tile < u_tiles.x * u_tiles.y) flags[tile] = (any_sea ? found : 0u) | (any_ground ? 16u : 0u);
+    if (tile < u_tiles.x * u_tiles.y) flags[tile] = (any_sea ? found : 0u) | (any_ground ? 16u : 0u) | (limb ? 32u : 0u);
 }

@@ -7,12 +7,13 @@ layout(std430, binding = 1) writeonly buffer OpenBuffer { uint open_groups[4]; u
 layout(std430, binding = 2) writeonly buffer MirrorBuffer { uint mirror_groups[4]; uint mirror_tiles[]; };
 layout(std430, binding = 3) writeonly buffer RichBuffer { uint rich_groups[4]; uint rich_tiles[]; };
 layout(std430, binding = 5) writeonly buffer BelowBuffer { uint below_groups[4]; uint below_tiles[]; };
+layout(std430, binding = 6) writeonly buffer LimbBuffer { uint limb_groups[4]; uint limb_tiles[]; };
 uniform ivec2 u_tiles;
 
 const float MIRROR_HIGHEST_M = 2.0e4;   // from higher up the sea mirrors no ground that one could make out
 const int COLUMNS = 1024;               // 16 384 pixels; columns beyond share with others
 
-shared uint s_open, s_mirror, s_rich, s_below;
+shared uint s_open, s_mirror, s_rich, s_below, s_limb;
 shared int s_ground[COLUMNS];           // the highest row of a column that shows ground
 
 void main() {
@@ -22,6 +23,7 @@ void main() {
         s_mirror = 0u;
         s_rich = 0u;
         s_below = 0u;
+        s_limb = 0u;
     }
     barrier();
     uint count = uint(u_tiles.x * u_tiles.y), width = uint(u_tiles.x);
@@ -35,7 +37,9 @@ void main() {
         for (int c = max(column - 4, 0); c <= min(column + 4, u_tiles.x - 1); ++c) highest = max(highest, s_ground[c & (COLUMNS - 1)]);
         uint place = uint(column) | uint(row) << 16, found = flags[tile];
         bool mirrors = highest >= row && frame.camera_zenith.w < MIRROR_HIGHEST_M;
-        if ((found & 1u) != 0u && !mirrors) open_tiles[atomicAdd(s_open, 1u)] = place;
+        bool limb = (found & 32u) != 0u;
+        if ((found & 1u) != 0u && !mirrors && limb) limb_tiles[atomicAdd(s_limb, 1u)] = place;
+        if ((found & 1u) != 0u && !mirrors && !limb) open_tiles[atomicAdd(s_open, 1u)] = place;
         if ((found & 1u) != 0u && mirrors) mirror_tiles[atomicAdd(s_mirror, 1u)] = place;
         if ((found & 4u) != 0u) rich_tiles[atomicAdd(s_rich, 1u)] = place;
         if ((found & 8u) != 0u) below_tiles[atomicAdd(s_below, 1u)] = place;
@@ -54,5 +58,8 @@ void main() {
         below_groups[0] = s_below;
         below_groups[1] = 1u;
         below_groups[2] = 1u;
+        limb_groups[0] = s_limb;
+        limb_groups[1] = 1u;
+        limb_groups[2] = 1u;
     }
 }

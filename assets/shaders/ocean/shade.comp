@@ -1,13 +1,15 @@
 // Light of the sea's pixels: what its surface mirrors (sun, sky, ground in the picture), what comes up from below, foam and ice.
 //
 //   OCEAN_RICH          bed, foam, ice: for tiles that need them (ocean/classify.comp says which)
-//   OCEAN_HIGH          the camera is so high that air changes within a tile, as along the limb
+//   OCEAN_LIMB          seen from so high and so flat that air changes within a tile
+//   OCEAN_FAR           pixels too wide for the pattern of foam
+//   OCEAN_GLOW          the liquid shines by itself, or has a crust
 //   OCEAN_BELOW         the surface from below
 //   OCEAN_RIPPLES       waves shorter than the sea's own
 //   OCEAN_REFLECTIONS   turns of the search for mirrored ground
 #include "common/camera.glsl"
 #include "common/surface_tiles.glsl"
-#ifdef OCEAN_HIGH
+#ifdef OCEAN_LIMB
 #include "contract/air.glsl"
 #endif
 #include "contract/waterline.glsl"
@@ -16,7 +18,9 @@
 #include "ocean/look/glitter.glsl"
 #include "ocean/look/mirror.glsl"
 #include "ocean/look/foam.glsl"
+#ifdef OCEAN_GLOW
 #include "ocean/look/glow.glsl"
+#endif
 #ifdef OCEAN_RIPPLES
 #include "ocean/look/ripples.glsl"
 #endif
@@ -96,21 +100,25 @@ vec3 sea_radiance(SeaPixel p) {
     vec3 upwelling = direct * deep_upwelling(in_cosine, out_cosine) + diffuse * deep_upwelling(0.86, out_cosine);
 #endif
     radiance += upwelling * ((1.0 - fresnel) * ocean.liquid.y);
+#ifdef OCEAN_GLOW
     vec4 glow = liquid_glow(p);
     vec3 crust = vec3(0.04) * (sunlight * n_l + skylight) / PI;
     radiance = mix(radiance, crust, glow.a) + glow.rgb;
+#endif
 
     float foam = crest_foam(p.fold, v_hidden);
 #ifdef OCEAN_RICH
     foam = max(foam, shore_at(p.D, -p.depth_m, p.footprint_m * 0.1, p.footprint_m).foam);
 #endif
+#ifndef OCEAN_FAR
     foam = foam_pattern(p.D, p.footprint_m, foam);
+#endif
     radiance = mix(radiance, ocean.foam.rgb * (sunlight * n_l + skylight) / PI, foam * 0.9);
 #ifdef OCEAN_RICH
     vec2 ice = sea_ice(p);
     radiance = mix(radiance, ocean.ice.rgb * ice.y * (sunlight * n_l + skylight) / PI, ice.x);
 #endif
-#ifdef OCEAN_HIGH
+#ifdef OCEAN_LIMB
     Air between = air_from_camera(p.point);
     return radiance * between.transmittance + between.in_scatter;
 #else

@@ -3,6 +3,7 @@
 #include "ocean/look/noise.glsl"
 #include "ocean/look/slopes.glsl"
 
+// From half a metre on a pixel shows no pattern (systems/ocean/shading.py).
 const float FOAM_COARSE_M = 1.0, FOAM_FINE_M = 0.125;
 
 // Share of the water that breaking crests cover: where the surface is squeezed (1 - Jacobian) beyond a limit that leaves as much of
