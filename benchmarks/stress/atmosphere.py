@@ -179,13 +179,13 @@ def questions(air: AirParameters, count: int, rng: np.random.Generator) -> tuple
     height = np.choose(rng.choice(5, count, p=(0.3, 0.35, 0.15, 0.1, 0.1)), [edges, inside, outside, far, below])
     return (
         up * (radius + height)[:, None],
-        _towards(rng, up, radius, height),
-        _towards(rng, up, radius, height),
-        _towards(rng, up, radius, height),
+        directions_from(rng, up, radius, height),
+        directions_from(rng, up, radius, height),
+        directions_from(rng, up, radius, height),
     )
 
 
-def _towards(rng: np.random.Generator, up: Floats, radius: float, height: Floats) -> Floats:
+def directions_from(rng: np.random.Generator, up: Floats, radius: float, height: Floats) -> Floats:
     """Directions: a third anywhere, the others at angles to the zenith that count."""
     count = len(up)
     anywhere = np.array([unit(rng) for _ in range(count)])

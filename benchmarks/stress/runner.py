@@ -32,6 +32,7 @@ STRESS_SUITES: Mapping[str, str] = {
     "space": "Rays, projection, coverage and lattice: pure mathematics and the GPU's part of it",
     "terrain": "Random planets and cameras: no NaN, no hole in the disc, heights as the float64 twin has them",
     "atmosphere": "Random air: nothing NaN, infinite or negative; physical air as the float64 reference has it",
+    "clouds": "Random layers of cloud: light that is finite, exact transmittance, no jump at any boundary",
     "ocean": "Random seas: waves in shaders as in float64, no hole, nothing that is not finite",
     "frame": "Random scenes, cameras, suns and sizes: finite pictures, no GL error",
 }

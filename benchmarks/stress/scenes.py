@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from ... import Atmosphere, Camera, Composite, Exposure, Ocean, Planet, Scene, Stars, Sun, Terrain
+from ... import Atmosphere, Camera, Clouds, Composite, Exposure, Ocean, Planet, Scene, Stars, Sun, Terrain
 from .draw import ALTITUDES_M, camera, log_uniform, unit
 from .runner import Case
 
 _KINDS: dict[str, type] = {
     "planet": Planet, "terrain": Terrain, "ocean": Ocean, "sun": Sun, "stars": Stars, "exposure": Exposure,
-    "composite": Composite, "atmosphere": Atmosphere,
+    "composite": Composite, "atmosphere": Atmosphere, "clouds": Clouds,
 }  # fmt: skip
 
 
