@@ -81,6 +81,11 @@ class Clouds(CloudLayer):
     )
     method: str = knob(
         "ours",
-        help="How pf.CloudProbe marches through clouds and air: ours, or as printed (Michelic 2018; with others 2019)",
+        help="How clouds are made and marched through together with the air: ours, or as printed (Michelic 2018; with "
+        "others 2019)",
         choices=("ours", "paper_2018", "paper_2019"),
     )
+    tile_width_m: float = knob(
+        16e3, 100.0, 1e7, "m", "Width of the volume that the printed methods repeat over the planet", log=True,
+        group="shape",
+    )  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from .engine.system import System
 from .systems.atmosphere.system import AtmosphereSystem
-from .systems.clouds.system import CloudSystem
+from .systems.clouds.methods import CloudMethods
 from .systems.composite import CompositeSystem
 from .systems.debug import DebugSystem
 from .systems.gbuffer import GBufferSystem
@@ -29,7 +29,7 @@ SYSTEMS: tuple[type[System], ...] = (
     PropsSystem,
     SkySystem,
     StarsSystem,
-    CloudSystem,
+    CloudMethods,
     CompositeSystem,
     DebugSystem,
 )  # fmt: skip

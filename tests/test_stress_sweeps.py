@@ -133,6 +133,13 @@ def test_atmosphere_sweep():
     assert not report.failures, failures(report)
 
 
+@pytest.mark.gpu
+def test_clouds_sweep():
+    report = run_sweep("clouds", seed=2, count=8)
+    assert {row.variant.split(":")[0] for row in report.rows} == {"probe", "crossing", "picture", "flight"}
+    assert not report.failures, failures(report)
+
+
 ODD_AIR = pytest.mark.xfail(
     reason="2 of 200 random airs are further from the exact ones than allowed: transmittance by 1.6e-3, light by 5 %",
     strict=True,
@@ -143,7 +150,13 @@ ODD_AIR = pytest.mark.xfail(
 @pytest.mark.gpu
 @pytest.mark.parametrize(
     ("suite", "count"),
-    [("space", 3000), ("terrain", 100), pytest.param("atmosphere", 200, marks=ODD_AIR), ("frame", 100)],
+    [
+        ("space", 3000),
+        ("terrain", 100),
+        pytest.param("atmosphere", 200, marks=ODD_AIR),
+        ("frame", 100),
+        ("clouds", 200),
+    ],
 )
 def test_long_sweep(suite, count):
     report = run_sweep(suite, seed=int(np.random.default_rng(0).integers(1000)), count=count)

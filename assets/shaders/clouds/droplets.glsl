@@ -1,12 +1,6 @@
 // What droplets do to light in one layer, whatever their density.
 #include "clouds/layers.glsl"
-
-// Henyey and Greenstein 1941, 1/sr; 1 + g^2 - 2 g nu without its cancellation near the peak.
-float cloud_phase(float nu, float g) {
-    float size = abs(g), near = 1.0 - size;
-    float base = near * near + 2.0 * size * (1.0 - sign_nonzero(g) * nu);
-    return (1.0 - g * g) / (4.0 * PF_PI * base * sqrt(base));
-}
+#include "clouds/phase.glsl"
 
 // Share of a layer's thickness below a height: 0 at its base, 1 at its top, and beyond.
 float cloud_share(int layer, float h) {

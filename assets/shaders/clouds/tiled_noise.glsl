@@ -1,8 +1,9 @@
 // Noise that repeats after a whole number of cells, for volumes that wrap. Hash and weights are those of common/noise.glsl.
 #include "common/noise.glsl"
 
+// cell: not below -64 times `cells`. GLSL leaves % of negative numbers undefined (some drivers take them as unsigned).
 ivec3 tiled_hash(ivec3 cell, int cells, int seed) {
-    uvec3 c = uvec3((cell % cells + cells) % cells + 7919 * seed) * 1664525u + 1013904223u;
+    uvec3 c = uvec3((cell + 64 * cells) % cells + 7919 * seed) * 1664525u + 1013904223u;
     return lattice_hash(c.x, c.y, c.z);
 }
 

@@ -1,0 +1,85 @@
+"""CloudMethods: the clouds' system by either method, ours or as printed, exchanged while it runs."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+from ...components import Clouds
+from ...engine.graph import GraphBuilder, PassIO
+from ...engine.settings import with_overrides
+from ...engine.system import Frame, Setup, ViewInfo
+from .paper import PaperClouds
+from .system import CloudSystem
+
+__all__ = ["CloudMethods"]
+
+_YEARS = {"paper_2018": 2018, "paper_2019": 2019}
+
+
+class CloudMethods(CloudSystem):
+    """What `Clouds.method` says: CloudSystem itself, or PaperClouds in its place. Each has a scope of its own for its
+    GL objects, so that nothing of the other is kept."""
+
+    def setup(self, setup: Setup) -> None:
+        self._setup, self._method = setup, ""
+        self._paper: PaperClouds | None = None
+        self._scope: Any = None
+        self._use(setup.world.get(setup.planet, Clouds))
+
+    def _use(self, component: Clouds) -> None:
+        method = with_overrides(component, "clouds", self._setup.settings).method
+        if method == self._method:
+            return
+        if self._method:
+            self._end()
+        self._method = method
+        self._scope = self._setup.gpu.gpu.scope(self.name)
+        own = dataclasses.replace(self._setup, gpu=self._scope)
+        self._paper = None
+        if method in _YEARS:
+            self._paper = PaperClouds(self.name, _YEARS[method])
+            self._paper.setup(own)
+        else:
+            super().setup(own)
+        self.structure += 1
+
+    def _end(self) -> None:
+        if self._paper is not None:
+            self._paper.release()
+        else:
+            super().release()
+        self._scope.release()
+
+    def release(self) -> None:
+        self._end()
+        self._method = ""
+
+    def contract_reads(self) -> tuple[str, ...]:
+        """See engine.contracts.ContractSource."""
+        return super().contract_reads() if self._paper is None else self._paper.contract_reads()
+
+    def bind_contract(self, io: PassIO) -> Callable[[], None]:
+        """See engine.contracts.ContractSource."""
+        return super().bind_contract(io) if self._paper is None else self._paper.bind_contract(io)
+
+    def update(self, frame: Frame) -> None:
+        self._use(frame.world.get(frame.planet, Clouds))
+        if self._paper is None:
+            super().update(frame)
+            return
+        before = self._paper.seen
+        self._paper.update(frame)
+        self.structure += self._paper.seen != before
+
+    def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
+        (super() if self._paper is None else self._paper).declare(builder, view)
+
+    def settled(self) -> bool:
+        """Whether nothing streams, refines or is still being made."""
+        return super().settled() if self._paper is None else self._paper.settled()
+
+    def progress(self) -> float:
+        """How much of that is done."""
+        return super().progress() if self._paper is None else self._paper.progress()

@@ -1,0 +1,161 @@
+"""PaperClouds: clouds as the sources print them, in place of ours: one layer, one volume, one march for every pixel."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ...components import Clouds, Ocean, Planet
+from ...engine.contracts import bind_contracts, contract_reads, provide_contracts, withdraw_contracts
+from ...engine.graph import GraphBuilder, PassIO
+from ...engine.settings import revision, with_overrides
+from ...engine.space import frustum_planes, sphere_outside
+from ...engine.system import Frame, Setup, ViewInfo
+from .layers import frames_at
+from .paper_volume import PaperVolume
+from .view_block import CLOUD_VIEW_BINDING, CloudViewBlock
+
+__all__ = ["LARGE_STEP", "STEPS", "PaperClouds"]
+
+STEPS, LARGE_STEP = 40, 4.0
+"""Small steps through the layer's thickness, and small steps in a large one. The source gives neither."""
+_TILE_UNIT = 16
+_BUDGET_S = 0.01
+"""Of a frame, while the full volume is made."""
+
+
+class PaperClouds:
+    """The passes of Michelic 2018 and Michelic et al. 2019, with the interface of a System; see CloudMethods.
+
+    year: 2018 or 2019, how clouds and air are put together.
+    """
+
+    def __init__(self, name: str, year: int) -> None:
+        self.name, self.year = name, year
+        self.seen = True
+
+    def setup(self, setup: Setup) -> None:
+        """See System.setup."""
+        self._gpu, self._world = setup.gpu, setup.world
+        self._ubo = setup.gpu.uniform_block(CloudViewBlock, CLOUD_VIEW_BINDING, "cloud_view")
+        self._block = CloudViewBlock()
+        self._stamp: tuple[Any, ...] = ()
+        self._volume: PaperVolume | None = None
+        self._volume_for: tuple[Any, ...] = ()
+        self._volumes = setup.gpu.gpu.scope(self.name)
+        self._layer: Any = None
+        self._texels = int(setup.settings["clouds.shape_texels"])
+        setup.gpu.gpu.shaders.provide("cloud_shadow", "clouds/paper/shadow.glsl", owner=self.name)
+        self._view = setup.gpu.fullscreen("clouds/paper/view.frag", {"CLOUD_PAPER": self.year})
+        self._blend = setup.gpu.gpu.state(blend="premultiplied")
+        provide_contracts(setup.world, self.name, self)
+
+    def release(self) -> None:
+        """See System.release."""
+        self._volumes.release()
+        self._gpu.gpu.shaders.withdraw(self.name)
+        withdraw_contracts(self._world, self.name)
+
+    def contract_reads(self) -> tuple[str, ...]:
+        """See engine.contracts.ContractSource."""
+        return ()
+
+    def bind_contract(self, io: PassIO) -> Callable[[], None]:
+        """See engine.contracts.ContractSource."""
+        return self._bind
+
+    def _bind(self) -> None:
+        if self._volume is not None:
+            self._volume.texture.use(_TILE_UNIT)
+        self._ubo.bind()
+
+    def update(self, frame: Frame) -> None:
+        """See System.update."""
+        component = frame.world.get(frame.planet, Clouds)
+        radius = float(frame.world.get(frame.planet, Planet).radius_m)
+        self._refresh(component, frame)
+        layer = self._layer
+        centre, reach = -frame.camera.position_m, radius + (0.0 if layer is None else float(layer.top_m))
+        self.seen = layer is not None and not bool(
+            sphere_outside(frustum_planes(frame.camera), centre[None], [reach])[0]
+        )
+        sea = frame.world.try_get(frame.planet, Ocean)
+        if sea is not None and float(np.linalg.norm(frame.camera.position_m)) - radius < sea.sea_level_m:
+            self.seen = False
+        if self._volume is not None and not self._volume.done:
+            self._volume.step(1e9 if frame.settling else _BUDGET_S)
+        turn, _ = frames_at(float(component.wind_speed_m_s), radius, frame.time_s)
+        proxy = frame.world.resource(f"proxy.{frame.view_index}")
+        block = self._block
+        block.turn = np.pad(turn.T, ((0, 0), (0, 1)))
+        block.broad = (*np.mod(turn @ proxy.anchor_m / self._tile_m, 1.0), 1.0 / self._tile_m)
+        self._ubo.write(block)
+        self._ubo.bind()
+
+    def _refresh(self, component: Any, frame: Frame) -> None:
+        stamp = (id(component), revision(component), *(revision(layer) for layer in component.layers))
+        if stamp == self._stamp:
+            return
+        self._stamp = stamp
+        component = with_overrides(component, "clouds", frame.settings)
+        # The sources have one layer: the first that there is anything in.
+        present = [one for one in (component, *component.layers) if one.coverage > 0.0 and one.extinction_per_m > 0.0]
+        self._layer = layer = present[0] if present else None
+        self._tile_m = float(component.tile_width_m)
+        # Without clouds the block keeps a layer that takes nothing: the shadow's contract reads it all the same.
+        base, top = (0.0, 1.0) if layer is None else (float(layer.base_m), float(layer.top_m))
+        thickness, extinction = top - base, 0.0 if layer is None else float(layer.extinction_per_m)
+        self._block.shell[0] = base, top, 1.0 / thickness, extinction
+        self._block.shape[0, 0] = 0.0 if layer is None else float(layer.height_profile == "parabola")
+        self._block.droplets[0] = (0.0 if layer is None else layer.albedo, getattr(layer, "asymmetry", 0.0), 0.0, 0.0)
+        small = thickness / STEPS
+        self._view.set("u_steps", (small, LARGE_STEP * small))
+        weather = layer is not None and layer.density_model == "weather"
+        wanted = (layer.coverage, self._tile_m, thickness) if weather else ()
+        if wanted != self._volume_for or self._volume is None:
+            self._volume_for = wanted
+            self._volumes.release()
+            self._volumes = self._gpu.gpu.scope(self.name)
+            coverage = float(layer.coverage) if weather else None
+            self._volume = PaperVolume(
+                self._volumes, self._texels, coverage, self._tile_m, thickness, LARGE_STEP * small
+            )
+
+    def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
+        """See System.declare."""
+        if not self.seen:
+            return
+        builder.add_pass(
+            "clouds.march",
+            bind=self._bind_view,
+            system=self.name,
+            reads=("gbuffer.depth", *contract_reads(self._world, but=self.name)),
+            writes=("scene.radiance",),
+            after=("sky.shade",),
+            after_optional=("terrain.shade", "ocean.shade", "ocean.under", "props.shade", "stars.draw"),
+            help="the printed march through clouds and air, for every pixel",
+        )
+
+    def _bind_view(self, io: PassIO) -> Callable[[], None]:
+        target, depth = io.framebuffer(colors=("scene.radiance",)), io.texture("gbuffer.depth")
+        bind = bind_contracts(self._world, io, but=self.name)
+
+        def run() -> None:
+            bind()
+            self._bind()
+            target.use()
+            self._blend.apply()
+            depth.use(0)
+            self._view.render()
+
+        return run
+
+    def settled(self) -> bool:
+        """See System.settled."""
+        return self._volume is None or self._volume.done
+
+    def progress(self) -> float:
+        """See System.progress."""
+        return 1.0 if self._volume is None else self._volume.share
