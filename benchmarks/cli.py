@@ -90,7 +90,7 @@ def _bench(
 
 
 def _stress(
-    suite: Annotated[str, Parameter(help="space, terrain, atmosphere, ocean or frame.")] = "",
+    suite: Annotated[str, Parameter(help="space, terrain, atmosphere, clouds, ocean or frame.")] = "",
     /,
     *,
     seed: Annotated[int, Parameter(help="Case k of a seed is always the same.")] = 1,
