@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from ...components import Clouds
@@ -26,17 +26,17 @@ class CloudMethods(CloudSystem):
         self._setup, self._method = setup, ""
         self._paper: PaperClouds | None = None
         self._scope: Any = None
-        self._use(setup.world.get(setup.planet, Clouds))
+        self._use(setup.world.get(setup.planet, Clouds), setup.settings)
 
-    def _use(self, component: Clouds) -> None:
-        method = with_overrides(component, "clouds", self._setup.settings).method
+    def _use(self, component: Clouds, settings: Mapping[str, Any]) -> None:
+        method = with_overrides(component, "clouds", settings).method
         if method == self._method:
             return
         if self._method:
             self._end()
         self._method = method
         self._scope = self._setup.gpu.gpu.scope(self.name)
-        own = dataclasses.replace(self._setup, gpu=self._scope)
+        own = dataclasses.replace(self._setup, gpu=self._scope, settings=settings)
         self._paper = None
         if method in _YEARS:
             self._paper = PaperClouds(self.name, _YEARS[method])
@@ -65,7 +65,7 @@ class CloudMethods(CloudSystem):
         return super().bind_contract(io) if self._paper is None else self._paper.bind_contract(io)
 
     def update(self, frame: Frame) -> None:
-        self._use(frame.world.get(frame.planet, Clouds))
+        self._use(frame.world.get(frame.planet, Clouds), frame.settings)
         if self._paper is None:
             super().update(frame)
             return
