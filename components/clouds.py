@@ -79,6 +79,7 @@ class Clouds(CloudLayer):
         group="weather",
         widget="path",
     )
+    shafts: bool = knob(True, help="Whether clouds cast shadows into the air: shafts of light", group="light")
     method: str = knob(
         "ours",
         help="How clouds are made and marched through together with the air: ours, or as printed (Michelic 2018; with "

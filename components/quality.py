@@ -385,6 +385,9 @@ class CloudQuality:
         256, 32, 1024, "", "Texels a side of each map of the clouds' shadow", cost="its square", power_of_two=True
     )
     shadow_steps: int = knob(8, 1, 64, "", "Steps through a layer for a texel of those maps", cost="itself")
+    shaft_steps: int = knob(
+        16, 0, 1024, "", "Steps through the air in the clouds' shadow; 0: no shafts of light", cost="grows with it"
+    )
     map_texels: int = knob(
         1024,
         256,

@@ -17,29 +17,29 @@ from .imported import imported_cover
 from .layers import BILLOWS, frames_at, kind_of, layers_of, write_filter, write_layers, write_noise
 from .maps import BORDER, WeatherMaps
 from .past import NONE, Past
-from .shadow import ShadowMaps
-from .view_block import CLOUD_VIEW_BINDING, MOST_MAPS, CloudViewBlock
+from .shadow_pass import SHADOW, ShadowPass
+from .shafts import Shafts
+from .view_block import CLOUD_VIEW_BINDING, CloudViewBlock
 from .view_march import DISTANCE, RAYS, ViewMarch
 from .volumes import make_volume
 
 __all__ = ["CloudSystem"]
 
 _SHAPE, _RIMS = 0, 1
-_FULL, _SHADOW = "clouds.full", "clouds.shadow"
+_FULL = "clouds.full"
 _SKY = "clouds.sky"
 _SHADOW_UNIT, _SKY_UNIT = 16, 17
 _SKY_TEXELS = 64
 _SKY_FRAMES = 8
 """Frames between maps of the sky while something changes: what mirrors it is rough."""
-_SHADOW_HEIGHT = 0.3
-"""Share of the first layer's thickness at which maps of the shadow are drawn."""
 
 
 class CloudSystem(System):
     """The clouds of one planet. Needs Planet and Clouds.
 
     Passes: ``clouds.classify`` lists the tiles that may see cloud, ``clouds.march`` follows a ray for each block of
-    their pixels, ``clouds.composite`` lays the result over ``scene.radiance``. None runs while no ray can meet a layer.
+    their pixels, ``clouds.shafts`` takes the light that the air in the clouds' shadow doesn't scatter,
+    ``clouds.composite`` lays the result over ``scene.radiance``. None runs while no ray can meet a layer.
     """
 
     name: ClassVar[str] = "clouds"
@@ -63,26 +63,26 @@ class CloudSystem(System):
         self._tune(settings)
         self._sky_age, self._sky_shows, self._sky_due = _SKY_FRAMES, (), True
         self._resolve = gpu.fullscreen("clouds/resolve.frag", defines)
-        self._over = gpu.fullscreen("clouds/composite.frag")
+        stored = str(settings.get("sky.radiance_format", "rgba32f"))
+        self._over = gpu.compute("clouds/composite.comp", {"SCENE_FORMAT": stored})
         self._plain = gpu.gpu.state()
         self._pasts: dict[int, Past] = {}
         self._past = Past(self._stride, self._samples, 1.0)
-        self._cast = gpu.compute("clouds/shadow.comp")
-        self._cast.set("u_steps", int(settings["clouds.shadow_steps"]))
-        self._shadow_texels = int(settings["clouds.shadow_texels"])
-        self._shadows: dict[int, ShadowMaps] = {}
-        self._due: list[int] = []
-        self._blend = gpu.gpu.state(blend="premultiplied")
+        texels, steps = int(settings["clouds.shadow_texels"]), int(settings["clouds.shadow_steps"])
+        self._shadow = ShadowPass(gpu, texels, steps)
+        self._shafts = Shafts(gpu, setup.world, self._stride, settings, self.name)
+        self._with_shafts = True
         self._stamp: tuple[Any, ...] = ()
         self._layers: list[Any] = []
         self._seen = True
         self._textures: tuple[Any, Any] = (None, None)
         gpu.gpu.shaders.provide("cloud_shadow", "clouds/shadow.glsl", owner=self.name)
         gpu.gpu.shaders.provide("cloud_sky", "clouds/sky.glsl", owner=self.name)
+        gpu.gpu.shaders.provide("skylight", "clouds/skylight.glsl", owner=self.name)
         provide_contracts(setup.world, self.name, self)
 
     def release(self) -> None:
-        self._shadows.clear()
+        self._shadow.clear()
         self._pasts.clear()
         self._gpu.gpu.shaders.withdraw(self.name)
         withdraw_contracts(self._world, self.name)
@@ -99,11 +99,11 @@ class CloudSystem(System):
 
     def contract_reads(self) -> tuple[str, ...]:
         """See engine.contracts.ContractSource."""
-        return (_SHADOW, _SKY)
+        return (SHADOW, _SKY)
 
     def bind_contract(self, io: PassIO) -> Callable[[], None]:
         """See engine.contracts.ContractSource."""
-        texture, sky = io.texture(_SHADOW), io.texture(_SKY)
+        texture, sky = io.texture(SHADOW), io.texture(_SKY)
 
         def run() -> None:
             texture.use(_SHADOW_UNIT)
@@ -134,7 +134,11 @@ class CloudSystem(System):
         coverage = float(first.coverage) or 0.6
         self._maps.take(coverage, cover)
         write_layers(self._block, self._layers, coverage)
-        self._reference_m = float(first.base_m) + _SHADOW_HEIGHT * self._thickness_m
+        self._first = float(first.base_m), self._thickness_m
+        if self._with_shafts != bool(component.shafts):
+            self._with_shafts = not self._with_shafts
+            self.structure += 1
+        self._shadow.take_layers(self._block, self._layers)
 
     def update(self, frame: Frame) -> None:
         self._refresh(frame)
@@ -164,7 +168,9 @@ class CloudSystem(System):
         )  # fmt: skip
         texel_m = radius * np.sqrt(4.0 * np.pi) / self._maps.size
         self._block.weather = (charts.share, self._maps.size, BORDER, texel_m)
-        self._place_shadows(frame, radius, proxy)
+        present = bool(self._layers)
+        self._shadow.place(frame, self._block, self._first, self._wind_m_s, self._stamp, radius, present)
+        self._shafts.place(frame, self._block.counts[2], self._thickness_m, radius, self._shadow.maps)
         self._ubo.write(self._block)
         self._ubo.bind()
         if frame.view_index not in self._pasts:
@@ -179,48 +185,8 @@ class CloudSystem(System):
         if self._sky_due:
             self._sky_age, self._sky_shows = 0, shows
 
-    def _place_shadows(self, frame: Frame, radius: float, proxy: Any) -> None:
-        maps = self._shadows.setdefault(frame.view_index, ShadowMaps(self._shadow_texels))
-        maps.place(radius, self._thickness_m)
-        foot = frame.camera.position_m / np.linalg.norm(frame.camera.position_m)
-        if frame.cut:
-            maps.forget()
-            maps.place(radius, self._thickness_m)
-        due = maps.due(foot, frame.sun.direction, frame.time_s, self._wind_m_s, self._stamp, radius)
-        fresh = [number for number in due if maps.maps[number].stamp != self._stamp]
-        # One a frame, the finest that is due; what has nothing to show yet, at once.
-        self._due = due if frame.settling or frame.one_shot else sorted({*fresh, *due[:1]})
-        for number in self._due:
-            maps.move(number, foot, frame.sun.direction, frame.time_s, self._stamp, radius)
-        rows = np.zeros((3, MOST_MAPS, 4))
-        anchor_foot = proxy.lattice.direction * radius
-        for number, held in enumerate(maps.maps):
-            rows[0, number] = *(anchor_foot - held.middle), 1.0 / held.half_m
-            rows[1, number, :3], rows[2, number, :3] = held.u, held.v
-        block = self._block
-        block.shadow = (self._reference_m, len(maps.maps) if self._layers else 0, 0.0, 0.0)
-        block.shadow_from, block.shadow_u, block.shadow_v = rows
-        self._middles = [
-            (*(held.middle * (1.0 + self._reference_m / radius) - proxy.anchor_m), held.half_m) for held in maps.maps
-        ]
-        self._ups = [(*(held.middle / radius), 0.0) for held in maps.maps]
-
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
-        side = (self._shadow_texels, self._shadow_texels)
-        builder.add_pass(
-            "clouds.shadow",
-            kind="compute",
-            bind=lambda io: self._bind_shadow(io, view.index),
-            system=self.name,
-            creates=(
-                TextureSpec(
-                    _SHADOW, "rg16f", side, "persistent", layers=MOST_MAPS, filter="linear",
-                    help="share of the sunlight that comes through the clouds: the beam, and all of it",
-                ),
-            ),
-            when=lambda: bool(self._due) and bool(self._layers),
-            help="the clouds' shadow around the camera",
-        )  # fmt: skip
+        self._shadow.declare(builder, view, self.name, self.bind_density)
         air = contract_reads(self._world, but=self.name)
         builder.add_pass(
             "clouds.sky",
@@ -239,18 +205,23 @@ class CloudSystem(System):
         )  # fmt: skip
         if not self._seen:
             return
-        self._view.declare(builder, view, lambda: self._past, self._bind_clouds)
+        self._view.declare(builder, view, lambda: self._past, self.bind_density)
+        shafts = ("clouds.shafts",) if self._with_shafts else ()
+        if self._with_shafts:
+            self._shafts.declare(builder, RAYS, DISTANCE, lambda: self._past)
         builder.add_pass(
             "clouds.resolve",
             bind=lambda io: self._bind_resolve(io, view.index),
             system=self.name,
             reads=("gbuffer.depth", RAYS, DISTANCE),
+            after=shafts,
             history=(_FULL,),
             creates=(TextureSpec(_FULL, "rgba32f", 1.0, "history", filter="linear", help="clouds of every pixel"),),
             help="clouds of every pixel, from this frame's rays and the last frame",
         )
         builder.add_pass(
             "clouds.composite",
+            kind="compute",
             bind=self._bind_composite,
             system=self.name,
             reads=(_FULL,),
@@ -260,22 +231,6 @@ class CloudSystem(System):
             help="clouds over the picture",
         )
 
-    def _bind_shadow(self, io: PassIO, view: int) -> Callable[[], None]:
-        texture = io.texture(_SHADOW)
-        if view in self._shadows:
-            self._shadows[view].forget()
-
-        def run() -> None:
-            self._bind_clouds()
-            texture.bind_to_image(0, read=False, write=True)
-            for number in self._due:
-                self._cast.set("u_level", number)
-                self._cast.set("u_middle", self._middles[number])
-                self._cast.set("u_up", self._ups[number])
-                self._cast.run_over(*texture.size[:2])
-
-        return run
-
     def _bind_sky(self, io: PassIO) -> Callable[[], None]:
         texture = io.texture(_SKY)
         bind = bind_contracts(self._world, io, but=self.name)
@@ -283,14 +238,14 @@ class CloudSystem(System):
 
         def run() -> None:
             bind()
-            self._bind_clouds()
+            self.bind_density()
             texture.bind_to_image(0, read=False, write=True)
             self._look_up.run_over(*texture.size)
 
         return run
 
-    def _bind_clouds(self) -> None:
-        """The layers, their noise and their weather."""
+    def bind_density(self) -> None:
+        """Bind what clouds/density.glsl reads, for the clouds of the last frame."""
         self._ubo.bind()
         self._shape.texture.use(0)
         self._rims.texture.use(1)
@@ -324,20 +279,18 @@ class CloudSystem(System):
         return run
 
     def _bind_composite(self, io: PassIO) -> Callable[[], None]:
-        target = io.framebuffer(colors=("scene.radiance",))
-        full = io.texture(_FULL)
+        radiance, full = io.texture("scene.radiance"), io.texture(_FULL)
 
         def run() -> None:
-            target.use()
-            self._blend.apply()
+            radiance.bind_to_image(0, read=True, write=True)
             full.use(0)
-            self._over.render()
+            self._over.run_over(*radiance.size)
 
         return run
 
     def settled(self) -> bool:
         """Whether every pixel of a still picture has had its own ray, and no map of the shadow is due."""
-        return not self._seen or (self._past.complete and not self._due)
+        return not self._seen or (self._past.complete and not self._shadow.due)
 
     def progress(self) -> float:
         """Share of the pixels of a still picture that have had their rays."""

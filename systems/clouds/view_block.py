@@ -10,11 +10,13 @@ import numpy as np
 
 from ...engine.gpu.layout import Vec4, array
 
-__all__ = ["CLOUD_VIEW_BINDING", "MOST_LAYERS", "MOST_MAPS", "CloudViewBlock"]
+__all__ = ["CLOUD_VIEW_BINDING", "MOST_INTERVALS", "MOST_LAYERS", "MOST_MAPS", "CloudViewBlock"]
 
 CLOUD_VIEW_BINDING = 14
 MOST_LAYERS = 4
 MOST_MAPS = 6
+MOST_INTERVALS = 8
+"""Between heights at which maps of the shadow know how much sunlight is left."""
 
 
 def _rows(count: int) -> Callable[[], Any]:
@@ -59,7 +61,9 @@ class CloudViewBlock:
     fade: Vec4 = (0.0, 0.0, 0.0, 0.0)
     """(levels of the shape's volume for a footprint of 1 m: broad, wide, fine, finest)"""
     shadow: Vec4 = (0.0, 0.0, 0.0, 0.0)
-    """(reference height of the maps of the shadow, how many there are, 0, 0)"""
+    """(reference height of the maps of the shadow, how many there are, intervals of height in them, texels a side)"""
+    spans: Annotated[Any, array(Vec4, MOST_LAYERS)] = field(default_factory=_rows(MOST_LAYERS))
+    """heights with cloud, lowest first: (base, 1 / thickness, intervals of height, 0)"""
     shadow_from: Annotated[Any, array(Vec4, MOST_MAPS)] = field(default_factory=_rows(MOST_MAPS))
     """(from each map's middle to the anchor's foot in planet axes, 1 / its half width)"""
     shadow_u: Annotated[Any, array(Vec4, MOST_MAPS)] = field(default_factory=_rows(MOST_MAPS))

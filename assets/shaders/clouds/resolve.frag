@@ -53,5 +53,7 @@ void main() {
     vec4 slack = 0.25 * (largest - least);
     vec4 held = u_past == 2 ? past : clamp(past, least - slack, largest + slack);
     vec4 now = texelFetch(u_clouds, own, 0);
-    o_clouds = known ? max(fresh ? mix(held, now, u_weight) : held, 0.0) : fresh ? now : spread;
+    // Light may be less than none: what the air in shadow doesn't scatter is taken off.
+    o_clouds = known ? fresh ? mix(held, now, u_weight) : held : fresh ? now : spread;
+    o_clouds.a = max(o_clouds.a, 0.0);
 }

@@ -1,13 +1,22 @@
-// One map of the clouds' shadow: for each place at the reference height, what of the sunlight comes through all layers.
-#include "common/camera.glsl"
+// One map of the clouds' shadow. A texel is a ray of the sun, at the place where it crosses the reference height; it is followed
+// from the top of the clouds down. Kept are, for the ground, what comes through all of them, and the beam and the optical
+// depth that are left at each of a few heights, for the air and for clouds.
 #include "clouds/density.glsl"
+#include "clouds/sun_ray.glsl"
+#include "clouds/through.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(binding = 0, rg16f) uniform writeonly image2DArray o_shadow;
+layout(binding = 0, rgba16f) uniform writeonly image2DArray o_shadow;
+layout(binding = 1, rg16f) uniform writeonly image3D o_sun;
+layout(std430, binding = 0) buffer Shaded { uint shaded[]; };   // per map: whether anything in it is
 layout(location = 0) uniform int u_level;
-layout(location = 1) uniform int u_steps;
+layout(location = 1) uniform int u_steps;    // through an interval
 layout(location = 2) uniform vec4 u_middle;   // of the map, from the anchor in planet axes, at the reference height; half width
 layout(location = 3) uniform vec4 u_up;       // there
+layout(location = 4) uniform vec2 u_intervals[CLOUD_MOST_INTERVALS];   // heights from and to, lowest first
+
+const float DEEPEST = 6e4;      // half floats end at 65504
+const float SHADED = 0.002;     // optical depth that counts
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
@@ -21,23 +30,31 @@ void main() {
     float drop = aside2 / (r + sqrt(r * r - aside2));
     vec3 from_middle = aside.x * cloud_view.shadow_u[u_level].xyz + aside.y * cloud_view.shadow_v[u_level].xyz;
     vec3 place = u_middle.xyz + from_middle - u_up.xyz * drop;
-    vec3 up = normalize(u_up.xyz * (r - drop) + from_middle);
-    float mu = dot(up, frame.sun_direction.xyz), footprint = 2.0 * u_middle.w / float(size.x);
-    CloudWeather w = cloud_weather(up, footprint);
+    vec3 foot = u_up.xyz * (r - drop) + from_middle, sun = frame.sun_direction.xyz;
+    float mu = dot(normalize(foot), sun), footprint = 2.0 * u_middle.w / float(size.x);
+    int intervals = int(cloud_view.shadow.z), first = u_level * (CLOUD_MOST_INTERVALS + 1);
     float depth = 0.0;
-    for (int layer = 0; layer < int(cloud_view.counts.x); ++layer) {
-        vec4 shell = cloud_view.shell[layer];
-        float slant = 1.0 / max(mu, 0.06), step_m = (shell.y - shell.x) / float(u_steps);
-        for (int i = 0; i < u_steps; ++i) {
-            float share = (float(i) + 0.5) / float(u_steps);
-            float rise = mix(shell.x, shell.y, share) - cloud_view.shadow.x;
-            vec3 there = place + frame.sun_direction.xyz * (rise * slant);
-            depth += shell.w * step_m * slant * cloud_density(layer, there, share, w, max(footprint, 0.5 * step_m), 0);
+    imageStore(o_sun, ivec3(at, first + intervals), vec4(1.0, 0.0, 0.0, 0.0));
+    for (int i = intervals - 1; i >= 0; --i) {
+        vec2 heights = u_intervals[i];
+        float from = cloud_way_to(r, mu, heights.y - cloud_view.shadow.x);
+        for (int k = 0; k < u_steps; ++k) {
+            float share = (float(k) + 1.0) / float(u_steps), lower = mix(heights.y, heights.x, share);
+            float height = mix(heights.y, heights.x, share - 0.5 / float(u_steps));
+            float to = cloud_way_to(r, mu, lower - cloud_view.shadow.x), way = max(from - to, 0.0), middle = 0.5 * (from + to);
+            float wide = max(footprint, 0.5 * way);
+            CloudWeather w = cloud_weather(normalize(foot + sun * middle), wide);
+            for (int layer = 0; layer < int(cloud_view.counts.x); ++layer) {
+                vec4 shell = cloud_view.shell[layer];
+                float within = (height - shell.x) * shell.z;
+                for (int once = within > 0.0 && within < 1.0 ? 0 : 1; once < 1; ++once) {
+                    depth += shell.w * way * cloud_density(layer, place + sun * middle, within, w, wide, 0);
+                }
+            }
+            from = to;
         }
+        imageStore(o_sun, ivec3(at, first + i), vec4(exp(-depth), min(depth, DEEPEST), 0.0, 0.0));
     }
-    // Two-stream, conservative: 1 / (1 + 3/4 (1 - g) depth) of all light comes through (Bohren 1987).
-    float seeps = 1.0 / (1.0 + 0.75 * (1.0 - cloud_view.droplets[0].y) * depth);
-    float beam = exp(-depth);
-    float night = step(-0.05, mu);
-    imageStore(o_shadow, ivec3(at, u_level), vec4(beam, mix(1.0, mix(beam, seeps, 0.7), night), 0.0, 0.0));
+    if (depth > SHADED) shaded[u_level] = 1u;
+    imageStore(o_shadow, ivec3(at, u_level), cloud_through(depth, max(mu, 0.0), cloud_view.droplets[0].y));
 }

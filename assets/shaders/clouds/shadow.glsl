@@ -1,37 +1,27 @@
-// Contract "cloud_shadow" (common/cloud_shadow.glsl has the rules), from maps around the camera, each four times wider than the
-// one before. A place on a map is where sunlight meets the clouds' reference height; held are the beam's share that comes
-// through all layers, and the share with the light that seeps through.
-#include "common/camera.glsl"
-#include "generated/cloud_view.glsl"
+// Contract "cloud_shadow" (common/cloud_shadow.glsl has the rules), from maps around the camera. A place on a map is where
+// sunlight meets the clouds' reference height.
+#include "clouds/shadow_maps.glsl"
 
 layout(binding = 16) uniform sampler2DArray u_cloud_shadow;
 
-// Where the sun's ray through a point crosses the height that maps are drawn at.
-vec3 cloud_shadow_place(vec3 point, float altitude, vec3 up) {
-    float rise = cloud_view.shadow.x - altitude, r = planet.radii.x + altitude;
-    float b = r * dot(up, frame.sun_direction.xyz), c = rise * (2.0 * r + rise);
-    float root = sqrt(max(b * b + c, 0.0));
-    float way = b >= 0.0 ? c / max(root + b, 1.0) : root - b;
-    return point + frame.sun_direction.xyz * way;
+// As cloud_through() has it (clouds/through.glsl), of all cloud above a point on its way to the sun. wide_m: the mean over so much.
+vec4 cloud_through_at(vec3 point, float altitude, float wide_m) {
+    float unused, mu_s = dot(up_at(point), frame.sun_direction.xyz);
+    vec3 D = foot_offset_of(cloud_sun_place(point, altitude, mu_s), unused);
+    vec4 sum = vec4(0.0);
+    float left = 1.0;
+    int levels = int(cloud_view.shadow.y);
+    for (int level = cloud_first_map(D, wide_m); level < levels && left > 0.0; ++level) {
+        vec2 at = cloud_map_place(D, level);
+        float known = left * cloud_map_share(at);
+        sum += known * textureLod(u_cloud_shadow, vec3(0.5 + 0.5 * clamp(at, -1.0, 1.0), float(level)), 0.0);
+        left -= known;
+    }
+    // Beyond all maps, and above all cloud, the sky is clear.
+    float above = cloud_node(altitude) / max(cloud_view.shadow.z, 1.0);
+    return mix(sum + left * vec4(1.0, 0.0, 1.0, 0.0), vec4(1.0, 0.0, 1.0, 0.0), levels > 0 ? above : 1.0);
 }
 
 float cloud_shadow(vec3 point) {
-    float altitude = altitude_of(point), unused;
-    vec3 D = foot_offset_of(cloud_shadow_place(point, altitude, up_at(point)), unused);
-    float below = clamp((cloud_view.counts.z - altitude) / max(cloud_view.counts.z - cloud_view.counts.y, 1.0), 0.0, 1.0);
-    vec2 sum = vec2(0.0);
-    float left = 1.0;
-    int levels = int(cloud_view.shadow.y);
-    for (int level = 0; level < levels && left > 0.0; ++level) {
-        vec3 away = D + cloud_view.shadow_from[level].xyz;
-        vec2 at = vec2(dot(away, cloud_view.shadow_u[level].xyz), dot(away, cloud_view.shadow_v[level].xyz))
-            * cloud_view.shadow_from[level].w;
-        // The next map comes in over the last fifth of this one.
-        float edge = max(abs(at.x), abs(at.y));
-        float known = left * clamp(5.0 - 5.0 * edge, 0.0, 1.0);
-        sum += known * textureLod(u_cloud_shadow, vec3(0.5 + 0.5 * clamp(at, -1.0, 1.0), float(level)), 0.0).rg;
-        left -= known;
-    }
-    vec2 through = sum + left;
-    return mix(1.0, through.y, below);
+    return cloud_through_at(point, altitude_of(point), 0.0).x;
 }

@@ -3,6 +3,7 @@
 #include "common/camera.glsl"
 #include "contract/air.glsl"
 #include "contract/sky.glsl"
+#include "contract/skylight.glsl"
 #include "contract/sun_visibility.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -21,12 +22,12 @@ void main() {
     float hit = c > 0.0 ? (b < 0.0 ? c / max(q, 1e-20) : 0.0) : max(q, c / (abs(q) > 1e-20 ? q : 1e-20));
     vec3 point = direction * max(meets >= 0.0 ? hit : -b, 0.0), zenith = up_at(point), sun = frame.sun_direction.xyz;
     vec3 sunlight = frame.sun_irradiance.rgb * sun_visibility(point) * air_to_space(point, sun);
-    vec3 skylight = sky_irradiance(point, zenith) + frame.sun_irradiance.rgb * STARLIGHT;
+    vec3 starlight = frame.sun_irradiance.rgb * STARLIGHT, from_sky = skylight(point, zenith) + starlight;
     // The sky is known as the camera sees it: what lies between the sea and a camera up high is missing, and its mean comes from how
     // much more skylight there is down here.
-    vec3 missing = max(skylight - sky_irradiance(vec3(0.0), frame.camera_zenith.xyz), 0.0) / 3.14159265358979;
+    vec3 missing = max(sky_irradiance(point, zenith) + starlight - sky_irradiance(vec3(0.0), frame.camera_zenith.xyz), 0.0) / 3.14159265358979;
     imageStore(u_light_out, corner, vec4(sunlight, 0.0));
-    imageStore(u_light_out, corner + ivec2(0, corners.y), vec4(skylight, 0.0));
+    imageStore(u_light_out, corner + ivec2(0, corners.y), vec4(from_sky, 0.0));
     imageStore(u_light_out, corner + ivec2(0, 2 * corners.y), vec4(missing, 0.0));
     // The air's mean extinction and source, which hang on the direction: a pixel knows its distance. Not from too near, where both would
     // be differences of rounded numbers.

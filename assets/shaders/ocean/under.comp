@@ -3,6 +3,7 @@
 #include "common/surfaces.glsl"
 #include "contract/air.glsl"
 #include "contract/sky.glsl"
+#include "contract/skylight.glsl"
 #include "contract/sun_visibility.glsl"
 #include "contract/waterline.glsl"
 #include "ocean/look/fresnel.glsl"
@@ -37,9 +38,9 @@ void main() {
     float path = depth > 0.0 ? length(ray) * forward_distance(depth) : 1e5;
     path = rise > 1e-4 ? min(path, (deep + 2.0) / rise) : path;   // waves: a little beyond the still surface
     vec3 sunlight = frame.sun_irradiance.rgb * sun_visibility(vec3(0.0)) * air_to_space(vec3(0.0), frame.sun_direction.xyz);
-    vec3 skylight = sky_irradiance(vec3(0.0), zenith) + frame.sun_irradiance.rgb * STARLIGHT;
+    vec3 from_sky = skylight(vec3(0.0), zenith) + frame.sun_irradiance.rgb * STARLIGHT;
     float mirrored = fresnel_outside(max(dot(frame.sun_direction.xyz, zenith), 1e-3), ocean.liquid.x);
-    WaterSun sun = water_sun(zenith, sunlight, skylight, mirrored);
+    WaterSun sun = water_sun(zenith, sunlight, from_sky, mirrored);
     vec3 through = water_left(path);
     radiance = edge && surface == SURFACE_SEA ? vec3(0.0) : radiance;
     vec3 wet = radiance * (depth > 0.0 ? through : vec3(0.0)) + water_murk(sun, deep, rise, path, dot(direction, sun.to_sun));

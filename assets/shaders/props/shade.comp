@@ -5,6 +5,7 @@
 #include "common/surfaces.glsl"
 #include "contract/air.glsl"
 #include "contract/sky.glsl"
+#include "contract/skylight.glsl"
 #include "contract/sun_visibility.glsl"
 
 layout(local_size_x = 16, local_size_y = 8) in;
@@ -48,11 +49,11 @@ void main() {
     vec3 normal = oct_decode(texelFetch(u_normal, pixel, 0).rg), zenith = up_at(point), view = -normalize(point);
     vec3 sun = frame.sun_direction.xyz;
     vec3 sunlight = frame.sun_irradiance.rgb * sun_visibility(point) * air_to_space(point, sun);
-    vec3 skylight = sky_irradiance(point, normal) + frame.sun_irradiance.rgb * STARLIGHT;
+    vec3 from_sky = skylight(point, normal) + frame.sun_irradiance.rgb * STARLIGHT;
     Air between = air_from_camera(point);
     if (ground) {
         vec3 direct = sunlight * max(dot(normal, sun), 0.0);
-        vec3 share = (direct * left.r + skylight * left.g) / max(direct + skylight, 1e-30);
+        vec3 share = (direct * left.r + from_sky * left.g) / max(direct + from_sky, 1e-30);
         // The sky's image in the water stays; what shines out of it and the sun's glitter don't.
         float facing = 1.0 - clamp(dot(normal, view), 0.0, 1.0), facing2 = facing * facing;
         share = mix(share, vec3(1.0), surface == SURFACE_SEA ? 0.02 + 0.98 * facing2 * facing2 * facing : 0.0);
@@ -64,6 +65,6 @@ void main() {
     vec3 albedo = attributes.rgb * attributes.rgb;
     vec3 around = sunlight * max(dot(zenith, sun), 0.0) * (GROUND_ALBEDO * (0.5 - 0.5 * dot(normal, zenith)));
     vec3 radiance = sunlight * left.r * reflected(albedo, attributes.a, normal, view, sun);
-    radiance += albedo / PI * left.g * (skylight + around);
+    radiance += albedo / PI * left.g * (from_sky + around);
     imageStore(u_radiance, pixel, vec4((radiance * between.transmittance + between.in_scatter) * frame.scale.x, 1.0));
 }

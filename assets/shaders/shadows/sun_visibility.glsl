@@ -64,9 +64,7 @@ vec2 light_visibility(vec3 point) {
     float base = known * float(shadow_map.counts.w) > 0.0 ? planet.radii.z : 0.0;
     float bulk = sun_visibility_of_sphere((height - base) * planet.radii.x / (planet.radii.x + base), mu, frame.sun_direction.w);
     vec2 knows = known * vec2(shadow_map.counts.wz);
-    // Thick cloud takes of the blue sky's light as well; what it lets through is counted as sunlight.
-    float through = cloud_shadow(point);
-    return vec2(min(mix(1.0, sun, knows.x), bulk) * through, mix(1.0, light.w, knows.y) * (0.4 + 0.6 * through));
+    return vec2(min(mix(1.0, sun, knows.x), bulk) * cloud_shadow(point), mix(1.0, light.w, knows.y));
 }
 
 float sun_visibility(vec3 point) {

@@ -16,6 +16,7 @@
 #include "terrain/color_map.glsl"
 #include "contract/air.glsl"
 #include "contract/sky.glsl"
+#include "contract/skylight.glsl"
 #include "contract/sun_visibility.glsl"
 #include "contract/vertex_spacing.glsl"
 #ifdef GROUND_DRY
@@ -137,7 +138,7 @@ vec3 ground_radiance(ivec2 pixel) {
     // Light that lit neighbouring ground throws back: without it the airless dark sides would be pure black.
     float sun_height = max(dot(zenith, sun), 0.0);
     vec3 bounce = material.albedo * sunlight * sun_height * (0.5 - 0.5 * dot(normal, zenith)) * 0.6;
-    vec3 irradiance = (sky_irradiance(point, normal) * water.sky + bounce + frame.sun_irradiance.rgb * STARLIGHT) * open.y;
+    vec3 irradiance = (skylight(point, normal) * water.sky + bounce + frame.sun_irradiance.rgb * STARLIGHT) * open.y;
     vec3 radiance = material.albedo * (sunlight * reflected(max(n_l, 0.0), dot(normal, view), view, sun) + irradiance / PI);
     vec4 sheen = shore_sheen(wet, point, view, zenith, normal, beam);
     radiance = radiance * (1.0 - sheen.a) + sheen.rgb;

@@ -7,6 +7,7 @@
 #include "generated/terrain_material_block.glsl"
 #include "contract/air.glsl"
 #include "contract/sky.glsl"
+#include "contract/skylight.glsl"
 #include "contract/sun_visibility.glsl"
 
 layout(binding = 5) uniform sampler2D u_normal_map;   // slopes along x and y of a tile
@@ -66,7 +67,7 @@ void main() {
     vec3 albedo = ground_color(zenith, height, steep);
     vec3 sun = frame.sun_direction.xyz;
     vec3 sunlight = frame.sun_irradiance.rgb * sun_visibility(point) * air_to_space(point, sun);
-    vec3 ambient = sky_irradiance(point, normal) + frame.sun_irradiance.rgb * STARLIGHT;
+    vec3 ambient = skylight(point, normal) + frame.sun_irradiance.rgb * STARLIGHT;
     float diffuse = max(dot(normal, sun), 0.0);
     float shine = diffuse > 0.0 ? pow(max(dot(reflect(-sun, normal), view), 0.0), SHININESS) : 0.0;
     vec3 radiance = albedo * (ambient + sunlight * diffuse) / PI

@@ -1,0 +1,23 @@
+// Which maps of the shadow show a place: the finest that has it, the next one coming in over its last fifth.
+#include "clouds/sun_ray.glsl"
+
+// Place on a map, -1..1. D: foot offset of the place.
+vec2 cloud_map_place(vec3 D, int level) {
+    vec3 away = D + cloud_view.shadow_from[level].xyz;
+    return vec2(dot(away, cloud_view.shadow_u[level].xyz), dot(away, cloud_view.shadow_v[level].xyz))
+        * cloud_view.shadow_from[level].w;
+}
+
+// The first map to ask for a place, no finer than a width in metres calls for. Each is four times wider than the one before,
+// and about in the same middle.
+int cloud_first_map(vec3 D, float wide_m) {
+    vec2 at = abs(cloud_map_place(D, 0));
+    float texel_m = 2.0 / (cloud_view.shadow_from[0].w * cloud_view.shadow.w);
+    float holds = log2(max(max(at.x, at.y), 1e-3)) - 0.2, shows = log2(max(wide_m / texel_m, 1e-3));
+    return clamp(int(0.5 * max(max(holds, shows), 0.0)), 0, max(int(cloud_view.shadow.y) - 1, 0));
+}
+
+// How much of a map counts where the ones before have left something.
+float cloud_map_share(vec2 at) {
+    return clamp(5.0 - 5.0 * max(abs(at.x), abs(at.y)), 0.0, 1.0);
+}

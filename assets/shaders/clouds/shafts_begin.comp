@@ -1,0 +1,12 @@
+// How many groups look for shafts: all, or none where no map around the camera has any shadow.
+layout(local_size_x = 1) in;
+layout(std430, binding = 0) readonly buffer Shaded { uint shaded[]; };
+layout(std430, binding = 1) writeonly buffer Groups { uint groups[]; };
+layout(location = 0) uniform ivec3 u_groups;   // across, down; the map that all in view lies on
+
+void main() {
+    uint any_ = shaded[u_groups.z];
+    groups[0] = any_ * uint(u_groups.x);
+    groups[1] = any_ * uint(u_groups.y);
+    groups[2] = 1u;
+}

@@ -1,0 +1,28 @@
+// How much sunlight the clouds leave at a point of the air or of a cloud, from the maps of the shadow.
+//
+//   vec2 cloud_sunlight(vec3 point, float altitude, float mu_s, float wide_m)
+//
+// point: camera-relative, planet axes; mu_s: cosine of the sun to the zenith there; wide_m: what the answer stands for. x: the
+// beam's share that is left; y: optical depth of all clouds towards the sun. Of a sun below the point's horizon it is that of
+// the ray from its lowest point on: what lies between the two is not in the maps.
+#include "clouds/shadow_maps.glsl"
+
+layout(binding = 18) uniform sampler3D u_cloud_sun;
+
+vec2 cloud_sunlight(vec3 point, float altitude, float mu_s, float wide_m) {
+    float unused;
+    vec3 D = foot_offset_of(cloud_sun_place(point, altitude, mu_s), unused);
+    // The ray's lowest point.
+    float dip = mu_s < 0.0 ? (planet.radii.x + altitude) * mu_s * mu_s / (1.0 + sqrt(1.0 - min(mu_s * mu_s, 1.0))) : 0.0;
+    float node = cloud_node(altitude - dip) + 0.5, rows = float(CLOUD_MOST_INTERVALS + 1);
+    vec2 sum = vec2(0.0);
+    float left = 1.0;
+    int levels = int(cloud_view.shadow.y);
+    for (int level = cloud_first_map(D, wide_m); level < levels && left > 0.0; ++level) {
+        vec2 at = cloud_map_place(D, level);
+        float known = left * cloud_map_share(at), row = (float(level) * rows + node) / (float(CLOUD_MOST_MAPS) * rows);
+        sum += known * textureLod(u_cloud_sun, vec3(0.5 + 0.5 * clamp(at, -1.0, 1.0), row), 0.0).rg;
+        left -= known;
+    }
+    return sum + vec2(left, 0.0);
+}

@@ -1,0 +1,133 @@
+"""Light shafts: the passes that take the clouds' shadow out of the air's light, where any of it is in view."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from ...engine.contracts import bind_contracts, contract_reads
+from ...engine.gpu import GpuScope
+from ...engine.graph import BufferSpec, GraphBuilder, PassIO
+from ...engine.system import Frame
+from ...engine.world import World
+from .past import Past
+from .shadow import ShadowMaps
+from .shadow_pass import SHADED, SUN
+
+__all__ = ["Shafts"]
+
+_GROUPS = "clouds.shaft_groups"
+_SUN_UNIT = 18
+_NARROW, _WIDE = 2.0, 8.0
+"""Thicknesses of the first layer that a pixel is wide where shafts begin to fade and where they are gone: from there
+on a pixel has lit and shaded air in it, and what is shaded lies below clouds that hide it."""
+_LOCAL = (8, 4)
+
+
+def reach_rad(height_m: float, radius_m: float) -> float:
+    """Angle at the planet's centre from below a point to its horizon."""
+    return math.acos(min(radius_m / (radius_m + max(height_m, 0.0)), 1.0))
+
+
+class Shafts:
+    """Of one planet's clouds, in whichever view is being drawn.
+
+    Pass ``clouds.shafts`` marches through the air below the clouds' tops, one ray for each of the clouds' own, and takes
+    what isn't lit off their light. It doesn't run by night, from so far away that no shaft is wider than a pixel, or
+    while nothing is due at all; and ``clouds.shafts_begin`` gives it no work where no map has any shadow.
+    """
+
+    def __init__(self, gpu: GpuScope, world: World, stride: int, settings: Mapping[str, Any], owner: str) -> None:
+        self._begin = gpu.compute("clouds/shafts_begin.comp")
+        # The contract of the air at a point has light that was scattered before, which is not asked for.
+        defines = {"STRIDE": stride, "AIR_DEGREE": int(settings["atmosphere.degree"])}
+        self._march = gpu.compute("clouds/shafts.comp", defines)
+        self._world, self._owner = world, owner
+        self._steps = int(settings["clouds.shaft_steps"])
+        self.share = 0.0
+        """How much of them is drawn in this frame; with 0 no pass runs."""
+        self._map = 0
+        self._soft_m = 1.0
+        self._past: Past | None = None
+
+    def place(self, frame: Frame, top_m: float, thickness_m: float, radius_m: float, maps: ShadowMaps) -> None:
+        """Whether shadowed air is in view, as far as can be told from where things are. top_m: of the highest cloud."""
+        distance = float(np.linalg.norm(frame.camera.position_m))
+        height, foot = distance - radius_m, frame.camera.position_m / distance
+        rise = float(foot @ frame.sun.direction)
+        far, dip = reach_rad(height, radius_m), reach_rad(top_m, radius_m)
+        # The sun as high as it is over the farthest cloud that is seen, against where the highest still see it.
+        day = math.asin(max(-1.0, min(1.0, rise))) + far + 2.0 * dip + frame.sun.angular_radius_rad > 0.0
+        camera = frame.camera
+        pixel = (camera.tan_top - camera.tan_bottom) / frame.size[1]
+        wide = pixel * max(height - top_m, 0.0) / max(thickness_m, 1e-3)
+        x = min(max((wide - _NARROW) / (_WIDE - _NARROW), 0.0), 1.0)
+        self.share = (1.0 - x * x * (3.0 - 2.0 * x)) if day and self._steps > 0 else 0.0
+        self._soft_m = thickness_m
+        # Shadows lie beside what casts them, the farther the lower the sun, and no farther than a level ray leaves the
+        # clouds.
+        aside = min(top_m / max(rise, 1e-3), radius_m * 2.0 * dip)
+        reach = radius_m * (far + dip) + aside
+        self._map = next((k for k, held in enumerate(maps.maps) if 0.8 * held.half_m >= reach), len(maps.maps) - 1)
+
+    def declare(self, builder: GraphBuilder, rays: str, distance: str, past: Callable[[], Past]) -> None:
+        """rays, distance: what the clouds' march makes. past: of the frame at hand."""
+
+        def due() -> bool:
+            return self.share > 0.0 and not past().skip
+
+        builder.add_pass(
+            "clouds.shafts_begin",
+            kind="compute",
+            bind=lambda io: self._bind_begin(io, rays),
+            system=self._owner,
+            reads=(SHADED, rays),
+            creates=(BufferSpec(_GROUPS, 12, "persistent", "dispatch of the march through shadowed air"),),
+            after=("clouds.march",),
+            when=due,
+            help="whether any cloud in reach has a shadow",
+        )
+        builder.add_pass(
+            "clouds.shafts",
+            kind="compute",
+            bind=lambda io: self._bind_march(io, rays, distance, past),
+            system=self._owner,
+            reads=("gbuffer.depth", SUN, _GROUPS, *contract_reads(self._world, but=self._owner)),
+            writes=(rays, distance),
+            after=("clouds.shafts_begin",),
+            when=due,
+            help="sunlight that the air in the clouds' shadow does not scatter",
+        )
+
+    def _bind_begin(self, io: PassIO, rays: str) -> Callable[[], None]:
+        shaded, groups = io.buffer(SHADED), io.buffer(_GROUPS)
+        width, height = io.texture(rays).size
+        across, down = -(-width // _LOCAL[0]), -(-height // _LOCAL[1])
+
+        def run() -> None:
+            shaded.bind_to_storage_buffer(0)
+            groups.bind_to_storage_buffer(1)
+            self._begin.set("u_groups", (across, down, max(self._map, 0)))
+            self._begin.run()
+
+        return run
+
+    def _bind_march(self, io: PassIO, rays: str, distance: str, past: Callable[[], Past]) -> Callable[[], None]:
+        light, far, depth = io.texture(rays), io.texture(distance), io.texture("gbuffer.depth")
+        sun, groups = io.texture(SUN), io.buffer(_GROUPS)
+        bind = bind_contracts(self._world, io, but=self._owner)
+
+        def run() -> None:
+            bind()
+            depth.use(0)
+            sun.use(_SUN_UNIT)
+            light.bind_to_image(0, read=True, write=True)
+            far.bind_to_image(1, read=True, write=True)
+            self._march.set("u_march", (self._steps, past().pattern, self.share, self._soft_m))
+            self._march.set("u_place", past().place)
+            self._march.run_indirect(groups)
+
+        return run
