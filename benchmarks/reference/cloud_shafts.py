@@ -1,7 +1,7 @@
-"""Light of clear air that is scattered once, where something keeps a share of the sun from it: Gauss's rule in many panels.
+"""Light of clear air that is scattered once, where clouds keep a share of the sun from it: Gauss's rule in many panels.
 
-The shadow is given as a function of places, so that any clouds can be asked about; between panels it may jump, which is
-why there are many. Solar irradiance is 1, the sun's disc is that of air_single.
+The shadow is given as a function of places, so that any clouds can be asked about; it may jump, which is why there are
+many. Solar irradiance is 1, the sun's disc is that of air_single.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ def shadowed_air(
 ) -> Floats:  # fmt: skip
     """(N, 3) radiance per unit solar irradiance between positions (N, 3) and points (N, 3) from the planet's centre.
 
-    left: of M places, by the numbers (M,) of their rays and their distances (M,) from the positions, what counts of their
-    light: the share of the sunlight that comes to them, times what comes from them to the camera through anything but
-    the air. Panels grow with the distance from where the ray enters the air.
+    left: of M places, by the numbers (M,) of their rays and their distances (M,) from the positions, what counts of
+    their light: the share of the sunlight that comes to them, times what comes from them to the camera through anything
+    but the air. Panels grow with the distance from where the ray enters the air.
     """
     rays = rays_between(air, positions_m, points_m)
     suns = np.broadcast_to(units(sun_directions, "sun_directions"), rays.direction.shape)

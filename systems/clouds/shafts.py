@@ -20,7 +20,7 @@ from .shadow_pass import SHADED, SUN
 __all__ = ["Shafts"]
 
 _GROUPS = "clouds.shaft_groups"
-_SUN_UNIT = 18
+_SUN_UNIT = 5
 _NARROW, _WIDE = 2.0, 8.0
 """Thicknesses of the first layer that a pixel is wide where shafts begin to fade and where they are gone: from there
 on a pixel has lit and shaded air in it, and what is shaded lies below clouds that hide it."""
@@ -35,9 +35,9 @@ def reach_rad(height_m: float, radius_m: float) -> float:
 class Shafts:
     """Of one planet's clouds, in whichever view is being drawn.
 
-    Pass ``clouds.shafts`` marches through the air below the clouds' tops, one ray for each of the clouds' own, and takes
-    what isn't lit off their light. It doesn't run by night, from so far away that no shaft is wider than a pixel, or
-    while nothing is due at all; and ``clouds.shafts_begin`` gives it no work where no map has any shadow.
+    Pass ``clouds.shafts`` marches through the air below the clouds' tops, one ray for each of the clouds' own, and
+    takes what isn't lit off their light. It doesn't run by night, from so far away that no shaft is wider than a pixel,
+    or while nothing is due at all; and ``clouds.shafts_begin`` gives it no work where no map has any shadow.
     """
 
     def __init__(self, gpu: GpuScope, world: World, stride: int, settings: Mapping[str, Any], owner: str) -> None:
@@ -122,12 +122,13 @@ class Shafts:
 
         def run() -> None:
             bind()
-            depth.use(0)
+            depth.use(4)
             sun.use(_SUN_UNIT)
             light.bind_to_image(0, read=True, write=True)
             far.bind_to_image(1, read=True, write=True)
-            self._march.set("u_march", (self._steps, past().pattern, self.share, self._soft_m))
+            self._march.set("u_march", (self._steps, self.share, self._soft_m))
             self._march.set("u_place", past().place)
+            self._march.set("u_shift", past().pattern)
             self._march.run_indirect(groups)
 
         return run

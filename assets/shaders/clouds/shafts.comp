@@ -2,49 +2,36 @@
 // picture, whose air is lit as if there were none. What is left of the air's light is between shafts.
 //
 // Only light that would be scattered once is in clouds' shadow; what has been scattered before comes from all sides.
-#include "common/camera.glsl"
-#include "common/planet_shadow.glsl"
-#include "clouds/shells.glsl"
+#include "clouds/view_ray.glsl"
 #include "clouds/sun_depth.glsl"
+#include "common/planet_shadow.glsl"
 #include "contract/air.glsl"
 #include "contract/air_point.glsl"
 
 layout(local_size_x = 8, local_size_y = 4) in;
-layout(binding = 0) uniform sampler2D u_depth;
 layout(binding = 0, rgba32f) uniform image2D u_rays;
 layout(binding = 1, r32f) uniform image2D u_distance;
-layout(location = 0) uniform vec4 u_march;    // steps, shift of the pattern, how much of the shadow counts, the first step is about this long in metres
-layout(location = 1) uniform ivec2 u_place;   // of the ray's pixel in its block
+layout(location = 0) uniform vec3 u_march;   // steps; how much of the shadow counts; the first step is about this long in metres
 
-const float NOT_ALL = 1e9, CLEAR = 1e-3;
-
-float pattern(ivec2 at) {
-    return fract(dot(vec2(at), vec2(0.75487766, 0.56984029)) + u_march.y);
-}
+const float CLEAR = 1e-3;
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(at, imageSize(u_rays)))) return;
-    ivec2 pixel = min(at * STRIDE + u_place, textureSize(u_depth, 0) - 1);
-    vec3 ray = view_ray(ndc_of_pixel(vec2(pixel) + 0.5));
-    float stretch = length(ray), depth = texelFetch(u_depth, pixel, 0).r;
-    float end = depth > 0.0 ? forward_distance(depth) * stretch : NOT_ALL;
-    ray /= stretch;
-    float mu = clamp_cos(dot(ray, frame.camera_zenith.xyz)), nu = clamp_cos(dot(ray, frame.sun_direction.xyz));
-    // The planet itself, where nothing was drawn on it.
-    vec2 floor_ = shell_crossings(mu, min(planet.radii.w, frame.camera_zenith.w));
-    if (depth <= 0.0 && mu < 0.0 && floor_.x < floor_.y && frame.camera_zenith.w > planet.radii.w) end = min(end, floor_.x);
-    vec2 span = min(shell_crossings(mu, cloud_view.counts.z), vec2(end));
+    ViewRay v = cloud_view_ray(at);
+    vec3 ray = v.ray;
+    float nu = clamp_cos(dot(ray, frame.sun_direction.xyz));
+    vec2 span = min(shell_crossings(v.mu, cloud_view.counts.z), vec2(v.end));
 
     vec4 clouds = imageLoad(u_rays, at);
-    float before = imageLoad(u_distance, at).r, soft = u_march.w;
+    float before = imageLoad(u_distance, at).r, soft = u_march.z;
     int steps = span.y - span.x > 1.0 ? int(u_march.x) : 0;
     // Steps grow with distance: the air's transmittance, and what a pixel tells apart, do so as well.
-    float growth = log((span.y + soft) / (span.x + soft)), shift = pattern(pixel);
+    float growth = log((span.y + soft) / (span.x + soft));
     vec3 passed = vec3(0.0), extinction = vec3(0.0), lost = vec3(0.0);
     float last = span.x, sum = 0.0;
     for (int i = 0; i < steps; ++i) {
-        float share = (float(i) + shift) / float(steps), t = (span.x + soft) * exp(growth * share) - soft;
+        float share = (float(i) + v.shift) / float(steps), t = (span.x + soft) * exp(growth * share) - soft;
         float length_m = (t + soft) * growth / float(steps);
         vec3 point = ray * t, up = up_at(point);
         float altitude = altitude_of(point), mu_s = clamp_cos(dot(up, frame.sun_direction.xyz));
@@ -61,7 +48,7 @@ void main() {
     for (int once = lost.g > 0.0 ? 0 : 1; once < 1; ++once) {
         // Before the air that is marched through, the camera may be above it.
         vec3 near = air_from_camera(ray * span.x).transmittance;
-        vec3 light = u_march.z * frame.sun_irradiance.rgb * near * lost * frame.scale.x;
+        vec3 light = u_march.y * frame.sun_irradiance.rgb * near * lost * frame.scale.x;
         imageStore(u_rays, at, vec4(clouds.rgb - light, clouds.a));
         // Where there is nothing else to follow from frame to frame, the shafts are.
         if (1.0 - clouds.a < CLEAR) imageStore(u_distance, at, vec4(sum / lost.g));

@@ -7,7 +7,7 @@
 // the ray from its lowest point on: what lies between the two is not in the maps.
 #include "clouds/shadow_maps.glsl"
 
-layout(binding = 18) uniform sampler3D u_cloud_sun;
+layout(binding = 5) uniform sampler3D u_cloud_sun;
 
 vec2 cloud_sunlight(vec3 point, float altitude, float mu_s, float wide_m) {
     float unused;
