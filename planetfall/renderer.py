@@ -30,6 +30,7 @@ from .faults import Faults, draw_without_faults
 from .host_space import HostDepth
 from .outputs import OUTPUTS, exports_for, read_output
 from .quality import checked_live, resolve_quality
+from .rest import Rest
 from .scene import Scene
 from .snapshot import Snapshot
 from .standpoint import Standpoint
@@ -77,6 +78,7 @@ class Renderer:
         self._ground = DrawnGround(scene, self.settings)
         self._stand = Standpoint(scene, self._ground)
         self._stillness = Stillness(scene, SYSTEMS)
+        self._rest = Rest(scene)
         self._resources = scene.world.own_resources()
         self._host: ForeignHost | None = None
         if ctx is None:
@@ -303,6 +305,7 @@ class Renderer:
                 self.faults.shaders_reloaded()
             if changed and self._plan is not None:
                 self._plan.invalidate_persistent()
+                self._rest.forget()
             return changed
 
     def release(self) -> None:
@@ -374,6 +377,9 @@ class Renderer:
         frame.settling, frame.one_shot, frame.exact = settling, one_shot, exact
         running = [s for s in self._systems if s.name in self._scopes]
         frame.still = self._stillness.same_as_before(frame, running)
+        if self._rest.may_repeat(frame, running, exports) and self._repeat(exports, running, target):
+            self.python_ms = (time.perf_counter() - started) * 1e3
+            return
         for system in running:
             system.begin(frame)
         for system in running:
@@ -388,6 +394,17 @@ class Renderer:
             plan.execute()
         self._cut = False
         self._frame_index += 1
+
+    def _repeat(self, exports: frozenset[str], running: Sequence[System], target: Any) -> bool:
+        """The last picture once more, into the target of this frame; False: it has to be made."""
+        if self._plan is None or self._plan_key != self._structure(exports, running):
+            return False
+        if target is not None:
+            self._plan.bind_import(next(iter(exports)), target)
+        with self.gpu.frame():
+            done = self._plan.repeat()
+        self._frame_index += done
+        return done
 
     def _sun_state(self, sun: Any, time_s: float) -> SunState:
         planet = self.scene.planet.planet
@@ -471,9 +488,13 @@ class Renderer:
         """With the next frame, look again at which systems run, and compile."""
         self._gate_key = self._plan_key = ()
 
+    @staticmethod
+    def _structure(exports: frozenset[str], running: Sequence[System]) -> tuple[Any, ...]:
+        return exports, tuple((s.name, s.structure) for s in running)
+
     def _compiled(self, exports: frozenset[str]) -> Plan:
         running = [s for s in self._systems if s.name in self._scopes]
-        key = (exports, tuple((s.name, s.structure) for s in running))
+        key = self._structure(exports, running)
         if self._plan is not None and key == self._plan_key:
             return self._plan
         builder = GraphBuilder()

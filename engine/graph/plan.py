@@ -59,6 +59,8 @@ class Plan:
         self._gpu_ms: list[float | None] = [None] * count
         self._not_run_why = "no frame has been executed yet"
         self._not_run_from = 0
+        self._last_writers = self._find_last_writers()
+        self._repeated = False
         self._released = False
         self.failed_system = ""
         """Whose pass raised in the last execute(); "" where none did."""
@@ -106,8 +108,51 @@ class Plan:
                 self._timers.collect(self._gpu_ms)
             self._backend.end_frame()
         self._parity ^= 1
+        self._repeated = False
         if self._unsettled:
             self._settle()
+
+    def repeat(self) -> bool:
+        """Write the imports once more from what the last frame left, and run nothing else; False where that can't be.
+
+        It can't after a frame that raised, before the first, after a resize or a change of what persists, and where a
+        pass that writes an import is followed by others, which may have used its inputs' memory.
+        """
+        first = self._last_writers
+        if self._released or self._unsettled or first is None:
+            return False
+        for slot in self._required:
+            if slot.value is None:
+                raise self._unbound(slot.name)
+        self._ran[:first] = [False] * first
+        self._cpu_ns[:first] = [0] * first
+        self._backend.begin_frame()
+        place = first
+        try:
+            for run, _, barrier in self._running[1 - self._parity][first:]:  # those of the last frame
+                started = perf_counter_ns()
+                if barrier is not None:
+                    barrier()
+                run()
+                self._ran[place] = True
+                self._cpu_ns[place] = perf_counter_ns() - started
+                place += 1
+            if self._at_end is not None:
+                self._at_end()
+        except BaseException as error:
+            self._note_failure(place, error)
+            raise
+        finally:
+            self._backend.end_frame()
+        self._repeated = True
+        return True
+
+    def _find_last_writers(self) -> int | None:
+        """Where the passes that write imports begin, if they are the last ones; None: others come after one of them."""
+        model = self._analysis.model
+        writes = [any(n in model.imports for n in model.passes[i].writes) for i in self._analysis.culling.alive]
+        first = writes.index(True) if True in writes else len(writes)
+        return first if all(writes[first:]) else None
 
     def _note_failure(self, place: int, error: BaseException) -> None:
         model = self._analysis.model
@@ -315,7 +360,7 @@ class Plan:
     def _why_skipped(self, place: int) -> str:
         if self._not_run_why and place >= self._not_run_from:
             return self._not_run_why
-        return "its when() said no"
+        return "nothing has changed: the last picture was shown again" if self._repeated else "its when() said no"
 
     def bytes_of(self, name: str) -> int:
         """Bytes that a resource occupies (both halves of a history); 0 when it is not allocated or imported."""
