@@ -16,7 +16,7 @@ from ..reference.air_medium import EARTH_BRUNETON, Floats
 from ..reference.cloud_shafts import shadowed_air
 from ..reference.cloud_shells import Layer, layer_depth
 
-__all__ = ["UNIFORM", "WEATHER", "Shot", "converged", "shaft_errors"]
+__all__ = ["UNIFORM", "WEATHER", "Shot", "converged", "scene_of", "shaft_errors", "uniform_clouds", "weather_clouds"]
 
 RADIUS_M = EARTH_BRUNETON.radius_m
 FLOOR = 1e-6
@@ -54,6 +54,11 @@ def scene_of(clouds: Clouds) -> Scene:
     scene = Scene("shafts", {"planet": Planet(radius_m=RADIUS_M), "atmosphere": Atmosphere(), "clouds": clouds})
     scene.sun = Sun(direction=(0.0, 0.0, 1.0), irradiance=(1.0, 1.0, 1.0))
     return scene
+
+
+def weather_clouds() -> Clouds:
+    """Broken cumulus."""
+    return Clouds(base_m=1200.0, top_m=3200.0, coverage=0.55)
 
 
 def uniform_clouds() -> Clouds:
@@ -101,9 +106,8 @@ def _errors(renderer: Renderer, shot: Any, clouds: Clouds, taken: Floats, size: 
     camera, sun = shot
     ways = _ways(camera, size)
     along = ways @ camera.position_m
-    level = (np.linalg.norm(np.cross(camera.position_m, ways), axis=1) - RADIUS_M) * (
-        np.linalg.norm(np.cross(camera.position_m, ways), axis=1) + RADIUS_M
-    )
+    miss = np.linalg.norm(np.cross(camera.position_m, ways), axis=1)
+    level = (miss - RADIUS_M) * (miss + RADIUS_M)
     top = clouds.top_m * (2.0 * RADIUS_M + clouds.top_m)
     # As far as the highest cloud, or the ground.
     lands = (level < 0.0) & (along < 0.0)
@@ -117,7 +121,7 @@ def _errors(renderer: Renderer, shot: Any, clouds: Clouds, taken: Floats, size: 
     seen = _Sight(renderer, clouds, camera.position_m, ways, length, sun, panels)
     start = np.broadcast_to(camera.position_m, ways.shape)
     left = shadowed_air(EARTH_BRUNETON, start, points, suns, seen.lit, panels)
-    lost = shadowed_air(EARTH_BRUNETON, start, points, suns, seen.dark, panels)
+    lost = shadowed_air(EARTH_BRUNETON, start, points, suns, seen.open, panels) - left
     judged = (left > FLOOR) & (lost > 1e-3 * left) & (left > LEAST_LEFT * (left + lost))
     return (np.abs(taken - lost) / np.maximum(left, FLOOR))[judged]
 
@@ -152,13 +156,10 @@ class _Sight:
 
     def lit(self, owner: Any, t: Floats) -> Floats:
         """Sunlight that is left, times what comes through to the camera."""
-        return self._sunlight(owner, t) * self._open(owner, t)
+        return self._sunlight(owner, t) * self.open(owner, t)
 
-    def dark(self, owner: Any, t: Floats) -> Floats:
-        """Sunlight that is lost, likewise."""
-        return (1.0 - self._sunlight(owner, t)) * self._open(owner, t)
-
-    def _open(self, owner: Any, t: Floats) -> Floats:
+    def open(self, owner: Any, t: Floats) -> Floats:
+        """What comes through to the camera."""
         found = np.empty_like(t)
         for ray in np.unique(owner):
             of = owner == ray
@@ -203,7 +204,7 @@ def converged(renderer: Renderer, points_m: Floats, steps: int, wide_m: float = 
     return np.concatenate(found).astype(np.float64)
 
 
-_PANELS, _SUN_STEPS, _BLOCK = 150, 96, 65536
+_PANELS, _SUN_STEPS, _BLOCK = 100, 64, 65536
 _HEADER = """
 #include "clouds/density.glsl"
 #include "clouds/sun_ray.glsl"

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ..measure import clouds
+import numpy as np
+
+from ..measure import cloud_shafts, clouds
 from ..session import Bench, Session
 from ..target import Target, at_most
 
@@ -34,6 +36,18 @@ def _accuracy(session: Session) -> None:
         for name, shells in clouds.SHAFTS.items():
             found = clouds.errors_of(shells, quality, session.runs(300, 60))
             _rows(session, f"{quality}: shafts of light, {name}", found, at_most(5e-2), None, judged)
+        # As pictures have them: maps of the shadow, a few steps along a ray.
+        size = (16, 10) if not session.quick else (8, 5)
+        for name, made, shots in (
+            ("even shell", cloud_shafts.uniform_clouds(), cloud_shafts.UNIFORM),
+            ("weather", cloud_shafts.weather_clouds(), cloud_shafts.WEATHER),
+        ):
+            relative = cloud_shafts.shaft_errors(made, shots[::2] if session.quick else shots, quality, size)
+            session.row(
+                f"{quality}: pictures, shafts of light, {name}", error=float(np.median(relative)),
+                error_unit="rel median", target=at_most(5e-2) if judged or name == "weather" else None,
+                p95=float(np.percentile(relative, 95)), answers=len(relative),
+            )  # fmt: skip
         # Of the deepest slab every photon is followed through hundreds of events.
         for depth in clouds.SLAB_DEPTHS[:3] if session.quick else clouds.SLAB_DEPTHS:
             photons = int(session.runs(640_000, 40_000) / max(depth / 2.0, 1.0))
