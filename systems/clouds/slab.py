@@ -16,6 +16,8 @@ from math import factorial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...engine.table_cache import TableCache
+
 __all__ = ["COMPONENTS", "DEGREE", "MOST_DEPTH", "SlabTable", "packed_tables", "peak_share", "slab_table"]
 
 Floats = NDArray[np.float64]
@@ -28,6 +30,8 @@ LEAST_DEPTH = 1.0e-2
 LEAST_COSINE = 0.05
 """Of the sun: a plane slab under a level sun has none of its light, a shell on a planet does."""
 DEPTHS, SUNS, SHARES = 14, 12, 16
+_VERSION = "1"
+"""Of the files; to be raised whenever `_solve` gives other values."""
 _NODES = 48
 _ANGLES = 16
 
@@ -72,12 +76,25 @@ def share_row(share: ArrayLike) -> Floats:
 def slab_table(
     albedo: float, asymmetry: float, depths: int = DEPTHS, suns: int = SUNS, shares: int = SHARES
 ) -> SlabTable:
-    """Solves for all nodes; some tenths of a second."""
-    thick = LEAST_DEPTH * (MOST_DEPTH / LEAST_DEPTH) ** (np.arange(depths) / (depths - 1))
-    sun = LEAST_COSINE + (1.0 - LEAST_COSINE) * (np.arange(suns) / (suns - 1)) ** 2
-    row = np.arange(shares) / (shares - 1)
-    share = row * row / (row * row + (1.0 - row) ** 2)
-    values = np.stack([_solve(albedo, asymmetry, depth, sun, share) for depth in thick])
+    """Solves for all nodes, some tenths of a second of the processor; kept on disk. ValueError for droplets that cannot
+    be: an albedo outside 0..1, an asymmetry of 1 or beyond."""
+    if not (0.0 <= albedo <= 1.0 and abs(asymmetry) < 1.0):
+        raise ValueError(
+            f"slab_table: expected an albedo from 0 to 1 and an asymmetry within -1 and 1, found {albedo} and {asymmetry}"
+        )
+    cache, shape = TableCache("clouds"), (depths, suns, shares, COMPONENTS)
+    about = (LEAST_DEPTH, MOST_DEPTH, LEAST_COSINE, DEGREE, _NODES, _ANGLES)
+    key = cache.key("slab", _VERSION, repr((albedo, asymmetry)), repr(shape), repr(about))
+    held = cache.load(key, {"slab": shape})
+    if held is None:
+        thick = LEAST_DEPTH * (MOST_DEPTH / LEAST_DEPTH) ** (np.arange(depths) / (depths - 1))
+        sun = LEAST_COSINE + (1.0 - LEAST_COSINE) * (np.arange(suns) / (suns - 1)) ** 2
+        row = np.arange(shares) / (shares - 1)
+        share = row * row / (row * row + (1.0 - row) ** 2)
+        # In the precision of the file and of the texture, so that the first process has what the others have.
+        held = {"slab": np.stack([_solve(albedo, asymmetry, d, sun, share) for d in thick]).astype(np.float32)}
+        cache.save(key, held)
+    values = held["slab"].astype(np.float64)
     values.setflags(write=False)
     return SlabTable(albedo, asymmetry, values)
 
