@@ -123,6 +123,15 @@ class PlanetHandle(Handle):
         """The ground's heights in float64 on the CPU; None without Terrain."""
         return self.scene.height_field(self)
 
+    def add(self, component: C) -> C:
+        """Give it this component, in place of one of the same type; returns the component. SceneError for clouds that
+        cannot be on this planet: what else only fits together or not is checked by Scene.validate, before drawing."""
+        if isinstance(component, Clouds):
+            problems = _cloud_problems(component, self.planet, self.get(Atmosphere))
+            if problems:
+                raise SceneError(f"planet {self.name!r}: {'; '.join(problems)}")
+        return super().add(component)
+
     def remove(self, kind: type[C]) -> C:
         if kind is Planet:
             raise SceneError(f"planet {self.name!r} can't be without its Planet component; everything stands on it")
@@ -447,17 +456,22 @@ def _planet_problems(handle: PlanetHandle, sun: Sun, settings: Mapping[str, Any]
             problems.append(f"{where}: {error}")
     clouds = found(Clouds, "clouds")
     if clouds is not None:
-        from .systems.clouds.model import CloudModel
-
-        try:
-            CloudModel.from_components(handle.planet, clouds, air)
-            if clouds.weather_map:
-                from .systems.clouds.imported import imported_cover
-
-                imported_cover(clouds.weather_map)
-        except ValueError as error:
-            problems.append(f"{where}: {error}")
+        problems += [f"{where}: {problem}" for problem in _cloud_problems(clouds, handle.planet, air)]
     return problems
+
+
+def _cloud_problems(clouds: Clouds, planet: Planet, air: Atmosphere | None) -> list[str]:
+    from .systems.clouds.model import CloudModel
+
+    try:
+        CloudModel.from_components(planet, clouds, air)
+        if clouds.weather_map:
+            from .systems.clouds.imported import imported_cover
+
+            imported_cover(clouds.weather_map)
+    except ValueError as error:
+        return [str(error)]
+    return []
 
 
 def load_scene(source: str | os.PathLike[str] = "earth") -> Scene:

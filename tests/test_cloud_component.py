@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
+from air_kit import radiance
+from cloud_kit import cloudy, renderer_of
 from cloud_tables import even, planet_of
 
 import planetfall as pf
@@ -71,10 +74,29 @@ def test_layers_that_cannot_be_are_told_of_with_the_scene(
     clouds: pf.Clouds, air: Atmosphere | None, message: str
 ) -> None:
     scene = planet_of(even(1000.0, 2000.0, 1e-3), air=air)
-    scene.planet.remove(pf.Clouds)
-    scene.planet.add(clouds)
+    held = scene.planet[pf.Clouds]
     with pytest.raises(pf.SceneError, match=message):
-        scene.validate()
+        scene.planet.add(clouds)
+    assert scene.planet[pf.Clouds] is held
+    parts = {"planet": Planet(), "clouds": clouds} | ({} if air is None else {"atmosphere": air})
+    with pytest.raises(pf.SceneError, match=message):
+        pf.Scene("bad", parts)
+
+
+@pytest.mark.gpu
+@pytest.mark.parametrize("method", ["ours", "paper_2018"])
+def test_a_running_renderer_says_once_what_cannot_be_and_keeps_the_clouds_from_before(method: str) -> None:
+    scene = cloudy(method=method, density_model="uniform")
+    camera = pf.Camera.at(20.0, 10.0, 100.0, pitch_deg=30.0)
+    with renderer_of(scene) as renderer:
+        renderer.settle(camera)
+        good = radiance(renderer, camera)
+        scene.planet[pf.Clouds].base_m = 9000.0
+        with pytest.raises(pf.SettingError, match=r"Clouds\.base_m \(9000 m\) has to be below top_m \(4000 m\)"):
+            renderer.render(camera)
+        np.testing.assert_allclose(radiance(renderer, camera), good, rtol=1e-4)
+        scene.planet[pf.Clouds].top_m = 9500.0
+        assert np.abs(radiance(renderer, camera) / good - 1.0).max() > 1e-3
 
 
 def test_clouds_without_air_may_be_as_high_as_the_planet() -> None:

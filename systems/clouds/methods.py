@@ -6,10 +6,11 @@ import dataclasses
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from ...components import Clouds
+from ...components import Atmosphere, Clouds, Planet
 from ...engine.graph import GraphBuilder, PassIO
-from ...engine.settings import with_overrides
+from ...engine.settings import revision, with_overrides
 from ...engine.system import Frame, Setup, ViewInfo
+from .model import CloudModel
 from .paper import PaperClouds
 from .system import CloudSystem
 
@@ -26,6 +27,8 @@ class CloudMethods(CloudSystem):
         self._setup, self._method = setup, ""
         self._paper: PaperClouds | None = None
         self._scope: Any = None
+        self._checked: tuple[Any, ...] = ()
+        self._good = False
         self._use(setup.world.get(setup.planet, Clouds), setup.settings)
 
     def _use(self, component: Clouds, settings: Mapping[str, Any]) -> None:
@@ -66,12 +69,32 @@ class CloudMethods(CloudSystem):
 
     def update(self, frame: Frame) -> None:
         self._use(frame.world.get(frame.planet, Clouds), frame.settings)
+        self._check(frame)
         if self._paper is None:
             super().update(frame)
             return
         before = self._paper.seen
-        self._paper.update(frame)
+        self._paper.update(frame, refresh=self._good)
         self.structure += self._paper.seen != before
+
+    def _check(self, frame: Frame) -> None:
+        """Clouds that cannot be are told of once, by a SettingError; frames after it show those from before."""
+        component, planet = frame.world.get(frame.planet, Clouds), frame.world.get(frame.planet, Planet)
+        air = frame.world.try_get(frame.planet, Atmosphere)
+        stamp = (id(component), revision(component), revision(planet, "radius_m"), id(air), air and revision(air))
+        if stamp == self._checked:
+            return
+        self._checked, self._good = stamp, False
+        CloudModel.from_components(
+            planet,
+            with_overrides(component, "clouds", frame.settings),
+            None if air is None else with_overrides(air, "atmosphere", frame.settings),
+        )
+        self._good = True
+
+    def _refresh(self, frame: Frame) -> None:
+        if self._good:
+            super()._refresh(frame)
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         (super() if self._paper is None else self._paper).declare(builder, view)

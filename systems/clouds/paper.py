@@ -71,11 +71,12 @@ class PaperClouds:
             self._volume.texture.use(_TILE_UNIT)
         self._ubo.bind()
 
-    def update(self, frame: Frame) -> None:
-        """See System.update."""
+    def update(self, frame: Frame, refresh: bool = True) -> None:
+        """See System.update. refresh: False keeps the clouds from before, whatever the component says."""
         component = frame.world.get(frame.planet, Clouds)
         radius = float(frame.world.get(frame.planet, Planet).radius_m)
-        self._refresh(component, frame)
+        if refresh:
+            self._refresh(component, frame)
         layer = self._layer
         centre, reach = -frame.camera.position_m, radius + (0.0 if layer is None else float(layer.top_m))
         self.seen = layer is not None and not bool(

@@ -80,7 +80,8 @@ def slab_table(
     be: an albedo outside 0..1, an asymmetry of 1 or beyond."""
     if not (0.0 <= albedo <= 1.0 and abs(asymmetry) < 1.0):
         raise ValueError(
-            f"slab_table: expected an albedo from 0 to 1 and an asymmetry within -1 and 1, found {albedo} and {asymmetry}"
+            "slab_table: expected an albedo from 0 to 1 and an asymmetry within -1 and 1, "
+            f"found {albedo} and {asymmetry}"
         )
     cache, shape = TableCache("clouds"), (depths, suns, shares, COMPONENTS)
     about = (LEAST_DEPTH, MOST_DEPTH, LEAST_COSINE, DEGREE, _NODES, _ANGLES)
