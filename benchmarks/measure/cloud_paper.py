@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter
 
-from ... import ASSETS, Atmosphere, Clouds, Planet, Renderer, Scene, View
+from ... import ASSETS, Atmosphere, Camera, Clouds, Planet, Renderer, Scene, Sun, View
 from ...quality import resolve_quality
 from ...systems.clouds.paper import LARGE_STEP, STEPS
 from ...systems.clouds.paper_volume import PaperVolume
 
-__all__ = ["autocorrelation", "processor_times", "renderer_of", "tile_pitch_px", "variants"]
+__all__ = ["TILE_M", "flight", "processor_times", "renderer_of", "repeats", "seen_from_space"]
 
 Floats = NDArray[np.float64]
 
@@ -27,7 +29,9 @@ _UNIT = 30
 _TILED = """
 layout(binding = %d) uniform sampler3D u_bench_tile;
 
-float cloud_density_near(int layer, vec3 place, float share, CloudWeather w, float footprint_m, int rims, out float near) {
+float cloud_density_near(
+    int layer, vec3 place, float share, CloudWeather w, float footprint_m, int rims, out float near
+) {
     float tex = textureLod(u_bench_tile, cloud_view.broad.xyz + cloud_turned(place) * cloud_view.broad.w, 0.0).r;
     near = tex < 0.0 ? %r : -1.0;
     float s = 2.0 * share - 1.0;
@@ -37,7 +41,7 @@ float cloud_density_near(int layer, vec3 place, float share, CloudWeather w, flo
 
 
 def _density() -> str:
-    """clouds/density.glsl with the printed texture in place of the weather's noise: empty cells are a large step away."""
+    """clouds/density.glsl with the printed texture for noise: where that is empty, cloud is a large step away."""
     text = (ASSETS / "shaders" / "clouds" / "density.glsl").read_text()
     head = "\nfloat cloud_density(int layer"
     if text.count(head) != 1 or text.count("\nfloat cloud_density_near(") != 1:
@@ -68,7 +72,8 @@ def renderer_of(
     elif not tiled:
         scene.planet[Clouds].coverage = 0.6
     of_clouds = {k: v for k, v in resolve_quality(quality).items() if k.startswith("clouds.") and k != "clouds.method"}
-    of_clouds["clouds.shape_texels"] = TEXELS if method != "ours" else 128
+    if method != "ours":
+        of_clouds["clouds.shape_texels"] = TEXELS
     overrides = {**of_clouds, **{f"clouds.{key}": value for key, value in knobs.items()}}
     renderer = Renderer(scene, size, "low", overrides)
     try:
@@ -84,13 +89,8 @@ def renderer_of(
         renderer.release()
 
 
-def variants() -> dict[str, tuple[str | None, str]]:
-    """Name -> method and quality of the clouds."""
-    return {"paper_2018": ("paper_2018", "paper"), "low": ("ours", "low"), "high": ("ours", "high"), "none": (None, "low")}
-
-
 def processor_times(frames: dict[str, Callable[[], object]], rounds: int) -> dict[str, float]:
-    """Median processor time of each, in ms, all threads together; interleaved, so that a busy machine slows all alike."""
+    """Median processor time of each, in ms, all threads together; interleaved, so that a busy machine slows all."""
     found: dict[str, list[float]] = {name: [] for name in frames}
     for turn in range(-1, rounds):
         for name, run in frames.items():
@@ -101,29 +101,46 @@ def processor_times(frames: dict[str, Callable[[], object]], rounds: int) -> dic
     return {name: float(np.median(times)) for name, times in found.items()}
 
 
-def autocorrelation(picture: Floats, shift_px: float) -> float:
-    """Largest correlation of a picture (rows, columns) with itself, shifted by a width in pixels in any of the four
-    directions of its sides, up to half a pixel of it off. What is smooth over three times that width is taken off
-    first: a disc is bright in its middle, which is no repeat."""
-    wide = max(int(round(3.0 * shift_px)), 3)
-    fine = picture - _blurred(picture, wide)
-    found = []
-    for k in {int(np.floor(shift_px)), int(np.ceil(shift_px))}:
-        for a, b in ((fine[k:], fine[:-k]), (fine[:, k:], fine[:, :-k])):
-            found.append(float(np.corrcoef(a.ravel(), b.ravel())[0, 1]))
-    return max(found)
+def flight(renderer: Renderer, view: View) -> Callable[[], object]:
+    """Frames of a flight that begins at a view, at 300 m/s or a thousandth of its height a frame: one a call."""
+    start = np.asarray(view.position_m, np.float64)
+    height = float(np.linalg.norm(start)) - renderer.scene.planet.radius_m
+    number = itertools.count()
+
+    def frame() -> object:
+        position = start + next(number) * max(5.0, 1e-3 * height) * view.forward
+        camera = Camera(position, view.forward, view.up, fov_y_deg=view.fov_y_deg)
+        return renderer.render(camera, sun=view.sun, dt_s=1.0 / 60.0)
+
+    return frame
 
 
-def _blurred(picture: Floats, width: int) -> Floats:
-    kernel = np.ones(width) / width
-    for axis in (0, 1):
-        picture = np.apply_along_axis(lambda row: np.convolve(np.pad(row, width, "edge"), kernel, "same"), axis, picture)
-        cut = [slice(None)] * 2
-        cut[axis] = slice(width, -width)
-        picture = picture[tuple(cut)]
-    return picture
+def seen_from_space(renderer: Renderer, pixel_m: float, axes: Floats) -> Floats:
+    """Brightness (rows, columns) 0..1 of the planet's middle from 36 000 km, with pixels so wide on the clouds' tops.
+    axes (3, 3): rows are the axes along which noise repeats; the picture's are the second and the third."""
+    away, _, up = axes
+    radius = renderer.scene.planet.radius_m + TOP_M
+    fov = 2.0 * np.degrees(np.arctan(0.5 * renderer.size[1] * pixel_m / 3.6e7))
+    camera = Camera((radius + 3.6e7) * away, -away, up, fov_y_deg=float(fov))
+    sun = Sun(direction=tuple(axes.T @ np.array([0.9, 0.3, 0.3])))
+    renderer.settle(camera, sun=sun)
+    return renderer.render(camera, sun=sun)["color"].mean(axis=-1) / 255.0
 
 
-def tile_pitch_px(width_m: float, view: View, size: tuple[int, int], distance_m: float) -> float:
-    """Pixels across a width, seen from so far away in the middle of a view."""
-    return width_m / distance_m / (2.0 * np.tan(np.radians(0.5 * view.camera.fov_y_deg)) / size[1])
+def repeats(picture: Floats, shift_px: int) -> tuple[float, float]:
+    """(repeat, plain): how much more a picture (rows, columns) is like itself, shifted by a width along its rows or its columns, than
+    shifted by a third less or more: a correlation, 0 without repeats, up to 1. Clouds have their sizes, and are like
+    themselves at every small shift, which is in `plain`, their correlation at that width as it stands; only a repeat
+    stands out at its own. Means over three widths are taken off first, since a disc is bright in its middle."""
+    fine = picture - uniform_filter(picture, 3 * shift_px, mode="nearest")
+    beside = max(shift_px // 3, 1)
+
+    def alike(shift: int, axis: int) -> float:
+        a, b = (fine.take(range(*span), axis) for span in ((shift, len(fine)), (0, len(fine) - shift)))
+        return float(np.corrcoef(a.ravel(), b.ravel())[0, 1])
+
+    return max(
+        (alike(shift_px, axis) - 0.5 * (alike(shift_px - beside, axis) + alike(shift_px + beside, axis)),
+         alike(shift_px, axis))
+        for axis in (0, 1)
+    )  # fmt: skip

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping
 
 import numpy as np
 
 from ..measure import cloud_shafts, clouds
 from ..session import Bench, Session
-from ..target import Target, at_most
+from ..target import Target, at_least, at_most
 
 QUALITIES = ("low", "medium", "high", "ultra", "reference")
 MEDIANS = {"high": 3e-2, "reference": 1e-2}
@@ -71,4 +72,74 @@ def _rows(
     )  # fmt: skip
 
 
-BENCHES: Mapping[str, Bench] = {"accuracy": _accuracy}
+PAPER_VIEWS = ("near", "high", "orbit")
+FASTER = 6.0
+"""Than the printed method at no larger error, at quality low."""
+
+
+def _paper(session: Session) -> None:
+    """Ours and the printed march on the same clouds, the printed texture: error against our reference, and processor
+    time of frames in flight with those of the same frames without clouds taken off."""
+    from ... import view
+    from ..measure import cloud_paper as measure
+    from ..measure.flip import flip
+
+    size = (192, 108) if session.quick else (640, 360)
+    views = {name: view(name) for name in PAPER_VIEWS}
+    session.release()
+    truth = {}
+    samples = session.runs(33, 8)
+    with measure.renderer_of(size, "ours", "reference", stride=1, samples=samples) as renderer:
+        for name, at in views.items():
+            renderer.settle(at)
+            truth[name] = renderer.render(at)["color"]
+    variants = {"paper_2018": "paper", "paper_2019": "paper", "low": "low", "high": "high", "none": "low"}
+    with contextlib.ExitStack() as stack:
+        renderers = {
+            name: stack.enter_context(
+                measure.renderer_of(size, {"none": None}.get(name, name if quality == "paper" else "ours"), quality)
+            )
+            for name, quality in variants.items()
+        }
+        for place, at in views.items():
+            errors, alone = {}, {}
+            for name, renderer in renderers.items():
+                alone[name] = float(flip(truth[place], renderer.render(at)["color"]).mean())
+                renderer.settle(at)
+                errors[name] = float(flip(truth[place], renderer.render(at)["color"]).mean())
+            frames = {name: measure.flight(renderer, at) for name, renderer in renderers.items()}
+            times = measure.processor_times(frames, session.runs(16, 5))
+            own = {name: max(times[name] - times["none"], 1e-3) for name in times}
+            for name in variants:
+                extra = {}
+                if name in ("low", "high"):
+                    extra = {"faster": own["paper_2018"] / own[name], "no_worse": errors[name] <= errors["paper_2018"]}
+                session.row(
+                    name, place, size, error=errors[name], error_unit="mean FLIP", single=alone[name],
+                    processor_ms=own[name] if name != "none" else times[name], **extra,
+                    target=at_least(FASTER) if name == "low" else None, target_on="faster",
+                )  # fmt: skip
+
+
+def _repeats(session: Session) -> None:
+    """Clouds seen from 36 000 km against themselves, shifted by the widths at which their noise repeats: the printed
+    texture's, which is that of our finer shape as well, and that of our wider one along its own axes."""
+    from ...systems.clouds.layers import frames_at
+    from ..measure import cloud_paper as measure
+
+    session.release()
+    side, shift = session.runs(768, 384), 6
+    straight, tilted = frames_at(0.0, 1.0, 0.0)
+    widths = {"16 km": (measure.TILE_M, straight), "110 km": (measure.TILE_M * 6.871, tilted)}
+    for method, quality in (("paper_2018", "paper"), ("ours", "low"), ("ours", "high")):
+        name = method if quality == "paper" else quality
+        with measure.renderer_of((side, side), method, quality, tiled=False) as renderer:
+            for width, (tile_m, axes) in widths.items():
+                repeat, plain = measure.repeats(measure.seen_from_space(renderer, tile_m / shift, axes), shift)
+                session.row(
+                    name, f"space, {width}", (side, side), error=repeat, error_unit="correlation", plain=plain,
+                    target=at_most(0.1) if method == "ours" else None,
+                )  # fmt: skip
+
+
+BENCHES: Mapping[str, Bench] = {"accuracy": _accuracy, "paper": _paper, "repeats": _repeats}
