@@ -128,10 +128,11 @@ def seen_from_space(renderer: Renderer, pixel_m: float, axes: Floats) -> Floats:
 
 
 def repeats(picture: Floats, shift_px: int) -> tuple[float, float]:
-    """(repeat, plain): how much more a picture (rows, columns) is like itself, shifted by a width along its rows or its columns, than
-    shifted by a third less or more: a correlation, 0 without repeats, up to 1. Clouds have their sizes, and are like
-    themselves at every small shift, which is in `plain`, their correlation at that width as it stands; only a repeat
-    stands out at its own. Means over three widths are taken off first, since a disc is bright in its middle."""
+    """(repeat, plain) of a picture (rows, columns). repeat: how much more it is like itself, shifted by a width along
+    its rows or its columns, than shifted by a third less or more: a correlation, 0 without repeats, up to 1. Clouds
+    have their sizes, and are like themselves at every small shift, which is in `plain`, their correlation at that width
+    as it stands; only a repeat stands out at its own. Means over three widths are taken off first, since a disc is
+    bright in its middle."""
     fine = picture - uniform_filter(picture, 3 * shift_px, mode="nearest")
     beside = max(shift_px // 3, 1)
 
