@@ -70,8 +70,10 @@ if _TYPE_CHECKING:
     from .flights import path, paths
     from .host_light import sun_direction
     from .ocean_sampler import OceanSampler
+    from .photos import photo
     from .recording import record
     from .renderer import Renderer
+    from .shot import load_shot
     from .terrain_sampler import TerrainSampler
 
 # What pulls in OpenGL or much code is imported when it is first used: a program that only reads heights or presets
@@ -89,8 +91,10 @@ _LAZY = {
     "expected_errors": "expected",
     "fly": "app",
     "has_display": "engine.hosts.window",
+    "load_shot": "shot",
     "path": "flights",
     "paths": "flights",
+    "photo": "photos",
     "record": "recording",
     "sun_direction": "host_light",
 }
@@ -145,8 +149,10 @@ __all__ = [
     "has_display",
     "latitude_longitude",
     "load_scene",
+    "load_shot",
     "path",
     "paths",
+    "photo",
     "planets",
     "qualities",
     "record",

@@ -162,7 +162,8 @@ class FlightApp:
     def frame(self) -> None:
         """Input, flight, picture, interface, swap."""
         state = self.window.poll()
-        self.pace.begin(self.renderer)
+        if not self.photographing:
+            self.pace.begin(self.renderer)
         dt_s = min(self.dt_s, _LONGEST_FRAME_S)
         if self.interface is not None:
             self.interface.begin(state, self, self.dt_s)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from . import sun_clock
 from .engine.settings import PresetError, SettingError
 from .errors import SizeError
-from .photo import PhotoPlan, photo_tiles
+from .photos import PhotoPlan, photo_tiles
 from .places import Place, Places
 from .shot import shot_settings
 from .systems.capture import CaptureError, require_writable, write_png

@@ -13,11 +13,15 @@ from rich.console import Console
 from ._version import __version__
 from .cli_options import CameraOptions, Planet, Quality, Set, Size, SunOptions, parse_overrides, parse_size
 from .cli_progress import counted, settling
-from .errors import CameraError, OutputError
+from .errors import CameraError, OutputError, SettingError
+from .flights import path as scripted
+from .photos import PhotoPlan, exposed, photo_tiles
 from .recording import record
-from .shot import camera_settings
+from .shot import camera_settings, load_shot, shot_settings
 from .systems.capture import contact_sheet, require_writable, write_arrays, write_png
 from .systems.capture.video import ffmpeg
+from .systems.flight import PATHS_FILE
+from .views import View
 
 if TYPE_CHECKING:
     from .renderer import Renderer
@@ -35,18 +39,22 @@ Force = Annotated[bool, Parameter(negative="", help="Make again what is there al
 
 
 def render_command(
-    planet: Planet = "earth",
+    planet: Annotated[str | None, Parameter(help="A planet's name, or a scene's TOML file; earth if left out.")] = None,
     *,
     view: str | None = None,
     camera: CameraOptions = CameraOptions(),  # noqa: B008 - frozen
     sun: SunOptions = SunOptions(),  # noqa: B008 - frozen
-    size: Size = "1280x720",
-    quality: Quality = "high",
+    size: Size | None = None,
+    quality: Quality | None = None,
     overrides: Set = (),
     time_s: float | None = None,
+    like: Path | None = None,
+    ev100: float | None = None,
+    supersample: int | None = None,
+    tile_px: int = 2048,
     output: Output = Path("planetfall.png"),
 ) -> None:
-    """Render one picture, or all its arrays.
+    """Render one picture of any size, or all its arrays.
 
     Parameters
     ----------
@@ -54,37 +62,75 @@ def render_command(
         A named view (see `planetfall views`): camera, sun and time. orbit, if no camera is given either.
     time_s
         Moves water and weather, and an epoch sun. Left out: the view's time, else 0.
+    like
+        A picture of ours: takes everything from the settings inside it; other options change single things.
+    ev100
+        A fixed exposure; left out, it adapts.
+    supersample
+        Samples a side for every pixel, averaged: 2 takes four times as long.
+    tile_px
+        Larger pictures are rendered in tiles of at most so many samples a side.
     output
         picture.png, with the settings inside, or arrays.npz with every output, the camera and the exposure.
     """
     if output.suffix.lower() not in (".png", ".npz"):
         raise OutputError(f"--output: expected a name ending in .png or .npz, found {str(output)!r}")
     require_writable(output)
-    pixels, knobs = parse_size(size), parse_overrides(overrides)
     if view is not None and camera.given():
         raise CameraError("--view and camera options exclude each other: a view brings its own camera")
+    if like is not None and planet is not None:
+        raise SettingError("--like brings its own planet: leave the planet's name out")
     from . import load_scene
 
-    scene = load_scene(planet)
-    shot = camera.camera() if camera.given() else find_view(view or DEFAULT_VIEW, scene)
+    told = load_shot(like) if like is not None else None
+    pixels = parse_size(size) if size is not None else told.size if told else (1280, 720)
+    knobs = {**(told.overrides if told else {}), **parse_overrides(overrides)}
+    chosen = quality or (told.quality if told else "high")
+    scene = told.scene if told else load_scene(planet or "earth")
+    if camera.given():
+        shot = camera.camera()
+    elif told and view is None:
+        shot = told.camera
+    else:
+        shot = find_view(view or DEFAULT_VIEW, scene)
     light = sun.sun(scene, shot)
-    settings = {
-        "planetfall": __version__, "planet": planet, "view": None if camera.given() else view or DEFAULT_VIEW,
-        "size": list(pixels), "quality": quality, "overrides": knobs, "time_s": time_s, "sun": light and repr(light),
-    }  # fmt: skip
+    if told and time_s is None:
+        time_s = told.time_s
+    exposure = ev100 if ev100 is not None or not told else told.ev100
+    samples = supersample if supersample is not None else told.supersample if told else 1
+    plan = PhotoPlan(pixels, samples, tile_px, exposure)
+    if output.suffix.lower() == ".npz" and (len(plan.tiles()) > 1 or plan.supersample > 1):
+        raise OutputError(f"--output: {output}: arrays come in one piece: lower --size, or raise --tile-px; "
+                          "no --supersample")  # fmt: skip
     from .renderer import Renderer  # late: everything that can be said without a GPU has been said
 
-    with Renderer(scene, pixels, quality, knobs) as renderer:
-        with settling(console) as progress:
-            renderer.settle(shot, time_s, sun=light, progress=progress)
-        wanted = ARRAYS if output.suffix.lower() == ".npz" else ("color",)
-        out = renderer.render(shot, time_s, sun=light, outputs=wanted)
-        state = camera_settings(renderer.camera_state(shot))
-        settings["exposure"] = exposure_of(renderer)
+    moment = shot.time_s if time_s is None and isinstance(shot, View) else time_s or 0.0
+    light = shot.sun if light is None and isinstance(shot, View) else light
+    whole = len(plan.tiles()) == 1 and plan.supersample == 1
+    out: dict[str, Any] = {}
+    with Renderer(scene, pixels if whole else (64, 64), chosen, knobs) as renderer:
+        if whole:
+            seen = exposed(shot, plan.ev100)
+            with settling(console) as settled:
+                renderer.settle(seen, moment, sun=light, progress=settled)
+            wanted = ARRAYS if output.suffix.lower() == ".npz" else ("color",)
+            out = renderer.render(seen, moment, sun=light, outputs=wanted)
+        else:
+            with counted(console, "tiles", len(plan.tiles())) as progress:
+                for done, count, picture in photo_tiles(renderer, shot, plan, moment, light):
+                    progress(done, count)
+                    out = {"color": picture}
+        state = shot.resolve(scene, pixels[0] / pixels[1]).moved(renderer.camera_state(shot).position_m)
+        settings = shot_settings(
+            scene, state, moment, pixels, quality=chosen, overrides=knobs, sun=light, supersample=plan.supersample,
+            ev100=exposure_of(renderer),
+        )  # fmt: skip
+    settings |= {"planet": planet or scene.name, "view": None if camera.given() or told else view or DEFAULT_VIEW}
     if output.suffix.lower() == ".npz":
-        write_arrays(output, out, camera=numbers_of(state), exposure=settings["exposure"], settings=settings)
+        state = numbers_of(settings["camera"])
+        write_arrays(output, out, camera=state, exposure=settings["exposure"], settings=settings)
     else:
-        write_png(output, out["color"], {**settings, "camera": state})
+        write_png(output, out["color"], settings)
     console.print(f"wrote [bold]{output}[/]", highlight=False, soft_wrap=True)
 
 
@@ -153,6 +199,8 @@ def record_command(
     overrides: Set = (),
     fps: float = 24.0,
     video: bool = True,
+    gif: bool = False,
+    paths: Path | None = None,
     force: Force = False,
     output: Output = Path("flight"),
 ) -> None:
@@ -161,13 +209,17 @@ def record_command(
     Parameters
     ----------
     path
-        The flight: descent or low.
+        The flight: descent, low, or one of your own file's.
     count
         Number of frames, spread evenly over the flight.
     fps
         Frames a second of the video.
     video
         Make the video too (needs the extra 'video').
+    gif
+        Make an animated GIF too.
+    paths
+        A TOML file with flights of your own, written like assets/presets/paths.toml.
     output
         The folder; made when missing.
     """
@@ -178,13 +230,14 @@ def record_command(
     from . import load_scene
 
     scene = load_scene(planet)
+    flight = scripted(path, scene, PATHS_FILE if paths is None else paths)
     with counted(console, "frames", count) as progress:
         made = record(
-            scene, path, output, count=count, size=pixels, quality=quality, overrides=knobs, fps=fps, video=video,
-            force=force, progress=progress,
+            scene, flight, output, count=count, size=pixels, quality=quality, overrides=knobs, fps=fps, video=video,
+            gif=gif, force=force, progress=progress,
         )  # fmt: skip
     console.print(f"wrote {len(made.frames)} frames, {made.frames[0]} ... {made.frames[-1].name}", highlight=False)
-    for file in (made.sheet, made.video):
+    for file in (made.sheet, made.video, made.gif):
         if file is not None:
             console.print(f"wrote [bold]{file}[/]", highlight=False, soft_wrap=True)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from ._version import __version__
 from .flights import ScenePath, path
 from .shot import camera_settings
-from .systems.capture import NumberedFrames, VideoError, contact_sheet, write_png, write_video
+from .systems.capture import NumberedFrames, VideoError, contact_sheet, write_gif, write_png, write_video
 from .systems.capture.sheet import even_selection
 from .systems.capture.video import ffmpeg
 
@@ -23,15 +23,21 @@ __all__ = ["Recording", "record"]
 
 log = logging.getLogger(__name__)
 
+_PART, _RUN_UP = 96, 16
+"""Frames. Twelve frames of a run-up leave less than a third of what temporal smoothing remembers, and exposure, which
+takes a second or less, less than that."""
+
 
 @dataclass(frozen=True)
 class Recording:
-    """What `record` wrote. video is None when none was asked for, or when the extra for videos is missing."""
+    """What `record` wrote. video is None when none was asked for, or when the extra for videos is missing, gif when
+    none was asked for."""
 
     folder: Path
     frames: list[Path]
     sheet: Path
     video: Path | None
+    gif: Path | None = None
 
 
 def record(
@@ -45,13 +51,16 @@ def record(
     overrides: Mapping[str, Any] | None = None,
     fps: float = 24.0,
     video: bool = True,
+    gif: bool = False,
     force: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> Recording:
-    """Render a scripted flight as frame_0000.png ..., contact_sheet.png and flight.mp4 in `folder` (made when missing).
+    """Render a scripted flight as frame_0000.png ..., contact_sheet.png and flight.mp4 in `folder` (made when missing);
+    with `gif` as flight.gif too.
 
-    Frames that are there already, of the same flight and settings, are kept: an interrupted recording goes on. Frames
-    of other settings are refused (CaptureError) unless `force`. progress(done, count) follows the frames.
+    Frames that are there already, of the same flight and settings, are kept: an interrupted recording goes on, and ends
+    with the very frames that it would have had without. Frames of other settings are refused (CaptureError) unless
+    `force`. progress(done, count) follows the frames.
     """
     flight = path(flight, scene) if isinstance(flight, str) else flight
     settings = {
@@ -70,7 +79,8 @@ def record(
         _render(scene, flight, frames, missing, settings, progress)
     sheet = write_png(frames.folder / "contact_sheet.png", _sheet(flight, frames), settings)
     film = write_video(frames.folder / "flight.mp4", frames.paths, fps=fps) if video else None
-    return Recording(frames.folder, frames.paths, sheet, film)
+    moving = write_gif(frames.folder / "flight.gif", frames.paths, fps=min(fps, 50.0)) if gif else None
+    return Recording(frames.folder, frames.paths, sheet, film, moving)
 
 
 def _render(
@@ -86,18 +96,38 @@ def _render(
     times = flight.times_s(frames.count)
     step_s = times[1] - times[0] if len(times) > 1 else 1.0
     width, height = settings["size"]
+    kept = frames.count - len(missing)
     with Renderer(scene, (width, height), settings["quality"], settings["overrides"]) as renderer:
-        before = -2
-        for index in missing:
-            camera = flight.camera_at(times[index])
-            if index != before + 1:  # a start, or a gap: exposure must not remember another place
-                renderer.settle(camera, times[index], sun=flight.sun)
-            color = renderer.render(camera, times[index], sun=flight.sun, dt_s=step_s)["color"]
-            shot = {"time_s": times[index], "camera": camera_settings(camera), **settings}
-            frames.write(index, color, shot)
-            before = index
+        for index, wanted in frames_to_render(missing):
+            camera, time_s = flight.camera_at(times[index]), times[index]
+            if wanted is None:
+                renderer.settle(camera, time_s, sun=flight.sun)
+                continue
+            color = renderer.render(camera, time_s, sun=flight.sun, dt_s=step_s)["color"]
+            if not wanted:
+                continue
+            frames.write(index, color, {"time_s": time_s, "camera": camera_settings(camera), **settings})
+            kept += 1
             if progress is not None:
-                progress(index + 1, frames.count)
+                progress(kept, frames.count)
+
+
+def frames_to_render(missing: Sequence[int]) -> Iterator[tuple[int, bool | None]]:
+    """What is rendered to make the missing frames, in order: (frame, True) to keep, (frame, False) to throw away,
+    (frame, None) to settle at.
+
+    A frame looks back: exposure adapts, and smoothing gathers over the frames before. So a recording is made of parts;
+    each settles a little before its first frame and runs up to it. That is the same whether the recording was
+    interrupted or not.
+    """
+    wanted = set(missing)
+    for part in sorted({index // _PART for index in wanted}):
+        first = part * _PART
+        last = max(index for index in wanted if index // _PART == part)
+        start = max(first - _RUN_UP, 0)
+        yield start, None
+        for index in range(start, last + 1):
+            yield index, index in wanted and index >= first
 
 
 def _sheet(flight: ScenePath, frames: NumberedFrames) -> Any:

@@ -100,7 +100,10 @@ def load_shot(path: str | PathLike[str]) -> Shot:
         for number, entry in enumerate(data.get("props", [])):
             made = build_components(entry, PROP_KINDS, f"{path}: props[{number}]", also=("name",))
             scene.add(*made.values(), name=str(entry.get("name", "")))
-        width, height = (int(n) for n in data["size"])
+        size = data["size"]
+        if not (isinstance(size, list) and len(size) == 2 and all(isinstance(n, int) for n in size)):
+            raise ValueError(f"size: expected [width, height] in pixels, found {size!r}")
+        width, height = size
         exposure = data.get("exposure")
         return Shot(
             scene, _camera(found), float(data["time_s"] or 0.0), (width, height), str(data["quality"]),

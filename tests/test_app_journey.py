@@ -13,7 +13,7 @@ from app_kit import app_of, press
 import planetfall as pf
 from planetfall.engine.input import Focus, KeyEvent, MouseButton, MouseMove, PadAxis, PadButton, Wheel
 from planetfall.engine.space import latitude_longitude
-from planetfall.photo import PhotoPlan
+from planetfall.photos import PhotoPlan
 from planetfall.systems.capture import read_png_settings
 
 

@@ -197,7 +197,9 @@ def test_record_resumes(tmp_path: Path) -> None:
         (tmp_path / f"frame_{index:04d}.png").unlink()
     assert main([*command, "--no-video"]) == 0
     again = FakeRenderer.made[1]
-    assert len(again.rendered) == 3 and again.settled == 2
+    # A frame depends on those before it: they are made again, and only the missing ones written.
+    assert len(again.rendered) == 6 and again.settled == 1
+    assert len(list(tmp_path.glob("frame_*.png"))) == 6
     assert all(sun is not None for _, sun in again.rendered)
 
 

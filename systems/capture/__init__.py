@@ -1,5 +1,6 @@
 """Capture: pictures, arrays, contact sheets and videos on disk. Every file is written beside and then renamed."""
 
+from .animation import write_gif
 from .arrays import read_arrays, write_arrays
 from .files import CaptureError, require_writable, written_beside
 from .frames import NumberedFrames
@@ -16,6 +17,7 @@ __all__ = [
     "read_png_settings",
     "require_writable",
     "write_arrays",
+    "write_gif",
     "write_png",
     "write_video",
     "written_beside",

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .renderer import Renderer
     from .scene import Scene
 
-__all__ = ["PhotoPlan", "photo", "photo_tiles"]
+__all__ = ["PhotoPlan", "exposed", "photo", "photo_tiles"]
 
 Pixels = NDArray[np.uint8]
 
@@ -53,7 +53,7 @@ class PhotoPlan:
         inner = self.tile_px // self.supersample
         width, height = self.size
         if max(width, height) > inner:
-            inner = max(inner - 2 * _MARGIN_PX // self.supersample, 64)
+            inner = max(inner - 2 * -(-_MARGIN_PX // self.supersample), 8)
         columns, rows = math.ceil(width / inner), math.ceil(height / inner)
         xs = [round(width * i / columns) for i in range(columns + 1)]
         ys = [round(height * i / rows) for i in range(rows + 1)]
@@ -155,6 +155,8 @@ def _part(
 ) -> Camera:
     """The camera for a part of a picture: the same place, and a frustum of its own beside the axis."""
     width, height = size
+    if tile == (0, 0, *size):
+        return exposed(camera, ev100)
     state = camera.resolve(renderer.scene, width / height)
     place = renderer.camera_state(camera).position_m  # on the drawn ground, and out of it
     x = [state.tan_left + (state.tan_right - state.tan_left) * tile[i] / width for i in (0, 2)]
@@ -165,6 +167,16 @@ def _part(
     part._place, part._pose = None, (place, state.forward, state.up)
     part._optics(60.0, angles, camera.planet, ev100)
     return part
+
+
+def exposed(camera: Camera, ev100: float | None) -> Camera:
+    """The camera with a fixed exposure; itself for None. A View becomes a plain camera: give its sun and time along."""
+    if ev100 is None or ev100 == camera.ev100:
+        return camera
+    fixed = Camera.__new__(Camera)
+    fixed._place, fixed._pose = camera._requested() if camera._pose is None else None, camera._pose
+    fixed._optics(camera.fov_y_deg, camera.frustum_deg, camera.planet, ev100)
+    return fixed
 
 
 def averaged(color: Pixels, samples: int) -> Pixels:

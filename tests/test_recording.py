@@ -1,0 +1,72 @@
+"""Recordings: the same frames whether interrupted or not, and animated GIFs."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image, ImageSequence
+
+import planetfall as pf
+from planetfall import recording
+from planetfall.recording import frames_to_render
+from planetfall.systems.capture import CaptureError, write_gif
+
+
+def test_every_missing_frame_has_the_frames_before_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(recording, "_PART", 4)
+    monkeypatch.setattr(recording, "_RUN_UP", 2)
+    whole = list(frames_to_render(range(10)))
+    assert whole[0] == (0, None) and [i for i, kept in whole if kept] == list(range(10))
+    assert whole[5:9] == [(2, None), (2, False), (3, False), (4, True)]
+    rest = list(frames_to_render([6, 9]))
+    assert rest == [
+        (2, None), (2, False), (3, False), (4, False), (5, False), (6, True),
+        (6, None), (6, False), (7, False), (8, False), (9, True),
+    ]  # fmt: skip
+    assert list(frames_to_render([])) == []
+
+
+@pytest.mark.gpu
+def test_an_interrupted_recording_ends_with_the_same_frames(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(recording, "_PART", 3)
+    monkeypatch.setattr(recording, "_RUN_UP", 1)
+    options = {"count": 5, "size": (64, 36), "quality": "low", "video": False, "gif": True}
+
+    def hashes(folder: Path) -> list[str]:
+        return [hashlib.sha256(np.asarray(Image.open(f)).tobytes()).hexdigest() for f in sorted(folder.glob("frame*"))]
+
+    with pf.load_scene("earth") as scene:
+        seen: list[tuple[int, int]] = []
+        made = pf.record(scene, "low", tmp_path / "a", progress=lambda a, b: seen.append((a, b)), **options)
+        assert seen == [(n, 5) for n in range(1, 6)]
+        whole = hashes(made.folder)
+        assert len(set(whole)) == 5
+        for index in (1, 3, 4):
+            made.frames[index].unlink()
+        untouched = made.frames[2].stat().st_mtime_ns
+        pf.record(scene, "low", tmp_path / "a", **options)
+    assert hashes(made.folder) == whole and made.frames[2].stat().st_mtime_ns == untouched
+    assert made.gif is not None and made.gif.stat().st_size > 0
+
+
+def test_gifs_show_what_they_were_given(tmp_path: Path) -> None:
+    x = np.linspace(0, 255, 40).astype(np.uint8)
+    frames = [np.stack([np.tile(x, (30, 1)), np.full((30, 40), 20 * n, np.uint8), np.tile(x[::-1], (30, 1))], 2)
+              for n in range(8)]  # fmt: skip
+    file = write_gif(tmp_path / "a.gif", frames, fps=20.0)
+    with Image.open(file) as image:
+        assert image.info["loop"] == 0 and image.info["duration"] == 50
+        shown = [np.asarray(frame.convert("RGB")).astype(int) for frame in ImageSequence.Iterator(image)]
+    assert len(shown) == 8
+    for found, wanted in zip(shown, frames, strict=True):
+        assert np.abs(found - wanted).mean() < 8.0  # 256 colours for all
+    small = write_gif(tmp_path / "b.gif", frames, width=20)
+    assert Image.open(small).size == (20, 15)
+    for bad, said in (((tmp_path / "a.png", frames), ".gif"), ((tmp_path / "c.gif", []), "at least one")):
+        with pytest.raises(CaptureError, match=said):
+            write_gif(*bad)
+    with pytest.raises(CaptureError, match=r"0\.1 to 50"):
+        write_gif(tmp_path / "c.gif", frames, fps=100.0)
