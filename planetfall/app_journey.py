@@ -188,4 +188,4 @@ def clock_text(hour: float) -> str:
 def season_text(share: float) -> str:
     """Share of the year since the northern spring equinox, for people."""
     names = ("northern spring", "northern summer", "northern autumn", "northern winter")
-    return f"{names[int(share * 4.0) % 4]}, {share * 100.0:.0f} % of the year"
+    return f"{names[int(share * 4.0) % 4]}, {share * 400.0 % 100.0:.0f} %"

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 __all__ = ["JourneyWindow"]
 
 _WIDTH_EM = 24.0
-_TOP = 250.0
+_TOP, _MARGIN = 235.0, 10.0
 _SIZES = ((1920, 1080), (3840, 2160), (7680, 4320), (15360, 8640), (4096, 4096))
 _MODE_NAMES = {"ship": "ship", "walk": "on foot", "orbit": "globe"}
 _FOV_DEG = (1.0, 120.0)
@@ -33,11 +33,11 @@ class JourneyWindow:
 
     def draw(self, imgui: Any, app: FlightApp) -> None:
         """One frame of the window, at the left edge."""
-        em = imgui.get_font_size()
-        imgui.set_next_window_pos(
-            imgui.ImVec2(10.0, min(_TOP, imgui.get_io().display_size.y * 0.4)), imgui.Cond_.appearing
-        )
-        imgui.set_next_window_size(imgui.ImVec2(_WIDTH_EM * em, 0.0), imgui.Cond_.appearing)
+        em, display = imgui.get_font_size(), imgui.get_io().display_size
+        top = min(_TOP, 0.4 * display.y)
+        imgui.set_next_window_pos(imgui.ImVec2(_MARGIN, top), imgui.Cond_.appearing)
+        size = imgui.ImVec2(_WIDTH_EM * em, max(display.y - top - _MARGIN, 8.0 * em))
+        imgui.set_next_window_size(size, imgui.Cond_.appearing)
         imgui.set_next_window_bg_alpha(0.85)
         imgui.begin("Places, time, photos")
         imgui.push_item_width(-9.0 * em)
@@ -79,7 +79,9 @@ class JourneyWindow:
         changed, hour = imgui.slider_float("time of day", journey.hour, 0.0, 24.0, clock_text(journey.hour))
         if changed:
             journey.hour = hour
-        changed, share = imgui.slider_float("of the year", journey.season, 0.0, 1.0, season_text(journey.season))
+        changed, share = imgui.slider_float(
+            "of the year", journey.season, 0.0, 1.0, season_text(journey.season).replace("%", "%%")
+        )
         if changed:
             journey.season = min(share, 0.999999)
         app.time_runs = imgui.checkbox("time runs", app.time_runs)[1]

@@ -106,7 +106,7 @@ def test_the_users_file_changes_single_actions(tmp_path: Path) -> None:
     assert controls.value("forward", state_of(KeyEvent("down", True))) == -1.0
     assert controls.value("forward", state_of(KeyEvent("w", True))) == 0.0
     assert controls.value("right", state_of(KeyEvent("d", True))) == 1.0
-    named = dict((what, keys) for keys, what in controls.help())
+    named = {what: keys for keys, what in controls.help()}
     assert named[ACTIONS["forward"]] == "Up, Down" and ACTIONS["roll"] not in named
     assert controls_or_defaults(tmp_path / "none.toml")[0].table() == load_controls().table()
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -52,7 +52,7 @@ ACTIONS: dict[str, str] = {
     "help": "this help",
     "numbers": "numbers on and off",
     "settings": "settings on and off",
-    "journey": "places, time and photos on and off",
+    "journey": "places, time and photos",
     "reload": "load changed shaders",
     "fullscreen": "whole screen",
     "picture": "save a picture here",
@@ -60,6 +60,19 @@ ACTIONS: dict[str, str] = {
     "leave": "let the mouse go, close windows, then leave",
 }
 """Every action and what the help says about it."""
+
+_TOGETHER: dict[tuple[str, ...], str] = {
+    ("look_right", "look_up"): "look around",
+    ("grab", "tilt"): "globe: drag it; tilt and turn it",
+    ("catch_mouse", "free_mouse"): "catch the mouse; let it go",
+    ("ship", "walk", "orbit"): "ship; walk and swim; globe in the hand",
+    ("faster", "slower"): "time runs faster; slower",
+    ("keep_place", "next_place", "previous_place"): "keep this place; to the next one kept; to the one before",
+    ("debug_view", "debug_off"): "next debug view; none",
+    ("help", "numbers", "settings"): "this help; numbers; settings",
+    ("picture", "photo"): "save a picture here; a photo as set with F4",
+}
+"""Actions that share a row of the help."""
 
 _NUMBERS = {
     ("mouse", "look_rad_per_pixel"): (1e-5, 0.1),
@@ -119,15 +132,20 @@ class Controls:
             raise PresetError(problems[0], problems)
         self.bindings.update(found)
 
-    def help(self, actions: Iterable[str] = ACTIONS) -> tuple[tuple[str, str], ...]:
-        """(keys, what they do) of every action that is bound to something."""
-        rows = []
-        for action in actions:
-            shown = list(dict.fromkeys(binding.shown for binding in self._of(action)))
-            if rows and action == "look_up" and ", ".join(_short(shown)) == rows[-1][0]:
-                continue  # "look around" says it
-            if shown:
-                rows.append((", ".join(_short(shown)), ACTIONS[action]))
+    def help(self) -> tuple[tuple[str, str], ...]:
+        """(keys, what they do) of every action that is bound to something; related ones share a row."""
+        rows, said = [], set()
+        for action in ACTIONS:
+            if action in said:
+                continue
+            group = next((names for names in _TOGETHER if action in names), (action,))
+            said.update(group)
+            bound = [name for name in group if self._of(name)]
+            keys = [", ".join(_short(list(dict.fromkeys(b.shown for b in self._of(name))))) for name in bound]
+            if bound:
+                text = _TOGETHER[group] if bound == list(group) and group in _TOGETHER else "; ".join(
+                    ACTIONS[name] for name in bound)  # fmt: skip
+                rows.append(("; ".join(dict.fromkeys(keys)), text))
         return tuple(rows)
 
     def table(self) -> dict[str, Any]:
