@@ -61,8 +61,8 @@ def hidden_fit(deviations: tuple[float, ...]) -> tuple[float, float]:
     return half, 0.6 / max(most - quarter, 0.1)
 
 
-def write_layers(block: CloudViewBlock, layers: list[Any], map_coverage: float) -> None:
-    """The fields that follow from the component alone."""
+def write_layers(block: CloudViewBlock, layers: list[Any], map_coverage: float, numbers: list[int]) -> None:
+    """The fields that follow from the component alone. numbers: of the layers in the model's block."""
     shell, droplets, shape = (np.zeros((MOST_LAYERS, 4), np.float32) for _ in range(3))
     for row, layer in enumerate(layers[:MOST_LAYERS]):
         kind = kind_of(layer)
@@ -70,7 +70,7 @@ def write_layers(block: CloudViewBlock, layers: list[Any], map_coverage: float) 
         shell[row] = base, top, 1.0 / (top - base), layer.extinction_per_m
         share = 1.0 if kind == UNIFORM else layer.coverage / (0.6 if kind == STREAKS else map_coverage)
         droplets[row] = layer.albedo, layer.asymmetry, kind, share
-        shape[row, 0] = float(layer.height_profile == "parabola" and kind != BILLOWS)
+        shape[row, :2] = float(layer.height_profile == "parabola" and kind != BILLOWS), numbers[row]
     block.shell, block.droplets, block.shape = shell, droplets, shape
     block.counts = (
         len(layers),

@@ -7,16 +7,19 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...components import Clouds, Ocean, Planet
+from ...components import Atmosphere, Clouds, Ocean, Planet
 from ...engine.contracts import bind_contracts, contract_reads, provide_contracts, withdraw_contracts
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import SettingError, revision, with_overrides
 from ...engine.space import frustum_planes, sphere_outside
 from ...engine.system import Frame, Setup, System, ViewInfo
+from .block import CLOUD_BINDING, CloudBlock, cloud_block
 from .imported import imported_cover
 from .layers import BILLOWS, frames_at, kind_of, layers_of, write_filter, write_layers, write_noise
 from .maps import BORDER, WeatherMaps
+from .model import CloudModel
 from .past import NONE, Past
+from .probe import SLAB_UNIT, march_defines, slab_texture
 from .shadow_pass import SHADOW, ShadowPass
 from .shafts import Shafts
 from .view_block import CLOUD_VIEW_BINDING, CloudViewBlock
@@ -53,13 +56,17 @@ class CloudSystem(System):
         gpu = setup.gpu
         self._ubo = gpu.uniform_block(CloudViewBlock, CLOUD_VIEW_BINDING, "cloud_view")
         self._block = CloudViewBlock()
+        self._model_ubo = gpu.uniform_block(CloudBlock, CLOUD_BINDING, "cloud_model")
+        self._slabs: Any = None
+        self._droplets: tuple[Any, ...] = ()
         self._shape = make_volume(gpu, _SHAPE, int(settings["clouds.shape_texels"]))
         self._rims = make_volume(gpu, _RIMS, int(settings["clouds.rim_texels"]))
         write_filter(self._block, self._shape, self._rims)
         self._maps = WeatherMaps(gpu, int(settings["clouds.map_texels"]), 1)
         defines = {"STRIDE": self._stride}
-        self._view = ViewMarch(gpu, setup.world, self.name, self._stride)
-        self._look_up = gpu.compute("clouds/sky.comp")
+        slabs = march_defines(settings)
+        self._view = ViewMarch(gpu, setup.world, self.name, self._stride, slabs)
+        self._look_up = gpu.compute("clouds/sky.comp", slabs)
         self._tune(settings)
         self._sky_age, self._sky_shows, self._sky_due = _SKY_FRAMES, (), True
         self._resolve = gpu.fullscreen("clouds/resolve.frag", defines)
@@ -133,12 +140,26 @@ class CloudSystem(System):
         self._thickness_m = float(first.top_m - first.base_m)
         coverage = float(first.coverage) or 0.6
         self._maps.take(coverage, cover)
-        write_layers(self._block, self._layers, coverage)
+        present = [layer for layer in (component, *component.layers) if any(layer is one for one in self._layers)]
+        numbers = [next(i for i, one in enumerate(present) if one is layer) for layer in self._layers]
+        write_layers(self._block, self._layers, coverage, numbers)
+        self._refresh_light(frame, component)
         self._first = float(first.base_m), self._thickness_m
         if self._with_shafts != bool(component.shafts):
             self._with_shafts = not self._with_shafts
             self.structure += 1
         self._shadow.take_layers(self._block, self._layers)
+
+    def _refresh_light(self, frame: Frame, component: Any) -> None:
+        """The model's block, and the table of light scattered more than once where the droplets are others."""
+        air = frame.world.try_get(frame.planet, Atmosphere)
+        model = CloudModel.from_components(frame.world.get(frame.planet, Planet), component, air)
+        self._model_ubo.write(cloud_block(model))
+        droplets = tuple((layer.albedo, layer.asymmetry) for layer in model.present)
+        if droplets != self._droplets or self._slabs is None:
+            if self._slabs is not None:
+                self._gpu.free(self._slabs)
+            self._slabs, self._droplets = slab_texture(self._gpu, model), droplets
 
     def update(self, frame: Frame) -> None:
         self._refresh(frame)
@@ -245,8 +266,10 @@ class CloudSystem(System):
         return run
 
     def bind_density(self) -> None:
-        """Bind what clouds/density.glsl reads, for the clouds of the last frame."""
+        """Bind what clouds/weather_march.glsl reads, for the clouds of the last frame."""
         self._ubo.bind()
+        self._model_ubo.bind()
+        self._slabs.use(SLAB_UNIT)
         self._shape.texture.use(0)
         self._rims.texture.use(1)
         self._textures[0].use(2)

@@ -32,7 +32,7 @@ class CloudViewBlock:
     droplets: Annotated[Any, array(Vec4, MOST_LAYERS)] = field(default_factory=_rows(MOST_LAYERS))
     """(albedo, asymmetry, kind: 0 billows, 1 streaks of ice, 2 uniform; coverage over that of the map)"""
     shape: Annotated[Any, array(Vec4, MOST_LAYERS)] = field(default_factory=_rows(MOST_LAYERS))
-    """(1 for a profile like a parabola, 0, 0, 0)"""
+    """(1 for a profile like a parabola, number of the layer in CloudBlock, 0, 0)"""
     counts: Vec4 = (0.0, 0.0, 0.0, 0.0)
     """(layers, lowest base, highest top, 0)"""
     turn: Annotated[Any, array(Vec4, 3)] = field(default_factory=_rows(3))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from ...engine.contracts import bind_contracts, contract_reads
@@ -23,15 +23,15 @@ TILE = (8, 4)
 class ViewMarch:
     """Passes ``clouds.classify`` and ``clouds.march``, and ``clouds.debug`` while somebody looks at what it makes.
 
-    stride: pixels a side that share a ray. Its steps come from `tune`.
+    stride: pixels a side that share a ray. defines: of clouds/scattered.glsl. Its steps come from `tune`.
     """
 
-    def __init__(self, gpu: GpuScope, world: World, system: str, stride: int) -> None:
+    def __init__(self, gpu: GpuScope, world: World, system: str, stride: int, defines: Mapping[str, Any]) -> None:
         self._gpu, self._world, self._system, self._stride = gpu, world, system, stride
-        defines = {"STRIDE": stride}
-        self._classify = gpu.compute("clouds/classify.comp", defines)
+        self._defines = {"STRIDE": stride, **defines}
+        self._classify = gpu.compute("clouds/classify.comp", {"STRIDE": stride})
         self._list = gpu.compute("clouds/list_tiles.comp")
-        self._march = gpu.compute("clouds/view_march.comp", defines)
+        self._march = gpu.compute("clouds/view_march.comp", self._defines)
         self._steps: tuple[float, ...] = ()
         self._debug: Any = None
 
@@ -137,7 +137,7 @@ class ViewMarch:
         depth, flags = io.texture("gbuffer.depth"), io.buffer(_FLAGS)
         bind = bind_contracts(self._world, io, but=self._system)
         if self._debug is None:
-            self._debug = self._gpu.compute("clouds/debug.comp", {"STRIDE": self._stride})
+            self._debug = self._gpu.compute("clouds/debug.comp", self._defines)
             self._debug.set("u_march", self._steps)
         program = self._debug
 

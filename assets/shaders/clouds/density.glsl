@@ -70,7 +70,7 @@ vec3 cloud_tilted(vec3 place) {
 }
 
 // How much of the map's cover a height in the layer has: a flat base, tops that reach as high as the weather lets them.
-float cloud_profile(float share, CloudWeather w) {
+float cloud_height_cover(float share, CloudWeather w) {
     float top = mix(0.30, 1.0, w.towers);
     float x = share / top;
     return smoothstep(0.0, 0.10, share) * clamp(1.0 - x * x, 0.0, 1.0);
@@ -118,7 +118,7 @@ float cloud_density_near(int layer, vec3 place, float share, CloudWeather w, flo
     float clusters = mix(0.40, 0.80, smoothstep(0.25, 0.75, w.towers)), cells = sqrt(1.0 - clusters * clusters);
     float noise = cells * broad + clusters * wide;
     float hidden = 1.0 - cells * cells * first_shown - clusters * clusters * second_shown;
-    float most = clamp(w.cover * drops.w, 0.0, 1.0), cover = most * cloud_profile(share, w);
+    float most = clamp(w.cover * drops.w, 0.0, 1.0), cover = most * cloud_height_cover(share, w);
     float x = noise - (0.5 - cover), lost = 0.25 * hidden;
     near = ice ? -streaks - soft : 0.5 - most - noise - sqrt(lost) - CLOUD_RIM - CLOUD_RIM_NEAR + 2.0 * step(most, 1e-4);
     int turns = x > -0.3 - 0.5 * sqrt(lost) && hidden < 0.99 && !ice ? rims : 0;

@@ -7,6 +7,7 @@
 #include "common/camera.glsl"
 #include "clouds/ways.glsl"
 #include "clouds/light.glsl"
+#include "clouds/scattered.glsl"
 #include "contract/air.glsl"
 #include "contract/sky.glsl"
 
@@ -18,6 +19,7 @@ const float NEAREST_M = 4.0;   // a step around the eye
 struct March {
     vec3 light;        // towards the camera
     float open;        // transmittance of the clouds so far
+    float wide;        // the same for light that was scattered before: what goes straight on is not lost to it
     vec3 air_behind;   // light of the air between camera and the last segment's end
     vec3 air_past;     // transmittance of that air
     float sum;         // of distance times what was taken, to find the clouds' mean distance
@@ -55,12 +57,25 @@ float depth_to_sun(int layer, vec3 point, float altitude, vec3 up, CloudWeather 
     return sum * shell.w;
 }
 
+// Light of the sky above and of the ground below that droplets scatter towards the camera, in Eddington's approximation: what comes
+// from behind the place keeps its direction most. mu: cosine of the ray to the zenith.
+vec3 cloud_from_around(vec3 sky, vec3 ground, float up, float down, float mu, float g) {
+    float turned = 1.0 - g, whole = turned * (up + down) + 4.0 / 3.0;
+    return (sky * (turned * down + 2.0 / 3.0 * (1.0 + g * mu)) + ground * (turned * up + 2.0 / 3.0 * (1.0 - g * mu))) / whole;
+}
+
+// Vertical optical depth of an even layer below a place in it.
+float depth_below(int layer, float share) {
+    vec4 shell = cloud_view.shell[layer];
+    return (shell.y - shell.x) * shell.w * share * mix(1.0, share * (2.0 - 4.0 / 3.0 * share), cloud_view.shape[layer].x);
+}
+
 // One way through one layer. Long steps through the clear; where there is cloud, back to the last clear place and on in short
 // steps, which the cloud's own extinction and a pixel's width at that distance measure out.
-void march_way(inout March m, int layer, vec3 ray, float from, float to, vec2 phases, float shift) {
+void march_way(inout March m, int layer, vec3 ray, float from, float to, float nu, float shift) {
     vec4 shell = cloud_view.shell[layer], drops = cloud_view.droplets[layer];
     float thickness = shell.y - shell.x, way = to - from;
-    bool thin = drops.z > 0.5;
+    bool thin = drops.z == 1.0;
     float least = thickness / u_march.x, grow = max(u_march.y, way / (600.0 * max(to, 1.0)));
     float longer = thin ? 1.0 : 4.0, most = max(way / (0.3 * u_march.x), least);
     if (thin) least = most = way / ceil(0.04 * u_march.x * log2(2.0 * way / thickness + 2.0));
@@ -71,61 +86,79 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, vec2 ph
     Air here = air_from_camera(ray * from);
     CloudWeather weather_here = weather_along(ray, from);
     m.light += m.open * max(here.in_scatter - m.air_behind, 0.0);
+    int model = int(cloud_view.shape[layer].y);
+    bool fitted = drops.z != 2.0;
+    CloudLobes lobes = cloud_lobes_at(model, nu);
+    float once = drops.x * cloud_phase(nu, drops.y), passes = fitted ? 1.0 : 1.0 - lobes.peak;
+    // Even layers are lit as the slabs they are. Clouds have sides, which a slab has not: their thin rims are as bright as they are.
+    vec2 phases = cloud_phases(nu, drops.y);
+    // Fine steps that share one look at the light: as long as they are thin together.
+    float spare = 48.0 / u_march.x;
     for (int segment = 0; segment < segments; ++segment) {
         float past = way_end(shell, from, to, segment, segments);
         vec3 middle = ray * (0.5 * (begin + past));
         vec3 up_middle = up_at(middle);
         vec3 sun = sun_at(middle, altitude_of(middle), up_middle);
-        float height_of_sun = max(dot(up_middle, frame.sun_direction.xyz), 0.15);
+        float mu_s = dot(up_middle, frame.sun_direction.xyz), slab_sun = cloud_slab_sun(model, mu_s);
+        float mu = clamp_cos(dot(ray, up_middle));
+        CloudHarmonics harmonics = cloud_harmonics(mu, mu_s, nu);
         vec3 sky = sky_irradiance(middle, up_middle) / PF_PI;
-        vec3 ground = 0.12 / PF_PI * (sun * max(dot(up_middle, frame.sun_direction.xyz), 0.0)) + 0.12 * sky;
+        vec3 ground = 0.12 / PF_PI * (sun * max(mu_s, 0.0)) + 0.12 * sky;
         Air there = air_from_camera(ray * past);
         // Weather changes over tens of kilometres: in between it is taken as even.
         CloudWeather weather_there = weather_along(ray, past);
         float seen = 0.0, per_metre = 1.0 / max(past - begin, 1e-3);
         while (t < past && m.open > OPAQUE) {
-            // To the next step in cloud. Apart from what that one needs, so that rays in the clear don't pay for it.
-            bool met = false;
-            float length_m = 0.0, at = t, altitude = 0.0, share = 0.0, footprint = 0.0, density = 0.0, part = 0.0;
-            vec3 point = ray * t;
-            CloudWeather w = weather_here;
+            // Through the clear and into cloud, apart from its light, so that rays in the clear don't pay for that.
+            float depth = 0.0, at = 0.0, unit = 0.0, length_m = 0.0;
+            int steps = 0;
             while (t < past) {
-                float near, unit = min(max(min(least, thin ? least : NEAREST_M + 0.02 * t), t * grow), most);
+                float near;
+                unit = min(max(min(least, thin ? least : NEAREST_M + 0.02 * t), t * grow), most);
                 // Clouds that a pixel is too wide to show have smooth means.
                 unit = min(max(unit, 0.3 * t * pixel_rad), max(way * 0.125, unit));
-                length_m = min(unit * ease, past - t + 1e-3);
-                at = t + shift * length_m;
-                point = ray * at;
-                altitude = altitude_of(point);
-                share = clamp((altitude - shell.x) * shell.z, 0.0, 1.0);
-                footprint = max(at * pixel_rad, 0.2 * unit);
-                part = (at - begin) * per_metre;
-                w = cloud_weather_between(weather_here, weather_there, part);
+                float step_m = min(unit * ease, past - t + 1e-3), here_m = t + shift * step_m;
+                vec3 point = ray * here_m;
+                float share = clamp((altitude_of(point) - shell.x) * shell.z, 0.0, 1.0);
+                CloudWeather w = cloud_weather_between(weather_here, weather_there, (here_m - begin) * per_metre);
                 m.steps += 1.0;
-                density = cloud_density_near(layer, point + frame.camera_offset.xyz, share, w, footprint, 2, near);
-                bool found = density > 1e-4;
-                met = found && (ease <= 1.0 || thin);
-                if (met) break;
-                // The same stretch again, in short steps; or on.
-                float on = found ? 0.0 : length_m;
-                t += on;
+                float density = cloud_density_near(layer, point + frame.camera_offset.xyz, share, w,
+                    max(here_m * pixel_rad, 0.2 * unit), 2, near);
+                // In cloud: the same stretch again, in short steps; or on.
+                bool found = density > 1e-4, again = found && ease > 1.0 && !thin;
+                float on = again ? 0.0 : step_m, taken = found ? shell.w * density * on : 0.0;
                 seen += m.open * on;
+                depth += taken;
+                at += taken * here_m;
+                t += on;
                 ease = found ? 1.0 : max(min(ease * 1.4, longer), min(near * slack / unit, 16.0));
+                steps += on > 0.0 && found ? 1 : 0;
+                length_m += found ? on : 0.0;
+                if (depth > spare || steps >= 4 || (!found && depth > 0.0)) break;
             }
-            if (!met) break;
-            float depth = shell.w * density * length_m;
-            float to_sun = depth_to_sun(layer, point, altitude, up_middle, w, footprint);
-            float below = shell.w * density * share * 0.5 * thickness;
-            vec3 source = sun * cloud_sun_source(phases, drops.y, to_sun)
-                + sky * cloud_sky_source(drops.y, to_sun * height_of_sun) + ground * (0.5 / (1.0 + 0.1 * below));
-            float taken = m.open * (1.0 - exp(-depth));
-            vec3 air_past = mix(here.transmittance, there.transmittance, part);
-            m.light += drops.x * taken * air_past * source;
-            m.sum += taken * at;
-            seen += (m.open - 0.5 * taken) * length_m;
+            if (depth <= 0.0) break;
+            at /= depth;
+            vec3 point = ray * at;
+            float altitude = altitude_of(point), share = clamp((altitude - shell.x) * shell.z, 0.0, 1.0);
+            float part = (at - begin) * per_metre, footprint = max(at * pixel_rad, 0.2 * unit);
+            CloudWeather w = cloud_weather_between(weather_here, weather_there, part);
+            float to_sun = depth_to_sun(layer, point, altitude, up_middle, w, footprint), up = to_sun * slab_sun;
+            float down = depth_below(layer, share);
+            float taken = m.open * (1.0 - exp(-depth)), left = exp(-passes * depth);
+            vec3 direct = sun * (once * exp(-to_sun) * cloud_lobes_sum(lobes, 0.5 * depth + to_sun - log(m.open)));
+            vec3 diffuse = sun * cloud_slab_light(model, up, down, slab_sun, harmonics)
+                + drops.x * cloud_from_around(sky, ground, up, down, mu, drops.y);
+            vec3 fit = sun * cloud_sun_source(phases, drops.y, to_sun)
+                + sky * cloud_sky_source(drops.y, to_sun * max(mu_s, 0.15)) + ground * (0.5 / (1.0 + 0.05 * thickness * share * depth / length_m));
+            direct = fitted ? vec3(0.0) : direct;
+            diffuse = fitted ? drops.x * fit : diffuse;
             m.open -= taken;
-            t += length_m;
-            ease = 1.0;
+            // What is left out where nothing behind is seen any more is as bright as the last of it.
+            left = m.open > OPAQUE ? left : 0.0;
+            m.light += mix(here.transmittance, there.transmittance, part) * (taken * direct + m.wide * (1.0 - left) / passes * diffuse);
+            m.wide *= left;
+            m.sum += taken * at;
+            seen -= 0.5 * taken * length_m;
         }
         m.light += max(there.in_scatter - here.in_scatter, 0.0) * (seen * per_metre);
         here = there;
@@ -137,15 +170,14 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, vec2 ph
 }
 
 March march_clouds(vec3 ray, float mu, float end, float shift) {
-    March m = March(vec3(0.0), 1.0, vec3(0.0), vec3(1.0), 0.0, 0.0);
+    March m = March(vec3(0.0), 1.0, 1.0, vec3(0.0), vec3(1.0), 0.0, 0.0);
     float nu = clamp_cos(dot(ray, frame.sun_direction.xyz));
     vec2 spans[2 * CLOUD_VIEW_LAYERS];
     int layers[2 * CLOUD_VIEW_LAYERS];
     // Only those that there are: software GPUs go once through all of a loop's turn, whoever has nothing to do in it.
     int count = cloud_ways(mu, end, spans, layers);
     for (int k = 0; k < count && m.open > OPAQUE; ++k) {
-        int layer = layers[k];
-        march_way(m, layer, ray, spans[k].x, spans[k].y, cloud_phases(nu, cloud_view.droplets[layer].y), shift);
+        march_way(m, layers[k], ray, spans[k].x, spans[k].y, nu, shift);
     }
     // The picture behind brings the light of all its air: what lies before the last cloud is counted already.
     m.light = max(m.light - m.open * m.air_behind, 0.0);
