@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FlightInterface"]
 
+_FRAMES = 240
 _TRACE_LINES = 9
 """Of a traceback that are shown; the log has all."""
 
@@ -41,9 +43,11 @@ class FlightInterface:
         self._scope: Any = None
         self._ui: Any = None
         self._shows = False
-        self._history = FrameHistory()
-        self._settings = SettingsWindow(scene)
+        self._history = FrameHistory(_FRAMES)
+        self._settings = SettingsWindow(scene, self._history)
         self._journey = JourneyWindow()
+        self._logger = logging.getLogger(__package__)
+        self._logger.addHandler(self._settings.log)
 
     def begin(self, state: InputState, app: FlightApp, dt_s: float) -> None:
         """Build the frame's interface, and hide from `state` what it used. Nothing to show: nothing of ImGui runs."""
@@ -77,6 +81,7 @@ class FlightInterface:
             self._ui.render(self._window.framebuffer)
 
     def release(self) -> None:
+        self._logger.removeHandler(self._settings.log)
         if self._ui is not None:
             self._ui.release()
             self._scope.release()

@@ -7,17 +7,18 @@ from typing import TYPE_CHECKING, Any
 from .engine.graph import TextureSpec
 from .flights import paths
 from .systems.debug import NAMED_VIEWS
-from .systems.tweak import PassTime, draw_passes
+from .systems.tweak import FrameHistory, FrameProfile, PassTime, draw_memory, draw_passes, draw_percentiles, draw_stack
 from .views import view, views
 
 if TYPE_CHECKING:
     from .app import FlightApp
     from .scene import Scene
 
-__all__ = ["PassesPage", "ViewPage", "combo"]
+__all__ = ["ProfilerPage", "ViewPage", "combo"]
 
 _LABEL_EM = 11.5
 _FOV_DEG = (2.0, 120.0)
+_BUDGET_MS = 1000.0 / 60.0
 
 
 class ViewPage:
@@ -82,11 +83,14 @@ class ViewPage:
         return self._names[1]
 
 
-class PassesPage:
-    """What the frame's passes cost."""
+class ProfilerPage:
+    """What the frame's passes cost, over time and now; what was skipped and why; memory; automatic quality."""
 
-    def __init__(self) -> None:
+    def __init__(self, history: FrameHistory) -> None:
+        self._history = history
+        self._profile = FrameProfile()
         self._culled = False
+        self._paused = False
 
     def draw(self, imgui: Any, app: FlightApp) -> None:
         """One frame of the page."""
@@ -95,26 +99,74 @@ class PassesPage:
         except Exception:
             imgui.text("nothing has been drawn yet")
             return
+        draw_percentiles(imgui, self._history)
+        self._budget(imgui, app)
         toggled, on = imgui.checkbox("GPU times", plan.gpu_timing)
         if toggled:
             plan.gpu_timing = on
+            self._profile.clear()
         imgui.set_item_tooltip("time stamps around each pass; they cost some time themselves")
         imgui.same_line()
+        self._paused = imgui.checkbox("paused", self._paused)[1]
+        imgui.same_line()
         self._culled = imgui.checkbox("unused passes too", self._culled)[1]
-        imgui.text(f"{plan.memory_bytes() / 2**20:.1f} MiB in the frame's textures and buffers")
-        helps = {declared.name: declared.help for declared in plan.analysis.model.passes}
-        passes = [
-            PassTime(
-                report.name,
-                report.cpu_ms or 0.0,
-                report.gpu_ms,
-                report.skipped_why or "",
-                culled=(report.skipped_why or "").startswith("culled"),
-                help=helps.get(report.name, ""),
-            )
-            for report in app.renderer.passes()
-        ]
+        passes = _pass_times(app)
+        if not self._paused:
+            self._profile.add(passes, plan.gpu_timing)
+        draw_stack(imgui, self._profile, app.pace.auto.budget_ms)
+        draw_memory(imgui, _resources_by_size(plan), _objects(app))
         draw_passes(passes, culled=self._culled)
+
+    def _budget(self, imgui: Any, app: FlightApp) -> None:
+        auto = app.pace.auto
+        toggled, on = imgui.checkbox("hold a frame budget", auto.budget_ms is not None)
+        imgui.set_item_tooltip(
+            "Automatic quality: fewer rows, steps and triangles while frames are late, more while there is room; at"
+            " most one change in 5 s. Frames that are early wait."
+        )
+        if toggled:
+            auto.budget_ms = _BUDGET_MS if on else None
+        if auto.budget_ms is None:
+            return
+        imgui.same_line()
+        imgui.set_next_item_width(-1.0)
+        moved, ms = imgui.slider_float(
+            "##budget", auto.budget_ms, 4.0, 200.0, "%.1f ms", imgui.SliderFlags_.logarithmic
+        )
+        if moved:
+            auto.budget_ms = ms
+        imgui.text_disabled(str(auto.last) if auto.last is not None else f"quality {auto.dial:.2f}, no change yet")
+
+
+def _pass_times(app: FlightApp) -> list[PassTime]:
+    helps = {declared.name: declared.help for declared in app.renderer.graph.analysis.model.passes}
+    return [
+        PassTime(
+            report.name,
+            report.cpu_ms or 0.0,
+            report.gpu_ms,
+            report.skipped_why or "",
+            culled=(report.skipped_why or "").startswith("culled"),
+            help=helps.get(report.name, ""),
+        )
+        for report in app.renderer.passes()
+    ]
+
+
+def _resources_by_size(plan: Any) -> list[tuple[str, int, str]]:
+    specs = plan.analysis.model.specs
+    sizes = [(name, plan.bytes_of(name), _what(specs[name])) for name in plan.resources if name in specs]
+    return sorted(sizes, key=lambda entry: -entry[1])
+
+
+def _what(spec: Any) -> str:
+    return spec.format if isinstance(spec, TextureSpec) else "buffer"
+
+
+def _objects(app: FlightApp) -> list[tuple[str, int]]:
+    counts = app.renderer.gpu.counts()
+    totals = [(owner, sum(kinds.values())) for owner, kinds in counts.items()]
+    return sorted(totals, key=lambda entry: -entry[1])
 
 
 def combo(

@@ -13,12 +13,12 @@ import tomli_w
 
 from ._kinds import KINDS, PLANET_KINDS
 from ._scene_file import planets
-from .app_pages import PassesPage, ViewPage, combo
+from .app_pages import ProfilerPage, ViewPage, combo
 from .engine.settings import latest_revision
 from .errors import OutputError, SceneError, SettingError, UnknownNameError
 from .quality import QUALITY, qualities
 from .scene_presets import load_parts, preset_names, save_preset
-from .systems.tweak import Panel, Workbench, icon
+from .systems.tweak import FrameHistory, LogLines, Panel, Workbench, icon
 from .tweak_store import OPTIONAL, QUALITY_HEADING, SceneStore
 
 if TYPE_CHECKING:
@@ -37,9 +37,9 @@ _SCENE_HEADINGS = tuple(kind.__name__ for kind in KINDS.values())
 
 class SettingsWindow:
     """Draws into an ImGui frame and changes the app and its scene. "reset" goes back to the preset, which at first is
-    how the flight began."""
+    how the flight began. history: frame times. log: the last lines of the log, once it is attached to a logger."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, history: FrameHistory) -> None:
         self._scene = scene
         self._store = SceneStore(scene)
         self._bench: Workbench | None = None
@@ -51,7 +51,12 @@ class SettingsWindow:
         self._preset = ""
         self._name = ""
         self._wrong = ""
-        self._pages = (("View", ViewPage(scene).draw), ("Profiler", PassesPage().draw))
+        self.log = LogLines()
+        self._pages = (
+            ("View", ViewPage(scene).draw),
+            ("Profiler", ProfilerPage(history).draw),
+            ("Log", lambda imgui, app: self.log.draw(imgui)),
+        )
 
     @property
     def bench(self) -> Workbench:

@@ -2,8 +2,11 @@
 
 from .history import Edit, History
 from .hud import FrameHistory, HudData, draw_hud
+from .log_lines import LogLines
 from .panel import Change, Panel
 from .passes import PassTime, draw_passes
+from .profile import FrameProfile, percentiles
+from .profiler import draw_memory, draw_percentiles, draw_stack
 from .style import apply_style, icon
 from .workbench import Store, Workbench
 
@@ -11,14 +14,20 @@ __all__ = [
     "Change",
     "Edit",
     "FrameHistory",
+    "FrameProfile",
     "History",
     "HudData",
+    "LogLines",
     "Panel",
     "PassTime",
     "Store",
     "Workbench",
     "apply_style",
     "draw_hud",
+    "draw_memory",
     "draw_passes",
+    "draw_percentiles",
+    "draw_stack",
     "icon",
+    "percentiles",
 ]
