@@ -20,5 +20,5 @@ class DebugView:
     )
     freeze: bool = knob(
         False,
-        help="Keep the ground's tiles and what of them is drawn, to look at them from elsewhere (quadtree, icosphere)",
+        help="Keep what is drawn of the ground and of the grid's sea, tiles and frustum, to look at it from elsewhere",
     )

@@ -346,7 +346,7 @@ class FlightApp:
     @debug_view.setter
     def debug_view(self, name: str) -> None:
         found = self.scene.world.query(DebugView)
-        if name == "off":
+        if name == "off" and not any(shown.freeze for _, (shown,) in found):
             for entity, _ in list(found):
                 self.scene.world.remove(entity, DebugView)
         elif found:

@@ -10,6 +10,7 @@ from . import ASSETS
 from .app_journey import clock_text
 from .app_journey_window import JourneyWindow
 from .app_panels import SettingsWindow
+from .components import DebugView
 from .engine.gpu import Gpu
 from .engine.input import Focus
 from .faults import Faults
@@ -164,6 +165,8 @@ def _lines(app: FlightApp) -> tuple[str, ...]:
         lines.append(f"time x {app.time_speed:g}")
     if app.debug_view != "off":
         lines.append(f"debug view: {app.debug_view}")
+    if any(shown.freeze for _, (shown,) in app.scene.world.query(DebugView)):
+        lines.append("tiles and frustum are frozen")
     return tuple(lines)
 
 

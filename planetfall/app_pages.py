@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from .components import DebugView
 from .engine.graph import TextureSpec
 from .flights import paths
 from .systems.debug import NAMED_VIEWS
@@ -35,6 +36,7 @@ class ViewPage:
         chosen = combo(imgui, "shows", app.debug_view, ("off", *NAMED_VIEWS), self._resources(app))
         if chosen is not None:
             app.debug_view = chosen
+        self._freeze(imgui, app)
         imgui.separator_text("places")
         chosen = combo(imgui, "go to", "", views(self._scene), tips=lambda name: view(name, self._scene.planet).about)
         if chosen is not None:
@@ -69,6 +71,21 @@ class ViewPage:
         if self._scene.sun.mode != "epoch":
             imgui.text_wrapped("The sun stands still: set Sun epoch_s, and it follows the time.")
         imgui.pop_item_width()
+
+    def _freeze(self, imgui: Any, app: FlightApp) -> None:
+        world = self._scene.world
+        found = world.query(DebugView)
+        frozen = any(shown.freeze for _, (shown,) in found)
+        toggled, on = imgui.checkbox("freeze tiles and frustum", frozen)
+        imgui.set_item_tooltip("keeps what is drawn of the ground and the sea, to fly around it and look")
+        if not toggled:
+            return
+        if not found:
+            self._scene.environment.add(DebugView(freeze=True))
+            return
+        for _, (shown,) in found:
+            shown.freeze = on
+        app.debug_view = app.debug_view  # without a view and without a freeze there is nothing to keep
 
     def _resources(self, app: FlightApp) -> list[str]:
         """Textures of the frame that can be looked at; looked up again when the graph has been compiled anew."""

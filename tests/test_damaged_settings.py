@@ -1,4 +1,4 @@
-"""Settings files damaged in 200 random ways: an error that says what is wrong, or a scene; never a crash, never a loss."""
+"""Settings files damaged in 200 random ways: an error that says what is wrong, or a scene; no crash, no loss."""
 
 from __future__ import annotations
 
@@ -46,7 +46,9 @@ def damaged(text: bytes, draw: random.Random) -> bytes:
     if kind == 7:
         with_numbers = [k for k, line in enumerate(lines) if b"=" in line]
         k = draw.choice(with_numbers)
-        value = draw.choice([b"nan", b"inf", b"-1e400", b'"a text"', b"[]", b"{}", b"true", b"1979-05-27", b"99e99", b""])
+        value = draw.choice(
+            [b"nan", b"inf", b"-1e400", b'"a text"', b"[]", b"{}", b"true", b"1979-05-27", b"99e99", b""]
+        )
         lines[k] = lines[k].partition(b"=")[0] + b"= " + value
         return b"\n".join(lines)
     if kind == 8:
@@ -113,7 +115,9 @@ def test_quality_files(tmp_path: Path) -> None:
     assert refused > 100
 
 
-def test_a_file_that_cannot_be_kept_is_not_replaced(good: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_that_cannot_be_kept_is_not_replaced(
+    good: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("PLANETFALL_PRESETS", str(tmp_path))
     (tmp_path / "mine.toml").write_bytes(good)
     (tmp_path / "mine.toml.old").mkdir()  # in the way

@@ -91,9 +91,11 @@ class CellMesh:
             io.buffer(f"{self.name}.{n}") for n in ("vertices", "bounds", "wanted")
         )
 
-    def attach_visible(self, io: PassIO) -> None:
-        """Take the plan's visible list and arguments."""
+    def attach_visible(self, io: PassIO) -> bool:
+        """Take the plan's visible list and arguments. True where they are others than before: empty ones."""
+        before = self._visible, self._arguments
         self._visible, self._arguments = (io.buffer(f"{self.name}.{n}") for n in ("visible", "arguments"))
+        return before != (self._visible, self._arguments)
 
     def upload(self, cells: CellSet, beside: Topology) -> bool:
         """Take over a selection: two buffer writes. Returns True when the capacity grew: compile the graph again."""

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...components import Ocean, Planet
+from ...components import DebugView, Ocean, Planet
 from ...engine.gpu.cell_mesh import VERTEX_DTYPE, CellMesh
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import revision
@@ -96,7 +96,10 @@ class SeaMeshPasses:
             view.key = key
             changed = self._select(frame, view, ocean, radius, proxy, pixel_angle, edge_px, ground)
         axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
-        view.wanted = (view.mesh.selection, axes, camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
+        wanted = (view.mesh.selection, axes, camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
+        frozen = any(shown.freeze for _, (shown,) in frame.world.query(DebugView))
+        if not (frozen and view.culled == view.wanted and not changed):
+            view.wanted = wanted
         return changed
 
     def _select(
@@ -206,9 +209,9 @@ class SeaMeshPasses:
         return run
 
     def _bind_cull(self, io: PassIO, sea: SeaView) -> Callable[[], None]:
-        sea.mesh.attach_visible(io)
-        sea.culled = None
         cells = io.buffer("ocean.cells") if sea.waves.moves else None
+        if sea.mesh.attach_visible(io) or cells is not sea.list:  # else what is in them still holds
+            sea.culled, sea.list = None, cells
 
         def run() -> None:
             sea.mesh.cull(self._cull, _WATER_ONLY, hides=not sea.from_below)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...components import Ocean, Planet
+from ...components import DebugView, Ocean, Planet, Terrain
 from ...engine.frame_block import FRAME_BINDING, PLANET_BINDING, FrameBlock, PlanetBlock
 from ...engine.space import frustum_planes, near_plane_m, projection_terms, sphere_outside
 from ...engine.surface.field import HeightField
@@ -84,6 +84,9 @@ class ProxySystem(System):
             return np.maximum(ground(directions), level)
 
         view = self._views.get(frame.view_index)
+        if view is not None and field is self._field and self._frozen(frame):
+            self._write_blocks(frame, view, radius, field, sea)
+            return
         fraction = float(frame.settings.get("proxy.fraction", 0.25))
         cell = snap_proxy(
             frame.camera.position_m,
@@ -100,6 +103,13 @@ class ProxySystem(System):
             frame.world.set_resource(f"proxy.{frame.view_index}", view)
         self._field = field
         self._write_blocks(frame, view, radius, field, sea)
+
+    @staticmethod
+    def _frozen(frame: Frame) -> bool:
+        """Whether the grid is to stay where it is, as DebugView.freeze; other backends hold their tiles themselves."""
+        terrain = frame.world.try_get(frame.planet, Terrain)
+        grid = terrain is None or terrain.backend == "grid"
+        return grid and any(shown.freeze for _, (shown,) in frame.world.query(DebugView))
 
     @staticmethod
     def _planet_out_of_view(frame: Frame, radius: float, field: HeightField | None) -> bool:

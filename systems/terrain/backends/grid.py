@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ....components import Ocean, Planet
+from ....components import DebugView, Ocean, Planet
 from ....engine.gpu import GpuScope
 from ....engine.gpu.cell_mesh import CellMesh
 from ....engine.gpu.layout import Vec4
@@ -130,7 +130,11 @@ class GridBackend(Backend):
         tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
         axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
         view.keep_dh_m = heights_seen(frame, proxy.anchor_height_m)
-        view.wanted = (*view.drawn(), axes, tangents, view.keep_dh_m)
+        wanted = (*view.drawn(), axes, tangents, view.keep_dh_m)
+        frozen = any(shown.freeze for _, (shown,) in frame.world.query(DebugView))
+        fading = fade is not None and fade.running
+        if not (frozen and view.culled == view.wanted and not fading):
+            view.wanted = wanted
         self._ubo.bind()
 
     def _select(
@@ -226,10 +230,11 @@ class GridBackend(Backend):
         return run
 
     def _bind_cull(self, io: PassIO, grid: _GridView) -> Callable[[], None]:
-        grid.mesh.attach_visible(io)
+        fresh = grid.mesh.attach_visible(io)
         if grid.fade is not None:
-            grid.fade.mesh.attach_visible(io)
-        grid.culled = None
+            fresh = grid.fade.mesh.attach_visible(io) or fresh
+        if fresh:  # else what is in them still holds, which a freeze hangs on
+            grid.culled = None
 
         def run() -> None:
             grid.drawn_mesh().cull(self._cull, grid.keep_dh_m)
