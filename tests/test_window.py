@@ -62,6 +62,19 @@ def test_keys_and_mouse(run_window: RunWindow, backend: str) -> None:
 
 
 @pytest.mark.window
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_settings_with_a_real_mouse(run_window: RunWindow, backend: str) -> None:
+    seen = run_window("tweak_by_clicks", backend, timeout=150)
+    if "skipped" in seen:
+        pytest.skip(seen["skipped"])
+    assert not seen["imgui before"]  # nothing of it is imported before something shows
+    assert seen["panels"] and seen["drawn"] and seen["error"] == "" and seen["gl"] == "GL_NO_ERROR"
+    assert seen["dragged"] > seen["first"]
+    assert seen["steps"] == 1
+    assert seen["undone"] and seen["done again"]
+
+
+@pytest.mark.window
 def test_guest_in_a_pyglet_game(run_window: RunWindow) -> None:
     seen = run_window("pyglet_guest")
     assert seen["same"]

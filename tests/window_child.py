@@ -276,6 +276,82 @@ def refused(backend: str, version: str = "4.3") -> dict[str, Any]:
     return {"error": None}
 
 
+def tweak_by_clicks(backend: str) -> dict[str, Any]:
+    """The settings with a real mouse and real keys: F3, drag a slider, Ctrl Z, Ctrl Y."""
+    if shutil.which("xdotool") is None:
+        return {"skipped": "no xdotool"}
+    import planetfall as pf
+    from planetfall.app import FlightApp
+    from planetfall.app_interface import FlightInterface
+    from planetfall.systems.tweak import panel
+
+    boxes: dict[str, tuple[float, float, float]] = {}
+    original = panel.edit
+
+    def recorded(imgui: Any, rule: Any, value: Any) -> Any:
+        low, width = imgui.get_cursor_screen_pos(), imgui.calc_item_width()
+        boxes[rule.name] = (low.x, low.x + width, low.y + imgui.get_frame_height() / 2)
+        return original(imgui, rule, value)
+
+    panel.edit = recorded
+    session = Session(backend)
+    window = session.window
+    window.size = (480, 400)
+    session.until(lambda: window.framebuffer_size == (480, 400), 2.0)
+    scene = pf.load_scene("asteroid")
+    renderer = pf.Renderer(scene, (480, 400), "low", ctx=window.ctx)
+    interface = FlightInterface(window, scene)
+    app = FlightApp(window, renderer, scene, interface=interface, quality="low")
+    app.time_runs = app.shown.help = app.shown.numbers = False
+    composite = scene.environment[pf.Composite]
+    imported = "imgui_bundle" in sys.modules
+
+    def until(done: Callable[[], bool], seconds: float = 20.0) -> bool:
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            app.frame()
+            if done():
+                return True
+        return False
+
+    until(lambda: False, 0.3)
+    result: dict[str, Any] = {"imgui before": imported or "imgui_bundle" in sys.modules, "first": composite.bloom}
+    found = xdotool("search", "--sync", "--onlyvisible", "--name", window.title).split()[-1]
+    xdotool("windowfocus", found)
+    until(lambda: False, 0.3)
+    xdotool("key", "F3")
+    result["panels"] = until(lambda: app.shown.panels)
+    interface._settings._panel.search = "bloom"
+    result["drawn"] = until(lambda: "bloom" in boxes)
+    until(lambda: False, 0.3)
+    x0, x1, y = boxes["bloom"]
+
+    def point(share: float) -> None:
+        xdotool("mousemove", "--window", found, str(round(x0 + share * (x1 - x0))), str(round(y)))
+        until(lambda: False, 0.4)
+
+    point(0.1)
+    xdotool("mousedown", "1")
+    until(lambda: False, 0.4)
+    for share in (0.3, 0.5, 0.7):
+        point(share)
+    result["dragged"] = composite.bloom
+    xdotool("mouseup", "1")
+    until(lambda: not interface._settings.bench.history._open)
+    result["steps"] = len(interface._settings.bench.history)
+    xdotool("key", "ctrl+z")
+    result["undone"] = until(lambda: composite.bloom == result["first"])
+    xdotool("key", "ctrl+y")
+    result["done again"] = until(lambda: composite.bloom == result["dragged"])
+    result["error"] = app.shown.error
+    interface.release()
+    renderer.release()
+    scene.release()
+    result["gl"] = window.ctx.error
+    window.close()
+    return result
+
+
 if __name__ == "__main__":
     logging.basicConfig(level=logging.WARNING)
     answer = globals()[sys.argv[1]](*sys.argv[2:])

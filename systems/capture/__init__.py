@@ -2,6 +2,7 @@
 
 from .animation import write_gif
 from .arrays import read_arrays, write_arrays
+from .exr import write_exr
 from .files import CaptureError, require_writable, written_beside
 from .frames import NumberedFrames
 from .png import read_png_settings, write_png
@@ -17,6 +18,7 @@ __all__ = [
     "read_png_settings",
     "require_writable",
     "write_arrays",
+    "write_exr",
     "write_gif",
     "write_png",
     "write_video",

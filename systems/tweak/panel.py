@@ -33,12 +33,14 @@ class Panel:
     """Draws components inside an ImGui frame and reports what the user changed.
 
     search: only fields whose name, help or group contains these words are drawn. only_changed: only those that differ
-    from their default. Both may be set from code, or by the user with `draw_search`.
+    from their default. Both may be set from code, or by the user with `draw_search`. unfold: headings that open with
+    the next frame.
     """
 
     def __init__(self) -> None:
         self.search = ""
         self.only_changed = False
+        self.unfold: set[str] = set()
         self._errors: dict[tuple[str, str], str] = {}
 
     def draw_search(self) -> None:
@@ -104,7 +106,8 @@ class Panel:
             rules = rules_of(type(component)).values()
             if searching and not any(self._matches(type(component), r, component, preset) for r in rules):
                 continue
-            if searching:
+            if searching or heading in self.unfold:
+                self.unfold.discard(heading)
                 imgui.set_next_item_open(True)
             count = sum(_differs(component, r, preset) for r in rules)
             if count:

@@ -23,6 +23,7 @@ _DIGITS = 6
 def edit(imgui: Any, rule: FieldRule, value: Any) -> Any:
     """Draw the widget of a field (labels hidden); returns `value` itself while nothing was changed."""
     if rule.optional:
+        width = imgui.calc_item_width()
         toggled, wanted = imgui.checkbox("##set", value is not None)
         if toggled:
             return _first_value(rule) if wanted else None
@@ -32,7 +33,7 @@ def edit(imgui: Any, rule: FieldRule, value: Any) -> Any:
             return value
         imgui.same_line()
         box = imgui.get_frame_height() + imgui.get_style().item_spacing.x
-        imgui.set_next_item_width(imgui.calc_item_width() - box)
+        imgui.set_next_item_width(width - box)
     if rule.kind == "bool":
         return bool(imgui.checkbox("##value", value)[1])
     if rule.kind == "str":
