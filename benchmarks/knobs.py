@@ -13,6 +13,7 @@ from typing import Any
 
 from .. import (
     Atmosphere,
+    Clouds,
     Composite,
     DebugView,
     Exposure,
@@ -36,6 +37,7 @@ COMPONENTS: dict[str, type] = {
     "terrain": Terrain,
     "ocean": Ocean,
     "atmosphere": Atmosphere,
+    "clouds": Clouds,
     "sun": Sun,
     "stars": Stars,
     "exposure": Exposure,
@@ -102,6 +104,8 @@ HAZE = {
     "atmosphere.mie_extinction_per_m": (4.4e-5, 4.4e-5, 4.4e-5),
     "atmosphere.mie_scattering_per_m": (4.0e-5, 4.0e-5, 4.0e-5),
 }
+FOG = {"clouds.density_model": "uniform", "clouds.base_m": 1200.0, "clouds.extinction_per_m": 2e-3}
+"""A layer that is alike all over."""
 OZONE = {"atmosphere.absorption_per_m": (3.0e-6, 1.0e-5, 4.0e-7)}
 
 PAIRS: dict[str, Pair] = {
@@ -193,6 +197,16 @@ PAIRS: dict[str, Pair] = {
     "atmosphere.absorption_half_width_m": Pair("earth", "dusk", 3000.0, both=OZONE),
     "atmosphere.ground_albedo": Pair("earth", "noon", (0.9, 0.9, 0.9)),
     "atmosphere.night_light": Pair("earth", "night", 100.0),
+    "clouds.base_m": Pair("earth", "sea", 300.0, clouds=True),
+    "clouds.top_m": Pair("earth", "sea", 2000.0, clouds=True),
+    "clouds.extinction_per_m": Pair("earth", "coast", 0.001, clouds=True),
+    "clouds.albedo": Pair("earth", "orbit", 0.9, clouds=True),
+    "clouds.asymmetry": Pair("earth", "sunset", 0.2, clouds=True),
+    "clouds.density_model": Pair("earth", "coast", "uniform", both={"clouds.extinction_per_m": 1e-3}, clouds=True),
+    "clouds.height_profile": Pair("earth", "sea", "none", both=FOG, clouds=True),
+    "clouds.coverage": Pair("earth", "orbit", 0.0, clouds=True),
+    "clouds.wind_speed_m_s": Pair("earth", "glint", 300.0, clouds=True),
+    "clouds.layers": Pair("earth", "sunset", (), clouds=True),
     "sun.irradiance": Pair("earth", "orbit", (1.5, 1.0, 0.6)),
     "sun.angular_radius_rad": Pair("earth", "limb", 0.03, both=NO_BLOOM, least=0.0, least_worst=0.3),
     "stars.density": Pair("earth", "night", 0.0, least=0.0, least_worst=0.3),
@@ -215,6 +229,8 @@ NOT_IN_A_PICTURE: dict[str, str] = {
     "debug.freeze": "a still camera sees the same; see test_tiles",
     "atmosphere.method": "the same air by another method, meant to look alike; see test_air_paper",
     "atmosphere.wavelengths_nm": "says what the three numbers belong to and changes none",
+    "clouds.method": "how pf.CloudProbe marches; see test_cloud_paper",
+    "clouds.weather_map": "needs a file; see test_weather_map",
     "composite.dither": "less than one step of 8 bits: has a test of its own",
     "ocean.method": "the same waves by another method; see test_waves",
     "planet.position_m": "one planet is drawn around its own centre",

@@ -1,4 +1,4 @@
-"""Makes the pictures of README.md from real runs: `python docs/make_images.py [view ...]`."""
+"""Makes the pictures of README.md from real runs: `python docs/make_images.py [picture ...]`."""
 
 import io
 import sys
@@ -10,9 +10,12 @@ from rich.console import Console
 import planetfall as pf
 
 FOLDER = Path(__file__).parent / "images"
-VIEWS = ("space", "orbit", "coast", "valley", "near", "glint", "beach")
-CLOUDY = {"clouds": "sea"}
-"""Pictures of a scene with clouds, and their views."""
+PICTURES = {
+    **{view: view for view in ("space", "orbit", "coast", "valley", "near", "glint", "beach")},
+    "clouds": "sea",
+    "above": "high",
+}
+"""Pictures, and the views that they are of."""
 SIZE = (960, 540)
 LARGEST_BYTES = 150_000
 
@@ -20,19 +23,11 @@ LARGEST_BYTES = 150_000
 def main(names: list[str]) -> None:
     console = Console()
     FOLDER.mkdir(exist_ok=True)
-    wanted = names or [*VIEWS, *CLOUDY]
-    for cloudy in (False, True):
-        views = {name: CLOUDY.get(name, name) for name in wanted if (name in CLOUDY) == cloudy}
-        if not views:
-            continue
-        scene = pf.load_scene("earth")
-        if cloudy:
-            scene.planet.add(pf.Clouds())
-        with pf.Renderer(scene, SIZE, "high") as renderer:
-            for name, view in views.items():
-                file = FOLDER / f"{name}.jpg"
-                file.write_bytes(as_jpeg(renderer.snapshot(pf.view(view)).image))
-                console.print(f"wrote {file} ({file.stat().st_size / 1000:.0f} kB)")
+    with pf.Renderer(pf.load_scene("earth"), SIZE, "high") as renderer:
+        for name in names or PICTURES:
+            file = FOLDER / f"{name}.jpg"
+            file.write_bytes(as_jpeg(renderer.snapshot(pf.view(PICTURES[name])).image))
+            console.print(f"wrote {file} ({file.stat().st_size / 1000:.0f} kB)")
 
 
 def as_jpeg(picture: Image.Image) -> bytes:

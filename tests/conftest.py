@@ -12,13 +12,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from planetfall import ASSETS
+from planetfall import ASSETS, load_scene
+from planetfall._scene_file import PRESETS, describe
 from planetfall.engine.gpu import Gpu, GpuScope
 from planetfall.engine.hosts.headless import create_headless
 
@@ -43,6 +45,34 @@ def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PLANETFALL_CACHE", str(tmp_path_factory.mktemp("cache")))
         patch.setenv("PLANETFALL_CONFIG", str(tmp_path_factory.mktemp("config")))
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def clear_skies() -> Iterator[None]:
+    """Presets have no clouds in tests, which are about what lies below them and would wait for them.
+
+    Tests of clouds bring their own, or take presets with `planetfall.benchmarks.scenes.preset_scene(name, True)`;
+    programs that a test starts see presets as they are.
+    """
+    kept = [False]
+
+    def clear(source: Any) -> Any:
+        found = describe(source)
+        preset = found.path.parent == PRESETS / "planets"
+        components = {table: part for table, part in found.components.items() if table != "clouds"}
+        return replace(found, components=components) if preset and not kept[0] else found
+
+    def whole(source: Any) -> Any:
+        kept[0] = True
+        try:
+            return load_scene(source)
+        finally:
+            kept[0] = False
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("planetfall.scene.describe", clear)
+        patch.setattr("planetfall.benchmarks.scenes.load_scene", whole)
         yield
 
 

@@ -84,6 +84,11 @@ MACHINE_BOUND = {
 fragments write depth, and 0.8 is what other debug views differ by. Errors of a thousandth of a pixel: 0.001."""
 
 
+def cloud_picture(name: str, view: str, changes: Mapping[str, Any] | None = None, **parts: Any) -> Picture:
+    """A view of earth with its clouds."""
+    return Picture(f"clouds/{name}", "earth", view, changes=changes or {}, clouds=True, **parts)
+
+
 def knob_picture(name: str, planet: str, view: str, changes: Mapping[str, Any], free: bool = False) -> Picture:
     """A small picture with settings changed."""
     return Picture(f"knobs/{name}", planet, view, KNOB_SIZE, changes, free=free)
@@ -120,7 +125,7 @@ DEBUG_VIEWS = (
 )
 
 VIEW_PICTURES: tuple[Picture, ...] = (
-    *(Picture(f"earth/{view}", "earth", view) for view in pf.views("earth")),
+    *(Picture(f"earth/{view}", "earth", view, clouds=view == "clouds") for view in pf.views("earth")),
     *(Picture(f"{planet}/{view}", planet, view) for planet in OTHER_PLANETS for view in ("space", "near")),
     *(Picture(f"props/{view}", "props", view) for view in ("ground", "beach")),
     *(Picture(f"{planet}/{view}", planet, view) for planet in AIRY_PLANETS for view in ("sunset", "limb", "high")),
@@ -185,7 +190,22 @@ KNOB_PICTURES: tuple[Picture, ...] = (
     *(debug_picture(name) for name in DEBUG_VIEWS),
 )  # fmt: skip
 
-GOLDENS: tuple[Picture, ...] = (*VIEW_PICTURES, *KNOB_PICTURES)
+CLOUD_PICTURES: tuple[Picture, ...] = (
+    cloud_picture("cumulus", "sea"),
+    cloud_picture("overcast", "coast", {"clouds.coverage": 0.95}),
+    cloud_picture("dusk", "dusk"),
+    cloud_picture("sunset", "sunset"),
+    cloud_picture("above", "high"),
+    cloud_picture("shadows", "coast"),
+    cloud_picture("orbit", "orbit"),
+    cloud_picture("limb", "limb"),
+    cloud_picture("terminator", "terminator"),
+    cloud_picture("disc", "space"),
+)
+"""Fair weather from the ground, a closed sky, low suns, a sea of clouds from 10 km, shadows on land and sea, day's edge
+from 400 and 2000 km, and the full disc; earth/clouds is inside."""
+
+GOLDENS: tuple[Picture, ...] = (*VIEW_PICTURES, *KNOB_PICTURES, *CLOUD_PICTURES)
 
 
 def pair_picture(key: str, pair: Pair, value: Any) -> Picture:

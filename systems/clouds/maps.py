@@ -37,8 +37,8 @@ _SLOPE = 1.5
 class WeatherMaps:
     """What is shown of the weather: two textures and the share of the second. size: texels a side, no border."""
 
-    def __init__(self, gpu: GpuScope, size: int, seed: int) -> None:
-        self._gpu, self.size, self._seed = gpu, size, seed
+    def __init__(self, gpu: GpuScope, size: int) -> None:
+        self._gpu, self.size, self._seed = gpu, size, 0
         self._cover: NDArray[np.float32] | None = None
         self._cover_texture: Any = None
         self._program = gpu.compute("clouds/weather.comp", self._defines())
@@ -67,8 +67,10 @@ class WeatherMaps:
         """The map of this number, if it is held whole."""
         return next((self._textures[chart.slot] for chart in self.charts.all if chart.is_of(number)), None)
 
-    def take(self, coverage: float, cover: NDArray[np.float32] | None) -> None:
+    def take(self, coverage: float, cover: NDArray[np.float32] | None, seed: int = 0) -> None:
         """From now on maps have this mean cover, or that of `cover` (imported.imported_cover)."""
+        if seed != self._seed:
+            self._seed, self._coverage = seed, -1.0
         if cover is not self._cover:
             self._cover = cover
             for made in (self._program, *((self._cover_texture,) if self._cover_texture is not None else ())):
@@ -153,4 +155,4 @@ class WeatherMaps:
                 program.set("u_balance", self._balance)
             program.set("u_cyclones", w.cyclones_at(time_s, self._seed))
         program.set("u_texel_rad", math.sqrt(4.0 * math.pi) / self.size)
-        program.set("u_life", w.generations_at(time_s))
+        program.set("u_life", w.generations_at(time_s, self._seed))

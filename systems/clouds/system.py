@@ -62,7 +62,7 @@ class CloudSystem(System):
         self._shape = make_volume(gpu, _SHAPE, int(settings["clouds.shape_texels"]))
         self._rims = make_volume(gpu, _RIMS, int(settings["clouds.rim_texels"]))
         write_filter(self._block, self._shape, self._rims)
-        self._maps = WeatherMaps(gpu, int(settings["clouds.map_texels"]), 1)
+        self._maps = WeatherMaps(gpu, int(settings["clouds.map_texels"]))
         defines = {"STRIDE": self._stride}
         slabs = march_defines(settings)
         self._view = ViewMarch(gpu, setup.world, self.name, self._stride, slabs)
@@ -139,7 +139,7 @@ class CloudSystem(System):
         first = billows[0] if billows else component
         self._thickness_m = float(first.top_m - first.base_m)
         coverage = float(first.coverage) or 0.6
-        self._maps.take(coverage, cover)
+        self._maps.take(coverage, cover, int(component.weather_seed))
         present = [layer for layer in (component, *component.layers) if any(layer is one for one in self._layers)]
         numbers = [next(i for i, one in enumerate(present) if one is layer) for layer in self._layers]
         write_layers(self._block, self._layers, coverage, numbers)

@@ -38,14 +38,14 @@ def moment_of(time_s: float) -> Moment:
     return Moment(first, steps - first)
 
 
-def generations_at(time_s: float) -> NDArray[np.float32]:
+def generations_at(time_s: float, seed: int = 0) -> NDArray[np.float32]:
     """(2, 4): seed, age from -0.5 to 0.5 of a life, weight; the squares of the weights add up to one."""
     found = np.zeros((2, 4))
     for j in range(2):
         lives = time_s / _LIFE_S + 0.5 * j
         number = math.floor(lives)
         age = lives - number - 0.5
-        found[j, :3] = 64 * (2 * (number % 4096) + j), age, math.cos(math.pi * age)
+        found[j, :3] = 64 * ((2 * number + j + 977 * seed) % 8192), age, math.cos(math.pi * age)
     found[:, 2] /= math.hypot(*found[:, 2])
     return found.astype(np.float32)
 
