@@ -206,6 +206,7 @@ PAIRS: dict[str, Pair] = {
     "clouds.height_profile": Pair("earth", "sea", "none", both=FOG, clouds=True),
     "clouds.coverage": Pair("earth", "orbit", 0.0, clouds=True),
     "clouds.wind_speed_m_s": Pair("earth", "glint", 300.0, clouds=True),
+    "clouds.weather_seed": Pair("earth", "orbit", 5, clouds=True),
     "clouds.layers": Pair("earth", "sunset", (), clouds=True),
     "sun.irradiance": Pair("earth", "orbit", (1.5, 1.0, 0.6)),
     "sun.angular_radius_rad": Pair("earth", "limb", 0.03, both=NO_BLOOM, least=0.0, least_worst=0.3),

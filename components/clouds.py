@@ -72,7 +72,7 @@ class Clouds(CloudLayer):
     """
 
     layers: tuple[CloudLayer, ...] = knob((), help="Further layers, each with the fields of the first")
-    weather_seed: int = knob(0, 0, 2**31 - 1, help="Which weather the planet has", group="weather", widget="seed")
+    weather_seed: int = knob(0, 0, 2**31 - 1, help="Which of the many weathers", group="weather")
     weather_map: str = knob(
         "",
         help="Cover all around, 0 clear to 1 covered, in place of the made weather: a PNG, EXR, TIFF or .npy, "
