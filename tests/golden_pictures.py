@@ -97,9 +97,14 @@ def knob_picture(name: str, planet: str, view: str, changes: Mapping[str, Any], 
 def debug_picture(name: str) -> Picture:
     """A debug view. Those of triangles and of surfaces need pixels or water to show anything."""
     fine = name in ("wireframe", "error_px", "snap_overlay")
-    view = "coast" if name == "surface" else "ground" if name == "lod" else "near"
+    view = (
+        "coast" if name == "surface" else "ground" if name == "lod" else "sea" if name.startswith("cloud_") else "near"
+    )
     size = VIEW_SIZE if fine else KNOB_SIZE
-    return Picture(f"knobs/debug_{name}", "earth", view, size, {"debug.view": name}, allowed=MACHINE_BOUND.get(name))
+    return Picture(
+        f"knobs/debug_{name}", "earth", view, size, {"debug.view": name}, allowed=MACHINE_BOUND.get(name),
+        clouds=name.startswith("cloud_"),
+    )  # fmt: skip
 
 
 ONE_WAVE = {
@@ -122,6 +127,8 @@ DEBUG_VIEWS = (
     "error_px",
     "snap_overlay",
     "holes",
+    "cloud_tiles",
+    "cloud_steps",
 )
 
 VIEW_PICTURES: tuple[Picture, ...] = (
@@ -192,11 +199,12 @@ KNOB_PICTURES: tuple[Picture, ...] = (
 
 CLOUD_PICTURES: tuple[Picture, ...] = (
     cloud_picture("cumulus", "sea"),
-    cloud_picture("overcast", "coast", {"clouds.coverage": 0.95}),
+    cloud_picture("overcast", "coast"),
+    cloud_picture("low_sun", "glint"),
     cloud_picture("dusk", "dusk"),
-    cloud_picture("sunset", "sunset"),
     cloud_picture("above", "high"),
-    cloud_picture("shadows", "coast"),
+    cloud_picture("shadows", "noon"),
+    cloud_picture("shafts", "sunset"),
     cloud_picture("orbit", "orbit"),
     cloud_picture("limb", "limb"),
     cloud_picture("terminator", "terminator"),

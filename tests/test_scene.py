@@ -222,7 +222,7 @@ def test_forgotten_scenes_are_freed():
 
 def test_view_names():
     assert pf.views() == list(VIEWS)
-    assert "clouds" not in pf.views("earth") and "beach" in pf.views("earth")
+    assert "clouds" not in pf.views("mars") and {"clouds", "beach"} <= set(pf.views("earth"))
     for dry in ("mars", "moon", "asteroid"):
         assert not {"coast", "beach", "sea", "under", "glint", "glitter", "shallows", "waterline"} & set(pf.views(dry))
     assert "high" not in pf.views("asteroid")

@@ -190,7 +190,8 @@ class CloudSystem(System):
         texel_m = radius * np.sqrt(4.0 * np.pi) / self._maps.size
         self._block.weather = (charts.share, self._maps.size, BORDER, texel_m)
         present = bool(self._layers)
-        self._shadow.place(frame, self._block, self._first, self._wind_m_s, self._stamp, radius, present)
+        shown = (self._stamp, charts.cuts, charts.steady)
+        self._shadow.place(frame, self._block, self._first, self._wind_m_s, shown, radius, present)
         self._shafts.place(frame, self._block.counts[2], self._thickness_m, radius, self._shadow.maps)
         self._ubo.write(self._block)
         self._ubo.bind()
@@ -312,8 +313,8 @@ class CloudSystem(System):
         return run
 
     def settled(self) -> bool:
-        """Whether every pixel of a still picture has had its own ray, and no map of the shadow is due."""
-        return not self._seen or (self._past.complete and not self._shadow.due)
+        """Whether every pixel of a still picture has had its own ray, and no map of shadow or weather is due."""
+        return not self._seen or (self._past.complete and not self._shadow.due and self._maps.charts.steady)
 
     def progress(self) -> float:
         """Share of the pixels of a still picture that have had their rays."""
