@@ -71,11 +71,13 @@ class CloudMethods(CloudSystem):
         self._use(frame.world.get(frame.planet, Clouds), frame.settings)
         self._check(frame)
         if self._paper is None:
+            self.moving = None
             super().update(frame)
             return
         before = self._paper.seen
         self._paper.update(frame, refresh=self._good)
         self.structure += self._paper.seen != before
+        self.moving = not self._paper.settled()
 
     def _check(self, frame: Frame) -> None:
         """Clouds that cannot be are told of once, by a SettingError; frames after it show those from before."""
