@@ -122,3 +122,12 @@ def test_the_block_has_only_layers_that_take_light() -> None:
     assert block.shells[0][3] == pytest.approx(2e-4)
     assert block.weather[0][1] == 1.0
     assert not model.uniform
+
+
+def test_a_map_with_nan_is_refused_where_it_is_added(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    cover = np.full((64, 128), 0.5, np.float32)
+    cover[10, 20] = np.nan
+    np.save(tmp_path / "cover.npy", cover)
+    scene = planet_of(even(1000.0, 2000.0, 1e-3))
+    with pytest.raises(pf.SceneError, match=r"cover\.npy.*(NaN|nan|finite)"):
+        scene.planet.add(pf.Clouds(weather_map=str(tmp_path / "cover.npy")))
