@@ -16,14 +16,14 @@ PICTURES = {
     "above": "high",
 }
 """Pictures, and the views that they are of."""
-SIZE = (960, 540)
+SIZE, QUALITY = (960, 540), "medium"
 LARGEST_BYTES = 150_000
 
 
 def main(names: list[str]) -> None:
     console = Console()
     FOLDER.mkdir(exist_ok=True)
-    with pf.Renderer(pf.load_scene("earth"), SIZE, "high") as renderer:
+    with pf.Renderer(pf.load_scene("earth"), SIZE, QUALITY) as renderer:
         for name in names or PICTURES:
             file = FOLDER / f"{name}.jpg"
             file.write_bytes(as_jpeg(renderer.snapshot(pf.view(PICTURES[name])).image))
