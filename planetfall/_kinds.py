@@ -20,7 +20,7 @@ from .components import (
 )
 from .engine.settings import install
 
-__all__ = ["KINDS", "PLANET_KINDS", "PRESETS", "PROP_KINDS", "SCENE_KINDS"]
+__all__ = ["KINDS", "PLANET_KINDS", "PRESETS", "PROP_KINDS", "SCENE_KINDS", "add_kind", "remove_kind"]
 
 PRESETS = ASSETS / "presets"
 
@@ -40,3 +40,15 @@ PROP_KINDS: dict[str, type] = {"transform": Transform, "shape": Shape}
 
 for _kind in (*KINDS.values(), *PROP_KINDS.values(), DebugView, CloudLayer):
     install(_kind)
+
+
+def add_kind(table: str, kind: type, place: str) -> None:
+    """One more component, of a game's: place is "planet" or "scene". `extend.register` checks and calls this."""
+    install(kind)
+    KINDS[table] = (PLANET_KINDS if place == "planet" else SCENE_KINDS)[table] = kind
+
+
+def remove_kind(table: str) -> None:
+    """The opposite of add_kind."""
+    for kinds in (KINDS, PLANET_KINDS, SCENE_KINDS):
+        kinds.pop(table, None)

@@ -12,7 +12,7 @@ import moderngl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import ASSETS, queries
+from . import ASSETS, extend, queries
 from .arguments import check_moment, check_size
 from .camera import Camera
 from .components import Planet
@@ -53,8 +53,9 @@ class Renderer:
 
     scene: see load_scene. size: (width, height) in pixels. quality: low, medium, high, ultra or reference. overrides:
     {"terrain.edge_px": 8.0, ...}, any knob by its dotted key. ctx: a host's current moderngl context, or None for a
-    headless one of its own. systems: further System classes of a game. guard: with a host's ctx, give the host
-    its GL state back after every call (0.13 ms a frame); a host that sets all its own state each frame may say False.
+    headless one of its own. systems: further System classes of a game, beside those of `extend.register`. guard: with
+    a host's ctx, give the host its GL state back after every call (docs/embedding.md says what that costs); a host that
+    sets all its own state each frame may say False.
     One thread a renderer; release() frees every GL object.
 
     Raises SizeError, SettingError, NoEGLError, GLVersionError before any GPU work.
@@ -84,16 +85,16 @@ class Renderer:
         if ctx is None:
             from .engine.hosts.headless import create_headless
 
-            self.gpu = Gpu(create_headless(), [ASSETS / "shaders"])
+            self.gpu = Gpu(create_headless(), [ASSETS / "shaders", *extend.shader_folders()])
         else:
-            host = attach(ctx, [ASSETS / "shaders"])
+            host = attach(ctx, [ASSETS / "shaders", *extend.shader_folders()])
             self.gpu = host.gpu
             self._host = host if guard else None
         self._own_context = ctx is None
         self.ctx = self.gpu.ctx
         check_size(size, self.gpu.caps.max_texture_size)
         self.size = (int(size[0]), int(size[1]))
-        self._systems: list[System] = [cls() for cls in (*SYSTEMS, *systems)]
+        self._systems: list[System] = [cls() for cls in (*SYSTEMS, *extend.registered_systems(), *systems)]
         self._scopes: dict[str, Any] = {}
         self._graph_scope = self.gpu.scope("graph")
         self._backend = GLBackend(self._graph_scope)
