@@ -39,4 +39,5 @@ def height_drawn(renderer: Renderer, directions: NDArray[np.float64]) -> NDArray
         return np.full(len(directions), np.nan)
     unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     with renderer.current():
-        return system.backend.height_drawn(unit, renderer.scene.world.resource("proxy.0"))
+        index = renderer._view_index
+        return system.backend.height_drawn(unit, renderer.scene.world.resource(f"proxy.{index}"), index)

@@ -30,6 +30,7 @@ from .faults import Faults, draw_without_faults
 from .host_space import HostDepth
 from .outputs import OUTPUTS, exports_for, read_output
 from .quality import checked_live, resolve_quality
+from .render_view import RenderView
 from .rest import Rest
 from .scene import Scene
 from .snapshot import Snapshot
@@ -94,6 +95,9 @@ class Renderer:
         self.ctx = self.gpu.ctx
         check_size(size, self.gpu.caps.max_texture_size)
         self.size = (int(size[0]), int(size[1]))
+        self._views: list[RenderView] = []
+        self._view_index = 0
+        self._gates = 0  # how often systems came or went
         self._systems: list[System] = [cls() for cls in (*SYSTEMS, *extend.registered_systems(), *systems)]
         self._scopes: dict[str, Any] = {}
         self._graph_scope = self.gpu.scope("graph")
@@ -221,6 +225,14 @@ class Renderer:
             self.settle(camera, time_s)
         return Snapshot(self.render(camera, time_s)["color"])
 
+    def add_view(self, size: tuple[int, int]) -> RenderView:
+        """One more picture of the same scene, of any size: split screen, map, mirror. It shares tiles and tables."""
+        taken = {view.index for view in self._views}
+        index = next(n for n in range(1, len(taken) + 2) if n not in taken)
+        with self._guest():
+            self._views.append(RenderView(self, index, size))
+        return self._views[-1]
+
     def resize(self, size: tuple[int, int]) -> None:
         """A new picture size; history (exposure) starts again only where it must."""
         with self._guest():
@@ -314,6 +326,8 @@ class Renderer:
         if self.released:
             return
         with self._guest():
+            for view in list(self._views):
+                view.release()
             self.released = True
             if self._plan is not None:
                 self._plan.release()
@@ -421,7 +435,7 @@ class Renderer:
             self._frame = Frame(self.scene.world, planet, self.size, state, sun, settings=self.settings)
         frame = self._frame
         frame.planet, frame.size, frame.camera, frame.sun, frame.time_s = planet, self.size, state, sun, time_s
-        frame.dt_s = self._dt_s if dt_s is None else dt_s
+        frame.view_index, frame.dt_s = self._view_index, self._dt_s if dt_s is None else dt_s
         frame.frame_index = self._frame_index
         frame.cut, frame.host_depth = self._cut, self._host_depth
         return frame
@@ -445,10 +459,10 @@ class Renderer:
                     self._gate_key = ()  # tried again in the next frame
                     raise
                 self._scopes[system.name] = scope
-                self._plan_key = ()
+                self._gates += 1
             elif running and not wanted:
                 self._deactivate(system)
-                self._plan_key = ()
+                self._gates += 1
 
     def _deactivate(self, system: System) -> None:
         scope = self._scopes.pop(system.name, None)
@@ -489,9 +503,8 @@ class Renderer:
         """With the next frame, look again at which systems run, and compile."""
         self._gate_key = self._plan_key = ()
 
-    @staticmethod
-    def _structure(exports: frozenset[str], running: Sequence[System]) -> tuple[Any, ...]:
-        return exports, tuple((s.name, s.structure) for s in running)
+    def _structure(self, exports: frozenset[str], running: Sequence[System]) -> tuple[Any, ...]:
+        return exports, self._gates, tuple((s.name, s.structure) for s in running)
 
     def _compiled(self, exports: frozenset[str]) -> Plan:
         running = [s for s in self._systems if s.name in self._scopes]
@@ -499,8 +512,8 @@ class Renderer:
         if self._plan is not None and key == self._plan_key:
             return self._plan
         builder = GraphBuilder()
-        view = ViewInfo(self.size, 0, exports, self.scene.planet.entity)
-        of_view = builder.scope(view=view.index, home=view.planet_index)
+        view = ViewInfo(self.size, self._view_index, exports, self.scene.planet.entity)
+        of_view = builder.scope(view=0, home=view.planet_index)  # each view has a graph of its own
         of_planet = of_view.scope(planet=view.planet_index)
         for system in running:
             # What needs a planet belongs to that planet in this view, the rest to the view.

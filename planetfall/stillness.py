@@ -21,7 +21,7 @@ class Stillness:
     taken to, unless they say so too."""
 
     def __init__(self, scene: Scene, own: tuple[type[System], ...]) -> None:
-        self._scene, self._own = scene, own
+        self._scene, self.own = scene, own
         self._shown: tuple[Any, ...] = ()
 
     def forget(self) -> None:
@@ -50,5 +50,5 @@ class Stillness:
     def _moves(self, system: System) -> bool:
         if system.name == CompositeSystem.name:  # which gathers
             return False
-        moving = system.moving if system.moving is not None else type(system) not in self._own
+        moving = system.moving if system.moving is not None else type(system) not in self.own
         return moving or not system.settled()

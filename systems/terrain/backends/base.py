@@ -114,7 +114,7 @@ class Backend(ABC):
     def statistics(self) -> dict[str, int]:
         """See System.statistics."""
 
-    def height_drawn(self, directions: NDArray[np.float64], proxy: Any) -> NDArray[np.float64]:
+    def height_drawn(self, directions: NDArray[np.float64], proxy: Any, view_index: int = 0) -> NDArray[np.float64]:
         """Heights (N,) of the triangles drawn below unit directions (N, 3); NaN where there are none. Reads back."""
         return np.full(len(directions), np.nan)
 

@@ -56,6 +56,7 @@ class _GridView:
         self.keep_dh_m = (-3.0e38, 3.0e38)
         self.eye_m: tuple[float, ...] = (0.0, 0.0, 0.0)
         self.edge_rad = 0.01
+        self.spacing: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)  # what the block of the grid says of it
         self.chord_m = 1.0
         self.fade: SnapFade | None = None
         self.cells: CellSet | None = None
@@ -135,6 +136,9 @@ class GridBackend(Backend):
         fading = fade is not None and fade.running
         if not (frozen and view.culled == view.wanted and not fading):
             view.wanted = wanted
+        if self.block.spacing != view.spacing:
+            self.block.spacing = view.spacing
+            self._ubo.write(self.block)
         self._ubo.bind()
 
     def _select(
@@ -176,8 +180,7 @@ class GridBackend(Backend):
                 fade.stop()
             elif fade.begin(cells, view.anchor_m, view.anchor_height_m, self._fade_s):
                 self.structure += 1
-        self.block.spacing = (angle_rad, smallest, above_ground, 0.0)
-        self._ubo.write(self.block)
+        view.spacing = (angle_rad, smallest, above_ground, 0.0)
 
     def declare(self, builder: GraphBuilder, view_index: int) -> None:
         grid = self.view(view_index)
@@ -289,8 +292,8 @@ class GridBackend(Backend):
         vertices = mesh.read_vertices()["position_m"].reshape(-1, 3)
         return vertices, triangles_of_cells(mesh.read_cells(), mesh.quads)
 
-    def height_drawn(self, directions: NDArray[np.float64], proxy: Any) -> NDArray[np.float64]:
-        mesh = self.drawn_mesh()
+    def height_drawn(self, directions: NDArray[np.float64], proxy: Any, view_index: int = 0) -> NDArray[np.float64]:
+        mesh = self.drawn_mesh(view_index)
         if mesh is None or mesh.count == 0:
             return super().height_drawn(directions, proxy)
         return heights_on_cells(mesh, directions, proxy)

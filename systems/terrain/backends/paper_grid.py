@@ -321,8 +321,8 @@ class PaperGridBackend(Backend):
         data = np.frombuffer(view.vertices.read(view.cut.vertices * VERTEX_BYTES), "<f4").reshape(-1, 6)
         return data[:, :3], view.cut.faces()
 
-    def height_drawn(self, directions: NDArray[np.float64], proxy: Any) -> NDArray[np.float64]:
-        view, mesh = self.view(0), self.read_mesh(0)
+    def height_drawn(self, directions: NDArray[np.float64], proxy: Any, view_index: int = 0) -> NDArray[np.float64]:
+        view, mesh = self.view(view_index), self.read_mesh(view_index)
         if mesh is None or view.grid is None or view.cut is None:
             return super().height_drawn(directions, proxy)
         return heights_on_patches(view.grid, view.cut, mesh[0].astype(np.float64) + proxy.anchor_m, directions)

@@ -201,8 +201,8 @@ class PaperIcosphereBackend(Backend):
             "triangles": count * self.shape.indices.size // 3,
         }
 
-    def height_drawn(self, directions: NDArray[np.float64], proxy: Any) -> NDArray[np.float64]:
-        view = self._views.get(0)
+    def height_drawn(self, directions: NDArray[np.float64], proxy: Any, view_index: int = 0) -> NDArray[np.float64]:
+        view = self._views.get(view_index)
         if view is None or view.vertices is None or not len(view.keys):
             return super().height_drawn(directions, proxy)
         return heights_on_tiles(_Drawn(view, self.shape), directions, proxy)

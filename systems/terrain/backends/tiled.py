@@ -440,8 +440,8 @@ class TiledBackend(Backend):
         view = self._views.get(0)
         return {} if view is None else view.mesh.statistics()
 
-    def height_drawn(self, directions: NDArray[np.float64], proxy: Any) -> NDArray[np.float64]:
-        view = self._views.get(0)
+    def height_drawn(self, directions: NDArray[np.float64], proxy: Any, view_index: int = 0) -> NDArray[np.float64]:
+        view = self._views.get(view_index)
         if view is None or not view.mesh.count:
             return super().height_drawn(directions, proxy)
         return heights_on_tiles(view.mesh, directions, proxy)
