@@ -1,4 +1,4 @@
-"""RenderView: one more picture of a renderer's scene, with tiles, tables and programs shared: split screens, maps, mirrors.
+"""RenderView: one more picture of a renderer's scene, for split screens, maps and mirrors. It shares tiles and tables.
 
     map_view = renderer.add_view((256, 256))
     renderer.render_to(framebuffer, camera, viewport=(0, 0, 640, 720))
@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .arguments import check_size
 from .errors import SettingError
+from .rest import Rest
 from .standpoint import Standpoint
 from .stillness import Stillness
 
@@ -44,15 +45,17 @@ class RenderView:
     release() frees those; releasing the renderer does too. One thread, the renderer's.
     """
 
-    def __init__(self, renderer: Renderer, index: int, size: tuple[int, int]) -> None:
+    def __init__(self, renderer: Renderer, size: tuple[int, int]) -> None:
         check_size(size, renderer.gpu.caps.max_texture_size)
+        taken = {view.index for view in renderer._views}
         self.renderer = renderer
-        self.index = index
+        self.index = next(n for n in range(1, len(taken) + 2) if n not in taken)
+        """The systems' own number for it, the lowest that is free: what they keep for a view serves the next one."""
         self.released = False
         # Named as the renderer's own attributes, in whose place they are put.
         self._held: dict[str, Any] = {
             "size": (int(size[0]), int(size[1])),
-            "_view_index": index,
+            "_view_index": self.index,
             "_plan": None,
             "_plan_key": (),
             "_exports": frozenset({"composite.ldr"}),
@@ -62,7 +65,9 @@ class RenderView:
             "_host_depth": None,
             "_stand": Standpoint(renderer.scene, renderer._ground),
             "_stillness": Stillness(renderer.scene, renderer._stillness.own),
+            "_rest": Rest(renderer.scene),
         }
+        renderer._views.append(self)
 
     @contextmanager
     def _drawing(self) -> Iterator[Renderer]:

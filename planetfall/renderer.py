@@ -55,9 +55,8 @@ class Renderer:
     scene: see load_scene. size: (width, height) in pixels. quality: low, medium, high, ultra or reference. overrides:
     {"terrain.edge_px": 8.0, ...}, any knob by its dotted key. ctx: a host's current moderngl context, or None for a
     headless one of its own. systems: further System classes of a game, beside those of `extend.register`. guard: with
-    a host's ctx, give the host its GL state back after every call (docs/embedding.md says what that costs); a host that
-    sets all its own state each frame may say False.
-    One thread a renderer; release() frees every GL object.
+    a host's ctx, give the host its GL state back after every call; a host that sets all its own state each frame may
+    say False (docs/embedding.md). One thread a renderer; release() frees every GL object.
 
     Raises SizeError, SettingError, NoEGLError, GLVersionError before any GPU work.
     """
@@ -96,8 +95,7 @@ class Renderer:
         check_size(size, self.gpu.caps.max_texture_size)
         self.size = (int(size[0]), int(size[1]))
         self._views: list[RenderView] = []
-        self._view_index = 0
-        self._gates = 0  # how often systems came or went
+        self._view_index, self._gates = 0, 0  # gates: how often systems came or went
         self._systems: list[System] = [cls() for cls in (*SYSTEMS, *extend.registered_systems(), *systems)]
         self._scopes: dict[str, Any] = {}
         self._graph_scope = self.gpu.scope("graph")
@@ -227,11 +225,7 @@ class Renderer:
 
     def add_view(self, size: tuple[int, int]) -> RenderView:
         """One more picture of the same scene, of any size: split screen, map, mirror. It shares tiles and tables."""
-        taken = {view.index for view in self._views}
-        index = next(n for n in range(1, len(taken) + 2) if n not in taken)
-        with self._guest():
-            self._views.append(RenderView(self, index, size))
-        return self._views[-1]
+        return RenderView(self, size)
 
     def resize(self, size: tuple[int, int]) -> None:
         """A new picture size; history (exposure) starts again only where it must."""
@@ -501,7 +495,8 @@ class Renderer:
 
     def gate_again(self) -> None:
         """With the next frame, look again at which systems run, and compile."""
-        self._gate_key = self._plan_key = ()
+        self._gate_key = ()
+        self._gates += 1
 
     def _structure(self, exports: frozenset[str], running: Sequence[System]) -> tuple[Any, ...]:
         return exports, self._gates, tuple((s.name, s.structure) for s in running)

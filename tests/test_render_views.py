@@ -1,7 +1,8 @@
-"""Several views of one planet: each draws what a renderer of its own would, and tiles, tables and programs are shared."""
+"""Several views of one planet: each draws what a renderer of its own would; tiles, tables and programs are shared."""
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import Any
 
 import moderngl
@@ -13,42 +14,51 @@ from planetfall.engine.hosts.headless import create_headless
 
 pytestmark = pytest.mark.gpu
 
-SIZE, SMALL = (96, 54), (48, 48)
+SIZE, SMALL = (64, 36), (32, 32)
 SUN = pf.Sun(elevation_deg=40.0, azimuth_deg=200.0, latitude_deg=37.7, longitude_deg=140.6)
 MAIN = pf.view("coast")
 MAP = pf.Camera.at(37.7, 140.6, 4.0e5, pitch_deg=-90.0)
 OUTPUTS = ("color", "distance", "surface")
 
 
-def scene_of() -> pf.Scene:
+@pytest.fixture(autouse=True)
+def no_cache(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PLANETFALL_CACHE", "")  # tables from a file are rounded
+
+
+def scene_of(clouds: bool = False) -> pf.Scene:
     scene = pf.load_scene("earth")
-    scene.planet.add(pf.Clouds())
+    if clouds:
+        scene.planet.add(pf.Clouds())
     scene.add(pf.Transform(position_m=tuple(MAIN.position_m + 300.0 * MAIN.forward)), pf.Shape("box", (50.0,) * 3))
     return scene
 
 
-def bytes_of(renderer: pf.Renderer) -> int:
-    """Of all textures and buffers that the renderer holds."""
-    total = 0
+def bytes_of(renderer: pf.Renderer) -> Counter[str]:
+    """Of all textures and buffers that the renderer holds, by owner; mipmaps left out."""
+    total: Counter[str] = Counter()
     for scope in renderer.gpu._scopes:
         for kind, thing in scope._objects.values():
             if kind == "texture":
-                form = thing.extra.format
-                total += int(np.prod(thing.size)) * getattr(thing, "layers", 1) * form.bytes_per_texel
+                total[scope.owner] += int(np.prod(thing.size)) * thing.extra.format.texel_bytes
             elif isinstance(thing, moderngl.Buffer):
-                total += thing.size
+                total[scope.owner] += thing.size
     return total
 
 
-@pytest.mark.parametrize("backend", ["grid", "quadtree", "icosphere"])
-def test_each_view_is_as_if_it_were_alone(backend: str) -> None:
-    overrides = {"terrain.backend": backend}
+@pytest.mark.parametrize(
+    ("backend", "clouds"),
+    [("grid", False), ("quadtree", False), pytest.param("grid", True, marks=pytest.mark.slow),
+     pytest.param("icosphere", True, marks=pytest.mark.slow)],
+)  # fmt: skip
+def test_each_view_is_as_if_it_were_alone(backend: str, clouds: bool) -> None:
+    overrides = {"terrain.backend": backend, "exposure.mode": "fixed", "exposure.ev100": 14.0}
     alone: list[dict[str, Any]] = []
     for camera, size in ((MAIN, SIZE), (MAP, SMALL)):
-        with scene_of() as scene, pf.Renderer(scene, size, "low", overrides) as renderer:
+        with scene_of(clouds) as scene, pf.Renderer(scene, size, "low", overrides) as renderer:
             renderer.settle(camera, 0.0, sun=SUN)
             alone.append(renderer.render(camera, 0.0, sun=SUN, outputs=OUTPUTS))
-    with scene_of() as scene, pf.Renderer(scene, SIZE, "low", overrides) as renderer:
+    with scene_of(clouds) as scene, pf.Renderer(scene, SIZE, "low", overrides) as renderer:
         above = renderer.add_view(SMALL)
         assert (above.size, renderer.size) == (SMALL, SIZE)
         renderer.settle(MAIN, 0.0, sun=SUN)
@@ -56,28 +66,32 @@ def test_each_view_is_as_if_it_were_alone(backend: str) -> None:
         for _ in range(2):  # in turns
             for view, camera, wanted in ((renderer, MAIN, alone[0]), (above, MAP, alone[1])):
                 found = view.render(camera, 0.0, sun=SUN, outputs=OUTPUTS)
-                for name in OUTPUTS:
+                for name in ("distance", "surface"):
                     np.testing.assert_array_equal(found[name], wanted[name], err_msg=f"{name} of {view!r}")
+                # The air's tables are made in slices as time allows, and added up in that order: a step of rounding.
+                steps = np.abs(found["color"].astype(int) - wanted["color"])
+                assert steps.max() <= 1 and (steps > 0).mean() < 0.02, repr(view)
         heights = [above.height_drawn(pf.direction([37.7], [140.6])), renderer.height_drawn(MAIN.position_m)]
         field = scene.planet.height_field()
         assert field is not None
         assert abs(heights[0][0] - field.height(pf.direction([37.7], [140.6]))[0]) < 500.0  # as seen from 400 km
         assert np.isfinite(heights[1]).all()
-        hit = above.pick(MAP, 24.0, 24.0)
+        hit = above.pick(MAP, 16.0, 16.0)
         assert hit is not None and hit[1] in ("terrain", "sea")
         pixel, front = above.project(MAP, hit[0])
-        assert front[0] and np.abs(pixel[0] - 24.5).max() < 1.0
+        assert front[0] and np.abs(pixel[0] - 16.5).max() < 1.0
         assert renderer.ctx.error == "GL_NO_ERROR"
 
 
 def test_what_is_shared_is_made_once() -> None:
     """The same ground from another place: no tile, no table, no program is made again."""
     other = pf.Camera.at(37.684, 140.602, 1200.0, heading_deg=135.0, pitch_deg=-14.0, above="ground")
-    with scene_of() as scene, pf.Renderer(scene, SIZE, "low", {"terrain.backend": "quadtree"}) as renderer:
+    with scene_of(clouds=True) as scene, pf.Renderer(scene, SIZE, "low", {"terrain.backend": "quadtree"}) as renderer:
         renderer.settle(MAIN, 0.0, sun=SUN)
         backend, air = renderer.system("terrain").backend, renderer.system("atmosphere")._job  # type: ignore[union-attr]
         tiles, generation, programs = backend.made, air.generation, renderer.gpu.counts()
         first = bytes_of(renderer)
+        assert min(first[owner] for owner in ("atmosphere", "clouds", "terrain")) > 100_000
         view = renderer.add_view(SIZE)
         view.settle(other, 0.0, sun=SUN)
         assert backend.made - tiles < 0.2 * tiles, "nearly all it needs is there"
@@ -85,10 +99,13 @@ def test_what_is_shared_is_made_once() -> None:
         after = renderer.gpu.counts()
         for owner in ("atmosphere", "clouds", "composite", "gbuffer", "light", "props"):
             assert after.get(owner, {}).get("program") == programs.get(owner, {}).get("program"), owner
-        second = bytes_of(renderer) - first
-        assert second < 0.6 * first, f"the first view has {first / 2**20:.1f} MiB, the second adds {second / 2**20:.1f}"
+        second = bytes_of(renderer)
+        for owner in ("atmosphere", "clouds", "composite", "gbuffer", "proxy", "sky", "stars"):
+            assert second[owner] == first[owner], owner
+        assert second["terrain"] < 1.2 * first["terrain"]  # its list of tiles; the tiles are shared
+        assert second["graph"] - first["graph"] == pytest.approx(view.graph.memory_bytes(), rel=0.05)
         view.release()
-        assert bytes_of(renderer) < first + 0.5 * second  # systems keep a view's meshes for the next view
+        assert bytes_of(renderer)["graph"] == first["graph"]
 
 
 def test_views_come_and_go() -> None:
@@ -112,7 +129,7 @@ def test_views_come_and_go() -> None:
         # The world changes: every view hears of it.
         first.render(MAP, sun=SUN)
         scene.planet.remove(pf.Ocean)
-        assert renderer.render(MAIN, 0.0, sun=SUN, outputs=("surface",))["surface"].max() < 3
+        assert 2 not in np.unique(renderer.render(MAIN, 0.0, sun=SUN, outputs=("surface",))["surface"])
         assert 2 not in np.unique(first.render(MAP, sun=SUN, outputs=("surface",))["surface"])
         assert 2 not in np.unique(second.render(MAP, sun=SUN, outputs=("surface",))["surface"])
         scene.planet.add(pf.Ocean())

@@ -37,6 +37,14 @@ _SKY_FRAMES = 8
 """Frames between maps of the sky while something changes: what mirrors it is rough."""
 
 
+class _Sky:
+    """The map of clouds in one view's sky: what it shows, how many frames it is old."""
+
+    def __init__(self) -> None:
+        self.age, self.due = _SKY_FRAMES, True
+        self.shows: tuple[Any, ...] = ()
+
+
 class CloudSystem(System):
     """The clouds of one planet. Needs Planet and Clouds.
 
@@ -68,7 +76,8 @@ class CloudSystem(System):
         self._view = ViewMarch(gpu, setup.world, self.name, self._stride, slabs)
         self._look_up = gpu.compute("clouds/sky.comp", slabs)
         self._tune(settings)
-        self._sky_age, self._sky_shows, self._sky_due = _SKY_FRAMES, (), True
+        self._skies: dict[int, _Sky] = {}
+        self._sky = _Sky()
         self._resolve = gpu.fullscreen("clouds/resolve.frag", defines)
         stored = str(settings.get("sky.radiance_format", "rgba32f"))
         self._over = gpu.compute("clouds/composite.comp", {"SCENE_FORMAT": stored})
@@ -91,6 +100,7 @@ class CloudSystem(System):
     def release(self) -> None:
         self._shadow.clear()
         self._pasts.clear()
+        self._skies.clear()
         self._gpu.gpu.shaders.withdraw(self.name)
         withdraw_contracts(self._world, self.name)
 
@@ -201,11 +211,12 @@ class CloudSystem(System):
         weather = (charts.first.number, charts.second.number, charts.share)
         self._past.begin(frame, self._stamp, weather)
         shows = (frame.camera.position_m.tobytes(), frame.sun.direction.tobytes(), frame.time_s, self._stamp, weather)
-        self._sky_age += 1
-        now = frame.cut or frame.one_shot or frame.settling or self._sky_age >= _SKY_FRAMES
-        self._sky_due = shows != self._sky_shows and now
-        if self._sky_due:
-            self._sky_age, self._sky_shows = 0, shows
+        sky = self._sky = self._skies.setdefault(frame.view_index, _Sky())
+        sky.age += 1
+        now = frame.cut or frame.one_shot or frame.settling or sky.age >= _SKY_FRAMES
+        sky.due = shows != sky.shows and now
+        if sky.due:
+            sky.age, sky.shows = 0, shows
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         self._shadow.declare(builder, view, self.name, self.bind_density)
@@ -222,7 +233,7 @@ class CloudSystem(System):
                     help="clouds over the camera, for what mirrors the sky",
                 ),
             ),
-            when=lambda: self._sky_due and bool(self._layers),
+            when=lambda: self._sky.due and bool(self._layers),
             help="a small map of the clouds in the sky, now and then",
         )  # fmt: skip
         if not self._seen:
@@ -256,7 +267,7 @@ class CloudSystem(System):
     def _bind_sky(self, io: PassIO) -> Callable[[], None]:
         texture = io.texture(_SKY)
         bind = bind_contracts(self._world, io, but=self.name)
-        self._sky_shows = ()
+        self._skies.clear()
 
         def run() -> None:
             bind()
