@@ -43,6 +43,7 @@ from .engine.space import direction, latitude_longitude
 from .engine.world import World
 from .errors import (
     CameraError,
+    ContextLostError,
     MissingError,
     NotSettled,
     OutputError,
@@ -109,6 +110,7 @@ __all__ = [
     "CloudProbe",
     "Clouds",
     "Composite",
+    "ContextLostError",
     "DebugView",
     "Exposure",
     "GLVersionError",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .engine.settings import PresetError, SettingError, UnknownSettingError
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CameraError",
+    "ContextLostError",
     "GLVersionError",
     "GraphError",
     "MissingError",
@@ -56,6 +58,14 @@ class OutputError(OSError):
 
 class NotSettled(RuntimeError):
     """Renderer.settle ran out of time; the message names what had not settled."""
+
+
+class ContextLostError(RuntimeError):
+    """The OpenGL context is gone (GPU reset). saved: the file that the scene was written to, or None."""
+
+    def __init__(self, message: str, saved: Path | None = None) -> None:
+        super().__init__(message)
+        self.saved = saved
 
 
 # These need the GPU packages, which a program that only reads presets or heights shouldn't pay for.

@@ -16,6 +16,7 @@ from . import ASSETS, extend, queries
 from .arguments import check_moment, check_size
 from .camera import Camera
 from .components import Planet
+from .context_loss import ContextWatch
 from .drawn_ground import DrawnGround
 from .engine.gpu import Gpu
 from .engine.gpu.graph_backend import GLBackend
@@ -90,8 +91,8 @@ class Renderer:
             host = attach(ctx, [ASSETS / "shaders", *extend.shader_folders()])
             self.gpu = host.gpu
             self._host = host if guard else None
-        self._own_context = ctx is None
-        self.ctx = self.gpu.ctx
+        self._own_context, self.ctx = ctx is None, self.gpu.ctx
+        self._watch = ContextWatch(self)
         check_size(size, self.gpu.caps.max_texture_size)
         self.size = (int(size[0]), int(size[1]))
         self._views: list[RenderView] = []
@@ -105,13 +106,11 @@ class Renderer:
         self._gate_key: tuple[Any, ...] = ()
         self._exports: frozenset[str] = frozenset({"composite.ldr"})
         self._frame: Frame | None = None
-        self._frame_index = 0
+        self._frame_index, self._dt_s = 0, 1.0 / 60.0
         self._sun_key: tuple[Any, ...] = ()
         self._sun_held: SunState | None = None
-        self._cut = True
         self._host_depth: tuple[float, float] | None = None
-        self._dt_s = 1.0 / 60.0
-        self.python_ms = 0.0
+        self._cut, self.python_ms = True, 0.0
         self.faults = Faults()
         """Systems that are switched off because they raised; see `tolerant`."""
         self.render_scale = 1.0
@@ -161,8 +160,7 @@ class Renderer:
     ) -> None:
         """One frame into a framebuffer of the host's, at viewport (x, y, width, height; default: all of it).
 
-        The renderer takes the viewport's size, times `render_scale`. The host's GL state is afterwards as it was (see
-        `guard`).
+        The renderer takes the viewport's size, times `render_scale`. The host's GL state stays (see `guard`).
         depth: how the framebuffer's depth buffer stores distances (`HostSpace.depth`): what the host has drawn before
         stays where it is nearer, and what it draws afterwards stands in the planet's world. None: over everything.
         """
@@ -316,18 +314,19 @@ class Renderer:
             return changed
 
     def release(self) -> None:
-        """Free every GL object; may be called twice."""
+        """Free every GL object; may be called twice. With a lost context they are gone already."""
         if self.released:
             return
-        with self._guest():
-            for view in list(self._views):
-                view.release()
-            self.released = True
-            if self._plan is not None:
-                self._plan.release()
-            for system in self._systems:
-                self._deactivate(system)
-            self.gpu.release()
+        if not self._watch.lost:
+            with self._guest():
+                for view in list(self._views):
+                    view.release()
+                if self._plan is not None:
+                    self._plan.release()
+                for system in self._systems:
+                    self._deactivate(system)
+                self.gpu.release()
+        self.released = True
         if self._own_context:
             self.ctx.release()
 
@@ -344,6 +343,7 @@ class Renderer:
     def _guest(self, framebuffer: moderngl.Framebuffer | None = None) -> AbstractContextManager[Any]:
         if self.released:
             raise SettingError("this renderer has been released: make a new one")
+        self._watch.check()
         self.scene.world.resources = self._resources  # a scene may have several renderers
         if self._own_context:
             # A program may have several renderers, each with its own context. It stays current: reading a buffer

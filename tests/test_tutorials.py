@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import importlib.util
 import re
+import sys
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -44,8 +46,9 @@ def test_every_block_runs(file: Path, tmp_path: Path, monkeypatch: pytest.Monkey
     code = small(python_of(file))
     assert code.strip()
     before = set(extend.registered_systems())
-    # A module of its own: dataclasses look their annotations up in it.
-    exec(compile(code, str(file), "exec"), {"__name__": f"tutorial_{file.stem.replace('-', '_')}"})
+    module = ModuleType(f"tutorial_{file.stem.replace('-', '_')}")
+    monkeypatch.setitem(sys.modules, module.__name__, module)  # dataclasses look their annotations up in it
+    exec(compile(code, str(file), "exec", dont_inherit=True), vars(module))
     assert set(extend.registered_systems()) == before
     for picture in re.findall(r'save\("(\w+\.png)"\)', code):
         assert (tmp_path / picture).stat().st_size > 0
