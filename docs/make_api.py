@@ -67,7 +67,11 @@ def _entry(name: str, thing: Any) -> str:
 
 def _members(kind: type) -> list[str]:
     lines = []
-    for name, member in sorted(vars(kind).items()):
+    members: dict[str, Any] = {}
+    for each in reversed(kind.__mro__):
+        if each.__module__.startswith("planetfall"):
+            members.update(vars(each))
+    for name, member in sorted(members.items()):
         if name.startswith("_"):
             continue
         plain = member.__func__ if isinstance(member, classmethod | staticmethod) else member

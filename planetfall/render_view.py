@@ -166,6 +166,12 @@ class RenderView:
         with self._drawing() as renderer:
             return renderer.graph
 
+    def outdated(self) -> None:
+        """A shader has changed: what was made with the old one is made again."""
+        plan = self._held["_plan"]
+        if plan is not None:
+            plan.invalidate_persistent()
+
     def release(self) -> None:
         """Free what is this view's alone; may be called twice."""
         if self.released:

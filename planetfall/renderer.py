@@ -9,10 +9,9 @@ from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
 import moderngl
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from . import ASSETS, extend, queries
+from . import ASSETS, extend
 from .arguments import check_moment, check_size
 from .camera import Camera
 from .components import Planet
@@ -23,12 +22,12 @@ from .engine.gpu.graph_backend import GLBackend
 from .engine.graph import GraphBuilder, Plan
 from .engine.hosts.foreign import ForeignHost, attach
 from .engine.settings import revision
-from .engine.space import CameraState, project
-from .engine.surface.field import HeightField
+from .engine.space import CameraState
 from .engine.system import Frame, Setup, SunState, System, ViewInfo
 from .errors import NotSettled, SettingError
 from .faults import Faults, draw_without_faults
 from .host_space import HostDepth
+from .looking import Looking
 from .outputs import OUTPUTS, exports_for, read_output
 from .quality import checked_live, resolve_quality
 from .render_view import RenderView
@@ -38,9 +37,7 @@ from .snapshot import Snapshot
 from .standpoint import Standpoint
 from .stillness import Stillness
 from .system_list import SYSTEMS
-from .systems.composite import CompositeSystem
 from .systems.light import resolve_sun
-from .terrain_sampler import checked_directions
 from .views import View
 
 log = logging.getLogger(__name__)
@@ -50,7 +47,7 @@ _SETTLE_FRAMES = 64
 """Frames without progress after which settle gives up."""
 
 
-class Renderer:
+class Renderer(Looking):
     """Renders a scene to arrays, or into a host's framebuffer.
 
     scene: see load_scene. size: (width, height) in pixels. quality: low, medium, high, ultra or reference. overrides:
@@ -239,63 +236,6 @@ class Renderer:
             self.size = size
             self._plan_key = ()  # lists of tiles have the picture's size
 
-    # -- queries -----------------------------------------------------------------------------------------------------
-
-    def project(self, camera: Camera | View, points_m: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        """Pixels (N, 2), row 0 on top, of points (N, 3) in planet axes, and which lie in front of the camera."""
-        return project(self.camera_state(camera), np.atleast_2d(np.asarray(points_m, np.float64)), self.size)
-
-    def pick(self, camera: Camera | View, x: float, y: float) -> tuple[NDArray[np.float64], str] | None:
-        """What pixel (x, y) shows: position_m (3,) f64 in planet axes and "terrain", "sea" or "props"; None for the
-        sky."""
-        return queries.pick(self, camera, x, y)
-
-    def height_drawn(self, directions: ArrayLike) -> NDArray[np.float64]:
-        """Heights (N,) in metres of the ground as the last frame's level of detail shows it; NaN where it drew none.
-
-        ValueError for anything but directions (N, 3), finite and not zero.
-        """
-        return queries.height_drawn(self, checked_directions("directions", directions))
-
-    def height_field(self) -> HeightField | None:
-        """The ground that is drawn, at full detail on the CPU; None without Terrain. See Scene.height_field."""
-        return self._ground.field()
-
-    # -- looking inside ----------------------------------------------------------------------------------------------
-
-    def passes(self) -> list[Any]:
-        """What ran in the last frame and what was skipped, and why: PassReport objects of the frame graph."""
-        return list(self._require_plan().passes)
-
-    @property
-    def graph(self) -> Plan:
-        """The compiled frame graph: explain(), to_mermaid(), memory_bytes(), resource()."""
-        return self._require_plan()
-
-    @property
-    def stats(self) -> dict[str, int]:
-        """Cells, vertices and triangles drawn in the last frame, ground and sea together. Reads back from the GPU."""
-        total: dict[str, int] = {}
-        with self._guest():
-            for system in self._systems:
-                if system.name in self._scopes:
-                    for key, value in system.statistics().items():
-                        total[key] = total.get(key, 0) + value
-        return total
-
-    @property
-    def exposure(self) -> float | None:
-        """EV100 of the last picture; None before the first and after one without colours. Reads back from the GPU."""
-        composite = self.system("composite")
-        if not isinstance(composite, CompositeSystem) or not composite.exposed:
-            return None
-        with self._guest():
-            return composite.reading().ev100
-
-    def system(self, name: str) -> System | None:
-        """The active system of that name, or None."""
-        return next((s for s in self._systems if s.name == name and name in self._scopes), None)
-
     def camera_state(self, camera: Camera | View) -> CameraState:
         """The camera in f64 as the renderer uses it: resolved against the scene's ground, lifted out of it if need
         be."""
@@ -311,6 +251,8 @@ class Renderer:
             if changed and self._plan is not None:
                 self._plan.invalidate_persistent()
                 self._rest.forget()
+            for view in self._views if changed else ():
+                view.outdated()
             return changed
 
     def release(self) -> None:
@@ -386,7 +328,9 @@ class Renderer:
         frame.settling, frame.one_shot, frame.exact = settling, one_shot, exact
         running = [s for s in self._systems if s.name in self._scopes]
         frame.still = self._stillness.same_as_before(frame, running)
-        if self._rest.may_repeat(frame, running, exports) and self._repeat(exports, running, target):
+        # With several views what systems say of themselves may be said of another view.
+        rests = not self._views and self._rest.may_repeat(frame, running, exports)
+        if rests and self._repeat(exports, running, target):
             self.python_ms = (time.perf_counter() - started) * 1e3
             return
         for system in running:

@@ -1,0 +1,97 @@
+"""Looking: questions to a renderer about what it drew, and what is inside."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import queries
+from .engine.space import CameraState, project
+from .systems.composite import CompositeSystem
+from .terrain_sampler import checked_directions
+
+if TYPE_CHECKING:
+    from .camera import Camera
+    from .drawn_ground import DrawnGround
+    from .engine.graph import Plan
+    from .engine.surface.field import HeightField
+    from .engine.system import System
+    from .renderer import Renderer
+    from .views import View
+
+__all__ = ["Looking"]
+
+
+class Looking:
+    """The part of a Renderer that only looks: it draws nothing but what a question needs."""
+
+    size: tuple[int, int]
+    _systems: list[System]
+    _scopes: dict[str, Any]
+    _ground: DrawnGround
+
+    if TYPE_CHECKING:
+
+        def camera_state(self, camera: Camera | View) -> CameraState: ...
+        def _require_plan(self) -> Plan: ...
+        def _guest(self) -> AbstractContextManager[Any]: ...
+
+    # -- queries -----------------------------------------------------------------------------------------------------
+
+    def project(self, camera: Camera | View, points_m: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        """Pixels (N, 2), row 0 on top, of points (N, 3) in planet axes, and which lie in front of the camera."""
+        return project(self.camera_state(camera), np.atleast_2d(np.asarray(points_m, np.float64)), self.size)
+
+    def pick(self, camera: Camera | View, x: float, y: float) -> tuple[NDArray[np.float64], str] | None:
+        """What pixel (x, y) shows: position_m (3,) f64 in planet axes and "terrain", "sea" or "props"; None for the
+        sky."""
+        return queries.pick(cast("Renderer", self), camera, x, y)
+
+    def height_drawn(self, directions: ArrayLike) -> NDArray[np.float64]:
+        """Heights (N,) in metres of the ground as the last frame's level of detail shows it; NaN where it drew none.
+
+        ValueError for anything but directions (N, 3), finite and not zero.
+        """
+        return queries.height_drawn(cast("Renderer", self), checked_directions("directions", directions))
+
+    def height_field(self) -> HeightField | None:
+        """The ground that is drawn, at full detail on the CPU; None without Terrain. See Scene.height_field."""
+        return self._ground.field()
+
+    # -- looking inside ----------------------------------------------------------------------------------------------
+
+    def passes(self) -> list[Any]:
+        """What ran in the last frame and what was skipped, and why: PassReport objects of the frame graph."""
+        return list(self._require_plan().passes)
+
+    @property
+    def graph(self) -> Plan:
+        """The compiled frame graph: explain(), to_mermaid(), memory_bytes(), resource()."""
+        return self._require_plan()
+
+    @property
+    def stats(self) -> dict[str, int]:
+        """Cells, vertices and triangles drawn in the last frame, ground and sea together. Reads back from the GPU."""
+        total: dict[str, int] = {}
+        with self._guest():
+            for system in self._systems:
+                if system.name in self._scopes:
+                    for key, value in system.statistics().items():
+                        total[key] = total.get(key, 0) + value
+        return total
+
+    @property
+    def exposure(self) -> float | None:
+        """EV100 of the last picture; None before the first and after one without colours. Reads back from the GPU."""
+        composite = self.system("composite")
+        if not isinstance(composite, CompositeSystem) or not composite.exposed:
+            return None
+        with self._guest():
+            return composite.reading().ev100
+
+    def system(self, name: str) -> System | None:
+        """The active system of that name, or None."""
+        return next((s for s in self._systems if s.name == name and name in self._scopes), None)
