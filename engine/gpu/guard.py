@@ -61,10 +61,11 @@ _MAX_ERRORS = 64
 class _Saved:
     """What one `with` found on entry."""
 
-    __slots__ = ("attributes", "buffers", "fbo", "fbo_mglo", "framebuffers", "images", "names", "values")
+    __slots__ = ("attributes", "buffers", "fbo", "fbo_mglo", "framebuffers", "images", "names", "values", "words")
 
     def __init__(self) -> None:
         self.values: NDArray[np.int32]
+        self.words: list[int]  # the same
         self.names: NDArray[np.int32]
         self.buffers: list[tuple[int, int, int, int, int]]  # target, index, buffer, start, size
         self.images: list[tuple[int, ...]]
@@ -120,13 +121,13 @@ class StateGuard:
         self._items: list[Item] = build_items(calls, self._draw_buffers, gpu.caps.has_clip_control)
         words = sum(item.words for item in self._items)
         self._values = np.zeros(words, np.int32)
-        self._item_of_word = np.zeros(words, np.int32)
+        self._item_of_word = [0] * words
         self._reads: list[tuple[Callable[..., Any], list[tuple[Any, ...]]]] = []
         offset = 0
         base = self._values.ctypes.data
         for index, item in enumerate(self._items):
             item.offset = offset
-            self._item_of_word[offset : offset + item.words] = index
+            self._item_of_word[offset : offset + item.words] = [index] * item.words
             for function, name, position in item.reads:
                 if not self._reads or self._reads[-1][0] is not function:
                     self._reads.append((function, []))
@@ -156,6 +157,9 @@ class StateGuard:
         self._image_at = self._ssbo_at + self._ssbos
         self._names = np.zeros(self._image_at + self._images, np.int32)
         base = self._names.ctypes.data
+        # From OpenGL 4.5 on a unit's bindings are read by its number, without making it the active one.
+        self._direct = gpu.ctx.version_code >= 450
+        self._direct_reads: tuple[list[tuple[Any, ...]], list[tuple[Any, ...]]] = ([], [])
         self._unit_reads: list[tuple[c.c_uint, list[tuple[Any, Any]], list[tuple[Any, Any]]]] = []
         for row, unit in enumerate(self._units):
             reads = [
@@ -163,6 +167,9 @@ class StateGuard:
                 for k, name in enumerate([*(binding for _target, binding in _TARGETS), _SAMPLER_BINDING])
             ]
             self._unit_reads.append((c.c_uint(G.TEXTURE0 + unit), reads, reads[:-1]))
+            direct = [(name, c.c_uint(unit), address) for name, address in reads]
+            self._direct_reads[1].extend(direct)
+            self._direct_reads[0].extend(direct[:-1])
         self._indexed_reads: list[tuple[Any, Any, Any]] = []
 
         def indexed(name: int, index: int, word: int) -> None:
@@ -186,6 +193,9 @@ class StateGuard:
             deque(starmap(function, arguments), 0)
 
     def _read_units(self, samplers: bool) -> None:
+        if self._direct:
+            deque(starmap(self._calls.get_indexed, self._direct_reads[samplers]), 0)
+            return
         activate, get = self._calls.active_texture, self._calls.get
         for unit, everything, textures in self._unit_reads:
             activate(unit)
@@ -224,7 +234,7 @@ class StateGuard:
         saved = _Saved()
         saved.buffers, saved.images = [], []
         self._read_values()
-        saved.values = self._values.copy()
+        saved.values, saved.words = self._values.copy(), self._values.tolist()
         self._save_moderngl(saved)
         self._read_units(samplers=True)
         self._calls.active_texture(self._active_unit(saved))
@@ -248,9 +258,10 @@ class StateGuard:
         self._restore_units(saved)
         self._restore_blend(saved)
         self._restore_indexed(saved)
-        different = np.flatnonzero(saved.values != self._values)
-        if different.size:
-            for index in sorted(set(self._item_of_word[different].tolist())):
+        found = self._values.tolist()
+        if saved.words != found:
+            pairs = zip(saved.words, found, self._item_of_word, strict=True)
+            for index in sorted({item for old, new, item in pairs if old != new}):
                 item = self._items[index]
                 item.restore(saved.values[item.offset : item.offset + item.words])
         for item in self._always:
@@ -291,19 +302,19 @@ class StateGuard:
 
     def _restore_blend(self, saved: _Saved) -> None:
         calls, n, width = self._calls, self._draw_buffers, len(BLEND_PER_BUFFER)
-        blend = saved.names[self._blend_at : self._masks_at].reshape(n, width)
-        masks = saved.names[self._masks_at : self._masks_at + 4 * n].reshape(n, 4)
-        if (blend == blend[0]).all():
-            enabled, *functions = blend[0].tolist()
-            calls.blend(enabled, functions)
+        words = saved.names[self._blend_at : self._masks_at + 4 * n].tolist()
+        blend, masks = words[: n * width], words[n * width :]
+        if blend == blend[:width] * n:
+            calls.blend(blend[0], blend[1:width])
         else:
-            for i, (enabled, *functions) in enumerate(blend.tolist()):
+            for i in range(n):
+                enabled, *functions = blend[i * width : (i + 1) * width]
                 calls.blend_indexed(i, enabled, functions)
-        if (masks == masks[0]).all():
-            calls.color_mask(*masks[0].tolist())
+        if masks == masks[:4] * n:
+            calls.color_mask(*masks[:4])
         else:
-            for i, mask in enumerate(masks.tolist()):
-                calls.color_mask_indexed(i, *mask)
+            for i in range(n):
+                calls.color_mask_indexed(i, *masks[4 * i : 4 * i + 4])
 
     def _restore_indexed(self, saved: _Saved) -> None:
         calls = self._calls
