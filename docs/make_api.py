@@ -106,7 +106,7 @@ def _signature(name: str, thing: Any, own: bool = False) -> str:
     except (TypeError, ValueError):
         return f"{name}(...)"
     left = [
-        p.replace(annotation=_bare(p.annotation))
+        p.replace(annotation=_bare(p.annotation), default=_place(p.default))
         for n, p in signature.parameters.items()
         if not (n in ("self", "cls") and (own or isinstance(thing, type)))
     ]
@@ -122,6 +122,11 @@ class _Bare:
 
     def __repr__(self) -> str:
         return self._text
+
+
+def _place(default: Any) -> Any:
+    """A default that is a file of ours, by its place in the project."""
+    return _Bare(default.relative_to(ROOT).as_posix()) if isinstance(default, Path) else default
 
 
 def _bare(annotation: Any) -> Any:
