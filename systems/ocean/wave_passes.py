@@ -63,7 +63,7 @@ class SeaWaves:
     def setup(self, setup: Setup) -> None:
         self._gpu = setup.gpu
         # Fetching a wave costs as much as evaluating it where lanes can't share the fetch.
-        self._run = 8 if setup.gpu.gpu.caps.is_software else 2
+        self._run = 16 if setup.gpu.gpu.caps.is_software else 2
         self._programs: dict[tuple[str, bool, bool], Any] = {}
         self._footprint_px = float(setup.settings["ocean.footprint_px"])
         self._held = None
