@@ -9,6 +9,7 @@
 #include "common/octahedral.glsl"
 #include "common/sea_depth.glsl"
 #include "common/surfaces.glsl"
+#include "common/spread.glsl"
 #include "ocean/waves.glsl"
 #include "ocean/sea_pixel.glsl"
 #include "ocean/swell.glsl"
@@ -146,7 +147,7 @@ void store_part(int base, ivec2 first) {
 }
 
 void main() {
-    uint tile = tiles[gl_WorkGroupID.x];
+    uint index = spread_group(), tile = tiles[index];
     int lane = int(gl_LocalInvocationID.x) * SEA_RUN;
     ivec2 first = ivec2(tile & 0xffffu, tile >> 16) * ivec2(16, 8) + ivec2(lane & 15, lane >> 4);
     vec2 middle = vec2(0.0);
@@ -202,8 +203,8 @@ void main() {
     g_hidden = bin.yzw;
     ivec2 counts = wave_count(bin);
 #ifdef SEA_SWELL
-    add_swell(gl_WorkGroupID.x, middle);
-    int feels = int(swell[gl_WorkGroupID.x].size.z), held = int(swell[gl_WorkGroupID.x].size.w);
+    add_swell(index, middle);
+    int feels = int(swell[index].size.z), held = int(swell[index].size.w);
 #else
     int feels = wave_count(wave_bin(DEEP / max(shallowest, 1e-6))).x, held = feels;
 #endif
