@@ -37,7 +37,7 @@ def main(names: list[str]) -> None:
     with pf.Renderer(pf.load_scene("earth"), SIZE, QUALITY) as renderer:
         for name in pictures:
             file = FOLDER / f"{name}.jpg"
-            file.write_bytes(as_jpeg(renderer.snapshot(pf.view(PICTURES[name])).image))
+            file.write_bytes(as_jpeg(renderer.snapshot(pf.view(PICTURES[name], "earth")).image))
             console.print(f"wrote {file} ({file.stat().st_size / 1000:.0f} kB)")
 
 
