@@ -25,13 +25,14 @@ from .engine.settings import revision
 from .engine.space import CameraState, project
 from .engine.surface.field import HeightField
 from .engine.system import Frame, Setup, SunState, System, ViewInfo
-from .errors import NotSettled, SettingError
+from .errors import SettingError
 from .faults import Faults, draw_without_faults
 from .host_space import HostDepth
 from .outputs import OUTPUTS, exports_for, read_output
 from .quality import checked_live, resolve_quality
 from .rest import Rest
 from .scene import Scene
+from .settling import settle
 from .snapshot import Snapshot
 from .standpoint import Standpoint
 from .stillness import Stillness
@@ -40,12 +41,11 @@ from .systems.composite import CompositeSystem
 from .systems.light import resolve_sun
 from .terrain_sampler import checked_directions
 from .views import View
+from .watch import Watch
 
 log = logging.getLogger(__name__)
 
 _TARGETS = frozenset({"target", "target_with_depth"})
-_SETTLE_FRAMES = 64
-"""Frames without progress after which settle gives up."""
 
 
 class Renderer:
@@ -93,7 +93,8 @@ class Renderer:
         self.ctx = self.gpu.ctx
         check_size(size, self.gpu.caps.max_texture_size)
         self.size = (int(size[0]), int(size[1]))
-        self._systems: list[System] = [cls() for cls in (*SYSTEMS, *systems)]
+        self.systems: tuple[System, ...] = tuple(cls() for cls in (*SYSTEMS, *systems))
+        """All systems, running or not, in the order of their updates."""
         self._scopes: dict[str, Any] = {}
         self._graph_scope = self.gpu.scope("graph")
         self._backend = GLBackend(self._graph_scope)
@@ -111,6 +112,8 @@ class Renderer:
         self.python_ms = 0.0
         self.faults = Faults()
         """Systems that are switched off because they raised; see `tolerant`."""
+        self.watch = Watch()
+        """Functions to be called when the scene has changed, or all has settled."""
         self.render_scale = 1.0
         """Rows that `render_to` draws for each row of the viewport, which it then fills; with `depth` always 1."""
         self.tolerant = False
@@ -191,28 +194,13 @@ class Renderer:
 
         progress(share) is called after each frame. NotSettled after timeout_s, naming what had not settled.
         """
-        started = time.monotonic()
         self._cut = True
-        waiting: list[str] = []
-        step, idle, share = 0, 0, 0.0
-        while idle < _SETTLE_FRAMES:
-            with self._guest():
-                exports = self._exports - _TARGETS | {"composite.ldr"}
-                self._draw(camera, time_s, sun, exports, 10.0, None, settling=True)
-                running = [s for s in self._systems if s.name in self._scopes]
-                waiting = [s.name for s in running if not s.settled()]  # some read back from the GPU
-                now = min((s.progress() for s in running), default=1.0)
-            step, idle, share = step + 1, 0 if now > share else idle + 1, max(now, share)
-            if progress is not None:
-                progress(1.0 if not waiting else 0.99 * share)
-            if not waiting and step >= 2:
-                return
-            if timeout_s is not None and time.monotonic() - started > timeout_s:
-                break
-        raise NotSettled(
-            f"not settled after {step} frames and {time.monotonic() - started:.1f} s: "
-            f"{', '.join(waiting) or 'nothing'}; give it a longer timeout_s"
-        )
+
+        def frame() -> None:
+            exports = self._exports - _TARGETS | {"composite.ldr"}
+            self._draw(camera, time_s, sun, exports, 10.0, None, settling=True)
+
+        settle(self, frame, timeout_s, progress)
 
     def snapshot(self, camera: Camera | View, time_s: float | None = None, settle: bool = True) -> Snapshot:
         """A picture that shows itself in notebooks; .array, .save(path)."""
@@ -270,13 +258,8 @@ class Renderer:
     @property
     def stats(self) -> dict[str, int]:
         """Cells, vertices and triangles drawn in the last frame, ground and sea together. Reads back from the GPU."""
-        total: dict[str, int] = {}
         with self._guest():
-            for system in self._systems:
-                if system.name in self._scopes:
-                    for key, value in system.statistics().items():
-                        total[key] = total.get(key, 0) + value
-        return total
+            return queries.statistics(self.running)
 
     @property
     def exposure(self) -> float | None:
@@ -289,7 +272,7 @@ class Renderer:
 
     def system(self, name: str) -> System | None:
         """The active system of that name, or None."""
-        return next((s for s in self._systems if s.name == name and name in self._scopes), None)
+        return next((s for s in self.systems if s.name == name and name in self._scopes), None)
 
     def camera_state(self, camera: Camera | View) -> CameraState:
         """The camera in f64 as the renderer uses it: resolved against the scene's ground, lifted out of it if need
@@ -316,7 +299,7 @@ class Renderer:
             self.released = True
             if self._plan is not None:
                 self._plan.release()
-            for system in self._systems:
+            for system in self.systems:
                 self._deactivate(system)
             self.gpu.release()
         if self._own_context:
@@ -375,7 +358,7 @@ class Renderer:
         frame = self._frame_for(state, sun_state, time_s, dt_s)
         frame.ev100 = camera.ev100
         frame.settling, frame.one_shot, frame.exact = settling, one_shot, exact
-        running = [s for s in self._systems if s.name in self._scopes]
+        running = self.running
         frame.still = self._stillness.same_as_before(frame, running)
         if self._rest.may_repeat(frame, running, exports) and self._repeat(exports, running, target):
             self.python_ms = (time.perf_counter() - started) * 1e3
@@ -394,6 +377,7 @@ class Renderer:
             plan.execute()
         self._cut = False
         self._frame_index += 1
+        self.watch.after_frame(self)
 
     def _repeat(self, exports: frozenset[str], running: Sequence[System], target: Any) -> bool:
         """The last picture once more, into the target of this frame; False: it has to be made."""
@@ -432,7 +416,7 @@ class Renderer:
         if key == self._gate_key:
             return
         self._gate_key = key
-        for system in self._systems:
+        for system in self.systems:
             running = system.name in self._scopes
             wanted = system.name not in self.faults and system.active(world)
             if wanted and not running:
@@ -463,9 +447,9 @@ class Renderer:
             scope.release()
 
     @property
-    def systems(self) -> tuple[System, ...]:
-        """All systems, running or not, in the order of their updates."""
-        return tuple(self._systems)
+    def running(self) -> tuple[System, ...]:
+        """The systems that draw the scene as it is."""
+        return tuple(s for s in self.systems if s.name in self._scopes)
 
     @property
     def failed_system(self) -> str:
@@ -493,7 +477,7 @@ class Renderer:
         return exports, tuple((s.name, s.structure) for s in running)
 
     def _compiled(self, exports: frozenset[str]) -> Plan:
-        running = [s for s in self._systems if s.name in self._scopes]
+        running = self.running
         key = self._structure(exports, running)
         if self._plan is not None and key == self._plan_key:
             return self._plan
