@@ -168,8 +168,8 @@ def test_a_clear_sky_lets_all_light_through_and_more_cloud_less(run_compute) -> 
 
 
 def test_clouds_are_lit_until_the_planet_hides_the_sun_from_their_tops() -> None:
-    """From above, without air: a top at 4 km sees the sun until it is acos(R / (R + 4 km)) = 2.03 degrees below the level,
-    and a quarter of a degree more until its disc has gone."""
+    """From above, without air: a top at 4 km sees the sun until it is acos(R / (R + 4 km)) = 2.03 degrees below the
+    level, and a quarter of a degree more until its disc has gone."""
     clouds = Clouds(base_m=1000.0, top_m=4000.0, extinction_per_m=0.01, density_model="uniform", height_profile="none")
     above = pf.Camera.at(20.0, 10.0, 50e3, pitch_deg=-90.0, fov_y_deg=0.5)
     scene = cloudy(clouds, air=False)
