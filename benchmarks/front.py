@@ -15,6 +15,7 @@ __all__ = ["ALTERNATIVES", "alternatives", "front", "row_ms"]
 
 ALTERNATIVES: dict[str, str] = {
     "atmosphere.curve": "cpu_ms",
+    "clouds.curve": "cpu_ms",
     "ocean.speed": "",
     "terrain.backends": "",
     "terrain.error": "",

@@ -18,15 +18,27 @@ PICTURES = {
 """Pictures, and the views that they are of."""
 SIZE, QUALITY = (960, 540), "medium"
 LARGEST_BYTES = 150_000
+DESCENT = "descent"
+"""The animated one: a recording, which goes on where it was interrupted."""
 
 
 def main(names: list[str]) -> None:
     console = Console()
     FOLDER.mkdir(exist_ok=True)
+    if not names or DESCENT in names:
+        scene, parts = pf.load_scene("earth"), Path(__file__).parents[1] / "build" / DESCENT
+        scene.planet.remove(pf.Clouds)  # the ground is to be seen all the way down
+        made = pf.record(scene, DESCENT, parts, count=72, size=(320, 180), fps=12.0, video=False, gif=True)
+        file = FOLDER / f"{DESCENT}.gif"
+        file.write_bytes(made.gif.read_bytes())
+        console.print(f"wrote {file} ({file.stat().st_size / 1000:.0f} kB)")
+    pictures = [name for name in names or PICTURES if name != DESCENT]
+    if not pictures:
+        return
     with pf.Renderer(pf.load_scene("earth"), SIZE, QUALITY) as renderer:
-        for name in names or PICTURES:
+        for name in pictures:
             file = FOLDER / f"{name}.jpg"
-            file.write_bytes(as_jpeg(renderer.snapshot(pf.view(PICTURES[name])).image))
+            file.write_bytes(as_jpeg(renderer.snapshot(pf.view(PICTURES[name], "earth")).image))
             console.print(f"wrote {file} ({file.stat().st_size / 1000:.0f} kB)")
 
 

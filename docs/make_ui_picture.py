@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from make_images import as_jpeg
 from PIL import Image
 
 import planetfall as pf
@@ -67,7 +68,7 @@ def main(size: tuple[int, int]) -> None:
     app.shown.message = ""
     app.frame()
     pixels = np.frombuffer(screen.framebuffer.read(components=3), np.uint8).reshape(size[1], size[0], 3)[::-1]
-    Image.fromarray(np.ascontiguousarray(pixels)).save(TARGET, quality=90)
+    TARGET.write_bytes(as_jpeg(Image.fromarray(np.ascontiguousarray(pixels))))
     interface.release()
     renderer.release()
 

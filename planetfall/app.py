@@ -315,7 +315,8 @@ class FlightApp:
         width, height = self.renderer.size
         x, y = 0.5 * width, 0.5 * height
         if place is not None:
-            ratio = getattr(self.window, "pixel_ratio", 1.0)
+            # Automatic quality draws fewer pixels than the window has.
+            ratio = getattr(self.window, "pixel_ratio", 1.0) * getattr(self.renderer, "render_scale", 1.0)
             x, y = place[0] * ratio, place[1] * ratio
         if not (0.0 <= x < width and 0.0 <= y < height):
             return

@@ -70,7 +70,26 @@ class ViewPage:
         app.time_speed = imgui.slider_float("pace", app.time_speed, 1.0 / 64.0, 1e6, "%.3g x", logarithmic)[1]
         if self._scene.sun.mode != "epoch":
             imgui.text_wrapped("The sun stands still: set Sun epoch_s, and it follows the time.")
+        self._window(imgui, app)
         imgui.pop_item_width()
+
+    @staticmethod
+    def _window(imgui: Any, app: FlightApp) -> None:
+        imgui.separator_text("window")
+        toggled, on = imgui.checkbox("full screen", bool(app.window.fullscreen))
+        if toggled:
+            app.window.fullscreen = on
+        if hasattr(app.window, "vsync"):
+            imgui.same_line()
+            toggled, on = imgui.checkbox("wait for the display", app.window.vsync)
+            if toggled:
+                app.window.vsync = on
+        cap = round(app.pace.frame_cap)
+        cap = imgui.slider_int("frames a second", cap, 0, 240, "%d" if cap else "as many as can be")[1]
+        app.pace.frame_cap = float(cap)
+        imgui.text_disabled(
+            f"{' x '.join(map(str, app.renderer.size))} pixels drawn, {app.window.pixel_ratio:g} a unit"
+        )
 
     def _freeze(self, imgui: Any, app: FlightApp) -> None:
         world = self._scene.world

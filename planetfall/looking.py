@@ -29,13 +29,15 @@ class Looking:
     """The part of a Renderer that only looks: it draws nothing but what a question needs."""
 
     size: tuple[int, int]
-    _systems: list[System]
+    systems: tuple[System, ...]
     _scopes: dict[str, Any]
     _ground: DrawnGround
 
     if TYPE_CHECKING:
 
         def camera_state(self, camera: Camera | View) -> CameraState: ...
+        @property
+        def running(self) -> tuple[System, ...]: ...
         def _require_plan(self) -> Plan: ...
         def _guest(self) -> AbstractContextManager[Any]: ...
 
@@ -75,13 +77,8 @@ class Looking:
     @property
     def stats(self) -> dict[str, int]:
         """Cells, vertices and triangles drawn in the last frame, ground and sea together. Reads back from the GPU."""
-        total: dict[str, int] = {}
         with self._guest():
-            for system in self._systems:
-                if system.name in self._scopes:
-                    for key, value in system.statistics().items():
-                        total[key] = total.get(key, 0) + value
-        return total
+            return queries.statistics(self.running)
 
     @property
     def exposure(self) -> float | None:
@@ -94,4 +91,4 @@ class Looking:
 
     def system(self, name: str) -> System | None:
         """The active system of that name, or None."""
-        return next((s for s in self._systems if s.name == name and name in self._scopes), None)
+        return next((s for s in self.systems if s.name == name and name in self._scopes), None)

@@ -98,7 +98,7 @@ def photo_tiles(
 
     The renderer's size changes meanwhile, and is put back when the last tile is done or the iterator is closed.
     """
-    before = renderer.size
+    before, scale = renderer.size, renderer.render_scale
     width, height = plan.size
     tiles = plan.tiles()
     picture = np.zeros((height, width, 3), np.uint8)
@@ -106,6 +106,7 @@ def photo_tiles(
         time_s = getattr(camera, "time_s", None)
     sun = getattr(camera, "sun", None) if sun is None else sun
     try:
+        renderer.render_scale = 1.0  # whatever automatic quality has made of it
         ev100 = plan.ev100 if plan.ev100 is not None else camera.ev100
         if ev100 is None and len(tiles) > 1:
             ev100 = _measured(renderer, camera, plan.size, time_s, sun)
@@ -115,6 +116,7 @@ def photo_tiles(
             yield done, len(tiles), picture
     finally:
         if not renderer.released:
+            renderer.render_scale = scale
             renderer.resize(before)
 
 

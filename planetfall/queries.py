@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +12,7 @@ from .systems.terrain.system import TerrainSystem
 
 if TYPE_CHECKING:
     from .camera import Camera
+    from .engine.system import System
     from .renderer import Renderer
     from .views import View
 
@@ -29,6 +31,15 @@ def pick(renderer: Renderer, camera: Camera | View, x: float, y: float) -> tuple
         return None
     position = renderer.camera_state(camera).position_m + arrays["position"][row, column].astype(np.float64)
     return position, _NAMES.get(surface, "props")
+
+
+def statistics(systems: Iterable[System]) -> dict[str, int]:
+    """Counts of the last frame, summed over systems."""
+    total: dict[str, int] = {}
+    for system in systems:
+        for key, value in system.statistics().items():
+            total[key] = total.get(key, 0) + value
+    return total
 
 
 def height_drawn(renderer: Renderer, directions: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -24,7 +24,7 @@ from .engine.hosts.foreign import ForeignHost, attach
 from .engine.settings import revision
 from .engine.space import CameraState
 from .engine.system import Frame, Setup, SunState, System, ViewInfo
-from .errors import NotSettled, SettingError
+from .errors import SettingError
 from .faults import Faults, draw_without_faults
 from .host_space import HostDepth
 from .looking import Looking
@@ -33,18 +33,18 @@ from .quality import checked_live, resolve_quality
 from .render_view import RenderView
 from .rest import Rest
 from .scene import Scene
+from .settling import settle
 from .snapshot import Snapshot
 from .standpoint import Standpoint
 from .stillness import Stillness
 from .system_list import SYSTEMS
 from .systems.light import resolve_sun
 from .views import View
+from .watch import Watch
 
 log = logging.getLogger(__name__)
 
 _TARGETS = frozenset({"target", "target_with_depth"})
-_SETTLE_FRAMES = 64
-"""Frames without progress after which settle gives up."""
 
 
 class Renderer(Looking):
@@ -89,12 +89,14 @@ class Renderer(Looking):
             self.gpu = host.gpu
             self._host = host if guard else None
         self._own_context, self.ctx = ctx is None, self.gpu.ctx
-        self._watch = ContextWatch(self)
+        self._context = ContextWatch(self)
         check_size(size, self.gpu.caps.max_texture_size)
         self.size = (int(size[0]), int(size[1]))
         self._views: list[RenderView] = []
         self._view_index, self._gates = 0, 0  # gates: how often systems came or went
-        self._systems: list[System] = [cls() for cls in (*SYSTEMS, *extend.registered_systems(), *systems)]
+        kinds = (*SYSTEMS, *extend.registered_systems(), *systems)
+        self.systems: tuple[System, ...] = tuple(cls() for cls in kinds)
+        """All systems, running or not, in the order of their updates."""
         self._scopes: dict[str, Any] = {}
         self._graph_scope = self.gpu.scope("graph")
         self._backend = GLBackend(self._graph_scope)
@@ -110,6 +112,8 @@ class Renderer(Looking):
         self._cut, self.python_ms = True, 0.0
         self.faults = Faults()
         """Systems that are switched off because they raised; see `tolerant`."""
+        self.watch = Watch()
+        """Functions to be called when the scene has changed, or all has settled."""
         self.render_scale = 1.0
         """Rows that `render_to` draws for each row of the viewport, which it then fills; with `depth` always 1."""
         self.tolerant = False
@@ -189,28 +193,13 @@ class Renderer(Looking):
 
         progress(share) is called after each frame. NotSettled after timeout_s, naming what had not settled.
         """
-        started = time.monotonic()
         self._cut = True
-        waiting: list[str] = []
-        step, idle, share = 0, 0, 0.0
-        while idle < _SETTLE_FRAMES:
-            with self._guest():
-                exports = self._exports - _TARGETS | {"composite.ldr"}
-                self._draw(camera, time_s, sun, exports, 10.0, None, settling=True)
-                running = [s for s in self._systems if s.name in self._scopes]
-                waiting = [s.name for s in running if not s.settled()]  # some read back from the GPU
-                now = min((s.progress() for s in running), default=1.0)
-            step, idle, share = step + 1, 0 if now > share else idle + 1, max(now, share)
-            if progress is not None:
-                progress(1.0 if not waiting else 0.99 * share)
-            if not waiting and step >= 2:
-                return
-            if timeout_s is not None and time.monotonic() - started > timeout_s:
-                break
-        raise NotSettled(
-            f"not settled after {step} frames and {time.monotonic() - started:.1f} s: "
-            f"{', '.join(waiting) or 'nothing'}; give it a longer timeout_s"
-        )
+
+        def frame() -> None:
+            exports = self._exports - _TARGETS | {"composite.ldr"}
+            self._draw(camera, time_s, sun, exports, 10.0, None, settling=True)
+
+        settle(self, frame, timeout_s, progress)
 
     def snapshot(self, camera: Camera | View, time_s: float | None = None, settle: bool = True) -> Snapshot:
         """A picture that shows itself in notebooks; .array, .save(path)."""
@@ -259,13 +248,13 @@ class Renderer(Looking):
         """Free every GL object; may be called twice. With a lost context they are gone already."""
         if self.released:
             return
-        if not self._watch.lost:
+        if not self._context.lost:
             with self._guest():
                 for view in list(self._views):
                     view.release()
                 if self._plan is not None:
                     self._plan.release()
-                for system in self._systems:
+                for system in self.systems:
                     self._deactivate(system)
                 self.gpu.release()
         self.released = True
@@ -285,7 +274,7 @@ class Renderer(Looking):
     def _guest(self, framebuffer: moderngl.Framebuffer | None = None) -> AbstractContextManager[Any]:
         if self.released:
             raise SettingError("this renderer has been released: make a new one")
-        self._watch.check()
+        self._context.check()
         self.scene.world.resources = self._resources  # a scene may have several renderers
         if self._own_context:
             # A program may have several renderers, each with its own context. It stays current: reading a buffer
@@ -326,7 +315,7 @@ class Renderer(Looking):
         frame = self._frame_for(state, sun_state, time_s, dt_s)
         frame.ev100 = camera.ev100
         frame.settling, frame.one_shot, frame.exact = settling, one_shot, exact
-        running = [s for s in self._systems if s.name in self._scopes]
+        running = self.running
         frame.still = self._stillness.same_as_before(frame, running)
         # With several views what systems say of themselves may be said of another view.
         rests = not self._views and self._rest.may_repeat(frame, running, exports)
@@ -347,6 +336,7 @@ class Renderer(Looking):
             plan.execute()
         self._cut = False
         self._frame_index += 1
+        self.watch.after_frame(self)
 
     def _repeat(self, exports: frozenset[str], running: Sequence[System], target: Any) -> bool:
         """The last picture once more, into the target of this frame; False: it has to be made."""
@@ -385,7 +375,7 @@ class Renderer(Looking):
         if key == self._gate_key:
             return
         self._gate_key = key
-        for system in self._systems:
+        for system in self.systems:
             running = system.name in self._scopes
             wanted = system.name not in self.faults and system.active(world)
             if wanted and not running:
@@ -416,9 +406,9 @@ class Renderer(Looking):
             scope.release()
 
     @property
-    def systems(self) -> tuple[System, ...]:
-        """All systems, running or not, in the order of their updates."""
-        return tuple(self._systems)
+    def running(self) -> tuple[System, ...]:
+        """The systems that draw the scene as it is."""
+        return tuple(s for s in self.systems if s.name in self._scopes)
 
     @property
     def failed_system(self) -> str:
@@ -446,7 +436,7 @@ class Renderer(Looking):
         return exports, self._gates, tuple((s.name, s.structure) for s in running)
 
     def _compiled(self, exports: frozenset[str]) -> Plan:
-        running = [s for s in self._systems if s.name in self._scopes]
+        running = self.running
         key = self._structure(exports, running)
         if self._plan is not None and key == self._plan_key:
             return self._plan

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from .components import DebugView, Exposure, Shape, Sun, Transform
@@ -28,7 +29,7 @@ class Stillness:
         """The next frame is another one than the last, whatever it shows."""
         self._shown = ()
 
-    def same_as_before(self, frame: Frame, running: list[System]) -> bool:
+    def same_as_before(self, frame: Frame, running: Sequence[System]) -> bool:
         """See Frame.still."""
         camera, sun = frame.camera, frame.sun
         revisions = [

@@ -41,7 +41,7 @@ class Picture:
     name: also the file's, below tests/golden. changes: {"table.field": value}, undone afterwards. overrides: quality
     keys; each set of them needs a renderer of its own. free: as a plain camera with the view's sun, so that the scene's
     Exposure counts and not the view's fixed one; turned_deg then turns it to the right. sun_higher_deg: raises the sun.
-    clouds: whether the planet keeps its own; without, ground and sea are seen as they are.
+    clouds: whether the planet keeps its own; without, ground and sea are seen as they are. later_s: than the view.
     allowed: limit of this picture in place of the common one.
     """
 
@@ -55,6 +55,7 @@ class Picture:
     turned_deg: float = 0.0
     sun_higher_deg: float = 0.0
     clouds: bool = False
+    later_s: float = 0.0
     allowed: Limit | None = None
 
     @property
@@ -72,6 +73,7 @@ class Picture:
             "overrides": dict(self.overrides),
             "exposure": "scene" if self.free else "view",
             **({"clouds": True} if self.clouds else {}),
+            **({"later_s": self.later_s} if self.later_s else {}),
         }
 
 
@@ -209,6 +211,8 @@ CLOUD_PICTURES: tuple[Picture, ...] = (
     cloud_picture("limb", "limb"),
     cloud_picture("terminator", "terminator"),
     cloud_picture("disc", "space"),
+    cloud_picture("disc_after_an_hour", "space", later_s=3600.0),
+    cloud_picture("disc_after_ten_days", "space", later_s=864e3),
 )
 """Fair weather from the ground, a closed sky, low suns, a sea of clouds from 10 km, shadows on land and sea, day's edge
 from 400 and 2000 km, and the full disc; earth/clouds is inside."""
@@ -251,7 +255,9 @@ class Studio:
     def take(self, picture: Picture) -> Pixels:
         """u8 (H, W, 3), row 0 on top."""
         key = (picture.planet, picture.view, picture.size, picture.clouds)
-        unchanged = not (picture.changes or picture.overrides or picture.free or picture.sun_higher_deg)
+        unchanged = not (
+            picture.changes or picture.overrides or picture.free or picture.sun_higher_deg or picture.later_s
+        )
         if unchanged and key in self._plain:
             return self._plain[key]
         scene, renderer = self._renderer(picture)
@@ -262,8 +268,9 @@ class Studio:
             if picture.free:
                 aside = np.tan(np.radians(picture.turned_deg)) * np.cross(view.forward, view.up)
                 shot = pf.Camera(view.position_m, view.forward + aside, view.up, view.fov_y_deg)
-            renderer.settle(shot, view.time_s, sun)
-            pixels = renderer.render(shot, view.time_s, sun)["color"]
+            time_s = view.time_s + picture.later_s
+            renderer.settle(shot, time_s, sun)
+            pixels = renderer.render(shot, time_s, sun)["color"]
         if unchanged:
             self._plain[key] = pixels
         return pixels

@@ -175,6 +175,7 @@ class TileRenderer:
     def __init__(self, scene: Any) -> None:
         self.scene, self.size, self.released, self.exposure = scene, (64, 36), False, 13.5
         self.stats: dict[str, int] = {}
+        self.render_scale = 0.5
         self.sizes: list[tuple[int, int]] = []
         self.cameras: list[Any] = []
 
@@ -194,6 +195,7 @@ class TileRenderer:
     def render_to(self, *_: Any, **__: Any) -> None: ...
 
     def render(self, camera: Any, time_s: Any, sun: Any = None) -> dict[str, Any]:
+        assert self.render_scale == 1.0
         self.sizes.append(self.size)
         self.cameras.append(camera)
         return {"color": np.full((self.size[1], self.size[0], 3), len(self.sizes), np.uint8)}
@@ -214,6 +216,7 @@ def test_a_photo_is_taken_a_tile_a_frame(scene: Any, tmp_path: Path) -> None:
         frames += 1
     assert frames == 9  # the exposure, and four tiles by two
     assert app.renderer.size == (64, 36) and "saved" in app.shown.message
+    assert app.renderer.render_scale == 0.5
     (file,) = tmp_path.glob("*.png")
     told = read_png_settings(file)
     assert told["size"] == [600, 300] and told["exposure"] == 13.5 and told["components"]["ocean"]

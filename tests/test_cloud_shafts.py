@@ -162,3 +162,39 @@ def test_a_clear_sky_lets_all_light_through_and_more_cloud_less(run_compute) -> 
     assert (np.diff(t[:, 0]) <= 1e-7).all() and (np.diff(t[:, 2]) <= 1e-7).all()
     assert (np.diff(t[:, 0] + t[:, 1]) <= 1e-6).all()
     assert (t >= 0.0).all() and (t <= 1.0 + 1e-6).all()
+
+
+# -- the planet's shadow ----------------------------------------------------------------------------------------------
+
+
+def test_clouds_are_lit_until_the_planet_hides_the_sun_from_their_tops() -> None:
+    """From above, without air: a top at 4 km sees the sun until it is acos(R / (R + 4 km)) = 2.03 degrees below the
+    level, and a quarter of a degree more until its disc has gone."""
+    clouds = Clouds(base_m=1000.0, top_m=4000.0, extinction_per_m=0.01, density_model="uniform", height_profile="none")
+    above = pf.Camera.at(20.0, 10.0, 50e3, pitch_deg=-90.0, fov_y_deg=0.5)
+    scene = cloudy(clouds, air=False)
+    light = {}
+    with renderer_of(scene, (16, 8)) as renderer:
+        for elevation in (-2.4, -1.7, -1.0, 1.0):
+            sun = pf.Sun(elevation_deg=elevation, azimuth_deg=90.0, latitude_deg=20.0, longitude_deg=10.0)
+            light[elevation] = radiance(renderer, above, sun=sun).mean()
+    # A stripe of 400 m is no more than 0.002 degrees of the planet.
+    assert light[-2.4] < 1e-3 * light[-1.7]
+    assert 0.0 < light[-1.7] < light[-1.0] < light[1.0]
+
+
+def test_after_sunset_clouds_are_red_from_below() -> None:
+    """Sunlight has come through hundreds of kilometres of air."""
+    dusk = pf.Sun(elevation_deg=-0.7, azimuth_deg=120.0, latitude_deg=20.0, longitude_deg=10.0)
+    high = pf.Sun(elevation_deg=40.0, azimuth_deg=120.0, latitude_deg=20.0, longitude_deg=10.0)
+    camera = pf.Camera.at(20.0, 10.0, 100.0, heading_deg=120.0, pitch_deg=20.0)
+    with renderer_of(cloudy(coverage=0.7), (48, 27)) as renderer:
+
+        def colour(sun: pf.Sun) -> np.ndarray:
+            renderer.render(camera, sun=sun)
+            rays = texture(renderer, "clouds.rays")
+            return np.median(rays[rays[..., 3] < 0.05][:, :3], axis=0)
+
+        evening, day = colour(dusk), colour(high)
+    assert evening[0] > 3.0 * evening[2] > 0.0
+    assert day[0] < 1.5 * day[2]

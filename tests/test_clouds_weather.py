@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
-from cloud_kit import cloudy, renderer_of, texture
+from cloud_kit import cloudy, opacity, renderer_of, texture
 
 import planetfall as pf
+from planetfall.benchmarks.scenes import preset_scene
 from planetfall.systems.clouds.maps import BORDER
 from planetfall.systems.clouds.system import CloudSystem
 from planetfall.systems.clouds.volumes import even_spread, level_deviations
@@ -149,6 +152,25 @@ def test_weather_changes_a_little_in_an_hour_and_much_in_ten_days() -> None:
     hour, days = (np.corrcoef(maps[0], m)[0, 1] for m in maps[1:])
     assert hour > 0.98
     assert days < 0.8
+
+
+@pytest.mark.parametrize("time_s", [0.0, 10.0 * DAY_S])
+def test_earth_is_half_to_two_thirds_under_cloud(time_s: float) -> None:
+    """Straight down on 24 regions of 2400 km, weighted by the area they stand for. Satellites find 0.67 of the planet
+    under cloud that they can tell from none (King et al. 2013); that is taken to hide a third of what is below."""
+    with preset_scene("earth", clouds=True) as earth:
+        clouds = earth.planet[pf.Clouds]
+        given = {f.name: getattr(clouds, f.name) for f in dataclasses.fields(clouds)}
+    found, areas = [], []
+    with renderer_of(cloudy(pf.Clouds(**given), air=False), (24, 24), shape_texels=64, fine_steps=48) as renderer:
+        for latitude in (-75.0, -45.0, -15.0, 15.0, 45.0, 75.0):
+            for longitude in (0.0, 90.0, 180.0, 270.0):
+                fov = 2.0 * np.degrees(np.arctan(1.2e6 / 2e7))
+                camera = pf.Camera.at(latitude, longitude, 2e7, pitch_deg=-90.0, fov_y_deg=fov)
+                sun = pf.Sun(direction=tuple(pf.direction(latitude, longitude)))
+                found.append((opacity(renderer, camera, time_s=time_s, sun=sun) > 1.0 / 3.0).mean())
+                areas.append(np.cos(np.radians(latitude)))
+    assert 0.5 < np.average(found, weights=areas) < 0.7
 
 
 def test_noise_is_spread_evenly_and_wraps() -> None:

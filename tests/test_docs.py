@@ -17,6 +17,7 @@ ROOT = Path(__file__).resolve().parents[1]
 DOCS = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").glob("*.md")])
 REFRESH = "planetfall graph earth --view near --into docs/architecture.md"
 LARGEST_PICTURE_BYTES = 150_000
+LARGEST_ANIMATION_BYTES = 3_000_000
 
 
 def blocks(file: Path, language: str) -> list[str]:
@@ -125,8 +126,9 @@ def test_pictures_are_small_and_used() -> None:
     pictures = sorted((ROOT / "docs" / "images").glob("*"))
     used = {Path(name).name for name in re.findall(r"\]\((docs/images/[^)]+)\)", (ROOT / "README.md").read_text())}
     assert {picture.name for picture in pictures} == used, "docs/make_images.py makes the pictures of README.md"
-    large = [picture.name for picture in pictures if picture.stat().st_size > LARGEST_PICTURE_BYTES]
-    assert not large, f"pictures above {LARGEST_PICTURE_BYTES} bytes: {large}"
+    limits = {".gif": LARGEST_ANIMATION_BYTES}
+    large = [p.name for p in pictures if p.stat().st_size > limits.get(p.suffix, LARGEST_PICTURE_BYTES)]
+    assert not large, f"pictures above {LARGEST_PICTURE_BYTES} bytes, or animations above {limits}: {large}"
 
 
 def test_controls_are_those_of_the_window() -> None:

@@ -99,7 +99,7 @@ def f64_error(renderer, camera, time_s, reach_m):
     out = renderer.render(camera, time_s=time_s, outputs=("position", "surface"))
     near = (out["surface"] == SEA) & (np.linalg.norm(out["position"], axis=2) < reach_m)
     points = renderer.camera_state(camera).position_m + out["position"][near].astype(np.float64)
-    waves = next(s for s in renderer._systems if s.name == "ocean")._waves._held[1]
+    waves = next(s for s in renderer.systems if s.name == "ocean")._waves._held[1]
     distance = np.linalg.norm(points, axis=1)
     calm, _, moved = at_directions(waves, points / distance[:, None], np.full(len(points), time_s))
     true = np.linalg.norm(calm * waves.radius_m + moved, axis=1)
@@ -118,7 +118,7 @@ def test_the_sea_is_drawn_where_float64_has_it(earth):
 def test_cells_agree_on_the_vertices_that_they_share(earth):
     """To the last bit, in waves: or there would be cracks between them."""
     earth.render(over_the_sea(5.0), time_s=12345.0)
-    system = next(s for s in earth._systems if s.name == "ocean")
+    system = next(s for s in earth.systems if s.name == "ocean")
     sea = system._views[0]
     rows = sea.mesh.read_visible()
     calm = sea.mesh.read_vertices()[rows]["position_m"]

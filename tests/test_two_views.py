@@ -60,7 +60,7 @@ def declared(renderer: pf.Renderer, builder: GraphBuilder, sizes: dict[int, tupl
         view = ViewInfo(size, index, EXPORTS, renderer.scene.planet.entity)
         of_view = builder.scope(view=index, size=size)
         of_planet = of_view.scope(planet=0)
-        for system in renderer._systems:
+        for system in renderer.systems:
             if system.name in renderer._scopes:
                 system.declare(of_planet if Planet in system.needs else of_view, view)
         for name in sorted(EXPORTS):
@@ -120,7 +120,7 @@ def test_two_views_on_opengl(renderer: pf.Renderer) -> None:
     wanted = renderer.render(shot, outputs=("color",))["color"]
     frame = renderer._frame
     assert frame is not None
-    running = [s for s in renderer._systems if s.name in renderer._scopes]
+    running = [s for s in renderer.systems if s.name in renderer._scopes]
     with renderer.current():
         for index in (0, 1):
             view_frame = replace(frame, view_index=index)

@@ -274,7 +274,7 @@ def time_start(scene: Any, size: tuple[int, int], quality: str, camera: Camera) 
         try:
             renderer.render(camera)
             cached = time.perf_counter() - again
-            if not all(system.settled() for system in renderer._systems if system.name == "atmosphere"):
+            if not all(system.settled() for system in renderer.systems if system.name == "atmosphere"):
                 raise RuntimeError("the second renderer didn't find the tables on disk")
         finally:
             renderer.release()

@@ -233,7 +233,7 @@ def crossing_heights(scene: Case, edge_m: float) -> Floats:
     thinnest = min(layer["top_m"] - layer["base_m"] for layer in layers_of(scene))
     densest = max(layer["extinction_per_m"] for layer in layers_of(scene))
     step = min(1.0, STEP_SHARE * thinnest, STEP_DEPTH / max(densest, 1e-9))
-    return edge_m + step * (np.arange(CROSSING_STEPS) - CROSSING_STEPS // 2)
+    return edge_m + step * np.arange(-(CROSSING_STEPS // 2), CROSSING_STEPS // 2 + 1, dtype=np.float64)
 
 
 def _away_from_tangents(ups: Floats, ways: Floats, radius_m: float, height_m: float) -> NDArray[np.bool_]:

@@ -14,7 +14,7 @@ SUITES: Mapping[str, str] = {
     "terrain": "Accuracy of the ground: positions, heights, normals, coverage, jitter, triangles, error on screen",
     "ocean": "The sea: waves against float64, seams, time by number of waves, flicker; OceanSampler's time and error",
     "atmosphere": "Air: errors against the float64 reference, run time, what is skipped",
-    "clouds": "Clouds: errors of the march against float64 references",
+    "clouds": "Clouds: errors of the march against float64 references; pictures by quality: error against time",
     "frame": "Whole frames at 640 x 360: ms in all, by pass and by knob, what is skipped, memory",
     "scaling": "How time grows with pixels, triangles, layers of noise, waves and layers of cloud: exponents",
     "startup": "Import and first picture, warm and cold; memory of the process",

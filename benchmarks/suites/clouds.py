@@ -10,6 +10,7 @@ import numpy as np
 from ..measure import cloud_shafts, clouds
 from ..session import Bench, Session
 from ..target import Target, at_least, at_most
+from .clouds_pictures import curve, speed
 
 QUALITIES = ("low", "medium", "high", "ultra", "reference")
 MEDIANS = {"high": 3e-2, "reference": 1e-2}
@@ -142,4 +143,6 @@ def _repeats(session: Session) -> None:
                 )  # fmt: skip
 
 
-BENCHES: Mapping[str, Bench] = {"accuracy": _accuracy, "paper": _paper, "repeats": _repeats}
+BENCHES: Mapping[str, Bench] = {
+    "accuracy": _accuracy, "curve": curve, "speed": speed, "paper": _paper, "repeats": _repeats,
+}  # fmt: skip

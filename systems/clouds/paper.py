@@ -118,16 +118,15 @@ class PaperClouds:
         self._block.shape[0, 0] = 0.0 if layer is None else float(layer.height_profile == "parabola")
         small = thickness / STEPS
         self._view.set("u_steps", (small, LARGE_STEP * small))
-        weather = layer is not None and layer.density_model == "weather"
+        coverage = float(layer.coverage) if layer is not None and layer.density_model == "weather" else None
         albedo, asymmetry = (0.0, 0.0) if layer is None else (layer.albedo, layer.asymmetry)
-        tuned = (SCATTERING, ASYMMETRY) if weather else (1.0, 1.0)
+        tuned = (SCATTERING, ASYMMETRY) if coverage is not None else (1.0, 1.0)
         self._block.droplets[0] = tuned[0] * albedo, tuned[1] * asymmetry, 0.0, 0.0
-        wanted = (layer.coverage, self._tile_m, thickness) if weather else ()
+        wanted = () if coverage is None else (coverage, self._tile_m, thickness)
         if wanted != self._volume_for or self._volume is None:
             self._volume_for = wanted
             self._volumes.release()
             self._volumes = self._gpu.gpu.scope(self.name)
-            coverage = float(layer.coverage) if weather else None
             self._volume = PaperVolume(
                 self._volumes, self._texels, coverage, self._tile_m, thickness, LARGE_STEP * small
             )

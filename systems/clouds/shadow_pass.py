@@ -14,9 +14,10 @@ from .columns import intervals_of, span_rows, spans_of
 from .shadow import ShadowMaps
 from .view_block import MOST_INTERVALS, MOST_MAPS, CloudViewBlock
 
-__all__ = ["SHADED", "SHADOW", "SUN", "ShadowPass"]
+__all__ = ["SHADED", "SHADOW", "SUN", "SUN_UNIT", "ShadowPass"]
 
 SHADOW, SUN, SHADED = "clouds.shadow", "clouds.sun", "clouds.shaded"
+SUN_UNIT = 5
 _HEIGHT = 0.3
 """Share of the first layer's thickness at which the maps lie."""
 

@@ -15,12 +15,11 @@ from ...engine.system import Frame
 from ...engine.world import World
 from .past import Past
 from .shadow import ShadowMaps
-from .shadow_pass import SHADED, SUN
+from .shadow_pass import SHADED, SUN, SUN_UNIT
 
 __all__ = ["Shafts"]
 
 _GROUPS = "clouds.shaft_groups"
-_SUN_UNIT = 5
 _NARROW, _WIDE = 2.0, 8.0
 """Thicknesses of the first layer that a pixel is wide where shafts begin to fade and where they are gone: from there
 on a pixel has lit and shaded air in it, and what is shaded lies below clouds that hide it."""
@@ -123,7 +122,7 @@ class Shafts:
         def run() -> None:
             bind()
             depth.use(4)
-            sun.use(_SUN_UNIT)
+            sun.use(SUN_UNIT)
             light.bind_to_image(0, read=True, write=True)
             far.bind_to_image(1, read=True, write=True)
             self._march.set("u_march", (self._steps, self.share, self._soft_m))

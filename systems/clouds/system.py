@@ -20,7 +20,7 @@ from .maps import BORDER, WeatherMaps
 from .model import CloudModel
 from .past import NONE, Past
 from .probe import SLAB_UNIT, march_defines, slab_texture
-from .shadow_pass import SHADOW, ShadowPass
+from .shadow_pass import SHADOW, SUN, SUN_UNIT, ShadowPass
 from .shafts import Shafts
 from .view_block import CLOUD_VIEW_BINDING, CloudViewBlock
 from .view_march import DISTANCE, RAYS, ViewMarch
@@ -226,7 +226,7 @@ class CloudSystem(System):
             kind="compute",
             bind=self._bind_sky,
             system=self.name,
-            reads=air,
+            reads=(SUN, *air),
             creates=(
                 TextureSpec(
                     _SKY, "rgba32f", (_SKY_TEXELS, _SKY_TEXELS), "persistent", filter="linear",
@@ -265,13 +265,14 @@ class CloudSystem(System):
         )
 
     def _bind_sky(self, io: PassIO) -> Callable[[], None]:
-        texture = io.texture(_SKY)
+        texture, sun = io.texture(_SKY), io.texture(SUN)
         bind = bind_contracts(self._world, io, but=self.name)
         self._skies.clear()
 
         def run() -> None:
             bind()
             self.bind_density()
+            sun.use(SUN_UNIT)
             texture.bind_to_image(0, read=False, write=True)
             self._look_up.run_over(*texture.size)
 

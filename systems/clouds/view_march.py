@@ -11,6 +11,7 @@ from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.system import ViewInfo
 from ...engine.world import World
 from .past import NONE, Past
+from .shadow_pass import SUN, SUN_UNIT
 
 __all__ = ["DISTANCE", "RAYS", "ViewMarch"]
 
@@ -69,7 +70,7 @@ class ViewMarch:
             kind="compute",
             bind=lambda io: self._bind_march(io, past, bind_clouds),
             system=self._system,
-            reads=("gbuffer.depth", _TILES, *air),
+            reads=("gbuffer.depth", SUN, _TILES, *air),
             writes=(RAYS, DISTANCE),
             after=("clouds.classify",),
             when=lambda: not past().skip,
@@ -80,7 +81,7 @@ class ViewMarch:
             kind="compute",
             bind=lambda io: self._bind_debug(io, past, bind_clouds),
             system=self._system,
-            reads=("gbuffer.depth", _FLAGS, *air),
+            reads=("gbuffer.depth", SUN, _FLAGS, *air),
             creates=(
                 TextureSpec("debug.cloud_tiles", "rgba8", size, help="dark: nothing, blue: air only, else cloud"),
                 TextureSpec("debug.cloud_steps", "r32f", size, help="places looked at, without the sun's"),
@@ -118,7 +119,8 @@ class ViewMarch:
 
     def _bind_march(self, io: PassIO, past: Callable[[], Past], bind_clouds: Callable[[], None]) -> Callable[[], None]:
         color, distance, depth = io.texture(RAYS), io.texture(DISTANCE), io.texture("gbuffer.depth")
-        tiles, bind = io.buffer(_TILES), bind_contracts(self._world, io, but=self._system)
+        tiles, sun = io.buffer(_TILES), io.texture(SUN)
+        bind = bind_contracts(self._world, io, but=self._system)
 
         def run() -> None:
             bind()
@@ -126,6 +128,7 @@ class ViewMarch:
             depth.use(4)
             color.bind_to_image(0, read=False, write=True)
             distance.bind_to_image(1, read=False, write=True)
+            sun.use(SUN_UNIT)
             tiles.bind_to_storage_buffer(7)
             self._place(self._march, past())
             self._march.run_indirect(tiles)
@@ -134,7 +137,7 @@ class ViewMarch:
 
     def _bind_debug(self, io: PassIO, past: Callable[[], Past], bind_clouds: Callable[[], None]) -> Callable[[], None]:
         classes, steps = io.texture("debug.cloud_tiles"), io.texture("debug.cloud_steps")
-        depth, flags = io.texture("gbuffer.depth"), io.buffer(_FLAGS)
+        depth, flags, sun = io.texture("gbuffer.depth"), io.buffer(_FLAGS), io.texture(SUN)
         bind = bind_contracts(self._world, io, but=self._system)
         if self._debug is None:
             self._debug = self._gpu.compute("clouds/debug.comp", self._defines)
@@ -145,6 +148,7 @@ class ViewMarch:
             bind()
             bind_clouds()
             depth.use(4)
+            sun.use(SUN_UNIT)
             classes.bind_to_image(0, read=False, write=True)
             steps.bind_to_image(1, read=False, write=True)
             flags.bind_to_storage_buffer(0)

@@ -20,6 +20,8 @@ __all__ = ["SeaWaves", "WaveView", "highest_likely_m"]
 
 MANY = 48
 """From so many waves on the long ones of each tile of the picture are summed at a few nodes of it."""
+_LONG_RUNS = 256
+"""From so many waves on a software renderer takes twice as many pixels a lane."""
 _SWELL_BYTES = 16 * 23  # SwellTile of ocean/swell.glsl
 
 _RG16_SNORM = 0x8F99  # moderngl takes it for rgba
@@ -58,25 +60,28 @@ class SeaWaves:
     def __init__(self, name: str) -> None:
         self._name = name
         self._held: tuple[tuple[Any, ...], WaveSet] | None = None
-        self._many = False
+        self._many = self._long = False
 
     def setup(self, setup: Setup) -> None:
         self._gpu = setup.gpu
-        # Fetching a wave costs as much as evaluating it where lanes can't share the fetch.
-        self._run = 8 if setup.gpu.gpu.caps.is_software else 2
-        self._programs: dict[tuple[str, bool, bool], Any] = {}
+        # Fetching a wave costs as much as evaluating it where lanes can't share the fetch. With fewer waves long runs
+        # save less than what they leave out is worth: how waves bend, and what a pixel shows of them, along a run.
+        self._runs = (8, 16) if setup.gpu.gpu.caps.is_software else (2, 2)
+        self._programs: dict[tuple[str, bool, bool, int], Any] = {}
         self._footprint_px = float(setup.settings["ocean.footprint_px"])
         self._held = None
 
     def _program(self, file: str, moves: bool, swell: bool) -> Any:
-        found = self._programs.get((file, moves, swell))
+        run = self._runs[self._long]
+        key = (file, moves, swell, run)
+        found = self._programs.get(key)
         if found is None:
-            defines = {"SEA_RUN": self._run, "SEA_LANES": 128 // self._run}
+            defines = {"SEA_RUN": run, "SEA_LANES": 128 // run}
             if moves:
                 defines["SEA_MOVES"] = 1
             if swell:
                 defines["SEA_SWELL"] = 1
-            found = self._programs[file, moves, swell] = self._gpu.compute(file, defines=defines)
+            found = self._programs[key] = self._gpu.compute(file, defines=defines)
         return found
 
     def view(self) -> WaveView:
@@ -107,9 +112,9 @@ class SeaWaves:
         up_m = highest_likely_m(waves)
         far_m = math.hypot(up_m, min(waves.farthest_m, likely_m(waves)))
         moves = far_m > VISIBLE_PX * pixel_angle * max(above_sea_m - up_m, 0.1)
-        many = len(waves) >= MANY
-        changed = (moves, many) != (view.moves, self._many)
-        view.moves, self._many = moves, many
+        many, long = len(waves) >= MANY, len(waves) >= _LONG_RUNS
+        changed = (moves, many, long) != (view.moves, self._many, self._long)
+        view.moves, self._many, self._long = moves, many, long
         view.reach_m = (up_m, far_m) if moves else (0.0, 0.0)
         view.waves, view.anchor = waves, proxy.lattice.direction
         view.placed += 1

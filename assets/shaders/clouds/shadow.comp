@@ -16,6 +16,7 @@ layout(location = 3) uniform vec4 u_up;       // there
 layout(location = 4) uniform vec2 u_intervals[CLOUD_MOST_INTERVALS];   // heights from and to, lowest first
 
 const float DEEPEST = 6e4;      // half floats end at 65504
+const int MOST_SPLIT = 8;
 const float SHADED = 0.002;     // optical depth that counts
 
 void main() {
@@ -38,11 +39,14 @@ void main() {
     for (int i = intervals - 1; i >= 0; --i) {
         vec2 heights = u_intervals[i];
         float from = cloud_way_to(r, mu, heights.y - cloud_view.shadow.x);
-        for (int k = 0; k < u_steps; ++k) {
-            float share = (float(k) + 1.0) / float(u_steps), lower = mix(heights.y, heights.x, share);
-            float height = mix(heights.y, heights.x, share - 0.5 / float(u_steps));
+        // Under a low sun the way is long: in longer steps clouds and gaps would be taken together.
+        float all = from - cloud_way_to(r, mu, heights.x - cloud_view.shadow.x);
+        int steps = u_steps * clamp(int(0.5 * all / (float(u_steps) * footprint)), 1, MOST_SPLIT);
+        for (int k = 0; k < steps; ++k) {
+            float share = (float(k) + 1.0) / float(steps), lower = mix(heights.y, heights.x, share);
+            float height = mix(heights.y, heights.x, share - 0.5 / float(steps));
             float to = cloud_way_to(r, mu, lower - cloud_view.shadow.x), way = max(from - to, 0.0), middle = 0.5 * (from + to);
-            float wide = max(footprint, 0.5 * way);
+            float wide = max(footprint, 0.35 * way);
             CloudWeather w = cloud_weather(normalize(foot + sun * middle), wide);
             for (int layer = 0; layer < int(cloud_view.counts.x); ++layer) {
                 vec4 shell = cloud_view.shell[layer];

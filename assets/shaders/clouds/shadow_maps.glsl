@@ -8,11 +8,15 @@ vec2 cloud_map_place(vec3 D, int level) {
         * cloud_view.shadow_from[level].w;
 }
 
+float cloud_map_texel(int level) {
+    return 2.0 / (cloud_view.shadow_from[level].w * cloud_view.shadow.w);
+}
+
 // The first map to ask for a place, no finer than a width in metres calls for. Each is four times wider than the one before,
 // and about in the same middle.
 int cloud_first_map(vec3 D, float wide_m) {
     vec2 at = abs(cloud_map_place(D, 0));
-    float texel_m = 2.0 / (cloud_view.shadow_from[0].w * cloud_view.shadow.w);
+    float texel_m = cloud_map_texel(0);
     float holds = log2(max(max(at.x, at.y), 1e-3)) - 0.2, shows = log2(max(wide_m / texel_m, 1e-3));
     return clamp(int(0.5 * max(max(holds, shows), 0.0)), 0, max(int(cloud_view.shadow.y) - 1, 0));
 }

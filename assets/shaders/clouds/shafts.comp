@@ -28,7 +28,7 @@ void main() {
     int steps = span.y - span.x > 1.0 ? int(u_march.x) : 0;
     // Steps grow with distance: the air's transmittance, and what a pixel tells apart, do so as well.
     float growth = log((span.y + soft) / (span.x + soft));
-    vec3 passed = vec3(0.0), extinction = vec3(0.0), lost = vec3(0.0);
+    vec3 passed = vec3(0.0), extinction = vec3(0.0), lost = vec3(0.0), all = vec3(0.0);
     float last = span.x, sum = 0.0;
     for (int i = 0; i < steps; ++i) {
         float share = (float(i) + v.shift) / float(steps), t = (span.x + soft) * exp(growth * share) - soft;
@@ -39,16 +39,19 @@ void main() {
         passed += (i == 0 ? air.extinction : 0.5 * (extinction + air.extinction)) * (t - last);
         extinction = air.extinction;
         last = t;
-        float dark = 1.0 - cloud_sunlight(point, altitude, mu_s, 0.5 * length_m).x;
-        dark *= sun_visibility_of_sphere(altitude, mu_s, frame.sun_direction.w) * (t < before ? 1.0 : clouds.a);
-        vec3 part = air.direct * exp(-passed - air.sun_depth) * (dark * length_m);
+        float dark = (1.0 - cloud_sunlight(point, altitude, mu_s, 0.5 * length_m).x) * (t < before ? 1.0 : clouds.a);
+        float seen = sun_visibility_of_sphere(altitude, mu_s, frame.sun_direction.w);
+        vec3 clear = air.direct * exp(-passed - air.sun_depth) * (seen * length_m), part = clear * dark;
+        all += clear;
         lost += part;
         sum += t * part.g;
     }
     for (int once = lost.g > 0.0 ? 0 : 1; once < 1; ++once) {
         // Before the air that is marched through, the camera may be above it.
-        vec3 near = air_from_camera(ray * span.x).transmittance;
-        vec3 light = u_march.y * frame.sun_irradiance.rgb * near * lost * frame.scale.x;
+        Air near = air_from_camera(ray * span.x), far = air_from_camera(ray * span.y);
+        vec3 light = frame.sun_irradiance.rgb * near.transmittance, most = max(far.in_scatter - near.in_scatter, 0.0);
+        // Few steps may find more light than the tables have: no more than that is there to be taken.
+        light *= u_march.y * lost * min(most / max(light * all, 1e-30), 1.0) * frame.scale.x;
         imageStore(u_rays, at, vec4(clouds.rgb - light, clouds.a));
         // Where there is nothing else to follow from frame to frame, the shafts are.
         if (1.0 - clouds.a < CLEAR) imageStore(u_distance, at, vec4(sum / lost.g));

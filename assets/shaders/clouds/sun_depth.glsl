@@ -9,20 +9,33 @@
 
 layout(binding = 5) uniform sampler3D u_cloud_sun;
 
-vec2 cloud_sunlight(vec3 point, float altitude, float mu_s, float wide_m) {
+struct CloudSunPlace {
+    vec3 D;      // foot offset of the place where the sun's ray crosses the maps' height
+    int level;   // the first map to ask
+};
+
+CloudSunPlace cloud_sun_ray(vec3 point, float altitude, float mu_s, float wide_m) {
     float unused;
     vec3 D = foot_offset_of(cloud_sun_place(point, altitude, mu_s), unused);
-    // The ray's lowest point.
+    return CloudSunPlace(D, cloud_first_map(D, wide_m));
+}
+
+// From a height on that ray on. Of a sun below the point's horizon: from its lowest point on.
+vec2 cloud_sunlight_on(CloudSunPlace ray, float altitude, float mu_s) {
     float dip = mu_s < 0.0 ? (planet.radii.x + altitude) * mu_s * mu_s / (1.0 + sqrt(1.0 - min(mu_s * mu_s, 1.0))) : 0.0;
     float node = cloud_node(altitude - dip) + 0.5, rows = float(CLOUD_MOST_INTERVALS + 1);
     vec2 sum = vec2(0.0);
     float left = 1.0;
     int levels = int(cloud_view.shadow.y);
-    for (int level = cloud_first_map(D, wide_m); level < levels && left > 0.0; ++level) {
-        vec2 at = cloud_map_place(D, level);
+    for (int level = ray.level; level < levels && left > 0.0; ++level) {
+        vec2 at = cloud_map_place(ray.D, level);
         float known = left * cloud_map_share(at), row = (float(level) * rows + node) / (float(CLOUD_MOST_MAPS) * rows);
         sum += known * textureLod(u_cloud_sun, vec3(0.5 + 0.5 * clamp(at, -1.0, 1.0), row), 0.0).rg;
         left -= known;
     }
     return sum + vec2(left, 0.0);
+}
+
+vec2 cloud_sunlight(vec3 point, float altitude, float mu_s, float wide_m) {
+    return cloud_sunlight_on(cloud_sun_ray(point, altitude, mu_s, wide_m), altitude, mu_s);
 }

@@ -8,12 +8,15 @@
 #include "clouds/ways.glsl"
 #include "clouds/light.glsl"
 #include "clouds/scattered.glsl"
+#include "clouds/sun_depth.glsl"
 #include "contract/air.glsl"
 #include "contract/sky.glsl"
 
 layout(location = 0) uniform vec4 u_march;   // short steps through a layer's thickness, growth of a step with distance, 0, steps to the sun
 
 const float OPAQUE = 0.004;    // no more than a step of an 8-bit picture is left
+const float SUN_MAPPED = 8.0;   // steps; more of them are as good as the maps
+const float SUN_LEVEL = 0.04;   // of a sun below the horizon maps know the way from the ray's lowest point on only
 const float NEAREST_M = 4.0;   // a step around the eye
 
 struct March {
@@ -33,20 +36,26 @@ vec3 sun_at(vec3 point, float altitude, vec3 up) {
     return frame.sun_irradiance.rgb * seen * air_to_space(point, frame.sun_direction.xyz);
 }
 
-// Optical depth of one layer towards the sun.
+// Optical depth towards the sun: of the layer itself in a few steps as far as maps of the shadow are too coarse for, then of all
+// clouds from the maps. With many steps (u_march.w above SUN_MAPPED) the layer has them all the way, and there are no others.
 float depth_to_sun(int layer, vec3 point, float altitude, vec3 up, CloudWeather w, float footprint) {
     vec4 shell = cloud_view.shell[layer];
-    float mu = dot(up, frame.sun_direction.xyz);
+    float mu = dot(up, frame.sun_direction.xyz), thickness = shell.y - shell.x;
     // To the top, over a curved layer: a level ray leaves it, too.
     float rise = max(shell.y - altitude, 0.0), r = planet.radii.x + altitude;
     float b = r * mu, root = sqrt(max(b * b + rise * (2.0 * r + rise), 0.0));
-    float way = min(b >= 0.0 ? rise * (2.0 * r + rise) / max(root + b, 1.0) : root - b, 6.0 * (shell.y - shell.x));
+    float way = min(b >= 0.0 ? rise * (2.0 * r + rise) / max(root + b, 1.0) : root - b, 6.0 * thickness);
+    bool mapped = u_march.w <= SUN_MAPPED;
+    CloudSunPlace ray = cloud_sun_ray(point, altitude, mu, footprint);
+    float near = mapped ? min(way, max(0.08 * thickness, 1.5 * cloud_map_texel(ray.level))) : way;
+    near = mix(way, near, smoothstep(0.0, SUN_LEVEL, mu));
     // Ice is thin; and what is averaged over the way there needs no steps of its own.
-    int steps = cloud_view.droplets[layer].z == 1.0 ? 1 : max(int(u_march.w * min(2.0 * way / footprint, 1.0)), 1);
+    float most = cloud_view.droplets[layer].z == 1.0 ? 1.0 : u_march.w * min(2.0 * way / footprint, 1.0);
+    // Short steps first: what is near casts the sharpest shadows. So many of them lie in the part that is marched.
+    int steps = max(int(ceil(most * sqrt(near / max(way, 1e-3)))), 1);
     float sum = 0.0, from = 0.0, per_step = 1.0 / float(steps);
     for (int i = 1; i <= steps; ++i) {
-        // Short steps first: what is near casts the sharpest shadows.
-        float part = float(i) * per_step, to = way * part * part, t = 0.5 * (from + to);
+        float part = float(i) * per_step, to = near * part * part, t = 0.5 * (from + to);
         vec3 at = point + frame.sun_direction.xyz * t;
         float height = altitude + t * mu + 0.5 * t * t * (1.0 - mu * mu) / r;
         float share = (height - shell.x) * shell.z;
@@ -54,7 +63,10 @@ float depth_to_sun(int layer, vec3 point, float altitude, vec3 up, CloudWeather 
             max(footprint, 0.35 * (to - from)), 0) * step(share, 1.0);
         from = to;
     }
-    return sum * shell.w;
+    sum *= shell.w;
+    float past = altitude + near * mu + 0.5 * near * near * (1.0 - mu * mu) / r;
+    for (int once = mapped ? 0 : 1; once < 1; ++once) sum += cloud_sunlight_on(ray, past, mu + near / r).y;
+    return sum;
 }
 
 // Light of the sky above and of the ground below that droplets scatter towards the camera, in Eddington's approximation: what comes

@@ -1,6 +1,7 @@
 // Shading of one surface's pixels in compute, over the tiles of the picture that show it: a workgroup a tile, 16 x 8 pixels.
 // gbuffer/classify.comp makes the lists; pixels of other surfaces in a tile are left alone.
 #include "common/surfaces.glsl"
+#include "common/spread.glsl"
 
 layout(local_size_x = 16, local_size_y = 8) in;
 layout(std430, binding = 7) readonly buffer TileBuffer {
@@ -14,6 +15,6 @@ layout(binding = 3) uniform usampler2D u_surface;
 layout(binding = 0) writeonly uniform image2D u_radiance;
 
 ivec2 tile_pixel() {
-    uint tile = tiles[gl_WorkGroupID.x];
+    uint tile = tiles[spread_tiles()];
     return ivec2(tile & 0xffffu, tile >> 16) * ivec2(16, 8) + ivec2(gl_LocalInvocationID.xy);
 }

@@ -6,6 +6,7 @@
 #include "generated/planet.glsl"
 #include "common/cells.glsl"
 #include "common/sea_depth.glsl"
+#include "common/spread.glsl"
 #include "ocean/displaced.glsl"
 #include "ocean/waves.glsl"
 
@@ -34,7 +35,7 @@ void add_wave(vec4 a, vec4 b, vec4 c, bool near, bool shallow) {
 }
 
 void main() {
-    uint cell = list[4u + gl_WorkGroupID.x], first = cell * uint(CELL_VERTICES);
+    uint cell = list[4u + spread_group()], first = cell * uint(CELL_VERTICES);
     // Only what the cell's index list uses.
     int skips = int(cells[cell].variant >> 1u);
     ivec2 skip = ivec2(skips / (CELL_MOST + 1), skips % (CELL_MOST + 1)), side = (ivec2(CELL_QUADS) >> skip) + 1;

@@ -3,17 +3,27 @@
 //
 // A lane takes SEA_RUN pixels side by side: each wave is fetched and placed once for all of them, and then is a straight wave
 // from pixel to pixel (with its rings' curve, if its origin is near). Where pixels lie in even steps on the calm sea, as its waves
-// go, their phases are turned from one to the next. Waves that are long on the whole tile come from the tile's nodes, if SEA_SWELL
+// go, their phases are turned from one to the next, from the first of each SEA_PART pixels on. Waves that are long on the whole tile come from the tile's nodes, if SEA_SWELL
 // says that there are any.
 #include "common/camera.glsl"
 #include "common/octahedral.glsl"
 #include "common/sea_depth.glsl"
 #include "common/surfaces.glsl"
+#include "common/spread.glsl"
 #include "ocean/waves.glsl"
 #include "ocean/sea_pixel.glsl"
 #include "ocean/swell.glsl"
 
 layout(local_size_x = SEA_LANES) in;   // 128 / SEA_RUN
+// Work on single pixels is written for a part and called by literal numbers: loops of 16 turns are not unrolled, and arrays whose
+// index is not known when compiling lie in slow memory.
+#if SEA_RUN > 8
+#define SEA_PART 8
+#define SEA_PARTS 2
+#else
+#define SEA_PART SEA_RUN
+#define SEA_PARTS 1
+#endif
 layout(std430, binding = 7) readonly buffer TileBuffer {
     uint tile_groups[4];
     uint tiles[];
@@ -27,15 +37,48 @@ layout(binding = 1) writeonly uniform image2D u_rough_out;
 const float DEEP = 4.0;     // as in swell.comp
 const float EVEN = 0.04;    // rad: phases off by less are taken as even steps
 
+SeaPlace g_places[SEA_RUN];
+bool g_sea[SEA_RUN];
 vec2 g_offset[SEA_RUN];      // of each pixel from the middle of the run, m
 vec2 g_lift[SEA_RUN];
 vec3 g_squeeze[SEA_RUN];
 vec3 g_hidden;
 vec4 g_footprint;
 vec2 g_depth;              // at the first and the last pixel
-vec2 g_start, g_step;      // m: the pixels' offsets as even steps
+vec2 g_start[SEA_PARTS], g_step[SEA_PARTS];   // m: the pixels' offsets as even steps
 
 shared uint s_uneven;
+
+// A wave's slopes in SEA_PART pixels from `base` on.
+void add_part(int base, SeaWave wave, float per_m, bool near, bool shallow, bool even, float first, float more, vec2 up, vec2 up_sine,
+    vec3 side, vec3 side_cosine) {
+    vec2 step = wave.direction * per_m;
+    if (even) {
+        vec2 turned = sea_circle(wave.cycles + dot(step, g_start[base / SEA_PART])), turn = sea_circle(dot(step, g_step[base / SEA_PART]));
+        for (int k = base; k < base + SEA_PART; ++k) {
+            g_lift[k] += turned.y * up;
+            g_squeeze[k] += turned.x * side;
+            turned = vec2(turned.x * turn.y + turned.y * turn.x, turned.y * turn.y - turned.x * turn.x);
+        }
+        return;
+    }
+    float curve = 0.5 * wave.spread * per_m;
+    for (int k = base; k < base + SEA_PART; ++k) {
+        float cycles = wave.cycles + dot(step, g_offset[k]);
+        if (near) {
+            float across = wave.direction.x * g_offset[k].y - wave.direction.y * g_offset[k].x;
+            cycles += curve * across * across;
+        }
+        vec2 circle = sea_circle(cycles);
+        if (shallow) circle *= first + more * float(k);
+        g_lift[k] += circle.y * up;
+        g_squeeze[k] += circle.x * side;
+        if (near) {
+            g_lift[k] += circle.x * up_sine;
+            g_squeeze[k] += circle.y * side_cosine;
+        }
+    }
+}
 
 void add_wave(SeaWave wave, float per_m, bool near, bool shallow, bool even) {
     vec2 d = wave.direction;
@@ -48,30 +91,10 @@ void add_wave(SeaWave wave, float per_m, bool near, bool shallow, bool even) {
     vec2 up = d * (wave.amplitude * whole), up_sine = d * (wave.amplitude * rate);
     vec3 side = dd * (-wave.sideways * whole);
     vec3 side_cosine = wave.sideways * (rate * dd + seen * wave.weight * wave.spread * vec3(dd.y, dd.x, -dd.z));
-    vec2 step = d * per_m;
-    float curve = 0.5 * wave.spread * per_m;
-    vec2 turned = sea_circle(wave.cycles + dot(step, g_start)), turn = sea_circle(dot(step, g_step));
-    for (int k = 0; k < SEA_RUN; ++k) {
-        if (even) {
-            g_lift[k] += turned.y * up;
-            g_squeeze[k] += turned.x * side;
-            turned = vec2(turned.x * turn.y + turned.y * turn.x, turned.y * turn.y - turned.x * turn.x);
-            continue;
-        }
-        float cycles = wave.cycles + dot(step, g_offset[k]);
-        if (near) {
-            float across = d.x * g_offset[k].y - d.y * g_offset[k].x;
-            cycles += curve * across * across;
-        }
-        vec2 circle = sea_circle(cycles);
-        if (shallow) circle *= ends.x + more * float(k);
-        g_lift[k] += circle.y * up;
-        g_squeeze[k] += circle.x * side;
-        if (near) {
-            g_lift[k] += circle.x * up_sine;
-            g_squeeze[k] += circle.y * side_cosine;
-        }
-    }
+    add_part(0, wave, per_m, near, shallow, even, ends.x, more, up, up_sine, side, side_cosine);
+#if SEA_PARTS > 1
+    add_part(SEA_PART, wave, per_m, near, shallow, even, ends.x, more, up, up_sine, side, side_cosine);
+#endif
 }
 
 #ifdef SEA_SWELL
@@ -82,14 +105,12 @@ vec4 node_weights(float x) {
     return vec4(from_b * (a - x), from_a * (b - x), from_a * (x + b), from_b * (x + a));
 }
 
-void add_swell(uint index, vec2 middle) {
-    vec2 axis = swell[index].place.zw, from = middle - swell[index].place.xy;
-    vec2 to_side = swell[index].size.xy;
-    g_hidden += swell[index].hidden.xyz;
-    vec4 across[SEA_RUN];
-    vec4 along[SEA_RUN];
-    for (int k = 0; k < SEA_RUN; ++k) {
-        vec2 at = from + g_offset[k];
+void add_swell_part(int base, uint index, vec2 from) {
+    vec2 axis = swell[index].place.zw, to_side = swell[index].size.xy;
+    vec4 across[SEA_PART];
+    vec4 along[SEA_PART];
+    for (int k = 0; k < SEA_PART; ++k) {
+        vec2 at = from + g_offset[base + k];
         // What stands out of the rectangle is by a pixel at most.
         vec2 x = clamp(vec2(dot(at, axis), dot(at, vec2(-axis.y, axis.x))) * to_side, -1.2, 1.2);
         across[k] = node_weights(x.x);
@@ -98,34 +119,50 @@ void add_swell(uint index, vec2 middle) {
     for (int m = 0; m < 4; ++m) {
         vec4 n0 = swell[index].nodes[5 * m], n1 = swell[index].nodes[5 * m + 1], n2 = swell[index].nodes[5 * m + 2];
         vec4 n3 = swell[index].nodes[5 * m + 3], n4 = swell[index].nodes[5 * m + 4];
-        for (int k = 0; k < SEA_RUN; ++k) {
+        for (int k = 0; k < SEA_PART; ++k) {
             vec4 w = across[k] * along[k][m];
-            g_lift[k] += w.x * n0.xy + w.y * n1.yz + w.z * n2.zw + w.w * vec2(n3.w, n4.x);
-            g_squeeze[k] += w.x * vec3(n0.zw, n1.x) + w.y * vec3(n1.w, n2.xy) + w.z * n3.xyz + w.w * n4.yzw;
+            g_lift[base + k] += w.x * n0.xy + w.y * n1.yz + w.z * n2.zw + w.w * vec2(n3.w, n4.x);
+            g_squeeze[base + k] += w.x * vec3(n0.zw, n1.x) + w.y * vec3(n1.w, n2.xy) + w.z * n3.xyz + w.w * n4.yzw;
         }
     }
 }
+
+void add_swell(uint index, vec2 middle) {
+    vec2 from = middle - swell[index].place.xy;
+    g_hidden += swell[index].hidden.xyz;
+    add_swell_part(0, index, from);
+#if SEA_PARTS > 1
+    add_swell_part(SEA_PART, index, from);
+#endif
+}
 #endif
 
+void store_part(int base, ivec2 first) {
+    for (int k = base; k < base + SEA_PART; ++k) {
+        if (!g_sea[k]) continue;
+        SeaSurface lies = sea_lie(g_places[k], SeaSums(g_lift[k], g_squeeze[k], g_hidden));
+        imageStore(u_normal_out, first + ivec2(k, 0), vec4(oct_encode(lies.normal), 0.0, 0.0));
+        imageStore(u_rough_out, first + ivec2(k, 0), vec4(lies.variance, lies.jacobian));
+    }
+}
+
 void main() {
-    uint tile = tiles[gl_WorkGroupID.x];
+    uint index = spread_group(), tile = tiles[index];
     int lane = int(gl_LocalInvocationID.x) * SEA_RUN;
     ivec2 first = ivec2(tile & 0xffffu, tile >> 16) * ivec2(16, 8) + ivec2(lane & 15, lane >> 4);
-    SeaPlace places[SEA_RUN];
-    bool sea[SEA_RUN];
     vec2 middle = vec2(0.0);
     float count = 0.0, shallowest = 3.0e38;
     g_footprint = vec4(0.0);
     for (int k = 0; k < SEA_RUN; ++k) {
         ivec2 pixel = first + ivec2(k, 0);
-        sea[k] = sea_at(pixel);
-        vec3 point = sea[k] ? sea_point(pixel) : frame.camera_forward.xyz;
-        places[k] = sea_calm_place(pixel, point);
+        g_sea[k] = sea_at(pixel);
+        vec3 point = g_sea[k] ? sea_point(pixel) : frame.camera_forward.xyz;
+        g_places[k] = sea_calm_place(pixel, point);
         float distance_m = length(point);
-        float depth_m = sea_depth_decode(texelFetch(u_attributes, pixel, 0).rg) * sea_open(places[k]);
-        if (sea[k]) {
-            middle += places[k].at;
-            g_footprint += sea_footprint(places[k], -point / distance_m, distance_m);
+        float depth_m = sea_depth_decode(texelFetch(u_attributes, pixel, 0).rg) * sea_open(g_places[k]);
+        if (g_sea[k]) {
+            middle += g_places[k].at;
+            g_footprint += sea_footprint(g_places[k], -point / distance_m, distance_m);
             if (count == 0.0) g_depth = vec2(depth_m);
             g_depth.y = depth_m;
             shallowest = min(shallowest, depth_m);
@@ -135,20 +172,22 @@ void main() {
     middle /= max(count, 1.0);
     g_footprint /= max(count, 1.0);
     for (int k = 0; k < SEA_RUN; ++k) {
-        g_offset[k] = sea[k] ? places[k].at - middle : vec2(0.0);
+        g_offset[k] = g_sea[k] ? g_places[k].at - middle : vec2(0.0);
         g_lift[k] = vec2(0.0);
         g_squeeze[k] = vec3(0.0);
     }
     // Even steps from the first pixel of the sea to the last.
-    int from = 0, to = SEA_RUN - 1;
-    while (from < SEA_RUN - 1 && !sea[from]) ++from;
-    while (to > from && !sea[to]) --to;
-    g_step = (g_offset[to] - g_offset[from]) / float(max(to - from, 1));
-    g_start = g_offset[from] - float(from) * g_step;
     float uneven = 0.0;
-    for (int k = 0; k < SEA_RUN; ++k) {
-        vec2 off = g_offset[k] - g_start - float(k) * g_step;
-        if (sea[k]) uneven = max(uneven, dot(off, off));
+    for (int part = 0; part < SEA_PARTS; ++part) {
+        int base = part * SEA_PART, from = base, to = base + SEA_PART - 1;
+        while (from < base + SEA_PART - 1 && !g_sea[from]) ++from;
+        while (to > from && !g_sea[to]) --to;
+        g_step[part] = (g_offset[to] - g_offset[from]) / float(max(to - from, 1));
+        g_start[part] = g_offset[from] - float(from - base) * g_step[part];
+        for (int k = base; k < base + SEA_PART; ++k) {
+            vec2 off = g_offset[k] - g_start[part] - float(k - base) * g_step[part];
+            if (g_sea[k]) uneven = max(uneven, dot(off, off));
+        }
     }
     // All lanes divide the waves alike: lanes that go separate ways cost the time of both.
     if (gl_LocalInvocationID.x == 0u) s_uneven = 0u;
@@ -164,8 +203,8 @@ void main() {
     g_hidden = bin.yzw;
     ivec2 counts = wave_count(bin);
 #ifdef SEA_SWELL
-    add_swell(gl_WorkGroupID.x, middle);
-    int feels = int(swell[gl_WorkGroupID.x].size.z), held = int(swell[gl_WorkGroupID.x].size.w);
+    add_swell(index, middle);
+    int feels = int(swell[index].size.z), held = int(swell[index].size.w);
 #else
     int feels = wave_count(wave_bin(DEEP / max(shallowest, 1e-6))).x, held = feels;
 #endif
@@ -188,10 +227,8 @@ void main() {
         vec4 a = wave_data[3 * i], b = wave_data[3 * i + 1], c = wave_data[3 * i + 2];
         add_wave(sea_near_wave(place, a, b, c), a.w, true, true, false);
     }
-    for (int k = 0; k < SEA_RUN; ++k) {
-        if (!sea[k]) continue;
-        SeaSurface lies = sea_lie(places[k], SeaSums(g_lift[k], g_squeeze[k], g_hidden));
-        imageStore(u_normal_out, first + ivec2(k, 0), vec4(oct_encode(lies.normal), 0.0, 0.0));
-        imageStore(u_rough_out, first + ivec2(k, 0), vec4(lies.variance, lies.jacobian));
-    }
+    store_part(0, first);
+#if SEA_PARTS > 1
+    store_part(SEA_PART, first);
+#endif
 }

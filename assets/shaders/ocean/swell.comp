@@ -2,6 +2,7 @@
 #include "common/camera.glsl"
 #include "common/sea_depth.glsl"
 #include "common/surfaces.glsl"
+#include "common/spread.glsl"
 #include "ocean/waves.glsl"
 #include "ocean/sea_pixel.glsl"
 #include "ocean/swell.glsl"
@@ -24,7 +25,7 @@ vec2 turned(vec2 circle, vec2 by) {
 }
 
 void main() {
-    uint index = gl_GlobalInvocationID.x;
+    uint index = spread_group() * 8u + gl_LocalInvocationID.x;
     if (index >= tile_groups[0]) return;
     ivec2 first = ivec2(tiles[index] & 0xffffu, tiles[index] >> 16) * ivec2(16, 8);
     // Axes across and along the view keep the rectangle small.

@@ -5,6 +5,7 @@
 #include "common/cells.glsl"
 #include "common/lattice.glsl"
 #include "common/octahedral.glsl"
+#include "common/spread.glsl"
 #include "contract/surface_height.glsl"
 
 layout(local_size_x = 64) in;
@@ -18,7 +19,7 @@ shared vec4 s_low[64];   // w: minus the greatest depth
 shared vec3 s_high[64];
 
 void main() {
-    uint cell_index = gl_WorkGroupID.x;
+    uint cell_index = spread_group();
     Cell cell = cells[cell_index];
     float level = planet.sea.x, dh = level - frame.anchor_up.w, radius = planet.radii.x;
     vec4 low = vec4(3.4e38);

@@ -2,11 +2,12 @@
 // knows better. Pixels change sides in the G-buffer before anything is shaded. terrain/coast_find.comp lists them.
 #include "terrain/coast_pixel.glsl"
 #include "terrain/coast_list.glsl"
+#include "common/spread.glsl"
 
 layout(local_size_x = 64) in;
 
 void main() {
-    uint index = gl_GlobalInvocationID.x;
+    uint index = spread_blocks(8u) * COAST_GROUP + gl_LocalInvocationID.x;
     if (index >= coast_list.count) return;
     ivec2 pixel = coast_listed(coast_list.pixels[index]);
     CoastPixel p = coast_pixel(pixel);

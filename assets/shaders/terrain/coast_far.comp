@@ -3,12 +3,13 @@
 #include "terrain/coast_pixel.glsl"
 #define COAST_SECOND
 #include "terrain/coast_list.glsl"
+#include "common/spread.glsl"
 #include "terrain/far_height.glsl"
 
 layout(local_size_x = 64) in;
 
 void main() {
-    uint index = gl_GlobalInvocationID.x;
+    uint index = spread_blocks(8u) * COAST_GROUP + gl_LocalInvocationID.x;
     if (index >= coast_list.count) return;
     uint place = coast_list.pixels[index];
     ivec2 pixel = coast_listed(place);

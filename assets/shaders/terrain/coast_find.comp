@@ -3,6 +3,7 @@
 // workgroup a tile of 16 x 8 pixels.
 #include "terrain/coast_pixel.glsl"
 #include "terrain/coast_list.glsl"
+#include "common/spread.glsl"
 
 layout(local_size_x = 8) in;
 layout(std430, binding = 7) readonly buffer TileBuffer {
@@ -24,7 +25,7 @@ float layer_amplitude(float wavelength_m) {
 }
 
 void main() {
-    uint tile = tiles[gl_WorkGroupID.x];
+    uint tile = tiles[spread_tiles()];
     int lane = int(gl_LocalInvocationIndex);
     ivec2 first = ivec2(tile & 0xffffu, tile >> 16) * ivec2(16, 8) + 4 * ivec2(lane & 3, lane >> 2);
     ivec2 last = textureSize(u_surface, 0) - 1;

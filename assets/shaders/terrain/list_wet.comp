@@ -3,6 +3,7 @@
 #include "common/camera.glsl"
 #include "common/surfaces.glsl"
 #include "common/spacing_code.glsl"
+#include "common/spread.glsl"
 #include "terrain/wet_lists.glsl"
 #include "contract/water.glsl"
 
@@ -47,7 +48,7 @@ float counted_height(ivec2 pixel, vec2 between) {
 }
 
 void main() {
-    uint lane = gl_GlobalInvocationID.x, distant = far_list.groups[0];
+    uint lane = spread_group() * 64u + gl_LocalInvocationID.x, distant = far_list.groups[0];
     bool near = lane >= distant, there = lane < distant + near_list.groups[0];
     uint tile = there ? near ? near_list.tiles[lane - distant] : far_list.tiles[lane] : 0u;
     ivec2 at = ivec2(tile & 0xffffu, tile >> 16), first = at * TILE;

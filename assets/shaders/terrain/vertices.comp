@@ -6,6 +6,7 @@
 #include "common/cells.glsl"
 #include "common/lattice.glsl"
 #include "common/octahedral.glsl"
+#include "common/spread.glsl"
 #include "terrain/height.glsl"
 #include "terrain/attributes.glsl"
 #include "terrain/grid_spacing.glsl"
@@ -19,7 +20,7 @@ shared vec4 s_low[64];
 shared vec4 s_high[64];
 
 void main() {
-    uint cell_index = gl_WorkGroupID.x;
+    uint cell_index = spread_group();
     Cell cell = cells[cell_index];
     vec4 low = vec4(3.4e38), high = vec4(-3.4e38);
     for (int k = int(gl_LocalInvocationID.x); k < CELL_VERTICES; k += 64) {

@@ -2,6 +2,7 @@
 // selections have don't move: they start where they end. A workgroup a cell.
 #include "terrain/fade/locate.glsl"
 #include "common/octahedral.glsl"
+#include "common/spread.glsl"
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer CellBuffer { Cell cells[]; };
@@ -40,7 +41,7 @@ CellVertex fade_mix(CellVertex a, CellVertex b, CellVertex c, vec3 share) {
 }
 
 void main() {
-    uint cell_index = gl_WorkGroupID.x;
+    uint cell_index = spread_group();
     Cell cell = cells[cell_index];
     FadeCell known = fade[cell_index];
     uint code = uint(cell.level) | cell.variant << 8;

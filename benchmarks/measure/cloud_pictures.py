@@ -1,0 +1,81 @@
+"""Weather clouds in pictures: how different each quality looks from `reference`, and what its passes cost."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ... import Atmosphere, Camera, CloudLayer, Clouds, Exposure, Planet, Renderer, Scene, Sun
+from ..reference.air_medium import EARTH_BRUNETON
+from .flip import flip
+
+__all__ = ["CAMERAS", "CLOUD_PASSES", "HALVED", "camera_at", "errors_of", "halved", "picture", "scene_of_weather"]
+
+CLOUD_PASSES = (
+    "clouds.classify", "clouds.march", "clouds.shafts", "clouds.resolve", "clouds.composite", "atmosphere.view",
+    "sky.shade",
+)  # fmt: skip
+"""What draws clouds and air; maps of weather, shadow and sky are drawn now and then."""
+CAMERAS: Mapping[str, tuple[float, float]] = {
+    "ground": (100.0, 5.0),
+    "inside": (2500.0, 3.0),
+    "10 km": (1e4, -5.0),
+    "400 km": (4e5, -40.0),
+    "2000 km": (2e6, -62.0),
+    "36 000 km": (36e6, -90.0),
+}
+"""Altitude and pitch."""
+HALVED = {"clouds.fine_steps": 2.0, "clouds.step_growth": 0.5, "clouds.sun_steps": 2.0}
+"""Factors on the reference's knobs that halve all its steps."""
+_EV100 = 14.0
+_ALIKE = {"composite.antialiasing": "none"}
+"""What would differ between qualities without being of the clouds."""
+
+
+def scene_of_weather() -> Scene:
+    """A planet of nothing but air and two layers of cloud, under a high sun and a fixed exposure."""
+    clouds = Clouds(base_m=1200.0, top_m=4200.0, coverage=0.55)
+    clouds.layers = (CloudLayer(base_m=8500.0, top_m=10500.0, extinction_per_m=6e-4, coverage=0.4),)
+    planet = Planet(radius_m=EARTH_BRUNETON.radius_m)
+    scene = Scene("weather", {"planet": planet, "atmosphere": Atmosphere(), "clouds": clouds})
+    scene.sun = Sun(direction=(0.6, 0.0, 0.8))
+    exposure = scene.environment[Exposure]
+    exposure.mode, exposure.ev100 = "fixed", _EV100
+    return scene
+
+
+def camera_at(name: str, moved: float = 0.0) -> Camera:
+    """One of CAMERAS, higher by that share of its altitude and turned a little."""
+    altitude_m, pitch_deg = CAMERAS[name]
+    return Camera.at(20.0, 10.0, altitude_m * (1.0 + moved), heading_deg=30.0 + 500.0 * moved, pitch_deg=pitch_deg)
+
+
+def picture(
+    quality: str, name: str, size: tuple[int, int], overrides: Mapping[str, Any] | None = None
+) -> NDArray[np.uint8]:
+    """(H, W, 3) u8, as it has settled. The reference is one ray a pixel with short steps, and needs no settling."""
+    renderer = Renderer(scene_of_weather(), size, quality, {**_ALIKE, **(overrides or {})})
+    try:
+        camera = camera_at(name)
+        if quality != "reference":
+            renderer.settle(camera)
+        return np.asarray(renderer.render(camera)["color"])
+    finally:
+        renderer.release()
+
+
+def halved() -> dict[str, Any]:
+    """Overrides with which the reference's steps are half as long."""
+    from ...quality import resolve_quality
+
+    settings = resolve_quality("reference")
+    return {key: type(settings[key])(settings[key] * factor) for key, factor in HALVED.items()}
+
+
+def errors_of(truth: NDArray[np.uint8], found: NDArray[np.uint8]) -> tuple[float, float]:
+    """(mean, 99th percentile) of FLIP over the picture."""
+    error = flip(truth, found)
+    return float(error.mean()), float(np.percentile(error, 99))

@@ -1,0 +1,54 @@
+"""Callbacks of a renderer: what a host wants to hear of a scene that others may change."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from .engine.settings import revision
+
+if TYPE_CHECKING:
+    from .renderer import Renderer
+
+__all__ = ["Watch"]
+
+
+class Watch:
+    """Lists of functions that are called after a frame, in the thread that rendered it. Empty lists cost nothing.
+
+    changed(names): components of the scene's planets or environment were changed, added or taken off since the last
+    frame; names are those of their classes. settled(): everything that streams, refines or adapts has come to rest;
+    once, and again after each change that set it going. Asking for that reads back from the GPU in automatic exposure.
+    What a callback raises comes out of the renderer's call.
+    """
+
+    def __init__(self) -> None:
+        self.changed: list[Callable[[frozenset[str]], object]] = []
+        self.settled: list[Callable[[], object]] = []
+        self._stamps: dict[tuple[int, str], tuple[int, int]] | None = None
+        self._rests = False
+
+    def after_frame(self, renderer: Renderer) -> None:
+        """A frame has been drawn."""
+        if self.changed:
+            self._tell_changes(renderer)
+        if self.settled:
+            rests = all(system.settled() for system in renderer.running)
+            if rests and not self._rests:
+                for function in tuple(self.settled):
+                    function()
+            self._rests = rests
+
+    def _tell_changes(self, renderer: Renderer) -> None:
+        scene = renderer.scene
+        stamps = {
+            (holder.entity, type(part).__name__): (id(part), revision(part))
+            for holder in (*scene.planets.values(), scene.environment)
+            for part in holder.components()
+        }
+        before, self._stamps = self._stamps, stamps
+        if before is None or before == stamps:
+            return
+        names = frozenset(key[1] for key in before.keys() | stamps.keys() if before.get(key) != stamps.get(key))
+        for function in tuple(self.changed):
+            function(names)

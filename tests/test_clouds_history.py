@@ -1,0 +1,74 @@
+"""What clouds take over from the frame before: no ghosts in fast flight, after a jump or a cut."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from cloud_kit import cloudy, opacity, ran, renderer_of, texture
+from numpy.typing import NDArray
+
+import planetfall as pf
+from planetfall.systems.clouds.view_march import TILE
+
+UP = pf.Sun(elevation_deg=60.0, azimuth_deg=200.0, latitude_deg=20.0, longitude_deg=10.0)
+SIZE = (96, 54)
+
+
+def at(metres: float, altitude_m: float = 800.0, heading_deg: float = 0.0) -> pf.Camera:
+    return pf.Camera.at(20.0 + metres / 111e3, 10.0, altitude_m, heading_deg=heading_deg, pitch_deg=15.0)
+
+
+def full(renderer: pf.Renderer) -> NDArray[np.float64]:
+    """What the last frame's clouds take of each pixel."""
+    return 1.0 - texture(renderer, "clouds.full")[..., 3]
+
+
+def off(found: NDArray[np.float64], truth: NDArray[np.float64], elsewhere: NDArray[np.float64]) -> float:
+    """Mean difference, as a share of that to a picture that has nothing to do with it."""
+    return float(np.abs(found - truth).mean() / np.abs(elsewhere - truth).mean())
+
+
+def test_no_trail_in_fast_flight() -> None:
+    """25 and 250 m a frame, among clouds: pixels are hardly farther from those of a picture by itself than under a
+    camera that stands, whose rays differ from it as well. A trail would add what is elsewhere, which is 1."""
+    found = []
+    with renderer_of(cloudy(coverage=0.7), SIZE, stride=2, fine_steps=96) as renderer:
+        for speed_m_s in (0.0, 500.0, 5000.0):
+            for k in range(12):
+                renderer.render(at(0.05 * speed_m_s * k, 3000.0), sun=UP, dt_s=0.05)
+            flown = full(renderer)
+            here = 0.05 * speed_m_s * 11
+            still = opacity(renderer, at(here, 3000.0), sun=UP)
+            found.append(off(flown, still, opacity(renderer, at(here + 40e3, 3000.0), sun=UP)))
+    rest, fast, fastest = found
+    assert max(fast, fastest) < 1.5 * rest, found
+    assert max(found) < 0.6, found
+
+
+@pytest.mark.parametrize("camera", [at(60e3), at(0.0, heading_deg=150.0), at(0.0, 9000.0)], ids=["far", "round", "up"])
+def test_nothing_is_taken_over_by_a_jump(camera: pf.Camera) -> None:
+    """The first frame after it is that of a picture by itself, to the bit."""
+    with renderer_of(cloudy(coverage=0.7), SIZE, stride=2) as renderer:
+        alone = opacity(renderer, camera, sun=UP)
+        for k in range(6):
+            renderer.render(at(5.0 * k), sun=UP, dt_s=0.05)
+        renderer.render(camera, sun=UP, dt_s=0.05)
+        np.testing.assert_array_equal(full(renderer), alone)
+
+
+def test_tiles_without_cloud_are_not_marched_and_classes_are_those_of_the_picture() -> None:
+    """No tile that isn't listed shows any cloud, and from far away most of the picture is not listed."""
+    camera = pf.Camera.at(20.0, 10.0, 3e7, pitch_deg=-90.0)
+    with renderer_of(cloudy(), (128, 64)) as renderer:
+        found = opacity(renderer, camera, sun=UP)
+        assert "clouds.march" in ran(renderer)
+        flags = renderer.graph.resource("clouds.tile_flags")
+        tiles = renderer.graph.resource("clouds.tiles")
+        with renderer.current():
+            kinds = np.frombuffer(flags.read(), np.uint32).reshape(64 // TILE[1], 128 // TILE[0])
+            listed = int(np.frombuffer(tiles.read(), np.uint32)[0])
+    most = found.reshape(64 // TILE[1], TILE[1], 128 // TILE[0], TILE[0]).max(axis=(1, 3))
+    assert listed == int((kinds == 2).sum())
+    assert most[kinds == 2].max() > 0.5
+    assert most[kinds != 2].max(initial=0.0) == 0.0
+    assert 0 < listed < 0.5 * kinds.size
