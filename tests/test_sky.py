@@ -340,7 +340,9 @@ def test_an_automatic_exposure_hides_what_cannot_show_and_nothing_else():
         def sequence():
             renderer.settle(here, sun=low)
             found, counts = [], []
-            for camera in (here,) * 4 + (away,) * 6:
+            # Moving by a hand's breadth: a frame of a scene at rest is the copy of a picture, and chooses nothing.
+            drifting = [pf.Camera(here.position_m * (1.0 + 1e-8 * k), here.forward, here.up) for k in range(1, 5)]
+            for camera in (*drifting, *(away,) * 6):
                 found.append(renderer.render(camera, sun=low, dt_s=1 / 60)["color"].astype(int))
                 counts.append(_chosen(renderer))
             return found, counts

@@ -119,6 +119,16 @@ def test_floats_with_the_waves() -> None:
     assert np.linalg.norm(body.position_m) - low == pytest.approx(0.8, abs=0.05)
 
 
+def test_nobody_asks_for_waves_inland() -> None:
+    asked: list[bool] = []
+    for height_m in (500.0, 3.0):
+        field = type("Plain", (), {"height": lambda _, d, h=height_m: np.full(len(d), h)})()
+        body = walker(Ground(EARTH, field, 0.0), water=lambda up: asked.append(True) or 0.0)
+        asked.clear()
+        go(body, 0.1, forward=1.0)
+        assert bool(asked) == (height_m < 100.0)
+
+
 def test_walks_on_the_real_ground_and_never_below_it() -> None:
     with pf.load_scene("earth") as scene:
         radius, field = scene.planet.radius_m, scene.height_field()

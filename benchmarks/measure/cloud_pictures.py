@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ... import Atmosphere, Camera, CloudLayer, Clouds, Exposure, Planet, Renderer, Scene, Sun
+from ...quality import resolve_quality
 from ..reference.air_medium import EARTH_BRUNETON
 from .flip import flip
 
-__all__ = ["CAMERAS", "CLOUD_PASSES", "HALVED", "camera_at", "errors_of", "halved", "picture", "scene_of_weather"]
+__all__ = ["CAMERAS", "CLOUD_PASSES", "HALVED", "camera_at", "errors_of", "halved", "pictures", "scene_of_weather"]
 
 CLOUD_PASSES = (
     "clouds.classify", "clouds.march", "clouds.shafts", "clouds.resolve", "clouds.composite", "atmosphere.view",
@@ -31,8 +32,11 @@ CAMERAS: Mapping[str, tuple[float, float]] = {
 HALVED = {"clouds.fine_steps": 2.0, "clouds.step_growth": 0.5, "clouds.sun_steps": 2.0}
 """Factors on the reference's knobs that halve all its steps."""
 _EV100 = 14.0
-_ALIKE = {"composite.antialiasing": "none"}
-"""What would differ between qualities without being of the clouds."""
+_ALIKE: Mapping[str, Any] = {
+    "composite.antialiasing": "none", "clouds.shadow_texels": 256, "clouds.shadow_steps": 8,
+}  # fmt: skip
+"""What would differ between qualities without being of the march, with the air's tables; shafts have rows of their
+own."""
 
 
 def scene_of_weather() -> Scene:
@@ -53,24 +57,27 @@ def camera_at(name: str, moved: float = 0.0) -> Camera:
     return Camera.at(20.0, 10.0, altitude_m * (1.0 + moved), heading_deg=30.0 + 500.0 * moved, pitch_deg=pitch_deg)
 
 
-def picture(
-    quality: str, name: str, size: tuple[int, int], overrides: Mapping[str, Any] | None = None
-) -> NDArray[np.uint8]:
-    """(H, W, 3) u8, as it has settled. The reference is one ray a pixel with short steps, and needs no settling."""
-    renderer = Renderer(scene_of_weather(), size, quality, {**_ALIKE, **(overrides or {})})
+def pictures(
+    quality: str, names: Sequence[str], size: tuple[int, int], overrides: Mapping[str, Any] | None = None
+) -> dict[str, NDArray[np.uint8]]:
+    """(H, W, 3) u8 by camera, as they have settled, all in the air of `high`. The reference is one ray a pixel with
+    short steps, and needs no settling."""
+    air = {key: value for key, value in resolve_quality("high").items() if key.startswith("atmosphere.")}
+    renderer = Renderer(scene_of_weather(), size, quality, {**air, **_ALIKE, **(overrides or {})})
     try:
-        camera = camera_at(name)
-        if quality != "reference":
-            renderer.settle(camera)
-        return np.asarray(renderer.render(camera)["color"])
+        found = {}
+        for name in names:
+            camera = camera_at(name)
+            if quality != "reference":
+                renderer.settle(camera)
+            found[name] = np.asarray(renderer.render(camera)["color"])
+        return found
     finally:
         renderer.release()
 
 
 def halved() -> dict[str, Any]:
     """Overrides with which the reference's steps are half as long."""
-    from ...quality import resolve_quality
-
     settings = resolve_quality("reference")
     return {key: type(settings[key])(settings[key] * factor) for key, factor in HALVED.items()}
 

@@ -22,17 +22,16 @@ def curve(session: Session) -> None:
     """Weather clouds: pictures at each quality against `reference`, and the time of the passes that draw them in a
     flight at 640 x 360. First the reference against itself with halved steps: it judges errors that are larger."""
     size = (64, 36) if session.quick else (160, 90)
-    views = ("ground", "10 km", "36 000 km") if session.quick else [n for n in measure.CAMERAS if n != "2000 km"]
+    views = ["ground", "10 km", "36 000 km"] if session.quick else [n for n in measure.CAMERAS if n != "2000 km"]
     qualities = ("low", "high") if session.quick else JUDGED
     session.release()
-    errors: dict[tuple[str, str], tuple[float, float]] = {}
-    own: dict[str, tuple[float, float]] = {}
-    for name in views:
-        truth = measure.picture("reference", name, size)
-        for quality in qualities:
-            errors[quality, name] = measure.errors_of(truth, measure.picture(quality, name, size))
-        if name == "ground" or not session.quick:
-            own[name] = measure.errors_of(truth, measure.picture("reference", name, size, measure.halved()))
+    truth = measure.pictures("reference", views, size)
+    found = {quality: measure.pictures(quality, views, size) for quality in qualities}
+    errors = {
+        (quality, name): measure.errors_of(truth[name], made[name]) for quality, made in found.items() for name in views
+    }
+    again = measure.pictures("reference", views[:1] if session.quick else views, size, measure.halved())
+    own = {name: measure.errors_of(truth[name], made) for name, made in again.items()}
     for name, (mean, worst) in own.items():
         least = min(errors[quality, name][0] for quality in qualities)
         session.row(

@@ -17,6 +17,8 @@ WaterHeight = Callable[[Vector], float]
 """Height in m above the reference sphere of the sea's surface, waves included, at a unit direction."""
 
 _EARTH_RADIUS_M = 6.371e6
+_HIGHEST_WAVE_M = 100.0
+"""No wave, not the highest freak wave on record (32 m), wets feet that are so much higher."""
 _STEEPEST_LOOK_RAD = math.radians(89.0)
 
 
@@ -198,7 +200,9 @@ class WalkFlight:
     def _water_at(self, up: Vector) -> float | None:
         if self.ground.sea_level_m is None:
             return None
-        return self.ground.sea_level_m if self.water is None else self.water(up)
+        if self.water is None or self._foot_m > self.ground.sea_level_m + _HIGHEST_WAVE_M:
+            return self.ground.sea_level_m  # inland nobody asks for waves
+        return self.water(up)
 
 
 def _bounded_pitch(pitch_rad: float) -> float:
