@@ -92,8 +92,8 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
     float longer = thin ? 1.0 : 4.0, most = max(way / (0.3 * u_march.x), least);
     if (thin) least = most = way / ceil(0.04 * u_march.x * log2(2.0 * way / thickness + 2.0));
     int segments = way_segments(shell, thin, from, to);
-    // The shape's noise rises from end to end over a tenth of its volume, seldom faster: metres for each unit of it.
-    float slack = 0.1 / cloud_view.broad.w;
+    // The shape's noise seldom rises from end to end over less than a twentieth of its volume: metres for each unit of it.
+    float slack = 0.05 / cloud_view.broad.w;
     float t = from, ease = longer, begin = from;
     Air here = air_from_camera(ray * from);
     CloudWeather weather_here = weather_along(ray, from);
