@@ -33,7 +33,7 @@ def test_bare_moderngl(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> No
     sky = picture[:20]
     assert red.sum() > 300  # balls of the host's, drawn before
     assert green[120:].mean() > 0.3  # grass
-    assert sky[..., 2].mean() > sky[..., 0].mean() + 20
+    assert sky.mean() > 80 and sky[..., 2].mean() >= sky[..., 0].mean()  # day: blue, or clouds
     # The ground hides the lower part of the first ball, 30 pixels wide: it is cut flat, 20 pixels wide, where a whole
     # ball's lowest row but one has less than 10.
     ball = red[:, 50:88]
@@ -52,7 +52,7 @@ def test_pyglet(run_window: RunWindow, tmp_path: Path) -> None:
     label = picture[height - 45 : height - 10, 50 : width // 2]
     assert (label.min(axis=2) > 240).sum() > 40  # and so are the letters
     sky = picture[: height // 8]
-    assert sky[..., 2].mean() > sky[..., 0].mean() + 20
+    assert sky.mean() > 80 and sky[..., 2].mean() >= sky[..., 0].mean()  # day: blue, or clouds
     cubes = (picture[..., 2] > picture[..., 1] + 40) & (picture[..., 0] > picture[..., 1]) & (picture[..., 2] < 200)
     assert cubes.sum() > 100
 
