@@ -88,9 +88,7 @@ float cloud_told(float footprint_m, float per_period) {
 }
 
 // All kinds of layer in one line of code: software GPUs go through both sides of a branch, and once through loops of no turns.
-// near: how far the shape's noise may rise, in units of itself, before there is cloud anywhere in the layer's height; below 0
-// where there may be some.
-float cloud_density_near(int layer, vec3 place, float share, CloudWeather w, float footprint_m, int rims, out float near) {
+float cloud_density(int layer, vec3 place, float share, CloudWeather w, float footprint_m, int rims) {
     vec4 drops = cloud_view.droplets[layer];
     bool ice = drops.z == 1.0;
     vec3 turned = cloud_turned(place), tilted = cloud_tilted(place), drawn = turned * cloud_view.stretch.xyz;
@@ -120,7 +118,6 @@ float cloud_density_near(int layer, vec3 place, float share, CloudWeather w, flo
     float hidden = 1.0 - cells * cells * first_shown - clusters * clusters * second_shown;
     float most = clamp(w.cover * drops.w, 0.0, 1.0), cover = most * cloud_height_cover(share, w);
     float x = noise - (0.5 - cover), lost = 0.25 * hidden;
-    near = ice ? -streaks - soft : 0.5 - most - noise - sqrt(lost) - CLOUD_RIM - CLOUD_RIM_NEAR + 2.0 * step(most, 1e-4);
     int turns = x > -0.3 - 0.5 * sqrt(lost) && hidden < 0.99 && !ice ? rims : 0;
     for (int i = 0; i < turns; ++i) {
         vec4 at = i == 0 ? cloud_view.fine : cloud_view.finest;
@@ -139,12 +136,6 @@ float cloud_density_near(int layer, vec3 place, float share, CloudWeather w, flo
     float billows = deep * cloud_clumped(dense, hidden, deep * cloud_view.shell[layer].w);
 
     float even = drops.w > 0.0 ? 1.0 : 0.0;
-    near = drops.z == 2.0 ? -even : near;
     float density = drops.z == 2.0 ? even : ice ? thin : billows;
     return density * mix(1.0, 4.0 * share * (1.0 - share), cloud_view.shape[layer].x);
-}
-
-float cloud_density(int layer, vec3 place, float share, CloudWeather w, float footprint_m, int rims) {
-    float near;
-    return cloud_density_near(layer, place, share, w, footprint_m, rims, near);
 }

@@ -92,8 +92,6 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
     float longer = thin ? 1.0 : 4.0, most = max(way / (0.3 * u_march.x), least);
     if (thin) least = most = way / ceil(0.04 * u_march.x * log2(2.0 * way / thickness + 2.0));
     int segments = way_segments(shell, thin, from, to);
-    // The shape's noise seldom rises from end to end over less than a twentieth of its volume: metres for each unit of it.
-    float slack = 0.05 / cloud_view.broad.w;
     float t = from, ease = longer, begin = from;
     Air here = air_from_camera(ray * from);
     CloudWeather weather_here = weather_along(ray, from);
@@ -125,7 +123,6 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
             float depth = 0.0, at = 0.0, unit = 0.0, length_m = 0.0;
             int steps = 0;
             while (t < past) {
-                float near;
                 unit = min(max(min(least, thin ? least : NEAREST_M + 0.02 * t), t * grow), most);
                 // Clouds that a pixel is too wide to show have smooth means.
                 unit = min(max(unit, 0.3 * t * pixel_rad), max(way * 0.125, unit));
@@ -134,8 +131,8 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
                 float share = clamp((altitude_of(point) - shell.x) * shell.z, 0.0, 1.0);
                 CloudWeather w = cloud_weather_between(weather_here, weather_there, (here_m - begin) * per_metre);
                 m.steps += 1.0;
-                float density = cloud_density_near(layer, point + frame.camera_offset.xyz, share, w,
-                    max(here_m * pixel_rad, 0.2 * unit), 2, near);
+                float density = cloud_density(layer, point + frame.camera_offset.xyz, share, w,
+                    max(here_m * pixel_rad, 0.2 * unit), 2);
                 // In cloud: the same stretch again, in short steps; or on.
                 bool found = density > 1e-4, again = found && ease > 1.0 && !thin;
                 float on = again ? 0.0 : step_m, taken = found ? shell.w * density * on : 0.0;
@@ -143,10 +140,10 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
                 depth += taken;
                 at += taken * here_m;
                 t += on;
-                ease = found ? 1.0 : max(min(ease * 1.4, longer), min(near * slack / unit, 16.0));
+                ease = found ? 1.0 : min(ease * 1.4, longer);
                 steps += on > 0.0 && found ? 1 : 0;
                 length_m += found ? on : 0.0;
-                if (depth > spare || steps >= 4 || (!found && depth > 0.0)) break;
+                if (depth > spare || steps >= 2 || (!found && depth > 0.0)) break;
             }
             if (depth <= 0.0) break;
             at /= depth;
