@@ -12,8 +12,8 @@
 
 From then on it is as if the library had it: `scene.planet.add(Ring())`, `[ring]` in scene files, `scene.save`, a
 section in the settings panel with range, unit and help of each knob, `overrides={"ring.outer_radii": 3.0}`,
-`planetfall render --set`, and renderers made afterwards run its system while the component is there. Without it nothing
-is set up.
+`planetfall render earth --set ring.outer_radii=3`, and renderers made afterwards run its system while the component
+is there. Without it nothing is set up.
 docs/tutorials/write-a-system.md builds one.
 """
 

@@ -20,6 +20,8 @@ layout(binding = 3) uniform sampler2D u_weather_second;
 const float CLOUD_RIM = 0.13;         // of the rims' noise against the shape's
 const float CLOUD_RIM_NEAR = 0.035;
 const float CLOUD_EDGE = 0.11;        // of noise above the threshold until the cloud is densest
+const float CLOUD_SCARCE = 0.12;      // cover below which the threshold rises out of reach
+const float CLOUD_BEYOND = 0.54;      // sqrt(0.5) - 0.5 of two volumes whose weights are a unit vector, and twice the rims' weights
 
 // Between two levels of a volume chance decides, ray by ray: one fetch instead of two. 0..1, set by whoever marches.
 float cloud_dither = 0.5;
@@ -117,7 +119,10 @@ float cloud_density(int layer, vec3 place, float share, CloudWeather w, float fo
     float noise = cells * broad + clusters * wide;
     float hidden = 1.0 - cells * cells * first_shown - clusters * clusters * second_shown;
     float most = clamp(w.cover * drops.w, 0.0, 1.0), cover = most * cloud_height_cover(share, w);
-    float x = noise - (0.5 - cover), lost = 0.25 * hidden;
+    // Two volumes in one reach beyond 0.5, and rims on top of them: without this there would be cloud where there is no cover, cut
+    // off along the line where cover begins.
+    float scarce = 1.0 - clamp(cover / CLOUD_SCARCE, 0.0, 1.0);
+    float x = noise - (0.5 - cover) - CLOUD_BEYOND * scarce * scarce, lost = 0.25 * hidden;
     int turns = x > -0.3 - 0.5 * sqrt(lost) && hidden < 0.99 && !ice ? rims : 0;
     for (int i = 0; i < turns; ++i) {
         vec4 at = i == 0 ? cloud_view.fine : cloud_view.finest;
