@@ -339,8 +339,8 @@ class Renderer(Looking):
         self.watch.after_frame(self)
 
     def _repeat(self, exports: frozenset[str], running: Sequence[System], target: Any) -> bool:
-        """The last picture once more, into the target of this frame; False: it has to be made."""
-        if self._plan is None or self._plan_key != self._structure(exports, running):
+        """The last picture once more, into the target of this frame; False: it has to be made, or passes are timed."""
+        if self._plan is None or self._plan_key != self._structure(exports, running) or self._plan.gpu_timing:
             return False
         if target is not None:
             self._plan.bind_import(next(iter(exports)), target)
