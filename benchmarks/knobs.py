@@ -209,7 +209,7 @@ PAIRS: dict[str, Pair] = {
     "clouds.shafts": Pair("earth", "glint", False, clouds=True),
     "clouds.tile_width_m": Pair("earth", "orbit", 2e5, both={"clouds.method": "paper_2018"}, clouds=True),
     "clouds.weather_seed": Pair("earth", "orbit", 5, clouds=True),
-    "clouds.layers": Pair("earth", "valley", (), clouds=True),
+    "clouds.layers": Pair("earth", "near", (), clouds=True),
     "sun.irradiance": Pair("earth", "orbit", (1.5, 1.0, 0.6)),
     "sun.angular_radius_rad": Pair("earth", "limb", 0.03, both=NO_BLOOM, least=0.0, least_worst=0.3),
     "stars.density": Pair("earth", "night", 0.0, least=0.0, least_worst=0.3),
