@@ -8,6 +8,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..measure import cloud_shafts, clouds
+from ..measure.cloud_cover import cover
+from ..scenes import preset_scene
 from ..session import Bench, Session
 from ..target import Target, at_least, at_most
 from .clouds_pictures import curve, speed
@@ -143,6 +145,19 @@ def _repeats(session: Session) -> None:
                 )  # fmt: skip
 
 
+def _cover(session: Session) -> None:
+    """Earth's preset from straight above: at once, an hour and ten days later."""
+    scene = preset_scene("earth", clouds=True)
+    session.release()
+    for name, time_s in (("at once", 0.0), ("after an hour", 3600.0), ("after ten days", 864e3)):
+        found = cover(scene, time_s, session.runs(60, 24))
+        session.row(
+            f"earth, {name}: under cloud that hides 0.3", error=found.thin, error_unit="of the planet",
+            target=Target(0.5, 0.7), mean_opacity=found.opacity, hides_half=found.thick,
+        )  # fmt: skip
+
+
 BENCHES: Mapping[str, Bench] = {
     "accuracy": _accuracy, "curve": curve, "speed": speed, "paper": _paper, "repeats": _repeats,
+    "cover": _cover,
 }  # fmt: skip
