@@ -18,7 +18,7 @@ ABOVE_M = 2e7
 
 @dataclass(frozen=True)
 class Cover:
-    """Means over the planet: opacity, and the shares under cloud that hides more than 0.3 and 0.5 of what lies below."""
+    """Means over the planet: opacity, and shares under cloud that hides more than 0.3 and 0.5 of what is below."""
 
     opacity: float
     thin: float
