@@ -62,6 +62,7 @@ from .views import View, view, views
 if _TYPE_CHECKING:
     from .app import fly
     from .atmosphere_probe import AtmosphereProbe
+    from .captures import save_capture
     from .cloud_probe import CloudProbe
     from .engine.gpu import GLVersionError, ShaderError
     from .engine.graph import GraphError
@@ -97,6 +98,7 @@ _LAZY = {
     "paths": "flights",
     "photo": "photos",
     "record": "recording",
+    "save_capture": "captures",
     "sun_direction": "host_light",
 }
 
@@ -158,6 +160,7 @@ __all__ = [
     "planets",
     "qualities",
     "record",
+    "save_capture",
     "sun_direction",
     "view",
     "views",

@@ -18,16 +18,17 @@ from .app_keys import act
 from .app_pace import Pace
 from .app_shown import Interface, RendererMaker, Shown
 from .camera import Camera
+from .captures import check_arrays, outputs_for, save_capture
 from .components import DebugView, Ocean, Sun
 from .engine.settings import SettingError
 from .engine.settings.user import user_folder
 from .engine.space import latitude_longitude
-from .errors import GraphError, SceneError
+from .errors import GraphError, OutputError, SceneError
 from .flights import ScenePath, path
 from .quality import resolve_quality
 from .sea_surface import SeaSurface
 from .shot import shot_settings
-from .systems.capture import CaptureError, require_writable, write_png
+from .systems.capture import CaptureError, require_writable
 from .systems.flight import Controls, Ground, Mode, Pilot, Pose, controls_or_defaults, steering
 from .views import View, view, views
 
@@ -389,14 +390,19 @@ class FlightApp:
             self.renderer.graph.invalidate_persistent()  # what the old shaders had made and kept
             self.say("loaded " + ", ".join(changed))
 
-    def save_picture(self, folder: Path | str = ".") -> Path | None:
-        """Write this view, without the interface, as a PNG with its settings; says so in `shown.message`."""
-        target = Path(folder) / f"planetfall_{datetime.now():%Y%m%d_%H%M%S_%f}.png"
+    def save_picture(self, folder: Path | str = ".", suffix: str = ".png") -> Path | None:
+        """Write this view, without the interface, with its settings; says so in `shown.message`.
+
+        suffix: .png, or .exr or .npz for all arrays.
+        """
+        target = Path(folder) / f"planetfall_{datetime.now():%Y%m%d_%H%M%S_%f}{suffix}"
         try:
             require_writable(target)
-            color = self.renderer.render(self.camera, self.time_s, dt_s=0.0)["color"]  # goes on from what is on screen
-            write_png(target, color, self._settings())
-        except CaptureError as error:
+            check_arrays(target, self.renderer.size)
+            # It goes on from what is on screen.
+            found = self.renderer.render(self.camera, self.time_s, outputs=outputs_for(target), dt_s=0.0)
+            save_capture(target, found, self._settings())
+        except (CaptureError, OutputError) as error:
             log.warning("%s", error)
             self.say(str(error))
             return None

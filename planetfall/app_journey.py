@@ -10,12 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import sun_clock
+from .captures import check_arrays, outputs_for, save_capture
 from .engine.settings import PresetError, SettingError
-from .errors import SizeError
+from .errors import OutputError, SizeError
 from .photos import PhotoPlan, photo_tiles
 from .places import Place, Places
 from .shot import shot_settings
-from .systems.capture import CaptureError, require_writable, write_png
+from .systems.capture import CaptureError, require_writable
 
 if TYPE_CHECKING:
     from .app import FlightApp
@@ -36,6 +37,7 @@ class Journey:
         self.places = Places() if places is None else places
         self.photo = PhotoPlan()
         self.photo_fov_deg: float | None = None
+        self.photo_suffix = ".png"
         self.folder = Path()
         self._at = ""
         self._season_wanted = 0.0
@@ -128,16 +130,17 @@ class Journey:
     def start_photo(self) -> None:
         """Take a photo as `self.photo` has it; goes on by a tile a frame until it is done or stopped."""
         app = self._app
-        file = self.folder / f"planetfall_{datetime.now():%Y%m%d_%H%M%S_%f}.png"
+        file = self.folder / f"planetfall_{datetime.now():%Y%m%d_%H%M%S_%f}{self.photo_suffix}"
         try:
             require_writable(file)
+            check_arrays(file, self.photo.size)
             camera = app.camera_for(self.photo_fov_deg)
-            self._tiles = photo_tiles(app.renderer, camera, self.photo, app.time_s)
+            self._tiles = photo_tiles(app.renderer, camera, self.photo, app.time_s, outputs=outputs_for(file))
             settings = shot_settings(
                 app.scene, camera, app.time_s, self.photo.size, quality=app.quality, overrides=app.overrides,
                 supersample=self.photo.supersample, ev100=self.photo.ev100, mode=app.pilot.mode,
             )  # fmt: skip
-        except (CaptureError, SizeError) as error:
+        except (CaptureError, OutputError, SizeError) as error:
             log.warning("%s", error)
             app.say(str(error))
             return
@@ -156,13 +159,13 @@ class Journey:
         if tiles is None or taken is None:
             return
         try:
-            done, count, picture = next(tiles)
+            done, count, arrays = next(tiles)
             if done < count:
                 self._app.say(f"photo: {done} of {count} tiles; Escape gives it up")
                 return
             file, settings = taken
             settings["exposure"] = self._app.renderer.exposure if self.photo.ev100 is None else self.photo.ev100
-            write_png(file, picture, settings)
+            save_capture(file, arrays, settings)
         except CaptureError as error:
             log.warning("%s", error)
             self._app.say(str(error))

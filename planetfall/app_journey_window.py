@@ -18,6 +18,7 @@ _WIDTH_EM = 24.0
 _TOP, _MARGIN = 235.0, 10.0
 _SIZES = ((1920, 1080), (3840, 2160), (7680, 4320), (15360, 8640), (4096, 4096))
 _MODE_NAMES = {"ship": "ship", "walk": "on foot", "orbit": "globe"}
+_FILES = {".png": "picture (PNG)", ".exr": "light and arrays (EXR)", ".npz": "arrays for numpy (npz)"}
 _FOV_DEG = (1.0, 120.0)
 _EV = (-6.0, 20.0)
 
@@ -123,6 +124,11 @@ class JourneyWindow:
         changed, samples = imgui.slider_int("samples a side", plan.supersample, 1, 4)
         if changed:
             plan = dataclasses.replace(plan, supersample=samples)
+        if imgui.begin_combo("file", _FILES[journey.photo_suffix]):
+            for suffix, text in _FILES.items():
+                if imgui.selectable(text, suffix == journey.photo_suffix)[0]:
+                    journey.photo_suffix = suffix
+            imgui.end_combo()
         own = imgui.checkbox("own field of view", journey.photo_fov_deg is not None)[1]
         if own:
             self._fov_deg = imgui.slider_float("field of view", self._fov_deg, *_FOV_DEG, "%.1f deg")[1]
@@ -138,3 +144,8 @@ class JourneyWindow:
             journey.start_photo()
         elif app.photographing and imgui.button("give it up"):
             journey.stop_photo()
+        if not app.photographing:
+            imgui.same_line()
+            if imgui.button("save this view"):
+                app.save_picture(journey.folder, journey.photo_suffix)
+            imgui.set_item_tooltip("as it is in the window, in that kind of file")

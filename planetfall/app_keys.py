@@ -128,6 +128,7 @@ _DO = {
     "debug_view": _debug_view,
     "debug_off": _debug_off,
     "picture": lambda app, _state: app.save_picture(),
+    "arrays": lambda app, _state: app.save_picture(suffix=".exr"),
     "photo": lambda app, _state: app.journey.start_photo(),
     "play": lambda app, _state: app.play(None if app.playing is not None else "descent"),
     "start": lambda app, _state: app.to_start(),

@@ -11,14 +11,15 @@ from cyclopts import Parameter
 from rich.console import Console
 
 from ._version import __version__
+from .captures import check_arrays, check_suffix, outputs_for, save_capture
 from .cli_options import CameraOptions, Planet, Quality, Set, Size, SunOptions, parse_overrides, parse_size
 from .cli_progress import counted, settling
-from .errors import CameraError, OutputError, SettingError
+from .errors import CameraError, SettingError
 from .flights import path as scripted
 from .photos import PhotoPlan, exposed, photo_tiles
 from .recording import record
 from .shot import camera_settings, load_shot, shot_settings
-from .systems.capture import contact_sheet, require_writable, write_arrays, write_png
+from .systems.capture import contact_sheet, require_writable, write_png
 from .systems.capture.video import ffmpeg
 from .systems.flight import PATHS_FILE
 from .views import View
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
 __all__ = ["gallery_command", "record_command", "render_command"]
 
 DEFAULT_VIEW = "orbit"
-ARRAYS = ("color", "radiance", "distance", "position", "normal", "surface")
 
 console = Console()
 
@@ -63,7 +63,7 @@ def render_command(
     time_s
         Moves water and weather, and an epoch sun. Left out: the view's time, else 0.
     like
-        A picture of ours: takes everything from the settings inside it; other options change single things.
+        A picture or arrays of ours: takes everything from the settings inside it; other options change single things.
     ev100
         A fixed exposure; left out, it adapts.
     supersample
@@ -71,10 +71,10 @@ def render_command(
     tile_px
         Larger pictures are rendered in tiles of at most so many samples a side.
     output
-        picture.png, with the settings inside, or arrays.npz with every output, the camera and the exposure.
+        picture.png; or arrays.npz and arrays.exr with every output: color, radiance, distance, position, normal,
+        surface. All of them have the settings inside.
     """
-    if output.suffix.lower() not in (".png", ".npz"):
-        raise OutputError(f"--output: expected a name ending in .png or .npz, found {str(output)!r}")
+    check_suffix(output, "--output")
     require_writable(output)
     if view is not None and camera.given():
         raise CameraError("--view and camera options exclude each other: a view brings its own camera")
@@ -99,38 +99,31 @@ def render_command(
     exposure = ev100 if ev100 is not None or not told else told.ev100
     samples = supersample if supersample is not None else told.supersample if told else 1
     plan = PhotoPlan(pixels, samples, tile_px, exposure)
-    if output.suffix.lower() == ".npz" and (len(plan.tiles()) > 1 or plan.supersample > 1):
-        raise OutputError(f"--output: {output}: arrays come in one piece: lower --size, or raise --tile-px; "
-                          "no --supersample")  # fmt: skip
+    check_arrays(output, pixels)
     from .renderer import Renderer  # late: everything that can be said without a GPU has been said
 
     moment = shot.time_s if time_s is None and isinstance(shot, View) else time_s or 0.0
     light = shot.sun if light is None and isinstance(shot, View) else light
     whole = len(plan.tiles()) == 1 and plan.supersample == 1
     out: dict[str, Any] = {}
+    wanted = outputs_for(output)
     with Renderer(scene, pixels if whole else (64, 64), chosen, knobs) as renderer:
         if whole:
             seen = exposed(shot, plan.ev100)
             with settling(console) as settled:
                 renderer.settle(seen, moment, sun=light, progress=settled)
-            wanted = ARRAYS if output.suffix.lower() == ".npz" else ("color",)
             out = renderer.render(seen, moment, sun=light, outputs=wanted)
         else:
             with counted(console, "tiles", len(plan.tiles())) as progress:
-                for done, count, picture in photo_tiles(renderer, shot, plan, moment, light):
+                for done, count, out in photo_tiles(renderer, shot, plan, moment, light, wanted):
                     progress(done, count)
-                    out = {"color": picture}
         state = shot.resolve(scene, pixels[0] / pixels[1]).moved(renderer.camera_state(shot).position_m)
         settings = shot_settings(
             scene, state, moment, pixels, quality=chosen, overrides=knobs, sun=light, supersample=plan.supersample,
             ev100=exposure_of(renderer),
         )  # fmt: skip
     settings |= {"planet": planet or scene.name, "view": None if camera.given() or told else view or DEFAULT_VIEW}
-    if output.suffix.lower() == ".npz":
-        state = numbers_of(settings["camera"])
-        write_arrays(output, out, camera=state, exposure=settings["exposure"], settings=settings)
-    else:
-        write_png(output, out["color"], settings)
+    save_capture(output, out, settings)
     console.print(f"wrote [bold]{output}[/]", highlight=False, soft_wrap=True)
 
 
@@ -254,11 +247,6 @@ def views_for(scene: Scene) -> list[str]:
     from . import views
 
     return list(views(scene.planet))
-
-
-def numbers_of(state: dict[str, Any]) -> dict[str, Any]:
-    """Those camera settings that are numbers."""
-    return {name: value for name, value in state.items() if np.issubdtype(np.asarray(value).dtype, np.number)}
 
 
 def exposure_of(renderer: Renderer) -> float | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["PhotoPlan", "exposed", "photo", "photo_tiles"]
 
 Pixels = NDArray[np.uint8]
+Arrays = dict[str, NDArray[Any]]
 
 LARGEST_PX = 65_536
 _MARGIN_PX = 32
@@ -83,25 +84,31 @@ def photo(
     from .renderer import Renderer
 
     with Renderer(scene, (64, 64), quality, overrides) as renderer:
-        pictures = []
-        for done, count, so_far in photo_tiles(renderer, camera, plan, time_s, sun):
-            pictures = [so_far]
+        arrays: Arrays = {}
+        for done, count, arrays in photo_tiles(renderer, camera, plan, time_s, sun):
             if progress is not None:
                 progress(done, count)
-        return pictures[0]
+        return arrays["color"]
 
 
 def photo_tiles(
-    renderer: Renderer, camera: Camera, plan: PhotoPlan, time_s: float | None = None, sun: Any = None
-) -> Iterator[tuple[int, int, Pixels]]:
-    """Take a photo a tile at a time: (tiles done, tiles in all, the picture so far); first with 0 tiles done.
+    renderer: Renderer,
+    camera: Camera,
+    plan: PhotoPlan,
+    time_s: float | None = None,
+    sun: Any = None,
+    outputs: Sequence[str] = ("color",),
+) -> Iterator[tuple[int, int, Arrays]]:
+    """Take a photo a tile at a time: (tiles done, tiles in all, arrays so far); first with 0 tiles done and none.
 
+    outputs: as for Renderer.render. Of several samples a pixel, colour and radiance are means of light; all else is that
+    of the sample next to the pixel's centre, because a mean of two places is neither.
     The renderer's size changes meanwhile, and is put back when the last tile is done or the iterator is closed.
     """
     before, scale = renderer.size, renderer.render_scale
     width, height = plan.size
     tiles = plan.tiles()
-    picture = np.zeros((height, width, 3), np.uint8)
+    arrays: Arrays = {}
     if time_s is None:
         time_s = getattr(camera, "time_s", None)
     sun = getattr(camera, "sun", None) if sun is None else sun
@@ -110,10 +117,14 @@ def photo_tiles(
         ev100 = plan.ev100 if plan.ev100 is not None else camera.ev100
         if ev100 is None and len(tiles) > 1:
             ev100 = _measured(renderer, camera, plan.size, time_s, sun)
-        yield 0, len(tiles), picture
+        yield 0, len(tiles), arrays
         for done, tile in enumerate(tiles, 1):
-            _take(renderer, camera, plan, tile, (time_s, sun, ev100), picture)
-            yield done, len(tiles), picture
+            part, place = _take(renderer, camera, plan, tile, (time_s, sun, ev100), outputs)
+            for name, values in part.items():
+                if name not in arrays:
+                    arrays[name] = np.zeros((height, width, *values.shape[2:]), values.dtype)
+                arrays[name][place] = values
+            yield done, len(tiles), arrays
     finally:
         if not renderer.released:
             renderer.render_scale = scale
@@ -136,8 +147,9 @@ def _take(
     plan: PhotoPlan,
     tile: tuple[int, int, int, int],
     moment: tuple[float | None, Any, float | None],
-    picture: Pixels,
-) -> None:
+    outputs: Sequence[str],
+) -> tuple[Arrays, tuple[slice, slice]]:
+    """A tile's arrays without its margins, and where in the picture they belong."""
     time_s, sun, ev100 = moment
     left, top, right, bottom = tile
     width, height = plan.size
@@ -147,9 +159,25 @@ def _take(
     renderer.resize(((outer[2] - outer[0]) * samples, (outer[3] - outer[1]) * samples))
     part = _part(renderer, camera, plan.size, outer, ev100)
     renderer.settle(part, time_s, sun=sun)
-    color = averaged(renderer.render(part, time_s, sun=sun)["color"], samples)
-    rows, columns = slice(top - outer[1], bottom - outer[1]), slice(left - outer[0], right - outer[0])
-    picture[top:bottom, left:right] = color[rows, columns]
+    found = renderer.render(part, time_s, sun=sun, outputs=tuple(outputs))
+    inner = slice(top - outer[1], bottom - outer[1]), slice(left - outer[0], right - outer[0])
+    return {name: _reduced(name, found[name], samples)[inner] for name in outputs}, (
+        slice(top, bottom),
+        slice(left, right),
+    )
+
+
+def _reduced(name: str, values: NDArray[Any], samples: int) -> NDArray[Any]:
+    """A value for each pixel from those of its samples."""
+    if samples == 1:
+        return values
+    if name == "color":
+        return averaged(values, samples)
+    if name == "radiance":
+        height, width = values.shape[0] // samples, values.shape[1] // samples
+        light = values.reshape(height, samples, width, samples, -1)
+        return light.mean(axis=(1, 3), dtype=np.float64).astype(values.dtype)
+    return values[samples // 2 :: samples, samples // 2 :: samples]
 
 
 def _part(
@@ -190,11 +218,12 @@ def averaged(color: Pixels, samples: int) -> Pixels:
     rows = max(1, 4_000_000 // (color.shape[1] * samples * 3))  # so that float copies stay small
     for start in range(0, height, rows):
         part = color[start * samples : (start + rows) * samples]
-        light = _LINEAR[part].reshape(-1, samples, width, samples, 3).mean(axis=(1, 3))
+        light = LINEAR[part].reshape(-1, samples, width, samples, 3).mean(axis=(1, 3))
         shown = np.where(light <= 0.0031308, 12.92 * light, 1.055 * np.maximum(light, 1e-9) ** (1.0 / 2.4) - 0.055)
         result[start : start + rows] = np.rint(shown * 255.0)
     return result
 
 
 _SRGB = np.arange(256) / 255.0
-_LINEAR = np.where(_SRGB <= 0.04045, _SRGB / 12.92, ((_SRGB + 0.055) / 1.055) ** 2.4)
+LINEAR = np.where(_SRGB <= 0.04045, _SRGB / 12.92, ((_SRGB + 0.055) / 1.055) ** 2.4)
+"""Light (0..1) of each step of an 8-bit sRGB picture."""

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 from ._kinds import KINDS, PROP_KINDS
 from ._version import __version__
 from .camera import Camera
+from .captures import read_settings
 from .engine.settings import PresetError, build_components, plain_table
 from .scene import Scene
-from .systems.capture import CaptureError, read_png_settings
+from .systems.capture import CaptureError
 
 if TYPE_CHECKING:
     from .components import Sun
@@ -88,9 +89,9 @@ def camera_settings(camera: Any) -> dict[str, Any]:
 
 
 def load_shot(path: str | PathLike[str]) -> Shot:
-    """What a PNG of ours was made of. CaptureError for another picture; PresetError for settings that can't be."""
+    """What a PNG, EXR or npz of ours was made of. CaptureError for another file; PresetError for settings that can't be."""
     path = Path(path)
-    data = read_png_settings(path)
+    data = read_settings(path)
     try:
         found = data["camera"]
         if "components" not in data:

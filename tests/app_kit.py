@@ -67,7 +67,9 @@ class FakeRenderer:
             raise self.fails
         self.drawn.append((camera, time_s, sun))
 
-    def render(self, camera: Any, time_s: float, sun: Any = None, dt_s: float | None = None) -> dict[str, Any]:
+    def render(
+        self, camera: Any, time_s: float, sun: Any = None, outputs: Any = ("color",), dt_s: float | None = None
+    ) -> dict[str, Any]:
         return {"color": np.zeros((36, 64, 3), np.uint8)}
 
     def try_again(self) -> None: ...

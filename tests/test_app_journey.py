@@ -194,7 +194,7 @@ class TileRenderer:
     def settle(self, camera: Any, time_s: Any, sun: Any = None) -> None: ...
     def render_to(self, *_: Any, **__: Any) -> None: ...
 
-    def render(self, camera: Any, time_s: Any, sun: Any = None) -> dict[str, Any]:
+    def render(self, camera: Any, time_s: Any, sun: Any = None, outputs: Any = ("color",)) -> dict[str, Any]:
         assert self.render_scale == 1.0
         self.sizes.append(self.size)
         self.cameras.append(camera)

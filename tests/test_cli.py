@@ -140,7 +140,7 @@ def test_output_is_checked_before_rendering(command: str, tmp_path: Path, capsys
 
 
 def test_unknown_suffix(capsys: pytest.CaptureFixture[str]) -> None:
-    assert ".png or .npz" in fails(["render", "-o", "a.jpeg"], capsys)
+    assert ".png, .exr or .npz" in fails(["render", "-o", "a.jpeg"], capsys)
 
 
 def test_unknown_command(capsys: pytest.CaptureFixture[str]) -> None:

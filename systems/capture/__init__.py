@@ -2,7 +2,7 @@
 
 from .animation import write_gif
 from .arrays import read_arrays, write_arrays
-from .exr import write_exr
+from .exr import read_exr_settings, write_exr
 from .files import CaptureError, require_writable, written_beside
 from .frames import NumberedFrames
 from .png import read_png_settings, write_png
@@ -15,6 +15,7 @@ __all__ = [
     "VideoError",
     "contact_sheet",
     "read_arrays",
+    "read_exr_settings",
     "read_png_settings",
     "require_writable",
     "write_arrays",

@@ -11,7 +11,7 @@ import struct
 import zlib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from .files import CaptureError, written_beside
 from .png import KEY, json_plain
 
-__all__ = ["write_exr"]
+__all__ = ["read_exr_settings", "write_exr"]
 
 _MAGIC, _VERSION = 20000630, 2
 _FLOAT, _ZIP, _LINES = 2, 3, 16
@@ -70,6 +70,35 @@ def write_exr(
             offset += len(block)
         file.writelines(blocks)
     return path
+
+
+def read_exr_settings(path: Path | str) -> dict[str, Any]:
+    """The settings inside an EXR file of ours. Raises CaptureError when there are none."""
+    path = Path(path)
+    try:
+        with path.open("rb") as file:
+            magic, _version = struct.unpack("<ii", file.read(8))
+            if magic != _MAGIC:
+                raise CaptureError(f"{path} cannot be read as a picture: it is no OpenEXR file")
+            while name := _text(file):
+                _text(file)  # the attribute's type
+                (size,) = struct.unpack("<i", file.read(4))
+                value = file.read(max(size, 0))
+                if name == KEY:
+                    return json.loads(value.decode())
+    except (OSError, struct.error, ValueError) as error:
+        raise CaptureError(f"{path} cannot be read as an OpenEXR file: {error}") from error
+    raise CaptureError(f"{path} carries no Planetfall settings; only pictures written by Planetfall do")
+
+
+def _text(file: BinaryIO) -> str:
+    """A text that ends with a zero byte; at most 255 bytes, as the format allows."""
+    found = b""
+    while (byte := file.read(1)) != b"\0":
+        found += byte
+        if not byte or len(found) > 255:
+            raise ValueError("its header ends in the middle of a name")
+    return found.decode()
 
 
 def _block(planes: list[NDArray[np.float32]], first: int, end: int) -> bytes:

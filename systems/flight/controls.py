@@ -56,6 +56,7 @@ ACTIONS: dict[str, str] = {
     "reload": "load changed shaders",
     "fullscreen": "whole screen",
     "picture": "save a picture here",
+    "arrays": "save all arrays of this view here (EXR)",
     "photo": "take a photo as set under places, time and photos",
     "leave": "let the mouse go, close windows, then leave",
 }
@@ -70,7 +71,7 @@ _TOGETHER: dict[tuple[str, ...], str] = {
     ("keep_place", "next_place", "previous_place"): "keep this place; to the next one kept; to the one before",
     ("debug_view", "debug_off"): "next debug view; none",
     ("help", "numbers", "settings"): "this help; numbers; settings",
-    ("picture", "photo"): "save a picture here; a photo as set with F4",
+    ("picture", "arrays", "photo"): "save a picture here; all its arrays (EXR); a photo as set with F4",
 }
 """Actions that share a row of the help."""
 
