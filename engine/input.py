@@ -138,7 +138,7 @@ class InputState:
         self.resized = False
         self._keys: set[str] = set()
         self._buttons: set[str] = set()
-        self.pad_held: set[str] = set()
+        self._pad_held: set[str] = set()
         self._pad_axes: dict[str, float] = {}
         self._new_frame()
 
@@ -147,11 +147,11 @@ class InputState:
         self._keys_released: set[str] = set()
         self._buttons_pressed: set[str] = set()
         self._buttons_released: set[str] = set()
-        self.pad_pressed: set[str] = set()
+        self._pad_pressed: set[str] = set()
         self._dx = self._dy = self._wheel = 0.0
         self._text = ""
         self.resized = False
-        self._keyboard_taken = self._mouse_taken = False
+        self._keyboard_taken = self._mouse_taken = self._pad_taken = False
 
     def advance(self, events: Iterable[InputEvent]) -> None:
         """Start a new frame with these events."""
@@ -191,7 +191,7 @@ class InputState:
                 self._buttons_released |= self._buttons
                 self._keys.clear()
                 self._buttons.clear()
-                self.pad_held.clear()
+                self._pad_held.clear()
                 self._pad_axes.clear()
         elif isinstance(event, Resize):
             self.resized = True
@@ -199,18 +199,19 @@ class InputState:
             self._pad_axes[event.axis] = event.value
         elif isinstance(event, PadButton):
             if event.pressed:
-                self.pad_held.add(event.button)
-                self.pad_pressed.add(event.button)
+                self._pad_held.add(event.button)
+                self._pad_pressed.add(event.button)
             else:
-                self.pad_held.discard(event.button)
+                self._pad_held.discard(event.button)
 
-    def consume(self, *, keyboard: bool = False, mouse: bool = False) -> None:
-        """Hide the keyboard or the mouse from whoever reads this state later in the frame.
+    def consume(self, *, keyboard: bool = False, mouse: bool = False, pad: bool = False) -> None:
+        """Hide the keyboard, the mouse or the gamepad from whoever reads this state later in the frame.
 
         Releases stay visible: whoever saw the press must see the end of it.
         """
         self._keyboard_taken |= keyboard
         self._mouse_taken |= mouse
+        self._pad_taken |= pad
 
     @property
     def keys_held(self) -> frozenset[str] | set[str]:
@@ -252,6 +253,14 @@ class InputState:
     def text(self) -> str:
         return "" if self._keyboard_taken else self._text
 
+    @property
+    def pad_held(self) -> frozenset[str] | set[str]:
+        return _NONE if self._pad_taken else self._pad_held
+
+    @property
+    def pad_pressed(self) -> frozenset[str] | set[str]:
+        return _NONE if self._pad_taken else self._pad_pressed
+
     def axis(self, negative: str, positive: str) -> float:
         """-1, 0 or 1 from two keys, e.g. axis("a", "d")."""
         held = self.keys_held
@@ -259,4 +268,4 @@ class InputState:
 
     def pad_axis(self, name: str) -> float:
         """A stick (-1..1) or trigger (0..1) of the gamepad; 0 where there is none."""
-        return self._pad_axes.get(name, 0.0)
+        return 0.0 if self._pad_taken else self._pad_axes.get(name, 0.0)

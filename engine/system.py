@@ -152,6 +152,11 @@ class System:
         """How much of what `settled` waits for is done, 0..1."""
         return 1.0 if self.settled() else 0.0
 
+    def refining(self) -> str:
+        """What is still being made of what the last frame showed, in two or three words for people; "" for nothing.
+        Asked every frame while somebody looks: never waits for the GPU."""
+        return ""
+
     def statistics(self) -> dict[str, int]:
         """Counts of the last frame (cells, vertices, triangles) for overlays and benches. May read the GPU."""
         return {}

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from .app_journey import Journey
 from .app_keys import act
-from .app_pace import Pace
+from .app_pace import Pace, check_frame_cap
 from .app_shown import Interface, RendererMaker, Shown
 from .camera import Camera
 from .captures import check_arrays, outputs_for, save_capture
@@ -175,7 +175,8 @@ class FlightApp:
         if self.time_runs:
             self.time_s += dt_s * self.time_speed
         width, height = self.window.framebuffer_size
-        visible = width > 0 and height > 0  # (0, 0) while minimised
+        # (0, 0) while minimised, on some systems
+        visible = width > 0 and height > 0 and not getattr(self.window, "minimised", False)
         try:
             if self._on_frame is not None:
                 self._on_frame(self.time_s, dt_s * self.time_speed if self.time_runs else 0.0)
@@ -193,7 +194,7 @@ class FlightApp:
         if visible and self.interface is not None:
             self.interface.draw(self)
         self._housekeeping()
-        self.pace.end(self.renderer)
+        self.pace.end(self.renderer, visible)
         self.window.swap()
 
     # what happens in a frame
@@ -428,20 +429,27 @@ def fly(
     window: Literal["glfw", "pyglet"] = "glfw",
     fullscreen: bool = False,
     vsync: bool = True,
+    monitor: int | None = None,
+    frame_cap: float = 0.0,
     on_frame: OnFrame | None = None,
 ) -> None:
     """Open a window and fly until it closes. The panels, and `sun` or the sun of a view, change `scene`.
 
+    monitor: which one to open on, the first is 1; None: where the system puts windows. frame_cap: frames a second at
+    most; 0: as many as there can be.
     on_frame(time_s, dt_s) is called before each picture: where a game moves its objects. dt_s is 0 while time stands.
-    Raises NoDisplayError without a display, WindowVersionError below OpenGL 4.3, SettingError for an unknown quality
-    or override; all of them before a window is seen.
+    Raises NoDisplayError without a display, WindowVersionError below OpenGL 4.3, WindowError for a monitor that isn't
+    there, SettingError for an unknown quality or override, or a frame cap below 0.
     """
     resolve_quality(quality, overrides)
+    check_frame_cap(frame_cap)
     from .app_interface import FlightInterface
     from .engine.hosts.window import open_window
     from .renderer import Renderer
 
-    with open_window(size, f"Planetfall: {scene.name}", window, vsync=vsync, fullscreen=fullscreen) as opened:
+    with open_window(
+        size, f"Planetfall: {scene.name}", window, vsync=vsync, fullscreen=fullscreen, monitor=monitor
+    ) as opened:
 
         def renderer(quality: str, overrides: Mapping[str, Any]) -> Renderer:
             # The window may come out larger or smaller than asked for.
@@ -458,6 +466,7 @@ def fly(
                 opened, first, scene, camera, sun=sun, interface=interface, make_renderer=renderer, quality=quality,
                 overrides=overrides, on_frame=on_frame,
             )  # fmt: skip
+            app.pace.frame_cap = frame_cap
             app.run()
         finally:
             interface.release()

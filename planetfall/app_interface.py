@@ -12,7 +12,7 @@ from .app_journey_window import JourneyWindow
 from .app_panels import SettingsWindow
 from .components import DebugView
 from .engine.gpu import Gpu
-from .engine.input import Focus
+from .engine.input import Focus, MouseMove
 from .faults import Faults
 from .systems.tweak import FrameHistory, HudData, apply_style, draw_hud
 
@@ -64,7 +64,12 @@ class FlightInterface:
             self._shows = True
             ui.feed((Focus(False), Focus(True)))
         ui.scale = self._window.ui_scale
-        frame = ui.frame(self._window.size, dt_s, self._window.pixel_ratio, events=state.events, mouse=not app.looking)
+        events = state.events
+        if self._settings.controls.waiting:  # what is pressed now is to be bound, and means nothing else
+            self._settings.controls.take(state, app)
+            state.consume(keyboard=True, mouse=True, pad=True)
+            events = tuple(event for event in events if isinstance(event, MouseMove | Focus))
+        frame = ui.frame(self._window.size, dt_s, self._window.pixel_ratio, events=events, mouse=not app.looking)
         with frame as imgui:
             right = self._settings.width(imgui) if shown.panels else 0.0
             draw_hud(self._hud(app), numbers=shown.numbers, help=shown.help and not shown.panels, right=right)
@@ -116,7 +121,7 @@ class FlightInterface:
 
     def _hud(self, app: FlightApp) -> HudData:
         shown = app.shown
-        data = HudData(message=shown.message, errors=_errors(app), controls=app.controls.help())
+        data = HudData(message=shown.message, errors=_errors(app), controls=_help(app))
         if shown.numbers:
             data.fps, data.frame_ms, data.history_ms = (
                 self._history.fps,
@@ -127,7 +132,14 @@ class FlightInterface:
                 shown.stats.get(name) for name in ("cells", "vertices", "triangles")
             )
             data.lines = _lines(app)
+            data.refining = getattr(app.renderer, "refining", ())
         return data
+
+
+def _help(app: FlightApp) -> tuple[tuple[str, str], ...]:
+    """The keys, and where they are changed."""
+    settings = app.controls.bindings.get("settings", ())
+    return (*app.controls.help(), (f"{settings[0].shown if settings else 'settings'}, Controls", "change any of these"))
 
 
 def _errors(app: FlightApp) -> tuple[str, ...]:

@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+import math
 import time
 from typing import TYPE_CHECKING
 
 from .auto_quality import AutoQuality
 from .engine.gpu.timers import GpuTimers
+from .errors import SettingError
 
 if TYPE_CHECKING:
     from .renderer import Renderer
 
-__all__ = ["Pace"]
+__all__ = ["Pace", "check_frame_cap"]
 
+_UNSEEN_S = 0.05
 _SPIN_S = 0.001
 """A system's sleep may last this much longer than asked for."""
+
+
+def check_frame_cap(frame_cap: float) -> None:
+    """SettingError for anything but a number from 0 on."""
+    if not (isinstance(frame_cap, int | float) and math.isfinite(frame_cap) and frame_cap >= 0.0):
+        raise SettingError(f"frame_cap: expected frames a second, 0 for as many as can be, found {frame_cap!r}")
 
 
 class Pace:
@@ -44,8 +53,12 @@ class Pace:
         if self._timers is not None:
             self._timers.begin(0)
 
-    def end(self, renderer: Renderer) -> None:
-        """The frame is drawn: take its time, and wait where a cap or a budget says so."""
+    def end(self, renderer: Renderer, visible: bool = True) -> None:
+        """The frame is drawn: take its time, and wait where a cap or a budget says so. visible: False for a window that
+        is minimised, which waits: nothing was drawn, and displays don't hold up what they don't show."""
+        if not visible:
+            _wait_until(self._began_s + _UNSEEN_S)
+            return
         wait_ms = 0.0
         if self.auto.budget_ms is not None:
             gpu_ms = 0.0

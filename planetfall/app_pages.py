@@ -9,6 +9,7 @@ from .engine.graph import TextureSpec
 from .flights import paths
 from .systems.debug import NAMED_VIEWS
 from .systems.tweak import FrameHistory, FrameProfile, PassTime, draw_memory, draw_passes, draw_percentiles, draw_stack
+from .systems.tweak.style import QUIET
 from .views import view, views
 
 if TYPE_CHECKING:
@@ -36,6 +37,10 @@ class ViewPage:
         chosen = combo(imgui, "shows", app.debug_view, ("off", *NAMED_VIEWS), self._resources(app))
         if chosen is not None:
             app.debug_view = chosen
+        if app.debug_view in NAMED_VIEWS:
+            imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*QUIET))
+            imgui.text_wrapped(NAMED_VIEWS[app.debug_view].help)
+            imgui.pop_style_color()
         self._freeze(imgui, app)
         imgui.separator_text("places")
         chosen = combo(imgui, "go to", "", views(self._scene), tips=lambda name: view(name, self._scene.planet).about)
@@ -79,8 +84,14 @@ class ViewPage:
         toggled, on = imgui.checkbox("full screen", bool(app.window.fullscreen))
         if toggled:
             app.window.fullscreen = on
+        there = getattr(app.window, "monitors", ())
+        if there:
+            now = app.window.monitor
+            names = [f"{number}: {monitor}" for number, monitor in enumerate(there, 1)]
+            chosen = combo(imgui, "monitor", names[now - 1], names)
+            if chosen is not None:
+                app.window.monitor = names.index(chosen) + 1
         if hasattr(app.window, "vsync"):
-            imgui.same_line()
             toggled, on = imgui.checkbox("wait for the display", app.window.vsync)
             if toggled:
                 app.window.vsync = on

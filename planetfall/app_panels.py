@@ -13,6 +13,8 @@ import tomli_w
 
 from ._kinds import KINDS, PLANET_KINDS
 from ._scene_file import planets
+from .app_controls import ControlsPage
+from .app_objects import ObjectsPage
 from .app_pages import ProfilerPage, ViewPage, combo
 from .engine.settings import latest_revision
 from .errors import OutputError, SceneError, SettingError, UnknownNameError
@@ -52,9 +54,13 @@ class SettingsWindow:
         self._name = ""
         self._wrong = ""
         self.log = LogLines()
+        self.controls = ControlsPage()
+        objects = ObjectsPage(scene, self._store, lambda: self.bench, self._refused)
         self._pages = (
+            ("Objects", objects.draw),
             ("View", ViewPage(scene).draw),
             ("Profiler", ProfilerPage(history).draw),
+            ("Controls", self.controls.draw),
             ("Log", lambda imgui, app: self.log.draw(imgui)),
         )
 

@@ -47,8 +47,9 @@ def check_arrays(path: Path, size: tuple[int, int]) -> None:
     width, height = size
     if path.suffix.lower() != ".png" and width * height > LARGEST_ARRAYS_PX:
         raise OutputError(
-            f"{path}: arrays of {width} x {height} pixels are {44 * width * height / 2**30:.1f} GiB, which are in memory"
-            f" at once; expected at most {LARGEST_ARRAYS_PX // 2**20} million pixels. Lower the size, or write a .png"
+            f"{path}: arrays of {width} x {height} pixels are {44 * width * height / 2**30:.1f} GiB, which are in"
+            f" memory at once; expected at most {LARGEST_ARRAYS_PX // 2**20} million pixels. Lower the size, or write"
+            " a .png"
         )
 
 

@@ -23,6 +23,8 @@ def fly_command(
     window: Literal["glfw", "pyglet"] = "glfw",
     fullscreen: bool = False,
     vsync: bool = True,
+    monitor: int | None = None,
+    frame_cap: float = 0.0,
 ) -> None:
     """Fly freely in a window; F1 shows the keys.
 
@@ -36,6 +38,10 @@ def fly_command(
         Start on the whole screen (F11 changes it).
     vsync
         Wait for the display, which avoids torn pictures.
+    monitor
+        The monitor to open on; the first is 1.
+    frame_cap
+        Frames a second at most; 0: as many as there can be.
     """
     if view is not None and camera.given():
         raise CameraError("--view and camera options exclude each other: a view brings its own camera")
@@ -48,5 +54,5 @@ def fly_command(
     light = None if start is None else sun.sun(scene, start)
     fly(
         scene, start, sun=light, size=pixels, quality=quality, overrides=knobs, window=window, fullscreen=fullscreen,
-        vsync=vsync,
+        vsync=vsync, monitor=monitor, frame_cap=frame_cap,
     )  # fmt: skip

@@ -115,8 +115,9 @@ def render_command(
             out = renderer.render(seen, moment, sun=light, outputs=wanted)
         else:
             with counted(console, "tiles", len(plan.tiles())) as progress:
-                for done, count, out in photo_tiles(renderer, shot, plan, moment, light, wanted):
+                for done, count, arrays in photo_tiles(renderer, shot, plan, moment, light, wanted):
                     progress(done, count)
+                    out = arrays
         state = shot.resolve(scene, pixels[0] / pixels[1]).moved(renderer.camera_state(shot).position_m)
         settings = shot_settings(
             scene, state, moment, pixels, quality=chosen, overrides=knobs, sun=light, supersample=plan.supersample,

@@ -81,6 +81,11 @@ class Looking:
             return queries.statistics(self.running)
 
     @property
+    def refining(self) -> tuple[str, ...]:
+        """What is still being made of what the last frame showed, such as "ground 63 %"; empty when all is there."""
+        return tuple(text for system in self.running if (text := system.refining()))
+
+    @property
     def exposure(self) -> float | None:
         """EV100 of the last picture; None before the first and after one without colours. Reads back from the GPU."""
         composite = self.system("composite")

@@ -85,7 +85,8 @@ def photo(
 
     with Renderer(scene, (64, 64), quality, overrides) as renderer:
         arrays: Arrays = {}
-        for done, count, arrays in photo_tiles(renderer, camera, plan, time_s, sun):
+        for done, count, found in photo_tiles(renderer, camera, plan, time_s, sun):
+            arrays = found
             if progress is not None:
                 progress(done, count)
         return arrays["color"]
@@ -101,8 +102,8 @@ def photo_tiles(
 ) -> Iterator[tuple[int, int, Arrays]]:
     """Take a photo a tile at a time: (tiles done, tiles in all, arrays so far); first with 0 tiles done and none.
 
-    outputs: as for Renderer.render. Of several samples a pixel, colour and radiance are means of light; all else is that
-    of the sample next to the pixel's centre, because a mean of two places is neither.
+    outputs: as for Renderer.render. Of several samples a pixel, colour and radiance are means of light; all else is
+    that of the sample next to the pixel's centre, because a mean of two places is neither.
     The renderer's size changes meanwhile, and is put back when the last tile is done or the iterator is closed.
     """
     before, scale = renderer.size, renderer.render_scale

@@ -22,6 +22,7 @@ from .errors import SettingError
 from .rest import Rest
 from .standpoint import Standpoint
 from .stillness import Stillness
+from .systems.composite import CompositeSystem
 
 if TYPE_CHECKING:
     import moderngl
@@ -171,6 +172,7 @@ class RenderView:
         plan = self._held["_plan"]
         if plan is not None:
             plan.invalidate_persistent()
+        self._held["_rest"].forget()
 
     def release(self) -> None:
         """Free what is this view's alone; may be called twice."""
@@ -180,6 +182,12 @@ class RenderView:
             with self._drawing() as renderer, renderer.current():
                 if renderer._plan is not None:
                     renderer._plan.release()
+                composite = renderer.system("composite")
+                if isinstance(composite, CompositeSystem):
+                    composite.view_gone()
+            renderer = self.renderer
+            renderer._rest.forget()
+            renderer._stillness.forget()  # what systems said last, they said of this view
             self.renderer._views.remove(self)
         self.released = True
 

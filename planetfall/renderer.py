@@ -316,9 +316,9 @@ class Renderer(Looking):
         frame.ev100 = camera.ev100
         frame.settling, frame.one_shot, frame.exact = settling, one_shot, exact
         running = self.running
-        frame.still = self._stillness.same_as_before(frame, running)
-        # With several views what systems say of themselves may be said of another view.
-        rests = not self._views and self._rest.may_repeat(frame, running, exports)
+        several = bool(self._views)
+        frame.still = self._stillness.same_as_before(frame, running, several)
+        rests = self._rest.may_repeat(frame, lambda: self._stillness.settled(running, several), exports)
         if rests and self._repeat(exports, running, target):
             self.python_ms = (time.perf_counter() - started) * 1e3
             return
@@ -336,6 +336,7 @@ class Renderer(Looking):
             plan.execute()
         self._cut = False
         self._frame_index += 1
+        self._stillness.drawn(running, frame.still, several)
         self.watch.after_frame(self)
 
     def _repeat(self, exports: frozenset[str], running: Sequence[System], target: Any) -> bool:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from typing import Any
 
 from .engine.settings import revision
-from .engine.system import Frame, System
+from .engine.system import Frame
 from .scene import Scene
 
 __all__ = ["Rest"]
@@ -25,15 +25,16 @@ class Rest:
         self._key: tuple[Any, ...] = ()
         self._complete = False
 
-    def may_repeat(self, frame: Frame, running: Sequence[System], exports: frozenset[str]) -> bool:
-        """Whether the last picture is the one to show; asked once a frame, with `frame.still` known."""
+    def may_repeat(self, frame: Frame, settled: Callable[[], bool], exports: frozenset[str]) -> bool:
+        """Whether the last picture is the one to show; asked once a frame, with `frame.still` known. settled: whether
+        it was complete."""
         # Light, exposure and debug views change a picture without ending the gathering of samples.
         parts = tuple(revision(part) for part in self._scene.environment.components())
         key = (exports, parts, frame.size, frame.ev100, frame.host_depth, id(frame.settings))
         alone = frame.cut or frame.settling or frame.one_shot or frame.exact
         same = frame.still and not alone and key == self._key
         self._key = key
-        self._complete = same and (self._complete or all(system.settled() for system in running))
+        self._complete = same and (self._complete or settled())
         return self._complete
 
     def forget(self) -> None:

@@ -89,7 +89,8 @@ def camera_settings(camera: Any) -> dict[str, Any]:
 
 
 def load_shot(path: str | PathLike[str]) -> Shot:
-    """What a PNG, EXR or npz of ours was made of. CaptureError for another file; PresetError for settings that can't be."""
+    """What a PNG, EXR or npz of ours was made of. CaptureError for another file; PresetError for settings that can't
+    be."""
     path = Path(path)
     data = read_settings(path)
     try:

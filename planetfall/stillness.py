@@ -24,13 +24,30 @@ class Stillness:
     def __init__(self, scene: Scene, own: tuple[type[System], ...]) -> None:
         self._scene, self.own = scene, own
         self._shown: tuple[Any, ...] = ()
+        self._waiting: frozenset[str] | None = None
 
     def forget(self) -> None:
         """The next frame is another one than the last, whatever it shows."""
         self._shown = ()
 
-    def same_as_before(self, frame: Frame, running: Sequence[System]) -> bool:
-        """See Frame.still."""
+    def drawn(self, running: Sequence[System], still: bool, several: bool) -> None:
+        """A frame has been drawn. several: the renderer has other views, and what systems say of themselves is said of
+        the view drawn last: it is asked for now, while that is this one."""
+        if not several:
+            self._waiting = None
+            return
+        # Composite may read back from the GPU to answer, and gathers nothing while the view moves.
+        names = (s.name for s in running if (s.name == CompositeSystem.name and not still) or not s.settled())
+        self._waiting = frozenset(names)
+
+    def settled(self, running: Sequence[System], several: bool) -> bool:
+        """Whether the last frame of this view showed all that it will come to show."""
+        if several:
+            return self._waiting is not None and not self._waiting
+        return all(system.settled() for system in running)
+
+    def same_as_before(self, frame: Frame, running: Sequence[System], several: bool = False) -> bool:
+        """See Frame.still; several: as in `drawn`."""
         camera, sun = frame.camera, frame.sun
         revisions = [
             revision(part)
@@ -44,12 +61,14 @@ class Stillness:
         bodies = latest_revision(Transform, Shape)
         shown = (moment, frame.size, self._scene.world.structure_revision, revisions, bodies)
         same, self._shown = shown == self._shown, shown
-        if not same:
+        if not same or (several and self._waiting is None):
             return False
-        return not any(self._moves(system) for system in running)
+        return not any(self._moves(system, several) for system in running)
 
-    def _moves(self, system: System) -> bool:
+    def _moves(self, system: System, several: bool) -> bool:
         if system.name == CompositeSystem.name:  # which gathers
             return False
         moving = system.moving if system.moving is not None else type(system) not in self.own
+        if several:
+            return moving or self._waiting is None or system.name in self._waiting
         return moving or not system.settled()

@@ -80,6 +80,13 @@ class Gpu:
                 totals.setdefault(scope.owner, Counter()).update(found)
         return {owner: dict(kinds) for owner, kinds in sorted(totals.items())}
 
+    def memory_bytes(self) -> dict[str, int]:
+        """Bytes of textures and buffers by owner, without owners that have none; see GpuScope.bytes."""
+        totals: Counter[str] = Counter()
+        for scope in self._scopes:
+            totals[scope.owner] += scope.bytes()
+        return {owner: size for owner, size in sorted(totals.items()) if size}
+
     def release(self) -> None:
         """Release every scope. The context itself stays: it belongs to whoever made it."""
         for scope in list(self._scopes):

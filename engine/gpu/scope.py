@@ -11,7 +11,7 @@ import numpy as np
 from .errors import FormatError, GpuError
 from .preprocess import Defines
 from .program import Compute, Content, Fullscreen, Program, VertexArray
-from .textures import AnyTexture, create_texture
+from .textures import AnyTexture, create_texture, texture_bytes
 from .uniforms import UniformBlock
 
 if TYPE_CHECKING:
@@ -52,6 +52,18 @@ class GpuScope:
         for key in gone:
             del self._objects[key]
         return dict(Counter(kind for kind, _ in self._objects.values()))
+
+    def bytes(self) -> int:
+        """Memory of its textures (all levels and layers) and buffers, as they were asked for: what a driver adds to
+        each is its own affair."""
+        self.counts()  # forgets what is gone
+        total = 0
+        for kind, obj in self._objects.values():
+            if kind == "texture":
+                total += texture_bytes(obj)
+            elif kind == "buffer":
+                total += obj.size if isinstance(obj, moderngl.Buffer) else obj.layout.size  # or a uniform block
+        return total
 
     def free(self, obj: Any) -> None:
         """Release one object made here (a Fullscreen frees its program and vertex array)."""

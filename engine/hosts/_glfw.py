@@ -5,6 +5,7 @@ Imported only when a glfw window is opened.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -13,6 +14,7 @@ from moderngl_window.context.glfw.window import Window as GlfwWindow
 
 from ..input import PAD_AXES, PAD_BUTTONS, Focus, InputEvent, PointerLeft
 from .gamepad import GamepadReader
+from .monitors import Monitor
 
 _ODD_NAMES = {
     "grave": "GRAVE_ACCENT",
@@ -41,6 +43,14 @@ def _gamepad() -> tuple[dict[str, float], set[str]] | None:
     return None
 
 
+def _monitor(handle: Any) -> Monitor:
+    mode = glfw.get_video_mode(handle)
+    name = glfw.get_monitor_name(handle)
+    x, y = glfw.get_monitor_pos(handle)
+    shown = name.decode("utf-8", "replace") if isinstance(name, bytes) else str(name or "")
+    return Monitor(shown, x, y, mode.size.width, mode.size.height, mode.refresh_rate)
+
+
 class GlfwPlatform:
     """Adapter around a moderngl-window glfw window."""
 
@@ -51,6 +61,7 @@ class GlfwPlatform:
         self._native = window._window
         self._send = send
         self._pad = GamepadReader(send)
+        self._place = (0, 0, *glfw.get_window_size(self._native))
         glfw.set_window_focus_callback(self._native, self._on_focus)
         glfw.set_cursor_enter_callback(self._native, self._on_cursor_enter)
 
@@ -81,6 +92,40 @@ class GlfwPlatform:
     def display_scale(self) -> float:
         """How much larger than at 96 dpi things should be drawn, in framebuffer pixels."""
         return float(glfw.get_window_content_scale(self._native)[0])
+
+    def framebuffer_size(self) -> tuple[int, int]:
+        width, height = glfw.get_framebuffer_size(self._native)
+        return width, height
+
+    @property
+    def minimised(self) -> bool:
+        return bool(glfw.get_window_attrib(self._native, glfw.ICONIFIED))
+
+    def monitors(self) -> list[Monitor]:
+        return [_monitor(handle) for handle in glfw.get_monitors()]
+
+    def position(self) -> tuple[int, int]:
+        with warnings.catch_warnings():  # Wayland tells nobody where a window is
+            warnings.simplefilter("ignore")
+            x, y = glfw.get_window_pos(self._native)
+        return x, y
+
+    def move(self, x: int, y: int) -> None:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            glfw.set_window_pos(self._native, x, y)
+
+    def set_fullscreen(self, monitor: int | None, vsync: bool) -> None:
+        """Cover a monitor at its own resolution; None: back to the window from before."""
+        if monitor is None:
+            glfw.set_window_monitor(self._native, None, *self._place, glfw.DONT_CARE)
+        else:
+            if glfw.get_window_monitor(self._native) is None:
+                self._place = (*self.position(), *glfw.get_window_size(self._native))
+            handle = glfw.get_monitors()[monitor]
+            mode = glfw.get_video_mode(handle)
+            glfw.set_window_monitor(self._native, handle, 0, 0, *mode.size, mode.refresh_rate)
+        glfw.swap_interval(int(vsync))  # some systems forget it with the change
 
     def clipboard(self) -> str:
         text = glfw.get_clipboard_string(self._native)

@@ -14,6 +14,7 @@ from pyglet.window import key as pyglet_key
 
 from ..input import Focus, InputEvent, PointerLeft
 from .gamepad import GamepadReader
+from .monitors import Monitor
 
 log = logging.getLogger(__name__)
 
@@ -106,6 +107,15 @@ class _Controllers:
         return {name: float(getattr(pad, theirs)) for name, theirs in _PAD_AXES.items()}, held
 
 
+def _monitor(screen: Any) -> Monitor:
+    try:
+        name, rate = str(screen.get_monitor_name()), int(screen.get_mode().rate or 0)
+    except Exception as error:  # without the X server's extensions for it
+        log.debug("monitor: %s: %s", type(error).__name__, error)
+        name, rate = "", 0
+    return Monitor("" if name == "Unknown" else name, screen.x, screen.y, screen.width, screen.height, rate)
+
+
 class PygletPlatform:
     """Adapter around a moderngl-window pyglet window."""
 
@@ -151,6 +161,32 @@ class PygletPlatform:
     def display_scale(self) -> float:
         """How much larger than at 96 dpi things should be drawn, in framebuffer pixels."""
         return float(self._native.dpi) / 96.0
+
+    def framebuffer_size(self) -> tuple[int, int]:
+        width, height = self._native.get_framebuffer_size()
+        return width, height
+
+    @property
+    def minimised(self) -> bool:
+        return not self._window.visible
+
+    def monitors(self) -> list[Monitor]:
+        return [_monitor(screen) for screen in self._native.display.get_screens()]
+
+    def position(self) -> tuple[int, int]:
+        x, y = self._native.get_location()
+        return x, y
+
+    def move(self, x: int, y: int) -> None:
+        self._native.set_location(x, y)
+
+    def set_fullscreen(self, monitor: int | None, vsync: bool) -> None:
+        """Cover a monitor at its own resolution; None: back to the window from before."""
+        if monitor is None:
+            self._native.set_fullscreen(False)
+        else:
+            self._native.set_fullscreen(True, screen=self._native.display.get_screens()[monitor])
+        self._native.set_vsync(vsync)
 
     def clipboard(self) -> str:
         return str(self._native.get_clipboard_text() or "")

@@ -18,6 +18,7 @@ import numpy as np
 from ..gpu import gl as G
 from ..gpu.gl import GL
 from ..input import KEYS, InputEvent, InputState, KeyEvent, MouseButton, MouseMove, Resize, Text, Wheel
+from .monitors import Monitor, centred, monitor_at
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -74,6 +75,13 @@ class _Platform(Protocol):
     @property
     def wants_close(self) -> bool: ...
     def display_scale(self) -> float: ...
+    def framebuffer_size(self) -> tuple[int, int]: ...
+    @property
+    def minimised(self) -> bool: ...
+    def monitors(self) -> list[Monitor]: ...
+    def position(self) -> tuple[int, int]: ...
+    def move(self, x: int, y: int) -> None: ...
+    def set_fullscreen(self, monitor: int | None, vsync: bool) -> None: ...
     def clipboard(self) -> str: ...
     def set_clipboard(self, text: str) -> None: ...
     def mouse_y(self, y: float) -> float: ...
@@ -96,13 +104,16 @@ def open_window(
     gl_version: tuple[int, int] = (4, 3),
     resizable: bool = True,
     visible: bool = True,
+    monitor: int | None = None,
 ) -> Window:
     """Open a window of `size` (window units) with an OpenGL core context of at least `gl_version`.
+
+    monitor: which one it opens on, the first is 1; None: where the system puts it.
 
     Raises:
         NoDisplayError: no display, or it refused the connection.
         WindowVersionError: the display's OpenGL is older than `gl_version`; says what was found.
-        WindowError: the window library is missing, or could not make a window for another reason.
+        WindowError: the window library is missing, or could not make a window for another reason; no such monitor.
         ValueError: unknown backend, or a size below 1.
     """
     if backend not in BACKENDS:
@@ -122,8 +133,14 @@ def open_window(
         visible=visible,
     )
     result = Window(window, platform_class, backend)
-    if fullscreen:  # not at creation: moderngl-window's pyglet window looks for a module that pyglet 2.1 renamed
-        result.fullscreen = True
+    try:
+        if monitor is not None:
+            result.monitor = monitor
+        if fullscreen:  # not at creation: moderngl-window's pyglet window looks for a module that pyglet 2.1 renamed
+            result.fullscreen = True
+    except BaseException:
+        result.close()
+        raise
     return result
 
 
@@ -202,6 +219,7 @@ class Window:
         self._close_asked = False
         self._closed = False
         self._pointer_returns = False
+        self._full: int | None = None
         # Escape and F11 belong to the game, not to the window library.
         window.exit_key = None
         window.fullscreen_key = None
@@ -301,9 +319,18 @@ class Window:
 
     @property
     def framebuffer_size(self) -> tuple[int, int]:
-        """Width and height in pixels; (0, 0) while minimised on some systems."""
-        width, height = self._window.buffer_size
+        """Width and height in pixels; (0, 0) while minimised on some systems.
+
+        Asked of the system each time: a window that moves to a screen with other pixels has others, without a resize in
+        window units.
+        """
+        width, height = self._platform.framebuffer_size()
         return int(width), int(height)
+
+    @property
+    def minimised(self) -> bool:
+        """Whether nobody can see it: there is nothing to draw then."""
+        return self._platform.minimised
 
     @property
     def pixel_ratio(self) -> float:
@@ -334,12 +361,41 @@ class Window:
 
     @property
     def fullscreen(self) -> bool:
-        return bool(self._window.fullscreen)
+        """Whether it covers the whole of its monitor. Setting it takes the monitor that shows most of the window."""
+        return self._full is not None
 
     @fullscreen.setter
     def fullscreen(self, on: bool) -> None:
         if on != self.fullscreen:
-            self._window.fullscreen = on
+            self._fill(self.monitor if on else None)
+
+    @property
+    def monitors(self) -> tuple[Monitor, ...]:
+        """Those that are there now; they come and go."""
+        return tuple(self._platform.monitors())
+
+    @property
+    def monitor(self) -> int:
+        """The number of the monitor that it is on, the first is 1. Setting it moves the window there, whole screen or
+        not; WindowError where there is none of that number."""
+        if self._full is not None and self._full <= len(self.monitors):
+            return self._full
+        return monitor_at(self.monitors, self._platform.position(), self.size) + 1
+
+    @monitor.setter
+    def monitor(self, number: int) -> None:
+        there = self.monitors
+        if not 1 <= number <= len(there):
+            listed = "; ".join(f"{k}: {monitor}" for k, monitor in enumerate(there, 1)) or "none that can be named"
+            raise WindowError(f"monitor: expected 1 to {len(there)} ({listed}), found {number}")
+        if self._full is not None:
+            self._fill(number)
+        elif number != self.monitor:
+            self._platform.move(*centred(there[number - 1], self.size))
+
+    def _fill(self, number: int | None) -> None:
+        self._platform.set_fullscreen(None if number is None else number - 1, self.vsync)
+        self._full = number
 
     @property
     def mouse_exclusivity(self) -> bool:

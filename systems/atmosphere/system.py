@@ -181,6 +181,9 @@ class AtmosphereSystem(System):
         """Share of the tables that is done, 0..1."""
         return 0.0 if self._job is None else self._job.share
 
+    def refining(self) -> str:
+        return "" if self._job is None or self._job.done else f"air {100.0 * self._job.share:.0f} %"
+
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         job = self._job
         assert job is not None, "update comes before declare"

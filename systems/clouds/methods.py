@@ -105,6 +105,10 @@ class CloudMethods(CloudSystem):
         """Whether nothing streams, refines or is still being made."""
         return super().settled() if self._paper is None else self._paper.settled()
 
+    def refining(self) -> str:
+        """See System.refining."""
+        return super().refining() if self._paper is None else self._paper.refining()
+
     def progress(self) -> float:
         """How much of that is done."""
         return super().progress() if self._paper is None else self._paper.progress()

@@ -164,6 +164,10 @@ class PaperClouds:
         """See System.settled."""
         return self._volume is None or self._volume.done
 
+    def refining(self) -> str:
+        """See System.refining."""
+        return "" if self.settled() else f"clouds' tables {100.0 * self.progress():.0f} %"
+
     def progress(self) -> float:
         """See System.progress."""
         return 1.0 if self._volume is None else self._volume.share

@@ -18,7 +18,7 @@ from .imported import imported_cover
 from .layers import BILLOWS, frames_at, kind_of, layers_of, write_filter, write_layers, write_noise
 from .maps import BORDER, WeatherMaps
 from .model import CloudModel
-from .past import NONE, Past
+from .past import NONE, STILL, Past
 from .probe import SLAB_UNIT, march_defines, slab_texture
 from .shadow_pass import SHADOW, SUN, SUN_UNIT, ShadowPass
 from .shafts import Shafts
@@ -79,6 +79,7 @@ class CloudSystem(System):
         self._skies: dict[int, _Sky] = {}
         self._sky = _Sky()
         self._resolve = gpu.fullscreen("clouds/resolve.frag", defines)
+        self._history: Any = None
         stored = str(settings.get("sky.radiance_format", "rgba32f"))
         self._over = gpu.compute("clouds/composite.comp", {"SCENE_FORMAT": stored})
         self._plain = gpu.gpu.state()
@@ -253,6 +254,16 @@ class CloudSystem(System):
             help="clouds of every pixel, from this frame's rays and the last frame",
         )
         builder.add_pass(
+            "clouds.debug_history",
+            bind=lambda io: self._bind_history(io, view.index),
+            system=self.name,
+            reads=("gbuffer.depth", RAYS, DISTANCE),
+            after=("clouds.resolve",),
+            history=(_FULL,),
+            creates=(TextureSpec("debug.cloud_history", "rgba8", help="green: what the last frame showed"),),
+            help="which pixels take their clouds over from the last frame",
+        )
+        builder.add_pass(
             "clouds.composite",
             kind="compute",
             bind=self._bind_composite,
@@ -288,10 +299,16 @@ class CloudSystem(System):
         self._textures[0].use(2)
         self._textures[1].use(3)
 
-    def _bind_resolve(self, io: PassIO, view: int) -> Callable[[], None]:
-        target = io.framebuffer(colors=(_FULL,))
+    def _bind_history(self, io: PassIO, view: int) -> Callable[[], None]:
+        if self._history is None:
+            self._history = self._gpu.fullscreen("clouds/resolve.frag", {"STRIDE": self._stride, "VALIDITY": 1})
+        return self._bind_resolve(io, view, "debug.cloud_history", self._history)
+
+    def _bind_resolve(self, io: PassIO, view: int, into: str = _FULL, program: Any = None) -> Callable[[], None]:
+        target = io.framebuffer(colors=(into,))
         textures = [io.texture(name) for name in (RAYS, "gbuffer.depth", DISTANCE)]
         before, valid = io.history(_FULL), io.history_valid
+        shown = self._resolve if program is None else program
 
         def run() -> None:
             past = self._past
@@ -302,15 +319,15 @@ class CloudSystem(System):
             for unit, texture in enumerate(textures):
                 texture.use(unit)
             before.use(3)
-            program = self._resolve
-            program.set("u_weight", past.weight)
-            program.set("u_past", past.mode)
-            program.set("u_place", (-1, -1) if past.skip else past.place)
+            if shown is self._resolve:  # the picture of validity is none of light
+                shown.set("u_weight", past.weight)
+            shown.set("u_past", past.mode)
+            shown.set("u_place", (-1, -1) if past.skip else past.place)
             # GLSL reads matrices column by column: the transpose of the row order of numpy.
-            program.set("u_turn", np.ascontiguousarray(past.turn.T, np.float32))
-            program.set("u_shift", tuple(map(float, past.shift_m)))
-            program.set("u_projection", past.projection)
-            program.render()
+            shown.set("u_turn", np.ascontiguousarray(past.turn.T, np.float32))
+            shown.set("u_shift", tuple(map(float, past.shift_m)))
+            shown.set("u_projection", past.projection)
+            shown.render()
 
         return run
 
@@ -327,6 +344,14 @@ class CloudSystem(System):
     def settled(self) -> bool:
         """Whether every pixel of a still picture has had its own ray, and no map of shadow or weather is due."""
         return not self._seen or (self._past.complete and not self._shadow.due and self._maps.charts.steady)
+
+    def refining(self) -> str:
+        if not self._seen:
+            return ""
+        if not self._maps.charts.steady:
+            return "weather"
+        gathers = self._past.mode == STILL and not self._past.complete
+        return f"clouds {100.0 * self._past.share:.0f} %" if gathers else ""
 
     def progress(self) -> float:
         """Share of the pixels of a still picture that have had their rays."""

@@ -74,6 +74,11 @@ class Resolver:
         """How much of a still picture is done, 0..1."""
         return self._state.share if self.temporal and self._bound else 1.0
 
+    def refining(self) -> str:
+        """How far the samples of a still picture are; "" while it moves, and when they are all there."""
+        gathers = self.temporal and self._step.mode == Mode.MEAN and 0.0 < self._state.share < 1.0
+        return f"samples {100.0 * self._state.share:.0f} %" if gathers else ""
+
     def begin(self, frame: Frame) -> None:
         """Choose the frame's step and its jitter."""
         frame.jitter_px = (0.0, 0.0)

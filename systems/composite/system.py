@@ -95,6 +95,13 @@ class CompositeSystem(System):
         """Share of the samples of a still picture."""
         return self._resolver.share() if self._latest is not None else 1.0
 
+    def refining(self) -> str:
+        return "" if self._latest is None else self._resolver.refining()
+
+    def view_gone(self) -> None:
+        """The view drawn last may be no more: there is nothing to read until another frame."""
+        self._latest = None
+
     @property
     def exposed(self) -> bool:
         """Whether the last frame was exposed; frames of which nobody wants colours are not."""

@@ -8,7 +8,21 @@ from ...engine.graph import base_name
 
 __all__ = ["MEASURES", "MODES", "NAMED_VIEWS", "View", "mode_for_format"]
 
-MODES = ("color", "range", "heat", "signed", "normal", "depth", "distance", "ids", "lod", "hdr", "px", "surface")
+MODES = (
+    "color",
+    "range",
+    "heat",
+    "signed",
+    "normal",
+    "depth",
+    "distance",
+    "ids",
+    "lod",
+    "hdr",
+    "px",
+    "surface",
+    "history",
+)
 """In the order of MODE in debug/view.frag."""
 MEASURES = {"range": 0, "heat": 0, "hdr": 1, "depth": 2, "distance": 2}
 """What debug/range.comp has to measure for a mode (MEASURE there); modes that aren't here need no range."""
@@ -16,10 +30,12 @@ MEASURES = {"range": 0, "heat": 0, "hdr": 1, "depth": 2, "distance": 2}
 
 @dataclass(frozen=True)
 class View:
-    """resource: name in the frame graph. mode: one of MODES, or "" to choose by the texture's format."""
+    """resource: name in the frame graph. mode: one of MODES, or "" to choose by the texture's format. help: what its
+    colours mean."""
 
     resource: str
     mode: str = ""
+    help: str = ""
 
     @property
     def needs_range(self) -> bool:
@@ -28,20 +44,23 @@ class View:
 
 
 NAMED_VIEWS: dict[str, View] = {
-    "normals": View("gbuffer.normal", "normal"),
-    "depth": View("gbuffer.depth", "depth"),
-    "distance": View("gbuffer.depth", "distance"),
-    "surface": View("gbuffer.surface", "surface"),
-    "lod": View("gbuffer.attributes", "lod"),
-    "hdr": View("scene.radiance", "hdr"),
-    "wireframe": View("debug.wireframe", "color"),
-    "error_px": View("debug.error_px", "px"),
-    "snap_overlay": View("debug.snap_overlay", "color"),
-    "holes": View("debug.holes", "color"),
-    "cloud_tiles": View("debug.cloud_tiles", "color"),
-    "cloud_steps": View("debug.cloud_steps", "heat"),
-}
-"""The last six are drawn by the surface or the clouds that offer them: a pass that creates the resource."""
+    "normals": View("gbuffer.normal", "normal", "normals in planet axes: x red, y green, z blue, 0 is half"),
+    "depth": View("gbuffer.depth", "depth", "distance along the view: near dark, far bright; a line at each doubling"),
+    "distance": View("gbuffer.depth", "distance", "distance from the camera, as depth"),
+    "surface": View("gbuffer.surface", "surface", "green ground, blue sea, red objects"),
+    "lod": View("gbuffer.attributes", "lod", "a colour for each doubling of the vertices' distance"),
+    "hdr": View("scene.radiance", "hdr", "luminance in stops, over the range of the picture"),
+    "wireframe": View("debug.wireframe", "color", "edges of all triangles, a colour for each level"),
+    "error_px": View("debug.error_px", "px", "drawn ground against the height function: black 0.01 pixel, white 10"),
+    "snap_overlay": View("debug.snap_overlay", "color", "grids before and after the last snap"),
+    "holes": View("debug.holes", "color", "background where there has to be ground"),
+    "tiles": View("debug.tiles", "color", "green ground, brighter near, blue sea, orange both, pink props"),
+    "history": View("composite.resolved", "history", "frames that light is gathered over: red 1, yellow 4, green 16"),
+    "cloud_tiles": View("debug.cloud_tiles", "color", "tiles of cloud rays: dark nothing, blue air only, else cloud"),
+    "cloud_steps": View("debug.cloud_steps", "heat", "places that the march through clouds looks at"),
+    "cloud_history": View("debug.cloud_history", "color", "the last frame's: green kept, yellow held back, red none"),
+}  # fmt: skip
+"""The last of them but history are drawn by the system that offers them: a pass that creates the resource."""
 
 
 def mode_for_format(name: str, format: str, components: int) -> str:

@@ -1,5 +1,6 @@
 """Flight, on the CPU in f64: ship, walker, globe, flights to places and scripted paths. No GL and no window in here."""
 
+from .bindings import Binding
 from .controls import ACTIONS, CONTROLS_FILE, Controls, controls_or_defaults, load_controls
 from .fly_to import FlyTo, pose_before, pose_over
 from .ground import Ground
@@ -9,15 +10,20 @@ from .orbit import OrbitFlight, OrbitInput, OrbitLimits
 from .path import BoundPath, CruisePath, KeyFrame, KeyFramePath, Path, PathSun, Pose
 from .pilot import MODES, Mode, Pilot, Steering
 from .profile import GroundProfile, HeightLike
+from .remap import LOOKING, TWO_SIDED, Catch, rebind, rivals
 from .ship import FlightInput, ShipFlight, ShipLimits
 from .walk import WalkFlight, WalkLimits
 
 __all__ = [
     "ACTIONS",
     "CONTROLS_FILE",
+    "LOOKING",
     "MODES",
     "PATHS_FILE",
+    "TWO_SIDED",
+    "Binding",
     "BoundPath",
+    "Catch",
     "Controls",
     "CruisePath",
     "FlightInput",
@@ -47,5 +53,7 @@ __all__ = [
     "load_paths",
     "pose_before",
     "pose_over",
+    "rebind",
+    "rivals",
     "steering",
 ]

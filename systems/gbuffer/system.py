@@ -10,6 +10,7 @@ from typing import Any
 
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.system import Frame, Setup, System, ViewInfo
+from .debug_tiles import TilesPicture
 
 GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
 """Colour attachments of every surface pass, in the order of their shader locations."""
@@ -30,6 +31,7 @@ class GBufferSystem(System):
         self._clear_normal = setup.gpu.fullscreen("gbuffer/clear.frag")
         self._classify = setup.gpu.compute("gbuffer/classify.comp")
         self._list = setup.gpu.compute("gbuffer/list_tiles.comp")
+        self._tiles_picture = TilesPicture(setup.gpu)
         self._geometry = setup.gpu.fullscreen("outputs/geometry.frag")
         self._present = setup.gpu.fullscreen("outputs/present.frag")
         self._present_scaled: Any = None
@@ -77,6 +79,7 @@ class GBufferSystem(System):
             ),
             help="tiles by surface, so that each surface is shaded where it is seen only",
         )
+        self._tiles_picture.declare(builder, across)
         builder.add_pass(
             "outputs.geometry",
             bind=self._bind_geometry,

@@ -257,6 +257,9 @@ class ShadowSystem(System):
         shares = (sum(not level.fresh for level in v.windows.levels) / MOST_LEVELS for v in self._read())
         return min(shares, default=1.0)
 
+    def refining(self) -> str:
+        return "" if self.settled() else f"shadows {100.0 * self.progress():.0f} %"
+
     def _read(self) -> list[_View]:
         """Views whose map somebody reads: the others' pass is not in the graph."""
         return [view for view in self._views.values() if view.asked]

@@ -409,6 +409,9 @@ class TerrainSystem(System):
     def progress(self) -> float:
         return self.backend.progress()
 
+    def refining(self) -> str:
+        return "" if self.backend.settled() else f"ground {100.0 * self.backend.progress():.0f} %"
+
     def statistics(self) -> dict[str, int]:
         return self.backend.statistics()
 

@@ -2,6 +2,7 @@
 
 from .history import Edit, History
 from .hud import FrameHistory, HudData, draw_hud
+from .list_editor import choose
 from .log_lines import LogLines
 from .panel import Change, Panel
 from .passes import PassTime, draw_passes
@@ -23,6 +24,7 @@ __all__ = [
     "Store",
     "Workbench",
     "apply_style",
+    "choose",
     "draw_hud",
     "draw_memory",
     "draw_passes",

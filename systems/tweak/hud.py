@@ -54,8 +54,8 @@ class FrameHistory:
 class HudData:
     """What the overlay shows; everything that is None or empty is left out.
 
-    lines: further texts, such as altitude and speed. message: what happened, in passing. errors: texts of one or more
-    lines that stay. controls: (keys, what they do), shown as help.
+    lines: further texts, such as altitude and speed. refining: what is still being made. message: what happened, in
+    passing. errors: texts of one or more lines that stay. controls: (keys, what they do), shown as help.
     """
 
     fps: float | None = None
@@ -65,6 +65,7 @@ class HudData:
     vertices: int | None = None
     triangles: int | None = None
     lines: Sequence[str] = ()
+    refining: Sequence[str] = ()
     message: str = ""
     errors: Sequence[str] = ()
     controls: Sequence[tuple[str, str]] = ()
@@ -102,6 +103,10 @@ def draw_hud(
         _table(imgui, "keys", shown.controls)
         imgui.end()
     bottom = size.y - _MARGIN
+    if numbers and shown.refining:
+        _begin(imgui, "##refining", _MARGIN, bottom, 0.0, 1.0)
+        imgui.text("refining: " + ", ".join(shown.refining))
+        imgui.end()
     if shown.message:
         _begin(imgui, "##message", width / 2.0, bottom, 0.5, 1.0)
         imgui.push_text_wrap_pos(0.9 * width)

@@ -11,6 +11,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from ...engine.settings import FieldRule, SettingError, rules_of
+from .list_editor import draw_list, item_kind
 from .style import AMBER, BAD, QUIET, icon
 from .widgets import edit
 
@@ -42,6 +43,7 @@ class Panel:
         self.only_changed = False
         self.unfold: set[str] = set()
         self._errors: dict[tuple[str, str], str] = {}
+        self._selected: dict[tuple[str, str], int] = {}
 
     def draw_search(self) -> None:
         """The search field, and the switch that leaves only what was changed."""
@@ -72,14 +74,14 @@ class Panel:
                 continue
             if group:
                 imgui.separator_text(group)
-            if not imgui.begin_table(group or "##plain", 3, imgui.TableFlags_.no_pad_outer_x):
-                continue
-            imgui.table_setup_column("name", imgui.TableColumnFlags_.width_stretch, 0.43)
-            imgui.table_setup_column("value", imgui.TableColumnFlags_.width_stretch, 0.57)
-            imgui.table_setup_column("reset", imgui.TableColumnFlags_.width_fixed, imgui.get_frame_height())
+            plain = [rule for rule in shown if item_kind(rule) is None]
+            if plain and _begin_rows(imgui, group):
+                for rule in plain:
+                    changes += self._row(imgui, component, rule, _default(rule, preset), apply)
+                imgui.end_table()
             for rule in shown:
-                changes += self._row(imgui, component, rule, _default(rule, preset), apply)
-            imgui.end_table()
+                if item_kind(rule) is not None:
+                    changes += self._list(imgui, component, rule, _default(rule, preset), apply)
         imgui.pop_id()
         return changes
 
@@ -128,7 +130,46 @@ class Panel:
             return False
         words = self.search.lower().split()
         text = f"{kind.__name__} {rule.name} {rule.name.replace('_', ' ')} {rule.knob.help} {rule.knob.group}".lower()
+        inner = item_kind(rule)
+        if inner is not None:
+            text += " " + " ".join(f"{name} {name.replace('_', ' ')}" for name in rules_of(inner))
         return all(word in text for word in words)
+
+    def _list(self, imgui: Any, component: Any, rule: FieldRule, default: Any, apply: bool) -> list[Change]:
+        """A list of parts with the knobs of one of them; a change is one of the whole list."""
+        kind, key = item_kind(rule), (type(component).__name__, rule.name)
+        old = getattr(component, rule.name)
+
+        def rows(item: Any) -> dict[str, Any]:
+            changed: dict[str, Any] = {}
+            for group, rules in _groups(kind):
+                if group:
+                    imgui.separator_text(group)
+                if _begin_rows(imgui, group):
+                    for inner in rules:
+                        if item_kind(inner) is None:
+                            for change in self._row(imgui, item, inner, inner.default, apply=False):
+                                changed[change.field] = change.new
+                    imgui.end_table()
+            return changed
+
+        changes: list[Change] = []
+        try:
+            wanted, self._selected[key] = draw_list(imgui, rule, old, default, self._selected.get(key, 0), rows)
+            if wanted is not old:
+                self._errors.pop(key, None)
+                if apply:
+                    setattr(component, rule.name, wanted)
+                    wanted = getattr(component, rule.name)
+                changes.append(Change(rule.name, old, wanted))
+        except SettingError as error:
+            self._errors[key] = str(error)
+            log.info("panel: %s", error)
+        if key in self._errors:
+            imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*BAD))
+            imgui.text_wrapped(self._errors[key])
+            imgui.pop_style_color()
+        return changes
 
     def _row(self, imgui: Any, component: Any, rule: FieldRule, default: Any, apply: bool) -> list[Change]:
         old = getattr(component, rule.name)
@@ -205,11 +246,18 @@ def _groups(kind: type) -> list[tuple[str, list[FieldRule]]]:
     """Fields by heading, in order of declaration; those without a heading first."""
     groups: dict[str, list[FieldRule]] = {"": []}
     for rule in rules_of(kind).values():
-        # Lists of components have rows of their own elsewhere, or in the scene's file only.
-        if rule.kind == "list":
-            continue
         groups.setdefault(rule.knob.group, []).append(rule)
     return list(groups.items())
+
+
+def _begin_rows(imgui: Any, group: str) -> bool:
+    """Begin the table of a group's rows: name, value, reset."""
+    if not imgui.begin_table(group or "##plain", 3, imgui.TableFlags_.no_pad_outer_x):
+        return False
+    imgui.table_setup_column("name", imgui.TableColumnFlags_.width_stretch, 0.43)
+    imgui.table_setup_column("value", imgui.TableColumnFlags_.width_stretch, 0.57)
+    imgui.table_setup_column("reset", imgui.TableColumnFlags_.width_fixed, imgui.get_frame_height())
+    return True
 
 
 def _default(rule: FieldRule, preset: Any) -> Any:

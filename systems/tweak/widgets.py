@@ -17,6 +17,9 @@ _SLIDER_SPAN = 1000.0
 _F32_WHOLE = 1e7
 """Beyond this ImGui's f32 widgets lose whole numbers: the number is typed."""
 
+_F32_PLACE = 1e5
+"""Vectors with larger numbers are places on a planet, which f32 widgets would move by centimetres: they are typed."""
+
 _DIGITS = 6
 
 
@@ -40,9 +43,6 @@ def edit(imgui: Any, rule: FieldRule, value: Any) -> Any:
         return _text(imgui, rule, value)
     if rule.kind == "vector":
         return _vector(imgui, rule, value)
-    if rule.kind == "tables":
-        imgui.text(f"{len(value)} given" if value else "none given")
-        return value
     return _integer(imgui, rule, value) if rule.kind == "int" else _number(imgui, rule, value)
 
 
@@ -96,11 +96,13 @@ def _number(imgui: Any, rule: FieldRule, value: float) -> float:
 
 def _vector(imgui: Any, rule: FieldRule, value: tuple[float, ...]) -> tuple[float, ...]:
     low, high = rule.knob.low, rule.knob.high
+    largest = max((abs(v) for v in value), default=0.0)
+    if largest > _F32_PLACE:
+        return _typed_vector(imgui, rule, value)
     if rule.knob.widget == "color" and rule.length == 3:
         flags = imgui.ColorEditFlags_.float | imgui.ColorEditFlags_.display_rgb
         changed, wanted = imgui.color_edit3("##value", list(value), flags)
     elif rule.length in (2, 3, 4):
-        largest = max((abs(v) for v in value), default=0.0)
         flags = imgui.SliderFlags_.always_clamp
         drag = {2: imgui.drag_float2, 3: imgui.drag_float3, 4: imgui.drag_float4}[rule.length]
         speed = 0.01 if rule.knob.widget == "direction" else _speed(rule, largest)
@@ -118,6 +120,18 @@ def _vector(imgui: Any, rule: FieldRule, value: tuple[float, ...]) -> tuple[floa
         old if math.isclose(old, new, rel_tol=1e-6, abs_tol=0.0) else _rounded(new, low, high)
         for old, new in zip(value, wanted, strict=True)
     )
+
+
+def _typed_vector(imgui: Any, rule: FieldRule, value: tuple[float, ...]) -> tuple[float, ...]:
+    """Each number on a line of its own, in double precision."""
+    numbers = list(value)
+    for axis, old in enumerate(value):
+        imgui.set_next_item_width(-1.0)
+        enter = imgui.InputTextFlags_.enter_returns_true
+        changed, wanted = imgui.input_double(f"##{axis}", old, 0.0, 0.0, "%.12g", enter)
+        if changed:
+            numbers[axis] = float(_clamped(wanted, rule.knob.low, rule.knob.high))
+    return tuple(numbers) if numbers != list(value) else value
 
 
 def _first_value(rule: FieldRule) -> Any:

@@ -26,6 +26,10 @@ class Store(Protocol):
         """The components that there are now, by heading."""
         ...
 
+    def find(self, heading: str) -> Any:
+        """A component that edits name and `parts` doesn't have, such as one of many objects'; None for none."""
+        ...
+
     def put(self, heading: str, part: Any) -> None:
         """Add a component, or replace the one of that heading."""
 
@@ -104,8 +108,12 @@ class Workbench:
     def to(self, state: Shelf, label: str, headings: Iterable[str] | None = None) -> str:
         """Go to a state as one step. headings: only these parts. Returns what does not fit, "" for nothing; then
         nothing has changed."""
+        return self.do(self._way_to(state, None if headings is None else set(headings)), label)
+
+    def do(self, edits: Iterable[Edit], label: str) -> str:
+        """Make these edits as one step. Returns what does not fit, "" for nothing; then nothing has changed."""
+        edits = list(edits)
         self.history.seal()
-        edits = self._way_to(state, None if headings is None else set(headings))
         self._apply(edits)
         wrong = self.check()
         if wrong:
@@ -190,6 +198,8 @@ class Workbench:
         # Fields that exclude each other: setting one makes the other None, so what is to be None comes first.
         for edit in sorted((e for e in edits if e.field), key=lambda e: e.new is not None):
             part = parts.get(edit.part)
+            if part is None:
+                part = self.store.find(edit.part)
             if part is not None:
                 setattr(part, edit.field, edit.new)
 

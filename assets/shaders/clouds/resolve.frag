@@ -52,6 +52,15 @@ void main() {
     vec4 past = textureLod(u_before, uv, 0.0);
     vec4 slack = 0.25 * (largest - least);
     vec4 held = u_past == 2 ? past : clamp(past, least - slack, largest + slack);
+#ifdef VALIDITY
+    // For the debug view: red without a past, green with one, towards yellow as far as it had to be held back; paler where this
+    // frame's ray is.
+    vec4 apart = abs(past - held) / max(largest - least + 1e-6, vec4(1e-6));
+    float kept = clamp(max(max(apart.r, apart.g), max(apart.b, apart.a)), 0.0, 1.0);
+    vec3 shade = known ? mix(vec3(0.10, 0.55, 0.20), vec3(0.95, 0.80, 0.10), kept) : vec3(0.80, 0.12, 0.10);
+    o_clouds = vec4(fresh ? mix(shade, vec3(1.0), 0.35) : shade, 1.0);
+    return;
+#endif
     vec4 now = texelFetch(u_clouds, own, 0);
     // Light may be less than none: what the air in shadow doesn't scatter is taken off.
     o_clouds = known ? fresh ? mix(held, now, u_weight) : held : fresh ? now : spread;

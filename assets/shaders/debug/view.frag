@@ -3,6 +3,7 @@
 #include "common/color.glsl"
 #include "common/octahedral.glsl"
 #include "common/spacing_code.glsl"
+#include "composite/resolved.glsl"
 #include "debug/source.glsl"
 
 #define MODE_COLOR 0      // as it is
@@ -16,6 +17,7 @@
 #define MODE_LOD 8        // spacing of vertices, in alpha: a colour for each doubling
 #define MODE_HDR 9        // luminance in stops as heat, over the range of the picture
 #define MODE_PX 10        // pixels of error: 0.01 to 10, logarithmic
+#define MODE_HISTORY 12   // frames that light was gathered over, in alpha (composite/resolved.glsl): red 1, green 16 and more
 #define MODE_SURFACE 11   // what a pixel shows: ground green, sea blue, props red
 
 layout(std430, binding = 5) readonly buffer RangeIn { vec2 r_range; };
@@ -80,6 +82,10 @@ void main() {
     color = bright > 0.0 ? heat((log2(bright) - r_range.x + log2(frame.scale.x)) / span) : vec3(0.0);
 #elif MODE == MODE_PX
     color = heat((log2(max(value.r, 1e-4)) * 0.30103 + 2.0) / 3.0);
+#elif MODE == MODE_HISTORY
+    float gathered = log2(float(int(value.a) & PLACE_FRAMES)) / 4.0;
+    color = gathered < 0.5 ? mix(vec3(0.80, 0.12, 0.10), vec3(0.95, 0.80, 0.10), max(gathered, 0.0) * 2.0)
+                           : mix(vec3(0.95, 0.80, 0.10), vec3(0.10, 0.55, 0.20), min(gathered, 1.0) * 2.0 - 1.0);
 #endif
     bool good = !any(isnan(value)) && !any(isinf(value));
     o_color = vec4(good ? clamp(color, 0.0, 1.0) : vec3(1.0, 0.0, 1.0), 1.0);

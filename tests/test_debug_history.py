@@ -1,0 +1,69 @@
+"""Debug views of what is taken over from the last frame, by anti-aliasing and by clouds, and of the picture's tiles."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import planetfall as pf
+
+pytestmark = pytest.mark.gpu
+
+SIZE = (96, 54)
+PLACE = (37.664, 140.624)
+
+
+def camera(heading_deg: float) -> pf.Camera:
+    return pf.Camera.at(*PLACE, 800.0, heading_deg=heading_deg, pitch_deg=-4.0, above="ground")
+
+
+def red(picture: np.ndarray) -> np.ndarray:
+    pixels = picture.astype(int)
+    return (pixels[..., 0] > 1.6 * pixels[..., 1]) & (pixels[..., 0] > 90)
+
+
+def green(picture: np.ndarray) -> np.ndarray:
+    pixels = picture.astype(int)
+    return (pixels[..., 1] > 1.25 * pixels[..., 0]) & (pixels[..., 1] > 90)
+
+
+@pytest.mark.parametrize("name", ["history", "cloud_history"])
+def test_what_comes_into_view_has_no_history(name: str) -> None:
+    with pf.load_scene("earth") as scene:
+        scene.environment.add(pf.DebugView(name))
+        scene.planet.add(pf.Clouds(density_model="uniform", extinction_per_m=1e-3))  # cloud everywhere
+        overrides = {"exposure.mode": "fixed", "composite.antialiasing": "temporal"}
+        with pf.Renderer(scene, SIZE, "low", overrides) as renderer:
+            first = renderer.render(camera(30.0), 0.0, dt_s=0.02)["color"]
+            assert red(first).mean() > 0.95, "nothing has a past in the first frame"
+            for _ in range(20):
+                still = renderer.render(camera(30.0), 0.0, dt_s=0.02)["color"]
+            assert green(still).mean() > 0.7 and red(still).mean() < 0.01
+            turned = renderer.render(camera(45.0), 0.0, dt_s=0.02)["color"]
+            # Turned to the right by 15 of 92 degrees: what comes in is at the right edge.
+            assert red(turned[:, -8:]).mean() > 0.9
+            assert red(turned[:, :60]).mean() < 0.15
+
+
+def test_tiles_show_what_they_hold() -> None:
+    with pf.load_scene("earth") as scene, pf.Renderer(scene, SIZE, "low") as renderer:
+        view = pf.view("coast")
+        renderer.settle(view)
+        surface = renderer.render(view, outputs=("surface",))["surface"][::-1]  # rows from below, as tiles count
+        scene.environment.add(pf.DebugView("tiles"))
+        tiles = renderer.render(view)["color"][::-1].astype(int)
+    seen = set()
+    for y in range(0, SIZE[1], 8):
+        for x in range(0, SIZE[0], 16):
+            kinds = frozenset(np.unique(surface[y : y + 8, x : x + 16]).tolist()) - {0}
+            color = tiles[min(y + 3, SIZE[1] - 1), x + 5]
+            seen.add(kinds)
+            if kinds == {1}:
+                assert color[1] == color.max()
+            elif kinds == {2}:
+                assert color[2] == color.max() and color[2] > 100
+            elif kinds == {1, 2}:
+                assert color[0] == color.max() and color[0] > color[1] + 20
+            else:
+                assert color.max() < 40
+    assert {frozenset({1}), frozenset({2}), frozenset({1, 2})} <= seen
