@@ -98,7 +98,7 @@ class ObjectsPage:
         size = float(f"{max(_SEEN_SIZE * float(np.linalg.norm(place - eye)), 0.1):.1g}")
         if found is not None:
             place = place * (1.0 + 0.5 * size / float(np.linalg.norm(place)))
-        transform = Transform(tuple(map(float, place)), upright(place))
+        transform = Transform((float(place[0]), float(place[1]), float(place[2])), upright(place))
         shape = Shape(form, (size, size, size), (0.5, 0.12, 0.05))
         self._put(app, _free_name(form, {prop.name for prop in self._scene.props}), (transform, shape), f"add {form}")
 

@@ -53,7 +53,7 @@ class PropParts:
 
 def copied(component: Any) -> Any:
     """A component that later changes leave as it is; a game's own kinds that are no dataclasses stay the same."""
-    return dataclasses.replace(component) if dataclasses.is_dataclass(component) else component
+    return dataclasses.replace(component) if hasattr(component, "__dataclass_fields__") else component
 
 
 class SceneStore:

@@ -118,7 +118,8 @@ class GlfwPlatform:
     def set_fullscreen(self, monitor: int | None, vsync: bool) -> None:
         """Cover a monitor at its own resolution; None: back to the window from before."""
         if monitor is None:
-            glfw.set_window_monitor(self._native, None, *self._place, glfw.DONT_CARE)
+            nowhere: Any = None  # a window
+            glfw.set_window_monitor(self._native, nowhere, *self._place, glfw.DONT_CARE)
         else:
             if glfw.get_window_monitor(self._native) is None:
                 self._place = (*self.position(), *glfw.get_window_size(self._native))
