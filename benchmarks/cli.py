@@ -16,8 +16,9 @@ from .document import document as write_document
 from .plots import MISSING, save_plots
 from .schema import Report
 from .session import Session
-from .store import document_path, read_reports, results_root, save_report
-from .stress import STRESS_SUITES, replay_file, run_sweep
+from .stability import stability
+from .store import document_path, read_reports, results_root, save_report, stability_path
+from .stress import STRESS_SUITES, replay_file, run_sweep, usual_count
 from .suites import SUITES, choose
 from .tables import show_comparison, show_report
 
@@ -90,24 +91,33 @@ def _bench(
 
 
 def _stress(
-    suite: Annotated[str, Parameter(help="space, terrain, atmosphere, clouds, ocean or frame.")] = "",
+    suite: Annotated[
+        str, Parameter(help="One of space, terrain, atmosphere, clouds, ocean, frame, descent, compare.")
+    ] = "",
     /,
     *,
     seed: Annotated[int, Parameter(help="Case k of a seed is always the same.")] = 1,
-    count: Annotated[int, Parameter(help="How many cases.")] = 100,
+    count: Annotated[int | None, Parameter(help="How many cases; left out, as many as the suite says.")] = None,
     replay: Annotated[Path | None, Parameter(help="A failing case's file: run that case alone.")] = None,
     output: _Output = None,
     save: Annotated[bool, Parameter(help="Write the results and the failing cases to files.")] = True,
+    document: Annotated[
+        bool, Parameter(negative="", help="Write docs/numerical-stability.md from the results of compare.")
+    ] = False,
 ) -> int:
     """Seeded sweeps for the worst case of a suite; every failing case is saved and can be replayed."""
     console = Console()
     root = output or results_root()
+    if document:
+        console.print(f"written: {stability(root, stability_path(root))}", highlight=False, soft_wrap=True)
+        return 0
     if replay is not None:
         report = replay_file(replay)
         show_report(report, console)
         return EXIT_FAILED if report.failures else 0
     if not suite:
         raise SettingError(f"stress: name a suite: {', '.join(STRESS_SUITES)}; or --replay FILE")
+    count = usual_count(suite) if count is None else count
     if count < 1:
         raise SettingError(f"--count must be at least 1, found {count}")
     with _progress(suite) as progress:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from .front import alternatives, front
 from .schema import Report, ReportError, Row, read_report, write_text
+from .store import report_file
 from .suites import SUITES
 from .tables import columns_of, number, row_cells
 
@@ -55,6 +56,8 @@ def _reports(folder: Path) -> list[Report]:
     """Full runs before quick ones of the same suite, which they replace; in the order of the suites."""
     found: dict[tuple[str, str], Report] = {}
     for file in sorted(folder.glob("*.json")):
+        if file.name == report_file("stress", "compare"):
+            continue  # has a page of its own: docs/numerical-stability.md
         report = read_report(file)
         key = (report.kind, report.suite)
         if key not in found or found[key].quick:

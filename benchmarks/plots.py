@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
 
@@ -102,6 +103,22 @@ def _curve(rows: list[Row], path: Path) -> None:
     axes.margins(0.12)
     axes.xaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_minor_formatter("{x:g}")
+    axes.grid(which="both", alpha=0.25)
+    axes.legend()
+    figure.savefig(path)
+
+
+def draw_series(columns: Mapping[str, Sequence[float]], title: str, path: Path) -> None:
+    """Lines over the first column, which is logarithmic and runs from high to low, as a flight down does."""
+    from matplotlib.figure import Figure  # pyright: ignore[reportMissingImports]
+
+    (across, places), *lines = columns.items()
+    figure = Figure(figsize=(8.0, 4.0), dpi=110, layout="constrained")
+    axes = figure.subplots()
+    for name, values in lines:
+        axes.plot(places, values, "-", linewidth=1.0, label=name)
+    axes.set(xscale="log", xlabel=across, title=title)
+    axes.invert_xaxis()
     axes.grid(which="both", alpha=0.25)
     axes.legend()
     figure.savefig(path)

@@ -18,15 +18,27 @@ def results_root() -> Path:
 
 def document_path(root: Path) -> Path:
     """docs/benchmarks.md for the checkout's own results; benchmarks.md in any other folder of results."""
+    return _page(root, "benchmarks.md")
+
+
+def stability_path(root: Path) -> Path:
+    """The same for numerical-stability.md."""
+    return _page(root, "numerical-stability.md")
+
+
+def _page(root: Path, name: str) -> Path:
     own = root.resolve() == _HERE / "results"
-    return _HERE.parent / "docs" / "benchmarks.md" if own else root / "benchmarks.md"
+    return _HERE.parent / "docs" / name if own else root / name
 
 
 def report_path(report: Report, root: Path) -> Path:
     """<root>/<device>/<suite>.json; stress runs and quick runs beside, under names of their own."""
-    kind = "stress-" if report.kind == "stress" else ""
-    quick = "-quick" if report.quick else ""
-    return root / device_slug(report.machine) / f"{kind}{report.suite}{quick}.json"
+    return root / device_slug(report.machine) / report_file(report.kind, report.suite, report.quick)
+
+
+def report_file(kind: str, suite: str, quick: bool = False) -> str:
+    """Name of a suite's file in the folder of a device."""
+    return f"{'stress-' if kind == 'stress' else ''}{suite}{'-quick' if quick else ''}.json"
 
 
 def save_report(report: Report, root: Path) -> Path:

@@ -19,8 +19,9 @@ from rich.text import Text
 
 from ._version import __version__
 from .cli_fly import fly_command
+from .cli_gallery import gallery_command
 from .cli_info import graph_command, planets_command, views_command
-from .cli_render import gallery_command, record_command, render_command
+from .cli_render import record_command, render_command
 from .expected import expected_errors
 
 __all__ = ["app", "main"]

@@ -1,4 +1,4 @@
-"""`planetfall render`, `gallery` and `record`: pictures and arrays without a display."""
+"""`planetfall render` and `record`: pictures and arrays without a display."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import numpy as np
 from cyclopts import Parameter
 from rich.console import Console
 
-from ._version import __version__
 from .captures import check_arrays, check_suffix, outputs_for, save_capture
 from .cli_options import CameraOptions, Planet, Quality, Set, Size, SunOptions, parse_overrides, parse_size
 from .cli_progress import counted, settling
@@ -18,8 +17,8 @@ from .errors import CameraError, SettingError
 from .flights import path as scripted
 from .photos import PhotoPlan, exposed, photo_tiles
 from .recording import record
-from .shot import camera_settings, load_shot, shot_settings
-from .systems.capture import contact_sheet, require_writable, write_png
+from .shot import load_shot, shot_settings
+from .systems.capture import require_writable, write_png
 from .systems.capture.video import ffmpeg
 from .systems.flight import PATHS_FILE
 from .views import View
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
     from .renderer import Renderer
     from .scene import Scene
 
-__all__ = ["gallery_command", "record_command", "render_command"]
+__all__ = ["record_command", "render_command"]
 
 DEFAULT_VIEW = "orbit"
 
@@ -126,61 +125,6 @@ def render_command(
     settings |= {"planet": planet or scene.name, "view": None if camera.given() or told else view or DEFAULT_VIEW}
     save_capture(output, out, settings)
     console.print(f"wrote [bold]{output}[/]", highlight=False, soft_wrap=True)
-
-
-def gallery_command(
-    planet: Planet = "earth",
-    *,
-    views: Annotated[tuple[str, ...], Parameter(name="--view", negative="", consume_multiple=False)] = (),
-    size: Size = "640x360",
-    quality: Quality = "high",
-    overrides: Set = (),
-    force: Force = False,
-    output: Output = Path("gallery"),
-) -> None:
-    """Render the named views of a planet and a contact sheet of them; goes on where it was interrupted.
-
-    Parameters
-    ----------
-    views
-        Only this view. Repeatable; all that make sense for the planet, if left out.
-    output
-        The folder; made when missing.
-    """
-    require_writable(output, make_folder=True)
-    pixels, knobs = parse_size(size), parse_overrides(overrides)
-    from . import load_scene
-
-    scene = load_scene(planet)
-    names = list(views) or views_for(scene)
-    shots = {name: find_view(name, scene) for name in names}
-    settings = {
-        "planetfall": __version__,
-        "planet": planet,
-        "size": list(pixels),
-        "quality": quality,
-        "overrides": knobs,
-    }
-    files = {name: output / f"{scene.name}_{name}.png" for name in names}
-    todo = [name for name in names if force or not files[name].exists()]
-    if todo:
-        from .renderer import Renderer
-
-        with Renderer(scene, pixels, quality, knobs) as renderer, counted(console, "views", len(todo)) as progress:
-            for done, name in enumerate(todo, 1):
-                renderer.settle(shots[name])
-                color = renderer.render(shots[name])["color"]
-                state = camera_settings(renderer.camera_state(shots[name]))
-                write_png(files[name], color, {**settings, "view": name, "camera": state})
-                progress(done, len(todo))
-    sheet = output / f"{scene.name}.png"
-    write_png(sheet, contact_sheet([(name, files[name]) for name in names], title=scene.name), settings)
-    console.print(
-        f"wrote {len(todo)} of {len(names)} views and [bold]{sheet}[/]"
-        + ("" if len(todo) == len(names) else " (the others were there; --force makes them again)"),
-        highlight=False,
-        soft_wrap=True,
-    )
 
 
 def record_command(

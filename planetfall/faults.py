@@ -88,8 +88,8 @@ def draw_without_faults(renderer: Renderer, draw: Callable[[], None]) -> None:
 
     What cannot be drawn without it (the graph doesn't compile, something is missing) raises what the system raised.
     """
-    faults, systems, world = renderer.faults, renderer.systems, renderer.scene.world
-    if faults and faults.retry(systems, world):
+    faults, world = renderer.faults, renderer.scene.world
+    if faults and faults.retry(renderer.systems, world):
         renderer.gate_again()
     first: Exception | None = None
     switched_off: list[System] = []
@@ -98,7 +98,8 @@ def draw_without_faults(renderer: Renderer, draw: Callable[[], None]) -> None:
             draw()
             return
         except Exception as error:
-            failed = raised_by(error, (s for s in systems if s.name not in faults), renderer.failed_system)
+            on = (s for s in renderer.systems if s.name not in faults)
+            failed = raised_by(error, on, renderer.failed_system)
             if failed is None or failed.essential or (first is not None and follows_from_absence(error)):
                 for system in switched_off:
                     faults.take_back(system)

@@ -65,7 +65,7 @@ class RenderView:
             "_cut": True,
             "_host_depth": None,
             "_stand": Standpoint(renderer.scene, renderer._ground),
-            "_stillness": Stillness(renderer.scene, renderer._stillness.own),
+            "_stillness": Stillness(renderer.scene),
             "_rest": Rest(renderer.scene),
         }
         renderer._views.append(self)

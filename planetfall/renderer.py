@@ -37,7 +37,7 @@ from .settling import settle
 from .snapshot import Snapshot
 from .standpoint import Standpoint
 from .stillness import Stillness
-from .system_list import SYSTEMS
+from .system_list import SystemList
 from .systems.light import resolve_sun
 from .views import View
 from .watch import Watch
@@ -76,7 +76,7 @@ class Renderer(Looking):
         self.scene = scene
         self._ground = DrawnGround(scene, self.settings)
         self._stand = Standpoint(scene, self._ground)
-        self._stillness = Stillness(scene, SYSTEMS)
+        self._stillness = Stillness(scene)
         self._rest = Rest(scene)
         self._resources = scene.world.own_resources()
         self._host: ForeignHost | None = None
@@ -94,9 +94,9 @@ class Renderer(Looking):
         self.size = (int(size[0]), int(size[1]))
         self._views: list[RenderView] = []
         self._view_index, self._gates = 0, 0  # gates: how often systems came or went
-        kinds = (*SYSTEMS, *extend.registered_systems(), *systems)
-        self.systems: tuple[System, ...] = tuple(cls() for cls in kinds)
-        """All systems, running or not, in the order of their updates."""
+        self._system_list = SystemList((*extend.registered_systems(), *systems))
+        self.systems: tuple[System, ...] = self._system_list.needed(scene.world)
+        """All systems that the scene needs or has needed, running or not, in the order of their updates."""
         self._scopes: dict[str, Any] = {}
         self._graph_scope = self.gpu.scope("graph")
         self._backend = GLBackend(self._graph_scope)
@@ -376,6 +376,7 @@ class Renderer(Looking):
         if key == self._gate_key:
             return
         self._gate_key = key
+        self.systems = self._system_list.needed(world)
         for system in self.systems:
             running = system.name in self._scopes
             wanted = system.name not in self.faults and system.active(world)

@@ -9,6 +9,7 @@ from .components import DebugView, Exposure, Shape, Sun, Transform
 from .engine.settings import latest_revision, revision
 from .engine.system import Frame, System
 from .scene import Scene
+from .system_list import is_own
 from .systems.composite import CompositeSystem
 
 __all__ = ["Stillness"]
@@ -18,11 +19,11 @@ _SEEN_ELSEWHERE = (Sun, Exposure, DebugView)
 
 
 class Stillness:
-    """What the last frame showed. `own`: the systems that say of themselves whether they move; others of a game's are
+    """What the last frame showed. The library's own systems say of themselves whether they move; others of a game's are
     taken to, unless they say so too."""
 
-    def __init__(self, scene: Scene, own: tuple[type[System], ...]) -> None:
-        self._scene, self.own = scene, own
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
         self._shown: tuple[Any, ...] = ()
         self._waiting: frozenset[str] | None = None
 
@@ -68,7 +69,7 @@ class Stillness:
     def _moves(self, system: System, several: bool) -> bool:
         if system.name == CompositeSystem.name:  # which gathers
             return False
-        moving = system.moving if system.moving is not None else type(system) not in self.own
+        moving = system.moving if system.moving is not None else not is_own(system)
         if several:
             return moving or self._waiting is None or system.name in self._waiting
         return moving or not system.settled()

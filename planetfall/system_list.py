@@ -1,36 +1,72 @@
-"""The library's own systems."""
+"""The library's own systems, imported when a world first has something for them to do."""
 
 from __future__ import annotations
 
+import importlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from .components import Atmosphere, Clouds, DebugView, Ocean, Planet, Shape, Stars, Sun, Terrain, Transform
 from .engine.system import System
-from .systems.atmosphere.system import AtmosphereSystem
-from .systems.clouds.methods import CloudMethods
-from .systems.composite import CompositeSystem
-from .systems.debug import DebugSystem
-from .systems.gbuffer import GBufferSystem
-from .systems.light import LightSystem
-from .systems.ocean import OceanSystem
-from .systems.props import PropsSystem
-from .systems.proxy import ProxySystem
-from .systems.shadows.system import ShadowSystem
-from .systems.sky import SkySystem, StarsSystem
-from .systems.terrain.system import TerrainSystem
+from .engine.world import World
 
-__all__ = ["SYSTEMS"]
+__all__ = ["SYSTEMS", "Entry", "SystemList", "is_own"]
 
-SYSTEMS: tuple[type[System], ...] = (
-    ProxySystem,
-    LightSystem,
-    GBufferSystem,
-    AtmosphereSystem,
-    TerrainSystem,
-    ShadowSystem,
-    OceanSystem,
-    PropsSystem,
-    SkySystem,
-    StarsSystem,
-    CloudMethods,
-    CompositeSystem,
-    DebugSystem,
-)  # fmt: skip
+
+@dataclass(frozen=True)
+class Entry:
+    """A system by its place. name and needs are its class's own, known before the class is imported."""
+
+    name: str
+    module: str
+    kind: str
+    needs: tuple[type, ...] = ()
+
+    def wanted(self, world: World) -> bool:
+        """As System.active."""
+        return not self.needs or bool(world.query(*self.needs))
+
+    def load(self) -> type[System]:
+        """The class."""
+        return getattr(importlib.import_module(self.module, __package__), self.kind)
+
+
+SYSTEMS: tuple[Entry, ...] = (
+    Entry("proxy", ".systems.proxy", "ProxySystem", (Planet,)),
+    Entry("light", ".systems.light", "LightSystem", (Sun,)),
+    Entry("gbuffer", ".systems.gbuffer", "GBufferSystem"),
+    Entry("atmosphere", ".systems.atmosphere.system", "AtmosphereSystem", (Planet, Atmosphere)),
+    Entry("terrain", ".systems.terrain.system", "TerrainSystem", (Planet, Terrain)),
+    Entry("shadows", ".systems.shadows.system", "ShadowSystem", (Planet, Terrain)),
+    Entry("ocean", ".systems.ocean", "OceanSystem", (Planet, Ocean)),
+    Entry("props", ".systems.props", "PropsSystem", (Transform, Shape)),
+    Entry("sky", ".systems.sky", "SkySystem"),
+    Entry("stars", ".systems.sky", "StarsSystem", (Stars,)),
+    Entry("clouds", ".systems.clouds.methods", "CloudMethods", (Planet, Clouds)),
+    Entry("composite", ".systems.composite", "CompositeSystem"),
+    Entry("debug", ".systems.debug", "DebugSystem", (DebugView,)),
+)
 """In the order of their updates; the order of the passes comes from the graph."""
+
+
+_OWN = frozenset(entry.kind for entry in SYSTEMS)
+
+
+def is_own(system: System) -> bool:
+    """Whether a system is of the library, not of a game."""
+    kind = type(system)
+    return kind.__name__ in _OWN and kind.__module__.startswith(f"{__package__}.systems.")
+
+
+class SystemList:
+    """One renderer's systems: the library's as its world comes to need them, a game's own from the start."""
+
+    def __init__(self, further: Sequence[type[System]]) -> None:
+        self._places: list[Entry | System] = [*SYSTEMS, *(kind() for kind in further)]
+
+    def needed(self, world: World) -> tuple[System, ...]:
+        """All that the world needs now or has needed before, running or not, in the order of their updates."""
+        for number, place in enumerate(self._places):
+            if isinstance(place, Entry) and place.wanted(world):
+                self._places[number] = place.load()()
+        return tuple(place for place in self._places if isinstance(place, System))

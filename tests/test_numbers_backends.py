@@ -38,7 +38,6 @@ def test_no_pops_in_low_flight(backend: str) -> None:
     flight = pf.path("low", scene)
     with pf.Renderer(scene, (160, 90), "medium", {"terrain.backend": backend}) as renderer:
         found = popping(renderer, [flight.camera_at(20.0 + k / 15.0) for k in range(13)], frame_s=1.0 / 15.0)
-    assert found.frames > found.left_out
     assert found.changed > 0.0, "nothing was chosen anew: the flight is too short to show anything"
     assert found.p999_px <= 1.0
 

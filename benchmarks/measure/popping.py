@@ -10,13 +10,11 @@ import itertools
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ... import Camera, Renderer
-from ...systems.terrain.backends.grid import GridBackend
+from ... import Camera, DebugView, Renderer, Sun
 from .snaps import OUTPUTS, moved_px
 
 Floats = NDArray[np.float64]
@@ -35,53 +33,47 @@ class Popping:
     changed: float
     """Share of the pairs of frames in which any ground moved."""
     frames: int
-    left_out: int
-    """Pairs that could not be compared: the first camera had already left what was chosen for the second."""
     pixels: int
 
 
 def popping(renderer: Renderer, cameras: Sequence[Camera], frame_s: float = 1.0 / 60.0) -> Popping:
     """Fly along cameras, a frame each. Streaming, morphing and fading go on as they do in flight: `frame_s` a frame."""
-    found: list[Floats] = []
-    left_out = changed = 0
-    renderer.settle(cameras[0])
-    before = renderer.render(cameras[0], outputs=OUTPUTS, dt_s=frame_s)
-    grid = _is_grid(renderer)
-    for here, there in itertools.pairwise(cameras):
-        now = renderer.render(there, outputs=OUTPUTS, dt_s=frame_s)
-        chosen = _proxy_generation(renderer)
-        with frozen(renderer):
-            again = renderer.render(here, outputs=OUTPUTS, dt_s=0.0)
-        if grid and _proxy_generation(renderer) != chosen:
-            left_out += 1  # another grid was made for looking back
-        else:
-            moved = moved_px(renderer.camera_state(here), before, again)
-            changed += bool(len(moved) and moved.max() > _MOVES_PX)
-            found.append(moved)
-        before = now
+    found = list(moved_by_pair(renderer, cameras, frame_s))
+    changed = sum(bool(len(moved) and moved.max() > _MOVES_PX) for moved in found)
     every = np.concatenate(found) if found else np.zeros(0)
     if not len(every):
-        return Popping(0.0, 0.0, 0.0, 0.0, len(cameras) - 1, left_out, 0)
+        return Popping(0.0, 0.0, 0.0, 0.0, len(cameras) - 1, 0)
     p999, p99 = np.quantile(every, (0.999, 0.99))
-    pairs = max(len(found), 1)
-    return Popping(float(p999), float(p99), float(every.max()), changed / pairs, len(cameras) - 1, left_out, len(every))
+    return Popping(float(p999), float(p99), float(every.max()), changed / len(found), len(cameras) - 1, len(every))
+
+
+def moved_by_pair(
+    renderer: Renderer, cameras: Sequence[Camera], frame_s: float, sun: Sun | None = None
+) -> Iterator[Floats]:
+    """For each pair of frames: how far the ground of each pixel moved, (N,) pixels."""
+    with _freezable(renderer) as shown:
+        renderer.settle(cameras[0], sun=sun)
+        before = renderer.render(cameras[0], sun=sun, outputs=OUTPUTS, dt_s=frame_s)
+        for here, there in itertools.pairwise(cameras):
+            now = renderer.render(there, sun=sun, outputs=OUTPUTS, dt_s=frame_s)
+            shown.freeze = True
+            again = renderer.render(here, sun=sun, outputs=OUTPUTS, dt_s=0.0)
+            shown.freeze = False
+            yield moved_px(renderer.camera_state(here), before, again)
+            before = now
 
 
 @contextmanager
-def frozen(renderer: Renderer) -> Iterator[None]:
-    """Tiles are kept as they are while this lasts. The grid hangs on its proxy alone, which holds by itself."""
-    system: Any = renderer.system("terrain")
-    system.backend.hold = True
+def _freezable(renderer: Renderer) -> Iterator[DebugView]:
+    """The scene's DebugView, which holds the ground while another camera looks at it; one of our own for a while where
+    there is none."""
+    environment = renderer.scene.environment
+    own = DebugView not in environment
+    if own:
+        environment.add(DebugView())
     try:
-        yield
+        yield environment[DebugView]
     finally:
-        system.backend.hold = False
-
-
-def _is_grid(renderer: Renderer) -> bool:
-    system: Any = renderer.system("terrain")
-    return isinstance(system.backend, GridBackend)
-
-
-def _proxy_generation(renderer: Renderer) -> int:
-    return int(renderer.scene.world.resource("proxy.0").generation)
+        environment[DebugView].freeze = False
+        if own:
+            environment.remove(DebugView)

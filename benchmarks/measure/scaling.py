@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from ... import Renderer, View
+from ...render_view import RenderView
 from ..timing import Timing, time_variants
 from .motion import turned
 
-__all__ = ["PowerLaw", "fit_power_law", "turning_frames"]
+__all__ = ["FrameCost", "PowerLaw", "fit_power_law", "turning_frames", "turning_views"]
 
 
 @dataclass(frozen=True)
@@ -55,8 +56,16 @@ class FrameCost:
 
 def turning_frames(renderer: Renderer, seen: View, runs: int) -> FrameCost:
     """Frames whose camera turns by 0.01 degrees each; the proxy is held, nothing is taken over from the last frame."""
+    return turning_views(renderer, seen, 1, runs)
+
+
+def turning_views(renderer: Renderer, seen: View, count: int, runs: int) -> FrameCost:
+    """The same for several views of one renderer, the renderer's own first, each of them of its size."""
     moment: dict[str, Any] = {"sun": seen.sun, "time_s": seen.time_s}
-    renderer.render(seen)
+    views: list[Renderer | RenderView] = [renderer]
+    views += [renderer.add_view(renderer.size) for _ in range(count - 1)]
+    for one in views:
+        one.render(seen)
     target = renderer.ctx.simple_framebuffer(renderer.size)
     cameras = turned(renderer.camera_state(seen), 0.01, 4)
     used: list[float] = []
@@ -64,11 +73,14 @@ def turning_frames(renderer: Renderer, seen: View, runs: int) -> FrameCost:
     def frame() -> None:
         cameras.append(cameras.pop(0))
         before = time.process_time()
-        renderer.render_to(target, cameras[0], **moment)
+        for one in views:
+            one.render_to(target, cameras[0], **moment)
         renderer.ctx.finish()
         used.append((time.process_time() - before) * 1e3)
 
     timing = time_variants({"turning": frame}, runs, 2, renderer.ctx.finish)["turning"]
     renderer.gpu.leave(target)
     target.release()
+    for one in views[1:]:
+        one.release()
     return FrameCost(timing, float(np.median(used[-runs:])))

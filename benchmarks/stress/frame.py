@@ -1,4 +1,5 @@
-"""Stress suite frame: random scenes, cameras, suns and sizes; finite pictures and no OpenGL error."""
+"""Stress suite frame: random scenes and whole presets, cameras, suns, times and sizes; finite pictures and no OpenGL
+error."""
 
 from __future__ import annotations
 
@@ -7,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ... import Camera, Ocean, Planet, Renderer, Terrain
+from ... import Atmosphere, Camera, Clouds, Ocean, Planet, Renderer, Sun, Terrain
+from ..scenes import preset_scene
 from ..session import Session
 from .draw import unit
 from .runner import Case, Found, Kind
@@ -115,6 +117,58 @@ def _draw_boundary(rng: np.random.Generator) -> Case:
     return {"scene": scene, "camera": camera, "size": [64, 36], "quality": "medium", "time_s": 0.0}
 
 
+PLANETS = ("asteroid", "earth", "hazy", "mars", "moon", "small")
+PARTS: Mapping[str, type] = {"atmosphere": Atmosphere, "clouds": Clouds, "ocean": Ocean, "terrain": Terrain}
+TIMES_S = (0.0, 1.0, 1e4, 1e6, 1e8)
+
+
+def _draw_whole(rng: np.random.Generator) -> Case:
+    """A preset with all it has or without some of it, from anywhere, at any time, lit from anywhere."""
+    camera = draw_camera(rng, tele=False)
+    if rng.random() < 0.1:
+        camera["up"] = camera["forward"]  # no up at all
+    return {
+        "planet": str(rng.choice(PLANETS)),
+        "without": [name for name in PARTS if rng.random() < 0.15],
+        "camera": camera,
+        "sun": {"direction": unit(rng), "angular_radius_rad": float(rng.choice([1e-4, 0.004675, 0.05]))},
+        "time_s": float(rng.choice(TIMES_S)),
+        "size": _SIZES[int(rng.integers(len(_SIZES)))],
+        "quality": str(rng.choice(["low", "medium", "high"])),
+        "backend": str(rng.choice(["grid", "grid", "quadtree", "icosphere"])),
+    }
+
+
+def _check_whole(case: Case, session: Session) -> Found:
+    """Finite, without an OpenGL error, and the same geometry once more; as a frame of a sequence too."""
+    found = Found()
+    scene = preset_scene(case["planet"], clouds=True)
+    for name in case["without"]:
+        if scene.planet.has(PARTS[name]):
+            scene.planet.remove(PARTS[name])
+    given = {key: tuple(v) if isinstance(v, list) else v for key, v in case["sun"].items()}
+    sun, moment = Sun(**given, irradiance=scene.sun.irradiance), case["time_s"]
+    with session.renderer(
+        scene, tuple(case["size"]), case["quality"], {"terrain.backend": case["backend"]}
+    ) as renderer:
+        camera = build_camera(scene, case["camera"])
+        target = renderer.ctx.simple_framebuffer(renderer.size)
+        for _ in range(2):  # as a game draws it, from the very first frame on
+            renderer.render_to(target, camera, time_s=moment, sun=sun, dt_s=1.0 / 60.0)
+            _no_error(found, renderer)
+        renderer.gpu.leave(target)
+        target.release()
+        out = renderer.render(camera, time_s=moment, sun=sun, outputs=OUTPUTS)
+        check_outputs(found, out)
+        again = renderer.render(camera, time_s=moment, sun=sun, outputs=OUTPUTS)
+        if case["backend"] == "grid":  # tiles of the others stream in
+            same = all(out[name].tobytes() == again[name].tobytes() for name in ("position", "surface"))
+            found.expect(same, "another picture of the same thing differs")
+        _no_error(found, renderer)
+    scene.release()
+    return found
+
+
 def _no_error(found: Found, renderer: Renderer) -> None:
     error = renderer.ctx.error
     found.expect(error == "GL_NO_ERROR", f"OpenGL error {error}")
@@ -124,4 +178,5 @@ KINDS: Mapping[str, Kind] = {
     "picture": Kind(_draw_picture, _check_picture, 3.0),
     "flight": Kind(_draw_flight, _check_flight, 1.0),
     "boundary": Kind(_draw_boundary, _check_picture, 1.0),
+    "whole": Kind(_draw_whole, _check_whole, 2.0),
 }

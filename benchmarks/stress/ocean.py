@@ -58,7 +58,8 @@ def _origin(rng: np.random.Generator, place: Any) -> tuple[float, float]:
     return (float(np.degrees(np.arcsin(o[2]))), float(np.degrees(np.arctan2(o[1], o[0]))))
 
 
-def _ocean(case: Case) -> Ocean:
+def ocean_of(case: Case) -> Ocean:
+    """The sea of a case."""
     return Ocean(waves=tuple(Wave(**{**w, "origin": tuple(w["origin"])}) for w in case["waves"]))
 
 
@@ -71,7 +72,7 @@ def _draw_probe(rng: np.random.Generator) -> Case:
 def _check_probe(case: Case, session: Session) -> Found:
     """Displacement and normals around a place."""
     found = Found()
-    waves = waves_of(_ocean(case), case["radius_m"])
+    waves = waves_of(ocean_of(case), case["radius_m"])
     scope = session.gpu.scope("stress waves")
     try:
         questions = WaveQuestions(scope, waves, case["radius_m"])
@@ -113,7 +114,7 @@ def _check_picture(case: Case, session: Session) -> Found:
     found = Found()
     session.release()
     scene = build_scene({"planet": {"radius_m": case["radius_m"]}, "sun": {"direction": case["place"]}})
-    sea = _ocean(case)
+    sea = ocean_of(case)
     sea.method = case["method"]
     scene.planet.add(sea)
     zenith = np.array(case["place"])

@@ -1,7 +1,8 @@
 """Runs a stress suite: case k of a seed is always the same; failing cases are saved and can be run again.
 
 A suite is a module with `KINDS`: name -> Kind. Kind.draw(rng) makes a case (a dict that JSON can hold, nothing else),
-Kind.check(case, context) returns a Found: what was measured, and a message for each promise that was broken.
+Kind.check(case, context) returns a Found: what was measured, and a message for each promise that was broken. The first
+cases may be given, as `FIXED`; `COUNT` says how many cases a sweep has that is told no number.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import msgspec
@@ -21,12 +23,15 @@ from ... import __version__
 from ...engine.settings.suggest import did_you_mean
 from ...errors import UnknownNameError
 from ..machine import current_commit, device_slug, now_utc
-from ..schema import Failure, Report, ReportError, write_json
+from ..plots import MISSING, draw_series
+from ..schema import Failure, Report, ReportError, write_json, write_text
 from ..session import Progress, Session
+from .deviations import Deviations, add_rows
 
 log = logging.getLogger(__name__)
 
 Case = dict[str, Any]
+USUAL_COUNT = 100
 
 STRESS_SUITES: Mapping[str, str] = {
     "space": "Rays, projection, coverage and lattice: pure mathematics and the GPU's part of it",
@@ -35,6 +40,8 @@ STRESS_SUITES: Mapping[str, str] = {
     "clouds": "Random layers of cloud: light that is finite, exact transmittance, no jump at any boundary",
     "ocean": "Random seas: waves in shaders as in float64, no hole, nothing that is not finite",
     "frame": "Random scenes, cameras, suns and sizes: finite pictures, no GL error",
+    "compare": "A million numbers of the GPU against float64: heights, waves, air, cloud coordinates",
+    "descent": "From 36 000 km to 2 m: pops of the ground and steps of brightness between all frames",
 }
 
 
@@ -44,6 +51,10 @@ class Found:
 
     values: dict[str, tuple[float, str]] = field(default_factory=dict)
     messages: list[str] = field(default_factory=list)
+    series: dict[str, list[float]] = field(default_factory=dict)
+    """Columns of equal length that say more than their worst: saved as a table and drawn."""
+    deviations: dict[str, Deviations] = field(default_factory=dict)
+    """Of many numbers from float64, by quantity: pooled over all cases."""
 
     def expect(self, good: bool, message: str) -> None:
         """A promise: when it is broken, the message is kept."""
@@ -83,12 +94,25 @@ def kinds_of(suite: str) -> Mapping[str, Kind]:
     """The kinds of a suite. UnknownNameError names the nearest suite."""
     if suite not in STRESS_SUITES:
         raise UnknownNameError(f"no stress suite {suite!r}; {did_you_mean(suite, STRESS_SUITES, 'suites')}")
-    return importlib.import_module(f".{suite}", __package__).KINDS
+    return _module(suite).KINDS
+
+
+def usual_count(suite: str) -> int:
+    """How many cases a sweep has that is told no number."""
+    kinds_of(suite)
+    return int(getattr(_module(suite), "COUNT", USUAL_COUNT))
+
+
+def _module(suite: str) -> ModuleType:
+    return importlib.import_module(f".{suite}", __package__)
 
 
 def draw_case(suite: str, seed: int, index: int) -> Case:
     """Case `index` of a seed: {"kind": ..., ...}."""
     kinds = kinds_of(suite)
+    fixed = getattr(_module(suite), "FIXED", ())
+    if index < len(fixed):
+        return dict(fixed[index])
     rng = np.random.default_rng([seed, index])
     weights = np.array([kind.weight for kind in kinds.values()])
     name = list(kinds)[int(rng.choice(len(kinds), p=weights / weights.sum()))]
@@ -121,11 +145,17 @@ def run_sweep(
     failures: list[Failure] = []
     started, date = time.monotonic(), now_utc()
     ran: dict[str, int] = {}
+    series: dict[int, tuple[Case, dict[str, list[float]]]] = {}
+    deviations: dict[str, list[Deviations]] = {}
     with Session(suite) as session:
         for index in range(count):
             case = draw_case(suite, seed, index)
             found = check_case(suite, case, session)
             ran[case["kind"]] = ran.get(case["kind"], 0) + 1
+            for name, part in found.deviations.items():
+                deviations.setdefault(name, []).append(part)
+            if found.series:
+                series[index] = (case, found.series)
             for name, (value, unit) in found.values.items():
                 before = worst.get((case["kind"], name), (-np.inf, unit, index, 0))
                 keep = before if before[0] >= value else (value, unit, index, 0)
@@ -142,11 +172,28 @@ def run_sweep(
         failed = sum(failure.case["kind"] == kind for failure in failures)
         session.row(f"{kind}: failed cases", error=failed, seed=seed, cases=cases)
         session.rows[-1].target, session.rows[-1].met = "<= 0", failed == 0
+    add_rows(session, deviations)
     report.rows, report.failures = session.rows, failures
     if save_under is not None:
         for failure in failures:
             save_failure(failure, save_under / device_slug(report.machine) / "failures")
+        for index, (case, columns) in series.items():
+            if index < len(getattr(_module(suite), "FIXED", ())):
+                save_series(suite, case, columns, save_under / device_slug(report.machine))
     return report
+
+
+def save_series(suite: str, case: Case, columns: Mapping[str, list[float]], folder: Path) -> Path:
+    """A case's columns as a table, drawn beside it where matplotlib is; the table's path."""
+    path = folder / f"stress-{suite}-{case['kind']}-{len(next(iter(columns.values()))) + 1}.csv"
+    rows = zip(*columns.values(), strict=True)
+    lines = [",".join(columns), *(",".join(f"{value:.7g}" for value in row) for row in rows)]
+    write_text("\n".join(lines) + "\n", path)
+    try:
+        draw_series(columns, f"{suite}: {case['kind']}", path.with_suffix(".png"))
+    except ImportError:
+        log.info(MISSING)
+    return path
 
 
 def save_failure(failure: Failure, folder: Path) -> None:

@@ -13,6 +13,7 @@ from ..measure.knobs import KnobCost, KnobMeter
 from ..scenes import preset_scene
 from ..session import Bench, Session
 from ..target import at_most
+from . import frame_descent, frame_skipping, frame_whole
 
 SIZE, QUICK_SIZE = (640, 360), (320, 180)
 QUALITIES = ("low", "medium", "high")
@@ -43,19 +44,6 @@ def _passes(session: Session) -> None:
             for name in TABLE_VIEWS:
                 for pass_name, timing in frames.time_passes(renderer, view(name), session.runs(9, 4)).items():
                     session.row(f"{quality}: {pass_name}", name, SIZE, timing)
-
-
-def _skipping(session: Session) -> None:
-    """What runs again although nothing has changed, and what is drawn of a planet out of view."""
-    with session.renderer("earth", SIZE, "medium") as renderer:
-        for name in TABLE_VIEWS:
-            found = frames.skipping(renderer, view(name))
-            session.row(
-                "selected or made again", name, error=len(found.ran_again), target=at_most(0),
-                which=", ".join(found.ran_again), passes=found.passes, skipped=found.skipped,
-            )  # fmt: skip
-            session.row("uploads of an unchanged frame", name, error=found.uploads, target=at_most(0))
-            session.row("triangles drawn out of view", name, error=found.drawn_out_of_view, target=at_most(0))
 
 
 def _memory(session: Session) -> None:
@@ -144,7 +132,9 @@ def _antialiasing(session: Session) -> None:
 BENCHES: Mapping[str, Bench] = {
     "total": _total,
     "passes": _passes,
-    "skipping": _skipping,
+    "skipping": frame_skipping.bench,
+    "descent": frame_descent.bench,
+    "whole": frame_whole.bench,
     "memory": _memory,
     "knobs": _knobs,
     "antialiasing": _antialiasing,

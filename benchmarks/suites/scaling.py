@@ -1,4 +1,4 @@
-"""Suite scaling: how a frame's time grows with pixels, vertices, layers of noise and waves.
+"""Suite scaling: how a frame's time grows with pixels, vertices, layers of noise, waves, layers of cloud and views.
 
 The error column of the last row of a bench is the exponent: 1 is proportional. Processor time of all cores is what is
 fitted, less what a frame takes anyway; on a GPU, where it says nothing, the clock's time is.
@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from ... import CloudLayer, Clouds, Ocean, Scene, Terrain, load_scene, view
-from ..measure.scaling import FrameCost, fit_power_law, turning_frames
+from ..measure.scaling import FrameCost, fit_power_law, turning_frames, turning_views
 from ..session import Bench, Session
 from ..target import at_most
 
@@ -127,10 +127,22 @@ def _cloud_layers(session: Session) -> None:
     _with(session, "high", (1, 2, 3, 4), change, "cloud layers", 1.1)
 
 
+def _views(session: Session) -> None:
+    """Views of one planet in one renderer: each draws a picture of its own, tiles and tables are shared."""
+    size, seen = (160, 90), view("near")
+
+    def measure(count: float) -> FrameCost:
+        with session.renderer(_clear("earth"), size, "medium", OVERRIDES) as renderer:
+            return turning_views(renderer, seen, int(count), session.runs(7, 3))
+
+    _series(session, "near", (1, 2, 4) if session.quick else (1, 2, 4, 8), measure, "views", size, 1.1)
+
+
 BENCHES: Mapping[str, Bench] = {
     "pixels": _pixels,
     "vertices": _vertices,
     "layers": _layers,
     "waves": _waves,
     "cloud_layers": _cloud_layers,
+    "views": _views,
 }

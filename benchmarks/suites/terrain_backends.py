@@ -61,7 +61,6 @@ def popping_in_flight(session: Session) -> None:
                     target=at_most(1.0, "px"), p99_px=max(f.p99_px for f in flown),
                     worst_px=max(f.worst_px for f in flown), frames=sum(f.frames for f in flown),
                     moving_frames=float(np.mean([f.changed for f in flown])),
-                    left_out=sum(f.left_out for f in flown),
                 )  # fmt: skip
 
 

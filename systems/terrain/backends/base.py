@@ -57,10 +57,6 @@ class Backend(ABC):
     structure: int = 0
     """Raised when passes or sizes change."""
 
-    hold: bool = False
-    """As DebugView.freeze: tiles and what is drawn of them are kept. The grid hangs on its proxy, which is held with
-    DebugView alone."""
-
     def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str) -> None:
         self.gpu = gpu
         self.settings = settings

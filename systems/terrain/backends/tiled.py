@@ -117,7 +117,7 @@ class TiledBackend(Backend):
 
     def update(self, frame: Frame, ground: Ground, bind_octaves: Callable[[], None]) -> None:
         self._hurry, self._bind_octaves = frame.settling, bind_octaves
-        held = self.hold or any(shown.freeze for _, (shown,) in frame.world.query(DebugView))
+        held = any(shown.freeze for _, (shown,) in frame.world.query(DebugView))
         self._radius_m = ground.params.radius_m
         if self._ground is None or ground.revision != self._ground.revision:
             self._restart(ground)
