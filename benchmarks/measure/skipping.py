@@ -84,14 +84,19 @@ def _from_afar(distance_radii: Callable[[int], float]) -> Callable[[Scene, int],
 
 
 FULL = Stage("full scene")
-BARE = Stage("planet without anything, behind the camera", without=(Terrain, Ocean, Atmosphere, Clouds), camera=_behind)
+BARE = Stage(
+    "planet without anything, behind the camera",
+    view="orbit",
+    without=(Terrain, Ocean, Atmosphere, Clouds),
+    camera=_behind,
+)
 STAGES = (
     Stage("airless moon", planet="moon"),
     Stage("earth without sea, air and clouds", without=(Ocean, Atmosphere, Clouds)),
     Stage("dry world", without=(Ocean,)),
     Stage("cloudless", without=(Clouds,)),
     Stage("paused, still camera", paused=True),
-    Stage("planet behind the camera", camera=_behind),
+    Stage("planet behind the camera", view="orbit", camera=_behind),
     Stage("planet of 3 px", camera=_from_afar(lambda rows: 2.0 / (3.0 * _pixel(rows)))),
     Stage("night side", sun_elevation_deg=-40.0),
     Stage("under water", view="under"),
@@ -104,8 +109,8 @@ STAGES = (
 class Counts:
     """One frame of a stage, after what is made once has been made."""
 
-    ran: tuple[str, ...]
-    """Passes."""
+    ran: Mapping[str, str]
+    """Passes, and the system of each."""
     skipped: int
     """Passes that are in the plan and did not run, or were culled."""
     draws: int
@@ -196,7 +201,7 @@ def counts(stage: Staged) -> Counts:
     reports = renderer.passes()
     done = {name: after[name] - before[name] for name in before}
     return Counts(
-        ran=tuple(p.name for p in reports if p.ran),
+        ran={p.name: p.system for p in reports if p.ran},
         skipped=sum(not p.ran for p in reports),
         draws=done["draws"],
         dispatches=done["dispatches"],

@@ -15,6 +15,7 @@ from .names import Names, canonical
 from .order import Order, order_passes
 from .resources import ImportSpec
 from .sizes import Size
+from .together import find_together
 
 
 @dataclass(slots=True)
@@ -26,6 +27,8 @@ class Analysis:
     culling: Culling
     lifetimes: Lifetimes
     barriers: Barriers
+    together: frozenset[int]
+    """Passes whose only_while is asked; see together.py."""
 
     @property
     def alive(self) -> list[str]:
@@ -72,4 +75,6 @@ def analyse(
     order = order_passes(model)
     culling = cull(model, order)
     lifetimes = find_lifetimes(model, culling)
-    return Analysis(model, order, culling, lifetimes, place_barriers(model, culling, lifetimes))
+    together = find_together(model, culling)
+    barriers = place_barriers(model, culling, lifetimes, together)
+    return Analysis(model, order, culling, lifetimes, barriers, together)

@@ -37,13 +37,16 @@ class _Access:
     written: set[str]
 
 
-def place_barriers(model: GraphModel, culling: Culling, lifetimes: Lifetimes) -> Barriers:
-    """Barriers of one plan; equal for both parities."""
+def place_barriers(
+    model: GraphModel, culling: Culling, lifetimes: Lifetimes, together: frozenset[int] = frozenset()
+) -> Barriers:
+    """Barriers of one plan; equal for both parities. together: passes that may be skipped as a group."""
     passes: list[_Access] = []
     for i in culling.alive:
         decl = model.passes[i]
         written = [*(spec.name for spec in decl.creates), *decl.writes]
-        passes.append(_Access(decl.kind == "compute", decl.when is not None, [*model.reads[i], *written], set(written)))
+        gated = decl.when is not None or i in together
+        passes.append(_Access(decl.kind == "compute", gated, [*model.reads[i], *written], set(written)))
     count = len(passes)
     placed = [0] * (count + 1)
     because: dict[int, list[str]] = {}

@@ -75,7 +75,7 @@ def bind_passes(
     steps: tuple[list[Step], list[Step]] = ([], [])
     for place, i in enumerate(analysis.culling.alive):
         decl = analysis.model.passes[i]
-        gate = _gate(decl, state)
+        gate = _gate(decl, state, i in analysis.together)
         kinds = analysis.barriers.before[place]
         barrier = partial(backend.barrier, kinds) if kinds else None
         run = _bind(decl, tables[0])
@@ -106,9 +106,12 @@ def _touches_history(analysis: Analysis, i: int) -> bool:
     return bool(decl.history) or any(spec.lifetime == "history" for spec in touched)
 
 
-def _gate(decl: PassDecl, state: State) -> Callable[[], object] | None:
-    """when(), overruled while persistent content that the pass makes is new and therefore undefined."""
+def _gate(decl: PassDecl, state: State, together: bool) -> Callable[[], object] | None:
+    """when(), and only_while() before it, overruled while persistent content that the pass makes is new and therefore
+    undefined. together: whether only_while() is asked."""
     when = decl.when
+    if together and decl.only_while is not None:
+        when = decl.only_while if when is None else _both(decl.only_while, when)
     if when is None:
         return None
     names = [*(spec.name for spec in decl.creates), *decl.writes]
@@ -119,6 +122,10 @@ def _gate(decl: PassDecl, state: State) -> Callable[[], object] | None:
         flag = stale[0]
         return lambda: _wanted(when) or flag.value
     return lambda: _wanted(when) or any(flag.value for flag in stale)
+
+
+def _both(first: Callable[[], object], second: Callable[[], object]) -> Callable[[], object]:
+    return lambda: first() and second()
 
 
 def _wanted(when: Callable[[], object]) -> bool:

@@ -118,6 +118,7 @@ class GraphBuilder:
         reads_optional: Iterable[str] = (),
         after_optional: Iterable[str] = (),
         when: Callable[[], object] | None = None,
+        only_while: Callable[[], object] | None = None,
         side_effect: bool = False,
         kind: PassKind = "raster",
         system: str = "",
@@ -137,6 +138,9 @@ class GraphBuilder:
             systems that may be absent. `io.has(name)` tells.
         when: () -> bool, each frame; False skips the pass and its persistent resources keep their content. A pass
             whose persistent resources are new (compile, resize) runs regardless, else their readers would see noise.
+        only_while: () -> bool, each frame, shared by a group of passes that are skipped together: what one of them
+            makes for a frame may be read within the group alone. A pass that others read as well runs always. `when`
+            is not asked while the group is skipped.
         side_effect: keep the pass although nobody reads what it makes.
         kind: "compute" for passes with storage writes: barriers are inserted behind them.
 
@@ -155,6 +159,7 @@ class GraphBuilder:
             after_optional=_names(after_optional),
             history=_names(history),
             when=when,
+            only_while=only_while,
             side_effect=bool(side_effect),
             kind=kind,
             system=system,

@@ -35,6 +35,7 @@ class PassDecl:
     after_optional: tuple[str, ...]
     history: tuple[str, ...]
     when: Callable[[], object] | None
+    only_while: Callable[[], object] | None
     side_effect: bool
     kind: PassKind
     system: str
@@ -49,6 +50,10 @@ class PassDecl:
             raise GraphError(f"{where}: bind={self.bind!r} is not callable; give a function of (io: PassIO).")
         if self.when is not None and not callable(self.when):
             raise GraphError(f"{where}: when={self.when!r} is not callable; give a function without arguments or None.")
+        if self.only_while is not None and not callable(self.only_while):
+            raise GraphError(
+                f"{where}: only_while={self.only_while!r} is not callable; give a function without arguments or None."
+            )
         if self.kind not in get_args(PassKind):
             hint = did_you_mean(str(self.kind), get_args(PassKind), listing=False)
             raise GraphError(f"{where}: kind={self.kind!r} is not one of 'raster', 'compute', 'copy'.{hint}")

@@ -33,6 +33,9 @@ def explain(analysis: Analysis, pass_name: str, plan: Plan | None = None) -> str
         lines.append(f"  of {', '.join(owners) or 'all views and planets'}")
     if decl.when is not None:
         lines.append("  only in frames in which its when() says yes")
+    if decl.only_while is not None:
+        alone = "" if i in analysis.together else ", were it not read outside of its group"
+        lines.append(f"  skipped with its group in frames in which only_while() says no{alone}")
 
     for verb, names in (
         ("creates", [spec.name for spec in decl.creates]),

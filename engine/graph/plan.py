@@ -360,7 +360,12 @@ class Plan:
     def _why_skipped(self, place: int) -> str:
         if self._not_run_why and place >= self._not_run_from:
             return self._not_run_why
-        return "nothing has changed: the last picture was shown again" if self._repeated else "its when() said no"
+        if self._repeated:
+            return "nothing has changed: the last picture was shown again"
+        i = self._analysis.culling.alive[place]
+        only_while = self._analysis.model.passes[i].only_while
+        skipped = i in self._analysis.together and only_while is not None and not only_while()
+        return "its group's only_while() said no" if skipped else "its when() said no"
 
     def bytes_of(self, name: str) -> int:
         """Bytes that a resource occupies (both halves of a history); 0 when it is not allocated or imported."""

@@ -3,7 +3,7 @@
 from .axes import direction, heading_pitch_axes, latitude_longitude, local_axes, orthonormal_axes
 from .camera import CameraState
 from .errors import SpaceError
-from .frustum import frustum_planes, sphere_outside
+from .frustum import frustum_planes, out_of_view, sphere_outside
 from .horizon import horizon_angle_rad, horizon_dip_rad, horizon_distance_m, sight_distance_m
 from .projection import near_plane_m, pixel_rays, project, projection_terms
 from .rays import SphereHit, ray_sphere, ray_sphere_from
@@ -22,6 +22,7 @@ __all__ = [
     "local_axes",
     "near_plane_m",
     "orthonormal_axes",
+    "out_of_view",
     "pixel_rays",
     "project",
     "projection_terms",

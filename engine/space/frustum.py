@@ -31,3 +31,10 @@ def sphere_outside(planes: Floats, centers_m: ArrayLike, radii_m: ArrayLike) -> 
     distance = np.asarray(centers_m, dtype=np.float64) @ planes.T
     outside: NDArray[np.bool_] = np.any(distance < -np.asarray(radii_m, dtype=np.float64)[..., None], axis=-1)
     return outside
+
+
+def out_of_view(camera: CameraState, center_m: ArrayLike, radius_m: float) -> bool:
+    """Whether a sphere (camera-relative centre (3,)) lies outside a plane of the view or behind the camera."""
+    center = np.asarray(center_m, dtype=np.float64)
+    planes = np.concatenate([frustum_planes(camera), camera.forward[None]])
+    return bool(sphere_outside(planes, center[None], [radius_m])[0])

@@ -11,7 +11,7 @@ from ...components import Clouds, Ocean, Planet
 from ...engine.contracts import bind_contracts, contract_reads, provide_contracts, withdraw_contracts
 from ...engine.graph import GraphBuilder, PassIO
 from ...engine.settings import revision, with_overrides
-from ...engine.space import frustum_planes, sphere_outside
+from ...engine.space import out_of_view
 from ...engine.system import Frame, Setup, ViewInfo
 from .layers import frames_at
 from .paper_volume import PaperVolume
@@ -85,9 +85,7 @@ class PaperClouds:
             self._refresh(component, frame)
         layer = self._layer
         centre, reach = -frame.camera.position_m, radius + (0.0 if layer is None else float(layer.top_m))
-        self.seen = layer is not None and not bool(
-            sphere_outside(frustum_planes(frame.camera), centre[None], [reach])[0]
-        )
+        self.seen = layer is not None and not out_of_view(frame.camera, centre, reach)
         sea = frame.world.try_get(frame.planet, Ocean)
         if sea is not None and float(np.linalg.norm(frame.camera.position_m)) - radius < sea.sea_level_m:
             self.seen = False

@@ -85,7 +85,14 @@ class ShadowPass:
         self._middles = [(*(held.middle * grown - proxy.anchor_m), held.half_m) for held in maps.maps]
         self._ups = [(*(held.middle / radius_m), 0.0) for held in maps.maps]
 
-    def declare(self, builder: GraphBuilder, view: ViewInfo, system: str, bind_noise: Callable[[], None]) -> None:
+    def declare(
+        self,
+        builder: GraphBuilder,
+        view: ViewInfo,
+        system: str,
+        bind_noise: Callable[[], None],
+        seen: Callable[[], bool],
+    ) -> None:
         side = self._texels
         builder.add_pass(
             "clouds.shadow",
@@ -104,6 +111,7 @@ class ShadowPass:
                 BufferSpec(SHADED, 4 * MOST_MAPS, "persistent", "which maps of the shadow have any"),
             ),
             when=lambda: bool(self.due),
+            only_while=seen,
             help="the clouds' shadow around the camera",
         )  # fmt: skip
 

@@ -10,8 +10,9 @@ import numpy as np
 from ...components import Atmosphere, Clouds, Ocean, Planet
 from ...engine.contracts import bind_contracts, contract_reads, provide_contracts, withdraw_contracts
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
+from ...engine.planet_seen import planet_seen
 from ...engine.settings import SettingError, revision, with_overrides
-from ...engine.space import frustum_planes, sphere_outside
+from ...engine.space import out_of_view
 from ...engine.system import Frame, Setup, System, ViewInfo
 from .block import CLOUD_BINDING, CloudBlock, cloud_block
 from .imported import imported_cover
@@ -177,14 +178,16 @@ class CloudSystem(System):
         self._tune(frame.settings)
         radius = frame.world.get(frame.planet, Planet).radius_m
         centre, reach = -frame.camera.position_m, radius + self._block.counts[2]
-        seen = not bool(sphere_outside(frustum_planes(frame.camera), centre[None], [reach])[0])
+        seen = not out_of_view(frame.camera, centre, reach)
         sea = frame.world.try_get(frame.planet, Ocean)
         under = sea is not None and float(np.linalg.norm(frame.camera.position_m)) - radius < sea.sea_level_m
-        seen = seen and bool(self._layers) and not under
+        seen = seen and bool(self._layers) and not under and planet_seen(frame.world, frame.view_index)()
         if seen != self._seen:
             self._seen = seen
             self.structure += 1
             self._pasts.clear()
+        if not planet_seen(frame.world, frame.view_index)() and self._textures[0] is not None:
+            return  # nothing of it is asked for
         charts = self._maps.charts
         if frame.settling or frame.one_shot:
             charts.exact(frame.time_s)
@@ -220,7 +223,7 @@ class CloudSystem(System):
             sky.age, sky.shows = 0, shows
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
-        self._shadow.declare(builder, view, self.name, self.bind_density)
+        self._shadow.declare(builder, view, self.name, self.bind_density, planet_seen(self._world, view.index))
         air = contract_reads(self._world, but=self.name)
         builder.add_pass(
             "clouds.sky",
@@ -235,6 +238,7 @@ class CloudSystem(System):
                 ),
             ),
             when=lambda: self._sky.due and bool(self._layers),
+            only_while=planet_seen(self._world, view.index),
             help="a small map of the clouds in the sky, now and then",
         )  # fmt: skip
         if not self._seen:

@@ -10,6 +10,7 @@ import numpy as np
 from ...components import DebugView, Ocean, Planet
 from ...engine.gpu.cell_mesh import VERTEX_DTYPE, CellMesh
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
+from ...engine.planet_seen import planet_seen
 from ...engine.settings import revision
 from ...engine.surface.coverage import proxy_coverage
 from ...engine.surface.decimation import topology
@@ -98,7 +99,8 @@ class SeaMeshPasses:
         axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
         wanted = (view.mesh.selection, axes, camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
         frozen = any(shown.freeze for _, (shown,) in frame.world.query(DebugView))
-        if not (frozen and view.culled == view.wanted and not changed):
+        seen = planet_seen(frame.world, frame.view_index)()
+        if seen and not (frozen and view.culled == view.wanted and not changed):
             view.wanted = wanted
         return changed
 
@@ -145,6 +147,7 @@ class SeaMeshPasses:
 
     def declare(self, builder: GraphBuilder, view: ViewInfo, sea: SeaView) -> None:
         mesh, name, moves = sea.mesh, self._name, sea.waves.moves
+        seen = planet_seen(self._world, view.index)
         builder.add_pass(
             "ocean.vertices",
             kind="compute",
@@ -176,6 +179,7 @@ class SeaMeshPasses:
                 reads=("ocean.vertices", "ocean.cells"),
                 creates=(BufferSpec("ocean.displaced", size, "persistent", "vertices of the visible cells in waves"),),
                 when=lambda: sea.displaced != sea.moving,
+                only_while=seen,
                 help="visible vertices moved by the waves that the mesh can show",
             )
         builder.add_pass(
@@ -187,6 +191,7 @@ class SeaMeshPasses:
             writes=("gbuffer.depth", *GBUFFER),
             after=("gbuffer.clear",),
             after_optional=("terrain.gbuffer",),
+            only_while=seen,
             help="patches of the visible sea",
         )
 

@@ -10,6 +10,7 @@ import numpy as np
 from ...components import Ocean, Planet
 from ...engine.contracts import bind_contracts, contract_reads
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
+from ...engine.planet_seen import planet_seen
 from ...engine.settings import revision, with_overrides
 from ...engine.space.axes import direction, heading_pitch_axes
 from ...engine.surface.nested import NESTED_BASE_M
@@ -128,6 +129,7 @@ class SeaShading:
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         across, down = (-(-n // t) for n, t in zip(view.size, _TILE, strict=True))
         count = across * down
+        seen = planet_seen(self._world, view.index)
         builder.add_pass(
             "ocean.classify",
             system=self._name,
@@ -142,6 +144,7 @@ class SeaShading:
                 BufferSpec("ocean.tiles_below", 16 + 4 * count, help="dispatch and tiles of the surface from below"),
                 BufferSpec("ocean.tiles_limb", 16 + 4 * count, help="open water with air that changes within a tile"),
             ),
+            only_while=seen,
             help="tiles of the sea by what they need",
         )
         corners = (across + 1, 5 * (down + 1))
@@ -155,6 +158,7 @@ class SeaShading:
                 TextureSpec("ocean.light", "rgba32f", corners, filter="linear", help="sun, sky, air above, by tile"),
                 TextureSpec("ocean.sky", "rgba32f", _SKY_MAP, filter="linear", help="the sky that the sea mirrors"),
             ),
+            only_while=seen,
             help="light on the sea at the corners of tiles, and a map of the sky",
         )
         builder.add_pass(
@@ -174,6 +178,7 @@ class SeaShading:
             writes=("scene.radiance",),
             after=("sky.shade",),
             after_optional=("terrain.shade",),
+            only_while=seen,
             help="light of sea pixels",
         )
         builder.add_pass(
@@ -186,6 +191,7 @@ class SeaShading:
             after=("ocean.shade",),
             after_optional=("terrain.shade", "props.shade", "stars.draw"),
             when=lambda: self._near_water,
+            only_while=seen,
             help="water between the lens and what a pixel shows",
         )
 

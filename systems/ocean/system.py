@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ...components import Ocean, Planet
 from ...engine.graph import GraphBuilder
+from ...engine.planet_seen import planet_seen
 from ...engine.settings import with_overrides
 from ...engine.system import Frame, Setup, System, ViewInfo
 from .mesh import SeaMeshPasses, SeaView
@@ -28,6 +29,7 @@ class OceanSystem(System):
         self._shading = SeaShading(self.name)
 
     def setup(self, setup: Setup) -> None:
+        self._seen = planet_seen(setup.world, 0)
         self._shading.setup(setup)
         self._waves.setup(setup)
         self._mesh.setup(setup)
@@ -80,6 +82,10 @@ class OceanSystem(System):
         self._shading.declare(builder, view)
 
     def statistics(self) -> dict[str, int]:
+        found = self._statistics()
+        return found if self._seen() else dict.fromkeys(found, 0)
+
+    def _statistics(self) -> dict[str, int]:
         if self._printed:
             return self._paper.statistics(self._paper_view(0))
         sea = self._views.get(0)

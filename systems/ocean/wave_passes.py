@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ...components import Ocean, Planet
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
+from ...engine.planet_seen import planet_seen
 from ...engine.settings import revision, with_overrides
 from ...engine.system import Frame, Setup, ViewInfo
 from ...engine.waves import WaveSet, waves_of
@@ -63,7 +64,7 @@ class SeaWaves:
         self._many = self._long = False
 
     def setup(self, setup: Setup) -> None:
-        self._gpu = setup.gpu
+        self._gpu, self._world = setup.gpu, setup.world
         # Fetching a wave costs as much as evaluating it where lanes can't share the fetch. With fewer waves long runs
         # save less than what they leave out is worth: how waves bend, and what a pixel shows of them, along a run.
         self._runs = (8, 16) if setup.gpu.gpu.caps.is_software else (2, 2)
@@ -131,6 +132,7 @@ class SeaWaves:
         view.buffer.bind_to_uniform_block(WAVE_BINDING)
 
     def declare(self, builder: GraphBuilder, info: ViewInfo, view: WaveView) -> None:
+        seen = planet_seen(self._world, info.index)
         of_pixels = ("gbuffer.depth", "gbuffer.attributes", "gbuffer.surface", "gbuffer.tiles_sea")
         reads = (*of_pixels, *(("ocean.moved",) if view.moves else ()))
         if self._many:
@@ -146,6 +148,7 @@ class SeaWaves:
                 ),
                 after=("ocean.gbuffer",),
                 after_optional=("terrain.coast",),
+                only_while=seen,
                 help="slopes of the waves that are long on a tile of the picture",
             )
         builder.add_pass(
@@ -160,6 +163,7 @@ class SeaWaves:
             writes=("gbuffer.normal",),
             after=("ocean.gbuffer",),
             after_optional=("terrain.coast",),
+            only_while=seen,
             help="normals of all waves that pixels can show, roughness of the rest",
         )
 

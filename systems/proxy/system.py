@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...components import DebugView, Ocean, Planet, Terrain
+from ...components import Atmosphere, Clouds, DebugView, Ocean, Planet, Terrain
 from ...engine.frame_block import FRAME_BINDING, PLANET_BINDING, FrameBlock, PlanetBlock
-from ...engine.space import frustum_planes, near_plane_m, projection_terms, sphere_outside
+from ...engine.planet_seen import planet_seen
+from ...engine.space import near_plane_m, out_of_view, projection_terms
 from ...engine.surface.field import HeightField
 from ...engine.surface.lattice_anchor import LatticeAnchor
 from ...engine.surface.proxy import ProxyCell, snap_proxy
@@ -25,6 +26,8 @@ LATTICE_BYTES = 320
 
 # Anchor heights are multiples of 1/16 m, so that their f32 copy in the frame block is exact (below 1000 km).
 _HEIGHT_STEP_M = 1.0 / 16.0
+_LEAST_PX = 0.25
+"""A planet, air and all, that is narrower than this part of a pixel is not drawn: most pixels miss it anyway."""
 
 
 @dataclass
@@ -83,6 +86,7 @@ class ProxySystem(System):
         def surface(directions: NDArray[np.float64]) -> NDArray[np.float64]:
             return np.maximum(ground(directions), level)
 
+        planet_seen(frame.world, frame.view_index).value = self._planet_seen(frame, radius, field)
         view = self._views.get(frame.view_index)
         if view is not None and field is self._field and self._frozen(frame):
             self._write_blocks(frame, view, radius, field, sea)
@@ -112,11 +116,24 @@ class ProxySystem(System):
         return grid and any(shown.freeze for _, (shown,) in frame.world.query(DebugView))
 
     @staticmethod
+    def _planet_seen(frame: Frame, radius: float, field: HeightField | None) -> bool:
+        """Whether the planet, its air and its clouds may be in the picture, and are large enough to be."""
+        air, clouds = (frame.world.try_get(frame.planet, kind) for kind in (Atmosphere, Clouds))
+        sea_top_m = frame.world.try_resource("sea_top_m")
+        tops = [0.0, 0.0 if field is None else field.highest_m, 0.0 if sea_top_m is None else float(sea_top_m)]
+        tops += [] if air is None else [float(air.thickness_m)]
+        tops += [] if clouds is None else [float(layer.top_m) for layer in (clouds, *clouds.layers)]
+        camera, reach = frame.camera, radius + max(tops)
+        pixel = (camera.tan_top - camera.tan_bottom) / frame.size[1]
+        if 2.0 * reach < _LEAST_PX * pixel * float(np.linalg.norm(camera.position_m)):
+            return False
+        return not out_of_view(camera, -camera.position_m, reach)
+
+    @staticmethod
     def _planet_out_of_view(frame: Frame, radius: float, field: HeightField | None) -> bool:
         """True when no part of the planet can be in the picture, so that a snap cannot be seen."""
         reach = radius + max(0.0 if field is None else field.highest_m, 0.0)
-        centre = -frame.camera.position_m
-        return bool(sphere_outside(frustum_planes(frame.camera), centre[None], [reach])[0])
+        return out_of_view(frame.camera, -frame.camera.position_m, reach)
 
     def _new_anchor(
         self, old: ProxyView | None, cell: ProxyCell, radius: float, ground: Any, sea: Ocean | None, frame: Frame

@@ -11,6 +11,7 @@ import numpy as np
 from ...components import Ocean, Planet, Terrain
 from ...engine.contracts import provide_contracts, withdraw_contracts
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
+from ...engine.planet_seen import planet_seen
 from ...engine.settings import revision, with_overrides
 from ...engine.system import Frame, Setup, System, ViewInfo
 from ...engine.world import World
@@ -277,6 +278,7 @@ class ShadowSystem(System):
             return
         own = self._view(view.index, view.size[1])
         side = (own.windows.side, own.windows.side)
+        assert self._world is not None
         builder.add_pass(
             "shadows.clipmap",
             kind="compute",
@@ -295,6 +297,7 @@ class ShadowSystem(System):
                 for name, kind in _FORMATS.items()
             ),
             when=lambda: self._needed(own),
+            only_while=planet_seen(self._world, view.index),
             help="heights around the camera, and from where the sun is seen",
         )
 

@@ -13,10 +13,11 @@ from typing import Any, ClassVar
 import moderngl
 import numpy as np
 
-from ...components import Exposure, Planet, Stars
+from ...components import Atmosphere, Exposure, Planet, Stars
 from ...engine.contracts import bind_contracts, contract_reads
 from ...engine.gpu import gl as G
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
+from ...engine.planet_seen import planet_seen
 from ...engine.settings import with_overrides
 from ...engine.system import Frame, Setup, System, ViewInfo
 from .catalogue import GALACTIC_AXES, STARS_TO_6_5, make_stars
@@ -68,6 +69,8 @@ class SkySystem(System):
     def update(self, frame: Frame) -> None:
         """How much of the picture the air can fill: nothing without air; seen from space a disc, from inside all."""
         self._shell_corners = 0
+        if not planet_seen(frame.world, frame.view_index)():
+            return
         top_m = frame.world.try_resource("air_top_m")
         if top_m is None:
             return
@@ -146,10 +149,9 @@ class StarsSystem(System):
         self._gpu = gpu = setup.gpu
         self._world = setup.world
         self._limit = _LIMITS[radiance_format(setup.settings)]
-        defines = {"STAR_POINT_PX": f"{_STAR_POINT_PX}.0"}
-        self._program = gpu.program(vertex="sky/stars.vert", fragment="sky/stars.frag", defines=defines)
-        self._program.set("u_limit", self._limit)
-        self._galaxy = gpu.fullscreen("sky/galaxy.frag")
+        self._drawers: dict[bool, tuple[Any, Any]] = {}
+        for clear in (False, True) if setup.world.query(Atmosphere) else (False,):
+            self._drawer(clear)
         self._map = gpu.fullscreen("sky/galaxy_map.frag")
         self._choose = gpu.compute("sky/choose_stars.comp")
         self._choose.set("u_fall", _STAR_FALL)
@@ -157,14 +159,33 @@ class StarsSystem(System):
         self._far_add = gpu.gpu.state(depth_test=True, depth_func=">=", write_depth=False, blend="additive")
         toggles = [gpu.gpu.gl.function(name, None, G.enum) for name in ("glEnable", "glDisable")]
         self._enable, self._disable = toggles
-        self._points: Any = None
+        self._points: dict[bool, Any] = {}
         self._buffer: Any = None
         self._shown: dict[int, _Shown] = {}
+        self._clear: dict[int, bool] = {}
         self._catalogue, self._map_seed = (-1, -1), -1
         self._refresh(setup.world.query(Stars)[0][1][0])
 
     def release(self) -> None:
-        self._points = self._buffer = None
+        self._points, self._buffer = {}, None
+
+    def _drawer(self, clear: bool) -> tuple[Any, Any]:
+        """Programs of stars and of the galaxy. clear: for views of which no ray meets the air, which is then not asked
+        for: it costs ten times what the light does."""
+        if clear not in self._drawers:
+            defines: dict[str, Any] = {"STARS_CLEAR": 1} if clear else {}
+            points = {"STAR_POINT_PX": f"{_STAR_POINT_PX}.0", **defines}
+            stars = self._gpu.program(vertex="sky/stars.vert", fragment="sky/stars.frag", defines=points)
+            stars.set("u_limit", self._limit)
+            self._drawers[clear] = stars, self._gpu.fullscreen("sky/galaxy.frag", defines=defines)
+        return self._drawers[clear]
+
+    def _points_of(self, clear: bool) -> Any:
+        """The stars for a drawer; None without any."""
+        if self._buffer is not None and clear not in self._points:
+            content = [(self._buffer, "3f 3f", "in_direction", "in_irradiance")]
+            self._points[clear] = self._gpu.vertex_array(self._drawer(clear)[0], content)
+        return self._points.get(clear)
 
     def _refresh(self, stars: Stars) -> None:
         count = round(STARS_TO_6_5 * float(stars.density))
@@ -173,17 +194,14 @@ class StarsSystem(System):
         if key == self._catalogue:
             return
         self._catalogue = key
-        for old in (self._points, self._buffer):
+        for old in (*self._points.values(), self._buffer):
             if old is not None:
                 self._gpu.free(old)
-        self._points = self._buffer = None
+        self._points, self._buffer = {}, None
         if count:
             field = make_stars(count, int(stars.seed))
             packed = np.concatenate([field.directions, field.irradiance], axis=1).astype(np.float32)
             self._buffer = self._gpu.buffer(packed)
-            self._points = self._gpu.vertex_array(
-                self._program, [(self._buffer, "3f 3f", "in_direction", "in_irradiance")]
-            )
 
     def update(self, frame: Frame) -> None:
         stars: Stars = frame.world.query(Stars)[0][1][0]
@@ -192,10 +210,13 @@ class StarsSystem(System):
         found = frame.world.resources.get("star_axes")
         axes = np.eye(3) if found is None else np.asarray(found)
         # GLSL reads matrices column by column: the transpose of the row order of numpy.
-        self._program.set("u_star_axes", np.ascontiguousarray(axes.T, dtype=np.float32))
-        self._program.set("u_brightness", float(stars.brightness))
-        self._galaxy.set("u_galactic_axes", np.ascontiguousarray((GALACTIC_AXES @ axes.T).T, dtype=np.float32))
-        self._galaxy.set("u_brightness", float(stars.brightness) * min(float(stars.density), 1.0))
+        clear = bool(frame.world.query(Atmosphere)) and not planet_seen(frame.world, frame.view_index)()
+        self._clear[frame.view_index] = clear
+        points, galaxy = self._drawer(clear)
+        points.set("u_star_axes", np.ascontiguousarray(axes.T, dtype=np.float32))
+        points.set("u_brightness", float(stars.brightness))
+        galaxy.set("u_galactic_axes", np.ascontiguousarray((GALACTIC_AXES @ axes.T).T, dtype=np.float32))
+        galaxy.set("u_brightness", float(stars.brightness) * min(float(stars.density), 1.0))
         self._map.set("u_seed", self._map_seed & 0xFFFF)
 
     def _expose(self, frame: Frame, stars: Stars) -> None:
@@ -247,7 +268,7 @@ class StarsSystem(System):
             )
         builder.add_pass(
             "stars.draw",
-            bind=lambda io: self._bind_draw(io, shown, metered, numbers),
+            bind=lambda io: self._bind_draw(io, view.index, shown, metered, numbers),
             system=self.name,
             reads=("stars.galaxy", "gbuffer.depth", *contract_reads(self._world), *(("stars.draws",) * metered)),
             writes=("scene.radiance",),
@@ -284,14 +305,16 @@ class StarsSystem(System):
 
         return run
 
-    def _bind_draw(self, io: PassIO, shown: _Shown, metered: bool, numbers: bool) -> Callable[[], None]:
+    def _bind_draw(self, io: PassIO, view: int, shown: _Shown, metered: bool, numbers: bool) -> Callable[[], None]:
         target = io.framebuffer(colors=("scene.radiance",), depth="gbuffer.depth")
         galaxy = io.texture("stars.galaxy")
         draws = io.buffer("stars.draws") if metered else None
         bind_air = bind_contracts(self._world, io)
 
         def run() -> None:
-            if self._points is None:
+            clear = self._clear.get(view, False)
+            points, galaxy_light = self._points_of(clear), self._drawer(clear)[1]
+            if points is None:
                 return
             chosen = None if shown.all else draws
             bind_air()
@@ -300,14 +323,14 @@ class StarsSystem(System):
             galaxy.use(0)
             count, cloudy = (-1, True) if numbers else self._count(shown)
             if chosen is None and cloudy:
-                self._galaxy.render()
+                galaxy_light.render()
             elif chosen is not None:
-                self._galaxy.render_indirect(chosen, 0)
+                galaxy_light.render_indirect(chosen, 0)
             self._enable(_PROGRAM_POINT_SIZE)
             if chosen is None:
-                self._points.render(moderngl.POINTS, vertices=count)
+                points.render(moderngl.POINTS, vertices=count)
             else:
-                self._points.render_indirect(chosen, moderngl.POINTS, 1, 1)
+                points.render_indirect(chosen, moderngl.POINTS, 1, 1)
             self._disable(_PROGRAM_POINT_SIZE)
 
         return run

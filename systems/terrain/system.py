@@ -12,6 +12,7 @@ import numpy as np
 from ...components import Ocean, Planet, Terrain
 from ...engine.contracts import bind_contracts, contract_reads
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
+from ...engine.planet_seen import planet_seen
 from ...engine.settings import SettingError, revision, with_overrides
 from ...engine.system import Frame, Setup, System, ViewInfo
 from .backends import Backend, Ground, make_backend
@@ -199,6 +200,7 @@ class TerrainSystem(System):
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         name, index, backend = self.name, view.index, self.backend
+        seen = planet_seen(self._world, index)
         backend.declare(builder, index)
         builder.add_pass(
             "terrain.gbuffer",
@@ -207,6 +209,7 @@ class TerrainSystem(System):
             reads=backend.draw_reads(),
             writes=("gbuffer.depth", *GBUFFER),
             after=("gbuffer.clear",),
+            only_while=seen,
             help="patches of all visible cells",
         )
         if self._world.query(Ocean):
@@ -226,6 +229,7 @@ class TerrainSystem(System):
                 writes=(*GBUFFER, *(_GROWING if listed else ())),
                 after=("gbuffer.classify",),
                 creates=specs if listed else (),
+                only_while=seen,
                 help="the line between land and water, from the height function at each pixel",
             )
         tiles = _TILES
@@ -243,6 +247,7 @@ class TerrainSystem(System):
                     BufferSpec(name, 16 + 4 * across * down, help=f"dispatch and tiles of {text} ground")
                     for name, text in zip(_WET_LISTS, texts, strict=True)
                 ),
+                only_while=seen,
                 help="tiles of the ground by whether water changes any of it",
             )
         builder.add_pass(
@@ -253,6 +258,7 @@ class TerrainSystem(System):
             reads=("gbuffer.depth", *GBUFFER, *tiles, *contract_reads(self._world)),
             writes=("scene.radiance",),
             after=("sky.shade",),
+            only_while=seen,
             help="materials and light of terrain pixels",
         )
         self._debug.declare(builder, backend, index, lambda: self._bind_heights(index))
@@ -413,7 +419,8 @@ class TerrainSystem(System):
         return "" if self.backend.settled() else f"ground {100.0 * self.backend.progress():.0f} %"
 
     def statistics(self) -> dict[str, int]:
-        return self.backend.statistics()
+        found = self.backend.statistics()
+        return found if planet_seen(self._world, 0)() else dict.fromkeys(found, 0)
 
     def drawn_mesh(self, view_index: int = 0) -> Any:
         """The mesh that the last frame drew, for queries of the drawn surface; None if the backend has no CellMesh."""

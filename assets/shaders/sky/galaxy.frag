@@ -1,7 +1,9 @@
 // The Milky Way behind the stars: one look-up into the map, in galactic axes.
 #include "common/camera.glsl"
 #include "common/octahedral.glsl"
+#ifndef STARS_CLEAR
 #include "contract/air.glsl"
+#endif
 
 layout(binding = 0) uniform sampler2D u_galaxy;
 layout(location = 0) uniform mat3 u_galactic_axes;  // planet to galactic
@@ -15,7 +17,9 @@ const float BRIGHTEST = 600.0 * 1.19e-11;
 void main() {
     vec3 direction = normalize(view_ray(v_ndc));
     vec3 light = textureLod(u_galaxy, oct_encode(u_galactic_axes * direction) * 0.5 + 0.5, 0.0).rgb;
+#ifndef STARS_CLEAR
     light *= air_to_space(vec3(0.0), direction);
+#endif
     o_radiance = vec4(light * (BRIGHTEST * u_brightness * frame.scale.x), 0.0);
 #ifdef PF_FRAG_DEPTH
     gl_FragDepth = 0.0;

@@ -1,6 +1,8 @@
 // Stars as points of equal size: a Gaussian spot of fixed width in pixels, whose light over all pixels is that of the star.
 #include "common/camera.glsl"
+#ifndef STARS_CLEAR
 #include "contract/air.glsl"
+#endif
 
 layout(location = 0) uniform mat3 u_star_axes;   // inertial to planet axes
 layout(location = 1) uniform float u_brightness;
@@ -18,7 +20,10 @@ void main() {
     // Solid angle of the pixel: its area in the plane at distance 1, times the cube of the cosine.
     float pixel = 4.0 * frame.projection.x * frame.projection.y * frame.viewport.z * frame.viewport.w;
     float solid_angle = pixel * clip.w * clip.w * clip.w;
-    v_light = in_irradiance * air_to_space(vec3(0.0), direction) * (u_brightness * frame.scale.x / solid_angle);
+    v_light = in_irradiance * (u_brightness * frame.scale.x / solid_angle);
+#ifndef STARS_CLEAR
+    v_light *= air_to_space(vec3(0.0), direction);
+#endif
     // A point is clipped by its centre: hold those that reach in from just outside on the border.
     bool seen = clip.w > 1e-3 && all(lessThan(abs(ndc), vec2(1.0) + 8.0 * frame.viewport.zw));
     gl_Position = seen ? vec4(clamp(ndc, vec2(-1.0), vec2(1.0)), 0.0, 1.0) : vec4(2.0, 2.0, 0.0, 1.0);

@@ -18,6 +18,7 @@ from ....engine.gpu import GpuScope
 from ....engine.gpu.cell_mesh import CellMesh
 from ....engine.gpu.layout import Vec4
 from ....engine.graph import GraphBuilder, PassIO
+from ....engine.planet_seen import planet_seen
 from ....engine.surface.coverage import proxy_coverage
 from ....engine.surface.decimation import topology
 from ....engine.surface.selection import CellSet, chord_limit_m, select_rings, spacing_angle
@@ -134,7 +135,8 @@ class GridBackend(Backend):
         wanted = (*view.drawn(), axes, tangents, view.keep_dh_m)
         frozen = any(shown.freeze for _, (shown,) in frame.world.query(DebugView))
         fading = fade is not None and fade.running
-        if not (frozen and view.culled == view.wanted and not fading):
+        seen = planet_seen(frame.world, frame.view_index)()
+        if seen and not (frozen and view.culled == view.wanted and not fading):
             view.wanted = wanted
         if self.block.spacing != view.spacing:
             self.block.spacing = view.spacing
