@@ -13,6 +13,8 @@ from .front import alternatives, front
 from .schema import Report, Row
 
 _SPREAD = "p10 .. p90"
+HISTOGRAM = "histogram"
+"""Benches whose names begin so are too wide for a terminal: pages show them."""
 
 
 def show_report(report: Report, console: Console) -> None:
@@ -30,7 +32,8 @@ def show_report(report: Report, console: Console) -> None:
         highlight=False,
     )
     for bench, rows in groupby(report.rows, key=lambda row: row.bench):
-        console.print(rows_table(bench, list(rows)))
+        if not bench.startswith(HISTOGRAM):
+            console.print(rows_table(bench, list(rows)))
     for name, why in report.skipped.items():
         console.print(Text(f"{name}: did not run: {why}", style="red"))
     for failure in report.failures:
