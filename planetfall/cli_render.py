@@ -18,7 +18,7 @@ from .flights import path as scripted
 from .photos import PhotoPlan, exposed, photo_tiles
 from .recording import record
 from .shot import load_shot, shot_settings
-from .systems.capture import require_writable, write_png
+from .systems.capture import require_writable
 from .systems.capture.video import ffmpeg
 from .systems.flight import PATHS_FILE
 from .views import View
