@@ -41,10 +41,10 @@ class TerrainSampler:
             raise ValueError(
                 "TerrainSampler: the planet has no Terrain component; add one with scene.planet.add(pf.Terrain())"
             ) from None
-        self._field = TerrainField(TerrainParams.from_component(terrain, handle[Planet].radius_m))
         validate = getattr(scene, "validate", None)
         if validate is not None:
             validate()  # no ground that a renderer would refuse to draw
+        self._field = TerrainField(TerrainParams.from_component(terrain, handle[Planet].radius_m))
 
     @classmethod
     def from_params(cls, params: TerrainParams) -> TerrainSampler:
@@ -96,10 +96,7 @@ class TerrainSampler:
         The depth is that of the nearest ground while a sphere is about as near as its radius; further up it is the
         height above the ground.
         """
-        centers = _points("centers_m", centers_m)
-        middle = np.flatnonzero(~centers.any(axis=1))
-        if middle.size:
-            raise ValueError(f"centers_m[{middle[0]}]: no ground is nearest to the planet's centre; give another place")
+        centers = _not_the_middle("centers_m", _points("centers_m", centers_m))
         return height_march.contact(self._field, centers, _finite("radii_m", radii_m, len(centers)))
 
     def sweep(
@@ -110,6 +107,7 @@ class TerrainSampler:
         The fraction is 1 where nothing is hit and 0 where the start touches already; contact is within 1 mm.
         """
         start, end = _pairs("start_m", start_m, "end_m", end_m)
+        _not_the_middle("start_m", start)
         return height_march.sweep(self._field, start, end, _finite("radius_m", radius_m, len(start)))
 
     def patch_cells(self, directions: ArrayLike, size_m: float, spacing_m: float) -> NDArray[np.int64]:
@@ -205,6 +203,14 @@ def checked_directions(name: str, values: ArrayLike) -> Floats:
         raise ValueError(f"{name}[{bad[0]}]: expected a direction, found the zero vector")
     vectors = vectors / largest[:, None]  # so that squares neither overflow nor vanish
     return vectors / np.linalg.norm(vectors, axis=1)[:, None]
+
+
+def _not_the_middle(name: str, points: Floats) -> Floats:
+    """The points (N, 3) themselves; ValueError for one at the planet's centre, from which no way is up."""
+    middle = np.flatnonzero(~points.any(axis=1))
+    if middle.size:
+        raise ValueError(f"{name}[{middle[0]}]: no ground is nearest to the planet's centre; give another place")
+    return points
 
 
 def _pairs(name: str, values: ArrayLike, other_name: str, others: ArrayLike) -> tuple[Floats, Floats]:

@@ -83,6 +83,15 @@ def test_grazing_a_summit(earth):
     assert outside.sum() > 5 and hit.all() and (distance <= 300.0 + 1e-6).all()
 
 
+@pytest.mark.filterwarnings("error")
+def test_rays_from_deep_below_hit_where_they_begin(ground):
+    """At the planet's centre, too, where no direction is up: the origin itself is below the ground."""
+    deep = np.array([[0.0, 0.0, 0.0], [1.0, -2.0, 3.0], [0.0, 0.0, 0.9 * (ground.radius_m + ground.lowest_m)]])
+    for way in np.eye(3):
+        hit, distance = ground.raycast(deep, way, 10.0 * ground.radius_m)
+        assert hit.all() and (distance == 0.0).all()
+
+
 @pytest.mark.parametrize("bad", [[0.0, 0.0, 0.0], [np.nan, 1.0, 0.0], [np.inf, 1.0, 0.0]])
 def test_bad_rays_are_refused(earth, bad):
     with pytest.raises(ValueError, match=r"directions\[1\]: expected"):

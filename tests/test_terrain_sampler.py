@@ -188,6 +188,8 @@ def test_nothing_but_numbers_of_a_place_is_taken():
     place = np.array([[0.0, 0.0, 1.0]])
     with pytest.raises(ValueError, match=r"centers_m\[0\]"):
         sampler.sphere_contact([[0.0, 0.0, 0.0]], 1.0)
+    with pytest.raises(ValueError, match=r"start_m\[0\]: no ground is nearest to the planet's centre"):
+        sampler.sweep([[0.0, 0.0, 0.0]], place * 1.8e6, 1.0)
     with pytest.raises(ValueError, match=r"radii_m\[0\]"):
         sampler.sphere_contact(place * 1.8e6, np.inf)
     for footprint_m in (np.nan, -1.0):

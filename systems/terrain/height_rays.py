@@ -49,13 +49,16 @@ def raycast(field: TerrainField, origins: Floats, directions: Floats, max_distan
     count = len(origins)
     top = ray_sphere_from(origins, directions, field.radius_m + field.highest_m)
     bottom = ray_sphere_from(origins, directions, field.radius_m + field.lowest_m)
-    outside = np.linalg.norm(origins, axis=1) > field.radius_m + field.highest_m
+    away = np.linalg.norm(origins, axis=1)
+    outside = away > field.radius_m + field.highest_m
     near = np.where(outside, top.near_m, 0.0)
     end = np.minimum(np.where(outside, top.far_m, top.near_m), max_distance_m)
     # From above, the lowest ground is reached by then. (From below it the origin itself is a hit.)
     end = np.minimum(end, np.where(bottom.hit, bottom.near_m, np.inf))
-    hit, distance_m = np.zeros(count, dtype=bool), np.full(count, np.inf)
-    index = np.flatnonzero((top.hit | ~outside) & (near <= end) & (near <= max_distance_m))
+    # Deeper than any ground nothing is searched: near the planet's centre no direction is up.
+    hit = away < field.radius_m + field.lowest_m
+    distance_m = np.where(hit, 0.0, np.inf)
+    index = np.flatnonzero((top.hit | ~outside) & (near <= end) & (near <= max_distance_m) & ~hit)
     while index.size:
         later = []
         for start in range(0, len(index), _TOGETHER):
