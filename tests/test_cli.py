@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -285,3 +286,8 @@ def test_small_parsers() -> None:
     assert parse_overrides(("a.b=1", "c=true", "d=[1, 2]", "e = quadtree", 'f="x=y"')) == {
         "a.b": 1, "c": True, "d": [1, 2], "e": "quadtree", "f": "x=y",
     }  # fmt: skip
+
+
+def test_the_package_runs_as_a_module():
+    found = subprocess.run([sys.executable, "-m", "planetfall", "planets"], capture_output=True, text=True, check=False)
+    assert found.returncode == 0 and "earth" in found.stdout, found.stderr

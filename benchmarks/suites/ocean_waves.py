@@ -154,7 +154,7 @@ def _speed(session: Session) -> None:
     runs, time_s = session.runs(7, 3), 7.0
     for view, altitude in (("1 km", 1000.0),) if session.quick else (("5 m", 5.0), ("1 km", 1000.0)):
         camera = measure.open_sea(altitude)
-        for waves in (20, 100) if session.quick else COUNTS:
+        for waves in (20, 100, 1000) if session.quick else COUNTS:
             wanted = measure.converged(camera, size, waves, time_s, finer=3)
             with ExitStack() as stack:
                 sides = {

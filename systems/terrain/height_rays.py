@@ -46,7 +46,6 @@ def raycast(field: TerrainField, origins: Floats, directions: Floats, max_distan
     where the clearance only falls, and then solved to less than a micrometre. An origin below the ground is a hit at
     distance 0.
     """
-    count = len(origins)
     top = ray_sphere_from(origins, directions, field.radius_m + field.highest_m)
     bottom = ray_sphere_from(origins, directions, field.radius_m + field.lowest_m)
     away = np.linalg.norm(origins, axis=1)
