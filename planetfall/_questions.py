@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["FARTHEST_M", "question_distances", "question_rows"]
+__all__ = ["FARTHEST_M", "question_distances", "question_number", "question_rows"]
 
 Floats = NDArray[np.float64]
 FARTHEST_M = 1.0e18
@@ -58,3 +60,12 @@ def question_distances(value: ArrayLike, count: int, name: str = "distance_m") -
     if not (np.isfinite(array) & (array >= 0.0)).all():
         raise ValueError(f"{name}: expected finite numbers, at least 0; leave it out for the way to space")
     return np.broadcast_to(np.minimum(array, FARTHEST_M), (count,))
+
+
+def question_number(value: float, name: str, least: float = -math.inf, most: float = math.inf) -> float:
+    """One finite number from least to most; ValueError names what is wrong."""
+    array = _numbers(name, value)
+    if array.ndim or not np.isfinite(array) or not least <= float(array) <= most:
+        limits = f" from {least:g} to {most:g}" if math.isfinite(least) else ""
+        raise ValueError(f"{name}: expected one finite number{limits}, found {value!r}")
+    return float(array)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._probe import Probe
-from ._questions import question_distances, question_rows
+from ._questions import question_distances, question_number, question_rows
 from .components import Atmosphere, Clouds, Planet
 from .engine.settings import with_overrides
 from .quality import resolve_quality
@@ -18,6 +19,8 @@ from .systems.atmosphere.block import AIR_BINDING, AirBlock, air_block
 from .systems.atmosphere.model import AirModel
 from .systems.atmosphere.sizes import table_sizes
 from .systems.atmosphere.tables import AirTables
+from .systems.clouds.asked import WeatherQuestions
+from .systems.clouds.imported import imported_cover
 from .systems.clouds.model import CloudModel
 from .systems.clouds.probe import CloudQuestions
 
@@ -30,15 +33,18 @@ _VISIBILITIES = ("disc", "point")
 class CloudProbe(Probe):
     """Light that comes along rays through a scene's clouds and air, on arrays of f64 questions.
 
-    It marches on the GPU at the step sizes of `quality`, errors of the march and all. So far it is not the march that
-    pictures are made with (clouds/view_march.comp has one of its own, for weather), and it takes layers of
-    density_model "uniform" only. A snapshot of the scene when it was made.
+    It marches on the GPU at the step sizes of `quality`, errors of the march and all. Where every layer is
+    density_model "uniform" that is a march of its own, whose optical depths are exact; clouds with weather are marched
+    as pictures of them are, shafts of light included, by rays of no width at the middles of their steps. What pictures
+    read from maps or tables around a camera (the way from clouds to the sun, the air in front of them) is marched, too.
+    A snapshot of the scene when it was made.
 
         with pf.CloudProbe(scene, quality="reference") as clouds:
             radiance, transmittance = clouds.march(position, direction, sun)
 
-    ctx: a host's current moderngl context; None makes a headless one. ValueError for a planet without Clouds, for
-    wrong shapes, NaN, zero directions and positions; SettingError for clouds or air that cannot be.
+    ctx: a host's current moderngl context; None makes a headless one. as_pictures: march through uniform layers as
+    pictures do, too. ValueError for a planet without Clouds, for wrong shapes, NaN, zero directions and positions, an
+    imported map that can't be read; SettingError for clouds or air that cannot be.
     """
 
     def __init__(
@@ -48,6 +54,7 @@ class CloudProbe(Probe):
         quality: str = "high",
         overrides: Mapping[str, Any] | None = None,
         planet: Any = None,
+        as_pictures: bool = False,
     ) -> None:
         handle = scene.planet if planet is None else planet
         self._settings = resolve_quality(quality, overrides)
@@ -60,15 +67,25 @@ class CloudProbe(Probe):
         self._irradiance = np.asarray(sun.irradiance, np.float64)
         self._sun_radius_rad = float(sun.angular_radius_rad)
         air = None if air is None else with_overrides(air, "atmosphere", self._settings)
-        self._clouds = CloudModel.from_components(handle[Planet], with_overrides(clouds, "clouds", self._settings), air)
-        if not self._clouds.uniform:
-            raise ValueError('CloudProbe: only layers of density_model "uniform" can be asked in this version')
+        clouds = with_overrides(clouds, "clouds", self._settings)
+        self._clouds = CloudModel.from_components(handle[Planet], clouds, air)
+        self._weather = as_pictures or not self._clouds.uniform
+        if self._weather and self._clouds.method != "ours":
+            raise ValueError(
+                f"CloudProbe: Clouds.method {self._clouds.method!r} marches through layers of density_model 'uniform'"
+                " only, and not as_pictures; set Clouds.method = 'ours', or make all layers uniform"
+            )
+        # A snapshot: components may change later. A map that can't be read is told of now.
+        self._component = copy.deepcopy(clouds)
+        if self._weather and clouds.weather_map:
+            imported_cover(clouds.weather_map)
         self._air = None
         if air is not None:
             self._air = AirModel.from_components(handle[Planet], air, self._sun_radius_rad)
         super().__init__(ctx)
         self._air_block: Any = None
         self._asked: dict[bool, CloudQuestions] = {}
+        self._asked_weather: WeatherQuestions | None = None
         self._tables: dict[int, AirTables] = {}
 
     def march(
@@ -80,6 +97,8 @@ class CloudProbe(Probe):
         orders: int | None = None,
         sun_visibility: str = "disc",
         air: bool = True,
+        time_s: float = 0.0,
+        pixel_rad: float = 0.0,
     ) -> tuple[Floats, Floats]:
         """(radiance (N, 3), transmittance (N, 3)) of clouds and air along rays.
 
@@ -90,6 +109,9 @@ class CloudProbe(Probe):
 
         orders: 1 is single scattering, None all. sun_visibility: "disc", the visible share of the sun's disc, or
         "point", a hard shadow of its centre. air: False leaves the air out, its light and its extinction.
+
+        time_s: of the weather. pixel_rad: angle that a ray stands for, 0 to 1; what is too small to be told apart
+        within it is averaged, as in pictures. Both count for weather only.
         """
         if orders not in (None, 1) or isinstance(orders, bool):
             raise ValueError(f"orders: expected None (all) or 1, found {orders!r}")
@@ -98,9 +120,16 @@ class CloudProbe(Probe):
         positions, ways, suns = question_rows(
             positions_m=positions_m, directions=directions, sun_directions=sun_directions
         )
+        when, wide = question_number(time_s, "time_s"), question_number(pixel_rad, "pixel_rad", 0.0, 1.0)
         most = None if max_distance_m is None else question_distances(max_distance_m, len(ways), "max_distance_m")
         radius = self._sun_radius_rad if sun_visibility == "disc" else 0.0
         with self._guest():
+            if self._weather:
+                light, transmittance = self._march_weather(
+                    positions, ways, suns, most, multiple=orders is None, sun_radius_rad=radius,
+                    in_air=air and self._air is not None, time_s=when, pixel_rad=wide,
+                )  # fmt: skip
+                return light * self._irradiance, transmittance
             asked = self._questions(air and self._air is not None, 0 if orders is None else 1)
             light, transmittance = asked.march(
                 positions, ways, suns, most, multiple=orders is None, sun_radius_rad=radius
@@ -119,6 +148,18 @@ class CloudProbe(Probe):
             top = self._air.thickness_m if in_air and self._air is not None else 0.0
             made = self._asked[in_air] = CloudQuestions(self._scope, self._clouds, self._settings, top)
         return made
+
+    def _march_weather(self, *rays: Any, multiple: bool, in_air: bool, **more: Any) -> tuple[Floats, Floats]:
+        shaders = self._gpu.shaders
+        shaders.withdraw("probe")
+        if in_air:
+            shaders.provide("air_point", "atmosphere/air_point.glsl", owner="probe")
+            shaders.provide("air", "clouds/asked/air.glsl", owner="probe")
+            shaders.provide("sky", "clouds/asked/sky.glsl", owner="probe")
+            self._bind_air(0 if multiple else 1)
+        if self._asked_weather is None:
+            self._asked_weather = WeatherQuestions(self._scope, self._component, self._clouds, self._settings)
+        return self._asked_weather.march(*rays, multiple=multiple, in_air=in_air, **more)
 
     def _bind_air(self, orders: int) -> None:
         """Bind the air's tables of light scattered at most so many times, 0 for all; made when first asked for."""

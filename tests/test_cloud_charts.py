@@ -147,7 +147,7 @@ def test_frames_come_to_the_map_that_a_settled_picture_has() -> None:
         other.render(camera, 0.0, dt_s=FRAME_S)
         system, reference = other.system("clouds"), one.system("clouds")
         assert isinstance(system, CloudSystem) and isinstance(reference, CloudSystem)
-        maps = system._maps
+        maps = system.field.maps
         frames, most = 0, 0
         while frames == 0 or not maps.charts.steady:
             before = maps.tiles_drawn
@@ -157,7 +157,7 @@ def test_frames_come_to_the_map_that_a_settled_picture_has() -> None:
         assert maps.charts.cuts == 2  # the first picture, and the jump
         assert most <= 16 < maps.tiles
         with one.current():
-            wanted_texels = [reference._maps.texture_of(n).read() for n in moment_of(time_s).maps]
+            wanted_texels = [reference.field.maps.texture_of(n).read() for n in moment_of(time_s).maps]
         with other.current():
             assert [maps.texture_of(n).read() for n in moment_of(time_s).maps] == wanted_texels
         other.settle(camera, time_s)

@@ -72,3 +72,76 @@ def test_tiles_without_cloud_are_not_marched_and_classes_are_those_of_the_pictur
     assert most[kinds == 2].max() > 0.5
     assert most[kinds != 2].max(initial=0.0) == 0.0
     assert 0 < listed < 0.5 * kinds.size
+
+
+# -- what was hidden --------------------------------------------------------------------------------------------------
+
+
+def wall_scene() -> tuple[pf.Scene, object, NDArray[np.float64]]:
+    """Overcast, and a box of a mountain's size in front of the camera `at(0)`; the box, and the way to its right."""
+    scene = cloudy(coverage=0.9)
+    camera = at(0.0).resolve(scene, SIZE[0] / SIZE[1])
+    place = camera.position_m + 2500.0 * camera.forward
+    wall = scene.add(pf.Transform(tuple(place)), pf.Shape("box", (900.0, 900.0, 900.0)))
+    return scene, wall, camera.right
+
+
+@pytest.mark.parametrize("frames", [1, 6], ids=["at once", "six frames"])
+@pytest.mark.parametrize("turned", [False, True], ids=["still", "turning"])
+def test_no_ghost_where_a_mountain_was(frames: int, turned: bool) -> None:
+    """It moves away, and what it hid is as overcast as the sky beside it, from the first frame on: the mean there is
+    off by less than a tenth of what the mountain's ghost would be, with a camera at rest and with one that turns."""
+    scene, wall, right = wall_scene()
+    with renderer_of(scene, SIZE, stride=2) as renderer:
+
+        def heading(k: int) -> pf.Camera:
+            return at(0.0, heading_deg=0.05 * k if turned else 0.0)
+
+        for k in range(12):
+            renderer.render(heading(k), sun=UP, dt_s=0.05)
+        before = full(renderer)
+        wall[pf.Transform].position_m = tuple(np.asarray(wall[pf.Transform].position_m) + 2e4 * right)
+        for k in range(12, 12 + frames):
+            renderer.render(heading(k), sun=UP, dt_s=0.05)
+        after = full(renderer)
+        truth = opacity(renderer, heading(11 + frames), sun=UP)
+    hidden = (before < 0.05) & (truth > 0.5)
+    assert hidden.sum() > 0.05 * hidden.size
+    assert abs(after[hidden].mean() - truth[hidden].mean()) < 0.1 * (truth - before)[hidden].mean()
+
+
+@pytest.mark.parametrize("frames", [1, 6], ids=["at once", "six frames"])
+def test_clouds_behind_a_mountain_that_comes_are_gone(frames: int) -> None:
+    scene, wall, right = wall_scene()
+    here = np.asarray(wall[pf.Transform].position_m)
+    wall[pf.Transform].position_m = tuple(here + 2e4 * right)
+    with renderer_of(scene, SIZE, stride=2) as renderer:
+        for _ in range(12):
+            renderer.render(at(0.0), sun=UP, dt_s=0.05)
+        before = full(renderer)
+        wall[pf.Transform].position_m = tuple(here)
+        for _ in range(frames):
+            renderer.render(at(0.0), sun=UP, dt_s=0.05)
+        after = full(renderer)
+        truth = opacity(renderer, at(0.0), sun=UP)
+    covered = (before > 0.5) & (truth < 0.05)
+    assert covered.sum() > 0.05 * covered.size
+    assert after[covered].mean() < 0.1 * before[covered].mean()
+
+
+def test_a_sun_that_jumps_leaves_no_light_behind() -> None:
+    """From high to low: the first frame has the low sun's light, to the noise of single rays; not what was."""
+    low = pf.Sun(elevation_deg=8.0, azimuth_deg=20.0, latitude_deg=20.0, longitude_deg=10.0)
+
+    def light(renderer: pf.Renderer) -> float:
+        return float(texture(renderer, "clouds.full")[..., 1].mean())
+
+    with renderer_of(cloudy(coverage=0.8), SIZE, stride=2) as renderer:
+        renderer.render(at(0.0), sun=low)
+        truth = light(renderer)
+        for _ in range(6):
+            renderer.render(at(0.0), sun=UP, dt_s=0.05)
+        before = light(renderer)
+        renderer.render(at(0.0), sun=low, dt_s=0.05)
+        after = light(renderer)
+    assert abs(after - truth) < 0.1 * abs(before - truth)

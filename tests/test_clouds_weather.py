@@ -33,7 +33,7 @@ def system_of(renderer: pf.Renderer) -> CloudSystem:
 
 def map_of(renderer: pf.Renderer, border: bool = False) -> np.ndarray:
     """The first map (rows, columns, 4) in 0..1."""
-    maps = system_of(renderer)._maps
+    maps = system_of(renderer).field.maps
     with renderer.current():
         held = maps.shown[0].read()
     side = maps.size + 2 * BORDER
@@ -147,7 +147,7 @@ def test_weather_changes_a_little_in_an_hour_and_much_in_ten_days() -> None:
             number = moment_of(time_s).first
             system = system_of(renderer)
             with renderer.current():
-                held = system._maps.texture_of(number).read()
+                held = system.field.maps.texture_of(number).read()
             maps.append(np.frombuffer(held, np.uint8).astype(float))
     hour, days = (np.corrcoef(maps[0], m)[0, 1] for m in maps[1:])
     assert hour > 0.98
@@ -180,7 +180,7 @@ def test_noise_is_spread_evenly_and_wraps() -> None:
     assert (np.argsort(values.ravel()) == np.argsort(spread.ravel(), kind="stable")).mean() > 0.9
     with renderer_of(cloudy()) as renderer:
         renderer.render(pf.Camera.at(0.0, 0.0, 1e7, pitch_deg=-90))
-        held = system_of(renderer)._shape
+        held = system_of(renderer).field.shape
         with renderer.current():
             volume = np.frombuffer(held.texture.read(), np.float16).reshape(32, 32, 32).astype(float)
     np.testing.assert_allclose(np.quantile(volume, [0.1, 0.5, 0.9]), [0.1, 0.5, 0.9], atol=0.01)

@@ -46,7 +46,7 @@ def shown(renderer: pf.Renderer) -> np.ndarray:
     system = renderer.system("clouds")
     assert isinstance(system, CloudSystem)
     with renderer.current():
-        held = system._maps.shown[0]
+        held = system.field.maps.shown[0]
         return np.frombuffer(held.read(), np.uint8).reshape(*held.size, 4)[..., 0] / 255.0
 
 
@@ -85,7 +85,7 @@ def test_the_map_on_the_gpu_is_the_file_and_drifts_with_the_wind(png: Path) -> N
         assert isinstance(system, CloudSystem)
         # The frame of the map turns eastwards with the wind: what was over longitude 0 is over 20 m/s x 12 h = 864 km.
         renderer.render(camera, time_s=0.5 * DAY_S)
-        turn = np.asarray(system._block.turn)  # columns
+        turn = np.asarray(system.field.block.turn)  # columns
         angle = 20.0 * 0.5 * DAY_S / 6.36e6
         np.testing.assert_allclose(turn[0, :2], [np.cos(angle), -np.sin(angle)], atol=1e-6)
         half_day = shown(renderer)

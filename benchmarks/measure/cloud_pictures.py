@@ -1,19 +1,25 @@
-"""Weather clouds in pictures: how different each quality looks from `reference`, and what its passes cost."""
+"""Weather clouds in pictures: how each quality differs from `reference`, what that is worth, its cost."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ... import Atmosphere, Camera, CloudLayer, Clouds, Exposure, Planet, Renderer, Scene, Sun
+from ... import Atmosphere, Camera, CloudLayer, CloudProbe, Clouds, Exposure, Planet, Renderer, Scene, Sun
 from ...quality import resolve_quality
+from ...systems.light.sun import resolve_sun
 from ..reference.air_medium import EARTH_BRUNETON
 from .flip import flip
+from .rays import pixel_rays
 
-__all__ = ["CAMERAS", "CLOUD_PASSES", "HALVED", "camera_at", "errors_of", "halved", "pictures", "scene_of_weather"]
+__all__ = [
+    "CAMERAS", "CLOUD_PASSES", "HALVED", "Converged", "camera_at", "converged", "errors_of", "halved", "pictures",
+    "scene_of_weather",
+]  # fmt: skip
 
 CLOUD_PASSES = (
     "clouds.classify", "clouds.march", "clouds.shafts", "clouds.resolve", "clouds.composite", "atmosphere.view",
@@ -29,7 +35,10 @@ CAMERAS: Mapping[str, tuple[float, float]] = {
     "36 000 km": (36e6, -90.0),
 }
 """Altitude and pitch."""
-HALVED = {"clouds.fine_steps": 2.0, "clouds.step_growth": 0.5, "clouds.sun_steps": 2.0}
+HALVED = {
+    "clouds.fine_steps": 2.0, "clouds.step_growth": 0.5, "clouds.sun_steps": 2.0, "clouds.shaft_steps": 2.0,
+    "clouds.air_steps": 2.0,
+}  # fmt: skip
 """Factors on the reference's knobs that halve all its steps."""
 _EV100 = 14.0
 _ALIKE: Mapping[str, Any] = {
@@ -76,10 +85,48 @@ def pictures(
         renderer.release()
 
 
-def halved() -> dict[str, Any]:
-    """Overrides with which the reference's steps are half as long."""
-    settings = resolve_quality("reference")
+def halved(quality: str = "reference") -> dict[str, Any]:
+    """Overrides with which a quality's steps are half as long."""
+    settings = resolve_quality(quality)
     return {key: type(settings[key])(settings[key] * factor) for key, factor in HALVED.items()}
+
+
+@dataclass(frozen=True)
+class Converged:
+    """What halving all steps changes along rays: relative errors of the light of clouds and air and of what droplets
+    scatter once (medians and 95th percentiles), and of transmittance (absolute: 95th percentile)."""
+
+    light: tuple[float, float]
+    once: tuple[float, float]
+    transmittance: float
+
+
+_DARK = 1e-3
+"""Of the mean light, below which relative errors say nothing."""
+
+
+def converged(name: str, rays: tuple[int, int], rows: int, quality: str = "reference") -> Converged:
+    """Of pixels' rays of a camera: so many columns and rows of them, as wide as a pixel of a picture of `rows` rows."""
+    scene = scene_of_weather()
+    state = camera_at(name).resolve(scene, rays[0] / rays[1])
+    ways, sun = pixel_rays(state, rays), np.asarray(resolve_sun(scene.sun, None).direction)
+    pixel_rad = (state.tan_top - state.tan_bottom) / rows
+    found = []
+    for overrides in ({}, halved(quality)):
+        with CloudProbe(scene, quality=quality, overrides=overrides) as probe:
+            light, through = probe.march(state.position_m, ways, sun, pixel_rad=pixel_rad)
+            once, _ = probe.march(state.position_m, ways, sun, pixel_rad=pixel_rad, orders=1, air=False)
+        found.append((light, once, through))
+    (light, once, through), (light2, once2, through2) = found
+    return Converged(
+        _relative(light, light2), _relative(once, once2), float(np.percentile(np.abs(through - through2), 95))
+    )
+
+
+def _relative(found: NDArray[np.float64], truth: NDArray[np.float64]) -> tuple[float, float]:
+    lit = truth > _DARK * truth.mean()
+    error = np.abs(found - truth)[lit] / truth[lit]
+    return (float(np.median(error)), float(np.percentile(error, 95))) if lit.any() else (0.0, 0.0)
 
 
 def errors_of(truth: NDArray[np.uint8], found: NDArray[np.uint8]) -> tuple[float, float]:

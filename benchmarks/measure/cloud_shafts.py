@@ -15,6 +15,7 @@ from ..evaluate import Evaluator
 from ..reference.air_medium import EARTH_BRUNETON, Floats
 from ..reference.cloud_shafts import shadowed_air
 from ..reference.cloud_shells import Layer, layer_depth
+from .rays import pixel_rays
 
 __all__ = ["UNIFORM", "WEATHER", "Shot", "converged", "scene_of", "shaft_errors", "uniform_clouds", "weather_clouds"]
 
@@ -104,7 +105,7 @@ def _rays(renderer: Renderer) -> Floats:
 def _errors(renderer: Renderer, shot: Any, clouds: Clouds, taken: Floats, size: tuple[int, int]) -> Floats:
     """Relative, per ray and wavelength."""
     camera, sun = shot
-    ways = _ways(camera, size)
+    ways = pixel_rays(camera, size)
     along = ways @ camera.position_m
     miss = np.linalg.norm(np.cross(camera.position_m, ways), axis=1)
     level = (miss - RADIUS_M) * (miss + RADIUS_M)
@@ -124,14 +125,6 @@ def _errors(renderer: Renderer, shot: Any, clouds: Clouds, taken: Floats, size: 
     lost = shadowed_air(EARTH_BRUNETON, start, points, suns, seen.open, panels) - left
     judged = (left > FLOOR) & (lost > 1e-3 * left) & (left > LEAST_LEFT * (left + lost))
     return (np.abs(taken - lost) / np.maximum(left, FLOOR))[judged]
-
-
-def _ways(camera: Any, size: tuple[int, int]) -> Floats:
-    """(N, 3) directions of pixels, row by row from the bottom."""
-    across = camera.tan_left + (np.arange(size[0]) + 0.5) / size[0] * (camera.tan_right - camera.tan_left)
-    upward = camera.tan_bottom + (np.arange(size[1]) + 0.5) / size[1] * (camera.tan_top - camera.tan_bottom)
-    ways = camera.forward + upward[:, None, None] * camera.up + across[None, :, None] * camera.right
-    return (ways / np.linalg.norm(ways, axis=2, keepdims=True)).reshape(-1, 3)
 
 
 class _Sight:

@@ -75,11 +75,15 @@ def scene_of(shells: Shells) -> Scene:
     return scene
 
 
-def errors_of(shells: Shells, quality: str, count: int, method: str = "ours") -> Errors:
-    """Of single scattering, for `count` rays from everywhere."""
+def errors_of(
+    shells: Shells, quality: str, count: int, method: str = "ours", as_pictures: bool = False
+) -> Errors:  # fmt: skip
+    """Of single scattering, for `count` rays from everywhere. as_pictures: by the march that pictures are made with."""
     positions, ways, suns = _questions(shells, count)
     truth, through = _truth(shells, count)
-    with CloudProbe(scene_of(shells), quality=quality, overrides={"clouds.method": method}) as probe:
+    with CloudProbe(
+        scene_of(shells), quality=quality, overrides={"clouds.method": method}, as_pictures=as_pictures
+    ) as probe:
         light, passed = probe.march(positions, ways, suns, orders=1, sun_visibility="point")
     bad = ~(np.isfinite(light) & (light >= 0.0)).all(1)
     seen = truth > FLOOR
@@ -87,8 +91,9 @@ def errors_of(shells: Shells, quality: str, count: int, method: str = "ours") ->
     return _errors(relative, float(np.abs(passed - through).max()), int(bad.sum()))
 
 
-def slab_errors(depth: float, quality: str, photons: int) -> tuple[Errors, float]:
-    """Of all orders in a flat slab, and the standard error of the reference that is worst."""
+def slab_errors(depth: float, quality: str, photons: int, as_pictures: bool = False) -> tuple[Errors, float]:
+    """Of all orders in a flat slab, and the standard error of the reference that is worst. as_pictures: by the march
+    that pictures are made with."""
     flat_m, base_m = 1e8, 1000.0
     zenith, azimuth = np.array([180.0, 150.0, 120.0, 120.0, 60.0, 60.0, 0.0]), np.array([0, 0, 0, 180, 0, 180, 0.0])
     relative, noise = [], 0.0
@@ -96,7 +101,7 @@ def slab_errors(depth: float, quality: str, photons: int) -> tuple[Errors, float
         shells = Shells(flat_m, (Layer(base_m, 2.0 * base_m, depth / base_m, albedo, asymmetry),))
         height = np.where(zenith > 90.0, 2.0 * base_m + 1.0, base_m - 1.0)
         place = np.stack([0.0 * height, 0.0 * height, flat_m + height], axis=1)
-        with CloudProbe(scene_of(shells), quality=quality) as probe:
+        with CloudProbe(scene_of(shells), quality=quality, as_pictures=as_pictures) as probe:
             for sun in (0.0, 60.0):
                 light = probe.march(place, _ways(zenith, azimuth), _ways(sun, 0.0))[0][:, 0]
                 truth = slab_light(depth, albedo, asymmetry, sun, zenith, azimuth, photons, SEED)

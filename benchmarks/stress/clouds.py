@@ -359,9 +359,32 @@ def _picture(renderer: Renderer, camera: Camera) -> Floats:
     return renderer.render(camera, outputs=("radiance",))["radiance"].astype(np.float64)
 
 
+def _draw_rays(rng: np.random.Generator) -> Case:
+    return {"scene": _weather(rng, _draw_scene(rng)), "seed": int(rng.integers(2**31)), "method": "ours"}
+
+
+def _check_rays(case: Case, session: Session) -> Found:
+    """Answers of the probe that marches as pictures do, through weather and even layers: light, whatever is asked."""
+    found = Found()
+    scene, tables = _scene_of(case), case["scene"]
+    rng = np.random.default_rng(case["seed"])
+    p, d, s = questions(tables, 200, rng)
+    overrides = {**SMALL_TABLES, **SMALL_CLOUDS}
+    with CloudProbe(scene, session.gpu.ctx, "low", overrides, as_pictures=True) as probe:
+        for orders, air in ((1, False), (None, True)):
+            time_s, wide = float(rng.choice(TIMES_S)), float(rng.choice([0.0, 1e-6, 1e-3, 1.0]))
+            light, through = probe.march(p, d, s, orders=orders, air=air, time_s=time_s, pixel_rad=wide)
+            _in_range(found, f"radiance, orders {orders}, air {air}", light, _brightest(tables))
+            _in_range(found, f"transmittance, orders {orders}, air {air}", through, 1.0)
+    found.expect(session.gpu.ctx.error == "GL_NO_ERROR", "an OpenGL error was left behind")
+    scene.release()
+    return found
+
+
 KINDS: Mapping[str, Kind] = {
     "probe": Kind(_draw_probe, _check_probe, 3.0),
     "crossing": Kind(_draw_crossing, _check_crossing, 2.0),
     "picture": Kind(_draw_picture, _check_picture, 2.0),
     "flight": Kind(_draw_flight, _check_flight, 1.0),
+    "rays": Kind(_draw_rays, _check_rays, 1.0),
 }

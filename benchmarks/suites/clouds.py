@@ -12,7 +12,7 @@ from ..measure.cloud_cover import cover
 from ..scenes import preset_scene
 from ..session import Bench, Session
 from ..target import Target, at_least, at_most
-from .clouds_pictures import curve, speed
+from .clouds_pictures import curve, memory, opacity, speed, sunlight
 
 QUALITIES = ("low", "medium", "high", "ultra", "reference")
 MEDIANS = {"high": 3e-2, "reference": 1e-2}
@@ -33,6 +33,8 @@ def _accuracy(session: Session) -> None:
             found = clouds.errors_of(shells, quality, session.runs(1000, 300))
             median = at_most(MEDIANS[quality]) if quality in MEDIANS else None
             _rows(session, f"{quality}: shell, {name}", found, median, at_most(5e-2) if judged else None, True)
+            found = clouds.errors_of(shells, quality, session.runs(1000, 300), as_pictures=True)
+            _rows(session, f"{quality}: pictures, shell, {name}", found, None, None, False)
         for name, shells in clouds.IN_AIR.items():
             found = clouds.errors_of(shells, quality, session.runs(300, 60))
             limits = (at_most(2e-2), at_most(0.1)) if judged else (None, None)
@@ -46,20 +48,25 @@ def _accuracy(session: Session) -> None:
             ("even shell", cloud_shafts.uniform_clouds(), cloud_shafts.UNIFORM),
             ("weather", cloud_shafts.weather_clouds(), cloud_shafts.WEATHER),
         ):
-            relative = cloud_shafts.shaft_errors(made, shots[::2] if session.quick else shots, quality, size)
-            session.row(
-                f"{quality}: pictures, shafts of light, {name}", error=float(np.median(relative)),
-                error_unit="rel median", target=at_most(5e-2) if judged or name == "weather" else None,
-                p95=float(np.percentile(relative, 95)), answers=len(relative),
-            )  # fmt: skip
+            for sun in dict.fromkeys(shot.sun_deg for shot in shots):
+                own = [shot for shot in shots if shot.sun_deg == sun]
+                relative = cloud_shafts.shaft_errors(made, own[::2] if session.quick else own, quality, size)
+                session.row(
+                    f"{quality}: pictures, shafts of light, {name}, sun at {sun:g} degrees",
+                    error=float(np.median(relative)), error_unit="rel median",
+                    target=at_most(5e-2) if judged or name == "weather" else None,
+                    p95=float(np.percentile(relative, 95)), answers=len(relative),
+                )  # fmt: skip
         # Of the deepest slab every photon is followed through hundreds of events.
         for depth in clouds.SLAB_DEPTHS[:3] if session.quick else clouds.SLAB_DEPTHS:
             photons = int(session.runs(640_000, 40_000) / max(depth / 2.0, 1.0))
-            found, noise = clouds.slab_errors(depth, quality, photons)
-            session.row(
-                f"{quality}: all orders, slab of depth {depth:g}", error=found.worst, error_unit="rel max",
-                target=at_most(0.3), median=found.median, noise=noise, answers=found.count,
-            )  # fmt: skip
+            for as_pictures in (False, True):
+                found, noise = clouds.slab_errors(depth, quality, photons, as_pictures)
+                session.row(
+                    f"{quality}: {'pictures, ' if as_pictures else ''}all orders, slab of depth {depth:g}",
+                    error=found.worst, error_unit="rel max", target=at_most(0.3), median=found.median, noise=noise,
+                    answers=found.count,
+                )  # fmt: skip
 
 
 def _rows(
@@ -159,5 +166,5 @@ def _cover(session: Session) -> None:
 
 BENCHES: Mapping[str, Bench] = {
     "accuracy": _accuracy, "curve": curve, "speed": speed, "paper": _paper, "repeats": _repeats,
-    "cover": _cover,
+    "cover": _cover, "sunlight": sunlight, "opacity": opacity, "memory": memory,
 }  # fmt: skip

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import ExitStack
 
 from ... import Renderer
-from ..measure import air_speed
+from ..measure import air_speed, cloud_light, cloud_memory
 from ..measure import cloud_pictures as measure
 from ..session import Session
 from ..target import at_most
 
-__all__ = ["curve", "speed"]
+__all__ = ["curve", "memory", "opacity", "speed", "sunlight"]
 
 SIZE = (640, 360)
 JUDGED = ("low", "medium", "high", "ultra")
@@ -20,25 +21,27 @@ PROMISED_AT = ("ground", "10 km", "2000 km")
 
 def curve(session: Session) -> None:
     """Weather clouds: pictures at each quality against `reference`, and the time of the passes that draw them in a
-    flight at 640 x 360. First the reference against itself with halved steps: it judges errors that are larger."""
-    size = (64, 36) if session.quick else (160, 90)
+    flight at 640 x 360. First the reference against itself with halved steps, along rays and as pictures: it judges
+    where it is within half of what is promised."""
+    size = (48, 27) if session.quick else (128, 72)
     views = ["ground", "10 km", "36 000 km"] if session.quick else [n for n in measure.CAMERAS if n != "2000 km"]
     qualities = ("low", "high") if session.quick else JUDGED
     session.release()
+    _converged(session, views, (8, 5) if session.quick else (16, 9), size[1])
     truth = measure.pictures("reference", views, size)
     found = {quality: measure.pictures(quality, views, size) for quality in qualities}
     errors = {
         (quality, name): measure.errors_of(truth[name], made[name]) for quality, made in found.items() for name in views
     }
     again = measure.pictures("reference", views[:1] if session.quick else views, size, measure.halved())
-    own = {name: measure.errors_of(truth[name], made) for name, made in again.items()}
-    for name, (mean, worst) in own.items():
+    for name, made in again.items():
+        mean, worst = measure.errors_of(truth[name], made)
         least = min(errors[quality, name][0] for quality in qualities)
         session.row(
             "weather clouds: reference against itself with halved steps", name, size, error=mean,
             error_unit="mean FLIP of reference", p99=worst, target=at_most(0.5 * least),
         )  # fmt: skip
-    costs = _costs(qualities, views, session.runs(7, 2))
+    costs = _costs(qualities, views, session.runs(3, 1))
     for name in views:
         for quality in qualities:
             mean, worst = errors[quality, name]
@@ -47,6 +50,26 @@ def curve(session: Session) -> None:
                 f"weather clouds: picture at {quality}", name, SIZE, cost.wall, error=mean, error_unit="mean FLIP",
                 p99=worst, cpu_ms=cost.cpu_ms,
             )  # fmt: skip
+
+
+def _converged(session: Session, views: Sequence[str], rays: tuple[int, int], rows: int) -> None:
+    """Limits are half of those of the table of promises: single scattering in shells, light in Earth's air."""
+    for name in views:
+        found = measure.converged(name, rays, rows)
+        what = "weather clouds: rays at reference, steps halved"
+        session.row(
+            f"{what}, clouds and air", name, error=found.light[0], error_unit="rel median", target=at_most(0.5 * 2e-2),
+            transmittance_p95=found.transmittance,
+        )  # fmt: skip
+        session.row(f"{what}, clouds and air", name, error=found.light[1], error_unit="rel p95",
+            target=at_most(0.5 * 0.1),
+        )  # fmt: skip
+        session.row(f"{what}, scattered once", name, error=found.once[0], error_unit="rel median",
+            target=at_most(0.5 * 1e-2),
+        )  # fmt: skip
+        session.row(f"{what}, scattered once", name, error=found.once[1], error_unit="rel p95",
+            target=at_most(0.5 * 5e-2),
+        )  # fmt: skip
 
 
 def speed(session: Session) -> None:
@@ -63,6 +86,45 @@ def speed(session: Session) -> None:
                 quality, name, SIZE, cost.wall, cpu_ms=cost.cpu_ms, march_ms=march.wall.ms, march_cpu_ms=march.cpu_ms,
                 target=at_most(PROMISED_MS[quality], "ms") if promised else None, target_on="ms",
             )  # fmt: skip
+
+
+def sunlight(session: Session) -> None:
+    """Optical depth towards the sun from maps of the shadow, with a few steps before them, against steps alone."""
+    session.release()
+    size = (64, 36) if session.quick else (160, 90)
+    shots = cloud_light.SHOTS[::2] if session.quick else cloud_light.SHOTS
+    for quality in ("low",) if session.quick else ("low", "medium", "high"):
+        for shot, error in zip(shots, cloud_light.sun_depth_error(quality, shots, size), strict=True):
+            session.row(
+                f"{quality}, sun at {shot[3]:g} degrees", shot[0], size, error=error, error_unit="rms over mean"
+            )
+
+
+def opacity(session: Session) -> None:
+    """The same clouds with pixels of many widths: how opaque they are on the mean must not depend on it."""
+    session.release()
+    sides = (64, 16, 4) if session.quick else (320, 64, 16, 4)
+    for extinction in (0.02, 0.06):
+        found = cloud_light.opacity(extinction, sides, session.runs(8, 3))
+        for side, mean in zip(sides, found, strict=True):
+            wide_km = 1e-3 * cloud_light.REGION_M / side
+            session.row(
+                f"extinction {extinction:g}, pixels of {wide_km:g} km", "1000 km", (side, side),
+                error=abs(mean - found[0]), error_unit="of the sky", opacity=mean,
+                target=at_most(0.05) if side != sides[0] else None,
+            )  # fmt: skip
+
+
+def memory(session: Session) -> None:
+    """What clouds hold on the GPU, and how long their volumes of noise take to be made."""
+    for name, mb in cloud_memory.gpu_memory("high", SIZE).items():
+        session.row(f"high: {name}", size=SIZE, mb=mb, target=at_most(128.0) if name == "all" else None, target_on="mb")
+    session.release()
+    for texels, most_s in ((128, 2.0), (256, 20.0)):
+        cost = cloud_memory.volume_cost(texels)
+        session.row(
+            f"volume of {texels}^3", timing=cost.wall, cpu_ms=cost.cpu_ms, target=at_most(1e3 * most_s), target_on="ms"
+        )
 
 
 def _costs(

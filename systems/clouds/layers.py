@@ -80,6 +80,21 @@ def write_layers(block: CloudViewBlock, layers: list[Any], map_coverage: float, 
     )
 
 
+def noise_places(turn: Floats, tilt: Floats, points_m: Floats, thickness_m: float) -> Floats:
+    """(N, 6, 4): the place of points (N, 3) in the period of each volume, 0..1, and 1 / period: broad, wide, fine,
+    finest, fibre, veil as in CloudViewBlock. points_m: planet-centred. In float64: noise is the same from anywhere."""
+    period = _BROAD_PERIOD * thickness_m
+    turned, tilted = points_m @ turn.T, points_m @ tilt.T
+    stretched = turned * np.asarray(_STRETCH)
+    found = np.empty((len(points_m), 6, 4))
+    for row, (at, share) in enumerate((
+        (turned, 1.0), (tilted, _WIDE), (tilted, _FINE), (turned, _FINEST), (stretched, _FIBRE),
+        (stretched[:, [1, 2, 0]], _VEIL),
+    )):  # fmt: skip
+        found[:, row, :3], found[:, row, 3] = np.mod(at / (period * share), 1.0), 1.0 / (period * share)
+    return found
+
+
 def write_noise(
     block: CloudViewBlock,
     turn: Floats,
@@ -91,20 +106,10 @@ def write_noise(
 ) -> None:
     """Where noise lies around the anchor: places in periods, formed in float64."""
     period = _BROAD_PERIOD * thickness_m
-    turned, tilted = turn @ anchor_m, tilt @ anchor_m
-
-    def place(at: Floats, period_m: float) -> tuple[float, ...]:
-        return (*np.mod(at / period_m, 1.0), 1.0 / period_m)
-
-    stretched = turned * np.asarray(_STRETCH)
     block.turn = np.pad(turn.T, ((0, 0), (0, 1)))
     block.tilt = np.pad(tilt.T, ((0, 0), (0, 1)))
-    block.broad = place(turned, period)
-    block.wide = place(tilted, period * _WIDE)
-    block.fine = place(tilted, period * _FINE)
-    block.finest = place(turned, period * _FINEST)
-    block.fibre = place(stretched, period * _FIBRE)
-    block.veil = place(stretched[[1, 2, 0]], period * _VEIL)
+    rows = noise_places(turn, tilt, anchor_m[None], thickness_m)[0]
+    block.broad, block.wide, block.fine, block.finest, block.fibre, block.veil = (tuple(row) for row in rows)
     block.stretch = (*_STRETCH, _CLUMP * thickness_m)
     block.fade = (
         math.log2(shape_texels / period),

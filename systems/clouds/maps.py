@@ -63,6 +63,12 @@ class WeatherMaps:
         """The two textures."""
         return self._textures[self.charts.first.slot], self._textures[self.charts.second.slot]
 
+    @property
+    def textures(self) -> tuple[Any, ...]:
+        """All that is held."""
+        imported = () if self._cover_texture is None else (self._cover_texture,)
+        return (*self._textures, self._small, *imported)
+
     def texture_of(self, number: int) -> Any:
         """The map of this number, if it is held whole."""
         return next((self._textures[chart.slot] for chart in self.charts.all if chart.is_of(number)), None)

@@ -104,7 +104,9 @@ class Past:
         turn = self._index // len(self._order)
         # A pattern of its own for every turn over the block; a still picture is the mean of them.
         self.pattern = (0.5 + 0.618034 * turn) % 1.0
-        self.weight = 1.0 / (1.0 + self._count // len(self._order)) if self.mode == STILL else _MOVING_WEIGHT
+        # A still picture is their mean. Where it goes on after that something moves in it, and has to come in.
+        shown = min(self._count, self._wanted) // len(self._order)
+        self.weight = 1.0 / (1.0 + shown) if self.mode == STILL else _MOVING_WEIGHT
         self._index += 1
         self._count += 1
         if then is not None and self.mode == MOVING:

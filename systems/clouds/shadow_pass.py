@@ -18,6 +18,8 @@ __all__ = ["SHADED", "SHADOW", "SUN", "SUN_UNIT", "ShadowPass"]
 
 SHADOW, SUN, SHADED = "clouds.shadow", "clouds.sun", "clouds.shaded"
 SUN_UNIT = 5
+_SUN_JUMP_COSINE = float(np.cos(np.radians(2.0)))
+"""As in past.py: a sun that turned by more within a frame was put elsewhere."""
 _HEIGHT = 0.3
 """Share of the first layer's thickness at which the maps lie."""
 
@@ -67,8 +69,11 @@ class ShadowPass:
         maps.place(radius_m, thickness_m)
         foot = frame.camera.position_m / np.linalg.norm(frame.camera.position_m)
         due = maps.due(foot, frame.sun.direction, frame.time_s, wind_m_s, stamp, radius_m)
-        fresh = [number for number in due if maps.maps[number].stamp != stamp]
-        # One a frame, the finest that is due; what has nothing to show yet, at once.
+        fresh = [
+            number for number in due
+            if maps.maps[number].stamp != stamp or float(maps.maps[number].sun @ frame.sun.direction) < _SUN_JUMP_COSINE
+        ]  # fmt: skip
+        # One a frame, the finest that is due; what has nothing to show yet, or another light's shadow, at once.
         self.due = due if frame.settling or frame.one_shot else sorted({*fresh, *due[:1]})
         self.due = self.due if present else []
         for number in self.due:

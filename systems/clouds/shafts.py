@@ -125,7 +125,7 @@ class Shafts:
             sun.use(SUN_UNIT)
             light.bind_to_image(0, read=True, write=True)
             far.bind_to_image(1, read=True, write=True)
-            self._march.set("u_march", (self._steps, self.share, self._soft_m))
+            self._march.set("u_shafts", (self._steps, self.share, self._soft_m))
             self._march.set("u_place", past().place)
             self._march.set("u_shift", past().pattern)
             self._march.run_indirect(groups)

@@ -14,23 +14,17 @@ from ...engine.planet_seen import planet_seen
 from ...engine.settings import SettingError, revision, with_overrides
 from ...engine.space import out_of_view
 from ...engine.system import Frame, Setup, System, ViewInfo
-from .block import CLOUD_BINDING, CloudBlock, cloud_block
-from .imported import imported_cover
-from .layers import BILLOWS, frames_at, kind_of, layers_of, write_filter, write_layers, write_noise
-from .maps import BORDER, WeatherMaps
+from .field import CloudField
 from .model import CloudModel
 from .past import NONE, STILL, Past
-from .probe import SLAB_UNIT, march_defines, slab_texture
+from .probe import march_defines
 from .shadow_pass import SHADOW, SUN, SUN_UNIT, ShadowPass
 from .shafts import Shafts
-from .view_block import CLOUD_VIEW_BINDING, CloudViewBlock
 from .view_march import DISTANCE, RAYS, ViewMarch
-from .volumes import make_volume
 
 __all__ = ["CloudSystem"]
 
-_SHAPE, _RIMS = 0, 1
-_FULL = "clouds.full"
+_FULL, _SURFACE = "clouds.full", "clouds.surface"
 _SKY = "clouds.sky"
 _SHADOW_UNIT, _SKY_UNIT = 16, 17
 _SKY_TEXELS = 64
@@ -63,15 +57,7 @@ class CloudSystem(System):
         self._stride, self._samples = int(settings["clouds.stride"]), int(settings["clouds.samples"])
         self._tuned: tuple[float, ...] = ()
         gpu = setup.gpu
-        self._ubo = gpu.uniform_block(CloudViewBlock, CLOUD_VIEW_BINDING, "cloud_view")
-        self._block = CloudViewBlock()
-        self._model_ubo = gpu.uniform_block(CloudBlock, CLOUD_BINDING, "cloud_model")
-        self._slabs: Any = None
-        self._droplets: tuple[Any, ...] = ()
-        self._shape = make_volume(gpu, _SHAPE, int(settings["clouds.shape_texels"]))
-        self._rims = make_volume(gpu, _RIMS, int(settings["clouds.rim_texels"]))
-        write_filter(self._block, self._shape, self._rims)
-        self._maps = WeatherMaps(gpu, int(settings["clouds.map_texels"]))
+        self.field = CloudField(gpu, settings)
         defines = {"STRIDE": self._stride}
         slabs = march_defines(settings)
         self._view = ViewMarch(gpu, setup.world, self.name, self._stride, slabs)
@@ -91,9 +77,7 @@ class CloudSystem(System):
         self._shafts = Shafts(gpu, setup.world, self._stride, settings, self.name)
         self._with_shafts = True
         self._stamp: tuple[Any, ...] = ()
-        self._layers: list[Any] = []
         self._seen = True
-        self._textures: tuple[Any, Any] = (None, None)
         gpu.gpu.shaders.provide("cloud_shadow", "clouds/shadow.glsl", owner=self.name)
         gpu.gpu.shaders.provide("cloud_sky", "clouds/sky.glsl", owner=self.name)
         gpu.gpu.shaders.provide("skylight", "clouds/skylight.glsl", owner=self.name)
@@ -127,7 +111,7 @@ class CloudSystem(System):
         def run() -> None:
             texture.use(_SHADOW_UNIT)
             sky.use(_SKY_UNIT)
-            self._ubo.bind()
+            self.field.bind_block()
 
         return run
 
@@ -141,74 +125,46 @@ class CloudSystem(System):
         self._stamp = stamp
         component = with_overrides(component, "clouds", frame.settings)
         try:
-            cover = imported_cover(component.weather_map) if component.weather_map else None
+            self.field.take(component)
         except ValueError as error:
             # Once: the next frames go on with the weather as it was, until something is changed again.
             raise SettingError(str(error)) from error
-        self._layers = layers_of(component)
-        billows = [layer for layer in self._layers if kind_of(layer) == BILLOWS]
-        self._wind_m_s = float(component.wind_speed_m_s)
-        first = billows[0] if billows else component
-        self._thickness_m = float(first.top_m - first.base_m)
-        coverage = float(first.coverage) or 0.6
-        self._maps.take(coverage, cover, int(component.weather_seed))
-        present = [layer for layer in (component, *component.layers) if any(layer is one for one in self._layers)]
-        numbers = [next(i for i, one in enumerate(present) if one is layer) for layer in self._layers]
-        write_layers(self._block, self._layers, coverage, numbers)
-        self._refresh_light(frame, component)
-        self._first = float(first.base_m), self._thickness_m
+        air = frame.world.try_get(frame.planet, Atmosphere)
+        self.field.light(CloudModel.from_components(frame.world.get(frame.planet, Planet), component, air))
         if self._with_shafts != bool(component.shafts):
             self._with_shafts = not self._with_shafts
             self.structure += 1
-        self._shadow.take_layers(self._block, self._layers)
-
-    def _refresh_light(self, frame: Frame, component: Any) -> None:
-        """The model's block, and the table of light scattered more than once where the droplets are others."""
-        air = frame.world.try_get(frame.planet, Atmosphere)
-        model = CloudModel.from_components(frame.world.get(frame.planet, Planet), component, air)
-        self._model_ubo.write(cloud_block(model))
-        droplets = tuple((layer.albedo, layer.asymmetry) for layer in model.present)
-        if droplets != self._droplets or self._slabs is None:
-            if self._slabs is not None:
-                self._gpu.free(self._slabs)
-            self._slabs, self._droplets = slab_texture(self._gpu, model), droplets
+        self._shadow.take_layers(self.field.block, self.field.layers)
 
     def update(self, frame: Frame) -> None:
         self._refresh(frame)
         self._tune(frame.settings)
+        field = self.field
         radius = frame.world.get(frame.planet, Planet).radius_m
-        centre, reach = -frame.camera.position_m, radius + self._block.counts[2]
+        centre, reach = -frame.camera.position_m, radius + field.block.counts[2]
         seen = not out_of_view(frame.camera, centre, reach)
         sea = frame.world.try_get(frame.planet, Ocean)
         under = sea is not None and float(np.linalg.norm(frame.camera.position_m)) - radius < sea.sea_level_m
-        seen = seen and bool(self._layers) and not under and planet_seen(frame.world, frame.view_index)()
+        seen = seen and bool(field.layers) and not under and planet_seen(frame.world, frame.view_index)()
         if seen != self._seen:
             self._seen = seen
             self.structure += 1
             self._pasts.clear()
-        if not planet_seen(frame.world, frame.view_index)() and self._textures[0] is not None:
+        if not planet_seen(frame.world, frame.view_index)() and field.placed:
             return  # nothing of it is asked for
-        charts = self._maps.charts
+        charts = field.maps.charts
         if frame.settling or frame.one_shot:
             charts.exact(frame.time_s)
         else:
             charts.running(frame.time_s)
         self.moving = not charts.steady
-        self._textures = self._maps.shown
-        turn, tilt = frames_at(self._wind_m_s, radius, frame.time_s)
         proxy = frame.world.resource(f"proxy.{frame.view_index}")
-        write_noise(
-            self._block, turn, tilt, proxy.anchor_m, self._thickness_m,
-            self._shape.texture.size[0], self._rims.texture.size[0],
-        )  # fmt: skip
-        texel_m = radius * np.sqrt(4.0 * np.pi) / self._maps.size
-        self._block.weather = (charts.share, self._maps.size, BORDER, texel_m)
-        present = bool(self._layers)
+        field.place(proxy.anchor_m, radius, frame.time_s)
+        present = bool(field.layers)
         shown = (self._stamp, charts.cuts, charts.steady)
-        self._shadow.place(frame, self._block, self._first, self._wind_m_s, shown, radius, present)
-        self._shafts.place(frame, self._block.counts[2], self._thickness_m, radius, self._shadow.maps)
-        self._ubo.write(self._block)
-        self._ubo.bind()
+        self._shadow.place(frame, field.block, field.first, field.wind_m_s, shown, radius, present)
+        self._shafts.place(frame, field.block.counts[2], field.first[1], radius, self._shadow.maps)
+        field.write()
         if frame.view_index not in self._pasts:
             self._pasts[frame.view_index] = Past(self._stride, self._samples, radius)
         self._past = self._pasts[frame.view_index]
@@ -237,7 +193,7 @@ class CloudSystem(System):
                     help="clouds over the camera, for what mirrors the sky",
                 ),
             ),
-            when=lambda: self._sky.due and bool(self._layers),
+            when=lambda: self._sky.due and bool(self.field.layers),
             only_while=planet_seen(self._world, view.index),
             help="a small map of the clouds in the sky, now and then",
         )  # fmt: skip
@@ -249,21 +205,24 @@ class CloudSystem(System):
             self._shafts.declare(builder, RAYS, DISTANCE, lambda: self._past)
         builder.add_pass(
             "clouds.resolve",
-            bind=lambda io: self._bind_resolve(io, view.index),
+            bind=lambda io: self._bind_resolve(io, (_FULL, _SURFACE)),
             system=self.name,
             reads=("gbuffer.depth", RAYS, DISTANCE),
             after=shafts,
-            history=(_FULL,),
-            creates=(TextureSpec(_FULL, "rgba32f", 1.0, "history", filter="linear", help="clouds of every pixel"),),
+            history=(_FULL, _SURFACE),
+            creates=(
+                TextureSpec(_FULL, "rgba32f", 1.0, "history", filter="linear", help="clouds of every pixel"),
+                TextureSpec(_SURFACE, "r32f", 1.0, "history", help="depth up to which they were followed"),
+            ),
             help="clouds of every pixel, from this frame's rays and the last frame",
         )
         builder.add_pass(
             "clouds.debug_history",
-            bind=lambda io: self._bind_history(io, view.index),
+            bind=self._bind_history,
             system=self.name,
             reads=("gbuffer.depth", RAYS, DISTANCE),
             after=("clouds.resolve",),
-            history=(_FULL,),
+            history=(_FULL, _SURFACE),
             creates=(TextureSpec("debug.cloud_history", "rgba8", help="green: what the last frame showed"),),
             help="which pixels take their clouds over from the last frame",
         )
@@ -295,23 +254,17 @@ class CloudSystem(System):
 
     def bind_density(self) -> None:
         """Bind what clouds/weather_march.glsl reads, for the clouds of the last frame."""
-        self._ubo.bind()
-        self._model_ubo.bind()
-        self._slabs.use(SLAB_UNIT)
-        self._shape.texture.use(0)
-        self._rims.texture.use(1)
-        self._textures[0].use(2)
-        self._textures[1].use(3)
+        self.field.bind()
 
-    def _bind_history(self, io: PassIO, view: int) -> Callable[[], None]:
+    def _bind_history(self, io: PassIO) -> Callable[[], None]:
         if self._history is None:
             self._history = self._gpu.fullscreen("clouds/resolve.frag", {"STRIDE": self._stride, "VALIDITY": 1})
-        return self._bind_resolve(io, view, "debug.cloud_history", self._history)
+        return self._bind_resolve(io, ("debug.cloud_history",), self._history)
 
-    def _bind_resolve(self, io: PassIO, view: int, into: str = _FULL, program: Any = None) -> Callable[[], None]:
-        target = io.framebuffer(colors=(into,))
+    def _bind_resolve(self, io: PassIO, into: tuple[str, ...], program: Any = None) -> Callable[[], None]:
+        target = io.framebuffer(colors=into)
         textures = [io.texture(name) for name in (RAYS, "gbuffer.depth", DISTANCE)]
-        before, valid = io.history(_FULL), io.history_valid
+        before, surface, valid = io.history(_FULL), io.history(_SURFACE), io.history_valid
         shown = self._resolve if program is None else program
 
         def run() -> None:
@@ -323,6 +276,7 @@ class CloudSystem(System):
             for unit, texture in enumerate(textures):
                 texture.use(unit)
             before.use(3)
+            surface.use(4)
             if shown is self._resolve:  # the picture of validity is none of light
                 shown.set("u_weight", past.weight)
             shown.set("u_past", past.mode)
@@ -347,7 +301,7 @@ class CloudSystem(System):
 
     def settled(self) -> bool:
         """Whether every pixel of a still picture has had its own ray, and no map of shadow or weather is due."""
-        return not self._seen or (self._past.complete and not self._shadow.due and self._maps.charts.steady)
+        return not self._seen or (self._past.complete and not self._shadow.due and self.field.maps.charts.steady)
 
     def refining(self) -> str:
         if not self._seen:

@@ -39,7 +39,7 @@ class ViewMarch:
     def tune(self, steps: tuple[float, ...]) -> None:
         """steps: short ones through a layer's thickness, their growth with distance, 0, and those towards the sun."""
         self._steps = steps
-        for program in (self._march, self._debug):
+        for program in (self._classify, self._march, self._debug):
             if program is not None:
                 program.set("u_march", steps)
 

@@ -17,6 +17,11 @@ layout(binding = 1) uniform sampler3D u_cloud_rims;
 layout(binding = 2) uniform sampler2D u_weather_first;
 layout(binding = 3) uniform sampler2D u_weather_second;
 
+// Where a volume of noise lies around the point that places are measured from.
+#ifndef CLOUD_ORIGIN
+#define CLOUD_ORIGIN(volume) cloud_view.volume.xyz
+#endif
+
 const float CLOUD_RIM = 0.13;         // of the rims' noise against the shape's
 const float CLOUD_RIM_NEAR = 0.035;
 const float CLOUD_EDGE = 0.11;        // of noise above the threshold until the cloud is densest
@@ -95,8 +100,8 @@ float cloud_density(int layer, vec3 place, float share, CloudWeather w, float fo
     bool ice = drops.z == 1.0;
     vec3 turned = cloud_turned(place), tilted = cloud_tilted(place), drawn = turned * cloud_view.stretch.xyz;
     // Thin ice: drawn out streaks on the map, fibres of the volume in them. Else clouds of two sizes.
-    vec3 first = ice ? cloud_view.fibre.xyz + drawn * cloud_view.fibre.w : cloud_view.broad.xyz + turned * cloud_view.broad.w;
-    vec3 second = ice ? cloud_view.veil.xyz + drawn.yzx * cloud_view.veil.w : cloud_view.wide.xyz + tilted * cloud_view.wide.w;
+    vec3 first = ice ? CLOUD_ORIGIN(fibre) + drawn * cloud_view.fibre.w : CLOUD_ORIGIN(broad) + turned * cloud_view.broad.w;
+    vec3 second = ice ? CLOUD_ORIGIN(veil) + drawn.yzx * cloud_view.veil.w : CLOUD_ORIGIN(wide) + tilted * cloud_view.wide.w;
     float first_level = cloud_level(cloud_view.fade.x - (ice ? 1.5 : 0.0), footprint_m);
     float second_level = ice ? first_level : cloud_level(cloud_view.fade.y, footprint_m);
     float broad = textureLod(u_cloud_shape, first, first_level + cloud_dither - 0.5).r - 0.5;
@@ -125,10 +130,11 @@ float cloud_density(int layer, vec3 place, float share, CloudWeather w, float fo
     float x = noise - (0.5 - cover) - CLOUD_BEYOND * scarce * scarce, lost = 0.25 * hidden;
     int turns = x > -0.3 - 0.5 * sqrt(lost) && hidden < 0.99 && !ice ? rims : 0;
     for (int i = 0; i < turns; ++i) {
-        vec4 at = i == 0 ? cloud_view.fine : cloud_view.finest;
+        vec3 origin = i == 0 ? CLOUD_ORIGIN(fine) : CLOUD_ORIGIN(finest);
+        float per_metre = i == 0 ? cloud_view.fine.w : cloud_view.finest.w;
         float level = cloud_level(i == 0 ? cloud_view.fade.z : cloud_view.fade.w, footprint_m);
         float weight = i == 0 ? CLOUD_RIM : CLOUD_RIM_NEAR;
-        float rim = textureLod(u_cloud_rims, at.xyz + (i == 0 ? tilted : turned) * at.w, level + cloud_dither - 0.5).r - 0.5;
+        float rim = textureLod(u_cloud_rims, origin + (i == 0 ? tilted : turned) * per_metre, level + cloud_dither - 0.5).r - 0.5;
         // Billows above, wisps below: at the base the noise is turned round.
         x += 2.0 * weight * rim * mix(-1.0, 1.0, smoothstep(0.0, 0.25, share));
         lost += weight * weight * cloud_hidden(level, cloud_view.hiding.z, cloud_view.hiding.w);

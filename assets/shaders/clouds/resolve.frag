@@ -1,13 +1,14 @@
 // Clouds for every pixel from one ray for each block of them: pixels that had their ray in this frame mix it in, the
 // others show what the last frame showed at the same place of the clouds, held within what this frame sees around them; where there
 // is no past, this frame's rays are spread. Those that ended where the pixel's own surface is count more: clouds in front of
-// one thing are not those behind another.
+// one thing are not those behind another; and what the last frame saw up to another surface is no past.
 #include "common/camera.glsl"
 
 layout(binding = 0) uniform sampler2D u_clouds;
 layout(binding = 1) uniform sampler2D u_depth;
 layout(binding = 2) uniform sampler2D u_distance;
 layout(binding = 3) uniform sampler2D u_before;      // last frame's result, linear
+layout(binding = 4) uniform sampler2D u_surface;     // depth up to which that was seen
 layout(location = 0) uniform ivec2 u_place;          // of this frame's rays in their blocks
 layout(location = 1) uniform int u_past;             // 0: none; 1: the camera moves; 2: it stands still
 layout(location = 2) uniform mat3 u_turn;            // camera coordinates to those of the frame before
@@ -15,6 +16,9 @@ layout(location = 5) uniform vec3 u_shift;           // m
 layout(location = 6) uniform vec4 u_projection;      // of the frame before: 1 / sx, 1 / sy, ox, oy
 layout(location = 7) uniform float u_weight;         // of this frame's ray where there is a past
 layout(location = 0) out vec4 o_clouds;
+layout(location = 1) out float o_surface;
+
+const float ALIKE = 0.7;   // ratio of distances to one surface from frame to frame, and across a pixel's step
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy), size = textureSize(u_depth, 0), most = textureSize(u_clouds, 0) - 1;
@@ -25,11 +29,14 @@ void main() {
     vec2 share = at - vec2(corner);
     float depth = texelFetch(u_depth, pixel, 0).r, weights = 0.0, distance_m = 0.0;
     vec4 sum = vec4(0.0), least = vec4(1e30), largest = vec4(-1e30);
+    float far = depth, near_by = depth;
     for (int i = 0; i < 4; ++i) {
         ivec2 side = ivec2(i & 1, i >> 1);
         ivec2 from = clamp(corner + side, ivec2(0), most);
         vec2 near = mix(1.0 - share, share, vec2(side));
         float other = texelFetch(u_depth, min(from * STRIDE + max(u_place, 0), size - 1), 0).r;
+        far = min(far, other);
+        near_by = max(near_by, other);
         // Depth is near / distance: its ratio is that of the distances.
         float unlike = abs(depth - other) / max(max(depth, other), 1e-20);
         float weight = (near.x * near.y + 1e-3) / (1e-3 + (max(depth, other) > 0.0 ? unlike * unlike : 0.0));
@@ -49,6 +56,10 @@ void main() {
     vec2 ndc = (then.xy / max(then.z, 1e-6) - u_projection.zw) * u_projection.xy;
     vec2 uv = u_past == 2 ? (vec2(pixel) + 0.5) / vec2(size) : 0.5 + 0.5 * ndc;
     bool known = u_past == 2 || (u_past == 1 && then.z > 0.0 && all(lessThan(abs(ndc), vec2(1.0))));
+    // Where another surface was, what was seen up to it says nothing. A moving camera finds outlines a little aside.
+    float then_depth = texelFetch(u_surface, clamp(ivec2(uv * vec2(size)), ivec2(0), size - 1), 0).r;
+    vec2 alike = u_past == 2 ? vec2(depth) : vec2(far, near_by);
+    known = known && then_depth >= ALIKE * alike.x && ALIKE * then_depth <= alike.y;
     vec4 past = textureLod(u_before, uv, 0.0);
     vec4 slack = 0.25 * (largest - least);
     vec4 held = u_past == 2 ? past : clamp(past, least - slack, largest + slack);
@@ -65,4 +76,5 @@ void main() {
     // Light may be less than none: what the air in shadow doesn't scatter is taken off.
     o_clouds = known ? fresh ? mix(held, now, u_weight) : held : fresh ? now : spread;
     o_clouds.a = max(o_clouds.a, 0.0);
+    o_surface = depth;
 }

@@ -25,9 +25,14 @@ int cloud_ways(float mu, float end, out vec2 spans[2 * CLOUD_VIEW_LAYERS], out i
     return count;
 }
 
-// Weather changes over tens of kilometres: in a segment it is taken as even.
+layout(location = 0) uniform vec4 u_march;   // short steps through a layer's thickness, growth of a step with distance, 0, steps to the sun
+
+const float WAY_STEPS = 96.0;   // that many short steps and no more, and segments are as long as they may be
+
+// Weather changes over tens of kilometres: in a segment it is taken as even. Where steps are short, segments are.
 int way_segments(vec4 shell, bool thin, float from, float to) {
-    return thin ? 1 : clamp(int(log2((to - from) * shell.z) * 1.3), 1, 6);
+    float finer = clamp(u_march.x / WAY_STEPS, 1.0, 16.0);
+    return int(finer * float(thin ? 1 : clamp(int(log2((to - from) * shell.z) * 1.3), 1, 6)));
 }
 
 float way_end(vec4 shell, float from, float to, int segment, int segments) {

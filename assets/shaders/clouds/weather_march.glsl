@@ -9,14 +9,14 @@
 #include "clouds/light.glsl"
 #include "clouds/scattered.glsl"
 #include "clouds/sun_depth.glsl"
+#include "clouds/sun_march.glsl"
 #include "contract/air.glsl"
 #include "contract/sky.glsl"
 
-layout(location = 0) uniform vec4 u_march;   // short steps through a layer's thickness, growth of a step with distance, 0, steps to the sun
-
-const float OPAQUE = 0.004;    // no more than a step of an 8-bit picture is left
+const float OPAQUE = CLOUD_DEEPEST > 40.0 ? 1e-5 : 0.004;   // the latter is no more than a step of an 8-bit picture
 const float SUN_MAPPED = 8.0;   // steps; more of them are as good as the maps
 const float SUN_LEVEL = 0.04;   // of a sun below the horizon maps know the way from the ray's lowest point on only
+const float MOST_SLOPE = 50.0;  // of the optical depth towards the sun over that along the ray
 const float NEAREST_M = 4.0;   // a step around the eye
 
 struct March {
@@ -37,7 +37,7 @@ vec3 sun_at(vec3 point, float altitude, vec3 up) {
 }
 
 // Optical depth towards the sun: of the layer itself in a few steps as far as maps of the shadow are too coarse for, then of all
-// clouds from the maps. With many steps (u_march.w above SUN_MAPPED) the layer has them all the way, and there are no others.
+// clouds from the maps. With many steps (u_march.w above SUN_MAPPED) the layer has them all the way, and so have the others.
 float depth_to_sun(int layer, vec3 point, float altitude, vec3 up, CloudWeather w, float footprint) {
     vec4 shell = cloud_view.shell[layer];
     float mu = dot(up, frame.sun_direction.xyz), thickness = shell.y - shell.x;
@@ -66,6 +66,7 @@ float depth_to_sun(int layer, vec3 point, float altitude, vec3 up, CloudWeather 
     sum *= shell.w;
     float past = altitude + near * mu + 0.5 * near * near * (1.0 - mu * mu) / r;
     for (int once = mapped ? 0 : 1; once < 1; ++once) sum += cloud_sunlight_on(ray, past, mu + near / r).y;
+    for (int once = mapped ? 1 : 0; once < 1; ++once) sum += cloud_depth_marched(layer, point, altitude, mu, u_march.w, footprint);
     return sum;
 }
 
@@ -80,6 +81,11 @@ vec3 cloud_from_around(vec3 sky, vec3 ground, float up, float down, float mu, fl
 float depth_below(int layer, float share) {
     vec4 shell = cloud_view.shell[layer];
     return (shell.y - shell.x) * shell.w * share * mix(1.0, share * (2.0 - 4.0 / 3.0 * share), cloud_view.shape[layer].x);
+}
+
+// Where in a step of optical depth `depth` chance (0..1) finds what is seen of it.
+float seen_share(float depth, float chance) {
+    return depth < 0.02 ? chance : -log(1.0 - chance * (1.0 - exp(-depth))) / depth;
 }
 
 // One way through one layer. Long steps through the clear; where there is cloud, back to the last clear place and on in short
@@ -120,7 +126,7 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
         float seen = 0.0, per_metre = 1.0 / max(past - begin, 1e-3);
         while (t < past && m.open > OPAQUE) {
             // Through the clear and into cloud, apart from its light, so that rays in the clear don't pay for that.
-            float depth = 0.0, at = 0.0, unit = 0.0, length_m = 0.0;
+            float depth = 0.0, at = 0.0, inside = 0.0, weight = 0.0, unit = 0.0, length_m = 0.0;
             int steps = 0;
             while (t < past) {
                 unit = min(max(min(least, thin ? least : NEAREST_M + 0.02 * t), t * grow), most);
@@ -137,8 +143,12 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
                 bool found = density > 1e-4, again = found && ease > 1.0 && !thin;
                 float on = again ? 0.0 : step_m, taken = found ? shell.w * density * on : 0.0;
                 seen += m.open * on;
+                // Light is looked up where a step is seen: the thicker it is, the nearer to its begin.
+                float shown = exp(-depth) * taken * one_minus_exp_over(taken), within = seen_share(taken, shift);
+                at += shown * (t + on * within);
+                inside += shown * (depth + taken * within);
+                weight += shown;
                 depth += taken;
-                at += taken * here_m;
                 t += on;
                 ease = found ? 1.0 : min(ease * 1.4, longer);
                 steps += on > 0.0 && found ? 1 : 0;
@@ -146,7 +156,8 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
                 if (depth > spare || steps >= 2 || (!found && depth > 0.0)) break;
             }
             if (depth <= 0.0) break;
-            at /= depth;
+            at /= weight;
+            inside /= weight;
             vec3 point = ray * at;
             float altitude = altitude_of(point), share = clamp((altitude - shell.x) * shell.z, 0.0, 1.0);
             float part = (at - begin) * per_metre, footprint = max(at * pixel_rad, 0.2 * unit);
@@ -154,17 +165,26 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
             float to_sun = depth_to_sun(layer, point, altitude, up_middle, w, footprint), up = to_sun * slab_sun;
             float down = depth_below(layer, share);
             float taken = m.open * (1.0 - exp(-depth)), left = exp(-passes * depth);
-            vec3 direct = sun * (once * exp(-to_sun) * cloud_lobes_sum(lobes, 0.5 * depth + to_sun - log(m.open)));
+            // Across an even layer the way to the sun gets longer or shorter evenly.
+            float longer_way = clamp(-mu / slab_sun, -MOST_SLOPE, MOST_SLOPE);
+            float first = max(to_sun - longer_way * inside, 0.0), last = depth + max(to_sun + longer_way * (depth - inside), 0.0);
+            float lit = m.open * depth * exp(-min(first, last)) * one_minus_exp_over(abs(last - first));
+            vec3 direct = sun * (once * lit * cloud_lobes_sum(lobes, inside + to_sun - log(m.open)));
             vec3 diffuse = sun * cloud_slab_light(model, up, down, slab_sun, harmonics)
                 + drops.x * cloud_from_around(sky, ground, up, down, mu, drops.y);
             vec3 fit = sun * cloud_sun_source(phases, drops.y, to_sun)
                 + sky * cloud_sky_source(drops.y, to_sun * max(mu_s, 0.15)) + ground * (0.5 / (1.0 + 0.05 * thickness * share * depth / length_m));
             direct = fitted ? vec3(0.0) : direct;
             diffuse = fitted ? drops.x * fit : diffuse;
+#ifdef CLOUD_ONCE
+            // Light that was scattered once and no more, for who asks for it.
+            direct = sun * (fitted ? taken * drops.x * phases.x * exp(-to_sun) : once * lit);
+            diffuse = vec3(0.0);
+#endif
             m.open -= taken;
             // What is left out where nothing behind is seen any more is as bright as the last of it.
             left = m.open > OPAQUE ? left : 0.0;
-            m.light += mix(here.transmittance, there.transmittance, part) * (taken * direct + m.wide * (1.0 - left) / passes * diffuse);
+            m.light += mix(here.transmittance, there.transmittance, part) * (direct + m.wide * (1.0 - left) / passes * diffuse);
             m.wide *= left;
             m.sum += taken * at;
             seen -= 0.5 * taken * length_m;

@@ -1,0 +1,41 @@
+// Contract "air" (common/air.glsl has the rules) for a probe's questions, without a camera's tables: the air is marched.
+#include "common/camera.glsl"
+#include "atmosphere/source.glsl"
+
+struct Air {
+    vec3 transmittance, in_scatter;
+};
+
+Air air_from_camera(vec3 to) {
+    float distance_m = length(to), h = max(frame.camera_zenith.w, 0.0), r = air_model.radii.x + h, start = 0.0;
+    vec3 way = to / max(distance_m, 1e-20), up = frame.camera_zenith.xyz;
+    float mu = clamp_cos(dot(way, up)), nu = clamp_cos(dot(way, frame.sun_direction.xyz)), mu_s = dot(up, frame.sun_direction.xyz);
+    float path = 0.0;
+    if (h > air_model.radii.z) {
+        // From space, as in air_path(): the exact place of entry.
+        float miss = r * length(way - up * dot(way, up));
+        float inside2 = (air_model.radii.y - miss) * (air_model.radii.y + miss), half_chord = safe_sqrt(inside2);
+        bool meets = mu < 0.0 && inside2 > 0.0;
+        start = meets ? max(-r * mu - half_chord, 0.0) : 0.0;
+        path = meets ? 2.0 * half_chord : 0.0;
+        h = air_model.radii.z;
+        mu_s = (r * mu_s + start * nu) / air_model.radii.y;
+        mu = -half_chord / air_model.radii.y;
+    } else {
+        path = air_to_top(h, mu);
+    }
+    float to_floor = air_to_floor(h, mu);
+    path = min(to_floor >= 0.0 && path > 0.0 ? to_floor : path, max(distance_m - start, 0.0));
+    AirColumn c = air_column(h, mu, clamp_cos(mu_s), nu, path);
+    air_orders = ASKED_ORDERS;
+    for (int slice = 0; slice < (path > 0.0 ? ASKED_SLICES : 0); ++slice) air_column_slice(c, slice, ASKED_SLICES);
+    return Air(exp(-c.depth), frame.sun_irradiance.rgb * (air_rayleigh_phase(nu) * c.first + air_mie_phase(nu) * c.second));
+}
+
+Air air(vec3 from, vec3 to) {
+    Air near = air_from_camera(from), far = air_from_camera(to);
+    vec3 past = max(near.transmittance, 1e-20);
+    return Air(min(far.transmittance / past, 1.0), max((far.in_scatter - near.in_scatter) / past, 0.0));
+}
+
+#include "atmosphere/to_space.glsl"

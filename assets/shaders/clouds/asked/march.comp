@@ -1,0 +1,50 @@
+// The march that pictures are made with, on an array of questions; systems/clouds/asked.py packs and unpacks it. Each question is a
+// camera of its own: its place, and where the volumes of noise lie around it, come in float64 reduced.
+//
+// Where pictures read the optical depth towards the sun from maps, it is marched here.
+struct Origins {
+    vec3 broad, wide, fine, finest, fibre, veil;
+};
+Origins g_origins;
+#define CLOUD_ORIGIN(volume) g_origins.volume
+
+#include "clouds/weather_march.glsl"
+#include "clouds/shadowed_air.glsl"
+
+layout(local_size_x = 16) in;
+
+struct Question {
+    vec4 place;        // unit up there; height above the reference sphere
+    vec4 ray;          // unit; cosine to the zenith
+    vec4 sun;          // unit; angular radius
+    vec4 more;         // how far the ray goes, angle that it stands for, 0, 0
+    vec4 origins[6];   // of the volumes
+};
+layout(std430, binding = 0) readonly buffer Questions { Question questions[]; };
+layout(std430, binding = 1) writeonly buffer Answers { vec4 answers[]; };
+
+layout(location = 8) uniform int u_count;
+layout(location = 9) uniform vec2 u_shafts;   // steps (0: no shafts), the first is about this long in metres
+
+float cloud_sun_left(vec3 point, float altitude, float mu_s, float wide_m) {
+    return exp(-cloud_depth_marched(-1, point, altitude, mu_s, u_march.w, wide_m));
+}
+
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i >= uint(u_count)) return;
+    Question q = questions[i];
+    frame.camera_offset = vec4(0.0);
+    frame.camera_zenith = frame.anchor_up = q.place;
+    frame.sun_direction = q.sun;
+    frame.sun_irradiance = frame.scale = vec4(1.0);
+    g_origins = Origins(q.origins[0].xyz, q.origins[1].xyz, q.origins[2].xyz, q.origins[3].xyz, q.origins[4].xyz, q.origins[5].xyz);
+    pixel_rad = q.more.y;
+    March m = march_clouds(q.ray.xyz, q.ray.w, q.more.x, 0.5);
+    float taken = 1.0 - m.open, before = taken > 1e-4 ? m.sum / taken : NOT_ALL;
+    ShadowedAir dark = shadowed_air(q.ray.xyz, q.ray.w, q.more.x, before, m.open, int(u_shafts.x), u_shafts.y, 0.5);
+    Air behind = air_from_camera(q.ray.xyz * q.more.x);
+    vec3 light = m.light + m.open * behind.in_scatter - (dark.any ? dark.light : vec3(0.0));
+    answers[2u * i] = vec4(max(light, 0.0), 0.0);
+    answers[2u * i + 1u] = vec4(m.open * behind.transmittance, 0.0);
+}

@@ -1,0 +1,136 @@
+"""WeatherQuestions: the march that pictures are made with, evaluated on the GPU for arrays of rays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...engine.frame_block import PLANET_BINDING, PlanetBlock
+from ...engine.gpu import GpuScope
+from .field import CloudField
+from .model import CloudModel
+from .probe import march_defines
+
+__all__ = ["WeatherQuestions"]
+
+Floats = NDArray[np.float64]
+_BATCH = 2048
+"""Questions in one dispatch: less than a second without a GPU at most qualities."""
+_FAR = 20.0
+"""Radii of the shell: cameras farther away are moved this near, with rays as much wider: squares stay within f32."""
+_NOT_ALL = 1e9
+"""As in clouds/ways.glsl: a ray that goes on."""
+_SUN_STEPS = 12
+"""Towards the sun through each layer, at least: maps of the shadow, which spare pictures such steps, are not drawn."""
+
+
+class WeatherQuestions:
+    """One planet's clouds at moments of their weather, and the programs that march through them.
+
+    gpu: owner of all GL objects. component: the Clouds with the quality's overrides. Whoever asks provides the
+    contracts air, sky and air_point, and binds what they read. Light comes back for a unit sun.
+    """
+
+    def __init__(self, gpu: GpuScope, component: Any, model: CloudModel, settings: Mapping[str, Any]) -> None:
+        self._gpu, self._model, self._settings = gpu, model, settings
+        # Every question is its own camera.
+        gpu.gpu.shaders.add_virtual("generated/frame.glsl", '#include "clouds/asked/frame.glsl"\n')
+        self._planet = gpu.uniform_block(PlanetBlock, PLANET_BINDING, "planet")
+        self._planet.write(PlanetBlock((model.radius_m, 0.0, 0.0, 0.0)))
+        self._field = CloudField(gpu, settings)
+        self._field.filter_between_levels()
+        self._field.take(component)
+        self._field.light(model)
+        self._shafts = bool(component.shafts)
+        self._programs: dict[tuple[bool, int], Any] = {}
+
+    def march(
+        self, positions_m: Floats, directions: Floats, suns: Floats, most_m: Floats | None, *,
+        multiple: bool, sun_radius_rad: float, in_air: bool, time_s: float, pixel_rad: float,
+    ) -> tuple[Floats, Floats]:  # fmt: skip
+        """(radiance (N, 3), transmittance (N, 3)). positions_m (N, 3) planet-centred; directions, suns (N, 3) unit;
+        most_m (N,) or None: as far as rays go. They end on the reference sphere, and start no lower than it."""
+        if not len(positions_m):
+            return np.zeros((0, 3)), np.ones((0, 3))
+        self._field.maps.charts.exact(time_s)
+        self._field.place(np.zeros(3), self._model.radius_m, time_s)
+        self._field.write()
+        packed = self._pack(positions_m, directions, suns, most_m, sun_radius_rad, pixel_rad)
+        program = self._program(multiple, in_air)
+        self._planet.bind()
+        self._field.bind()
+        found = np.concatenate([self._batch(program, packed[i : i + _BATCH]) for i in range(0, len(packed), _BATCH)])
+        return found[:, 0, :3], found[:, 1, :3]
+
+    def _program(self, multiple: bool, in_air: bool) -> Any:
+        key = multiple, int(in_air)
+        program = self._programs.get(key)
+        if program is None:
+            defines = {
+                **march_defines(self._settings), "ASKED_ORDERS": "1.0" if multiple else "0.0",
+                "ASKED_SLICES": max(8, int(self._settings["clouds.air_steps"])),
+                **({} if multiple else {"CLOUD_ONCE": 1}),
+            }  # fmt: skip
+            program = self._programs[key] = self._gpu.compute("clouds/asked/march.comp", defines)
+        steps, growth, to_sun = (
+            float(self._settings[f"clouds.{n}"]) for n in ("fine_steps", "step_growth", "sun_steps")
+        )
+        program.set("u_march", (steps, growth, 0.0, max(to_sun, float(_SUN_STEPS))))
+        shafts = int(self._settings["clouds.shaft_steps"]) if self._shafts and in_air else 0
+        program.set("u_shafts", (float(shafts), self._field.first[1]))
+        return program
+
+    def _pack(
+        self, positions_m: Floats, directions: Floats, suns: Floats, most_m: Floats | None, sun_radius_rad: float,
+        pixel_rad: float,
+    ) -> NDArray[np.float32]:  # fmt: skip
+        radius = self._model.radius_m
+        distance = np.linalg.norm(positions_m, axis=1)
+        up = positions_m / np.maximum(distance, 1e-300)[:, None]
+        far_m = _FAR * (radius + max(self._model.highest_m, 0.0))
+        # From afar: to where the ray is as near as that, or misses all there is by far.
+        along = (positions_m * directions).sum(1)
+        miss = np.linalg.norm(np.cross(positions_m, directions), axis=1)
+        away = distance > far_m
+        meets = ~away | ((along < 0.0) & (miss < far_m))
+        skipped = np.where(away & meets, -along - np.sqrt(np.maximum(far_m**2 - miss**2, 0.0)), 0.0)
+        places = np.where(away[:, None], positions_m + directions * skipped[:, None], positions_m)
+        reach = np.linalg.norm(places, axis=1)
+        up = np.where(away[:, None], places / np.maximum(reach, 1e-300)[:, None], up)
+        h = np.maximum(np.where(away, reach, distance) - radius, 0.0)
+        mu = np.clip((up * directions).sum(1), -1.0, 1.0)
+        end = np.full(len(h), _NOT_ALL)
+        # The reference sphere. Products, so that nothing is lost beside it.
+        b, c = (radius + h) * mu, h * (2.0 * radius + h)
+        lands = (mu < 0.0) & (b * b >= c)
+        root = np.sqrt(np.maximum(b * b - c, 0.0))
+        end = np.where(lands, c / np.where(lands, root - b, 1.0), end)
+        if most_m is not None:
+            end = np.minimum(end, np.maximum(most_m - skipped, 0.0))
+        end = np.where(meets, end, 0.0)
+        packed = np.zeros((len(h), 10, 4), np.float32)
+        packed[:, 0, :3], packed[:, 0, 3] = up, h
+        packed[:, 1, :3], packed[:, 1, 3] = directions, mu
+        packed[:, 2, :3], packed[:, 2, 3] = suns, sun_radius_rad
+        # What a ray is wide grows from where it began.
+        walked = (skipped + np.maximum(reach - radius, 1.0)) / np.maximum(reach - radius, 1.0)
+        packed[:, 3, 0], packed[:, 3, 1] = end, pixel_rad * np.where(away, walked, 1.0)
+        packed[:, 4:] = self._field.places(up * (radius + h)[:, None])
+        return packed.reshape(len(h), 40)
+
+    def _batch(self, program: Any, packed: NDArray[np.float32]) -> Floats:
+        count = len(packed)
+        questions, answers = self._gpu.buffer(packed), self._gpu.buffer(reserve=32 * count)
+        try:
+            questions.bind_to_storage_buffer(0)
+            answers.bind_to_storage_buffer(1)
+            program.set("u_count", count)
+            program.run_over(count)
+            self._gpu.gpu.ctx.memory_barrier()
+            return np.frombuffer(answers.read(), np.float32).reshape(count, 2, 4).astype(np.float64)
+        finally:
+            self._gpu.free(questions)
+            self._gpu.free(answers)

@@ -1,0 +1,121 @@
+"""CloudField: where there is cloud and how dense it is, as shaders read it: layers, noise, weather of a moment."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from ...engine.gpu import GpuScope
+from .block import CLOUD_BINDING, CloudBlock, cloud_block
+from .imported import imported_cover
+from .layers import BILLOWS, frames_at, kind_of, layers_of, noise_places, write_filter, write_layers, write_noise
+from .maps import BORDER, WeatherMaps
+from .model import CloudModel
+from .probe import SLAB_UNIT, slab_texture
+from .view_block import CLOUD_VIEW_BINDING, CloudViewBlock
+from .volumes import make_volume
+
+__all__ = ["CloudField"]
+
+_SHAPE, _RIMS = 0, 1
+
+
+class CloudField:
+    """What clouds/density.glsl and the light in clouds read: two uniform blocks, two volumes, two maps, one table.
+
+    block: written by `write`; others may set what is theirs in it before. layers: with cloud, lowest first. first: base
+    and thickness of the layer that noise and maps of the shadow are measured by, in metres.
+    """
+
+    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any]) -> None:
+        self._gpu = gpu
+        self._ubo = gpu.uniform_block(CloudViewBlock, CLOUD_VIEW_BINDING, "cloud_view")
+        self.block = CloudViewBlock()
+        self._model_ubo = gpu.uniform_block(CloudBlock, CLOUD_BINDING, "cloud_model")
+        self._slabs: Any = None
+        self._droplets: tuple[Any, ...] = ()
+        self.shape = make_volume(gpu, _SHAPE, int(settings["clouds.shape_texels"]))
+        self.rims = make_volume(gpu, _RIMS, int(settings["clouds.rim_texels"]))
+        write_filter(self.block, self.shape, self.rims)
+        self.maps = WeatherMaps(gpu, int(settings["clouds.map_texels"]))
+        self._textures: tuple[Any, Any] = (None, None)
+        self.layers: list[Any] = []
+        self.wind_m_s, self.first = 0.0, (0.0, 1.0)
+        self.frames = frames_at(0.0, 1.0, 0.0)
+
+    def take(self, component: Any) -> None:
+        """These clouds from now on. ValueError (MapError) for an imported map that can't be read: all stays."""
+        cover = imported_cover(component.weather_map) if component.weather_map else None
+        self.layers = layers_of(component)
+        billows = [layer for layer in self.layers if kind_of(layer) == BILLOWS]
+        self.wind_m_s = float(component.wind_speed_m_s)
+        first = billows[0] if billows else component
+        self.first = float(first.base_m), float(first.top_m - first.base_m)
+        coverage = float(first.coverage) or 0.6
+        self.maps.take(coverage, cover, int(component.weather_seed))
+        present = [layer for layer in (component, *component.layers) if any(layer is one for one in self.layers)]
+        numbers = [next(i for i, one in enumerate(present) if one is layer) for layer in self.layers]
+        write_layers(self.block, self.layers, coverage, numbers)
+
+    def light(self, model: CloudModel) -> None:
+        """The model's block, and the table of light scattered more than once where the droplets are others."""
+        self._model_ubo.write(cloud_block(model))
+        droplets = tuple((layer.albedo, layer.asymmetry) for layer in model.present)
+        if droplets != self._droplets or self._slabs is None:
+            if self._slabs is not None:
+                self._gpu.free(self._slabs)
+            self._slabs, self._droplets = slab_texture(self._gpu, model), droplets
+
+    @property
+    def placed(self) -> bool:
+        """Whether there is weather of any moment."""
+        return self._textures[0] is not None
+
+    def places(self, points_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(N, 6, 4) of layers.noise_places, for points at the moment of the last `place`."""
+        return noise_places(*self.frames, points_m, self.first[1])
+
+    def place(self, anchor_m: NDArray[np.float64], radius_m: float, time_s: float) -> None:
+        """Noise and weather of a moment, around an anchor (planet-centred). Maps: those that `maps.charts` shows."""
+        turn, tilt = self.frames = frames_at(self.wind_m_s, radius_m, time_s)
+        write_noise(
+            self.block, turn, tilt, anchor_m, self.first[1], self.shape.texture.size[0], self.rims.texture.size[0]
+        )
+        texel_m = radius_m * np.sqrt(4.0 * np.pi) / self.maps.size
+        self.block.weather = (self.maps.charts.share, self.maps.size, BORDER, texel_m)
+        self._textures = self.maps.shown
+
+    def filter_between_levels(self) -> None:
+        """Noise between two mip levels is interpolated, for who has no chance to decide for one of them ray by ray."""
+        for volume in (self.shape, self.rims):
+            volume.texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
+
+    def write(self) -> None:
+        """Upload the block."""
+        self._ubo.write(self.block)
+        self._ubo.bind()
+
+    def bind_block(self) -> None:
+        """Bind the block alone, for contracts that have maps of their own."""
+        self._ubo.bind()
+
+    def bind(self) -> None:
+        """Bind all of it."""
+        self._ubo.bind()
+        self._model_ubo.bind()
+        self._slabs.use(SLAB_UNIT)
+        self.shape.texture.use(0)
+        self.rims.texture.use(1)
+        self._textures[0].use(2)
+        self._textures[1].use(3)
+
+    def textures(self) -> dict[str, tuple[Any, ...]]:
+        """What it holds, by what it is for: to count memory."""
+        return {
+            "volumes of noise": (self.shape.texture, self.rims.texture), "maps of weather": self.maps.textures,
+            "table of light": () if self._slabs is None else (self._slabs,),
+        }  # fmt: skip
