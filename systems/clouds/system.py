@@ -306,7 +306,7 @@ class CloudSystem(System):
     def refining(self) -> str:
         if not self._seen:
             return ""
-        if not self._maps.charts.steady:
+        if not self.field.maps.charts.steady:
             return "weather"
         gathers = self._past.mode == STILL and not self._past.complete
         return f"clouds {100.0 * self._past.share:.0f} %" if gathers else ""
