@@ -179,7 +179,7 @@ def test_a_window_that_moved_holds_what_a_new_one_would(renderer):
     cameras = sideways(renderer, view, 10.0, 24)
     renderer.settle(cameras[0], sun=sun)
     for camera in cameras:
-        renderer.render(camera, sun=sun)
+        renderer.render(camera, sun=sun, dt_s=1.0 / 60.0)
     own = renderer.system("shadows")._views[0]
     moved = own.textures[-1].read()
     corners = {level.power: level.corner for level in own.windows.levels}
@@ -221,18 +221,29 @@ def test_it_runs_only_when_something_moved_and_turning_is_not_that(renderer):
     assert not {p.name: p for p in renderer.passes()}["shadows.clipmap"].ran
 
 
-def test_a_sun_that_moves_is_followed_within_some_frames(renderer):
+@pytest.mark.parametrize(("frames", "dt_s"), [(20, 1.0 / 60.0), (1, None)])
+def test_a_sun_that_moves_is_followed_within_some_frames_and_at_once_in_a_single_picture(renderer, frames, dt_s):
     view = pf.view("valley")
     renderer.settle(view, sun=low_sun(renderer, view, 30.0))
     sun = low_sun(renderer, view, 14.0)
-    for _ in range(20):
-        renderer.render(view, sun=sun)
+    for _ in range(frames):
+        renderer.render(view, sun=sun, dt_s=dt_s)
     own = renderer.system("shadows")
     assert own.settled()
     late = np.frombuffer(own._views[0].textures[-1].read(), np.float32)
     renderer.settle(view, sun=sun)
     renderer.render(view, sun=sun)
     assert np.array_equal(late, np.frombuffer(own._views[0].textures[-1].read(), np.float32))
+
+
+def test_a_single_picture_from_elsewhere_has_its_own_shadows(renderer):
+    """After a leap of 90 km and another sun: nothing of the map that was there is left."""
+    view = pf.view("valley")
+    renderer.settle(view, sun=low_sun(renderer, view, 8.0, 60.0))
+    away = pf.Camera.at(3.2, 145.3, 300.0, heading_deg=200.0, pitch_deg=-10.0, above="ground")
+    sun = low_sun(renderer, view, 20.0, 300.0)
+    renderer.render(away, sun=sun)
+    assert renderer.system("shadows").settled()
 
 
 def test_without_shadows_nothing_runs_and_nothing_is_kept(scene):

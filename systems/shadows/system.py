@@ -156,7 +156,7 @@ class ShadowSystem(System):
         if ground != view.ground or frame.cut:
             view.ground = ground
             view.forget()
-        view.hurry = frame.settling or frame.cut or view.sun is None
+        view.hurry = frame.settling or frame.cut or frame.one_shot or view.sun is None
         view.index = frame.view_index
         proxy = frame.world.resource(f"proxy.{frame.view_index}")
         camera = frame.camera
