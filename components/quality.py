@@ -10,6 +10,7 @@ __all__ = [
     "AtmosphereQuality",
     "CloudQuality",
     "CompositeQuality",
+    "MemoryQuality",
     "OceanQuality",
     "ProxyQuality",
     "ShadowQuality",
@@ -396,4 +397,18 @@ class CloudQuality:
         "Texels a side of the map of weather",
         cost="time to make it, every quarter of an hour of weather, and memory",
         power_of_two=True,
+    )
+
+
+@dataclass
+class MemoryQuality:
+    """Keys "memory.*"."""
+
+    budget_mib: int = knob(
+        0,
+        0,
+        65536,
+        "MiB",
+        "GPU memory that a renderer may take; other knobs give way until it fits. 0: as much as they ask for",
+        cost="below what the quality takes: fewer tiles kept, coarser maps; see docs/tweaking.md",
     )

@@ -8,7 +8,16 @@ from .components import DebugView
 from .engine.graph import TextureSpec
 from .flights import paths
 from .systems.debug import NAMED_VIEWS
-from .systems.tweak import FrameHistory, FrameProfile, PassTime, draw_memory, draw_passes, draw_percentiles, draw_stack
+from .systems.tweak import (
+    FrameHistory,
+    FrameProfile,
+    PassTime,
+    draw_budget,
+    draw_memory,
+    draw_passes,
+    draw_percentiles,
+    draw_stack,
+)
 from .systems.tweak.style import QUIET
 from .views import view, views
 
@@ -161,6 +170,9 @@ class ProfilerPage:
         if not self._paused:
             self._profile.add(passes, plan.gpu_timing)
         draw_stack(imgui, self._profile, app.pace.auto.budget_ms)
+        memory = getattr(app.renderer, "memory", None)
+        if memory is not None:
+            draw_budget(imgui, app.renderer.memory_bytes, memory.budget_mib, memory.lowered)
         draw_memory(imgui, _resources_by_size(plan), _objects(app))
         draw_passes(passes, culled=self._culled)
 

@@ -16,6 +16,7 @@ from .terrain_sampler import checked_directions
 if TYPE_CHECKING:
     from .camera import Camera
     from .drawn_ground import DrawnGround
+    from .engine.gpu import Gpu
     from .engine.graph import Plan
     from .engine.surface.field import HeightField
     from .engine.system import System
@@ -79,6 +80,12 @@ class Looking:
         """Cells, vertices and triangles drawn in the last frame, ground and sea together. Reads back from the GPU."""
         with self._guest():
             return queries.statistics(self.running)
+
+    @property
+    def memory_bytes(self) -> dict[str, int]:
+        """GPU memory of textures and buffers by owner: systems by name, "graph" for what frames share."""
+        gpu: Gpu = cast("Renderer", self).gpu
+        return gpu.memory_bytes()
 
     @property
     def refining(self) -> tuple[str, ...]:

@@ -10,6 +10,7 @@ from .components import (
     AtmosphereQuality,
     CloudQuality,
     CompositeQuality,
+    MemoryQuality,
     OceanQuality,
     ProxyQuality,
     ShadowQuality,
@@ -29,6 +30,7 @@ _GROUPS = {
     "ocean": OceanQuality,
     "shadows": ShadowQuality,
     "clouds": CloudQuality,
+    "memory": MemoryQuality,
 }
 
 QUALITY = QualityKnobs(PRESETS / "quality", _GROUPS, KINDS)

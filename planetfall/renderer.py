@@ -28,6 +28,7 @@ from .errors import SettingError
 from .faults import Faults, draw_without_faults
 from .host_space import HostDepth
 from .looking import Looking
+from .memory_budget import plan_memory
 from .outputs import OUTPUTS, exports_for, read_output
 from .quality import checked_live, resolve_quality
 from .render_view import RenderView
@@ -72,6 +73,8 @@ class Renderer(Looking):
         check_size(size, None)
         self.settings = resolve_quality(quality, overrides)
         scene.validate(self.settings)
+        self.memory = plan_memory(self.settings, scene, size)
+        """What "memory.budget_mib" came to: what is expected, and which knobs gave way."""
         self.quality = quality
         self.scene = scene
         self._ground = DrawnGround(scene, self.settings)
@@ -167,7 +170,7 @@ class Renderer(Looking):
         """
         x, y, width, height = viewport or (0, 0, *framebuffer.size)
         with self._guest(framebuffer):
-            scale = self.render_scale if depth is None else 1.0
+            scale = min(self.render_scale, self.memory.scale((width, height))) if depth is None else 1.0
             self._resize((max(round(scale * width), 1), max(round(scale * height), 1)))
             framebuffer.viewport = (x, y, width, height)
             self._host_depth = None if depth is None else (depth.offset, depth.scale_m)

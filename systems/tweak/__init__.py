@@ -7,7 +7,7 @@ from .log_lines import LogLines
 from .panel import Change, Panel
 from .passes import PassTime, draw_passes
 from .profile import FrameProfile, percentiles
-from .profiler import draw_memory, draw_percentiles, draw_stack
+from .profiler import draw_budget, draw_memory, draw_percentiles, draw_stack
 from .style import apply_style, icon
 from .workbench import Store, Workbench
 
@@ -25,6 +25,7 @@ __all__ = [
     "Workbench",
     "apply_style",
     "choose",
+    "draw_budget",
     "draw_hud",
     "draw_memory",
     "draw_passes",

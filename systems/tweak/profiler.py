@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from .hud import FrameHistory
 from .profile import FrameProfile, percentiles
-from .style import AMBER
+from .style import AMBER, BAD
 
-__all__ = ["BAND_COLORS", "draw_memory", "draw_percentiles", "draw_stack"]
+__all__ = ["BAND_COLORS", "draw_budget", "draw_memory", "draw_percentiles", "draw_stack"]
 
 Color = tuple[float, float, float, float]
 
@@ -85,6 +85,28 @@ def draw_percentiles(imgui: Any, history: FrameHistory) -> None:
         imgui.text_disabled(name)
         imgui.text(shape % value)
     imgui.end_table()
+
+
+def draw_budget(imgui: Any, owners: Mapping[str, int], budget_mib: int, lowered: Mapping[str, tuple[Any, Any]]) -> None:
+    """GPU memory in all against its budget (0: none), by owner, and which knobs have given way (chosen, taken)."""
+    used = sum(owners.values()) / 2**20
+    if budget_mib:
+        over = used > budget_mib
+        if over:
+            imgui.push_style_color(imgui.Col_.plot_histogram, imgui.ImVec4(*BAD))
+        imgui.progress_bar(min(used / budget_mib, 1.0), imgui.ImVec2(-1.0, 0.0), f"{used:.0f} of {budget_mib} MiB")
+        if over:
+            imgui.pop_style_color()
+    else:
+        imgui.text(f"GPU memory: {used:.0f} MiB, no budget")
+    told = "\n".join(f"{size / 2**20:8.1f} MiB  {owner}" for owner, size in sorted(owners.items(), key=lambda e: -e[1]))
+    imgui.set_item_tooltip(f"{told}\nThe budget is the quality knob memory.budget_mib")
+    for key, (chosen, taken) in lowered.items():
+        imgui.text_disabled(f"{key}: {_short(taken)} for {_short(chosen)}, to fit into the budget")
+
+
+def _short(value: Any) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def draw_memory(imgui: Any, resources: Sequence[tuple[str, int, str]], owners: Sequence[tuple[str, int]]) -> None:
