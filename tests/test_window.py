@@ -37,7 +37,9 @@ def test_open_draw_resize_close(run_window: RunWindow, backend: str) -> None:
     assert seen["new_size"] == [480, 360]
     assert seen["title"] == "another title"
     assert seen["exclusive"]
-    assert seen["fullscreen"][0] > 480
+    number, monitors = seen["monitor"]
+    assert seen["fullscreen"] == monitors[number - 1] and seen["fullscreen"][0] > 480
+    assert f"expected 1 to {len(monitors)}" in seen["no monitor"]
     assert seen["errors"] == seen["errors at the end"] == "GL_NO_ERROR"
     assert seen["left"] == {}
     assert seen["asked"]

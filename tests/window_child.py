@@ -20,7 +20,7 @@ from planetfall import ASSETS
 from planetfall.engine.gpu import Gpu
 from planetfall.engine.gpu.imgui_backend import ImguiBackend
 from planetfall.engine.hosts.foreign import attach
-from planetfall.engine.hosts.window import Window, open_window
+from planetfall.engine.hosts.window import Window, WindowError, open_window
 from planetfall.engine.input import Focus, InputEvent, KeyEvent, MouseButton, MouseMove, Resize, Text, Wheel
 
 SIZE = (320, 240)
@@ -115,6 +115,11 @@ def lifecycle(backend: str) -> dict[str, Any]:
     window.fullscreen = True
     session.until(lambda: window.framebuffer_size[0] > 480, 2.0)
     result["fullscreen"] = window.framebuffer_size
+    result["monitor"] = [window.monitor, [[m.width, m.height] for m in window.monitors]]
+    try:
+        window.monitor = 7
+    except WindowError as error:
+        result["no monitor"] = str(error)
     window.fullscreen = False
     session.until(lambda: window.framebuffer_size == (480, 360), 2.0)
     ui.release()
