@@ -90,7 +90,7 @@ class Calls:
         self.get_float = self.prepare("glGetFloatv", u, p)
         self.get_double = self.prepare("glGetDoublev", u, p)
         self.get_indexed = self.prepare("glGetIntegeri_v", u, u, p)
-        self._get_indexed_long = self.prepare("glGetInteger64i_v", u, u, p)
+        self.get_indexed_long = self.prepare("glGetInteger64i_v", u, u, p)
         self.active_texture = self.prepare("glActiveTexture", u)
         self.bind_texture = self.prepare("glBindTexture", u, u)
         self.bind_sampler = self.prepare("glBindSampler", u, u)
@@ -113,7 +113,6 @@ class Calls:
         self.color_mask = self.prepare("glColorMask", *[c.c_ubyte] * 4)
         self.color_mask_indexed = self.prepare("glColorMaski", u, *[c.c_ubyte] * 4)
         self._word = c.c_int()
-        self._long = c.c_int64()
 
     def prepare(self, name: str, *arguments: Any, result: Any = None) -> Any:
         """An entry point with argument types of our own (pointers as addresses)."""
@@ -129,10 +128,6 @@ class Calls:
     def indexed_integer(self, name: int, index: int) -> int:
         self.get_indexed(name, index, c.addressof(self._word))
         return self._word.value
-
-    def indexed_long(self, name: int, index: int) -> int:
-        self._get_indexed_long(name, index, c.addressof(self._long))
-        return self._long.value
 
     def blend(self, enabled: int, functions: Sequence[int]) -> None:
         """Blending of all draw buffers; functions: equations (2), then factors (4)."""
