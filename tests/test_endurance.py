@@ -1,4 +1,5 @@
-"""Nothing grows: resizes, renderers that come and go, long flights; lost contexts. Short here, whole with --slow."""
+"""Nothing grows: resizes, renderers that come and go, presets, long flights; lost contexts. Short here, whole with
+--slow."""
 
 from __future__ import annotations
 
@@ -16,6 +17,9 @@ import pytest
 import planetfall as pf
 from planetfall.engine.gpu.gl import GL
 from planetfall.engine.hosts.headless import create_headless
+from planetfall.scene_presets import load_parts
+from planetfall.systems.tweak import Workbench
+from planetfall.tweak_store import SceneStore
 
 pytestmark = pytest.mark.gpu
 
@@ -163,3 +167,34 @@ def test_a_lost_context_without_a_place_to_write(tmp_path: Path, monkeypatch: py
         with pytest.raises(pf.ContextLostError, match="could not be written"):
             renderer.render(pf.view("near"))
         assert isinstance(renderer.ctx, moderngl.Context)
+
+
+@pytest.mark.parametrize("share", [short, whole])
+def test_presets_are_switched(share: float) -> None:
+    """Planets in place, as the panel does it, and qualities by a renderer anew, as the flight does it; in one context."""
+    planets, qualities = ("moon", "mars", "asteroid", "small"), ("low", "medium")
+    ctx = create_headless()
+    target = ctx.framebuffer([ctx.texture(SIZE, 4)])
+    scene = pf.load_scene("moon")
+    bench = Workbench(SceneStore(scene))
+    headings = (*(type(part).__name__ for part in load_parts("earth").values()), "Clouds")
+    held: list[pf.Renderer] = [pf.Renderer(scene, SIZE, "low", ctx=ctx)]
+
+    def work(turn: int) -> None:
+        assert bench.to(load_parts(planets[turn % len(planets)]), "load", headings) == ""
+        if turn % 3 == 2:
+            held.pop().release()
+            held.append(pf.Renderer(scene, SIZE, qualities[turn // 3 % 2], ctx=ctx))
+        held[0].render_to(target, pf.Camera.at(20.0, 0.0, scene.planet.radius_m))
+        assert ctx.error == "GL_NO_ERROR"
+
+    work(0)
+    held.pop().release()
+    before = live_objects(ctx)
+    held.append(pf.Renderer(scene, SIZE, "low", ctx=ctx))
+    slope(work, int(100 * share), 150.0)
+    held.pop().release()
+    assert live_objects(ctx) == before
+    scene.release()
+    target.release()
+    ctx.release()
