@@ -38,7 +38,7 @@ def test_what_comes_into_view_has_no_history(name: str) -> None:
             assert red(first).mean() > 0.95, "nothing has a past in the first frame"
             for _ in range(20):
                 still = renderer.render(camera(30.0), 0.0, dt_s=0.02)["color"]
-            # Jitter shows now one side of an outline and now the other, and clouds before one are not those before both.
+            # Jitter shows now one side of an outline and now the other: clouds before one are not those before both.
             outlines = 0.04 if name == "cloud_history" else 0.01
             assert green(still).mean() > 0.7 and red(still).mean() < outlines
             turned = renderer.render(camera(45.0), 0.0, dt_s=0.02)["color"]

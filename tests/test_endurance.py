@@ -171,7 +171,7 @@ def test_a_lost_context_without_a_place_to_write(tmp_path: Path, monkeypatch: py
 
 @pytest.mark.parametrize("share", [short, whole])
 def test_presets_are_switched(share: float) -> None:
-    """Planets in place, as the panel does it, and qualities by a renderer anew, as the flight does it; in one context."""
+    """Planets in place, as the panel does it, and qualities by a renderer anew, as the flight does it."""
     planets, qualities = ("moon", "mars", "asteroid", "small"), ("low", "medium")
     ctx = create_headless()
     target = ctx.framebuffer([ctx.texture(SIZE, 4)])
