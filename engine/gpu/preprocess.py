@@ -104,6 +104,18 @@ class _Expansion:
         self.table.append((file, line))
 
 
+@dataclass
+class _Piece:
+    """Lines of a file up to an include. depth: how many #if they leave open. include: what the directive names (None: it
+    is malformed) and its place; None after the last include."""
+
+    lines: list[str] = field(default_factory=list)
+    table: list[tuple[str, int]] = field(default_factory=list)
+    extensions: list[tuple[str, tuple[str, int]]] = field(default_factory=list)
+    depth: int = 0
+    include: tuple[str | None, tuple[str, int]] | None = None
+
+
 class ShaderSources:
     """Finds and expands shader files. Names are relative to the roots, with forward slashes; the first root wins.
 
@@ -116,6 +128,7 @@ class ShaderSources:
         self._virtual: dict[str, str] = {}
         self._providers: dict[str, tuple[str, str]] = {}
         self._texts: dict[str, tuple[Path, tuple[int, int], str]] = {}
+        self._parsed: dict[str, tuple[str, list[_Piece]]] = {}
 
     # -- contracts and virtual files ---------------------------------------------------------------------------------
 
@@ -229,27 +242,21 @@ class ShaderSources:
         if work.depth == 0:
             work.done.add(name)
         work.stack.append(name)
-        in_comment = False
-        for number, line in enumerate(text.splitlines(), 1):
-            was_comment, in_comment = in_comment, _comment_open(line, in_comment)
-            if was_comment:
-                work.add(_defuse(line), name, number)
-                continue
-            include = _INCLUDE.match(line)
-            if include:
-                self._include(work, include[1], (name, number))
-            elif _DROP.match(line):
-                work.add("", name, number)
-            elif _EXTENSION.match(line):
-                work.extensions.append((line, (name, number)))  # must stand before any code, wherever it was written
-                work.add("", name, number)
-            else:
-                if _IF.match(line):
-                    work.depth += 1
-                elif _ENDIF.match(line):
-                    work.depth -= 1
-                work.add(_defuse(line), name, number)
+        for piece in self._pieces(name, text):
+            work.lines += piece.lines
+            work.table += piece.table
+            work.extensions += piece.extensions
+            work.depth += piece.depth
+            if piece.include is not None:
+                self._include(work, piece.include[0], piece.include[1])
         work.stack.pop()
+
+    def _pieces(self, name: str, text: str) -> list[_Piece]:
+        """A file up to each include and after the last: looked through once, because programs share most files."""
+        held = self._parsed.get(name)
+        if held is None or held[0] is not text:
+            held = self._parsed[name] = (text, _parse(name, text))
+        return held[1]
 
     def _include(self, work: _Expansion, target: str | None, place: tuple[str, int]) -> None:
         if not target:
@@ -271,6 +278,31 @@ class ShaderSources:
         work.add(f"#define {guard}", *place)
         self._expand_file(work, target, place)
         work.add("#endif", *place)
+
+
+def _parse(name: str, text: str) -> list[_Piece]:
+    pieces = [_Piece()]
+    in_comment = False
+    for number, line in enumerate(text.splitlines(), 1):
+        piece, place, shown = pieces[-1], (name, number), ""
+        was_comment, in_comment = in_comment, _comment_open(line, in_comment)
+        if was_comment:
+            shown = _defuse(line)
+        elif include := _INCLUDE.match(line):
+            piece.include = (include[1], place)
+            pieces.append(_Piece())
+            continue
+        elif _EXTENSION.match(line):
+            piece.extensions.append((line, place))  # must stand before any code, wherever it was written
+        elif not _DROP.match(line):
+            if _IF.match(line):
+                piece.depth += 1
+            elif _ENDIF.match(line):
+                piece.depth -= 1
+            shown = _defuse(line)
+        piece.lines.append(shown)
+        piece.table.append(place)
+    return pieces
 
 
 def _stamp(path: Path) -> tuple[int, int]:
