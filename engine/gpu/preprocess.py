@@ -106,8 +106,8 @@ class _Expansion:
 
 @dataclass
 class _Piece:
-    """Lines of a file up to an include. depth: how many #if they leave open. include: what the directive names (None: it
-    is malformed) and its place; None after the last include."""
+    """Lines of a file up to an include. depth: how many #if they leave open. include: what the directive names (None:
+    it is malformed) and its place; None after the last include."""
 
     lines: list[str] = field(default_factory=list)
     table: list[tuple[str, int]] = field(default_factory=list)
