@@ -11,6 +11,7 @@ from .clouds import MOST_CLOUD_LAYERS, CloudLayer, Clouds
 from .debug_view import DebugView
 from .exposure import Composite, Exposure
 from .ocean import Ocean, Wave
+from .orbit import Orbit
 from .planet import Planet
 from .props import Shape, Transform
 from .quality import (
@@ -43,6 +44,7 @@ __all__ = [
     "MemoryQuality",
     "Ocean",
     "OceanQuality",
+    "Orbit",
     "Planet",
     "ProxyQuality",
     "ShadowQuality",

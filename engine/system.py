@@ -95,6 +95,10 @@ class Frame:
     """Shows what the last frame showed: same camera, light, time and settings, nothing moves, streams or refines."""
     host_depth: tuple[float, float] | None = None
     """(a, b): a host's depth buffer, which the picture is to share, holds a + b / z; None: it has none, or not now."""
+    backdrop: bool = True
+    """Whether the sun's disc and stars are drawn; not in a picture that is to stand before somebody else's."""
+    star_axes: NDArray[np.float64] | None = None
+    """(3, 3): planet = star_axes @ inertial, where somebody else says how the stars stand; None: the scene's clock."""
     jitter_px: tuple[float, float] = (0.0, 0.0)
     """Where in its pixel, from its centre (x to the right, y up), this frame samples the scene. `System.begin` sets it;
     the frame block's projection holds it, so all that is drawn or reconstructed from depth agrees. `camera` does not:

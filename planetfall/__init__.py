@@ -23,6 +23,7 @@ ASSETS = (_root if (_root / "assets").is_dir() else _root.parent) / "assets"
 # ruff: noqa: E402 - the folders have to be found first
 from ._scene_file import planets
 from .camera import Camera
+from .companions import Companion
 from .components import (
     Atmosphere,
     CloudLayer,
@@ -31,6 +32,7 @@ from .components import (
     DebugView,
     Exposure,
     Ocean,
+    Orbit,
     Planet,
     Shape,
     Stars,
@@ -111,6 +113,7 @@ __all__ = [
     "CloudLayer",
     "CloudProbe",
     "Clouds",
+    "Companion",
     "Composite",
     "ContextLostError",
     "DebugView",
@@ -124,6 +127,7 @@ __all__ = [
     "NotSettled",
     "Ocean",
     "OceanSampler",
+    "Orbit",
     "OutputError",
     "Planet",
     "PlanetHandle",

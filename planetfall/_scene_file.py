@@ -8,16 +8,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ._kinds import KINDS, PRESETS, PROP_KINDS
+from ._kinds import KINDS, PLANET_KINDS, PRESETS, PROP_KINDS
+from .components import Orbit
 from .engine.settings import PresetError, build_components, did_you_mean, read_toml, rules_of
 from .errors import UnknownNameError
 
-__all__ = ["Description", "describe", "planets"]
+__all__ = ["Description", "describe", "described_companions", "planets", "scenes"]
 
 # Top-level keys beside the tables: how it is called, what it is, the preset or file it changes, and the preset whose
 # named views apply to it.
 _KEYS = ("name", "about", "base", "like")
+_COMPANIONS = "companions"  # [[companions]]: further planets; a file's own replace its base's
 _PROPS = "props"  # [[props]]: objects, each with a name and tables of its components; a file's own replace its base's
+_ALSO = (*_KEYS, _PROPS, _COMPANIONS)
 
 
 def planets() -> list[str]:
@@ -25,11 +28,16 @@ def planets() -> list[str]:
     return sorted(path.stem for path in (PRESETS / "planets").glob("*.toml"))
 
 
+def scenes() -> list[str]:
+    """Names of the presets of several planets, for load_scene."""
+    return sorted(path.stem for path in (PRESETS / "scenes").glob("*.toml"))
+
+
 @dataclass(frozen=True)
 class Description:
     """What a scene file says. components: by table. preset: the planet preset whose named views apply, if any.
 
-    props: (name, components) of the objects in it.
+    props: (name, components) of the objects in it. companions: (description, orbit) of further planets.
     """
 
     path: Path
@@ -38,15 +46,69 @@ class Description:
     preset: str | None
     components: Mapping[str, Any]
     props: Sequence[tuple[str, Sequence[Any]]] = ()
+    companions: Sequence[tuple[Description, Orbit]] = ()
 
 
 def describe(source: str | os.PathLike[str]) -> Description:
     """Read and check a scene file without making a scene; see load_scene."""
-    path = _path_of(source)
+    return _described(_path_of(source), ())
+
+
+def _described(path: Path, inside: tuple[Path, ...]) -> Description:
+    if path in inside:
+        raise PresetError(f"{path}: {_COMPANIONS}: it would be a companion of itself")
     data = _merged(path, ())
-    components = build_components(data, KINDS, path, also=(*_KEYS, _PROPS))
+    components = build_components(data, KINDS, path, also=_ALSO)
     preset = data.get("like", path.stem if path.parent == PRESETS / "planets" else None)
-    return Description(path, data.get("name", path.stem), data.get("about", ""), preset, components, _props(data, path))
+    name, about = data.get("name", path.stem), data.get("about", "")
+    companions = described_companions(data.get(_COMPANIONS, []), path, (*inside, path))
+    return Description(path, name, about, preset, components, _props(data, path), companions)
+
+
+def described_companions(entries: Any, path: Path, inside: tuple[Path, ...] = ()) -> list[tuple[Description, Orbit]]:
+    """Further planets from a file's [[companions]]: each has a name, a `base` (a preset or file) with tables laid over
+    it, or tables alone, and its [companions.orbit]. PresetError, naming file, entry, expected and found."""
+    if not isinstance(entries, list) or not all(isinstance(entry, Mapping) for entry in entries):
+        raise PresetError(
+            f"{path}: {_COMPANIONS}: expected tables, found {entries!r}. Write [[{_COMPANIONS}]] for each planet"
+        )
+    return [_companion(entry, path, f"{path}: {_COMPANIONS}[{n}]", inside) for n, entry in enumerate(entries)]
+
+
+def _companion(entry: Mapping[str, Any], path: Path, where: str, inside: tuple[Path, ...]) -> tuple[Description, Orbit]:
+    keys = ("name", "base", "like")
+    for key in keys:
+        if not isinstance(entry.get(key, ""), str):
+            raise PresetError(f"{where}: {key}: expected a text, found {entry[key]!r}. Put it in quotes")
+    own = {key: value for key, value in entry.items() if key not in (*keys, "orbit")}
+    build_components(own, PLANET_KINDS, where, also=(*keys, "orbit"))
+    base, preset = entry.get("base"), entry.get("like")
+    below: dict[str, Any] = {}
+    if base is not None:
+        at = _source_beside(base, path, where)
+        told = _described(at, inside)
+        if told.companions:
+            raise PresetError(f"{where}: base: {base!r} has companions itself; name a single planet")
+        below, preset = _merged(at, ()), preset or told.preset
+    elif not own:
+        raise PresetError(f"{where}: base: missing; name a preset ({', '.join(planets())}) or a TOML file")
+    elif "name" not in entry:
+        raise PresetError(f"{where}: name: missing; every planet of a scene has one")
+    laid = _laid_over(below, _with_places(own, path.parent))
+    components = build_components({k: v for k, v in laid.items() if k in PLANET_KINDS}, PLANET_KINDS, where)
+    orbit = build_components({"orbit": entry.get("orbit", {})}, {"orbit": Orbit}, where)["orbit"]
+    return Description(path, entry.get("name") or Path(str(base)).stem, "", preset, components), orbit
+
+
+def _source_beside(source: str, path: Path, where: str) -> Path:
+    """A preset's file, or one beside the file that names it."""
+    try:
+        if source in (*planets(), *scenes()):
+            return _preset_path(source)
+        beside = path.parent / source
+        return beside if beside.exists() else _preset_path(source)
+    except UnknownNameError as error:
+        raise PresetError(f"{where}: base: {error}") from None
 
 
 def _props(data: Mapping[str, Any], path: Path) -> list[tuple[str, Sequence[Any]]]:
@@ -77,10 +139,12 @@ def _path_of(source: str | os.PathLike[str]) -> Path:
 
 def _preset_path(name: str) -> Path:
     known = planets()
-    if name not in known:
-        hint = did_you_mean(name, known, "planets")
-        raise UnknownNameError(f"no planet {name!r}; {hint}. A path to a TOML file works as well")
-    return PRESETS / "planets" / f"{name}.toml"
+    if name in known:
+        return PRESETS / "planets" / f"{name}.toml"
+    if name in scenes():
+        return PRESETS / "scenes" / f"{name}.toml"
+    hint = did_you_mean(name, [*known, *scenes()], "planets")
+    raise UnknownNameError(f"no planet {name!r}; {hint}. A path to a TOML file works as well")
 
 
 def _with_places(data: dict[str, Any], folder: Path) -> dict[str, Any]:
@@ -106,7 +170,7 @@ def _merged(path: Path, inside: tuple[Path, ...]) -> dict[str, Any]:
     for key in _KEYS:
         if not isinstance(data.get(key, ""), str):
             raise PresetError(f"{path}: {key}: expected a text, found {data[key]!r}. Put it in quotes")
-    build_components(data, KINDS, path, also=(*_KEYS, _PROPS))  # complains with this file's name
+    build_components(data, KINDS, path, also=_ALSO)  # complains with this file's name
     data = _with_places(data, path.parent)
     base = data.get("base")
     if base is None:
@@ -121,6 +185,12 @@ def _merged(path: Path, inside: tuple[Path, ...]) -> dict[str, Any]:
     merged: dict[str, Any] = {k: v for k, v in below.items() if k not in ("name", "base")}
     if base_path.parent == PRESETS / "planets":
         merged.setdefault("like", base_path.stem)
+    return _laid_over(merged, {key: value for key, value in data.items() if key != "base"})
+
+
+def _laid_over(below: Mapping[str, Any], data: Mapping[str, Any]) -> dict[str, Any]:
+    """Tables over those of a base: knob by knob; what a knob excludes goes."""
+    merged = dict(below)
     names = {cls.__name__: table for table, cls in KINDS.items()}
     for key, value in data.items():
         table = names.get(key, key)
@@ -129,6 +199,6 @@ def _merged(path: Path, inside: tuple[Path, ...]) -> dict[str, Any]:
             gone = {other for k in value for other in rules[k].knob.excludes}
             under = merged.pop(table, merged.pop(KINDS[table].__name__, {}))
             merged[table] = {k: v for k, v in under.items() if k not in gone} | value
-        elif key != "base":
+        else:
             merged[key] = value
     return merged

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import queries
 from .engine.space import CameraState, project
+from .several_planets import SeveralPlanets, by_nearest
 from .systems.composite import CompositeSystem
 from .terrain_sampler import checked_directions
 
@@ -33,6 +34,7 @@ class Looking:
     systems: tuple[System, ...]
     _scopes: dict[str, Any]
     _ground: DrawnGround
+    _several: SeveralPlanets
 
     if TYPE_CHECKING:
 
@@ -44,10 +46,12 @@ class Looking:
 
     # -- queries -----------------------------------------------------------------------------------------------------
 
+    @by_nearest
     def project(self, camera: Camera | View, points_m: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
         """Pixels (N, 2), row 0 on top, of points (N, 3) in planet axes, and which lie in front of the camera."""
         return project(self.camera_state(camera), np.atleast_2d(np.asarray(points_m, np.float64)), self.size)
 
+    @by_nearest
     def pick(self, camera: Camera | View, x: float, y: float) -> tuple[NDArray[np.float64], str] | None:
         """What pixel (x, y) shows: position_m (3,) f64 in planet axes and "terrain", "sea" or "props"; None for the
         sky."""
@@ -58,11 +62,23 @@ class Looking:
 
         ValueError for anything but directions (N, 3), finite and not zero.
         """
+        front = self._several.front
+        if front is not self:
+            return front.height_drawn(directions)
         return queries.height_drawn(cast("Renderer", self), checked_directions("directions", directions))
 
     def height_field(self) -> HeightField | None:
-        """The ground that is drawn, at full detail on the CPU; None without Terrain. See Scene.height_field."""
-        return self._ground.field()
+        """The ground that is drawn, at full detail on the CPU; None without Terrain. See Scene.height_field.
+
+        In a scene of several planets that of the planet which the last frame's camera was near, as for all below.
+        """
+        return self._several.renderer._ground.field()
+
+    @property
+    def main(self) -> str:
+        """The name of the planet that the last frame's camera was near: the only one, or the one that no other planet
+        can stand before."""
+        return self._several.main
 
     # -- looking inside ----------------------------------------------------------------------------------------------
 
@@ -79,7 +95,7 @@ class Looking:
     def stats(self) -> dict[str, int]:
         """Cells, vertices and triangles drawn in the last frame, ground and sea together. Reads back from the GPU."""
         with self._guest():
-            return queries.statistics(self.running)
+            return queries.statistics(self._several.renderer.running)
 
     @property
     def memory_bytes(self) -> dict[str, int]:
@@ -90,11 +106,13 @@ class Looking:
     @property
     def refining(self) -> tuple[str, ...]:
         """What is still being made of what the last frame showed, such as "ground 63 %"; empty when all is there."""
-        return tuple(text for system in self.running if (text := system.refining()))
+        return tuple(text for system in self._several.renderer.running if (text := system.refining()))
 
     @property
     def exposure(self) -> float | None:
         """EV100 of the last picture; None before the first and after one without colours. Reads back from the GPU."""
+        if self._several.renderer is not self:
+            return self._several.renderer.exposure
         composite = self.system("composite")
         if not isinstance(composite, CompositeSystem) or not composite.exposed:
             return None
@@ -103,4 +121,6 @@ class Looking:
 
     def system(self, name: str) -> System | None:
         """The active system of that name, or None."""
+        if self._several.renderer is not self:
+            return self._several.renderer.system(name)
         return next((s for s in self.systems if s.name == name and name in self._scopes), None)

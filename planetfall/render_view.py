@@ -46,8 +46,10 @@ class RenderView:
     release() frees those; releasing the renderer does too. One thread, the renderer's.
     """
 
-    def __init__(self, renderer: Renderer, size: tuple[int, int]) -> None:
+    def __init__(self, renderer: Renderer, size: tuple[int, int], inner: bool = False) -> None:
+        """inner: for a picture that another planet's camera needs; nobody else sees it."""
         check_size(size, renderer.gpu.caps.max_texture_size)
+        self.inner = inner
         taken = {view.index for view in renderer._views}
         self.renderer = renderer
         self.index = next(n for n in range(1, len(taken) + 2) if n not in taken)

@@ -35,6 +35,7 @@ from .render_view import RenderView
 from .rest import Rest
 from .scene import Scene
 from .settling import settle
+from .several_planets import SeveralPlanets, by_nearest
 from .snapshot import Snapshot
 from .standpoint import Standpoint
 from .stillness import Stillness
@@ -96,6 +97,8 @@ class Renderer(Looking):
         check_size(size, self.gpu.caps.max_texture_size)
         self.size = (int(size[0]), int(size[1]))
         self._views: list[RenderView] = []
+        self._several = SeveralPlanets(self)
+        self._made_with = (quality, dict(overrides or {}), tuple(systems))
         self._view_index, self._gates = 0, 0  # gates: how often systems came or went
         self._system_list = SystemList((*extend.registered_systems(), *systems))
         self.systems: tuple[System, ...] = self._system_list.needed(scene.world)
@@ -125,6 +128,7 @@ class Renderer(Looking):
 
     # -- pictures ----------------------------------------------------------------------------------------------------
 
+    @by_nearest
     def render(
         self,
         camera: Camera | View,
@@ -152,6 +156,7 @@ class Renderer(Looking):
             plan = self._require_plan()
             return {name: read_output(plan, name, self.size) for name in wanted}
 
+    @by_nearest
     def render_to(
         self,
         framebuffer: moderngl.Framebuffer,
@@ -184,6 +189,7 @@ class Renderer(Looking):
             else:
                 draw()
 
+    @by_nearest
     def settle(
         self,
         camera: Camera | View,
@@ -228,6 +234,7 @@ class Renderer(Looking):
             self.size = size
             self._plan_key = ()  # lists of tiles have the picture's size
 
+    @by_nearest
     def camera_state(self, camera: Camera | View) -> CameraState:
         """The camera in f64 as the renderer uses it: resolved against the scene's ground, lifted out of it if need
         be."""
@@ -245,7 +252,7 @@ class Renderer(Looking):
                 self._rest.forget()
             for view in self._views if changed else ():
                 view.outdated()
-            return changed
+            return [*changed, *(name for name in self._several.reload_shaders() if name not in changed)]
 
     def release(self) -> None:
         """Free every GL object; may be called twice. With a lost context they are gone already."""
@@ -253,6 +260,7 @@ class Renderer(Looking):
             return
         if not self._context.lost:
             with self._guest():
+                self._several.release()
                 for view in list(self._views):
                     view.release()
                 if self._plan is not None:
@@ -289,6 +297,9 @@ class Renderer(Looking):
     # -- a frame -----------------------------------------------------------------------------------------------------
 
     def _require_plan(self) -> Plan:
+        front = self._several.front
+        if front is not self:
+            return front.graph
         if self._plan is None:
             raise SettingError("nothing has been rendered yet: call render() first")
         return self._plan
@@ -310,7 +321,7 @@ class Renderer(Looking):
         view = camera if isinstance(camera, View) else None
         if time_s is None:
             time_s = view.time_s if view is not None else 0.0
-        state = self.camera_state(camera)
+        state = self._stand.state(camera, self.size)
         own_sun = self._stand.sun
         sun_component = sun if sun is not None else self.scene.sun if own_sun is None else own_sun
         sun_state = self._sun_state(sun_component, time_s)
@@ -340,7 +351,7 @@ class Renderer(Looking):
         self._cut = False
         self._frame_index += 1
         self._stillness.drawn(running, frame.still, several)
-        self.watch.after_frame(self)
+        self.watch.after_frame(self.scene, running)
 
     def _repeat(self, exports: frozenset[str], running: Sequence[System], target: Any) -> bool:
         """The last picture once more, into the target of this frame; False: it has to be made, or passes are timed."""
@@ -370,6 +381,7 @@ class Renderer(Looking):
         frame.view_index, frame.dt_s = self._view_index, self._dt_s if dt_s is None else dt_s
         frame.frame_index = self._frame_index
         frame.cut, frame.host_depth = self._cut, self._host_depth
+        frame.star_axes, frame.backdrop = None, True
         return frame
 
     def _gate(self) -> None:
@@ -423,6 +435,7 @@ class Renderer(Looking):
     def retune(self, changes: Mapping[str, Any]) -> None:
         """Change quality knobs that are read each frame (`LIVE`): nothing is made anew. SettingError for others."""
         checked = checked_live(changes)
+        self._several.retune(checked)
         if any(self.settings[key] != value for key, value in checked.items()):
             self.settings.update(checked)
             self._stillness.forget()
@@ -431,6 +444,7 @@ class Renderer(Looking):
         """Switch on again what was switched off because it raised."""
         self.faults.forget()
         self.gate_again()
+        self._several.try_again()
 
     def gate_again(self) -> None:
         """With the next frame, look again at which systems run, and compile."""

@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._kinds import KINDS, PLANET_KINDS, PROP_KINDS, SCENE_KINDS
-from ._scene_file import describe, planets
+from ._scene_checks import cloud_problems, planet_problems
+from ._scene_file import Description, describe, planets
+from .companions import Companion, Companions
 from .components import Atmosphere, Clouds, Composite, Exposure, Ocean, Planet, Shape, Sun, Terrain, Transform
 from .engine.settings import (
     SettingError,
@@ -21,10 +23,8 @@ from .engine.settings import (
     did_you_mean,
     plain_table,
     revision,
-    with_overrides,
     write_toml,
 )
-from .engine.waves import WaveError, waves_of
 from .engine.world import MissingError, World
 from .errors import SceneError, UnknownNameError
 
@@ -127,7 +127,7 @@ class PlanetHandle(Handle):
         """Give it this component, in place of one of the same type; returns the component. SceneError for clouds that
         cannot be on this planet: what else only fits together or not is checked by Scene.validate, before drawing."""
         if isinstance(component, Clouds):
-            problems = _cloud_problems(component, self.planet, self.get(Atmosphere))
+            problems = cloud_problems(component, self.planet, self.get(Atmosphere))
             if problems:
                 raise SceneError(f"planet {self.name!r}: {'; '.join(problems)}")
         return super().add(component)
@@ -184,7 +184,7 @@ class PropHandle(Handle):
 class Scene:
     """What is rendered: a sun, a sky, the way to a picture, and planets. Made by `load_scene`.
 
-    world: the truth, entities and components. planet: the default planet. planets: all of them by name.
+    world: the truth, entities and components. planet: its own planet. planets: that and its companions', by name.
     environment: what belongs to the whole scene (Sun, Stars, Exposure, Composite). preset: whose named views apply.
     Changes take effect with the next frame. Not thread-safe against its renderer.
     """
@@ -203,7 +203,12 @@ class Scene:
         body = {"planet": Planet()} | {key: c for key, c in components.items() if key in PLANET_KINDS}
         self.environment = Handle(self, self.world.create(*own.values()), name)
         self.planet = PlanetHandle(self, self.world.create(*body.values()), name)
-        self.planets: Mapping[str, PlanetHandle] = _Planets({name: self.planet})
+        self._handles = {name: self.planet}
+        self.planets: Mapping[str, PlanetHandle] = _Planets(self._handles)
+        self.companions = Companions(self)
+        """Further planets, such as a moon: `scene.companions.add("moon", pf.Orbit(...))`."""
+        self.accompanies: Scene | None = None
+        """The scene of which this one is a companion."""
         self._fields: dict[int, tuple[tuple[int, int], HeightField]] = {}
         self._props: dict[int, PropHandle] = {}
         self.validate()
@@ -256,8 +261,10 @@ class Scene:
         settings: {"terrain.highest_m": ...}, values that stand in for those of components, as a renderer's overrides.
         """
         problems: list[str] = []
+        sun = self.environment.get(Sun) or Sun()
         for handle in self.planets.values():
-            problems += _planet_problems(handle, self.environment.get(Sun) or Sun(), settings)
+            problems += planet_problems(handle, sun, settings)
+        problems += self.companions.problems()
         exposure = self.environment.get(Exposure)
         if exposure is not None and exposure.min_ev100 > exposure.max_ev100:
             problems.append(
@@ -319,8 +326,11 @@ class Scene:
 
                 if is_file(component.form):
                     load_mesh(component.form)
-            if isinstance(component, Transform) and component.planet:
-                _ = self.planets[component.planet]
+            if isinstance(component, Transform) and self.planets[component.planet or self.name] is not self.planet:
+                raise SceneError(
+                    f"Transform.planet: {component.planet!r} is a companion: its objects belong to its own scene; "
+                    f"write scene.companions[{component.planet!r}].scene.add(...)"
+                )
 
     # -- files --------------------------------------------------------------------------------------------------------
 
@@ -342,6 +352,8 @@ class Scene:
                 {"name": p.name, **{tables[type(c)]: plain_table(c) for c in p.components() if type(c) in tables}}
                 for p in self.props
             ]
+        if self.companions:
+            data["companions"] = [companion_table(companion) for companion in self.companions.values()]
         handles = (self.planet, self.environment, *self.props)
         known = {*KINDS.values(), *tables}
         left_out = sorted({type(c).__name__ for h in handles for c in h.components()} - {k.__name__ for k in known})
@@ -353,6 +365,7 @@ class Scene:
 
     def release(self) -> None:
         """Delete the world. A renderer of this scene has to be released before."""
+        self.companions.release()
         self._fields.clear()
         self._props.clear()
         self.world.close()
@@ -380,6 +393,18 @@ def _rows(name: str, values: ArrayLike, count: int, width: int) -> list[tuple[fl
     return list(map(tuple, rows.tolist()))
 
 
+def companion_table(companion: Companion) -> dict[str, Any]:
+    """A companion as a table of a scene file: whole, without a preset that it would change."""
+    own = companion.scene
+    table: dict[str, Any] = {"name": companion.name, "like": own.preset} if own.preset else {"name": companion.name}
+    table["orbit"] = plain_table(companion.orbit)
+    for key, kind in PLANET_KINDS.items():
+        component = own.planet.get(kind)
+        if component is not None:
+            table[key] = plain_table(component)
+    return table
+
+
 class _Planets(Mapping[str, PlanetHandle]):
     """Planets by name; a wrong name says which there are."""
 
@@ -400,80 +425,6 @@ class _Planets(Mapping[str, PlanetHandle]):
         return len(self._handles)
 
 
-def _planet_problems(handle: PlanetHandle, sun: Sun, settings: Mapping[str, Any]) -> list[str]:
-    def found(kind: type[C], table: str) -> C | None:
-        component = handle.get(kind)
-        return None if component is None else with_overrides(component, table, settings)
-
-    problems: list[str] = []
-    terrain, radius = found(Terrain, "terrain"), handle.radius_m
-    where = f"planet {handle.name!r}"
-    if terrain is not None:
-        if terrain.lowest_m >= terrain.highest_m:
-            problems.append(
-                f"{where}: Terrain.lowest_m ({terrain.lowest_m:g}) has to be below highest_m ({terrain.highest_m:g})"
-            )
-        for field, value in (("highest_m", terrain.highest_m), ("lowest_m", terrain.lowest_m)):
-            if abs(value) > 0.25 * radius:
-                problems.append(
-                    f"{where}: Terrain.{field} ({value:g}) is more than a quarter of Planet.radius_m ({radius:g}); "
-                    f"use at most {0.25 * radius:g}"
-                )
-        if terrain.lowest_m < terrain.highest_m and (
-            terrain.height_map or terrain.color_map or terrain.height_map_range_m is not None
-        ):
-            from .systems.terrain.height import TerrainParams
-            from .systems.terrain.height_map import color_cube
-
-            try:
-                TerrainParams.from_component(terrain, radius)
-                if terrain.color_map:
-                    color_cube(terrain.color_map)
-            except ValueError as error:
-                problems.append(f"{where}: {error}")
-    sea = found(Ocean, "ocean")
-    if sea is not None and abs(sea.sea_level_m) > 0.25 * radius:
-        problems.append(
-            f"{where}: Ocean.sea_level_m ({sea.sea_level_m:g}) is more than a quarter of Planet.radius_m ({radius:g})"
-        )
-    if sea is not None:
-        try:
-            waves_of(sea, radius)
-        except WaveError as error:
-            problems.append(f"{where}: Ocean: {error}")
-    air = found(Atmosphere, "atmosphere")
-    if air is not None:
-        if sea is not None and sea.sea_level_m >= air.thickness_m:
-            problems.append(
-                f"{where}: Ocean.sea_level_m ({sea.sea_level_m:g}) is above the top of the air, Atmosphere.thickness_m "
-                f"({air.thickness_m:g}); lower the sea or raise the air"
-            )
-        from .systems.atmosphere.model import AirModel
-
-        try:
-            AirModel.from_components(handle.planet, air, sun.angular_radius_rad)
-        except SettingError as error:
-            problems.append(f"{where}: {error}")
-    clouds = found(Clouds, "clouds")
-    if clouds is not None:
-        problems += [f"{where}: {problem}" for problem in _cloud_problems(clouds, handle.planet, air)]
-    return problems
-
-
-def _cloud_problems(clouds: Clouds, planet: Planet, air: Atmosphere | None) -> list[str]:
-    from .systems.clouds.model import CloudModel
-
-    try:
-        CloudModel.from_components(planet, clouds, air)
-        if clouds.weather_map:
-            from .systems.clouds.imported import imported_cover
-
-            imported_cover(clouds.weather_map)
-    except ValueError as error:
-        return [str(error)]
-    return []
-
-
 def load_scene(source: str | os.PathLike[str] = "earth") -> Scene:
     """A scene from the name of a planet preset, or from a path to a TOML file (anything with .toml or a separator).
 
@@ -481,14 +432,22 @@ def load_scene(source: str | os.PathLike[str] = "earth") -> Scene:
     (naming file, key, expected and found) or SceneError (parts that don't fit together).
     """
     global _latest  # noqa: PLW0603
-    found = describe(source)
+    scene = scene_of(source)
+    _latest = weakref.ref(scene)
+    return scene
+
+
+def scene_of(source: str | os.PathLike[str] | Description) -> Scene:
+    """As load_scene, but cameras without a scene don't come to mean this one."""
+    found = source if isinstance(source, Description) else describe(source)
     try:
         scene = Scene(found.name, found.components, preset=found.preset, about=found.about)
         for name, components in found.props:
             scene.add(*components, name=name)
+        for told, orbit in found.companions:
+            scene.companions.add(scene_of(told), orbit)
     except (SceneError, UnknownNameError) as error:
         raise SceneError(f"{found.path}: {error}") from None
-    _latest = weakref.ref(scene)
     return scene
 
 

@@ -15,16 +15,19 @@ __all__ = ["SYSTEMS", "Entry", "SystemList", "is_own"]
 
 @dataclass(frozen=True)
 class Entry:
-    """A system by its place. name and needs are its class's own, known before the class is imported."""
+    """A system by its place. name and needs are its class's own, known before the class is imported. resource: of the
+    world, which has to be there as well."""
 
     name: str
     module: str
     kind: str
     needs: tuple[type, ...] = ()
+    resource: str = ""
 
     def wanted(self, world: World) -> bool:
         """As System.active."""
-        return not self.needs or bool(world.query(*self.needs))
+        there = not self.resource or world.try_resource(self.resource) is not None
+        return there and (not self.needs or bool(world.query(*self.needs)))
 
     def load(self) -> type[System]:
         """The class."""
@@ -45,8 +48,10 @@ SYSTEMS: tuple[Entry, ...] = (
     Entry("clouds", ".systems.clouds.methods", "CloudMethods", (Planet, Clouds)),
     Entry("composite", ".systems.composite", "CompositeSystem"),
     Entry("debug", ".systems.debug", "DebugSystem", (DebugView,)),
+    Entry("companions", ".systems.companions", "CompanionsSystem", resource="companions.source"),
 )
-"""In the order of their updates; the order of the passes comes from the graph."""
+"""In the order of their updates; companions begin last, when the frame's jitter is known. The order of the passes comes
+from the graph."""
 
 
 _OWN = frozenset(entry.kind for entry in SYSTEMS)

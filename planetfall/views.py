@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -30,6 +31,8 @@ VIEWS_FILE = PRESETS / "views.toml"
 _EARTH_RADIUS_M = 6.371e6
 # What a view may need of a planet: the components there are, and those that the file looks forward to.
 KNOWN_TABLES = (*PLANET_KINDS, "clouds", "atmosphere")
+_COMPANION = "companions."
+"""And the companions of a scene: "companions.moon"."""
 
 
 @dataclass
@@ -41,6 +44,7 @@ class _Row:
     longitude_deg: float = knob(0.0, -360.0, 360.0, "deg")
     altitude_m: float = knob(2.0, -1e5, 1e10, "m")
     above: str = knob("sphere", choices=("sphere", "ground"))
+    over: str = knob("", help="The companion that the place is on; the scene's own planet if left out")
     scales: bool = knob(False, help="altitude_m is for Earth's radius and grows with that of the planet")
     heading_deg: float = knob(0.0, -360.0, 360.0, "deg")
     pitch_deg: float = knob(0.0, -90.0, 90.0, "deg")
@@ -91,7 +95,10 @@ class View(Camera):
         self._preset = planet if isinstance(planet, str) else None
         self._pose = None
         self._place = entry.row.place(_EARTH_RADIUS_M)
-        self._optics(entry.row.fov_y_deg, None, planet if isinstance(planet, PlanetHandle) else None)
+        handle = planet if isinstance(planet, PlanetHandle) else None
+        self._optics(entry.row.fov_y_deg, None, entry.row.over or handle)
+        if entry.row.over and handle is not None:
+            self._scene = weakref.ref(handle.scene)
 
     @property
     def fov_y_deg(self) -> float:
@@ -181,6 +188,7 @@ def _described(planet: str | PlanetHandle | Scene) -> tuple[str | None, Mapping[
     if isinstance(planet, str):
         return _described_preset(planet)
     has = {table: True for table, kind in PLANET_KINDS.items() if planet.has(kind)}
+    has |= {_COMPANION + name: True for name in planet.scene.companions}
     return planet.scene.preset, has, planet.radius_m
 
 
@@ -188,7 +196,8 @@ def _described(planet: str | PlanetHandle | Scene) -> tuple[str | None, Mapping[
 def _described_preset(name: str) -> tuple[str | None, Mapping[str, Any], float]:
     description = describe(name)
     body = description.components.get("planet", Planet())
-    return description.preset, description.components, body.radius_m
+    has = {**description.components, **{_COMPANION + told.name: True for told, _ in description.companions}}
+    return description.preset, has, body.radius_m
 
 
 @lru_cache(maxsize=4)
@@ -204,7 +213,7 @@ def _entries(file: Path) -> dict[str, _Entry]:
         values = dict(table)
         over, needs = values.pop("planet", {}), values.pop("needs", [])
         for need in needs:
-            if need not in KNOWN_TABLES:
+            if need not in KNOWN_TABLES and not need.startswith(_COMPANION):
                 problems.append(f"view.{name}.needs: {did_you_mean(need, KNOWN_TABLES, 'tables')}, found {need!r}")
         row = _row(values, f"view.{name}", problems)
         rows = {}

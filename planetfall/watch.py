@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 from .engine.settings import revision
 
 if TYPE_CHECKING:
-    from .renderer import Renderer
+    from .engine.system import System
+    from .scene import Scene
 
 __all__ = ["Watch"]
 
@@ -25,30 +26,29 @@ class Watch:
     def __init__(self) -> None:
         self.changed: list[Callable[[frozenset[str]], object]] = []
         self.settled: list[Callable[[], object]] = []
-        self._stamps: dict[tuple[int, str], tuple[int, int]] | None = None
+        self._stamps: dict[tuple[int, int, str], tuple[int, int]] | None = None
         self._rests = False
 
-    def after_frame(self, renderer: Renderer) -> None:
-        """A frame has been drawn."""
+    def after_frame(self, scene: Scene, running: Iterable[System]) -> None:
+        """A frame of a scene has been drawn by these systems."""
         if self.changed:
-            self._tell_changes(renderer)
+            self._tell_changes(scene)
         if self.settled:
-            rests = all(system.settled() for system in renderer.running)
+            rests = all(system.settled() for system in running)
             if rests and not self._rests:
                 for function in tuple(self.settled):
                     function()
             self._rests = rests
 
-    def _tell_changes(self, renderer: Renderer) -> None:
-        scene = renderer.scene
+    def _tell_changes(self, scene: Scene) -> None:
         stamps = {
-            (holder.entity, type(part).__name__): (id(part), revision(part))
+            (id(holder.scene), holder.entity, type(part).__name__): (id(part), revision(part))
             for holder in (*scene.planets.values(), scene.environment)
             for part in holder.components()
         }
         before, self._stamps = self._stamps, stamps
         if before is None or before == stamps:
             return
-        names = frozenset(key[1] for key in before.keys() | stamps.keys() if before.get(key) != stamps.get(key))
+        names = frozenset(key[2] for key in before.keys() | stamps.keys() if before.get(key) != stamps.get(key))
         for function in tuple(self.changed):
             function(names)

@@ -38,6 +38,9 @@ VIEWS = [
     "glitter",
     "shallows",
     "waterline",
+    "moonrise",
+    "earthrise",
+    "phobos",
 ]
 
 
@@ -114,8 +117,8 @@ def test_unknown_names():
     with pytest.raises(pf.UnknownNameError) as info:
         pf.load_scene("erth")
     assert str(info.value) == (
-        "no planet 'erth'; did you mean 'earth'? planets: asteroid, earth, hazy, mars, moon, small. "
-        "A path to a TOML file works as well"
+        "no planet 'erth'; did you mean 'earth'? planets: asteroid, earth, earth_moon, hazy, mars, mars_moons, moon, "
+        "small. A path to a TOML file works as well"
     )
     with pytest.raises(pf.PresetError, match=r"nix\.toml: no such file"):
         pf.load_scene("nix.toml")
@@ -232,7 +235,7 @@ def test_view_names():
 
 
 def test_view_errors():
-    with pytest.raises(pf.UnknownNameError, match="no view 'vally'; did you mean 'valley'\\? views: beach"):
+    with pytest.raises(pf.UnknownNameError, match="no view 'vally'; did you mean 'valley'\\?"):
         pf.view("vally")
     with pytest.raises(pf.UnknownNameError, match=r"no view 'sea' of planet 'moon': it needs ocean\. Its views: space"):
         pf.view("sea", planet="moon")

@@ -58,6 +58,8 @@ class CompositeSystem(System):
     """Always active; the components Exposure and Composite say how, their defaults hold without them."""
 
     name: ClassVar[str] = "composite"
+    _start: bytes | None = None
+    """The exposure that the next frame without a past begins with."""
 
     def setup(self, setup: Setup) -> None:
         self._gpu = gpu = setup.gpu
@@ -112,6 +114,16 @@ class CompositeSystem(System):
         if self._latest is None:
             raise RuntimeError("the last frame was not exposed: render one with its colours first")
         return read_exposure(self._latest)
+
+    def reading_bytes(self) -> bytes:
+        """As `reading`, for another system's `go_on_from`."""
+        if self._latest is None:
+            raise RuntimeError("the last frame was not exposed: render one with its colours first")
+        return self._latest.read(16)
+
+    def go_on_from(self, exposure: bytes) -> None:
+        """The next frame, a cut, adapts from another system's exposure instead of jumping."""
+        self._start = exposure
 
     def begin(self, frame: Frame) -> None:
         composite = with_overrides(_first(frame.world, Composite), "composite", frame.settings)
@@ -213,6 +225,9 @@ class CompositeSystem(System):
             now.bind_to_storage_buffer(6)
             before.bind_to_storage_buffer(7)
             past = valid.value and not self._cut
+            if self._start is not None and self._auto:
+                before.write(self._start)
+                past, self._start = True, None
             self._meter.set("u_speed", (*self._go, 0.0) if past else (1.0, 1.0, 1.0))
             if self._auto:
                 self._meter.run_over(width, height)

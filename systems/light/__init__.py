@@ -32,6 +32,10 @@ class LightSystem(System):
         self._key: tuple[object, ...] = ()
 
     def update(self, frame: Frame) -> None:
+        if frame.star_axes is not None:
+            self._key = ()
+            frame.world.set_resource(STAR_AXES, frame.star_axes)
+            return
         planet = frame.world.try_get(frame.planet, Planet)
         sun = frame.world.query(Sun)[0][1][0]
         moment = frame.time_s if sun.mode == "epoch" else 0.0

@@ -14,6 +14,7 @@ import moderngl
 import numpy as np
 
 from ...components import Atmosphere, Exposure, Planet, Stars
+from ...engine.backdrop import LIGHT, SOURCE, Backdrop
 from ...engine.contracts import bind_contracts, contract_reads
 from ...engine.gpu import gl as G
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
@@ -60,14 +61,17 @@ class SkySystem(System):
         self._world = setup.world
         self._background = gpu.program(vertex="sky/background.vert", fragment="sky/background.frag")
         self._shell = gpu.vertex_array(self._background)
-        self._sun_program = gpu.program(vertex="sky/sun.vert", fragment="sky/sun.frag")
-        self._sun = gpu.vertex_array(self._sun_program)
-        self._sun_program.set("u_limit", _LIMITS[self._format])
+        self._gpu = gpu
+        self._suns: dict[bool, Any] = {}
+        self._planets: Any = None
+        self._no_planet: Any = None
+        self._backdrop = True
         self._far = gpu.gpu.state(depth_test=True, depth_func=">=", write_depth=False)
         self._far_add = gpu.gpu.state(depth_test=True, depth_func=">=", write_depth=False, blend="additive")
 
     def update(self, frame: Frame) -> None:
         """How much of the picture the air can fill: nothing without air; seen from space a disc, from inside all."""
+        self._backdrop = frame.backdrop
         self._shell_corners = 0
         if not planet_seen(frame.world, frame.view_index)():
             return
@@ -88,17 +92,22 @@ class SkySystem(System):
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         builder.add_pass(
             "sky.shade",
-            bind=self._bind,
+            bind=lambda io: self._bind(io, view.index),
             system=self.name,
             reads=("gbuffer.depth", *contract_reads(self._world)),
+            reads_optional=(LIGHT,),
             creates=(TextureSpec("scene.radiance", self._format, help="radiance times the frame's scale, linear"),),
             help="air and the sun's disc where no surface is, black elsewhere",
         )
 
-    def _bind(self, io: PassIO) -> Callable[[], None]:
+    def _bind(self, io: PassIO, view_index: int) -> Callable[[], None]:
         target = io.framebuffer(colors=("scene.radiance",), depth="gbuffer.depth")
         colors = io.framebuffer(colors=("scene.radiance",))
         bind_air = bind_contracts(self._world, io)
+        planets: Backdrop | None = None
+        if io.has(LIGHT):
+            planets = Backdrop(self._world, io, view_index, self._nothing())
+        sun = self._sun(planets is not None)
 
         def run() -> None:
             bind_air()
@@ -109,9 +118,31 @@ class SkySystem(System):
                 self._far.apply()
                 self._shell.render(moderngl.TRIANGLE_FAN, self._shell_corners + 2)
             self._far_add.apply()
-            self._sun.render(moderngl.TRIANGLE_STRIP, 4)
+            if planets is not None and planets.use(0):
+                target.viewport = planets.rect
+                self._planets.render()
+                target.viewport = (0, 0, *target.size)
+            if self._backdrop:
+                sun.render(moderngl.TRIANGLE_STRIP, 4)
 
         return run
+
+    def _nothing(self) -> Any:
+        """What is bound where no other planet is; with the first one comes its program."""
+        if self._no_planet is None:
+            self._no_planet = self._gpu.texture((1, 1), "rgba8", bytes(4))
+            self._planets = self._gpu.fullscreen("sky/planets.frag")
+            self._planets.set("u_limit", _LIMITS[self._format])
+        return self._no_planet
+
+    def _sun(self, behind_planets: bool) -> Any:
+        """The sun's disc, with what hides it or without."""
+        if behind_planets not in self._suns:
+            defines = {"PLANETS": 0} if behind_planets else {}
+            program = self._gpu.program(vertex="sky/sun.vert", fragment="sky/sun.frag", defines=defines)
+            program.set("u_limit", _LIMITS[self._format])
+            self._suns[behind_planets] = self._gpu.vertex_array(program)
+        return self._suns[behind_planets]
 
 
 @dataclass
@@ -149,6 +180,9 @@ class StarsSystem(System):
         self._gpu = gpu = setup.gpu
         self._world = setup.world
         self._limit = _LIMITS[radiance_format(setup.settings)]
+        # Behind other planets is nothing to be seen, where there are any.
+        self._planets = setup.world.try_resource(SOURCE) is not None
+        self._no_planet = gpu.texture((1, 1), "rgba8", bytes(4)) if self._planets else None
         self._drawers: dict[bool, tuple[Any, Any]] = {}
         for clear in (False, True) if setup.world.query(Atmosphere) else (False,):
             self._drawer(clear)
@@ -174,6 +208,7 @@ class StarsSystem(System):
         for: it costs ten times what the light does."""
         if clear not in self._drawers:
             defines: dict[str, Any] = {"STARS_CLEAR": 1} if clear else {}
+            defines |= {"PLANETS": 1} if self._planets else {}
             points = {"STAR_POINT_PX": f"{_STAR_POINT_PX}.0", **defines}
             stars = self._gpu.program(vertex="sky/stars.vert", fragment="sky/stars.frag", defines=points)
             stars.set("u_limit", self._limit)
@@ -207,6 +242,8 @@ class StarsSystem(System):
         stars: Stars = frame.world.query(Stars)[0][1][0]
         self._refresh(stars)
         self._expose(frame, stars)
+        if not frame.backdrop:
+            self._shown[frame.view_index].hidden = True
         found = frame.world.resources.get("star_axes")
         axes = np.eye(3) if found is None else np.asarray(found)
         # GLSL reads matrices column by column: the transpose of the row order of numpy.
@@ -270,6 +307,7 @@ class StarsSystem(System):
             "stars.draw",
             bind=lambda io: self._bind_draw(io, view.index, shown, metered, numbers),
             system=self.name,
+            reads_optional=(LIGHT,),
             reads=("stars.galaxy", "gbuffer.depth", *contract_reads(self._world), *(("stars.draws",) * metered)),
             writes=("scene.radiance",),
             after=("sky.shade",),
@@ -310,6 +348,7 @@ class StarsSystem(System):
         galaxy = io.texture("stars.galaxy")
         draws = io.buffer("stars.draws") if metered else None
         bind_air = bind_contracts(self._world, io)
+        planets = Backdrop(self._world, io, view, self._no_planet) if self._planets else None
 
         def run() -> None:
             clear = self._clear.get(view, False)
@@ -321,6 +360,8 @@ class StarsSystem(System):
             target.use()
             self._far_add.apply()
             galaxy.use(0)
+            if planets is not None:
+                planets.use(1)
             count, cloudy = (-1, True) if numbers else self._count(shown)
             if chosen is None and cloudy:
                 galaxy_light.render()

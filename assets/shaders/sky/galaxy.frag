@@ -4,6 +4,7 @@
 #ifndef STARS_CLEAR
 #include "contract/air.glsl"
 #endif
+#include "sky/behind_planets.glsl"
 
 layout(binding = 0) uniform sampler2D u_galaxy;
 layout(location = 0) uniform mat3 u_galactic_axes;  // planet to galactic
@@ -20,6 +21,7 @@ void main() {
 #ifndef STARS_CLEAR
     light *= air_to_space(vec3(0.0), direction);
 #endif
+    light *= past_planets();
     o_radiance = vec4(light * (BRIGHTEST * u_brightness * frame.scale.x), 0.0);
 #ifdef PF_FRAG_DEPTH
     gl_FragDepth = 0.0;

@@ -1,3 +1,5 @@
+#include "sky/behind_planets.glsl"
+
 layout(location = 2) uniform float u_limit;
 flat in vec2 v_center;
 flat in vec3 v_light;
@@ -10,7 +12,7 @@ const float SPREAD = 0.7;
 void main() {
     vec2 from_center = gl_FragCoord.xy - v_center;
     float spot = exp(dot(from_center, from_center) * (-0.5 / (SPREAD * SPREAD))) / (6.28318530718 * SPREAD * SPREAD);
-    o_radiance = vec4(min(v_light * spot, vec3(u_limit)), 0.0);
+    o_radiance = vec4(min(v_light * (spot * past_planets()), vec3(u_limit)), 0.0);
 #ifdef PF_FRAG_DEPTH
     gl_FragDepth = 0.0;
 #endif

@@ -1,6 +1,7 @@
 #include "common/camera.glsl"
 #include "contract/air.glsl"
 #include "sky/sun_disc.glsl"
+#include "sky/behind_planets.glsl"
 
 layout(location = 0) uniform float u_limit;  // largest value that the target can hold
 in vec2 v_slope;
@@ -15,7 +16,7 @@ void main() {
     float cosine = dot(direction, frame.camera_forward.xyz);
     float pixel = frame.clock.w * cosine * sqrt(cosine);
     vec3 radiance = sun_disc(sine, sin(frame.sun_direction.w), pixel, frame.sun_irradiance.rgb);
-    radiance *= air_to_space(vec3(0.0), direction);
+    radiance *= air_to_space(vec3(0.0), direction) * past_planets();
     o_radiance = vec4(min(radiance * frame.scale.x, vec3(u_limit)), 0.0);
 #ifdef PF_FRAG_DEPTH
     gl_FragDepth = 0.0;

@@ -91,6 +91,8 @@ void main() {
     float end = depth > 0.0 ? forward_distance(depth) * stretch : PAPER_NOT_ALL;
     ray /= stretch;
     float mu = clamp_cos(dot(ray, frame.camera_zenith.xyz));
+    vec3 aside = cross(ray, frame.camera_zenith.xyz);
+    shell_sine2 = dot(aside, aside);
     // The planet itself, where nothing was drawn on it.
     vec2 floor_ = shell_crossings(mu, min(planet.radii.w, frame.camera_zenith.w));
     if (depth <= 0.0 && mu < 0.0 && floor_.x < floor_.y && frame.camera_zenith.w > planet.radii.w) end = min(end, floor_.x);
