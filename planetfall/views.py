@@ -109,7 +109,10 @@ class View(Camera):
         return self._entry.for_planet(self._preset or (scene.preset if scene is not None else None))
 
     def _requested(self) -> Place:
-        planet = self._planet_in(self._known_scene())
+        scene = self._known_scene()
+        if scene is not None and self._entry.row.over not in ("", *scene.planets):
+            scene = None  # of another scene; rendering it there says so
+        planet = self._planet_in(scene) if scene is not None or not self._entry.row.over else None
         return self._row().place(Planet().radius_m if planet is None else planet.radius_m)
 
     @property

@@ -38,7 +38,7 @@ class Picture:
 
 
 class CompanionSource(Protocol):
-    """The world resource SOURCE: draws companions for a planet's view, and knows which of its views are such pictures."""
+    """The world resource SOURCE: draws companions for a planet's view, and knows which of its views are those."""
 
     def prepare(self, frame: Frame) -> bool:
         """Say in a frame what comes from outside (stars, jitter); whether it is a picture for others."""
