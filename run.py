@@ -30,6 +30,8 @@ NEWEST_TRIED = 16
 # What the package needs, by the name of the library or program -> Debian package.
 LIBRARIES = {"libEGL.so.1": "libegl1", "libGL.so.1": "libgl1", "libfontconfig.so.1": "libfontconfig1"}
 TEST_PROGRAMS = {"Xvfb": "xvfb", "xauth": "xauth"}
+# Half of a test is one thread of Python or of a shader's compiler.
+TWO_AT_ONCE = ["-n", "auto", "--maxprocesses", "2", "--dist", "loadfile"]
 OTHER_SYSTEMS = "Fedora: dnf install mesa-libEGL mesa-libGL fontconfig; Arch: pacman -S mesa fontconfig"
 
 
@@ -266,7 +268,7 @@ def run_tests(python, arguments):
     steps = [
         ("ruff", lambda: call([python, "-m", "ruff", "check", "."])),
         ("basedpyright", lambda: check_types(python)),
-        ("pytest", lambda: call([python, "-m", "pytest", *arguments])),
+        ("pytest", lambda: call([python, "-m", "pytest", *TWO_AT_ONCE, *arguments])),
     ]
     results = []
     for name, step in steps:

@@ -145,7 +145,7 @@ def switch_presets(gpu: Any, times: int) -> None:
 
 
 def test_switching_presets_leaves_nothing_behind(gpu: Any) -> None:
-    switch_presets(gpu, 16)
+    switch_presets(gpu, 12)
 
 
 @pytest.mark.slow
