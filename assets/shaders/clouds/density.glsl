@@ -76,10 +76,14 @@ vec3 cloud_tilted(vec3 place) {
     return cloud_view.tilt[0].xyz * place.x + cloud_view.tilt[1].xyz * place.y + cloud_view.tilt[2].xyz * place.z;
 }
 
+// How much of the layer's thickness clouds of a weather fill.
+float cloud_tallness(CloudWeather w) {
+    return mix(0.30, 1.0, w.towers);
+}
+
 // How much of the map's cover a height in the layer has: a flat base, tops that reach as high as the weather lets them.
 float cloud_height_cover(float share, CloudWeather w) {
-    float top = mix(0.30, 1.0, w.towers);
-    float x = share / top;
+    float x = share / cloud_tallness(w);
     return smoothstep(0.0, 0.10, share) * clamp(1.0 - x * x, 0.0, 1.0);
 }
 

@@ -172,7 +172,9 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
             vec3 direct = sun * (once * lit * cloud_lobes_sum(lobes, inside + to_sun - log(m.open)));
             vec3 diffuse = sun * cloud_slab_light(model, up, down, slab_sun, harmonics)
                 + drops.x * cloud_from_around(sky, ground, up, down, mu, drops.y);
-            vec3 fit = sun * cloud_sun_source(phases, drops.y, to_sun)
+            // Of all the cloud over and under the place, as if it was as dense there as here; 2/3 is the mean of its height's cover.
+            float whole = 2.0 / 3.0 * depth / length_m * thickness * cloud_tallness(w);
+            vec3 fit = sun * cloud_sun_source(phases, drops.y, to_sun, whole)
                 + sky * cloud_sky_source(drops.y, to_sun * max(mu_s, 0.15)) + ground * (0.5 / (1.0 + 0.05 * thickness * share * depth / length_m));
             direct = fitted ? vec3(0.0) : direct;
             diffuse = fitted ? drops.x * fit : diffuse;
