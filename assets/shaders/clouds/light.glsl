@@ -8,7 +8,7 @@
 
 #include "common/safe.glsl"
 
-const float CLOUD_LENT = 0.2;      // of the diffuse light: what a thin rim has from the cloud beside it
+const float CLOUD_LENT = 0.3;      // of the diffuse light: what a thin rim has from the cloud beside it
 const float CLOUD_DIFFUSE = 3.0;   // times the sun's irradiance: fluence of the diffuse light under the sunlit side
 
 float cloud_henyey_greenstein(float nu, float g) {
