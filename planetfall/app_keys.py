@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 from .app_shown import Shown
+from .errors import SettingError
 from .systems.debug import NAMED_VIEWS
 from .systems.flight import ACTIONS, MODES, Mode
 
@@ -104,8 +106,17 @@ def _pace(factor: float) -> None:
     _DO["faster" if factor > 1.0 else "slower"] = pace
 
 
+def _resources(app: FlightApp) -> Collection[str] | None:
+    """Names of what the frame graph makes or could make; None before the first frame."""
+    try:
+        return app.renderer.graph.analysis.model.specs
+    except SettingError:
+        return None
+
+
 def _debug_view(app: FlightApp, _state: InputState) -> None:
-    names = ("off", *NAMED_VIEWS)
+    there = _resources(app)
+    names = ("off", *(name for name, view in NAMED_VIEWS.items() if there is None or view.resource in there))
     now = names.index(app.debug_view) if app.debug_view in names else 0
     app.debug_view = names[(now + 1) % len(names)]
     app.say(f"debug view: {app.debug_view}")

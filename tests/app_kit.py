@@ -9,6 +9,7 @@ import numpy as np
 
 from planetfall.app import FlightApp
 from planetfall.engine.input import InputEvent, InputState, KeyEvent
+from planetfall.systems.debug import NAMED_VIEWS
 
 
 class FakeWindow:
@@ -51,7 +52,9 @@ class FakeRenderer:
         self.fails: Exception | None = None
         self.released = False
         self.gpu = SimpleNamespace(shaders=SimpleNamespace(errors=[]))
-        self.graph = SimpleNamespace(invalidate_persistent=self._invalidate)
+        specs = {view.resource: None for view in NAMED_VIEWS.values()}
+        analysis = SimpleNamespace(model=SimpleNamespace(specs=specs))
+        self.graph = SimpleNamespace(invalidate_persistent=self._invalidate, analysis=analysis)
 
     def _invalidate(self) -> None:
         self.invalidated += 1

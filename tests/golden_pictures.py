@@ -104,7 +104,13 @@ def debug_picture(name: str) -> Picture:
     """A debug view. Those of triangles and of surfaces need pixels or water to show anything."""
     fine = name in ("wireframe", "error_px", "snap_overlay")
     view = (
-        "coast" if name == "surface" else "ground" if name == "lod" else "sea" if name.startswith("cloud_") else "near"
+        "coast"
+        if name in ("surface", "tiles")
+        else "ground"
+        if name == "lod"
+        else "sea"
+        if name.startswith("cloud_")
+        else "near"
     )
     size = VIEW_SIZE if fine else KNOB_SIZE
     return Picture(
@@ -133,6 +139,7 @@ DEBUG_VIEWS = (
     "error_px",
     "snap_overlay",
     "holes",
+    "tiles",
     "cloud_tiles",
     "cloud_steps",
 )

@@ -209,6 +209,14 @@ def test_debug_views_by_key(scene: Any) -> None:
         seen.append(app.debug_view)
     assert seen[:3] == ["normals", "depth", "distance"] and seen[-1] == "off"
     assert not scene.environment.has(pf.DebugView)  # nothing is left in the scene
+    for view in list(NAMED_VIEWS.values())[1:]:
+        app.renderer.graph.analysis.model.specs.pop(view.resource, None)  # a scene without any of them
+    press(window, "v")
+    app.frame()
+    assert app.debug_view == "normals"
+    press(window, "v")
+    app.frame()
+    assert app.debug_view == "off", "what the graph has not is passed over"
     app.debug_view = "depth"
     window.events = [KeyEvent("left_shift", True), KeyEvent("v", True)]
     app.frame()
