@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ... import Camera, Renderer, Scene, Sun, path
 from ...engine.space import CameraState, project
-from .popping import moved_by_pair
+from .popping import compared_pairs
 
 __all__ = [
     "Flight",
@@ -75,16 +75,20 @@ class Step:
     altitude_m: float
     p999_px: float
     worst_px: float
+    brighter: float
+    """Of the whole picture, camera held: logarithm of the ratio of mean radiances."""
     pixels: int
 
 
 def pops(renderer: Renderer, flight: Flight, progress: Callable[[int], None] | None = None) -> list[Step]:
-    """How far ground moves on screen from each frame to the next, the camera's motion apart; see popping.py."""
+    """How far ground moves on screen and how much brighter the picture grows from each frame to the next, the camera's
+    motion apart; see popping.py."""
     found = []
-    for number, moved in enumerate(moved_by_pair(renderer, flight.cameras, flight.frame_s, flight.sun)):
+    for number, pair in enumerate(compared_pairs(renderer, flight.cameras, flight.frame_s, flight.sun)):
+        moved = pair.moved_px
         worst = float(moved.max()) if len(moved) else 0.0
         p999 = float(np.quantile(moved, 0.999)) if len(moved) else 0.0
-        found.append(Step(float(flight.altitudes_m[number + 1]), p999, worst, len(moved)))
+        found.append(Step(float(flight.altitudes_m[number + 1]), p999, worst, pair.brighter, len(moved)))
         if progress is not None:
             progress(number + 1)
     return found

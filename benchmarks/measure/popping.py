@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import Camera, DebugView, Renderer, Sun
-from .snaps import OUTPUTS, moved_px
+from .snaps import moved_px
 
 Floats = NDArray[np.float64]
 
+OUTPUTS = ("position", "surface", "radiance")
 _MOVES_PX = 1e-3
 """Less is rounding of the `position` output."""
 
@@ -38,7 +39,7 @@ class Popping:
 
 def popping(renderer: Renderer, cameras: Sequence[Camera], frame_s: float = 1.0 / 60.0) -> Popping:
     """Fly along cameras, a frame each. Streaming, morphing and fading go on as they do in flight: `frame_s` a frame."""
-    found = list(moved_by_pair(renderer, cameras, frame_s))
+    found = [pair.moved_px for pair in compared_pairs(renderer, cameras, frame_s)]
     changed = sum(bool(len(moved) and moved.max() > _MOVES_PX) for moved in found)
     every = np.concatenate(found) if found else np.zeros(0)
     if not len(every):
@@ -47,10 +48,20 @@ def popping(renderer: Renderer, cameras: Sequence[Camera], frame_s: float = 1.0 
     return Popping(float(p999), float(p99), float(every.max()), changed / len(found), len(cameras) - 1, len(every))
 
 
-def moved_by_pair(
+@dataclass(frozen=True)
+class Pair:
+    """What looking back shows of a pair of frames."""
+
+    moved_px: Floats
+    """How far the ground of each pixel moved, (N,)."""
+    brighter: float
+    """Logarithm of the ratio of the pictures' mean radiance, after over before."""
+
+
+def compared_pairs(
     renderer: Renderer, cameras: Sequence[Camera], frame_s: float, sun: Sun | None = None
-) -> Iterator[Floats]:
-    """For each pair of frames: how far the ground of each pixel moved, (N,) pixels."""
+) -> Iterator[Pair]:
+    """For each pair of frames: the camera of the first before and after the second was drawn."""
     with _freezable(renderer) as shown:
         renderer.settle(cameras[0], sun=sun)
         before = renderer.render(cameras[0], sun=sun, outputs=OUTPUTS, dt_s=frame_s)
@@ -59,7 +70,9 @@ def moved_by_pair(
             shown.freeze = True
             again = renderer.render(here, sun=sun, outputs=OUTPUTS, dt_s=0.0)
             shown.freeze = False
-            yield moved_px(renderer.camera_state(here), before, again)
+            light = [float(out["radiance"].mean(dtype=np.float64)) for out in (before, again)]
+            brighter = float(np.log(light[1] / light[0])) if min(light) > 0.0 else float(light[0] != light[1])
+            yield Pair(moved_px(renderer.camera_state(here), before, again), brighter)
             before = now
 
 

@@ -16,6 +16,7 @@ struct SeaPixel {
     Slopes slopes;
     float fold;          // 1: calm water, towards 0 where a wave's crest is squeezed
     float depth_m;       // of still water below
+    float height_m;      // over the reference sphere
     vec3 D;              // foot offset of the undisturbed place
 };
 
@@ -35,8 +36,7 @@ SeaPixel sea_pixel(vec3 point, vec3 normal, float depth_m, vec4 rough) {
     p.distance_m = length(point);
     p.view = -point / p.distance_m;
     p.footprint_m = p.distance_m * frame.clock.w;
-    float unused;
-    p.D = foot_offset_of(point, unused);
+    p.D = foot_offset_of(point, p.height_m);
     SeaPlace place = sea_place(p.D);
     p.zenith = place.zenith;
     p.level = mat3(place.east, place.north, place.zenith);
