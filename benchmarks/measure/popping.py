@@ -10,6 +10,7 @@ import itertools
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +56,8 @@ class Pair:
     moved_px: Floats
     """How far the ground of each pixel moved, (N,)."""
     brighter: float
-    """Logarithm of the ratio of the pictures' mean radiance, after over before."""
+    """Logarithm of the ratio of the pictures' mean radiance, after over before, where both show the same kind of
+    surface: what the second camera doesn't see was not drawn for the first to look at."""
 
 
 def compared_pairs(
@@ -70,10 +72,14 @@ def compared_pairs(
             shown.freeze = True
             again = renderer.render(here, sun=sun, outputs=OUTPUTS, dt_s=0.0)
             shown.freeze = False
-            light = [float(out["radiance"].mean(dtype=np.float64)) for out in (before, again)]
-            brighter = float(np.log(light[1] / light[0])) if min(light) > 0.0 else float(light[0] != light[1])
-            yield Pair(moved_px(renderer.camera_state(here), before, again), brighter)
+            yield Pair(moved_px(renderer.camera_state(here), before, again), _brighter(before, again))
             before = now
+
+
+def _brighter(before: dict[str, Any], after: dict[str, Any]) -> float:
+    same = before["surface"] == after["surface"]
+    old, new = (float(out["radiance"][same].sum(dtype=np.float64)) for out in (before, after))
+    return float(np.log(new / old)) if old > 0.0 and new > 0.0 else 0.0
 
 
 @contextmanager

@@ -146,8 +146,8 @@ def _check_whole(case: Case, session: Session) -> Found:
     for name in case["without"]:
         if scene.planet.has(PARTS[name]):
             scene.planet.remove(PARTS[name])
-    given = {key: tuple(v) if isinstance(v, list) else v for key, v in case["sun"].items()}
-    sun, moment = Sun(**given, irradiance=scene.sun.irradiance), case["time_s"]
+    moment, radius_rad = case["time_s"], case["sun"]["angular_radius_rad"]
+    sun = Sun(direction=tuple(case["sun"]["direction"]), angular_radius_rad=radius_rad, irradiance=scene.sun.irradiance)
     with session.renderer(
         scene, tuple(case["size"]), case["quality"], {"terrain.backend": case["backend"]}
     ) as renderer:

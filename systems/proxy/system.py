@@ -118,7 +118,7 @@ class ProxySystem(System):
     @staticmethod
     def _planet_seen(frame: Frame, radius: float, field: HeightField | None) -> bool:
         """Whether the planet, its air and its clouds may be in the picture, and are large enough to be."""
-        air, clouds = (frame.world.try_get(frame.planet, kind) for kind in (Atmosphere, Clouds))
+        air, clouds = frame.world.try_get(frame.planet, Atmosphere), frame.world.try_get(frame.planet, Clouds)
         sea_top_m = frame.world.try_resource("sea_top_m")
         tops = [0.0, 0.0 if field is None else field.highest_m, 0.0 if sea_top_m is None else float(sea_top_m)]
         tops += [] if air is None else [float(air.thickness_m)]

@@ -120,8 +120,7 @@ vec3 sea_radiance(SeaPixel p) {
 #endif
 #ifdef OCEAN_LIMB
     // Triangles seen from so high lie hundreds of metres below the sea between their corners, and air is dense there.
-    float rise = max(dot(p.view, p.zenith), 0.1);
-    Air between = air_from_camera(p.point * (1.0 + (p.height_m - planet.sea.x) / (rise * p.distance_m)));
+    Air between = air_from_camera(p.point + p.zenith * (planet.sea.x - p.height_m));
     return radiance * between.transmittance + between.in_scatter;
 #else
     vec3 left = exp(-sea_light(3) * p.distance_m);

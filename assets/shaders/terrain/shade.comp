@@ -87,7 +87,9 @@ vec3 ground_radiance(ivec2 pixel) {
 
     float sagitta = spacing * spacing / (8.0 * planet.radii.x);
     float coded = mix(planet.radii.z, planet.radii.y, attributes.z);
+    float drawn = height;
     height = mix(height, coded, attributes.z > 0.0 ? smoothstep(2.0, 20.0, sagitta) : 0.0);
+    vec3 place = point + zenith * (height - drawn);   // in the air: between their corners far triangles lie deep under the ground
 
     GroundDetail detail = ground_detail(D, roughness, spacing, footprint);
     vec3 relief = roughness * to_sphere * detail.gradient;
@@ -134,16 +136,16 @@ vec3 ground_radiance(ivec2 pixel) {
     // Mean over the slopes that a pixel hides: max(x, 0) turns into a soft bend as wide as they spread.
     float mu = dot(normal, sun), soft = 0.5 * material.deviation;
     float n_l = 0.5 * (mu + sqrt(mu * mu + soft * soft)) - 0.5 * soft * clamp(1.0 - mu / max(soft, 1e-4), 0.0, 1.0) * 0.5;
-    vec3 beam = frame.sun_irradiance.rgb * open.x * air_to_space(point, frame.sun_direction.xyz), sunlight = beam * water.sun;
+    vec3 beam = frame.sun_irradiance.rgb * open.x * air_to_space(place, frame.sun_direction.xyz), sunlight = beam * water.sun;
     // Light that lit neighbouring ground throws back: without it the airless dark sides would be pure black.
     float sun_height = max(dot(zenith, sun), 0.0);
     vec3 bounce = material.albedo * sunlight * sun_height * (0.5 - 0.5 * dot(normal, zenith)) * 0.6;
-    vec3 irradiance = (skylight(point, normal) * water.sky + bounce + frame.sun_irradiance.rgb * STARLIGHT) * open.y;
+    vec3 irradiance = (skylight(place, normal) * water.sky + bounce + frame.sun_irradiance.rgb * STARLIGHT) * open.y;
     vec3 radiance = material.albedo * (sunlight * reflected(max(n_l, 0.0), dot(normal, view), view, sun) + irradiance / PI);
     vec4 sheen = shore_sheen(wet, point, view, zenith, normal, beam);
     radiance = radiance * (1.0 - sheen.a) + sheen.rgb;
 
-    Air between = air_from_camera(point);
+    Air between = air_from_camera(place);
     return radiance * between.transmittance + between.in_scatter;
 }
 
