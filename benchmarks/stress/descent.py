@@ -2,8 +2,8 @@
 
 The first cases are always the same: the whole descent over Earth. In 600 frames and, ten times as fast, in 60: how far
 ground moves on screen and how much the picture's brightness changes from one frame to the next for a camera that is
-held. In 600 frames, without clouds and with them: how the brightness of the same ground changes beyond its trend, camera
-moving. All others are drawn.
+held. In 600 frames, without clouds and with them: how the brightness of the same ground changes beyond its trend, the
+camera moving. All others are drawn.
 """
 
 from __future__ import annotations
