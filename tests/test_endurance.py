@@ -51,6 +51,13 @@ def live_objects(ctx: moderngl.Context) -> dict[str, int]:
     return found
 
 
+def assert_no_more(ctx: moderngl.Context, before: dict[str, int]) -> None:
+    """Not equal: whether OpenGL keeps a program with its shaders depends on which was in use last."""
+    now = live_objects(ctx)
+    more = {kind: (before[kind], count) for kind, count in now.items() if count > before[kind]}
+    assert not more, f"kinds of objects and how many there were and are: {more}"
+
+
 def slope(work: Callable[[int], None], turns: int, allowed_mib: float) -> None:
     """work(turn) for all turns; file handles don't grow, and memory not between the middle and the end (the first half
     fills caches: shaders of sizes and qualities seen first, pools of the allocator)."""
@@ -108,7 +115,7 @@ def test_renderers_come_and_go(share: float) -> None:
     work(0)  # OpenGL may keep the program that was last in use
     before = live_objects(ctx)
     slope(work, int(200 * share), 100.0)
-    assert live_objects(ctx) == before
+    assert_no_more(ctx, before)
     target.release()
     ctx.release()
 
@@ -194,7 +201,7 @@ def test_presets_are_switched(share: float) -> None:
     held.append(pf.Renderer(scene, SIZE, "low", ctx=ctx))
     slope(work, int(100 * share), 150.0)
     held.pop().release()
-    assert live_objects(ctx) == before
+    assert_no_more(ctx, before)
     scene.release()
     target.release()
     ctx.release()
