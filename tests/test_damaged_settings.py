@@ -9,9 +9,12 @@ import pytest
 
 import planetfall as pf
 from planetfall._kinds import KINDS
+from planetfall.app_controls import keep_controls
 from planetfall.engine.settings import QualityKnobs
+from planetfall.places import Place, Places
 from planetfall.quality import _GROUPS, QUALITY
 from planetfall.scene_presets import load_parts, preset_names, save_preset
+from planetfall.systems.flight import CONTROLS_FILE, controls_or_defaults, load_controls
 
 ERRORS = (pf.PresetError, pf.SettingError, pf.SceneError, pf.UnknownNameError)
 SEEDS = range(200)
@@ -112,6 +115,47 @@ def test_quality_files(tmp_path: Path) -> None:
         else:
             assert set(values) >= set(knobs.rules)
         assert (tmp_path / "mine.toml").read_bytes() == text
+    assert refused > 100
+
+
+def test_controls(tmp_path: Path) -> None:
+    good = CONTROLS_FILE.read_bytes()
+    path = tmp_path / "controls.toml"
+    defaults, refused = load_controls().table(), 0
+    for seed in SEEDS:
+        text = damaged(good, random.Random(2000 + seed))
+        path.write_bytes(text)
+        controls, problem = controls_or_defaults(path)
+        assert path.read_bytes() == text, seed
+        if problem:
+            refused += 1
+            assert "controls.toml" in problem and controls.table() == defaults, seed
+        keep_controls(controls, path, keep_old=True)
+        assert (tmp_path / "controls.toml.old").read_bytes() == text
+        assert load_controls(path).table() == controls.table(), seed
+    assert refused > 100
+    assert {p.name for p in tmp_path.iterdir()} == {"controls.toml", "controls.toml.old"}
+
+
+def test_places(tmp_path: Path) -> None:
+    whole = Places(tmp_path / "whole.toml")
+    for number in range(3):
+        whole.keep(Place(f"place {number}", "earth", pf.Camera.at(10.0 * number, 5.0, 900.0), pf.Sun(), 2.0, "ship"))
+    good, path = (tmp_path / "whole.toml").read_bytes(), tmp_path / "places.toml"
+    refused = 0
+    for seed in SEEDS:
+        text = damaged(good, random.Random(3000 + seed))
+        path.write_bytes(text)
+        places = Places(path)
+        assert path.read_bytes() == text, seed
+        if places.problem:
+            refused += 1
+            assert "places.toml" in places.problem and places.names() == []
+            places.keep(whole["place 1"])  # the first change puts what can't be read aside
+            (aside,) = tmp_path.glob("places.damaged*.toml")
+            assert aside.read_bytes() == text
+            aside.unlink()
+            assert Places(path).names() == ["place 1"]
     assert refused > 100
 
 
