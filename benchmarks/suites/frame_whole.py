@@ -12,7 +12,8 @@ __all__ = ["bench"]
 SIZE, QUICK_SIZE = (320, 180), (96, 54)
 QUALITIES = ("low", "medium", "high", "ultra")
 VIEWS = ("near", "high", "orbit")
-QUICK_PLANETS, QUICK_QUALITIES, QUICK_VIEWS = ("earth", "moon"), ("low", "medium"), ("near",)
+QUICK_PLANETS, QUICK_QUALITIES, QUICK_VIEWS = ("moon",), ("low", "medium"), ("near",)
+"""A minute and more goes into the reference's picture of a planet with sea, air and clouds."""
 
 
 def bench(session: Session) -> None:
