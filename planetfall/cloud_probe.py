@@ -99,6 +99,7 @@ class CloudProbe(Probe):
         air: bool = True,
         time_s: float = 0.0,
         pixel_rad: float = 0.0,
+        ground_albedo: float = 0.12,
     ) -> tuple[Floats, Floats]:
         """(radiance (N, 3), transmittance (N, 3)) of clouds and air along rays.
 
@@ -111,7 +112,8 @@ class CloudProbe(Probe):
         "point", a hard shadow of its centre. air: False leaves the air out, its light and its extinction.
 
         time_s: of the weather. pixel_rad: angle that a ray stands for, 0 to 1; what is too small to be told apart
-        within it is averaged, as in pictures. Both count for weather only.
+        within it is averaged, as in pictures. ground_albedo: of the ground around, whose light clouds scatter. All
+        three count for weather (and as_pictures) only.
         """
         if orders not in (None, 1) or isinstance(orders, bool):
             raise ValueError(f"orders: expected None (all) or 1, found {orders!r}")
@@ -121,6 +123,7 @@ class CloudProbe(Probe):
             positions_m=positions_m, directions=directions, sun_directions=sun_directions
         )
         when, wide = question_number(time_s, "time_s"), question_number(pixel_rad, "pixel_rad", 0.0, 1.0)
+        ground = question_number(ground_albedo, "ground_albedo", 0.0, 1.0)
         most = None if max_distance_m is None else question_distances(max_distance_m, len(ways), "max_distance_m")
         radius = self._sun_radius_rad if sun_visibility == "disc" else 0.0
         with self._guest():
@@ -128,6 +131,7 @@ class CloudProbe(Probe):
                 light, transmittance = self._march_weather(
                     positions, ways, suns, most, multiple=orders is None, sun_radius_rad=radius,
                     in_air=air and self._air is not None, time_s=when, pixel_rad=wide,
+                    ground_albedo=ground,
                 )  # fmt: skip
                 return light * self._irradiance, transmittance
             asked = self._questions(air and self._air is not None, 0 if orders is None else 1)

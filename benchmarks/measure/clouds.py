@@ -103,7 +103,7 @@ def slab_errors(depth: float, quality: str, photons: int, as_pictures: bool = Fa
         place = np.stack([0.0 * height, 0.0 * height, flat_m + height], axis=1)
         with CloudProbe(scene_of(shells), quality=quality, as_pictures=as_pictures) as probe:
             for sun in (0.0, 60.0):
-                light = probe.march(place, _ways(zenith, azimuth), _ways(sun, 0.0))[0][:, 0]
+                light = probe.march(place, _ways(zenith, azimuth), _ways(sun, 0.0), ground_albedo=0.0)[0][:, 0]
                 truth = slab_light(depth, albedo, asymmetry, sun, zenith, azimuth, photons, SEED)
                 relative.append(np.abs(light / truth.total - 1.0))
                 noise = max(noise, float((truth.error / truth.total).max()))

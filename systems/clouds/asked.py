@@ -50,6 +50,7 @@ class WeatherQuestions:
     def march(
         self, positions_m: Floats, directions: Floats, suns: Floats, most_m: Floats | None, *,
         multiple: bool, sun_radius_rad: float, in_air: bool, time_s: float, pixel_rad: float,
+        ground_albedo: float,
     ) -> tuple[Floats, Floats]:  # fmt: skip
         """(radiance (N, 3), transmittance (N, 3)). positions_m (N, 3) planet-centred; directions, suns (N, 3) unit;
         most_m (N,) or None: as far as rays go. They end on the reference sphere, and start no lower than it."""
@@ -60,6 +61,7 @@ class WeatherQuestions:
         self._field.write()
         packed = self._pack(positions_m, directions, suns, most_m, sun_radius_rad, pixel_rad)
         program = self._program(multiple, in_air)
+        program.set("u_ground", ground_albedo)
         self._planet.bind()
         self._field.bind()
         found = np.concatenate([self._batch(program, packed[i : i + _BATCH]) for i in range(0, len(packed), _BATCH)])

@@ -10,8 +10,14 @@
 #include "clouds/scattered.glsl"
 #include "clouds/sun_depth.glsl"
 #include "clouds/sun_march.glsl"
+#include "clouds/through.glsl"
 #include "contract/air.glsl"
 #include "contract/sky.glsl"
+
+// Of the ground around, whose light clouds scatter as well.
+#ifndef CLOUD_GROUND
+#define CLOUD_GROUND 0.12
+#endif
 
 const float OPAQUE = CLOUD_DEEPEST > 40.0 ? 1e-5 : 0.004;   // the latter is no more than a step of an 8-bit picture
 const float SUN_MAPPED = 8.0;   // steps; more of them are as good as the maps
@@ -119,7 +125,9 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
         float mu = clamp_cos(dot(ray, up_middle));
         CloudHarmonics harmonics = cloud_harmonics(mu, mu_s, nu);
         vec3 sky = sky_irradiance(middle, up_middle) / PF_PI;
-        vec3 ground = 0.12 / PF_PI * (sun * max(mu_s, 0.0)) + 0.12 * sky;
+        // Under an even layer the ground has what comes through it; under clouds with gaps, about all there is.
+        vec4 through = fitted ? vec4(1.0, 0.0, 1.0, 0.0) : cloud_through(depth_below(layer, 1.0) / slab_sun, slab_sun, drops.y);
+        vec3 ground = CLOUD_GROUND / PF_PI * (sun * (max(mu_s, 0.0) * (through.x + through.y))) + CLOUD_GROUND * through.z * sky;
         Air there = air_from_camera(ray * past);
         // Weather changes over tens of kilometres: in between it is taken as even.
         CloudWeather weather_there = weather_along(ray, past);

@@ -7,6 +7,8 @@ struct Origins {
 };
 Origins g_origins;
 #define CLOUD_ORIGIN(volume) g_origins.volume
+#define CLOUD_GROUND u_ground
+layout(location = 10) uniform float u_ground;   // its albedo
 
 #include "clouds/weather_march.glsl"
 #include "clouds/shadowed_air.glsl"
