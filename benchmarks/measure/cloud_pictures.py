@@ -42,10 +42,10 @@ HALVED = {
 """Factors on the reference's knobs that halve all its steps."""
 _EV100 = 14.0
 _ALIKE: Mapping[str, Any] = {
-    "composite.antialiasing": "none", "clouds.shadow_texels": 256, "clouds.shadow_steps": 8,
+    "composite.antialiasing": "none", "clouds.shadow_texels": 256, "clouds.shadow_steps": 8, "clouds.map_texels": 1024,
 }  # fmt: skip
 """What would differ between qualities without being of the march, with the air's tables; shafts have rows of their
-own."""
+own. Weather of another map is other weather."""
 
 
 def scene_of_weather() -> Scene:
@@ -71,8 +71,7 @@ def pictures(
 ) -> dict[str, NDArray[np.uint8]]:
     """(H, W, 3) u8 by camera, as they have settled, all in the air of `high`. The reference is one ray a pixel with
     short steps, and needs no settling."""
-    air = {key: value for key, value in resolve_quality("high").items() if key.startswith("atmosphere.")}
-    renderer = Renderer(scene_of_weather(), size, quality, {**air, **_ALIKE, **(overrides or {})})
+    renderer = Renderer(scene_of_weather(), size, quality, {**_air(), **_ALIKE, **(overrides or {})})
     try:
         found = {}
         for name in names:
@@ -83,6 +82,11 @@ def pictures(
         return found
     finally:
         renderer.release()
+
+
+def _air() -> dict[str, Any]:
+    """The air's tables of `high`, for all."""
+    return {key: value for key, value in resolve_quality("high").items() if key.startswith("atmosphere.")}
 
 
 def halved(quality: str = "reference") -> dict[str, Any]:
@@ -101,26 +105,31 @@ class Converged:
     transmittance: float
 
 
-_DARK = 1e-3
-"""Of the mean light, below which relative errors say nothing."""
+_DARK = 0.05
+"""Of the mean light, below which relative errors say nothing: deep in clouds what is scattered once is next to none."""
 
 
-def converged(name: str, rays: tuple[int, int], rows: int, quality: str = "reference") -> Converged:
-    """Of pixels' rays of a camera: so many columns and rows of them, as wide as a pixel of a picture of `rows` rows."""
+def converged(
+    names: Sequence[str], rays: tuple[int, int], rows: int, quality: str = "reference"
+) -> dict[str, Converged]:  # fmt: skip
+    """By camera, of pixels' rays: so many columns and rows of them, as wide as a pixel of a picture of `rows` rows."""
     scene = scene_of_weather()
-    state = camera_at(name).resolve(scene, rays[0] / rays[1])
-    ways, sun = pixel_rays(state, rays), np.asarray(resolve_sun(scene.sun, None).direction)
-    pixel_rad = (state.tan_top - state.tan_bottom) / rows
-    found = []
-    for overrides in ({}, halved(quality)):
-        with CloudProbe(scene, quality=quality, overrides=overrides) as probe:
-            light, through = probe.march(state.position_m, ways, sun, pixel_rad=pixel_rad)
-            once, _ = probe.march(state.position_m, ways, sun, pixel_rad=pixel_rad, orders=1, air=False)
-        found.append((light, once, through))
-    (light, once, through), (light2, once2, through2) = found
-    return Converged(
-        _relative(light, light2), _relative(once, once2), float(np.percentile(np.abs(through - through2), 95))
-    )
+    sun = np.asarray(resolve_sun(scene.sun, None).direction)
+    cameras = {name: camera_at(name).resolve(scene, rays[0] / rays[1]) for name in names}
+    found: dict[str, list[tuple[NDArray[np.float64], ...]]] = {name: [] for name in names}
+    for steps in ({}, halved(quality)):
+        with CloudProbe(scene, quality=quality, overrides={**_air(), **_ALIKE, **steps}) as probe:
+            for name, state in cameras.items():
+                ways, pixel_rad = pixel_rays(state, rays), (state.tan_top - state.tan_bottom) / rows
+                light, through = probe.march(state.position_m, ways, sun, pixel_rad=pixel_rad)
+                once, _ = probe.march(state.position_m, ways, sun, pixel_rad=pixel_rad, orders=1, air=False)
+                found[name].append((light, once, through))
+    return {name: _converged(*both) for name, both in found.items()}
+
+
+def _converged(found: tuple[NDArray[np.float64], ...], finer: tuple[NDArray[np.float64], ...]) -> Converged:
+    off = float(np.percentile(np.abs(found[2] - finer[2]), 95))
+    return Converged(_relative(found[0], finer[0]), _relative(found[1], finer[1]), off)
 
 
 def _relative(found: NDArray[np.float64], truth: NDArray[np.float64]) -> tuple[float, float]:

@@ -23,6 +23,8 @@ _FAR = 20.0
 """Radii of the shell: cameras farther away are moved this near, with rays as much wider: squares stay within f32."""
 _NOT_ALL = 1e9
 """As in clouds/ways.glsl: a ray that goes on."""
+_MOST_SLICES = 16
+"""Of the air up to each segment's end, two points in each. Software rasterisers end loops after 65536 turns in all."""
 _SUN_STEPS = 12
 """Towards the sun through each layer, at least: maps of the shadow, which spare pictures such steps, are not drawn."""
 
@@ -73,7 +75,7 @@ class WeatherQuestions:
         if program is None:
             defines = {
                 **march_defines(self._settings), "ASKED_ORDERS": "1.0" if multiple else "0.0",
-                "ASKED_SLICES": max(8, int(self._settings["clouds.air_steps"])),
+                "ASKED_SLICES": min(max(int(self._settings["clouds.air_steps"]), 8), _MOST_SLICES),
                 **({} if multiple else {"CLOUD_ONCE": 1}),
             }  # fmt: skip
             program = self._programs[key] = self._gpu.compute("clouds/asked/march.comp", defines)

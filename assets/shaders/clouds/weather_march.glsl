@@ -43,7 +43,8 @@ vec3 sun_at(vec3 point, float altitude, vec3 up) {
 }
 
 // Optical depth towards the sun: of the layer itself in a few steps as far as maps of the shadow are too coarse for, then of all
-// clouds from the maps. With many steps (u_march.w above SUN_MAPPED) the layer has them all the way, and so have the others.
+// clouds from the maps. With many steps (u_march.w above SUN_MAPPED) the layer has them all the way, and others, which are
+// farther, a quarter as many.
 float depth_to_sun(int layer, vec3 point, float altitude, vec3 up, CloudWeather w, float footprint) {
     vec4 shell = cloud_view.shell[layer];
     float mu = dot(up, frame.sun_direction.xyz), thickness = shell.y - shell.x;
@@ -72,7 +73,7 @@ float depth_to_sun(int layer, vec3 point, float altitude, vec3 up, CloudWeather 
     sum *= shell.w;
     float past = altitude + near * mu + 0.5 * near * near * (1.0 - mu * mu) / r;
     for (int once = mapped ? 0 : 1; once < 1; ++once) sum += cloud_sunlight_on(ray, past, mu + near / r).y;
-    for (int once = mapped ? 1 : 0; once < 1; ++once) sum += cloud_depth_marched(layer, point, altitude, mu, u_march.w, footprint);
+    for (int once = mapped ? 1 : 0; once < 1; ++once) sum += cloud_depth_marched(layer, point, altitude, mu, 0.25 * u_march.w, footprint);
     return sum;
 }
 

@@ -29,7 +29,7 @@ layout(location = 8) uniform int u_count;
 layout(location = 9) uniform vec2 u_shafts;   // steps (0: no shafts), the first is about this long in metres
 
 float cloud_sun_left(vec3 point, float altitude, float mu_s, float wide_m) {
-    return exp(-cloud_depth_marched(-1, point, altitude, mu_s, u_march.w, wide_m));
+    return exp(-cloud_depth_marched(-1, point, altitude, mu_s, 0.5 * u_march.w, wide_m));
 }
 
 void main() {
