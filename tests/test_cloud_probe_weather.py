@@ -13,6 +13,8 @@ from cloud_tables import planet_of
 import planetfall as pf
 from planetfall.benchmarks.measure.rays import pixel_rays
 from planetfall.benchmarks.reference.cloud_shells import Layer, cloud_light, cloud_transmittance
+from planetfall.benchmarks.session import Session
+from planetfall.benchmarks.stress.clouds import KINDS
 from planetfall.components import CloudLayer, Clouds
 from planetfall.systems.light.sun import resolve_sun
 
@@ -159,3 +161,24 @@ def test_bad_questions_of_weather_are_told_of(tmp_path: Any) -> None:
     scene.planet[Clouds].weather_map = str(tmp_path / "none.png")
     with pytest.raises(ValueError, match=r"none\.png"):
         pf.CloudProbe(scene)
+
+
+def test_long_ways_through_even_shells_gain_no_light() -> None:
+    """Found by a sweep: steps of hundreds of optical depths across a shell that the sun barely reaches had light that
+    goes straight on without its loss, 7e4 times the sun's irradiance."""
+    sun = [-0.911369930121876, 0.2862845992595594, -0.2957126623877316]
+    layers: list[dict[str, Any]] = []
+    case = {
+        "seed": 1693142412,
+        "scene": {
+            "planet": {"radius_m": 8879889.650356134},
+            "sun": {"direction": sun, "angular_radius_rad": 1e-4},
+            "clouds": {
+                "base_m": 4419296.241805726, "top_m": 4439944.825178067, "extinction_per_m": 0.0006647745634735277,
+                "albedo": 0.999, "asymmetry": 0.85, "height_profile": "none", "density_model": "uniform",
+                "layers": layers, "coverage": 0.6, "wind_speed_m_s": 500.0,
+            },
+        },
+    }  # fmt: skip
+    with Session("clouds") as session:
+        assert KINDS["rays"].check(case, session).messages == []

@@ -121,6 +121,7 @@ class WeatherQuestions:
         packed[:, 2, :3], packed[:, 2, 3] = suns, sun_radius_rad
         # What a ray is wide grows from where it began.
         walked = (skipped + np.maximum(reach - radius, 1.0)) / np.maximum(reach - radius, 1.0)
+        packed[:, 3, 2] = (np.cross(up, directions) ** 2).sum(1)
         packed[:, 3, 0], packed[:, 3, 1] = end, pixel_rad * np.where(away, walked, 1.0)
         packed[:, 4:] = self._field.places(up * (radius + h)[:, None])
         return packed.reshape(len(h), 40)

@@ -177,8 +177,10 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
             // Across an even layer the way to the sun gets longer or shorter evenly.
             float longer_way = clamp(-mu / slab_sun, -MOST_SLOPE, MOST_SLOPE);
             float first = max(to_sun - longer_way * inside, 0.0), last = depth + max(to_sun + longer_way * (depth - inside), 0.0);
-            float lit = m.open * depth * exp(-min(first, last)) * one_minus_exp_over(abs(last - first));
-            vec3 direct = sun * (once * lit * cloud_lobes_sum(lobes, inside + to_sun - log(m.open)));
+            // Mean over the step of what is left of it on its way in and out, as a depth.
+            float dimmed = min(first, last) - log(one_minus_exp_over(abs(last - first)));
+            float lit = m.open * depth * exp(-dimmed);
+            vec3 direct = sun * (once * lit * cloud_lobes_sum(lobes, dimmed - log(m.open)));
             vec3 diffuse = sun * cloud_slab_light(model, up, down, slab_sun, harmonics)
                 + drops.x * cloud_from_around(sky, ground, up, down, mu, drops.y);
             // Of all the cloud over and under the place, as if it was as dense there as here; 2/3 is the mean of its height's cover.
