@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from .app_journey import Journey
 from .app_keys import act
 from .app_pace import Pace, check_frame_cap
+from .app_planets import FlightPlanets
 from .app_shown import Interface, RendererMaker, Shown
 from .camera import Camera
 from .captures import check_arrays, outputs_for, save_capture
@@ -99,6 +100,7 @@ class FlightApp:
         self._start_sun = sun or (self._start.sun if isinstance(self._start, View) else None)
         state = self._start.resolve(scene)
         self.sea = SeaSurface(scene)
+        self.planets = FlightPlanets(self)
         pose = Pose(state.position_m, state.forward, state.up, self._start.fov_y_deg)
         self.pilot = Pilot(Ground(scene.planet.radius_m), pose, water=self.sea.height)
         self.ship = self.pilot.ship
@@ -139,8 +141,8 @@ class FlightApp:
         return self.camera_for(None)
 
     def camera_for(self, fov_y_deg: float | None) -> Camera:
-        """This frame's camera, with a field of view of its own if given."""
-        pose = self.pilot.pose
+        """This frame's camera, with a field of view of its own if given; in the axes of the scene's own planet."""
+        pose = self.planets.outside(self.pilot.pose)
         camera = Camera.__new__(Camera)  # the axes are orthonormal already: checking them costs 0.1 ms a frame
         camera._place, camera._pose = None, (pose.position_m, pose.forward, pose.up)
         camera._optics(pose.fov_y_deg if fov_y_deg is None else fov_y_deg, None, None)
@@ -217,25 +219,28 @@ class FlightApp:
         self.window.swap()
 
     def _move(self, state: InputState, dt_s: float) -> None:
-        self._meet_ground()
+        self.planets.follow()
+        self.meet_ground()
         self.sea.time_s = self.time_s
         size = getattr(self.window, "size", self.window.framebuffer_size)
         wish = steering(self.controls, state, looking=self.looking, dt_s=dt_s, fov_y_deg=self.fov_y_deg, size=size)
         if self.playing is None:
-            self.pilot.update(wish, dt_s)
+            self.planets.crossing = None if wish.moves else self.planets.crossing
+            if not self.planets.cross(dt_s):
+                self.pilot.update(wish, dt_s)
             return
         self.played_s += dt_s
         camera = self.playing.camera_at(self.played_s)
-        self.pilot.place(Pose(camera.position_m, camera.forward, camera.up, camera.fov_y_deg))
+        self.pilot.place(self.planets.inside(Pose(camera.position_m, camera.forward, camera.up, camera.fov_y_deg)))
         if wish.moves or self.played_s >= self.playing.duration_s:
             self.play(None)
 
-    def _meet_ground(self) -> None:
+    def meet_ground(self) -> None:
         """The flight is over the planet as it is drawn now: panels may have changed it."""
-        planet, ground = self.scene.planet, self.pilot.ground
+        planet, ground = self.planets.handle, self.pilot.ground
         ocean = planet.get(Ocean)
         ground.radius_m = planet.radius_m
-        ground.field = self.renderer.height_field()
+        ground.field = self.planets.height_field()
         ground.sea_level_m = None if ocean is None else ocean.sea_level_m
 
     def _failed(self, error: Exception, visible: bool) -> None:
@@ -279,15 +284,15 @@ class FlightApp:
     def place(self, camera: Camera, sun: Sun | None = None) -> None:
         """Put the ship where a camera is; a sun given, or that of a view, goes into the scene."""
         self.playing = None
-        state = camera.resolve(self.scene)
         if sun is None and isinstance(camera, View):
             sun = camera.sun
-        if sun is not None:
-            self.scene.sun = dataclasses.replace(sun)
         if isinstance(camera, View):
             self.time_s = camera.time_s
-        self._meet_ground()
-        self.pilot.place(Pose(state.position_m, state.forward, state.up, camera.fov_y_deg))
+        pose, sun = self.planets.arrive(camera, sun)
+        if sun is not None:
+            self.scene.sun = dataclasses.replace(sun)
+        self.meet_ground()
+        self.pilot.place(pose)
 
     def to_start(self) -> None:
         """Back to where the flight began."""
@@ -299,8 +304,8 @@ class FlightApp:
 
     def switch(self, mode: Mode) -> None:
         """Go on as a ship, on foot, or with the globe in the hand."""
-        self.playing = None
-        self._meet_ground()
+        self.playing = self.planets.crossing = None
+        self.meet_ground()
         self.pilot.switch(mode)
         if mode == "orbit":
             self.window.mouse_exclusivity = False
@@ -308,8 +313,8 @@ class FlightApp:
 
     def fly_to_place(self, latitude_deg: float, longitude_deg: float, altitude_m: float = 200.0) -> None:
         """Fly smoothly to a place. ValueError for one that can't be."""
-        self.playing = None
-        self._meet_ground()
+        self.playing = self.planets.crossing = None
+        self.meet_ground()
         self.pilot.fly_to_place(latitude_deg, longitude_deg, altitude_m)
 
     def fly_to_pixel(self, place: tuple[float, float] | None = None) -> None:
@@ -324,15 +329,24 @@ class FlightApp:
             return
         found = self.renderer.pick(self.camera, x, y)
         if found is None:
-            self.say("there is nothing but sky")
+            there = self.planets.pointed_at(x, y)
+            if there is None:
+                self.say("there is nothing but sky")
+            else:
+                self.fly_to_planet(there)
             return
+        self.playing = self.planets.crossing = None
+        self.meet_ground()
+        self.pilot.fly_to_point(self.planets.point(found[0]))
+
+    def fly_to_planet(self, name: str) -> None:
+        """Fly smoothly to another planet of the scene, until it fills the view. UnknownNameError for none of its."""
         self.playing = None
-        self._meet_ground()
-        self.pilot.fly_to_point(found[0])
+        self.planets.fly_to(name)
 
     def play(self, name: str | None) -> None:
         """Start a scripted flight from its beginning; None stops it and leaves the ship where it is."""
-        self.playing = None if name is None else path(name, self.scene)
+        self.playing, self.planets.crossing = None if name is None else path(name, self.scene), None
         self.played_s = 0.0
         if self.playing is not None and self.pilot.mode != "ship":
             self.pilot.switch("ship")

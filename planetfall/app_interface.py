@@ -167,6 +167,11 @@ def _lines(app: FlightApp) -> tuple[str, ...]:
         place(*(float(value) for value in pilot.position_m)),
         f"{clock_text(app.journey.hour)} by the sun",
     ]
+    if app.planets.several:
+        lines.insert(1, f"over {app.planets.name}")
+    if app.planets.crossing is not None:
+        crossing = app.planets.crossing
+        lines.append(f"flying to {crossing.target}: {crossing.time_s:.0f} of {crossing.duration_s:.0f} s")
     if pilot.route is not None:
         lines.append(f"flying there: {pilot.route_s:.0f} of {pilot.route.duration_s:.0f} s")
     if app.playing is not None:

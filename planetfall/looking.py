@@ -57,6 +57,10 @@ class Looking:
         sky."""
         return queries.pick(cast("Renderer", self), camera, x, y)
 
+    def planet_at(self, camera: Camera | View, x: float, y: float, time_s: float = 0.0) -> str | None:
+        """The name of the planet whose sphere pixel (x, y) shows, or shows next behind hills; None for the sky."""
+        return queries.planet_at(cast("Renderer", self), camera, x, y, time_s)
+
     def height_drawn(self, directions: ArrayLike) -> NDArray[np.float64]:
         """Heights (N,) in metres of the ground as the last frame's level of detail shows it; NaN where it drew none.
 

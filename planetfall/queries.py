@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .companions import bodies
+from .engine.space import pixel_rays, ray_sphere_from
 from .systems.terrain.system import TerrainSystem
 
 if TYPE_CHECKING:
@@ -31,6 +34,19 @@ def pick(renderer: Renderer, camera: Camera | View, x: float, y: float) -> tuple
         return None
     position = renderer.camera_state(camera).position_m + arrays["position"][row, column].astype(np.float64)
     return position, _NAMES.get(surface, "props")
+
+
+def planet_at(renderer: Renderer, camera: Camera | View, x: float, y: float, time_s: float) -> str | None:
+    """See Renderer.planet_at."""
+    found = {body.name: body for body in bodies(renderer.scene, time_s)}
+    handle = camera._planet_in(renderer.scene)
+    home = found[renderer.scene.planet.name if handle is None else handle.name]
+    state = renderer.camera_state(camera)
+    look = home.axes @ pixel_rays(state, renderer.size, [(x, y)])[0]
+    eye = home.outside(state.position_m)
+    hits = {b.name: float(ray_sphere_from(eye - b.centre_m, look, b.radius_m).near_m) for b in found.values()}
+    first = min(hits, key=lambda name: hits[name])
+    return first if math.isfinite(hits[first]) else None
 
 
 def statistics(systems: Iterable[System]) -> dict[str, int]:

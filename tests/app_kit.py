@@ -50,6 +50,7 @@ class FakeRenderer:
         self.shown: Any = None
         self.field: Any = None
         self.fails: Exception | None = None
+        self.main = ""
         self.released = False
         self.gpu = SimpleNamespace(shaders=SimpleNamespace(errors=[]))
         specs = {view.resource: None for view in NAMED_VIEWS.values()}
