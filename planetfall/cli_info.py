@@ -25,6 +25,7 @@ _BLOCK = re.compile(r"(<!-- frame graph\b[^\n]*-->\n).*?(<!-- /frame graph -->)"
 def planets_command() -> None:
     """List the planets."""
     from . import load_scene, planets
+    from ._scene_file import describe, scenes
 
     table = Table("planet", "radius", "highest", "has", "about", box=None)
     for name in planets():
@@ -35,6 +36,10 @@ def planets_command() -> None:
             radius = scene.planet.radius_m
             table.add_row(name, f"{radius / 1e3:,.0f} km".replace(",", " "), f"{highest:,.0f} m", has, scene.about)
     console.print(table)
+    for name in scenes():
+        found = describe(name)
+        several = ", ".join([found.name, *(told.name for told, _ in found.companions)])
+        console.print(f"{name}: {found.about} ({several})", highlight=False, soft_wrap=True)
 
 
 def views_command(planet: Planet = "earth") -> None:

@@ -24,6 +24,7 @@ from .systems.flight import PATHS_FILE
 from .views import View
 
 if TYPE_CHECKING:
+    from .camera import Camera
     from .renderer import Renderer
     from .scene import Scene
 
@@ -120,7 +121,7 @@ def render_command(
         state = shot.resolve(scene, pixels[0] / pixels[1]).moved(renderer.camera_state(shot).position_m)
         settings = shot_settings(
             scene, state, moment, pixels, quality=chosen, overrides=knobs, sun=light, supersample=plan.supersample,
-            ev100=exposure_of(renderer),
+            ev100=exposure_of(renderer), over=companion_below(scene, shot),
         )  # fmt: skip
     settings |= {"planet": planet or scene.name, "view": None if camera.given() or told else view or DEFAULT_VIEW}
     save_capture(output, out, settings)
@@ -185,6 +186,12 @@ def find_view(name: str, scene: Scene) -> Any:
     from . import view
 
     return view(name, scene.planet)
+
+
+def companion_below(scene: Scene, camera: Camera) -> str:
+    """The companion in whose axes a camera is told; "" for the scene's own planet."""
+    handle = camera._planet_in(scene)
+    return "" if handle is None or handle is scene.planet else handle.name
 
 
 def views_for(scene: Scene) -> list[str]:

@@ -10,11 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ._kinds import KINDS, PROP_KINDS
+from ._scene_file import described_companions
 from ._version import __version__
 from .camera import Camera
 from .captures import read_settings
 from .engine.settings import PresetError, build_components, plain_table
-from .scene import Scene
+from .scene import Scene, companion_table, scene_of
 from .systems.capture import CaptureError
 
 if TYPE_CHECKING:
@@ -50,10 +51,11 @@ def shot_settings(
     supersample: int = 1,
     ev100: float | None = None,
     mode: str = "ship",
+    over: str = "",
 ) -> dict[str, Any]:
     """All that is needed to make a picture again. camera: a CameraState, or a Camera without a ground to stand on.
 
-    sun: the one that shines, where it isn't the scene's. ev100: the exposure that the picture has.
+    sun: the one that shines, where it isn't the scene's. over: the companion in whose axes the camera is. ev100: the exposure that the picture has.
     """
     tables = {kind: table for table, kind in KINDS.items()}
     parts = (*scene.planet.components(), *scene.environment.components())
@@ -71,6 +73,8 @@ def shot_settings(
         "like": scene.preset,
         "components": components,
         "props": props,
+        "companions": [companion_table(companion) for companion in scene.companions.values()],
+        "over": over,
         "camera": camera_settings(camera),
         "time_s": float(time_s),
         "size": [int(n) for n in size],
@@ -102,13 +106,15 @@ def load_shot(path: str | PathLike[str]) -> Shot:
         for number, entry in enumerate(data.get("props", [])):
             made = build_components(entry, PROP_KINDS, f"{path}: props[{number}]", also=("name",))
             scene.add(*made.values(), name=str(entry.get("name", "")))
+        for told, orbit in described_companions(data.get("companions", []), path):
+            scene.companions.add(scene_of(told), orbit)
         size = data["size"]
         if not (isinstance(size, list) and len(size) == 2 and all(isinstance(n, int) for n in size)):
             raise ValueError(f"size: expected [width, height] in pixels, found {size!r}")
         width, height = size
         exposure = data.get("exposure")
         return Shot(
-            scene, _camera(found), float(data["time_s"] or 0.0), (width, height), str(data["quality"]),
+            scene, _camera(found, data.get("over") or None), float(data["time_s"] or 0.0), (width, height), str(data["quality"]),
             dict(data.get("overrides", {})), int(data.get("supersample", 1)),
             None if exposure is None else float(exposure), str(data.get("mode", "ship")),
         )  # fmt: skip
@@ -122,12 +128,12 @@ def load_shot(path: str | PathLike[str]) -> Shot:
         raise PresetError(f"{path}: {error}") from error
 
 
-def _camera(found: Mapping[str, Any]) -> Camera:
+def _camera(found: Mapping[str, Any], planet: str | None) -> Camera:
     place = (found["position_m"], found["forward"], found["up"])
     if "tan_top" not in found:
-        return Camera(*place, float(found["fov_y_deg"]))
+        return Camera(*place, float(found["fov_y_deg"]), planet)
     left, right, bottom, top = (float(found[f"tan_{side}"]) for side in ("left", "right", "bottom", "top"))
     if left == -right and bottom == -top:
-        return Camera(*place, 2.0 * math.degrees(math.atan(top)))
+        return Camera(*place, 2.0 * math.degrees(math.atan(top)), planet)
     angles = [math.degrees(math.atan(t)) for t in (left, right, bottom, top)]
-    return Camera(*place, frustum_deg=angles)
+    return Camera(*place, planet=planet, frustum_deg=angles)

@@ -228,7 +228,13 @@ CLOUD_PICTURES: tuple[Picture, ...] = (
 """Fair weather from the ground, a closed sky, low suns, a sea of clouds from 10 km, shadows on land and sea, day's edge
 from 400 and 2000 km, and the full disc; earth/clouds is inside."""
 
-GOLDENS: tuple[Picture, ...] = (*VIEW_PICTURES, *KNOB_PICTURES, *CLOUD_PICTURES)
+SEVERAL_PICTURES: tuple[Picture, ...] = (
+    Picture("several/moonrise", "earth_moon", "moonrise"),
+    Picture("several/earthrise", "earth_moon", "earthrise", clouds=True),
+)
+"""Of scenes with several planets."""
+
+GOLDENS: tuple[Picture, ...] = (*VIEW_PICTURES, *KNOB_PICTURES, *CLOUD_PICTURES, *SEVERAL_PICTURES)
 
 
 def pair_picture(key: str, pair: Pair, value: Any) -> Picture:

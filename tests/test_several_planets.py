@@ -382,3 +382,19 @@ def test_further_views_and_release(scene):
         member = renderer._several._members["moon"].gpu
     renderer.release()
     assert not gpu.counts() and not member.counts()
+
+
+def test_a_picture_tells_of_companions(tmp_path):
+    from planetfall.shot import shot_settings
+    from planetfall.systems.capture import write_png
+
+    scene = bare_scene()
+    scene.companions["moon"].orbit.phase_deg = 33.0
+    camera = pf.Camera.at(5.0, 60.0, 500.0, planet="moon")
+    state = camera.resolve(scene)
+    file = tmp_path / "shot.png"
+    told = shot_settings(scene, state, 0.0, (4, 4), quality="low", over="moon")
+    write_png(file, np.zeros((4, 4, 3), np.uint8), told)
+    shot = pf.load_shot(file)
+    assert shot.scene.companions["moon"].orbit == scene.companions["moon"].orbit and shot.camera.planet == "moon"
+    assert np.allclose(shot.camera.resolve(shot.scene).position_m, state.position_m)
