@@ -16,6 +16,8 @@ PICTURES = {
     "above": "high",
 }
 """Pictures, and the views that they are of."""
+SEVERAL = ("moonrise", "earthrise")
+"""Pictures of the scene earth_moon, named as their views."""
 SIZE, QUALITY = (960, 540), "medium"
 LARGEST_BYTES = 150_000
 DESCENT = "descent"
@@ -32,14 +34,17 @@ def main(names: list[str]) -> None:
         file = FOLDER / f"{DESCENT}.gif"
         file.write_bytes(made.gif.read_bytes())
         console.print(f"wrote {file} ({file.stat().st_size / 1000:.0f} kB)")
-    pictures = [name for name in names or PICTURES if name != DESCENT]
-    if not pictures:
-        return
-    with pf.Renderer(pf.load_scene("earth"), SIZE, QUALITY) as renderer:
-        for name in pictures:
-            file = FOLDER / f"{name}.jpg"
-            file.write_bytes(as_jpeg(renderer.snapshot(pf.view(PICTURES[name], "earth")).image))
-            console.print(f"wrote {file} ({file.stat().st_size / 1000:.0f} kB)")
+    pictures = [name for name in names or (*PICTURES, *SEVERAL) if name != DESCENT]
+    for scene_name, own in (("earth", PICTURES), ("earth_moon", {name: name for name in SEVERAL})):
+        wanted = [name for name in pictures if name in own]
+        if not wanted:
+            continue
+        scene = pf.load_scene(scene_name)
+        with pf.Renderer(scene, SIZE, QUALITY) as renderer:
+            for name in wanted:
+                file = FOLDER / f"{name}.jpg"
+                file.write_bytes(as_jpeg(renderer.snapshot(pf.view(own[name], scene.planet)).image))
+                console.print(f"wrote {file} ({file.stat().st_size / 1000:.0f} kB)")
 
 
 def as_jpeg(picture: Image.Image) -> bytes:

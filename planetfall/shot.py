@@ -55,7 +55,8 @@ def shot_settings(
 ) -> dict[str, Any]:
     """All that is needed to make a picture again. camera: a CameraState, or a Camera without a ground to stand on.
 
-    sun: the one that shines, where it isn't the scene's. over: the companion in whose axes the camera is. ev100: the exposure that the picture has.
+    sun: the one that shines, where it isn't the scene's. over: the companion in whose axes the camera is. ev100:
+    the exposure that the picture has.
     """
     tables = {kind: table for table, kind in KINDS.items()}
     parts = (*scene.planet.components(), *scene.environment.components())
@@ -114,8 +115,8 @@ def load_shot(path: str | PathLike[str]) -> Shot:
         width, height = size
         exposure = data.get("exposure")
         return Shot(
-            scene, _camera(found, data.get("over") or None), float(data["time_s"] or 0.0), (width, height), str(data["quality"]),
-            dict(data.get("overrides", {})), int(data.get("supersample", 1)),
+            scene, _camera(found, data.get("over") or None), float(data["time_s"] or 0.0), (width, height),
+            str(data["quality"]), dict(data.get("overrides", {})), int(data.get("supersample", 1)),
             None if exposure is None else float(exposure), str(data.get("mode", "ship")),
         )  # fmt: skip
     except KeyError as error:
