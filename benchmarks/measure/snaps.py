@@ -210,13 +210,3 @@ def forward_path(state: CameraState, step_m: float, steps: int) -> Iterator[Came
     level /= np.linalg.norm(level)
     for k in range(steps):
         yield state.moved(state.position_m + level * (step_m * k))
-
-
-def sinking_path(
-    state: CameraState, ground_m: float, radius_m: float, ratio: float, steps: int
-) -> Iterator[CameraState]:
-    """Straight down, the height above the ground shrinking by a ratio each step."""
-    distance = float(np.linalg.norm(state.position_m))
-    up, above = state.position_m / distance, distance - radius_m - ground_m
-    for k in range(steps):
-        yield state.moved(up * (radius_m + ground_m + above * ratio**k))

@@ -38,11 +38,6 @@ class Format:
     def is_integer(self) -> bool:
         return self.dtype.startswith("u")
 
-    @property
-    def image_layout(self) -> str:
-        """The GLSL layout qualifier of an image of this format, such as rgba16f."""
-        return self.name
-
 
 _RED, _RG, _RGBA, _RED_I, _RG_I, _RGBA_I = 0x1903, 0x8227, 0x1908, 0x8D94, 0x8228, 0x8D99
 _U8, _U16, _U32, _I16, _F16, _F32 = 0x1401, 0x1403, 0x1405, 0x1402, 0x140B, 0x1406

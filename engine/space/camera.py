@@ -116,10 +116,6 @@ class CameraState:
         """The angle of one pixel at the middle of the view, for a picture of `height` rows."""
         return (self.tan_top - self.tan_bottom) / height
 
-    def with_near(self, near_m: float) -> "CameraState":
-        """The same camera with another near plane."""
-        return replace(self, near_m=near_m)
-
     def moved(self, position_m: ArrayLike) -> "CameraState":
         """The same camera at another place."""
         return replace(self, position_m=np.asarray(position_m, dtype=np.float64))

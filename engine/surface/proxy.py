@@ -54,11 +54,6 @@ class ProxyCell:
     """How far the proxy moved in the last snap; 0 for the first."""
 
     @property
-    def max_sideways_m(self) -> float:
-        """The largest distance of a camera's foot from the proxy's, along the reference sphere."""
-        return self.max_sideways_rad * self.radius_m
-
-    @property
     def altitude_m(self) -> float:
         """The proxy's altitude above the reference sphere."""
         return self.ground_height_m + self.altitude_above_ground_m
