@@ -100,5 +100,5 @@ def _imports(session: Session) -> None:
                 modules=len(bare), modules_of_earth=len(whole))  # fmt: skip
 
 
-_ABSENT = ("atmosphere", "clouds", "ocean", "props", "debug")
-"""Folders of systems that the moon has no use for."""
+_ABSENT = ("atmosphere", "clouds", "ocean", "props")
+"""Folders of systems that the moon has no use for. Of `debug` the names of its views are always known."""
