@@ -18,6 +18,7 @@ from .. import (
     DebugView,
     Exposure,
     Ocean,
+    Orbit,
     Planet,
     Scene,
     Shape,
@@ -45,6 +46,7 @@ COMPONENTS: dict[str, type] = {
     "debug": DebugView,
     "transform": Transform,
     "shape": Shape,
+    "orbit": Orbit,
 }
 """Tables of a change's key: {"terrain.layers": 4}."""
 
@@ -249,6 +251,18 @@ NOT_IN_A_PICTURE: dict[str, str] = {
     "sun.calendar": "moves an epoch sun; see test_light",
     "exposure.brighter_s": "a settled picture has no past; see test_composite",
     "exposure.darker_s": "a settled picture has no past; see test_composite",
+    **{
+        f"orbit.{name}": "a planet has no companion; golden pictures several/* and test_several_planets have"
+        for name in (
+            "distance_m",
+            "period_s",
+            "inclination_deg",
+            "node_deg",
+            "phase_deg",
+            "position_m",
+            "locked",
+        )
+    },
     "transform.position_m": "presets have no objects of a game's; see test_props",
     "transform.orientation": "presets have no objects of a game's; see test_props",
     "transform.planet": "presets have no objects of a game's; see test_props",

@@ -35,6 +35,7 @@ from .views import View
 if TYPE_CHECKING:
     from .render_view import RenderView
     from .renderer import Renderer
+    from .scene import Scene
 
 __all__ = ["SeveralPlanets", "by_nearest"]
 
@@ -148,17 +149,17 @@ class SeveralPlanets:
         view = camera if isinstance(camera, View) else None
         if time_s is None:
             time_s = view.time_s if view is not None else 0.0
-        width, height = self._own.size
         handle = camera._planet_in(scene)
-        state = camera.resolve(scene, width / height)
+        # Resolving the camera costs more than all of this; the renderer whose turn it is does it anyway.
+        place = camera._pose[0] if camera._pose is not None else camera._requested().position_m(handle)
         sun = view.sun if sun is None and view is not None else sun
         moment = self.moment(time_s, sun, handle.name if handle is not None else "")
         home = moment.bodies[scene.planet.name if handle is None else handle.name]
-        main = nearest(list(moment.bodies.values()), home.outside(state.position_m))
+        main = nearest(list(moment.bodies.values()), home.outside(place))
         own_name = scene.planet.name
         if main.name == home.name == own_name:
             return home, main, given
-        changed = {**given, "camera": _moved(camera, state, home, main)}
+        changed = {**given, "camera": _moved(camera, scene, home, main)}
         if "time_s" in names:
             changed["time_s"] = time_s
         if "points_m" in given:
@@ -463,12 +464,13 @@ class _Fixed(Camera):
         return self._state
 
 
-def _moved(camera: Camera, state: CameraState, home: Body, main: Body) -> Camera:
+def _moved(camera: Camera, scene: Scene, home: Body, main: Body) -> Camera:
     """The camera of one planet's axes in those of another."""
     made = Camera.__new__(Camera)
     if home.name == main.name:
         made._place, made._pose = camera._requested() if camera._pose is None else None, camera._pose
     else:
+        state = camera.resolve(scene)
         turn = main.axes.T @ home.axes
         place = main.inside(home.outside(state.position_m))
         made._place, made._pose = None, (place, turn @ state.forward, turn @ state.up)
