@@ -24,7 +24,7 @@ from .components import DebugView, Ocean, Sun
 from .engine.settings import SettingError
 from .engine.settings.user import user_folder
 from .engine.space import latitude_longitude
-from .errors import GraphError, OutputError, SceneError
+from .errors import ContextLostError, GraphError, OutputError, SceneError
 from .flights import ScenePath, path
 from .quality import resolve_quality
 from .sea_surface import SeaSurface
@@ -189,6 +189,8 @@ class FlightApp:
                 )
                 self._watch()
             self.shown.error = ""
+        except ContextLostError:
+            raise  # no F5 helps
         except Exception as error:
             if self.interface is None:
                 raise
@@ -205,6 +207,8 @@ class FlightApp:
         """A frame with a tile of a photo in place of the picture."""
         try:
             self.journey.step_photo()
+        except ContextLostError:
+            raise
         except Exception as error:
             if self.interface is None:
                 raise

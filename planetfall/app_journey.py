@@ -114,8 +114,8 @@ class Journey:
     def go(self, name: str) -> None:
         """To a place kept, at its time and under its sun."""
         place = self.places[name]
+        self._app.time_s = place.time_s  # first: which planet that is depends on where they are then
         self._app.place(place.camera, place.sun)
-        self._app.time_s = place.time_s
         if place.mode in ("walk", "orbit"):
             self._app.switch(place.mode)
         self._at = name

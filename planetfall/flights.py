@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 from os import PathLike
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .camera import Camera
 from .components import Ocean, Sun
@@ -50,6 +51,11 @@ class ScenePath:
     def help(self) -> str:
         """One line for lists."""
         return self._bound.path.help
+
+    @property
+    def keys(self) -> dict[str, Any]:
+        """All that its file says, as plain data."""
+        return dataclasses.asdict(self._bound.path)
 
     @property
     def duration_s(self) -> float:

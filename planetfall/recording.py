@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import logging
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,8 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 from ._version import __version__
 from .flights import ScenePath, path
-from .shot import camera_settings
+from .shot import camera_settings, scene_settings
 from .systems.capture import NumberedFrames, VideoError, contact_sheet, write_gif, write_png, write_video
+from .systems.capture.png import json_plain
 from .systems.capture.sheet import even_selection
 from .systems.capture.video import ffmpeg
 
@@ -58,14 +61,14 @@ def record(
     """Render a scripted flight as frame_0000.png ..., contact_sheet.png and flight.mp4 in `folder` (made when missing);
     with `gif` as flight.gif too.
 
-    Frames that are there already, of the same flight and settings, are kept: an interrupted recording goes on, and ends
-    with the very frames that it would have had without. Frames of other settings are refused (CaptureError) unless
-    `force`. progress(done, count) follows the frames.
+    Frames that are there already, of the same scene, flight and settings down to every key and knob, are kept: an
+    interrupted recording goes on, and ends with the very frames that it would have had without. Frames of other ones
+    are refused (CaptureError) unless `force`. progress(done, count) follows the frames.
     """
     flight = path(flight, scene) if isinstance(flight, str) else flight
     settings = {
         "planetfall": __version__, "scene": scene.name, "path": flight.name, "size": list(size), "quality": quality,
-        "overrides": dict(overrides or {}),
+        "overrides": dict(overrides or {}), "made_of": _made_of(scene, flight),
     }  # fmt: skip
     frames = NumberedFrames(Path(folder), count, settings=settings, force=force)
     if video:
@@ -81,6 +84,12 @@ def record(
     film = write_video(frames.folder / "flight.mp4", frames.paths, fps=fps) if video else None
     moving = write_gif(frames.folder / "flight.gif", frames.paths, fps=min(fps, 50.0)) if gif else None
     return Recording(frames.folder, frames.paths, sheet, film, moving)
+
+
+def _made_of(scene: Scene, flight: ScenePath) -> str:
+    """A hash of all of the scene's and the path's values: names stay when files are edited."""
+    told = json.dumps({**scene_settings(scene), "path": flight.keys}, default=json_plain, sort_keys=True)
+    return hashlib.sha256(told.encode()).hexdigest()
 
 
 def _render(

@@ -21,7 +21,7 @@ from .systems.capture import CaptureError
 if TYPE_CHECKING:
     from .components import Sun
 
-__all__ = ["Shot", "camera_settings", "load_shot", "shot_settings"]
+__all__ = ["Shot", "camera_settings", "load_shot", "scene_settings", "shot_settings"]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -58,23 +58,12 @@ def shot_settings(
     sun: the one that shines, where it isn't the scene's. over: the companion in whose axes the camera is. ev100:
     the exposure that the picture has.
     """
-    tables = {kind: table for table, kind in KINDS.items()}
-    parts = (*scene.planet.components(), *scene.environment.components())
-    components = {tables[type(part)]: plain_table(part) for part in parts if type(part) in tables}
+    told = scene_settings(scene)
     if sun is not None:
-        components["sun"] = plain_table(sun)
-    prop_tables = {kind: table for table, kind in PROP_KINDS.items()}
-    props = [
-        {"name": p.name, **{prop_tables[type(c)]: plain_table(c) for c in p.components() if type(c) in prop_tables}}
-        for p in scene.props
-    ]
+        told["components"]["sun"] = plain_table(sun)
     return {
         "planetfall": __version__,
-        "scene": scene.name,
-        "like": scene.preset,
-        "components": components,
-        "props": props,
-        "companions": [companion_table(companion) for companion in scene.companions.values()],
+        **told,
         "over": over,
         "camera": camera_settings(camera),
         "time_s": float(time_s),
@@ -84,6 +73,23 @@ def shot_settings(
         "supersample": supersample,
         "exposure": ev100,
         "mode": mode,
+    }
+
+
+def scene_settings(scene: Scene) -> dict[str, Any]:
+    """All of a scene as plain data: components, objects and companions."""
+    tables = {kind: table for table, kind in KINDS.items()}
+    parts = (*scene.planet.components(), *scene.environment.components())
+    prop_tables = {kind: table for table, kind in PROP_KINDS.items()}
+    return {
+        "scene": scene.name,
+        "like": scene.preset,
+        "components": {tables[type(part)]: plain_table(part) for part in parts if type(part) in tables},
+        "props": [
+            {"name": p.name, **{prop_tables[type(c)]: plain_table(c) for c in p.components() if type(c) in prop_tables}}
+            for p in scene.props
+        ],
+        "companions": [companion_table(companion) for companion in scene.companions.values()],
     }
 
 

@@ -252,6 +252,18 @@ def test_an_error_while_drawing_is_shown_and_the_window_stays(scene: Any, caplog
         alone.frame()
 
 
+def test_a_lost_context_ends_the_flight(scene: Any) -> None:
+    """Nothing can be drawn any more, by F5 neither: the caller prints what happened and where the scene is kept."""
+    app, _, renderer = app_of(scene, interface=FakeInterface())
+    renderer.fails = pf.ContextLostError("the OpenGL context was lost")
+    with pytest.raises(pf.ContextLostError):
+        app.run()
+    assert app.shown.error == ""
+    app.journey.step_photo = lambda: (_ for _ in ()).throw(renderer.fails)  # type: ignore[method-assign]
+    with pytest.raises(pf.ContextLostError):
+        app._photograph()
+
+
 def test_f5_starts_a_broken_renderer_anew(scene: Any) -> None:
     made = []
 

@@ -291,3 +291,38 @@ def test_small_parsers() -> None:
 def test_the_package_runs_as_a_module():
     found = subprocess.run([sys.executable, "-m", "planetfall", "planets"], capture_output=True, text=True, check=False)
     assert found.returncode == 0 and "earth" in found.stdout, found.stderr
+
+
+FLIGHT = """
+[path.mine]
+kind = "cruise"
+latitude_deg = 10.0
+longitude_deg = {longitude}
+heading_deg = 90.0
+speed_m_s = 100.0
+altitude_m = 500.0
+duration_s = 10.0
+"""
+
+
+@pytest.mark.parametrize("edited", ["flight", "scene", "companion"])
+def test_frames_of_an_edited_flight_or_scene_are_not_kept(
+    edited: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    flights, scene = tmp_path / "flights.toml", tmp_path / "mine.toml"
+
+    def write(longitude: float = 20.0, rocks: int = 1, phase: float = 0.0) -> None:
+        flights.write_text(FLIGHT.format(longitude=longitude))
+        scene.write_text(
+            f"base = 'earth'\n[terrain]\nseed = {rocks}\n[[companions]]\nbase = 'moon'\n"
+            f"[companions.orbit]\nphase_deg = {phase}\n"
+        )
+
+    command = ["record", str(scene), "--path", "mine", "--paths", str(flights), "--count", "2", "--size", "32x18",
+               "--no-video", "-o", str(tmp_path / "out")]  # fmt: skip
+    write()
+    assert main(command) == 0
+    assert main(command) == 0 and len(FakeRenderer.made) == 1  # nothing was edited: all frames are kept
+    write(**{"flight": {"longitude": 21.0}, "scene": {"rocks": 2}, "companion": {"phase": 9.0}}[edited])
+    assert "other settings" in fails(command, capsys) and len(FakeRenderer.made) == 1
+    assert main([*command, "--force"]) == 0 and len(FakeRenderer.made[1].rendered) == 2

@@ -92,3 +92,20 @@ def test_views_and_errors(flight):
     app.scene.companions.remove("moon")
     app.frame()
     assert app.planets.name == "earth" and heights(app)["earth"] > 1e6
+
+
+def test_a_place_kept_over_a_moon_that_moves(flight, tmp_path, monkeypatch):
+    """Kept at one time and gone to at another: over the same ground, at the first try."""
+    monkeypatch.setenv("PLANETFALL_CONFIG", str(tmp_path))
+    app, _ = flight
+    app.scene.companions["moon"].orbit.period_s = 2.36e6
+    app.time_s = 0.0
+    app.place(pf.Camera.at(5.0, 30.0, 1000.0, planet="moon"))
+    kept = app.pilot.position_m
+    app.journey.keep_place("crater")
+    app.time_s = 1e5  # the Moon is 1.0e8 m on by then
+    app.to_start()
+    app.journey.go("crater")
+    assert app.time_s == 0.0 and app.planets.name == "moon"
+    # Kept in the scene's axes: float64 at 4e8 m has steps of 6e-8 m, and two turns cost some of them.
+    assert np.linalg.norm(app.pilot.position_m - kept) < 1e-5

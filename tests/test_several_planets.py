@@ -398,3 +398,19 @@ def test_a_picture_tells_of_companions(tmp_path):
     shot = pf.load_shot(file)
     assert shot.scene.companions["moon"].orbit == scene.companions["moon"].orbit and shot.camera.planet == "moon"
     assert np.allclose(shot.camera.resolve(shot.scene).position_m, state.position_m)
+
+
+def test_the_sun_in_the_axes_of_the_cameras_planet(scene):
+    """Towards the sun over the Moon is the scene's direction, turned: told from its ground, it is the same point."""
+    moon = bodies(scene, 0.0)[1]
+    over = pf.Camera.at(5.0, 60.0, 500.0, planet="moon")
+    found = pf.sun_direction(scene, camera=over)
+    there = moon.outside(found * 1e6) - moon.centre_m
+    assert np.allclose(there / 1e6, pf.sun_direction(scene), atol=1e-6) and not np.allclose(
+        there / 1e6, found, atol=0.1
+    )
+    told = pf.view("earthrise", scene.planet)  # over the Moon, with a sun of its own, told in the Moon's axes
+    high = pf.direction(told.sun.latitude_deg, told.sun.longitude_deg) @ pf.sun_direction(scene, camera=told)
+    assert math.isclose(float(high), math.sin(math.radians(told.sun.elevation_deg)), abs_tol=1e-12)
+    with pytest.raises(pf.UnknownNameError, match="no planet 'luna'"):
+        pf.sun_direction(scene, camera=pf.Camera.at(5.0, 60.0, 500.0, planet="luna"))
