@@ -62,7 +62,10 @@ def test_pyglet(run_window: RunWindow, tmp_path: Path) -> None:
 def test_moderngl_window(run_window: RunWindow, tmp_path: Path, backend: str) -> None:
     seen = run_window("embedded_moderngl_window", str(tmp_path / "picture.png"), backend, timeout=120)
     assert seen["errors"] == "GL_NO_ERROR"
+    assert seen["aspect"] == 480 / 270 and not any(seen["left"].values())
     picture = np.asarray(Image.open(tmp_path / "picture.png")).astype(int)
+    assert picture.shape == (270, 480, 3)
+    assert (picture[:, 400:].max(axis=2) > 20).mean() > 0.9  # the planet fills what the window grew by
     height = len(picture)
     cubes = (
         (picture[..., 2] > picture[..., 1] + 30) & (picture[..., 0] < 140) & (np.arange(height) > height / 2)[:, None]

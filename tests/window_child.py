@@ -233,7 +233,7 @@ def embedded_pyglet(path: str) -> dict[str, Any]:
     frames = 3
     for _ in range(frames):
         game.dispatch_events()
-        game.on_draw(0.05)
+        game.on_refresh(0.05)
         pyglet.image.get_buffer_manager().get_color_buffer().save(path)
         game.flip()
     error, test = pyglet.gl.glGetError(), ctypes.c_int()
@@ -253,20 +253,25 @@ def embedded_moderngl_window(path: str, backend: str) -> dict[str, Any]:
     result: dict[str, Any] = {"frames": 0}
 
     class Watched(Game):
-        window_size = (480, 270)
+        window_size = (400, 200)
 
         def on_render(self, time: float, frame_time: float) -> None:
             result.setdefault("errors of the library", self.ctx.error)  # from before the first frame
             super().on_render(time, frame_time)
             result["frames"] += 1
             result["errors"] = self.ctx.error
+            result["renderer"] = self.renderer
+            if result["frames"] == 1:
+                self.wnd.size = (480, 270)  # as a user pulls at a corner
             if result["frames"] == 3:
-                fbo = self.wnd.fbo
-                picture = Image.frombytes("RGB", fbo.size, fbo.read(components=3))
+                place = self.wnd.fbo.viewport
+                picture = Image.frombytes("RGB", place[2:], self.wnd.fbo.read(viewport=place, components=3))
+                result["aspect"] = self.camera.projection.aspect_ratio
                 picture.transpose(Image.Transpose.FLIP_TOP_BOTTOM).save(path)
                 self.wnd.close()
 
     moderngl_window.run_window_config(Watched, args=("--window", backend))
+    result["left"] = result.pop("renderer").gpu.counts()
     return result
 
 

@@ -11,7 +11,7 @@ EYE, AHEAD, UP = Vec3(-6.0, 2.5, 6.0), Vec3(0.0, 0.5, -20.0), Vec3(0.0, 1.0, 0.0
 
 
 class Game(pyglet.window.Window):
-    """`on_draw` is all that a frame needs; the planet is one call in it."""
+    """`on_refresh` (pyglet's `on_draw` with the seconds since the last one) is all that a frame needs."""
 
     def __init__(self, width: int = 960, height: int = 540) -> None:
         config = Config(major_version=4, minor_version=3, depth_size=24, double_buffer=True)
@@ -35,9 +35,9 @@ class Game(pyglet.window.Window):
         self.sprite = pyglet.sprite.Sprite(coin, x=12, y=12)
         self.label = pyglet.text.Label("Escape leaves", x=56, y=20)
 
-    def on_draw(self, dt_s: float = 1 / 60) -> None:
+    def on_refresh(self, dt: float) -> None:
         self.clear()
-        self.time_s += dt_s
+        self.time_s += dt
         self.view, self.projection = Mat4.look_at(EYE, AHEAD, UP), Mat4.perspective_projection(
             self.aspect_ratio, 0.1, 5000.0, 55.0
         )  # fmt: skip
@@ -45,7 +45,7 @@ class Game(pyglet.window.Window):
         self.before.draw()
         camera, depth = self.space.camera(self.view, self.projection), self.space.depth(self.projection)
         place = (0, 0, *self.get_framebuffer_size())
-        self.renderer.render_to(self.renderer.ctx.screen, camera, self.time_s, None, place, dt_s, depth)
+        self.renderer.render_to(self.renderer.ctx.screen, camera, self.time_s, None, place, dt, depth)
         self.after.draw()
         glDisable(GL_DEPTH_TEST)
         self.view, self.projection = Mat4(), Mat4.orthogonal_projection(0, self.width, 0, self.height, -1, 1)
