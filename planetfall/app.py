@@ -18,6 +18,7 @@ from .app_keys import act
 from .app_pace import Pace, check_frame_cap
 from .app_planets import FlightPlanets
 from .app_shown import Interface, RendererMaker, Shown
+from .arguments import check_scene
 from .camera import Camera
 from .captures import check_arrays, outputs_for, save_capture
 from .components import DebugView, Ocean, Sun
@@ -189,10 +190,8 @@ class FlightApp:
                 )
                 self._watch()
             self.shown.error = ""
-        except ContextLostError:
-            raise  # no F5 helps
         except Exception as error:
-            if self.interface is None:
+            if self.interface is None or isinstance(error, ContextLostError):  # no F5 helps
                 raise
             self._failed(error, visible)
         if visible and self.interface is not None:
@@ -207,10 +206,8 @@ class FlightApp:
         """A frame with a tile of a photo in place of the picture."""
         try:
             self.journey.step_photo()
-        except ContextLostError:
-            raise
         except Exception as error:
-            if self.interface is None:
+            if self.interface is None or isinstance(error, ContextLostError):
                 raise
             log.error("the photo could not be taken: %s", error, exc_info=error)
             self.say(f"the photo could not be taken: {error}")
@@ -459,6 +456,7 @@ def fly(
     Raises NoDisplayError without a display, WindowVersionError below OpenGL 4.3, WindowError for a monitor that isn't
     there, SettingError for an unknown quality or override, or a frame cap below 0.
     """
+    check_scene(scene, "fly")
     resolve_quality(quality, overrides)
     check_frame_cap(frame_cap)
     from .app_interface import FlightInterface

@@ -8,10 +8,10 @@ from typing import Any
 
 from .camera import Camera
 from .components import Sun
-from .errors import CameraError, SettingError, SizeError
+from .errors import CameraError, SceneError, SettingError, SizeError
 from .views import View
 
-__all__ = ["check_moment", "check_size"]
+__all__ = ["check_moment", "check_scene", "check_size"]
 
 
 def check_moment(camera: Any, time_s: Any, sun: Any) -> None:
@@ -26,6 +26,12 @@ def check_moment(camera: Any, time_s: Any, sun: Any) -> None:
         raise SettingError(
             f"sun must be a pf.Sun, found {sun!r}; write pf.Sun(direction=(x, y, z)) or pf.Sun(elevation_deg=..., ...)"
         )
+
+
+def check_scene(scene: Any, where: str) -> None:
+    """Raises SceneError for what isn't a scene, most often a planet's name. where: what was called."""
+    if isinstance(scene, str) or not hasattr(scene, "planet"):
+        raise SceneError(f"{where}: expected a scene such as pf.load_scene('earth'), found {scene!r}")
 
 
 def check_size(size: Any, limit: int | None) -> None:

@@ -6,6 +6,7 @@ import dataclasses
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
+from .arguments import check_scene
 from .camera import Camera
 from .components import Ocean, Sun
 from .systems.flight import PATHS_FILE, BoundPath, find_path, load_paths
@@ -23,6 +24,7 @@ def paths(file: str | PathLike[str] = PATHS_FILE) -> list[str]:
 
 def path(name: str, scene: Scene, file: str | PathLike[str] = PATHS_FILE) -> ScenePath:
     """A scripted flight over the ground of a scene's planet, as it is now. PresetError for an unknown name."""
+    check_scene(scene, "path")
     planet = scene.planet
     ocean = planet.get(Ocean)
     bound = find_path(name, str(file)).over(

@@ -95,15 +95,20 @@ class HostSpace:
         above: str = "sphere",
         up: str = "y",
         unit_m: float = 1.0,
-        planet: PlanetHandle | None = None,
+        planet: PlanetHandle,
     ) -> HostSpace:
-        """A world whose origin stands over a place, as in Camera.at; above="ground" needs the planet.
+        """A world whose origin stands over a place of a planet such as scene.planet, as in Camera.at.
 
         up="y": x to the right of the heading, y up, -z along the heading (OpenGL, pyglet). up="z": x to the right, y
         along the heading, z up.
         """
         if up not in ("y", "z"):
             raise CameraError(f"HostSpace: up: expected 'y' or 'z', found {up!r}")
+        if not isinstance(planet, PlanetHandle):
+            raise CameraError(
+                f"HostSpace.at: planet: expected one of a scene, whose radius and ground count, found {planet!r}; "
+                'give planet=scene.planet or planet=scene.planets["moon"]'
+            )
         place = make_place(latitude_deg, longitude_deg, altitude_m, heading_deg, 0.0, above)
         origin = place.position_m(planet)
         ahead, above_axis = heading_pitch_axes(origin / np.linalg.norm(origin), heading_deg, 0.0)

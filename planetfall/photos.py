@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .arguments import check_scene
 from .camera import Camera
 from .errors import SizeError
 
@@ -80,6 +81,7 @@ def photo(
     camera, time_s, sun: as for Renderer.render. progress(done, count) follows the tiles. Raises SizeError for a size,
     SettingError and CameraError as the renderer.
     """
+    check_scene(scene, "photo")
     plan = PhotoPlan((int(size[0]), int(size[1])), supersample, tile_px, ev100)
     from .renderer import Renderer
 

@@ -12,6 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ._version import __version__
+from .arguments import check_scene
+from .errors import SettingError
 from .flights import ScenePath, path
 from .shot import camera_settings, scene_settings
 from .systems.capture import NumberedFrames, VideoError, contact_sheet, write_gif, write_png, write_video
@@ -65,6 +67,8 @@ def record(
     interrupted recording goes on, and ends with the very frames that it would have had without. Frames of other ones
     are refused (CaptureError) unless `force`. progress(done, count) follows the frames.
     """
+    check_scene(scene, "record")
+    _check_fps(fps, gif)
     flight = path(flight, scene) if isinstance(flight, str) else flight
     settings = {
         "planetfall": __version__, "scene": scene.name, "path": flight.name, "size": list(size), "quality": quality,
@@ -90,6 +94,13 @@ def _made_of(scene: Scene, flight: ScenePath) -> str:
     """A hash of all of the scene's and the path's values: names stay when files are edited."""
     told = json.dumps({**scene_settings(scene), "path": flight.keys}, default=json_plain, sort_keys=True)
     return hashlib.sha256(told.encode()).hexdigest()
+
+
+def _check_fps(fps: Any, gif: bool) -> None:
+    """A rate that no video can have, said before hours of rendering. GIFs pause at most 10 s for a frame."""
+    least = 0.1 if gif else 0.001
+    if not isinstance(fps, int | float) or not least <= fps <= 1000.0:  # nan is neither
+        raise SettingError(f"record: fps: expected {least:g} to 1000 frames a second, found {fps!r}")
 
 
 def _render(

@@ -12,7 +12,7 @@ import moderngl
 from numpy.typing import NDArray
 
 from . import ASSETS, extend
-from .arguments import check_moment, check_size
+from .arguments import check_moment, check_scene, check_size
 from .camera import Camera
 from .components import Planet
 from .context_loss import ContextWatch
@@ -52,11 +52,11 @@ _TARGETS = frozenset({"target", "target_with_depth"})
 class Renderer(Looking):
     """Renders a scene to arrays, or into a host's framebuffer.
 
-    scene: see load_scene. size: (width, height) in pixels. quality: low, medium, high, ultra or reference. overrides:
-    {"terrain.edge_px": 8.0, ...}, any knob by its dotted key. ctx: a host's current moderngl context, or None for a
-    headless one of its own. systems: further System classes of a game, beside those of `extend.register`. guard: with
-    a host's ctx, give the host its GL state back after every call; a host that sets all its own state each frame may
-    say False (docs/embedding.md). One thread a renderer; release() frees every GL object.
+    scene: see load_scene. size: (width, height) in pixels. quality: low, medium, high, ultra, reference or paper.
+    overrides: {"terrain.edge_px": 8.0, ...}, any knob by its dotted key. ctx: a host's current moderngl context, or
+    None for a headless one of its own. systems: further System classes of a game, beside those of `extend.register`.
+    guard: with a host's ctx, give the host its GL state back after every call; a host that sets all its own state each
+    frame may say False (docs/embedding.md). One thread a renderer; release() frees every GL object.
 
     Raises SizeError, SettingError, NoEGLError, GLVersionError before any GPU work.
     """
@@ -71,6 +71,7 @@ class Renderer(Looking):
         systems: Sequence[type[System]] = (),
         guard: bool = True,
     ) -> None:
+        check_scene(scene, "Renderer")
         check_size(size, None)
         self.settings = resolve_quality(quality, overrides)
         scene.validate(self.settings)

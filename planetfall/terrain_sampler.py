@@ -27,7 +27,10 @@ class TerrainSampler:
     """
 
     def __init__(self, scene: Any, planet: Any = None) -> None:
-        """scene: anything with planet[Planet] and planet[Terrain]. planet: one of scene.planets instead of that."""
+        """scene: anything with planet[Planet] and planet[Terrain]. planet: one of scene.planets, or its
+        name, instead of that."""
+        if isinstance(planet, str) and planet in getattr(scene, "planets", ()):
+            planet = scene.planets[planet]
         handle = getattr(scene, "planet", None) if planet is None else planet
         if handle is None or isinstance(handle, str) or not hasattr(handle, "__getitem__"):
             raise ValueError(

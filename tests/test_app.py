@@ -297,6 +297,8 @@ def test_a_debug_view_that_goes_away_is_switched_off(scene: Any) -> None:
 def test_fly_says_what_is_wrong_before_a_window_is_seen(scene: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(pf.SettingError, match="did you mean 'high'"):
         pf.fly(scene, quality="hihg")
+    with pytest.raises(pf.SceneError, match=r"fly: expected a scene such as pf\.load_scene"):
+        pf.fly("earth")  # type: ignore[arg-type]
     with pytest.raises(pf.SettingError, match=r"terrain\.edge_px"):
         pf.fly(scene, overrides={"terrain.edg_px": 1.0})
     monkeypatch.delenv("DISPLAY", raising=False)

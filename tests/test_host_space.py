@@ -20,8 +20,14 @@ SIZE = (120, 80)
 
 
 @pytest.fixture(scope="module")
-def space() -> pf.HostSpace:
-    return pf.HostSpace.at(12.0, 34.0, 250.0, 70.0, unit_m=2.0)
+def earth() -> Iterator[pf.PlanetHandle]:
+    with pf.load_scene("earth") as scene:
+        yield scene.planet
+
+
+@pytest.fixture(scope="module")
+def space(earth: pf.PlanetHandle) -> pf.HostSpace:
+    return pf.HostSpace.at(12.0, 34.0, 250.0, 70.0, unit_m=2.0, planet=earth)
 
 
 def host_pixels(view: object, lens: object, points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -32,13 +38,13 @@ def host_pixels(view: object, lens: object, points: NDArray[np.float64]) -> NDAr
     return np.stack([(0.5 + 0.5 * ndc[:, 0]) * SIZE[0], (0.5 - 0.5 * ndc[:, 1]) * SIZE[1]], axis=1)
 
 
-def test_axes_stand_upright(space: pf.HostSpace) -> None:
+def test_axes_stand_upright(space: pf.HostSpace, earth: pf.PlanetHandle) -> None:
     up = pf.direction(12.0, 34.0)
     np.testing.assert_allclose(space.to_planet((0, 0, 0)), up * (6.371e6 + 250.0), rtol=1e-12)
     np.testing.assert_allclose(space.direction_to_planet((0, 1, 0)), up, atol=1e-12)
     ahead = pf.Camera.at(12.0, 34.0, 0.0, heading_deg=70.0).forward
     np.testing.assert_allclose(space.direction_to_planet((0, 0, -1)), ahead, atol=1e-12)
-    sideways = pf.HostSpace.at(12.0, 34.0, 0.0, 70.0, up="z")
+    sideways = pf.HostSpace.at(12.0, 34.0, 0.0, 70.0, up="z", planet=earth)
     np.testing.assert_allclose(sideways.direction_to_planet((0, 0, 1)), up, atol=1e-12)
     np.testing.assert_allclose(sideways.direction_to_planet((0, 1, 0)), ahead, atol=1e-12)
     assert np.linalg.norm(space.to_planet((0, 3, 0)) - space.to_planet((0, 0, 0))) == pytest.approx(6.0)
@@ -48,7 +54,7 @@ def test_axes_stand_upright(space: pf.HostSpace) -> None:
 
 
 @pytest.mark.parametrize("library", ["pyglet", "glm"])
-def test_a_camera_sees_what_the_hosts_sees(space: pf.HostSpace, library: str) -> None:
+def test_a_camera_sees_what_the_hosts_sees(space: pf.HostSpace, earth: pf.PlanetHandle, library: str) -> None:
     """Points of the host's world land on the same pixels through its matrices and through the planet's camera."""
     eye, to = (3.0, 2.0, 5.0), (0.0, 1.0, -20.0)
     if library == "pyglet":
@@ -60,7 +66,7 @@ def test_a_camera_sees_what_the_hosts_sees(space: pf.HostSpace, library: str) ->
         lens = np.array(glm.frustum(-0.1, 0.25, -0.05, 0.12, 0.2, 300.0))  # off the axis
         as_matrix = [view, lens]
     points = np.random.default_rng(2).uniform((-9, -3, -40), (9, 6, -8), (200, 3))
-    state = space.camera(view, lens).resolve(pf.load_scene("earth"))
+    state = space.camera(view, lens).resolve(earth.scene)
     found, front = project(state, space.to_planet(points), SIZE)
     assert front.all()
     # pyglet's matrices and glm's frustum may be single: 1e-7 of numbers of a hundred pixels, with room.
@@ -72,8 +78,8 @@ def test_a_camera_sees_what_the_hosts_sees(space: pf.HostSpace, library: str) ->
 
 @pytest.mark.parametrize("far", [500.0, math.inf])
 @pytest.mark.parametrize("zero_to_one", [False, True])
-def test_depths_are_those_of_the_projection(far: float, zero_to_one: bool) -> None:
-    space = pf.HostSpace.at(0.0, 0.0, unit_m=3.0)
+def test_depths_are_those_of_the_projection(far: float, zero_to_one: bool, earth: pf.PlanetHandle) -> None:
+    space = pf.HostSpace.at(0.0, 0.0, unit_m=3.0, planet=earth)
     z = np.array([0.2, 1.0, 7.0, 100.0, 450.0])  # in the host's unit
     if zero_to_one:  # reversed, as a careful host has it: near / z
         lens = np.diag([1.0, 1.0, 0.0, 0.0])
@@ -89,7 +95,7 @@ def test_depths_are_those_of_the_projection(far: float, zero_to_one: bool) -> No
     assert depth.window_depth(np.inf) == pytest.approx(0.0 if depth.reversed else 1.0, abs=1e-12)
 
 
-def test_bad_input_is_named(space: pf.HostSpace) -> None:
+def test_bad_input_is_named(space: pf.HostSpace, earth: pf.PlanetHandle) -> None:
     lens = np.array(glm.perspective(1.0, 1.5, 0.1, 100.0))
     with pytest.raises(pf.CameraError, match="transpose"):
         space.camera(np.eye(4), lens.T)
@@ -103,9 +109,12 @@ def test_bad_input_is_named(space: pf.HostSpace) -> None:
     with pytest.raises(pf.CameraError, match="4 x 4"):
         space.camera(np.eye(3), lens)
     with pytest.raises(pf.CameraError, match=r"planet=scene\.planet"):
-        space.on_surface([(0, 0, 0)])
+        pf.HostSpace((7e6, 0.0, 0.0), np.eye(3)).on_surface([(0, 0, 0)])
+    for planet in (None, "moon"):  # whose radius?
+        with pytest.raises(pf.CameraError, match=r"planet: expected one of a scene.*planet=scene\.planet"):
+            pf.HostSpace.at(0, 0, 10, planet=planet)  # type: ignore[arg-type]
     with pytest.raises(pf.CameraError, match="'y' or 'z'"):
-        pf.HostSpace.at(0, 0, up="x")
+        pf.HostSpace.at(0, 0, up="x", planet=earth)
     with pytest.raises(pf.CameraError, match="far"):
         space.matrices(pf.Camera.at(0, 0, 10.0).resolve(pf.load_scene("earth")), 1.0, 0.5)
 
@@ -150,7 +159,7 @@ def test_a_wall_hides_what_is_behind_it_and_nothing_else(ctx: moderngl.Context, 
     target = ctx.framebuffer([ctx.texture(SIZE, 4)], ctx.depth_renderbuffer(SIZE))
     program = ctx.program(vertex_shader=WALL, fragment_shader=RED)
     wall = ctx.vertex_array(program, [])
-    space = pf.HostSpace.at(10.0, 20.0)
+    space = pf.HostSpace.at(10.0, 20.0, planet=scene.planet)
     with pf.Renderer(scene, SIZE, "low", {"composite.antialiasing": "none"}, ctx=ctx) as renderer:
         state = renderer.camera_state(camera)
         out = renderer.render(camera, outputs=("color", "position"))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -50,6 +51,29 @@ def test_an_interrupted_recording_ends_with_the_same_frames(tmp_path: Path, monk
         pf.record(scene, "low", tmp_path / "a", **options)
     assert hashes(made.folder) == whole and made.frames[2].stat().st_mtime_ns == untouched
     assert made.gif is not None and made.gif.stat().st_size > 0
+
+
+@pytest.mark.parametrize("fps", [0.0, -1.0, float("nan"), float("inf"), "24"])
+def test_a_rate_that_cannot_be_is_refused_before_any_frame(tmp_path: Path, fps: Any) -> None:
+    with pf.load_scene("earth") as scene:
+        with pytest.raises(pf.SettingError, match=r"record: fps: expected 0\.001 to 1000 frames a second, found"):
+            pf.record(scene, "low", tmp_path / "a", fps=fps)
+        with pytest.raises(pf.SettingError, match=r"fps: expected 0\.1 to 1000"):
+            pf.record(scene, "low", tmp_path / "a", fps=0.05, gif=True)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_name_is_no_scene(tmp_path: Path) -> None:
+    calls: dict[str, Any] = {
+        "record": lambda: pf.record("earth", folder=tmp_path / "a"),  # type: ignore[arg-type]
+        "path": lambda: pf.path("low", "earth"),  # type: ignore[arg-type]
+        "photo": lambda: pf.photo("earth", pf.Camera.at(0, 0, 1e6)),  # type: ignore[arg-type]
+        "Renderer": lambda: pf.Renderer("earth"),  # type: ignore[arg-type]
+    }
+    for name, call in calls.items():
+        with pytest.raises(pf.SceneError, match=rf"{name}: expected a scene such as pf\.load_scene\('earth'\)"):
+            call()
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_gifs_show_what_they_were_given(tmp_path: Path) -> None:

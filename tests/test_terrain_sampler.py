@@ -45,6 +45,15 @@ def test_a_snapshot_of_a_scene():
         TerrainSampler(SimpleNamespace(planet={pf.Planet: pf.Planet()}))
 
 
+def test_a_planet_has_a_name():
+    with pf.load_scene("earth_moon") as scene:
+        name = next(n for n, planet in scene.planets.items() if planet is not scene.planet)
+        named = pf.TerrainSampler(scene, planet=name)
+        d = sphere(10)
+        np.testing.assert_array_equal(named.height(d), pf.TerrainSampler(scene, scene.planets[name]).height(d))
+        assert named.radius_m == scene.planets[name].radius_m != scene.planet.radius_m
+
+
 @pytest.mark.parametrize("name", WORLDS)
 def test_normals_stand_on_the_surface(name):
     params = WORLDS[name]
