@@ -46,8 +46,7 @@ def say(text):
 def main(arguments):
     testing = arguments[:1] == ["test"]
     if arguments[:1] in (["-h"], ["--help"]):
-        print(__doc__.strip())
-        print("\nOptions of the demo, once it is set up:\n", flush=True)
+        return show_help()
     try:
         refuse_macos()
         python = ready_environment(testing)
@@ -59,6 +58,16 @@ def main(arguments):
         return 1
     except KeyboardInterrupt:
         return 130
+
+
+def show_help():
+    """Installs nothing: the demo adds its own options once it is set up."""
+    print(__doc__.strip() + "\n", flush=True)
+    python = venv_python()
+    if not (os.path.exists(python) and read_stamp_covers(wanted_stamp(False))):
+        say("the demo's own options can be listed once it is set up: start it once, then ask for --help again")
+        return 0
+    return subprocess.call([python, "-m", "planetfall.games.demo_planet", "--help"], env=environment())
 
 
 def refuse_macos():

@@ -6,6 +6,7 @@ sets the log level (debug, info, warning).
 
 from __future__ import annotations
 
+import importlib
 import logging
 import os
 import sys
@@ -22,6 +23,7 @@ from .cli_fly import fly_command
 from .cli_gallery import gallery_command
 from .cli_info import graph_command, planets_command, views_command
 from .cli_render import record_command, render_command
+from .errors import SettingError
 from .expected import expected_errors
 
 __all__ = ["app", "main"]
@@ -31,7 +33,8 @@ EXIT_INTERRUPTED = 130
 
 app = App(
     name="planetfall",
-    help="Whole planets: fly from 36 000 km out down to a beach. Every command also takes --debug: full tracebacks.",
+    help="Whole planets: fly from 36 000 km out down to a beach. Every command also takes --debug: full tracebacks, "
+    "and --import MODULE: a game's own components, known to scene files and --set from then on.",
     version=__version__,
     suppress_keyboard_interrupt=False,
 )
@@ -68,7 +71,36 @@ def main(arguments: Sequence[str] | None = None) -> int:
     debug = "--debug" in given
     given = [argument for argument in given if argument != "--debug"]
     start_logging("debug" if debug else os.environ.get("PLANETFALL_LOG", "warning"))
-    return guarded(lambda: app(given, exit_on_error=False, print_error=False, result_action="return_value"), debug)
+
+    def run() -> object:
+        left = import_modules(given)
+        return app(left, exit_on_error=False, print_error=False, result_action="return_value")
+
+    return guarded(run, debug)
+
+
+def import_modules(given: Sequence[str]) -> list[str]:
+    """Import what `--import MODULE` names, such as a game that registers components; the other arguments.
+
+    Modules of the current folder are found, as with `python -m`. SettingError for one that can't be imported.
+    """
+    left: list[str] = []
+    arguments = iter(given)
+    for argument in arguments:
+        option, equals, name = argument.partition("=")
+        if option != "--import":
+            left.append(argument)
+            continue
+        name = name if equals else next(arguments, "")
+        if not name or name.startswith(("-", ".")):
+            raise SettingError(f"--import: expected a module such as games.rings, found {name!r}")
+        if os.getcwd() not in sys.path:
+            sys.path.insert(0, os.getcwd())
+        try:
+            importlib.import_module(name)
+        except ImportError as error:
+            raise SettingError(f"--import {name}: {error}; looked in {os.getcwd()} and where packages are") from error
+    return left
 
 
 def guarded(run: Callable[[], object], debug: bool = False) -> int:

@@ -11,6 +11,7 @@ from cyclopts import Group, Parameter
 
 from .engine.space import latitude_longitude, orthonormal_axes
 from .errors import CameraError, SettingError, SizeError
+from .photos import LARGEST_PX
 
 if TYPE_CHECKING:
     from .camera import Camera
@@ -154,6 +155,8 @@ def parse_size(text: str) -> tuple[int, int]:
     width, height = int(found[1]), int(found[2])
     if width < 1 or height < 1:
         raise SizeError(f"--size: width and height must be at least 1, found {text!r}")
+    if max(width, height) > LARGEST_PX:
+        raise SizeError(f"--size: expected at most {LARGEST_PX} pixels a side, found {text!r}")
     return width, height
 
 

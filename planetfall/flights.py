@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import logging
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 
 __all__ = ["ScenePath", "path", "paths"]
 
+log = logging.getLogger(__name__)
+
 
 def paths(file: str | PathLike[str] = PATHS_FILE) -> list[str]:
     """Names of the scripted flights."""
@@ -23,13 +26,21 @@ def paths(file: str | PathLike[str] = PATHS_FILE) -> list[str]:
 
 
 def path(name: str, scene: Scene, file: str | PathLike[str] = PATHS_FILE) -> ScenePath:
-    """A scripted flight over the ground of a scene's planet, as it is now. PresetError for an unknown name."""
+    """A scripted flight over the ground of a scene's planet, as it is now. PresetError for an unknown name.
+
+    One that was made for another planet is played all the same, with a warning in the log.
+    """
     check_scene(scene, "path")
     planet = scene.planet
     ocean = planet.get(Ocean)
-    bound = find_path(name, str(file)).over(
-        planet.radius_m, scene.height_field(), None if ocean is None else ocean.sea_level_m
-    )
+    found = find_path(name, str(file))
+    if found.planet and found.planet not in (scene.preset, scene.name, planet.name):
+        log.warning(
+            "the flight %r was made for %s: over %s its heights (in m) and places show something else; flights of your "
+            "own go into a TOML file (pf.path(name, scene, file), planetfall record --paths)",
+            name, found.planet, scene.name,
+        )  # fmt: skip
+    bound = found.over(planet.radius_m, scene.height_field(), None if ocean is None else ocean.sea_level_m)
     return ScenePath(name, bound)
 
 

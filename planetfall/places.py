@@ -70,7 +70,10 @@ class Places:
                 self._places = _read(self.file)
             except PresetError as error:
                 log.warning("%s", error)
-                self.problem = str(error)
+                self.problem = (
+                    f"{error}\nNone of its places is shown; the file was left as it is, and is put aside under another "
+                    "name when a place is kept."
+                )
 
     def names(self, scene: Scene | None = None) -> list[str]:
         """Names of all places, or of those over a scene."""
@@ -122,7 +125,10 @@ def _read(file: Path) -> list[Place]:
     try:
         checked = msgspec.convert(read_toml(file), _File)
     except msgspec.ValidationError as error:
-        raise PresetError(f"{file}: {error}") from error
+        text, _, where = str(error).rpartition(" - at ")
+        raise PresetError(
+            f"{file}: {where.strip('`').removeprefix('$.')}: {text}" if text else f"{file}: {where}"
+        ) from error
     except RecursionError:
         raise PresetError(f"{file}: tables inside tables without end") from None
     places = []

@@ -13,6 +13,7 @@ import pytest
 from PIL import Image
 
 import planetfall as pf
+from planetfall import extend
 from planetfall.cli import main
 from planetfall.cli_options import CameraOptions, SunOptions, parse_overrides, parse_size
 from planetfall.systems.capture import read_arrays, read_png_settings, write_png
@@ -112,6 +113,7 @@ def test_render_writes_all_arrays(tmp_path: Path) -> None:
         (["erth"], "did you mean 'earth'?"),
         (["--size", "640"], "expected width x height such as 1280x720, found '640'"),
         (["--size", "0x9"], "at least 1"),
+        (["--size", "999999x999999"], "--size: expected at most 65536 pixels a side, found '999999x999999'"),
         (["--set", "edge"], "expected knob=value"),
         (["--latitude-deg", "3"], "missing: --longitude-deg, --altitude-m"),
         (["--latitude-deg", "nan", "--longitude-deg", "0", "--altitude-m", "5"], "latitude_deg"),
@@ -129,6 +131,34 @@ def test_bad_options_say_what_to_do(
     text = fails(["render", *options, "-o", str(tmp_path / "a.png")], capsys)
     assert message in text.replace("\n", " ")
     assert not FakeRenderer.made and not list(tmp_path.iterdir())
+
+
+def test_a_game_brings_its_own_tables(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", sys.path.copy())
+    Path("halos.py").write_text(
+        "from dataclasses import dataclass\n"
+        "from planetfall import extend\n"
+        "@dataclass\n"
+        "class Halo:\n"
+        "    size: float = extend.knob(2.0, 1.0, 5.0)\n"
+        "extend.register(Halo)\n"
+    )
+    Path("mine.toml").write_text("[planet]\n[halo]\nsize = 3.0\n")
+    plain = ["render", "./mine.toml", "--size", "16x9", "-o", "a.png"]
+    assert "halo: unknown table" in (text := fails(plain, capsys)) and "(planetfall --import MODULE)" in text
+    assert "--import nowhere: No module named 'nowhere'" in fails(["--import", "nowhere", *plain], capsys)
+    assert "--import: expected a module" in fails([*plain, "--import"], capsys)
+    try:
+        for arguments in (["--import", "halos", *plain], [*plain, "--import=halos"]):
+            assert main(arguments) == 0
+        halo = sys.modules["halos"].Halo
+        assert FakeRenderer.made[-1].scene.planet[halo].size == 3.0
+    finally:
+        if "halos" in sys.modules:
+            extend.unregister(sys.modules.pop("halos").Halo)
 
 
 @pytest.mark.parametrize("command", ["render", "gallery", "record", "graph"])

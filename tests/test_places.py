@@ -66,6 +66,7 @@ def test_a_damaged_file_is_put_aside_and_never_lost(tmp_path: Path) -> None:
         if damaged.problem:
             broken += 1
             assert str(file) in damaged.problem and damaged.names() == []
+            assert "left as it is, and is put aside" in damaged.problem
             damaged.keep(place("new"))
             aside = [f for f in tmp_path.iterdir() if f.name != "places.toml"]
             assert [f.read_bytes() for f in aside] == [bytes(data)]

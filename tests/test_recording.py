@@ -76,6 +76,22 @@ def test_a_name_is_no_scene(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_flight_over_another_planet_is_said(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    file = tmp_path / "paths.toml"
+    file.write_text('[path.any]\nkind = "cruise"\nlatitude_deg = 1\nlongitude_deg = 2\nheading_deg = 3\n'
+                    'speed_m_s = 4\naltitude_m = 5\nduration_s = 6\n')  # fmt: skip
+    with pf.load_scene("asteroid") as scene:
+        pf.path("any", scene, file)
+        assert caplog.records == []
+        pf.path("descent", scene)
+    (record,) = caplog.records
+    assert "'descent' was made for earth: over asteroid" in record.getMessage()
+    caplog.clear()
+    with pf.load_scene("earth") as scene:
+        pf.path("descent", scene)
+    assert caplog.records == []
+
+
 def test_gifs_show_what_they_were_given(tmp_path: Path) -> None:
     x = np.linspace(0, 255, 40).astype(np.uint8)
     frames = [np.stack([np.tile(x, (30, 1)), np.full((30, 40), 20 * n, np.uint8), np.tile(x[::-1], (30, 1))], 2)

@@ -207,6 +207,24 @@ def test_help_needs_no_setup_to_be_read() -> None:
     assert text and "python3 run.py test" in text
 
 
+def test_help_installs_nothing(
+    run: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    calls = Calls()
+    monkeypatch.setattr(run.subprocess, "call", calls)
+    monkeypatch.setattr(run, "system_libraries", lambda testing: pytest.fail("looked for libraries to install"))
+    assert run.main(["--help"]) == 0
+    assert calls.commands == [] and not (tmp_path / ".venv").exists()
+    shown = capsys.readouterr().out
+    assert "python3 run.py test [options]" in shown and "once it is set up" in shown
+    python = Path(run.venv_python())
+    python.parent.mkdir(parents=True)
+    python.write_text("")
+    run.write_stamp(run.wanted_stamp(False))
+    assert run.main(["-h"]) == 0
+    assert calls.commands == [f"{python} -m planetfall.games.demo_planet --help"]
+
+
 def test_ci_script_is_valid_bash() -> None:
     script = ROOT / ".ci" / "run"
     if sys.platform != "win32" and script.exists():

@@ -80,7 +80,10 @@ def build_components(
         table = aliases.get(key, key)
         if table not in kinds:
             noun = "table" if isinstance(value, Mapping) else "key"
-            problems.append(f"{key}: unknown {noun}; {did_you_mean(key, [*kinds, *also], 'allowed')}")
+            hint = did_you_mean(key, [*kinds, *also], "allowed")
+            if noun == "table" and not hint.startswith("did you mean"):
+                hint += ". A table of a game's own needs its module imported first (planetfall --import MODULE)"
+            problems.append(f"{key}: unknown {noun}; {hint}")
         elif table in built:
             problems.append(f"{key}: given twice, as [{table}] and as [{kinds[table].__name__}]; keep one")
         elif not isinstance(value, Mapping):

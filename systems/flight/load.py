@@ -43,7 +43,7 @@ class _Key(msgspec.Struct, forbid_unknown_fields=True):
 
 class _Common(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     help: str = ""
-    planet: str = "earth"
+    planet: str = ""
     latitude_deg: Latitude
     longitude_deg: Longitude
     above: Literal["ground", "sphere"] = "ground"

@@ -62,11 +62,12 @@ class KeyFrame:
 
 @dataclass(frozen=True, slots=True)
 class Path:
-    """What every path has. ``over(radius_m, field)`` binds it to a planet; the bound path answers ``camera_at(t)``."""
+    """What every path has. ``over(radius_m, field)`` binds it to a planet; the bound path answers ``camera_at(t)``.
+    planet: the preset that its places and heights were chosen for, "" for any."""
 
     name: str
     help: str = ""
-    planet: str = "earth"
+    planet: str = ""
     above: str = "ground"
     smooth_s: float = 4.0
     clearance_m: float = 1.0
