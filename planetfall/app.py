@@ -400,8 +400,7 @@ class FlightApp:
     def reload_shaders(self) -> None:
         """Compile what changed on disk. A broken shader leaves the last good one; its error is shown until mended."""
         changed = self.renderer.reload_shaders()
-        errors = self.renderer.gpu.shaders.errors
-        self.shown.shader_errors = tuple(str(error) for error in errors)
+        self.shown.shader_errors = tuple(str(error) for error in self.renderer.shader_errors)
         if changed:
             self.renderer.graph.invalidate_persistent()  # what the old shaders had made and kept
             self.say("loaded " + ", ".join(changed))

@@ -13,7 +13,7 @@ from .app_panels import SettingsWindow
 from .components import DebugView
 from .engine.gpu import Gpu
 from .engine.input import Focus, MouseMove
-from .faults import Faults
+from .faults import Fault, Faults
 from .systems.tweak import FrameHistory, HudData, apply_style, draw_hud
 
 if TYPE_CHECKING:
@@ -146,10 +146,15 @@ def _errors(app: FlightApp) -> tuple[str, ...]:
     shown = app.shown
     broken = tuple(f"{error}\nThe last good one is used." for error in shown.shader_errors)
     broken += tuple(
-        f"{fault.system} is switched off: it raised {_last_lines(fault.report)}\nF5, or a change, tries it again."
+        f"{_of(app, fault)} is switched off: it raised {_last_lines(fault.report)}\nF5, or a change, tries it again."
         for fault in getattr(app.renderer, "faults", Faults()).list
     )
     return (*broken, shown.error) if shown.error else broken
+
+
+def _of(app: FlightApp, fault: Fault) -> str:
+    """The system, and whose it is where there are several."""
+    return f"{fault.system} of {fault.planet}" if app.planets.several else fault.system
 
 
 def _last_lines(report: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import logging
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from . import sun_clock
 from .captures import check_arrays, outputs_for, save_capture
 from .engine.settings import PresetError, SettingError
-from .errors import OutputError, SizeError
+from .errors import OutputError, SceneError, SizeError
 from .photos import PhotoPlan, photo_tiles
 from .places import Place, Places
 from .shot import shot_settings
@@ -48,12 +48,13 @@ class Journey:
 
     @property
     def hour(self) -> float:
-        """Hour of the local solar day below the camera."""
-        return sun_clock.hour_at(self._app.scene, self._app.pilot.position_m, self._app.time_s)
+        """Hour of the local solar day below the camera, on the planet that the flight is over."""
+        app = self._app
+        return sun_clock.hour_at(app.scene, app.pilot.position_m, app.time_s, self._over)
 
     @hour.setter
     def hour(self, hour: float) -> None:
-        sun_clock.set_hour(self._app.scene, self._app.pilot.position_m, self._app.time_s, hour)
+        self._set(sun_clock.set_hour, hour)
 
     @property
     def season(self) -> float:
@@ -62,7 +63,20 @@ class Journey:
 
     @season.setter
     def season(self, share: float) -> None:
-        sun_clock.set_season(self._app.scene, self._app.pilot.position_m, self._app.time_s, share)
+        self._set(sun_clock.set_season, share)
+
+    @property
+    def _over(self) -> str:
+        """The planet that the flight is over; the scene's own in the frame after that was taken out."""
+        name = self._app.planets.name
+        return name if name in self._app.scene.planets else ""
+
+    def _set(self, how: Callable[..., None], value: float) -> None:
+        app = self._app
+        try:
+            how(app.scene, app.pilot.position_m, app.time_s, value, self._over)
+        except SceneError as error:
+            app.say(str(error))
 
     def later(self, hours: float) -> None:
         """Turn the time of day on (or back)."""

@@ -172,7 +172,8 @@ class ProfilerPage:
         draw_stack(imgui, self._profile, app.pace.auto.budget_ms)
         memory = getattr(app.renderer, "memory", None)
         if memory is not None:
-            draw_budget(imgui, app.renderer.memory_bytes, memory.budget_mib, memory.lowered)
+            budget_mib = memory.budget_mib * len(app.scene.planets)  # each planet's renderer has one of its own
+            draw_budget(imgui, app.renderer.memory_bytes, budget_mib, memory.lowered)
         draw_memory(imgui, _resources_by_size(plan), _objects(app))
         draw_passes(passes, culled=self._culled)
 

@@ -24,39 +24,45 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Fault:
-    """A system that is switched off. error: what it raised. report: the traceback as text, the newest call last."""
+    """A system that is switched off. error: what it raised. report: the traceback as text, the newest call last.
+    planet: whose picture it is missing in."""
 
     system: str
     error: Exception
     report: str
+    planet: str = ""
 
 
 class Faults:
     """The systems of one renderer that are switched off because they raised.
 
+    planet: the renderer's. others: gives the faults of further planets' renderers; `list` has them too.
+
     One is tried again when a component that it needs changes, when the world's structure does, when a shader was
     reloaded, or after `forget`.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, planet: str = "", others: Callable[[], Iterable[Faults]] = tuple) -> None:
+        self._planet, self._others = planet, others
         self._off: dict[str, tuple[Fault, tuple[Any, ...]]] = {}
         self._shaders = 0
 
     def __bool__(self) -> bool:
-        return bool(self._off)
+        return bool(self.list)
 
     def __contains__(self, system: str) -> bool:
         return system in self._off
 
     @property
     def list(self) -> tuple[Fault, ...]:
-        """In the order in which they happened."""
-        return tuple(fault for fault, _ in self._off.values())
+        """In the order in which they happened, planet by planet."""
+        further = (fault for faults in self._others() for fault in faults.list)
+        return (*(fault for fault, _ in self._off.values()), *further)
 
     def add(self, system: System, error: Exception, world: World) -> None:
         """Switch a system off."""
         report = "".join(traceback.format_exception(error))
-        self._off[system.name] = (Fault(system.name, error, report), self._stamp(system, world))
+        self._off[system.name] = (Fault(system.name, error, report, self._planet), self._stamp(system, world))
         log.error("system %r raised %s and is switched off", system.name, type(error).__name__, exc_info=error)
 
     def take_back(self, system: System) -> None:

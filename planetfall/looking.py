@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any, cast
 
@@ -17,7 +18,7 @@ from .terrain_sampler import checked_directions
 if TYPE_CHECKING:
     from .camera import Camera
     from .drawn_ground import DrawnGround
-    from .engine.gpu import Gpu
+    from .engine.gpu import Gpu, ShaderError
     from .engine.graph import Plan
     from .engine.surface.field import HeightField
     from .engine.system import System
@@ -103,9 +104,22 @@ class Looking:
 
     @property
     def memory_bytes(self) -> dict[str, int]:
-        """GPU memory of textures and buffers by owner: systems by name, "graph" for what frames share."""
-        gpu: Gpu = cast("Renderer", self).gpu
-        return gpu.memory_bytes()
+        """GPU memory of textures and buffers by owner: systems by name, "graph" for what frames share; in a scene of
+        several planets the sum over all."""
+        found: Counter[str] = Counter()
+        for gpu in self._gpus:
+            found.update(gpu.memory_bytes())
+        return dict(found)
+
+    @property
+    def shader_errors(self) -> list[ShaderError]:
+        """The current error of each program that could not be rebuilt after a change on disk, of all planets."""
+        found = {str(error): error for gpu in self._gpus for error in gpu.shaders.errors}
+        return list(found.values())
+
+    @property
+    def _gpus(self) -> list[Gpu]:
+        return [cast("Renderer", self).gpu, *self._several.gpus()]
 
     @property
     def refining(self) -> tuple[str, ...]:

@@ -117,7 +117,7 @@ class Renderer(Looking):
         self._sun_held: SunState | None = None
         self._host_depth: tuple[float, float] | None = None
         self._cut, self.python_ms = True, 0.0
-        self.faults = Faults()
+        self.faults = Faults(scene.planet.name, self._several.faults)
         """Systems that are switched off because they raised; see `tolerant`."""
         self.watch = Watch()
         """Functions to be called when the scene has changed, or all has settled."""

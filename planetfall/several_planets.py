@@ -33,6 +33,8 @@ from .systems.light.sun import resolve_sky, resolve_sun
 from .views import View
 
 if TYPE_CHECKING:
+    from .engine.gpu import Gpu
+    from .faults import Faults
     from .render_view import RenderView
     from .renderer import Renderer
     from .scene import Scene
@@ -318,6 +320,14 @@ class SeveralPlanets:
     def reload_shaders(self) -> list[str]:
         """As Renderer.reload_shaders."""
         return [name for member in self._members.values() for name in member.reload_shaders()]
+
+    def faults(self) -> list[Faults]:
+        """Systems of the other planets that are switched off."""
+        return [member.faults for member in self._members.values()]
+
+    def gpus(self) -> list[Gpu]:
+        """What the other planets' renderers hold their objects by."""
+        return [member.gpu for member in self._members.values()]
 
     def release(self) -> None:
         """Release all renderers but the one that this belongs to."""

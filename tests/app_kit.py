@@ -52,7 +52,7 @@ class FakeRenderer:
         self.fails: Exception | None = None
         self.main = ""
         self.released = False
-        self.gpu = SimpleNamespace(shaders=SimpleNamespace(errors=[]))
+        self.shader_errors: list[Any] = []
         specs = {view.resource: None for view in NAMED_VIEWS.values()}
         analysis = SimpleNamespace(model=SimpleNamespace(specs=specs))
         self.graph = SimpleNamespace(invalidate_persistent=self._invalidate, analysis=analysis)

@@ -204,7 +204,7 @@ class TileRenderer:
 def test_a_photo_is_taken_a_tile_a_frame(scene: Any, tmp_path: Path) -> None:
     app, window, _ = app_of(scene, camera=pf.Camera.at(0, 0, 1e6))
     app.renderer = TileRenderer(scene)
-    app.renderer.gpu = type("Gpu", (), {"shaders": type("Shaders", (), {"errors": []})})  # type: ignore[attr-defined]
+    app.renderer.shader_errors = []  # type: ignore[attr-defined]
     app.journey.photo, app.journey.folder = PhotoPlan((600, 300), 1, 256), tmp_path
     window.events = [KeyEvent("left_shift", True)]
     press(window, "f12")

@@ -109,3 +109,16 @@ def test_a_place_kept_over_a_moon_that_moves(flight, tmp_path, monkeypatch):
     assert app.time_s == 0.0 and app.planets.name == "moon"
     # Kept in the scene's axes: float64 at 4e8 m has steps of 6e-8 m, and two turns cost some of them.
     assert np.linalg.norm(app.pilot.position_m - kept) < 1e-5
+
+
+def test_the_suns_clock_over_a_companion(flight):
+    app, _ = flight
+    app.scene.companions["moon"].orbit.period_s = 2.36e6
+    sun = pf.sun_direction(app.scene, app.time_s, pf.Camera.at(0.0, 0.0, 1e3, planet="moon"))
+    noon_deg = math.degrees(math.atan2(sun[1], sun[0]))
+    app.place(pf.Camera.at(0.0, noon_deg, 1000.0, planet="moon"))
+    assert math.isclose(app.journey.hour, 12.0, abs_tol=1e-6)
+    app.journey.later(6.0)
+    assert math.isclose(app.journey.hour, 18.0, abs_tol=0.01) and "18:00" in app.shown.message
+    app.scene.companions.remove("moon")
+    assert 0.0 <= app.journey.hour < 24.0  # asked by the overlay before the flight notices

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterator
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -406,11 +407,55 @@ def test_the_sun_in_the_axes_of_the_cameras_planet(scene):
     over = pf.Camera.at(5.0, 60.0, 500.0, planet="moon")
     found = pf.sun_direction(scene, camera=over)
     there = moon.outside(found * 1e6) - moon.centre_m
-    assert np.allclose(there / 1e6, pf.sun_direction(scene), atol=1e-6) and not np.allclose(
-        there / 1e6, found, atol=0.1
-    )
+    assert np.allclose(there / 1e6, pf.sun_direction(scene), atol=1e-6)
+    assert not np.allclose(there / 1e6, found, atol=0.1)
     told = pf.view("earthrise", scene.planet)  # over the Moon, with a sun of its own, told in the Moon's axes
     high = pf.direction(told.sun.latitude_deg, told.sun.longitude_deg) @ pf.sun_direction(scene, camera=told)
     assert math.isclose(float(high), math.sin(math.radians(told.sun.elevation_deg)), abs_tol=1e-12)
     with pytest.raises(pf.UnknownNameError, match="no planet 'luna'"):
         pf.sun_direction(scene, camera=pf.Camera.at(5.0, 60.0, 500.0, planet="luna"))
+
+
+def test_faults_and_memory_of_all_planets(scene, monkeypatch):
+    """Over the Moon, where its own renderer draws: what fails in it and what it takes is told by the one asked."""
+    from planetfall.app_interface import _of
+
+    with pf.Renderer(scene, SIZE, "low", {"composite.antialiasing": "none"}) as renderer:
+        target = renderer.ctx.simple_framebuffer(SIZE)
+        renderer.tolerant = True
+        over = pf.Camera.at(5.0, 60.0, 500.0, 270.0, -20.0, planet="moon", ev100=EXPOSURE)
+        renderer.render_to(target, over)
+        assert not renderer.faults
+        member = renderer._several._members["moon"]
+        own, theirs = renderer.gpu.memory_bytes(), member.gpu.memory_bytes()
+        assert sum(theirs.values()) > 2**20
+        assert sum(renderer.memory_bytes.values()) == sum(own.values()) + sum(theirs.values())
+        assert renderer.memory_bytes["terrain"] >= theirs["terrain"] > 0
+
+        def broken(self, frame):
+            raise ZeroDivisionError("no stars tonight")
+
+        monkeypatch.setattr(type(member.system("stars")), "update", broken)
+        on = pf.Camera.at(5.1, 60.0, 500.0, 270.0, -20.0, planet="moon", ev100=EXPOSURE)  # a still one comes to rest
+        renderer.render_to(target, on)
+        (fault,) = renderer.faults.list
+        assert renderer.faults and (fault.system, fault.planet) == ("stars", "moon")
+        assert "no stars tonight" in fault.report
+        several = SimpleNamespace(planets=SimpleNamespace(several=True))
+        assert _of(several, fault) == "stars of moon"  # type: ignore[arg-type]
+        monkeypatch.undo()
+        renderer.try_again()
+        renderer.render_to(target, over)
+        assert not renderer.faults
+
+
+def test_broken_shaders_of_all_planets(scene, monkeypatch):
+    """Every planet has programs of its own: each error is told once, whoever has it."""
+    with pf.Renderer(scene, SIZE, "low") as renderer:
+        renderer.render(pf.Camera.at(5.0, 60.0, 500.0, planet="moon", ev100=EXPOSURE))
+        assert renderer.shader_errors == []
+        kind = type(renderer.gpu.shaders)
+        broken = {id(renderer.gpu.shaders): [ValueError("both")]}
+        broken[id(renderer._several._members["moon"].gpu.shaders)] = [ValueError("both"), ValueError("the Moon's")]
+        monkeypatch.setattr(kind, "errors", property(lambda self: broken[id(self)]))
+        assert [str(error) for error in renderer.shader_errors] == ["both", "the Moon's"]

@@ -69,3 +69,42 @@ def test_the_day_of_other_planets() -> None:
         assert sun_clock.solar_day_s(scene) == planet.rotation_period_s
         with pytest.raises(pf.SettingError, match="finite hour"):
             sun_clock.set_hour(scene, pf.direction(0, 0), 0.0, math.nan)
+
+
+ORBITS = [
+    pytest.param(pf.Orbit(distance_m=3.844e8, period_s=2.36e6, inclination_deg=20.0, phase_deg=50.0), id="month"),
+    pytest.param(pf.Orbit(distance_m=2.0e7, period_s=2.75e4, inclination_deg=1.0), id="phobos"),
+    pytest.param(pf.Orbit(distance_m=3.844e8, period_s=2.36e6, inclination_deg=160.0), id="backwards"),
+    pytest.param(pf.Orbit(distance_m=3.844e8, period_s=2.36e6, locked=False), id="own turn"),
+]
+
+
+@pytest.mark.parametrize("calendar", ["planet", "earth"])
+@pytest.mark.parametrize("orbit", ORBITS)
+def test_hours_over_a_companion(orbit: pf.Orbit, calendar: str) -> None:
+    """At its noon the sun is in the plane of the place's meridian, at 18 h it goes down in the west."""
+    with pf.Scene("earth", {"planet": pf.Planet()}) as scene:
+        scene.sun.calendar = calendar
+        scene.companions.add(pf.Scene("moon", {"planet": pf.Planet(radius_m=1.7e6, rotation_period_s=3e5)}), orbit)
+        place, time_s = pf.direction(10.0, 130.0) * 1.7e6, 5e4
+        for hour in (12.0, 18.0, 3.5):
+            sun_clock.set_hour(scene, place, time_s, hour, "moon")
+            assert sun_clock.hour_at(scene, place, time_s, "moon") == pytest.approx(hour, abs=0.01)
+            sun = pf.sun_direction(scene, time_s, pf.Camera.at(10.0, 130.0, 500.0, planet="moon"))
+            # Hour angle by definition: how far, about the pole, the sun is west of the meridian, 15 degrees an hour.
+            west = math.radians(130.0) - math.atan2(sun[1], sun[0])
+            assert math.cos(west - math.radians(15.0 * (hour - 12.0))) > 0.99999
+        sun_clock.set_season(scene, place, time_s, 0.25, "moon")
+        assert sun_clock.season(scene, time_s) == pytest.approx(0.25, abs=0.1)  # to the nearest of its long days
+        assert sun_clock.hour_at(scene, place, time_s, "moon") == pytest.approx(3.5, abs=0.01)
+
+
+def test_a_companion_without_hours_says_so() -> None:
+    with pf.Scene("earth", {"planet": pf.Planet(rotation_period_s=86400.0, orbital_period_s=86400.0)}) as scene:
+        scene.sun.calendar = "planet"
+        still = pf.Orbit(
+            position_m=(1e9, 0.0, 0.0)
+        )  # with the axes of a planet that always shows the sun the same side
+        scene.companions.add(pf.Scene("moon", {"planet": pf.Planet(radius_m=1e6)}), still)
+        with pytest.raises(pf.SceneError, match="over 'moon' the sun always stands at the same place"):
+            sun_clock.set_hour(scene, np.array([1e6, 0.0, 0.0]), 0.0, 6.0, "moon")
