@@ -19,7 +19,7 @@ from .app_pages import ProfilerPage, ViewPage, combo
 from .engine.settings import latest_revision
 from .errors import OutputError, SceneError, SettingError, UnknownNameError
 from .quality import QUALITY, qualities
-from .scene_presets import load_parts, preset_names, save_preset
+from .scene_presets import left_out, load_parts, preset_names, save_preset
 from .systems.tweak import FrameHistory, LogLines, Panel, Workbench, icon
 from .tweak_store import OPTIONAL, QUALITY_HEADING, SceneStore
 
@@ -172,7 +172,7 @@ class SettingsWindow:
     def load(self, app: FlightApp, name: str) -> bool:
         """Make the scene that of a preset; whether that worked. What is wrong is shown and nothing changes."""
         try:
-            parts = load_parts(name)
+            parts, missing = load_parts(name), left_out(name)
         except (SettingError, UnknownNameError, SceneError) as error:
             self._refused(app, str(error))
             return False
@@ -183,9 +183,10 @@ class SettingsWindow:
         bench.base = {**{k: v for k, v in bench.base.items() if k not in _SCENE_HEADINGS}, **parts}
         self._preset = name
         app.ship.position_m = app.ship.position_m * (
-            (self._scene.planet.radius_m + above_m) / max(float((app.ship.position_m**2).sum()) ** 0.5, 1e-9)
+            (app.planets.handle.radius_m + above_m) / max(float((app.ship.position_m**2).sum()) ** 0.5, 1e-9)
         )
-        app.say(f"loaded {name}")
+        but = f" but for its {', '.join(missing)}: start with it to have all of it" if missing else ""
+        app.say(f"loaded {name}{but}")
         return True
 
     def save(self, app: FlightApp, name: str) -> bool:

@@ -10,12 +10,12 @@ from typing import Any
 import platformdirs
 
 from ._kinds import KINDS
-from ._scene_file import describe, planets
+from ._scene_file import Description, describe, planets, scenes
 from .components import Composite, Exposure, Planet, Sun
 from .errors import PresetError
 from .scene import Scene
 
-__all__ = ["load_parts", "preset_folder", "preset_names", "save_preset"]
+__all__ = ["left_out", "load_parts", "preset_folder", "preset_names", "save_preset"]
 
 _FORBIDDEN = set('/\\:*?"<>|')
 
@@ -63,11 +63,26 @@ def save_preset(scene: Scene, name: str) -> Path:
 
 
 def load_parts(name: str) -> dict[str, Any]:
-    """{heading: component} of a user's preset, a built-in planet or a path. Nothing of any scene changes.
+    """{heading: component} of a user's preset, a built-in planet or scene, or a path. Nothing of any scene changes.
 
-    Raises PresetError or UnknownNameError, naming file, key, expected and found.
+    Companions and objects in it are no parts: `left_out` names them. Raises PresetError or UnknownNameError, naming
+    file, key, expected and found.
     """
-    source = name if name in planets() else preset_folder() / f"{name}.toml" if name in preset_names() else Path(name)
-    found = describe(source).components
+    found = _described(name).components
     needed = {"planet": Planet(), "sun": Sun(), "exposure": Exposure(), "composite": Composite()}
     return {kind.__name__: {**needed, **found}[table] for table, kind in KINDS.items() if table in {**needed, **found}}
+
+
+def left_out(name: str) -> list[str]:
+    """What `load_parts` of the same name has no parts for: "companion moon", "3 objects". Raises as that does."""
+    found = _described(name)
+    said = [f"companion {told.name}" for told, _ in found.companions]
+    if found.props:
+        said.append("1 object" if len(found.props) == 1 else f"{len(found.props)} objects")
+    return said
+
+
+def _described(name: str) -> Description:
+    if name in (*planets(), *scenes()):
+        return describe(name)
+    return describe(preset_folder() / f"{name}.toml" if name in preset_names() else Path(name))

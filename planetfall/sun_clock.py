@@ -26,8 +26,8 @@ _EQUINOX_S = 79.0 * 86400.0 - 43200.0 + 0.3 * 86400.0
 """From 2000-01-01 12:00 UTC, where Earth's calendar starts, to the northern spring equinox of 20 March, 07:35 UTC."""
 
 _SLOPE_S, _STEPS = 60.0, 4
-"""Half the span, in seconds, of the slope of a companion's hours: short beside the day of a fast moon (7.6 h). Hours over
-a tilted orbit are uneven, so it takes steps."""
+"""Half the span, in seconds, of the slope of a companion's hours: short beside the day of a fast moon (7.6 h). Hours
+over a tilted orbit are uneven, so it takes steps."""
 _STILL_PER_S = 24.0 / 1e11
 """Hours a second: a day of 3000 years is none."""
 

@@ -284,6 +284,8 @@ def test_scenes_are_saved_and_loaded_as_one_step(desk: Desk, tmp_path: Path, mon
     desk.click("undo")
     desk.click("undo")
     assert desk.scene.planet[pf.Ocean].roughness == 0.25 and desk.scene.planet.radius_m > 6e6
+    (tmp_path / "mine/two.toml").write_text("base = 'earth'\n[[companions]]\nbase = 'moon'\n")
+    assert settings.load(app, "two") and "loaded two but for its companion moon" in app.shown.message
     (tmp_path / "mine/broken.toml").write_text("[ocean]\nroughness = 7.0\n")
     kept = settings.bench.copy()
     assert not settings.load(app, "broken") and "roughness" in settings._wrong

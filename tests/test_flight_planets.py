@@ -10,8 +10,11 @@ import pytest
 from app_kit import app_of
 
 import planetfall as pf
+from planetfall.app_panels import SettingsWindow
 from planetfall.companions import bodies
 from planetfall.engine.input import KeyEvent
+from planetfall.scene_presets import left_out
+from planetfall.systems.tweak import FrameHistory
 
 DISTANCE_M = 3.844e8
 
@@ -122,3 +125,21 @@ def test_the_suns_clock_over_a_companion(flight):
     assert math.isclose(app.journey.hour, 18.0, abs_tol=0.01) and "18:00" in app.shown.message
     app.scene.companions.remove("moon")
     assert 0.0 <= app.journey.hour < 24.0  # asked by the overlay before the flight notices
+
+
+def test_a_preset_loaded_over_a_companion_leaves_the_ship_there(flight, tmp_path, monkeypatch):
+    """Only the scene's own planet becomes another one."""
+    monkeypatch.setenv("PLANETFALL_PRESETS", str(tmp_path))
+    app, _ = flight
+    settings = SettingsWindow(app.scene, FrameHistory(4))
+    settings.remember(app)
+    app.place(pf.Camera.at(5.0, 30.0, 1000.0, planet="moon"))
+    before = app.pilot.position_m
+    (tmp_path / "shrunk.toml").write_text("[planet]\nradius_m = 5e6\n")
+    assert settings.load(app, "shrunk") and app.scene.planet.radius_m == 5e6
+    assert app.planets.name == "moon" and np.allclose(app.pilot.position_m, before, atol=1e-3)
+
+
+def test_what_a_preset_has_no_parts_for_is_named():
+    assert left_out("earth") == [] and left_out("earth_moon") == ["companion moon"]
+    assert [name.split()[0] for name in left_out("mars_moons")] == ["companion"] * 2
