@@ -8,6 +8,8 @@
 
 float cloud_sun_left(vec3 point, float altitude, float mu_s, float wide_m);
 
+const float MOST_ONCE = 0.8;   // of the air's light, scattered once: towards a low sun, where that share is largest
+
 struct ShadowedAir {
     vec3 light;      // radiance to be taken off, towards the camera
     float distance;  // its mean distance; meaningless where there is no such light
@@ -45,8 +47,9 @@ ShadowedAir shadowed_air(vec3 ray, float mu, float end, float before, float open
         // Before the air that is marched through, the camera may be above it.
         Air near = air_from_camera(ray * span.x), far = air_from_camera(ray * span.y);
         vec3 light = frame.sun_irradiance.rgb * near.transmittance, there = max(far.in_scatter - near.in_scatter, 0.0);
-        // Few steps may find more light than the tables have: no more than that is there to be taken.
-        found.light = light * lost * min(there / max(light * all, 1e-30), 1.0);
+        // Few steps may find more light than the tables have, and of that a part was scattered more than once and comes from all
+        // sides: no more than the rest is there to be taken.
+        found.light = light * lost * min(MOST_ONCE * there / max(light * all, 1e-30), 1.0);
         found.distance = sum / lost.g;
     }
     return found;
