@@ -193,17 +193,17 @@ def renderer_state(view: pf.View) -> CameraState:
 def test_a_teleport_a_cut_and_another_size_begin_anew(valley):
     there = pf.view("coast")
     with renderer_for(valley) as renderer:
-        renderer.settle(there)
+        renderer.settle(there, **moment(valley))
         renderer.render(valley)
-        wanted = renderer.render(there)["color"]
+        wanted = renderer.render(there, **moment(valley))["color"]
         for camera in flight(valley, renderer_state(valley), 5, 2.0):
             renderer.render(camera, dt_s=FRAME_S, **moment(valley))
-        np.testing.assert_array_equal(renderer.render(there, dt_s=FRAME_S)["color"], wanted)
+        np.testing.assert_array_equal(renderer.render(there, dt_s=FRAME_S, **moment(valley))["color"], wanted)
         renderer.resize((100, 50))
-        renderer.render(there, dt_s=FRAME_S)
-        renderer.render(there, dt_s=FRAME_S)
+        renderer.render(there, dt_s=FRAME_S, **moment(valley))
+        renderer.render(there, dt_s=FRAME_S, **moment(valley))
         renderer.resize(SIZE)
-        np.testing.assert_array_equal(renderer.render(there, dt_s=FRAME_S)["color"], wanted)
+        np.testing.assert_array_equal(renderer.render(there, dt_s=FRAME_S, **moment(valley))["color"], wanted)
 
 
 def frames_of(renderer: pf.Renderer) -> np.ndarray:
