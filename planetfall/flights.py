@@ -68,7 +68,8 @@ class ScenePath:
     @property
     def keys(self) -> dict[str, Any]:
         """All that its file says, as plain data."""
-        return dataclasses.asdict(self._bound.path)
+        told = dataclasses.asdict(self._bound.path)
+        return {name: value for name, value in told.items() if not name.startswith("_")}
 
     @property
     def duration_s(self) -> float:
