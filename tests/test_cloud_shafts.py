@@ -196,5 +196,5 @@ def test_after_sunset_clouds_are_red_from_below() -> None:
             return np.median(rays[rays[..., 3] < 0.05][:, :3], axis=0)
 
         evening, day = colour(dusk), colour(high)
-    assert evening[0] > 1.8 * evening[2] > 0.0
+    assert evening[0] > 3.0 * evening[2] > 0.0
     assert day[0] < 1.2 * day[2]

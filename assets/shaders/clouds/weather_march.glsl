@@ -23,7 +23,6 @@ const float OPAQUE = CLOUD_DEEPEST > 40.0 ? 1e-5 : 0.004;   // the latter is no 
 const float SUN_MAPPED = 8.0;   // steps; more of them are as good as the maps
 const float SUN_LEVEL = 0.04;   // of a sun below the horizon maps know the way from the ray's lowest point on only
 const float MOST_SLOPE = 50.0;  // of the optical depth towards the sun over that along the ray
-const float SIDEWAYS = 0.25;    // sine of the sun's height below which clouds are lit through their sides
 const float NEAREST_M = 4.0;   // a step around the eye
 
 struct March {
@@ -185,8 +184,8 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
             vec3 diffuse = sun * cloud_slab_light(model, up, down, slab_sun, harmonics)
                 + drops.x * cloud_from_around(sky, ground, up, down, mu, drops.y);
             // Of all the cloud over and under the place, as if it was as dense there as here; 2/3 is the mean of its height's cover.
-            // A low sun's way through it is longer, until it comes in from the side.
-            float whole = 2.0 / 3.0 * depth / length_m * thickness * cloud_tallness(w) / max(abs(mu_s), SIDEWAYS);
+            // A low sun's way through it is longer, as far as the planet is flat.
+            float whole = 2.0 / 3.0 * depth / length_m * thickness * cloud_tallness(w) / max(abs(mu_s), sqrt(0.5 * thickness / planet.radii.x));
             vec3 fit = sun * cloud_sun_source(phases, drops.y, to_sun, whole)
                 + sky * cloud_sky_source(drops.y, to_sun * max(mu_s, 0.15)) + ground * (0.5 / (1.0 + 0.05 * thickness * share * depth / length_m));
             direct = fitted ? vec3(0.0) : direct;
