@@ -176,7 +176,7 @@ def _merged(path: Path, inside: tuple[Path, ...]) -> dict[str, Any]:
     if base is None:
         return data
     try:
-        base_path = _preset_path(base) if base in planets() else path.parent / base
+        base_path = _preset_path(base) if base in (*planets(), *scenes()) else path.parent / base
         if not base_path.exists():
             _preset_path(base)
     except UnknownNameError as error:

@@ -11,17 +11,19 @@ from typing import TYPE_CHECKING, Any
 
 import tomli_w
 
-from ._kinds import KINDS, PLANET_KINDS
-from ._scene_file import planets
+from ._kinds import KINDS
+from ._scene_file import planets, scenes
 from .app_controls import ControlsPage
 from .app_objects import ObjectsPage
 from .app_pages import ProfilerPage, ViewPage, combo
+from .app_planet_page import PlanetPage
 from .engine.settings import latest_revision
 from .errors import OutputError, SceneError, SettingError, UnknownNameError
 from .quality import QUALITY, qualities
-from .scene_presets import left_out, load_parts, preset_names, save_preset
+from .scene import scene_of
+from .scene_presets import brief_companion, left_out, load_companions, load_parts, preset_names, save_preset
 from .systems.tweak import FrameHistory, LogLines, Panel, Workbench, icon
-from .tweak_store import OPTIONAL, QUALITY_HEADING, SceneStore
+from .tweak_store import QUALITY_HEADING, SceneStore
 
 if TYPE_CHECKING:
     from .app import FlightApp
@@ -45,9 +47,9 @@ class SettingsWindow:
         self._scene = scene
         self._store = SceneStore(scene)
         self._bench: Workbench | None = None
-        self._panel = Panel()
         self._quality_panel = Panel()
-        self._taken_off: dict[type, Any] = {}
+        self.turn_to = ""
+        """The page to show from the next frame on, by its name."""
         self._known_quality: tuple[Any, ...] = ()
         self._quality_stamp = -1
         self._preset = ""
@@ -55,6 +57,8 @@ class SettingsWindow:
         self._wrong = ""
         self.log = LogLines()
         self.controls = ControlsPage()
+        self._planets = PlanetPage(scene, self._store, lambda: self.bench, self._refused)
+        self._panel = self._planets.panel
         objects = ObjectsPage(scene, self._store, lambda: self.bench, self._refused)
         self._pages = (
             ("Objects", objects.draw),
@@ -95,16 +99,24 @@ class SettingsWindow:
         self._toolbar(imgui, app)
         if imgui.begin_tab_bar("tabs"):
             for name, page in (("Planet", self._planet_page), ("Quality", self._quality_page), *self._pages):
-                if imgui.begin_tab_item(name)[0]:
+                chosen = imgui.TabItemFlags_.set_selected if name == self.turn_to else 0
+                if imgui.begin_tab_item(name, None, chosen)[0]:
                     imgui.begin_child("page")
                     page(imgui, app)
                     imgui.end_child()
                     imgui.end_tab_item()
             imgui.end_tab_bar()
+            self.turn_to = ""
         imgui.end()
         if not imgui.is_any_item_active():
             self.bench.history.seal()
             self._make_quality(app)
+
+    def unfold(self) -> None:
+        """Open all sections of knobs, on all pages."""
+        headings = self._store.parts()
+        self._panel.unfold |= set(headings)
+        self._quality_panel.unfold |= {heading.partition(".")[2] for heading in headings}
 
     def width(self, imgui: Any) -> float:
         """What it takes of the right edge, in window units."""
@@ -141,7 +153,7 @@ class SettingsWindow:
         imgui.set_item_tooltip("Copies what differs from the preset: tables of a scene file, then quality")
         imgui.same_line()
         imgui.set_next_item_width(-imgui.calc_text_size(icon("save", "save...")).x - 4 * imgui.get_font_size() / 2.5)
-        chosen = combo(imgui, "##preset", self._preset, planets, preset_names, heading="yours")
+        chosen = combo(imgui, "##preset", self._preset, _built_in, preset_names, heading="yours")
         imgui.set_item_tooltip("The planet, or a scene of yours: loads it here, as one step that can be undone")
         if chosen is not None:
             self.load(app, chosen)
@@ -172,15 +184,18 @@ class SettingsWindow:
     def load(self, app: FlightApp, name: str) -> bool:
         """Make the scene that of a preset; whether that worked. What is wrong is shown and nothing changes."""
         try:
-            parts, missing = load_parts(name), left_out(name)
+            parts, missing = {**load_parts(name), **self._companion_parts(name)}, left_out(name)
         except (SettingError, UnknownNameError, SceneError) as error:
             self._refused(app, str(error))
             return False
         bench = self.bench
         above_m = app.ship.altitude_m
-        if self._refused(app, bench.to(parts, f"load {name}", _SCENE_HEADINGS)):
+        headings = {*_SCENE_HEADINGS, *parts}
+        if not headings <= {*_SCENE_HEADINGS}:  # its companions take the place of those that are there
+            headings |= {h for n in self._scene.companions for h in self._store.companion_parts(n)}
+        if self._refused(app, bench.to(parts, f"load {name}", headings)):
             return False
-        bench.base = {**{k: v for k, v in bench.base.items() if k not in _SCENE_HEADINGS}, **parts}
+        bench.base = {**{k: v for k, v in bench.base.items() if k not in headings}, **parts}
         self._preset = name
         app.ship.position_m = app.ship.position_m * (
             (app.planets.handle.radius_m + above_m) / max(float((app.ship.position_m**2).sum()) ** 0.5, 1e-9)
@@ -188,6 +203,14 @@ class SettingsWindow:
         but = f" but for its {', '.join(missing)}: start with it to have all of it" if missing else ""
         app.say(f"loaded {name}{but}")
         return True
+
+    def _companion_parts(self, name: str) -> dict[str, Any]:
+        """The parts of the companions that a preset has; their names are new where the scene's own planet has one."""
+        found: dict[str, Any] = {}
+        for told, orbit in load_companions(name):
+            own = told.name == self._scene.planet.name
+            found |= self._store.expect(self._store.free_name(told.name) if own else told.name, scene_of(told), orbit)
+        return found
 
     def save(self, app: FlightApp, name: str) -> bool:
         """Save the scene under a name; whether that worked."""
@@ -202,10 +225,15 @@ class SettingsWindow:
 
     def toml(self) -> str:
         """What differs from the preset, as the tables of a scene file; quality knobs follow as comments, because they
-        belong in a quality file or in overrides."""
+        belong in a quality file or in overrides. Where something of a companion differs, all companions are told, as a
+        file's own take the place of its base's."""
         names = {kind.__name__: table for table, kind in KINDS.items()}
         changed = self.bench.toml_tables()
-        text = tomli_w.dumps({names[h]: table for h, table in changed.items() if h in names and table})
+        tables: dict[str, Any] = {names[h]: table for h, table in changed.items() if h in names and table}
+        ours = {*names, *self._store.quality}
+        if any(heading not in ours for heading in self.bench.differences()):
+            tables["companions"] = [brief_companion(c) for c in self._scene.companions.values()]
+        text = tomli_w.dumps(tables)
         gone = [
             names[h]
             for h, fields in self.bench.differences().items()
@@ -231,42 +259,8 @@ class SettingsWindow:
         self._wrong = ""
         app.say(done.format(label) if label else nothing)
 
-    # -- planet ------------------------------------------------------------------------------------------------------
-
     def _planet_page(self, imgui: Any, app: FlightApp) -> None:
-        right = imgui.get_cursor_screen_pos().x + imgui.get_content_region_avail().x
-        imgui.push_id("parts")
-        for number, kind in enumerate(OPTIONAL):
-            wide = imgui.calc_text_size(kind.__name__).x + 2.2 * imgui.get_frame_height()
-            if number and imgui.get_item_rect_max().x + wide < right:
-                imgui.same_line()
-            self._switch(imgui, app, kind)
-        imgui.pop_id()
-        self._panel.draw_search()
-        everything = imgui.button(icon("reset", "reset all"))
-        if everything and not self._refused(app, self.bench.to(self.bench.base, "reset all", _SCENE_HEADINGS)):
-            app.say(f"as {self._preset}")
-        changed = sum(len(fields) for h, fields in self.bench.differences().items() if h in _SCENE_HEADINGS)
-        imgui.same_line()
-        imgui.text_disabled(f"{changed or 'no'} change{'' if changed == 1 else 's'} against {self._preset}")
-        self._knobs(imgui, app, self._panel, self._store.scene_parts())
-
-    def _knobs(self, imgui: Any, app: FlightApp, panel: Panel, parts: dict[str, Any], prefix: str = "") -> None:
-        base = {heading: self.bench.base.get(prefix + heading) for heading in parts}
-        for heading, changes in panel.draw_all(parts, base, search=False).items():
-            if changes:
-                self._refused(app, self.bench.made(prefix + heading, changes))
-
-    def _switch(self, imgui: Any, app: FlightApp, kind: type) -> None:
-        handle = self._scene.planet if kind in PLANET_KINDS.values() else self._scene.environment
-        toggled, wanted = imgui.checkbox(kind.__name__, handle.has(kind))
-        if not toggled:
-            return
-        if wanted:
-            self._refused(app, self.bench.add(kind.__name__, self._taken_off.pop(kind, None) or kind()))
-        else:
-            self._taken_off[kind] = handle[kind]
-            self._refused(app, self.bench.remove(kind.__name__))
+        self._planets.draw(imgui, app, self._preset)
 
     # -- quality -----------------------------------------------------------------------------------------------------
 
@@ -277,7 +271,9 @@ class SettingsWindow:
         imgui.text_wrapped("Changes are applied when you let go; shaders may be made anew, which takes a moment.")
         self._quality_panel.draw_search()
         parts = {h.partition(".")[2]: part for h, part in store.quality.items() if "." in h}
-        self._knobs(imgui, app, self._quality_panel, parts, f"{QUALITY_HEADING}.")
+        base = {h: bench.base.get(f"{QUALITY_HEADING}.{h}") for h in parts}
+        for heading, changes in self._quality_panel.draw_all(parts, base, search=False).items():
+            self._refused(app, bench.made(f"{QUALITY_HEADING}.{heading}", changes))
         if chosen is not None:
             bench.to({**bench.copy(), **store.preset_parts(chosen)}, f"quality {chosen}")
 
@@ -306,6 +302,10 @@ class SettingsWindow:
             self.bench.history.forget_last()
             store.take_quality(app.quality, app.overrides)
         self._known_quality = (app.quality, dict(app.overrides))
+
+
+def _built_in() -> list[str]:
+    return [*planets(), *scenes()]
 
 
 def _button(imgui: Any, label: str, what: str, verb: str, keys: str) -> bool:

@@ -27,7 +27,7 @@ from .systems.light.sun import resolve_sky
 if TYPE_CHECKING:
     from .scene import Scene
 
-__all__ = ["Body", "Companion", "Companions", "bodies", "nearest", "own_reach_m", "own_revisions"]
+__all__ = ["Body", "Companion", "Companions", "bodies", "centre_of", "nearest", "own_reach_m", "own_revisions"]
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -82,6 +82,7 @@ class Companions(Mapping[str, Companion]):
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
         self._found: dict[str, Companion] = {}
+        self._kept: list[Scene] = []
 
     def add(self, planet: Scene | str | os.PathLike[str], orbit: Orbit | None = None, name: str = "") -> Companion:
         """One more planet: a scene, or what `load_scene` takes. orbit: None is the Moon's distance. name: None is the
@@ -100,11 +101,19 @@ class Companions(Mapping[str, Companion]):
             if own is not planet:
                 own.release()
             raise
-        self._found[companion.name] = companion
-        own.accompanies = self._scene
-        self._scene._handles[companion.name] = own.planet
-        self.share_environment()
+        self.join(companion)
         return companion
+
+    def join(self, companion: Companion) -> None:
+        """Take in a companion, or one that was removed before, unchecked: `Scene.validate` says what doesn't fit."""
+        self._found[companion.name] = companion
+        companion.scene.accompanies = self._scene
+        self._scene._handles[companion.name] = companion.scene.planet
+        self.share_environment()
+
+    def keep(self, scene: Scene) -> None:
+        """Have a scene released with the one that these accompany, whether it is a companion then or not."""
+        self._kept.append(scene)
 
     def remove(self, name: str) -> Companion:
         """Take a planet out of the scene; its own scene stays. UnknownNameError for one that isn't there."""
@@ -115,9 +124,11 @@ class Companions(Mapping[str, Companion]):
 
     def release(self) -> None:
         """Release all their scenes, with the scene that they accompany."""
-        for companion in self._found.values():
-            companion.scene.release()
+        for scene in (*(companion.scene for companion in self._found.values()), *self._kept):
+            if not scene.world.closed:
+                scene.release()
         self._found.clear()
+        self._kept.clear()
 
     def share_environment(self) -> None:
         """Give every companion the scene's own stars, exposure and composite; done again when those are replaced."""
@@ -191,17 +202,28 @@ def bodies(scene: Scene, time_s: float, stars_stand: bool = False) -> list[Body]
     found = [Body(scene.planet.name, scene, np.zeros(3), np.eye(3), planet.radius_m, own_reach_m(scene))]
     if not scene.companions:
         return found
-    stars, spins = np.eye(3), scene.sun.epoch_s is not None and not stars_stand
-    moment_s = float(time_s)
-    if spins:
-        stars = resolve_sky(scene.sun, planet, time_s).star_axes
-        moment_s += float(scene.sun.epoch_s or 0.0)
+    spins = scene.sun.epoch_s is not None and not stars_stand
+    stars, moment_s = _among_stars(scene, time_s, spins)
     for companion in scene.companions.values():
         own = companion.scene
         spin_rad = 2.0 * math.pi * (moment_s / own.planet.planet.rotation_period_s % 1.0) if spins else 0.0
         centre, axes = _stand(companion.orbit, moment_s, stars, spin_rad)
         found.append(Body(companion.name, own, centre, axes, own.planet.radius_m, own_reach_m(own)))
     return found
+
+
+def centre_of(scene: Scene, orbit: Orbit, time_s: float) -> Vector:
+    """Where a companion on this orbit would be, (3,) in the axes of the scene's own planet."""
+    stars, moment_s = _among_stars(scene, time_s, scene.sun.epoch_s is not None)
+    return _stand(orbit, moment_s, stars, 0.0)[0]
+
+
+def _among_stars(scene: Scene, time_s: float, spins: bool) -> tuple[Matrix, float]:
+    """The stars' axes and the time that orbits go by. spins: the scene's planet turns below the stars."""
+    if not spins:
+        return np.eye(3), float(time_s)
+    stars = resolve_sky(scene.sun, scene.planet.planet, time_s).star_axes
+    return stars, float(time_s) + float(scene.sun.epoch_s or 0.0)
 
 
 def _stand(orbit: Orbit, moment_s: float, stars: Matrix, spin_rad: float) -> tuple[Vector, Matrix]:

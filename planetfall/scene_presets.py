@@ -9,13 +9,23 @@ from typing import Any
 
 import platformdirs
 
-from ._kinds import KINDS
+from ._kinds import KINDS, PLANET_KINDS
 from ._scene_file import Description, describe, planets, scenes
-from .components import Composite, Exposure, Planet, Sun
+from .companions import Companion
+from .components import Composite, Exposure, Orbit, Planet, Sun
+from .engine.settings import plain_table
 from .errors import PresetError
-from .scene import Scene
+from .scene import Scene, companion_table
 
-__all__ = ["left_out", "load_parts", "preset_folder", "preset_names", "save_preset"]
+__all__ = [
+    "brief_companion",
+    "left_out",
+    "load_companions",
+    "load_parts",
+    "preset_folder",
+    "preset_names",
+    "save_preset",
+]
 
 _FORBIDDEN = set('/\\:*?"<>|')
 
@@ -65,21 +75,46 @@ def save_preset(scene: Scene, name: str) -> Path:
 def load_parts(name: str) -> dict[str, Any]:
     """{heading: component} of a user's preset, a built-in planet or scene, or a path. Nothing of any scene changes.
 
-    Companions and objects in it are no parts: `left_out` names them. Raises PresetError or UnknownNameError, naming
-    file, key, expected and found.
+    Its companions are told by `load_companions`; objects in it are no parts: `left_out` names them. Raises PresetError
+    or UnknownNameError, naming file, key, expected and found.
     """
     found = _described(name).components
     needed = {"planet": Planet(), "sun": Sun(), "exposure": Exposure(), "composite": Composite()}
     return {kind.__name__: {**needed, **found}[table] for table, kind in KINDS.items() if table in {**needed, **found}}
 
 
+def load_companions(name: str) -> list[tuple[Description, Orbit]]:
+    """Companions of what `load_parts` loads, for `scene_of`, and their orbits. Raises as that does."""
+    return list(_described(name).companions)
+
+
 def left_out(name: str) -> list[str]:
-    """What `load_parts` of the same name has no parts for: "companion moon", "3 objects". Raises as that does."""
-    found = _described(name)
-    said = [f"companion {told.name}" for told, _ in found.companions]
-    if found.props:
-        said.append("1 object" if len(found.props) == 1 else f"{len(found.props)} objects")
-    return said
+    """What of a preset is no part of a scene that is being drawn: "3 objects". Raises as load_parts does."""
+    count = len(_described(name).props)
+    return [] if not count else ["1 object" if count == 1 else f"{count} objects"]
+
+
+def brief_companion(companion: Companion) -> dict[str, Any]:
+    """A companion as a table of a scene file: what differs from its planet's preset; whole where it has none, or where
+    something of the preset was taken away, which no table can say."""
+    whole, preset = companion_table(companion), companion.scene.preset
+    if preset not in planets():
+        return whole
+    below = {key: plain_table(part) for key, part in describe(preset).components.items() if key in PLANET_KINDS}
+    if any(not set(table) <= set(whole.get(key, ())) for key, table in below.items()):
+        return whole
+    plain = plain_table(Orbit())
+    if not set(plain) <= set(whole["orbit"]):
+        return whole
+    below["orbit"] = plain
+    found: dict[str, Any] = {"name": companion.name, "base": preset}
+    for key in ("orbit", *PLANET_KINDS):
+        if key not in whole:
+            continue
+        table = {k: v for k, v in whole[key].items() if k not in below.get(key, {}) or below[key][k] != v}
+        if table or key not in below:
+            found[key] = table
+    return found
 
 
 def _described(name: str) -> Description:

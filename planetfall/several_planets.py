@@ -296,6 +296,8 @@ class SeveralPlanets:
 
     def _let_go(self, name: str) -> None:
         self._sources.pop(name).release()
+        for source in self._sources.values():
+            source.forget(name)
         for key in [key for key in self._views if key[0] == name]:
             del self._views[key]
         self._members.pop(name).release()
@@ -401,6 +403,11 @@ class _Source:
     def part_jitter(self, view_index: int, jitter_px: tuple[float, float]) -> None:
         """This planet's view of that index is a picture for another one's camera."""
         self._parts[view_index] = jitter_px
+
+    def forget(self, name: str) -> None:
+        """A planet goes: one of the same name may come."""
+        for key in [key for key in self._drawn if key[1] == name]:
+            self._drawn.pop(key).view.release()
 
     def release(self) -> None:
         for drawn in self._drawn.values():

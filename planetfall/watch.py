@@ -17,10 +17,10 @@ __all__ = ["Watch"]
 class Watch:
     """Lists of functions that are called after a frame, in the thread that rendered it. Empty lists cost nothing.
 
-    changed(names): components of the scene's planets or environment were changed, added or taken off since the last
-    frame; names are those of their classes. settled(): everything that streams, refines or adapts has come to rest;
-    once, and again after each change that set it going. Asking for that reads back from the GPU in automatic exposure.
-    What a callback raises comes out of the renderer's call.
+    changed(names): components of the scene's planets, their orbits or its environment were changed, added or taken off
+    since the last frame; names are those of their classes. settled(): everything that streams, refines or adapts has
+    come to rest; once, and again after each change that set it going. Asking for that reads back from the GPU in
+    automatic exposure. What a callback raises comes out of the renderer's call.
     """
 
     def __init__(self) -> None:
@@ -46,6 +46,8 @@ class Watch:
             for holder in (*scene.planets.values(), scene.environment)
             for part in holder.components()
         }
+        for companion in scene.companions.values():
+            stamps[id(companion.scene), -1, "Orbit"] = (id(companion.orbit), revision(companion.orbit))
         before, self._stamps = self._stamps, stamps
         if before is None or before == stamps:
             return

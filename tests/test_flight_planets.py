@@ -13,7 +13,6 @@ import planetfall as pf
 from planetfall.app_panels import SettingsWindow
 from planetfall.companions import bodies
 from planetfall.engine.input import KeyEvent
-from planetfall.scene_presets import left_out
 from planetfall.systems.tweak import FrameHistory
 
 DISTANCE_M = 3.844e8
@@ -138,8 +137,3 @@ def test_a_preset_loaded_over_a_companion_leaves_the_ship_there(flight, tmp_path
     (tmp_path / "shrunk.toml").write_text("[planet]\nradius_m = 5e6\n")
     assert settings.load(app, "shrunk") and app.scene.planet.radius_m == 5e6
     assert app.planets.name == "moon" and np.allclose(app.pilot.position_m, before, atol=1e-3)
-
-
-def test_what_a_preset_has_no_parts_for_is_named():
-    assert left_out("earth") == [] and left_out("earth_moon") == ["companion moon"]
-    assert [name.split()[0] for name in left_out("mars_moons")] == ["companion"] * 2

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from test_app_interface import Desk
+from desk_kit import Desk
 
 from planetfall.app_controls import keep_controls
 from planetfall.engine.input import InputState, KeyEvent, MouseButton, MouseMove, PadAxis, PadButton, Wheel

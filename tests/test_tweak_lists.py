@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_app_interface import Desk as AppDesk
-from test_app_interface import Watching
+from desk_kit import Desk as AppDesk
+from desk_kit import Watching
 from test_tweak import Desk, desk
 
 import planetfall as pf

@@ -32,10 +32,16 @@ def test_changes_are_told_once_and_by_name(gpu: Any) -> None:
         scene.planet.add(terrain)
         renderer.render(camera)
         assert told[2:] == [{"Terrain"}, {"Terrain"}]
+        moon = scene.companions.add(pf.Scene("speck", {"planet": pf.Planet(radius_m=500.0)}), pf.Orbit(1e6))
+        renderer.render(camera)
+        told.clear()
+        moon.orbit.phase_deg = 10.0
+        renderer.render(camera)
+        assert told == [{"Orbit"}]
         renderer.watch.changed.clear()
         scene.environment[pf.Composite].bloom = 0.03
         renderer.render(camera)
-        assert len(told) == 4
+        assert len(told) == 1
 
 
 def test_settled_is_told_when_it_comes_to_rest(gpu: Any) -> None:

@@ -42,6 +42,7 @@ class Panel:
         self.search = ""
         self.only_changed = False
         self.unfold: set[str] = set()
+        self._heading = ""
         self._errors: dict[tuple[str, str], str] = {}
         self._selected: dict[tuple[str, str], int] = {}
 
@@ -56,18 +57,19 @@ class Panel:
         _, self.only_changed = imgui.checkbox("changed", self.only_changed)
         imgui.set_item_tooltip("only what differs from the preset")
 
-    def draw(self, component: Any, preset: Any = None, *, apply: bool = True) -> list[Change]:
+    def draw(self, component: Any, preset: Any = None, *, apply: bool = True, heading: str = "") -> list[Change]:
         """Draw all knobs of a component; returns this frame's changes, usually none.
 
         preset: a component of the same type whose values are the defaults to mark against and to reset to; None takes
         those of the class. apply: assign changes to the component. A value that it refuses is not applied and not
-        reported; the panel shows why.
+        reported; the panel shows why. heading: tells components of one type apart; left out, the name of its class.
         """
         from imgui_bundle import imgui
 
         changes: list[Change] = []
         kind = type(component)
-        imgui.push_id(kind.__name__)
+        self._heading = heading or kind.__name__
+        imgui.push_id(self._heading)
         for group, rules in _groups(kind):
             shown = [rule for rule in rules if self._matches(kind, rule, component, preset)]
             if not shown:
@@ -120,7 +122,7 @@ class Panel:
             if count:
                 imgui.pop_style_color()
             if opened:
-                changes = self.draw(component, preset, apply=apply)
+                changes = self.draw(component, preset, apply=apply, heading=heading)
                 if changes:
                     found[heading] = changes
         return found
@@ -137,7 +139,7 @@ class Panel:
 
     def _list(self, imgui: Any, component: Any, rule: FieldRule, default: Any, apply: bool) -> list[Change]:
         """A list of parts with the knobs of one of them; a change is one of the whole list."""
-        kind, key = item_kind(rule), (type(component).__name__, rule.name)
+        kind, key = item_kind(rule), (self._heading, rule.name)
         old = getattr(component, rule.name)
 
         def rows(item: Any) -> dict[str, Any]:
@@ -198,7 +200,7 @@ class Panel:
                 wanted = default
             imgui.pop_style_color()
             imgui.set_item_tooltip(f"back to {_shown(default)}")
-        key = (type(component).__name__, rule.name)
+        key = (self._heading, rule.name)
         if edited != old:
             wanted = edited
         changes: list[Change] = []
