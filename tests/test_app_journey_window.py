@@ -22,7 +22,7 @@ pytestmark = pytest.mark.gpu
 def desk(gpu: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Desk]:
     monkeypatch.setenv("PLANETFALL_CONFIG", str(tmp_path / "settings"))
     more = {"radio_button", "small_button"}
-    monkeypatch.setattr(desk_kit, "WATCHED", test_app_interface.WATCHED | more)
+    monkeypatch.setattr(desk_kit, "WATCHED", desk_kit.WATCHED | more)
     monkeypatch.setattr(app_journey_window, "_TOP", 5.0)  # all of it is seen in the small window
     desk = Desk(gpu)
     draw = desk.interface._journey.draw

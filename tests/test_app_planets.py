@@ -122,6 +122,7 @@ def test_the_knobs_of_a_companion(desk: Desk, monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_what_is_searched_for_is_found_on_all_planets(desk: Desk) -> None:
+    """And the button that flies to the chosen one."""
     page = page_of(desk)
     page.panel.search = "terrain seed"
     desk.boxes.clear()
@@ -133,6 +134,10 @@ def test_what_is_searched_for_is_found_on_all_planets(desk: Desk) -> None:
     desk.boxes.clear()
     desk.frames(2)
     assert sections(desk) == {"section moon: Terrain"}
+    desk.click("##planet")
+    desk.click("moon")
+    desk.click("fly to planet")
+    assert desk.app.planets.crossing is not None and desk.app.planets.crossing.target == "moon"
 
 
 def test_planets_come_and_go_with_their_passes_and_objects(desk: Desk) -> None:
@@ -170,10 +175,3 @@ def test_planets_come_and_go_with_their_passes_and_objects(desk: Desk) -> None:
     desk.frames(2)
     assert (desk.picture() == picture).all()
     assert desk.window.ctx.error == "GL_NO_ERROR"
-
-
-def test_flying_to_the_planet_that_is_chosen(desk: Desk) -> None:
-    desk.click("##planet")
-    desk.click("moon")
-    desk.click("fly to planet")
-    assert desk.app.planets.crossing is not None and desk.app.planets.crossing.target == "moon"
