@@ -14,6 +14,7 @@ import esper
 import numpy as np
 import pytest
 import test_guard as guard
+from test_endurance_planets import AHEAD, BACK, OVER_MOON, pair
 
 import planetfall as pf
 from planetfall.engine.gpu import Gpu
@@ -80,6 +81,50 @@ def test_no_binding_of_the_host_changes(gpu: Gpu, host: dict[str, Any], scene: p
         same("released")
     assert len(steps) == 10
     assert {key: n for key, n in gpu.counts().items() if key in ("terrain", "ocean", "graph")} == {}
+    target.release()
+
+
+@pytest.mark.gpu
+def test_no_binding_of_the_host_changes_with_several_planets(gpu: Gpu, host: dict[str, Any]) -> None:
+    """The same where renderers of companions are made, take turns as the camera's, draw discs, and are let go."""
+    gpu.ctx.__enter__()
+    raw, ctx = guard.Raw(gpu), gpu.ctx
+    target = ctx.framebuffer([ctx.texture((80, 60), 4)], ctx.depth_renderbuffer((80, 60)))
+    target.viewport = (3, 4, 30, 20)
+    steps: list[str] = []
+    with pair() as scene, StateGuard(gpu, guard.UNITS, guard.UBOS, guard.SSBOS, guard.IMAGES):
+        guard.set_everything_odd(raw, ctx, host)
+        before = guard.snapshot(raw, ctx)
+
+        def same(step: str) -> None:
+            steps.append(step)
+            assert guard.differences(before, guard.snapshot(raw, ctx)) == {}, step
+            assert ctx.error == "GL_NO_ERROR", step
+            assert target.viewport == (3, 4, 30, 20), step
+
+        renderer = pf.Renderer(scene, SIZE, "low", ctx=ctx)
+        for name, camera in (("a disc", AHEAD), ("its own planet", OVER_MOON), ("the other way", BACK)):
+            renderer.render_to(target, camera, viewport=(8, 8, *SIZE), dt_s=0.02)
+            same(f"render_to, {name}")
+            renderer.render(camera, outputs=("color", "distance", "surface"))
+            same(f"render, {name}")
+            renderer.pick(camera, 20.0, 30.0)
+            same(f"pick, {name}")
+        view = renderer.add_view((40, 30))
+        view.render_to(target, AHEAD, viewport=(8, 8, 40, 30))
+        same("a view more")
+        renderer.resize((40, 30))
+        renderer.render(AHEAD)
+        same("another size")
+        renderer.reload_shaders()
+        assert renderer.memory_bytes
+        same("reload_shaders")
+        scene.companions.remove("moon")
+        renderer.render(AHEAD)
+        same("a planet gone")
+        renderer.release()
+        same("released")
+    assert len(steps) == 14
     target.release()
 
 
