@@ -19,7 +19,7 @@ from .session import Session
 from .stability import stability
 from .store import document_path, read_reports, results_root, save_report, stability_path
 from .stress import STRESS_SUITES, replay_file, run_sweep, usual_count
-from .suites import SUITES, choose
+from .suites import SUITES, benches_of, choose
 from .tables import show_comparison, show_report
 
 EXIT_FAILED = 1
@@ -46,7 +46,12 @@ def _run(command: Callable[..., int], name: str, about: str, arguments: Sequence
 
 def _bench(
     *suites: str,
-    quick: Annotated[bool, Parameter(negative="", help="Fewer runs and smaller samples; saved apart.")] = False,
+    quick: Annotated[
+        bool, Parameter(negative="", help="Without what takes long: five minutes for all suites; saved apart.")
+    ] = False,
+    full: Annotated[
+        bool, Parameter(negative="", help="More runs, larger samples and pictures: hours; saved apart.")
+    ] = False,
     output: _Output = None,
     save: Annotated[bool, Parameter(help="Write the results to files.")] = True,
     compare: Annotated[
@@ -77,13 +82,17 @@ def _bench(
         root = output or results_root()
         console.print(f"written: {write_document(root, document_path(root))}", highlight=False, soft_wrap=True)
         return 0
+    if quick and full:
+        raise SettingError("bench: --quick and --full exclude each other; leave one out")
     failed = False
-    for suite, benches in choose(suites).items():
-        with Session(suite, quick) as session, _progress(suite) as progress:
-            report = session.run(benches, progress)
+    for suite, benches in choose(suites, quick).items():
+        whole = choose([suite], quick)[suite]
+        left_out = [name for name in benches_of(suite) if name not in benches] if benches.keys() == whole.keys() else []
+        with Session(suite, "quick" if quick else "full" if full else "usual") as session, _progress(suite) as progress:
+            report = session.run(benches, progress, left_out)
         show_report(report, console)
         failed = failed or bool(report.skipped)
-        if save and benches.keys() == choose([suite])[suite].keys():
+        if save and benches.keys() == whole.keys():
             _save(report, output or results_root(), console)
         elif save:
             console.print("not saved: only a part of the suite was run", style="dim")

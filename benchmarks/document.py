@@ -8,7 +8,7 @@ from itertools import groupby
 from pathlib import Path
 
 from .front import alternatives, front
-from .schema import Report, ReportError, Row, read_report, write_text
+from .schema import EXTENTS, Report, ReportError, Row, read_report, write_text
 from .store import report_file
 from .suites import SUITES
 from .tables import columns_of, number, row_cells
@@ -53,14 +53,14 @@ def document_text(results: Path, page_folder: Path) -> str:
 
 
 def _reports(folder: Path) -> list[Report]:
-    """Full runs before quick ones of the same suite, which they replace; in the order of the suites."""
+    """The most thorough run of each suite, in the order of the suites."""
     found: dict[tuple[str, str], Report] = {}
     for file in sorted(folder.glob("*.json")):
         if file.name == report_file("stress", "compare"):
             continue  # has a page of its own: docs/numerical-stability.md
         report = read_report(file)
         key = (report.kind, report.suite)
-        if key not in found or found[key].quick:
+        if key not in found or EXTENTS.index(report.extent) > EXTENTS.index(found[key].extent):
             found[key] = report
     order = list(SUITES)
     return sorted(
@@ -100,12 +100,15 @@ def _promises(reports: Sequence[Report]) -> str:
 def _suite(report: Report, folder: Path, page_folder: Path) -> Iterable[str]:
     title = report.suite if report.kind == "bench" else f"stress {report.suite}"
     yield f"### {title}\n"
+    extent = "" if report.extent == "usual" else f", {report.extent} run"
     busy = f"; busy machine (load {report.machine.load_average:g} a CPU)"
     yield (
         f"{SUITES.get(report.suite, '') + '. ' if report.kind == 'bench' else ''}{report.date[:10]}, commit "
-        f"`{report.commit or 'unknown'}`, {report.duration_s:.0f} s{', quick run' if report.quick else ''}"
+        f"`{report.commit or 'unknown'}`, {report.duration_s:.0f} s{extent}"
         f"{busy if report.machine.load_average > BUSY_LOAD else ''}.\n"
     )
+    if report.left_out:
+        yield f"Left out of the quick run: {', '.join(report.left_out)}.\n"
     for name, why in report.skipped.items():
         yield f"`{name}` did not run: {_plain(why)}\n"
     for failure in report.failures:

@@ -16,7 +16,7 @@ _CURVE, _BACKENDS = "curve", "backends"
 def save_plots(report: Report, folder: Path) -> list[Path]:
     """Writes the plots of a report that has any; their paths. ImportError without matplotlib."""
     made: list[Path] = []
-    if report.quick:
+    if report.extent == "quick":
         return made
     for suite, bench, draw in (("atmosphere", _CURVE, _curve), ("terrain", _BACKENDS, _backends)):
         rows = [row for row in report.rows if report.suite == suite and row.bench == bench]

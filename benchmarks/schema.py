@@ -10,7 +10,7 @@ import math
 import os
 import tempfile
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import msgspec
 
@@ -72,6 +72,11 @@ class Failure(msgspec.Struct, kw_only=True):
     file: str = ""
 
 
+Extent = Literal["quick", "usual", "full"]
+"""How much of a suite was run: what fits into a minute, all of it with small samples, all of it with large ones."""
+EXTENTS: tuple[Extent, ...] = get_args(Extent)
+
+
 class Report(msgspec.Struct, kw_only=True):
     """One suite's run."""
 
@@ -83,7 +88,9 @@ class Report(msgspec.Struct, kw_only=True):
     date: str
     """UTC, ISO 8601."""
     duration_s: float
-    quick: bool = False
+    extent: Extent = "usual"
+    left_out: list[str] = []
+    """Benches of the suite that a quick run has not run, because they take long."""
     machine: Machine
     rows: list[Row] = []
     failures: list[Failure] = []

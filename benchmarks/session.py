@@ -5,12 +5,12 @@ from __future__ import annotations
 import contextlib
 import logging
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from .. import __version__
 from .machine import current_commit, describe_machine, now_utc
-from .schema import Machine, Report, Row
+from .schema import Extent, Machine, Report, Row
 from .target import Target
 from .timing import Timing
 
@@ -32,9 +32,9 @@ class Session:
     machines without GL.
     """
 
-    def __init__(self, suite: str, quick: bool = False) -> None:
+    def __init__(self, suite: str, extent: Extent = "usual") -> None:
         self.suite = suite
-        self.quick = quick
+        self.extent = extent
         self.rows: list[Row] = []
         self.skipped: dict[str, str] = {}
         self.bench = ""
@@ -43,9 +43,14 @@ class Session:
 
     # -- for benches --------------------------------------------------------------------------------------------------
 
-    def runs(self, full: int, quick: int) -> int:
-        """How many runs: fewer in a quick run."""
-        return quick if self.quick else full
+    @property
+    def small(self) -> bool:
+        """Whether few runs and small samples do: in all but full runs."""
+        return self.extent != "full"
+
+    def runs(self, full: int, small: int) -> int:
+        """How many runs."""
+        return small if self.small else full
 
     @property
     def gpu(self) -> Gpu:
@@ -114,8 +119,11 @@ class Session:
 
     # -- for the command ----------------------------------------------------------------------------------------------
 
-    def run(self, benches: Mapping[str, Bench], progress: Progress | None = None) -> Report:
-        """Run the benches one by one. One that raises is noted under `skipped`, and the others still run."""
+    def run(
+        self, benches: Mapping[str, Bench], progress: Progress | None = None, left_out: Iterable[str] = ()
+    ) -> Report:
+        """Run the benches one by one. One that raises is noted under `skipped`, and the others still run. left_out:
+        names of the suite's benches that are not among them, for the record."""
         started, date = time.monotonic(), now_utc()
         for number, (name, bench) in enumerate(benches.items()):
             if progress is not None:
@@ -135,7 +143,8 @@ class Session:
             commit=current_commit(),
             date=date,
             duration_s=round(time.monotonic() - started, 1),
-            quick=self.quick,
+            extent=self.extent,
+            left_out=list(left_out),
             machine=self.machine(),
             rows=self.rows,
             skipped=self.skipped,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from .machine import device_slug
-from .schema import Report, ReportError, read_report, write_report
+from .schema import Extent, Report, ReportError, read_report, write_report
 
 _HERE = Path(__file__).resolve().parent
 
@@ -32,13 +32,13 @@ def _page(root: Path, name: str) -> Path:
 
 
 def report_path(report: Report, root: Path) -> Path:
-    """<root>/<device>/<suite>.json; stress runs and quick runs beside, under names of their own."""
-    return root / device_slug(report.machine) / report_file(report.kind, report.suite, report.quick)
+    """<root>/<device>/<suite>.json; stress runs, quick and full ones beside, under names of their own."""
+    return root / device_slug(report.machine) / report_file(report.kind, report.suite, report.extent)
 
 
-def report_file(kind: str, suite: str, quick: bool = False) -> str:
+def report_file(kind: str, suite: str, extent: Extent = "usual") -> str:
     """Name of a suite's file in the folder of a device."""
-    return f"{'stress-' if kind == 'stress' else ''}{suite}{'-quick' if quick else ''}.json"
+    return f"{'stress-' if kind == 'stress' else ''}{suite}{'' if extent == 'usual' else f'-{extent}'}.json"
 
 
 def save_report(report: Report, root: Path) -> Path:

@@ -22,7 +22,7 @@ def show_report(report: Report, console: Console) -> None:
     machine = report.machine
     console.print(
         f"[bold]{report.suite}[/] {report.kind}  planetfall {report.planetfall} {report.commit}  {report.date}  "
-        f"{report.duration_s:g} s{'  (quick)' if report.quick else ''}",
+        f"{report.duration_s:g} s{'' if report.extent == 'usual' else f'  ({report.extent})'}",
         highlight=False,
     )
     console.print(
@@ -36,6 +36,8 @@ def show_report(report: Report, console: Console) -> None:
             console.print(rows_table(bench, list(rows)))
     for name, why in report.skipped.items():
         console.print(Text(f"{name}: did not run: {why}", style="red"))
+    if report.left_out:
+        console.print(f"left out of a quick run: {', '.join(report.left_out)}", style="dim")
     for failure in report.failures:
         place = f" -> {failure.file}" if failure.file else ""
         console.print(Text(f"case {failure.index}: {'; '.join(failure.messages)}{place}", style="red"), soft_wrap=True)

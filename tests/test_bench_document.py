@@ -60,14 +60,14 @@ def test_the_page_says_machine_commit_front_misses_and_failures(tmp_path):
     ]
     report = report_of(*rows, skipped={"terrain.holes": "no GL"})
     save_report(report, tmp_path)
-    save_report(report_of(error_row("quick", 1.0, 1.0), quick=True), tmp_path)
+    save_report(report_of(error_row("quick", 1.0, 1.0), extent="quick"), tmp_path)
     page = document(tmp_path, tmp_path / "page.md")
     text = page.read_text()
     assert "commit `abc123`" in text and report.machine.cpu in text
     assert "1 of 2 promises are kept. Missed:" in text and "~~<= 5 px~~" in text
     assert "| **1** |" in text and "**7**" not in text and "slow \\| wrong" in text
     assert "`terrain.holes` did not run: no GL" in text
-    assert "quick" not in text.split("## ", 1)[1], "a full run replaces the quick one"
+    assert "quick" not in text.split("## ", 1)[1], "a usual run replaces the quick one"
 
 
 def test_gpus_come_first(tmp_path):

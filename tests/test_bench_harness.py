@@ -162,7 +162,7 @@ def test_results_are_kept_by_device(tmp_path):
     assert device_slug(hardware) == "nvidia-geforce-rtx-4070-pcie-sse2"
     path = report_path(report_of(machine=machine), tmp_path)
     assert path == tmp_path / "llvmpipe-llvm-15-0-6-256-bits-2cpu" / "graph.json"
-    assert report_path(report_of(machine=machine, quick=True), tmp_path).name == "graph-quick.json"
+    assert report_path(report_of(machine=machine, extent="quick"), tmp_path).name == "graph-quick.json"
     assert report_path(report_of(machine=machine, kind="stress"), tmp_path).name == "stress-graph.json"
 
 
@@ -227,7 +227,7 @@ def test_command_line_compares_files_and_folders(tmp_path, capsys):
 
 @pytest.mark.gpu
 def test_graph_suite_runs():
-    with Session("graph", quick=True) as session:
+    with Session("graph", "quick") as session:
         benches = benches_of("graph")
         report = session.run({name: benches[name] for name in ("execute", "compile", "resize", "guard")})
     assert not report.skipped and report.machine.gl_renderer

@@ -58,10 +58,10 @@ def test_the_bench_has_a_row_for_each_pair(monkeypatch):
     pairs = {"terrain.seed": PAIRS["terrain.seed"], "terrain.rock_albedo": PAIRS["terrain.rock_albedo"]}
     monkeypatch.setattr(frame, "PAIRS", pairs)
     monkeypatch.setattr(frame, "QUICK_SIZE", SIZE)
-    with Session("frame", quick=True) as session:
+    with Session("frame", "quick") as session:
         report = session.run({"knobs": frame.BENCHES["knobs"]})
     assert report.skipped == {} and [row.variant for row in report.rows] == ["terrain.seed"], (
-        "colours: not in quick runs"
+        "colours: only in full runs"
     )
     row = report.rows[0]
     assert row.ms and row.error and row.extra["off_ms"] and row.extra["on"] == "2"

@@ -20,6 +20,15 @@ SUITES: Mapping[str, str] = {
     "startup": "Import and first picture, warm and cold; memory of the process",
 }
 
+LONG: Mapping[str, tuple[str, ...]] = {
+    "terrain": (
+        "jitter", "proxy", "height sources", "queries", "grid_methods", "grid_snaps", "grid_descent", "backends",
+        "popping", "holes", "icosphere", "icosphere_vertices", "shadows", "shadows in flight", "shadows cost",
+    ),
+    "frame": ("skipping", "knobs"),
+}  # fmt: skip
+"""What a quick run leaves out, so that all suites together take less than five minutes on two cores with llvmpipe."""
+
 
 def benches_of(suite: str) -> Mapping[str, Bench]:
     """The benches of a suite by name. UnknownNameError names the nearest suite."""
@@ -28,13 +37,16 @@ def benches_of(suite: str) -> Mapping[str, Bench]:
     return importlib.import_module(f".{suite}", __name__).BENCHES
 
 
-def choose(suites: Iterable[str]) -> dict[str, Mapping[str, Bench]]:
-    """Benches by suite, from names such as "terrain" and "terrain.normals"; no names: everything."""
+def choose(suites: Iterable[str], quick: bool = False) -> dict[str, Mapping[str, Bench]]:
+    """Benches by suite, from names such as "terrain" and "terrain.normals"; no names: everything. quick: of whole
+    suites what is not LONG."""
     chosen: dict[str, dict[str, Bench]] = {}
     for name in list(suites) or list(SUITES):
         suite, _, bench = name.partition(".")
         benches = benches_of(suite)
         if bench and bench not in benches:
             raise UnknownNameError(f"no bench {bench!r} in {suite}; {did_you_mean(bench, benches, 'benches')}")
-        chosen.setdefault(suite, {}).update({bench: benches[bench]} if bench else benches)
+        left_out = () if bench or not quick else LONG.get(suite, ())
+        wanted = (bench,) if bench else [name for name in benches if name not in left_out]
+        chosen.setdefault(suite, {}).update({name: benches[name] for name in wanted})
     return dict(chosen)

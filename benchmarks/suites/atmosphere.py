@@ -46,7 +46,7 @@ def _accuracy(session: Session) -> None:
     """The table of promises: every class of question, on Earth and on the small planet."""
     for planet, model in air.PLANETS.items():
         truths = _truths(session, planet)
-        for quality in (PROMISED,) if session.quick else QUALITIES:
+        for quality in (PROMISED,) if session.small else QUALITIES:
             with AtmosphereProbe(air.scene_of(model), quality=quality) as probe:
                 found = {quantity: air.answers(probe, truth) for quantity, truth in truths.items()}
             for promise in air.PROMISES:
@@ -73,8 +73,8 @@ def _accuracy(session: Session) -> None:
 
 def _speed(session: Session) -> None:
     """Sky and air without ground, sea and stars: a still camera, and one that climbs, whose tables are refilled."""
-    qualities = (PROMISED,) if session.quick else QUALITIES
-    for size in (BENCH,) if session.quick else (BENCH, FULL_HD):
+    qualities = (PROMISED,) if session.small else QUALITIES
+    for size in (BENCH,) if session.small else (BENCH, FULL_HD):
         with _renderers({quality: (_bare(), quality) for quality in qualities}, size) as renderers:
             views = {(name, way): _cameras(name, way) for name in CAMERAS for way in ("still", "climbing")}
             labels = {f"{name}, {way}": cameras for (name, way), cameras in views.items()}
@@ -90,8 +90,8 @@ def _speed(session: Session) -> None:
 
 def _shading(session: Session) -> None:
     """What the air adds to a frame with ground and sea, against the same planet without it."""
-    qualities = (PROMISED,) if session.quick else ("paper", "low", PROMISED)
-    for size in (BENCH,) if session.quick else (BENCH, FULL_HD):
+    qualities = (PROMISED,) if session.small else ("paper", "low", PROMISED)
+    for size in (BENCH,) if session.small else (BENCH, FULL_HD):
         airless = preset_scene("earth")
         airless.planet.remove(Atmosphere)
         scenes = {quality: (preset_scene("earth"), quality) for quality in qualities} | {"none": (airless, PROMISED)}
@@ -110,7 +110,7 @@ def _shading(session: Session) -> None:
 
 def _tables(session: Session) -> None:
     """Precomputation by table, the small tables of a first look, and from the first picture to the last table."""
-    for quality in (PROMISED,) if session.quick else QUALITIES:
+    for quality in (PROMISED,) if session.small else QUALITIES:
         for stage, cost in air_speed.time_tables(session.gpu, _bare(), quality).items():
             whole = stage == "total" and quality == PROMISED
             session.row(f"{quality}: {stage}", timing=cost.wall, cpu_ms=cost.cpu_ms,

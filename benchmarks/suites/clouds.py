@@ -26,7 +26,7 @@ def _accuracy(session: Session) -> None:
             if len(shells.layers) == 1:  # as printed
                 found = clouds.errors_of(shells, "high", session.runs(300, 60), method)
                 _rows(session, f"{method}: {name}", found, None, None, False)
-    qualities = ("high", "reference") if session.quick else QUALITIES
+    qualities = ("high", "reference") if session.small else QUALITIES
     for quality in qualities:
         judged = quality == "reference"
         for name, shells in clouds.SHELLS.items():
@@ -43,14 +43,14 @@ def _accuracy(session: Session) -> None:
             found = clouds.errors_of(shells, quality, session.runs(300, 60))
             _rows(session, f"{quality}: shafts of light, {name}", found, at_most(5e-2), None, judged)
         # As pictures have them: maps of the shadow, a few steps along a ray.
-        size = (16, 10) if not session.quick else (8, 5)
+        size = (16, 10) if not session.small else (8, 5)
         for name, made, shots in (
             ("even shell", cloud_shafts.uniform_clouds(), cloud_shafts.UNIFORM),
             ("weather", cloud_shafts.weather_clouds(), cloud_shafts.WEATHER),
         ):
             for sun in dict.fromkeys(shot.sun_deg for shot in shots):
                 own = [shot for shot in shots if shot.sun_deg == sun]
-                relative = cloud_shafts.shaft_errors(made, own[::2] if session.quick else own, quality, size)
+                relative = cloud_shafts.shaft_errors(made, own[::2] if session.small else own, quality, size)
                 session.row(
                     f"{quality}: pictures, shafts of light, {name}, sun at {sun:g} degrees",
                     error=float(np.median(relative)), error_unit="rel median",
@@ -58,7 +58,7 @@ def _accuracy(session: Session) -> None:
                     p95=float(np.percentile(relative, 95)), answers=len(relative),
                 )  # fmt: skip
         # Of the deepest slab every photon is followed through hundreds of events.
-        for depth in clouds.SLAB_DEPTHS[:3] if session.quick else clouds.SLAB_DEPTHS:
+        for depth in clouds.SLAB_DEPTHS[:3] if session.small else clouds.SLAB_DEPTHS:
             photons = int(session.runs(640_000, 40_000) / max(depth / 2.0, 1.0))
             for as_pictures in (False, True):
                 found, noise = clouds.slab_errors(depth, quality, photons, as_pictures)
@@ -94,7 +94,7 @@ def _paper(session: Session) -> None:
     from ..measure import cloud_paper as measure
     from ..measure.flip import flip
 
-    size = (192, 108) if session.quick else (640, 360)
+    size = (192, 108) if session.small else (640, 360)
     views = {name: view(name) for name in PAPER_VIEWS}
     session.release()
     truth = {}

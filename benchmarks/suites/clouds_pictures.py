@@ -23,17 +23,17 @@ def curve(session: Session) -> None:
     """Weather clouds: pictures at each quality against `reference`, and the time of the passes that draw them in a
     flight at 640 x 360. First the reference against itself with halved steps, along rays and as pictures: it judges
     where it is within half of what is promised."""
-    size = (48, 27) if session.quick else (96, 54)
-    views = ["ground", "10 km", "36 000 km"] if session.quick else [n for n in measure.CAMERAS if n != "2000 km"]
-    qualities = ("low", "high") if session.quick else JUDGED
+    size = (48, 27) if session.small else (96, 54)
+    views = ["ground", "10 km", "36 000 km"] if session.small else [n for n in measure.CAMERAS if n != "2000 km"]
+    qualities = ("low", "high") if session.small else JUDGED
     session.release()
-    _converged(session, views, (8, 5) if session.quick else (16, 9), 72)
+    _converged(session, views, (8, 5) if session.small else (16, 9), 72)
     truth = measure.pictures("reference", views, size)
     found = {quality: measure.pictures(quality, views, size) for quality in qualities}
     errors = {
         (quality, name): measure.errors_of(truth[name], made[name]) for quality, made in found.items() for name in views
     }
-    again = measure.pictures("reference", views[:1] if session.quick else views, size, measure.halved())
+    again = measure.pictures("reference", views[:1] if session.small else views, size, measure.halved())
     for name, made in again.items():
         mean, worst = measure.errors_of(truth[name], made)
         least = min(errors[quality, name][0] for quality in qualities)
@@ -73,8 +73,8 @@ def _converged(session: Session, views: Sequence[str], rays: tuple[int, int], ro
 
 def speed(session: Session) -> None:
     """Clouds and air without ground, in flight at 640 x 360: all passes that draw them, and the march alone."""
-    qualities = tuple(PROMISED_MS) if session.quick else JUDGED
-    views = PROMISED_AT if session.quick else tuple(measure.CAMERAS)
+    qualities = tuple(PROMISED_MS) if session.small else JUDGED
+    views = PROMISED_AT if session.small else tuple(measure.CAMERAS)
     session.release()
     found = _costs(qualities, views, session.runs(9, 3), parts=True)
     for quality in qualities:
@@ -90,9 +90,9 @@ def speed(session: Session) -> None:
 def sunlight(session: Session) -> None:
     """Optical depth towards the sun from maps of the shadow, with a few steps before them, against steps alone."""
     session.release()
-    size = (64, 36) if session.quick else (160, 90)
-    shots = cloud_light.SHOTS[::2] if session.quick else cloud_light.SHOTS
-    for quality in ("low",) if session.quick else ("low", "medium", "high"):
+    size = (64, 36) if session.small else (160, 90)
+    shots = cloud_light.SHOTS[::2] if session.small else cloud_light.SHOTS
+    for quality in ("low",) if session.small else ("low", "medium", "high"):
         for shot, error in zip(shots, cloud_light.sun_depth_error(quality, shots, size), strict=True):
             session.row(
                 f"{quality}, sun at {shot[3]:g} degrees", shot[0], size, error=error, error_unit="rms over mean"
@@ -102,7 +102,7 @@ def sunlight(session: Session) -> None:
 def opacity(session: Session) -> None:
     """The same clouds with pixels of many widths: how opaque they are on the mean must not depend on it."""
     session.release()
-    sides = (64, 16, 4) if session.quick else (320, 64, 16, 4)
+    sides = (64, 16, 4) if session.small else (320, 64, 16, 4)
     for extinction in (0.02, 0.06):
         found = cloud_light.opacity(extinction, sides, session.runs(8, 3))
         for side, mean in zip(sides, found, strict=True):

@@ -25,7 +25,7 @@ def _total(session: Session) -> None:
     """Milliseconds a frame: camera turning, still, and the proxy snapping."""
     for quality in QUALITIES:
         with session.renderer("earth", SIZE, quality) as renderer:
-            names = TABLE_VIEWS if session.quick else views(renderer.scene.planet)
+            names = TABLE_VIEWS if session.small else views(renderer.scene.planet)
             for name in names:
                 found = frames.time_frames(renderer, view(name), session.runs(15, 5))
                 promised = quality == "medium" and name in TABLE_VIEWS
@@ -39,7 +39,7 @@ def _total(session: Session) -> None:
 
 def _passes(session: Session) -> None:
     """Milliseconds by pass, each waited for: the parts add up to more than the whole."""
-    for quality in ("medium",) if session.quick else QUALITIES:
+    for quality in ("medium",) if session.small else QUALITIES:
         with session.renderer("earth", SIZE, quality) as renderer:
             for name in TABLE_VIEWS:
                 for pass_name, timing in frames.time_passes(renderer, view(name), session.runs(9, 4)).items():
@@ -64,7 +64,7 @@ def _memory(session: Session) -> None:
 def _knobs(session: Session) -> None:
     """What each knob costs and what it shows: both pictures of its pair. Quick: small, without colours, which cost
     nothing, and without quality knobs."""
-    size, runs = QUICK_SIZE if session.quick else SIZE, session.runs(9, 3)
+    size, runs = QUICK_SIZE if session.small else SIZE, session.runs(9, 3)
 
     def row(key: str, planet: str, name: str, found: KnobCost) -> None:
         session.row(
@@ -76,9 +76,9 @@ def _knobs(session: Session) -> None:
     session.release()
     with KnobMeter(size) as meter:
         for key, pair in PAIRS.items():
-            if not (session.quick and key.endswith("_albedo")):
+            if not (session.small and key.endswith("_albedo")):
                 row(key, pair.planet, pair.view, meter.knob(key, pair, runs))
-        for key, values in () if session.quick else QUALITY_PAIRS.items():
+        for key, values in () if session.small else QUALITY_PAIRS.items():
             row(f"quality {key}", *QUALITY_VIEW, meter.quality_knob(key, values, QUALITY_VIEW, runs))
 
 
@@ -102,20 +102,20 @@ def _antialiasing(session: Session) -> None:
 
     for name in TABLE_VIEWS:
         seen = view(name)
-        size = QUICK_SIZE if session.quick else SIZE
+        size = QUICK_SIZE if session.small else SIZE
         costs = antialiasing.cost(of(seen, size), seen, session.runs(15, 5), sun=seen.sun, time_s=seen.time_s)
         for kind, found in costs.items():
             more = found.cpu_ms - costs["none"].cpu_ms
             session.row(f"turning, {kind}", name, size, found.timing, cpu_ms=found.cpu_ms, added_cpu_ms=more)
-    small = (160, 90) if session.quick else QUICK_SIZE
-    for name in ("valley",) if session.quick else ("valley", "coast", "limb", "space"):
+    small = (160, 90) if session.small else QUICK_SIZE
+    for name in ("valley",) if session.small else ("valley", "coast", "limb", "space"):
         seen = view(name)
         errors = antialiasing.still_errors(
-            of(seen, small), seen, SAMPLES[::2] if session.quick else SAMPLES, 8, sun=seen.sun, time_s=seen.time_s
+            of(seen, small), seen, SAMPLES[::2] if session.small else SAMPLES, 8, sun=seen.sun, time_s=seen.time_s
         )
         for kind, error in errors.items():
             session.row(f"still, {kind}", name, small, error=error.rms_steps, error_unit="steps rms", flip=error.flip)
-    for name, step_m, turn_deg in FLIGHTS[:3] if session.quick else FLIGHTS:
+    for name, step_m, turn_deg in FLIGHTS[:3] if session.small else FLIGHTS:
         seen = view(name)
         make, size = of(seen, (160, 90)), (160, 90)
         with make({}) as renderer:

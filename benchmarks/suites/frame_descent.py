@@ -17,13 +17,13 @@ FLIGHTS = 3
 
 def bench(session: Session) -> None:
     """Percentiles of the frames after the first second, by the clock and in processor time; work per frame."""
-    size, frames = (QUICK_SIZE, 40) if session.quick else (SIZE, 600)
-    for clouds in (False,) if session.quick else (False, True):
+    size, frames = (QUICK_SIZE, 40) if session.small else (SIZE, 600)
+    for clouds in (False,) if session.small else (False, True):
         name = "with clouds" if clouds else "without clouds"
         scene = preset_scene("earth", clouds)
         flight = descent.descent(scene, frames)
         flights = []
-        for _ in range(1 if session.quick else FLIGHTS):
+        for _ in range(1 if session.small else FLIGHTS):
             with session.renderer(scene, size, "medium") as renderer:
                 flights.append(descent.fly_timed(renderer, flight))
         scene.release()

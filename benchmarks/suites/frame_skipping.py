@@ -43,14 +43,14 @@ def _unchanged(session: Session) -> None:
 def _stages(session: Session) -> None:
     """One row a stage; all but the first are timed in turns with the full scene."""
     session.release()
-    size, runs = QUICK_SIZE if session.quick else SIZE, session.runs(9, 4)
+    size, runs = QUICK_SIZE if session.small else SIZE, session.runs(9, 4)
     with staged(FULL, size) as full:
         light_ms = sum(pass_times(full, runs, LIGHT_SYSTEMS).values())
         found = counts(full)
         both = timed_together({"full": full.frame}, runs)["full"]
         session.row(FULL.name, FULL.view, size, both.timing, cpu_ms=both.cpu_ms, **_columns(found))
         for stage in STAGES:
-            if session.quick and stage.name not in QUICK_STAGES:
+            if session.small and stage.name not in QUICK_STAGES:
                 continue
             with staged(stage, size) as shown:
                 found = counts(shown)

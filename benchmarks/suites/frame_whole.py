@@ -18,14 +18,14 @@ QUICK_PLANETS, QUICK_QUALITIES, QUICK_VIEWS = ("moon",), ("low", "medium"), ("ne
 
 def bench(session: Session) -> None:
     """Time with the camera turning; mean FLIP and radiance error to the settled picture of `reference`."""
-    size = QUICK_SIZE if session.quick else SIZE
-    for planet in QUICK_PLANETS if session.quick else planets():
+    size = QUICK_SIZE if session.small else SIZE
+    for planet in QUICK_PLANETS if session.small else planets():
         session.release()
         scene = preset_scene(planet, clouds=True)
-        wanted = QUICK_VIEWS if session.quick else VIEWS
+        wanted = QUICK_VIEWS if session.small else VIEWS
         names = [name for name in wanted if name in views(scene.planet)]
         references = {name: reference_of(scene, view(name, scene.planet), size) for name in names}
-        for quality in QUICK_QUALITIES if session.quick else QUALITIES:
+        for quality in QUICK_QUALITIES if session.small else QUALITIES:
             with session.renderer(scene, size, quality) as renderer:
                 for name in names:
                     found = whole_frame(renderer, view(name, scene.planet), references[name], session.runs(7, 3))

@@ -150,11 +150,11 @@ def _speed(session: Session) -> None:
     Ours stands in the table with pixels and edges of several widths. `no_worse`: the fastest of these that is nowhere
     farther from the converged picture than the printed one.
     """
-    size = QUICK_SIZE if session.quick else SIZE
+    size = QUICK_SIZE if session.small else SIZE
     runs, time_s = session.runs(7, 3), 7.0
-    for view, altitude in (("1 km", 1000.0),) if session.quick else (("5 m", 5.0), ("1 km", 1000.0)):
+    for view, altitude in (("1 km", 1000.0),) if session.small else (("5 m", 5.0), ("1 km", 1000.0)):
         camera = measure.open_sea(altitude)
-        for waves in (20, 100, 1000) if session.quick else COUNTS:
+        for waves in (20, 100, 1000) if session.small else COUNTS:
             wanted = measure.converged(camera, size, waves, time_s, finer=3)
             with ExitStack() as stack:
                 sides = {
@@ -186,7 +186,7 @@ def _speed(session: Session) -> None:
 
 def _frame(session: Session) -> None:
     """Whole frames of moving water with its sky."""
-    size = QUICK_SIZE if session.quick else SIZE
+    size = QUICK_SIZE if session.small else SIZE
     for waves, most in ((20, 30.0), (1000, 60.0)):
         for view, altitude in VIEWS_M.items():
             with ExitStack() as stack:
@@ -198,7 +198,7 @@ def _frame(session: Session) -> None:
 
 def _footprint(session: Session) -> None:
     """What a pixel counts as, swept: time against the distance from the converged picture."""
-    size = QUICK_SIZE if session.quick else SIZE
+    size = QUICK_SIZE if session.small else SIZE
     for view, altitude in (("5 m", 5.0), ("1 km", 1000.0)):
         camera = measure.open_sea(altitude)
         wanted = measure.converged(camera, size, 100, 7.0, finer=3)

@@ -56,8 +56,8 @@ def _clear(name: str) -> Scene:
 
 def _pixels(session: Session) -> None:
     """The same picture in more pixels: at most proportional."""
-    for name in ("near",) if session.quick else ("near", "high", "orbit"):
-        sizes = PIXELS[:4] if session.quick else PIXELS
+    for name in ("near",) if session.small else ("near", "high", "orbit"):
+        sizes = PIXELS[:4] if session.small else PIXELS
         seen = view(name)
 
         def measure(count: float, seen: Any = seen, sizes: Any = sizes) -> FrameCost:
@@ -70,7 +70,7 @@ def _pixels(session: Session) -> None:
 
 def _vertices(session: Session) -> None:
     """Finer edges at the same size. Vertices are made on a snap; a frame culls and draws them."""
-    size, seen = QUICK_SIZE if session.quick else SIZE, view("near")
+    size, seen = QUICK_SIZE if session.small else SIZE, view("near")
     triangles: dict[float, float] = {}
 
     def measure(edge_px: float) -> FrameCost:
@@ -81,14 +81,14 @@ def _vertices(session: Session) -> None:
             triangles[edge_px] = renderer.stats["triangles"]
             return found
 
-    errors_px = (8.0, 4.0, 2.0, 1.0) if session.quick else (16.0, 8.0, 4.0, 2.0, 1.0, 0.5)
+    errors_px = (8.0, 4.0, 2.0, 1.0) if session.small else (16.0, 8.0, 4.0, 2.0, 1.0, 0.5)
     _series(session, "near", errors_px, measure, "triangles", size, 1.1, triangles.__getitem__)
 
 
 def _with(
     session: Session, name: str, counts: Sequence[int], change: Callable[[Scene, int], None], noun: str, most: float
 ) -> None:
-    size, seen = QUICK_SIZE if session.quick else SIZE, view(name)
+    size, seen = QUICK_SIZE if session.small else SIZE, view(name)
 
     def measure(count: float) -> FrameCost:
         scene = _clear("earth")
@@ -114,7 +114,7 @@ def _waves(session: Session) -> None:
     def change(scene: Scene, count: int) -> None:
         scene.planet[Ocean].wave_count = count
 
-    _with(session, "sea", (20, 50, 100, 1000)[: 3 if session.quick else 4], change, "waves", 1.1)
+    _with(session, "sea", (20, 50, 100, 1000)[: 3 if session.small else 4], change, "waves", 1.1)
 
 
 def _cloud_layers(session: Session) -> None:
@@ -135,7 +135,7 @@ def _views(session: Session) -> None:
         with session.renderer(_clear("earth"), size, "medium", OVERRIDES) as renderer:
             return turning_views(renderer, seen, int(count), session.runs(7, 3))
 
-    _series(session, "near", (1, 2, 4) if session.quick else (1, 2, 4, 8), measure, "views", size, 1.1)
+    _series(session, "near", (1, 2, 4) if session.small else (1, 2, 4, 8), measure, "views", size, 1.1)
 
 
 BENCHES: Mapping[str, Bench] = {

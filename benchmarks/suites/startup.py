@@ -75,7 +75,7 @@ def _import(session: Session) -> None:
 
 def _first_picture(session: Session) -> None:
     """From the interpreter to the first picture, with the driver's shader cache warm and empty."""
-    for name in ("near", "orbit") if session.quick else ("near", "ground", "high", "orbit"):
+    for name in ("near", "orbit") if session.small else ("near", "ground", "high", "orbit"):
         run_child("picture", "medium", name)
         warm = [run_child("picture", "medium", name) for _ in range(session.runs(5, 2))]
         for stage in ("renderer", "first picture", "second picture"):

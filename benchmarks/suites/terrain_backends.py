@@ -21,7 +21,7 @@ FRAME_S = 1.0 / 60.0
 def backends(session: Session) -> None:
     """Error on screen against time and triangles: which backend is best where."""
     rng = np.random.default_rng(SEED)
-    steps = ("medium", "high") if session.quick else [q for q in qualities() if q not in ("paper", "reference")]
+    steps = ("medium", "high") if session.small else [q for q in qualities() if q not in ("paper", "reference")]
     for quality in steps:
         for name in BACKENDS:
             with session.renderer("earth", BENCH, quality, {"terrain.backend": name}) as renderer:

@@ -43,7 +43,7 @@ def _side_by_side(session: Session, names: list[str]) -> Iterator[dict[str, Rend
 def _methods(session: Session) -> None:
     """Run time, triangles and error of both methods: against the ground that each draws, and against the scene's."""
     rng = np.random.default_rng(SEED)
-    names = ["ours", "paper 100^2"] if session.quick else list(METHODS)
+    names = ["ours", "paper 100^2"] if session.small else list(METHODS)
     with _side_by_side(session, names) as renderers:
         for place in VIEWS:
             for renderer in renderers.values():

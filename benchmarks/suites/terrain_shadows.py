@@ -34,7 +34,7 @@ def _sun(state: CameraState, elevation_deg: float, azimuth_deg: float) -> Sun:
 
 def _shadows(session: Session) -> None:
     """Places of the ground against rays to the sun's disc in float64: how many are off by more than half."""
-    for planet, name, elevation in _CASES[:4] if session.quick else _CASES:
+    for planet, name, elevation in _CASES[:4] if session.small else _CASES:
         shown = view(name, planet)
         with session.renderer(planet, _SIZE) as renderer:
             sun = _sun(renderer.camera_state(shown), elevation, shown.sun.azimuth_deg if shown.sun else 0.0)
