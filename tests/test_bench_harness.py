@@ -14,11 +14,11 @@ from planetfall.benchmarks.machine import current_commit, describe_machine, devi
 from planetfall.benchmarks.schema import Report, ReportError, Row, read_report, write_report
 from planetfall.benchmarks.session import Session
 from planetfall.benchmarks.store import read_reports, report_path, save_report
-from planetfall.benchmarks.suites import SUITES, benches_of, choose
+from planetfall.benchmarks.suites import LONG, SUITES, benches_of, choose
 from planetfall.benchmarks.tables import compare, show_comparison, show_report
 from planetfall.benchmarks.target import Target, at_least, at_most
 from planetfall.benchmarks.timing import Timing, time_variants
-from planetfall.errors import UnknownNameError
+from planetfall.errors import SettingError, UnknownNameError
 
 
 def report_of(*rows: Row, **changes) -> Report:
@@ -200,6 +200,19 @@ def test_every_suite_has_benches_and_wrong_names_get_help():
         choose(["terain"])
     with pytest.raises(UnknownNameError, match="did you mean 'normals'"):
         choose(["terrain.normal"])
+
+
+def test_a_quick_run_leaves_out_what_is_named():
+    for suite, names in LONG.items():
+        assert set(names) < set(benches_of(suite))
+        assert set(choose([suite], quick=True)[suite]) == set(benches_of(suite)) - set(names)
+    assert list(choose(["terrain.popping"], quick=True)["terrain"]) == ["popping"], "asked for by name, it runs"
+    text = shown(show_report, report_of(row(), extent="quick", left_out=["popping", "holes"]))
+    assert "(quick)" in text and "left out of a quick run: popping, holes" in text
+    with pytest.raises(SettingError, match="--quick and --full exclude each other"):
+        cli.bench_main(["graph", "--quick", "--full"])
+    assert Session("graph", "quick").runs(9, 2) == Session("graph").runs(9, 2) == 2
+    assert Session("graph", "full").runs(9, 2) == 9
 
 
 def test_command_line_lists_runs_and_saves(tmp_path, capsys):
