@@ -25,6 +25,7 @@ _EXTENSION = re.compile(r"^\s*#\s*extension\b")
 _IF = re.compile(r"^\s*#\s*(if|ifdef|ifndef)\b")
 _ENDIF = re.compile(r"^\s*#\s*endif\b")
 _NAME = re.compile(r"^[A-Za-z_]\w*$")
+_WORD = re.compile(r"\w+")
 VERSION = "#version 430 core"
 
 
@@ -129,6 +130,7 @@ class ShaderSources:
         self._providers: dict[str, tuple[str, str]] = {}
         self._texts: dict[str, tuple[Path, tuple[int, int], str]] = {}
         self._parsed: dict[str, tuple[str, list[_Piece]]] = {}
+        self._words: dict[str, tuple[str, frozenset[str]]] = {}
 
     # -- contracts and virtual files ---------------------------------------------------------------------------------
 
@@ -181,6 +183,14 @@ class ShaderSources:
             self._texts[name] = (path, stamp, text)
             return text
         return None
+
+    def words(self, name: str) -> frozenset[str]:
+        """All words of a file as it is now, comments included; looked for once for each text."""
+        text = self.read(name) or ""
+        held = self._words.get(name)
+        if held is None or held[0] is not text:
+            held = self._words[name] = (text, frozenset(_WORD.findall(text)))
+        return held[1]
 
     def poll(self) -> set[str]:
         """Look at the files read so far and forget those whose text changed (or went away); their names."""

@@ -61,11 +61,13 @@ class Program:
 
     def _take_sources(self, expanded: dict[str, Any]) -> None:
         self._files = frozenset().union(*(e.files for e in expanded.values()))
-        self._words = {word for e in expanded.values() for word in re.findall(r"\w+", e.text)}
+        # Of each file, which most programs share; and what the defines bring in.
+        files = (self._library.sources.words(file) for file in self._files)
+        self._words = (*files, frozenset(re.findall(r"\w+", repr(self._defines))))
 
     def mentions(self, name: str) -> bool:
         """Whether a source has this word: an optimised-out name is fine, a misspelt one is not."""
-        return name in self._words
+        return any(name in words for words in self._words)
 
     def set(self, name: str, value: Any) -> None:
         """Set a uniform: a number, a tuple, an array (matrices column by column). Optimised-out names are ignored.

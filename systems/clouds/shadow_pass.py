@@ -36,6 +36,8 @@ class ShadowPass:
         self._texels, self._steps = texels, steps
         self._views: dict[int, ShadowMaps] = {}
         self.due: list[int] = []
+        self.drawn: list[bool] = []
+        """Which maps show what they should, but for a little drift."""
         self.maps: ShadowMaps = ShadowMaps(texels)
         """Those of the view that is being drawn."""
 
@@ -69,20 +71,26 @@ class ShadowPass:
         maps.place(radius_m, thickness_m)
         foot = frame.camera.position_m / np.linalg.norm(frame.camera.position_m)
         due = maps.due(foot, frame.sun.direction, frame.time_s, wind_m_s, stamp, radius_m)
-        fresh = [
-            number for number in due
-            if maps.maps[number].stamp != stamp or float(maps.maps[number].sun @ frame.sun.direction) < _SUN_JUMP_COSINE
-        ]  # fmt: skip
-        # One a frame, the finest that is due; what has nothing to show yet, or another light's shadow, at once.
-        self.due = due if frame.settling or frame.one_shot else sorted({*fresh, *due[:1]})
-        self.due = self.due if present else []
+
+        def shows(number: int) -> bool:
+            held = maps.maps[number]
+            return held.stamp == stamp and float(held.sun @ frame.sun.direction) >= _SUN_JUMP_COSINE
+
+        # One a frame. What has nothing to show yet, or another light's shadow, comes first: the widest, which stands
+        # for the others until they are drawn, then the finest.
+        fresh = [number for number in due if not shows(number)]
+        fresh = fresh[-1:] if fresh and fresh[-1] == len(maps.maps) - 1 else fresh[:1]
+        whole = frame.settling or frame.one_shot
+        self.due = (due if whole else fresh or due[:1]) if present else []
         for number in self.due:
             maps.move(number, foot, frame.sun.direction, frame.time_s, stamp, radius_m)
+        self.drawn = [shows(number) for number in range(len(maps.maps))]
         rows = np.zeros((3, MOST_MAPS, 4))
         anchor_foot = proxy.lattice.direction * radius_m
         for number, held in enumerate(maps.maps):
             rows[0, number] = *(anchor_foot - held.middle), 1.0 / held.half_m
             rows[1, number, :3], rows[2, number, :3] = held.u, held.v
+            rows[1, number, 3] = self.drawn[number]
         height_m = base_m + _HEIGHT * thickness_m
         block.shadow = (height_m, len(maps.maps) if present else 0, self._count, self._texels)
         block.shadow_from, block.shadow_u, block.shadow_v = rows

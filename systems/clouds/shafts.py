@@ -52,8 +52,11 @@ class Shafts:
         self._soft_m = 1.0
         self._past: Past | None = None
 
-    def place(self, frame: Frame, top_m: float, thickness_m: float, radius_m: float, maps: ShadowMaps) -> None:
-        """Whether shadowed air is in view, as far as can be told from where things are. top_m: of the highest cloud."""
+    def place(
+        self, frame: Frame, top_m: float, thickness_m: float, radius_m: float, maps: ShadowMaps, drawn: list[bool]
+    ) -> None:
+        """Whether shadowed air is in view, as far as can be told from where things are. top_m: of the highest cloud;
+        drawn: which maps can be asked."""
         distance = float(np.linalg.norm(frame.camera.position_m))
         height, foot = distance - radius_m, frame.camera.position_m / distance
         rise = float(foot @ frame.sun.direction)
@@ -70,7 +73,8 @@ class Shafts:
         # clouds.
         aside = min(top_m / max(rise, 1e-3), radius_m * 2.0 * dip)
         reach = radius_m * (far + dip) + aside
-        self._map = next((k for k, held in enumerate(maps.maps) if 0.8 * held.half_m >= reach), len(maps.maps) - 1)
+        reaching = (k for k, held in enumerate(maps.maps) if drawn[k] and 0.8 * held.half_m >= reach)
+        self._map = next(reaching, len(maps.maps) - 1)
 
     def declare(self, builder: GraphBuilder, rays: str, distance: str, past: Callable[[], Past]) -> None:
         """rays, distance: what the clouds' march makes. past: of the frame at hand."""

@@ -163,12 +163,12 @@ class CloudSystem(System):
         present = bool(field.layers)
         shown = (self._stamp, charts.cuts, charts.steady)
         self._shadow.place(frame, field.block, field.first, field.wind_m_s, shown, radius, present)
-        self._shafts.place(frame, field.block.counts[2], field.first[1], radius, self._shadow.maps)
+        self._shafts.place(frame, field.block.counts[2], field.first[1], radius, self._shadow.maps, self._shadow.drawn)
         field.write()
         if frame.view_index not in self._pasts:
             self._pasts[frame.view_index] = Past(self._stride, self._samples, radius)
         self._past = self._pasts[frame.view_index]
-        weather = (charts.first.number, charts.second.number, charts.share)
+        weather = (charts.first.number, charts.second.number, charts.share, *self._shadow.drawn)
         self._past.begin(frame, self._stamp, weather)
         shows = (frame.camera.position_m.tobytes(), frame.sun.direction.tobytes(), frame.time_s, self._stamp, weather)
         sky = self._sky = self._skies.setdefault(frame.view_index, _Sky())
@@ -308,6 +308,8 @@ class CloudSystem(System):
             return ""
         if not self.field.maps.charts.steady:
             return "weather"
+        if not all(self._shadow.drawn):
+            return "cloud shadows"
         gathers = self._past.mode == STILL and not self._past.complete
         return f"clouds {100.0 * self._past.share:.0f} %" if gathers else ""
 

@@ -30,6 +30,8 @@ _STEPS = 32
 _TEXELS_PER_ROW = 0.71
 """Texels a side per row of the picture: more could not be seen."""
 _LEAST = 64
+_AT_ONCE = 6
+"""Levels of the first picture after a cut, the coarsest: ridges that throw their shadows over kilometres."""
 _FADE_S = 0.25
 """New fine levels come in over this time."""
 _HEIGHTS, _LIMBS, _HORIZONS, _SKY, _MAP = (f"shadows.{name}" for name in ("heights", "limbs", "horizons", "sky", "map"))
@@ -211,7 +213,9 @@ class ShadowSystem(System):
                 view.sun_number += 1
         elif sun.angular_radius_rad != view.sun.angular_radius_rad:
             view.sun, view.sun_number = sun, view.sun_number + 1
-        complete = windows.follow(reach, MOST_LEVELS if hurry else self._new_levels)
+        # A single picture wants all of them; a window's first one the coarse ones, and more of them frame by frame.
+        whole = frame.settling or frame.one_shot
+        complete = windows.follow(reach, MOST_LEVELS if whole else _AT_ONCE if hurry else self._new_levels)
         view.complete = complete
         self._write(view, reach, proxy, radius, sea_m, shown, frame.dt_s)
 

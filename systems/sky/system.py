@@ -286,7 +286,7 @@ class StarsSystem(System):
             "stars.galaxy_map",
             bind=lambda io: self._bind_map(io, mapped),
             system=self.name,
-            when=lambda: mapped[0] != self._map_seed,
+            when=lambda: mapped[0] != self._map_seed and (numbers or not shown.hidden),
             creates=(
                 TextureSpec("stars.galaxy", "rgba16f", side, "persistent", filter="linear", help="octahedral map"),
             ),

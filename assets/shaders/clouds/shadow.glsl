@@ -13,7 +13,7 @@ vec4 cloud_through_at(vec3 point, float altitude, float wide_m) {
     int levels = int(cloud_view.shadow.y);
     for (int level = cloud_first_map(D, wide_m); level < levels && left > 0.0; ++level) {
         vec2 at = cloud_map_place(D, level);
-        float known = left * cloud_map_share(at);
+        float known = left * cloud_map_share(at, level);
         sum += known * textureLod(u_cloud_shadow, vec3(0.5 + 0.5 * clamp(at, -1.0, 1.0), float(level)), 0.0);
         left -= known;
     }

@@ -21,7 +21,7 @@ int cloud_first_map(vec3 D, float wide_m) {
     return clamp(int(0.5 * max(max(holds, shows), 0.0)), 0, max(int(cloud_view.shadow.y) - 1, 0));
 }
 
-// How much of a map counts where the ones before have left something.
-float cloud_map_share(vec2 at) {
-    return clamp(5.0 - 5.0 * max(abs(at.x), abs(at.y)), 0.0, 1.0);
+// How much of a map counts where the ones before have left something: nothing until it is drawn.
+float cloud_map_share(vec2 at, int level) {
+    return clamp(5.0 - 5.0 * max(abs(at.x), abs(at.y)), 0.0, 1.0) * cloud_view.shadow_u[level].w;
 }

@@ -29,7 +29,7 @@ vec2 cloud_sunlight_on(CloudSunPlace ray, float altitude, float mu_s) {
     int levels = int(cloud_view.shadow.y);
     for (int level = ray.level; level < levels && left > 0.0; ++level) {
         vec2 at = cloud_map_place(ray.D, level);
-        float known = left * cloud_map_share(at), row = (float(level) * rows + node) / (float(CLOUD_MOST_MAPS) * rows);
+        float known = left * cloud_map_share(at, level), row = (float(level) * rows + node) / (float(CLOUD_MOST_MAPS) * rows);
         sum += known * textureLod(u_cloud_sun, vec3(0.5 + 0.5 * clamp(at, -1.0, 1.0), row), 0.0).rg;
         left -= known;
     }
