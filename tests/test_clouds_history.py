@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from cloud_kit import cloudy, opacity, ran, renderer_of, texture
@@ -145,3 +147,23 @@ def test_a_sun_that_jumps_leaves_no_light_behind() -> None:
         renderer.render(at(0.0), sun=low, dt_s=0.05)
         after = light(renderer)
     assert abs(after - truth) < 0.1 * abs(before - truth)
+
+
+def test_maps_of_the_shadow_come_one_a_frame() -> None:
+    """The widest first, which stands for the others; in the end the light is that of a picture by itself."""
+    with renderer_of(cloudy(coverage=0.8), SIZE, stride=2) as renderer:
+        renderer.render(at(0.0), sun=UP)
+        truth = float(texture(renderer, "clouds.full")[..., 1].mean())
+        system: Any = renderer.system("clouds")
+        shadow = system._shadow
+        shadow.clear()
+        drawn = []
+        for _ in range(40):
+            renderer.render(at(0.0), sun=UP, dt_s=0.05)
+            drawn.append(tuple(shadow.due))
+            if len(drawn) == 1:
+                assert "cloud shadows" in renderer.refining
+        maps = len(shadow.maps.maps)
+        assert drawn[:maps] == [(maps - 1,), *((number,) for number in range(maps - 1))]
+        assert not any(drawn[maps:]) and "cloud shadows" not in renderer.refining
+        assert float(texture(renderer, "clouds.full")[..., 1].mean()) == pytest.approx(truth, rel=0.02)

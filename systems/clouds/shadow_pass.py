@@ -71,20 +71,19 @@ class ShadowPass:
         maps.place(radius_m, thickness_m)
         foot = frame.camera.position_m / np.linalg.norm(frame.camera.position_m)
         due = maps.due(foot, frame.sun.direction, frame.time_s, wind_m_s, stamp, radius_m)
-
-        def shows(number: int) -> bool:
-            held = maps.maps[number]
-            return held.stamp == stamp and float(held.sun @ frame.sun.direction) >= _SUN_JUMP_COSINE
-
-        # One a frame. What has nothing to show yet, or another light's shadow, comes first: the widest, which stands
-        # for the others until they are drawn, then the finest.
-        fresh = [number for number in due if not shows(number)]
-        fresh = fresh[-1:] if fresh and fresh[-1] == len(maps.maps) - 1 else fresh[:1]
+        # One a frame. Of what has nothing to show yet the widest, which stands for the others until they are drawn,
+        # then the finest; and another light's shadow goes at once.
+        missing = [number for number in due if maps.maps[number].stamp != stamp]
+        first = missing[-1:] if missing[-1:] == [len(maps.maps) - 1] else missing[:1]
+        jumped = [
+            number for number in due
+            if number not in missing and float(maps.maps[number].sun @ frame.sun.direction) < _SUN_JUMP_COSINE
+        ]  # fmt: skip
         whole = frame.settling or frame.one_shot
-        self.due = (due if whole else fresh or due[:1]) if present else []
+        self.due = (due if whole else sorted({*first, *jumped}) or due[:1]) if present else []
         for number in self.due:
             maps.move(number, foot, frame.sun.direction, frame.time_s, stamp, radius_m)
-        self.drawn = [shows(number) for number in range(len(maps.maps))]
+        self.drawn = [held.stamp == stamp for held in maps.maps]
         rows = np.zeros((3, MOST_MAPS, 4))
         anchor_foot = proxy.lattice.direction * radius_m
         for number, held in enumerate(maps.maps):
