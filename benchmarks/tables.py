@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from itertools import groupby
 
 from rich.console import Console
+from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
@@ -13,6 +15,7 @@ from .front import alternatives, front
 from .schema import Report, Row
 
 _SPREAD = "p10 .. p90"
+_WIDEST = 2000
 HISTOGRAM = "histogram"
 """Benches whose names begin so are too wide for a terminal: pages show them."""
 
@@ -20,6 +23,12 @@ HISTOGRAM = "histogram"
 def show_report(report: Report, console: Console) -> None:
     """A table for each bench, then what could not run."""
     machine = report.machine
+    tables = [
+        rows_table(bench, list(rows))
+        for bench, rows in groupby(report.rows, key=lambda row: row.bench)
+        if not bench.startswith(HISTOGRAM)
+    ]
+    widen(console, tables)
     console.print(
         f"[bold]{report.suite}[/] {report.kind}  planetfall {report.planetfall} {report.commit}  {report.date}  "
         f"{report.duration_s:g} s{'' if report.extent == 'usual' else f'  ({report.extent})'}",
@@ -31,9 +40,8 @@ def show_report(report: Report, console: Console) -> None:
         style="dim",
         highlight=False,
     )
-    for bench, rows in groupby(report.rows, key=lambda row: row.bench):
-        if not bench.startswith(HISTOGRAM):
-            console.print(rows_table(bench, list(rows)))
+    for table in tables:
+        console.print(table)
     for name, why in report.skipped.items():
         console.print(Text(f"{name}: did not run: {why}", style="red"))
     if report.left_out:
@@ -46,6 +54,16 @@ def show_report(report: Report, console: Console) -> None:
     if promised:
         style = "yellow" if missed else "green"
         console.print(f"{promised - len(missed)} of {promised} targets met", style=style)
+
+
+def widen(console: Console, tables: Iterable[Table]) -> None:
+    """Make a console that is no terminal (a file, a pipe) as wide as its widest table: in 80 columns nobody could read
+    many. One that COLUMNS gives a width stays."""
+    if console.is_terminal or "COLUMNS" in os.environ:
+        return
+    unbound = console.options.update(width=_WIDEST)
+    widths = [Measurement.get(console, unbound, table).maximum for table in tables]
+    console.width = max(console.width, *widths, 0)
 
 
 def rows_table(title: str, rows: list[Row]) -> Table:
@@ -126,6 +144,7 @@ def show_comparison(old: Report, new: Report, console: Console) -> None:
             after.bench, after.variant, after.view, number(before.ms), number(after.ms), ratio,
             f"{number(before.error)} {before.error_unit}".strip(), f"{number(after.error)} {after.error_unit}".strip(),
         )  # fmt: skip
+    widen(console, [table])
     console.print(table)
     gone = _names(old.rows) - _names(new.rows)
     added = _names(new.rows) - _names(old.rows)

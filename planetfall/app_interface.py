@@ -72,7 +72,8 @@ class FlightInterface:
         frame = ui.frame(self._window.size, dt_s, self._window.pixel_ratio, events=events, mouse=not app.looking)
         with frame as imgui:
             right = self._settings.width(imgui) if shown.panels else 0.0
-            draw_hud(self._hud(app), numbers=shown.numbers, help=shown.help and not shown.panels, right=right)
+            helps = shown.help and not shown.panels
+            draw_hud(self._hud(app, helps), numbers=shown.numbers, help=helps, right=right)
             if shown.panels:
                 self._settings.draw(imgui, app)
             if shown.journey:
@@ -119,9 +120,9 @@ class FlightInterface:
                 apply_style(imgui)
         return self._ui
 
-    def _hud(self, app: FlightApp) -> HudData:
+    def _hud(self, app: FlightApp, helps: bool) -> HudData:
         shown = app.shown
-        data = HudData(message=shown.message, errors=_errors(app), controls=_help(app))
+        data = HudData(message=shown.message, errors=_errors(app), controls=_help(app) if helps else ())
         if shown.numbers:
             data.fps, data.frame_ms, data.history_ms = (
                 self._history.fps,

@@ -49,6 +49,15 @@ def test_numbers_help_and_panels_are_drawn(desk: Desk, gpu: Any) -> None:
     desk.window.events = [MouseButton("left", True, 50, 400)]
     desk.frames()
     assert desk.window.mouse_exclusivity
+    # From input to picture: what moves before a frame shows in that frame.
+    desk.app.shown.panels = False
+    desk.rest()
+    still = desk.pixels()
+    desk.frames()
+    assert (np.abs(desk.pixels() - still).max(axis=2) > 20).mean() < 0.001
+    desk.window.events = [MouseMove(50, 400, 120, 0)]
+    desk.frames(1)
+    assert (np.abs(desk.pixels() - still).max(axis=2) > 20).mean() > 0.02
     assert gpu.ctx.error == "GL_NO_ERROR"
 
 

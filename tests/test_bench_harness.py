@@ -181,6 +181,36 @@ def test_tables_show_what_is_there():
     assert "0 of 1 targets met" in failed and "guard: did not run: no GL" in failed
 
 
+def test_tables_in_files_are_as_wide_as_their_columns(monkeypatch):
+    """In a pipe nobody has 80 columns; a terminal, and a width that was asked for, stay what they are."""
+    many = row(variant="a name that is rather long", extra={f"a_column_called_{k}": 1234.5 + k for k in range(30)})
+    for columns, terminal in (("", False), ("100", False), ("", True)):
+        monkeypatch.delenv("COLUMNS", raising=False)
+        if columns:
+            monkeypatch.setenv("COLUMNS", columns)
+        console = Console(force_terminal=terminal, width=None if columns else 80, color_system=None, record=True)
+        with console.capture() as capture:
+            show_report(report_of(many), console)
+        text = capture.get()
+        whole = not columns and not terminal
+        assert ("a_column_called_29" in text) == whole and ("a name that is rather long" in text) == whole
+        assert whole or max(map(len, text.splitlines())) <= int(columns or 80)
+
+
+@pytest.mark.gpu
+@pytest.mark.slow
+def test_the_demos_frame_and_start_are_measured():
+    """In a window of their own, under Xvfb where there is no display."""
+    with Session("graph", quick=True) as session:
+        report = session.run({"demo_python": benches_of("graph")["demo_python"]})
+    assert not report.skipped and len(report.rows) == 6
+    assert all(0.0 < r.extra["interface_ms"] < r.extra["cpu_ms"] for r in report.rows)
+    with Session("startup", quick=True) as session:
+        report = session.run({"window": benches_of("startup")["window"]})
+    times = [r.ms for r in report.rows]
+    assert not report.skipped and times == sorted(times) and len(times) == 4
+
+
 def test_comparison_pairs_rows_and_warns_of_other_machines():
     old = report_of(row(), row(variant="gone"))
     new = report_of(row(ms=2.0, ms_low=1.9, ms_high=2.1), row(variant="new"))

@@ -8,8 +8,11 @@ import subprocess
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 from ...engine.graph import GraphBuilder, NullBackend, PassIO, Plan, TextureSpec
+from ..display import display
+from ..measure.demo_cost import SIZE as DEMO_SIZE
 from ..session import Bench, Session
 from ..target import at_most
 from ..timing import Timing, time_variants
@@ -118,20 +121,7 @@ def _guard(session: Session) -> None:
 def _frame_python(session: Session) -> None:
     """A whole frame's Python, from the call to the driver's front end, in a process whose driver draws nothing."""
     runs = session.runs(300, 100)
-    root = str(Path(__file__).resolve().parents[2])
-    path = os.pathsep.join(filter(None, (root, os.environ.get("PYTHONPATH"))))
-    quiet = {"GALLIUM_NOOP": "1"} if session.gpu.caps.is_software else {}
-    done = subprocess.run(
-        [sys.executable, "-m", "planetfall.benchmarks.measure.python_cost", str(runs)],
-        env={**os.environ, **quiet, "PYTHONPATH": path},
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-    )
-    if done.returncode:
-        raise RuntimeError(f"the process ended with {done.returncode}: {done.stderr.strip()[-600:]}")
-    for name, found in json.loads(done.stdout).items():
+    for name, found in _alone(session, "python_cost", runs).items():
         session.row(
             f"whole frame, {name}",
             "near",
@@ -142,6 +132,45 @@ def _frame_python(session: Session) -> None:
             update_ms=found["update_ms"],
             passes=int(found["passes"]),
         )
+
+
+def _demo_python(session: Session) -> None:
+    """The same of a whole frame of the demo, in a window: events, flight, picture, interface, swap."""
+    runs = session.runs(300, 100)
+    with display() as where:
+        found = _alone(session, "demo_cost", runs, where)
+    for name, times in found.items():
+        session.row(
+            f"demo's frame, {name}",
+            "near",
+            DEMO_SIZE,
+            Timing(times["ms"], times["low"], times["high"], runs),
+            target=at_most(2.0, "ms"),
+            target_on="interface_ms" if "knobs" in name else "cpu_ms",
+            cpu_ms=times["cpu_ms"],
+            cpu_p10_ms=times["cpu_p10_ms"],
+            interface_ms=times["interface_ms"],
+        )
+
+
+def _alone(
+    session: Session, module: str, runs: int, environment: Mapping[str, str] = MappingProxyType({})
+) -> dict[str, dict[str, float]]:
+    """What a module of benchmarks/measure prints, run by itself with a driver that draws nothing."""
+    root = str(Path(__file__).resolve().parents[2])
+    path = os.pathsep.join(filter(None, (root, os.environ.get("PYTHONPATH"))))
+    quiet = {"GALLIUM_NOOP": "1"} if session.gpu.caps.is_software else {}
+    done = subprocess.run(
+        [sys.executable, "-m", f"planetfall.benchmarks.measure.{module}", str(runs)],
+        env={**os.environ, **quiet, **environment, "PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    if done.returncode:
+        raise RuntimeError(f"the process ended with {done.returncode}: {done.stderr.strip()[-600:]}")
+    return json.loads(done.stdout)
 
 
 def _release(plans: Mapping[str, Plan]) -> None:
@@ -155,4 +184,5 @@ BENCHES: Mapping[str, Bench] = {
     "resize": _resize,
     "guard": _guard,
     "frame_python": _frame_python,
+    "demo_python": _demo_python,
 }

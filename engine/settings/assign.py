@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import Any, TypeVar
 
 from .check import SettingError, UnknownSettingError, check_value, rules_of
@@ -70,7 +71,7 @@ def revision(component: Any, *fields: str) -> int:
     changes with each of them.
     """
     changed: Mapping[str, int] = component.__dict__.get(_CHANGED, {})
-    lists = [r.name for r in rules_of(type(component)).values() if r.kind == "list"]
+    lists = _list_fields(type(component))
     inner = [revision(item) for name in lists if not fields or name in fields for item in getattr(component, name)]
     if fields:
         known = _field_names(type(component))
@@ -114,6 +115,11 @@ def _touch(component: Any, name: str) -> None:
     # A new dict each time, so that a shallow copy doesn't share it.
     latest = _latest[type(component)] = next(_revisions)
     component.__dict__[_CHANGED] = {**component.__dict__.get(_CHANGED, {}), name: latest}
+
+
+@lru_cache(maxsize=256)
+def _list_fields(cls: type) -> tuple[str, ...]:
+    return tuple(rule.name for rule in rules_of(cls).values() if rule.kind == "list")
 
 
 def _field_names(cls: type) -> Mapping[str, Any]:

@@ -70,19 +70,22 @@ class Panel:
         kind = type(component)
         self._heading = heading or kind.__name__
         imgui.push_id(self._heading)
+        lists, searching = _lists(kind), bool(self.search.strip()) or self.only_changed
         for group, rules in _groups(kind):
-            shown = [rule for rule in rules if self._matches(kind, rule, component, preset)]
+            shown = rules
+            if searching:
+                shown = [rule for rule in rules if self._matches(kind, rule, component, preset)]
             if not shown:
                 continue
             if group:
                 imgui.separator_text(group)
-            plain = [rule for rule in shown if item_kind(rule) is None]
+            plain = [rule for rule in shown if rule.name not in lists] if lists else shown
             if plain and _begin_rows(imgui, group):
                 for rule in plain:
                     changes += self._row(imgui, component, rule, _default(rule, preset), apply)
                 imgui.end_table()
-            for rule in shown:
-                if item_kind(rule) is not None:
+            for rule in shown if lists else ():
+                if rule.name in lists:
                     changes += self._list(imgui, component, rule, _default(rule, preset), apply)
         imgui.pop_id()
         return changes
@@ -250,6 +253,12 @@ def _groups(kind: type) -> list[tuple[str, list[FieldRule]]]:
     for rule in rules_of(kind).values():
         groups.setdefault(rule.knob.group, []).append(rule)
     return list(groups.items())
+
+
+@lru_cache(maxsize=256)
+def _lists(kind: type) -> frozenset[str]:
+    """Names of the fields that are lists of parts."""
+    return frozenset(rule.name for rule in rules_of(kind).values() if item_kind(rule) is not None)
 
 
 def _begin_rows(imgui: Any, group: str) -> bool:
