@@ -201,11 +201,11 @@ def test_tables_in_files_are_as_wide_as_their_columns(monkeypatch):
 @pytest.mark.slow
 def test_the_demos_frame_and_start_are_measured():
     """In a window of their own, under Xvfb where there is no display."""
-    with Session("graph", quick=True) as session:
+    with Session("graph") as session:
         report = session.run({"demo_python": benches_of("graph")["demo_python"]})
     assert not report.skipped and len(report.rows) == 6
     assert all(0.0 < r.extra["interface_ms"] < r.extra["cpu_ms"] for r in report.rows)
-    with Session("startup", quick=True) as session:
+    with Session("startup") as session:
         report = session.run({"window": benches_of("startup")["window"]})
     times = [r.ms for r in report.rows]
     assert not report.skipped and times == sorted(times) and len(times) == 4

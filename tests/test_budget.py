@@ -89,6 +89,15 @@ def test_quality_comes_back_and_stays_full_while_there_is_room() -> None:
     assert held.changes == []
 
 
+def test_quality_comes_back_although_there_are_hitches() -> None:
+    """One frame in twenty takes five times as long, as snaps of the grid do near the ground."""
+    held = FrameBudget(BUDGET_MS, cost_of, dial=0.2)
+    for k in range(900):
+        cost = 10.0 * cost_of(held.dial) / cost_of(1.0)
+        held.frame(0.033 * k, 5.0 * cost if k % 20 == 19 else cost)
+    assert held.dial == pytest.approx(1.0) and seldom(held)
+
+
 def test_more_than_can_be_had_ends_at_the_cheapest() -> None:
     held, _ = fly(lambda t: 400.0, 60.0)
     assert held.dial == 0.0 and len(held.changes) <= 3

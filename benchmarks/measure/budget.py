@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ... import Camera, Renderer, Sun
 from ...auto_quality import AutoQuality
@@ -20,6 +21,9 @@ __all__ = ["TOLERANCE", "Held", "fly_within", "full_costs"]
 
 TOLERANCE = 0.1
 """Of the budget: a frame that lasts longer or less long by more is not held."""
+_HITCH = 1.5
+_AROUND = 10
+"""Frames before and after, for what is usual around a frame."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +40,20 @@ class Held:
         """Of the frames that lasted the budget within TOLERANCE."""
         off = np.abs(np.array(self.lasts_ms) - self.budget_ms)
         return float(np.mean(off <= TOLERANCE * self.budget_ms))
+
+    @property
+    def hitches(self) -> NDArray[np.bool_]:
+        """Frames that last half as long again as those around them: work that comes at once, such as a snap of the
+        grid, which no change of quality could foresee."""
+        lasts = np.array(self.lasts_ms)
+        around = [np.median(lasts[max(k - _AROUND, 0) : k + _AROUND + 1]) for k in range(len(lasts))]
+        return lasts > _HITCH * np.array(around)
+
+    @property
+    def share_of_rest(self) -> float:
+        """As share, of the frames that are no hitches."""
+        rest = np.array(self.lasts_ms)[~self.hitches]
+        return float(np.mean(np.abs(rest - self.budget_ms) <= TOLERANCE * self.budget_ms))
 
     @property
     def least_between_s(self) -> float:

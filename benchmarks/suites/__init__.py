@@ -25,7 +25,7 @@ LONG: Mapping[str, tuple[str, ...]] = {
         "jitter", "proxy", "height sources", "queries", "grid_methods", "grid_snaps", "grid_descent", "backends",
         "popping", "holes", "icosphere", "icosphere_vertices", "shadows", "shadows in flight", "shadows cost",
     ),
-    "frame": ("skipping", "knobs"),
+    "frame": ("skipping", "knobs", "budget"),
 }  # fmt: skip
 """What a quick run leaves out, so that all suites together take less than five minutes on two cores with llvmpipe."""
 
