@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ... import Camera, Renderer, Scene, Sun, path
 from ...engine.space import CameraState, project
+from .motion import turned
 from .popping import compared_pairs
 
 __all__ = [
@@ -166,13 +167,15 @@ class FrameWork:
 
 
 def fly_timed(renderer: Renderer, flight: Flight) -> list[FrameWork]:
-    """Every frame of a flight into a framebuffer, each waited for. The first is settled before the clock runs."""
+    """Every frame of a flight into a framebuffer, each waited for. The first is settled, and looked around from for
+    half a second, before the clock runs."""
     target = renderer.ctx.simple_framebuffer(renderer.size)
     work: Any = renderer.gpu.work
     found = []
     try:
         renderer.settle(flight.cameras[0], sun=flight.sun)
-        renderer.render_to(target, flight.cameras[0], sun=flight.sun, dt_s=flight.frame_s)
+        for looking in turned(renderer.camera_state(flight.cameras[0]), 0.01, 30):
+            renderer.render_to(target, looking, sun=flight.sun, dt_s=1.0 / 60.0)
         renderer.ctx.finish()
         for camera in flight.cameras:
             before = work.snapshot()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from ...engine.settings import revision, with_overrides
 from ...engine.space.axes import direction, heading_pitch_axes
 from ...engine.surface.nested import NESTED_BASE_M
 from ...engine.system import Frame, Setup, ViewInfo
+from ...engine.warming import Warming
 from ...engine.waves import WaveSet
 from .block import OCEAN_BINDING, OceanBlock, drifted, ocean_block
 from .lens import LENS_REACH_M, lens_plane
@@ -62,15 +64,16 @@ class SeaShading:
         self._shade: dict[tuple[Any, ...], Any] = {}
         self._turns, self._ripples = int(setup.settings["ocean.reflections"]), bool(setup.settings["ocean.ripples"])
         self._high = self._far = self._glows = False
+        self._warming = Warming(self._ahead())
         stored = str(setup.settings.get("sky.radiance_format", "rgba32f"))
         self._under = setup.gpu.compute("ocean/under.comp", defines={"SCENE_FORMAT": stored})
 
-    def _shader(self, kind: str) -> Any:
-        """The shader of a kind of tiles as the frame needs it, made when it is first needed."""
+    def _shader(self, kind: str, high: bool, far: bool) -> Any:
+        """The shader of a kind of tiles, from above all air, with nothing near; made when it is first needed."""
         wanted = {
-            "OCEAN_LIMB": kind == "limb" or (self._high and kind in ("mirror", "rich")),
-            "OCEAN_RIPPLES": (self._ripples and not self._far) or kind == "below",
-            "OCEAN_FAR": self._far,
+            "OCEAN_LIMB": kind == "limb" or (high and kind in ("mirror", "rich")),
+            "OCEAN_RIPPLES": (self._ripples and not far) or kind == "below",
+            "OCEAN_FAR": far,
             "OCEAN_GLOW": self._glows,
             "OCEAN_RICH": kind == "rich",
             "OCEAN_BELOW": kind == "below",
@@ -82,6 +85,17 @@ class SeaShading:
                 defines["OCEAN_REFLECTIONS"] = self._turns
             self._shade[key] = self._gpu.compute("ocean/shade.comp", defines=defines)
         return self._shade[key]
+
+    def _needed(self, kind: str, high: bool) -> bool:
+        return not (kind == "below" and not self._near_water) and not (kind == "limb" and not high)
+
+    def _ahead(self) -> Iterator[Callable[[], object]]:
+        """What a flight between space and the water needs, from the highest down; diving alone asks for more."""
+        for high, far in ((True, True), (False, True), (False, False)):
+            for kind in _KINDS:
+                if kind != "below" and (high or kind != "limb"):
+                    yield partial(self._shader, kind, high, far)
+        yield partial(self._shader, "below", False, False)
 
     def release(self) -> None:
         self._shaders.withdraw(self._name)
@@ -123,6 +137,7 @@ class SeaShading:
         pixel = (frame.camera.tan_top - frame.camera.tan_bottom) / frame.size[1]
         self._far = nearest_m * pixel > widest_m
         self._glows = any(value > 0.0 for value in held.glow)
+        self._warming.step(frame)
         self._block.write(self._held)
         self._block.bind()
 
@@ -239,10 +254,9 @@ class SeaShading:
             for unit, texture in enumerate(textures):
                 texture.use(unit)
             for kind, tiles in parts:
-                if (kind == "below" and not self._near_water) or (kind == "limb" and not self._high):
-                    continue
-                tiles.bind_to_storage_buffer(7)
-                self._shader(kind).run_indirect(tiles)
+                if self._needed(kind, self._high):
+                    tiles.bind_to_storage_buffer(7)
+                    self._shader(kind, self._high, self._far).run_indirect(tiles)
 
         return run
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.planet_seen import planet_seen
 from ...engine.settings import revision, with_overrides
 from ...engine.system import Frame, Setup, ViewInfo
+from ...engine.warming import Warming
 from ...engine.waves import WaveSet, waves_of
 from .wave_block import BLOCK_BYTES, WAVE_BINDING, SeaMesh, WaveBlock
 
@@ -69,6 +71,7 @@ class SeaWaves:
         # save less than what they leave out is worth: how waves bend, and what a pixel shows of them, along a run.
         self._runs = (8, 16) if setup.gpu.gpu.caps.is_software else (2, 2)
         self._programs: dict[tuple[str, bool, bool, int], Any] = {}
+        self._warming: Warming | None = None
         self._footprint_px = float(setup.settings["ocean.footprint_px"])
         self._held = None
 
@@ -84,6 +87,13 @@ class SeaWaves:
                 defines["SEA_SWELL"] = 1
             found = self._programs[key] = self._gpu.compute(file, defines=defines)
         return found
+
+    def _ahead(self, many: bool) -> Iterator[Callable[[], object]]:
+        """What this number of waves needs, whether they can be seen to move or not."""
+        for moves in (False, True):
+            if many:
+                yield partial(self._program, "ocean/swell.comp", moves, True)
+            yield partial(self._program, "ocean/surface.comp", moves, many)
 
     def view(self) -> WaveView:
         return WaveView(self._gpu.buffer(reserve=BLOCK_BYTES, dynamic=True))
@@ -115,6 +125,8 @@ class SeaWaves:
         moves = far_m > VISIBLE_PX * pixel_angle * max(above_sea_m - up_m, 0.1)
         many, long = len(waves) >= MANY, len(waves) >= _LONG_RUNS
         changed = (moves, many, long) != (view.moves, self._many, self._long)
+        if self._warming is None or (many, long) != (self._many, self._long):
+            self._warming = Warming(self._ahead(many))
         view.moves, self._many, self._long = moves, many, long
         view.reach_m = (up_m, far_m) if moves else (0.0, 0.0)
         view.waves, view.anchor = waves, proxy.lattice.direction
@@ -130,6 +142,8 @@ class SeaWaves:
             view.moment = moment
             self._gpu.gpu.upload(view.buffer, view.block.at(view.waves, view.anchor, frame.time_s))
         view.buffer.bind_to_uniform_block(WAVE_BINDING)
+        if self._warming is not None:
+            self._warming.step(frame)
 
     def declare(self, builder: GraphBuilder, info: ViewInfo, view: WaveView) -> None:
         seen = planet_seen(self._world, info.index)

@@ -197,6 +197,8 @@ class StarsSystem(System):
         self._buffer: Any = None
         self._shown: dict[int, _Shown] = {}
         self._clear: dict[int, bool] = {}
+        self._mapped: dict[int, tuple[Any, int]] = {}
+        """By view: the texture of the galaxy's map, and the seed that it shows."""
         self._catalogue, self._map_seed = (-1, -1), -1
         self._refresh(setup.world.query(Stars)[0][1][0])
 
@@ -281,12 +283,11 @@ class StarsSystem(System):
             bool({"composite.ldr", "target", "target_with_depth"} & view.outputs) and not numbers
         )  # then the exposure has a past
         shown = self._shown.setdefault(view.index, _Shown())
-        mapped = [-1]  # the seed whose map this view's texture holds
         builder.add_pass(
             "stars.galaxy_map",
-            bind=lambda io: self._bind_map(io, mapped),
+            bind=lambda io: self._bind_map(io, view.index),
             system=self.name,
-            when=lambda: mapped[0] != self._map_seed and (numbers or not shown.hidden),
+            when=lambda: self._mapped[view.index][1] != self._map_seed and (numbers or not shown.hidden),
             creates=(
                 TextureSpec("stars.galaxy", "rgba16f", side, "persistent", filter="linear", help="octahedral map"),
             ),
@@ -316,14 +317,17 @@ class StarsSystem(System):
             help="the Milky Way and single stars where no surface is",
         )
 
-    def _bind_map(self, io: PassIO, mapped: list[int]) -> Callable[[], None]:
-        target = io.framebuffer(colors=("stars.galaxy",))
+    def _bind_map(self, io: PassIO, view: int) -> Callable[[], None]:
+        target, texture = io.framebuffer(colors=("stars.galaxy",)), io.texture("stars.galaxy")
+        # A graph that is compiled again may keep the texture, and what it holds.
+        if self._mapped.get(view, (None, -1))[0] is not texture:
+            self._mapped[view] = (texture, -1)
 
         def run() -> None:
             target.use()
             self._plain.apply()
             self._map.render()
-            mapped[0] = self._map_seed
+            self._mapped[view] = (texture, self._map_seed)
 
         return run
 

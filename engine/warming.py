@@ -1,0 +1,26 @@
+"""Shaders that later frames of a flight will need, made one a frame before they do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from .system import Frame
+
+__all__ = ["Warming"]
+
+
+class Warming:
+    """A list of makers, one of which is called in each frame of a view that goes on.
+
+    A frame that has to wait for a compiler is a hitch; a first picture that waits for all shaders that a flight may
+    want is late. Pictures by themselves (`Frame.one_shot`, `Frame.settling`) make nothing ahead. makers: each makes one
+    program, or finds it there.
+    """
+
+    def __init__(self, makers: Iterable[Callable[[], object]]) -> None:
+        self._left = list(makers)[::-1]
+
+    def step(self, frame: Frame) -> None:
+        """Call the next one, if the frame is of a view that goes on."""
+        if self._left and not (frame.one_shot or frame.settling):
+            self._left.pop()()
