@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+from .settings import latest_revision
+from .system import Frame
 from .world import World
 
-__all__ = ["PlanetSeen", "planet_seen"]
+__all__ = ["PlanetSeen", "Unseen", "planet_seen"]
 
 
 class PlanetSeen:
@@ -26,3 +30,25 @@ def planet_seen(world: World, view_index: int) -> PlanetSeen:
         found = PlanetSeen()
         world.set_resource(name, found)
     return found
+
+
+class Unseen:
+    """For a system of the planet: whether it may leave a frame alone, because nothing of the planet is in the view.
+
+    kinds: components whose change it has to hear of all the same. Systems ask in every update; the answer is no in the
+    first frame without the planet, so that they can let go of what is meant for it, and in single pictures.
+    """
+
+    def __init__(self, *kinds: type) -> None:
+        self._kinds = kinds
+        self._told: dict[int, Any] = {}
+
+    def rests(self, frame: Frame) -> bool:
+        """Whether the last frame of the view was told that the planet is not in it, and nothing else is new."""
+        if planet_seen(frame.world, frame.view_index)() or frame.cut or frame.settling or frame.one_shot:
+            self._told.pop(frame.view_index, None)
+            return False
+        told = (latest_revision(*self._kinds), frame.world.structure_revision, frame.size)
+        rests = self._told.get(frame.view_index) == told
+        self._told[frame.view_index] = told
+        return rests

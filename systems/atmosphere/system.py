@@ -7,9 +7,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...components import Atmosphere, Planet
+from ...components import Atmosphere, Planet, Shape
 from ...engine.contracts import provide_contracts, withdraw_contracts
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
+from ...engine.planet_seen import Unseen
 from ...engine.settings import SettingError, revision, with_overrides
 from ...engine.system import Frame, Setup, System, ViewInfo
 from .block import AIR_BINDING, AirBlock, air_block
@@ -62,6 +63,7 @@ class AtmosphereSystem(System):
         self._view_ubo = setup.gpu.uniform_block(AirViewBlock, VIEW_BINDING, "air_view")
         self._budget_s = 1e-3 * float(setup.settings["atmosphere.budget_ms"])
         self._hurry = False
+        self._unseen = Unseen(Atmosphere, Planet)
         self._stamp: tuple[Any, ...] = ()
         self._method = ""
         self._job: TableJob | None = None
@@ -125,6 +127,11 @@ class AtmosphereSystem(System):
     # -- frame -------------------------------------------------------------------------------------------------------
 
     def update(self, frame: Frame) -> None:
+        # Things in space are lit through the air of a planet that isn't in the picture.
+        if self._unseen.rests(frame) and not frame.world.query(Shape):
+            self._view_ubo.bind()
+            self._model_ubo.bind()
+            return
         self._hurry = frame.settling
         job = self._refresh(frame.world, frame.planet, frame.settings, frame.sun)
         model = job.shown

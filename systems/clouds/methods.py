@@ -6,8 +6,9 @@ import dataclasses
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from ...components import Atmosphere, Clouds, Planet
+from ...components import Atmosphere, CloudLayer, Clouds, Ocean, Planet
 from ...engine.graph import GraphBuilder, PassIO
+from ...engine.planet_seen import Unseen
 from ...engine.settings import revision, with_overrides
 from ...engine.system import Frame, Setup, ViewInfo
 from .model import CloudModel
@@ -25,6 +26,7 @@ class CloudMethods(CloudSystem):
 
     def setup(self, setup: Setup) -> None:
         self._setup, self._method = setup, ""
+        self._unseen = Unseen(Clouds, CloudLayer, Planet, Atmosphere, Ocean)
         self._paper: PaperClouds | None = None
         self._scope: Any = None
         self._checked: tuple[Any, ...] = ()
@@ -68,6 +70,8 @@ class CloudMethods(CloudSystem):
         return super().bind_contract(io) if self._paper is None else self._paper.bind_contract(io)
 
     def update(self, frame: Frame) -> None:
+        if self._unseen.rests(frame):
+            return
         self._use(frame.world.get(frame.planet, Clouds), frame.settings)
         self._check(frame)
         if self._paper is None:

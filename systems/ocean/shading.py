@@ -57,6 +57,7 @@ class SeaShading:
         self._block = setup.gpu.uniform_block(OceanBlock, OCEAN_BINDING, "ocean")
         self._held: OceanBlock | None = None
         self._written: tuple[Any, ...] | None = None
+        self._top: tuple[WaveSet, float] | None = None
         self._classify = setup.gpu.compute("ocean/classify.comp")
         self._light = setup.gpu.compute("ocean/light.comp")
         self._sky = setup.gpu.compute("ocean/sky.comp")
@@ -104,7 +105,9 @@ class SeaShading:
     def begin(self, frame: Frame, waves: WaveSet) -> None:
         """Tell the others how high the water reaches."""
         level_m = frame.world.get(frame.planet, Ocean).sea_level_m
-        frame.world.set_resource(SEA_TOP, level_m + highest_likely_m(waves) + LENS_REACH_M)
+        if self._top is None or self._top[0] is not waves:
+            self._top = (waves, highest_likely_m(waves) + LENS_REACH_M)
+        frame.world.set_resource(SEA_TOP, level_m + self._top[1])
 
     def update(self, frame: Frame, waves: WaveSet) -> None:
         """Write and bind the water's block."""

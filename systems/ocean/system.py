@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ...components import Ocean, Planet
+from ...components import DebugView, Ocean, Planet
 from ...engine.graph import GraphBuilder
-from ...engine.planet_seen import planet_seen
+from ...engine.planet_seen import Unseen, planet_seen
 from ...engine.settings import with_overrides
 from ...engine.system import Frame, Setup, System, ViewInfo
 from .mesh import SeaMeshPasses, SeaView
@@ -30,6 +30,7 @@ class OceanSystem(System):
 
     def setup(self, setup: Setup) -> None:
         self._seen = planet_seen(setup.world, 0)
+        self._unseen = Unseen(Ocean, Planet, DebugView)
         self._shading.setup(setup)
         self._waves.setup(setup)
         self._mesh.setup(setup)
@@ -56,6 +57,8 @@ class OceanSystem(System):
         self._shading.begin(frame, self._waves.of(frame))
 
     def update(self, frame: Frame) -> None:
+        if self._unseen.rests(frame):
+            return
         ocean = with_overrides(frame.world.get(frame.planet, Ocean), "ocean", frame.settings)
         printed = ocean.method != "ours"
         if printed is not self._printed:
