@@ -14,7 +14,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from ..errors import SettingError
 from .document import document as write_document
 from .plots import MISSING, save_plots
-from .schema import Report
+from .schema import Extent, Report
 from .session import Session
 from .stability import stability
 from .store import document_path, read_reports, results_root, save_report, stability_path
@@ -84,11 +84,12 @@ def _bench(
         return 0
     if quick and full:
         raise SettingError("bench: --quick and --full exclude each other; leave one out")
+    extent: Extent = "quick" if quick else "full" if full else "usual"
     failed = False
     for suite, benches in choose(suites, quick).items():
         whole = choose([suite], quick)[suite]
         left_out = [name for name in benches_of(suite) if name not in benches] if benches.keys() == whole.keys() else []
-        with Session(suite, "quick" if quick else "full" if full else "usual") as session, _progress(suite) as progress:
+        with Session(suite, extent) as session, _progress(suite) as progress:
             report = session.run(benches, progress, left_out)
         show_report(report, console)
         failed = failed or bool(report.skipped)

@@ -74,13 +74,13 @@ class ShadowPass:
         # One a frame. Of what has nothing to show yet the widest, which stands for the others until they are drawn,
         # then the finest; and another light's shadow goes at once.
         missing = [number for number in due if maps.maps[number].stamp != stamp]
-        first = missing[-1:] if missing[-1:] == [len(maps.maps) - 1] else missing[:1]
+        chosen = missing[-1:] if missing[-1:] == [len(maps.maps) - 1] else missing[:1]
         jumped = [
             number for number in due
             if number not in missing and float(maps.maps[number].sun @ frame.sun.direction) < _SUN_JUMP_COSINE
         ]  # fmt: skip
         whole = frame.settling or frame.one_shot
-        self.due = (due if whole else sorted({*first, *jumped}) or due[:1]) if present else []
+        self.due = (due if whole else sorted({*chosen, *jumped}) or due[:1]) if present else []
         for number in self.due:
             maps.move(number, foot, frame.sun.direction, frame.time_s, stamp, radius_m)
         self.drawn = [held.stamp == stamp for held in maps.maps]
