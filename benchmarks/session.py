@@ -34,7 +34,7 @@ class Session:
 
     def __init__(self, suite: str, extent: Extent = "usual") -> None:
         self.suite = suite
-        self.extent = extent
+        self.extent: Extent = extent
         self.rows: list[Row] = []
         self.skipped: dict[str, str] = {}
         self.bench = ""
