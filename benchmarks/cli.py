@@ -13,8 +13,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from ..errors import SettingError
 from .document import document as write_document
+from .front import ALTERNATIVES
 from .plots import MISSING, save_plots
-from .schema import Extent, Report
+from .schema import Extent, Report, read_report
 from .session import Session
 from .stability import stability
 from .store import document_path, read_reports, results_root, save_report, stability_path
@@ -60,6 +61,9 @@ def _bench(
     document: Annotated[
         bool, Parameter(negative="", help="Write docs/benchmarks.md from the results that are there: nothing is run.")
     ] = False,
+    plot: Annotated[
+        Path | None, Parameter(help="A results file or a folder of them: their plots are drawn beside, nothing is run.")
+    ] = None,
     list_: Annotated[bool, Parameter(name="--list", negative="", help="Name the suites and their benches.")] = False,
 ) -> int:
     """Measure run time beside error, suite by suite.
@@ -82,6 +86,8 @@ def _bench(
         root = output or results_root()
         console.print(f"written: {write_document(root, document_path(root))}", highlight=False, soft_wrap=True)
         return 0
+    if plot is not None:
+        return _plot(plot, console)
     if quick and full:
         raise SettingError("bench: --quick and --full exclude each other; leave one out")
     extent: Extent = "quick" if quick else "full" if full else "usual"
@@ -93,10 +99,10 @@ def _bench(
             report = session.run(benches, progress, left_out)
         show_report(report, console)
         failed = failed or bool(report.skipped)
-        if save and benches.keys() == whole.keys():
+        if save and (output is not None or benches.keys() == whole.keys()):
             _save(report, output or results_root(), console)
         elif save:
-            console.print("not saved: only a part of the suite was run", style="dim")
+            console.print("not saved: only a part of the suite was run; --output FOLDER saves it there", style="dim")
     return EXIT_FAILED if failed else 0
 
 
@@ -146,6 +152,19 @@ def _save(report: Report, root: Path, console: Console) -> None:
             console.print(f"written: {plot}", highlight=False, soft_wrap=True)
     except ImportError:
         console.print(MISSING, style="dim")
+
+
+def _plot(place: Path, console: Console) -> int:
+    files = sorted(p for p in place.rglob("*.json") if "failures" not in p.parts) if place.is_dir() else [place]
+    try:
+        made = [plot for file in files for plot in save_plots(read_report(file), file.parent, quick=True)]
+    except ImportError as error:
+        raise SettingError(f"--plot: {MISSING}") from error
+    if not made:
+        raise SettingError(f"--plot: {place} has no bench of time against error; those are {', '.join(ALTERNATIVES)}")
+    for plot in made:
+        console.print(f"written: {plot}", highlight=False, soft_wrap=True)
+    return 0
 
 
 def _compare(old: Path, new: Path, console: Console) -> int:

@@ -11,7 +11,7 @@ from itertools import groupby
 
 from .schema import Row
 
-__all__ = ["ALTERNATIVES", "alternatives", "front", "row_ms"]
+__all__ = ["ALTERNATIVES", "alternatives", "axis_of", "front", "row_ms"]
 
 ALTERNATIVES: dict[str, str] = {
     "atmosphere.curve": "cpu_ms",
@@ -30,6 +30,11 @@ def row_ms(row: Row) -> float | None:
     extra = ALTERNATIVES.get(f"{row.suite}.{row.bench}", "")
     value = row.extra.get(extra) if extra else row.ms
     return float(value) if isinstance(value, int | float) else None
+
+
+def axis_of(row: Row) -> str:
+    """What row_ms is, for who draws it."""
+    return "processor time (ms)" if ALTERNATIVES.get(f"{row.suite}.{row.bench}") == "cpu_ms" else "ms"
 
 
 def alternatives(rows: Iterable[Row]) -> list[list[Row]]:

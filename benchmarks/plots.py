@@ -6,27 +6,30 @@ from collections.abc import Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
 
-from .front import alternatives, front, row_ms
+from .front import alternatives, axis_of, front, row_ms
 from .schema import Report, Row
+from .store import report_file
 
 MISSING = "no plot: matplotlib is missing; pip install planetfall[plots]"
 _CURVE, _BACKENDS = "curve", "backends"
 
 
-def save_plots(report: Report, folder: Path) -> list[Path]:
-    """Writes the plots of a report that has any; their paths. ImportError without matplotlib."""
+def save_plots(report: Report, folder: Path, quick: bool = False) -> list[Path]:
+    """Writes the plots of a report that has any; their paths. quick: those of a quick run, too, under names of their
+    own. ImportError without matplotlib."""
     made: list[Path] = []
-    if report.extent == "quick":
+    if report.extent == "quick" and not quick:
         return made
+    stem = report_file("bench", report.suite, report.extent).removesuffix(".json")
     for suite, bench, draw in (("atmosphere", _CURVE, _curve), ("terrain", _BACKENDS, _backends)):
         rows = [row for row in report.rows if report.suite == suite and row.bench == bench]
         if rows:
-            made.append(folder / f"{suite}-{bench}.png")
+            made.append(folder / f"{stem}-{bench}.png")
             draw(rows, made[-1])
     drawn = {path.stem for path in made}
     for bench, groups in groupby(alternatives(report.rows), key=lambda group: group[0].bench):
-        if f"{report.suite}-{bench}" not in drawn:
-            made.append(folder / f"{report.suite}-{bench}.png")
+        if f"{stem}-{bench}" not in drawn:
+            made.append(folder / f"{stem}-{bench}.png")
             _fronts(bench, list(groups), made[-1])
     return made
 
@@ -48,7 +51,7 @@ def _fronts(bench: str, groups: list[list[Row]], path: Path) -> None:
             axes.plot(*points[id(row)], "o", color=color)
             axes.annotate(row.variant, points[id(row)], (4, 4), textcoords="offset points", fontsize=7, color=color)
         logs = {"yscale": "log"} if all((row.error or 0.0) > 0.0 for row in group) else {}
-        axes.set(xlabel="ms", ylabel=group[0].error_unit, title=group[0].view or bench, **logs)
+        axes.set(xlabel=axis_of(group[0]), ylabel=group[0].error_unit, title=group[0].view or bench, **logs)
         axes.grid(which="both", alpha=0.25)
         axes.margins(0.15)
     for axes in panels[len(groups) :]:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from planetfall import SettingError
 from planetfall.benchmarks import cli
 from planetfall.benchmarks.document import document, document_text
 from planetfall.benchmarks.front import ALTERNATIVES, alternatives, front
@@ -105,3 +106,17 @@ def test_fronts_are_plotted(tmp_path):
     ]
     (made,) = save_plots(report_of(*rows), tmp_path)
     assert made.name == "terrain-error.png" and made.stat().st_size > 5000
+
+
+def test_plots_of_a_saved_file_even_of_a_quick_run(tmp_path, capsys):
+    pytest.importorskip("matplotlib")
+    report = report_of(*(error_row(name, ms, error, "near") for name, ms, error in (("a", 1, 2), ("b", 2, 1))))
+    report.extent = "quick"
+    saved = save_report(report, tmp_path)
+    assert not save_plots(report, tmp_path)
+    assert cli.bench_main(["--plot", str(saved)]) == 0
+    assert [path.name for path in saved.parent.glob("*.png")] == ["terrain-quick-error.png"]
+    report.rows = []
+    save_report(report, tmp_path)
+    with pytest.raises(SettingError, match=r"--plot: .* has no bench of time against error; those are atmosphere"):
+        cli.bench_main(["--plot", str(saved)])

@@ -250,8 +250,10 @@ def test_command_line_lists_runs_and_saves(tmp_path, capsys):
     assert "terrain" in capsys.readouterr().out
     assert cli.bench_main(["graph.compile", "--quick", "--no-save"]) == 0
     assert "30 passes" in capsys.readouterr().out
+    assert cli.bench_main(["graph.compile", "--quick"]) == 0
+    assert "not saved: only a part of the suite" in capsys.readouterr().out
     assert cli.bench_main(["graph.compile", "--quick", "--output", str(tmp_path)]) == 0
-    assert "only a part of the suite" in capsys.readouterr().out and not list(tmp_path.iterdir())
+    assert [path.name for path in tmp_path.rglob("*.json")] == ["graph-quick.json"]
 
 
 def test_command_line_compares_files_and_folders(tmp_path, capsys):

@@ -11,14 +11,15 @@ from numpy.typing import NDArray
 
 from ... import Atmosphere, Camera, CloudLayer, CloudProbe, Clouds, Exposure, Planet, Renderer, Scene, Sun
 from ...quality import resolve_quality
+from ...systems.composite.photometry import expose
 from ...systems.light.sun import resolve_sun
 from ..reference.air_medium import EARTH_BRUNETON
 from .flip import flip
 from .rays import pixel_rays
 
 __all__ = [
-    "CAMERAS", "CLOUD_PASSES", "HALVED", "Converged", "camera_at", "converged", "errors_of", "halved", "pictures",
-    "scene_of_weather",
+    "CAMERAS", "CLOUD_PASSES", "HALF_STEP", "HALVED", "Converged", "camera_at", "converged", "errors_of", "halved",
+    "pictures", "scene_of_weather",
 ]  # fmt: skip
 
 CLOUD_PASSES = (
@@ -105,8 +106,10 @@ class Converged:
     transmittance: float
 
 
-_DARK = 0.05
-"""Of the mean light, below which relative errors say nothing: deep in clouds what is scattered once is next to none."""
+HALF_STEP = 0.5 / 255.0
+"""Of 8 bits. Transmittance that is no farther off moves not even white by a step."""
+_SHOWN = HALF_STEP / 12.92
+"""Of white, linear: half the darkest step that sRGB has in 8 bits. What is exposed to less is black in the picture."""
 
 
 def converged(
@@ -133,7 +136,7 @@ def _converged(found: tuple[NDArray[np.float64], ...], finer: tuple[NDArray[np.f
 
 
 def _relative(found: NDArray[np.float64], truth: NDArray[np.float64]) -> tuple[float, float]:
-    lit = truth > _DARK * truth.mean()
+    lit = (expose(truth, _EV100) >= _SHOWN).all(1)
     error = np.abs(found - truth)[lit] / truth[lit]
     return (float(np.median(error)), float(np.percentile(error, 95))) if lit.any() else (0.0, 0.0)
 

@@ -17,7 +17,10 @@ from ..reference.cloud_shafts import shadowed_air
 from ..reference.cloud_shells import Layer, layer_depth
 from .rays import pixel_rays
 
-__all__ = ["UNIFORM", "WEATHER", "Shot", "converged", "scene_of", "shaft_errors", "uniform_clouds", "weather_clouds"]
+__all__ = [
+    "SHEET", "UNIFORM", "WEATHER", "Shot", "converged", "scene_of", "shaft_errors", "sheet_clouds", "uniform_clouds",
+    "weather_clouds",
+]  # fmt: skip
 
 RADIUS_M = EARTH_BRUNETON.radius_m
 FLOOR = 1e-6
@@ -46,6 +49,12 @@ WEATHER: Sequence[Shot] = tuple(
     for sun in (45.0, 15.0, 5.0)
     for altitude, pitch, heading in ((10.0, 10.0, 120.0), (300.0, 2.0, 150.0), (8e3, -25.0, 160.0))
 )
+SHEET: Sequence[Shot] = tuple(
+    Shot(altitude, pitch, sun, heading)
+    for sun in (15.0, 5.0)
+    for altitude, pitch, heading in ((10.0, 5.0, 150.0), (300.0, 1.0, 140.0), (10.0, 15.0, 165.0))
+)
+"""Towards the sun and a little beside it, from below."""
 PLACE = (20.0, 10.0)
 SUN_AZIMUTH_DEG = 150.0
 
@@ -60,6 +69,11 @@ def scene_of(clouds: Clouds) -> Scene:
 def weather_clouds() -> Clouds:
     """Broken cumulus."""
     return Clouds(base_m=1200.0, top_m=3200.0, coverage=0.55)
+
+
+def sheet_clouds() -> Clouds:
+    """A flat sheet with gaps."""
+    return Clouds(base_m=1500.0, top_m=2100.0, coverage=0.8)
 
 
 def uniform_clouds() -> Clouds:

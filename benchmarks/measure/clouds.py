@@ -12,7 +12,7 @@ import numpy as np
 from ... import Atmosphere, CloudLayer, CloudProbe, Clouds, Planet, Scene, Sun
 from ..reference.air_medium import EARTH_BRUNETON, AirParameters, Floats
 from ..reference.cloud_shells import Layer, cloud_light
-from ..reference.cloud_slab import slab_light
+from ..reference.cloud_slab import SlabLight, slab_light
 
 __all__ = ["IN_AIR", "SHAFTS", "SHELLS", "SLAB_DEPTHS", "Errors", "Shells", "errors_of", "slab_errors"]
 
@@ -49,6 +49,8 @@ SHAFTS: Mapping[str, Shells] = {
 }
 """Clouds that scatter nothing: what is left is the light of air in and out of their shadow."""
 SLAB_DEPTHS = (0.5, 2.0, 8.0, 32.0)
+SLAB_ZENITH_DEG = (180.0, 150.0, 120.0, 120.0, 60.0, 60.0, 0.0)
+SLAB_AZIMUTH_DEG = (0.0, 0.0, 0.0, 180.0, 0.0, 180.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,7 @@ def slab_errors(depth: float, quality: str, photons: int, as_pictures: bool = Fa
     """Of all orders in a flat slab, and the standard error of the reference that is worst. as_pictures: by the march
     that pictures are made with."""
     flat_m, base_m = 1e8, 1000.0
-    zenith, azimuth = np.array([180.0, 150.0, 120.0, 120.0, 60.0, 60.0, 0.0]), np.array([0, 0, 0, 180, 0, 180, 0.0])
+    zenith, azimuth = np.array(SLAB_ZENITH_DEG), np.array(SLAB_AZIMUTH_DEG)
     relative, noise = [], 0.0
     for albedo, asymmetry in ((1.0, 0.0), (1.0, 0.8), (0.999, 0.85)):
         shells = Shells(flat_m, (Layer(base_m, 2.0 * base_m, depth / base_m, albedo, asymmetry),))
@@ -104,10 +106,15 @@ def slab_errors(depth: float, quality: str, photons: int, as_pictures: bool = Fa
         with CloudProbe(scene_of(shells), quality=quality, as_pictures=as_pictures) as probe:
             for sun in (0.0, 60.0):
                 light = probe.march(place, _ways(zenith, azimuth), _ways(sun, 0.0), ground_albedo=0.0)[0][:, 0]
-                truth = slab_light(depth, albedo, asymmetry, sun, zenith, azimuth, photons, SEED)
+                truth = _slab_truth(depth, albedo, asymmetry, sun, photons)
                 relative.append(np.abs(light / truth.total - 1.0))
                 noise = max(noise, float((truth.error / truth.total).max()))
     return _errors(np.concatenate(relative), 0.0, 0), noise
+
+
+@lru_cache(maxsize=64)
+def _slab_truth(depth: float, albedo: float, asymmetry: float, sun_deg: float, photons: int) -> SlabLight:
+    return slab_light(depth, albedo, asymmetry, sun_deg, SLAB_ZENITH_DEG, SLAB_AZIMUTH_DEG, photons, SEED)
 
 
 def _errors(relative: Floats, transmittance: float, bad: int) -> Errors:

@@ -19,8 +19,6 @@ __all__ = ["WeatherQuestions"]
 Floats = NDArray[np.float64]
 _BATCH = 2048
 """Questions in one dispatch: less than a second without a GPU at most qualities."""
-_FAR = 20.0
-"""Radii of the shell: cameras farther away are moved this near, with rays as much wider: squares stay within f32."""
 _NOT_ALL = 1e9
 """As in clouds/ways.glsl: a ray that goes on."""
 _MOST_SLICES = 16
@@ -61,7 +59,8 @@ class WeatherQuestions:
         self._field.maps.charts.exact(time_s)
         self._field.place(np.zeros(3), self._model.radius_m, time_s)
         self._field.write()
-        packed = self._pack(positions_m, directions, suns, most_m, sun_radius_rad, pixel_rad)
+        top_m = self._model.air_thickness_m if in_air else self._model.highest_m
+        packed = self._pack(positions_m, directions, suns, most_m, sun_radius_rad, pixel_rad, max(top_m, 0.0))
         program = self._program(multiple, in_air)
         program.set("u_ground", ground_albedo)
         self._planet.bind()
@@ -89,21 +88,23 @@ class WeatherQuestions:
 
     def _pack(
         self, positions_m: Floats, directions: Floats, suns: Floats, most_m: Floats | None, sun_radius_rad: float,
-        pixel_rad: float,
+        pixel_rad: float, top_m: float,
     ) -> NDArray[np.float32]:  # fmt: skip
-        radius = self._model.radius_m
+        radius, top = self._model.radius_m, self._model.radius_m + top_m
         distance = np.linalg.norm(positions_m, axis=1)
         up = positions_m / np.maximum(distance, 1e-300)[:, None]
-        far_m = _FAR * (radius + max(self._model.highest_m, 0.0))
-        # From afar: to where the ray is as near as that, or misses all there is by far.
+        # From above all there is, a ray starts where it enters that: from far away f32 knows places to metres only.
         along = (positions_m * directions).sum(1)
         miss = np.linalg.norm(np.cross(positions_m, directions), axis=1)
-        away = distance > far_m
-        meets = ~away | ((along < 0.0) & (miss < far_m))
-        skipped = np.where(away & meets, -along - np.sqrt(np.maximum(far_m**2 - miss**2, 0.0)), 0.0)
-        places = np.where(away[:, None], positions_m + directions * skipped[:, None], positions_m)
-        reach = np.linalg.norm(places, axis=1)
-        up = np.where(away[:, None], places / np.maximum(reach, 1e-300)[:, None], up)
+        away = distance > top
+        meets = ~away | ((along < 0.0) & (miss < top))
+        half_chord = np.sqrt(np.maximum((top - miss) * (top + miss), 0.0))
+        skipped = np.where(away & meets, -along - half_chord, 0.0)
+        moved = positions_m + directions * skipped[:, None]
+        reach = np.linalg.norm(moved, axis=1)
+        up = np.where((away & meets)[:, None], moved / np.maximum(reach, 1e-300)[:, None], up)
+        # Those that miss all have nowhere to go, and no place whose square f32 could not hold.
+        reach = np.where(meets, reach, top)
         h = np.maximum(np.where(away, reach, distance) - radius, 0.0)
         mu = np.clip((up * directions).sum(1), -1.0, 1.0)
         end = np.full(len(h), _NOT_ALL)
@@ -119,10 +120,8 @@ class WeatherQuestions:
         packed[:, 0, :3], packed[:, 0, 3] = up, h
         packed[:, 1, :3], packed[:, 1, 3] = directions, mu
         packed[:, 2, :3], packed[:, 2, 3] = suns, sun_radius_rad
-        # What a ray is wide grows from where it began.
-        walked = (skipped + np.maximum(reach - radius, 1.0)) / np.maximum(reach - radius, 1.0)
-        packed[:, 3, 2] = (np.cross(up, directions) ** 2).sum(1)
-        packed[:, 3, 0], packed[:, 3, 1] = end, pixel_rad * np.where(away, walked, 1.0)
+        packed[:, 3, 0], packed[:, 3, 1] = end, pixel_rad
+        packed[:, 3, 2], packed[:, 3, 3] = (np.cross(up, directions) ** 2).sum(1), skipped
         packed[:, 4:] = self._field.places(up * (radius + h)[:, None])
         return packed.reshape(len(h), 40)
 

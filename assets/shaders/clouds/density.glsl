@@ -2,6 +2,7 @@
 //
 //   CloudWeather cloud_weather(vec3 up, float footprint_m)        of a direction from the planet's centre
 //   float cloud_density(int layer, vec3 place, float share, CloudWeather w, float footprint_m, int rims)
+//   float cloud_column(int layer, CloudWeather w, float density)        optical depth, from base to top
 //
 // place: metres from the anchor in planet axes; share: height in the layer, 0 base .. 1 top; footprint_m: what the sample stands
 // for, a pixel's width or a step's length. rims: octaves of billows on the rim, 0..2.
@@ -26,6 +27,7 @@ const float CLOUD_RIM = 0.13;         // of the rims' noise against the shape's
 const float CLOUD_RIM_NEAR = 0.035;
 const float CLOUD_EDGE = 0.11;        // of noise above the threshold until the cloud is densest
 const float CLOUD_SCARCE = 0.12;      // cover below which the threshold rises out of reach
+const float CLOUD_FILLED = 0.4;       // of the height of clouds, by what is in them on the mean: thin bases, tops and places
 const float CLOUD_BEYOND = 0.54;      // sqrt(0.5) - 0.5 of two volumes whose weights are a unit vector, and twice the rims' weights
 
 // Between two levels of a volume chance decides, ray by ray: one fetch instead of two. 0..1, set by whoever marches.
@@ -87,6 +89,19 @@ float cloud_height_cover(float share, CloudWeather w) {
     return smoothstep(0.0, 0.10, share) * clamp(1.0 - x * x, 0.0, 1.0);
 }
 
+// How dense the inside of clouds is that a weather makes: sheets are thin; fronts and towers are not.
+float cloud_body(CloudWeather w) {
+    return mix(0.06, 1.0, clamp(max(w.deep * w.deep, 1.3 * w.towers - 0.65), 0.0, 1.0));
+}
+
+// Vertical optical depth of a whole cloud of a weather. density: at some place in it; ice is as it is there all the way.
+float cloud_column(int layer, CloudWeather w, float density) {
+    vec4 shell = cloud_view.shell[layer], drops = cloud_view.droplets[layer];
+    float even = mix(1.0, 2.0 / 3.0, cloud_view.shape[layer].x);
+    float billows = CLOUD_FILLED * cloud_tallness(w) * cloud_body(w);
+    return (shell.y - shell.x) * shell.w * (drops.z == 2.0 ? even : drops.z == 1.0 ? density : billows);
+}
+
 // Thinner because it is in clumps that hide one another: as a binary mixture of cloud and clear air (Pomraning 1991).
 float cloud_clumped(float share, float hidden, float extinction) {
     return share / (1.0 + hidden * (1.0 - share) * extinction * cloud_view.stretch.w);
@@ -146,8 +161,7 @@ float cloud_density(int layer, vec3 place, float share, CloudWeather w, float fo
     float dense = cloud_ramp(x, max(sqrt(lost), 0.015), CLOUD_EDGE) * step(1e-4, cover);
     // Sheets that close the sky are of thick and thin places all the same.
     float body = mix(0.3, 1.0, smoothstep(0.0, 0.7, x + 0.3 * (1.0 - cover)));
-    // Sheets are thin; fronts and towers are not.
-    float deep = body * mix(0.06, 1.0, clamp(max(w.deep * w.deep, 1.3 * w.towers - 0.65), 0.0, 1.0));
+    float deep = body * cloud_body(w);
     float billows = deep * cloud_clumped(dense, hidden, deep * cloud_view.shell[layer].w);
 
     float even = drops.w > 0.0 ? 1.0 : 0.0;

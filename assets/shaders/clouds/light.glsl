@@ -1,39 +1,34 @@
-// Light in clouds: what a place scatters towards the camera for the optical depth between it and the sun.
-//
-// Light that was scattered once keeps the droplets' phase function. Light that was scattered more often spreads as diffusion
-// does in a scattering medium: isotropic, and falling with depth as 1 / (1 + 3/4 (1 - g) depth) instead of exponentially
-// (two-stream approximation, Bohren 1987), which is why the undersides of clouds are grey and not black. Thin clouds keep little
-// of it: a layer of depth d throws back 3/4 (1 - g) d / (1 + 3/4 (1 - g) d) (the same, in Eddington's form), so that from space
-// thick weather is white and thin weather grey.
+// How clouds of the weather stand in for slabs, whose light is known (scattered.glsl): an even sheet that closes the sky is one, and
+// is lit as one. A cloud with gaps beside it has sides, and a place in it is lit as if the slab was turned towards the sun.
+#include "clouds/density.glsl"
 
-#include "common/safe.glsl"
+const float CLOUD_TURNED = 0.8;   // of the square of the sun's cosine: how far clouds that are as tall as wide are turned
 
-const float CLOUD_LENT = 0.3;      // of the diffuse light: what a thin rim has from the cloud beside it
-const float CLOUD_DIFFUSE = 3.0;   // times the sun's irradiance: fluence of the diffuse light under the sunlit side
-
-float cloud_henyey_greenstein(float nu, float g) {
-    float base = (1.0 - abs(g)) * (1.0 - abs(g)) + 2.0 * abs(g) * (1.0 - sign_nonzero(g) * nu);
-    return (1.0 - g * g) / (4.0 * PF_PI * base * sqrt(base));
+// Vertical optical depth of an even layer below a place in it.
+float depth_below(int layer, float share) {
+    vec4 shell = cloud_view.shell[layer];
+    return (shell.y - shell.x) * shell.w * share * mix(1.0, share * (2.0 - 4.0 / 3.0 * share), cloud_view.shape[layer].x);
 }
 
-// x: of light scattered once, per unit of depth and of the sun's irradiance; y: of light scattered twice to a few times, whose
-// forward peak is wider.
-vec2 cloud_phases(float nu, float g) {
-    return vec2(mix(cloud_henyey_greenstein(nu, g), cloud_henyey_greenstein(nu, -0.3), 0.1), cloud_henyey_greenstein(nu, 0.5 * g));
+// 0: a sheet from edge to edge, 1: towers with the sun between them. Small gaps already leave tops that are far from flat.
+float cloud_sides(int layer, CloudWeather w) {
+    vec4 drops = cloud_view.droplets[layer];
+    return drops.z == 0.0 ? sqrt(1.0 - clamp(w.cover * drops.w, 0.0, 1.0)) * cloud_tallness(w) : 0.0;
 }
 
-// depth: towards the sun; whole: vertical, of all the cloud around the place.
-float cloud_sun_source(vec2 phases, float g, float depth, float whole) {
-    float once = phases.x * exp(-depth);
-    float few = 0.45 * phases.y * exp(-0.25 * depth);
-    // Next to the lit side part of it is still on its way in, and falls off faster: slopes that face the sun are brighter.
-    float diffuse = CLOUD_DIFFUSE / (4.0 * PF_PI) * (0.55 * exp(-0.3 * depth) + 0.45 / (1.0 + 0.75 * (1.0 - g) * depth));
-    float kept = 0.75 * (1.0 - g) * whole;
-    return once + few + diffuse * mix(CLOUD_LENT, 1.0, kept / (1.0 + kept));
+// Share of the sky that is closed, as far as the ground below is concerned: ice hardly dims it.
+float cloud_closed(int layer, CloudWeather w) {
+    vec4 drops = cloud_view.droplets[layer];
+    return drops.z == 0.0 ? clamp(w.cover * drops.w, 0.0, 1.0) : drops.z == 1.0 ? 0.0 : 1.0;
 }
 
-// The same for the light of an even sky of radiance 1, under an optical depth measured upwards: white clouds throw four fifths of
-// it back, and some of it comes in from the sides wherever a place lies.
-float cloud_sky_source(float g, float depth) {
-    return 0.72 / (1.0 + 0.75 * (1.0 - g) * depth) + 0.1;
+// The sun's cosine for slabs that are turned towards it; level_sun: to the zenith.
+float cloud_facing(float level_sun, float sides) {
+    return sqrt(mix(level_sun * level_sun, 1.0, CLOUD_TURNED * sides));
+}
+
+// Vertical optical depth of the cloud around a place and above it, as if the weather's clouds were whole everywhere: their thin rims
+// have the light of the cloud beside them. column: of a whole cloud; up: above the place, towards the sun.
+float cloud_under(int layer, float share, float column, float up) {
+    return cloud_view.droplets[layer].z == 2.0 ? depth_below(layer, share) : max(column - up, 0.0);
 }

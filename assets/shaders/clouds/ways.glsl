@@ -6,6 +6,7 @@ const int CLOUD_VIEW_LAYERS = 4;
 const float NOT_ALL = 1e9;
 
 float pixel_rad;   // angle that a ray stands for
+float ray_walked = 0.0;   // metres that it has come before its start, through nothing; distances count from there
 
 // Layers are in the order of their heights: down through them from the highest, then up from the lowest. Returns how many ways there
 // are.
@@ -36,11 +37,11 @@ int way_segments(vec4 shell, bool thin, float from, float to) {
 }
 
 float way_end(vec4 shell, float from, float to, int segment, int segments) {
-    float thickness = shell.y - shell.x;
+    float thickness = shell.y - shell.x + min(ray_walked, 10.0 * (to - from));   // more: even segments, in digits that f32 has
     float growth = log((to + thickness) / (from + thickness)) / float(segments);
     return segment == segments - 1 ? to : (from + thickness) * exp(growth * float(segment + 1)) - thickness;
 }
 
 CloudWeather weather_along(vec3 ray, float t) {
-    return cloud_weather(up_at(ray * t), t * pixel_rad);
+    return cloud_weather(up_at(ray * t), (t + ray_walked) * pixel_rad);
 }

@@ -84,12 +84,6 @@ vec3 cloud_from_around(vec3 sky, vec3 ground, float up, float down, float mu, fl
     return (sky * (turned * down + 2.0 / 3.0 * (1.0 + g * mu)) + ground * (turned * up + 2.0 / 3.0 * (1.0 - g * mu))) / whole;
 }
 
-// Vertical optical depth of an even layer below a place in it.
-float depth_below(int layer, float share) {
-    vec4 shell = cloud_view.shell[layer];
-    return (shell.y - shell.x) * shell.w * share * mix(1.0, share * (2.0 - 4.0 / 3.0 * share), cloud_view.shape[layer].x);
-}
-
 // Where in a step of optical depth `depth` chance (0..1) finds what is seen of it.
 float seen_share(float depth, float chance) {
     return depth < 0.02 ? chance : -log(1.0 - chance * (1.0 - exp(-depth))) / depth;
@@ -101,8 +95,9 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
     vec4 shell = cloud_view.shell[layer], drops = cloud_view.droplets[layer];
     float thickness = shell.y - shell.x, way = to - from;
     bool thin = drops.z == 1.0;
-    float least = thickness / u_march.x, grow = max(u_march.y, way / (600.0 * max(to, 1.0)));
+    float least = thickness / u_march.x, grow = max(u_march.y, way / (600.0 * max(to + ray_walked, 1.0)));
     float longer = thin ? 1.0 : 4.0, most = max(way / (0.3 * u_march.x), least);
+    float widest = 1.0 / max(8.0, 0.08 * u_march.x);
     if (thin) least = most = way / ceil(0.04 * u_march.x * log2(2.0 * way / thickness + 2.0));
     int segments = way_segments(shell, thin, from, to);
     float t = from, ease = longer, begin = from;
@@ -110,11 +105,8 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
     CloudWeather weather_here = weather_along(ray, from);
     m.light += m.open * max(here.in_scatter - m.air_behind, 0.0);
     int model = int(cloud_view.shape[layer].y);
-    bool fitted = drops.z != 2.0;
     CloudLobes lobes = cloud_lobes_at(model, nu);
-    float once = drops.x * cloud_phase(nu, drops.y), passes = fitted ? 1.0 : 1.0 - lobes.peak;
-    // Even layers are lit as the slabs they are. Clouds have sides, which a slab has not: their thin rims are as bright as they are.
-    vec2 phases = cloud_phases(nu, drops.y);
+    float once = drops.x * cloud_phase(nu, drops.y), passes = 1.0 - lobes.peak;
     // Fine steps that share one look at the light: as long as they are thin together.
     float spare = 48.0 / u_march.x;
     for (int segment = 0; segment < segments; ++segment) {
@@ -122,32 +114,36 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
         vec3 middle = ray * (0.5 * (begin + past));
         vec3 up_middle = up_at(middle);
         vec3 sun = sun_at(middle, altitude_of(middle), up_middle);
-        float mu_s = dot(up_middle, frame.sun_direction.xyz), slab_sun = cloud_slab_sun(model, mu_s);
+        float mu_s = dot(up_middle, frame.sun_direction.xyz), level_sun = cloud_slab_sun(model, mu_s);
         float mu = clamp_cos(dot(ray, up_middle));
-        CloudHarmonics harmonics = cloud_harmonics(mu, mu_s, nu);
         vec3 sky = sky_irradiance(middle, up_middle) / PF_PI;
-        // Under an even layer the ground has what comes through it; under clouds with gaps, about all there is.
-        vec4 through = fitted ? vec4(1.0, 0.0, 1.0, 0.0) : cloud_through(depth_below(layer, 1.0) / slab_sun, slab_sun, drops.y);
-        vec3 ground = CLOUD_GROUND / PF_PI * (sun * (max(mu_s, 0.0) * (through.x + through.y))) + CLOUD_GROUND * through.z * sky;
         Air there = air_from_camera(ray * past);
         // Weather changes over tens of kilometres: in between it is taken as even.
-        CloudWeather weather_there = weather_along(ray, past);
+        CloudWeather weather_there = weather_along(ray, past), weather_middle = cloud_weather_between(weather_here, weather_there, 0.5);
+        float sides = cloud_sides(layer, weather_middle), closed = cloud_closed(layer, weather_middle);
+        float slab_sun = cloud_facing(level_sun, sides);
+        CloudHarmonics harmonics = cloud_harmonics(mu, mu_s + slab_sun - level_sun, nu);
+        // The ground under a closed sky has what comes through it; under clouds with gaps, nearly all there is.
+        vec4 through = cloud_through(cloud_column(layer, weather_middle, 1.0) / level_sun, level_sun, drops.y);
+        through = mix(vec4(1.0, 0.0, 1.0, 0.0), through, closed);
+        vec3 ground = CLOUD_GROUND / PF_PI * (sun * (max(mu_s, 0.0) * (through.x + through.y))) + CLOUD_GROUND * through.z * sky;
         float seen = 0.0, per_metre = 1.0 / max(past - begin, 1e-3);
         while (t < past && m.open > OPAQUE) {
             // Through the clear and into cloud, apart from its light, so that rays in the clear don't pay for that.
             float depth = 0.0, at = 0.0, inside = 0.0, weight = 0.0, unit = 0.0, length_m = 0.0;
             int steps = 0;
             while (t < past) {
-                unit = min(max(min(least, thin ? least : NEAREST_M + 0.02 * t), t * grow), most);
+                float away = t + ray_walked;
+                unit = min(max(min(least, thin ? least : NEAREST_M + 0.02 * away), away * grow), most);
                 // Clouds that a pixel is too wide to show have smooth means.
-                unit = min(max(unit, 0.3 * t * pixel_rad), max(way * 0.125, unit));
+                unit = min(max(unit, 0.3 * away * pixel_rad), max(way * widest, unit));
                 float step_m = min(unit * ease, past - t + 1e-3), here_m = t + shift * step_m;
                 vec3 point = ray * here_m;
                 float share = clamp((altitude_of(point) - shell.x) * shell.z, 0.0, 1.0);
                 CloudWeather w = cloud_weather_between(weather_here, weather_there, (here_m - begin) * per_metre);
                 m.steps += 1.0;
                 float density = cloud_density(layer, point + frame.camera_offset.xyz, share, w,
-                    max(here_m * pixel_rad, 0.2 * unit), 2);
+                    max((here_m + ray_walked) * pixel_rad, 0.2 * unit), 2);
                 // In cloud: the same stretch again, in short steps; or on.
                 bool found = density > 1e-4, again = found && ease > 1.0 && !thin;
                 float on = again ? 0.0 : step_m, taken = found ? shell.w * density * on : 0.0;
@@ -169,30 +165,23 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
             inside /= weight;
             vec3 point = ray * at;
             float altitude = altitude_of(point), share = clamp((altitude - shell.x) * shell.z, 0.0, 1.0);
-            float part = (at - begin) * per_metre, footprint = max(at * pixel_rad, 0.2 * unit);
+            float part = (at - begin) * per_metre, footprint = max((at + ray_walked) * pixel_rad, 0.2 * unit);
             CloudWeather w = cloud_weather_between(weather_here, weather_there, part);
             float to_sun = depth_to_sun(layer, point, altitude, up_middle, w, footprint), up = to_sun * slab_sun;
-            float down = depth_below(layer, share);
+            float down = cloud_under(layer, share, cloud_column(layer, w, depth / (length_m * shell.w)), up);
             float taken = m.open * (1.0 - exp(-depth)), left = exp(-passes * depth);
-            // Across an even layer the way to the sun gets longer or shorter evenly.
-            float longer_way = clamp(-mu / slab_sun, -MOST_SLOPE, MOST_SLOPE);
+            // Across an even layer the way to the sun gets longer or shorter evenly; of clouds with sides nobody knows.
+            float longer_way = (1.0 - sides) * clamp(-mu / slab_sun, -MOST_SLOPE, MOST_SLOPE);
             float first = max(to_sun - longer_way * inside, 0.0), last = depth + max(to_sun + longer_way * (depth - inside), 0.0);
             // Mean over the step of what is left of it on its way in and out, as a depth.
             float dimmed = min(first, last) - log(one_minus_exp_over(abs(last - first)));
             float lit = m.open * depth * exp(-dimmed);
             vec3 direct = sun * (once * lit * cloud_lobes_sum(lobes, dimmed - log(m.open)));
             vec3 diffuse = sun * cloud_slab_light(model, up, down, slab_sun, harmonics)
-                + drops.x * cloud_from_around(sky, ground, up, down, mu, drops.y);
-            // Of all the cloud over and under the place, as if it was as dense there as here; 2/3 is the mean of its height's cover.
-            // A low sun's way through it is longer, as far as the planet is flat.
-            float whole = 2.0 / 3.0 * depth / length_m * thickness * cloud_tallness(w) / max(abs(mu_s), sqrt(0.5 * thickness / planet.radii.x));
-            vec3 fit = sun * cloud_sun_source(phases, drops.y, to_sun, whole)
-                + sky * cloud_sky_source(drops.y, to_sun * max(mu_s, 0.15)) + ground * (0.5 / (1.0 + 0.05 * thickness * share * depth / length_m));
-            direct = fitted ? vec3(0.0) : direct;
-            diffuse = fitted ? drops.x * fit : diffuse;
+                + (drops.x - lobes.peak) * cloud_from_around(sky, ground, up, down, mu, drops.y);
 #ifdef CLOUD_ONCE
             // Light that was scattered once and no more, for who asks for it.
-            direct = sun * (fitted ? taken * drops.x * phases.x * exp(-to_sun) : once * lit);
+            direct = sun * (once * lit);
             diffuse = vec3(0.0);
 #endif
             m.open -= taken;

@@ -19,7 +19,7 @@ struct Question {
     vec4 place;        // unit up there; height above the reference sphere
     vec4 ray;          // unit; cosine to the zenith
     vec4 sun;          // unit; angular radius
-    vec4 more;         // how far the ray goes, angle that it stands for, squared sine of that to the zenith, 0
+    vec4 more;         // how far the ray goes, angle that it stands for, squared sine of that to the zenith, how far it has come before
     vec4 origins[6];   // of the volumes
 };
 layout(std430, binding = 0) readonly buffer Questions { Question questions[]; };
@@ -43,6 +43,7 @@ void main() {
     g_origins = Origins(q.origins[0].xyz, q.origins[1].xyz, q.origins[2].xyz, q.origins[3].xyz, q.origins[4].xyz, q.origins[5].xyz);
     pixel_rad = q.more.y;
     shell_sine2 = q.more.z;
+    ray_walked = q.more.w;
     March m = march_clouds(q.ray.xyz, q.ray.w, q.more.x, 0.5);
     float taken = 1.0 - m.open, before = taken > 1e-4 ? m.sum / taken : NOT_ALL;
     ShadowedAir dark = shadowed_air(q.ray.xyz, q.ray.w, q.more.x, before, m.open, int(u_shafts.x), u_shafts.y, 0.5);
