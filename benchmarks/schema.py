@@ -94,6 +94,8 @@ class Report(msgspec.Struct, kw_only=True):
     machine: Machine
     rows: list[Row] = []
     failures: list[Failure] = []
+    seconds: dict[str, float] = {}
+    """How long each bench took."""
     skipped: dict[str, str] = {}
     """Benches that could not run, and why."""
 

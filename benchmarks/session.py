@@ -125,15 +125,17 @@ class Session:
         """Run the benches one by one. One that raises is noted under `skipped`, and the others still run. left_out:
         names of the suite's benches that are not among them, for the record."""
         started, date = time.monotonic(), now_utc()
+        seconds: dict[str, float] = {}
         for number, (name, bench) in enumerate(benches.items()):
             if progress is not None:
                 progress(name, number, len(benches))
-            self.bench = name
+            self.bench, began = name, time.monotonic()
             try:
                 bench(self)
             except Exception as error:
                 log.warning("bench %s.%s failed", self.suite, name, exc_info=True)
                 self.skipped[name] = f"{type(error).__name__}: {error}"
+            seconds[name] = round(time.monotonic() - began, 1)
         if progress is not None:
             progress("", len(benches), len(benches))
         return Report(
@@ -145,6 +147,7 @@ class Session:
             duration_s=round(time.monotonic() - started, 1),
             extent=self.extent,
             left_out=list(left_out),
+            seconds=seconds,
             machine=self.machine(),
             rows=self.rows,
             skipped=self.skipped,

@@ -26,6 +26,8 @@ LONG: Mapping[str, tuple[str, ...]] = {
         "popping", "holes", "icosphere", "icosphere_vertices", "shadows", "shadows in flight", "shadows cost",
     ),
     "frame": ("skipping", "knobs", "budget"),
+    "startup": ("window",),
+    "atmosphere": ("shading", "tables"),
 }  # fmt: skip
 """What a quick run leaves out, so that all suites together take less than five minutes on two cores with llvmpipe."""
 
