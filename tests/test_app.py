@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
 import subprocess
@@ -16,6 +15,7 @@ import pytest
 from app_kit import FakeRenderer, app_of, press
 
 import planetfall as pf
+from planetfall.benchmarks.display import display
 from planetfall.engine.input import KeyEvent, MouseButton, MouseMove, Wheel
 from planetfall.systems.capture import read_png_settings
 from planetfall.systems.debug import NAMED_VIEWS
@@ -344,13 +344,10 @@ with open_window((160, 90), "test", sys.argv[1]) as window:
 @pytest.mark.parametrize("backend", ["glfw", "pyglet"])
 def test_flies_in_a_real_window(backend: str) -> None:
     """The whole chain: window, renderer on its context, interface, resize, end."""
-    from window_fixtures import virtual_display
-
-    display = os.environ.get("DISPLAY")
-    with contextlib.nullcontext(display) if display else virtual_display() as name:
+    with display() as added:
         done = subprocess.run(
             [sys.executable, "-c", WINDOW_SCRIPT, backend], capture_output=True, text=True, timeout=120, check=False,
-            env={**os.environ, "DISPLAY": name}, cwd=Path(__file__).parents[1],
+            env={**os.environ, **added}, cwd=Path(__file__).parents[1],
         )  # fmt: skip
     assert done.returncode == 0, done.stderr
     answer = json.loads(done.stdout.splitlines()[-1])

@@ -233,18 +233,16 @@ print(json.dumps({"axes": axes, "held": sorted(held), "opened": pad.opened, "gon
 
 @pytest.mark.window
 def test_pyglet_controllers_are_read() -> None:
-    import contextlib
     import json
     import os
     import subprocess
 
-    from window_fixtures import virtual_display
+    from planetfall.benchmarks.display import display
 
-    display = os.environ.get("DISPLAY")
-    with contextlib.nullcontext(display) if display else virtual_display() as name:
+    with display() as added:
         done = subprocess.run(
             [sys.executable, "-c", PYGLET_CHILD], capture_output=True, text=True, timeout=60, check=False,
-            env={**os.environ, "DISPLAY": name}, cwd=Path(__file__).parents[1],
+            env={**os.environ, **added}, cwd=Path(__file__).parents[1],
         )  # fmt: skip
     assert done.returncode == 0, done.stderr
     seen = json.loads(done.stdout.splitlines()[-1])

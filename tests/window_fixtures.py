@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
-import select
-import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -15,45 +12,20 @@ from typing import Any
 
 import pytest
 
+from planetfall.benchmarks import display as benches
+
 RunWindow = Callable[..., dict[str, Any]]
 _CHILD = Path(__file__).with_name("window_child.py")
-
-
-@contextlib.contextmanager
-def virtual_display(size: str = "1280x800x24") -> Iterator[str]:
-    """Start Xvfb on a free display; yields its name."""
-    program = shutil.which("Xvfb")
-    if program is None:
-        pytest.skip("no display and no Xvfb to make one (apt install xvfb)")
-    read_end, write_end = os.pipe()
-    server = subprocess.Popen(
-        [program, "-displayfd", str(write_end), "-screen", "0", size, "-nolisten", "tcp"],
-        pass_fds=(write_end,),
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    os.close(write_end)
-    try:
-        ready, _, _ = select.select([read_end], [], [], 20.0)
-        number = os.read(read_end, 16).decode().strip() if ready else ""
-        if not number:
-            pytest.skip("Xvfb did not start")
-        yield f":{number}"
-    finally:
-        os.close(read_end)
-        server.terminate()
-        server.wait(timeout=20)
 
 
 @pytest.fixture(scope="session")
 def display() -> Iterator[str]:
     """Name of an X display: the one there is, or a virtual one."""
-    found = os.environ.get("DISPLAY")
-    if found:
-        yield found
-        return
-    with virtual_display() as made:
-        yield made
+    try:
+        with benches.display() as added:
+            yield {**os.environ, **added}.get("DISPLAY", "")
+    except benches.NoDisplay as missing:
+        pytest.skip(str(missing))
 
 
 @pytest.fixture
