@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ... import Renderer, View
+from ... import Camera, Renderer, Sun, View
 from ...render_view import RenderView
 from ..timing import Timing, time_variants
 from .motion import turned
@@ -54,18 +54,21 @@ class FrameCost:
     cpu_ms: float
 
 
-def turning_frames(renderer: Renderer, seen: View, runs: int) -> FrameCost:
-    """Frames whose camera turns by 0.01 degrees each; the proxy is held, nothing is taken over from the last frame."""
-    return turning_views(renderer, seen, 1, runs)
+def turning_frames(renderer: Renderer, seen: Camera, runs: int, sun: Sun | None = None) -> FrameCost:
+    """Frames whose camera turns by 0.01 degrees each; the proxy is held, nothing is taken over from the last frame.
+    sun: None is the view's, or the scene's."""
+    return turning_views(renderer, seen, 1, runs, sun)
 
 
-def turning_views(renderer: Renderer, seen: View, count: int, runs: int) -> FrameCost:
+def turning_views(renderer: Renderer, seen: Camera, count: int, runs: int, sun: Sun | None = None) -> FrameCost:
     """The same for several views of one renderer, the renderer's own first, each of them of its size."""
-    moment: dict[str, Any] = {"sun": seen.sun, "time_s": seen.time_s}
+    moment: dict[str, Any] = {"sun": sun}
+    if isinstance(seen, View):
+        moment = {"sun": seen.sun if sun is None else sun, "time_s": seen.time_s}
     views: list[Renderer | RenderView] = [renderer]
     views += [renderer.add_view(renderer.size) for _ in range(count - 1)]
     for one in views:
-        one.render(seen)
+        one.render(seen, **moment)
     target = renderer.ctx.simple_framebuffer(renderer.size)
     cameras = turned(renderer.camera_state(seen), 0.01, 4)
     used: list[float] = []

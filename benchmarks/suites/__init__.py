@@ -16,7 +16,7 @@ SUITES: Mapping[str, str] = {
     "atmosphere": "Air: errors against the float64 reference, run time, what is skipped",
     "clouds": "Clouds: errors of the march against float64 references; pictures by quality: error against time",
     "frame": "Whole frames at 640 x 360: ms in all, by pass and by knob, what is skipped, memory",
-    "scaling": "How time grows with pixels, triangles, layers of noise, waves and layers of cloud: exponents",
+    "scaling": "How time grows with pixels, triangles, layers of noise, waves, clouds, views, planets: exponents",
     "startup": "Import and first picture, warm and cold; memory of the process",
 }
 

@@ -1,4 +1,5 @@
-"""Suite scaling: how a frame's time grows with pixels, vertices, layers of noise, waves, layers of cloud and views.
+"""Suite scaling: how a frame's time grows with pixels, vertices, layers of noise, waves, layers of cloud, views,
+planets.
 
 The error column of the last row of a bench is the exponent: 1 is proportional. Processor time of all cores is what is
 fitted, less what a frame takes anyway; on a GPU, where it says nothing, the clock's time is.
@@ -9,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from ... import CloudLayer, Clouds, Ocean, Scene, Terrain, load_scene, view
+from ... import Camera, CloudLayer, Clouds, Ocean, Orbit, Scene, Sun, Terrain, load_scene, view
 from ..measure.scaling import FrameCost, fit_power_law, turning_frames, turning_views
 from ..session import Bench, Session
 from ..target import at_most
@@ -138,6 +139,24 @@ def _views(session: Session) -> None:
     _series(session, "near", (1, 2, 4) if session.small else (1, 2, 4, 8), measure, "views", size, 1.1)
 
 
+def _planets(session: Session) -> None:
+    """Moons side by side, each as large in the picture as the others; one more is one more globe of ground."""
+    size = QUICK_SIZE if session.small else SIZE
+    radius = load_scene("moon").planet.radius_m
+    # Four of them fill the width of the picture, and fewer a part of it.
+    seen = Camera((11.0 * radius, 3.6 * radius, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 1.0), fov_y_deg=35.0)
+    sun = Sun(elevation_deg=50.0, azimuth_deg=180.0, latitude_deg=0.0, longitude_deg=0.0)
+
+    def measure(count: float) -> FrameCost:
+        scene = load_scene("moon")
+        for k in range(1, int(count)):
+            scene.companions.add("moon", Orbit(position_m=(0.0, 2.4 * radius * k, 0.0)), name=f"moon {k}")
+        with session.renderer(scene, size, "medium", OVERRIDES) as renderer:
+            return turning_frames(renderer, seen, session.runs(7, 3), sun)
+
+    _series(session, "space", (1, 2, 3, 4), measure, "planets", size, 1.1)
+
+
 BENCHES: Mapping[str, Bench] = {
     "pixels": _pixels,
     "vertices": _vertices,
@@ -145,4 +164,5 @@ BENCHES: Mapping[str, Bench] = {
     "waves": _waves,
     "cloud_layers": _cloud_layers,
     "views": _views,
+    "planets": _planets,
 }
