@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
+import time
 from typing import TYPE_CHECKING, Any
 
 from . import ASSETS
@@ -28,6 +29,9 @@ _FRAMES = 240
 _TRACE_LINES = 9
 """Of a traceback that are shown; the log has all."""
 
+_CLOCK_EVERY_S = 0.1
+"""So often the clock by the sun is worked out anew: where the sun stands takes longer than all other lines."""
+
 _MODES = {"ship": "ship", "walk": "on foot", "orbit": "globe"}
 
 
@@ -44,6 +48,7 @@ class FlightInterface:
         self._scope: Any = None
         self._ui: Any = None
         self._shows = False
+        self._clock: tuple[float, str] = (-1.0, "")
         self._history = FrameHistory(_FRAMES)
         self._settings = SettingsWindow(scene, self._history)
         self._journey = JourneyWindow()
@@ -132,9 +137,15 @@ class FlightInterface:
             data.cells, data.vertices, data.triangles = (
                 shown.stats.get(name) for name in ("cells", "vertices", "triangles")
             )
-            data.lines = _lines(app)
+            data.lines = _lines(app, self._clock_text(app))
             data.refining = getattr(app.renderer, "refining", ())
         return data
+
+    def _clock_text(self, app: FlightApp) -> str:
+        now = time.perf_counter()
+        if now >= self._clock[0]:
+            self._clock = (now + _CLOCK_EVERY_S, f"{clock_text(app.journey.hour)} by the sun")
+        return self._clock[1]
 
 
 def _help(app: FlightApp) -> tuple[tuple[str, str], ...]:
@@ -164,14 +175,14 @@ def _last_lines(report: str) -> str:
     return "\n".join([lines[-1], *lines[-_TRACE_LINES:-1]])
 
 
-def _lines(app: FlightApp) -> tuple[str, ...]:
+def _lines(app: FlightApp, clock: str) -> tuple[str, ...]:
     pilot = app.pilot
     throttle = app.ship.throttle if pilot.mode == "ship" else 1.0
     lines = [
         f"{_MODES[pilot.mode]}: {length(pilot.clearance_m)} above ground",
         f"{length(pilot.speed_m_s)}/s" + ("" if throttle == 1.0 else f"   throttle {throttle:.2g}"),
         place(*(float(value) for value in pilot.position_m)),
-        f"{clock_text(app.journey.hour)} by the sun",
+        clock,
     ]
     if app.planets.several:
         lines.insert(1, f"over {app.planets.name}")

@@ -25,18 +25,21 @@ class FrameHistory:
     """The last frame times in a ring: `add` one a frame."""
 
     def __init__(self, length: int = 120) -> None:
-        self._ring: NDArray[np.float32] = np.zeros(length, np.float32)
+        # Twice, so that all of them lie in a row wherever the ring begins.
+        self._ring: NDArray[np.float32] = np.zeros(2 * length, np.float32)
+        self._length = length
         self._next = self._count = 0
 
     def add(self, frame_ms: float) -> None:
-        self._ring[self._next] = frame_ms
-        self._next = (self._next + 1) % len(self._ring)
-        self._count = min(self._count + 1, len(self._ring))
+        self._ring[self._next] = self._ring[self._next + self._length] = frame_ms
+        self._next = (self._next + 1) % self._length
+        self._count = min(self._count + 1, self._length)
 
     @property
     def values_ms(self) -> NDArray[np.float32]:
-        """Oldest first."""
-        return np.roll(self._ring, -self._next)[len(self._ring) - self._count :]
+        """Oldest first; good until the next `add`."""
+        end = self._next + self._length
+        return self._ring[end - self._count : end]
 
     @property
     def mean_ms(self) -> float:
