@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from .app_journey import Journey
 from .app_keys import act
 from .app_pace import Pace, check_frame_cap
-from .app_planets import FlightPlanets
+from .app_planets import FlightPlanets, first_camera
 from .app_shown import Interface, RendererMaker, Shown
 from .arguments import check_scene
 from .camera import Camera
@@ -32,7 +32,7 @@ from .sea_surface import SeaSurface
 from .shot import shot_settings
 from .systems.capture import CaptureError, require_writable
 from .systems.flight import Controls, Ground, Mode, Pilot, Pose, controls_or_defaults, steering
-from .views import View, view, views
+from .views import View, view
 
 if TYPE_CHECKING:
     from .engine.input import InputState
@@ -96,7 +96,7 @@ class FlightApp:
         self.pace = Pace()
         self._clock = time.perf_counter
         self._next_stats_s = self._next_reload_s = self._message_ends_s = 0.0
-        self._shader_errors_known = ""
+        self._held_camera: tuple[tuple[Any, ...], Camera] | None = None
         self._start = camera or first_camera(scene)
         self._start_sun = sun or (self._start.sun if isinstance(self._start, View) else None)
         state = self._start.resolve(scene)
@@ -144,10 +144,15 @@ class FlightApp:
     def camera_for(self, fov_y_deg: float | None) -> Camera:
         """This frame's camera, with a field of view of its own if given; in the axes of the scene's own planet."""
         pose = self.planets.outside(self.pilot.pose)
-        camera = Camera.__new__(Camera)  # the axes are orthonormal already: checking them costs 0.1 ms a frame
-        camera._place, camera._pose = None, (pose.position_m, pose.forward, pose.up)
-        camera._optics(pose.fov_y_deg if fov_y_deg is None else fov_y_deg, None, None)
-        return camera
+        fov_y_deg = pose.fov_y_deg if fov_y_deg is None else fov_y_deg
+        # The same camera while nothing moves: a renderer that knows it doesn't resolve it again (a seventh of a frame).
+        key = (pose.position_m.tobytes(), pose.forward.tobytes(), pose.up.tobytes(), fov_y_deg)
+        if self._held_camera is None or self._held_camera[0] != key:
+            camera = Camera.__new__(Camera)  # the axes are orthonormal already: checking them costs 0.1 ms a frame
+            camera._place, camera._pose = None, (pose.position_m, pose.forward, pose.up)
+            camera._optics(fov_y_deg, None, None)
+            self._held_camera = (key, camera)
+        return self._held_camera[1]
 
     @property
     def latitude_longitude_altitude(self) -> tuple[float, float, float]:
@@ -488,10 +493,3 @@ def fly(
             if app is not None:
                 app.pace.release()
             (first if app is None else app.renderer).release()
-
-
-def first_camera(scene: Scene) -> Camera:
-    """The planet from orbit, or from three radii up where the scene has no such view."""
-    if "orbit" in views(scene):
-        return view("orbit", scene.planet)
-    return Camera.at(20.0, 0.0, 3.0 * scene.planet.radius_m, 0.0, -90.0)

@@ -12,19 +12,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .camera import Camera
 from .companions import Body, bodies, nearest
 from .components import Sun
 from .errors import UnknownNameError
 from .sea_surface import SeaSurface
 from .systems.flight import Pose
 from .systems.light.sun import resolve_sun
+from .views import view, views
 
 if TYPE_CHECKING:
     from .app import FlightApp
-    from .camera import Camera
-    from .scene import PlanetHandle
+    from .scene import PlanetHandle, Scene
 
-__all__ = ["Crossing", "FlightPlanets"]
+__all__ = ["Crossing", "FlightPlanets", "first_camera"]
 
 _PACE_PER_S = 1.2
 """E-folds of the distance to the planet left, and then to the one ahead, in a second."""
@@ -271,3 +272,10 @@ def _upright(up: Any, forward: Any) -> Any:
     if float(level @ level) < 1e-12:
         level = np.cross(forward, np.eye(3)[int(np.argmin(np.abs(forward)))])
     return level / np.linalg.norm(level)
+
+
+def first_camera(scene: Scene) -> Camera:
+    """The planet from orbit, or from three radii up where the scene has no such view."""
+    if "orbit" in views(scene):
+        return view("orbit", scene.planet)
+    return Camera.at(20.0, 0.0, 3.0 * scene.planet.radius_m, 0.0, -90.0)

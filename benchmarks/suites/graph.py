@@ -150,6 +150,7 @@ def _demo_python(session: Session) -> None:
             cpu_ms=times["cpu_ms"],
             cpu_p10_ms=times["cpu_p10_ms"],
             interface_ms=times["interface_ms"],
+            swap_ms=times["swap_ms"],
         )
 
 
