@@ -49,7 +49,7 @@ class World:
     Several worlds may live at once. Structural changes (create, add, remove, delete) raise `structure_revision`, which
     is how a renderer sees that its frame graph may have to be compiled again; changes of a field's value don't.
     Costs: a call switches esper's world twice (0.5 us); enter `active()` once around bulk work to pay it once.
-    Repeated queries come from a cache until the structure changes.
+    Components and queries that were asked for before come from a cache until the structure changes.
 
     Close it when done; a forgotten world is freed with its object.
     """
@@ -63,6 +63,7 @@ class World:
         """What systems publish, by key; `resource()` reads it with a message when it is missing. From a renderer's
         first frame on it is that renderer's, until another one draws (`own_resources`)."""
         self._sorted: dict[tuple[type, ...], tuple[list[Any], list[Any]]] = {}
+        self._known: dict[tuple[int, type], Any] = {}
         with self.active():
             pass  # switching to a new name makes the esper world
         self._finalizer = weakref.finalize(self, _delete_esper_world, self.name)
@@ -120,6 +121,7 @@ class World:
                 raise RuntimeError(f"world {self.name} can't be closed inside its own active() block; leave it first")
             self._open = False
             self._sorted.clear()
+            self._known.clear()
             self.resources.clear()
             self._shared.clear()
             self._finalizer()
@@ -140,8 +142,9 @@ class World:
             twice = next(kind for kind in kinds if kinds.count(kind) > 1)
             raise ValueError(f"create() got two {twice.__name__} components; an entity holds one of each type")
         with self.active():
-            self._revision += 1
-            return esper.create_entity(*components)
+            made = esper.create_entity(*components)
+            self._changed()
+            return made
 
     def exists(self, entity: int) -> bool:
         with self.active():
@@ -152,7 +155,7 @@ class World:
         with self.active():
             self._require(entity, "delete")
             esper.delete_entity(entity, immediate=True)
-            self._revision += 1
+            self._changed()
 
     def add(self, entity: int, component: Any) -> None:
         """Give the entity a component; one of the same type is replaced."""
@@ -160,7 +163,7 @@ class World:
         with self.active():
             self._require(entity, f"add a {type(component).__name__} to")
             esper.add_component(entity, component)
-            self._revision += 1
+            self._changed()
 
     def remove(self, entity: int, kind: type[C1]) -> C1:
         """Take the component of this type off the entity and return it; MissingError when it has none."""
@@ -169,12 +172,12 @@ class World:
             if not esper.has_component(entity, kind):
                 raise MissingError(self._no_component(entity, kind))
             component = esper.remove_component(entity, kind)
-            self._revision += 1
+            self._changed()
             return component
 
     def get(self, entity: int, kind: type[C1]) -> C1:
         """The entity's component of this type; MissingError says what the entity does have."""
-        found = self._read(esper.try_component, entity, kind)
+        found = self.try_get(entity, kind)
         if found is None:
             with self.active():
                 self._require(entity, f"get {kind.__name__} of")
@@ -183,7 +186,13 @@ class World:
 
     def try_get(self, entity: int, kind: type[C1]) -> C1 | None:
         """The entity's component of this type, or None when there is no such entity or component."""
-        return self._read(esper.try_component, entity, kind)
+        key = (entity, kind)
+        try:  # what a frame asks for a hundred times; emptied with every structural change
+            return self._known[key]
+        except KeyError:
+            with _lock:
+                found = self._known[key] = self._read(esper.try_component, entity, kind)
+                return found
 
     def has(self, entity: int, *kinds: type) -> bool:
         """Whether the entity exists and has all these components."""
@@ -256,6 +265,11 @@ class World:
     def remove_resource(self, key: str) -> None:
         """Withdraw a published thing; nothing happens when it isn't there."""
         self.resources.pop(key, None)
+
+    def _changed(self) -> None:
+        """The structure is another one now."""
+        self._revision += 1
+        self._known.clear()
 
     # -- guards --------------------------------------------------------------------------------------------------------
 

@@ -19,6 +19,7 @@ T = TypeVar("T")
 _revisions = itertools.count(1)
 _latest: dict[type, int] = {}
 _CHANGED = "_changed_at"
+_LAST = "_changed_last"
 
 
 def install(cls: type[T]) -> type[T]:
@@ -70,6 +71,8 @@ def revision(component: Any, *fields: str) -> int:
     No two component objects share one, so a replaced component counts as changed. A field that is a list of components
     changes with each of them.
     """
+    if not fields and not _list_fields(type(component)):  # as nearly all are asked for, each frame
+        return component.__dict__.get(_LAST, 0)
     changed: Mapping[str, int] = component.__dict__.get(_CHANGED, {})
     lists = _list_fields(type(component))
     inner = [revision(item) for name in lists if not fields or name in fields for item in getattr(component, name)]
@@ -98,6 +101,7 @@ def assign_many(components: Sequence[Any], name: str, values: Sequence[Any]) -> 
         fields = component.__dict__
         fields[name] = value
         fields[_CHANGED] = {**fields.get(_CHANGED, {}), name: latest}
+        fields[_LAST] = latest
         _latest[type(component)] = latest
 
 
@@ -115,6 +119,7 @@ def _touch(component: Any, name: str) -> None:
     # A new dict each time, so that a shallow copy doesn't share it.
     latest = _latest[type(component)] = next(_revisions)
     component.__dict__[_CHANGED] = {**component.__dict__.get(_CHANGED, {}), name: latest}
+    component.__dict__[_LAST] = latest
 
 
 @lru_cache(maxsize=256)
