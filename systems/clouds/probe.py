@@ -20,6 +20,8 @@ __all__ = ["SLAB_UNIT", "CloudQuestions", "MarchRays", "march_defines", "slab_te
 
 Floats = NDArray[np.float64]
 SLAB_UNIT = 14
+FINEST_STEPS = 300
+"""Through a layer. From there on the weather is looked up at each, and steps through the clear are no longer."""
 _BATCH = 4096
 """Questions in one dispatch: some tenths of a second without a GPU."""
 
@@ -34,6 +36,7 @@ def march_defines(settings: Mapping[str, Any]) -> dict[str, Any]:
         "CLOUD_SLAB": f"vec3({DEPTHS}.0, {SUNS}.0, {SHARES}.0)",
         "CLOUD_SLAB_RANGE": f"vec3({LEAST_DEPTH!r}, {math.log(MOST_DEPTH / LEAST_DEPTH)!r}, {LEAST_COSINE!r})",
         "CLOUD_SLABS": MOST_CLOUD_LAYERS,
+        **({"CLOUD_FINEST": 1} if settings["clouds.fine_steps"] >= FINEST_STEPS else {}),
     }
 
 

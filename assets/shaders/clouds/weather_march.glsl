@@ -25,6 +25,15 @@ const float SUN_LEVEL = 0.04;   // of a sun below the horizon maps know the way 
 const float MOST_SLOPE = 50.0;  // of the optical depth towards the sun over that along the ray
 const float NEAREST_M = 4.0;   // a step around the eye
 
+// Finest steps: the weather of each place, and no wisp is stepped over.
+#ifdef CLOUD_FINEST
+const float LONG_STEPS = 1.0;
+#define WEATHER_AT(here, there, part, point, wide) cloud_weather(up_at(point), wide)
+#else
+const float LONG_STEPS = 4.0;   // through the clear
+#define WEATHER_AT(here, there, part, point, wide) cloud_weather_between(here, there, part)
+#endif
+
 struct March {
     vec3 light;        // towards the camera
     float open;        // transmittance of the clouds so far
@@ -56,8 +65,12 @@ float depth_to_sun(int layer, vec3 point, float altitude, vec3 up, CloudWeather 
     CloudSunPlace ray = cloud_sun_ray(point, altitude, mu, footprint);
     float near = mapped ? min(way, max(0.08 * thickness, 1.5 * cloud_map_texel(ray.level))) : way;
     near = mix(way, near, smoothstep(0.0, SUN_LEVEL, mu));
+#ifdef CLOUD_FINEST
+    float most = u_march.w;
+#else
     // Ice is thin; and what is averaged over the way there needs no steps of its own.
     float most = cloud_view.droplets[layer].z == 1.0 ? 1.0 : u_march.w * min(2.0 * way / footprint, 1.0);
+#endif
     // Short steps first: what is near casts the sharpest shadows. So many of them lie in the part that is marched.
     int steps = max(int(ceil(most * sqrt(near / max(way, 1e-3)))), 1);
     float sum = 0.0, from = 0.0, per_step = 1.0 / float(steps);
@@ -96,8 +109,9 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
     float thickness = shell.y - shell.x, way = to - from;
     bool thin = drops.z == 1.0;
     float least = thickness / u_march.x, grow = max(u_march.y, way / (600.0 * max(to + ray_walked, 1.0)));
-    float longer = thin ? 1.0 : 4.0, most = max(way / (0.3 * u_march.x), least);
-    float widest = 1.0 / max(8.0, 0.08 * u_march.x);
+    float longer = thin ? 1.0 : LONG_STEPS, most = max(way / (0.3 * u_march.x), least);
+    // Of the way and of a pixel's width: steps where clouds are averaged. Who asks for more steps than pictures need gets them there, too.
+    float widest = 1.0 / max(8.0, u_march.x * u_march.x / 2000.0), narrowest = 0.3 * min(1.0, 2.0 * WAY_STEPS / u_march.x);
     if (thin) least = most = way / ceil(0.04 * u_march.x * log2(2.0 * way / thickness + 2.0));
     int segments = way_segments(shell, thin, from, to);
     float t = from, ease = longer, begin = from;
@@ -136,11 +150,11 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
                 float away = t + ray_walked;
                 unit = min(max(min(least, thin ? least : NEAREST_M + 0.02 * away), away * grow), most);
                 // Clouds that a pixel is too wide to show have smooth means.
-                unit = min(max(unit, 0.3 * away * pixel_rad), max(way * widest, unit));
+                unit = min(max(unit, narrowest * away * pixel_rad), max(way * widest, unit));
                 float step_m = min(unit * ease, past - t + 1e-3), here_m = t + shift * step_m;
                 vec3 point = ray * here_m;
                 float share = clamp((altitude_of(point) - shell.x) * shell.z, 0.0, 1.0);
-                CloudWeather w = cloud_weather_between(weather_here, weather_there, (here_m - begin) * per_metre);
+                CloudWeather w = WEATHER_AT(weather_here, weather_there, (here_m - begin) * per_metre, point, (here_m + ray_walked) * pixel_rad);
                 m.steps += 1.0;
                 float density = cloud_density(layer, point + frame.camera_offset.xyz, share, w,
                     max((here_m + ray_walked) * pixel_rad, 0.2 * unit), 2);
@@ -166,7 +180,7 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
             vec3 point = ray * at;
             float altitude = altitude_of(point), share = clamp((altitude - shell.x) * shell.z, 0.0, 1.0);
             float part = (at - begin) * per_metre, footprint = max((at + ray_walked) * pixel_rad, 0.2 * unit);
-            CloudWeather w = cloud_weather_between(weather_here, weather_there, part);
+            CloudWeather w = WEATHER_AT(weather_here, weather_there, part, point, (at + ray_walked) * pixel_rad);
             float to_sun = depth_to_sun(layer, point, altitude, up_middle, w, footprint), up = to_sun * slab_sun;
             float down = cloud_under(layer, share, cloud_column(layer, w, depth / (length_m * shell.w)), up);
             float taken = m.open * (1.0 - exp(-depth)), left = exp(-passes * depth);
