@@ -25,7 +25,7 @@ const float SUN_LEVEL = 0.04;   // of a sun below the horizon maps know the way 
 const float MOST_SLOPE = 50.0;  // of the optical depth towards the sun over that along the ray
 const float NEAREST_M = 4.0;   // a step around the eye
 
-// Finest steps: the weather of each place, and no wisp is stepped over.
+// Finest steps: the weather and the sunlight of each place, and no wisp is stepped over.
 #ifdef CLOUD_FINEST
 const float LONG_STEPS = 1.0;
 #define WEATHER_AT(here, there, part, point, wide) cloud_weather(up_at(point), wide)
@@ -60,8 +60,8 @@ float depth_to_sun(int layer, vec3 point, float altitude, vec3 up, CloudWeather 
     // To the top, over a curved layer: a level ray leaves it, too.
     float rise = max(shell.y - altitude, 0.0), r = planet.radii.x + altitude;
     float b = r * mu, root = sqrt(max(b * b + rise * (2.0 * r + rise), 0.0));
-    float way = min(b >= 0.0 ? rise * (2.0 * r + rise) / max(root + b, 1.0) : root - b, 6.0 * thickness);
     bool mapped = u_march.w <= SUN_MAPPED;
+    float way = min(b >= 0.0 ? rise * (2.0 * r + rise) / max(root + b, 1.0) : root - b, mapped ? 6.0 * thickness : 1e9);
     CloudSunPlace ray = cloud_sun_ray(point, altitude, mu, footprint);
     float near = mapped ? min(way, max(0.08 * thickness, 1.5 * cloud_map_texel(ray.level))) : way;
     near = mix(way, near, smoothstep(0.0, SUN_LEVEL, mu));
@@ -181,6 +181,10 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
             float altitude = altitude_of(point), share = clamp((altitude - shell.x) * shell.z, 0.0, 1.0);
             float part = (at - begin) * per_metre, footprint = max((at + ray_walked) * pixel_rad, 0.2 * unit);
             CloudWeather w = WEATHER_AT(weather_here, weather_there, part, point, (at + ray_walked) * pixel_rad);
+#ifdef CLOUD_FINEST
+            up_middle = up_at(point);
+            sun = sun_at(point, altitude, up_middle);
+#endif
             float to_sun = depth_to_sun(layer, point, altitude, up_middle, w, footprint), up = to_sun * slab_sun;
             float down = cloud_under(layer, share, cloud_column(layer, w, depth / (length_m * shell.w)), up);
             float taken = m.open * (1.0 - exp(-depth)), left = exp(-passes * depth);
