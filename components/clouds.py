@@ -80,6 +80,13 @@ class Clouds(CloudLayer):
         group="weather",
         widget="path",
     )
+    shadows: bool = knob(
+        True, help="Whether clouds keep the sun's beam from land, sea and objects below them", group="light"
+    )
+    skylight: bool = knob(
+        True, help="Whether the sky's light on land and objects is that of a sky with its clouds", group="light"
+    )
+    mirrored: bool = knob(True, help="Whether the sea mirrors clouds", group="light")
     shafts: bool = knob(True, help="Whether clouds cast shadows into the air: shafts of light", group="light")
     method: str = knob(
         "ours",

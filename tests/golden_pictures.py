@@ -86,8 +86,8 @@ MACHINE_BOUND = {
 fragments write depth, and 0.8 is what other debug views differ by. Errors of a thousandth of a pixel: 0.001."""
 
 
-BROKEN = {"clouds.weather_seed": 73, "clouds.coverage": 0.62}
-"""Broken clouds for the view noon, which the preset's weather leaves clear all week."""
+CLOUD_VIEWS = ("clouds", "fair", "overcast", "cloud_sea", "shafts", "cloud_shadows", "day_edge")
+"""Those that are named after clouds; all others are taken without."""
 
 
 def cloud_picture(name: str, view: str, changes: Mapping[str, Any] | None = None, **parts: Any) -> Picture:
@@ -145,7 +145,7 @@ DEBUG_VIEWS = (
 )
 
 VIEW_PICTURES: tuple[Picture, ...] = (
-    *(Picture(f"earth/{view}", "earth", view, clouds=view == "clouds") for view in pf.views("earth")),
+    *(Picture(f"earth/{view}", "earth", view, clouds=view in CLOUD_VIEWS) for view in pf.views("earth")),
     *(Picture(f"{planet}/{view}", planet, view) for planet in OTHER_PLANETS for view in ("space", "near")),
     *(Picture(f"props/{view}", "props", view) for view in ("ground", "beach")),
     *(Picture(f"{planet}/{view}", planet, view) for planet in AIRY_PLANETS for view in ("sunset", "limb", "high")),
@@ -211,13 +211,10 @@ KNOB_PICTURES: tuple[Picture, ...] = (
 )  # fmt: skip
 
 CLOUD_PICTURES: tuple[Picture, ...] = (
-    cloud_picture("cumulus", "sea"),
-    cloud_picture("overcast", "coast"),
+    cloud_picture("mirrored", "sea"),
     cloud_picture("low_sun", "glint"),
     cloud_picture("dusk", "dusk"),
-    cloud_picture("above", "high"),
-    cloud_picture("shadows", "noon", BROKEN),
-    cloud_picture("shafts", "sunset"),
+    cloud_picture("high", "high"),
     cloud_picture("orbit", "orbit"),
     cloud_picture("limb", "limb"),
     cloud_picture("terminator", "terminator"),
@@ -225,8 +222,9 @@ CLOUD_PICTURES: tuple[Picture, ...] = (
     cloud_picture("disc_after_an_hour", "space", later_s=3600.0),
     cloud_picture("disc_after_ten_days", "space", later_s=864e3),
 )
-"""Fair weather from the ground, a closed sky, low suns, a sea of clouds from 10 km, shadows on land and sea, day's edge
-from 400 and 2000 km, and the full disc; earth/clouds is inside."""
+"""Clouds in the sea, low suns, day's edge from 2000 km, and the full disc. Views named after clouds (earth/fair and the
+rest of CLOUD_VIEWS) show fair weather, a closed sky, a sea of clouds, shafts of light, shadows on land and sea, day's
+edge from 400 km, and the inside."""
 
 SEVERAL_PICTURES: tuple[Picture, ...] = (
     Picture("several/moonrise", "earth_moon", "moonrise"),

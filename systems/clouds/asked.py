@@ -116,14 +116,14 @@ class WeatherQuestions:
         if most_m is not None:
             end = np.minimum(end, np.maximum(most_m - skipped, 0.0))
         end = np.where(meets, end, 0.0)
-        packed = np.zeros((len(h), 10, 4), np.float32)
+        packed = np.zeros((len(h), 11, 4), np.float32)
         packed[:, 0, :3], packed[:, 0, 3] = up, h
         packed[:, 1, :3], packed[:, 1, 3] = directions, mu
         packed[:, 2, :3], packed[:, 2, 3] = suns, sun_radius_rad
         packed[:, 3, 0], packed[:, 3, 1] = end, pixel_rad
         packed[:, 3, 2], packed[:, 3, 3] = (np.cross(up, directions) ** 2).sum(1), skipped
         packed[:, 4:] = self._field.places(up * (radius + h)[:, None])
-        return packed.reshape(len(h), 40)
+        return packed.reshape(len(h), 44)
 
     def _batch(self, program: Any, packed: NDArray[np.float32]) -> Floats:
         count = len(packed)

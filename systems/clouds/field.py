@@ -44,8 +44,8 @@ class CloudField:
         self.maps = WeatherMaps(gpu, int(settings["clouds.map_texels"]))
         self._textures: tuple[Any, Any] = (None, None)
         self.layers: list[Any] = []
-        self.wind_m_s, self.first = 0.0, (0.0, 1.0)
-        self.frames = frames_at(0.0, 1.0, 0.0)
+        self.wind_m_s, self.first, self.mirrored = 0.0, (0.0, 1.0), True
+        self.frames, self._radius_m = frames_at(0.0, 1.0, 0.0), 1.0
 
     def take(self, component: Any) -> None:
         """These clouds from now on. ValueError (MapError) for an imported map that can't be read: all stays."""
@@ -60,6 +60,8 @@ class CloudField:
         present = [layer for layer in (component, *component.layers) if any(layer is one for one in self.layers)]
         numbers = [next(i for i, one in enumerate(present) if one is layer) for layer in self.layers]
         write_layers(self.block, self.layers, coverage, numbers)
+        self.mirrored = bool(component.mirrored)
+        self.block.casts = (float(component.shadows), float(component.skylight), float(self.mirrored), 0.0)
 
     def light(self, model: CloudModel) -> None:
         """The model's block, and the table of light scattered more than once where the droplets are others."""
@@ -76,14 +78,16 @@ class CloudField:
         return self._textures[0] is not None
 
     def places(self, points_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(N, 6, 4) of layers.noise_places, for points at the moment of the last `place`."""
-        return noise_places(*self.frames, points_m, self.first[1])
+        """(N, 7, 4) of layers.noise_places, for points at the moment of the last `place`."""
+        return noise_places(*self.frames, points_m, self.first[1], self._radius_m)
 
     def place(self, anchor_m: NDArray[np.float64], radius_m: float, time_s: float) -> None:
         """Noise and weather of a moment, around an anchor (planet-centred). Maps: those that `maps.charts` shows."""
         turn, tilt = self.frames = frames_at(self.wind_m_s, radius_m, time_s)
+        self._radius_m = radius_m
         write_noise(
-            self.block, turn, tilt, anchor_m, self.first[1], self.shape.texture.size[0], self.rims.texture.size[0]
+            self.block, turn, tilt, anchor_m, radius_m, self.first[1], self.shape.texture.size[0],
+            self.rims.texture.size[0],
         )
         texel_m = radius_m * np.sqrt(4.0 * np.pi) / self.maps.size
         self.block.weather = (self.maps.charts.share, self.maps.size, BORDER, texel_m)

@@ -23,7 +23,8 @@ _BROAD_PERIOD = 6.4
 _WIDE, _FINE, _FINEST = 6.871, 0.1031, 0.01173
 """Further periods as shares of it; no small whole numbers are their ratios, so repeats never coincide."""
 _FIBRE, _VEIL = 0.73, 1.93
-_STRETCH = (0.13, 0.16, 0.61)
+_STRETCH = (0.19, 0.22, 0.61)
+"""Of the streaks' axes: fibres are three times as long as wide, before the winds draw them out further."""
 _CLUMP = 0.3
 """Way through one cloud, in thicknesses of its layer: with it eight regions seen from above with pixels of 30 km are as
 opaque on the mean as with pixels of 375 m (0.49 and 0.51), and so at thrice the extinction (0.59 and 0.59)."""
@@ -80,18 +81,20 @@ def write_layers(block: CloudViewBlock, layers: list[Any], map_coverage: float, 
     )
 
 
-def noise_places(turn: Floats, tilt: Floats, points_m: Floats, thickness_m: float) -> Floats:
-    """(N, 6, 4): the place of points (N, 3) in the period of each volume, 0..1, and 1 / period: broad, wide, fine,
-    finest, fibre, veil as in CloudViewBlock. points_m: planet-centred. In float64: noise is the same from anywhere."""
+def noise_places(turn: Floats, tilt: Floats, points_m: Floats, thickness_m: float, radius_m: float) -> Floats:
+    """(N, 7, 4): the place of points (N, 3) in the period of each volume, 0..1, and 1 / period: broad, wide, fine,
+    finest, fibre, veil as in CloudViewBlock; then bend: the place in radii, 1 / radius. points_m: planet-centred. In
+    float64: noise is the same from anywhere."""
     period = _BROAD_PERIOD * thickness_m
     turned, tilted = points_m @ turn.T, points_m @ tilt.T
     stretched = turned * np.asarray(_STRETCH)
-    found = np.empty((len(points_m), 6, 4))
+    found = np.empty((len(points_m), 7, 4))
     for row, (at, share) in enumerate((
         (turned, 1.0), (tilted, _WIDE), (tilted, _FINE), (turned, _FINEST), (stretched, _FIBRE),
         (stretched[:, [1, 2, 0]], _VEIL),
     )):  # fmt: skip
         found[:, row, :3], found[:, row, 3] = np.mod(at / (period * share), 1.0), 1.0 / (period * share)
+    found[:, 6, :3], found[:, 6, 3] = turned / radius_m, 1.0 / radius_m
     return found
 
 
@@ -100,6 +103,7 @@ def write_noise(
     turn: Floats,
     tilt: Floats,
     anchor_m: Floats,
+    radius_m: float,
     thickness_m: float,
     shape_texels: int,
     rim_texels: int,
@@ -108,8 +112,10 @@ def write_noise(
     period = _BROAD_PERIOD * thickness_m
     block.turn = np.pad(turn.T, ((0, 0), (0, 1)))
     block.tilt = np.pad(tilt.T, ((0, 0), (0, 1)))
-    rows = noise_places(turn, tilt, anchor_m[None], thickness_m)[0]
-    block.broad, block.wide, block.fine, block.finest, block.fibre, block.veil = (tuple(row) for row in rows)
+    rows = noise_places(turn, tilt, anchor_m[None], thickness_m, radius_m)[0]
+    block.broad, block.wide, block.fine, block.finest, block.fibre, block.veil, block.bend = (
+        tuple(row) for row in rows
+    )
     block.stretch = (*_STRETCH, _CLUMP * thickness_m)
     block.fade = (
         math.log2(shape_texels / period),

@@ -114,6 +114,7 @@ class PaperClouds:
         thickness, extinction = top - base, 0.0 if layer is None else float(layer.extinction_per_m)
         self._block.shell[0] = base, top, 1.0 / thickness, extinction
         self._block.shape[0, 0] = 0.0 if layer is None else float(layer.height_profile == "parabola")
+        self._block.casts = (float(component.shadows), 0.0, 0.0, 0.0)
         small = thickness / STEPS
         self._view.set("u_steps", (small, LARGE_STEP * small))
         coverage = float(layer.coverage) if layer is not None and layer.density_model == "weather" else None

@@ -193,7 +193,7 @@ class CloudSystem(System):
                     help="clouds over the camera, for what mirrors the sky",
                 ),
             ),
-            when=lambda: self._sky.due and bool(self.field.layers),
+            when=lambda: self._sky.due and self.field.mirrored and bool(self.field.layers),
             only_while=planet_seen(self._world, view.index),
             help="a small map of the clouds in the sky, now and then",
         )  # fmt: skip

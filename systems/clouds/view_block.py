@@ -51,8 +51,10 @@ class CloudViewBlock:
     """the shape's volume for streaks, in the frame `turn`, after its axes have been stretched"""
     veil: Vec4 = (0.0, 0.0, 0.0, 1.0)
     """the same, wider"""
+    bend: Vec4 = (0.0, 0.0, 0.0, 1.0)
+    """(the anchor's place in the frame `turn`, in radii, 1 / radius): where the winds aloft meander"""
     stretch: Vec4 = (1.0, 1.0, 1.0, 0.0)
-    """of those axes: less across the poles' axis, so that streaks lie along the parallels; w: way through one
+    """of those axes: less across the poles' axis, so that streaks lie along the winds; w: way through one
     cloud of those that are too small to be told apart, in metres"""
     hiding: Vec4 = (0.0, 1.0, 0.0, 1.0)
     """level of the shape's and of the rims' volume at which half of the variance is gone, with the slopes there"""
@@ -62,6 +64,8 @@ class CloudViewBlock:
     """(levels of the shape's volume for a footprint of 1 m: broad, wide, fine, finest)"""
     shadow: Vec4 = (0.0, 0.0, 0.0, 0.0)
     """(reference height of the maps of the shadow, how many there are, intervals of height in them, texels a side)"""
+    casts: Vec4 = (1.0, 1.0, 1.0, 0.0)
+    """(shadows on surfaces, light of the cloudy sky on them, clouds in the sea: 1 or 0 each; 0)"""
     spans: Annotated[Any, array(Vec4, MOST_LAYERS)] = field(default_factory=_rows(MOST_LAYERS))
     """heights with cloud, lowest first: (base, 1 / thickness, intervals of height, 0)"""
     shadow_from: Annotated[Any, array(Vec4, MOST_MAPS)] = field(default_factory=_rows(MOST_MAPS))

@@ -30,6 +30,22 @@ const float CLOUD_SCARCE = 0.12;      // cover below which the threshold rises o
 const float CLOUD_FILLED = 0.4;       // of the height of clouds, by what is in them on the mean: thin bases, tops and places
 const float CLOUD_BEYOND = 0.54;      // sqrt(0.5) - 0.5 of two volumes whose weights are a unit vector, and twice the rims' weights
 
+const float CLOUD_SEAMS = 0.12;       // of a closed sheet's cover
+const float CLOUD_SHALLOW = 0.12;     // extinction of a sheet against that of towers
+const float CLOUD_ROLLS = 0.2;        // of noise, in rolls as far apart as the rims' volume repeats
+const float CLOUD_ICE = -0.39;        // threshold of ice
+const float CLOUD_FEATHER = 0.9;      // by how much it rises away from the middle of a sheet, over a layer's thickness squared
+const float CLOUD_SHEAR = 3.5;        // way along the winds for one way down
+const float CLOUD_VEER = 1.2;         // and across
+const float CLOUD_ICE_RIM = 1.4;      // of ice against other rims
+const vec3 CLOUD_HAIR = vec3(0.55, 0.55, 2.2);   // finest fibres: four times as long for their width
+const float CLOUD_CURL = 0.12;        // of the fibres' period
+// Slopes of the waves are up to 0.6 each: half of the fibres lie within 40 degrees of the parallels, and none is cut off.
+const mat3 CLOUD_MEANDER = mat3(
+    vec3(0.04, -0.05, 0.085),
+    vec3(-0.03, 0.02, 0.045),
+    vec3(0.012, 0.016, 0.026));
+
 // Between two levels of a volume chance decides, ray by ray: one fetch instead of two. 0..1, set by whoever marches.
 float cloud_dither = 0.5;
 
@@ -89,9 +105,14 @@ float cloud_height_cover(float share, CloudWeather w) {
     return smoothstep(0.0, 0.10, share) * clamp(1.0 - x * x, 0.0, 1.0);
 }
 
-// How dense the inside of clouds is that a weather makes: sheets are thin; fronts and towers are not.
+// 1 for deep weather, fronts and towers; 0 for sheets.
+float cloud_solid(CloudWeather w) {
+    return clamp(max(w.deep * w.deep, 1.3 * w.towers - 0.65), 0.0, 1.0);
+}
+
+// How dense the inside of clouds is that a weather makes: sheets are thin.
 float cloud_body(CloudWeather w) {
-    return mix(0.06, 1.0, clamp(max(w.deep * w.deep, 1.3 * w.towers - 0.65), 0.0, 1.0));
+    return mix(CLOUD_SHALLOW, 1.0, cloud_solid(w));
 }
 
 // Vertical optical depth of a whole cloud of a weather. density: at some place in it; ice is as it is there all the way.
@@ -113,18 +134,41 @@ float cloud_told(float footprint_m, float per_period) {
     return 1.0 - smoothstep(0.05, 0.2, footprint_m * per_period);
 }
 
+// Where ice has been carried: long waves of the winds aloft bend what lies along the parallels, up to right across them, so that
+// fibres run along jets that meander around the planet. from_middle: from the planet's centre in its radii; result in radii.
+vec3 cloud_meander(vec3 from_middle) {
+    vec3 turns = vec3(dot(from_middle, vec3(0.71, 0.52, 0.93)), dot(from_middle, vec3(-1.62, 1.17, 1.35)),
+        dot(from_middle, vec3(2.31, 3.05, -2.12))) + vec3(0.13, 0.41, 0.77);
+    // Parabolas instead of sines: for what is drawn out as long as that they are as good.
+    vec3 x = 2.0 * fract(turns) - 1.0, waves = 4.0 * x * (1.0 - abs(x));
+    return CLOUD_MEANDER * waves;
+}
+
+// How far ice that has fallen lags behind, in metres, in air that is slower below and turns: tufts on top, tails behind and aside.
+vec3 cloud_behind(vec3 from_middle, float fallen_m, float fall) {
+    vec3 east = vec3(-from_middle.y, from_middle.x, 0.0) * inversesqrt(max(dot(from_middle.xy, from_middle.xy), 1e-2));
+    return fallen_m * (CLOUD_SHEAR * east + vec3(0.0, 0.0, CLOUD_VEER * fall));
+}
+
 // All kinds of layer in one line of code: software GPUs go through both sides of a branch, and once through loops of no turns.
 float cloud_density(int layer, vec3 place, float share, CloudWeather w, float footprint_m, int rims) {
     vec4 drops = cloud_view.droplets[layer];
     bool ice = drops.z == 1.0;
-    vec3 turned = cloud_turned(place), tilted = cloud_tilted(place), drawn = turned * cloud_view.stretch.xyz;
+    vec3 turned = cloud_turned(place), tilted = cloud_tilted(place);
+    vec3 from_middle = CLOUD_ORIGIN(bend) + turned * cloud_view.bend.w;   // in radii
+    // Ice falls from the layer's top, where it was carried to by the winds.
+    float fallen_m = (1.0 - share) * (cloud_view.shell[layer].y - cloud_view.shell[layer].x);
+    vec3 carried = (turned + from_middle * fallen_m + cloud_meander(from_middle) / cloud_view.bend.w) * cloud_view.stretch.xyz;
+    vec3 drawn = carried + cloud_behind(from_middle, fallen_m, 1.0 - share) * cloud_view.stretch.xyz;
     // Thin ice: drawn out streaks on the map, fibres of the volume in them. Else clouds of two sizes.
-    vec3 first = ice ? CLOUD_ORIGIN(fibre) + drawn * cloud_view.fibre.w : CLOUD_ORIGIN(broad) + turned * cloud_view.broad.w;
     vec3 second = ice ? CLOUD_ORIGIN(veil) + drawn.yzx * cloud_view.veil.w : CLOUD_ORIGIN(wide) + tilted * cloud_view.wide.w;
-    float first_level = cloud_level(cloud_view.fade.x - (ice ? 1.5 : 0.0), footprint_m);
-    float second_level = ice ? first_level : cloud_level(cloud_view.fade.y, footprint_m);
-    float broad = textureLod(u_cloud_shape, first, first_level + cloud_dither - 0.5).r - 0.5;
+    float first_level = cloud_level(cloud_view.fade.x - (ice ? 0.8 : 0.0), footprint_m);
+    float second_level = cloud_level(ice ? cloud_view.fade.x - 2.0 : cloud_view.fade.y, footprint_m);
     float wide = textureLod(u_cloud_shape, second, second_level + cloud_dither - 0.5).r - 0.5;
+    // Fibres curl around the patches that they are in.
+    vec3 curled = drawn + vec3(0.0, 0.0, CLOUD_CURL * wide / cloud_view.fibre.w);
+    vec3 first = ice ? CLOUD_ORIGIN(fibre) + curled * cloud_view.fibre.w : CLOUD_ORIGIN(broad) + turned * cloud_view.broad.w;
+    float broad = textureLod(u_cloud_shape, first, first_level + cloud_dither - 0.5).r - 0.5;
     // The streaks' period is shortest across them.
     float first_told = cloud_told(footprint_m, ice ? 0.3 * cloud_view.fibre.w : cloud_view.broad.w);
     float second_told = cloud_told(footprint_m, ice ? 0.3 * cloud_view.veil.w : cloud_view.wide.w);
@@ -133,31 +177,40 @@ float cloud_density(int layer, vec3 place, float share, CloudWeather w, float fo
     broad *= first_told;
     wide *= second_told;
 
-    float streaks = 0.4 * broad + 0.4 * wide + w.high * drops.w - 0.62;
+    // Ice is in sheets whose height wanders: the thinner, the nearer to their middle.
+    float aside = share - (0.62 + 0.5 * wide);
+    float high = w.high * drops.w, rare = 1.0 - clamp(high / CLOUD_SCARCE, 0.0, 1.0);
+    float streaks = CLOUD_ICE + 0.55 * broad + 0.5 * wide + 0.6 * high - CLOUD_FEATHER * aside * aside - rare * rare;
     float soft = max(0.3 * sqrt(1.0 - second_shown), 0.02);
-    float thin = cloud_ramp(streaks, soft, 0.5);
 
     // Sheets are of small cells, deep weather is in clusters. Squares of the weights add up to one: the variance stays that of
     // one volume.
-    float clusters = mix(0.40, 0.80, smoothstep(0.25, 0.75, w.towers)), cells = sqrt(1.0 - clusters * clusters);
-    float noise = cells * broad + clusters * wide;
+    float clusters = mix(0.55, 0.80, smoothstep(0.25, 0.75, w.towers)), cells = sqrt(1.0 - clusters * clusters);
     float hidden = 1.0 - cells * cells * first_shown - clusters * clusters * second_shown;
-    float most = clamp(w.cover * drops.w, 0.0, 1.0), cover = most * cloud_height_cover(share, w);
+    // Shallow weather: stratocumulus, in closed cells with thin seams, and here and there in rolls across the wind.
+    float shallow = 1.0 - cloud_solid(w);
+    float most = clamp(w.cover * drops.w, 0.0, 1.0) * (1.0 - CLOUD_SEAMS * shallow), cover = most * cloud_height_cover(share, w);
+    // Rolls lie across an axis of the tilted frame; where that stands upright there are none.
+    float upright = dot(from_middle, vec3(2.0, -1.0, 2.0) / 3.0), roll_told = cloud_told(footprint_m, cloud_view.fine.w);
+    float rolled = CLOUD_ROLLS * shallow * (1.0 - upright * upright) * smoothstep(0.0, 0.25, wide);
+    float wave = 2.0 * fract(CLOUD_ORIGIN(fine).x + tilted.x * cloud_view.fine.w + wide) - 1.0;
+    float noise = cells * broad + clusters * wide + rolled * roll_told * 4.0 * wave * (1.0 - abs(wave));
     // Two volumes in one reach beyond 0.5, and rims on top of them: without this there would be cloud where there is no cover, cut
     // off along the line where cover begins.
     float scarce = 1.0 - clamp(cover / CLOUD_SCARCE, 0.0, 1.0);
-    float x = noise - (0.5 - cover) - CLOUD_BEYOND * scarce * scarce, lost = 0.25 * hidden;
-    int turns = x > -0.3 - 0.5 * sqrt(lost) && hidden < 0.99 && !ice ? rims : 0;
+    float x = ice ? streaks : noise - (0.5 - cover) - CLOUD_BEYOND * scarce * scarce, lost = 0.25 * hidden;
+    int turns = x > -0.3 - 0.5 * sqrt(lost) && hidden < 0.99 ? rims : 0;
     for (int i = 0; i < turns; ++i) {
         vec3 origin = i == 0 ? CLOUD_ORIGIN(fine) : CLOUD_ORIGIN(finest);
         float per_metre = i == 0 ? cloud_view.fine.w : cloud_view.finest.w;
         float level = cloud_level(i == 0 ? cloud_view.fade.z : cloud_view.fade.w, footprint_m);
-        float weight = i == 0 ? CLOUD_RIM : CLOUD_RIM_NEAR;
-        float rim = textureLod(u_cloud_rims, origin + (i == 0 ? tilted : turned) * per_metre, level + cloud_dither - 0.5).r - 0.5;
+        float weight = (i == 0 ? CLOUD_RIM : CLOUD_RIM_NEAR) * (ice ? CLOUD_ICE_RIM : 1.0);
+        float rim = textureLod(u_cloud_rims, origin + (ice ? carried * CLOUD_HAIR : i == 0 ? tilted : turned) * per_metre, level + cloud_dither - 0.5).r - 0.5;
         // Billows above, wisps below: at the base the noise is turned round.
-        x += 2.0 * weight * rim * mix(-1.0, 1.0, smoothstep(0.0, 0.25, share));
+        x += 2.0 * weight * rim * mix(-1.0, 1.0, ice ? 1.0 : smoothstep(0.0, 0.25, share));
         lost += weight * weight * cloud_hidden(level, cloud_view.hiding.z, cloud_view.hiding.w);
     }
+    float thin = cloud_ramp(x, soft, 0.4);
     float dense = cloud_ramp(x, max(sqrt(lost), 0.015), CLOUD_EDGE) * step(1e-4, cover);
     // Sheets that close the sky are of thick and thin places all the same.
     float body = mix(0.3, 1.0, smoothstep(0.0, 0.7, x + 0.3 * (1.0 - cover)));

@@ -23,5 +23,5 @@ vec4 cloud_through_at(vec3 point, float altitude, float wide_m) {
 }
 
 float cloud_shadow(vec3 point) {
-    return cloud_through_at(point, altitude_of(point), 0.0).x;
+    return mix(1.0, cloud_through_at(point, altitude_of(point), 0.0).x, cloud_view.casts.x);
 }

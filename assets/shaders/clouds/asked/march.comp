@@ -3,7 +3,7 @@
 //
 // Where pictures read the optical depth towards the sun from maps, it is marched here.
 struct Origins {
-    vec3 broad, wide, fine, finest, fibre, veil;
+    vec3 broad, wide, fine, finest, fibre, veil, bend;
 };
 Origins g_origins;
 #define CLOUD_ORIGIN(volume) g_origins.volume
@@ -20,7 +20,7 @@ struct Question {
     vec4 ray;          // unit; cosine to the zenith
     vec4 sun;          // unit; angular radius
     vec4 more;         // how far the ray goes, angle that it stands for, squared sine of that to the zenith, how far it has come before
-    vec4 origins[6];   // of the volumes
+    vec4 origins[7];   // of the volumes, and in radii
 };
 layout(std430, binding = 0) readonly buffer Questions { Question questions[]; };
 layout(std430, binding = 1) writeonly buffer Answers { vec4 answers[]; };
@@ -40,7 +40,8 @@ void main() {
     frame.camera_zenith = frame.anchor_up = q.place;
     frame.sun_direction = q.sun;
     frame.sun_irradiance = frame.scale = vec4(1.0);
-    g_origins = Origins(q.origins[0].xyz, q.origins[1].xyz, q.origins[2].xyz, q.origins[3].xyz, q.origins[4].xyz, q.origins[5].xyz);
+    g_origins = Origins(q.origins[0].xyz, q.origins[1].xyz, q.origins[2].xyz, q.origins[3].xyz, q.origins[4].xyz, q.origins[5].xyz,
+        q.origins[6].xyz);
     pixel_rad = q.more.y;
     shell_sine2 = q.more.z;
     ray_walked = q.more.w;

@@ -8,5 +8,5 @@ float cloud_shadow(vec3 point) {
     float middle = paper_rise(altitude, mu, 0.5 * (shell.x + shell.y));
     float way = paper_rise(altitude, mu, shell.y) - paper_rise(altitude, mu, shell.x);
     float density = max(paper_density(point + frame.sun_direction.xyz * middle + frame.camera_offset.xyz, 0.5 * (shell.x + shell.y)), 0.0);
-    return exp(-shell.w * density * way);
+    return mix(1.0, exp(-shell.w * density * way), cloud_view.casts.x);
 }
