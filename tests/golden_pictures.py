@@ -214,7 +214,6 @@ CLOUD_PICTURES: tuple[Picture, ...] = (
     cloud_picture("mirrored", "sea"),
     cloud_picture("low_sun", "glint"),
     cloud_picture("dusk", "dusk"),
-    cloud_picture("high", "high"),
     cloud_picture("orbit", "orbit"),
     cloud_picture("limb", "limb"),
     cloud_picture("terminator", "terminator"),

@@ -86,7 +86,13 @@ class CloudField:
         turn, tilt = self.frames = frames_at(self.wind_m_s, radius_m, time_s)
         self._radius_m = radius_m
         write_noise(
-            self.block, turn, tilt, anchor_m, radius_m, self.first[1], self.shape.texture.size[0],
+            self.block,
+            turn,
+            tilt,
+            anchor_m,
+            radius_m,
+            self.first[1],
+            self.shape.texture.size[0],
             self.rims.texture.size[0],
         )
         texel_m = radius_m * np.sqrt(4.0 * np.pi) / self.maps.size
