@@ -155,6 +155,7 @@ def test_mean_opacity_hardly_depends_on_how_much_of_the_clouds_is_resolved() -> 
 def test_the_anchor_is_not_seen() -> None:
     """A proxy that is held puts the anchor elsewhere; noise, weather and shells stay where they are."""
     scene = cloudy(air=False)
+    scene.planet[Clouds].layers = (CloudLayer(base_m=5e3, top_m=7e3, extinction_per_m=1e-3, coverage=0.8),)  # ice
     here = pf.Camera.at(20.0, 10.0, 9000.0, pitch_deg=-60.0)
     with renderer_of(scene) as one, renderer_of(scene) as other:
         fresh = opacity(one, here, sun=UP)

@@ -38,7 +38,9 @@ const float CLOUD_FEATHER = 0.9;      // by how much it rises away from the midd
 const float CLOUD_SHEAR = 3.5;        // way along the winds for one way down
 const float CLOUD_VEER = 1.2;         // and across
 const float CLOUD_ICE_RIM = 1.4;      // of ice against other rims
-const vec3 CLOUD_HAIR = vec3(0.55, 0.55, 2.2);   // finest fibres: four times as long for their width
+// Finest fibres, in periods of the fibres and, once more, a further time as fine: whole numbers, so that both repeat together.
+const vec3 CLOUD_HAIR = vec3(4.0, 4.0, 16.0);
+const float CLOUD_HAIRS = 8.0;
 const float CLOUD_CURL = 0.12;        // of the fibres' period
 // Slopes of the waves are up to 0.6 each: half of the fibres lie within 40 degrees of the parallels, and none is cut off.
 const mat3 CLOUD_MEANDER = mat3(
@@ -200,12 +202,13 @@ float cloud_density(int layer, vec3 place, float share, CloudWeather w, float fo
     float scarce = 1.0 - clamp(cover / CLOUD_SCARCE, 0.0, 1.0);
     float x = ice ? streaks : noise - (0.5 - cover) - CLOUD_BEYOND * scarce * scarce, lost = 0.25 * hidden;
     int turns = x > -0.3 - 0.5 * sqrt(lost) && hidden < 0.99 ? rims : 0;
+    vec3 hair = CLOUD_HAIR * (CLOUD_ORIGIN(fibre) + carried * cloud_view.fibre.w);
     for (int i = 0; i < turns; ++i) {
-        vec3 origin = i == 0 ? CLOUD_ORIGIN(fine) : CLOUD_ORIGIN(finest);
-        float per_metre = i == 0 ? cloud_view.fine.w : cloud_view.finest.w;
+        vec3 billow = i == 0 ? CLOUD_ORIGIN(fine) + tilted * cloud_view.fine.w : CLOUD_ORIGIN(finest) + turned * cloud_view.finest.w;
+        vec3 at = ice ? (i == 0 ? 1.0 : CLOUD_HAIRS) * hair : billow;
         float level = cloud_level(i == 0 ? cloud_view.fade.z : cloud_view.fade.w, footprint_m);
         float weight = (i == 0 ? CLOUD_RIM : CLOUD_RIM_NEAR) * (ice ? CLOUD_ICE_RIM : 1.0);
-        float rim = textureLod(u_cloud_rims, origin + (ice ? carried * CLOUD_HAIR : i == 0 ? tilted : turned) * per_metre, level + cloud_dither - 0.5).r - 0.5;
+        float rim = textureLod(u_cloud_rims, at, level + cloud_dither - 0.5).r - 0.5;
         // Billows above, wisps below: at the base the noise is turned round.
         x += 2.0 * weight * rim * mix(-1.0, 1.0, ice ? 1.0 : smoothstep(0.0, 0.25, share));
         lost += weight * weight * cloud_hidden(level, cloud_view.hiding.z, cloud_view.hiding.w);
