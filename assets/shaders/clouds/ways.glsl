@@ -42,6 +42,12 @@ float way_end(vec4 shell, float from, float to, int segment, int segments) {
     return segment == segments - 1 ? to : (from + thickness) * exp(growth * float(segment + 1)) - thickness;
 }
 
+// A pixel that sees the clouds at a low angle stands for a long stretch of them: the weather is the mean over the geometric mean of
+// its width and its length, or rows of pixels near the limb would fall on clouds and on gaps by chance.
+const float LEAST_ANGLE = 0.02;   // cosine to the zenith: on a planet of any size level rays turn no longer stretches than that
+
 CloudWeather weather_along(vec3 ray, float t) {
-    return cloud_weather(up_at(ray * t), (t + ray_walked) * pixel_rad);
+    vec3 up = up_at(ray * t);
+    float stretch = inversesqrt(max(abs(dot(ray, up)), LEAST_ANGLE));
+    return cloud_weather(up, (t + ray_walked) * pixel_rad * stretch);
 }
