@@ -28,6 +28,7 @@ LONG: Mapping[str, tuple[str, ...]] = {
     "frame": ("skipping", "knobs", "budget"),
     "startup": ("window",),
     "atmosphere": ("shading", "tables"),
+    "clouds": ("accuracy", "slab", "paper", "repeats", "cover", "sunlight", "opacity", "memory"),
 }  # fmt: skip
 """What a quick run leaves out, so that all suites together take less than five minutes on two cores with llvmpipe."""
 
