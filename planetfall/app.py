@@ -443,7 +443,7 @@ def fly(
     *,
     sun: Sun | None = None,
     size: tuple[int, int] = (1280, 720),
-    quality: str = "high",
+    quality: str | None = None,
     overrides: Mapping[str, Any] | None = None,
     window: Literal["glfw", "pyglet"] = "glfw",
     fullscreen: bool = False,
@@ -454,6 +454,7 @@ def fly(
 ) -> None:
     """Open a window and fly until it closes. The panels, and `sun` or the sun of a view, change `scene`.
 
+    quality: None is `high`, and without a GPU `low` at a quarter of the pixels.
     monitor: which one to open on, the first is 1; None: where the system puts windows. frame_cap: frames a second at
     most; 0: as many as there can be.
     on_frame(time_s, dt_s) is called before each picture: where a game moves its objects. dt_s is 0 while time stands.
@@ -461,29 +462,22 @@ def fly(
     there, SettingError for an unknown quality or override, or a frame cap below 0.
     """
     check_scene(scene, "fly")
-    resolve_quality(quality, overrides)
+    resolve_quality("low" if quality is None else quality, overrides)
     check_frame_cap(frame_cap)
     from .app_interface import FlightInterface
+    from .app_renderer import renderer_maker
     from .engine.hosts.window import open_window
-    from .renderer import Renderer
 
     with open_window(
         size, f"Planetfall: {scene.name}", window, vsync=vsync, fullscreen=fullscreen, monitor=monitor
     ) as opened:
-
-        def renderer(quality: str, overrides: Mapping[str, Any]) -> Renderer:
-            # The window may come out larger or smaller than asked for.
-            width, height = opened.framebuffer_size
-            made = Renderer(scene, (max(width, 1), max(height, 1)), quality, overrides, ctx=opened.ctx)
-            made.tolerant = True  # a system that fails is shown, and the flight goes on
-            return made
-
+        chosen, make = renderer_maker(scene, opened, quality)
         interface = FlightInterface(opened, scene)
         app: FlightApp | None = None
-        first = renderer(quality, overrides or {})
+        first = make(chosen, overrides or {})
         try:
             app = FlightApp(
-                opened, first, scene, camera, sun=sun, interface=interface, make_renderer=renderer, quality=quality,
+                opened, first, scene, camera, sun=sun, interface=interface, make_renderer=make, quality=chosen,
                 overrides=overrides, on_frame=on_frame,
             )  # fmt: skip
             app.pace.frame_cap = frame_cap

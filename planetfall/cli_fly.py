@@ -18,7 +18,7 @@ def fly_command(
     camera: CameraOptions = CameraOptions(),  # noqa: B008 - frozen
     sun: SunOptions = SunOptions(),  # noqa: B008 - frozen
     size: Size = "1280x720",
-    quality: Quality = "high",
+    quality: Quality | None = None,
     overrides: Set = (),
     window: Literal["glfw", "pyglet"] = "glfw",
     fullscreen: bool = False,
@@ -32,6 +32,8 @@ def fly_command(
     ----------
     view
         Start at this named view.
+    quality
+        low, medium, high, ultra, reference or paper; left out: high, and without a GPU low at a quarter of the pixels.
     window
         The library that opens the window.
     fullscreen

@@ -41,7 +41,7 @@ def test_with_a_display_it_flies(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pf, "has_display", lambda: True)
     monkeypatch.setattr(pf, "fly", lambda scene, start, **options: flown.append({"scene": scene.name, **options}))
     assert demo(["moon", "--window", "pyglet", "--size", "320x200"]) == 0
-    assert flown == [{"scene": "moon", "size": (320, 200), "quality": "medium", "window": "pyglet"}]
+    assert flown == [{"scene": "moon", "size": (320, 200), "quality": None, "window": "pyglet"}]
 
 
 @pytest.mark.parametrize(

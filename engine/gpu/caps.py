@@ -9,10 +9,15 @@ import moderngl
 from . import gl as G
 from .errors import GLVersionError
 
-__all__ = ["REQUIRED_VERSION", "Capabilities", "check_version"]
+__all__ = ["REQUIRED_VERSION", "Capabilities", "check_version", "is_software"]
 
 REQUIRED_VERSION = 430
 _SOFTWARE = ("llvmpipe", "softpipe", "swrast", "swiftshader", "software rasterizer", "gdi generic")
+
+
+def is_software(renderer: str) -> bool:
+    """Whether a GL_RENDERER draws on the processor."""
+    return any(name in renderer.lower() for name in _SOFTWARE)
 
 
 @dataclass(frozen=True)
@@ -42,7 +47,7 @@ class Capabilities:
             renderer=info["GL_RENDERER"],
             vendor=info["GL_VENDOR"],
             has_clip_control=clip,
-            is_software=any(name in info["GL_RENDERER"].lower() for name in _SOFTWARE),
+            is_software=is_software(info["GL_RENDERER"]),
             max_texture_size=gl.integer(G.MAX_TEXTURE_SIZE),
             max_texture_3d_size=gl.integer(G.MAX_3D_TEXTURE_SIZE),
             max_texture_layers=gl.integer(G.MAX_ARRAY_TEXTURE_LAYERS),

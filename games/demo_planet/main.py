@@ -39,7 +39,7 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--path", default="descent", help="the flight to render (headless): descent or low")
     parser.add_argument("--count", type=int, default=240, help="number of pictures (headless)")
     parser.add_argument("--size", default=None, help="width x height; 1280x720 for a window, 640x360 for pictures")
-    parser.add_argument("--quality", default="medium", help="low, medium, high, ultra, reference or paper")
+    parser.add_argument("--quality", help="low, medium, high, ultra, reference or paper; what the machine bears")
     parser.add_argument("--output", "-o", type=Path, default=Path("flight"), help="folder of the pictures (headless)")
     parser.add_argument("--force", action="store_true", help="make pictures again that are there already")
     parser.add_argument("--no-video", action="store_true", help="pictures only")
@@ -83,7 +83,7 @@ def render_flight(options: argparse.Namespace) -> int:
             options.output,
             count=options.count,
             size=options.size or (640, 360),
-            quality=options.quality,
+            quality=options.quality or "medium",
             video=not options.no_video,
             force=options.force,
             progress=lambda done, count: bar.update(task, completed=done, total=count),
