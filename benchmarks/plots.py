@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import groupby
+from itertools import groupby, takewhile
 from pathlib import Path
 
 from .front import alternatives, axis_of, front, row_ms
@@ -44,12 +44,16 @@ def _fronts(bench: str, groups: list[list[Row]], path: Path) -> None:
     panels = figure.subplots(down, across, squeeze=False).ravel()
     for axes, group in zip(panels, groups, strict=False):
         points = {id(row): (row_ms(row), row.error) for row in group}
+        # Words that all labels begin with say nothing.
+        words = zip(*(row.variant.split() for row in group), strict=False)
+        shared = len(list(takewhile(lambda word: len(set(word)) == 1, words)))
         best = front(group)
         axes.plot(*zip(*(points[id(row)] for row in best), strict=True), "-", color="C0", alpha=0.5)
         for row in group:
             color = "C0" if row in best else "0.6"
             axes.plot(*points[id(row)], "o", color=color)
-            axes.annotate(row.variant, points[id(row)], (4, 4), textcoords="offset points", fontsize=7, color=color)
+            label = " ".join(row.variant.split()[shared:]) or row.variant
+            axes.annotate(label, points[id(row)], (4, 4), textcoords="offset points", fontsize=7, color=color)
         logs = {"yscale": "log"} if all((row.error or 0.0) > 0.0 for row in group) else {}
         axes.set(xlabel=axis_of(group[0]), ylabel=group[0].error_unit, title=group[0].view or bench, **logs)
         axes.grid(which="both", alpha=0.25)
