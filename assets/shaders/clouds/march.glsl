@@ -114,7 +114,7 @@ CloudNode cloud_node(CloudRay ray, int layers, float t, float before, float past
             node.relief += extinction * cloud_peak(layer);
             lobes = cloud_lobes(layer, ray.nu, before + past * extinction + cloud_depth);
             node.diffuse += extinction * (sunlight * cloud_slab(layer, column.x, column.y, mu, mu_s, ray.nu)
-                + albedo * cloud_ambient(layer, column, air.ambient));
+                + (albedo - cloud_peak(layer)) * cloud_ambient(layer, column, air.ambient));
         }
         direct += seen * extinction * once;
         gained += seen * extinction * once * lobes;
