@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from cloud_kit import cloudy, opacity, ran, renderer_of, texture
 from numpy.typing import NDArray
 
 import planetfall as pf
+from planetfall.benchmarks.scenes import preset_scene
 from planetfall.systems.clouds.view_march import TILE
 
 UP = pf.Sun(elevation_deg=60.0, azimuth_deg=200.0, latitude_deg=20.0, longitude_deg=10.0)
@@ -167,3 +169,17 @@ def test_maps_of_the_shadow_come_one_a_frame() -> None:
         assert drawn[:maps] == [(maps - 1,), *((number,) for number in range(maps - 1))]
         assert not any(drawn[maps:]) and "cloud shadows" not in renderer.refining
         assert float(texture(renderer, "clouds.full")[..., 1].mean()) == pytest.approx(truth, rel=0.02)
+
+
+def test_a_first_start_shows_the_same_as_a_second(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without anything on disk the air's first tables are small ones; a settled picture has no trace of them."""
+    monkeypatch.setenv("PLANETFALL_CACHE", str(tmp_path))
+    scene = preset_scene("earth", True)
+    pictures = []
+    for _ in range(2):
+        with pf.Renderer(scene, (160, 90), "medium") as renderer:
+            view = pf.view("fair", scene.planet)
+            renderer.settle(view)
+            pictures.append(renderer.render(view)["color"])
+    assert len(list(tmp_path.rglob("*.npz"))) >= 2
+    np.testing.assert_array_equal(*pictures)

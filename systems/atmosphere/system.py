@@ -146,8 +146,9 @@ class AtmosphereSystem(System):
         view.wanted = self._state(view, job)
         # The air that is shown may be the one from before.
         top_m = max(model.thickness_m, self._wanted_top_m)
-        if frame.world.try_resource("air_top_m") != top_m:
-            frame.world.set_resource("air_top_m", top_m)
+        for name, value in (("air_top_m", top_m), ("air_generation", job.generation)):
+            if frame.world.try_resource(name) != value:
+                frame.world.set_resource(name, value)
         self._view_ubo.write(view.block)
         self._view_ubo.bind()
         self._model_ubo.bind()

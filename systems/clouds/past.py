@@ -91,7 +91,9 @@ class Past:
         now = _Moment(frame.camera, frame.sun.direction, frame.time_s, stamp, frame.size, weather)
         then, self._last = self._last, now
         same = then is not None and _same(now, then)
-        if frame.cut or then is None or (frame.one_shot and not (same and self.complete)) or self._jumped(now, then):
+        # A picture that settles begins anew with what has become of its air and weather: it shows no trace of the way.
+        alone = (frame.settling and not same) or (frame.one_shot and not (same and self.complete))
+        if frame.cut or then is None or alone or self._jumped(now, then):
             self._count, self._index, self.mode = 0, 0, NONE
         else:
             self.mode = STILL if same else MOVING

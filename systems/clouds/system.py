@@ -168,7 +168,9 @@ class CloudSystem(System):
         if frame.view_index not in self._pasts:
             self._pasts[frame.view_index] = Past(self._stride, self._samples, radius)
         self._past = self._pasts[frame.view_index]
-        weather = (charts.first.number, charts.second.number, charts.share, *self._shadow.drawn)
+        # Rays that were followed through another air, such as that of its first small tables, are none of this picture.
+        air = frame.world.try_resource("air_generation")
+        weather = (charts.first.number, charts.second.number, charts.share, air, *self._shadow.drawn)
         self._past.begin(frame, self._stamp, weather)
         shows = (frame.camera.position_m.tobytes(), frame.sun.direction.tobytes(), frame.time_s, self._stamp, weather)
         sky = self._sky = self._skies.setdefault(frame.view_index, _Sky())

@@ -50,9 +50,13 @@ def make_volume(gpu: GpuScope, kind: int, size: int, cache: TableCache | None = 
     program = gpu.compute("clouds/volume.comp", {"VOLUME": kind})
     key = cache.key(_VERSION, str(kind), str(size), program.linked.key)
     held = cache.load(key, {"volume": (size, size, size)})
-    volume = _compute(gpu, program, size) if held is None else held["volume"]
     if held is None:
-        cache.save(key, {"volume": volume.astype(np.float16)})
+        # As the texture and the file have it: a first start shows the same as all that follow.
+        half = _compute(gpu, program, size).astype(np.float16)
+        cache.save(key, {"volume": half})
+        volume = half.astype(np.float32)
+    else:
+        volume = held["volume"]
     gpu.free(program)
     levels = size.bit_length()
     texture = gpu.texture((size, size, size), "r16f", volume.astype(np.float16), levels, 1, "linear", "repeat")
