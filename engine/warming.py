@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 
+from .gpu.errors import ShaderError
 from .system import Frame
 
 __all__ = ["Warming"]
@@ -21,6 +23,8 @@ class Warming:
         self._left = list(makers)[::-1]
 
     def step(self, frame: Frame) -> None:
-        """Call the next one, if the frame is of a view that goes on."""
+        """Call the next one, if the frame is of a view that goes on. A shader that is broken just then is left to the
+        frame that needs it, which may come after it is mended."""
         if self._left and not (frame.one_shot or frame.settling):
-            self._left.pop()()
+            with suppress(ShaderError):
+                self._left.pop()()

@@ -76,6 +76,8 @@ def broken(text: str, draw: random.Random) -> str:
 def test_hot_reload_under_a_storm_of_syntax_errors(stage: Stage, shaders: Path) -> None:
     stage.draw()
     camera = pf.Camera.at(3.0, 140.0, 0.4 * stage.scene.planet.radius_m, 0.0, -60.0, planet=stage.scene.planet)
+    for heading in range(20):  # shaders that are made ahead are there
+        stage.draw(pf.Camera.at(3.0, 140.0, 0.4 * stage.scene.planet.radius_m, float(heading), -60.0))
     stage.renderer.settle(camera, 0.0)
     good, counts = stage.draw(camera), stage.renderer.gpu.counts()
     files = sorted(path for path in shaders.rglob("*") if path.suffix in (".frag", ".vert", ".comp", ".glsl"))

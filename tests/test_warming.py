@@ -6,6 +6,7 @@ from typing import Any
 
 import planetfall as pf
 from planetfall.benchmarks.measure.motion import turned
+from planetfall.engine.gpu.errors import ShaderError
 from planetfall.engine.warming import Warming
 
 SIZE = (64, 36)
@@ -27,6 +28,19 @@ def test_one_a_frame_in_order() -> None:
     for _ in range(5):
         warming.step(live)
     assert made == [0, 1, 2]
+
+
+def test_a_broken_shader_does_not_stop_the_frame() -> None:
+    made: list[int] = []
+
+    def broken() -> None:
+        raise ShaderError("sea.comp", "a comma is missing", [])
+
+    warming = Warming([broken, lambda: made.append(1)])
+    live: Any = _Frame()
+    warming.step(live)
+    warming.step(live)
+    assert made == [1]
 
 
 def test_the_sea_has_its_shaders_before_a_flight_needs_them() -> None:
