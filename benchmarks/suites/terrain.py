@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ... import Camera, Planet, Renderer, Terrain, qualities, view, views
+from ... import Camera, Ocean, Planet, Renderer, Terrain, qualities, view, views
 from ...engine.space import CameraState
 from ...systems.terrain.height import TerrainParams
 from ..measure import coverage, ground, motion, positions, positions_quadtree, relief, sea
@@ -207,9 +207,11 @@ def _error(session: Session) -> None:
 
 
 def _sea(session: Session) -> None:
-    """The drawn sea against float64: where its surface lies, and on which side of coasts and limb each pixel is."""
-    rng = _rng()
-    with session.renderer("earth", BENCH, "high") as renderer:
+    """The drawn sea against float64: where its surface lies, and on which side of coasts and limb each pixel is.
+    Without waves: the true sea is the sphere of its level."""
+    rng, scene = _rng(), preset_scene("earth")
+    scene.planet[Ocean].wind_speed_m_s = scene.planet[Ocean].swell_height_m = 0.0
+    with session.renderer(scene, BENCH, "high") as renderer:
         for name in _known(renderer, ("space", "orbit", "high", "coast", "beach", "sea", "limb", "under")):
             found = sea.sea_error(renderer, view(name), rng, session.runs(3000, 1000), 500 if session.small else None)
             if found.sea_pixels:

@@ -146,7 +146,7 @@ def _descent(session: Session) -> None:
     """Vertices that the old grid had too never move: all snaps of the standard descent."""
     with session.renderer("earth", POPS_SIZE, "medium") as renderer:
         flight = path("descent", renderer.scene)
-        cameras = [flight.camera_at(t) for t in flight.times_s(session.runs(600, 60))]
+        cameras = [flight.camera_at(t) for t in flight.times_s(session.runs(600, 240))]
         found = snaps.shared_vertices_move(renderer, cameras)
         session.row("ours: vertices that both grids have move by", "descent", POPS_SIZE, error=found.worst_px,
                     error_unit="px", target=at_most(0.05, "px"), p999_px=found.p999_px, snaps=found.snaps,
