@@ -25,10 +25,11 @@ LONG: Mapping[str, tuple[str, ...]] = {
         "jitter", "proxy", "height sources", "queries", "grid_methods", "grid_snaps", "grid_descent", "backends",
         "popping", "holes", "icosphere", "icosphere_vertices", "shadows", "shadows in flight", "shadows cost",
     ),
-    "frame": ("skipping", "knobs", "budget"),
+    "frame": ("skipping", "knobs", "budget", "antialiasing"),
     "startup": ("window",),
-    "atmosphere": ("shading", "tables"),
-    "clouds": ("accuracy", "slab", "paper", "repeats", "cover", "sunlight", "opacity", "memory"),
+    "atmosphere": ("curve", "shading", "tables"),
+    "ocean": ("footprint",),
+    "clouds": ("accuracy", "speed", "slab", "paper", "repeats", "cover", "sunlight", "opacity", "memory"),
 }  # fmt: skip
 """What a quick run leaves out, so that all suites together take less than five minutes on two cores with llvmpipe."""
 
