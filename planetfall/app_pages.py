@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from .components import DebugView
 from .engine.graph import TextureSpec
+from .errors import SettingError
 from .flights import paths
 from .systems.debug import NAMED_VIEWS
 from .systems.tweak import (
@@ -130,7 +131,7 @@ class ViewPage:
         """Textures of the frame that can be looked at; looked up again when the graph has been compiled anew."""
         try:
             plan = app.renderer.graph
-        except Exception:  # nothing has been drawn yet
+        except SettingError:  # nothing has been drawn yet
             return []
         if self._names[0] != id(plan):
             specs = plan.analysis.model.specs
@@ -152,7 +153,7 @@ class ProfilerPage:
         """One frame of the page."""
         try:
             plan = app.renderer.graph
-        except Exception:
+        except SettingError:
             imgui.text("nothing has been drawn yet")
             return
         draw_percentiles(imgui, self._history)

@@ -191,7 +191,8 @@ def test_no_planet_camera_or_sun_breaks_it(radius_m: float) -> None:
             for number, pitch in enumerate((-90.0, -20.0, 0.0, 30.0, 90.0)):
                 camera = pf.Camera.at(40.0, 10.0, altitude, pitch_deg=pitch)
                 sun = pf.Sun(direction=directions[number % 3])
-                radiance(renderer, camera, sun=sun, time_s=1e8 if number == 2 else 0.0)
+                found = radiance(renderer, camera, sun=sun, time_s=1e8 if number == 2 else 0.0)
+                assert np.isfinite(found).all() and found.min() >= 0.0
 
 
 @pytest.mark.parametrize("boundary", ["base_m", "top_m"])

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import json
 import math
-import os
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ... import Atmosphere, Camera, Clouds, Ocean, Planet, Renderer, Scene, Sun, Terrain, view
-from ... import __file__ as _package_file
+from ..child import answer_of
 from ..scenes import preset_scene
 from ..timing import Timing, time_variants
 from .motion import turned
@@ -307,15 +302,7 @@ print(json.dumps(sorted(sys.modules)))
 
 def imports_of(planet: str, bare: bool = False) -> frozenset[str]:
     """Modules that a fresh process has after it has rendered a picture of a planet. bare: without sea, air, clouds."""
-    root = str(Path(_package_file).resolve().parents[1])
-    path = os.pathsep.join(filter(None, (root, os.environ.get("PYTHONPATH"))))
-    done = subprocess.run(
-        [sys.executable, "-c", _IMPORTS, planet, "bare" if bare else "whole"],
-        env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, timeout=300, check=False,
-    )  # fmt: skip
-    if done.returncode:
-        raise RuntimeError(f"the process ended with {done.returncode}: {done.stderr.strip()[-600:]}")
-    return frozenset(json.loads(done.stdout.splitlines()[-1]))
+    return frozenset(answer_of("-c", _IMPORTS, planet, "bare" if bare else "whole"))
 
 
 def planet_systems(renderer: Renderer) -> tuple[str, ...]:

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import json
-import os
-import subprocess
-import sys
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from types import MappingProxyType
 
 from ...engine.graph import GraphBuilder, NullBackend, PassIO, Plan, TextureSpec
+from ..child import answer_of
 from ..display import display
 from ..measure.demo_cost import SIZE as DEMO_SIZE
 from ..session import Bench, Session
@@ -158,20 +154,9 @@ def _alone(
     session: Session, module: str, runs: int, environment: Mapping[str, str] = MappingProxyType({})
 ) -> dict[str, dict[str, float]]:
     """What a module of benchmarks/measure prints, run by itself with a driver that draws nothing."""
-    root = str(Path(__file__).resolve().parents[2])
-    path = os.pathsep.join(filter(None, (root, os.environ.get("PYTHONPATH"))))
     quiet = {"GALLIUM_NOOP": "1"} if session.gpu.caps.is_software else {}
-    done = subprocess.run(
-        [sys.executable, "-m", f"planetfall.benchmarks.measure.{module}", str(runs)],
-        env={**os.environ, **quiet, **environment, "PYTHONPATH": path},
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-    )
-    if done.returncode:
-        raise RuntimeError(f"the process ended with {done.returncode}: {done.stderr.strip()[-600:]}")
-    return json.loads(done.stdout)
+    whole = f"planetfall.benchmarks.measure.{module}"
+    return answer_of("-m", whole, str(runs), environment={**quiet, **environment})
 
 
 def _release(plans: Mapping[str, Plan]) -> None:

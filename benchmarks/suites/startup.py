@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-import json
-import os
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from pathlib import Path
 from statistics import median
+from types import MappingProxyType
 from typing import Any
 
-from ... import __file__ as _package_file
+from ..child import answer_of
 from ..display import display
 from ..session import Bench, Session
 from ..target import at_most
 from ..timing import Timing
 
+_NOTHING: Mapping[str, str] = MappingProxyType({})
 _VIEWS = ("near", "ground", "high", "orbit")
 _CHILD = """
 import json, sys, time
@@ -53,21 +50,9 @@ print(json.dumps(marks))
 """
 
 
-def run_child(*arguments: str, environment: Mapping[str, str] | None = None) -> dict[str, Any]:
+def run_child(*arguments: str, environment: Mapping[str, str] = _NOTHING) -> dict[str, Any]:
     """Milliseconds of the stages since the interpreter was up, and memory, of a fresh process."""
-    root = str(Path(_package_file).resolve().parents[1])
-    path = os.pathsep.join(filter(None, (root, os.environ.get("PYTHONPATH"))))
-    done = subprocess.run(
-        [sys.executable, "-c", _CHILD, *arguments],
-        env={**os.environ, **(environment or {}), "PYTHONPATH": path},
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-    )
-    if done.returncode:
-        raise RuntimeError(f"the process ended with {done.returncode}: {done.stderr.strip()[-600:]}")
-    return json.loads(done.stdout.splitlines()[-1])
+    return answer_of("-c", _CHILD, *arguments, environment=environment)
 
 
 @contextmanager
@@ -123,19 +108,8 @@ def _window(session: Session) -> None:
 
 
 def _demo_start(arguments: list[str], environment: Mapping[str, str]) -> dict[str, dict[str, float]]:
-    root = str(Path(_package_file).resolve().parents[1])
-    path = os.pathsep.join(filter(None, (root, os.environ.get("PYTHONPATH"))))
-    done = subprocess.run(
-        [sys.executable, "-m", "planetfall.benchmarks.measure.window_start", str(time.time()), *arguments],
-        env={**os.environ, **environment, "PYTHONPATH": path},
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-    )
-    if done.returncode:
-        raise RuntimeError(f"the demo ended with {done.returncode}: {(done.stdout + done.stderr).strip()[-600:]}")
-    return json.loads(done.stdout.splitlines()[-1])
+    module = "planetfall.benchmarks.measure.window_start"
+    return answer_of("-m", module, str(time.time()), *arguments, environment=environment)
 
 
 def _mib(runs: list[dict[str, Any]], key: str) -> float:
