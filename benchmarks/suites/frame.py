@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from ... import Exposure, Renderer, View, view, views
+from ... import ASSETS, Exposure, Renderer, View, view, views
 from ..knobs import PAIRS, QUALITY_PAIRS, QUALITY_VIEW
 from ..machine import resident_bytes
 from ..measure import antialiasing, frames
@@ -61,6 +62,11 @@ def _memory(session: Session) -> None:
                         buffers=counts["buffer"])  # fmt: skip
 
 
+def _said(value: object) -> str:
+    """A knob's value for the table; maps of ours by their place among the assets, which is the same on each machine."""
+    return str(value).replace(f"{ASSETS}{os.sep}", "")
+
+
 def _knobs(session: Session) -> None:
     """What each knob costs and what it shows: both pictures of its pair. Quick: small, without colours, which cost
     nothing, and without quality knobs."""
@@ -70,7 +76,7 @@ def _knobs(session: Session) -> None:
         session.row(
             key, name if planet == "earth" else f"{planet}: {name}", size, found.on, error=found.mean_flip,
             error_unit="FLIP", off_ms=found.off.ms, on_over_off=found.ratio, apart=found.apart,
-            worst_flip=found.worst_flip, on=str(found.on_value), off=str(found.off_value),
+            worst_flip=found.worst_flip, on=_said(found.on_value), off=_said(found.off_value),
         )  # fmt: skip
 
     session.release()
