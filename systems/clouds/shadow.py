@@ -22,6 +22,10 @@ _MOVED = 1.0 / 16.0
 """A camera that has moved by this share of a map's half width wants it anew."""
 _DRIFTED_TEXELS = 0.5
 _SUN_STEP_RAD = 2e-4
+_MOST_LONGER = 8.0
+"""A map is longer towards the sun than it is wide, as shadows are, but no more than this."""
+_LEAST_SIDEWAYS = 1e-3
+"""Of the sun's direction: nearer to the zenith it has no azimuth worth following."""
 
 
 @dataclass
@@ -31,6 +35,8 @@ class _Map:
     u: Floats = field(default_factory=lambda: np.zeros(3))
     v: Floats = field(default_factory=lambda: np.zeros(3))
     half_m: float = 0.0
+    longer: float = 1.0
+    """Its half length along u, in half widths."""
     stamp: Any = None
     sun: Floats = field(default_factory=lambda: np.zeros(3))
     time_s: float = math.inf
@@ -59,7 +65,8 @@ class ShadowMaps:
         """Numbers of the maps that no longer show what they should, finest first. foot: unit direction."""
         found = []
         for number, held in enumerate(self.maps):
-            moved = float(np.linalg.norm(foot * radius_m - held.middle)) > _MOVED * held.half_m
+            away = foot * radius_m - held.middle
+            moved = max(abs(away @ held.u) / held.longer, abs(away @ held.v)) > _MOVED * held.half_m
             texel_m = 2.0 * held.half_m / self.texels
             drifted = abs(time_s - held.time_s) * max(wind_m_s, 1.0) > _DRIFTED_TEXELS * texel_m
             turned = float(np.abs(sun - held.sun).max()) > _SUN_STEP_RAD
@@ -70,9 +77,13 @@ class ShadowMaps:
     def move(self, number: int, foot: Floats, sun: Floats, time_s: float, stamp: Any, radius_m: float) -> _Map:
         """The map is about to be drawn around `foot`."""
         held = self.maps[number]
-        aside = np.eye(3)[int(np.argmin(np.abs(foot)))]
-        across = np.cross(aside, foot).astype(np.float64)
-        held.u = across / np.linalg.norm(across)
+        rise = float(foot @ sun)
+        along = sun - rise * foot
+        if np.linalg.norm(along) < _LEAST_SIDEWAYS:
+            along = np.cross(np.eye(3)[int(np.argmin(np.abs(foot)))], foot).astype(np.float64)
+        held.u = along / np.linalg.norm(along)
         held.v = np.cross(foot, held.u)
+        # Seen from the sun a map is a square, as far as the planet has room for it.
+        held.longer = max(min(1.0 / max(rise, 1.0 / _MOST_LONGER), 0.98 * radius_m / held.half_m), 1.0)
         held.middle, held.sun, held.time_s, held.stamp = foot * radius_m, sun.copy(), time_s, stamp
         return held

@@ -88,14 +88,14 @@ class ShadowPass:
         anchor_foot = proxy.lattice.direction * radius_m
         for number, held in enumerate(maps.maps):
             rows[0, number] = *(anchor_foot - held.middle), 1.0 / held.half_m
-            rows[1, number, :3], rows[2, number, :3] = held.u, held.v
+            rows[1, number, :3], rows[2, number, :3] = held.u / held.longer, held.v
             rows[1, number, 3] = self.drawn[number]
         height_m = base_m + _HEIGHT * thickness_m
         block.shadow = (height_m, len(maps.maps) if present else 0, self._count, self._texels)
         block.shadow_from, block.shadow_u, block.shadow_v = rows
         grown = 1.0 + height_m / radius_m
         self._middles = [(*(held.middle * grown - proxy.anchor_m), held.half_m) for held in maps.maps]
-        self._ups = [(*(held.middle / radius_m), 0.0) for held in maps.maps]
+        self._ups = [(*(held.middle / radius_m), held.longer) for held in maps.maps]
 
     def declare(
         self,

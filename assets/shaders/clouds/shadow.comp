@@ -12,7 +12,7 @@ layout(std430, binding = 0) buffer Shaded { uint shaded[]; };   // per map: whet
 layout(location = 0) uniform int u_level;
 layout(location = 1) uniform int u_steps;    // through an interval
 layout(location = 2) uniform vec4 u_middle;   // of the map, from the anchor in planet axes, at the reference height; half width
-layout(location = 3) uniform vec4 u_up;       // there
+layout(location = 3) uniform vec4 u_up;       // there; how many times longer than wide the map is
 layout(location = 4) uniform vec2 u_intervals[CLOUD_MOST_INTERVALS];   // heights from and to, lowest first
 
 const float DEEPEST = 6e4;      // half floats end at 65504
@@ -26,10 +26,10 @@ void main() {
     vec2 aside = ((vec2(at) + 0.5) / vec2(size) * 2.0 - 1.0) * u_middle.w;
     // On the sphere of the reference height, below the tangent plane by the sagitta; far out it ends.
     float r = planet.radii.x + cloud_view.shadow.x, grow = r / planet.radii.x;
-    aside *= grow;
+    aside *= grow * vec2(u_up.w, 1.0);
     float aside2 = min(dot(aside, aside), 0.98 * r * r);
     float drop = aside2 / (r + sqrt(r * r - aside2));
-    vec3 from_middle = aside.x * cloud_view.shadow_u[u_level].xyz + aside.y * cloud_view.shadow_v[u_level].xyz;
+    vec3 from_middle = aside.x * u_up.w * cloud_view.shadow_u[u_level].xyz + aside.y * cloud_view.shadow_v[u_level].xyz;
     vec3 place = u_middle.xyz + from_middle - u_up.xyz * drop;
     vec3 foot = u_up.xyz * (r - drop) + from_middle, sun = frame.sun_direction.xyz;
     float mu = dot(normalize(foot), sun), footprint = 2.0 * u_middle.w / float(size.x);

@@ -1,11 +1,15 @@
 // Which maps of the shadow show a place: the finest that has it, the next one coming in over its last fifth.
 #include "clouds/sun_ray.glsl"
 
-// Place on a map, -1..1. D: foot offset of the place.
-vec2 cloud_map_place(vec3 D, int level) {
-    vec3 away = D + cloud_view.shadow_from[level].xyz;
+// A way in metres along the foot offsets, on a map that is 2 wide and 2 long.
+vec2 cloud_map_turn(vec3 away, int level) {
     return vec2(dot(away, cloud_view.shadow_u[level].xyz), dot(away, cloud_view.shadow_v[level].xyz))
         * cloud_view.shadow_from[level].w;
+}
+
+// Place on a map, -1..1. D: foot offset of the place.
+vec2 cloud_map_place(vec3 D, int level) {
+    return cloud_map_turn(D + cloud_view.shadow_from[level].xyz, level);
 }
 
 float cloud_map_texel(int level) {

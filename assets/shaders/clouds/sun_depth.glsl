@@ -20,10 +20,14 @@ CloudSunPlace cloud_sun_ray(vec3 point, float altitude, float mu_s, float wide_m
     return CloudSunPlace(D, cloud_first_map(D, wide_m));
 }
 
+// How far the lowest point of the sun's ray lies below a place.
+float cloud_sun_dip(float altitude, float mu_s) {
+    return mu_s < 0.0 ? (planet.radii.x + altitude) * mu_s * mu_s / (1.0 + sqrt(1.0 - min(mu_s * mu_s, 1.0))) : 0.0;
+}
+
 // From a height on that ray on. Of a sun below the point's horizon: from its lowest point on.
 vec2 cloud_sunlight_on(CloudSunPlace ray, float altitude, float mu_s) {
-    float dip = mu_s < 0.0 ? (planet.radii.x + altitude) * mu_s * mu_s / (1.0 + sqrt(1.0 - min(mu_s * mu_s, 1.0))) : 0.0;
-    float node = cloud_node(altitude - dip) + 0.5, rows = float(CLOUD_MOST_INTERVALS + 1);
+    float node = cloud_node(altitude - cloud_sun_dip(altitude, mu_s)) + 0.5, rows = float(CLOUD_MOST_INTERVALS + 1);
     vec2 sum = vec2(0.0);
     float left = 1.0;
     int levels = int(cloud_view.shadow.y);

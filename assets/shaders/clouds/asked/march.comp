@@ -28,8 +28,12 @@ layout(std430, binding = 1) writeonly buffer Answers { vec4 answers[]; };
 layout(location = 8) uniform int u_count;
 layout(location = 9) uniform vec2 u_shafts;   // steps (0: no shafts), the first is about this long in metres
 
-float cloud_sun_left(vec3 point, float altitude, float mu_s, float wide_m) {
-    return exp(-cloud_depth_marched(-1, point, altitude, mu_s, 0.5 * u_march.w, wide_m));
+void cloud_sun_at(AirStep place) {}
+
+float cloud_sun_left(AirStep place, float further) {
+    vec3 point = place.point + place.ray * further;
+    float mu_s = clamp_cos(dot(up_at(point), frame.sun_direction.xyz));
+    return exp(-cloud_depth_marched(-1, point, altitude_of(point), mu_s, 0.5 * u_march.w, place.wide));
 }
 
 void main() {
