@@ -65,11 +65,10 @@ class CloudSystem(System):
         self._tune(settings)
         self._skies: dict[int, _Sky] = {}
         self._sky = _Sky()
-        self._resolve = gpu.fullscreen("clouds/resolve.frag", defines)
+        self._resolve = gpu.compute("clouds/resolve.comp", defines)
         self._history: Any = None
         stored = str(settings.get("sky.radiance_format", "rgba32f"))
         self._over = gpu.compute("clouds/composite.comp", {"SCENE_FORMAT": stored})
-        self._plain = gpu.gpu.state()
         self._pasts: dict[int, Past] = {}
         self._past = Past(self._stride, self._samples, 1.0)
         texels, steps = int(settings["clouds.shadow_texels"]), int(settings["clouds.shadow_steps"])
@@ -207,6 +206,7 @@ class CloudSystem(System):
             self._shafts.declare(builder, RAYS, DISTANCE, lambda: self._past)
         builder.add_pass(
             "clouds.resolve",
+            kind="compute",
             bind=lambda io: self._bind_resolve(io, (_FULL, _SURFACE)),
             system=self.name,
             reads=("gbuffer.depth", RAYS, DISTANCE),
@@ -220,6 +220,7 @@ class CloudSystem(System):
         )
         builder.add_pass(
             "clouds.debug_history",
+            kind="compute",
             bind=self._bind_history,
             system=self.name,
             reads=("gbuffer.depth", RAYS, DISTANCE),
@@ -260,11 +261,11 @@ class CloudSystem(System):
 
     def _bind_history(self, io: PassIO) -> Callable[[], None]:
         if self._history is None:
-            self._history = self._gpu.fullscreen("clouds/resolve.frag", {"STRIDE": self._stride, "VALIDITY": 1})
+            self._history = self._gpu.compute("clouds/resolve.comp", {"STRIDE": self._stride, "VALIDITY": 1})
         return self._bind_resolve(io, ("debug.cloud_history",), self._history)
 
     def _bind_resolve(self, io: PassIO, into: tuple[str, ...], program: Any = None) -> Callable[[], None]:
-        target = io.framebuffer(colors=into)
+        made = [io.texture(name) for name in into]
         textures = [io.texture(name) for name in (RAYS, "gbuffer.depth", DISTANCE)]
         before, surface, valid = io.history(_FULL), io.history(_SURFACE), io.history_valid
         shown = self._resolve if program is None else program
@@ -273,8 +274,8 @@ class CloudSystem(System):
             past = self._past
             if not valid.value and past.mode != NONE:
                 past.lost()
-            target.use()
-            self._plain.apply()
+            for unit, texture in enumerate(made):
+                texture.bind_to_image(unit, read=False, write=True)
             for unit, texture in enumerate(textures):
                 texture.use(unit)
             before.use(3)
@@ -287,7 +288,8 @@ class CloudSystem(System):
             shown.set("u_turn", np.ascontiguousarray(past.turn.T, np.float32))
             shown.set("u_shift", tuple(map(float, past.shift_m)))
             shown.set("u_projection", past.projection)
-            shown.render()
+            # Pixels before the first rays are another cell's.
+            shown.run_over(textures[0].width + 1, textures[0].height + 1)
 
         return run
 
