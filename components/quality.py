@@ -387,7 +387,7 @@ class CloudQuality:
     )
     shadow_steps: int = knob(8, 1, 64, "", "Steps through a layer for a texel of those maps", cost="itself")
     shaft_steps: int = knob(
-        16, 0, 1024, "", "Steps through the air in the clouds' shadow; 0: no shafts of light", cost="grows with it"
+        8, 0, 1024, "", "Steps through the air in the clouds' shadow; 0: no shafts of light", cost="grows with it"
     )
     map_texels: int = knob(
         1024,
