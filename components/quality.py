@@ -158,6 +158,15 @@ class ProxyQuality:
         "How far the camera may move before the grid is made anew, as a share of its height above the ground",
         cost="smaller: snaps more often; larger: the grid has to cover more",
     )
+    ahead_frames: int = knob(
+        16,
+        0,
+        60,
+        "",
+        "Over how many frames at most the next grid is prepared while the last one is drawn; 0: in one, which takes "
+        "several times as long as others",
+        cost="memory for a second grid; in a fast flight triangles are for some frames up to twice as long as wanted",
+    )
 
 
 @dataclass

@@ -214,8 +214,8 @@ def frames_of(renderer: pf.Renderer) -> np.ndarray:
 
 
 def test_history_survives_a_snap_of_the_proxy(valley):
-    cameras = flight(valley, renderer_state(valley), 24, 4.0)
-    with renderer_for(valley) as renderer:
+    cameras = flight(valley, renderer_state(valley), 40, 4.0)
+    with renderer_for(valley, **{"proxy.ahead_frames": 4}) as renderer:  # else there is one snap in 20 frames
         renderer.settle(cameras[0], **moment(valley))
         generations, kept = [], []
         for camera in cameras[1:]:

@@ -36,6 +36,8 @@ class Capabilities:
     max_texture_units: int
     max_uniform_block_bytes: int
     max_storage_block_bytes: int
+    storage_offset_bytes: int
+    """Storage buffers can be bound from multiples of this on: a power of two, at most 256."""
 
     @classmethod
     def read(cls, ctx: moderngl.Context, gl: G.GL) -> Capabilities:
@@ -54,6 +56,7 @@ class Capabilities:
             max_texture_units=gl.integer(G.MAX_COMBINED_TEXTURE_IMAGE_UNITS),
             max_uniform_block_bytes=gl.integer(G.MAX_UNIFORM_BLOCK_SIZE),
             max_storage_block_bytes=gl.integer(G.MAX_SHADER_STORAGE_BLOCK_SIZE),
+            storage_offset_bytes=gl.integer(G.SHADER_STORAGE_BUFFER_OFFSET_ALIGNMENT),
         )
 
 

@@ -36,6 +36,7 @@ CELL_DTYPE = np.dtype(
 )
 VERTEX_DTYPE = np.dtype([("position_m", "f4", 3), ("dh_m", "f4"), ("normal", "u4"), ("attributes", "u1", 4)])
 BOUNDS_BYTES = 32
+_TOPOLOGY_BYTES, _WANTED_BYTES = 32, 8
 # A draw command for each variant, moderngl's fixed stride: count, instances, first index, base vertex, base instance.
 ARGUMENTS_BYTES = 20 * VARIANTS
 
@@ -53,6 +54,8 @@ class CellMesh:
         self.name = name
         self.quads = quads
         self.vertices_per_cell = (quads + 1) ** 2
+        self.part_step = max(scope.gpu.caps.storage_offset_bytes // _WANTED_BYTES, 1)
+        """Parts begin at multiples of so many cells. All that a cell has comes in multiples of 8 bytes."""
         indices, self.index_ranges = decimated_indices(quads)
         self.indices = scope.buffer(indices.astype("<u4").tobytes())
         self._ranges = scope.buffer(self.index_ranges.astype("<u4").tobytes())
@@ -73,7 +76,7 @@ class CellMesh:
         return (
             BufferSpec(f"{self.name}.vertices", size, "persistent", "vertices of all selected cells"),
             BufferSpec(f"{self.name}.bounds", self.capacity * BOUNDS_BYTES, "persistent", "a box around each cell"),
-            BufferSpec(f"{self.name}.wanted", self.capacity * 8, "persistent", "what each cell would skip"),
+            BufferSpec(f"{self.name}.wanted", self.capacity * _WANTED_BYTES, "persistent", "what each cell would skip"),
         )
 
     def cull_buffers(self) -> tuple[BufferSpec, BufferSpec]:
@@ -85,11 +88,13 @@ class CellMesh:
             BufferSpec(f"{self.name}.arguments", ARGUMENTS_BYTES, "persistent", "the indirect draws"),
         )
 
-    def attach_vertices(self, io: PassIO) -> None:
-        """Take the plan's buffers of vertex_buffers(); their content is made anew."""
+    def attach_vertices(self, io: PassIO) -> bool:
+        """Take the plan's buffers of vertex_buffers(). True where they are others than before: empty ones."""
+        before = self._vertices, self._bounds, self._wanted
         self._vertices, self._bounds, self._wanted = (
             io.buffer(f"{self.name}.{n}") for n in ("vertices", "bounds", "wanted")
         )
+        return before != (self._vertices, self._bounds, self._wanted)
 
     def attach_visible(self, io: PassIO) -> bool:
         """Take the plan's visible list and arguments. True where they are others than before: empty ones."""
@@ -100,12 +105,7 @@ class CellMesh:
     def upload(self, cells: CellSet, beside: Topology) -> bool:
         """Take over a selection: two buffer writes. Returns True when the capacity grew: compile the graph again."""
         count = len(cells.face)
-        grew = count > self.capacity
-        if grew:
-            self.capacity = max(count, 2 * self.capacity)
-            self.scope.free(self._cells)
-            self.scope.free(self._topology)
-            self._reserve()
+        grew = self._make_room(count)
         record = np.zeros(count, CELL_DTYPE)
         for name in ("face", "level", "i", "j", "spacing_m", "distance_m"):
             record[name] = getattr(cells, name)
@@ -116,9 +116,35 @@ class CellMesh:
             self._topology.write(beside.packed().tobytes())
         return grew
 
+    def _make_room(self, count: int) -> bool:
+        if count <= self.capacity:
+            return False
+        self.capacity = max(count, 2 * self.capacity)
+        self.scope.free(self._cells)
+        self.scope.free(self._topology)
+        self._reserve()
+        return True
+
+    def take(self, other: CellMesh) -> bool:
+        """Take over another mesh with its vertices, on the GPU. Returns True when the capacity grew: then there are
+        the cells alone, and the graph has to be compiled again."""
+        grew = self._make_room(other.count)
+        self.count = other.count
+        self.selection += 1
+        if self.count:
+            copy = self.scope.gpu.ctx.copy_buffer
+            copy(self._cells, other._cells, self.count * CELL_DTYPE.itemsize)
+            copy(self._topology, other._topology, self.count * _TOPOLOGY_BYTES)
+            if not grew:
+                size = self.count * self.vertices_per_cell * VERTEX_DTYPE.itemsize
+                copy(self._vertices, other._vertices, size)
+                copy(self._bounds, other._bounds, self.count * BOUNDS_BYTES)
+                copy(self._wanted, other._wanted, self.count * _WANTED_BYTES)
+        return grew
+
     def _reserve(self) -> None:
         self._cells = self.scope.buffer(reserve=self.capacity * CELL_DTYPE.itemsize, dynamic=True)
-        self._topology = self.scope.buffer(reserve=self.capacity * 32, dynamic=True)
+        self._topology = self.scope.buffer(reserve=self.capacity * _TOPOLOGY_BYTES, dynamic=True)
 
     def copy_to(self, cells: Any, vertices: Any) -> None:
         """Copy the cells with what was agreed on, and their vertices, to other buffers on the GPU."""
@@ -131,6 +157,12 @@ class CellMesh:
         """Bind cells and vertices to these storage points."""
         self._cells.bind_to_storage_buffer(cells)
         self._vertices.bind_to_storage_buffer(vertices)
+
+    def bind_part(self, first: int) -> None:
+        """Bind cells, vertices and boxes from a cell on (a multiple of part_step) to their storage points."""
+        self._cells.bind_to_storage_buffer(0, offset=first * CELL_DTYPE.itemsize)
+        self._vertices.bind_to_storage_buffer(1, offset=first * self.vertices_per_cell * VERTEX_DTYPE.itemsize)
+        self._bounds.bind_to_storage_buffer(5, offset=first * BOUNDS_BYTES)
 
     def bind_wanted(self, wanted: int = 2) -> None:
         """Bind what each cell would skip."""
@@ -192,27 +224,39 @@ class CellMesh:
         chord_m: float,
         most: int,
     ) -> None:
-        """The vertices of all cells by the system's own program, then what of them is drawn.
+        """The vertices of all cells by the system's own program, then what of them is drawn. See make_part."""
+        if not self.count:
+            return
+        self.make_part(vertices, measure, eye_m, edge_rad, chord_m, most, 0, self.count)
+        self.agree(agree)
+
+    def make_part(
+        self,
+        vertices: Any,
+        measure: Any,
+        eye_m: tuple[float, ...],
+        edge_rad: float,
+        chord_m: float,
+        most: int,
+        first: int,
+        count: int,
+    ) -> None:
+        """The vertices of `count` cells from `first` on, and what they would skip; `agree` once all have theirs.
 
         eye_m: the proxy from the anchor. edge_rad: the wanted length of an edge as an angle. chord_m: square of the
         length of an edge per distance at which the sphere bulges visibly above it. most: 0..MOST, how many powers of
-        two a cell may skip.
+        two a cell may skip. first: a multiple of part_step.
         """
-        if not self.count:
-            return
-        self._cells.bind_to_storage_buffer(0)
-        self._vertices.bind_to_storage_buffer(1)
-        self._bounds.bind_to_storage_buffer(5)
-        vertices.run(self.count, 1, 1)
+        self.bind_part(first)
+        vertices.run(count, 1, 1)
         self.scope.gpu.barrier()
-        self._wanted.bind_to_storage_buffer(2)
+        self._wanted.bind_to_storage_buffer(2, offset=first * _WANTED_BYTES)
         measure.set("u_eye", eye_m)
         measure.set("u_angle", edge_rad)
         measure.set("u_chord", chord_m)
         measure.set("u_most", min(most, MOST, self.quads.bit_length() - 1))
-        measure.run(self.count, 1, 1)
+        measure.run(count, 1, 1)
         self.scope.gpu.barrier()
-        self.agree(agree)
 
     def agree(self, agree: Any) -> None:
         """From what each cell wants to skip to what it may, with common/agree_cells.comp."""

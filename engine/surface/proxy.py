@@ -7,7 +7,7 @@ altitude goes in geometric steps. Holding has some slack, so a camera on a borde
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -52,6 +52,16 @@ class ProxyCell:
     """Counts the snaps."""
     snap_distance_m: float
     """How far the proxy moved in the last snap; 0 for the first."""
+    covered_altitude_m: float = -np.inf
+    covered_sideways_rad: float = 0.0
+    """The largest of a camera that is to see no end of what is made for the proxy; at least those of the cell."""
+
+    def covering(self, altitude_m: float, sideways_rad: float) -> "ProxyCell":
+        """The same, for cameras up to there too while the next proxy is not there."""
+        altitude_m = max(altitude_m, self.covered_altitude_m)
+        return replace(
+            self, covered_altitude_m=altitude_m, covered_sideways_rad=max(sideways_rad, self.covered_sideways_rad)
+        )
 
     @property
     def altitude_m(self) -> float:
@@ -142,13 +152,15 @@ def snap_proxy(
         highest_altitude_m=max(highest, altitude),
         generation=0 if previous is None else previous.generation + 1,
         snap_distance_m=0.0,
+        covered_altitude_m=max(highest, altitude),
+        covered_sideways_rad=float(sideways),
     )
     if previous is None:
         return cell
     if _same_place(cell, previous) and previous.contains(position):
         return previous
     moved = float(np.linalg.norm(cell.position_m - previous.position_m))
-    return ProxyCell(**{**cell.__dict__, "snap_distance_m": moved})
+    return replace(cell, snap_distance_m=moved)
 
 
 def _same_place(a: ProxyCell, b: ProxyCell) -> bool:

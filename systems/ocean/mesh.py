@@ -12,34 +12,32 @@ from ...engine.gpu.cell_mesh import VERTEX_DTYPE, CellMesh
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.planet_seen import planet_seen
 from ...engine.settings import revision
-from ...engine.surface.coverage import proxy_coverage
+from ...engine.snap_ahead import HeldScale, snap_ahead
 from ...engine.surface.decimation import topology
-from ...engine.surface.selection import chord_limit_m, select_rings, spacing_angle
 from ...engine.system import Frame, Setup, ViewInfo
+from .mesh_choice import SeaAhead, SeaChoice, SeaMaking, choose_sea
 from .shading import GBUFFER, SEA_TOP
 from .wave_passes import SeaWaves, WaveView
 
 __all__ = ["SeaMeshPasses", "SeaView"]
 
-_MOST_CELLS = 12000  # as for the ground
-_MOST_SKIPPED = 1  # powers of two
 _WATER_ONLY = (-1.0e29, 3.0e38)  # ocean/vertices.comp marks cells without water
 
 
 class SeaView:
     """One view's cells and what they were made for."""
 
-    def __init__(self, mesh: CellMesh, waves: WaveView) -> None:
+    def __init__(self, mesh: CellMesh, waves: WaveView, ahead: SeaAhead) -> None:
         self.mesh = mesh
+        self.ahead = ahead
         self.waves = waves
         self.key: tuple[Any, ...] = ()
         self.made: tuple[Any, ...] | None = None
         self.wanted: tuple[Any, ...] = ()
         self.culled: tuple[Any, ...] | None = None
         self.displaced: tuple[Any, ...] | None = None
-        self.eye_m: tuple[float, ...] = (0.0, 0.0, 0.0)
-        self.edge_rad = 0.01
-        self.chord_m = 1.0
+        self.choice = SeaChoice()
+        self.held = HeldScale()
         self.from_below = False
         self.list: Any = None  # buffer of the cells to displace, on the GPU
 
@@ -63,7 +61,7 @@ class SeaMeshPasses:
         self._vertices = gpu.compute("ocean/vertices.comp", defines=defines)
         self._measure = gpu.compute("common/measure_cells.comp", defines=defines)
         self._agree = gpu.compute("common/agree_cells.comp", defines=defines)
-        self._most = int(setup.settings["terrain.decimation"])
+        self._making = SeaMaking(self._vertices, self._measure, self._agree, int(setup.settings["terrain.decimation"]))
         self._cull = gpu.compute("common/cull_cells.comp", defines=defines)
         self._list = gpu.compute("ocean/list_cells.comp", defines=defines)
         # Fetching a wave costs as much as evaluating it where lanes can't share the fetch.
@@ -78,7 +76,8 @@ class SeaMeshPasses:
 
     def view(self, waves: WaveView) -> SeaView:
         """A view without cells yet."""
-        return SeaView(CellMesh(self._gpu, self._name, self.quads), waves)
+        ahead = SeaAhead(self._gpu, self._name, self.quads, self._making)
+        return SeaView(CellMesh(self._gpu, self._name, self.quads), waves, ahead)
 
     def update(self, frame: Frame, view: SeaView) -> bool:
         """Choose the cells; True where passes or buffers changed."""
@@ -91,58 +90,49 @@ class SeaMeshPasses:
         ground = frame.world.resources.get("height_field")
         # From below the surface is seen until the line of sight, which the bed may bend, has come up to it.
         view.from_below = float(np.linalg.norm(camera.position_m)) - radius < frame.world.resource(SEA_TOP)
-        key = (proxy.generation, revision(ocean), edge_px, pixel_angle, id(ground), view.from_below)
-        changed = False
+        snap, held = snap_ahead(frame.world, frame.view_index), view.held
+        snap.take_part(True, "sea")
+        rest = (revision(ocean), id(ground), view.from_below)
+        if view.key[:4] == (proxy.generation, *rest):
+            held.follow(snap, edge_px, pixel_angle)
+        elif view.ahead.complete((proxy.generation, *rest)):
+            held.value = view.ahead.scale
+        else:
+            held.value = (edge_px, pixel_angle)
+        key, changed = (proxy.generation, *rest, *held.value), False
+
+        def choice_for(there: Any, scale: tuple[float, float]) -> SeaChoice:
+            return choose_sea(frame, self._waves, there, self.quads, *scale, view.from_below)
+
         if key != view.key:
             view.key = key
-            changed = self._select(frame, view, ocean, radius, proxy, pixel_angle, edge_px, ground)
+            prepared = view.ahead.complete(key[:4])
+            choice = view.choice = view.ahead.choice if prepared else choice_for(proxy, held.value)
+            assert choice.cells is not None
+            changed = self._waves.place(
+                view.waves,
+                frame,
+                choice.above_sea_m,
+                held.value[1],
+                choice.eye_m,
+                choice.edge_rad,
+                choice.smallest_m,
+            )
+            if prepared:
+                grew = view.mesh.take(view.ahead.mesh)
+                view.made = None if grew else (view.mesh.selection, key)
+            else:
+                grew = view.mesh.upload(choice.cells, topology(choice.cells))
+            changed |= grew
+        if snap.proxy is not None:
+            there, scale = snap.proxy, (edge_px, pixel_angle)
+            changed |= view.ahead.update(snap, (there.generation, *rest), scale, lambda: choice_for(there, scale))
         axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
         wanted = (view.mesh.selection, axes, camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
         frozen = any(shown.freeze for _, (shown,) in frame.world.query(DebugView))
         seen = planet_seen(frame.world, frame.view_index)()
         if seen and not (frozen and view.culled == view.wanted and not changed):
             view.wanted = wanted
-        return changed
-
-    def _select(
-        self,
-        frame: Frame,
-        view: SeaView,
-        ocean: Ocean,
-        radius: float,
-        proxy: Any,
-        pixel_angle: float,
-        edge_px: float,
-        ground: Any,
-    ) -> bool:
-        # At the limb chords of the sea must not hang below the bed, which has the same lattice.
-        view.chord_m = 0.05 * chord_limit_m(pixel_angle, radius)
-        angle_rad = spacing_angle(edge_px, pixel_angle, proxy.cell.altitude_m, radius)
-        above_sea = max(abs(proxy.cell.altitude_m - ocean.sea_level_m), 0.05)
-        smallest_m = float(frame.settings["terrain.min_spacing_m"])
-        height = ocean.sea_level_m + above_sea - proxy.anchor_height_m
-        view.eye_m, view.edge_rad = tuple(proxy.lattice.direction * height), angle_rad
-        changed = self._waves.place(view.waves, frame, above_sea, pixel_angle, view.eye_m, angle_rad, smallest_m)
-        crest = ocean.sea_level_m + view.waves.reach_m[0]
-        cells = select_rings(
-            proxy.lattice,
-            above_sea,
-            ocean.sea_level_m,
-            radius,
-            angle_rad,
-            self.quads,
-            # As far as the ground is drawn: beyond its horizon the sea still hides the bed behind peaks.
-            coverage_rad=proxy_coverage(
-                proxy.cell.highest_altitude_m,
-                proxy.cell.max_sideways_rad,
-                radius,
-                max(crest, -np.inf if ground is None else ground.highest_m),
-                ground.lowest_m if view.from_below and ground is not None else ocean.sea_level_m,
-            ).half_angle_rad,
-            min_spacing_m=smallest_m,
-            max_cells=_MOST_CELLS,
-        )
-        changed |= view.mesh.upload(cells, topology(cells))
         return changed
 
     def declare(self, builder: GraphBuilder, view: ViewInfo, sea: SeaView) -> None:
@@ -157,6 +147,18 @@ class SeaMeshPasses:
             after_optional=("terrain.vertices",),
             when=lambda: sea.made != (mesh.selection, sea.key),
             help="the calm sea's vertices and the depth below them, on a snap of the proxy",
+        )
+        builder.add_pass(
+            "ocean.ahead",
+            kind="compute",
+            system=name,
+            bind=sea.ahead.bind,
+            creates=sea.ahead.mesh.vertex_buffers(),
+            after=("ocean.vertices",),
+            after_optional=("terrain.ahead",),
+            when=lambda: sea.ahead.due,
+            side_effect=True,
+            help="a share of the vertices for the next snap of the proxy, before it comes",
         )
         cells = BufferSpec("ocean.cells", 16 + 4 * mesh.capacity, "persistent", "cells to displace")
         builder.add_pass(
@@ -196,19 +198,19 @@ class SeaMeshPasses:
         )
 
     def _bind_vertices(self, io: PassIO, sea: SeaView, view_index: int) -> Callable[[], None]:
-        sea.mesh.attach_vertices(io)
-        sea.made = None
+        if sea.mesh.attach_vertices(io):  # else what is in them still holds
+            sea.made = None
 
         def run() -> None:
             bind_heights = self._world.resources.get("surface_height")
             if bind_heights is not None:
                 bind_heights(view_index)
-            self._vertices.set("u_reach", sea.waves.reach_m)
-            # Chords of eight edges would cut off the waves that are there to be seen; two of them a pixel's height.
-            most = min(self._most, _MOST_SKIPPED) if sea.waves.moves else self._most
+            choice = sea.choice
+            self._vertices.set("u_reach", choice.reach_m)
             sea.mesh.make_vertices(
-                self._vertices, self._measure, self._agree, sea.eye_m, sea.edge_rad, sea.chord_m, most
-            )
+                self._vertices, self._measure, self._agree, choice.eye_m, choice.edge_rad, choice.chord_m,
+                self._making.skipped(choice),
+            )  # fmt: skip
             sea.made = (sea.mesh.selection, sea.key)
 
         return run

@@ -6,6 +6,7 @@ from ...components import DebugView, Ocean, Planet
 from ...engine.graph import GraphBuilder
 from ...engine.planet_seen import Unseen, planet_seen
 from ...engine.settings import with_overrides
+from ...engine.snap_ahead import snap_ahead
 from ...engine.system import Frame, Setup, System, ViewInfo
 from .mesh import SeaMeshPasses, SeaView
 from .paper_mesh import PaperSeaPasses, PaperSeaView
@@ -29,6 +30,7 @@ class OceanSystem(System):
         self._shading = SeaShading(self.name)
 
     def setup(self, setup: Setup) -> None:
+        self._world = setup.world
         self._seen = planet_seen(setup.world, 0)
         self._unseen = Unseen(Ocean, Planet, DebugView)
         self._shading.setup(setup)
@@ -37,6 +39,8 @@ class OceanSystem(System):
         self._paper.setup(setup)
 
     def release(self) -> None:
+        for index in self._views:
+            snap_ahead(self._world, index).take_part(False, "sea")
         self._views.clear()
         self._paper_views.clear()
         self._shading.release()
@@ -65,6 +69,7 @@ class OceanSystem(System):
             self._printed = printed
             self.structure += 1
         if printed:
+            snap_ahead(frame.world, frame.view_index).take_part(False, "sea")
             paper = self._paper_view(frame.view_index)
             changed, waves = self._paper.update(frame, paper), paper.waves
         else:

@@ -106,6 +106,14 @@ class SeaWaves:
             self._held = key, waves_of(with_overrides(ocean, "ocean", frame.settings), planet.radius_m)
         return self._held[1]
 
+    def reach(self, frame: Frame, above_sea_m: float, pixel_angle: float) -> tuple[bool, tuple[float, float]]:
+        """Whether waves can be seen to move from so high, and how far they may move a point: upwards, and in all."""
+        waves = self.of(frame)
+        up_m = highest_likely_m(waves)
+        far_m = math.hypot(up_m, min(waves.farthest_m, likely_m(waves)))
+        moves = far_m > VISIBLE_PX * pixel_angle * max(above_sea_m - up_m, 0.1)
+        return moves, (up_m, far_m) if moves else (0.0, 0.0)
+
     def place(
         self,
         view: WaveView,
@@ -120,15 +128,13 @@ class SeaWaves:
         waves = self.of(frame)
         proxy = frame.world.resource(f"proxy.{frame.view_index}")
         radius = frame.world.get(frame.planet, Planet).radius_m
-        up_m = highest_likely_m(waves)
-        far_m = math.hypot(up_m, min(waves.farthest_m, likely_m(waves)))
-        moves = far_m > VISIBLE_PX * pixel_angle * max(above_sea_m - up_m, 0.1)
+        moves, reach_m = self.reach(frame, above_sea_m, pixel_angle)
         many, long = len(waves) >= MANY, len(waves) >= _LONG_RUNS
         changed = (moves, many, long) != (view.moves, self._many, self._long)
         if self._warming is None or (many, long) != (self._many, self._long):
             self._warming = Warming(self._ahead(many))
         view.moves, self._many, self._long = moves, many, long
-        view.reach_m = (up_m, far_m) if moves else (0.0, 0.0)
+        view.reach_m = reach_m
         view.waves, view.anchor = waves, proxy.lattice.direction
         view.placed += 1
         view.block.place(waves, view.anchor, radius, SeaMesh(eye_m, angle_rad, smallest_m, self._footprint_px))

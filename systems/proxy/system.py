@@ -6,6 +6,7 @@ than it ever reaches the GPU. It runs before all other systems.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,12 +15,17 @@ from numpy.typing import NDArray
 
 from ...components import Atmosphere, Clouds, DebugView, Ocean, Planet, Terrain
 from ...engine.frame_block import FRAME_BINDING, PLANET_BINDING, FrameBlock, PlanetBlock
+from ...engine.gpu.uniforms import UniformBlock
 from ...engine.planet_seen import planet_seen
+from ...engine.snap_ahead import SnapAhead, at_once, snap_ahead
 from ...engine.space import near_plane_m, out_of_view, projection_terms
 from ...engine.surface.field import HeightField
 from ...engine.surface.lattice_anchor import LatticeAnchor
-from ...engine.surface.proxy import ProxyCell, snap_proxy
+from ...engine.surface.proxy import GroundHeight, ProxyCell, snap_proxy
 from ...engine.system import Frame, Setup, System
+from .waiting import Motion, may_wait
+
+Floats = NDArray[np.float64]
 
 LATTICE_BINDING = 2  # common/lattice.glsl
 LATTICE_BYTES = 320
@@ -54,20 +60,31 @@ class ProxySystem(System):
 
     def __init__(self) -> None:
         self._views: dict[int, ProxyView] = {}
+        self._motions: defaultdict[int, Motion] = defaultdict(Motion)
+        self._generation = 0
+        self._world: Any = None
+        self._ahead_ubo: UniformBlock | None = None
+        self._ahead_lattice: Any = None
         self._frame_block = FrameBlock()
         self._planet_block = PlanetBlock()
 
     def setup(self, setup: Setup) -> None:
+        self._gpu, self._world = setup.gpu, setup.world
+        self._ahead_ubo = self._ahead_lattice = None
         self._frame_ubo = setup.gpu.uniform_block(FrameBlock, FRAME_BINDING, "frame")
         self._planet_ubo = setup.gpu.uniform_block(PlanetBlock, PLANET_BINDING, "planet")
         self._lattice = setup.gpu.buffer(reserve=LATTICE_BYTES, dynamic=True)
         self._views.clear()
+        self._motions.clear()
         self._field: HeightField | None = None
         self._uploaded: tuple[int, int] | None = None
         self._planet_written: PlanetBlock | None = None
 
     def release(self) -> None:
+        for ahead in self._aheads():
+            ahead.drop()
         self._views.clear()
+        self._motions.clear()
 
     def update(self, frame: Frame) -> None:
         planet = frame.world.get(frame.planet, Planet)
@@ -89,24 +106,109 @@ class ProxySystem(System):
         planet_seen(frame.world, frame.view_index).value = self._planet_seen(frame, radius, field)
         view = self._views.get(frame.view_index)
         if view is not None and field is self._field and self._frozen(frame):
+            snap_ahead(frame.world, frame.view_index).drop()
             self._write_blocks(frame, view, radius, field, sea)
             return
-        fraction = float(frame.settings.get("proxy.fraction", 0.25))
-        cell = snap_proxy(
-            frame.camera.position_m,
-            radius,
-            surface,
-            # On other ground a held cell would depend on what was there before.
-            previous=None if view is None or frame.cut or field is not self._field else view.cell,
-            fraction=fraction,
-            may_update_early=self._planet_out_of_view(frame, radius, field),
-        )
-        if view is None or cell is not view.cell:
-            view = self._new_anchor(view, cell, radius, ground, sea, frame)
-            self._views[frame.view_index] = view
-            frame.world.set_resource(f"proxy.{frame.view_index}", view)
+        view = self._place(frame, view, radius, surface, ground, sea, field)
         self._field = field
         self._write_blocks(frame, view, radius, field, sea)
+
+    def _place(
+        self,
+        frame: Frame,
+        view: ProxyView | None,
+        radius: float,
+        surface: GroundHeight,
+        ground: GroundHeight,
+        sea: Ocean | None,
+        field: HeightField | None,
+    ) -> ProxyView:
+        """The view's proxy in this frame: the held one, or a new one, at once or prepared ahead."""
+        camera_m = frame.camera.position_m
+        # On other ground a held cell would depend on what was there before.
+        fresh = view is None or frame.cut or field is not self._field
+        unseen = self._planet_out_of_view(frame, radius, field)
+        ahead, motion = snap_ahead(frame.world, frame.view_index), self._motions[frame.view_index]
+        frames = int(frame.settings.get("proxy.ahead_frames", 0))
+        waits = frames > 0 and ahead.wanted and not (fresh or at_once(frame) or unseen)
+        ahead.possible, asked, ahead.asked = waits, ahead.asked, False
+        if not waits:
+            ahead.drop()
+        if fresh:
+            motion.forget()
+        if ahead.ready:
+            ready: ProxyView = ahead.proxy
+            ahead.drop()
+            view = ready
+            self._show(frame, ready)
+        previous = None if view is None or fresh else view.cell
+        level_m = -np.inf if sea is None else sea.sea_level_m
+        limits = (0.0, 0.0) if field is None else (field.lowest_m, field.highest_m)
+
+        def shown_by(cell: ProxyCell) -> bool:
+            foot = camera_m / np.linalg.norm(camera_m)
+            return may_wait(cell, camera_m, float(surface(foot[None])[0]), level_m, limits)
+
+        moving = waits and previous is not None
+        if previous is not None:
+            motion.follow(camera_m, radius, previous.ground_height_m, frame.dt_s)
+            if waits and not previous.contains(camera_m):
+                waits = shown_by(previous)
+        if view is not None and waits and ahead.proxy is not None:
+            return view
+        fraction = float(frame.settings.get("proxy.fraction", 0.25))
+        cell = snap_proxy(camera_m, radius, surface, previous, fraction, may_update_early=unseen)
+        if view is not None and cell is view.cell and not (waits and asked):
+            ahead.drop()
+            return view
+        count, place_m = 0, camera_m
+        if moving and previous is not None:
+            count = motion.frames_of(previous, frames) if waits else 0
+            foot, above_m = motion.foreseen(count, frames)
+            there_m = foot * (radius + float(surface(foot[None])[0]) + above_m)
+            later = snap_proxy(there_m, radius, surface, previous, fraction)
+            if later is not previous:
+                later = motion.covered(later, count, frames)
+                if count or shown_by(later):
+                    cell, place_m = later, there_m
+        made = self._new_anchor(cell, radius, ground, sea, place_m)
+        if view is not None and count:
+            self._prepare(ahead, made, count)
+            return view
+        ahead.drop()
+        self._show(frame, made)
+        return made
+
+    def _show(self, frame: Frame, view: ProxyView) -> None:
+        self._views[frame.view_index] = view
+        frame.world.set_resource(f"proxy.{frame.view_index}", view)
+
+    def _prepare(self, ahead: SnapAhead, view: ProxyView, frames: int) -> None:
+        """From now on makers prepare that proxy."""
+        if self._ahead_ubo is None or self._ahead_lattice is None:
+            self._ahead_ubo = self._gpu.uniform_block(FrameBlock, FRAME_BINDING)
+            self._ahead_lattice = self._gpu.buffer(reserve=LATTICE_BYTES, dynamic=True)
+        ubo, lattice = self._ahead_ubo, self._ahead_lattice
+
+        def bind() -> None:
+            # Views take turns with these blocks. Vertices depend on nothing else of the frame.
+            ubo.write(FrameBlock(anchor_up=(*view.lattice.direction, view.anchor_height_m)))
+            ubo.bind()
+            lattice.write(view.lattice.block.tobytes())
+            lattice.bind_to_uniform_block(LATTICE_BINDING)
+
+        def restore() -> None:
+            self._frame_ubo.bind()
+            self._lattice.bind_to_uniform_block(LATTICE_BINDING)
+
+        ahead.bind_anchor, ahead.restore_anchor = bind, restore
+        ahead.begin(view, frames)
+
+    def settled(self) -> bool:
+        return all(ahead.proxy is None for ahead in self._aheads())
+
+    def _aheads(self) -> list[SnapAhead]:
+        return [] if self._world is None else [snap_ahead(self._world, index) for index in self._views]
 
     @staticmethod
     def _frozen(frame: Frame) -> bool:
@@ -136,16 +238,17 @@ class ProxySystem(System):
         return out_of_view(frame.camera, -frame.camera.position_m, reach)
 
     def _new_anchor(
-        self, old: ProxyView | None, cell: ProxyCell, radius: float, ground: Any, sea: Ocean | None, frame: Frame
+        self, cell: ProxyCell, radius: float, ground: Any, sea: Ocean | None, camera_m: Floats
     ) -> ProxyView:
         lattice = cell.anchor()
         bed = float(ground(lattice.direction[None])[0])
         top = bed if sea is None else max(bed, sea.sea_level_m)
-        altitude = float(np.linalg.norm(frame.camera.position_m)) - radius
+        altitude = float(np.linalg.norm(camera_m)) - radius
         # Near the nearest surface: the sea's for a camera above it, the camera's own depth below it, else the ground.
         height = round(float(np.clip(altitude, bed, top)) / _HEIGHT_STEP_M) * _HEIGHT_STEP_M
         anchor = lattice.direction * (radius + height)
-        return ProxyView(cell, lattice, height, anchor, bed, 1 if old is None else old.generation + 1)
+        self._generation += 1  # never twice: a proxy that was prepared may come to nothing
+        return ProxyView(cell, lattice, height, anchor, bed, self._generation)
 
     def _write_blocks(
         self, frame: Frame, view: ProxyView, radius: float, field: HeightField | None, sea: Ocean | None

@@ -14,6 +14,7 @@ from ...engine.contracts import bind_contracts, contract_reads
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
 from ...engine.planet_seen import planet_seen
 from ...engine.settings import SettingError, revision, with_overrides
+from ...engine.snap_ahead import SnapAhead, snap_ahead
 from ...engine.system import Frame, Setup, System, ViewInfo
 from .backends import Backend, Ground, make_backend
 from .debug_passes import TerrainDebugPasses
@@ -51,6 +52,8 @@ class _View:
     def __init__(self) -> None:
         self.octaves: Any = None
         self.key: tuple[Any, ...] = ()  # what the table was made for
+        self.next_octaves: Any = None  # around the anchor of a snap that is being prepared
+        self.next_key: tuple[Any, ...] = ()
         self.far = False  # whether every pixel of the ground is wide
 
 
@@ -90,6 +93,8 @@ class TerrainSystem(System):
         self._refresh_field(setup.world, setup.planet, setup.settings)  # with the backend's contracts
 
     def release(self) -> None:
+        for index in self._views:
+            snap_ahead(self._world, index).take_part(False, "ground", "fade")
         self._views.clear()
         if self._backend is not None:
             self._backend.release()
@@ -172,6 +177,10 @@ class TerrainSystem(System):
         proxy = frame.world.resource(f"proxy.{frame.view_index}")
         view, camera = self._view(frame.view_index), frame.camera
         self._refresh_octaves(view, proxy)
+        ahead = snap_ahead(frame.world, frame.view_index)
+        ahead.take_part(self.backend.prepares_snaps, "ground", "fade")
+        if ahead.phase:
+            self._prepare_octaves(view, ahead)
         above_m = float(np.linalg.norm(camera.position_m)) - self._ground.params.radius_m - self._ground.field.highest_m
         view.far = above_m * (camera.tan_top - camera.tan_bottom) / frame.size[1] > _FAR_PIXEL_M
         index, backend = frame.view_index, self.backend
@@ -185,18 +194,43 @@ class TerrainSystem(System):
             self._material_ubo.write(material_block(self._component, self._ground.params, proxy.lattice.direction))
         self._material_ubo.bind()
 
+    def _octaves_key(self, proxy: Any) -> tuple[Any, ...]:
+        return (proxy.generation, self._ground.revision, self._component.color_map_strength)
+
     def _refresh_octaves(self, view: _View, proxy: Any) -> None:
-        key = (proxy.generation, self._ground.revision, self._component.color_map_strength)
+        key = self._octaves_key(proxy)
         if key == view.key:
             return
+        if key == view.next_key:  # it was prepared
+            view.octaves, view.next_octaves = view.next_octaves, view.octaves
+            view.key, view.next_key = key, ()
+            return
         view.key = key
+        view.octaves = self._write_octaves(view.octaves, proxy)
+
+    def _prepare_octaves(self, view: _View, ahead: SnapAhead) -> None:
+        """The table around the anchor of the snap that is being prepared, for all who make vertices for it."""
+        key = self._octaves_key(ahead.proxy)
+        if key == view.next_key:
+            return
+        view.next_key = key
+        view.next_octaves = self._write_octaves(view.next_octaves, ahead.proxy)
+
+        def bind() -> None:
+            view.next_octaves.bind_to_uniform_block(OCTAVES_BINDING)
+            self._maps.bind()
+
+        ahead.bind_heights = bind
+
+    def _write_octaves(self, buffer: Any, proxy: Any) -> Any:
         table = octave_table(self._ground.params, proxy.lattice.direction, proxy.anchor_height_m)
         self._dress(table)
-        if view.octaves is None or view.octaves.size != table.nbytes:
-            if view.octaves is not None:
-                self._gpu.free(view.octaves)
-            view.octaves = self._gpu.buffer(reserve=table.nbytes, dynamic=True)
-        view.octaves.write(table.tobytes())
+        if buffer is None or buffer.size != table.nbytes:
+            if buffer is not None:
+                self._gpu.free(buffer)
+            buffer = self._gpu.buffer(reserve=table.nbytes, dynamic=True)
+        buffer.write(table.tobytes())
+        return buffer
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         name, index, backend = self.name, view.index, self.backend

@@ -54,6 +54,8 @@ class Backend(ABC):
     """The line between land and water, pixel by pixel; "": from the terrain's own height function."""
     faces_out: ClassVar[bool] = True
     """Whether triangles seen from behind are hidden ones."""
+    prepares_snaps: ClassVar[bool] = False
+    """Whether it makes the vertices of the next proxy ahead (engine/snap_ahead.py): phases "ground" and "fade"."""
     structure: int = 0
     """Raised when passes or sizes change."""
 

@@ -13,27 +13,26 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ....components import DebugView, Ocean, Planet
+from ....components import DebugView
 from ....engine.gpu import GpuScope
 from ....engine.gpu.cell_mesh import CellMesh
 from ....engine.gpu.layout import Vec4
 from ....engine.graph import GraphBuilder, PassIO
 from ....engine.planet_seen import planet_seen
-from ....engine.surface.coverage import proxy_coverage
+from ....engine.snap_ahead import HeldScale, snap_ahead
+from ....engine.snap_ahead import at_once as snaps_at_once
 from ....engine.surface.decimation import topology
-from ....engine.surface.selection import CellSet, chord_limit_m, select_rings, spacing_angle
 from ....engine.system import Frame
 from .base import Backend, Ground, heights_seen
+from .grid_ahead import GridAhead, GridMaking
+from .grid_choice import Choice, choose
 from .grid_fade import FadePrograms, SnapFade
 from .grid_queries import heights_on_cells, triangles_of_cells
 
 __all__ = ["GridBackend"]
 
 GRID_BINDING = 3
-_DECIMATED_SHARE = 0.8  # of edge_px: larger ones save vertices, but the ground jumps more at a snap
-_FINEST_M = 0.02
 _LEAP = 2.0  # snaps over more than this many heights above the ground don't fade
-_MOST_CELLS = 12000  # a telephoto lens near the ground would ask for ten times as many: its triangles get longer
 
 
 @dataclass
@@ -48,21 +47,17 @@ class TerrainGridBlock:
 class _GridView:
     """One view's cells and what they were made for."""
 
-    def __init__(self, mesh: CellMesh) -> None:
+    def __init__(self, mesh: CellMesh, ahead: GridAhead) -> None:
         self.mesh = mesh
+        self.ahead = ahead
+        self.choice = Choice()
+        self.held = HeldScale()
         self.key: tuple[Any, ...] = ()
         self.made = -1  # the selection whose vertices exist
         self.wanted: tuple[Any, ...] = ()  # what the visible list depends on
         self.culled: tuple[Any, ...] | None = None  # what it was made for
         self.keep_dh_m = (-3.0e38, 3.0e38)
-        self.eye_m: tuple[float, ...] = (0.0, 0.0, 0.0)
-        self.edge_rad = 0.01
-        self.spacing: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)  # what the block of the grid says of it
-        self.chord_m = 1.0
         self.fade: SnapFade | None = None
-        self.cells: CellSet | None = None
-        self.anchor_m = np.zeros(3)
-        self.anchor_height_m = 0.0
         self.bind_octaves: Callable[[], None] = lambda: None
 
     def drawn_mesh(self) -> CellMesh:
@@ -75,10 +70,16 @@ class _GridView:
         return (int(mesh is self.mesh), mesh.selection)
 
 
+def _leaps(proxy: Any) -> bool:
+    """Whether the old grid was not made for the proxy's place: nobody sees a fade after a leap."""
+    return bool(proxy.cell.snap_distance_m > _LEAP * proxy.cell.altitude_above_ground_m)
+
+
 class GridBackend(Backend):
     """Backend "grid"."""
 
     name: ClassVar[str] = "grid"
+    prepares_snaps: ClassVar[bool] = True
     contracts: ClassVar[Mapping[str, str]] = {"vertex_spacing": "terrain/grid_vertex_spacing.glsl"}
 
     def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str) -> None:
@@ -96,12 +97,16 @@ class GridBackend(Backend):
         self._fade_s = float(settings["terrain.fade_s"])
         self._fading = FadePrograms(gpu, self._agree, self._defines) if self._fade_s > 0.0 else None
         self._programs: dict[tuple[str, bool], Any] = {}
+        ubo = gpu.uniform_block(TerrainGridBlock, GRID_BINDING)
+        self._making = GridMaking(self._vertices, self._measure, self._agree, ubo, TerrainGridBlock(), self._most)
 
     def view(self, index: int) -> _GridView:
         """One view's cells."""
         view = self._views.get(index)
         if view is None:
-            view = self._views[index] = _GridView(CellMesh(self.gpu, "terrain", self._quads))
+            view = self._views[index] = _GridView(
+                CellMesh(self.gpu, "terrain", self._quads), GridAhead(self.gpu, self._quads, self._making)
+            )
             if self._fading is not None:
                 view.fade = SnapFade(self.gpu, view.mesh)
         return view
@@ -113,22 +118,30 @@ class GridBackend(Backend):
         camera = frame.camera
         pixel_angle = (camera.tan_top - camera.tan_bottom) / frame.size[1]
         edge_px = float(frame.settings["terrain.edge_px"])
-        key = (proxy.generation, ground.revision, edge_px, pixel_angle)
+        at_once = snaps_at_once(frame)
+        snap, held = snap_ahead(frame.world, frame.view_index), view.held
+        if view.key[:2] == (proxy.generation, ground.revision):
+            held.follow(snap, edge_px, pixel_angle)
+        elif view.ahead.complete((proxy.generation, ground.revision)):
+            held.value = view.ahead.scale
+        else:
+            held.value = (edge_px, pixel_angle)
+        key = (proxy.generation, ground.revision, *held.value)
         fade = view.fade
-        at_once = frame.cut or frame.settling or frame.one_shot
         if fade is not None:
             fade.advance(frame.dt_s)
-            if at_once or key[1:] != view.key[1:]:
+            if at_once or key[1:3] != view.key[1:3]:
                 fade.stop()
         if key != view.key:
-            may_fade = fade is not None and not at_once and key[1:] == view.key[1:]
+            may_fade = fade is not None and not at_once and key[1:3] == view.key[1:3]
             may_fade = may_fade and view.made == view.mesh.selection and view.mesh.count > 0
-            # The old grid has to have been made for this place: nobody sees a fade after a leap.
-            may_fade = may_fade and proxy.cell.snap_distance_m <= _LEAP * proxy.cell.altitude_above_ground_m
+            may_fade = may_fade and not _leaps(proxy)
             view.key = key
-            angle = spacing_angle(edge_px, pixel_angle, proxy.cell.altitude_m, proxy.cell.radius_m)
-            view.chord_m = chord_limit_m(pixel_angle, proxy.cell.radius_m)
-            self._select(view, frame, ground, proxy, angle, may_fade)
+            self._snap(view, frame, ground, proxy, may_fade)
+        if snap.proxy is not None:
+            then = (snap.proxy.generation, ground.revision)
+            scale, leaps = (edge_px, pixel_angle), _leaps(snap.proxy)
+            self.structure += view.ahead.update(frame, ground, snap, then, scale, fade, leaps, view.choice)
         tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
         axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
         view.keep_dh_m = heights_seen(frame, proxy.anchor_height_m)
@@ -138,51 +151,36 @@ class GridBackend(Backend):
         seen = planet_seen(frame.world, frame.view_index)()
         if seen and not (frozen and view.culled == view.wanted and not fading):
             view.wanted = wanted
-        if self.block.spacing != view.spacing:
-            self.block.spacing = view.spacing
+        if self.block.spacing != view.choice.spacing:
+            self.block.spacing = view.choice.spacing
             self._ubo.write(self.block)
         self._ubo.bind()
 
-    def _select(
-        self, view: _GridView, frame: Frame, ground: Ground, proxy: Any, angle_rad: float, may_fade: bool
-    ) -> None:
-        field, radius_m = ground.field, frame.world.get(frame.planet, Planet).radius_m
-        # Above the ground, even for a camera (or an anchor) under water.
-        above_ground = max(proxy.cell.altitude_m - proxy.ground_m, 0.01)
-        # Facets may not rise above an eye that is nearer to the ground than they are wide.
-        smallest = min(float(frame.settings["terrain.min_spacing_m"]), max(above_ground, _FINEST_M))
-        sea = frame.world.try_get(frame.planet, Ocean)
-        lowest = field.lowest_m if sea is None else max(field.lowest_m, sea.sea_level_m)
-        if proxy.cell.altitude_m < lowest:
-            lowest = field.lowest_m  # under water the bed is what hides
-        cells = select_rings(
-            proxy.lattice,
-            above_ground,
-            proxy.ground_m,
-            radius_m,
-            angle_rad,
-            self._quads,
-            coverage_rad=proxy_coverage(
-                proxy.cell.highest_altitude_m, proxy.cell.max_sideways_rad, radius_m, field.highest_m, lowest
-            ).half_angle_rad,
-            min_spacing_m=smallest,
-            max_cells=_MOST_CELLS,
-            height_at=field.height,
-        )
-        view.eye_m = tuple(proxy.lattice.direction * (proxy.ground_m + above_ground - proxy.anchor_height_m))
-        view.edge_rad = _DECIMATED_SHARE * angle_rad
-        fade = view.fade
-        if may_fade and fade is not None and view.cells is not None:
-            fade.keep(view.cells, view.anchor_m, view.anchor_height_m)
-        if view.mesh.upload(cells, topology(cells)):
-            self.structure += 1
-        view.cells, view.anchor_m, view.anchor_height_m = cells, proxy.anchor_m.copy(), proxy.anchor_height_m
+    def _snap(self, view: _GridView, frame: Frame, ground: Ground, proxy: Any, may_fade: bool) -> None:
+        """The grid for a proxy: the one that was prepared, or a new one at once."""
+        fade, ahead, old = view.fade, view.ahead, view.choice
+        prepared = ahead.complete(view.key[:2])
+        laid = prepared and may_fade and fade is not None and fade.laid
+        if may_fade and fade is not None and old.cells is not None and not laid:
+            fade.keep(old.cells, old.anchor_m, old.anchor_height_m)
+        if prepared:
+            view.choice = ahead.choice
+            grew = view.mesh.take(ahead.mesh)
+            view.made = -1 if grew else view.mesh.selection
+        else:
+            view.choice = choose(frame, ground, proxy, self._quads, view.key[2], view.key[3])
+            assert view.choice.cells is not None
+            grew = view.mesh.upload(view.choice.cells, topology(view.choice.cells))
+        new = view.choice
+        assert new.cells is not None
         if fade is not None:
             if not may_fade:
                 fade.stop()
-            elif fade.begin(cells, view.anchor_m, view.anchor_height_m, self._fade_s):
-                self.structure += 1
-        view.spacing = (angle_rad, smallest, above_ground, 0.0)
+            elif laid and not grew:
+                fade.start(self._fade_s)
+            else:
+                grew |= fade.begin(new.cells, new.anchor_m, new.anchor_height_m, self._fade_s)
+        self.structure += grew
 
     def declare(self, builder: GraphBuilder, view_index: int) -> None:
         grid = self.view(view_index)
@@ -197,17 +195,28 @@ class GridBackend(Backend):
             help="heights, normals and bounds of all selected cells, on a snap of the proxy",
         )
         fade, programs = grid.fade, self._fading
+        builder.add_pass(
+            "terrain.ahead",
+            kind="compute",
+            system="terrain",
+            bind=grid.ahead.bind,
+            creates=grid.ahead.mesh.vertex_buffers(),
+            after=("terrain.vertices",),
+            when=lambda: grid.ahead.due,
+            side_effect=True,
+            help="a share of the vertices for the next snap of the proxy, before it comes",
+        )
         reads, creates = ("terrain.bounds",), mesh.cull_buffers()
         if fade is not None and programs is not None:
             builder.add_pass(
                 "terrain.fade",
                 kind="compute",
                 system="terrain",
-                bind=lambda io: fade.bind(io, programs),
-                reads=("terrain.vertices",),
+                bind=lambda io: self._bind_fade(io, grid, fade, programs),
+                reads=("terrain.vertices", "terrain_ahead.vertices"),
                 creates=fade.buffers(),
-                when=lambda: fade.pending,
-                help="the overlay of the old and the new selection, after a snap",
+                when=lambda: fade.pending or fade.laying,
+                help="the overlay of the old and the new selection, at a snap or a share of it before",
             )
             reads, creates = (*reads, "terrain_fade.bounds"), (*creates, *fade.mesh.cull_buffers())
         builder.add_pass(
@@ -222,15 +231,26 @@ class GridBackend(Backend):
         )
 
     def _bind_vertices(self, io: PassIO, grid: _GridView) -> Callable[[], None]:
-        grid.mesh.attach_vertices(io)
-        grid.made = -1
+        if grid.mesh.attach_vertices(io):  # else what is in them still holds
+            grid.made = -1
 
         def run() -> None:
             grid.bind_octaves()
+            made = grid.choice
             grid.mesh.make_vertices(
-                self._vertices, self._measure, self._agree, grid.eye_m, grid.edge_rad, grid.chord_m, self._most
+                self._vertices, self._measure, self._agree, made.eye_m, made.edge_rad, made.chord_m, self._most
             )
             grid.made = grid.mesh.selection
+
+        return run
+
+    @staticmethod
+    def _bind_fade(io: PassIO, grid: _GridView, fade: SnapFade, programs: FadePrograms) -> Callable[[], None]:
+        whole = fade.bind(io, programs)
+
+        def run() -> None:
+            whole()
+            grid.ahead.lay_part(fade, programs)
 
         return run
 
@@ -277,6 +297,9 @@ class GridBackend(Backend):
             defines = {**self._defines, **({"TERRAIN_FADE": 1} if fades else {})}
             self._programs[key] = self.gpu.program(vertex="terrain/gbuffer.vert", fragment=fragment, defines=defines)
         return self._programs[key]
+
+    def settled(self) -> bool:
+        return not any(view.fade is not None and view.fade.running for view in self._views.values())
 
     def statistics(self) -> dict[str, int]:
         grid = self._views.get(0)

@@ -20,6 +20,7 @@ from ....engine.graph import BufferSpec, PassIO
 from ....engine.surface.decimation import topology
 from ....engine.surface.overlay import Overlay, held_edges, overlay
 from ....engine.surface.selection import CellSet
+from .grid_choice import Choice
 
 __all__ = ["FadePrograms", "SnapFade"]
 
@@ -53,6 +54,9 @@ class SnapFade:
         self._shift_m = (0.0, 0.0, 0.0)
         self._rise_m = 0.0
         self._pending = False  # the overlay was uploaded, its vertices are not made
+        self.laying = False  # the overlay of a snap that is being prepared was uploaded
+        self._laid = -1  # its cells with vertices; -1: cells have not agreed
+        self._new = mesh  # has the vertices of the new selection
         self._age_s = np.inf
         self._duration_s = 0.0
         self._since_snap_s = np.inf
@@ -61,6 +65,11 @@ class SnapFade:
     def running(self) -> bool:
         """Whether the overlay is drawn."""
         return self._age_s < self._duration_s
+
+    @property
+    def laid(self) -> bool:
+        """Whether the overlay that `lay` began is complete."""
+        return self.laying and self._laid >= self.mesh.count
 
     @property
     def part(self) -> float:
@@ -74,7 +83,7 @@ class SnapFade:
 
     def stop(self) -> None:
         """The new selection, at once."""
-        self._age_s, self._pending, self._old_cells = np.inf, False, None
+        self._age_s, self._pending, self._old_cells, self.laying = np.inf, False, None, False
 
     def keep(self, cells: CellSet, anchor_m: NDArray[np.float64], anchor_height_m: float) -> None:
         """Before another selection is uploaded to the final mesh: keep its cells and vertices as the old ones."""
@@ -90,14 +99,42 @@ class SnapFade:
 
     def begin(self, cells: CellSet, anchor_m: NDArray[np.float64], anchor_height_m: float, longest_s: float) -> bool:
         """After the new selection was uploaded. Returns True when buffers of the graph grew."""
-        assert self._old_cells is not None and self._old_anchor_m is not None
-        both = overlay(self._old_cells, cells)
-        grew = self._upload(both)
-        self._shift_m = tuple(float(v) for v in self._old_anchor_m - anchor_m)
-        self._rise_m = self._old_height_m - anchor_height_m
+        grew = self._overlay(cells, anchor_m, anchor_height_m, self._final)
+        self.start(longest_s)
+        self._pending = True
+        return grew
+
+    def start(self, longest_s: float) -> None:
+        """From now on the overlay is drawn; it has been laid."""
         self._duration_s = min(longest_s, _SHARE_OF_INTERVAL * self._since_snap_s)
         self._age_s = self._since_snap_s = 0.0
-        self._pending = True
+        self.laying = self._pending = False
+
+    def lay(self, old: Choice, new: Choice, made: CellMesh) -> bool:
+        """Begin to prepare the overlay of what is drawn and of a selection whose vertices are in another mesh; not
+        while it is running. Returns True when buffers of the graph grew."""
+        assert old.cells is not None and new.cells is not None
+        self.keep(old.cells, old.anchor_m, old.anchor_height_m)
+        grew = self._overlay(new.cells, new.anchor_m, new.anchor_height_m, made)
+        self.laying, self._laid = True, -1
+        return grew
+
+    def lay_part(self, programs: FadePrograms, count: int) -> bool:
+        """In a pass: so many cells of the overlay; True once all have their vertices."""
+        if self._laid < 0:
+            self._agree(programs)
+            self._laid = 0
+        self._make(programs, self._laid, min(count, self.mesh.count - self._laid))
+        self._laid += count
+        return self._laid >= self.mesh.count
+
+    def _overlay(self, cells: CellSet, anchor_m: NDArray[np.float64], anchor_height_m: float, made: CellMesh) -> bool:
+        """Upload the overlay of the kept selection and a new one, whose vertices `made` has."""
+        assert self._old_cells is not None and self._old_anchor_m is not None
+        self._new = made
+        grew = self._upload(overlay(self._old_cells, cells))
+        self._shift_m = tuple(float(v) for v in self._old_anchor_m - anchor_m)
+        self._rise_m = self._old_height_m - anchor_height_m
         return grew
 
     def _upload(self, both: Overlay) -> bool:
@@ -124,39 +161,51 @@ class SnapFade:
         return self._pending and self.running
 
     def bind(self, io: PassIO, programs: FadePrograms) -> Callable[[], None]:
-        """The pass that makes them."""
-        self.mesh.attach_vertices(io)
-        self._starts = io.buffer("terrain_fade.starts")
-        if not self._pending:
-            self._age_s = np.inf  # what was made is gone
+        """The pass that makes them all."""
+        fresh = self.mesh.attach_vertices(io)
+        starts, self._starts = self._starts, io.buffer("terrain_fade.starts")
+        if fresh or starts is not self._starts:  # what was made is gone
+            self._laid = -1
+            if not self._pending:
+                self._age_s = np.inf
 
         def run() -> None:
             if not self._pending:
                 return  # the graph runs every pass once
-            assert self._old is not None
-            barrier = self._gpu.gpu.barrier
-            mesh, count = self.mesh, self.mesh.count
-            mesh.bind_made()
-            mesh.bind_wanted()
-            self._old[0].bind_to_storage_buffer(3)
-            self._known.bind_to_storage_buffer(4)
-            self._final.bind_made(cells=6, vertices=7)
-            programs.cells.set("u_cell_count", count)
-            programs.cells.run(-(-count // 64), 1, 1)
-            barrier()
-            mesh.agree(programs.agree)
-            mesh.bind_made()
-            self._starts.bind_to_storage_buffer(2)
-            self._old[1].bind_to_storage_buffer(3)
-            mesh.bind_bounds()
-            self._final.bind_made(cells=7, vertices=6)
-            programs.vertices.set("u_shift", self._shift_m)
-            programs.vertices.set("u_rise", self._rise_m)
-            programs.vertices.run(count, 1, 1)
-            barrier()
+            self._agree(programs)
+            self._make(programs, 0, self.mesh.count)
             self._pending = False
 
         return run
+
+    def _agree(self, programs: FadePrograms) -> None:
+        """What each cell of the overlay skips."""
+        assert self._old is not None
+        mesh, count = self.mesh, self.mesh.count
+        mesh.bind_made()
+        mesh.bind_wanted()
+        self._old[0].bind_to_storage_buffer(3)
+        self._known.bind_to_storage_buffer(4)
+        self._new.bind_made(cells=6, vertices=7)
+        programs.cells.set("u_cell_count", count)
+        programs.cells.run(-(-count // 64), 1, 1)
+        self._gpu.gpu.barrier()
+        mesh.agree(programs.agree)
+
+    def _make(self, programs: FadePrograms, first: int, count: int) -> None:
+        """The vertices of `count` cells from `first` on (a multiple of the mesh's part_step)."""
+        assert self._old is not None
+        if count <= 0:
+            return
+        self.mesh.bind_part(first)
+        self._starts.bind_to_storage_buffer(2, offset=first * self.mesh.vertices_per_cell * _START_BYTES)
+        self._old[1].bind_to_storage_buffer(3)
+        self._known.bind_to_storage_buffer(4, offset=first * _FADE_DTYPE.itemsize)
+        self._new.bind_made(cells=7, vertices=6)
+        programs.vertices.set("u_shift", self._shift_m)
+        programs.vertices.set("u_rise", self._rise_m)
+        programs.vertices.run(count, 1, 1)
+        self._gpu.gpu.barrier()
 
     def bind_draw(self) -> None:
         """What the vertex shader reads beyond cells and vertices."""

@@ -1,0 +1,120 @@
+"""The next snap of a view's proxy, prepared over some frames while the last one is drawn.
+
+All vertices of a proxy are made anew at a snap, which takes several times as long as the rest of a frame. So the one
+who places the proxy says early where it will be (`begin`); makers of vertices do their part of the work in each frame
+into buffers of their own, and once all of them have done it the proxy moves there. What they make is a function of the
+proxy alone, so it has the bits that it would have had at once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from .system import Frame
+from .world import World
+
+__all__ = ["HeldScale", "SnapAhead", "at_once", "snap_ahead"]
+
+_ZOOMED, _ZOOMED_FAR = 0.05, 0.25
+"""Cells are chosen anew when a zoom has changed the angle of a pixel by more than this share; by more than the second,
+at once."""
+_SHARES = {"ground": 0.45, "sea": 0.35, "fade": 0.2}
+"""Phases, in their order, and what share of the frames each takes: by their times over the sea and over land."""
+
+
+class SnapAhead:
+    """One view's. Makers say in every update which phases are theirs (`take_part`)."""
+
+    def __init__(self) -> None:
+        self.proxy: Any = None
+        """Where the proxy will be (systems.proxy.ProxyView); None: nothing is under way."""
+        self.number = 0
+        """Counts the beginnings."""
+        self.possible = False
+        """Whether a snap in this frame could wait; says who places the proxy."""
+        self.asked = False
+        """Makers set it: they would like a snap, although the proxy need not move."""
+        self.bind_heights: Callable[[], None] | None = None
+        """Binds what the height function reads, around the next anchor; the ground sets it."""
+        self.bind_anchor: Callable[[], None] = lambda: None
+        """Binds the blocks of the next anchor; `restore_anchor` those of the one that is drawn."""
+        self.restore_anchor: Callable[[], None] = lambda: None
+        self._makers: set[str] = set()
+        self._left: list[str] = []
+        self._frames = 1
+
+    @property
+    def phase(self) -> str:
+        """What is to be done now: "ground", "sea" or "fade"; "" when nothing is, or all of it."""
+        return self._left[0] if self._left else ""
+
+    @property
+    def ready(self) -> bool:
+        """Whether everything for `proxy` is there."""
+        return self.proxy is not None and not self._left
+
+    @property
+    def wanted(self) -> bool:
+        """Whether anybody prepares snaps."""
+        return "ground" in self._makers
+
+    def take_part(self, part: bool, *phases: str) -> None:
+        """A maker's phases; part: whether it prepares them just now."""
+        for phase in phases:
+            (self._makers.add if part else self._makers.discard)(phase)
+        if not part and any(phase in self._left for phase in phases):
+            self.drop()
+
+    def begin(self, proxy: Any, frames: int) -> None:
+        """Prepare for that proxy within about so many frames."""
+        self.proxy, self._frames = proxy, frames
+        self.number += 1
+        self._left = [phase for phase in _SHARES if phase in self._makers]
+
+    def finish(self, phase: str) -> None:
+        """A maker has done this phase."""
+        if self.phase == phase:
+            del self._left[0]
+
+    def drop(self) -> None:
+        """Nothing is under way any more."""
+        self.proxy, self._left, self.bind_heights = None, [], None
+
+    def part(self, phase: str, count: int, step: int) -> int:
+        """How many of `count` cells a frame does in this phase: a multiple of step."""
+        frames = max(round(self._frames * _SHARES[phase]), 1)
+        return max(math.ceil(count / frames / step), 1) * step
+
+
+class HeldScale:
+    """For what length of edges and angle of a pixel a maker's cells are made: those of the frame, or where snaps are
+    prepared, those of the last one, so that a zoom or another quality is one more snap."""
+
+    def __init__(self) -> None:
+        self.value: tuple[float, float] = (0.0, 0.0)
+
+    def follow(self, snap: SnapAhead, edge_px: float, pixel_rad: float) -> None:
+        """In every frame that isn't a snap's."""
+        now = (edge_px, pixel_rad)
+        zoomed = abs(pixel_rad - self.value[1])
+        if not snap.possible or zoomed > _ZOOMED_FAR * self.value[1]:
+            self.value = now
+        elif edge_px != self.value[0] or zoomed > _ZOOMED * self.value[1]:
+            snap.asked = True
+
+
+def snap_ahead(world: World, view_index: int) -> SnapAhead:
+    """That of a view; the same object each time."""
+    name = f"snap_ahead.{view_index}"
+    found = world.try_resource(name)
+    if not isinstance(found, SnapAhead):
+        found = SnapAhead()
+        world.set_resource(name, found)
+    return found
+
+
+def at_once(frame: Frame) -> bool:
+    """Whether a snap in this frame may not wait: the picture stands for itself, or there is no last one."""
+    return frame.cut or frame.settling or frame.one_shot

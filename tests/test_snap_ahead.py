@@ -1,0 +1,277 @@
+"""Snaps of the proxy that are prepared over some frames: even work, the same bits, no hole, at once where needed."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+import planetfall as pf
+from planetfall.benchmarks.measure import descent
+from planetfall.engine.snap_ahead import HeldScale, SnapAhead, snap_ahead
+from planetfall.engine.surface.proxy import snap_proxy
+from planetfall.systems.proxy.waiting import Motion, may_wait
+
+SIZE = (96, 54)
+EARTH_M = 6.371e6
+BAND_M = (-11000.0, 9000.0)
+
+
+def at(altitude_m: float, aside_m: float = 0.0) -> np.ndarray:
+    angle = aside_m / EARTH_M
+    return (EARTH_M + altitude_m) * np.array([math.cos(angle), math.sin(angle), 0.0])
+
+
+def cell_at(altitude_m: float):
+    return snap_proxy(at(altitude_m), EARTH_M, lambda d: np.zeros(len(d)), None)
+
+
+# -- whose turn it is -----------------------------------------------------------------------------------------------
+
+
+def test_phases_come_in_their_order_and_only_those_somebody_does():
+    ahead = SnapAhead()
+    assert not ahead.wanted and not ahead.ready and ahead.phase == ""
+    ahead.take_part(True, "fade", "ground")
+    ahead.begin("there", 16)
+    assert ahead.wanted and ahead.phase == "ground"
+    ahead.finish("sea")  # not its turn
+    assert ahead.phase == "ground"
+    ahead.finish("ground")
+    assert ahead.phase == "fade" and not ahead.ready
+    ahead.finish("fade")
+    assert ahead.ready
+    ahead.drop()
+    assert not ahead.ready
+
+
+def test_a_maker_that_leaves_ends_what_waits_for_it():
+    ahead = SnapAhead()
+    ahead.take_part(True, "ground", "sea")
+    ahead.begin("there", 16)
+    ahead.take_part(False, "sea")
+    assert ahead.proxy is None and ahead.phase == ""
+
+
+@pytest.mark.parametrize("frames", [1, 4, 16])
+@pytest.mark.parametrize("count", [1, 37, 359, 12000])
+def test_parts_are_alike_and_whole_steps(frames: int, count: int):
+    ahead = SnapAhead()
+    ahead.take_part(True, "ground")
+    ahead.begin("there", frames)
+    part = ahead.part("ground", count, 4)
+    assert part % 4 == 0 and part * frames >= count
+    assert part <= 4 * math.ceil(count / max(round(0.45 * frames), 1) / 4)
+
+
+def test_a_zoom_asks_for_a_snap_where_it_may_wait():
+    ahead, held = SnapAhead(), HeldScale()
+    held.follow(ahead, 8.0, 1e-3)
+    assert held.value == (8.0, 1e-3)
+    ahead.possible = True
+    held.follow(ahead, 8.0, 1.04e-3)
+    assert held.value == (8.0, 1e-3) and not ahead.asked
+    held.follow(ahead, 8.0, 1.1e-3)
+    assert held.value == (8.0, 1e-3) and ahead.asked
+    held.follow(ahead, 8.0, 2e-3)  # triangles would be twice too long
+    assert held.value == (8.0, 2e-3)
+
+
+# -- how long, and where to -----------------------------------------------------------------------------------------
+
+
+def test_waits_near_its_cell_and_not_where_there_is_no_ground_or_it_is_coarse():
+    cell = cell_at(1000.0)
+    limits = (0.0, -math.inf, BAND_M)
+    assert may_wait(cell, at(800.0), *limits)
+    assert not may_wait(cell, at(400.0), *limits)  # triangles more than twice too long
+    assert not may_wait(cell, at(1000.0, 2500.0), *limits)
+    assert not may_wait(cell, at(3000.0), *limits)  # its horizon lies beyond what is covered
+    assert not may_wait(cell, at(800.0), 600.0, -math.inf, BAND_M)  # a mountain below
+    assert may_wait(cell.covering(3500.0, 0.0), at(3000.0), *limits)
+
+
+def test_a_dive_into_the_sea_does_not_wait():
+    cell = cell_at(10.0)
+    assert may_wait(cell, at(8.0), 0.0, 0.0, BAND_M)
+    assert not may_wait(cell, at(-1.0), -9.0, 0.0, BAND_M)
+
+
+def flown(motion: Motion, places: list[np.ndarray], dt_s: float = 0.04) -> None:
+    for place in places:
+        motion.follow(place, EARTH_M, 0.0, dt_s)
+
+
+def test_a_slow_camera_has_all_the_frames_and_a_fast_one_fewer():
+    counts = []
+    for step_m in (0.0, 1.0, 30.0, 200.0, 2000.0):
+        motion = Motion()
+        flown(motion, [at(1000.0, 0.0), at(1000.0, step_m)])
+        counts.append(motion.frames_of(cell_at(1000.0), 16))
+    assert counts[0] == counts[1] == 16 and counts == sorted(counts, reverse=True)
+    assert 0 < counts[3] < 16 and counts[4] == 0
+
+
+def test_foresees_a_descent_and_level_flight():
+    motion = Motion()
+    flown(motion, [at(1000.0), at(980.0)])
+    foot, above_m = motion.foreseen(8, 16)
+    # Half as long again as until the snap, which takes 4 frames besides: 18 frames, each 0.98 times lower.
+    assert above_m == pytest.approx(980.0 * 0.98**18, rel=1e-6)
+    np.testing.assert_allclose(foot, [1.0, 0.0, 0.0], atol=1e-12)
+    motion.forget()
+    flown(motion, [at(1000.0, 0.0), at(1000.0, 10.0)])
+    foot, above_m = motion.foreseen(8, 16)
+    assert above_m == pytest.approx(1000.0) and EARTH_M * math.atan2(foot[1], foot[0]) == pytest.approx(190.0, rel=1e-4)
+
+
+def test_one_long_frame_is_no_fast_flight():
+    motion, steady = Motion(), Motion()
+    flown(steady, [at(1000.0, 10.0 * k) for k in range(9)])
+    flown(motion, [at(1000.0, 10.0 * k) for k in range(8)])
+    motion.follow(at(1000.0, 170.0), EARTH_M, 0.0, 0.4)  # ten times as long, ten times as far
+    cell = cell_at(1000.0)
+    there, then = motion.foreseen(8, 16)[0], steady.foreseen(8, 16)[0]
+    ahead_m = [EARTH_M * math.atan2(p[1], p[0]) - x for p, x in ((there, 170.0), (then, 80.0))]
+    assert ahead_m[0] == pytest.approx(ahead_m[1], rel=1e-6)
+    assert motion.frames_of(cell, 16) == steady.frames_of(cell, 16)
+
+
+def test_what_was_foreseen_is_covered_on_the_way_there():
+    motion = Motion()
+    flown(motion, [at(1000.0), at(960.0, 50.0)])
+    frames = motion.frames_of(cell_at(1000.0), 16)
+    foot, above_m = motion.foreseen(frames, 16)
+    cell = snap_proxy(foot * (EARTH_M + above_m), EARTH_M, lambda d: np.zeros(len(d)), None)
+    assert not may_wait(cell, at(960.0, 50.0), 0.0, -math.inf, BAND_M)
+    cell = motion.covered(cell, frames, 16)
+    for k in range(frames):
+        assert may_wait(cell, at(960.0 * 0.96**k, 50.0 + 50.0 * sum(0.96**n for n in range(k))), 0.0, -math.inf, BAND_M)
+
+
+# -- in pictures ----------------------------------------------------------------------------------------------------
+
+
+def flight_of(scene: pf.Scene, frames: int = 60) -> descent.Flight:
+    return descent.descent(scene, frames, 44.0, 44.0 + 0.06 * frames)
+
+
+def systems_of(renderer: pf.Renderer):
+    by_name = {system.name: system for system in renderer.systems}
+    return by_name["terrain"].backend.view(0), by_name["ocean"]._views[0]
+
+
+def ran(renderer: pf.Renderer) -> set[str]:
+    return {p.name for p in renderer.passes() if p.ran}
+
+
+def waits(scene: pf.Scene) -> bool:
+    """Whether a snap was being prepared in the last frame."""
+    return snap_ahead(scene.world, 0).proxy is not None
+
+
+@pytest.fixture(scope="module")
+def scene() -> pf.Scene:
+    return pf.load_scene("earth")
+
+
+@pytest.mark.gpu
+def test_no_frame_of_a_flight_makes_all_vertices_and_they_have_the_bits_of_those_made_at_once(scene: pf.Scene):
+    flight = flight_of(scene)
+    whole, kept, swaps = {"terrain.vertices", "ocean.vertices"}, [], 0
+    with pf.Renderer(scene, SIZE, "low") as renderer:
+        renderer.settle(flight.cameras[0], sun=flight.sun)
+        number = scene.world.resource("proxy.0").generation
+        for camera in flight.cameras[1:]:
+            renderer.render(camera, sun=flight.sun, dt_s=flight.frame_s)
+            assert not whole & ran(renderer)
+            now = scene.world.resource("proxy.0").generation
+            if now == number:
+                continue
+            number, swaps = now, swaps + 1
+            views = systems_of(renderer)
+            for view in views:
+                kept.append((view.mesh.read_cells().tobytes(), view.mesh.read_vertices().tobytes()))
+                view.made = None  # all of them once more
+            renderer.render(camera, sun=flight.sun, dt_s=0.0)
+            assert whole <= ran(renderer)
+            for view, (cells, vertices) in zip(views, kept[-2:], strict=True):
+                assert view.mesh.read_cells().tobytes() == cells
+                assert view.mesh.read_vertices().tobytes() == vertices
+    assert swaps >= 2
+
+
+@pytest.mark.gpu
+def test_pictures_by_themselves_and_settled_ones_do_not_wait(scene: pf.Scene):
+    flight = flight_of(scene)
+    with pf.Renderer(scene, SIZE, "low") as renderer:
+        renderer.settle(flight.cameras[0], sun=flight.sun)
+        cameras = iter(flight.cameras[1:])
+        for single in (True, False):
+            for camera in cameras:
+                renderer.render(camera, sun=flight.sun, dt_s=flight.frame_s)
+                if waits(scene):
+                    break
+            assert waits(scene)
+            if single:
+                found = renderer.render(camera, sun=flight.sun)["color"]
+            else:
+                renderer.settle(camera, sun=flight.sun)
+            assert not waits(scene)
+            position_m = renderer.camera_state(camera).position_m
+            assert scene.world.resource("proxy.0").cell.contains(position_m)
+            if single:
+                with pf.Renderer(pf.load_scene("earth"), SIZE, "low") as fresh:
+                    fresh.settle(camera, sun=flight.sun)
+                    off = np.abs(fresh.render(camera, sun=flight.sun)["color"].astype(int) - found)
+                # Shadows and air of the flight have not settled.
+                assert np.mean(off.max(axis=2) > 16) < 0.02
+
+
+@pytest.mark.gpu
+def test_a_camera_that_stops_comes_to_rest_with_a_grid_of_its_own(scene: pf.Scene):
+    flight = flight_of(scene)
+    with pf.Renderer(scene, SIZE, "low") as renderer:
+        renderer.settle(flight.cameras[0], sun=flight.sun)
+        for camera in itertools.islice(flight.cameras, 1, 12):
+            renderer.render(camera, sun=flight.sun, dt_s=flight.frame_s)
+        assert waits(scene)
+        for _ in range(60):
+            renderer.render(camera, sun=flight.sun, dt_s=flight.frame_s)
+        position_m = renderer.camera_state(camera).position_m
+        assert not waits(scene) and scene.world.resource("proxy.0").cell.contains(position_m)
+
+
+@pytest.mark.gpu
+@pytest.mark.parametrize("up", [True, pytest.param(False, marks=pytest.mark.slow)])
+def test_a_camera_that_waits_sees_no_hole(scene: pf.Scene, up: bool):
+    flight = flight_of(scene, 40)
+    cameras = flight.cameras[::-1] if up else flight.cameras
+    checked = 0
+    with pf.Renderer(scene, SIZE, "low") as renderer, pf.Renderer(pf.load_scene("earth"), SIZE, "low") as single:
+        renderer.settle(cameras[0], sun=flight.sun)
+        for number, camera in enumerate(cameras[1:]):
+            seen = renderer.render(camera, sun=flight.sun, dt_s=flight.frame_s, outputs=("surface",))["surface"] > 0
+            held = scene.world.resource("proxy.0").cell
+            if number % 4 or held.contains(renderer.camera_state(camera).position_m):
+                continue
+            truth = single.render(camera, sun=flight.sun, outputs=("surface",))["surface"] > 0
+            # Along the skyline a pixel's centre may fall to either side.
+            assert (seen != truth).sum() <= SIZE[0] // 8
+            checked += 1
+    assert checked >= 3
+
+
+@pytest.mark.gpu
+def test_nothing_is_prepared_where_it_is_off(scene: pf.Scene):
+    flight = flight_of(scene, 12)
+    with pf.Renderer(scene, SIZE, "low", {"proxy.ahead_frames": 0}) as renderer:
+        renderer.settle(flight.cameras[0], sun=flight.sun)
+        made = 0
+        for camera in flight.cameras[1:]:
+            renderer.render(camera, sun=flight.sun, dt_s=flight.frame_s)
+            assert not waits(scene)
+            made += "terrain.vertices" in ran(renderer)
+    assert made >= 2
