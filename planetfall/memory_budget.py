@@ -56,6 +56,8 @@ TRADES: tuple[_Trade, ...] = (
     _Trade("clouds.shadow_texels", "sharpness of the clouds' shadows and light", _halved(64)),
     _Trade("shadows.size", "sharpness of shadows on the ground", _halved(64)),
     _Trade("clouds.shape_texels", "variety of clouds near the camera", _halved(64)),
+    _Trade("proxy.ahead_frames", "grids that are prepared over some frames: those of snaps take longer",
+           lambda value: 0 if value else None),
     _Trade("terrain.fade_s", "ground that moves smoothly when the grid snaps", lambda value: 0.0 if value else None),
     _Trade("sky.radiance_format", "half the bits of radiance, seen in bands of dark skies",
            lambda value: "rgba16f" if value == "rgba32f" else None),
@@ -116,8 +118,10 @@ def _ground_bytes(settings: Mapping[str, Any], backend: str, rows: int, sea: boo
     cells = max(cells * (16.0 / quads) ** 2, _CELL_STEP)
     cells = -(-cells // _CELL_STEP) * _CELL_STEP
     vertices = cells * (quads + 1) ** 2
-    total = 2.0 * vertices * _VERTEX if sea else 0.0
+    ahead = int(settings["proxy.ahead_frames"]) > 0
+    total = (2.0 + ahead) * vertices * _VERTEX if sea else 0.0
     if backend == "grid":
+        total += ahead * vertices * _VERTEX
         fades = float(settings["terrain.fade_s"]) > 0.0
         return total + vertices * (_VERTEX + (0.5 * (_VERTEX + _STARTS) if fades else 0.0))
     slots, segments = int(settings["terrain.slots"]), int(settings["terrain.tile_quads"])

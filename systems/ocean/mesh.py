@@ -57,6 +57,7 @@ class SeaMeshPasses:
         gpu = self._gpu = setup.gpu
         self._world = setup.world
         self.quads = int(setup.settings["terrain.quads"])
+        self._ahead = int(setup.settings["proxy.ahead_frames"]) > 0
         defines = {"QUADS_LOG2": self.quads.bit_length() - 1}
         self._vertices = gpu.compute("ocean/vertices.comp", defines=defines)
         self._measure = gpu.compute("common/measure_cells.comp", defines=defines)
@@ -148,18 +149,19 @@ class SeaMeshPasses:
             when=lambda: sea.made != (mesh.selection, sea.key),
             help="the calm sea's vertices and the depth below them, on a snap of the proxy",
         )
-        builder.add_pass(
-            "ocean.ahead",
-            kind="compute",
-            system=name,
-            bind=sea.ahead.bind,
-            creates=sea.ahead.mesh.vertex_buffers(),
-            after=("ocean.vertices",),
-            after_optional=("terrain.ahead",),
-            when=lambda: sea.ahead.due,
-            side_effect=True,
-            help="a share of the vertices for the next snap of the proxy, before it comes",
-        )
+        if self._ahead:
+            builder.add_pass(
+                "ocean.ahead",
+                kind="compute",
+                system=name,
+                bind=sea.ahead.bind,
+                creates=sea.ahead.mesh.vertex_buffers(),
+                after=("ocean.vertices",),
+                after_optional=("terrain.ahead",),
+                when=lambda: sea.ahead.due,
+                side_effect=True,
+                help="a share of the vertices for the next snap of the proxy, before it comes",
+            )
         cells = BufferSpec("ocean.cells", 16 + 4 * mesh.capacity, "persistent", "cells to displace")
         builder.add_pass(
             "ocean.cull",

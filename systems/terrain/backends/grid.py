@@ -95,6 +95,7 @@ class GridBackend(Backend):
         self._agree = gpu.compute("common/agree_cells.comp", defines=self._defines)
         self._cull = gpu.compute("common/cull_cells.comp", defines=self._defines)
         self._fade_s = float(settings["terrain.fade_s"])
+        self._ahead = int(settings["proxy.ahead_frames"]) > 0
         self._fading = FadePrograms(gpu, self._agree, self._defines) if self._fade_s > 0.0 else None
         self._programs: dict[tuple[str, bool], Any] = {}
         ubo = gpu.uniform_block(TerrainGridBlock, GRID_BINDING)
@@ -195,17 +196,18 @@ class GridBackend(Backend):
             help="heights, normals and bounds of all selected cells, on a snap of the proxy",
         )
         fade, programs = grid.fade, self._fading
-        builder.add_pass(
-            "terrain.ahead",
-            kind="compute",
-            system="terrain",
-            bind=grid.ahead.bind,
-            creates=grid.ahead.mesh.vertex_buffers(),
-            after=("terrain.vertices",),
-            when=lambda: grid.ahead.due,
-            side_effect=True,
-            help="a share of the vertices for the next snap of the proxy, before it comes",
-        )
+        if self._ahead:
+            builder.add_pass(
+                "terrain.ahead",
+                kind="compute",
+                system="terrain",
+                bind=grid.ahead.bind,
+                creates=grid.ahead.mesh.vertex_buffers(),
+                after=("terrain.vertices",),
+                when=lambda: grid.ahead.due,
+                side_effect=True,
+                help="a share of the vertices for the next snap of the proxy, before it comes",
+            )
         reads, creates = ("terrain.bounds",), mesh.cull_buffers()
         if fade is not None and programs is not None:
             builder.add_pass(
@@ -213,7 +215,7 @@ class GridBackend(Backend):
                 kind="compute",
                 system="terrain",
                 bind=lambda io: self._bind_fade(io, grid, fade, programs),
-                reads=("terrain.vertices", "terrain_ahead.vertices"),
+                reads=("terrain.vertices", *(("terrain_ahead.vertices",) if self._ahead else ())),
                 creates=fade.buffers(),
                 when=lambda: fade.pending or fade.laying,
                 help="the overlay of the old and the new selection, at a snap or a share of it before",
