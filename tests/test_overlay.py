@@ -100,7 +100,7 @@ def test_of_a_selection_with_itself():
 
 def flown(fade_s, view, step_m, outputs, frames=1, steps=40):
     """The first camera after a snap, and its pictures from then on."""
-    overrides = {"terrain.fade_s": fade_s}
+    overrides = {"terrain.fade_s": fade_s, "proxy.ahead_frames": 0}  # prepared ones: test_snap_ahead.py
     with pf.Renderer(pf.load_scene("earth"), size=(160, 90), quality="medium", overrides=overrides) as renderer:
         state = renderer.camera_state(pf.view(view))
         generation = None
@@ -129,7 +129,7 @@ def test_after_the_fade_the_picture_is_that_of_the_new_grid():
 def test_the_ground_moves_little_at_a_snap_and_comes_to_where_it_belongs(view, step_m):
     results = {}
     for fade_s in (0.3, 0.0):
-        overrides = {"terrain.fade_s": fade_s}
+        overrides = {"terrain.fade_s": fade_s, "proxy.ahead_frames": 0}
         with pf.Renderer(pf.load_scene("earth"), size=(192, 108), quality="medium", overrides=overrides) as renderer:
             state = renderer.camera_state(pf.view(view))
             results[fade_s] = snaps.pops(renderer, list(snaps.forward_path(state, step_m, 40)), 2)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import planetfall as pf
-from planetfall.benchmarks.measure import descent
+from planetfall.benchmarks.measure import descent, snaps
 from planetfall.engine.snap_ahead import HeldScale, SnapAhead, snap_ahead
 from planetfall.engine.surface.proxy import snap_proxy
 from planetfall.systems.proxy.waiting import Motion, may_wait
@@ -275,3 +275,15 @@ def test_nothing_is_prepared_where_it_is_off(scene: pf.Scene):
             assert not waits(scene)
             made += "terrain.vertices" in ran(renderer)
     assert made >= 2
+
+
+@pytest.mark.gpu
+@pytest.mark.parametrize(("view", "step_m"), [("near", 4.0), pytest.param("high", 400.0, marks=pytest.mark.slow)])
+def test_the_ground_moves_little_at_a_snap_that_was_prepared(view: str, step_m: float):
+    with pf.Renderer(pf.load_scene("earth"), (192, 108), "medium") as renderer:
+        path = snaps.forward_path(renderer.camera_state(pf.view(view)), step_m, 60)
+        found = snaps.prepared_pops(renderer, list(path), 2)
+    assert found.snaps == 2
+    # As of a snap at once, in tests/test_overlay.py, although it leads several times as far.
+    assert max(found.a_frame) <= 0.25
+    assert snaps.Pops.quantile(found.in_all, 0.999) <= 1.0

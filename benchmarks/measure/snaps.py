@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import Camera, Renderer
+from ...engine.snap_ahead import snap_ahead
 from ...engine.space import CameraState
 from ...engine.surface.lattice import canonical_lattice
 
@@ -96,6 +97,23 @@ def pops(renderer: Renderer, cameras: Sequence[CameraState], most: int = 8, fram
                 if _generation(renderer) == new:
                     _watch(renderer, previous, before, after, frames, found)
         previous = camera
+    return found
+
+
+def prepared_pops(renderer: Renderer, cameras: Sequence[CameraState], most: int = 8, frames: int = 18) -> Pops:
+    """As pops, of snaps that were prepared over frames of 1/60 s: the camera stands still from the frame before such a
+    snap until the ground rests, and then flies on."""
+    found = Pops()
+    for number, state in enumerate(cameras):
+        if found.snaps >= most:
+            break
+        camera = Camera(state.position_m, state.forward, state.up)
+        if number == 0:
+            renderer.settle(camera)
+        before = renderer.render(camera, outputs=OUTPUTS, dt_s=1.0 / 60.0)
+        if snap_ahead(renderer.scene.world, 0).ready:
+            after = renderer.render(camera, outputs=OUTPUTS, dt_s=0.0)
+            _watch(renderer, camera, before, after, frames, found)
     return found
 
 

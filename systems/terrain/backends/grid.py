@@ -71,7 +71,7 @@ class _GridView:
 
 
 def _leaps(proxy: Any) -> bool:
-    """Whether the old grid was not made for the proxy's place: nobody sees a fade after a leap."""
+    """Whether the old grid was made for another place than the proxy's."""
     return bool(proxy.cell.snap_distance_m > _LEAP * proxy.cell.altitude_above_ground_m)
 
 
@@ -136,13 +136,14 @@ class GridBackend(Backend):
         if key != view.key:
             may_fade = fade is not None and not at_once and key[1:3] == view.key[1:3]
             may_fade = may_fade and view.made == view.mesh.selection and view.mesh.count > 0
-            may_fade = may_fade and not _leaps(proxy)
+            # After a leap the old grid was not made for the place, and nobody sees a fade; what waited is no leap.
+            may_fade = may_fade and (view.ahead.complete(key[:2]) or not _leaps(proxy))
             view.key = key
             self._snap(view, frame, ground, proxy, may_fade)
         if snap.proxy is not None:
             then = (snap.proxy.generation, ground.revision)
-            scale, leaps = (edge_px, pixel_angle), _leaps(snap.proxy)
-            self.structure += view.ahead.update(frame, ground, snap, then, scale, fade, leaps, view.choice)
+            scale = (edge_px, pixel_angle)
+            self.structure += view.ahead.update(frame, ground, snap, then, scale, fade, view.choice)
         tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
         axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
         view.keep_dh_m = heights_seen(frame, proxy.anchor_height_m)

@@ -63,10 +63,9 @@ class GridAhead:
         key: tuple[Any, ...],
         scale: tuple[float, float],
         fade: SnapFade | None,
-        leaps: bool,
         shown: Choice,
     ) -> bool:
-        """CPU work of one frame. key, scale: for the grid of `snap.proxy`. leaps: no fade at this snap. shown: what
+        """CPU work of one frame. key, scale: for the grid of `snap.proxy`. shown: what
         is drawn. True where buffers of the graph grew."""
         self._snap = snap
         if snap.phase not in ("ground", "fade"):
@@ -84,7 +83,7 @@ class GridAhead:
             assert self.choice.cells is not None
             self._uploaded, self._done = True, 0
             return self.mesh.upload(self.choice.cells, topology(self.choice.cells))
-        if snap.phase == "fade" and (fade is None or leaps or shown.cells is None):
+        if snap.phase == "fade" and (fade is None or shown.cells is None):
             snap.finish("fade")
         elif snap.phase == "fade" and fade is not None and not fade.running and not fade.laying:
             return fade.lay(shown, self.choice, self.mesh)
