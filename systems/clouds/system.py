@@ -20,7 +20,7 @@ from .past import NONE, STILL, Past
 from .probe import march_defines
 from .shadow_pass import SHADOW, SUN, SUN_UNIT, ShadowPass
 from .shafts import Shafts
-from .view_march import DISTANCE, RAYS, ViewMarch
+from .view_march import DISTANCE, MAPPED, RAYS, ViewMarch
 
 __all__ = ["CloudSystem"]
 
@@ -61,7 +61,7 @@ class CloudSystem(System):
         defines = {"STRIDE": self._stride}
         slabs = march_defines(settings)
         self._view = ViewMarch(gpu, setup.world, self.name, self._stride, slabs)
-        self._look_up = gpu.compute("clouds/sky.comp", slabs)
+        self._look_up = gpu.compute("clouds/sky.comp", {**slabs, **MAPPED})
         self._tune(settings)
         self._skies: dict[int, _Sky] = {}
         self._sky = _Sky()

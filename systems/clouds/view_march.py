@@ -13,12 +13,16 @@ from ...engine.world import World
 from .past import NONE, Past
 from .shadow_pass import SUN, SUN_UNIT
 
-__all__ = ["DISTANCE", "RAYS", "ViewMarch"]
+__all__ = ["DISTANCE", "MAPPED", "RAYS", "ViewMarch"]
 
 RAYS, DISTANCE = "clouds.rays", "clouds.distance"
 _FLAGS, _TILES = "clouds.tile_flags", "clouds.tiles"
 TILE = (8, 4)
 """Rays of a tile: a workgroup's."""
+SUN_MAPPED = 8.0
+"""Steps towards the sun in clouds; more of them are as good as the maps of the shadow, and have no need of these."""
+MAPPED: Mapping[str, Any] = {"CLOUD_MAPPED": 1}
+"""Define of clouds/weather_march.glsl: the rest of the way to the sun comes from the maps."""
 
 
 class ViewMarch:
@@ -32,16 +36,28 @@ class ViewMarch:
         self._defines = {"STRIDE": stride, **defines}
         self._classify = gpu.compute("clouds/classify.comp", {"STRIDE": stride})
         self._list = gpu.compute("clouds/list_tiles.comp")
-        self._march = gpu.compute("clouds/view_march.comp", self._defines)
+        self._march: Any = None
         self._steps: tuple[float, ...] = ()
+        self._mapped = False
         self._debug: Any = None
 
     def tune(self, steps: tuple[float, ...]) -> None:
         """steps: short ones through a layer's thickness, their growth with distance, 0, and those towards the sun."""
+        mapped = steps[3] <= SUN_MAPPED
+        if self._march is None or mapped != self._mapped:
+            self._mapped = mapped
+            for program in (self._march, self._debug):
+                if program is not None:
+                    self._gpu.free(program)
+            self._march = self._program("clouds/view_march.comp")
+            self._debug = None if self._debug is None else self._program("clouds/debug.comp")
         self._steps = steps
         for program in (self._classify, self._march, self._debug):
             if program is not None:
                 program.set("u_march", steps)
+
+    def _program(self, file: str) -> Any:
+        return self._gpu.compute(file, {**self._defines, **(MAPPED if self._mapped else {})})
 
     def declare(
         self, builder: GraphBuilder, view: ViewInfo, past: Callable[[], Past], bind_clouds: Callable[[], None]
@@ -140,11 +156,11 @@ class ViewMarch:
         depth, flags, sun = io.texture("gbuffer.depth"), io.buffer(_FLAGS), io.texture(SUN)
         bind = bind_contracts(self._world, io, but=self._system)
         if self._debug is None:
-            self._debug = self._gpu.compute("clouds/debug.comp", self._defines)
+            self._debug = self._program("clouds/debug.comp")
             self._debug.set("u_march", self._steps)
-        program = self._debug
 
         def run() -> None:
+            program = self._debug
             bind()
             bind_clouds()
             depth.use(4)

@@ -30,13 +30,13 @@ vec2 cloud_sunlight_on(CloudSunPlace ray, float altitude, float mu_s) {
     float node = cloud_node(altitude - cloud_sun_dip(altitude, mu_s)) + 0.5, rows = float(CLOUD_MOST_INTERVALS + 1);
     vec2 sum = vec2(0.0);
     float left = 1.0;
-    int levels = int(cloud_view.shadow.y);
-    for (int level = ray.level; level < levels && left > 0.0; ++level) {
+    int levels = int(cloud_view.shadow.y), level = ray.level;
+    do {
         vec2 at = cloud_map_place(ray.D, level);
         float known = left * cloud_map_share(at, level), row = (float(level) * rows + node) / (float(CLOUD_MOST_MAPS) * rows);
         sum += known * textureLod(u_cloud_sun, vec3(0.5 + 0.5 * clamp(at, -1.0, 1.0), row), 0.0).rg;
         left -= known;
-    }
+    } while (++level < levels && left > 0.0);
     return sum + vec2(left, 0.0);
 }
 

@@ -20,7 +20,6 @@
 #endif
 
 const float OPAQUE = CLOUD_DEEPEST > 40.0 ? 1e-5 : 0.004;   // the latter is no more than a step of an 8-bit picture
-const float SUN_MAPPED = 8.0;   // steps; more of them are as good as the maps
 const float SUN_LEVEL = 0.04;   // of a sun below the horizon maps know the way from the ray's lowest point on only
 const float MOST_SLOPE = 50.0;  // of the optical depth towards the sun over that along the ray
 const float NEAREST_M = 4.0;   // a step around the eye
@@ -52,19 +51,23 @@ vec3 sun_at(vec3 point, float altitude, vec3 up) {
 }
 
 // Optical depth towards the sun: of the layer itself in a few steps as far as maps of the shadow are too coarse for, then of all
-// clouds from the maps. With many steps (u_march.w above SUN_MAPPED) the layer has them all the way, and others, which are
-// farther, a quarter as many.
+// clouds from the maps. Without CLOUD_MAPPED (many steps, which are as good as the maps) the layer has them all the way, and others,
+// which are farther, a quarter as many.
 float depth_to_sun(int layer, vec3 point, float altitude, vec3 up, CloudWeather w, float footprint) {
     vec4 shell = cloud_view.shell[layer];
     float mu = dot(up, frame.sun_direction.xyz), thickness = shell.y - shell.x;
     // To the top, over a curved layer: a level ray leaves it, too.
     float rise = max(shell.y - altitude, 0.0), r = planet.radii.x + altitude;
     float b = r * mu, root = sqrt(max(b * b + rise * (2.0 * r + rise), 0.0));
-    bool mapped = u_march.w <= SUN_MAPPED;
-    float way = min(b >= 0.0 ? rise * (2.0 * r + rise) / max(root + b, 1.0) : root - b, mapped ? 6.0 * thickness : 1e9);
+    float way = b >= 0.0 ? rise * (2.0 * r + rise) / max(root + b, 1.0) : root - b;
+#ifdef CLOUD_MAPPED
+    way = min(way, 6.0 * thickness);
     CloudSunPlace ray = cloud_sun_ray(point, altitude, mu, footprint);
-    float near = mapped ? min(way, max(0.08 * thickness, 1.5 * cloud_map_texel(ray.level))) : way;
-    near = mix(way, near, smoothstep(0.0, SUN_LEVEL, mu));
+    float near = mix(way, min(way, max(0.08 * thickness, 1.5 * cloud_map_texel(ray.level))), smoothstep(0.0, SUN_LEVEL, mu));
+#else
+    way = min(way, 1e9);
+    float near = way;
+#endif
 #ifdef CLOUD_FINEST
     float most = u_march.w;
 #else
@@ -72,22 +75,24 @@ float depth_to_sun(int layer, vec3 point, float altitude, vec3 up, CloudWeather 
     float most = cloud_view.droplets[layer].z == 1.0 ? 1.0 : u_march.w * min(2.0 * way / footprint, 1.0);
 #endif
     // Short steps first: what is near casts the sharpest shadows. So many of them lie in the part that is marched.
-    int steps = max(int(ceil(most * sqrt(near / max(way, 1e-3)))), 1);
+    int steps = max(int(ceil(most * sqrt(near / max(way, 1e-3)))), 1), i = 0;
     float sum = 0.0, from = 0.0, per_step = 1.0 / float(steps);
-    for (int i = 1; i <= steps; ++i) {
-        float part = float(i) * per_step, to = near * part * part, t = 0.5 * (from + to);
+    do {
+        float part = float(++i) * per_step, to = near * part * part, t = 0.5 * (from + to);
         vec3 at = point + frame.sun_direction.xyz * t;
         float height = altitude + t * mu + 0.5 * t * t * (1.0 - mu * mu) / r;
         float share = (height - shell.x) * shell.z;
         sum += (to - from) * cloud_density(layer, at + frame.camera_offset.xyz, clamp(share, 0.0, 1.0), w,
             max(footprint, 0.35 * (to - from)), 0) * step(share, 1.0);
         from = to;
-    }
+    } while (i < steps);
     sum *= shell.w;
+#ifdef CLOUD_MAPPED
     float past = altitude + near * mu + 0.5 * near * near * (1.0 - mu * mu) / r;
-    for (int once = mapped ? 0 : 1; once < 1; ++once) sum += cloud_sunlight_on(ray, past, mu + near / r).y;
-    for (int once = mapped ? 1 : 0; once < 1; ++once) sum += cloud_depth_marched(layer, point, altitude, mu, 0.25 * u_march.w, footprint);
-    return sum;
+    return sum + cloud_sunlight_on(ray, past, mu + near / r).y;
+#else
+    return sum + cloud_depth_marched(layer, point, altitude, mu, 0.25 * u_march.w, footprint);
+#endif
 }
 
 // Light of the sky above and of the ground below that droplets scatter towards the camera, in Eddington's approximation: what comes
@@ -123,7 +128,8 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
     float once = drops.x * cloud_phase(nu, drops.y), passes = 1.0 - lobes.peak;
     // Fine steps that share one look at the light: as long as they are thin together.
     float spare = 48.0 / u_march.x;
-    for (int segment = 0; segment < segments; ++segment) {
+    int segment = 0;
+    do {
         float past = way_end(shell, from, to, segment, segments);
         vec3 middle = ray * (0.5 * (begin + past));
         vec3 up_middle = up_at(middle);
@@ -142,16 +148,17 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
         through = mix(vec4(1.0, 0.0, 1.0, 0.0), through, closed);
         vec3 ground = CLOUD_GROUND / PF_PI * (sun * (max(mu_s, 0.0) * (through.x + through.y))) + CLOUD_GROUND * through.z * sky;
         float seen = 0.0, per_metre = 1.0 / max(past - begin, 1e-3);
-        while (t < past && m.open > OPAQUE) {
+        do {
             // Through the clear and into cloud, apart from its light, so that rays in the clear don't pay for that.
             float depth = 0.0, at = 0.0, inside = 0.0, weight = 0.0, unit = 0.0, length_m = 0.0;
             int steps = 0;
-            while (t < past) {
+            bool on_in;
+            do {
                 float away = t + ray_walked;
                 unit = min(max(min(least, thin ? least : NEAREST_M + 0.02 * away), away * grow), most);
                 // Clouds that a pixel is too wide to show have smooth means.
                 unit = min(max(unit, narrowest * away * pixel_rad), max(way * widest, unit));
-                float step_m = min(unit * ease, past - t + 1e-3), here_m = t + shift * step_m;
+                float step_m = clamp(past - t + 1e-3, 0.0, unit * ease), here_m = t + shift * step_m;
                 vec3 point = ray * here_m;
                 float share = clamp((altitude_of(point) - shell.x) * shell.z, 0.0, 1.0);
                 CloudWeather w = WEATHER_AT(weather_here, weather_there, (here_m - begin) * per_metre, point, (here_m + ray_walked) * pixel_rad);
@@ -172,8 +179,8 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
                 ease = found ? 1.0 : min(ease * 1.4, longer);
                 steps += on > 0.0 && found ? 1 : 0;
                 length_m += found ? on : 0.0;
-                if (depth > spare || steps >= 2 || (!found && depth > 0.0)) break;
-            }
+                on_in = depth <= spare && steps < 2 && (found || depth <= 0.0);
+            } while (t < past && on_in);
             if (depth <= 0.0) break;
             at /= weight;
             inside /= weight;
@@ -209,12 +216,13 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
             m.wide *= left;
             m.sum += taken * at;
             seen -= 0.5 * taken * length_m;
-        }
+        } while (t < past && m.open > OPAQUE);
         m.light += max(there.in_scatter - here.in_scatter, 0.0) * (seen * per_metre);
         here = there;
         weather_here = weather_there;
         begin = past;
-    }
+        ++segment;
+    } while (segment < segments && m.open > OPAQUE);
     m.air_behind = here.in_scatter;
     m.air_past = here.transmittance;
 }
@@ -224,11 +232,13 @@ March march_clouds(vec3 ray, float mu, float end, float shift) {
     float nu = clamp_cos(dot(ray, frame.sun_direction.xyz));
     vec2 spans[2 * CLOUD_VIEW_LAYERS];
     int layers[2 * CLOUD_VIEW_LAYERS];
-    // Only those that there are: software GPUs go once through all of a loop's turn, whoever has nothing to do in it.
-    int count = cloud_ways(mu, end, spans, layers);
-    for (int k = 0; k < count && m.open > OPAQUE; ++k) {
-        march_way(m, layers[k], ray, spans[k].x, spans[k].y, nu, shift);
-    }
+    // Only those that there are. Software GPUs go once through all of a loop's turn, whoever has nothing to do in it, and so they
+    // do in the turn in which the last ray leaves at its head: here and in what is called, rays leave at the end.
+    int count = cloud_ways(mu, end, spans, layers), k = 0;
+    do {
+        if (k < count) march_way(m, layers[k], ray, spans[k].x, spans[k].y, nu, shift);
+        ++k;
+    } while (k < count && m.open > OPAQUE);
     // The picture behind brings the light of all its air: what lies before the last cloud is counted already.
     m.light = max(m.light - m.open * m.air_behind, 0.0);
     m.open = m.open < OPAQUE ? 0.0 : m.open;
