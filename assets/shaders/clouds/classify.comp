@@ -18,16 +18,17 @@ void main() {
     int owners[2 * CLOUD_VIEW_LAYERS];
     int count = all(lessThan(at, size)) ? cloud_ways(v.mu, v.end, spans, owners) : 0;
     uint found = count > 0 ? 1u : 0u;
-    for (int k = 0; k < count; ++k) {
+    int k = 0;
+    if (count > 0) do {
         vec4 shell = cloud_view.shell[owners[k]], drops = cloud_view.droplets[owners[k]];
         float from = spans[k].x, to = spans[k].y, most = drops.z == 2.0 ? 1.0 : 0.0;
-        int segments = way_segments(shell, drops.z == 1.0, from, to);
-        for (int segment = 0; segment <= segments && most == 0.0; ++segment) {
+        int segments = way_segments(shell, drops.z == 1.0, from, to), segment = 0;
+        do {
             CloudWeather w = weather_along(v.ray, segment == 0 ? from : way_end(shell, from, to, segment - 1, segments));
             most = max(most, (drops.z == 1.0 ? w.high : w.cover) * drops.w);
-        }
+        } while (++segment <= segments && most == 0.0);
         found |= most > 0.0 ? 2u : 0u;
-    }
+    } while (++k < count);
     if (found != 0u) atomicOr(s_found, found);
     imageStore(o_clouds, at, vec4(0.0, 0.0, 0.0, 1.0));
     imageStore(o_distance, at, vec4(NOT_ALL));

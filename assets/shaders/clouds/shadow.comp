@@ -36,29 +36,31 @@ void main() {
     int intervals = int(cloud_view.shadow.z), first = u_level * (CLOUD_MOST_INTERVALS + 1);
     float depth = 0.0;
     imageStore(o_sun, ivec3(at, first + intervals), vec4(1.0, 0.0, 0.0, 0.0));
-    for (int i = intervals - 1; i >= 0; --i) {
+    // Loops are left at their ends: software GPUs go through the turn, too, in which one is left at its head.
+    int i = intervals - 1;
+    do {
         vec2 heights = u_intervals[i];
         float from = cloud_way_to(r, mu, heights.y - cloud_view.shadow.x);
         // Under a low sun the way is long: in longer steps clouds and gaps would be taken together.
         float all = from - cloud_way_to(r, mu, heights.x - cloud_view.shadow.x);
-        int steps = u_steps * clamp(int(0.5 * all / (float(u_steps) * footprint)), 1, MOST_SPLIT);
-        for (int k = 0; k < steps; ++k) {
+        int steps = u_steps * clamp(int(0.5 * all / (float(u_steps) * footprint)), 1, MOST_SPLIT), k = 0;
+        do {
             float share = (float(k) + 1.0) / float(steps), lower = mix(heights.y, heights.x, share);
             float height = mix(heights.y, heights.x, share - 0.5 / float(steps));
             float to = cloud_way_to(r, mu, lower - cloud_view.shadow.x), way = max(from - to, 0.0), middle = 0.5 * (from + to);
             float wide = max(footprint, 0.35 * way);
             CloudWeather w = cloud_weather(normalize(foot + sun * middle), wide);
-            for (int layer = 0; layer < int(cloud_view.counts.x); ++layer) {
+            int layer = 0;
+            do {
                 vec4 shell = cloud_view.shell[layer];
                 float within = (height - shell.x) * shell.z;
-                for (int once = within > 0.0 && within < 1.0 ? 0 : 1; once < 1; ++once) {
-                    depth += shell.w * way * cloud_density(layer, place + sun * middle, within, w, wide, 0);
-                }
-            }
+                float found = cloud_density(layer, place + sun * middle, clamp(within, 0.0, 1.0), w, wide, 0);
+                depth += within > 0.0 && within < 1.0 ? shell.w * way * found : 0.0;
+            } while (++layer < int(cloud_view.counts.x));
             from = to;
-        }
+        } while (++k < steps);
         imageStore(o_sun, ivec3(at, first + i), vec4(exp(-depth), min(depth, DEEPEST), 0.0, 0.0));
-    }
+    } while (--i >= 0);
     if (depth > SHADED) shaded[u_level] = 1u;
     imageStore(o_shadow, ivec3(at, u_level), cloud_through(depth, max(mu, 0.0), cloud_view.droplets[0].y));
 }

@@ -10,13 +10,13 @@ vec4 cloud_through_at(vec3 point, float altitude, float wide_m) {
     vec3 D = foot_offset_of(cloud_sun_place(point, altitude, mu_s), unused);
     vec4 sum = vec4(0.0);
     float left = 1.0;
-    int levels = int(cloud_view.shadow.y);
-    for (int level = cloud_first_map(D, wide_m); level < levels && left > 0.0; ++level) {
+    int levels = int(cloud_view.shadow.y), level = cloud_first_map(D, wide_m);
+    do {
         vec2 at = cloud_map_place(D, level);
         float known = left * cloud_map_share(at, level);
         sum += known * textureLod(u_cloud_shadow, vec3(0.5 + 0.5 * clamp(at, -1.0, 1.0), float(level)), 0.0);
         left -= known;
-    }
+    } while (++level < levels && left > 0.0);
     // Beyond all maps, and above all cloud, the sky is clear.
     float above = cloud_node(altitude) / max(cloud_view.shadow.z, 1.0);
     return mix(sum + left * vec4(1.0, 0.0, 1.0, 0.0), vec4(1.0, 0.0, 1.0, 0.0), levels > 0 ? above : 1.0);

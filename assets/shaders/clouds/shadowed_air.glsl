@@ -30,14 +30,15 @@ struct ShadowedAir {
 ShadowedAir shadowed_air(vec3 ray, float mu, float end, float before, float open, int most, float soft, float shift) {
     float nu = clamp_cos(dot(ray, frame.sun_direction.xyz));
     vec2 span = min(shell_crossings(mu, cloud_view.counts.z), vec2(end));
-    int steps = span.y - span.x > 1.0 ? most : 0;
+    bool any_air = most > 0 && span.y - span.x > 1.0;
+    int steps = any_air ? most : 1, i = 0;
     // Steps grow with distance: the air's transmittance, and what a pixel tells apart, do so as well.
-    float growth = log((span.y + soft) / (span.x + soft)) / max(float(steps), 1.0);
+    float growth = any_air ? log((span.y + soft) / (span.x + soft)) / float(steps) : 0.0;
     float aside[LOOKS];   // of each look from the step's middle, over the middle's distance
     for (int k = 0; k < LOOKS; ++k) aside[k] = exp(growth * ((float(k) + shift) / float(LOOKS) - 0.5)) - 1.0;
     vec3 passed = vec3(0.0), extinction = vec3(0.0), lost = vec3(0.0);
     float last = span.x, sum = 0.0;
-    for (int i = 0; i < steps; ++i) {
+    do {
         // The light that is left can be a small part of what there is without clouds: chance in that sum would be all that is seen. At the
         // steps' middles it is exact to a few thousandths. Chance is left to the shadow.
         float away = (span.x + soft) * exp(growth * (float(i) + 0.5)), t = away - soft, length_m = away * growth;
@@ -59,12 +60,8 @@ ShadowedAir shadowed_air(vec3 ray, float mu, float end, float before, float open
         vec3 part = air.direct * exp(-passed - air.sun_depth) * (seen * length_m);
         lost += part;
         sum += t * part.g;
-    }
-    ShadowedAir found = ShadowedAir(vec3(0.0), 0.0, lost.g > 0.0);
-    for (int once = found.any ? 0 : 1; once < 1; ++once) {
-        // Before the air that is marched through, the camera may be above it.
-        found.light = frame.sun_irradiance.rgb * air_from_camera(ray * span.x).transmittance * lost;
-        found.distance = sum / lost.g;
-    }
-    return found;
+    } while (++i < steps);
+    // Before the air that is marched through, the camera may be above it.
+    vec3 light = frame.sun_irradiance.rgb * air_from_camera(ray * span.x).transmittance * lost;
+    return ShadowedAir(light, sum / max(lost.g, 1e-30), lost.g > 0.0);
 }

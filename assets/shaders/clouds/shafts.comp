@@ -30,7 +30,8 @@ void cloud_sun_at(AirStep place) {
     float left = 1.0;
     g_known[0] = g_known[1] = g_first[0] = g_first[1] = 0.0;
     g_at[0] = g_at[1] = g_drift[0] = g_drift[1] = vec2(0.0);
-    for (int count = 0; level < levels && count < 2 && left > 0.0; ++level) {
+    int count = 0;
+    do {
         vec2 at = cloud_map_place(D, level);
         float known = left * cloud_map_share(at, level);
         g_known[count] = known;
@@ -39,7 +40,7 @@ void cloud_sun_at(AirStep place) {
         g_drift[count] = cloud_map_turn(drift, level);
         left -= known;
         count += known > 0.0 ? 1 : 0;
-    }
+    } while (++level < levels && count < 2 && left > 0.0);
     // Where neither knows all, the rest is as they are on the mean.
     float all = g_known[0] + g_known[1];
     g_known[0] /= max(all, 1e-6);
@@ -51,12 +52,12 @@ float cloud_sun_left(AirStep place, float further) {
     float r = planet.radii.x + place.altitude;
     float altitude = place.altitude + further * (place.mu + 0.5 * further * (1.0 - place.mu * place.mu) / r);
     float node = cloud_node(altitude - g_dip), sum = 1.0 - g_known[0] - g_known[1];
-    int maps = g_known[1] > 0.0 ? 2 : 1;
-    for (int k = 0; k < maps; ++k) {
+    int maps = g_known[1] > 0.0 ? 2 : 1, k = 0;
+    do {
         vec2 at = 0.5 + 0.5 * clamp(g_at[k] + g_drift[k] * further, -1.0, 1.0);
         float row = (g_first[k] + node) / float(CLOUD_MOST_MAPS * (CLOUD_MOST_INTERVALS + 1));
         sum += g_known[k] * textureLod(u_cloud_sun, vec3(at, row), 0.0).r;
-    }
+    } while (++k < maps);
     return sum;
 }
 
@@ -66,7 +67,7 @@ void main() {
     ViewRay v = cloud_view_ray(at);
     vec4 clouds = imageLoad(u_rays, at);
     ShadowedAir air = shadowed_air(v.ray, v.mu, v.end, imageLoad(u_distance, at).r, clouds.a, int(u_shafts.x), u_shafts.z, v.shift);
-    for (int once = air.any ? 0 : 1; once < 1; ++once) {
+    if (air.any) {
         imageStore(u_rays, at, vec4(clouds.rgb - air.light * (u_shafts.y * frame.scale.x), clouds.a));
         // Where there is nothing else to follow from frame to frame, the shafts are.
         if (1.0 - clouds.a < CLEAR) imageStore(u_distance, at, vec4(air.distance));
