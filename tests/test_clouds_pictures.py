@@ -206,3 +206,15 @@ def test_crossing_a_boundary_in_steps_of_a_metre_is_smooth(boundary: str) -> Non
     steps = np.abs(np.diff(seen))
     # The crossing itself (steps 3 and 4) is no larger than three times what its neighbours are.
     assert steps[3:5].max() < 3.0 * np.delete(steps, [3, 4]).max() + 1e-6
+
+
+def test_steps_towards_the_sun_change_in_a_running_renderer_whether_maps_are_asked_or_not() -> None:
+    """Few steps leave the rest to the maps of the shadow and many do without: two programs, to and fro."""
+    scene, camera = cloudy(coverage=0.7), pf.Camera.at(20.0, 10.0, 100.0, pitch_deg=20.0)
+    with renderer_of(scene, sun_steps=12) as many, renderer_of(scene, sun_steps=2) as few:
+        alone = [radiance(one, camera, sun=UP) for one in (many, few)]
+        assert np.abs(alone[0] - alone[1]).max() > 0.0
+        for _ in range(2):
+            for steps, expected in zip((12, 2), alone, strict=True):
+                few.retune({"clouds.sun_steps": steps})
+                np.testing.assert_array_equal(radiance(few, camera, sun=UP), expected)
