@@ -86,8 +86,8 @@ def test_waits_near_its_cell_and_not_where_there_is_no_ground_or_it_is_coarse():
     cell = cell_at(1000.0)
     limits = (0.0, -math.inf, BAND_M)
     assert may_wait(cell, at(800.0), *limits)
-    assert not may_wait(cell, at(400.0), *limits)  # triangles more than twice too long
-    assert not may_wait(cell, at(1000.0, 2500.0), *limits)
+    assert not may_wait(cell, at(300.0), *limits)  # triangles more than three times too long
+    assert not may_wait(cell, at(1000.0, 3500.0), *limits)
     assert not may_wait(cell, at(3000.0), *limits)  # its horizon lies beyond what is covered
     assert not may_wait(cell, at(800.0), 600.0, -math.inf, BAND_M)  # a mountain below
     assert may_wait(cell.covering(3500.0, 0.0), at(3000.0), *limits)
@@ -287,3 +287,21 @@ def test_the_ground_moves_little_at_a_snap_that_was_prepared(view: str, step_m: 
     # As of a snap at once, in tests/test_overlay.py, although it leads several times as far.
     assert max(found.a_frame) <= 0.25
     assert snaps.Pops.quantile(found.in_all, 0.999) <= 1.0
+
+
+@pytest.mark.gpu
+def test_a_snap_to_more_cells_than_there_is_room_for_has_the_prepared_vertices(scene: pf.Scene):
+    flight = flight_of(scene)
+    with pf.Renderer(scene, SIZE, "low") as renderer:
+        renderer.settle(flight.cameras[0], sun=flight.sun)
+        for camera in flight.cameras[1:]:
+            renderer.render(camera, sun=flight.sun, dt_s=flight.frame_s)
+            if snap_ahead(scene.world, 0).ready:
+                break
+        views = systems_of(renderer)
+        wanted = [(v.ahead.mesh.read_cells().tobytes(), v.ahead.mesh.read_vertices().tobytes()) for v in views]
+        for view in views:
+            view.mesh.capacity = 1  # as if there had been fewer cells so far
+        renderer.render(camera, sun=flight.sun, dt_s=flight.frame_s)
+        found = [(v.mesh.read_cells().tobytes(), v.mesh.read_vertices().tobytes()) for v in views]
+        assert found == wanted and all(v.mesh.capacity >= v.mesh.count > 1 for v in views)

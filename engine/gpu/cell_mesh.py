@@ -126,8 +126,8 @@ class CellMesh:
         return True
 
     def take(self, other: CellMesh) -> bool:
-        """Take over another mesh with its vertices, on the GPU. Returns True when the capacity grew: then there are
-        the cells alone, and the graph has to be compiled again."""
+        """Take over another mesh with its vertices, on the GPU. Returns True when the capacity grew: compile the graph
+        again, and then `take_vertices`, while the other has them."""
         grew = self._make_room(other.count)
         self.count = other.count
         self.selection += 1
@@ -136,11 +136,15 @@ class CellMesh:
             copy(self._cells, other._cells, self.count * CELL_DTYPE.itemsize)
             copy(self._topology, other._topology, self.count * _TOPOLOGY_BYTES)
             if not grew:
-                size = self.count * self.vertices_per_cell * VERTEX_DTYPE.itemsize
-                copy(self._vertices, other._vertices, size)
-                copy(self._bounds, other._bounds, self.count * BOUNDS_BYTES)
-                copy(self._wanted, other._wanted, self.count * _WANTED_BYTES)
+                self.take_vertices(other)
         return grew
+
+    def take_vertices(self, other: CellMesh) -> None:
+        """The vertices of `other`, which has the same cells."""
+        copy = self.scope.gpu.ctx.copy_buffer
+        copy(self._vertices, other._vertices, self.count * self.vertices_per_cell * VERTEX_DTYPE.itemsize)
+        copy(self._bounds, other._bounds, self.count * BOUNDS_BYTES)
+        copy(self._wanted, other._wanted, self.count * _WANTED_BYTES)
 
     def _reserve(self) -> None:
         self._cells = self.scope.buffer(reserve=self.capacity * CELL_DTYPE.itemsize, dynamic=True)

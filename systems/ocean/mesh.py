@@ -33,6 +33,7 @@ class SeaView:
         self.waves = waves
         self.key: tuple[Any, ...] = ()
         self.made: tuple[Any, ...] | None = None
+        self.prepared = -1  # the selection that `ahead` has the vertices of in the frame of the snap
         self.wanted: tuple[Any, ...] = ()
         self.culled: tuple[Any, ...] | None = None
         self.displaced: tuple[Any, ...] | None = None
@@ -92,6 +93,7 @@ class SeaMeshPasses:
         # From below the surface is seen until the line of sight, which the bed may bend, has come up to it.
         view.from_below = float(np.linalg.norm(camera.position_m)) - radius < frame.world.resource(SEA_TOP)
         snap, held = snap_ahead(frame.world, frame.view_index), view.held
+        view.prepared = -1
         snap.take_part(True, "sea")
         rest = (revision(ocean), id(ground), view.from_below)
         if view.key[:4] == (proxy.generation, *rest):
@@ -122,6 +124,7 @@ class SeaMeshPasses:
             if prepared:
                 grew = view.mesh.take(view.ahead.mesh)
                 view.made = None if grew else (view.mesh.selection, key)
+                view.prepared = view.mesh.selection
             else:
                 grew = view.mesh.upload(choice.cells, topology(choice.cells))
             changed |= grew
@@ -204,6 +207,10 @@ class SeaMeshPasses:
             sea.made = None
 
         def run() -> None:
+            if sea.prepared == sea.mesh.selection:  # there was no room for them yet
+                sea.mesh.take_vertices(sea.ahead.mesh)
+                sea.made = (sea.mesh.selection, sea.key)
+                return
             bind_heights = self._world.resources.get("surface_height")
             if bind_heights is not None:
                 bind_heights(view_index)

@@ -15,16 +15,19 @@ __all__ = ["Motion", "may_wait"]
 
 Floats = NDArray[np.float64]
 
-_LAG = 2.0
-"""The ground below a camera may be so many times farther away from the proxy: its triangles are then twice as long on
-screen as wanted, for the frames that the next snap takes."""
+_LAG = 3.0
+"""The ground below a camera may be so many times farther away from the proxy: its triangles are then so many times as
+long on screen as wanted. In most flights it is less than _PACE; a camera that dives by a fifth of its height in every
+frame comes near."""
 _PACE = 2.0
 """In the frames from one snap to the next a camera may come so many times nearer to the ground, or as far aside as
 makes the ground below it so many times farther from where it was. A snap that was prepared is right for the middle of
 its time, so that proxy and camera differ by half of that."""
 _BESIDES = 4
 """Frames beyond those that are shared out: to choose cells of ground and sea, to draw the last of it, to round up."""
+_FEWEST, _HOPELESS = 4, 3
 _USUAL_FRAMES = 8
+"""Of these the shortest says how long a frame lasts."""
 _MARGIN = 1.05
 """A camera doesn't fly quite as it did in the last frame."""
 
@@ -100,7 +103,7 @@ class Motion:
         if self._last is None:
             return most
         foot, above = self._last
-        room = int(self._room(most))
+        room = max(int(self._room(most)), min(most, _FEWEST) + _BESIDES)
         frames = next(
             (
                 n
@@ -112,7 +115,10 @@ class Motion:
             ),
             room + 1,
         )
-        return max(frames - 1 - _BESIDES, 0)
+        if frames <= _HOPELESS:
+            return 0
+        # Cameras that dive slow down: it may yet be there in time, and if not, what is missing is made at once.
+        return max(frames - 1 - _BESIDES, min(most, _FEWEST))
 
     def _room(self, most: int) -> float:
         """How many frames there may be from one snap to the next."""

@@ -54,6 +54,7 @@ class _GridView:
         self.held = HeldScale()
         self.key: tuple[Any, ...] = ()
         self.made = -1  # the selection whose vertices exist
+        self.prepared = -1  # the one that `ahead` has the vertices of in the frame of the snap
         self.wanted: tuple[Any, ...] = ()  # what the visible list depends on
         self.culled: tuple[Any, ...] | None = None  # what it was made for
         self.keep_dh_m = (-3.0e38, 3.0e38)
@@ -120,6 +121,7 @@ class GridBackend(Backend):
         pixel_angle = (camera.tan_top - camera.tan_bottom) / frame.size[1]
         edge_px = float(frame.settings["terrain.edge_px"])
         at_once = snaps_at_once(frame)
+        view.prepared = -1
         snap, held = snap_ahead(frame.world, frame.view_index), view.held
         if view.key[:2] == (proxy.generation, ground.revision):
             held.follow(snap, edge_px, pixel_angle)
@@ -169,6 +171,7 @@ class GridBackend(Backend):
             view.choice = ahead.choice
             grew = view.mesh.take(ahead.mesh)
             view.made = -1 if grew else view.mesh.selection
+            view.prepared = view.mesh.selection
         else:
             view.choice = choose(frame, ground, proxy, self._quads, view.key[2], view.key[3])
             assert view.choice.cells is not None
@@ -178,7 +181,7 @@ class GridBackend(Backend):
         if fade is not None:
             if not may_fade:
                 fade.stop()
-            elif laid and not grew:
+            elif laid:
                 fade.start(self._fade_s)
             else:
                 grew |= fade.begin(new.cells, new.anchor_m, new.anchor_height_m, self._fade_s)
@@ -238,6 +241,10 @@ class GridBackend(Backend):
             grid.made = -1
 
         def run() -> None:
+            if grid.prepared == grid.mesh.selection:  # there was no room for them yet
+                grid.mesh.take_vertices(grid.ahead.mesh)
+                grid.made = grid.mesh.selection
+                return
             grid.bind_octaves()
             made = grid.choice
             grid.mesh.make_vertices(
