@@ -42,6 +42,7 @@ const float CLOUD_ICE_RIM = 1.4;      // of ice against other rims
 const vec3 CLOUD_HAIR = vec3(4.0, 4.0, 16.0);
 const float CLOUD_HAIRS = 8.0;
 const float CLOUD_CURL = 0.12;        // of the fibres' period
+const float CLOUD_SWEPT = 0.09;       // of the clusters' period
 // Each wave northwards is as steep as 0.9 (half of that on the mean): together they outdo the parallels in places.
 const mat3 CLOUD_MEANDER = mat3(
     vec3(0.04, -0.05, 0.085),
@@ -146,6 +147,12 @@ vec3 cloud_meander(vec3 from_middle) {
     return CLOUD_MEANDER * waves;
 }
 
+// Clusters are swept into one another by eddies as wide as they are apart: whole waves a period, so that it repeats with them.
+vec3 cloud_swept(vec3 place) {
+    vec3 x = 2.0 * fract(place.yzx + vec3(1.0, -1.0, 1.0) * place.zxy) - 1.0;
+    return place + CLOUD_SWEPT * 4.0 * x * (1.0 - abs(x));
+}
+
 // How far ice that has fallen lags behind, in metres, in air that is slower below and turns: tufts on top, tails behind and aside.
 vec3 cloud_behind(vec3 from_middle, float fallen_m, float fall) {
     vec3 east = vec3(-from_middle.y, from_middle.x, 0.0) * inversesqrt(max(dot(from_middle.xy, from_middle.xy), 1e-2));
@@ -163,7 +170,7 @@ float cloud_density(int layer, vec3 place, float share, CloudWeather w, float fo
     vec3 carried = (turned + from_middle * fallen_m + cloud_meander(from_middle) / cloud_view.bend.w) * cloud_view.stretch.xyz;
     vec3 drawn = carried + cloud_behind(from_middle, fallen_m, 1.0 - share) * cloud_view.stretch.xyz;
     // Thin ice: drawn out streaks on the map, fibres of the volume in them. Else clouds of two sizes.
-    vec3 second = ice ? CLOUD_ORIGIN(veil) + drawn.yzx * cloud_view.veil.w : CLOUD_ORIGIN(wide) + tilted * cloud_view.wide.w;
+    vec3 second = ice ? CLOUD_ORIGIN(veil) + drawn.yzx * cloud_view.veil.w : cloud_swept(CLOUD_ORIGIN(wide) + tilted * cloud_view.wide.w);
     float first_level = cloud_level(cloud_view.fade.x - (ice ? 0.8 : 0.0), footprint_m);
     float second_level = cloud_level(ice ? cloud_view.fade.x - 2.0 : cloud_view.fade.y, footprint_m);
     float wide = textureLod(u_cloud_shape, second, second_level + cloud_dither - 0.5).r - 0.5;
@@ -187,8 +194,8 @@ float cloud_density(int layer, vec3 place, float share, CloudWeather w, float fo
 
     // Sheets are of small cells, deep weather is in clusters. Squares of the weights add up to one: the variance stays that of
     // one volume.
-    float clusters = mix(0.55, 0.80, smoothstep(0.25, 0.75, w.towers)), cells = sqrt(1.0 - clusters * clusters);
-    float hidden = 1.0 - cells * cells * first_shown - clusters * clusters * second_shown;
+    float clusters = mix(0.35, 0.55, smoothstep(0.25, 0.75, w.towers)), cells = sqrt(1.0 - clusters * clusters);
+    float hidden = max(1.0 - cells * cells * first_shown - clusters * clusters * second_shown, 0.0);
     // Shallow weather: stratocumulus, in closed cells with thin seams, and here and there in rolls across the wind.
     float shallow = 1.0 - cloud_solid(w);
     float most = clamp(w.cover * drops.w, 0.0, 1.0) * (1.0 - CLOUD_SEAMS * shallow), cover = most * cloud_height_cover(share, w);
@@ -216,7 +223,7 @@ float cloud_density(int layer, vec3 place, float share, CloudWeather w, float fo
     float thin = cloud_ramp(x, soft, 0.4);
     float dense = cloud_ramp(x, max(sqrt(lost), 0.015), CLOUD_EDGE) * step(1e-4, cover);
     // Sheets that close the sky are of thick and thin places all the same.
-    float body = mix(0.3, 1.0, smoothstep(0.0, 0.7, x + 0.3 * (1.0 - cover)));
+    float body = exp2(-2.0 * (1.0 - smoothstep(-0.25, 0.4, clusters * wide - 0.5 + most)));
     float deep = body * cloud_body(w);
     float billows = deep * cloud_clumped(dense, hidden, deep * cloud_view.shell[layer].w);
 
