@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ from cloud_kit import cloudy, opacity, renderer_of, texture
 
 import planetfall as pf
 from planetfall.benchmarks.scenes import preset_scene
+from planetfall.components import Clouds
+from planetfall.systems.clouds.field import CloudField
 from planetfall.systems.clouds.maps import BORDER
 from planetfall.systems.clouds.system import CloudSystem
 from planetfall.systems.clouds.volumes import even_spread, level_deviations
@@ -215,3 +218,29 @@ def test_shadow_of_an_even_layer_is_what_its_depth_says() -> None:
             # What droplets throw straight on, g squared of all (Joseph, Wiscombe and Weinman 1976), stays in the beam.
             assert middle[0] == pytest.approx(np.exp(-(1.0 - 0.8**2) / mu), rel=5e-3)
             assert 0.0 < middle[1] < 1.0 - middle[0], "as light from all over the sky"
+
+
+def test_clouds_have_rims_in_every_weather(scope: Any, run_compute: Any) -> None:
+    """Weights of noise whose squares add up to one do so but for rounding, whose sign must not matter."""
+    field = CloudField(scope, {"clouds.shape_texels": 32, "clouds.rim_texels": 16, "clouds.map_texels": 64})
+    field.take(Clouds(extinction_per_m=0.05))
+    field.place(np.array([6.4e6, 0.0, 0.0]), 6.36e6, 0.0)
+    field.block.hiding = (10.0, 1.0, 10.0, 1.0)  # nothing of the noise: as seen from near
+    field.write()
+
+    def bind(_: Any) -> None:
+        field.bind_block()
+        field.shape.texture.use(0)
+        field.rims.texture.use(1)
+
+    found = run_compute(
+        """
+        for (int k = 0; k < 48; ++k) {
+            vec3 place = vec3(731.0, 1371.0, 2111.0) * float(k);
+            CloudWeather w = CloudWeather(0.5, towers, 0.0, 0.6);
+            differing += abs(cloud_density(0, place, 0.12, w, 1.0, 2) - cloud_density(0, place, 0.12, w, 1.0, 0));
+        }""",
+        {"towers": np.linspace(0.0, 1.0, 2048)}, {"differing": "float"},
+        header='#include "clouds/density.glsl"', setup=bind,
+    )  # fmt: skip
+    assert found["differing"].min() > 0.0
