@@ -14,9 +14,9 @@ from planetfall.components import CloudLayer, Clouds
 from planetfall.systems.clouds import shadow
 from planetfall.systems.clouds.columns import intervals_of, spans_of
 
-LOW = pf.Sun(elevation_deg=12.0, azimuth_deg=200.0, latitude_deg=20.0, longitude_deg=10.0)
+LOW = pf.Sun(elevation_deg=12.0, azimuth_deg=200.0, latitude_deg=-16.0, longitude_deg=30.0)
 SHAFTS = {"clouds.shafts_begin", "clouds.shafts"}
-ACROSS = pf.Camera.at(20.0, 10.0, 100.0, heading_deg=120.0, pitch_deg=8.0)
+ACROSS = pf.Camera.at(-16.0, 30.0, 100.0, heading_deg=120.0, pitch_deg=8.0)
 
 
 # -- shafts ---------------------------------------------------------------------------------------------------------
@@ -122,15 +122,15 @@ def test_no_map_with_a_shadow_no_work() -> None:
 
 
 def test_no_shafts_by_night_from_far_away_or_with_nothing_due() -> None:
-    night = pf.Sun(elevation_deg=-30.0, azimuth_deg=200.0, latitude_deg=20.0, longitude_deg=10.0)
-    dusk = pf.Sun(elevation_deg=-3.0, azimuth_deg=200.0, latitude_deg=20.0, longitude_deg=10.0)
+    night = pf.Sun(elevation_deg=-30.0, azimuth_deg=200.0, latitude_deg=-16.0, longitude_deg=30.0)
+    dusk = pf.Sun(elevation_deg=-3.0, azimuth_deg=200.0, latitude_deg=-16.0, longitude_deg=30.0)
     with renderer_of(cloudy(coverage=0.6), stride=2, samples=4) as renderer:
         renderer.render(ACROSS, sun=night)  # the first frame fills what is new
         renderer.render(ACROSS, sun=night)
         assert "clouds.march" in ran(renderer) and not ran(renderer) & SHAFTS
         renderer.render(ACROSS, sun=dusk)
         assert ran(renderer) >= SHAFTS
-        renderer.render(pf.Camera.at(20.0, 10.0, 3.6e7, pitch_deg=-90.0), sun=LOW)
+        renderer.render(pf.Camera.at(-16.0, 30.0, 3.6e7, pitch_deg=-90.0), sun=LOW)
         assert "clouds.march" in ran(renderer) and not ran(renderer) & SHAFTS
         renderer.settle(ACROSS, sun=LOW)
         renderer.render(ACROSS, sun=LOW)
@@ -163,7 +163,7 @@ def test_maps_of_the_shadow_have_the_depth_of_an_even_shell() -> None:
     )  # fmt: skip
     with renderer_of(cloudy(clouds), shadow_steps=8) as renderer:
         for elevation in (90.0, 20.0, 3.0, 0.5):
-            sun = pf.Sun(elevation_deg=elevation, azimuth_deg=200.0, latitude_deg=20.0, longitude_deg=10.0)
+            sun = pf.Sun(elevation_deg=elevation, azimuth_deg=200.0, latitude_deg=-16.0, longitude_deg=30.0)
             renderer.render(ACROSS, sun=sun)
             depth = texture(renderer, "clouds.sun")[0, 32, 32, 1]  # the first map's middle, below the cloud
             # From the place where the ray is at the maps' height, where the sun has this elevation, down and up.
@@ -225,12 +225,12 @@ def test_clouds_are_lit_until_the_planet_hides_the_sun_from_their_tops() -> None
     """From above, without air: a top at 4 km sees the sun until it is acos(R / (R + 4 km)) = 2.03 degrees below the
     level, and a quarter of a degree more until its disc has gone."""
     clouds = Clouds(base_m=1000.0, top_m=4000.0, extinction_per_m=0.01, density_model="uniform", height_profile="none")
-    above = pf.Camera.at(20.0, 10.0, 50e3, pitch_deg=-90.0, fov_y_deg=0.5)
+    above = pf.Camera.at(-16.0, 30.0, 50e3, pitch_deg=-90.0, fov_y_deg=0.5)
     scene = cloudy(clouds, air=False)
     light = {}
     with renderer_of(scene, (16, 8)) as renderer:
         for elevation in (-2.4, -1.7, -1.0, 1.0):
-            sun = pf.Sun(elevation_deg=elevation, azimuth_deg=90.0, latitude_deg=20.0, longitude_deg=10.0)
+            sun = pf.Sun(elevation_deg=elevation, azimuth_deg=90.0, latitude_deg=-16.0, longitude_deg=30.0)
             light[elevation] = radiance(renderer, above, sun=sun).mean()
     # A stripe of 400 m is no more than 0.002 degrees of the planet.
     assert light[-2.4] < 1e-3 * light[-1.7]

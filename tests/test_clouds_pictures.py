@@ -112,9 +112,10 @@ def test_flight_shows_what_a_picture_by_itself_does() -> None:
     scene = cloudy(coverage=0.7)
 
     def at(metres: float) -> pf.Camera:
-        return pf.Camera.at(20.0 + metres / 111e3, 10.0, 800.0, pitch_deg=15.0)
+        return pf.Camera.at(-36.0 + metres / 111e3, -62.0, 800.0, pitch_deg=15.0)
 
     with renderer_of(scene, (96, 54), stride=2, fine_steps=96) as renderer:
+        renderer.settle(at(0.0))  # the weather is drawn: it fades in while one flies
         for k in range(20):
             renderer.render(at(10.0 * k), sun=UP, dt_s=0.05)
         flown = 1.0 - texture(renderer, "clouds.full")[..., 3]

@@ -55,7 +55,7 @@ SHEET: Sequence[Shot] = tuple(
     for altitude, pitch, heading in ((10.0, 5.0, 150.0), (300.0, 1.0, 140.0), (10.0, 15.0, 165.0))
 )
 """Towards the sun and a little beside it, from below."""
-PLACE = (20.0, 10.0)
+PLACE = (-16.0, 30.0)
 SUN_AZIMUTH_DEG = 150.0
 
 
