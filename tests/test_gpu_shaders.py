@@ -124,6 +124,21 @@ def test_uniform_values_and_mistakes(bench):
         screen.set("u_m", np.zeros(4))
 
 
+def test_values_that_did_not_change_are_not_written_again(bench, monkeypatch):
+    bench.write("a.frag", FRAGMENT)
+    screen = bench.scope.fullscreen("a.frag")
+    written, write = [], screen.program._write
+    monkeypatch.setattr(screen.program, "_write", lambda name, value: (written.append(value), write(name, value)))
+    for value in (0.25, 0.25, 0.5, 0.5, np.float32(0.5), 0.25):
+        screen.set("u_level", value)
+        assert bench.shown(screen)[0] == value
+    assert written == [0.25, 0.5, 0.5, 0.25]  # another type is written: it may not fit
+    for _ in range(2):
+        with pytest.raises(ValueError, match="u_level"):
+            screen.set("u_level", (1.0, 2.0))
+    assert bench.shown(screen)[0] == 0.25
+
+
 def test_hot_reload_keeps_uniforms_and_vertex_arrays(bench):
     bench.write("scale.glsl", "float scale() { return 1.0; }\n")
     bench.write("a.frag", '#include "scale.glsl"\n' + FRAGMENT.replace("vec4(u_level)", "vec4(u_level * scale())"))

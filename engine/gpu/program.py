@@ -24,6 +24,16 @@ __all__ = ["Compute", "Fullscreen", "Program", "VertexArray"]
 log = logging.getLogger(__name__)
 
 
+def _same(held: Any, value: Any) -> bool:
+    """Whether two values of a uniform are surely the same: numbers or tuples of them; arrays may change in place."""
+    kind = value.__class__
+    if kind is not held.__class__:
+        return False
+    if kind is tuple:
+        return bool(value) and isinstance(value[0], (int, float)) and value == held
+    return kind in (int, float, bool) and value == held
+
+
 class Program:
     """A program by its files. Values set here are kept: they are set again after a reload, and after another wrapper
     has used the GL program that both share.
@@ -74,11 +84,20 @@ class Program:
 
         KeyError for a name that no source mentions, ValueError for a value of the wrong shape.
         """
-        if name not in self._values and not self.mentions(name.partition("[")[0]):
+        held = self._values.get(name)
+        if held is None and name not in self._values and not self.mentions(name.partition("[")[0]):
             raise KeyError(unknown_uniform(name, self.name, self.linked.mgl))
         self._values[name] = value
-        if self.linked.holder is self:
-            self._write(name, value)
+        # As holder all of its values are in the program.
+        if self.linked.holder is self and not _same(held, value):
+            try:
+                self._write(name, value)
+            except ValueError:
+                if held is None:
+                    del self._values[name]
+                else:
+                    self._values[name] = held  # what is there still; the same mistake is one again
+                raise
 
     def _write(self, name: str, value: Any) -> None:
         found = self.linked.mgl.get(name, None)
