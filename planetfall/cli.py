@@ -1,4 +1,4 @@
-"""The command line `planetfall`: fly, render, record, gallery, bench, stress, planets, views, graph.
+"""The command line `planetfall`: fly, render, record, gallery, new, bench, stress, planets, views, graph.
 
 Errors of the library become one red line on stderr and exit code 2; --debug shows where they came from. PLANETFALL_LOG
 sets the log level (debug, info, warning).
@@ -22,6 +22,7 @@ from ._version import __version__
 from .cli_fly import fly_command
 from .cli_gallery import gallery_command
 from .cli_info import graph_command, planets_command, views_command
+from .cli_new import new_command
 from .cli_render import record_command, render_command
 from .errors import SettingError
 from .expected import expected_errors
@@ -42,6 +43,7 @@ app.command(fly_command, name="fly")
 app.command(render_command, name="render")
 app.command(record_command, name="record")
 app.command(gallery_command, name="gallery")
+app.command(new_command, name="new")
 app.command(planets_command, name="planets")
 app.command(views_command, name="views")
 app.command(graph_command, name="graph")

@@ -78,7 +78,7 @@ def graph_command(
     output
         Write the diagram into this file.
     into
-        Put the diagram into this Markdown file, between its lines <!-- frame graph ... --> and <!-- /frame graph -->.
+        Put the diagram into this Markdown file, between its two comment lines `frame graph` and `/frame graph`.
     """
     if into is not None and (explain is not None or passes or output is not None):
         raise OutputError("--into takes the diagram: leave out --explain, --passes and --output")

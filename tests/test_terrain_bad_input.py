@@ -22,7 +22,7 @@ BAD_SCENES = {
     "craters of 2": ("[terrain]\ncraters = 2.0", ("terrain.craters", "from 0 to 1", "found 2.0")),
     "half a range": (
         "[terrain]\nheight_map_range_m = [1.0]",
-        ("terrain.height_map_range_m", "2 numbers", "such as (0.0, 1.0)"),
+        ("terrain.height_map_range_m", "2 numbers", "such as [0.0, 1.0]"),
     ),
     "a number for a path": ("[terrain]\nheight_map = 3", ("terrain.height_map", "a text", "found 3")),
 }

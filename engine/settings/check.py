@@ -283,7 +283,8 @@ _EXAMPLES = {2: (0.0, 1.0), 3: (1.0, 0.0, 0.0)}
 
 
 def _example(rule: FieldRule) -> str:
-    return _shown(rule.default if rule.default is not None else _EXAMPLES.get(rule.length, (0.0,) * rule.length))
+    example = rule.default if rule.default is not None else _EXAMPLES.get(rule.length, (0.0,) * rule.length)
+    return _shown(list(example))  # brackets: that is how Python and TOML files both take it
 
 
 def _shown(value: Any) -> str:

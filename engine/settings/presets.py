@@ -24,13 +24,14 @@ def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
     try:
         text = path.read_bytes()
     except FileNotFoundError:
-        raise PresetError(f"{path}: no such file (looked from {Path.cwd()})") from None
+        raise PresetError(f"{path}: no such file (looked from {Path.cwd()}); check its name and folder") from None
     except OSError as error:
-        raise PresetError(f"{path}: can't be read: {error.strerror or error}") from error
+        advice = "name a TOML file in it" if path.is_dir() else "check its rights"
+        raise PresetError(f"{path}: can't be read: {error.strerror or error}; {advice}") from error
     try:
         return msgspec.toml.decode(text)
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise PresetError(f"{path}: not valid TOML: {error}") from error
+        raise PresetError(f"{path}: not valid TOML: {error}; check quotes, brackets and = there") from error
 
 
 def write_toml(path: str | os.PathLike[str], data: Mapping[str, Any]) -> None:
@@ -80,7 +81,10 @@ def build_components(
         table = aliases.get(key, key)
         if table not in kinds:
             noun = "table" if isinstance(value, Mapping) else "key"
+            homes = [] if noun == "table" else [name for name, cls in kinds.items() if key in rules_of(cls)]
             hint = did_you_mean(key, [*kinds, *also], "allowed")
+            if homes:
+                hint = f"put it below a line {' or '.join(f'[{name}]' for name in homes)}"
             if noun == "table" and not hint.startswith("did you mean"):
                 hint += ". A table of a game's own needs its module imported first (planetfall --import MODULE)"
             problems.append(f"{key}: unknown {noun}; {hint}")
