@@ -15,8 +15,7 @@ WaterLight water_light(vec3 D, vec3 zenith, float height_m, float footprint_m) {
     vec3 sun = frame.sun_direction.xyz;
     WaterLight light = WaterLight(vec3(1.0), vec3(1.0), sun);
     float depth = planet.sea.x - height_m;
-    int turns = depth > 0.0 ? 1 : 0;
-    for (int i = 0; i < turns; ++i) {
+    if (depth > 0.0) {
         float above = max(dot(sun, zenith), 1e-3), below = refracted_cosine(above);
         // On a surface across the beam, of what falls on one across it in air: less wide under water.
         light.sun = water_left(depth / below) * ((1.0 - fresnel_outside(above, ocean.liquid.x)) * above / below
@@ -30,8 +29,7 @@ WaterLight water_light(vec3 D, vec3 zenith, float height_m, float footprint_m) {
 Shore shore(vec3 D, float height_m, float rise_m, float footprint_m) {
     Shore found = Shore(0.0, 0.0, 0.0, ocean.foam.rgb);
     float above = height_m - planet.sea.x;
-    int turns = above >= 0.0 && above < shore_reach() ? 1 : 0;
-    for (int i = 0; i < turns; ++i) {
+    if (above >= 0.0 && above < shore_reach()) {
         found = shore_at(D, above, rise_m, footprint_m);
         found.foam = foam_pattern(D, footprint_m, found.foam);
     }
@@ -44,8 +42,7 @@ float water_reach() {
 
 vec4 shore_sheen(Shore shore, vec3 point, vec3 view, vec3 zenith, vec3 normal, vec3 sunlight) {
     vec4 sheen = vec4(0.0);
-    int turns = shore.damp > 0.01 ? 1 : 0;
-    for (int i = 0; i < turns; ++i) {
+    if (shore.damp > 0.01) {
         // A sheet lies level; wet sand is water between the grains of the ground.
         vec3 up = normalize(mix(normal, zenith, shore.film));
         mat3 level;

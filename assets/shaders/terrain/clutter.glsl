@@ -63,7 +63,7 @@ GroundClutter ground_clutter(vec3 D, vec3 zenith, vec3 eye, vec3 sun, float acro
     int kind = 0;
     for (int k = 0; k < CLUTTER_KINDS; ++k) kind += across < CLUTTER_SPAN_M[k] && strength > 0.0 ? 0 : 1;
     float left = 1.0;   // of the pixel, for what lies behind
-    for (; kind < CLUTTER_KINDS; ++kind) {
+    if (kind < CLUTTER_KINDS) do {
         float size = NESTED_BASE_M * exp2(float(CLUTTER_STEP[kind])), width = across / size;
         vec4 radii = CLUTTER_RADIUS[kind], shape = CLUTTER_SHAPE[kind];
         float here = clamp(2.0 - 2.0 * across / CLUTTER_SPAN_M[kind], 0.0, 1.0) * strength, share = leafy[kind];
@@ -153,7 +153,7 @@ GroundClutter ground_clutter(vec3 D, vec3 zenith, vec3 eye, vec3 sun, float acro
                 i = CLUTTER_MOST;
             }
         } while (i < CLUTTER_MOST);
-    }
+    } while (++kind < CLUTTER_KINDS);
     found.cover = 1.0 - left;
     float whole = 1.0 / max(found.cover, 1e-3);
     found.tint *= whole;

@@ -57,8 +57,10 @@ double terrain_map_height(dvec3 d, ivec2 map, float sample_m, float spacing_m, o
     float level = terrain_map_level(spacing_m, sample_m, map.y);
     vec3 near = vec3(place);
     gradient = max(1.0 - level, 0.0) * cube_gradient(face, near, 0.5 * float(n) * vec2(by_x.x, by_y.x));
-    for (int l = max(int(level), 1); l <= int(ceil(level)); ++l)
+    int l = max(int(level), 1), last = int(ceil(level));
+    if (l <= last) do {
         gradient += max(1.0 - abs(level - float(l)), 0.0) * terrain_map_slope(vec3(d), n, l);
+    } while (++l <= last);
     rough = max(center.y + sum.y, 0.0);
     d_rough = rough > 0.0 ? cube_gradient(face, near, 0.5 * float(n) * vec2(by_x.y, by_y.y)) : vec3(0.0);
     return double(center.x) + double(sum.x);
@@ -67,11 +69,11 @@ double terrain_map_height(dvec3 d, ivec2 map, float sample_m, float spacing_m, o
 // What the gradient at spacing_m leaves out and footprint_m shows.
 vec3 terrain_map_detail(vec3 d, ivec2 map, float sample_m, float spacing_m, float footprint_m) {
     float coarse = terrain_map_level(spacing_m, sample_m, map.y), fine = terrain_map_level(footprint_m, sample_m, map.y);
-    int last = coarse > fine ? int(ceil(coarse)) : -1;
+    int l = int(fine), last = coarse > fine ? int(ceil(coarse)) : -1;
     vec3 sum = vec3(0.0);
-    for (int l = int(fine); l <= last; ++l) {
+    if (l <= last) do {
         float weight = max(1.0 - abs(fine - float(l)), 0.0) - max(1.0 - abs(coarse - float(l)), 0.0);
         sum += weight * terrain_map_slope(d, map.x, l);
-    }
+    } while (++l <= last);
     return sum;
 }

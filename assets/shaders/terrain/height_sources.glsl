@@ -48,9 +48,14 @@ double terrain_craters(TERRAIN_PLACE D, float spacing_m, inout vec4 ground) {
     int coarse = min(terrain_table.layers.w, end);
     double sum = 0.0LF;
     dvec3 up = dvec3(terrain_table.up.xyz) + dvec3(terrain_table.up_low.xyz) + dvec3(D) / double(terrain_table.up.w);
-    for (int i = 0; i < coarse; ++i) sum += terrain_crater_double(terrain_table.craters[i], dvec3(D), up, spacing_m, ground);
+    int i = 0;
+    if (i < coarse) do {
+        sum += terrain_crater_double(terrain_table.craters[i], dvec3(D), up, spacing_m, ground);
+    } while (++i < coarse);
     float fine = 0.0;
-    for (int i = coarse; i < end; ++i) fine += terrain_crater(terrain_table.craters[i], D, vec3(up), spacing_m, ground);
+    if (i < end) do {
+        fine += terrain_crater(terrain_table.craters[i], D, vec3(up), spacing_m, ground);
+    } while (++i < end);
     return sum + double(fine);
 }
 
@@ -60,14 +65,15 @@ vec4 terrain_crater_detail(vec3 D, float spacing_vertex_m, float footprint_m) {
     int begin = max(terrain_craters_above(16.0 * spacing_vertex_m), 0), end = terrain_craters_above(2.0 * footprint_m);
     vec3 up = terrain_table.up.xyz + D / terrain_table.up.w;
     vec4 ground = vec4(0.0);
-    for (int i = begin; i < end; ++i) {
+    int i = begin;
+    if (i < end) do {
         TerrainOctave octave = terrain_table.craters[i];
         ivec3 cell;
         vec3 fraction;
         terrain_place(octave, D, cell, fraction);
         terrain_crater_octave(cell, fraction, up, octave.fraction_lo.w / terrain_table.up.w, octave.weights,
             octave.fraction_lo.w, int(terrain_table.up_low.w), footprint_m, spacing_vertex_m, footprint_m, ground);
-    }
+    } while (++i < end);
     ground.xyz -= up * dot(up, ground.xyz);
     return ground;
 }
@@ -96,7 +102,7 @@ const float TERRAIN_MOST_ROUGH = 1.2;
 double terrain_mapped(dvec3 foot, float spacing_m, inout vec4 ground, out vec4 rougher) {
     double h = 0.0LF;
     rougher = vec4(0.0);
-    for (int once = terrain_table.map.x > 0 ? 0 : 1; once < 1; ++once) {
+    if (terrain_table.map.x > 0) {
         vec3 slope, d_rough;
         float rough;
         h = terrain_map_height(foot, terrain_table.map.xy, terrain_table.map_scale.x, spacing_m, slope, rough, d_rough);
@@ -110,7 +116,7 @@ double terrain_mapped(dvec3 foot, float spacing_m, inout vec4 ground, out vec4 r
 // What terrain_point left out of the height map: its gradient between the vertices' spacing and the footprint, tangential.
 vec3 terrain_mapped_detail(vec3 D, float spacing_vertex_m, float footprint_m) {
     vec3 sum = vec3(0.0);
-    for (int once = terrain_table.map.x > 0 ? 0 : 1; once < 1; ++once) {
+    if (terrain_table.map.x > 0) {
         vec3 up = terrain_table.up.xyz + D / terrain_table.up.w;
         sum = terrain_map_detail(up * terrain_table.up.w, terrain_table.map.xy, terrain_table.map_scale.x, spacing_vertex_m, footprint_m);
         sum -= up * dot(up, sum);

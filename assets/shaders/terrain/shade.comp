@@ -99,7 +99,7 @@ vec3 ground_radiance(ivec2 pixel) {
     moisture = max(moisture - TERRAIN_DUG_DRY * dug.w, 0.0);
     Material material = terrain_material(detail, D, zenith, height, gradient, roughness, moisture, footprint);
 #ifdef TERRAIN_COLORED
-    for (int once = terrain_table.map.z > 0 ? 0 : 1; once < 1; ++once)
+    if (terrain_table.map.z > 0)
         material.albedo = colored(material, detail, zenith, moisture, footprint);
 #endif
     vec3 bumps = material.grain * detail.grain;

@@ -9,12 +9,13 @@ float water_caustics(vec3 D, float depth_m, float footprint_m) {
     int turns = seen > 0.004 ? 2 : 0;
     float near = 1.0;
     vec3 up = frame.anchor_up.xyz, side = normalize(cross(up, up.yzx + vec3(0.0, 0.1, 0.3)));
-    for (int i = 0; i < turns; ++i) {
+    int i = 0;
+    if (turns > 0) do {
         float angle = 6.283185307 * fract(frame.clock.x * (i == 0 ? 31.0 / 4096.0 : -43.0 / 4096.0));
         vec3 drift = (up * sin(angle) + side * cos(angle)) * 6.0;
         float n = sea_noise(D + drift, 3);
         near = i == 0 ? abs(n) : min(near, abs(n)) + 0.3 * abs(near - abs(n));
-    }
+    } while (++i < turns);
     // Mean of the power over the noise: measured 0.30.
     float line = max(1.0 - 0.8 * near, 0.0);
     line *= line;

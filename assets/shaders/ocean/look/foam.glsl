@@ -26,11 +26,12 @@ float foam_pattern(vec3 D, float footprint_m, float share) {
     float fine = clamp(1.5 - 3.0 * footprint_m / FOAM_FINE_M, 0.0, 1.0);
     float value = 0.0, bubbles = 0.0;
     int turns = share > 0.015 && coarse > 0.0 ? (fine > 0.0 ? 3 : 1) : 0;
-    for (int i = 0; i < turns; ++i) {
+    int i = 0;
+    if (turns > 0) do {
         float n = sea_noise(D, i == 0 ? 4 : i == 1 ? 2 : 1);
         bubbles += i == 0 ? 0.0 : n;
         value += i == 0 ? 0.7 * coarse * n : (i == 1 ? 0.85 : 0.5) * fine * (0.78 - abs(n)) * 1.6;
-    }
+    } while (++i < turns);
     // The share's quantile of a normal distribution, nearly.
     float c = clamp(share, 1e-3, 0.999), deviation = max(0.7 * coarse + 0.3 * fine, 1e-3);
     float limit = -log(c / (1.0 - c)) * 0.59 * deviation;

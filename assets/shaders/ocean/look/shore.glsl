@@ -24,11 +24,12 @@ Shore shore_at(vec3 D, float above_m, float rise_m, float footprint_m) {
     bool reached = surf > 0.0 && above_m < shore_reach() && above_m > -4.0 * surf;
     int turns = reached ? 2 : 0;
     float phase = frame.clock.x * (512.0 / 4096.0), uneven = 0.0;   // 8 s, a divisor of the clock's period
-    for (int i = 0; i < turns; ++i) {
+    int i = 0;
+    if (turns > 0) do {
         int k = i == 0 ? 10 : 7;
         float n = sea_noise(D, k);
         uneven += (i == 0 ? 0.8 : 0.35) * n * clamp(2.0 - footprint_m * 4.0 / (NESTED_BASE_M * exp2(float(k))), 0.0, 1.0);
-    }
+    } while (++i < turns);
     float depth = max(-above_m, 0.0) / surf;
     // Long waves' speed falls with the root of the depth, and so does the time left to the shore.
     float cycle = fract(phase + 0.45 * uneven + 1.1 * sqrt(depth));
