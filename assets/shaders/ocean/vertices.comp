@@ -24,7 +24,8 @@ void main() {
     float level = planet.sea.x, dh = level - frame.anchor_up.w, radius = planet.radii.x;
     vec4 low = vec4(3.4e38);
     vec3 high = vec3(-3.4e38);
-    for (int k = int(gl_LocalInvocationID.x); k < CELL_VERTICES; k += 64) {
+    int k = int(gl_LocalInvocationID.x);
+    do {
         ivec2 point = cell_lattice_point(cell, ivec2(k % CELL_SIDE, k / CELL_SIDE));
         vec3 D = lattice_foot_offset(cell.face, point);
         precise vec3 position = D * (1.0 + level / radius) + frame.anchor_up.xyz * dh;
@@ -39,7 +40,8 @@ void main() {
         vertices[cell_index * uint(CELL_VERTICES) + uint(k)] = vertex;
         low = min(low, vec4(position, -depth));
         high = max(high, position);
-    }
+        k += 64;
+    } while (k < CELL_VERTICES);
     uint lane = gl_LocalInvocationID.x;
     s_low[lane] = low;
     s_high[lane] = high;

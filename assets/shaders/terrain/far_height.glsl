@@ -18,8 +18,10 @@ float terrain_far_height(vec3 D, float spacing_m) {
     vec3 far = near + terrain_table.warp_m.x * ((w1 - terrain_table.warp_hi[0].xyz) - terrain_table.warp_lo[0].xyz);
 
     vec2 fields = vec2(0.0);
-    for (int o = TERRAIN_FIELD; o < TERRAIN_LAYER; ++o)
+    int o = TERRAIN_FIELD;
+    do {
         fields += terrain_table.octaves[o].weights.xy * terrain_far_octave(terrain_table.octaves[o], far);
+    } while (++o < TERRAIN_LAYER);
 
     int layers = terrain_table.layers.x, warped = terrain_table.layers.y, shapes = min(TERRAIN_SHAPE_LAYERS, layers);
     int end = min(max(terrain_layers_above(0.0625 * spacing_m), shapes), layers);

@@ -249,13 +249,14 @@ TerrainPoint terrain_point(TERRAIN_PLACE D, float spacing_m, out double height_m
     // Continents and belts.
     dvec2 fields_double = dvec2(0.0LF);
     vec3 dc = vec3(0.0), db = vec3(0.0);
-    for (int o = TERRAIN_FIELD; o < TERRAIN_LAYER; ++o) {
+    int o = TERRAIN_FIELD;
+    do {
         vec2 weights = terrain_table.octaves[o].weights.xy;
         vec3 g;
         fields_double += dvec2(weights) * terrain_noise_double(terrain_table.octaves[o], far, g);
         dc += weights.x * g;
         db += weights.y * g;
-    }
+    } while (++o < TERRAIN_LAYER);
     vec2 fields = vec2(fields_double);
     dc = dc * to_far;
     db = db * to_far;
@@ -267,7 +268,8 @@ TerrainPoint terrain_point(TERRAIN_PLACE D, float spacing_m, out double height_m
     double broad_z = 0.0LF;  // of layers that make ranges; below the samples of a height map they are relief
     float z = 0.0, seen_z = 0.0;
     vec3 da = vec3(0.0), ds = vec3(0.0), dz = vec3(0.0);
-    for (int i = 0; i < shapes; ++i) {
+    int i = 0;
+    if (i < shapes) do {
         TerrainOctave octave = terrain_table.octaves[TERRAIN_LAYER + i];
         vec3 g;
         double n = terrain_noise_double(octave, near, g);
@@ -284,8 +286,8 @@ TerrainPoint terrain_point(TERRAIN_PLACE D, float spacing_m, out double height_m
         shape_double += gating ? dvec2(v, 0.0LF) : dvec2(0.0LF, v);
         da += gating ? dv : vec3(0.0);
         ds += gating ? vec3(0.0) : dv;
-    }
-    for (int i = shapes; i < warped; ++i) {
+    } while (++i < shapes);
+    if (i < warped) do {
         TerrainOctave octave = terrain_table.octaves[TERRAIN_LAYER + i];
         vec4 n = terrain_noise(octave, near);
         float v = octave.weights.y * terrain_ridge(n.w, octave.weights.z);
@@ -293,7 +295,7 @@ TerrainPoint terrain_point(TERRAIN_PLACE D, float spacing_m, out double height_m
         z += v * terrain_height_weight(octave.fraction_lo.w, spacing_m);
         seen_z += weight * v;
         dz += weight * octave.weights.y * terrain_ridge_slope(n.w, octave.weights.z) * n.xyz;
-    }
+    } while (++i < warped);
     vec2 shape = vec2(shape_double);
     float t_gate = (shape.x + TERRAIN_GATE_LOW) / TERRAIN_GATE_WIDTH;
     float gate = TERRAIN_GATE_SHUT + (1.0 - TERRAIN_GATE_SHUT) * terrain_step(t_gate);
@@ -307,7 +309,8 @@ TerrainPoint terrain_point(TERRAIN_PLACE D, float spacing_m, out double height_m
 #else
     int end = max(terrain_layers_above(0.0625 * spacing_m), smooth_end);
 #endif
-    for (int i = warped; i < smooth_end; ++i) {
+    i = warped;
+    if (i < smooth_end) do {
         TerrainOctave octave = terrain_table.octaves[TERRAIN_LAYER + i];
         vec4 n = terrain_noise(octave, D);
         float v = octave.weights.y * terrain_ridge(n.w, octave.weights.z);
@@ -315,15 +318,15 @@ TerrainPoint terrain_point(TERRAIN_PLACE D, float spacing_m, out double height_m
         z += v;
         seen_z += weight * v;
         dz += weight * octave.weights.y * terrain_ridge_slope(n.w, octave.weights.z) * n.xyz;
-    }
-    for (int i = smooth_end; i < end; ++i) {
+    } while (++i < smooth_end);
+    if (i < end) do {
         TerrainOctave octave = terrain_table.octaves[TERRAIN_LAYER + i];
         ivec3 cell;
         TERRAIN_PLACE fraction;
         terrain_place(octave, D, cell, fraction);
         z += octave.weights.y * terrain_ridge(gradient_noise_value(cell, vec3(fraction)), octave.weights.z)
             * terrain_height_weight(octave.fraction_lo.w, spacing_m);
-    }
+    } while (++i < end);
 
     vec4 dug = vec4(0.0), rougher;
     double added = terrain_craters(D, spacing_m, dug);
@@ -413,28 +416,30 @@ vec3 terrain_detail_gradient(vec3 D, float roughness, float spacing_vertex_m, fl
     vec3 sum = vec3(0.0);
     mat3 to_near = mat3(1.0);
     vec3 place = D;
-    for (int once = begin < warped_end ? 0 : 1; once < 1; ++once) {
+    if (begin < warped_end) {
         mat3 j2;
         vec3 w2 = terrain_warp(terrain_table.octaves[1], D, j2);
         place += terrain_table.warp_m.y * ((w2 - terrain_table.warp_hi[1].xyz) - terrain_table.warp_lo[1].xyz);
         to_near += terrain_table.warp_m.y * j2;
     }
     float range_m = 1.8 * max(1.0 - 0.2 / max(roughness, 1e-3), 0.0) * terrain_table.constants.range_m;
-    for (int i = begin; i < warped_end; ++i) {
+    int i = begin;
+    if (i < warped_end) do {
         TerrainOctave octave = terrain_table.octaves[TERRAIN_LAYER + i];
         float weight = terrain_layer_weight(octave.fraction_lo.w, footprint_m)
             - terrain_layer_weight(octave.fraction_lo.w, spacing_vertex_m);
         vec4 n = terrain_noise(octave, place);
         sum += weight * (octave.weights.y + octave.weights.x * range_m) * terrain_ridge_slope(n.w, octave.weights.z) * n.xyz;
-    }
+    } while (++i < warped_end);
     sum = sum * to_near;
-    for (int i = max(begin, warped); i < end; ++i) {
+    i = max(begin, warped);
+    if (i < end) do {
         TerrainOctave octave = terrain_table.octaves[TERRAIN_LAYER + i];
         float weight = terrain_layer_weight(octave.fraction_lo.w, footprint_m)
             - terrain_layer_weight(octave.fraction_lo.w, spacing_vertex_m);
         vec4 n = terrain_noise(octave, D);
         sum += weight * octave.weights.y * terrain_ridge_slope(n.w, octave.weights.z) * n.xyz;
-    }
+    } while (++i < end);
     vec3 up = terrain_table.up.xyz + D / terrain_table.up.w;
     return roughness * (sum - up * dot(up, sum));
 }

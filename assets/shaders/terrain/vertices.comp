@@ -23,7 +23,8 @@ void main() {
     uint cell_index = spread_group();
     Cell cell = cells[cell_index];
     vec4 low = vec4(3.4e38), high = vec4(-3.4e38);
-    for (int k = int(gl_LocalInvocationID.x); k < CELL_VERTICES; k += 64) {
+    int k = int(gl_LocalInvocationID.x);
+    do {
         ivec2 point = cell_lattice_point(cell, ivec2(k % CELL_SIDE, k / CELL_SIDE));
         vec3 D = lattice_foot_offset(cell.face, point);
         float spacing = grid_spacing(D);
@@ -44,7 +45,8 @@ void main() {
         vec4 bound = vec4(position, terrain.dh);
         low = min(low, bound);
         high = max(high, bound);
-    }
+        k += 64;
+    } while (k < CELL_VERTICES);
     uint lane = gl_LocalInvocationID.x;
     s_low[lane] = low;
     s_high[lane] = high;

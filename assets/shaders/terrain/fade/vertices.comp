@@ -52,7 +52,8 @@ void main() {
     ivec2 from_old = (ivec2(cell.i, cell.j) & ((1 << finer_old) - 1)) * CELL_QUADS;
     uint first_new = uint(known.new_row * CELL_VERTICES), first_old = uint(max(known.old_row, 0) * CELL_VERTICES);
     vec4 low = vec4(3.4e38), high = vec4(-3.4e38);
-    for (int k = int(gl_LocalInvocationID.x); k < CELL_VERTICES; k += 64) {
+    int k = int(gl_LocalInvocationID.x);
+    do {
         ivec2 ab = ivec2(k % CELL_SIDE, k / CELL_SIDE);
         uint at = cell_index * uint(CELL_VERTICES) + uint(k);
         CellVertex end = new_vertices[first_new + uint(k)];
@@ -87,7 +88,8 @@ void main() {
         vec4 bound = vec4(place_of(end), end.dh);
         low = min(low, bound);
         high = max(high, bound);
-    }
+        k += 64;
+    } while (k < CELL_VERTICES);
     uint lane = gl_LocalInvocationID.x;
     s_low[lane] = low;
     s_high[lane] = high;
