@@ -41,7 +41,8 @@ void main() {
     ivec2 skip = ivec2(skips / (CELL_MOST + 1), skips % (CELL_MOST + 1)), side = (ivec2(CELL_QUADS) >> skip) + 1;
     int count = side.x * side.y;
     float to_foot = 1.0 / wave_north.w;
-    for (int base = 0; base < count; base += LANES * SEA_VERTICES) {
+    int base = 0;
+    do {
         float finest = 0.0, shallowest = 3.0e38;
         for (int k = 0; k < SEA_VERTICES; ++k) {
             int n = min(base + int(gl_LocalInvocationID.x) + k * LANES, count - 1);
@@ -58,12 +59,19 @@ void main() {
         }
         ivec2 counts = wave_count(wave_bin(3.14159265 * finest));
         int feels = min(wave_count(wave_bin(DEEP / max(shallowest, 1e-6))).x, counts.x);
-        for (int i = 0; i < feels; ++i) add_wave(wave_data[3 * i], wave_data[3 * i + 1], vec4(0.0), false, true);
-        for (int i = feels; i < counts.x; ++i) add_wave(wave_data[3 * i], wave_data[3 * i + 1], vec4(0.0), false, false);
-        int first_near = int(wave_counts.x), end_near = first_near + counts.y;
-        for (int i = first_near; i < end_near; ++i) {
+        int i = 0;
+        if (i < feels) do {
+            add_wave(wave_data[3 * i], wave_data[3 * i + 1], vec4(0.0), false, true);
+        } while (++i < feels);
+        i = feels;
+        if (i < counts.x) do {
+            add_wave(wave_data[3 * i], wave_data[3 * i + 1], vec4(0.0), false, false);
+        } while (++i < counts.x);
+        i = int(wave_counts.x);
+        int end_near = i + counts.y;
+        if (i < end_near) do {
             add_wave(wave_data[3 * i], wave_data[3 * i + 1], wave_data[3 * i + 2], true, true);
-        }
+        } while (++i < end_near);
         for (int k = 0; k < SEA_VERTICES; ++k) {
             int n = base + int(gl_LocalInvocationID.x) + k * LANES;
             if (n >= count) continue;
@@ -79,5 +87,6 @@ void main() {
             vertex.attributes = vertices[index].attributes;
             displaced[index] = vertex;
         }
-    }
+        base += LANES * SEA_VERTICES;
+    } while (base < count);
 }

@@ -9,9 +9,10 @@ vec2 sea_ice(SeaPixel p) {
     float past = (abs(p.zenith.z) - ocean.water.y) * 60.0;
     int turns = past < -6.0 ? 0 : past < 6.0 ? 2 : 1, k = 3 * int(low) + 1;
     float noise = 0.0;
-    for (int i = 0; i < turns; ++i) {
+    int i = 0;
+    if (turns > 0) do {
         noise += (i == 0 ? 1.0 - 0.6 * t : 0.4 + 0.6 * t) * sea_noise(p.D, k);
         k += 3;
-    }
+    } while (++i < turns);
     return vec2(smoothstep(-0.3, 0.3, past + 0.6 * noise), 1.0 + 0.07 * noise);
 }
