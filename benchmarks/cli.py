@@ -56,7 +56,8 @@ def _bench(
     output: _Output = None,
     save: Annotated[bool, Parameter(help="Write the results to files.")] = True,
     compare: Annotated[
-        tuple[Path, Path] | None, Parameter(help="Two results files, or two folders of them: nothing is run.")
+        tuple[Path, Path] | None,
+        Parameter(negative="", help="Two results files, or two folders of them: nothing is run."),
     ] = None,
     document: Annotated[
         bool, Parameter(negative="", help="Write docs/benchmarks.md from the results that are there: nothing is run.")

@@ -59,6 +59,7 @@ class Handle:
         return self.scene.world.try_get(self.entity, kind)
 
     def has(self, kind: type) -> bool:
+        """Whether it has a component of this type."""
         return self.scene.world.has(self.entity, kind)
 
     __contains__ = has
@@ -117,6 +118,7 @@ class PlanetHandle(Handle):
 
     @property
     def radius_m(self) -> float:
+        """Radius of its reference sphere."""
         return self[Planet].radius_m
 
     def height_field(self) -> HeightField | None:

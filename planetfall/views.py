@@ -145,6 +145,7 @@ class View(Camera):
 
     @property
     def time_s(self) -> float:
+        """Seconds on the clock of water and weather."""
         return self._row().time_s
 
     @property
@@ -173,7 +174,9 @@ def view(name: str, planet: str | PlanetHandle | None = None) -> View:
     entries = _entries(VIEWS_FILE)
     entry = entries.get(name)
     if entry is None:
-        raise UnknownNameError(f"no view {name!r}; {did_you_mean(name, entries, 'views')}")
+        raise UnknownNameError(
+            f"no view {name!r}; {did_you_mean(name, entries if planet is None else views(planet), 'views')}"
+        )
     if planet is not None:
         preset, has, radius = _described(planet)
         why = entry.missing(preset, has, radius)

@@ -321,6 +321,8 @@ def test_path_files_say_what_is_wrong(tmp_path: Path) -> None:
         ),
         (common + 'keys = [{ time_s = "soon", altitude_m = 5 }]', r"time_s: Expected `float`, got `str`"),
         ("[path", "not valid TOML"),
+        ('base = "earth"\n', r"expected flights, tables \[path\.NAME\].* found 'base'\. A scene file is no flight"),
+        ("", "found nothing of the kind"),
     ):
         file.write_text(text)
         with pytest.raises(PresetError, match=message):

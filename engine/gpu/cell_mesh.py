@@ -172,10 +172,6 @@ class CellMesh:
         """Bind what each cell would skip."""
         self._wanted.bind_to_storage_buffer(wanted)
 
-    def bind_bounds(self, bounds: int = 5) -> None:
-        """Bind the boxes around cells."""
-        self._bounds.bind_to_storage_buffer(bounds)
-
     def read_cells(self) -> NDArray[np.void]:
         """The selected cells with the masks and variants that were agreed on, (N,) of CELL_DTYPE. Reads back."""
         return np.frombuffer(self._cells.read(self.count * CELL_DTYPE.itemsize), CELL_DTYPE)

@@ -39,7 +39,7 @@ def read_png_settings(path: Path | str) -> dict[str, Any]:
             image.load()  # text may stand after the pixels
             text = image.info.get(KEY)
     except (OSError, UnidentifiedImageError) as error:
-        raise CaptureError(f"{path} cannot be read as a picture: {error}") from error
+        raise CaptureError(f"{path} cannot be read as a picture: {error}; name one that Planetfall wrote") from error
     if text is None:
         raise CaptureError(f"{path} carries no Planetfall settings; only pictures written by Planetfall do")
     return json.loads(text)

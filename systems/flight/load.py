@@ -71,8 +71,16 @@ class _File(msgspec.Struct, forbid_unknown_fields=True):
 
 def load_paths(file: FilePath | str = PATHS_FILE) -> dict[str, Path]:
     """All paths of a TOML file by name. Raises PresetError naming file, key, expected and found."""
+    data = read_toml(file)
+    stray = next((key for key in data if key != "path"), None)
+    if stray is not None or "path" not in data:
+        found = "nothing of the kind" if stray is None else repr(stray)
+        raise PresetError(
+            f"{file}: expected flights, tables [path.NAME] as in {PATHS_FILE}, and no other tables, found {found}. "
+            "A scene file is no flight: it goes where a planet's name does"
+        )
     try:
-        checked = msgspec.convert(read_toml(file), _File)
+        checked = msgspec.convert(data, _File)
     except msgspec.ValidationError as error:
         raise PresetError(f"{file}: {_plain(str(error))}") from error
     file = FilePath(file)
