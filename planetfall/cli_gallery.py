@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 from rich.console import Console
@@ -13,8 +14,8 @@ from .cli_options import Planet, Quality, Set, Size, parse_overrides, parse_size
 from .cli_progress import counted
 from .cli_render import Force, Output, find_view, views_for
 from .errors import SettingError
-from .shot import camera_settings
-from .systems.capture import contact_sheet, require_writable, write_png
+from .shot import camera_settings, made_of
+from .systems.capture import CaptureError, contact_sheet, read_png_settings, require_writable, write_png
 
 __all__ = ["gallery_command"]
 
@@ -75,9 +76,10 @@ def gallery_command(
         "size": list(pixels),
         "quality": quality,
         "overrides": knobs,
+        "made_of": made_of(scene),
     }
     files = {name: output / f"{scene.name}_{name}.png" for name in names}
-    todo = [name for name in names if force or not files[name].exists()]
+    todo = [name for name in names if force or not _is_there(files[name], settings)]
     if todo:
         from .renderer import Renderer
 
@@ -92,7 +94,17 @@ def gallery_command(
     write_png(sheet, contact_sheet([(name, files[name]) for name in names], title=scene.name), settings)
     console.print(
         f"wrote {len(todo)} of {len(names)} views and [bold]{sheet}[/]"
-        + ("" if len(todo) == len(names) else " (the others were there; --force makes them again)"),
+        + ("" if len(todo) == len(names) else " (the others were there, made of the same; --force makes them again)"),
         highlight=False,
         soft_wrap=True,
     )
+
+
+def _is_there(file: Path, settings: dict[str, Any]) -> bool:
+    """Whether a picture of the same scene and settings is there, or one that is none of ours and stays."""
+    if not file.exists():
+        return False
+    try:
+        return read_png_settings(file).items() >= json.loads(json.dumps(settings)).items()
+    except CaptureError:
+        return True

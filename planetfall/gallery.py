@@ -11,6 +11,7 @@ from typing import Any
 
 from ._version import __version__
 from .scene import load_scene
+from .shot import made_of
 from .systems.capture import read_jpeg_settings, require_writable, write_jpeg, written_beside
 from .views import view
 
@@ -71,16 +72,17 @@ def best_gallery(
     isn't, before anything is rendered.
     """
     folder = require_writable(Path(folder), make_folder=True)
-    texts = {}
+    texts, scenes = {}, {}
     for planet, name in pairs:
         scene = load_scene(planet)
         texts[planet, name] = view(name, scene.planet).about
+        scenes[planet] = made_of(scene)
         scene.release()
     files = {pair: folder / f"{pair[0]}-{pair[1]}.jpg" for pair in pairs}
     settings = {
         pair: {
             "planetfall": __version__, "planet": pair[0], "view": pair[1], "size": list(size), "quality": quality,
-            "overrides": dict(overrides or {}),
+            "overrides": dict(overrides or {}), "made_of": scenes[pair[0]],
         }
         for pair in pairs
     }  # fmt: skip

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import logging
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -15,9 +13,8 @@ from ._version import __version__
 from .arguments import check_scene
 from .errors import SettingError
 from .flights import ScenePath, path
-from .shot import camera_settings, scene_settings
+from .shot import camera_settings, made_of
 from .systems.capture import NumberedFrames, VideoError, contact_sheet, write_gif, write_png, write_video
-from .systems.capture.png import json_plain
 from .systems.capture.sheet import even_selection
 from .systems.capture.video import ffmpeg
 
@@ -72,7 +69,7 @@ def record(
     flight = path(flight, scene) if isinstance(flight, str) else flight
     settings = {
         "planetfall": __version__, "scene": scene.name, "path": flight.name, "size": list(size), "quality": quality,
-        "overrides": dict(overrides or {}), "made_of": _made_of(scene, flight),
+        "overrides": dict(overrides or {}), "made_of": made_of(scene, path=flight.keys),
     }  # fmt: skip
     frames = NumberedFrames(Path(folder), count, settings=settings, force=force)
     if video:
@@ -88,12 +85,6 @@ def record(
     film = write_video(frames.folder / "flight.mp4", frames.paths, fps=fps) if video else None
     moving = write_gif(frames.folder / "flight.gif", frames.paths, fps=min(fps, 50.0)) if gif else None
     return Recording(frames.folder, frames.paths, sheet, film, moving)
-
-
-def _made_of(scene: Scene, flight: ScenePath) -> str:
-    """A hash of all of the scene's and the path's values: names stay when files are edited."""
-    told = json.dumps({**scene_settings(scene), "path": flight.keys}, default=json_plain, sort_keys=True)
-    return hashlib.sha256(told.encode()).hexdigest()
 
 
 def _check_fps(fps: Any, gif: bool) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
+import json
 import math
 from collections.abc import Mapping
 from os import PathLike
@@ -17,11 +19,12 @@ from .captures import read_settings
 from .engine.settings import PresetError, build_components, plain_table
 from .scene import Scene, companion_table, scene_of
 from .systems.capture import CaptureError
+from .systems.capture.png import json_plain
 
 if TYPE_CHECKING:
     from .components import Sun
 
-__all__ = ["Shot", "camera_settings", "load_shot", "scene_settings", "shot_settings"]
+__all__ = ["Shot", "camera_settings", "load_shot", "made_of", "scene_settings", "shot_settings"]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -91,6 +94,12 @@ def scene_settings(scene: Scene) -> dict[str, Any]:
         ],
         "companions": [companion_table(companion) for companion in scene.companions.values()],
     }
+
+
+def made_of(scene: Scene, **more: Any) -> str:
+    """A hash of all of the scene's values and of `more`: names stay when files are edited."""
+    told = json.dumps({**scene_settings(scene), **more}, default=json_plain, sort_keys=True)
+    return hashlib.sha256(told.encode()).hexdigest()
 
 
 def camera_settings(camera: Any) -> dict[str, Any]:

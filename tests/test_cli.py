@@ -218,6 +218,17 @@ def test_gallery_resumes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert "--force makes them again" in capsys.readouterr().out
 
 
+def test_a_gallery_of_an_edited_planet_is_made_again(tmp_path: Path) -> None:
+    planet, folder = tmp_path / "mine.toml", tmp_path / "gallery"
+    command = ["gallery", str(planet), "--view", "space", "--view", "orbit", "--size", "32x18", "-o", str(folder)]
+    planet.write_text('base = "moon"\n', encoding="utf-8")
+    assert main(command) == 0 and main(command) == 0
+    assert len(FakeRenderer.made) == 1
+    planet.write_text('base = "moon"\n[terrain]\nseed = 5\n', encoding="utf-8")
+    assert main(command) == 0
+    assert len(FakeRenderer.made[1].rendered) == 2
+
+
 def test_record_resumes(tmp_path: Path) -> None:
     command = ["record", "earth", "--count", "6", "--size", "32x18", "-o", str(tmp_path), "--path", "low"]
     assert main([*command, "--no-video"]) == 0
