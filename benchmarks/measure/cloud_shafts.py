@@ -29,6 +29,10 @@ LEAST_LEFT = 0.05
 """Share of the light that has to be left: below, what has been scattered before outshines it many times."""
 
 
+BROKEN_CUMULUS, BROKEN_SHEET = (-16.0, 30.0), (20.0, 10.0)
+"""Latitude and longitude where the weather has gaps: under a closed sky there is hardly any light left to be right."""
+
+
 @dataclass(frozen=True)
 class Shot:
     """Where the camera stands and looks, and how high the sun is."""
@@ -37,6 +41,7 @@ class Shot:
     pitch_deg: float
     sun_deg: float
     heading_deg: float = 120.0
+    place: tuple[float, float] = BROKEN_CUMULUS
 
 
 UNIFORM: Sequence[Shot] = tuple(
@@ -50,12 +55,11 @@ WEATHER: Sequence[Shot] = tuple(
     for altitude, pitch, heading in ((10.0, 10.0, 120.0), (300.0, 2.0, 150.0), (8e3, -25.0, 160.0))
 )
 SHEET: Sequence[Shot] = tuple(
-    Shot(altitude, pitch, sun, heading)
+    Shot(altitude, pitch, sun, heading, BROKEN_SHEET)
     for sun in (15.0, 5.0)
     for altitude, pitch, heading in ((10.0, 5.0, 150.0), (300.0, 1.0, 140.0), (10.0, 15.0, 165.0))
 )
 """Towards the sun and a little beside it, from below."""
-PLACE = (-16.0, 30.0)
 SUN_AZIMUTH_DEG = 150.0
 
 
@@ -91,10 +95,11 @@ def shaft_errors(clouds: Clouds, shots: Sequence[Shot], quality: str, size: tupl
     with Renderer(scene, size, quality, overrides) as renderer:
         for shot in shots:
             camera = Camera.at(
-                *PLACE, shot.altitude_m, heading_deg=shot.heading_deg, pitch_deg=shot.pitch_deg, fov_y_deg=40.0
+                *shot.place, shot.altitude_m, heading_deg=shot.heading_deg, pitch_deg=shot.pitch_deg, fov_y_deg=40.0
             )
             sun = Sun(
-                elevation_deg=shot.sun_deg, azimuth_deg=SUN_AZIMUTH_DEG, latitude_deg=PLACE[0], longitude_deg=PLACE[1],
+                elevation_deg=shot.sun_deg, azimuth_deg=SUN_AZIMUTH_DEG, latitude_deg=shot.place[0],
+                longitude_deg=shot.place[1],
                 irradiance=(1.0, 1.0, 1.0),
             )  # fmt: skip
             clouds.shafts = False
