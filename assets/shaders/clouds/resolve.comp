@@ -26,25 +26,42 @@ layout(location = 6) uniform vec4 u_projection;      // of the frame before: 1 /
 layout(location = 7) uniform float u_weight;         // of this frame's ray where there is a past
 
 const float ALIKE = 0.7;   // ratio of distances to one surface from frame to frame, and across a pixel's step
+const float HURRY = 15.0;   // half of what is shown is new where the camera comes nearer by 1 / HURRY in a frame
+
+vec4 blend(vec4 of[4], vec4 weight) {
+    return weight.x * of[0] + weight.y * of[1] + weight.z * of[2] + weight.w * of[3];
+}
 
 void main() {
     ivec2 size = textureSize(u_depth, 0), most = textureSize(u_clouds, 0) - 1, place = max(u_place, 0);
     ivec2 corner = ivec2(gl_GlobalInvocationID.xy) - 1, first = corner * STRIDE + place;
     if (any(greaterThanEqual(first, size))) return;
-    vec4 seen[4], away, ends;
+    // Each of the four, and what it and its neighbours have seen: least and largest.
+    vec4 seen[4], least[4], largest[4], away, ends;
     for (int i = 0; i < 4; ++i) {
         ivec2 from = clamp(corner + ivec2(i & 1, i >> 1), ivec2(0), most);
-        seen[i] = texelFetch(u_clouds, from, 0);
+        seen[i] = least[i] = largest[i] = texelFetch(u_clouds, from, 0);
         away[i] = min(texelFetch(u_distance, from, 0).r, 1e8);
         ends[i] = texelFetch(u_depth, min(from * STRIDE + place, size - 1), 0).r;
     }
-    vec4 least = min(min(seen[0], seen[1]), min(seen[2], seen[3])), largest = max(max(seen[0], seen[1]), max(seen[2], seen[3]));
-    vec4 slack = 0.25 * (largest - least), low = least - slack, high = largest + slack;
+    for (int y = 0; y < 4; ++y) {
+        for (int x = 0; x < 4; ++x) {
+            vec4 ray = texelFetch(u_clouds, clamp(corner + ivec2(x, y) - 1, ivec2(0), most), 0);
+            for (int i = 0; i < 4; ++i) {
+                if (abs(x - 1 - (i & 1)) < 2 && abs(y - 1 - (i >> 1)) < 2) {
+                    least[i] = min(least[i], ray);
+                    largest[i] = max(largest[i], ray);
+                }
+            }
+        }
+    }
     float nearest = max(max(ends.x, ends.y), max(ends.z, ends.w)), farthest = min(min(ends.x, ends.y), min(ends.z, ends.w));
+    vec4 lowest = min(min(least[0], least[1]), min(least[2], least[3])),
+        highest = max(max(largest[0], largest[1]), max(largest[2], largest[3]));
     int busy = STRIDE * STRIDE;
 #ifndef VALIDITY
     // What a moving camera's past is held within may be nothing at all.
-    busy = u_past != 2 && low == vec4(0.0, 0.0, 0.0, 1.0) && high == low ? 0 : busy;
+    busy = u_past != 2 && lowest == vec4(0.0, 0.0, 0.0, 1.0) && highest == lowest ? 0 : busy;
     for (int k = busy; k < STRIDE * STRIDE; ++k) {
         ivec2 pixel = first + ivec2(k % STRIDE, k / STRIDE);
         imageStore(o_clouds, pixel, vec4(0.0, 0.0, 0.0, 1.0));
@@ -59,13 +76,16 @@ void main() {
         float depth = texelFetch(u_depth, within, 0).r;
         // Depth is near / distance: its ratio is that of the distances.
         vec4 unlike = abs(depth - ends) / max(max(vec4(depth), ends), 1e-20);
-        vec4 weight = (vec4(rest.x * rest.y, share.x * rest.y, rest.x * share.y, share.x * share.y) + 1e-3) / (1e-3 + unlike * unlike);
+        vec4 plain = vec4(rest.x * rest.y, share.x * rest.y, rest.x * share.y, share.x * share.y);
+        vec4 weight = (plain + 1e-3) / (1e-3 + unlike * unlike);
         float per = 1.0 / (weight.x + weight.y + weight.z + weight.w);
-        // Held to what is seen around: where that is all alike, so is the spread, to the bit.
-        vec4 spread = clamp((weight.x * seen[0] + weight.y * seen[1] + weight.z * seen[2] + weight.w * seen[3]) * per, least, largest);
+        // Continuous over the picture. Where all that is seen around is alike, so are these and the spread, to the bit.
+        vec4 low = clamp(blend(least, plain), lowest, highest), high = clamp(blend(largest, plain), lowest, highest);
+        vec4 spread = clamp(blend(seen, weight * per), low, high);
         // Where it was in the last frame: x to the right, y up, z forward.
         vec2 slope = ndc_of_pixel(vec2(pixel) + 0.5) * frame.projection.xy + frame.projection.zw;
-        vec3 then = u_turn * (vec3(slope, 1.0) * (per * dot(weight, away) * inversesqrt(1.0 + dot(slope, slope)))) + u_shift;
+        float distance_m = per * dot(weight, away);
+        vec3 then = u_turn * (vec3(slope, 1.0) * (distance_m * inversesqrt(1.0 + dot(slope, slope)))) + u_shift;
         vec2 ndc = (then.xy / max(then.z, 1e-6) - u_projection.zw) * u_projection.xy;
         vec2 uv = u_past == 2 ? (vec2(pixel) + 0.5) / vec2(size) : 0.5 + 0.5 * ndc;
         bool known = u_past == 2 || (u_past == 1 && then.z > 0.0 && all(lessThan(abs(ndc), vec2(1.0))));
@@ -79,12 +99,14 @@ void main() {
 #ifdef VALIDITY
         // For the debug view: red without a past, green with one, towards yellow as far as it had to be held back; paler where this
         // frame's ray is.
-        vec4 apart = abs(past - held) / max(largest - least + 1e-6, vec4(1e-6));
+        vec4 apart = abs(past - held) / max(high - low + 1e-6, vec4(1e-6));
         float kept = clamp(max(max(apart.r, apart.g), max(apart.b, apart.a)), 0.0, 1.0);
         vec3 shade = known ? mix(vec3(0.10, 0.55, 0.20), vec3(0.95, 0.80, 0.10), kept) : vec3(0.80, 0.12, 0.10);
         imageStore(o_clouds, pixel, vec4(fresh ? mix(shade, vec3(1.0), 0.35) : shade, 1.0));
 #else
-        vec4 found = known ? fresh ? mix(held, seen[0], u_weight) : held : fresh ? seen[0] : spread;
+        // What a camera flies up to shows more of itself from frame to frame than one ray in a block tells.
+        float hurry = u_past == 2 ? 0.0 : HURRY * length(u_shift) / (distance_m + HURRY * length(u_shift));
+        vec4 found = known ? mix(fresh ? mix(held, seen[0], u_weight) : held, spread, hurry) : fresh ? seen[0] : spread;
         // Light may be less than none: what the air in shadow doesn't scatter is taken off.
         imageStore(o_clouds, pixel, vec4(found.rgb, max(found.a, 0.0)));
         imageStore(o_surface, pixel, vec4(depth));
