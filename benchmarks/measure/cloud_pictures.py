@@ -41,6 +41,8 @@ HALVED = {
     "clouds.air_steps": 2.0,
 }  # fmt: skip
 """Factors on the reference's knobs that halve all its steps."""
+_PLACE = (48.0, -30.0)
+"""Latitude and longitude of clouds with gaps, from below and above, with a sun 70 degrees high."""
 _EV100 = 14.0
 _ALIKE: Mapping[str, Any] = {
     "composite.antialiasing": "none", "clouds.shadow_texels": 256, "clouds.shadow_steps": 8, "clouds.map_texels": 1024,
@@ -64,7 +66,7 @@ def scene_of_weather() -> Scene:
 def camera_at(name: str, moved: float = 0.0) -> Camera:
     """One of CAMERAS, higher by that share of its altitude and turned a little."""
     altitude_m, pitch_deg = CAMERAS[name]
-    return Camera.at(20.0, 10.0, altitude_m * (1.0 + moved), heading_deg=30.0 + 500.0 * moved, pitch_deg=pitch_deg)
+    return Camera.at(*_PLACE, altitude_m * (1.0 + moved), heading_deg=30.0 + 500.0 * moved, pitch_deg=pitch_deg)
 
 
 def pictures(

@@ -27,9 +27,12 @@ const float NEAREST_M = 4.0;   // a step around the eye
 // Finest steps: the weather and the sunlight of each place, and no wisp is stepped over.
 #ifdef CLOUD_FINEST
 const float LONG_STEPS = 1.0;
+const float THIN_STEPS = 0.16;   // through ice, of the short ones
+const float SKIN = 1e-4;          // first and last step, of a short one
 #define WEATHER_AT(here, there, part, point, wide) cloud_weather(up_at(point), wide)
 #else
 const float LONG_STEPS = 4.0;   // through the clear
+const float THIN_STEPS = 0.04;   // through ice, of the short ones
 #define WEATHER_AT(here, there, part, point, wide) cloud_weather_between(here, there, part)
 #endif
 
@@ -117,7 +120,7 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
     float longer = thin ? 1.0 : LONG_STEPS, most = max(way / (0.3 * u_march.x), least);
     // Of the way and of a pixel's width: steps where clouds are averaged. Who asks for more steps than pictures need gets them there, too.
     float widest = 1.0 / max(8.0, u_march.x * u_march.x / 2000.0), narrowest = 0.3 * min(1.0, 2.0 * WAY_STEPS / u_march.x);
-    if (thin) least = most = way / ceil(0.04 * u_march.x * log2(2.0 * way / thickness + 2.0));
+    if (thin) least = most = way / ceil(THIN_STEPS * u_march.x * log2(2.0 * way / thickness + 2.0));
     int segments = way_segments(shell, thin, from, to);
     float t = from, ease = longer, begin = from;
     Air here = air_from_camera(ray * from);
@@ -158,6 +161,10 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
                 unit = min(max(min(least, thin ? least : NEAREST_M + 0.02 * away), away * grow), most);
                 // Clouds that a pixel is too wide to show have smooth means.
                 unit = min(max(unit, narrowest * away * pixel_rad), max(way * widest, unit));
+#ifdef CLOUD_FINEST
+                // A low sun lights but a skin of an even layer: steps grow from where the ray enters it, and shrink to where it leaves.
+                unit = min(unit, SKIN * least + 1e-6 * t + 0.15 * min(t - from, to - t));
+#endif
                 float step_m = clamp(past - t + 1e-3, 0.0, unit * ease), here_m = t + shift * step_m;
                 vec3 point = ray * here_m;
                 float share = clamp((altitude_of(point) - shell.x) * shell.z, 0.0, 1.0);
