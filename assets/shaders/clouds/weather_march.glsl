@@ -22,7 +22,8 @@
 const float OPAQUE = CLOUD_DEEPEST > 40.0 ? 1e-5 : 0.004;   // the latter is no more than a step of an 8-bit picture
 const float SUN_LEVEL = 0.04;   // of a sun below the horizon maps know the way from the ray's lowest point on only
 const float MOST_SLOPE = 50.0;  // of the optical depth towards the sun over that along the ray
-const float NEAREST_M = 4.0;   // a step around the eye
+const float NEAREST_M = 4.0, NEAREST_GROWTH = 0.02;   // steps around the eye, where a layer's thickness has NEAREST_STEPS or more
+const float NEAREST_STEPS = 96.0;
 
 // Finest steps: the weather and the sunlight of each place, and no wisp is stepped over.
 #ifdef CLOUD_FINEST
@@ -117,6 +118,7 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
     float thickness = shell.y - shell.x, way = to - from;
     bool thin = drops.z == 1.0;
     float least = thickness / u_march.x, grow = max(u_march.y, way / (600.0 * max(to + ray_walked, 1.0)));
+    float coarser = max(NEAREST_STEPS / u_march.x, 1.0);
     float longer = thin ? 1.0 : LONG_STEPS, most = max(way / (0.3 * u_march.x), least);
     // Of the way and of a pixel's width: steps where clouds are averaged. Who asks for more steps than pictures need gets them there, too.
     float widest = 1.0 / max(8.0, u_march.x * u_march.x / 2000.0), narrowest = 0.3 * min(1.0, 2.0 * WAY_STEPS / u_march.x);
@@ -158,7 +160,7 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
             bool on_in;
             do {
                 float away = t + ray_walked;
-                unit = min(max(min(least, thin ? least : NEAREST_M + 0.02 * away), away * grow), most);
+                unit = min(max(min(least, thin ? least : coarser * (NEAREST_M + NEAREST_GROWTH * away)), away * grow), most);
                 // Clouds that a pixel is too wide to show have smooth means.
                 unit = min(max(unit, narrowest * away * pixel_rad), max(way * widest, unit));
 #ifdef CLOUD_FINEST
