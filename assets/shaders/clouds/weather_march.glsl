@@ -152,7 +152,12 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
         vec4 through = cloud_through(cloud_column(layer, weather_middle, 1.0) / level_sun, level_sun, drops.y);
         through = mix(vec4(1.0, 0.0, 1.0, 0.0), through, closed);
         vec3 ground = CLOUD_GROUND / PF_PI * (sun * (max(mu_s, 0.0) * (through.x + through.y))) + CLOUD_GROUND * through.z * sky;
-        float seen = 0.0, per_metre = 1.0 / max(past - begin, 1e-3);
+        float per_metre = 1.0 / max(past - begin, 1e-3);
+#ifdef CLOUD_FINEST
+        float seen = 0.0;
+#else
+        float open = m.open, sum = m.sum;
+#endif
         do {
             // Through the clear and into cloud, apart from its light, so that rays in the clear don't pay for that.
             float depth = 0.0, at = 0.0, inside = 0.0, weight = 0.0, unit = 0.0, length_m = 0.0;
@@ -177,7 +182,9 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
                 // In cloud: the same stretch again, in short steps; or on.
                 bool found = density > 1e-4, again = found && ease > 1.0 && !thin;
                 float on = again ? 0.0 : step_m, taken = found ? shell.w * density * on : 0.0;
+#ifdef CLOUD_FINEST
                 seen += m.open * on;
+#endif
                 // Light is looked up where a step is seen: the thicker it is, the nearer to its begin.
                 float shown = exp(-depth) * taken * one_minus_exp_over(taken), within = seen_share(taken, shift);
                 at += shown * (t + on * within);
@@ -224,9 +231,19 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
             m.light += mix(here.transmittance, there.transmittance, part) * (direct + m.wide * (1.0 - left) / passes * diffuse);
             m.wide *= left;
             m.sum += taken * at;
+#ifdef CLOUD_FINEST
             seen -= 0.5 * taken * length_m;
+#endif
         } while (t < past && m.open > OPAQUE);
+#ifdef CLOUD_FINEST
         m.light += max(there.in_scatter - here.in_scatter, 0.0) * (seen * per_metre);
+#else
+        // Air before the mean place of what is cloud here is seen as if there were none, air behind it through all of it: the shadowed
+        // air is taken off in just that way (clouds/shadowed_air.glsl).
+        float hidden = open - m.open;
+        vec3 before = hidden > 1e-4 ? air_from_camera(ray * ((m.sum - sum) / hidden)).in_scatter : there.in_scatter;
+        m.light += max(open * (before - here.in_scatter) + m.open * (there.in_scatter - before), 0.0);
+#endif
         here = there;
         weather_here = weather_there;
         begin = past;
