@@ -9,6 +9,7 @@ from air_kit import radiance
 from cloud_kit import COARSE, TINY, cloudy, ran
 
 import planetfall as pf
+from planetfall.benchmarks.measure import cloud_paper
 from planetfall.components import CloudLayer, Clouds, Terrain
 from planetfall.engine.table_cache import TableCache
 from planetfall.systems.clouds.paper_volume import PaperVolume, border_texels, threshold_for
@@ -163,3 +164,15 @@ def test_no_pass_where_there_is_nothing_to_see() -> None:
         scene.planet[Clouds].coverage = 0.0
         renderer.render(pf.Camera.at(20.0, 10.0, 1e3), sun=UP)
         assert not ran(renderer)
+
+
+def test_the_bench_marches_both_methods_through_the_printed_texture(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As far as one picture of each goes: there are clouds in it."""
+    monkeypatch.setattr(cloud_paper, "TEXELS", 32)
+    camera, found = pf.Camera.at(20.0, 10.0, 3e4, pitch_deg=-90.0), {}
+    for method in (None, "paper_2018", "ours"):
+        with cloud_paper.renderer_of((48, 27), method, stride=1) as renderer:
+            renderer.settle(camera, sun=UP)
+            found[method] = radiance(renderer, camera, sun=UP)[..., 0]
+    for method in ("paper_2018", "ours"):
+        assert (np.abs(found[method] / found[None] - 1.0) > 0.25).mean() > 0.05, method

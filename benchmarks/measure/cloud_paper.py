@@ -29,11 +29,8 @@ _UNIT = 30
 _TILED = """
 layout(binding = %d) uniform sampler3D u_bench_tile;
 
-float cloud_density_near(
-    int layer, vec3 place, float share, CloudWeather w, float footprint_m, int rims, out float near
-) {
+float cloud_density(int layer, vec3 place, float share, CloudWeather w, float footprint_m, int rims) {
     float tex = textureLod(u_bench_tile, cloud_view.broad.xyz + cloud_turned(place) * cloud_view.broad.w, 0.0).r;
-    near = tex < 0.0 ? %r : -1.0;
     float s = 2.0 * share - 1.0;
     return max(tex, 0.0) * (1.0 - s * s);
 }
@@ -41,14 +38,12 @@ float cloud_density_near(
 
 
 def _density() -> str:
-    """clouds/density.glsl with the printed texture for noise: where that is empty, cloud is a large step away."""
+    """clouds/density.glsl with the printed texture for noise."""
     text = (ASSETS / "shaders" / "clouds" / "density.glsl").read_text()
     head = "\nfloat cloud_density(int layer"
-    if text.count(head) != 1 or text.count("\nfloat cloud_density_near(") != 1:
+    if text.count(head) != 1:
         raise RuntimeError("clouds/density.glsl has other functions than this bench knows")
-    text = text.replace("\nfloat cloud_density_near(", "\nfloat cloud_density_woven(")
-    large = LARGE_STEP / STEPS * (TOP_M - BASE_M)
-    return text.replace(head, _TILED % (_UNIT, large / (0.1 * TILE_M)) + head)
+    return text.replace(head, "\nfloat cloud_density_woven(int layer") + _TILED % _UNIT
 
 
 def scene_of(method: str) -> Scene:
