@@ -42,7 +42,8 @@ def renderer_maker(
         # The window may come out larger or smaller than asked for.
         scale = scales.pop() if scales else 1.0
         width, height = (max(round(scale * side), 1) for side in window.framebuffer_size)
-        made = Renderer(scene, (width, height), quality, overrides, ctx=window.ctx)
+        # The window is ours: nobody waits for its GL state to be given back, which takes an eighth of a frame's Python.
+        made = Renderer(scene, (width, height), quality, overrides, ctx=window.ctx, guard=False)
         made.render_scale = scale
         made.tolerant = True  # a system that fails is shown, and the flight goes on
         return made

@@ -92,14 +92,15 @@ def measure(runs: int) -> dict[str, dict[str, float]]:
     from ... import view
     from ...app import FlightApp
     from ...app_interface import FlightInterface
+    from ...app_renderer import renderer_maker
     from ...engine.hosts.window import open_window
     from ...engine.input import KeyEvent
-    from ...renderer import Renderer
     from ..scenes import preset_scene
 
     scene = preset_scene("earth")
     with open_window(SIZE, "bench", vsync=False) as window:
-        renderer = Renderer(scene, SIZE, "medium", ctx=window.ctx)
+        _, make = renderer_maker(scene, window, "medium")
+        renderer = make("medium", {})
         interface = FlightInterface(window, scene)
         timed: Any = _Timed(interface)
         app = FlightApp(window, renderer, scene, view("near", scene.planet), interface=timed, quality="medium")

@@ -62,7 +62,13 @@ class GlfwPlatform:
         self._send = send
         self._pad = GamepadReader(send)
         self._place = (0, 0, *glfw.get_window_size(self._native))
+        # Each question to the system is a round trip to the display: what changes is told instead.
+        self._focused = bool(glfw.get_window_attrib(self._native, glfw.FOCUSED))
+        self._minimised = bool(glfw.get_window_attrib(self._native, glfw.ICONIFIED))
+        self._pixels: tuple[int, int] | None = None
         glfw.set_window_focus_callback(self._native, self._on_focus)
+        glfw.set_window_iconify_callback(self._native, self._on_iconify)
+        glfw.set_framebuffer_size_callback(self._native, self._on_framebuffer_size)
         glfw.set_cursor_enter_callback(self._native, self._on_cursor_enter)
 
     @staticmethod
@@ -71,7 +77,15 @@ class GlfwPlatform:
         return {_code(key): key for key in keys}
 
     def _on_focus(self, _window: object, focused: int) -> None:
-        self._send(Focus(bool(focused)))
+        self._focused = bool(focused)
+        self._send(Focus(self._focused))
+
+    def _on_iconify(self, window: object, iconified: int) -> None:
+        self._minimised = bool(iconified)
+        self._window.glfw_window_iconify(window, iconified)
+
+    def _on_framebuffer_size(self, _window: object, width: int, height: int) -> None:
+        self._pixels = (width, height)
 
     def _on_cursor_enter(self, _window: object, entered: int) -> None:
         if not entered and not self._window.mouse_exclusivity:
@@ -79,8 +93,7 @@ class GlfwPlatform:
 
     def pump(self) -> None:
         glfw.poll_events()
-        focused = glfw.get_window_attrib(self._native, glfw.FOCUSED)
-        self._pad.read(_gamepad() if focused else None)
+        self._pad.read(_gamepad() if self._focused else None)
 
     def swap(self) -> None:
         glfw.swap_buffers(self._native)
@@ -94,12 +107,14 @@ class GlfwPlatform:
         return float(glfw.get_window_content_scale(self._native)[0])
 
     def framebuffer_size(self) -> tuple[int, int]:
-        width, height = glfw.get_framebuffer_size(self._native)
-        return width, height
+        if self._pixels is None:
+            width, height = glfw.get_framebuffer_size(self._native)
+            self._pixels = (width, height)
+        return self._pixels
 
     @property
     def minimised(self) -> bool:
-        return bool(glfw.get_window_attrib(self._native, glfw.ICONIFIED))
+        return self._minimised
 
     def monitors(self) -> list[Monitor]:
         return [_monitor(handle) for handle in glfw.get_monitors()]
@@ -126,6 +141,7 @@ class GlfwPlatform:
             handle = glfw.get_monitors()[monitor]
             mode = glfw.get_video_mode(handle)
             glfw.set_window_monitor(self._native, handle, 0, 0, *mode.size, mode.refresh_rate)
+        self._pixels = None
         glfw.swap_interval(int(vsync))  # some systems forget it with the change
 
     def clipboard(self) -> str:

@@ -321,8 +321,7 @@ class Window:
     def framebuffer_size(self) -> tuple[int, int]:
         """Width and height in pixels; (0, 0) while minimised on some systems.
 
-        Asked of the system each time: a window that moves to a screen with other pixels has others, without a resize in
-        window units.
+        A window that moves to a screen with other pixels has others, without a resize in window units.
         """
         width, height = self._platform.framebuffer_size()
         return int(width), int(height)
