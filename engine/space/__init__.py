@@ -7,11 +7,13 @@ from .frustum import frustum_planes, out_of_view, sphere_outside
 from .horizon import horizon_angle_rad, horizon_dip_rad, horizon_distance_m, sight_distance_m
 from .projection import near_plane_m, pixel_rays, project, projection_terms
 from .rays import SphereHit, ray_sphere, ray_sphere_from
+from .vectors import cross, length
 
 __all__ = [
     "CameraState",
     "SpaceError",
     "SphereHit",
+    "cross",
     "direction",
     "frustum_planes",
     "heading_pitch_axes",
@@ -19,6 +21,7 @@ __all__ = [
     "horizon_dip_rad",
     "horizon_distance_m",
     "latitude_longitude",
+    "length",
     "local_axes",
     "near_plane_m",
     "orthonormal_axes",

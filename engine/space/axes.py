@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import SpaceError, finite_number, unit_vector
+from .vectors import cross, length
 
 _LOG = logging.getLogger(__name__)
 Floats = NDArray[np.float64]
@@ -87,23 +88,24 @@ def orthonormal_axes(forward: ArrayLike, up: ArrayLike | None, vertical: ArrayLi
     """
     ahead = unit_vector("forward", forward)
     # The last one always works: the smallest component of a unit vector is at most 0.58.
-    least = np.zeros(3)
-    least[int(np.argmin(np.abs(ahead)))] = 1.0
+    sizes = [abs(v) for v in ahead.tolist()]
+    least = [0.0, 0.0, 0.0]
+    least[sizes.index(min(sizes))] = 1.0
     wanted = [] if up is None else [unit_vector("up", up)]
     for number, candidate in enumerate([*wanted, vertical, (0.0, 0.0, 1.0), least]):
         vector = np.asarray(candidate, dtype=np.float64)
-        norm = float(np.linalg.norm(vector))
+        norm = length(vector)
         if norm == 0.0:
             continue
-        right = np.cross(ahead, vector / norm)
-        sine = float(np.linalg.norm(right))
+        right = cross(ahead, vector / norm)
+        sine = length(right)
         if sine > _PARALLEL:
             if wanted and number > 0:
                 _LOG.debug("camera: up %s is parallel to forward %s; took %s as up", up, forward, vector)
             right /= sine
             # Where up and forward are nearly parallel their cross product is nearly zero and leans towards forward.
             right -= ahead * float(right @ ahead)
-            right /= np.linalg.norm(right)
-            above = np.cross(right, ahead)
-            return right, above / np.linalg.norm(above), ahead
+            right /= length(right)
+            above = cross(right, ahead)
+            return right, above / length(above), ahead
     raise AssertionError("an axis least aligned with forward cannot be parallel to it")

@@ -1,12 +1,15 @@
 """The camera: where it is, how it is turned and what it takes in, in float64 and planet axes."""
 
+import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .axes import orthonormal_axes
 from .errors import SpaceError, finite_number, finite_vector
+from .vectors import length
 
 Floats = NDArray[np.float64]
 
@@ -35,10 +38,15 @@ class CameraState:
             vector = finite_vector(f"camera {name}", getattr(self, name))
             vector.setflags(write=False)
             object.__setattr__(self, name, vector)
-        axes = np.stack([self.right, self.up, self.forward])
-        if np.abs(axes @ axes.T - np.eye(3)).max() > 1e-6:
+        right, up, forward = self.right, self.up, self.forward
+        off = (
+            *(abs(float(v.dot(v)) - 1.0) for v in (right, up, forward)),
+            *(abs(float(a.dot(b))) for a, b in ((right, up), (right, forward), (up, forward))),
+        )
+        if max(off) > 1e-6:
             raise SpaceError(
-                f"camera axes: expected orthonormal right, up, forward, found {axes.tolist()}; use CameraState.look"
+                f"camera axes: expected orthonormal right, up, forward, found {self.axes.tolist()}; "
+                "use CameraState.look"
             )
         for name in ("tan_left", "tan_right", "tan_bottom", "tan_top"):
             finite_number(f"camera {name}", getattr(self, name))
@@ -62,7 +70,7 @@ class CameraState:
         """A symmetric camera. `up` need not be perpendicular to forward; None or a parallel one: the local vertical."""
         finite_number("fov_y_deg", fov_y_deg, 0.0, 180.0)
         finite_number("aspect", aspect, 0.0)
-        top = float(np.tan(np.radians(fov_y_deg) / 2))
+        top = float(np.tan(math.radians(fov_y_deg) / 2))
         return cls._turned(position_m, forward, up, (-top * aspect, top * aspect, -top, top), near_m)
 
     @classmethod
@@ -97,20 +105,45 @@ class CameraState:
         right, above, ahead = orthonormal_axes(forward, up, position)
         return cls(position, ahead, above, right, *tangents, near_m)
 
-    @property
+    @cached_property
+    def distance_m(self) -> float:
+        """From the planet's centre."""
+        return length(self.position_m)
+
+    @cached_property
     def direction(self) -> Floats:
         """Unit vector from the planet's centre to the camera; +X for a camera at the centre itself."""
-        distance = float(np.linalg.norm(self.position_m))
-        return self.position_m / distance if distance > 0.0 else np.array([1.0, 0.0, 0.0])
+        distance = self.distance_m
+        found = self.position_m / distance if distance > 0.0 else np.array([1.0, 0.0, 0.0])
+        found.setflags(write=False)
+        return found
 
     def altitude_m(self, radius_m: float) -> float:
         """Altitude above the sphere of this radius."""
-        return float(np.linalg.norm(self.position_m)) - radius_m
+        return self.distance_m - radius_m
 
-    @property
+    @cached_property
     def axes(self) -> Floats:
         """(3, 3) with rows right, up, forward: `axes @ v` turns planet axes into camera axes."""
-        return np.stack([self.right, self.up, self.forward])
+        found = np.array([self.right, self.up, self.forward])
+        found.setflags(write=False)
+        return found
+
+    @cached_property
+    def planes(self) -> Floats:
+        """See `frustum_planes`; read-only."""
+        right, up, forward = self.right, self.up, self.forward
+        planes = np.array(
+            [
+                right - self.tan_left * forward,
+                self.tan_right * forward - right,
+                up - self.tan_bottom * forward,
+                self.tan_top * forward - up,
+            ]
+        )
+        planes /= np.sqrt((planes * planes).sum(axis=1, keepdims=True))
+        planes.setflags(write=False)
+        return planes
 
     def pixel_angle_rad(self, height: int) -> float:
         """The angle of one pixel at the middle of the view, for a picture of `height` rows."""

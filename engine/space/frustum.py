@@ -14,16 +14,7 @@ def frustum_planes(camera: CameraState) -> Floats:
     A camera-relative point p is in the view's pyramid when all `planes @ p >= 0`. There is no far plane, and the near
     plane is left out: the four meet at the camera, so only points between it and the near plane are kept too many.
     """
-    right, up, forward = camera.right, camera.up, camera.forward
-    planes = np.stack(
-        [
-            right - camera.tan_left * forward,
-            camera.tan_right * forward - right,
-            up - camera.tan_bottom * forward,
-            camera.tan_top * forward - up,
-        ]
-    )
-    return planes / np.linalg.norm(planes, axis=1, keepdims=True)
+    return camera.planes
 
 
 def sphere_outside(planes: Floats, centers_m: ArrayLike, radii_m: ArrayLike) -> NDArray[np.bool_]:
@@ -36,5 +27,4 @@ def sphere_outside(planes: Floats, centers_m: ArrayLike, radii_m: ArrayLike) -> 
 def out_of_view(camera: CameraState, center_m: ArrayLike, radius_m: float) -> bool:
     """Whether a sphere (camera-relative centre (3,)) lies outside a plane of the view or behind the camera."""
     center = np.asarray(center_m, dtype=np.float64)
-    planes = np.concatenate([frustum_planes(camera), camera.forward[None]])
-    return bool(sphere_outside(planes, center[None], [radius_m])[0])
+    return min(*(camera.planes @ center).tolist(), float(camera.forward @ center)) < -radius_m

@@ -20,6 +20,8 @@ _SLOPE_MARGIN = 1.5
 _BOTTOMLESS_M = 1e4
 _LOOKS = 25
 """From each end of a way to its middle, with steps that grow by the same factor."""
+_FEW = 2
+"""Positions that are turned into directions one by one."""
 _LONGEST = 0.125
 """A way inside the shell that holds all ground is at most so long by the planet's radius."""
 
@@ -161,7 +163,10 @@ def _enters(start: Vector, direction: Vector, radius: float) -> float:
 
 
 def _directions(positions_m: Floats) -> Floats:
-    return positions_m / np.sqrt((positions_m * positions_m).sum(axis=1, keepdims=True))
+    if len(positions_m) > _FEW:
+        return positions_m / np.sqrt((positions_m * positions_m).sum(axis=1, keepdims=True))
+    # To the bit what a camera there says of itself: fields remember the places that they were asked for last.
+    return np.array([position / _length(position) for position in positions_m])
 
 
 def _length(vector: Vector) -> float:

@@ -246,7 +246,7 @@ class ShipFlight:
         position, ground, here, ahead = self._known
         if position is not self.position_m or ground != self._surface():
             soon = self.position_m + self.velocity_m_s * self.limits.look_ahead_s
-            here, ahead = self.ground.floors(np.stack([self.position_m, soon])).tolist()
+            here, ahead = self.ground.floors(np.array([self.position_m, soon])).tolist()
             self._known = (self.position_m, self._surface(), here, ahead)
         return here, ahead
 
