@@ -43,6 +43,18 @@ def _delete_esper_world(name: str) -> None:
             esper.delete_world(name)
 
 
+_NOTHING = object()
+
+
+class _Layered(ChainMap[str, Any]):
+    """Two mappings, of which the first goes before; ChainMap's own `get` takes ten times as long for any number."""
+
+    def get(self, key: str, default: Any = None) -> Any:
+        own, shared = self.maps
+        found = own.get(key, _NOTHING)
+        return shared.get(key, default) if found is _NOTHING else found
+
+
 class World:
     """Entities with components, kept apart from every other world of the process.
 
@@ -64,6 +76,7 @@ class World:
         first frame on it is that renderer's, until another one draws (`own_resources`)."""
         self._sorted: dict[tuple[type, ...], tuple[list[Any], list[Any]]] = {}
         self._known: dict[tuple[int, type], Any] = {}
+        self._listed: dict[int, tuple[Any, ...]] = {}
         with self.active():
             pass  # switching to a new name makes the esper world
         self._finalizer = weakref.finalize(self, _delete_esper_world, self.name)
@@ -122,6 +135,7 @@ class World:
             self._open = False
             self._sorted.clear()
             self._known.clear()
+            self._listed.clear()
             self.resources.clear()
             self._shared.clear()
             self._finalizer()
@@ -200,9 +214,12 @@ class World:
 
     def components(self, entity: int) -> tuple[Any, ...]:
         """All components of the entity, in the order in which they were added."""
-        with self.active():
-            self._require(entity, "list the components of")
-            return tuple(esper.components_for_entity(entity))
+        found = self._listed.get(entity)
+        if found is None:
+            with self.active():
+                self._require(entity, "list the components of")
+                found = self._listed[entity] = tuple(esper.components_for_entity(entity))
+        return found
 
     @overload
     def query(self, a: type[C1], /) -> list[tuple[int, tuple[C1]]]: ...
@@ -242,7 +259,7 @@ class World:
 
         What its systems publish is theirs alone, what was published before any renderer worked is everybody's.
         """
-        return ChainMap({}, self._shared)
+        return _Layered({}, self._shared)
 
     def set_resource(self, key: str, value: Any) -> None:
         """Publish something that belongs to the world and not to an entity, e.g. "proxy" or "height field"."""
@@ -270,6 +287,7 @@ class World:
         """The structure is another one now."""
         self._revision += 1
         self._known.clear()
+        self._listed.clear()
 
     # -- guards --------------------------------------------------------------------------------------------------------
 

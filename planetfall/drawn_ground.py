@@ -38,11 +38,12 @@ class DrawnGround:
         component = planet.get(Terrain)
         if component is None:
             return None
-        terrain = with_overrides(component, "terrain", self._settings)
-        if (terrain.backend, terrain.method) != ("grid", "paper"):
+        told = self._settings.get
+        if told("terrain.method", component.method) != "paper" or told("terrain.backend", component.backend) != "grid":
             return None
         stamp = (revision(component), revision(planet[Planet], "radius_m"))
         if self._held is None or self._held[0] != stamp:
+            terrain = with_overrides(component, "terrain", self._settings)
             params = TerrainParams.from_component(terrain, planet.radius_m)
             self._held = (stamp, PaperField(params, int(self._settings["terrain.paper_layers"])))
         return self._held[1]

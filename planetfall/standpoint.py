@@ -5,8 +5,6 @@ from __future__ import annotations
 import logging
 from typing import Any
 
-import numpy as np
-
 from .camera import Camera
 from .components import Ocean, Terrain
 from .drawn_ground import DrawnGround
@@ -55,11 +53,11 @@ class Standpoint:
         field = self._ground.field()
         if field is None:
             return state
-        distance = float(np.linalg.norm(state.position_m))
+        distance = state.distance_m
         radius = self._scene.planet.radius_m
         if distance - radius > field.highest_m + _LOWEST_CLEARANCE_M or distance == 0.0:
             return state
-        zenith = state.position_m / distance
+        zenith = state.direction
         ground = float(field.height(zenith[None])[0])
         if distance - radius >= ground + _LOWEST_CLEARANCE_M:
             return state

@@ -26,6 +26,7 @@ class Stillness:
         self._scene = scene
         self._shown: tuple[Any, ...] = ()
         self._waiting: frozenset[str] | None = None
+        self._parts: tuple[tuple[Any, ...], tuple[Any, ...]] = ((), ())
 
     def forget(self) -> None:
         """The next frame is another one than the last, whatever it shows."""
@@ -50,12 +51,7 @@ class Stillness:
     def same_as_before(self, frame: Frame, running: Sequence[System], several: bool = False) -> bool:
         """See Frame.still; several: as in `drawn`."""
         camera, sun = frame.camera, frame.sun
-        revisions = [
-            revision(part)
-            for holder in (*self._scene.planets.values(), self._scene.environment)
-            for part in holder.components()
-            if not isinstance(part, _SEEN_ELSEWHERE)
-        ]
+        revisions = [revision(part) for part in self._listed()]
         place = (camera.position_m, camera.forward, camera.up, sun.direction, sun.irradiance)
         tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
         moment = (*(v.tobytes() for v in place), *tangents, sun.angular_radius_rad, frame.time_s, frame.planet)
@@ -65,6 +61,15 @@ class Stillness:
         if not same or (several and self._waiting is None):
             return False
         return not any(self._moves(system, several) for system in running)
+
+    def _listed(self) -> tuple[Any, ...]:
+        """The components whose change ends a still picture."""
+        holders = (*self._scene.planets.values(), self._scene.environment)
+        structure = tuple((holder.scene, holder.scene.world.structure_revision) for holder in holders)  # each its own
+        if self._parts[0] != structure:
+            parts = [part for holder in holders for part in holder.components()]
+            self._parts = structure, tuple(part for part in parts if not isinstance(part, _SEEN_ELSEWHERE))
+        return self._parts[1]
 
     def _moves(self, system: System, several: bool) -> bool:
         if system.name == CompositeSystem.name:  # which gathers

@@ -110,8 +110,7 @@ def with_overrides(component: T, table: str, settings: Mapping[str, Any]) -> T:
 
     For quality overrides that name a component's knob, such as {"terrain.layers": 4}; the scene stays as it is.
     """
-    fields = _field_names(type(component))
-    changes = {name: settings[f"{table}.{name}"] for name in fields if f"{table}.{name}" in settings}
+    changes = {name: settings[key] for key, name in _keys(type(component), table) if key in settings}
     return dataclasses.replace(component, **changes) if changes else component  # type: ignore[type-var]
 
 
@@ -120,6 +119,12 @@ def _touch(component: Any, name: str) -> None:
     latest = _latest[type(component)] = next(_revisions)
     component.__dict__[_CHANGED] = {**component.__dict__.get(_CHANGED, {}), name: latest}
     component.__dict__[_LAST] = latest
+
+
+@lru_cache(maxsize=256)
+def _keys(cls: type, table: str) -> tuple[tuple[str, str], ...]:
+    """(dotted key, field) of all fields."""
+    return tuple((f"{table}.{name}", name) for name in _field_names(cls))
 
 
 @lru_cache(maxsize=256)

@@ -15,7 +15,7 @@ FARTHEST_NEAR_M = 0.1
 
 def near_plane_m(clearance_m: float) -> float:
     """The near plane for a clearance to ground and water: a fifth of it, between 1 mm and 0.1 m (NaN: 1 mm)."""
-    if np.isnan(clearance_m):
+    if clearance_m != clearance_m:
         return NEAREST_M
     return float(min(max(NEAR_FRACTION * clearance_m, NEAREST_M), FARTHEST_NEAR_M))
 

@@ -5,6 +5,8 @@ Used by shaders that choose their wavelengths pixel by pixel (assets/shaders/com
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,8 +20,6 @@ def nested_anchor(
     direction: NDArray[np.float64], radius_m: float
 ) -> tuple[tuple[int, int, int, int], tuple[float, float, float, float]]:
     """Cell and fraction of the anchor's foot (unit `direction` (3,), float64); fourth parts 0."""
-    place = np.asarray(direction, dtype=np.float64).reshape(3) * (radius_m / NESTED_BASE_M)
-    cell = np.floor(place)
-    i, j, k = (int(v) for v in cell)
-    x, y, z = (float(v) for v in place - cell)
-    return (i, j, k, 0), (x, y, z, 0.0)
+    x, y, z = (np.asarray(direction, dtype=np.float64).reshape(3) * (radius_m / NESTED_BASE_M)).tolist()
+    i, j, k = math.floor(x), math.floor(y), math.floor(z)
+    return (i, j, k, 0), (x - i, y - j, z - k, 0.0)

@@ -6,12 +6,14 @@ a lattice point of a level chosen by the altitude above ground, so that new samp
 altitude goes in geometric steps. Holding has some slack, so a camera on a border doesn't switch to and fro.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..space import length
 from .lattice import FULL_BITS, direction_of, snap
 from .lattice_anchor import LatticeAnchor
 
@@ -80,12 +82,13 @@ class ProxyCell:
     def contains(self, position_m: ArrayLike, slack: float = 1.0) -> bool:
         """Whether it stands for a camera at this position; `slack` < 1 asks for a place nearer its middle."""
         position = np.asarray(position_m, dtype=np.float64)
-        distance = float(np.linalg.norm(position))
+        distance = length(position)
         altitude = distance - self.radius_m
         sideways = _angle_between(position / distance, self.direction)
         middle = 0.5 * (self.lowest_altitude_m + self.highest_altitude_m)
-        low = middle + (self.lowest_altitude_m - middle) * slack if np.isfinite(middle) else self.lowest_altitude_m
-        high = middle + (self.highest_altitude_m - middle) * slack if np.isfinite(middle) else self.highest_altitude_m
+        low, high = self.lowest_altitude_m, self.highest_altitude_m
+        if math.isfinite(middle):
+            low, high = middle + (low - middle) * slack, middle + (high - middle) * slack
         return sideways <= self.max_sideways_rad * slack and low <= altitude <= high
 
 
@@ -108,10 +111,10 @@ def snap_proxy(
     is not finite, or at the centre.
     """
     position = np.asarray(position_m, dtype=np.float64)
-    distance = float(np.linalg.norm(position))
-    if position.shape != (3,) or not np.isfinite(distance) or distance == 0.0:
+    distance = length(position)
+    if position.shape != (3,) or not math.isfinite(distance) or distance == 0.0:
         raise ValueError(f"snap_proxy: expected a finite position_m (3,) away from the centre, found {position_m!r}")
-    if not (np.isfinite(radius_m) and radius_m > 0):
+    if not (math.isfinite(radius_m) and radius_m > 0):
         raise ValueError(f"snap_proxy: radius_m must be positive and finite, found {radius_m!r}")
     if not 0.0 < fraction <= 1.0:
         raise ValueError(f"snap_proxy: fraction must be in (0, 1], found {fraction!r}")
@@ -168,7 +171,7 @@ def _same_place(a: ProxyCell, b: ProxyCell) -> bool:
 
 
 def _angle_between(a: Floats, b: Floats) -> float:
-    return 2.0 * float(np.arctan2(np.linalg.norm(a - b), np.linalg.norm(a + b)))
+    return 2.0 * float(np.arctan2(length(a - b), length(a + b)))
 
 
 def _level_for(size_m: float, radius_m: float) -> int:

@@ -1,6 +1,6 @@
 """Waves on a sphere in float64: sets of waves, spectra, Gerstner displacement, and their reduction to an anchor."""
 
-from .anchor import AnchoredWaves, at_anchor
+from .anchor import AnchoredWaves, at_anchor, phases
 from .gerstner import METHODS, Surface, displacement, normal, surface
 from .inverse import RESIDUAL_M, at_directions
 from .set import MOST_WAVES, SeaState, WaveError, WaveSet, make_waves, waves_of
@@ -21,6 +21,7 @@ __all__ = [
     "footprint_weight",
     "make_waves",
     "normal",
+    "phases",
     "shoaling",
     "surface",
     "waves_of",

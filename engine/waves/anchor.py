@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .set import WaveSet
 
-__all__ = ["AnchoredWaves", "anchor_axes", "at_anchor", "local_wave"]
+__all__ = ["AnchoredWaves", "anchor_axes", "at_anchor", "local_wave", "phases"]
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
@@ -26,6 +26,7 @@ class AnchoredWaves:
     east, north: (3,) float64, the tangent axes at the anchor in which `heading` is counted. heading: (N, 2), the unit
     direction away from each origin. cos0, sin0: of the angle from the origin to the anchor. angle: that angle, or the
     one to the antipode if it is smaller, rad (what the fade goes by). phase: at the anchor, in cycles, 0 to 1.
+    way: (N,) float64, from the origin to the anchor in cycles, 0 to 1: what `phases` adds time to.
     """
 
     east: Floats
@@ -35,6 +36,7 @@ class AnchoredWaves:
     sin0: Singles
     angle: Singles
     phase: Singles
+    way: Floats
 
 
 def anchor_axes(anchor: ArrayLike) -> tuple[Floats, Floats]:
@@ -64,9 +66,7 @@ def at_anchor(waves: WaveSet, anchor: ArrayLike, time_s: float) -> AnchoredWaves
     heading = np.where(there[:, None], along / np.where(there, sin0, 1.0)[:, None], np.array([1.0, 0.0]))
     away = np.arctan2(sin0, cos0)
     # fmod is exact: no digits are lost however many wavelengths the way is long.
-    cycles = np.fmod(waves.radius_m * away, waves.wavelength_m) / waves.wavelength_m
-    cycles += np.fmod(waves.speed_rad_s * time_s / (2.0 * np.pi), 1.0)
-    phase = (cycles - np.floor(cycles)).astype(np.float32)
+    way = np.fmod(waves.radius_m * away, waves.wavelength_m) / waves.wavelength_m
     return AnchoredWaves(
         east,
         north,
@@ -74,8 +74,16 @@ def at_anchor(waves: WaveSet, anchor: ArrayLike, time_s: float) -> AnchoredWaves
         cos0.astype(np.float32),
         sin0.astype(np.float32),
         np.minimum(away, np.pi - away).astype(np.float32),
-        np.where(phase >= 1.0, np.float32(0.0), phase),
+        phases(waves, way, time_s),
+        way,
     )
+
+
+def phases(waves: WaveSet, way: Floats, time_s: float) -> Singles:
+    """`AnchoredWaves.phase` at another time: all that changes with it."""
+    cycles = way + np.fmod(waves.speed_rad_s * time_s / (2.0 * np.pi), 1.0)
+    phase = (cycles - np.floor(cycles)).astype(np.float32)
+    return np.where(phase >= 1.0, np.float32(0.0), phase)
 
 
 def local_wave(

@@ -117,22 +117,22 @@ class WaveSet:
         """(N, 2): e0, e1 of smoothstep(e0, e1, |v -+ o|^2 / 2), which is 1 - cos of the angle: `fade_rad` as such."""
         return 2.0 * np.sin(0.5 * self.fade_rad) ** 2
 
-    @property
+    @cached_property
     def slope_variance(self) -> float:
         """Mean square slope of these waves, both directions together: the sum of (A k)^2 / 2."""
         return 0.5 * float(np.sum((self.amplitude_m * self.wave_number_per_m) ** 2))
 
-    @property
+    @cached_property
     def significant_height_m(self) -> float:
         """Four standard deviations of the surface's height."""
         return 4.0 * math.sqrt(0.5 * float(np.sum(self.amplitude_m**2)))
 
-    @property
+    @cached_property
     def highest_m(self) -> float:
         """No crest is higher above the calm sea, and no trough deeper: the sum of all amplitudes."""
         return float(np.sum(self.amplitude_m))
 
-    @property
+    @cached_property
     def farthest_m(self) -> float:
         """No point is moved sideways by more: the sum of Q A."""
         return float(np.sum(self.steepness * self.amplitude_m))

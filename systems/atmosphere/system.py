@@ -136,10 +136,9 @@ class AtmosphereSystem(System):
         job = self._refresh(frame.world, frame.planet, frame.settings, frame.sun)
         model = job.shown
         view = self._views.setdefault(frame.view_index, _View())
-        distance = float(np.linalg.norm(frame.camera.position_m))
-        up = frame.camera.position_m / distance
-        cosine, sine, side = sun_at(up, frame.sun.direction)
         camera = frame.camera
+        distance = camera.distance_m
+        cosine, sine, side = sun_at(camera.direction, frame.sun.direction)
         pixel = (camera.tan_top - camera.tan_bottom) / frame.size[1]
         view.seen = distance <= 2.0 * model.top_radius_m or 2.0 * model.top_radius_m / distance > pixel
         view.block = view_block(model, distance - model.radius_m, cosine, sine, side, self._sizes)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...engine.gpu.layout import IVec4, Vec4
+from ...engine.space import length
 from .model import AirModel
 
 __all__ = ["VIEW_BINDING", "AirViewBlock", "ViewSizes", "spans", "sun_at", "view_block"]
@@ -64,9 +65,9 @@ class AirViewBlock:
 
 def sun_at(up: NDArray[np.float64], sun: NDArray[np.float64]) -> tuple[float, float, NDArray[np.float64]]:
     """Cosine and sine of the sun's zenith angle and the level unit vector towards it; any where it is in the zenith."""
-    cosine = float(np.clip(np.dot(up, sun), -1.0, 1.0))
+    cosine = min(max(float(up.dot(sun)), -1.0), 1.0)
     side = sun - cosine * up
-    sine = float(np.linalg.norm(side))
+    sine = length(side)
     if sine < 1e-12:
         helper = np.array([0.0, 0.0, 1.0]) if abs(up[2]) < 0.7 else np.array([1.0, 0.0, 0.0])
         side = np.cross(up, helper)
@@ -89,17 +90,29 @@ def spans(model: AirModel, altitude_m: ArrayLike) -> tuple[NDArray[np.float64], 
     return span, shape
 
 
+def _spans_of_one(model: AirModel, h: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """`spans` for one altitude, as each frame asks for it, to the bit."""
+    top, radius = model.thickness_m, model.radius_m
+    inside = min(h, top)
+    to_horizon = math.sqrt(inside * (2.0 * radius + inside))
+    least = top - inside
+    share = inside / top
+    span = (inside, to_horizon - inside, least, to_horizon + model.longest_path_m - least)
+    focus = _FOCUS * math.sqrt(model.rayleigh_height_m / radius)
+    return span, (1.0 + _STEEP_SHARE * (share * share), 1.0 - _GRAZING_SHARE * share, focus, 0.0)
+
+
 def view_block(
     model: AirModel, altitude_m: float, cosine: float, sine: float, side: NDArray[np.float64], sizes: ViewSizes
 ) -> AirViewBlock:
     """The block of a camera at this altitude under a sun at this zenith angle. Below the floor and just above it, it is
     held at _LEAST_SHARE of the radius."""
     h = max(altitude_m, _LEAST_SHARE * model.radius_m)
-    span, shape = spans(model, h)
+    span, shape = _spans_of_one(model, h)
     return AirViewBlock(
         camera=(h, cosine, sine, 0.0),
-        span=tuple(span),
-        shape=tuple(shape),
-        sun_side=(*side, 0.0),
+        span=span,
+        shape=shape,
+        sun_side=(*side.tolist(), 0.0),
         size=(sizes.columns, sizes.rows, sizes.slices, 0),
     )

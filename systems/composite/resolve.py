@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,13 @@ _FILES = {
 }
 _MOTION = "props.motion"
 _READS = ("scene.radiance", "composite.exposure", "gbuffer.depth", "gbuffer.surface")
+
+
+@lru_cache(maxsize=128)
+def _weights(x: float, y: float) -> np.ndarray[Any, np.dtype[np.float32]]:
+    """Of _CROSS for a jitter in pixels."""
+    spot = np.exp(-0.5 * ((_CROSS + np.array([x, y])) ** 2).sum(axis=1) / _SOFT_PX**2)
+    return (spot / spot.sum()).astype(np.float32)
 
 
 class Resolver:
@@ -119,8 +127,7 @@ class Resolver:
         program.set("u_projection", motion.before)
         x, y = jitter_px
         program.set("u_jitter", (2.0 * x * self._texel[0], 2.0 * y * self._texel[1]))
-        spot = np.exp(-0.5 * ((_CROSS + np.array([x, y])) ** 2).sum(axis=1) / _SOFT_PX**2)
-        program.set("u_weights", (spot / spot.sum()).astype(np.float32))
+        program.set("u_weights", _weights(x, y))
 
     def _program(self, name: str, **defines: int) -> Any:
         key = (name, *defines)

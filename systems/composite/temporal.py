@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.space import CameraState, projection_terms
+from ...engine.space import CameraState, length, projection_terms
 from ...engine.system import Frame, SunState
 from .jitter import jitter_pattern
 
@@ -183,14 +183,20 @@ def _broken(then: _Moment, now: _Moment, radius_m: float) -> bool:
     """Whether nothing of the frame before is worth a look: another planet or size, a teleport, a cut, a jump
     of the sun."""
     a, b = then.camera, now.camera
-    height_m = abs(float(np.linalg.norm(b.position_m)) - radius_m)
-    moved_m = float(np.linalg.norm(b.position_m - a.position_m))
-    irradiance = np.abs(now.sun.irradiance - then.sun.irradiance)
+    height_m = abs(b.distance_m - radius_m)
+    moved_m = 0.0 if a is b else length(b.position_m - a.position_m)
     return (
         then.planet != now.planet
         or then.size != now.size
         or moved_m > max(_TELEPORT_HEIGHTS * height_m, _TELEPORT_M)
         or float(a.forward @ b.forward) < _CUT_COSINE
-        or float(then.sun.direction @ now.sun.direction) < _SUN_JUMP_COSINE
-        or bool((irradiance > _LIGHT_JUMP * np.maximum(then.sun.irradiance, now.sun.irradiance)).any())
+        or (then.sun is not now.sun and _jumped(then.sun, now.sun))
+    )
+
+
+def _jumped(then: SunState, now: SunState) -> bool:
+    """Whether the sun stands elsewhere, or shines otherwise, than it could have come to in a frame."""
+    irradiance = np.abs(now.irradiance - then.irradiance)
+    return float(then.direction @ now.direction) < _SUN_JUMP_COSINE or bool(
+        (irradiance > _LIGHT_JUMP * np.maximum(then.irradiance, now.irradiance)).any()
     )

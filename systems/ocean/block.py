@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ...components import Ocean
 from ...engine.gpu.layout import IVec4, Vec4
+from ...engine.space import length
 from ...engine.surface.nested import NESTED_BASE_M, nested_anchor
 from ...engine.waves import WaveSet
 
@@ -123,8 +124,8 @@ def drifted(
     axis = np.array([wind[1], wind[2], wind[0]])
     for along, across in _DRIFTS_M_S:
         moved = anchor * radius_m - (along * wind + across * axis) * time_s
-        length = float(np.linalg.norm(moved))
-        (i, j, k, _), fraction = nested_anchor(moved / length, length)
+        distance = length(moved)
+        (i, j, k, _), fraction = nested_anchor(moved / distance, distance)
         cell = tuple(int((v + 2**31) % 2**32 - 2**31) for v in (i, j, k))
         found += [(*cell, 0), fraction]
     return found[0], found[1], found[2], found[3]

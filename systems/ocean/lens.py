@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.space import length
 from ...engine.surface.field import HeightField
 from ...engine.waves import WaveSet, at_directions, surface
 
@@ -29,11 +30,12 @@ def lens_plane(
 
     The near plane is 0.3 m wide at most, which waves longer than that cross as planes.
     """
-    distance = float(np.linalg.norm(position_m))
+    distance = length(position_m)
     zenith = position_m / distance
     over = distance - waves.radius_m
     if abs(over) > highest_m + LENS_REACH_M:
-        return (*zenith, FAR_M if over > 0.0 else -FAR_M)
+        x, y, z = zenith.tolist()
+        return (x, y, z, FAR_M if over > 0.0 else -FAR_M)
     depth_of = None if ground is None else lambda v: sea_level_m - ground.height(v)
     calm, depth, moved = at_directions(waves, zenith[None], np.asarray(time_s), depth_of)
     place = calm[0] * waves.radius_m + moved[0]

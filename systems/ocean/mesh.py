@@ -91,7 +91,7 @@ class SeaMeshPasses:
         edge_px = float(frame.settings["terrain.edge_px"])
         ground = frame.world.resources.get("height_field")
         # From below the surface is seen until the line of sight, which the bed may bend, has come up to it.
-        view.from_below = float(np.linalg.norm(camera.position_m)) - radius < frame.world.resource(SEA_TOP)
+        view.from_below = camera.distance_m - radius < frame.world.resource(SEA_TOP)
         snap, held = snap_ahead(frame.world, frame.view_index), view.held
         view.prepared = -1
         snap.take_part(True, "sea")

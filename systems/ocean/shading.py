@@ -132,7 +132,7 @@ class SeaShading:
             ocean.sea_level_m,
         )
         self._near_water = self._held.lens[3] < LENS_REACH_M
-        altitude_m = float(np.linalg.norm(frame.camera.position_m)) - radius
+        altitude_m = frame.camera.distance_m - radius
         self._high = altitude_m > _HIGH * float(frame.world.try_resource("air_top_m") or 0.0)
         # No sea is nearer than this, so no pixel of it narrower.
         nearest_m = altitude_m - float(frame.world.resource(SEA_TOP))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.waves import AnchoredWaves, WaveSet, at_anchor
+from ...engine.waves import AnchoredWaves, WaveSet, at_anchor, phases
 
 __all__ = ["BINS", "BLOCK_BYTES", "MOST", "WAVE_BINDING", "SeaMesh", "WaveBlock"]
 
@@ -43,6 +43,7 @@ class WaveBlock:
     def __init__(self) -> None:
         self._data = np.zeros((_HEADER + BINS + 3 * MOST, 4), np.float32)
         self._order = np.zeros(0, np.int64)
+        self._way = np.zeros(0)
         self.used_bytes = 16 * (_HEADER + BINS)
 
     def place(self, waves: WaveSet, anchor: NDArray[np.float64], planet_radius_m: float, mesh: SeaMesh) -> None:
@@ -53,6 +54,7 @@ class WaveBlock:
         near |= seen.angle < waves.fade_rad[:, 1] + _NEAR_RAD
         # A stable sort keeps the longest first in both lists.
         self._order = np.argsort(near, kind="stable")
+        self._way = seen.way
         far_count = int(np.count_nonzero(~near))
         data = self._data
         data[:] = 0.0
@@ -87,11 +89,11 @@ class WaveBlock:
         first = _HEADER + BINS
         self._data[first : first + 3 * len(waves)] = rows[self._order].reshape(-1, 4)
 
-    def at(self, waves: WaveSet, anchor: NDArray[np.float64], time_s: float) -> Singles:
-        """The block at a moment; valid until the next call. Rows beyond `used_bytes` are not used."""
+    def at(self, waves: WaveSet, time_s: float) -> Singles:
+        """The block of the waves placed last at a moment; valid until the next call. Rows beyond `used_bytes` are not
+        used."""
         first = _HEADER + BINS
-        phases = self._data[first : first + 3 * len(waves) : 3, 2]
-        phases[:] = at_anchor(waves, anchor, time_s).phase[self._order]
+        self._data[first : first + 3 * len(waves) : 3, 2] = phases(waves, self._way, time_s)[self._order]
         return self._data[: self.used_bytes // 16]
 
 

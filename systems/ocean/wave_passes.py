@@ -146,7 +146,7 @@ class SeaWaves:
         moment = (view.placed, frame.time_s)
         if moment != view.moment:
             view.moment = moment
-            self._gpu.gpu.upload(view.buffer, view.block.at(view.waves, view.anchor, frame.time_s))
+            self._gpu.gpu.upload(view.buffer, view.block.at(view.waves, frame.time_s))
         view.buffer.bind_to_uniform_block(WAVE_BINDING)
         if self._warming is not None:
             self._warming.step(frame)

@@ -71,7 +71,7 @@ class WaveQuestions:
         packed[:, 3] = _DEEP_M if depth_m is None else depth_m
         packed[:, 4:7], packed[:, 7] = v, spacing_m
         self._block.place(self._waves, a, self._radius_m, SeaMesh())
-        self._buffer.write(self._block.at(self._waves, a, time_s).tobytes())
+        self._buffer.write(self._block.at(self._waves, time_s).tobytes())
         sea_level_m = self._waves.radius_m - self._radius_m
         self._frame.write(FrameBlock(anchor_up=(float(a[0]), float(a[1]), float(a[2]), sea_level_m)))
         self._planet.write(PlanetBlock((self._radius_m, 0.0, 0.0, 0.0), (sea_level_m, 1.0, 0.0, 0.0)))

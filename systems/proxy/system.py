@@ -18,7 +18,7 @@ from ...engine.frame_block import FRAME_BINDING, PLANET_BINDING, FrameBlock, Pla
 from ...engine.gpu.uniforms import UniformBlock
 from ...engine.planet_seen import planet_seen
 from ...engine.snap_ahead import SnapAhead, at_once, snap_ahead
-from ...engine.space import near_plane_m, out_of_view, projection_terms
+from ...engine.space import length, near_plane_m, out_of_view, projection_terms
 from ...engine.surface.field import HeightField
 from ...engine.surface.lattice_anchor import LatticeAnchor
 from ...engine.surface.proxy import GroundHeight, ProxyCell, snap_proxy
@@ -66,7 +66,6 @@ class ProxySystem(System):
         self._ahead_ubo: UniformBlock | None = None
         self._ahead_lattice: Any = None
         self._frame_block = FrameBlock()
-        self._planet_block = PlanetBlock()
 
     def setup(self, setup: Setup) -> None:
         self._gpu, self._world = setup.gpu, setup.world
@@ -78,7 +77,7 @@ class ProxySystem(System):
         self._motions.clear()
         self._field: HeightField | None = None
         self._uploaded: tuple[int, int] | None = None
-        self._planet_written: PlanetBlock | None = None
+        self._planet_written: tuple[Any, ...] = ()
 
     def release(self) -> None:
         for ahead in self._aheads():
@@ -97,7 +96,7 @@ class ProxySystem(System):
             return np.full(len(directions), bare) if field is None else field.height(directions)
 
         level = -np.inf if sea is None else sea.sea_level_m
-        if float(np.linalg.norm(frame.camera.position_m)) - radius < level:
+        if frame.camera.distance_m - radius < level:
             level = -np.inf  # a diver is near the bed, not near the surface
 
         def surface(directions: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -146,8 +145,7 @@ class ProxySystem(System):
         limits = (0.0, 0.0) if field is None else (field.lowest_m, field.highest_m)
 
         def shown_by(cell: ProxyCell) -> bool:
-            foot = camera_m / np.linalg.norm(camera_m)
-            return may_wait(cell, camera_m, float(surface(foot[None])[0]), level_m, limits)
+            return may_wait(cell, camera_m, float(surface(frame.camera.direction[None])[0]), level_m, limits)
 
         moving = waits and previous is not None
         if previous is not None:
@@ -227,7 +225,7 @@ class ProxySystem(System):
         tops += [] if clouds is None else [float(layer.top_m) for layer in (clouds, *clouds.layers)]
         camera, reach = frame.camera, radius + max(tops)
         pixel = (camera.tan_top - camera.tan_bottom) / frame.size[1]
-        if 2.0 * reach < _LEAST_PX * pixel * float(np.linalg.norm(camera.position_m)):
+        if 2.0 * reach < _LEAST_PX * pixel * camera.distance_m:
             return False
         return not out_of_view(camera, -camera.position_m, reach)
 
@@ -243,7 +241,7 @@ class ProxySystem(System):
         lattice = cell.anchor()
         bed = float(ground(lattice.direction[None])[0])
         top = bed if sea is None else max(bed, sea.sea_level_m)
-        altitude = float(np.linalg.norm(camera_m)) - radius
+        altitude = length(camera_m) - radius
         # Near the nearest surface: the sea's for a camera above it, the camera's own depth below it, else the ground.
         height = round(float(np.clip(altitude, bed, top)) / _HEIGHT_STEP_M) * _HEIGHT_STEP_M
         anchor = lattice.direction * (radius + height)
@@ -256,8 +254,7 @@ class ProxySystem(System):
         camera = frame.camera
         block = self._frame_block
         terms = projection_terms(camera)
-        distance = float(np.linalg.norm(camera.position_m))
-        zenith = camera.position_m / distance
+        distance, zenith = camera.distance_m, camera.direction
         offset = camera.position_m - view.anchor_m
         width, height = frame.size
         x_px, y_px = frame.jitter_px
@@ -267,15 +264,15 @@ class ProxySystem(System):
         # Water may cut the near plane: each pixel is then seen from the side of it that its lens is on.
         near = near_plane_m(abs(distance - radius - view.ground_m))
         sun = frame.sun
-        block.camera_right = (*camera.right, 0.0)
-        block.camera_up = (*camera.up, 0.0)
-        block.camera_forward = (*camera.forward, 0.0)
+        block.camera_right = (*camera.right.tolist(), 0.0)
+        block.camera_up = (*camera.up.tolist(), 0.0)
+        block.camera_forward = (*camera.forward.tolist(), 0.0)
         block.projection = terms
-        block.camera_offset = (*offset, near)
-        block.camera_zenith = (*zenith, distance - radius)
-        block.anchor_up = (*view.lattice.direction, view.anchor_height_m)
-        block.sun_direction = (*sun.direction, sun.angular_radius_rad)
-        block.sun_irradiance = (*sun.irradiance, 0.0)
+        block.camera_offset = (*offset.tolist(), near)
+        block.camera_zenith = (*zenith.tolist(), distance - radius)
+        block.anchor_up = (*view.lattice.direction.tolist(), view.anchor_height_m)
+        block.sun_direction = (*sun.direction.tolist(), sun.angular_radius_rad)
+        block.sun_irradiance = (*sun.irradiance.tolist(), 0.0)
         block.viewport = (width, height, 1.0 / width, 1.0 / height)
         block.clock = (frame.time_s % 4096.0, 0.0, 0.0, 2.0 * terms[1] / height)
         self._frame_ubo.write(block)
@@ -288,13 +285,11 @@ class ProxySystem(System):
         top_m = frame.world.try_resource("sea_top_m")
         if distance - radius < (drawn_lowest if top_m is None else max(drawn_lowest, top_m)):
             drawn_lowest = lowest  # under water the bed is what hides
-        planet = PlanetBlock(
-            radii=(radius, highest, lowest, drawn_lowest),
-            sea=(0.0, 0.0, 0.0, 0.0) if sea is None else (sea.sea_level_m, 1.0, 0.0, 0.0),
-        )
-        if planet != self._planet_written:
-            self._planet_ubo.write(planet)
-            self._planet_written = planet
+        radii = (radius, highest, lowest, drawn_lowest)
+        water = (0.0, 0.0, 0.0, 0.0) if sea is None else (sea.sea_level_m, 1.0, 0.0, 0.0)
+        if (radii, water) != self._planet_written:
+            self._planet_ubo.write(PlanetBlock(radii=radii, sea=water))
+            self._planet_written = (radii, water)
         self._planet_ubo.bind()
         if self._uploaded != (frame.view_index, view.generation):
             self._lattice.write(view.lattice.block.tobytes())

@@ -8,6 +8,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.space import length
 from ...engine.surface.coverage import proxy_coverage
 from ...engine.surface.proxy import LOWEST_ALTITUDE_M, ProxyCell
 
@@ -40,7 +41,7 @@ def may_wait(cell: ProxyCell, position_m: Floats, here_m: float, sea_m: float, g
     ground_m: (lowest, highest) ground, above the reference sphere.
     """
     radius = cell.radius_m
-    distance = float(np.linalg.norm(position_m))
+    distance = length(position_m)
     altitude = distance - radius
     if (altitude < sea_m) is not (cell.altitude_m < sea_m):
         return False  # under water other cells hide
@@ -59,7 +60,7 @@ def may_wait(cell: ProxyCell, position_m: Floats, here_m: float, sea_m: float, g
 
 
 def _angle(a: Floats, b: Floats) -> float:
-    return 2.0 * math.atan2(float(np.linalg.norm(a - b)), float(np.linalg.norm(a + b)))
+    return 2.0 * math.atan2(length(a - b), length(a + b))
 
 
 def _coarser(cell: ProxyCell, aside_rad: float, above_m: float) -> float:
@@ -88,7 +89,7 @@ class Motion:
         self._lasts_s.append(dt_s)
         # A frame that took long says how fast the camera is, not how long the next ones take.
         usual = min(self._lasts_s) / dt_s if dt_s > 0.0 else 1.0
-        distance = float(np.linalg.norm(position_m))
+        distance = length(position_m)
         foot, above = position_m / distance, max(distance - radius_m - ground_m, LOWEST_ALTITUDE_M)
         if self._distance_m is not None and self._last is not None:
             self._turn = usual * (foot - self._last[0])
@@ -123,7 +124,7 @@ class Motion:
     def _room(self, most: int) -> float:
         """How many frames there may be from one snap to the next."""
         assert self._last is not None and self._distance_m is not None
-        sideways = float(np.linalg.norm(self._turn)) * self._distance_m / self._last[1]
+        sideways = length(self._turn) * self._distance_m / self._last[1]
         pace = max(abs(self._growth) / math.log(_PACE), sideways / math.sqrt(_PACE**2 - 1.0))
         return min(most + _BESIDES, 1.0 / max(pace, 1e-9))
 
@@ -136,10 +137,10 @@ class Motion:
         limit = 1.5 * math.log(_PACE)
         grown = above * math.exp(min(max(self._growth * ahead, -limit), limit))
         way = self._way(ahead)
-        aside = float(np.linalg.norm(self._turn)) * self._distance_m / above
+        aside = length(self._turn) * self._distance_m / above
         farthest = 1.5 * math.sqrt(_PACE**2 - 1.0)
         aimed = foot + self._turn * (way if aside * way <= farthest else farthest / aside)
-        return aimed / np.linalg.norm(aimed), grown
+        return aimed / length(aimed), grown
 
     def _way(self, frames: float) -> float:
         """How many times as far as in the last frame a camera flies in so many: its speed goes with its height."""

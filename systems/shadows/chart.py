@@ -63,8 +63,9 @@ CHARTS = _charts()
 
 def nearest_chart(direction: Floats, previous: Chart | None = None) -> Chart:
     """The chart to use at a unit direction (3,): `previous` while no other is clearly nearer."""
-    cosines = np.array([chart.axes[2] @ direction for chart in CHARTS])
-    best = int(np.argmax(cosines))
+    x, y, z = direction.tolist()
+    cosines = (x, -x, y, -y, z, -z)
+    best = cosines.index(max(cosines))
     if previous is not None and cosines[best] < _HYSTERESIS * cosines[previous.number] and cosines[best] < 1.0:
         return previous
     return CHARTS[best]

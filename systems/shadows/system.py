@@ -189,9 +189,7 @@ class ShadowSystem(System):
         """Where the windows are to be, and what that leaves to do."""
         field, sun, hurry = frame.world.resource("height_field"), frame.sun, view.hurry
         radius = frame.world.get(frame.planet, Planet).radius_m
-        distance = float(np.linalg.norm(frame.camera.position_m))
-        direction = frame.camera.position_m / distance
-        altitude = distance - radius
+        direction, altitude = frame.camera.direction, frame.camera.distance_m - radius
         windows = view.windows
         reach = reach_of(
             direction,
@@ -206,7 +204,9 @@ class ShadowSystem(System):
             self._per_pixel,
             windows.chart,
         )
-        if view.sun is None or float(np.abs(sun.direction - view.sun.direction).max()) > _SUN_STEP_RAD:
+        if view.sun is None or (
+            view.sun is not sun and float(np.abs(sun.direction - view.sun.direction).max()) > _SUN_STEP_RAD
+        ):
             # One sun at a time: the sweep under way ends first.
             if hurry or all(level.swept == view.sun_number for level in windows.levels):
                 view.sun = sun
@@ -233,23 +233,27 @@ class ShadowSystem(System):
         # Counted from the finest wanted level: what is there now comes in slowly, what is not can't be shown.
         step = 32.0 if view.hurry else dt_s / _FADE_S
         view.finest = max(missing, view.finest - step)
-        block.axis_x = (*axes[0], p0[0])
-        block.axis_y = (*axes[1], p0[1])
-        block.axis_z = (*axes[2], 1.0 + float(axes[2] @ anchor))
+        x0, y0 = p0.tolist()
+        right, up, out = axes.tolist()
+        block.axis_x = (*right, x0)
+        block.axis_y = (*up, y0)
+        block.axis_z = (*out, 1.0 + float(axes[2] @ anchor))
         block.scale = (frequency, 1.0 / frequency, radius, radius * reach.chart.scale(p0))
-        block.view = (*(reach.foot - p0), windows.half, view.finest - missing)
+        block.view = (*(reach.foot - p0).tolist(), windows.half, view.finest - missing)
         texel_m = radius * reach.chart.scale(p0) / frequency
-        place = [math.ldexp(float(v), finest) for v in p0]
+        place = [math.ldexp(x0, finest), math.ldexp(y0, finest)]
         whole = [math.floor(v) for v in place]
         block.detail = (1.0 / (self._per_pixel * texel_m), sea_m, place[0] - whole[0], place[1] - whole[1])
         block.anchor = (*whole, finest, windows.side)
         assert view.sun is not None
-        block.sun = (*(axes @ view.sun.direction), view.sun.angular_radius_rad)
+        block.sun = (*(axes @ view.sun.direction).tolist(), view.sun.angular_radius_rad)
         block.counts = (len(levels), windows.size, int(shown[1]), int(shown[0]))
-        for number, level in enumerate(levels):
-            at = [math.ldexp(float(v), level.power) - c for v, c in zip(p0, level.corner, strict=True)]
-            wrap = [c % windows.side for c in level.corner]
-            block.window[number] = (*at, *wrap)
+        rows: list[tuple[float, ...]] = []
+        side = windows.side
+        for level in levels:
+            power, (x, y) = level.power, level.corner
+            rows.append((math.ldexp(x0, power) - x, math.ldexp(y0, power) - y, x % side, y % side))
+        block.window[: len(rows)] = rows
         view.ubo.write(block)
 
     def settled(self) -> bool:

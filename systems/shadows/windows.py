@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.space import length
 from .block import MOST_LEVELS
 from .chart import Chart, nearest_chart
 
@@ -88,7 +89,7 @@ def reach_of(
         return math.acos(min(ground / max(radius_m + height_m, ground), 1.0))
 
     angle = min(dip(max(altitude_m, low)) + 2.0 * dip(high), _FARTHEST_RAD)
-    away = 2.0 * math.atan(float(np.linalg.norm(foot)))  # of the foot from the chart's middle
+    away = 2.0 * math.atan(length(foot))  # of the foot from the chart's middle
     edge = min(0.5 * (away + angle), 1.35)
     extent = math.tan(edge) - math.tan(0.5 * away)
     half = 0.5 * size - _SLACK - _FRINGE
@@ -129,34 +130,36 @@ class Windows:
         if reach.chart is not self.chart:
             self.chart = reach.chart
             self.levels = []
-        kept = {level.power: level for level in self.levels}
+        kept, foot = {level.power: level for level in self.levels}, reach.foot.tolist()
         coarsest = max(reach.coarsest, reach.finest - self.layers + 1)
         self.levels = []
         complete = True
         for power in range(coarsest, reach.finest + 1):
             level = kept.get(power)
-            moved = None if level is None else self._moved(level, reach.foot)
+            moved = None if level is None else self._moved(level, foot)
             if moved is None:
                 if new_levels <= 0 and self.levels:
                     complete = False
                     break
                 new_levels -= 1
-                corner = self._corner(power, reach.foot)
+                corner = self._corner(power, foot)
                 level = Level(power, corner, fresh=[(0, 0, self.size, self.size)])
             else:
                 level = moved
             self.levels.append(level)
         return complete
 
-    def _corner(self, power: int, foot: Floats) -> tuple[int, int]:
-        middle = [BLOCK * round(math.ldexp(float(v), power) / BLOCK) for v in foot]
+    def _corner(self, power: int, foot: Sequence[float]) -> tuple[int, int]:
+        middle = [BLOCK * round(math.ldexp(v, power) / BLOCK) for v in foot]
         return middle[0] - self.size // 2, middle[1] - self.size // 2
 
-    def _moved(self, level: Level, foot: Floats) -> Level | None:
+    def _moved(self, level: Level, foot: Sequence[float]) -> Level | None:
         """The level at its new place, None if it holds nothing of it."""
-        half = self.size // 2
-        off = [math.ldexp(float(v), level.power) - (c + half) for v, c in zip(foot, level.corner, strict=True)]
-        if max(abs(v) for v in off) <= _SLACK:
+        half, power, (x, y) = self.size // 2, level.power, level.corner
+        if (
+            abs(math.ldexp(foot[0], power) - (x + half)) <= _SLACK
+            and abs(math.ldexp(foot[1], power) - (y + half)) <= _SLACK
+        ):
             return level
         corner = self._corner(level.power, foot)
         dx, dy = corner[0] - level.corner[0], corner[1] - level.corner[1]

@@ -78,7 +78,7 @@ class SkySystem(System):
         top_m = frame.world.try_resource("air_top_m")
         if top_m is None:
             return
-        distance = float(np.linalg.norm(frame.camera.position_m))
+        distance = frame.camera.distance_m
         reach = (frame.world.get(frame.planet, Planet).radius_m + top_m) / distance
         pixel = (frame.camera.tan_top - frame.camera.tan_bottom) / frame.size[1]
         if 2.0 * reach <= pixel:
@@ -175,6 +175,9 @@ class StarsSystem(System):
     def __init__(self) -> None:
         self._catalogue: tuple[int, int] = (-1, -1)
         self._map_seed = -1
+        self._axes: Any = None
+        self._star_axes: tuple[float, ...] = ()
+        self._galactic_axes: tuple[float, ...] = ()
 
     def setup(self, setup: Setup) -> None:
         self._gpu = gpu = setup.gpu
@@ -246,17 +249,23 @@ class StarsSystem(System):
         self._expose(frame, stars)
         if not frame.backdrop:
             self._shown[frame.view_index].hidden = True
-        found = frame.world.resources.get("star_axes")
-        axes = np.eye(3) if found is None else np.asarray(found)
-        # GLSL reads matrices column by column: the transpose of the row order of numpy.
+        self._turn_stars(frame.world.try_resource("star_axes"))
         clear = bool(frame.world.query(Atmosphere)) and not planet_seen(frame.world, frame.view_index)()
         self._clear[frame.view_index] = clear
         points, galaxy = self._drawer(clear)
-        points.set("u_star_axes", np.ascontiguousarray(axes.T, dtype=np.float32))
+        points.set("u_star_axes", self._star_axes)
         points.set("u_brightness", float(stars.brightness))
-        galaxy.set("u_galactic_axes", np.ascontiguousarray((GALACTIC_AXES @ axes.T).T, dtype=np.float32))
+        galaxy.set("u_galactic_axes", self._galactic_axes)
         galaxy.set("u_brightness", float(stars.brightness) * min(float(stars.density), 1.0))
         self._map.set("u_seed", self._map_seed & 0xFFFF)
+
+    def _turn_stars(self, found: Any) -> None:
+        """The matrices of a moment, as GLSL reads them: column by column, the transpose of the row order of numpy."""
+        axes = np.eye(3) if found is None else np.asarray(found)
+        if self._axes is None or not np.array_equal(axes, self._axes):
+            self._axes = np.array(axes)
+            self._star_axes = tuple(axes.T.astype(np.float32).ravel().tolist())
+            self._galactic_axes = tuple((GALACTIC_AXES @ axes.T).T.astype(np.float32).ravel().tolist())
 
     def _expose(self, frame: Frame, stars: Stars) -> None:
         """What can show of stars and galaxy, as far as it is known before the frame's exposure is."""
