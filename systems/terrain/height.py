@@ -14,6 +14,7 @@ Directions are unit vectors (N, 3) in planet axes; heights are metres above the 
 
 from __future__ import annotations
 
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -84,6 +85,12 @@ def height_and_gradient(
     return heights, gradients
 
 
+@lru_cache(maxsize=16)
+def _places(params: TerrainParams) -> dict[bytes, float]:
+    """The heights that are remembered of this ground: several fields may be of the same."""
+    return {}
+
+
 class TerrainField:
     """The ground of one planet as a HeightField (engine/surface/field.py).
 
@@ -94,7 +101,7 @@ class TerrainField:
     def __init__(self, params: TerrainParams) -> None:
         self.params = params
         self.model = model_of(params)
-        self._known: dict[bytes, float] = {}
+        self._known = _places(params)
 
     @property
     def highest_m(self) -> float:

@@ -37,7 +37,7 @@ def layer_weight(wavelength_m: float | Floats, spacing_m: float | Floats) -> Flo
 def heights(points: Floats, model: Model) -> Floats:
     w1, c, b, shapes, z = noises(points, model)
     added, rougher = _added(points, model)
-    if points.shape[1] <= FEW_POINTS:  # plain floats are ten times faster than arrays of one
+    if 0 < points.shape[1] <= FEW_POINTS:  # plain floats are ten times faster than arrays of one
         parts = (*w1, c, b, *shapes, z, added, rougher)
         rows = [v.tolist() if isinstance(v, np.ndarray) else [v] * points.shape[1] for v in parts]
         return np.array([surface(model.constants, *values) for values in zip(*rows, strict=True)])
@@ -107,7 +107,7 @@ def _weighted(weights: Floats, values: Floats) -> Floats:
     """weights (R, K) @ values (K, N), each point for itself: a BLAS product's last bits depend on where in the batch a
     point stands, and neighbouring patches of ground would not meet. A few points are faster the other way."""
     count = values.shape[1]
-    if count <= FEW_POINTS:
+    if 0 < count <= FEW_POINTS:
         return np.array([weights @ point for point in np.ascontiguousarray(values.T)]).T
     if count <= _FEW:
         return weights @ values
