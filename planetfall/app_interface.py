@@ -129,11 +129,9 @@ class FlightInterface:
         shown = app.shown
         data = HudData(message=shown.message, errors=_errors(app), controls=_help(app) if helps else ())
         if shown.numbers:
-            data.fps, data.frame_ms, data.history_ms = (
-                self._history.fps,
-                self._history.mean_ms,
-                self._history.values_ms,
-            )
+            mean_ms = self._history.mean_ms
+            data.fps, data.frame_ms = 1000.0 / mean_ms if mean_ms > 0.0 else 0.0, mean_ms
+            data.history_ms = self._history.values_ms
             data.cells, data.vertices, data.triangles = (
                 shown.stats.get(name) for name in ("cells", "vertices", "triangles")
             )

@@ -31,6 +31,9 @@ _BUTTONS = {"left": 0, "right": 1, "middle": 2}
 _ODD_KEYS = {"grave": "grave_accent", **{key: f"{key}_arrow" for key in ("left", "right", "up", "down")}}
 _FIRST_BYTES = 1 << 16
 
+_Command = tuple[int, tuple[int, int, int, int], int, int]
+"""Texture, scissor, number of indices, the first of them."""
+
 
 class ImguiBackend:
     """An ImGui context with its renderer.
@@ -72,6 +75,8 @@ class ImguiBackend:
         self._mouse = True
         self._released = False
         self._draw_data: Any = None
+        self._commands: list[_Command] | None = None
+        self._extent = (0, 0)
         self._scale = 1.0
         self._keys = {key: getattr(imgui.Key, _imgui_name(key)) for key in KEYS}
         previous = imgui.get_current_context()
@@ -218,12 +223,12 @@ class ImguiBackend:
                 self._drop_frame(io, start)
                 raise
             imgui.render()
-            self._draw_data = imgui.get_draw_data()
+            self._draw_data, self._commands = imgui.get_draw_data(), None
 
     def _drop_frame(self, io: Any, start: Any) -> None:
         """Close what an exception left open (windows, groups, pushed styles) and end the frame without a picture."""
         imgui = self.imgui
-        self._draw_data = None
+        self._draw_data = self._commands = None
         settings = io.config_error_recovery_enable_assert, io.config_error_recovery_enable_debug_log
         io.config_error_recovery_enable_assert = io.config_error_recovery_enable_debug_log = False
         imgui.internal.error_recovery_try_to_recover_state(start)
@@ -231,50 +236,61 @@ class ImguiBackend:
         imgui.end_frame()
 
     def render(self, framebuffer: moderngl.Framebuffer) -> None:
-        """Draw the last frame over the whole framebuffer. Leaves it bound, with default render state."""
+        """Draw the last frame over the whole framebuffer; may be called again for the same one. Leaves it bound, with
+        default render state."""
         if self._draw_data is None:
             return
-        with self.current():
-            data = self._draw_data
-            for texture in data.textures:
-                if texture.status != self.imgui.ImTextureStatus.ok:
-                    self._update_texture(texture)
-            width = round(data.display_size.x * data.framebuffer_scale.x)
-            height = round(data.display_size.y * data.framebuffer_scale.y)
-            if width < 1 or height < 1:
-                return
-            viewport = framebuffer.viewport
-            framebuffer.use()
-            framebuffer.viewport = (0, 0, width, height)
-            with self._gpu.frame():
-                self._state.apply()
-                self._sampler.use(0)
-                self._draw(framebuffer, data, width, height)
-                self._sampler.clear(0)
-            target: Any = framebuffer  # its type does not know that None turns the scissor off
-            target.scissor, target.viewport = None, viewport
+        if self._commands is None:
+            with self.current():
+                self._commands = self._take(self._draw_data)
+        width, height = self._extent
+        if width < 1 or height < 1:
+            return
+        viewport = framebuffer.viewport
+        framebuffer.use()
+        framebuffer.viewport = (0, 0, width, height)
+        with self._gpu.frame():
+            self._state.apply()
+            self._sampler.use(0)
+            self._draw(framebuffer, self._commands)
+            self._sampler.clear(0)
+        target: Any = framebuffer  # its type does not know that None turns the scissor off
+        target.scissor, target.viewport = None, viewport
 
-    def _draw(self, framebuffer: moderngl.Framebuffer, data: Any, width: int, height: int) -> None:
-        commands = self._upload(data)
-        x0, y0 = data.display_pos.x, data.display_pos.y
-        scale_x, scale_y = data.framebuffer_scale.x, data.framebuffer_scale.y
-        unit_x, unit_y = 2.0 / data.display_size.x, -2.0 / data.display_size.y
+    def _take(self, data: Any) -> list[_Command]:
+        """Take over a frame that was laid out: textures, vertices, and what to draw of them."""
+        for texture in data.textures:
+            if texture.status != self.imgui.ImTextureStatus.ok:
+                self._update_texture(texture)
+        size, scale, place = data.display_size, data.framebuffer_scale, data.display_pos
+        scale_x, scale_y, x0, y0 = scale.x, scale.y, place.x, place.y
+        self._extent = width, height = round(size.x * scale_x), round(size.y * scale_y)
+        found: list[_Command] = []
+        if width < 1 or height < 1:
+            return found
+        unit_x, unit_y = 2.0 / size.x, -2.0 / size.y
         self._program.set("u_transform", (unit_x, unit_y, -1.0 - x0 * unit_x, 1.0 - y0 * unit_y))
-        bound = None
-        for first, command in commands:
+        for first, command in self._upload(data):
             left, top, right, bottom = command.clip_rect
             left, right = max(int((left - x0) * scale_x), 0), min(int((right - x0) * scale_x), width)
             top, bottom = max(int((top - y0) * scale_y), 0), min(int((bottom - y0) * scale_y), height)
-            if right <= left or bottom <= top or not command.elem_count:
-                continue
-            texture = self._textures.get(command.tex_ref.get_tex_id())
-            if texture is None:  # forgotten while it was still shown: one frame without it
+            count = command.elem_count
+            if right > left and bottom > top and count:
+                scissor = (left, height - bottom, right - left, bottom - top)
+                found.append((command.tex_ref.get_tex_id(), scissor, count, first + command.idx_offset))
+        return found
+
+    def _draw(self, framebuffer: moderngl.Framebuffer, commands: list[_Command]) -> None:
+        bound = None
+        for name, scissor, count, first in commands:
+            texture = self._textures.get(name)
+            if texture is None:  # forgotten while it was still shown: without it
                 continue
             if texture is not bound:
                 texture.use(0)
                 bound = texture
-            framebuffer.scissor = (left, height - bottom, right - left, bottom - top)
-            self._array.render(moderngl.TRIANGLES, vertices=command.elem_count, first=first + command.idx_offset)
+            framebuffer.scissor = scissor
+            self._array.render(moderngl.TRIANGLES, vertices=count, first=first)
 
     def _content(self) -> list[tuple[Any, ...]]:
         return [(self._vertices, "2f 2f 4f1", "in_position", "in_uv", "in_color")]

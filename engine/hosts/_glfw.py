@@ -66,9 +66,11 @@ class GlfwPlatform:
         self._focused = bool(glfw.get_window_attrib(self._native, glfw.FOCUSED))
         self._minimised = bool(glfw.get_window_attrib(self._native, glfw.ICONIFIED))
         self._pixels: tuple[int, int] | None = None
+        self._scale: float | None = None
         glfw.set_window_focus_callback(self._native, self._on_focus)
         glfw.set_window_iconify_callback(self._native, self._on_iconify)
         glfw.set_framebuffer_size_callback(self._native, self._on_framebuffer_size)
+        glfw.set_window_content_scale_callback(self._native, self._on_scale)
         glfw.set_cursor_enter_callback(self._native, self._on_cursor_enter)
 
     @staticmethod
@@ -87,6 +89,9 @@ class GlfwPlatform:
     def _on_framebuffer_size(self, _window: object, width: int, height: int) -> None:
         self._pixels = (width, height)
 
+    def _on_scale(self, _window: object, across: float, _down: float) -> None:
+        self._scale = float(across)
+
     def _on_cursor_enter(self, _window: object, entered: int) -> None:
         if not entered and not self._window.mouse_exclusivity:
             self._send(PointerLeft())
@@ -104,7 +109,9 @@ class GlfwPlatform:
 
     def display_scale(self) -> float:
         """How much larger than at 96 dpi things should be drawn, in framebuffer pixels."""
-        return float(glfw.get_window_content_scale(self._native)[0])
+        if self._scale is None:
+            self._scale = float(glfw.get_window_content_scale(self._native)[0])
+        return self._scale
 
     def framebuffer_size(self) -> tuple[int, int]:
         if self._pixels is None:
@@ -141,7 +148,7 @@ class GlfwPlatform:
             handle = glfw.get_monitors()[monitor]
             mode = glfw.get_video_mode(handle)
             glfw.set_window_monitor(self._native, handle, 0, 0, *mode.size, mode.refresh_rate)
-        self._pixels = None
+        self._pixels = self._scale = None
         glfw.swap_interval(int(vsync))  # some systems forget it with the change
 
     def clipboard(self) -> str:

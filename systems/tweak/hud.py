@@ -8,6 +8,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -44,8 +45,8 @@ class FrameHistory:
     @property
     def mean_ms(self) -> float:
         """Mean of the last 30 frames."""
-        recent = self.values_ms[-30:]
-        return float(recent.mean()) if len(recent) else 0.0
+        recent = self.values_ms[-30:].tolist()
+        return sum(recent) / len(recent) if recent else 0.0
 
     @property
     def fps(self) -> float:
@@ -128,17 +129,23 @@ def draw_hud(
 
 def _begin(imgui: Any, name: str, x: float, y: float, pivot_x: float, pivot_y: float, alpha: float = 0.6) -> None:
     """A window that is in nobody's way: it takes no input and sizes itself."""
-    flags = imgui.WindowFlags_
     imgui.set_next_window_pos(imgui.ImVec2(x, y), imgui.Cond_.always, imgui.ImVec2(pivot_x, pivot_y))
     imgui.set_next_window_bg_alpha(alpha)
-    imgui.begin(
-        name,
-        flags=flags.no_decoration
+    imgui.begin(name, flags=_window_flags())
+
+
+@cache
+def _window_flags() -> int:
+    from imgui_bundle import imgui
+
+    flags = imgui.WindowFlags_
+    return int(
+        flags.no_decoration
         | flags.no_inputs
         | flags.no_nav
         | flags.always_auto_resize
         | flags.no_focus_on_appearing
-        | flags.no_bring_to_front_on_focus,
+        | flags.no_bring_to_front_on_focus
     )
 
 
