@@ -13,7 +13,7 @@ from .app_journey_window import JourneyWindow
 from .app_panels import SettingsWindow
 from .components import DebugView
 from .engine.gpu import Gpu
-from .engine.input import Focus, MouseMove
+from .engine.input import Focus, InputEvent, KeyEvent, MouseMove
 from .faults import Fault, Faults
 from .systems.tweak import FrameHistory, HudData, apply_style, draw_hud
 
@@ -28,6 +28,12 @@ __all__ = ["FlightInterface"]
 _FRAMES = 240
 _TRACE_LINES = 9
 """Of a traceback that are shown; the log has all."""
+
+_LAID_OUT_S = 0.045
+"""Nobody reads faster than this: while nobody does anything, so often numbers and windows are laid out anew, unless
+something else is to be shown. Frames in between draw them again as they were, at a tenth of the cost."""
+_AWAKE_S = 0.3
+"""After the last event that windows could take they are laid out in every frame for so long."""
 
 _CLOCK_EVERY_S = 0.1
 """So often the clock by the sun is worked out anew: where the sun stands takes longer than all other lines."""
@@ -48,6 +54,9 @@ class FlightInterface:
         self._scope: Any = None
         self._ui: Any = None
         self._shows = False
+        self._laid_out: tuple[Any, ...] = ()
+        self._age_s = self._quiet_s = 0.0
+        self._missed: tuple[InputEvent, ...] = ()
         self._clock: tuple[float, str] = (-1.0, "")
         self._history = FrameHistory(_FRAMES)
         self._settings = SettingsWindow(scene, self._history)
@@ -60,33 +69,58 @@ class FlightInterface:
         self._history.add(dt_s * 1e3)
         self._settings.remember(app)
         shown = app.shown
-        wanted = bool(shown.help or shown.numbers or shown.panels or shown.journey or shown.message or _errors(app))
+        errors = _errors(app)
+        wanted = bool(shown.help or shown.numbers or shown.panels or shown.journey or shown.message or errors)
         if not wanted:
-            self._shows = False
+            self._shows, self._laid_out = False, ()
             return
         ui = self._backend()
         if not self._shows:  # it has missed events: no key is down that it knows of
             self._shows = True
             ui.feed((Focus(False), Focus(True)))
+        size, ratio = self._window.size, self._window.pixel_ratio
         ui.scale = self._window.ui_scale
-        events = state.events
-        if self._settings.controls.waiting:  # what is pressed now is to be bound, and means nothing else
-            self._settings.controls.take(state, app)
-            state.consume(keyboard=True, mouse=True, pad=True)
-            events = tuple(event for event in events if isinstance(event, MouseMove | Focus))
-        frame = ui.frame(self._window.size, dt_s, self._window.pixel_ratio, events=events, mouse=not app.looking)
-        with frame as imgui:
-            right = self._settings.width(imgui) if shown.panels else 0.0
-            helps = shown.help and not shown.panels
-            draw_hud(self._hud(app, helps), numbers=shown.numbers, help=helps, right=right)
-            if shown.panels:
-                self._settings.draw(imgui, app)
-            if shown.journey:
-                self._journey.draw(imgui, app)
+        laid_out = (shown.help, shown.numbers, shown.panels, shown.journey, shown.message, errors, size, ratio, ui.scale)
+        self._missed += state.events
+        if not self._may_wait(state, app, laid_out, dt_s):
+            self._lay_out(state, app, errors)
         # F1, F3 and the like go on working while a slider has the focus; only typing takes the keyboard. With Ctrl
         # held, keys are the settings' (undo), not the ship's.
         shortcut = shown.panels and not app.looking and bool({"left_ctrl", "right_ctrl"} & state.keys_held)
         state.consume(keyboard=ui.wants_text or shortcut, mouse=ui.wants_mouse and not app.looking)
+
+    def _lay_out(self, state: InputState, app: FlightApp, errors: tuple[str, ...]) -> None:
+        """One frame of ImGui, for as long as the last one was shown."""
+        shown, window = app.shown, self._window
+        dt_s, self._age_s = self._age_s, 0.0
+        events, self._missed = self._missed, ()
+        if self._settings.controls.waiting:  # what is pressed now is to be bound, and means nothing else
+            self._settings.controls.take(state, app)
+            state.consume(keyboard=True, mouse=True, pad=True)
+            events = tuple(event for event in events if isinstance(event, MouseMove | Focus))
+        frame = self._ui.frame(window.size, dt_s, window.pixel_ratio, events=events, mouse=not app.looking)
+        with frame as imgui:
+            right = self._settings.width(imgui) if shown.panels else 0.0
+            helps = shown.help and not shown.panels
+            draw_hud(self._hud(app, helps, errors), numbers=shown.numbers, help=helps, right=right)
+            if shown.panels:
+                self._settings.draw(imgui, app)
+            if shown.journey:
+                self._journey.draw(imgui, app)
+
+    def _may_wait(self, state: InputState, app: FlightApp, laid_out: tuple[Any, ...], dt_s: float) -> bool:
+        """Whether what was laid out last may be shown once more: it is young, and nothing has happened to it."""
+        self._age_s += dt_s
+        windows = app.shown.panels or app.shown.journey
+        busy = laid_out != self._laid_out or self._ui.wants_text or self._settings.controls.waiting
+        if windows and not app.looking:
+            busy = busy or bool(state.events) or bool(state.buttons_held)
+        elif windows:
+            busy = busy or any(isinstance(event, KeyEvent) for event in state.events)
+        self._laid_out = laid_out
+        self._quiet_s = 0.0 if busy else self._quiet_s + dt_s
+        # A window that is new, or has grown, has its size one layout later.
+        return self._quiet_s > (_AWAKE_S if windows else dt_s) and self._age_s < _LAID_OUT_S
 
     def draw(self, app: FlightApp) -> None:
         if self._shows:
@@ -125,9 +159,9 @@ class FlightInterface:
                 apply_style(imgui)
         return self._ui
 
-    def _hud(self, app: FlightApp, helps: bool) -> HudData:
+    def _hud(self, app: FlightApp, helps: bool, errors: tuple[str, ...]) -> HudData:
         shown = app.shown
-        data = HudData(message=shown.message, errors=_errors(app), controls=_help(app) if helps else ())
+        data = HudData(message=shown.message, errors=errors, controls=_help(app) if helps else ())
         if shown.numbers:
             mean_ms = self._history.mean_ms
             data.fps, data.frame_ms = 1000.0 / mean_ms if mean_ms > 0.0 else 0.0, mean_ms

@@ -74,6 +74,43 @@ def test_without_anything_to_show_imgui_does_not_run(desk: Desk, gpu: Any) -> No
     desk.interface._ui = ui
 
 
+def test_who_does_nothing_sees_the_last_layout_drawn_again(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Twenty layouts a second; in every frame where there is input, or something else to show."""
+    desk.app.shown.numbers = True
+    desk.frames(3)
+    ui = desk.interface._ui
+    laid_out: list[float] = []
+    plain = ui.frame
+
+    def frame(size: Any, dt_s: float, *arguments: Any, **given: Any) -> Any:
+        laid_out.append(dt_s)
+        return plain(size, dt_s, *arguments, **given)
+
+    monkeypatch.setattr(ui, "frame", frame)
+    desk.frames(30)
+    assert len(laid_out) == 10 and sum(laid_out) == pytest.approx(0.5)
+    before = desk.pixels()
+    desk.frames(1)
+    assert (np.abs(desk.pixels() - before)[:100, :200].max(axis=2) < 40).mean() > 0.9  # drawn in each frame
+    laid_out.clear()
+    desk.app.say("hello")
+    desk.frames(2)
+    assert len(laid_out) == 2
+    desk.app.shown.panels = True
+    desk.frames(40)
+    laid_out.clear()
+    desk.frames(30)
+    assert len(laid_out) == 10
+    for x in range(10):
+        desk.window.events = [MouseMove(500, 300 + x, 0, 0)]
+        desk.frames(1)
+    assert len(laid_out) == 20
+    desk.window.events = [KeyEvent("left_ctrl", True)]
+    for _ in range(30):  # held, the keyboard is the settings' in frames between as well
+        desk.frames(1)
+        assert not desk.window.state.keys_held
+
+
 def test_a_knob_changes_the_planet_in_the_next_frame_and_reset_brings_it_back(desk: Desk) -> None:
     desk.press("f3")
     before = desk.picture()
