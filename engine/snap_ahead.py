@@ -15,7 +15,7 @@ from typing import Any
 from .system import Frame
 from .world import World
 
-__all__ = ["HeldScale", "SnapAhead", "at_once", "snap_ahead"]
+__all__ = ["HeldScale", "SnapAhead", "at_once", "goes_on", "snap_ahead"]
 
 _ZOOMED, _ZOOMED_FAR = 0.05, 0.25
 """Cells are chosen anew when a zoom has changed the angle of a pixel by more than this share; by more than the second,
@@ -113,6 +113,12 @@ def snap_ahead(world: World, view_index: int) -> SnapAhead:
         found = SnapAhead()
         world.set_resource(name, found)
     return found
+
+
+def goes_on(frame: Frame) -> bool:
+    """Whether the frame is one of a flight, which comes to need as much room for what is prepared as for what is drawn.
+    Made early, and together, that costs one compilation of the graph; bit by bit it costs three."""
+    return int(frame.settings.get("proxy.ahead_frames", 0)) > 0 and not (frame.settling or frame.one_shot)
 
 
 def at_once(frame: Frame) -> bool:

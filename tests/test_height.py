@@ -114,6 +114,22 @@ def test_batches_single_points_and_blocks_agree():
     assert height(np.empty((0, 3)), EARTH).shape == (0,)
 
 
+@pytest.mark.parametrize("name", WORLDS)
+def test_pairs_have_the_bits_that_each_place_has_alone_and_are_remembered(name, monkeypatch):
+    field, d = TerrainField(WORLDS[name]), sphere(60)
+    alone = np.array([height(place[None], WORLDS[name])[0] for place in d])
+    pairs = np.concatenate([height(d[i : i + 2], WORLDS[name]) for i in range(0, 60, 2)])
+    assert (pairs == alone).all()
+    assert (field.height(d[:2]) == alone[:2]).all()
+    monkeypatch.setattr("planetfall.systems.terrain.height.height", None)  # is not asked again
+    assert field.height(d[1:2]) == alone[1] and TerrainField(WORLDS[name]).height(d[:1]) == alone[0]
+    assert (field.height(d[1::-1]) == alone[1::-1]).all()
+    monkeypatch.undo()
+    for place in d:  # however many are asked for
+        field.height(place[None])
+    assert (field.height(d[:2]) == alone[:2]).all() and len(field._known) < 20
+
+
 def test_poles_and_seams_are_ordinary_places():
     for axis in np.concatenate([np.eye(3), -np.eye(3), sphere(2)]):
         near = axis + 1e-7 * sphere(200, 3)  # within a metre

@@ -10,6 +10,7 @@ import pytest
 
 import planetfall as pf
 from planetfall.benchmarks.measure import descent, snaps
+from planetfall.engine.gpu.cell_mesh import CellMesh
 from planetfall.engine.snap_ahead import HeldScale, SnapAhead, snap_ahead
 from planetfall.engine.surface.proxy import snap_proxy
 from planetfall.systems.proxy.waiting import Motion, may_wait
@@ -305,3 +306,21 @@ def test_a_snap_to_more_cells_than_there_is_room_for_has_the_prepared_vertices(s
         renderer.render(camera, sun=flight.sun, dt_s=flight.frame_s)
         found = [(v.mesh.read_cells().tobytes(), v.mesh.read_vertices().tobytes()) for v in views]
         assert found == wanted and all(v.mesh.capacity >= v.mesh.count > 1 for v in views)
+
+
+@pytest.mark.gpu
+def test_a_flight_makes_room_for_what_it_prepares_with_its_first_frame(monkeypatch: pytest.MonkeyPatch):
+    """And not bit by bit: a graph that is compiled again takes long, and its history is lost."""
+    monkeypatch.setattr(CellMesh.__init__, "__defaults__", (300,))
+    with pf.Renderer(pf.load_scene("earth"), (160, 90), "medium") as renderer:
+        state = renderer.camera_state(pf.view("near"))
+        plans, snapped = set(), 0
+        for step in range(40):
+            position = state.position_m + (3.0 * state.forward + 0.4 * state.up) * step
+            camera = pf.Camera(position_m=position, forward=state.forward, up=state.up)
+            renderer.render(camera, dt_s=1.0 / 60.0)
+            plans.add(id(renderer.graph))
+            snapped += "terrain.fade" in ran(renderer)
+        terrain, _ = systems_of(renderer)
+        assert terrain.mesh.capacity == 600 and snapped
+        assert len(plans) == 1

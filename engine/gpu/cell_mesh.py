@@ -116,6 +116,14 @@ class CellMesh:
             self._topology.write(beside.packed().tobytes())
         return grew
 
+    def reserve(self, capacity: int) -> bool:
+        """Make room for so many cells, before there are any that are wanted: those that are there are lost. Returns
+        True when the capacity grew."""
+        if capacity <= self.capacity:
+            return False
+        self.count = 0
+        return self._make_room(capacity)
+
     def _make_room(self, count: int) -> bool:
         if count <= self.capacity:
             return False

@@ -12,7 +12,7 @@ from ...engine.gpu.cell_mesh import VERTEX_DTYPE, CellMesh
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.planet_seen import planet_seen
 from ...engine.settings import revision
-from ...engine.snap_ahead import HeldScale, snap_ahead
+from ...engine.snap_ahead import HeldScale, goes_on, snap_ahead
 from ...engine.surface.decimation import topology
 from ...engine.system import Frame, Setup, ViewInfo
 from .mesh_choice import SeaAhead, SeaChoice, SeaMaking, choose_sea
@@ -128,6 +128,8 @@ class SeaMeshPasses:
             else:
                 grew = view.mesh.upload(choice.cells, topology(choice.cells))
             changed |= grew
+        if goes_on(frame) and snap.proxy is None and view.prepared < 0:
+            changed |= view.ahead.mesh.reserve(view.mesh.capacity)
         if snap.proxy is not None:
             there, scale = snap.proxy, (edge_px, pixel_angle)
             changed |= view.ahead.update(snap, (there.generation, *rest), scale, lambda: choice_for(there, scale))

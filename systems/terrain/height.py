@@ -14,7 +14,7 @@ Directions are unit vectors (N, 3) in planet axes; heights are metres above the 
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -118,7 +118,7 @@ class TerrainField:
         """Reference radius."""
         return self.params.radius_m
 
-    @property
+    @cached_property
     def steepest(self) -> float:
         """A slope that hardly any ground exceeds."""
         return self.model.steepest

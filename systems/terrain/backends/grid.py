@@ -19,7 +19,7 @@ from ....engine.gpu.cell_mesh import CellMesh
 from ....engine.gpu.layout import Vec4
 from ....engine.graph import GraphBuilder, PassIO
 from ....engine.planet_seen import planet_seen
-from ....engine.snap_ahead import HeldScale, snap_ahead
+from ....engine.snap_ahead import HeldScale, goes_on, snap_ahead
 from ....engine.snap_ahead import at_once as snaps_at_once
 from ....engine.surface.decimation import topology
 from ....engine.system import Frame
@@ -64,6 +64,13 @@ class _GridView:
     def drawn_mesh(self) -> CellMesh:
         """What is drawn: the overlay of two selections for a moment after a snap."""
         return self.fade.mesh if self.fade is not None and self.fade.running else self.mesh
+
+    def reserve(self) -> bool:
+        """Room for the next snap, while nothing of it is there. True where buffers of the graph grew."""
+        room, fade = self.mesh.capacity, self.fade
+        if fade is not None and not (fade.running or fade.laying or fade.pending):
+            return self.ahead.mesh.reserve(room) | fade.mesh.reserve(room)
+        return self.ahead.mesh.reserve(room)
 
     def drawn(self) -> tuple[int, ...]:
         """Says which cells are drawn."""
@@ -142,6 +149,8 @@ class GridBackend(Backend):
             may_fade = may_fade and (view.ahead.complete(key[:2]) or not _leaps(proxy))
             view.key = key
             self._snap(view, frame, ground, proxy, may_fade)
+        if goes_on(frame) and snap.proxy is None and view.prepared < 0:
+            self.structure += view.reserve()
         if snap.proxy is not None:
             then = (snap.proxy.generation, ground.revision)
             scale = (edge_px, pixel_angle)
