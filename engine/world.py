@@ -74,7 +74,7 @@ class World:
         self.resources: MutableMapping[str, Any] = self._shared
         """What systems publish, by key; `resource()` reads it with a message when it is missing. From a renderer's
         first frame on it is that renderer's, until another one draws (`own_resources`)."""
-        self._sorted: dict[tuple[type, ...], tuple[list[Any], list[Any]]] = {}
+        self._sorted: dict[tuple[type, ...], list[Any]] = {}
         self._known: dict[tuple[int, type], Any] = {}
         self._listed: dict[int, tuple[Any, ...]] = {}
         with self.active():
@@ -241,16 +241,12 @@ class World:
         """
         if not kinds:
             raise TypeError("query() needs at least one component type")
-        with _lock:
-            raw = self._read(esper.get_components, *kinds)
-            # esper hands out its cache itself and drops it with any structural change, so the same list object means
-            # the same content. Its order is that of a set; frames have to be the same in every run.
-            known = self._sorted.get(kinds)
-            if known is not None and known[0] is raw:
-                return known[1]
-            ordered = sorted(raw, key=lambda row: row[0])
-            self._sorted[kinds] = (raw, ordered)
-            return ordered
+        found = self._sorted.get(kinds)
+        if found is None:
+            with _lock:
+                # esper's own order is that of a set; frames have to be the same in every run.
+                found = self._sorted[kinds] = sorted(self._read(esper.get_components, *kinds), key=lambda row: row[0])
+        return found
 
     # -- resources ----------------------------------------------------------------------------------------------------
 
@@ -288,6 +284,7 @@ class World:
         self._revision += 1
         self._known.clear()
         self._listed.clear()
+        self._sorted.clear()
 
     # -- guards --------------------------------------------------------------------------------------------------------
 

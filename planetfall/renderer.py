@@ -347,8 +347,7 @@ class Renderer(Looking):
         if frame.cut:
             plan.invalidate_history()
         self.python_ms = (time.perf_counter() - started) * 1e3
-        with self.gpu.frame():
-            plan.execute()
+        plan.execute()
         self._cut = False
         self._frame_index += 1
         self._stillness.drawn(running, frame.still, several)
@@ -360,8 +359,7 @@ class Renderer(Looking):
             return False
         if target is not None:
             self._plan.bind_import(next(iter(exports)), target)
-        with self.gpu.frame():
-            done = self._plan.repeat()
+        done = self._plan.repeat()
         self._frame_index += done
         return done
 

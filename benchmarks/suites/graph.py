@@ -153,8 +153,9 @@ def _demo_python(session: Session) -> None:
 def _alone(
     session: Session, module: str, runs: int, environment: Mapping[str, str] = MappingProxyType({})
 ) -> dict[str, dict[str, float]]:
-    """What a module of benchmarks/measure prints, run by itself with a driver that draws nothing."""
-    quiet = {"GALLIUM_NOOP": "1"} if session.gpu.caps.is_software else {}
+    """What a module of benchmarks/measure prints, run by itself with a driver that draws nothing. What such a driver
+    computes is nothing either: its tables are kept from the cache, where others would take them for true ones."""
+    quiet = {"GALLIUM_NOOP": "1", "PLANETFALL_CACHE": ""} if session.gpu.caps.is_software else {}
     whole = f"planetfall.benchmarks.measure.{module}"
     return answer_of("-m", whole, str(runs), environment={**quiet, **environment})
 

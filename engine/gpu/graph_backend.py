@@ -22,7 +22,8 @@ __all__ = ["GLBackend"]
 _TEXTURE_BITS = 0x08 | 0x20 | 0x80 | 0x100 | 0x400
 # Vertex, index, uniform, indirect command, pixel buffer, buffer update, storage.
 _BUFFER_BITS = 0x01 | 0x02 | 0x04 | 0x40 | 0x80 | 0x200 | 0x2000
-_TEXTURE, _BUFFER = int(BarrierKind.TEXTURE), int(BarrierKind.BUFFER)
+_BITS = {0: 0, BarrierKind.TEXTURE: _TEXTURE_BITS, BarrierKind.BUFFER: _BUFFER_BITS,
+         BarrierKind.TEXTURE | BarrierKind.BUFFER: _TEXTURE_BITS | _BUFFER_BITS}  # fmt: skip
 
 
 class GLBackend:
@@ -67,11 +68,7 @@ class GLBackend:
 
     def barrier(self, kinds: int) -> None:
         """glMemoryBarrier with all bits that the kinds stand for."""
-        plain = int(kinds)  # an enum's own `&` takes longer than the call
-        bits = _TEXTURE_BITS if plain & _TEXTURE else 0
-        if plain & _BUFFER:
-            bits |= _BUFFER_BITS
-        self._memory_barrier(bits)
+        self._memory_barrier(_BITS[kinds])
 
     def begin_frame(self) -> None:
         """Clip control and a known state; see Gpu.begin_frame."""

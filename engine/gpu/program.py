@@ -25,10 +25,8 @@ log = logging.getLogger(__name__)
 
 
 def _same(held: Any, value: Any) -> bool:
-    """Whether two values of a uniform are surely the same: numbers or tuples of them; arrays may change in place."""
+    """Whether two values of one class are surely the same: numbers or tuples of them; arrays may change in place."""
     kind = value.__class__
-    if kind is not held.__class__:
-        return False
     if kind is tuple:
         return bool(value) and isinstance(value[0], (int, float)) and value == held
     return kind in (int, float, bool) and value == held
@@ -85,11 +83,13 @@ class Program:
         KeyError for a name that no source mentions, ValueError for a value of the wrong shape.
         """
         held = self._values.get(name)
+        if held.__class__ is value.__class__ and self.linked.holder is self and _same(held, value):
+            return
         if held is None and name not in self._values and not self.mentions(name.partition("[")[0]):
             raise KeyError(unknown_uniform(name, self.name, self.linked.mgl))
         self._values[name] = value
         # As holder all of its values are in the program.
-        if self.linked.holder is self and not _same(held, value):
+        if self.linked.holder is self:
             try:
                 self._write(name, value)
             except ValueError:

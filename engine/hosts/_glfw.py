@@ -6,7 +6,7 @@ Imported only when a glfw window is opened.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import glfw
@@ -16,6 +16,9 @@ from ..input import PAD_AXES, PAD_BUTTONS, Focus, InputEvent, PointerLeft
 from .gamepad import GamepadReader
 from .monitors import Monitor
 
+_JOYSTICKS = range(glfw.JOYSTICK_1, glfw.JOYSTICK_LAST + 1)
+_LOOK_EVERY = 30
+"""Frames between two looks for joysticks that have come."""
 _ODD_NAMES = {
     "grave": "GRAVE_ACCENT",
     "left_ctrl": "LEFT_CONTROL",
@@ -28,9 +31,10 @@ def _code(key: str) -> int:
     return int(getattr(glfw, f"KEY_{name}"))
 
 
-def _gamepad() -> tuple[dict[str, float], set[str]] | None:
-    """Axes and held buttons of the first gamepad, or None. glfw brings the table that knows its layout."""
-    for number in range(glfw.JOYSTICK_1, glfw.JOYSTICK_LAST + 1):
+def _gamepad(numbers: Iterable[int] = _JOYSTICKS) -> tuple[dict[str, float], set[str]] | None:
+    """Axes and held buttons of the first gamepad among these joysticks, or None. glfw brings the table that knows its
+    layout."""
+    for number in numbers:
         if not (glfw.joystick_present(number) and glfw.joystick_is_gamepad(number)):
             continue
         state = glfw.get_gamepad_state(number)
@@ -65,6 +69,7 @@ class GlfwPlatform:
         # Each question to the system is a round trip to the display: what changes is told instead.
         self._focused = bool(glfw.get_window_attrib(self._native, glfw.FOCUSED))
         self._minimised = bool(glfw.get_window_attrib(self._native, glfw.ICONIFIED))
+        self._pumps, self._joysticks = 0, list[int]()
         self._pixels: tuple[int, int] | None = None
         self._scale: float | None = None
         glfw.set_window_focus_callback(self._native, self._on_focus)
@@ -98,7 +103,10 @@ class GlfwPlatform:
 
     def pump(self) -> None:
         glfw.poll_events()
-        self._pad.read(_gamepad() if self._focused else None)
+        if self._pumps % _LOOK_EVERY == 0:
+            self._joysticks = [number for number in _JOYSTICKS if glfw.joystick_present(number)]
+        self._pumps += 1
+        self._pad.read(_gamepad(self._joysticks) if self._focused else None)
 
     def swap(self) -> None:
         glfw.swap_buffers(self._native)

@@ -22,6 +22,8 @@ class GamepadReader:
 
     def read(self, state: tuple[dict[str, float], set[str]] | None) -> None:
         """Axes and held buttons as they are now; None: no gamepad, or it is not for this window."""
+        if state is None and not self._held and not any(self._axes.values()):
+            return  # as in nearly all frames without one
         axes, held = ({}, set[str]()) if state is None else state
         for name in PAD_AXES:
             value = axes.get(name, 0.0)

@@ -27,10 +27,8 @@ def steering(
 ) -> Steering:
     """This frame's wish. looking: the mouse steers (it is captured by the window). size: of the window, in the units of
     the mouse."""
-    return Steering(
-        flight_input(state, looking=looking, fov_y_deg=fov_y_deg, controls=controls, dt_s=dt_s),
-        _orbit_input(controls, state, looking, fov_y_deg, size, dt_s),
-    )
+    flight = flight_input(state, looking=looking, fov_y_deg=fov_y_deg, controls=controls, dt_s=dt_s)
+    return Steering(flight, _orbit_input(controls, state, looking, fov_y_deg, size, dt_s, flight))
 
 
 def flight_input(
@@ -66,8 +64,15 @@ def flight_input(
 
 
 def _orbit_input(
-    controls: Controls, state: InputState, looking: bool, fov_y_deg: float, size: tuple[float, float], dt_s: float
+    controls: Controls,
+    state: InputState,
+    looking: bool,
+    fov_y_deg: float,
+    size: tuple[float, float],
+    dt_s: float,
+    flight: FlightInput,
 ) -> OrbitInput:
+    """flight: what the same controls ask of a ship."""
     width, height = max(size[0], 1.0), max(size[1], 1.0)
 
     def place(x: float, y: float) -> tuple[float, float]:
@@ -80,10 +85,10 @@ def _orbit_input(
         pointer_before=(pointer[0] - moved[0], pointer[1] - moved[1]),
         drag=controls.held("grab", state),
         tilt=controls.held("tilt", state),
-        zoom_steps=controls.moved("speed", state) - _ZOOM_STEPS_PER_S * dt_s * controls.value("up", state),
-        forward=controls.value("forward", state),
-        right=controls.value("right", state),
-        turn=controls.value("roll", state) + controls.value("look_right", state),
+        zoom_steps=flight.wheel_steps - _ZOOM_STEPS_PER_S * dt_s * flight.up,
+        forward=flight.forward,
+        right=flight.right,
+        turn=flight.roll + controls.value("look_right", state),
         lean=controls.value("look_up", state),
         fov_y_deg=fov_y_deg,
         aspect=width / height,
