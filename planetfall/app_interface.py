@@ -80,7 +80,8 @@ class FlightInterface:
             ui.feed((Focus(False), Focus(True)))
         size, ratio = self._window.size, self._window.pixel_ratio
         ui.scale = self._window.ui_scale
-        laid_out = (shown.help, shown.numbers, shown.panels, shown.journey, shown.message, errors, size, ratio, ui.scale)
+        chosen = (shown.help, shown.numbers, shown.panels, shown.journey)
+        laid_out = (*chosen, shown.message, errors, size, ratio, ui.scale)
         self._missed += state.events
         if not self._may_wait(state, app, laid_out, dt_s):
             self._lay_out(state, app, errors)

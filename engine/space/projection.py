@@ -1,5 +1,7 @@
 """Between points, pixels and rays, in float64; and the near plane. Row 0 of a picture is its top."""
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -15,7 +17,7 @@ FARTHEST_NEAR_M = 0.1
 
 def near_plane_m(clearance_m: float) -> float:
     """The near plane for a clearance to ground and water: a fifth of it, between 1 mm and 0.1 m (NaN: 1 mm)."""
-    if clearance_m != clearance_m:
+    if math.isnan(clearance_m):
         return NEAREST_M
     return float(min(max(NEAR_FRACTION * clearance_m, NEAREST_M), FARTHEST_NEAR_M))
 
