@@ -395,6 +395,15 @@ class CloudQuality:
         256, 32, 1024, "", "Texels a side of each map of the clouds' shadow", cost="its square", power_of_two=True
     )
     shadow_steps: int = knob(8, 1, 64, "", "Steps through a layer for a texel of those maps", cost="itself")
+    shadow_frames: int = knob(
+        8,
+        1,
+        60,
+        "",
+        "Over how many frames at most one of those maps is drawn while the last one is shown; 1: in one, which takes "
+        "several times as long as others",
+        cost="shadows of clouds follow camera, sun and wind by so many frames later",
+    )
     shaft_steps: int = knob(
         8, 0, 1024, "", "Steps through the air in the clouds' shadow; 0: no shafts of light", cost="grows with it"
     )

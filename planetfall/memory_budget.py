@@ -31,8 +31,10 @@ edge_px)^2. Measured from 90 to 720 rows."""
 _CELL_STEP = 512
 """Buffers of cells grow by so many."""
 _SHADOW_LAYERS, _SHADOW_TEXEL, _SHADOW_SCRATCH = 16, 45, 16
-_CLOUD_MAPS, _CLOUD_SLICES = 6, 54
+_CLOUD_MAPS, _CLOUD_SLICES = 6, 9
 _GALAXY_BYTES = 8 * MIB
+_REST_BYTES = MIB // 2
+"""Index lists, stars, cells without their vertices."""
 _FEWEST_ROWS = 0.25
 """Of a picture's rows, that the budget may ask for."""
 
@@ -72,13 +74,13 @@ def estimate_bytes(settings: Mapping[str, Any], scene: Scene, size: tuple[int, i
     """GPU memory of a renderer with one view of this size, in bytes: textures and buffers, not programs. About 10 %
     right for the planets that come along; meshes and maps of a scene's own come on top."""
     planet, width, height = scene.planet, int(size[0]), int(size[1])
-    total = width * height * _bytes_per_pixel(settings, scene)
+    total = _REST_BYTES + width * height * _bytes_per_pixel(settings, scene)
     clouds, terrain = planet.get(Clouds), planet.get(Terrain)
     if scene.environment.has(Stars):
         total += _GALAXY_BYTES
     if clouds is not None:
         texels, side = int(settings["clouds.shadow_texels"]), int(settings["clouds.map_texels"]) + 32
-        total += texels**2 * (8 * _CLOUD_MAPS + 4 * _CLOUD_SLICES)
+        total += texels**2 * (_CLOUD_MAPS + 1) * (8 + 4 * _CLOUD_SLICES)  # one is being made
         total += side**2 * 4 * 3 * 4 / 3  # three maps with their levels
         for name in ("shape", "rim"):
             total += int(settings[f"clouds.{name}_texels"]) ** 3 * 2 * 8 / 7

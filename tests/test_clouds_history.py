@@ -13,6 +13,7 @@ from scipy.ndimage import uniform_filter
 
 import planetfall as pf
 from planetfall.benchmarks.scenes import preset_scene
+from planetfall.systems.clouds.shadow import ShadowMaps
 from planetfall.systems.clouds.view_march import TILE
 
 UP = pf.Sun(elevation_deg=60.0, azimuth_deg=200.0, latitude_deg=20.0, longitude_deg=10.0)
@@ -154,7 +155,7 @@ def test_a_sun_that_jumps_leaves_no_light_behind() -> None:
 
 def test_maps_of_the_shadow_come_one_a_frame() -> None:
     """The widest first, which stands for the others; in the end the light is that of a picture by itself."""
-    with renderer_of(cloudy(coverage=0.8), SIZE, stride=2) as renderer:
+    with renderer_of(cloudy(coverage=0.8), SIZE, stride=2, shadow_frames=1) as renderer:
         renderer.render(at(0.0), sun=UP)
         truth = float(texture(renderer, "clouds.full")[..., 1].mean())
         system: Any = renderer.system("clouds")
@@ -170,6 +171,68 @@ def test_maps_of_the_shadow_come_one_a_frame() -> None:
         assert drawn[:maps] == [(maps - 1,), *((number,) for number in range(maps - 1))]
         assert not any(drawn[maps:]) and "cloud shadows" not in renderer.refining
         assert float(texture(renderer, "clouds.full")[..., 1].mean()) == pytest.approx(truth, rel=0.02)
+
+
+def test_a_map_of_the_shadow_is_drawn_in_strips_while_the_last_one_is_shown() -> None:
+    """The widest at once, the others in strips, one a frame; in the end they have the texels of maps drawn at once."""
+    names = ("clouds.shadow", "clouds.sun")
+    scene, first, then = cloudy(coverage=0.8), at(0.0), at(3000.0)
+    with renderer_of(scene, SIZE, stride=2, shadow_frames=1) as renderer:
+        renderer.render(first, sun=UP)  # the weather is whole
+        for camera in (first, then):
+            for _ in range(20):
+                renderer.render(camera, sun=UP, dt_s=0.05)
+        truth = [texture(renderer, name) for name in names]
+        lit = float(texture(renderer, "clouds.full")[..., 1].mean())
+    with renderer_of(scene, SIZE, stride=2, shadow_frames=4) as renderer:
+        renderer.render(first, sun=UP)
+        strips = 0
+        for camera in (first, then):
+            for number in range(40):
+                before = None if number == 0 else texture(renderer, "clouds.shadow")
+                renderer.render(camera, sun=UP, dt_s=0.05)
+                system: Any = renderer.system("clouds")
+                shadow = system._shadow
+                # While the weather is coarse the widest, and where the camera leaps, one.
+                assert len(shadow.due) <= (number < 5)
+                if (
+                    before is not None and not shadow.due and shadow._finished is None
+                ):  # what is shown does not change in between
+                    np.testing.assert_array_equal(texture(renderer, "clouds.shadow"), before)
+                strips += shadow.maps.making is not None
+                assert not (shadow.busy and system.settled())
+            assert not shadow.busy and all(shadow.drawn)
+        assert strips >= 16
+        for name, expected in zip(names, truth, strict=True):
+            np.testing.assert_array_equal(texture(renderer, name), expected)
+        flags = np.frombuffer(renderer.graph.resource("clouds.shaded").read(), np.uint32)
+        assert flags[: len(shadow.maps.maps)].all()
+        assert float(texture(renderer, "clouds.full")[..., 1].mean()) == pytest.approx(lit, rel=0.02)
+
+
+def test_maps_that_would_be_out_of_date_are_drawn_at_once() -> None:
+    """A camera, a sun or a wind that are too fast for strips; another light, of all maps together."""
+    radius, foot, sun = 6.36e6, np.array([1.0, 0.0, 0.0]), np.array([0.6, 0.8, 0.0])
+    maps = ShadowMaps(128)
+    maps.place(radius, 2000.0)
+
+    def frames(way_m: float = 0.0, turn_rad: float = 0.0, passed_s: float = 0.0) -> int:
+        maps.follow(foot, sun, 0.0)
+        maps.follow(foot + np.array([0.0, way_m / radius, 0.0]), sun + np.array([turn_rad, 0.0, 0.0]), passed_s)
+        return maps.frames_for(0, 8, 10.0, radius)
+
+    assert frames() == frames(way_m=5.0) == frames(turn_rad=1e-6) == frames(passed_s=0.05) == 8
+    assert 1 < frames(way_m=150.0) < 8
+    assert frames(way_m=1000.0) == frames(turn_rad=1e-3) == frames(passed_s=60.0) == 1
+    with renderer_of(cloudy(coverage=0.8), SIZE, stride=2) as renderer:
+        low = pf.Sun(elevation_deg=8.0, azimuth_deg=20.0, latitude_deg=20.0, longitude_deg=10.0)
+        for _ in range(4):
+            renderer.render(at(0.0), sun=UP, dt_s=0.05)
+        system: Any = renderer.system("clouds")
+        shadow = system._shadow
+        assert shadow.maps.making is not None
+        renderer.render(at(0.0), sun=low, dt_s=0.05)
+        assert len(shadow.due) == len(shadow.maps.maps) and shadow.maps.making is None
 
 
 def test_a_first_start_shows_the_same_as_a_second(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

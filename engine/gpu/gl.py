@@ -107,6 +107,12 @@ class GL:
     def generate_mipmap(self, target: int) -> None:
         self.function("glGenerateMipmap", None, enum)(target)
 
+    def copy_layers(self, target: int, source: int, into: int, first: int, size: tuple[int, int, int]) -> None:
+        """glCopyImageSubData of a whole array or 3D texture into layers of another of that kind, from `first` on."""
+        self.function("glCopyImageSubData", None, *[uint, enum, *[int_] * 4] * 2, *[sizei] * 3)(
+            source, target, 0, 0, 0, 0, into, target, 0, 0, 0, first, *size
+        )
+
     def program_integers(self, program: int, name: int, count: int = 1) -> tuple[int, ...]:
         """glGetProgramiv."""
         self.function("glGetProgramiv", None, uint, enum, c.POINTER(int_))(program, name, self._buffer)

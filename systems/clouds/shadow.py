@@ -42,16 +42,32 @@ class _Map:
     time_s: float = math.inf
 
 
+@dataclass
+class Making:
+    """A map that is drawn strip by strip, from where it was begun: it takes its place when it is whole."""
+
+    number: int
+    map: _Map
+    frames: int
+    rows: int = 0
+    """So many are drawn."""
+
+
 class ShadowMaps:
     """Up to MOST_MAPS squares around the camera's foot, each _WIDER times wider than the one before."""
 
     def __init__(self, texels: int) -> None:
         self.texels = texels
         self.maps: list[_Map] = []
+        self.making: Making | None = None
+        self.changes = 0
+        """How often a map was put in another's place."""
+        self._before: tuple[Floats, Floats, float] | None = None
+        self._pace = (0.0, 0.0, 0.0)
 
     def forget(self) -> None:
         """All maps are due."""
-        self.maps = []
+        self.maps, self.making = [], None
 
     def place(self, radius_m: float, thickness_m: float) -> None:
         """As many maps as it takes to cover the side of the planet that a camera sees."""
@@ -59,7 +75,25 @@ class ShadowMaps:
         widths = [w for k, w in enumerate(widths) if k == 0 or widths[k - 1] < radius_m]
         widths = [min(w, 0.98 * radius_m) for w in widths]
         if [m.half_m for m in self.maps] != widths:
-            self.maps = [_Map(half_m=w) for w in widths]
+            self.maps, self.making = [_Map(half_m=w) for w in widths], None
+
+    def follow(self, foot: Floats, sun: Floats, time_s: float) -> None:
+        """Once a frame: how fast camera, sun and time go."""
+        before, self._before = self._before, (foot, sun, time_s)
+        if before is not None:
+            away, turned = foot - before[0], sun - before[1]
+            self._pace = float(np.abs(away).max()), float(np.abs(turned).max()), abs(time_s - before[2])
+
+    def frames_for(self, number: int, most: int, wind_m_s: float, radius_m: float) -> int:
+        """Over how many frames a map may be drawn: no more than it stays right for at this pace."""
+        half_m = self.maps[number].half_m
+        moved, turned, passed_s = self._pace
+        share = max(
+            moved * radius_m / (_MOVED * half_m),
+            turned / _SUN_STEP_RAD,
+            passed_s * max(wind_m_s, 1.0) / (_DRIFTED_TEXELS * 2.0 * half_m / self.texels),
+        )
+        return most if share * most <= 1.0 else max(int(1.0 / share), 1)
 
     def due(self, foot: Floats, sun: Floats, time_s: float, wind_m_s: float, stamp: Any, radius_m: float) -> list[int]:
         """Numbers of the maps that no longer show what they should, finest first. foot: unit direction."""
@@ -75,15 +109,37 @@ class ShadowMaps:
         return found
 
     def move(self, number: int, foot: Floats, sun: Floats, time_s: float, stamp: Any, radius_m: float) -> _Map:
-        """The map is about to be drawn around `foot`."""
-        held = self.maps[number]
-        rise = float(foot @ sun)
-        along = sun - rise * foot
-        if np.linalg.norm(along) < _LEAST_SIDEWAYS:
-            along = np.cross(np.eye(3)[int(np.argmin(np.abs(foot)))], foot).astype(np.float64)
-        held.u = along / np.linalg.norm(along)
-        held.v = np.cross(foot, held.u)
-        # Seen from the sun a map is a square, as far as the planet has room for it.
-        held.longer = max(min(1.0 / max(rise, 1.0 / _MOST_LONGER), 0.98 * radius_m / held.half_m), 1.0)
-        held.middle, held.sun, held.time_s, held.stamp = foot * radius_m, sun.copy(), time_s, stamp
+        """The map is about to be drawn around `foot`, all of it."""
+        held = self.maps[number] = _placed(self.maps[number].half_m, foot, sun, time_s, stamp, radius_m)
+        self.changes += 1
         return held
+
+    def begin(
+        self, number: int, frames: int, foot: Floats, sun: Floats, time_s: float, stamp: Any, radius_m: float
+    ) -> None:
+        """From now on the map is drawn in strips, around this foot."""
+        placed = _placed(self.maps[number].half_m, foot, sun, time_s, stamp, radius_m)
+        self.making = Making(number, placed, frames)
+
+    def finish(self) -> int:
+        """The map that was made takes its place; its number."""
+        assert self.making is not None
+        made, self.making = self.making, None
+        self.maps[made.number] = made.map
+        self.changes += 1
+        return made.number
+
+
+def _placed(half_m: float, foot: Floats, sun: Floats, time_s: float, stamp: Any, radius_m: float) -> _Map:
+    """A map around a foot, longer towards the sun."""
+    held = _Map(half_m=half_m)
+    rise = float(foot @ sun)
+    along = sun - rise * foot
+    if np.linalg.norm(along) < _LEAST_SIDEWAYS:
+        along = np.cross(np.eye(3)[int(np.argmin(np.abs(foot)))], foot).astype(np.float64)
+    held.u = along / np.linalg.norm(along)
+    held.v = np.cross(foot, held.u)
+    # Seen from the sun a map is a square, as far as the planet has room for it.
+    held.longer = max(min(1.0 / max(rise, 1.0 / _MOST_LONGER), 0.98 * radius_m / held.half_m), 1.0)
+    held.middle, held.sun, held.time_s, held.stamp = foot * radius_m, sun.copy(), time_s, stamp
+    return held

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...engine.gpu import GpuScope
+from ...engine.gpu import gl as G
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.system import Frame, ViewInfo
 from .columns import intervals_of, span_rows, spans_of
@@ -16,30 +18,49 @@ from .view_block import MOST_INTERVALS, MOST_MAPS, CloudViewBlock
 
 __all__ = ["SHADED", "SHADOW", "SUN", "SUN_UNIT", "ShadowPass"]
 
+Floats = NDArray[np.float64]
+
 SHADOW, SUN, SHADED = "clouds.shadow", "clouds.sun", "clouds.shaded"
+_NEXT_SHADOW, _NEXT_SUN = "clouds.next_shadow", "clouds.next_sun"
 SUN_UNIT = 5
 _SUN_JUMP_COSINE = float(np.cos(np.radians(2.0)))
 """As in past.py: a sun that turned by more within a frame was put elsewhere."""
+_GROUP = 8  # rows of a work group in shadow.comp
 _HEIGHT = 0.3
 """Share of the first layer's thickness at which the maps lie."""
 
 
 class ShadowPass:
-    """Of all views of one planet. steps: samples through a layer; texels: a side of each map.
+    """Of all views of one planet. steps: samples through a layer; texels: a side of each map; frames: over how many a
+    map is drawn.
 
     Pass ``clouds.shadow`` makes ``clouds.shadow`` (what of the sunlight comes through all clouds), ``clouds.sun`` (what
-    is left of it at heights in them) and ``clouds.shaded`` (which maps have any shadow at all).
+    is left of it at heights in them) and ``clouds.shaded`` (which maps have any shadow at all). A map takes as long as
+    all else of a frame, or longer; so it is drawn in strips, into textures of its own, for the place and the sun for
+    which it was begun, while the old one is shown. Whole at once it is where there is nothing to show yet, where the
+    sun has jumped, in pictures by themselves, and where strips would be out of date before the last one is drawn.
     """
 
-    def __init__(self, gpu: GpuScope, texels: int, steps: int) -> None:
+    def __init__(self, gpu: GpuScope, texels: int, steps: int, frames: int) -> None:
+        self._gpu = gpu
         self._program = gpu.compute("clouds/shadow.comp")
-        self._texels, self._steps = texels, steps
+        self._texels, self._steps, self._frames = texels, steps, frames
         self._views: dict[int, ShadowMaps] = {}
+        self._last = -1
+        """The map that was made last: the others that are due come before it does again."""
+        self._rows = (0, 0)
+        self._finished: int | None = None
         self.due: list[int] = []
+        """Maps that this frame draws whole."""
         self.drawn: list[bool] = []
         """Which maps show what they should, but for a little drift."""
         self.maps: ShadowMaps = ShadowMaps(texels)
         """Those of the view that is being drawn."""
+
+    @property
+    def busy(self) -> bool:
+        """Whether this frame changes any map, or prepares one."""
+        return bool(self.due) or self._finished is not None or self.maps.making is not None
 
     def clear(self) -> None:
         """Forget all views."""
@@ -69,20 +90,20 @@ class ShadowPass:
         if frame.cut:
             maps.forget()
         maps.place(radius_m, thickness_m)
-        foot = frame.camera.position_m / np.linalg.norm(frame.camera.position_m)
-        due = maps.due(foot, frame.sun.direction, frame.time_s, wind_m_s, stamp, radius_m)
-        # One a frame. Of what has nothing to show yet the widest, which stands for the others until they are drawn,
-        # then the finest; and another light's shadow goes at once.
-        missing = [number for number in due if maps.maps[number].stamp != stamp]
-        chosen = missing[-1:] if missing[-1:] == [len(maps.maps) - 1] else missing[:1]
-        jumped = [
-            number for number in due
-            if number not in missing and float(maps.maps[number].sun @ frame.sun.direction) < _SUN_JUMP_COSINE
-        ]  # fmt: skip
-        whole = frame.settling or frame.one_shot
-        self.due = (due if whole else sorted({*chosen, *jumped}) or due[:1]) if present else []
+        foot, sun = frame.camera.direction, frame.sun.direction
+        maps.follow(foot, sun, frame.time_s)
+        self._finished, self._rows = None, (0, 0)
+        if maps.making is not None and maps.making.rows >= self._texels:
+            self._finished = self._last = maps.finish()
+        due = maps.due(foot, sun, frame.time_s, wind_m_s, stamp, radius_m) if present else []
+        here = (foot, sun, frame.time_s, stamp, radius_m)
+        if frame.settling or frame.one_shot or not present:
+            self.due, maps.making = due, None
+        else:
+            self.due = self._at_once(maps, due, sun, stamp)
+            self._prepare(maps, due, wind_m_s, here)
         for number in self.due:
-            maps.move(number, foot, frame.sun.direction, frame.time_s, stamp, radius_m)
+            maps.move(number, *here)
         self.drawn = [held.stamp == stamp for held in maps.maps]
         rows = np.zeros((3, MOST_MAPS, 4))
         anchor_foot = proxy.lattice.direction * radius_m
@@ -94,8 +115,51 @@ class ShadowPass:
         block.shadow = (height_m, len(maps.maps) if present else 0, self._count, self._texels)
         block.shadow_from, block.shadow_u, block.shadow_v = rows
         grown = 1.0 + height_m / radius_m
-        self._middles = [(*(held.middle * grown - proxy.anchor_m), held.half_m) for held in maps.maps]
-        self._ups = [(*(held.middle / radius_m), held.longer) for held in maps.maps]
+
+        def geometry(held: Any) -> dict[str, tuple[float, ...]]:
+            return {
+                "u_middle": (*(held.middle * grown - proxy.anchor_m).tolist(), held.half_m),
+                "u_up": (*(held.middle / radius_m).tolist(), held.longer),
+                "u_along": tuple((held.u / held.longer).tolist()),
+                "u_across": tuple(held.v.tolist()),
+                "u_sun": tuple(held.sun.tolist()),
+            }
+
+        self._wholes = [(number, geometry(maps.maps[number])) for number in self.due]
+        self._strip = None if maps.making is None else geometry(maps.making.map)
+
+    @staticmethod
+    def _at_once(maps: ShadowMaps, due: list[int], sun: Floats, stamp: Any) -> list[int]:
+        """Of what has nothing to show yet the widest, which stands for the others until they are drawn. Another light's
+        shadow goes at once, and all maps have to take its place."""
+        missing = [number for number in due if maps.maps[number].stamp != stamp]
+        shown = [maps.maps[number] for number in due if number not in missing]
+        making = [] if maps.making is None else [maps.making.map]
+        if any(float(held.sun @ sun) < _SUN_JUMP_COSINE for held in (*shown, *making)):
+            found = due
+        else:
+            found = missing[-1:] if missing[-1:] == [len(maps.maps) - 1] else []
+        if maps.making is not None and (found or maps.making.map.stamp != stamp):
+            maps.making = None
+        return found
+
+    def _prepare(self, maps: ShadowMaps, due: list[int], wind_m_s: float, here: tuple[Any, ...]) -> None:
+        """One strip a frame, or where there is no time for strips, one map; none in frames that draw others whole."""
+        if self.due:
+            return
+        if maps.making is None and due:
+            stamp, radius_m = here[3:]
+            # First what has nothing to show yet, then one after another.
+            number = min(due, key=lambda n: (maps.maps[n].stamp == stamp, n <= self._last, n))
+            frames = maps.frames_for(number, self._frames, wind_m_s, radius_m)
+            if frames == 1:
+                self.due, self._last = [number], number
+                return
+            maps.begin(number, frames, *here)
+        making = maps.making
+        if making is not None:
+            strip = -(-self._texels // (_GROUP * making.frames)) * _GROUP
+            self._rows = (making.rows, min(making.rows + strip, self._texels))
 
     def declare(
         self,
@@ -120,28 +184,53 @@ class ShadowPass:
                     SUN, "rg16f", (side, side, MOST_MAPS * (MOST_INTERVALS + 1)), "persistent", filter="linear",
                     help="share of the beam and optical depth towards the sun, at heights in the clouds",
                 ),
-                BufferSpec(SHADED, 4 * MOST_MAPS, "persistent", "which maps of the shadow have any"),
+                TextureSpec(
+                    _NEXT_SHADOW, "rgba16f", (side, side), "persistent", layers=1, filter="linear",
+                    help="the map that is being made",
+                ),
+                TextureSpec(_NEXT_SUN, "rg16f", (side, side, MOST_INTERVALS + 1), "persistent", filter="linear"),
+                BufferSpec(SHADED, 4 * (MOST_MAPS + 1), "persistent", "which maps of the shadow have any"),
             ),
-            when=lambda: bool(self.due),
+            when=lambda: self.busy,
             only_while=seen,
             help="the clouds' shadow around the camera",
         )  # fmt: skip
 
     def _bind(self, io: PassIO, view: int, bind_noise: Callable[[], None]) -> Callable[[], None]:
         shadow, sun, shaded = io.texture(SHADOW), io.texture(SUN), io.buffer(SHADED)
+        next_shadow, next_sun = io.texture(_NEXT_SHADOW), io.texture(_NEXT_SUN)
         if view in self._views:
             self._views[view].forget()
+        side, slices = self._texels, MOST_INTERVALS + 1
+        gpu = self._gpu.gpu
+
+        def draw(
+            images: tuple[Any, Any], layer: int, flag: int, rows: tuple[int, int], where: Mapping[str, Any]
+        ) -> None:
+            for unit, image in enumerate(images):
+                image.bind_to_image(unit, read=False, write=True)
+            if rows[0] == 0:
+                shaded.write(b"\0\0\0\0", offset=4 * flag)
+            for name, value in {**where, "u_layer": layer, "u_flag": flag, "u_rows": rows}.items():
+                self._program.set(name, value)
+            self._program.run_over(side, rows[1] - rows[0])
 
         def run() -> None:
+            if self._finished is not None:
+                gpu.barrier()  # strips are written as images
+                gpu.gl.copy_layers(G.TEXTURE_2D_ARRAY, next_shadow.glo, shadow.glo, self._finished, (side, side, 1))
+                first = self._finished * slices
+                gpu.gl.copy_layers(G.TEXTURE_3D, next_sun.glo, sun.glo, first, (side, side, slices))
+                gpu.ctx.copy_buffer(shaded, shaded, 4, read_offset=4 * MOST_MAPS, write_offset=4 * self._finished)
+            if not self.due and self._strip is None:
+                return
             bind_noise()
-            shadow.bind_to_image(0, read=False, write=True)
-            sun.bind_to_image(1, read=False, write=True)
             shaded.bind_to_storage_buffer(0)
-            for number in self.due:
-                shaded.write(b"\0\0\0\0", offset=4 * number)
-                self._program.set("u_level", number)
-                self._program.set("u_middle", self._middles[number])
-                self._program.set("u_up", self._ups[number])
-                self._program.run_over(*shadow.size[:2])
+            for number, where in self._wholes:
+                draw((shadow, sun), number, number, (0, side), where)
+            making = self.maps.making
+            if making is not None and self._strip is not None and self._rows[1] > self._rows[0]:
+                draw((next_shadow, next_sun), 0, MOST_MAPS, self._rows, self._strip)
+                making.rows = self._rows[1]
 
         return run

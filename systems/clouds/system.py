@@ -72,7 +72,7 @@ class CloudSystem(System):
         self._pasts: dict[int, Past] = {}
         self._past = Past(self._stride, self._samples, 1.0)
         texels, steps = int(settings["clouds.shadow_texels"]), int(settings["clouds.shadow_steps"])
-        self._shadow = ShadowPass(gpu, texels, steps)
+        self._shadow = ShadowPass(gpu, texels, steps, int(settings["clouds.shadow_frames"]))
         self._shafts = Shafts(gpu, setup.world, self._stride, settings, self.name)
         self._with_shafts = True
         self._stamp: tuple[Any, ...] = ()
@@ -169,7 +169,14 @@ class CloudSystem(System):
         self._past = self._pasts[frame.view_index]
         # Rays that were followed through another air, such as that of its first small tables, are none of this picture.
         air = frame.world.try_resource("air_generation")
-        weather = (charts.first.number, charts.second.number, charts.share, air, *self._shadow.drawn)
+        weather = (
+            charts.first.number,
+            charts.second.number,
+            charts.share,
+            air,
+            self._shadow.maps.changes,
+            *self._shadow.drawn,
+        )
         self._past.begin(frame, self._stamp, weather)
         shows = (frame.camera.position_m.tobytes(), frame.sun.direction.tobytes(), frame.time_s, self._stamp, weather)
         sky = self._sky = self._skies.setdefault(frame.view_index, _Sky())
@@ -305,7 +312,7 @@ class CloudSystem(System):
 
     def settled(self) -> bool:
         """Whether every pixel of a still picture has had its own ray, and no map of shadow or weather is due."""
-        return not self._seen or (self._past.complete and not self._shadow.due and self.field.maps.charts.steady)
+        return not self._seen or (self._past.complete and not self._shadow.busy and self.field.maps.charts.steady)
 
     def refining(self) -> str:
         if not self._seen:

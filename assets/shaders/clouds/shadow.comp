@@ -8,32 +8,37 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 0, rgba16f) uniform writeonly image2DArray o_shadow;
 layout(binding = 1, rg16f) uniform writeonly image3D o_sun;
-layout(std430, binding = 0) buffer Shaded { uint shaded[]; };   // per map: whether anything in it is
-layout(location = 0) uniform int u_level;
+layout(std430, binding = 0) buffer Shaded { uint shaded[]; };   // per map, and of the one that is made: whether anything in it is
+layout(location = 0) uniform int u_layer;
 layout(location = 1) uniform int u_steps;    // through an interval
 layout(location = 2) uniform vec4 u_middle;   // of the map, from the anchor in planet axes, at the reference height; half width
 layout(location = 3) uniform vec4 u_up;       // there; how many times longer than wide the map is
-layout(location = 4) uniform vec2 u_intervals[CLOUD_MOST_INTERVALS];   // heights from and to, lowest first
+layout(location = 4) uniform vec3 u_along;    // its axes, the first divided by that
+layout(location = 5) uniform vec3 u_across;
+layout(location = 6) uniform vec3 u_sun;      // when it was begun
+layout(location = 7) uniform ivec2 u_rows;    // from and to
+layout(location = 8) uniform int u_flag;
+layout(location = 9) uniform vec2 u_intervals[CLOUD_MOST_INTERVALS];   // heights from and to, lowest first
 
 const float DEEPEST = 6e4;      // half floats end at 65504
 const int MOST_SPLIT = 8;
 const float SHADED = 0.002;     // optical depth that counts
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, u_rows.x);
     ivec2 size = imageSize(o_shadow).xy;
-    if (any(greaterThanEqual(at, size))) return;
+    if (any(greaterThanEqual(at, ivec2(size.x, u_rows.y)))) return;
     vec2 aside = ((vec2(at) + 0.5) / vec2(size) * 2.0 - 1.0) * u_middle.w;
     // On the sphere of the reference height, below the tangent plane by the sagitta; far out it ends.
     float r = planet.radii.x + cloud_view.shadow.x, grow = r / planet.radii.x;
     aside *= grow * vec2(u_up.w, 1.0);
     float aside2 = min(dot(aside, aside), 0.98 * r * r);
     float drop = aside2 / (r + sqrt(r * r - aside2));
-    vec3 from_middle = aside.x * u_up.w * cloud_view.shadow_u[u_level].xyz + aside.y * cloud_view.shadow_v[u_level].xyz;
+    vec3 from_middle = aside.x * u_up.w * u_along + aside.y * u_across;
     vec3 place = u_middle.xyz + from_middle - u_up.xyz * drop;
-    vec3 foot = u_up.xyz * (r - drop) + from_middle, sun = frame.sun_direction.xyz;
+    vec3 foot = u_up.xyz * (r - drop) + from_middle, sun = u_sun;
     float mu = dot(normalize(foot), sun), footprint = 2.0 * u_middle.w / float(size.x);
-    int intervals = int(cloud_view.shadow.z), first = u_level * (CLOUD_MOST_INTERVALS + 1);
+    int intervals = int(cloud_view.shadow.z), first = u_layer * (CLOUD_MOST_INTERVALS + 1);
     float depth = 0.0;
     imageStore(o_sun, ivec3(at, first + intervals), vec4(1.0, 0.0, 0.0, 0.0));
     // Loops are left at their ends: software GPUs go through the turn, too, in which one is left at its head.
@@ -61,6 +66,6 @@ void main() {
         } while (++k < steps);
         imageStore(o_sun, ivec3(at, first + i), vec4(exp(-depth), min(depth, DEEPEST), 0.0, 0.0));
     } while (--i >= 0);
-    if (depth > SHADED) shaded[u_level] = 1u;
-    imageStore(o_shadow, ivec3(at, u_level), cloud_through(depth, max(mu, 0.0), cloud_view.droplets[0].y));
+    if (depth > SHADED) shaded[u_flag] = 1u;
+    imageStore(o_shadow, ivec3(at, u_layer), cloud_through(depth, max(mu, 0.0), cloud_view.droplets[0].y));
 }
