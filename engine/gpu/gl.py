@@ -107,10 +107,13 @@ class GL:
     def generate_mipmap(self, target: int) -> None:
         self.function("glGenerateMipmap", None, enum)(target)
 
-    def copy_layers(self, target: int, source: int, into: int, first: int, size: tuple[int, int, int]) -> None:
-        """glCopyImageSubData of a whole array or 3D texture into layers of another of that kind, from `first` on."""
+    def copy_layers(
+        self, target: int, source: int, begin: int, into: int, first: int, size: tuple[int, int, int]
+    ) -> None:
+        """glCopyImageSubData: whole layers of an array or 3D texture, from `begin` on, to those from `first` on of
+        another of that kind, or of itself."""
         self.function("glCopyImageSubData", None, *[uint, enum, *[int_] * 4] * 2, *[sizei] * 3)(
-            source, target, 0, 0, 0, 0, into, target, 0, 0, 0, first, *size
+            source, target, 0, 0, 0, begin, into, target, 0, 0, 0, first, *size
         )
 
     def program_integers(self, program: int, name: int, count: int = 1) -> tuple[int, ...]:

@@ -21,7 +21,8 @@ __all__ = ["SHADED", "SHADOW", "SUN", "SUN_UNIT", "ShadowPass"]
 Floats = NDArray[np.float64]
 
 SHADOW, SUN, SHADED = "clouds.shadow", "clouds.sun", "clouds.shaded"
-_NEXT_SHADOW, _NEXT_SUN = "clouds.next_shadow", "clouds.next_sun"
+_NEXT_SUN = "clouds.next_sun"
+"""Of the map that is being made; the rest of that is the layer after the others of SHADOW."""
 SUN_UNIT = 5
 _SUN_JUMP_COSINE = float(np.cos(np.radians(2.0)))
 """As in past.py: a sun that turned by more within a frame was put elsewhere."""
@@ -177,16 +178,12 @@ class ShadowPass:
             system=system,
             creates=(
                 TextureSpec(
-                    SHADOW, "rgba16f", (side, side), "persistent", layers=MOST_MAPS, filter="linear",
+                    SHADOW, "rgba16f", (side, side), "persistent", layers=MOST_MAPS + 1, filter="linear",
                     help="sunlight that comes through all clouds: the beam, light from all over, the sky's share",
                 ),
                 TextureSpec(
                     SUN, "rg16f", (side, side, MOST_MAPS * (MOST_INTERVALS + 1)), "persistent", filter="linear",
                     help="share of the beam and optical depth towards the sun, at heights in the clouds",
-                ),
-                TextureSpec(
-                    _NEXT_SHADOW, "rgba16f", (side, side), "persistent", layers=1, filter="linear",
-                    help="the map that is being made",
                 ),
                 TextureSpec(_NEXT_SUN, "rg16f", (side, side, MOST_INTERVALS + 1), "persistent", filter="linear"),
                 BufferSpec(SHADED, 4 * (MOST_MAPS + 1), "persistent", "which maps of the shadow have any"),
@@ -198,39 +195,39 @@ class ShadowPass:
 
     def _bind(self, io: PassIO, view: int, bind_noise: Callable[[], None]) -> Callable[[], None]:
         shadow, sun, shaded = io.texture(SHADOW), io.texture(SUN), io.buffer(SHADED)
-        next_shadow, next_sun = io.texture(_NEXT_SHADOW), io.texture(_NEXT_SUN)
+        next_sun = io.texture(_NEXT_SUN)
         if view in self._views:
             self._views[view].forget()
         side, slices = self._texels, MOST_INTERVALS + 1
         gpu = self._gpu.gpu
 
-        def draw(
-            images: tuple[Any, Any], layer: int, flag: int, rows: tuple[int, int], where: Mapping[str, Any]
-        ) -> None:
-            for unit, image in enumerate(images):
-                image.bind_to_image(unit, read=False, write=True)
+        def draw(into: Any, layer: int, first: int, rows: tuple[int, int], where: Mapping[str, Any]) -> None:
+            shadow.bind_to_image(0, read=False, write=True)
+            into.bind_to_image(1, read=False, write=True)
             if rows[0] == 0:
-                shaded.write(b"\0\0\0\0", offset=4 * flag)
-            for name, value in {**where, "u_layer": layer, "u_flag": flag, "u_rows": rows}.items():
+                shaded.write(b"\0\0\0\0", offset=4 * layer)
+            for name, value in {**where, "u_layer": layer, "u_first": first, "u_rows": rows}.items():
                 self._program.set(name, value)
             self._program.run_over(side, rows[1] - rows[0])
 
+        def finish(number: int) -> None:
+            gpu.barrier()  # strips are written as images
+            gpu.gl.copy_layers(G.TEXTURE_2D_ARRAY, shadow.glo, MOST_MAPS, shadow.glo, number, (side, side, 1))
+            gpu.gl.copy_layers(G.TEXTURE_3D, next_sun.glo, 0, sun.glo, number * slices, (side, side, slices))
+            gpu.ctx.copy_buffer(shaded, shaded, 4, read_offset=4 * MOST_MAPS, write_offset=4 * number)
+
         def run() -> None:
             if self._finished is not None:
-                gpu.barrier()  # strips are written as images
-                gpu.gl.copy_layers(G.TEXTURE_2D_ARRAY, next_shadow.glo, shadow.glo, self._finished, (side, side, 1))
-                first = self._finished * slices
-                gpu.gl.copy_layers(G.TEXTURE_3D, next_sun.glo, sun.glo, first, (side, side, slices))
-                gpu.ctx.copy_buffer(shaded, shaded, 4, read_offset=4 * MOST_MAPS, write_offset=4 * self._finished)
+                finish(self._finished)
             if not self.due and self._strip is None:
                 return
             bind_noise()
             shaded.bind_to_storage_buffer(0)
             for number, where in self._wholes:
-                draw((shadow, sun), number, number, (0, side), where)
+                draw(sun, number, number * slices, (0, side), where)
             making = self.maps.making
             if making is not None and self._strip is not None and self._rows[1] > self._rows[0]:
-                draw((next_shadow, next_sun), 0, MOST_MAPS, self._rows, self._strip)
+                draw(next_sun, MOST_MAPS, 0, self._rows, self._strip)
                 making.rows = self._rows[1]
 
         return run

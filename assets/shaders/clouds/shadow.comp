@@ -9,7 +9,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 0, rgba16f) uniform writeonly image2DArray o_shadow;
 layout(binding = 1, rg16f) uniform writeonly image3D o_sun;
 layout(std430, binding = 0) buffer Shaded { uint shaded[]; };   // per map, and of the one that is made: whether anything in it is
-layout(location = 0) uniform int u_layer;
+layout(location = 0) uniform int u_layer;    // of o_shadow
 layout(location = 1) uniform int u_steps;    // through an interval
 layout(location = 2) uniform vec4 u_middle;   // of the map, from the anchor in planet axes, at the reference height; half width
 layout(location = 3) uniform vec4 u_up;       // there; how many times longer than wide the map is
@@ -17,7 +17,7 @@ layout(location = 4) uniform vec3 u_along;    // its axes, the first divided by 
 layout(location = 5) uniform vec3 u_across;
 layout(location = 6) uniform vec3 u_sun;      // when it was begun
 layout(location = 7) uniform ivec2 u_rows;    // from and to
-layout(location = 8) uniform int u_flag;
+layout(location = 8) uniform int u_first;     // slice of o_sun
 layout(location = 9) uniform vec2 u_intervals[CLOUD_MOST_INTERVALS];   // heights from and to, lowest first
 
 const float DEEPEST = 6e4;      // half floats end at 65504
@@ -38,7 +38,7 @@ void main() {
     vec3 place = u_middle.xyz + from_middle - u_up.xyz * drop;
     vec3 foot = u_up.xyz * (r - drop) + from_middle, sun = u_sun;
     float mu = dot(normalize(foot), sun), footprint = 2.0 * u_middle.w / float(size.x);
-    int intervals = int(cloud_view.shadow.z), first = u_layer * (CLOUD_MOST_INTERVALS + 1);
+    int intervals = int(cloud_view.shadow.z), first = u_first;
     float depth = 0.0;
     imageStore(o_sun, ivec3(at, first + intervals), vec4(1.0, 0.0, 0.0, 0.0));
     // Loops are left at their ends: software GPUs go through the turn, too, in which one is left at its head.
@@ -66,6 +66,6 @@ void main() {
         } while (++k < steps);
         imageStore(o_sun, ivec3(at, first + i), vec4(exp(-depth), min(depth, DEEPEST), 0.0, 0.0));
     } while (--i >= 0);
-    if (depth > SHADED) shaded[u_flag] = 1u;
+    if (depth > SHADED) shaded[u_layer] = 1u;
     imageStore(o_shadow, ivec3(at, u_layer), cloud_through(depth, max(mu, 0.0), cloud_view.droplets[0].y));
 }
