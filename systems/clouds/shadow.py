@@ -61,7 +61,7 @@ class ShadowMaps:
         self.maps: list[_Map] = []
         self.making: Making | None = None
         self.changes = 0
-        """How often a map was put in another's place."""
+        """How often a map that was made took another's place, which a still camera sees."""
         self._before: tuple[Floats, Floats, float] | None = None
         self._pace = (0.0, 0.0, 0.0)
 
@@ -111,7 +111,6 @@ class ShadowMaps:
     def move(self, number: int, foot: Floats, sun: Floats, time_s: float, stamp: Any, radius_m: float) -> _Map:
         """The map is about to be drawn around `foot`, all of it."""
         held = self.maps[number] = _placed(self.maps[number].half_m, foot, sun, time_s, stamp, radius_m)
-        self.changes += 1
         return held
 
     def begin(
