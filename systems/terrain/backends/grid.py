@@ -42,6 +42,13 @@ class TerrainGridBlock:
     spacing: Vec4 = (0.01, 1.0, 1.0, 0.0)
     """(wanted spacing of vertices per metre of distance, smallest spacing in m, proxy altitude above the ground in m,
     0)"""
+    faded: Vec4 = (0.01, 1.0, 1.0, 0.0)
+    """The same of the selection that fades out, and its share in what is drawn."""
+    moved_m: Vec4 = (0.0, 0.0, 0.0, 0.0)
+    """xyz: the anchor's foot, from that of the selection that fades out."""
+
+
+_UNFADED = (TerrainGridBlock().faded, TerrainGridBlock().moved_m)
 
 
 class _GridView:
@@ -51,6 +58,7 @@ class _GridView:
         self.mesh = mesh
         self.ahead = ahead
         self.choice = Choice()
+        self.faded = Choice()  # the one before, which fades out
         self.held = HeldScale()
         self.key: tuple[Any, ...] = ()
         self.made = -1  # the selection whose vertices exist
@@ -164,9 +172,17 @@ class GridBackend(Backend):
         seen = planet_seen(frame.world, frame.view_index)()
         if seen and not (frozen and view.culled == view.wanted and not fading):
             view.wanted = wanted
-        if self.block.spacing != view.choice.spacing:
-            self.block.spacing = view.choice.spacing
-            self._ubo.write(self.block)
+        self._write_block(view, ground.params.radius_m)
+
+    def _write_block(self, view: _GridView, radius_m: float) -> None:
+        block, fade = self.block, view.fade
+        wanted: tuple[Vec4, ...] = (view.choice.spacing, *_UNFADED)
+        if fade is not None and fade.running:
+            moved_m = view.choice.foot_m(radius_m) - view.faded.foot_m(radius_m)
+            wanted = (view.choice.spacing, (*view.faded.spacing[:3], 1.0 - fade.part), (*moved_m, 0.0))
+        if wanted != (block.spacing, block.faded, block.moved_m):
+            block.spacing, block.faded, block.moved_m = wanted
+            self._ubo.write(block)
         self._ubo.bind()
 
     def _snap(self, view: _GridView, frame: Frame, ground: Ground, proxy: Any, may_fade: bool) -> None:
@@ -185,7 +201,7 @@ class GridBackend(Backend):
             view.choice = choose(frame, ground, proxy, self._quads, view.key[2], view.key[3])
             assert view.choice.cells is not None
             grew = view.mesh.upload(view.choice.cells, topology(view.choice.cells))
-        new = view.choice
+        new, view.faded = view.choice, old
         assert new.cells is not None
         if fade is not None:
             if not may_fade:

@@ -35,6 +35,10 @@ class Choice:
     anchor_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
     anchor_height_m: float = 0.0
 
+    def foot_m(self, radius_m: float) -> NDArray[np.float64]:
+        """The anchor's on the reference sphere, from the planet's centre."""
+        return self.anchor_m * (radius_m / (radius_m + self.anchor_height_m))
+
 
 def choose(frame: Frame, ground: Ground, proxy: Any, quads: int, edge_px: float, pixel_angle: float) -> Choice:
     """The grid for a proxy: a function of it and of settings, whatever the camera does."""
