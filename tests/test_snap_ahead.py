@@ -291,6 +291,24 @@ def test_the_ground_moves_little_at_a_snap_that_was_prepared(view: str, step_m: 
 
 
 @pytest.mark.gpu
+def test_a_snap_that_was_prepared_changes_no_light_in_its_frame(scene: pf.Scene):
+    flight, ratios = descent.descent(scene, 60, 44.0, 48.0), []
+    with pf.Renderer(scene, SIZE, "low") as renderer:
+        renderer.settle(flight.cameras[0], sun=flight.sun)
+        for camera in flight.cameras[1:]:
+            shown = {"sun": flight.sun, "outputs": ("radiance", "surface")}
+            before = renderer.render(camera, dt_s=flight.frame_s, **shown)
+            if snap_ahead(scene.world, 0).ready:
+                after = renderer.render(camera, dt_s=0.0, **shown)
+                land = (before["surface"] == 1) & (after["surface"] == 1)
+                ratios.append(np.log(after["radiance"][land].sum(axis=1) / before["radiance"][land].sum(axis=1)))
+    assert len(ratios) >= 2 and min(map(len, ratios)) > 2000
+    # Colours do not hang on the mesh, and the relief that its normals lack fades with them.
+    assert max(np.abs(r).mean() for r in ratios) <= 0.004
+    assert max(np.quantile(np.abs(r), 0.99) for r in ratios) <= 0.05
+
+
+@pytest.mark.gpu
 def test_a_snap_to_more_cells_than_there_is_room_for_has_the_prepared_vertices(scene: pf.Scene):
     flight = flight_of(scene)
     with pf.Renderer(scene, SIZE, "low") as renderer:

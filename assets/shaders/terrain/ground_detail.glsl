@@ -8,12 +8,14 @@
 struct GroundDetail {
     vec3 gradient;  // of the terrain's own layers, metres per metre, at roughness 1 (may point out of the tangent plane)
     vec3 grain;     // of octaves shorter than its shortest layer, each as steep as the shortest
-    float fine;     // noise of 3 to 30 footprints, variance about 1
-    float broad;    // noise of 30 to 1000 footprints, variance about 1
+    // For colours: of the place and the footprint alone, so that a mesh that is chosen anew changes none.
+    float fine;     // noise of 3 to 20 footprints, variance about 1
+    float broad;    // noise of about 40 footprints, variance about 1
 };
 
 const float DETAIL_RIDGE_SLOPE = 1.9, DETAIL_RIDGE_ROUND = 0.03;  // as in the layers' heights
 const int DETAIL_MOST = 28;
+const float DETAIL_FINE = 6.0;  // footprints: noise four times as long as this is no part of the fine one
 
 // Share of a layer in band-limited gradients: 0 below two samples a wavelength, 1 from four on.
 float detail_weight(float wavelength_m, float spacing_m) {
@@ -36,7 +38,7 @@ GroundDetail ground_detail(vec3 D, float roughness, float spacing, float footpri
     vec3 fraction;
     int layers = terrain_material_block.counts.x, warped = terrain_material_block.counts.y;
     float first_m = terrain_material_block.layer_shape[0].w;
-    int begin = int(clamp(ceil(log2(first_m / (4.0 * spacing))), 0.0, float(DETAIL_MOST)));
+    int begin = int(clamp(ceil(log2(first_m / (4.0 * max(spacing, DETAIL_FINE * footprint)))), 0.0, float(DETAIL_MOST)));
     int end = int(clamp(ceil(log2(first_m / (2.0 * footprint))), 0.0, float(DETAIL_MOST)));
 
     vec4 warp_anchor = terrain_material_block.warp_anchor;
@@ -61,8 +63,9 @@ GroundDetail ground_detail(vec3 D, float roughness, float spacing, float footpri
         vec4 n = gradient_noise(cell, fraction);
         float wavelength = shape.w / finer;
         float shown = detail_weight(wavelength, footprint), weight = shown - detail_weight(wavelength, spacing);
-        sum.fine += shown * n.w;
-        power += shown * shown;
+        float fine = shown - detail_weight(wavelength, DETAIL_FINE * footprint);
+        sum.fine += fine * n.w;
+        power += fine * fine;
         float slope = 1.0 - abs(shape.z) - shape.z * DETAIL_RIDGE_SLOPE * clamp(n.w / DETAIL_RIDGE_ROUND, -1.0, 1.0);
         vec3 g = (weight * place.w * slope * (shape.x + shape.y * in_ranges) / finer) * n.xyz;
         bent += i < warped ? g : vec3(0.0);
@@ -72,7 +75,7 @@ GroundDetail ground_detail(vec3 D, float roughness, float spacing, float footpri
     sum.gradient += bent * to_near;
     sum.fine *= inversesqrt(power) / NESTED_RMS;
 
-    // Broad patches: two wavelengths, a factor of eight apart, that take over from one another as the footprint shrinks.
+    // Broad patches: two wavelengths, a factor of eight apart, the longer one taking over as the footprint grows.
     float octave = log2(max(20.0 * footprint / NESTED_BASE_M, 1.0)) / 3.0;
     float low = min(floor(octave), 8.0), t = clamp(octave - low, 0.0, 1.0);
     t = t * t * (3.0 - 2.0 * t);
@@ -81,9 +84,9 @@ GroundDetail ground_detail(vec3 D, float roughness, float spacing, float footpri
     do {
         float frequency;
         nested_place(terrain_material_block.anchor_cell.xyz, terrain_material_block.anchor_fraction.xyz, D, k, cell, fraction, frequency);
-        sum.broad += (i == 0 ? 1.0 - 0.6 * t : 0.4 + 0.6 * t) * gradient_noise_value(cell, fraction);
+        sum.broad += (i == 0 ? 1.0 - t : t) * gradient_noise_value(cell, fraction);
         k += 3;
     } while (++i < 2);
-    sum.broad *= inversesqrt(1.16 - 0.4 * t * (1.0 - t)) / NESTED_RMS;
+    sum.broad *= inversesqrt(1.0 - 2.0 * t * (1.0 - t)) / NESTED_RMS;
     return sum;
 }
