@@ -21,7 +21,7 @@ _ZOOMED, _ZOOMED_FAR = 0.05, 0.25
 """Cells are chosen anew when a zoom has changed the angle of a pixel by more than this share; by more than the second,
 at once."""
 _SHARES = {"ground": 0.45, "sea": 0.35, "fade": 0.2}
-"""Phases, in their order, and what share of the frames each takes: by their times over the sea and over land."""
+"""Phases, in their order, and what share of the frames each takes: by their times along a coast."""
 
 
 class SnapAhead:
@@ -43,7 +43,7 @@ class SnapAhead:
         self.restore_anchor: Callable[[], None] = lambda: None
         self._makers: set[str] = set()
         self._left: list[str] = []
-        self._frames = 1
+        self._frames: dict[str, int] = {}
 
     @property
     def phase(self) -> str:
@@ -68,10 +68,12 @@ class SnapAhead:
             self.drop()
 
     def begin(self, proxy: Any, frames: int) -> None:
-        """Prepare for that proxy within about so many frames."""
-        self.proxy, self._frames = proxy, frames
+        """Prepare for that proxy in so many frames, one a phase at least; the first one comes after this frame, in
+        which cells are chosen."""
+        self.proxy = proxy
         self.number += 1
         self._left = [phase for phase in _SHARES if phase in self._makers]
+        self._frames = _shared_out(frames, self._left)
 
     def finish(self, phase: str) -> None:
         """A maker has done this phase."""
@@ -84,8 +86,17 @@ class SnapAhead:
 
     def part(self, phase: str, count: int, step: int) -> int:
         """How many of `count` cells a frame does in this phase: a multiple of step."""
-        frames = max(round(self._frames * _SHARES[phase]), 1)
-        return max(math.ceil(count / frames / step), 1) * step
+        return max(math.ceil(count / self._frames[phase] / step), 1) * step
+
+
+def _shared_out(frames: int, phases: list[str]) -> dict[str, int]:
+    """Frames of each phase, by the largest remainders of their shares; one at least."""
+    whole = sum(_SHARES[phase] for phase in phases)
+    wanted = {phase: frames * _SHARES[phase] / whole for phase in phases}
+    found = {phase: max(int(share), 1) for phase, share in wanted.items()}
+    for phase in sorted(phases, key=lambda p: found[p] - wanted[p])[: max(frames - sum(found.values()), 0)]:
+        found[phase] += 1
+    return found
 
 
 class HeldScale:

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ...components import Ocean, Planet
 from ...engine.gpu import GpuScope
 from ...engine.gpu.cell_mesh import CellMesh
-from ...engine.graph import PassIO
+from ...engine.mesh_ahead import MeshAhead
 from ...engine.snap_ahead import SnapAhead
 from ...engine.surface.coverage import proxy_coverage
-from ...engine.surface.decimation import topology
 from ...engine.surface.selection import CellSet, chord_limit_m, select_rings, spacing_angle
 from ...engine.system import Frame
 from .wave_passes import SeaWaves
@@ -93,73 +92,44 @@ class SeaMaking:
         return min(self.most, _MOST_SKIPPED) if choice.moves else self.most
 
 
-class SeaAhead:
-    """One view's next snap (engine/snap_ahead.py)."""
+class SeaAhead(MeshAhead):
+    """One view's next snap."""
+
+    phase: ClassVar[str] = "sea"
 
     def __init__(self, gpu: GpuScope, name: str, quads: int, making: SeaMaking) -> None:
+        super().__init__(CellMesh(gpu, f"{name}_ahead", quads))
         self._making = making
-        self.mesh = CellMesh(gpu, f"{name}_ahead", quads)
         self.choice = SeaChoice()
-        self.key: tuple[Any, ...] = ()
-        self.scale = (0.0, 0.0)
-        self._number = -1
-        self._uploaded = self._agreed = False
-        self._done = 0  # cells with vertices
-        self._snap: SnapAhead | None = None
-
-    def complete(self, key: tuple[Any, ...]) -> bool:
-        """Whether the mesh is the one for this key."""
-        return self._agreed and key == self.key
+        self._seen = -1
 
     def update(
         self, snap: SnapAhead, key: tuple[Any, ...], scale: tuple[float, float], choose: Callable[[], SeaChoice]
     ) -> bool:
-        """CPU work of one frame: first the choice, then its upload. True where buffers of the graph grew."""
-        self._snap = snap
-        if snap.phase != "sea":
+        """CPU work of one frame, while the ground's vertices are made: its cells are chosen in the frame before. True
+        where buffers of the graph grew."""
+        first, self._seen = snap.number != self._seen, snap.number
+        if snap.phase not in ("ground", "sea") or (first and snap.phase == "ground"):
             return False
-        if snap.number != self._number or key != self.key:
-            self._number, self.key, self.scale = snap.number, key, scale
-            self._uploaded = self._agreed = False
+
+        def chosen() -> CellSet:
             self.choice = choose()
-            return False
-        if self._uploaded:
-            return False
-        assert self.choice.cells is not None
-        self._uploaded, self._done = True, 0
-        return self.mesh.upload(self.choice.cells, topology(self.choice.cells))
+            assert self.choice.cells is not None
+            return self.choice.cells
 
-    @property
-    def due(self) -> bool:
-        """Whether the GPU has something to do in this frame."""
-        snap = self._snap
-        return snap is not None and snap.phase == "sea" and self._uploaded and snap.number == self._number
+        return self.advance(snap, key, scale, chosen)
 
-    def bind(self, io: PassIO) -> Callable[[], None]:
-        """The pass that makes a share of the vertices."""
-        if self.mesh.attach_vertices(io):
-            self._done, self._agreed = 0, False
+    def make(self, snap: SnapAhead, first: int, count: int) -> None:
+        """See MeshAhead."""
+        made, choice = self._making, self.choice
+        if snap.bind_heights is not None:
+            snap.bind_heights()
+        made.vertices.set("u_reach", choice.reach_m)
+        self.mesh.make_part(
+            made.vertices, made.measure, choice.eye_m, choice.edge_rad, choice.chord_m, made.skipped(choice),
+            first, count,
+        )  # fmt: skip
 
-        def run() -> None:
-            snap = self._snap
-            if not self.due or snap is None:
-                return  # the graph runs every pass once
-            made, mesh, choice = self._making, self.mesh, self.choice
-            count = min(snap.part("sea", mesh.count, mesh.part_step), mesh.count - self._done)
-            if count > 0:
-                snap.bind_anchor()
-                if snap.bind_heights is not None:
-                    snap.bind_heights()
-                made.vertices.set("u_reach", choice.reach_m)
-                mesh.make_part(
-                    made.vertices, made.measure, choice.eye_m, choice.edge_rad, choice.chord_m, made.skipped(choice),
-                    self._done, count,
-                )  # fmt: skip
-                snap.restore_anchor()
-                self._done += count
-            if self._done >= mesh.count:
-                mesh.agree(made.agree)
-                self._agreed = True
-                snap.finish("sea")
-
-        return run
+    def agree(self) -> None:
+        """See MeshAhead."""
+        self.mesh.agree(self._making.agree)

@@ -24,9 +24,11 @@ _PACE = 2.0
 """In the frames from one snap to the next a camera may come so many times nearer to the ground, or as far aside as
 makes the ground below it so many times farther from where it was. A snap that was prepared is right for the middle of
 its time, so that proxy and camera differ by half of that."""
-_BESIDES = 4
-"""Frames beyond those that are shared out: to choose cells of ground and sea, to draw the last of it, to round up."""
-_FEWEST, _HOPELESS = 4, 3
+_BESIDES = 2
+"""Frames beyond those that are shared out: to choose cells of the ground, and one to spare."""
+_FEW, _FEWEST, _HOPELESS = 6, 4, 3
+"""Frames for a snap: so many by choice, so many at the least; with no more left than the last, all is made at once."""
+_STEEPEST = 0.25
 _USUAL_FRAMES = 8
 """Of these the shortest says how long a frame lasts."""
 _MARGIN = 1.05
@@ -78,11 +80,13 @@ class Motion:
         self._lasts_s: deque[float] = deque(maxlen=_USUAL_FRAMES)
         self._turn = np.zeros(3)
         self._growth = 0.0
+        self._steeper = 0.0
+        """How much less the growth is than in the frame before; of its size a part (_STEEPEST) at most."""
 
     def forget(self) -> None:
         """There is no last frame."""
         self._last = self._distance_m = None
-        self._turn, self._growth = np.zeros(3), 0.0
+        self._turn, self._growth, self._steeper = np.zeros(3), 0.0, 0.0
 
     def follow(self, position_m: Floats, radius_m: float, ground_m: float, dt_s: float) -> None:
         """Once a frame. ground_m: about the ground's height there."""
@@ -95,7 +99,9 @@ class Motion:
             self._turn = usual * (foot - self._last[0])
             # Over the same ground: the proxy's may be another one now.
             before = max(self._distance_m - radius_m - ground_m, LOWEST_ALTITUDE_M)
-            self._growth = usual * math.log(above / before)
+            growth = usual * math.log(above / before)
+            self._steeper = max(min(growth - self._growth, 0.0), -_STEEPEST * abs(growth))
+            self._growth = growth
         self._last, self._distance_m = (foot, above), distance
 
     def frames_of(self, cell: ProxyCell, most: int) -> int:
@@ -104,22 +110,21 @@ class Motion:
         if self._last is None:
             return most
         foot, above = self._last
-        room = max(int(self._room(most)), min(most, _FEWEST) + _BESIDES)
+        room = max(int(self._room(most)), min(most, _FEW) + _BESIDES)
         frames = next(
             (
                 n
                 for n in range(1, room + 1)
-                if _coarser(
-                    cell, _angle(foot + self._way(n) * self._turn, cell.direction), above * math.exp(n * self._growth)
-                )
+                if _coarser(cell, _angle(foot + self._way(n) * self._turn, cell.direction), above * self._sinking(n))
                 > _LAG
             ),
             room + 1,
         )
         if frames <= _HOPELESS:
             return 0
-        # Cameras that dive slow down: it may yet be there in time, and if not, what is missing is made at once.
-        return max(frames - 1 - _BESIDES, min(most, _FEWEST))
+        # Rather none to spare than very few. Cameras that dive slow down at last: with the fewest, too, it may yet be
+        # there in time, and if not, what is missing is made at once.
+        return max(frames - 1 - _BESIDES, min(most, max(min(frames, _FEW) - 1, _FEWEST)))
 
     def _room(self, most: int) -> float:
         """How many frames there may be from one snap to the next."""
@@ -146,6 +151,11 @@ class Motion:
         """How many times as far as in the last frame a camera flies in so many: its speed goes with its height."""
         growth = self._growth
         return frames if abs(growth * frames) < 1e-3 else math.expm1(min(growth * frames, 1.0)) / growth
+
+    def _sinking(self, frames: int) -> float:
+        """The height above the ground after so many frames, over that of now, where a dive goes on as it gets
+        steeper for its height."""
+        return math.exp(frames * self._growth + 0.5 * frames * (frames + 1) * self._steeper)
 
     def covered(self, cell: ProxyCell, frames: int, most: int) -> ProxyCell:
         """A cell that was foreseen, with ground for all of the camera's way until the one after it."""
