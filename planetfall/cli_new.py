@@ -70,12 +70,12 @@ def scene_template(base: str, file: Path) -> str:
         "# its value. Colours are linear RGB reflectances, directions are in planet axes.",
         f"base = {_toml(named)}",
         f"about = {_toml(told.about)}",
-        *_tables(told.components),
+        *_tables(told.components, file),
     ]
     return "\n".join(lines) + "\n"
 
 
-def _tables(components: Mapping[str, Any]) -> Iterator[str]:
+def _tables(components: Mapping[str, Any], file: Path) -> Iterator[str]:
     from ._kinds import KINDS
 
     for table, kind in KINDS.items():
@@ -86,12 +86,14 @@ def _tables(components: Mapping[str, Any]) -> Iterator[str]:
             yield f"#[{table}]"
         else:
             yield f"[{table}]"
-        yield from _knobs(kind() if there is None else there)
+        yield from _knobs(kind() if there is None else there, file)
 
 
-def _knobs(component: Any) -> Iterator[str]:
+def _knobs(component: Any, file: Path) -> Iterator[str]:
     values = plain_table(component)
     for name, rule in rules_of(type(component)).items():
+        if rule.knob.widget == "path" and values.get(name):
+            values[name] = _beside(Path(values[name]), file)
         said = " ".join(part for part in (_sentence(rule.knob.help), _sentence(f"Expected: {rule.expected}")) if part)
         if name not in values:
             said = f"{name}, which is not set: {said}"
@@ -113,9 +115,9 @@ def _toml(value: Any) -> str:
     return tomli_w.dumps({"v": value}).removeprefix("v = ").rstrip("\n")
 
 
-def _beside(base: Path, file: Path) -> str:
-    """The base's path as `file` names it: from its own folder, or whole on another drive."""
+def _beside(path: Path, file: Path) -> str:
+    """A path as `file` names it: from its own folder, or whole on another drive."""
     try:
-        return Path(os.path.relpath(base.absolute(), file.absolute().parent)).as_posix()
+        return Path(os.path.relpath(path.absolute(), file.absolute().parent)).as_posix()
     except ValueError:  # Windows: no way leads from one drive to another
-        return base.absolute().as_posix()
+        return path.absolute().as_posix()

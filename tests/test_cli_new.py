@@ -54,6 +54,18 @@ def test_a_changed_value_counts_and_the_rest_follows_the_base(tmp_path: Path) ->
         assert found["terrain"] == describe("mars").components["terrain"]
 
 
+def test_files_are_named_from_where_the_new_one_lies(tmp_path: Path) -> None:
+    base, file = tmp_path / "planets" / "mapped.toml", tmp_path / "mine" / "own.toml"
+    for folder in (base.parent, file.parent):
+        folder.mkdir()
+    base.write_text('base = "moon"\n[terrain]\nheight_map = "maps/moon.png"\nheight_map_range_m = [-9000.0, 9000.0]\n')
+    assert main(["new", str(file), "--base", str(base)]) == 0
+    text = file.read_text(encoding="utf-8")
+    assert '\n#height_map = "../planets/maps/moon.png"\n' in text and str(tmp_path) not in text
+    file.write_text(re.sub(r"^#(height_map = )", r"\1", text, flags=re.MULTILINE), encoding="utf-8")
+    assert describe(file).components["terrain"] == describe(base).components["terrain"]
+
+
 def test_what_can_t_be_written_is_told_and_leaves_what_is_there(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -196,6 +196,12 @@ def save_series(suite: str, case: Case, columns: Mapping[str, list[float]], fold
     return path
 
 
+_REPLAYED = (
+    "Expected the file of a failing case, such as failures/space-1-12.json; `planetfall stress SUITE` names those it"
+    " writes. Without the file, `planetfall stress space --seed 1 --count 13` runs that case again, after twelve others"
+)
+
+
 def save_failure(failure: Failure, folder: Path) -> None:
     """Write a case that `replay_file` can read; its name is noted in failure.file."""
     path = folder / f"{failure.suite}-{failure.seed}-{failure.index}.json"
@@ -209,9 +215,9 @@ def replay_file(path: Path) -> Report:
     try:
         replay = msgspec.json.decode(path.read_bytes(), type=ReplayFile)
     except OSError as error:
-        raise ReportError(f"{path}: cannot be read: {error.strerror or error}") from None
+        raise ReportError(f"stress: {path} cannot be read: {error.strerror or error}. {_REPLAYED}") from None
     except msgspec.MsgspecError as error:
-        raise ReportError(f"{path}: not a saved stress case: {error}") from None
+        raise ReportError(f"stress: {path} is not a saved stress case: {error}. {_REPLAYED}") from None
     kinds_of(replay.suite)
     started, date = time.monotonic(), now_utc()
     with Session(replay.suite) as session:
