@@ -88,7 +88,7 @@ def revision(component: Any, *fields: str) -> int:
 
 def latest_revision(*kinds: type) -> int:
     """The revision of the component of these classes that changed last: while it stays, none of them has changed."""
-    return max((_latest.get(kind, 0) for kind in kinds), default=0)
+    return max([_latest.get(kind, 0) for kind in kinds], default=0)
 
 
 def assign_many(components: Sequence[Any], name: str, values: Sequence[Any]) -> None:

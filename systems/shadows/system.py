@@ -11,7 +11,7 @@ import numpy as np
 from ...components import Ocean, Planet, Terrain
 from ...engine.contracts import provide_contracts, withdraw_contracts
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
-from ...engine.planet_seen import planet_seen
+from ...engine.planet_seen import Unseen, planet_seen
 from ...engine.settings import revision, with_overrides
 from ...engine.system import Frame, Setup, System, ViewInfo
 from ...engine.world import World
@@ -93,6 +93,7 @@ class ShadowSystem(System):
         self._occlusion = gpu.compute("shadows/occlusion.comp")
         self._on = False
         self._terrain_stamp: tuple[Any, ...] = ()
+        self._unseen = Unseen(Planet, Terrain, Ocean)
         self._switch(self._wanted(setup.world, setup.planet, setup.settings))
 
     def release(self) -> None:
@@ -145,6 +146,12 @@ class ShadowSystem(System):
     # -- frame -------------------------------------------------------------------------------------------------------
 
     def update(self, frame: Frame) -> None:
+        # Things in space are lit through the map, whose place is the proxy's.
+        known = self._views.get(frame.view_index)
+        if self._unseen.rests(frame) and (known is None or known.place == self._place_of(frame)):
+            if known is not None:
+                known.asked = False
+            return
         shown = self._wanted(frame.world, frame.planet, frame.settings)
         self._switch(shown)
         if not self._on:
@@ -160,14 +167,18 @@ class ShadowSystem(System):
             view.forget()
         view.hurry = frame.settling or frame.cut or frame.one_shot or view.sun is None
         view.index = frame.view_index
-        proxy = frame.world.resource(f"proxy.{frame.view_index}")
-        camera = frame.camera
-        pixel_rad = (camera.tan_top - camera.tan_bottom) / frame.size[1]
-        place = (camera.position_m.tobytes(), pixel_rad, proxy.generation, frame.sun.direction.tobytes())
+        place = self._place_of(frame)
         if place == view.place and view.complete and view.finest == 0.0 and self._done(view):
             return  # turning the camera changes nothing
         view.place = place
-        self._place(view, frame, proxy, pixel_rad, sea_m, shown)
+        self._place(view, frame, frame.world.resource(f"proxy.{frame.view_index}"), place[1], sea_m, shown)
+
+    @staticmethod
+    def _place_of(frame: Frame) -> tuple[Any, ...]:
+        """What the windows are placed for: of the camera, the angle of a pixel, the proxy and the sun."""
+        camera, proxy = frame.camera, frame.world.resource(f"proxy.{frame.view_index}")
+        pixel_rad = (camera.tan_top - camera.tan_bottom) / frame.size[1]
+        return (camera.position_m.tobytes(), pixel_rad, proxy.generation, frame.sun.direction.tobytes())
 
     def _view(self, index: int, rows: int) -> _View:
         """The windows of a view, as large as its picture can show."""

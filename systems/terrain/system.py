@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from ...components import Ocean, Planet, Terrain
+from ...components import DebugView, Ocean, Planet, Terrain
 from ...engine.contracts import bind_contracts, contract_reads
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
-from ...engine.planet_seen import planet_seen
+from ...engine.planet_seen import Unseen, planet_seen
 from ...engine.settings import SettingError, revision, with_overrides
 from ...engine.snap_ahead import SnapAhead, snap_ahead
 from ...engine.system import Frame, Setup, System, ViewInfo
@@ -55,6 +55,7 @@ class _View:
         self.next_octaves: Any = None  # around the anchor of a snap that is being prepared
         self.next_key: tuple[Any, ...] = ()
         self.far = False  # whether every pixel of the ground is wide
+        self.updated = -1  # for which proxy
 
 
 class TerrainSystem(System):
@@ -87,6 +88,8 @@ class TerrainSystem(System):
             for out in (True, False)
         }
         self._shaders: dict[tuple[str, bool, bool], Any] = {}
+        self._unseen = Unseen(Planet, Terrain, Ocean, DebugView)
+        self._changes: tuple[int, ...] = ()
         self._field_revision: tuple[int, ...] = ()
         self._colour_revision = -1
         self._material_stamp: tuple[int, ...] = ()
@@ -136,10 +139,14 @@ class TerrainSystem(System):
     def _refresh_field(self, world: Any, planet: int, settings: Mapping[str, Any]) -> None:
         terrain, body = world.get(planet, Terrain), world.get(planet, Planet)
         colours = revision(terrain)
+        changes = (id(terrain), colours, id(body), revision(body))
+        if changes == self._changes:
+            return
         if colours != self._colour_revision:
             self._colour_revision = colours
             self._component = with_overrides(terrain, "terrain", settings)
             self._use_backend(self._component.backend, self._component.method)
+        self._changes = changes
         # Colours change often while somebody tunes them; only the shape asks for new cells and vertices.
         stamp = (id(terrain), revision(terrain, *_SHAPE), revision(body, "radius_m"))
         if stamp == self._field_revision:
@@ -176,6 +183,10 @@ class TerrainSystem(System):
     def update(self, frame: Frame) -> None:
         proxy = frame.world.resource(f"proxy.{frame.view_index}")
         view, camera = self._view(frame.view_index), frame.camera
+        # A grid that the proxy wants is made unseen: turning to the planet then costs nothing.
+        if self._unseen.rests(frame) and view.updated == proxy.generation and self.backend.settled():
+            return
+        view.updated = proxy.generation
         self._refresh_octaves(view, proxy)
         ahead = snap_ahead(frame.world, frame.view_index)
         ahead.take_part(self.backend.prepares_snaps, "ground", "fade")
