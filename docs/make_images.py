@@ -29,8 +29,7 @@ def main(names: list[str]) -> None:
     FOLDER.mkdir(exist_ok=True)
     if not names or DESCENT in names:
         scene, parts = pf.load_scene("earth"), Path(__file__).parents[1] / "build" / DESCENT
-        scene.planet.remove(pf.Clouds)  # the ground is to be seen all the way down
-        made = pf.record(scene, DESCENT, parts, count=72, size=(320, 180), fps=12.0, video=False, gif=True)
+        made = pf.record(scene, DESCENT, parts, count=96, size=(320, 180), fps=12.0, video=False, gif=True)
         file = FOLDER / f"{DESCENT}.gif"
         file.write_bytes(made.gif.read_bytes())
         console.print(f"wrote {file} ({file.stat().st_size / 1000:.0f} kB)")
