@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 __all__ = ["settle"]
 
 _SETTLE_FRAMES = 64
-"""Frames without progress after which settle gives up."""
+"""Frames in which no system got further after which settle gives up."""
 
 
 def settle(
@@ -24,13 +24,17 @@ def settle(
     started = time.monotonic()
     waiting: list[str] = []
     step, idle, share = 0, 0, 0.0
+    best: list[float] = []
     while idle < _SETTLE_FRAMES:
         with renderer.current():
             frame()
             running = renderer.running
             waiting = [s.name for s in running if not s.settled()]  # some read back from the GPU
-            now = min((s.progress() for s in running), default=1.0)
-        step, idle, share = step + 1, 0 if now > share else idle + 1, max(now, share)
+            # A system may be content before all that it could do is done.
+            shares = [s.progress() if s.name in waiting else 1.0 for s in running]
+        further = len(shares) != len(best) or any(now > most for now, most in zip(shares, best, strict=True))
+        best = [*map(max, shares, best)] if len(shares) == len(best) else shares
+        step, idle, share = step + 1, 0 if further else idle + 1, max(share, min(shares, default=1.0))
         if progress is not None:
             progress(1.0 if not waiting else 0.99 * share)
         if not waiting and step >= 2:

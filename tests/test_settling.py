@@ -1,0 +1,60 @@
+"""Renderer.settle: it goes on while anything gets further, and says what does not."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+import planetfall as pf
+from planetfall.settling import settle
+
+
+class Worker:
+    """Gets there in so many frames; `stays`: content with that share."""
+
+    def __init__(self, name: str, frames: float, stays: float | None = None) -> None:
+        self.name, self.frames, self.stays, self.drawn = name, frames, stays, 0
+
+    def settled(self) -> bool:
+        return self.stays is not None or self.drawn >= self.frames
+
+    def progress(self) -> float:
+        return self.stays if self.stays is not None else min(self.drawn / self.frames, 1.0)
+
+
+def settled_in(*workers: Worker) -> int:
+    """Frames that it took."""
+
+    @contextlib.contextmanager
+    def current() -> Iterator[None]:
+        yield
+
+    def frame() -> None:
+        for worker in workers:
+            worker.drawn += 1
+
+    renderer: Any = SimpleNamespace(running=list(workers), current=current)
+    settle(renderer, frame, None, None)
+    return workers[0].drawn
+
+
+def test_it_waits_for_whoever_gets_further_however_many_frames_that_takes() -> None:
+    assert settled_in(Worker("clouds", 300)) == 300
+
+
+def test_who_is_content_with_less_than_all_holds_nobody_up() -> None:
+    """Shadows whose finest levels a view doesn't ask for, beside clouds with many rays a pixel."""
+    assert settled_in(Worker("clouds", 300), Worker("shadows", 0, stays=0.8)) == 300
+
+
+def test_two_of_a_name_are_told_apart() -> None:
+    assert settled_in(Worker("terrain", 200), Worker("terrain", 5)) == 200
+
+
+def test_who_gets_nowhere_is_named() -> None:
+    with pytest.raises(pf.NotSettled, match="clouds"):
+        settled_in(Worker("terrain", 3), Worker("clouds", float("inf")))
