@@ -34,10 +34,13 @@ ShadowedAir shadowed_air(vec3 ray, float mu, float end, float before, float open
     int steps = any_air ? most : 1, i = 0;
     // Steps grow with distance: the air's transmittance, and what a pixel tells apart, do so as well.
     float growth = any_air ? log((span.y + soft) / (span.x + soft)) / float(steps) : 0.0;
-    // Of each look, and of the ends of what it stands for, from the step's middle, over the middle's distance.
-    float aside[LOOKS], begins[LOOKS + 1];
-    for (int k = 0; k < LOOKS; ++k) aside[k] = exp(growth * ((float(k) + shift) / float(LOOKS) - 0.5)) - 1.0;
-    for (int k = 0; k <= LOOKS; ++k) begins[k] = exp(growth * (float(k) / float(LOOKS) - 0.5)) - 1.0;
+    // Of each look, of where what it stands for begins, and one over how long that is: from the step's middle, over the middle's distance.
+    float aside[LOOKS], begins[LOOKS], per_length[LOOKS];
+    for (int k = 0; k < LOOKS; ++k) {
+        aside[k] = exp(growth * ((float(k) + shift) / float(LOOKS) - 0.5)) - 1.0;
+        begins[k] = exp(growth * (float(k) / float(LOOKS) - 0.5)) - 1.0;
+        per_length[k] = 1.0 / max(exp(growth * (float(k + 1) / float(LOOKS) - 0.5)) - 1.0 - begins[k], 1e-6);
+    }
     vec3 passed = vec3(0.0), extinction = vec3(0.0), lost = vec3(0.0);
     float last = span.x, sum = 0.0;
     do {
@@ -53,11 +56,11 @@ ShadowedAir shadowed_air(vec3 ray, float mu, float end, float before, float open
         extinction = air.extinction;
         last = t;
         cloud_sun_at(place);
-        float dark = 0.0;
+        float dark = 0.0, left = (before - t) / away;
         for (int k = 0; k < LOOKS; ++k) {
             float further = away * aside[k];
             // Just as much of the air as there is before the clouds: a look more or less would take more light off than air there has.
-            float clear = clamp((before - t - away * begins[k]) / (away * (begins[k + 1] - begins[k])), 0.0, 1.0);
+            float clear = clamp((left - begins[k]) * per_length[k], 0.0, 1.0);
             dark += (1.0 - cloud_sun_left(place, further)) * mix(open, 1.0, clear);
         }
         float seen = sun_visibility_of_sphere(altitude, place.mu_s, frame.sun_direction.w) * dark / float(LOOKS);
