@@ -57,10 +57,11 @@ def groups_of(values: Mapping[str, Any]) -> dict[str, Any]:
 
 @dataclass
 class PropParts:
-    """An object of a scene's: what it takes to add it again."""
+    """An object of a scene's: what it takes to add it again. planet: whose, by name; "" for the scene's own."""
 
     name: str
     components: tuple[Any, ...]
+    planet: str = ""
 
 
 def of_companion(name: str, kind: type) -> str:
@@ -82,8 +83,8 @@ class SceneStore:
 
     origins: parts of companions that were added here, as they were then: what "reset" goes back to.
 
-    Objects of the scene (props) are no parts of a state that can be gone back to, because games move them all the time.
-    Single edits of theirs can be undone, by the heading that `object_heading` gives.
+    Objects (props) of the scene and of its companions are no parts of a state that can be gone back to, because games
+    move them all the time. Single edits of theirs can be undone, by the heading that `object_heading` gives.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -118,7 +119,7 @@ class SceneStore:
         """See workbench.Store."""
         if isinstance(part, PropParts):
             copies = (copied(component) for component in part.components)
-            self._props[heading] = self.scene.add(*copies, name=part.name)
+            self._props[heading] = self._scene_of(part.planet).add(*copies, name=part.name)
         elif heading in self.quality:
             self.quality[heading] = part
         else:
@@ -134,8 +135,8 @@ class SceneStore:
         """See workbench.Store."""
         if heading in self._props:
             prop = self._props[heading]
-            if prop in self.scene.props:  # the game may have taken it off
-                self.scene.remove(prop)
+            if _there(prop):  # the game may have taken it off
+                prop.scene.remove(prop)
             return
         name, _, kind = heading.rpartition(_OF)
         if not name:
@@ -152,7 +153,7 @@ class SceneStore:
         """See workbench.Store: "object 3/Shape" is that component of an object."""
         name, _, kind = heading.partition("/")
         prop = self._props.get(name)
-        if prop is None or prop not in self.scene.props:
+        if prop is None or not _there(prop):
             return None
         return next((part for part in prop.components() if type(part).__name__ == kind), None)
 
@@ -172,6 +173,10 @@ class SceneStore:
         """A name that no planet of the scene has: this one, or with a number behind it."""
         tries = (name, *(f"{name} {k}" for k in range(2, len(self.scene.planets) + 2)))
         return next(tried for tried in tries if tried not in self.scene.planets)
+
+    def _scene_of(self, planet: str) -> Scene:
+        """The scene that a planet's objects are in."""
+        return self.scene if planet in ("", self.scene.planet.name) else self._companion(planet).scene
 
     def _companion(self, name: str) -> Companion:
         """A companion that is in the scene, or was or will be."""
@@ -239,6 +244,10 @@ class SceneStore:
                     if getattr(group, rule) != getattr(base[heading], rule):
                         own[f"{name}.{rule}"] = getattr(group, rule)
         return own
+
+
+def _there(prop: PropHandle) -> bool:
+    return not prop.scene.world.closed and prop in prop.scene.props
 
 
 def _parts_of(name: str, companion: Companion) -> dict[str, Any]:

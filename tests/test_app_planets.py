@@ -175,3 +175,45 @@ def test_planets_come_and_go_with_their_passes_and_objects(desk: Desk) -> None:
     desk.frames(2)
     assert (desk.picture() == picture).all()
     assert desk.window.ctx.error == "GL_NO_ERROR"
+
+
+def test_objects_of_all_planets_are_listed_placed_and_removed(desk: Desk) -> None:
+    """Grouped by their planets; new ones are those of the planet below."""
+    scene, app = desk.scene, desk.app
+    moon = scene.companions["moon"].scene
+    hut = scene.add(pf.Transform((0.0, 7e6, 0.0)), pf.Shape("box", (100.0, 100.0, 100.0)), name="hut")
+    rover = moon.add(pf.Transform((0.0, 2e6, 0.0)), pf.Shape("box", (50.0, 50.0, 50.0)), name="rover")
+    desk.click("Objects")
+    desk.frames(2)
+    assert desk.boxes["hut"][1] < desk.boxes["rover"][1]
+    desk.click("rover")
+    desk.frames(2)
+    desk.click("to the ground")
+    up = np.array([0.0, 1.0, 0.0])
+    height = np.linalg.norm(rover[pf.Transform].position_m) - MOON_M
+    assert height == pytest.approx(moon.planet.surface_height_m(up)[0] + 25.0, abs=0.01)
+    desk.click("undo")
+    assert rover[pf.Transform].position_m == (0.0, 2e6, 0.0)
+    desk.click("copy object")
+    assert [prop.name for prop in moon.props] == ["rover", "rover"] and scene.props == (hut,)
+    for left in (1, 0):
+        desk.frames(2)
+        desk.click("remove object")
+        assert len(moon.props) == left and scene.props == (hut,)
+    for button, counts in (("undo", (1, 2, 1)), ("redo", (2, 1, 0)), ("undo", (1,))):
+        for count in counts:
+            desk.click(button)
+            assert len(moon.props) == count and scene.props == (hut,)
+    desk.frames(2)
+    desk.click("rover")
+    desk.frames(2)
+    desk.click("fly there")
+    assert app.planets.crossing is not None and app.planets.crossing.target == "moon"
+    app.place(pf.Camera.at(10.0, 20.0, 3e5, 0.0, -89.0, planet="moon"), pf.Sun(direction=(-1.0, 0.3, 0.2)))
+    desk.frames(2)
+    assert app.planets.name == "moon"
+    desk.click("add box")
+    assert [prop.name for prop in moon.props] == ["rover", "box 1"] and scene.props == (hut,)
+    seen = app.renderer.pick(app.camera, *(0.5 * n for n in app.renderer.size))
+    assert seen is not None and seen[1] == "props", "it stands in the middle of the picture"
+    assert desk.window.ctx.error == "GL_NO_ERROR"

@@ -15,7 +15,8 @@ from planetfall.app import FlightApp
 from planetfall.app_panels import SettingsWindow
 from planetfall.companions import bodies
 from planetfall.scene_presets import left_out
-from planetfall.systems.tweak import FrameHistory
+from planetfall.systems.tweak import Edit, FrameHistory
+from planetfall.tweak_store import PropParts
 
 
 @pytest.fixture
@@ -206,3 +207,20 @@ def test_scenes_of_planets_that_were_taken_out_are_released_with_theirs():
         settings._planets.remove(app)
         assert not own.world.closed
     assert own.world.closed
+
+
+def test_objects_of_a_companion_are_undone_where_they_were(flight):
+    app, settings = flight
+    bench, moon = settings.bench, app.scene.companions["moon"].scene
+    heading = bench.store.new_object_heading()
+    parts = PropParts("hut", (pf.Transform((1.8e6, 0.0, 0.0)), pf.Shape("box")), "moon")
+    assert bench.do([Edit(heading, "", None, parts)], "add hut") == ""
+    (hut,) = moon.props
+    assert app.scene.props == () and hut.name == "hut"
+    assert bench.do([Edit(f"{heading}/Shape", "roughness", 0.8, 0.3)], "rough") == "" and hut[pf.Shape].roughness == 0.3
+    settings._planets.chosen = "moon"
+    settings._planets.remove(app)
+    bench.undo()
+    assert bench.undo() == "rough" and hut[pf.Shape].roughness == 0.8
+    assert bench.undo() == "add hut" and moon.props == ()
+    assert bench.redo() == "add hut" and [prop.name for prop in moon.props] == ["hut"] and app.scene.props == ()
