@@ -64,7 +64,14 @@ class MeshAhead:
         if self._uploaded or self._cells is None:
             return False
         self._uploaded = True
-        return self.mesh.upload(self._cells, topology(self._cells))
+        grew = self.mesh.reserve(snap.room) | self.mesh.upload(self._cells, topology(self._cells))
+        snap.room = max(snap.room, self.mesh.capacity)
+        return grew
+
+    def make_room(self, snap: SnapAhead) -> bool:
+        """As much room as another maker has come to need, before cells are uploaded and once those of the last snap
+        were taken: the graph is compiled once for both. True where buffers of the graph grew."""
+        return not self._uploaded and self.mesh.reserve(snap.room)
 
     def bind(self, io: PassIO) -> Callable[[], None]:
         """The pass that makes a share of the vertices."""

@@ -36,6 +36,8 @@ class SnapAhead:
         """Whether a snap in this frame could wait; says who places the proxy."""
         self.asked = False
         """Makers set it: they would like a snap, although the proxy need not move."""
+        self.room = 0
+        """For how many cells makers have room: all of them for as many as the one that needs most."""
         self.bind_heights: Callable[[], None] | None = None
         """Binds what the height function reads, around the next anchor; the ground sets it."""
         self.bind_anchor: Callable[[], None] = lambda: None

@@ -380,3 +380,25 @@ def test_a_flight_makes_room_for_what_it_prepares_with_its_first_frame(monkeypat
         terrain, _ = systems_of(renderer)
         assert terrain.mesh.capacity == 600 and snapped
         assert len(plans) == 1
+
+
+@pytest.mark.gpu
+def test_makers_that_need_more_room_make_it_together(monkeypatch: pytest.MonkeyPatch):
+    """Ground and sea have about as many cells. One by one five meshes would grow in five frames, of which each compiles
+    the graph."""
+    monkeypatch.setattr(CellMesh.__init__, "__defaults__", (128,))
+    scene = pf.load_scene("earth")
+    flight = descent.descent(scene, 100, 44.0, 50.0)
+    with pf.Renderer(scene, SIZE, "low") as renderer:
+        renderer.settle(flight.cameras[0], sun=flight.sun)
+        plans, most = [], 0
+        for camera in flight.cameras[1:60]:  # later waves begin to move
+            renderer.render(camera, sun=flight.sun, dt_s=flight.frame_s)
+            if not plans or plans[-1] is not renderer.graph:
+                plans.append(renderer.graph)
+            most = max(most, systems_of(renderer)[0].mesh.count)
+        terrain, ocean = systems_of(renderer)
+        # Room for the first snap with the first frame; for more that is prepared, at once; for more that is drawn.
+        assert len(plans) == 3
+        meshes = [terrain.mesh, terrain.ahead.mesh, terrain.fade.mesh, ocean.mesh, ocean.ahead.mesh]
+        assert most > 266 and {mesh.capacity for mesh in meshes} == {532}

@@ -134,9 +134,9 @@ class CellMesh:
         return True
 
     def take(self, other: CellMesh) -> bool:
-        """Take over another mesh with its vertices, on the GPU. Returns True when the capacity grew: compile the graph
-        again, and then `take_vertices`, while the other has them."""
-        grew = self._make_room(other.count)
+        """Take over another mesh with its vertices, on the GPU, and make as much room as it has. Returns True when the
+        capacity grew: compile the graph again, and then `take_vertices`, while the other has them."""
+        grew = self._make_room(other.capacity)
         self.count = other.count
         self.selection += 1
         if self.count:

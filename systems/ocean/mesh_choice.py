@@ -117,7 +117,7 @@ class SeaAhead(MeshAhead):
             assert self.choice.cells is not None
             return self.choice.cells
 
-        return self.advance(snap, key, scale, chosen)
+        return self.advance(snap, key, scale, chosen) | self.make_room(snap)
 
     def make(self, snap: SnapAhead, first: int, count: int) -> None:
         """See MeshAhead."""

@@ -75,10 +75,13 @@ class _GridView:
 
     def reserve(self) -> bool:
         """Room for the next snap, while nothing of it is there. True where buffers of the graph grew."""
-        room, fade = self.mesh.capacity, self.fade
-        if fade is not None and not (fade.running or fade.laying or fade.pending):
-            return self.ahead.mesh.reserve(room) | fade.mesh.reserve(room)
-        return self.ahead.mesh.reserve(room)
+        return self.ahead.mesh.reserve(self.mesh.capacity) | self.reserve_fade(self.mesh.capacity)
+
+    def reserve_fade(self, room: int) -> bool:
+        """Room for the next fade, unless one is there."""
+        fade = self.fade
+        idle = fade is not None and not (fade.running or fade.laying or fade.pending)
+        return fade is not None and idle and fade.mesh.reserve(room)
 
     def drawn(self) -> tuple[int, ...]:
         """Says which cells are drawn."""
@@ -162,7 +165,8 @@ class GridBackend(Backend):
         if snap.proxy is not None:
             then = (snap.proxy.generation, ground.revision)
             scale = (edge_px, pixel_angle)
-            self.structure += view.ahead.update(frame, ground, snap, then, scale, fade, view.choice)
+            grew = view.ahead.update(frame, ground, snap, then, scale, fade, view.choice)
+            self.structure += grew | view.reserve_fade(snap.room)
         tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
         axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
         view.keep_dh_m = heights_seen(frame, proxy.anchor_height_m)
