@@ -104,11 +104,13 @@ class ObjectsPage:
     def _chosen(self) -> PropHandle | None:
         """The selected object, or another one where that is gone."""
         groups = self._groups()
+        if not groups:
+            return None
         if self._planet not in groups:
-            self._planet, self._selected = next(iter(groups), self._scene.planet.name), 0
-        props: tuple[PropHandle, ...] = groups[self._planet] if self._planet in groups else ()
-        self._selected = min(self._selected, max(len(props) - 1, 0))
-        return props[self._selected] if props else None
+            self._planet, self._selected = next(iter(groups)), 0
+        props = groups[self._planet]
+        self._selected = min(self._selected, len(props) - 1)
+        return props[self._selected]
 
     def _lists(self, imgui: Any, app: FlightApp) -> None:
         """A list for each planet, under its name where there are several."""
