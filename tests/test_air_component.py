@@ -256,12 +256,17 @@ def test_which_presets_have_air(tmp_path):
             assert again.planet[pf.Atmosphere] == scene.planet[pf.Atmosphere]
 
 
-def test_earth_is_the_default_and_the_small_world_looks_up_through_as_much_air():
-    earth, component = preset("earth")
+def test_earth_is_the_default_but_for_its_haze_and_the_small_world_looks_up_through_as_much_air():
+    _, component = preset("earth")
     small, _ = preset("small")
-    assert component == pf.Atmosphere()
+    default = pf.Atmosphere()
+    for name in ("mie_scattering_per_m", "mie_extinction_per_m"):
+        np.testing.assert_allclose(getattr(component, name), np.multiply(5.0, getattr(default, name)), rtol=2e-3)
+        setattr(component, name, getattr(default, name))
+    assert component == default
     assert small.radius_m == 6e4 and small.thickness_m == 2e3
-    assert small.vertical_optical_depth() == pytest.approx(earth.vertical_optical_depth(), rel=1e-9)
+    clear = AirModel.from_components(pf.Planet(), default, 0.00465)
+    assert small.vertical_optical_depth() == pytest.approx(clear.vertical_optical_depth(), rel=1e-9)
 
 
 def test_ground_of_the_hazy_world_can_be_seen_nearby_but_not_from_space():
