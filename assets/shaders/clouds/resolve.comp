@@ -91,7 +91,8 @@ void main() {
         bool known = u_past == 2 || (u_past == 1 && then.z > 0.0 && all(lessThan(abs(ndc), vec2(1.0))));
         // Where another surface was, what was seen up to it says nothing. A moving camera finds outlines a little aside.
         float then_depth = texelFetch(u_surface, clamp(ivec2(uv * vec2(size)), ivec2(0), size - 1), 0).r;
-        vec2 alike = u_past == 2 ? vec2(depth) : vec2(min(depth, farthest), max(depth, nearest));
+        // But clouds over ground are never those over the sky: beyond the limb they would stand in space.
+        vec2 alike = u_past == 2 || depth <= 0.0 ? vec2(depth) : vec2(min(depth, farthest), max(depth, nearest));
         known = known && then_depth >= ALIKE * alike.x && ALIKE * then_depth <= alike.y;
         vec4 past = textureLod(u_before, uv, 0.0);
         vec4 held = u_past == 2 ? past : clamp(past, low, high);
