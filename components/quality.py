@@ -76,6 +76,14 @@ class TerrainQuality:
         cost="grows with the inverse square, where many coasts are seen",
         power_of_two=True,
     )
+    shade_px: int = knob(
+        1,
+        1,
+        2,
+        "px",
+        "Of each block of so many pixels a side one is shaded, the others between are interpolated; outlines stay sharp",
+        cost="grows with the inverse square",
+    )
     fade_s: float = knob(
         0.3,
         0.0,
@@ -285,6 +293,14 @@ class OceanQuality:
         "What a pixel counts as when waves too short for it become roughness: none shorter than two of these is drawn",
         cost="the smaller, the more waves for each pixel",
         log=True,
+    )
+    shade_px: int = knob(
+        1,
+        1,
+        2,
+        "px",
+        "As terrain.shade_px, for the sea",
+        cost="grows with the inverse square",
     )
     ripples: bool = knob(
         True,

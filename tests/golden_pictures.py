@@ -18,7 +18,7 @@ from golden_compare import Limit
 from numpy.typing import NDArray
 
 import planetfall as pf
-from planetfall.benchmarks.knobs import HAZE, KNOB_SIZE, QUALITY_VIEW, Pair, changed
+from planetfall.benchmarks.knobs import HAZE, KNOB_SIZE, QUALITY_VIEW, SHADE_PAIRS, Pair, changed
 from planetfall.benchmarks.scenes import preset_scene
 
 FOLDER = Path(__file__).resolve().parent / "golden"
@@ -231,7 +231,15 @@ SEVERAL_PICTURES: tuple[Picture, ...] = (
 )
 """Of scenes with several planets."""
 
-GOLDENS: tuple[Picture, ...] = (*VIEW_PICTURES, *KNOB_PICTURES, *CLOUD_PICTURES, *SEVERAL_PICTURES)
+
+def shaded(key: str, view: str, value: int) -> Picture:
+    """A quality knob of shading, at one of its values."""
+    return Picture(f"knobs/{key.replace('.', '_')}_{value}", "earth", view, VIEW_SIZE, {}, {key: value})
+
+
+SHADED_PICTURES = tuple(shaded(key, view, value) for key, (view, *values) in SHADE_PAIRS.items() for value in values)
+
+GOLDENS: tuple[Picture, ...] = (*VIEW_PICTURES, *KNOB_PICTURES, *SHADED_PICTURES, *CLOUD_PICTURES, *SEVERAL_PICTURES)
 
 
 def pair_picture(key: str, pair: Pair, value: Any) -> Picture:

@@ -32,6 +32,7 @@ from golden_pictures import (
     Studio,
     pair_picture,
     plain,
+    shaded,
     wireframe,
 )
 from golden_tool import main, update
@@ -44,6 +45,7 @@ from planetfall.benchmarks.knobs import (
     NOT_IN_A_PICTURE,
     PAIRS,
     QUALITY_PAIRS,
+    SHADE_PAIRS,
     TILE_PAIRS,
     VISIBLE,
     changed,
@@ -139,6 +141,13 @@ def test_knob_can_be_seen(studio, key):
 @pytest.mark.parametrize("key", slow_where(QUALITY_PAIRS, lambda key: key != "terrain.edge_px"))
 def test_quality_knob_changes_the_triangles(studio, key):
     first, second = (studio.take(wireframe({key: value})) for value in QUALITY_PAIRS[key])
+    assert likeness(first, second).mean >= VISIBLE
+
+
+@pytest.mark.parametrize("key", SHADE_PAIRS)
+def test_quality_knob_of_shading_can_be_seen(studio, key):
+    view, *values = SHADE_PAIRS[key]
+    first, second = (studio.take(shaded(key, view, value)) for value in values)
     assert likeness(first, second).mean >= VISIBLE
 
 

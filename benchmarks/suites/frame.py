@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from ... import ASSETS, Exposure, Renderer, View, view, views
-from ..knobs import PAIRS, QUALITY_PAIRS, QUALITY_VIEW
+from ..knobs import PAIRS, QUALITY_PAIRS, QUALITY_VIEW, SHADE_PAIRS
 from ..machine import resident_bytes
 from ..measure import antialiasing, frames
 from ..measure.knobs import KnobCost, KnobMeter
@@ -86,6 +86,8 @@ def _knobs(session: Session) -> None:
                 row(key, pair.planet, pair.view, meter.knob(key, pair, runs))
         for key, values in () if session.small else QUALITY_PAIRS.items():
             row(f"quality {key}", *QUALITY_VIEW, meter.quality_knob(key, values, QUALITY_VIEW, runs))
+        for key, (name, *shaded) in SHADE_PAIRS.items():
+            row(f"quality {key}", "earth", name, meter.quality_knob(key, (shaded[0], shaded[1]), ("earth", name), runs))
 
 
 FLIGHTS = (("valley", 5.0, 0.0), ("valley", 0.5, 0.0), ("near", 0.0, 0.23), ("high", 60.0, 0.05), ("coast", 10.0, 0.1))

@@ -8,6 +8,7 @@ from typing import Any
 
 from ...components import Ocean, Planet
 from ...engine.contracts import bind_contracts, contract_reads
+from ...engine.gpu.between_shaded import BetweenShaded
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.planet_seen import planet_seen
 from ...engine.settings import revision, with_overrides
@@ -62,6 +63,8 @@ class SeaShading:
         self._list = setup.gpu.compute("ocean/list_tiles.comp")
         self._shade: dict[tuple[Any, ...], Any] = {}
         self._turns, self._ripples = int(setup.settings["ocean.reflections"]), bool(setup.settings["ocean.ripples"])
+        self._shade_px = int(setup.settings["ocean.shade_px"])
+        self._between = BetweenShaded(setup.gpu, "SURFACE_SEA", setup.settings) if self._shade_px > 1 else None
         self._high = self._far = self._glows = False
         self._warming = Warming(self._ahead())
         stored = str(setup.settings.get("sky.radiance_format", "rgba32f"))
@@ -79,7 +82,7 @@ class SeaShading:
         }
         key = (kind, *wanted.values())
         if key not in self._shade:
-            defines: dict[str, Any] = {name: 1 for name, on in wanted.items() if on}
+            defines: dict[str, Any] = {name: 1 for name, on in wanted.items() if on} | {"SHADE_PX": self._shade_px}
             if self._turns and kind in ("mirror", "rich"):
                 defines["OCEAN_REFLECTIONS"] = self._turns
             self._shade[key] = self._gpu.compute("ocean/shade.comp", defines=defines)
@@ -258,6 +261,8 @@ class SeaShading:
                 if self._needed(kind, self._high):
                     tiles.bind_to_storage_buffer(7)
                     self._shader(kind, self._high, self._far).run_indirect(tiles)
+            if self._between is not None:
+                self._between.run(radiance, [tiles for kind, tiles in parts if self._needed(kind, self._high)])
 
         return run
 

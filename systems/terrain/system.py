@@ -11,6 +11,7 @@ import numpy as np
 
 from ...components import DebugView, Ocean, Planet, Terrain
 from ...engine.contracts import bind_contracts, contract_reads
+from ...engine.gpu.between_shaded import BetweenShaded
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
 from ...engine.planet_seen import Unseen, planet_seen
 from ...engine.settings import SettingError, revision, with_overrides
@@ -300,7 +301,7 @@ class TerrainSystem(System):
             system=name,
             bind=lambda io: self._bind_shade(io, index, tiles),
             kind="compute",
-            reads=("gbuffer.depth", *GBUFFER, *tiles, *contract_reads(self._world)),
+            reads=("gbuffer.depth", *GBUFFER, *dict.fromkeys((*_TILES, *tiles)), *contract_reads(self._world)),
             writes=("scene.radiance",),
             after=("sky.shade",),
             only_while=seen,
@@ -421,10 +422,14 @@ class TerrainSystem(System):
             # The power of how much longer than wide a pixel's place on the ground is.
             blur = 0.5 * (1.0 - float(self._settings["terrain.sharpness"]))
             step = int(self._settings["terrain.coast_px"])
-            defines: dict[str, Any] = {"GROUND_BLUR": f"{blur:.4f}", "COAST_STEP": step}
+            defines: dict[str, Any] = {"GROUND_BLUR": f"{blur:.4f}", "COAST_STEP": step, "SHADE_PX": self._shade_px()}
             defines |= {name: 1 for name, on in (("GROUND_CLUTTER", near), ("GROUND_DRY", dry)) if on}
             self._shaders[file, near, dry] = self._gpu.compute(file, defines=defines)
         return self._shaders[file, near, dry]
+
+    def _shade_px(self) -> int:
+        """Side of the blocks of pixels of which one is shaded."""
+        return int(self._settings["terrain.shade_px"]) if self.backend.shade_file == Backend.shade_file else 1
 
     def _bind_shade(self, io: PassIO, index: int, lists: tuple[str, ...]) -> Callable[[], None]:
         radiance = io.texture("scene.radiance")
@@ -440,6 +445,11 @@ class TerrainSystem(System):
             plain = self._shader(backend.shade_file, False, dry)
             parts.append((io.buffer(name), plain, self._shader(backend.shade_file, ours and near, dry)))
 
+        between = None
+        if self._shade_px() > 1:
+            between = BetweenShaded(self._gpu, "SURFACE_TERRAIN", self._settings)
+            all_tiles = [io.buffer(name) for name in _TILES]
+
         def run() -> None:
             bind_air()
             radiance.bind_to_image(0, read=False, write=True)
@@ -451,6 +461,8 @@ class TerrainSystem(System):
             for tiles, plain, full in parts:
                 tiles.bind_to_storage_buffer(7)
                 (full if cluttered else plain).run_indirect(tiles)
+            if between is not None:
+                between.run(radiance, all_tiles)
 
         return run
 

@@ -8,11 +8,16 @@
 //   OCEAN_RIPPLES       waves shorter than the sea's own
 //   OCEAN_REFLECTIONS   turns of the search for mirrored ground
 #include "common/camera.glsl"
-#include "common/surface_tiles.glsl"
 #ifdef OCEAN_LIMB
 #include "contract/air.glsl"
 #endif
 #include "contract/waterline.glsl"
+#ifdef OCEAN_BELOW
+#define SHOWS_ALSO(pixel) lens_in_water(ndc_of_pixel(vec2(pixel) + 0.5))
+#else
+#define SHOWS_ALSO(pixel) !lens_in_water(ndc_of_pixel(vec2(pixel) + 0.5))
+#endif
+#include "common/surface_tiles.glsl"
 #include "ocean/look/pixel.glsl"
 #include "ocean/look/column.glsl"
 #include "ocean/look/glitter.glsl"
@@ -131,12 +136,7 @@ vec3 sea_radiance(SeaPixel p) {
 
 void main() {
     ivec2 pixel = tile_pixel();
-    if (any(greaterThanEqual(pixel, textureSize(u_surface, 0))) || texelFetch(u_surface, pixel, 0).r != SURFACE_SEA) return;
+    if (!find_shown(pixel, SURFACE_SEA)) return;
     v_ndc = ndc_of_pixel(vec2(pixel) + 0.5);
-#ifdef OCEAN_BELOW
-    if (!lens_in_water(v_ndc)) return;
-#else
-    if (lens_in_water(v_ndc)) return;
-#endif
-    imageStore(u_radiance, pixel, vec4(sea_radiance(pixel_at(pixel)) * frame.scale.x, 1.0));
+    store_radiance(pixel, SURFACE_SEA, vec4(sea_radiance(pixel_at(pixel)) * frame.scale.x, 1.0));
 }

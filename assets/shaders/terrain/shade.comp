@@ -79,7 +79,7 @@ vec3 ground_radiance(ivec2 pixel) {
 
     // What a pixel covers on the ground: wider along the view at flat angles. GROUND_BLUR 1/2 is the geometric mean; less
     // keeps detail sharp across the view and leaves it to the samples of anti-aliasing to average along it.
-    float across = distance_m * frame.clock.w;
+    float across = distance_m * frame.clock.w * float(SHADE_PX);
     float footprint = 0.85 * across * pow(clamp(dot(coarse, view), 0.03, 1.0), -GROUND_BLUR);
     float spacing = vertex_spacing(D, attributes.w);
     float to_sphere = planet.radii.x / (planet.radii.x + height);
@@ -151,7 +151,7 @@ vec3 ground_radiance(ivec2 pixel) {
 
 void main() {
     ivec2 pixel = tile_pixel();
-    if (any(greaterThanEqual(pixel, textureSize(u_surface, 0))) || texelFetch(u_surface, pixel, 0).r != SURFACE_TERRAIN) return;
+    if (!find_shown(pixel, SURFACE_TERRAIN)) return;
     v_ndc = ndc_of_pixel(vec2(pixel) + 0.5);
-    imageStore(u_radiance, pixel, vec4(ground_radiance(pixel) * frame.scale.x, 1.0));
+    store_radiance(pixel, SURFACE_TERRAIN, vec4(ground_radiance(pixel) * frame.scale.x, 1.0));
 }

@@ -1,0 +1,82 @@
+"""One of four pixels shaded (terrain.shade_px, ocean.shade_px): the same outlines, no pixel without light, near what each
+pixel's own shading gives."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from golden_compare import likeness
+
+import planetfall as pf
+
+pytestmark = pytest.mark.gpu
+
+SIZE = (319, 181)  # blocks stand over two of its edges
+BOTH = {"terrain.shade_px": 2, "ocean.shade_px": 2}
+TERRAIN, SEA = 1, 2
+
+
+@pytest.fixture(scope="module")
+def pair() -> Iterator[tuple[pf.Renderer, pf.Renderer]]:
+    """Each pixel shaded, and one of four."""
+    with pf.load_scene("earth") as scene:
+        scene.environment[pf.Exposure].mode = "fixed"
+        with pf.Renderer(scene, SIZE, "low", overrides=dict.fromkeys(BOTH, 1)) as each:
+            with pf.Renderer(scene, SIZE, "low", overrides=BOTH) as blocks:
+                yield each, blocks
+
+
+def taken(renderer: pf.Renderer, name: str) -> dict[str, np.ndarray]:
+    view = pf.view(name)
+    renderer.scene.environment[pf.Exposure].ev100 = view.ev100
+    renderer.settle(view)
+    return renderer.render(view, outputs=("color", "radiance", "distance", "surface"))
+
+
+@pytest.mark.parametrize("name", ["near", "coast", "orbit", "beach", "under"])
+def test_outlines_are_the_same_and_every_pixel_has_light(pair, name):
+    each, blocks = (taken(renderer, name) for renderer in pair)
+    assert np.array_equal(each["surface"], blocks["surface"]) and np.array_equal(each["distance"], blocks["distance"])
+    assert np.isfinite(blocks["radiance"]).all() and (blocks["radiance"] >= 0.0).all()
+    ground = np.isin(blocks["surface"], (TERRAIN, SEA))
+    assert ground.any() and (blocks["radiance"][ground].sum(axis=-1) > 0.0).all()
+    if name != "under":  # water before the lens is another pass
+        assert np.array_equal(each["radiance"][~ground], blocks["radiance"][~ground])
+
+
+def tiled(values: np.ndarray, side: int) -> np.ndarray:
+    """By tiles of 8 x 8 pixels of the full picture, whatever one of them is."""
+    rows, columns = 22 * side, 39 * side
+    return values[:rows, :columns].reshape(22, side, 39, side, *values.shape[2:])
+
+
+@pytest.mark.parametrize("name", ["near", "coast", "orbit"])
+def test_the_light_is_as_good_as_that_of_a_picture_half_as_fine(pair, name):
+    """Means over tiles that show one surface, against those of a picture with each pixel shaded."""
+    each, blocks = (taken(renderer, name) for renderer in pair)
+    half_size = (160, 91)
+    with pf.Renderer(pair[0].scene, half_size, "low", overrides=dict.fromkeys(BOTH, 1)) as renderer:
+        half = taken(renderer, name)
+    surface = tiled(each["surface"], 8)
+    inside = (surface == surface[:, :1, :, :1]).all(axis=(1, 3)) & np.isin(surface[:, 0, :, 0], (TERRAIN, SEA))
+    sought, found, coarse = (
+        tiled(picture["radiance"], side).mean(axis=(1, 3))[inside]
+        for picture, side in ((each, 8), (blocks, 8), (half, 4))
+    )
+    off, allowed = (np.abs(values / sought - 1.0) for values in (found, coarse))
+    assert np.median(off) < 1.1 * np.median(allowed) and np.quantile(off, 0.9) < 1.1 * np.quantile(allowed, 0.9)
+    drift, drift_allowed = (abs(float(values.mean() / sought.mean()) - 1.0) for values in (found, coarse))
+    assert drift < 1.1 * drift_allowed + 0.003
+    assert likeness(each["color"], blocks["color"]).mean > 0.0, "the knob does nothing"
+
+
+def test_no_blocks_are_left_between(pair):
+    """Steps from pixel to pixel within a block and between two are as large: light is interpolated, not repeated."""
+    _, blocks = (taken(renderer, "near") for renderer in pair)
+    light, surface = blocks["radiance"][..., 1], blocks["surface"]
+    steps = np.abs(np.diff(light[80:, :318], axis=1))
+    same = (surface[80:, :317] == TERRAIN) & (surface[80:, 1:318] == TERRAIN)
+    within, between = (steps[:, k::2][same[:, k::2]].mean() for k in (0, 1))
+    assert 0.8 < within / between < 1.25
