@@ -81,7 +81,7 @@ class TerrainQuality:
         1,
         2,
         "px",
-        "Of each block of so many pixels a side one is shaded, the others between are interpolated; outlines stay sharp",
+        "One pixel of each block of so many a side is shaded, those between are interpolated; outlines stay sharp",
         cost="grows with the inverse square",
     )
     fade_s: float = knob(

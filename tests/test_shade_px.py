@@ -1,5 +1,5 @@
-"""One of four pixels shaded (terrain.shade_px, ocean.shade_px): the same outlines, no pixel without light, near what each
-pixel's own shading gives."""
+"""One of four pixels shaded (terrain.shade_px, ocean.shade_px): the same outlines, no pixel without light, and light as
+close as that of a picture half as fine."""
 
 from __future__ import annotations
 
@@ -23,9 +23,11 @@ def pair() -> Iterator[tuple[pf.Renderer, pf.Renderer]]:
     """Each pixel shaded, and one of four."""
     with pf.load_scene("earth") as scene:
         scene.environment[pf.Exposure].mode = "fixed"
-        with pf.Renderer(scene, SIZE, "low", overrides=dict.fromkeys(BOTH, 1)) as each:
-            with pf.Renderer(scene, SIZE, "low", overrides=BOTH) as blocks:
-                yield each, blocks
+        with (
+            pf.Renderer(scene, SIZE, "low", overrides=dict.fromkeys(BOTH, 1)) as each,
+            pf.Renderer(scene, SIZE, "low", overrides=BOTH) as blocks,
+        ):
+            yield each, blocks
 
 
 def taken(renderer: pf.Renderer, name: str) -> dict[str, np.ndarray]:
