@@ -14,6 +14,7 @@ from scipy.ndimage import uniform_filter
 import planetfall as pf
 from planetfall.benchmarks.scenes import preset_scene
 from planetfall.systems.clouds.shadow import ShadowMaps
+from planetfall.systems.clouds.system import _Sky
 from planetfall.systems.clouds.view_march import TILE
 
 UP = pf.Sun(elevation_deg=60.0, azimuth_deg=200.0, latitude_deg=20.0, longitude_deg=10.0)
@@ -236,6 +237,58 @@ def test_maps_that_would_be_out_of_date_are_drawn_at_once() -> None:
         assert shadow.maps.making is not None
         renderer.render(at(0.0), sun=low, dt_s=0.05)
         assert len(shadow.due) == len(shadow.maps.maps) and shadow.maps.making is None
+
+
+def test_a_map_that_follows_the_camera_keeps_its_texels() -> None:
+    """A new map's texels lie on those of the old one, so that shadows are sampled where they were."""
+    radius, sun, stamp = 6.36e6, np.array([0.6, 0.8, 0.0]), "weather"
+    maps = ShadowMaps(128)
+    maps.place(radius, 2000.0)
+    foot = np.array([0.96, 0.28, 0.0])
+    before = maps.move(0, foot, sun, 0.0, stamp, radius)
+    assert (before.middle == foot * radius).all()
+    texel_m = 2.0 * before.half_m / 128
+    foot = foot + np.array([0.0, 0.0, 777.7 / radius]) + 333.3 / radius * before.u
+    foot /= np.linalg.norm(foot)
+    after = maps.move(0, foot, sun, 0.0, stamp, radius)
+    away = after.middle - before.middle
+    for axis, wide_m in ((before.u, texel_m * before.longer), (before.v, texel_m)):
+        texels = float(away @ axis) / wide_m
+        assert abs(texels) > 1.0 and texels == pytest.approx(round(texels), abs=2e-3)
+    assert np.linalg.norm(after.middle - foot * radius) < texel_m * before.longer
+    alone = maps.move(0, foot, sun, 0.0, stamp, radius, alone=True)
+    assert (alone.middle == foot * radius).all(), "a picture by itself hangs on none before it"
+
+
+def test_a_frame_graph_that_is_compiled_anew_keeps_the_maps_of_the_shadow() -> None:
+    """Other outputs are another graph. Without its maps a frame shows the widest one's coarse shadow."""
+    with renderer_of(cloudy(coverage=0.8), SIZE, stride=2) as renderer:
+        for _ in range(60):
+            renderer.render(at(0.0), sun=UP, dt_s=0.05)
+        system: Any = renderer.system("clouds")
+        shadow, before = system._shadow, texture(renderer, "clouds.shadow")
+        assert all(shadow.drawn) and not shadow.busy
+        renderer.render(at(0.0), sun=UP, dt_s=0.05, outputs=("color", "distance"))
+        assert all(shadow.drawn) and not shadow.busy
+        np.testing.assert_array_equal(texture(renderer, "clouds.shadow")[:6], before[:6])
+        renderer.resize((SIZE[0] + 2, SIZE[1]))
+        renderer.render(at(0.0), sun=UP, dt_s=0.05)
+        assert all(shadow.drawn)
+
+
+def test_the_map_of_the_sky_is_drawn_in_rows() -> None:
+    """Each row once in eight frames after a change, all of it at once in a picture by itself, none at rest."""
+    sky = _Sky()
+    sky.begin(("here",), True)
+    assert sky.rows == (0, 1)
+    sky.begin(("here",), True)
+    assert sky.rows == (0, 0)
+    found = []
+    for frame in range(12):
+        sky.begin(("there",) if frame < 3 else ("elsewhere",), False)
+        found.append(sky.rows)
+    assert found[:3] == [(0, 8), (1, 8), (2, 8)]
+    assert found[3:11] == [(row % 8, 8) for row in range(3, 11)] and found[11] == (0, 0)
 
 
 def test_a_first_start_shows_the_same_as_a_second(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

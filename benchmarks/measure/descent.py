@@ -114,6 +114,44 @@ def brightness_steps(renderer: Renderer, flight: Flight) -> Floats:
     return found
 
 
+def true_steps(renderer: Renderer, flight: Flight, pairs: NDArray[np.intp]) -> Floats:
+    """As brightness_steps, of pictures that stand for themselves and know no frame before them; NaN but for `pairs`.
+
+    What they do too, such as growing dark where the camera dives into a cloud, is no fault of the frames in a row.
+    """
+    found = np.full(len(flight.cameras) - 1, np.nan)
+    held: tuple[int, dict[str, Any]] | None = None
+    for number in np.unique(pairs):
+        last, camera = flight.cameras[number : number + 2]
+        first = held[1] if held is not None and held[0] == number else _alone(renderer, last, flight)
+        second = _alone(renderer, camera, flight)
+        found[number] = _brighter(renderer.camera_state(last), first, renderer.camera_state(camera), second)
+        held = (int(number) + 1, second)
+    return found
+
+
+def beyond(renderer: Renderer, flight: Flight, steps: Floats, limit: float) -> Floats:
+    """How far each step of a flight among clouds is beyond the trend, and where that is more than the limit, beyond the
+    true pictures' steps, if they are nearer: a camera that dives through a cloud leaves any trend."""
+    off = np.abs(steps - trend(steps))
+    pairs = np.nonzero(off > limit)[0][:, None] + (-1, 0, 1)
+    truth = true_steps(renderer, flight, pairs[(pairs >= 0) & (pairs < len(steps))])
+    return np.fmin(off, beyond_truth(steps, truth))
+
+
+def beyond_truth(steps: Floats, truth: Floats) -> Floats:
+    """How far each step is outside of those of the true pictures in the frame before it, in its own and in the one
+    after: a frame late is no fault either. NaN where none is known."""
+    around = np.stack([np.r_[np.nan, truth[:-1]], truth, np.r_[truth[1:], np.nan]])
+    known = np.isfinite(around).any(axis=0)
+    least, most = (choose(np.where(known, around, 0.0), axis=0) for choose in (np.nanmin, np.nanmax))
+    return np.where(known, np.maximum(np.maximum(least - steps, steps - most), 0.0), np.nan)
+
+
+def _alone(renderer: Renderer, camera: Camera, flight: Flight) -> dict[str, Any]:
+    return renderer.render(camera, sun=flight.sun, outputs=OUTPUTS)
+
+
 def _shown(renderer: Renderer, camera: Camera, flight: Flight) -> dict[str, Any]:
     return renderer.render(camera, sun=flight.sun, outputs=OUTPUTS, dt_s=flight.frame_s)
 

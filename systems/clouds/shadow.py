@@ -108,17 +108,26 @@ class ShadowMaps:
                 found.append(number)
         return found
 
-    def move(self, number: int, foot: Floats, sun: Floats, time_s: float, stamp: Any, radius_m: float) -> _Map:
-        """The map is about to be drawn around `foot`, all of it."""
-        held = self.maps[number] = _placed(self.maps[number].half_m, foot, sun, time_s, stamp, radius_m)
+    def move(
+        self, number: int, foot: Floats, sun: Floats, time_s: float, stamp: Any, radius_m: float, alone: bool = False
+    ) -> _Map:
+        """The map is about to be drawn around `foot`, all of it. alone: for a picture that hangs on no other."""
+        half_m = self.maps[number].half_m
+        where = (sun, time_s, stamp, radius_m)
+        held = self.maps[number] = _placed(half_m, foot, *where) if alone else self._placed(number, foot, *where)
         return held
 
     def begin(
         self, number: int, frames: int, foot: Floats, sun: Floats, time_s: float, stamp: Any, radius_m: float
     ) -> None:
         """From now on the map is drawn in strips, around this foot."""
-        placed = _placed(self.maps[number].half_m, foot, sun, time_s, stamp, radius_m)
-        self.making = Making(number, placed, frames)
+        self.making = Making(number, self._placed(number, foot, sun, time_s, stamp, radius_m), frames)
+
+    def _placed(self, number: int, foot: Floats, sun: Floats, time_s: float, stamp: Any, radius_m: float) -> _Map:
+        before = self.maps[number]
+        if before.stamp == stamp and stamp is not None:
+            foot = _on_texels(before, foot, radius_m, self.texels)
+        return _placed(before.half_m, foot, sun, time_s, stamp, radius_m)
 
     def finish(self) -> int:
         """The map that was made takes its place; its number."""
@@ -127,6 +136,16 @@ class ShadowMaps:
         self.maps[made.number] = made.map
         self.changes += 1
         return made.number
+
+
+def _on_texels(before: _Map, foot: Floats, radius_m: float, texels: int) -> Floats:
+    """The foot nearest to `foot` from which a map has its texels where the one before had them. From elsewhere the same
+    shadows would be sampled a little aside, and all of the ground's light would step when the map takes its place."""
+    away = foot * radius_m - before.middle
+    texel_m = 2.0 * before.half_m / texels
+    along, across = round(float(away @ before.u) / (texel_m * before.longer)), round(float(away @ before.v) / texel_m)
+    moved = before.middle + (along * texel_m * before.longer) * before.u + (across * texel_m) * before.v
+    return np.asarray(moved / np.linalg.norm(moved), np.float64)
 
 
 def _placed(half_m: float, foot: Floats, sun: Floats, time_s: float, stamp: Any, radius_m: float) -> _Map:

@@ -47,6 +47,8 @@ class ShadowPass:
         self._program = gpu.compute("clouds/shadow.comp")
         self._texels, self._steps, self._frames = texels, steps, frames
         self._views: dict[int, ShadowMaps] = {}
+        self._drawn_into: dict[int, Any] = {}
+        """The texture of each view's maps."""
         self._last = -1
         """The map that was made last: the others that are due come before it does again."""
         self._rows = (0, 0)
@@ -98,13 +100,14 @@ class ShadowPass:
             self._finished = self._last = maps.finish()
         due = maps.due(foot, sun, frame.time_s, wind_m_s, stamp, radius_m) if present else []
         here = (foot, sun, frame.time_s, stamp, radius_m)
-        if frame.settling or frame.one_shot or not present:
+        alone = frame.settling or frame.one_shot
+        if alone or not present:
             self.due, maps.making = due, None
         else:
             self.due = self._at_once(maps, due, sun, stamp)
             self._prepare(maps, due, wind_m_s, here)
         for number in self.due:
-            maps.move(number, *here)
+            maps.move(number, *here, alone=alone)
         self.drawn = [held.stamp == stamp for held in maps.maps]
         rows = np.zeros((3, MOST_MAPS, 4))
         anchor_foot = proxy.lattice.direction * radius_m
@@ -196,8 +199,10 @@ class ShadowPass:
     def _bind(self, io: PassIO, view: int, bind_noise: Callable[[], None]) -> Callable[[], None]:
         shadow, sun, shaded = io.texture(SHADOW), io.texture(SUN), io.buffer(SHADED)
         next_sun = io.texture(_NEXT_SUN)
-        if view in self._views:
+        # A graph that is compiled anew keeps its persistent textures, unless they have another size.
+        if self._drawn_into.get(view) is not shadow and view in self._views:
             self._views[view].forget()
+        self._drawn_into[view] = shadow
         side, slices = self._texels, MOST_INTERVALS + 1
         gpu = self._gpu.gpu
 

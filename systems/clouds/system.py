@@ -29,15 +29,30 @@ _SKY = "clouds.sky"
 _SHADOW_UNIT, _SKY_UNIT = 16, 17
 _SKY_TEXELS = 64
 _SKY_FRAMES = 8
-"""Frames between maps of the sky while something changes: what mirrors it is rough."""
+"""Over how many frames the map of the sky is drawn while something changes, every eighth row in each: what mirrors it
+is rough, and one whole map would cost eight times as much in its frame and let the sea's light step. So would strips:
+most of the sea mirrors one of them."""
 
 
 class _Sky:
-    """The map of clouds in one view's sky: what it shows, how many frames it is old."""
+    """The map of clouds in one view's sky: what it shows, and which of its rows this frame draws."""
 
     def __init__(self) -> None:
-        self.age, self.due = _SKY_FRAMES, True
+        self.next, self.left = 0, _SKY_FRAMES
+        self.rows = (0, 1)
+        """The first, and from one to the next; (0, 0): none."""
         self.shows: tuple[Any, ...] = ()
+
+    def begin(self, shows: tuple[Any, ...], at_once: bool) -> None:
+        """shows: all that the map hangs on. After a change each row is due once."""
+        if shows != self.shows:
+            self.shows, self.left = shows, _SKY_FRAMES
+        if at_once or not self.left:
+            self.rows = (0, 1) if self.left else (0, 0)
+            self.left = 0
+            return
+        self.rows = (self.next, _SKY_FRAMES)
+        self.next, self.left = (self.next + 1) % _SKY_FRAMES, self.left - 1
 
 
 class CloudSystem(System):
@@ -178,13 +193,10 @@ class CloudSystem(System):
             *self._shadow.drawn,
         )
         self._past.begin(frame, self._stamp, weather)
-        shows = (frame.camera.position_m.tobytes(), frame.sun.direction.tobytes(), frame.time_s, self._stamp, weather)
+        place = (frame.camera.position_m.tobytes(), frame.sun.direction.tobytes(), frame.time_s)
+        shows = (*place, self._stamp, weather, self.field.mirrored)
         sky = self._sky = self._skies.setdefault(frame.view_index, _Sky())
-        sky.age += 1
-        now = frame.cut or frame.one_shot or frame.settling or sky.age >= _SKY_FRAMES
-        sky.due = shows != sky.shows and now
-        if sky.due:
-            sky.age, sky.shows = 0, shows
+        sky.begin(shows, frame.cut or frame.one_shot or frame.settling)
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         self._shadow.declare(builder, view, self.name, self.bind_density, planet_seen(self._world, view.index))
@@ -201,9 +213,9 @@ class CloudSystem(System):
                     help="clouds over the camera, for what mirrors the sky",
                 ),
             ),
-            when=lambda: self._sky.due and self.field.mirrored and bool(self.field.layers),
+            when=lambda: self._sky.rows[1] > 0 and self.field.mirrored and bool(self.field.layers),
             only_while=planet_seen(self._world, view.index),
-            help="a small map of the clouds in the sky, now and then",
+            help="a small map of the clouds in the sky, a few rows a frame",
         )  # fmt: skip
         if not self._seen:
             return
@@ -252,13 +264,16 @@ class CloudSystem(System):
         texture, sun = io.texture(_SKY), io.texture(SUN)
         bind = bind_contracts(self._world, io, but=self.name)
         self._skies.clear()
+        self._sky = _Sky()  # all of it, whatever this frame was to draw
 
         def run() -> None:
             bind()
             self.bind_density()
             sun.use(SUN_UNIT)
             texture.bind_to_image(0, read=False, write=True)
-            self._look_up.run_over(*texture.size)
+            first, step = self._sky.rows if self._sky.rows[1] else (0, 1)  # a reloaded shader runs whatever is due
+            self._look_up.set("u_rows", (first, step))
+            self._look_up.run_over(_SKY_TEXELS, _SKY_TEXELS // step)
 
         return run
 

@@ -1,12 +1,13 @@
-// A small map of the clouds in the sky around the camera, for what mirrors it.
+// A small map of the clouds in the sky around the camera, for what mirrors it; a few of its rows a frame.
 #include "clouds/weather_march.glsl"
 #include "clouds/sky_map.glsl"
 
 layout(local_size_x = 8, local_size_y = 4) in;
 layout(binding = 0, rgba32f) uniform writeonly image2D o_clouds;
+uniform ivec2 u_rows;   // the first, and from one to the next
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 at = ivec2(gl_GlobalInvocationID.x, u_rows.x + u_rows.y * int(gl_GlobalInvocationID.y));
     if (any(greaterThanEqual(at, imageSize(o_clouds)))) return;
     vec3 ray = cloud_sky_direction((vec2(at) + 0.5) / vec2(imageSize(o_clouds)));
     float mu = clamp_cos(dot(ray, frame.camera_zenith.xyz));
