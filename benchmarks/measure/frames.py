@@ -88,6 +88,35 @@ def time_frames(renderer: Renderer, camera: Camera, runs: int) -> FrameTimes:
     return FrameTimes(**times, python_ms=float(np.median(python_ms)))
 
 
+@dataclass(frozen=True)
+class RunningFrame:
+    """A frame of a flight: by the clock, and the processor time of all cores."""
+
+    timing: Timing
+    cpu_ms: float
+    """Median."""
+
+
+def time_running(renderer: Renderer, seen: View, runs: int) -> RunningFrame:
+    """Frames of a camera that turns by 0.01 degrees and of time that goes on by a sixtieth of a second in each, after as
+    many again: maps that are drawn in strips have come round by then. The proxy is held."""
+    renderer.render(seen)
+    state, target = renderer.camera_state(seen), renderer.ctx.simple_framebuffer(renderer.size)
+    light = _light(seen)
+    start_s = light.pop("time_s", None) or 0.0
+    wall_ms: list[float] = []
+    used_ms: list[float] = []
+    for number, camera in enumerate(turned(state, 0.01, 2 * max(runs, 8))):
+        renderer.ctx.finish()
+        began, began_used = time.perf_counter(), time.process_time()
+        renderer.render_to(target, camera, time_s=start_s + number / 60.0, dt_s=1.0 / 60.0, **light)
+        renderer.ctx.finish()
+        wall_ms.append((time.perf_counter() - began) * 1e3)
+        used_ms.append((time.process_time() - began_used) * 1e3)
+    _release(renderer, target)
+    return RunningFrame(Timing.of(wall_ms[-runs:]), float(np.median(used_ms[-runs:])))
+
+
 def forget_proxy(renderer: Renderer) -> None:
     """The next frame makes a new proxy, and all that hangs on it, as a snap does."""
     system: Any = renderer.system("proxy")

@@ -14,7 +14,7 @@ from ..measure.knobs import KnobCost, KnobMeter
 from ..scenes import preset_scene
 from ..session import Bench, Session
 from ..target import at_most
-from . import frame_budget, frame_descent, frame_skipping, frame_whole
+from . import frame_budget, frame_descent, frame_skipping, frame_views, frame_whole
 
 SIZE, QUICK_SIZE = (640, 360), (320, 180)
 QUALITIES = ("low", "medium", "high")
@@ -139,6 +139,7 @@ def _antialiasing(session: Session) -> None:
 
 BENCHES: Mapping[str, Bench] = {
     "total": _total,
+    "views": frame_views.bench,
     "passes": _passes,
     "skipping": frame_skipping.bench,
     "descent": frame_descent.bench,
