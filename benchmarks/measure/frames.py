@@ -98,8 +98,8 @@ class RunningFrame:
 
 
 def time_running(renderer: Renderer, seen: View, runs: int) -> RunningFrame:
-    """Frames of a camera that turns by 0.01 degrees and of time that goes on by a sixtieth of a second in each, after as
-    many again: maps that are drawn in strips have come round by then. The proxy is held."""
+    """Frames of a camera that turns by 0.01 degrees and of time that goes on by a sixtieth of a second in each, after
+    as many again: maps that are drawn in strips have come round by then. The proxy is held."""
     renderer.render(seen)
     state, target = renderer.camera_state(seen), renderer.ctx.simple_framebuffer(renderer.size)
     light = _light(seen)
