@@ -15,10 +15,14 @@ const float CLEAR = 1e-3;
 
 const float LEAST_RISE = 0.01;   // cosine to the zenith of a sun's ray where it crosses the maps' height
 
-// Two maps that know a step, the finer one first: layer in the texture, how much it counts, where the step's middle lies and how
-// that moves per metre along the ray.
-float g_dip, g_first[2], g_known[2];
-vec2 g_at[2], g_drift[2];
+// A map that knows a step: layer in the texture, how much it counts, where the step's middle lies and how that moves per metre along
+// the ray. No array: each lane would look for its own element.
+struct KnownBy {
+    float first, share;
+    vec2 at, drift;
+};
+KnownBy g_fine, g_coarse;   // the finer one first
+float g_dip;
 
 void cloud_sun_at(AirStep place) {
     vec3 sun = frame.sun_direction.xyz;
@@ -28,35 +32,33 @@ void cloud_sun_at(AirStep place) {
     vec3 drift = place.ray - sun * ((r * place.mu + way * place.nu) / max(r * place.mu_s + way, LEAST_RISE * r));
     int level = cloud_first_map(D, place.wide), levels = int(cloud_view.shadow.y);
     float left = 1.0;
-    g_known[0] = g_known[1] = g_first[0] = g_first[1] = 0.0;
-    g_at[0] = g_at[1] = g_drift[0] = g_drift[1] = vec2(0.0);
-    int count = 0;
+    g_fine = g_coarse = KnownBy(0.0, 0.0, vec2(0.0), vec2(0.0));
     do {
         vec2 at = cloud_map_place(D, level);
         float known = left * cloud_map_share(at, level);
-        g_known[count] = known;
-        g_first[count] = float(level * (CLOUD_MOST_INTERVALS + 1)) + 0.5;
-        g_at[count] = at;
-        g_drift[count] = cloud_map_turn(drift, level);
+        KnownBy by = KnownBy(float(level * (CLOUD_MOST_INTERVALS + 1)) + 0.5, known, at, cloud_map_turn(drift, level));
+        if (g_fine.share > 0.0) g_coarse = by;
+        else g_fine = by;
         left -= known;
-        count += known > 0.0 ? 1 : 0;
-    } while (++level < levels && count < 2 && left > 0.0);
+    } while (++level < levels && g_coarse.share <= 0.0 && left > 0.0);
     // Where neither knows all, the rest is as they are on the mean.
-    float all = g_known[0] + g_known[1];
-    g_known[0] /= max(all, 1e-6);
-    g_known[1] /= max(all, 1e-6);
+    float all = g_fine.share + g_coarse.share;
+    g_fine.share /= max(all, 1e-6);
+    g_coarse.share /= max(all, 1e-6);
     g_dip = cloud_sun_dip(place.altitude, place.mu_s);
 }
 
 float cloud_sun_left(AirStep place, float further) {
     float r = planet.radii.x + place.altitude;
     float altitude = place.altitude + further * (place.mu + 0.5 * further * (1.0 - place.mu * place.mu) / r);
-    float node = cloud_node(altitude - g_dip), sum = 1.0 - g_known[0] - g_known[1];
-    int maps = g_known[1] > 0.0 ? 2 : 1, k = 0;
+    float node = cloud_node(altitude - g_dip), sum = 1.0 - g_fine.share - g_coarse.share;
+    int maps = g_coarse.share > 0.0 ? 2 : 1, k = 0;
+    KnownBy by = g_fine;
     do {
-        vec2 at = 0.5 + 0.5 * clamp(g_at[k] + g_drift[k] * further, -1.0, 1.0);
-        float row = (g_first[k] + node) / float(CLOUD_MOST_MAPS * (CLOUD_MOST_INTERVALS + 1));
-        sum += g_known[k] * textureLod(u_cloud_sun, vec3(at, row), 0.0).r;
+        vec2 at = 0.5 + 0.5 * clamp(by.at + by.drift * further, -1.0, 1.0);
+        float row = (by.first + node) / float(CLOUD_MOST_MAPS * (CLOUD_MOST_INTERVALS + 1));
+        sum += by.share * textureLod(u_cloud_sun, vec3(at, row), 0.0).r;
+        by = g_coarse;
     } while (++k < maps);
     return sum;
 }
