@@ -29,6 +29,7 @@ class Capabilities:
     renderer: str
     vendor: str
     has_clip_control: bool
+    has_texture_barrier: bool
     is_software: bool
     max_texture_size: int
     max_texture_3d_size: int
@@ -43,12 +44,14 @@ class Capabilities:
     def read(cls, ctx: moderngl.Context, gl: G.GL) -> Capabilities:
         info = ctx.info
         clip = (ctx.version_code >= 450 or "GL_ARB_clip_control" in ctx.extensions) and gl.has("glClipControl")
+        barrier = ctx.version_code >= 450 or "GL_ARB_texture_barrier" in ctx.extensions
         return cls(
             version_code=ctx.version_code,
             version=info["GL_VERSION"],
             renderer=info["GL_RENDERER"],
             vendor=info["GL_VENDOR"],
             has_clip_control=clip,
+            has_texture_barrier=barrier and gl.has("glTextureBarrier"),
             is_software=is_software(info["GL_RENDERER"]),
             max_texture_size=gl.integer(G.MAX_TEXTURE_SIZE),
             max_texture_3d_size=gl.integer(G.MAX_3D_TEXTURE_SIZE),

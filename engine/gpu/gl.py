@@ -116,6 +116,10 @@ class GL:
             source, target, 0, 0, 0, begin, into, target, 0, 0, 0, first, *size
         )
 
+    def texture_barrier(self) -> None:
+        """glTextureBarrier: what was drawn so far can be read by draws into the same texture, each pixel by itself."""
+        self.function("glTextureBarrier", None)()
+
     def program_integers(self, program: int, name: int, count: int = 1) -> tuple[int, ...]:
         """glGetProgramiv."""
         self.function("glGetProgramiv", None, uint, enum, c.POINTER(int_))(program, name, self._buffer)

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...components import Atmosphere, Clouds, Ocean, Planet
 from ...engine.contracts import bind_contracts, contract_reads, provide_contracts, withdraw_contracts
+from ...engine.gpu import gl as G
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.planet_seen import planet_seen
 from ...engine.settings import SettingError, revision, with_overrides
@@ -82,8 +83,7 @@ class CloudSystem(System):
         self._sky = _Sky()
         self._resolve = gpu.compute("clouds/resolve.comp", defines)
         self._history: Any = None
-        stored = str(settings.get("sky.radiance_format", "rgba32f"))
-        self._over = gpu.compute("clouds/composite.comp", {"SCENE_FORMAT": stored})
+        self._over, self._plain = gpu.fullscreen("clouds/composite.frag"), gpu.gpu.state()
         self._pasts: dict[int, Past] = {}
         self._past = Past(self._stride, self._samples, 1.0)
         texels, steps = int(settings["clouds.shadow_texels"]), int(settings["clouds.shadow_steps"])
@@ -226,14 +226,14 @@ class CloudSystem(System):
         builder.add_pass(
             "clouds.resolve",
             kind="compute",
-            bind=lambda io: self._bind_resolve(io, (_FULL, _SURFACE)),
+            bind=self._bind_full,
             system=self.name,
             reads=("gbuffer.depth", RAYS, DISTANCE),
             after=shafts,
             history=(_FULL, _SURFACE),
             creates=(
                 TextureSpec(_FULL, "rgba32f", 1.0, "history", filter="linear", help="clouds of every pixel"),
-                TextureSpec(_SURFACE, "r32f", 1.0, "history", help="depth up to which they were followed"),
+                TextureSpec(_SURFACE, "depth32f", 1.0, "history", help="depth up to which they were followed"),
             ),
             help="clouds of every pixel, from this frame's rays and the last frame",
         )
@@ -250,7 +250,6 @@ class CloudSystem(System):
         )
         builder.add_pass(
             "clouds.composite",
-            kind="compute",
             bind=self._bind_composite,
             system=self.name,
             reads=(_FULL,),
@@ -284,20 +283,29 @@ class CloudSystem(System):
     def _bind_history(self, io: PassIO) -> Callable[[], None]:
         if self._history is None:
             self._history = self._gpu.compute("clouds/resolve.comp", {"STRIDE": self._stride, "VALIDITY": 1})
-        return self._bind_resolve(io, ("debug.cloud_history",), self._history)
+        return self._bind_resolve(io, "debug.cloud_history", self._history)
 
-    def _bind_resolve(self, io: PassIO, into: tuple[str, ...], program: Any = None) -> Callable[[], None]:
-        made = [io.texture(name) for name in into]
+    def _bind_full(self, io: PassIO) -> Callable[[], None]:
+        resolve, gl = self._bind_resolve(io, _FULL, self._resolve), self._gpu.gpu.gl
+        depth, surface = io.texture("gbuffer.depth"), io.texture(_SURFACE)
+
+        def run() -> None:
+            resolve()
+            # A copy: storing each pixel's depth in the shader takes twenty times as long without a GPU.
+            gl.copy_layers(G.TEXTURE_2D, depth.glo, 0, surface.glo, 0, (*surface.size, 1))
+
+        return run
+
+    def _bind_resolve(self, io: PassIO, into: str, shown: Any) -> Callable[[], None]:
+        made = io.texture(into)
         textures = [io.texture(name) for name in (RAYS, "gbuffer.depth", DISTANCE)]
         before, surface, valid = io.history(_FULL), io.history(_SURFACE), io.history_valid
-        shown = self._resolve if program is None else program
 
         def run() -> None:
             past = self._past
             if not valid.value and past.mode != NONE:
                 past.lost()
-            for unit, texture in enumerate(made):
-                texture.bind_to_image(unit, read=False, write=True)
+            made.bind_to_image(0, read=False, write=True)
             for unit, texture in enumerate(textures):
                 texture.use(unit)
             before.use(3)
@@ -316,12 +324,20 @@ class CloudSystem(System):
         return run
 
     def _bind_composite(self, io: PassIO) -> Callable[[], None]:
-        radiance, full = io.texture("scene.radiance"), io.texture(_FULL)
+        target = io.framebuffer(colors=("scene.radiance",))
+        textures = [io.texture(name) for name in (_FULL, "scene.radiance")]
+        gl, waits = self._gpu.gpu.gl, self._gpu.gpu.caps.has_texture_barrier
 
         def run() -> None:
-            radiance.bind_to_image(0, read=True, write=True)
-            full.use(0)
-            self._over.run_over(*radiance.size)
+            target.use()
+            self._plain.apply()
+            for unit, texture in enumerate(textures):
+                texture.use(unit)
+            # Drawn, not stored from compute: without a GPU a store takes several times as long. Each pixel reads what
+            # it draws over, which OpenGL 4.5 allows behind this; older drivers wait where a framebuffer is bound.
+            if waits:
+                gl.texture_barrier()
+            self._over.render()
 
         return run
 

@@ -16,7 +16,6 @@ layout(binding = 4) uniform sampler2D u_surface;     // depth up to which that w
 layout(binding = 0, rgba8) uniform writeonly image2D o_clouds;
 #else
 layout(binding = 0, rgba32f) uniform writeonly image2D o_clouds;
-layout(binding = 1, r32f) uniform writeonly image2D o_surface;
 #endif
 layout(location = 0) uniform ivec2 u_place;          // of this frame's rays in their blocks
 layout(location = 1) uniform int u_past;             // 0: none; 1: the camera moves; 2: it stands still
@@ -58,14 +57,13 @@ void main() {
     float nearest = max(max(ends.x, ends.y), max(ends.z, ends.w)), farthest = min(min(ends.x, ends.y), min(ends.z, ends.w));
     vec4 lowest = min(min(least[0], least[1]), min(least[2], least[3])),
         highest = max(max(largest[0], largest[1]), max(largest[2], largest[3]));
+    float rush = HURRY * length(u_shift);
     int busy = STRIDE * STRIDE;
 #ifndef VALIDITY
     // What a moving camera's past is held within may be nothing at all.
     busy = u_past != 2 && lowest == vec4(0.0, 0.0, 0.0, 1.0) && highest == lowest ? 0 : busy;
     for (int k = busy; k < STRIDE * STRIDE; ++k) {
-        ivec2 pixel = first + ivec2(k % STRIDE, k / STRIDE);
-        imageStore(o_clouds, pixel, vec4(0.0, 0.0, 0.0, 1.0));
-        imageStore(o_surface, pixel, texelFetch(u_depth, clamp(pixel, ivec2(0), size - 1), 0).rrrr);
+        imageStore(o_clouds, first + ivec2(k % STRIDE, k / STRIDE), vec4(0.0, 0.0, 0.0, 1.0));
     }
 #endif
     for (int k = 0; k < busy; ++k) {
@@ -106,11 +104,10 @@ void main() {
         imageStore(o_clouds, pixel, vec4(fresh ? mix(shade, vec3(1.0), 0.35) : shade, 1.0));
 #else
         // What a camera flies up to shows more of itself from frame to frame than one ray in a block tells.
-        float hurry = u_past == 2 ? 0.0 : HURRY * length(u_shift) / (distance_m + HURRY * length(u_shift));
+        float hurry = u_past == 2 ? 0.0 : rush / (distance_m + rush);
         vec4 found = known ? mix(fresh ? mix(held, seen[0], u_weight) : held, spread, hurry) : fresh ? seen[0] : spread;
         // Light may be less than none: what the air in shadow doesn't scatter is taken off.
         imageStore(o_clouds, pixel, vec4(found.rgb, max(found.a, 0.0)));
-        imageStore(o_surface, pixel, vec4(depth));
 #endif
     }
 }
