@@ -39,3 +39,43 @@ def test_the_grid_is_frozen_and_let_go(gpu: Any) -> None:
         assert scene.world.resource("proxy.0").generation != proxy.generation
         assert 0.0 < frozen_share < 0.7 * float((free > 0).mean())
         assert np.isfinite(frozen_share)
+
+
+def test_a_flight_held_for_a_look_goes_on_preparing_its_next_snap(gpu: Any) -> None:
+    """As looking back between two frames does it; a picture that settles while it is held waits for none."""
+    with pf.load_scene("earth") as scene, pf.Renderer(scene, (96, 54), "low", ctx=gpu.ctx) as renderer:
+        state = renderer.camera_state(pf.view("near"))
+        shown = scene.environment.add(pf.DebugView())
+        at = (pf.Camera(state.position_m + 3.0 * n * state.forward, state.forward, state.up) for n in range(60))
+        here: Any = None
+        ahead: Any = None
+        while ahead is None or not ahead.phase:
+            before, here = here, next(at)
+            renderer.render(here, dt_s=0.016)
+            ahead = scene.world.resource("snap_ahead.0")
+        begun, generation = ahead.number, scene.world.resource("proxy.0").generation
+        for _ in range(60):
+            shown.freeze = True
+            renderer.render(before, dt_s=0.0)
+            shown.freeze = False
+            renderer.render(here, dt_s=0.016)
+            if scene.world.resource("proxy.0").generation > generation:
+                break
+        assert scene.world.resource("proxy.0").generation > generation and ahead.number <= begun + 1
+        shown.freeze = True
+        renderer.settle(here)
+        assert ahead.proxy is None
+
+
+def test_what_the_second_camera_does_not_see_is_no_pop() -> None:
+    """A second camera that is turned to the right has the right of the first one's picture."""
+    from planetfall.benchmarks.measure.popping import _in_view
+
+    with pf.load_scene("moon") as scene, pf.Renderer(scene, (96, 54), "low") as renderer:
+        camera = pf.Camera.at(10.0, 20.0, 2000.0, 40.0, -60.0, planet=scene.planet, above="ground")
+        turned = pf.Camera.at(10.0, 20.0, 2000.0, 70.0, -60.0, planet=scene.planet, above="ground")
+        out = renderer.render(camera, outputs=("position", "surface"))
+        first, second = renderer.camera_state(camera), renderer.camera_state(turned)
+        assert _in_view(first, first, out)[out["surface"] > 0].all()
+        seen = _in_view(second, first, out)
+        assert seen[:, 80:].mean() > 0.6 and seen[:, :16].mean() < 0.1

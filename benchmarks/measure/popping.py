@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import Camera, DebugView, Renderer, Sun
+from ...engine.space import CameraState, project
 from .snaps import moved_px
 
 Floats = NDArray[np.float64]
@@ -54,7 +55,7 @@ class Pair:
     """What looking back shows of a pair of frames."""
 
     moved_px: Floats
-    """How far the ground of each pixel moved, (N,)."""
+    """How far the ground of each pixel moved that both cameras see, (N,)."""
     brighter: float
     """Logarithm of the ratio of the pictures' mean radiance, after over before, where both show the same kind of
     surface: what the second camera doesn't see was not drawn for the first to look at."""
@@ -72,8 +73,22 @@ def compared_pairs(
             shown.freeze = True
             again = renderer.render(here, sun=sun, outputs=OUTPUTS, dt_s=0.0)
             shown.freeze = False
-            yield Pair(moved_px(renderer.camera_state(here), before, again), _brighter(before, again))
+            first, second = renderer.camera_state(here), renderer.camera_state(there)
+            both = _in_view(second, first, before) & _in_view(second, first, again)
+            hidden = {**before, "surface": np.where(both, before["surface"], 0)}
+            yield Pair(moved_px(first, hidden, again), _brighter(before, again))
             before = now
+
+
+def _in_view(second: CameraState, first: CameraState, out: dict[str, Any]) -> NDArray[np.bool_]:
+    """(H, W): whether the second camera has in its picture what the first one's pixels show. What it doesn't see was
+    not drawn for the first to look at: where a camera leaps, it would see through to other ground."""
+    height, width = out["surface"].shape
+    points = out["position"].reshape(-1, 3).astype(np.float64) + first.position_m
+    pixels, front = project(second, points, (width, height))
+    with np.errstate(invalid="ignore"):
+        inside = front & (pixels >= 0.0).all(axis=1) & (pixels <= np.array([width, height])).all(axis=1)
+    return inside.reshape(height, width)
 
 
 def _brighter(before: dict[str, Any], after: dict[str, Any]) -> float:

@@ -105,7 +105,9 @@ class ProxySystem(System):
         planet_seen(frame.world, frame.view_index).value = self._planet_seen(frame, radius, field)
         view = self._views.get(frame.view_index)
         if view is not None and field is self._field and self._frozen(frame):
-            snap_ahead(frame.world, frame.view_index).drop()
+            if at_once(frame):
+                snap_ahead(frame.world, frame.view_index).drop()
+            # Else what is being prepared goes on: a flight that is held for a look is none the worse for it.
             self._write_blocks(frame, view, radius, field, sea)
             return
         view = self._place(frame, view, radius, surface, ground, sea, field)
