@@ -332,6 +332,10 @@ def test_small_parsers() -> None:
 def test_the_package_runs_as_a_module():
     found = subprocess.run([sys.executable, "-m", "planetfall", "planets"], capture_output=True, text=True, check=False)
     assert found.returncode == 0 and "earth" in found.stdout, found.stderr
+    wrong = subprocess.run(
+        [sys.executable, "-m", "planetfall", "views", "erth"], capture_output=True, text=True, check=False
+    )
+    assert wrong.returncode == 2 and "did you mean 'earth'" in wrong.stderr
 
 
 FLIGHT = """
