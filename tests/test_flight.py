@@ -311,13 +311,26 @@ def test_path_files_say_what_is_wrong(tmp_path: Path) -> None:
     for text, message in (
         (
             common + "keys = [{ time_s = 0, altitude_m = 5, hight = 2 }]",
-            r"paths\.toml.*path\[\.\.\.\]\.keys\[0\].*hight",
+            r"paths\.toml: path\.a\.keys\[0\]: unknown key 'hight'; .*keys: altitude_m",
         ),
+        (common.replace("keys", "cruise") + "speed = 3.0", r"path\.a: unknown key 'speed'; did you mean 'speed_m_s'\?"),
+        (
+            common + "sun = { elevation = 3.0 }",
+            r"path\.a\.sun: unknown key 'elevation'; did you mean 'elevation_deg'\?",
+        ),
+        (common.replace("keys", "cruize"), r"path\.a\.kind: Invalid value 'cruize'"),
+        (
+            common + "keys = [{ time_s = 0, altitude_m = inf }, { time_s = 1, altitude_m = 5 }]",
+            r"keys\[0\]\.altitude_m",
+        ),
+        (common + "keys = [{ time_s = 0, altitude_m = 5, heading_deg = nan }]", r"path\.a\.keys\[0\]\.heading_deg"),
+        (common + "keys = [{ time_s = 0, altitude_m = 5 }]", "two or more key frames"),
+        ("path = 3", r"path: expected tables \[path\.NAME\], found 3"),
         (common + "keys = [{ time_s = 0, altitude_m = -5 }]", r"keys\[0\]\.altitude_m.*>? ?0"),
         (common + "keys = []", "keys"),
         (
             common + "keys = [{ time_s = 1, altitude_m = 5 }]",
-            r"path\.a\.keys: key frames need ascending times from 0 s",
+            r"path\.a\.keys: two or more key frames need ascending times from 0 s",
         ),
         (common + 'keys = [{ time_s = "soon", altitude_m = 5 }]', r"time_s: Expected `float`, got `str`"),
         ("[path", "not valid TOML"),

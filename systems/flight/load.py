@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path as FilePath
 from typing import Annotated, Literal
 
@@ -19,24 +20,29 @@ from .rotation import exp_map
 # The assets folder lies beside systems/, in a checkout and in an installed wheel.
 PATHS_FILE = FilePath(__file__).resolve().parents[2] / "assets" / "presets" / "paths.toml"
 
+_UNKNOWN = re.compile("Object contains unknown field `(.*)`")
+
 Latitude = Annotated[float, Meta(ge=-90.0, le=90.0)]
 Longitude = Annotated[float, Meta(ge=-360.0, le=360.0)]
 Pitch = Annotated[float, Meta(ge=-90.0, le=90.0)]
 Field = Annotated[float, Meta(gt=0.0, lt=180.0)]
-Positive = Annotated[float, Meta(gt=0.0)]
+# Bounds far beyond any flight: they keep nan and inf out.
+Angle = Annotated[float, Meta(ge=-1e6, le=1e6)]
+Positive = Annotated[float, Meta(gt=0.0, le=1e15)]
+NotNegative = Annotated[float, Meta(ge=0.0, le=1e15)]
 
 
 class _Sun(msgspec.Struct, forbid_unknown_fields=True):
     elevation_deg: Pitch
-    azimuth_deg: float = 180.0
+    azimuth_deg: Angle = 180.0
 
 
 class _Key(msgspec.Struct, forbid_unknown_fields=True):
-    time_s: Annotated[float, Meta(ge=0.0)]
+    time_s: NotNegative
     altitude_m: Positive
     away_deg: Annotated[float, Meta(ge=0.0, le=180.0)] = 0.0
-    bearing_deg: float | None = None
-    heading_deg: float = 0.0
+    bearing_deg: Angle | None = None
+    heading_deg: Angle = 0.0
     pitch_deg: Pitch = 0.0
     fov_y_deg: Field = 60.0
 
@@ -47,8 +53,8 @@ class _Common(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     latitude_deg: Latitude
     longitude_deg: Longitude
     above: Literal["ground", "sphere"] = "ground"
-    smooth_s: Annotated[float, Meta(ge=0.0)] = 4.0
-    clearance_m: Annotated[float, Meta(ge=0.0)] = 1.0
+    smooth_s: NotNegative = 4.0
+    clearance_m: NotNegative = 1.0
     sun: _Sun | None = None
 
 
@@ -57,16 +63,12 @@ class _KeyFrames(_Common, tag_field="kind", tag="keys", kw_only=True):
 
 
 class _Cruise(_Common, tag_field="kind", tag="cruise", kw_only=True):
-    heading_deg: float
+    heading_deg: Angle
     speed_m_s: Positive
     altitude_m: Positive
     duration_s: Positive
     pitch_deg: Pitch = 0.0
     fov_y_deg: Field = 60.0
-
-
-class _File(msgspec.Struct, forbid_unknown_fields=True):
-    path: dict[str, _KeyFrames | _Cruise]
 
 
 def load_paths(file: FilePath | str = PATHS_FILE) -> dict[str, Path]:
@@ -79,12 +81,10 @@ def load_paths(file: FilePath | str = PATHS_FILE) -> dict[str, Path]:
             f"{file}: expected flights, tables [path.NAME] as in {PATHS_FILE}, and no other tables, found {found}. "
             "A scene file is no flight: it goes where a planet's name does"
         )
-    try:
-        checked = msgspec.convert(data, _File)
-    except msgspec.ValidationError as error:
-        raise PresetError(f"{file}: {_plain(str(error))}") from error
+    if not isinstance(data["path"], dict):
+        raise PresetError(f"{file}: path: expected tables [path.NAME], found {data['path']!r}")
     file = FilePath(file)
-    return {name: _build(file, name, entry) for name, entry in checked.path.items()}
+    return {name: _build(file, name, _checked(file, name, table)) for name, table in data["path"].items()}
 
 
 def find_path(name: str, file: FilePath | str = PATHS_FILE) -> Path:
@@ -93,6 +93,27 @@ def find_path(name: str, file: FilePath | str = PATHS_FILE) -> Path:
     if name not in paths:
         raise PresetError(f"unknown path {name!r}: {did_you_mean(name, paths, 'paths')} (in {file})")
     return paths[name]
+
+
+def _checked(file: FilePath, name: str, table: object) -> _KeyFrames | _Cruise:
+    try:
+        return msgspec.convert(table, _KeyFrames | _Cruise)
+    except msgspec.ValidationError as error:
+        text, _, where = str(error).partition(" - at `$")  # "... - at `$.keys[0].time_s`", or no place at all
+        unknown = _UNKNOWN.match(text)
+        if unknown:
+            text = f"unknown key {unknown[1]!r}; {did_you_mean(unknown[1], _keys_of(table, where), 'keys')}"
+        raise PresetError(f"{file}: path.{name}{where.rstrip('`')}: {text}") from error
+
+
+def _keys_of(table: object, where: str) -> tuple[str, ...]:
+    """The keys that the part of a flight's table at `where` may have."""
+    if where.startswith(".keys"):
+        return _Key.__struct_fields__
+    if where.startswith(".sun"):
+        return _Sun.__struct_fields__
+    kind = table.get("kind") if isinstance(table, dict) else None
+    return (_Cruise if kind == "cruise" else _KeyFrames).__struct_fields__
 
 
 def _build(file: FilePath, name: str, entry: _KeyFrames | _Cruise) -> Path:
@@ -124,9 +145,3 @@ def _build(file: FilePath, name: str, entry: _KeyFrames | _Cruise) -> Path:
         )
     except ValueError as error:
         raise PresetError(f"{file}: path.{name}.keys: {error}") from error
-
-
-def _plain(message: str) -> str:
-    """msgspec says "... - at `$.path.descent`"; put the key first, as everywhere else."""
-    text, _, where = message.rpartition(" - at ")
-    return f"{where.strip('`').removeprefix('$.')}: {text}" if text else message

@@ -235,8 +235,8 @@ class _Splines:
 
     def __init__(self, keys: Sequence[KeyFrame]) -> None:
         times = [key.time_s for key in keys]
-        if not keys or times[0] != 0.0 or any(b <= a for a, b in itertools.pairwise(times)):
-            raise ValueError(f"key frames need ascending times from 0 s, found {times}")
+        if len(keys) < 2 or times[0] != 0.0 or any(b <= a for a, b in itertools.pairwise(times)):
+            raise ValueError(f"two or more key frames need ascending times from 0 s, found {times}")
         self.times = times
         headings = np.degrees(np.unwrap(np.radians([key.heading_deg for key in keys])))
         self.log_altitude = MonotoneCubic(times, [math.log(key.altitude_m) for key in keys])
