@@ -16,7 +16,7 @@ from .flights import ScenePath, path
 from .shot import camera_settings, made_of
 from .systems.capture import NumberedFrames, VideoError, contact_sheet, write_gif, write_png, write_video
 from .systems.capture.sheet import even_selection
-from .systems.capture.video import ffmpeg
+from .systems.capture.video import check_video_size, ffmpeg
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -75,6 +75,7 @@ def record(
     if video:
         try:
             ffmpeg()
+            check_video_size(size)
         except VideoError as error:
             log.warning("no video will be made: %s", error)
             video = False

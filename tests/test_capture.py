@@ -140,7 +140,7 @@ def test_numbered_frames_resume(tmp_path: Path) -> None:
     again = NumberedFrames(tmp_path / "out", 3, settings={"size": [32, 18]})
     assert list(again.missing()) == [0, 2]
     assert again.paths[0].name == "frame_0000.png"
-    with pytest.raises(CaptureError, match="made with other settings; replace them by force"):
+    with pytest.raises(CaptureError, match="made with other settings; replace them by force \\(--force\\)"):
         NumberedFrames(tmp_path / "out", 3, settings={"size": [64, 36]})
     forced = NumberedFrames(tmp_path / "out", 3, settings={"size": [64, 36]}, force=True)
     assert list(forced.missing()) == [0, 1, 2]
@@ -164,6 +164,13 @@ def test_video(tmp_path: Path) -> None:
     with pytest.raises(VideoError, match=r"ends in \.mp4"):
         write_video(tmp_path / "b.gif", [pixels()])
     assert not (tmp_path / "b.mp4").exists()
+
+
+def test_no_video_of_a_single_row(tmp_path: Path) -> None:
+    """Cut to even sizes nothing is left of it: an error, and no empty file."""
+    with pytest.raises(VideoError, match="16x1 make no video"):
+        write_video(tmp_path / "flight.mp4", [np.zeros((1, 16, 3), np.uint8)])
+    assert not list(tmp_path.iterdir())
 
 
 def test_video_without_the_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

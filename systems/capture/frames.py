@@ -35,10 +35,12 @@ class NumberedFrames:
             self._remove_frames()
         elif old is not None and old != made_of:
             raise CaptureError(
-                f"{self.folder} holds frames made with other settings; replace them by force or name another"
+                f"{self.folder} holds frames made with other settings; replace them by force (--force) or name another"
             )
         elif old is None and any(self.folder.glob("frame_*.png")):
-            raise CaptureError(f"{self.folder} holds frames of unknown origin; replace them by force or name another")
+            raise CaptureError(
+                f"{self.folder} holds frames of unknown origin; replace them by force (--force) or name another"
+            )
         with written_beside(manifest) as beside:
             beside.write_text(made_of, encoding="utf-8")
 

@@ -58,7 +58,9 @@ def _thumbnail(picture: Picture, width: int) -> Image.Image:
             with Image.open(picture) as file:
                 image = file.convert("RGB")
         except OSError as error:
-            raise CaptureError(f"contact sheet: {picture} cannot be read as a picture: {error}") from error
+            raise CaptureError(
+                f"contact sheet: {picture} cannot be read as a picture: {error}; delete it to have it made again"
+            ) from error
     height = max(1, round(image.height * width / image.width))
     return image if image.width == width else image.resize((width, height), Image.Resampling.LANCZOS)
 

@@ -67,6 +67,12 @@ def write_video(
     return path
 
 
+def check_video_size(size: tuple[int, int]) -> None:
+    """VideoError for pictures that leave nothing once they are cut to even sizes. Call it before rendering."""
+    if min(size) < 2:
+        raise VideoError(f"pictures of {size[0]}x{size[1]} make no video: H.264 needs 2x2 pixels or more")
+
+
 def _pixels(frame: Path | str | NDArray[np.uint8]) -> NDArray[np.uint8]:
     if isinstance(frame, np.ndarray):
         pixels = frame
@@ -76,5 +82,6 @@ def _pixels(frame: Path | str | NDArray[np.uint8]) -> NDArray[np.uint8]:
                 pixels = np.asarray(image.convert("RGB"), dtype=np.uint8)
         except OSError as error:
             raise VideoError(f"{frame} cannot be read as a picture: {error}") from error
+    check_video_size((pixels.shape[1], pixels.shape[0]))
     height, width = pixels.shape[0] & ~1, pixels.shape[1] & ~1
     return np.ascontiguousarray(pixels[:height, :width, :3])
