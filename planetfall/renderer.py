@@ -121,8 +121,7 @@ class Renderer(Looking):
         """Systems that are switched off because they raised; see `tolerant`."""
         self.watch = Watch()
         """Functions to be called when the scene has changed, or all has settled."""
-        self.render_scale = 1.0
-        """Rows that `render_to` draws for each row of the viewport, which it then fills; with `depth` always 1."""
+        self._render_scale = 1.0
         self.tolerant = False
         """Whether `render_to` goes on without a system that raises, instead of raising itself."""
         self.released = False
@@ -430,6 +429,17 @@ class Renderer(Looking):
     def failed_system(self) -> str:
         """The system whose pass raised in the last frame; "" where none did."""
         return "" if self._plan is None else self._plan.failed_system
+
+    @property
+    def render_scale(self) -> float:
+        """Rows that `render_to` draws for each row of the viewport, which it then fills; with `depth` always 1."""
+        return self._render_scale
+
+    @render_scale.setter
+    def render_scale(self, scale: float) -> None:
+        if not 0.05 <= scale <= 4.0:  # nan is neither
+            raise SettingError(f"render_scale: expected a number from 0.05 to 4, found {scale!r}")
+        self._render_scale = scale
 
     def retune(self, changes: Mapping[str, Any]) -> None:
         """Change quality knobs that are read each frame (`LIVE`): nothing is made anew. SettingError for others."""

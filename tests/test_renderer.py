@@ -204,6 +204,10 @@ def test_what_cannot_be_is_said(renderer):
         renderer.render("near")
     with pytest.raises(pf.errors.SizeError, match="whole pixels"):
         renderer.resize((1.5, 2))
+    for scale in (0.0, -1.0, 7.0, float("nan")):
+        with pytest.raises(pf.errors.SettingError, match=r"render_scale: expected a number from 0\.05 to 4"):
+            renderer.render_scale = scale
+    assert renderer.render_scale == 1.0
 
 
 def test_ground_that_cannot_be_names_the_planet():
