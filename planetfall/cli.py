@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 from typing import Annotated
 
 from cyclopts import App, CycloptsError, Parameter
+from cyclopts.exceptions import UnusedCliTokensError
 from rich.console import Console
 from rich.logging import RichHandler
 from rich.text import Text
@@ -116,9 +117,17 @@ def guarded(run: Callable[[], object], debug: bool = False) -> int:
     except Exception as error:
         if debug or not isinstance(error, (CycloptsError, *expected_errors())):
             raise
-        console.print(Text(f"planetfall: {error}", style="red"), soft_wrap=True)
+        console.print(Text(f"planetfall: {_said(error)}", style="red"), soft_wrap=True)
         return EXIT_EXPECTED
     return code if isinstance(code, int) else 0
+
+
+def _said(error: Exception) -> str:
+    if isinstance(error, UnusedCliTokensError):
+        stray = " ".join(error.unused_tokens or ())
+        again = f"; each takes its own --set: --set {stray.split()[0]}" if "=" in stray else ""
+        return f"nothing takes {stray!r}{again}"
+    return str(error)
 
 
 def start_logging(level: str) -> None:

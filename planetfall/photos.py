@@ -45,8 +45,8 @@ class PhotoPlan:
     def __post_init__(self) -> None:
         if not all(1 <= int(n) <= LARGEST_PX for n in self.size):
             raise SizeError(f"photo: size: expected 1 to {LARGEST_PX} pixels a side, found {self.size!r}")
-        if not 1 <= self.supersample <= 8:
-            raise SizeError(f"photo: supersample: expected 1 to 8, found {self.supersample!r}")
+        if not 1 <= self.supersample <= 8 or int(self.supersample) != self.supersample:
+            raise SizeError(f"photo: supersample: expected a whole number from 1 to 8, found {self.supersample!r}")
         if not 256 <= self.tile_px <= 16384:
             raise SizeError(f"photo: tile_px: expected 256 to 16384, found {self.tile_px!r}")
 

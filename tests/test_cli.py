@@ -81,6 +81,11 @@ def fails(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     return text
 
 
+def test_two_knobs_behind_one_set(capsys: pytest.CaptureFixture[str]) -> None:
+    text = fails(["render", "moon", "--set", "terrain.edge_px=4", "ocean.edge_px=3"], capsys)
+    assert "nothing takes 'ocean.edge_px=3'; each takes its own --set: --set ocean.edge_px=3" in text
+
+
 def test_render_writes_a_picture_with_its_settings(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     target = tmp_path / "a.png"
     assert main(["render", "earth", "--view", "high", "--size", "64x36", "--quality", "low",

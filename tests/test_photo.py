@@ -31,7 +31,9 @@ def test_tiles_cover_the_picture_once(size: tuple[int, int], samples: int, tile_
     assert (seen == 1).all() and abs(len(plan.tiles()) - count) <= count // 2
 
 
-@pytest.mark.parametrize("bad", [{"size": (0, 5)}, {"size": (70_000, 5)}, {"supersample": 9}, {"tile_px": 10}])
+@pytest.mark.parametrize(
+    "bad", [{"size": (0, 5)}, {"size": (70_000, 5)}, {"supersample": 9}, {"supersample": 2.5}, {"tile_px": 10}]
+)
 def test_plans_that_cannot_be(bad: dict) -> None:
     with pytest.raises(pf.SizeError, match=next(iter(bad))):
         PhotoPlan(**bad)
