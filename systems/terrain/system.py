@@ -78,6 +78,7 @@ class TerrainSystem(System):
 
     def setup(self, setup: Setup) -> None:
         self._gpu = setup.gpu
+        self._between: BetweenShaded | None = None
         self._world = setup.world
         self._settings = setup.settings
         self._material_ubo = setup.gpu.uniform_block(TerrainMaterialBlock, MATERIAL_BINDING, "terrain_material_block")
@@ -447,7 +448,9 @@ class TerrainSystem(System):
 
         between = None
         if self._shade_px() > 1:
-            between = BetweenShaded(self._gpu, "SURFACE_TERRAIN", self._settings)
+            # Kept: graphs are compiled again and again.
+            self._between = self._between or BetweenShaded(self._gpu, "SURFACE_TERRAIN", self._settings)
+            between = self._between
             all_tiles = [io.buffer(name) for name in _TILES]
 
         def run() -> None:
