@@ -140,6 +140,12 @@ def test_numbered_frames_resume(tmp_path: Path) -> None:
     again = NumberedFrames(tmp_path / "out", 3, settings={"size": [32, 18]})
     assert list(again.missing()) == [0, 2]
     assert again.paths[0].name == "frame_0000.png"
+    cut = again.write(2, pixels())
+    assert list(again.missing()) == [0]
+    cut.write_bytes(cut.read_bytes()[:-5])
+    (tmp_path / "out" / "frame_0000.png").write_bytes(b"")
+    assert list(again.missing()) == [0, 2], "half a file is no frame"
+    cut.unlink()
     with pytest.raises(CaptureError, match="made with other settings; replace them by force \\(--force\\)"):
         NumberedFrames(tmp_path / "out", 3, settings={"size": [64, 36]})
     forced = NumberedFrames(tmp_path / "out", 3, settings={"size": [64, 36]}, force=True)

@@ -14,6 +14,8 @@ from .files import CaptureError, require_writable, written_beside
 from .png import json_plain, write_png
 
 MANIFEST = "sequence.json"
+_PNG_END = b"\0\0\0\0IEND\xae\x42\x60\x82"
+"""The last chunk of every PNG."""
 
 
 class NumberedFrames:
@@ -52,8 +54,8 @@ class NumberedFrames:
         return [self.path(index) for index in range(self.count)]
 
     def missing(self) -> Iterator[int]:
-        """The numbers of the frames that are still to be made, in order."""
-        return (index for index in range(self.count) if not self.path(index).exists())
+        """The numbers of the frames that are still to be made, in order; a file that is cut off counts as none."""
+        return (index for index in range(self.count) if not _is_whole(self.path(index)))
 
     def write(self, index: int, pixels: NDArray[np.uint8], settings: Mapping[str, Any] | None = None) -> Path:
         return write_png(self.path(index), pixels, settings)
@@ -61,3 +63,11 @@ class NumberedFrames:
     def _remove_frames(self) -> None:
         for old in self.folder.glob("frame_*.png"):
             old.unlink()
+
+
+def _is_whole(path: Path) -> bool:
+    if not path.exists() or path.stat().st_size < len(_PNG_END):
+        return False
+    with path.open("rb") as file:
+        file.seek(-len(_PNG_END), 2)
+        return file.read() == _PNG_END
