@@ -237,7 +237,8 @@ def shaded(key: str, view: str, value: int) -> Picture:
     return Picture(f"knobs/{key.replace('.', '_')}_{value}", "earth", view, VIEW_SIZE, {}, {key: value})
 
 
-SHADED_PICTURES = tuple(shaded(key, view, value) for key, (view, *values) in SHADE_PAIRS.items() for value in values)
+SHADED_PICTURES = tuple(shaded(key, view, coarse) for key, (view, _, coarse) in SHADE_PAIRS.items())
+"""Beside those of the views themselves, whose pixels are all shaded."""
 
 GOLDENS: tuple[Picture, ...] = (*VIEW_PICTURES, *KNOB_PICTURES, *SHADED_PICTURES, *CLOUD_PICTURES, *SEVERAL_PICTURES)
 

@@ -86,7 +86,7 @@ def _knobs(session: Session) -> None:
                 row(key, pair.planet, pair.view, meter.knob(key, pair, runs))
         for key, values in () if session.small else QUALITY_PAIRS.items():
             row(f"quality {key}", *QUALITY_VIEW, meter.quality_knob(key, values, QUALITY_VIEW, runs))
-        for key, (name, *shaded) in SHADE_PAIRS.items():
+        for key, (name, *shaded) in () if session.small else SHADE_PAIRS.items():
             row(f"quality {key}", "earth", name, meter.quality_knob(key, (shaded[0], shaded[1]), ("earth", name), runs))
 
 
