@@ -23,7 +23,8 @@ def scene():
 
 @pytest.fixture(scope="module")
 def renderer(scene):
-    with pf.Renderer(scene, size=SIZE, quality="low") as made:
+    # Each pixel: blocks of these are wider than anything that stands on the ground.
+    with pf.Renderer(scene, size=SIZE, quality="low", overrides={"terrain.shade_px": 1}) as made:
         made.settle(pf.view("coast"))  # the air's tables are final: equal scenes give equal pictures from here on
         yield made
 

@@ -46,7 +46,7 @@ def test_pops_are_seen() -> None:
     """The measure itself: tiles exchanged without any morph, far coarser than promised, do pop."""
     scene = pf.load_scene("earth")
     flight = pf.path("low", scene)
-    overrides = {"terrain.backend": "quadtree", "terrain.error_px": 8.0, "terrain.edge_px": 60.0}
+    overrides = {"terrain.backend": "quadtree", "terrain.error_px": 16.0, "terrain.edge_px": 60.0}
     with pf.Renderer(scene, (160, 90), "medium", overrides) as renderer:
         found = popping(renderer, [flight.camera_at(20.0 + k / 2.0) for k in range(9)], frame_s=0.5)
     assert found.worst_px > 1.0

@@ -446,12 +446,10 @@ class TerrainSystem(System):
             plain = self._shader(backend.shade_file, False, dry)
             parts.append((io.buffer(name), plain, self._shader(backend.shade_file, ours and near, dry)))
 
-        between = None
+        between, all_tiles = None, [io.buffer(name) for name in _TILES]
         if self._shade_px() > 1:
             # Kept: graphs are compiled again and again.
-            self._between = self._between or BetweenShaded(self._gpu, "SURFACE_TERRAIN", self._settings)
-            between = self._between
-            all_tiles = [io.buffer(name) for name in _TILES]
+            between = self._between = self._between or BetweenShaded(self._gpu, "SURFACE_TERRAIN", self._settings)
 
         def run() -> None:
             bind_air()
