@@ -6,7 +6,7 @@ from dataclasses import replace
 from time import perf_counter as clock
 from typing import Any, Protocol
 
-from ...engine.gpu import GpuScope
+from ...engine.gpu import GpuScope, ShaderError
 from ...engine.table_cache import TableCache
 from .block import AirBlock
 from .model import AirModel
@@ -78,7 +78,7 @@ class TableJob:
         self._wanted: tuple[str, AirModel, AirBlock] | None = None
         self._shown: tuple[str, AirModel, AirBlock] | None = None
         self._target: tuple[str, AirModel, AirBlock] | None = None  # the air that is worked on
-        self._refining = False
+        self._refining = self._blocked = False
         self._slice = _FIRST_SLICE
         self.generation = 0
         """Counts the tables that have been shown."""
@@ -103,7 +103,12 @@ class TableJob:
     @property
     def done(self) -> bool:
         """Whether the tables of the air that was asked for last are shown at full size."""
-        return self._working is None
+        return self._working is None and not self._mended
+
+    @property
+    def _mended(self) -> bool:
+        """Whether a broken shader kept tables from being made, and does no more."""
+        return self._blocked and not self._gpu.gpu.shaders.errors
 
     @property
     def share(self) -> float:
@@ -139,6 +144,8 @@ class TableJob:
 
         Waits for the GPU after each, or time would mean nothing.
         """
+        if self._mended:
+            self._refine()
         began = now = clock()
         while self._working is not None:
             assert self._target is not None
@@ -166,6 +173,7 @@ class TableJob:
 
     def _start(self, tables: Tables, refining: bool) -> None:
         tables.restart()
+        self._blocked = False
         self._working, self._refining, self._target = tables, refining, self._wanted
 
     def _start_quick(self) -> None:
@@ -184,7 +192,18 @@ class TableJob:
         elif target[0] != self._wanted[0]:
             self._start_quick()
         else:
-            self._start(self._free_full(), refining=True)
+            self._refine()
+
+    def _refine(self) -> None:
+        """Go on at full size. While a shader is broken no more tables can be made: the small ones stay until it is
+        mended."""
+        try:
+            tables = self._free_full()
+        except ShaderError:
+            self._working, self._blocked = None, True
+            return
+        self._blocked = False
+        self._start(tables, refining=True)
 
     def _free_full(self) -> Tables:
         for tables in self._full:
@@ -207,7 +226,10 @@ class TableJob:
 
     def _from_cache(self) -> bool:
         assert self._wanted is not None
-        tables = self._free_full()
+        try:
+            tables = self._free_full()
+        except ShaderError:
+            return False
         found = self._cache.load(self._wanted[0], tables.shapes())
         if found is None:
             return False
