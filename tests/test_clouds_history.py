@@ -256,6 +256,8 @@ def test_a_map_that_follows_the_camera_keeps_its_texels() -> None:
         texels = float(away @ axis) / wide_m
         assert abs(texels) > 1.0 and texels == pytest.approx(round(texels), abs=2e-3)
     assert np.linalg.norm(after.middle - foot * radius) < texel_m * before.longer
+    for leap in (np.array([0.8, 0.0, 0.6]), -foot):
+        assert (maps.move(0, leap, sun, 0.0, stamp, radius).middle == leap * radius).all(), "a leap has nothing to keep"
     alone = maps.move(0, foot, sun, 0.0, stamp, radius, alone=True)
     assert (alone.middle == foot * radius).all(), "a picture by itself hangs on none before it"
 

@@ -145,7 +145,9 @@ def _on_texels(before: _Map, foot: Floats, radius_m: float, texels: int) -> Floa
     texel_m = 2.0 * before.half_m / texels
     along, across = round(float(away @ before.u) / (texel_m * before.longer)), round(float(away @ before.v) / texel_m)
     moved = before.middle + (along * texel_m * before.longer) * before.u + (across * texel_m) * before.v
-    return np.asarray(moved / np.linalg.norm(moved), np.float64)
+    found = np.asarray(moved / np.linalg.norm(moved), np.float64)
+    # After a leap the old map's plane lies far from the sphere, and there are no texels to keep.
+    return found if float(np.linalg.norm(found - foot)) * radius_m < texel_m * before.longer else foot
 
 
 def _placed(half_m: float, foot: Floats, sun: Floats, time_s: float, stamp: Any, radius_m: float) -> _Map:
