@@ -377,8 +377,22 @@ class CloudQuality:
         "Optical depth at which a march ends: exp(-12) is a hundredth of what a picture of 8 bits shows",
         cost="time in thick cloud",
     )
+    picture_px: int = knob(
+        1,
+        1,
+        2,
+        "px",
+        "Clouds have a picture of their own; each of its pixels is so many of the frame's a side, and those between are"
+        " interpolated on their own surface",
+        cost="grows with the inverse square",
+    )
     stride: int = knob(
-        2, 1, 8, "px", "One ray through the clouds for a block of so many pixels a side", cost="inverse square"
+        2,
+        1,
+        8,
+        "px",
+        "One ray through the clouds for a block of so many pixels of their picture a side",
+        cost="inverse square",
     )
     samples: int = knob(
         33,

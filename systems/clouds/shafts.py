@@ -39,10 +39,13 @@ class Shafts:
     or while nothing is due at all; and ``clouds.shafts_begin`` gives it no work where no map has any shadow.
     """
 
-    def __init__(self, gpu: GpuScope, world: World, stride: int, settings: Mapping[str, Any], owner: str) -> None:
+    def __init__(
+        self, gpu: GpuScope, world: World, block: Mapping[str, Any], settings: Mapping[str, Any], owner: str
+    ) -> None:
+        """block: defines of clouds/view_ray.glsl."""
         self._begin = gpu.compute("clouds/shafts_begin.comp")
         # The contract of the air at a point has light that was scattered before, which is not asked for.
-        defines = {"STRIDE": stride, "AIR_DEGREE": int(settings["atmosphere.degree"])}
+        defines = {**block, "AIR_DEGREE": int(settings["atmosphere.degree"])}
         self._march = gpu.compute("clouds/shafts.comp", defines)
         self._world, self._owner = world, owner
         self._steps = int(settings["clouds.shaft_steps"])
@@ -76,8 +79,8 @@ class Shafts:
         reaching = (k for k, held in enumerate(maps.maps) if drawn[k] and 0.8 * held.half_m >= reach)
         self._map = next(reaching, len(maps.maps) - 1)
 
-    def declare(self, builder: GraphBuilder, rays: str, distance: str, past: Callable[[], Past]) -> None:
-        """rays, distance: what the clouds' march makes. past: of the frame at hand."""
+    def declare(self, builder: GraphBuilder, rays: str, distance: str, depth: str, past: Callable[[], Past]) -> None:
+        """rays, distance: what the clouds' march makes. depth: where its rays end. past: of the frame at hand."""
 
         def due() -> bool:
             return self.share > 0.0 and not past().skip
@@ -96,9 +99,9 @@ class Shafts:
         builder.add_pass(
             "clouds.shafts",
             kind="compute",
-            bind=lambda io: self._bind_march(io, rays, distance, past),
+            bind=lambda io: self._bind_march(io, rays, distance, depth, past),
             system=self._owner,
-            reads=("gbuffer.depth", SUN, _GROUPS, *contract_reads(self._world, but=self._owner)),
+            reads=(depth, SUN, _GROUPS, *contract_reads(self._world, but=self._owner)),
             writes=(rays, distance),
             after=("clouds.shafts_begin",),
             when=due,
@@ -118,8 +121,10 @@ class Shafts:
 
         return run
 
-    def _bind_march(self, io: PassIO, rays: str, distance: str, past: Callable[[], Past]) -> Callable[[], None]:
-        light, far, depth = io.texture(rays), io.texture(distance), io.texture("gbuffer.depth")
+    def _bind_march(
+        self, io: PassIO, rays: str, distance: str, surface: str, past: Callable[[], Past]
+    ) -> Callable[[], None]:
+        light, far, depth = io.texture(rays), io.texture(distance), io.texture(surface)
         sun, groups = io.texture(SUN), io.buffer(_GROUPS)
         bind = bind_contracts(self._world, io, but=self._owner)
 

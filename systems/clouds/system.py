@@ -9,7 +9,6 @@ import numpy as np
 
 from ...components import Atmosphere, Clouds, Ocean, Planet
 from ...engine.contracts import bind_contracts, contract_reads, provide_contracts, withdraw_contracts
-from ...engine.gpu import gl as G
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.planet_seen import planet_seen
 from ...engine.settings import SettingError, revision, with_overrides
@@ -18,6 +17,7 @@ from ...engine.system import Frame, Setup, System, ViewInfo
 from .field import CloudField
 from .model import CloudModel
 from .past import NONE, STILL, Past
+from .picture import SURFACE, CloudPicture, Surface
 from .probe import march_defines
 from .shadow_pass import SHADOW, SUN, SUN_UNIT, ShadowPass
 from .shafts import Shafts
@@ -25,7 +25,7 @@ from .view_march import DISTANCE, MAPPED, RAYS, ViewMarch
 
 __all__ = ["CloudSystem"]
 
-_FULL, _SURFACE = "clouds.full", "clouds.surface"
+_FULL = "clouds.full"
 _SKY = "clouds.sky"
 _SHADOW_UNIT, _SKY_UNIT = 16, 17
 _SKY_TEXELS = 64
@@ -70,25 +70,27 @@ class CloudSystem(System):
     def setup(self, setup: Setup) -> None:
         self._gpu, self._world = setup.gpu, setup.world
         settings = setup.settings
-        self._stride, self._samples = int(settings["clouds.stride"]), int(settings["clouds.samples"])
+        self._samples = int(settings["clouds.samples"])
+        picture = self._picture = CloudPicture.of(settings)
         self._tuned: tuple[float, ...] = ()
         gpu = setup.gpu
         self.field = CloudField(gpu, settings)
-        defines = {"STRIDE": self._stride}
         slabs = march_defines(settings)
-        self._view = ViewMarch(gpu, setup.world, self.name, self._stride, slabs)
+        self._view = ViewMarch(gpu, setup.world, self.name, picture, slabs)
         self._look_up = gpu.compute("clouds/sky.comp", {**slabs, **MAPPED})
         self._tune(settings)
         self._skies: dict[int, _Sky] = {}
         self._sky = _Sky()
-        self._resolve = gpu.compute("clouds/resolve.comp", defines)
+        self._resolve = gpu.compute("clouds/resolve.comp", picture.defines)
+        self._surface = Surface(gpu, picture)
         self._history: Any = None
-        self._over, self._plain = gpu.fullscreen("clouds/composite.frag"), gpu.gpu.state()
+        self._over = gpu.fullscreen("clouds/composite.frag", {"PICTURE_PX": picture.pixel_px})
+        self._plain = gpu.gpu.state()
         self._pasts: dict[int, Past] = {}
-        self._past = Past(self._stride, self._samples, 1.0)
+        self._past = Past(picture.stride, self._samples, 1.0)
         texels, steps = int(settings["clouds.shadow_texels"]), int(settings["clouds.shadow_steps"])
         self._shadow = ShadowPass(gpu, texels, steps, int(settings["clouds.shadow_frames"]))
-        self._shafts = Shafts(gpu, setup.world, self._stride, settings, self.name)
+        self._shafts = Shafts(gpu, setup.world, picture.defines, settings, self.name)
         self._with_shafts = True
         self._stamp: tuple[Any, ...] = ()
         self._seen = True
@@ -180,7 +182,7 @@ class CloudSystem(System):
         self._shafts.place(frame, field.block.counts[2], field.first[1], radius, self._shadow.maps, self._shadow.drawn)
         field.write()
         if frame.view_index not in self._pasts:
-            self._pasts[frame.view_index] = Past(self._stride, self._samples, radius)
+            self._pasts[frame.view_index] = Past(self._picture.stride, self._samples, radius)
         self._past = self._pasts[frame.view_index]
         # Rays that were followed through another air, such as that of its first small tables, are none of this picture.
         air = frame.world.try_resource("air_generation")
@@ -219,21 +221,23 @@ class CloudSystem(System):
         )  # fmt: skip
         if not self._seen:
             return
+        copied, depth = self._surface.declare(builder, view, self.name), self._picture.depth
         self._view.declare(builder, view, lambda: self._past, self.bind_density)
+        size = self._picture.size(view.size)
         shafts = ("clouds.shafts",) if self._with_shafts else ()
         if self._with_shafts:
-            self._shafts.declare(builder, RAYS, DISTANCE, lambda: self._past)
+            self._shafts.declare(builder, RAYS, DISTANCE, depth, lambda: self._past)
         builder.add_pass(
             "clouds.resolve",
             kind="compute",
             bind=self._bind_full,
             system=self.name,
-            reads=("gbuffer.depth", RAYS, DISTANCE),
+            reads=(depth, RAYS, DISTANCE),
             after=shafts,
-            history=(_FULL, _SURFACE),
+            history=(_FULL, SURFACE),
             creates=(
-                TextureSpec(_FULL, "rgba32f", 1.0, "history", filter="linear", help="clouds of every pixel"),
-                TextureSpec(_SURFACE, "depth32f", 1.0, "history", help="depth up to which they were followed"),
+                TextureSpec(_FULL, "rgba32f", size, "history", filter="linear", help="clouds of every pixel of theirs"),
+                *copied,
             ),
             help="clouds of every pixel, from this frame's rays and the last frame",
         )
@@ -242,17 +246,17 @@ class CloudSystem(System):
             kind="compute",
             bind=self._bind_history,
             system=self.name,
-            reads=("gbuffer.depth", RAYS, DISTANCE),
+            reads=(depth, RAYS, DISTANCE),
             after=("clouds.resolve",),
-            history=(_FULL, _SURFACE),
-            creates=(TextureSpec("debug.cloud_history", "rgba8", help="green: what the last frame showed"),),
+            history=(_FULL, SURFACE),
+            creates=(TextureSpec("debug.cloud_history", "rgba8", size, help="green: what the last frame showed"),),
             help="which pixels take their clouds over from the last frame",
         )
         builder.add_pass(
             "clouds.composite",
             bind=self._bind_composite,
             system=self.name,
-            reads=(_FULL,),
+            reads=(_FULL, "gbuffer.depth", SURFACE) if self._picture.pixel_px > 1 else (_FULL,),
             writes=("scene.radiance",),
             after=("sky.shade",),
             after_optional=("terrain.shade", "ocean.shade", "ocean.under", "props.shade", "stars.draw"),
@@ -282,24 +286,22 @@ class CloudSystem(System):
 
     def _bind_history(self, io: PassIO) -> Callable[[], None]:
         if self._history is None:
-            self._history = self._gpu.compute("clouds/resolve.comp", {"STRIDE": self._stride, "VALIDITY": 1})
+            self._history = self._gpu.compute("clouds/resolve.comp", {**self._picture.defines, "VALIDITY": 1})
         return self._bind_resolve(io, "debug.cloud_history", self._history)
 
     def _bind_full(self, io: PassIO) -> Callable[[], None]:
-        resolve, gl = self._bind_resolve(io, _FULL, self._resolve), self._gpu.gpu.gl
-        depth, surface = io.texture("gbuffer.depth"), io.texture(_SURFACE)
+        resolve, keep = self._bind_resolve(io, _FULL, self._resolve), self._surface.bind_copy(io)
 
         def run() -> None:
             resolve()
-            # A copy: storing each pixel's depth in the shader takes twenty times as long without a GPU.
-            gl.copy_layers(G.TEXTURE_2D, depth.glo, 0, surface.glo, 0, (*surface.size, 1))
+            keep()
 
         return run
 
     def _bind_resolve(self, io: PassIO, into: str, shown: Any) -> Callable[[], None]:
         made = io.texture(into)
-        textures = [io.texture(name) for name in (RAYS, "gbuffer.depth", DISTANCE)]
-        before, surface, valid = io.history(_FULL), io.history(_SURFACE), io.history_valid
+        textures = [io.texture(name) for name in (RAYS, self._picture.depth, DISTANCE)]
+        before, surface, valid = io.history(_FULL), io.history(SURFACE), io.history_valid
 
         def run() -> None:
             past = self._past
@@ -325,7 +327,8 @@ class CloudSystem(System):
 
     def _bind_composite(self, io: PassIO) -> Callable[[], None]:
         target = io.framebuffer(colors=("scene.radiance",))
-        textures = [io.texture(name) for name in (_FULL, "scene.radiance")]
+        extra = ("gbuffer.depth", SURFACE) if self._picture.pixel_px > 1 else ()
+        textures = [io.texture(name) for name in (_FULL, "scene.radiance", *extra)]
         gl, waits = self._gpu.gpu.gl, self._gpu.gpu.caps.has_texture_barrier
 
         def run() -> None:

@@ -11,6 +11,7 @@ from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.system import ViewInfo
 from ...engine.world import World
 from .past import NONE, Past
+from .picture import CloudPicture
 from .shadow_pass import SUN, SUN_UNIT
 
 __all__ = ["DISTANCE", "MAPPED", "RAYS", "ViewMarch"]
@@ -28,13 +29,15 @@ MAPPED: Mapping[str, Any] = {"CLOUD_MAPPED": 1}
 class ViewMarch:
     """Passes ``clouds.classify`` and ``clouds.march``, and ``clouds.debug`` while somebody looks at what it makes.
 
-    stride: pixels a side that share a ray. defines: of clouds/scattered.glsl. Its steps come from `tune`.
+    picture: what the rays are for. defines: of clouds/scattered.glsl. Its steps come from `tune`.
     """
 
-    def __init__(self, gpu: GpuScope, world: World, system: str, stride: int, defines: Mapping[str, Any]) -> None:
-        self._gpu, self._world, self._system, self._stride = gpu, world, system, stride
-        self._defines = {"STRIDE": stride, **defines}
-        self._classify = gpu.compute("clouds/classify.comp", {"STRIDE": stride})
+    def __init__(
+        self, gpu: GpuScope, world: World, system: str, picture: CloudPicture, defines: Mapping[str, Any]
+    ) -> None:
+        self._gpu, self._world, self._system, self._picture = gpu, world, system, picture
+        self._defines = {**picture.defines, **defines}
+        self._classify = gpu.compute("clouds/classify.comp", picture.defines)
         self._list = gpu.compute("clouds/list_tiles.comp")
         self._march: Any = None
         self._steps: tuple[float, ...] = ()
@@ -63,7 +66,7 @@ class ViewMarch:
         self, builder: GraphBuilder, view: ViewInfo, past: Callable[[], Past], bind_clouds: Callable[[], None]
     ) -> None:
         """past: of the frame; bind_clouds: binds layers, noise and weather."""
-        size = tuple(-(-n // self._stride) for n in view.size)
+        size, depth = self._picture.rays(view.size), self._picture.depth
         tiles = -(-size[0] // TILE[0]) * -(-size[1] // TILE[1])
         air = contract_reads(self._world, but=self._system)
         builder.add_pass(
@@ -71,7 +74,7 @@ class ViewMarch:
             kind="compute",
             bind=lambda io: self._bind_classify(io, past, bind_clouds),
             system=self._system,
-            reads=("gbuffer.depth",),
+            reads=(depth,),
             creates=(
                 TextureSpec(RAYS, "rgba32f", size, "persistent", help="light of clouds, and what they leave"),
                 TextureSpec(DISTANCE, "r32f", size, "persistent", help="mean distance of the clouds"),
@@ -86,7 +89,7 @@ class ViewMarch:
             kind="compute",
             bind=lambda io: self._bind_march(io, past, bind_clouds),
             system=self._system,
-            reads=("gbuffer.depth", SUN, _TILES, *air),
+            reads=(depth, SUN, _TILES, *air),
             writes=(RAYS, DISTANCE),
             after=("clouds.classify",),
             when=lambda: not past().skip,
@@ -97,7 +100,7 @@ class ViewMarch:
             kind="compute",
             bind=lambda io: self._bind_debug(io, past, bind_clouds),
             system=self._system,
-            reads=("gbuffer.depth", SUN, _FLAGS, *air),
+            reads=(depth, SUN, _FLAGS, *air),
             creates=(
                 TextureSpec("debug.cloud_tiles", "rgba8", size, help="dark: nothing, blue: air only, else cloud"),
                 TextureSpec("debug.cloud_steps", "r32f", size, help="places looked at, without the sun's"),
@@ -108,13 +111,13 @@ class ViewMarch:
     def _place(self, program: Any, past: Past) -> None:
         program.set("u_place", past.place)
         # A ray without others beside it, from earlier frames, stands for its whole block.
-        program.set("u_width", max(1.0, (0.8 if past.mode == NONE else 0.4) * self._stride))
+        program.set("u_width", max(1.0, (0.8 if past.mode == NONE else 0.4) * self._picture.block_px))
         program.set("u_shift", past.pattern)
 
     def _bind_classify(
         self, io: PassIO, past: Callable[[], Past], bind_clouds: Callable[[], None]
     ) -> Callable[[], None]:
-        color, distance, depth = io.texture(RAYS), io.texture(DISTANCE), io.texture("gbuffer.depth")
+        color, distance, depth = io.texture(RAYS), io.texture(DISTANCE), io.texture(self._picture.depth)
         flags, tiles = io.buffer(_FLAGS), io.buffer(_TILES)
         across, down = (-(-n // side) for n, side in zip(color.size, TILE, strict=True))
 
@@ -134,7 +137,7 @@ class ViewMarch:
         return run
 
     def _bind_march(self, io: PassIO, past: Callable[[], Past], bind_clouds: Callable[[], None]) -> Callable[[], None]:
-        color, distance, depth = io.texture(RAYS), io.texture(DISTANCE), io.texture("gbuffer.depth")
+        color, distance, depth = io.texture(RAYS), io.texture(DISTANCE), io.texture(self._picture.depth)
         tiles, sun = io.buffer(_TILES), io.texture(SUN)
         bind = bind_contracts(self._world, io, but=self._system)
 
@@ -153,7 +156,7 @@ class ViewMarch:
 
     def _bind_debug(self, io: PassIO, past: Callable[[], Past], bind_clouds: Callable[[], None]) -> Callable[[], None]:
         classes, steps = io.texture("debug.cloud_tiles"), io.texture("debug.cloud_steps")
-        depth, flags, sun = io.texture("gbuffer.depth"), io.buffer(_FLAGS), io.texture(SUN)
+        depth, flags, sun = io.texture(self._picture.depth), io.buffer(_FLAGS), io.texture(SUN)
         bind = bind_contracts(self._world, io, but=self._system)
         if self._debug is None:
             self._debug = self._program("clouds/debug.comp")

@@ -3,7 +3,8 @@
 // is no past, this frame's rays are spread. Those that ended where the pixel's own surface is count more: clouds in front of
 // one thing are not those behind another; and what the last frame saw up to another surface is no past.
 //
-// An invocation has the pixels between four rays: what these four have seen is the same for all of them.
+// An invocation has the pixels between four rays: what these four have seen is the same for all of them. Pixels are those of
+// the clouds' picture, PICTURE_PX of the frame's a side.
 #include "common/camera.glsl"
 
 layout(local_size_x = 8, local_size_y = 4) in;
@@ -58,6 +59,8 @@ void main() {
     vec4 lowest = min(min(least[0], least[1]), min(least[2], least[3])),
         highest = max(max(largest[0], largest[1]), max(largest[2], largest[3]));
     float rush = HURRY * length(u_shift);
+    // Of the clouds' picture, by the frame: an odd one leaves part of the last row and column beside it.
+    vec2 fill = frame.viewport.xy / vec2(size * PICTURE_PX);
     int busy = STRIDE * STRIDE;
 #ifndef VALIDITY
     // What a moving camera's past is held within may be nothing at all.
@@ -81,11 +84,11 @@ void main() {
         vec4 low = clamp(blend(least, plain), lowest, highest), high = clamp(blend(largest, plain), lowest, highest);
         vec4 spread = clamp(blend(seen, weight * per), low, high);
         // Where it was in the last frame: x to the right, y up, z forward.
-        vec2 slope = ndc_of_pixel(vec2(pixel) + 0.5) * frame.projection.xy + frame.projection.zw;
+        vec2 slope = ndc_of_pixel((vec2(pixel) + 0.5) * float(PICTURE_PX)) * frame.projection.xy + frame.projection.zw;
         float distance_m = per * dot(weight, away);
         vec3 then = u_turn * (vec3(slope, 1.0) * (distance_m * inversesqrt(1.0 + dot(slope, slope)))) + u_shift;
         vec2 ndc = (then.xy / max(then.z, 1e-6) - u_projection.zw) * u_projection.xy;
-        vec2 uv = u_past == 2 ? (vec2(pixel) + 0.5) / vec2(size) : 0.5 + 0.5 * ndc;
+        vec2 uv = u_past == 2 ? (vec2(pixel) + 0.5) / vec2(size) : (0.5 + 0.5 * ndc) * fill;
         bool known = u_past == 2 || (u_past == 1 && then.z > 0.0 && all(lessThan(abs(ndc), vec2(1.0))));
         // Where another surface was, what was seen up to it says nothing. A moving camera finds outlines a little aside.
         float then_depth = texelFetch(u_surface, clamp(ivec2(uv * vec2(size)), ivec2(0), size - 1), 0).r;

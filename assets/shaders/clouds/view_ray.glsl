@@ -1,10 +1,11 @@
-// The ray of a block of STRIDE x STRIDE pixels, and how far it goes.
+// The ray of a block of STRIDE x STRIDE pixels of the clouds' picture, and how far it goes. Each of these pixels stands for
+// PICTURE_PX x PICTURE_PX of the frame's.
 #include "common/camera.glsl"
 #include "clouds/ways.glsl"
 
 layout(binding = 4) uniform sampler2D u_depth;
 layout(location = 1) uniform ivec2 u_place;   // of the ray's pixel in its block
-layout(location = 2) uniform float u_width;   // of what a ray stands for, in pixels
+layout(location = 2) uniform float u_width;   // of what a ray stands for, in pixels of the frame
 layout(location = 3) uniform float u_shift;   // of the pattern
 
 struct ViewRay {
@@ -20,7 +21,7 @@ float cloud_pattern(ivec2 at) {
 // Sets pixel_rad and cloud_dither as well.
 ViewRay cloud_view_ray(ivec2 at) {
     ivec2 pixel = min(at * STRIDE + u_place, textureSize(u_depth, 0) - 1);
-    vec3 ray = view_ray(ndc_of_pixel(vec2(pixel) + 0.5));
+    vec3 ray = view_ray(ndc_of_pixel((vec2(pixel) + 0.5) * float(PICTURE_PX)));
     float stretch = length(ray), depth = texelFetch(u_depth, pixel, 0).r;
     float end = depth > 0.0 ? forward_distance(depth) * stretch : NOT_ALL;
     ray /= stretch;
