@@ -13,6 +13,8 @@ FADE_FRAMES = 30
 """In which what was drawn late takes the place of what stood in for it."""
 _AHEAD = 0.85
 """Share of the time from one map to the next in which the one after is drawn."""
+_CLOSE_STEPS = 0.05
+"""So long after the moment of the only map that is there, the next is there too: until then they hardly differ."""
 _FAR_STEPS = 1.5
 """A map whose moment is farther away than this shows other weather: not even a stand-in."""
 
@@ -66,6 +68,10 @@ class Charts:
         self.cuts = 0
         self._end: float | None = None
         """Of the share, while it fades; None: it follows the time."""
+        self._now: float | None = None
+        """Of the last frame that missed a map, in steps."""
+        self._ahead, self._ahead_from = -1, 0.0
+        """Which map is drawn ahead of its time, and the share that was shown when that began."""
 
     @property
     def steady(self) -> bool:
@@ -99,12 +105,12 @@ class Charts:
             second = first
         if first is None or second is None:
             self._catch_up(time_s / STEP_S, moment.first)
+            self._now = time_s / STEP_S
             return
         if self._end is None and self.first.complete:
             self._show(first, second, moment.share, None)
             ahead = moment.first + 2 if moment.share > 0.0 else moment.first + 1
-            due = round(self._drawing.tiles * min(moment.share / _AHEAD, 1.0))
-            self._work_on(ahead, due)
+            self._work_on(ahead, round(self._drawing.tiles * self._due(ahead, moment.share)))
         elif (self.first, self.second) == (first, second):
             self._fade(moment.share, done=None)
         elif self._going:
@@ -154,7 +160,10 @@ class Charts:
         if self._going:
             self._fade(self._end)
         wanted = number if stays.is_of(number + 1) else number + 1
-        self._work_on(wanted, self._drawing.tiles)
+        # No haste where what is shown is what it was a moment ago; but a picture whose time stands still is soon done.
+        haste = stays.coarse or stays.number is None or now == self._now
+        near = 1.0 if haste else min(abs(now - stays.number) / _CLOSE_STEPS, 1.0)
+        self._work_on(wanted, round(self._drawing.tiles * near))
         drawn = self._of(wanted)
         if drawn is not None and not self._going and not (stays.is_of(number) or stays.is_of(number + 1)):
             self._show(stays, drawn, 0.0, 1.0)
@@ -170,6 +179,14 @@ class Charts:
     def _spare(self, keep: list[Chart], wanted: tuple[int, ...] = ()) -> Chart:
         """One that is neither in `keep` nor holds what is wanted."""
         return next(c for c in self.all if c not in keep and not any(c.is_of(number) for number in wanted))
+
+    def _due(self, number: int, share: float) -> float:
+        """How much of a map that is drawn ahead ought to be there. Evenly over what is left of its time: pictures that
+        begin between two maps do not hurry after the whole of the third."""
+        if number != self._ahead:
+            self._ahead, self._ahead_from = number, share
+        left = _AHEAD - self._ahead_from
+        return 1.0 if share >= _AHEAD else max(share - self._ahead_from, 0.0) / left if left > 0.0 else 1.0
 
     def _begin(self, chart: Chart, number: int) -> None:
         if chart.number != number or chart.coarse or chart.complete:

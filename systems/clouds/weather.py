@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,6 +55,7 @@ def _hash(*numbers: int) -> np.random.Generator:
     return np.random.default_rng([n % (1 << 32) for n in numbers])
 
 
+@lru_cache(maxsize=4)
 def cyclones_at(time_s: float, seed: int) -> NDArray[np.float32]:
     """(2 CYCLONES, 4): unit direction and size as a chord; sense of winding, strength, phase of its spiral, 0.
 
@@ -83,7 +85,9 @@ def cyclones_at(time_s: float, seed: int) -> NDArray[np.float32]:
         direction = (across * math.cos(longitude), across * math.sin(longitude), math.sin(latitude))
         found[2 * i] = *direction, size
         found[2 * i + 1] = side, most * math.sin(math.pi * share) ** 2, fate.uniform(0.0, 2.0 * math.pi), 0.0
-    return found.astype(np.float32)
+    shared = found.astype(np.float32)
+    shared.setflags(write=False)  # whoever asks next has the same one
+    return shared
 
 
 def octahedral_weights(size: int) -> NDArray[np.float64]:

@@ -2,6 +2,7 @@
 // leave of it. Over the tiles of 8 x 4 rays that may see any.
 #include "clouds/view_ray.glsl"
 #include "clouds/weather_march.glsl"
+#include "common/spread.glsl"
 
 layout(local_size_x = 8, local_size_y = 4) in;
 layout(binding = 0, rgba32f) uniform writeonly image2D o_clouds;
@@ -9,7 +10,7 @@ layout(binding = 1, r32f) uniform writeonly image2D o_distance;
 layout(std430, binding = 7) readonly buffer TileBuffer { uint groups[4]; uint tiles[]; };
 
 void main() {
-    uint place = tiles[gl_WorkGroupID.x];
+    uint place = tiles[spread_group()];
     ivec2 at = ivec2(place & 0xffffu, place >> 16) * ivec2(8, 4) + ivec2(gl_LocalInvocationID.xy);
     if (any(greaterThanEqual(at, imageSize(o_clouds)))) return;
     ViewRay v = cloud_view_ray(at);
