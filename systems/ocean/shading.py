@@ -30,6 +30,7 @@ SEA_TOP = "sea_top_m"
 _TILE = (16, 8)
 _SKY_MAP = (64, 64)  # SKY_MAP_SIDE of ocean/look/sky_map.glsl
 _KINDS = ("open", "mirror", "rich", "below", "limb")
+_LENS = "ocean.lens_light"
 _HIGH = 0.25
 """Share of the air's thickness from which on pixels may have to ask for the air before them."""
 _PATTERN_M = 0.5
@@ -69,6 +70,7 @@ class SeaShading:
         self._warming = Warming(self._ahead())
         stored = str(setup.settings.get("sky.radiance_format", "rgba32f"))
         self._under = setup.gpu.compute("ocean/under.comp", defines={"SCENE_FORMAT": stored})
+        self._under_light = setup.gpu.compute("ocean/under_light.comp")
 
     def _shader(self, kind: str, high: bool, far: bool) -> Any:
         """The shader of a kind of tiles, from above all air, with nothing near; made when it is first needed."""
@@ -209,6 +211,7 @@ class SeaShading:
             writes=("scene.radiance",),
             after=("ocean.shade",),
             after_optional=("terrain.shade", "props.shade", "stars.draw"),
+            creates=(BufferSpec(_LENS, 48, "persistent", help="light in the water around the lens"),),
             when=lambda: self._near_water,
             only_while=seen,
             help="water between the lens and what a pixel shows",
@@ -268,13 +271,16 @@ class SeaShading:
 
     def _bind_under(self, io: PassIO, across: int, down: int) -> Callable[[], None]:
         radiance, depth, surface = (io.texture(n) for n in ("scene.radiance", "gbuffer.depth", "gbuffer.surface"))
-        bind_air = bind_contracts(self._world, io)
+        light, bind_air = io.buffer(_LENS), bind_contracts(self._world, io)
 
         def run() -> None:
             bind_air()
             depth.use(0)
             surface.use(3)
             radiance.bind_to_image(0, read=True, write=True)
+            light.bind_to_storage_buffer(7)
+            self._under_light.run()
+            self._gpu.gpu.barrier()
             self._under.run(across, down, 1)
 
         return run

@@ -1,21 +1,16 @@
 // Water between the lens and whatever a pixel shows, where the lens is in it; and the line where the water's edge lies on the lens.
 #include "common/camera.glsl"
 #include "common/surfaces.glsl"
-#include "contract/air.glsl"
-#include "contract/sky.glsl"
-#include "contract/skylight.glsl"
-#include "contract/sun_visibility.glsl"
 #include "contract/waterline.glsl"
-#include "ocean/look/fresnel.glsl"
 #include "ocean/look/murk.glsl"
 
 layout(local_size_x = 16, local_size_y = 8) in;
 layout(binding = 0) uniform sampler2D u_depth;
 layout(binding = 3) uniform usampler2D u_surface;
 layout(binding = 0, SCENE_FORMAT) uniform image2D u_radiance;
+layout(std430, binding = 7) readonly buffer LensBuffer { vec4 lens[3]; };   // ocean/under_light.comp
 
 const float WATERLINE_PX = 60.0;   // as in terrain/coast_pixel.glsl
-const float STARLIGHT = 1.5e-8;   // as in ocean/shade.comp
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = textureSize(u_depth, 0);
@@ -33,14 +28,11 @@ void main() {
     if (over > 2.5 && !edge) return;
     vec4 stored = imageLoad(u_radiance, pixel);
     vec3 radiance = stored.rgb * frame.scale.y;
-    vec3 direction = normalize(ray), zenith = frame.camera_zenith.xyz;
-    float rise = dot(direction, zenith), deep = max(planet.sea.x - frame.camera_zenith.w, 0.0);
+    vec3 direction = normalize(ray);
+    float rise = dot(direction, frame.camera_zenith.xyz), deep = max(planet.sea.x - frame.camera_zenith.w, 0.0);
     float path = depth > 0.0 ? length(ray) * forward_distance(depth) : 1e5;
     path = rise > 1e-4 ? min(path, (deep + 2.0) / rise) : path;   // waves: a little beyond the still surface
-    vec3 sunlight = frame.sun_irradiance.rgb * sun_visibility(vec3(0.0)) * air_to_space(vec3(0.0), frame.sun_direction.xyz);
-    vec3 from_sky = skylight(vec3(0.0), zenith) + frame.sun_irradiance.rgb * STARLIGHT;
-    float mirrored = fresnel_outside(max(dot(frame.sun_direction.xyz, zenith), 1e-3), ocean.liquid.x);
-    WaterSun sun = water_sun(zenith, sunlight, from_sky, mirrored);
+    WaterSun sun = WaterSun(lens[0].xyz, lens[0].w, lens[1].xyz, lens[2].xyz);
     vec3 through = water_left(path);
     radiance = edge && surface == SURFACE_SEA ? vec3(0.0) : radiance;
     vec3 wet = radiance * (depth > 0.0 ? through : vec3(0.0)) + water_murk(sun, deep, rise, path, dot(direction, sun.to_sun));
