@@ -61,7 +61,7 @@ class Surface:
         self._gpu, self._picture = gpu, picture
         self._coarse: Any = None
         if picture.pixel_px > 1:
-            self._coarse = gpu.fullscreen("clouds/surface.frag", {"PICTURE_PX": picture.pixel_px})
+            self._coarse = gpu.fullscreen("clouds/surface.frag")
             self._plain = gpu.gpu.state()
 
     def declare(self, builder: GraphBuilder, view: ViewInfo, system: str) -> tuple[TextureSpec, ...]:

@@ -260,7 +260,7 @@ class TerrainSystem(System):
             help="patches of all visible cells",
         )
         if self._world.query(Ocean):
-            listed = not backend.coast_file and int(self._settings["terrain.coast_px"]) == 1
+            listed = not backend.coast_file and int(self._settings["terrain.coast_px"]) <= 2
             count = view.size[0] * view.size[1]
             texts = ("pixels that may be land or water", "those that become land", "tiles that are added")
             specs = [
@@ -359,8 +359,11 @@ class TerrainSystem(System):
         growing = [io.buffer(name) for name in _GROWING]
         across, down = (-(-n // side) for n, side in zip(io.size, (16, 8), strict=True))
         view, barrier = self._view(index), self._gpu.gpu.barrier
+        # Heights in float have no gradient, which a block of pixels is asked by.
+        single = int(self._settings["terrain.coast_px"]) == 1
 
         def run() -> None:
+            by_float = view.far and single
             find.set("u_opaque_m", self._opaque_m())
             grow.set("u_tiles", (across, down))
             for turn in range(1 + (_GROWTH if view.far else 0)):
@@ -376,11 +379,11 @@ class TerrainSystem(System):
                     more.bind_to_storage_buffer(7)
                 find.run_indirect(more if turn else tiles)
                 barrier()
-                if view.far:
+                if by_float:
                     far.run_indirect(asked)
                     barrier()
                     land.bind_to_storage_buffer(6)
-                ask.run_indirect(land if view.far else asked)
+                ask.run_indirect(land if by_float else asked)
                 if view.far and turn < _GROWTH:
                     barrier()
 

@@ -1,17 +1,17 @@
-// Depth of the clouds' picture where it is coarser than the frame: of each block of pixels in turn the nearest and the farthest,
-// as a chessboard, so that on both sides of an outline there are clouds that end where its pixels do.
-//
-// Define PICTURE_PX: pixels of a block's side.
+// Depth of the clouds' picture where each of its pixels stands for a block of 2 x 2: in the block's middle, where one surface
+// fills it. Across an outline the nearest and the farthest in turn, as a chessboard, so that on both sides of it there are
+// clouds that end where its pixels do.
 layout(binding = 0) uniform sampler2D u_depth;
 layout(location = 0) out float o_depth;
 
+// How far depth may be from linear on screen, relative, within one surface. On a plane it is linear.
+const float BENT = 0.005;
+
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy), most = textureSize(u_depth, 0) - 1;
-    float nearest = 0.0, farthest = 1e30;
-    for (int i = 0; i < PICTURE_PX * PICTURE_PX; ++i) {
-        float depth = texelFetch(u_depth, min(at * PICTURE_PX + ivec2(i % PICTURE_PX, i / PICTURE_PX), most), 0).r;
-        nearest = max(nearest, depth);
-        farthest = min(farthest, depth);
-    }
-    o_depth = ((at.x + at.y) & 1) == 0 ? nearest : farthest;
+    vec4 depth;
+    for (int i = 0; i < 4; ++i) depth[i] = texelFetch(u_depth, min(at * 2 + ivec2(i & 1, i >> 1), most), 0).r;
+    float nearest = max(max(depth.x, depth.y), max(depth.z, depth.w)), farthest = min(min(depth.x, depth.y), min(depth.z, depth.w));
+    bool one = farthest > 0.0 && abs(depth.x + depth.w - depth.y - depth.z) <= BENT * (depth.x + depth.w);
+    o_depth = one ? 0.25 * (depth.x + depth.y + depth.z + depth.w) : ((at.x + at.y) & 1) == 0 ? nearest : farthest;
 }

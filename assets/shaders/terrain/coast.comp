@@ -1,5 +1,5 @@
-// The line between land and water from heights at every second or fourth pixel (terrain.coast_px), interpolated between: for weak
-// machines. terrain/coast_ask.comp asks at each pixel.
+// The line between land and water from heights at every fourth pixel (terrain.coast_px), interpolated between: for weak
+// machines. terrain/coast_ask.comp asks at each pixel or every second.
 #include "terrain/coast_pixel.glsl"
 
 layout(local_size_x = 16, local_size_y = 8) in;
@@ -8,7 +8,7 @@ layout(std430, binding = 7) readonly buffer TileBuffer {
     uint tiles[];
 };
 #ifndef COAST_STEP
-#define COAST_STEP 2
+#define COAST_STEP 4
 #endif
 const int COLUMNS = 16 / COAST_STEP + 1, ROWS = 8 / COAST_STEP + 1, CORNERS = 4;
 shared vec4 s_ground[COLUMNS * ROWS];     // xyz: gradient; w: height above the sea

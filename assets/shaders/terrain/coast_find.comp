@@ -1,6 +1,8 @@
 // Finds the pixels beside coasts whose height has to be asked, 4 x 4 at a time: the height function at one of them, its gradient
 // and the roughness there say of the others whether they are land or water, or that they may be either. A lane a block, a
 // workgroup a tile of 16 x 8 pixels.
+//
+// Define COAST_STEP: 2 lists blocks of 2 x 2 pixels, by the first.
 #include "terrain/coast_pixel.glsl"
 #include "terrain/coast_list.glsl"
 #include "common/spread.glsl"
@@ -53,6 +55,10 @@ void main() {
         if (inside && known && above < 0.0) coast_to_sea(pixel, p, max(-above - dot(ground.gradient, aside), u_opaque_m));
     }
 
+#if COAST_STEP == 2
+    found |= found >> 1 & 0x7777u;
+    found = (found | found >> 4) & 0x0505u;
+#endif
     uint count = uint(bitCount(found));
     uint place = count > 0u ? atomicAdd(coast_list.count, count) : 0u;
     if (count > 0u) atomicMax(coast_list.groups[0], (place + count + COAST_GROUP - 1u) / COAST_GROUP);
