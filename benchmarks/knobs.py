@@ -294,6 +294,7 @@ TILE_PAIRS: dict[str, tuple[Any, Any]] = {
 SHADE_PAIRS: dict[str, tuple[str, int, int]] = {
     "terrain.shade_px": ("valley", 1, 2),
     "ocean.shade_px": ("sea", 1, 2),
+    "clouds.picture_px": ("clouds", 1, 2),
 }
 """Quality knobs of shading: a view of Earth, and two values that give other pictures of the same triangles."""
 

@@ -162,3 +162,36 @@ def test_frames_come_to_the_map_that_a_settled_picture_has() -> None:
             assert [maps.texture_of(n).read() for n in moment_of(time_s).maps] == wanted_texels
         other.settle(camera, time_s)
         np.testing.assert_array_equal(other.render(camera, time_s)["color"], exact)
+
+
+def frames_until(charts: Charts, drawing: Drawing, tiles: int, time_s: float, most: int = 60000) -> int:
+    for count in range(most):
+        if drawing.drawn >= tiles:
+            return count
+        charts.running(time_s + count * FRAME_S)
+    raise AssertionError(f"{drawing.drawn} of {tiles} tiles after {most} frames")
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.8])
+def test_a_picture_that_begins_between_two_maps_does_not_hurry_after_the_next(share: float) -> None:
+    """What was there at once leaves time: the next map comes a tile in some frames, and still before it is due."""
+    drawing = Drawing()
+    charts = Charts(drawing)
+    begin = (7.0 + share) * STEP_S
+    charts.exact(begin)
+    drawing.drawn = drawing.most_in_a_frame = 0
+    frames = frames_until(charts, drawing, Drawing.tiles, begin)
+    due = (0.05 if share == 0.0 else 0.85 - share) * STEP_S / FRAME_S
+    assert 0.9 * due < frames < 1.1 * due
+    assert drawing.most_in_a_frame == 1
+
+
+def test_time_that_stands_still_waits_for_no_map() -> None:
+    """A pause just after a jump: maps come as fast as frames allow, so that the picture can rest."""
+    drawing = Drawing()
+    charts = Charts(drawing)
+    charts.exact(7.0 * STEP_S)
+    later = 7.0 * STEP_S + 1.0
+    for _ in range(2 + Drawing.tiles // Drawing.in_a_frame + 2 * FADE_FRAMES):
+        charts.running(later)
+    assert charts.steady and charts.share == pytest.approx(moment_of(later).share)
