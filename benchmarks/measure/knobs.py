@@ -69,7 +69,8 @@ class KnobMeter:
 
     def quality_knob(self, key: str, values: tuple[Any, Any], place: tuple[str, str], runs: int) -> KnobCost:
         """Of a quality key with two values (off, on), at (planet, view)."""
-        sides = {side: self._renderer(place[0], side, {key: v}) for side, v in zip(SIDES, values, strict=True)}
+        clouds = key.startswith("clouds.")
+        sides = {side: self._renderer(place[0], side, {key: v}, clouds) for side, v in zip(SIDES, values, strict=True)}
         return _compare(sides, values, place[1], False, runs)
 
     def _renderer(self, planet: str, side: str, overrides: Mapping[str, Any], clouds: bool = False) -> Renderer:
