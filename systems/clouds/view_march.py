@@ -10,7 +10,7 @@ from ...engine.gpu import GpuScope
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.system import ViewInfo
 from ...engine.world import World
-from .past import NONE, Past
+from .past import NONE, STILL, Past
 from .picture import CloudPicture
 from .shadow_pass import SUN, SUN_UNIT
 
@@ -110,8 +110,10 @@ class ViewMarch:
 
     def _place(self, program: Any, past: Past) -> None:
         program.set("u_place", past.place)
-        # A ray without others beside it, from earlier frames, stands for its whole block.
-        program.set("u_width", max(1.0, (0.8 if past.mode == NONE else 0.4) * self._picture.block_px))
+        # A ray without others beside it, from earlier frames, stands for its whole block. In a picture that stands still each
+        # pixel will have its own.
+        wide = {NONE: 0.8 * self._picture.block_px, STILL: self._picture.pixel_px}.get(past.mode, 0.4 * self._picture.block_px)
+        program.set("u_width", max(1.0, wide))
         program.set("u_shift", past.pattern)
 
     def _bind_classify(
