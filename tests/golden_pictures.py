@@ -235,7 +235,7 @@ SEVERAL_PICTURES: tuple[Picture, ...] = (
 def shaded(key: str, view: str, value: int) -> Picture:
     """A quality knob of shading, at one of its values."""
     name, clouds = f"knobs/{key.replace('.', '_')}_{value}", key.startswith("clouds.")
-    return Picture(name, "earth", view, VIEW_SIZE, {}, {key: value}, clouds=clouds)
+    return Picture(name, "earth", view, KNOB_SIZE, {}, {key: value}, clouds=clouds)
 
 
 SHADED_PICTURES = tuple(shaded(key, view, coarse) for key, (view, _, coarse) in SHADE_PAIRS.items())

@@ -1,5 +1,5 @@
-"""Clouds of a picture half as fine (clouds.picture_px): like those of each pixel, whole at the borders, and cut off by the
-same outlines."""
+"""Clouds of a picture half as fine (clouds.picture_px): like those of each pixel, whole at the borders, and cut off by
+the same outlines."""
 
 from __future__ import annotations
 

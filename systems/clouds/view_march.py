@@ -110,9 +110,10 @@ class ViewMarch:
 
     def _place(self, program: Any, past: Past) -> None:
         program.set("u_place", past.place)
-        # A ray without others beside it, from earlier frames, stands for its whole block. In a picture that stands still each
-        # pixel will have its own.
-        wide = {NONE: 0.8 * self._picture.block_px, STILL: self._picture.pixel_px}.get(past.mode, 0.4 * self._picture.block_px)
+        # A ray without others beside it, from earlier frames, stands for its whole block. In a picture that stands
+        # still each pixel will have its own.
+        block, pixel = self._picture.block_px, self._picture.pixel_px
+        wide = {NONE: 0.8 * block, STILL: pixel}.get(past.mode, 0.4 * block)
         program.set("u_width", max(1.0, wide))
         program.set("u_shift", past.pattern)
 
