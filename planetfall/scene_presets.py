@@ -28,6 +28,10 @@ __all__ = [
 ]
 
 _FORBIDDEN = set('/\\:*?"<>|')
+_LONGEST = 100
+"""Bytes of a name: file systems take 255, and endings are added."""
+_DEVICES = {"con", "prn", "aux", "nul", *(f"{kind}{n}" for kind in ("com", "lpt") for n in range(1, 10))}
+"""Names that are no files on Windows, whatever their ending."""
 
 
 def preset_folder() -> Path:
@@ -53,6 +57,10 @@ def save_preset(scene: Scene, name: str) -> Path:
     name = name.strip()
     if not name or set(name) & _FORBIDDEN or name.startswith("."):
         raise PresetError(f"{name!r} is no name for a preset; use letters, digits, spaces, - and _")
+    if len(name.encode()) > _LONGEST:
+        raise PresetError(f"{name[:20]!r}... is too long for a preset's name; expected at most {_LONGEST} bytes")
+    if name.split(".")[0].strip().lower() in _DEVICES:
+        raise PresetError(f"{name!r} is the name of a device on Windows; choose another name")
     if name in planets():
         raise PresetError(f"{name!r} is a built-in planet; choose another name")
     folder = preset_folder()

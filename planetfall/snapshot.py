@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
+
+from .systems.capture import CaptureError
 
 
 class Snapshot:
@@ -29,9 +32,19 @@ class Snapshot:
         return data.getvalue()
 
     def save(self, path: str | PathLike[str], **options: Any) -> Path:
-        """Write the picture; the format follows the file's name."""
+        """Write the picture; the format follows the file's name. Written beside, then renamed.
+
+        options: of Pillow's Image.save. CaptureError for a format that there isn't, or a file that can't be written.
+        """
         target = Path(path)
-        self.image.save(target, **options)
+        beside = target.with_name(f".{target.stem}.tmp{target.suffix}")
+        try:
+            self.image.save(beside, **options)
+            os.replace(beside, target)
+        except (OSError, ValueError, KeyError) as error:  # KeyError: a format that Pillow lacks
+            beside.unlink(missing_ok=True)
+            reason = getattr(error, "strerror", None) or error.args[0]
+            raise CaptureError(f"{target} can't be written: {reason}; expected a name such as picture.png") from error
         return target
 
     def __repr__(self) -> str:

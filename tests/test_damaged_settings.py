@@ -168,3 +168,12 @@ def test_a_file_that_cannot_be_kept_is_not_replaced(
     with pf.load_scene("moon") as scene, pytest.raises(pf.PresetError, match=r"can't be kept as mine\.toml\.old"):
         save_preset(scene, "mine")
     assert (tmp_path / "mine.toml").read_bytes() == good
+
+
+@pytest.mark.parametrize("name", ["x" * 300, "CON", "nul.old", "com1", ".hidden", "a/b", "  "])
+def test_names_that_make_no_preset(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    """Too long for a file, or a device elsewhere: told before anything is written."""
+    monkeypatch.setenv("PLANETFALL_PRESETS", str(tmp_path / "mine"))
+    with pf.load_scene("moon") as scene, pytest.raises(pf.PresetError, match=r"name"):
+        save_preset(scene, name)
+    assert not (tmp_path / "mine").exists()

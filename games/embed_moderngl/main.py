@@ -29,6 +29,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--output", "-o", default="embedded.png")
     options = parser.parse_args(arguments)
     size = tuple(options.size)
+    if min(size) < 1:
+        parser.error(f"--size: expected at least 1 x 1, found {size[0]} x {size[1]}")
     ctx = moderngl.create_context(require=430, standalone=True, backend="egl")  # type: ignore[arg-type]
     target = ctx.framebuffer([ctx.texture(size, 4)], ctx.depth_renderbuffer(size))
     ball = ctx.vertex_array(program := ctx.program(vertex_shader=VERTEX, fragment_shader=FRAGMENT), [])
