@@ -111,9 +111,8 @@ class ViewMarch:
     def _place(self, program: Any, past: Past) -> None:
         program.set("u_place", past.place)
         # A ray without others beside it, from earlier frames, stands for its whole block. In a picture that stands
-        # still each pixel will have its own.
-        block, pixel = self._picture.block_px, self._picture.pixel_px
-        wide = {NONE: 0.8 * block, STILL: pixel}.get(past.mode, 0.4 * block)
+        # still each pixel will have its own; of a coarse one it is the mean of several, which filters enough.
+        wide = {NONE: 0.8, STILL: 0.0}.get(past.mode, 0.4) * self._picture.block_px
         program.set("u_width", max(1.0, wide))
         program.set("u_shift", past.pattern)
 
