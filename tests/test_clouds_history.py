@@ -226,8 +226,8 @@ def test_maps_that_would_be_out_of_date_are_drawn_at_once() -> None:
         return maps.frames_for(0, 8, 10.0, radius)
 
     assert frames() == frames(way_m=5.0) == frames(turn_rad=1e-6) == frames(passed_s=0.05) == 8
-    assert 1 < frames(way_m=150.0) < 8
-    assert frames(way_m=1000.0) == frames(turn_rad=1e-3) == frames(passed_s=60.0) == 1
+    assert 1 < frames(way_m=1500.0) < 8
+    assert frames(way_m=5000.0) == frames(turn_rad=1e-3) == frames(passed_s=60.0) == 1
     with renderer_of(cloudy(coverage=0.8), SIZE, stride=2) as renderer:
         low = pf.Sun(elevation_deg=8.0, azimuth_deg=20.0, latitude_deg=20.0, longitude_deg=10.0)
         for _ in range(4):
@@ -324,3 +324,37 @@ def test_flying_up_to_clouds_shows_neither_blocks_nor_dots() -> None:
                 apart.append(float(np.abs(flown - uniform_filter(full(renderer), 4)).mean()))
             found[rate] = float(np.mean(apart))
     assert found[0.07] < found[0.01], found
+
+
+def test_maps_finer_than_pixels_are_let_go_of() -> None:
+    """From space no map is drawn that the next one is fine enough for; near the clouds all are."""
+    maps = ShadowMaps(256)
+    maps.place(6.36e6, 3000.0)
+    for held in maps.maps:
+        held.stamp = "here"
+    finest = []
+    for height_m in (0.0, 1e3, 1e5, 1e6, 3.6e7):
+        pixel_m = 3e-3 * height_m
+        maps.need(pixel_m)
+        finest.append(maps.finest)
+        kept = maps.maps[maps.finest]
+        # The next would be too coarse, and the one before is fine enough without those that were left out.
+        assert maps.finest == 0 or 2.0 * kept.half_m / 256 <= 0.5 * pixel_m
+        if maps.finest + 1 < len(maps.maps):
+            assert 2.0 * maps.maps[maps.finest + 1].half_m / 256 > 0.5 * pixel_m
+        assert all(held.stamp is None for held in maps.maps[: maps.finest])
+        due = maps.due(np.array([0.0, 0.0, 1.0]), np.zeros(3), 0.0, 10.0, "other", 6.36e6)
+        assert due == list(range(maps.finest, len(maps.maps)))
+    assert finest == sorted(finest) and finest[0] == 0 and finest[-1] >= 3
+
+
+def test_a_map_at_a_pace_is_still_drawn_in_parts() -> None:
+    """As long as the camera stays well within it until it is whole; a whole map in one frame is a hitch."""
+    maps = ShadowMaps(256)
+    maps.place(6.36e6, 3000.0)
+    half_m, foot, sun = maps.maps[0].half_m, np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
+    for step, least, most in ((0.01, 8, 8), (0.1, 4, 5), (0.2, 2, 3), (0.6, 1, 1)):
+        maps.follow(foot, sun, 0.0)
+        maps.follow(foot + np.array([step * half_m / 6.36e6, 0.0, 0.0]), sun, 0.0)
+        frames = maps.frames_for(0, 8, 10.0, 6.36e6)
+        assert least <= frames <= most and (frames == 1 or frames * step <= 0.51)

@@ -20,12 +20,16 @@ _FIRST = 4.0
 """Half width of the first map, in thicknesses of the first layer."""
 _MOVED = 1.0 / 16.0
 """A camera that has moved by this share of a map's half width wants it anew."""
+_LAG = 0.5
+"""And may have moved by this one until it is drawn: it lies well within it still."""
 _DRIFTED_TEXELS = 0.5
 _SUN_STEP_RAD = 2e-4
 _MOST_LONGER = 8.0
 """A map is longer towards the sun than it is wide, as shadows are, but no more than this."""
 _LEAST_SIDEWAYS = 1e-3
 """Of the sun's direction: nearer to the zenith it has no azimuth worth following."""
+_FINE_PIXELS = 0.5
+"""A map whose texels are this share of a pixel shows all that there is to be seen."""
 
 
 @dataclass
@@ -60,6 +64,8 @@ class ShadowMaps:
         self.texels = texels
         self.maps: list[_Map] = []
         self.making: Making | None = None
+        self.finest = 0
+        """Finer ones are not drawn."""
         self.changes = 0
         """How often a map that was made took another's place, which a still camera sees."""
         self._before: tuple[Floats, Floats, float] | None = None
@@ -77,6 +83,16 @@ class ShadowMaps:
         if [m.half_m for m in self.maps] != widths:
             self.maps, self.making = [_Map(half_m=w) for w in widths], None
 
+    def need(self, pixel_m: float) -> None:
+        """From so far away that pixels are so wide on the clouds: maps are let go of while the next one is finer
+        than pixels are. Nobody would ask them, and at the pace of a flight from space each would be drawn again and again."""
+        texels_m = [2.0 * held.half_m / self.texels for held in self.maps[1:]]
+        self.finest = sum(texel_m <= _FINE_PIXELS * pixel_m for texel_m in texels_m)
+        for held in self.maps[: self.finest]:
+            held.stamp = None
+        if self.making is not None and self.making.number < self.finest:
+            self.making = None
+
     def follow(self, foot: Floats, sun: Floats, time_s: float) -> None:
         """Once a frame: how fast camera, sun and time go."""
         before, self._before = self._before, (foot, sun, time_s)
@@ -89,7 +105,7 @@ class ShadowMaps:
         half_m = self.maps[number].half_m
         moved, turned, passed_s = self._pace
         share = max(
-            moved * radius_m / (_MOVED * half_m),
+            moved * radius_m / (_LAG * half_m),
             turned / _SUN_STEP_RAD,
             passed_s * max(wind_m_s, 1.0) / (_DRIFTED_TEXELS * 2.0 * half_m / self.texels),
         )
@@ -99,6 +115,8 @@ class ShadowMaps:
         """Numbers of the maps that no longer show what they should, finest first. foot: unit direction."""
         found = []
         for number, held in enumerate(self.maps):
+            if number < self.finest:
+                continue
             away = foot * radius_m - held.middle
             moved = max(abs(away @ held.u) / held.longer, abs(away @ held.v)) > _MOVED * held.half_m
             texel_m = 2.0 * held.half_m / self.texels

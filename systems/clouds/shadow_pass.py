@@ -65,6 +65,11 @@ class ShadowPass:
         """Whether this frame changes any map, or prepares one."""
         return bool(self.due) or self._finished is not None or self.maps.making is not None
 
+    @property
+    def complete(self) -> bool:
+        """Whether all maps that anybody asks for are there."""
+        return all(self.drawn[self.maps.finest :])
+
     def clear(self) -> None:
         """Forget all views."""
         self._views.clear()
@@ -95,6 +100,10 @@ class ShadowPass:
         maps.place(radius_m, thickness_m)
         foot, sun = frame.camera.direction, frame.sun.direction
         maps.follow(foot, sun, frame.time_s)
+        top_m = block.counts[2]
+        camera = frame.camera
+        pixel_rad = (camera.tan_top - camera.tan_bottom) / frame.size[1]
+        maps.need(pixel_rad * max(float(np.linalg.norm(camera.position_m)) - radius_m - top_m, 0.0))
         self._finished, self._rows = None, (0, 0)
         if maps.making is not None and maps.making.rows >= self._texels:
             self._finished = self._last = maps.finish()

@@ -353,7 +353,7 @@ class CloudSystem(System):
             return ""
         if not self.field.maps.charts.steady:
             return "weather"
-        if not all(self._shadow.drawn):
+        if not self._shadow.complete:
             return "cloud shadows"
         gathers = self._past.mode == STILL and not self._past.complete
         return f"clouds {100.0 * self._past.share:.0f} %" if gathers else ""
