@@ -85,7 +85,8 @@ class ShadowMaps:
 
     def need(self, pixel_m: float) -> None:
         """From so far away that pixels are so wide on the clouds: maps are let go of while the next one is finer
-        than pixels are. Nobody would ask them, and at the pace of a flight from space each would be drawn again and again."""
+        than pixels are. Nobody would ask them, and at the pace of a flight from space each would be drawn again and
+        again."""
         texels_m = [2.0 * held.half_m / self.texels for held in self.maps[1:]]
         self.finest = sum(texel_m <= _FINE_PIXELS * pixel_m for texel_m in texels_m)
         for held in self.maps[: self.finest]:
