@@ -28,8 +28,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--size", type=int, nargs=2, default=(960, 540), metavar=("WIDTH", "HEIGHT"))
     parser.add_argument("--output", "-o", default="embedded.png")
     options = parser.parse_args(arguments)
-    size = tuple(options.size)
-    if min(size) < 1:
+    if min(size := tuple(options.size)) < 1:
         parser.error(f"--size: expected at least 1 x 1, found {size[0]} x {size[1]}")
     ctx = moderngl.create_context(require=430, standalone=True, backend="egl")  # type: ignore[arg-type]
     target = ctx.framebuffer([ctx.texture(size, 4)], ctx.depth_renderbuffer(size))
@@ -50,9 +49,8 @@ def main(arguments: list[str] | None = None) -> int:
         ctx.enable_only(moderngl.DEPTH_TEST)
         program["u_ball"], program["u_color"] = (*place, 0.5), (0.9 - 0.04 * index, 0.3, 0.1 + 0.04 * index)
         ball.render(moderngl.TRIANGLE_STRIP, 4)
-    Image.frombytes("RGB", size, target.read(components=3)).transpose(Image.Transpose.FLIP_TOP_BOTTOM).save(
-        options.output
-    )
+    picture = Image.frombytes("RGB", size, target.read(components=3))
+    picture.transpose(Image.Transpose.FLIP_TOP_BOTTOM).save(options.output)
     renderer.release()
     return 0
 
