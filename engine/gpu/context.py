@@ -16,6 +16,7 @@ from .caps import Capabilities, check_version
 from .preprocess import Defines
 from .scope import GpuScope
 from .shaders import ShaderLibrary
+from .software_threads import spread_threads
 from .state import State, reset_baseline
 from .textures import TextureInfo
 from .work import Work
@@ -41,6 +42,8 @@ class Gpu:
         self.gl = G.GL(ctx)
         self.caps = Capabilities.read(ctx, self.gl)
         self.work = Work()
+        if self.caps.is_software:
+            spread_threads()
         base = dict(defines or {})
         if not self.caps.has_clip_control:
             base["PF_FRAG_DEPTH"] = 1
