@@ -29,7 +29,7 @@ vec3 picture(vec2 uv) {
 }
 #else
 vec3 picture(vec2 uv) {
-    return texture(u_picture, uv).rgb;
+    return texelFetch(u_picture, ivec2(uv * vec2(textureSize(u_picture, 0))), 0).rgb;
 }
 #endif
 
