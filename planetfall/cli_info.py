@@ -20,6 +20,8 @@ __all__ = ["graph_command", "planets_command", "views_command"]
 console = Console()
 
 _BLOCK = re.compile(r"(<!-- frame graph\b[^\n]*-->\n).*?(<!-- /frame graph -->)", re.DOTALL)
+_WIDE = 140
+"""Columns of a window that has room for what each pass reads and writes."""
 
 
 def planets_command() -> None:
@@ -98,7 +100,9 @@ def graph_command(
         if explain is not None:
             text = renderer.graph.explain(explain)
         elif passes:
-            console.print(_pass_table(renderer.passes()))
+            console.print(_pass_table(renderer.passes(), console.width))
+            if console.width < _WIDE:
+                console.print(f"What they read and write: --explain PASS, or a window of {_WIDE} columns.", style="dim")
             return
         else:
             text = renderer.graph.to_mermaid()
@@ -127,13 +131,16 @@ def _document(file: Path) -> str:
     return text
 
 
-def _pass_table(reports: list) -> Table:
+def _pass_table(reports: list, width: int) -> Table:
+    """What ran; names of what each pass reads and writes only where `width` columns have room for them."""
+    wide = width >= _WIDE
     name = Column("pass", no_wrap=True)
-    table = Table(name, "system", "CPU ms", "GPU ms", "MB", "reads", "writes", "skipped", box=None)
+    table = Table(name, "CPU ms", "GPU ms", "MB", *(("reads", "writes") if wide else ()), "skipped", box=None)
     for report in reports:
         gpu = "" if report.gpu_ms is None else f"{report.gpu_ms:.2f}"
+        linked = (" ".join(report.reads), " ".join(report.writes)) if wide else ()
         table.add_row(
-            report.name, report.system, f"{report.cpu_ms:.3f}" if report.ran else "", gpu, f"{report.bytes / 1e6:.1f}",
-            " ".join(report.reads), " ".join(report.writes), report.skipped_why or "",
+            report.name, f"{report.cpu_ms:.3f}" if report.ran else "", gpu, f"{report.bytes / 1e6:.1f}", *linked,
+            report.skipped_why or "",
         )  # fmt: skip
     return table

@@ -269,6 +269,24 @@ def test_lists(capsys: pytest.CaptureFixture[str]) -> None:
     assert "orbit" in text and "beach" not in text
 
 
+@pytest.mark.parametrize("columns", [80, 140])
+def test_table_of_passes_fits_its_window(columns: int) -> None:
+    from rich.console import Console
+
+    from planetfall.cli_info import _pass_table
+
+    report = SimpleNamespace(
+        name="clouds.shadow_blocks", ran=True, cpu_ms=0.1, gpu_ms=12.5, bytes=11_800_000,
+        reads=("gbuffer.attributes", "contract.sun_visibility"), writes=("scene.radiance",), skipped_why=None,
+    )  # fmt: skip
+    console = Console(width=columns)
+    with console.capture() as shown:
+        console.print(_pass_table([report], columns))
+    lines = shown.get().splitlines()
+    assert len(lines) == 2 and "clouds.shadow_blocks" in lines[1] and "11.8" in lines[1]
+    assert ("contract.sun_visibility" in lines[1]) == (columns == 140)
+
+
 def test_graph(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["graph"]) == 0
     assert "graph LR" in capsys.readouterr().out

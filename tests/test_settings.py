@@ -90,6 +90,10 @@ def test_a_name_that_is_no_field_raises():
     with pytest.raises(AttributeError):
         ocean.zzz = 1  # type: ignore[attr-defined]
     ocean._cache = 1  # type: ignore[attr-defined]  # a system's own note
+    with pytest.raises(UnknownSettingError, match=r"Ocean has no setting 'sea_leve_m'; did you mean 'sea_level_m'\?"):
+        pf.Ocean(sea_leve_m=3.0)  # type: ignore[call-arg]
+    with pytest.raises(UnknownSettingError, match=r"CloudLayer has no setting 'coverag'"):
+        pf.CloudLayer(base_m=2000.0, coverag=0.5)  # type: ignore[call-arg]
 
 
 def test_numpy_values_become_plain_ones():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import itertools
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
@@ -26,10 +27,11 @@ def install(cls: type[T]) -> type[T]:
     """Make assignment to the fields of this dataclass checked, construction included. Calling it again does nothing.
 
     After that a value of the wrong type, out of range or NaN raises SettingError, a name that is no field raises
-    UnknownSettingError, and `revision` goes up with each assignment that changes something. Names that begin with an
-    underscore stay free. Costs about 2 us an assignment; reading costs nothing.
+    UnknownSettingError, also where it is constructed, and `revision` goes up with each assignment that changes
+    something. Names that begin with an underscore stay free. Costs about 2 us an assignment; reading costs nothing.
     """
     rules_of(cls)  # finds mistakes in the declaration now
+    _check_names(cls)
     # What a subclass inherits looks at the object's own class.
     if getattr(cls, "__planetfall_checked__", False):
         return cls
@@ -63,6 +65,23 @@ def install(cls: type[T]) -> type[T]:
     cls.__setattr__ = checked_setattr  # type: ignore[method-assign]
     cls.__planetfall_checked__ = True  # type: ignore[attr-defined]
     return cls
+
+
+def _check_names(cls: type) -> None:
+    """Make construction of the dataclass name the nearest field for a keyword that it has not."""
+    made: Any = cls.__dict__.get("__init__")
+    if made is None or hasattr(made, "__wrapped__"):
+        return
+    known = frozenset(field.name for field in dataclasses.fields(cls) if field.init)
+
+    @functools.wraps(made)
+    def checked_init(self: Any, *values: Any, **named: Any) -> None:
+        for name in named.keys() - known:
+            where = f"{cls.__name__} has no setting {name!r}"
+            raise UnknownSettingError(f"{where}; {did_you_mean(name, known, 'it has')}")
+        made(self, *values, **named)
+
+    cls.__init__ = checked_init  # type: ignore[misc]
 
 
 def revision(component: Any, *fields: str) -> int:
