@@ -150,13 +150,15 @@ class SeaShading:
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         across, down = (-(-n // t) for n, t in zip(view.size, _TILE, strict=True))
         count = across * down
+        corners = (across + 1, 5 * (down + 1))
+        groups = (-(-corners[0] // 8), -(-corners[1] // 40), _SKY_MAP[0] // 8, _SKY_MAP[1] // 8)
         seen = planet_seen(self._world, view.index)
         builder.add_pass(
             "ocean.classify",
             system=self._name,
-            bind=lambda io: self._bind_classify(io, across, down),
+            bind=lambda io: self._bind_classify(io, across, down, groups),
             kind="compute",
-            reads=("gbuffer.depth", "gbuffer.attributes", "gbuffer.surface"),
+            reads=("gbuffer.depth", "gbuffer.attributes", "gbuffer.surface", "gbuffer.tile_flags"),
             creates=(
                 BufferSpec("ocean.tile_flags", 4 * count, help="what each tile's sea needs"),
                 BufferSpec("ocean.tiles_open", 16 + 4 * count, help="dispatch and tiles of deep open water"),
@@ -164,17 +166,17 @@ class SeaShading:
                 BufferSpec("ocean.tiles_rich", 16 + 4 * count, help="dispatch and tiles with shallows, foam or ice"),
                 BufferSpec("ocean.tiles_below", 16 + 4 * count, help="dispatch and tiles of the surface from below"),
                 BufferSpec("ocean.tiles_limb", 16 + 4 * count, help="open water with air that changes within a tile"),
+                BufferSpec("ocean.light_groups", 24, help="dispatches of ocean.light: none where no sea is seen"),
             ),
             only_while=seen,
             help="tiles of the sea by what they need",
         )
-        corners = (across + 1, 5 * (down + 1))
         builder.add_pass(
             "ocean.light",
             system=self._name,
-            bind=lambda io: self._bind_light(io, corners),
+            bind=self._bind_light,
             kind="compute",
-            reads=contract_reads(self._world),
+            reads=("ocean.light_groups", *contract_reads(self._world)),
             creates=(
                 TextureSpec("ocean.light", "rgba32f", corners, filter="linear", help="sun, sky, air above, by tile"),
                 TextureSpec("ocean.sky", "rgba32f", _SKY_MAP, filter="linear", help="the sky that the sea mirrors"),
@@ -217,34 +219,39 @@ class SeaShading:
             help="water between the lens and what a pixel shows",
         )
 
-    def _bind_classify(self, io: PassIO, across: int, down: int) -> Callable[[], None]:
+    def _bind_classify(
+        self, io: PassIO, across: int, down: int, light_groups: tuple[int, int, int, int]
+    ) -> Callable[[], None]:
         textures = [io.texture(n) for n in ("gbuffer.depth", "gbuffer.attributes", "gbuffer.surface")]
-        buffers = [io.buffer(f"ocean.{n}") for n in ("tile_flags", *(f"tiles_{k}" for k in _KINDS))]
+        buffers = [io.buffer(f"ocean.{n}") for n in ("tile_flags", *(f"tiles_{k}" for k in _KINDS), "light_groups")]
+        shown = io.buffer("gbuffer.tile_flags")
 
         def run() -> None:
             for unit, texture in enumerate(textures):
                 texture.use(unit)
-            for unit, buffer in zip((0, 1, 2, 3, 5, 6), buffers, strict=True):
+            for unit, buffer in zip((0, 1, 2, 3, 5, 6, 7), buffers, strict=True):
                 buffer.bind_to_storage_buffer(unit)
+            shown.bind_to_storage_buffer(4)
             self._classify.set("u_tiles", (across, down))
             self._classify.set("u_high", int(self._high))
             self._classify.run(-(-across * down // 64), 1, 1)
             self._gpu.gpu.barrier()
             self._list.set("u_tiles", (across, down))
+            self._list.set("u_light_groups", light_groups)
             self._list.run(1, 1, 1)
 
         return run
 
-    def _bind_light(self, io: PassIO, corners: tuple[int, int]) -> Callable[[], None]:
-        light, sky = io.texture("ocean.light"), io.texture("ocean.sky")
+    def _bind_light(self, io: PassIO) -> Callable[[], None]:
+        light, sky, groups = io.texture("ocean.light"), io.texture("ocean.sky"), io.buffer("ocean.light_groups")
         bind_air = bind_contracts(self._world, io)
 
         def run() -> None:
             bind_air()
             light.bind_to_image(0, read=False, write=True)
-            self._light.run(-(-corners[0] // 8), -(-corners[1] // 40), 1)
+            self._light.run_indirect(groups)
             sky.bind_to_image(0, read=False, write=True)
-            self._sky.run(_SKY_MAP[0] // 8, _SKY_MAP[1] // 8, 1)
+            self._sky.run_indirect(groups, 12)
 
         return run
 

@@ -8,6 +8,7 @@
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) writeonly buffer FlagBuffer { uint flags[]; };
+layout(std430, binding = 4) readonly buffer ShownBuffer { uint shown[]; };   // gbuffer/classify.comp
 layout(binding = 0) uniform sampler2D u_depth;
 layout(binding = 1) uniform sampler2D u_attributes;
 layout(binding = 2) uniform usampler2D u_surface;
@@ -27,8 +28,13 @@ void main() {
     ivec2 size = textureSize(u_surface, 0), first = ivec2(tile % u_tiles.x, tile / u_tiles.x) * ivec2(16, 8);
     ivec2 last = min(first + ivec2(16, 8), size);
     float shallowest = 2.0, highest_sine = 0.0;
-    bool any_sea = false, any_ground = false, above = false, below = false;
+    bool above = false, below = false;
     float limit = ocean.loss.w / (ocean.loss.w + 16.0);
+    // Pixel by pixel only where there is sea, or where coasts were drawn since tiles were listed.
+    uint surfaces = tile < u_tiles.x * u_tiles.y ? shown[tile] : 0u;
+    bool look = (surfaces & (1u << SURFACE_SEA | SURFACE_ASKED)) != 0u, any_sea = false;
+    bool any_ground = !look && (surfaces & 1u << SURFACE_TERRAIN) != 0u;
+    if (!look) last.y = first.y;
     for (int y = first.y; y < last.y; ++y) {
         for (int x = first.x; x < last.x; ++x) {
             uint surface = texelFetch(u_surface, ivec2(x, y), 0).r;

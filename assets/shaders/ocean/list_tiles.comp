@@ -8,7 +8,9 @@ layout(std430, binding = 2) writeonly buffer MirrorBuffer { uint mirror_groups[4
 layout(std430, binding = 3) writeonly buffer RichBuffer { uint rich_groups[4]; uint rich_tiles[]; };
 layout(std430, binding = 5) writeonly buffer BelowBuffer { uint below_groups[4]; uint below_tiles[]; };
 layout(std430, binding = 6) writeonly buffer LimbBuffer { uint limb_groups[4]; uint limb_tiles[]; };
+layout(std430, binding = 7) writeonly buffer LightBuffer { uint light_groups[6]; };   // of ocean/light.comp and ocean/sky.comp
 uniform ivec2 u_tiles;
+uniform ivec4 u_light_groups;   // of each, where any sea is seen
 
 const float MIRROR_HIGHEST_M = 2.0e4;   // from higher up the sea mirrors no ground that one could make out
 const int COLUMNS = 1024;               // 16 384 pixels; columns beyond share with others
@@ -61,5 +63,12 @@ void main() {
         limb_groups[0] = s_limb;
         limb_groups[1] = 1u;
         limb_groups[2] = 1u;
+        bool any = s_open + s_mirror + s_rich + s_below + s_limb > 0u;
+        light_groups[0] = any ? uint(u_light_groups.x) : 0u;
+        light_groups[1] = any ? uint(u_light_groups.y) : 0u;
+        light_groups[2] = 1u;
+        light_groups[3] = any ? uint(u_light_groups.z) : 0u;
+        light_groups[4] = any ? uint(u_light_groups.w) : 0u;
+        light_groups[5] = 1u;
     }
 }
