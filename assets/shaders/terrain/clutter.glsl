@@ -51,13 +51,21 @@ float clutter_wave(float x) {
 }
 
 // eye, sun: unit vectors, seen from ground whose normal is the zenith. across: what a pixel spans at right angles to the
-// view, metres. stony: share of cells that hold a stone, leafy: of each size that hold a plant.
-GroundClutter ground_clutter(vec3 D, vec3 zenith, vec3 eye, vec3 sun, float across, float stony, vec4 leafy) {
+// view, metres. stony: share of cells that hold a stone, leafy: of each size that hold a plant, both off the beach.
+// above_sea: height of the pixel's ground, metres; gradient: its rise around, in metres per metre.
+GroundClutter ground_clutter(
+    vec3 D, vec3 zenith, vec3 eye, vec3 sun, float across, float stony, vec4 leafy, float above_sea, vec3 gradient
+) {
     GroundClutter found = GroundClutter(0.0, 0.0, 0.0, 0.0, 0.0, vec3(0.0), 1.0, 1.0);
     vec3 up = clutter_axes(zenith, zenith), to_eye = clutter_axes(eye, zenith), to_sun = clutter_axes(sun, zenith);
     float eye_rise = dot(to_eye, up), sun_rise = dot(to_sun, up);
     to_eye -= eye_rise * up;
     to_sun -= sun_rise * up;
+    // What stands at a place hangs on the ground there, not on the ground that a ray comes to behind it. So how much of a beach it is
+    // follows from the height at the foot, and has none of the noise in material.glsl, which would cut through things at its edge.
+    vec3 slope = clutter_axes(gradient, zenith);
+    float per_m = -2.5 / (terrain_material_block.sand.w + 1e-3), strand = 2.5 + per_m * above_sea;
+    slope.xy = per_m * (slope.xy - slope.z / up.z * up.xy);
     float strength = terrain_material_block.look.w;
     // From the finest that shows.
     int kind = 0;
@@ -79,7 +87,7 @@ GroundClutter ground_clutter(vec3 D, vec3 zenith, vec3 eye, vec3 sun, float acro
         float along = min(top / max(eye_rise, 1e-3), CLUTTER_REACH), end = 0.0;
         vec3 ray = -to_eye;
         float rise = -eye_rise;
-        vec2 at = start - along * ray.xy, over = floor(at);
+        vec2 at = start - along * ray.xy, over = floor(at), corner = over - start + 0.25;   // of the cell, from the pixel
         ivec2 column = first + ivec2(over);
         at -= over;
         bool seeing = true;
@@ -92,10 +100,11 @@ GroundClutter ground_clutter(vec3 D, vec3 zenith, vec3 eye, vec3 sun, float acro
             vec2 group = vec2(column & 4095) * (1.0 / 4096.0);
             float dense = clutter_wave(241.0 * group.x + 0.4 * clutter_wave(151.0 * group.y))
                 + clutter_wave(199.0 * group.y + 0.4 * clutter_wave(113.0 * group.x));
-            bool leaves = more.y < share * clamp(0.8 + 0.5 * dense, 0.1, 1.0);
+            float beach = clamp(strand + dot(slope.xy, size * (corner + 0.5 * place.xy)), 0.0, 1.0);
+            bool leaves = more.y < (share - share * beach) * clamp(0.8 + 0.5 * dense, 0.1, 1.0);
             float radius = leaves ? mix(radii.x, radii.y, more.x * more.x) : mix(radii.z, radii.w, more.x * more.x * more.x);
             float tall = leaves ? shape.x : shape.y;
-            float there = leaves || more.y > 1.0 - stony * clamp(0.7 - 0.5 * dense, 0.1, 1.0) ? here : 0.0;
+            float there = leaves || more.y > 1.0 - (stony - 0.75 * stony * beach) * clamp(0.7 - 0.5 * dense, 0.1, 1.0) ? here : 0.0;
             // From its middle, on the ground and in a space where it is round.
             vec2 off = at - mix(vec2(radius), vec2(1.0 - radius), place.xy);
             vec3 level = vec3(off, -dot(off, up.xy) / up.z);
@@ -138,6 +147,7 @@ GroundClutter ground_clutter(vec3 D, vec3 zenith, vec3 eye, vec3 sun, float acro
             at += t * ray.xy;
             over = floor(at);
             column += ivec2(over);
+            corner += over;
             at -= over;
             ++i;
             if (seeing && (along < 0.0 || left < 0.05)) {
@@ -148,6 +158,7 @@ GroundClutter ground_clutter(vec3 D, vec3 zenith, vec3 eye, vec3 sun, float acro
                 ray = to_sun;
                 rise = sun_rise;
                 at = start;
+                corner = 0.25 - start;
                 column = first;
             } else if (!seeing && along > end) {
                 i = CLUTTER_MOST;

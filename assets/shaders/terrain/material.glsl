@@ -11,7 +11,7 @@ struct Material {
     float grain;      // height of the bumps below the terrain's shortest layer
     float deviation;  // rms slope of the relief that the footprint hides
     float rock;       // share of bare rock
-    float stony;      // of cells of clutter that hold a stone
+    float stony;      // of cells of clutter that hold a stone, off the beach
     vec4 leafy;       // and a plant: a tuft, a tussock, a shrub, a tree
     vec3 plant;       // albedo of plants
     float sandy;      // share of loose sand, in ripples
@@ -122,10 +122,10 @@ Material terrain_material(
     albedo = mix(albedo, terrain_material_block.snow.rgb * (1.0 + 0.03 * patches + 0.025 * grain), snowy);
 
     // What stands on it: plants, fewer where it is dry, and stones. All this hangs on the place alone, not on the pixel's
-    // footprint, so nothing comes or goes when the camera moves.
-    float open_ground = (1.0 - rocky) * (1.0 - beach) * (1.0 - snowy);
+    // footprint, so nothing comes or goes when the camera moves. Beaches count where a thing has its foot (terrain/clutter.glsl).
+    float open_ground = (1.0 - rocky) * (1.0 - snowy);
     float growing = ramp(0.25, 0.55, climatic) * plants * open_ground;
-    float stony = (0.04 + 0.3 * (1.0 - growing) + 0.15 * roughness) * mix(1.0, 0.25, beach) * (1.0 - snowy);
+    float stony = (0.04 + 0.3 * (1.0 - growing) + 0.15 * roughness) * (1.0 - snowy);
     float woods = ramp(0.50, 0.72, climatic) * ramp(0.15, 0.28, (line - height) * climate.w);
     vec4 leafy = growing * vec4(0.95, 0.32, 0.10 + 0.45 * woods, woods);
 

@@ -83,7 +83,7 @@ vec3 ground_radiance(ivec2 pixel) {
     float footprint = 0.85 * across * pow(clamp(dot(coarse, view), 0.03, 1.0), -GROUND_BLUR);
     float spacing = vertex_spacing(D, attributes.w);
     float to_sphere = planet.radii.x / (planet.radii.x + height);
-    vec3 gradient = zenith - coarse / max(dot(coarse, zenith), 0.05);
+    vec3 gradient = zenith - coarse / max(dot(coarse, zenith), 0.05), rises = gradient;
 
     float sagitta = spacing * spacing / (8.0 * planet.radii.x);
     float coded = mix(planet.radii.z, planet.radii.y, attributes.z);
@@ -124,7 +124,8 @@ vec3 ground_radiance(ivec2 pixel) {
     vec2 open = light_visibility(point);
 #ifdef GROUND_CLUTTER
     GroundClutter clutter = ground_clutter(D, zenith, levelled(view, coarse, zenith), levelled(sun, coarse, zenith), across,
-        material.stony, material.leafy * vec4(1.0, 1.0, 1.0, ramp(10.0, 25.0, distance_m * dot(view, zenith))));
+        material.stony, material.leafy * vec4(1.0, 1.0, 1.0, ramp(10.0, 25.0, distance_m * dot(view, zenith))),
+        height - (planet.sea.y > 0.5 ? planet.sea.x : -1.0e9), rises);
     vec3 stone = mix(terrain_material_block.rock.rgb, terrain_material_block.strata.rgb, 0.3 + 0.3 * clutter.tint)
         * (1.0 + 0.35 * clutter.tint);
     vec3 leaves = mix(material.plant * (1.15 + 0.3 * clutter.tint), terrain_material_block.forest.rgb * (1.5 + 0.5 * clutter.tint), clutter.bush);
