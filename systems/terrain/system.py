@@ -40,8 +40,10 @@ _GROWTH = 3
 added into which one goes on."""
 _DEEP_M = 100.0
 _FAR_PIXEL_M = 50.0
-"""Pixels that are wider on all ground do with heights in float: they are right to 0.1 m, a coast so to 0.2 pixels at a
-slope of 1 %."""
+"""Where pixels are wider on all ground, lakes may go on beyond the tiles that show them."""
+_WIDE_PIXEL_M = 10.0
+"""Pixels that are wider on all coasts do with heights in float. Those are right to 0.02 m within 300 km and to 0.05 m
+within 6000 km, a coast so to 0.2 pixels at a slope of 1 %."""
 _FARTHER = 1.0 / 32.0
 """Pixels that are wider on all ground, by the longest layer of relief: terrain/coast_find.comp leaves hardly any out."""
 _CONTRACTS = {"surface_height": "terrain/surface_height.glsl"}
@@ -57,6 +59,7 @@ class _View:
         self.key: tuple[Any, ...] = ()  # what the table was made for
         self.next_octaves: Any = None  # around the anchor of a snap that is being prepared
         self.next_key: tuple[Any, ...] = ()
+        self.wide = False  # whether pixels on coasts do with heights in float
         self.far = False  # whether every pixel of the ground is wide
         self.farther = False  # and so wide that all are asked beside coasts
         self.updated = -1  # for which proxy
@@ -197,8 +200,11 @@ class TerrainSystem(System):
         ahead.take_part(self.backend.prepares_snaps, "ground", "fade")
         if ahead.phase:
             self._prepare_octaves(view, ahead)
-        above_m = float(np.linalg.norm(camera.position_m)) - self._ground.params.radius_m - self._ground.field.highest_m
-        narrowest_m = above_m * (camera.tan_top - camera.tan_bottom) / frame.size[1]
+        altitude_m = float(np.linalg.norm(camera.position_m)) - self._ground.params.radius_m
+        pixel = (camera.tan_top - camera.tan_bottom) / frame.size[1]
+        narrowest_m = (altitude_m - self._ground.field.highest_m) * pixel
+        sea = next((ocean.sea_level_m for _, (ocean,) in frame.world.query(Ocean)), 0.0)
+        view.wide = (altitude_m - sea) * pixel > _WIDE_PIXEL_M
         view.far = narrowest_m > _FAR_PIXEL_M
         view.farther = narrowest_m > _FARTHER * float(self._ground.field.model.wavelength_m[0])
         index, backend = frame.view_index, self.backend
@@ -366,7 +372,7 @@ class TerrainSystem(System):
         view, barrier = self._view(index), self._gpu.gpu.barrier
 
         def run() -> None:
-            finds = find_wide if view.far else find
+            finds = find_wide if view.wide else find
             finds.set("u_opaque_m", self._opaque_m())
             grow.set("u_tiles", (across, down))
             for turn in range(1 + (_GROWTH if view.far else 0)):
@@ -385,8 +391,8 @@ class TerrainSystem(System):
                 else:
                     finds.run_indirect(more if turn else tiles)
                     barrier()
-                    (listed if view.far else ask).run_indirect(asked)
-                if view.far and alone:
+                    (listed if view.wide else ask).run_indirect(asked)
+                if view.wide and alone:
                     barrier()
                     land.bind_to_storage_buffer(6)
                     ask_wide.run_indirect(land)
