@@ -45,7 +45,7 @@ _WIDE_PIXEL_M = 10.0
 """Pixels that are wider on all coasts do with heights in float. Those are right to 0.02 m within 300 km and to 0.05 m
 within 6000 km, a coast so to 0.2 pixels at a slope of 1 %."""
 _FARTHER = 1.0 / 32.0
-"""Pixels that are wider on all ground, by the longest layer of relief: terrain/coast_find.comp leaves hardly any out."""
+"""Wider pixels on all ground, by the longest layer of relief: terrain/coast_find.comp leaves out hardly any."""
 _CONTRACTS = {"surface_height": "terrain/surface_height.glsl"}
 _SOURCES = "generated/terrain_height_sources.glsl"
 GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
@@ -206,7 +206,7 @@ class TerrainSystem(System):
         sea = next((ocean.sea_level_m for _, (ocean,) in frame.world.query(Ocean)), 0.0)
         view.wide = (altitude_m - sea) * pixel > _WIDE_PIXEL_M
         view.far = narrowest_m > _FAR_PIXEL_M
-        view.farther = narrowest_m > _FARTHER * float(self._ground.field.model.wavelength_m[0])
+        view.farther = view.wide and narrowest_m > _FARTHER * float(self._ground.field.model.wavelength_m[0])
         index, backend = frame.view_index, self.backend
         backend.update(frame, self._ground, lambda: self._bind_octaves(index))
         if backend.structure != self._backend_structure:
@@ -365,7 +365,8 @@ class TerrainSystem(System):
         find, find_wide = self._shader(find_file), self._shader(find_file, "TERRAIN_FLOAT")
         ask, ask_wide = self._shader(ask_file), self._shader(ask_file, "TERRAIN_FLOAT")
         first_file = far_file if alone else ask_file  # asks first where pixels are wide
-        listed, whole = self._shader(first_file, "TERRAIN_FLOAT"), self._shader(first_file, "TERRAIN_FLOAT", "COAST_TILES")
+        listed = self._shader(first_file, "TERRAIN_FLOAT")
+        whole = self._shader(first_file, "TERRAIN_FLOAT", "COAST_TILES")
         tiles, (asked, land, more) = io.buffer("gbuffer.tiles_coast"), (io.buffer(name) for name in _COAST_LISTS)
         growing = [io.buffer(name) for name in _GROWING]
         across, down = (-(-n // side) for n, side in zip(io.size, (16, 8), strict=True))

@@ -310,7 +310,12 @@ TerrainPoint terrain_point(TERRAIN_PLACE D, float spacing_m, out double height_m
         da += gating ? dv : vec3(0.0);
         ds += gating ? vec3(0.0) : dv;
     } while (++i < shapes);
-    if (i < warped) do {
+#ifdef TERRAIN_CANONICAL
+    int warped_end = warped;
+#else
+    int warped_end = min(terrain_layers_above(0.0625 * spacing_m), warped);   // shorter ones weigh nothing
+#endif
+    if (i < warped_end) do {
         TerrainOctave octave = terrain_table.octaves[TERRAIN_LAYER + i];
         vec4 n = terrain_noise(octave, near);
         float v = octave.weights.y * terrain_ridge(n.w, octave.weights.z);
@@ -318,7 +323,7 @@ TerrainPoint terrain_point(TERRAIN_PLACE D, float spacing_m, out double height_m
         z += v * terrain_height_weight(octave.fraction_lo.w, spacing_m);
         seen_z += weight * v;
         dz += weight * octave.weights.y * terrain_ridge_slope(n.w, octave.weights.z) * n.xyz;
-    } while (++i < warped);
+    } while (++i < warped_end);
     vec2 shape = vec2(shape_exact);
     float t_gate = (shape.x + TERRAIN_GATE_LOW) / TERRAIN_GATE_WIDTH;
     float gate = TERRAIN_GATE_SHUT + (1.0 - TERRAIN_GATE_SHUT) * terrain_step(t_gate);
