@@ -88,6 +88,35 @@ def test_heights_for_wide_pixels(run_compute, gpu):
     assert worst <= 0.1
 
 
+def test_float_does_for_coasts_of_wide_pixels(run_compute, gpu):
+    """With TERRAIN_FLOAT, and the height alone: a fifth of a pixel of 10 m at a slope of 1 % as far as
+    100 km; gradients as in double."""
+    scope = gpu.scope("test")
+    body = "TerrainPoint p = terrain_point(d, spacing); h = p.dh; g = p.gradient;"
+    for i, up in enumerate(anchors(4)):
+        table = scope.buffer(octave_table(EARTH, up).tobytes())
+        distances = 10.0 ** np.random.default_rng(i).uniform(2.0, np.log10(6e6), 800)
+        d = offsets(up, EARTH.radius_m, distances, i)
+        inputs = {"d": d, "spacing": np.float32(1e-3)}
+
+        def bind(_, table=table):
+            table.bind_to_uniform_block(4)
+
+        def run(header, body, outputs, bind=bind, inputs=inputs):
+            return run_compute(body, inputs, outputs, header=f'{header}.glsl"', setup=bind)
+
+        exact = run('#include "terrain/height', body, {"h": "float", "g": "vec3"})
+        found = run('#define TERRAIN_FLOAT\n#include "terrain/height', body, {"h": "float", "g": "vec3"})
+        alone = run('#include "terrain/far_height', "h = terrain_far_height(d, spacing);", {"h": "float"})
+        expected = height_at_points(up * EARTH.radius_m + d.astype(np.float64), EARTH)
+        base = height_at_points(up[None] * EARTH.radius_m, EARTH)[0]
+        for off in (np.abs(found["h"] + base - expected), np.abs(alone["h"] - expected)):
+            assert off[distances < 1e5].max() <= 0.02 and off.max() <= 0.1
+            assert np.quantile(off[distances < 3e5], 0.99) <= 0.01
+        assert np.linalg.norm(found["g"] - exact["g"], axis=1).max() <= 1e-3
+    scope.release()
+
+
 @pytest.mark.parametrize(
     "params",
     [

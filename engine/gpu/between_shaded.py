@@ -11,19 +11,30 @@ __all__ = ["BetweenShaded"]
 
 
 class BetweenShaded:
-    """Interpolates the radiance of one surface's pixels, tile by tile, after shaders made with SHADE_PX 2
+    """Gives the pixels between their light, tile by tile, after shaders made with SHADE_PX 2
     (common/surface_tiles.glsl). The depth must be bound to texture unit 0 and the surfaces to unit 3."""
 
     def __init__(self, gpu: GpuScope, surface: str, settings: Mapping[str, Any]) -> None:
         """surface: its name in common/surfaces.glsl."""
         stored = str(settings.get("sky.radiance_format", "rgba32f"))
         self._gpu = gpu
-        self._program = gpu.compute("common/between_shaded.comp", {"SURFACE": surface, "SCENE_FORMAT": stored})
+        self._defines: dict[str, Any] = {"SURFACE": surface, "SCENE_FORMAT": stored}
+        self._programs: dict[bool, Any] = {}
+        self.program(False)
 
-    def run(self, radiance: Any, lists: Iterable[Any]) -> None:
-        """radiance: the texture; lists: buffers of tiles with their dispatch, as the shading had them."""
+    def run(self, radiance: Any, lists: Iterable[Any], by_lens: bool = False) -> None:
+        """radiance: the texture; lists: buffers of tiles with their dispatch, as the shading had them. by_lens: what is
+        seen through water was shaded apart."""
+        program = self.program(by_lens)
         self._gpu.gpu.barrier()
         radiance.bind_to_image(0, read=True, write=True)
         for tiles in lists:
             tiles.bind_to_storage_buffer(7)
-            self._program.run_indirect(tiles)
+            program.run_indirect(tiles)
+
+    def program(self, by_lens: bool) -> Any:
+        """The shader that run() uses; the one by the lens is made when it is first asked for."""
+        if by_lens not in self._programs:
+            defines = self._defines | ({"BY_LENS": 1} if by_lens else {})
+            self._programs[by_lens] = self._gpu.compute("common/between_shaded.comp", defines)
+        return self._programs[by_lens]

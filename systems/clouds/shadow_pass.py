@@ -124,6 +124,8 @@ class ShadowPass:
             rows[0, number] = *(anchor_foot - held.middle), 1.0 / held.half_m
             rows[1, number, :3], rows[2, number, :3] = held.u / held.longer, held.v
             rows[1, number, 3] = self.drawn[number]
+        # Each look at a map takes time, also at one that counts for nothing.
+        rows[2, :, 3] = next((number for number, drawn in enumerate(self.drawn) if drawn), 0)
         height_m = base_m + _HEIGHT * thickness_m
         block.shadow = (height_m, len(maps.maps) if present else 0, self._count, self._texels)
         block.shadow_from, block.shadow_u, block.shadow_v = rows

@@ -71,5 +71,5 @@ class CloudViewBlock:
     shadow_from: Annotated[Any, array(Vec4, MOST_MAPS)] = field(default_factory=_rows(MOST_MAPS))
     """(from each map's middle to the anchor's foot in planet axes, 1 / its half width)"""
     shadow_u: Annotated[Any, array(Vec4, MOST_MAPS)] = field(default_factory=_rows(MOST_MAPS))
-    """each map's axes; w of the first: 1 once it is drawn"""
+    """each map's axes; w of the first: 1 once it is drawn, of the second: the finest that is"""
     shadow_v: Annotated[Any, array(Vec4, MOST_MAPS)] = field(default_factory=_rows(MOST_MAPS))

@@ -100,6 +100,8 @@ class SeaShading:
                 if kind != "below" and (high or kind != "limb"):
                     yield partial(self._shader, kind, high, far)
         yield partial(self._shader, "below", False, False)
+        if self._between is not None:
+            yield partial(self._between.program, True)
 
     def release(self) -> None:
         self._shaders.withdraw(self._name)
@@ -272,7 +274,8 @@ class SeaShading:
                     tiles.bind_to_storage_buffer(7)
                     self._shader(kind, self._high, self._far).run_indirect(tiles)
             if self._between is not None:
-                self._between.run(radiance, [tiles for kind, tiles in parts if self._needed(kind, self._high)])
+                needed = [tiles for kind, tiles in parts if self._needed(kind, self._high)]
+                self._between.run(radiance, needed, by_lens=self._near_water)
 
         return run
 

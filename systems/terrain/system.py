@@ -40,8 +40,12 @@ _GROWTH = 3
 added into which one goes on."""
 _DEEP_M = 100.0
 _FAR_PIXEL_M = 50.0
-"""Pixels that are wider on all ground do with heights in float: they are right to 0.1 m, a coast so to 0.2 pixels at a
-slope of 1 %."""
+"""Where pixels are wider on all ground, lakes may go on beyond the tiles that show them."""
+_WIDE_PIXEL_M = 10.0
+"""Pixels that are wider on all coasts do with heights in float. Those are right to 0.02 m within 300 km and to 0.05 m
+within 6000 km, a coast so to 0.2 pixels at a slope of 1 %."""
+_FARTHER = 1.0 / 32.0
+"""Wider pixels on all ground, by the longest layer of relief: terrain/coast_find.comp leaves out hardly any."""
 _CONTRACTS = {"surface_height": "terrain/surface_height.glsl"}
 _SOURCES = "generated/terrain_height_sources.glsl"
 GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
@@ -55,7 +59,9 @@ class _View:
         self.key: tuple[Any, ...] = ()  # what the table was made for
         self.next_octaves: Any = None  # around the anchor of a snap that is being prepared
         self.next_key: tuple[Any, ...] = ()
+        self.wide = False  # whether pixels on coasts do with heights in float
         self.far = False  # whether every pixel of the ground is wide
+        self.farther = False  # and so wide that all are asked beside coasts
         self.updated = -1  # for which proxy
 
 
@@ -89,7 +95,7 @@ class TerrainSystem(System):
             out: setup.gpu.gpu.state(depth_test=True, depth_func=">", cull="back" if out else None)
             for out in (True, False)
         }
-        self._shaders: dict[tuple[str, bool, bool], Any] = {}
+        self._shaders: dict[tuple[str, ...], Any] = {}
         self._unseen = Unseen(Planet, Terrain, Ocean, DebugView)
         self._changes: tuple[int, ...] = ()
         self._field_revision: tuple[int, ...] = ()
@@ -194,8 +200,13 @@ class TerrainSystem(System):
         ahead.take_part(self.backend.prepares_snaps, "ground", "fade")
         if ahead.phase:
             self._prepare_octaves(view, ahead)
-        above_m = float(np.linalg.norm(camera.position_m)) - self._ground.params.radius_m - self._ground.field.highest_m
-        view.far = above_m * (camera.tan_top - camera.tan_bottom) / frame.size[1] > _FAR_PIXEL_M
+        altitude_m = float(np.linalg.norm(camera.position_m)) - self._ground.params.radius_m
+        pixel = (camera.tan_top - camera.tan_bottom) / frame.size[1]
+        narrowest_m = (altitude_m - self._ground.field.highest_m) * pixel
+        sea = next((ocean.sea_level_m for _, (ocean,) in frame.world.query(Ocean)), 0.0)
+        view.wide = (altitude_m - sea) * pixel > _WIDE_PIXEL_M
+        view.far = narrowest_m > _FAR_PIXEL_M
+        view.farther = view.wide and narrowest_m > _FARTHER * float(self._ground.field.model.wavelength_m[0])
         index, backend = frame.view_index, self.backend
         backend.update(frame, self._ground, lambda: self._bind_octaves(index))
         if backend.structure != self._backend_structure:
@@ -347,24 +358,23 @@ class TerrainSystem(System):
     def _bind_asking(self, io: PassIO, index: int) -> Callable[[], None]:
         """Coasts from lists of pixels."""
         # In full: a test looks for the names of all shaders.
-        files = (
-            "terrain/coast_begin.comp",
-            "terrain/coast_find.comp",
-            "terrain/coast_far.comp",
-            "terrain/coast_ask.comp",
-            "terrain/coast_grow.comp",
-        )
-        begin, find, far, ask, grow = (self._shader(file) for file in files)
+        find_file, far_file, ask_file = "terrain/coast_find.comp", "terrain/coast_far.comp", "terrain/coast_ask.comp"
+        begin, grow = self._shader("terrain/coast_begin.comp"), self._shader("terrain/coast_grow.comp")
+        # The height alone has no gradient, which a block of pixels is asked by.
+        alone = int(self._settings["terrain.coast_px"]) == 1
+        find, find_wide = self._shader(find_file), self._shader(find_file, "TERRAIN_FLOAT")
+        ask, ask_wide = self._shader(ask_file), self._shader(ask_file, "TERRAIN_FLOAT")
+        first_file = far_file if alone else ask_file  # asks first where pixels are wide
+        listed = self._shader(first_file, "TERRAIN_FLOAT")
+        whole = self._shader(first_file, "TERRAIN_FLOAT", "COAST_TILES")
         tiles, (asked, land, more) = io.buffer("gbuffer.tiles_coast"), (io.buffer(name) for name in _COAST_LISTS)
         growing = [io.buffer(name) for name in _GROWING]
         across, down = (-(-n // side) for n, side in zip(io.size, (16, 8), strict=True))
         view, barrier = self._view(index), self._gpu.gpu.barrier
-        # Heights in float have no gradient, which a block of pixels is asked by.
-        single = int(self._settings["terrain.coast_px"]) == 1
 
         def run() -> None:
-            by_float = view.far and single
-            find.set("u_opaque_m", self._opaque_m())
+            finds = find_wide if view.wide else find
+            finds.set("u_opaque_m", self._opaque_m())
             grow.set("u_tiles", (across, down))
             for turn in range(1 + (_GROWTH if view.far else 0)):
                 for unit, buffer in ((3, more), (5, land), (6, asked)):
@@ -377,13 +387,16 @@ class TerrainSystem(System):
                     grow.run(-(-across * down // 64))
                     barrier()
                     more.bind_to_storage_buffer(7)
-                find.run_indirect(more if turn else tiles)
-                barrier()
-                if by_float:
-                    far.run_indirect(asked)
+                if view.farther:
+                    whole.run_indirect(more if turn else tiles)
+                else:
+                    finds.run_indirect(more if turn else tiles)
+                    barrier()
+                    (listed if view.wide else ask).run_indirect(asked)
+                if view.wide and alone:
                     barrier()
                     land.bind_to_storage_buffer(6)
-                ask.run_indirect(land if by_float else asked)
+                    ask_wide.run_indirect(land)
                 if view.far and turn < _GROWTH:
                     barrier()
 
@@ -419,17 +432,16 @@ class TerrainSystem(System):
 
         return run
 
-    def _shader(self, file: str, near: bool = False, dry: bool = False) -> Any:
-        """A compute shader, made when a backend first asks for it: its contracts are there by then. near: for tiles
-        with ground so near that things that stand on it show. dry: for tiles that no water changes."""
-        if (file, near, dry) not in self._shaders:
+    def _shader(self, file: str, *flags: str) -> Any:
+        """A compute shader, made when a backend first asks for it: its contracts are there by then. flags: names that
+        are defined; each shader tells what it knows."""
+        if (file, *flags) not in self._shaders:
             # The power of how much longer than wide a pixel's place on the ground is.
             blur = 0.5 * (1.0 - float(self._settings["terrain.sharpness"]))
             step = int(self._settings["terrain.coast_px"])
             defines: dict[str, Any] = {"GROUND_BLUR": f"{blur:.4f}", "COAST_STEP": step, "SHADE_PX": self._shade_px()}
-            defines |= {name: 1 for name, on in (("GROUND_CLUTTER", near), ("GROUND_DRY", dry)) if on}
-            self._shaders[file, near, dry] = self._gpu.compute(file, defines=defines)
-        return self._shaders[file, near, dry]
+            self._shaders[file, *flags] = self._gpu.compute(file, defines=defines | dict.fromkeys(flags, 1))
+        return self._shaders[file, *flags]
 
     def _shade_px(self) -> int:
         """Side of the blocks of pixels of which one is shaded."""
@@ -445,9 +457,10 @@ class TerrainSystem(System):
         # Per list of tiles: the shader, and the one for ground so near that things stand on it.
         parts = []
         for name in lists:
-            dry, near = sorts and not name.endswith("wet"), name in ("gbuffer.tiles_near", *_WET_LISTS[2:])
-            plain = self._shader(backend.shade_file, False, dry)
-            parts.append((io.buffer(name), plain, self._shader(backend.shade_file, ours and near, dry)))
+            dry = ("GROUND_DRY",) if sorts and not name.endswith("wet") else ()
+            near = ("GROUND_CLUTTER",) if ours and name in ("gbuffer.tiles_near", *_WET_LISTS[2:]) else ()
+            plain = self._shader(backend.shade_file, *dry)
+            parts.append((io.buffer(name), plain, self._shader(backend.shade_file, *dry, *near)))
 
         between, all_tiles = None, [io.buffer(name) for name in _TILES]
         if self._shade_px() > 1:

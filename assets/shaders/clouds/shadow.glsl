@@ -10,7 +10,7 @@ vec4 cloud_through_at(vec3 point, float altitude, float wide_m) {
     vec3 D = foot_offset_of(cloud_sun_place(point, altitude, mu_s), unused);
     vec4 sum = vec4(0.0);
     float left = 1.0;
-    int levels = int(cloud_view.shadow.y), level = cloud_first_map(D, wide_m);
+    int levels = int(cloud_view.shadow.y), level = cloud_first_map_of(D, wide_m);
     do {
         vec2 at = cloud_map_place(D, level);
         float known = left * cloud_map_share(at, level);

@@ -1,8 +1,7 @@
 // Shading of one surface's pixels in compute, over the tiles of the picture that show it: a workgroup a tile, 16 x 8 pixels.
 // gbuffer/classify.comp makes the lists; pixels of other surfaces in a tile are left alone.
 //
-//   SHADE_PX   1: each pixel is shaded; 2: one of a block of 2 x 2, and the others that show the same surface have its
-//              light until common/between_shaded.comp comes
+//   SHADE_PX   1: each pixel is shaded; 2: one of a block of 2 x 2, the others are left to common/between_shaded.comp
 //   SHOWS_ALSO(pixel)   what a pixel has to be besides
 #include "common/surfaces.glsl"
 #include "common/spread.glsl"
@@ -43,23 +42,15 @@ bool shows(ivec2 pixel, uint surface) {
 bool find_shown(inout ivec2 pixel, uint surface) {
 #if SHADE_PX == 2
     ivec2 first = pixel;
-    for (int i = 3; i > 0; --i)
-        if (shows(first + ivec2(i & 1, i >> 1), surface)) pixel = first + ivec2(i & 1, i >> 1);
-    if (shows(first, surface)) pixel = first;
-    return pixel != first || shows(first, surface);
+    bool found = false;
+    for (int i = 3; i >= 0; --i) {
+        ivec2 other = first + ivec2(i & 1, i >> 1);
+        bool there = shows(other, surface);
+        pixel = there ? other : pixel;
+        found = found || there;
+    }
+    return found;
 #else
     return shows(pixel, surface);
-#endif
-}
-
-// The light of a pixel that find_shown() has found.
-void store_radiance(ivec2 pixel, uint surface, vec4 radiance) {
-    imageStore(u_radiance, pixel, radiance);
-#if SHADE_PX == 2
-    ivec2 first = pixel & ~1;
-    for (int i = 1; i < 4; ++i) {
-        ivec2 other = first + ivec2(i & 1, i >> 1);
-        if (other != pixel && shows(other, surface)) imageStore(u_radiance, other, radiance);
-    }
 #endif
 }

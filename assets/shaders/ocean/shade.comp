@@ -138,5 +138,5 @@ void main() {
     ivec2 pixel = tile_pixel();
     if (!find_shown(pixel, SURFACE_SEA)) return;
     v_ndc = ndc_of_pixel(vec2(pixel) + 0.5);
-    store_radiance(pixel, SURFACE_SEA, vec4(sea_radiance(pixel_at(pixel)) * frame.scale.x, 1.0));
+    imageStore(u_radiance, pixel, vec4(sea_radiance(pixel_at(pixel)) * frame.scale.x, 1.0));
 }

@@ -22,20 +22,24 @@ struct CoastPixel {
     uint surface;   // as drawn
     vec3 point;     // camera-relative
     vec3 D;         // foot offset
+    float depth;    // as the buffer has it
     float code;     // of the vertices' spacing
+    float spacing;
     bool open;      // land or sea, and the height function has a say in which
 };
 
 CoastPixel coast_pixel(ivec2 pixel) {
     CoastPixel p;
     p.surface = texelFetch(u_surface, pixel, 0).r;
-    p.point = position_from_depth(ndc_of_pixel(vec2(pixel) + 0.5), max(texelFetch(u_depth, pixel, 0).r, 1e-30));
+    p.depth = texelFetch(u_depth, pixel, 0).r;
+    p.point = position_from_depth(ndc_of_pixel(vec2(pixel) + 0.5), max(p.depth, 1e-30));
     float drawn;
     p.D = foot_offset_of(p.point, drawn);
     p.code = texelFetch(u_attributes, pixel, 0).w;
-    float spacing = vertex_spacing(p.D, p.code), sagitta = spacing * spacing / (8.0 * planet.radii.x);
+    p.spacing = vertex_spacing(p.D, p.code);
+    float sagitta = p.spacing * p.spacing / (8.0 * planet.radii.x);
     // Ground that was drawn well above the water stays: the meshes are wrong by a fraction of their spacing at most.
-    bool high = p.surface == SURFACE_TERRAIN && drawn - planet.sea.x > 0.5 * spacing + sagitta + 2.0;
+    bool high = p.surface == SURFACE_TERRAIN && drawn - planet.sea.x > 0.5 * p.spacing + sagitta + 2.0;
     // Seen from under water the bed is below the sea, and still in front of it.
     p.open = (p.surface == SURFACE_TERRAIN || p.surface == SURFACE_SEA) && !high && lens_over_water(ndc_of_pixel(vec2(pixel) + 0.5)) > WATERLINE_PX;
     return p;

@@ -1,5 +1,4 @@
-// The height alone, in float throughout: for pixels that are tens of metres wide. Within 0.1 m of terrain_point's on Earth, of which
-// a place thousands of kilometres from the anchor takes the most; half of the time.
+// The height alone, in float throughout: as terrain/height.glsl has it with TERRAIN_FLOAT, without its gradient.
 #include "terrain/height.glsl"
 
 float terrain_far_octave(TerrainOctave octave, vec3 d) {
@@ -47,17 +46,5 @@ float terrain_far_height(vec3 D, float spacing_m) {
     added += terrain_mapped(terrain_foot(D), spacing_m, dug, rougher);
 #endif
 
-    // terrain_surface in float.
-    float s = shape.x + mix(TERRAIN_GATE_SHUT, 1.0, terrain_step((shape.x + TERRAIN_GATE_LOW) / TERRAIN_GATE_WIDTH)) * shape.y;
-    float x = (fields.x - k.sea_level) * k.inverse_deviation + k.coast * s;
-    float along = terrain_bump(fields.y * k.inverse_belt) * terrain_step((w1.x + 0.35) * 2.0);
-    float coastal = terrain_bump((x - 0.3) / 0.3) * terrain_step((w1.y - 0.05) / 0.3) * k.mountains;
-    float belts = 1.0 - (1.0 - along) * (1.0 - coastal);
-    float on_land = belts * (0.3 + 0.7 * terrain_step((x + 0.5) / 0.6));
-    float m = terrain_step((s + k.shape_low) * k.shape_inverse);
-    float calm = k.flat_ + k.hills * terrain_step((w1.z + 0.1) * 2.0) * (1.0 - belts);
-    float rough = calm * (0.5 + m) + on_land * (k.calm + k.wild * m) + rougher.w;
-    float h = terrain_hypsometry(k, x) + on_land * (k.foot_m + k.range_m * m) + calm * k.hill_m * m + rough * z + float(added);
-    float over = max(h - k.knee_high_m, 0.0), under = max(k.knee_low_m - h, 0.0);
-    return h - over * over / (over + k.room_high_m) + under * under / (under + k.room_low_m);
+    return terrain_surface(k, w1, fields.x, fields.y, shape, z, float(added), rougher.w);
 }

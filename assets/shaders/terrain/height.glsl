@@ -66,6 +66,18 @@ const float TERRAIN_COLORED_MOISTURE = 0.45;  // where a colour map says what th
 #define TERRAIN_PLACE vec3
 #endif
 
+// TERRAIN_FLOAT: float throughout, for pixels that are tens of metres wide. Within 0.1 m on Earth, of which a place thousands of
+// kilometres from the anchor takes the most; half of the time.
+#ifdef TERRAIN_FLOAT
+#define TERRAIN_REAL float
+#define TERRAIN_REAL2 vec2
+#define TERRAIN_REAL3 vec3
+#else
+#define TERRAIN_REAL double
+#define TERRAIN_REAL2 dvec2
+#define TERRAIN_REAL3 dvec3
+#endif
+
 const int TERRAIN_GATING_LAYERS = 2;
 const float TERRAIN_GATE_SHUT = 0.2, TERRAIN_GATE_LOW = 0.8, TERRAIN_GATE_WIDTH = 1.4;
 const float TERRAIN_RIDGE_TOP = 0.30, TERRAIN_RIDGE_SLOPE = 1.9, TERRAIN_RIDGE_ROUND = 0.03;
@@ -127,13 +139,20 @@ vec4 terrain_noise(TerrainOctave octave, dvec3 d) {
     return n;
 }
 
-double terrain_noise_double(TerrainOctave octave, dvec3 d, out vec3 gradient) {
+// Value and gradient apart, the value as precise as the offset.
+double terrain_noise(TerrainOctave octave, dvec3 d, out vec3 gradient) {
     ivec3 cell;
     dvec3 fraction;
     terrain_place(octave, d, cell, fraction);
     double n = gradient_noise_double(cell, fraction, gradient);
     gradient *= octave.fraction_hi.w;
     return n;
+}
+
+float terrain_noise(TerrainOctave octave, vec3 d, out vec3 gradient) {
+    vec4 n = terrain_noise(octave, d);
+    gradient = n.xyz;
+    return n.w;
 }
 
 vec3 terrain_warp(TerrainOctave octave, vec3 d, out mat3 jacobian) {
@@ -145,7 +164,7 @@ vec3 terrain_warp(TerrainOctave octave, vec3 d, out mat3 jacobian) {
     return w;
 }
 
-dvec3 terrain_warp_double(TerrainOctave octave, dvec3 d, out mat3 jacobian) {
+dvec3 terrain_warp(TerrainOctave octave, dvec3 d, out mat3 jacobian) {
     ivec3 cell;
     dvec3 fraction;
     terrain_place(octave, d, cell, fraction);
@@ -162,7 +181,7 @@ float terrain_ridge(float n, float ridge) {
     return (1.0 - abs(ridge)) * n + ridge * (TERRAIN_RIDGE_TOP - TERRAIN_RIDGE_SLOPE * a);
 }
 
-double terrain_ridge_double(double n, double ridge) {
+double terrain_ridge(double n, double ridge) {
     double a = abs(n);
     double low = min(a, double(TERRAIN_RIDGE_ROUND));
     a += low * low * (0.5LF / double(TERRAIN_RIDGE_ROUND)) - low;
@@ -207,23 +226,27 @@ TERRAIN_STEPS(double)
 
 // The point-wise part, surface() of height_surface.py. added: metres of craters and map.
 // rougher: the map's own roughness.
-double terrain_surface(TerrainConstants k, dvec3 w1, double c, double b, dvec2 shape, double z, double added, double rougher) {
-    double gate = 0.2LF + 0.8LF * terrain_step((shape.x + 0.8LF) * (1.0LF / 1.4LF));
-    double s = shape.x + gate * shape.y;
-    double x = (c - k.sea_level) * k.inverse_deviation + k.coast * s;
-    double along = terrain_bump(b * k.inverse_belt) * terrain_step((w1.x + 0.35LF) * 2.0LF);
-    double coastal = terrain_bump((x - 0.3LF) * (1.0LF / 0.3LF)) * terrain_step((w1.y - 0.05LF) * (1.0LF / 0.3LF))
-        * k.mountains;
-    double belts = 1.0LF - (1.0LF - along) * (1.0LF - coastal);
-    double on_land = belts * (0.3LF + 0.7LF * terrain_step((x + 0.5LF) * (1.0LF / 0.6LF)));
-    double m = terrain_step((s + k.shape_low) * k.shape_inverse);
-    double calm = k.flat_ + k.hills * terrain_step((w1.z + 0.1LF) * 2.0LF) * (1.0LF - belts);
-    double rough = calm * (0.5LF + m) + on_land * (k.calm + k.wild * m);
-    double base = terrain_hypsometry(k, x) + on_land * (k.foot_m + k.range_m * m) + calm * (k.hill_m * m);
-    double h = base + (rough + rougher) * z + added;
-    double over = max(h - k.knee_high_m, 0.0LF), under = max(k.knee_low_m - h, 0.0LF);
-    return h - over * over / (over + k.room_high_m) + under * under / (under + k.room_low_m);
-}
+#define TERRAIN_SURFACE(REAL, REAL2, REAL3) \
+    REAL terrain_surface(TerrainConstants k, REAL3 w1, REAL c, REAL b, REAL2 shape, REAL z, REAL added, REAL rougher) { \
+        REAL gate = REAL(0.2LF) + REAL(0.8LF) * terrain_step((shape.x + REAL(0.8LF)) * REAL(1.0LF / 1.4LF)); \
+        REAL s = shape.x + gate * shape.y; \
+        REAL x = (c - k.sea_level) * k.inverse_deviation + k.coast * s; \
+        REAL along = terrain_bump(b * k.inverse_belt) * terrain_step((w1.x + REAL(0.35LF)) * REAL(2.0LF)); \
+        REAL coastal = terrain_bump((x - REAL(0.3LF)) * REAL(1.0LF / 0.3LF)) * terrain_step((w1.y - REAL(0.05LF)) * REAL(1.0LF / 0.3LF)) \
+            * k.mountains; \
+        REAL belts = REAL(1.0LF) - (REAL(1.0LF) - along) * (REAL(1.0LF) - coastal); \
+        REAL on_land = belts * (REAL(0.3LF) + REAL(0.7LF) * terrain_step((x + REAL(0.5LF)) * REAL(1.0LF / 0.6LF))); \
+        REAL m = terrain_step((s + k.shape_low) * k.shape_inverse); \
+        REAL calm = k.flat_ + k.hills * terrain_step((w1.z + REAL(0.1LF)) * REAL(2.0LF)) * (REAL(1.0LF) - belts); \
+        REAL rough = calm * (REAL(0.5LF) + m) + on_land * (k.calm + k.wild * m); \
+        REAL base = terrain_hypsometry(k, x) + on_land * (k.foot_m + k.range_m * m) + calm * (k.hill_m * m); \
+        REAL h = base + (rough + rougher) * z + added; \
+        REAL over = max(h - k.knee_high_m, REAL(0.0)), under = max(k.knee_low_m - h, REAL(0.0)); \
+        return h - over * over / (over + k.room_high_m) + under * under / (under + k.room_low_m); \
+    }
+
+TERRAIN_SURFACE(float, vec2, vec3)
+TERRAIN_SURFACE(double, dvec2, dvec3)
 
 #include "terrain/height_sources.glsl"
 
@@ -235,59 +258,64 @@ TerrainPoint terrain_point(TERRAIN_PLACE D, float spacing_m, out double height_m
 
     // Warps of both scales, as differences from the anchor's.
     mat3 j1, j2;
-    dvec3 d = dvec3(D);
-    dvec3 w1_double = terrain_warp_double(terrain_table.octaves[0], d, j1);
-    dvec3 w2_double = terrain_warp_double(terrain_table.octaves[1], d, j2);
-    dvec3 near = d + double(warp_m.y)
-        * (w2_double - (dvec3(terrain_table.warp_hi[1].xyz) + dvec3(terrain_table.warp_lo[1].xyz)));
-    dvec3 far = near + double(warp_m.x)
-        * (w1_double - (dvec3(terrain_table.warp_hi[0].xyz) + dvec3(terrain_table.warp_lo[0].xyz)));
+    TERRAIN_REAL3 d = TERRAIN_REAL3(D);
+    TERRAIN_REAL3 w1_exact = terrain_warp(terrain_table.octaves[0], d, j1);
+    TERRAIN_REAL3 w2_exact = terrain_warp(terrain_table.octaves[1], d, j2);
+    TERRAIN_REAL3 near = d + TERRAIN_REAL(warp_m.y)
+        * (w2_exact - (TERRAIN_REAL3(terrain_table.warp_hi[1].xyz) + TERRAIN_REAL3(terrain_table.warp_lo[1].xyz)));
+    TERRAIN_REAL3 far = near + TERRAIN_REAL(warp_m.x)
+        * (w1_exact - (TERRAIN_REAL3(terrain_table.warp_hi[0].xyz) + TERRAIN_REAL3(terrain_table.warp_lo[0].xyz)));
     mat3 to_near = mat3(1.0) + warp_m.y * j2;
     mat3 to_far = to_near + warp_m.x * j1;
-    vec3 w1 = vec3(w1_double);
+    vec3 w1 = vec3(w1_exact);
 
     // Continents and belts.
-    dvec2 fields_double = dvec2(0.0LF);
+    TERRAIN_REAL2 fields_exact = TERRAIN_REAL2(0.0);
     vec3 dc = vec3(0.0), db = vec3(0.0);
     int o = TERRAIN_FIELD;
     do {
         vec2 weights = terrain_table.octaves[o].weights.xy;
         vec3 g;
-        fields_double += dvec2(weights) * terrain_noise_double(terrain_table.octaves[o], far, g);
+        fields_exact += TERRAIN_REAL2(weights) * terrain_noise(terrain_table.octaves[o], far, g);
         dc += weights.x * g;
         db += weights.y * g;
     } while (++o < TERRAIN_LAYER);
-    vec2 fields = vec2(fields_double);
+    vec2 fields = vec2(fields_exact);
     dc = dc * to_far;
     db = db * to_far;
 
     // Layers: s of the ranges, z of the relief, in metres; seen_z is what of z the gradient's band shows.
     int layers = terrain_table.layers.x, warped = terrain_table.layers.y;
     int shapes = min(TERRAIN_SHAPE_LAYERS, layers);
-    dvec2 shape_double = dvec2(0.0LF);  // a and b of s
-    double broad_z = 0.0LF;  // of layers that make ranges; below the samples of a height map they are relief
+    TERRAIN_REAL2 shape_exact = TERRAIN_REAL2(0.0);  // a and b of s
+    TERRAIN_REAL broad_z = TERRAIN_REAL(0.0);  // of layers that make ranges; below the samples of a height map they are relief
     float z = 0.0, seen_z = 0.0;
     vec3 da = vec3(0.0), ds = vec3(0.0), dz = vec3(0.0);
     int i = 0;
     if (i < shapes) do {
         TerrainOctave octave = terrain_table.octaves[TERRAIN_LAYER + i];
         vec3 g;
-        double n = terrain_noise_double(octave, near, g);
-        double ridge = terrain_ridge_double(n, double(octave.weights.z)), v = double(octave.weights.x) * ridge;
+        TERRAIN_REAL n = terrain_noise(octave, near, g);
+        TERRAIN_REAL ridge = terrain_ridge(n, TERRAIN_REAL(octave.weights.z)), v = TERRAIN_REAL(octave.weights.x) * ridge;
         float weight = terrain_layer_weight(octave.fraction_lo.w, spacing_m);
         g *= weight * terrain_ridge_slope(float(n), octave.weights.z);
         vec3 dv = octave.weights.x * g;
 #ifdef TERRAIN_MAPPED
-        broad_z += double(octave.weights.y) * ridge;
+        broad_z += TERRAIN_REAL(octave.weights.y) * ridge;
         seen_z += weight * octave.weights.y * float(ridge);
         dz += octave.weights.y * g;
 #endif
         bool gating = i < TERRAIN_GATING_LAYERS;
-        shape_double += gating ? dvec2(v, 0.0LF) : dvec2(0.0LF, v);
+        shape_exact += gating ? TERRAIN_REAL2(v, 0.0) : TERRAIN_REAL2(0.0, v);
         da += gating ? dv : vec3(0.0);
         ds += gating ? vec3(0.0) : dv;
     } while (++i < shapes);
-    if (i < warped) do {
+#ifdef TERRAIN_CANONICAL
+    int warped_end = warped;
+#else
+    int warped_end = min(terrain_layers_above(0.0625 * spacing_m), warped);   // shorter ones weigh nothing
+#endif
+    if (i < warped_end) do {
         TerrainOctave octave = terrain_table.octaves[TERRAIN_LAYER + i];
         vec4 n = terrain_noise(octave, near);
         float v = octave.weights.y * terrain_ridge(n.w, octave.weights.z);
@@ -295,8 +323,8 @@ TerrainPoint terrain_point(TERRAIN_PLACE D, float spacing_m, out double height_m
         z += v * terrain_height_weight(octave.fraction_lo.w, spacing_m);
         seen_z += weight * v;
         dz += weight * octave.weights.y * terrain_ridge_slope(n.w, octave.weights.z) * n.xyz;
-    } while (++i < warped);
-    vec2 shape = vec2(shape_double);
+    } while (++i < warped_end);
+    vec2 shape = vec2(shape_exact);
     float t_gate = (shape.x + TERRAIN_GATE_LOW) / TERRAIN_GATE_WIDTH;
     float gate = TERRAIN_GATE_SHUT + (1.0 - TERRAIN_GATE_SHUT) * terrain_step(t_gate);
     float s = shape.x + gate * shape.y;
@@ -337,9 +365,10 @@ TerrainPoint terrain_point(TERRAIN_PLACE D, float spacing_m, out double height_m
 #endif
 
     TerrainPoint point;
-    double h = terrain_surface(k, w1_double, fields_double.x, fields_double.y, shape_double, broad_z + double(z), added, double(rougher.w));
-    height_m = h;
-    point.dh = float(h - (double(terrain_table.height_m.x) + double(terrain_table.height_m.y)));
+    TERRAIN_REAL h = terrain_surface(k, w1_exact, fields_exact.x, fields_exact.y, shape_exact, broad_z + TERRAIN_REAL(z), TERRAIN_REAL(added),
+        TERRAIN_REAL(rougher.w));
+    height_m = double(h);
+    point.dh = float(h - (TERRAIN_REAL(terrain_table.height_m.x) + TERRAIN_REAL(terrain_table.height_m.y)));
 
     // The chain rule: height_surface.py's surface_gradient().
     float x = (fields.x - k.sea_level) * k.inverse_deviation + k.coast * s;

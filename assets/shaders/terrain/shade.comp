@@ -154,5 +154,5 @@ void main() {
     ivec2 pixel = tile_pixel();
     if (!find_shown(pixel, SURFACE_TERRAIN)) return;
     v_ndc = ndc_of_pixel(vec2(pixel) + 0.5);
-    store_radiance(pixel, SURFACE_TERRAIN, vec4(ground_radiance(pixel) * frame.scale.x, 1.0));
+    imageStore(u_radiance, pixel, vec4(ground_radiance(pixel) * frame.scale.x, 1.0));
 }
