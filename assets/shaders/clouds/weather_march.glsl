@@ -19,6 +19,7 @@
 #define CLOUD_GROUND 0.12
 #endif
 
+const int CLEAR_STRETCH = 5;   // steps through the clear until rays beside one another wait for those in cloud
 const float OPAQUE = CLOUD_DEEPEST > 40.0 ? 1e-5 : 0.004;   // the latter is no more than a step of an 8-bit picture
 const float SUN_LEVEL = 0.04;   // of a sun below the horizon maps know the way from the ray's lowest point on only
 const float MOST_SLOPE = 50.0;  // of the optical depth towards the sun over that along the ray
@@ -174,6 +175,7 @@ void march_way(inout March m, int layer, vec3 ray, float zenith, float from, flo
                 float step_m, share, footprint;
                 CloudNoise noise;
                 bool near;
+                int stretch = 0;
                 do {
                     float away = t + ray_walked;
                     unit = min(max(min(least, thin ? least : coarser * (NEAREST_M + NEAREST_GROWTH * away)), away * grow), most);
@@ -198,7 +200,7 @@ void march_way(inout March m, int layer, vec3 ray, float zenith, float from, flo
 #ifdef CLOUD_FINEST
                     seen += near ? 0.0 : m.open * step_m;
 #endif
-                } while (!near && depth <= 0.0 && t < last);
+                } while (!near && depth <= 0.0 && t < last && ++stretch < CLEAR_STRETCH);
                 float density = near ? cloud_rimmed(layer, noise, share, footprint, 2) : 0.0;
                 // In cloud: the same stretch again, in short steps; or on.
                 bool found = density > 1e-4, again = found && ease > 1.0 && !thin;
