@@ -113,7 +113,7 @@ float seen_share(float depth, float chance) {
 }
 
 // One way through one layer. Long steps through the clear; where there is cloud, back to the last clear place and on in short
-// steps, which the cloud's own extinction and a pixel's width at that distance measure out.
+// steps, which the cloud's own extinction and a pixel's width at that distance measure out. zenith: cosine at the camera.
 void march_way(inout March m, int layer, vec3 ray, float zenith, float from, float to, float nu, float shift) {
     vec4 shell = cloud_view.shell[layer], drops = cloud_view.droplets[layer];
     float thickness = shell.y - shell.x, way = to - from;
@@ -158,7 +158,7 @@ void march_way(inout March m, int layer, vec3 ray, float zenith, float from, flo
         float last = past;
 #ifndef CLOUD_FINEST
         vec2 below = shell_crossings(zenith, shell.x + thickness * cloud_ceiling(layer, weather_here, weather_there));
-        t = max(t, min(below.x, past));
+        t = max(t, clamp(below.x, begin, past));
         last = min(below.y, past);
 #endif
 #ifdef CLOUD_FINEST
@@ -194,7 +194,7 @@ void march_way(inout March m, int layer, vec3 ray, float zenith, float from, flo
                     footprint = max((here_m + ray_walked) * pixel_rad, 0.2 * unit);
                     noise = cloud_noise(layer, point + frame.camera_offset.xyz, share, w, footprint);
                     near = cloud_may_be(layer, noise, footprint);
-                    // Surely clear: on.
+                    // Surely clear: on, without a look at the rims.
                     t += near ? 0.0 : step_m;
                     ease = near ? ease : min(ease * 1.4, longer);
 #ifdef CLOUD_FINEST
