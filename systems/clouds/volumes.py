@@ -45,9 +45,7 @@ def level_deviations(volume: NDArray[np.float32], levels: int) -> tuple[float, .
 
 
 def make_volume(gpu: GpuScope, kind: int, size: int, cache: TableCache | None = None) -> NoiseVolume:
-    """The volume of VOLUME `kind` (clouds/volume.comp) with `size` texels a side, a power of two.
-
-    r32f that holds half floats: software GPUs fetch it a third faster."""
+    """The volume of VOLUME `kind` (clouds/volume.comp) with `size` texels a side, a power of two; r16f."""
     cache = TableCache("clouds") if cache is None else cache
     program = gpu.compute("clouds/volume.comp", {"VOLUME": kind})
     key = cache.key(_VERSION, str(kind), str(size), program.linked.key)
@@ -61,7 +59,7 @@ def make_volume(gpu: GpuScope, kind: int, size: int, cache: TableCache | None = 
         volume = held["volume"]
     gpu.free(program)
     levels = size.bit_length()
-    texture = gpu.texture((size, size, size), "r32f", volume, levels, 1, "linear", "repeat")
+    texture = gpu.texture((size, size, size), "r16f", volume.astype(np.float16), levels, 1, "linear", "repeat")
     texture.build_mipmaps(max_level=levels - 1)
     texture.filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
     return NoiseVolume(texture, level_deviations(volume, levels))

@@ -154,12 +154,11 @@ void march_way(inout March m, int layer, vec3 ray, float zenith, float from, flo
         through = mix(vec4(1.0, 0.0, 1.0, 0.0), through, closed);
         vec3 ground = CLOUD_GROUND / PF_PI * (sun * (max(mu_s, 0.0) * (through.x + through.y))) + CLOUD_GROUND * through.z * sky;
         float per_metre = 1.0 / max(past - begin, 1e-3);
-        // Above the tops of the segment's clouds nothing is looked for.
+        // A ray that rises looks for nothing above the tops of the segment's clouds. One that comes down keeps its steps' places.
         float last = past;
 #ifndef CLOUD_FINEST
-        vec2 below = shell_crossings(zenith, shell.x + thickness * cloud_ceiling(layer, weather_here, weather_there));
-        t = max(t, clamp(below.x, begin, past));
-        last = min(below.y, past);
+        last = min(shell_crossings(zenith, shell.x + thickness * cloud_ceiling(layer, weather_here, weather_there)).y, past);
+        t = max(t, begin);
 #endif
 #ifdef CLOUD_FINEST
         float seen = 0.0;
