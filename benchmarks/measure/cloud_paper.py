@@ -34,16 +34,26 @@ float cloud_density(int layer, vec3 place, float share, CloudWeather w, float fo
     float s = 2.0 * share - 1.0;
     return max(tex, 0.0) * (1.0 - s * s);
 }
+CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float footprint_m) {
+    CloudNoise n;
+    n.x = cloud_density(layer, place, share, w, footprint_m, 0);
+    return n;
+}
+bool cloud_may_be(int layer, CloudNoise n, float footprint_m) { return n.x > 0.0; }
+float cloud_rimmed(int layer, CloudNoise n, float share, float footprint_m, int rims) { return n.x; }
+float cloud_ceiling(int layer, CloudWeather a, CloudWeather b) { return 1.0; }
 """
+_OURS = {"density": "float", "noise": "CloudNoise", "may_be": "bool", "rimmed": "float", "ceiling": "float"}
 
 
 def _density() -> str:
     """clouds/density.glsl with the printed texture for noise."""
     text = (ASSETS / "shaders" / "clouds" / "density.glsl").read_text()
-    head = "\nfloat cloud_density(int layer"
-    if text.count(head) != 1:
-        raise RuntimeError("clouds/density.glsl has other functions than this bench knows")
-    return text.replace(head, "\nfloat cloud_density_woven(int layer") + _TILED % _UNIT
+    for name, kind in _OURS.items():
+        if text.count(f"\n{kind} cloud_{name}(int layer, ") != 1:
+            raise RuntimeError("clouds/density.glsl has other functions than this bench knows")
+        text = text.replace(f"cloud_{name}(", f"woven_{name}(")
+    return text + _TILED % _UNIT
 
 
 def scene_of(method: str) -> Scene:

@@ -30,6 +30,9 @@ const float CLOUD_SCARCE = 0.12;      // cover below which the threshold rises o
 const float CLOUD_FILLED = 0.4;       // of the height of clouds, by what is in them on the mean: thin bases, tops and places
 const float CLOUD_BEYOND = 0.54;      // sqrt(0.5) - 0.5 of two volumes whose weights are a unit vector, and twice the rims' weights
 
+const float CLOUD_LEAST_LOST = 0.015;   // half width of a threshold that hides nothing
+const float CLOUD_LEAST = 1e-4, CLOUD_LEAST_ICE = 0.01;   // covers below which no noise makes cloud
+
 const float CLOUD_SEAMS = 0.12;       // of a closed sheet's cover
 const float CLOUD_SHALLOW = 0.12;     // extinction of a sheet against that of towers
 const float CLOUD_ROLLS = 0.2;        // of noise, in rolls as far apart as the rims' volume repeats
@@ -108,6 +111,14 @@ float cloud_height_cover(float share, CloudWeather w) {
     return smoothstep(0.0, 0.10, share) * clamp(1.0 - x * x, 0.0, 1.0);
 }
 
+// Share of a layer's height above which there is no cloud between two places of a ray, whatever the noise; 0: none at all.
+float cloud_ceiling(int layer, CloudWeather a, CloudWeather b) {
+    vec4 drops = cloud_view.droplets[layer];
+    float most = drops.z == 1.0 ? max(a.high, b.high) : max(a.cover, b.cover);
+    float reach = drops.z == 0.0 ? max(cloud_tallness(a), cloud_tallness(b)) : 1.0;
+    return drops.z == 2.0 || most * drops.w > (drops.z == 1.0 ? CLOUD_LEAST_ICE : CLOUD_LEAST) ? reach : 0.0;
+}
+
 // 1 for deep weather, fronts and towers; 0 for sheets.
 float cloud_solid(CloudWeather w) {
     return clamp(max(w.deep * w.deep, 1.3 * w.towers - 0.65), 0.0, 1.0);
@@ -159,8 +170,20 @@ vec3 cloud_behind(vec3 from_middle, float fallen_m, float fall) {
     return fallen_m * (CLOUD_SHEAR * east + vec3(0.0, 0.0, CLOUD_VEER * fall));
 }
 
+// What the two wide volumes say of a place, before its rims.
+struct CloudNoise {
+    float x;         // above the threshold
+    float lost;      // variance that the footprint hides
+    float hidden;    // share of the volumes' that is
+    float soft;      // of ice: half width of what it hides
+    float body;      // how dense the cloud is inside
+    float cover;     // at that height
+    vec3 hair;       // ice: place of the finest fibres
+    vec3 turned, tilted;
+};
+
 // All kinds of layer in one line of code: software GPUs go through both sides of a branch, and once through loops of no turns.
-float cloud_density(int layer, vec3 place, float share, CloudWeather w, float footprint_m, int rims) {
+CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float footprint_m) {
     vec4 drops = cloud_view.droplets[layer];
     bool ice = drops.z == 1.0;
     vec3 turned = cloud_turned(place), tilted = cloud_tilted(place);
@@ -208,26 +231,48 @@ float cloud_density(int layer, vec3 place, float share, CloudWeather w, float fo
     // off along the line where cover begins.
     float scarce = 1.0 - clamp(cover / CLOUD_SCARCE, 0.0, 1.0);
     float x = ice ? streaks : noise - (0.5 - cover) - CLOUD_BEYOND * scarce * scarce, lost = 0.25 * hidden;
-    int turns = x > -0.3 - 0.5 * sqrt(lost) && hidden < 0.99 ? rims : 0;
+    // Sheets that close the sky are of thick and thin places all the same.
+    float body = exp2(-2.0 * (1.0 - smoothstep(-0.25, 0.4, clusters * wide - 0.5 + most)));
     vec3 hair = CLOUD_HAIR * (CLOUD_ORIGIN(fibre) + carried * cloud_view.fibre.w);
-    for (int i = 0; i < turns; ++i) {
-        vec3 billow = i == 0 ? CLOUD_ORIGIN(fine) + tilted * cloud_view.fine.w : CLOUD_ORIGIN(finest) + turned * cloud_view.finest.w;
-        vec3 at = ice ? (i == 0 ? 1.0 : CLOUD_HAIRS) * hair : billow;
+    return CloudNoise(x, lost, hidden, soft, body * cloud_body(w), cover, hair, turned, tilted);
+}
+
+// Whether there is any cloud, whatever the rims are.
+bool cloud_may_be(int layer, CloudNoise n, float footprint_m) {
+    bool ice = cloud_view.droplets[layer].z == 1.0;
+    float rim_lost = CLOUD_RIM * CLOUD_RIM * cloud_hidden(cloud_level(cloud_view.fade.z, footprint_m), cloud_view.hiding.z, cloud_view.hiding.w)
+        + CLOUD_RIM_NEAR * CLOUD_RIM_NEAR * cloud_hidden(cloud_level(cloud_view.fade.w, footprint_m), cloud_view.hiding.z, cloud_view.hiding.w);
+    float half_width = ice ? n.soft : max(sqrt(n.lost + rim_lost), CLOUD_LEAST_LOST);
+    float most = n.x + (CLOUD_RIM + CLOUD_RIM_NEAR) * (ice ? CLOUD_ICE_RIM : 1.0) + half_width;
+    return cloud_view.droplets[layer].z == 2.0 || most > 0.0 && (ice || n.cover >= CLOUD_LEAST);
+}
+
+// rims: octaves of billows on the rim, 0..2.
+float cloud_rimmed(int layer, CloudNoise n, float share, float footprint_m, int rims) {
+    vec4 drops = cloud_view.droplets[layer];
+    bool ice = drops.z == 1.0;
+    float x = n.x, lost = n.lost;
+    int turns = x > -0.3 - 0.5 * sqrt(lost) && n.hidden < 0.99 ? rims : 0, i = 0;
+    // Left at its end: software GPUs go through the turn, too, in which a loop is left at its head.
+    if (rims > 0) do {
+        vec3 billow = i == 0 ? CLOUD_ORIGIN(fine) + n.tilted * cloud_view.fine.w : CLOUD_ORIGIN(finest) + n.turned * cloud_view.finest.w;
+        vec3 at = ice ? (i == 0 ? 1.0 : CLOUD_HAIRS) * n.hair : billow;
         float level = cloud_level(i == 0 ? cloud_view.fade.z : cloud_view.fade.w, footprint_m);
-        float weight = (i == 0 ? CLOUD_RIM : CLOUD_RIM_NEAR) * (ice ? CLOUD_ICE_RIM : 1.0);
+        float weight = turns > 0 ? (i == 0 ? CLOUD_RIM : CLOUD_RIM_NEAR) * (ice ? CLOUD_ICE_RIM : 1.0) : 0.0;
         float rim = textureLod(u_cloud_rims, at, level + cloud_dither - 0.5).r - 0.5;
         // Billows above, wisps below: at the base the noise is turned round.
         x += 2.0 * weight * rim * mix(-1.0, 1.0, ice ? 1.0 : smoothstep(0.0, 0.25, share));
         lost += weight * weight * cloud_hidden(level, cloud_view.hiding.z, cloud_view.hiding.w);
-    }
-    float thin = cloud_ramp(x, soft, 0.4);
-    float dense = cloud_ramp(x, max(sqrt(lost), 0.015), CLOUD_EDGE) * step(1e-4, cover);
-    // Sheets that close the sky are of thick and thin places all the same.
-    float body = exp2(-2.0 * (1.0 - smoothstep(-0.25, 0.4, clusters * wide - 0.5 + most)));
-    float deep = body * cloud_body(w);
-    float billows = deep * cloud_clumped(dense, hidden, deep * cloud_view.shell[layer].w);
+    } while (++i < turns);
+    float thin = cloud_ramp(x, n.soft, 0.4);
+    float dense = cloud_ramp(x, max(sqrt(lost), CLOUD_LEAST_LOST), CLOUD_EDGE) * step(CLOUD_LEAST, n.cover);
+    float billows = n.body * cloud_clumped(dense, n.hidden, n.body * cloud_view.shell[layer].w);
 
     float even = drops.w > 0.0 ? 1.0 : 0.0;
     float density = drops.z == 2.0 ? even : ice ? thin : billows;
     return density * mix(1.0, 4.0 * share * (1.0 - share), cloud_view.shape[layer].x);
+}
+
+float cloud_density(int layer, vec3 place, float share, CloudWeather w, float footprint_m, int rims) {
+    return cloud_rimmed(layer, cloud_noise(layer, place, share, w, footprint_m), share, footprint_m, rims);
 }

@@ -9,8 +9,8 @@ const float BENT = 0.005;
 
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy), most = textureSize(u_depth, 0) - 1;
-    vec4 depth;
-    for (int i = 0; i < 4; ++i) depth[i] = texelFetch(u_depth, min(at * 2 + ivec2(i & 1, i >> 1), most), 0).r;
+    // Beyond the last row and column as these are.
+    vec4 depth = textureGather(u_depth, vec2(at * 2 + 1) / vec2(most + 1)).wzxy;
     float nearest = max(max(depth.x, depth.y), max(depth.z, depth.w)), farthest = min(min(depth.x, depth.y), min(depth.z, depth.w));
     bool one = farthest > 0.0 && abs(depth.x + depth.w - depth.y - depth.z) <= BENT * (depth.x + depth.w);
     o_depth = one ? 0.25 * (depth.x + depth.y + depth.z + depth.w) : ((at.x + at.y) & 1) == 0 ? nearest : farthest;

@@ -19,6 +19,7 @@
 #define CLOUD_GROUND 0.12
 #endif
 
+const int CLEAR_STRETCH = 5;   // steps through the clear until rays beside one another wait for those in cloud
 const float OPAQUE = CLOUD_DEEPEST > 40.0 ? 1e-5 : 0.004;   // the latter is no more than a step of an 8-bit picture
 const float SUN_LEVEL = 0.04;   // of a sun below the horizon maps know the way from the ray's lowest point on only
 const float MOST_SLOPE = 50.0;  // of the optical depth towards the sun over that along the ray
@@ -112,8 +113,8 @@ float seen_share(float depth, float chance) {
 }
 
 // One way through one layer. Long steps through the clear; where there is cloud, back to the last clear place and on in short
-// steps, which the cloud's own extinction and a pixel's width at that distance measure out.
-void march_way(inout March m, int layer, vec3 ray, float from, float to, float nu, float shift) {
+// steps, which the cloud's own extinction and a pixel's width at that distance measure out. zenith: cosine at the camera.
+void march_way(inout March m, int layer, vec3 ray, float zenith, float from, float to, float nu, float shift) {
     vec4 shell = cloud_view.shell[layer], drops = cloud_view.droplets[layer];
     float thickness = shell.y - shell.x, way = to - from;
     bool thin = drops.z == 1.0;
@@ -153,6 +154,12 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
         through = mix(vec4(1.0, 0.0, 1.0, 0.0), through, closed);
         vec3 ground = CLOUD_GROUND / PF_PI * (sun * (max(mu_s, 0.0) * (through.x + through.y))) + CLOUD_GROUND * through.z * sky;
         float per_metre = 1.0 / max(past - begin, 1e-3);
+        // A ray that rises looks for nothing above the tops of the segment's clouds. One that comes down keeps its steps' places.
+        float last = past;
+#ifndef CLOUD_FINEST
+        last = min(shell_crossings(zenith, shell.x + thickness * cloud_ceiling(layer, weather_here, weather_there)).y, past);
+        t = max(t, begin);
+#endif
 #ifdef CLOUD_FINEST
         float seen = 0.0;
 #else
@@ -164,24 +171,39 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
             int steps = 0;
             bool on_in;
             do {
-                float away = t + ray_walked;
-                unit = min(max(min(least, thin ? least : coarser * (NEAREST_M + NEAREST_GROWTH * away)), away * grow), most);
-                // Clouds that a pixel is too wide to show have smooth means.
-                unit = min(max(unit, narrowest * away * pixel_rad), max(way * widest, unit));
+                float step_m, share, footprint;
+                CloudNoise noise;
+                bool near;
+                int stretch = 0;
+                do {
+                    float away = t + ray_walked;
+                    unit = min(max(min(least, thin ? least : coarser * (NEAREST_M + NEAREST_GROWTH * away)), away * grow), most);
+                    // Clouds that a pixel is too wide to show have smooth means.
+                    unit = min(max(unit, narrowest * away * pixel_rad), max(way * widest, unit));
 #ifdef CLOUD_FINEST
-                // A low sun lights but a skin of an even layer: steps grow from where the ray enters it, and shrink to where it leaves.
-                unit = min(unit, SKIN * least + 1e-6 * t + 0.15 * min(t - from, to - t));
+                    // A low sun lights but a skin of an even layer: steps grow from where the ray enters it, and shrink to where it leaves.
+                    unit = min(unit, SKIN * least + 1e-6 * t + 0.15 * min(t - from, to - t));
 #endif
-                float step_m = clamp(past - t + 1e-3, 0.0, unit * ease), here_m = t + shift * step_m;
-                vec3 point = ray * here_m;
-                float share = clamp((altitude_of(point) - shell.x) * shell.z, 0.0, 1.0);
-                CloudWeather w = WEATHER_AT(weather_here, weather_there, (here_m - begin) * per_metre, point, (here_m + ray_walked) * pixel_rad);
-                m.steps += 1.0;
-                float density = cloud_density(layer, point + frame.camera_offset.xyz, share, w,
-                    max((here_m + ray_walked) * pixel_rad, 0.2 * unit), 2);
+                    step_m = clamp(last - t + 1e-3, 0.0, unit * ease);
+                    float here_m = t + shift * step_m;
+                    vec3 point = ray * here_m;
+                    share = clamp((altitude_of(point) - shell.x) * shell.z, 0.0, 1.0);
+                    CloudWeather w = WEATHER_AT(weather_here, weather_there, (here_m - begin) * per_metre, point, (here_m + ray_walked) * pixel_rad);
+                    m.steps += 1.0;
+                    footprint = max((here_m + ray_walked) * pixel_rad, 0.2 * unit);
+                    noise = cloud_noise(layer, point + frame.camera_offset.xyz, share, w, footprint);
+                    near = cloud_may_be(layer, noise, footprint);
+                    // Surely clear: on, without a look at the rims.
+                    t += near ? 0.0 : step_m;
+                    ease = near ? ease : min(ease * 1.4, longer);
+#ifdef CLOUD_FINEST
+                    seen += near ? 0.0 : m.open * step_m;
+#endif
+                } while (!near && depth <= 0.0 && t < last && ++stretch < CLEAR_STRETCH);
+                float density = near ? cloud_rimmed(layer, noise, share, footprint, 2) : 0.0;
                 // In cloud: the same stretch again, in short steps; or on.
                 bool found = density > 1e-4, again = found && ease > 1.0 && !thin;
-                float on = again ? 0.0 : step_m, taken = found ? shell.w * density * on : 0.0;
+                float on = again || !near ? 0.0 : step_m, taken = found ? shell.w * density * on : 0.0;
 #ifdef CLOUD_FINEST
                 seen += m.open * on;
 #endif
@@ -192,11 +214,11 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
                 weight += shown;
                 depth += taken;
                 t += on;
-                ease = found ? 1.0 : min(ease * 1.4, longer);
+                ease = found ? 1.0 : near ? min(ease * 1.4, longer) : ease;
                 steps += on > 0.0 && found ? 1 : 0;
                 length_m += found ? on : 0.0;
                 on_in = depth <= spare && steps < 2 && (found || depth <= 0.0);
-            } while (t < past && on_in);
+            } while (t < last && on_in);
             if (depth <= 0.0) break;
             at /= weight;
             inside /= weight;
@@ -234,7 +256,7 @@ void march_way(inout March m, int layer, vec3 ray, float from, float to, float n
 #ifdef CLOUD_FINEST
             seen -= 0.5 * taken * length_m;
 #endif
-        } while (t < past && m.open > OPAQUE);
+        } while (t < last && m.open > OPAQUE);
 #ifdef CLOUD_FINEST
         m.light += max(there.in_scatter - here.in_scatter, 0.0) * (seen * per_metre);
 #else
@@ -262,7 +284,7 @@ March march_clouds(vec3 ray, float mu, float end, float shift) {
     // do in the turn in which the last ray leaves at its head: here and in what is called, rays leave at the end.
     int count = cloud_ways(mu, end, spans, layers), k = 0;
     do {
-        if (k < count) march_way(m, layers[k], ray, spans[k].x, spans[k].y, nu, shift);
+        if (k < count) march_way(m, layers[k], ray, mu, spans[k].x, spans[k].y, nu, shift);
         ++k;
     } while (k < count && m.open > OPAQUE);
     // The picture behind brings the light of all its air: what lies before the last cloud is counted already.

@@ -23,7 +23,7 @@ void main() {
 #if RESOLVED
     vec3 exposed = max(DISPLAY * unpress(texelFetch(u_scene, pixel, 0).rgb), 0.0);
 #else
-    vec3 radiance = texelFetch(u_scene, pixel, 0).rgb * frame.scale.y;
+    vec3 radiance = textureLod(u_scene, v_uv, 0.0).rgb * frame.scale.y;   // the nearest texel
     // A comparison that fails for NaN as well: it becomes black instead of spreading.
     vec3 exposed = display_light(mix(vec3(0.0), radiance, greaterThan(radiance, vec3(0.0)))) / exposure.saturated;
     exposed = min(exposed, vec3(1e6));
