@@ -6,6 +6,7 @@
 //   SCENE_FORMAT   of u_radiance
 //   BY_LENS        pixels seen through water and those seen through air were shaded by two shaders
 #include "common/surfaces.glsl"
+#include "common/texel.glsl"
 #include "common/spread.glsl"
 #ifdef BY_LENS
 #include "common/camera.glsl"
@@ -33,8 +34,8 @@ Shown first_of(ivec2 at) {
     ivec2 last = textureSize(u_surface, 0) - 1;
     bool counts = all(lessThanEqual(at, last));
     at = min(at, last);
-    counts = counts && texelFetch(u_surface, at, 0).r == SURFACE;
-    return Shown(counts ? vec4(imageLoad(u_radiance, at).rgb, 1.0) : vec4(0.0), texelFetch(u_depth, at, 0).r);
+    counts = counts && texel_at(u_surface, at).r == SURFACE;
+    return Shown(counts ? vec4(imageLoad(u_radiance, at).rgb, 1.0) : vec4(0.0), texel_at(u_depth, at).r);
 }
 
 #ifdef BY_LENS
@@ -54,11 +55,11 @@ void main() {
     int shaded = 3;   // as find_shown() has it
     for (int i = 3; i >= 0; --i) {
         ivec2 pixel = block + ivec2(i & 1, i >> 1);
-        shows[i] = all(lessThanEqual(pixel, last)) && texelFetch(u_surface, min(pixel, last), 0).r == SURFACE;
+        shows[i] = all(lessThanEqual(pixel, last)) && texel_at(u_surface, min(pixel, last)).r == SURFACE;
         shaded = shows[i] ? i : shaded;
     }
     vec3 home = imageLoad(u_radiance, min(block + ivec2(shaded & 1, shaded >> 1), last)).rgb;
-    Shown own = Shown(shows[0] ? vec4(home, 1.0) : vec4(0.0), texelFetch(u_depth, block, 0).r);
+    Shown own = Shown(shows[0] ? vec4(home, 1.0) : vec4(0.0), texel_at(u_depth, block).r);
     Shown right = first_of(block + ivec2(2, 0)), down = first_of(block + ivec2(0, 2)), across = first_of(block + 2);
     for (int i = 1; i < 4; ++i) {
         ivec2 pixel = block + ivec2(i & 1, i >> 1);
@@ -71,7 +72,7 @@ void main() {
         there = shows[i] && (shows[0] || same != i);
 #endif
         // Half way between two, or in the middle of four.
-        float depth = texelFetch(u_depth, min(pixel, last), 0).r;
+        float depth = texel_at(u_depth, min(pixel, last)).r;
         vec4 sum = alike(own, depth);
         if (i != 2) sum += alike(right, depth);
         if (i != 1) sum += alike(down, depth);

@@ -5,6 +5,7 @@
 //   SHOWS_ALSO(pixel)   what a pixel has to be besides
 #include "common/surfaces.glsl"
 #include "common/spread.glsl"
+#include "common/texel.glsl"
 
 #ifndef SHADE_PX
 #define SHADE_PX 1
@@ -34,7 +35,7 @@ ivec2 tile_pixel() {
 }
 
 bool shows(ivec2 pixel, uint surface) {
-    return all(lessThan(pixel, textureSize(u_surface, 0))) && texelFetch(u_surface, pixel, 0).r == surface
+    return all(lessThan(pixel, textureSize(u_surface, 0))) && texel_at(u_surface, pixel).r == surface
         && SHOWS_ALSO(pixel);
 }
 

@@ -3,6 +3,7 @@
 // Lottes 2009). Outlines are where surfaces meet and where depth, linear on screen along a plane, is not: detail within a
 // surface would only get worse. Stars and the sun's disc are drawn smooth.
 #include "common/camera.glsl"
+#include "common/texel.glsl"
 #include "composite/exposure.glsl"
 #include "composite/resolved.glsl"
 
@@ -79,14 +80,14 @@ void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     last = textureSize(u_scene, 0) - 1;
     vec3 light = light_at(pixel);
-    float depth = texelFetch(u_depth, pixel, 0).r;
-    uint kind = texelFetch(u_surface, pixel, 0).r;
+    float depth = texel_at(u_depth, pixel).r;
+    uint kind = texel_at(u_surface, pixel).r;
     int outline = 0;
     for (int k = 0; k < 2; k++) {
         ivec2 to = k == 0 ? ivec2(1, 0) : ivec2(0, 1);
         ivec2 one = min(pixel + to, last), two = max(pixel - to, ivec2(0));
-        float bend = texelFetch(u_depth, one, 0).r + texelFetch(u_depth, two, 0).r - 2.0 * depth;
-        bool meets = texelFetch(u_surface, one, 0).r != kind || texelFetch(u_surface, two, 0).r != kind;
+        float bend = texel_at(u_depth, one).r + texel_at(u_depth, two).r - 2.0 * depth;
+        bool meets = texel_at(u_surface, one).r != kind || texel_at(u_surface, two).r != kind;
         if (meets || abs(bend) > RIDGE * depth) outline = 1;
     }
     for (int k = 0; k < outline; k++) light = smoothed(pixel);   // a loop, because an `if` skips nothing on some machines

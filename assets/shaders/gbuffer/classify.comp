@@ -2,6 +2,7 @@
 // tile.
 #include "generated/frame.glsl"
 #include "common/surfaces.glsl"
+#include "common/texel.glsl"
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) writeonly buffer FlagBuffer { uint flags[]; };
@@ -18,8 +19,8 @@ void main() {
     float nearest = 0.0, farthest = 3.0e38;
     for (int y = first.y; y < last.y; ++y) {
         for (int x = first.x; x < last.x; ++x) {
-            found |= 1u << texelFetch(u_surface, ivec2(x, y), 0).r;
-            float depth = texelFetch(u_depth, ivec2(x, y), 0).r;
+            found |= 1u << texel_at(u_surface, ivec2(x, y)).r;
+            float depth = texel_at(u_depth, ivec2(x, y)).r;
             nearest = max(nearest, depth);
             farthest = min(farthest, depth > 0.0 ? depth : 3.0e38);
         }

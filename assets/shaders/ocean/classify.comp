@@ -3,6 +3,7 @@
 // ocean/list_tiles.comp.)
 #include "common/camera.glsl"
 #include "common/surfaces.glsl"
+#include "common/texel.glsl"
 #include "generated/ocean.glsl"
 #include "contract/waterline.glsl"
 
@@ -37,10 +38,10 @@ void main() {
     if (!look) last.y = first.y;
     for (int y = first.y; y < last.y; ++y) {
         for (int x = first.x; x < last.x; ++x) {
-            uint surface = texelFetch(u_surface, ivec2(x, y), 0).r;
+            uint surface = texel_at(u_surface, ivec2(x, y)).r;
             bool sea = surface == SURFACE_SEA;
             any_ground = any_ground || surface == SURFACE_TERRAIN;
-            vec2 bytes = texelFetch(u_attributes, ivec2(x, y), 0).rg;
+            vec2 bytes = texel_at(u_attributes, ivec2(x, y)).rg;
             shallowest = min(shallowest, sea ? (bytes.x * 256.0 + bytes.y) * (255.0 / 65535.0) : 2.0);
             any_sea = any_sea || sea;
         }
@@ -56,7 +57,7 @@ void main() {
         bool wet = lens_in_water(ndc);
         above = above || !wet;
         below = below || wet;
-        float depth = texelFetch(u_depth, pixel, 0).r;
+        float depth = texel_at(u_depth, pixel).r;
         highest_sine = max(highest_sine, depth > 0.0 ? abs(up_at(position_from_depth(ndc, depth)).z) : 1.0);
     }
     bool rich = shallowest < limit || highest_sine * 1.02 + 0.12 > ocean.water.y;

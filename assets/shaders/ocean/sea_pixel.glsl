@@ -1,4 +1,5 @@
 // A pixel of the sea in the G-buffer: where the point that it shows lies when the sea is calm.
+#include "common/texel.glsl"
 layout(binding = 0) uniform sampler2D u_depth;
 layout(binding = 2) uniform sampler2D u_attributes;
 layout(binding = 3) uniform usampler2D u_surface;
@@ -7,12 +8,12 @@ layout(binding = 4) uniform sampler2D u_moved;
 #endif
 
 bool sea_at(ivec2 pixel) {
-    return all(lessThan(pixel, textureSize(u_surface, 0))) && texelFetch(u_surface, pixel, 0).r == SURFACE_SEA;
+    return all(lessThan(pixel, textureSize(u_surface, 0))) && texel_at(u_surface, pixel).r == SURFACE_SEA;
 }
 
 // From the camera, m.
 vec3 sea_point(ivec2 pixel) {
-    return position_from_depth(ndc_of_pixel(vec2(pixel) + 0.5), texelFetch(u_depth, pixel, 0).r);
+    return position_from_depth(ndc_of_pixel(vec2(pixel) + 0.5), texel_at(u_depth, pixel).r);
 }
 
 SeaPlace sea_calm_place(ivec2 pixel, vec3 point) {
@@ -20,7 +21,7 @@ SeaPlace sea_calm_place(ivec2 pixel, vec3 point) {
     vec3 D = foot_offset_of(point, height);
     SeaPlace place = sea_place(D);
 #ifdef SEA_MOVES
-    vec2 moved = texelFetch(u_moved, pixel, 0).xy * (wave_counts.z / wave_north.w);
+    vec2 moved = texel_at(u_moved, pixel).xy * (wave_counts.z / wave_north.w);
     place = sea_place(D - sea_vector(place, vec3(moved, 0.0)));
 #endif
     return place;

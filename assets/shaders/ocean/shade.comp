@@ -18,6 +18,7 @@
 #define SHOWS_ALSO(pixel) !lens_in_water(ndc_of_pixel(vec2(pixel) + 0.5))
 #endif
 #include "common/surface_tiles.glsl"
+#include "common/texel.glsl"
 #include "ocean/look/pixel.glsl"
 #include "ocean/look/column.glsl"
 #include "ocean/look/glitter.glsl"
@@ -56,9 +57,9 @@ vec3 sea_light(int kind) {
 }
 
 SeaPixel pixel_at(ivec2 pixel) {
-    vec3 point = position_from_depth(v_ndc, texelFetch(u_depth, pixel, 0).r);
-    vec4 rough = texelFetch(u_rough, pixel, 0);
-    SeaPixel p = sea_pixel(point, oct_decode(texelFetch(u_normal, pixel, 0).rg), sea_depth_decode(texelFetch(u_attributes, pixel, 0).rg), rough);
+    vec3 point = position_from_depth(v_ndc, texel_at(u_depth, pixel).r);
+    vec4 rough = texel_at(u_rough, pixel);
+    SeaPixel p = sea_pixel(point, oct_decode(texel_at(u_normal, pixel).rg), sea_depth_decode(texel_at(u_attributes, pixel).rg), rough);
     v_hidden = rough.x + rough.y;
 #ifdef OCEAN_RIPPLES
     sea_ripples(p);

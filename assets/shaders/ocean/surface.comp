@@ -10,6 +10,7 @@
 #include "common/sea_depth.glsl"
 #include "common/surfaces.glsl"
 #include "common/spread.glsl"
+#include "common/texel.glsl"
 #include "ocean/waves.glsl"
 #include "ocean/sea_pixel.glsl"
 #include "ocean/swell.glsl"
@@ -159,7 +160,7 @@ void main() {
         vec3 point = g_sea[k] ? sea_point(pixel) : frame.camera_forward.xyz;
         g_places[k] = sea_calm_place(pixel, point);
         float distance_m = length(point);
-        float depth_m = sea_depth_decode(texelFetch(u_attributes, pixel, 0).rg) * sea_open(g_places[k]);
+        float depth_m = sea_depth_decode(texel_at(u_attributes, pixel).rg) * sea_open(g_places[k]);
         if (g_sea[k]) {
             middle += g_places[k].at;
             g_footprint += sea_footprint(g_places[k], -point / distance_m, distance_m);

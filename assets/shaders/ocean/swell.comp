@@ -3,6 +3,7 @@
 #include "common/sea_depth.glsl"
 #include "common/surfaces.glsl"
 #include "common/spread.glsl"
+#include "common/texel.glsl"
 #include "ocean/waves.glsl"
 #include "ocean/sea_pixel.glsl"
 #include "ocean/swell.glsl"
@@ -44,7 +45,7 @@ void main() {
         vec2 at = vec2(dot(place.at, axis), dot(place.at, vec2(-axis.y, axis.x)));
         low = sea ? min(low, at) : low;
         high = sea ? max(high, at) : high;
-        float depth_m = sea_depth_decode(texelFetch(u_attributes, pixel, 0).rg) * sea_open(place);
+        float depth_m = sea_depth_decode(texel_at(u_attributes, pixel).rg) * sea_open(place);
         shallowest = sea ? min(shallowest, depth_m) : shallowest;
         float distance_m = length(point);
         if (sea) footprint = sea_footprint(place, -point / distance_m, distance_m);

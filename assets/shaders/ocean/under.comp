@@ -1,6 +1,7 @@
 // Water between the lens and whatever a pixel shows, where the lens is in it; and the line where the water's edge lies on the lens.
 #include "common/camera.glsl"
 #include "common/surfaces.glsl"
+#include "common/texel.glsl"
 #include "contract/waterline.glsl"
 #include "ocean/look/murk.glsl"
 
@@ -19,8 +20,8 @@ void main() {
     // A film of water climbs up the glass: dark where it bends light away, two pixels to either side.
     vec3 ray = view_ray(ndc);
     float over = lens_over_water(ndc);
-    float depth = texelFetch(u_depth, pixel, 0).r;
-    uint surface = texelFetch(u_surface, pixel, 0).r;
+    float depth = texel_at(u_depth, pixel).r;
+    uint surface = texel_at(u_surface, pixel).r;
     // The plane and the drawn waves differ by a millimetre, which is a few pixels on the lens: what shows the sea on edge there, or a bed
     // that the sea should hide, counts as seen through water.
     bool bed = surface != SURFACE_SEA && depth > 0.0 && altitude_of(position_from_depth(ndc, max(depth, 1e-30))) < planet.sea.x - 1.0;

@@ -6,6 +6,7 @@
 #include "terrain/coast_pixel.glsl"
 #include "terrain/coast_list.glsl"
 #include "common/spread.glsl"
+#include "common/texel.glsl"
 
 layout(local_size_x = 8) in;
 layout(std430, binding = 7) readonly buffer TileBuffer {
@@ -36,7 +37,7 @@ void main() {
     CoastPixel asked = coast_pixel(middle);
     TerrainPoint ground = terrain_point(asked.D, length(asked.point) * frame.clock.w);
     float above = frame.anchor_up.w + ground.dh - planet.sea.x, slope = SLOPE * length(ground.gradient);
-    bool there = texelFetch(u_depth, middle, 0).r > 0.0;
+    bool there = texel_at(u_depth, middle).r > 0.0;
 #if defined(TERRAIN_CRATERED) || defined(TERRAIN_MAPPED)
     there = false;   // a rim or a cliff of the map keeps to no layer's amplitude
 #endif

@@ -1,6 +1,7 @@
 // Adds the tiles into which a lake or an island goes on that the height function found in a tile beside: the meshes show nothing
 // of it there, and it would end along the tile's border. A lane a tile.
 #include "common/surfaces.glsl"
+#include "common/texel.glsl"
 
 layout(local_size_x = 64) in;
 layout(binding = 3) uniform usampler2D u_surface;
@@ -15,7 +16,7 @@ const uint LAND = 1u << SURFACE_TERRAIN, SEA = 1u << SURFACE_SEA;
 
 uint seen(ivec2 pixel) {
     ivec2 last = textureSize(u_surface, 0) - 1;
-    return 1u << texelFetch(u_surface, clamp(pixel, ivec2(0), last), 0).r & (LAND | SEA);
+    return 1u << texel_at(u_surface, clamp(pixel, ivec2(0), last)).r & (LAND | SEA);
 }
 
 void main() {

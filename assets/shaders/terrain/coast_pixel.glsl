@@ -3,6 +3,7 @@
 #include "common/octahedral.glsl"
 #include "common/sea_depth.glsl"
 #include "common/surfaces.glsl"
+#include "common/texel.glsl"
 #include "terrain/height.glsl"
 #include "terrain/attributes.glsl"
 #include "contract/vertex_spacing.glsl"
@@ -30,12 +31,12 @@ struct CoastPixel {
 
 CoastPixel coast_pixel(ivec2 pixel) {
     CoastPixel p;
-    p.surface = texelFetch(u_surface, pixel, 0).r;
-    p.depth = texelFetch(u_depth, pixel, 0).r;
+    p.surface = texel_at(u_surface, pixel).r;
+    p.depth = texel_at(u_depth, pixel).r;
     p.point = position_from_depth(ndc_of_pixel(vec2(pixel) + 0.5), max(p.depth, 1e-30));
     float drawn;
     p.D = foot_offset_of(p.point, drawn);
-    p.code = texelFetch(u_attributes, pixel, 0).w;
+    p.code = texel_at(u_attributes, pixel).w;
     p.spacing = vertex_spacing(p.D, p.code);
     float sagitta = p.spacing * p.spacing / (8.0 * planet.radii.x);
     // Ground that was drawn well above the water stays: the meshes are wrong by a fraction of their spacing at most.

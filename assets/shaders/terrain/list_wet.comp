@@ -4,6 +4,7 @@
 #include "common/surfaces.glsl"
 #include "common/spacing_code.glsl"
 #include "common/spread.glsl"
+#include "common/texel.glsl"
 #include "terrain/wet_lists.glsl"
 #include "contract/water.glsl"
 
@@ -41,8 +42,8 @@ float least_height(ivec2 first, vec2 depth) {
 // What terrain/shade.comp takes for the height of a pixel, or less: of the triangle, or where its chord sinks by more than 2 m partly,
 // and from 20 m on wholly, what its vertices say. between: codes of spacings surely finer and surely coarser than these.
 float counted_height(ivec2 pixel, vec2 between) {
-    float drawn = height_of(position_from_depth(ndc_of_pixel(vec2(pixel) + 0.5), max(texelFetch(u_depth, pixel, 0).r, 1e-30)));
-    vec4 attributes = texelFetch(u_attributes, pixel, 0);
+    float drawn = height_of(position_from_depth(ndc_of_pixel(vec2(pixel) + 0.5), max(texel_at(u_depth, pixel).r, 1e-30)));
+    vec4 attributes = texel_at(u_attributes, pixel);
     float coded = mix(planet.radii.z, planet.radii.y, attributes.z), code = attributes.z > 0.0 ? attributes.w : 0.0;
     return code < between.x ? drawn : code > between.y ? coded : min(drawn, coded);
 }
@@ -61,7 +62,7 @@ void main() {
     bool wet = false;
     for (int k = 0; k < turns; ++k) {
         ivec2 pixel = min(first + ivec2(k & 15, k >> 4), last);
-        wet = wet || (counted_height(pixel, between) < reach && texelFetch(u_surface, pixel, 0).r == SURFACE_TERRAIN);
+        wet = wet || (counted_height(pixel, between) < reach && texel_at(u_surface, pixel).r == SURFACE_TERRAIN);
     }
     if (there && !near && !wet) dry_list.tiles[atomicAdd(dry_list.groups[0], 1u)] = tile;
     if (there && !near && wet) wet_list.tiles[atomicAdd(wet_list.groups[0], 1u)] = tile;

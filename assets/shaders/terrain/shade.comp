@@ -4,6 +4,7 @@
 //   GROUND_CLUTTER   ground so near that things that stand on it show
 //   GROUND_DRY       no pixel has water over it, or is wet from it (terrain/list_wet.comp says where)
 #include "common/camera.glsl"
+#include "common/texel.glsl"
 #include "common/octahedral.glsl"
 #include "common/surface_tiles.glsl"
 #include "terrain/height.glsl"
@@ -67,14 +68,14 @@ vec3 colored(Material material, GroundDetail noise, vec3 zenith, float moisture,
 #endif
 
 vec3 ground_radiance(ivec2 pixel) {
-    vec3 point = position_from_depth(v_ndc, texelFetch(u_depth, pixel, 0).r);
+    vec3 point = position_from_depth(v_ndc, texel_at(u_depth, pixel).r);
     float height;
     vec3 D = foot_offset_of(point, height);
     vec3 zenith = up_at(point);
     float distance_m = length(point);
     vec3 view = -point / distance_m;
-    vec3 coarse = oct_decode(texelFetch(u_normal, pixel, 0).rg);
-    vec4 attributes = texelFetch(u_attributes, pixel, 0);
+    vec3 coarse = oct_decode(texel_at(u_normal, pixel).rg);
+    vec4 attributes = texel_at(u_attributes, pixel);
     float roughness = terrain_roughness(attributes), moisture = attributes.y;
 
     // What a pixel covers on the ground: wider along the view at flat angles. GROUND_BLUR 1/2 is the geometric mean; less

@@ -1,4 +1,5 @@
 // What the sea mirrors: ground that is in the picture, else the sky.
+#include "common/texel.glsl"
 #include "ocean/look/fresnel.glsl"
 #include "ocean/look/pixel.glsl"
 #include "ocean/look/sky_map.glsl"
@@ -24,7 +25,7 @@ vec4 mirrored_ground(vec3 from, vec3 direction, float share) {
         // Denser at the start, where what is mirrored is near.
         float share = (float(i) + 1.0) / float(OCEAN_REFLECTIONS), s = end * share * (0.3 + 0.7 * share);
         ivec2 texel = ivec2((0.5 + 0.5 * (first + towards * s)) * size);
-        float there = texelFetch(u_depth, clamp(texel, ivec2(0), ivec2(size) - 1), 0).r;
+        float there = texel_at(u_depth, clamp(texel, ivec2(0), ivec2(size) - 1)).r;
         high = s;
         // Behind what is drawn there, which lies behind the water itself.
         found = there > depth * (1.0 - s) && there < 0.98 * depth ? 1.0 : 0.0;
@@ -35,14 +36,14 @@ vec4 mirrored_ground(vec3 from, vec3 direction, float share) {
     for (int i = 0; i < turns; ++i) {
         float s = 0.5 * (low + high);
         ivec2 texel = ivec2((0.5 + 0.5 * (first + towards * s)) * size);
-        float there = texelFetch(u_depth, clamp(texel, ivec2(0), ivec2(size) - 1), 0).r;
+        float there = texel_at(u_depth, clamp(texel, ivec2(0), ivec2(size) - 1)).r;
         bool behind = there > depth * (1.0 - s) && there < 0.98 * depth;
         low = behind ? low : s;
         high = behind ? s : high;
     }
     vec2 at = first + towards * high;
     ivec2 texel = clamp(ivec2((0.5 + 0.5 * at) * size), ivec2(0), ivec2(size) - 1);
-    bool ground = texelFetch(u_surface, texel, 0).r == SURFACE_TERRAIN;
+    bool ground = texel_at(u_surface, texel).r == SURFACE_TERRAIN;
     // Turning the camera moves what is mirrored hardly across the border at the sides, tilting it does at the top.
     float sure = found * (ground ? share : 0.0) * smoothstep(0.0, 0.03, 1.0 - abs(at.x)) * smoothstep(0.0, 0.15, 1.0 - abs(at.y));
     return vec4(sure > 0.0 ? texelFetch(u_scene, texel, 0).rgb * frame.scale.y : vec3(0.0), sure);
