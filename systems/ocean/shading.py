@@ -18,7 +18,7 @@ from ...engine.system import Frame, Setup, ViewInfo
 from ...engine.warming import Warming
 from ...engine.waves import WaveSet
 from .block import OCEAN_BINDING, OceanBlock, drifted, ocean_block
-from .lens import LENS_REACH_M, lens_plane
+from .lens import LENS_REACH_M, lens_plane, wet_rows
 from .wave_passes import highest_likely_m
 
 __all__ = ["GBUFFER", "SEA_TOP", "SeaShading"]
@@ -47,6 +47,7 @@ class SeaShading:
     def __init__(self, name: str) -> None:
         self._name = name
         self._near_water = False
+        self._wet_rows = (0, 0)
 
     def setup(self, setup: Setup) -> None:
         self._world = setup.world
@@ -137,6 +138,8 @@ class SeaShading:
             ocean.sea_level_m,
         )
         self._near_water = self._held.lens[3] < LENS_REACH_M
+        if self._near_water:
+            self._wet_rows = wet_rows(self._held.lens, frame.camera, frame.size[1])
         altitude_m = frame.camera.distance_m - radius
         self._high = altitude_m > _HIGH * float(frame.world.try_resource("air_top_m") or 0.0)
         # No sea is nearer than this, so no pixel of it narrower.
@@ -209,7 +212,7 @@ class SeaShading:
         builder.add_pass(
             "ocean.under",
             system=self._name,
-            bind=lambda io: self._bind_under(io, across, down),
+            bind=lambda io: self._bind_under(io, across),
             kind="compute",
             reads=("gbuffer.depth", "gbuffer.surface", *contract_reads(self._world)),
             writes=("scene.radiance",),
@@ -279,7 +282,7 @@ class SeaShading:
 
         return run
 
-    def _bind_under(self, io: PassIO, across: int, down: int) -> Callable[[], None]:
+    def _bind_under(self, io: PassIO, across: int) -> Callable[[], None]:
         radiance, depth, surface = (io.texture(n) for n in ("scene.radiance", "gbuffer.depth", "gbuffer.surface"))
         light, bind_air = io.buffer(_LENS), bind_contracts(self._world, io)
 
@@ -291,6 +294,9 @@ class SeaShading:
             light.bind_to_storage_buffer(7)
             self._under_light.run()
             self._gpu.gpu.barrier()
-            self._under.run(across, down, 1)
+            first, end = self._wet_rows[0] // _TILE[1], -(-self._wet_rows[1] // _TILE[1])
+            if first < end:
+                self._under.set("u_first_row", first * _TILE[1])
+                self._under.run(across, end - first, 1)
 
         return run

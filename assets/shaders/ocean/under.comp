@@ -1,5 +1,6 @@
 // Water between the lens and whatever a pixel shows, where the lens is in it; and the line where the water's edge lies on the lens.
 #include "common/camera.glsl"
+#include "common/lens_edge.glsl"
 #include "common/surfaces.glsl"
 #include "common/texel.glsl"
 #include "contract/waterline.glsl"
@@ -11,10 +12,10 @@ layout(binding = 3) uniform usampler2D u_surface;
 layout(binding = 0, SCENE_FORMAT) uniform image2D u_radiance;
 layout(std430, binding = 7) readonly buffer LensBuffer { vec4 lens[3]; };   // ocean/under_light.comp
 
-const float WATERLINE_PX = 60.0;   // as in terrain/coast_pixel.glsl
+uniform int u_first_row;   // of those that may have water before them (systems/ocean/lens.py)
 
 void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = textureSize(u_depth, 0);
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, u_first_row), size = textureSize(u_depth, 0);
     vec2 ndc = ndc_of_pixel(vec2(pixel) + 0.5);
     if (any(greaterThanEqual(pixel, size))) return;
     // A film of water climbs up the glass: dark where it bends light away, two pixels to either side.

@@ -1,5 +1,6 @@
 // What a pixel beside a coast becomes, shared by terrain/coast_find.comp, coast_ask.comp and coast.comp.
 #include "common/camera.glsl"
+#include "common/lens_edge.glsl"
 #include "common/octahedral.glsl"
 #include "common/sea_depth.glsl"
 #include "common/surfaces.glsl"
@@ -16,8 +17,7 @@ layout(binding = 0) writeonly uniform image2D u_normal_out;
 layout(binding = 1) writeonly uniform image2D u_attributes_out;
 layout(binding = 2) writeonly uniform uimage2D u_surface_out;
 
-// Next to the water's edge on the lens the drawn sea leaves a gap, which is seen as water: nothing to change there.
-const float WATERLINE_PX = 60.0;
+// Next to the edge (WATERLINE_PX) the drawn sea leaves a gap, which is seen as water: nothing to change there.
 
 struct CoastPixel {
     uint surface;   // as drawn
