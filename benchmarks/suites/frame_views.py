@@ -18,7 +18,7 @@ def bench(session: Session) -> None:
     """Camera turning, time running: what a flight's frame costs between snaps of the proxy."""
     for quality, most_ms in MOST_MS.items():
         with session.renderer("earth", SIZE, quality, clouds=True) as renderer:
-            for name in QUICK_VIEWS if session.small else views(renderer.scene.planet):
+            for name in QUICK_VIEWS if session.extent == "quick" else views(renderer.scene.planet):
                 found = frames.time_running(renderer, view(name, renderer.scene.planet), session.runs(9, 5))
                 session.row(
                     quality, name, SIZE, found.timing, target=at_most(most_ms, "ms"), target_on="ms",
