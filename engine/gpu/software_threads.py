@@ -1,8 +1,8 @@
 """Threads of a software renderer, one to a processor.
 
 llvmpipe's threads sleep between draws, and the scheduler often wakes both on the processor that submitted the draw: one
-then draws the whole picture while the other core looks on, for the few milliseconds that the draw takes (measured with
-two cores: fullscreen passes of 2.6 ms took 3 to 5, whole frames 8 % longer; docs/decisions.md).
+then draws the whole picture while the other core looks on, for the few milliseconds that the draw takes
+(docs/decisions.md says how to measure it).
 """
 
 from __future__ import annotations

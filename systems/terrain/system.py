@@ -60,8 +60,7 @@ class _View:
         self.next_octaves: Any = None  # around the anchor of a snap that is being prepared
         self.next_key: tuple[Any, ...] = ()
         self.wide = False  # whether pixels on coasts do with heights in float
-        self.far = False  # whether every pixel of the ground is wide
-        self.farther = False  # and so wide that all are asked beside coasts
+        self.far = self.farther = False  # whether all of the ground's are, and so wide that all beside coasts are asked
         self.updated = -1  # for which proxy
 
 
