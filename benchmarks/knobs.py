@@ -292,8 +292,8 @@ TILE_PAIRS: dict[str, tuple[Any, Any]] = {
 """Likewise, with backend quadtree. Slots and time for tiles change no settled picture: test_tiles has them."""
 
 SHADE_PAIRS: dict[str, tuple[str, int, int]] = {
-    "terrain.shade_px": ("valley", 1, 2),
-    "ocean.shade_px": ("sea", 1, 2),
+    "terrain.shade_every": ("valley", 1, 4),
+    "ocean.shade_every": ("sea", 1, 4),
     "clouds.picture_px": ("clouds", 1, 2),
 }
 """Quality knobs of shading: a view of Earth, and two values that give other pictures of the same triangles."""

@@ -76,13 +76,15 @@ class TerrainQuality:
         cost="grows with the inverse square, where many coasts are seen",
         power_of_two=True,
     )
-    shade_px: int = knob(
+    shade_every: int = knob(
         1,
         1,
-        2,
+        4,
         "px",
-        "One pixel of each block of so many a side is shaded, those between are interpolated; outlines stay sharp",
-        cost="grows with the inverse square",
+        "One of so many pixels is shaded: each, every second as on a chessboard (of a still picture each), or one of "
+        "each block of 2 x 2; those between are interpolated, outlines stay sharp",
+        cost="grows with its inverse",
+        power_of_two=True,
     )
     fade_s: float = knob(
         0.3,
@@ -294,13 +296,14 @@ class OceanQuality:
         cost="the smaller, the more waves for each pixel",
         log=True,
     )
-    shade_px: int = knob(
+    shade_every: int = knob(
         1,
         1,
-        2,
+        4,
         "px",
-        "As terrain.shade_px, for the sea",
-        cost="grows with the inverse square",
+        "As terrain.shade_every, for the sea",
+        cost="grows with its inverse",
+        power_of_two=True,
     )
     ripples: bool = knob(
         True,

@@ -41,8 +41,8 @@ class FrameBlock:
     viewport: Vec4 = (1.0, 1.0, 1.0, 1.0)
     """(width, height, 1 / width, 1 / height) in pixels."""
     clock: Vec4 = (0.0, 0.0, 0.0, 0.001)
-    """(time in s modulo 4096, unused, unused, angle of a pixel at the centre in rad). Nothing that changes by itself: a
-    still frame uploads nothing."""
+    """(time in s modulo 4096, squares of a chessboard that are shaded where every second pixel is: 0 or 1, -1 all;
+    unused, angle of a pixel at the centre in rad). Nothing that changes by itself: a still frame uploads nothing."""
     scale: Vec4 = (1.0, 1.0, 0.0, 0.0)
     """(stored HDR value per radiance, its inverse, unused, unused)."""
 

@@ -24,7 +24,7 @@ def pair() -> Iterator[tuple[pf.Renderer, pf.Renderer]]:
     """As fine as the frame, and half as fine, each pixel of its own with a ray of its own."""
     with preset_scene("earth", True) as scene:
         scene.environment[pf.Exposure].mode = "fixed"
-        one, two = ({"clouds.picture_px": px, "clouds.stride": 1, "terrain.shade_px": 1} for px in (1, 2))
+        one, two = ({"clouds.picture_px": px, "clouds.stride": 1, "terrain.shade_every": 1} for px in (1, 2))
         with (
             pf.Renderer(scene, SIZE, "low", overrides=one) as each,
             pf.Renderer(scene, SIZE, "low", overrides=two) as blocks,

@@ -24,7 +24,7 @@ def scene():
 @pytest.fixture(scope="module")
 def renderer(scene):
     # Each pixel: blocks of these are wider than anything that stands on the ground.
-    with pf.Renderer(scene, size=SIZE, quality="low", overrides={"terrain.shade_px": 1}) as made:
+    with pf.Renderer(scene, size=SIZE, quality="low", overrides={"terrain.shade_every": 1}) as made:
         made.settle(pf.view("coast"))  # the air's tables are final: equal scenes give equal pictures from here on
         yield made
 

@@ -202,7 +202,7 @@ def test_mesh_files(tmp_path, monkeypatch):
 @pytest.fixture
 def renderer(scene):
     # Edges of shadows are held against rays pixel by pixel.
-    with pf.Renderer(scene, SIZE, quality="low", overrides={"terrain.shade_px": 1}) as made:
+    with pf.Renderer(scene, SIZE, quality="low", overrides={"terrain.shade_every": 1}) as made:
         yield made
 
 

@@ -39,7 +39,7 @@ def scene() -> Iterator[pf.Scene]:
 @pytest.fixture(scope="module")
 def renderer(scene: pf.Scene) -> Iterator[pf.Renderer]:
     # Blocks of pixels lie elsewhere in a part's own picture.
-    with pf.Renderer(scene, SIZE, "low", {"composite.antialiasing": "none", "terrain.shade_px": 1}) as made:
+    with pf.Renderer(scene, SIZE, "low", {"composite.antialiasing": "none", "terrain.shade_every": 1}) as made:
         yield made
 
 

@@ -21,6 +21,11 @@ from .flip import flip
 
 Light = NDArray[np.float32]
 KINDS = ("none", "edge", "temporal")
+EACH = {"terrain.shade_every": 1, "ocean.shade_every": 1}
+FLOWN: Mapping[str, Mapping[str, Any]] = {
+    **{kind: {"composite.antialiasing": kind} for kind in KINDS},
+    "temporal, every second shaded": {"composite.antialiasing": "temporal", **dict.fromkeys(EACH, 2)},
+}
 
 
 def display_light(color: NDArray[np.uint8]) -> Light:
@@ -110,17 +115,20 @@ def shimmer(
     cameras: Sequence[Any],
     warm_up: int = 8,
     side: int = 4,
-    kinds: Sequence[str] = KINDS,
+    kinds: Mapping[str, Mapping[str, Any]] = FLOWN,
     **moment: Any,
 ) -> dict[str, Shimmer]:
-    """Each kind along a path of cameras, one a frame; the first `warm_up` frames are not counted."""
+    """Each kind along a path of cameras, one a frame; the first `warm_up` frames are not counted.
+
+    kinds: overrides by name.
+    """
     counted = cameras[warm_up:]
     with make({"composite.antialiasing": "none"}) as plain:
         plain.settle(cameras[0], **moment)
         references = [display_values(supersampled(plain, camera, side, **moment)) for camera in counted]
     found: dict[str, Shimmer] = {}
-    for kind in kinds:
-        with make({"composite.antialiasing": kind}) as renderer:
+    for kind, overrides in kinds.items():
+        with make(overrides) as renderer:
             renderer.settle(cameras[0], **moment)
             off = []
             for index, camera in enumerate(cameras):

@@ -1,4 +1,4 @@
-"""BetweenShaded: the pixels between those that were shaded, where one of a block of 2 x 2 is."""
+"""BetweenShaded: the pixels between those that were shaded, where every second or every fourth is."""
 
 from __future__ import annotations
 
@@ -11,16 +11,20 @@ __all__ = ["BetweenShaded"]
 
 
 class BetweenShaded:
-    """Gives the pixels between their light, tile by tile, after shaders made with SHADE_PX 2
+    """Gives the pixels between their light, tile by tile, after shaders made with SHADE_EVERY 2 or 4
     (common/surface_tiles.glsl). The depth must be bound to texture unit 0 and the surfaces to unit 3."""
 
-    def __init__(self, gpu: GpuScope, surface: str, settings: Mapping[str, Any]) -> None:
-        """surface: its name in common/surfaces.glsl."""
+    def __init__(self, gpu: GpuScope, surface: str, every: int, settings: Mapping[str, Any]) -> None:
+        """surface: its name in common/surfaces.glsl; every: SHADE_EVERY of its shaders."""
         stored = str(settings.get("sky.radiance_format", "rgba32f"))
-        self._gpu = gpu
-        self._defines: dict[str, Any] = {"SURFACE": surface, "SCENE_FORMAT": stored}
+        self._gpu, self._every = gpu, every
+        self._defines: dict[str, Any] = {"SURFACE": surface, "SHADE_EVERY": every, "SCENE_FORMAT": stored}
         self._programs: dict[bool, Any] = {}
         self.program(False)
+
+    def leaves_out(self, squares: int | None) -> bool:
+        """Whether there are pixels between, in a frame with these `Frame.squares`."""
+        return self._every > 2 or squares is not None
 
     def run(self, radiance: Any, lists: Iterable[Any], by_lens: bool = False) -> None:
         """radiance: the texture; lists: buffers of tiles with their dispatch, as the shading had them. by_lens: what is

@@ -89,7 +89,7 @@ class Resolver:
 
     def begin(self, frame: Frame) -> None:
         """Choose the frame's step and its jitter."""
-        frame.jitter_px = (0.0, 0.0)
+        frame.jitter_px, frame.squares = (0.0, 0.0), 0
         if not self.temporal:
             self._step = Step(Mode.EDGE)
             return
@@ -97,7 +97,7 @@ class Resolver:
         planet = frame.world.try_get(frame.planet, Planet)
         samples = int(frame.settings.get("composite.samples", 33))
         self._step = self._state.begin(frame, samples, 0.0 if planet is None else planet.radius_m)
-        frame.jitter_px = self._step.jitter_px
+        frame.jitter_px, frame.squares = self._step.jitter_px, self._step.squares
 
     def update(self, frame: Frame) -> None:
         """Hand the camera's motion to the shader. After the stars have been turned."""
@@ -115,6 +115,8 @@ class Resolver:
             # Deep water: the square of the phase a second is g times the wave number.
             water = 2.0 * math.pi * gravity * self._state.elapsed_s**2
             self._program("moving").set("u_water", min(water, 1e9))
+            every = {frame.settings.get("terrain.shade_every"), frame.settings.get("ocean.shade_every")}
+            self._program("moving").set("u_chess", float(2 in every and frame.squares is not None))
 
     def _set_motion(self, motion: Motion, jitter_px: tuple[float, float]) -> None:
         program = self._moving

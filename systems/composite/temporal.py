@@ -44,11 +44,12 @@ class Mode(IntEnum):
 
 @dataclass(frozen=True)
 class Step:
-    """mode; jitter_px: see Frame.jitter_px; weight: share of this frame in the mean of Mode.MEAN (0: keep)."""
+    """mode; jitter_px, squares: see Frame; weight: share of this frame in the mean of Mode.MEAN (0: keep)."""
 
     mode: Mode
     jitter_px: tuple[float, float] = (0.0, 0.0)
     weight: float = 1.0
+    squares: int | None = None
 
 
 @dataclass(frozen=True)
@@ -146,7 +147,9 @@ class TemporalState:
         elif usable and not frame.settling:
             self._turn = (self._turn + 1) % samples
             x, y = (0.0, 0.0) if exact else pattern[self._turn]
-            self.step = Step(Mode.MOVING, (float(x), float(y)))
+            # Thue and Morse's sequence: in step with no speed, at which the same places would never be shaded.
+            squares = 0 if exact else self._turn.bit_count() & 1
+            self.step = Step(Mode.MOVING, (float(x), float(y)), squares=squares)
         else:
             self._turn = 0
             self.step = Step(Mode.MEAN if frame.settling else Mode.EDGE)

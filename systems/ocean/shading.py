@@ -65,8 +65,11 @@ class SeaShading:
         self._list = setup.gpu.compute("ocean/list_tiles.comp")
         self._shade: dict[tuple[Any, ...], Any] = {}
         self._turns, self._ripples = int(setup.settings["ocean.reflections"]), bool(setup.settings["ocean.ripples"])
-        self._shade_px = int(setup.settings["ocean.shade_px"])
-        self._between = BetweenShaded(setup.gpu, "SURFACE_SEA", setup.settings) if self._shade_px > 1 else None
+        self._shade_every = int(setup.settings["ocean.shade_every"])
+        self._between: BetweenShaded | None = None
+        if self._shade_every > 1:
+            self._between = BetweenShaded(setup.gpu, "SURFACE_SEA", self._shade_every, setup.settings)
+        self._squares: int | None = None
         self._high = self._far = self._glows = False
         self._warming = Warming(self._ahead())
         stored = str(setup.settings.get("sky.radiance_format", "rgba32f"))
@@ -85,7 +88,10 @@ class SeaShading:
         }
         key = (kind, *wanted.values())
         if key not in self._shade:
-            defines: dict[str, Any] = {name: 1 for name, on in wanted.items() if on} | {"SHADE_PX": self._shade_px}
+            defines: dict[str, Any] = {
+                "SHADE_EVERY": self._shade_every,
+                **{name: 1 for name, on in wanted.items() if on},
+            }
             if self._turns and kind in ("mirror", "rich"):
                 defines["OCEAN_REFLECTIONS"] = self._turns
             self._shade[key] = self._gpu.compute("ocean/shade.comp", defines=defines)
@@ -117,6 +123,7 @@ class SeaShading:
 
     def update(self, frame: Frame, waves: WaveSet) -> None:
         """Write and bind the water's block."""
+        self._squares = frame.squares
         ocean = frame.world.get(frame.planet, Ocean)
         proxy = frame.world.resource(f"proxy.{frame.view_index}")
         radius = frame.world.get(frame.planet, Planet).radius_m
@@ -276,7 +283,7 @@ class SeaShading:
                 if self._needed(kind, self._high):
                     tiles.bind_to_storage_buffer(7)
                     self._shader(kind, self._high, self._far).run_indirect(tiles)
-            if self._between is not None:
+            if self._between is not None and self._between.leaves_out(self._squares):
                 needed = [tiles for kind, tiles in parts if self._needed(kind, self._high)]
                 self._between.run(radiance, needed, by_lens=self._near_water)
 

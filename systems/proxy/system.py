@@ -276,7 +276,8 @@ class ProxySystem(System):
         block.sun_direction = (*sun.direction.tolist(), sun.angular_radius_rad)
         block.sun_irradiance = (*sun.irradiance.tolist(), 0.0)
         block.viewport = (width, height, 1.0 / width, 1.0 / height)
-        block.clock = (frame.time_s % 4096.0, 0.0, 0.0, 2.0 * terms[1] / height)
+        squares = -1.0 if frame.squares is None else float(frame.squares)
+        block.clock = (frame.time_s % 4096.0, squares, 0.0, 2.0 * terms[1] / height)
         self._frame_ubo.write(block)
         self._frame_ubo.bind()
 

@@ -23,6 +23,7 @@ from .height import TerrainField, TerrainParams, octave_table
 from .height_map import color_cube
 from .map_textures import MapTextures
 from .material import TerrainMaterialBlock, material_block
+from .view import TerrainView
 
 OCTAVES_BINDING = 4
 MATERIAL_BINDING = 7
@@ -51,19 +52,6 @@ _SOURCES = "generated/terrain_height_sources.glsl"
 GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
 
 
-class _View:
-    """One view's table of the height function, around the view's anchor."""
-
-    def __init__(self) -> None:
-        self.octaves: Any = None
-        self.key: tuple[Any, ...] = ()  # what the table was made for
-        self.next_octaves: Any = None  # around the anchor of a snap that is being prepared
-        self.next_key: tuple[Any, ...] = ()
-        self.wide = False  # whether pixels on coasts do with heights in float
-        self.far = self.farther = False  # whether all of the ground's are, and so wide that all beside coasts are asked
-        self.updated = -1  # for which proxy
-
-
 class TerrainSystem(System):
     """The ground of one planet. Needs Planet and Terrain.
 
@@ -75,7 +63,7 @@ class TerrainSystem(System):
     needs = (Planet, Terrain)
 
     def __init__(self) -> None:
-        self._views: dict[int, _View] = {}
+        self._views: dict[int, TerrainView] = {}
         self._world: Any = None
         self._backend: Backend | None = None
         self._backend_key: tuple[str, str] = ("", "")
@@ -180,8 +168,8 @@ class TerrainSystem(System):
     def _dress(self, table: Any) -> None:
         self._maps.write_color(table, self._component.color_map_strength)
 
-    def _view(self, index: int) -> _View:
-        return self._views.setdefault(index, _View())
+    def _view(self, index: int) -> TerrainView:
+        return self._views.setdefault(index, TerrainView())
 
     def begin(self, frame: Frame) -> None:
         # Before the proxy looks for the ground.
@@ -190,6 +178,7 @@ class TerrainSystem(System):
     def update(self, frame: Frame) -> None:
         proxy = frame.world.resource(f"proxy.{frame.view_index}")
         view, camera = self._view(frame.view_index), frame.camera
+        view.squares = frame.squares
         # A grid that the proxy wants is made unseen: turning to the planet then costs nothing.
         if self._unseen.rests(frame) and view.updated == proxy.generation and self.backend.settled():
             return
@@ -220,7 +209,7 @@ class TerrainSystem(System):
     def _octaves_key(self, proxy: Any) -> tuple[Any, ...]:
         return (proxy.generation, self._ground.revision, self._component.color_map_strength)
 
-    def _refresh_octaves(self, view: _View, proxy: Any) -> None:
+    def _refresh_octaves(self, view: TerrainView, proxy: Any) -> None:
         key = self._octaves_key(proxy)
         if key == view.key:
             return
@@ -231,7 +220,7 @@ class TerrainSystem(System):
         view.key = key
         view.octaves = self._write_octaves(view.octaves, proxy)
 
-    def _prepare_octaves(self, view: _View, ahead: SnapAhead) -> None:
+    def _prepare_octaves(self, view: TerrainView, ahead: SnapAhead) -> None:
         """The table around the anchor of the snap that is being prepared, for all who make vertices for it."""
         key = self._octaves_key(ahead.proxy)
         if key == view.next_key:
@@ -438,13 +427,14 @@ class TerrainSystem(System):
             # The power of how much longer than wide a pixel's place on the ground is.
             blur = 0.5 * (1.0 - float(self._settings["terrain.sharpness"]))
             step = int(self._settings["terrain.coast_px"])
-            defines: dict[str, Any] = {"GROUND_BLUR": f"{blur:.4f}", "COAST_STEP": step, "SHADE_PX": self._shade_px()}
+            every = self._shade_every()
+            defines: dict[str, Any] = {"GROUND_BLUR": f"{blur:.4f}", "COAST_STEP": step, "SHADE_EVERY": every}
             self._shaders[file, *flags] = self._gpu.compute(file, defines=defines | dict.fromkeys(flags, 1))
         return self._shaders[file, *flags]
 
-    def _shade_px(self) -> int:
-        """Side of the blocks of pixels of which one is shaded."""
-        return int(self._settings["terrain.shade_px"]) if self.backend.shade_file == Backend.shade_file else 1
+    def _shade_every(self) -> int:
+        """One of so many pixels is shaded."""
+        return int(self._settings["terrain.shade_every"]) if self.backend.shade_file == Backend.shade_file else 1
 
     def _bind_shade(self, io: PassIO, index: int, lists: tuple[str, ...]) -> Callable[[], None]:
         radiance = io.texture("scene.radiance")
@@ -461,10 +451,11 @@ class TerrainSystem(System):
             plain = self._shader(backend.shade_file, *dry)
             parts.append((io.buffer(name), plain, self._shader(backend.shade_file, *dry, *near)))
 
-        between, all_tiles = None, [io.buffer(name) for name in _TILES]
-        if self._shade_px() > 1:
-            # Kept: graphs are compiled again and again.
-            between = self._between = self._between or BetweenShaded(self._gpu, "SURFACE_TERRAIN", self._settings)
+        view, every, between = self._view(index), self._shade_every(), None
+        all_tiles = [io.buffer(name) for name in _TILES]
+        if every > 1:  # kept: graphs are compiled again and again
+            between = self._between or BetweenShaded(self._gpu, "SURFACE_TERRAIN", every, self._settings)
+            self._between = between
 
         def run() -> None:
             bind_air()
@@ -477,7 +468,7 @@ class TerrainSystem(System):
             for tiles, plain, full in parts:
                 tiles.bind_to_storage_buffer(7)
                 (full if cluttered else plain).run_indirect(tiles)
-            if between is not None:
+            if between is not None and between.leaves_out(view.squares):
                 between.run(radiance, all_tiles)
 
         return run

@@ -1,20 +1,24 @@
 // Shading of one surface's pixels in compute, over the tiles of the picture that show it: a workgroup a tile, 16 x 8 pixels.
 // gbuffer/classify.comp makes the lists; pixels of other surfaces in a tile are left alone.
 //
-//   SHADE_PX   1: each pixel is shaded; 2: one of a block of 2 x 2, the others are left to common/between_shaded.comp
+//   SHADE_EVERY   1: each pixel is shaded; 2: every second, as the squares of a chessboard that frame.clock.y names; 4: one of a block of 2 x 2. The
+//                 others are left to common/between_shaded.comp
 //   SHOWS_ALSO(pixel)   what a pixel has to be besides
 #include "common/surfaces.glsl"
 #include "common/spread.glsl"
+#include "generated/frame.glsl"
 #include "common/texel.glsl"
 
-#ifndef SHADE_PX
-#define SHADE_PX 1
+#ifndef SHADE_EVERY
+#define SHADE_EVERY 1
 #endif
 #ifndef SHOWS_ALSO
 #define SHOWS_ALSO(pixel) true
 #endif
-#if SHADE_PX == 2
+#if SHADE_EVERY == 4
 layout(local_size_x = 8, local_size_y = 4) in;
+#elif SHADE_EVERY == 2
+layout(local_size_x = 8, local_size_y = 8) in;
 #else
 layout(local_size_x = 16, local_size_y = 8) in;
 #endif
@@ -31,7 +35,8 @@ layout(binding = 0) writeonly uniform image2D u_radiance;
 // The first pixel of this invocation's block.
 ivec2 tile_pixel() {
     uint tile = tiles[spread_tiles()];
-    return ivec2(tile & 0xffffu, tile >> 16) * ivec2(16, 8) + SHADE_PX * ivec2(gl_LocalInvocationID.xy);
+    ivec2 apart = ivec2(SHADE_EVERY > 1 ? 2 : 1, SHADE_EVERY > 2 ? 2 : 1);
+    return ivec2(tile & 0xffffu, tile >> 16) * ivec2(16, 8) + apart * ivec2(gl_LocalInvocationID.xy);
 }
 
 bool shows(ivec2 pixel, uint surface) {
@@ -39,9 +44,17 @@ bool shows(ivec2 pixel, uint surface) {
         && SHOWS_ALSO(pixel);
 }
 
-// From the block's first pixel to the first that shows the surface; false where none does.
-bool find_shown(inout ivec2 pixel, uint surface) {
-#if SHADE_PX == 2
+// How often each lane shades a pixel. A loop of so many turns, left at its end, costs a software GPU nothing where it is one.
+#if SHADE_EVERY == 2
+#define SHADE_TURNS (frame.clock.y < 0.0 ? 2 : 1)
+#else
+#define SHADE_TURNS 1
+#endif
+
+// From the block's first pixel to the one that is shaded in this turn; false where none is. That is the first that shows the
+// surface, but on a chessboard the black one of two if it does, or both of them, one after the other.
+bool find_shown(inout ivec2 pixel, int turn, uint surface) {
+#if SHADE_EVERY == 4
     ivec2 first = pixel;
     bool found = false;
     for (int i = 3; i >= 0; --i) {
@@ -51,6 +64,13 @@ bool find_shown(inout ivec2 pixel, uint surface) {
         found = found || there;
     }
     return found;
+#elif SHADE_EVERY == 2
+    int black = frame.clock.y < 0.0 ? turn : (pixel.y + int(frame.clock.y)) & 1;
+    ivec2 other = pixel + ivec2(1 - black, 0);
+    pixel.x += black;
+    bool found = shows(pixel, surface), second = shows(other, surface) && frame.clock.y >= 0.0;
+    pixel = found ? pixel : other;
+    return found || second;
 #else
     return shows(pixel, surface);
 #endif

@@ -136,8 +136,13 @@ vec3 sea_radiance(SeaPixel p) {
 #endif
 
 void main() {
-    ivec2 pixel = tile_pixel();
-    if (!find_shown(pixel, SURFACE_SEA)) return;
-    v_ndc = ndc_of_pixel(vec2(pixel) + 0.5);
-    imageStore(u_radiance, pixel, vec4(sea_radiance(pixel_at(pixel)) * frame.scale.x, 1.0));
+    ivec2 first = tile_pixel();
+    int turn = 0;
+    do {
+        ivec2 pixel = first;
+        if (find_shown(pixel, turn, SURFACE_SEA)) {
+            v_ndc = ndc_of_pixel(vec2(pixel) + 0.5);
+            imageStore(u_radiance, pixel, vec4(sea_radiance(pixel_at(pixel)) * frame.scale.x, 1.0));
+        }
+    } while (++turn < SHADE_TURNS);
 }

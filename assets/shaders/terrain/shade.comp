@@ -80,7 +80,7 @@ vec3 ground_radiance(ivec2 pixel) {
 
     // What a pixel covers on the ground: wider along the view at flat angles. GROUND_BLUR 1/2 is the geometric mean; less
     // keeps detail sharp across the view and leaves it to the samples of anti-aliasing to average along it.
-    float across = distance_m * frame.clock.w * float(SHADE_PX);
+    float across = distance_m * frame.clock.w * (SHADE_EVERY == 4 ? 2.0 : 1.0);
     float footprint = 0.85 * across * pow(clamp(dot(coarse, view), 0.03, 1.0), -GROUND_BLUR);
     float spacing = vertex_spacing(D, attributes.w);
     float to_sphere = planet.radii.x / (planet.radii.x + height);
@@ -152,8 +152,13 @@ vec3 ground_radiance(ivec2 pixel) {
 }
 
 void main() {
-    ivec2 pixel = tile_pixel();
-    if (!find_shown(pixel, SURFACE_TERRAIN)) return;
-    v_ndc = ndc_of_pixel(vec2(pixel) + 0.5);
-    imageStore(u_radiance, pixel, vec4(ground_radiance(pixel) * frame.scale.x, 1.0));
+    ivec2 first = tile_pixel();
+    int turn = 0;
+    do {
+        ivec2 pixel = first;
+        if (find_shown(pixel, turn, SURFACE_TERRAIN)) {
+            v_ndc = ndc_of_pixel(vec2(pixel) + 0.5);
+            imageStore(u_radiance, pixel, vec4(ground_radiance(pixel) * frame.scale.x, 1.0));
+        }
+    } while (++turn < SHADE_TURNS);
 }

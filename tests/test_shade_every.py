@@ -1,5 +1,5 @@
-"""One of four pixels shaded (terrain.shade_px, ocean.shade_px): the same outlines, no pixel without light, and light as
-close as that of a picture half as fine."""
+"""One of two or four pixels shaded (terrain.shade_every, ocean.shade_every): the same outlines, no pixel without light,
+and light as close as that of a picture half as fine; a still picture has all of its own."""
 
 from __future__ import annotations
 
@@ -10,22 +10,24 @@ import pytest
 from golden_compare import likeness
 
 import planetfall as pf
+from planetfall.benchmarks.measure.motion import turned
 
 pytestmark = pytest.mark.gpu
 
 SIZE = (319, 181)  # blocks stand over two of its edges
-BOTH = {"terrain.shade_px": 2, "ocean.shade_px": 2}
+KNOBS = ("terrain.shade_every", "ocean.shade_every")
+EACH = dict.fromkeys(KNOBS, 1)
 TERRAIN, SEA = 1, 2
 
 
-@pytest.fixture(scope="module")
-def pair() -> Iterator[tuple[pf.Renderer, pf.Renderer]]:
-    """Each pixel shaded, and one of four."""
+@pytest.fixture(scope="module", params=[2, 4])
+def pair(request) -> Iterator[tuple[pf.Renderer, pf.Renderer]]:
+    """Each pixel shaded, and one of two or four."""
     with pf.load_scene("earth") as scene:
         scene.environment[pf.Exposure].mode = "fixed"
         with (
-            pf.Renderer(scene, SIZE, "low", overrides=dict.fromkeys(BOTH, 1)) as each,
-            pf.Renderer(scene, SIZE, "low", overrides=BOTH) as blocks,
+            pf.Renderer(scene, SIZE, "low", overrides=EACH) as each,
+            pf.Renderer(scene, SIZE, "low", overrides=dict.fromkeys(KNOBS, request.param)) as blocks,
         ):
             yield each, blocks
 
@@ -59,7 +61,7 @@ def test_the_light_is_as_good_as_that_of_a_picture_half_as_fine(pair, name):
     """Means over tiles that show one surface, against those of a picture with each pixel shaded."""
     each, blocks = (taken(renderer, name) for renderer in pair)
     half_size = (160, 91)
-    with pf.Renderer(pair[0].scene, half_size, "low", overrides=dict.fromkeys(BOTH, 1)) as renderer:
+    with pf.Renderer(pair[0].scene, half_size, "low", overrides=EACH) as renderer:
         half = taken(renderer, name)
     surface = tiled(each["surface"], 8)
     inside = (surface == surface[:, :1, :, :1]).all(axis=(1, 3)) & np.isin(surface[:, 0, :, 0], (TERRAIN, SEA))
@@ -82,3 +84,30 @@ def test_no_blocks_are_left_between(pair):
     same = (surface[80:, :317] == TERRAIN) & (surface[80:, 1:318] == TERRAIN)
     within, between = (steps[:, k::2][same[:, k::2]].mean() for k in (0, 1))
     assert 0.8 < within / between < 1.25
+
+
+def test_a_still_picture_has_light_of_its_own_everywhere():
+    """Samples that are gathered shade each pixel; in flight every second is, by turns."""
+    with pf.load_scene("earth") as scene:
+        scene.environment[pf.Exposure].mode = "fixed"
+        taken_each, taken_half = (
+            flown(scene, dict.fromkeys(KNOBS, every) | {"composite.antialiasing": "temporal"}) for every in (1, 2)
+        )
+    for each, half in zip(taken_each[:2], taken_half[:2], strict=True):  # before the flight and after it
+        assert np.array_equal(each, half)
+    moving = likeness(taken_each[2], taken_half[2])
+    assert 0.0 < moving.mean < 0.02, moving
+
+
+def flown(scene: pf.Scene, overrides: dict[str, object]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pictures that keep still before and after a turn, and the last one of the turn."""
+    view = pf.view("near")
+    scene.environment[pf.Exposure].ev100 = view.ev100
+    with pf.Renderer(scene, SIZE, "medium", overrides) as renderer:
+        renderer.settle(view)
+        before = renderer.render(view)["color"]
+        state = renderer.camera_state(view)
+        for camera in turned(state, 0.2, 12):
+            moving = renderer.render(camera, dt_s=1.0 / 60.0)["color"]
+        renderer.settle(view)
+        return before, renderer.render(view)["color"], moving

@@ -1,0 +1,21 @@
+"""TerrainView: what the ground keeps for each view."""
+
+from __future__ import annotations
+
+from typing import Any
+
+__all__ = ["TerrainView"]
+
+
+class TerrainView:
+    """One view's table of the height function, around the view's anchor."""
+
+    def __init__(self) -> None:
+        self.octaves: Any = None
+        self.key: tuple[Any, ...] = ()  # what the table was made for
+        self.next_octaves: Any = None  # around the anchor of a snap that is being prepared
+        self.next_key: tuple[Any, ...] = ()
+        self.wide = False  # whether pixels on coasts do with heights in float
+        self.far = self.farther = False  # whether all of the ground's are, and so wide that all beside coasts are asked
+        self.updated = -1  # for which proxy
+        self.squares: int | None = None  # Frame.squares
