@@ -103,9 +103,9 @@ class Frame:
     """Where in its pixel, from its centre (x to the right, y up), this frame samples the scene. `System.begin` sets it;
     the frame block's projection holds it, so all that is drawn or reconstructed from depth agrees. `camera` does not:
     culling by it needs a margin of a pixel."""
-    squares: int | None = 0
-    """Which squares of a chessboard this frame shades, where every second pixel is: 0 or 1, by turns where frames build
-    on one another. None: all, for a picture that keeps still or stands for itself."""
+    squares: int | None = None
+    """Which squares of a chessboard this frame shades, where every second pixel is: 0 or 1, by turns. None: all, as
+    where a picture keeps still or stands for itself."""
 
 
 class System:

@@ -21,10 +21,9 @@ from .flip import flip
 
 Light = NDArray[np.float32]
 KINDS = ("none", "edge", "temporal")
-EACH = {"terrain.shade_every": 1, "ocean.shade_every": 1}
 FLOWN: Mapping[str, Mapping[str, Any]] = {
     **{kind: {"composite.antialiasing": kind} for kind in KINDS},
-    "temporal, every second shaded": {"composite.antialiasing": "temporal", **dict.fromkeys(EACH, 2)},
+    "temporal, each pixel shaded": {"terrain.shade_every": 1, "ocean.shade_every": 1},
 }
 
 

@@ -104,7 +104,7 @@ def _antialiasing(session: Session) -> None:
             scene = preset_scene("earth")
             exposure = scene.environment[Exposure]
             exposure.mode, exposure.ev100 = "fixed", seen.ev100
-            return Renderer(scene, size, "medium", {**antialiasing.EACH, **overrides})
+            return Renderer(scene, size, "medium", overrides)
 
         return make
 

@@ -89,7 +89,7 @@ class Resolver:
 
     def begin(self, frame: Frame) -> None:
         """Choose the frame's step and its jitter."""
-        frame.jitter_px, frame.squares = (0.0, 0.0), 0
+        frame.jitter_px, frame.squares = (0.0, 0.0), None
         if not self.temporal:
             self._step = Step(Mode.EDGE)
             return

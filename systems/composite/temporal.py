@@ -148,7 +148,7 @@ class TemporalState:
             self._turn = (self._turn + 1) % samples
             x, y = (0.0, 0.0) if exact else pattern[self._turn]
             # Thue and Morse's sequence: in step with no speed, at which the same places would never be shaded.
-            squares = 0 if exact else self._turn.bit_count() & 1
+            squares = None if exact else self._turn.bit_count() & 1
             self.step = Step(Mode.MOVING, (float(x), float(y)), squares=squares)
         else:
             self._turn = 0
