@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -28,6 +30,7 @@ _MOST_LONGER = 8.0
 """A map is longer towards the sun than it is wide, as shadows are, but no more than this."""
 _LEAST_SIDEWAYS = 1e-3
 """Of the sun's direction: nearer to the zenith it has no azimuth worth following."""
+_USUAL_FRAMES = 8
 _FINE_PIXELS = 0.5
 """A map whose texels are this share of a pixel shows all that there is to be seen."""
 
@@ -70,10 +73,13 @@ class ShadowMaps:
         """How often a map that was made took another's place, which a still camera sees."""
         self._before: tuple[Floats, Floats, float] | None = None
         self._pace = (0.0, 0.0, 0.0)
+        self._steps: deque[float] = deque(maxlen=_USUAL_FRAMES)
+        """How far the foot came in the last frames, radians; the least is its pace, which no leap is."""
 
     def forget(self) -> None:
         """All maps are due."""
         self.maps, self.making = [], None
+        self._steps.clear()
 
     def place(self, radius_m: float, thickness_m: float) -> None:
         """As many maps as it takes to cover the side of the planet that a camera sees."""
@@ -88,7 +94,17 @@ class ShadowMaps:
         than pixels are. Nobody would ask them, and at the pace of a flight from space each would be drawn again and
         again."""
         texels_m = [2.0 * held.half_m / self.texels for held in self.maps[1:]]
-        self.finest = sum(texel_m <= _FINE_PIXELS * pixel_m for texel_m in texels_m)
+        self._let_go(sum(texel_m <= _FINE_PIXELS * pixel_m for texel_m in texels_m))
+
+    def outrun(self, frames: Sequence[int], radius_m: float) -> None:
+        """Maps that the camera leaves in less time than they are drawn in are let go of, too: whatever was shown of them
+        would be behind it. frames: of each map."""
+        step_m = min(self._steps, default=0.0) * radius_m
+        outrun = [number for number, held in enumerate(self.maps[:-1]) if held.half_m < step_m * frames[number]]
+        self._let_go(max(self.finest, max(outrun, default=-1) + 1))
+
+    def _let_go(self, finest: int) -> None:
+        self.finest = finest
         for held in self.maps[: self.finest]:
             held.stamp = None
         if self.making is not None and self.making.number < self.finest:
@@ -100,6 +116,7 @@ class ShadowMaps:
         if before is not None:
             away, turned = foot - before[0], sun - before[1]
             self._pace = float(np.abs(away).max()), float(np.abs(turned).max()), abs(time_s - before[2])
+            self._steps.append(self._pace[0])
 
     def frames_for(self, number: int, most: int, wind_m_s: float, radius_m: float) -> int:
         """Over how many frames a map may be drawn: no more than it stays right for at this pace."""

@@ -27,13 +27,15 @@ SUN_UNIT = 5
 _SUN_JUMP_COSINE = float(np.cos(np.radians(2.0)))
 """As in past.py: a sun that turned by more within a frame was put elsewhere."""
 _GROUP = 8  # rows of a work group in shadow.comp
+_MOST_SPLIT = 8
+"""As in shadow.comp."""
 _HEIGHT = 0.3
 """Share of the first layer's thickness at which the maps lie."""
 
 
 class ShadowPass:
     """Of all views of one planet. steps: samples through a layer; texels: a side of each map; frames: over how many a
-    map is drawn.
+    map is drawn, on average over all of them.
 
     Pass ``clouds.shadow`` makes ``clouds.shadow`` (what of the sunlight comes through all clouds), ``clouds.sun`` (what
     is left of it at heights in them) and ``clouds.shaded`` (which maps have any shadow at all). A map takes as long as
@@ -78,11 +80,13 @@ class ShadowPass:
         """The clouds have changed. layers: those with cloud, lowest first."""
         spans = spans_of(layers, self._steps)
         intervals = intervals_of(spans)
+        self._thick_m = (intervals[:, 1] - intervals[:, 0]).tolist()
         self._count = len(intervals)
         block.spans = span_rows(spans)
         # So many samples lie in each interval that a layer has `steps` of them.
         most = max((span.intervals for span in spans), default=1)
-        self._program.set("u_steps", -(-self._steps // most))
+        self._each = -(-self._steps // most)
+        self._program.set("u_steps", self._each)
         heights = np.zeros((MOST_INTERVALS, 2), np.float32)
         heights[: self._count] = intervals
         self._program.set("u_intervals", heights)
@@ -104,6 +108,8 @@ class ShadowPass:
         camera = frame.camera
         pixel_rad = (camera.tan_top - camera.tan_bottom) / frame.size[1]
         maps.need(pixel_rad * max(float(np.linalg.norm(camera.position_m)) - radius_m - top_m, 0.0))
+        if present:
+            maps.outrun(self._shares(maps, float(foot @ sun)), radius_m)
         self._finished, self._rows = None, (0, 0)
         if maps.making is not None and maps.making.rows >= self._texels:
             self._finished = self._last = maps.finish()
@@ -166,7 +172,7 @@ class ShadowPass:
             stamp, radius_m = here[3:]
             # First what has nothing to show yet, then one after another.
             number = min(due, key=lambda n: (maps.maps[n].stamp == stamp, n <= self._last, n))
-            frames = maps.frames_for(number, self._frames, wind_m_s, radius_m)
+            frames = maps.frames_for(number, self._shares(maps, float(here[0] @ here[1]))[number], wind_m_s, radius_m)
             if frames == 1:
                 self.due, self._last = [number], number
                 return
@@ -175,6 +181,22 @@ class ShadowPass:
         if making is not None:
             strip = -(-self._texels // (_GROUP * making.frames)) * _GROUP
             self._rows = (making.rows, min(making.rows + strip, self._texels))
+
+    def _shares(self, maps: ShadowMaps, rise: float) -> list[int]:
+        """Frames for each map, of all that those which are drawn have together: in fine ones the sun's rays are followed
+        in several times as many steps, and frames should cost alike whichever map is drawn. rise: the sine of the sun's
+        elevation."""
+        if self._frames == 1:
+            return [1] * len(maps.maps)
+
+        def steps(half_m: float) -> int:
+            """Of a ray, as in shadow.comp at the map's middle."""
+            stride_m = 4.0 * half_m / self._texels * self._each * max(rise, 1e-3)
+            return sum(min(max(int(thick_m / stride_m), 1), _MOST_SPLIT) for thick_m in self._thick_m)
+
+        each = [steps(held.half_m) for held in maps.maps]
+        drawn = each[maps.finest :]
+        return [max(round(self._frames * one * len(drawn) / sum(drawn)), 1) for one in each]
 
     def declare(
         self,
