@@ -52,14 +52,18 @@ class MeshAhead:
     def advance(
         self, snap: SnapAhead, key: tuple[Any, ...], scale: tuple[float, float], choose: Callable[[], CellSet]
     ) -> bool:
-        """CPU work of one frame: first the choice, in the next frame its upload. True where buffers of the graph
-        grew."""
+        """CPU work of one frame: first the choice, in the next frame its upload; with both goes a share of the vertices
+        where there is no time to lose, and room. True where buffers of the graph grew."""
         self._snap = snap
         if not self.begun(snap, key):
             self._number, self.key, self.scale = snap.number, key, scale
             self._uploaded = self._agreed = self._turn = False
             self._cells, self._done = choose(), 0
-            return False
+            # More room would cost what is there, which may not have been taken yet.
+            fits = max(len(self._cells.face), snap.room) <= self.mesh.capacity
+            if not (snap.hurried and snap.phase == self.phase and fits):
+                return False
+            snap.begin_early()
         self._turn = snap.phase == self.phase
         if self._uploaded or self._cells is None:
             return False
@@ -82,7 +86,8 @@ class MeshAhead:
             snap = self._snap
             if snap is None or not self.due:
                 return  # the graph runs every pass once
-            count = min(snap.part(self.phase, self.mesh.count, self.mesh.part_step), self.mesh.count - self._done)
+            part = snap.part(self.phase, self.mesh.count, self.mesh.part_step, self._done == 0)
+            count = min(part, self.mesh.count - self._done)
             if count > 0:
                 snap.bind_anchor()
                 self.make(snap, self._done, count)

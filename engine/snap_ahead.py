@@ -20,6 +20,10 @@ __all__ = ["HeldScale", "SnapAhead", "at_once", "goes_on", "snap_ahead"]
 _ZOOMED, _ZOOMED_FAR = 0.05, 0.25
 """Cells are chosen anew when a zoom has changed the angle of a pixel by more than this share; by more than the second,
 at once."""
+_HURRIED = 6
+"""With no more frames than these the one in which cells are chosen does a share, too."""
+_WITH_CHOICE = 0.75
+"""Of the work of another frame, in that one: the choice takes its time."""
 _SHARES = {"ground": 0.45, "sea": 0.35, "fade": 0.2}
 """Phases, in their order, and what share of the frames each takes: by their times along a coast."""
 
@@ -46,6 +50,9 @@ class SnapAhead:
         self._makers: set[str] = set()
         self._left: list[str] = []
         self._frames: dict[str, int] = {}
+        self._count = 0
+        self._early = ""
+        """The phase that began in the frame of the choice."""
 
     @property
     def phase(self) -> str:
@@ -75,7 +82,16 @@ class SnapAhead:
         self.proxy = proxy
         self.number += 1
         self._left = [phase for phase in _SHARES if phase in self._makers]
-        self._frames = _shared_out(frames, self._left)
+        self._frames, self._count, self._early = _shared_out(frames, self._left), frames, ""
+
+    @property
+    def hurried(self) -> bool:
+        """Whether there are so few frames that makers shall begin as soon as they can."""
+        return self._count <= _HURRIED
+
+    def begin_early(self) -> None:
+        """The maker of the first phase begins in the frame of the choice already: one frame more."""
+        self._early, self._frames = self.phase, _shared_out(self._count + 1, self._left)
 
     def finish(self, phase: str) -> None:
         """A maker has done this phase."""
@@ -86,9 +102,12 @@ class SnapAhead:
         """Nothing is under way any more."""
         self.proxy, self._left, self.bind_heights = None, [], None
 
-    def part(self, phase: str, count: int, step: int) -> int:
-        """How many of `count` cells a frame does in this phase: a multiple of step."""
-        return max(math.ceil(count / self._frames[phase] / step), 1) * step
+    def part(self, phase: str, count: int, step: int, first: bool = False) -> int:
+        """How many of `count` cells a frame does in this phase: a multiple of step. first: the phase's first frame."""
+        frames, share = float(self._frames[phase]), 1.0
+        if phase == self._early and frames > 1.0:
+            frames, share = frames - 1.0 + _WITH_CHOICE, _WITH_CHOICE if first else 1.0
+        return max(math.ceil(share * count / frames / step), 1) * step
 
 
 def _shared_out(frames: int, phases: list[str]) -> dict[str, int]:
