@@ -39,6 +39,10 @@ class MeshAhead:
         """Whether the mesh is the one for this key."""
         return self._agreed and key == self.key
 
+    def made(self, snap: SnapAhead) -> CellSet | None:
+        """The cells for that snap, if they have their vertices."""
+        return self._cells if self._agreed and snap.number == self._number else None
+
     @property
     def due(self) -> bool:
         """Whether the GPU has something to do in this frame."""

@@ -42,6 +42,8 @@ class SnapAhead:
         """Makers set it: they would like a snap, although the proxy need not move."""
         self.room = 0
         """For how many cells makers have room: all of them for as many as the one that needs most."""
+        self.ground: Any = None
+        """Who makes the ground (engine.mesh_ahead.MeshAhead), whose cells are there before the sea's."""
         self.bind_heights: Callable[[], None] | None = None
         """Binds what the height function reads, around the next anchor; the ground sets it."""
         self.bind_anchor: Callable[[], None] = lambda: None
@@ -100,7 +102,7 @@ class SnapAhead:
 
     def drop(self) -> None:
         """Nothing is under way any more."""
-        self.proxy, self._left, self.bind_heights = None, [], None
+        self.proxy, self._left, self.bind_heights, self.ground = None, [], None, None
 
     def part(self, phase: str, count: int, step: int, first: bool = False) -> int:
         """How many of `count` cells a frame does in this phase: a multiple of step. first: the phase's first frame."""

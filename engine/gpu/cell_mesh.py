@@ -176,6 +176,10 @@ class CellMesh:
         self._vertices.bind_to_storage_buffer(1, offset=first * self.vertices_per_cell * VERTEX_DTYPE.itemsize)
         self._bounds.bind_to_storage_buffer(5, offset=first * BOUNDS_BYTES)
 
+    def bind_bounds(self, bounds: int) -> None:
+        """Bind the boxes of all cells."""
+        self._bounds.bind_to_storage_buffer(bounds)
+
     def bind_wanted(self, wanted: int = 2) -> None:
         """Bind what each cell would skip."""
         self._wanted.bind_to_storage_buffer(wanted)

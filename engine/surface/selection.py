@@ -267,6 +267,19 @@ def morton_key(face: Ints, level: Ints, i: Ints, j: Ints) -> Ints:
     return face << 2 * FULL_BITS | _spread(i << shift) | _spread(j << shift) << 1
 
 
+def rows_in(cells: CellSet, others: CellSet) -> Ints:
+    """Each cell's row in another selection, -1 where that hasn't it, (N,)."""
+
+    def starts(of: CellSet) -> Ints:
+        return morton_key(*(a.astype(np.int64) for a in (of.face, of.level, of.i, of.j)))
+
+    wanted, there = starts(cells), starts(others)
+    order = np.argsort(there)
+    place = order[np.minimum(np.searchsorted(there[order], wanted), len(order) - 1)] if len(order) else wanted
+    same = (there[place] == wanted) & (others.level[place] == cells.level) if len(order) else np.zeros(len(wanted), bool)
+    return np.where(same, place, -1)
+
+
 def neighbours_of(face: Ints, level: Ints, i: Ints, j: Ints) -> tuple[Ints, Ints]:
     """By how many levels the neighbour across each edge is coarser, (N, 4), and that neighbour's row, (N, 4).
 

@@ -216,6 +216,7 @@ class SeaMeshPasses:
                 bind_heights(view_index)
             choice = sea.choice
             self._vertices.set("u_reach", choice.reach_m)
+            self._vertices.set("u_first", -1)
             sea.mesh.make_vertices(
                 self._vertices, self._measure, self._agree, choice.eye_m, choice.edge_rad, choice.chord_m,
                 self._making.skipped(choice),

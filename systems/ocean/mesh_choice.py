@@ -14,7 +14,7 @@ from ...engine.gpu.cell_mesh import CellMesh
 from ...engine.mesh_ahead import MeshAhead
 from ...engine.snap_ahead import SnapAhead
 from ...engine.surface.coverage import proxy_coverage
-from ...engine.surface.selection import CellSet, chord_limit_m, select_rings, spacing_angle
+from ...engine.surface.selection import CellSet, chord_limit_m, rows_in, select_rings, spacing_angle
 from ...engine.system import Frame
 from .wave_passes import SeaWaves
 
@@ -99,7 +99,8 @@ class SeaAhead(MeshAhead):
 
     def __init__(self, gpu: GpuScope, name: str, quads: int, making: SeaMaking) -> None:
         super().__init__(CellMesh(gpu, f"{name}_ahead", quads))
-        self._making = making
+        self._gpu, self._making = gpu, making
+        self._rows = gpu.buffer(reserve=4 * self.mesh.capacity, dynamic=True)
         self.choice = SeaChoice()
         self._seen = -1
 
@@ -125,10 +126,28 @@ class SeaAhead(MeshAhead):
         if snap.bind_heights is not None:
             snap.bind_heights()
         made.vertices.set("u_reach", choice.reach_m)
+        made.vertices.set("u_first", first if self._beside_ground(snap, first == 0) else -1)
         self.mesh.make_part(
             made.vertices, made.measure, choice.eye_m, choice.edge_rad, choice.chord_m, made.skipped(choice),
             first, count,
         )  # fmt: skip
+
+    def _beside_ground(self, snap: SnapAhead, first: bool) -> bool:
+        """Bind the ground's boxes and which of them is whose, if the ground has been made: most of a coast's cells, and
+        all inland, then need no depths."""
+        ground = snap.ground
+        cells = None if ground is None else ground.made(snap)
+        if cells is None or self.choice.cells is None:
+            return False
+        if first:
+            rows = rows_in(self.choice.cells, cells).astype("<i4").tobytes()
+            if self._rows.size < len(rows):
+                self._gpu.free(self._rows)
+                self._rows = self._gpu.buffer(reserve=4 * self.mesh.capacity, dynamic=True)
+            self._rows.write(rows)
+        self._rows.bind_to_storage_buffer(6)
+        ground.mesh.bind_bounds(7)
+        return True
 
     def agree(self) -> None:
         """See MeshAhead."""

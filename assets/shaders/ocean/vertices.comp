@@ -12,8 +12,14 @@ layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer CellBuffer { Cell cells[]; };
 layout(std430, binding = 1) writeonly buffer VertexBuffer { CellVertex vertices[]; };
 layout(std430, binding = 5) writeonly buffer BoundsBuffer { CellBounds bounds[]; };
+layout(std430, binding = 6) readonly buffer GroundRowBuffer { int ground_row[]; };   // of each cell in what follows, or -1
+layout(std430, binding = 7) readonly buffer GroundBoundsBuffer { CellBounds ground_bounds[]; };
 
 uniform vec2 u_reach;   // how far waves move a point: upwards, and in all
+uniform int u_first;    // the first of this part's cells; -1: the ground's boxes are not there
+
+// Ground without water by far is as good as made: heights that differ do so by layers that no vertex can show.
+const float DRY_M = 2.0, DRY_SPACINGS = 0.125;
 
 shared vec4 s_low[64];   // w: minus the greatest depth
 shared vec3 s_high[64];
@@ -22,6 +28,11 @@ void main() {
     uint cell_index = spread_group();
     Cell cell = cells[cell_index];
     float level = planet.sea.x, dh = level - frame.anchor_up.w, radius = planet.radii.x;
+    bool dry = false;
+    if (u_first >= 0) {
+        int row = ground_row[uint(u_first) + cell_index];
+        dry = row >= 0 && frame.anchor_up.w + ground_bounds[max(row, 0)].low.w > level + DRY_M + DRY_SPACINGS * cell.spacing_m;
+    }
     vec4 low = vec4(3.4e38);
     vec3 high = vec3(-3.4e38);
     int k = int(gl_LocalInvocationID.x);
@@ -29,7 +40,8 @@ void main() {
         ivec2 point = cell_lattice_point(cell, ivec2(k % CELL_SIDE, k / CELL_SIDE));
         vec3 D = lattice_foot_offset(cell.face, point);
         precise vec3 position = D * (1.0 + level / radius) + frame.anchor_up.xyz * dh;
-        float depth = max(level - surface_height(D, cell.spacing_m), 0.0);
+        float depth = 0.0;
+        if (!dry) depth = max(level - surface_height(D, cell.spacing_m), 0.0);
         CellVertex vertex;
         vertex.x = position.x;
         vertex.y = position.y;

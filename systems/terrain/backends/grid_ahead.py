@@ -63,6 +63,7 @@ class GridAhead(MeshAhead):
             assert self.choice.cells is not None
             return self.choice.cells
 
+        snap.ground = self
         if snap.phase == "ground":
             return self.advance(snap, key, scale, chosen)
         if snap.phase != "fade":
