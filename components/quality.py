@@ -433,8 +433,8 @@ class CloudQuality:
         1,
         60,
         "",
-        "Over how many frames at most one of those maps is drawn while the last one is shown; 1: in one, which takes "
-        "several times as long as others",
+        "Over how many frames one of those maps is drawn while the last one is shown, on average: fine ones take more, "
+        "coarse ones fewer; 1: in one, which takes several times as long as others",
         cost="shadows of clouds follow camera, sun and wind by so many frames later",
     )
     shaft_steps: int = knob(

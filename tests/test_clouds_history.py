@@ -239,6 +239,50 @@ def test_maps_that_would_be_out_of_date_are_drawn_at_once() -> None:
         assert len(shadow.due) == len(shadow.maps.maps) and shadow.maps.making is None
 
 
+def test_maps_that_the_camera_outruns_are_let_go_of() -> None:
+    """Those that it leaves sooner than they are drawn, but never the widest, and not for one leap."""
+    radius, sun = 6.36e6, np.array([0.0, 0.0, 1.0])
+    frames = [20, 5, 4, 4, 4]
+
+    def finest(steps_m: list[float]) -> int:
+        maps = ShadowMaps(128)
+        maps.place(radius, 2000.0)
+        at_m = 0.0
+        maps.follow(np.array([1.0, 0.0, 0.0]), sun, 0.0)
+        for step_m in steps_m:
+            at_m += step_m
+            maps.follow(np.array([1.0, at_m / radius, 0.0]), sun, 0.0)
+        for held in maps.maps:
+            held.stamp = "weather"
+        maps.need(0.0)
+        maps.outrun(frames[: len(maps.maps)] + [4] * (len(maps.maps) - len(frames)), radius)
+        assert [held.stamp for held in maps.maps].count(None) == maps.finest < len(maps.maps)
+        return maps.finest
+
+    half_m = 8000.0
+    assert finest([0.04 * half_m] * 8) == 0 and finest([0.06 * half_m] * 8) == 1
+    assert finest([1.2 * half_m] * 8) == 2
+    assert finest([40.0 * half_m]) == finest([*[0.0] * 7, 40.0 * half_m]) == 0
+    assert finest([1e8] * 8) >= 3
+
+
+def test_strips_cost_alike() -> None:
+    """The fine map, with several times the steps of the others, has as many more of the frames, whose sum stays."""
+    with renderer_of(cloudy(coverage=0.8), SIZE, stride=2, shadow_frames=8) as renderer:
+        for _ in range(4):
+            renderer.render(at(0.0), sun=UP, dt_s=0.05)
+        system: Any = renderer.system("clouds")
+        shadow = system._shadow
+        maps = shadow.maps
+        for rise in (1.0, 0.5, 0.05):
+            shares = shadow._shares(maps, rise)
+            assert shares == sorted(shares, reverse=True) and min(shares) >= 1
+            assert sum(shares) == pytest.approx(8 * len(shares), abs=len(shares))
+        assert shadow._shares(maps, 0.5)[0] >= 2 * shadow._shares(maps, 0.5)[-1]
+        maps.finest = len(maps.maps) - 2
+        assert shadow._shares(maps, 1.0)[-2:] == [8, 8]
+
+
 def test_a_map_that_follows_the_camera_keeps_its_texels() -> None:
     """A new map's texels lie on those of the old one, so that shadows are sampled where they were."""
     radius, sun, stamp = 6.36e6, np.array([0.6, 0.8, 0.0]), "weather"

@@ -17,7 +17,7 @@ from planetfall.engine.surface.lattice import (
 )
 from planetfall.engine.surface.lattice_anchor import LatticeAnchor
 from planetfall.engine.surface.nearest import NearestPoint
-from planetfall.engine.surface.selection import CellSet, select_rings
+from planetfall.engine.surface.selection import CellSet, rows_in, select_rings
 
 EARTH = 6.371e6
 PLACES = {
@@ -228,3 +228,16 @@ def test_nonsense_is_refused():
             select_rings((0, 0, 1), **(good | change))
     with pytest.raises(ValueError, match="select_rings: anchor"):
         select_rings((0, np.nan, 1), **good)
+
+
+def test_cells_are_found_in_another_selection():
+    place = np.array([0.3, -0.5, 0.8]) / np.linalg.norm([0.3, -0.5, 0.8])
+    cells = select_rings(place, 900.0, 0.0, EARTH, 0.05, 16, 0.02)
+    others = select_rings(place, 1500.0, 0.0, EARTH, 0.05, 16, 0.02)
+
+    def names(of: CellSet) -> list[tuple[int, ...]]:
+        return [tuple(row) for row in np.stack([of.face, of.level, of.i, of.j], axis=1).tolist()]
+
+    rows, there = rows_in(cells, others), names(others)
+    assert [there.index(name) if name in there else -1 for name in names(cells)] == rows.tolist()
+    assert 0 < (rows >= 0).sum() < len(cells)

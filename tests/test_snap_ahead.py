@@ -48,6 +48,23 @@ def test_phases_come_in_their_order_and_only_those_somebody_does():
     assert not ahead.ready
 
 
+@pytest.mark.parametrize("frames", [3, 4, 5, 6])
+def test_a_maker_that_begins_early_has_a_frame_more_and_does_less_in_it(frames: int):
+    ahead, spent, count = SnapAhead(), 0, 12000
+    ahead.take_part(True, "ground", "sea", "fade")
+    ahead.begin("there", frames)
+    assert ahead.hurried
+    ahead.begin_early()
+    while phase := ahead.phase:
+        first, other = ahead.part(phase, count, 4, True), ahead.part(phase, count, 4)
+        assert first < other or phase != "ground" or other >= count
+        spent += 1 + math.ceil(max(count - first, 0) / other)
+        ahead.finish(phase)
+    assert spent == frames + 1
+    ahead.begin("there", 7)
+    assert not ahead.hurried and ahead.part("ground", count, 4, True) == ahead.part("ground", count, 4)
+
+
 def test_a_maker_that_leaves_ends_what_waits_for_it():
     ahead = SnapAhead()
     ahead.take_part(True, "ground", "sea")
@@ -222,6 +239,31 @@ def test_no_frame_of_a_flight_makes_all_vertices_and_they_have_the_bits_of_those
                 assert view.mesh.read_cells().tobytes() == cells
                 assert view.mesh.read_vertices().tobytes() == vertices
     assert swaps >= 2
+
+
+@pytest.mark.gpu
+def test_the_last_dive_has_the_bits_of_vertices_made_at_once_too(scene: pf.Scene):
+    """With so few frames the ground begins in that of the choice; inland the sea asks for no depths."""
+    flight, early, number, swaps = descent.descent(scene, 28, 56.5, 59.2), 0, 0, 0
+    with pf.Renderer(scene, SIZE, "low") as renderer:
+        renderer.settle(flight.cameras[0], sun=flight.sun)
+        ahead = snap_ahead(scene.world, 0)
+        begun, generation = ahead.number, scene.world.resource("proxy.0").generation
+        for camera in flight.cameras[1:]:
+            renderer.render(camera, sun=flight.sun, dt_s=flight.frame_s)
+            early += ahead.number != begun and ahead.hurried and "terrain.ahead" in ran(renderer)
+            begun, number = ahead.number, scene.world.resource("proxy.0").generation
+            if number == generation or {"terrain.vertices", "ocean.vertices"} & ran(renderer):
+                generation = number
+                continue
+            generation, swaps = number, swaps + 1
+            views = systems_of(renderer)
+            kept = [view.mesh.read_vertices().tobytes() for view in views]
+            for view in views:
+                view.made = None
+            renderer.render(camera, sun=flight.sun, dt_s=0.0)
+            assert [view.mesh.read_vertices().tobytes() for view in views] == kept
+    assert swaps >= 2 and early >= 1
 
 
 @pytest.mark.gpu

@@ -108,14 +108,14 @@ class ShadowPass:
         camera = frame.camera
         pixel_rad = (camera.tan_top - camera.tan_bottom) / frame.size[1]
         maps.need(pixel_rad * max(float(np.linalg.norm(camera.position_m)) - radius_m - top_m, 0.0))
-        if present:
+        alone = frame.settling or frame.one_shot
+        if present and not alone:
             maps.outrun(self._shares(maps, float(foot @ sun)), radius_m)
         self._finished, self._rows = None, (0, 0)
         if maps.making is not None and maps.making.rows >= self._texels:
             self._finished = self._last = maps.finish()
         due = maps.due(foot, sun, frame.time_s, wind_m_s, stamp, radius_m) if present else []
         here = (foot, sun, frame.time_s, stamp, radius_m)
-        alone = frame.settling or frame.one_shot
         if alone or not present:
             self.due, maps.making = due, None
         else:
