@@ -274,10 +274,11 @@ def rows_in(cells: CellSet, others: CellSet) -> Ints:
         return morton_key(*(a.astype(np.int64) for a in (of.face, of.level, of.i, of.j)))
 
     wanted, there = starts(cells), starts(others)
+    if not len(there):
+        return np.full(len(wanted), -1)
     order = np.argsort(there)
-    place = order[np.minimum(np.searchsorted(there[order], wanted), len(order) - 1)] if len(order) else wanted
-    same = (there[place] == wanted) & (others.level[place] == cells.level) if len(order) else np.zeros(len(wanted), bool)
-    return np.where(same, place, -1)
+    place = order[np.minimum(np.searchsorted(there[order], wanted), len(order) - 1)]
+    return np.where((there[place] == wanted) & (others.level[place] == cells.level), place, -1)
 
 
 def neighbours_of(face: Ints, level: Ints, i: Ints, j: Ints) -> tuple[Ints, Ints]:

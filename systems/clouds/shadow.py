@@ -97,8 +97,8 @@ class ShadowMaps:
         self._let_go(sum(texel_m <= _FINE_PIXELS * pixel_m for texel_m in texels_m))
 
     def outrun(self, frames: Sequence[int], radius_m: float) -> None:
-        """Maps that the camera leaves in less time than they are drawn in are let go of, too: whatever was shown of them
-        would be behind it. frames: of each map."""
+        """Maps that the camera leaves in less time than they are drawn in are let go of, too: whatever was shown of
+        them would be behind it. frames: of each map."""
         step_m = min(self._steps) * radius_m if len(self._steps) == _USUAL_FRAMES else 0.0
         outrun = [number for number, held in enumerate(self.maps[:-1]) if held.half_m < step_m * frames[number]]
         self._let_go(max(self.finest, max(outrun, default=-1) + 1))

@@ -183,9 +183,9 @@ class ShadowPass:
             self._rows = (making.rows, min(making.rows + strip, self._texels))
 
     def _shares(self, maps: ShadowMaps, rise: float) -> list[int]:
-        """Frames for each map, of all that those which are drawn have together: in fine ones the sun's rays are followed
-        in several times as many steps, and frames should cost alike whichever map is drawn. rise: the sine of the sun's
-        elevation."""
+        """Frames for each map, of all that those which are drawn have together: in fine ones the sun's rays are
+        followed in several times as many steps, and frames should cost alike whichever map is drawn. rise: the sine of
+        the sun's elevation."""
         if self._frames == 1:
             return [1] * len(maps.maps)
 
