@@ -49,19 +49,26 @@ void main() {
         // Under a low sun the way is long: in longer steps clouds and gaps would be taken together.
         float all = from - cloud_way_to(r, mu, heights.x - cloud_view.shadow.x);
         int steps = u_steps * clamp(int(0.5 * all / (float(u_steps) * footprint)), 1, MOST_SPLIT), k = 0;
+        // Between the lowest and the highest layer that the interval has part of: mostly one.
+        int lowest = int(cloud_view.counts.x) - 1, highest = 0, layer = 0;
+        do {
+            bool part = cloud_view.shell[layer].x < heights.y && cloud_view.shell[layer].y > heights.x;
+            lowest = part ? min(lowest, layer) : lowest;
+            highest = part ? layer : highest;
+        } while (++layer < int(cloud_view.counts.x));
         do {
             float share = (float(k) + 1.0) / float(steps), lower = mix(heights.y, heights.x, share);
             float height = mix(heights.y, heights.x, share - 0.5 / float(steps));
             float to = cloud_way_to(r, mu, lower - cloud_view.shadow.x), way = max(from - to, 0.0), middle = 0.5 * (from + to);
             float wide = max(footprint, 0.35 * way);
             CloudWeather w = cloud_weather(normalize(foot + sun * middle), wide);
-            int layer = 0;
+            layer = lowest;
             do {
                 vec4 shell = cloud_view.shell[layer];
                 float within = (height - shell.x) * shell.z;
                 float found = cloud_density(layer, place + sun * middle, clamp(within, 0.0, 1.0), w, wide, 0);
                 depth += within > 0.0 && within < 1.0 ? shell.w * way * found : 0.0;
-            } while (++layer < int(cloud_view.counts.x));
+            } while (++layer <= highest);
             from = to;
         } while (++k < steps);
         imageStore(o_sun, ivec3(at, first + i), vec4(exp(-depth), min(depth, DEEPEST), 0.0, 0.0));
