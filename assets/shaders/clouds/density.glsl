@@ -237,14 +237,14 @@ CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float
     return CloudNoise(x, lost, hidden, soft, body * cloud_body(w), cover, hair, turned, tilted);
 }
 
-// Whether there is any cloud, whatever the rims are.
-bool cloud_may_be(int layer, CloudNoise n, float footprint_m) {
+// How far the noise lies below any cloud, whatever the rims are; 0: there may be some.
+float cloud_gap(int layer, CloudNoise n, float footprint_m) {
     bool ice = cloud_view.droplets[layer].z == 1.0;
     float rim_lost = CLOUD_RIM * CLOUD_RIM * cloud_hidden(cloud_level(cloud_view.fade.z, footprint_m), cloud_view.hiding.z, cloud_view.hiding.w)
         + CLOUD_RIM_NEAR * CLOUD_RIM_NEAR * cloud_hidden(cloud_level(cloud_view.fade.w, footprint_m), cloud_view.hiding.z, cloud_view.hiding.w);
     float half_width = ice ? n.soft : max(sqrt(n.lost + rim_lost), CLOUD_LEAST_LOST);
     float most = n.x + (CLOUD_RIM + CLOUD_RIM_NEAR) * (ice ? CLOUD_ICE_RIM : 1.0) + half_width;
-    return cloud_view.droplets[layer].z == 2.0 || most > 0.0 && (ice || n.cover >= CLOUD_LEAST);
+    return cloud_view.droplets[layer].z == 2.0 ? 0.0 : max(-most, ice || n.cover >= CLOUD_LEAST ? 0.0 : 1e-6);
 }
 
 // rims: octaves of billows on the rim, 0..2.

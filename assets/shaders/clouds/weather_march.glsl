@@ -22,18 +22,23 @@
 const int CLEAR_STRETCH = 5;   // steps through the clear until rays beside one another wait for those in cloud
 const float OPAQUE = CLOUD_DEEPEST > 40.0 ? 1e-5 : 0.004;   // the latter is no more than a step of an 8-bit picture
 const float SUN_LEVEL = 0.04;   // of a sun below the horizon maps know the way from the ray's lowest point on only
+const float MOST_STRETCH = 0.33;  // of a segment, in a step through the clear
 const float MOST_SLOPE = 50.0;  // of the optical depth towards the sun over that along the ray
 const float NEAREST_M = 4.0, NEAREST_GROWTH = 0.02;   // steps around the eye, where a layer's thickness has NEAREST_STEPS or more
 const float NEAREST_STEPS = 96.0;
 
 // Finest steps: the weather and the sunlight of each place, and no wisp is stepped over.
 #ifdef CLOUD_FINEST
-const float LONG_STEPS = 1.0;
+const float LONG_STEPS = 1.0, LONGER = 0.0, BEHIND = 0.0;
+const float LOOK_STEPS = 2.0;
 const float THIN_STEPS = 0.16;   // through ice, of the short ones
 const float SKIN = 1e-4;          // first and last step, of a short one
 #define WEATHER_AT(here, there, part, point, wide) cloud_weather(up_at(point), wide)
 #else
-const float LONG_STEPS = 4.0;   // through the clear
+const float LONG_STEPS = 3.0;   // through the clear
+const float LONGER = 2.0;        // and these still, per unit of noise that is missing for a cloud
+const float BEHIND = 1.0;        // steps behind cloud against those before it, less one: what is there is hardly seen
+const float LOOK_STEPS = 2.5;    // fine ones that share one look at the light, before cloud
 const float THIN_STEPS = 0.04;   // through ice, of the short ones
 #define WEATHER_AT(here, there, part, point, wide) cloud_weather_between(here, there, part)
 #endif
@@ -120,7 +125,7 @@ void march_way(inout March m, int layer, vec3 ray, float zenith, float from, flo
     bool thin = drops.z == 1.0;
     float least = thickness / u_march.x, grow = max(u_march.y, way / (600.0 * max(to + ray_walked, 1.0)));
     float coarser = max(NEAREST_STEPS / u_march.x, 1.0);
-    float longer = thin ? 1.0 : LONG_STEPS, most = max(way / (0.3 * u_march.x), least);
+    float longer = thin ? 1.0 : LONG_STEPS, farther = thin ? 0.0 : LONGER, most = max(way / (0.3 * u_march.x), least);
     // Of the way and of a pixel's width: steps where clouds are averaged. Who asks for more steps than pictures need gets them there, too.
     float widest = 1.0 / max(8.0, u_march.x * u_march.x / 2000.0), narrowest = 0.3 * min(1.0, 2.0 * WAY_STEPS / u_march.x);
     if (thin) least = most = way / ceil(THIN_STEPS * u_march.x * log2(2.0 * way / thickness + 2.0));
@@ -154,12 +159,14 @@ void march_way(inout March m, int layer, vec3 ray, float zenith, float from, flo
         through = mix(vec4(1.0, 0.0, 1.0, 0.0), through, closed);
         vec3 ground = CLOUD_GROUND / PF_PI * (sun * (max(mu_s, 0.0) * (through.x + through.y))) + CLOUD_GROUND * through.z * sky;
         float per_metre = 1.0 / max(past - begin, 1e-3);
-        // A ray that rises looks for nothing above the tops of the segment's clouds. One that comes down keeps its steps' places.
+        // Nothing is looked for above the tops of the segment's clouds.
         float last = past;
 #ifndef CLOUD_FINEST
-        last = min(shell_crossings(zenith, shell.x + thickness * cloud_ceiling(layer, weather_here, weather_there)).y, past);
-        t = max(t, begin);
+        vec2 tops = shell_crossings(zenith, shell.x + thickness * cloud_ceiling(layer, weather_here, weather_there));
+        last = min(tops.y, past);
+        t = max(t, thin ? begin : clamp(tops.x, begin, past));
 #endif
+        float stretch_m = MOST_STRETCH * (last - t);
 #ifdef CLOUD_FINEST
         float seen = 0.0;
 #else
@@ -168,23 +175,24 @@ void march_way(inout March m, int layer, vec3 ray, float zenith, float from, flo
         do {
             // Through the clear and into cloud, apart from its light, so that rays in the clear don't pay for that.
             float depth = 0.0, at = 0.0, inside = 0.0, weight = 0.0, unit = 0.0, length_m = 0.0;
+            float behind = 1.0 + BEHIND * (1.0 - m.open);
             int steps = 0;
             bool on_in;
             do {
                 float step_m, share, footprint;
                 CloudNoise noise;
-                bool near;
+                float gap;
                 int stretch = 0;
                 do {
                     float away = t + ray_walked;
-                    unit = min(max(min(least, thin ? least : coarser * (NEAREST_M + NEAREST_GROWTH * away)), away * grow), most);
+                    unit = min(max(min(least, thin ? least : coarser * (NEAREST_M + NEAREST_GROWTH * away)), away * grow) * behind, most);
                     // Clouds that a pixel is too wide to show have smooth means.
                     unit = min(max(unit, narrowest * away * pixel_rad), max(way * widest, unit));
 #ifdef CLOUD_FINEST
                     // A low sun lights but a skin of an even layer: steps grow from where the ray enters it, and shrink to where it leaves.
                     unit = min(unit, SKIN * least + 1e-6 * t + 0.15 * min(t - from, to - t));
 #endif
-                    step_m = clamp(last - t + 1e-3, 0.0, unit * ease);
+                    step_m = clamp(last - t + 1e-3, 0.0, min(unit * ease, max(unit, stretch_m)));
                     float here_m = t + shift * step_m;
                     vec3 point = ray * here_m;
                     share = clamp((altitude_of(point) - shell.x) * shell.z, 0.0, 1.0);
@@ -192,14 +200,15 @@ void march_way(inout March m, int layer, vec3 ray, float zenith, float from, flo
                     m.steps += 1.0;
                     footprint = max((here_m + ray_walked) * pixel_rad, 0.2 * unit);
                     noise = cloud_noise(layer, point + frame.camera_offset.xyz, share, w, footprint);
-                    near = cloud_may_be(layer, noise, footprint);
+                    gap = cloud_gap(layer, noise, footprint);
                     // Surely clear: on, without a look at the rims.
-                    t += near ? 0.0 : step_m;
-                    ease = near ? ease : min(ease * 1.4, longer);
+                    t += gap > 0.0 ? step_m : 0.0;
+                    ease = gap > 0.0 ? min(ease * 1.4, longer) * (1.0 + farther * gap) : ease;
 #ifdef CLOUD_FINEST
-                    seen += near ? 0.0 : m.open * step_m;
+                    seen += gap > 0.0 ? m.open * step_m : 0.0;
 #endif
-                } while (!near && depth <= 0.0 && t < last && ++stretch < CLEAR_STRETCH);
+                } while (gap > 0.0 && depth <= 0.0 && t < last && ++stretch < CLEAR_STRETCH);
+                bool near = gap <= 0.0;
                 float density = near ? cloud_rimmed(layer, noise, share, footprint, 2) : 0.0;
                 // In cloud: the same stretch again, in short steps; or on.
                 bool found = density > 1e-4, again = found && ease > 1.0 && !thin;
@@ -217,7 +226,7 @@ void march_way(inout March m, int layer, vec3 ray, float zenith, float from, flo
                 ease = found ? 1.0 : near ? min(ease * 1.4, longer) : ease;
                 steps += on > 0.0 && found ? 1 : 0;
                 length_m += found ? on : 0.0;
-                on_in = depth <= spare && steps < 2 && (found || depth <= 0.0);
+                on_in = depth <= spare * behind && float(steps) < LOOK_STEPS * behind && (found || depth <= 0.0);
             } while (t < last && on_in);
             if (depth <= 0.0) break;
             at /= weight;
