@@ -39,11 +39,11 @@ CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float
     n.x = cloud_density(layer, place, share, w, footprint_m, 0);
     return n;
 }
-bool cloud_may_be(int layer, CloudNoise n, float footprint_m) { return n.x > 0.0; }
+float cloud_gap(int layer, CloudNoise n, float footprint_m) { return n.x > 0.0 ? 0.0 : 1e-6; }
 float cloud_rimmed(int layer, CloudNoise n, float share, float footprint_m, int rims) { return n.x; }
 float cloud_ceiling(int layer, CloudWeather a, CloudWeather b) { return 1.0; }
 """
-_OURS = {"density": "float", "noise": "CloudNoise", "may_be": "bool", "rimmed": "float", "ceiling": "float"}
+_OURS = {"density": "float", "noise": "CloudNoise", "gap": "float", "rimmed": "float", "ceiling": "float"}
 
 
 def _density() -> str:

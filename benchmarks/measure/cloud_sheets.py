@@ -32,7 +32,7 @@ _SEED = 2018
 _ZENITH = np.array([180.0, 150.0, 120.0, 120.0, 60.0, 60.0, 30.0, 0.0])
 _AZIMUTH = np.array([0.0, 0.0, 0.0, 180.0, 0.0, 180.0, 180.0, 0.0])
 """Looking down on it: 180 to 120; up through it: 60 to 0."""
-_MADE = ("cloud_density", "cloud_noise", "cloud_may_be", "cloud_rimmed", "cloud_weather", "cloud_column")
+_MADE = ("cloud_density", "cloud_noise", "cloud_gap", "cloud_rimmed", "cloud_weather", "cloud_column")
 _EVEN = f"""
 CloudWeather cloud_weather(vec3 up, float footprint_m) {{ return CloudWeather(1.0, 1.0, 1.0, 1.0); }}
 float cloud_density(int layer, vec3 place, float share, CloudWeather w, float footprint_m, int rims) {{
@@ -42,7 +42,7 @@ CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float
     CloudNoise n;
     return n;
 }}
-bool cloud_may_be(int layer, CloudNoise n, float footprint_m) {{ return true; }}
+float cloud_gap(int layer, CloudNoise n, float footprint_m) {{ return 0.0; }}
 float cloud_rimmed(int layer, CloudNoise n, float share, float footprint_m, int rims) {{ return {_SHARE}; }}
 float cloud_column(int layer, CloudWeather w, float density) {{
     return {_SHARE} * cloud_view.shell[layer].w * (cloud_view.shell[layer].y - cloud_view.shell[layer].x);

@@ -33,7 +33,9 @@ const float WAY_STEPS = 96.0;   // that many short steps and no more, and segmen
 // Weather changes over tens of kilometres: in a segment it is taken as even. Where steps are short, segments are.
 int way_segments(vec4 shell, bool thin, float from, float to) {
     float finer = clamp(u_march.x / WAY_STEPS, 1.0, 16.0);
-    return int(finer * float(thin ? 1 : clamp(int(log2((to - from) * shell.z) * 2.0 + 0.5), 1, 8)));
+    // Per octave of the way's length.
+    float octave = clamp(u_march.x / 32.0, 1.3, 2.0);
+    return int(finer * float(thin ? 1 : clamp(int(log2((to - from) * shell.z) * octave), 1, 8)));
 }
 
 float way_end(vec4 shell, float from, float to, int segment, int segments) {

@@ -22,7 +22,7 @@
 const int CLEAR_STRETCH = 5;   // steps through the clear until rays beside one another wait for those in cloud
 const float OPAQUE = CLOUD_DEEPEST > 40.0 ? 1e-5 : 0.004;   // the latter is no more than a step of an 8-bit picture
 const float SUN_LEVEL = 0.04;   // of a sun below the horizon maps know the way from the ray's lowest point on only
-const float MOST_STRETCH = 0.33;  // of a segment, in a step through the clear
+const float MOST_STRETCH = 0.25;  // of a segment, in a step through the clear
 const float MOST_SLOPE = 50.0;  // of the optical depth towards the sun over that along the ray
 const float NEAREST_M = 4.0, NEAREST_GROWTH = 0.02;   // steps around the eye, where a layer's thickness has NEAREST_STEPS or more
 const float NEAREST_STEPS = 96.0;
