@@ -30,12 +30,16 @@ layout(location = 0) uniform vec4 u_march;   // short steps through a layer's th
 
 const float WAY_STEPS = 96.0;   // that many short steps and no more, and segments are as long as they may be
 
+// 0 where steps are so long that none can be spared, 1 where they are short: a layer's thickness in 24, in 56.
+float way_fineness() {
+    return clamp(u_march.x / 32.0 - 0.75, 0.0, 1.0);
+}
+
 // Weather changes over tens of kilometres: in a segment it is taken as even. Where steps are short, segments are.
 int way_segments(vec4 shell, bool thin, float from, float to) {
     float finer = clamp(u_march.x / WAY_STEPS, 1.0, 16.0);
-    // Per octave of the way's length.
-    float octave = clamp(u_march.x / 32.0, 1.3, 2.0);
-    return int(finer * float(thin ? 1 : clamp(int(log2((to - from) * shell.z) * octave), 1, 8)));
+    float per_octave = mix(1.3, 2.0, way_fineness());   // of the way's length
+    return int(finer * float(thin ? 1 : clamp(int(log2((to - from) * shell.z) * per_octave), 1, 8)));
 }
 
 float way_end(vec4 shell, float from, float to, int segment, int segments) {

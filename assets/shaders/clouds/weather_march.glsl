@@ -30,7 +30,7 @@ const float NEAREST_STEPS = 96.0;
 // Finest steps: the weather and the sunlight of each place, and no wisp is stepped over.
 #ifdef CLOUD_FINEST
 const float LONG_STEPS = 1.0, LONGER = 0.0, BEHIND = 0.0;
-const float LOOK_STEPS = 2.0;
+const float LOOK_STEPS = 0.0;
 const float THIN_STEPS = 0.16;   // through ice, of the short ones
 const float SKIN = 1e-4;          // first and last step, of a short one
 #define WEATHER_AT(here, there, part, point, wide) cloud_weather(up_at(point), wide)
@@ -38,7 +38,7 @@ const float SKIN = 1e-4;          // first and last step, of a short one
 const float LONG_STEPS = 3.0;   // through the clear
 const float LONGER = 2.0;        // and these still, per unit of noise that is missing for a cloud
 const float BEHIND = 1.0;        // steps behind cloud against those before it, less one: what is there is hardly seen
-const float LOOK_STEPS = 2.5;    // fine ones that share one look at the light, before cloud
+const float LOOK_STEPS = 0.5;    // fine ones that share one look at the light, beyond two
 const float THIN_STEPS = 0.04;   // through ice, of the short ones
 #define WEATHER_AT(here, there, part, point, wide) cloud_weather_between(here, there, part)
 #endif
@@ -138,7 +138,7 @@ void march_way(inout March m, int layer, vec3 ray, float zenith, float from, flo
     CloudLobes lobes = cloud_lobes_at(model, nu);
     float once = drops.x * cloud_phase(nu, drops.y), passes = 1.0 - lobes.peak;
     // Fine steps that share one look at the light: as long as they are thin together.
-    float spare = 48.0 / u_march.x;
+    float spare = 48.0 / u_march.x, fine = way_fineness(), looks = 2.0 + LOOK_STEPS * fine, behind_all = BEHIND * fine;
     int segment = 0;
     do {
         float past = way_end(shell, from, to, segment, segments);
@@ -175,7 +175,7 @@ void march_way(inout March m, int layer, vec3 ray, float zenith, float from, flo
         do {
             // Through the clear and into cloud, apart from its light, so that rays in the clear don't pay for that.
             float depth = 0.0, at = 0.0, inside = 0.0, weight = 0.0, unit = 0.0, length_m = 0.0;
-            float behind = 1.0 + BEHIND * (1.0 - m.open);
+            float behind = 1.0 + behind_all * (1.0 - m.open);
             int steps = 0;
             bool on_in;
             do {
@@ -226,7 +226,7 @@ void march_way(inout March m, int layer, vec3 ray, float zenith, float from, flo
                 ease = found ? 1.0 : near ? min(ease * 1.4, longer) : ease;
                 steps += on > 0.0 && found ? 1 : 0;
                 length_m += found ? on : 0.0;
-                on_in = depth <= spare * behind && float(steps) < LOOK_STEPS * behind && (found || depth <= 0.0);
+                on_in = depth <= spare * behind && float(steps) < looks * behind && (found || depth <= 0.0);
             } while (t < last && on_in);
             if (depth <= 0.0) break;
             at /= weight;
