@@ -36,7 +36,7 @@ const float SKIN = 1e-4;          // first and last step, of a short one
 #define WEATHER_AT(here, there, part, point, wide) cloud_weather(up_at(point), wide)
 #else
 const float LONG_STEPS = 3.0;   // through the clear
-const float LONGER = 2.0;        // and these still, per unit of noise that is missing for a cloud
+const float LONGER = 1.0;        // and these still, per unit of noise that is missing for a cloud
 const float BEHIND = 1.0;        // steps behind cloud against those before it, less one: what is there is hardly seen
 const float LOOK_STEPS = 0.5;    // fine ones that share one look at the light, beyond two
 const float THIN_STEPS = 0.04;   // through ice, of the short ones
