@@ -267,17 +267,21 @@ def test_maps_that_the_camera_outruns_are_let_go_of() -> None:
 
 
 def test_strips_cost_alike() -> None:
-    """The fine map, with several times the steps of the others, has as many more of the frames, whose sum stays."""
+    """The fine map, with several times the steps of the others, has as many more of the frames. Their sum stays under a
+    high sun; a low one, whose rays take up to eight times the steps, has up to the root of that as many."""
     with renderer_of(cloudy(coverage=0.8), SIZE, stride=2, shadow_frames=8) as renderer:
         for _ in range(4):
             renderer.render(at(0.0), sun=UP, dt_s=0.05)
         system: Any = renderer.system("clouds")
         shadow = system._shadow
         maps = shadow.maps
+        sums = []
         for rise in (1.0, 0.5, 0.05):
             shares = shadow._shares(maps, rise)
             assert shares == sorted(shares, reverse=True) and min(shares) >= 1
-            assert sum(shares) == pytest.approx(8 * len(shares), abs=len(shares))
+            sums.append(sum(shares))
+        assert sums[0] == pytest.approx(8 * len(maps.maps), abs=len(maps.maps))
+        assert sums == sorted(sums) and 1.2 * sums[0] < sums[2] <= 8.0**0.5 * sums[0] + len(maps.maps)
         assert shadow._shares(maps, 0.5)[0] >= 2 * shadow._shares(maps, 0.5)[-1]
         maps.finest = len(maps.maps) - 2
         assert shadow._shares(maps, 1.0)[-2:] == [8, 8]

@@ -185,7 +185,7 @@ def test_noise_is_spread_evenly_and_wraps() -> None:
         renderer.render(pf.Camera.at(0.0, 0.0, 1e7, pitch_deg=-90))
         held = system_of(renderer).field.shape
         with renderer.current():
-            volume = np.frombuffer(held.texture.read(), np.float16).reshape(32, 32, 32).astype(float)
+            volume = np.frombuffer(held.texture.read(), held.texture.dtype).reshape(32, 32, 32).astype(float)
     np.testing.assert_allclose(np.quantile(volume, [0.1, 0.5, 0.9]), [0.1, 0.5, 0.9], atol=0.01)
     for axis in range(3):
         # Plane by plane: noise is steepest where its lattice lies, and the border is such a place.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -35,7 +36,7 @@ _HEIGHT = 0.3
 
 class ShadowPass:
     """Of all views of one planet. steps: samples through a layer; texels: a side of each map; frames: over how many a
-    map is drawn, on average over all of them.
+    map is drawn, on average over all of them, with the sun overhead.
 
     Pass ``clouds.shadow`` makes ``clouds.shadow`` (what of the sunlight comes through all clouds), ``clouds.sun`` (what
     is left of it at heights in them) and ``clouds.shaded`` (which maps have any shadow at all). A map takes as long as
@@ -189,14 +190,16 @@ class ShadowPass:
         if self._frames == 1:
             return [1] * len(maps.maps)
 
-        def steps(half_m: float) -> int:
+        def steps(half_m: float, rise: float) -> int:
             """Of a ray, as in shadow.comp at the map's middle."""
             stride_m = 4.0 * half_m / self._texels * self._each * max(rise, 1e-3)
             return sum(min(max(int(thick_m / stride_m), 1), _MOST_SPLIT) for thick_m in self._thick_m)
 
-        each = [steps(held.half_m) for held in maps.maps]
+        each = [steps(held.half_m, rise) for held in maps.maps]
         drawn = each[maps.finest :]
-        return [max(round(self._frames * one * len(drawn) / sum(drawn)), 1) for one in each]
+        # What a low sun makes all of them dearer by is halved between longer frames and more of them.
+        dearer = math.sqrt(sum(drawn) / sum(steps(held.half_m, 1.0) for held in maps.maps[maps.finest :]))
+        return [max(round(self._frames * dearer * one * len(drawn) / sum(drawn)), 1) for one in each]
 
     def declare(
         self,

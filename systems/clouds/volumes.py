@@ -45,7 +45,8 @@ def level_deviations(volume: NDArray[np.float32], levels: int) -> tuple[float, .
 
 
 def make_volume(gpu: GpuScope, kind: int, size: int, cache: TableCache | None = None) -> NoiseVolume:
-    """The volume of VOLUME `kind` (clouds/volume.comp) with `size` texels a side, a power of two; r16f."""
+    """The volume of VOLUME `kind` (clouds/volume.comp) with `size` texels a side, a power of two; r16f, or without a GPU
+    r32f of the same values: to make one of the other takes longer there than to fetch it."""
     cache = TableCache("clouds") if cache is None else cache
     program = gpu.compute("clouds/volume.comp", {"VOLUME": kind})
     key = cache.key(_VERSION, str(kind), str(size), program.linked.key)
@@ -59,7 +60,9 @@ def make_volume(gpu: GpuScope, kind: int, size: int, cache: TableCache | None = 
         volume = held["volume"]
     gpu.free(program)
     levels = size.bit_length()
-    texture = gpu.texture((size, size, size), "r16f", volume.astype(np.float16), levels, 1, "linear", "repeat")
+    stored, kept = ("r32f", np.float32) if gpu.gpu.caps.is_software else ("r16f", np.float16)
+    half = volume.astype(np.float16)
+    texture = gpu.texture((size, size, size), stored, half.astype(kept), levels, 1, "linear", "repeat")
     texture.build_mipmaps(max_level=levels - 1)
     texture.filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
     return NoiseVolume(texture, level_deviations(volume, levels))
