@@ -106,6 +106,8 @@ class Frame:
     squares: int | None = None
     """Which squares of a chessboard this frame shades, where every second pixel is: 0 or 1, by turns. None: all, as
     where a picture keeps still or stands for itself."""
+    left_out: set[str] = field(default_factory=set)
+    """Surfaces of which it shades those squares alone, "terrain" and "ocean": who shades them says so in `update`."""
 
 
 class System:

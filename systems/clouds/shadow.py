@@ -31,6 +31,7 @@ _MOST_LONGER = 8.0
 _LEAST_SIDEWAYS = 1e-3
 """Of the sun's direction: nearer to the zenith it has no azimuth worth following."""
 _USUAL_FRAMES = 8
+"""So many frames tell at what pace a camera flies."""
 _FINE_PIXELS = 0.5
 """A map whose texels are this share of a pixel shows all that there is to be seen."""
 
@@ -56,6 +57,7 @@ class Making:
     number: int
     map: _Map
     frames: int
+    strips: int = 0
     rows: int = 0
     """So many are drawn."""
 

@@ -54,6 +54,9 @@ class ShadowPass:
         """The texture of each view's maps."""
         self._last = -1
         """The map that was made last: the others that are due come before it does again."""
+        self._thick_m: list[float] = []
+        """Of the intervals of height, and into how many steps each is divided at least."""
+        self._each = 1
         self._rows = (0, 0)
         self._finished: int | None = None
         self.due: list[int] = []
@@ -180,8 +183,9 @@ class ShadowPass:
             maps.begin(number, frames, *here)
         making = maps.making
         if making is not None:
-            strip = -(-self._texels // (_GROUP * making.frames)) * _GROUP
-            self._rows = (making.rows, min(making.rows + strip, self._texels))
+            groups = -(-self._texels // _GROUP)
+            to = -(-groups * (making.strips + 1) // making.frames) * _GROUP
+            self._rows = (making.rows, min(to, self._texels))
 
     def _shares(self, maps: ShadowMaps, rise: float) -> list[int]:
         """Frames for each map, of all that those which are drawn have together: in fine ones the sun's rays are
@@ -199,7 +203,9 @@ class ShadowPass:
         drawn = each[maps.finest :]
         # What a low sun makes all of them dearer by is halved between longer frames and more of them.
         dearer = math.sqrt(sum(drawn) / sum(steps(held.half_m, 1.0) for held in maps.maps[maps.finest :]))
-        return [max(round(self._frames * dearer * one * len(drawn) / sum(drawn)), 1) for one in each]
+        most = -(-self._texels // _GROUP)
+        shares = (round(self._frames * dearer * one * len(drawn) / sum(drawn)) for one in each)
+        return [min(max(share, 1), most) for share in shares]
 
     def declare(
         self,
@@ -270,5 +276,6 @@ class ShadowPass:
             if making is not None and self._strip is not None and self._rows[1] > self._rows[0]:
                 draw(next_sun, MOST_MAPS, 0, self._rows, self._strip)
                 making.rows = self._rows[1]
+                making.strips += 1
 
         return run

@@ -20,6 +20,9 @@ _SOFT_PX = 0.5
 """Standard deviation of the spot that a pixel without a past is seen through."""
 _CROSS = np.array([(0.0, -1.0), (-1.0, 0.0), (0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])
 """CROSS of resolve_moving.frag."""
+_CHESS_BLUR = {"terrain": 0.3, "ocean": 0.5}
+"""Share of the pixels around in those of a chessboard, where this frame counts most. 1/2 leaves nothing of it, as rows
+of far waves need; less is sharper."""
 _FILES = {
     "edge": "composite/resolve_edge.frag",
     "mean": "composite/resolve_mean.frag",
@@ -115,8 +118,8 @@ class Resolver:
             # Deep water: the square of the phase a second is g times the wave number.
             water = 2.0 * math.pi * gravity * self._state.elapsed_s**2
             self._program("moving").set("u_water", min(water, 1e9))
-            every = {frame.settings.get("terrain.shade_every"), frame.settings.get("ocean.shade_every")}
-            self._program("moving").set("u_chess", float(2 in every and frame.squares is not None))
+            blur = tuple(share if name in frame.left_out else 0.0 for name, share in _CHESS_BLUR.items())
+            self._program("moving").set("u_chess", blur)
 
     def _set_motion(self, motion: Motion, jitter_px: tuple[float, float]) -> None:
         program = self._moving

@@ -102,6 +102,7 @@ class TemporalState:
         self._seeded = False  # it began with a picture of frames that moved
         self._samples = 1
         self._turn = 0  # of the jitter while something moves
+        self._flown = 0  # frames since then, modulo 64
         self._then: _Moment | None = None
         self.step = Step(Mode.EDGE)
         self.complete = False
@@ -148,10 +149,11 @@ class TemporalState:
             self._turn = (self._turn + 1) % samples
             x, y = (0.0, 0.0) if exact else pattern[self._turn]
             # Thue and Morse's sequence: in step with no speed, at which the same places would never be shaded.
-            squares = None if exact else self._turn.bit_count() & 1
+            self._flown = (self._flown + 1) % 64
+            squares = None if exact else self._flown.bit_count() & 1
             self.step = Step(Mode.MOVING, (float(x), float(y)), squares=squares)
         else:
-            self._turn = 0
+            self._turn = self._flown = 0
             self.step = Step(Mode.MEAN if frame.settling else Mode.EDGE)
         self.complete = False
         return self.step

@@ -124,6 +124,8 @@ class SeaShading:
     def update(self, frame: Frame, waves: WaveSet) -> None:
         """Write and bind the water's block."""
         self._squares = frame.squares
+        if frame.squares is not None and self._shade_every == 2:
+            frame.left_out.add("ocean")
         ocean = frame.world.get(frame.planet, Ocean)
         proxy = frame.world.resource(f"proxy.{frame.view_index}")
         radius = frame.world.get(frame.planet, Planet).radius_m

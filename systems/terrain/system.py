@@ -179,6 +179,8 @@ class TerrainSystem(System):
         proxy = frame.world.resource(f"proxy.{frame.view_index}")
         view, camera = self._view(frame.view_index), frame.camera
         view.squares = frame.squares
+        if frame.squares is not None and self._shade_every() == 2:
+            frame.left_out.add("terrain")
         # A grid that the proxy wants is made unseen: turning to the planet then costs nothing.
         if self._unseen.rests(frame) and view.updated == proxy.generation and self.backend.settled():
             return

@@ -1,8 +1,8 @@
 // Shading of one surface's pixels in compute, over the tiles of the picture that show it: a workgroup a tile, 16 x 8 pixels.
 // gbuffer/classify.comp makes the lists; pixels of other surfaces in a tile are left alone.
 //
-//   SHADE_EVERY   1: each pixel is shaded; 2: every second, as the squares of a chessboard that frame.clock.y names; 4: one of a block of 2 x 2. The
-//                 others are left to common/between_shaded.comp
+//   SHADE_EVERY   1: each pixel is shaded; 2: every second, as the squares of a chessboard that frame.clock.y names; 4: one of a
+//                 block of 2 x 2. The others are left to common/between_shaded.comp
 //   SHOWS_ALSO(pixel)   what a pixel has to be besides
 #include "common/surfaces.glsl"
 #include "common/spread.glsl"

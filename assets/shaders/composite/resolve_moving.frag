@@ -21,7 +21,7 @@ layout(location = 7) uniform vec4 u_projection;      // of the frame before: 1 /
 layout(location = 8) uniform vec2 u_jitter;          // of this frame in normalised device coordinates
 layout(location = 9) uniform float u_weights[5];     // of the samples around, for a picture of this frame alone
 layout(location = 14) uniform float u_water;         // (phase by which a wave of 1 m goes on in this frame)^2, rad^2 m
-layout(location = 15) uniform float u_chess;         // 1: every second pixel of ground or sea has light of its own
+layout(location = 15) uniform vec2 u_chess;          // share of the pixels around, where every second has light of its own: of ground, of sea
 in vec2 v_uv;
 layout(location = 0) out vec4 o_resolved;
 
@@ -29,7 +29,6 @@ const float LEAST_WEIGHT = 1.0 / 16.0;
 const float MOVING_WEIGHT = 1.0 / 4.0;   // where the fetch falls between texels: a blur that adds up from frame to frame
 const float TOLERANCE = 1.12;            // of distances; they are kept in steps of 2 %
 const float DEVIATIONS = 1.75;
-const float CHESS_BLUR = 0.3;            // of 1/2, which leaves nothing of a chessboard and less of all else
 const float WAVE_PX = 4.0;          // waves half as long have gone, see ocean/waves.glsl
 const float WATER_WEIGHT = 2.0;   // least errors over moving swell, from 5 m and from 1 km
 const vec2 CROSS[5] = vec2[5](vec2(0.0, -1.0), vec2(-1.0, 0.0), vec2(0.0), vec2(1.0, 0.0), vec2(0.0, 1.0));
@@ -122,9 +121,9 @@ void main() {
     // was seen of them then is worth as little.
     if (kind == SURFACE_SEA) weight = max(weight, WATER_WEIGHT * sqrt(u_water * own / (near * frame.clock.w * WAVE_PX)));
     // The more a frame counts, the more of a chessboard of pixels with light of their own and without would be seen.
-    float chess = kind != SURFACE_NONE && kind <= SURFACE_SEA ? u_chess : 0.0;
+    float chess = kind == SURFACE_TERRAIN ? u_chess.x : kind == SURFACE_SEA ? u_chess.y : 0.0;
     float counts = clamp((weight - LEAST_WEIGHT) / (MOVING_WEIGHT - LEAST_WEIGHT), 0.0, 1.0);
-    now = mix(now, 0.25 * (sum - now), CHESS_BLUR * chess * counts);
+    now = mix(now, 0.25 * (sum - now), chess * counts);
     light = frames > 0 ? mix(light, now, min(weight, 1.0)) : spot;
     o_resolved = vec4(light, place_code(place_distance(own / near), kind, frames + 1));
 }
