@@ -137,7 +137,7 @@ class SeaAhead(MeshAhead):
         all inland, then need no depths."""
         ground = snap.ground
         cells = None if ground is None else ground.made(snap)
-        if cells is None or self.choice.cells is None:
+        if ground is None or cells is None or self.choice.cells is None:
             return False
         if first:
             rows = rows_in(self.choice.cells, cells).astype("<i4").tobytes()
