@@ -266,20 +266,22 @@ def test_maps_that_the_camera_outruns_are_let_go_of() -> None:
     assert finest([1e8] * 8) >= 3
 
 
-def test_strips_cost_alike() -> None:
+def test_strips_cost_alike(monkeypatch: pytest.MonkeyPatch) -> None:
     """The fine map, with several times the steps of the others, has as many more of the frames. Their sum stays under a
     high sun; a low one, whose rays take up to eight times the steps, has up to the root of that as many."""
     with renderer_of(cloudy(coverage=0.8), SIZE, stride=2, shadow_frames=8) as renderer:
-        system: Any = renderer.system("clouds")
         strips: dict[int, list[int]] = {}
         for _ in range(60):
             renderer.render(at(0.0), sun=UP, dt_s=0.05)
+            system: Any = renderer.system("clouds")
             making, rows = system._shadow.maps.making, system._shadow._rows
             if making is not None and rows[1] > rows[0]:
                 strips.setdefault(making.number, []).append(rows[1] - rows[0])
-        shadow = system._shadow
+        shadow = renderer.system("clouds")._shadow
         maps = shadow.maps
         assert len(strips) > 2 and all(max(rows) - min(rows) <= 8 for rows in strips.values())
+        assert max(shadow._shares(maps, 0.05)) == shadow._texels // 8, "no strip is narrower than a work group"
+        monkeypatch.setattr("planetfall.systems.clouds.shadow_pass._GROUP", 1)
         sums = []
         for rise in (1.0, 0.5, 0.05):
             shares = shadow._shares(maps, rise)

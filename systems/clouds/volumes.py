@@ -47,8 +47,8 @@ def level_deviations(volume: NDArray[np.float32], levels: int) -> tuple[float, .
 def make_volume(gpu: GpuScope, kind: int, size: int, cache: TableCache | None = None) -> NoiseVolume:
     """The volume of VOLUME `kind` (clouds/volume.comp) with `size` texels a side, a power of two.
 
-    r16f, or without a GPU r32f of the same values, whose coarser levels are exact: to make one of the other takes longer
-    there than to fetch it.
+    r16f, or without a GPU r32f of the same values, whose coarser levels are exact: to make one of the other takes
+    longer there than to fetch it.
     """
     cache = TableCache("clouds") if cache is None else cache
     program = gpu.compute("clouds/volume.comp", {"VOLUME": kind})
