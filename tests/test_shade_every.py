@@ -120,3 +120,19 @@ def test_in_flight_every_second_pixel_does(flights):
     """Frames take turns, so far less is lost than with one of four, which are always the same."""
     half, quarter = (likeness(flights[1][2], flights[every][2]) for every in (2, 4))
     assert 0.0 < half.mean < 0.6 * quarter.mean and half.p999 < quarter.p999, (str(half), str(quarter))
+
+
+@pytest.mark.parametrize("samples", [1, 17])
+def test_squares_take_turns_whatever_the_samples(samples):
+    found = []
+    with (
+        pf.load_scene("earth") as scene,
+        pf.Renderer(scene, (64, 36), "medium", {"composite.samples": samples}) as renderer,
+    ):
+        view = pf.view("space")
+        renderer.settle(view)
+        for camera in turned(renderer.camera_state(view), 0.2, 16):
+            renderer.render(camera, dt_s=1.0 / 60.0)
+            found.append(renderer.system("composite")._resolver._step.squares)
+    flown = [squares for squares in found if squares is not None]
+    assert len(flown) > 12 and 0.3 < sum(flown) / len(flown) < 0.7
