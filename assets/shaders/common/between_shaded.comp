@@ -1,6 +1,7 @@
 // Light of the pixels between those that were shaded (common/surface_tiles.glsl), from the shaded ones around.
 // Only neighbours as far away count, so that outlines stay as sharp as the mesh draws them; where there is none, a
-// pixel gets what its block shows, or the other square of its pair. A lane a block: software GPUs take long over each load from an image and each store.
+// pixel gets what its block shows, or the other square of its pair. A lane a block: software GPUs take long over each load
+// from an image and each store.
 //
 //   SHADE_EVERY    2 or 4, as they were shaded
 //   SURFACE        of the pixels
