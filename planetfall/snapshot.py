@@ -6,13 +6,15 @@ import io
 import os
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from .systems.capture import CaptureError
+
+if TYPE_CHECKING:
+    from PIL import Image
 
 
 class Snapshot:
@@ -24,6 +26,8 @@ class Snapshot:
     @property
     def image(self) -> Image.Image:
         """As a Pillow image."""
+        from PIL import Image
+
         return Image.fromarray(self.array)
 
     def _repr_png_(self) -> bytes:

@@ -59,6 +59,17 @@ def test_compile_errors_name_file_and_line(bench):
     assert bench.scope.counts() == {"texture": 1, "framebuffer": 1}
 
 
+def test_linked_programs_keep_no_shaders(bench):
+    """They would hold their text, and compiled anew their syntax trees: 60 MB of all that a first picture needs."""
+    bench.write("a.comp", "layout(local_size_x = 1) in;\nvoid main() {}\n")
+    bench.write("a.frag", FRAGMENT)
+    screen = bench.scope.fullscreen("a.frag")
+    for program in (bench.scope.compute("a.comp"), screen.program):
+        assert bench.gpu.gl.program_integers(program.mgl.glo, 0x8B85) == (0,)  # GL_ATTACHED_SHADERS
+    screen.set("u_level", 0.5)
+    assert bench.shown(screen) == [0.5] * 4
+
+
 def test_compute_and_link_errors(bench):
     bench.write("a.comp", "layout(local_size_x = 1) in;\n\nvoid main() { int x = 1.0 }\n")
     with pytest.raises(ShaderError) as caught:

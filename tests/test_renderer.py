@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import logging
+import subprocess
+import sys
 
 import moderngl
 import numpy as np
@@ -150,6 +152,11 @@ def test_a_guest_leaves_the_hosts_state_alone():
         picture = np.frombuffer(target.read(components=3, viewport=(0, 0, 96, 54)), np.uint8)
         assert picture.max() > 30
     ctx.release()
+
+
+def test_what_saves_no_picture_needs_no_pillow():
+    code = "import sys, planetfall.renderer, planetfall.app; sys.exit('PIL' in sys.modules)"
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
 
 
 def test_snapshot_shows_itself(renderer):

@@ -125,6 +125,15 @@ class GL:
         self.function("glGetProgramiv", None, uint, enum, c.POINTER(int_))(program, name, self._buffer)
         return tuple(self._buffer[:count])
 
+    def detach_shaders(self, program: int) -> None:
+        """Take the stages off a linked program; those that are marked for deletion end with that."""
+        attached, count = (uint * 6)(), int_()
+        get = self.function("glGetAttachedShaders", None, uint, sizei, c.POINTER(int_), c.POINTER(uint))
+        get(program, len(attached), c.byref(count), attached)
+        detach = self.function("glDetachShader", None, uint, uint)
+        for shader in attached[: count.value]:
+            detach(program, shader)
+
     def is_object(self, kind: str, name: int) -> bool:
         """glIsTexture, glIsBuffer, glIsFramebuffer, glIsProgram, glIsVertexArray, ... for kind "Texture" and so on."""
         return bool(self.function(f"glIs{kind}", boolean, uint)(name))

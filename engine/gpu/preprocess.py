@@ -9,6 +9,7 @@ from __future__ import annotations
 import difflib
 import hashlib
 import re
+import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -189,7 +190,8 @@ class ShaderSources:
         text = self.read(name) or ""
         held = self._words.get(name)
         if held is None or held[0] is not text:
-            held = self._words[name] = (text, frozenset(_WORD.findall(text)))
+            # One string for a word that many files have.
+            held = self._words[name] = (text, frozenset(map(sys.intern, _WORD.findall(text))))
         return held[1]
 
     def poll(self) -> set[str]:

@@ -128,6 +128,7 @@ class ShaderLibrary:
             text = str(error)
             what = "linking failed" if "Linker" in text else "compilation failed"
             raise ShaderError(name, what, map_log(text, expanded), text) from None
+        self._gl.detach_shaders(program.glo)  # they keep their text, and compiled anew their whole syntax tree
         clash = _unit_clash(program)
         if clash:
             program.release()

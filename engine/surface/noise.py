@@ -119,6 +119,10 @@ class Scratch(threading.local):
             memory = self._slots[slot] = np.empty(size, dtype=np.uint8)
         return np.ndarray(shape, dtype, memory)
 
+    def clear(self) -> None:
+        """Give this thread's memory back; no array from it may be in use."""
+        self._slots.clear()
+
 
 @dataclass(frozen=True, slots=True)
 class Lattice:

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from .files import CaptureError, written_beside
 from .sheet import even_selection
+
+if TYPE_CHECKING:
+    from PIL import Image
 
 _PALETTE_FRAMES = 12
 _PALETTE_WIDTH = 160
@@ -26,6 +28,8 @@ def write_gif(
     smaller. fps: GIFs count in hundredths of a second and viewers slow down below two of them: 50 at most. Raises
     CaptureError.
     """
+    from PIL import Image
+
     path = Path(path)
     if path.suffix.lower() != ".gif":
         raise CaptureError(f"{path}: a GIF's name ends in .gif, found {path.suffix or 'no suffix'!r}")
@@ -50,11 +54,15 @@ def write_gif(
 
 def _palette(images: list[Image.Image]) -> Image.Image:
     """The 256 colours that serve all of these."""
+    from PIL import Image
+
     strip = np.concatenate([np.asarray(image) for image in images], axis=0)
     return Image.fromarray(strip).quantize(256, method=Image.Quantize.MEDIANCUT)
 
 
 def _image(frame: Path | NDArray[np.uint8] | Any, width: int | None) -> Image.Image:
+    from PIL import Image
+
     if isinstance(frame, np.ndarray):
         image = Image.fromarray(frame)
     else:

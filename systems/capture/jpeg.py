@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, UnidentifiedImageError
 
 from .files import CaptureError, written_beside
 from .png import json_plain
@@ -20,6 +19,8 @@ QUALITY = 88
 
 def write_jpeg(path: Path | str, pixels: NDArray[np.uint8], settings: Mapping[str, Any] | None = None) -> Path:
     """Write u8 pixels (H, W, 3), row 0 on top, with ``settings`` as JSON in the file's comment."""
+    from PIL import Image
+
     path = Path(path)
     if pixels.dtype != np.uint8 or pixels.ndim != 3 or pixels.shape[2] != 3:
         raise CaptureError(f"{path}: a JPEG takes u8 pixels (H, W, 3), found {pixels.dtype} {pixels.shape}")
@@ -33,6 +34,8 @@ def write_jpeg(path: Path | str, pixels: NDArray[np.uint8], settings: Mapping[st
 
 def read_jpeg_settings(path: Path | str) -> dict[str, Any] | None:
     """The settings inside a JPEG of ours; None when there are none. CaptureError when it is no picture."""
+    from PIL import Image, UnidentifiedImageError
+
     try:
         with Image.open(path) as image:
             comment = image.info.get("comment", b"")

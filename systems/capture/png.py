@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, UnidentifiedImageError
-from PIL.PngImagePlugin import PngInfo
 
 from .files import CaptureError, written_beside
 
@@ -20,6 +18,9 @@ KEY = "planetfall"
 
 def write_png(path: Path | str, pixels: NDArray[np.uint8], settings: Mapping[str, Any] | None = None) -> Path:
     """Write u8 pixels (H, W, 3 or 4) or (H, W), row 0 on top, with ``settings`` (as JSON, arrays too) inside."""
+    from PIL import Image
+    from PIL.PngImagePlugin import PngInfo
+
     path = Path(path)
     if pixels.dtype != np.uint8:
         raise CaptureError(f"{path}: a PNG takes u8 pixels, found {pixels.dtype}; use .npz for other outputs")
@@ -34,6 +35,8 @@ def write_png(path: Path | str, pixels: NDArray[np.uint8], settings: Mapping[str
 
 def read_png_settings(path: Path | str) -> dict[str, Any]:
     """The settings inside a PNG of ours. Raises CaptureError when there are none."""
+    from PIL import Image, UnidentifiedImageError
+
     try:
         with Image.open(path) as image:
             image.load()  # text may stand after the pixels

@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw, ImageFont
 
 from .files import CaptureError
+
+if TYPE_CHECKING:
+    from PIL import Image
 
 Picture = Path | str | NDArray[np.uint8]
 
@@ -29,6 +31,8 @@ def contact_sheet(
 ) -> NDArray[np.uint8]:
     """One u8 (H, W, 3) page of (label, picture) pairs; a picture is a file or u8 pixels. Pictures keep their shape; the
     rows are as high as the first one. ``columns`` None: about as wide as high. Raises CaptureError without pictures."""
+    from PIL import Image, ImageDraw, ImageFont
+
     cells = [(label, _thumbnail(picture, thumb_width)) for label, picture in pictures]
     if not cells:
         raise CaptureError("a contact sheet needs at least one picture, found none")
@@ -51,6 +55,8 @@ def contact_sheet(
 
 
 def _thumbnail(picture: Picture, width: int) -> Image.Image:
+    from PIL import Image
+
     if isinstance(picture, np.ndarray):
         image = Image.fromarray(picture).convert("RGB")
     else:

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from .files import CaptureError, written_beside
 
@@ -77,6 +76,8 @@ def _pixels(frame: Path | str | NDArray[np.uint8]) -> NDArray[np.uint8]:
     if isinstance(frame, np.ndarray):
         pixels = frame
     else:
+        from PIL import Image
+
         try:
             with Image.open(frame) as image:
                 pixels = np.asarray(image.convert("RGB"), dtype=np.uint8)

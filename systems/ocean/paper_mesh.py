@@ -83,8 +83,12 @@ class PaperSeaPasses:
         self._name, self._waves = name, waves
 
     def setup(self, setup: Setup) -> None:
-        gpu = self._gpu = setup.gpu
-        self._world = setup.world
+        self._gpu, self._world = setup.gpu, setup.world
+        self._made = False
+
+    def _make(self) -> None:
+        """The shaders: most seas never need them."""
+        gpu = self._gpu
         many = {"SEA_VERTICES": 5 if gpu.gpu.caps.is_software else 2}
         self._ubo = gpu.uniform_block(SeaGridBlock, GRID_BINDING, "sea_grid")
         self._vertices = gpu.compute("ocean/paper/vertices.comp")
@@ -94,9 +98,12 @@ class PaperSeaPasses:
         self._displace = gpu.compute("ocean/paper/displace.comp", defines=many)
         self._surface = gpu.program("ocean/paper/gbuffer.vert", "ocean/gbuffer.frag", defines={"SEA_PAPER": 1})
         self._draw_state = gpu.gpu.state(depth_test=True, depth_func=">", cull=None)
+        self._made = True
 
     def view(self, waves: WaveView) -> PaperSeaView:
         """A view without a grid yet."""
+        if not self._made:
+            self._make()
         return PaperSeaView(waves)
 
     def update(self, frame: Frame, view: PaperSeaView) -> bool:

@@ -224,6 +224,7 @@ def calibrate(model: Model) -> Model:
     flat = np.sqrt(1.0 - z * z)
     points = np.stack([np.cos(longitude) * flat, np.sin(longitude) * flat, z]) * model.params.radius_m
     parts = [noises(points[:, a : a + BLOCK], model) for a in range(0, count, BLOCK)]
+    _SCRATCH.clear()  # 8 MB, and most programs ask for single places from here on
     w1, c, b, shapes, relief = (np.concatenate(p, axis=-1) for p in zip(*parts, strict=True))
     share, deviation = model.params.land_share, float(c.std())
     low, high = float(c.min()) - deviation, float(c.max()) + deviation
