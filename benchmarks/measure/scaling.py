@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +15,7 @@ from ...render_view import RenderView
 from ..timing import Timing, time_variants
 from .motion import turned
 
-__all__ = ["FrameCost", "PowerLaw", "fit_power_law", "turning_frames", "turning_views"]
+__all__ = ["FrameCost", "PowerLaw", "fit_power_law", "turning_frames", "turning_in_turns", "turning_views"]
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,33 @@ def turning_frames(renderer: Renderer, seen: Camera, runs: int, sun: Sun | None 
     """Frames whose camera turns by 0.01 degrees each; the proxy is held, nothing is taken over from the last frame.
     sun: None is the view's, or the scene's."""
     return turning_views(renderer, seen, 1, runs, sun)
+
+
+def turning_in_turns(renderers: Sequence[Renderer], seen: View, runs: int, warm_up: int) -> list[FrameCost]:
+    """`turning_frames` of several renderers that take turns: a machine that slows down slows all alike."""
+    moment: dict[str, Any] = {"sun": seen.sun, "time_s": seen.time_s}
+    used: list[list[float]] = [[] for _ in renderers]
+    frames: dict[str, Callable[[], None]] = {}
+    with ExitStack() as stack:
+        for renderer, own in zip(renderers, used, strict=True):
+            renderer.render(seen, **moment)
+            target = renderer.ctx.simple_framebuffer(renderer.size)
+            stack.callback(target.release)
+            stack.callback(renderer.gpu.leave, target)
+            cameras = turned(renderer.camera_state(seen), 0.01, 4)
+
+            def frame(
+                renderer: Renderer = renderer, own: list[float] = own, target: Any = target, cameras: Any = cameras
+            ) -> None:
+                cameras.append(cameras.pop(0))
+                before = time.process_time()
+                renderer.render_to(target, cameras[0], **moment)
+                renderer.ctx.finish()
+                own.append((time.process_time() - before) * 1e3)
+
+            frames[str(len(frames))] = frame
+        timings = time_variants(frames, runs, warm_up)
+    return [FrameCost(timing, float(np.mean(own[-runs:]))) for timing, own in zip(timings.values(), used, strict=True)]
 
 
 def turning_views(renderer: Renderer, seen: Camera, count: int, runs: int, sun: Sun | None = None) -> FrameCost:
