@@ -62,7 +62,8 @@ def turning_frames(renderer: Renderer, seen: Camera, runs: int, sun: Sun | None 
 
 
 def turning_in_turns(renderers: Sequence[Renderer], seen: View, runs: int, warm_up: int) -> list[FrameCost]:
-    """`turning_frames` of several renderers that take turns: a machine that slows down slows all alike."""
+    """`turning_frames` of several renderers that take turns: a machine that slows down slows all alike. cpu_ms is the
+    mean, in which work that is spread over frames counts with its share."""
     moment: dict[str, Any] = {"sun": seen.sun, "time_s": seen.time_s}
     used: list[list[float]] = [[] for _ in renderers]
     frames: dict[str, Callable[[], None]] = {}

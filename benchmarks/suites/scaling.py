@@ -141,8 +141,8 @@ def _cloud_layers(session: Session) -> None:
             scene.planet.add(Clouds(**shell, layers=(CloudLayer(**shell),) * (count - 1)))
             renderers.append(stack.enter_context(session.renderer(scene, size, "medium", OVERRIDES)))
         costs = turning_in_turns(renderers, view("high"), session.runs(96, 48), _SHADOW_TURN)
-    found = dict(zip(counts, costs, strict=True))
-    _series(session, "high", counts, lambda count: found[int(count)], "cloud layers", size, 1.1)
+    found: dict[float, FrameCost] = dict(zip(counts, costs, strict=True))
+    _series(session, "high", counts, found.__getitem__, "cloud layers", size, 1.1)
 
 
 def _views(session: Session) -> None:
