@@ -397,6 +397,15 @@ class CloudQuality:
         "One ray through the clouds for a block of so many pixels of their picture a side",
         cost="inverse square",
     )
+    march_every: int = knob(
+        1,
+        1,
+        2,
+        "",
+        "Every so manieth of those blocks has a ray in a frame while something moves: each, or every second as on a"
+        " chessboard; those between are interpolated",
+        cost="grows with its inverse",
+    )
     samples: int = knob(
         33,
         1,

@@ -23,8 +23,8 @@ __all__ = [
 ]  # fmt: skip
 
 CLOUD_PASSES = (
-    "clouds.classify", "clouds.march", "clouds.shafts", "clouds.resolve", "clouds.composite", "atmosphere.view",
-    "sky.shade",
+    "clouds.classify", "clouds.march", "clouds.shafts", "clouds.between", "clouds.resolve", "clouds.composite",
+    "atmosphere.view", "sky.shade",
 )  # fmt: skip
 """What draws clouds and air; maps of weather, shadow and sky are drawn now and then."""
 CAMERAS: Mapping[str, tuple[float, float]] = {

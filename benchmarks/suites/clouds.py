@@ -12,7 +12,7 @@ from ..measure.cloud_cover import cover
 from ..scenes import preset_scene
 from ..session import Bench, Session
 from ..target import Target, at_least, at_most
-from .clouds_pictures import curve, memory, opacity, speed, sunlight
+from .clouds_pictures import curve, flown, memory, opacity, speed, sunlight
 
 QUALITIES = ("low", "medium", "high", "ultra", "reference")
 MEDIANS = {"high": 3e-2, "reference": 1e-2}
@@ -179,6 +179,6 @@ def _cover(session: Session) -> None:
 
 
 BENCHES: Mapping[str, Bench] = {
-    "accuracy": _accuracy, "slab": _slab, "curve": curve, "speed": speed, "paper": _paper, "repeats": _repeats,
-    "cover": _cover, "sunlight": sunlight, "opacity": opacity, "memory": memory,
+    "accuracy": _accuracy, "slab": _slab, "curve": curve, "speed": speed, "flown": flown, "paper": _paper,
+    "repeats": _repeats, "cover": _cover, "sunlight": sunlight, "opacity": opacity, "memory": memory,
 }  # fmt: skip

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 
 from ... import Renderer
-from ..measure import air_speed, cloud_light, cloud_memory, clouds
+from ..measure import air_speed, cloud_flown, cloud_light, cloud_memory, clouds
 from ..measure import cloud_pictures as measure
 from ..session import Session
 from ..target import at_most
 
-__all__ = ["curve", "memory", "opacity", "speed", "sunlight"]
+__all__ = ["curve", "flown", "memory", "opacity", "speed", "sunlight"]
 
 SIZE = (640, 360)
 JUDGED = ("low", "medium", "high", "ultra")
@@ -94,6 +94,23 @@ def speed(session: Session) -> None:
                 quality, name, SIZE, cost.wall, cpu_ms=cost.cpu_ms, march_ms=march.wall.ms, march_cpu_ms=march.cpu_ms,
                 target=at_most(PROMISED_MS[quality], "ms") if promised else None, target_on="ms",
             )  # fmt: skip
+
+
+def flown(session: Session) -> None:
+    """A turning camera at `medium`: a ray for each block in every frame or for every second one, time of what is done
+    for rays and the difference from pictures that have settled."""
+    views = ("10 km",) if session.small else ("ground", "10 km", "2000 km")
+    session.release()
+    costs = cloud_flown.costs(views, SIZE, session.runs(16, 3))
+    for name in views:
+        for step_deg in (0.3,) if session.small else (0.03, 0.3):
+            errors = cloud_flown.errors(name, step_deg, (320, 180))
+            for every in cloud_flown.EVERY:
+                cost = costs[str(every), name]
+                session.row(
+                    f"medium, turning {step_deg:g} degrees a frame, a ray for {cloud_flown.pixels_a_ray(every)} pixels",
+                    name, SIZE, cost.wall, error=errors[every], error_unit="rms steps of 8 bits", cpu_ms=cost.cpu_ms,
+                )  # fmt: skip
 
 
 def sunlight(session: Session) -> None:

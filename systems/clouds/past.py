@@ -56,19 +56,22 @@ class Past:
     """One view's.
 
     mode: NONE, MOVING or STILL. place: of this frame's rays. complete: the rays of the moment that is shown are all
-    there. pattern, weight: of this frame's rays. turn, shift_m, projection: from this camera to the one before.
+    there. squares: of the chessboard of blocks that have a ray in this frame, 0 or 1; -1: all. pattern, weight: of this
+    frame's rays. turn, shift_m, projection: from this camera to the one before.
     """
 
-    def __init__(self, stride: int, samples: int, radius_m: float) -> None:
+    def __init__(self, stride: int, samples: int, radius_m: float, every: int = 1) -> None:
+        """every: 2: every second block has a ray while something moves."""
         self._order = block_order(stride)
         self._wanted = max(len(self._order), samples)
-        self._radius_m = radius_m
+        self._radius_m, self._every = radius_m, every
         self._last: _Moment | None = None
         self._count = 0
         self._index = 0
         self.mode = NONE
         self.place = self._order[0]
         self.skip = False
+        self.squares = -1
         self.pattern, self.weight = 0.5, 1.0
         self.turn: Floats = np.eye(3)
         self.shift_m: Floats = np.zeros(3)
@@ -100,6 +103,9 @@ class Past:
             self._count = self._count if same else 0
         # Nothing is left to be seen: the picture of a still camera costs no rays.
         self.skip = self.mode == STILL and self.complete and (frame.still or frame.one_shot)
+        # By Thue and Morse: simple turns would show stripes that stand still at some speeds of the camera.
+        alternate = self._every == 2 and self.mode == MOVING
+        self.squares = self._index.bit_count() & 1 if alternate else -1
         if self.skip:
             return
         self.place = self._order[self._index % len(self._order)]
@@ -110,7 +116,7 @@ class Past:
         shown = min(self._count, self._wanted) // len(self._order)
         self.weight = 1.0 / (1.0 + shown) if self.mode == STILL else _MOVING_WEIGHT
         self._index += 1
-        self._count += 1
+        self._count += self.squares < 0  # what has a ray of its own is the begin of a still picture
         if then is not None and self.mode == MOVING:
             before = then.camera
             self.turn = before.axes @ now.camera.axes.T

@@ -88,7 +88,7 @@ class Shafts:
         builder.add_pass(
             "clouds.shafts_begin",
             kind="compute",
-            bind=lambda io: self._bind_begin(io, rays),
+            bind=lambda io: self._bind_begin(io, rays, past),
             system=self._owner,
             reads=(SHADED, rays),
             creates=(BufferSpec(_GROUPS, 12, "persistent", "dispatch of the march through shadowed air"),),
@@ -108,15 +108,15 @@ class Shafts:
             help="sunlight that the air in the clouds' shadow does not scatter",
         )
 
-    def _bind_begin(self, io: PassIO, rays: str) -> Callable[[], None]:
+    def _bind_begin(self, io: PassIO, rays: str, past: Callable[[], Past]) -> Callable[[], None]:
         shaded, groups = io.buffer(SHADED), io.buffer(_GROUPS)
         width, height = io.texture(rays).size
-        across, down = -(-width // _LOCAL[0]), -(-height // _LOCAL[1])
 
         def run() -> None:
             shaded.bind_to_storage_buffer(0)
             groups.bind_to_storage_buffer(1)
-            self._begin.set("u_groups", (across, down, max(self._map, 0)))
+            rows = height if past().squares < 0 else -(-height // 2)
+            self._begin.set("u_groups", (-(-width // _LOCAL[0]), -(-rows // _LOCAL[1]), max(self._map, 0)))
             self._begin.run()
 
         return run
@@ -137,6 +137,7 @@ class Shafts:
             self._march.set("u_shafts", (self._steps, self.share, self._soft_m))
             self._march.set("u_place", past().place)
             self._march.set("u_shift", past().pattern)
+            self._march.set("u_squares", past().squares)
             self._march.run_indirect(groups)
 
         return run

@@ -71,6 +71,7 @@ class CloudSystem(System):
         self._gpu, self._world = setup.gpu, setup.world
         settings = setup.settings
         self._samples = int(settings["clouds.samples"])
+        self._every = int(settings["clouds.march_every"])
         picture = self._picture = CloudPicture.of(settings)
         self._tuned: tuple[float, ...] = ()
         gpu = setup.gpu
@@ -87,7 +88,7 @@ class CloudSystem(System):
         self._over = gpu.fullscreen("clouds/composite.frag", {"PICTURE_PX": picture.pixel_px})
         self._plain = gpu.gpu.state()
         self._pasts: dict[int, Past] = {}
-        self._past = Past(picture.stride, self._samples, 1.0)
+        self._past = Past(picture.stride, self._samples, 1.0, self._every)
         texels, steps = int(settings["clouds.shadow_texels"]), int(settings["clouds.shadow_steps"])
         self._shadow = ShadowPass(gpu, texels, steps, int(settings["clouds.shadow_frames"]))
         self._shafts = Shafts(gpu, setup.world, picture.defines, settings, self.name)
@@ -182,7 +183,7 @@ class CloudSystem(System):
         self._shafts.place(frame, field.block.counts[2], field.first[1], radius, self._shadow.maps, self._shadow.drawn)
         field.write()
         if frame.view_index not in self._pasts:
-            self._pasts[frame.view_index] = Past(self._picture.stride, self._samples, radius)
+            self._pasts[frame.view_index] = Past(self._picture.stride, self._samples, radius, self._every)
         self._past = self._pasts[frame.view_index]
         # Rays that were followed through another air, such as that of its first small tables, are none of this picture.
         air = frame.world.try_resource("air_generation")
@@ -224,16 +225,18 @@ class CloudSystem(System):
         copied, depth = self._surface.declare(builder, view, self.name), self._picture.depth
         self._view.declare(builder, view, lambda: self._past, self.bind_density)
         size = self._picture.size(view.size)
-        shafts = ("clouds.shafts",) if self._with_shafts else ()
         if self._with_shafts:
             self._shafts.declare(builder, RAYS, DISTANCE, depth, lambda: self._past)
+        if self._every == 2:
+            self._view.declare_between(builder, ("clouds.shafts",) if self._with_shafts else (), lambda: self._past)
         builder.add_pass(
             "clouds.resolve",
             kind="compute",
             bind=self._bind_full,
             system=self.name,
             reads=(depth, RAYS, DISTANCE),
-            after=shafts,
+            after=("clouds.march",),
+            after_optional=("clouds.shafts", "clouds.between"),
             history=(_FULL, SURFACE),
             creates=(
                 TextureSpec(_FULL, "rgba32f", size, "history", filter="linear", help="clouds of every pixel of theirs"),
@@ -316,6 +319,7 @@ class CloudSystem(System):
                 shown.set("u_weight", past.weight)
             shown.set("u_past", past.mode)
             shown.set("u_place", (-1, -1) if past.skip else past.place)
+            shown.set("u_squares", past.squares)
             # GLSL reads matrices column by column: the transpose of the row order of numpy.
             shown.set("u_turn", np.ascontiguousarray(past.turn.T, np.float32))
             shown.set("u_shift", tuple(map(float, past.shift_m)))

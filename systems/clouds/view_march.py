@@ -39,6 +39,7 @@ class ViewMarch:
         self._defines = {**picture.defines, **defines}
         self._classify = gpu.compute("clouds/classify.comp", picture.defines)
         self._list = gpu.compute("clouds/list_tiles.comp")
+        self._between = gpu.compute("clouds/between_rays.comp", picture.defines)
         self._march: Any = None
         self._steps: tuple[float, ...] = ()
         self._mapped = False
@@ -108,6 +109,35 @@ class ViewMarch:
             help="classes of tiles, and steps of the march",
         )
 
+    def declare_between(self, builder: GraphBuilder, after: tuple[str, ...], past: Callable[[], Past]) -> None:
+        """Pass ``clouds.between``: rays of the blocks that have none of their own in this frame."""
+        builder.add_pass(
+            "clouds.between",
+            kind="compute",
+            bind=lambda io: self._bind_between(io, past),
+            system=self._system,
+            reads=(self._picture.depth,),
+            writes=(RAYS, DISTANCE),
+            after=("clouds.march", *after),
+            when=lambda: past().squares >= 0 and not past().skip,
+            help="rays between those that were followed, while something moves",
+        )
+
+    def _bind_between(self, io: PassIO, past: Callable[[], Past]) -> Callable[[], None]:
+        color, distance, depth = io.texture(RAYS), io.texture(DISTANCE), io.texture(self._picture.depth)
+
+        def run() -> None:
+            if past().squares < 0:  # a graph's first frame runs whatever is due
+                return
+            for unit, texture in ((0, color), (1, distance), (4, depth)):
+                texture.use(unit)
+            color.bind_to_image(0, read=False, write=True)
+            distance.bind_to_image(1, read=False, write=True)
+            self._place(self._between, past())
+            self._between.run_over(color.width, _lanes_down(color.height, past()))
+
+        return run
+
     def _place(self, program: Any, past: Past) -> None:
         program.set("u_place", past.place)
         # A ray without others beside it, from earlier frames, stands for its whole block. In a picture that stands
@@ -115,13 +145,14 @@ class ViewMarch:
         wide = {NONE: 0.8, STILL: 0.0}.get(past.mode, 0.4) * self._picture.block_px
         program.set("u_width", max(1.0, wide))
         program.set("u_shift", past.pattern)
+        program.set("u_squares", past.squares)
 
     def _bind_classify(
         self, io: PassIO, past: Callable[[], Past], bind_clouds: Callable[[], None]
     ) -> Callable[[], None]:
         color, distance, depth = io.texture(RAYS), io.texture(DISTANCE), io.texture(self._picture.depth)
         flags, tiles = io.buffer(_FLAGS), io.buffer(_TILES)
-        across, down = (-(-n // side) for n, side in zip(color.size, TILE, strict=True))
+        across = -(-color.width // TILE[0])
 
         def run() -> None:
             bind_clouds()
@@ -129,6 +160,7 @@ class ViewMarch:
             color.bind_to_image(0, read=False, write=True)
             distance.bind_to_image(1, read=False, write=True)
             flags.bind_to_storage_buffer(0)
+            down = -(-_lanes_down(color.height, past()) // TILE[1])
             self._place(self._classify, past())
             self._classify.run(across, down)
             self._gpu.gpu.barrier()
@@ -174,6 +206,11 @@ class ViewMarch:
             steps.bind_to_image(1, read=False, write=True)
             flags.bind_to_storage_buffer(0)
             self._place(program, past())
-            program.run_over(*classes.size)
+            program.run_over(classes.width, _lanes_down(classes.height, past()))
 
         return run
+
+
+def _lanes_down(rows: int, past: Past) -> int:
+    """Of the march, for so many rows of blocks."""
+    return rows if past.squares < 0 else -(-rows // 2)

@@ -12,7 +12,7 @@ shared uint s_found;
 void main() {
     if (gl_LocalInvocationIndex == 0u) s_found = 0u;
     barrier();
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy), size = imageSize(o_clouds);
+    ivec2 at = cloud_block_of(ivec2(gl_GlobalInvocationID.xy)), size = imageSize(o_clouds);
     ViewRay v = cloud_view_ray(at);
     vec2 spans[2 * CLOUD_VIEW_LAYERS];
     int owners[2 * CLOUD_VIEW_LAYERS];

@@ -24,9 +24,11 @@ layout(location = 2) uniform mat3 u_turn;            // camera coordinates to th
 layout(location = 5) uniform vec3 u_shift;           // m
 layout(location = 6) uniform vec4 u_projection;      // of the frame before: 1 / sx, 1 / sy, ox, oy
 layout(location = 7) uniform float u_weight;         // of this frame's ray where there is a past
+layout(location = 8) uniform int u_squares;          // of the chessboard of blocks with a ray of this frame, as in view_ray.glsl
 
 const float ALIKE = 0.7;   // ratio of distances to one surface from frame to frame, and across a pixel's step
 const float HURRY = 15.0;   // half of what is shown is new where the camera comes nearer by 1 / HURRY in a frame
+const float FEWER = 0.2;     // of the range around: half of the rays span less of what there is than all
 
 vec4 blend(vec4 of[4], vec4 weight) {
     return weight.x * of[0] + weight.y * of[1] + weight.z * of[2] + weight.w * of[3];
@@ -61,6 +63,7 @@ void main() {
     float nearest = max(max(ends.x, ends.y), max(ends.z, ends.w)), farthest = min(min(ends.x, ends.y), min(ends.z, ends.w));
     vec4 lowest = min(min(least[0], least[1]), min(least[2], least[3])),
         highest = max(max(largest[0], largest[1]), max(largest[2], largest[3]));
+    float wider = u_squares < 0 ? 0.0 : FEWER;
     float rush = HURRY * length(u_shift);
     // Of the clouds' picture, by the frame: an odd one leaves part of the last row and column beside it.
     vec2 fill = frame.viewport.xy / vec2(size * PICTURE_PX);
@@ -75,7 +78,8 @@ void main() {
     for (int k = 0; k < busy; ++k) {
         ivec2 step_ = ivec2(k % STRIDE, k / STRIDE), pixel = first + step_;
         vec2 share = vec2(step_) / float(STRIDE), rest = 1.0 - share;
-        bool fresh = k == 0 && u_place.x >= 0 && all(greaterThanEqual(corner, ivec2(0)));
+        bool fresh = k == 0 && u_place.x >= 0 && all(greaterThanEqual(corner, ivec2(0)))
+            && (u_squares < 0 || ((corner.x + corner.y + u_squares) & 1) == 0);
         float depth = textureLod(u_depth, (vec2(pixel) + 0.5) * per_pixel, 0.0).r;
         // Depth is near / distance: its ratio is that of the distances.
         vec4 unlike = abs(depth - ends) / max(max(vec4(depth), ends), 1e-20);
@@ -83,7 +87,9 @@ void main() {
         vec4 weight = (plain + 1e-3) / (1e-3 + unlike * unlike);
         float per = 1.0 / (weight.x + weight.y + weight.z + weight.w);
         // Continuous over the picture. Where all that is seen around is alike, so are these and the spread, to the bit.
-        vec4 low = clamp(blend(least, plain), lowest, highest), high = clamp(blend(largest, plain), lowest, highest);
+        vec4 low = blend(least, plain), high = blend(largest, plain), more = wider * (high - low);
+        low = clamp(low - more, lowest, highest);
+        high = clamp(high + more, lowest, highest);
         vec4 spread = clamp(blend(seen, weight * per), low, high);
         // Where it was in the last frame: x to the right, y up, z forward.
         vec2 slope = ndc_of_pixel((vec2(pixel) + 0.5) * float(PICTURE_PX)) * frame.projection.xy + frame.projection.zw;

@@ -9,7 +9,7 @@
 layout(local_size_x = 8, local_size_y = 4) in;
 layout(binding = 0, rgba32f) uniform image2D u_rays;
 layout(binding = 1, r32f) uniform image2D u_distance;
-layout(location = 4) uniform vec3 u_shafts;   // steps; how much of the shadow counts; the first step is about this long in metres
+layout(location = 5) uniform vec3 u_shafts;   // steps; how much of the shadow counts; the first step is about this long in metres
 
 const float CLEAR = 1e-3;
 
@@ -64,7 +64,7 @@ float cloud_sun_left(AirStep place, float further) {
 }
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 at = cloud_block_of(ivec2(gl_GlobalInvocationID.xy));
     if (any(greaterThanEqual(at, imageSize(u_rays)))) return;
     ViewRay v = cloud_view_ray(at);
     vec4 clouds = imageLoad(u_rays, at);

@@ -11,7 +11,7 @@ layout(std430, binding = 7) readonly buffer TileBuffer { uint groups[4]; uint ti
 
 void main() {
     uint place = tiles[spread_group()];
-    ivec2 at = ivec2(place & 0xffffu, place >> 16) * ivec2(8, 4) + ivec2(gl_LocalInvocationID.xy);
+    ivec2 at = cloud_block_of(ivec2(place & 0xffffu, place >> 16) * ivec2(8, 4) + ivec2(gl_LocalInvocationID.xy));
     if (any(greaterThanEqual(at, imageSize(o_clouds)))) return;
     ViewRay v = cloud_view_ray(at);
     March m = march_clouds(v.ray, v.mu, v.end, v.shift);
