@@ -21,7 +21,7 @@ from .picture import SURFACE, CloudPicture, Surface
 from .probe import march_defines
 from .shadow_pass import SHADOW, SUN, SUN_UNIT, ShadowPass
 from .shafts import Shafts
-from .view_march import DISTANCE, MAPPED, RAYS, ViewMarch
+from .view_march import DISTANCE, MAPPED, RAYS, SPREAD, ViewMarch
 
 __all__ = ["CloudSystem"]
 
@@ -227,14 +227,15 @@ class CloudSystem(System):
         size = self._picture.size(view.size)
         if self._with_shafts:
             self._shafts.declare(builder, RAYS, DISTANCE, depth, lambda: self._past)
-        if self._every == 2:
-            self._view.declare_between(builder, ("clouds.shafts",) if self._with_shafts else (), lambda: self._past)
+        spread = (SPREAD,) if self._every == 2 else ()
+        if spread:
+            self._view.declare_between(builder, view, ("clouds.shafts",) if self._with_shafts else (), lambda: self._past)
         builder.add_pass(
             "clouds.resolve",
             kind="compute",
             bind=self._bind_full,
             system=self.name,
-            reads=(depth, RAYS, DISTANCE),
+            reads=(depth, RAYS, DISTANCE, *spread),
             after=("clouds.march",),
             after_optional=("clouds.shafts", "clouds.between"),
             history=(_FULL, SURFACE),
@@ -249,7 +250,7 @@ class CloudSystem(System):
             kind="compute",
             bind=self._bind_history,
             system=self.name,
-            reads=(depth, RAYS, DISTANCE),
+            reads=(depth, RAYS, DISTANCE, *spread),
             after=("clouds.resolve",),
             history=(_FULL, SURFACE),
             creates=(TextureSpec("debug.cloud_history", "rgba8", size, help="green: what the last frame showed"),),
@@ -304,6 +305,7 @@ class CloudSystem(System):
     def _bind_resolve(self, io: PassIO, into: str, shown: Any) -> Callable[[], None]:
         made = io.texture(into)
         textures = [io.texture(name) for name in (RAYS, self._picture.depth, DISTANCE)]
+        spread = io.texture(SPREAD) if self._every == 2 else textures[0]
         before, surface, valid = io.history(_FULL), io.history(SURFACE), io.history_valid
 
         def run() -> None:
@@ -315,6 +317,7 @@ class CloudSystem(System):
                 texture.use(unit)
             before.use(3)
             surface.use(4)
+            (textures[0] if past.squares < 0 else spread).use(5)
             if shown is self._resolve:  # the picture of validity is none of light
                 shown.set("u_weight", past.weight)
             shown.set("u_past", past.mode)

@@ -14,9 +14,9 @@ from .past import NONE, STILL, Past
 from .picture import CloudPicture
 from .shadow_pass import SUN, SUN_UNIT
 
-__all__ = ["DISTANCE", "MAPPED", "RAYS", "ViewMarch"]
+__all__ = ["DISTANCE", "MAPPED", "RAYS", "SPREAD", "ViewMarch"]
 
-RAYS, DISTANCE = "clouds.rays", "clouds.distance"
+RAYS, DISTANCE, SPREAD = "clouds.rays", "clouds.distance", "clouds.spread"
 _FLAGS, _TILES = "clouds.tile_flags", "clouds.tiles"
 TILE = (8, 4)
 """Rays of a tile: a workgroup's."""
@@ -109,8 +109,11 @@ class ViewMarch:
             help="classes of tiles, and steps of the march",
         )
 
-    def declare_between(self, builder: GraphBuilder, after: tuple[str, ...], past: Callable[[], Past]) -> None:
+    def declare_between(
+        self, builder: GraphBuilder, view: ViewInfo, after: tuple[str, ...], past: Callable[[], Past]
+    ) -> None:
         """Pass ``clouds.between``: rays of the blocks that have none of their own in this frame."""
+        size = self._picture.rays(view.size)
         builder.add_pass(
             "clouds.between",
             kind="compute",
@@ -118,6 +121,7 @@ class ViewMarch:
             system=self._system,
             reads=(self._picture.depth,),
             writes=(RAYS, DISTANCE),
+            creates=(TextureSpec(SPREAD, "rgba32f", size, "persistent", help="rays as they are spread without a past"),),
             after=("clouds.march", *after),
             when=lambda: past().squares >= 0 and not past().skip,
             help="rays between those that were followed, while something moves",
@@ -125,6 +129,7 @@ class ViewMarch:
 
     def _bind_between(self, io: PassIO, past: Callable[[], Past]) -> Callable[[], None]:
         color, distance, depth = io.texture(RAYS), io.texture(DISTANCE), io.texture(self._picture.depth)
+        spread = io.texture(SPREAD)
 
         def run() -> None:
             if past().squares < 0:  # a graph's first frame runs whatever is due
@@ -133,6 +138,7 @@ class ViewMarch:
                 texture.use(unit)
             color.bind_to_image(0, read=False, write=True)
             distance.bind_to_image(1, read=False, write=True)
+            spread.bind_to_image(2, read=False, write=True)
             self._place(self._between, past())
             self._between.run_over(color.width, _lanes_down(color.height, past()))
 

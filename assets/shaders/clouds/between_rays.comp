@@ -1,5 +1,6 @@
 // Rays of the blocks between those that were followed on a chessboard's squares (view_ray.glsl): the mean of the four around, in
-// which those count that ended on what the block's own pixel shows.
+// which those count that ended on what the block's own pixel shows. And what is spread where there is no past: the same of
+// those blocks; of the others a mean that chance has as much of, or the board would be seen.
 #include "clouds/view_ray.glsl"
 
 layout(local_size_x = 8, local_size_y = 4) in;
@@ -7,29 +8,56 @@ layout(binding = 0) uniform sampler2D u_rays;
 layout(binding = 1) uniform sampler2D u_far;
 layout(binding = 0, rgba32f) uniform writeonly image2D o_rays;
 layout(binding = 1, r32f) uniform writeonly image2D o_distance;
+layout(binding = 2, rgba32f) uniform writeonly image2D o_spread;
+
+// Of a ray itself and of those on its squares two blocks off along a diagonal and along a row or column: their squares add up to
+// 1 / 4, as those of a mean of four do.
+const vec3 KEPT = vec3(0.4375, 0.09375, 0.046875);
+
+struct Mean {
+    vec4 light;      // w: what is left of what lies behind
+    float weight;
+    float far, taken;
+};
+
+void add_ray(inout Mean m, ivec2 at, float weight, float own) {
+    ivec2 size = textureSize(u_rays, 0), most = textureSize(u_depth, 0) - 1;
+    bool inside = all(greaterThanEqual(at, ivec2(0))) && all(lessThan(at, size));
+    at = clamp(at, ivec2(0), size - 1);
+    float depth = texelFetch(u_depth, min(at * STRIDE + u_place, most), 0).r;
+    // Depth is near / distance: its ratio is that of the distances.
+    float unlike = abs(depth - own) / max(max(depth, own), 1e-20);
+    weight = inside ? weight / (1e-3 + unlike * unlike) : 0.0;
+    vec4 ray = texelFetch(u_rays, at, 0);
+    float away = texelFetch(u_far, at, 0).r;
+    m.light += weight * ray;
+    m.weight += weight;
+    // Rays that met nothing know no distance.
+    float counts = away < NOT_ALL ? weight * max(1.0 - ray.a, 1e-3) : 0.0;
+    m.far += counts * away;
+    m.taken += counts;
+}
 
 void main() {
-    ivec2 lane = ivec2(gl_GlobalInvocationID.xy), at = ivec2(lane.x, 2 * lane.y + ((lane.x + u_squares + 1) & 1));
+    ivec2 lane = ivec2(gl_GlobalInvocationID.xy), followed = cloud_block_of(lane), between = ivec2(lane.x, followed.y ^ 1);
     ivec2 size = textureSize(u_rays, 0), most = textureSize(u_depth, 0) - 1;
-    if (any(greaterThanEqual(at, size))) return;
-    float own = texelFetch(u_depth, min(at * STRIDE + u_place, most), 0).r;
-    vec4 light = vec4(0.0);
-    float far = 0.0, taken = 0.0, all_ = 0.0;
-    for (int i = 0; i < 4; ++i) {
-        ivec2 from = at + (i < 2 ? ivec2(2 * i - 1, 0) : ivec2(0, 2 * i - 5));
-        if (any(lessThan(from, ivec2(0))) || any(greaterThanEqual(from, size))) continue;
-        float depth = texelFetch(u_depth, min(from * STRIDE + u_place, most), 0).r;
-        // Depth is near / distance: its ratio is that of the distances.
-        float unlike = abs(depth - own) / max(max(depth, own), 1e-20), weight = 1.0 / (1e-3 + unlike * unlike);
-        vec4 ray = texelFetch(u_rays, from, 0);
-        float away = texelFetch(u_far, from, 0).r;
-        light += weight * ray;
-        all_ += weight;
-        // Rays that met nothing know no distance.
-        float counts = away < NOT_ALL ? weight * max(1.0 - ray.a, 1e-3) : 0.0;
-        far += counts * away;
-        taken += counts;
+    if (all(lessThan(between, size))) {
+        float own = texelFetch(u_depth, min(between * STRIDE + u_place, most), 0).r;
+        Mean m = Mean(vec4(0.0), 0.0, 0.0, 0.0);
+        for (int i = 0; i < 4; ++i) add_ray(m, between + (i < 2 ? ivec2(2 * i - 1, 0) : ivec2(0, 2 * i - 5)), 1.0, own);
+        vec4 light = m.light / m.weight;
+        imageStore(o_rays, between, light);
+        imageStore(o_distance, between, vec4(m.taken > 0.0 ? m.far / m.taken : NOT_ALL));
+        imageStore(o_spread, between, light);
     }
-    imageStore(o_rays, at, light / all_);
-    imageStore(o_distance, at, vec4(taken > 0.0 ? far / taken : NOT_ALL));
+    if (all(lessThan(followed, size))) {
+        float own = texelFetch(u_depth, min(followed * STRIDE + u_place, most), 0).r;
+        Mean m = Mean(vec4(0.0), 0.0, 0.0, 0.0);
+        add_ray(m, followed, KEPT.x, own);
+        for (int i = 0; i < 4; ++i) {
+            add_ray(m, followed + ivec2(2 * (i & 1) - 1, (i & 2) - 1), KEPT.y, own);
+            add_ray(m, followed + (i < 2 ? ivec2(4 * i - 2, 0) : ivec2(0, 4 * i - 10)), KEPT.z, own);
+        }
+        imageStore(o_spread, followed, m.light / m.weight);
+    }
 }

@@ -13,6 +13,7 @@ layout(binding = 1) uniform sampler2D u_depth;
 layout(binding = 2) uniform sampler2D u_distance;
 layout(binding = 3) uniform sampler2D u_before;      // last frame's result, linear
 layout(binding = 4) uniform sampler2D u_surface;     // depth up to which that was seen
+layout(binding = 5) uniform sampler2D u_spread;      // of the rays, for where there is no past
 #ifdef VALIDITY
 layout(binding = 0, rgba8) uniform writeonly image2D o_clouds;
 #else
@@ -45,7 +46,9 @@ void main() {
     for (int i = 0; i < 4; ++i) {
         ivec2 from = clamp(corner + ivec2(i & 1, i >> 1), ivec2(0), most);
         vec2 at = (vec2(from) + 0.5) * per_ray;
-        seen[i] = least[i] = largest[i] = textureLod(u_clouds, at, 0.0);
+        seen[i] = textureLod(u_spread, at, 0.0);
+        least[i] = vec4(1e9);
+        largest[i] = vec4(-1e9);
         away[i] = min(textureLod(u_distance, at, 0.0).r, 1e8);
         ends[i] = texelFetch(u_depth, min(from * STRIDE + place, size - 1), 0).r;
     }
@@ -60,6 +63,7 @@ void main() {
             }
         }
     }
+    vec4 ray = textureLod(u_clouds, (vec2(clamp(corner, ivec2(0), most)) + 0.5) * per_ray, 0.0);
     float nearest = max(max(ends.x, ends.y), max(ends.z, ends.w)), farthest = min(min(ends.x, ends.y), min(ends.z, ends.w));
     vec4 lowest = min(min(least[0], least[1]), min(least[2], least[3])),
         highest = max(max(largest[0], largest[1]), max(largest[2], largest[3]));
@@ -116,7 +120,7 @@ void main() {
 #else
         // What a camera flies up to shows more of itself from frame to frame than one ray in a block tells.
         float hurry = u_past == 2 ? 0.0 : rush / (distance_m + rush);
-        vec4 found = known ? mix(fresh ? mix(held, seen[0], u_weight) : held, spread, hurry) : fresh ? seen[0] : spread;
+        vec4 found = known ? mix(fresh ? mix(held, ray, u_weight) : held, spread, hurry) : fresh ? ray : spread;
         // Light may be less than none: what the air in shadow doesn't scatter is taken off.
         imageStore(o_clouds, pixel, vec4(found.rgb, max(found.a, 0.0)));
 #endif
