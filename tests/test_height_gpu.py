@@ -118,6 +118,41 @@ def test_float_does_for_coasts_of_wide_pixels(run_compute, gpu):
 
 
 @pytest.mark.parametrize(
+    ("extent_m", "mean_px", "most_px"), [(50.0, 0.02, 0.25), (800.0, 0.02, 0.25), (12e3, 0.03, 0.75), (40e3, 0.1, 1.0)]
+)
+def test_heights_around_a_middle(run_compute, gpu, extent_m, mean_px, most_px):
+    """Places of a block of 4 x 4 pixels by the long noises of its middle: how far that moves a coast in the mean, and
+    of a hundred places one. Pixels that are 19 km long are seen along the limb."""
+    scope, pixel_m = gpu.scope("test"), extent_m / np.sqrt(4.5)
+    body = """TerrainAround around = terrain_around(terrain_broad(d), d, extent);
+        there = terrain_keeps_around(extent) ? 1u : 0u;
+        h = terrain_height_around(around, d + e, spacing) - terrain_far_height(d + e, spacing);
+        g = terrain_point(d + e, spacing / 12.0).gradient;"""
+    off, slope = [], []
+    for i, up in enumerate(anchors(6)):
+        table = scope.buffer(octave_table(EARTH, up).tobytes())
+        rng = np.random.default_rng(i)
+        d = offsets(up, EARTH.radius_m, 10.0 ** rng.uniform(3.0, 6.0, 400), i)
+        e = rng.normal(size=d.shape)
+        foot = up + d / EARTH.radius_m
+        e -= (e * foot).sum(axis=1, keepdims=True) * foot
+        e *= extent_m * np.sqrt(rng.random((len(d), 1))) / np.linalg.norm(e, axis=1, keepdims=True)
+        inputs = {"d": d, "e": e, "extent": np.float32(extent_m), "spacing": np.float32(12.0 * pixel_m)}
+        out = run_compute(
+            body, inputs, {"there": "uint", "h": "float", "g": "vec3"},
+            header='#define TERRAIN_FLOAT\n#define TERRAIN_AROUND_FAR\n#include "terrain/height_around.glsl"',
+            setup=lambda _, t=table: t.bind_to_uniform_block(4),
+        )  # fmt: skip
+        assert out["there"].all()
+        off.append(np.abs(out["h"]))
+        slope.append(np.linalg.norm(out["g"], axis=1))
+    scope.release()
+    metres, slopes = np.concatenate(off), np.concatenate(slope)
+    assert metres.mean() <= mean_px * pixel_m * slopes.mean()
+    assert np.quantile(metres / slopes, 0.99) <= most_px * pixel_m
+
+
+@pytest.mark.parametrize(
     "params",
     [
         TerrainParams(500.0, 9, 50.0, -50.0, 8, 0.5, plains=0.0, mountains=0.0, roughness=4.0),

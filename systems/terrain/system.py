@@ -352,19 +352,21 @@ class TerrainSystem(System):
         begin, grow = self._shader("terrain/coast_begin.comp"), self._shader("terrain/coast_grow.comp")
         # The height alone has no gradient, which a block of pixels is asked by.
         alone = int(self._settings["terrain.coast_px"]) == 1
-        find, find_wide = self._shader(find_file), self._shader(find_file, "TERRAIN_FLOAT")
+        here = ("COAST_HERE",) if alone else ()
+        find, find_wide = self._shader(find_file), self._shader(find_file, "TERRAIN_FLOAT", *here)
         ask, ask_wide = self._shader(ask_file), self._shader(ask_file, "TERRAIN_FLOAT")
-        first_file = far_file if alone else ask_file  # asks first where pixels are wide
-        listed = self._shader(first_file, "TERRAIN_FLOAT")
-        whole = self._shader(first_file, "TERRAIN_FLOAT", "COAST_TILES")
+        listed = self._shader(far_file, "TERRAIN_FLOAT") if alone else ask_wide
+        whole = self._shader(find_file if alone else ask_file, "TERRAIN_FLOAT", *here, "COAST_TILES")
         tiles, (asked, land, more) = io.buffer("gbuffer.tiles_coast"), (io.buffer(name) for name in _COAST_LISTS)
         growing = [io.buffer(name) for name in _GROWING]
         across, down = (-(-n // side) for n, side in zip(io.size, (16, 8), strict=True))
         view, barrier = self._view(index), self._gpu.gpu.barrier
 
         def run() -> None:
-            finds = find_wide if view.wide else find
-            finds.set("u_opaque_m", self._opaque_m())
+            first = whole if view.farther else find_wide if view.wide else find
+            lists = alone or not view.farther
+            if lists:
+                first.set("u_opaque_m", self._opaque_m())
             grow.set("u_tiles", (across, down))
             for turn in range(1 + (_GROWTH if view.far else 0)):
                 for unit, buffer in ((3, more), (5, land), (6, asked)):
@@ -377,10 +379,8 @@ class TerrainSystem(System):
                     grow.run(-(-across * down // 64))
                     barrier()
                     more.bind_to_storage_buffer(7)
-                if view.farther:
-                    whole.run_indirect(more if turn else tiles)
-                else:
-                    finds.run_indirect(more if turn else tiles)
+                first.run_indirect(more if turn else tiles)
+                if lists:
                     barrier()
                     (listed if view.wide else ask).run_indirect(asked)
                 if view.wide and alone:

@@ -2,7 +2,14 @@
 // and the roughness there say of the others whether they are land or water, or that they may be either. A lane a block, a
 // workgroup a tile of 16 x 8 pixels.
 //
-// Define COAST_STEP: 2 lists blocks of 2 x 2 pixels, by the first.
+// Define COAST_STEP: 2 lists blocks of 2 x 2 pixels, by the first; COAST_HERE, with TERRAIN_FLOAT: most are asked here, by the height
+// alone, and only the others listed; COAST_TILES: all are asked.
+#ifdef COAST_HERE
+#ifdef COAST_TILES
+#define TERRAIN_AROUND_FAR
+#endif
+#include "terrain/coast_here.glsl"
+#endif
 #include "terrain/coast_pixel.glsl"
 #include "terrain/coast_list.glsl"
 #include "common/spread.glsl"
@@ -35,30 +42,42 @@ void main() {
 
     ivec2 middle = min(first + 2, last);
     CoastPixel asked = coast_pixel(middle);
-    TerrainPoint ground = terrain_point(asked.D, length(asked.point) * frame.clock.w);
+    vec3 spot = asked.D;
+#ifdef COAST_HERE
+    float extent_m = coast_extent(first, last, spot);
+#endif
+    double height_m;
+    TerrainBroad broad = terrain_broad(spot);
+    TerrainPoint ground = terrain_point(broad, spot, length(asked.point) * frame.clock.w, height_m);
     float above = frame.anchor_up.w + ground.dh - planet.sea.x, slope = SLOPE * length(ground.gradient);
     bool there = texel_at(u_depth, middle).r > 0.0;
-#if defined(TERRAIN_CRATERED) || defined(TERRAIN_MAPPED)
-    there = false;   // a rim or a cliff of the map keeps to no layer's amplitude
+#if defined(TERRAIN_CRATERED) || defined(TERRAIN_MAPPED) || defined(COAST_TILES)
+    there = false;   // a rim or a cliff of the map keeps to no layer's amplitude; from far away hardly any pixel is known
 #endif
 
-    uint found = 0u;
+    uint found = 0u, close = 0u;
     for (int k = 0; k < 16; ++k) {
         ivec2 pixel = first + ivec2(k & 3, k >> 2);
         CoastPixel p = coast_pixel(min(pixel, last));
-        vec3 aside = p.D - asked.D;
+        vec3 aside = p.D - spot;
         float away = length(aside), pixel_m = length(p.point) * frame.clock.w;
         float least = slope * away + RELIEF * ground.roughness * layer_amplitude(LONGER * max(away / PIXELS, pixel_m));
         bool inside = all(lessThanEqual(pixel, last)) && p.open;
         bool known = there && pixel_m < RANGES * terrain_table.octaves[TERRAIN_LAYER].fraction_lo.w && abs(above) > least
             && (above < -u_opaque_m || above > 0.0 && p.surface == SURFACE_TERRAIN);
         found |= inside && !known ? 1u << k : 0u;
+#ifdef COAST_HERE
+        close |= away <= extent_m ? 1u << k : 0u;
+#endif
         if (inside && known && above < 0.0) coast_to_sea(pixel, p, max(-above - dot(ground.gradient, aside), u_opaque_m));
     }
 
 #if COAST_STEP == 2
     found |= found >> 1 & 0x7777u;
     found = (found | found >> 4) & 0x0505u;
+#endif
+#ifdef COAST_HERE
+    found &= ~coast_here(found & close, first, broad, spot, extent_m);
 #endif
     uint count = uint(bitCount(found));
     uint place = count > 0u ? atomicAdd(coast_list.count, count) : 0u;

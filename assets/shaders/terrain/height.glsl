@@ -250,39 +250,57 @@ TERRAIN_SURFACE(double, dvec2, dvec3)
 
 #include "terrain/height_sources.glsl"
 
-// D: the foot on the reference sphere minus the anchor's foot. spacing_m: distance of vertices there. Heights hold all
-// layers that the spacing can show, so that vertices lie on the true surface; gradients are band-limited to the spacing.
-TerrainPoint terrain_point(TERRAIN_PLACE D, float spacing_m, out double height_m) {
-    TerrainConstants k = terrain_table.constants;
+// The warps, continents and belts.
+struct TerrainBroad {
+    TERRAIN_REAL3 w1, near, far;   // near: D warped by w2, far: by both
+    mat3 j1;                       // of w1
+    mat3 to_near, to_far;          // of near and far
+    TERRAIN_REAL2 fields;          // c and b
+    vec3 dc, db;
+};
+
+TerrainBroad terrain_broad(TERRAIN_PLACE D) {
+    TerrainBroad t;
     vec2 warp_m = terrain_table.warp_m;
 
     // Warps of both scales, as differences from the anchor's.
-    mat3 j1, j2;
+    mat3 j2;
     TERRAIN_REAL3 d = TERRAIN_REAL3(D);
-    TERRAIN_REAL3 w1_exact = terrain_warp(terrain_table.octaves[0], d, j1);
-    TERRAIN_REAL3 w2_exact = terrain_warp(terrain_table.octaves[1], d, j2);
-    TERRAIN_REAL3 near = d + TERRAIN_REAL(warp_m.y)
-        * (w2_exact - (TERRAIN_REAL3(terrain_table.warp_hi[1].xyz) + TERRAIN_REAL3(terrain_table.warp_lo[1].xyz)));
-    TERRAIN_REAL3 far = near + TERRAIN_REAL(warp_m.x)
-        * (w1_exact - (TERRAIN_REAL3(terrain_table.warp_hi[0].xyz) + TERRAIN_REAL3(terrain_table.warp_lo[0].xyz)));
-    mat3 to_near = mat3(1.0) + warp_m.y * j2;
-    mat3 to_far = to_near + warp_m.x * j1;
-    vec3 w1 = vec3(w1_exact);
+    t.w1 = terrain_warp(terrain_table.octaves[0], d, t.j1);
+    TERRAIN_REAL3 w2 = terrain_warp(terrain_table.octaves[1], d, j2);
+    t.near = d + TERRAIN_REAL(warp_m.y)
+        * (w2 - (TERRAIN_REAL3(terrain_table.warp_hi[1].xyz) + TERRAIN_REAL3(terrain_table.warp_lo[1].xyz)));
+    t.far = t.near + TERRAIN_REAL(warp_m.x)
+        * (t.w1 - (TERRAIN_REAL3(terrain_table.warp_hi[0].xyz) + TERRAIN_REAL3(terrain_table.warp_lo[0].xyz)));
+    t.to_near = mat3(1.0) + warp_m.y * j2;
+    t.to_far = t.to_near + warp_m.x * t.j1;
 
     // Continents and belts.
-    TERRAIN_REAL2 fields_exact = TERRAIN_REAL2(0.0);
-    vec3 dc = vec3(0.0), db = vec3(0.0);
+    t.fields = TERRAIN_REAL2(0.0);
+    t.dc = vec3(0.0);
+    t.db = vec3(0.0);
     int o = TERRAIN_FIELD;
     do {
         vec2 weights = terrain_table.octaves[o].weights.xy;
         vec3 g;
-        fields_exact += TERRAIN_REAL2(weights) * terrain_noise(terrain_table.octaves[o], far, g);
-        dc += weights.x * g;
-        db += weights.y * g;
+        t.fields += TERRAIN_REAL2(weights) * terrain_noise(terrain_table.octaves[o], t.far, g);
+        t.dc += weights.x * g;
+        t.db += weights.y * g;
     } while (++o < TERRAIN_LAYER);
+    t.dc = t.dc * t.to_far;
+    t.db = t.db * t.to_far;
+    return t;
+}
+
+// D: the foot on the reference sphere minus the anchor's foot. spacing_m: distance of vertices there. Heights hold all
+// layers that the spacing can show, so that vertices lie on the true surface; gradients are band-limited to the spacing.
+TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m, out double height_m) {
+    TerrainConstants k = terrain_table.constants;
+    TERRAIN_REAL3 w1_exact = broad.w1, near = broad.near;
+    TERRAIN_REAL2 fields_exact = broad.fields;
+    mat3 j1 = broad.j1, to_near = broad.to_near;
+    vec3 w1 = vec3(w1_exact), dc = broad.dc, db = broad.db;
     vec2 fields = vec2(fields_exact);
-    dc = dc * to_far;
-    db = db * to_far;
 
     // Layers: s of the ranges, z of the relief, in metres; seen_z is what of z the gradient's band shows.
     int layers = terrain_table.layers.x, warped = terrain_table.layers.y;
@@ -427,6 +445,10 @@ TerrainPoint terrain_point(TERRAIN_PLACE D, float spacing_m, out double height_m
     point.moisture = clamp(moisture - TERRAIN_DUG_DRY * dug.w, 0.0, 1.0);
     point.mountains = on_land;
     return point;
+}
+
+TerrainPoint terrain_point(TERRAIN_PLACE D, float spacing_m, out double height_m) {
+    return terrain_point(terrain_broad(D), D, spacing_m, height_m);
 }
 
 TerrainPoint terrain_point(TERRAIN_PLACE D, float spacing_m) {
