@@ -90,7 +90,7 @@ def uniform_clouds() -> Clouds:
 def shaft_errors(clouds: Clouds, shots: Sequence[Shot], quality: str, size: tuple[int, int], **more: Any) -> Floats:
     """(N,) relative errors of the light that is left of the air's, of rays with any shadow. more: overrides."""
     scene = scene_of(clouds)
-    overrides = {"clouds.stride": 1, **more}
+    overrides = {"clouds.stride": 1, "clouds.picture_px": 1, **more}  # a ray for each pixel
     found = []
     with Renderer(scene, size, quality, overrides) as renderer:
         for shot in shots:

@@ -93,7 +93,8 @@ def reach_of(
     edge = min(0.5 * (away + angle), 1.35)
     extent = math.tan(edge) - math.tan(0.5 * away)
     half = 0.5 * size - _SLACK - _FRINGE
-    coarsest = math.floor(math.log2(half / extent))
+    # On a sea that hides all ground a camera at its level sees nothing that casts a shadow.
+    coarsest = math.floor(math.log2(half / extent)) if extent > 0.0 else finest
     finest = max(finest, coarsest)
     return Reach(chart, foot, finest, max(coarsest, finest - MOST_LEVELS + 1))
 
