@@ -229,7 +229,7 @@ class CloudSystem(System):
             self._shafts.declare(builder, RAYS, DISTANCE, depth, lambda: self._past)
         spread = (SPREAD,) if self._every == 2 else ()
         if spread:
-            self._view.declare_between(builder, view, ("clouds.shafts",) if self._with_shafts else (), lambda: self._past)
+            self._view.declare_between(builder, view, lambda: self._past)
         builder.add_pass(
             "clouds.resolve",
             kind="compute",

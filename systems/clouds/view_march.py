@@ -109,9 +109,7 @@ class ViewMarch:
             help="classes of tiles, and steps of the march",
         )
 
-    def declare_between(
-        self, builder: GraphBuilder, view: ViewInfo, after: tuple[str, ...], past: Callable[[], Past]
-    ) -> None:
+    def declare_between(self, builder: GraphBuilder, view: ViewInfo, past: Callable[[], Past]) -> None:
         """Pass ``clouds.between``: rays of the blocks that have none of their own in this frame."""
         size = self._picture.rays(view.size)
         builder.add_pass(
@@ -121,8 +119,9 @@ class ViewMarch:
             system=self._system,
             reads=(self._picture.depth,),
             writes=(RAYS, DISTANCE),
-            creates=(TextureSpec(SPREAD, "rgba32f", size, "persistent", help="rays as they are spread without a past"),),
-            after=("clouds.march", *after),
+            creates=(TextureSpec(SPREAD, "rgba32f", size, "persistent", help="rays, for where there is no past"),),
+            after=("clouds.march",),
+            after_optional=("clouds.shafts",),
             when=lambda: past().squares >= 0 and not past().skip,
             help="rays between those that were followed, while something moves",
         )
