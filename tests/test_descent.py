@@ -15,7 +15,7 @@ pytestmark = pytest.mark.gpu
 
 SIZE = (96, 54)
 LARGER = (320, 180)
-"""Beside the planet blocks of 2 x 2 pixels of `low`, which step with the mesh, are small; beside the sea ground is seen."""
+"""Blocks of 2 x 2 pixels of `low`, which step with the mesh, are small in it, and beside the sea there is ground."""
 
 
 def flight_of(scene: pf.Scene, frames: int, first_s: float, last_s: float) -> descent.Flight:
