@@ -28,7 +28,7 @@ _LONG_RUNS = 256
 _SWELL_BYTES = 16 * 23  # SwellTile of ocean/swell.glsl
 
 _READ_WHERE_SHADED = {"ocean.shade", "terrain.shade"}
-"""Passes that read the sea's normals and roughness in no other pixels than those that are shaded (`ocean.shade_every`)."""
+"""Passes that read the sea's normals and roughness only where it is shaded (`ocean.shade_every`)."""
 
 _RG16_SNORM = 0x8F99  # moderngl takes it for rgba
 VISIBLE_PX = 0.25
@@ -231,7 +231,7 @@ class SeaWaves:
         readers = io.readers("gbuffer.normal") | io.readers("ocean.rough")
         asked = self._shade_every if readers <= _READ_WHERE_SHADED else 1
         program = self._program("ocean/surface.comp", view.moves, self._many, asked)
-        # On a chessboard a still picture asks for all.
+        # Where every second pixel is shaded, a still picture shades all.
         every = self._program("ocean/surface.comp", view.moves, self._many) if asked == 2 else program
 
         def run() -> None:
