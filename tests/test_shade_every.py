@@ -50,6 +50,13 @@ def test_outlines_are_the_same_and_every_pixel_has_light(pair, name):
         assert np.array_equal(each["radiance"][~ground], blocks["radiance"][~ground])
 
 
+@pytest.mark.parametrize("name", ["sea", "under"])
+def test_an_array_of_normals_has_every_pixel(pair, name):
+    each, blocks = (renderer.render(pf.view(name), outputs=("normal", "surface")) for renderer in pair)
+    assert (each["surface"] == SEA).any()
+    assert np.array_equal(each["normal"], blocks["normal"])
+
+
 def tiled(values: np.ndarray, side: int) -> np.ndarray:
     """By tiles of 8 x 8 pixels of the full picture, whatever one of them is."""
     rows, columns = 22 * side, 39 * side

@@ -11,7 +11,7 @@ from .analysis import Analysis
 from .backend import GraphBackend, PassTimers
 from .declaration import PassDecl, Run
 from .errors import GraphError
-from .names import Names
+from .names import Names, base_name
 from .pass_io import Flag, PassIO, Slot
 from .resources import CreatedSpec, ImportSpec
 from .sizes import ViewSizes
@@ -43,6 +43,7 @@ class Table:
     current: dict[str, Any]
     last_frame: dict[str, Any]
     valid: dict[str, Flag]
+    readers: dict[str, frozenset[str]]
     framebuffer: Callable[[tuple[Any, ...], Any | None], Any]
 
 
@@ -60,8 +61,18 @@ def make_table(analysis: Analysis, storage: Storage, state: State, sizes: ViewSi
         current={name: storage.objects[key(name, parity)] for name in names},
         last_frame={name: storage.objects[key(name, 1 - parity)] for name in state.valid},
         valid=state.valid,
+        readers=_readers(analysis),
         framebuffer=storage.framebuffer,
     )
+
+
+def _readers(analysis: Analysis) -> dict[str, frozenset[str]]:
+    model, alive = analysis.model, set(analysis.culling.alive)
+    exported = {name: {""} for name in model.exports}
+    return {
+        name: frozenset({base_name(model.name(i)) for i in indices if i in alive} | exported.get(name, set()))
+        for name, indices in model.readers.items()
+    }
 
 
 def bind_passes(

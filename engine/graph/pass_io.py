@@ -57,6 +57,7 @@ class ResourceTable(Protocol):
     current: dict[str, Any]
     last_frame: dict[str, Any]
     valid: dict[str, Flag]
+    readers: dict[str, frozenset[str]]
     framebuffer: Callable[[tuple[Any, ...], Any | None], Any]
 
 
@@ -93,6 +94,11 @@ class PassIO:
         """True when the resource or import exists in this graph; for names in reads_optional."""
         name = self._full(name)
         return name in self._table.current or name in self._table.imports
+
+    def readers(self, name: str) -> frozenset[str]:
+        """Who reads that resource in this graph: names of running passes without their view and planet, and "" where it
+        is exported. For a pass that can leave out what nobody looks at."""
+        return self._table.readers.get(self._full(name), frozenset())
 
     def texture(self, name: str) -> Any:
         """This frame's texture of that name (created, read or written by this pass)."""

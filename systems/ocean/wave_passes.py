@@ -27,6 +27,9 @@ _LONG_RUNS = 256
 """From so many waves on a software renderer takes twice as many pixels a lane."""
 _SWELL_BYTES = 16 * 23  # SwellTile of ocean/swell.glsl
 
+_READ_WHERE_SHADED = {"ocean.shade", "terrain.shade"}
+"""Passes that read the sea's normals and roughness only where it is shaded (`ocean.shade_every`)."""
+
 _RG16_SNORM = 0x8F99  # moderngl takes it for rgba
 VISIBLE_PX = 0.25
 """A displacement that is nowhere longer than this on screen is left out."""
@@ -55,6 +58,7 @@ class WaveView:
         self.moves = False
         self.reach_m = (0.0, 0.0)
         """How far a point may be moved: upwards, and in all."""
+        self.squares: int | None = None  # Frame.squares
 
 
 class SeaWaves:
@@ -70,17 +74,21 @@ class SeaWaves:
         # Fetching a wave costs as much as evaluating it where lanes can't share the fetch. With fewer waves long runs
         # save less than what they leave out is worth: how waves bend, and what a pixel shows of them, along a run.
         self._runs = (8, 16) if setup.gpu.gpu.caps.is_software else (2, 2)
-        self._programs: dict[tuple[str, bool, bool, int], Any] = {}
+        self._shade_every = int(setup.settings["ocean.shade_every"])
+        self._programs: dict[tuple[str, bool, bool, int, int], Any] = {}
         self._warming: Warming | None = None
         self._footprint_px = float(setup.settings["ocean.footprint_px"])
         self._held = None
 
-    def _program(self, file: str, moves: bool, swell: bool) -> Any:
+    def _program(self, file: str, moves: bool, swell: bool, every: int = 1) -> Any:
+        """every: SHADE_EVERY."""
         run = self._runs[self._long]
-        key = (file, moves, swell, run)
+        if every > 1:  # A row of a tile has 8 of them; at one of four a tile is one vector of 8 lanes.
+            run = min(run, 8) if every == 2 else max(min(run, 8) // 2, 2)
+        key = (file, moves, swell, run, every)
         found = self._programs.get(key)
         if found is None:
-            defines = {"SEA_RUN": run, "SEA_LANES": 128 // run}
+            defines = {"SEA_RUN": run, "SEA_LANES": 128 // run // every, "SHADE_EVERY": every}
             if moves:
                 defines["SEA_MOVES"] = 1
             if swell:
@@ -93,7 +101,8 @@ class SeaWaves:
         for moves in (False, True):
             if many:
                 yield partial(self._program, "ocean/swell.comp", moves, True)
-            yield partial(self._program, "ocean/surface.comp", moves, many)
+            for every in {1, 2} if self._shade_every == 2 else {self._shade_every}:
+                yield partial(self._program, "ocean/surface.comp", moves, many, every)
 
     def view(self) -> WaveView:
         return WaveView(self._gpu.buffer(reserve=BLOCK_BYTES, dynamic=True))
@@ -143,6 +152,7 @@ class SeaWaves:
     def update(self, frame: Frame, view: WaveView) -> None:
         """Upload the phases of the moment."""
         assert view.waves is not None
+        view.squares = frame.squares
         moment = (view.placed, frame.time_s)
         if moment != view.moment:
             view.moment = moment
@@ -218,7 +228,11 @@ class SeaWaves:
         bind, tiles = self._bind_pixels(io, view), io.buffer("gbuffer.tiles_sea")
         normal, rough = io.texture("gbuffer.normal"), io.texture("ocean.rough")
         swell = io.buffer("ocean.swell") if self._many else None
-        program = self._program("ocean/surface.comp", view.moves, self._many)
+        readers = io.readers("gbuffer.normal") | io.readers("ocean.rough")
+        asked = self._shade_every if readers <= _READ_WHERE_SHADED else 1
+        program = self._program("ocean/surface.comp", view.moves, self._many, asked)
+        # Where every second pixel is shaded, a still picture shades all.
+        every = self._program("ocean/surface.comp", view.moves, self._many) if asked == 2 else program
 
         def run() -> None:
             bind()
@@ -226,6 +240,6 @@ class SeaWaves:
                 swell.bind_to_storage_buffer(1)
             normal.bind_to_image(0, read=False, write=True, format=_RG16_SNORM)
             rough.bind_to_image(1, read=False, write=True)
-            program.run_indirect(tiles)
+            (every if view.squares is None else program).run_indirect(tiles)
 
         return run

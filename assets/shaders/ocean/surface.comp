@@ -5,6 +5,8 @@
 // from pixel to pixel (with its rings' curve, if its origin is near). Where pixels lie in even steps on the calm sea, as its waves
 // go, their phases are turned from one to the next, from the first of each SEA_PART pixels on. Waves that are long on the whole tile come from the tile's nodes, if SEA_SWELL
 // says that there are any.
+//
+//   SHADE_EVERY   2 or 4: only pixels that are shaded get what they need, one of each block and others where it shows no sea
 #include "common/camera.glsl"
 #include "common/octahedral.glsl"
 #include "common/sea_depth.glsl"
@@ -14,8 +16,9 @@
 #include "ocean/waves.glsl"
 #include "ocean/sea_pixel.glsl"
 #include "ocean/swell.glsl"
+#include "ocean/shaded.glsl"
 
-layout(local_size_x = SEA_LANES) in;   // 128 / SEA_RUN
+layout(local_size_x = SEA_LANES) in;   // 128 / SEA_RUN / SHADE_EVERY
 // Work on single pixels is written for a part and called by literal numbers: loops of 16 turns are not unrolled, and arrays whose
 // index is not known when compiling lie in slow memory.
 #if SEA_RUN > 8
@@ -49,6 +52,10 @@ vec2 g_depth;              // at the first and the last pixel
 vec2 g_start[SEA_PARTS], g_step[SEA_PARTS];   // m: the pixels' offsets as even steps
 
 shared uint s_uneven;
+#if SHADE_EVERY > 1
+uint g_turns[SEA_RUN];       // of each block, as sea_turns() has them
+shared uint s_turns;
+#endif
 
 // A wave's slopes in SEA_PART pixels from `base` on.
 void add_part(int base, SeaWave wave, float per_m, bool near, bool shallow, bool even, float first, float more, vec2 up, vec2 up_sine,
@@ -138,25 +145,32 @@ void add_swell(uint index, vec2 middle) {
 }
 #endif
 
-void store_part(int base, ivec2 first) {
+ivec2 pixel_of(ivec2 first, int k, uint turn) {
+    return sea_of_block(first + ivec2(k * SEA_APART.x, 0), turn);
+}
+
+void store_part(int base, ivec2 first, uint turn) {
     for (int k = base; k < base + SEA_PART; ++k) {
         if (!g_sea[k]) continue;
+        ivec2 pixel = pixel_of(first, k, turn);
         SeaSurface lies = sea_lie(g_places[k], SeaSums(g_lift[k], g_squeeze[k], g_hidden));
-        imageStore(u_normal_out, first + ivec2(k, 0), vec4(oct_encode(lies.normal), 0.0, 0.0));
-        imageStore(u_rough_out, first + ivec2(k, 0), vec4(lies.variance, lies.jacobian));
+        imageStore(u_normal_out, pixel, vec4(oct_encode(lies.normal), 0.0, 0.0));
+        imageStore(u_rough_out, pixel, vec4(lies.variance, lies.jacobian));
     }
 }
 
-void main() {
-    uint index = spread_group(), tile = tiles[index];
-    int lane = int(gl_LocalInvocationID.x) * SEA_RUN;
-    ivec2 first = ivec2(tile & 0xffffu, tile >> 16) * ivec2(16, 8) + ivec2(lane & 15, lane >> 4);
+// One pixel of each block, from the run's first block on.
+void lie(uint index, ivec2 first, uint turn) {
     vec2 middle = vec2(0.0);
     float count = 0.0, shallowest = 3.0e38;
     g_footprint = vec4(0.0);
     for (int k = 0; k < SEA_RUN; ++k) {
-        ivec2 pixel = first + ivec2(k, 0);
+        ivec2 pixel = pixel_of(first, k, turn);
+#if SHADE_EVERY > 1
+        g_sea[k] = ((g_turns[k] >> turn) & 1u) != 0u;
+#else
         g_sea[k] = sea_at(pixel);
+#endif
         vec3 point = g_sea[k] ? sea_point(pixel) : frame.camera_forward.xyz;
         g_places[k] = sea_calm_place(pixel, point);
         float distance_m = length(point);
@@ -228,8 +242,39 @@ void main() {
         vec4 a = wave_data[3 * i], b = wave_data[3 * i + 1], c = wave_data[3 * i + 2];
         add_wave(sea_near_wave(place, a, b, c), a.w, true, true, false);
     }
-    store_part(0, first);
+    store_part(0, first, turn);
 #if SEA_PARTS > 1
-    store_part(SEA_PART, first);
+    store_part(SEA_PART, first, turn);
+#endif
+}
+
+void main() {
+    const int ROW = 16 / SEA_APART.x;
+    uint index = spread_group(), tile = tiles[index];
+    int lane = int(gl_LocalInvocationID.x) * SEA_RUN;
+    ivec2 first = ivec2(tile & 0xffffu, tile >> 16) * ivec2(16, 8) + SEA_APART * ivec2(lane & (ROW - 1), lane / ROW);
+#if SHADE_EVERY > 1
+    uint all = 0u;
+    for (int k = 0; k < SEA_RUN; ++k) {
+        g_turns[k] = sea_turns(first + ivec2(k * SEA_APART.x, 0));
+        all |= g_turns[k];
+    }
+    if (gl_LocalInvocationID.x == 0u) s_turns = 0u;
+    memoryBarrierShared();
+    barrier();
+    atomicOr(s_turns, all);
+    memoryBarrierShared();
+    barrier();
+    // A loop that is left at its end costs a software GPU nothing where it has one turn; an `if` skips nothing there.
+    all = s_turns;
+    uint turn = 0u;
+    do {
+        lie(index, first, turn);
+        all &= ~(1u << turn);
+        turn = uint(findLSB(all));
+        barrier();
+    } while (all != 0u);
+#else
+    lie(index, first, 0u);
 #endif
 }
