@@ -54,6 +54,25 @@ def test_fixed_size_content_survives_a_resize() -> None:
     assert trail.frame(plan) == ["use"]
 
 
+@pytest.mark.parametrize(
+    ("exports", "read_by"),
+    [(["y"], {"shown"}), (["y", "z"], {"shown", "other"}), (["x", "y"], {"shown", ""})],
+)
+def test_a_pass_knows_who_reads_what_it_makes(exports: list[str], read_by: set[str]) -> None:
+    """Those that run: a pass that nothing asks for is culled, and reads nothing."""
+    builder, found = GraphBuilder(), []
+
+    def bind(io: PassIO) -> Callable[[], None]:
+        found.append(io.readers("x"))
+        return lambda: None
+
+    builder.add_pass("make", bind=bind, creates=(tex("x"),))
+    builder.add_pass("shown", bind=idle, reads=("x",), creates=(tex("y"),))
+    builder.add_pass("other", bind=idle, reads=("x",), creates=(tex("z"),))
+    compiled(builder, *exports).execute()
+    assert set(found) == {frozenset(read_by)}
+
+
 # --- history ---------------------------------------------------------------------------------------------------------
 
 
