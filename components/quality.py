@@ -403,7 +403,7 @@ class CloudQuality:
         2,
         "",
         "Every so manieth of those blocks has a ray in a frame while something moves: each, or every second as on a"
-        " chessboard; those between are interpolated",
+        " chessboard; those between are interpolated. Blocks of one pixel have theirs each",
         cost="grows with its inverse",
     )
     samples: int = knob(

@@ -108,7 +108,7 @@ def _bytes_per_pixel(settings: Mapping[str, Any], scene: Scene) -> float:
     if planet.has(Ocean):
         each += 15.0 + (12.0 if planet.has(Terrain) else 0.0)  # waves; coasts
     if planet.has(Clouds):
-        each += 40.0 + 20.0 / int(settings["clouds.stride"]) ** 2
+        each += 40.0 + (36.0 if int(settings["clouds.march_every"]) > 1 else 20.0) / int(settings["clouds.stride"]) ** 2
     return each
 
 

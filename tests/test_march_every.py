@@ -50,6 +50,45 @@ def test_pictures_in_flight_are_nearly_as_close(name):
     assert 0.0 < found[2] < np.sqrt(2.0) * found[1], found
 
 
+def test_no_dots_are_left_where_there_is_no_past():
+    """In the strip that a fast turn brings into the picture pixels of followed rays stand out no more than others."""
+    with preset_scene("earth", True) as scene, pf.Renderer(scene, (320, 180), "medium") as renderer:
+        view = pf.view("clouds")
+        renderer.settle(view)
+        for camera in turned(renderer.camera_state(view), 3.0, 10):
+            shown = renderer.render(
+                camera, outputs=("clouds.full", "debug.cloud_history"), dt_s=1.0 / 60.0, sun=view.sun,
+                time_s=view.time_s,
+            )  # fmt: skip
+    left, history = shown["clouds.full"][..., 3], shown["debug.cloud_history"].astype(np.int64)[1:-1, 1:-1]
+    around = 0.25 * (left[:-2, 1:-1] + left[2:, 1:-1] + left[1:-1, :-2] + left[1:-1, 2:])
+    off = np.abs(left[1:-1, 1:-1] - around)
+    new = history[..., 0] > history[..., 1] + 60
+    followed = new & (history[..., 2] > 60)  # paler in the debug view
+    # A block of 4 aside: where nothing was followed, but light is spread from, too.
+    between = np.roll(followed, 4, axis=1) & new & ~followed
+    assert min(followed.sum(), between.sum()) > 30
+    assert off[followed].mean() < 1.5 * off[between].mean()
+
+
+@pytest.mark.parametrize("size", [(320, 180), (40, 3), (5, 3), (4, 4), (1, 1)])
+def test_every_ray_and_every_step_is_known(size):
+    """Odd numbers of rows, and pictures of hardly a block."""
+    with preset_scene("earth", True) as scene, pf.Renderer(scene, size, "medium") as renderer:
+        view = pf.view("clouds")
+        renderer.settle(view)
+        for camera in turned(renderer.camera_state(view), 0.3, 6):
+            shown = renderer.render(
+                camera, outputs=("clouds.rays", "clouds.full", "debug.cloud_steps"), dt_s=1.0 / 60.0, sun=view.sun,
+                time_s=view.time_s,
+            )  # fmt: skip
+            assert np.isfinite(shown["clouds.rays"]).all() and np.isfinite(shown["clouds.full"]).all()
+            assert (shown["debug.cloud_steps"] >= 0.0).all()
+            if size[1] == 180:  # 45 rows of rays, all of them among clouds
+                steps = shown["debug.cloud_steps"][[0, -1]]
+                assert all((row > 0.0).mean() > 0.9 for row in (steps[:, ::2], steps[:, 1::2]))
+
+
 def test_blocks_without_cloud_stay_without():
     """In a chessboard's frame, too, what meets no layer is nothing: no light, nothing taken, to the bit."""
     scene = cloud_flown.scene_of_weather()

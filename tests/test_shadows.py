@@ -130,13 +130,14 @@ def test_the_levels_reach_from_the_nearest_pixel_to_the_horizon(radius_m, altitu
         assert np.abs(reach.chart.place(seen) - reach.foot).max() <= widest
 
 
-@pytest.mark.parametrize("above_m", [0.0, 1e-3, 1.0])
+@pytest.mark.parametrize("above_m", [0.0, 1e-9, 1e-6, 1e-3, 1.0])
 def test_a_camera_on_a_sea_that_hides_all_ground(above_m):
     """Found by `planetfall stress frame`: without horizon or summit there is nothing that a shadow could fall from."""
     sea, summits = 12461.257810666002, 11328.4
     direction = np.array([0.0, -1.0, 1.0]) / math.sqrt(2.0)
     reach = reach_of(direction, sea + above_m, above_m, 2e-3, 1.9e6, (sea, summits), 192, 0.5, 0.75, None)
     assert reach.coarsest <= reach.finest and reach.finest - reach.coarsest < 20
+    assert math.ldexp(1.0, -reach.finest) * 1.9e6 * reach.chart.scale(reach.foot) >= 0.5
 
 
 # -- on the GPU ------------------------------------------------------------------------------------------------------

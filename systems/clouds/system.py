@@ -61,6 +61,7 @@ class CloudSystem(System):
 
     Passes: ``clouds.classify`` lists the tiles that may see cloud, ``clouds.march`` follows a ray for each block of
     their pixels, ``clouds.shafts`` takes the light that the air in the clouds' shadow doesn't scatter,
+    ``clouds.between`` fills the blocks that had no ray, ``clouds.resolve`` mixes in the frame before, and
     ``clouds.composite`` lays the result over ``scene.radiance``. None runs while no ray can meet a layer.
     """
 
@@ -71,7 +72,8 @@ class CloudSystem(System):
         self._gpu, self._world = setup.gpu, setup.world
         settings = setup.settings
         self._samples = int(settings["clouds.samples"])
-        self._every = int(settings["clouds.march_every"])
+        # Where each pixel has a ray, nothing would smooth over the squares.
+        self._every = int(settings["clouds.march_every"]) if int(settings["clouds.stride"]) > 1 else 1
         picture = self._picture = CloudPicture.of(settings)
         self._tuned: tuple[float, ...] = ()
         gpu = setup.gpu

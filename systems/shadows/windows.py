@@ -93,8 +93,9 @@ def reach_of(
     edge = min(0.5 * (away + angle), 1.35)
     extent = math.tan(edge) - math.tan(0.5 * away)
     half = 0.5 * size - _SLACK - _FRINGE
-    # On a sea that hides all ground a camera at its level sees nothing that casts a shadow.
-    coarsest = math.floor(math.log2(half / extent)) if extent > 0.0 else finest
+    # No texel is finer than that, also where next to nothing is in reach: on a sea that hides all ground.
+    most = math.floor(-math.log2(finest_m * metre))
+    coarsest = min(math.floor(math.log2(half / extent)), most) if extent > 0.0 else most
     finest = max(finest, coarsest)
     return Reach(chart, foot, finest, max(coarsest, finest - MOST_LEVELS + 1))
 

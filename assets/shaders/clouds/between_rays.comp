@@ -11,7 +11,7 @@ layout(binding = 1, r32f) uniform writeonly image2D o_distance;
 layout(binding = 2, rgba32f) uniform writeonly image2D o_spread;
 
 // Of a ray itself and of those on its squares two blocks off along a diagonal and along a row or column: their squares add up to
-// 1 / 4, as those of a mean of four do.
+// nearly 1 / 4, as those of a mean of four do.
 const vec3 KEPT = vec3(0.4375, 0.09375, 0.046875);
 
 struct Mean {
@@ -45,7 +45,7 @@ void main() {
         float own = texelFetch(u_depth, min(between * STRIDE + u_place, most), 0).r;
         Mean m = Mean(vec4(0.0), 0.0, 0.0, 0.0);
         for (int i = 0; i < 4; ++i) add_ray(m, between + (i < 2 ? ivec2(2 * i - 1, 0) : ivec2(0, 2 * i - 5)), 1.0, own);
-        vec4 light = m.light / m.weight;
+        vec4 light = m.weight > 0.0 ? m.light / m.weight : vec4(0.0, 0.0, 0.0, 1.0);   // a picture of one block
         imageStore(o_rays, between, light);
         imageStore(o_distance, between, vec4(m.taken > 0.0 ? m.far / m.taken : NOT_ALL));
         imageStore(o_spread, between, light);

@@ -10,7 +10,9 @@ layout(std430, binding = 0) readonly buffer FlagBuffer { uint flags[]; };
 void main() {
     uint kind = flags[gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x];
     ivec2 at = cloud_block_of(ivec2(gl_GlobalInvocationID.xy));
-    if (any(greaterThanEqual(at, imageSize(o_steps)))) return;
+    ivec2 size = imageSize(o_steps);
+    if (at.y >= size.y) at.y ^= 1;   // the last of an odd number of rows: the block without a ray
+    if (any(greaterThanEqual(at, size))) return;
     ViewRay v = cloud_view_ray(at);
     March m = march_clouds(v.ray, v.mu, kind == 2u ? v.end : 0.0, v.shift);
     vec3 color = kind == 2u ? vec3(0.9, 0.9, 0.85) : kind == 1u ? vec3(0.1, 0.25, 0.6) : vec3(0.03);

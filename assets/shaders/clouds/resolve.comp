@@ -120,7 +120,7 @@ void main() {
 #else
         // What a camera flies up to shows more of itself from frame to frame than one ray in a block tells.
         float hurry = u_past == 2 ? 0.0 : rush / (distance_m + rush);
-        vec4 found = known ? mix(fresh ? mix(held, ray, u_weight) : held, spread, hurry) : fresh ? ray : spread;
+        vec4 found = known ? mix(fresh ? mix(held, ray, u_weight) : held, spread, hurry) : fresh && u_squares < 0 ? ray : spread;
         // Light may be less than none: what the air in shadow doesn't scatter is taken off.
         imageStore(o_clouds, pixel, vec4(found.rgb, max(found.a, 0.0)));
 #endif
