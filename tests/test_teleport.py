@@ -89,10 +89,13 @@ def teleport(backend, count):
         assert without_programs(after[0]) == without_programs(before[0]), (
             "objects of the GPU, as there were the first time"
         )
-        known = programs(after[0])
-        for camera in leaps(renderer.scene.planet, count, np.random.default_rng(77)):
-            renderer.render(camera)
-        assert programs(renderer.gpu.counts()) == known, "variants of shaders are made when they are first needed, once"
+        # Pictures without arrays have variants of their own (normals of the sea only where it is shaded).
+        known = []
+        for _ in range(2):
+            for camera in leaps(renderer.scene.planet, count, np.random.default_rng(77)):
+                renderer.render(camera)
+            known.append(programs(renderer.gpu.counts()))
+        assert known[0] == known[1], "variants of shaders are made when they are first needed, once"
         assert after[1] <= 2 * before[1], (
             "the grid's room for cells has doubled at most, for what is nearest to rough ground"
         )
