@@ -34,7 +34,7 @@ def rendered(scene: pf.Scene, name: str, every: int) -> list[np.ndarray]:
         return [*found, moving, renderer.render(view)["color"]]
 
 
-@pytest.mark.parametrize("name", ["clouds", "orbit"])
+@pytest.mark.parametrize("name", ["clouds", pytest.param("orbit", marks=pytest.mark.slow)])
 def test_only_pictures_in_motion_change(name):
     with preset_scene("earth", True) as scene:
         each, half = (rendered(scene, name, every) for every in (1, 2))
@@ -43,7 +43,9 @@ def test_only_pictures_in_motion_change(name):
     assert not np.array_equal(each[2], half[2]), "the knob does nothing"
 
 
-@pytest.mark.parametrize("name", ["ground", "10 km", "2000 km"])
+@pytest.mark.parametrize(
+    "name", ["10 km", *(pytest.param(far, marks=pytest.mark.slow) for far in ("ground", "2000 km"))]
+)
 def test_pictures_in_flight_are_nearly_as_close(name):
     """Half of the rays bring at most sqrt 2 of the error, if nothing but their number tells."""
     found = cloud_flown.errors(name, 0.1, SIZE)
@@ -76,7 +78,7 @@ def test_every_ray_and_every_step_is_known(size):
     """Odd numbers of rows, and pictures of hardly a block."""
     with preset_scene("earth", True) as scene, pf.Renderer(scene, size, "medium") as renderer:
         view = pf.view("clouds")
-        renderer.settle(view)
+        renderer.render(view)
         for camera in turned(renderer.camera_state(view), 0.3, 6):
             shown = renderer.render(
                 camera, outputs=("clouds.rays", "clouds.full", "debug.cloud_steps"), dt_s=1.0 / 60.0, sun=view.sun,
