@@ -5,7 +5,7 @@
 // Define TERRAIN_AROUND_FAR: also where the places are so far apart that fields are short (loops that are never run cost time too).
 #include "terrain/far_height.glsl"
 
-const int TERRAIN_MOST_WARPED = 7;
+const int TERRAIN_MOST_WARPED = 7;   // WARPED_LAYERS of systems/terrain/height_model.py
 
 struct TerrainAround {
     vec3 middle;
