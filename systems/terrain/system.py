@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import fields
 from typing import Any
@@ -18,6 +17,7 @@ from ...engine.settings import SettingError, revision, with_overrides
 from ...engine.snap_ahead import SnapAhead, snap_ahead
 from ...engine.system import Frame, Setup, System, ViewInfo
 from .backends import Backend, Ground, make_backend
+from .coasts import GBUFFER, Coasts
 from .debug_passes import TerrainDebugPasses
 from .height import TerrainField, TerrainParams, octave_table
 from .height_map import color_cube
@@ -27,19 +27,12 @@ from .view import TerrainView
 
 OCTAVES_BINDING = 4
 MATERIAL_BINDING = 7
-_RG16_SNORM = 0x8F99  # moderngl takes the texture for an unsigned one
 _SHAPE = (
     *(f.name for f in fields(TerrainParams) if f.name in {g.name for g in fields(Terrain)}),
     *("height_map_range_m", "color_map"),
 )
-_COAST_LISTS = ("terrain.coast_asked", "terrain.coast_land", "terrain.coast_more")
-_GROWING = ("gbuffer.tile_flags", "gbuffer.tiles_terrain", "gbuffer.tiles_sea")
 _TILES = ("gbuffer.tiles_terrain", "gbuffer.tiles_near")
 _WET_LISTS = ("terrain.tiles_dry", "terrain.tiles_wet", "terrain.tiles_near_dry", "terrain.tiles_near_wet")
-_GROWTH = 3
-"""From far away meshes know nothing of lakes and islands that are tens of kilometres wide: so many times tiles are
-added into which one goes on."""
-_DEEP_M = 100.0
 _FAR_PIXEL_M = 50.0
 """Where pixels are wider on all ground, lakes may go on beyond the tiles that show them."""
 _WIDE_PIXEL_M = 10.0
@@ -49,7 +42,6 @@ _FARTHER = 1.0 / 32.0
 """Wider pixels on all ground, by the longest layer of relief: terrain/coast_find.comp leaves out hardly any."""
 _CONTRACTS = {"surface_height": "terrain/surface_height.glsl"}
 _SOURCES = "generated/terrain_height_sources.glsl"
-GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
 
 
 class TerrainSystem(System):
@@ -83,6 +75,7 @@ class TerrainSystem(System):
             for out in (True, False)
         }
         self._shaders: dict[tuple[str, ...], Any] = {}
+        self._coasts = Coasts(setup.gpu, setup.world, setup.settings, self._shader)
         self._unseen = Unseen(Planet, Terrain, Ocean, DebugView)
         self._changes: tuple[int, ...] = ()
         self._field_revision: tuple[int, ...] = ()
@@ -261,24 +254,8 @@ class TerrainSystem(System):
             help="patches of all visible cells",
         )
         if self._world.query(Ocean):
-            listed = not backend.coast_file and int(self._settings["terrain.coast_px"]) <= 2
-            count = view.size[0] * view.size[1]
-            texts = ("pixels that may be land or water", "those that become land", "tiles that are added")
-            specs = [
-                BufferSpec(name, 16 + 4 * count, help=f"dispatch, and {text}")
-                for name, text in zip(_COAST_LISTS, texts, strict=True)
-            ]
-            builder.add_pass(
-                "terrain.coast",
-                kind="compute",
-                system=name,
-                bind=lambda io: self._bind_coast(io, index, listed),
-                reads=("gbuffer.depth", "gbuffer.tiles_coast"),
-                writes=(*GBUFFER, *(_GROWING if listed else ())),
-                after=("gbuffer.classify",),
-                creates=specs if listed else (),
-                only_while=seen,
-                help="the line between land and water, from the height function at each pixel",
+            self._coasts.declare(
+                builder, view, lambda: self._view(index), backend.coast_file, lambda: self._bind_heights(index), seen
             )
         tiles = _TILES
         if self._sorts_wet():
@@ -322,82 +299,6 @@ class TerrainSystem(System):
             draw()
 
         return run
-
-    def _bind_coast(self, io: PassIO, index: int, listed: bool) -> Callable[[], None]:
-        coast = None if listed else self._shader(self.backend.coast_file or "terrain/coast.comp")
-        ask = self._bind_asking(io, index) if listed else None
-        tiles, depth = io.buffer("gbuffer.tiles_coast"), io.texture("gbuffer.depth")
-        images = [io.texture(n) for n in GBUFFER]
-
-        def run() -> None:
-            tiles.bind_to_storage_buffer(7)
-            depth.use(0)
-            images[1].use(2)
-            images[2].use(3)
-            images[0].bind_to_image(0, read=False, write=True, format=_RG16_SNORM)
-            images[1].bind_to_image(1, read=False, write=True)
-            images[2].bind_to_image(2, read=False, write=True)
-            self._bind_heights(index)
-            if coast is not None:
-                coast.run_indirect(tiles)
-            elif ask is not None:
-                ask()
-
-        return run
-
-    def _bind_asking(self, io: PassIO, index: int) -> Callable[[], None]:
-        """Coasts from lists of pixels."""
-        # In full: a test looks for the names of all shaders.
-        find_file, far_file, ask_file = "terrain/coast_find.comp", "terrain/coast_far.comp", "terrain/coast_ask.comp"
-        begin, grow = self._shader("terrain/coast_begin.comp"), self._shader("terrain/coast_grow.comp")
-        # The height alone has no gradient, which a block of pixels is asked by.
-        alone = int(self._settings["terrain.coast_px"]) == 1
-        here = ("COAST_HERE",) if alone else ()
-        find, find_wide = self._shader(find_file), self._shader(find_file, "TERRAIN_FLOAT", *here)
-        ask, ask_wide = self._shader(ask_file), self._shader(ask_file, "TERRAIN_FLOAT")
-        listed = self._shader(far_file, "TERRAIN_FLOAT") if alone else ask_wide
-        whole = self._shader(find_file if alone else ask_file, "TERRAIN_FLOAT", *here, "COAST_TILES")
-        tiles, (asked, land, more) = io.buffer("gbuffer.tiles_coast"), (io.buffer(name) for name in _COAST_LISTS)
-        growing = [io.buffer(name) for name in _GROWING]
-        across, down = (-(-n // side) for n, side in zip(io.size, (16, 8), strict=True))
-        view, barrier = self._view(index), self._gpu.gpu.barrier
-
-        def run() -> None:
-            first = whole if view.farther else find_wide if view.wide else find
-            lists = alone or not view.farther
-            if lists:
-                first.set("u_opaque_m", self._opaque_m())
-            grow.set("u_tiles", (across, down))
-            for turn in range(1 + (_GROWTH if view.far else 0)):
-                for unit, buffer in ((3, more), (5, land), (6, asked)):
-                    buffer.bind_to_storage_buffer(unit)
-                begin.run()
-                barrier()
-                if turn:
-                    for unit, buffer in enumerate(growing):
-                        buffer.bind_to_storage_buffer(unit)
-                    grow.run(-(-across * down // 64))
-                    barrier()
-                    more.bind_to_storage_buffer(7)
-                first.run_indirect(more if turn else tiles)
-                if lists:
-                    barrier()
-                    (listed if view.wide else ask).run_indirect(asked)
-                if view.wide and alone:
-                    barrier()
-                    land.bind_to_storage_buffer(6)
-                    ask_wide.run_indirect(land)
-                if view.far and turn < _GROWTH:
-                    barrier()
-
-        return run
-
-    def _opaque_m(self) -> float:
-        """Water that is deeper lets less than a step of a picture through from its bed, and carries waves as the deep
-        sea does."""
-        ocean = self._world.query(Ocean)[0][1][0]
-        loss = min(a + b for a, b in zip(ocean.absorption_per_m, ocean.scattering_per_m, strict=True))
-        return max(_DEEP_M, 0.5 * math.log(510.0) / max(loss, 1e-6))
 
     def _sorts_wet(self) -> bool:
         """Whether there is water that the backend's shading knows of."""

@@ -1,29 +1,29 @@
-// The line between land and water from heights at every fourth pixel (terrain.coast_px), interpolated between: for weak
+// The line between land and water from heights at every fourth pixel (terrain.coast_px 4), interpolated between: for weak
 // machines. terrain/coast_ask.comp asks at each pixel or every second.
+//
+// A workgroup a tile of 16 x 8 pixels. Its lanes have a corner of the tile's blocks each, then half a block.
 #include "terrain/coast_pixel.glsl"
+#include "common/spread.glsl"
 
-layout(local_size_x = 16, local_size_y = 8) in;
+layout(local_size_x = 16) in;
 layout(std430, binding = 7) readonly buffer TileBuffer {
     uint tile_groups[4];
     uint tiles[];
 };
-#ifndef COAST_STEP
-#define COAST_STEP 4
-#endif
-const int COLUMNS = 16 / COAST_STEP + 1, ROWS = 8 / COAST_STEP + 1, CORNERS = 4;
-shared vec4 s_ground[COLUMNS * ROWS];     // xyz: gradient; w: height above the sea
-shared vec4 s_attributes[COLUMNS * ROWS]; // w: depth, 0 where there is nothing
-const ivec2 TILE = ivec2(16, 8);
+const ivec2 TILE = ivec2(16, 8), HALF = ivec2(4, 2);
+const int COLUMNS = 5, CORNERS = 15;
+shared vec4 s_ground[CORNERS];      // xyz: gradient; w: height above the sea
+shared vec4 s_attributes[CORNERS];  // w: depth, 0 where there is nothing
 // How far depth may be from linear on screen, relative, before pixels beside one another count as parts of different ground.
 const float RIDGE = 0.005;
 
 void sample_ground(int index, ivec2 first) {
     ivec2 pixel = min(first + COAST_STEP * ivec2(index % COLUMNS, index / COLUMNS), textureSize(u_surface, 0) - 1);
-    float depth = texelFetch(u_depth, pixel, 0).r;
+    float depth = texel_at(u_depth, pixel).r;
     vec3 point = position_from_depth(ndc_of_pixel(vec2(pixel) + 0.5), max(depth, 1e-30));
     float drawn;
     vec3 D = foot_offset_of(point, drawn);
-    float spacing = vertex_spacing(D, texelFetch(u_attributes, pixel, 0).w);
+    float spacing = vertex_spacing(D, texel_at(u_attributes, pixel).w);
     // Heights have all layers down to an eighth of this: what is shorter than 1.5 steps would only make dots of the samples.
     TerrainPoint terrain = terrain_point(D, 12.0 * float(COAST_STEP) * length(point) * frame.clock.w);
     float height = frame.anchor_up.w + terrain.dh;
@@ -32,34 +32,45 @@ void sample_ground(int index, ivec2 first) {
     s_attributes[index] = there ? vec4(terrain_attributes(terrain, height, spacing).xyz, depth) : vec4(0.0);
 }
 
+// Shares of a block's corners in a pixel of it, those that see nothing left out.
+vec4 corner_shares(ivec2 in_block, vec4 depths) {
+    vec2 part = vec2(in_block) / float(COAST_STEP), rest = 1.0 - part;
+    vec4 shares = vec4(rest.x * rest.y, part.x * rest.y, rest.x * part.y, part.x * part.y) * vec4(greaterThan(depths, vec4(0.0)));
+    return shares / max(dot(shares, vec4(1.0)), 1e-3);
+}
+
 void main() {
-    uint tile = tiles[gl_WorkGroupID.x];
+    uint tile = tiles[spread_tiles()];
     ivec2 first = ivec2(tile & 0xffffu, tile >> 16) * TILE;
-    if (gl_LocalInvocationIndex < uint(COLUMNS * ROWS)) sample_ground(int(gl_LocalInvocationIndex), first);
+    int lane = int(gl_LocalInvocationIndex);
+    sample_ground(min(lane, CORNERS - 1), first);
     barrier();
 
-    ivec2 here = ivec2(gl_LocalInvocationID.xy), pixel = first + here;
-    if (any(greaterThanEqual(pixel, textureSize(u_surface, 0)))) return;
-    CoastPixel p = coast_pixel(pixel);
-    if (!p.open) return;
-    float own = texelFetch(u_depth, pixel, 0).r, total = 0.0;
-    vec4 ground = vec4(0.0), attributes = vec4(0.0);
-    vec2 part = vec2(here % COAST_STEP) / float(COAST_STEP);
-    for (int k = 0; k < CORNERS; ++k) {
-        ivec2 corner = ivec2(k & 1, k >> 1);
-        vec2 near = mix(1.0 - part, part, vec2(corner));
-        int index = (here.y / COAST_STEP + corner.y) * COLUMNS + here.x / COAST_STEP + corner.x;
-        float weight = s_attributes[index].w > 0.0 ? near.x * near.y : 0.0;
-        ground += weight * s_ground[index];
-        attributes += weight * s_attributes[index];
-        total += weight;
+    ivec2 here = ivec2(lane & 3, lane >> 2), last = textureSize(u_surface, 0) - 1;
+    int corner = (here.y >> 1) * COLUMNS + here.x, below = corner + COLUMNS;
+    vec4 heights = vec4(s_ground[corner].w, s_ground[corner + 1].w, s_ground[below].w, s_ground[below + 1].w);
+    vec4 depths = vec4(s_attributes[corner].w, s_attributes[corner + 1].w, s_attributes[below].w, s_attributes[below + 1].w);
+    uint land = 0u;
+    for (int k = 0; k < HALF.x * HALF.y; ++k) {
+        ivec2 in_half = ivec2(k & 3, k >> 2), pixel = first + HALF * here + in_half;
+        CoastPixel p = coast_pixel(min(pixel, last));
+        vec4 shares = corner_shares(ivec2(in_half.x, in_half.y + 2 * (here.y & 1)), depths);
+        float above = dot(shares, heights);
+        // Along a plane depth is linear on screen. Where it is not, the corners lie before and behind a ridge, and what they see is
+        // not the ground of this pixel: what was drawn as land stays land.
+        bool ridge = p.surface == SURFACE_TERRAIN && abs(dot(shares, depths) - p.depth) > RIDGE * p.depth;
+        bool asked = p.open && all(lessThanEqual(pixel, last)) && shares != vec4(0.0) && !ridge;
+        if (asked && above < 0.0) coast_to_sea(pixel, p, -above);
+        land |= asked && above >= 0.0 && p.surface == SURFACE_SEA ? 1u << k : 0u;
     }
-    if (total < 1e-3) return;
-    ground /= total;
-    attributes /= total;
-    // Along a plane depth is linear on screen. Where it is not, the corners lie before and behind a ridge, and what they see is
-    // not the ground of this pixel: what was drawn as land stays land.
-    if (p.surface == SURFACE_TERRAIN && abs(attributes.w - own) > RIDGE * own) return;
-    if (ground.w < 0.0) coast_to_sea(pixel, p, -ground.w);
-    else if (p.surface == SURFACE_SEA) coast_to_land(pixel, p, ground.xyz, ground.w, attributes.xyz);
+
+    for (; land != 0u; land &= land - 1u) {
+        int k = findLSB(land);
+        ivec2 in_half = ivec2(k & 3, k >> 2), pixel = first + HALF * here + in_half;
+        vec4 shares = corner_shares(ivec2(in_half.x, in_half.y + 2 * (here.y & 1)), depths);
+        vec4 ground = shares.x * s_ground[corner] + shares.y * s_ground[corner + 1] + shares.z * s_ground[below] + shares.w * s_ground[below + 1];
+        vec4 attributes = shares.x * s_attributes[corner] + shares.y * s_attributes[corner + 1] + shares.z * s_attributes[below]
+            + shares.w * s_attributes[below + 1];
+        coast_to_land(pixel, coast_pixel(pixel), ground.xyz, ground.w, attributes.xyz);
+    }
 }
