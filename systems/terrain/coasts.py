@@ -142,6 +142,10 @@ class Coasts:
             lists = alone or not view.farther
             if lists:
                 first.set("u_opaque_m", self._opaque_m())
+            if alone and view.wide:
+                # Either surface may become the other.
+                chessboard = view.squares is not None and view.left_out.issuperset(("terrain", "ocean"))
+                first.set("u_squares", view.squares if chessboard else -1)
             first.run_indirect(tiles)
             if lists:
                 barrier()

@@ -171,7 +171,7 @@ class TerrainSystem(System):
     def update(self, frame: Frame) -> None:
         proxy = frame.world.resource(f"proxy.{frame.view_index}")
         view, camera = self._view(frame.view_index), frame.camera
-        view.squares = frame.squares
+        view.squares, view.left_out = frame.squares, frame.left_out
         if frame.squares is not None and self._shade_every() == 2:
             frame.left_out.add("terrain")
         # A grid that the proxy wants is made unseen: turning to the planet then costs nothing.

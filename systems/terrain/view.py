@@ -19,3 +19,4 @@ class TerrainView:
         self.far = self.farther = False  # whether all of the ground's are, and so wide that all beside coasts are asked
         self.updated = -1  # for which proxy
         self.squares: int | None = None  # Frame.squares
+        self.left_out: set[str] = set()  # Frame.left_out

@@ -56,18 +56,22 @@ void main() {
 #endif
 
     uint found = 0u, close = 0u;
+#ifdef COAST_HERE
+    CoastDrawn drawn = CoastDrawn(0u, 0u, 0u);
+#endif
     for (int k = 0; k < 16; ++k) {
         ivec2 pixel = first + ivec2(k & 3, k >> 2);
         CoastPixel p = coast_pixel(min(pixel, last));
         vec3 aside = p.D - spot;
         float away = length(aside), pixel_m = length(p.point) * frame.clock.w;
         float least = slope * away + RELIEF * ground.roughness * layer_amplitude(LONGER * max(away / PIXELS, pixel_m));
-        bool inside = all(lessThanEqual(pixel, last)) && p.open;
+        bool shown = all(lessThanEqual(pixel, last)), inside = shown && p.open;
         bool known = there && pixel_m < RANGES * terrain_table.octaves[TERRAIN_LAYER].fraction_lo.w && abs(above) > least
             && (above < -u_opaque_m || above > 0.0 && p.surface == SURFACE_TERRAIN);
         found |= inside && !known ? 1u << k : 0u;
 #ifdef COAST_HERE
         close |= away <= extent_m ? 1u << k : 0u;
+        coast_drawn(drawn, k, shown ? p.surface : SURFACE_NONE, !inside, known, above < 0.0);
 #endif
         if (inside && known && above < 0.0) coast_to_sea(pixel, p, max(-above - dot(ground.gradient, aside), u_opaque_m));
     }
@@ -77,7 +81,7 @@ void main() {
     found = (found | found >> 4) & 0x0505u;
 #endif
 #ifdef COAST_HERE
-    found &= ~coast_here(found & close, first, broad, spot, extent_m);
+    found &= ~coast_here(found & close, drawn, first, broad, spot, extent_m);
 #endif
     uint count = uint(bitCount(found));
     uint place = count > 0u ? atomicAdd(coast_list.count, count) : 0u;
