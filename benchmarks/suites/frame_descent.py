@@ -25,7 +25,7 @@ def bench(session: Session) -> None:
         scene = preset_scene("earth", clouds)
         flight = descent.descent(scene, frames)
         flights = []
-        for _ in range(1 if session.small else FLIGHTS):
+        for _ in range(1 if quick else FLIGHTS):
             with session.renderer(scene, size, "medium") as renderer:
                 flights.append(descent.fly_timed(renderer, flight))
         scene.release()
