@@ -147,7 +147,7 @@ class Resolver:
             return "scene.radiance"
         lifetime = "history" if self.temporal else "transient"
         spec = TextureSpec(
-            "composite.resolved", "rgba32f", lifetime=lifetime, filter="linear",
+            "composite.resolved", "rgba32f", lifetime=lifetime, filter="nearest",
             help="exposed light pressed into 0..1, anti-aliased; what is there, and for how many frames, in alpha",
         )  # fmt: skip
         builder.add_pass(

@@ -33,24 +33,30 @@ const float WAVE_PX = 4.0;          // waves half as long have gone, see ocean/w
 const float WATER_WEIGHT = 2.0;   // least errors over moving swell, from 5 m and from 1 km
 const vec2 CROSS[5] = vec2[5](vec2(0.0, -1.0), vec2(-1.0, 0.0), vec2(0.0), vec2(1.0, 0.0), vec2(0.0, 1.0));
 
-// Cubic convolution (Keys 1981) by five bilinear look-ups; the corners of the 4 x 4 texels weigh next to nothing and are left
-// out (Jimenez 2016, "Filmic SMAA"). A little sharper than Catmull-Rom (-0.5), since it is done again in every frame: least
-// errors along flights.
+// Cubic convolution (Keys 1981) without the corners of the 4 x 4 texels, which weigh next to nothing (Jimenez 2016, "Filmic SMAA").
+// A little sharper than Catmull-Rom (-0.5), since it is done again in every frame: least errors along flights.
 const float CUBIC = -0.65;
 
-vec3 history(vec2 uv) {
-    vec2 size = vec2(textureSize(u_before, 0));
-    vec2 place = uv * size, middle = floor(place - 0.5) + 0.5, f = place - middle;
+// The light; w: what lies at the nearest texel. Twelve texels and not five bilinear look-ups: software GPUs take longer over those.
+vec4 history(vec2 uv) {
+    vec2 size = vec2(textureSize(u_before, 0)), texel = 1.0 / size;
+    vec2 place = uv * size, middle = floor(place - 0.5) + 0.5, f = place - middle, at = middle * texel;
     vec2 w0 = CUBIC * f * (f * (f - 2.0) + 1.0), w1 = f * f * ((CUBIC + 2.0) * f - (CUBIC + 3.0)) + 1.0;
     vec2 w2 = f * (f * (2.0 * CUBIC + 3.0 - (CUBIC + 2.0) * f) - CUBIC), w3 = CUBIC * f * f * (1.0 - f);
-    vec2 w12 = w1 + w2;
-    vec2 p0 = (middle - 1.0) / size, p12 = (middle + w2 / w12) / size, p3 = (middle + 2.0) / size;
-    vec4 total = vec4(textureLod(u_before, p12, 0.0).rgb, 1.0) * (w12.x * w12.y);
-    total += vec4(textureLod(u_before, vec2(p12.x, p0.y), 0.0).rgb, 1.0) * (w12.x * w0.y);
-    total += vec4(textureLod(u_before, vec2(p0.x, p12.y), 0.0).rgb, 1.0) * (w0.x * w12.y);
-    total += vec4(textureLod(u_before, vec2(p3.x, p12.y), 0.0).rgb, 1.0) * (w3.x * w12.y);
-    total += vec4(textureLod(u_before, vec2(p12.x, p3.y), 0.0).rgb, 1.0) * (w12.x * w3.y);
-    return clamp(total.rgb / total.a, 0.0, 1.0);
+    vec4 a = textureLod(u_before, at, 0.0), b = textureLod(u_before, at + vec2(texel.x, 0.0), 0.0);
+    vec4 c = textureLod(u_before, at + vec2(0.0, texel.y), 0.0), d = textureLod(u_before, at + texel, 0.0);
+    vec3 upper = w0.x * textureLod(u_before, at - vec2(texel.x, 0.0), 0.0).rgb + w1.x * a.rgb + w2.x * b.rgb
+        + w3.x * textureLod(u_before, at + vec2(2.0 * texel.x, 0.0), 0.0).rgb;
+    vec3 lower = w0.x * textureLod(u_before, at + vec2(-texel.x, texel.y), 0.0).rgb + w1.x * c.rgb + w2.x * d.rgb
+        + w3.x * textureLod(u_before, at + vec2(2.0, 1.0) * texel, 0.0).rgb;
+    vec3 above = w1.x * textureLod(u_before, at - vec2(0.0, texel.y), 0.0).rgb
+        + w2.x * textureLod(u_before, at + vec2(texel.x, -texel.y), 0.0).rgb;
+    vec3 below = w1.x * textureLod(u_before, at + vec2(0.0, 2.0 * texel.y), 0.0).rgb
+        + w2.x * textureLod(u_before, at + vec2(1.0, 2.0) * texel, 0.0).rgb;
+    vec3 total = w1.y * upper + w2.y * lower + w0.y * above + w3.y * below;
+    vec2 near = f.y < 0.5 ? vec2(a.a, b.a) : vec2(c.a, d.a);
+    // Each axis' weights add up to 1.
+    return vec4(clamp(total / (1.0 - (w0.x + w3.x) * (w0.y + w3.y)), 0.0, 1.0), f.x < 0.5 ? near.x : near.y);
 }
 
 void main() {
@@ -72,7 +78,7 @@ void main() {
     // Motion of the nearest surface around: along an outline the outline's, on both sides of it.
     vec2 ndc = ndc_of_pixel(gl_FragCoord.xy);
     vec3 ray = vec3(ndc * frame.projection.xy + frame.projection.zw, 1.0);
-    float near = frame.camera_offset.w, per_m = nearest / near;
+    float per_near = 1.0 / frame.camera_offset.w, per_m = nearest * per_near;
     vec3 ground = u_turn * ray + u_shift * per_m;
     bool known = true;
 #ifdef MOTION
@@ -83,22 +89,24 @@ void main() {
         dot(frame.camera_forward.xyz, motion.xyz)));
 #endif
     vec3 then = nearest > 0.0 ? ground : u_sky_turn * ray;
-    vec2 before = (then.xy / then.z - u_projection.zw) * u_projection.xy;
+    float per_z = 1.0 / then.z;
+    vec2 before = (then.xy * per_z - u_projection.zw) * u_projection.xy;
     vec2 uv = v_uv + 0.5 * (before - ndc - u_jitter);
     bool seen = known && then.z > 0.0 && all(greaterThan(uv, vec2(0.0))) && all(lessThan(uv, vec2(1.0)));
     uv = clamp(uv, 0.0, 1.0);
 
-    int code = int(texelFetch(u_before, min(ivec2(uv * vec2(last + 1)), last), 0).a);
+    vec4 past = history(uv);
+    int code = int(past.a);
     int was = code >> 9, frames = code & PLACE_FRAMES;
     uint was_kind = uint(code >> 6) & 7u;
     // Where this pixel's surfaces would have been seen from there; anything else is another surface.
-    float was_per_m = place_per_m(was), near_then = per_m / then.z, far_then = near_then * farthest / max(nearest, 1e-30);
+    float was_per_m = place_per_m(was), near_then = per_m * per_z, far_then = near_then * farthest / max(nearest, 1e-30);
     seen = seen && was_per_m <= near_then * TOLERANCE && was_per_m * TOLERANCE >= far_then;
     // Land and sea change places along a coast with every jitter; a body that was here and is not has gone.
     seen = seen && (was_kind == kind || max(was_kind, kind) <= SURFACE_SEA || farthest < 0.9 * nearest);
     frames = seen ? frames : 0;
 
-    vec3 light = press_again(history(uv), exposure_before.saturated / exposure.saturated);
+    vec3 light = press_again(past.rgb, exposure_before.saturated / exposure.saturated);
     vec3 sum = vec3(0.0), squares = vec3(0.0), spot = vec3(0.0), most = vec3(0.0);
     for (int k = 0; k < 5; k++) {
         vec3 around = press(exposed_light(textureLod(u_scene, v_uv + CROSS[k] * texel, 0.0).rgb * scale, exposure.saturated));
@@ -107,23 +115,23 @@ void main() {
         spot += around * u_weights[k];
         most = max(most, around);
     }
-    vec3 mean = sum / 5.0, spread = DEVIATIONS * sqrt(max(squares / 5.0 - mean * mean, 0.0)) + 1e-6;
+    vec3 mean = sum * 0.2, spread = DEVIATIONS * sqrt(max(squares * 0.2 - mean * mean, 0.0)) + 1e-6;
     // Stars stand out of their surroundings by more than that, and what is infinitely far uncovers nothing.
     if (nearest == 0.0) spread = max(spread, most - mean);
     vec3 off = abs(light - mean) / spread;
     float out_by = max(max(off.r, max(off.g, off.b)), 1.0);
-    light = mean + (light - mean) / out_by;
+    light = mean + (light - mean) * (1.0 / out_by);
     vec2 between = fract((uv - v_uv) * vec2(last + 1));
     between *= 4.0 * (1.0 - between);
     float weight = max(out_by / float(frames + 1), mix(LEAST_WEIGHT, MOVING_WEIGHT, max(between.x, between.y)));
     weight = max(weight, clamp(0.25 * out_by - 0.5, 0.0, 1.0));   // what is that far off was something else
     // Water moves on by itself, and not as one: the shortest waves that a pixel shows, WAVE_PX long, go on by this phase, and what
     // was seen of them then is worth as little.
-    if (kind == SURFACE_SEA) weight = max(weight, WATER_WEIGHT * sqrt(u_water * own / (near * frame.clock.w * WAVE_PX)));
+    if (kind == SURFACE_SEA) weight = max(weight, WATER_WEIGHT * sqrt(u_water * own * per_near / (frame.clock.w * WAVE_PX)));
     // The more a frame counts, the more of a chessboard of pixels with light of their own and without would be seen.
     float chess = kind == SURFACE_TERRAIN ? u_chess.x : kind == SURFACE_SEA ? u_chess.y : 0.0;
     float counts = clamp((weight - LEAST_WEIGHT) / (MOVING_WEIGHT - LEAST_WEIGHT), 0.0, 1.0);
     now = mix(now, 0.25 * (sum - now), chess * counts);
     light = frames > 0 ? mix(light, now, min(weight, 1.0)) : spot;
-    o_resolved = vec4(light, place_code(place_distance(own / near), kind, frames + 1));
+    o_resolved = vec4(light, place_code(place_distance(own * per_near), kind, frames + 1));
 }

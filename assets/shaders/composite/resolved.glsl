@@ -10,11 +10,11 @@ vec3 exposed_light(vec3 radiance, float saturated) {
 }
 
 vec3 press(vec3 light) {
-    return light / (1.0 + max(light.r, max(light.g, light.b)));
+    return light * (1.0 / (1.0 + max(light.r, max(light.g, light.b))));   // one division and not three
 }
 
 vec3 unpress(vec3 pressed) {
-    return pressed / max(1.0 - max(pressed.r, max(pressed.g, pressed.b)), 1e-6);
+    return pressed * (1.0 / max(1.0 - max(pressed.r, max(pressed.g, pressed.b)), 1e-6));
 }
 
 // What was pressed at another exposure; `ratio`: of the saturating luminances then and now.
