@@ -25,7 +25,7 @@ void main() {
 #else
     vec3 radiance = textureLod(u_scene, v_uv, 0.0).rgb * frame.scale.y;   // the nearest texel
     // A comparison that fails for NaN as well: it becomes black instead of spreading.
-    vec3 exposed = display_light(mix(vec3(0.0), radiance, greaterThan(radiance, vec3(0.0)))) / exposure.saturated;
+    vec3 exposed = display_light(mix(vec3(0.0), radiance, greaterThan(radiance, vec3(0.0)))) * (1.0 / exposure.saturated);
     exposed = min(exposed, vec3(1e6));
 #endif
 #if GLARE
