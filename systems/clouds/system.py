@@ -88,6 +88,8 @@ class CloudSystem(System):
         self._surface = Surface(gpu, picture)
         self._history: Any = None
         self._over = gpu.fullscreen("clouds/composite.frag", {"PICTURE_PX": picture.pixel_px})
+        # Of a coarser picture single texels are looked up, and resolve wants it linear.
+        self._nearest = gpu.sampler(filter="nearest")
         self._plain = gpu.gpu.state()
         self._pasts: dict[int, Past] = {}
         self._past = Past(picture.stride, self._samples, 1.0, self._every)
@@ -349,7 +351,9 @@ class CloudSystem(System):
             # it draws over, which OpenGL 4.5 allows behind this; older drivers wait where a framebuffer is bound.
             if waits:
                 gl.texture_barrier()
+            self._nearest.use(0)
             self._over.render()
+            self._nearest.clear(0)
 
         return run
 
