@@ -91,6 +91,8 @@ void expose() {
     target = clamp(target, u_limits.x, u_limits.y);
     float ev = target;
     if (u_speed.z < 0.5) ev = mix(e_before.ev100, target, target < e_before.ev100 ? u_speed.x : u_speed.y);
+    // Arrived: rounding stops it a hair short, and a settled picture would hang on where it came from.
+    if (abs(target - ev) < 1e-5) ev = target;
     e_now = Exposure(ev, target, metered, SATURATION * exp2(ev));
 }
 
