@@ -24,6 +24,8 @@ SUN_MAPPED = 8.0
 """Steps towards the sun in clouds; more of them are as good as the maps of the shadow, and have no need of these."""
 MAPPED: Mapping[str, Any] = {"CLOUD_MAPPED": 1}
 """Define of clouds/weather_march.glsl: the rest of the way to the sun comes from the maps."""
+_NO_ICE: Mapping[str, Any] = {"CLOUD_NO_ICE": 1}
+"""Define of clouds/density.glsl: there is no ice where the program runs."""
 
 
 class ViewMarch:
@@ -41,6 +43,7 @@ class ViewMarch:
         self._list = gpu.compute("clouds/list_tiles.comp")
         self._between = gpu.compute("clouds/between_rays.comp", picture.defines)
         self._march: Any = None
+        self._no_ice: Any = None
         self._steps: tuple[float, ...] = ()
         self._mapped = False
         self._debug: Any = None
@@ -50,18 +53,20 @@ class ViewMarch:
         mapped = steps[3] <= SUN_MAPPED
         if self._march is None or mapped != self._mapped:
             self._mapped = mapped
-            for program in (self._march, self._debug):
+            for program in (self._march, self._no_ice, self._debug):
                 if program is not None:
                     self._gpu.free(program)
             self._march = self._program("clouds/view_march.comp")
+            # Steps all the way to the sun meet layers above, which may be ice.
+            self._no_ice = self._program("clouds/view_march.comp", _NO_ICE if mapped else {})
             self._debug = None if self._debug is None else self._program("clouds/debug.comp")
         self._steps = steps
-        for program in (self._classify, self._march, self._debug):
+        for program in (self._classify, self._march, self._no_ice, self._debug):
             if program is not None:
                 program.set("u_march", steps)
 
-    def _program(self, file: str) -> Any:
-        return self._gpu.compute(file, {**self._defines, **(MAPPED if self._mapped else {})})
+    def _program(self, file: str, more: Mapping[str, Any] = {}) -> Any:
+        return self._gpu.compute(file, {**self._defines, **(MAPPED if self._mapped else {}), **more})
 
     def declare(
         self, builder: GraphBuilder, view: ViewInfo, past: Callable[[], Past], bind_clouds: Callable[[], None]
@@ -80,7 +85,7 @@ class ViewMarch:
                 TextureSpec(RAYS, "rgba32f", size, "persistent", help="light of clouds, and what they leave"),
                 TextureSpec(DISTANCE, "r32f", size, "persistent", help="mean distance of the clouds"),
                 BufferSpec(_FLAGS, 4 * tiles, "persistent", help="what each tile of rays meets"),
-                BufferSpec(_TILES, 16 + 4 * tiles, "persistent", help="dispatch and tiles with cloud"),
+                BufferSpec(_TILES, 32 + 4 * tiles, "persistent", help="dispatches and tiles with cloud, without ice and with"),
             ),
             when=lambda: not past().skip,
             help="tiles of rays that may see cloud",
@@ -188,8 +193,10 @@ class ViewMarch:
             distance.bind_to_image(1, read=False, write=True)
             sun.use(SUN_UNIT)
             tiles.bind_to_storage_buffer(7)
-            self._place(self._march, past())
-            self._march.run_indirect(tiles)
+            for ice, program in enumerate((self._no_ice, self._march)):
+                self._place(program, past())
+                program.set("u_ice", ice)
+                program.run_indirect(tiles, 16 * ice)
 
         return run
 

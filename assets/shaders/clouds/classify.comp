@@ -1,5 +1,5 @@
 // What each tile of 8 x 4 rays meets: 0 no layer (nothing, or ground before it), 1 layers in which the weather has no cloud there, 2
-// cloud. As exact as the march: it knows the weather at the same places. What no cloud is met by is written at once.
+// cloud, 3 cloud with ice. As exact as the march: it knows the weather at the same places. What no cloud is met by is written at once.
 #include "clouds/view_ray.glsl"
 
 layout(local_size_x = 8, local_size_y = 4) in;
@@ -21,17 +21,18 @@ void main() {
     int k = 0;
     if (count > 0) do {
         vec4 shell = cloud_view.shell[owners[k]], drops = cloud_view.droplets[owners[k]];
-        float from = spans[k].x, to = spans[k].y, most = drops.z == 2.0 ? 1.0 : 0.0;
-        int segments = way_segments(shell, drops.z == 1.0, from, to), segment = 0;
+        bool ice = drops.z == 1.0;
+        float from = spans[k].x, to = spans[k].y, most = drops.z == 2.0 ? 1.0 : 0.0, least = ice ? CLOUD_LEAST_ICE : 0.0;
+        int segments = way_segments(shell, ice, from, to), segment = 0;
         do {
             CloudWeather w = weather_along(v.ray, segment == 0 ? from : way_end(shell, from, to, segment - 1, segments));
-            most = max(most, (drops.z == 1.0 ? w.high : w.cover) * drops.w);
-        } while (++segment <= segments && most == 0.0);
-        found |= most > 0.0 ? 2u : 0u;
+            most = max(most, (ice ? w.high : w.cover) * drops.w);
+        } while (++segment <= segments && most <= least);
+        found |= most > least ? (ice ? 4u : 2u) : 0u;
     } while (++k < count);
     if (found != 0u) atomicOr(s_found, found);
     imageStore(o_clouds, at, vec4(0.0, 0.0, 0.0, 1.0));
     imageStore(o_distance, at, vec4(NOT_ALL));
     barrier();
-    if (gl_LocalInvocationIndex == 0u) flags[gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x] = s_found >= 2u ? 2u : s_found;
+    if (gl_LocalInvocationIndex == 0u) flags[gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x] = s_found >= 4u ? 3u : min(s_found, 2u);
 }

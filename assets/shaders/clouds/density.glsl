@@ -18,6 +18,13 @@ layout(binding = 1) uniform sampler3D u_cloud_rims;
 layout(binding = 2) uniform sampler2D u_weather_first;
 layout(binding = 3) uniform sampler2D u_weather_second;
 
+// Ice has streaks for noise. A program for places without any knows so at build time, and is a tenth shorter in time.
+#ifdef CLOUD_NO_ICE
+#define CLOUD_IS_ICE(layer) false
+#else
+#define CLOUD_IS_ICE(layer) (cloud_view.droplets[layer].z == 1.0)
+#endif
+
 // Where a volume of noise lies around the point that places are measured from.
 #ifndef CLOUD_ORIGIN
 #define CLOUD_ORIGIN(volume) cloud_view.volume.xyz
@@ -114,9 +121,10 @@ float cloud_height_cover(float share, CloudWeather w) {
 // Share of a layer's height above which there is no cloud between two places of a ray, whatever the noise; 0: none at all.
 float cloud_ceiling(int layer, CloudWeather a, CloudWeather b) {
     vec4 drops = cloud_view.droplets[layer];
-    float most = drops.z == 1.0 ? max(a.high, b.high) : max(a.cover, b.cover);
+    bool ice = CLOUD_IS_ICE(layer);
+    float most = ice ? max(a.high, b.high) : max(a.cover, b.cover);
     float reach = drops.z == 0.0 ? max(cloud_tallness(a), cloud_tallness(b)) : 1.0;
-    return drops.z == 2.0 || most * drops.w > (drops.z == 1.0 ? CLOUD_LEAST_ICE : CLOUD_LEAST) ? reach : 0.0;
+    return drops.z == 2.0 || most * drops.w > (ice ? CLOUD_LEAST_ICE : CLOUD_LEAST) ? reach : 0.0;
 }
 
 // 1 for deep weather, fronts and towers; 0 for sheets.
@@ -134,7 +142,7 @@ float cloud_column(int layer, CloudWeather w, float density) {
     vec4 shell = cloud_view.shell[layer], drops = cloud_view.droplets[layer];
     float even = mix(1.0, 2.0 / 3.0, cloud_view.shape[layer].x);
     float billows = CLOUD_FILLED * cloud_tallness(w) * cloud_body(w);
-    return (shell.y - shell.x) * shell.w * (drops.z == 2.0 ? even : drops.z == 1.0 ? density : billows);
+    return (shell.y - shell.x) * shell.w * (drops.z == 2.0 ? even : CLOUD_IS_ICE(layer) ? density : billows);
 }
 
 // Thinner because it is in clumps that hide one another: as a binary mixture of cloud and clear air (Pomraning 1991).
@@ -176,7 +184,8 @@ struct CloudNoise {
     float lost;      // variance that the footprint hides
     float hidden;    // share of the volumes' that is
     float soft;      // of ice: half width of what it hides
-    float body;      // how dense the cloud is inside
+    float body;      // how dense clouds of the weather are inside
+    float thick;     // more of that, where the wide volume is above the threshold
     float cover;     // at that height
     vec3 hair;       // ice: place of the finest fibres
     vec3 turned, tilted;
@@ -185,7 +194,7 @@ struct CloudNoise {
 // All kinds of layer in one line of code: software GPUs go through both sides of a branch, and once through loops of no turns.
 CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float footprint_m) {
     vec4 drops = cloud_view.droplets[layer];
-    bool ice = drops.z == 1.0;
+    bool ice = CLOUD_IS_ICE(layer);
     vec3 turned = cloud_turned(place), tilted = cloud_tilted(place);
     vec3 from_middle = CLOUD_ORIGIN(bend) + turned * cloud_view.bend.w;   // in radii
     // Ice falls from the layer's top, where it was carried to by the winds.
@@ -231,15 +240,13 @@ CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float
     // off along the line where cover begins.
     float scarce = 1.0 - clamp(cover / CLOUD_SCARCE, 0.0, 1.0);
     float x = ice ? streaks : noise - (0.5 - cover) - CLOUD_BEYOND * scarce * scarce, lost = 0.25 * hidden;
-    // Sheets that close the sky are of thick and thin places all the same.
-    float body = exp2(-2.0 * (1.0 - smoothstep(-0.25, 0.4, clusters * wide - 0.5 + most)));
     vec3 hair = CLOUD_HAIR * (CLOUD_ORIGIN(fibre) + carried * cloud_view.fibre.w);
-    return CloudNoise(x, lost, hidden, soft, body * cloud_body(w), cover, hair, turned, tilted);
+    return CloudNoise(x, lost, hidden, soft, cloud_body(w), clusters * wide - 0.5 + most, cover, hair, turned, tilted);
 }
 
 // How far the noise lies below any cloud, whatever the rims are; 0: there may be some.
 float cloud_gap(int layer, CloudNoise n, float footprint_m) {
-    bool ice = cloud_view.droplets[layer].z == 1.0;
+    bool ice = CLOUD_IS_ICE(layer);
     float rim_lost = CLOUD_RIM * CLOUD_RIM * cloud_hidden(cloud_level(cloud_view.fade.z, footprint_m), cloud_view.hiding.z, cloud_view.hiding.w)
         + CLOUD_RIM_NEAR * CLOUD_RIM_NEAR * cloud_hidden(cloud_level(cloud_view.fade.w, footprint_m), cloud_view.hiding.z, cloud_view.hiding.w);
     float half_width = ice ? n.soft : max(sqrt(n.lost + rim_lost), CLOUD_LEAST_LOST);
@@ -250,7 +257,7 @@ float cloud_gap(int layer, CloudNoise n, float footprint_m) {
 // rims: octaves of billows on the rim, 0..2.
 float cloud_rimmed(int layer, CloudNoise n, float share, float footprint_m, int rims) {
     vec4 drops = cloud_view.droplets[layer];
-    bool ice = drops.z == 1.0;
+    bool ice = CLOUD_IS_ICE(layer);
     float x = n.x, lost = n.lost;
     int turns = x > -0.3 - 0.5 * sqrt(lost) && n.hidden < 0.99 ? rims : 0, i = 0;
     // Left at its end: software GPUs go through the turn, too, in which a loop is left at its head.
@@ -266,7 +273,9 @@ float cloud_rimmed(int layer, CloudNoise n, float share, float footprint_m, int 
     } while (++i < turns);
     float thin = cloud_ramp(x, n.soft, 0.4);
     float dense = cloud_ramp(x, max(sqrt(lost), CLOUD_LEAST_LOST), CLOUD_EDGE) * step(CLOUD_LEAST, n.cover);
-    float billows = n.body * cloud_clumped(dense, n.hidden, n.body * cloud_view.shell[layer].w);
+    // Sheets that close the sky are of thick and thin places all the same.
+    float body = exp2(-2.0 * (1.0 - smoothstep(-0.25, 0.4, n.thick))) * n.body;
+    float billows = body * cloud_clumped(dense, n.hidden, body * cloud_view.shell[layer].w);
 
     float even = drops.w > 0.0 ? 1.0 : 0.0;
     float density = drops.z == 2.0 ? even : ice ? thin : billows;

@@ -19,7 +19,7 @@ float cloud_sides(int layer, CloudWeather w) {
 // Share of the sky that is closed, as far as the ground below is concerned: ice hardly dims it.
 float cloud_closed(int layer, CloudWeather w) {
     vec4 drops = cloud_view.droplets[layer];
-    return drops.z == 0.0 ? clamp(w.cover * drops.w, 0.0, 1.0) : drops.z == 1.0 ? 0.0 : 1.0;
+    return drops.z == 0.0 ? clamp(w.cover * drops.w, 0.0, 1.0) : CLOUD_IS_ICE(layer) ? 0.0 : 1.0;
 }
 
 // The sun's cosine for slabs that are turned towards it; level_sun: to the zenith.

@@ -1,5 +1,5 @@
 // Clouds as the camera sees them, one ray for each block of STRIDE x STRIDE pixels: rgb what they add to the picture, a what they
-// leave of it. Over the tiles of 8 x 4 rays that may see any.
+// leave of it. Over the tiles of 8 x 4 rays that may see any: those with ice, or, in a shorter program, those without.
 #include "clouds/view_ray.glsl"
 #include "clouds/weather_march.glsl"
 #include "common/spread.glsl"
@@ -7,10 +7,11 @@
 layout(local_size_x = 8, local_size_y = 4) in;
 layout(binding = 0, rgba32f) uniform writeonly image2D o_clouds;
 layout(binding = 1, r32f) uniform writeonly image2D o_distance;
-layout(std430, binding = 7) readonly buffer TileBuffer { uint groups[4]; uint tiles[]; };
+layout(std430, binding = 7) readonly buffer TileBuffer { uint groups[8]; uint tiles[]; };   // as list_tiles.comp has it
+layout(location = 5) uniform int u_ice;   // which list
 
 void main() {
-    uint place = tiles[spread_group()];
+    uint number = spread_group(), place = tiles[u_ice == 0 ? number : uint(tiles.length()) - 1u - number];
     ivec2 at = cloud_block_of(ivec2(place & 0xffffu, place >> 16) * ivec2(8, 4) + ivec2(gl_LocalInvocationID.xy));
     if (any(greaterThanEqual(at, imageSize(o_clouds)))) return;
     ViewRay v = cloud_view_ray(at);

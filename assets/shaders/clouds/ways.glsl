@@ -5,11 +5,17 @@
 const int CLOUD_VIEW_LAYERS = 4;
 const float NOT_ALL = 1e9;
 
+#ifdef CLOUD_NO_ICE
+const bool NO_ICE = true;
+#else
+const bool NO_ICE = false;
+#endif
+
 float pixel_rad;   // angle that a ray stands for
 float ray_walked = 0.0;   // metres that it has come before its start, through nothing; distances count from there
 
 // Layers are in the order of their heights: down through them from the highest, then up from the lowest. Returns how many ways there
-// are.
+// are. Without those of ice where the program has none.
 int cloud_ways(float mu, float end, out vec2 spans[2 * CLOUD_VIEW_LAYERS], out int owners[2 * CLOUD_VIEW_LAYERS]) {
     int layers = int(cloud_view.counts.x), count = 0;
     for (int turn = 0; turn < 2 * layers; ++turn) {
@@ -17,7 +23,7 @@ int cloud_ways(float mu, float end, out vec2 spans[2 * CLOUD_VIEW_LAYERS], out i
         int layer = down ? layers - 1 - turn : turn - layers;
         vec4 ways = shell_ways(mu, cloud_view.shell[layer].x, cloud_view.shell[layer].y, end);
         vec2 way = down ? ways.xy : ways.zw;
-        if (way.y - way.x >= 1e-3) {
+        if (way.y - way.x >= 1e-3 && !(NO_ICE && cloud_view.droplets[layer].z == 1.0)) {
             spans[count] = way;
             owners[count] = layer;
             ++count;

@@ -82,7 +82,7 @@ float depth_to_sun(int layer, vec3 point, float altitude, vec3 up, CloudWeather 
     float most = u_march.w;
 #else
     // Ice is thin; and what is averaged over the way there needs no steps of its own.
-    float most = cloud_view.droplets[layer].z == 1.0 ? 1.0 : u_march.w * min(2.0 * way / footprint, 1.0);
+    float most = CLOUD_IS_ICE(layer) ? 1.0 : u_march.w * min(2.0 * way / footprint, 1.0);
 #endif
     // Short steps first: what is near casts the sharpest shadows. So many of them lie in the part that is marched.
     int steps = max(int(ceil(most * sqrt(near / max(way, 1e-3)))), 1), i = 0;
@@ -122,7 +122,7 @@ float seen_share(float depth, float chance) {
 void march_way(inout March m, int layer, vec3 ray, float zenith, float from, float to, float nu, float shift) {
     vec4 shell = cloud_view.shell[layer], drops = cloud_view.droplets[layer];
     float thickness = shell.y - shell.x, way = to - from;
-    bool thin = drops.z == 1.0;
+    bool thin = CLOUD_IS_ICE(layer);
     float least = thickness / u_march.x, grow = max(u_march.y, way / (600.0 * max(to + ray_walked, 1.0)));
     float coarser = max(NEAREST_STEPS / u_march.x, 1.0);
     float longer = thin ? 1.0 : LONG_STEPS, farther = thin ? 0.0 : LONGER, most = max(way / (0.3 * u_march.x), least);
