@@ -85,7 +85,7 @@ class ViewMarch:
                 TextureSpec(RAYS, "rgba32f", size, "persistent", help="light of clouds, and what they leave"),
                 TextureSpec(DISTANCE, "r32f", size, "persistent", help="mean distance of the clouds"),
                 BufferSpec(_FLAGS, 4 * tiles, "persistent", help="what each tile of rays meets"),
-                BufferSpec(_TILES, 32 + 4 * tiles, "persistent", help="dispatches and tiles with cloud, without ice and with"),
+                BufferSpec(_TILES, 32 + 4 * tiles, "persistent", help="dispatches and tiles of cloud: no ice, ice"),
             ),
             when=lambda: not past().skip,
             help="tiles of rays that may see cloud",
