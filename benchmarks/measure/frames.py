@@ -97,16 +97,21 @@ class RunningFrame:
     """Median."""
 
 
+_RUN_UP = 40
+"""Frames after which what a jump to a view leaves to those that follow is done: meshes of the next snap for ground and
+sea, their fading, and maps of the clouds' shadow, which come round in three times twelve."""
+
+
 def time_running(renderer: Renderer, seen: View, runs: int) -> RunningFrame:
-    """Frames of a camera that turns by 0.01 degrees and of time that goes on by a sixtieth of a second in each, after
-    as many again: maps that are drawn in strips have come round by then. The proxy is held."""
+    """Frames of a camera that turns by 0.01 degrees and of time that goes on by a sixtieth of a second in each, after a
+    run-up of such. The proxy is held."""
     renderer.render(seen)
     state, target = renderer.camera_state(seen), renderer.ctx.simple_framebuffer(renderer.size)
     light = _light(seen)
     start_s = light.pop("time_s", None) or 0.0
     wall_ms: list[float] = []
     used_ms: list[float] = []
-    for number, camera in enumerate(turned(state, 0.01, 2 * max(runs, 8))):
+    for number, camera in enumerate(turned(state, 0.01, _RUN_UP + runs)):
         renderer.ctx.finish()
         began, began_used = time.perf_counter(), time.process_time()
         renderer.render_to(target, camera, time_s=start_s + number / 60.0, dt_s=1.0 / 60.0, **light)
