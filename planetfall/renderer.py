@@ -380,6 +380,7 @@ class Renderer(Looking):
         frame.frame_index = self._frame_index
         frame.cut, frame.host_depth = self._cut, self._host_depth
         frame.star_axes, frame.backdrop = None, True
+        frame.left_out = set()  # a new one: views keep the last
         return frame
 
     def _gate(self) -> None:

@@ -1,4 +1,5 @@
-"""Coasts asked once for a block of pixels (terrain.coast_px 2): along the line that each pixel by itself draws."""
+"""Coasts asked once for a block of pixels, or at every fourth (terrain.coast_px 2, 4): along the line that each pixel
+by itself draws."""
 
 from __future__ import annotations
 
@@ -6,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from scipy.ndimage import binary_dilation
+from scipy.ndimage import binary_dilation, minimum_filter
 
 import planetfall as pf
 
@@ -46,3 +47,13 @@ def test_the_line_is_where_each_pixel_has_it(pictures, name, px):
     assert apart.sum() < 0.5 * px * line.sum(), f"{apart.sum()} pixels beside a line of {line.sum()}"
     far = (apart & ~near).sum()
     assert far <= 1e-3 * truth.size, f"{far} of {apart.sum()} pixels are far from the line"
+
+
+@pytest.mark.parametrize("name", ["beach", "shallows"])
+def test_no_fringe_of_land_grows_over_water_behind_a_shore(pictures, name):
+    """Heights of a shore are not those of the water that is seen beside it, farther away."""
+    truth = sea_of(pictures[1], name)
+    distance = pictures[1].render(pf.view(name), outputs=("distance",))["distance"]
+    beside = truth & (minimum_filter(np.where(np.isfinite(distance), distance, 1e12), 9) < 0.5 * distance)
+    taken = {px: int((beside & ~sea_of(pictures[px], name)).sum()) for px in (2, 4)}
+    assert max(taken.values()) < 0.05 * beside.sum(), f"{taken} of {beside.sum()}"

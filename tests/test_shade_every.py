@@ -123,6 +123,19 @@ def test_every_second_pixel_is_shaded_only_in_flight(flights):
     assert np.array_equal(each[3], half[3]), "arrays are of each pixel"
 
 
+def test_arrays_in_flight_are_not_blurred_as_a_chessboard_is():
+    """What one frame leaves out is forgotten by the next."""
+    view = pf.view("near")
+    with pf.load_scene("earth") as scene, pf.Renderer(scene, (64, 36), "medium") as renderer:
+        renderer.settle(view)
+        for camera in turned(renderer.camera_state(view), 0.2, 6):
+            renderer.render(camera, dt_s=1.0 / 60.0)
+            assert renderer._frame.left_out == ({"terrain", "ocean"} if renderer._frame.squares is not None else set())
+        assert renderer._frame.left_out
+        renderer.render(camera, outputs=("color", "distance"), dt_s=1.0 / 60.0)
+        assert renderer._frame.squares is None and not renderer._frame.left_out
+
+
 def test_in_flight_every_second_pixel_does(flights):
     """Frames take turns, so far less is lost than with one of four, which are always the same."""
     half, quarter = (likeness(flights[1][2], flights[every][2]) for every in (2, 4))

@@ -39,7 +39,8 @@ class ViewMarch:
     ) -> None:
         self._gpu, self._world, self._system, self._picture = gpu, world, system, picture
         self._defines = {**picture.defines, **defines}
-        self._classify = gpu.compute("clouds/classify.comp", picture.defines)
+        finest = {name: defines[name] for name in ("CLOUD_FINEST",) if name in defines}
+        self._classify = gpu.compute("clouds/classify.comp", {**picture.defines, **finest})
         self._list = gpu.compute("clouds/list_tiles.comp")
         self._between = gpu.compute("clouds/between_rays.comp", picture.defines)
         self._march: Any = None
@@ -53,12 +54,11 @@ class ViewMarch:
         mapped = steps[3] <= SUN_MAPPED
         if self._march is None or mapped != self._mapped:
             self._mapped = mapped
-            for program in (self._march, self._no_ice, self._debug):
-                if program is not None:
-                    self._gpu.free(program)
+            for program in {self._march, self._no_ice, self._debug} - {None}:
+                self._gpu.free(program)
             self._march = self._program("clouds/view_march.comp")
             # Steps all the way to the sun meet layers above, which may be ice.
-            self._no_ice = self._program("clouds/view_march.comp", _NO_ICE if mapped else {})
+            self._no_ice = self._program("clouds/view_march.comp", _NO_ICE) if mapped else self._march
             self._debug = None if self._debug is None else self._program("clouds/debug.comp")
         self._steps = steps
         for program in (self._classify, self._march, self._no_ice, self._debug):

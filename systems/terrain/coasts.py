@@ -21,6 +21,7 @@ _GROWTH = 3
 """From far away meshes know nothing of lakes and islands that are tens of kilometres wide: so many times tiles are
 added into which one goes on."""
 _DEEP_M = 100.0
+_TILE = (16, 8)
 
 
 class Coasts:
@@ -43,11 +44,13 @@ class Coasts:
     ) -> None:
         """file: the backend's own shader for it, or ""; view and bind_heights: of the view, once it is drawn; seen:
         whether the planet is."""
-        count = info.size[0] * info.size[1]
+        across, down = (-(-n // side) for n, side in zip(info.size, _TILE, strict=True))
+        pixels = 4 if self._fourth() else info.size[0] * info.size[1]  # those between are not listed
+        counts = (pixels, pixels, across * down)
         texts = ("pixels that may be land or water", "those that become land", "tiles that are added")
         specs = [
             BufferSpec(name, 16 + 4 * count, help=f"dispatch, and {text}")
-            for name, text in zip(_LISTS, texts, strict=True)
+            for name, count, text in zip(_LISTS, counts, texts, strict=True)
         ]
         builder.add_pass(
             "terrain.coast",
@@ -91,10 +94,9 @@ class Coasts:
         begin, grow = self._shader("terrain/coast_begin.comp"), self._shader("terrain/coast_grow.comp")
         tiles, (asked, land, more) = io.buffer("gbuffer.tiles_coast"), (io.buffer(name) for name in _LISTS)
         growing = [io.buffer(name) for name in _GROWING]
-        across, down = (-(-n // side) for n, side in zip(io.size, (16, 8), strict=True))
+        across, down = (-(-n // side) for n, side in zip(io.size, _TILE, strict=True))
         barrier = self._gpu.gpu.barrier
-        fourth = int(self._settings["terrain.coast_px"]) == 4
-        ask = self._bind_between(view) if fourth else self._bind_lists(view, asked, land)
+        ask = self._bind_between(view) if self._fourth() else self._bind_lists(view, asked, land)
 
         def run() -> None:
             grow.set("u_tiles", (across, down))
@@ -114,6 +116,10 @@ class Coasts:
                     barrier()
 
         return run
+
+    def _fourth(self) -> bool:
+        """Whether heights are asked at every fourth pixel."""
+        return int(self._settings["terrain.coast_px"]) == 4
 
     def _bind_between(self, view: TerrainView) -> Callable[[Any], None]:
         """Asks at every fourth pixel."""

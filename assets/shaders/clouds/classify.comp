@@ -1,7 +1,13 @@
 // What each tile of 8 x 4 rays meets: 0 no layer (nothing, or ground before it), 1 layers in which the weather has no cloud there, 2
-// cloud, 3 cloud with ice. As exact as the march: it knows the weather at the same places. What no cloud is met by is written at once.
+// cloud, 3 cloud with ice. As exact as the march: it knows the weather at the same places, or, where that looks at more of them
+// (CLOUD_FINEST), counts the least ice. What no cloud is met by is written at once.
 #include "clouds/view_ray.glsl"
 
+#ifdef CLOUD_FINEST
+const float LEAST_ICE = 0.0;
+#else
+const float LEAST_ICE = CLOUD_LEAST_ICE;
+#endif
 layout(local_size_x = 8, local_size_y = 4) in;
 layout(binding = 0, rgba32f) uniform writeonly image2D o_clouds;
 layout(binding = 1, r32f) uniform writeonly image2D o_distance;
@@ -22,7 +28,7 @@ void main() {
     if (count > 0) do {
         vec4 shell = cloud_view.shell[owners[k]], drops = cloud_view.droplets[owners[k]];
         bool ice = drops.z == 1.0;
-        float from = spans[k].x, to = spans[k].y, most = drops.z == 2.0 ? 1.0 : 0.0, least = ice ? CLOUD_LEAST_ICE : 0.0;
+        float from = spans[k].x, to = spans[k].y, most = drops.z == 2.0 ? 1.0 : 0.0, least = ice ? LEAST_ICE : 0.0;
         int segments = way_segments(shell, ice, from, to), segment = 0;
         do {
             CloudWeather w = weather_along(v.ray, segment == 0 ? from : way_end(shell, from, to, segment - 1, segments));
@@ -34,5 +40,6 @@ void main() {
     imageStore(o_clouds, at, vec4(0.0, 0.0, 0.0, 1.0));
     imageStore(o_distance, at, vec4(NOT_ALL));
     barrier();
-    if (gl_LocalInvocationIndex == 0u) flags[gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x] = s_found >= 4u ? 3u : min(s_found, 2u);
+    uint tile = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+    if (gl_LocalInvocationIndex == 0u) flags[tile] = s_found >= 4u ? 3u : min(s_found, 2u);
 }

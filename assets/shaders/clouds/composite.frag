@@ -16,7 +16,8 @@ const float LEFT = 0.2;   // of the light behind
 
 vec4 clouds_of(ivec2 pixel) {
 #if PICTURE_PX > 1
-    vec2 at = (vec2(pixel) + 0.5) / float(PICTURE_PX) - 0.5, first = floor(at), share = at - first, rest = 1.0 - share, texel = 1.0 / vec2(textureSize(u_clouds, 0));
+    vec2 at = (vec2(pixel) + 0.5) / float(PICTURE_PX) - 0.5, first = floor(at), share = at - first, rest = 1.0 - share;
+    vec2 texel = 1.0 / vec2(textureSize(u_clouds, 0));
     vec4 weight = vec4(rest.x * rest.y, share.x * rest.y, rest.x * share.y, share.x * share.y), found[4];
     for (int i = 0; i < 4; ++i) found[i] = textureLod(u_clouds, (first + 0.5 + vec2(i & 1, i >> 1)) * texel, 0.0);
     // In the order of the others; it clamps as they do.

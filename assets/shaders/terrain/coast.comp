@@ -16,6 +16,8 @@ shared vec4 s_ground[CORNERS];      // xyz: gradient; w: height above the sea
 shared vec4 s_attributes[CORNERS];  // w: depth, 0 where there is nothing
 // How far depth may be from linear on screen, relative, before pixels beside one another count as parts of different ground.
 const float RIDGE = 0.005;
+// How many times as near as drawn sea a corner may be before it is a shore in front of that water.
+const float NEARER = 1.2;
 
 void sample_ground(int index, ivec2 first) {
     ivec2 pixel = min(first + COAST_STEP * ivec2(index % COLUMNS, index / COLUMNS), textureSize(u_surface, 0) - 1);
@@ -50,6 +52,7 @@ void main() {
     int corner = (here.y >> 1) * COLUMNS + here.x, below = corner + COLUMNS;
     vec4 heights = vec4(s_ground[corner].w, s_ground[corner + 1].w, s_ground[below].w, s_ground[below + 1].w);
     vec4 depths = vec4(s_attributes[corner].w, s_attributes[corner + 1].w, s_attributes[below].w, s_attributes[below + 1].w);
+    float nearest = max(max(depths.x, depths.y), max(depths.z, depths.w));
     uint land = 0u;
     for (int k = 0; k < HALF.x * HALF.y; ++k) {
         ivec2 in_half = ivec2(k & 3, k >> 2), pixel = first + HALF * here + in_half;
@@ -57,8 +60,8 @@ void main() {
         vec4 shares = corner_shares(ivec2(in_half.x, in_half.y + 2 * (here.y & 1)), depths);
         float above = dot(shares, heights);
         // Along a plane depth is linear on screen. Where it is not, the corners lie before and behind a ridge, and what they see is
-        // not the ground of this pixel: what was drawn as land stays land.
-        bool ridge = p.surface == SURFACE_TERRAIN && abs(dot(shares, depths) - p.depth) > RIDGE * p.depth;
+        // not the ground of this pixel: what was drawn stays. So does water behind a shore.
+        bool ridge = p.surface == SURFACE_TERRAIN ? abs(dot(shares, depths) - p.depth) > RIDGE * p.depth : nearest > NEARER * p.depth;
         bool asked = p.open && all(lessThanEqual(pixel, last)) && shares != vec4(0.0) && !ridge;
         if (asked && above < 0.0) coast_to_sea(pixel, p, -above);
         land |= asked && above >= 0.0 && p.surface == SURFACE_SEA ? 1u << k : 0u;
@@ -68,7 +71,8 @@ void main() {
         int k = findLSB(land);
         ivec2 in_half = ivec2(k & 3, k >> 2), pixel = first + HALF * here + in_half;
         vec4 shares = corner_shares(ivec2(in_half.x, in_half.y + 2 * (here.y & 1)), depths);
-        vec4 ground = shares.x * s_ground[corner] + shares.y * s_ground[corner + 1] + shares.z * s_ground[below] + shares.w * s_ground[below + 1];
+        vec4 ground = shares.x * s_ground[corner] + shares.y * s_ground[corner + 1] + shares.z * s_ground[below]
+            + shares.w * s_ground[below + 1];
         vec4 attributes = shares.x * s_attributes[corner] + shares.y * s_attributes[corner + 1] + shares.z * s_attributes[below]
             + shares.w * s_attributes[below + 1];
         coast_to_land(pixel, coast_pixel(pixel), ground.xyz, ground.w, attributes.xyz);

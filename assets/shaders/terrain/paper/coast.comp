@@ -1,4 +1,4 @@
-// The line between land and water of the projected grid's paper mode, pixel by pixel, as terrain/coast.comp has it for the others:
+// The line between land and water of the projected grid's paper mode, pixel by pixel, as terrain/coast_ask.comp has it for the others:
 // not the paper's, but without it a comparison would be one of coasts.
 #include "common/camera.glsl"
 #include "common/octahedral.glsl"
