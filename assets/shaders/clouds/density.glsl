@@ -18,7 +18,7 @@ layout(binding = 1) uniform sampler3D u_cloud_rims;
 layout(binding = 2) uniform sampler2D u_weather_first;
 layout(binding = 3) uniform sampler2D u_weather_second;
 
-// Ice has streaks for noise. A program for places without any knows so at build time, and is a tenth shorter in time.
+// Ice has streaks for noise. A program for places without any knows so at build time, and takes less time.
 #ifdef CLOUD_NO_ICE
 #define CLOUD_IS_ICE(layer) false
 #else
