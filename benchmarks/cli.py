@@ -72,7 +72,7 @@ def _bench(
     Parameters
     ----------
     suites
-        Suites (graph, terrain, ocean, atmosphere, clouds, frame, scaling, startup) or single benches
+        Suites (graph, terrain, ocean, atmosphere, clouds, frame, whole, scaling, startup) or single benches
         (terrain.normals); all if left out.
     """
     console = Console()

@@ -21,6 +21,12 @@ ALTERNATIVES: dict[str, str] = {
     "terrain.error": "",
     "terrain.grid_methods": "",
     "terrain.icosphere": "",
+    "whole.asteroid": "",
+    "whole.earth": "",
+    "whole.hazy": "",
+    "whole.mars": "",
+    "whole.moon": "",
+    "whole.small": "",
 }
 """Benches whose rows of one view, size and unit are alternatives, and the extra that is their time (empty: ms)."""
 

@@ -35,15 +35,16 @@ class WholeFrame:
     """Mean of the absolute difference over the mean of the reference's radiance."""
     passes: int
     """That ran in a frame of a turning camera."""
-    graph_bytes: int
+    gpu_bytes: int
+    """Textures and buffers of all systems and of the graph."""
     triangles: int
 
 
 def picture_of(renderer: Renderer, seen: View) -> Picture:
     """What a view shows once everything has settled."""
     renderer.settle(seen)
-    color = renderer.render(seen)["color"]
-    return Picture(color, renderer.render(seen, outputs=("radiance",))["radiance"].astype(np.float64))
+    shown = renderer.render(seen, outputs=("color", "radiance"))
+    return Picture(shown["color"], shown["radiance"].astype(np.float64))
 
 
 def whole_frame(renderer: Renderer, seen: View, reference: Picture, runs: int) -> WholeFrame:
@@ -59,7 +60,7 @@ def whole_frame(renderer: Renderer, seen: View, reference: Picture, runs: int) -
     passes = sum(report.ran for report in renderer.passes())
     statistics: dict[str, Any] = renderer.stats
     return WholeFrame(
-        cost, mean_flip, worst_flip, apart, passes, renderer.graph.memory_bytes(), statistics.get("triangles", 0)
+        cost, mean_flip, worst_flip, apart, passes, sum(renderer.memory_bytes.values()), statistics.get("triangles", 0)
     )
 
 

@@ -16,6 +16,7 @@ SUITES: Mapping[str, str] = {
     "atmosphere": "Air: errors against the float64 reference, run time, what is skipped",
     "clouds": "Clouds: errors of the march against float64 references; pictures by quality: error against time",
     "frame": "Whole frames at 640 x 360: ms in all, by pass and by knob, what is skipped, memory",
+    "whole": "Every planet with all it has at every quality: time against the error to `reference`, by pass, memory",
     "scaling": "How time grows with pixels, triangles, layers of noise, waves, clouds, views, planets: exponents",
     "startup": "Import and first picture, warm and cold; memory of the process",
 }
@@ -26,6 +27,7 @@ LONG: Mapping[str, tuple[str, ...]] = {
         "popping", "holes", "icosphere", "icosphere_vertices", "shadows", "shadows in flight", "shadows cost",
     ),
     "frame": ("skipping", "knobs", "budget", "antialiasing"),
+    "whole": ("asteroid", "earth", "hazy", "mars", "small", "passes"),
     "startup": ("window",),
     "atmosphere": ("curve", "shading", "tables"),
     "ocean": ("footprint",),

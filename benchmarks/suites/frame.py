@@ -14,7 +14,7 @@ from ..measure.knobs import KnobCost, KnobMeter
 from ..scenes import preset_scene
 from ..session import Bench, Session
 from ..target import at_most
-from . import frame_budget, frame_descent, frame_skipping, frame_views, frame_whole
+from . import frame_budget, frame_descent, frame_skipping, frame_views
 
 SIZE, QUICK_SIZE = (640, 360), (320, 180)
 QUALITIES = ("low", "medium", "high")
@@ -144,7 +144,6 @@ BENCHES: Mapping[str, Bench] = {
     "skipping": frame_skipping.bench,
     "descent": frame_descent.bench,
     "budget": frame_budget.bench,
-    "whole": frame_whole.bench,
     "memory": _memory,
     "knobs": _knobs,
     "antialiasing": _antialiasing,
