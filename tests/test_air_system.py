@@ -341,13 +341,13 @@ def test_a_reloaded_shader_shows(
     monkeypatch.setattr("planetfall.renderer.ASSETS", folder)
     with renderer_of(scene) as renderer:
         first = settled(renderer, CAMERA)
-        for file in ("medium.glsl", "view_fill.comp", "orders.comp"):
+        for file in ("medium.glsl", "view_fill.comp", "add_order.comp"):
             path = folder / "shaders" / "atmosphere" / file
             text = path.read_text(encoding="utf-8")
             changed = {
                 "medium.glsl": ("3.0 / (16.0 * PF_PI)", "6.0 / (16.0 * PF_PI)"),
                 "view_fill.comp": ("vec4(air_pack(first), 0.0)", "vec4(air_pack(2.0 * first), 0.0)"),
-                "orders.comp": ("ratio / (1.0 - ratio)", "8.0 * ratio"),
+                "add_order.comp": ("vec3 weight = ", "vec3 weight = 1.5 * "),
             }[file]
             assert changed[0] in text
             path.write_text(text.replace(*changed), encoding="utf-8")

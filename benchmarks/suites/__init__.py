@@ -29,7 +29,7 @@ LONG: Mapping[str, tuple[str, ...]] = {
     "frame": ("skipping", "knobs", "budget", "antialiasing"),
     "whole": ("asteroid", "earth", "hazy", "mars", "small", "passes"),
     "startup": ("window",),
-    "atmosphere": ("curve", "shading", "tables"),
+    "atmosphere": ("curve", "shading", "tables", "thick"),
     "ocean": ("footprint",),
     "clouds": ("accuracy", "speed", "flown", "slab", "paper", "repeats", "cover", "sunlight", "opacity", "memory"),
 }  # fmt: skip

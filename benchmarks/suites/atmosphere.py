@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from ... import Atmosphere, AtmosphereProbe, Camera, Planet, Renderer, Scene, Sun, view
-from ..measure import air, air_speed
+from ..measure import air, air_speed, air_thick
 from ..scenes import preset_scene
 from ..session import Bench, Session
 from ..target import at_most
@@ -182,6 +182,21 @@ def _curve(session: Session) -> None:
         )  # fmt: skip
 
 
+def _thick(session: Session) -> None:
+    """Haze of an optical depth of 3.5, in which most light has been scattered many times, against paths followed one by
+    one; and what its tables cost beside those of Earth's air."""
+    truth = air_thick.thick_truth(session.runs(65_536, 16_384))
+    for quality in QUALITIES[:-1]:
+        cost = air_speed.time_tables(session.gpu, preset_scene("hazy"), quality)["total"]
+        clear = air_speed.time_tables(session.gpu, _bare(), quality)["total"]
+        session.release()
+        for name, error in air_thick.thick_errors(truth, quality).items():
+            session.row(
+                f"{quality}: {name}", timing=cost.wall, error=error.luminous, error_unit="of all light",
+                target=at_most(0.1), worst_color=error.worst_color, noise=error.noise, clear_ms=clear.wall.ms,
+            )  # fmt: skip
+
+
 def _bare() -> Scene:
     """A planet of nothing but air: Earth's, as wide as Bruneton's."""
     scene = Scene("bare", {"planet": Planet(radius_m=6.36e6), "atmosphere": Atmosphere()})
@@ -215,5 +230,5 @@ def _ms(costs: Mapping[str, air_speed.Cost], name: str) -> float:
 
 BENCHES: Mapping[str, Bench] = {
     "accuracy": _accuracy, "curve": _curve, "speed": _speed, "shading": _shading, "tables": _tables,
-    "skipping": _skipping,
+    "skipping": _skipping, "thick": _thick,
 }  # fmt: skip

@@ -59,7 +59,8 @@ def _passes(session: Session) -> None:
                     for one, timing in time_passes(renderer, view(name, scene.planet), session.runs(9, 4)).items():
                         cost.setdefault((name, one), dict.fromkeys(qualities))[quality] = timing.ms
         for (name, one), by_quality in sorted(cost.items(), key=lambda item: names.index(item[0][0])):
-            session.row(f"{preset}: {one}", name, size, **{f"{quality}_ms": ms for quality, ms in by_quality.items()})
+            columns: dict[str, Any] = {f"{quality}_ms": ms for quality, ms in by_quality.items()}
+            session.row(f"{preset}: {one}", name, size, **columns)
         scene.release()
 
 

@@ -25,6 +25,8 @@ class Tables(Protocol):
     def done(self) -> bool: ...
     @property
     def share(self) -> float: ...
+    @property
+    def spent(self) -> int: ...
     def restart(self) -> None: ...
     def step(self, samples: int) -> Any: ...
     def bind(self) -> None: ...
@@ -50,7 +52,7 @@ QUICK_PAPER = PaperSizes((64, 32), (8, 24, 12, 4), (24, 8), 2, "rgba32f")
 
 _FIRST_SLICE, _LEAST_SLICE, _MOST_SLICE = 60_000, 4_000, 1 << 22
 """Samples in one slice of work: the first takes 1 to 3 ms on two cores without a GPU; then the time it took decides."""
-_VERSION = "2"
+_VERSION = "3"
 """Part of the cache's key: raise it when Python code gives other values for the same air, sizes and shaders."""
 
 
@@ -151,12 +153,14 @@ class TableJob:
             assert self._target is not None
             self._block.write(self._target[2])
             self._block.bind()
+            working, spent = self._working, self._working.spent
             self._step(self._slice)
             self._ctx.finish()
             before, now = now, clock()
-            # Half the budget a slice: what the first leaves decides whether there is a second.
-            fitting = 0.5 * budget_s / max(now - before, 1e-6)
-            self._slice = int(min(max(self._slice * min(max(fitting, 0.125), 2.0), _LEAST_SLICE), _MOST_SLICE))
+            if working.spent > spent:  # what only closes an order says nothing about how long a slice takes
+                # Half the budget a slice: what the first leaves decides whether there is a second.
+                fitting = 0.5 * budget_s / max(now - before, 1e-6)
+                self._slice = int(min(max(self._slice * min(max(fitting, 0.125), 2.0), _LEAST_SLICE), _MOST_SLICE))
             if now - began + 0.5 * (now - before) > budget_s and self._shown is not None:
                 break
         if self._shown is not None:

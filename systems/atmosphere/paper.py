@@ -183,6 +183,11 @@ class PaperTables:
         """How much of the work is done, 0..1."""
         return 1.0 if self.done else self._spent / self._total
 
+    @property
+    def spent(self) -> int:
+        """Samples that have been computed."""
+        return self._spent
+
     def step(self, samples: int = 1_000_000) -> float:
         """Compute one slice: at least a row of a table, else about that many samples. Returns the share that is done.
 

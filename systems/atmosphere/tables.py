@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...engine.gpu import GpuScope
+from .closing import closing_weights, moved
 
 __all__ = ["DEPTH_UNIT", "MOMENTS_UNIT", "AirTables", "Directions", "TableSizes"]
 
@@ -19,6 +20,8 @@ DEPTH_UNIT, MOMENTS_UNIT = 8, 9
 _NODES_BINDING = 10
 _MOST_NODES = 32
 _IRRADIANCE_LAYERS = 4
+_STILL = 0.03
+"""An order that moves the sum of all by less is the last: what it leaves is a fraction of what it moved."""
 _MOST_DIRECTIONS = 48
 """Directions in one dispatch. Mesa's software rasteriser ends a shader's loops, silently, after 65536 turns in all."""
 
@@ -42,7 +45,7 @@ class Directions:
 @dataclass(frozen=True)
 class TableSizes:
     """Sizes of the tables. depth: (path, altitude) texels; moments: (sun, altitude) texels; degree: of the spherical
-    harmonics; orders: of scattering that are summed before the rest is taken as a geometric series; first, later:
+    harmonics; orders: of scattering from which the rest is estimated, in thick air up to twice as many; first, later:
     directions for the first order, which has the sun's aureole in it, and for those after it."""
 
     depth: tuple[int, int] = (128, 64)
@@ -59,7 +62,7 @@ class TableSizes:
         return _IRRADIANCE_LAYERS + (self.degree + 1) * (self.degree + 2) // 2
 
     def samples(self) -> int:
-        """Points of the air that are looked at for all of it."""
+        """Points of the air that are looked at for all of it, in air that is not thick."""
         texels = self.moments[0] * self.moments[1]
         rays = self.first.count * self.first.slices + (self.orders - 1) * self.later.count * self.later.slices
         return 2 * texels * rays + self.depth[1] * self.depth_row_samples
@@ -87,9 +90,12 @@ class AirTables:
         self._depth_program = gpu.compute("atmosphere/depth.comp", {"DEPTH_SEGMENTS": sizes.depth_segments})
         self._gather = [gpu.compute("atmosphere/gather.comp", {**defines, "GATHER_FIRST": f}) for f in (0, 1)]
         self._orders = gpu.compute("atmosphere/orders.comp", defines)
+        self._add = gpu.compute("atmosphere/add_order.comp", defines)
         self.depth = gpu.texture(sizes.depth, "rgba32f")
-        self._layered = [gpu.texture(sizes.moments, "rgba32f", layers=sizes.layers, filter="linear") for _ in range(5)]
+        self._layered = [gpu.texture(sizes.moments, "rgba32f", layers=sizes.layers, filter="linear") for _ in range(4)]
         self.moments = self._layered[0]
+        self._place = gpu.texture(sizes.moments, "rgba32f")  # an order's mean, later its weights
+        self._sums: list[Any] = []  # of each order, as long as there is work
         self._nodes = {d: gpu.buffer(_node_buffer(d)) for d in (sizes.first, sizes.later)}
         self._work: Iterator[int] | None = None
         self._spent = 0
@@ -99,17 +105,23 @@ class AirTables:
     @property
     def sources(self) -> str:
         """Names what computes the tables: equal for equal shaders (their includes and defines too) and directions."""
-        programs = (self._depth_program, *self._gather, self._orders)
+        programs = (self._depth_program, *self._gather, self._orders, self._add)
         return "|".join(program.linked.key for program in programs)
 
     def restart(self) -> None:
         """Begin again, for another air of the same sizes."""
+        self._forget_sums()
         self._work, self._spent, self.done = self._steps(), 0, False
 
     @property
     def share(self) -> float:
         """How much of the work is done, 0..1."""
         return 1.0 if self.done else min(self._spent / max(self.sizes.samples(), 1), 0.99)
+
+    @property
+    def spent(self) -> int:
+        """Points of the air that have been looked at."""
+        return self._spent
 
     def step(self, samples: int) -> None:
         """One slice of about that many samples (at least one dispatch)."""
@@ -143,13 +155,15 @@ class AirTables:
         """Take over what `arrays` gave, instead of computing it."""
         self.depth.write(np.ascontiguousarray(arrays["depth"], np.float32).tobytes())
         self.moments.write(np.ascontiguousarray(arrays["moments"], np.float32).tobytes())
+        self._forget_sums()
         self._work, self.done = None, True
 
     def release(self) -> None:
         """Free textures, buffers and programs."""
-        for owned in (self.depth, *self._layered, *self._nodes.values()):
+        self._forget_sums()
+        for owned in (self.depth, self._place, *self._layered, *self._nodes.values()):
             self._gpu.free(owned)
-        for program in (self._depth_program, *self._gather, self._orders):
+        for program in (self._depth_program, *self._gather, self._orders, self._add):
             self._gpu.free(program)
 
     def _steps(self) -> Iterator[int]:
@@ -164,16 +178,20 @@ class AirTables:
             self._ctx.memory_barrier()
             row += rows
             yield rows * self.sizes.depth_row_samples
-        total_table, total_sums, sums, *tables = self._layered
+        total_table, total, *tables = self._layered
         zero = bytes(16 * width * height * self.sizes.layers)
         for texture in self._layered:
             texture.write(zero)
-        orders = self._wanted - 1 if self._wanted else self.sizes.orders
-        for order in range(1, orders + 1):
+        means: list[np.ndarray[Any, Any]] = []
+        while self._goes_on(means):
+            order = len(means) + 1
             last, fresh = tables[order % 2], tables[1 - order % 2]
             directions = self.sizes.first if order == 1 else self.sizes.later
             program = self._gather[1 if order == 1 else 0]
             program.set("u_counts", (directions.above, directions.below, directions.azimuths, directions.slices))
+            sums = self._gpu.texture(self.sizes.moments, "rgba32f", layers=self.sizes.layers)
+            self._sums.append(sums)
+            sums.write(zero)
             for row, rows, first, past in _chunks(directions, width, height, lambda: self._slice):
                 self.depth.use(DEPTH_UNIT)
                 last.use(MOMENTS_UNIT)
@@ -183,16 +201,41 @@ class AirTables:
                 program.run(-(-width // 8), rows)
                 self._ctx.memory_barrier()
                 yield 2 * width * rows * (past - first) * directions.slices
-            last.use(MOMENTS_UNIT)
-            sums.bind_to_image(0)
-            total_sums.bind_to_image(1)
-            fresh.bind_to_image(2, read=False, write=True)
-            total_table.bind_to_image(3, read=False, write=True)
-            closing = order == orders and not self._wanted
-            self._orders.set("u_flags", (int(order == 1), int(closing)))
-            self._orders.run_over(width, height)
-            self._ctx.memory_barrier()
+            self._as_table(sums, fresh)
+            mean = np.frombuffer(self._place.read(), np.float32).reshape(height, width, 4)
+            means.append(mean[..., :3].astype(np.float64))
             yield 0
+        weights = np.ones((len(means), height, width, 3)) if self._wanted else closing_weights(np.array(means))
+        for sums, weight in zip(self._sums, weights, strict=True):
+            self._place.write(np.pad(weight, ((0, 0), (0, 0), (0, 1))).astype(np.float32).tobytes())
+            sums.bind_to_image(0, read=True, write=False)
+            total.bind_to_image(1)
+            self._place.bind_to_image(2, read=True, write=False)
+            self._add.run_over(width, height)
+            self._ctx.memory_barrier()
+        self._as_table(total, total_table)
+        self._forget_sums()
+        yield 0
+
+    def _as_table(self, sums: Any, table: Any) -> None:
+        """Sums as look-ups read them, and their mean."""
+        sums.bind_to_image(0, read=True, write=False)
+        table.bind_to_image(1, read=False, write=True)
+        self._place.bind_to_image(2, read=False, write=True)
+        self._orders.run_over(*self.sizes.moments)
+        self._ctx.memory_barrier()
+
+    def _goes_on(self, means: list[np.ndarray[Any, Any]]) -> bool:
+        """Whether another order is needed."""
+        if self._wanted:
+            return len(means) < self._wanted - 1
+        least = self.sizes.orders
+        return len(means) < least or (len(means) < 2 * least and moved(np.array(means)) > _STILL)
+
+    def _forget_sums(self) -> None:
+        for sums in self._sums:
+            self._gpu.free(sums)
+        self._sums.clear()
 
 
 def _chunks(d: Directions, width: int, height: int, samples: Any) -> Iterator[tuple[int, int, int, int]]:

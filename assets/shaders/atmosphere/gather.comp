@@ -45,6 +45,7 @@ void main() {
     vec2 at = vec2(texel) / vec2(size - 1);
     float h = at.y * at.y * air_model.radii.z;
     float mu_s = air_sun_of_row(at.x), sine_s = sin_from_cos(mu_s), horizon = air_horizon_cos(h);
+    int slices = u_counts.w * air_slice_parts();
     vec3 sums[AIR_MOMENTS + AIR_IRRADIANCE_LAYERS];
     for (int i = 0; i < AIR_MOMENTS + AIR_IRRADIANCE_LAYERS; ++i) sums[i] = imageLoad(u_sums, ivec3(texel, i)).rgb;
 
@@ -63,7 +64,7 @@ void main() {
         float path = above || to_floor < 0.0 ? air_to_top(h, max(mu, horizon)) : to_floor;
 
         AirColumn c = air_column(h, mu, mu_s, nu, path);
-        for (int slice = 0; slice < u_counts.w; ++slice) air_column_slice(c, slice, u_counts.w);
+        for (int slice = 0; slice < slices; ++slice) air_column_slice(c, slice, slices);
         float mu_s_hit = clamp_cos(((air_model.radii.x + h) * mu_s + path * nu) / air_model.radii.x);
         // The mean source over what the air takes: right in thick air too, where two points in a slice are few.
         vec3 through = exp(-c.depth);

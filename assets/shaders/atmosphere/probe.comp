@@ -11,7 +11,8 @@ AirColumn march(ivec3 texel) {
     float mu_s, nu;
     AirPath p = air_texel_path(g_view, texel.y, float(texel.x), mu_s, nu);
     AirColumn c = air_column(p.h, p.mu, mu_s, nu, p.length);
-    for (int slice = 0; slice < texel.z; ++slice) air_column_slice(c, slice, g_view.size.z);
+    int parts = air_slice_parts();
+    for (int slice = 0; slice < texel.z * parts; ++slice) air_column_slice(c, slice, g_view.size.z * parts);
     return c;
 }
 

@@ -36,6 +36,13 @@ float air_slice_of(float t, float path, float lowest, float split) {
     return clamp(t < lowest ? split - away : split + away, 0.0, 1.0);
 }
 
+// Parts that each slice is integrated in: one that is thick itself hides what two nodes miss.
+int air_slice_parts() {
+    vec3 depth = air_model.rayleigh.rgb * air_model.rayleigh.w + air_model.mie_extinction.rgb * air_model.mie_scattering.w
+        + air_model.absorption.rgb / max(air_model.absorber.z, 1e-20);
+    return int(clamp(ceil(0.4 * max(max(depth.r, depth.g), depth.b)), 1.0, 3.0));
+}
+
 // Optical depth of one slice by Gauss's rule of two points; past: where it ends.
 vec3 air_slice_depth(float h, float mu, float path, float lowest, float split, int slice, int slices, out float past) {
     float t0 = air_slice_distance(float(slice) / float(slices), path, lowest, split);

@@ -17,6 +17,7 @@ void main() {
     float mu_s, nu;
     AirPath p = air_texel_path(v, texel.y, float(texel.x), mu_s, nu);
     AirColumn c = air_column(p.h, p.mu, mu_s, nu, p.length);
+    int parts = air_slice_parts();
     vec3 first, second;
     air_start_means(c, first, second);
     for (int slice = 0; slice <= v.size.z; ++slice) {
@@ -25,7 +26,7 @@ void main() {
             imageStore(u_second, ivec3(texel, slice), vec4(air_pack(second), 0.0));
         }
         if (slice == v.size.z) break;
-        air_column_slice(c, slice, v.size.z);
+        for (int part = 0; part < parts; ++part) air_column_slice(c, slice * parts + part, v.size.z * parts);
         first = air_column_mean(c, c.first);
         second = air_column_mean(c, c.second);
     }
