@@ -260,7 +260,12 @@ class AtmosphereQuality:
         cost="half as much again for each",
     )
     orders: int = knob(
-        6, 1, 16, "", "Orders of scattering that are computed; those after them are estimated", cost="as altitudes"
+        6,
+        1,
+        16,
+        "",
+        "Orders of scattering from which the sum of all is estimated; thick air takes up to twice as many",
+        cost="as altitudes",
     )
     paper_scale: float = knob(
         1.0,

@@ -46,7 +46,7 @@ class ThickError:
     """How far the light of all questions of a kind, added up, is from that of the paths: |sum / true sum - 1|."""
 
     worst_color: float
-    luminous: float
+    all_colors: float
     """Of all three colours together."""
     noise: float
     """Of the paths: the worst colour's standard error."""
@@ -97,7 +97,7 @@ def thick_errors(truth: ThickTruth, quality: str) -> dict[str, ThickError]:
     found = {"light on level ground": _error(sky, truth.irradiance, truth.irradiance_noise)}
     for altitude in ALTITUDES_M:
         rows = np.abs(height - altitude) < 1.0
-        name = f"sky and ground from {altitude:g} m"
+        name = f"air from {altitude:g} m"
         found[name] = _error(light[rows], truth.radiance[rows], truth.noise[rows])
     return found
 

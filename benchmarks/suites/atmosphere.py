@@ -183,8 +183,8 @@ def _curve(session: Session) -> None:
 
 
 def _thick(session: Session) -> None:
-    """Haze of an optical depth of 3.5, in which most light has been scattered many times, against paths followed one by
-    one; and what its tables cost beside those of Earth's air."""
+    """The air of the preset hazy, in which most light has been scattered many times, against paths followed one by one;
+    and what its tables cost beside those of Earth's air."""
     truth = air_thick.thick_truth(session.runs(65_536, 16_384))
     for quality in QUALITIES[:-1]:
         cost = air_speed.time_tables(session.gpu, preset_scene("hazy"), quality)["total"]
@@ -192,7 +192,7 @@ def _thick(session: Session) -> None:
         session.release()
         for name, error in air_thick.thick_errors(truth, quality).items():
             session.row(
-                f"{quality}: {name}", timing=cost.wall, error=error.luminous, error_unit="of all light",
+                f"{quality}: {name}", timing=cost.wall, error=error.all_colors, error_unit="of all light",
                 target=at_most(0.1), worst_color=error.worst_color, noise=error.noise, clear_ms=clear.wall.ms,
             )  # fmt: skip
 

@@ -43,6 +43,8 @@ def closing_weights(means: Floats) -> Floats:
     known = flat.sum(axis=0)
     for color in range(3):
         light, sum_of = flat[..., color], known[:, color]
+        if not np.isfinite(sum_of).all():
+            continue
         # By the square root: neither the bright places alone nor the dark ones.
         scale = 1.0 / np.sqrt(np.maximum(sum_of, _LEAST))
         steps, first = (np.diff(light, axis=0) * scale).T, -light[0] * scale

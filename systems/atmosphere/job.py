@@ -45,15 +45,17 @@ QUICK = TableSizes(
     first=Directions(7, 4, 8, 5),
     later=Directions(4, 3, 4, 4),
 )
-"""A first look at a new air: about 0.2 million points of it."""
+"""A first look at a new air: about 0.2 million points of it, in thick air up to six times as many."""
 
 QUICK_PAPER = PaperSizes((64, 32), (8, 24, 12, 4), (24, 8), 2, "rgba32f")
 """A first look by the printed method."""
 
 _FIRST_SLICE, _LEAST_SLICE, _MOST_SLICE = 60_000, 4_000, 1 << 22
-"""Samples in one slice of work: the first takes 1 to 3 ms on two cores without a GPU; then the time it took decides."""
+"""Samples in one slice of work: the first takes 1 to 3 ms on two cores without a GPU, in thick
+air up to three times as long; then the time it took decides."""
 _VERSION = "3"
-"""Part of the cache's key: raise it when Python code gives other values for the same air, sizes and shaders."""
+"""Part of the cache's key: raise it when Python code (closing.py, too) gives other values for the same air, sizes and
+shaders."""
 
 
 class TableJob:

@@ -22,8 +22,9 @@ _MOST_NODES = 32
 _IRRADIANCE_LAYERS = 4
 _STILL = 0.03
 """An order that moves the sum of all by less is the last: what it leaves is a fraction of what it moved."""
-_MOST_DIRECTIONS = 48
-"""Directions in one dispatch. Mesa's software rasteriser ends a shader's loops, silently, after 65536 turns in all."""
+_MOST_DIRECTIONS = 16
+"""Directions in one dispatch, of rays of up to 32 slices in 3 parts with 26 turns each, where loops are not unrolled.
+Mesa's software rasteriser ends a shader's loops, silently, after 65536 turns in all."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +96,7 @@ class AirTables:
         self._layered = [gpu.texture(sizes.moments, "rgba32f", layers=sizes.layers, filter="linear") for _ in range(4)]
         self.moments = self._layered[0]
         self._place = gpu.texture(sizes.moments, "rgba32f")  # an order's mean, later its weights
-        self._sums: list[Any] = []  # of each order, as long as there is work
+        self._sums: list[Any] = []  # of each order, until they are added up or the work begins anew
         self._nodes = {d: gpu.buffer(_node_buffer(d)) for d in (sizes.first, sizes.later)}
         self._work: Iterator[int] | None = None
         self._spent = 0
@@ -112,15 +113,16 @@ class AirTables:
         """Begin again, for another air of the same sizes."""
         self._forget_sums()
         self._work, self._spent, self.done = self._steps(), 0, False
+        self._total = max(self.sizes.samples(), 1)
 
     @property
     def share(self) -> float:
         """How much of the work is done, 0..1."""
-        return 1.0 if self.done else min(self._spent / max(self.sizes.samples(), 1), 0.99)
+        return 1.0 if self.done else min(self._spent / self._total, 0.99)
 
     @property
     def spent(self) -> int:
-        """Points of the air that have been looked at."""
+        """Points of the air that have been looked at; in thick air each stands for up to three."""
         return self._spent
 
     def step(self, samples: int) -> None:
@@ -132,6 +134,9 @@ class AirTables:
             self._spent += next(self._work)
         except StopIteration:
             self.done, self._work = True, None
+        except Exception:
+            self.restart()  # a generator that has raised would pass for one that is done
+            raise
 
     def bind(self) -> None:
         """Bind what the look-ups read, at their units."""
@@ -183,10 +188,13 @@ class AirTables:
         for texture in self._layered:
             texture.write(zero)
         means: list[np.ndarray[Any, Any]] = []
-        while self._goes_on(means):
+        going = self._goes_on(means)
+        while going:
             order = len(means) + 1
             last, fresh = tables[order % 2], tables[1 - order % 2]
             directions = self.sizes.first if order == 1 else self.sizes.later
+            if order > self.sizes.orders:
+                self._total += 2 * width * height * directions.count * directions.slices
             program = self._gather[1 if order == 1 else 0]
             program.set("u_counts", (directions.above, directions.below, directions.azimuths, directions.slices))
             sums = self._gpu.texture(self.sizes.moments, "rgba32f", layers=self.sizes.layers)
@@ -204,18 +212,25 @@ class AirTables:
             self._as_table(sums, fresh)
             mean = np.frombuffer(self._place.read(), np.float32).reshape(height, width, 4)
             means.append(mean[..., :3].astype(np.float64))
+            if self._wanted:
+                self._add_up(total, np.ones((1, height, width, 3)))
+            going = self._goes_on(means)
             yield 0
-        weights = np.ones((len(means), height, width, 3)) if self._wanted else closing_weights(np.array(means))
+        if not self._wanted:
+            self._add_up(total, closing_weights(np.array(means)))
+        self._as_table(total, total_table)
+        yield 0
+
+    def _add_up(self, total: Any, weights: np.ndarray[Any, Any]) -> None:
+        """Add the orders that are kept, by their weights (orders, altitude, sun, 3), and give them back."""
         for sums, weight in zip(self._sums, weights, strict=True):
             self._place.write(np.pad(weight, ((0, 0), (0, 0), (0, 1))).astype(np.float32).tobytes())
             sums.bind_to_image(0, read=True, write=False)
             total.bind_to_image(1)
             self._place.bind_to_image(2, read=True, write=False)
-            self._add.run_over(width, height)
+            self._add.run_over(*self.sizes.moments)
             self._ctx.memory_barrier()
-        self._as_table(total, total_table)
         self._forget_sums()
-        yield 0
 
     def _as_table(self, sums: Any, table: Any) -> None:
         """Sums as look-ups read them, and their mean."""
