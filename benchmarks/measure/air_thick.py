@@ -56,8 +56,11 @@ def hazy_air() -> AirParameters:
     """The air of the preset hazy, in the reference's words."""
     scene = load_scene("hazy")
     component: Any = scene.planet[Atmosphere]
-    values: dict[str, Any] = {f.name: getattr(component, f.name, None) for f in dataclasses.fields(AirParameters)}
-    values |= {"radius_m": scene.planet[Planet].radius_m, "sun_angular_radius_rad": scene.sun.angular_radius_rad}
+    values: dict[str, Any] = {"radius_m": scene.planet[Planet].radius_m}
+    values["sun_angular_radius_rad"] = scene.sun.angular_radius_rad
+    for field in dataclasses.fields(AirParameters):
+        if field.name not in values:
+            values[field.name] = getattr(component, field.name)
     return AirParameters(**values)
 
 

@@ -127,16 +127,22 @@ class AirTables:
 
     def step(self, samples: int) -> None:
         """One slice of about that many samples (at least one dispatch)."""
-        if self.done or self._work is None:
+        if self.done:
             return
+        if self._work is None:
+            self.restart()  # the last step raised
+        assert self._work is not None
         self._slice = max(samples, 1)
+        # Kept only if it comes back: a generator that has raised would pass for one that is done.
+        work, self._work = self._work, None
         try:
-            self._spent += next(self._work)
+            self._spent += next(work)
+            self._work = work
         except StopIteration:
-            self.done, self._work = True, None
-        except Exception:
-            self.restart()  # a generator that has raised would pass for one that is done
-            raise
+            self.done = True
+        finally:
+            if self._work is None:
+                self._forget_sums()
 
     def bind(self) -> None:
         """Bind what the look-ups read, at their units."""
