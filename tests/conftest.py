@@ -35,7 +35,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if not config.getoption("--slow"):
         skip = pytest.mark.skip(reason="long sweep: run with --slow")
         for item in items:
-            if "slow" in item.keywords:
+            if item.get_closest_marker("slow") is not None:  # not `keywords`, which hold the names of folders too
                 item.add_marker(skip)
 
 
