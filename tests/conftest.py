@@ -10,6 +10,7 @@ Tests of shader functions hold GLSL against a numpy twin with `run_compute`:
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -22,6 +23,7 @@ from numpy.typing import NDArray
 from planetfall import ASSETS, load_scene
 from planetfall._scene_file import PRESETS, describe
 from planetfall.engine.gpu import Gpu, GpuScope
+from planetfall.engine.gpu.software_threads import OFF
 from planetfall.engine.hosts.headless import create_headless
 
 RunCompute = Callable[..., dict[str, NDArray[Any]]]
@@ -41,10 +43,28 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 @pytest.fixture(scope="session", autouse=True)
 def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """No test, and no program that one starts, reads or writes the user's own cache and settings."""
+    """No test, and no program that one starts, reads or writes the user's own cache and settings.
+
+    Tables that one worker of a run has made are there for the others.
+    """
+    workers = "PYTEST_XDIST_WORKER" in os.environ
+    base = tmp_path_factory.getbasetemp()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("PLANETFALL_CACHE", str(tmp_path_factory.mktemp("cache")))
+        patch.setenv("PLANETFALL_CACHE", str((base.parent if workers else base) / "cache"))
         patch.setenv("PLANETFALL_CONFIG", str(tmp_path_factory.mktemp("config")))
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def own_processors() -> Iterator[None]:
+    """Workers side by side, and the programs that they start, leave their threads to the scheduler.
+
+    A processor for each thread is right for one program: of two, threads would wait for each other beside one that is
+    idle (an eighth to a sixth more time for both, by the clock of five files of tests).
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        if int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")) > 1:
+            patch.setenv(OFF, "0")
         yield
 
 

@@ -354,7 +354,7 @@ def test_a_first_start_shows_the_same_as_a_second(tmp_path: Path, monkeypatch: p
     scene = preset_scene("earth", True)
     pictures = []
     for _ in range(2):
-        with pf.Renderer(scene, (160, 90), "medium") as renderer:
+        with pf.Renderer(scene, (160, 90), "low") as renderer:
             view = pf.view("fair", scene.planet)
             renderer.settle(view)
             pictures.append(renderer.render(view)["color"])

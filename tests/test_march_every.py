@@ -14,7 +14,7 @@ from planetfall.systems.clouds.past import MOVING, NONE, STILL, Past
 
 pytestmark = pytest.mark.gpu
 
-SIZE = (319, 181)  # blocks stand over two of its edges
+SIZE = (159, 91)  # blocks stand over two of its edges
 
 
 def rendered(scene: pf.Scene, name: str, every: int) -> list[np.ndarray]:

@@ -93,7 +93,9 @@ def test_no_blocks_are_left_between(pair):
     assert 0.8 < within / between < 1.25
 
 
-@pytest.fixture(scope="module", params=["near", "beach", "under"])
+@pytest.fixture(
+    scope="module", params=["beach", *(pytest.param(name, marks=pytest.mark.slow) for name in ("near", "under"))]
+)
 def flights(request) -> dict[int, list[np.ndarray]]:
     """By shade_every, at `medium`: pictures that keep still before and after a turn, the last one of the turn, and the
     light that an array of it has."""
