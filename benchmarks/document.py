@@ -8,6 +8,7 @@ from itertools import groupby
 from pathlib import Path
 
 from .front import alternatives, front
+from .machine import device_title
 from .schema import EXTENTS, Report, ReportError, Row, read_report, write_text
 from .store import report_file
 from .suites import SUITES
@@ -38,12 +39,12 @@ def document(results: Path, path: Path) -> Path:
 
 
 def document_text(results: Path, page_folder: Path) -> str:
-    """The page's text; plots are linked relative to `page_folder`. GPUs come before software renderers."""
+    """The page's text; plots are linked relative to `page_folder`. GPUs come first, then what has most results."""
     folders = sorted({file.parent for file in results.glob("*/*.json")})
     if not folders:
         raise ReportError(f"{results}: no results in this folder; run planetfall bench first")
     devices = [(folder, _reports(folder)) for folder in folders]
-    devices.sort(key=lambda device: (device[1][0].machine.is_software, device[0].name))
+    devices.sort(key=lambda device: (device[1][0].machine.is_software, -len(device[1]), device[0].name))
     parts = [_HEAD]
     if all(reports[0].machine.is_software for _, reports in devices):
         parts.append("Not measured on a GPU yet.\n")
@@ -71,7 +72,7 @@ def _reports(folder: Path) -> list[Report]:
 
 def _device(folder: Path, reports: Sequence[Report], page_folder: Path) -> Iterable[str]:
     machine = reports[0].machine
-    yield f"## {machine.gl_renderer or machine.cpu}\n"
+    yield f"## {device_title(machine)}\n"
     yield (
         f"{machine.cpu}, {machine.cpus} CPUs, {machine.memory_bytes / 2**30:.0f} GiB; {machine.gl_version}; "
         f"Python {machine.python}, moderngl {machine.moderngl}, numpy {machine.numpy}; {machine.system}.\n"

@@ -40,10 +40,19 @@ def describe_machine(caps: Capabilities | None) -> Machine:
 
 
 def device_slug(machine: Machine) -> str:
-    """A folder name for results of this device: renderer, and the number of CPUs where those do the drawing."""
-    name = machine.gl_renderer or machine.cpu or "unknown"
-    slug = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")[:48].strip("-")
-    return f"{slug}-{machine.cpus}cpu" if machine.is_software else slug
+    """A folder name for results of this device: the renderer, and the CPUs too where those do the drawing."""
+    name = _slug(machine.gl_renderer or "no-renderer")
+    return f"{name}-{machine.cpus}cpu-{_slug(machine.cpu)}" if machine.is_software else name
+
+
+def device_title(machine: Machine) -> str:
+    """The same for a reader."""
+    return ", ".join(filter(None, (machine.gl_renderer, machine.cpu if machine.is_software else ""))) or "unknown"
+
+
+def _slug(name: str) -> str:
+    plain = re.sub(r"\((r|tm)\)", "", name.lower())
+    return re.sub(r"[^a-z0-9]+", "-", plain).strip("-")[:48].strip("-") or "unknown"
 
 
 def cpu_count() -> int:

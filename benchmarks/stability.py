@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from .machine import device_title
 from .schema import Report, ReportError, Row, read_report, write_text
 from .store import report_file
 from .stress.deviations import ABSOLUTE_BENCH, SUMMARY_BENCH, ULP_BENCH
@@ -59,7 +60,7 @@ def _device(report: Report) -> Iterable[str]:
     machine = report.machine
     rows = [row for row in report.rows if row.bench == SUMMARY_BENCH]
     total = sum(int(row.extra.get("numbers") or 0) for row in rows)
-    yield f"## {machine.gl_renderer or machine.cpu}\n"
+    yield f"## {device_title(machine)}\n"
     yield (
         f"{total} numbers. {machine.cpu}; {machine.gl_version}; {report.date[:10]}, commit "
         f"`{report.commit or 'unknown'}`.\n"

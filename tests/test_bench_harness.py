@@ -155,13 +155,17 @@ def test_results_that_cannot_be_written_are_said(tmp_path):
 
 def test_results_are_kept_by_device(tmp_path):
     machine = msgspec.structs.replace(
-        describe_machine(None), gl_renderer="llvmpipe (LLVM 15.0.6, 256 bits)", is_software=True, cpus=2
-    )
-    assert device_slug(machine) == "llvmpipe-llvm-15-0-6-256-bits-2cpu"
+        describe_machine(None), gl_renderer="llvmpipe (LLVM 15.0.6, 256 bits)", is_software=True, cpus=2,
+        cpu="Intel(R) Core(TM) i5-8250U CPU @ 1.60GHz",
+    )  # fmt: skip
+    folder = "llvmpipe-llvm-15-0-6-256-bits-2cpu-intel-core-i5-8250u-cpu-1-60ghz"
+    assert device_slug(machine) == folder
+    other = msgspec.structs.replace(machine, cpu="AMD EPYC")
+    assert device_slug(other) == "llvmpipe-llvm-15-0-6-256-bits-2cpu-amd-epyc", "its times are another machine's"
     hardware = msgspec.structs.replace(machine, gl_renderer="NVIDIA GeForce RTX 4070/PCIe/SSE2", is_software=False)
     assert device_slug(hardware) == "nvidia-geforce-rtx-4070-pcie-sse2"
     path = report_path(report_of(machine=machine), tmp_path)
-    assert path == tmp_path / "llvmpipe-llvm-15-0-6-256-bits-2cpu" / "graph.json"
+    assert path == tmp_path / folder / "graph.json"
     assert report_path(report_of(machine=machine, extent="quick"), tmp_path).name == "graph-quick.json"
     assert report_path(report_of(machine=machine, kind="stress"), tmp_path).name == "stress-graph.json"
 
