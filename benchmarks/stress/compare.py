@@ -38,8 +38,8 @@ from .scenes import build_camera, build_scene, draw_camera, draw_planet
 
 Floats = NDArray[np.float64]
 
-COUNT = 110
-"""Of up to 10 000 numbers each: a million."""
+COUNT = 120
+"""Of up to 10 000 numbers each, fewer where a camera sees less: a million in all."""
 NUMBERS = 10_000
 LEAST_HEIGHT_M, HEIGHT_SHARE = 1e-3, 1e-6
 """Promised of heights within a kilometre: a millimetre, or this share of the relief where it is more."""
