@@ -60,7 +60,7 @@ def own_processors() -> Iterator[None]:
     """Workers side by side, and the programs that they start, leave their threads to the scheduler.
 
     A processor for each thread is right for one program: of two, threads would wait for each other beside one that is
-    idle (an eighth to a sixth more time for both, by the clock of five files of tests).
+    idle.
     """
     with pytest.MonkeyPatch.context() as patch:
         if int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")) > 1:
