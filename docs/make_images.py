@@ -1,4 +1,4 @@
-"""Makes the pictures of README.md from real runs: `python docs/make_images.py [picture ...]`."""
+"""Makes the pictures of README.md and first-steps.md from real runs: `python docs/make_images.py [picture ...]`."""
 
 import io
 import sys

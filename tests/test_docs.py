@@ -104,6 +104,34 @@ def test_files_named_in_the_docs_exist() -> None:
     assert not missing, "the docs name what isn't there:\n" + "\n".join(sorted(set(missing)))
 
 
+def test_the_index_has_every_page() -> None:
+    index = ROOT / "docs" / "README.md"
+    linked = {
+        (index.parent / name).resolve() for name in re.findall(r"\]\(([^)#]+)\)", index.read_text(encoding="utf-8"))
+    }
+    missing = sorted(page.name for page in {*index.parent.rglob("*.md")} - {index} - linked)
+    assert not missing, f"docs/README.md doesn't link {missing}"
+
+
+def test_the_readme_is_short() -> None:
+    lines = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+    assert len(lines) <= 90, "two screens: the rest belongs on pages of docs/"
+
+
+@pytest.mark.gpu
+def test_the_lines_for_a_game_draw() -> None:
+    from planetfall.engine.hosts.headless import create_headless
+
+    (code,) = blocks(ROOT / "README.md", "python embedding")
+    ctx = create_headless()
+    target = ctx.framebuffer([ctx.texture((48, 27), 4)])
+    names = {"pf": pf, "size": (48, 27), "your_context": ctx, "your_framebuffer": target}
+    exec(compile(code, "README.md", "exec"), names)
+    assert max(target.read(components=3)) > 60
+    names["renderer"].release()  # type: ignore[attr-defined]
+    ctx.release()
+
+
 def test_every_technique_of_the_sources_has_a_file_a_test_and_a_bench() -> None:
     """Or says why it was left out. Tests and benches are there under the names given."""
     from planetfall.benchmarks.suites import SUITES, benches_of
@@ -128,21 +156,23 @@ def test_every_technique_of_the_sources_has_a_file_a_test_and_a_bench() -> None:
 
 def test_pictures_are_small_and_used() -> None:
     pictures = sorted((ROOT / "docs" / "images").glob("*"))
-    used = {Path(name).name for name in re.findall(r"\]\((docs/images/[^)]+)\)", (ROOT / "README.md").read_text())}
-    assert {picture.name for picture in pictures} == used, "docs/make_images.py makes the pictures of README.md"
+    used = {
+        Path(name).name for file in DOCS for name in re.findall(r"\]\(((?:docs/)?images/[^)]+)\)", file.read_text())
+    }
+    assert {picture.name for picture in pictures} == used, "docs/make_images.py makes the pictures of the pages"
     limits = {".gif": LARGEST_ANIMATION_BYTES}
     large = [p.name for p in pictures if p.stat().st_size > limits.get(p.suffix, LARGEST_PICTURE_BYTES)]
     assert not large, f"pictures above {LARGEST_PICTURE_BYTES} bytes, or animations above {limits}: {large}"
 
 
 def test_controls_are_those_of_the_window() -> None:
-    section = (ROOT / "README.md").read_text(encoding="utf-8").split("## Controls")[1].split("\n## ")[0]
+    section = (ROOT / "docs" / "first-steps.md").read_text(encoding="utf-8").split("## Controls")[1].split("\n## ")[0]
     rows = re.findall(r"^\| ([^|]+) \| ([^|]+) \|$", section, re.MULTILINE)
     assert rows == list(load_controls().help())
 
 
 def test_qualities_are_those_of_the_presets() -> None:
-    section = (ROOT / "README.md").read_text(encoding="utf-8").split("## Quality")[1].split("\n## ")[0]
+    section = (ROOT / "docs" / "first-steps.md").read_text(encoding="utf-8").split("## Quality")[1].split("\n## ")[0]
     rows = dict(re.findall(r"^\| `(\w+)` \| ([\d.]+) px \|", section, re.MULTILINE))
     assert list(rows) == [name for name in pf.qualities() if name != "paper"]
     for name, edge_px in rows.items():
