@@ -60,7 +60,7 @@ def _bench(
         Parameter(negative="", help="Two results files, or two folders of them: nothing is run."),
     ] = None,
     document: Annotated[
-        bool, Parameter(negative="", help="Write docs/benchmarks.md from the results that are there: nothing is run.")
+        bool, Parameter(negative="", help="Write docs/benchmarks.md and tables.md of each device: nothing is run.")
     ] = False,
     plot: Annotated[
         Path | None, Parameter(help="A results file or a folder of them: their plots are drawn beside, nothing is run.")

@@ -1,8 +1,9 @@
-"""docs/benchmarks.md, from the results files alone: tables, fronts, plots, machine, date and commit."""
+"""docs/benchmarks.md and the tables of each device, from the results files alone: promises, fronts, plots, machines."""
 
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable, Sequence
 from itertools import groupby
 from pathlib import Path
@@ -14,7 +15,7 @@ from .store import report_file
 from .suites import SUITES
 from .tables import columns_of, number, row_cells
 
-__all__ = ["document", "document_text"]
+__all__ = ["document", "document_text", "tables_text"]
 
 BUSY_LOAD = 0.3
 """Runnable processes a CPU above which times are those of a busy machine (schema.Machine.load_average)."""
@@ -24,33 +25,61 @@ LONG_TABLE = 16
 _HEAD = """# Benchmarks
 
 Written by `planetfall bench --document` from the files under `benchmarks/results`; not edited by hand. How to run and
-read them: [benchmarks-howto.md](benchmarks-howto.md).
+read benches: [benchmarks-howto.md](benchmarks-howto.md).
+
+A promise is a bound that a measurement has to keep: the most time it may take (on an idle machine), the largest error,
+a range. All measurements, in tables with plots, lie beside the results of each device.
+"""
+_TABLES_HEAD = """Written by `planetfall bench --document` from the files beside this one; not edited by hand.
 
 Times are compared within one run on one machine. **bold** in the column `ms`: no other row of the same view has both
 less time and less error (the Pareto front; rows with `cpu_ms` are compared by that). A target in ~~strikes~~ was
 missed.
 """
+TABLES = "tables.md"
+"""A device's tables, in the folder of its results."""
+MOST_TARGETS = 4
+"""Different targets of a bench that are named one by one."""
 
 
 def document(results: Path, path: Path) -> Path:
-    """Write the page for all results under `results`, beside and renamed. Raises ReportError."""
-    write_text(document_text(results, path.parent), path)
+    """Write the page of all `results`, and each device's tables beside its results. Raises ReportError."""
+    page = document_text(results, path.parent)
+    for folder, reports in _devices(results):
+        write_text(tables_text(folder, reports), folder / TABLES)
+    write_text(page, path)
     return path
 
 
 def document_text(results: Path, page_folder: Path) -> str:
-    """The page's text; plots are linked relative to `page_folder`. GPUs come first, then what has most results."""
+    """The page's text; tables are linked relative to `page_folder`. GPUs come first, then what has most results."""
+    devices = _devices(results)
+    parts = [_HEAD]
+    if all(reports[0].machine.is_software for _, reports in devices):
+        parts.append("Not measured on a GPU yet.\n")
+    parts.append(_promised(devices))
+    for folder, reports in devices:
+        link = Path(os.path.relpath(folder / TABLES, page_folder)).as_posix()
+        parts += [f"## {device_title(reports[0].machine)}\n", _machine(reports), f"[All tables]({link}).\n"]
+        parts.append(_missed(reports))
+    return "\n".join(parts).rstrip() + "\n"
+
+
+def tables_text(folder: Path, reports: Sequence[Report] | None = None) -> str:
+    """All rows of a device's results, bench by bench; plots are linked beside."""
+    reports = _reports(folder) if reports is None else reports
+    parts = [f"# {device_title(reports[0].machine)}\n", _TABLES_HEAD, _machine(reports)]
+    for report in reports:
+        parts += _suite(report, folder)
+    return "\n".join(parts).rstrip() + "\n"
+
+
+def _devices(results: Path) -> list[tuple[Path, list[Report]]]:
     folders = sorted({file.parent for file in results.glob("*/*.json")})
     if not folders:
         raise ReportError(f"{results}: no results in this folder; run planetfall bench first")
     devices = [(folder, _reports(folder)) for folder in folders]
-    devices.sort(key=lambda device: (device[1][0].machine.is_software, -len(device[1]), device[0].name))
-    parts = [_HEAD]
-    if all(reports[0].machine.is_software for _, reports in devices):
-        parts.append("Not measured on a GPU yet.\n")
-    for folder, reports in devices:
-        parts += _device(folder, reports, page_folder)
-    return "\n".join(parts).rstrip() + "\n"
+    return sorted(devices, key=lambda device: (device[1][0].machine.is_software, -len(device[1]), device[0].name))
 
 
 def _reports(folder: Path) -> list[Report]:
@@ -70,37 +99,89 @@ def _reports(folder: Path) -> list[Report]:
     )
 
 
-def _device(folder: Path, reports: Sequence[Report], page_folder: Path) -> Iterable[str]:
+def _machine(reports: Sequence[Report]) -> str:
     machine = reports[0].machine
-    yield f"## {device_title(machine)}\n"
-    yield (
+    return (
         f"{machine.cpu}, {machine.cpus} CPUs, {machine.memory_bytes / 2**30:.0f} GiB; {machine.gl_version}; "
         f"Python {machine.python}, moderngl {machine.moderngl}, numpy {machine.numpy}; {machine.system}.\n"
     )
-    yield _promises(reports)
+
+
+def _by_bench(reports: Iterable[Report]) -> dict[str, list[Row]]:
+    """The rows that promise something, by the name of their bench."""
+    found: dict[str, list[Row]] = {}
     for report in reports:
-        yield from _suite(report, folder, page_folder)
+        for row in report.rows:
+            if row.met is not None:
+                name = f"{'stress ' if report.kind == 'stress' else ''}{row.suite}.{row.bench}"
+                found.setdefault(name, []).append(row)
+    return found
 
 
-def _promises(reports: Sequence[Report]) -> str:
-    """What was promised and missed, in one table: the first thing that a reader should see."""
-    rows = [row for report in reports for row in report.rows if row.met is not None]
-    missed = [row for row in rows if row.met is False]
-    text = f"{len(rows) - len(missed)} of {len(rows)} promises are kept."
-    if not missed:
-        return text + "\n"
-    lines = [text + " Missed:\n", "| bench | variant | view | ms | error | target |", "|---|---|---|---|---|---|"]
-    lines += [
-        f"| {row.suite}.{row.bench} | {_plain(row.variant)} | {row.view} | {number(row.ms)} |"
-        f" {number(row.error)} {row.error_unit} | {row.target} |"
-        for row in missed
+def _promised(devices: Sequence[tuple[Path, Sequence[Report]]]) -> str:
+    """A row a bench: what is promised, and how many promises each device kept of how many."""
+    columns = [_by_bench(reports) for _, reports in devices]
+    titles = [device_title(reports[0].machine) for _, reports in devices]
+    lines = [
+        "## What is promised, and kept\n",
+        f"| bench | promised | {' | '.join(_plain(title) for title in titles)} |",
+        f"|{'---|' * (len(devices) + 2)}",
     ]
+    for name in dict.fromkeys(name for column in columns for name in column):
+        targets = list(dict.fromkeys(row.target for column in columns for row in column.get(name, ())))
+        more = f", and {len(targets) - MOST_TARGETS} more" if len(targets) > MOST_TARGETS else ""
+        counts = " | ".join(_kept(column.get(name, [])) for column in columns)
+        lines.append(f"| {name} | {_plain('; '.join(targets[:MOST_TARGETS]))}{more} | {counts} |")
+    totals = " | ".join(_kept([row for rows in column.values() for row in rows]) for column in columns)
+    return "\n".join([*lines, f"| all | | {totals} |"]) + "\n"
+
+
+def _kept(rows: Sequence[Row]) -> str:
+    """ "3 of 4"; bold where something was missed, empty where nothing was measured."""
+    kept = sum(row.met is True for row in rows)
+    text = f"{kept} of {len(rows)}" if rows else ""
+    return f"**{text}**" if kept < len(rows) else text
+
+
+def _missed(reports: Sequence[Report]) -> str:
+    """What was promised and missed: of each bench the row that is farthest off."""
+    benches = _by_bench(reports)
+    rows = [row for rows in benches.values() for row in rows]
+    kept = sum(row.met is True for row in rows)
+    text = f"{kept} of {len(rows)} promises are kept."
+    if kept == len(rows):
+        return text + "\n"
+    lines = [
+        text + " Missed, with the one of each bench that is farthest off:\n",
+        "| bench | missed | farthest off | view | ms | error | target |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for name, promised in benches.items():
+        missed = [row for row in promised if row.met is False]
+        if missed:
+            worst = max(missed, key=_times_off)
+            lines.append(
+                f"| {name} | {len(missed)} of {len(promised)} | {_plain(worst.variant)} | {worst.view} |"
+                f" {number(worst.ms)} | {number(worst.error)} {worst.error_unit} | {worst.target} |"
+            )
     return "\n".join(lines) + "\n"
 
 
-def _suite(report: Report, folder: Path, page_folder: Path) -> Iterable[str]:
+def _times_off(row: Row) -> float:
+    """How many times its target a row is; 1 where the target is no single bound."""
+    words = re.fullmatch(r"(\w+ )?([<>]=) ([-+\d.e]+)(.*)", row.target)
+    if words is None:
+        return 1.0
+    name, least, bound = (words[1] or "").strip(), words[2] == ">=", float(words[3])
+    found = row.extra.get(name) if name else row.ms if words[4].strip() == "ms" else row.error
+    if not isinstance(found, (int, float)) or found == 0.0 or bound == 0.0:
+        return 1.0
+    return bound / found if least else found / bound
+
+
+def _suite(report: Report, folder: Path) -> Iterable[str]:
     title = report.suite if report.kind == "bench" else f"stress {report.suite}"
-    yield f"### {title}\n"
+    yield f"## {title}\n"
     extent = "" if report.extent == "usual" else f", {report.extent} run"
     busy = f"; busy machine (load {report.machine.load_average:g} a CPU)"
     yield (
@@ -119,7 +200,7 @@ def _suite(report: Report, folder: Path, page_folder: Path) -> Iterable[str]:
         yield _table(bench, list(rows), best)
         plot = folder / f"{report.suite}-{bench}.png"
         if plot.is_file() and report.kind == "bench":
-            yield f"![{report.suite}.{bench}]({Path(os.path.relpath(plot, page_folder)).as_posix()})\n"
+            yield f"![{report.suite}.{bench}]({plot.name})\n"
 
 
 def _table(bench: str, rows: list[Row], best: set[int]) -> str:

@@ -8,7 +8,7 @@ import pytest
 
 from planetfall import SettingError
 from planetfall.benchmarks import cli
-from planetfall.benchmarks.document import document, document_text
+from planetfall.benchmarks.document import TABLES, document, document_text, tables_text
 from planetfall.benchmarks.front import ALTERNATIVES, alternatives, front
 from planetfall.benchmarks.machine import describe_machine
 from planetfall.benchmarks.plots import save_plots
@@ -63,9 +63,14 @@ def test_the_page_says_machine_commit_front_misses_and_failures(tmp_path):
     save_report(report, tmp_path)
     save_report(report_of(error_row("quick", 1.0, 1.0), extent="quick"), tmp_path)
     page = document(tmp_path, tmp_path / "page.md")
-    text = page.read_text()
-    assert "commit `abc123`" in text and report.machine.cpu in text
-    assert "1 of 2 promises are kept. Missed:" in text and "~~<= 5 px~~" in text
+    short = page.read_text()
+    (tables,) = tmp_path.glob(f"*/{TABLES}")
+    text = tables.read_text()
+    assert "commit `abc123`" in text and report.machine.cpu in text and report.machine.cpu in short
+    assert f"({tables.relative_to(tmp_path).as_posix()})" in short
+    assert "| terrain.error | <= 5 px; <= 10 px | **1 of 2** |" in short
+    assert "1 of 2 promises are kept. Missed" in short and "| terrain.error | 1 of 2 | low | near | 1 | 9 px |" in short
+    assert "~~<= 5 px~~" in text
     assert "| **1** |" in text and "**7**" not in text and "slow \\| wrong" in text
     assert "`terrain.holes` did not run: no GL" in text
     assert "quick" not in text.split("## ", 1)[1], "a usual run replaces the quick one"
@@ -80,7 +85,11 @@ def test_gpus_come_first(tmp_path):
     assert "Not measured on a GPU" in document_text(tmp_path, tmp_path)
     save_report(report_of(machine=replace(machine, gl_renderer="Zed GPU", is_software=False)), tmp_path)
     text = document_text(tmp_path, tmp_path)
-    assert text.index("## Zed GPU") < text.index("## A soft one") and "Not measured on a GPU" not in text
+    assert (
+        text.index("## Zed GPU") < text.index("## A soft one")
+        and text.index("Zed") < text.index("soft one")
+        and "Not measured on a GPU" not in text
+    )
 
 
 def test_no_results_is_an_error(tmp_path):
@@ -96,7 +105,19 @@ def test_the_command_writes_beside_other_results(tmp_path, capsys):
 
 def test_the_page_in_docs_is_what_the_results_say():
     """`planetfall bench --document` after a run that is to be committed."""
-    assert (ROOT / "docs" / "benchmarks.md").read_text() == document_text(results_root(), ROOT / "docs")
+    page = (ROOT / "docs" / "benchmarks.md").read_text()
+    assert page == document_text(results_root(), ROOT / "docs")
+    assert len(page.splitlines()) < 150, "one page: rows belong into the tables"
+    for folder in {file.parent for file in results_root().glob("*/*.json")}:
+        assert (folder / TABLES).read_text() == tables_text(folder)
+
+
+def test_the_farthest_off_is_named(tmp_path):
+    near = error_row("near it", 1.0, 6.0, target="<= 5 px", met=False)
+    ratio = error_row("a part", 1.0, 1.0, target="share >= 0.9", met=False, extra={"share": 0.3})
+    far = error_row("a range", 1.0, 1.0, target="2 to 3 px", met=False)
+    save_report(report_of(near, ratio, far), tmp_path)
+    assert "| terrain.error | 3 of 3 | a part |" in document_text(tmp_path, tmp_path)
 
 
 def test_fronts_are_plotted(tmp_path):
