@@ -2,7 +2,8 @@
 """Sets Planetfall up and runs it; needs nothing but a Python.
 
     python3 run.py [options]        the demo (options: python3 run.py --help)
-    python3 run.py test [options]   linter, type checker and tests (options go to pytest)
+    python3 run.py test [options]   linter, type checker and tests: enough to trust the installation; with --all every
+                                    test, with --slow the long sweeps too (options go to pytest)
 
 Makes .venv beside this file and installs the package into it; on Debian, Ubuntu and the like it also installs the
 system libraries that are missing. The next start finds all that done and takes no time.
@@ -287,6 +288,11 @@ def run_tests(python, arguments):
     print("", flush=True)
     for name, code, seconds in results:
         say(f"{name:14} {'ok' if code == 0 else 'FAILED':7} {seconds:6.1f} s")
+    spent = os.times()
+    if os.name != "nt":  # Windows does not say
+        say(f"processor time  {spent.children_user + spent.children_system:6.0f} s")
+    if not {"--all", "--slow"} & set(arguments):
+        say("python3 run.py test --all runs every test, --slow the long sweeps as well")
     return 0 if all(code == 0 for _, code, _ in results) else 1
 
 

@@ -1,4 +1,4 @@
-"""Fixtures of all tests: a headless GPU context, a runner for GLSL snippets, and the switch for slow tests.
+"""Fixtures of all tests: a headless GPU context, a runner for GLSL snippets, and which tests a run takes.
 
 Tests of shader functions hold GLSL against a numpy twin with `run_compute`:
 
@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from tiers import files_named, of_default
 
 from planetfall import ASSETS, load_scene
 from planetfall._scene_file import PRESETS, describe
@@ -30,10 +31,16 @@ RunCompute = Callable[..., dict[str, NDArray[Any]]]
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--all", action="store_true", default=False, help="run all tests but those marked slow")
     parser.addoption("--slow", action="store_true", default=False, help="run tests marked slow as well")
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if not (config.getoption("--all") or config.getoption("--slow")):
+        named = files_named(config.args)
+        left_out = {item for item in items if item.path not in named and not of_default(item.path.name, item.name)}
+        config.hook.pytest_deselected(items=[item for item in items if item in left_out])
+        items[:] = [item for item in items if item not in left_out]
     if not config.getoption("--slow"):
         skip = pytest.mark.skip(reason="long sweep: run with --slow")
         for item in items:

@@ -178,8 +178,13 @@ def test_all_steps_run_and_are_summed_up(
     assert run.run_tests("python", ["-k", "world"]) == 1
     assert [command.split()[2] for command in calls.commands] == ["ruff", "pytest"]
     assert calls.commands[1].endswith("-k world")
-    lines = capsys.readouterr().out.splitlines()[-3:]
+    shown = capsys.readouterr().out
+    lines = shown.split("\n\n")[-1].splitlines()
     assert ["ok" in lines[0], "FAILED" in lines[1], "ok" in lines[2]] == [True, True, True]
+    assert sys.platform == "win32" or "processor time" in lines[3]
+    assert "run.py test --all" in lines[-1]
+    run.run_tests("python", ["--all"])
+    assert calls.commands[-1].endswith("--all") and "test --all" not in capsys.readouterr().out
 
 
 def test_types_are_checked_in_the_installed_shape(
