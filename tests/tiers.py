@@ -232,7 +232,7 @@ ONLY_ALL: dict[str, tuple[str, ...]] = {
 
 def of_default(file: str, test: str) -> bool:
     """Whether the default run takes a test: file "test_sky.py", test "test_stars" or "test_stars[bright]"."""
-    names = {test, test.split("[")[0]}
+    names = {test, test.split("[", maxsplit=1)[0]}
     return not names & set(ONLY_ALL.get(file, ())) and (file not in DEFAULT or bool(names & set(DEFAULT[file])))
 
 
