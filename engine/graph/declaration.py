@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import Literal, get_args
 
 from .errors import GraphError, did_you_mean
 from .names import Scope
+from .pass_io import PassIO
 from .resources import BufferSpec, CreatedSpec, TextureSpec
-
-if TYPE_CHECKING:
-    from .pass_io import PassIO
 
 PassKind = Literal["raster", "compute", "copy"]
 Run = Callable[[], object]
 """What a pass does in a frame."""
-Bind = Callable[["PassIO"], Run]
+Bind = Callable[[PassIO], Run]
 """Looks everything up and returns the Run; called at compile and again after a resize."""
 
 

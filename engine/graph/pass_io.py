@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
-from .declaration import PassDecl
 from .errors import GraphError, did_you_mean
-from .names import Names
+from .names import Names, Scope
 from .resources import BufferSpec, CreatedSpec, ImportSpec, TextureSpec
 from .sizes import ViewSizes
 
@@ -61,6 +60,25 @@ class ResourceTable(Protocol):
     framebuffer: Callable[[tuple[Any, ...], Any | None], Any]
 
 
+class MayUse(Protocol):
+    """What a PassIO asks of a declared pass: who it is, and the resources that it has named."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def scope(self) -> Scope: ...
+    @property
+    def creates(self) -> tuple[CreatedSpec, ...]: ...
+    @property
+    def reads(self) -> tuple[str, ...]: ...
+    @property
+    def reads_optional(self) -> tuple[str, ...]: ...
+    @property
+    def writes(self) -> tuple[str, ...]: ...
+    @property
+    def history(self) -> tuple[str, ...]: ...
+
+
 class PassIO:
     """Handed to bind(): every look-up of a pass, limited to what the pass has declared.
 
@@ -71,7 +89,7 @@ class PassIO:
 
     __slots__ = ("_decl", "_table")
 
-    def __init__(self, decl: PassDecl, table: ResourceTable) -> None:
+    def __init__(self, decl: MayUse, table: ResourceTable) -> None:
         self._decl = decl
         self._table = table
 
