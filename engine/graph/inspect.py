@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import Protocol
 
-from .analysis import Analysis
+from .checked import Checked
 from .names import qualified
 from .order import describe
+from .report import PassReport
 from .resources import TextureSpec
 
-if TYPE_CHECKING:
-    from .plan import Plan
+
+class Running(Protocol):
+    """What a plan adds to its graph: sizes, bytes and the last frame."""
+
+    @property
+    def passes(self) -> Sequence[PassReport]: ...
+    def texels(self, resource: str) -> tuple[int, ...]: ...
+    def bytes_of(self, name: str) -> int: ...
 
 
-def explain(analysis: Analysis, pass_name: str, plan: Plan | None = None) -> str:
+def explain(analysis: Checked, pass_name: str, plan: Running | None = None) -> str:
     """Several lines on one pass; with a plan also sizes, bytes and the last frame. Raises GraphError if unknown."""
     i = analysis.find(pass_name)
     model, culling = analysis.model, analysis.culling
@@ -58,7 +66,7 @@ def explain(analysis: Analysis, pass_name: str, plan: Plan | None = None) -> str
     return "\n".join(lines)
 
 
-def _resource(analysis: Analysis, name: str, plan: Plan | None) -> str:
+def _resource(analysis: Checked, name: str, plan: Running | None) -> str:
     spec = analysis.model.specs.get(name)
     if spec is None:
         return f"{name!r}: imported {analysis.model.imports[name].kind}"
@@ -81,7 +89,7 @@ def _resource(analysis: Analysis, name: str, plan: Plan | None) -> str:
     return text
 
 
-def to_mermaid(analysis: Analysis) -> str:
+def to_mermaid(analysis: Checked) -> str:
     """A mermaid flowchart. Boxes: passes, grouped by system (and view or planet); rounded: imports and exports;
     arrows: the resource that flows; dotted arrows: last frame's content, or what a culled pass would have used; dashed
     boxes: culled passes."""

@@ -7,6 +7,7 @@ from functools import partial
 from time import perf_counter_ns
 from typing import Any
 
+from . import inspect
 from .analysis import Analysis
 from .backend import GraphBackend, PassTimers
 from .binding import State, Step, bind_passes, timed
@@ -381,9 +382,7 @@ class Plan:
 
     def explain(self, pass_name: str) -> str:
         """Why a pass runs or not, where in the order, what it touches and what that costs; several lines."""
-        from .inspect import explain
-
-        return explain(self._analysis, pass_name, self)
+        return inspect.explain(self._analysis, pass_name, self)
 
     def to_mermaid(self) -> str:
         """The graph as a mermaid flowchart: passes as boxes, resources on the arrows, culled passes dashed."""

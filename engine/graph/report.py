@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from .analysis import Analysis
+from .checked import Checked
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +32,7 @@ class PassReport:
 
 
 def make_report(
-    analysis: Analysis,
+    analysis: Checked,
     i: int,
     bytes_of: Callable[[str], int],
     skipped_why: str | None,
