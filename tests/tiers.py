@@ -1,9 +1,9 @@
 """Which tests a run takes: the default one, `--all`, and `--slow`.
 
-The default run is what a newcomer needs to trust the installation: every file, but of the long ones only what is listed
-here, one test at least of each kind (a picture of each area, each backend, each output, each kind of error). `--all`
-takes the rest too: matrices of variants, sweeps, long flights, numbers measured again. `--slow` adds tests marked slow.
-A file or a test named on the command line is taken whole.
+The default run is what a newcomer needs to trust the installation: of long files only what is listed here, one test
+at least of each kind (a picture of each area, each backend, each output, each kind of error). `--all` takes the rest
+too: matrices of variants, sweeps, long flights, numbers measured again. `--slow` adds tests marked slow. A file that is
+named on the command line, with or without a test's name, is taken as by `--all`.
 """
 
 from __future__ import annotations
@@ -119,6 +119,19 @@ DEFAULT: dict[str, tuple[str, ...]] = {
         "test_bad_options",
         "test_a_wind_that_cannot_be",
     ),
+    "test_coast_px.py": (),
+    "test_coast_squares.py": (),
+    "test_teleport.py": (),
+    "test_shading_tiles.py": ("test_a_dry_planet_sorts_no_tiles",),
+    "test_paper_icosphere.py": (
+        "test_the_ground_is_where_ours_has_it",
+        "test_what_is_drawn_is_what_the_recursion_leaves",
+    ),
+    "test_water_pictures.py": (
+        "test_calm_water_mirrors_the_hills",
+        "test_without_sea_nothing_of_it_runs",
+        "test_a_dry_view_pays_for_no_water_before_the_lens",
+    ),
     # air and clouds: tables, one answer of each kind, what they refuse
     "test_numbers_air.py": (
         "test_earth",
@@ -178,6 +191,21 @@ DEFAULT: dict[str, tuple[str, ...]] = {
         "test_a_settled_picture_stays_as_it_is",
         "test_without_it_there_is_no_pass_and_no_memory",
     ),
+    "test_air_closing.py": ("test_work_that_raises_begins_anew_and_never_passes_for_done",),
+    "test_march_every.py": ("test_every_ray_and_every_step_is_known",),
+    "test_cloud_picture_px.py": (),
+    "test_cloud_no_ice.py": (),
+    "test_views_weather.py": (),
+    "test_antialiasing_props.py": (),
+    "test_cloud_probe.py": (
+        "test_shells_in_the_air_of_earth",
+        "test_no_clouds_is_the_air_alone",
+        "test_bad_questions_are_told_of",
+    ),
+    "test_cloud_probe_weather.py": (
+        "test_uniform_layers_as_pictures_have_them_against_closed_form",
+        "test_bad_questions_of_weather_are_told_of",
+    ),
     # programs and windows: each starts once; what they refuse
     "test_app_interface.py": (
         "test_numbers_help_and_panels_are_drawn",
@@ -208,6 +236,27 @@ DEFAULT: dict[str, tuple[str, ...]] = {
         "test_a_disc_has_its_place_and_size[4.2]",
         "test_out_of_sight_costs_nothing",
     ),
+    "test_bench_knobs.py": ("test_a_knob_has_times_values_and_a_difference", "test_the_bench_has_a_row_for_each_pair"),
+    "test_tweak_lists.py": ("test_upright_turns_z_to_the_vertical",),
+    "test_tweak_reliability.py": (),
+    "test_endurance.py": (
+        "test_a_lost_context_is_named_and_the_scene_kept",
+        "test_a_lost_context_without_a_place_to_write",
+    ),
+    "test_endurance_planets.py": ("test_planets_come_and_go",),
+    "test_render_views.py": ("test_what_is_shared_is_made_once",),
+    "test_faults.py": (
+        "test_the_sea_fails_and_the_ground_is_still_there",
+        "test_what_nothing_can_be_drawn_without_raises_its_own_error",
+        "test_without_being_tolerant_it_raises",
+    ),
+    "test_tutorials.py": ("test_the_first_picture_in_a_host_draws", "test_the_reference_is_current"),
+    "test_host_state.py": (
+        "test_no_binding_of_the_host_changes",
+        "test_without_the_guard_no_error_is_left",
+        "test_the_guard_covers_every_binding_that_a_shader_has",
+    ),
+    "test_embed.py": ("test_bare_moderngl", "test_the_first_picture_takes_ten_lines"),
     "test_stress_sweeps.py": (
         "test_cases_follow_from_the_seed_and_survive_json",
         "test_failures_are_counted_saved_and_run_again",
@@ -218,7 +267,8 @@ DEFAULT: dict[str, tuple[str, ...]] = {
         "test_holes_and_nan_are_seen",
     ),
 }
-"""File: what the default run takes of it, by function or by function[case]. Files that are not here it takes whole."""
+"""File: what the default run takes of it, by function or by function[case]; () is nothing. Files that are not here it
+takes whole."""
 
 ONLY_ALL: dict[str, tuple[str, ...]] = {
     "test_docs.py": ("test_the_diagram_is_that_of_the_program",),
@@ -226,6 +276,9 @@ ONLY_ALL: dict[str, tuple[str, ...]] = {
     "test_bench_harness.py": ("test_graph_suite_runs",),
     "test_app.py": ("test_flies_in_a_real_window[pyglet]",),
     "test_sky.py": ("test_an_automatic_exposure_hides_what_cannot_show_and_nothing_else",),
+    "test_extend.py": ("test_after_light_names_every_pass_that_draws_light",),
+    "test_demo.py": ("test_the_graph_is_shown",),
+    "test_app_planets.py": ("test_the_knobs_of_a_companion",),
 }
 """File: what the default run leaves out of it; it takes all else."""
 
