@@ -12,7 +12,6 @@ KNOWN = {
     frozenset(f"planetfall.{name}" for name in names.split())
     for names in (
         "context_loss faults looking queries render_view renderer settling several_planets",
-        "engine.gpu.context engine.gpu.program engine.gpu.scope engine.gpu.timers engine.gpu.uniforms",
         "scene _scene_checks companions",
         "app app_controls app_interface app_journey app_journey_window app_keys app_objects app_pages app_panels "
         "app_planet_page app_planets app_shown",

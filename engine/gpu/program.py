@@ -17,7 +17,7 @@ from .preprocess import Defines
 from .shaders import LinkedProgram, ShaderLibrary, Stages, describe, unknown_uniform
 
 if TYPE_CHECKING:
-    from .context import Gpu
+    from .device import Device
 
 __all__ = ["Compute", "Fullscreen", "Program", "VertexArray"]
 
@@ -39,7 +39,7 @@ class Program:
     moderngl's object is `.mgl`; it changes on reload, so do not keep it.
     """
 
-    def __init__(self, gpu: Gpu, stages: Stages, defines: Defines | None = None) -> None:
+    def __init__(self, gpu: Device, stages: Stages, defines: Defines | None = None) -> None:
         self._gpu = gpu
         self._library: ShaderLibrary = gpu.shaders
         self._stages = dict(stages)
@@ -177,7 +177,7 @@ class Program:
 class Compute(Program):
     """A compute shader. run() and run_indirect() issue no barrier: the frame graph does, or Gpu.barrier()."""
 
-    def __init__(self, gpu: Gpu, file: str, defines: Defines | None = None) -> None:
+    def __init__(self, gpu: Device, file: str, defines: Defines | None = None) -> None:
         super().__init__(gpu, {"compute": file}, defines)
         self._local: tuple[LinkedProgram, tuple[int, ...]] | None = None
 
@@ -216,7 +216,7 @@ class VertexArray:
     """Buffers bound to a program's inputs, built again when the program is. `mgl`: moderngl's object of the moment."""
 
     def __init__(
-        self, gpu: Gpu, program: Program, content: Content = (), index: Any = None, index_size: int = 4
+        self, gpu: Device, program: Program, content: Content = (), index: Any = None, index_size: int = 4
     ) -> None:
         if isinstance(program, Compute):
             raise GpuError(f"{program.name} is a compute shader: it takes no vertices")

@@ -17,7 +17,7 @@ from .uniforms import UniformBlock
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from .context import Gpu
+    from .device import Device
     from .timers import GpuTimers
 
 __all__ = ["GpuScope"]
@@ -31,10 +31,15 @@ class GpuScope:
     Objects may also be released one by one (obj.release() or free()); the count follows.
     """
 
-    def __init__(self, gpu: Gpu, owner: str) -> None:
+    def __init__(self, gpu: Device, owner: str) -> None:
         self.gpu, self.owner = gpu, owner
         self._objects: dict[int, tuple[str, Any]] = {}
         self.released = False
+        gpu.count_in(self)
+
+    def beside(self, owner: str) -> GpuScope:
+        """A further scope on the same GPU, counted under `owner`."""
+        return GpuScope(self.gpu, owner)
 
     # -- accounting --------------------------------------------------------------------------------------------------
 

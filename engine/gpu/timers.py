@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from . import gl as G
 
 if TYPE_CHECKING:
-    from .context import Gpu
+    from .device import Device
 
 __all__ = ["GpuTimers"]
 
@@ -23,7 +23,7 @@ class GpuTimers:
     On software renderers the times mean little, and each timestamp flushes.
     """
 
-    def __init__(self, gpu: Gpu, count: int) -> None:
+    def __init__(self, gpu: Device, count: int) -> None:
         self.count = count
         self.alive = True
         gl = gpu.gl

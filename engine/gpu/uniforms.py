@@ -11,7 +11,7 @@ from .errors import FormatError
 from .layout import StructLayout, fill
 
 if TYPE_CHECKING:
-    from .context import Gpu
+    from .device import Device
 
 __all__ = ["UniformBlock"]
 
@@ -50,7 +50,7 @@ class UniformBlock:
     write() packs into one record made beforehand and uploads it only if it differs from what the buffer holds.
     """
 
-    def __init__(self, gpu: Gpu, block: type[Any], binding: int) -> None:
+    def __init__(self, gpu: Device, block: type[Any], binding: int) -> None:
         self._gpu = gpu
         self.binding = binding
         self.layout = StructLayout(block)

@@ -40,7 +40,7 @@ class CloudMethods(CloudSystem):
         if self._method:
             self._end()
         self._method = method
-        self._scope = self._setup.gpu.gpu.scope(self.name)
+        self._scope = self._setup.gpu.beside(self.name)
         own = dataclasses.replace(self._setup, gpu=self._scope, settings=settings)
         self._paper = None
         if method in _YEARS:

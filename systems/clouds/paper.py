@@ -50,7 +50,7 @@ class PaperClouds:
         self._stamp: tuple[Any, ...] = ()
         self._volume: PaperVolume | None = None
         self._volume_for: tuple[Any, ...] = ()
-        self._volumes = setup.gpu.gpu.scope(self.name)
+        self._volumes = setup.gpu.beside(self.name)
         self._layer: Any = None
         self._texels = int(setup.settings["clouds.shape_texels"])
         setup.gpu.gpu.shaders.provide("cloud_shadow", "clouds/paper/shadow.glsl", owner=self.name)
@@ -125,7 +125,7 @@ class PaperClouds:
         if wanted != self._volume_for or self._volume is None:
             self._volume_for = wanted
             self._volumes.release()
-            self._volumes = self._gpu.gpu.scope(self.name)
+            self._volumes = self._gpu.beside(self.name)
             self._volume = PaperVolume(
                 self._volumes, self._texels, coverage, self._tile_m, thickness, LARGE_STEP * small
             )

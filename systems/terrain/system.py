@@ -104,7 +104,7 @@ class TerrainSystem(System):
         """The backend of that name and method, in place of another; nothing else changes."""
         if (name, method) == self._backend_key:
             return
-        made = make_backend(self._gpu.gpu, name, method, self._settings)
+        made = make_backend(self._gpu, name, method, self._settings)
         if self._backend is not None:
             self._backend.release()
         shaders = self._gpu.gpu.shaders

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ....engine.gpu import Gpu
+from ....engine.gpu import GpuScope
 from ....engine.settings import SettingError
 from .base import Backend, Ground
 from .grid import GridBackend
@@ -27,7 +27,7 @@ _PAPER: dict[str, type[Backend]] = {
 """Those whose source's method has little in common with ours."""
 
 
-def make_backend(gpu: Gpu, name: str, method: str, settings: Mapping[str, Any]) -> Backend:
+def make_backend(gpu: GpuScope, name: str, method: str, settings: Mapping[str, Any]) -> Backend:
     """A backend with a GL scope of its own. SettingError for a method that it doesn't have."""
     found = _PAPER.get(name, BACKENDS[name]) if method == "paper" else BACKENDS[name]
     if method not in found.methods:
@@ -35,7 +35,7 @@ def make_backend(gpu: Gpu, name: str, method: str, settings: Mapping[str, Any]) 
             f"Terrain.method {method!r} is not there for Terrain.backend {name!r}, which has"
             f" {', '.join(map(repr, found.methods))}; choose one of these, or another backend"
         )
-    scope = gpu.scope("terrain")
+    scope = gpu.beside("terrain")
     try:
         return found(scope, settings, method)
     except BaseException:
