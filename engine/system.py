@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from .frame import View, Views
 from .world import World
 
 if TYPE_CHECKING:
@@ -41,26 +42,33 @@ class Setup:
     """What a system gets once, when it becomes active.
 
     gpu: the scope that owns all its GL objects. settings: resolved quality values by dotted key. planet: entity.
+    views: those of the renderer.
     """
 
     world: World
     gpu: GpuScope
     settings: Mapping[str, Any]
     planet: int
+    views: Views = field(default_factory=Views)
 
 
 @dataclass
 class ViewInfo:
-    """The view that a frame graph is declared for: size in pixels (width, height), its index, what is asked of it.
+    """The view that a frame graph is declared for: size in pixels (width, height), what is asked of it.
 
     planet: the entity of the planet that its camera is on; planet_index: that planet's place in names of the graph.
     """
 
     size: tuple[int, int]
-    index: int = 0
+    view: View = field(default_factory=View)
     outputs: frozenset[str] = frozenset({"color"})
     planet: int = 0
     planet_index: int = 0
+
+    @property
+    def index(self) -> int:
+        """The view's index."""
+        return self.view.index
 
 
 @dataclass
@@ -80,7 +88,8 @@ class Frame:
     dt_s: float = 0.0
     frame_index: int = 0
     planet_index: int = 0
-    view_index: int = 0
+    view: View = field(default_factory=View)
+    """Which view it is a frame of, and what systems keep for that: `frame.view.state(self, factory)`."""
     settings: Mapping[str, Any] = field(default_factory=dict)
     cut: bool = True
     settling: bool = False
@@ -109,6 +118,11 @@ class Frame:
     left_out: set[str] = field(default_factory=set)
     """Surfaces of which it shades those squares alone, "terrain" and "ocean": who shades them says so in `update`."""
 
+    @property
+    def view_index(self) -> int:
+        """The view's index."""
+        return self.view.index
+
 
 class System:
     """Base class of all systems. Subclasses say `name` and `needs` and override what they use.
@@ -123,7 +137,8 @@ class System:
     """Nothing can be drawn without it, though the graph may compile: a renderer that goes on without systems that raise
     does not go on without this one."""
     structure: int = 0
-    """Raised by the system when its passes or the sizes of its resources change: the frame graph is compiled again."""
+    """Raised by the system when its passes or the sizes of its resources change: every view's frame graph is compiled
+    again. What changes for one view alone is in `structure_of`."""
     moving: bool | None = None
     """Whether what it shows changed since the last frame although no component's field, camera, light or time did. None
     stands for no in the library's own systems and for yes in a game's, which says False where that is true."""
@@ -146,6 +161,11 @@ class System:
         builder: in the scope of that view, and of the planet for a system that belongs to one. What is declared is
         theirs, under bare names; `builder.scope(view=None)` is for what all views share.
         """
+
+    def structure_of(self, view: View) -> object:
+        """What the passes and sizes that `declare` gives for a view depend on: its graph is compiled again when this
+        is not equal to what it was."""
+        return self.structure
 
     def begin(self, frame: Frame) -> None:
         """Before any system's `update`: what all of them have to know of the frame, such as its jitter."""
@@ -171,4 +191,5 @@ class System:
         return {}
 
     def release(self) -> None:
-        """Let go of what setup made; the caller then releases the GL scope. A system may be set up again afterwards."""
+        """Let go of what setup made; the caller then releases the GL scope, and what is kept for views. A system may be
+        set up again afterwards."""

@@ -187,6 +187,7 @@ class RenderView:
                 composite = renderer.system("composite")
                 if isinstance(composite, CompositeSystem):
                     composite.view_gone()
+                renderer.views.release(self.index)
             renderer = self.renderer
             renderer._rest.forget()
             renderer._stillness.forget()  # what systems said last, they said of this view

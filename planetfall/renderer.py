@@ -17,6 +17,7 @@ from .camera import Camera
 from .components import Planet
 from .context_loss import ContextWatch
 from .drawn_ground import DrawnGround
+from .engine.frame import Views
 from .engine.gpu import Gpu
 from .engine.gpu.graph_backend import GLBackend
 from .engine.graph import GraphBuilder, Plan
@@ -100,6 +101,8 @@ class Renderer(Looking):
         self._views: list[RenderView] = []
         self._several = SeveralPlanets(self)
         self._made_with = (quality, dict(overrides or {}), tuple(systems))
+        self.views = Views()
+        """What systems keep for each view."""
         self._view_index, self._gates = 0, 0  # gates: how often systems came or went
         self._system_list = SystemList((*extend.registered_systems(), *systems))
         self.systems: tuple[System, ...] = self._system_list.needed(scene.world)
@@ -376,7 +379,7 @@ class Renderer(Looking):
             self._frame = Frame(self.scene.world, planet, self.size, state, sun, settings=self.settings)
         frame = self._frame
         frame.planet, frame.size, frame.camera, frame.sun, frame.time_s = planet, self.size, state, sun, time_s
-        frame.view_index, frame.dt_s = self._view_index, self._dt_s if dt_s is None else dt_s
+        frame.view, frame.dt_s = self.views[self._view_index], self._dt_s if dt_s is None else dt_s
         frame.frame_index = self._frame_index
         frame.cut, frame.host_depth = self._cut, self._host_depth
         frame.star_axes, frame.backdrop = None, True
@@ -397,7 +400,7 @@ class Renderer(Looking):
             if wanted and not running:
                 scope = self.gpu.scope(system.name)
                 try:
-                    system.setup(Setup(world, scope, self.settings, self.scene.planet.entity))
+                    system.setup(Setup(world, scope, self.settings, self.scene.planet.entity, self.views))
                 except BaseException:
                     scope.release()
                     self._gate_key = ()  # tried again in the next frame
@@ -419,6 +422,7 @@ class Renderer(Looking):
                 log.warning(
                     "system %r, which had raised, raised again when it was released", system.name, exc_info=True
                 )
+            self.views.forget(system)
             scope.release()
 
     @property
@@ -462,7 +466,8 @@ class Renderer(Looking):
         self._gates += 1
 
     def _structure(self, exports: frozenset[str], running: Sequence[System]) -> tuple[Any, ...]:
-        return exports, self._gates, tuple((s.name, s.structure) for s in running)
+        view = self.views[self._view_index]
+        return exports, self._gates, tuple((s.name, s.structure_of(view)) for s in running)
 
     def _compiled(self, exports: frozenset[str]) -> Plan:
         running = self.running
@@ -470,7 +475,7 @@ class Renderer(Looking):
         if self._plan is not None and key == self._plan_key:
             return self._plan
         builder = GraphBuilder()
-        view = ViewInfo(self.size, self._view_index, exports, self.scene.planet.entity)
+        view = ViewInfo(self.size, self.views[self._view_index], exports, self.scene.planet.entity)
         of_view = builder.scope(view=0, home=view.planet_index)  # each view has a graph of its own
         of_planet = of_view.scope(planet=view.planet_index)
         for system in running:

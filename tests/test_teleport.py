@@ -63,7 +63,8 @@ def programs(counts):
 def kept(renderer):
     """Live GL objects, the frame graph's bytes, and the tiles that are known (0: the grid has none)."""
     backend = renderer.system("terrain").backend
-    forests = [view.forest for view in getattr(backend, "_views", {}).values() if getattr(view, "forest", None)]
+    tiles = [view.found(backend) for view in renderer.views]
+    forests = [tile.forest for tile in tiles if getattr(tile, "forest", None)]
     return renderer.gpu.counts(), renderer.graph.memory_bytes(), sum(len(forest.table) for forest in forests)
 
 

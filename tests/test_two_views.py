@@ -57,7 +57,7 @@ def renderer() -> Iterator[pf.Renderer]:
 def declared(renderer: pf.Renderer, builder: GraphBuilder, sizes: dict[int, tuple[int, int]]) -> GraphBuilder:
     """As Renderer does it, for several views; sizes: view -> (w, h)."""
     for index, size in sizes.items():
-        view = ViewInfo(size, index, EXPORTS, renderer.scene.planet.entity)
+        view = ViewInfo(size, renderer.views[index], EXPORTS, renderer.scene.planet.entity)
         of_view = builder.scope(view=index, size=size)
         of_planet = of_view.scope(planet=0)
         for system in renderer.systems:
@@ -123,7 +123,7 @@ def test_two_views_on_opengl(renderer: pf.Renderer) -> None:
     running = [s for s in renderer.systems if s.name in renderer._scopes]
     with renderer.current():
         for index in (0, 1):
-            view_frame = replace(frame, view_index=index)
+            view_frame = replace(frame, view=renderer.views[index])
             for system in running:
                 system.update(view_frame)
         plan = declared(renderer, GraphBuilder(), {0: SIZE, 1: SIZE}).compile(renderer._backend, SIZE)

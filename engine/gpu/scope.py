@@ -34,12 +34,20 @@ class GpuScope:
     def __init__(self, gpu: Device, owner: str) -> None:
         self.gpu, self.owner = gpu, owner
         self._objects: dict[int, tuple[str, Any]] = {}
+        self._parts: list[GpuScope] = []
         self.released = False
         gpu.count_in(self)
 
     def beside(self, owner: str) -> GpuScope:
         """A further scope on the same GPU, counted under `owner`."""
         return GpuScope(self.gpu, owner)
+
+    def part(self) -> GpuScope:
+        """A scope for some of this owner's objects, which may be released before the others and goes with them."""
+        self._check()
+        self._parts = [part for part in self._parts if not part.released]
+        self._parts.append(self.beside(self.owner))
+        return self._parts[-1]
 
     # -- accounting --------------------------------------------------------------------------------------------------
 
@@ -80,6 +88,9 @@ class GpuScope:
 
     def release(self) -> None:
         """Free everything, users before what they use. May be called twice."""
+        for part in self._parts:
+            part.release()
+        self._parts.clear()
         for _, obj in reversed(list(self._objects.values())):
             self.free(obj)
         self._objects.clear()

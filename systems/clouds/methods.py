@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from ...components import Atmosphere, CloudLayer, Clouds, Ocean, Planet
+from ...engine.frame import View
 from ...engine.graph import GraphBuilder, PassIO
 from ...engine.planet_seen import Unseen
 from ...engine.settings import revision, with_overrides
@@ -51,7 +52,9 @@ class CloudMethods(CloudSystem):
         self.structure += 1
 
     def _end(self) -> None:
+        self._setup.views.forget(self)
         if self._paper is not None:
+            self._setup.views.forget(self._paper)
             self._paper.release()
         else:
             super().release()
@@ -78,9 +81,7 @@ class CloudMethods(CloudSystem):
             self.moving = None
             super().update(frame)
             return
-        before = self._paper.seen
         self._paper.update(frame, refresh=self._good)
-        self.structure += self._paper.seen != before
         self.moving = not self._paper.settled()
 
     def _check(self, frame: Frame) -> None:
@@ -101,6 +102,9 @@ class CloudMethods(CloudSystem):
     def _refresh(self, frame: Frame) -> None:
         if self._good:
             super()._refresh(frame)
+
+    def structure_of(self, view: View) -> object:
+        return super().structure_of(view) if self._paper is None else (self.structure, self._paper.seen_in(view).seen)
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         (super() if self._paper is None else self._paper).declare(builder, view)

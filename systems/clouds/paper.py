@@ -9,6 +9,7 @@ import numpy as np
 
 from ...components import Clouds, Ocean, Planet
 from ...engine.contracts import bind_contracts, contract_reads, provide_contracts, withdraw_contracts
+from ...engine.frame import View
 from ...engine.graph import GraphBuilder, PassIO
 from ...engine.settings import revision, with_overrides
 from ...engine.space import out_of_view
@@ -32,6 +33,13 @@ _BUDGET_S = 0.01
 """Of a frame, while the full volume is made."""
 
 
+class Seen:
+    """One view's."""
+
+    def __init__(self) -> None:
+        self.seen = True
+
+
 class PaperClouds:
     """The passes of Michelic 2018 and Michelic et al. 2019, with the interface of a System; see CloudMethods.
 
@@ -40,7 +48,6 @@ class PaperClouds:
 
     def __init__(self, name: str, year: int) -> None:
         self.name, self.year = name, year
-        self.seen = True
 
     def setup(self, setup: Setup) -> None:
         """See System.setup."""
@@ -77,6 +84,10 @@ class PaperClouds:
             self._volume.texture.use(_TILE_UNIT)
         self._ubo.bind()
 
+    def seen_in(self, view: View) -> Seen:
+        """Whether that view may show any cloud: else no pass is in its graph."""
+        return view.state(self, Seen)
+
     def update(self, frame: Frame, refresh: bool = True) -> None:
         """See System.update. refresh: False keeps the clouds from before, whatever the component says."""
         component = frame.world.get(frame.planet, Clouds)
@@ -85,10 +96,11 @@ class PaperClouds:
             self._refresh(component, frame)
         layer = self._layer
         centre, reach = -frame.camera.position_m, radius + (0.0 if layer is None else float(layer.top_m))
-        self.seen = layer is not None and not out_of_view(frame.camera, centre, reach)
+        seen = layer is not None and not out_of_view(frame.camera, centre, reach)
         sea = frame.world.try_get(frame.planet, Ocean)
         if sea is not None and float(np.linalg.norm(frame.camera.position_m)) - radius < sea.sea_level_m:
-            self.seen = False
+            seen = False
+        self.seen_in(frame.view).seen = seen
         if self._volume is not None and not self._volume.done:
             self._volume.step(1e9 if frame.settling else _BUDGET_S)
         turn, _ = frames_at(float(component.wind_speed_m_s), radius, frame.time_s)
@@ -132,7 +144,7 @@ class PaperClouds:
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         """See System.declare."""
-        if not self.seen:
+        if not self.seen_in(view.view).seen:
             return
         builder.add_pass(
             "clouds.march",

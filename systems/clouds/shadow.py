@@ -73,6 +73,8 @@ class ShadowMaps:
         """Finer ones are not drawn."""
         self.changes = 0
         """How often a map that was made took another's place, which a still camera sees."""
+        self.texture: Any = None
+        """Which they were drawn into."""
         self._before: tuple[Floats, Floats, float] | None = None
         self._pace = (0.0, 0.0, 0.0)
         self._steps: deque[float] = deque(maxlen=_USUAL_FRAMES)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.frame import View, Views
 from ...engine.gpu import GpuScope
 from ...engine.gpu import gl as G
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
@@ -45,13 +46,10 @@ class ShadowPass:
     sun has jumped, in pictures by themselves, and where strips would be out of date before the last one is drawn.
     """
 
-    def __init__(self, gpu: GpuScope, texels: int, steps: int, frames: int) -> None:
-        self._gpu = gpu
+    def __init__(self, gpu: GpuScope, views: Views, texels: int, steps: int, frames: int) -> None:
+        self._gpu, self._views = gpu, views
         self._program = gpu.compute("clouds/shadow.comp")
         self._texels, self._steps, self._frames = texels, steps, frames
-        self._views: dict[int, ShadowMaps] = {}
-        self._drawn_into: dict[int, Any] = {}
-        """The texture of each view's maps."""
         self._last = -1
         """The map that was made last: the others that are due come before it does again."""
         self._thick_m: list[float] = []
@@ -78,7 +76,7 @@ class ShadowPass:
 
     def clear(self) -> None:
         """Forget all views."""
-        self._views.clear()
+        self._views.forget(self)
 
     def take_layers(self, block: CloudViewBlock, layers: Sequence[Any]) -> None:
         """The clouds have changed. layers: those with cloud, lowest first."""
@@ -102,7 +100,7 @@ class ShadowPass:
         """Where the maps lie, and which are due. first: base and thickness of the first layer, in metres."""
         base_m, thickness_m = first
         proxy = frame.world.resource(f"proxy.{frame.view_index}")
-        maps = self.maps = self._views.setdefault(frame.view_index, ShadowMaps(self._texels))
+        maps = self.maps = frame.view.state(self, lambda: ShadowMaps(self._texels))
         if frame.cut:
             maps.forget()
         maps.place(radius_m, thickness_m)
@@ -219,7 +217,7 @@ class ShadowPass:
         builder.add_pass(
             "clouds.shadow",
             kind="compute",
-            bind=lambda io: self._bind(io, view.index, bind_noise),
+            bind=lambda io: self._bind(io, view.view, bind_noise),
             system=system,
             creates=(
                 TextureSpec(
@@ -238,13 +236,14 @@ class ShadowPass:
             help="the clouds' shadow around the camera",
         )  # fmt: skip
 
-    def _bind(self, io: PassIO, view: int, bind_noise: Callable[[], None]) -> Callable[[], None]:
+    def _bind(self, io: PassIO, view: View, bind_noise: Callable[[], None]) -> Callable[[], None]:
         shadow, sun, shaded = io.texture(SHADOW), io.texture(SUN), io.buffer(SHADED)
         next_sun = io.texture(_NEXT_SUN)
         # A graph that is compiled anew keeps its persistent textures, unless they have another size.
-        if self._drawn_into.get(view) is not shadow and view in self._views:
-            self._views[view].forget()
-        self._drawn_into[view] = shadow
+        maps = view.state(self, lambda: ShadowMaps(self._texels))
+        if maps.texture is not shadow:
+            maps.forget()
+        maps.texture = shadow
         side, slices = self._texels, MOST_INTERVALS + 1
         gpu = self._gpu.gpu
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...components import Atmosphere, Clouds, Ocean, Planet
 from ...engine.contracts import bind_contracts, contract_reads, provide_contracts, withdraw_contracts
+from ...engine.frame import View
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.planet_seen import planet_seen
 from ...engine.settings import SettingError, revision, with_overrides
@@ -56,6 +57,16 @@ class _Sky:
         self.next, self.left = (self.next + 1) % _SKY_FRAMES, self.left - 1
 
 
+class _CloudView:
+    """What one view's clouds keep from frame to frame."""
+
+    def __init__(self) -> None:
+        self.seen = True
+        """Whether any of its rays may meet a layer: else none of the pictures' passes is in its graph."""
+        self.past: Past | None = None
+        self.sky = _Sky()
+
+
 class CloudSystem(System):
     """The clouds of one planet. Needs Planet and Clouds.
 
@@ -82,8 +93,6 @@ class CloudSystem(System):
         self._view = ViewMarch(gpu, setup.world, self.name, picture, slabs)
         self._look_up = gpu.compute("clouds/sky.comp", {**slabs, **MAPPED})
         self._tune(settings)
-        self._skies: dict[int, _Sky] = {}
-        self._sky = _Sky()
         self._resolve = gpu.compute("clouds/resolve.comp", picture.defines)
         self._surface = Surface(gpu, picture)
         self._history: Any = None
@@ -91,14 +100,14 @@ class CloudSystem(System):
         # Of a coarser picture single texels are looked up, and resolve wants it linear.
         self._nearest = gpu.sampler(filter="nearest")
         self._plain = gpu.gpu.state()
-        self._pasts: dict[int, Past] = {}
+        self._shown = _CloudView()
+        """Of the view that is being drawn, or was drawn last."""
         self._past = Past(picture.stride, self._samples, 1.0, self._every)
         texels, steps = int(settings["clouds.shadow_texels"]), int(settings["clouds.shadow_steps"])
-        self._shadow = ShadowPass(gpu, texels, steps, int(settings["clouds.shadow_frames"]))
+        self._shadow = ShadowPass(gpu, setup.views, texels, steps, int(settings["clouds.shadow_frames"]))
         self._shafts = Shafts(gpu, setup.world, picture.defines, settings, self.name)
         self._with_shafts = True
         self._stamp: tuple[Any, ...] = ()
-        self._seen = True
         gpu.gpu.shaders.provide("cloud_shadow", "clouds/shadow.glsl", owner=self.name)
         gpu.gpu.shaders.provide("cloud_sky", "clouds/sky.glsl", owner=self.name)
         gpu.gpu.shaders.provide("skylight", "clouds/skylight.glsl", owner=self.name)
@@ -106,8 +115,6 @@ class CloudSystem(System):
 
     def release(self) -> None:
         self._shadow.clear()
-        self._pasts.clear()
-        self._skies.clear()
         self._gpu.gpu.shaders.withdraw(self.name)
         withdraw_contracts(self._world, self.name)
 
@@ -167,10 +174,9 @@ class CloudSystem(System):
         sea = frame.world.try_get(frame.planet, Ocean)
         under = sea is not None and float(np.linalg.norm(frame.camera.position_m)) - radius < sea.sea_level_m
         seen = seen and bool(field.layers) and not under and planet_seen(frame.world, frame.view_index)()
-        if seen != self._seen:
-            self._seen = seen
-            self.structure += 1
-            self._pasts.clear()
+        shown = self._shown = frame.view.state(self, _CloudView)
+        if seen != shown.seen:
+            shown.seen, shown.past = seen, None
         if not planet_seen(frame.world, frame.view_index)() and field.placed:
             return  # nothing of it is asked for
         charts = field.maps.charts
@@ -182,13 +188,13 @@ class CloudSystem(System):
         proxy = frame.world.resource(f"proxy.{frame.view_index}")
         field.place(proxy.anchor_m, radius, frame.time_s)
         present = bool(field.layers)
-        shown = (self._stamp, charts.cuts, charts.steady)
-        self._shadow.place(frame, field.block, field.first, field.wind_m_s, shown, radius, present)
+        stamp = (self._stamp, charts.cuts, charts.steady)
+        self._shadow.place(frame, field.block, field.first, field.wind_m_s, stamp, radius, present)
         self._shafts.place(frame, field.block.counts[2], field.first[1], radius, self._shadow.maps, self._shadow.drawn)
         field.write()
-        if frame.view_index not in self._pasts:
-            self._pasts[frame.view_index] = Past(self._picture.stride, self._samples, radius, self._every)
-        self._past = self._pasts[frame.view_index]
+        if shown.past is None:
+            shown.past = Past(self._picture.stride, self._samples, radius, self._every)
+        self._past = shown.past
         # Rays that were followed through another air, such as that of its first small tables, are none of this picture.
         air = frame.world.try_resource("air_generation")
         weather = (
@@ -202,8 +208,10 @@ class CloudSystem(System):
         self._past.begin(frame, self._stamp, weather)
         place = (frame.camera.position_m.tobytes(), frame.sun.direction.tobytes(), frame.time_s)
         shows = (*place, self._stamp, weather, self.field.mirrored)
-        sky = self._sky = self._skies.setdefault(frame.view_index, _Sky())
-        sky.begin(shows, frame.cut or frame.one_shot or frame.settling)
+        shown.sky.begin(shows, frame.cut or frame.one_shot or frame.settling)
+
+    def structure_of(self, view: View) -> object:
+        return self.structure, view.state(self, _CloudView).seen
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         self._shadow.declare(builder, view, self.name, self.bind_density, planet_seen(self._world, view.index))
@@ -211,7 +219,7 @@ class CloudSystem(System):
         builder.add_pass(
             "clouds.sky",
             kind="compute",
-            bind=self._bind_sky,
+            bind=lambda io: self._bind_sky(io, view.view.state(self, _CloudView)),
             system=self.name,
             reads=(SUN, *air),
             creates=(
@@ -220,11 +228,11 @@ class CloudSystem(System):
                     help="clouds over the camera, for what mirrors the sky",
                 ),
             ),
-            when=lambda: self._sky.rows[1] > 0 and self.field.mirrored and bool(self.field.layers),
+            when=lambda: self._shown.sky.rows[1] > 0 and self.field.mirrored and bool(self.field.layers),
             only_while=planet_seen(self._world, view.index),
             help="a small map of the clouds in the sky, a few rows a frame",
         )  # fmt: skip
-        if not self._seen:
+        if not view.view.state(self, _CloudView).seen:
             return
         copied, depth = self._surface.declare(builder, view, self.name), self._picture.depth
         self._view.declare(builder, view, lambda: self._past, self.bind_density)
@@ -271,18 +279,17 @@ class CloudSystem(System):
             help="clouds over the picture",
         )
 
-    def _bind_sky(self, io: PassIO) -> Callable[[], None]:
+    def _bind_sky(self, io: PassIO, view: _CloudView) -> Callable[[], None]:
         texture, sun = io.texture(_SKY), io.texture(SUN)
         bind = bind_contracts(self._world, io, but=self.name)
-        self._skies.clear()
-        self._sky = _Sky()  # all of it, whatever this frame was to draw
+        view.sky = _Sky()  # all of it, whatever this frame was to draw
 
         def run() -> None:
             bind()
             self.bind_density()
             sun.use(SUN_UNIT)
             texture.bind_to_image(0, read=False, write=True)
-            first, step = self._sky.rows if self._sky.rows[1] else (0, 1)  # a reloaded shader runs whatever is due
+            first, step = view.sky.rows if view.sky.rows[1] else (0, 1)  # a reloaded shader runs whatever is due
             self._look_up.set("u_rows", (first, step))
             self._look_up.run_over(_SKY_TEXELS, _SKY_TEXELS // step)
 
@@ -359,10 +366,10 @@ class CloudSystem(System):
 
     def settled(self) -> bool:
         """Whether every pixel of a still picture has had its own ray, and no map of shadow or weather is due."""
-        return not self._seen or (self._past.complete and not self._shadow.busy and self.field.maps.charts.steady)
+        return not self._shown.seen or (self._past.complete and not self._shadow.busy and self.field.maps.charts.steady)
 
     def refining(self) -> str:
-        if not self._seen:
+        if not self._shown.seen:
             return ""
         if not self.field.maps.charts.steady:
             return "weather"
@@ -373,4 +380,4 @@ class CloudSystem(System):
 
     def progress(self) -> float:
         """Share of the pixels of a still picture that have had their rays."""
-        return 1.0 if not self._seen else self._past.share
+        return 1.0 if not self._shown.seen else self._past.share

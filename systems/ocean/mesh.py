@@ -6,6 +6,8 @@ from collections.abc import Callable
 from typing import Any
 
 from ...components import DebugView, Ocean, Planet
+from ...engine.frame import ViewParts
+from ...engine.gpu import GpuScope
 from ...engine.gpu.cell_mesh import VERTEX_DTYPE, CellMesh
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.planet_seen import planet_seen
@@ -22,13 +24,14 @@ __all__ = ["SeaMeshPasses", "SeaView"]
 _WATER_ONLY = (-1.0e29, 3.0e38)  # ocean/vertices.comp marks cells without water
 
 
-class SeaView:
+class SeaView(ViewParts):
     """One view's cells and what they were made for."""
 
-    def __init__(self, mesh: CellMesh, waves: WaveView, ahead: SeaAhead) -> None:
-        self.mesh = mesh
-        self.ahead = ahead
-        self.waves = waves
+    def __init__(self, of: GpuScope, name: str, quads: int, making: SeaMaking) -> None:
+        super().__init__(of)
+        self.mesh = CellMesh(self.gpu, name, quads)
+        self.ahead = SeaAhead(self.gpu, name, quads, making)
+        self.waves = WaveView(self.gpu)
         self.key: tuple[Any, ...] = ()
         self.made: tuple[Any, ...] | None = None
         self.prepared = -1  # the selection that `ahead` has the vertices of in the frame of the snap
@@ -74,10 +77,9 @@ class SeaMeshPasses:
         # Seen from above and, under water, from below.
         self._draw_state = gpu.gpu.state(depth_test=True, depth_func=">", cull=None)
 
-    def view(self, waves: WaveView) -> SeaView:
+    def view(self) -> SeaView:
         """A view without cells yet."""
-        ahead = SeaAhead(self._gpu, self._name, self.quads, self._making)
-        return SeaView(CellMesh(self._gpu, self._name, self.quads), waves, ahead)
+        return SeaView(self._gpu, self._name, self.quads, self._making)
 
     def update(self, frame: Frame, view: SeaView) -> bool:
         """Choose the cells; True where passes or buffers changed."""

@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 
 from ...components import Ocean, Planet
+from ...engine.frame import ViewParts
+from ...engine.gpu import GpuScope
 from ...engine.gpu.layout import IVec4, Vec4
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import revision
@@ -51,11 +53,12 @@ class SeaGridBlock:
     """half the steps a side, n of the warp"""
 
 
-class PaperSeaView:
+class PaperSeaView(ViewParts):
     """One view's grid."""
 
-    def __init__(self, waves: WaveView) -> None:
-        self.waves = waves
+    def __init__(self, of: GpuScope) -> None:
+        super().__init__(of)
+        self.waves = WaveView(self.gpu)
         self.key: tuple[Any, ...] = ()
         self.cut: Tessellation | None = None
         self.selection = 0
@@ -100,11 +103,11 @@ class PaperSeaPasses:
         self._draw_state = gpu.gpu.state(depth_test=True, depth_func=">", cull=None)
         self._made = True
 
-    def view(self, waves: WaveView) -> PaperSeaView:
+    def view(self) -> PaperSeaView:
         """A view without a grid yet."""
         if not self._made:
             self._make()
-        return PaperSeaView(waves)
+        return PaperSeaView(self._gpu)
 
     def update(self, frame: Frame, view: PaperSeaView) -> bool:
         """Project and cut the grid; True where buffers changed."""
@@ -168,8 +171,8 @@ class PaperSeaPasses:
         data = cut.packed()
         if len(cut) != view.patch_capacity:
             if view.patches is not None:
-                self._gpu.free(view.patches)
-            view.patches, view.patch_capacity = self._gpu.buffer(reserve=data.nbytes, dynamic=True), len(cut)
+                view.gpu.free(view.patches)
+            view.patches, view.patch_capacity = view.gpu.buffer(reserve=data.nbytes, dynamic=True), len(cut)
             changed = True
         view.patches.write(data.tobytes())
         if cut.vertices > view.vertex_capacity or cut.triangles > view.triangle_capacity:
@@ -298,8 +301,8 @@ class PaperSeaPasses:
         rough = io.framebuffer(colors=("ocean.rough",))
         displaced, arguments = io.buffer("ocean.displaced"), io.buffer("ocean.arguments")
         if view.array is not None:
-            self._gpu.free(view.array)
-        view.array = self._gpu.vertex_array(self._surface, index=io.buffer("ocean.triangles"), index_size=4)
+            view.gpu.free(view.array)
+        view.array = view.gpu.vertex_array(self._surface, index=io.buffer("ocean.triangles"), index_size=4)
 
         def run() -> None:
             assert view.waves.waves is not None

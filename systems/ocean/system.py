@@ -21,8 +21,6 @@ class OceanSystem(System):
     needs = (Planet, Ocean)
 
     def __init__(self) -> None:
-        self._views: dict[int, SeaView] = {}
-        self._paper_views: dict[int, PaperSeaView] = {}
         self._waves = SeaWaves(self.name)
         self._mesh = SeaMeshPasses(self.name, self._waves)
         self._paper = PaperSeaPasses(self.name, self._waves)
@@ -30,7 +28,7 @@ class OceanSystem(System):
         self._shading = SeaShading(self.name)
 
     def setup(self, setup: Setup) -> None:
-        self._world = setup.world
+        self._world, self._views = setup.world, setup.views
         self._seen = planet_seen(setup.world, 0)
         self._unseen = Unseen(Ocean, Planet, DebugView)
         self._shading.setup(setup)
@@ -39,23 +37,16 @@ class OceanSystem(System):
         self._paper.setup(setup)
 
     def release(self) -> None:
-        for index in self._views:
-            snap_ahead(self._world, index).take_part(False, "sea")
-        self._views.clear()
-        self._paper_views.clear()
+        for view in self._views:
+            snap_ahead(self._world, view.index).take_part(False, "sea")
+        self._views.forget(self._paper)
         self._shading.release()
 
     def _view(self, index: int) -> SeaView:
-        view = self._views.get(index)
-        if view is None:
-            view = self._views[index] = self._mesh.view(self._waves.view())
-        return view
+        return self._views[index].state(self, self._mesh.view)
 
     def _paper_view(self, index: int) -> PaperSeaView:
-        view = self._paper_views.get(index)
-        if view is None:
-            view = self._paper_views[index] = self._paper.view(self._waves.view())
-        return view
+        return self._views[index].state(self._paper, self._paper.view)
 
     def begin(self, frame: Frame) -> None:
         self._shading.begin(frame, self._waves.of(frame))
@@ -96,5 +87,5 @@ class OceanSystem(System):
     def _statistics(self) -> dict[str, int]:
         if self._printed:
             return self._paper.statistics(self._paper_view(0))
-        sea = self._views.get(0)
+        sea = self._views.found(0, self, SeaView)
         return {} if sea is None else sea.mesh.statistics()

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...components import Ocean, Planet
+from ...engine.gpu import GpuScope
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.planet_seen import planet_seen
 from ...engine.settings import revision, with_overrides
@@ -48,8 +49,8 @@ def highest_likely_m(waves: WaveSet) -> float:
 class WaveView:
     """The waves around one view's anchor."""
 
-    def __init__(self, buffer: Any) -> None:
-        self.buffer = buffer
+    def __init__(self, gpu: GpuScope) -> None:
+        self.buffer = gpu.buffer(reserve=BLOCK_BYTES, dynamic=True)
         self.block = WaveBlock()
         self.waves: WaveSet | None = None
         self.anchor: NDArray[np.float64] = np.array([0.0, 0.0, 1.0])
@@ -103,9 +104,6 @@ class SeaWaves:
                 yield partial(self._program, "ocean/swell.comp", moves, True)
             for every in {1, 2} if self._shade_every == 2 else {self._shade_every}:
                 yield partial(self._program, "ocean/surface.comp", moves, many, every)
-
-    def view(self) -> WaveView:
-        return WaveView(self._gpu.buffer(reserve=BLOCK_BYTES, dynamic=True))
 
     def of(self, frame: Frame) -> WaveSet:
         """The waves of the frame's planet."""

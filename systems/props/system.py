@@ -12,6 +12,8 @@ import moderngl
 
 from ...components import Shape, Transform
 from ...engine.contracts import bind_contracts, contract_reads
+from ...engine.frame import View, ViewParts
+from ...engine.gpu import GpuScope
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import latest_revision
 from ...engine.system import Frame, Setup, System, ViewInfo
@@ -41,16 +43,17 @@ class _Buffer:
             self.buffer.write(rows.tobytes())
 
 
-class _PropsView:
+class _PropsView(ViewParts):
     """What one view sees, and where it is on the GPU."""
 
-    def __init__(self, gpu: Any) -> None:
+    def __init__(self, of: GpuScope) -> None:
+        super().__init__(of)
         self.key: tuple[Any, ...] = ()
         self.visible: Visible | None = None
         self.shown: Props | None = None
         """The props as its last frame had them."""
-        self.instances = _Buffer(gpu, INSTANCE_FLOATS)
-        self.occluders = _Buffer(gpu, OCCLUDER_FLOATS)
+        self.instances = _Buffer(self.gpu, INSTANCE_FLOATS)
+        self.occluders = _Buffer(self.gpu, OCCLUDER_FLOATS)
 
 
 class PropsSystem(System):
@@ -72,11 +75,10 @@ class PropsSystem(System):
         self._meshes: dict[tuple[str, int], tuple[Mesh, Any, list[Any]]] = {}
         self._props: Props | None = None
         self._read: tuple[int, int] | None = None
-        self._views: dict[int, _PropsView] = {}
+        self._views = setup.views
 
     def release(self) -> None:
         self._meshes.clear()
-        self._views.clear()
         self._props = None
 
     # -- a frame -----------------------------------------------------------------------------------------------------
@@ -86,9 +88,7 @@ class PropsSystem(System):
         if revision != self._read or self._props is None:
             self._props = read_props(frame.world.query(Transform, Shape), load_mesh)
             self._read = revision
-        view = self._views.get(frame.view_index)
-        if view is None:
-            view = self._views[frame.view_index] = _PropsView(self._gpu)
+        view = self._view(frame.view)
         camera, before = frame.camera, view.shown
         view.shown = self._props
         moved = before is not None and before is not self._props
@@ -103,6 +103,9 @@ class PropsSystem(System):
         view.occluders.write(view.visible.occluders)
         for form, level, _, _ in view.visible.draws:
             self._vertex_array(form, level)
+
+    def _view(self, view: View) -> _PropsView:
+        return view.state(self, lambda: _PropsView(self._gpu))
 
     def _vertex_array(self, form: str, level: int) -> Any:
         """Uploaded when first seen, and again when the file has changed."""
@@ -121,9 +124,7 @@ class PropsSystem(System):
     # -- passes ------------------------------------------------------------------------------------------------------
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
-        seen = self._views.get(view.index)
-        if seen is None:
-            seen = self._views[view.index] = _PropsView(self._gpu)
+        seen = self._view(view.view)
         name = self.name
         tiles = [-(-n // t) for n, t in zip(view.size, TILE, strict=True)]
         builder.add_pass(
@@ -237,7 +238,7 @@ class PropsSystem(System):
         return run
 
     def statistics(self) -> dict[str, int]:
-        view = self._views.get(0)
+        view = self._views.found(0, self, _PropsView)
         if view is None or view.visible is None:
             return {}
         triangles = sum(len(self._meshes[form, level][0].indices) * n for form, level, _, n in view.visible.draws)

@@ -10,6 +10,8 @@ import numpy as np
 
 from ...components import Ocean, Planet, Terrain
 from ...engine.contracts import provide_contracts, withdraw_contracts
+from ...engine.frame import ViewParts
+from ...engine.gpu import GpuScope
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.planet_seen import Unseen, planet_seen
 from ...engine.settings import revision, with_overrides
@@ -38,13 +40,14 @@ _HEIGHTS, _LIMBS, _HORIZONS, _SKY, _MAP = (f"shadows.{name}" for name in ("heigh
 _FORMATS = {_HEIGHTS: "r32f", _LIMBS: "rg32f", _HORIZONS: "rgba32ui", _SKY: "r8", _MAP: "rgba32f"}
 
 
-class _View:
+class _View(ViewParts):
     """One view's windows, and what is left to do for them."""
 
-    def __init__(self, size: int, ubo: Any, scratch: list[Any]) -> None:
+    def __init__(self, of: GpuScope, size: int) -> None:
+        super().__init__(of)
         self.windows = Windows(size, _LAYERS)
-        self.ubo = ubo
-        self.scratch = scratch
+        self.ubo = self.gpu.uniform_block(ShadowBlock, SHADOW_BINDING)
+        self.scratch = [self.gpu.texture((size, size), "rg32f") for _ in range(2)]
         self.block = ShadowBlock()
         self.sun: Any = None
         self.sun_number = 0
@@ -74,11 +77,10 @@ class ShadowSystem(System):
     needs: ClassVar[tuple[type, ...]] = (Planet, Terrain)
 
     def __init__(self) -> None:
-        self._views: dict[int, _View] = {}
         self._world: World | None = None
 
     def setup(self, setup: Setup) -> None:
-        self._gpu, self._world = setup.gpu, setup.world
+        self._gpu, self._world, self._views = setup.gpu, setup.world, setup.views
         gpu = setup.gpu
         self._most = int(setup.settings["shadows.size"])
         self._finest_m = float(setup.settings["shadows.finest_m"])
@@ -97,7 +99,6 @@ class ShadowSystem(System):
         self._switch(self._wanted(setup.world, setup.planet, setup.settings))
 
     def release(self) -> None:
-        self._views.clear()
         self._switch((False, False))
 
     def _wanted(self, world: World, planet: int, settings: Any) -> tuple[bool, bool]:
@@ -137,7 +138,7 @@ class ShadowSystem(System):
 
         def run() -> None:
             if not owner:  # known when all passes are bound
-                owner.extend(v for v in self._views.values() if v.textures and v.textures[-1] is texture)
+                owner.extend(v for v in self._views.states(self, _View) if v.textures and v.textures[-1] is texture)
             texture.use(_MAP_UNIT)
             owner[0].ubo.bind()
 
@@ -147,7 +148,7 @@ class ShadowSystem(System):
 
     def update(self, frame: Frame) -> None:
         # Things in space are lit through the map, whose place is the proxy's.
-        known = self._views.get(frame.view_index)
+        known = self._views.found(frame.view_index, self, _View)
         if self._unseen.rests(frame) and (known is None or known.place == self._place_of(frame)):
             if known is not None:
                 known.asked = False
@@ -183,16 +184,13 @@ class ShadowSystem(System):
     def _view(self, index: int, rows: int) -> _View:
         """The windows of a view, as large as its picture can show."""
         size = BLOCK * max(min(round(_TEXELS_PER_ROW * rows / BLOCK), self._most // BLOCK), _LEAST // BLOCK)
-        view = self._views.get(index)
-        if view is None or view.windows.size != size:
-            if view is not None:
-                for held in (view.ubo, *view.scratch):
-                    self._gpu.free(held)
-            scratch = [self._gpu.texture((size, size), "rg32f") for _ in range(2)]
-            ubo = self._gpu.uniform_block(ShadowBlock, SHADOW_BINDING)
-            view = self._views[index] = _View(size, ubo, scratch)
-            self.structure += 1
-        return view
+        found = self._views.found(index, self, _View)
+        if found is not None and found.windows.size == size:
+            return found
+        view = self._views[index]
+        view.forget(self)
+        self.structure += 1
+        return view.state(self, lambda: _View(self._gpu, size))
 
     def _place(
         self, view: _View, frame: Frame, proxy: Any, pixel_rad: float, sea_m: float, shown: tuple[bool, bool]
@@ -282,7 +280,7 @@ class ShadowSystem(System):
 
     def _read(self) -> list[_View]:
         """Views whose map somebody reads: the others' pass is not in the graph."""
-        return [view for view in self._views.values() if view.asked]
+        return [view for view in self._views.states(self, _View) if view.asked]
 
     @staticmethod
     def _done(view: _View) -> bool:

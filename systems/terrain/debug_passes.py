@@ -6,6 +6,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from ...engine.frame import Views
+from ...engine.gpu import GpuScope
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.world import World
 from .backends import Backend
@@ -19,9 +21,9 @@ class TerrainDebugPasses:
     gpu: the terrain's scope.
     """
 
-    def __init__(self, gpu: Any, world: World) -> None:
+    def __init__(self, gpu: GpuScope, world: World, views: Views) -> None:
         self._gpu = gpu
-        self._overlay = SnapOverlay(gpu, world)
+        self._overlay = SnapOverlay(gpu, world, views)
         self._error: Any = None
         self._holes: Any = None
 

@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.frame import ViewParts, Views
+from ...engine.gpu import GpuScope
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.world import World
 from .backends import Backend
@@ -30,13 +32,24 @@ class _Mesh:
     anchor_m: NDArray[np.float64]
 
 
+class _Kept(ViewParts):
+    """Of one view: the mesh after the last snap, and the one before."""
+
+    def __init__(self, of: GpuScope) -> None:
+        super().__init__(of)
+        self.meshes: list[_Mesh] = []
+
+    def free(self, mesh: _Mesh) -> None:
+        for part in (mesh.array, *mesh.buffers):
+            self.gpu.free(part)
+
+
 class SnapOverlay:
     """Declares ``debug.snap_overlay``. gpu: the terrain's scope."""
 
-    def __init__(self, gpu: Any, world: World) -> None:
-        self._gpu, self._world = gpu, world
+    def __init__(self, gpu: GpuScope, world: World, views: Views) -> None:
+        self._gpu, self._world, self._views = gpu, world, views
         self._lines: Any = None
-        self._meshes: dict[int, list[_Mesh]] = {}  # by view: after, before
 
     def declare(self, builder: GraphBuilder, backend: Backend, view_index: int) -> None:
         builder.add_pass(
@@ -75,25 +88,22 @@ class SnapOverlay:
 
     def _refresh(self, backend: Backend, view_index: int, anchor_m: NDArray[np.float64]) -> list[_Mesh]:
         """The mesh of this frame and the one before it, of the same backend."""
-        meshes = self._meshes.setdefault(view_index, [])
+        kept = self._views[view_index].state(self, lambda: _Kept(self._gpu))
+        meshes, gpu = kept.meshes, kept.gpu
         stamp = (backend, backend.mesh_stamp(view_index))
         if meshes and meshes[0].stamp == stamp:
             return meshes
         if meshes and meshes[0].stamp[0] is not backend:  # type: ignore[index]
             while meshes:
-                self._free(meshes.pop())
+                kept.free(meshes.pop())
         found = backend.read_mesh(view_index)
         if found is None:
             return meshes
         positions, triangles = found
-        vertices = self._gpu.buffer(positions.astype("<f4").tobytes())
-        indices = self._gpu.buffer(triangles.astype("<u4").tobytes())
-        array = self._gpu.vertex_array(self._lines, [(vertices, "3f", "in_position")], index=indices)
+        vertices = gpu.buffer(positions.astype("<f4").tobytes())
+        indices = gpu.buffer(triangles.astype("<u4").tobytes())
+        array = gpu.vertex_array(self._lines, [(vertices, "3f", "in_position")], index=indices)
         meshes.insert(0, _Mesh(stamp, array, (vertices, indices), anchor_m.copy()))
         while len(meshes) > 2:
-            self._free(meshes.pop())
+            kept.free(meshes.pop())
         return meshes
-
-    def _free(self, mesh: _Mesh) -> None:
-        for part in (mesh.array, *mesh.buffers):
-            self._gpu.free(part)

@@ -55,7 +55,6 @@ class TerrainSystem(System):
     needs = (Planet, Terrain)
 
     def __init__(self) -> None:
-        self._views: dict[int, TerrainView] = {}
         self._world: Any = None
         self._backend: Backend | None = None
         self._backend_key: tuple[str, str] = ("", "")
@@ -64,11 +63,11 @@ class TerrainSystem(System):
     def setup(self, setup: Setup) -> None:
         self._gpu = setup.gpu
         self._between: BetweenShaded | None = None
-        self._world = setup.world
+        self._world, self._views = setup.world, setup.views
         self._settings = setup.settings
         self._material_ubo = setup.gpu.uniform_block(TerrainMaterialBlock, MATERIAL_BINDING, "terrain_material_block")
         self._maps = MapTextures(setup.gpu)
-        self._debug = TerrainDebugPasses(setup.gpu, setup.world)
+        self._debug = TerrainDebugPasses(setup.gpu, setup.world, setup.views)
         setup.world.set_resource("surface_height", self._bind_heights)
         self._draw_states = {
             out: setup.gpu.gpu.state(depth_test=True, depth_func=">", cull="back" if out else None)
@@ -84,11 +83,10 @@ class TerrainSystem(System):
         self._refresh_field(setup.world, setup.planet, setup.settings)  # with the backend's contracts
 
     def release(self) -> None:
-        for index in self._views:
-            snap_ahead(self._world, index).take_part(False, "ground", "fade")
-        self._views.clear()
+        for view in self._views:
+            snap_ahead(self._world, view.index).take_part(False, "ground", "fade")
         if self._backend is not None:
-            self._backend.release()
+            self._release(self._backend)
             self._backend, self._backend_key = None, ("", "")
         self._gpu.gpu.shaders.withdraw(self.name)
         for resource in ("height_field", "surface_height"):
@@ -104,9 +102,9 @@ class TerrainSystem(System):
         """The backend of that name and method, in place of another; nothing else changes."""
         if (name, method) == self._backend_key:
             return
-        made = make_backend(self._gpu, name, method, self._settings)
+        made = make_backend(self._gpu, name, method, self._settings, self._views)
         if self._backend is not None:
-            self._backend.release()
+            self._release(self._backend)
         shaders = self._gpu.gpu.shaders
         shaders.withdraw(self.name)
         for contract, file in {**_CONTRACTS, **made.contracts}.items():
@@ -114,6 +112,10 @@ class TerrainSystem(System):
         self._backend, self._backend_key, self._backend_structure = made, (name, method), made.structure
         self._field_revision = ()  # it may draw a ground of its own
         self.structure += 1
+
+    def _release(self, backend: Backend) -> None:
+        self._views.forget(backend)
+        backend.release()
 
     def _bind_heights(self, view_index: int) -> None:
         """World resource ``surface_height``: binds what the shader contract of that name reads."""
@@ -162,7 +164,7 @@ class TerrainSystem(System):
         self._maps.write_color(table, self._component.color_map_strength)
 
     def _view(self, index: int) -> TerrainView:
-        return self._views.setdefault(index, TerrainView())
+        return self._views[index].state(self, lambda: TerrainView(self._gpu))
 
     def begin(self, frame: Frame) -> None:
         # Before the proxy looks for the ground.
@@ -213,7 +215,7 @@ class TerrainSystem(System):
             view.key, view.next_key = key, ()
             return
         view.key = key
-        view.octaves = self._write_octaves(view.octaves, proxy)
+        view.octaves = self._write_octaves(view, view.octaves, proxy)
 
     def _prepare_octaves(self, view: TerrainView, ahead: SnapAhead) -> None:
         """The table around the anchor of the snap that is being prepared, for all who make vertices for it."""
@@ -221,7 +223,7 @@ class TerrainSystem(System):
         if key == view.next_key:
             return
         view.next_key = key
-        view.next_octaves = self._write_octaves(view.next_octaves, ahead.proxy)
+        view.next_octaves = self._write_octaves(view, view.next_octaves, ahead.proxy)
 
         def bind() -> None:
             view.next_octaves.bind_to_uniform_block(OCTAVES_BINDING)
@@ -229,13 +231,13 @@ class TerrainSystem(System):
 
         ahead.bind_heights = bind
 
-    def _write_octaves(self, buffer: Any, proxy: Any) -> Any:
+    def _write_octaves(self, view: TerrainView, buffer: Any, proxy: Any) -> Any:
         table = octave_table(self._ground.params, proxy.lattice.direction, proxy.anchor_height_m)
         self._dress(table)
         if buffer is None or buffer.size != table.nbytes:
             if buffer is not None:
-                self._gpu.free(buffer)
-            buffer = self._gpu.buffer(reserve=table.nbytes, dynamic=True)
+                view.gpu.free(buffer)
+            buffer = view.gpu.buffer(reserve=table.nbytes, dynamic=True)
         buffer.write(table.tobytes())
         return buffer
 

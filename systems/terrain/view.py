@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from typing import Any
 
+from ...engine.frame import ViewParts
+from ...engine.gpu import GpuScope
+
 __all__ = ["TerrainView"]
 
 
-class TerrainView:
+class TerrainView(ViewParts):
     """One view's table of the height function, around the view's anchor."""
 
-    def __init__(self) -> None:
+    def __init__(self, of: GpuScope) -> None:
+        super().__init__(of)
         self.octaves: Any = None
         self.key: tuple[Any, ...] = ()  # what the table was made for
         self.next_octaves: Any = None  # around the anchor of a snap that is being prepared

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from ....engine.frame import Views
 from ....engine.gpu import GpuScope
 from ....engine.settings import SettingError
 from .base import Backend, Ground
@@ -27,7 +28,7 @@ _PAPER: dict[str, type[Backend]] = {
 """Those whose source's method has little in common with ours."""
 
 
-def make_backend(gpu: GpuScope, name: str, method: str, settings: Mapping[str, Any]) -> Backend:
+def make_backend(gpu: GpuScope, name: str, method: str, settings: Mapping[str, Any], views: Views) -> Backend:
     """A backend with a GL scope of its own. SettingError for a method that it doesn't have."""
     found = _PAPER.get(name, BACKENDS[name]) if method == "paper" else BACKENDS[name]
     if method not in found.methods:
@@ -37,7 +38,7 @@ def make_backend(gpu: GpuScope, name: str, method: str, settings: Mapping[str, A
         )
     scope = gpu.beside("terrain")
     try:
-        return found(scope, settings, method)
+        return found(scope, settings, method, views)
     except BaseException:
         scope.release()
         raise

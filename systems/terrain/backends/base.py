@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....components import Ocean, Planet
+from ....engine.frame import Views
 from ....engine.gpu import GpuScope
 from ....engine.gpu.preprocess import Defines
 from ....engine.graph import GraphBuilder, PassIO
@@ -59,8 +60,9 @@ class Backend(ABC):
     structure: int = 0
     """Raised when passes or sizes change."""
 
-    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str) -> None:
+    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str, views: Views) -> None:
         self.gpu = gpu
+        self.views = views
         self.settings = settings
         self.method = method
         self._draw_programs: dict[str, Any] = {}

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....components import DebugView
+from ....engine.frame import ViewParts, Views
 from ....engine.gpu import GpuScope
 from ....engine.gpu.cell_mesh import CellMesh
 from ....engine.gpu.layout import Vec4
@@ -51,12 +52,13 @@ class TerrainGridBlock:
 _UNFADED = (TerrainGridBlock().faded, TerrainGridBlock().moved_m)
 
 
-class _GridView:
+class _GridView(ViewParts):
     """One view's cells and what they were made for."""
 
-    def __init__(self, mesh: CellMesh, ahead: GridAhead) -> None:
-        self.mesh = mesh
-        self.ahead = ahead
+    def __init__(self, of: GpuScope, quads: int, making: GridMaking, fades: bool) -> None:
+        super().__init__(of)
+        self.mesh = CellMesh(self.gpu, "terrain", quads)
+        self.ahead = GridAhead(self.gpu, quads, making)
         self.choice = Choice()
         self.faded = Choice()  # the one before, which fades out
         self.held = HeldScale()
@@ -66,7 +68,7 @@ class _GridView:
         self.wanted: tuple[Any, ...] = ()  # what the visible list depends on
         self.culled: tuple[Any, ...] | None = None  # what it was made for
         self.keep_dh_m = (-3.0e38, 3.0e38)
-        self.fade: SnapFade | None = None
+        self.fade = SnapFade(self.gpu, self.mesh) if fades else None
         self.bind_octaves: Callable[[], None] = lambda: None
 
     def drawn_mesh(self) -> CellMesh:
@@ -101,9 +103,8 @@ class GridBackend(Backend):
     prepares_snaps: ClassVar[bool] = True
     contracts: ClassVar[Mapping[str, str]] = {"vertex_spacing": "terrain/grid_vertex_spacing.glsl"}
 
-    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str) -> None:
-        super().__init__(gpu, settings, method)
-        self._views: dict[int, _GridView] = {}
+    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str, views: Views) -> None:
+        super().__init__(gpu, settings, method, views)
         self._quads = int(settings["terrain.quads"])
         self._most = int(settings["terrain.decimation"])
         self.block = TerrainGridBlock()
@@ -122,14 +123,10 @@ class GridBackend(Backend):
 
     def view(self, index: int) -> _GridView:
         """One view's cells."""
-        view = self._views.get(index)
-        if view is None:
-            view = self._views[index] = _GridView(
-                CellMesh(self.gpu, "terrain", self._quads), GridAhead(self.gpu, self._quads, self._making)
-            )
-            if self._fading is not None:
-                view.fade = SnapFade(self.gpu, view.mesh)
-        return view
+        return self.views[index].state(self, self._new_view)
+
+    def _new_view(self) -> _GridView:
+        return _GridView(self.gpu, self._quads, self._making, self._fading is not None)
 
     def update(self, frame: Frame, ground: Ground, bind_octaves: Callable[[], None]) -> None:
         proxy = frame.world.resource(f"proxy.{frame.view_index}")
@@ -338,14 +335,14 @@ class GridBackend(Backend):
         return self._programs[key]
 
     def settled(self) -> bool:
-        return not any(view.fade is not None and view.fade.running for view in self._views.values())
+        return not any(view.fade is not None and view.fade.running for view in self.views.states(self, _GridView))
 
     def statistics(self) -> dict[str, int]:
-        grid = self._views.get(0)
+        grid = self.views.found(0, self, _GridView)
         return {} if grid is None else grid.drawn_mesh().statistics()
 
     def drawn_mesh(self, view_index: int = 0) -> CellMesh | None:
-        grid = self._views.get(view_index)
+        grid = self.views.found(view_index, self, _GridView)
         return None if grid is None else grid.mesh
 
     def mesh_stamp(self, view_index: int) -> object:

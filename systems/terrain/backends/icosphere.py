@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
+from ....engine.frame import Views
 from ....engine.gpu import GpuScope
 from ....engine.graph import PassIO
 from ....engine.surface.icosphere_anchor import TriangleAnchor
@@ -24,9 +25,8 @@ class IcosphereBackend(TiledBackend):
 
     name: ClassVar[str] = "icosphere"
 
-    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str) -> None:
-        super().__init__(gpu, settings, method)
-        self._anchors: dict[int, tuple[tuple[int, float], Any]] = {}  # by view: what it was made for, and the block
+    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str, views: Views) -> None:
+        super().__init__(gpu, settings, method, views)
 
     def make_shape(self, segments: int) -> TileShape:
         return TriangleShape(segments)
@@ -35,20 +35,19 @@ class IcosphereBackend(TiledBackend):
         super().update(frame, ground, bind_octaves)
         proxy = frame.world.resource(f"proxy.{frame.view_index}")
         key = (proxy.generation, ground.params.radius_m)
-        found, buffer = self._anchors.get(frame.view_index, ((), None))
-        if found != key:
+        view = self.view(frame.view_index)
+        if view.anchor_key != key:
             block = TriangleAnchor(proxy.lattice.direction, ground.params.radius_m).block
-            if buffer is None:
-                buffer = self.gpu.buffer(reserve=len(block), dynamic=True)
-            buffer.write(block)
-            self._anchors[frame.view_index] = key, buffer
+            if view.anchor is None:
+                view.anchor = view.gpu.buffer(reserve=len(block), dynamic=True)
+            view.anchor.write(block)
+            view.anchor_key = key
 
     def _bind_assemble(self, io: PassIO, view: _TileView) -> Callable[[], None]:
         assemble = super()._bind_assemble(io, view)
-        index = next(n for n, v in self._views.items() if v is view)
 
         def run() -> None:
-            self._anchors[index][1].bind_to_uniform_block(TRIANGLE_BINDING)
+            view.anchor.bind_to_uniform_block(TRIANGLE_BINDING)
             assemble()
 
         return run

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....components import Ocean, Planet
+from ....engine.frame import ViewParts, Views
 from ....engine.gpu import GpuScope
 from ....engine.gpu.layout import IVec4, Vec4
 from ....engine.graph import BufferSpec, GraphBuilder, PassIO
@@ -59,10 +60,12 @@ class PaperGridBlock:
     """half the steps a side, n of the warp"""
 
 
-class _View:
+class _View(ViewParts):
     """One view's grid."""
 
-    def __init__(self) -> None:
+    def __init__(self, of: GpuScope) -> None:
+        super().__init__(of)
+        self.arrays: dict[str, Any] = {}
         self.key: tuple[Any, ...] = ()
         self.grid: ProjectedGrid | None = None
         self.cut: Tessellation | None = None
@@ -94,9 +97,8 @@ class PaperGridBackend(Backend):
     coast_file: ClassVar[str] = "terrain/paper/coast.comp"
     faces_out: ClassVar[bool] = False
 
-    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str) -> None:
-        super().__init__(gpu, settings, method)
-        self._views: dict[int, _View] = {}
+    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str, views: Views) -> None:
+        super().__init__(gpu, settings, method, views)
         self._field: PaperField | None = None
         self._field_key: tuple[Any, ...] = ()
         self._block = PaperGridBlock()
@@ -111,11 +113,10 @@ class PaperGridBackend(Backend):
         self._cull = gpu.compute("terrain/paper/cull.comp")
         self._arguments = gpu.compute("terrain/paper/arguments.comp")
         self._triangles = gpu.compute("terrain/paper/triangles.comp")
-        self._arrays: dict[tuple[str, int], Any] = {}
 
     def view(self, index: int) -> _View:
         """One view's grid."""
-        return self._views.setdefault(index, _View())
+        return self.views[index].state(self, lambda: _View(self.gpu))
 
     def drawn_field(self, ground: Ground) -> HeightField:
         layers = int(self.settings["terrain.paper_layers"])
@@ -137,7 +138,7 @@ class PaperGridBackend(Backend):
         if table_key != view.table_key:
             view.table_key = table_key
             if view.table is None:
-                view.table = self.gpu.buffer(reserve=TABLE_DTYPE.itemsize, dynamic=True)
+                view.table = view.gpu.buffer(reserve=TABLE_DTYPE.itemsize, dynamic=True)
             view.table.write(field.table(proxy.lattice.direction, proxy.anchor_height_m).tobytes())
         key = (*table_key, edge_px, pixel_angle, corners, power)
         if key != view.key:
@@ -177,8 +178,8 @@ class PaperGridBackend(Backend):
         data = cut.packed()
         if view.patches is None or len(cut) != view.patch_capacity:
             if view.patches is not None:
-                self.gpu.free(view.patches)
-            view.patches = self.gpu.buffer(reserve=data.nbytes, dynamic=True)
+                view.gpu.free(view.patches)
+            view.patches = view.gpu.buffer(reserve=data.nbytes, dynamic=True)
             view.patch_capacity = len(cut)
             self.structure += 1
         view.patches.write(data.tobytes())
@@ -299,11 +300,10 @@ class PaperGridBackend(Backend):
     def bind_draw(self, io: PassIO, view_index: int, fragment: str) -> Callable[[], None]:
         program = self.draw_program(fragment, "terrain/paper/gbuffer.vert")
         view = self.view(view_index)
-        old = self._arrays.pop((fragment, view_index), None)
+        old = view.arrays.pop(fragment, None)
         if old is not None:
-            self.gpu.free(old)
-        made = self.gpu.vertex_array(program, index=view.indices, index_size=4)
-        self._arrays[fragment, view_index] = made
+            view.gpu.free(old)
+        made = view.arrays[fragment] = view.gpu.vertex_array(program, index=view.indices, index_size=4)
 
         def draw() -> None:
             view.vertices.bind_to_storage_buffer(1)
@@ -328,7 +328,7 @@ class PaperGridBackend(Backend):
         return heights_on_patches(view.grid, view.cut, mesh[0].astype(np.float64) + proxy.anchor_m, directions)
 
     def statistics(self) -> dict[str, int]:
-        view = self._views.get(0)
+        view = self.views.found(0, self, _View)
         if view is None or view.cut is None or view.counts is None:
             return {}
         seen = np.frombuffer(view.counts.read(28), "u4").astype(int)

@@ -17,6 +17,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from ....engine.frame import ViewParts, Views
 from ....engine.gpu import GpuScope
 from ....engine.gpu.cell_mesh import VERTEX_DTYPE
 from ....engine.graph import BufferSpec, GraphBuilder, PassIO
@@ -37,18 +38,20 @@ _ROWS = 32  # of the tables in the shader
 _ARGUMENTS_BYTES = 20
 
 
-class _View:
+class _View(ViewParts):
     """One view's leaves."""
 
-    def __init__(self) -> None:
+    def __init__(self, of: GpuScope) -> None:
+        super().__init__(of)
+        self.arrays: dict[str, Any] = {}
         self.key: tuple[Any, ...] = ()
         self.table_key: tuple[Any, ...] = ()
         self.table: PaperTables | None = None
         self.keys: Ints = np.zeros(0, np.int64)
         self.capacity = 1024
         self.made: tuple[Any, ...] | None = None
-        self.patches: Any = None
-        self.anchor: Any = None
+        self.patches = self.gpu.buffer(reserve=self.capacity * 16, dynamic=True)
+        self.anchor = self.gpu.buffer(reserve=len(TriangleAnchor((1, 0, 0), 1.0).block), dynamic=True)
         self.anchor_key: tuple[Any, ...] = ()
         self.ground_m = 0.0  # height of the sphere that distances are measured to
         self.vertices: Any = None
@@ -75,23 +78,16 @@ class PaperIcosphereBackend(Backend):
     name: ClassVar[str] = "icosphere"
     methods: ClassVar[tuple[str, ...]] = ("paper",)
 
-    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str) -> None:
-        super().__init__(gpu, settings, method)
+    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str, views: Views) -> None:
+        super().__init__(gpu, settings, method, views)
         self.shape = TriangleShape(int(settings["terrain.tile_quads"]))
         self._vertices = gpu.compute("terrain/paper/icosphere.comp", defines=self.shape.defines)
         self._indices = gpu.buffer(self.shape.indices.astype("<u4"))
-        self._views: dict[int, _View] = {}
-        self._arrays: dict[tuple[str, int], Any] = {}
         self._spacing_m = np.zeros(_ROWS)
 
     def view(self, index: int) -> _View:
         """One view's leaves."""
-        found = self._views.get(index)
-        if found is None:
-            found = self._views[index] = _View()
-            found.anchor = self.gpu.buffer(reserve=len(TriangleAnchor((1, 0, 0), 1.0).block), dynamic=True)
-            found.patches = self.gpu.buffer(reserve=found.capacity * 16, dynamic=True)
-        return found
+        return self.views[index].state(self, lambda: _View(self.gpu))
 
     def update(self, frame: Frame, ground: Ground, bind_octaves: Callable[[], None]) -> None:
         view, camera, params = self.view(frame.view_index), frame.camera, ground.params
@@ -124,8 +120,8 @@ class PaperIcosphereBackend(Backend):
         view.keys = found.keys
         if len(found.keys) > view.capacity:
             view.capacity = 2 * len(found.keys)
-            self.gpu.free(view.patches)
-            view.patches = self.gpu.buffer(reserve=view.capacity * 16, dynamic=True)
+            view.gpu.free(view.patches)
+            view.patches = view.gpu.buffer(reserve=view.capacity * 16, dynamic=True)
             self.structure += 1
         if len(found.keys):
             view.patches.write(self.shape.names(found.keys).tobytes())
@@ -178,10 +174,10 @@ class PaperIcosphereBackend(Backend):
     def bind_draw(self, io: PassIO, view_index: int, fragment: str) -> Callable[[], None]:
         program = self.draw_program(fragment, "terrain/tiles/gbuffer.vert", self.shape.defines)
         view = self.view(view_index)
-        old = self._arrays.pop((fragment, view_index), None)
+        old = view.arrays.pop(fragment, None)
         if old is not None:
-            self.gpu.free(old)
-        made = self._arrays[fragment, view_index] = self.gpu.vertex_array(
+            view.gpu.free(old)
+        made = view.arrays[fragment] = view.gpu.vertex_array(
             program, content=[(view.visible, "1u/i", "in_slot")], index=self._indices, index_size=4
         )
 
@@ -192,7 +188,7 @@ class PaperIcosphereBackend(Backend):
         return draw
 
     def statistics(self) -> dict[str, int]:
-        view = self._views.get(0)
+        view = self.views.found(0, self, _View)
         count = 0 if view is None else len(view.keys)
         return {
             "cells_selected": count,
@@ -202,7 +198,7 @@ class PaperIcosphereBackend(Backend):
         }
 
     def height_drawn(self, directions: NDArray[np.float64], proxy: Any, view_index: int = 0) -> NDArray[np.float64]:
-        view = self._views.get(view_index)
+        view = self.views.found(view_index, self, _View)
         if view is None or view.vertices is None or not len(view.keys):
             return super().height_drawn(directions, proxy)
         return heights_on_tiles(_Drawn(view, self.shape), directions, proxy)

@@ -12,6 +12,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ....engine.frame import Views
 from ....engine.gpu import GpuScope
 from ....engine.graph import PassIO
 from ....engine.surface.forest import Forest
@@ -33,8 +34,8 @@ class PaperQuadtreeBackend(TiledBackend):
     assemble_file: ClassVar[str] = "terrain/tiles/paper/quad.comp"
     morphs: ClassVar[bool] = False
 
-    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str) -> None:
-        super().__init__(gpu, settings, method)
+    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str, views: Views) -> None:
+        super().__init__(gpu, settings, method, views)
         self._corners = gpu.buffer(reserve=self._slots * 8 * 16, dynamic=True)
 
     def make_shape(self, segments: int) -> TileShape:

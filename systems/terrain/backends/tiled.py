@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ....components import Ocean, Planet
 from ....components.debug_view import DebugView
+from ....engine.frame import ViewParts, Views
 from ....engine.gpu import GpuScope
 from ....engine.graph import GraphBuilder, PassIO, TextureSpec
 from ....engine.planet_seen import planet_seen
@@ -50,11 +51,12 @@ _MOST_SHOWN = 0.7
 """Of all slots: the rest is for parents, and for what is seen next."""
 
 
-class _TileView:
+class _TileView(ViewParts):
     """One view's forest and what of it is drawn."""
 
-    def __init__(self, mesh: TileMesh) -> None:
-        self.mesh = mesh
+    def __init__(self, of: GpuScope, shape: TileShape, slots: int) -> None:
+        super().__init__(of)
+        self.mesh = TileMesh(self.gpu, shape, slots)
         self.forest: Forest | None = None
         self.key: tuple[Any, ...] = ()  # what the forest was made for
         self.hidden_below_m = -np.inf  # tiles that lie below, under the sea, need no detail
@@ -67,6 +69,8 @@ class _TileView:
         self.wanted: tuple[Any, ...] = ()  # what the visible list depends on
         self.culled: tuple[Any, ...] | None = None
         self.keep_dh_m = (-3.0e38, 3.0e38)
+        self.anchor: Any = None  # a block for what assembles, and what it was made for
+        self.anchor_key: tuple[Any, ...] = ()
         self.anchor_height_m = 0.0
 
 
@@ -77,8 +81,8 @@ class TiledBackend(Backend):
     morphs: ClassVar[bool] = True
     """Whether tiles change gradually into their parents and children."""
 
-    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str) -> None:
-        super().__init__(gpu, settings, method)
+    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str, views: Views) -> None:
+        super().__init__(gpu, settings, method, views)
         self.shape = self.make_shape(int(settings["terrain.tile_quads"]))
         self._slots = int(settings["terrain.slots"])
         self.pool = SlotPool(self._slots)
@@ -86,7 +90,6 @@ class TiledBackend(Backend):
         defines = self.shape.defines
         self._assemble = gpu.compute(self.assemble_file, defines=defines)
         self._cull = gpu.compute("common/cull_cells.comp", defines=defines)
-        self._views: dict[int, _TileView] = {}
         self._facts: dict[int, tuple[float, float, float]] = {}
         self._ground: Ground | None = None
         self._queue: Ints = np.zeros(0, np.int64)  # tiles to make, most urgent first
@@ -109,10 +112,7 @@ class TiledBackend(Backend):
 
     def view(self, index: int) -> _TileView:
         """One view's tiles."""
-        found = self._views.get(index)
-        if found is None:
-            found = self._views[index] = _TileView(TileMesh(self.gpu, self.shape, self._slots))
-        return found
+        return self.views[index].state(self, lambda: _TileView(self.gpu, self.shape, self._slots))
 
     # -- frame -------------------------------------------------------------------------------------------------------
 
@@ -151,7 +151,7 @@ class TiledBackend(Backend):
         self.pool.clear()
         self._facts.clear()
         self._queue = np.zeros(0, np.int64)
-        for view in self._views.values():
+        for view in self.views.states(self, _TileView):
             view.forest = None
 
     def _forest(self, view: _TileView, frame: Frame, ground: Ground) -> Forest:
@@ -207,7 +207,7 @@ class TiledBackend(Backend):
             made = Made(found.keys[there], found.low_m[there], found.high_m[there], found.error_m[there])
             facts = zip(made.low_m.tolist(), made.high_m.tolist(), made.error_m.tolist(), strict=True)
             self._facts.update(zip(made.keys.tolist(), facts, strict=True))
-            for view in self._views.values():
+            for view in self.views.states(self, _TileView):
                 if view.forest is not None:
                     self._tell(view, made)
 
@@ -289,7 +289,7 @@ class TiledBackend(Backend):
         if not self.maker.make(keys, slots, self._radius_m):
             self.pool.drop(keys)
             return False
-        for view in self._views.values():
+        for view in self.views.states(self, _TileView):
             view.mesh.forget(slots)
         self.made += len(keys)
         return True
@@ -298,7 +298,7 @@ class TiledBackend(Backend):
         """Free slots for that many tiles; how many there are."""
         short = count - self.pool.free
         if short > 0:
-            forests = [v.forest for v in self._views.values() if v.forest is not None]
+            forests = [v.forest for v in self.views.states(self, _TileView) if v.forest is not None]
             spare: Ints | None = None
             for forest in forests:
                 droppable = forest.droppable(short if len(forests) == 1 else self._slots)
@@ -424,7 +424,7 @@ class TiledBackend(Backend):
     # -- questions ---------------------------------------------------------------------------------------------------
 
     def settled(self) -> bool:
-        moving = any(v.selection is not None and v.selection.moving for v in self._views.values())
+        moving = any(v.selection is not None and v.selection.moving for v in self.views.states(self, _TileView))
         done = not (moving or len(self._queue) or self.maker.under_way)
         if done:
             self._settled_at = self.made
@@ -438,11 +438,11 @@ class TiledBackend(Backend):
         return made / (made + max(len(self._queue), 1))
 
     def statistics(self) -> dict[str, int]:
-        view = self._views.get(0)
+        view = self.views.found(0, self, _TileView)
         return {} if view is None else view.mesh.statistics()
 
     def height_drawn(self, directions: NDArray[np.float64], proxy: Any, view_index: int = 0) -> NDArray[np.float64]:
-        view = self._views.get(view_index)
+        view = self.views.found(view_index, self, _TileView)
         if view is None or not view.mesh.count:
             return super().height_drawn(directions, proxy)
         return heights_on_tiles(view.mesh, directions, proxy)
