@@ -29,7 +29,7 @@ from .components import Exposure, Planet, Sun, Terrain, knob
 from .engine.contracts import bind_contracts, contract_reads
 from .engine.gpu.program import Fullscreen
 from .engine.gpu.state import State
-from .engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
+from .engine.graph import STAGES, BufferSpec, GraphBuilder, PassIO, TextureSpec
 from .engine.settings import SettingError, rules_of, with_overrides
 from .engine.system import Frame, Setup, System, ViewInfo
 from .engine.world import World
@@ -39,7 +39,7 @@ from .systems.debug.views import MODES
 from .systems.debug.views import View as DebugEntry
 
 __all__ = [
-    "AFTER_LIGHT",
+    "STAGES",
     "BufferSpec",
     "Exposure",
     "Frame",
@@ -62,10 +62,6 @@ __all__ = [
     "unregister",
     "with_overrides",
 ]
-
-AFTER_LIGHT = ("terrain.shade", "ocean.shade", "ocean.under", "props.shade", "stars.draw", "clouds.composite")
-"""For after_optional= of a pass that draws into scene.radiance over all that the library draws there; with
-after=("sky.shade",), which is always there."""
 
 
 @dataclass(frozen=True)

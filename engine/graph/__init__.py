@@ -14,9 +14,11 @@ from .pass_io import Flag, PassIO, Slot
 from .plan import Plan
 from .report import PassReport
 from .resources import BYTES_PER_TEXEL, BufferSpec, ImportSpec, TextureSpec
+from .stages import STAGES
 
 __all__ = [
     "BYTES_PER_TEXEL",
+    "STAGES",
     "Analysis",
     "BarrierKind",
     "BufferSpec",

@@ -117,6 +117,7 @@ class GraphBuilder:
         history: Iterable[str] = (),
         reads_optional: Iterable[str] = (),
         after_optional: Iterable[str] = (),
+        stage: str = "",
         when: Callable[[], object] | None = None,
         only_while: Callable[[], object] | None = None,
         side_effect: bool = False,
@@ -131,7 +132,9 @@ class GraphBuilder:
         creates: specs of the resources that this pass makes and fills; it writes every texel that it claims.
         reads: resources of other passes. Runs after all their writers, except those that are declared after this pass.
         writes: resources of other passes (or imports) that this pass modifies, which implies that it reads them. It
-            has to say its place among the other writers with after= (or after_optional=).
+            has to say its place among the other writers: with stage=, or with after= (or after_optional=).
+        stage: one of STAGES, the place of this pass among the writers of what it writes: behind those of earlier
+            stages. Within a stage after= says which comes first.
         after: passes that run earlier, whatever flows between them.
         history: resources with lifetime "history" whose content of the LAST frame is read.
         reads_optional, after_optional: as reads and after, but ignored when no such resource or pass is declared; for
@@ -157,6 +160,7 @@ class GraphBuilder:
             writes=_names(writes),
             after=_names(after),
             after_optional=_names(after_optional),
+            stage=stage,
             history=_names(history),
             when=when,
             only_while=only_while,

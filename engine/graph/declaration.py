@@ -10,6 +10,7 @@ from .errors import GraphError, did_you_mean
 from .names import Scope
 from .pass_io import PassIO
 from .resources import BufferSpec, CreatedSpec, TextureSpec
+from .stages import STAGES
 
 PassKind = Literal["raster", "compute", "copy"]
 Run = Callable[[], object]
@@ -31,6 +32,7 @@ class PassDecl:
     writes: tuple[str, ...]
     after: tuple[str, ...]
     after_optional: tuple[str, ...]
+    stage: str
     history: tuple[str, ...]
     when: Callable[[], object] | None
     only_while: Callable[[], object] | None
@@ -55,10 +57,20 @@ class PassDecl:
         if self.kind not in get_args(PassKind):
             hint = did_you_mean(str(self.kind), get_args(PassKind), listing=False)
             raise GraphError(f"{where}: kind={self.kind!r} is not one of 'raster', 'compute', 'copy'.{hint}")
+        self._check_stage(where)
         self._check_creates(where)
         for field in ("reads", "reads_optional", "writes", "after", "after_optional", "history"):
             _check_names(where, field, getattr(self, field))
         self._check_against_each_other(where)
+
+    def _check_stage(self, where: str) -> None:
+        if self.stage == "":
+            return
+        if self.stage not in STAGES:
+            hint = did_you_mean(str(self.stage), STAGES, listing=False) or f" The stages are {', '.join(STAGES)}."
+            raise GraphError(f"{where}: stage={self.stage!r} is no stage.{hint}")
+        if not self.writes:
+            raise GraphError(f"{where}: stage={self.stage!r} is the place of a write, but writes= is empty; drop it.")
 
     def _check_creates(self, where: str) -> None:
         for spec in self.creates:

@@ -13,7 +13,7 @@ from .sizes import Size
 
 _NAMED = ("reads", "reads_optional", "writes", "history")
 _ORDER = ("after", "after_optional")
-_SAME = ("creates", *_NAMED, *_ORDER, "side_effect", "kind", "system")
+_SAME = ("creates", *_NAMED, *_ORDER, "stage", "side_effect", "kind", "system")
 
 
 @dataclass(slots=True)

@@ -39,6 +39,8 @@ def explain(analysis: Checked, pass_name: str, plan: Running | None = None) -> s
     owners = [f"{what} {n}" for what, n in (("view", decl.scope.view), ("planet", decl.scope.planet)) if n is not None]
     if len({other.scope for other in model.passes}) > 1:
         lines.append(f"  of {', '.join(owners) or 'all views and planets'}")
+    if decl.stage:
+        lines.append(f"  writes in stage {decl.stage!r}")
     if decl.when is not None:
         lines.append("  only in frames in which its when() says yes")
     if decl.only_while is not None:

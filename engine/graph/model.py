@@ -10,6 +10,7 @@ from .errors import GraphError, did_you_mean
 from .names import Names
 from .resources import CreatedSpec, ImportSpec
 from .sizes import Size
+from .stages import STAGES
 
 
 @dataclass(slots=True)
@@ -92,11 +93,12 @@ def _resolve(model: GraphModel, i: int, decl: PassDecl) -> None:
     for name in decl.writes:
         if name not in model.writers:
             raise _unknown(model, where, "writes", name)
-        if name in model.specs and not decl.after and not decl.after_optional:
+        if name in model.specs and not (decl.stage or decl.after or decl.after_optional):
             creator = model.name(model.creator[name])
             raise GraphError(
                 f"{where} writes {name!r}, which pass {creator!r} creates, without saying when: add"
-                f" after=({creator!r},) or the name of the writer that comes before."
+                f" after=({creator!r},) or the name of the writer that comes before, or give it a stage"
+                f" (stage={STAGES[0]!r} and so on)."
             )
         model.writers[name].append(i)
     reads = [name for name in decl.reads if name not in decl.writes]

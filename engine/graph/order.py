@@ -1,9 +1,9 @@
 """In which order the passes run, and which version of a resource a reader sees.
 
-Firm edges: after=, and creator before each reader and writer of its resource. Then, for each reader of a resource and
-each other writer of it: if firm edges lead from the reader to the writer, the reader comes first and sees the earlier
-version; else the writer comes first. The writers of a resource must then lie on one line; those of different views or
-planets, which cannot name each other, take turns as they were declared.
+Firm edges: after=, the stages of a resource's writers, and creator before each reader and writer of its resource. Then,
+for each reader of a resource and each other writer of it: if firm edges lead from the reader to the writer, the reader
+comes first and sees the earlier version; else the writer comes first. The writers of a resource must then lie on one
+line; those of different views or planets, which cannot name each other, take turns as they were declared.
 """
 
 from __future__ import annotations
@@ -14,12 +14,13 @@ from dataclasses import dataclass
 
 from .errors import GraphError
 from .model import GraphModel
+from .stages import RANK
 
 
 @dataclass(frozen=True, slots=True)
 class Edge:
-    """`before` runs before `after`; kind: "after", "creates", "writes", "reads", "turns"; resource: None for
-    "after"."""
+    """`before` runs before `after`; kind: "after", "stage", "creates", "writes", "reads", "turns"; resource: None
+    for "after"."""
 
     before: int
     after: int
@@ -51,6 +52,11 @@ def order_passes(model: GraphModel) -> Order:
     for i in range(len(model.passes)):
         for before in model.after[i]:
             add(before, i, "after", None)
+    for name, writers in model.writers.items():
+        staged = [(RANK[stage], i) for i in writers if (stage := model.passes[i].stage)]
+        for (before, i), (after, j) in itertools.permutations(staged, 2):
+            if before < after:
+                add(i, j, "stage", name)
     for name, creator in model.creator.items():
         for i in (*model.writers[name], *model.readers[name]):
             add(creator, i, "creates", name)
@@ -81,15 +87,26 @@ def order_passes(model: GraphModel) -> Order:
                 if (earlier, later) in loose:
                     add(earlier, later, "turns", name)
                 continue
-            a, b = model.name(earlier), model.name(later)
-            raise GraphError(
-                f"passes {a!r} and {b!r} both write {name!r} and nothing says which comes first: declare {b!r} with"
-                f" after=({a!r},), or the other way round (after_optional= if that pass may be absent)."
-            )
+            raise _loose_error(model, name, earlier, later)
         makers = sorted(model.makers(name), key=position.__getitem__)
         for i in (*writers, *model.readers[name]):
             seen[i, name] = [m for m in makers if position[m] < position[i]]
     return Order(sequence, position, seen, edges)
+
+
+def _loose_error(model: GraphModel, resource: str, earlier: int, later: int) -> GraphError:
+    a, b = model.name(earlier), model.name(later)
+    one, other = model.passes[earlier].stage, model.passes[later].stage
+    if one and one == other:
+        where, stage = f", in stage {one!r}", f"give it a stage other than {one!r}"
+    elif one or other:
+        where, stage = "", f"give it a stage, too, as {a if one else b!r} has ({one or other!r})"
+    else:
+        where, stage = "", "give it a stage (stage= of both)"
+    return GraphError(
+        f"passes {a!r} and {b!r} both write {resource!r}{where} and nothing says which comes first: declare {b!r} with"
+        f" after=({a!r},), or the other way round (after_optional= if that pass may be absent), or {stage}."
+    )
 
 
 def _apart(model: GraphModel, a: int, b: int) -> bool:
@@ -167,6 +184,8 @@ def _cycle_error(model: GraphModel, cycle: list[Edge]) -> GraphError:
         for e in cycle
         if e.kind == "writes"
     ]
+    if any(edge.kind == "stage" for edge in cycle):
+        hints.append("Give one of the writers another stage, or drop the after= that goes against it.")
     hints.append("Else drop one of these, or read last frame's content with history=.")
     return GraphError(f"the passes wait for each other in a circle: {_chain(model, cycle)}. {' '.join(hints)}")
 
@@ -180,6 +199,9 @@ def describe(model: GraphModel, edge: Edge) -> str:
     before, after = model.name(edge.before), model.name(edge.after)
     if edge.kind == "after":
         return f"{after!r} is declared after {before!r}"
+    if edge.kind == "stage":
+        one, other = model.passes[edge.before].stage, model.passes[edge.after].stage
+        return f"{after!r} writes {edge.resource!r} after {before!r} by its stage ({one!r} before {other!r})"
     if edge.kind == "creates":
         verb = "writes" if edge.resource in model.passes[edge.after].writes else "reads"
         return f"{after!r} {verb} {edge.resource!r}, which {before!r} creates"

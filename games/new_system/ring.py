@@ -38,8 +38,8 @@ class RingSystem(pfx.System):
     def declare(self, builder: pfx.GraphBuilder, view: pfx.ViewInfo) -> None:
         reads, (light, density) = ("gbuffer.depth", *pfx.contract_reads(self._world)), self._draws
         builder.add_pass("ring.draw", bind=lambda io: pfx.fullscreen_pass(io, self._world, *light, "scene.radiance"),
-                         system=self.name, reads=reads, writes=("scene.radiance",), after=("sky.shade",),
-                         after_optional=pfx.AFTER_LIGHT, help="the ring, over all that is behind it")  # fmt: skip
+                         system=self.name, reads=reads, writes=("scene.radiance",), stage="overlay",
+                         help="the ring, over all that is behind it")  # fmt: skip
         builder.add_pass("ring.show", bind=lambda io: pfx.fullscreen_pass(io, self._world, *density, "ring.density"),
                          system=self.name, reads=reads, creates=(pfx.TextureSpec("ring.density", "r16f"),))  # fmt: skip
 

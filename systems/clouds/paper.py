@@ -152,8 +152,7 @@ class PaperClouds:
             system=self.name,
             reads=("gbuffer.depth", *contract_reads(self._world, but=self.name)),
             writes=("scene.radiance",),
-            after=("sky.shade",),
-            after_optional=("terrain.shade", "ocean.shade", "ocean.under", "props.shade", "stars.draw"),
+            stage="clouds",
             help="the printed march through clouds and air, for every pixel",
         )
 

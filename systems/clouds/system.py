@@ -274,8 +274,7 @@ class CloudSystem(System):
             system=self.name,
             reads=(_FULL, "gbuffer.depth", SURFACE) if self._picture.pixel_px > 1 else (_FULL,),
             writes=("scene.radiance",),
-            after=("sky.shade",),
-            after_optional=("terrain.shade", "ocean.shade", "ocean.under", "props.shade", "stars.draw"),
+            stage="clouds",
             help="clouds over the picture",
         )
 

@@ -75,7 +75,6 @@ class DebugSystem(System):
             system=self.name,
             kind="compute",
             reads=(shown.resource,),
-            after=("composite.tonemap",),
             creates=(BufferSpec("debug.limits", 16, help="smallest and largest value"),),
             help=f"range of {shown.resource}",
         )
@@ -86,7 +85,7 @@ class DebugSystem(System):
             reads=(shown.resource, "debug.limits"),
             reads_optional=depth,
             writes=(_PICTURE,),
-            after=("composite.tonemap", "debug.range"),
+            stage="debug",
             help=f"{shown.resource} in place of the picture",
         )
 

@@ -150,7 +150,6 @@ class SeaMeshPasses:
             system=name,
             bind=lambda io: self._bind_vertices(io, sea, view.index),
             creates=mesh.vertex_buffers(),
-            after_optional=("terrain.vertices",),
             when=lambda: sea.made != (mesh.selection, sea.key),
             help="the calm sea's vertices and the depth below them, on a snap of the proxy",
         )
@@ -162,7 +161,6 @@ class SeaMeshPasses:
                 bind=sea.ahead.bind,
                 creates=sea.ahead.mesh.vertex_buffers(),
                 after=("ocean.vertices",),
-                after_optional=("terrain.ahead",),
                 when=lambda: sea.ahead.due,
                 side_effect=True,
                 help="a share of the vertices for the next snap of the proxy, before it comes",
@@ -198,8 +196,7 @@ class SeaMeshPasses:
             reads=("ocean.displaced" if moves else "ocean.vertices", "ocean.visible", "ocean.arguments"),
             creates=(TextureSpec("ocean.moved", "rg16_snorm", help="sideways, over the largest"),) if moves else (),
             writes=("gbuffer.depth", *GBUFFER),
-            after=("gbuffer.clear",),
-            after_optional=("terrain.gbuffer",),
+            stage="water",
             only_while=seen,
             help="patches of the visible sea",
         )

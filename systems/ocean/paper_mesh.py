@@ -191,7 +191,6 @@ class PaperSeaPasses:
             creates=(
                 BufferSpec("ocean.vertices", view.vertex_capacity * _CALM_BYTES, "persistent", "feet and depths"),
             ),
-            after_optional=("terrain.vertices",),
             when=lambda: view.made != view.selection,
             help="places of the printed grid at sea level and the depth below them, on a snap of the proxy",
         )
@@ -227,8 +226,7 @@ class PaperSeaPasses:
             reads=("ocean.displaced", "ocean.arguments", "ocean.triangles"),
             creates=(TextureSpec("ocean.rough", "rgba16f", help="variances of slopes, mixed; Jacobian"),),
             writes=("gbuffer.depth", *GBUFFER),
-            after=("gbuffer.clear",),
-            after_optional=("terrain.gbuffer",),
+            stage="water",
             help="triangles of the visible sea",
         )
 

@@ -174,8 +174,6 @@ class SeaWaves:
                 creates=(
                     BufferSpec("ocean.swell", (tiles + 8) * _SWELL_BYTES, help="long waves of each tile, at nodes"),
                 ),
-                after=("ocean.gbuffer",),
-                after_optional=("terrain.coast",),
                 only_while=seen,
                 help="slopes of the waves that are long on a tile of the picture",
             )
@@ -189,8 +187,7 @@ class SeaWaves:
                 TextureSpec("ocean.rough", "rgba16f", help="slopes that pixels don't show: variances, mixed; Jacobian"),
             ),
             writes=("gbuffer.normal",),
-            after=("ocean.gbuffer",),
-            after_optional=("terrain.coast",),
+            stage="detail",
             only_while=seen,
             help="normals of all waves that pixels can show, roughness of the rest",
         )

@@ -139,8 +139,7 @@ class PropsSystem(System):
                     help="m, planet axes: to where the prop's surface was a frame ago; w: 1 where it was there",
                 ),
             ),
-            after=("gbuffer.clear",),
-            after_optional=("terrain.gbuffer", "ocean.gbuffer"),
+            stage="objects",
             help="the visible props, instanced by mesh",
         )
         builder.add_pass(
@@ -171,8 +170,7 @@ class PropsSystem(System):
             bind=self._bind_shade,
             reads=("gbuffer.depth", *GBUFFER, "props.shadow", "props.tile_list", *contract_reads(self._world)),
             writes=("scene.radiance",),
-            after=("sky.shade",),
-            after_optional=("terrain.shade", "ocean.shade"),
+            stage="objects",
             help="light of props; their shadows on the ground",
         )
 

@@ -320,8 +320,7 @@ class StarsSystem(System):
             reads_optional=(LIGHT,),
             reads=("stars.galaxy", "gbuffer.depth", *contract_reads(self._world), *(("stars.draws",) * metered)),
             writes=("scene.radiance",),
-            after=("sky.shade",),
-            after_optional=("terrain.shade", "ocean.shade", "props.shade"),
+            stage="sky",
             when=lambda: numbers or not shown.hidden,
             help="the Milky Way and single stars where no surface is",
         )

@@ -59,7 +59,7 @@ class Coasts:
             bind=lambda io: self._bind(io, view, file, bind_heights),
             reads=("gbuffer.depth", "gbuffer.tiles_coast"),
             writes=(*GBUFFER, *(() if file else _GROWING)),
-            after=("gbuffer.classify",),
+            stage="detail",
             creates=() if file else specs,
             only_while=seen,
             help="the line between land and water, from the height function at each pixel",

@@ -251,7 +251,7 @@ class TerrainSystem(System):
             bind=lambda io: self._bind_gbuffer(io, index),
             reads=backend.draw_reads(),
             writes=("gbuffer.depth", *GBUFFER),
-            after=("gbuffer.clear",),
+            stage="opaque",
             only_while=seen,
             help="patches of all visible cells",
         )
@@ -284,7 +284,7 @@ class TerrainSystem(System):
             kind="compute",
             reads=("gbuffer.depth", *GBUFFER, *dict.fromkeys((*_TILES, *tiles)), *contract_reads(self._world)),
             writes=("scene.radiance",),
-            after=("sky.shade",),
+            stage="opaque",
             only_while=seen,
             help="materials and light of terrain pixels",
         )
