@@ -18,6 +18,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planetfall.engine.graph import (
+    STAGES,
     BarrierKind,
     BufferSpec,
     GraphBuilder,
@@ -41,6 +42,8 @@ class Step:
     writes: list[str] = field(default_factory=list)
     history: list[str] = field(default_factory=list)
     after: set[str] = field(default_factory=set)
+    unsaid: set[str] = field(default_factory=set)  # of `after`, what the stages say
+    stage: str = ""
     gated: bool = False
     side_effect: bool = False
     sees: dict[str, tuple[str, ...]] = field(default_factory=dict)  # resource -> makers so far, its own place excluded
@@ -84,8 +87,29 @@ class Program:
             for name, spec in self.specs.items():
                 if spec.lifetime == "history" and rng.random() < 0.3:
                     step.history.append(name)
+        self._stage(rng)
         self.exports = rng.sample(list(self.specs), k=min(len(self.specs), rng.randint(1, 2)))
         self.by_name = {step.name: step for step in self.steps}
+
+    def _stage(self, rng: random.Random) -> None:
+        """Some writers stand in stages, which never go back along the program; then the writer before, if of an earlier
+        stage, or the creator need not be named, unless it also reads what is written here."""
+        rank, place = 0, {step.name: step for step in self.steps}
+        for step in self.steps:
+            if not step.writes or rng.random() < 0.4:
+                continue
+            rank = min(rank + rng.choice([0, 0, 1, 2]), len(STAGES) - 1)
+            step.stage = STAGES[rank]
+            firm: set[str] = set()
+            for name in step.writes:
+                *_, last = step.sees[name]
+                before = place[last].stage
+                by_stage = last == self.makers[name][0] or (before != "" and before != step.stage)
+                (step.unsaid if by_stage else firm).add(last)
+            for other in self.steps:
+                if set(other.reads) & set(step.writes):
+                    firm.add(other.name)
+            step.unsaid -= firm
 
     def _create(self, rng: random.Random, step: Step, name: str) -> None:
         lifetime = "persistent" if step.gated else rng.choice(["transient", "transient", "persistent", "history"])
@@ -152,7 +176,8 @@ class World:
             creates=tuple(self.program.specs[n] for n in step.creates),
             reads=step.reads,
             writes=step.writes,
-            after=step.after,
+            after=step.after - step.unsaid,
+            stage=step.stage,
             history=step.history,
             when=(lambda: self.rng.random() < 0.5) if step.gated else None,
             side_effect=step.side_effect,
