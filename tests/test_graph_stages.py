@@ -159,3 +159,9 @@ def test_no_system_names_another_systems_pass() -> None:
                 assert isinstance(item, ast.Constant), f"{where}: write the names out"
                 other = str(item.value)
                 assert other.split(".")[0] == name.split(".")[0], f"{where}: {name} names {other}; give it a stage"
+
+
+def test_the_page_lists_the_stages_in_their_order() -> None:
+    page = (ROOT / "docs" / "frame-graph.md").read_text(encoding="utf8")
+    rows = page.split("\n## Stages\n")[1].split("\n## ")[0].splitlines()
+    assert [row.split("`")[1] for row in rows if row.startswith("| `")] == list(STAGES)
