@@ -1,4 +1,4 @@
-"""Whether a view may show any of a planet: what its passes are skipped by, all together, while it doesn't."""
+"""Whether a view may show any of a planet, or of its ground: what passes are skipped by, all together, while not."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from .settings import latest_revision
 from .system import Frame
 from .world import World
 
-__all__ = ["PlanetSeen", "Unseen", "planet_seen"]
+__all__ = ["PlanetSeen", "Unseen", "ground_seen", "planet_seen"]
 
 
 class PlanetSeen:
-    """Call it: whether the planet, its air and its clouds may be in the picture. Whoever places the camera says so,
-    before others are updated."""
+    """Call it: whether the planet, its air and its clouds may be in the picture, or its ground and sea. Whoever places
+    the camera says so, before others are updated."""
 
     def __init__(self) -> None:
         self.value = True
@@ -24,7 +24,15 @@ class PlanetSeen:
 
 def planet_seen(world: World, view_index: int) -> PlanetSeen:
     """That of a view; the same object each time, which passes give as their only_while."""
-    name = f"planet_seen.{view_index}"
+    return _flag(world, f"planet_seen.{view_index}")
+
+
+def ground_seen(world: World, view_index: int) -> PlanetSeen:
+    """The same for ground and sea alone, for what only draws or shades them. Never so without planet_seen."""
+    return _flag(world, f"ground_seen.{view_index}")
+
+
+def _flag(world: World, name: str) -> PlanetSeen:
     found = world.try_resource(name)
     if not isinstance(found, PlanetSeen):
         found = PlanetSeen()

@@ -2,6 +2,7 @@
 
 from .axes import direction, heading_pitch_axes, latitude_longitude, local_axes, orthonormal_axes
 from .camera import CameraState
+from .cone import least_angle_rad, least_elevation_rad, sphere_unseen
 from .errors import SpaceError
 from .frustum import frustum_planes, out_of_view, sphere_outside
 from .horizon import horizon_angle_rad, horizon_dip_rad, horizon_distance_m, sight_distance_m
@@ -21,6 +22,8 @@ __all__ = [
     "horizon_dip_rad",
     "horizon_distance_m",
     "latitude_longitude",
+    "least_angle_rad",
+    "least_elevation_rad",
     "length",
     "local_axes",
     "near_plane_m",
@@ -33,4 +36,5 @@ __all__ = [
     "ray_sphere_from",
     "sight_distance_m",
     "sphere_outside",
+    "sphere_unseen",
 ]

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
-from ...engine.planet_seen import planet_seen
+from ...engine.planet_seen import ground_seen
 from ...engine.system import Frame, Setup, System, ViewInfo
 from .debug_tiles import TilesPicture
 
@@ -78,7 +78,7 @@ class GBufferSystem(System):
                 BufferSpec("gbuffer.tiles_coast", 16 + 4 * count, help="dispatch and tiles where both meet"),
                 BufferSpec("gbuffer.tiles_sea", 16 + 4 * count, help="dispatch and tiles of the sea"),
             ),
-            only_while=planet_seen(self._world, view.index),
+            only_while=ground_seen(self._world, view.index),
             help="tiles by surface, so that each surface is shaded where it is seen only",
         )
         self._tiles_picture.declare(builder, across)

@@ -10,7 +10,7 @@ from ...engine.frame import ViewParts
 from ...engine.gpu import GpuScope
 from ...engine.gpu.cell_mesh import VERTEX_DTYPE, CellMesh
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
-from ...engine.planet_seen import planet_seen
+from ...engine.planet_seen import ground_seen
 from ...engine.settings import revision
 from ...engine.snap_ahead import HeldScale, goes_on, snap_ahead
 from ...engine.surface.decimation import topology
@@ -136,14 +136,14 @@ class SeaMeshPasses:
         axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
         wanted = (view.mesh.selection, axes, camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
         frozen = any(shown.freeze for _, (shown,) in frame.world.query(DebugView))
-        seen = planet_seen(frame.world, frame.view_index)()
+        seen = ground_seen(frame.world, frame.view_index)()
         if seen and not (frozen and view.culled == view.wanted and not changed):
             view.wanted = wanted
         return changed
 
     def declare(self, builder: GraphBuilder, view: ViewInfo, sea: SeaView) -> None:
         mesh, name, moves = sea.mesh, self._name, sea.waves.moves
-        seen = planet_seen(self._world, view.index)
+        seen = ground_seen(self._world, view.index)
         builder.add_pass(
             "ocean.vertices",
             kind="compute",

@@ -10,7 +10,7 @@ from ...components import Ocean, Planet
 from ...engine.contracts import bind_contracts, contract_reads
 from ...engine.gpu.between_shaded import BetweenShaded
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
-from ...engine.planet_seen import planet_seen
+from ...engine.planet_seen import ground_seen
 from ...engine.settings import revision, with_overrides
 from ...engine.space.axes import direction, heading_pitch_axes
 from ...engine.surface.nested import NESTED_BASE_M
@@ -166,7 +166,7 @@ class SeaShading:
         count = across * down
         corners = (across + 1, 5 * (down + 1))
         groups = (-(-corners[0] // 8), -(-corners[1] // 40), _SKY_MAP[0] // 8, _SKY_MAP[1] // 8)
-        seen = planet_seen(self._world, view.index)
+        seen = ground_seen(self._world, view.index)
         builder.add_pass(
             "ocean.classify",
             system=self._name,

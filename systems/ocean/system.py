@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ...components import DebugView, Ocean, Planet
 from ...engine.graph import GraphBuilder
-from ...engine.planet_seen import Unseen, planet_seen
+from ...engine.planet_seen import Unseen, ground_seen
 from ...engine.settings import with_overrides
 from ...engine.snap_ahead import snap_ahead
 from ...engine.system import Frame, Setup, System, ViewInfo
@@ -29,7 +29,7 @@ class OceanSystem(System):
 
     def setup(self, setup: Setup) -> None:
         self._world, self._views = setup.world, setup.views
-        self._seen = planet_seen(setup.world, 0)
+        self._seen = ground_seen(setup.world, 0)
         self._unseen = Unseen(Ocean, Planet, DebugView)
         self._shading.setup(setup)
         self._waves.setup(setup)

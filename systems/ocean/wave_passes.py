@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...components import Ocean, Planet
 from ...engine.gpu import GpuScope
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
-from ...engine.planet_seen import planet_seen
+from ...engine.planet_seen import ground_seen
 from ...engine.settings import revision, with_overrides
 from ...engine.system import Frame, Setup, ViewInfo
 from ...engine.warming import Warming
@@ -160,7 +160,7 @@ class SeaWaves:
             self._warming.step(frame)
 
     def declare(self, builder: GraphBuilder, info: ViewInfo, view: WaveView) -> None:
-        seen = planet_seen(self._world, info.index)
+        seen = ground_seen(self._world, info.index)
         of_pixels = ("gbuffer.depth", "gbuffer.attributes", "gbuffer.surface", "gbuffer.tiles_sea")
         reads = (*of_pixels, *(("ocean.moved",) if view.moves else ()))
         if self._many:

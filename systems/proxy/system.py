@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 from ...components import Atmosphere, Clouds, DebugView, Ocean, Planet, Terrain
 from ...engine.frame_block import FRAME_BINDING, PLANET_BINDING, FrameBlock, PlanetBlock
 from ...engine.gpu.uniforms import UniformBlock
-from ...engine.planet_seen import planet_seen
+from ...engine.planet_seen import ground_seen, planet_seen
 from ...engine.snap_ahead import SnapAhead, at_once, snap_ahead
-from ...engine.space import length, near_plane_m, out_of_view, projection_terms
+from ...engine.space import least_elevation_rad, length, near_plane_m, out_of_view, projection_terms, sphere_unseen
 from ...engine.surface.field import HeightField
 from ...engine.surface.lattice_anchor import LatticeAnchor
 from ...engine.surface.proxy import GroundHeight, ProxyCell, snap_proxy
+from ...engine.surface.skyline import Skyline
 from ...engine.system import Frame, Setup, System
 from .waiting import Motion, may_wait
 
@@ -61,6 +62,7 @@ class ProxySystem(System):
     def __init__(self) -> None:
         self._views: dict[int, ProxyView] = {}
         self._motions: defaultdict[int, Motion] = defaultdict(Motion)
+        self._skylines: defaultdict[int, Skyline] = defaultdict(Skyline)
         self._generation = 0
         self._world: Any = None
         self._ahead_ubo: UniformBlock | None = None
@@ -75,6 +77,7 @@ class ProxySystem(System):
         self._lattice = setup.gpu.buffer(reserve=LATTICE_BYTES, dynamic=True)
         self._views.clear()
         self._motions.clear()
+        self._skylines.clear()
         self._field: HeightField | None = None
         self._uploaded: tuple[int, int] | None = None
         self._planet_written: tuple[Any, ...] = ()
@@ -84,6 +87,7 @@ class ProxySystem(System):
             ahead.drop()
         self._views.clear()
         self._motions.clear()
+        self._skylines.clear()
 
     def update(self, frame: Frame) -> None:
         planet = frame.world.get(frame.planet, Planet)
@@ -102,7 +106,8 @@ class ProxySystem(System):
         def surface(directions: NDArray[np.float64]) -> NDArray[np.float64]:
             return np.maximum(ground(directions), level)
 
-        planet_seen(frame.world, frame.view_index).value = self._planet_seen(frame, radius, field)
+        planet_seen(frame.world, frame.view_index).value = seen = self._planet_seen(frame, radius, field)
+        ground_seen(frame.world, frame.view_index).value = seen and self._ground_seen(frame, radius, field)
         view = self._views.get(frame.view_index)
         if view is not None and field is self._field and self._frozen(frame):
             if at_once(frame):
@@ -221,8 +226,7 @@ class ProxySystem(System):
     def _planet_seen(frame: Frame, radius: float, field: HeightField | None) -> bool:
         """Whether the planet, its air and its clouds may be in the picture, and are large enough to be."""
         air, clouds = frame.world.try_get(frame.planet, Atmosphere), frame.world.try_get(frame.planet, Clouds)
-        sea_top_m = frame.world.try_resource("sea_top_m")
-        tops = [0.0, 0.0 if field is None else field.highest_m, 0.0 if sea_top_m is None else float(sea_top_m)]
+        tops = [ProxySystem._top_m(frame, field)]
         tops += [] if air is None else [float(air.thickness_m)]
         tops += [] if clouds is None else [float(layer.top_m) for layer in (clouds, *clouds.layers)]
         camera, reach = frame.camera, radius + max(tops)
@@ -234,8 +238,32 @@ class ProxySystem(System):
     @staticmethod
     def _planet_out_of_view(frame: Frame, radius: float, field: HeightField | None) -> bool:
         """True when no part of the planet can be in the picture, so that a snap cannot be seen."""
-        reach = radius + max(0.0 if field is None else field.highest_m, 0.0)
-        return out_of_view(frame.camera, -frame.camera.position_m, reach)
+        if not planet_seen(frame.world, frame.view_index)():
+            return True
+        return sphere_unseen(frame.camera, radius + ProxySystem._top_m(frame, field), ProxySystem._pixel(frame))
+
+    @staticmethod
+    def _pixel(frame: Frame) -> float:
+        """A pixel as a tangent: rays are moved by less where a frame is jittered."""
+        camera, (width, height) = frame.camera, frame.size
+        return max((camera.tan_right - camera.tan_left) / width, (camera.tan_top - camera.tan_bottom) / height)
+
+    @staticmethod
+    def _top_m(frame: Frame, field: HeightField | None) -> float:
+        """No ground or sea is higher."""
+        sea_top_m = frame.world.try_resource("sea_top_m")
+        return max(0.0, 0.0 if field is None else field.highest_m, 0.0 if sea_top_m is None else float(sea_top_m))
+
+    def _ground_seen(self, frame: Frame, radius: float, field: HeightField | None) -> bool:
+        """Whether ground or sea may be in the picture: from among mountains, by the ground around."""
+        if self._planet_out_of_view(frame, radius, field):
+            return False
+        sea_top_m = frame.world.try_resource("sea_top_m")
+        camera = frame.camera
+        if field is None or (sea_top_m is not None and camera.distance_m - radius <= float(sea_top_m)):
+            return True
+        elevation = least_elevation_rad(camera, self._pixel(frame))
+        return not self._skylines[frame.view_index].below(field, camera.position_m, radius, elevation)
 
     def _new_anchor(
         self, cell: ProxyCell, radius: float, ground: Any, sea: Ocean | None, camera_m: Floats

@@ -43,7 +43,7 @@ class Coasts:
         seen: Callable[[], bool],
     ) -> None:
         """file: the backend's own shader for it, or ""; view and bind_heights: of the view, once it is drawn; seen:
-        whether the planet is."""
+        whether any ground is."""
         across, down = (-(-n // side) for n, side in zip(info.size, _TILE, strict=True))
         pixels = 4 if self._fourth() else info.size[0] * info.size[1]  # those between are not listed
         counts = (pixels, pixels, across * down)

@@ -12,7 +12,7 @@ from ...components import DebugView, Ocean, Planet, Terrain
 from ...engine.contracts import bind_contracts, contract_reads
 from ...engine.gpu.between_shaded import BetweenShaded
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
-from ...engine.planet_seen import Unseen, planet_seen
+from ...engine.planet_seen import Unseen, ground_seen
 from ...engine.settings import SettingError, revision, with_overrides
 from ...engine.snap_ahead import SnapAhead, snap_ahead
 from ...engine.system import Frame, Setup, System, ViewInfo
@@ -243,7 +243,7 @@ class TerrainSystem(System):
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         name, index, backend = self.name, view.index, self.backend
-        seen = planet_seen(self._world, index)
+        seen = ground_seen(self._world, index)
         backend.declare(builder, index)
         builder.add_pass(
             "terrain.gbuffer",
@@ -389,7 +389,7 @@ class TerrainSystem(System):
 
     def statistics(self) -> dict[str, int]:
         found = self.backend.statistics()
-        return found if planet_seen(self._world, 0)() else dict.fromkeys(found, 0)
+        return found if ground_seen(self._world, 0)() else dict.fromkeys(found, 0)
 
     def drawn_mesh(self, view_index: int = 0) -> Any:
         """The mesh that the last frame drew, for queries of the drawn surface; None if the backend has no CellMesh."""

@@ -19,7 +19,7 @@ from ....engine.gpu import GpuScope
 from ....engine.gpu.cell_mesh import CellMesh
 from ....engine.gpu.layout import Vec4
 from ....engine.graph import GraphBuilder, PassIO
-from ....engine.planet_seen import planet_seen
+from ....engine.planet_seen import ground_seen
 from ....engine.snap_ahead import HeldScale, goes_on, snap_ahead
 from ....engine.snap_ahead import at_once as snaps_at_once
 from ....engine.surface.decimation import topology
@@ -170,7 +170,7 @@ class GridBackend(Backend):
         wanted = (*view.drawn(), axes, tangents, view.keep_dh_m)
         frozen = any(shown.freeze for _, (shown,) in frame.world.query(DebugView))
         fading = fade is not None and fade.running
-        seen = planet_seen(frame.world, frame.view_index)()
+        seen = ground_seen(frame.world, frame.view_index)()
         if seen and not (frozen and view.culled == view.wanted and not fading):
             view.wanted = wanted
         self._write_block(view, ground.params.radius_m)

@@ -18,7 +18,7 @@ from ....components.debug_view import DebugView
 from ....engine.frame import ViewParts, Views
 from ....engine.gpu import GpuScope
 from ....engine.graph import GraphBuilder, PassIO, TextureSpec
-from ....engine.planet_seen import planet_seen
+from ....engine.planet_seen import ground_seen
 from ....engine.space.frustum import frustum_planes
 from ....engine.surface.footing import footing
 from ....engine.surface.forest import Forest, Selection
@@ -141,7 +141,7 @@ class TiledBackend(Backend):
         tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
         axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
         view.keep_dh_m = heights_seen(frame, proxy.anchor_height_m)
-        if not self._frozen and planet_seen(frame.world, frame.view_index)():
+        if not self._frozen and ground_seen(frame.world, frame.view_index)():
             view.wanted = (view.revision, proxy.generation, axes, tangents, view.keep_dh_m)
 
     def _restart(self, ground: Ground) -> None:
