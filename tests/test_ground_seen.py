@@ -1,0 +1,152 @@
+"""Whether ground is in the picture: never denied where a ray meets it, and what draws it rests where it is not."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import planetfall as pf
+from planetfall.engine.planet_seen import ground_seen, planet_seen
+from planetfall.engine.space import CameraState, least_angle_rad, least_elevation_rad, sphere_unseen
+from planetfall.engine.surface.skyline import Skyline
+from planetfall.systems.proxy.system import ProxySystem
+from planetfall.systems.terrain.height import TerrainField
+from planetfall.systems.terrain.height_params import TerrainParams
+
+SIZE = (96, 54)
+RADIUS_M, TOP_M = 6.371e6, 9000.0
+SKY = {  # altitude above what, pitch
+    "100 m, straight up": (100.0, "ground", 90.0),
+    "20 km": (2e4, "sphere", 86.0),
+    "400 km": (4e5, "sphere", 60.0),
+}
+GROUND = ("terrain.gbuffer", "terrain.shade", "ocean.gbuffer", "ocean.shade", "gbuffer.classify", "ocean.displace")
+
+
+def cases(count: int, seed: int) -> list[CameraState]:
+    """Cameras from metres above the highest ground to far away, with pictures of any shape, on the axis and off it."""
+    rng, found = np.random.default_rng(seed), []
+    for _ in range(count):
+        where, ahead, up = rng.normal(size=(3, 3))
+        where *= (RADIUS_M + TOP_M + 10.0 ** rng.uniform(0.0, 8.0)) / np.linalg.norm(where)
+        x, y = rng.uniform(-2.0, 2.0, 2) if rng.random() < 0.5 else (0.0, 0.0)
+        w, h = 10.0 ** rng.uniform(-2.0, 1.0, 2)
+        found.append(CameraState._turned(where, ahead, up, (x - w, x + w, y - h, y + h), 0.1))
+    return found
+
+
+def test_no_ray_of_a_picture_without_the_sphere_meets_it() -> None:
+    cameras, steps = cases(10000, 3), np.linspace(0.0, 1.0, 9)
+    top, unseen = RADIUS_M + TOP_M, 0
+    for camera in cameras:
+        x = camera.tan_left + (camera.tan_right - camera.tan_left) * steps
+        y = camera.tan_bottom + (camera.tan_top - camera.tan_bottom) * steps
+        rays = np.stack(np.broadcast_arrays(x[:, None], y, 1.0), axis=-1).reshape(-1, 3) @ camera.axes
+        down = -(rays @ camera.direction) / np.linalg.norm(rays, axis=1)
+        least = math.acos(min(float(down.max()), 1.0))
+        angle = least_angle_rad(camera, -camera.direction)
+        assert angle <= least + 1e-7
+        # No ray of the picture is farther from a sampled one than half a step's diagonal, as an angle at most that.
+        assert angle >= least - 0.5 * math.hypot(x[1] - x[0], y[1] - y[0]) - 1e-7
+        # The sphere is met where the line passes the centre nearer than its radius, ahead of the camera.
+        beyond = down > 0.0
+        hits = beyond & (camera.distance_m * np.sqrt(np.maximum(1.0 - down * down, 0.0)) < top * (1.0 - 1e-9))
+        if sphere_unseen(camera, top):
+            unseen += 1
+            assert not hits.any()
+            assert not sphere_unseen(camera, camera.distance_m)
+    assert 2000 < unseen < 9000
+
+
+def test_a_wider_picture_is_never_farther() -> None:
+    for camera in cases(500, 5):
+        angles = [least_angle_rad(camera, -camera.direction, m) for m in (0.0, 0.01, 0.3)]
+        assert angles == sorted(angles, reverse=True)
+
+
+@pytest.mark.parametrize("planet", ["earth", "moon", "mars"])
+def test_ground_is_never_said_to_be_lower_than_it_is(planet: str) -> None:
+    scene = pf.load_scene(planet)
+    radius = scene.planet.radius_m
+    field = TerrainField(TerrainParams.from_component(scene.planet[pf.Terrain], radius))
+    rng, told = np.random.default_rng(7), 0
+    for _ in range(25):
+        up = rng.normal(size=3)
+        up /= np.linalg.norm(up)
+        above_m = 10.0 ** rng.uniform(0.3, 3.5)
+        position = up * (radius + float(field.height(up[None])[0]) + above_m)
+        # Places around, log-uniform in distance.
+        theta = 10.0 ** rng.uniform(math.log10(above_m / 20.0 / radius), math.log10(6e4 / radius), 4000)
+        side = np.cross(up, rng.normal(size=(4000, 3)))
+        side /= np.linalg.norm(side, axis=1)[:, None]
+        d = np.cos(theta)[:, None] * up + np.sin(theta)[:, None] * side
+        rays = d * (radius + field.height(d))[:, None] - position
+        highest = float(np.arcsin((rays @ up / np.linalg.norm(rays, axis=1)).max()))
+        skyline = Skyline()
+        for degrees in (70.0, 40.0, 25.0, 12.0, 6.0):
+            if skyline.below(field, position, radius, math.radians(degrees)):
+                told += 1
+                assert highest < math.radians(degrees - 2.0)
+    assert told >= 25
+
+
+def test_a_peak_over_the_valley_is_seen() -> None:
+    """Ground right beside the camera, up to where rays that start at it still meet it."""
+    scene = pf.load_scene("earth")
+    state = pf.view("valley").resolve(scene, 16.0 / 9.0)
+    radius = scene.planet.radius_m
+    field = TerrainField(TerrainParams.from_component(scene.planet[pf.Terrain], radius))
+    up, count = state.direction, 360
+    theta = np.geomspace(20.0, 4e4, 200) / radius
+    angles = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)
+    east = np.cross((0.0, 0.0, 1.0), up)
+    east /= np.linalg.norm(east)
+    around = np.cos(angles)[:, None] * east + np.sin(angles)[:, None] * np.cross(up, east)
+    d = (np.cos(theta)[:, None, None] * up + np.sin(theta)[:, None, None] * around).reshape(-1, 3)
+    rays = d * (radius + field.height(d))[:, None] - state.position_m
+    elevation = np.arcsin(rays @ up / np.linalg.norm(rays, axis=1))
+    peak = int(elevation.argmax())
+    assert elevation[peak] > math.radians(3.0), "a mountain beside the camera"
+    # A picture whose lowest rays just show it, by pitch; and one far above it.
+    toward = around[peak % count]
+    pitch = elevation[peak] + math.radians(29.9)
+    for aim, below in ((pitch, False), (math.radians(90.0), True)):
+        ahead = math.cos(aim) * toward + math.sin(aim) * up
+        camera = CameraState.look(state.position_m, ahead, toward if below else up, 60.0, 1.0)
+        lowest = least_elevation_rad(camera, 0.01)
+        assert Skyline().below(field, camera.position_m, radius, lowest) is below
+
+
+def test_nothing_of_the_ground_runs_and_the_sky_is_the_same(monkeypatch: Any) -> None:
+    scene = pf.load_scene("earth")
+    scene.planet.add(pf.Clouds(coverage=0.6))
+    cameras = {
+        name: pf.Camera.at(45.0, 10.0, altitude, pitch_deg=pitch, above=above)
+        for name, (altitude, above, pitch) in SKY.items()
+    }
+
+    def pictures() -> dict[str, tuple[Any, set[str], bool]]:
+        found = {}
+        with pf.Renderer(scene, SIZE, "low") as renderer:
+            for name, camera in cameras.items():
+                renderer.render(camera)
+                picture = renderer.render(camera)  # what is made once has been made
+                ran = {p.name for p in renderer.passes() if p.ran}
+                world = renderer.scene.world
+                assert planet_seen(world, 0)(), "there is air in the picture"
+                found[name] = np.array(picture["color"]), ran, ground_seen(world, 0)()
+        return found
+
+    ours = pictures()
+    monkeypatch.setattr(ProxySystem, "_ground_seen", lambda *_: True)
+    always = pictures()
+    for name in SKY:
+        picture, ran, seen = ours[name]
+        other, drew, _ = always[name]
+        assert not seen, name
+        assert not ran & set(GROUND), name
+        assert {"terrain.gbuffer", "gbuffer.classify"} <= drew, name
+        np.testing.assert_array_equal(picture, other, err_msg=name)
