@@ -95,7 +95,8 @@ class SeaMeshPasses:
         snap, held = snap_ahead(frame.world, frame.view_index), view.held
         view.prepared = -1
         snap.take_part(True, "sea")
-        rest = (revision(ocean), id(ground), view.from_below)
+        smallest_m = float(frame.settings["terrain.min_spacing_m"])
+        rest = (revision(ocean), (id(ground), smallest_m), view.from_below)
         if view.key[:4] == (proxy.generation, *rest):
             held.follow(snap, edge_px, pixel_angle)
         elif view.ahead.complete((proxy.generation, *rest)):

@@ -138,13 +138,14 @@ class GridBackend(Backend):
         at_once = snaps_at_once(frame)
         view.prepared = -1
         snap, held = snap_ahead(frame.world, frame.view_index), view.held
-        if view.key[:2] == (proxy.generation, ground.revision):
+        made_for = (ground.revision, float(frame.settings["terrain.min_spacing_m"]))
+        if view.key[:2] == (proxy.generation, made_for):
             held.follow(snap, edge_px, pixel_angle)
-        elif view.ahead.complete((proxy.generation, ground.revision)):
+        elif view.ahead.complete((proxy.generation, made_for)):
             held.value = view.ahead.scale
         else:
             held.value = (edge_px, pixel_angle)
-        key = (proxy.generation, ground.revision, *held.value)
+        key = (proxy.generation, made_for, *held.value)
         fade = view.fade
         if fade is not None:
             fade.advance(frame.dt_s)
@@ -160,7 +161,7 @@ class GridBackend(Backend):
         if goes_on(frame) and snap.proxy is None and view.prepared < 0:
             self.structure += view.reserve()
         if snap.proxy is not None:
-            then = (snap.proxy.generation, ground.revision)
+            then = (snap.proxy.generation, made_for)
             scale = (edge_px, pixel_angle)
             grew = view.ahead.update(frame, ground, snap, then, scale, fade, view.choice)
             self.structure += grew | view.reserve_fade(snap.room)

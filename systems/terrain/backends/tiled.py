@@ -94,8 +94,7 @@ class TiledBackend(Backend):
         self._ground: Ground | None = None
         self._queue: Ints = np.zeros(0, np.int64)  # tiles to make, most urgent first
         self._budget_s = 1e-3 * float(settings["terrain.budget_ms"])
-        self._error_px = float(settings["terrain.error_px"])
-        self._edge_px = float(settings["terrain.edge_px"])
+        self._asked_px = self._asked(settings)
         self._hurry = False
         self._frozen = False
         self._bind_octaves: Callable[[], None] = lambda: None
@@ -123,6 +122,7 @@ class TiledBackend(Backend):
         if self._ground is None or ground.revision != self._ground.revision:
             self._restart(ground)
         view = self.view(frame.view_index)
+        self._retune(frame.settings)
         forest = self._forest(view, frame, ground)
         self._frozen = held and view.whole  # tiles of another backend or ground come first
         self._collect(wait=frame.settling)
@@ -143,6 +143,21 @@ class TiledBackend(Backend):
         view.keep_dh_m = heights_seen(frame, proxy.anchor_height_m)
         if not self._frozen and ground_seen(frame.world, frame.view_index)():
             view.wanted = (view.revision, proxy.generation, axes, tangents, view.keep_dh_m)
+
+    @staticmethod
+    def _asked(settings: Mapping[str, Any]) -> tuple[float, float]:
+        """terrain.error_px and terrain.edge_px."""
+        return float(settings["terrain.error_px"]), float(settings["terrain.edge_px"])
+
+    def _retune(self, settings: Mapping[str, Any]) -> None:
+        """Forests hear of all tiles again where what they are told depends on knobs that have changed."""
+        asked = self._asked(settings)
+        if asked == self._asked_px:
+            return
+        self._asked_px = asked
+        for view in self._views.values():
+            if view.forest is not None:
+                self._tell_all(view)
 
     def _restart(self, ground: Ground) -> None:
         """Other ground: nothing that was made is of use."""
@@ -165,10 +180,7 @@ class TiledBackend(Backend):
             view.key, view.hidden_below_m = key, level
             view.forest = self.make_forest(ground, max(params.lowest_m, level), frame)
             view.revision, view.selection, view.whole = -1, None, False
-            if self._facts:
-                keys = np.array(list(self._facts), np.int64)
-                facts = np.array(list(self._facts.values()))
-                self._tell(view, Made(keys, facts[:, 0], facts[:, 1], facts[:, 2]))
+            self._tell_all(view)
         return view.forest
 
     def forest_key(self, frame: Frame) -> tuple[Any, ...]:
@@ -187,6 +199,13 @@ class TiledBackend(Backend):
             occluder_m=occluder_m,
         )
 
+    def _tell_all(self, view: _TileView) -> None:
+        """A forest hears of all tiles that there are."""
+        if self._facts:
+            keys = np.array(list(self._facts), np.int64)
+            facts = np.array(list(self._facts.values()))
+            self._tell(view, Made(keys, facts[:, 0], facts[:, 1], facts[:, 2]))
+
     def _tell(self, view: _TileView, made: Made) -> None:
         """A forest hears of tiles; below an opaque sea no error counts."""
         assert view.forest is not None
@@ -194,9 +213,10 @@ class TiledBackend(Backend):
         spacing_m = self._radius_m * scheme.spacing_rad(scheme.level(made.keys), self.shape.segments)
         # Colours and normals come from the vertices, too: flat ground also has them no farther apart than this. Where
         # chords lie metres below the sphere, shading takes heights from the vertices as well.
-        longest_px = np.where(spacing_m**2 > 8.0 * _CHORD_M * self._radius_m, self._edge_px, _FLAT * self._edge_px)
+        error_px, edge_px = self._asked_px
+        longest_px = np.where(spacing_m**2 > 8.0 * _CHORD_M * self._radius_m, edge_px, _FLAT * edge_px)
         longest_px[spacing_m > LARGEST_SHARE * self._radius_m] = _WIDE_PX
-        error = np.maximum(made.error_m, spacing_m * self._error_px / longest_px)
+        error = np.maximum(made.error_m, spacing_m * error_px / longest_px)
         error[made.high_m < view.hidden_below_m] = 0.0
         view.forest.set_facts(made.keys, made.low_m, made.high_m, error)
 
