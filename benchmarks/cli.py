@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ..errors import SettingError
+from .against_cli import AgainstOptions, run_against
 from .document import document as write_document
 from .front import ALTERNATIVES
 from .plots import MISSING, save_plots
@@ -26,6 +27,8 @@ from .tables import show_comparison, show_report
 EXIT_FAILED = 1
 
 _Output = Annotated[Path | None, Parameter(help="Folder for results; in a checkout benchmarks/results if left out.")]
+
+_NOT_AGAINST = AgainstOptions()
 
 
 def bench_main(arguments: Sequence[str]) -> int:
@@ -66,6 +69,7 @@ def _bench(
         Path | None, Parameter(help="A results file or a folder of them: their plots are drawn beside, nothing is run.")
     ] = None,
     list_: Annotated[bool, Parameter(name="--list", negative="", help="Name the suites and their benches.")] = False,
+    against: AgainstOptions = _NOT_AGAINST,
 ) -> int:
     """Measure run time beside error, suite by suite.
 
@@ -73,7 +77,7 @@ def _bench(
     ----------
     suites
         Suites (graph, terrain, ocean, atmosphere, clouds, frame, whole, scaling, startup) or single benches
-        (terrain.normals); all if left out.
+        (terrain.normals); all if left out. With --against, cases.
     """
     console = Console()
     if list_:
@@ -89,6 +93,10 @@ def _bench(
         return 0
     if plot is not None:
         return _plot(plot, console)
+    if against.given():
+        if quick or full:
+            raise SettingError("bench: --quick and --full are about suites; leave them out with --against")
+        return 0 if run_against(against, suites, console, _progress) else EXIT_FAILED
     if quick and full:
         raise SettingError("bench: --quick and --full exclude each other; leave one out")
     extent: Extent = "quick" if quick else "full" if full else "usual"
