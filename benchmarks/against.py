@@ -54,8 +54,8 @@ CASES = tuple(Case(q, v, c) for q in QUALITIES for v in VIEWS for c in (False, T
 def choose_cases(patterns: Iterable[str]) -> list[Case]:
     """Cases from patterns such as "low", "near.clouds" and "low.near.clear"; none: all of CASES.
 
-    Words are a quality, a view of Earth, and clouds or clear; what a pattern does not name is as in CASES. "high" is the
-    quality where no other word is one, else the view. Raises SettingError, UnknownNameError.
+    Words are a quality, a view of Earth, and clouds or clear; what a pattern does not name is as in CASES. "high" is
+    the quality where no other word is one, else the view. Raises SettingError, UnknownNameError.
     """
     kinds = {word: "sky" for word in ("clear", "clouds")}
     kinds |= {name: "view" for name in views("earth") if name not in kinds} | {name: "quality" for name in qualities()}
@@ -65,7 +65,7 @@ def choose_cases(patterns: Iterable[str]) -> list[Case]:
         named: dict[str, str] = {}
         for word in sorted(pattern.split("."), key=both.__contains__):
             if word not in kinds:
-                raise UnknownNameError(f"--against: no cases {pattern!r}; {did_you_mean(word, kinds, 'parts of names')}")
+                raise UnknownNameError(f"--against: no cases {pattern!r}; {did_you_mean(word, kinds, 'parts')}")
             kind = "view" if word in both and "quality" in named else kinds[word]
             if kind in named:
                 raise SettingError(f"--against: {pattern!r} names a {kind} twice: {named[kind]} and {word}")
@@ -114,9 +114,13 @@ class Outcome:
         """For a JSON file."""
         return {
             "case": str(self.case),
-            **{"ratio": self.cpu.median, "low": self.cpu.low, "high": self.cpu.high, "no_slower": self.cpu.no_slower},
+            "ratio": self.cpu.median,
+            "low": self.cpu.low,
+            "high": self.cpu.high,
+            "no_slower": self.cpu.no_slower,
             "wall_ratio": self.wall.median,
-            **{"old_cpu_ms": self.old_cpu_ms, "new_cpu_ms": self.new_cpu_ms},
+            "old_cpu_ms": self.old_cpu_ms,
+            "new_cpu_ms": self.new_cpu_ms,
         }
 
 

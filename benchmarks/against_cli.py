@@ -89,8 +89,12 @@ def run_against(options: AgainstOptions, patterns: Sequence[str], console: Conso
             "new": new,
             "date": now_utc(),
             "machine": msgspec.to_builtins(describe_machine(None)),
-            **{"size": size, "count": options.count, "frames": options.frames},
-            **{"no_slower": good, "rows": [outcome.row() for outcome in outcomes], "not_measured": failed},
+            "size": size,
+            "count": options.count,
+            "frames": options.frames,
+            "no_slower": good,
+            "rows": [outcome.row() for outcome in outcomes],
+            "not_measured": failed,
         }
         write_json(found, options.json)
         console.print(f"written: {options.json}", highlight=False, soft_wrap=True)
@@ -100,6 +104,6 @@ def run_against(options: AgainstOptions, patterns: Sequence[str], console: Conso
 def _line(outcome: Outcome) -> Text:
     cpu = outcome.cpu
     old, new = (sorted(times)[len(times) // 2] for times in (outcome.old_cpu_ms, outcome.new_cpu_ms))
-    interval = f"{cpu.low:.3f} .. {cpu.high:.3f}"
-    line = Text(f"{outcome.case!s:22}{old:9.1f}{new:9.1f}{cpu.median:9.3f}   {interval:16}{outcome.wall.median:9.3f}   ")
+    interval, wall = f"{cpu.low:.3f} .. {cpu.high:.3f}", outcome.wall.median
+    line = Text(f"{outcome.case!s:22}{old:9.1f}{new:9.1f}{cpu.median:9.3f}   {interval:16}{wall:9.3f}     ")
     return line.append("no slower" if cpu.no_slower else "slower", "green" if cpu.no_slower else "red")
