@@ -250,4 +250,4 @@ def measure_case(
             if progress is not None:
                 progress(block + 1, blocks)
     cpu, wall = ([[b[key] * 1e3 / frames for b in side] for side in found] for key in ("cpu_s", "wall_s"))
-    return Outcome(case, ratio_of(*cpu), ratio_of(*wall), tuple(cpu[0]), tuple(cpu[1]))
+    return Outcome(case, ratio_of(cpu[0], cpu[1]), ratio_of(wall[0], wall[1]), tuple(cpu[0]), tuple(cpu[1]))

@@ -104,7 +104,7 @@ class Program:
             for name in step.writes:
                 *_, last = step.sees[name]
                 before = place[last].stage
-                by_stage = last == self.makers[name][0] or (before != "" and before != step.stage)
+                by_stage = last == self.makers[name][0] or before not in ("", step.stage)
                 (step.unsaid if by_stage else firm).add(last)
             for other in self.steps:
                 if set(other.reads) & set(step.writes):

@@ -155,7 +155,7 @@ class TiledBackend(Backend):
         if asked == self._asked_px:
             return
         self._asked_px = asked
-        for view in self._views.values():
+        for view in self.views.states(self, _TileView):
             if view.forest is not None:
                 self._tell_all(view)
 
