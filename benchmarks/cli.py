@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ..errors import SettingError
-from .against_cli import AgainstOptions, run_against
+from .cli_against import AgainstOptions, run_against
 from .document import document as write_document
 from .front import ALTERNATIVES
 from .plots import MISSING, save_plots

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planetfall.benchmarks import against, against_cli, cli
+from planetfall.benchmarks import against, cli, cli_against
 from planetfall.benchmarks.against import CASES, CaseFailed, Child, Outcome, checkout_of, choose_cases, ratio_of
 from planetfall.errors import SettingError, SizeError, UnknownNameError
 
@@ -168,8 +168,8 @@ def test_the_exit_code_and_the_file_say_what_came_out(tmp_path: Path, monkeypatc
         times = blocks(1.2 if case.view == "near" else 0.9)
         return Outcome(case, ratio_of(*times), ratio_of(*times), tuple(times[0]), tuple(times[1]))
 
-    monkeypatch.setattr(against_cli, "checkout_of", nothing)
-    monkeypatch.setattr(against_cli, "measure_case", made_up)
+    monkeypatch.setattr(cli_against, "checkout_of", nothing)
+    monkeypatch.setattr(cli_against, "measure_case", made_up)
     assert cli.bench_main(["--against", "HEAD", "low.orbit"]) == 0
     assert cli.bench_main(["--against", "HEAD", "low.orbit", "low.near"]) == 1
     file = tmp_path / "found.json"
