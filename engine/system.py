@@ -102,6 +102,8 @@ class Frame:
     """Somebody reads arrays of this frame: pixels are sampled in their centres."""
     still: bool = False
     """Shows what the last frame showed: same camera, light, time and settings, nothing moves, streams or refines."""
+    frozen: bool = False
+    """DebugView.freeze: what is selected and culled stays as it is, whatever the camera does."""
     host_depth: tuple[float, float] | None = None
     """(a, b): a host's depth buffer, which the picture is to share, holds a + b / z; None: it has none, or not now."""
     backdrop: bool = True

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from . import ASSETS, extend
 from .arguments import check_moment, check_scene, check_size
 from .camera import Camera
-from .components import Planet
+from .components import DebugView, Planet
 from .context_loss import ContextWatch
 from .drawn_ground import DrawnGround
 from .engine.frame import Views
@@ -383,6 +383,7 @@ class Renderer(Looking):
         frame.frame_index = self._frame_index
         frame.cut, frame.host_depth = self._cut, self._host_depth
         frame.star_axes, frame.backdrop = None, True
+        frame.frozen = any(shown.freeze for _, (shown,) in self.scene.world.query(DebugView))
         frame.left_out = set()  # a new one: views keep the last
         return frame
 

@@ -1,4 +1,4 @@
-"""DebugView.freeze on the grid: what is drawn stays, whatever the camera does, and goes on when it is let go."""
+"""DebugView.freeze: what is drawn stays, whatever the camera does, and goes on when it is let go."""
 
 from __future__ import annotations
 
@@ -39,6 +39,34 @@ def test_the_grid_is_frozen_and_let_go(gpu: Any) -> None:
         assert scene.world.resource("proxy.0").generation != proxy.generation
         assert 0.0 < frozen_share < 0.7 * float((free > 0).mean())
         assert np.isfinite(frozen_share)
+
+
+@pytest.mark.parametrize("method", ["ours", "paper"])
+@pytest.mark.parametrize("backend", ["grid", "quadtree", "icosphere"])
+def test_every_ground_is_frozen_and_let_go(gpu: Any, backend: str, method: str) -> None:
+    sea = "ours" if method == "ours" else "paper_2019"
+    knobs = {"terrain.backend": backend, "terrain.method": method, "ocean.method": sea}
+    with pf.load_scene("earth") as scene, pf.Renderer(scene, (96, 54), "low", knobs, ctx=gpu.ctx) as renderer:
+        here = pf.Camera.at(37.7, 140.6, 900.0, 30.0, -25.0, planet=scene.planet)
+        forward, side = here.forward, np.cross(here.forward, here.up)
+        up = here.position_m / np.linalg.norm(here.position_m)
+        places = (here.position_m + 500.0 * side, here.position_m + 3000.0 * up)
+        away = [pf.Camera(place, ahead, up, fov, scene.planet)
+                for place in places for ahead, fov in ((forward, 60.0), (side, 60.0), (forward, 20.0))]  # fmt: skip
+        below = pf.latitude_longitude(here.position_m[None])
+        at = pf.direction(below[0] + np.linspace(0.0, 0.02, 5), below[1] + np.linspace(0.0, 0.02, 5))
+        renderer.settle(here)
+        shown = scene.environment.add(pf.DebugView(freeze=True))
+        renderer.render(here)
+        drawn, heights_m = renderer.stats, renderer.height_drawn(at)
+        for camera in away:
+            renderer.render(camera, dt_s=0.1)
+            assert renderer.stats == drawn
+            np.testing.assert_allclose(renderer.height_drawn(at), heights_m, rtol=0.0, atol=0.01)
+        shown.freeze = False
+        renderer.settle(away[-1])
+        renderer.render(away[-1])
+        assert renderer.stats != drawn
 
 
 def test_a_flight_held_for_a_look_goes_on_preparing_its_next_snap(gpu: Any) -> None:

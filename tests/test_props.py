@@ -338,10 +338,10 @@ def test_props_move_and_still_frames_upload_nothing(scene, renderer):
     first = renderer.render(camera, outputs=("surface",))["surface"]
     assert (first == 3).any()
     system = renderer.system("props")
-    seen = system._views[0].visible
+    seen = renderer.views[0].found(system).visible
     assert len(seen.draws) == 1 and seen.draws[0][3] == 10, "one draw for all spheres of a size"
     renderer.render(camera, outputs=("surface",))
-    assert system._views[0].visible is seen, "nothing was packed again"
+    assert renderer.views[0].found(system).visible is seen, "nothing was packed again"
     moved = np.array([ahead(renderer, camera, 20.0, k - 5.0, 3.0) for k in range(10)])
     scene.move(stones, moved)
     second = renderer.render(camera, outputs=("surface",))["surface"]

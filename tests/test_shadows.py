@@ -190,7 +190,7 @@ def test_a_window_that_moved_holds_what_a_new_one_would(renderer):
     renderer.settle(cameras[0], sun=sun)
     for camera in cameras:
         renderer.render(camera, sun=sun, dt_s=1.0 / 60.0)
-    own = renderer.system("shadows")._views[0]
+    own = renderer.views[0].found(renderer.system("shadows"))
     moved = own.textures[-1].read()
     corners = {level.power: level.corner for level in own.windows.levels}
     renderer.settle(cameras[-1], sun=sun)
@@ -240,10 +240,10 @@ def test_a_sun_that_moves_is_followed_within_some_frames_and_at_once_in_a_single
         renderer.render(view, sun=sun, dt_s=dt_s)
     own = renderer.system("shadows")
     assert own.settled()
-    late = np.frombuffer(own._views[0].textures[-1].read(), np.float32)
+    late = np.frombuffer(renderer.views[0].found(own).textures[-1].read(), np.float32)
     renderer.settle(view, sun=sun)
     renderer.render(view, sun=sun)
-    assert np.array_equal(late, np.frombuffer(own._views[0].textures[-1].read(), np.float32))
+    assert np.array_equal(late, np.frombuffer(renderer.views[0].found(own).textures[-1].read(), np.float32))
 
 
 def test_a_single_picture_from_elsewhere_has_its_own_shadows(renderer):

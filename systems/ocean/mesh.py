@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from ...components import DebugView, Ocean, Planet
+from ...components import Ocean, Planet
 from ...engine.frame import ViewParts
 from ...engine.gpu import GpuScope
 from ...engine.gpu.cell_mesh import VERTEX_DTYPE, CellMesh
@@ -98,7 +98,8 @@ class SeaMeshPasses:
         smallest_m = float(frame.settings["terrain.min_spacing_m"])
         rest = (revision(ocean), (id(ground), smallest_m), view.from_below)
         if view.key[:4] == (proxy.generation, *rest):
-            held.follow(snap, edge_px, pixel_angle)
+            if not frame.frozen:
+                held.follow(snap, edge_px, pixel_angle)
         elif view.ahead.complete((proxy.generation, *rest)):
             held.value = view.ahead.scale
         else:
@@ -136,9 +137,8 @@ class SeaMeshPasses:
             changed |= view.ahead.update(snap, (there.generation, *rest), scale, lambda: choice_for(there, scale))
         axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
         wanted = (view.mesh.selection, axes, camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
-        frozen = any(shown.freeze for _, (shown,) in frame.world.query(DebugView))
         seen = ground_seen(frame.world, frame.view_index)()
-        if seen and not (frozen and view.culled == view.wanted and not changed):
+        if seen and not (frame.frozen and view.culled == view.wanted and not changed):
             view.wanted = wanted
         return changed
 

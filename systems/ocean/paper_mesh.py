@@ -116,13 +116,15 @@ class PaperSeaPasses:
         pixel_angle = (camera.tan_top - camera.tan_bottom) / frame.size[1]
         edge_px = float(frame.settings["terrain.edge_px"])
         ground = frame.world.resources.get("height_field")
-        key = (proxy.generation, revision(ocean), edge_px, pixel_angle, id(ground))
+        key = (proxy.generation, revision(ocean), id(ground), edge_px, pixel_angle)
         changed = False
-        if key != view.key:
+        held = frame.frozen and key[:3] == view.key[:3]
+        if key != view.key and not held:
             view.key = key
             changed = self._project(frame, view, ocean, proxy, pixel_angle, edge_px, ground)
         axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
-        view.wanted = (view.selection, axes, camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
+        if not (held and view.culled == view.wanted):
+            view.wanted = (view.selection, axes, camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
         self._ubo.bind()
         return changed
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...components import Atmosphere, Clouds, DebugView, Ocean, Planet, Terrain
+from ...components import Atmosphere, Clouds, Ocean, Planet
 from ...engine.frame_block import FRAME_BINDING, PLANET_BINDING, FrameBlock, PlanetBlock
 from ...engine.gpu.uniforms import UniformBlock
 from ...engine.planet_seen import ground_seen, planet_seen
@@ -109,7 +109,7 @@ class ProxySystem(System):
         planet_seen(frame.world, frame.view_index).value = seen = self._planet_seen(frame, radius, field)
         ground_seen(frame.world, frame.view_index).value = seen and self._ground_seen(frame, radius, field)
         view = self._views.get(frame.view_index)
-        if view is not None and field is self._field and self._frozen(frame):
+        if view is not None and field is self._field and frame.frozen:
             if at_once(frame):
                 snap_ahead(frame.world, frame.view_index).drop()
             # Else what is being prepared goes on: a flight that is held for a look is none the worse for it.
@@ -214,13 +214,6 @@ class ProxySystem(System):
 
     def _aheads(self) -> list[SnapAhead]:
         return [] if self._world is None else [snap_ahead(self._world, index) for index in self._views]
-
-    @staticmethod
-    def _frozen(frame: Frame) -> bool:
-        """Whether the grid is to stay where it is, as DebugView.freeze; other backends hold their tiles themselves."""
-        terrain = frame.world.try_get(frame.planet, Terrain)
-        grid = terrain is None or terrain.backend == "grid"
-        return grid and any(shown.freeze for _, (shown,) in frame.world.query(DebugView))
 
     @staticmethod
     def _planet_seen(frame: Frame, radius: float, field: HeightField | None) -> bool:

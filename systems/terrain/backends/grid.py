@@ -13,7 +13,6 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ....components import DebugView
 from ....engine.frame import ViewParts, Views
 from ....engine.gpu import GpuScope
 from ....engine.gpu.cell_mesh import CellMesh
@@ -140,7 +139,8 @@ class GridBackend(Backend):
         snap, held = snap_ahead(frame.world, frame.view_index), view.held
         made_for = (ground.revision, float(frame.settings["terrain.min_spacing_m"]))
         if view.key[:2] == (proxy.generation, made_for):
-            held.follow(snap, edge_px, pixel_angle)
+            if not frame.frozen:
+                held.follow(snap, edge_px, pixel_angle)
         elif view.ahead.complete((proxy.generation, made_for)):
             held.value = view.ahead.scale
         else:
@@ -169,10 +169,9 @@ class GridBackend(Backend):
         axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
         view.keep_dh_m = heights_seen(frame, proxy.anchor_height_m)
         wanted = (*view.drawn(), axes, tangents, view.keep_dh_m)
-        frozen = any(shown.freeze for _, (shown,) in frame.world.query(DebugView))
         fading = fade is not None and fade.running
         seen = ground_seen(frame.world, frame.view_index)()
-        if seen and not (frozen and view.culled == view.wanted and not fading):
+        if seen and not (frame.frozen and view.culled == view.wanted and not fading):
             view.wanted = wanted
         self._write_block(view, ground.params.radius_m)
 

@@ -141,13 +141,15 @@ class PaperGridBackend(Backend):
                 view.table = view.gpu.buffer(reserve=TABLE_DTYPE.itemsize, dynamic=True)
             view.table.write(field.table(proxy.lattice.direction, proxy.anchor_height_m).tobytes())
         key = (*table_key, edge_px, pixel_angle, corners, power)
-        if key != view.key:
+        held = frame.frozen and key[: len(table_key)] == view.key[: len(table_key)]
+        if key != view.key and not held:
             view.key = key
             self._project(view, frame, field, proxy, corners, power, pixel_angle, edge_px)
         self._write_block(view, proxy)
         tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
         axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
-        view.wanted = (view.selection, axes, tangents)
+        if not (held and view.culled == view.wanted):
+            view.wanted = (view.selection, axes, tangents)
 
     def _project(
         self,

@@ -97,6 +97,8 @@ class PaperIcosphereBackend(Backend):
         if anchor_key != view.anchor_key:
             view.anchor_key = anchor_key
             view.anchor.write(TriangleAnchor(proxy.lattice.direction, params.radius_m).block)
+        if frame.frozen and view.made is not None and view.made[0][0] == ground.revision and view.made[2] == anchor_key:
+            return
         tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
         lens = (ground.revision, tangents, frame.size, float(frame.settings["terrain.edge_px"]))
         smallest_m = float(frame.settings["terrain.min_spacing_m"])

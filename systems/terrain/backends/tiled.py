@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....components import Ocean, Planet
-from ....components.debug_view import DebugView
 from ....engine.frame import ViewParts, Views
 from ....engine.gpu import GpuScope
 from ....engine.graph import GraphBuilder, PassIO, TextureSpec
@@ -117,14 +116,13 @@ class TiledBackend(Backend):
 
     def update(self, frame: Frame, ground: Ground, bind_octaves: Callable[[], None]) -> None:
         self._hurry, self._bind_octaves = frame.settling, bind_octaves
-        held = any(shown.freeze for _, (shown,) in frame.world.query(DebugView))
         self._radius_m = ground.params.radius_m
         if self._ground is None or ground.revision != self._ground.revision:
             self._restart(ground)
         view = self.view(frame.view_index)
         self._retune(frame.settings)
         forest = self._forest(view, frame, ground)
-        self._frozen = held and view.whole  # tiles of another backend or ground come first
+        self._frozen = frame.frozen and view.whole  # tiles of another backend or ground come first
         self._collect(wait=frame.settling)
         self._make_roots()
         selection = self._select(view, forest, frame)
@@ -176,7 +174,8 @@ class TiledBackend(Backend):
         above = sea is not None and float(np.linalg.norm(frame.camera.position_m)) - radius >= sea.sea_level_m
         level = sea.sea_level_m if sea is not None and above else -np.inf
         key = (ground.revision, level, *self.forest_key(frame))
-        if view.forest is None or key != view.key:
+        held = frame.frozen and view.whole and key[0] == view.key[0]  # whatever lens or depth of the camera
+        if view.forest is None or (key != view.key and not held):
             view.key, view.hidden_below_m = key, level
             view.forest = self.make_forest(ground, max(params.lowest_m, level), frame)
             view.revision, view.selection, view.whole = -1, None, False
