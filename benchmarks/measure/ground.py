@@ -97,7 +97,7 @@ def gpu_heights(
 
 def bind_octaves(system: Any) -> None:
     """The terrain system's octave table, where terrain/height.glsl looks for it."""
-    system._views[0].octaves.bind_to_storage_buffer(4)
+    system._view(0).octaves.bind_to_storage_buffer(4)
 
 
 @dataclass(frozen=True)

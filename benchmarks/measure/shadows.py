@@ -118,7 +118,7 @@ class LightProbe:
         def before() -> None:
             if shadows is not None and shadows._on:
                 renderer.graph.resource("shadows.map").use(13)
-                shadows._views[0].ubo.bind()
+                renderer.views[0].found(shadows).ubo.bind()
 
         return self._evaluate(before, point=seen_m)["light"].astype(np.float64)
 
