@@ -276,7 +276,6 @@ ONLY_ALL: dict[str, tuple[str, ...]] = {
     "test_bench_harness.py": ("test_graph_suite_runs",),
     "test_app.py": ("test_flies_in_a_real_window[pyglet]",),
     "test_sky.py": ("test_an_automatic_exposure_hides_what_cannot_show_and_nothing_else",),
-    "test_extend.py": (),
     "test_demo.py": ("test_the_graph_is_shown",),
     "test_app_planets.py": ("test_the_knobs_of_a_companion",),
 }
