@@ -20,7 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from .. import qualities, views
+from .. import qualities
+from ..camera.views import views
 from ..engine.settings.suggest import did_you_mean
 from ..errors import SettingError, UnknownNameError
 

@@ -1,4 +1,4 @@
-"""`planetfall bench` and `planetfall stress`: options, progress, tables, files. planetfall/cli.py calls them."""
+"""`planetfall bench` and `planetfall stress`: options, progress, tables, files. planetfall/cli/main.py calls them."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from cyclopts import Group, Parameter
 from rich.console import Console
 from rich.text import Text
 
-from ..cli_options import parse_size
+from ..cli.options import parse_size
 from ..errors import SettingError
 from .against import CaseFailed, Outcome, checkout_of, choose_cases, measure_case
 from .machine import current_commit, describe_machine, now_utc

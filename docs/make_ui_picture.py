@@ -11,8 +11,8 @@ from make_images import as_jpeg
 from PIL import Image
 
 import planetfall as pf
-from planetfall.app import FlightApp
-from planetfall.app_interface import FlightInterface
+from planetfall.app.interface import FlightInterface
+from planetfall.app.window import FlightApp
 from planetfall.engine.gpu import Gpu
 from planetfall.engine.hosts.headless import create_headless
 from planetfall.engine.input import InputState

@@ -21,9 +21,8 @@ if not (_root / "engine").is_dir():
 ASSETS = (_root if (_root / "assets").is_dir() else _root.parent) / "assets"
 
 # ruff: noqa: E402 - the folders have to be found first
-from ._scene_file import planets
-from .camera import Camera
-from .companions import Companion
+from .camera.camera import Camera
+from .camera.views import View, view, views
 from .components import (
     Atmosphere,
     CloudLayer,
@@ -56,52 +55,53 @@ from .errors import (
     UnknownNameError,
     UnknownSettingError,
 )
-from .host_space import HostDepth, HostSpace
 from .quality import qualities
-from .scene import PlanetHandle, PropHandle, Scene, load_scene
-from .views import View, view, views
+from .render.host_space import HostDepth, HostSpace
+from .scene.companions import Companion
+from .scene.file import planets
+from .scene.scene import PlanetHandle, PropHandle, Scene, load_scene
 
 if _TYPE_CHECKING:
-    from .app import fly
-    from .atmosphere_probe import AtmosphereProbe
-    from .captures import save_capture
-    from .cloud_probe import CloudProbe
+    from .app.window import fly
+    from .camera.flights import path, paths
+    from .capture.captures import save_capture
+    from .capture.photos import photo
+    from .capture.recording import record
+    from .capture.shot import load_shot
     from .engine.gpu import GLVersionError, ShaderError
     from .engine.graph import GraphError
     from .engine.hosts.headless import NoEGLError
     from .engine.hosts.window import has_display
     from .expected import expected_errors
-    from .flights import path, paths
-    from .host_light import sun_direction
-    from .ocean_sampler import OceanSampler
-    from .photos import photo
-    from .recording import record
-    from .renderer import Renderer
-    from .shot import load_shot
-    from .terrain_sampler import TerrainSampler
+    from .query.atmosphere import AtmosphereProbe
+    from .query.clouds import CloudProbe
+    from .query.ocean import OceanSampler
+    from .query.terrain import TerrainSampler
+    from .render.host_light import sun_direction
+    from .render.renderer import Renderer
 
 # What pulls in OpenGL or much code is imported when it is first used: a program that only reads heights or presets
 # neither waits for it nor needs a GPU.
 _LAZY = {
-    "AtmosphereProbe": "atmosphere_probe",
-    "CloudProbe": "cloud_probe",
+    "AtmosphereProbe": "query.atmosphere",
+    "CloudProbe": "query.clouds",
     "GLVersionError": "errors",
     "GraphError": "errors",
     "NoEGLError": "errors",
-    "OceanSampler": "ocean_sampler",
-    "Renderer": "renderer",
+    "OceanSampler": "query.ocean",
+    "Renderer": "render.renderer",
     "ShaderError": "errors",
-    "TerrainSampler": "terrain_sampler",
+    "TerrainSampler": "query.terrain",
     "expected_errors": "expected",
-    "fly": "app",
+    "fly": "app.window",
     "has_display": "engine.hosts.window",
-    "load_shot": "shot",
-    "path": "flights",
-    "paths": "flights",
-    "photo": "photos",
-    "record": "recording",
-    "save_capture": "captures",
-    "sun_direction": "host_light",
+    "load_shot": "capture.shot",
+    "path": "camera.flights",
+    "paths": "camera.flights",
+    "photo": "capture.photos",
+    "record": "capture.recording",
+    "save_capture": "capture.captures",
+    "sun_direction": "render.host_light",
 }
 
 __all__ = [

@@ -24,7 +24,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from . import _kinds
 from .components import Exposure, Planet, Sun, Terrain, knob
 from .engine.contracts import bind_contracts, contract_reads
 from .engine.gpu.program import Fullscreen
@@ -34,6 +33,7 @@ from .engine.settings import SettingError, rules_of, with_overrides
 from .engine.system import Frame, Setup, System, ViewInfo
 from .engine.world import World
 from .quality import QUALITY
+from .scene import kinds as _kinds
 from .systems.debug import NAMED_VIEWS
 from .systems.debug.views import MODES
 from .systems.debug.views import View as DebugEntry

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ._kinds import KINDS, PRESETS
 from .components import (
     AtmosphereQuality,
     CloudQuality,
@@ -18,6 +17,7 @@ from .components import (
     TerrainQuality,
 )
 from .engine.settings import QualityKnobs, SettingError, check_value, did_you_mean
+from .scene.kinds import KINDS, PRESETS
 
 __all__ = ["LIVE", "QUALITY", "checked_live", "qualities", "resolve_quality"]
 

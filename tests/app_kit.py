@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from planetfall.app import FlightApp
+from planetfall.app.window import FlightApp
 from planetfall.engine.input import InputEvent, InputState, KeyEvent
 from planetfall.systems.debug import NAMED_VIEWS
 

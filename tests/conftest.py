@@ -22,10 +22,10 @@ from numpy.typing import NDArray
 from tiers import files_named, of_default
 
 from planetfall import ASSETS, load_scene
-from planetfall._scene_file import PRESETS, describe
 from planetfall.engine.gpu import Gpu, GpuScope
 from planetfall.engine.gpu.software_threads import OFF
 from planetfall.engine.hosts.headless import create_headless
+from planetfall.scene.file import PRESETS, describe
 
 RunCompute = Callable[..., dict[str, NDArray[Any]]]
 
@@ -98,7 +98,7 @@ def clear_skies() -> Iterator[None]:
             kept[0] = False
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("planetfall.scene.describe", clear)
+        patch.setattr("planetfall.scene.scene.describe", clear)
         patch.setattr("planetfall.benchmarks.scenes.load_scene", whole)
         yield
 

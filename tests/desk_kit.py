@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 import planetfall as pf
-from planetfall.app import FlightApp
-from planetfall.app_interface import FlightInterface
+from planetfall.app.interface import FlightInterface
+from planetfall.app.window import FlightApp
 from planetfall.engine.input import InputEvent, InputState, KeyEvent, MouseButton, MouseMove
 
 SIZE = (640, 480)

@@ -338,7 +338,7 @@ def test_a_reloaded_shader_shows(
 ) -> None:
     folder = tmp_path / "assets"
     shutil.copytree(ASSETS / "shaders", folder / "shaders")
-    monkeypatch.setattr("planetfall.renderer.ASSETS", folder)
+    monkeypatch.setattr("planetfall.render.renderer.ASSETS", folder)
     with renderer_of(scene) as renderer:
         first = settled(renderer, CAMERA)
         for file in ("medium.glsl", "view_fill.comp", "add_order.comp"):

@@ -318,8 +318,8 @@ def test_help_names_every_key_that_works(scene: Any) -> None:
 WINDOW_SCRIPT = """
 import json, sys
 import planetfall as pf
-from planetfall.app import FlightApp
-from planetfall.app_interface import FlightInterface
+from planetfall.app.window import FlightApp
+from planetfall.app.interface import FlightInterface
 from planetfall.engine.hosts.window import open_window
 
 scene = pf.load_scene("earth")

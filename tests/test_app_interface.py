@@ -12,9 +12,9 @@ import pytest
 from desk_kit import SIZE, Desk, turn
 
 import planetfall as pf
-from planetfall import renderer as renderer_module
-from planetfall.app_interface import length, place
+from planetfall.app.interface import length, place
 from planetfall.engine.input import KeyEvent, MouseButton, MouseMove
+from planetfall.render import renderer as renderer_module
 
 pytestmark = pytest.mark.gpu
 

@@ -11,9 +11,9 @@ import pytest
 from app_kit import app_of, press
 
 import planetfall as pf
+from planetfall.capture.photos import PhotoPlan
 from planetfall.engine.input import Focus, KeyEvent, MouseButton, MouseMove, PadAxis, PadButton, Wheel
 from planetfall.engine.space import latitude_longitude
-from planetfall.photos import PhotoPlan
 from planetfall.systems.capture import read_png_settings
 
 

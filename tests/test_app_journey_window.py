@@ -10,9 +10,9 @@ import desk_kit
 import pytest
 from desk_kit import Desk, Watching
 
-from planetfall import app_journey_window
+from planetfall.app import journey_window as app_journey_window
+from planetfall.capture.photos import PhotoPlan
 from planetfall.engine.input import KeyEvent
-from planetfall.photos import PhotoPlan
 from planetfall.systems.capture import read_png_settings
 
 pytestmark = pytest.mark.gpu

@@ -10,9 +10,9 @@ import pytest
 from desk_kit import Desk
 
 import planetfall as pf
-from planetfall.app_planet_page import PlanetPage
-from planetfall.companions import bodies
+from planetfall.app.planet_page import PlanetPage
 from planetfall.engine.input import KeyEvent, MouseButton, MouseMove
+from planetfall.scene.companions import bodies
 
 pytestmark = pytest.mark.gpu
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import planetfall as pf
-from planetfall.app_renderer import SOFTWARE, USUAL, renderer_maker, usual_quality
+from planetfall.app.renderer import SOFTWARE, USUAL, renderer_maker, usual_quality
 from planetfall.engine.hosts.headless import create_headless
 
 

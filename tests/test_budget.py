@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import pytest
 
-from planetfall.auto_quality import cost_of
+from planetfall.app.auto_quality import cost_of
 from planetfall.systems.tweak.budget import FrameBudget
 
 BUDGET_MS = 33.0

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import planetfall as pf
-from planetfall import scene as scene_module
+from planetfall.scene import scene as scene_module
 
 
 @pytest.fixture

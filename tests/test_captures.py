@@ -10,10 +10,10 @@ from app_kit import app_of, press
 from test_exr import read
 
 import planetfall as pf
-from planetfall.captures import ARRAYS, check_arrays, exr_channels, read_settings
-from planetfall.cli import main
-from planetfall.photos import PhotoPlan, photo_tiles
-from planetfall.shot import load_shot
+from planetfall.capture.captures import ARRAYS, check_arrays, exr_channels, read_settings
+from planetfall.capture.photos import PhotoPlan, photo_tiles
+from planetfall.capture.shot import load_shot
+from planetfall.cli.main import main
 from planetfall.systems.capture import CaptureError, read_arrays
 
 VIEW = ["moon", "--view", "near", "--quality", "low"]

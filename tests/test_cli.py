@@ -14,8 +14,8 @@ from PIL import Image
 
 import planetfall as pf
 from planetfall import extend
-from planetfall.cli import main
-from planetfall.cli_options import CameraOptions, SunOptions, parse_overrides, parse_size
+from planetfall.cli.main import main
+from planetfall.cli.options import CameraOptions, SunOptions, parse_overrides, parse_size
 from planetfall.systems.capture import read_arrays, read_png_settings, write_png
 
 
@@ -67,9 +67,9 @@ class FakeRenderer:
 
 @pytest.fixture(autouse=True)
 def _no_gpu(monkeypatch: pytest.MonkeyPatch) -> None:
-    module = ModuleType("planetfall.renderer")
+    module = ModuleType("planetfall.render.renderer")
     module.Renderer = FakeRenderer  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "planetfall.renderer", module)
+    monkeypatch.setitem(sys.modules, "planetfall.render.renderer", module)
     FakeRenderer.made.clear()
 
 
@@ -273,7 +273,7 @@ def test_lists(capsys: pytest.CaptureFixture[str]) -> None:
 def test_table_of_passes_fits_its_window(columns: int) -> None:
     from rich.console import Console
 
-    from planetfall.cli_info import _pass_table
+    from planetfall.cli.info import _pass_table
 
     report = SimpleNamespace(
         name="clouds.shadow_blocks", ran=True, cpu_ms=0.1, gpu_ms=12.5, bytes=11_800_000,

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 import planetfall as pf
-from planetfall._scene_file import describe
-from planetfall.cli import main
+from planetfall.cli.main import main
+from planetfall.scene.file import describe
 
 
 def fails(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:

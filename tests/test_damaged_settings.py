@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 import planetfall as pf
-from planetfall._kinds import KINDS
-from planetfall.app_controls import keep_controls
+from planetfall.app.controls import keep_controls
+from planetfall.camera.kept import Place, Places
 from planetfall.engine.settings import QualityKnobs
-from planetfall.places import Place, Places
 from planetfall.quality import _GROUPS, QUALITY
-from planetfall.scene_presets import load_parts, preset_names, save_preset
+from planetfall.scene.kinds import KINDS
+from planetfall.scene.presets import load_parts, preset_names, save_preset
 from planetfall.systems.flight import CONTROLS_FILE, controls_or_defaults, load_controls
 
 ERRORS = (pf.PresetError, pf.SettingError, pf.SceneError, pf.UnknownNameError)

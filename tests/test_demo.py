@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 import planetfall as pf
-from planetfall.cli import main as cli
+from planetfall.cli.main import main as cli
 from planetfall.games.demo_planet.main import main as demo
 from planetfall.systems.capture import read_arrays, read_png_settings
 
@@ -62,7 +62,7 @@ def test_bad_names_are_one_line(
 def test_folders_are_tried_before_anything_is_rendered(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from planetfall import renderer
+    from planetfall.render import renderer
 
     monkeypatch.setattr(renderer.Renderer, "__init__", lambda *_, **__: pytest.fail("rendered before looking"))
     file = tmp_path / "file"

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import planetfall as pf
-from planetfall.cli import app, main
+from planetfall.cli.main import app, main
 from planetfall.systems.flight import load_controls
 
 ROOT = Path(__file__).resolve().parents[1]

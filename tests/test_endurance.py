@@ -15,11 +15,11 @@ import numpy as np
 import pytest
 
 import planetfall as pf
+from planetfall.app.tweak_store import SceneStore
 from planetfall.engine.gpu.gl import GL
 from planetfall.engine.hosts.headless import create_headless
-from planetfall.scene_presets import load_parts
+from planetfall.scene.presets import load_parts
 from planetfall.systems.tweak import Workbench
-from planetfall.tweak_store import SceneStore
 
 pytestmark = pytest.mark.gpu
 

@@ -10,10 +10,10 @@ import pytest
 from test_endurance import SIZE, assert_no_more, live_objects, short, slope, whole
 
 import planetfall as pf
+from planetfall.app.tweak_store import SceneStore
 from planetfall.engine.hosts.headless import create_headless
-from planetfall.memory_budget import MIB
+from planetfall.render.memory_budget import MIB
 from planetfall.systems.tweak import Edit, Workbench
-from planetfall.tweak_store import SceneStore
 
 pytestmark = pytest.mark.gpu
 
@@ -144,8 +144,8 @@ def test_renderers_come_and_go() -> None:
 @pytest.mark.timeout(3600)
 def test_presets_are_switched() -> None:
     """Scenes of several planets, one after the other in place, as the panel loads them."""
-    from planetfall.scene import scene_of
-    from planetfall.scene_presets import load_companions, load_parts
+    from planetfall.scene.presets import load_companions, load_parts
+    from planetfall.scene.scene import scene_of
 
     ctx = create_headless()
     target = ctx.framebuffer([ctx.texture(SIZE, 4)])

@@ -10,9 +10,9 @@ import pytest
 from app_kit import app_of
 
 import planetfall as pf
-from planetfall.app_panels import SettingsWindow
-from planetfall.companions import bodies
+from planetfall.app.panels import SettingsWindow
 from planetfall.engine.input import KeyEvent
+from planetfall.scene.companions import bodies
 from planetfall.systems.tweak import FrameHistory
 
 DISTANCE_M = 3.844e8

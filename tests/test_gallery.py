@@ -12,15 +12,15 @@ from test_cli import FakeRenderer, _no_gpu, fails  # noqa: F401 - the fixture st
 
 import planetfall as pf
 from planetfall.benchmarks.scenes import preset_scene
-from planetfall.cli import main
-from planetfall.gallery import BEST, best_gallery
+from planetfall.capture.gallery import BEST, best_gallery
+from planetfall.cli.main import main
 from planetfall.systems.capture import CaptureError, read_jpeg_settings, write_jpeg
 
 
 @pytest.fixture(autouse=True)
 def cloudy(monkeypatch: pytest.MonkeyPatch) -> None:
     """Presets as they are, with clouds."""
-    monkeypatch.setattr("planetfall.gallery.load_scene", lambda name: preset_scene(name, clouds=True))
+    monkeypatch.setattr("planetfall.capture.gallery.load_scene", lambda name: preset_scene(name, clouds=True))
 
 
 COMMAND = ["gallery", "--best", "--size", "32x18", "--quality", "low"]

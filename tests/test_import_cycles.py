@@ -9,12 +9,11 @@ from pathlib import Path
 from test_arrows import FOLDERS, imports_of, module_of, report, sources
 
 KNOWN = {
-    frozenset(f"planetfall.{name}" for name in names.split())
-    for names in (
-        "context_loss faults looking queries render_view renderer settling several_planets",
-        "scene _scene_checks companions",
-        "app app_controls app_interface app_journey app_journey_window app_keys app_objects app_pages app_panels "
-        "app_planet_page app_planets app_shown",
+    frozenset(f"planetfall.{package}.{name}" for name in names.split())
+    for package, names in (
+        ("render", "context_loss faults looking queries view renderer settling several_planets"),
+        ("scene", "scene checks companions"),
+        ("app", "window controls interface journey journey_window keys objects pages panels planet_page planets shown"),
     )
 }
 """Circles that still stand, whole or in part; one that is broken has to be taken out here."""

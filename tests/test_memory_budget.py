@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 import planetfall as pf
-from planetfall.memory_budget import MIB, TRADES, estimate_bytes, plan_memory
 from planetfall.quality import QUALITY, resolve_quality
+from planetfall.render.memory_budget import MIB, TRADES, estimate_bytes, plan_memory
 
 SIZE = (160, 90)
 

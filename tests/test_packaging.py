@@ -62,7 +62,7 @@ def test_wheel_holds_everything_under_one_name(wheel: Path) -> None:
 def test_wheel_has_the_console_script(wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         entry = next(name for name in archive.namelist() if name.endswith("entry_points.txt"))
-        assert "planetfall = planetfall.cli:main" in archive.read(entry).decode()
+        assert "planetfall = planetfall.cli.main:main" in archive.read(entry).decode()
 
 
 def test_wheel_works_without_the_checkout(wheel: Path, tmp_path: Path) -> None:

@@ -9,9 +9,9 @@ import pytest
 from PIL import Image
 
 import planetfall as pf
-from planetfall.cli import main
-from planetfall.photos import PhotoPlan, averaged
-from planetfall.shot import load_shot, shot_settings
+from planetfall.capture.photos import PhotoPlan, averaged
+from planetfall.capture.shot import load_shot, shot_settings
+from planetfall.cli.main import main
 from planetfall.systems.capture import CaptureError, read_png_settings, write_png
 
 STILL = {"composite.bloom": 0.0, "composite.dither": False}

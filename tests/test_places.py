@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import planetfall as pf
-from planetfall.places import Place, Places
+from planetfall.camera.kept import Place, Places
 
 
 def place(name: str, scene: str = "earth", **more) -> Place:

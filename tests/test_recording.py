@@ -11,8 +11,8 @@ import pytest
 from PIL import Image, ImageSequence
 
 import planetfall as pf
-from planetfall import recording
-from planetfall.recording import frames_to_render
+from planetfall.capture import recording
+from planetfall.capture.recording import frames_to_render
 from planetfall.systems.capture import CaptureError, write_gif
 
 

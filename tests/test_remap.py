@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from desk_kit import Desk
 
-from planetfall.app_controls import keep_controls
+from planetfall.app.controls import keep_controls
 from planetfall.engine.input import InputState, KeyEvent, MouseButton, MouseMove, PadAxis, PadButton, Wheel
 from planetfall.engine.settings import PresetError
 from planetfall.systems.flight import Binding, Catch, load_controls, rebind, rivals

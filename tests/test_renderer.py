@@ -155,7 +155,7 @@ def test_a_guest_leaves_the_hosts_state_alone():
 
 
 def test_what_saves_no_picture_needs_no_pillow():
-    code = "import sys, planetfall.renderer, planetfall.app; sys.exit('PIL' in sys.modules)"
+    code = "import sys, planetfall.render.renderer, planetfall.app.window; sys.exit('PIL' in sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
 
 

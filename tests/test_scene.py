@@ -7,10 +7,10 @@ import sys
 import pytest
 
 import planetfall as pf
-from planetfall import scene as scene_module
-from planetfall._kinds import PRESETS
+from planetfall.camera.views import _entries
 from planetfall.engine.settings import revision
-from planetfall.views import _entries
+from planetfall.scene import scene as scene_module
+from planetfall.scene.kinds import PRESETS
 
 PLANETS = ["asteroid", "earth", "hazy", "mars", "moon", "small"]
 VIEWS = [

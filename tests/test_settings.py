@@ -15,7 +15,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import planetfall as pf
-from planetfall._kinds import KINDS
 from planetfall.components import TerrainQuality, knob, knobs
 from planetfall.engine.settings import (
     PresetError,
@@ -32,6 +31,7 @@ from planetfall.engine.settings import (
     write_toml,
 )
 from planetfall.quality import QUALITY, qualities, resolve_quality
+from planetfall.scene.kinds import KINDS
 
 # -- assignment -------------------------------------------------------------------------------------------------------
 

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import planetfall as pf
-from planetfall.settling import settle
+from planetfall.render.settling import settle
 
 
 class Worker:

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import planetfall as pf
-from planetfall.companions import Body, bodies, nearest
-from planetfall.discs import SPOT_BELOW_PX, disc_bounds, part_of
 from planetfall.engine.space import CameraState, ray_sphere_from
+from planetfall.render.discs import SPOT_BELOW_PX, disc_bounds, part_of
+from planetfall.scene.companions import Body, bodies, nearest
 
 DISTANCE_M = 3.844e8
 MOON_M = 1.7374e6
@@ -390,7 +390,7 @@ def test_further_views_and_release(scene):
 
 
 def test_a_picture_tells_of_companions(tmp_path):
-    from planetfall.shot import shot_settings
+    from planetfall.capture.shot import shot_settings
     from planetfall.systems.capture import write_png
 
     scene = bare_scene()
@@ -422,7 +422,7 @@ def test_the_sun_in_the_axes_of_the_cameras_planet(scene):
 
 def test_faults_and_memory_of_all_planets(scene, monkeypatch):
     """Over the Moon, where its own renderer draws: what fails in it and what it takes is told by the one asked."""
-    from planetfall.app_interface import _of
+    from planetfall.app.interface import _of
 
     with pf.Renderer(scene, SIZE, "low", {"composite.antialiasing": "none"}) as renderer:
         target = renderer.ctx.simple_framebuffer(SIZE)

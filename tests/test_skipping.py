@@ -19,7 +19,7 @@ from planetfall.benchmarks.measure.skipping import (
     staged,
     timed_together,
 )
-from planetfall.system_list import SYSTEMS
+from planetfall.render.system_list import SYSTEMS
 
 pytestmark = pytest.mark.gpu
 

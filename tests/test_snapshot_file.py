@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from planetfall.snapshot import Snapshot
+from planetfall.render.snapshot import Snapshot
 from planetfall.systems.capture import CaptureError
 
 PICTURE = np.arange(4 * 6 * 3, dtype=np.uint8).reshape(4, 6, 3)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import planetfall as pf
-from planetfall import sun_clock
+from planetfall.scene import sun_clock
 from planetfall.systems.light.sun import resolve_sun
 
 TILT = math.radians(23.4393)

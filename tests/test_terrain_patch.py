@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from planetfall.query.terrain import TerrainSampler
 from planetfall.systems.terrain.height import TerrainParams
-from planetfall.terrain_sampler import TerrainSampler
 
 EARTH = TerrainParams(seed=2)
 PLACES = {

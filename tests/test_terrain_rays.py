@@ -9,10 +9,10 @@ import pytest
 
 import planetfall as pf
 from planetfall.benchmarks.measure import queries
+from planetfall.query.terrain import TerrainSampler
 from planetfall.systems.terrain.crater_paths import found_along, rest_m
 from planetfall.systems.terrain.height_surface import limit
 from planetfall.systems.terrain.ray_ground import Kind, ground_at, layers_at, stage_of
-from planetfall.terrain_sampler import TerrainSampler
 
 
 @pytest.fixture(scope="module", params=["earth", "moon", "mars", "asteroid"])

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import planetfall as pf
+from planetfall.query.terrain import TerrainSampler
 from planetfall.systems.terrain.height import TerrainParams, height
-from planetfall.terrain_sampler import TerrainSampler
 
 EARTH = TerrainParams(seed=2)
 ROCK = TerrainParams(1000.0, 9, 90.0, -80.0, 10, 0.5, plains=0.0, mountains=0.0, roughness=4.0)

@@ -11,11 +11,11 @@ from desk_kit import Watching
 from test_tweak import Desk, desk
 
 import planetfall as pf
-from planetfall.app_objects import upright
+from planetfall.app.objects import upright
+from planetfall.app.tweak_store import SceneStore
 from planetfall.engine.input import MouseButton, MouseMove
 from planetfall.systems.tweak import Edit, Workbench, list_editor
 from planetfall.systems.tweak.list_editor import summary
-from planetfall.tweak_store import SceneStore
 
 __all__ = ["desk"]
 
@@ -154,7 +154,7 @@ def test_fields_of_objects_are_undone_also_after_they_were_away() -> None:
         assert store.object_heading(prop) == heading
         prop[pf.Shape].roughness = 0.3
         assert bench.made(f"{heading}/Shape", [("roughness", 0.8, 0.3)]) == ""
-        from planetfall.tweak_store import PropParts, copied
+        from planetfall.app.tweak_store import PropParts, copied
 
         parts = PropParts("hut", tuple(copied(part) for part in prop.components()))
         assert bench.do([Edit(heading, "", parts, None)], "remove hut") == "" and scene.props == ()

@@ -11,12 +11,12 @@ import pytest
 from app_kit import app_of
 
 import planetfall as pf
-from planetfall.app import FlightApp
-from planetfall.app_panels import SettingsWindow
-from planetfall.companions import bodies
-from planetfall.scene_presets import left_out
+from planetfall.app.panels import SettingsWindow
+from planetfall.app.tweak_store import PropParts
+from planetfall.app.window import FlightApp
+from planetfall.scene.companions import bodies
+from planetfall.scene.presets import left_out
 from planetfall.systems.tweak import Edit, FrameHistory
-from planetfall.tweak_store import PropParts
 
 
 @pytest.fixture

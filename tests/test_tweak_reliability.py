@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 import planetfall as pf
-from planetfall import renderer as renderer_module
-from planetfall.scene_presets import load_parts
+from planetfall.app.tweak_store import SceneStore
+from planetfall.render import renderer as renderer_module
+from planetfall.scene.presets import load_parts
 from planetfall.systems.tweak import Workbench
-from planetfall.tweak_store import SceneStore
 
 pytestmark = pytest.mark.gpu
 

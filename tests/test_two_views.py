@@ -13,7 +13,7 @@ import planetfall as pf
 from planetfall.components import Planet
 from planetfall.engine.graph import GraphBuilder, NullBackend, PassIO, Plan, qualified
 from planetfall.engine.system import ViewInfo
-from planetfall.outputs import read_texture
+from planetfall.render.outputs import read_texture
 
 SIZE, SMALL = (96, 54), (40, 30)
 EXPORTS = frozenset({"composite.ldr", "scene.radiance"})

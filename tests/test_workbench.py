@@ -227,7 +227,7 @@ def test_states_are_copies(bench: Workbench) -> None:
 def test_no_imgui_is_imported() -> None:
     """Neither by the memory of the panels nor by a renderer: only an interface that is drawn needs it."""
     code = (
-        "import sys, planetfall as pf, planetfall.renderer, planetfall.app, planetfall.systems.tweak\n"
+        "import sys, planetfall as pf, planetfall.render.renderer, planetfall.app.window, planetfall.systems.tweak\n"
         "from planetfall.systems.tweak import Workbench\n"
         "print([m for m in sys.modules if m.startswith('imgui')])"
     )

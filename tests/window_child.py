@@ -291,8 +291,8 @@ def tweak_by_clicks(backend: str) -> dict[str, Any]:
     if shutil.which("xdotool") is None:
         return {"skipped": "no xdotool"}
     import planetfall as pf
-    from planetfall.app import FlightApp
-    from planetfall.app_interface import FlightInterface
+    from planetfall.app.interface import FlightInterface
+    from planetfall.app.window import FlightApp
     from planetfall.systems.tweak import panel
 
     boxes: dict[str, tuple[float, float, float]] = {}

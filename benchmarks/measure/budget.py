@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import Camera, Renderer, Sun
-from ...auto_quality import AutoQuality
+from ...app.auto_quality import AutoQuality
 
 __all__ = ["TOLERANCE", "Held", "fly_within", "full_costs"]
 

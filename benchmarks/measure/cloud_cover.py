@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ... import Camera, Renderer, Scene, Sun, latitude_longitude
-from ...outputs import read_texture
+from ...render.outputs import read_texture
 
 __all__ = ["Cover", "cover"]
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import Atmosphere, Camera, Clouds, Renderer, Sun
-from ...outputs import read_texture
+from ...render.outputs import read_texture
 from .cloud_pictures import scene_of_weather
 
 __all__ = ["REGION_M", "SHOTS", "opacity", "sun_depth_error"]

@@ -92,9 +92,9 @@ def _measured(app: Any, runs: int) -> dict[str, float]:
 def measure(runs: int) -> dict[str, dict[str, float]]:
     """{what is shown: what _measured says}: from the view near, time runs."""
     from ... import view
-    from ...app import FlightApp
-    from ...app_interface import FlightInterface
-    from ...app_renderer import renderer_maker
+    from ...app.interface import FlightInterface
+    from ...app.renderer import renderer_maker
+    from ...app.window import FlightApp
     from ...engine.hosts.window import open_window
     from ...engine.input import KeyEvent
     from ..scenes import preset_scene

@@ -26,7 +26,7 @@ def _times_ms(frame: Callable[[int], None], runs: int) -> list[float]:
 def measure(runs: int) -> dict[str, dict[str, float]]:
     """{"camera still" | "camera turns": {"ms", "low", "high", "update_ms", "passes"}} for the view near."""
     from ... import Camera, view
-    from ...renderer import Renderer
+    from ...render.renderer import Renderer
     from ..scenes import preset_scene
 
     with Renderer(preset_scene("earth"), size=(160, 90), quality="medium") as renderer:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ... import Camera, Renderer, Sun, View
-from ...render_view import RenderView
+from ...render.view import RenderView
 from ..timing import Timing, time_variants
 from .motion import turned
 

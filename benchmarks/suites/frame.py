@@ -6,7 +6,8 @@ import os
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from ... import ASSETS, Exposure, Renderer, View, view, views
+from ... import ASSETS, Exposure, Renderer, View, view
+from ...camera.views import views
 from ..knobs import PAIRS, QUALITY_PAIRS, QUALITY_VIEW, SHADE_PAIRS
 from ..machine import resident_bytes
 from ..measure import antialiasing, frames

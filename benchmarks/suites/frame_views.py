@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ... import view, views
+from ... import view
+from ...camera.views import views
 from ..measure import frames
 from ..session import Session
 from ..target import at_most

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ... import Camera, Ocean, Planet, Renderer, Terrain, qualities, view, views
+from ... import Camera, Ocean, Planet, Renderer, Terrain, qualities, view
+from ...camera.views import views
 from ...engine.space import CameraState
 from ...systems.terrain.height import TerrainParams
 from ..measure import coverage, ground, motion, positions, positions_quadtree, relief, sea

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ... import planets, view, views
+from ... import planets, view
+from ...camera.views import views
 from ..measure.frames import time_passes
 from ..measure.whole import reference_of, whole_frame
 from ..scenes import preset_scene

@@ -1,0 +1,1 @@
+"""The interactive program: window, keys, panels, journeys."""

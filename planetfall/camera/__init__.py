@@ -1,0 +1,1 @@
+"""Cameras, named views and flights, in double precision; nothing here draws."""

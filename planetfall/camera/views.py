@@ -1,0 +1,244 @@
+"""Named views: the camera, sun, time and exposure that tests, benches and the gallery share."""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from ..components import Planet, Sun, Vec3, knob
+from ..engine.settings import PresetError, SettingError, check_value, did_you_mean, read_toml, rules_of
+from ..errors import UnknownNameError
+from ..scene.file import describe, planets
+from ..scene.kinds import PLANET_KINDS, PRESETS
+from ..scene.scene import PlanetHandle, Scene
+from .camera import Camera
+from .place import Place, make_place
+
+__all__ = ["View", "view", "views"]
+
+VIEWS_FILE = PRESETS / "views.toml"
+_EARTH_RADIUS_M = 6.371e6
+# What a view may need of a planet: the components there are, and those that the file looks forward to.
+KNOWN_TABLES = (*PLANET_KINDS, "clouds", "atmosphere")
+_COMPANION = "companions."
+"""And the companions of a scene: "companions.moon"."""
+
+
+@dataclass
+class _Row:
+    """One view over one planet, as the file says it."""
+
+    about: str = knob("")
+    latitude_deg: float = knob(0.0, -90.0, 90.0, "deg")
+    longitude_deg: float = knob(0.0, -360.0, 360.0, "deg")
+    altitude_m: float = knob(2.0, -1e5, 1e10, "m")
+    above: str = knob("sphere", choices=("sphere", "ground"))
+    over: str = knob("", help="The companion that the place is on; the scene's own planet if left out")
+    scales: bool = knob(False, help="altitude_m is for Earth's radius and grows with that of the planet")
+    heading_deg: float = knob(0.0, -360.0, 360.0, "deg")
+    pitch_deg: float = knob(0.0, -90.0, 90.0, "deg")
+    fov_y_deg: float = knob(60.0, 1.0, 170.0, "deg")
+    sun_direction: Vec3 | None = knob(None, nonzero=True, excludes=("sun_elevation_deg",))  # noqa: RUF009
+    sun_elevation_deg: float | None = knob(None, -90.0, 90.0, "deg", excludes=("sun_direction",))
+    sun_azimuth_deg: float = knob(180.0, -360.0, 360.0, "deg")
+    time_s: float = knob(0.0, 0.0, 1e9, "s")
+    ev100: float = knob(14.5, -20.0, 30.0, "EV")
+    min_radius_m: float = knob(0.0, 0.0, 1e8, "m", "Makes no sense over smaller planets")
+
+    def place(self, radius_m: float) -> Place:
+        altitude = self.altitude_m * (radius_m / _EARTH_RADIUS_M if self.scales else 1.0)
+        return make_place(self.latitude_deg, self.longitude_deg, altitude, self.heading_deg, self.pitch_deg, self.above)
+
+
+@dataclass(frozen=True)
+class _Entry:
+    """A view: its row, rows for single planets, and the tables a planet has to have."""
+
+    row: _Row
+    over: Mapping[str, _Row]
+    needs: tuple[str, ...]
+
+    def for_planet(self, preset: str | None) -> _Row:
+        return self.over.get(preset or "", self.row)
+
+    def missing(self, preset: str | None, has: Mapping[str, Any], radius_m: float) -> str | None:
+        """Why the view makes no sense over a planet, or None."""
+        lacking = [table for table in self.needs if table not in has]
+        if lacking:
+            return f"it needs {' and '.join(lacking)}"
+        least = self.for_planet(preset).min_radius_m
+        return f"it needs a radius of at least {least:g} m" if radius_m < least else None
+
+
+class View(Camera):
+    """A named view: a Camera with a sun, a time and an exposure.
+
+    Which place it is depends on the planet: planet=None (the default) takes the place that the file has for the preset
+    of the scene it is rendered in. sun is None where the scene's own sun shines; its irradiance is the scene's.
+    """
+
+    def __init__(self, name: str, entry: _Entry, planet: str | PlanetHandle | None = None) -> None:
+        self.name = name
+        self._entry = entry
+        # A preset's name chooses the place; the picture is then taken in whatever scene the view is rendered in.
+        self._preset = planet if isinstance(planet, str) else None
+        self._pose = None
+        self._place = entry.row.place(_EARTH_RADIUS_M)
+        handle = planet if isinstance(planet, PlanetHandle) else None
+        self._optics(entry.row.fov_y_deg, None, entry.row.over or handle)
+        if entry.row.over and handle is not None:
+            self._scene = weakref.ref(handle.scene)
+
+    @property
+    def fov_y_deg(self) -> float:
+        return self._row().fov_y_deg
+
+    def _row(self) -> _Row:
+        scene = self._known_scene()
+        return self._entry.for_planet(self._preset or (scene.preset if scene is not None else None))
+
+    def _requested(self) -> Place:
+        scene = self._known_scene()
+        if scene is not None and self._entry.row.over not in ("", *scene.planets):
+            scene = None  # of another scene; rendering it there says so
+        planet = self._planet_in(scene) if scene is not None or not self._entry.row.over else None
+        return self._row().place(Planet().radius_m if planet is None else planet.radius_m)
+
+    @property
+    def about(self) -> str:
+        """One sentence."""
+        return self._row().about
+
+    @property
+    def camera(self) -> Camera:
+        """The camera alone; a View is one already, so this is the view itself."""
+        return self
+
+    @property
+    def sun(self) -> Sun | None:
+        """The view's own sun, with the irradiance and disc of the scene's; None: as the scene has it."""
+        row = self._row()
+        if row.sun_direction is None and row.sun_elevation_deg is None:
+            return None
+        scene = self._known_scene()
+        light = {} if scene is None else {k: getattr(scene.sun, k) for k in ("irradiance", "angular_radius_rad")}
+        if row.sun_direction is not None:
+            return Sun(direction=row.sun_direction, **light)
+        return Sun(
+            elevation_deg=row.sun_elevation_deg,
+            azimuth_deg=row.sun_azimuth_deg,
+            latitude_deg=row.latitude_deg,
+            longitude_deg=row.longitude_deg,
+            **light,
+        )
+
+    @property
+    def time_s(self) -> float:
+        """Seconds on the clock of water and weather."""
+        return self._row().time_s
+
+    @property
+    def ev100(self) -> float:
+        """The fixed exposure, so that pictures of a view can be compared."""
+        return self._row().ev100
+
+    def __repr__(self) -> str:
+        return f"<View {self.name!r}: {super().__repr__()}>"
+
+
+def views(planet: str | PlanetHandle | Scene | None = None) -> list[str]:
+    """Names of the views, in the order of the file; with a planet those that make sense over it."""
+    entries = _entries(VIEWS_FILE)
+    if planet is None:
+        return list(entries)
+    preset, has, radius = _described(planet)
+    return [name for name, entry in entries.items() if entry.missing(preset, has, radius) is None]
+
+
+def view(name: str, planet: str | PlanetHandle | None = None) -> View:
+    """A named view. planet: a preset's name or scene.planet, whose own place is taken; None: the scene's it is used in.
+
+    Raises UnknownNameError for an unknown name and for a view that the given planet doesn't have.
+    """
+    entries = _entries(VIEWS_FILE)
+    entry = entries.get(name)
+    if entry is None:
+        raise UnknownNameError(
+            f"no view {name!r}; {did_you_mean(name, entries if planet is None else views(planet), 'views')}"
+        )
+    if planet is not None:
+        preset, has, radius = _described(planet)
+        why = entry.missing(preset, has, radius)
+        if why is not None:
+            there = ", ".join(views(planet))
+            called = planet if isinstance(planet, str) else planet.name
+            raise UnknownNameError(f"no view {name!r} of planet {called!r}: {why}. Its views: {there}")
+    return View(name, entry, planet)
+
+
+def _described(planet: str | PlanetHandle | Scene) -> tuple[str | None, Mapping[str, Any], float]:
+    """(preset, its component tables, radius) of a planet."""
+    if isinstance(planet, Scene):
+        planet = planet.planet
+    if isinstance(planet, str):
+        return _described_preset(planet)
+    has = {table: True for table, kind in PLANET_KINDS.items() if planet.has(kind)}
+    has |= {_COMPANION + name: True for name in planet.scene.companions}
+    return planet.scene.preset, has, planet.radius_m
+
+
+@lru_cache(maxsize=32)
+def _described_preset(name: str) -> tuple[str | None, Mapping[str, Any], float]:
+    description = describe(name)
+    body = description.components.get("planet", Planet())
+    has = {**description.components, **{_COMPANION + told.name: True for told, _ in description.companions}}
+    return description.preset, has, body.radius_m
+
+
+@lru_cache(maxsize=4)
+def _entries(file: Path) -> dict[str, _Entry]:
+    """The views of a file; PresetError with everything that is wrong in it."""
+    problems: list[str] = []
+    found: dict[str, _Entry] = {}
+    data = read_toml(file)
+    for key in data:
+        if key != "view":
+            problems.append(f"{key}: unknown key; every view is a table [view.NAME]")
+    for name, table in data.get("view", {}).items():
+        values = dict(table)
+        over, needs = values.pop("planet", {}), values.pop("needs", [])
+        for need in needs:
+            if need not in KNOWN_TABLES and not need.startswith(_COMPANION):
+                problems.append(f"view.{name}.needs: {did_you_mean(need, KNOWN_TABLES, 'tables')}, found {need!r}")
+        row = _row(values, f"view.{name}", problems)
+        rows = {}
+        for planet, changes in over.items():
+            if planet not in planets():
+                hint = did_you_mean(planet, planets(), "planets")
+                problems.append(f"view.{name}.planet.{planet}: no such planet preset; {hint}")
+            rules = rules_of(_Row)
+            gone = {other for key in changes if key in rules for other in rules[key].knob.excludes}
+            base = {key: value for key, value in values.items() if key not in gone}
+            rows[planet] = _row(base | changes, f"view.{name}.planet.{planet}", problems)
+        found[name] = _Entry(row, rows, tuple(needs))
+    if problems:
+        raise PresetError(f"{file}: {len(problems)} problems:\n" + "\n".join(f"  - {p}" for p in problems), problems)
+    return found
+
+
+def _row(values: Mapping[str, Any], where: str, problems: list[str]) -> _Row:
+    rules = rules_of(_Row)
+    checked: dict[str, Any] = {}
+    for key, value in values.items():
+        if key not in rules:
+            problems.append(f"{where}.{key}: unknown key; {did_you_mean(key, rules, 'allowed')}")
+            continue
+        try:
+            checked[key] = check_value(rules[key], value, f"{where}.{key}")
+        except SettingError as error:
+            problems.append(str(error))
+    return _Row(**checked)

@@ -1,0 +1,1 @@
+"""Pictures and videos kept in files: photos, captures, recordings, galleries, shots."""

@@ -1,0 +1,208 @@
+"""`planetfall render` and `record`: pictures and arrays without a display."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+from cyclopts import Parameter
+from rich.console import Console
+
+from ..camera.flights import path as scripted
+from ..camera.views import View
+from ..capture.captures import check_arrays, check_suffix, outputs_for, save_capture
+from ..capture.photos import PhotoPlan, exposed, photo_tiles
+from ..capture.recording import record
+from ..capture.shot import load_shot, shot_settings
+from ..errors import CameraError, SettingError
+from ..systems.capture import require_writable
+from ..systems.capture.video import ffmpeg
+from ..systems.flight import PATHS_FILE
+from .options import CameraOptions, Planet, Quality, Set, Size, SunOptions, parse_overrides, parse_size
+from .progress import counted, settling
+
+if TYPE_CHECKING:
+    from ..camera.camera import Camera
+    from ..render.renderer import Renderer
+    from ..scene.scene import Scene
+
+__all__ = ["record_command", "render_command"]
+
+DEFAULT_VIEW = "orbit"
+
+console = Console()
+
+Output = Annotated[Path, Parameter(name=["--output", "-o"])]
+Force = Annotated[bool, Parameter(negative="", help="Make again what is there already.")]
+
+
+def render_command(
+    planet: Annotated[str | None, Parameter(help="A planet's name, or a scene's TOML file; earth if left out.")] = None,
+    *,
+    view: str | None = None,
+    camera: CameraOptions = CameraOptions(),  # noqa: B008 - frozen
+    sun: SunOptions = SunOptions(),  # noqa: B008 - frozen
+    size: Size | None = None,
+    quality: Quality | None = None,
+    overrides: Set = (),
+    time_s: float | None = None,
+    like: Path | None = None,
+    ev100: float | None = None,
+    supersample: int | None = None,
+    tile_px: int = 2048,
+    output: Output = Path("planetfall.png"),
+) -> None:
+    """Render one picture of any size, or all its arrays.
+
+    Parameters
+    ----------
+    view
+        A named view (see `planetfall views`): camera, sun and time. orbit, if no camera is given either.
+    time_s
+        Moves water and weather, and an epoch sun. Left out: the view's time, else 0.
+    like
+        A picture or arrays of ours: takes everything from the settings inside it; other options change single things.
+    ev100
+        A fixed exposure; left out, it adapts.
+    supersample
+        Samples a side for every pixel, averaged: 2 takes four times as long.
+    tile_px
+        Larger pictures are rendered in tiles of at most so many samples a side.
+    output
+        picture.png; or arrays.npz and arrays.exr with every output: color, radiance, distance, position, normal,
+        surface. All of them have the settings inside.
+    """
+    check_suffix(output, "--output")
+    require_writable(output)
+    if view is not None and camera.given():
+        raise CameraError("--view and camera options exclude each other: a view brings its own camera")
+    if like is not None and planet is not None:
+        raise SettingError("--like brings its own planet: leave the planet's name out")
+    from .. import load_scene
+
+    told = load_shot(like) if like is not None else None
+    pixels = parse_size(size) if size is not None else told.size if told else (1280, 720)
+    knobs = {**(told.overrides if told else {}), **parse_overrides(overrides)}
+    chosen = quality or (told.quality if told else "high")
+    scene = told.scene if told else load_scene(planet or "earth")
+    if camera.given():
+        shot = camera.camera()
+    elif told and view is None:
+        shot = told.camera
+    else:
+        shot = find_view(view or DEFAULT_VIEW, scene)
+    light = sun.sun(scene, shot)
+    if told and time_s is None:
+        time_s = told.time_s
+    exposure = ev100 if ev100 is not None or not told else told.ev100
+    samples = supersample if supersample is not None else told.supersample if told else 1
+    plan = PhotoPlan(pixels, samples, tile_px, exposure)
+    check_arrays(output, pixels)
+    from ..render.renderer import Renderer  # late: everything that can be said without a GPU has been said
+
+    moment = shot.time_s if time_s is None and isinstance(shot, View) else time_s or 0.0
+    light = shot.sun if light is None and isinstance(shot, View) else light
+    whole = len(plan.tiles()) == 1 and plan.supersample == 1
+    out: dict[str, Any] = {}
+    wanted = outputs_for(output)
+    with Renderer(scene, pixels if whole else (64, 64), chosen, knobs) as renderer:
+        if whole:
+            seen = exposed(shot, plan.ev100)
+            with settling(console) as settled:
+                renderer.settle(seen, moment, sun=light, progress=settled)
+            out = renderer.render(seen, moment, sun=light, outputs=wanted)
+        else:
+            with counted(console, "tiles", len(plan.tiles())) as progress:
+                for done, count, arrays in photo_tiles(renderer, shot, plan, moment, light, wanted):
+                    progress(done, count)
+                    out = arrays
+        state = shot.resolve(scene, pixels[0] / pixels[1]).moved(renderer.camera_state(shot).position_m)
+        settings = shot_settings(
+            scene, state, moment, pixels, quality=chosen, overrides=knobs, sun=light, supersample=plan.supersample,
+            ev100=exposure_of(renderer), over=companion_below(scene, shot),
+        )  # fmt: skip
+    settings |= {"planet": planet or scene.name, "view": None if camera.given() or told else view or DEFAULT_VIEW}
+    save_capture(output, out, settings)
+    console.print(f"wrote [bold]{output}[/]", highlight=False, soft_wrap=True)
+
+
+def record_command(
+    planet: Planet = "earth",
+    *,
+    path: str = "descent",
+    count: int = 240,
+    size: Size = "640x360",
+    quality: Quality = "medium",
+    overrides: Set = (),
+    fps: float = 24.0,
+    video: bool = True,
+    gif: bool = False,
+    paths: Path | None = None,
+    force: Force = False,
+    output: Output = Path("flight"),
+) -> None:
+    """Render a scripted flight as numbered PNGs, a contact sheet and a video; goes on where it was interrupted.
+
+    Parameters
+    ----------
+    path
+        The flight: descent, low, or one of your own file's.
+    count
+        Number of frames, spread evenly over the flight.
+    fps
+        Frames a second of the video.
+    video
+        Make the video too (needs the extra 'video').
+    gif
+        Make an animated GIF too.
+    paths
+        A TOML file with flights of your own, written like assets/presets/paths.toml.
+    output
+        The folder; made when missing.
+    """
+    require_writable(output, make_folder=True)
+    pixels, knobs = parse_size(size), parse_overrides(overrides)
+    if video:
+        ffmpeg()
+    from .. import load_scene
+
+    scene = load_scene(planet)
+    flight = scripted(path, scene, PATHS_FILE if paths is None else paths)
+    with counted(console, "frames", count) as progress:
+        made = record(
+            scene, flight, output, count=count, size=pixels, quality=quality, overrides=knobs, fps=fps, video=video,
+            gif=gif, force=force, progress=progress,
+        )  # fmt: skip
+    console.print(f"wrote {len(made.frames)} frames, {made.frames[0]} ... {made.frames[-1].name}", highlight=False)
+    for file in (made.sheet, made.video, made.gif):
+        if file is not None:
+            console.print(f"wrote [bold]{file}[/]", highlight=False, soft_wrap=True)
+
+
+def find_view(name: str, scene: Scene) -> Any:
+    """A named view of a scene's planet; UnknownNameError with the nearest name."""
+    from .. import view
+
+    return view(name, scene.planet)
+
+
+def companion_below(scene: Scene, camera: Camera) -> str:
+    """The companion in whose axes a camera is told; "" for the scene's own planet."""
+    handle = camera._planet_in(scene)
+    return "" if handle is None or handle is scene.planet else handle.name
+
+
+def views_for(scene: Scene) -> list[str]:
+    """The named views that make sense for a scene's planet."""
+    from ..camera.views import views
+
+    return list(views(scene.planet))
+
+
+def exposure_of(renderer: Renderer) -> float | None:
+    """The exposure that the last frame was shown with, as the renderer tells it; None when it does not."""
+    value = getattr(renderer, "exposure", None)
+    value = value() if callable(value) else value
+    return float(value) if isinstance(value, int | float | np.number) and math.isfinite(value) else None

@@ -1,0 +1,1 @@
+"""Numbers without pictures: heights, sea, air and clouds at points of a scene."""

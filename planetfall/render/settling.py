@@ -1,0 +1,47 @@
+"""Renderer.settle: frames until nothing streams, refines or adapts any more."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from ..errors import NotSettled
+
+if TYPE_CHECKING:
+    from .renderer import Renderer
+
+__all__ = ["settle"]
+
+_SETTLE_FRAMES = 64
+"""Frames in which no system got further after which settle gives up."""
+
+
+def settle(
+    renderer: Renderer, frame: Callable[[], None], timeout_s: float | None, progress: Callable[[float], None] | None
+) -> None:
+    """See Renderer.settle. frame: draws one."""
+    started = time.monotonic()
+    waiting: list[str] = []
+    step, idle, share = 0, 0, 0.0
+    best: list[float] = []
+    while idle < _SETTLE_FRAMES:
+        with renderer.current():
+            frame()
+            running = renderer.running
+            waiting = [s.name for s in running if not s.settled()]  # some read back from the GPU
+            # A system may be content before all that it could do is done.
+            shares = [s.progress() if s.name in waiting else 1.0 for s in running]
+        further = len(shares) != len(best) or any(now > most for now, most in zip(shares, best, strict=True))
+        best = [*map(max, shares, best)] if len(shares) == len(best) else shares
+        step, idle, share = step + 1, 0 if further else idle + 1, max(share, min(shares, default=1.0))
+        if progress is not None:
+            progress(1.0 if not waiting else 0.99 * share)
+        if not waiting and step >= 2:
+            return
+        if timeout_s is not None and time.monotonic() - started > timeout_s:
+            break
+    raise NotSettled(
+        f"not settled after {step} frames and {time.monotonic() - started:.1f} s: "
+        f"{', '.join(waiting) or 'nothing'}; give it a longer timeout_s"
+    )

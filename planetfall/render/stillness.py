@@ -1,0 +1,80 @@
+"""Whether a frame shows what the last one did, so that still pictures can gather over frames."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from ..components import DebugView, Exposure, Shape, Sun, Transform
+from ..engine.settings import latest_revision, revision
+from ..engine.system import Frame, System
+from ..scene.scene import Scene
+from ..systems.composite import CompositeSystem
+from .system_list import is_own
+
+__all__ = ["Stillness"]
+
+_SEEN_ELSEWHERE = (Sun, Exposure, DebugView)
+"""Components whose change doesn't change what a still picture gathers, or is in the frame anyway."""
+
+
+class Stillness:
+    """What the last frame showed. The library's own systems say of themselves whether they move; others of a game's are
+    taken to, unless they say so too."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._shown: tuple[Any, ...] = ()
+        self._waiting: frozenset[str] | None = None
+        self._parts: tuple[tuple[Any, ...], tuple[Any, ...]] = ((), ())
+
+    def forget(self) -> None:
+        """The next frame is another one than the last, whatever it shows."""
+        self._shown = ()
+
+    def drawn(self, running: Sequence[System], still: bool, several: bool) -> None:
+        """A frame has been drawn. several: the renderer has other views, and what systems say of themselves is said of
+        the view drawn last: it is asked for now, while that is this one."""
+        if not several:
+            self._waiting = None
+            return
+        # Composite may read back from the GPU to answer, and gathers nothing while the view moves.
+        names = (s.name for s in running if (s.name == CompositeSystem.name and not still) or not s.settled())
+        self._waiting = frozenset(names)
+
+    def settled(self, running: Sequence[System], several: bool) -> bool:
+        """Whether the last frame of this view showed all that it will come to show."""
+        if several:
+            return self._waiting is not None and not self._waiting
+        return all(system.settled() for system in running)
+
+    def same_as_before(self, frame: Frame, running: Sequence[System], several: bool = False) -> bool:
+        """See Frame.still; several: as in `drawn`."""
+        camera, sun = frame.camera, frame.sun
+        revisions = [revision(part) for part in self._listed()]
+        place = (camera.position_m, camera.forward, camera.up, sun.direction, sun.irradiance)
+        tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
+        moment = (*(v.tobytes() for v in place), *tangents, sun.angular_radius_rad, frame.time_s, frame.planet)
+        bodies = latest_revision(Transform, Shape)
+        shown = (moment, frame.size, self._scene.world.structure_revision, revisions, bodies)
+        same, self._shown = shown == self._shown, shown
+        if not same or (several and self._waiting is None):
+            return False
+        return not any(self._moves(system, several) for system in running)
+
+    def _listed(self) -> tuple[Any, ...]:
+        """The components whose change ends a still picture."""
+        holders = (*self._scene.planets.values(), self._scene.environment)
+        structure = tuple((holder.scene, holder.scene.world.structure_revision) for holder in holders)  # each its own
+        if self._parts[0] != structure:
+            parts = [part for holder in holders for part in holder.components()]
+            self._parts = structure, tuple(part for part in parts if not isinstance(part, _SEEN_ELSEWHERE))
+        return self._parts[1]
+
+    def _moves(self, system: System, several: bool) -> bool:
+        if system.name == CompositeSystem.name:  # which gathers
+            return False
+        moving = system.moving if system.moving is not None else not is_own(system)
+        if several:
+            return moving or self._waiting is None or system.name in self._waiting
+        return moving or not system.settled()
