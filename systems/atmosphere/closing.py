@@ -9,8 +9,8 @@ I_1 + sum a_j (I_(j+1) - I_j): minimal residuals in the Krylov space of K (reduc
 
     I = I_1 + sum over j < J of a_j I_(j+1)
 
-Each colour has its own a. `tests/test_air_closing.py` holds it against equations that can be solved, and against the
-sum of 40 orders; `planetfall bench atmosphere.thick` against paths of light.
+Each colour has its own a. `tests/systems/test_air_closing.py` holds it against equations that can be solved, and
+against the sum of 40 orders; `planetfall bench atmosphere.thick` against paths of light.
 """
 
 from __future__ import annotations

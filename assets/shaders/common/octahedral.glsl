@@ -1,5 +1,5 @@
 // Unit vectors in two numbers (octahedral map): rg16_snorm keeps a normal to about 0.004 degrees.
-// Numpy twin: tests/test_gpu_shader_common.py.
+// Numpy twin: tests/engine/test_gpu_shader_common.py.
 
 // Zero counts as positive, unlike in sign(), whose 0 would fold both axes onto the centre.
 vec2 oct_sign(vec2 v) {

@@ -3,7 +3,7 @@
 // Directions are in a level frame (x, y aside, z up); a facet with slope s has the normal (-s, 1) / |..|. Seen from a direction
 // v its projected area per level area is v_z - dot(s, v_xy).
 //
-// Tests against Monte-Carlo: tests/test_water_light.py.
+// Tests against Monte-Carlo: tests/systems/test_water_light.py.
 
 struct Slopes {
     vec2 mean;

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 LIBRARY = ("engine", "components", "systems", "planetfall")
 FOLDERS = (*LIBRARY, "games", "benchmarks")
 SHADERS = ROOT / "assets" / "shaders"

@@ -163,7 +163,7 @@ def test_long_sweep(suite, count):
     assert not report.failures, failures(report)
 
 
-SAVED = sorted((Path(__file__).parent / "data" / "stress").glob("*.json"))
+SAVED = sorted((Path(__file__).parents[1] / "data" / "stress").glob("*.json"))
 
 
 @pytest.mark.parametrize("file", SAVED, ids=lambda file: file.stem)

@@ -16,7 +16,7 @@ from planetfall.benchmarks.schema import Report, ReportError, Row
 from planetfall.benchmarks.store import results_root, save_report
 from planetfall.benchmarks.suites import SUITES, benches_of
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 
 
 def error_row(variant: str, ms: float | None, error: float | None, view: str = "near", **changes) -> Row:

@@ -18,6 +18,7 @@ import planetfall as pf
 from planetfall.components import Atmosphere
 from planetfall.engine.table_cache import TableCache
 
+KITS = Path(__file__).parents[1] / "kits"
 CAMERA = at(3000.0, pitch_deg=5.0)
 SHAPES = {"one": (2, 3), "two": (4,)}
 ARRAYS = {"one": np.arange(6, dtype=np.float32).reshape(2, 3), "two": np.ones(4, np.float32)}
@@ -231,7 +232,7 @@ def test_the_key_tells_all_that_matters_apart(folder: Path, tmp_path: Path) -> N
 def test_two_processes_at_once(folder: Path) -> None:
     """Both compute, both write the same file, and what is left is whole."""
     text = (
-        f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
+        f"import sys; sys.path.insert(0, {str(Path(__file__).parents[1] / 'kits')!r})\n"
         "from air_kit import *\n"
         "with renderer_of(bare()) as renderer:\n"
         "    print(repr(float(settled(renderer, at(3000.0, pitch_deg=5.0)).sum())))\n"

@@ -1,9 +1,9 @@
 """Takes, refreshes and shows the golden pictures. Run it from a checkout:
 
-    python tests/golden_tool.py --update            every golden picture that has changed
-    python tests/golden_tool.py --update earth/near knobs
-    python tests/golden_tool.py --sheet goldens.png contact sheet of the files as they are
-    python tests/golden_tool.py --measure           the table of docs/testing.md: what FLIP says to which change
+    python tests/kits/golden_tool.py --update            every golden picture that has changed
+    python tests/kits/golden_tool.py --update earth/near knobs
+    python tests/kits/golden_tool.py --sheet goldens.png contact sheet of the files as they are
+    python tests/kits/golden_tool.py --measure           the table of docs/testing.md: what FLIP says to which change
 
 Names may be a picture's, the beginning of one, or nothing for all.
 """

@@ -12,7 +12,7 @@ from graph_kit import compiled, idle, tex
 
 from planetfall.engine.graph import STAGES, GraphBuilder, GraphError
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 
 
 def picture() -> GraphBuilder:

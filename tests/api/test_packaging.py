@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 INSIDE = ("engine", "components", "systems", "assets", "games", "benchmarks")
 
 pytest.importorskip("hatchling", reason="comes with the extra 'dev'")
@@ -89,5 +89,5 @@ def test_sdist_holds_everything(tmp_path: Path) -> None:
         names = {name.partition("/")[2] for name in file.getnames()}
     wanted = {name if name.count("/") == 1 else name.removeprefix("planetfall/") for name in expected_files()}
     assert not wanted - names
-    assert {"run.py", "README.md", "CHANGELOG.md", "LICENSE", "pyproject.toml", "tests/test_packaging.py"} <= names
+    assert {"run.py", "README.md", "CHANGELOG.md", "LICENSE", "pyproject.toml", "tests/api/test_packaging.py"} <= names
     assert not [name for name in names if name.startswith((".venv", "build/", ".git/"))]

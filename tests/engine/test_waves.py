@@ -16,7 +16,7 @@ from planetfall.engine.waves.anchor import anchor_axes, local_wave
 from planetfall.engine.waves.shoaling import footprint_weight, shoaling, shoaling_slope
 from planetfall.engine.waves.spectrum import growth, jonswap, slope_variance
 
-DATA = Path(__file__).parent / "data"
+DATA = Path(__file__).parents[1] / "data"
 EARTH_M = 6.371e6
 NO_FADE = (0.0, 1e-9)
 G = 9.81

@@ -365,7 +365,7 @@ def test_the_ground_moves_little_at_a_snap_that_was_prepared(view: str, step_m: 
         path = snaps.forward_path(renderer.camera_state(pf.view(view)), step_m, 60)
         found = snaps.prepared_pops(renderer, list(path), 2)
     assert found.snaps == 2
-    # As of a snap at once, in tests/test_overlay.py, although it leads several times as far.
+    # As of a snap at once, in tests/pictures/test_overlay.py, although it leads several times as far.
     assert max(found.a_frame) <= 0.25
     assert snaps.Pops.quantile(found.in_all, 0.999) <= 1.0
 

@@ -13,7 +13,7 @@ import pytest
 import planetfall as pf
 from planetfall import extend
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
 
 

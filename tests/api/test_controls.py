@@ -242,7 +242,7 @@ def test_pyglet_controllers_are_read() -> None:
     with display() as added:
         done = subprocess.run(
             [sys.executable, "-c", PYGLET_CHILD], capture_output=True, text=True, timeout=60, check=False,
-            env={**os.environ, **added}, cwd=Path(__file__).parents[1],
+            env={**os.environ, **added}, cwd=Path(__file__).parents[2],
         )  # fmt: skip
     assert done.returncode == 0, done.stderr
     seen = json.loads(done.stdout.splitlines()[-1])

@@ -7,12 +7,12 @@ from pathlib import Path
 
 from tiers import DEFAULT, ONLY_ALL, files_named, of_default
 
-TESTS = Path(__file__).parent
+TESTS = Path(__file__).parents[1]
 
 
 def test_tests_that_are_chosen_exist() -> None:
     for file, names in (*DEFAULT.items(), *ONLY_ALL.items()):
-        body = ast.walk(ast.parse((TESTS / file).read_text(encoding="utf-8")))
+        body = ast.walk(ast.parse(next(TESTS.glob(f"*/{file}")).read_text(encoding="utf-8")))
         known = {node.name for node in body if isinstance(node, ast.FunctionDef)}
         assert {name.split("[")[0] for name in names} <= known, file
     assert not set(DEFAULT) & set(ONLY_ALL)
@@ -28,5 +28,7 @@ def test_by_function_and_by_case() -> None:
 
 
 def test_files_named_are_taken_whole() -> None:
-    named = files_named(["tests", "tests/test_sky.py", str(TESTS / "test_golden.py::test_knob_can_be_seen[a::b]")])
-    assert named == {Path("tests/test_sky.py").resolve(), TESTS / "test_golden.py"}
+    named = files_named(
+        ["tests", "tests/systems/test_sky.py", str(TESTS / "test_golden.py::test_knob_can_be_seen[a::b]")]
+    )
+    assert named == {Path("tests/systems/test_sky.py").resolve(), TESTS / "test_golden.py"}

@@ -17,7 +17,7 @@ from planetfall.engine.surface.culling import (
 )
 from planetfall.engine.surface.lattice import cell_corners, direction_of
 
-DATA = Path(__file__).parent / "data"
+DATA = Path(__file__).parents[1] / "data"
 
 
 def rows(name: str) -> list[dict[str, str]]:

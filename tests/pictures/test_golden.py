@@ -56,7 +56,7 @@ from planetfall.systems.capture.png import read_png_settings
 from planetfall.systems.composite import TONE_MAPS
 from planetfall.systems.debug import NAMED_VIEWS
 
-DIFFERENCES = Path(__file__).resolve().parent.parent / ".diff"
+DIFFERENCES = Path(__file__).resolve().parents[2] / ".diff"
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +68,7 @@ def studio(gpu) -> Iterator[Studio]:
 
 @pytest.mark.parametrize("picture", GOLDENS, ids=lambda p: p.name)
 def test_picture_looks_as_it_did(studio, picture):
-    refresh = f"python tests/golden_tool.py --update {shlex.quote(picture.name)}"
+    refresh = f"python tests/kits/golden_tool.py --update {shlex.quote(picture.name)}"
     assert picture.path.is_file(), f"{picture.path} is missing; make it with: {refresh}"
     actual, expected = studio.take(picture), read_picture(picture.path)
     found, limit = likeness(expected, actual), picture.allowed or limit_for(studio.machine["renderer"])
@@ -86,7 +86,7 @@ def test_every_golden_file_has_a_picture_and_its_settings():
     names = {p.name for p in GOLDENS}
     assert len(names) == len(GOLDENS)
     files = {path.relative_to(FOLDER).with_suffix("").as_posix() for path in FOLDER.rglob("*.png")}
-    assert not files - names, "files without a picture: run python tests/golden_tool.py --update"
+    assert not files - names, "files without a picture: run python tests/kits/golden_tool.py --update"
     for picture in GOLDENS:
         inside = read_png_settings(picture.path)
         wanted = json.loads(json.dumps(dict(picture.changes)))

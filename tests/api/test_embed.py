@@ -14,7 +14,7 @@ from planetfall.games.embed_moderngl.main import main
 
 __all__ = ["display", "run_window"]
 
-GAMES = Path(__file__).resolve().parents[1] / "games"
+GAMES = Path(__file__).resolve().parents[2] / "games"
 
 
 @pytest.mark.parametrize("name", ["embed_pyglet", "embed_moderngl_window", "embed_moderngl"])
@@ -77,7 +77,7 @@ def test_moderngl_window(run_window: RunWindow, tmp_path: Path, backend: str) ->
 
 
 def test_the_first_picture_takes_ten_lines() -> None:
-    """docs/embedding.md promises it; tests/test_tutorials.py runs it."""
+    """docs/embedding.md promises it; tests/api/test_tutorials.py runs it."""
     text = (GAMES.parent / "docs" / "embedding.md").read_text(encoding="utf-8")
     (first,) = re.findall(r"^```python first-picture\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
     assert len([line for line in first.splitlines() if line.strip()]) <= 10

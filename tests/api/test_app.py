@@ -347,7 +347,7 @@ def test_flies_in_a_real_window(backend: str) -> None:
     with display() as added:
         done = subprocess.run(
             [sys.executable, "-c", WINDOW_SCRIPT, backend], capture_output=True, text=True, timeout=120, check=False,
-            env={**os.environ, **added}, cwd=Path(__file__).parents[1],
+            env={**os.environ, **added}, cwd=Path(__file__).parents[2],
         )  # fmt: skip
     assert done.returncode == 0, done.stderr
     answer = json.loads(done.stdout.splitlines()[-1])

@@ -15,7 +15,7 @@ import planetfall as pf
 from planetfall.cli.main import app, main
 from planetfall.systems.flight import load_controls
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 DOCS = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").glob("*.md")])
 REFRESH = "planetfall graph earth --view near --into docs/architecture.md"
 LARGEST_PICTURE_BYTES = 150_000

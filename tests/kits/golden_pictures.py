@@ -21,7 +21,7 @@ import planetfall as pf
 from planetfall.benchmarks.knobs import HAZE, KNOB_SIZE, QUALITY_VIEW, SHADE_PAIRS, Pair, changed
 from planetfall.benchmarks.scenes import preset_scene
 
-FOLDER = Path(__file__).resolve().parent / "golden"
+FOLDER = Path(__file__).resolve().parents[1] / "golden"
 VIEW_SIZE = (320, 180)
 QUALITY = "medium"
 ANTIALIASING = "none"

@@ -26,7 +26,7 @@ from planetfall.engine.surface.icosphere import TriangleScheme
 from planetfall.engine.surface.nodes import node_shape
 from planetfall.engine.surface.scheme import QuadScheme, Scheme
 
-DATA = Path(__file__).parent / "data"
+DATA = Path(__file__).parents[1] / "data"
 SCHEMES: list[Scheme] = [QuadScheme(), TriangleScheme()]
 schemes = pytest.mark.parametrize("scheme", SCHEMES, ids=lambda s: s.name)
 

@@ -13,7 +13,7 @@ from planetfall.engine.surface.coverage import coverage, proxy_coverage
 from planetfall.engine.surface.proxy import snap_proxy
 
 LONG = np.longdouble
-TABLE = Path(__file__).parent / "data" / "terrain_zs.csv"
+TABLE = Path(__file__).parents[1] / "data" / "terrain_zs.csv"
 RADII = (1e3, 1e5, 1737.4e3, 6.371e6, 6.9911e7)
 ALTITUDES = (0.0, 1e-6, 1e-2, 1.7, 100.0, 1e4, 1e6, 1e9)
 

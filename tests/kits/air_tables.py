@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float64]
-DATA = Path(__file__).parent / "data"
+DATA = Path(__file__).parents[1] / "data"
 NANOMETRES = ("680", "550", "440")
 
 

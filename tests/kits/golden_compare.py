@@ -1,6 +1,6 @@
 """How alike two pictures are (NVIDIA's FLIP), what still counts as the same, and pages that show a difference.
 
-The limits were measured: docs/testing.md has the table, `python tests/golden_tool.py --measure` makes it anew.
+The limits were measured: docs/testing.md has the table, `python tests/kits/golden_tool.py --measure` makes it anew.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ from planetfall.engine.surface.triangle_paper import (
     volume_state,
 )
 
-DATA = Path(__file__).parent / "data" / "terrain_cull_triangles.csv"
+DATA = Path(__file__).parents[1] / "data" / "terrain_cull_triangles.csv"
 RADIUS_M = 6.371e6
 SCHEME = TriangleScheme()
 

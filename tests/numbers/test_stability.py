@@ -13,7 +13,7 @@ from planetfall.benchmarks.stability import stability_text
 from planetfall.benchmarks.store import results_root
 from planetfall.benchmarks.stress.deviations import ABSOLUTE_EDGES, ULP_EDGES, Deviations, shares
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 CLOUDS = ("cloud coordinates, broad", "cloud coordinates, wide")
 QUANTITIES = ("heights anywhere", "waves", "transmittance of air", *CLOUDS)
 
