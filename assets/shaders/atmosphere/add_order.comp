@@ -1,4 +1,5 @@
-// Adds an order's sums to those of all, by the weights that make a few orders stand for all (systems/atmosphere/closing.py).
+// Adds an order's sums to those of all, by the weights that make a few orders stand for all
+// (systems/atmosphere/closing.py).
 #include "atmosphere/moments.glsl"
 
 layout(local_size_x = 8, local_size_y = 4) in;

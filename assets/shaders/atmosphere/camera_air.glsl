@@ -7,7 +7,8 @@ layout(binding = 10) uniform sampler3D u_air_first;
 layout(binding = 11) uniform sampler3D u_air_second;
 layout(binding = 12) uniform sampler2D u_air_extinction;
 
-// Filtered by the hardware: eight bits between neighbours that differ by a few percent. Extinction is not, it needs more.
+// Filtered by the hardware: eight bits between neighbours that differ by a few percent. Extinction is not, it needs
+// more.
 void air_light(AirView v, AirCell cell, float slice, out vec3 first, out vec3 second) {
     vec3 at = (vec3(vec2(cell.corner) + cell.share, slice) + 0.5) / vec3(v.size.x, 2 * v.size.y, v.size.z + 1);
     first = textureLod(u_air_first, at, 0.0).rgb;

@@ -35,7 +35,8 @@ AirColumn air_column(float h, float mu, float mu_s, float nu, float path) {
     return c;
 }
 
-void air_column_node(inout AirColumn c, float t, float height, float weight, vec3 depth, vec3 density, vec3 extinction) {
+void air_column_node(inout AirColumn c, float t, float height, float weight, vec3 depth, vec3 density,
+    vec3 extinction) {
     float r = air_model.radii.x + c.h, there = air_model.radii.x + height;
     vec3 first, second;
     column_source(height, clamp_cos((r * c.mu + t) / there), clamp_cos((r * c.mu_s + t * c.nu) / there), c.nu, density,
@@ -50,7 +51,8 @@ void air_column_slice(inout AirColumn c, int slice, int slices) {
     const float X1 = 0.211324865, X2 = 0.788675135;
     float t0 = air_slice_distance(float(slice) / float(slices), c.path, c.lowest, c.split);
     float t1 = air_slice_distance(float(slice + 1) / float(slices), c.path, c.lowest, c.split);
-    // In thick air what lies deep in a slice cannot be seen: nodes stay where it can. A ray of no length still has a source.
+    // In thick air what lies deep in a slice cannot be seen: nodes stay where it can. A ray of no length still has a
+    // source.
     float dt = max(min(t1 - t0, AIR_DEEPEST / max(c.thickest, 1e-20)), 1e-4);
     float ta = t0 + X1 * dt, tb = t0 + X2 * dt;
     float ha = air_height_along(c.h, c.mu, ta), hb = air_height_along(c.h, c.mu, tb);
@@ -62,15 +64,16 @@ void air_column_slice(inout AirColumn c, int slice, int slices) {
     vec3 depth_b = c.depth + dt * max(ea * X2 + slope * (0.5 * X2 * X2 - X1 * X2), 0.0);
     float weight = 0.5 * dt, middle = t0 + 0.5 * dt, h_middle = air_height_along(c.h, c.mu, middle);
     float r = air_model.radii.x + c.h, there = air_model.radii.x + h_middle;
-    column_middle(h_middle, clamp_cos((r * c.mu + middle) / there), clamp_cos((r * c.mu_s + middle * c.nu) / there), c.nu);
+    column_middle(h_middle, clamp_cos((r * c.mu + middle) / there), clamp_cos((r * c.mu_s + middle * c.nu) / there),
+        c.nu);
     air_column_node(c, ta, ha, weight, depth_a, da, ea);
     air_column_node(c, tb, hb, weight, depth_b, db, eb);
     c.depth += 0.5 * (t1 - t0) * (ea + eb);
     c.thickest = max(max(eb.r, eb.g), eb.b);
 }
 
-// Mean source function so far, per extinction: the integrals over 1 - exp(-depth), by the same quadrature, so that it stays
-// exact for short and thin paths and is never negative.
+// Mean source function so far, per extinction: the integrals over 1 - exp(-depth), by the same quadrature, so that it
+// stays exact for short and thin paths and is never negative.
 vec3 air_column_mean(AirColumn c, vec3 integral) {
     return integral / max(c.taken, 1e-30);
 }

@@ -1,9 +1,9 @@
-// One order of scattering: the light that arrives at each point (mu_s, h) of the table from a share of all directions, added
-// to its moments and to its irradiance. Light of order 1 was scattered once in the air, or once by the ground.
+// One order of scattering: the light that arrives at each point (mu_s, h) of the table from a share of all directions,
+// added to its moments and to its irradiance. Light of order 1 was scattered once in the air, or once by the ground.
 //
-// A column of invocations is one altitude, a lane one height of the sun. Directions: u_directions pairs of (cosine to the
-// zenith, weight) come from Gauss rules above and below the horizon, made for each altitude; azimuths are midpoints over
-// half a circle.
+// A column of invocations is one altitude, a lane one height of the sun. Directions: u_directions pairs of (cosine to
+// the zenith, weight) come from Gauss rules above and below the horizon, made for each altitude; azimuths are midpoints
+// over half a circle.
 #include "atmosphere/sunlight.glsl"
 #include "atmosphere/moments.glsl"
 #include "atmosphere/irradiance.glsl"
@@ -92,5 +92,6 @@ void main() {
             sums[3] += light * (sine * 0.5 * sin(phi));
         }
     }
-    for (int i = 0; i < AIR_MOMENTS + AIR_IRRADIANCE_LAYERS; ++i) imageStore(u_sums, ivec3(texel, i), vec4(sums[i], 0.0));
+    for (int i = 0; i < AIR_MOMENTS + AIR_IRRADIANCE_LAYERS; ++i)
+        imageStore(u_sums, ivec3(texel, i), vec4(sums[i], 0.0));
 }

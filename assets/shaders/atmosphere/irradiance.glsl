@@ -1,7 +1,7 @@
-// Light of the whole sky on a surface, all orders, W m^-2 nm^-1 per unit of the sun's: light from every direction that does not
-// end on the ground. Four layers of the table: what faces up and upright walls facing the sun, away from it and at right angles
-// to it get together (fourth root), and the shares of the first three. Ratios to what faces up alone would be infinite at the
-// top of the air, where no sky is above and some lies beside.
+// Light of the whole sky on a surface, all orders, W m^-2 nm^-1 per unit of the sun's: light from every direction that
+// does not end on the ground. Four layers of the table: what faces up and upright walls facing the sun, away from it
+// and at right angles to it get together (fourth root), and the shares of the first three. Ratios to what faces up
+// alone would be infinite at the top of the air, where no sky is above and some lies beside.
 #include "atmosphere/sunlight.glsl"
 #include "atmosphere/table.glsl"
 
@@ -18,10 +18,11 @@ AirIrradiance air_irradiance_at(float h, float mu_s) {
 }
 
 // n_up: cosine of the normal to the zenith; n_side: its component towards the sun's azimuth (both of a unit normal).
-// Exact facing up and for upright walls in the three azimuths. In between, the mean over azimuths of a uniform sky is linear in
-// n_up; a sky that is brighter at its horizon, as walls show, bulges above that line by 0.36 of (walls - 1/2) times the
-// sine of twice the tilt, and facing down sees a bright rim: both fitted to Monte-Carlo with suns at 30 to 92 degrees, at
-// the ground and at 10 km. Slopes in single azimuths are then within 9 % of it, surfaces that face down within 20 %.
+// Exact facing up and for upright walls in the three azimuths. In between, the mean over azimuths of a uniform sky is
+// linear in n_up; a sky that is brighter at its horizon, as walls show, bulges above that line by 0.36 of (walls - 1/2)
+// times the sine of twice the tilt, and facing down sees a bright rim: both fitted to Monte-Carlo with suns at 30 to 92
+// degrees, at the ground and at 10 km. Slopes in single azimuths are then within 9 % of it, surfaces that face down
+// within 20 %.
 vec3 air_sky_light(float h, float mu_s, float n_up, float n_side) {
     AirIrradiance e = air_irradiance_at(h, mu_s);
     vec3 linear = 0.5 * (e.sunward - e.away);
@@ -36,15 +37,15 @@ vec3 air_sky_light(float h, float mu_s, float n_up, float n_side) {
     return max(n_up < 0.0 ? share * (even + sideward / max(level, 1e-2)) : raised + sideward, 0.0);
 }
 
-// Mean cosine of the sun's disc to a surface, its parts behind the surface counted as 0: a disc whose points are even in their
-// cosine (Bruneton 2017, direct irradiance). `cosine` is that of its middle.
+// Mean cosine of the sun's disc to a surface, its parts behind the surface counted as 0: a disc whose points are even
+// in their cosine (Bruneton 2017, direct irradiance). `cosine` is that of its middle.
 float air_disc_cosine(float cosine, float radius) {
     float rising = cosine + radius;
     return cosine >= radius ? cosine : cosine <= -radius ? 0.0 : rising * rising / (4.0 * radius);
 }
 
-// The sun's own light on a surface, cosine included. What the planet hides of the disc, a level surface doesn't face anyway:
-// only what is hidden beyond that counts.
+// The sun's own light on a surface, cosine included. What the planet hides of the disc, a level surface doesn't face
+// anyway: only what is hidden beyond that counts.
 vec3 air_sun_light(float h, float mu_s, float cosine) {
     float radius = air_model.sun.w;
     float facing = smoothstep(-radius, radius, cosine);

@@ -55,7 +55,8 @@ float air_to_top(float h, float mu) {
     return b < 0.0 ? root - b : c / max(root + b, 1e-20);
 }
 
-// Distance to the floor for h >= 0; negative where the ray misses it. c = h (2R + h) keeps the test right near the floor.
+// Distance to the floor for h >= 0; negative where the ray misses it. c = h (2R + h) keeps the test right near the
+// floor.
 float air_to_floor(float h, float mu) {
     float b = (air_model.radii.x + h) * mu, c = air_horizon2(h);
     float discriminant = b * b - c;
@@ -68,8 +69,9 @@ vec3 air_taken(vec3 depth, vec3 transmittance) {
     return mix(1.0 - transmittance, thin, lessThan(depth, vec3(0.01)));
 }
 
-// Values that fall exponentially over the nodes of a table are stored as their fourth root: linear interpolation is then 16
-// times as accurate as of the value itself (relative error d^2 / 32 instead of d^2 / 2 for a step of e^d, to leading order).
+// Values that fall exponentially over the nodes of a table are stored as their fourth root: linear interpolation is
+// then 16 times as accurate as of the value itself (relative error d^2 / 32 instead of d^2 / 2 for a step of e^d, to
+// leading order).
 vec3 air_pack(vec3 value) {
     return sqrt(sqrt(max(value, 0.0)));
 }
@@ -79,8 +81,8 @@ vec3 air_unpack(vec3 stored) {
     return stored * stored;
 }
 
-// Nodes dense at both ends of a range of path lengths: x in 0..1 to y in 0..1, more of them at the short end for a larger
-// kappa. air_path_share is the inverse.
+// Nodes dense at both ends of a range of path lengths: x in 0..1 to y in 0..1, more of them at the short end for a
+// larger kappa. air_path_share is the inverse.
 float air_path_row(float x, float kappa) {
     float a = kappa * sqrt(x), b = sqrt(1.0 - x);
     return a / (a + b);

@@ -1,14 +1,14 @@
-// Light that was scattered more than once. Its source function is the phase function folded with the incident radiance L;
-// both expand in spherical harmonics about the zenith, the azimuth counted from the sun:
+// Light that was scattered more than once. Its source function is the phase function folded with the incident radiance
+// L; both expand in spherical harmonics about the zenith, the azimuth counted from the sun:
 //
 //   J(omega) = sum over l <= AIR_DEGREE, 0 <= m <= l of a_l S_lm P_lm(mu) cos(m phi),
 //   S_lm = (2l + 1) / (4 pi) (2 - [m = 0]) (l - m)! / (l + m)! * integral of L P_lm cos(m phi)
 //
-// (addition theorem). Rayleigh's phase function has a_0 = 1, a_2 = 1/10 and nothing else, so degree 2 is exact for it; of Mie's
-// the light that is scattered forward again and again is what a low degree blurs, never its energy.
+// (addition theorem). Rayleigh's phase function has a_0 = 1, a_2 = 1/10 and nothing else, so degree 2 is exact for it;
+// of Mie's the light that is scattered forward again and again is what a low degree blurs, never its energy.
 //
-// The table holds the fourth root of S_00 and, in layer l (l + 1) / 2 + m after it, the ratio S_lm / (S_00 sin^m of the sun's
-// zenith angle), which is smooth at the zenith.
+// The table holds the fourth root of S_00 and, in layer l (l + 1) / 2 + m after it, the ratio S_lm / (S_00 sin^m of the
+// sun's zenith angle), which is smooth at the zenith.
 #include "atmosphere/table.glsl"
 
 const int AIR_MOMENTS = (AIR_DEGREE + 1) * (AIR_DEGREE + 2) / 2;
@@ -30,9 +30,10 @@ struct AirFolded {
 
 // Into the direction with cosine mu to the zenith and nu to the sun.
 //
-// Of haze a low degree would leave rings of dark and light around the sun (a series that breaks off). So the light that comes
-// in is taken for a lobe of Henyey and Greenstein's about its mean direction f, as narrow as |f| says, which folded with a
-// phase function of asymmetry g is the same with g |f|; the series then holds the difference from that lobe's own moments.
+// Of haze a low degree would leave rings of dark and light around the sun (a series that breaks off). So the light that
+// comes in is taken for a lobe of Henyey and Greenstein's about its mean direction f, as narrow as |f| says, which
+// folded with a phase function of asymmetry g is the same with g |f|; the series then holds the difference from that
+// lobe's own moments.
 AirFolded air_folded(float h, float mu, float mu_s, float nu) {
     AirPlace place = air_place(h, mu_s);
     float x = nu - mu * mu_s;                                         // sin sin_s cos(phi)
@@ -40,7 +41,8 @@ AirFolded air_folded(float h, float mu, float mu_s, float nu) {
     x = clamp(x, -sqrt(rho2), sqrt(rho2));
     vec3 ahead = air_moment(place, AIR_IRRADIANCE_LAYERS + 1), aside = air_moment(place, AIR_IRRADIANCE_LAYERS + 2);
     float g = air_mie_moment(1);
-    // The lobe's asymmetry times its cosine to the direction, and its asymmetry squared, no more than the phase function's.
+    // The lobe's asymmetry times its cosine to the direction, and its asymmetry squared, no more than the phase
+    // function's.
     vec3 along = (g / 3.0) * (mu * ahead + x * aside);
     vec3 narrow2 = (g * g / 9.0) * (ahead * ahead + max(1.0 - mu_s * mu_s, 0.0) * aside * aside);
     vec3 within = min(vec3(1.0), abs(g) * inversesqrt(max(narrow2, 1e-20)));

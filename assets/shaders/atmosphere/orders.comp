@@ -1,5 +1,6 @@
-// Sums of moments and irradiance in the form that look-ups read (moments.glsl, irradiance.glsl): of one order, for the next one,
-// and of all, for the picture. The mean of an order, by itself, says how to go on (systems/atmosphere/closing.py).
+// Sums of moments and irradiance in the form that look-ups read (moments.glsl, irradiance.glsl): of one order, for the
+// next one, and of all, for the picture. The mean of an order, by itself, says how to go on
+// (systems/atmosphere/closing.py).
 #include "atmosphere/moments.glsl"
 
 layout(local_size_x = 8, local_size_y = 4) in;
@@ -37,5 +38,6 @@ void main() {
         all += part[i];
     }
     imageStore(u_table, ivec3(texel, 0), vec4(air_pack(all), 0.0));
-    for (int i = 1; i < AIR_IRRADIANCE_LAYERS; ++i) imageStore(u_table, ivec3(texel, i), vec4(part[i - 1] / max(all, 1e-30), 0.0));
+    for (int i = 1; i < AIR_IRRADIANCE_LAYERS; ++i)
+        imageStore(u_table, ivec3(texel, i), vec4(part[i - 1] / max(all, 1e-30), 0.0));
 }

@@ -1,5 +1,5 @@
-// The renderer's functions on an array of questions. A camera's tables are not stored here: each texel that a look-up reads is
-// marched on the spot, by the code that fills the tables, and then interpolated by the code that reads them.
+// The renderer's functions on an array of questions. A camera's tables are not stored here: each texel that a look-up
+// reads is marched on the spot, by the code that fills the tables, and then interpolated by the code that reads them.
 #include "atmosphere/source.glsl"
 #include "atmosphere/irradiance.glsl"
 #include "atmosphere/view.glsl"

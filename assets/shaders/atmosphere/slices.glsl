@@ -1,5 +1,5 @@
-// How a ray is cut into slices: dense about its lowest point (where the air is), nearly by squares of the distance from it. The
-// two sides join smoothly, so that rays just above and just below the level differ little at the same slice.
+// How a ray is cut into slices: dense about its lowest point (where the air is), nearly by squares of the distance from
+// it. The two sides join smoothly, so that rays just above and just below the level differ little at the same slice.
 #include "atmosphere/medium.glsl"
 
 const float AIR_SLICE_SOFT = 0.005;   // of the path: nearer to the lowest point than this, slices are even
@@ -38,7 +38,8 @@ float air_slice_of(float t, float path, float lowest, float split) {
 
 // Parts that each slice is integrated in: one that is thick itself hides what two nodes miss.
 int air_slice_parts() {
-    vec3 depth = air_model.rayleigh.rgb * air_model.rayleigh.w + air_model.mie_extinction.rgb * air_model.mie_scattering.w
+    vec3 depth = air_model.rayleigh.rgb * air_model.rayleigh.w
+        + air_model.mie_extinction.rgb * air_model.mie_scattering.w
         + air_model.absorption.rgb / max(air_model.absorber.z, 1e-20);
     return int(clamp(ceil(0.4 * max(max(depth.r, depth.g), depth.b)), 1.0, 3.0));
 }

@@ -1,6 +1,7 @@
-// What the air emits towards the camera for a unit sun: sunlight scattered once by molecules plus all light scattered more
-// often, over Rayleigh's phase function (first kind), and sunlight scattered once by aerosols, without its phase function
-// (second kind). Both phase functions are known exactly where the tables are read, and would be blurred by their steps.
+// What the air emits towards the camera for a unit sun: sunlight scattered once by molecules plus all light scattered
+// more often, over Rayleigh's phase function (first kind), and sunlight scattered once by aerosols, without its phase
+// function (second kind). Both phase functions are known exactly where the tables are read, and would be blurred by
+// their steps.
 #include "atmosphere/sunlight.glsl"
 #include "atmosphere/moments.glsl"
 #include "atmosphere/column.glsl"

@@ -1,7 +1,7 @@
 // Optical depth from a point of the air to space, from a table, and the sun's light there.
 //
-// The table holds the fourth root of the mean extinction along the path. x: length of the path between its least (straight
-// up) and its most (along the horizon), by air_path_row; y: sqrt(h / thickness).
+// The table holds the fourth root of the mean extinction along the path. x: length of the path between its least
+// (straight up) and its most (along the horizon), by air_path_row; y: sqrt(h / thickness).
 #include "atmosphere/medium.glsl"
 
 layout(binding = 8) uniform sampler2D u_air_depth;

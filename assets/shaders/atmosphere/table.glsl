@@ -1,5 +1,5 @@
-// The table of what depends on the altitude and the sun's height alone: irradiance of the sky (irradiance.glsl) in layers 0 to 3,
-// moments of the light that has been scattered (moments.glsl) in those after them.
+// The table of what depends on the altitude and the sun's height alone: irradiance of the sky (irradiance.glsl) in
+// layers 0 to 3, moments of the light that has been scattered (moments.glsl) in those after them.
 #include "atmosphere/medium.glsl"
 
 layout(binding = 9) uniform sampler2DArray u_air_moments;

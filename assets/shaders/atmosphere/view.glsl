@@ -1,10 +1,11 @@
 // Air as one camera sees it, in tables over the directions around it: coordinates and look-ups.
 //
-// The air is a shell around a sphere, so what a camera sees depends on its altitude, the sun's height there, and the direction
-// about the zenith: rows run over the length of the ray in the air (rays that end on the floor, then rays that leave it),
-// columns over the azimuth from the sun, slices along the ray. Held is the mean source function of the ray up to there,
-// integral of (source x transmittance) / (1 - transmittance), which hardly varies along a ray and stays sharp
-// for points 1 m away; and the mean extinction, in finer steps. No phase function is in it: the aureole is exact.
+// The air is a shell around a sphere, so what a camera sees depends on its altitude, the sun's height there, and the
+// direction about the zenith: rows run over the length of the ray in the air (rays that end on the floor, then rays
+// that leave it), columns over the azimuth from the sun, slices along the ray. Held is the mean source function of the
+// ray up to there, integral of (source x transmittance) / (1 - transmittance), which hardly varies along a ray and
+// stays sharp for points 1 m away; and the mean extinction, in finer steps. No phase function is in it: the aureole is
+// exact.
 //
 // Whoever includes this defines air_light() and air_mean_extinction(): look-ups of the tables.
 #include "atmosphere/slices.glsl"
@@ -78,10 +79,11 @@ float air_row(AirView v, AirPath p) {
     return row * float(v.size.y - 1) + (p.floor_hit ? 0.0 : float(v.size.y));
 }
 
-// The azimuth's columns: uniform in its cosine c where the sun stands high or the ray's lowest point is near, and drawn to the
-// terminator where that crosses the azimuths: the sun's cosine at the lowest point is m = mid + slope c, and columns are as
-// dense as 1 / (|m| + focus)^2. On top of that they crowd around the sun, whose glow through several orders of haze is
-// a few ten degrees wide: half of them with the root of what is left up to its azimuth, that is evenly in the angle there.
+// The azimuth's columns: uniform in its cosine c where the sun stands high or the ray's lowest point is near, and drawn
+// to the terminator where that crosses the azimuths: the sun's cosine at the lowest point is m = mid + slope c, and
+// columns are as dense as 1 / (|m| + focus)^2. On top of that they crowd around the sun, whose glow through several
+// orders of haze is a few ten degrees wide: half of them with the root of what is left up to its azimuth, that is
+// evenly in the angle there.
 vec2 air_focus(AirView v, AirPath p, float mu, float sine) {
     float t = p.start + p.lowest;
     float there = air_model.radii.x + air_height_along(p.h, p.mu, p.lowest);
@@ -107,7 +109,8 @@ float air_column_of(AirView v, vec2 focus, float azimuth) {
 }
 
 float air_azimuth_of(AirView v, vec2 focus, float column) {
-    float width = v.shape.z, first = focus.x - focus.y, last = focus.x + focus.y, left = 1.0 - column / float(v.size.x - 1);
+    float width = v.shape.z, first = focus.x - focus.y, last = focus.x + focus.y,
+        left = 1.0 - column / float(v.size.x - 1);
     float root = sqrt(0.25 + 2.0 * left) - 0.5, share = 1.0 - root * root;
     if (first < 0.0 && last > 0.0) {
         float start = air_focus_map(first, width);
@@ -131,7 +134,8 @@ AirPath air_texel_path(AirView v, int row, float column, out float mu_s, out flo
     p.floor_hit = floor_row;
     p.h = min(h, air_model.radii.z);
     float start_r = air_model.radii.x + p.h;
-    // 1 - |mu| for a vertical ray's excess of 0 and onwards: from mu itself the sine of a ray to the nadir would be 5e-4.
+    // 1 - |mu| for a vertical ray's excess of 0 and onwards: from mu itself the sine of a ray to the nadir would be
+    // 5e-4.
     float around = floor_row ? 2.0 * air_model.radii.x + p.h - path : start_r + path + air_model.radii.y;
     float less = clamp(excess * around / max(2.0 * start_r * path, 1e-20), 0.0, 2.0);
     p.mu = floor_row ? less - 1.0 : 1.0 - less;
@@ -173,8 +177,9 @@ vec3 air_mean_extinction_at(AirCell cell, int slice) {
     return mix(air_mean_extinction(at), air_mean_extinction(at + ivec2(1, 0)), cell.share.y);
 }
 
-// What the air between the camera and a distance along a ray does: transmittance, and the light that it scatters towards the
-// camera for a unit sun; path: metres of it in the air. Beyond the floor, where ground lies below it, the floor's air goes on.
+// What the air between the camera and a distance along a ray does: transmittance, and the light that it scatters
+// towards the camera for a unit sun; path: metres of it in the air. Beyond the floor, where ground lies below it, the
+// floor's air goes on.
 void air_between(AirView v, AirRay ray, float distance_m, out vec3 transmittance, out vec3 first, out vec3 second,
     out float path) {
     AirPath p = air_path(v, ray.mu, ray.sine);
@@ -215,8 +220,8 @@ void air_whole(AirView v, AirRay ray, out vec3 transmittance, out vec3 first, ou
     path = p.length;
 }
 
-// For a ray that meets nothing although the floor is in its way (ground that lies below the floor leaves such a gap): the ray
-// that grazes the floor.
+// For a ray that meets nothing although the floor is in its way (ground that lies below the floor leaves such a gap):
+// the ray that grazes the floor.
 void air_open(AirView v, AirRay ray, out vec3 transmittance, out vec3 first, out vec3 second, out float path) {
     AirPath p = air_path(v, ray.mu, ray.sine);
     if (p.floor_hit) {

@@ -1,6 +1,6 @@
-// Rays of the blocks between those that were followed on a chessboard's squares (view_ray.glsl): the mean of the four around, in
-// which those count that ended on what the block's own pixel shows. And what is spread where there is no past: the same of
-// those blocks; of the others a mean that chance has as much of, or the board would be seen.
+// Rays of the blocks between those that were followed on a chessboard's squares (view_ray.glsl): the mean of the four
+// around, in which those count that ended on what the block's own pixel shows. And what is spread where there is no
+// past: the same of those blocks; of the others a mean that chance has as much of, or the board would be seen.
 #include "clouds/view_ray.glsl"
 
 layout(local_size_x = 8, local_size_y = 4) in;
@@ -10,8 +10,8 @@ layout(binding = 0, rgba32f) uniform writeonly image2D o_rays;
 layout(binding = 1, r32f) uniform writeonly image2D o_distance;
 layout(binding = 2, rgba32f) uniform writeonly image2D o_spread;
 
-// Of a ray itself and of those on its squares two blocks off along a diagonal and along a row or column: their squares add up to
-// nearly 1 / 4, as those of a mean of four do.
+// Of a ray itself and of those on its squares two blocks off along a diagonal and along a row or column: their squares
+// add up to nearly 1 / 4, as those of a mean of four do.
 const vec3 KEPT = vec3(0.4375, 0.09375, 0.046875);
 
 struct Mean {
@@ -39,7 +39,8 @@ void add_ray(inout Mean m, ivec2 at, float weight, float own) {
 }
 
 void main() {
-    ivec2 lane = ivec2(gl_GlobalInvocationID.xy), followed = cloud_block_of(lane), between = ivec2(lane.x, followed.y ^ 1);
+    ivec2 lane = ivec2(gl_GlobalInvocationID.xy), followed = cloud_block_of(lane),
+        between = ivec2(lane.x, followed.y ^ 1);
     ivec2 size = textureSize(u_rays, 0), most = textureSize(u_depth, 0) - 1;
     if (all(lessThan(between, size))) {
         float own = texelFetch(u_depth, min(between * STRIDE + u_place, most), 0).r;

@@ -1,6 +1,6 @@
-// What each tile of 8 x 4 rays meets: 0 no layer (nothing, or ground before it), 1 layers in which the weather has no cloud there, 2
-// cloud, 3 cloud with ice. As exact as the march: it knows the weather at the same places, or, where that looks at more of them
-// (CLOUD_FINEST), counts the least ice. What no cloud is met by is written at once.
+// What each tile of 8 x 4 rays meets: 0 no layer (nothing, or ground before it), 1 layers in which the weather has no
+// cloud there, 2 cloud, 3 cloud with ice. As exact as the march: it knows the weather at the same places, or, where
+// that looks at more of them (CLOUD_FINEST), counts the least ice. What no cloud is met by is written at once.
 #include "clouds/view_ray.glsl"
 
 #ifdef CLOUD_FINEST
@@ -31,7 +31,8 @@ void main() {
         float from = spans[k].x, to = spans[k].y, most = drops.z == 2.0 ? 1.0 : 0.0, least = ice ? LEAST_ICE : 0.0;
         int segments = way_segments(shell, ice, from, to), segment = 0;
         do {
-            CloudWeather w = weather_along(v.ray, segment == 0 ? from : way_end(shell, from, to, segment - 1, segments));
+            CloudWeather w = weather_along(v.ray,
+                segment == 0 ? from : way_end(shell, from, to, segment - 1, segments));
             most = max(most, (ice ? w.high : w.cover) * drops.w);
         } while (++segment <= segments && most <= least);
         found |= most > least ? (ice ? 4u : 2u) : 0u;

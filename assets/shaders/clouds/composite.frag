@@ -1,8 +1,8 @@
-// Clouds over the picture, and the light that the air in their shadow doesn't scatter off it. What is drawn into is read as well,
-// each pixel by itself alone.
+// Clouds over the picture, and the light that the air in their shadow doesn't scatter off it. What is drawn into is
+// read as well, each pixel by itself alone.
 //
-// Define PICTURE_PX: a pixel of the clouds' picture has so many of the frame's a side. Between those of a coarser picture clouds
-// are interpolated; those that end at this pixel's own surface count most.
+// Define PICTURE_PX: a pixel of the clouds' picture has so many of the frame's a side. Between those of a coarser
+// picture clouds are interpolated; those that end at this pixel's own surface count most.
 layout(binding = 0) uniform sampler2D u_clouds;   // nearest
 layout(binding = 1) uniform sampler2D u_radiance;
 #if PICTURE_PX > 1
@@ -22,13 +22,15 @@ vec4 clouds_of(ivec2 pixel) {
     for (int i = 0; i < 4; ++i) found[i] = textureLod(u_clouds, (first + 0.5 + vec2(i & 1, i >> 1)) * texel, 0.0);
     // In the order of the others; it clamps as they do.
     vec4 ends = textureGather(u_surface, (first + 1.0) * texel).wzxy;
-    // Depth is near / distance: its ratio is that of the distances. Of depths that this pixel's is 1 in, or 0 for the sky.
+    // Depth is near / distance: its ratio is that of the distances. Of depths that this pixel's is 1 in, or 0 for the
+    // sky.
     float depth = textureLod(u_depth, v_uv, 0.0).r, per = 1.0 / max(depth, 1e-20);
     ends = min(ends * per, 1e3);
     vec4 apart = ends - depth * per, larger = max(ends, 1.0);
     apart *= apart;
     larger *= larger;
-    // (weight + 1e-3) / (1e-3 + unlike^2) of each with unlike = apart / larger, over a common denominator: divisions are slow.
+    // (weight + 1e-3) / (1e-3 + unlike^2) of each with unlike = apart / larger, over a common denominator: divisions
+    // are slow.
     vec4 under = 1e-3 * larger + apart;
     weight = (weight + 1e-3) * larger * vec4(under.yx * (under.z * under.w), under.wz * (under.x * under.y));
     vec4 sum = weight.x * found[0] + weight.y * found[1] + weight.z * found[2] + weight.w * found[3];
@@ -41,9 +43,10 @@ vec4 clouds_of(ivec2 pixel) {
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec4 found = clouds_of(pixel), seen = textureLod(u_radiance, v_uv, 0.0);
-    // Shafts are smooth and what lies behind is not: along an outline a ray to the sky may take more than a pixel of near ground
-    // has of the air's light. So much less is taken of all colours that some of each is left.
-    vec3 behind = max(seen.rgb * found.a, 0.0), taken = max(-found.rgb, 0.0), share = (1.0 - LEFT) * behind / max(taken, 1e-30);
+    // Shafts are smooth and what lies behind is not: along an outline a ray to the sky may take more than a pixel of
+    // near ground has of the air's light. So much less is taken of all colours that some of each is left.
+    vec3 behind = max(seen.rgb * found.a, 0.0), taken = max(-found.rgb, 0.0),
+        share = (1.0 - LEFT) * behind / max(taken, 1e-30);
     float most = min(min(share.r, min(share.g, share.b)), 1.0);
     o_radiance = vec4(behind + max(found.rgb, 0.0) - most * taken, seen.a);
 }

@@ -4,12 +4,13 @@
 //   float cloud_density(int layer, vec3 place, float share, CloudWeather w, float footprint_m, int rims)
 //   float cloud_column(int layer, CloudWeather w, float density)        optical depth, from base to top
 //
-// place: metres from the anchor in planet axes; share: height in the layer, 0 base .. 1 top; footprint_m: what the sample stands
-// for, a pixel's width or a step's length. rims: octaves of billows on the rim, 0..2.
+// place: metres from the anchor in planet axes; share: height in the layer, 0 base .. 1 top; footprint_m: what the
+// sample stands for, a pixel's width or a step's length. rims: octaves of billows on the rim, 0..2.
 //
-// Noise is spread evenly over 0..1, so "noise above 1 - cover" is cloud on a share `cover` of the space. What a footprint is too
-// wide to show is not dropped but averaged: the share of the values it hides that lie above the threshold, so the same cloud
-// that is a thing with edges from near is a grey of the right mean from far, and coverage is the same at all distances.
+// Noise is spread evenly over 0..1, so "noise above 1 - cover" is cloud on a share `cover` of the space. What a
+// footprint is too wide to show is not dropped but averaged: the share of the values it hides that lie above the
+// threshold, so the same cloud that is a thing with edges from near is a grey of the right mean from far, and coverage
+// is the same at all distances.
 #include "common/octahedral.glsl"
 #include "generated/cloud_view.glsl"
 
@@ -34,8 +35,10 @@ const float CLOUD_RIM = 0.13;         // of the rims' noise against the shape's
 const float CLOUD_RIM_NEAR = 0.035;
 const float CLOUD_EDGE = 0.11;        // of noise above the threshold until the cloud is densest
 const float CLOUD_SCARCE = 0.12;      // cover below which the threshold rises out of reach
-const float CLOUD_FILLED = 0.4;       // of the height of clouds, by what is in them on the mean: thin bases, tops and places
-const float CLOUD_BEYOND = 0.54;      // sqrt(0.5) - 0.5 of two volumes whose weights are a unit vector, and twice the rims' weights
+// of the height of clouds, by what is in them on the mean: thin bases, tops and places
+const float CLOUD_FILLED = 0.4;
+// sqrt(0.5) - 0.5 of two volumes whose weights are a unit vector, and twice the rims' weights
+const float CLOUD_BEYOND = 0.54;
 
 const float CLOUD_LEAST_LOST = 0.015;   // half width of a threshold that hides nothing
 const float CLOUD_LEAST = 1e-4, CLOUD_LEAST_ICE = 0.01;   // covers below which no noise makes cloud
@@ -44,11 +47,13 @@ const float CLOUD_SEAMS = 0.12;       // of a closed sheet's cover
 const float CLOUD_SHALLOW = 0.12;     // extinction of a sheet against that of towers
 const float CLOUD_ROLLS = 0.2;        // of noise, in rolls as far apart as the rims' volume repeats
 const float CLOUD_ICE = -0.39;        // threshold of ice
-const float CLOUD_FEATHER = 0.9;      // by how much it rises away from the middle of a sheet, over a layer's thickness squared
+// by how much it rises away from the middle of a sheet, over a layer's thickness squared
+const float CLOUD_FEATHER = 0.9;
 const float CLOUD_SHEAR = 3.5;        // way along the winds for one way down
 const float CLOUD_VEER = 1.2;         // and across
 const float CLOUD_ICE_RIM = 1.4;      // of ice against other rims
-// Finest fibres, in periods of the fibres and, once more, a further time as fine: whole numbers, so that both repeat together.
+// Finest fibres, in periods of the fibres and, once more, a further time as fine: whole numbers, so that both repeat
+// together.
 const vec3 CLOUD_HAIR = vec3(4.0, 4.0, 16.0);
 const float CLOUD_HAIRS = 8.0;
 const float CLOUD_CURL = 0.12;        // of the fibres' period
@@ -71,7 +76,8 @@ CloudWeather cloud_weather(vec3 up, float footprint_m) {
     float inner = cloud_view.weather.y, border = cloud_view.weather.z;
     vec2 at = ((0.5 + 0.5 * oct_encode(d)) * inner + border) / (inner + 2.0 * border);
     float level = clamp(log2(max(footprint_m / cloud_view.weather.w, 1.0)), 0.0, 4.0);
-    vec4 w = mix(textureLod(u_weather_first, at, level + cloud_dither - 0.5), textureLod(u_weather_second, at, level + cloud_dither - 0.5), cloud_view.weather.x);
+    vec4 w = mix(textureLod(u_weather_first, at, level + cloud_dither - 0.5),
+        textureLod(u_weather_second, at, level + cloud_dither - 0.5), cloud_view.weather.x);
     return CloudWeather(w.x, w.y, w.z, w.w);
 }
 
@@ -118,7 +124,8 @@ float cloud_height_cover(float share, CloudWeather w) {
     return smoothstep(0.0, 0.10, share) * clamp(1.0 - x * x, 0.0, 1.0);
 }
 
-// Share of a layer's height above which there is no cloud between two places of a ray, whatever the noise; 0: none at all.
+// Share of a layer's height above which there is no cloud between two places of a ray, whatever the noise; 0: none at
+// all.
 float cloud_ceiling(int layer, CloudWeather a, CloudWeather b) {
     vec4 drops = cloud_view.droplets[layer];
     bool ice = CLOUD_IS_ICE(layer);
@@ -137,7 +144,8 @@ float cloud_body(CloudWeather w) {
     return mix(CLOUD_SHALLOW, 1.0, cloud_solid(w));
 }
 
-// Vertical optical depth of a whole cloud of a weather. density: at some place in it; ice is as it is there all the way.
+// Vertical optical depth of a whole cloud of a weather. density: at some place in it; ice is as it is there all the
+// way.
 float cloud_column(int layer, CloudWeather w, float density) {
     vec4 shell = cloud_view.shell[layer], drops = cloud_view.droplets[layer];
     float even = mix(1.0, 2.0 / 3.0, cloud_view.shape[layer].x);
@@ -150,14 +158,15 @@ float cloud_clumped(float share, float hidden, float extinction) {
     return share / (1.0 + hidden * (1.0 - share) * extinction * cloud_view.stretch.w);
 }
 
-// 1 where a footprint leaves enough of a volume's period to tell its cells apart, 0 where a handful of texels would be left: those
-// look the same period after period.
+// 1 where a footprint leaves enough of a volume's period to tell its cells apart, 0 where a handful of texels would be
+// left: those look the same period after period.
 float cloud_told(float footprint_m, float per_period) {
     return 1.0 - smoothstep(0.05, 0.2, footprint_m * per_period);
 }
 
-// Where ice has been carried: long waves of the winds aloft bend what lies along the parallels, up to right across them, so that
-// fibres run along jets that meander around the planet. from_middle: from the planet's centre in its radii; result in radii.
+// Where ice has been carried: long waves of the winds aloft bend what lies along the parallels, up to right across
+// them, so that fibres run along jets that meander around the planet. from_middle: from the planet's centre in its
+// radii; result in radii.
 vec3 cloud_meander(vec3 from_middle) {
     vec3 turns = vec3(dot(from_middle, vec3(0.71, 0.52, 0.93)), dot(from_middle, vec3(-1.62, 1.17, 1.35)),
         dot(from_middle, vec3(2.31, 3.05, -2.12))) + vec3(0.13, 0.41, 0.77);
@@ -166,13 +175,15 @@ vec3 cloud_meander(vec3 from_middle) {
     return CLOUD_MEANDER * waves;
 }
 
-// Clusters are swept into one another by eddies as wide as they are apart: whole waves a period, so that it repeats with them.
+// Clusters are swept into one another by eddies as wide as they are apart: whole waves a period, so that it repeats
+// with them.
 vec3 cloud_swept(vec3 place) {
     vec3 x = 2.0 * fract(place.yzx + vec3(1.0, -1.0, 1.0) * place.zxy) - 1.0;
     return place + CLOUD_SWEPT * 4.0 * x * (1.0 - abs(x));
 }
 
-// How far ice that has fallen lags behind, in metres, in air that is slower below and turns: tufts on top, tails behind and aside.
+// How far ice that has fallen lags behind, in metres, in air that is slower below and turns: tufts on top, tails behind
+// and aside.
 vec3 cloud_behind(vec3 from_middle, float fallen_m, float fall) {
     vec3 east = vec3(-from_middle.y, from_middle.x, 0.0) * inversesqrt(max(dot(from_middle.xy, from_middle.xy), 1e-2));
     return fallen_m * (CLOUD_SHEAR * east + vec3(0.0, 0.0, CLOUD_VEER * fall));
@@ -191,7 +202,8 @@ struct CloudNoise {
     vec3 turned, tilted;
 };
 
-// All kinds of layer in one line of code: software GPUs go through both sides of a branch, and once through loops of no turns.
+// All kinds of layer in one line of code: software GPUs go through both sides of a branch, and once through loops of no
+// turns.
 CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float footprint_m) {
     vec4 drops = cloud_view.droplets[layer];
     bool ice = CLOUD_IS_ICE(layer);
@@ -199,22 +211,27 @@ CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float
     vec3 from_middle = CLOUD_ORIGIN(bend) + turned * cloud_view.bend.w;   // in radii
     // Ice falls from the layer's top, where it was carried to by the winds.
     float fallen_m = (1.0 - share) * (cloud_view.shell[layer].y - cloud_view.shell[layer].x);
-    vec3 carried = (turned + from_middle * fallen_m + cloud_meander(from_middle) / cloud_view.bend.w) * cloud_view.stretch.xyz;
+    vec3 carried = (turned + from_middle * fallen_m + cloud_meander(from_middle) / cloud_view.bend.w)
+        * cloud_view.stretch.xyz;
     vec3 drawn = carried + cloud_behind(from_middle, fallen_m, 1.0 - share) * cloud_view.stretch.xyz;
     // Thin ice: drawn out streaks on the map, fibres of the volume in them. Else clouds of two sizes.
-    vec3 second = ice ? CLOUD_ORIGIN(veil) + drawn.yzx * cloud_view.veil.w : cloud_swept(CLOUD_ORIGIN(wide) + tilted * cloud_view.wide.w);
+    vec3 second = ice ? CLOUD_ORIGIN(veil) + drawn.yzx * cloud_view.veil.w
+        : cloud_swept(CLOUD_ORIGIN(wide) + tilted * cloud_view.wide.w);
     float first_level = cloud_level(cloud_view.fade.x - (ice ? 0.8 : 0.0), footprint_m);
     float second_level = cloud_level(ice ? cloud_view.fade.x - 2.0 : cloud_view.fade.y, footprint_m);
     float wide = textureLod(u_cloud_shape, second, second_level + cloud_dither - 0.5).r - 0.5;
     // Fibres curl around the patches that they are in.
     vec3 curled = drawn + vec3(0.0, 0.0, CLOUD_CURL * wide / cloud_view.fibre.w);
-    vec3 first = ice ? CLOUD_ORIGIN(fibre) + curled * cloud_view.fibre.w : CLOUD_ORIGIN(broad) + turned * cloud_view.broad.w;
+    vec3 first = ice ? CLOUD_ORIGIN(fibre) + curled * cloud_view.fibre.w
+        : CLOUD_ORIGIN(broad) + turned * cloud_view.broad.w;
     float broad = textureLod(u_cloud_shape, first, first_level + cloud_dither - 0.5).r - 0.5;
     // The streaks' period is shortest across them.
     float first_told = cloud_told(footprint_m, ice ? 0.3 * cloud_view.fibre.w : cloud_view.broad.w);
     float second_told = cloud_told(footprint_m, ice ? 0.3 * cloud_view.veil.w : cloud_view.wide.w);
-    float first_shown = first_told * first_told * (1.0 - cloud_hidden(first_level, cloud_view.hiding.x, cloud_view.hiding.y));
-    float second_shown = second_told * second_told * (1.0 - cloud_hidden(second_level, cloud_view.hiding.x, cloud_view.hiding.y));
+    float first_shown = first_told * first_told
+        * (1.0 - cloud_hidden(first_level, cloud_view.hiding.x, cloud_view.hiding.y));
+    float second_shown = second_told * second_told
+        * (1.0 - cloud_hidden(second_level, cloud_view.hiding.x, cloud_view.hiding.y));
     broad *= first_told;
     wide *= second_told;
 
@@ -224,20 +241,22 @@ CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float
     float streaks = CLOUD_ICE + 0.55 * broad + 0.5 * wide + 0.6 * high - CLOUD_FEATHER * aside * aside - rare * rare;
     float soft = max(0.3 * sqrt(1.0 - second_shown), 0.02);
 
-    // Sheets are of small cells, deep weather is in clusters. Squares of the weights add up to one: the variance stays that of
-    // one volume.
+    // Sheets are of small cells, deep weather is in clusters. Squares of the weights add up to one: the variance stays
+    // that of one volume.
     float clusters = mix(0.35, 0.55, smoothstep(0.25, 0.75, w.towers)), cells = sqrt(1.0 - clusters * clusters);
     float hidden = max(1.0 - cells * cells * first_shown - clusters * clusters * second_shown, 0.0);
     // Shallow weather: stratocumulus, in closed cells with thin seams, and here and there in rolls across the wind.
     float shallow = 1.0 - cloud_solid(w);
-    float most = clamp(w.cover * drops.w, 0.0, 1.0) * (1.0 - CLOUD_SEAMS * shallow), cover = most * cloud_height_cover(share, w);
+    float most = clamp(w.cover * drops.w, 0.0, 1.0) * (1.0 - CLOUD_SEAMS * shallow),
+        cover = most * cloud_height_cover(share, w);
     // Rolls lie across an axis of the tilted frame; where that stands upright there are none.
-    float upright = dot(from_middle, vec3(2.0, -1.0, 2.0) / 3.0), roll_told = cloud_told(footprint_m, cloud_view.fine.w);
+    float upright = dot(from_middle, vec3(2.0, -1.0, 2.0) / 3.0),
+        roll_told = cloud_told(footprint_m, cloud_view.fine.w);
     float rolled = CLOUD_ROLLS * shallow * (1.0 - upright * upright) * smoothstep(0.0, 0.25, wide);
     float wave = 2.0 * fract(CLOUD_ORIGIN(fine).x + tilted.x * cloud_view.fine.w + wide) - 1.0;
     float noise = cells * broad + clusters * wide + rolled * roll_told * 4.0 * wave * (1.0 - abs(wave));
-    // Two volumes in one reach beyond 0.5, and rims on top of them: without this there would be cloud where there is no cover, cut
-    // off along the line where cover begins.
+    // Two volumes in one reach beyond 0.5, and rims on top of them: without this there would be cloud where there is no
+    // cover, cut off along the line where cover begins.
     float scarce = 1.0 - clamp(cover / CLOUD_SCARCE, 0.0, 1.0);
     float x = ice ? streaks : noise - (0.5 - cover) - CLOUD_BEYOND * scarce * scarce, lost = 0.25 * hidden;
     vec3 hair = CLOUD_HAIR * (CLOUD_ORIGIN(fibre) + carried * cloud_view.fibre.w);
@@ -247,8 +266,10 @@ CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float
 // How far the noise lies below any cloud, whatever the rims are; 0: there may be some.
 float cloud_gap(int layer, CloudNoise n, float footprint_m) {
     bool ice = CLOUD_IS_ICE(layer);
-    float rim_lost = CLOUD_RIM * CLOUD_RIM * cloud_hidden(cloud_level(cloud_view.fade.z, footprint_m), cloud_view.hiding.z, cloud_view.hiding.w)
-        + CLOUD_RIM_NEAR * CLOUD_RIM_NEAR * cloud_hidden(cloud_level(cloud_view.fade.w, footprint_m), cloud_view.hiding.z, cloud_view.hiding.w);
+    float rim_lost = CLOUD_RIM * CLOUD_RIM * cloud_hidden(cloud_level(cloud_view.fade.z, footprint_m),
+        cloud_view.hiding.z, cloud_view.hiding.w)
+        + CLOUD_RIM_NEAR * CLOUD_RIM_NEAR * cloud_hidden(cloud_level(cloud_view.fade.w, footprint_m),
+            cloud_view.hiding.z, cloud_view.hiding.w);
     float half_width = ice ? n.soft : max(sqrt(n.lost + rim_lost), CLOUD_LEAST_LOST);
     float most = n.x + (CLOUD_RIM + CLOUD_RIM_NEAR) * (ice ? CLOUD_ICE_RIM : 1.0) + half_width;
     return cloud_view.droplets[layer].z == 2.0 ? 0.0 : max(-most, ice || n.cover >= CLOUD_LEAST ? 0.0 : 1e-6);
@@ -262,7 +283,8 @@ float cloud_rimmed(int layer, CloudNoise n, float share, float footprint_m, int 
     int turns = x > -0.3 - 0.5 * sqrt(lost) && n.hidden < 0.99 ? rims : 0, i = 0;
     // Left at its end: software GPUs go through the turn, too, in which a loop is left at its head.
     if (rims > 0) do {
-        vec3 billow = i == 0 ? CLOUD_ORIGIN(fine) + n.tilted * cloud_view.fine.w : CLOUD_ORIGIN(finest) + n.turned * cloud_view.finest.w;
+        vec3 billow = i == 0 ? CLOUD_ORIGIN(fine) + n.tilted * cloud_view.fine.w
+            : CLOUD_ORIGIN(finest) + n.turned * cloud_view.finest.w;
         vec3 at = ice ? (i == 0 ? 1.0 : CLOUD_HAIRS) * n.hair : billow;
         float level = cloud_level(i == 0 ? cloud_view.fade.z : cloud_view.fade.w, footprint_m);
         float weight = turns > 0 ? (i == 0 ? CLOUD_RIM : CLOUD_RIM_NEAR) * (ice ? CLOUD_ICE_RIM : 1.0) : 0.0;

@@ -1,7 +1,8 @@
 // Straight rays through spherical shells, from any camera: on the ground, inside, above, far out.
 //
-// h: height above the reference sphere of radius R, t: distance along the ray. Distances and heights come from differences of
-// squares that are formed as products, so that a shell 1 m thick keeps its metre on a planet of any size.
+// h: height above the reference sphere of radius R, t: distance along the ray. Distances and heights come from
+// differences of squares that are formed as products, so that a shell 1 m thick keeps its metre on a planet of any
+// size.
 #include "common/safe.glsl"
 #include "generated/cloud_model.glsl"
 
@@ -55,8 +56,9 @@ float shell_to_ground(ShellRay ray) {
     return shell_ball(ray, 0.0).x;
 }
 
-// The same ray from where it enters the ball up to `top`, and the distance there; a ray that misses starts where it did, with
-// a negative distance. From 36 000 km a distance has 4 m in single precision, one from the top of the air a centimetre.
+// The same ray from where it enters the ball up to `top`, and the distance there; a ray that misses starts where it
+// did, with a negative distance. From 36 000 km a distance has 4 m in single precision, one from the top of the air a
+// centimetre.
 ShellRay shell_enter(ShellRay ray, float top, out float start) {
     start = 0.0;
     if (ray.h <= top) return ray;
@@ -69,14 +71,15 @@ ShellRay shell_enter(ShellRay ray, float top, out float start) {
     return ShellRay(top, -safe_sqrt(shell_between(top, ray.perigee)), ray.perigee);
 }
 
-// The ray towards the sun from a point at height h; rise: the point's coordinate along the sun's direction from the centre.
+// The ray towards the sun from a point at height h; rise: the point's coordinate along the sun's direction from the
+// centre.
 ShellRay shell_sun_ray(float h, float rise) {
     float r = shell_radius() + h, mu = clamp_cos(rise / r);
     return shell_ray(h, mu, sin_from_cos(mu));
 }
 
-// Distances at which the ray towards the sun touches the sphere of a height: there, sun transmittance has a kink. rise, nu:
-// coordinate of the ray's start along the sun's direction, and cosine between the ray and the sun.
+// Distances at which the ray towards the sun touches the sphere of a height: there, sun transmittance has a kink. rise,
+// nu: coordinate of the ray's start along the sun's direction, and cosine between the ray and the sun.
 vec2 shell_tangents(ShellRay ray, float rise, float nu, float height) {
     // (r^2 - rise^2)(t) = (R + height)^2 is (1 - nu^2) t^2 + 2 (b - nu rise) t + c = 0.
     ShellRay sun = shell_sun_ray(ray.h, rise);

@@ -1,16 +1,20 @@
-// How clouds of the weather stand in for slabs, whose light is known (scattered.glsl): an even sheet that closes the sky is one, and
-// is lit as one. A cloud with gaps beside it has sides, and a place in it is lit as if the slab was turned towards the sun.
+// How clouds of the weather stand in for slabs, whose light is known (scattered.glsl): an even sheet that closes the
+// sky is one, and is lit as one. A cloud with gaps beside it has sides, and a place in it is lit as if the slab was
+// turned towards the sun.
 #include "clouds/density.glsl"
 
-const float CLOUD_TURNED = 0.8;   // of the square of the sun's cosine: how far clouds that are as tall as wide are turned
+// of the square of the sun's cosine: how far clouds that are as tall as wide are turned
+const float CLOUD_TURNED = 0.8;
 
 // Vertical optical depth of an even layer below a place in it.
 float depth_below(int layer, float share) {
     vec4 shell = cloud_view.shell[layer];
-    return (shell.y - shell.x) * shell.w * share * mix(1.0, share * (2.0 - 4.0 / 3.0 * share), cloud_view.shape[layer].x);
+    return (shell.y - shell.x) * shell.w * share
+        * mix(1.0, share * (2.0 - 4.0 / 3.0 * share), cloud_view.shape[layer].x);
 }
 
-// 0: a sheet from edge to edge, 1: towers with the sun between them. Small gaps already leave tops that are far from flat.
+// 0: a sheet from edge to edge, 1: towers with the sun between them. Small gaps already leave tops that are far from
+// flat.
 float cloud_sides(int layer, CloudWeather w) {
     vec4 drops = cloud_view.droplets[layer];
     return drops.z == 0.0 ? sqrt(1.0 - clamp(w.cover * drops.w, 0.0, 1.0)) * cloud_tallness(w) : 0.0;
@@ -27,8 +31,9 @@ float cloud_facing(float level_sun, float sides) {
     return sqrt(mix(level_sun * level_sun, 1.0, CLOUD_TURNED * sides));
 }
 
-// Vertical optical depth of the cloud around a place and above it, as if the weather's clouds were whole everywhere: their thin rims
-// have the light of the cloud beside them. column: of a whole cloud; up: above the place, towards the sun.
+// Vertical optical depth of the cloud around a place and above it, as if the weather's clouds were whole everywhere:
+// their thin rims have the light of the cloud beside them. column: of a whole cloud; up: above the place, towards the
+// sun.
 float cloud_under(int layer, float share, float column, float up) {
     return cloud_view.droplets[layer].z == 2.0 ? depth_below(layer, share) : max(column - up, 0.0);
 }

@@ -1,5 +1,5 @@
-// The tiles with cloud as two lists behind their indirect dispatches: without ice from the first place on, with ice from the last one
-// back. One workgroup for the whole picture.
+// The tiles with cloud as two lists behind their indirect dispatches: without ice from the first place on, with ice
+// from the last one back. One workgroup for the whole picture.
 layout(local_size_x = 256) in;
 layout(std430, binding = 0) readonly buffer FlagBuffer { uint flags[]; };
 layout(std430, binding = 1) writeonly buffer TileBuffer { uint groups[8]; uint tiles[]; };

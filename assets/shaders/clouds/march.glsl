@@ -1,9 +1,9 @@
-// Light along one ray through air and clouds at once: segments between all heights where something begins or ends, and steps in
-// each that are short where light comes from.
+// Light along one ray through air and clouds at once: segments between all heights where something begins or ends, and
+// steps in each that are short where light comes from.
 //
-// Defines: CLOUD_STEPS and CLOUD_AIR_STEPS (steps of a segment in cloud, in clear air), CLOUD_DEEPEST (optical depth beyond
-// which nothing is seen), and those of clouds/scattered.glsl. Whoever includes this defines cloud_extinction(), cloud_sun_depth()
-// and cloud_column(); clouds/uniform_march.glsl does it for homogeneous shells.
+// Defines: CLOUD_STEPS and CLOUD_AIR_STEPS (steps of a segment in cloud, in clear air), CLOUD_DEEPEST (optical depth
+// beyond which nothing is seen), and those of clouds/scattered.glsl. Whoever includes this defines cloud_extinction(),
+// cloud_sun_depth() and cloud_column(); clouds/uniform_march.glsl does it for homogeneous shells.
 #include "clouds/step.glsl"
 #include "clouds/scattered.glsl"
 #include "contract/air_point.glsl"
@@ -35,8 +35,8 @@ float cloud_sun_share(ShellRay sun, float disc) {
     return smoothstep(-soft, soft, sun.b + safe_sqrt(shell_between(h, 0.0)));
 }
 
-// The next distance after `from` where something begins or ends: a layer, the way down, the planet's shadow, or a layer on the
-// way to the sun.
+// The next distance after `from` where something begins or ends: a layer, the way down, the planet's shadow, or a layer
+// on the way to the sun.
 float cloud_next_edge(CloudRay ray, float from, float end) {
     float least = from + max(3e-7 * from, 1e-6), next = end;
     vec2 seen = shell_tangents(ray.shell, ray.rise, ray.nu, 0.0);
@@ -64,16 +64,18 @@ int cloud_layers_at(CloudRay ray, float t) {
     return found;
 }
 
-// How far into a segment of cloud a share of its steps leads: steps grow from both ends, geometrically beyond `first` metres.
-// Light from thick cloud comes out of its first optical depths, or, where it thins towards the sun, of its last.
+// How far into a segment of cloud a share of its steps leads: steps grow from both ends, geometrically beyond `first`
+// metres. Light from thick cloud comes out of its first optical depths, or, where it thins towards the sun, of its
+// last.
 float cloud_spread(float share, float length_m, float first) {
     float x = 1.0 - abs(2.0 * share - 1.0), growth = log(1.0 + 0.5 * length_m / first);
     float away = first * (exp(x * growth) - 1.0);
     return clamp(share < 0.5 ? away : length_m - away, 0.0, length_m);
 }
 
-// How long the first and last steps of a segment should be, for a length `free` over which cloud dims light by a third. Under a low
-// sun light dims on a much shorter way down than that: by free |mu_s|, or as far as the planet's curve drops.
+// How long the first and last steps of a segment should be, for a length `free` over which cloud dims light by a third.
+// Under a low sun light dims on a much shorter way down than that: by free |mu_s|, or as far as the planet's curve
+// drops.
 float cloud_first(CloudRay ray, float from, float to, float free) {
     float r = shell_radius() + ray.shell.h, a = ray.rise + ray.nu * from, b = ray.rise + ray.nu * to;
     float low = a * b <= 0.0 ? 0.0 : min(abs(a), abs(b)) / r;
@@ -86,8 +88,8 @@ float cloud_air_spread(float share, float length_m, bool down) {
     return length_m * (down ? 1.0 - x * x : x * x);
 }
 
-// Light of the sky that droplets scatter: it comes from above, and goes down as far as they let it (Eddington's approximation of a
-// slab that is lit from above, over dark ground).
+// Light of the sky that droplets scatter: it comes from above, and goes down as far as they let it (Eddington's
+// approximation of a slab that is lit from above, over dark ground).
 vec3 cloud_ambient(int layer, vec2 column, vec3 ambient) {
     float turned = 1.0 - cloud_model.droplets[layer].y;
     return ambient * (turned * column.y + 2.0 / 3.0) / (turned * (column.x + column.y) + 4.0 / 3.0);
@@ -98,7 +100,8 @@ CloudNode cloud_node(CloudRay ray, int layers, float t, float before, float past
     float h = shell_height(ray.shell, t);
     ShellRay sun = shell_sun_ray(h, ray.rise + ray.nu * t);
     float seen = cloud_sun_share(sun, ray.disc), there = shell_radius() + h;
-    float mu = clamp_cos((ray.shell.b + t) / there), mu_s = clamp_cos(sun.b / there), cloud_depth = cloud_sun_depth(ray, t, sun);
+    float mu = clamp_cos((ray.shell.b + t) / there), mu_s = clamp_cos(sun.b / there),
+        cloud_depth = cloud_sun_depth(ray, t, sun);
     AirPoint air = air_point(h, mu, mu_s, ray.nu, ray.multiple);
     CloudNode node = CloudNode(air.extinction, air.sun_depth + cloud_depth, seen * air.direct, air.diffuse, 0.0, 0.0);
     vec3 sunlight = seen * exp(-air.sun_depth);
@@ -107,7 +110,8 @@ CloudNode cloud_node(CloudRay ray, int layers, float t, float before, float past
     for (int layer = 0; layer < cloud_model.counts.x; ++layer) {
         if ((layers & (1 << layer)) == 0) continue;
         float share = clamp(cloud_share(layer, h), 0.0, 1.0), extinction = cloud_extinction(layer, ray, t, share);
-        float albedo = cloud_model.droplets[layer].x, once = albedo * cloud_phase(ray.nu, cloud_model.droplets[layer].y);
+        float albedo = cloud_model.droplets[layer].x,
+            once = albedo * cloud_phase(ray.nu, cloud_model.droplets[layer].y);
         float lobes = 1.0;
         node.cloud += extinction;
         if (ray.multiple > 0.0) {
@@ -120,7 +124,8 @@ CloudNode cloud_node(CloudRay ray, int layers, float t, float before, float past
         gained += seen * extinction * once * lobes;
     }
     node.extinction += node.cloud;
-    // Lobes make sunlight fall more slowly than exp(-depth): they belong to the exponent, which is followed along a step.
+    // Lobes make sunlight fall more slowly than exp(-depth): they belong to the exponent, which is followed along a
+    // step.
     vec3 all = node.direct + direct, more = node.direct + gained;
     node.sun_depth -= log(mix(vec3(1.0), more / max(all, 1e-30), greaterThan(all, vec3(1e-30))));
     node.direct = all;

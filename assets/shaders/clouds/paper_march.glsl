@@ -1,12 +1,14 @@
-// The printed march through clouds and air (Michelic 2018, section 5; Michelic et al. 2019, section 3), as it is printed: with
-// Riemann sums, six samples towards the sun, a sun that no air dims, and light scattered once. There to compare with.
+// The printed march through clouds and air (Michelic 2018, section 5; Michelic et al. 2019, section 3), as it is
+// printed: with Riemann sums, six samples towards the sun, a sun that no air dims, and light scattered once. There to
+// compare with.
 //
-// Defines: CLOUD_PAPER (2018 or 2019: how clouds and air are put together). What a source does not say: steps are a fortieth of the
-// layer's thickness and sampled in their middles, the six samples share the way to the layer's top, segments of air inside the
-// layer begin with a quarter of its thickness and grow by a quarter each.
+// Defines: CLOUD_PAPER (2018 or 2019: how clouds and air are put together). What a source does not say: steps are a
+// fortieth of the layer's thickness and sampled in their middles, the six samples share the way to the layer's top,
+// segments of air inside the layer begin with a quarter of its thickness and grow by a quarter each.
 #include "clouds/march.glsl"
 
-const int PAPER_STEPS = 40, PAPER_SUN_SAMPLES = 6, PAPER_AIR_SLICES = 8, PAPER_MOST_SEGMENTS = 96, PAPER_MOST_STEPS = 4096;
+const int PAPER_STEPS = 40, PAPER_SUN_SAMPLES = 6, PAPER_AIR_SLICES = 8, PAPER_MOST_SEGMENTS = 96,
+    PAPER_MOST_STEPS = 4096;
 
 // Transmittance and light of clear air between two distances: what the sources look up in tables.
 CloudLight paper_air(CloudRay ray, float from, float to) {
@@ -19,7 +21,8 @@ CloudLight paper_air(CloudRay ray, float from, float to) {
             ShellRay sun = shell_sun_ray(h, ray.rise + ray.nu * t);
             float there = shell_radius() + h;
             AirPoint air = air_point(h, clamp_cos((ray.shell.b + t) / there), clamp_cos(sun.b / there), ray.nu, 0.0);
-            node[k] = CloudNode(air.extinction, air.sun_depth, cloud_sun_share(sun, ray.disc) * air.direct, vec3(0.0), 0.0, 0.0);
+            node[k] = CloudNode(air.extinction, air.sun_depth, cloud_sun_share(sun, ray.disc) * air.direct, vec3(0.0),
+                0.0, 0.0);
         }
         cloud_step(light, dt, node[0], node[1]);
     }
@@ -52,18 +55,22 @@ void paper_segment(inout vec3 radiance, inout vec3 transmittance, CloudRay ray, 
     for (int i = 0; i < steps; ++i) {
         float share = (float(i) + 0.5) / float(steps), t = mix(from, to, share);
         float taken = length_m * paper_density(ray, layer, shell_height(ray.shell, t));
-        cloud *= exp(-taken);                                                                                          // (15)
-        float light = droplets.x * cloud_phase(ray.nu, droplets.y) * taken * paper_sun(ray, layer, t) * cloud;         // (16)
+        // (15)
+        cloud *= exp(-taken);
+        // (16)
+        float light = droplets.x * cloud_phase(ray.nu, droplets.y) * taken * paper_sun(ray, layer, t) * cloud;
         alone += light;
         // 2019: the air's light comes evenly along the segment, and its transmittance runs linearly.
         together += clear.radiance / float(steps) * cloud + light * mix(vec3(1.0), air, share);
     }
 #if CLOUD_PAPER == 2018
-    radiance += transmittance * (clear.radiance * cloud + alone);                                                      // (20)
+    // (20)
+    radiance += transmittance * (clear.radiance * cloud + alone);
 #else
     radiance += transmittance * together;
 #endif
-    transmittance *= air * cloud;                                                                                      // (19)
+    // (19)
+    transmittance *= air * cloud;
 }
 
 void paper_clear(inout vec3 radiance, inout vec3 transmittance, CloudRay ray, float from, float to) {

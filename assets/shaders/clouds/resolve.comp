@@ -1,10 +1,11 @@
 // Clouds for every pixel from one ray for each block of them: pixels that had their ray in this frame mix it in, the
-// others show what the last frame showed at the same place of the clouds, held within what this frame sees around them; where there
-// is no past, this frame's rays are spread. Those that ended where the pixel's own surface is count more: clouds in front of
-// one thing are not those behind another; and what the last frame saw up to another surface is no past.
+// others show what the last frame showed at the same place of the clouds, held within what this frame sees around them;
+// where there is no past, this frame's rays are spread. Those that ended where the pixel's own surface is count more:
+// clouds in front of one thing are not those behind another; and what the last frame saw up to another surface is no
+// past.
 //
-// An invocation has the pixels between four rays: what these four have seen is the same for all of them. Pixels are those of
-// the clouds' picture, PICTURE_PX of the frame's a side.
+// An invocation has the pixels between four rays: what these four have seen is the same for all of them. Pixels are
+// those of the clouds' picture, PICTURE_PX of the frame's a side.
 #include "common/camera.glsl"
 
 layout(local_size_x = 8, local_size_y = 4) in;
@@ -25,7 +26,8 @@ layout(location = 2) uniform mat3 u_turn;            // camera coordinates to th
 layout(location = 5) uniform vec3 u_shift;           // m
 layout(location = 6) uniform vec4 u_projection;      // of the frame before: 1 / sx, 1 / sy, ox, oy
 layout(location = 7) uniform float u_weight;         // of this frame's ray where there is a past
-layout(location = 8) uniform int u_squares;          // of the chessboard of blocks with a ray of this frame, as in view_ray.glsl
+// of the chessboard of blocks with a ray of this frame, as in view_ray.glsl
+layout(location = 8) uniform int u_squares;
 
 const float ALIKE = 0.7;   // ratio of distances to one surface from frame to frame, and across a pixel's step
 const float HURRY = 15.0;   // half of what is shown is new where the camera comes nearer by 1 / HURRY in a frame
@@ -40,7 +42,8 @@ void main() {
     ivec2 corner = ivec2(gl_GlobalInvocationID.xy) - 1, first = corner * STRIDE + place;
     if (any(greaterThanEqual(first, size))) return;
     // Each of the four, and what it and its neighbours have seen: least and largest.
-    // Textures show their nearest texel, beyond the edge the last one: on software GPUs in less than half of the time of texelFetch.
+    // Textures show their nearest texel, beyond the edge the last one: on software GPUs in less than half of the time
+    // of texelFetch.
     vec2 per_ray = 1.0 / vec2(most + 1), per_pixel = 1.0 / vec2(size);
     vec4 seen[4], least[4], largest[4], away, ends;
     for (int i = 0; i < 4; ++i) {
@@ -64,7 +67,8 @@ void main() {
         }
     }
     vec4 ray = textureLod(u_clouds, (vec2(clamp(corner, ivec2(0), most)) + 0.5) * per_ray, 0.0);
-    float nearest = max(max(ends.x, ends.y), max(ends.z, ends.w)), farthest = min(min(ends.x, ends.y), min(ends.z, ends.w));
+    float nearest = max(max(ends.x, ends.y), max(ends.z, ends.w)),
+        farthest = min(min(ends.x, ends.y), min(ends.z, ends.w));
     vec4 lowest = min(min(least[0], least[1]), min(least[2], least[3])),
         highest = max(max(largest[0], largest[1]), max(largest[2], largest[3]));
     float wider = u_squares < 0 ? 0.0 : FEWER;
@@ -102,7 +106,8 @@ void main() {
         vec2 ndc = (then.xy / max(then.z, 1e-6) - u_projection.zw) * u_projection.xy;
         vec2 uv = u_past == 2 ? (vec2(pixel) + 0.5) * per_pixel : (0.5 + 0.5 * ndc) * fill;
         bool known = u_past == 2 || (u_past == 1 && then.z > 0.0 && all(lessThan(abs(ndc), vec2(1.0))));
-        // Where another surface was, what was seen up to it says nothing. A moving camera finds outlines a little aside.
+        // Where another surface was, what was seen up to it says nothing. A moving camera finds outlines a little
+        // aside.
         float then_depth = textureLod(u_surface, uv, 0.0).r;
         // But clouds over ground are never those over the sky: beyond the limb they would stand in space.
         vec2 alike = u_past == 2 || depth <= 0.0 ? vec2(depth) : vec2(min(depth, farthest), max(depth, nearest));
@@ -111,8 +116,8 @@ void main() {
         vec4 held = u_past == 2 ? past : clamp(past, low, high);
         // Writes beside the picture do nothing.
 #ifdef VALIDITY
-        // For the debug view: red without a past, green with one, towards yellow as far as it had to be held back; paler where this
-        // frame's ray is.
+        // For the debug view: red without a past, green with one, towards yellow as far as it had to be held back;
+        // paler where this frame's ray is.
         vec4 apart = abs(past - held) / max(high - low + 1e-6, vec4(1e-6));
         float kept = clamp(max(max(apart.r, apart.g), max(apart.b, apart.a)), 0.0, 1.0);
         vec3 shade = known ? mix(vec3(0.10, 0.55, 0.20), vec3(0.95, 0.80, 0.10), kept) : vec3(0.80, 0.12, 0.10);
@@ -120,7 +125,8 @@ void main() {
 #else
         // What a camera flies up to shows more of itself from frame to frame than one ray in a block tells.
         float hurry = u_past == 2 ? 0.0 : rush / (distance_m + rush);
-        vec4 found = known ? mix(fresh ? mix(held, ray, u_weight) : held, spread, hurry) : fresh && u_squares < 0 ? ray : spread;
+        vec4 found = known ? mix(fresh ? mix(held, ray, u_weight) : held, spread, hurry) : fresh && u_squares < 0 ? ray
+            : spread;
         // Light may be less than none: what the air in shadow doesn't scatter is taken off.
         imageStore(o_clouds, pixel, vec4(found.rgb, max(found.a, 0.0)));
 #endif

@@ -1,8 +1,8 @@
-// Light that droplets have scattered more than once: moments of a plane slab as deep as the clouds above and below a point, from
-// a table (systems/clouds/slab.py), and what the forward peak does to light that is scattered once besides.
+// Light that droplets have scattered more than once: moments of a plane slab as deep as the clouds above and below a
+// point, from a table (systems/clouds/slab.py), and what the forward peak does to light that is scattered once besides.
 //
-// Defines: CLOUD_SLAB (depths, suns, shares of the table, as a vec3), CLOUD_SLAB_RANGE (least depth, logarithm of the ratio of the
-// most to it, least cosine of the sun).
+// Defines: CLOUD_SLAB (depths, suns, shares of the table, as a vec3), CLOUD_SLAB_RANGE (least depth, logarithm of the
+// ratio of the most to it, least cosine of the sun).
 #include "clouds/droplets.glsl"
 
 const int CLOUD_DEGREE = 3, CLOUD_LOBES = 8;
@@ -17,8 +17,8 @@ float cloud_peak(int layer) {
     return cloud_model.droplets[layer].x * g * g * g * g;
 }
 
-// The sun's cosine for the slab. A shell gets some light from a level sun, and from one a little below: as much as if it stood
-// where the light's way through the shell is that long.
+// The sun's cosine for the slab. A shell gets some light from a level sun, and from one a little below: as much as if
+// it stood where the light's way through the shell is that long.
 float cloud_slab_sun(int layer, float mu_s) {
     vec4 shell = cloud_model.shells[layer];
     float c2 = 0.5 * (shell.y - shell.x) / (shell_radius() + shell.y);
@@ -26,8 +26,8 @@ float cloud_slab_sun(int layer, float mu_s) {
     return mu_s > 0.0 ? 0.5 * (mu_s + root) : 2.0 * c2 / (root - mu_s);
 }
 
-// Harmonics of a ray and a sun, for the table's moments: mu, mu_s: cosines of the ray and of the sun to the zenith, nu: between
-// the two.
+// Harmonics of a ray and a sun, for the table's moments: mu, mu_s: cosines of the ray and of the sun to the zenith, nu:
+// between the two.
 struct CloudHarmonics {
     vec4 of[3];
 };
@@ -55,15 +55,16 @@ CloudHarmonics cloud_harmonics(float mu, float mu_s, float nu) {
     return found;
 }
 
-// Radiance per optical depth towards the camera for a sun of irradiance 1 on top of the clouds. up, down: vertical optical depth
-// of the clouds above and below; sun: cloud_slab_sun().
+// Radiance per optical depth towards the camera for a sun of irradiance 1 on top of the clouds. up, down: vertical
+// optical depth of the clouds above and below; sun: cloud_slab_sun().
 float cloud_slab_light(int layer, float up, float down, float sun, CloudHarmonics harmonics) {
     vec3 size = CLOUD_SLAB, range = CLOUD_SLAB_RANGE;
     float depth = (up + down) * (1.0 - cloud_peak(layer));
     float share = up / max(up + down, 1e-20), near = sqrt(share), far = sqrt(max(1.0 - share, 0.0));
     vec3 at = clamp(vec3(near / (near + far), sqrt(max(sun - range.z, 0.0) / (1.0 - range.z)),
         log(max(depth, 1e-20) / range.x) / range.y), 0.0, 1.0);
-    // A slab thinner than the thinnest in the table scatters light again in proportion, one under a lower sun gets less.
+    // A slab thinner than the thinnest in the table scatters light again in proportion, one under a lower sun gets
+    // less.
     float less = min(depth / range.x, 1.0) * min(sun / range.z, 1.0), sum = 0.0;
     vec3 texel = at * (size.zyx - 1.0) + 0.5;
     float layers = 3.0 * float(CLOUD_SLABS) * size.x, first = texel.z + 3.0 * size.x * float(layer);
@@ -78,16 +79,17 @@ float cloud_slab(int layer, float up, float down, float mu, float mu_s, float nu
     return cloud_slab_light(layer, up, down, cloud_slab_sun(layer, mu_s), cloud_harmonics(mu, mu_s, nu));
 }
 
-// Light that goes k times into the forward peak and is scattered once besides is spread by all of these: lobes of asymmetry
-// g^(1 + 0.6 k), in numbers that follow Poisson's law. The exponent, and the share of each lobe's level in its back that is left
-// out (light that far astray is in the table already), are fitted to Monte-Carlo slabs.
+// Light that goes k times into the forward peak and is scattered once besides is spread by all of these: lobes of
+// asymmetry g^(1 + 0.6 k), in numbers that follow Poisson's law. The exponent, and the share of each lobe's level in
+// its back that is left out (light that far astray is in the table already), are fitted to Monte-Carlo slabs.
 struct CloudLobes {
     float of[CLOUD_LOBES];   // each lobe against what is scattered once, over k!
     float peak;
 };
 
 CloudLobes cloud_lobes_at(int layer, float nu) {
-    float g = cloud_model.droplets[layer].y, once = cloud_phase(nu, g), step = pow(max(g, 1e-3), CLOUD_BROADEN), lobe = g, count = 1.0;
+    float g = cloud_model.droplets[layer].y, once = cloud_phase(nu, g), step = pow(max(g, 1e-3), CLOUD_BROADEN),
+        lobe = g, count = 1.0;
     CloudLobes found;
     found.peak = cloud_peak(layer);
     for (int k = 0; k < CLOUD_LOBES; ++k) {
@@ -98,7 +100,8 @@ CloudLobes cloud_lobes_at(int layer, float nu) {
     return found;
 }
 
-// How much more light there is than what is scattered once; depth: optical depth of the clouds on the light's whole way.
+// How much more light there is than what is scattered once; depth: optical depth of the clouds on the light's whole
+// way.
 float cloud_lobes_sum(CloudLobes lobes, float depth) {
     float mean = lobes.peak * min(depth, CLOUD_LOBES_DEEPEST), weight = 1.0, sum = 1.0;
     for (int k = 0; k < CLOUD_LOBES; ++k) {

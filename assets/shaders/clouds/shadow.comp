@@ -1,6 +1,6 @@
-// One map of the clouds' shadow. A texel is a ray of the sun, at the place where it crosses the reference height; it is followed
-// from the top of the clouds down. Kept are, for the ground, what comes through all of them, and the beam and the optical
-// depth that are left at each of a few heights, for the air and for clouds.
+// One map of the clouds' shadow. A texel is a ray of the sun, at the place where it crosses the reference height; it is
+// followed from the top of the clouds down. Kept are, for the ground, what comes through all of them, and the beam and
+// the optical depth that are left at each of a few heights, for the air and for clouds.
 #include "clouds/density.glsl"
 #include "clouds/sun_ray.glsl"
 #include "clouds/through.glsl"
@@ -8,10 +8,12 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 0, rgba16f) uniform writeonly image2DArray o_shadow;
 layout(binding = 1, rg16f) uniform writeonly image3D o_sun;
-layout(std430, binding = 0) buffer Shaded { uint shaded[]; };   // per map, and of the one that is made: whether anything in it is
+// per map, and of the one that is made: whether anything in it is
+layout(std430, binding = 0) buffer Shaded { uint shaded[]; };
 layout(location = 0) uniform int u_layer;    // of o_shadow
 layout(location = 1) uniform int u_steps;    // through an interval
-layout(location = 2) uniform vec4 u_middle;   // of the map, from the anchor in planet axes, at the reference height; half width
+// of the map, from the anchor in planet axes, at the reference height; half width
+layout(location = 2) uniform vec4 u_middle;
 layout(location = 3) uniform vec4 u_up;       // there; how many times longer than wide the map is
 layout(location = 4) uniform vec3 u_along;    // its axes, the first divided by that
 layout(location = 5) uniform vec3 u_across;
@@ -59,7 +61,8 @@ void main() {
         do {
             float share = (float(k) + 1.0) / float(steps), lower = mix(heights.y, heights.x, share);
             float height = mix(heights.y, heights.x, share - 0.5 / float(steps));
-            float to = cloud_way_to(r, mu, lower - cloud_view.shadow.x), way = max(from - to, 0.0), middle = 0.5 * (from + to);
+            float to = cloud_way_to(r, mu, lower - cloud_view.shadow.x), way = max(from - to, 0.0),
+                middle = 0.5 * (from + to);
             float wide = max(footprint, 0.35 * way);
             CloudWeather w = cloud_weather(normalize(foot + sun * middle), wide);
             layer = lowest;

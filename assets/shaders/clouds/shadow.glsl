@@ -1,10 +1,11 @@
-// Contract "cloud_shadow" (common/cloud_shadow.glsl has the rules), from maps around the camera. A place on a map is where
-// sunlight meets the clouds' reference height.
+// Contract "cloud_shadow" (common/cloud_shadow.glsl has the rules), from maps around the camera. A place on a map is
+// where sunlight meets the clouds' reference height.
 #include "clouds/shadow_maps.glsl"
 
 layout(binding = 16) uniform sampler2DArray u_cloud_shadow;
 
-// As cloud_through() has it (clouds/through.glsl), of all cloud above a point on its way to the sun. wide_m: the mean over so much.
+// As cloud_through() has it (clouds/through.glsl), of all cloud above a point on its way to the sun. wide_m: the mean
+// over so much.
 vec4 cloud_through_at(vec3 point, float altitude, float wide_m) {
     float unused, mu_s = dot(up_at(point), frame.sun_direction.xyz);
     vec3 D = foot_offset_of(cloud_sun_place(point, altitude, mu_s), unused);

@@ -16,8 +16,9 @@ float cloud_map_texel(int level) {
     return 2.0 / (cloud_view.shadow_from[level].w * cloud_view.shadow.w);
 }
 
-// The first map to ask for a place, no finer than a width in metres calls for, nor than any that is drawn: each look takes time. Each is
-// four times wider than the one before, and about in the same middle. holds: the finest that may have the place.
+// The first map to ask for a place, no finer than a width in metres calls for, nor than any that is drawn: each look
+// takes time. Each is four times wider than the one before, and about in the same middle. holds: the finest that may
+// have the place.
 int cloud_first_map(float holds, float wide_m) {
     float shows = 0.5 * log2(max(wide_m / cloud_map_texel(0), 1e-3));
     return clamp(int(max(max(holds, shows), cloud_view.shadow_v[0].w)), 0, max(int(cloud_view.shadow.y) - 1, 0));
@@ -33,8 +34,8 @@ int cloud_first_map(vec3 D, float wide_m) {
     return cloud_first_map(0.5 * (log2(max(cloud_map_reach(D), 1e-3)) - 0.2), wide_m);
 }
 
-// For the place alone. Middles lie within 0.625 of a map's half width of those of finer ones (systems/clouds/shadow.py): 2^0.7 - 1.
-// A first map that is not drawn lies anywhere.
+// For the place alone. Middles lie within 0.625 of a map's half width of those of finer ones
+// (systems/clouds/shadow.py): 2^0.7 - 1. A first map that is not drawn lies anywhere.
 int cloud_first_map_of(vec3 D, float wide_m) {
     float reach = cloud_view.shadow_v[0].w > 0.0 ? 0.0 : cloud_map_reach(D);
     return cloud_first_map(reach < 1.0 ? 0.0 : 1.0 + 0.5 * max(log2(reach) - 0.7, 0.0), wide_m);

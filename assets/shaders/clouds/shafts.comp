@@ -1,5 +1,5 @@
-// Light that the air does not scatter because clouds keep the sun from it: taken from what each ray of the clouds adds to the
-// picture, whose air is lit as if there were none. What is left of the air's light is between shafts.
+// Light that the air does not scatter because clouds keep the sun from it: taken from what each ray of the clouds adds
+// to the picture, whose air is lit as if there were none. What is left of the air's light is between shafts.
 //
 // Only light that would be scattered once is in clouds' shadow; what has been scattered before comes from all sides.
 #include "clouds/view_ray.glsl"
@@ -9,14 +9,15 @@
 layout(local_size_x = 8, local_size_y = 4) in;
 layout(binding = 0, rgba32f) uniform image2D u_rays;
 layout(binding = 1, r32f) uniform image2D u_distance;
-layout(location = 5) uniform vec3 u_shafts;   // steps; how much of the shadow counts; the first step is about this long in metres
+// steps; how much of the shadow counts; the first step is about this long in metres
+layout(location = 5) uniform vec3 u_shafts;
 
 const float CLEAR = 1e-3;
 
 const float LEAST_RISE = 0.01;   // cosine to the zenith of a sun's ray where it crosses the maps' height
 
-// A map that knows a step: layer in the texture, how much it counts, where the step's middle lies and how that moves per metre along
-// the ray. No array: each lane would look for its own element.
+// A map that knows a step: layer in the texture, how much it counts, where the step's middle lies and how that moves
+// per metre along the ray. No array: each lane would look for its own element.
 struct KnownBy {
     float first, share;
     vec2 at, drift;
@@ -26,7 +27,8 @@ float g_dip;
 
 void cloud_sun_at(AirStep place) {
     vec3 sun = frame.sun_direction.xyz;
-    float r = planet.radii.x + place.altitude, way = cloud_way_to(r, place.mu_s, cloud_view.shadow.x - place.altitude), unused;
+    float r = planet.radii.x + place.altitude, way = cloud_way_to(r, place.mu_s, cloud_view.shadow.x - place.altitude),
+        unused;
     vec3 D = foot_offset_of(place.point + sun * way, unused);
     // The crossing stays at its height X: X . (ray + way' sun) = 0.
     vec3 drift = place.ray - sun * ((r * place.mu + way * place.nu) / max(r * place.mu_s + way, LEAST_RISE * r));
@@ -68,7 +70,8 @@ void main() {
     if (any(greaterThanEqual(at, imageSize(u_rays)))) return;
     ViewRay v = cloud_view_ray(at);
     vec4 clouds = imageLoad(u_rays, at);
-    ShadowedAir air = shadowed_air(v.ray, v.mu, v.end, imageLoad(u_distance, at).r, clouds.a, int(u_shafts.x), u_shafts.z, v.shift);
+    ShadowedAir air = shadowed_air(v.ray, v.mu, v.end, imageLoad(u_distance, at).r, clouds.a, int(u_shafts.x),
+        u_shafts.z, v.shift);
     if (air.any) {
         imageStore(u_rays, at, vec4(clouds.rgb - air.light * (u_shafts.y * frame.scale.x), clouds.a));
         // Where there is nothing else to follow from frame to frame, the shafts are.

@@ -6,5 +6,6 @@ layout(binding = 17) uniform sampler2D u_cloud_sky;
 
 vec4 cloud_sky(vec3 direction) {
     vec4 found = textureLod(u_cloud_sky, cloud_sky_place(direction), 0.0);
-    return cloud_view.counts.x * cloud_view.casts.z > 0.0 ? vec4(found.rgb * frame.scale.y, found.a) : vec4(0.0, 0.0, 0.0, 1.0);
+    return cloud_view.counts.x * cloud_view.casts.z > 0.0 ? vec4(found.rgb * frame.scale.y, found.a)
+        : vec4(0.0, 0.0, 0.0, 1.0);
 }

@@ -14,7 +14,8 @@ void cloud_sky_axes(out vec3 east, out vec3 north) {
 vec2 cloud_sky_place(vec3 direction) {
     vec3 east, north;
     cloud_sky_axes(east, north);
-    vec2 at = vec2(dot(direction, east), dot(direction, north)) / (1.0 + max(dot(direction, frame.camera_zenith.xyz), 0.0));
+    vec2 at = vec2(dot(direction, east), dot(direction, north))
+        / (1.0 + max(dot(direction, frame.camera_zenith.xyz), 0.0));
     return 0.5 + 0.5 * at / CLOUD_SKY_EDGE;
 }
 

@@ -1,5 +1,5 @@
-// Contract "skylight" (common/skylight.glsl has the rules): light of the sky above the clouds that comes through them, and sunlight
-// that they have scattered, which is as white as the sunlight above them.
+// Contract "skylight" (common/skylight.glsl has the rules): light of the sky above the clouds that comes through them,
+// and sunlight that they have scattered, which is as white as the sunlight above them.
 #include "common/planet_shadow.glsl"
 #include "clouds/shadow.glsl"
 #include "contract/air.glsl"

@@ -1,5 +1,5 @@
-// One step of a march: light that leaves it towards the camera, exact where extinction is even and sunlight falls exponentially
-// along the step, which it does in even cloud. So a step may be many optical depths long.
+// One step of a march: light that leaves it towards the camera, exact where extinction is even and sunlight falls
+// exponentially along the step, which it does in even cloud. So a step may be many optical depths long.
 //
 // Looked at are two points of it, Gauss's: what is missed along a curved exponent cancels to leading order.
 #include "clouds/droplets.glsl"
@@ -31,7 +31,8 @@ vec3 cloud_mean_exp(vec3 from, vec3 to) {
 // Emission times transmittance, meant over the step. Exponents at the two points.
 vec3 cloud_step_mean(vec3 exponent_a, vec3 exponent_b, vec3 emission_a, vec3 emission_b, vec3 least) {
     vec3 overhang = (exponent_b - exponent_a) * (CLOUD_NODE_A / (CLOUD_NODE_B - CLOUD_NODE_A));
-    // Past a kink (the sun's ray leaves a shell) the straight line would go below what is possible, and its exponential grow.
+    // Past a kink (the sun's ray leaves a shell) the straight line would go below what is possible, and its exponential
+    // grow.
     vec3 mean = cloud_mean_exp(max(exponent_a - overhang, least), max(exponent_b + overhang, least));
     vec3 share = 1.0 / (1.0 + exp(clamp(exponent_b - exponent_a, -80.0, 80.0)));
     return mean * mix(emission_a, emission_b, share);
@@ -44,7 +45,8 @@ void cloud_step(inout CloudLight light, float length_m, CloudNode a, CloudNode b
     vec3 depth_a = light.depth + length_m * max(a.extinction * xa - slope * (0.5 * xa * xa), 0.0);
     vec3 depth_b = light.depth + length_m * max(a.extinction * xb + slope * (0.5 * xb * xb - xa * xb), 0.0);
     vec3 diffuse = light.depth - light.relief;
-    vec3 diffuse_a = depth_a - light.relief - length_m * xa * a.relief, diffuse_b = depth_b - light.relief - length_m * xb * b.relief;
+    vec3 diffuse_a = depth_a - light.relief - length_m * xa * a.relief,
+        diffuse_b = depth_b - light.relief - length_m * xb * b.relief;
     // Light that was turned straight on adds to sunlight: then exponents may be less than the depth before the step.
     vec3 sun_a = depth_a + a.sun_depth, sun_b = depth_b + b.sun_depth, least = min(light.depth, min(sun_a, sun_b));
     light.radiance += length_m

@@ -2,9 +2,9 @@
 //
 //   vec2 cloud_sunlight(vec3 point, float altitude, float mu_s, float wide_m)
 //
-// point: camera-relative, planet axes; mu_s: cosine of the sun to the zenith there; wide_m: what the answer stands for. x: the
-// beam's share that is left; y: optical depth of all clouds towards the sun. Of a sun below the point's horizon it is that of
-// the ray from its lowest point on: what lies between the two is not in the maps.
+// point: camera-relative, planet axes; mu_s: cosine of the sun to the zenith there; wide_m: what the answer stands for.
+// x: the beam's share that is left; y: optical depth of all clouds towards the sun. Of a sun below the point's horizon
+// it is that of the ray from its lowest point on: what lies between the two is not in the maps.
 #include "clouds/shadow_maps.glsl"
 
 layout(binding = 5) uniform sampler3D u_cloud_sun;
@@ -33,7 +33,8 @@ vec2 cloud_sunlight_on(CloudSunPlace ray, float altitude, float mu_s) {
     int levels = int(cloud_view.shadow.y), level = ray.level;
     do {
         vec2 at = cloud_map_place(ray.D, level);
-        float known = left * cloud_map_share(at, level), row = (float(level) * rows + node) / (float(CLOUD_MOST_MAPS) * rows);
+        float known = left * cloud_map_share(at, level),
+            row = (float(level) * rows + node) / (float(CLOUD_MOST_MAPS) * rows);
         sum += known * textureLod(u_cloud_sun, vec3(0.5 + 0.5 * clamp(at, -1.0, 1.0), row), 0.0).rg;
         left -= known;
     } while (++level < levels && left > 0.0);

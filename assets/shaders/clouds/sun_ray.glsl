@@ -1,12 +1,12 @@
-// Sun's rays through the clouds, as maps of the shadow know them: a ray by the place where it crosses the maps' reference height,
-// a point on it by its height.
+// Sun's rays through the clouds, as maps of the shadow know them: a ray by the place where it crosses the maps'
+// reference height, a point on it by its height.
 #include "common/camera.glsl"
 #include "generated/cloud_view.glsl"
 
 const int CLOUD_MOST_MAPS = 6, CLOUD_MOST_INTERVALS = 8;   // as in systems/clouds/view_block.py
 
-// Distance from a height along a ray of cosine mu to the zenith there, as far as it has risen by `rise` (negative: back along
-// the ray). Where it never gets as low, the way to its lowest point. r: of the starting height.
+// Distance from a height along a ray of cosine mu to the zenith there, as far as it has risen by `rise` (negative: back
+// along the ray). Where it never gets as low, the way to its lowest point. r: of the starting height.
 float cloud_way_to(float r, float mu, float rise) {
     float b = r * mu, c = max(rise * (2.0 * r + rise), -b * b);
     float root = sqrt(max(b * b + c, 0.0));
@@ -25,5 +25,6 @@ float cloud_node(float altitude) {
 
 // Where the sun's ray through a point crosses the reference height on its way out; no less high than its lowest point.
 vec3 cloud_sun_place(vec3 point, float altitude, float mu_s) {
-    return point + frame.sun_direction.xyz * cloud_way_to(planet.radii.x + altitude, mu_s, cloud_view.shadow.x - altitude);
+    return point + frame.sun_direction.xyz * cloud_way_to(planet.radii.x + altitude, mu_s,
+        cloud_view.shadow.x - altitude);
 }

@@ -1,4 +1,5 @@
-// Noise that repeats after a whole number of cells, for volumes that wrap. Hash and weights are those of common/noise.glsl.
+// Noise that repeats after a whole number of cells, for volumes that wrap. Hash and weights are those of
+// common/noise.glsl.
 #include "common/noise.glsl"
 
 // cell: not below -64 times `cells`. GLSL leaves % of negative numbers undefined (some drivers take them as unsigned).

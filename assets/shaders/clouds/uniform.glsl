@@ -1,5 +1,5 @@
-// Homogeneous shells: optical depths in closed form. Along a ray the profile is a polynomial of degree 4 in the distance (and
-// curvature beyond that), for which Gauss's rule of three points is exact.
+// Homogeneous shells: optical depths in closed form. Along a ray the profile is a polynomial of degree 4 in the
+// distance (and curvature beyond that), for which Gauss's rule of three points is exact.
 #include "clouds/droplets.glsl"
 
 // Mean of a layer's profile between two distances that both lie in it.

@@ -1,5 +1,6 @@
-// Clouds as the camera sees them, one ray for each block of STRIDE x STRIDE pixels: rgb what they add to the picture, a what they
-// leave of it. Over the tiles of 8 x 4 rays that may see any: those with ice, or, in a shorter program, those without.
+// Clouds as the camera sees them, one ray for each block of STRIDE x STRIDE pixels: rgb what they add to the picture, a
+// what they leave of it. Over the tiles of 8 x 4 rays that may see any: those with ice, or, in a shorter program, those
+// without.
 #include "clouds/view_ray.glsl"
 #include "clouds/weather_march.glsl"
 #include "common/spread.glsl"

@@ -1,5 +1,5 @@
-// The ray of a block of STRIDE x STRIDE pixels of the clouds' picture, and how far it goes. Each of these pixels stands for
-// PICTURE_PX x PICTURE_PX of the frame's.
+// The ray of a block of STRIDE x STRIDE pixels of the clouds' picture, and how far it goes. Each of these pixels stands
+// for PICTURE_PX x PICTURE_PX of the frame's.
 #include "common/camera.glsl"
 #include "clouds/ways.glsl"
 
@@ -36,7 +36,8 @@ ViewRay cloud_view_ray(ivec2 at) {
     shell_sine2 = dot(aside, aside);
     // The planet itself, where nothing was drawn on it.
     vec2 floor_ = shell_crossings(mu, min(planet.radii.w, frame.camera_zenith.w));
-    if (depth <= 0.0 && mu < 0.0 && floor_.x < floor_.y && frame.camera_zenith.w > planet.radii.w) end = min(end, floor_.x);
+    if (depth <= 0.0 && mu < 0.0 && floor_.x < floor_.y && frame.camera_zenith.w > planet.radii.w)
+        end = min(end, floor_.x);
     pixel_rad = frame.clock.w * u_width;
     cloud_dither = cloud_pattern(pixel + ivec2(37, 91));
     return ViewRay(ray, mu, end, cloud_pattern(pixel));

@@ -1,4 +1,5 @@
-// Where a ray from the camera goes through layers of cloud, and the ends of the segments between which weather is taken as even.
+// Where a ray from the camera goes through layers of cloud, and the ends of the segments between which weather is taken
+// as even.
 #include "clouds/shells.glsl"
 #include "clouds/density.glsl"
 
@@ -14,8 +15,8 @@ const bool NO_ICE = false;
 float pixel_rad;   // angle that a ray stands for
 float ray_walked = 0.0;   // metres that it has come before its start, through nothing; distances count from there
 
-// Layers are in the order of their heights: down through them from the highest, then up from the lowest. Returns how many ways there
-// are. Without those of ice where the program has none.
+// Layers are in the order of their heights: down through them from the highest, then up from the lowest. Returns how
+// many ways there are. Without those of ice where the program has none.
 int cloud_ways(float mu, float end, out vec2 spans[2 * CLOUD_VIEW_LAYERS], out int owners[2 * CLOUD_VIEW_LAYERS]) {
     int layers = int(cloud_view.counts.x), count = 0;
     for (int turn = 0; turn < 2 * layers; ++turn) {
@@ -32,7 +33,8 @@ int cloud_ways(float mu, float end, out vec2 spans[2 * CLOUD_VIEW_LAYERS], out i
     return count;
 }
 
-layout(location = 0) uniform vec4 u_march;   // short steps through a layer's thickness, growth of a step with distance, 0, steps to the sun
+// short steps through a layer's thickness, growth of a step with distance, 0, steps to the sun
+layout(location = 0) uniform vec4 u_march;
 
 const float WAY_STEPS = 96.0;   // that many short steps and no more, and segments are as long as they may be
 
@@ -49,14 +51,17 @@ int way_segments(vec4 shell, bool thin, float from, float to) {
 }
 
 float way_end(vec4 shell, float from, float to, int segment, int segments) {
-    float thickness = shell.y - shell.x + min(ray_walked, 10.0 * (to - from));   // more: even segments, in digits that f32 has
+    // more: even segments, in digits that f32 has
+    float thickness = shell.y - shell.x + min(ray_walked, 10.0 * (to - from));
     float growth = log((to + thickness) / (from + thickness)) / float(segments);
     return segment == segments - 1 ? to : (from + thickness) * exp(growth * float(segment + 1)) - thickness;
 }
 
-// A pixel that sees the clouds at a low angle stands for a long stretch of them: the weather is the mean over the geometric mean of
-// its width and its length, or rows of pixels near the limb would fall on clouds and on gaps by chance.
-const float LEAST_ANGLE = 0.02;   // cosine to the zenith: on a planet of any size level rays turn no longer stretches than that
+// A pixel that sees the clouds at a low angle stands for a long stretch of them: the weather is the mean over the
+// geometric mean of its width and its length, or rows of pixels near the limb would fall on clouds and on gaps by
+// chance.
+// cosine to the zenith: on a planet of any size level rays turn no longer stretches than that
+const float LEAST_ANGLE = 0.02;
 
 CloudWeather weather_along(vec3 ray, float t) {
     vec3 up = up_at(ray * t);

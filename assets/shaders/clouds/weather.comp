@@ -1,10 +1,11 @@
 // Weather of a whole planet on an octahedral map, in the frame that drifts with the wind.
-// x: low clouds' cover before its balance (BALANCE: raw, to find the balance; else 0..1); y: how far they tower, 0 sheets .. 1;
-// z: thin high cloud's cover; w: how deep and wet (fronts, the rain belt).
+// x: low clouds' cover before its balance (BALANCE: raw, to find the balance; else 0..1); y: how far they tower, 0
+// sheets .. 1; z: thin high cloud's cover; w: how deep and wet (fronts, the rain belt).
 //
-// Bands by latitude (rain belt, dry belts, storm tracks, polar sheets) are bent by noise; noise in eight octaves decides within
-// them. It is drawn along zonal winds, and wound up by cyclones, whose fronts are spirals. Two generations of noise fade into
-// one another, each carried by the winds since half of its life before its middle, so nothing winds up without end.
+// Bands by latitude (rain belt, dry belts, storm tracks, polar sheets) are bent by noise; noise in eight octaves
+// decides within them. It is drawn along zonal winds, and wound up by cyclones, whose fronts are spirals. Two
+// generations of noise fade into one another, each carried by the winds since half of its life before its middle, so
+// nothing winds up without end.
 #include "common/noise.glsl"
 #include "common/octahedral.glsl"
 
@@ -16,7 +17,8 @@ layout(binding = 0, rgba8) uniform writeonly image2D o_weather;
 #endif
 layout(location = 0) uniform int u_border;
 layout(location = 1) uniform ivec2 u_corner;          // of the tile
-layout(location = 2) uniform vec4 u_life[2];         // of a generation: seed, its age from -0.5 to 0.5 of its life, weight, unused
+// of a generation: seed, its age from -0.5 to 0.5 of its life, weight, unused
+layout(location = 2) uniform vec4 u_life[2];
 layout(location = 4) uniform vec2 u_balance;         // cover = 0.5 + slope (raw - level)
 layout(location = 5) uniform float u_texel_rad;      // octaves that are finer than the map's texels would only be grain
 #ifdef IMPORTED
@@ -92,11 +94,13 @@ vec4 weather_at(vec3 d) {
         float w = u_life[j].z;
         vec3 p = about_pole(wound, -DRIFT_RAD * winds * u_life[j].y);
 #ifdef IMPORTED
-        // Squares of the weights add up to one: in the middle of a generation it is the map, before and after what winds make of it.
+        // Squares of the weights add up to one: in the middle of a generation it is the map, before and after what
+        // winds make of it.
         given += w * w * cover_at(p);
 #endif
         vec3 q = p * vec3(1.0, 1.0, 1.5);
-        vec3 bent = q + 0.10 * vec3(noise_at(q * 3.0, seed + 1), noise_at(q * 3.0, seed + 2), noise_at(q * 3.0, seed + 3))
+        vec3 bent = q + 0.10 * vec3(noise_at(q * 3.0, seed + 1), noise_at(q * 3.0, seed + 2),
+            noise_at(q * 3.0, seed + 3))
             + 0.035 * vec3(noise_at(q * 11.0, seed + 4), noise_at(q * 11.0, seed + 5), noise_at(q * 11.0, seed + 6));
         float frequency = 2.3, weight = 1.0, broad = 0.0, small = 0.0;
         for (int k = 0; k < OCTAVES; ++k) {
@@ -108,7 +112,8 @@ vec4 weather_at(vec3 d) {
             weight *= 0.72;
         }
         // Fronts along the jets: bands of a few hundred kilometres, thousands long.
-        float jet = noise_at(bent * vec3(2.6, 2.6, 3.6), seed + 40) + 0.4 * noise_at(bent * 6.7, seed + 41) + 0.12 * noise_at(bent * 31.0, seed + 42);
+        float jet = noise_at(bent * vec3(2.6, 2.6, 3.6), seed + 40) + 0.4 * noise_at(bent * 6.7, seed + 41)
+            + 0.12 * noise_at(bent * 31.0, seed + 42);
         bands += w * exp(-jet * jet * 160.0);
         vec3 along = bent * vec3(1.0, 1.0, 3.2);
         float thin = noise_at(along * 3.1, seed + 20) + 0.6 * noise_at(along * 9.0, seed + 21)
@@ -125,9 +130,12 @@ vec4 weather_at(vec3 d) {
     float level = 0.10 * rain - 0.50 * dry + 0.20 * storms + 0.14 * polar;
     float ribbon = (storms + 0.25 * dry) * bands;
     float raw = level + 1.15 * flat_ + (1.9 + 1.0 * rain) * fine + 1.1 * front - 1.0 * gap + 1.2 * core + 0.5 * ribbon;
-    float deep = clamp(0.22 + 0.15 * rain + 0.6 * front + 0.8 * core + 0.5 * flat_ + 2.4 * fine + 0.35 * ribbon - 0.2 * dry, 0.0, 1.0);
-    float towers = clamp(0.5 + 0.45 * rain + 0.1 * dry - 0.35 * polar + 0.15 * storms + 0.9 * kinds + 0.4 * front, 0.0, 1.0);
-    float high = clamp(0.42 + 0.9 * streaks + 0.35 * front + 0.3 * rain + 0.2 * ribbon - 0.25 * dry + 0.15 * storms, 0.0, 1.0);
+    float deep = clamp(0.22 + 0.15 * rain + 0.6 * front + 0.8 * core + 0.5 * flat_ + 2.4 * fine + 0.35 * ribbon
+        - 0.2 * dry, 0.0, 1.0);
+    float towers = clamp(0.5 + 0.45 * rain + 0.1 * dry - 0.35 * polar + 0.15 * storms + 0.9 * kinds + 0.4 * front, 0.0,
+        1.0);
+    float high = clamp(0.42 + 0.9 * streaks + 0.35 * front + 0.3 * rain + 0.2 * ribbon - 0.25 * dry + 0.15 * storms,
+        0.0, 1.0);
 #ifdef IMPORTED
     raw = given;
 #endif

@@ -2,8 +2,9 @@
 //
 //   March march_clouds(vec3 ray, float mu, float end, float shift)
 //
-// ray: unit, from the camera; mu: its cosine to the zenith; end: how far it goes; shift: 0..1, of the steps. Whoever includes this
-// sets pixel_rad and cloud_dither first. Without air in front: out = open * picture (its own air included) + light.
+// ray: unit, from the camera; mu: its cosine to the zenith; end: how far it goes; shift: 0..1, of the steps. Whoever
+// includes this sets pixel_rad and cloud_dither first. Without air in front: out = open * picture (its own air
+// included) + light.
 #include "common/camera.glsl"
 #include "clouds/ways.glsl"
 #include "clouds/light.glsl"
@@ -24,7 +25,8 @@ const float OPAQUE = CLOUD_DEEPEST > 40.0 ? 1e-5 : 0.004;   // the latter is no 
 const float SUN_LEVEL = 0.04;   // of a sun below the horizon maps know the way from the ray's lowest point on only
 const float MOST_STRETCH = 0.25;  // of a segment, in a step through the clear
 const float MOST_SLOPE = 50.0;  // of the optical depth towards the sun over that along the ray
-const float NEAREST_M = 4.0, NEAREST_GROWTH = 0.02;   // steps around the eye, where a layer's thickness has NEAREST_STEPS or more
+// steps around the eye, where a layer's thickness has NEAREST_STEPS or more
+const float NEAREST_M = 4.0, NEAREST_GROWTH = 0.02;
 const float NEAREST_STEPS = 96.0;
 
 // Finest steps: the weather and the sunlight of each place, and no wisp is stepped over.
@@ -60,9 +62,9 @@ vec3 sun_at(vec3 point, float altitude, vec3 up) {
     return frame.sun_irradiance.rgb * seen * air_to_space(point, frame.sun_direction.xyz);
 }
 
-// Optical depth towards the sun: of the layer itself in a few steps as far as maps of the shadow are too coarse for, then of all
-// clouds from the maps. Without CLOUD_MAPPED (many steps, which are as good as the maps) the layer has them all the way, and others,
-// which are farther, a quarter as many.
+// Optical depth towards the sun: of the layer itself in a few steps as far as maps of the shadow are too coarse for,
+// then of all clouds from the maps. Without CLOUD_MAPPED (many steps, which are as good as the maps) the layer has them
+// all the way, and others, which are farther, a quarter as many.
 float depth_to_sun(int layer, vec3 point, float altitude, vec3 up, CloudWeather w, float footprint) {
     vec4 shell = cloud_view.shell[layer];
     float mu = dot(up, frame.sun_direction.xyz), thickness = shell.y - shell.x;
@@ -73,7 +75,8 @@ float depth_to_sun(int layer, vec3 point, float altitude, vec3 up, CloudWeather 
 #ifdef CLOUD_MAPPED
     way = min(way, 6.0 * thickness);
     CloudSunPlace ray = cloud_sun_ray(point, altitude, mu, footprint);
-    float near = mix(way, min(way, max(0.08 * thickness, 1.5 * cloud_map_texel(ray.level))), smoothstep(0.0, SUN_LEVEL, mu));
+    float near = mix(way, min(way, max(0.08 * thickness, 1.5 * cloud_map_texel(ray.level))),
+        smoothstep(0.0, SUN_LEVEL, mu));
 #else
     way = min(way, 1e9);
     float near = way;
@@ -105,11 +108,12 @@ float depth_to_sun(int layer, vec3 point, float altitude, vec3 up, CloudWeather 
 #endif
 }
 
-// Light of the sky above and of the ground below that droplets scatter towards the camera, in Eddington's approximation: what comes
-// from behind the place keeps its direction most. mu: cosine of the ray to the zenith.
+// Light of the sky above and of the ground below that droplets scatter towards the camera, in Eddington's
+// approximation: what comes from behind the place keeps its direction most. mu: cosine of the ray to the zenith.
 vec3 cloud_from_around(vec3 sky, vec3 ground, float up, float down, float mu, float g) {
     float turned = 1.0 - g, whole = turned * (up + down) + 4.0 / 3.0;
-    return (sky * (turned * down + 2.0 / 3.0 * (1.0 + g * mu)) + ground * (turned * up + 2.0 / 3.0 * (1.0 - g * mu))) / whole;
+    return (sky * (turned * down + 2.0 / 3.0 * (1.0 + g * mu)) + ground * (turned * up + 2.0 / 3.0 * (1.0 - g * mu)))
+        / whole;
 }
 
 // Where in a step of optical depth `depth` chance (0..1) finds what is seen of it.
@@ -117,8 +121,9 @@ float seen_share(float depth, float chance) {
     return depth < 0.02 ? chance : -log(1.0 - chance * (1.0 - exp(-depth))) / depth;
 }
 
-// One way through one layer. Long steps through the clear; where there is cloud, back to the last clear place and on in short
-// steps, which the cloud's own extinction and a pixel's width at that distance measure out. zenith: cosine at the camera.
+// One way through one layer. Long steps through the clear; where there is cloud, back to the last clear place and on in
+// short steps, which the cloud's own extinction and a pixel's width at that distance measure out. zenith: cosine at the
+// camera.
 void march_way(inout March m, int layer, vec3 ray, float zenith, float from, float to, float nu, float shift) {
     vec4 shell = cloud_view.shell[layer], drops = cloud_view.droplets[layer];
     float thickness = shell.y - shell.x, way = to - from;
@@ -126,8 +131,10 @@ void march_way(inout March m, int layer, vec3 ray, float zenith, float from, flo
     float least = thickness / u_march.x, grow = max(u_march.y, way / (600.0 * max(to + ray_walked, 1.0)));
     float coarser = max(NEAREST_STEPS / u_march.x, 1.0);
     float longer = thin ? 1.0 : LONG_STEPS, farther = thin ? 0.0 : LONGER, most = max(way / (0.3 * u_march.x), least);
-    // Of the way and of a pixel's width: steps where clouds are averaged. Who asks for more steps than pictures need gets them there, too.
-    float widest = 1.0 / max(8.0, u_march.x * u_march.x / 2000.0), narrowest = 0.3 * min(1.0, 2.0 * WAY_STEPS / u_march.x);
+    // Of the way and of a pixel's width: steps where clouds are averaged. Who asks for more steps than pictures need
+    // gets them there, too.
+    float widest = 1.0 / max(8.0, u_march.x * u_march.x / 2000.0),
+        narrowest = 0.3 * min(1.0, 2.0 * WAY_STEPS / u_march.x);
     if (thin) least = most = way / ceil(THIN_STEPS * u_march.x * log2(2.0 * way / thickness + 2.0));
     int segments = way_segments(shell, thin, from, to);
     float t = from, ease = longer, begin = from;
@@ -150,14 +157,16 @@ void march_way(inout March m, int layer, vec3 ray, float zenith, float from, flo
         vec3 sky = sky_irradiance(middle, up_middle) / PF_PI;
         Air there = air_from_camera(ray * past);
         // Weather changes over tens of kilometres: in between it is taken as even.
-        CloudWeather weather_there = weather_along(ray, past), weather_middle = cloud_weather_between(weather_here, weather_there, 0.5);
+        CloudWeather weather_there = weather_along(ray, past),
+            weather_middle = cloud_weather_between(weather_here, weather_there, 0.5);
         float sides = cloud_sides(layer, weather_middle), closed = cloud_closed(layer, weather_middle);
         float slab_sun = cloud_facing(level_sun, sides);
         CloudHarmonics harmonics = cloud_harmonics(mu, mu_s + slab_sun - level_sun, nu);
         // The ground under a closed sky has what comes through it; under clouds with gaps, nearly all there is.
         vec4 through = cloud_through(cloud_column(layer, weather_middle, 1.0) / level_sun, level_sun, drops.y);
         through = mix(vec4(1.0, 0.0, 1.0, 0.0), through, closed);
-        vec3 ground = CLOUD_GROUND / PF_PI * (sun * (max(mu_s, 0.0) * (through.x + through.y))) + CLOUD_GROUND * through.z * sky;
+        vec3 ground = CLOUD_GROUND / PF_PI * (sun * (max(mu_s, 0.0) * (through.x + through.y)))
+            + CLOUD_GROUND * through.z * sky;
         float per_metre = 1.0 / max(past - begin, 1e-3);
         // Nothing is looked for above the tops of the segment's clouds.
         float last = past;
@@ -185,18 +194,21 @@ void march_way(inout March m, int layer, vec3 ray, float zenith, float from, flo
                 int stretch = 0;
                 do {
                     float away = t + ray_walked;
-                    unit = min(max(min(least, thin ? least : coarser * (NEAREST_M + NEAREST_GROWTH * away)), away * grow) * behind, most);
+                    unit = min(max(min(least, thin ? least : coarser * (NEAREST_M + NEAREST_GROWTH * away)),
+                        away * grow) * behind, most);
                     // Clouds that a pixel is too wide to show have smooth means.
                     unit = min(max(unit, narrowest * away * pixel_rad), max(way * widest, unit));
 #ifdef CLOUD_FINEST
-                    // A low sun lights but a skin of an even layer: steps grow from where the ray enters it, and shrink to where it leaves.
+                    // A low sun lights but a skin of an even layer: steps grow from where the ray enters it, and shrink
+                    // to where it leaves.
                     unit = min(unit, SKIN * least + 1e-6 * t + 0.15 * min(t - from, to - t));
 #endif
                     step_m = clamp(last - t + 1e-3, 0.0, min(unit * ease, max(unit, stretch_m)));
                     float here_m = t + shift * step_m;
                     vec3 point = ray * here_m;
                     share = clamp((altitude_of(point) - shell.x) * shell.z, 0.0, 1.0);
-                    CloudWeather w = WEATHER_AT(weather_here, weather_there, (here_m - begin) * per_metre, point, (here_m + ray_walked) * pixel_rad);
+                    CloudWeather w = WEATHER_AT(weather_here, weather_there, (here_m - begin) * per_metre, point,
+                        (here_m + ray_walked) * pixel_rad);
                     m.steps += 1.0;
                     footprint = max((here_m + ray_walked) * pixel_rad, 0.2 * unit);
                     noise = cloud_noise(layer, point + frame.camera_offset.xyz, share, w, footprint);
@@ -244,7 +256,8 @@ void march_way(inout March m, int layer, vec3 ray, float zenith, float from, flo
             float taken = m.open * (1.0 - exp(-depth)), left = exp(-passes * depth);
             // Across an even layer the way to the sun gets longer or shorter evenly; of clouds with sides nobody knows.
             float longer_way = (1.0 - sides) * clamp(-mu / slab_sun, -MOST_SLOPE, MOST_SLOPE);
-            float first = max(to_sun - longer_way * inside, 0.0), last = depth + max(to_sun + longer_way * (depth - inside), 0.0);
+            float first = max(to_sun - longer_way * inside, 0.0),
+                last = depth + max(to_sun + longer_way * (depth - inside), 0.0);
             // Mean over the step of what is left of it on its way in and out, as a depth.
             float dimmed = min(first, last) - log(one_minus_exp_over(abs(last - first)));
             float lit = m.open * depth * exp(-dimmed);
@@ -259,7 +272,8 @@ void march_way(inout March m, int layer, vec3 ray, float zenith, float from, flo
             m.open -= taken;
             // What is left out where nothing behind is seen any more is as bright as the last of it.
             left = m.open > OPAQUE ? left : 0.0;
-            m.light += mix(here.transmittance, there.transmittance, part) * (direct + m.wide * (1.0 - left) / passes * diffuse);
+            m.light += mix(here.transmittance, there.transmittance, part)
+                * (direct + m.wide * (1.0 - left) / passes * diffuse);
             m.wide *= left;
             m.sum += taken * at;
 #ifdef CLOUD_FINEST
@@ -269,8 +283,8 @@ void march_way(inout March m, int layer, vec3 ray, float zenith, float from, flo
 #ifdef CLOUD_FINEST
         m.light += max(there.in_scatter - here.in_scatter, 0.0) * (seen * per_metre);
 #else
-        // Air before the mean place of what is cloud here is seen as if there were none, air behind it through all of it: the shadowed
-        // air is taken off in just that way (clouds/shadowed_air.glsl).
+        // Air before the mean place of what is cloud here is seen as if there were none, air behind it through all of
+        // it: the shadowed air is taken off in just that way (clouds/shadowed_air.glsl).
         float hidden = open - m.open;
         vec3 before = hidden > 1e-4 ? air_from_camera(ray * ((m.sum - sum) / hidden)).in_scatter : there.in_scatter;
         m.light += max(open * (before - here.in_scatter) + m.open * (there.in_scatter - before), 0.0);
@@ -289,8 +303,9 @@ March march_clouds(vec3 ray, float mu, float end, float shift) {
     float nu = clamp_cos(dot(ray, frame.sun_direction.xyz));
     vec2 spans[2 * CLOUD_VIEW_LAYERS];
     int layers[2 * CLOUD_VIEW_LAYERS];
-    // Only those that there are. Software GPUs go once through all of a loop's turn, whoever has nothing to do in it, and so they
-    // do in the turn in which the last ray leaves at its head: here and in what is called, rays leave at the end.
+    // Only those that there are. Software GPUs go once through all of a loop's turn, whoever has nothing to do in it,
+    // and so they do in the turn in which the last ray leaves at its head: here and in what is called, rays leave at
+    // the end.
     int count = cloud_ways(mu, end, spans, layers), k = 0;
     do {
         if (k < count) march_way(m, layers[k], ray, mu, spans[k].x, spans[k].y, nu, shift);

@@ -5,7 +5,8 @@
 layout(local_size_x = 256) in;
 layout(std430, binding = 0) buffer CellBuffer { Cell cells[]; };
 layout(std430, binding = 2) coherent buffer WantedBuffer { uint wanted[]; };
-layout(std430, binding = 3) readonly buffer TopologyBuffer { uint beside[]; };   // 8 a cell: four rows, four delta | axis << 8
+// 8 a cell: four rows, four delta | axis << 8
+layout(std430, binding = 3) readonly buffer TopologyBuffer { uint beside[]; };
 uniform int u_cell_count;
 
 const uint NOBODY = 0xffffffffu;
@@ -26,8 +27,8 @@ void main() {
     }
     memoryBarrierBuffer();
     barrier();
-    // Each step away from a coarser cell adds a level to what it allows, so its word reaches CELL_MOST cells. A fixed number of
-    // turns: llvmpipe loses lanes at a break out of a loop with barriers.
+    // Each step away from a coarser cell adds a level to what it allows, so its word reaches CELL_MOST cells. A fixed
+    // number of turns: llvmpipe loses lanes at a break out of a loop with barriers.
     for (int turn = 0; turn <= CELL_MOST; ++turn) {
         for (uint cell = lane; cell < count; cell += 256u) {
             for (int edge = 0; edge < 4; ++edge) {

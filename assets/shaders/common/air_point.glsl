@@ -2,9 +2,9 @@
 //
 //   AirPoint air_point(float h, float mu, float mu_s, float nu, float scattered_before)
 //
-// The air at one height, for whoever marches through it: h above the reference sphere, cosines of the ray and of the sun to the
-// zenith there, and between the two. scattered_before: 1, or 0 to leave out light that was scattered more than once (diffuse).
-// Per wavelength, for a unit sun.
+// The air at one height, for whoever marches through it: h above the reference sphere, cosines of the ray and of the
+// sun to the zenith there, and between the two. scattered_before: 1, or 0 to leave out light that was scattered more
+// than once (diffuse). Per wavelength, for a unit sun.
 
 struct AirPoint {
     vec3 extinction;   // per metre

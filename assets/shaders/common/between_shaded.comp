@@ -1,7 +1,7 @@
 // Light of the pixels between those that were shaded (common/surface_tiles.glsl), from the shaded ones around.
 // Only neighbours as far away count, so that outlines stay as sharp as the mesh draws them; where there is none, a
-// pixel gets what its block shows, or the other square of its pair. A lane a block: software GPUs take long over each load
-// from an image and each store.
+// pixel gets what its block shows, or the other square of its pair. A lane a block: software GPUs take long over each
+// load from an image and each store.
 //
 //   SHADE_EVERY    2 or 4, as they were shaded
 //   SURFACE        of the pixels
@@ -61,7 +61,8 @@ float evenness(vec4 sides[2]) {
 
 void main() {
     uint tile = tiles[spread_tiles()];
-    ivec2 block = ivec2(tile & 0xffffu, tile >> 16) * ivec2(16, 8) + 2 * ivec2(gl_LocalInvocationID.xy), last = textureSize(u_surface, 0) - 1;
+    ivec2 block = ivec2(tile & 0xffffu, tile >> 16) * ivec2(16, 8) + 2 * ivec2(gl_LocalInvocationID.xy),
+        last = textureSize(u_surface, 0) - 1;
     // The black squares of the block, and of those around it that the white ones touch.
     int first = int(frame.clock.y) & 1;
     Shown blacks[2] = Shown[](shaded_at(block + ivec2(first, 0)), shaded_at(block + ivec2(1 - first, 1)));
@@ -85,7 +86,8 @@ void main() {
 #else
 void main() {
     uint tile = tiles[spread_tiles()];
-    ivec2 block = ivec2(tile & 0xffffu, tile >> 16) * ivec2(16, 8) + 2 * ivec2(gl_LocalInvocationID.xy), last = textureSize(u_surface, 0) - 1;
+    ivec2 block = ivec2(tile & 0xffffu, tile >> 16) * ivec2(16, 8) + 2 * ivec2(gl_LocalInvocationID.xy),
+        last = textureSize(u_surface, 0) - 1;
     bool shows[4];
     int shaded = 3;   // as find_shown() has it
     for (int i = 3; i >= 0; --i) {

@@ -1,5 +1,5 @@
-// Cells of the surface lattice, the vertices made for them, and what of them is seen. One layout for every system that draws
-// on the lattice; each binds its own buffers to these points.
+// Cells of the surface lattice, the vertices made for them, and what of them is seen. One layout for every system that
+// draws on the lattice; each binds its own buffers to these points.
 #ifndef QUADS_LOG2
 #error "define QUADS_LOG2: a cell has (1 << QUADS_LOG2) quads a side"
 #endif
@@ -13,8 +13,8 @@ const int CELL_LISTS = 2 * (CELL_MOST + 1) * (CELL_MOST + 1);
 const int CELL_QUADS = 1 << QUADS_LOG2;
 const int CELL_SIDE = CELL_QUADS + 1;
 #ifdef CELL_TRIANGLES
-// Tiles of the icosphere, terrain/tiles/triangle.glsl: the vertex in the middle; circles around it inside and outside of a tile,
-// in units of CELL_QUADS times the largest spacing of its level, for tiles of 16 segments or more.
+// Tiles of the icosphere, terrain/tiles/triangle.glsl: the vertex in the middle; circles around it inside and outside
+// of a tile, in units of CELL_QUADS times the largest spacing of its level, for tiles of 16 segments or more.
 const int CELL_VERTICES = CELL_SIDE * (CELL_SIDE + 1) / 2;
 const int CELL_THIRD = CELL_QUADS / 3;
 const int CELL_MIDDLE = CELL_THIRD * (CELL_SIDE + 1) - CELL_THIRD * (CELL_THIRD - 1) / 2;

@@ -1,6 +1,7 @@
 // Luminance, exposure and display encoding. Twin: systems/composite/photometry.py; explained in docs/exposure.md.
 
-// cd m^-2 per W m^-2 sr^-1 nm^-1 at 680, 550, 440 nm for light of the sun's colour: 133.1 klx over the irradiance of sunlight.
+// cd m^-2 per W m^-2 sr^-1 nm^-1 at 680, 550, 440 nm for light of the sun's colour: 133.1 klx over the irradiance of
+// sunlight.
 const vec3 LUMINANCE_PER_RADIANCE = vec3(133100.0) / vec3(1.474, 1.8504, 1.91198);
 const vec3 LUMINANCE_WEIGHTS = vec3(0.2126, 0.7152, 0.0722);
 const float SATURATION = 1.2;  // cd m^-2 that expose to 1 at EV100 0

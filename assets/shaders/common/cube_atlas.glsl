@@ -1,5 +1,5 @@
-// Cube maps as engine/surface/cube_map.py lays them out in one picture: a level's six faces in two rows of three, (n + 3)^2 samples
-// each, level below level. No hardware filter: it has 8 bits for its weights, and no faces.
+// Cube maps as engine/surface/cube_map.py lays them out in one picture: a level's six faces in two rows of three, (n +
+// 3)^2 samples each, level below level. No hardware filter: it has 8 bits for its weights, and no faces.
 
 // Where a direction meets the cube: the face, and (s, t, component along its normal).
 #define CUBE_FACE(REAL3, NAME) \

@@ -1,5 +1,5 @@
-// Which cells can be seen: one workgroup walks over all of them and writes an indirect draw for each index list. No atomics outside shared memory,
-// nothing to clear before.
+// Which cells can be seen: one workgroup walks over all of them and writes an indirect draw for each index list. No
+// atomics outside shared memory, nothing to clear before.
 #include "generated/frame.glsl"
 #include "generated/planet.glsl"
 #include "common/cells.glsl"
@@ -15,7 +15,8 @@ layout(std430, binding = 6) readonly buffer RangeBuffer { uvec2 ranges[]; };   /
 uniform int u_cell_count;
 uniform int u_capacity;   // entries of the visible list for each variant
 uniform int u_hides;       // 0: seen from behind (the sea from below), nothing of it hides anything
-uniform vec2 u_keep_dh;   // cells that reach no dh between these are dropped (no bed under an opaque sea, no sea under land)
+// cells that reach no dh between these are dropped (no bed under an opaque sea, no sea under land)
+uniform vec2 u_keep_dh;
 
 const uint VARIANTS = uint(CELL_LISTS);
 const float LIFT = 1.0e6;   // makes heights positive, so that their bits order as integers; 1/16 m steps
@@ -45,8 +46,8 @@ void main() {
     skyline_clear(gl_LocalInvocationID.x);
     barrier();
 
-    // Inward normals of the four side planes through the camera; slightly widened so that rounding never drops a pixel, and by
-    // a pixel and a half: the jitter of the frames that this list is drawn in is not the one of this frame.
+    // Inward normals of the four side planes through the camera; slightly widened so that rounding never drops a pixel,
+    // and by a pixel and a half: the jitter of the frames that this list is drawn in is not the one of this frame.
     vec3 right = frame.camera_right.xyz, up = frame.camera_up.xyz, forward = frame.camera_forward.xyz;
     vec2 half_tan = frame.projection.xy * (1.001 + 3.0 * frame.viewport.zw);
     vec2 low_tan = frame.projection.zw - half_tan, high_tan = frame.projection.zw + half_tan;
@@ -62,10 +63,11 @@ void main() {
         low -= pad;
         high += pad;
         seen = seen && !(box_outside(left_normal, low, high) || box_outside(right_normal, low, high)
-            || box_outside(bottom_normal, low, high) || box_outside(top_normal, low, high) || box_outside(forward, low, high));
+            || box_outside(bottom_normal, low, high) || box_outside(top_normal, low, high)
+                || box_outside(forward, low, high));
         // The straight line between two points above a sphere is free only if it is no longer than the sum of their
-        // tangents. The sphere is the lowest ground between here and the cell: cells come nearest first, and a line that
-        // dips below the lowest ground nearer than its end has met ground. Never below the lowest drawn surface.
+        // tangents. The sphere is the lowest ground between here and the cell: cells come nearest first, and a line
+        // that dips below the lowest ground nearer than its end has met ground. Never below the lowest drawn surface.
         if (index < u_cell_count) atomicMin(s_lowest, floatBitsToInt(max(box.low.w + LIFT, 0.0)));
         memoryBarrierShared();
         barrier();
@@ -97,11 +99,13 @@ void main() {
             s_next = 0xffffffffu;
         }
         barrier();
-        seen = seen && !(u_hides != 0 && skyline_hides(cell_middle(uint(min(index, u_cell_count - 1))), cells[min(index, u_cell_count - 1)].spacing_m, box.high.w));
+        seen = seen && !(u_hides != 0 && skyline_hides(cell_middle(uint(min(index, u_cell_count - 1))),
+            cells[min(index, u_cell_count - 1)].spacing_m, box.high.w));
         seen = seen && (u_hides == 0 || length(nearest) <= (camera_tangent + cell_tangent) * 1.0001 + 0.01);
         seen = seen && box.high.w >= u_keep_dh.x && box.low.w <= u_keep_dh.y;
         uint variant = cells[min(index, u_cell_count - 1)].variant;
-        if (seen) visible[variant * uint(u_capacity) + atomicAdd(s_count[variant], 1u)] = uint(CELL_PLACE(cells, index));
+        if (seen) visible[variant * uint(u_capacity) + atomicAdd(s_count[variant], 1u)] =
+            uint(CELL_PLACE(cells, index));
     }
     barrier();
     uint variant = gl_LocalInvocationID.x;

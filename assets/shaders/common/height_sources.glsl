@@ -1,5 +1,5 @@
-// Contract "height_sources", default: all that the ground may be made of beside noise. The terrain system leaves out what its
-// ground is not, so that it costs nothing: even loops without a turn do, in a shader of this size.
+// Contract "height_sources", default: all that the ground may be made of beside noise. The terrain system leaves out
+// what its ground is not, so that it costs nothing: even loops without a turn do, in a shader of this size.
 //
 //   TERRAIN_CRATERED, TERRAIN_MAPPED   the height function may have craters, a height map
 //   TERRAIN_COLORED                    the ground may have a colour map

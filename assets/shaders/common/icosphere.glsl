@@ -1,8 +1,8 @@
 // Points of the integer lattice on the icosahedron, in double: engine/surface/icosphere.py and icosphere_anchor.py.
 //
-// A lattice point is (root, b, c) with b, c >= 0 and b + c <= 2^30; a = 2^30 - b - c. Its vector a V0 + b V1 + c V2 is an
-// integer vector below 2^53: exact in double in any order, and the same from each root that contains the point. All that
-// follows is a function of that vector and of the lowest root that contains it.
+// A lattice point is (root, b, c) with b, c >= 0 and b + c <= 2^30; a = 2^30 - b - c. Its vector a V0 + b V1 + c V2 is
+// an integer vector below 2^53: exact in double in any order, and the same from each root that contains the point. All
+// that follows is a function of that vector and of the lowest root that contains it.
 //
 //   dvec3 triangle_vector(int root, ivec2 bc)         not normalised, exact
 //   dvec3 triangle_direction(int root, ivec2 bc)      unit, planet axes
@@ -14,8 +14,8 @@
 #define PF_TRIANGLE_BINDING 9
 #endif
 
-// Doubles as pairs of words: where the anchor's ray meets each root's plane, as an integer vector, its length (0: use the
-// plain difference) and the rest; then the anchor's direction and the radius.
+// Doubles as pairs of words: where the anchor's ray meets each root's plane, as an integer vector, its length (0: use
+// the plain difference) and the rest; then the anchor's direction and the radius.
 layout(std140, binding = PF_TRIANGLE_BINDING) uniform TriangleBlock {
     uvec4 triangle_anchor[82];
 };

@@ -1,16 +1,16 @@
 // Points of the integer lattice on the tangent-warped cube, measured from an anchor without cancellation.
 //
-// Faces 0..5 are +X -X +Y -Y +Z -Z. A lattice point is (face, I, J) with I and J in [0, 2^30]; with a = (I - 2^29) * step,
-// b = (J - 2^29) * step, step = (pi / 2) / 2^30, its direction is normalize(tan(a) x + tan(b) y + z) in the face's axes.
-// A vertex is a function of these integers only, and a point on a border is computed as a point of the lowest face that
-// contains it, so two cells that share a vertex get the same bits.
+// Faces 0..5 are +X -X +Y -Y +Z -Z. A lattice point is (face, I, J) with I and J in [0, 2^30]; with a = (I - 2^29) *
+// step, b = (J - 2^29) * step, step = (pi / 2) / 2^30, its direction is normalize(tan(a) x + tan(b) y + z) in the
+// face's axes. A vertex is a function of these integers only, and a point on a border is computed as a point of the
+// lowest face that contains it, so two cells that share a vertex get the same bits.
 //
 //   ivec3 lattice_canonical(int face, ivec2 ij)      (I, J, face)
 //   vec3  lattice_foot_offset(int face, ivec2 ij)    radius * (direction - anchor's direction), metres, planet axes
 //   vec3  lattice_direction(int face, ivec2 ij)      unit, planet axes
 //
-// The relative error of the offset is below 5e-7 from one lattice step to twice the radius. sin and cos are polynomials:
-// the built-in ones lose their relative accuracy near zero on some GPUs. No acos, asin or atan.
+// The relative error of the offset is below 5e-7 from one lattice step to twice the radius. sin and cos are
+// polynomials: the built-in ones lose their relative accuracy near zero on some GPUs. No acos, asin or atan.
 
 #ifndef PF_LATTICE_BINDING
 #define PF_LATTICE_BINDING 2
@@ -91,7 +91,8 @@ vec3 lattice_foot_offset(int face, ivec2 ij) {
     precise float n = sqrt(1.0 + g.z * g.z + g.w * g.w);
     ivec4 origin = lattice_origin[f];
     if (origin.z == 0) {
-        // The anchor is more than 0.25 radii away from every point of this face: the difference is as good as its terms.
+        // The anchor is more than 0.25 radii away from every point of this face: the difference is as good as its
+        // terms.
         precise vec3 local = vec3(g.zw, 1.0) / n;
         precise vec3 difference = pf_lattice_to_planet(f, local) - lattice_up_radius.xyz - lattice_up_low.xyz;
         return difference * lattice_up_radius.w;

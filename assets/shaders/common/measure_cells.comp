@@ -1,8 +1,8 @@
-// How many vertices each cell would like to skip: the most for which nearly all of its edges, as they lie displaced, keep to
-// the wanted length as seen from the proxy, and pass the vertices that they leave out at a small fraction of it (ridges across
-// the view, the sphere's own curve at the limb). And which diagonals are the shorter ones as seen from the proxy: a cell seen
-// askew is a parallelogram on screen, whose long diagonal is up to twice its sides. A workgroup a cell, after the vertices were
-// made.
+// How many vertices each cell would like to skip: the most for which nearly all of its edges, as they lie displaced,
+// keep to the wanted length as seen from the proxy, and pass the vertices that they leave out at a small fraction of it
+// (ridges across the view, the sphere's own curve at the limb). And which diagonals are the shorter ones as seen from
+// the proxy: a cell seen askew is a parallelogram on screen, whose long diagonal is up to twice its sides. A workgroup
+// a cell, after the vertices were made.
 #include "common/cells.glsl"
 
 layout(local_size_x = 64) in;
@@ -11,7 +11,8 @@ layout(std430, binding = 1) readonly buffer VertexBuffer { CellVertex vertices[]
 layout(std430, binding = 2) writeonly buffer WantedBuffer { uint wanted[]; };
 uniform vec3 u_eye;         // the proxy, metres from the anchor
 uniform float u_angle;      // the wanted length of an edge, radians
-uniform float u_chord;      // square of the length of a chord per distance at which the sphere bulges visibly above it, m
+// square of the length of a chord per distance at which the sphere bulges visibly above it, m
+uniform float u_chord;
 uniform int u_most;
 
 shared uint s_long[2 * CELL_MOST];
@@ -31,12 +32,12 @@ float angle_squared(vec3 across, vec3 place) {
     return dot(across, across) / distance2;
 }
 
-// Falling diagonals have to be shorter than rising ones by this much, so that a cell seen from straight above, where both are
-// alike, doesn't fall by rounding.
+// Falling diagonals have to be shorter than rising ones by this much, so that a cell seen from straight above, where
+// both are alike, doesn't fall by rounding.
 const float FALLS_BELOW = 0.98;
 
-// Squares of the angles under which the two diagonals of a square of 2 x 2 quads are seen: which one is shorter doesn't depend
-// on how many vertices are skipped.
+// Squares of the angles under which the two diagonals of a square of 2 x 2 quads are seen: which one is shorter doesn't
+// depend on how many vertices are skipped.
 vec2 diagonals(uint first, int k, int l) {
     vec3 a = vertex_position(first, k, l), b = vertex_position(first, k + 2, l);
     vec3 c = vertex_position(first, k, l + 2), d = vertex_position(first, k + 2, l + 2);
@@ -48,7 +49,8 @@ bool too_long(uint first, ivec2 from, ivec2 to, float limit) {
     vec3 middle = 0.5 * (a + b);
     ivec2 between = (from + to) / 2;
     vec3 left_out = vertex_position(first, between.x, between.y);
-    return angle_squared(b - a, middle) > limit || dot(b - a, b - a) > u_chord * length(middle) || angle_squared(left_out - middle, middle) > limit * DEVIATION * DEVIATION;
+    return angle_squared(b - a, middle) > limit || dot(b - a, b - a) > u_chord * length(middle)
+        || angle_squared(left_out - middle, middle) > limit * DEVIATION * DEVIATION;
 }
 
 void main() {

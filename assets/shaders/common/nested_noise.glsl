@@ -1,13 +1,15 @@
-// Gradient noise at any wavelength of BASE * 2^k from one anchored place: the lattices nest, so the anchor's cell at the
-// shortest wavelength (integers) and its fraction, both from float64, give its place in all others by shifts. What the
-// GPU adds is the offset D from the anchor's foot, so nothing moves when the anchor does.
+// Gradient noise at any wavelength of BASE * 2^k from one anchored place: the lattices nest, so the anchor's cell at
+// the shortest wavelength (integers) and its fraction, both from float64, give its place in all others by shifts. What
+// the GPU adds is the offset D from the anchor's foot, so nothing moves when the anchor does.
 #include "common/noise.glsl"
 
 const float NESTED_BASE_M = 0.0625;
 const float NESTED_RMS = 0.27;  // of gradient_noise: divides it to a variance of about one
 
-// k in 0..29. Each lattice is shifted by its own share of a cell: noise is zero at lattice points, which would else coincide.
-void nested_place(ivec3 anchor_cell, vec3 anchor_fraction, vec3 D, int k, out ivec3 cell, out vec3 fraction, out float frequency) {
+// k in 0..29. Each lattice is shifted by its own share of a cell: noise is zero at lattice points, which would else
+// coincide.
+void nested_place(ivec3 anchor_cell, vec3 anchor_fraction, vec3 D, int k, out ivec3 cell, out vec3 fraction,
+    out float frequency) {
     float inverse = exp2(-float(k));
     frequency = inverse / NESTED_BASE_M;
     vec3 place = (vec3(anchor_cell & ((1 << k) - 1)) + anchor_fraction) * inverse;

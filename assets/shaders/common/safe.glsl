@@ -19,7 +19,8 @@ float sin_from_cos(float mu) {
     return safe_sqrt((1.0 - mu) * (1.0 + mu));
 }
 
-// Zero counts as positive: sign(0.0) is 0 and loses a level ray (mu = 0, camera looking exactly at the geometric horizon).
+// Zero counts as positive: sign(0.0) is 0 and loses a level ray (mu = 0, camera looking exactly at the geometric
+// horizon).
 float sign_nonzero(float x) {
     return x < 0.0 ? -1.0 : 1.0;
 }
@@ -32,8 +33,8 @@ vec3 sign_nonzero(vec3 v) {
     return vec3(sign_nonzero(v.x), sign_nonzero(v.y), sign_nonzero(v.z));
 }
 
-// Unit vector, or `fallback` for a zero vector: the camera exactly above the point (no horizontal direction to it), or a
-// normal that cancelled.
+// Unit vector, or `fallback` for a zero vector: the camera exactly above the point (no horizontal direction to it), or
+// a normal that cancelled.
 vec3 safe_normalize(vec3 v, vec3 fallback) {
     // Scaled first: the square of 1e25 m overflows, that of 1e-25 m vanishes.
     float largest = max(max(abs(v.x), abs(v.y)), abs(v.z));
@@ -49,9 +50,10 @@ float safe_divide(float a, float b, float fallback) {
     return b > 0.0 ? a / b : fallback;
 }
 
-// sin and cos by polynomials, |x| <= pi / 2. The built-in ones promise an absolute error only (drivers give up to 2^-11), so
-// a camera 1 m above ground, whose angles to its neighbours are 1e-7 rad, would see them all at angle 0. Relative error of
-// pf_sin_small <= 1.2e-7 everywhere; of pf_cos <= 1.2e-7 for |x| <= 1.3, absolute <= 1.2e-7 beyond (it passes through 0).
+// sin and cos by polynomials, |x| <= pi / 2. The built-in ones promise an absolute error only (drivers give up to
+// 2^-11), so a camera 1 m above ground, whose angles to its neighbours are 1e-7 rad, would see them all at angle 0.
+// Relative error of pf_sin_small <= 1.2e-7 everywhere; of pf_cos <= 1.2e-7 for |x| <= 1.3, absolute <= 1.2e-7 beyond
+// (it passes through 0).
 float pf_sin_small(float x) {
     float s = x * x;
     float p = 2.605780603e-6;
@@ -70,7 +72,8 @@ float pf_cos(float x) {
     return 1.0 - s * (0.5 - s * p);
 }
 
-// 1 - cos(x) without cancellation, |x| <= pi: the drop of the horizon below the camera's level, 1e-14 of the radius at 1 m.
+// 1 - cos(x) without cancellation, |x| <= pi: the drop of the horizon below the camera's level, 1e-14 of the radius at
+// 1 m.
 float pf_one_minus_cos(float x) {
     float h = pf_sin_small(0.5 * x);
     return 2.0 * h * h;

@@ -1,5 +1,5 @@
-// 3D simplex noise; float64 twin and source in engine/surface/simplex.py. A place is a cell of the skewed lattice and a skewed
-// fraction of it, so that planet coordinates never appear in f32.
+// 3D simplex noise; float64 twin and source in engine/surface/simplex.py. A place is a cell of the skewed lattice and a
+// skewed fraction of it, so that planet coordinates never appear in f32.
 #include "common/noise.glsl"
 
 const float SIMPLEX_SCALE = 60.0;

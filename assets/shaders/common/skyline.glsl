@@ -1,6 +1,6 @@
-// The skyline of near ground around the camera, against which far cells are culled: for each of 256 directions, the tangent of the
-// elevation below which everything farther is hidden. Only what must be true raises it: every line of sight in such a direction
-// crosses a cell that is nowhere lower than its lowest vertex. One workgroup of 256.
+// The skyline of near ground around the camera, against which far cells are culled: for each of 256 directions, the
+// tangent of the elevation below which everything farther is hidden. Only what must be true raises it: every line of
+// sight in such a direction crosses a cell that is nowhere lower than its lowest vertex. One workgroup of 256.
 //
 // A point at height h above the sphere of radius R, whose distance across the camera's vertical is d, lies
 // (h - hc) - d^2 / ((R + h)(1 + cos gamma)) above the camera's level, gamma being the central angle between them.
@@ -8,7 +8,8 @@
 #include "generated/planet.glsl"
 
 const int SKYLINE_BINS = 256;
-const float SKYLINE_RATIO = 0.6;     // a cell's far side is nearer than this fraction of a cell's near side that it may hide
+// a cell's far side is nearer than this fraction of a cell's near side that it may hide
+const float SKYLINE_RATIO = 0.6;
 const float SKYLINE_REACH = 0.3;     // of the planet's radius: beyond, the bounds below would be loose
 const float SKYLINE_LIFT = 16.0;     // makes tangents positive, so that their bits order as integers
 const float TWO_PI = 6.28318530717959;
@@ -28,7 +29,8 @@ vec2 skyline_place(vec3 point) {
     return vec2((atan(across.y, across.x) / TWO_PI + 0.5) * float(SKYLINE_BINS), length(across));
 }
 
-// A cell lies between two circles around its middle, CELL_INNER and CELL_OUTER in units of this; corners of the cube included.
+// A cell lies between two circles around its middle, CELL_INNER and CELL_OUTER in units of this; corners of the cube
+// included.
 float skyline_cell_size(float spacing_m) {
     return spacing_m * float(CELL_QUADS) * (1.0 + max(frame.anchor_up.w, 0.0) / planet.radii.x);
 }
@@ -61,6 +63,7 @@ bool skyline_hides(vec3 middle, float spacing_m, float highest_dh) {
     float half_width = 1.06 * outer / place.y * float(SKYLINE_BINS) / TWO_PI + 0.01;
     int first = int(floor(place.x - half_width)), last = int(floor(place.x + half_width));
     bool hidden = true;
-    for (int bin = first; bin <= last && hidden; ++bin) hidden = s_skyline[(bin + 4 * SKYLINE_BINS) % SKYLINE_BINS] > bits;
+    for (int bin = first; bin <= last && hidden; ++bin)
+        hidden = s_skyline[(bin + 4 * SKYLINE_BINS) % SKYLINE_BINS] > bits;
     return hidden;
 }

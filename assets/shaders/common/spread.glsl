@@ -1,6 +1,7 @@
-// Workgroups in another order. Software renderers give each processor one stretch of a dispatch, half of it where there are two, and
-// wait for the last: lists whose work lies at one end (the sea at the bottom of a picture, coasts, fine cells) keep the others
-// idle. Here every stretch gets groups from all over, and neighbours stay within a few groups of one another.
+// Workgroups in another order. Software renderers give each processor one stretch of a dispatch, half of it where there
+// are two, and wait for the last: lists whose work lies at one end (the sea at the bottom of a picture, coasts, fine
+// cells) keep the others idle. Here every stretch gets groups from all over, and neighbours stay within a few groups of
+// one another.
 
 // 0..count - 1, each once.
 uint spread(uint id, uint count) {

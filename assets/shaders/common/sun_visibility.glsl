@@ -1,7 +1,8 @@
 // Contract "sun_visibility", default: the planet's own shadow and nothing else.
 //
 //   float sun_visibility(vec3 point)     point: camera-relative metres, planet axes. 0 (hidden) .. 1 (whole disc seen)
-//   vec2  light_visibility(vec3 point)   the same, and beside it the share of the sky's light that passes the ground around
+//   vec2  light_visibility(vec3 point)   the same, and beside it the share of the sky's light that passes the ground
+//   around
 //
 // Clouds are in it (contract "cloud_shadow"). Whoever provides this instead has to include the planet's shadow.
 #include "common/camera.glsl"
@@ -9,7 +10,8 @@
 #include "contract/cloud_shadow.glsl"
 
 float sun_visibility(vec3 point) {
-    return sun_visibility_of_sphere(altitude_of(point), dot(up_at(point), frame.sun_direction.xyz), frame.sun_direction.w)
+    return sun_visibility_of_sphere(altitude_of(point), dot(up_at(point), frame.sun_direction.xyz),
+        frame.sun_direction.w)
         * cloud_shadow(point);
 }
 

@@ -1,7 +1,8 @@
-// Shading of one surface's pixels in compute, over the tiles of the picture that show it: a workgroup a tile, 16 x 8 pixels.
-// gbuffer/classify.comp makes the lists; pixels of other surfaces in a tile are left alone.
+// Shading of one surface's pixels in compute, over the tiles of the picture that show it: a workgroup a tile, 16 x 8
+// pixels. gbuffer/classify.comp makes the lists; pixels of other surfaces in a tile are left alone.
 //
-//   SHADE_EVERY   1: each pixel is shaded; 2: every second, as the squares of a chessboard that frame.clock.y names; 4: one of a
+//   SHADE_EVERY   1: each pixel is shaded; 2: every second, as the squares of a chessboard that frame.clock.y names; 4:
+//   one of a
 //                 block of 2 x 2. The others are left to common/between_shaded.comp
 //   SHOWS_ALSO(pixel)   what a pixel has to be besides
 #include "common/surfaces.glsl"
@@ -44,15 +45,16 @@ bool shows(ivec2 pixel, uint surface) {
         && SHOWS_ALSO(pixel);
 }
 
-// How often each lane shades a pixel. A loop of so many turns, left at its end, costs a software GPU nothing where it is one.
+// How often each lane shades a pixel. A loop of so many turns, left at its end, costs a software GPU nothing where it
+// is one.
 #if SHADE_EVERY == 2
 #define SHADE_TURNS (frame.clock.y < 0.0 ? 2 : 1)
 #else
 #define SHADE_TURNS 1
 #endif
 
-// From the block's first pixel to the one that is shaded in this turn; false where none is. That is the first that shows the
-// surface, but on a chessboard the black one of two if it does, or both of them, one after the other.
+// From the block's first pixel to the one that is shaded in this turn; false where none is. That is the first that
+// shows the surface, but on a chessboard the black one of two if it does, or both of them, one after the other.
 bool find_shown(inout ivec2 pixel, int turn, uint surface) {
 #if SHADE_EVERY == 4
     ivec2 first = pixel;

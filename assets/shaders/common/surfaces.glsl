@@ -4,7 +4,8 @@ const uint SURFACE_TERRAIN = 1u;
 const uint SURFACE_SEA = 2u;
 const uint SURFACE_PROPS = 3u;
 
-// Flag of tiles with a pixel that spans less than NEAR_ACROSS_M at right angles to the view: detail of that size shows there.
+// Flag of tiles with a pixel that spans less than NEAR_ACROSS_M at right angles to the view: detail of that size shows
+// there.
 const uint SURFACE_NEAR = 1u << 31;
 const float NEAR_ACROSS_M = 1.6;
 // Flag of tiles whose pixels' class is asked of the height function.

@@ -16,8 +16,9 @@ vec3 contrast(vec3 v) {
     return v * (0.0487611 + root * (1.2288023 + root * (-0.4628664 + root * (0.2445177 - 0.0592147 * root))));
 }
 
-// AgX (Sobotka 2022), curve by the polynomial fit of Wrensch 2023; it gives display values, no sRGB encoding follows. Its base
-// is flat by design and wants a look: contrast about middle grey that leaves black and white where they are, and saturation.
+// AgX (Sobotka 2022), curve by the polynomial fit of Wrensch 2023; it gives display values, no sRGB encoding follows.
+// Its base is flat by design and wants a look: contrast about middle grey that leaves black and white where they are,
+// and saturation.
 vec3 tone_map(vec3 exposed) {
     const mat3 INTO = mat3(0.842479062253094, 0.0423282422610123, 0.0423756549057051,
                            0.0784335999999992, 0.878468636469772, 0.0784336,

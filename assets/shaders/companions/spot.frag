@@ -1,7 +1,8 @@
-// A companion of few pixels or less: every texel of its picture is seen as a Gaussian spot whose light over all pixels is that
-// of the texel, as stars are (sky/stars.frag), so that nothing twinkles when it moves.
+// A companion of few pixels or less: every texel of its picture is seen as a Gaussian spot whose light over all pixels
+// is that of the texel, as stars are (sky/stars.frag), so that nothing twinkles when it moves.
 layout(binding = 0) uniform sampler2D u_picture;
-uniform vec4 u_place;    // lower left corner in pixels (x, y), width of a texel in pixels, standard deviation of the spot
+// lower left corner in pixels (x, y), width of a texel in pixels, standard deviation of the spot
+uniform vec4 u_place;
 uniform vec2 u_jitter;   // where in its pixel this frame samples
 layout(location = 0) out vec4 o_light;
 

@@ -1,5 +1,5 @@
-// A planet as another one's camera sees it: its light, and the share that it hides of what is behind. Where its ground or sea is
-// that is all; beside them what its air takes.
+// A planet as another one's camera sees it: its light, and the share that it hides of what is behind. Where its ground
+// or sea is that is all; beside them what its air takes.
 #include "common/camera.glsl"
 #include "contract/air.glsl"
 

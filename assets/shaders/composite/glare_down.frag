@@ -1,5 +1,5 @@
-// One step down in size through a Gaussian of 1.6 source texels, as 4 x 4 bilinear look-ups at the centres of gravity of
-// pairs of texels. Narrower ones leave so few texels of a small sun that its halo shows their square shape.
+// One step down in size through a Gaussian of 1.6 source texels, as 4 x 4 bilinear look-ups at the centres of gravity
+// of pairs of texels. Narrower ones leave so few texels of a small sun that its halo shows their square shape.
 layout(binding = 0) uniform sampler2D u_from;
 in vec2 v_uv;
 layout(location = 0) out vec4 o_light;

@@ -1,5 +1,5 @@
-// All octaves of glare together, at a quarter of the view's size: the finest, blurred here by 1.3 texels (5 x 5 bilinear
-// look-ups of 9 x 9 texels), and the sum of the blunter ones.
+// All octaves of glare together, at a quarter of the view's size: the finest, blurred here by 1.3 texels (5 x 5
+// bilinear look-ups of 9 x 9 texels), and the sum of the blunter ones.
 #include "composite/tent.glsl"
 
 layout(binding = 0) uniform sampler2D u_source;

@@ -17,8 +17,10 @@ layout(std430, binding = 5) buffer Histogram {
 layout(std430, binding = 6) writeonly buffer ExposureOut { Exposure e_now; };
 layout(std430, binding = 7) readonly buffer ExposureIn { Exposure e_before; };
 
-layout(location = 0) uniform vec4 u_limits;   // lowest and highest EV100, compensation (EV), strength of dark adaptation
-layout(location = 1) uniform vec3 u_speed;    // share of the way to go this frame, to brighter and to darker; 1: no past
+// lowest and highest EV100, compensation (EV), strength of dark adaptation
+layout(location = 0) uniform vec4 u_limits;
+// share of the way to go this frame, to brighter and to darker; 1: no past
+layout(location = 1) uniform vec3 u_speed;
 
 shared uint s_counts[BINS];
 shared bool s_last;
@@ -45,8 +47,8 @@ float key_of(float luminance) {
 }
 
 void expose() {
-    // What is lit: ten stops down from nearly the brightest. Black space around a bright planet says nothing, and neither
-    // do the very brightest pixels.
+    // What is lit: ten stops down from nearly the brightest. Black space around a bright planet says nothing, and
+    // neither do the very brightest pixels.
     float area = 9.2 * float(textureSize(u_scene, 0).x * textureSize(u_scene, 0).y);  // 9.2: mean of weight_of
     uint above = 0u;
     int peak = -1, top = -1;

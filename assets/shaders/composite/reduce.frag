@@ -10,7 +10,8 @@ void main() {
     vec3 total = vec3(0.0);
     for (int k = 0; k < 16; k++) {
         vec3 value = textureLod(u_scene, (vec2(corner + ivec2(k & 3, k >> 2)) + 0.5) * texel, 0.0).rgb;
-        // Not a number fails every comparison: one bad pixel must not spoil the exposure and glare of the whole picture.
+        // Not a number fails every comparison: one bad pixel must not spoil the exposure and glare of the whole
+        // picture.
         for (int c = 0; c < 3; c++) total[c] += value[c] > 0.0 && value[c] < 1e30 ? value[c] : 0.0;
     }
     o_radiance = vec4(total * (frame.scale.y / 16.0), 1.0);

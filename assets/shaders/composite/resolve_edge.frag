@@ -1,7 +1,7 @@
 // Anti-aliasing of a single frame: where light steps along an outline, pixels get the share of the other side that the
-// outline's course says (the idea of morphological anti-aliasing, Reshetov 2009, as a search along the edge in the manner of
-// Lottes 2009). Outlines are where surfaces meet and where depth, linear on screen along a plane, is not: detail within a
-// surface would only get worse. Stars and the sun's disc are drawn smooth.
+// outline's course says (the idea of morphological anti-aliasing, Reshetov 2009, as a search along the edge in the
+// manner of Lottes 2009). Outlines are where surfaces meet and where depth, linear on screen along a plane, is not:
+// detail within a surface would only get worse. Stars and the sun's disc are drawn smooth.
 #include "common/camera.glsl"
 #include "common/texel.glsl"
 #include "composite/exposure.glsl"
@@ -90,6 +90,7 @@ void main() {
         bool meets = texel_at(u_surface, one).r != kind || texel_at(u_surface, two).r != kind;
         if (meets || abs(bend) > RIDGE * depth) outline = 1;
     }
-    for (int k = 0; k < outline; k++) light = smoothed(pixel);   // a loop, because an `if` skips nothing on some machines
+    // a loop, because an `if` skips nothing on some machines
+    for (int k = 0; k < outline; k++) light = smoothed(pixel);
     o_resolved = vec4(light, place_code(place_distance(depth / frame.camera_offset.w), kind, 1));
 }

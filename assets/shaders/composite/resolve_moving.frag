@@ -1,5 +1,6 @@
-// Anti-aliasing of a camera or a scene that moves: the last frame's picture, fetched from where this pixel's surface was then,
-// tested for being the same surface, held within what this frame sees around the pixel, and mixed with this frame's sample.
+// Anti-aliasing of a camera or a scene that moves: the last frame's picture, fetched from where this pixel's surface
+// was then, tested for being the same surface, held within what this frame sees around the pixel, and mixed with this
+// frame's sample.
 #include "common/camera.glsl"
 #include "composite/exposure.glsl"
 #include "common/surfaces.glsl"
@@ -21,23 +22,27 @@ layout(location = 7) uniform vec4 u_projection;      // of the frame before: 1 /
 layout(location = 8) uniform vec2 u_jitter;          // of this frame in normalised device coordinates
 layout(location = 9) uniform float u_weights[5];     // of the samples around, for a picture of this frame alone
 layout(location = 14) uniform float u_water;         // (phase by which a wave of 1 m goes on in this frame)^2, rad^2 m
-layout(location = 15) uniform vec2 u_chess;          // share of the pixels around, where every second has light of its own: of ground, of sea
+// share of the pixels around, where every second has light of its own: of ground, of sea
+layout(location = 15) uniform vec2 u_chess;
 in vec2 v_uv;
 layout(location = 0) out vec4 o_resolved;
 
 const float LEAST_WEIGHT = 1.0 / 16.0;
-const float MOVING_WEIGHT = 1.0 / 4.0;   // where the fetch falls between texels: a blur that adds up from frame to frame
+// where the fetch falls between texels: a blur that adds up from frame to frame
+const float MOVING_WEIGHT = 1.0 / 4.0;
 const float TOLERANCE = 1.12;            // of distances; they are kept in steps of 2 %
 const float DEVIATIONS = 1.75;
 const float WAVE_PX = 4.0;          // waves half as long have gone, see ocean/waves.glsl
 const float WATER_WEIGHT = 2.0;   // least errors over moving swell, from 5 m and from 1 km
 const vec2 CROSS[5] = vec2[5](vec2(0.0, -1.0), vec2(-1.0, 0.0), vec2(0.0), vec2(1.0, 0.0), vec2(0.0, 1.0));
 
-// Cubic convolution (Keys 1981) without the corners of the 4 x 4 texels, which weigh next to nothing (Jimenez 2016, "Filmic SMAA").
-// A little sharper than Catmull-Rom (-0.5), since it is done again in every frame: least errors along flights.
+// Cubic convolution (Keys 1981) without the corners of the 4 x 4 texels, which weigh next to nothing (Jimenez 2016,
+// "Filmic SMAA"). A little sharper than Catmull-Rom (-0.5), since it is done again in every frame: least errors along
+// flights.
 const float CUBIC = -0.65;
 
-// The light; w: what lies at the nearest texel. Twelve texels and not five bilinear look-ups: software GPUs take longer over those.
+// The light; w: what lies at the nearest texel. Twelve texels and not five bilinear look-ups: software GPUs take longer
+// over those.
 vec4 history(vec2 uv) {
     vec2 size = vec2(textureSize(u_before, 0)), texel = 1.0 / size;
     vec2 place = uv * size, middle = floor(place - 0.5) + 0.5, f = place - middle, at = middle * texel;
@@ -61,7 +66,8 @@ vec4 history(vec2 uv) {
 
 void main() {
     ivec2 last = textureSize(u_scene, 0) - 1;
-    // Textures show their nearest texel, beyond the edge the last one: on software GPUs in less than half of the time of texelFetch.
+    // Textures show their nearest texel, beyond the edge the last one: on software GPUs in less than half of the time
+    // of texelFetch.
     vec2 texel = frame.viewport.zw;
     float scale = frame.scale.y;
     vec3 now = press(exposed_light(textureLod(u_scene, v_uv, 0.0).rgb * scale, exposure.saturated));
@@ -83,7 +89,8 @@ void main() {
     bool known = true;
 #ifdef MOTION
     // A body that moves by itself came from elsewhere, or from nowhere.
-    vec4 motion = textureLod(u_surface, front, 0.0).r == SURFACE_PROPS ? textureLod(u_motion, front, 0.0) : vec4(0.0, 0.0, 0.0, 1.0);
+    vec4 motion = textureLod(u_surface, front, 0.0).r == SURFACE_PROPS ? textureLod(u_motion, front, 0.0)
+        : vec4(0.0, 0.0, 0.0, 1.0);
     known = motion.w > 0.5;
     ground += u_turn * (per_m * vec3(dot(frame.camera_right.xyz, motion.xyz), dot(frame.camera_up.xyz, motion.xyz),
         dot(frame.camera_forward.xyz, motion.xyz)));
@@ -100,7 +107,8 @@ void main() {
     int was = code >> 9, frames = code & PLACE_FRAMES;
     uint was_kind = uint(code >> 6) & 7u;
     // Where this pixel's surfaces would have been seen from there; anything else is another surface.
-    float was_per_m = place_per_m(was), near_then = per_m * per_z, far_then = near_then * farthest / max(nearest, 1e-30);
+    float was_per_m = place_per_m(was), near_then = per_m * per_z,
+        far_then = near_then * farthest / max(nearest, 1e-30);
     seen = seen && was_per_m <= near_then * TOLERANCE && was_per_m * TOLERANCE >= far_then;
     // Land and sea change places along a coast with every jitter; a body that was here and is not has gone.
     seen = seen && (was_kind == kind || max(was_kind, kind) <= SURFACE_SEA || farthest < 0.9 * nearest);
@@ -109,7 +117,8 @@ void main() {
     vec3 light = press_again(past.rgb, exposure_before.saturated / exposure.saturated);
     vec3 sum = vec3(0.0), squares = vec3(0.0), spot = vec3(0.0), most = vec3(0.0);
     for (int k = 0; k < 5; k++) {
-        vec3 around = press(exposed_light(textureLod(u_scene, v_uv + CROSS[k] * texel, 0.0).rgb * scale, exposure.saturated));
+        vec3 around = press(exposed_light(textureLod(u_scene, v_uv + CROSS[k] * texel, 0.0).rgb * scale,
+            exposure.saturated));
         sum += around;
         squares += around * around;
         spot += around * u_weights[k];
@@ -125,9 +134,10 @@ void main() {
     between *= 4.0 * (1.0 - between);
     float weight = max(out_by / float(frames + 1), mix(LEAST_WEIGHT, MOVING_WEIGHT, max(between.x, between.y)));
     weight = max(weight, clamp(0.25 * out_by - 0.5, 0.0, 1.0));   // what is that far off was something else
-    // Water moves on by itself, and not as one: the shortest waves that a pixel shows, WAVE_PX long, go on by this phase, and what
-    // was seen of them then is worth as little.
-    if (kind == SURFACE_SEA) weight = max(weight, WATER_WEIGHT * sqrt(u_water * own * per_near / (frame.clock.w * WAVE_PX)));
+    // Water moves on by itself, and not as one: the shortest waves that a pixel shows, WAVE_PX long, go on by this
+    // phase, and what was seen of them then is worth as little.
+    if (kind == SURFACE_SEA) weight = max(weight,
+        WATER_WEIGHT * sqrt(u_water * own * per_near / (frame.clock.w * WAVE_PX)));
     // The more a frame counts, the more of a chessboard of pixels with light of their own and without would be seen.
     float chess = kind == SURFACE_TERRAIN ? u_chess.x : kind == SURFACE_SEA ? u_chess.y : 0.0;
     float counts = clamp((weight - LEAST_WEIGHT) / (MOVING_WEIGHT - LEAST_WEIGHT), 0.0, 1.0);

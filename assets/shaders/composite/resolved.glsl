@@ -1,6 +1,6 @@
-// The picture between exposure and tone map, as anti-aliasing keeps it: exposed light per wavelength, pressed into 0..1 by
-// x / (1 + max x). That is nearly what a display shows of it (docs/antialiasing.md), so a mean of samples here is what an eye
-// sees of many small pixels; a sun weighs as much as white paper.
+// The picture between exposure and tone map, as anti-aliasing keeps it: exposed light per wavelength, pressed into 0..1
+// by x / (1 + max x). That is nearly what a display shows of it (docs/antialiasing.md), so a mean of samples here is
+// what an eye sees of many small pixels; a sun weighs as much as white paper.
 #include "common/color.glsl"
 
 vec3 exposed_light(vec3 radiance, float saturated) {
@@ -22,8 +22,9 @@ vec3 press_again(vec3 pressed, float ratio) {
     return pressed * (ratio / (1.0 + (ratio - 1.0) * max(pressed.r, max(pressed.g, pressed.b))));
 }
 
-// What lies at a pixel, as a whole number below 2^20 that a float holds exactly: distance along the view in steps of a 32th of
-// an octave from 2^-16 m (11 bits, the last one infinity), surface (3 bits), frames that its colour was gathered over (6 bits).
+// What lies at a pixel, as a whole number below 2^20 that a float holds exactly: distance along the view in steps of a
+// 32th of an octave from 2^-16 m (11 bits, the last one infinity), surface (3 bits), frames that its colour was
+// gathered over (6 bits).
 const int PLACE_SKY = 2047, PLACE_FRAMES = 63;
 
 int place_distance(float per_m) {

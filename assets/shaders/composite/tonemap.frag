@@ -13,7 +13,8 @@ layout(std430, binding = 5) readonly buffer ExposureIn { Exposure exposure; };
 #if GLARE
 layout(binding = 1) uniform sampler2D u_glare;
 layout(location = 0) uniform vec2 u_share;  // of the light: that goes into the finest octave of glare, that is left
-layout(location = 1) uniform vec2 u_glare_from;  // the glare is that of this frame's samples, beside the pixels' centres
+// the glare is that of this frame's samples, beside the pixels' centres
+layout(location = 1) uniform vec2 u_glare_from;
 #endif
 in vec2 v_uv;
 layout(location = 0) out vec4 o_color;
@@ -25,7 +26,8 @@ void main() {
 #else
     vec3 radiance = textureLod(u_scene, v_uv, 0.0).rgb * frame.scale.y;   // the nearest texel
     // A comparison that fails for NaN as well: it becomes black instead of spreading.
-    vec3 exposed = display_light(mix(vec3(0.0), radiance, greaterThan(radiance, vec3(0.0)))) * (1.0 / exposure.saturated);
+    vec3 exposed = display_light(mix(vec3(0.0), radiance, greaterThan(radiance, vec3(0.0))))
+        * (1.0 / exposure.saturated);
     exposed = min(exposed, vec3(1e6));
 #endif
 #if GLARE

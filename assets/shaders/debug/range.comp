@@ -1,4 +1,5 @@
-// Smallest and largest finite value of a texture (MEASURE: as they are, log2 of luminance, log2 of distance from depth), on a grid of at most 256 x 256 places, in one work group.
+// Smallest and largest finite value of a texture (MEASURE: as they are, log2 of luminance, log2 of distance from
+// depth), on a grid of at most 256 x 256 places, in one work group.
 #include "debug/source.glsl"
 #include "common/camera.glsl"
 #include "common/color.glsl"

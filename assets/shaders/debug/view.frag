@@ -17,7 +17,8 @@
 #define MODE_LOD 8        // spacing of vertices, in alpha: a colour for each doubling
 #define MODE_HDR 9        // luminance in stops as heat, over the range of the picture
 #define MODE_PX 10        // pixels of error: 0.01 to 10, logarithmic
-#define MODE_HISTORY 12   // frames that light was gathered over, in alpha (composite/resolved.glsl): red 1, green 16 and more
+// frames that light was gathered over, in alpha (composite/resolved.glsl): red 1, green 16 and more
+#define MODE_HISTORY 12
 #define MODE_SURFACE 11   // what a pixel shows: ground green, sea blue, props red
 
 layout(std430, binding = 5) readonly buffer RangeIn { vec2 r_range; };
@@ -72,7 +73,8 @@ void main() {
 #elif MODE == MODE_IDS
     color = id_color(uint(value.r));
 #elif MODE == MODE_SURFACE
-    const vec3 SURFACES[4] = vec3[4](vec3(0.04), vec3(0.35, 0.62, 0.25), vec3(0.15, 0.40, 0.80), vec3(0.85, 0.25, 0.20));
+    const vec3 SURFACES[4] = vec3[4](vec3(0.04), vec3(0.35, 0.62, 0.25), vec3(0.15, 0.40, 0.80),
+        vec3(0.85, 0.25, 0.20));
     color = SURFACES[min(uint(value.r), 3u)];
 #elif MODE == MODE_LOD
     bool seen = texelFetch(u_depth, ivec2(gl_FragCoord.xy), 0).r > 0.0;

@@ -1,5 +1,5 @@
-// Which surfaces each tile of 16 x 8 pixels shows: bit n for surface n; whether any of them is near; and how deep they lie. A lane a
-// tile.
+// Which surfaces each tile of 16 x 8 pixels shows: bit n for surface n; whether any of them is near; and how deep they
+// lie. A lane a tile.
 #include "generated/frame.glsl"
 #include "common/surfaces.glsl"
 #include "common/texel.glsl"

@@ -9,7 +9,8 @@ void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy), inside = pixel & ivec2(15, 7);
     uint found = flags[(pixel.y >> 3) * u_across + (pixel.x >> 4)];
     bool ground = (found & 1u << SURFACE_TERRAIN) != 0u, sea = (found & 1u << SURFACE_SEA) != 0u;
-    vec3 color = ground && sea ? vec3(0.90, 0.45, 0.15) : ground ? vec3(0.20, 0.45, 0.20) : sea ? vec3(0.12, 0.30, 0.70) : vec3(0.06);
+    vec3 color = ground && sea ? vec3(0.90, 0.45, 0.15) : ground ? vec3(0.20, 0.45, 0.20) : sea ? vec3(0.12, 0.30, 0.70)
+        : vec3(0.06);
     // Near ground is shaded with details that far ground does without.
     if (ground && (found & SURFACE_NEAR) != 0u) color += vec3(0.25, 0.30, 0.10);
     if ((found & 1u << SURFACE_PROPS) != 0u) color = mix(color, vec3(0.85, 0.20, 0.60), 0.6);

@@ -1,4 +1,5 @@
-// The tiles of each surface, of the ground near and far ones, as a list behind its indirect dispatch. One workgroup for the whole picture.
+// The tiles of each surface, of the ground near and far ones, as a list behind its indirect dispatch. One workgroup for
+// the whole picture.
 #include "common/surfaces.glsl"
 
 layout(local_size_x = 256) in;
@@ -34,10 +35,11 @@ void main() {
     for (uint tile = gl_LocalInvocationIndex; tile < count; tile += 256u) {
         uint place = tile % uint(u_tiles.x) | tile / uint(u_tiles.x) << 16;
         uint own = flags[tile] & BOTH;
-        // Where land and water meet the line between them is drawn anew, pixel by pixel: either may get pixels. So is land
-        // along the limb, where a coarse triangle may stand before the sea.
+        // Where land and water meet the line between them is drawn anew, pixel by pixel: either may get pixels. So is
+        // land along the limb, where a coarse triangle may stand before the sea.
         uint near = around(tile);
-        bool coast = own != 0u && (near >> SURFACE_TERRAIN & 1u) != 0u && (near & (1u << SURFACE_SEA | 1u << SURFACE_NONE)) != 0u;
+        bool coast = own != 0u && (near >> SURFACE_TERRAIN & 1u) != 0u
+            && (near & (1u << SURFACE_SEA | 1u << SURFACE_NONE)) != 0u;
         if (coast) coast_tiles[atomicAdd(s_coast, 1u)] = place;
         if (coast) atomicOr(flags[tile], SURFACE_ASKED);
         bool terrain = coast || (own >> SURFACE_TERRAIN & 1u) != 0u, close = (flags[tile] & SURFACE_NEAR) != 0u;

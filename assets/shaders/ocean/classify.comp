@@ -1,6 +1,6 @@
-// What each tile's sea needs: bit 0 the plain sea, 2 also bed, surf or ice, 3 the surface from below; bit 4: the tile shows ground;
-// bit 5: the air before it changes within the tile. A lane a tile. (Bit 1, ground to mirror, hangs on other tiles:
-// ocean/list_tiles.comp.)
+// What each tile's sea needs: bit 0 the plain sea, 2 also bed, surf or ice, 3 the surface from below; bit 4: the tile
+// shows ground; bit 5: the air before it changes within the tile. A lane a tile. (Bit 1, ground to mirror, hangs on
+// other tiles: ocean/list_tiles.comp.)
 #include "common/camera.glsl"
 #include "common/surfaces.glsl"
 #include "common/texel.glsl"
@@ -61,11 +61,12 @@ void main() {
         highest_sine = max(highest_sine, depth > 0.0 ? abs(up_at(position_from_depth(ndc, depth)).z) : 1.0);
     }
     bool rich = shallowest < limit || highest_sine * 1.02 + 0.12 > ocean.water.y;
-    // The way through the air goes with 1 / cosine, and so does its depth: between corners whose cosines differ by a share s of the least
-    // a straight line is s^2 / 4 of it off, a thousandth. From so far that a tile is degrees of the planet wide the sun's height
-    // counts too.
+    // The way through the air goes with 1 / cosine, and so does its depth: between corners whose cosines differ by a
+    // share s of the least a straight line is s^2 / 4 of it off, a thousandth. From so far that a tile is degrees of
+    // the planet wide the sun's height counts too.
     bool wide = frame.camera_zenith.w * frame.clock.w * 16.0 > 0.03 * planet.radii.x;
     bool limb = u_high != 0 && (wide || steepest - flattest > 0.06 * flattest);
     uint found = (above ? (rich ? 4u : 1u) : 0u) | (below ? 8u : 0u);
-    if (tile < u_tiles.x * u_tiles.y) flags[tile] = (any_sea ? found : 0u) | (any_ground ? 16u : 0u) | (limb ? 32u : 0u);
+    if (tile < u_tiles.x * u_tiles.y) flags[tile] = (any_sea ? found : 0u) | (any_ground ? 16u : 0u)
+        | (limb ? 32u : 0u);
 }

@@ -1,5 +1,6 @@
-// Vertices of the visible cells, moved by the waves: each frame in which time passes. The calm sea's vertices and the depth below
-// them are those of the last snap. A lane takes SEA_VERTICES of them, so that a wave is fetched once for all.
+// Vertices of the visible cells, moved by the waves: each frame in which time passes. The calm sea's vertices and the
+// depth below them are those of the last snap. A lane takes SEA_VERTICES of them, so that a wave is fetched once for
+// all.
 //
 // Cells that share a vertex get the same bits: what a vertex becomes depends on nothing but its own place and depth.
 #include "generated/frame.glsl"
@@ -77,7 +78,8 @@ void main() {
             if (n >= count) continue;
             ivec2 ab = ivec2(n % side.x, n / side.x) << skip;
             uint index = first + uint(ab.y * CELL_SIDE + ab.x);
-            vec3 position = vec3(vertices[index].x, vertices[index].y, vertices[index].z) + sea_vector(g_places[k], g_moved[k]);
+            vec3 position = vec3(vertices[index].x, vertices[index].y, vertices[index].z)
+                + sea_vector(g_places[k], g_moved[k]);
             SeaVertex vertex;
             vertex.x = position.x;
             vertex.y = position.y;

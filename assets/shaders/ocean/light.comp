@@ -1,5 +1,6 @@
-// Light on the sea at the corners of the picture's tiles, where the line of sight meets the calm sea or passes it nearest, and the air before
-// it: five maps, one below the other. They change little from tile to tile, and pixels interpolate.
+// Light on the sea at the corners of the picture's tiles, where the line of sight meets the calm sea or passes it
+// nearest, and the air before it: five maps, one below the other. They change little from tile to tile, and pixels
+// interpolate.
 #include "common/camera.glsl"
 #include "contract/air.glsl"
 #include "contract/sky.glsl"
@@ -23,14 +24,15 @@ void main() {
     vec3 point = direction * max(meets >= 0.0 ? hit : -b, 0.0), zenith = up_at(point), sun = frame.sun_direction.xyz;
     vec3 sunlight = frame.sun_irradiance.rgb * sun_visibility(point) * air_to_space(point, sun);
     vec3 starlight = frame.sun_irradiance.rgb * STARLIGHT, from_sky = skylight(point, zenith) + starlight;
-    // The sky is known as the camera sees it: what lies between the sea and a camera up high is missing, and its mean comes from how
-    // much more skylight there is down here.
-    vec3 missing = max(sky_irradiance(point, zenith) + starlight - sky_irradiance(vec3(0.0), frame.camera_zenith.xyz), 0.0) / 3.14159265358979;
+    // The sky is known as the camera sees it: what lies between the sea and a camera up high is missing, and its mean
+    // comes from how much more skylight there is down here.
+    vec3 missing = max(sky_irradiance(point, zenith) + starlight - sky_irradiance(vec3(0.0), frame.camera_zenith.xyz),
+        0.0) / 3.14159265358979;
     imageStore(u_light_out, corner, vec4(sunlight, 0.0));
     imageStore(u_light_out, corner + ivec2(0, corners.y), vec4(from_sky, 0.0));
     imageStore(u_light_out, corner + ivec2(0, 2 * corners.y), vec4(missing, 0.0));
-    // The air's mean extinction and source, which hang on the direction: a pixel knows its distance. Not from too near, where both would
-    // be differences of rounded numbers.
+    // The air's mean extinction and source, which hang on the direction: a pixel knows its distance. Not from too near,
+    // where both would be differences of rounded numbers.
     float distance_m = max(length(point), NEAREST_AIR_M);
     Air between = air_from_camera(direction * distance_m);
     vec3 left = clamp(between.transmittance, 1e-30, 1.0);

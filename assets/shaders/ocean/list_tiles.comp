@@ -8,7 +8,8 @@ layout(std430, binding = 2) writeonly buffer MirrorBuffer { uint mirror_groups[4
 layout(std430, binding = 3) writeonly buffer RichBuffer { uint rich_groups[4]; uint rich_tiles[]; };
 layout(std430, binding = 5) writeonly buffer BelowBuffer { uint below_groups[4]; uint below_tiles[]; };
 layout(std430, binding = 6) writeonly buffer LimbBuffer { uint limb_groups[4]; uint limb_tiles[]; };
-layout(std430, binding = 7) writeonly buffer LightBuffer { uint light_groups[6]; };   // of ocean/light.comp and ocean/sky.comp
+// of ocean/light.comp and ocean/sky.comp
+layout(std430, binding = 7) writeonly buffer LightBuffer { uint light_groups[6]; };
 uniform ivec2 u_tiles;
 uniform ivec4 u_light_groups;   // of each, where any sea is seen
 
@@ -36,7 +37,8 @@ void main() {
     for (uint tile = gl_LocalInvocationIndex; tile < count; tile += 256u) {
         int column = int(tile % width), row = int(tile / width), highest = -1;
         // Waves turn rays aside, some tiles to either side.
-        for (int c = max(column - 4, 0); c <= min(column + 4, u_tiles.x - 1); ++c) highest = max(highest, s_ground[c & (COLUMNS - 1)]);
+        for (int c = max(column - 4, 0); c <= min(column + 4, u_tiles.x - 1); ++c)
+            highest = max(highest, s_ground[c & (COLUMNS - 1)]);
         uint place = uint(column) | uint(row) << 16, found = flags[tile];
         bool mirrors = highest >= row && frame.camera_zenith.w < MIRROR_HIGHEST_M;
         bool limb = (found & 32u) != 0u;

@@ -1,4 +1,5 @@
-// Light of the sea's pixels: what its surface mirrors (sun, sky, ground in the picture), what comes up from below, foam and ice.
+// Light of the sea's pixels: what its surface mirrors (sun, sky, ground in the picture), what comes up from below, foam
+// and ice.
 //
 //   OCEAN_RICH          bed, foam, ice: for tiles that need them (ocean/classify.comp says which)
 //   OCEAN_LIMB          seen from so high and so flat that air changes within a tile
@@ -49,17 +50,19 @@ float v_hidden;   // variance of slopes that it does not show
 
 const float PI = 3.14159265358979;
 
-// Maps of ocean/light.comp: 0 the sun's light, on a surface across it; 1 the sky's; 2 radiance of air between the sea and a camera up
-// high; the air before the sea: 3 its extinction by the metre, 4 its source.
+// Maps of ocean/light.comp: 0 the sun's light, on a surface across it; 1 the sky's; 2 radiance of air between the sea
+// and a camera up high; the air before the sea: 3 its extinction by the metre, 4 its source.
 vec3 sea_light(int kind) {
-    vec2 corners = vec2(textureSize(u_light, 0) / ivec2(1, 5)), at = (0.5 + 0.5 * v_ndc) * frame.viewport.xy / vec2(16.0, 8.0) + 0.5;
+    vec2 corners = vec2(textureSize(u_light, 0) / ivec2(1, 5)),
+        at = (0.5 + 0.5 * v_ndc) * frame.viewport.xy / vec2(16.0, 8.0) + 0.5;
     return textureLod(u_light, vec2(at.x, at.y + float(kind) * corners.y) / vec2(corners.x, 5.0 * corners.y), 0.0).rgb;
 }
 
 SeaPixel pixel_at(ivec2 pixel) {
     vec3 point = position_from_depth(v_ndc, texel_at(u_depth, pixel).r);
     vec4 rough = texel_at(u_rough, pixel);
-    SeaPixel p = sea_pixel(point, oct_decode(texel_at(u_normal, pixel).rg), sea_depth_decode(texel_at(u_attributes, pixel).rg), rough);
+    SeaPixel p = sea_pixel(point, oct_decode(texel_at(u_normal, pixel).rg),
+        sea_depth_decode(texel_at(u_attributes, pixel).rg), rough);
     v_hidden = rough.x + rough.y;
 #ifdef OCEAN_RIPPLES
     sea_ripples(p);

@@ -1,5 +1,5 @@
-// Which of the sea's pixels ocean/shade.comp shades, by blocks: the same as find_shown() of common/surface_tiles.glsl. Turns go
-// through a block's pixels, from the one that is shaded wherever it shows the sea.
+// Which of the sea's pixels ocean/shade.comp shades, by blocks: the same as find_shown() of common/surface_tiles.glsl.
+// Turns go through a block's pixels, from the one that is shaded wherever it shows the sea.
 #ifndef SHADE_EVERY
 #define SHADE_EVERY 1
 #endif
@@ -18,7 +18,8 @@ ivec2 sea_of_block(ivec2 block, uint turn) {
 }
 
 #if SHADE_EVERY > 1
-// Bits: turns of the first pixel that shows the sea from above and of the first that shows it from below. Each is shaded.
+// Bits: turns of the first pixel that shows the sea from above and of the first that shows it from below. Each is
+// shaded.
 uint sea_turns(ivec2 block) {
     uint turns = 0u;
     bool above = false, below = false;

@@ -1,12 +1,13 @@
-// How the sea lies in each of its pixels: the normal of all waves that a pixel can show, and the variance of the slopes of those
-// that it can't. The mesh says where the surface is and how far it was moved sideways.
+// How the sea lies in each of its pixels: the normal of all waves that a pixel can show, and the variance of the slopes
+// of those that it can't. The mesh says where the surface is and how far it was moved sideways.
 //
-// A lane takes SEA_RUN pixels side by side: each wave is fetched and placed once for all of them, and then is a straight wave
-// from pixel to pixel (with its rings' curve, if its origin is near). Where pixels lie in even steps on the calm sea, as its waves
-// go, their phases are turned from one to the next, from the first of each SEA_PART pixels on. Waves that are long on the whole tile come from the tile's nodes, if SEA_SWELL
-// says that there are any.
+// A lane takes SEA_RUN pixels side by side: each wave is fetched and placed once for all of them, and then is a
+// straight wave from pixel to pixel (with its rings' curve, if its origin is near). Where pixels lie in even steps on
+// the calm sea, as its waves go, their phases are turned from one to the next, from the first of each SEA_PART pixels
+// on. Waves that are long on the whole tile come from the tile's nodes, if SEA_SWELL says that there are any.
 //
-//   SHADE_EVERY   2 or 4: only pixels that are shaded get what they need, one of each block and others where it shows no sea
+//   SHADE_EVERY   2 or 4: only pixels that are shaded get what they need, one of each block and others where it shows
+//   no sea
 #include "common/camera.glsl"
 #include "common/octahedral.glsl"
 #include "common/sea_depth.glsl"
@@ -19,8 +20,8 @@
 #include "ocean/shaded.glsl"
 
 layout(local_size_x = SEA_LANES) in;   // 128 / SEA_RUN / SHADE_EVERY
-// Work on single pixels is written for a part and called by literal numbers: loops of 16 turns are not unrolled, and arrays whose
-// index is not known when compiling lie in slow memory.
+// Work on single pixels is written for a part and called by literal numbers: loops of 16 turns are not unrolled, and
+// arrays whose index is not known when compiling lie in slow memory.
 #if SEA_RUN > 8
 #define SEA_PART 8
 #define SEA_PARTS 2
@@ -58,11 +59,13 @@ shared uint s_turns;
 #endif
 
 // A wave's slopes in SEA_PART pixels from `base` on.
-void add_part(int base, SeaWave wave, float per_m, bool near, bool shallow, bool even, float first, float more, vec2 up, vec2 up_sine,
+void add_part(int base, SeaWave wave, float per_m, bool near, bool shallow, bool even, float first, float more, vec2 up,
+    vec2 up_sine,
     vec3 side, vec3 side_cosine) {
     vec2 step = wave.direction * per_m;
     if (even) {
-        vec2 turned = sea_circle(wave.cycles + dot(step, g_start[base / SEA_PART])), turn = sea_circle(dot(step, g_step[base / SEA_PART]));
+        vec2 turned = sea_circle(wave.cycles + dot(step, g_start[base / SEA_PART])),
+            turn = sea_circle(dot(step, g_step[base / SEA_PART]));
         for (int k = base; k < base + SEA_PART; ++k) {
             g_lift[k] += turned.y * up;
             g_squeeze[k] += turned.x * side;
@@ -108,7 +111,8 @@ void add_wave(SeaWave wave, float per_m, bool near, bool shallow, bool even) {
 #ifdef SEA_SWELL
 // Lagrange's weights of the four nodes.
 vec4 node_weights(float x) {
-    const float a = SWELL_NODES.w, b = SWELL_NODES.z, outer = 0.5 / (a * (a * a - b * b)), inner = 0.5 / (b * (b * b - a * a));
+    const float a = SWELL_NODES.w, b = SWELL_NODES.z, outer = 0.5 / (a * (a * a - b * b)),
+        inner = 0.5 / (b * (b * b - a * a));
     float x2 = x * x, from_b = (x2 - b * b) * outer, from_a = (x2 - a * a) * inner;
     return vec4(from_b * (a - x), from_a * (b - x), from_a * (x + b), from_b * (x + a));
 }

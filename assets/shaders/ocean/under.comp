@@ -1,4 +1,5 @@
-// Water between the lens and whatever a pixel shows, where the lens is in it; and the line where the water's edge lies on the lens.
+// Water between the lens and whatever a pixel shows, where the lens is in it; and the line where the water's edge lies
+// on the lens.
 #include "common/camera.glsl"
 #include "common/lens_edge.glsl"
 #include "common/surfaces.glsl"
@@ -23,9 +24,10 @@ void main() {
     float over = lens_over_water(ndc);
     float depth = texel_at(u_depth, pixel).r;
     uint surface = texel_at(u_surface, pixel).r;
-    // The plane and the drawn waves differ by a millimetre, which is a few pixels on the lens: what shows the sea on edge there, or a bed
-    // that the sea should hide, counts as seen through water.
-    bool bed = surface != SURFACE_SEA && depth > 0.0 && altitude_of(position_from_depth(ndc, max(depth, 1e-30))) < planet.sea.x - 1.0;
+    // The plane and the drawn waves differ by a millimetre, which is a few pixels on the lens: what shows the sea on
+    // edge there, or a bed that the sea should hide, counts as seen through water.
+    bool bed = surface != SURFACE_SEA && depth > 0.0
+        && altitude_of(position_from_depth(ndc, max(depth, 1e-30))) < planet.sea.x - 1.0;
     bool edge = over >= 0.0 && ((surface == SURFACE_SEA && over < 1.5) || (bed && over < WATERLINE_PX));
     if (over > 2.5 && !edge) return;
     vec4 stored = imageLoad(u_radiance, pixel);
@@ -37,7 +39,8 @@ void main() {
     WaterSun sun = WaterSun(lens[0].xyz, lens[0].w, lens[1].xyz, lens[2].xyz);
     vec3 through = water_left(path);
     radiance = edge && surface == SURFACE_SEA ? vec3(0.0) : radiance;
-    vec3 wet = radiance * (depth > 0.0 ? through : vec3(0.0)) + water_murk(sun, deep, rise, path, dot(direction, sun.to_sun));
+    vec3 wet = radiance * (depth > 0.0 ? through : vec3(0.0))
+        + water_murk(sun, deep, rise, path, dot(direction, sun.to_sun));
     wet += ocean.glow.rgb * (1.0 - through);
     float line = smoothstep(2.5, 0.5, abs(over));
     vec3 seen = over < 0.0 || edge ? wet : radiance;

@@ -1,4 +1,5 @@
-// The sea's vertices: points of the lattice at sea level, and the depth of the ground below them for the colour of shallows.
+// The sea's vertices: points of the lattice at sea level, and the depth of the ground below them for the colour of
+// shallows.
 #include "generated/frame.glsl"
 #include "generated/planet.glsl"
 #include "generated/ocean.glsl"
@@ -12,7 +13,8 @@ layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer CellBuffer { Cell cells[]; };
 layout(std430, binding = 1) writeonly buffer VertexBuffer { CellVertex vertices[]; };
 layout(std430, binding = 5) writeonly buffer BoundsBuffer { CellBounds bounds[]; };
-layout(std430, binding = 6) readonly buffer GroundRowBuffer { int ground_row[]; };   // of each cell in what follows, or -1
+// of each cell in what follows, or -1
+layout(std430, binding = 6) readonly buffer GroundRowBuffer { int ground_row[]; };
 layout(std430, binding = 7) readonly buffer GroundBoundsBuffer { CellBounds ground_bounds[]; };
 
 uniform vec2 u_reach;   // how far waves move a point: upwards, and in all
@@ -31,7 +33,8 @@ void main() {
     bool dry = false;
     if (u_first >= 0) {
         int row = ground_row[uint(u_first) + cell_index];
-        dry = row >= 0 && frame.anchor_up.w + ground_bounds[max(row, 0)].low.w > level + DRY_M + DRY_SPACINGS * cell.spacing_m;
+        dry = row >= 0 && frame.anchor_up.w + ground_bounds[max(row, 0)].low.w > level + DRY_M
+            + DRY_SPACINGS * cell.spacing_m;
     }
     vec4 low = vec4(3.4e38);
     vec3 high = vec3(-3.4e38);

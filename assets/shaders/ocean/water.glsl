@@ -58,7 +58,8 @@ vec4 shore_sheen(Shore shore, vec3 point, vec3 view, vec3 zenith, vec3 normal, v
         vec3 mirrored = reflect(-view, normalize(level * vec3(-facet, -slopes.mean.y, 1.0)));
         mirrored = normalize(mirrored + zenith * max(0.02 - dot(mirrored, zenith), 0.0));
         float share = mix(0.35 * shore.damp, 1.0, shore.film) * (1.0 - shore.foam);
-        sheen.rgb = share * (fresnel * sky(mirrored) + sunlight * glitter(slopes, seen, v, l, frame.sun_direction.w, index));
+        sheen.rgb = share * (fresnel * sky(mirrored)
+            + sunlight * glitter(slopes, seen, v, l, frame.sun_direction.w, index));
         sheen.a = share * fresnel;
     }
     return sheen;

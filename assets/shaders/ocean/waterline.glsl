@@ -1,5 +1,5 @@
-// Contract "waterline" (common/waterline.glsl has the rules): the sea as a plane through the place of the camera, which is
-// all that the near plane meets of it.
+// Contract "waterline" (common/waterline.glsl has the rules): the sea as a plane through the place of the camera, which
+// is all that the near plane meets of it.
 #include "common/camera.glsl"
 #include "generated/ocean.glsl"
 

@@ -1,15 +1,19 @@
-// The waves of the sea as seen from the anchor; systems/ocean/wave_block.py packs them. Longest first, in two lists: waves whose
-// origin and antipode are far from here, which a short series places exactly enough, and those that need the whole formula.
+// The waves of the sea as seen from the anchor; systems/ocean/wave_block.py packs them. Longest first, in two lists:
+// waves whose origin and antipode are far from here, which a short series places exactly enough, and those that need
+// the whole formula.
 const int WAVES_MOST = 1000;
 const int WAVE_BINS = 64;
 
 layout(std140, binding = 12) uniform WaveBlock {
     vec4 wave_east;      // first tangent at the anchor; w: radius of the calm sea, m
     vec4 wave_north;     // second tangent; w: the anchor's foot to the calm sea, as a ratio of radii
-    vec4 wave_counts;    // waves of the first list, waves of both, the farthest that anything is moved sideways in m, unused
+    // waves of the first list, waves of both, the farthest that anything is moved sideways in m, unused
+    vec4 wave_counts;
     vec4 wave_eye;       // the proxy from the anchor, m; w: angle between vertices
-    vec4 wave_mesh;      // smallest distance of vertices in m, footprint of a pixel in pixels, sine of the latitude of ice (2: none), unused
-    vec4 wave_bins[WAVE_BINS];        // by wave number: waves that are longer (first list + 1024 * second), slope variance of the rest
+    // smallest distance of vertices in m, footprint of a pixel in pixels, sine of the latitude of ice (2: none), unused
+    vec4 wave_mesh;
+    // by wave number: waves that are longer (first list + 1024 * second), slope variance of the rest
+    vec4 wave_bins[WAVE_BINS];
     vec4 wave_data[3 * WAVES_MOST];
     // first list:  heading away from the origin (2), phase at the anchor in cycles, cycles per m
     //              A, Q A in m, half the cotangent of the angle from the origin / radius, (2 a^2 + 1/6) / radius^2

@@ -30,8 +30,10 @@ void main() {
     vec3 v = q.seen.xyz, moved = vec3(0.0), normal = v;
     for (int k = 0; k < u_mode.z; ++k) {
         vec3 o = printed[2 * k].xyz;
-        float a = printed[2 * k].w, w = printed[2 * k + 1].x, phi = printed[2 * k + 1].y, steepness = printed[2 * k + 1].z;
-        float l = u_mode.y == 2018 ? acos(clamp(dot(v, o), -1.0, 1.0)) * u_printed.x : 2.0 * u_printed.x * asin(min(0.5 * length(v - o), 1.0));
+        float a = printed[2 * k].w, w = printed[2 * k + 1].x, phi = printed[2 * k + 1].y,
+            steepness = printed[2 * k + 1].z;
+        float l = u_mode.y == 2018 ? acos(clamp(dot(v, o), -1.0, 1.0)) * u_printed.x
+            : 2.0 * u_printed.x * asin(min(0.5 * length(v - o), 1.0));
         vec3 d = cross(v, cross(v - o, v));
         float angle = w * l + phi * u_printed.y;
         moved += v * (a * sin(angle)) + d * (steepness * a * cos(angle));

@@ -1,13 +1,16 @@
 // The moving sea at a point of the calm one: where it goes, how it lies, and how rough it is below what can be seen.
 //
-//   SeaPlace   sea_place(vec3 D)                                     D: foot offset of the calm sea's point from the anchor
-//   vec3       sea_moved(SeaPlace place, float depth_m, float spacing_m)      east, north, up in the place's axes, m
-//   SeaSurface sea_surface(SeaPlace place, float depth_m, vec4 footprint)     footprint: covariance of a pixel, sea_footprint()
-//   vec4       sea_footprint(SeaPlace place, vec3 view, float distance_m)     view: unit, towards the camera
+//   SeaPlace   sea_place(vec3 D)                                     D: foot offset of the calm sea's point from the
+//   anchor vec3       sea_moved(SeaPlace place, float depth_m, float spacing_m)      east, north, up in the place's
+//   axes, m SeaSurface sea_surface(SeaPlace place, float depth_m, vec4 footprint)     footprint: covariance of a pixel,
+//   sea_footprint() vec4       sea_footprint(SeaPlace place, vec3 view, float distance_m)     view: unit, towards the
+//   camera
 //
-// systems/ocean/wave_probe.py asks the same functions on arrays; engine/waves has them in float64. Neither asin nor acos: what a
-// wave has travelled from the anchor, x, follows from the offset along it, q1, and across it, q2, in radii:
-//   sin x = q1 + c0 q2^2 / (sin l + w), w = s0 up + c0 q1, sin l = hypot(w, q2); c0, s0 of the anchor's angle from the origin.
+// systems/ocean/wave_probe.py asks the same functions on arrays; engine/waves has them in float64. Neither asin nor
+// acos: what a wave has travelled from the anchor, x, follows from the offset along it, q1, and across it, q2, in
+// radii:
+//   sin x = q1 + c0 q2^2 / (sin l + w), w = s0 up + c0 q1, sin l = hypot(w, q2); c0, s0 of the anchor's angle from the
+//   origin.
 #include "ocean/wave_block.glsl"
 
 struct SeaPlace {
@@ -80,8 +83,8 @@ float sea_open(SeaPlace p) {
     return 1.0 - smoothstep(wave_mesh.z, wave_mesh.z + 0.02, abs(p.zenith.z));
 }
 
-// One wave at a place. direction: unit, away from the origin; cycles: its phase; weight: of A and of Q by the fade; rate: its
-// change per m; spread: by how much the direction turns per m across; sine: of the angle from the origin.
+// One wave at a place. direction: unit, away from the origin; cycles: its phase; weight: of A and of Q by the fade;
+// rate: its change per m; spread: by how much the direction turns per m across; sine: of the angle from the origin.
 struct SeaWave {
     vec2 direction;
     float cycles, amplitude, sideways, k, weight, rate, spread, sine;
@@ -137,10 +140,12 @@ vec3 sea_wave_moved(SeaWave wave, float depth_m, float spacing_m) {
 vec3 sea_moved(SeaPlace p, float depth_m, float spacing_m) {
     vec3 moved = vec3(0.0);
     ivec2 counts = wave_count(wave_bin(3.14159265 / spacing_m));
-    for (int i = 0; i < counts.x; ++i) moved += sea_wave_moved(sea_far_wave(p, wave_data[3 * i], wave_data[3 * i + 1]), depth_m, spacing_m);
+    for (int i = 0; i < counts.x; ++i) moved += sea_wave_moved(sea_far_wave(p, wave_data[3 * i], wave_data[3 * i + 1]),
+        depth_m, spacing_m);
     int first = int(wave_counts.x);
     for (int i = first; i < first + counts.y; ++i) {
-        moved += sea_wave_moved(sea_near_wave(p, wave_data[3 * i], wave_data[3 * i + 1], wave_data[3 * i + 2]), depth_m, spacing_m);
+        moved += sea_wave_moved(sea_near_wave(p, wave_data[3 * i], wave_data[3 * i + 1], wave_data[3 * i + 2]), depth_m,
+            spacing_m);
     }
     return moved;
 }
@@ -150,8 +155,8 @@ vec3 sea_vector(SeaPlace p, vec3 along) {
     return p.east * along.x + p.north * along.y + p.zenith * along.z;
 }
 
-// Covariance (ee, nn, en; w: its smaller eigenvalue) in m^2 of what a pixel sees of the calm sea. A flat view sees a long way of it, but slopes that stand up
-// to the camera less: the mean sea's tilt counts up to FLATTEST.
+// Covariance (ee, nn, en; w: its smaller eigenvalue) in m^2 of what a pixel sees of the calm sea. A flat view sees a
+// long way of it, but slopes that stand up to the camera less: the mean sea's tilt counts up to FLATTEST.
 const float SEA_FLATTEST = 0.02;
 vec4 sea_footprint(SeaPlace p, vec3 view, float distance_m) {
     float across = wave_mesh.y * distance_m * frame.clock.w, tilt = max(abs(dot(view, p.zenith)), SEA_FLATTEST);
@@ -185,7 +190,8 @@ float sea_seen(SeaWave wave, vec4 footprint) {
 // Slope variance of a wave that shows this share of its amplitude. shallow: factor of all of it.
 vec3 sea_hidden(SeaWave wave, float seen, float shallow) {
     float steep = wave.amplitude * wave.k * wave.weight * shallow;
-    return 0.5 * steep * steep * (1.0 - seen * seen) * vec3(wave.direction * wave.direction, wave.direction.x * wave.direction.y);
+    return 0.5 * steep * steep * (1.0 - seen * seen)
+        * vec3(wave.direction * wave.direction, wave.direction.x * wave.direction.y);
 }
 
 void sea_add(inout SeaSums sums, SeaWave wave, vec4 footprint, float depth_m) {
@@ -212,10 +218,12 @@ SeaSurface sea_surface(SeaPlace p, float depth_m, vec4 footprint) {
     vec4 bin = wave_bin(sea_shortest(footprint));
     SeaSums sums = SeaSums(vec2(0.0), vec3(0.0), bin.yzw);
     ivec2 counts = wave_count(bin);
-    for (int i = 0; i < counts.x; ++i) sea_add(sums, sea_far_wave(p, wave_data[3 * i], wave_data[3 * i + 1]), footprint, depth_m);
+    for (int i = 0; i < counts.x; ++i) sea_add(sums, sea_far_wave(p, wave_data[3 * i], wave_data[3 * i + 1]), footprint,
+        depth_m);
     int first = int(wave_counts.x);
     for (int i = first; i < first + counts.y; ++i) {
-        sea_add(sums, sea_near_wave(p, wave_data[3 * i], wave_data[3 * i + 1], wave_data[3 * i + 2]), footprint, depth_m);
+        sea_add(sums, sea_near_wave(p, wave_data[3 * i], wave_data[3 * i + 1], wave_data[3 * i + 2]), footprint,
+            depth_m);
     }
     return sea_lie(p, sums);
 }

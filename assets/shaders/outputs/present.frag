@@ -3,8 +3,8 @@ in vec2 v_uv;
 layout(location = 0) out vec4 o_color;
 
 #ifdef SCALED
-// Catmull-Rom: a picture of other size keeps its edges, and a constant stays one. What overshoots is cut to what the four
-// nearest pixels show, so that no edge gets a bright or dark line.
+// Catmull-Rom: a picture of other size keeps its edges, and a constant stays one. What overshoots is cut to what the
+// four nearest pixels show, so that no edge gets a bright or dark line.
 vec4 weights(float t) {
     return 0.5 * vec4(((2.0 - t) * t - 1.0) * t, (3.0 * t - 5.0) * t * t + 2.0, ((4.0 - 3.0 * t) * t + 1.0) * t,
                       (t - 1.0) * t * t);

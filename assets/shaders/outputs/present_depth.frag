@@ -1,5 +1,5 @@
-// The picture with its depth as a host's depth buffer stores it. GL's depth test, which the host's objects pass as well,
-// decides who is seen.
+// The picture with its depth as a host's depth buffer stores it. GL's depth test, which the host's objects pass as
+// well, decides who is seen.
 #include "generated/frame.glsl"
 
 layout(binding = 0) uniform sampler2D u_picture;

@@ -17,5 +17,6 @@ void main() {
     // The inverse transpose, without the determinant.
     v_normal = cross(b, c) * in_normal.x + cross(c, a) * in_normal.y + cross(a, b) * in_normal.z;
     v_color = prop.color;
-    v_back = vec4(prop.back_a.xyz * in_position.x + prop.back_b.xyz * in_position.y + prop.back_c.xyz * in_position.z, 0.0) + prop.back;
+    v_back = vec4(prop.back_a.xyz * in_position.x + prop.back_b.xyz * in_position.y + prop.back_c.xyz * in_position.z,
+        0.0) + prop.back;
 }

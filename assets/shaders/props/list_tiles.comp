@@ -1,4 +1,5 @@
-// Tiles that show a prop, or ground or water that a prop reaches, as a list behind its indirect dispatch. One workgroup.
+// Tiles that show a prop, or ground or water that a prop reaches, as a list behind its indirect dispatch. One
+// workgroup.
 #include "common/surfaces.glsl"
 
 layout(local_size_x = 256) in;

@@ -1,5 +1,5 @@
-// Light of props, and their shadows on ground and water: the radiance there, without the air before it, is scaled by the share of its
-// light that they leave.
+// Light of props, and their shadows on ground and water: the radiance there, without the air before it, is scaled by
+// the share of its light that they leave.
 #include "common/camera.glsl"
 #include "common/octahedral.glsl"
 #include "common/surfaces.glsl"
@@ -24,8 +24,8 @@ const float PI = 3.14159265358979;
 const float STARLIGHT = 1.5e-8;   // as terrain/shade.comp
 const float GROUND_ALBEDO = 0.2;  // of what lies around: light from below
 
-// Reflected radiance per irradiance at normal incidence: Lambert below a dielectric GGX surface (Walter et al. 2007) with
-// Hammon's 2017 approximation of Smith's joint masking.
+// Reflected radiance per irradiance at normal incidence: Lambert below a dielectric GGX surface (Walter et al. 2007)
+// with Hammon's 2017 approximation of Smith's joint masking.
 vec3 reflected(vec3 albedo, float roughness, vec3 normal, vec3 view, vec3 sun) {
     float alpha = roughness * roughness, n_l = max(dot(normal, sun), 0.0), n_v = max(dot(normal, view), 1e-3);
     vec3 half_vector = normalize(view + sun);

@@ -1,5 +1,5 @@
-// What props leave of the sun's light (red) and of the sky's (green) at each pixel: a workgroup a tile of 16 x 8, which first
-// finds the few props that reach into the box around its points, in axes along the sun.
+// What props leave of the sun's light (red) and of the sky's (green) at each pixel: a workgroup a tile of 16 x 8, which
+// first finds the few props that reach into the box around its points, in axes along the sun.
 #include "common/camera.glsl"
 #include "common/octahedral.glsl"
 #include "common/surfaces.glsl"

@@ -16,7 +16,8 @@ float prop_shadow_m(PropOccluder prop) {
 
 // A point's place in the prop's own axes, in which it is a unit sphere or a box from -1 to 1.
 vec3 prop_local(PropOccluder prop, vec3 vector) {
-    return vec3(dot(vector, prop.a.xyz) / dot(prop.a.xyz, prop.a.xyz), dot(vector, prop.b.xyz) / dot(prop.b.xyz, prop.b.xyz),
+    return vec3(dot(vector, prop.a.xyz) / dot(prop.a.xyz, prop.a.xyz),
+        dot(vector, prop.b.xyz) / dot(prop.b.xyz, prop.b.xyz),
         dot(vector, prop.c.xyz) / dot(prop.c.xyz, prop.c.xyz));
 }
 
@@ -27,8 +28,8 @@ float prop_box_hit(vec3 from, vec3 inverse, float half_side) {
     return leave > max(enter, 0.0) ? 1.0 : 0.0;
 }
 
-// Share of the sun's disc that the prop leaves of it at camera-relative `point`. own: below this place in the prop's axes a
-// point belongs to the prop itself, which its own normals shade.
+// Share of the sun's disc that the prop leaves of it at camera-relative `point`. own: below this place in the prop's
+// axes a point belongs to the prop itself, which its own normals shade.
 float prop_sun(PropOccluder prop, vec3 point, float own) {
     vec3 sun = frame.sun_direction.xyz, from = prop_local(prop, point - prop.place.xyz), way = prop_local(prop, sun);
     float inside = prop.place.w > 0.5 ? max(abs(from.x), max(abs(from.y), abs(from.z))) : length(from);
@@ -44,7 +45,8 @@ float prop_sun(PropOccluder prop, vec3 point, float own) {
     float hidden = 1.0 - smoothstep(1.0 - width, 1.0 + width, miss);
     if (prop.place.w > 0.5) {
         vec3 inverse = 1.0 / mix(way, vec3(1e-9), lessThan(abs(way), vec3(1e-9)));
-        hidden = 0.25 * (prop_box_hit(from, inverse, 1.0 - 0.75 * width) + prop_box_hit(from, inverse, 1.0 - 0.25 * width)
+        hidden = 0.25 * (prop_box_hit(from, inverse, 1.0 - 0.75 * width)
+            + prop_box_hit(from, inverse, 1.0 - 0.25 * width)
             + prop_box_hit(from, inverse, 1.0 + 0.25 * width) + prop_box_hit(from, inverse, 1.0 + 0.75 * width));
     }
     hidden *= most * (1.0 - smoothstep(0.7, 1.0, t / prop_shadow_m(prop)));

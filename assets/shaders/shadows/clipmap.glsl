@@ -6,7 +6,8 @@
 vec2 shadow_place(vec3 D) {
     vec3 chart = vec3(dot(shadow_map.axis_x.xyz, D), dot(shadow_map.axis_y.xyz, D), dot(shadow_map.axis_z.xyz, D));
     vec2 anchor = vec2(shadow_map.axis_x.w, shadow_map.axis_y.w);
-    return (chart.xy - anchor * chart.z) / max(shadow_map.axis_z.w * shadow_map.scale.z + chart.z, 1e-6 * shadow_map.scale.z);
+    return (chart.xy - anchor * chart.z) / max(shadow_map.axis_z.w * shadow_map.scale.z + chart.z,
+        1e-6 * shadow_map.scale.z);
 }
 
 // Texels of a level per length on the map.
@@ -26,8 +27,8 @@ vec2 shadow_coarser(int level, vec2 at) {
     return 0.5 * (at - shadow_map.window[level].xy) + shadow_map.window[next].xy;
 }
 
-// Direction (chart's axes) and foot offset (planet axes) of coordinates of a level, and 1 + |p|^2 there. Differences from
-// the anchor are formed without cancellation.
+// Direction (chart's axes) and foot offset (planet axes) of coordinates of a level, and 1 + |p|^2 there. Differences
+// from the anchor are formed without cancellation.
 struct ShadowFoot {
     vec3 up;      // chart's axes
     vec3 D;       // planet axes, metres
@@ -45,6 +46,7 @@ ShadowFoot shadow_foot(int level, vec2 at) {
     float inverse = 2.0 / (bulge0 * foot.bulge);
     vec3 d = vec3((dp * bulge0 - p0 * dw) * inverse, -dw * inverse);
     foot.up = vec3(2.0 * foot.place, 2.0 - foot.bulge) / foot.bulge;
-    foot.D = shadow_map.scale.z * (shadow_map.axis_x.xyz * d.x + shadow_map.axis_y.xyz * d.y + shadow_map.axis_z.xyz * d.z);
+    foot.D = shadow_map.scale.z * (shadow_map.axis_x.xyz * d.x + shadow_map.axis_y.xyz * d.y
+        + shadow_map.axis_z.xyz * d.z);
     return foot;
 }

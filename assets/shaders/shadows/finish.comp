@@ -1,6 +1,7 @@
-// The last step of a sweep: what lies one texel towards the sun and beyond, from the running maximum and, behind its end or
-// where it leaves the window, from the coarser level, which knows all that is farther; beyond the coarsest is the reference
-// sphere. Writes what shaders read: height, its height above both limbs' lowest altitudes, shelter from the sky.
+// The last step of a sweep: what lies one texel towards the sun and beyond, from the running maximum and, behind its
+// end or where it leaves the window, from the coarser level, which knows all that is farther; beyond the coarsest is
+// the reference sphere. Writes what shaders read: height, its height above both limbs' lowest altitudes, shelter from
+// the sky.
 #include "shadows/march.glsl"
 
 layout(binding = 0) uniform sampler2D u_limbs;
@@ -41,11 +42,13 @@ void main() {
     ShadowMarch march = shadow_march(vec2(index));
     vec2 limbs = shadow_seen(march, index, 1.0);
 
-    vec2 room = mix(vec2(index), vec2(shadow_map.counts.y - 1 - index), step(0.0, march.way)) / max(abs(march.way), 1e-3);
+    vec2 room = mix(vec2(index), vec2(shadow_map.counts.y - 1 - index), step(0.0, march.way))
+        / max(abs(march.way), 1e-3);
     ShadowWay way = shadow_way(march, clamp(floor(min(room.x, room.y)), 1.0, SHADOW_STEPS));
     vec2 at = vec2(index) + way.offset;
     bool coarser = u_level + 1 < shadow_map.counts.x;
-    vec2 beyond = shadow_carried(march, way, coarse_limbs(coarser ? u_level + 1 : u_level, shadow_coarser(u_level, at)));
+    vec2 beyond = shadow_carried(march, way, coarse_limbs(coarser ? u_level + 1 : u_level,
+        shadow_coarser(u_level, at)));
     limbs = max(limbs, coarser ? beyond : sphere_limbs(march, way));
 
     ivec3 texel = shadow_texel(u_level, index);

@@ -1,5 +1,5 @@
-// A texel's way towards the sun, in steps of one texel along the axis of the map that it follows more closely: so what is seen
-// after whole steps lies on a row or a column of texels, and is interpolated along that only.
+// A texel's way towards the sun, in steps of one texel along the axis of the map that it follows more closely: so what
+// is seen after whole steps lies on a row or a column of texels, and is interpolated along that only.
 //
 // A ray that passes altitude z at x and leaves it with elevation e passes, an angle t further on, radius
 // (R + z) cos e / cos(e + t). So what hides the limb below altitude s there hides it here below s c + R (c - 1), with
@@ -42,7 +42,8 @@ ShadowMarch shadow_march(vec2 at) {
     march.side = length2 > 1e-12 ? side * inversesqrt(length2) : normalize(vec3(foot.up.z, 0.0, -foot.up.x) + 1e-6);
     sine = clamp(sine, -SHADOW_STEEPEST, SHADOW_STEEPEST);
     float middle = sine * inversesqrt(1.0 - sine * sine), radius = shadow_map.sun.w;   // tan of the radius, nearly
-    march.tangents = vec2(middle + radius, middle - radius) / max(vec2(1.0 - middle * radius, 1.0 + middle * radius), 0.05);
+    march.tangents = vec2(middle + radius, middle - radius)
+        / max(vec2(1.0 - middle * radius, 1.0 + middle * radius), 0.05);
     march.to_texels = shadow_frequency(u_level);
     vec2 way = (march.side.xy - march.place * march.side.z) * march.to_texels / max(1.0 + march.up.z, 1e-6);
     march.step_rad = 1.0 / max(abs(way.x), abs(way.y));

@@ -1,6 +1,6 @@
-// Shelter from the sky: how much of the sky's light reaches a texel past the ground around it, as a share of what a slope of
-// its own would get among no others. Horizons in eight directions, from this level's neighbours and, farther away, from the
-// coarser level's horizons; in each the cosine to the normal is integrated from the horizon up.
+// Shelter from the sky: how much of the sky's light reaches a texel past the ground around it, as a share of what a
+// slope of its own would get among no others. Horizons in eight directions, from this level's neighbours and, farther
+// away, from the coarser level's horizons; in each the cosine to the normal is integrated from the horizon up.
 #include "shadows/clipmap.glsl"
 
 layout(local_size_x = 16, local_size_y = 4) in;
@@ -11,7 +11,8 @@ layout(binding = 1, r8) writeonly uniform image2DArray u_sky;
 uniform ivec4 u_part;
 uniform int u_level;
 
-const ivec2 AROUND[8] = ivec2[8](ivec2(1, 0), ivec2(1, 1), ivec2(0, 1), ivec2(-1, 1), ivec2(-1, 0), ivec2(-1, -1), ivec2(0, -1),
+const ivec2 AROUND[8] = ivec2[8](ivec2(1, 0), ivec2(1, 1), ivec2(0, 1), ivec2(-1, 1), ivec2(-1, 0), ivec2(-1, -1),
+    ivec2(0, -1),
     ivec2(1, -1));
 
 float height_at(ivec2 index) {
@@ -67,7 +68,8 @@ void main() {
             float away = reach * float(n);
             tangent = max(tangent, (height_at(index + n * AROUND[i]) - here) / away - 0.5 * away / radius);
         }
-        float side = dot(slope, normalize(vec2(AROUND[i])));   // its own plane hides what lies below this tangent, and the level horizon
+        // its own plane hides what lies below this tangent, and the level horizon
+        float side = dot(slope, normalize(vec2(AROUND[i])));
         float n_side = -side * n_up;
         whole_sky += sky_share(max(side, 0.0), n_up, n_side);
         sky += sky_share(max(max(tangent, side), 0.0), n_up, n_side);

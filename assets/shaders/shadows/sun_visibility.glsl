@@ -10,9 +10,10 @@ float shadow_power(int exponent) {
     return intBitsToFloat((127 + exponent) << 23);
 }
 
-// Level's texels are stored at their places on the map, modulo the texture's side; the anchor's is known in texels of level 0.
-// (No arrays: software GPUs gather from them lane by lane.)
-// Height of the surface, its height above the lowest altitudes that see the upper and the lower limb, shelter from the sky.
+// Level's texels are stored at their places on the map, modulo the texture's side; the anchor's is known in texels of
+// level 0. (No arrays: software GPUs gather from them lane by lane.)
+// Height of the surface, its height above the lowest altitudes that see the upper and the lower limb, shelter from the
+// sky.
 vec4 shadow_sample(int level, vec2 place) {
     float inverse = shadow_power(-level);
     int below = (1 << level) - 1, side = shadow_map.anchor.w;
@@ -22,8 +23,8 @@ vec4 shadow_sample(int level, vec2 place) {
     return textureLod(u_shadow_map, vec3((at + 0.5) / float(side), float((shadow_map.anchor.z - level) & 15)), 0.0);
 }
 
-// Which level shows a place: the finest whose window holds it, the next one coming in over the last quarter; no finer than
-// the pixel. known: 1, 0 outside all windows. Powers of two are made and taken apart by their bits.
+// Which level shows a place: the finest whose window holds it, the next one coming in over the last quarter; no finer
+// than the pixel. known: 1, 0 outside all windows. Powers of two are made and taken apart by their bits.
 float shadow_level(vec2 place, float footprint, out float known) {
     vec2 away = abs(place - shadow_map.view.xy) * (shadow_map.scale.x / shadow_map.view.z);
     int coarsest = shadow_map.counts.x - 1;
@@ -59,10 +60,11 @@ vec2 light_visibility(vec3 point) {
     float mu = dot(up, frame.sun_direction.xyz);
     float width = max(limbs.x - limbs.y, 0.25 * texel * max(abs(mu), 0.03));
     float sun = smoothstep(-0.5, 0.5, 0.5 * (limbs.x + limbs.y) / width);
-    // Far from the windows, and far above the ground, the planet's bulk hides the sun: of the lowest ground where the windows
-    // know the rest, else of the reference sphere.
+    // Far from the windows, and far above the ground, the planet's bulk hides the sun: of the lowest ground where the
+    // windows know the rest, else of the reference sphere.
     float base = known * float(shadow_map.counts.w) > 0.0 ? planet.radii.z : 0.0;
-    float bulk = sun_visibility_of_sphere((height - base) * planet.radii.x / (planet.radii.x + base), mu, frame.sun_direction.w);
+    float bulk = sun_visibility_of_sphere((height - base) * planet.radii.x / (planet.radii.x + base), mu,
+        frame.sun_direction.w);
     vec2 knows = known * vec2(shadow_map.counts.wz);
     return vec2(min(mix(1.0, sun, knows.x), bulk) * cloud_shadow(point), mix(1.0, light.w, knows.y));
 }

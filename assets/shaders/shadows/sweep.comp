@@ -1,5 +1,5 @@
-// The lowest altitudes from which the upper (x) and the lower (y) limb of the sun's disc are seen, as far as the ground within
-// 32 steps towards the sun decides: a running maximum. Each of three turns looks farther than the one before,
+// The lowest altitudes from which the upper (x) and the lower (y) limb of the sun's disc are seen, as far as the ground
+// within 32 steps towards the sun decides: a running maximum. Each of three turns looks farther than the one before,
 // m(x) = max(m(x), m seen over n, 2n and 3n steps), n = 1, then 4, then 16 (n alone). The coarser levels do the rest.
 #include "shadows/march.glsl"
 

@@ -1,8 +1,9 @@
-// Where the air can be: from inside it the whole picture, from space a fan around the cone that it fills, infinitely far away.
-// No attributes: corners come from gl_VertexID (triangle fan; the first vertex is the middle).
+// Where the air can be: from inside it the whole picture, from space a fan around the cone that it fills, infinitely
+// far away. No attributes: corners come from gl_VertexID (triangle fan; the first vertex is the middle).
 #include "common/camera.glsl"
 
-layout(location = 0) uniform vec2 u_shell;   // tangent of the cone's half angle (negative: everything), angle between corners
+// tangent of the cone's half angle (negative: everything), angle between corners
+layout(location = 0) uniform vec2 u_shell;
 
 void main() {
     if (u_shell.x < 0.0) {

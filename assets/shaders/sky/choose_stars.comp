@@ -1,5 +1,5 @@
-// How many stars can show, and whether the Milky Way can, at the least exposure that this frame may come to: they are drawn
-// before anybody knows it. Stars are sorted by brightness. One lane; writes both indirect draws.
+// How many stars can show, and whether the Milky Way can, at the least exposure that this frame may come to: they are
+// drawn before anybody knows it. Stars are sorted by brightness. One lane; writes both indirect draws.
 #include "composite/exposure.glsl"
 
 layout(local_size_x = 1) in;

@@ -1,9 +1,9 @@
-// Map of the Milky Way's unresolved light over the whole sky, made once. Octahedral, galactic axes (x: centre, z: pole).
-// o_light: radiance at 680, 550, 440 nm in units of the brightest clouds (see sky/galaxy.frag).
+// Map of the Milky Way's unresolved light over the whole sky, made once. Octahedral, galactic axes (x: centre, z:
+// pole). o_light: radiance at 680, 550, 440 nm in units of the brightest clouds (see sky/galaxy.frag).
 //
-// A disc that widens and brightens towards the centre, a bulge, clouds of stars, and the dark clouds of the Great Rift that
-// run along the plane. The look is modelled, the level measured: Leinert et al. 1998 (Astron. Astrophys. Suppl. 127, 1),
-// integrated starlight of 25-30 S10 at the poles and some 200-300 in the plane.
+// A disc that widens and brightens towards the centre, a bulge, clouds of stars, and the dark clouds of the Great Rift
+// that run along the plane. The look is modelled, the level measured: Leinert et al. 1998 (Astron. Astrophys. Suppl.
+// 127, 1), integrated starlight of 25-30 S10 at the poles and some 200-300 in the plane.
 #include "common/octahedral.glsl"
 
 layout(location = 0) uniform uint u_seed;

@@ -1,4 +1,5 @@
-// Stars as points of equal size: a Gaussian spot of fixed width in pixels, whose light over all pixels is that of the star.
+// Stars as points of equal size: a Gaussian spot of fixed width in pixels, whose light over all pixels is that of the
+// star.
 #include "common/camera.glsl"
 #ifndef STARS_CLEAR
 #include "contract/air.glsl"

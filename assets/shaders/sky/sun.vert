@@ -1,4 +1,5 @@
-// A square around the sun's disc, infinitely far away. No attributes: the corner comes from gl_VertexID (triangle strip).
+// A square around the sun's disc, infinitely far away. No attributes: the corner comes from gl_VertexID (triangle
+// strip).
 #include "common/camera.glsl"
 
 out vec2 v_slope;  // tangents of the angle from the centre, in two directions: exact however narrow the view

@@ -1,5 +1,5 @@
-// The line between land and water from heights at every fourth pixel (terrain.coast_px 4), interpolated between: for weak
-// machines. terrain/coast_ask.comp asks at each pixel or every second.
+// The line between land and water from heights at every fourth pixel (terrain.coast_px 4), interpolated between: for
+// weak machines. terrain/coast_ask.comp asks at each pixel or every second.
 //
 // A workgroup a tile of 16 x 8 pixels. Its lanes have a corner of the tile's blocks each, then half a block.
 #include "terrain/coast_pixel.glsl"
@@ -14,7 +14,8 @@ const ivec2 TILE = ivec2(16, 8), HALF = ivec2(4, 2);
 const int COLUMNS = 5, CORNERS = 15;
 shared vec4 s_ground[CORNERS];      // xyz: gradient; w: height above the sea
 shared vec4 s_attributes[CORNERS];  // w: depth, 0 where there is nothing
-// How far depth may be from linear on screen, relative, before pixels beside one another count as parts of different ground.
+// How far depth may be from linear on screen, relative, before pixels beside one another count as parts of different
+// ground.
 const float RIDGE = 0.005;
 // How many times as near as drawn sea a corner may be before it is a shore in front of that water.
 const float NEARER = 1.2;
@@ -26,7 +27,8 @@ void sample_ground(int index, ivec2 first) {
     float drawn;
     vec3 D = foot_offset_of(point, drawn);
     float spacing = vertex_spacing(D, texel_at(u_attributes, pixel).w);
-    // Heights have all layers down to an eighth of this: what is shorter than 1.5 steps would only make dots of the samples.
+    // Heights have all layers down to an eighth of this: what is shorter than 1.5 steps would only make dots of the
+    // samples.
     TerrainPoint terrain = terrain_point(D, 12.0 * float(COAST_STEP) * length(point) * frame.clock.w);
     float height = frame.anchor_up.w + terrain.dh;
     bool there = depth > 0.0;   // beside the limb there is nothing, and nothing finite comes of it
@@ -37,7 +39,8 @@ void sample_ground(int index, ivec2 first) {
 // Shares of a block's corners in a pixel of it, those that see nothing left out.
 vec4 corner_shares(ivec2 in_block, vec4 depths) {
     vec2 part = vec2(in_block) / float(COAST_STEP), rest = 1.0 - part;
-    vec4 shares = vec4(rest.x * rest.y, part.x * rest.y, rest.x * part.y, part.x * part.y) * vec4(greaterThan(depths, vec4(0.0)));
+    vec4 shares = vec4(rest.x * rest.y, part.x * rest.y, rest.x * part.y, part.x * part.y)
+        * vec4(greaterThan(depths, vec4(0.0)));
     return shares / max(dot(shares, vec4(1.0)), 1e-3);
 }
 
@@ -51,7 +54,8 @@ void main() {
     ivec2 here = ivec2(lane & 3, lane >> 2), last = textureSize(u_surface, 0) - 1;
     int corner = (here.y >> 1) * COLUMNS + here.x, below = corner + COLUMNS;
     vec4 heights = vec4(s_ground[corner].w, s_ground[corner + 1].w, s_ground[below].w, s_ground[below + 1].w);
-    vec4 depths = vec4(s_attributes[corner].w, s_attributes[corner + 1].w, s_attributes[below].w, s_attributes[below + 1].w);
+    vec4 depths = vec4(s_attributes[corner].w, s_attributes[corner + 1].w, s_attributes[below].w,
+        s_attributes[below + 1].w);
     float nearest = max(max(depths.x, depths.y), max(depths.z, depths.w));
     uint land = 0u;
     for (int k = 0; k < HALF.x * HALF.y; ++k) {
@@ -59,9 +63,10 @@ void main() {
         CoastPixel p = coast_pixel(min(pixel, last));
         vec4 shares = corner_shares(ivec2(in_half.x, in_half.y + 2 * (here.y & 1)), depths);
         float above = dot(shares, heights);
-        // Along a plane depth is linear on screen. Where it is not, the corners lie before and behind a ridge, and what they see is
-        // not the ground of this pixel: what was drawn stays. So does water behind a shore.
-        bool ridge = p.surface == SURFACE_TERRAIN ? abs(dot(shares, depths) - p.depth) > RIDGE * p.depth : nearest > NEARER * p.depth;
+        // Along a plane depth is linear on screen. Where it is not, the corners lie before and behind a ridge, and what
+        // they see is not the ground of this pixel: what was drawn stays. So does water behind a shore.
+        bool ridge = p.surface == SURFACE_TERRAIN ? abs(dot(shares, depths) - p.depth) > RIDGE * p.depth
+            : nearest > NEARER * p.depth;
         bool asked = p.open && all(lessThanEqual(pixel, last)) && shares != vec4(0.0) && !ridge;
         if (asked && above < 0.0) coast_to_sea(pixel, p, -above);
         land |= asked && above >= 0.0 && p.surface == SURFACE_SEA ? 1u << k : 0u;
@@ -73,7 +78,8 @@ void main() {
         vec4 shares = corner_shares(ivec2(in_half.x, in_half.y + 2 * (here.y & 1)), depths);
         vec4 ground = shares.x * s_ground[corner] + shares.y * s_ground[corner + 1] + shares.z * s_ground[below]
             + shares.w * s_ground[below + 1];
-        vec4 attributes = shares.x * s_attributes[corner] + shares.y * s_attributes[corner + 1] + shares.z * s_attributes[below]
+        vec4 attributes = shares.x * s_attributes[corner] + shares.y * s_attributes[corner + 1]
+            + shares.z * s_attributes[below]
             + shares.w * s_attributes[below + 1];
         coast_to_land(pixel, coast_pixel(pixel), ground.xyz, ground.w, attributes.xyz);
     }

@@ -1,5 +1,6 @@
-// The line between land and water, pixel by pixel: the meshes meet along straight edges some pixels long, the height function
-// knows better. Pixels change sides in the G-buffer before anything is shaded. terrain/coast_find.comp lists them.
+// The line between land and water, pixel by pixel: the meshes meet along straight edges some pixels long, the height
+// function knows better. Pixels change sides in the G-buffer before anything is shaded. terrain/coast_find.comp lists
+// them.
 //
 // Define COAST_STEP: 2 asks once for each block of 2 x 2.
 #include "terrain/coast_pixel.glsl"
@@ -25,10 +26,12 @@ void ask_pixel(ivec2 pixel, CoastPixel p, TerrainPoint terrain, vec3 middle, boo
     float height = frame.anchor_up.w + terrain.dh + dot(terrain.gradient, p.D - middle), above = height - planet.sea.x;
     bool asks = p.open && !(ridge && p.surface == SURFACE_TERRAIN);
     if (asks && above < 0.0) coast_to_sea(pixel, p, -above);
-    if (asks && above >= 0.0 && p.surface == SURFACE_SEA) coast_to_land(pixel, p, terrain.gradient, above, terrain_attributes(terrain, height, p.spacing).xyz);
+    if (asks && above >= 0.0 && p.surface == SURFACE_SEA)
+        coast_to_land(pixel, p, terrain.gradient, above, terrain_attributes(terrain, height, p.spacing).xyz);
 }
 
-// One height and its gradient for a block of 2 x 2 pixels. No array of them: software GPUs take long to find a place in one.
+// One height and its gradient for a block of 2 x 2 pixels. No array of them: software GPUs take long to find a place in
+// one.
 void ask_block(ivec2 first) {
     CoastPixel p = block_pixel(first), right = block_pixel(first + ivec2(1, 0));
     CoastPixel down = block_pixel(first + ivec2(0, 1)), across = block_pixel(first + 1);
@@ -36,8 +39,8 @@ void ask_block(ivec2 first) {
     float open = float(p.open) + float(right.open) + float(down.open) + float(across.open);
     place /= max(open, 1.0);
     TerrainPoint terrain = terrain_point(place.xyz, COAST_FINEST_PX * float(COAST_STEP) * place.w * frame.clock.w);
-    // Along a plane depth is linear on screen. Where it is not, the pixels lie before and behind a ridge, and the middle between
-    // them is on neither: what was drawn as land stays land.
+    // Along a plane depth is linear on screen. Where it is not, the pixels lie before and behind a ridge, and the
+    // middle between them is on neither: what was drawn as land stays land.
     bool ridge = abs(p.depth + across.depth - right.depth - down.depth) > RIDGE * (p.depth + across.depth);
     ask_pixel(first, p, terrain, place.xyz, ridge);
     ask_pixel(first + ivec2(1, 0), right, terrain, place.xyz, ridge);
@@ -56,6 +59,7 @@ void main() {
     TerrainPoint terrain = terrain_point(p.D, COAST_FINEST_PX * length(p.point) * frame.clock.w);
     float height = frame.anchor_up.w + terrain.dh, above = height - planet.sea.x;
     if (above < 0.0) coast_to_sea(pixel, p, -above);
-    else if (p.surface == SURFACE_SEA) coast_to_land(pixel, p, terrain.gradient, above, terrain_attributes(terrain, height, p.spacing).xyz);
+    else if (p.surface == SURFACE_SEA) coast_to_land(pixel, p, terrain.gradient, above,
+        terrain_attributes(terrain, height, p.spacing).xyz);
 #endif
 }

@@ -1,5 +1,5 @@
-// The pixel that a lane asks about: from a list (terrain/coast_list.glsl), or with COAST_TILES from a tile of which each is asked. With
-// COAST_STEP 2 the first of a block.
+// The pixel that a lane asks about: from a list (terrain/coast_list.glsl), or with COAST_TILES from a tile of which
+// each is asked. With COAST_STEP 2 the first of a block.
 #include "terrain/coast_list.glsl"
 #include "common/spread.glsl"
 

@@ -1,9 +1,9 @@
-// Finds the pixels beside coasts whose height has to be asked, 4 x 4 at a time: the height function at one of them, its gradient
-// and the roughness there say of the others whether they are land or water, or that they may be either. A lane a block, a
-// workgroup a tile of 16 x 8 pixels.
+// Finds the pixels beside coasts whose height has to be asked, 4 x 4 at a time: the height function at one of them, its
+// gradient and the roughness there say of the others whether they are land or water, or that they may be either. A lane
+// a block, a workgroup a tile of 16 x 8 pixels.
 //
-// Define COAST_STEP: 2 lists blocks of 2 x 2 pixels, by the first; COAST_HERE, with TERRAIN_FLOAT: most are asked here, by the height
-// alone, and only the others listed; COAST_TILES: all are asked.
+// Define COAST_STEP: 2 lists blocks of 2 x 2 pixels, by the first; COAST_HERE, with TERRAIN_FLOAT: most are asked here,
+// by the height alone, and only the others listed; COAST_TILES: all are asked.
 #ifdef COAST_HERE
 #ifdef COAST_TILES
 #define TERRAIN_AROUND_FAR
@@ -21,16 +21,16 @@ layout(std430, binding = 7) readonly buffer TileBuffer {
     uint tiles[];
 };
 
-// Ground a way d off hardly ever differs from a place by more than SLOPE |gradient| d + RELIEF roughness a, where a is the amplitude of
-// the layer 16 times as long as d / 3 or the pixel: of 150 000 random pairs on Earth up to 2.9 pixels apart it took
-// the wrong side of the sea's level for none with pixels of 500 m and for
-// 2 with 6 km. Pixels that do not resolve ranges (a 16th of the longest
-// layer) are all asked, and so are depths through which the bed shows.
+// Ground a way d off hardly ever differs from a place by more than SLOPE |gradient| d + RELIEF roughness a, where a is
+// the amplitude of the layer 16 times as long as d / 3 or the pixel: of 150 000 random pairs on Earth up to 2.9 pixels
+// apart it took the wrong side of the sea's level for none with pixels of 500 m and for 2 with 6 km. Pixels that do not
+// resolve ranges (a 16th of the longest layer) are all asked, and so are depths through which the bed shows.
 const float SLOPE = 3.0, RELIEF = 1.2, LONGER = 16.0, PIXELS = 3.0, RANGES = 1.0 / 16.0;
 uniform float u_opaque_m;
 
 float layer_amplitude(float wavelength_m) {
-    int layer = clamp(terrain_layers_above(wavelength_m), min(TERRAIN_SHAPE_LAYERS, terrain_table.layers.x - 1), terrain_table.layers.x - 1);
+    int layer = clamp(terrain_layers_above(wavelength_m), min(TERRAIN_SHAPE_LAYERS, terrain_table.layers.x - 1),
+        terrain_table.layers.x - 1);
     return terrain_table.octaves[TERRAIN_LAYER + layer].weights.y;
 }
 
@@ -52,7 +52,8 @@ void main() {
     float above = frame.anchor_up.w + ground.dh - planet.sea.x, slope = SLOPE * length(ground.gradient);
     bool there = texel_at(u_depth, middle).r > 0.0;
 #if defined(TERRAIN_CRATERED) || defined(TERRAIN_MAPPED) || defined(COAST_TILES)
-    there = false;   // a rim or a cliff of the map keeps to no layer's amplitude; from far away hardly any pixel is known
+    // a rim or a cliff of the map keeps to no layer's amplitude; from far away hardly any pixel is known
+    there = false;
 #endif
 
     uint found = 0u, close = 0u;
@@ -66,14 +67,16 @@ void main() {
         float away = length(aside), pixel_m = length(p.point) * frame.clock.w;
         float least = slope * away + RELIEF * ground.roughness * layer_amplitude(LONGER * max(away / PIXELS, pixel_m));
         bool shown = all(lessThanEqual(pixel, last)), inside = shown && p.open;
-        bool known = there && pixel_m < RANGES * terrain_table.octaves[TERRAIN_LAYER].fraction_lo.w && abs(above) > least
+        bool known = there && pixel_m < RANGES * terrain_table.octaves[TERRAIN_LAYER].fraction_lo.w
+            && abs(above) > least
             && (above < -u_opaque_m || above > 0.0 && p.surface == SURFACE_TERRAIN);
         found |= inside && !known ? 1u << k : 0u;
 #ifdef COAST_HERE
         close |= away <= extent_m ? 1u << k : 0u;
         coast_drawn(drawn, k, shown ? p.surface : SURFACE_NONE, !inside, known, above < 0.0);
 #endif
-        if (inside && known && above < 0.0) coast_to_sea(pixel, p, max(-above - dot(ground.gradient, aside), u_opaque_m));
+        if (inside && known && above < 0.0) coast_to_sea(pixel, p,
+            max(-above - dot(ground.gradient, aside), u_opaque_m));
     }
 
 #if COAST_STEP == 2

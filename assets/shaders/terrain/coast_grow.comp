@@ -1,5 +1,5 @@
-// Adds the tiles into which a lake or an island goes on that the height function found in a tile beside: the meshes show nothing
-// of it there, and it would end along the tile's border. A lane a tile.
+// Adds the tiles into which a lake or an island goes on that the height function found in a tile beside: the meshes
+// show nothing of it there, and it would end along the tile's border. A lane a tile.
 #include "common/surfaces.glsl"
 #include "common/texel.glsl"
 
@@ -27,9 +27,12 @@ void main() {
     bool meets = false;
     int turns = (own & SURFACE_ASKED) == 0u && (own & (LAND | SEA)) != 0u ? TILE.x : 0;
     for (int k = 0; k < turns; ++k) {
-        ivec2 low = first + ivec2(k, 0), left = first + ivec2(0, k / 2), high = low + ivec2(0, TILE.y - 1), right = left + ivec2(TILE.x - 1, 0);
-        meets = meets || (seen(low) | seen(low - ivec2(0, 1))) == (LAND | SEA) || (seen(high) | seen(high + ivec2(0, 1))) == (LAND | SEA)
-            || (seen(left) | seen(left - ivec2(1, 0))) == (LAND | SEA) || (seen(right) | seen(right + ivec2(1, 0))) == (LAND | SEA);
+        ivec2 low = first + ivec2(k, 0), left = first + ivec2(0, k / 2), high = low + ivec2(0, TILE.y - 1),
+            right = left + ivec2(TILE.x - 1, 0);
+        meets = meets || (seen(low) | seen(low - ivec2(0, 1))) == (LAND | SEA)
+            || (seen(high) | seen(high + ivec2(0, 1))) == (LAND | SEA)
+            || (seen(left) | seen(left - ivec2(1, 0))) == (LAND | SEA)
+                || (seen(right) | seen(right + ivec2(1, 0))) == (LAND | SEA);
     }
     if (!meets) return;
     uint place = uint(at.x) | uint(at.y) << 16;

@@ -1,15 +1,17 @@
-// Pixels of a block of 4 x 4 asked where they were found, in terrain/coast_find.comp: what is wide of the height function is evaluated
-// once for all of them.
+// Pixels of a block of 4 x 4 asked where they were found, in terrain/coast_find.comp: what is wide of the height
+// function is evaluated once for all of them.
 //
-// Where only every second pixel is shaded, as the squares of a chessboard, the others are filled in from those around: of a pair of
-// a black square and a white one the white is asked only if it is to be shaded itself, because the black one shows something else.
+// Where only every second pixel is shaded, as the squares of a chessboard, the others are filled in from those around:
+// of a pair of a black square and a white one the white is asked only if it is to be shaded itself, because the black
+// one shows something else.
 #include "terrain/coast_alone.glsl"
 #include "terrain/height_around.glsl"
 
 shared uint s_asked[8];
 uniform int u_squares;   // that are shaded, as frame.clock.y has them; -1 all
 
-// Of a block's pixels k, bits: that show land or water, that show water as far as is known yet, and of which that will stay so.
+// Of a block's pixels k, bits: that show land or water, that show water as far as is known yet, and of which that will
+// stay so.
 struct CoastDrawn {
     uint either, sea, stays;
 };
@@ -56,8 +58,8 @@ uint coast_ask_each(uint pixels, ivec2 first, TerrainAround around) {
     return sea;
 }
 
-// Asks the pixels k whose bits are set, and says which are done with: all, or none in workgroups whose lanes would mostly wait for a
-// few.
+// Asks the pixels k whose bits are set, and says which are done with: all, or none in workgroups whose lanes would
+// mostly wait for a few.
 uint coast_here(uint pixels, CoastDrawn drawn, ivec2 first, TerrainBroad broad, vec3 middle, float extent_m) {
     s_asked[gl_LocalInvocationIndex] = uint(bitCount(pixels));
     barrier();

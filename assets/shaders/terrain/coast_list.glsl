@@ -1,5 +1,5 @@
-// Pixels whose height is to be asked, behind the indirect dispatch that asks. With COAST_SECOND also those that become land,
-// and tiles that are added (terrain/coast_grow.comp).
+// Pixels whose height is to be asked, behind the indirect dispatch that asks. With COAST_SECOND also those that become
+// land, and tiles that are added (terrain/coast_grow.comp).
 layout(std430, binding = 6) buffer CoastList {
     uint groups[3];
     uint count;

@@ -42,7 +42,8 @@ CoastPixel coast_pixel(ivec2 pixel) {
     // Ground that was drawn well above the water stays: the meshes are wrong by a fraction of their spacing at most.
     bool high = p.surface == SURFACE_TERRAIN && drawn - planet.sea.x > 0.5 * p.spacing + sagitta + 2.0;
     // Seen from under water the bed is below the sea, and still in front of it.
-    p.open = (p.surface == SURFACE_TERRAIN || p.surface == SURFACE_SEA) && !high && lens_over_water(ndc_of_pixel(vec2(pixel) + 0.5)) > WATERLINE_PX;
+    p.open = (p.surface == SURFACE_TERRAIN || p.surface == SURFACE_SEA) && !high
+        && lens_over_water(ndc_of_pixel(vec2(pixel) + 0.5)) > WATERLINE_PX;
     return p;
 }
 

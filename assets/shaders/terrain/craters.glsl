@@ -1,6 +1,6 @@
-// Impact craters: systems/terrain/craters.py, which says where the numbers come from, statement by statement. An octave is a 3D
-// lattice with a crater a cell; eight cells can reach a point. The first loop finds those that do (about one in sixteen),
-// the second works them out: on software GPUs that is half the time of eight whole craters.
+// Impact craters: systems/terrain/craters.py, which says where the numbers come from, statement by statement. An octave
+// is a 3D lattice with a crater a cell; eight cells can reach a point. The first loop finds those that do (about one in
+// sixteen), the second works them out: on software GPUs that is half the time of eight whole craters.
 const float CRATER_PEAK_NARROW = 12.0;
 
 const uvec3 CRATER_STEPS = uvec3(0x9E3779B1u, 0x85EBCA77u, 0xC2B2AE3Du);
@@ -11,7 +11,8 @@ uint crater_mix(uint x) {
     return x ^ x >> 16;
 }
 
-// The hash of the cell at `side` (0 or 1 an axis) of the one whose word is first, and the crater's place in its cell from it.
+// The hash of the cell at `side` (0 or 1 an axis) of the one whose word is first, and the crater's place in its cell
+// from it.
 uint crater_hash(uint first, ivec3 side) {
     uvec3 steps = uvec3(-side) & CRATER_STEPS;
     return crater_mix(first + steps.x + steps.y + steps.z);
@@ -25,10 +26,11 @@ ivec3 crater_side(ivec3 base, int parity) {
     return (ivec3(parity, parity >> 1, parity >> 2) ^ base) & 1;
 }
 
-// One octave at the place `fraction` of `cell`, in float or double. up: the foot on the sphere over the radius; curve: cells
-// over the radius; shape: wall, floor, rim, peak; width_m: of a cell; accept: of 256 draws; spacing_m limits heights to
-// what vertices that far apart may need. ground: adds to xyz the gradient of what begin_m does not show and end_m does (begin_m 0:
-// all), to w how freshly dug the ground is, 0..1. Shares t of the rounded corners are float: there the sum does not hang on them.
+// One octave at the place `fraction` of `cell`, in float or double. up: the foot on the sphere over the radius; curve:
+// cells over the radius; shape: wall, floor, rim, peak; width_m: of a cell; accept: of 256 draws; spacing_m limits
+// heights to what vertices that far apart may need. ground: adds to xyz the gradient of what begin_m does not show and
+// end_m does (begin_m 0: all), to w how freshly dug the ground is, 0..1. Shares t of the rounded corners are float:
+// there the sum does not hang on them.
 #define TERRAIN_CRATER_OCTAVE(REAL, REAL3) \
     REAL terrain_crater_octave( \
         ivec3 cell, REAL3 fraction, REAL3 up, REAL curve, vec4 shape, float width_m, int accept, float spacing_m, \
@@ -84,7 +86,8 @@ ivec3 crater_side(ivec3 base, int parity) {
             REAL cover = kept * within * within * (REAL(3.0) - REAL(2.0) * within); \
             float d_cover = -6.0 * float(kept * within * (REAL(1.0) - within)); \
             float wide_m = 2.0 * float(size) * width_m; \
-            float seen = terrain_layer_weight(wide_m, end_m) - (begin_m > 0.0 ? terrain_layer_weight(wide_m, begin_m) : 0.0); \
+            float seen = terrain_layer_weight(wide_m, end_m) \
+                - (begin_m > 0.0 ? terrain_layer_weight(wide_m, begin_m) : 0.0); \
             float steep = float(size) * float(fresh) * slope - float(total) / width_m * d_cover; \
             float dug = max(4.0 * float(fresh) - 3.0, 0.0) * min(float(left), 1.0); \
             bent = bent * (1.0 - seen * float(cover)) \

@@ -35,7 +35,8 @@ void terrain_far_layers(int i, vec3 D, vec3 near, float spacing_m, inout vec2 sh
     int layers = terrain_table.layers.x, warped = terrain_table.layers.y, shapes = min(TERRAIN_SHAPE_LAYERS, layers);
     int end = min(max(terrain_layers_above(0.0625 * spacing_m), shapes), layers);
     if (i < end) do {
-        terrain_far_layer(i, terrain_far_octave(terrain_table.octaves[TERRAIN_LAYER + i], i < warped ? near : D), spacing_m, shape, z);
+        terrain_far_layer(i, terrain_far_octave(terrain_table.octaves[TERRAIN_LAYER + i], i < warped ? near : D),
+            spacing_m, shape, z);
     } while (++i < end);
 }
 

@@ -6,7 +6,8 @@
 #include "common/nested_noise.glsl"
 
 struct GroundDetail {
-    vec3 gradient;  // of the terrain's own layers, metres per metre, at roughness 1 (may point out of the tangent plane)
+    // of the terrain's own layers, metres per metre, at roughness 1 (may point out of the tangent plane)
+    vec3 gradient;
     vec3 grain;     // of octaves shorter than its shortest layer, each as steep as the shortest
     // For colours: of the place and the footprint alone, so that a mesh that is chosen anew changes none.
     float fine;     // noise of 3 to 20 footprints, variance about 1
@@ -38,7 +39,8 @@ GroundDetail ground_detail(vec3 D, float roughness, float spacing, float footpri
     vec3 fraction;
     int layers = terrain_material_block.counts.x, warped = terrain_material_block.counts.y;
     float first_m = terrain_material_block.layer_shape[0].w;
-    int begin = int(clamp(ceil(log2(first_m / (4.0 * max(spacing, DETAIL_FINE * footprint)))), 0.0, float(DETAIL_MOST)));
+    int begin = int(clamp(ceil(log2(first_m / (4.0 * max(spacing, DETAIL_FINE * footprint)))), 0.0,
+        float(DETAIL_MOST)));
     int end = int(clamp(ceil(log2(first_m / (2.0 * footprint))), 0.0, float(DETAIL_MOST)));
 
     vec4 warp_anchor = terrain_material_block.warp_anchor;
@@ -83,7 +85,8 @@ GroundDetail ground_detail(vec3 D, float roughness, float spacing, float footpri
     i = 0;
     do {
         float frequency;
-        nested_place(terrain_material_block.anchor_cell.xyz, terrain_material_block.anchor_fraction.xyz, D, k, cell, fraction, frequency);
+        nested_place(terrain_material_block.anchor_cell.xyz, terrain_material_block.anchor_fraction.xyz, D, k, cell,
+            fraction, frequency);
         sum.broad += (i == 0 ? 1.0 - t : t) * gradient_noise_value(cell, fraction);
         k += 3;
     } while (++i < 2);

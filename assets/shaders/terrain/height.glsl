@@ -1,6 +1,8 @@
 // The height of the ground, its gradient and roughness, around an anchor: the GPU's side of systems/terrain/height*.py
-// (height_surface.py has the same statements in float64). Point-wise function of a few noises, see docs/terrain-height.md:
-//   w1 w2 warps;  c continents, b belts (warped by both);  s ranges, z relief (the layers; the ridged ones warped by w2)
+// (height_surface.py has the same statements in float64). Point-wise function of a few noises, see
+// docs/terrain-height.md:
+//   w1 w2 warps;  c continents, b belts (warped by both);  s ranges, z relief (the layers; the ridged ones warped by
+//   w2)
 // Coordinates: D = foot on the reference sphere minus the anchor's, metres, planet axes, f32. An octave's lattice place
 // is the anchor's (cell and fraction from float64) plus D * frequency, exact products: frequencies are powers of two.
 // Warps, continents, belts, ranges and the point-wise part are evaluated in double (4.2 ns against 2.9 an octave on
@@ -58,16 +60,16 @@ layout(std430, binding = 4) readonly buffer TerrainTable {
 const float TERRAIN_DUG_DRY = 0.3;  // what fresh craters take off the moisture: they show what lies below dark plains
 const float TERRAIN_COLORED_MOISTURE = 0.45;  // where a colour map says what the ground looks like
 
-// TERRAIN_CANONICAL: the table is around the planet's centre and places are double, so that heights are functions of nothing
-// but the place, with all layers whatever the spacing. terrain/canonical_height.glsl.
+// TERRAIN_CANONICAL: the table is around the planet's centre and places are double, so that heights are functions of
+// nothing but the place, with all layers whatever the spacing. terrain/canonical_height.glsl.
 #ifdef TERRAIN_CANONICAL
 #define TERRAIN_PLACE dvec3
 #else
 #define TERRAIN_PLACE vec3
 #endif
 
-// TERRAIN_FLOAT: float throughout, for pixels that are tens of metres wide. Within 0.1 m on Earth, of which a place thousands of
-// kilometres from the anchor takes the most; half of the time.
+// TERRAIN_FLOAT: float throughout, for pixels that are tens of metres wide. Within 0.1 m on Earth, of which a place
+// thousands of kilometres from the anchor takes the most; half of the time.
 #ifdef TERRAIN_FLOAT
 #define TERRAIN_REAL float
 #define TERRAIN_REAL2 vec2
@@ -227,12 +229,14 @@ TERRAIN_STEPS(double)
 // The point-wise part, surface() of height_surface.py. added: metres of craters and map.
 // rougher: the map's own roughness.
 #define TERRAIN_SURFACE(REAL, REAL2, REAL3) \
-    REAL terrain_surface(TerrainConstants k, REAL3 w1, REAL c, REAL b, REAL2 shape, REAL z, REAL added, REAL rougher) { \
+    REAL terrain_surface(TerrainConstants k, REAL3 w1, REAL c, REAL b, REAL2 shape, REAL z, REAL added, \
+        REAL rougher) { \
         REAL gate = REAL(0.2LF) + REAL(0.8LF) * terrain_step((shape.x + REAL(0.8LF)) * REAL(1.0LF / 1.4LF)); \
         REAL s = shape.x + gate * shape.y; \
         REAL x = (c - k.sea_level) * k.inverse_deviation + k.coast * s; \
         REAL along = terrain_bump(b * k.inverse_belt) * terrain_step((w1.x + REAL(0.35LF)) * REAL(2.0LF)); \
-        REAL coastal = terrain_bump((x - REAL(0.3LF)) * REAL(1.0LF / 0.3LF)) * terrain_step((w1.y - REAL(0.05LF)) * REAL(1.0LF / 0.3LF)) \
+        REAL coastal = terrain_bump((x - REAL(0.3LF)) * REAL(1.0LF / 0.3LF)) \
+            * terrain_step((w1.y - REAL(0.05LF)) * REAL(1.0LF / 0.3LF)) \
             * k.mountains; \
         REAL belts = REAL(1.0LF) - (REAL(1.0LF) - along) * (REAL(1.0LF) - coastal); \
         REAL on_land = belts * (REAL(0.3LF) + REAL(0.7LF) * terrain_step((x + REAL(0.5LF)) * REAL(1.0LF / 0.6LF))); \
@@ -293,7 +297,8 @@ TerrainBroad terrain_broad(TERRAIN_PLACE D) {
 }
 
 // D: the foot on the reference sphere minus the anchor's foot. spacing_m: distance of vertices there. Heights hold all
-// layers that the spacing can show, so that vertices lie on the true surface; gradients are band-limited to the spacing.
+// layers that the spacing can show, so that vertices lie on the true surface; gradients are band-limited to the
+// spacing.
 TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m, out double height_m) {
     TerrainConstants k = terrain_table.constants;
     TERRAIN_REAL3 w1_exact = broad.w1, near = broad.near;
@@ -306,7 +311,8 @@ TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
     int layers = terrain_table.layers.x, warped = terrain_table.layers.y;
     int shapes = min(TERRAIN_SHAPE_LAYERS, layers);
     TERRAIN_REAL2 shape_exact = TERRAIN_REAL2(0.0);  // a and b of s
-    TERRAIN_REAL broad_z = TERRAIN_REAL(0.0);  // of layers that make ranges; below the samples of a height map they are relief
+    // of layers that make ranges; below the samples of a height map they are relief
+    TERRAIN_REAL broad_z = TERRAIN_REAL(0.0);
     float z = 0.0, seen_z = 0.0;
     vec3 da = vec3(0.0), ds = vec3(0.0), dz = vec3(0.0);
     int i = 0;
@@ -314,7 +320,8 @@ TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
         TerrainOctave octave = terrain_table.octaves[TERRAIN_LAYER + i];
         vec3 g;
         TERRAIN_REAL n = terrain_noise(octave, near, g);
-        TERRAIN_REAL ridge = terrain_ridge(n, TERRAIN_REAL(octave.weights.z)), v = TERRAIN_REAL(octave.weights.x) * ridge;
+        TERRAIN_REAL ridge = terrain_ridge(n, TERRAIN_REAL(octave.weights.z)),
+            v = TERRAIN_REAL(octave.weights.x) * ridge;
         float weight = terrain_layer_weight(octave.fraction_lo.w, spacing_m);
         g *= weight * terrain_ridge_slope(float(n), octave.weights.z);
         vec3 dv = octave.weights.x * g;
@@ -383,7 +390,8 @@ TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
 #endif
 
     TerrainPoint point;
-    TERRAIN_REAL h = terrain_surface(k, w1_exact, fields_exact.x, fields_exact.y, shape_exact, broad_z + TERRAIN_REAL(z), TERRAIN_REAL(added),
+    TERRAIN_REAL h = terrain_surface(k, w1_exact, fields_exact.x, fields_exact.y, shape_exact,
+        broad_z + TERRAIN_REAL(z), TERRAIN_REAL(added),
         TERRAIN_REAL(rougher.w));
     height_m = double(h);
     point.dh = float(h - (TERRAIN_REAL(terrain_table.height_m.x) + TERRAIN_REAL(terrain_table.height_m.y)));
@@ -456,9 +464,9 @@ TerrainPoint terrain_point(TERRAIN_PLACE D, float spacing_m) {
     return terrain_point(D, spacing_m, height_m);
 }
 
-// What terrain_point's gradient left out between the vertices' spacing and the pixel's footprint: the layers' gradients,
-// each by the difference of its weights. roughness: interpolated from the vertices. The ranges' own layers (131..16 km)
-// do not hang on roughness alone; where vertices are tens of kilometres apart they come in by an estimate.
+// What terrain_point's gradient left out between the vertices' spacing and the pixel's footprint: the layers'
+// gradients, each by the difference of its weights. roughness: interpolated from the vertices. The ranges' own layers
+// (131..16 km) do not hang on roughness alone; where vertices are tens of kilometres apart they come in by an estimate.
 vec3 terrain_detail_gradient(vec3 D, float roughness, float spacing_vertex_m, float footprint_m) {
     int warped = terrain_table.layers.y;
     int begin = max(terrain_layers_above(4.0 * spacing_vertex_m), 0);
@@ -480,7 +488,8 @@ vec3 terrain_detail_gradient(vec3 D, float roughness, float spacing_vertex_m, fl
         float weight = terrain_layer_weight(octave.fraction_lo.w, footprint_m)
             - terrain_layer_weight(octave.fraction_lo.w, spacing_vertex_m);
         vec4 n = terrain_noise(octave, place);
-        sum += weight * (octave.weights.y + octave.weights.x * range_m) * terrain_ridge_slope(n.w, octave.weights.z) * n.xyz;
+        sum += weight * (octave.weights.y + octave.weights.x * range_m) * terrain_ridge_slope(n.w, octave.weights.z)
+            * n.xyz;
     } while (++i < warped_end);
     sum = sum * to_near;
     i = max(begin, warped);

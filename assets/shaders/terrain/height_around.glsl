@@ -1,8 +1,9 @@
-// Heights of places close to one another, in float as terrain/far_height.glsl: noises that are long against the distance between the
-// places are evaluated once, with their gradients, and are straight lines from there. Of layers that is the noise, before ridges
-// are made of it: those have crests.
+// Heights of places close to one another, in float as terrain/far_height.glsl: noises that are long against the
+// distance between the places are evaluated once, with their gradients, and are straight lines from there. Of layers
+// that is the noise, before ridges are made of it: those have crests.
 //
-// Define TERRAIN_AROUND_FAR: also where the places are so far apart that fields are short (loops that are never run cost time too).
+// Define TERRAIN_AROUND_FAR: also where the places are so far apart that fields are short (loops that are never run
+// cost time too).
 #include "terrain/far_height.glsl"
 
 const int TERRAIN_MOST_WARPED = 7;   // WARPED_LAYERS of systems/terrain/height_model.py
@@ -10,14 +11,16 @@ const int TERRAIN_MOST_WARPED = 7;   // WARPED_LAYERS of systems/terrain/height_
 struct TerrainAround {
     vec3 middle;
     TerrainBroad broad;
-    int fields, layers;   // fields up to the one, and layers up to the other, are long; other fields are taken out of `broad`
+    // fields up to the one, and layers up to the other, are long; other fields are taken out of `broad`
+    int fields, layers;
 };
 
 // Of the layers, xyz: gradient, w: value. Not in the struct, which is copied for each place.
 vec4 terrain_around_noises[TERRAIN_MOST_WARPED];
 
-// How many times as long as the extent: the warps, of which most of the bend is that of places far apart; fields, which are a
-// small part of the slopes along coasts; layers. In the mean a coast is off by 0.01 to 0.02 pixels, and by 0.07 along the limb.
+// How many times as long as the extent: the warps, of which most of the bend is that of places far apart; fields, which
+// are a small part of the slopes along coasts; layers. In the mean a coast is off by 0.01 to 0.02 pixels, and by 0.07
+// along the limb.
 const float TERRAIN_LONG_WARPS = 4.0, TERRAIN_LONG_FIELDS = 16.0, TERRAIN_LONG_LAYERS = 48.0;
 
 // Whether places as far as this from the middle are close enough.
@@ -33,7 +36,8 @@ bool terrain_keeps_around(float extent_m) {
 TerrainAround terrain_around(TerrainBroad broad, vec3 middle, float extent_m) {
     TerrainAround t = TerrainAround(middle, broad, TERRAIN_LAYER, 0);
 #ifdef TERRAIN_AROUND_FAR
-    while (t.fields > TERRAIN_FIELD && TERRAIN_LONG_FIELDS * extent_m > terrain_table.octaves[t.fields - 1].fraction_lo.w) {
+    while (t.fields > TERRAIN_FIELD && TERRAIN_LONG_FIELDS * extent_m
+        > terrain_table.octaves[t.fields - 1].fraction_lo.w) {
         vec2 weights = terrain_table.octaves[--t.fields].weights.xy;
         vec4 n = terrain_noise(terrain_table.octaves[t.fields], broad.far);
         vec3 g = n.xyz * broad.to_far;
@@ -62,7 +66,8 @@ float terrain_height_around(TerrainAround t, vec3 D, float spacing_m) {
     vec2 shape = vec2(0.0);
     float z = 0.0;
     for (int i = 0; i < TERRAIN_MOST_WARPED; ++i) {
-        if (i < t.layers) terrain_far_layer(i, terrain_around_noises[i].w + dot(terrain_around_noises[i].xyz, d), spacing_m, shape, z);
+        if (i < t.layers) terrain_far_layer(i, terrain_around_noises[i].w + dot(terrain_around_noises[i].xyz, d),
+            spacing_m, shape, z);
     }
     terrain_far_layers(t.layers, D, t.broad.near + t.broad.to_near * d, spacing_m, shape, z);
     return terrain_far_surface(D, spacing_m, t.broad.w1 + t.broad.j1 * d, fields, shape, z);

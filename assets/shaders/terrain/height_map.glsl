@@ -1,12 +1,13 @@
-// The height map: systems/terrain/height_map.py. Bicubic from texelFetch: each sample as a difference from one of them, the sums
-// in float, the place and the total in double.
+// The height map: systems/terrain/height_map.py. Bicubic from texelFetch: each sample as a difference from one of them,
+// the sums in float, the place and the total in double.
 #include "common/cube_atlas.glsl"
 
 layout(binding = 15) uniform sampler2D u_terrain_map;  // metres; height differences of the finest scale, metres
 
 // Catmull-Rom weights and their derivatives.
 vec4 terrain_map_weights(float f) {
-    return vec4(f * (-0.5 + f * (1.0 - 0.5 * f)), 1.0 + f * f * (1.5 * f - 2.5), f * (0.5 + f * (2.0 - 1.5 * f)), f * f * (0.5 * f - 0.5));
+    return vec4(f * (-0.5 + f * (1.0 - 0.5 * f)), 1.0 + f * f * (1.5 * f - 2.5), f * (0.5 + f * (2.0 - 1.5 * f)),
+        f * f * (0.5 * f - 0.5));
 }
 
 vec4 terrain_map_weight_slopes(float f) {
@@ -21,8 +22,10 @@ vec2 terrain_map_cubic(ivec2 corner, vec2 fraction, out vec2 center, out vec2 by
     center = texelFetch(u_terrain_map, corner + 1, 0).rg;
     by_x = by_y = vec2(0.0);
     for (int b = 0; b < 4; ++b) {
-        vec2 t0 = texelFetch(u_terrain_map, corner + ivec2(0, b), 0).rg - center, t1 = texelFetch(u_terrain_map, corner + ivec2(1, b), 0).rg - center;
-        vec2 t2 = texelFetch(u_terrain_map, corner + ivec2(2, b), 0).rg - center, t3 = texelFetch(u_terrain_map, corner + ivec2(3, b), 0).rg - center;
+        vec2 t0 = texelFetch(u_terrain_map, corner + ivec2(0, b), 0).rg - center,
+            t1 = texelFetch(u_terrain_map, corner + ivec2(1, b), 0).rg - center;
+        vec2 t2 = texelFetch(u_terrain_map, corner + ivec2(2, b), 0).rg - center,
+            t3 = texelFetch(u_terrain_map, corner + ivec2(3, b), 0).rg - center;
         vec2 row = wx.x * t0 + wx.y * t1 + wx.z * t2 + wx.w * t3;
         sum += wy[b] * row;
         by_x += wy[b] * (dwx.x * t0 + dwx.y * t1 + dwx.z * t2 + dwx.w * t3);
@@ -46,14 +49,16 @@ float terrain_map_level(float spacing_m, float sample_m, int levels) {
     return clamp(log2(1.5 * spacing_m / sample_m), 0.0, float(levels - 1));
 }
 
-// Height in metres at the direction d (of any length), its gradient by d as spacing_m shows it, and the same of the height
-// differences at the map's finest scale.
-double terrain_map_height(dvec3 d, ivec2 map, float sample_m, float spacing_m, out vec3 gradient, out float rough, out vec3 d_rough) {
+// Height in metres at the direction d (of any length), its gradient by d as spacing_m shows it, and the same of the
+// height differences at the map's finest scale.
+double terrain_map_height(dvec3 d, ivec2 map, float sample_m, float spacing_m, out vec3 gradient, out float rough,
+    out vec3 d_rough) {
     int face, n = map.x;
     dvec3 place = cube_face(d, face);
     dvec2 at = (place.xy * 0.5LF + 0.5LF) * double(n);
     ivec2 cell = clamp(ivec2(floor(at)), 0, n - 1);
-    vec2 center, by_x, by_y, sum = terrain_map_cubic(cube_corner(face, n, 0) + cell, vec2(at - dvec2(cell)), center, by_x, by_y);
+    vec2 center, by_x, by_y, sum = terrain_map_cubic(cube_corner(face, n, 0) + cell, vec2(at - dvec2(cell)), center,
+        by_x, by_y);
     float level = terrain_map_level(spacing_m, sample_m, map.y);
     vec3 near = vec3(place);
     gradient = max(1.0 - level, 0.0) * cube_gradient(face, near, 0.5 * float(n) * vec2(by_x.x, by_y.x));
@@ -68,7 +73,8 @@ double terrain_map_height(dvec3 d, ivec2 map, float sample_m, float spacing_m, o
 
 // What the gradient at spacing_m leaves out and footprint_m shows.
 vec3 terrain_map_detail(vec3 d, ivec2 map, float sample_m, float spacing_m, float footprint_m) {
-    float coarse = terrain_map_level(spacing_m, sample_m, map.y), fine = terrain_map_level(footprint_m, sample_m, map.y);
+    float coarse = terrain_map_level(spacing_m, sample_m, map.y),
+        fine = terrain_map_level(footprint_m, sample_m, map.y);
     int l = int(fine), last = coarse > fine ? int(ceil(coarse)) : -1;
     vec3 sum = vec3(0.0);
     if (l <= last) do {

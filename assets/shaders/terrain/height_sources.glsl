@@ -1,12 +1,13 @@
-// What the height function adds to its noise: craters and a height map, each compiled only where contract/height_sources.glsl
-// asks for it. Part of terrain/height.glsl, which has the table and terrain_place.
+// What the height function adds to its noise: craters and a height map, each compiled only where
+// contract/height_sources.glsl asks for it. Part of terrain/height.glsl, which has the table and terrain_place.
 #include "common/cube_atlas.glsl"
 
 #ifdef TERRAIN_CRATERED
 #include "terrain/craters.glsl"
 
-// An octave of craters at offset d. up: the place over the radius. Evaluators with places of their own: the wide ones (the
-// first terrain_table.layers.w) are for double, the others want their fraction from double or from an anchor nearby.
+// An octave of craters at offset d. up: the place over the radius. Evaluators with places of their own: the wide ones
+// (the first terrain_table.layers.w) are for double, the others want their fraction from double or from an anchor
+// nearby.
 double terrain_crater_double(TerrainOctave octave, dvec3 d, dvec3 up, float spacing_m, inout vec4 ground) {
     ivec3 cell;
     dvec3 fraction;
@@ -35,10 +36,12 @@ float terrain_crater(TerrainOctave octave, dvec3 d, vec3 up, float spacing_m, in
 // How many octaves of craters have any wider than a length.
 int terrain_craters_above(float length_m) {
     float widest_m = 0.5 * terrain_table.craters[0].fraction_lo.w;
-    return terrain_table.layers.z > 0 ? int(clamp(ceil(log2(widest_m / length_m)), 0.0, float(terrain_table.layers.z))) : 0;
+    return terrain_table.layers.z > 0 ? int(clamp(ceil(log2(widest_m / length_m)), 0.0, float(terrain_table.layers.z)))
+        : 0;
 }
 
-// Metres that craters add at offset D. ground: adds their gradient (not yet tangential), and to w how freshly dug it is.
+// Metres that craters add at offset D. ground: adds their gradient (not yet tangential), and to w how freshly dug it
+// is.
 double terrain_craters(TERRAIN_PLACE D, float spacing_m, inout vec4 ground) {
 #ifdef TERRAIN_CANONICAL
     int end = terrain_table.layers.z;
@@ -59,8 +62,8 @@ double terrain_craters(TERRAIN_PLACE D, float spacing_m, inout vec4 ground) {
     return sum + double(fine);
 }
 
-// What terrain_point left out of the craters between the vertices' spacing and the pixel's footprint: gradient (tangential), and
-// in w how freshly dug the ground is. Craters of an octave differ in width by a factor of four.
+// What terrain_point left out of the craters between the vertices' spacing and the pixel's footprint: gradient
+// (tangential), and in w how freshly dug the ground is. Craters of an octave differ in width by a factor of four.
 vec4 terrain_crater_detail(vec3 D, float spacing_vertex_m, float footprint_m) {
     int begin = max(terrain_craters_above(16.0 * spacing_vertex_m), 0), end = terrain_craters_above(2.0 * footprint_m);
     vec3 up = terrain_table.up.xyz + D / terrain_table.up.w;
@@ -97,8 +100,8 @@ dvec3 terrain_foot(TERRAIN_PLACE D) {
 
 const float TERRAIN_MOST_ROUGH = 1.2;
 
-// Metres of the height map at `foot` (planet-centred metres), 0 without one. ground: adds its gradient; rougher: the relief's
-// roughness by the map and its gradient in xyz, roughness in w.
+// Metres of the height map at `foot` (planet-centred metres), 0 without one. ground: adds its gradient; rougher: the
+// relief's roughness by the map and its gradient in xyz, roughness in w.
 double terrain_mapped(dvec3 foot, float spacing_m, inout vec4 ground, out vec4 rougher) {
     double h = 0.0LF;
     rougher = vec4(0.0);
@@ -108,17 +111,20 @@ double terrain_mapped(dvec3 foot, float spacing_m, inout vec4 ground, out vec4 r
         h = terrain_map_height(foot, terrain_table.map.xy, terrain_table.map_scale.x, spacing_m, slope, rough, d_rough);
         ground.xyz += slope;
         rough *= terrain_table.map_scale.y;
-        rougher = rough < TERRAIN_MOST_ROUGH ? vec4(terrain_table.map_scale.y * d_rough, rough) : vec4(vec3(0.0), TERRAIN_MOST_ROUGH);
+        rougher = rough < TERRAIN_MOST_ROUGH ? vec4(terrain_table.map_scale.y * d_rough, rough)
+            : vec4(vec3(0.0), TERRAIN_MOST_ROUGH);
     }
     return h;
 }
 
-// What terrain_point left out of the height map: its gradient between the vertices' spacing and the footprint, tangential.
+// What terrain_point left out of the height map: its gradient between the vertices' spacing and the footprint,
+// tangential.
 vec3 terrain_mapped_detail(vec3 D, float spacing_vertex_m, float footprint_m) {
     vec3 sum = vec3(0.0);
     if (terrain_table.map.x > 0) {
         vec3 up = terrain_table.up.xyz + D / terrain_table.up.w;
-        sum = terrain_map_detail(up * terrain_table.up.w, terrain_table.map.xy, terrain_table.map_scale.x, spacing_vertex_m, footprint_m);
+        sum = terrain_map_detail(up * terrain_table.up.w, terrain_table.map.xy, terrain_table.map_scale.x,
+            spacing_vertex_m, footprint_m);
         sum -= up * dot(up, sum);
     }
     return sum;

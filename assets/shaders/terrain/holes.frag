@@ -1,5 +1,5 @@
-// Debug view: pixels that show the background although their ray meets the sphere below all ground, in magenta and made large
-// enough to be found; all else dim.
+// Debug view: pixels that show the background although their ray meets the sphere below all ground, in magenta and made
+// large enough to be found; all else dim.
 #include "common/camera.glsl"
 #include "common/surfaces.glsl"
 

@@ -1,5 +1,5 @@
-// Sorts tiles with ground by whether water changes any of it (contract "water"): the others are shaded without. A lane a tile.
-// Most are settled by the depths between which all of it lies; in the rest each pixel is looked at.
+// Sorts tiles with ground by whether water changes any of it (contract "water"): the others are shaded without. A lane
+// a tile. Most are settled by the depths between which all of it lies; in the rest each pixel is looked at.
 #include "common/camera.glsl"
 #include "common/surfaces.glsl"
 #include "common/spacing_code.glsl"
@@ -19,30 +19,34 @@ uniform ivec2 u_tiles;
 
 const ivec2 TILE = ivec2(16, 8);
 const float HAIR_M = 0.05;       // more than rounding does to a height
-const float COARSE_M = 100.0;    // pixels narrower than this show no triangle whose chord sinks below the sphere by metres
+// pixels narrower than this show no triangle whose chord sinks below the sphere by metres
+const float COARSE_M = 100.0;
 
 float height_of(vec3 point) {
     return frame.anchor_up.w
         + height_difference(point + frame.camera_offset.xyz, frame.anchor_up.xyz, planet.radii.x + frame.anchor_up.w);
 }
 
-// A height that no point between two depths of a tile is below: along a fixed direction heights grow no faster than upwards, and
-// they are linear, so the least is at a corner.
+// A height that no point between two depths of a tile is below: along a fixed direction heights grow no faster than
+// upwards, and they are linear, so the least is at a corner.
 float least_height(ivec2 first, vec2 depth) {
     vec2 low = ndc_of_pixel(vec2(first)), high = ndc_of_pixel(vec2(first + TILE));
     vec3 middle = position_from_depth(0.5 * (low + high), sqrt(depth.x * depth.y)), up = up_at(middle);
     float least = 0.0;
     for (int k = 0; k < 8; ++k) {
-        vec3 point = position_from_depth(vec2((k & 1) == 0 ? low.x : high.x, (k & 2) == 0 ? low.y : high.y), (k & 4) == 0 ? depth.x : depth.y);
+        vec3 point = position_from_depth(vec2((k & 1) == 0 ? low.x : high.x, (k & 2) == 0 ? low.y : high.y),
+            (k & 4) == 0 ? depth.x : depth.y);
         least = min(least, dot(point - middle, up));
     }
     return height_of(middle) + least;
 }
 
-// What terrain/shade.comp takes for the height of a pixel, or less: of the triangle, or where its chord sinks by more than 2 m partly,
-// and from 20 m on wholly, what its vertices say. between: codes of spacings surely finer and surely coarser than these.
+// What terrain/shade.comp takes for the height of a pixel, or less: of the triangle, or where its chord sinks by more
+// than 2 m partly, and from 20 m on wholly, what its vertices say. between: codes of spacings surely finer and surely
+// coarser than these.
 float counted_height(ivec2 pixel, vec2 between) {
-    float drawn = height_of(position_from_depth(ndc_of_pixel(vec2(pixel) + 0.5), max(texel_at(u_depth, pixel).r, 1e-30)));
+    float drawn = height_of(position_from_depth(ndc_of_pixel(vec2(pixel) + 0.5),
+        max(texel_at(u_depth, pixel).r, 1e-30)));
     vec4 attributes = texel_at(u_attributes, pixel);
     float coded = mix(planet.radii.z, planet.radii.y, attributes.z), code = attributes.z > 0.0 ? attributes.w : 0.0;
     return code < between.x ? drawn : code > between.y ? coded : min(drawn, coded);
@@ -57,7 +61,8 @@ void main() {
     float reach = water_reach() + HAIR_M;
     bool coarse = forward_distance(depth.x) * frame.clock.w > COARSE_M;
     int turns = !there || (!coarse && least_height(first, depth) > reach) ? 0 : TILE.x * TILE.y;
-    vec2 between = vec2(spacing_encode(4.0 * sqrt(planet.radii.x)), spacing_encode(12.65 * sqrt(planet.radii.x))) + vec2(-1.5, 1.5) / 255.0;
+    vec2 between = vec2(spacing_encode(4.0 * sqrt(planet.radii.x)), spacing_encode(12.65 * sqrt(planet.radii.x)))
+        + vec2(-1.5, 1.5) / 255.0;
     ivec2 last = textureSize(u_surface, 0) - 1;
     bool wet = false;
     for (int k = 0; k < turns; ++k) {

@@ -47,7 +47,8 @@ float strata(float height, float wave, float rise_of_pixel) {
 
 // gradient: of the visible relief, metres per metre; footprint: what a pixel covers, in metres.
 Material terrain_material(
-    GroundDetail noise, vec3 D, vec3 zenith, float height, vec3 gradient, float roughness, float moisture, float footprint
+    GroundDetail noise, vec3 D, vec3 zenith, float height, vec3 gradient, float roughness, float moisture,
+        float footprint
 ) {
     // From far away climate shows more than chance.
     float variation = terrain_material_block.look.x * mix(1.0, 0.4, ramp(8.0, 15.0, log2(footprint)));
@@ -87,7 +88,8 @@ Material terrain_material(
     float withered = clamp(ramp(0.60, 0.37, humidity) * 0.8 + 0.32 * mixed + 0.1 * grain, 0.0, 1.0);
     vec3 plant = mix(terrain_material_block.grass.rgb, terrain_material_block.hay.rgb, withered);
     plant = mix(plant, terrain_material_block.forest.rgb, wooded);
-    plant = mix(terrain_material_block.tundra.rgb * (1.0 + 0.25 * mixed), plant, ramp(0.07, 0.25, warmth + 0.015 * grain));
+    plant = mix(terrain_material_block.tundra.rgb * (1.0 + 0.25 * mixed), plant,
+        ramp(0.07, 0.25, warmth + 0.015 * grain));
     plant *= 1.0 + 0.24 * grain - 0.3 * tufts;
     float cover = green * ramp(-1.6, -0.3, grain + 2.0 * green - 1.0);
     vec3 albedo = mix(soil, plant, cover);
@@ -101,7 +103,8 @@ Material terrain_material(
     float steep = (slope - bare) / (0.25 * bare + bumpy) + 0.45 * grain;
     float rocky = smoothstep(-1.0, 1.0, steep);
     float layered = strata(height, mixed, footprint * (0.1 + slope)) * terrain_material_block.strata.w;
-    vec3 rock = mix(terrain_material_block.rock.rgb, terrain_material_block.strata.rgb, clamp(0.35 + layered + 0.3 * patches, 0.0, 1.0));
+    vec3 rock = mix(terrain_material_block.rock.rgb, terrain_material_block.strata.rgb,
+        clamp(0.35 + layered + 0.3 * patches, 0.0, 1.0));
     rock *= 1.0 + 0.2 * grain - 0.25 * tufts;
     albedo = mix(albedo, 0.75 * rock + 0.25 * dry, (0.55 - 0.4 * rooted) * ramp(-1.7, -0.4, steep));
     albedo = mix(albedo, rock, rocky);
@@ -109,20 +112,23 @@ Material terrain_material(
     // Sand along the sea; as a share of the pixel where the beach is narrower than that.
     float beach_m = terrain_material_block.sand.w * (1.0 + 0.4 * clamp(mixed, -2.0, 2.0));
     float rise = max(slope, 0.02) * footprint;
-    float beach = beach_m / (beach_m + 0.5 * rise + 1e-3) * clamp(2.5 - 2.5 * (above_sea - 0.5 * rise) / (beach_m + rise + 1e-3), 0.0, 1.0);
+    float beach = beach_m / (beach_m + 0.5 * rise + 1e-3)
+        * clamp(2.5 - 2.5 * (above_sea - 0.5 * rise) / (beach_m + rise + 1e-3), 0.0, 1.0);
     beach *= (1.0 - rocky) * ramp(2500.0, 250.0, footprint);
     albedo = mix(albedo, terrain_material_block.sand.rgb * (1.0 + 0.07 * grain + 0.07 * stones), beach);
 
     // Snow: above its line, as wide as the hidden relief spreads it; thin on steep faces.
     float hidden = min(0.25 * deviation * footprint * climate.w, 0.12), spread = 0.012 + 0.6 * hidden;
     float snowy = smoothstep(spread, -spread, warmth - (0.012 + 0.5 * hidden) * grain - 0.012 * mixed);
-    float sheds = (slope - terrain_material_block.snow.w) / (0.25 * terrain_material_block.snow.w + deviation) + 0.7 * grain + 0.4 * mixed;
+    float sheds = (slope - terrain_material_block.snow.w) / (0.25 * terrain_material_block.snow.w + deviation)
+        + 0.7 * grain + 0.4 * mixed;
     snowy *= 1.0 - 0.9 * smoothstep(-1.0, 1.0, sheds);
     albedo *= 1.0 + 0.12 * patches + 0.08 * grain;
     albedo = mix(albedo, terrain_material_block.snow.rgb * (1.0 + 0.03 * patches + 0.025 * grain), snowy);
 
-    // What stands on it: plants, fewer where it is dry, and stones. All this hangs on the place alone, not on the pixel's
-    // footprint, so nothing comes or goes when the camera moves. Beaches count where a thing has its foot (terrain/clutter.glsl).
+    // What stands on it: plants, fewer where it is dry, and stones. All this hangs on the place alone, not on the
+    // pixel's footprint, so nothing comes or goes when the camera moves. Beaches count where a thing has its foot
+    // (terrain/clutter.glsl).
     float open_ground = (1.0 - rocky) * (1.0 - snowy);
     float growing = ramp(0.25, 0.55, climatic) * plants * open_ground;
     float stony = (0.04 + 0.3 * (1.0 - growing) + 0.15 * roughness) * (1.0 - snowy);

@@ -8,8 +8,10 @@ vec4 ripples(vec3 D, int step, float bend, float footprint) {
     ivec3 cell, broad;
     vec3 fraction, place;
     float frequency, slower;
-    nested_place(terrain_material_block.anchor_cell.xyz, terrain_material_block.anchor_fraction.xyz, D, step, cell, fraction, frequency);
-    nested_place(terrain_material_block.anchor_cell.xyz, terrain_material_block.anchor_fraction.xyz, D, step + 3, broad, place, slower);
+    nested_place(terrain_material_block.anchor_cell.xyz, terrain_material_block.anchor_fraction.xyz, D, step, cell,
+        fraction, frequency);
+    nested_place(terrain_material_block.anchor_cell.xyz, terrain_material_block.anchor_fraction.xyz, D, step + 3, broad,
+        place, slower);
     vec4 noise = gradient_noise(broad, place) * (bend / NESTED_RMS);
     float seen = clamp(1.6 - 4.0 * footprint * frequency, 0.0, 1.0);
     // Between the second harmonic and the first: crests are sharper than troughs.
@@ -17,5 +19,6 @@ vec4 ripples(vec3 D, int step, float bend, float footprint) {
     float strength = clamp(0.6 + noise.x / bend, 0.0, 1.0) * seen;
     vec2 wave = vec2(sin(turn), cos(turn));
     float slope = strength * (wave.y - 0.5 * (wave.y * wave.y - wave.x * wave.x));
-    return vec4(slope * normalize(vec3(1.0) + noise.xyz * (slower / frequency)), strength * (wave.x - 0.5 * wave.x * wave.y));
+    return vec4(slope * normalize(vec3(1.0) + noise.xyz * (slower / frequency)),
+        strength * (wave.x - 0.5 * wave.x * wave.y));
 }

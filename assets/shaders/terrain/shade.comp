@@ -35,9 +35,9 @@ vec2 v_ndc;   // of the pixel at hand
 const float PI = 3.14159265358979;
 const float STARLIGHT = 1.5e-8;   // of the sun's irradiance: 2e-3 lx of stars and airglow on a moonless night
 
-// Reflected radiance per irradiance at normal incidence and albedo. Lambert's law, or for dust without air McEwen's 1991
-// mixture of it with Lommel and Seeliger's law, which makes the full disc flat; L falls with the phase angle (a fit in
-// sin(phase / 2) to McEwen 1996, who gives a polynomial for the moon).
+// Reflected radiance per irradiance at normal incidence and albedo. Lambert's law, or for dust without air McEwen's
+// 1991 mixture of it with Lommel and Seeliger's law, which makes the full disc flat; L falls with the phase angle (a
+// fit in sin(phase / 2) to McEwen 1996, who gives a polynomial for the moon).
 float reflected(float n_l, float n_v, vec3 view, vec3 sun) {
     float half_sine = sqrt(max(0.5 - 0.5 * dot(view, sun), 0.0));
     float share = terrain_material_block.look.y * max(1.0 - 1.15 * half_sine, 0.0);
@@ -54,7 +54,8 @@ vec3 levelled(vec3 direction, vec3 normal, vec3 zenith) {
 #endif
 
 #ifdef TERRAIN_COLORED
-// The map's colour, broken up by the materials' noise, rock and freshly dug ground; near the eye half of the materials' own.
+// The map's colour, broken up by the materials' noise, rock and freshly dug ground; near the eye half of the materials'
+// own.
 vec3 colored(Material material, GroundDetail noise, vec3 zenith, float moisture, float footprint) {
     vec3 color = terrain_color(zenith, terrain_table.map.zw, footprint / planet.radii.x);
     float variation = terrain_material_block.look.x;
@@ -78,8 +79,8 @@ vec3 ground_radiance(ivec2 pixel) {
     vec4 attributes = texel_at(u_attributes, pixel);
     float roughness = terrain_roughness(attributes), moisture = attributes.y;
 
-    // What a pixel covers on the ground: wider along the view at flat angles. GROUND_BLUR 1/2 is the geometric mean; less
-    // keeps detail sharp across the view and leaves it to the samples of anti-aliasing to average along it.
+    // What a pixel covers on the ground: wider along the view at flat angles. GROUND_BLUR 1/2 is the geometric mean;
+    // less keeps detail sharp across the view and leaves it to the samples of anti-aliasing to average along it.
     float across = distance_m * frame.clock.w * (SHADE_EVERY == 4 ? 2.0 : 1.0);
     float footprint = 0.85 * across * pow(clamp(dot(coarse, view), 0.03, 1.0), -GROUND_BLUR);
     float spacing = vertex_spacing(D, attributes.w);
@@ -90,7 +91,8 @@ vec3 ground_radiance(ivec2 pixel) {
     float coded = mix(planet.radii.z, planet.radii.y, attributes.z);
     float drawn = height;
     height = mix(height, coded, attributes.z > 0.0 ? smoothstep(2.0, 20.0, sagitta) : 0.0);
-    vec3 place = point + zenith * (height - drawn);   // in the air: between their corners far triangles lie deep under the ground
+    // in the air: between their corners far triangles lie deep under the ground
+    vec3 place = point + zenith * (height - drawn);
 
     GroundDetail detail = ground_detail(D, roughness, spacing, footprint);
     vec3 relief = roughness * to_sphere * detail.gradient;
@@ -124,12 +126,14 @@ vec3 ground_radiance(ivec2 pixel) {
     vec3 sun = water.to_sun;
     vec2 open = light_visibility(point);
 #ifdef GROUND_CLUTTER
-    GroundClutter clutter = ground_clutter(D, zenith, levelled(view, coarse, zenith), levelled(sun, coarse, zenith), across,
+    GroundClutter clutter = ground_clutter(D, zenith, levelled(view, coarse, zenith), levelled(sun, coarse, zenith),
+        across,
         material.stony, material.leafy * vec4(1.0, 1.0, 1.0, ramp(10.0, 25.0, distance_m * dot(view, zenith))),
         height - (planet.sea.y > 0.5 ? planet.sea.x : -1.0e9), rises);
     vec3 stone = mix(terrain_material_block.rock.rgb, terrain_material_block.strata.rgb, 0.3 + 0.3 * clutter.tint)
         * (1.0 + 0.35 * clutter.tint);
-    vec3 leaves = mix(material.plant * (1.15 + 0.3 * clutter.tint), terrain_material_block.forest.rgb * (1.5 + 0.5 * clutter.tint), clutter.bush);
+    vec3 leaves = mix(material.plant * (1.15 + 0.3 * clutter.tint),
+        terrain_material_block.forest.rgb * (1.5 + 0.5 * clutter.tint), clutter.bush);
     material.albedo = mix(material.albedo, mix(stone, leaves * clutter.light, clutter.plant), clutter.cover);
     normal = normalize(normal * (1.0 - clutter.cover) + clutter.normal - gradient * dot(clutter.normal, zenith));
     open *= mix(vec2(clutter.sun, clutter.sky), vec2(1.0), clutter.cover);
@@ -137,13 +141,16 @@ vec3 ground_radiance(ivec2 pixel) {
 
     // Mean over the slopes that a pixel hides: max(x, 0) turns into a soft bend as wide as they spread.
     float mu = dot(normal, sun), soft = 0.5 * material.deviation;
-    float n_l = 0.5 * (mu + sqrt(mu * mu + soft * soft)) - 0.5 * soft * clamp(1.0 - mu / max(soft, 1e-4), 0.0, 1.0) * 0.5;
-    vec3 beam = frame.sun_irradiance.rgb * open.x * air_to_space(place, frame.sun_direction.xyz), sunlight = beam * water.sun;
+    float n_l = 0.5 * (mu + sqrt(mu * mu + soft * soft))
+        - 0.5 * soft * clamp(1.0 - mu / max(soft, 1e-4), 0.0, 1.0) * 0.5;
+    vec3 beam = frame.sun_irradiance.rgb * open.x * air_to_space(place, frame.sun_direction.xyz),
+        sunlight = beam * water.sun;
     // Light that lit neighbouring ground throws back: without it the airless dark sides would be pure black.
     float sun_height = max(dot(zenith, sun), 0.0);
     vec3 bounce = material.albedo * sunlight * sun_height * (0.5 - 0.5 * dot(normal, zenith)) * 0.6;
     vec3 irradiance = (skylight(place, normal) * water.sky + bounce + frame.sun_irradiance.rgb * STARLIGHT) * open.y;
-    vec3 radiance = material.albedo * (sunlight * reflected(max(n_l, 0.0), dot(normal, view), view, sun) + irradiance / PI);
+    vec3 radiance = material.albedo * (sunlight * reflected(max(n_l, 0.0), dot(normal, view), view, sun)
+        + irradiance / PI);
     vec4 sheen = shore_sheen(wet, point, view, zenith, normal, beam);
     radiance = radiance * (1.0 - sheen.a) + sheen.rgb;
 

@@ -1,5 +1,6 @@
-// The vertices of all selected cells, once per snap of the proxy: a workgroup a cell. A vertex is a function of its canonical
-// integer lattice point and of the proxy alone, so cells that share it get the same bits whatever their levels.
+// The vertices of all selected cells, once per snap of the proxy: a workgroup a cell. A vertex is a function of its
+// canonical integer lattice point and of the proxy alone, so cells that share it get the same bits whatever their
+// levels.
 #include "generated/frame.glsl"
 #include "generated/planet.glsl"
 #include "generated/terrain_grid.glsl"

@@ -1,5 +1,5 @@
-// Contract "air" (common/air.glsl has the rules) from the printed tables. What comes out negative is shown as black: a picture
-// cannot show less.
+// Contract "air" (common/air.glsl has the rules) from the printed tables. What comes out negative is shown as black: a
+// picture cannot show less.
 #include "atmosphere/paper/camera.glsl"
 
 struct Air {

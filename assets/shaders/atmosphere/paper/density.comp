@@ -1,7 +1,7 @@
-// What is scattered at a point into a direction: the light of the order before, from 16 x 32 directions over the sphere,
-// and that of the sunlit floor (Bruneton 2017). The sums are his; they are grouped so that fewer look-ups are needed.
-// Along a cone of one zenith angle the table is linear between the layers of nu: so the phase functions are summed for
-// each layer, and each layer is read once a cone, not twice a direction.
+// What is scattered at a point into a direction: the light of the order before, from 16 x 32 directions over the
+// sphere, and that of the sunlit floor (Bruneton 2017). The sums are his; they are grouped so that fewer look-ups are
+// needed. Along a cone of one zenith angle the table is linear between the layers of nu: so the phase functions are
+// summed for each layer, and each layer is read once a cone, not twice a direction.
 //
 // FIRST_ORDER: the order before is single scattering, in two tables and without its phase functions.
 // Stored: W m^-2 sr^-1 nm^-1 per thickness of the air, a unit that suits half floats on any planet.

@@ -18,11 +18,13 @@ layout(binding = 10) uniform sampler3D u_air_mie;
 layout(binding = 11) uniform sampler2D u_air_irradiance;
 
 // Both scattering tables at a place inside the shell, without phase functions.
-void paper_read_scattering(float h, float mu, float mu_s, float nu, bool hits_floor, out vec3 scattering, out vec3 mie) {
+void paper_read_scattering(float h, float mu, float mu_s, float nu, bool hits_floor, out vec3 scattering,
+    out vec3 mie) {
     ivec3 size = textureSize(u_air_scattering, 0);
     PaperPlace place = paper_scattering_place(paper_layout(), size, h, mu, mu_s, nu, hits_floor);
     scattering = mix(
-        textureLod(u_air_scattering, place.first, 0.0).rgb, textureLod(u_air_scattering, place.second, 0.0).rgb, place.blend
+        textureLod(u_air_scattering, place.first, 0.0).rgb, textureLod(u_air_scattering, place.second, 0.0).rgb,
+            place.blend
     );
     mie = mix(textureLod(u_air_mie, place.first, 0.0).rgb, textureLod(u_air_mie, place.second, 0.0).rgb, place.blend);
 }
@@ -45,7 +47,8 @@ vec3 air_sun_transmittance(float h, float mu_s) {
     float visible = smoothstep(-soft, soft, mu_s - horizon);
     float mu = max(mu_s, horizon), unused = 0.0, distance_m;
     bool inside = paper_enter(h, mu, unused, 0.0, distance_m);
-    vec3 through = paper_transmittance_to_top(min(h, paper_thickness()), max(mu, paper_horizon(min(h, paper_thickness()))));
+    vec3 through = paper_transmittance_to_top(min(h, paper_thickness()),
+        max(mu, paper_horizon(min(h, paper_thickness()))));
     return (inside ? through : vec3(1.0)) * visible;
 }
 

@@ -34,7 +34,8 @@ bool paper_hits_floor(float h, float mu) {
     return along < 0.0 && -along >= tangent;
 }
 
-// To where a ray that hits the floor ends, or one that does not leaves through the top. 0 for a camera on that boundary.
+// To where a ray that hits the floor ends, or one that does not leaves through the top. 0 for a camera on that
+// boundary.
 float paper_distance_to_boundary(float h, float mu, bool hits_floor) {
     float along = paper_radius(h) * mu;
     float tangent = paper_tangent(h);

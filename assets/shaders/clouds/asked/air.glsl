@@ -1,4 +1,5 @@
-// Contract "air" (common/air.glsl has the rules) for a probe's questions, without a camera's tables: the air is marched.
+// Contract "air" (common/air.glsl has the rules) for a probe's questions, without a camera's tables: the air is
+// marched.
 #include "common/camera.glsl"
 #include "atmosphere/source.glsl"
 
@@ -9,7 +10,8 @@ struct Air {
 Air air_from_camera(vec3 to) {
     float distance_m = length(to), h = max(frame.camera_zenith.w, 0.0), r = air_model.radii.x + h, start = 0.0;
     vec3 way = to / max(distance_m, 1e-20), up = frame.camera_zenith.xyz;
-    float mu = clamp_cos(dot(way, up)), nu = clamp_cos(dot(way, frame.sun_direction.xyz)), mu_s = dot(up, frame.sun_direction.xyz);
+    float mu = clamp_cos(dot(way, up)), nu = clamp_cos(dot(way, frame.sun_direction.xyz)),
+        mu_s = dot(up, frame.sun_direction.xyz);
     float path = 0.0;
     if (h > air_model.radii.z) {
         // From space, as in air_path(): the exact place of entry.
@@ -29,7 +31,8 @@ Air air_from_camera(vec3 to) {
     AirColumn c = air_column(h, mu, clamp_cos(mu_s), nu, path);
     air_orders = ASKED_ORDERS;
     for (int slice = 0; slice < (path > 0.0 ? ASKED_SLICES : 0); ++slice) air_column_slice(c, slice, ASKED_SLICES);
-    return Air(exp(-c.depth), frame.sun_irradiance.rgb * (air_rayleigh_phase(nu) * c.first + air_mie_phase(nu) * c.second));
+    return Air(exp(-c.depth), frame.sun_irradiance.rgb
+        * (air_rayleigh_phase(nu) * c.first + air_mie_phase(nu) * c.second));
 }
 
 Air air(vec3 from, vec3 to) {

@@ -1,5 +1,5 @@
-// The march that pictures are made with, on an array of questions; systems/clouds/asked.py packs and unpacks it. Each question is a
-// camera of its own: its place, and where the volumes of noise lie around it, come in float64 reduced.
+// The march that pictures are made with, on an array of questions; systems/clouds/asked.py packs and unpacks it. Each
+// question is a camera of its own: its place, and where the volumes of noise lie around it, come in float64 reduced.
 //
 // Where pictures read the optical depth towards the sun from maps, it is marched here.
 struct Origins {
@@ -19,7 +19,8 @@ struct Question {
     vec4 place;        // unit up there; height above the reference sphere
     vec4 ray;          // unit; cosine to the zenith
     vec4 sun;          // unit; angular radius
-    vec4 more;         // how far the ray goes, angle that it stands for, squared sine of that to the zenith, how far it has come before
+    // how far the ray goes, angle that it stands for, squared sine of that to the zenith, how far it has come before
+    vec4 more;
     vec4 origins[7];   // of the volumes, and in radii
 };
 layout(std430, binding = 0) readonly buffer Questions { Question questions[]; };
@@ -44,7 +45,8 @@ void main() {
     frame.camera_zenith = frame.anchor_up = q.place;
     frame.sun_direction = q.sun;
     frame.sun_irradiance = frame.scale = vec4(1.0);
-    g_origins = Origins(q.origins[0].xyz, q.origins[1].xyz, q.origins[2].xyz, q.origins[3].xyz, q.origins[4].xyz, q.origins[5].xyz,
+    g_origins = Origins(q.origins[0].xyz, q.origins[1].xyz, q.origins[2].xyz, q.origins[3].xyz, q.origins[4].xyz,
+        q.origins[5].xyz,
         q.origins[6].xyz);
     pixel_rad = q.more.y;
     shell_sine2 = q.more.z;

@@ -1,6 +1,7 @@
 // The printed density of clouds (Michelic 2018, equations 12 to 14): one volume, repeated over the planet.
 //
-//   float paper_density(vec3 place, float altitude)     below 0: empty, and far from cloud; 0: empty, next to it; up to 1
+//   float paper_density(vec3 place, float altitude)     below 0: empty, and far from cloud; 0: empty, next to it; up to
+//   1
 //
 // place: metres from the anchor in planet axes. Of cloud_view it reads shell[0], shape[0].x, turn and broad.
 #include "common/camera.glsl"
@@ -9,7 +10,8 @@
 layout(binding = 16) uniform sampler3D u_cloud_tile;
 
 float paper_density(vec3 place, float altitude) {
-    vec3 turned = cloud_view.turn[0].xyz * place.x + cloud_view.turn[1].xyz * place.y + cloud_view.turn[2].xyz * place.z;
+    vec3 turned = cloud_view.turn[0].xyz * place.x + cloud_view.turn[1].xyz * place.y
+        + cloud_view.turn[2].xyz * place.z;
     float tex = textureLod(u_cloud_tile, cloud_view.broad.xyz + turned * cloud_view.broad.w, 0.0).r;
     float s = 2.0 * clamp((altitude - cloud_view.shell[0].x) * cloud_view.shell[0].z, 0.0, 1.0) - 1.0;
     return tex < 0.0 ? -1.0 : (1.0 - cloud_view.shape[0].x * s * s) * tex;

@@ -1,6 +1,7 @@
-// The printed density texture from raw noise (Michelic 2018, section 5): cloud where noise is above a threshold, 0 as far around
-// it as a large step is long, -1 elsewhere. Distances are exact, one axis after the other: of each texel, the least of its
-// neighbours' squared distance plus the square of the way there. AXIS 0 and 1 write those, AXIS 2 the texture.
+// The printed density texture from raw noise (Michelic 2018, section 5): cloud where noise is above a threshold, 0 as
+// far around it as a large step is long, -1 elsewhere. Distances are exact, one axis after the other: of each texel,
+// the least of its neighbours' squared distance plus the square of the way there. AXIS 0 and 1 write those, AXIS 2 the
+// texture.
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 0) uniform sampler3D u_raw;
 layout(binding = 1) uniform sampler3D u_before;   // of the axes before

@@ -1,13 +1,14 @@
-// Simplex-Worley noise that repeats after the volume's width (Michelic 2018, section 5): billows on a simplex noise that joins
-// and parts them. How the two are mixed is not printed; here as in clouds/volume.comp. Values are raw: clouds/paper/fill.comp
-// cuts clouds out of them.
+// Simplex-Worley noise that repeats after the volume's width (Michelic 2018, section 5): billows on a simplex noise
+// that joins and parts them. How the two are mixed is not printed; here as in clouds/volume.comp. Values are raw:
+// clouds/paper/fill.comp cuts clouds out of them.
 #include "clouds/tiled_noise.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 0, r32f) uniform writeonly image3D o_raw;
 layout(location = 0) uniform int u_first;   // slice
 
-// Vertices of the simplex lattice lie at (6 v - (v.x + v.y + v.z)) / 6: whole numbers of sixths, which repeat as they stand.
+// Vertices of the simplex lattice lie at (6 v - (v.x + v.y + v.z)) / 6: whole numbers of sixths, which repeat as they
+// stand.
 float tiled_corner(ivec3 vertex, vec3 d, int sixths, int seed) {
     ivec3 at = 6 * vertex - (vertex.x + vertex.y + vertex.z);
     float t = max(0.5 - dot(d, d), 0.0);

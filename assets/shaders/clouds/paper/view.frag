@@ -1,11 +1,11 @@
-// The printed march through clouds and air for every pixel (Michelic 2018, section 5; Michelic et al. 2019, section 3), drawn
-// over the picture with "premultiplied" blending: alpha is what clouds take of it.
+// The printed march through clouds and air for every pixel (Michelic 2018, section 5; Michelic et al. 2019, section 3),
+// drawn over the picture with "premultiplied" blending: alpha is what clouds take of it.
 //
-// Defines: CLOUD_PAPER, 2018 or 2019, how clouds and air are put together. Above and below the layer the air is one segment; in
-// it there are small, growing ones, each with finer steps through the clouds. Air is looked up from the camera, so that what a
-// segment adds, seen from there, is a difference: T_before I_A = T_C,before (I_A to its end - I_A to its beginning).
-// What a source does not say: segments begin with a quarter of the layer's thickness and grow by a quarter, and the six samples
-// towards the sun share the way to the layer's top, up to 1.5 thicknesses.
+// Defines: CLOUD_PAPER, 2018 or 2019, how clouds and air are put together. Above and below the layer the air is one
+// segment; in it there are small, growing ones, each with finer steps through the clouds. Air is looked up from the
+// camera, so that what a segment adds, seen from there, is a difference: T_before I_A = T_C,before (I_A to its end -
+// I_A to its beginning). What a source does not say: segments begin with a quarter of the layer's thickness and grow by
+// a quarter, and the six samples towards the sun share the way to the layer's top, up to 1.5 thicknesses.
 #include "clouds/shells.glsl"
 #include "clouds/phase.glsl"
 #include "clouds/paper/density.glsl"
@@ -64,20 +64,24 @@ void paper_way(inout PaperMarch m, vec3 ray, float from, float to, float phase) 
             t += on;
             held = meets ? density : held;
             place = meets ? point : place;
-            sun_step = meets ? min(paper_rise(altitude, mu, shell.y), PAPER_SUN_WAY * thickness) / float(PAPER_SUN_SAMPLES) : sun_step;
+            sun_step = meets ? min(paper_rise(altitude, mu, shell.y), PAPER_SUN_WAY * thickness)
+                / float(PAPER_SUN_SAMPLES) : sun_step;
             sun_sum = meets ? 0.0 : sun_sum;
             sample_number = meets ? 0 : done ? -1 : aside ? sample_number + 1 : -1;
         }
         vec3 scattered = cloud_view.droplets[0].x * phase * seen * frame.sun_irradiance.rgb;
         vec3 air = max(there.in_scatter - m.here.in_scatter, 0.0);
 #if CLOUD_PAPER == 2018
-        m.light += m.open * (air * cloud + m.here.transmittance * scattered * alone);                                   // (20)
+        // (20)
+        m.light += m.open * (air * cloud + m.here.transmittance * scattered * alone);
 #else
-        // The air's light comes evenly along the segment and its transmittance runs linearly: both at each step of the cloud.
+        // The air's light comes evenly along the segment and its transmittance runs linearly: both at each step of the
+        // cloud.
         m.light += m.open * (air * clamp(lit * per_metre, cloud, 1.0)
             + scattered * (m.here.transmittance * (alone - late) + there.transmittance * late));
 #endif
-        m.open *= cloud;                                                                                               // (19)
+        // (19)
+        m.open *= cloud;
         m.here = there;
         begin = past;
         length_m *= PAPER_GROWTH;
@@ -95,12 +99,14 @@ void main() {
     shell_sine2 = dot(aside, aside);
     // The planet itself, where nothing was drawn on it.
     vec2 floor_ = shell_crossings(mu, min(planet.radii.w, frame.camera_zenith.w));
-    if (depth <= 0.0 && mu < 0.0 && floor_.x < floor_.y && frame.camera_zenith.w > planet.radii.w) end = min(end, floor_.x);
+    if (depth <= 0.0 && mu < 0.0 && floor_.x < floor_.y && frame.camera_zenith.w > planet.radii.w)
+        end = min(end, floor_.x);
     vec4 ways = shell_ways(mu, cloud_view.shell[0].x, cloud_view.shell[0].y, end);
     float phase = cloud_phase(clamp_cos(dot(ray, frame.sun_direction.xyz)), cloud_view.droplets[0].y);
     PaperMarch m = PaperMarch(vec3(0.0), 1.0, Air(vec3(1.0), vec3(0.0)));
     for (int k = 0; k < 2; ++k) {
-        if (ways[2 * k + 1] - ways[2 * k] > 1e-3 && m.open > PAPER_OPAQUE) paper_way(m, ray, ways[2 * k], ways[2 * k + 1], phase);
+        if (ways[2 * k + 1] - ways[2 * k] > 1e-3 && m.open > PAPER_OPAQUE)
+            paper_way(m, ray, ways[2 * k], ways[2 * k + 1], phase);
     }
     // The picture behind brings the light of all its air: what lies before the last cloud is counted already.
     m.light = max(m.light - m.open * m.here.in_scatter, 0.0);

@@ -1,5 +1,6 @@
-// Which patches of the projected grid are seen: those of which not all corners, at PAPER_LOWEST and at PAPER_HIGHEST (heights, defined by who includes this), lie outside one
-// side of a slightly widened frustum. An invocation a patch; the list is kept by level.
+// Which patches of the projected grid are seen: those of which not all corners, at PAPER_LOWEST and at PAPER_HIGHEST
+// (heights, defined by who includes this), lie outside one side of a slightly widened frustum. An invocation a patch;
+// the list is kept by level.
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer PatchBuffer { uvec2 patches[]; };
 layout(std430, binding = 2) writeonly buffer VisibleBuffer { uint visible[]; };   // by level, finest first
@@ -15,7 +16,8 @@ void main() {
     uint word = patches[index].x;
     ivec2 place = paper_patch_place(word);
     vec3 right = frame.camera_right.xyz, up = frame.camera_up.xyz, forward = frame.camera_forward.xyz;
-    vec2 low = frame.projection.zw - frame.projection.xy * WIDENED, high = frame.projection.zw + frame.projection.xy * WIDENED;
+    vec2 low = frame.projection.zw - frame.projection.xy * WIDENED,
+        high = frame.projection.zw + frame.projection.xy * WIDENED;
     vec3 a = paper_foot(place), b = paper_foot(place + ivec2(PAPER_FINEST, 0));
     vec3 c = paper_foot(place + ivec2(0, PAPER_FINEST)), d = paper_foot(place + PAPER_FINEST);
     // The sphere bulges above the corners: as much higher are they taken to be.
@@ -28,7 +30,8 @@ void main() {
         vec3 foot = corner == 0 ? a : corner == 1 ? b : corner == 2 ? c : d;
         vec3 point = paper_position(foot, (k & 1) == 0 ? lowest : highest) - frame.camera_offset.xyz;
         float x = dot(point, right), y = dot(point, up), z = dot(point, forward);
-        outside &= (x < low.x * z ? 1u : 0u) | (x > high.x * z ? 2u : 0u) | (y < low.y * z ? 4u : 0u) | (y > high.y * z ? 8u : 0u)
+        outside &= (x < low.x * z ? 1u : 0u) | (x > high.x * z ? 2u : 0u) | (y < low.y * z ? 4u : 0u)
+            | (y > high.y * z ? 8u : 0u)
             | (z < 0.0 ? 16u : 0u);
     }
     if (outside != 0u) return;

@@ -1,5 +1,5 @@
-// The projected grid: a point of it is two integers, and a function of these alone. float64 side: engine/surface/projected_grid.py.
-// Whoever includes it declares the block `paper_grid` before, and frame and planet.
+// The projected grid: a point of it is two integers, and a function of these alone. float64 side:
+// engine/surface/projected_grid.py. Whoever includes it declares the block `paper_grid` before, and frame and planet.
 
 const int PAPER_LEVELS = 7, PAPER_FINEST = 64;
 
@@ -13,7 +13,8 @@ vec3 paper_foot(ivec2 p) {
     precise float size = sqrt(aside + z * z);
     // (z - size) / size without cancellation above the equator of the grid.
     precise float fall = z > 0.0 ? -aside / (size * (size + z)) : z / size - 1.0;
-    precise vec3 D = planet.radii.x * (g.x / size * paper_grid.u.xyz + g.y / size * paper_grid.v.xyz + fall * frame.anchor_up.xyz);
+    precise vec3 D = planet.radii.x * (g.x / size * paper_grid.u.xyz + g.y / size * paper_grid.v.xyz
+        + fall * frame.anchor_up.xyz);
     return D;
 }
 

@@ -1,5 +1,5 @@
-// The triangles of all visible patches: an invocation a quad of the finest first. Along an edge with fewer segments than the patch,
-// vertices are rounded down to those that both sides have; some triangles are flat there.
+// The triangles of all visible patches: an invocation a quad of the finest first. Along an edge with fewer segments
+// than the patch, vertices are rounded down to those that both sides have; some triangles are flat there.
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer PatchBuffer { uvec2 patches[]; };
 layout(std430, binding = 2) readonly buffer VisibleBuffer { uint visible[]; };
@@ -9,8 +9,10 @@ uniform int u_patches[PAPER_LEVELS];
 
 uint paper_vertex(uvec2 patch_word, int level, ivec2 ab) {
     int side = 1 << level;
-    int along_j = ab.x == 0 ? paper_edge_level(patch_word.x, 0) : ab.x == side ? paper_edge_level(patch_word.x, 1) : level;
-    int along_i = ab.y == 0 ? paper_edge_level(patch_word.x, 2) : ab.y == side ? paper_edge_level(patch_word.x, 3) : level;
+    int along_j = ab.x == 0 ? paper_edge_level(patch_word.x, 0) : ab.x == side ? paper_edge_level(patch_word.x, 1)
+        : level;
+    int along_i = ab.y == 0 ? paper_edge_level(patch_word.x, 2) : ab.y == side ? paper_edge_level(patch_word.x, 3)
+        : level;
     ab = ivec2((ab.x >> (level - along_i)) << (level - along_i), (ab.y >> (level - along_j)) << (level - along_j));
     return patch_word.y + uint(ab.y * (side + 1) + ab.x);
 }

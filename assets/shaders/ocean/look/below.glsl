@@ -14,7 +14,8 @@ float sun_through(Slopes slopes, vec3 v, vec3 l, float sun_radius, float index) 
     float h2 = max(h.z * h.z, 1e-3);
     float through = 1.0 - fresnel_outside(max(l_h, 1e-3), index);
     float squeezed = l_h - index * v_h;
-    float value = l_h * v_h * index * index * through * slopes_facets(slopes, -h.xy / h.z) / (h2 * h2 * max(-v.z, 0.05) * squeezed * squeezed);
+    float value = l_h * v_h * index * index * through * slopes_facets(slopes, -h.xy / h.z)
+        / (h2 * h2 * max(-v.z, 0.05) * squeezed * squeezed);
     return l_h > 0.0 && v_h > 0.0 && h.z > 0.02 && l.z > 0.0 ? value : 0.0;
 }
 
@@ -42,7 +43,8 @@ vec3 surface_from_below(SeaPixel p, vec3 sunlight, vec3 skylight) {
     vec3 up = sea_normal_of(p.slopes.mean, p.level), down = reflect(-p.view, -up);
     float fall = max(-dot(down, p.zenith), 0.03), path = p.depth_m / fall;
     vec3 at = p.D + (down + p.zenith * fall) * min(path, 200.0);
-    vec3 lit = sun.direct * sun.cosine * water_left(p.depth_m / sun.cosine) + sun.diffuse * water_left(p.depth_m / SKY_COSINE);
+    vec3 lit = sun.direct * sun.cosine * water_left(p.depth_m / sun.cosine)
+        + sun.diffuse * water_left(p.depth_m / SKY_COSINE);
     vec3 bed = sea_bed(at, p.depth_m, p.footprint_m + 0.02 * path) * lit / MURK_PI * water_left(path);
     light += mirror * (bed + water_murk(sun, 0.0, -fall, path, dot(down, sun.to_sun)));
     return light;

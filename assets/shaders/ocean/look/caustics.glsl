@@ -1,10 +1,12 @@
-// Light that waves gather on the bed, as a factor of mean one: bright lines where two drifting noises pass zero together.
-// Sharpest where the depth is that of the ripples' focus, a few wavelengths; blurred by the sun's disc and more ripples below.
+// Light that waves gather on the bed, as a factor of mean one: bright lines where two drifting noises pass zero
+// together. Sharpest where the depth is that of the ripples' focus, a few wavelengths; blurred by the sun's disc and
+// more ripples below.
 #include "common/camera.glsl"
 #include "ocean/look/noise.glsl"
 
 float water_caustics(vec3 D, float depth_m, float footprint_m) {
-    float seen = ocean.show.z * clamp(1.5 - footprint_m * 5.0, 0.0, 1.0) * smoothstep(0.02, 0.5, depth_m) * exp(-0.12 * depth_m);
+    float seen = ocean.show.z * clamp(1.5 - footprint_m * 5.0, 0.0, 1.0) * smoothstep(0.02, 0.5, depth_m)
+        * exp(-0.12 * depth_m);
     float bright = 1.0;
     int turns = seen > 0.004 ? 2 : 0;
     float near = 1.0;

@@ -16,9 +16,9 @@ vec3 deep_upwelling(float in_cosine, float out_cosine) {
     return ocean.scattering.rgb / (ocean.loss.rgb * ((in_cosine + out_cosine) * 3.14159265358979));
 }
 
-// What shines up through the surface of water of a depth, per irradiance that has come in through it from one direction: single
-// scattering on the way to the bed and back (`scattering`: light thrown back by the metre), and the bed itself.
-// in_cosine, out_cosine: of the refracted paths.
+// What shines up through the surface of water of a depth, per irradiance that has come in through it from one
+// direction: single scattering on the way to the bed and back (`scattering`: light thrown back by the metre), and the
+// bed itself. in_cosine, out_cosine: of the refracted paths.
 vec3 water_upwelling(float depth_m, float in_cosine, float out_cosine, vec3 bed) {
     vec3 through = water_left(depth_m * (1.0 / in_cosine + 1.0 / out_cosine));
     vec3 thrown = ocean.scattering.rgb / (ocean.loss.rgb * (in_cosine + out_cosine));

@@ -6,9 +6,10 @@
 // From half a metre on a pixel shows no pattern (systems/ocean/shading.py).
 const float FOAM_COARSE_M = 1.0, FOAM_FINE_M = 0.125;
 
-// Share of the water that breaking crests cover: where the surface is squeezed (1 - Jacobian) beyond a limit that leaves as much of
-// it as Monahan and O'Muircheartaigh (1980) saw under that wind. What a pixel does not show of the waves counts as a Gaussian
-// around what it does. rough: variance of the slopes that the pixel does not show, of both axes.
+// Share of the water that breaking crests cover: where the surface is squeezed (1 - Jacobian) beyond a limit that
+// leaves as much of it as Monahan and O'Muircheartaigh (1980) saw under that wind. What a pixel does not show of the
+// waves counts as a Gaussian around what it does. rough: variance of the slopes that the pixel does not show, of both
+// axes.
 float crest_foam(float fold, float rough) {
     float deviation = ocean.crest.y;
     float hidden = clamp((rough - ocean.crest.z) / max(ocean.crest.w, 1e-9), 0.0, 1.0);
@@ -16,11 +17,12 @@ float crest_foam(float fold, float rough) {
     float over = (1.0 - fold - ocean.crest.x) / max(soft, 1e-6);
     // Where a crest has passed, threads stay a little longer.
     float left = over + 0.8 * deviation / max(soft, 1e-6) * (1.0 - hidden);
-    return deviation > 0.0 ? max(slopes_below(clamp(over, -6.0, 6.0)), 0.3 * (1.0 - hidden) * slopes_below(clamp(left, -6.0, 6.0))) : 0.0;
+    return deviation > 0.0 ? max(slopes_below(clamp(over, -6.0, 6.0)),
+        0.3 * (1.0 - hidden) * slopes_below(clamp(left, -6.0, 6.0))) : 0.0;
 }
 
-// 0..1 in the pattern of foam that covers a share of the water, 1 where it lies: threads around bubbles and patches. The mean
-// over the water is about the share, and that is what is left where a pixel is too large for the pattern.
+// 0..1 in the pattern of foam that covers a share of the water, 1 where it lies: threads around bubbles and patches.
+// The mean over the water is about the share, and that is what is left where a pixel is too large for the pattern.
 float foam_pattern(vec3 D, float footprint_m, float share) {
     float coarse = clamp(1.5 - 3.0 * footprint_m / FOAM_COARSE_M, 0.0, 1.0);
     float fine = clamp(1.5 - 3.0 * footprint_m / FOAM_FINE_M, 0.0, 1.0);

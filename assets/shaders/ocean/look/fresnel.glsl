@@ -1,7 +1,8 @@
 // How much light a water surface throws back.
 #include "ocean/look/slopes.glsl"
 
-// Fresnel's equations for unpolarised light, from outside at this cosine; index: of refraction of the liquid over the air's.
+// Fresnel's equations for unpolarised light, from outside at this cosine; index: of refraction of the liquid over the
+// air's.
 float fresnel_outside(float cosine, float index) {
     float inside = sqrt(max(index * index - 1.0 + cosine * cosine, 0.0));   // index times the refracted cosine
     float s = (cosine - inside) / (cosine + inside);
@@ -18,9 +19,10 @@ float fresnel_inside(float cosine, float index) {
     return out2 <= 0.0 ? 1.0 : 0.5 * (s * s + p * p);
 }
 
-// Mean of Fresnel's term over the facets that a direction sees, by two facets one deviation to either side of their mean: exact for
-// what varies as a cubic of the slope, within 2 % of Monte-Carlo from smooth water to slopes of 0.2 at all angles. `slope`: their
-// mean slope along the direction weighted with what they throw back, the facet that mirrors on average.
+// Mean of Fresnel's term over the facets that a direction sees, by two facets one deviation to either side of their
+// mean: exact for what varies as a cubic of the slope, within 2 % of Monte-Carlo from smooth water to slopes of 0.2 at
+// all angles. `slope`: their mean slope along the direction weighted with what they throw back, the facet that mirrors
+// on average.
 float fresnel_mean(Slopes slopes, SlopesSeen seen, vec3 v, float index, out float slope) {
     vec2 aside = slopes_aside(v), side = vec2(-aside.y, aside.x);
     float across = dot(slopes.mean, side), across2 = across * across + slopes_variance_along(slopes, side);

@@ -2,12 +2,12 @@
 // correlated: Heitz 2014, equation 99; for slopes: Bruneton, Neyret and Holzschuh 2010).
 #include "ocean/look/fresnel.glsl"
 
-// Radiance per irradiance on a surface that faces the sun. v, l: towards the eye and the sun, level frame. The disc (angular radius
-// `sun_radius`) widens the slopes that mirror it: without that, smooth water would mirror a point.
+// Radiance per irradiance on a surface that faces the sun. v, l: towards the eye and the sun, level frame. The disc
+// (angular radius `sun_radius`) widens the slopes that mirror it: without that, smooth water would mirror a point.
 float glitter(Slopes slopes, SlopesSeen seen, vec3 v, vec3 l, float sun_radius, float index) {
     vec3 h = normalize(v + l);
-    // A disc of radius a has the variance a^2 / 4 along each axis; facets turn by half of that, and their slope by 1 / h_z^2 more
-    // along the plane of incidence, 1 / h_z across.
+    // A disc of radius a has the variance a^2 / 4 along each axis; facets turn by half of that, and their slope by 1 /
+    // h_z^2 more along the plane of incidence, 1 / h_z across.
     slopes.variance.xy += sun_radius * sun_radius / (16.0 * h.z * h.z);
     float v_h = dot(v, h);
     SlopesSeen lit = slopes_seen(slopes, l);

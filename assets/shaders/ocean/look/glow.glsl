@@ -16,7 +16,8 @@ vec4 liquid_glow(SeaPixel p) {
         squares += weight * weight;
     } while (++i < turns);
     if (turns > 0) {
-        // Cracks where noise passes zero, as wide as the share wants them: the magnitude's mean is 0.57, its deviation 0.42.
+        // Cracks where noise passes zero, as wide as the share wants them: the magnitude's mean is 0.57, its deviation
+        // 0.42.
         float c = clamp(crust, 1e-3, 0.999), deviation = 0.42 * sqrt(squares);
         float limit = -0.57 * total + deviation * 0.59 * log(c / (1.0 - c));
         covered = smoothstep(limit + 0.3 * deviation, limit - 0.3 * deviation, value);

@@ -9,8 +9,8 @@ layout(binding = 6) uniform sampler2D u_sky_map;   // ocean/sky.comp
 #ifdef OCEAN_REFLECTIONS
 layout(binding = 5) uniform sampler2D u_scene;   // what was shaded before: pixels of the ground are complete
 
-// Radiance along a ray from a point, where it meets ground that the picture shows (xyz), and how sure that is (w). A ray is
-// straight on screen, and so is depth = near / z along it. share: how much of what it finds counts.
+// Radiance along a ray from a point, where it meets ground that the picture shows (xyz), and how sure that is (w). A
+// ray is straight on screen, and so is depth = near / z along it. share: how much of what it finds counts.
 vec4 mirrored_ground(vec3 from, vec3 direction, float share) {
     vec4 start = clip_position(from), far = clip_position(direction);
     vec2 first = start.xy / start.w, towards = far.xy / max(far.w, 1e-6) - first;
@@ -45,7 +45,8 @@ vec4 mirrored_ground(vec3 from, vec3 direction, float share) {
     ivec2 texel = clamp(ivec2((0.5 + 0.5 * at) * size), ivec2(0), ivec2(size) - 1);
     bool ground = texel_at(u_surface, texel).r == SURFACE_TERRAIN;
     // Turning the camera moves what is mirrored hardly across the border at the sides, tilting it does at the top.
-    float sure = found * (ground ? share : 0.0) * smoothstep(0.0, 0.03, 1.0 - abs(at.x)) * smoothstep(0.0, 0.15, 1.0 - abs(at.y));
+    float sure = found * (ground ? share : 0.0) * smoothstep(0.0, 0.03, 1.0 - abs(at.x))
+        * smoothstep(0.0, 0.15, 1.0 - abs(at.y));
     return vec4(sure > 0.0 ? texelFetch(u_scene, texel, 0).rgb * frame.scale.y : vec3(0.0), sure);
 }
 #else
@@ -55,8 +56,8 @@ vec4 mirrored_ground(vec3 from, vec3 direction, float share) {
 #endif
 
 // Radiance of what comes from a direction to a point of the sea. open_sky: of air between the sea and a camera up high.
-// spread: of the slopes that mirror. One ray stands for all: over rough water, where they spread over more than the ground is high, it would
-// find ground and sky by turns, and the sky alone is nearer to their mean.
+// spread: of the slopes that mirror. One ray stands for all: over rough water, where they spread over more than the
+// ground is high, it would find ground and sky by turns, and the sky alone is nearer to their mean.
 vec3 mirrored(SeaPixel p, vec3 direction, float spread, vec3 open_sky) {
     // Facets that would mirror the sea itself show the sky low above it, by way of a second facet.
     float rise = dot(direction, p.zenith);

@@ -1,4 +1,5 @@
-// Water along a ray below the surface: what it takes away and what it scatters into the ray, sun and skylight fading with depth.
+// Water along a ray below the surface: what it takes away and what it scatters into the ray, sun and skylight fading
+// with depth.
 #include "ocean/look/column.glsl"
 
 const float MURK_PI = 3.14159265358979;
@@ -22,8 +23,8 @@ WaterSun water_sun(vec3 zenith, vec3 sunlight, vec3 skylight, float mirrored) {
     return s;
 }
 
-// Sunlight scattered forward makes a glow around the sun: Henyey and Greenstein's phase function with g = 0.85 beside what is thrown
-// back evenly (1 / pi, as water_upwelling counts it).
+// Sunlight scattered forward makes a glow around the sun: Henyey and Greenstein's phase function with g = 0.85 beside
+// what is thrown back evenly (1 / pi, as water_upwelling counts it).
 float water_phase(float nu) {
     float d = 1.7225 - 1.7 * nu;
     return 1.0 / MURK_PI + 0.6 * 0.2775 / (4.0 * MURK_PI) * inversesqrt(d * d * d);
@@ -40,5 +41,6 @@ vec3 water_murk(WaterSun s, float depth_m, float rise, float path_m, float nu) {
     vec3 loss = ocean.loss.rgb;
     vec3 sun = exp(-loss * (depth_m / s.cosine)) * murk_mean(loss * (path_m * (1.0 - rise / s.cosine)));
     vec3 sky = exp(-loss * (depth_m / SKY_COSINE)) * murk_mean(loss * (path_m * (1.0 - rise / SKY_COSINE)));
-    return ocean.scattering.rgb * path_m * (s.direct * sun * water_phase(nu) + s.diffuse * sky / (SKY_COSINE * MURK_PI));
+    return ocean.scattering.rgb * path_m * (s.direct * sun * water_phase(nu)
+        + s.diffuse * sky / (SKY_COSINE * MURK_PI));
 }

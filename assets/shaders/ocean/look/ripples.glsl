@@ -1,5 +1,6 @@
-// Waves shorter than the shortest of the sea's own, from there down to 6 cm, as far as a pixel shows them: octaves of noise that drift with
-// the wind. Their slopes are taken out of the variance of what is too small to see, so the sea stays as rough as it is.
+// Waves shorter than the shortest of the sea's own, from there down to 6 cm, as far as a pixel shows them: octaves of
+// noise that drift with the wind. Their slopes are taken out of the variance of what is too small to see, so the sea
+// stays as rough as it is.
 #include "ocean/look/pixel.glsl"
 
 const float RIPPLE_SLOPE = 0.498;   // rms of gradient noise's derivative along one axis, by the cell
@@ -20,7 +21,8 @@ void sea_ripples(inout SeaPixel p) {
         vec3 fraction;
         float frequency;
         bool other = (k & 1) != 0;
-        nested_place(other ? ocean.drift_cell.xyz : ocean.drift_cell_2.xyz, other ? ocean.drift_fraction.xyz : ocean.drift_fraction_2.xyz,
+        nested_place(other ? ocean.drift_cell.xyz : ocean.drift_cell_2.xyz,
+            other ? ocean.drift_fraction.xyz : ocean.drift_fraction_2.xyz,
             p.D, k, cell, fraction, frequency);
         slope += seen * (gradient_noise(cell, fraction).xyz * p.level).xy;
         gone += seen * seen;

@@ -1,5 +1,5 @@
-// The sky over the camera as a square map, for the many directions that a sea mirrors: an octahedron's upper half, turned by 45 degrees
-// so that the horizon is the map's border, where texels crowd: the sky changes most there.
+// The sky over the camera as a square map, for the many directions that a sea mirrors: an octahedron's upper half,
+// turned by 45 degrees so that the horizon is the map's border, where texels crowd: the sky changes most there.
 #include "generated/frame.glsl"
 
 const int SKY_MAP_SIDE = 64;   // systems/ocean/shading.py

@@ -1,7 +1,7 @@
-// A rough surface as a Gaussian of slopes about a mean slope (Cox and Munk 1954), and what of it a direction sees: masked by
-// Smith's method, exactly for such a surface (Bourlier et al. 2000; Bruneton, Neyret and Holzschuh 2010 for seas).
-// Directions are in a level frame (x, y aside, z up); a facet with slope s has the normal (-s, 1) / |..|. Seen from a direction
-// v its projected area per level area is v_z - dot(s, v_xy).
+// A rough surface as a Gaussian of slopes about a mean slope (Cox and Munk 1954), and what of it a direction sees:
+// masked by Smith's method, exactly for such a surface (Bourlier et al. 2000; Bruneton, Neyret and Holzschuh 2010 for
+// seas). Directions are in a level frame (x, y aside, z up); a facet with slope s has the normal (-s, 1) / |..|. Seen
+// from a direction v its projected area per level area is v_z - dot(s, v_xy).
 //
 // Tests against Monte-Carlo: tests/systems/test_water_light.py.
 
@@ -11,7 +11,8 @@ struct Slopes {
 };
 
 float slopes_variance_along(Slopes s, vec2 unit) {
-    return max(s.variance.x * unit.x * unit.x + s.variance.y * unit.y * unit.y + 2.0 * s.variance.z * unit.x * unit.y, 1e-9);
+    return max(s.variance.x * unit.x * unit.x + s.variance.y * unit.y * unit.y + 2.0 * s.variance.z * unit.x * unit.y,
+        1e-9);
 }
 
 // The cumulated normal distribution, to 1.5e-4 (Bowling et al. 2009), and its density.

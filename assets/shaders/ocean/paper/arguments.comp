@@ -1,8 +1,9 @@
-// From the counts of visible patches by level to the draw of their triangles, and to the dispatches that write these and that
-// displace the vertices.
+// From the counts of visible patches by level to the draw of their triangles, and to the dispatches that write these
+// and that displace the vertices.
 layout(local_size_x = 1) in;
 layout(std430, binding = 3) readonly buffer CountBuffer { uint counts[]; };
-layout(std430, binding = 4) writeonly buffer ArgumentsBuffer { uint arguments[]; };   // a draw of 5, two dispatches of 3
+// a draw of 5, two dispatches of 3
+layout(std430, binding = 4) writeonly buffer ArgumentsBuffer { uint arguments[]; };
 
 void main() {
     uint quads = 0u, vertices = 0u;

@@ -1,7 +1,7 @@
-// Vertices of the visible patches in waves, as printed in 2018, equations 8 and 10: d_i is as long as the sine of the angle from
-// its origin, Q_i alone fades at origin and antipode, all waves are in each vertex, and the normal is that of equation 10. Where
-// a wave is, is known from our anchor: the printed arccos and arcsin agree then. A lane takes SEA_VERTICES vertices, so that a
-// wave is fetched once for all.
+// Vertices of the visible patches in waves, as printed in 2018, equations 8 and 10: d_i is as long as the sine of the
+// angle from its origin, Q_i alone fades at origin and antipode, all waves are in each vertex, and the normal is that
+// of equation 10. Where a wave is, is known from our anchor: the printed arccos and arcsin agree then. A lane takes
+// SEA_VERTICES vertices, so that a wave is fetched once for all.
 #include "ocean/paper/grid.glsl"
 #include "common/octahedral.glsl"
 #include "ocean/paper/vertex.glsl"
@@ -56,11 +56,13 @@ void main() {
     }
     int far_count = int(wave_counts.x), count = int(wave_counts.y);
     for (int i = 0; i < far_count; ++i) add_wave(wave_data[3 * i], wave_data[3 * i + 1], vec4(0.0), false);
-    for (int i = far_count; i < count; ++i) add_wave(wave_data[3 * i], wave_data[3 * i + 1], wave_data[3 * i + 2], true);
+    for (int i = far_count; i < count; ++i) add_wave(wave_data[3 * i], wave_data[3 * i + 1], wave_data[3 * i + 2],
+        true);
     for (int k = 0; k < SEA_VERTICES; ++k) {
         if (vertex[k] < 0) continue;
         CalmVertex at = calm[vertex[k]];
-        vec3 position = paper_position(vec3(at.x, at.y, at.z), planet.sea.x - frame.anchor_up.w) + sea_vector(g_places[k], g_moved[k]);
+        vec3 position = paper_position(vec3(at.x, at.y, at.z), planet.sea.x - frame.anchor_up.w)
+            + sea_vector(g_places[k], g_moved[k]);
         uint normal = packSnorm2x16(oct_encode(normalize(sea_vector(g_places[k], g_normal[k]))));
         wavy[vertex[k]] = WavyVertex(position.x, position.y, position.z, normal, at.shallow);
     }

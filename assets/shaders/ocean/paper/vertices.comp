@@ -1,5 +1,5 @@
-// Feet of all vertices of the projected grid and the depth below them, on a snap of the proxy: an invocation a vertex. Patches are
-// sorted by level, the finest first, so that a vertex finds its patch by a division.
+// Feet of all vertices of the projected grid and the depth below them, on a snap of the proxy: an invocation a vertex.
+// Patches are sorted by level, the finest first, so that a vertex finds its patch by a division.
 #include "ocean/paper/grid.glsl"
 #include "ocean/paper/vertex.glsl"
 #include "contract/surface_height.glsl"
@@ -25,9 +25,11 @@ void main() {
         first_vertex = end;
     }
     int side = (1 << level) + 1;
-    ivec2 p = paper_patch_place(patches[patch_index].x) + (ivec2(local % side, local / side) << (PAPER_LEVELS - 1 - level));
+    ivec2 p = paper_patch_place(patches[patch_index].x)
+        + (ivec2(local % side, local / side) << (PAPER_LEVELS - 1 - level));
     vec3 D = paper_foot(p);
-    float spacing = max(paper_grid.spacing.y, paper_grid.spacing.x * sqrt(dot(D, D) + paper_grid.spacing.z * paper_grid.spacing.z));
+    float spacing = max(paper_grid.spacing.y, paper_grid.spacing.x
+        * sqrt(dot(D, D) + paper_grid.spacing.z * paper_grid.spacing.z));
     float depth = max(planet.sea.x - surface_height(D, spacing), 0.0);
     vertices[index] = CalmVertex(D.x, D.y, D.z, depth / (depth + 16.0));
 }

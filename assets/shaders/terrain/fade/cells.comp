@@ -1,4 +1,5 @@
-// What each cell of the overlay skips: not more than the old and the new selection do there, so that it has the vertices of both.
+// What each cell of the overlay skips: not more than the old and the new selection do there, so that it has the
+// vertices of both.
 #include "terrain/fade/locate.glsl"
 
 layout(local_size_x = 64) in;

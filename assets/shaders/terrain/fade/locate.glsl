@@ -1,5 +1,5 @@
-// Where a point of the overlay lies among the triangles of one of the two selections: three vertices of a cell and their shares.
-// A point on a cell's border gets the same two vertices and shares from either side.
+// Where a point of the overlay lies among the triangles of one of the two selections: three vertices of a cell and
+// their shares. A point on a cell's border gets the same two vertices and shares from either side.
 #include "common/cells.glsl"
 
 // What the overlay knows of each of its cells.
@@ -34,7 +34,8 @@ void fade_locate(int finer, uint mask, uint variant, ivec2 p, out ivec3 index, o
         float along = on_i ? x.y : x.x;
         int low = int(along) / step_size * step_size, high = min(low + step_size, CELL_QUADS);
         float part = (along - float(low)) / float(step_size);
-        ivec2 a = on_i ? ivec2(int(x.x), low) : ivec2(low, int(x.y)), b = on_i ? ivec2(int(x.x), high) : ivec2(high, int(x.y));
+        ivec2 a = on_i ? ivec2(int(x.x), low) : ivec2(low, int(x.y)),
+            b = on_i ? ivec2(int(x.x), high) : ivec2(high, int(x.y));
         index = ivec3(fade_index(a), fade_index(b), fade_index(a));
         share = vec3(1.0 - part, part, 0.0);
         return;
@@ -60,7 +61,8 @@ void fade_locate(int finer, uint mask, uint variant, ivec2 p, out ivec3 index, o
         ivec2 c = fade_masked(mask, (here + ivec2(0, 1)) * size), d = fade_masked(mask, (here + 1) * size);
         bool falls = (variant & 1u) != 0u && here != count - 1;
         for (int half_quad = 0; half_quad < 2; ++half_quad) {
-            ivec2 u = half_quad == 0 ? a : falls ? b : a, v = half_quad == 0 ? b : d, w = half_quad == 0 ? (falls ? c : d) : c;
+            ivec2 u = half_quad == 0 ? a : falls ? b : a, v = half_quad == 0 ? b : d,
+                w = half_quad == 0 ? (falls ? c : d) : c;
             vec2 e = vec2(v - u), f = vec2(w - u), g = x - vec2(u);
             float area = e.x * f.y - e.y * f.x;
             vec3 s = vec3(0.0, g.x * f.y - g.y * f.x, e.x * g.y - e.y * g.x) / (area == 0.0 ? 1.0 : area);

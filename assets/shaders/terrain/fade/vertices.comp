@@ -1,5 +1,5 @@
-// The vertices of the overlay: where they lie on the new surface, and for cells that change, where on the old one. Vertices that both
-// selections have don't move: they start where they end. A workgroup a cell.
+// The vertices of the overlay: where they lie on the new surface, and for cells that change, where on the old one.
+// Vertices that both selections have don't move: they start where they end. A workgroup a cell.
 #include "terrain/fade/locate.glsl"
 #include "common/octahedral.glsl"
 #include "common/spread.glsl"
@@ -28,8 +28,10 @@ vec3 place_of(CellVertex v) {
 CellVertex fade_mix(CellVertex a, CellVertex b, CellVertex c, vec3 share) {
     precise vec3 position = FADE_MIX(place_of(a), place_of(b), place_of(c), share);
     precise float dh = FADE_MIX(a.dh, b.dh, c.dh, share);
-    vec3 normal = FADE_MIX(oct_decode(unpackSnorm2x16(a.normal)), oct_decode(unpackSnorm2x16(b.normal)), oct_decode(unpackSnorm2x16(c.normal)), share);
-    vec4 attributes = FADE_MIX(unpackUnorm4x8(a.attributes), unpackUnorm4x8(b.attributes), unpackUnorm4x8(c.attributes), share);
+    vec3 normal = FADE_MIX(oct_decode(unpackSnorm2x16(a.normal)), oct_decode(unpackSnorm2x16(b.normal)),
+        oct_decode(unpackSnorm2x16(c.normal)), share);
+    vec4 attributes = FADE_MIX(unpackUnorm4x8(a.attributes), unpackUnorm4x8(b.attributes), unpackUnorm4x8(c.attributes),
+        share);
     CellVertex made;
     made.x = position.x;
     made.y = position.y;
@@ -46,7 +48,8 @@ void main() {
     FadeCell known = fade[cell_index];
     uint code = uint(cell.level) | cell.variant << 8;
     bool as_new = code == known.new_code && cell.edge_mask == known.new_mask;
-    bool changed = known.old_row >= 0 && !(as_new && known.old_code == known.new_code && known.old_mask == known.new_mask);
+    bool changed = known.old_row >= 0 && !(as_new && known.old_code == known.new_code
+        && known.old_mask == known.new_mask);
     int finer_new = cell.level - int(known.new_code & 255u), finer_old = cell.level - int(known.old_code & 255u);
     ivec2 from_new = (ivec2(cell.i, cell.j) & ((1 << finer_new) - 1)) * CELL_QUADS;
     ivec2 from_old = (ivec2(cell.i, cell.j) & ((1 << finer_old) - 1)) * CELL_QUADS;
@@ -65,7 +68,8 @@ void main() {
             own_new = share.x == 1.0;
             end = new_vertices[first_new + uint(index.x)];
             if (!own_new) {
-                end = fade_mix(end, new_vertices[first_new + uint(index.y)], new_vertices[first_new + uint(index.z)], share);
+                end = fade_mix(end, new_vertices[first_new + uint(index.y)], new_vertices[first_new + uint(index.z)],
+                    share);
             }
         }
         if (changed) {
@@ -73,7 +77,8 @@ void main() {
             bool own_old = share.x == 1.0;
             CellVertex start = old_vertices[first_old + uint(index.x)];
             if (!own_old) {
-                start = fade_mix(start, old_vertices[first_old + uint(index.y)], old_vertices[first_old + uint(index.z)], share);
+                start = fade_mix(start, old_vertices[first_old + uint(index.y)],
+                    old_vertices[first_old + uint(index.z)], share);
             }
             uvec4 on_edge = uvec4(equal(ab.xxyy, ivec4(0, CELL_QUADS, 0, CELL_QUADS)));
             bool held = (known.held & (on_edge.x | on_edge.y << 1 | on_edge.z << 2 | on_edge.w << 3)) != 0u;

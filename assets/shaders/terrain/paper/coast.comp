@@ -1,5 +1,5 @@
-// The line between land and water of the projected grid's paper mode, pixel by pixel, as terrain/coast_ask.comp has it for the others:
-// not the paper's, but without it a comparison would be one of coasts.
+// The line between land and water of the projected grid's paper mode, pixel by pixel, as terrain/coast_ask.comp has it
+// for the others: not the paper's, but without it a comparison would be one of coasts.
 #include "common/camera.glsl"
 #include "common/octahedral.glsl"
 #include "common/sea_depth.glsl"
@@ -45,7 +45,8 @@ void main() {
         vec3 helper = abs(zenith.x) < 0.6 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0);
         vec3 along = normalize(cross(zenith, helper)), across = cross(zenith, along);
         vec3 fall = zenith * (spacing * spacing / (2.0 * planet.radii.x));
-        vec3 gradient = along * (paper_dh(D + spacing * along - fall) - dh) + across * (paper_dh(D + spacing * across - fall) - dh);
+        vec3 gradient = along * (paper_dh(D + spacing * along - fall) - dh)
+            + across * (paper_dh(D + spacing * across - fall) - dh);
         float coded = (height - planet.radii.z) / max(planet.radii.y - planet.radii.z, 1.0);
         imageStore(u_normal_out, pixel, vec4(oct_encode(normalize(zenith - gradient / spacing)), 0.0, 0.0));
         imageStore(u_attributes_out, pixel, vec4(0.0, 0.0, clamp(coded, 1.0 / 255.0, 1.0), code));

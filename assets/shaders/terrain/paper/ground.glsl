@@ -1,7 +1,9 @@
-// The ground of the projected grid's paper mode around an anchor: a continents texture in longitude and latitude, and layers of
-// simplex noise. float64 twin: systems/terrain/paper_ground.py. D is the foot on the reference sphere minus the anchor's foot.
+// The ground of the projected grid's paper mode around an anchor: a continents texture in longitude and latitude, and
+// layers of simplex noise. float64 twin: systems/terrain/paper_ground.py. D is the foot on the reference sphere minus
+// the anchor's foot.
 //
-// Longitude and latitude are differences from the anchor's, built without cancellation: near the anchor they are as good as D.
+// Longitude and latitude are differences from the anchor's, built without cancellation: near the anchor they are as
+// good as D.
 #include "common/simplex.glsl"
 
 const int PAPER_LAYERS = 10, PAPER_TEXELS = 1024;
@@ -9,7 +11,8 @@ const float PAPER_CALM = 0.05;
 
 layout(std140, binding = 4) uniform PaperTable {
     vec4 up_radius;    // the anchor's direction; radius, m
-    vec4 meridian;     // cosine and sine of the longitude counted from; what the anchor lies beside it; its distance from the axis
+    // cosine and sine of the longitude counted from; what the anchor lies beside it; its distance from the axis
+    vec4 meridian;
     vec4 place;        // fraction of the anchor's column and row; height of the anchor, m; 1 / height of full roughness
     ivec4 counts;      // its column and row; layers
     ivec4 cell[PAPER_LAYERS];
@@ -19,7 +22,8 @@ layout(std140, binding = 4) uniform PaperTable {
 
 layout(binding = 6) uniform sampler2D u_continents;
 
-// atan(y, x), right to 2e-7 radians: the built-in one is a hundred times worse on some drivers. Fit to atan(t) / t on [0, 1].
+// atan(y, x), right to 2e-7 radians: the built-in one is a hundred times worse on some drivers. Fit to atan(t) / t on
+// [0, 1].
 float paper_atan(float y, float x) {
     float a = abs(x), b = abs(y), t = min(a, b) / max(max(a, b), 1e-30), t2 = t * t;
     float r = t * (0.999999986 + t2 * (-0.33333094 + t2 * (0.199930541 + t2 * (-0.142071332 + t2 * (0.106546749
@@ -43,7 +47,8 @@ float paper_continents(vec3 D) {
     float columns = paper_atan(beside, along) * (float(PAPER_TEXELS) / 6.2831853);
     float rho0 = paper_table.meridian.w, rho = length(up.xy + d.xy);
     float wider = dot(d.xy, 2.0 * up.xy + d.xy) / max(rho + rho0, 1e-20);
-    float rows = paper_atan(d.z * rho0 - wider * up.z, (up.z + d.z) * up.z + rho * rho0) * (float(PAPER_TEXELS) / 3.1415927);
+    float rows = paper_atan(d.z * rho0 - wider * up.z, (up.z + d.z) * up.z + rho * rho0)
+        * (float(PAPER_TEXELS) / 3.1415927);
 
     vec2 place = paper_table.place.xy + vec2(columns, rows), whole = floor(place);
     vec4 across = paper_spline(place.x - whole.x), upwards = paper_spline(place.y - whole.y);
@@ -74,7 +79,8 @@ float paper_dh(vec3 D) {
         vec3 whole = floor(d);
         vec3 f = (d - whole) + fraction.xyz;
         vec3 carry = floor(f);
-        noise += paper_table.amplitude[k].x * simplex_noise(paper_table.cell[k].xyz + ivec3(whole) + ivec3(carry), f - carry);
+        noise += paper_table.amplitude[k].x * simplex_noise(paper_table.cell[k].xyz + ivec3(whole) + ivec3(carry),
+            f - carry);
     }
     // Plains and shelves are calmer than mountains and abysses.
     return land + noise * clamp(abs(land + paper_table.place.z) * paper_table.place.w, PAPER_CALM, 1.0);

@@ -1,6 +1,6 @@
-// The vertices of all patches of the icosphere as printed, once per camera: a workgroup a patch. Each patch vertex has its place
-// in the flat triangle and a morph vector, which it follows by its distance from the camera; then it is pushed out to the sphere
-// and up to the height there.
+// The vertices of all patches of the icosphere as printed, once per camera: a workgroup a patch. Each patch vertex has
+// its place in the flat triangle and a morph vector, which it follows by its distance from the camera; then it is
+// pushed out to the sphere and up to the height there.
 #include "generated/frame.glsl"
 #include "generated/planet.glsl"
 #include "common/cells.glsl"

@@ -1,5 +1,5 @@
-// Light of the projected grid's paper mode: the illumination model of Phong with a normal map projected along three axes. Colours
-// follow height, latitude and slope; the paper doesn't print any.
+// Light of the projected grid's paper mode: the illumination model of Phong with a normal map projected along three
+// axes. Colours follow height, latitude and slope; the paper doesn't print any.
 #include "common/camera.glsl"
 #include "common/octahedral.glsl"
 #include "common/surface_tiles.glsl"
@@ -29,14 +29,16 @@ vec3 ground_color(vec3 zenith, float height, float slope) {
     float dry = 1.0 - plants * (1.0 - 0.85 * smoothstep(0.16, 0.03, abs(sine2 - 0.17)));
     color = mix(color, terrain_material_block.dry.rgb, dry);
     color = mix(color, terrain_material_block.rock.rgb, smoothstep(0.7, 1.3, slope / terrain_material_block.rock.w));
-    color = mix(terrain_material_block.sand.rgb, color, smoothstep(0.5, 2.0, above_sea * terrain_material_block.gravel.w));
+    color = mix(terrain_material_block.sand.rgb, color,
+        smoothstep(0.5, 2.0, above_sea * terrain_material_block.gravel.w));
     float snow = smoothstep(-150.0, 150.0, height - line) * smoothstep(1.4, 0.7, slope / terrain_material_block.snow.w);
     return mix(color, terrain_material_block.snow.rgb, snow);
 }
 
 void main() {
     ivec2 pixel = tile_pixel();
-    if (any(greaterThanEqual(pixel, textureSize(u_surface, 0))) || texelFetch(u_surface, pixel, 0).r != SURFACE_TERRAIN) return;
+    if (any(greaterThanEqual(pixel, textureSize(u_surface, 0))) || texelFetch(u_surface, pixel, 0).r != SURFACE_TERRAIN)
+        return;
     v_ndc = ndc_of_pixel(vec2(pixel) + 0.5);
     vec3 point = position_from_depth(v_ndc, texelFetch(u_depth, pixel, 0).r);
     float height;

@@ -1,5 +1,6 @@
-// The vertices of all patches of the projected grid, on a snap of the proxy: an invocation a vertex. Patches are sorted by level,
-// the finest first, so that a vertex finds its patch by a division. Normals come from two neighbouring heights.
+// The vertices of all patches of the projected grid, on a snap of the proxy: an invocation a vertex. Patches are sorted
+// by level, the finest first, so that a vertex finds its patch by a division. Normals come from two neighbouring
+// heights.
 #include "terrain/paper/vertex.glsl"
 #include "common/octahedral.glsl"
 #include "common/spacing_code.glsl"
@@ -33,7 +34,8 @@ void main() {
         first_vertex = end;
     }
     int side = (1 << level) + 1;
-    ivec2 p = paper_patch_place(patches[patch_index].x) + (ivec2(local % side, local / side) << (PAPER_LEVELS - 1 - level));
+    ivec2 p = paper_patch_place(patches[patch_index].x)
+        + (ivec2(local % side, local / side) << (PAPER_LEVELS - 1 - level));
     vec3 D = paper_foot(p), up = frame.anchor_up.xyz;
     float radius = planet.radii.x, spacing = paper_spacing(D);
     vec3 zenith = normalize(up + D / radius);

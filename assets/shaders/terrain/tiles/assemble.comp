@@ -1,5 +1,6 @@
-// Drawable vertices of tiles, relative to the anchor, from the heights in their slots: a workgroup a tile. What lies on an edge
-// is a function of lattice points, heights and the edge's skip and morph alone, which both tiles beside it have alike.
+// Drawable vertices of tiles, relative to the anchor, from the heights in their slots: a workgroup a tile. What lies on
+// an edge is a function of lattice points, heights and the edge's skip and morph alone, which both tiles beside it have
+// alike.
 #include "generated/frame.glsl"
 #include "generated/planet.glsl"
 #include "common/cells.glsl"
@@ -32,7 +33,8 @@ void main() {
     }
     memoryBarrierBuffer();
     barrier();
-    // Towards the parent: vertices that it lacks move to the middle of what it has. These are read by others only unmoved.
+    // Towards the parent: vertices that it lacks move to the middle of what it has. These are read by others only
+    // unmoved.
     float most = max(row.morph, max(max(row.edge_morph.x, row.edge_morph.y), max(row.edge_morph.z, row.edge_morph.w)));
     for (int k = most > 0.0 ? int(lane) : TILE_VERTICES; k < TILE_VERTICES; k += 64) {
         int edge = tile_edge(k), a, b;
@@ -40,7 +42,8 @@ void main() {
         float morph = edge < 0 ? row.morph : row.edge_morph[edge];
         tile_even(k, edge, skip, a, b);
         if (a != b && morph > 0.0) {
-            CellVertex own = vertices[first + uint(k)], low = vertices[first + uint(a)], high = vertices[first + uint(b)];
+            CellVertex own = vertices[first + uint(k)], low = vertices[first + uint(a)],
+                high = vertices[first + uint(b)];
             precise vec4 middle = 0.5 * (vec4(low.x, low.y, low.z, low.dh) + vec4(high.x, high.y, high.z, high.dh));
             precise vec4 moved = vec4(own.x, own.y, own.z, own.dh) * (1.0 - morph) + middle * morph;
             vertices[first + uint(k)].x = moved.x;

@@ -1,5 +1,6 @@
-// Heights, normals and attributes of tiles, into their slots: an invocation a vertex, tiles along x. Everything is a function of
-// the vertex's integers, so tiles that share a vertex get the same height whenever and at whatever level they are made.
+// Heights, normals and attributes of tiles, into their slots: an invocation a vertex, tiles along x. Everything is a
+// function of the vertex's integers, so tiles that share a vertex get the same height whenever and at whatever level
+// they are made.
 #define TILE_MAKE
 #include "generated/planet.glsl"
 #include "common/octahedral.glsl"

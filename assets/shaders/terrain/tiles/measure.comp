@@ -1,5 +1,5 @@
-// Lowest and highest vertex of each tile that was just made, and its geometric error: how far the ground lies from the middles of
-// some of its triangles' edges, up or down. A workgroup a tile.
+// Lowest and highest vertex of each tile that was just made, and its geometric error: how far the ground lies from the
+// middles of some of its triangles' edges, up or down. A workgroup a tile.
 #define TILE_MAKE
 #include "generated/planet.glsl"
 #include "terrain/canonical_height.glsl"

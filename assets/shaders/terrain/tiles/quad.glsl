@@ -1,5 +1,6 @@
-// Tiles of the cube's quadtree: (segments + 1)^2 vertices, k = b * TILE_SIDE + a. Triangles share rising diagonals, from (a, b)
-// to (a + 1, b + 1), at all levels, so that a parent's edges run along its children's. Edges 0: i - 1, 1: i + 1, 2: j - 1, 3: j + 1.
+// Tiles of the cube's quadtree: (segments + 1)^2 vertices, k = b * TILE_SIDE + a. Triangles share rising diagonals,
+// from (a, b) to (a + 1, b + 1), at all levels, so that a parent's edges run along its children's. Edges 0: i - 1, 1: i
+// + 1, 2: j - 1, 3: j + 1.
 #include "common/lattice.glsl"
 
 const int TILE_SEGMENTS = 1 << TILE_LOG2, TILE_SIDE = TILE_SEGMENTS + 1, TILE_VERTICES = TILE_SIDE * TILE_SIDE;
@@ -28,7 +29,8 @@ void tile_sample(int n, out int a, out int b) {
 
 vec3 tile_foot_offset(ivec4 name, int k) {
     int shift = 30 - name.y;
-    return lattice_foot_offset(name.x, (name.zw << shift) + (ivec2(k % TILE_SIDE, k / TILE_SIDE) << (shift - TILE_LOG2)));
+    return lattice_foot_offset(name.x, (name.zw << shift)
+        + (ivec2(k % TILE_SIDE, k / TILE_SIDE) << (shift - TILE_LOG2)));
 }
 
 int tile_edge(int k) {

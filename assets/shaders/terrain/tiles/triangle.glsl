@@ -1,6 +1,7 @@
-// Tiles of the icosphere: (segments + 1)(segments + 2) / 2 vertices; engine/surface/triangle_patch.py. Vertex (p, q) is p steps
-// from corner 0 towards corner 1 and q towards corner 2; rows of constant q follow one another. Edge e runs from corner e to
-// e + 1, and t is rounded down along it: all the way round, so that of two edges at a corner one rounds towards it.
+// Tiles of the icosphere: (segments + 1)(segments + 2) / 2 vertices; engine/surface/triangle_patch.py. Vertex (p, q) is
+// p steps from corner 0 towards corner 1 and q towards corner 2; rows of constant q follow one another. Edge e runs
+// from corner e to e + 1, and t is rounded down along it: all the way round, so that of two edges at a corner one
+// rounds towards it.
 #include "common/icosphere.glsl"
 
 const int TILE_SEGMENTS = 1 << TILE_LOG2, TILE_VERTICES = (TILE_SEGMENTS + 1) * (TILE_SEGMENTS + 2) / 2;
@@ -30,7 +31,8 @@ int pf_triangle_along(ivec2 pq, int edge) {
 }
 
 int pf_triangle_on_edge(int edge, int t) {
-    return pf_triangle_index(edge == 0 ? ivec2(t, 0) : ivec2(edge == 1 ? TILE_SEGMENTS - t : 0, edge == 1 ? t : TILE_SEGMENTS - t));
+    return pf_triangle_index(edge == 0 ? ivec2(t, 0)
+        : ivec2(edge == 1 ? TILE_SEGMENTS - t : 0, edge == 1 ? t : TILE_SEGMENTS - t));
 }
 
 #ifdef TILE_MAKE

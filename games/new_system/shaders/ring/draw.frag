@@ -1,5 +1,5 @@
-// A thin ring in the plane of the equator: light scattered once in a slab (Chandrasekhar 1960, ch. III), behind the air.
-// Define DENSITY: its opacity alone.
+// A thin ring in the plane of the equator: light scattered once in a slab (Chandrasekhar 1960, ch. III), behind the
+// air. Define DENSITY: its opacity alone.
 #include "common/camera.glsl"
 #include "contract/air.glsl"
 #include "contract/sun_visibility.glsl"
@@ -20,7 +20,8 @@ float depth_at(float radii) {
     if (x <= 0.0 || x >= 1.0) return 0.0;
     float ringlets = 0.45 + 0.3 * wave(61.0 * x) * wave(17.0 * x + 1.0) + 0.25 * wave(190.0 * x + 4.0 * wave(9.0 * x));
     float gap = 1.0 - 0.97 * (smoothstep(0.63, 0.635, x) - smoothstep(0.685, 0.69, x));
-    return u_ring.z * ringlets * gap * smoothstep(0.0, 0.03, x) * (1.0 - smoothstep(0.985, 1.0, x)) * mix(0.35, 1.0, smoothstep(0.1, 0.4, x));
+    return u_ring.z * ringlets * gap * smoothstep(0.0, 0.03, x) * (1.0 - smoothstep(0.985, 1.0, x))
+        * mix(0.35, 1.0, smoothstep(0.1, 0.4, x));
 }
 
 void main() {
@@ -36,11 +37,13 @@ void main() {
 #else
     // The lit side is seen where camera and sun are on one side of it.
     bool lit = u_camera.z * frame.sun_direction.z > 0.0;
-    float away = mu0 - mu, near = abs(away) < 1e-3 ? tau / mu * exp(-tau / mu) : mu0 / away * (exp(-tau / mu0) - exp(-tau / mu));
+    float away = mu0 - mu, near = abs(away) < 1e-3 ? tau / mu * exp(-tau / mu)
+        : mu0 / away * (exp(-tau / mu0) - exp(-tau / mu));
     float share = lit ? mu0 / (mu + mu0) * (1.0 - exp(-tau * (1.0 / mu + 1.0 / mu0))) : near;
     vec3 point = ray * min(distance * u_ring.w, 1e12);
     vec3 light = u_albedo / (4.0 * 3.14159265) * frame.sun_irradiance.rgb * share * sun_visibility(point);
     Air air = air_from_camera(point);
-    o_color = tau > 0.0 ? vec4((light * air.transmittance + opacity * air.in_scatter) * frame.scale.x, opacity) : vec4(0.0);
+    o_color = tau > 0.0 ? vec4((light * air.transmittance + opacity * air.in_scatter) * frame.scale.x, opacity)
+        : vec4(0.0);
 #endif
 }

@@ -1,6 +1,7 @@
-// Vertices of a chunk as in "Planetary Terrain" (Ralith): four corners and their normals from float64, a (1 - t) + b t between them,
-// the sphere's bulge by the law of sines, the height along the normal; on an edge the low bits of the vertex's place are masked by
-// how many levels coarser the neighbour is. No morph. In place of its view space: axes of the planet, from our anchor.
+// Vertices of a chunk as in "Planetary Terrain" (Ralith): four corners and their normals from float64, a (1 - t) + b t
+// between them, the sphere's bulge by the law of sines, the height along the normal; on an edge the low bits of the
+// vertex's place are masked by how many levels coarser the neighbour is. No morph. In place of its view space: axes of
+// the planet, from our anchor.
 #include "generated/frame.glsl"
 #include "generated/planet.glsl"
 #include "common/cells.glsl"
@@ -11,7 +12,8 @@ layout(std430, binding = 0) readonly buffer RowBuffer { TileRow rows[]; };
 layout(std430, binding = 1) writeonly buffer VertexBuffer { CellVertex vertices[]; };
 layout(std430, binding = 2) readonly buffer SlotBuffer { TileVertex slots[]; };
 layout(std430, binding = 3) readonly buffer ListBuffer { uint list[]; };
-layout(std430, binding = 4) readonly buffer CornerBuffer { vec4 corners[]; };   // 8 a row: positions from the anchor's foot, normals
+// 8 a row: positions from the anchor's foot, normals
+layout(std430, binding = 4) readonly buffer CornerBuffer { vec4 corners[]; };
 layout(std430, binding = 5) writeonly buffer BoundsBuffer { CellBounds bounds[]; };
 uniform int u_anchor_height;   // in steps
 uniform float u_step_m;
@@ -39,7 +41,8 @@ void main() {
         ivec2 ab = ivec2(kept % CELL_SIDE, kept / CELL_SIDE);
         vec2 coords = vec2(ab) / float(CELL_QUADS);
         vec3 I = bilerp(corners[at].xyz, corners[at + 1u].xyz, corners[at + 2u].xyz, corners[at + 3u].xyz, coords);
-        vec3 N = normalize(bilerp(corners[at + 4u].xyz, corners[at + 5u].xyz, corners[at + 6u].xyz, corners[at + 7u].xyz, coords));
+        vec3 N = normalize(bilerp(corners[at + 4u].xyz, corners[at + 5u].xyz, corners[at + 6u].xyz,
+            corners[at + 7u].xyz, coords));
         uint nearest = (2 * ab.x > CELL_QUADS ? 1u : 0u) + (2 * ab.y > CELL_QUADS ? 2u : 0u);
         vec3 C = corners[at + nearest].xyz;
         float CI = length(C - I);
@@ -53,7 +56,8 @@ void main() {
         TileVertex vertex = slots[first + uint(kept)];
         float dh = float(vertex.height - u_anchor_height) * u_step_m;
         vec3 position = X + N * (frame.anchor_up.w + dh) - frame.anchor_up.xyz * frame.anchor_up.w;
-        vertices[first + uint(k)] = CellVertex(position.x, position.y, position.z, dh, vertex.normal, vertex.attributes);
+        vertices[first + uint(k)] = CellVertex(position.x, position.y, position.z, dh, vertex.normal,
+            vertex.attributes);
         vec4 bound = vec4(position, dh);
         low = min(low, bound);
         high = max(high, bound);
