@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, ClassVar
 
+from .frame.snapping import SnapAhead
 from .gpu.cell_mesh import CellMesh
 from .graph import PassIO
-from .snap_ahead import SnapAhead
 from .surface.decimation import topology
 from .surface.selection import CellSet
 
@@ -15,7 +15,7 @@ __all__ = ["MeshAhead"]
 
 
 class MeshAhead:
-    """One view's, of one maker (engine/snap_ahead.py). Its system calls `advance` while it may choose cells, and
+    """One view's, of one maker (engine/frame/snapping.py). Its system calls `advance` while it may choose cells, and
     declares a pass that `bind` makes, to run while `due`.
 
     key: what the mesh is made for; scale: as HeldScale.value.

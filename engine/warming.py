@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 
+from .frame import Frame
 from .gpu.errors import ShaderError
-from .system import Frame
 
 __all__ = ["Warming"]
 

@@ -25,12 +25,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from .components import Exposure, Planet, Sun, Terrain, knob
-from .engine.contracts import bind_contracts, contract_reads
+from .engine.frame import Frame, ViewInfo
+from .engine.frame.contracts import bind_contracts, contract_reads
 from .engine.gpu.program import Fullscreen
 from .engine.gpu.state import State
 from .engine.graph import STAGES, BufferSpec, GraphBuilder, PassIO, TextureSpec
 from .engine.settings import SettingError, rules_of, with_overrides
-from .engine.system import Frame, Setup, System, ViewInfo
+from .engine.system import Setup, System
 from .engine.world import World
 from .quality import QUALITY
 from .scene import kinds as _kinds

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import Camera, Renderer
-from ...engine.snap_ahead import snap_ahead
+from ...engine.frame.snapping import snap_ahead
 from ...engine.space import CameraState
 from ...engine.surface.lattice import canonical_lattice
 

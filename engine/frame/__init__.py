@@ -1,5 +1,10 @@
-"""One frame of one view: what a view is, and what systems keep for it."""
+"""What systems agree on, frame by frame: the frame, its view, and what is known of both.
 
+Shared through modules of their own: the uniform blocks of a view (`block`), what shader contracts read (`contracts`),
+what a view sees (`seen`), the next snap of its proxy (`snapping`).
+"""
+
+from .frame import Frame, SunState, ViewInfo
 from .view import View, ViewParts, Views
 
-__all__ = ["View", "ViewParts", "Views"]
+__all__ = ["Frame", "SunState", "View", "ViewInfo", "ViewParts", "Views"]

@@ -16,14 +16,14 @@ from ..camera.arguments import check_moment, check_scene, check_size
 from ..camera.camera import Camera
 from ..camera.views import View
 from ..components import DebugView, Planet
-from ..engine.frame import Views
+from ..engine.frame import Frame, SunState, ViewInfo, Views
 from ..engine.gpu import Gpu
 from ..engine.gpu.graph_backend import GLBackend
 from ..engine.graph import GraphBuilder, Plan
 from ..engine.hosts.foreign import ForeignHost, attach
 from ..engine.settings import revision
 from ..engine.space import CameraState
-from ..engine.system import Frame, Setup, SunState, System, ViewInfo
+from ..engine.system import Setup, System
 from ..errors import SettingError
 from ..quality import checked_live, resolve_quality
 from ..scene.scene import Scene

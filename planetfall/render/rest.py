@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from ..engine.frame import Frame
 from ..engine.settings import revision
-from ..engine.system import Frame
 from ..scene.scene import Scene
 
 __all__ = ["Rest"]

@@ -22,9 +22,9 @@ from ..camera.camera import Camera
 from ..camera.views import View
 from ..components import Ocean, Sun, Terrain
 from ..engine.backdrop import SOURCE
+from ..engine.frame import Frame, SunState
 from ..engine.settings import revision
 from ..engine.space import CameraState
-from ..engine.system import Frame, SunState
 from ..errors import MissingError
 from ..scene.companions import Body, bodies, nearest, own_revisions
 from ..systems.companions import PICTURE, Picture

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..components import DebugView, Exposure, Shape, Sun, Transform
+from ..engine.frame import Frame
 from ..engine.settings import latest_revision, revision
-from ..engine.system import Frame, System
+from ..engine.system import System
 from ..scene.scene import Scene
 from ..systems.composite import CompositeSystem
 from .system_list import is_own

@@ -8,11 +8,12 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...components import Atmosphere, Planet, Shape
-from ...engine.contracts import provide_contracts, withdraw_contracts
+from ...engine.frame import Frame, ViewInfo
+from ...engine.frame.contracts import provide_contracts, withdraw_contracts
+from ...engine.frame.seen import Unseen
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
-from ...engine.planet_seen import Unseen
 from ...engine.settings import SettingError, revision, with_overrides
-from ...engine.system import Frame, Setup, System, ViewInfo
+from ...engine.system import Setup, System
 from .block import AIR_BINDING, AirBlock, air_block
 from .job import TableJob
 from .model import AirModel

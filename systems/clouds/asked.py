@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.frame_block import PLANET_BINDING, PlanetBlock
+from ...engine.frame.block import PLANET_BINDING, PlanetBlock
 from ...engine.gpu import GpuScope
 from .field import CloudField
 from .model import CloudModel

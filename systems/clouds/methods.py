@@ -7,11 +7,11 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from ...components import Atmosphere, CloudLayer, Clouds, Ocean, Planet
-from ...engine.frame import View
+from ...engine.frame import Frame, View, ViewInfo
+from ...engine.frame.seen import Unseen
 from ...engine.graph import GraphBuilder, PassIO
-from ...engine.planet_seen import Unseen
 from ...engine.settings import revision, with_overrides
-from ...engine.system import Frame, Setup, ViewInfo
+from ...engine.system import Setup
 from .model import CloudModel
 from .paper import PaperClouds
 from .system import CloudSystem

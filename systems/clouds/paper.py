@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from ...components import Clouds, Ocean, Planet
-from ...engine.contracts import bind_contracts, contract_reads, provide_contracts, withdraw_contracts
-from ...engine.frame import View
+from ...engine.frame import Frame, View, ViewInfo
+from ...engine.frame.contracts import bind_contracts, contract_reads, provide_contracts, withdraw_contracts
 from ...engine.graph import GraphBuilder, PassIO
 from ...engine.settings import revision, with_overrides
 from ...engine.space import out_of_view
-from ...engine.system import Frame, Setup, ViewInfo
+from ...engine.system import Setup
 from .layers import frames_at
 from .paper_volume import PaperVolume
 from .view_block import CLOUD_VIEW_BINDING, CloudViewBlock

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.frame import Frame
 from ...engine.space import CameraState, projection_terms
-from ...engine.system import Frame
 
 __all__ = ["Past", "block_order"]
 

@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from ...engine.frame import ViewInfo
 from ...engine.gpu import GpuScope
 from ...engine.gpu import gl as G
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
-from ...engine.system import ViewInfo
 
 __all__ = ["SURFACE", "CloudPicture", "Surface"]
 

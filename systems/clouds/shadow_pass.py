@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.frame import View, Views
+from ...engine.frame import Frame, View, ViewInfo, Views
 from ...engine.gpu import GpuScope
 from ...engine.gpu import gl as G
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
-from ...engine.system import Frame, ViewInfo
 from .columns import intervals_of, span_rows, spans_of
 from .shadow import ShadowMaps
 from .view_block import MOST_INTERVALS, MOST_MAPS, CloudViewBlock

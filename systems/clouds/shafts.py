@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ...engine.contracts import bind_contracts, contract_reads
+from ...engine.frame import Frame
+from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.gpu import GpuScope
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
-from ...engine.system import Frame
 from ...engine.world import World
 from .past import Past
 from .shadow import ShadowMaps

@@ -8,13 +8,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...components import Atmosphere, Clouds, Ocean, Planet
-from ...engine.contracts import bind_contracts, contract_reads, provide_contracts, withdraw_contracts
-from ...engine.frame import View
+from ...engine.frame import Frame, View, ViewInfo
+from ...engine.frame.contracts import bind_contracts, contract_reads, provide_contracts, withdraw_contracts
+from ...engine.frame.seen import planet_seen
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
-from ...engine.planet_seen import planet_seen
 from ...engine.settings import SettingError, revision, with_overrides
 from ...engine.space import out_of_view
-from ...engine.system import Frame, Setup, System, ViewInfo
+from ...engine.system import Setup, System
 from .field import CloudField
 from .model import CloudModel
 from .past import NONE, STILL, Past

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from ...engine.contracts import bind_contracts, contract_reads
+from ...engine.frame import ViewInfo
+from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.gpu import GpuScope
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
-from ...engine.system import ViewInfo
 from ...engine.world import World
 from .past import NONE, STILL, Past
 from .picture import CloudPicture

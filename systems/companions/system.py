@@ -13,9 +13,10 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
 from ...engine.backdrop import LIGHT, RECTS, SOURCE
-from ...engine.contracts import bind_contracts, contract_reads
+from ...engine.frame import Frame, ViewInfo
+from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
-from ...engine.system import Frame, Setup, System, ViewInfo
+from ...engine.system import Setup, System
 
 __all__ = ["PICTURE", "CompanionSource", "CompanionsSystem", "Picture"]
 

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from ...components import Ocean, Planet
+from ...engine.frame import Frame, ViewInfo
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
-from ...engine.system import Frame, ViewInfo
 from .temporal import Mode, Motion, Step, TemporalState
 
 __all__ = ["Resolver"]

@@ -9,9 +9,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...components import Composite, Exposure
+from ...engine.frame import Frame, ViewInfo
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import with_overrides
-from ...engine.system import Frame, Setup, System, ViewInfo
+from ...engine.system import Setup, System
 from .resolve import Resolver
 from .tone_maps import TONE_MAPS
 

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.frame import Frame, SunState
 from ...engine.space import CameraState, length, projection_terms
-from ...engine.system import Frame, SunState
 from .jitter import jitter_pattern
 
 __all__ = ["Mode", "Motion", "Step", "TemporalState", "camera_motion"]

@@ -6,8 +6,9 @@ from collections.abc import Callable
 from typing import Any, ClassVar
 
 from ...components.debug_view import DebugView
+from ...engine.frame import Frame, ViewInfo
 from ...engine.graph import BufferSpec, GraphBuilder, GraphError, PassIO
-from ...engine.system import Frame, Setup, System, ViewInfo
+from ...engine.system import Setup, System
 from ...engine.world import World
 from .views import MEASURES, MODES, NAMED_VIEWS, View, mode_for_format
 

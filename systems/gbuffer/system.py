@@ -8,9 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from ...engine.frame import Frame, ViewInfo
+from ...engine.frame.seen import ground_seen
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
-from ...engine.planet_seen import ground_seen
-from ...engine.system import Frame, Setup, System, ViewInfo
+from ...engine.system import Setup, System
 from .debug_tiles import TilesPicture
 
 GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")

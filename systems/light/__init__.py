@@ -10,8 +10,9 @@ from typing import ClassVar
 import numpy as np
 
 from ...components import Planet, Sun
+from ...engine.frame import Frame
 from ...engine.settings import revision
-from ...engine.system import Frame, System
+from ...engine.system import System
 from .ephemeris import circular_sky, earth_sky, julian_date
 from .sun import SkyClock, resolve_sky, resolve_sun
 

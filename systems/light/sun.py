@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.system import SunState
+from ...engine.frame import SunState
 from .ephemeris import J2000, SkyState, circular_sky, earth_sky
 
 __all__ = ["SkyClock", "SunSettings", "TurningPlanet", "resolve_sky", "resolve_sun", "solar_disc_radiance_scale"]

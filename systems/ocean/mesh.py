@@ -6,15 +6,15 @@ from collections.abc import Callable
 from typing import Any
 
 from ...components import Ocean, Planet
-from ...engine.frame import ViewParts
+from ...engine.frame import Frame, ViewInfo, ViewParts
+from ...engine.frame.seen import ground_seen
+from ...engine.frame.snapping import HeldScale, goes_on, snap_ahead
 from ...engine.gpu import GpuScope
 from ...engine.gpu.cell_mesh import VERTEX_DTYPE, CellMesh
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
-from ...engine.planet_seen import ground_seen
 from ...engine.settings import revision
-from ...engine.snap_ahead import HeldScale, goes_on, snap_ahead
 from ...engine.surface.decimation import topology
-from ...engine.system import Frame, Setup, ViewInfo
+from ...engine.system import Setup
 from .mesh_choice import SeaAhead, SeaChoice, SeaMaking, choose_sea
 from .shading import GBUFFER, SEA_TOP
 from .wave_passes import SeaWaves, WaveView

@@ -9,13 +9,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...components import Ocean, Planet
+from ...engine.frame import Frame
+from ...engine.frame.snapping import SnapAhead
 from ...engine.gpu import GpuScope
 from ...engine.gpu.cell_mesh import CellMesh
 from ...engine.mesh_ahead import MeshAhead
-from ...engine.snap_ahead import SnapAhead
 from ...engine.surface.coverage import proxy_coverage
 from ...engine.surface.selection import CellSet, chord_limit_m, rows_in, select_rings, spacing_angle
-from ...engine.system import Frame
 from .wave_passes import SeaWaves
 
 __all__ = ["SeaAhead", "SeaChoice", "SeaMaking", "choose_sea"]

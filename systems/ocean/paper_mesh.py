@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ...components import Ocean, Planet
-from ...engine.frame import ViewParts
+from ...engine.frame import Frame, ViewParts
 from ...engine.gpu import GpuScope
 from ...engine.gpu.layout import IVec4, Vec4
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
@@ -23,7 +23,7 @@ from ...engine.settings import revision
 from ...engine.surface.coverage import proxy_coverage
 from ...engine.surface.projected_grid import FINEST, ProjectedGrid, Tessellation, grid_axes, grid_offset
 from ...engine.surface.selection import spacing_angle
-from ...engine.system import Frame, Setup
+from ...engine.system import Setup
 from .shading import GBUFFER
 from .wave_passes import SeaWaves, WaveView
 

@@ -7,14 +7,15 @@ from functools import partial
 from typing import Any
 
 from ...components import Ocean, Planet
-from ...engine.contracts import bind_contracts, contract_reads
+from ...engine.frame import Frame, ViewInfo
+from ...engine.frame.contracts import bind_contracts, contract_reads
+from ...engine.frame.seen import ground_seen
 from ...engine.gpu.between_shaded import BetweenShaded
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
-from ...engine.planet_seen import ground_seen
 from ...engine.settings import revision, with_overrides
 from ...engine.space.axes import direction, heading_pitch_axes
 from ...engine.surface.nested import NESTED_BASE_M
-from ...engine.system import Frame, Setup, ViewInfo
+from ...engine.system import Setup
 from ...engine.warming import Warming
 from ...engine.waves import WaveSet
 from .block import OCEAN_BINDING, OceanBlock, drifted, ocean_block

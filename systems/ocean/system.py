@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from ...components import DebugView, Ocean, Planet
+from ...engine.frame import Frame, ViewInfo
+from ...engine.frame.seen import Unseen, ground_seen
+from ...engine.frame.snapping import snap_ahead
 from ...engine.graph import GraphBuilder
-from ...engine.planet_seen import Unseen, ground_seen
 from ...engine.settings import with_overrides
-from ...engine.snap_ahead import snap_ahead
-from ...engine.system import Frame, Setup, System, ViewInfo
+from ...engine.system import Setup, System
 from .mesh import SeaMeshPasses, SeaView
 from .paper_mesh import PaperSeaPasses, PaperSeaView
 from .shading import SeaShading

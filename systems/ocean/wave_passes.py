@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...components import Ocean, Planet
+from ...engine.frame import Frame, ViewInfo
+from ...engine.frame.seen import ground_seen
 from ...engine.gpu import GpuScope
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
-from ...engine.planet_seen import ground_seen
 from ...engine.settings import revision, with_overrides
-from ...engine.system import Frame, Setup, ViewInfo
+from ...engine.system import Setup
 from ...engine.warming import Warming
 from ...engine.waves import WaveSet, waves_of
 from .wave_block import BLOCK_BYTES, WAVE_BINDING, SeaMesh, WaveBlock

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...engine.frame_block import FRAME_BINDING, PLANET_BINDING, FrameBlock, PlanetBlock
+from ...engine.frame.block import FRAME_BINDING, PLANET_BINDING, FrameBlock, PlanetBlock
 from ...engine.gpu import GpuScope
 from ...engine.waves import WaveSet
 from .wave_block import BLOCK_BYTES, WAVE_BINDING, SeaMesh, WaveBlock

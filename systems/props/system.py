@@ -11,12 +11,12 @@ from typing import Any, ClassVar
 import moderngl
 
 from ...components import Shape, Transform
-from ...engine.contracts import bind_contracts, contract_reads
-from ...engine.frame import View, ViewParts
+from ...engine.frame import Frame, View, ViewInfo, ViewParts
+from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.gpu import GpuScope
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import latest_revision
-from ...engine.system import Frame, Setup, System, ViewInfo
+from ...engine.system import Setup, System
 from .instances import INSTANCE_FLOATS, OCCLUDER_FLOATS, Props, Visible, read_props, seen_by
 from .meshes import Mesh, box, is_file, load_mesh, sphere
 

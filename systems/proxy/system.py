@@ -14,16 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...components import Atmosphere, Clouds, Ocean, Planet
-from ...engine.frame_block import FRAME_BINDING, PLANET_BINDING, FrameBlock, PlanetBlock
+from ...engine.frame import Frame
+from ...engine.frame.block import FRAME_BINDING, PLANET_BINDING, FrameBlock, PlanetBlock
+from ...engine.frame.seen import ground_seen, planet_seen
+from ...engine.frame.snapping import SnapAhead, at_once, snap_ahead
 from ...engine.gpu.uniforms import UniformBlock
-from ...engine.planet_seen import ground_seen, planet_seen
-from ...engine.snap_ahead import SnapAhead, at_once, snap_ahead
 from ...engine.space import least_elevation_rad, length, near_plane_m, out_of_view, projection_terms, sphere_unseen
 from ...engine.surface.field import HeightField
 from ...engine.surface.lattice_anchor import LatticeAnchor
 from ...engine.surface.proxy import GroundHeight, ProxyCell, snap_proxy
 from ...engine.surface.skyline import Skyline
-from ...engine.system import Frame, Setup, System
+from ...engine.system import Setup, System
 from .waiting import Motion, may_wait
 
 Floats = NDArray[np.float64]

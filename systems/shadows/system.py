@@ -9,13 +9,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...components import Ocean, Planet, Terrain
-from ...engine.contracts import provide_contracts, withdraw_contracts
-from ...engine.frame import ViewParts
+from ...engine.frame import Frame, ViewInfo, ViewParts
+from ...engine.frame.contracts import provide_contracts, withdraw_contracts
+from ...engine.frame.seen import Unseen, planet_seen
 from ...engine.gpu import GpuScope
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
-from ...engine.planet_seen import Unseen, planet_seen
 from ...engine.settings import revision, with_overrides
-from ...engine.system import Frame, Setup, System, ViewInfo
+from ...engine.system import Setup, System
 from ...engine.world import World
 from .block import MOST_LEVELS, SHADOW_BINDING, ShadowBlock
 from .windows import BLOCK, Level, Part, Reach, Windows, reach_of

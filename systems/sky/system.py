@@ -15,12 +15,13 @@ import numpy as np
 
 from ...components import Atmosphere, Exposure, Planet, Stars
 from ...engine.backdrop import LIGHT, SOURCE, Backdrop
-from ...engine.contracts import bind_contracts, contract_reads
+from ...engine.frame import Frame, ViewInfo
+from ...engine.frame.contracts import bind_contracts, contract_reads
+from ...engine.frame.seen import planet_seen
 from ...engine.gpu import gl as G
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
-from ...engine.planet_seen import planet_seen
 from ...engine.settings import with_overrides
-from ...engine.system import Frame, Setup, System, ViewInfo
+from ...engine.system import Setup, System
 from .catalogue import GALACTIC_AXES, STARS_TO_6_5, make_stars
 
 __all__ = ["SkySystem", "StarsSystem"]

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from ...components import Ocean
+from ...engine.frame import ViewInfo
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
-from ...engine.system import ViewInfo
 from .view import TerrainView
 
 __all__ = ["Coasts"]

@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 
 from ...components import DebugView, Ocean, Planet, Terrain
-from ...engine.contracts import bind_contracts, contract_reads
+from ...engine.frame import Frame, ViewInfo
+from ...engine.frame.contracts import bind_contracts, contract_reads
+from ...engine.frame.seen import Unseen, ground_seen
+from ...engine.frame.snapping import SnapAhead, snap_ahead
 from ...engine.gpu.between_shaded import BetweenShaded
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
-from ...engine.planet_seen import Unseen, ground_seen
 from ...engine.settings import SettingError, revision, with_overrides
-from ...engine.snap_ahead import SnapAhead, snap_ahead
-from ...engine.system import Frame, Setup, System, ViewInfo
+from ...engine.system import Setup, System
 from .backends import Backend, Ground, make_backend
 from .coasts import GBUFFER, Coasts
 from .debug_passes import TerrainDebugPasses

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import planetfall as pf
-from planetfall.engine.system import Frame, System
+from planetfall.engine.frame import Frame
+from planetfall.engine.system import System
 from planetfall.systems.ocean import OceanSystem
 from planetfall.systems.proxy import ProxySystem
 from planetfall.systems.terrain.system import TerrainSystem

@@ -359,7 +359,7 @@ def test_every_binding_of_the_shaders_is_covered(gpu: Gpu) -> None:
             kinds = [k for k in ("image", "sampler", "buffer") if re.search(rf"\b[iu]?{k}", rest)] or ["uniform"]
             most[kinds[0]] = max(most[kinds[0]], int(found[2]))
     for module in (
-        "engine.frame_block", "systems.proxy.system", "systems.atmosphere.block", "systems.atmosphere.tables",
+        "engine.frame.block", "systems.proxy.system", "systems.atmosphere.block", "systems.atmosphere.tables",
         "systems.atmosphere.views", "systems.ocean.block", "systems.terrain.system",
     ):  # fmt: skip
         made = importlib.import_module(f"planetfall.{module}")

@@ -11,8 +11,8 @@ import pytest
 
 import planetfall as pf
 from planetfall.components import Planet
+from planetfall.engine.frame import ViewInfo
 from planetfall.engine.graph import GraphBuilder, NullBackend, PassIO, Plan, qualified
-from planetfall.engine.system import ViewInfo
 from planetfall.render.outputs import read_texture
 
 SIZE, SMALL = (96, 54), (40, 30)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from picture_harness import look
 
-from planetfall.engine.frame_block import FRAME_BINDING, PLANET_BINDING, FrameBlock, PlanetBlock
+from planetfall.engine.frame.block import FRAME_BINDING, PLANET_BINDING, FrameBlock, PlanetBlock
 
 CAMERA = '#include "common/camera.glsl"'
 

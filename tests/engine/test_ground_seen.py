@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import planetfall as pf
-from planetfall.engine.planet_seen import ground_seen, planet_seen
+from planetfall.engine.frame.seen import ground_seen, planet_seen
 from planetfall.engine.space import CameraState, least_angle_rad, least_elevation_rad, sphere_unseen
 from planetfall.engine.surface.skyline import Skyline
 from planetfall.systems.proxy.system import ProxySystem

@@ -10,8 +10,8 @@ import pytest
 
 import planetfall as pf
 from planetfall.benchmarks.measure import descent, snaps
+from planetfall.engine.frame.snapping import HeldScale, SnapAhead, snap_ahead
 from planetfall.engine.gpu.cell_mesh import CellMesh
-from planetfall.engine.snap_ahead import HeldScale, SnapAhead, snap_ahead
 from planetfall.engine.surface.proxy import snap_proxy
 from planetfall.systems.proxy.waiting import Motion, may_wait
 

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from planetfall.components import Planet
-from planetfall.engine.frame_block import FRAME_BINDING, PLANET_BINDING, FrameBlock, PlanetBlock
+from planetfall.engine.frame import Frame, SunState, ViewInfo
+from planetfall.engine.frame.block import FRAME_BINDING, PLANET_BINDING, FrameBlock, PlanetBlock
 from planetfall.engine.gpu.graph_backend import GLBackend
 from planetfall.engine.graph import GraphBuilder, TextureSpec
-from planetfall.engine.system import Frame, Setup, SunState, System, ViewInfo
+from planetfall.engine.system import Setup, System
 from planetfall.engine.world import World
 
 SUN = (1.474, 1.8504, 1.91198)

@@ -184,7 +184,7 @@ def test_disc_radiance_gives_irradiance_back():
 
 def test_light_system_publishes_the_axes_of_its_sun():
     from planetfall.components import Planet, Sun
-    from planetfall.engine.system import Frame
+    from planetfall.engine.frame import Frame
     from planetfall.engine.world import World
     from planetfall.systems.light import LightSystem
 

@@ -10,7 +10,7 @@ from conftest import RunCompute
 from numpy.typing import NDArray
 
 from planetfall.components import Ocean
-from planetfall.engine.frame_block import FRAME_BINDING, PLANET_BINDING, FrameBlock, PlanetBlock
+from planetfall.engine.frame.block import FRAME_BINDING, PLANET_BINDING, FrameBlock, PlanetBlock
 from planetfall.engine.gpu import Gpu
 from planetfall.engine.waves import waves_of
 from planetfall.systems.ocean.block import (

@@ -11,12 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....components import Ocean, Planet
-from ....engine.frame import Views
+from ....engine.frame import Frame, Views
 from ....engine.gpu import GpuScope
 from ....engine.gpu.preprocess import Defines
 from ....engine.graph import GraphBuilder, PassIO
 from ....engine.surface.field import HeightField
-from ....engine.system import Frame
 from ..height import TerrainField, TerrainParams
 
 __all__ = ["Backend", "Ground", "heights_seen"]
@@ -56,7 +55,7 @@ class Backend(ABC):
     faces_out: ClassVar[bool] = True
     """Whether triangles seen from behind are hidden ones."""
     prepares_snaps: ClassVar[bool] = False
-    """Whether it makes the vertices of the next proxy ahead (engine/snap_ahead.py): phases "ground" and "fade"."""
+    """Whether it makes the vertices of the next proxy ahead (engine/frame/snapping.py): phases "ground" and "fade"."""
     structure: int = 0
     """Raised when passes or sizes change."""
 

@@ -13,16 +13,15 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ....engine.frame import ViewParts, Views
+from ....engine.frame import Frame, ViewParts, Views
+from ....engine.frame.seen import ground_seen
+from ....engine.frame.snapping import HeldScale, goes_on, snap_ahead
+from ....engine.frame.snapping import at_once as snaps_at_once
 from ....engine.gpu import GpuScope
 from ....engine.gpu.cell_mesh import CellMesh
 from ....engine.gpu.layout import Vec4
 from ....engine.graph import GraphBuilder, PassIO
-from ....engine.planet_seen import ground_seen
-from ....engine.snap_ahead import HeldScale, goes_on, snap_ahead
-from ....engine.snap_ahead import at_once as snaps_at_once
 from ....engine.surface.decimation import topology
-from ....engine.system import Frame
 from .base import Backend, Ground, heights_seen
 from .grid_ahead import GridAhead, GridMaking
 from .grid_choice import Choice, choose

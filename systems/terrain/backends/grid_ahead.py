@@ -1,17 +1,17 @@
-"""The next snap's cells and vertices, made over some frames in a mesh of their own (engine/snap_ahead.py)."""
+"""The next snap's cells and vertices, made over some frames in a mesh of their own (engine/frame/snapping.py)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from ....engine.frame import Frame
+from ....engine.frame.snapping import SnapAhead
 from ....engine.gpu import GpuScope
 from ....engine.gpu.cell_mesh import CellMesh
 from ....engine.gpu.uniforms import UniformBlock
 from ....engine.mesh_ahead import MeshAhead
-from ....engine.snap_ahead import SnapAhead
 from ....engine.surface.selection import CellSet
-from ....engine.system import Frame
 from .base import Ground
 from .grid_choice import Choice, choose
 from .grid_fade import FadePrograms, SnapFade

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....components import Ocean, Planet
+from ....engine.frame import Frame
 from ....engine.surface.coverage import proxy_coverage
 from ....engine.surface.selection import CellSet, chord_limit_m, select_rings, spacing_angle
-from ....engine.system import Frame
 from .base import Ground
 
 __all__ = ["Choice", "choose"]

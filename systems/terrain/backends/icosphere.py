@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
-from ....engine.frame import Views
+from ....engine.frame import Frame, Views
 from ....engine.gpu import GpuScope
 from ....engine.graph import PassIO
 from ....engine.surface.icosphere_anchor import TriangleAnchor
-from ....engine.system import Frame
 from ..tiles.shape import TileShape
 from ..tiles.triangle import TriangleShape
 from .base import Ground

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....components import Ocean, Planet
-from ....engine.frame import ViewParts, Views
+from ....engine.frame import Frame, ViewParts, Views
 from ....engine.gpu import GpuScope
 from ....engine.gpu.layout import IVec4, Vec4
 from ....engine.graph import BufferSpec, GraphBuilder, PassIO
@@ -26,7 +26,6 @@ from ....engine.surface.coverage import proxy_coverage
 from ....engine.surface.field import HeightField
 from ....engine.surface.projected_grid import FINEST, ProjectedGrid, Tessellation, grid_axes, grid_offset
 from ....engine.surface.selection import spacing_angle
-from ....engine.system import Frame
 from ..paper_ground import TABLE_DTYPE, TEXELS, PaperField
 from .base import Backend, Ground
 from .grid_queries import heights_on_patches

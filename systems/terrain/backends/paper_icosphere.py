@@ -17,13 +17,12 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ....engine.frame import ViewParts, Views
+from ....engine.frame import Frame, ViewParts, Views
 from ....engine.gpu import GpuScope
 from ....engine.gpu.cell_mesh import VERTEX_DTYPE
 from ....engine.graph import BufferSpec, GraphBuilder, PassIO
 from ....engine.surface.icosphere_anchor import TriangleAnchor
 from ....engine.surface.triangle_paper import MORPH_RANGE, PaperTables, frustum_planes, select, tables
-from ....engine.system import Frame
 from ..tiles.queries import heights_on_tiles
 from ..tiles.shape import TileShape
 from ..tiles.triangle import TriangleShape

@@ -12,11 +12,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ....engine.frame import Views
+from ....engine.frame import Frame, Views
 from ....engine.gpu import GpuScope
 from ....engine.graph import PassIO
 from ....engine.surface.forest import Forest
-from ....engine.system import Frame
 from ..tiles.shape import QuadShape, TileShape
 from .base import Ground
 from .tiled import TiledBackend, _TileView

@@ -14,15 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....components import Ocean, Planet
-from ....engine.frame import ViewParts, Views
+from ....engine.frame import Frame, ViewParts, Views
+from ....engine.frame.seen import ground_seen
 from ....engine.gpu import GpuScope
 from ....engine.graph import GraphBuilder, PassIO, TextureSpec
-from ....engine.planet_seen import ground_seen
 from ....engine.space.frustum import frustum_planes
 from ....engine.surface.footing import footing
 from ....engine.surface.forest import Forest, Selection
 from ....engine.surface.selection import LARGEST_SHARE
-from ....engine.system import Frame
 from ..tiles.maker import BATCH, Made, TileMaker
 from ..tiles.mesh import TileMesh
 from ..tiles.pool import SlotPool

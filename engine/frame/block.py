@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .gpu.layout import Vec4
+from ..gpu.layout import Vec4
 
 FRAME_BINDING = 0
 PLANET_BINDING = 1

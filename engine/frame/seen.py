@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from .settings import latest_revision
-from .system import Frame
-from .world import World
+from ..settings import latest_revision
+from ..world import World
+from .frame import Frame
 
 __all__ = ["PlanetSeen", "Unseen", "ground_seen", "planet_seen"]
 

@@ -12,8 +12,8 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from .system import Frame
-from .world import World
+from ..world import World
+from .frame import Frame
 
 __all__ = ["HeldScale", "SnapAhead", "at_once", "goes_on", "snap_ahead"]
 

@@ -8,9 +8,12 @@ whose shaders include a contract adds `contract_reads(world)` to what it reads a
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
-from .world import World
+from ..world import World
+
+if TYPE_CHECKING:
+    from ..graph import PassIO
 
 __all__ = ["ContractSource", "bind_contracts", "contract_reads", "provide_contracts", "withdraw_contracts"]
 
@@ -24,7 +27,7 @@ class ContractSource(Protocol):
         """Resources of the frame graph that its contracts sample."""
         ...
 
-    def bind_contract(self, io: Any) -> Callable[[], None]:
+    def bind_contract(self, io: PassIO) -> Callable[[], None]:
         """Look everything up for one pass; what is returned binds it, each frame."""
         ...
 
@@ -50,7 +53,7 @@ def _sources(world: World, but: str) -> list[ContractSource]:
     return [source for name, source in found.items() if name != but]
 
 
-def bind_contracts(world: World, io: Any, but: str = "") -> Callable[[], None]:
+def bind_contracts(world: World, io: PassIO, but: str = "") -> Callable[[], None]:
     """Binds what contracts sample; call the result before each draw or dispatch. but: as for contract_reads."""
     binds = [source.bind_contract(io) for source in _sources(world, but)]
     if len(binds) == 1:

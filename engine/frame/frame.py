@@ -1,0 +1,103 @@
+"""Frame: one picture of one view as systems get it, and the records that it holds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..space import CameraState
+from ..world import World
+from .view import View
+
+__all__ = ["Frame", "SunState", "ViewInfo"]
+
+
+@dataclass(frozen=True, eq=False)
+class SunState:
+    """The sun as one frame sees it, in planet axes.
+
+    direction: (3,) f64, unit, from the planet to the sun. irradiance: (3,) f64 at the planet, in the scene's unit at
+    the three wavelengths. angular_radius_rad: half the angle of the disc.
+    """
+
+    direction: NDArray[np.float64]
+    irradiance: NDArray[np.float64]
+    angular_radius_rad: float
+
+
+@dataclass
+class ViewInfo:
+    """The view that a frame graph is declared for: size in pixels (width, height), what is asked of it.
+
+    planet: the entity of the planet that its camera is on; planet_index: that planet's place in names of the graph.
+    """
+
+    size: tuple[int, int]
+    view: View = field(default_factory=View)
+    outputs: frozenset[str] = frozenset({"color"})
+    planet: int = 0
+    planet_index: int = 0
+
+    @property
+    def index(self) -> int:
+        """The view's index."""
+        return self.view.index
+
+
+@dataclass
+class Frame:
+    """One frame of one view. The object is reused from frame to frame: copy what has to last.
+
+    camera is f64 in the axes of `planet` (an entity). cut: there is no usable last frame (the first one, a teleport).
+    settings: as in Setup.
+    """
+
+    world: World
+    planet: int
+    size: tuple[int, int]
+    camera: CameraState
+    sun: SunState
+    time_s: float = 0.0
+    dt_s: float = 0.0
+    frame_index: int = 0
+    planet_index: int = 0
+    view: View = field(default_factory=View)
+    """Which view it is a frame of, and what systems keep for that: `frame.view.state(self, factory)`."""
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    cut: bool = True
+    settling: bool = False
+    """Nobody looks at this frame: what refines over frames may take its time and finish now."""
+    ev100: float | None = None
+    """A view's own fixed exposure, which goes before the scene's Exposure; None: the scene decides."""
+    one_shot: bool = False
+    """A picture by itself: it may show what was settled for this very moment, and nothing else of earlier frames."""
+    exact: bool = False
+    """Somebody reads arrays of this frame: pixels are sampled in their centres."""
+    still: bool = False
+    """Shows what the last frame showed: same camera, light, time and settings, nothing moves, streams or refines."""
+    frozen: bool = False
+    """DebugView.freeze: what is selected and culled stays as it is, whatever the camera does."""
+    host_depth: tuple[float, float] | None = None
+    """(a, b): a host's depth buffer, which the picture is to share, holds a + b / z; None: it has none, or not now."""
+    backdrop: bool = True
+    """Whether the sun's disc and stars are drawn; not in a picture that is to stand before somebody else's."""
+    star_axes: NDArray[np.float64] | None = None
+    """(3, 3): planet = star_axes @ inertial, where somebody else says how the stars stand; None: the scene's clock."""
+    jitter_px: tuple[float, float] = (0.0, 0.0)
+    """Where in its pixel, from its centre (x to the right, y up), this frame samples the scene. `System.begin` sets it;
+    the frame block's projection holds it, so all that is drawn or reconstructed from depth agrees. `camera` does not:
+    culling by it needs a margin of a pixel."""
+    squares: int | None = None
+    """Which squares of a chessboard this frame shades, where every second pixel is: 0 or 1, by turns. None: all, as
+    where a picture keeps still or stands for itself."""
+    left_out: set[str] = field(default_factory=set)
+    """Surfaces of which it shades those squares alone, "terrain" and "ocean": who shades them says so in `update`."""
+
+    @property
+    def view_index(self) -> int:
+        """The view's index."""
+        return self.view.index
