@@ -57,9 +57,8 @@ from .errors import (
 )
 from .quality import qualities
 from .render.host_space import HostDepth, HostSpace
-from .scene.companions import Companion
 from .scene.file import planets
-from .scene.scene import PlanetHandle, PropHandle, Scene, load_scene
+from .scene.scene import Companion, PlanetHandle, PropHandle, Scene, load_scene
 
 if _TYPE_CHECKING:
     from .app.window import fly

@@ -13,9 +13,8 @@ from ..engine.settings import install, rules_of
 from ..errors import SceneError
 from ..quality import _GROUPS as QUALITY_GROUPS
 from ..quality import QUALITY, resolve_quality
-from ..scene.companions import Companion
 from ..scene.kinds import KINDS, PLANET_KINDS
-from ..scene.scene import PropHandle, Scene
+from ..scene.scene import Companion, PropHandle, Scene
 
 __all__ = [
     "OPTIONAL",

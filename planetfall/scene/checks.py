@@ -3,30 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from ..components import Atmosphere, Clouds, Ocean, Planet, Sun, Terrain
 from ..engine.settings import SettingError, with_overrides
 from ..engine.waves import WaveError, waves_of
-
-if TYPE_CHECKING:
-    from .scene import PlanetHandle
+from .handle import Parts
 
 __all__ = ["cloud_problems", "planet_problems"]
 
 C = TypeVar("C")
 
 
-def planet_problems(handle: PlanetHandle, sun: Sun, settings: Mapping[str, Any]) -> list[str]:
-    """All that doesn't fit. settings: {"terrain.highest_m": ...}, values that stand in for those of components."""
+def planet_problems(name: str, parts: Parts, sun: Sun, settings: Mapping[str, Any]) -> list[str]:
+    """All that doesn't fit in a planet. settings: {"terrain.highest_m": ...}, values that stand in for components'."""
 
     def found(kind: type[C], table: str) -> C | None:
-        component = handle.get(kind)
+        component = parts.get(kind)
         return None if component is None else with_overrides(component, table, settings)
 
     problems: list[str] = []
-    terrain, radius = found(Terrain, "terrain"), handle.radius_m
-    where = f"planet {handle.name!r}"
+    planet = parts.get(Planet) or Planet()
+    terrain, radius = found(Terrain, "terrain"), planet.radius_m
+    where = f"planet {name!r}"
     if terrain is not None:
         if terrain.lowest_m >= terrain.highest_m:
             problems.append(
@@ -70,12 +69,12 @@ def planet_problems(handle: PlanetHandle, sun: Sun, settings: Mapping[str, Any])
         from ..systems.atmosphere.model import AirModel
 
         try:
-            AirModel.from_components(handle.planet, air, sun.angular_radius_rad)
+            AirModel.from_components(planet, air, sun.angular_radius_rad)
         except SettingError as error:
             problems.append(f"{where}: {error}")
     clouds = found(Clouds, "clouds")
     if clouds is not None:
-        problems += [f"{where}: {problem}" for problem in cloud_problems(clouds, handle.planet, air)]
+        problems += [f"{where}: {problem}" for problem in cloud_problems(clouds, planet, air)]
     return problems
 
 

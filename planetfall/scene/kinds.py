@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any, Literal
+
 from .. import ASSETS
 from ..components import (
     Atmosphere,
@@ -20,8 +22,22 @@ from ..components import (
     Transform,
 )
 from ..engine.settings import install
+from ..errors import SceneError
 
-__all__ = ["KINDS", "PLANET_KINDS", "PRESETS", "PROP_KINDS", "SCENE_KINDS", "add_kind", "remove_kind"]
+__all__ = [
+    "KINDS",
+    "PLANET_KINDS",
+    "PRESETS",
+    "PROP_KINDS",
+    "SCENE_KINDS",
+    "Place",
+    "add_kind",
+    "refuse_elsewhere",
+    "remove_kind",
+]
+
+Place = Literal["planet", "scene", "prop"]
+"""What a component is part of: a planet, the scene itself, or an object of a game's."""
 
 PRESETS = ASSETS / "presets"
 
@@ -41,6 +57,22 @@ PROP_KINDS: dict[str, type] = {"transform": Transform, "shape": Shape}
 
 for _kind in (*KINDS.values(), *PROP_KINDS.values(), DebugView, CloudLayer, Orbit):
     install(_kind)
+
+
+def refuse_elsewhere(component: Any, here: Place) -> None:
+    """SceneError, which says where it belongs, for a component (or a type of one) that belongs elsewhere."""
+    kind = component if isinstance(component, type) else type(component)
+    of_planet, of_scene = kind in PLANET_KINDS.values(), kind in SCENE_KINDS.values()
+    if here == "prop" and (of_planet or of_scene):
+        place = "scene.planet" if of_planet else "scene.environment"
+        raise SceneError(f"{kind.__name__} belongs to no object of a game's; add it with {place}.add(...)")
+    if here == "scene" and of_planet:
+        raise SceneError(f"{kind.__name__} belongs to a planet; add it with scene.planet.add(...)")
+    if here == "planet" and of_scene:
+        place = "assign scene.sun" if kind is Sun else "add it with scene.environment.add(...)"
+        raise SceneError(f"{kind.__name__} belongs to the scene, not to a planet; {place}")
+    if here != "prop" and kind in PROP_KINDS.values():
+        raise SceneError(f"{kind.__name__} belongs to an object of its own: scene.add(pf.Transform(), pf.Shape())")
 
 
 def add_kind(table: str, kind: type, place: str) -> None:

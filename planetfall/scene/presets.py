@@ -12,10 +12,9 @@ import platformdirs
 from ..components import Composite, Exposure, Orbit, Planet, Sun
 from ..engine.settings import plain_table
 from ..errors import PresetError
-from .companions import Companion
 from .file import Description, describe, planets, scenes
 from .kinds import KINDS, PLANET_KINDS
-from .scene import Scene, companion_table
+from .scene import Companion, Scene, companion_table
 
 __all__ = [
     "brief_companion",

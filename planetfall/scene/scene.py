@@ -1,4 +1,10 @@
-"""Scene: a world with a sun, a sky and planets, from a preset or a file and back into one."""
+"""Scene: a world with a sun, a sky and planets, from a preset or a file and back into one.
+
+Companions are further planets of a scene, such as a moon, each a scene of its own on an orbit or at a place:
+
+    scene = pf.load_scene("earth")
+    moon = scene.companions.add("moon", pf.Orbit(distance_m=3.844e8, phase_deg=40.0))
+"""
 
 from __future__ import annotations
 
@@ -6,25 +12,39 @@ import logging
 import os
 import weakref
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from types import MappingProxyType, TracebackType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..components import Atmosphere, Clouds, Composite, Exposure, Ocean, Planet, Shape, Sun, Terrain, Transform
-from ..engine.settings import SettingError, assign_many, did_you_mean, plain_table, revision, write_toml
+from ..components import Atmosphere, Clouds, Composite, Exposure, Ocean, Orbit, Planet, Shape, Sun, Terrain, Transform
+from ..engine.settings import did_you_mean, plain_table, write_toml
 from ..engine.world import MissingError, World
 from ..errors import SceneError, UnknownNameError
 from .checks import cloud_problems, planet_problems
-from .companions import Companion, Companions
 from .file import Description, describe, planets
-from .kinds import KINDS, PLANET_KINDS, PROP_KINDS, SCENE_KINDS
+from .ground import HeightFields
+from .handle import Handle
+from .kinds import KINDS, PLANET_KINDS, PROP_KINDS, SCENE_KINDS, refuse_elsewhere
+from .moving import set_places
+from .orbits import overlaps, places, reach_m
 
 if TYPE_CHECKING:
     from ..engine.surface.field import HeightField
 
-__all__ = ["Handle", "PlanetHandle", "PropHandle", "Scene", "current_scene", "load_scene", "planets"]
+__all__ = [
+    "Companion",
+    "Companions",
+    "Handle",
+    "PlanetHandle",
+    "PropHandle",
+    "Scene",
+    "current_scene",
+    "load_scene",
+    "planets",
+]
 
 log = logging.getLogger(__name__)
 
@@ -33,76 +53,10 @@ C = TypeVar("C")
 _latest: weakref.ref[Scene] | None = None
 
 
-class Handle:
-    """An entity of a scene: its components by type. `handle[Ocean].sea_level_m = 10.0`, `Ocean in handle`."""
-
-    def __init__(self, scene: Scene, entity: int, name: str) -> None:
-        self.scene = scene
-        self.entity = entity
-        self.name = name
-
-    def __getitem__(self, kind: type[C]) -> C:
-        found = self.get(kind)
-        if found is None:
-            raise MissingError(self._missing(kind))
-        return found
-
-    def get(self, kind: type[C]) -> C | None:
-        """The component of this type, or None."""
-        return self.scene.world.try_get(self.entity, kind)
-
-    def has(self, kind: type) -> bool:
-        """Whether it has a component of this type."""
-        return self.scene.world.has(self.entity, kind)
-
-    __contains__ = has
-
-    def add(self, component: C) -> C:
-        """Give it this component, in place of one of the same type; returns the component."""
-        kind = component if isinstance(component, type) else type(component)
-        self._refuse_elsewhere(kind)
-        self.scene.world.add(self.entity, component)
-        return component
-
-    def remove(self, kind: type[C]) -> C:
-        """Take the component off and return it; what it drew costs nothing from the next frame on."""
-        if not self.has(kind):
-            raise MissingError(self._missing(kind))
-        return self.scene.world.remove(self.entity, kind)
-
-    def components(self) -> tuple[Any, ...]:
-        """All its components."""
-        return self.scene.world.components(self.entity)
-
-    def _refuse_elsewhere(self, kind: type) -> None:
-        if kind in PLANET_KINDS.values():
-            raise SceneError(f"{kind.__name__} belongs to a planet; add it with scene.planet.add(...)")
-        if kind in PROP_KINDS.values():
-            raise SceneError(f"{kind.__name__} belongs to an object of its own: scene.add(pf.Transform(), pf.Shape())")
-
-    def _missing(self, kind: type) -> str:
-        has = ", ".join(type(c).__name__ for c in self.components()) or "nothing"
-        if kind in SCENE_KINDS.values() and isinstance(self, PlanetHandle):
-            place = "scene.sun" if kind is Sun else f"scene.environment[pf.{kind.__name__}]"
-            return f"planet {self.name!r} has no {kind.__name__}; it belongs to the scene: {place}"
-        return f"{self._what()} has no {kind.__name__}, only {has}; add one with add(pf.{kind.__name__}())"
-
-    def _what(self) -> str:
-        return f"the environment of scene {self.name!r}"
-
-    def __repr__(self) -> str:
-        has = ", ".join(type(c).__name__ for c in self.components())
-        return f"<{type(self).__name__} {self.name!r}: {has}>"
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Handle) and (other.scene is self.scene) and other.entity == self.entity
-
-    def __hash__(self) -> int:
-        return hash((id(self.scene), self.entity))
-
-
-class PlanetHandle(Handle):
+class PlanetHandle(Handle["Scene"]):
     """A planet of a scene."""
+
+    _place = "planet"
 
     @property
     def planet(self) -> Planet:
@@ -147,25 +101,14 @@ class PlanetHandle(Handle):
         ground = self.ground_height_m(directions)
         return ground if sea is None else np.maximum(ground, sea.sea_level_m)
 
-    def _refuse_elsewhere(self, kind: type) -> None:
-        if kind in SCENE_KINDS.values():
-            place = "assign scene.sun" if kind is Sun else "add it with scene.environment.add(...)"
-            raise SceneError(f"{kind.__name__} belongs to the scene, not to a planet; {place}")
-        if kind in PROP_KINDS.values():
-            raise SceneError(f"{kind.__name__} belongs to an object of its own: scene.add(pf.Transform(), pf.Shape())")
-
     def _what(self) -> str:
         return f"planet {self.name!r}"
 
 
-class PropHandle(Handle):
+class PropHandle(Handle["Scene"]):
     """An object of a game's in a scene, made by `scene.add`: Transform, Shape and whatever else the game gave it."""
 
-    def _refuse_elsewhere(self, kind: type) -> None:
-        if kind in PLANET_KINDS.values():
-            raise SceneError(f"{kind.__name__} belongs to a planet; add it with scene.planet.add(...)")
-        if kind in SCENE_KINDS.values():
-            raise SceneError(f"{kind.__name__} belongs to the scene; add it with scene.environment.add(...)")
+    _place = "prop"
 
     def add(self, component: C) -> C:
         """Give it this component, in place of one of the same type; returns the component. Checks as scene.add."""
@@ -204,7 +147,7 @@ class Scene:
         """Further planets, such as a moon: `scene.companions.add("moon", pf.Orbit(...))`."""
         self.accompanies: Scene | None = None
         """The scene of which this one is a companion."""
-        self._fields: dict[int, tuple[tuple[int, int], HeightField]] = {}
+        self._fields = HeightFields()
         self._props: dict[int, PropHandle] = {}
         self.validate()
 
@@ -228,27 +171,7 @@ class Scene:
 
         A change that can't be (a map that can't be read) leaves the last good ones, as it does the renderer's ground.
         """
-        planet = planet or self.planet
-        terrain = planet.get(Terrain)
-        if terrain is None:
-            return None
-        stamp = (revision(terrain), revision(planet[Planet], "radius_m"))
-        known = self._fields.get(planet.entity)
-        if known is not None and known[0] == stamp:
-            return known[1]
-        from ..systems.terrain.height import TerrainField, TerrainParams
-
-        try:
-            params = TerrainParams.from_component(terrain, planet.radius_m)
-        except ValueError as error:
-            if known is not None:
-                log.error("Terrain stays as it was: %s", error)
-                self._fields[planet.entity] = (stamp, known[1])
-                return known[1]
-            raise SceneError(f"Terrain on a planet of {planet.radius_m:g} m cannot be: {error}") from error
-        field: HeightField = TerrainField(params)
-        self._fields[planet.entity] = (stamp, field)
-        return field
+        return self._fields.of(planet or self.planet)
 
     def validate(self, settings: Mapping[str, Any] = MappingProxyType({})) -> None:
         """Check what single values can't show; SceneError lists everything that doesn't fit. Needs no GPU.
@@ -258,7 +181,7 @@ class Scene:
         problems: list[str] = []
         sun = self.environment.get(Sun) or Sun()
         for handle in self.planets.values():
-            problems += planet_problems(handle, sun, settings)
+            problems += planet_problems(handle.name, handle, sun, settings)
         problems += self.companions.problems()
         exposure = self.environment.get(Exposure)
         if exposure is not None and exposure.min_ev100 > exposure.max_ev100:
@@ -299,23 +222,11 @@ class Scene:
 
         The same as assigning each of them, ten times as fast: what a physics engine gives back each frame.
         """
-        transforms = [prop[Transform] for prop in props]
-        places, turned = _rows("positions_m", positions_m, len(props), 3), None
-        if orientations is not None:
-            turned = _rows("orientations", orientations, len(props), 4)
-            zero = next((k for k, q in enumerate(turned) if not any(q)), None)
-            if zero is not None:
-                raise SettingError(f"move: orientations[{zero}] is all zero; no rotation has that quaternion")
-        assign_many(transforms, "position_m", places)
-        if turned is not None:
-            assign_many(transforms, "orientation", turned)
+        set_places([prop[Transform] for prop in props], positions_m, orientations)
 
     def _check_prop(self, components: Sequence[Any]) -> None:
         for component in components:
-            kind = component if isinstance(component, type) else type(component)
-            if kind in (*PLANET_KINDS.values(), *SCENE_KINDS.values()):
-                place = "scene.planet" if kind in PLANET_KINDS.values() else "scene.environment"
-                raise SceneError(f"{kind.__name__} belongs to no object of a game's; add it with {place}.add(...)")
+            refuse_elsewhere(component, "prop")
             if isinstance(component, Shape):
                 from ..systems.props import is_file, load_mesh
 
@@ -377,17 +288,6 @@ class Scene:
         return f"<Scene {self.name!r}: {self.planet!r}, {self.environment!r}>"
 
 
-def _rows(name: str, values: ArrayLike, count: int, width: int) -> list[tuple[float, ...]]:
-    """Checked rows of an array as tuples of plain floats."""
-    rows = np.asarray(values, dtype=np.float64)
-    if rows.shape != (count, width):
-        raise SettingError(f"move: {name}: expected shape ({count}, {width}), found {rows.shape}")
-    bad = np.flatnonzero(~np.isfinite(rows).all(axis=1))
-    if bad.size:
-        raise SettingError(f"move: {name}[{bad[0]}]: expected finite numbers, found {rows[bad[0]].tolist()}")
-    return list(map(tuple, rows.tolist()))
-
-
 def companion_table(companion: Companion) -> dict[str, Any]:
     """A companion as a table of a scene file: whole, without a preset that it would change."""
     own = companion.scene
@@ -398,6 +298,132 @@ def companion_table(companion: Companion) -> dict[str, Any]:
         if component is not None:
             table[key] = plain_table(component)
     return table
+
+
+@dataclass(frozen=True, eq=False)
+class Companion:
+    """A planet beside a scene's own. name: as in `scene.planets`. scene: its own scene, whose planet it is, with its
+    ground, sea, air, clouds and objects; sun, stars, exposure and composite are those of the scene that it accompanies.
+    orbit: where it is; change its fields at any time."""
+
+    name: str
+    scene: Scene
+    orbit: Orbit
+
+    def __repr__(self) -> str:
+        return f"<Companion {self.name!r}: {self.orbit!r}>"
+
+
+class Companions(Mapping[str, Companion]):
+    """The companions of a scene by name; `add` and `remove` take effect with the next frame."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._found: dict[str, Companion] = {}
+        self._kept: list[Scene] = []
+
+    def add(self, planet: Scene | str | os.PathLike[str], orbit: Orbit | None = None, name: str = "") -> Companion:
+        """One more planet: a scene, or what `load_scene` takes. orbit: None is the Moon's distance. name: None is the
+        scene's.
+
+        Raises SceneError, and adds nothing, for a name that is taken, a scene that is in use already or has companions
+        itself, an orbit through another planet; UnknownNameError and PresetError as load_scene.
+        """
+        own = planet if isinstance(planet, Scene) else scene_of(planet)
+        companion = Companion(name or own.name, own, Orbit() if orbit is None else orbit)
+        try:
+            self._check(companion)
+        except BaseException:
+            if own is not planet:
+                own.release()
+            raise
+        self.join(companion)
+        return companion
+
+    def join(self, companion: Companion) -> None:
+        """Take in a companion, or one that was removed before, unchecked: `Scene.validate` says what doesn't fit."""
+        self._found[companion.name] = companion
+        companion.scene.accompanies = self._scene
+        self._scene._handles[companion.name] = companion.scene.planet
+        self.share_environment()
+
+    def keep(self, scene: Scene) -> None:
+        """Have a scene released with the one that these accompany, whether it is a companion then or not."""
+        self._kept.append(scene)
+
+    def remove(self, name: str) -> Companion:
+        """Take a planet out of the scene; its own scene stays. UnknownNameError for one that isn't there."""
+        companion = self[name]
+        del self._found[name], self._scene._handles[name]
+        companion.scene.accompanies = None
+        return companion
+
+    def release(self) -> None:
+        """Release all their scenes, with the scene that they accompany."""
+        for scene in (*(companion.scene for companion in self._found.values()), *self._kept):
+            if not scene.world.closed:
+                scene.release()
+        self._found.clear()
+        self._kept.clear()
+
+    def share_environment(self) -> None:
+        """Give every companion the scene's own stars, exposure and composite; done again when those are replaced."""
+        shared = {type(part): part for part in self._scene.environment.components()}
+        for companion in self._found.values():
+            theirs = companion.scene.environment
+            for kind, part in shared.items():
+                if kind is not Sun and theirs.get(kind) is not part:
+                    companion.scene.world.add(theirs.entity, part)
+            for kind in SCENE_KINDS.values():
+                if kind not in shared and kind is not Sun and theirs.has(kind):
+                    companion.scene.world.remove(theirs.entity, kind)
+
+    def problems(self) -> list[str]:
+        """What doesn't fit together, at time 0."""
+        if not self._found:
+            return []
+        own, others = self._scene.planet, {name: found.scene.planet for name, found in self._found.items()}
+        orbits = [(found.orbit, found.scene.planet.planet) for found in self._found.values()]
+        there = places(self._scene.sun, own.planet, orbits, 0.0)
+        reaches = [(name, at, reach_m(planet)) for (name, planet), (at, _) in zip(others.items(), there, strict=True)]
+        return overlaps([(own.name, np.zeros(3), reach_m(own)), *reaches])
+
+    def _check(self, companion: Companion) -> None:
+        where = f"companion {companion.name!r} of scene {self._scene.name!r}"
+        if not isinstance(companion.orbit, Orbit):
+            raise SceneError(f"{where}: orbit: expected a pf.Orbit, found {companion.orbit!r}")
+        if self._scene.accompanies is not None:
+            raise SceneError(
+                f"{where}: that scene accompanies {self._scene.accompanies.name!r} itself, and companions have no "
+                "companions; add both to the same scene"
+            )
+        if companion.name in self._scene.planets:
+            there = ", ".join(self._scene.planets)
+            raise SceneError(f"{where}: the scene has a planet of that name ({there}); give another: add(..., name=)")
+        if companion.scene is self._scene or companion.scene.accompanies is not None:
+            raise SceneError(f"{where}: its scene is in use already; load another one for it")
+        if companion.scene.companions:
+            raise SceneError(f"{where}: it has companions itself; add all of them to {self._scene.name!r}")
+        self._found[companion.name] = companion
+        try:
+            problems = self.problems()
+        finally:
+            del self._found[companion.name]
+        if problems:
+            raise SceneError(f"{where}: {'; '.join(problems)}")
+
+    def __getitem__(self, name: str) -> Companion:
+        try:
+            return self._found[name]
+        except KeyError:
+            hint = did_you_mean(name, self._found, "its companions")
+            raise UnknownNameError(f"scene {self._scene.name!r} has no companion {name!r}; {hint}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._found)
+
+    def __len__(self) -> int:
+        return len(self._found)
 
 
 class _Planets(Mapping[str, PlanetHandle]):

@@ -12,7 +12,6 @@ KNOWN = {
     frozenset(f"planetfall.{package}.{name}" for name in names.split())
     for package, names in (
         ("render", "context_loss faults looking queries view renderer settling several_planets"),
-        ("scene", "scene checks companions"),
         ("app", "window controls interface journey journey_window keys objects pages panels planet_page planets shown"),
     )
 }
