@@ -62,6 +62,13 @@ class CloudLayer:
     wind_speed_m_s: float = knob(
         12.0, 0.0, 500.0, "m/s", "Speed at which weather drifts eastwards at the equator", group="weather"
     )
+    kind: str = knob(
+        "auto",
+        help="What the weather's clouds are of: water, billows and sheets; ice, streaks and veils; auto: ice where "
+        "the whole layer's optical depth is below 5",
+        choices=("auto", "water", "ice"),
+        group="shape",
+    )
 
 
 @dataclass

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ... import AtmosphereProbe
 from ...engine.waves import displacement, waves_of
 from ...systems.clouds.layers import frames_at, write_noise
-from ...systems.clouds.view_block import CLOUD_VIEW_BINDING, CloudViewBlock
+from ...systems.clouds.view_block import CloudViewBlock, cloud_view_uniforms
 from ...systems.ocean.wave_probe import WaveQuestions
 from ...systems.terrain.height import height_at_points
 from ..evaluate import Evaluator
@@ -164,7 +164,7 @@ def _check_clouds(case: Case, session: Session) -> Found:
     place = place.astype(np.float32)
     scope = session.gpu.scope("compare clouds")
     try:
-        blocks = scope.uniform_block(CloudViewBlock, CLOUD_VIEW_BINDING, "cloud_view")
+        blocks = cloud_view_uniforms(scope)
         blocks.write(block)
         with Evaluator(session.gpu, _PLACES, {"place": "vec3"}, {"broad": "vec3", "wide": "vec3"},
                        '#include "clouds/density.glsl"') as evaluate:  # fmt: skip

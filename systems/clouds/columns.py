@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .layers import STREAKS, kind_of
-from .view_block import MOST_INTERVALS, MOST_LAYERS
+from .layers import kind_of
+from .view_block import MOST_INTERVALS, MOST_LAYERS, CloudKind
 
 __all__ = ["Span", "intervals_of", "span_rows", "spans_of"]
 
@@ -34,7 +34,7 @@ def spans_of(layers: Sequence[Any], steps: int) -> list[Span]:
     """
     merged: list[tuple[float, float, bool]] = []
     for layer in layers:
-        base, top, thin = float(layer.base_m), float(layer.top_m), kind_of(layer) == STREAKS
+        base, top, thin = float(layer.base_m), float(layer.top_m), kind_of(layer) == CloudKind.ICE
         if merged and base <= merged[-1][1]:
             low, high, all_thin = merged[-1]
             merged[-1] = low, max(high, top), all_thin and thin

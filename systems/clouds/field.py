@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from ...engine.gpu import GpuScope
 from .block import CLOUD_BINDING, CloudBlock, cloud_block
 from .imported import imported_cover
-from .layers import BILLOWS, frames_at, kind_of, layers_of, noise_places, write_filter, write_layers, write_noise
+from .layers import frames_at, kind_of, layers_of, noise_places, write_filter, write_layers, write_noise
 from .maps import BORDER, WeatherMaps
 from .model import CloudModel
 from .probe import SLAB_UNIT, slab_texture
-from .view_block import CLOUD_VIEW_BINDING, CloudViewBlock
+from .view_block import CloudKind, CloudViewBlock, cloud_view_uniforms
 from .volumes import make_volume
 
 __all__ = ["CloudField"]
@@ -33,7 +33,7 @@ class CloudField:
 
     def __init__(self, gpu: GpuScope, settings: Mapping[str, Any]) -> None:
         self._gpu = gpu
-        self._ubo = gpu.uniform_block(CloudViewBlock, CLOUD_VIEW_BINDING, "cloud_view")
+        self._ubo = cloud_view_uniforms(gpu)
         self.block = CloudViewBlock()
         self._model_ubo = gpu.uniform_block(CloudBlock, CLOUD_BINDING, "cloud_model")
         self._slabs: Any = None
@@ -51,9 +51,9 @@ class CloudField:
         """These clouds from now on. ValueError (MapError) for an imported map that can't be read: all stays."""
         cover = imported_cover(component.weather_map) if component.weather_map else None
         self.layers = layers_of(component)
-        billows = [layer for layer in self.layers if kind_of(layer) == BILLOWS]
+        water = [layer for layer in self.layers if kind_of(layer) == CloudKind.WATER]
         self.wind_m_s = float(component.wind_speed_m_s)
-        first = billows[0] if billows else component
+        first = water[0] if water else component
         self.first = float(first.base_m), float(first.top_m - first.base_m)
         coverage = float(first.coverage) or 0.6
         self.maps.take(coverage, cover, int(component.weather_seed))

@@ -8,16 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .view_block import MOST_LAYERS, CloudViewBlock
+from .view_block import MOST_LAYERS, CloudKind, CloudViewBlock
 from .volumes import NoiseVolume
 
-__all__ = ["BILLOWS", "STREAKS", "UNIFORM", "frames_at", "hidden_fit", "layers_of", "write_layers", "write_noise"]
+__all__ = ["frames_at", "hidden_fit", "kind_of", "layers_of", "write_layers", "write_noise"]
 
 Floats = NDArray[np.float64]
 
-BILLOWS, STREAKS, UNIFORM = 0, 1, 2
 _THIN = 5.0
-"""Optical depth of a whole layer below which its clouds are drawn as ice: streaks and veils."""
+"""Optical depth of a whole layer below which its clouds are taken for ice, where nobody has said what they are of."""
 _BROAD_PERIOD = 6.4
 """Of the shape's volume, in thicknesses of the first layer: 16 km for 2.5 km."""
 _WIDE, _FINE, _FINEST = 6.871, 0.1031, 0.01173
@@ -38,11 +37,14 @@ def layers_of(clouds: Any) -> list[Any]:
     return sorted(found, key=lambda layer: (layer.base_m, layer.top_m))
 
 
-def kind_of(layer: Any) -> int:
+def kind_of(layer: Any) -> CloudKind:
     """Which density a layer has."""
     if layer.density_model == "uniform":
-        return UNIFORM
-    return STREAKS if layer.extinction_per_m * (layer.top_m - layer.base_m) < _THIN else BILLOWS
+        return CloudKind.UNIFORM
+    if layer.kind == "auto":
+        thin = layer.extinction_per_m * (layer.top_m - layer.base_m) < _THIN
+        return CloudKind.ICE if thin else CloudKind.WATER
+    return CloudKind[layer.kind.upper()]
 
 
 def frames_at(wind_m_s: float, radius_m: float, time_s: float) -> tuple[Floats, Floats]:
@@ -69,9 +71,9 @@ def write_layers(block: CloudViewBlock, layers: list[Any], map_coverage: float, 
         kind = kind_of(layer)
         base, top = float(layer.base_m), float(layer.top_m)
         shell[row] = base, top, 1.0 / (top - base), layer.extinction_per_m
-        share = 1.0 if kind == UNIFORM else layer.coverage / (0.6 if kind == STREAKS else map_coverage)
+        share = 1.0 if kind == CloudKind.UNIFORM else layer.coverage / (0.6 if kind == CloudKind.ICE else map_coverage)
         droplets[row] = layer.albedo, layer.asymmetry, kind, share
-        shape[row, :2] = float(layer.height_profile == "parabola" and kind != BILLOWS), numbers[row]
+        shape[row, :2] = float(layer.height_profile == "parabola" and kind != CloudKind.WATER), numbers[row]
     block.shell, block.droplets, block.shape = shell, droplets, shape
     block.counts = (
         len(layers),

@@ -16,7 +16,7 @@ from ...engine.space import out_of_view
 from ...engine.system import Setup
 from .layers import frames_at
 from .paper_volume import PaperVolume
-from .view_block import CLOUD_VIEW_BINDING, CloudViewBlock
+from .view_block import CloudViewBlock, cloud_view_uniforms
 
 __all__ = ["LARGE_STEP", "STEPS", "PaperClouds"]
 
@@ -52,7 +52,7 @@ class PaperClouds:
     def setup(self, setup: Setup) -> None:
         """See System.setup."""
         self._gpu, self._world = setup.gpu, setup.world
-        self._ubo = setup.gpu.uniform_block(CloudViewBlock, CLOUD_VIEW_BINDING, "cloud_view")
+        self._ubo = cloud_view_uniforms(setup.gpu)
         self._block = CloudViewBlock()
         self._stamp: tuple[Any, ...] = ()
         self._volume: PaperVolume | None = None

@@ -4,19 +4,35 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from enum import IntEnum
 from typing import Annotated, Any
 
 import numpy as np
 
+from ...engine.gpu import GpuScope, UniformBlock
 from ...engine.gpu.layout import Vec4, array
 
-__all__ = ["CLOUD_VIEW_BINDING", "MOST_INTERVALS", "MOST_LAYERS", "MOST_MAPS", "CloudViewBlock"]
+__all__ = [
+    "CLOUD_VIEW_BINDING", "MOST_INTERVALS", "MOST_LAYERS", "MOST_MAPS", "CloudKind", "CloudViewBlock",
+    "cloud_view_uniforms",
+]  # fmt: skip
 
 CLOUD_VIEW_BINDING = 14
 MOST_LAYERS = 4
 MOST_MAPS = 6
 MOST_INTERVALS = 8
 """Between heights at which maps of the shadow know how much sunlight is left."""
+
+
+class CloudKind(IntEnum):
+    """Which density a layer has. GLSL: CLOUD_WATER, ..."""
+
+    WATER = 0
+    """Billows and sheets, as the weather's cover, towers and depth have them."""
+    ICE = 1
+    """Streaks and veils along the winds aloft, as the weather's high cloud has them."""
+    UNIFORM = 2
+    """The whole shell alike, whatever the weather."""
 
 
 def _rows(count: int) -> Callable[[], Any]:
@@ -30,7 +46,7 @@ class CloudViewBlock:
     shell: Annotated[Any, array(Vec4, MOST_LAYERS)] = field(default_factory=_rows(MOST_LAYERS))
     """(base, top as heights, 1 / thickness, extinction per metre where the cloud is densest)"""
     droplets: Annotated[Any, array(Vec4, MOST_LAYERS)] = field(default_factory=_rows(MOST_LAYERS))
-    """(albedo, asymmetry, kind: 0 billows, 1 streaks of ice, 2 uniform; coverage over that of the map)"""
+    """(albedo, asymmetry, CloudKind, coverage over that of the map)"""
     shape: Annotated[Any, array(Vec4, MOST_LAYERS)] = field(default_factory=_rows(MOST_LAYERS))
     """(1 for a profile like a parabola, number of the layer in CloudBlock, 0, 0)"""
     counts: Vec4 = (0.0, 0.0, 0.0, 0.0)
@@ -73,3 +89,13 @@ class CloudViewBlock:
     shadow_u: Annotated[Any, array(Vec4, MOST_MAPS)] = field(default_factory=_rows(MOST_MAPS))
     """each map's axes; w of the first: 1 once it is drawn, of the second: the finest that is"""
     shadow_v: Annotated[Any, array(Vec4, MOST_MAPS)] = field(default_factory=_rows(MOST_MAPS))
+
+
+def cloud_view_uniforms(gpu: GpuScope) -> UniformBlock:
+    """The block's buffer; from then on shaders find its declaration, with the numbers that belong to it."""
+    made = gpu.uniform_block(CloudViewBlock, CLOUD_VIEW_BINDING)
+    constants = {**{f"CLOUD_{kind.name}": kind.value for kind in CloudKind}, "CLOUD_VIEW_LAYERS": MOST_LAYERS,
+                 "CLOUD_MOST_MAPS": MOST_MAPS, "CLOUD_MOST_INTERVALS": MOST_INTERVALS}  # fmt: skip
+    text = "".join(f"const int {name} = {value};\n" for name, value in constants.items())
+    gpu.gpu.shaders.add_virtual("generated/cloud_view.glsl", text + made.layout.block(CLOUD_VIEW_BINDING, "cloud_view"))
+    return made

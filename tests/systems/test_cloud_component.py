@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +15,9 @@ import planetfall as pf
 from planetfall.components import Atmosphere, Planet
 from planetfall.engine.settings import revision
 from planetfall.systems.clouds.block import cloud_block
+from planetfall.systems.clouds.layers import kind_of
 from planetfall.systems.clouds.model import CloudModel
+from planetfall.systems.clouds.view_block import CloudKind
 
 
 @pytest.mark.parametrize(
@@ -28,6 +31,7 @@ from planetfall.systems.clouds.model import CloudModel
         ("base_m", -1.0, r"^Clouds\.base_m: "),
         ("coverage", 2.0, r"^Clouds\.coverage: "),
         ("density_model", "wether", r"did you mean 'weather'"),
+        ("kind", "ise", r"^Clouds\.kind: .*did you mean 'ice'"),
         ("height_profile", "box", r"one of 'parabola', 'none'"),
         ("layers", pf.CloudLayer(), r"^Clouds\.layers: expected a list of CloudLayer, .*Put even one in brackets$"),
         ("layers", [1.0], r"^Clouds\.layers\[0\]: expected a CloudLayer or a table of its fields, found 1\.0$"),
@@ -97,6 +101,34 @@ def test_a_running_renderer_says_once_what_cannot_be_and_keeps_the_clouds_from_b
         np.testing.assert_allclose(radiance(renderer, camera), good, rtol=1e-4)
         scene.planet[pf.Clouds].top_m = 9500.0
         assert np.abs(radiance(renderer, camera) / good - 1.0).max() > 1e-3
+
+
+@pytest.mark.parametrize(
+    ("fields", "kind"),
+    [
+        ({"extinction_per_m": 4.9e-3}, CloudKind.ICE),
+        ({"extinction_per_m": 5.1e-3}, CloudKind.WATER),
+        ({"extinction_per_m": 4.9e-3, "kind": "water"}, CloudKind.WATER),
+        ({"extinction_per_m": 5.1e-3, "kind": "ice"}, CloudKind.ICE),
+        ({"density_model": "uniform", "kind": "ice"}, CloudKind.UNIFORM),
+    ],
+)
+def test_a_kind_that_is_said_overrides_the_guess_from_optical_depth(fields: dict[str, Any], kind: CloudKind) -> None:
+    assert kind_of(pf.CloudLayer(base_m=1000.0, top_m=2000.0, **fields)) is kind
+
+
+@pytest.mark.gpu
+def test_a_kind_that_is_said_is_drawn_as_the_guessed_one_to_the_bit() -> None:
+    scene = cloudy(extinction_per_m=1e-3, radius_m=1e6, coverage=1.0)
+    camera = pf.Camera.at(10.0, 20.0, 500.0, pitch_deg=20.0)
+    seen = {}
+    with renderer_of(scene) as renderer:
+        for kind in ("auto", "ice", "water"):
+            scene.planet[pf.Clouds].kind = kind
+            renderer.settle(camera)
+            seen[kind] = radiance(renderer, camera)
+    np.testing.assert_array_equal(seen["ice"], seen["auto"])
+    assert np.mean(np.abs(seen["water"] - seen["auto"]) > 0.01 * seen["auto"]) > 0.25
 
 
 def test_clouds_without_air_may_be_as_high_as_the_planet() -> None:

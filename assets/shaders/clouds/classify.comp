@@ -27,8 +27,10 @@ void main() {
     int k = 0;
     if (count > 0) do {
         vec4 shell = cloud_view.shell[owners[k]], drops = cloud_view.droplets[owners[k]];
-        bool ice = drops.z == 1.0;
-        float from = spans[k].x, to = spans[k].y, most = drops.z == 2.0 ? 1.0 : 0.0, least = ice ? LEAST_ICE : 0.0;
+        int kind = cloud_kind(owners[k]);
+        bool ice = kind == CLOUD_ICE;
+        float from = spans[k].x, to = spans[k].y, most = kind == CLOUD_UNIFORM ? 1.0 : 0.0,
+            least = ice ? LEAST_ICE : 0.0;
         int segments = way_segments(shell, ice, from, to), segment = 0;
         do {
             CloudWeather w = weather_along(v.ray,

@@ -23,8 +23,13 @@ layout(binding = 3) uniform sampler2D u_weather_second;
 #ifdef CLOUD_NO_ICE
 #define CLOUD_IS_ICE(layer) false
 #else
-#define CLOUD_IS_ICE(layer) (cloud_view.droplets[layer].z == 1.0)
+#define CLOUD_IS_ICE(layer) (cloud_kind(layer) == CLOUD_ICE)
 #endif
+
+// CLOUD_WATER, CLOUD_ICE or CLOUD_UNIFORM.
+int cloud_kind(int layer) {
+    return int(cloud_view.droplets[layer].z);
+}
 
 // Where a volume of noise lies around the point that places are measured from.
 #ifndef CLOUD_ORIGIN
@@ -46,7 +51,7 @@ const float CLOUD_LEAST = 1e-4, CLOUD_LEAST_ICE = 0.01;   // covers below which 
 const float CLOUD_SEAMS = 0.12;       // of a closed sheet's cover
 const float CLOUD_SHALLOW = 0.12;     // extinction of a sheet against that of towers
 const float CLOUD_ROLLS = 0.2;        // of noise, in rolls as far apart as the rims' volume repeats
-const float CLOUD_ICE = -0.39;        // threshold of ice
+const float CLOUD_ICE_FROM = -0.39;   // threshold of ice
 // by how much it rises away from the middle of a sheet, over a layer's thickness squared
 const float CLOUD_FEATHER = 0.9;
 const float CLOUD_SHEAR = 3.5;        // way along the winds for one way down
@@ -130,8 +135,8 @@ float cloud_ceiling(int layer, CloudWeather a, CloudWeather b) {
     vec4 drops = cloud_view.droplets[layer];
     bool ice = CLOUD_IS_ICE(layer);
     float most = ice ? max(a.high, b.high) : max(a.cover, b.cover);
-    float reach = drops.z == 0.0 ? max(cloud_tallness(a), cloud_tallness(b)) : 1.0;
-    return drops.z == 2.0 || most * drops.w > (ice ? CLOUD_LEAST_ICE : CLOUD_LEAST) ? reach : 0.0;
+    float reach = cloud_kind(layer) == CLOUD_WATER ? max(cloud_tallness(a), cloud_tallness(b)) : 1.0;
+    return cloud_kind(layer) == CLOUD_UNIFORM || most * drops.w > (ice ? CLOUD_LEAST_ICE : CLOUD_LEAST) ? reach : 0.0;
 }
 
 // 1 for deep weather, fronts and towers; 0 for sheets.
@@ -150,7 +155,8 @@ float cloud_column(int layer, CloudWeather w, float density) {
     vec4 shell = cloud_view.shell[layer], drops = cloud_view.droplets[layer];
     float even = mix(1.0, 2.0 / 3.0, cloud_view.shape[layer].x);
     float billows = CLOUD_FILLED * cloud_tallness(w) * cloud_body(w);
-    return (shell.y - shell.x) * shell.w * (drops.z == 2.0 ? even : CLOUD_IS_ICE(layer) ? density : billows);
+    return (shell.y - shell.x) * shell.w * (cloud_kind(layer) == CLOUD_UNIFORM ? even : CLOUD_IS_ICE(layer) ? density
+        : billows);
 }
 
 // Thinner because it is in clumps that hide one another: as a binary mixture of cloud and clear air (Pomraning 1991).
@@ -238,7 +244,8 @@ CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float
     // Ice is in sheets whose height wanders: the thinner, the nearer to their middle.
     float aside = share - (0.62 + 0.5 * wide);
     float high = w.high * drops.w, rare = 1.0 - clamp(high / CLOUD_SCARCE, 0.0, 1.0);
-    float streaks = CLOUD_ICE + 0.55 * broad + 0.5 * wide + 0.6 * high - CLOUD_FEATHER * aside * aside - rare * rare;
+    float streaks = CLOUD_ICE_FROM + 0.55 * broad + 0.5 * wide + 0.6 * high - CLOUD_FEATHER * aside * aside
+        - rare * rare;
     float soft = max(0.3 * sqrt(1.0 - second_shown), 0.02);
 
     // Sheets are of small cells, deep weather is in clusters. Squares of the weights add up to one: the variance stays
@@ -272,7 +279,7 @@ float cloud_gap(int layer, CloudNoise n, float footprint_m) {
             cloud_view.hiding.z, cloud_view.hiding.w);
     float half_width = ice ? n.soft : max(sqrt(n.lost + rim_lost), CLOUD_LEAST_LOST);
     float most = n.x + (CLOUD_RIM + CLOUD_RIM_NEAR) * (ice ? CLOUD_ICE_RIM : 1.0) + half_width;
-    return cloud_view.droplets[layer].z == 2.0 ? 0.0 : max(-most, ice || n.cover >= CLOUD_LEAST ? 0.0 : 1e-6);
+    return cloud_kind(layer) == CLOUD_UNIFORM ? 0.0 : max(-most, ice || n.cover >= CLOUD_LEAST ? 0.0 : 1e-6);
 }
 
 // rims: octaves of billows on the rim, 0..2.
@@ -300,7 +307,7 @@ float cloud_rimmed(int layer, CloudNoise n, float share, float footprint_m, int 
     float billows = body * cloud_clumped(dense, n.hidden, body * cloud_view.shell[layer].w);
 
     float even = drops.w > 0.0 ? 1.0 : 0.0;
-    float density = drops.z == 2.0 ? even : ice ? thin : billows;
+    float density = cloud_kind(layer) == CLOUD_UNIFORM ? even : ice ? thin : billows;
     return density * mix(1.0, 4.0 * share * (1.0 - share), cloud_view.shape[layer].x);
 }
 

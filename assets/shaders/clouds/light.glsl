@@ -17,13 +17,13 @@ float depth_below(int layer, float share) {
 // flat.
 float cloud_sides(int layer, CloudWeather w) {
     vec4 drops = cloud_view.droplets[layer];
-    return drops.z == 0.0 ? sqrt(1.0 - clamp(w.cover * drops.w, 0.0, 1.0)) * cloud_tallness(w) : 0.0;
+    return cloud_kind(layer) == CLOUD_WATER ? sqrt(1.0 - clamp(w.cover * drops.w, 0.0, 1.0)) * cloud_tallness(w) : 0.0;
 }
 
 // Share of the sky that is closed, as far as the ground below is concerned: ice hardly dims it.
 float cloud_closed(int layer, CloudWeather w) {
     vec4 drops = cloud_view.droplets[layer];
-    return drops.z == 0.0 ? clamp(w.cover * drops.w, 0.0, 1.0) : CLOUD_IS_ICE(layer) ? 0.0 : 1.0;
+    return cloud_kind(layer) == CLOUD_WATER ? clamp(w.cover * drops.w, 0.0, 1.0) : CLOUD_IS_ICE(layer) ? 0.0 : 1.0;
 }
 
 // The sun's cosine for slabs that are turned towards it; level_sun: to the zenith.
@@ -35,5 +35,5 @@ float cloud_facing(float level_sun, float sides) {
 // their thin rims have the light of the cloud beside them. column: of a whole cloud; up: above the place, towards the
 // sun.
 float cloud_under(int layer, float share, float column, float up) {
-    return cloud_view.droplets[layer].z == 2.0 ? depth_below(layer, share) : max(column - up, 0.0);
+    return cloud_kind(layer) == CLOUD_UNIFORM ? depth_below(layer, share) : max(column - up, 0.0);
 }

@@ -3,8 +3,6 @@
 #include "common/camera.glsl"
 #include "generated/cloud_view.glsl"
 
-const int CLOUD_MOST_MAPS = 6, CLOUD_MOST_INTERVALS = 8;   // as in systems/clouds/view_block.py
-
 // Distance from a height along a ray of cosine mu to the zenith there, as far as it has risen by `rise` (negative: back
 // along the ray). Where it never gets as low, the way to its lowest point. r: of the starting height.
 float cloud_way_to(float r, float mu, float rise) {

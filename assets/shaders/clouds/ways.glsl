@@ -3,7 +3,6 @@
 #include "clouds/shells.glsl"
 #include "clouds/density.glsl"
 
-const int CLOUD_VIEW_LAYERS = 4;
 const float NOT_ALL = 1e9;
 
 #ifdef CLOUD_NO_ICE
@@ -24,7 +23,7 @@ int cloud_ways(float mu, float end, out vec2 spans[2 * CLOUD_VIEW_LAYERS], out i
         int layer = down ? layers - 1 - turn : turn - layers;
         vec4 ways = shell_ways(mu, cloud_view.shell[layer].x, cloud_view.shell[layer].y, end);
         vec2 way = down ? ways.xy : ways.zw;
-        if (way.y - way.x >= 1e-3 && !(NO_ICE && cloud_view.droplets[layer].z == 1.0)) {
+        if (way.y - way.x >= 1e-3 && !(NO_ICE && cloud_kind(layer) == CLOUD_ICE)) {
             spans[count] = way;
             owners[count] = layer;
             ++count;
