@@ -15,7 +15,7 @@ from ..systems.tweak.style import AMBER, BAD
 
 if TYPE_CHECKING:
     from ..engine.input import InputState
-    from .window import FlightApp
+    from .flight import Flight
 
 __all__ = ["ControlsPage", "keep_controls"]
 
@@ -41,7 +41,7 @@ class ControlsPage:
         """Whether the next key is to be bound: then it does nothing else."""
         return self._catch is not None
 
-    def take(self, state: InputState, app: FlightApp) -> None:
+    def take(self, state: InputState, app: Flight) -> None:
         """Look for the key while one is waited for."""
         catch = self._catch
         if catch is None:
@@ -56,7 +56,7 @@ class ControlsPage:
         others = rivals(app.controls).get(catch.action, {}).get(found, ()) if found is not None else ()
         self._clash = (catch.action, found, others) if found is not None and others else None
 
-    def draw(self, imgui: Any, app: FlightApp) -> None:
+    def draw(self, imgui: Any, app: Flight) -> None:
         """One frame of the page."""
         if self._catch is not None:
             imgui.text_colored(
@@ -93,7 +93,7 @@ class ControlsPage:
     def _row(
         self,
         imgui: Any,
-        app: FlightApp,
+        app: Flight,
         action: str,
         text: str,
         defaults: Controls,
@@ -149,7 +149,7 @@ class ControlsPage:
     def _wait(self, action: str, sign: float, replaces: Binding | None) -> None:
         self._catch, self._replaces, self._clash = Catch(action, sign), replaces, None
 
-    def _ask(self, imgui: Any, app: FlightApp) -> None:
+    def _ask(self, imgui: Any, app: Flight) -> None:
         """A key that two actions have now: whose is it?"""
         if self._clash is None:
             return
@@ -173,7 +173,7 @@ class ControlsPage:
             self._bind(app, action, binding, self._replaces)
             self._clash = None
 
-    def _numbers(self, imgui: Any, app: FlightApp) -> None:
+    def _numbers(self, imgui: Any, app: Flight) -> None:
         controls, logarithmic = app.controls, imgui.SliderFlags_.logarithmic
         imgui.push_item_width(-12.0 * imgui.get_font_size())
         for label, name, low, high, shape, flags in (
@@ -194,7 +194,7 @@ class ControlsPage:
             self._numbers_changed = False
             self._save(app)
 
-    def _bind(self, app: FlightApp, action: str, old: Binding | None, new: Binding | None) -> None:
+    def _bind(self, app: Flight, action: str, old: Binding | None, new: Binding | None) -> None:
         try:
             rebind(app.controls, action, old, new)
         except PresetError as error:
@@ -202,7 +202,7 @@ class ControlsPage:
             return
         self._save(app)
 
-    def _save(self, app: FlightApp) -> None:
+    def _save(self, app: Flight) -> None:
         path = user_folder() / "controls.toml" if self._file is None else self._file
         try:
             keep_controls(app.controls, path, keep_old=not self._kept_old)

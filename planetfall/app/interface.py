@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ..engine.hosts.window import Window
     from ..engine.input import InputState
     from ..scene.scene import Scene
-    from .window import FlightApp
+    from .flight import Flight
 
 __all__ = ["FlightInterface"]
 
@@ -64,7 +64,7 @@ class FlightInterface:
         self._logger = logging.getLogger("planetfall")
         self._logger.addHandler(self._settings.log)
 
-    def begin(self, state: InputState, app: FlightApp, dt_s: float) -> None:
+    def begin(self, state: InputState, app: Flight, dt_s: float) -> None:
         """Build the frame's interface, and hide from `state` what it used. Nothing to show: nothing of ImGui runs."""
         self._history.add(dt_s * 1e3)
         self._settings.remember(app)
@@ -90,7 +90,7 @@ class FlightInterface:
         shortcut = shown.panels and not app.looking and bool({"left_ctrl", "right_ctrl"} & state.keys_held)
         state.consume(keyboard=ui.wants_text or shortcut, mouse=ui.wants_mouse and not app.looking)
 
-    def _lay_out(self, state: InputState, app: FlightApp, errors: tuple[str, ...]) -> None:
+    def _lay_out(self, state: InputState, app: Flight, errors: tuple[str, ...]) -> None:
         """One frame of ImGui, for as long as the last one was shown."""
         shown, window = app.shown, self._window
         dt_s, self._age_s = self._age_s, 0.0
@@ -109,7 +109,7 @@ class FlightInterface:
             if shown.journey:
                 self._journey.draw(imgui, app)
 
-    def _may_wait(self, state: InputState, app: FlightApp, laid_out: tuple[Any, ...], dt_s: float) -> bool:
+    def _may_wait(self, state: InputState, app: Flight, laid_out: tuple[Any, ...], dt_s: float) -> bool:
         """Whether what was laid out last may be shown once more: it is young, and nothing has happened to it."""
         self._age_s += dt_s
         windows = app.shown.panels or app.shown.journey
@@ -123,7 +123,7 @@ class FlightInterface:
         # A window that is new, or has grown, has its size one layout later.
         return self._quiet_s > (_AWAKE_S if windows else dt_s) and self._age_s < _LAID_OUT_S
 
-    def draw(self, app: FlightApp) -> None:
+    def draw(self, app: Flight) -> None:
         if self._shows:
             self._ui.render(self._window.framebuffer)
 
@@ -160,7 +160,7 @@ class FlightInterface:
                 apply_style(imgui)
         return self._ui
 
-    def _hud(self, app: FlightApp, helps: bool, errors: tuple[str, ...]) -> HudData:
+    def _hud(self, app: Flight, helps: bool, errors: tuple[str, ...]) -> HudData:
         shown = app.shown
         data = HudData(message=shown.message, errors=errors, controls=_help(app) if helps else ())
         if shown.numbers:
@@ -174,20 +174,20 @@ class FlightInterface:
             data.refining = getattr(app.renderer, "refining", ())
         return data
 
-    def _clock_text(self, app: FlightApp) -> str:
+    def _clock_text(self, app: Flight) -> str:
         now = time.perf_counter()
         if now >= self._clock[0]:
             self._clock = (now + _CLOCK_EVERY_S, f"{clock_text(app.journey.hour)} by the sun")
         return self._clock[1]
 
 
-def _help(app: FlightApp) -> tuple[tuple[str, str], ...]:
+def _help(app: Flight) -> tuple[tuple[str, str], ...]:
     """The keys, and where they are changed."""
     settings = app.controls.bindings.get("settings", ())
     return (*app.controls.help(), (f"{settings[0].shown if settings else 'settings'}, Controls", "change any of these"))
 
 
-def _errors(app: FlightApp) -> tuple[str, ...]:
+def _errors(app: Flight) -> tuple[str, ...]:
     shown = app.shown
     broken = tuple(f"{error}\nThe last good one is used." for error in shown.shader_errors)
     broken += tuple(
@@ -197,7 +197,7 @@ def _errors(app: FlightApp) -> tuple[str, ...]:
     return (*broken, shown.error) if shown.error else broken
 
 
-def _of(app: FlightApp, fault: Fault) -> str:
+def _of(app: Flight, fault: Fault) -> str:
     """The system, and whose it is where there are several."""
     return f"{fault.system} of {fault.planet}" if app.planets.several else fault.system
 
@@ -208,7 +208,7 @@ def _last_lines(report: str) -> str:
     return "\n".join([lines[-1], *lines[-_TRACE_LINES:-1]])
 
 
-def _lines(app: FlightApp, clock: str) -> tuple[str, ...]:
+def _lines(app: Flight, clock: str) -> tuple[str, ...]:
     pilot = app.pilot
     throttle = app.ship.throttle if pilot.mode == "ship" else 1.0
     lines = [

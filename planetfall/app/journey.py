@@ -7,7 +7,7 @@ import logging
 from collections.abc import Callable, Generator, Iterator
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from ..camera.kept import Place, Places
 from ..capture.captures import check_arrays, outputs_for, save_capture
@@ -17,11 +17,14 @@ from ..engine.settings import PresetError, SettingError
 from ..errors import OutputError, SceneError, SizeError
 from ..scene import sun_clock
 from ..systems.capture import CaptureError, require_writable
+from .planets import FlightPlanets, Traveller
 
 if TYPE_CHECKING:
-    from .window import FlightApp
+    from ..camera.camera import Camera
+    from ..components import Sun
+    from ..systems.flight import Mode
 
-__all__ = ["Journey"]
+__all__ = ["Journey", "Journeying"]
 
 log = logging.getLogger(__name__)
 
@@ -29,10 +32,22 @@ _TWO_DAYS = 2.0 / 365.0
 """As a share of the year."""
 
 
+class Journeying(Traveller, Protocol):
+    """What a journey needs of its flight."""
+
+    planets: FlightPlanets
+    quality: str
+    overrides: dict[str, Any]
+
+    def camera_for(self, fov_y_deg: float | None) -> Camera: ...
+    def place(self, camera: Camera, sun: Sun | None = None) -> None: ...
+    def switch(self, mode: Mode) -> None: ...
+
+
 class Journey:
     """Places kept, the sun's clock and photos of one flight. Errors are shown by the app, not raised."""
 
-    def __init__(self, app: FlightApp, places: Places | None = None) -> None:
+    def __init__(self, app: Journeying, places: Places | None = None) -> None:
         self._app = app
         self.places = Places() if places is None else places
         self.photo = PhotoPlan()

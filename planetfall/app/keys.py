@@ -12,7 +12,7 @@ from .shown import Shown
 
 if TYPE_CHECKING:
     from ..engine.input import InputState
-    from .window import FlightApp
+    from .flight import Flight
 
 __all__ = ["act"]
 
@@ -23,7 +23,7 @@ _YEARS_PER_S = 0.05
 _SHOWN_AS = {"help": "help", "numbers": "numbers", "settings": "panels", "journey": "journey"}
 
 
-def act(app: FlightApp, state: InputState, dt_s: float) -> None:
+def act(app: Flight, state: InputState, dt_s: float) -> None:
     """Do what was asked for in this frame, but for steering."""
     controls = app.controls
     for action, sign in (("hour", _HOURS_PER_S), ("season", _YEARS_PER_S)):
@@ -41,15 +41,15 @@ def act(app: FlightApp, state: InputState, dt_s: float) -> None:
             _DO[action](app, state)
 
 
-def _catch(app: FlightApp, _state: InputState) -> None:
+def _catch(app: Flight, _state: InputState) -> None:
     app.window.mouse_exclusivity = True
 
 
-def _free(app: FlightApp, _state: InputState) -> None:
+def _free(app: Flight, _state: InputState) -> None:
     app.window.mouse_exclusivity = not app.looking and app.pilot.mode != "orbit"
 
 
-def _leave(app: FlightApp, _state: InputState) -> None:
+def _leave(app: Flight, _state: InputState) -> None:
     shown = app.shown
     if app.photographing:
         app.journey.stop_photo()
@@ -62,7 +62,7 @@ def _leave(app: FlightApp, _state: InputState) -> None:
 
 
 def _toggle(name: str) -> None:
-    def toggle(app: FlightApp, _state: InputState) -> None:
+    def toggle(app: Flight, _state: InputState) -> None:
         setattr(app.shown, name, not getattr(app.shown, name))
         if name in ("panels", "journey") and getattr(app.shown, name):
             app.window.mouse_exclusivity = False
@@ -74,15 +74,15 @@ def _mode(mode: Mode) -> None:
     _DO[mode] = lambda app, _state: app.switch(mode)
 
 
-def _next_mode(app: FlightApp, _state: InputState) -> None:
+def _next_mode(app: Flight, _state: InputState) -> None:
     app.switch(MODES[(MODES.index(app.pilot.mode) + 1) % len(MODES)])
 
 
-def _fly_to(app: FlightApp, state: InputState) -> None:
+def _fly_to(app: Flight, state: InputState) -> None:
     app.fly_to_pixel(None if app.looking else (state.mouse_x, state.mouse_y))
 
 
-def _reload(app: FlightApp, _state: InputState) -> None:
+def _reload(app: Flight, _state: InputState) -> None:
     if app.shown.error and app.can_change_quality:
         app.set_quality(app.quality, app.overrides)
     else:
@@ -90,23 +90,23 @@ def _reload(app: FlightApp, _state: InputState) -> None:
         app.reload_shaders()
 
 
-def _fullscreen(app: FlightApp, _state: InputState) -> None:
+def _fullscreen(app: Flight, _state: InputState) -> None:
     app.window.fullscreen = not app.window.fullscreen
 
 
-def _pause(app: FlightApp, _state: InputState) -> None:
+def _pause(app: Flight, _state: InputState) -> None:
     app.time_runs = not app.time_runs
 
 
 def _pace(factor: float) -> None:
-    def pace(app: FlightApp, _state: InputState) -> None:
+    def pace(app: Flight, _state: InputState) -> None:
         app.time_speed = min(max(app.time_speed * factor, 1.0 / 64.0), _FASTEST_TIME)
         app.say(f"time runs {app.time_speed:g} times as fast")
 
     _DO["faster" if factor > 1.0 else "slower"] = pace
 
 
-def _resources(app: FlightApp) -> Collection[str] | None:
+def _resources(app: Flight) -> Collection[str] | None:
     """Names of what the frame graph makes or could make; None before the first frame."""
     try:
         return app.renderer.graph.analysis.model.specs
@@ -114,7 +114,7 @@ def _resources(app: FlightApp) -> Collection[str] | None:
         return None
 
 
-def _debug_view(app: FlightApp, _state: InputState) -> None:
+def _debug_view(app: Flight, _state: InputState) -> None:
     there = _resources(app)
     names = ("off", *(name for name, view in NAMED_VIEWS.items() if there is None or view.resource in there))
     now = names.index(app.debug_view) if app.debug_view in names else 0
@@ -122,7 +122,7 @@ def _debug_view(app: FlightApp, _state: InputState) -> None:
     app.say(f"debug view: {app.debug_view}")
 
 
-def _debug_off(app: FlightApp, _state: InputState) -> None:
+def _debug_off(app: Flight, _state: InputState) -> None:
     app.debug_view = "off"
     app.say("debug view: off")
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from ..scene.scene import PropHandle, Scene
     from ..systems.tweak import Workbench
-    from .window import FlightApp
+    from .flight import Flight
 
 __all__ = ["ObjectsPage", "upright"]
 
@@ -41,7 +41,7 @@ class ObjectsPage:
     """
 
     def __init__(
-        self, scene: Scene, store: SceneStore, bench: Callable[[], Workbench], refused: Callable[[FlightApp, str], bool]
+        self, scene: Scene, store: SceneStore, bench: Callable[[], Workbench], refused: Callable[[Flight, str], bool]
     ) -> None:
         self._scene, self._store, self._bench, self._refused = scene, store, bench, refused
         self._panel = Panel()
@@ -49,7 +49,7 @@ class ObjectsPage:
         """Whose object is selected; and which one of these."""
         self._selected = 0
 
-    def draw(self, imgui: Any, app: FlightApp) -> None:
+    def draw(self, imgui: Any, app: Flight) -> None:
         """One frame of the page."""
         count = sum(len(props) for props in self._groups().values())
         imgui.align_text_to_frame_padding()
@@ -112,7 +112,7 @@ class ObjectsPage:
         self._selected = min(self._selected, len(props) - 1)
         return props[self._selected]
 
-    def _lists(self, imgui: Any, app: FlightApp) -> None:
+    def _lists(self, imgui: Any, app: Flight) -> None:
         """A list for each planet, under its name where there are several."""
         for name, props in self._groups().items():
             if self._scene.companions:
@@ -130,7 +130,7 @@ class ObjectsPage:
                 self._planet, self._selected = name, now
 
     @staticmethod
-    def _eye(app: FlightApp, planet: str) -> NDArray[np.float64]:
+    def _eye(app: Flight, planet: str) -> NDArray[np.float64]:
         """The pilot's place in the axes of a planet."""
         if planet == app.planets.name:
             return app.pilot.position_m
@@ -139,7 +139,7 @@ class ObjectsPage:
 
     # -- what is done with them --------------------------------------------------------------------------------------
 
-    def add(self, app: FlightApp, form: str) -> None:
+    def add(self, app: Flight, form: str) -> None:
         """A new object where the picture's middle is, large enough to be seen."""
         width, height = app.renderer.size
         found = app.renderer.pick(app.camera, 0.5 * width, 0.5 * height)
@@ -154,18 +154,18 @@ class ObjectsPage:
         name = _free_name(form, {prop.name for prop in planet.scene.props})
         self._put(app, PropParts(name, (transform, shape), app.planets.name), f"add {form}")
 
-    def remove(self, app: FlightApp, prop: PropHandle) -> None:
+    def remove(self, app: Flight, prop: PropHandle) -> None:
         """Take an object off its planet."""
         parts = PropParts(prop.name, tuple(copied(part) for part in prop.components()), self._planet)
         edit = Edit(self._store.object_heading(prop), "", parts, None)
         self._refused(app, self._bench().do([edit], f"remove {prop.name}"))
 
-    def _put(self, app: FlightApp, parts: PropParts, label: str) -> None:
+    def _put(self, app: Flight, parts: PropParts, label: str) -> None:
         edit = Edit(self._store.new_object_heading(), "", None, parts)
         if not self._refused(app, self._bench().do([edit], label)):
             self._planet, self._selected = parts.planet, len(self._scene.planets[parts.planet].scene.props) - 1
 
-    def _place(self, imgui: Any, app: FlightApp, prop: PropHandle) -> None:
+    def _place(self, imgui: Any, app: Flight, prop: PropHandle) -> None:
         """Latitude, longitude and height: an object's position as people say it, to the millimetre."""
         transform, planet = prop[Transform], prop.scene.planet
         where = np.array(transform.position_m)
@@ -203,7 +203,7 @@ class ObjectsPage:
         if edits:
             self._refused(app, self._bench().do(edits, f"move {prop.name}"))
 
-    def _fly_to(self, app: FlightApp, prop: PropHandle, latitude_deg: float, longitude_deg: float) -> None:
+    def _fly_to(self, app: Flight, prop: PropHandle, latitude_deg: float, longitude_deg: float) -> None:
         """To an object, or first of all to its planet."""
         if self._planet != app.planets.name:
             app.fly_to_planet(self._planet)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING, Any
 
 from ..camera.flights import paths
 from ..camera.views import view, views
 from ..components import DebugView
-from ..engine.graph import TextureSpec
+from ..engine.graph import BufferSpec, TextureSpec
 from ..errors import SettingError
 from ..systems.debug import NAMED_VIEWS
 from ..systems.tweak import (
@@ -23,14 +24,18 @@ from ..systems.tweak import (
 from ..systems.tweak.style import QUIET
 
 if TYPE_CHECKING:
+    from ..engine.graph import Plan
     from ..scene.scene import Scene
-    from .window import FlightApp
+    from .flight import Flight
 
 __all__ = ["ProfilerPage", "ViewPage", "combo"]
 
 _LABEL_EM = 11.5
 _FOV_DEG = (2.0, 120.0)
 _BUDGET_MS = 1000.0 / 60.0
+
+Names = Collection[str] | Callable[[], Collection[str]]
+"""What a list offers; a function is called while the list is open."""
 
 
 class ViewPage:
@@ -40,7 +45,7 @@ class ViewPage:
         self._scene = scene
         self._names: tuple[int, list[str]] = (0, [])
 
-    def draw(self, imgui: Any, app: FlightApp) -> None:
+    def draw(self, imgui: Any, app: Flight) -> None:
         """One frame of the page."""
         imgui.push_item_width(-_LABEL_EM * imgui.get_font_size())
         imgui.separator_text("debug view")
@@ -89,7 +94,7 @@ class ViewPage:
         imgui.pop_item_width()
 
     @staticmethod
-    def _window(imgui: Any, app: FlightApp) -> None:
+    def _window(imgui: Any, app: Flight) -> None:
         imgui.separator_text("window")
         toggled, on = imgui.checkbox("full screen", bool(app.window.fullscreen))
         if toggled:
@@ -112,7 +117,7 @@ class ViewPage:
             f"{' x '.join(map(str, app.renderer.size))} pixels drawn, {app.window.pixel_ratio:g} a unit"
         )
 
-    def _freeze(self, imgui: Any, app: FlightApp) -> None:
+    def _freeze(self, imgui: Any, app: Flight) -> None:
         world = self._scene.world
         found = world.query(DebugView)
         frozen = any(shown.freeze for _, (shown,) in found)
@@ -127,7 +132,7 @@ class ViewPage:
             shown.freeze = on
         app.debug_view = app.debug_view  # without a view and without a freeze there is nothing to keep
 
-    def _resources(self, app: FlightApp) -> list[str]:
+    def _resources(self, app: Flight) -> list[str]:
         """Textures of the frame that can be looked at; looked up again when the graph has been compiled anew."""
         try:
             plan = app.renderer.graph
@@ -149,7 +154,7 @@ class ProfilerPage:
         self._culled = False
         self._paused = False
 
-    def draw(self, imgui: Any, app: FlightApp) -> None:
+    def draw(self, imgui: Any, app: Flight) -> None:
         """One frame of the page."""
         try:
             plan = app.renderer.graph
@@ -178,7 +183,7 @@ class ProfilerPage:
         draw_memory(imgui, _resources_by_size(plan), _objects(app))
         draw_passes(passes, culled=self._culled)
 
-    def _budget(self, imgui: Any, app: FlightApp) -> None:
+    def _budget(self, imgui: Any, app: Flight) -> None:
         auto = app.pace.auto
         toggled, on = imgui.checkbox("hold a frame budget", auto.budget_ms is not None)
         imgui.set_item_tooltip(
@@ -199,7 +204,7 @@ class ProfilerPage:
         imgui.text_disabled(str(auto.last) if auto.last is not None else f"quality {auto.dial:.2f}, no change yet")
 
 
-def _pass_times(app: FlightApp) -> list[PassTime]:
+def _pass_times(app: Flight) -> list[PassTime]:
     helps = {declared.name: declared.help for declared in app.renderer.graph.analysis.model.passes}
     return [
         PassTime(
@@ -214,34 +219,39 @@ def _pass_times(app: FlightApp) -> list[PassTime]:
     ]
 
 
-def _resources_by_size(plan: Any) -> list[tuple[str, int, str]]:
+def _resources_by_size(plan: Plan) -> list[tuple[str, int, str]]:
     specs = plan.analysis.model.specs
     sizes = [(name, plan.bytes_of(name), _what(specs[name])) for name in plan.resources if name in specs]
     return sorted(sizes, key=lambda entry: -entry[1])
 
 
-def _what(spec: Any) -> str:
+def _what(spec: BufferSpec | TextureSpec) -> str:
     return spec.format if isinstance(spec, TextureSpec) else "buffer"
 
 
-def _objects(app: FlightApp) -> list[tuple[str, int]]:
+def _objects(app: Flight) -> list[tuple[str, int]]:
     counts = app.renderer.gpu.counts()
     totals = [(owner, sum(kinds.values())) for owner, kinds in counts.items()]
     return sorted(totals, key=lambda entry: -entry[1])
 
 
 def combo(
-    imgui: Any, label: str, shown: str, names: Any, more: Any = (), tips: Any = None, heading: str = "resources"
+    imgui: Any,
+    label: str,
+    shown: str,
+    names: Names,
+    more: Names = (),
+    tips: Callable[[str], str] | None = None,
+    heading: str = "resources",
 ) -> str | None:
     """A list to choose from; the choice of this frame, or None.
 
-    names, more: texts, or a function that gives them, called while the list is open; `more` comes after a line with the
-    heading. tips: name -> text.
+    `more` comes after a line with the heading. tips: name -> text.
     """
     found = None
     if imgui.begin_combo(label, shown, imgui.ComboFlags_.height_large):
         for group, listed in enumerate((names, more)):
-            members: Any = listed() if callable(listed) else listed
+            members = listed() if callable(listed) else listed
             if group and members:
                 imgui.separator_text(heading)
             for name in members:

@@ -27,7 +27,7 @@ from .tweak_store import QUALITY_HEADING, SceneStore
 
 if TYPE_CHECKING:
     from ..scene.scene import Scene
-    from .window import FlightApp
+    from .flight import Flight
 
 __all__ = ["SettingsWindow"]
 
@@ -74,7 +74,7 @@ class SettingsWindow:
         assert self._bench is not None, "remember() comes first"
         return self._bench
 
-    def remember(self, app: FlightApp) -> None:
+    def remember(self, app: Flight) -> None:
         """Take the scene as it is now for what "reset" goes back to; only the first time counts."""
         if self._bench is None:
             self._store.take_quality(app.quality, app.overrides)
@@ -83,7 +83,7 @@ class SettingsWindow:
             self._known_quality = (app.quality, dict(app.overrides))
             self._preset = self._scene.name
 
-    def draw(self, imgui: Any, app: FlightApp) -> None:
+    def draw(self, imgui: Any, app: Flight) -> None:
         """One frame of the window, at the right edge."""
         em, display = imgui.get_font_size(), imgui.get_io().display_size
         width = self._width(em, display.x)
@@ -128,7 +128,7 @@ class SettingsWindow:
 
     # -- undo, presets, A and B --------------------------------------------------------------------------------------
 
-    def _toolbar(self, imgui: Any, app: FlightApp) -> None:
+    def _toolbar(self, imgui: Any, app: Flight) -> None:
         bench = self.bench
         typing, chord = imgui.get_io().want_text_input, imgui.Key
         pressed = imgui.is_key_chord_pressed
@@ -167,7 +167,7 @@ class SettingsWindow:
             imgui.text_wrapped(self._wrong)
             imgui.pop_style_color()
 
-    def _save_popup(self, imgui: Any, app: FlightApp) -> None:
+    def _save_popup(self, imgui: Any, app: Flight) -> None:
         if not imgui.begin_popup("save as"):
             return
         imgui.text("Save this scene as")
@@ -181,7 +181,7 @@ class SettingsWindow:
         imgui.text_disabled("The one that is there is kept beside it as .old" if there else "F3 lists it as yours")
         imgui.end_popup()
 
-    def load(self, app: FlightApp, name: str) -> bool:
+    def load(self, app: Flight, name: str) -> bool:
         """Make the scene that of a preset; whether that worked. What is wrong is shown and nothing changes."""
         try:
             parts, missing = {**load_parts(name), **self._companion_parts(name)}, left_out(name)
@@ -212,7 +212,7 @@ class SettingsWindow:
             found |= self._store.expect(self._store.free_name(told.name) if own else told.name, scene_of(told), orbit)
         return found
 
-    def save(self, app: FlightApp, name: str) -> bool:
+    def save(self, app: Flight, name: str) -> bool:
         """Save the scene under a name; whether that worked."""
         try:
             path = save_preset(self._scene, name)
@@ -248,23 +248,23 @@ class SettingsWindow:
             )
         return text.lstrip("\n") or "# nothing differs from the preset\n"
 
-    def _refused(self, app: FlightApp, wrong: str) -> bool:
+    def _refused(self, app: Flight, wrong: str) -> bool:
         self._wrong = wrong
         if wrong:
             log.info("panel: %s", wrong)
             app.say(wrong.splitlines()[0])
         return bool(wrong)
 
-    def _say(self, app: FlightApp, label: str, done: str, nothing: str) -> None:
+    def _say(self, app: Flight, label: str, done: str, nothing: str) -> None:
         self._wrong = ""
         app.say(done.format(label) if label else nothing)
 
-    def _planet_page(self, imgui: Any, app: FlightApp) -> None:
+    def _planet_page(self, imgui: Any, app: Flight) -> None:
         self._planets.draw(imgui, app, self._preset)
 
     # -- quality -----------------------------------------------------------------------------------------------------
 
-    def _quality_page(self, imgui: Any, app: FlightApp) -> None:
+    def _quality_page(self, imgui: Any, app: Flight) -> None:
         bench, store = self.bench, self._store
         imgui.set_next_item_width(12.0 * imgui.get_font_size())
         chosen = combo(imgui, "preset", store.preset, qualities, tips=QUALITY.about)
@@ -277,7 +277,7 @@ class SettingsWindow:
         if chosen is not None:
             bench.to({**bench.copy(), **store.preset_parts(chosen)}, f"quality {chosen}")
 
-    def _follow_app(self, app: FlightApp) -> None:
+    def _follow_app(self, app: Flight) -> None:
         """Quality that somebody else has changed is taken over."""
         if self._known_quality != (app.quality, app.overrides):
             self._known_quality = (app.quality, dict(app.overrides))
@@ -285,7 +285,7 @@ class SettingsWindow:
         if self.bench.base[QUALITY_HEADING].preset != self._store.preset:
             self.bench.base = {**self.bench.base, **self._store.preset_parts(self._store.preset)}
 
-    def _make_quality(self, app: FlightApp) -> None:
+    def _make_quality(self, app: Flight) -> None:
         """Have the app render with the quality that is wanted."""
         store = self._store
         if self.bench.base[QUALITY_HEADING].preset != store.preset:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from ..scene.scene import Scene
     from ..systems.tweak import Workbench
-    from .window import FlightApp
+    from .flight import Flight
 
 __all__ = ["PlanetPage", "free_orbit"]
 
@@ -42,14 +42,14 @@ class PlanetPage:
     """
 
     def __init__(
-        self, scene: Scene, store: SceneStore, bench: Callable[[], Workbench], refused: Callable[[FlightApp, str], bool]
+        self, scene: Scene, store: SceneStore, bench: Callable[[], Workbench], refused: Callable[[Flight, str], bool]
     ) -> None:
         self._scene, self._store, self._bench, self._refused = scene, store, bench, refused
         self._taken_off: dict[str, Any] = {}
         self.panel = Panel()
         self.chosen = scene.planet.name
 
-    def draw(self, imgui: Any, app: FlightApp, preset: str) -> None:
+    def draw(self, imgui: Any, app: Flight, preset: str) -> None:
         """One frame of the page. preset: what "reset" goes back to, by name."""
         if self.chosen not in self._scene.planets:
             self.chosen = self._scene.planet.name
@@ -68,7 +68,7 @@ class PlanetPage:
 
     # -- which planets there are -------------------------------------------------------------------------------------
 
-    def _choice(self, imgui: Any, app: FlightApp) -> None:
+    def _choice(self, imgui: Any, app: Flight) -> None:
         imgui.set_next_item_width(9.0 * imgui.get_font_size())
         chosen = combo(imgui, "##planet", self.chosen, list(self._scene.planets))
         imgui.set_item_tooltip("The planet whose knobs are shown: the scene's own, or one that accompanies it")
@@ -95,7 +95,7 @@ class PlanetPage:
         if gone:
             self.remove(app)
 
-    def add(self, app: FlightApp, preset: str) -> bool:
+    def add(self, app: Flight, preset: str) -> bool:
         """One more planet from a preset, where it is seen from here; whether it could be."""
         store, name = self._store, self._store.free_name(preset)
         own = scene_of(describe(preset))
@@ -107,7 +107,7 @@ class PlanetPage:
         self.panel.unfold.add(of_companion(name, Orbit))
         return True
 
-    def remove(self, app: FlightApp) -> None:
+    def remove(self, app: Flight) -> None:
         """Take the chosen companion out of the scene."""
         name, parts = self.chosen, self._store.companion_parts(self.chosen)
         state = {heading: part for heading, part in self._bench().copy().items() if heading not in parts}
@@ -116,7 +116,7 @@ class PlanetPage:
 
     # -- its components ----------------------------------------------------------------------------------------------
 
-    def _switches(self, imgui: Any, app: FlightApp) -> None:
+    def _switches(self, imgui: Any, app: Flight) -> None:
         right = imgui.get_cursor_screen_pos().x + imgui.get_content_region_avail().x
         imgui.push_id("parts")
         kinds = [kind for kind in OPTIONAL if self.own or kind in PLANET_KINDS.values()]
@@ -127,7 +127,7 @@ class PlanetPage:
             self._switch(imgui, app, kind)
         imgui.pop_id()
 
-    def _switch(self, imgui: Any, app: FlightApp, kind: type) -> None:
+    def _switch(self, imgui: Any, app: Flight, kind: type) -> None:
         ours = kind in PLANET_KINDS.values()
         handle = self._scene.planets[self.chosen] if ours else self._scene.environment
         heading = kind.__name__ if self.own else of_companion(self.chosen, kind)
@@ -142,7 +142,7 @@ class PlanetPage:
 
     # -- its knobs ---------------------------------------------------------------------------------------------------
 
-    def _resets(self, imgui: Any, app: FlightApp, preset: str) -> None:
+    def _resets(self, imgui: Any, app: Flight, preset: str) -> None:
         bench, several = self._bench(), bool(self._scene.companions)
         quality = self._store.quality
         if imgui.button(icon("reset", "reset all")):
@@ -166,14 +166,14 @@ class PlanetPage:
         own = name == self._scene.planet.name
         return self._store.scene_parts() if own else self._store.companion_parts(name)
 
-    def _knobs(self, imgui: Any, app: FlightApp, name: str) -> None:
+    def _knobs(self, imgui: Any, app: Flight, name: str) -> None:
         bench, parts = self._bench(), self._parts(name)
         presets: Mapping[str, Any] = {h: bench.base.get(h) or self._store.origins.get(h) for h in parts}
         for heading, changes in self.panel.draw_all(parts, presets, search=False).items():
             self._refused(app, bench.made(heading, changes))
 
 
-def free_orbit(scene: Scene, planet: Scene, app: FlightApp) -> Orbit:
+def free_orbit(scene: Scene, planet: Scene, app: Flight) -> Orbit:
     """An orbit for one more planet: in front of the flight, as far as the places of others allow."""
     pose = app.planets.outside(app.pilot.pose)
     ahead = pose.forward + _AHEAD_AND_UP * pose.up

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..camera.camera import Camera
 from ..camera.views import view, views
@@ -22,10 +23,14 @@ from ..systems.flight import Pose
 from ..systems.light.sun import resolve_sun
 
 if TYPE_CHECKING:
+    from ..engine.surface.field import HeightField
+    from ..render.renderer import Renderer
     from ..scene.scene import PlanetHandle, Scene
-    from .window import FlightApp
+    from ..systems.flight import Pilot, ShipFlight
 
-__all__ = ["Crossing", "FlightPlanets", "first_camera"]
+__all__ = ["Crossing", "FlightPlanets", "Traveller", "first_camera"]
+
+Vector = NDArray[np.float64]
 
 _PACE_PER_S = 1.2
 """E-folds of the distance to the planet left, and then to the one ahead, in a second."""
@@ -37,10 +42,27 @@ _TURN_SHARE = 0.5
 """Of a crossing's time, in which the view turns to where it goes."""
 
 
+class Traveller(Protocol):
+    """What flying among planets needs of the flight."""
+
+    scene: Scene
+    renderer: Renderer
+    pilot: Pilot
+    ship: ShipFlight
+    sea: SeaSurface
+    time_s: float
+
+    @property
+    def camera(self) -> Camera: ...
+
+    def say(self, message: str) -> None: ...
+    def meet_ground(self) -> None: ...
+
+
 class FlightPlanets:
     """The planets of one flight. name: of that which the pilot's axes are those of."""
 
-    def __init__(self, app: FlightApp) -> None:
+    def __init__(self, app: Traveller) -> None:
         self._app = app
         self.name = app.scene.planet.name
         self.crossing: Crossing | None = None
@@ -59,7 +81,7 @@ class FlightPlanets:
         found = {body.name: body for body in bodies(self._app.scene, self._app.time_s)}
         return found.get(self.name, found[self._app.scene.planet.name])
 
-    def height_field(self) -> Any:
+    def height_field(self) -> HeightField | None:
         """The ground below, as it is drawn; the scene's own where no frame has shown it yet."""
         app = self._app
         if not self.several or app.renderer.main == self.name:
@@ -119,7 +141,7 @@ class FlightPlanets:
         self._take(now)
         return (pose if now.name == home.name else _inside(now, outside)), sun
 
-    def point(self, position_m: Any) -> Any:
+    def point(self, position_m: Vector) -> Vector:
         """A point of the scene's axes in the pilot's."""
         return position_m if self.name == self._app.scene.planet.name else self.body().inside(position_m)
 
@@ -220,7 +242,7 @@ class Crossing:
         return self._length - rest
 
 
-def _kept_out(position: Any, body: Body) -> Any:
+def _kept_out(position: Vector, body: Body) -> Vector:
     """Beside a planet that stands in the way."""
     away = position - body.centre_m
     distance = float(np.linalg.norm(away))
@@ -254,7 +276,7 @@ def _ramped(share: float) -> float:
     return part / (1.0 - _RAMP)
 
 
-def _between(one: Any, other: Any, share: float) -> Any:
+def _between(one: Vector, other: Vector, share: float) -> Any:
     """On the great circle from one unit vector to another."""
     cosine = float(one @ other)
     if share >= 1.0 or cosine > 1.0 - 1e-12:
@@ -266,7 +288,7 @@ def _between(one: Any, other: Any, share: float) -> Any:
     return one * math.cos(angle) + side / np.linalg.norm(side) * math.sin(angle)
 
 
-def _upright(up: Any, forward: Any) -> Any:
+def _upright(up: Vector, forward: Vector) -> Any:
     """The up at right angles to forward that is nearest to another one."""
     level = up - forward * float(up @ forward)
     if float(level @ level) < 1e-12:

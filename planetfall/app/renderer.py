@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from ..engine.gpu.caps import is_software
@@ -12,6 +12,7 @@ from ..scene.scene import Scene
 
 if TYPE_CHECKING:
     from ..engine.hosts.window import Window
+    from .flight import RendererMaker
 
 __all__ = ["SOFTWARE", "USUAL", "renderer_maker", "usual_quality"]
 
@@ -28,9 +29,7 @@ def usual_quality(driver: str) -> tuple[str, float]:
     return SOFTWARE if is_software(driver) else USUAL
 
 
-def renderer_maker(
-    scene: Scene, window: Window, quality: str | None
-) -> tuple[str, Callable[[str, Mapping[str, Any]], Renderer]]:
+def renderer_maker(scene: Scene, window: Window, quality: str | None) -> tuple[str, RendererMaker]:
     """The quality to begin with, and what makes a renderer for the window at a quality. quality: None for the usual
     one, which the first renderer has at its scale; whoever then chooses another has all pixels of it."""
     first = usual_quality(window.ctx.info["GL_RENDERER"]) if quality is None else (quality, 1.0)

@@ -1,6 +1,7 @@
 """Free flight in a window: `pf.fly(scene)`. The loop and what can be done in it.
 
-Keys live in app_keys, places, time and photos in app_journey, panels in app_panels.
+Keys live in keys.py, places, time and photos in journey.py, panels in panels.py; what they see of the flight is in
+flight.py.
 """
 
 from __future__ import annotations
@@ -28,11 +29,12 @@ from ..quality import resolve_quality
 from ..query.sea_surface import SeaSurface
 from ..systems.capture import CaptureError, require_writable
 from ..systems.flight import Controls, Ground, Mode, Pilot, Pose, controls_or_defaults, steering
+from .flight import FlightWindow, Interface, RendererMaker
 from .journey import Journey
 from .keys import act
 from .pace import Pace, check_frame_cap
 from .planets import FlightPlanets, first_camera
-from .shown import Interface, RendererMaker, Shown
+from .shown import Shown
 
 if TYPE_CHECKING:
     from ..engine.input import InputState
@@ -69,7 +71,7 @@ class FlightApp:
 
     def __init__(
         self,
-        window: Any,
+        window: FlightWindow,
         renderer: Renderer,
         scene: Scene,
         camera: Camera | None = None,
