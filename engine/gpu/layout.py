@@ -1,4 +1,4 @@
-"""Uniform and storage blocks from dataclasses: one declaration gives the numpy record and the GLSL text.
+"""Uniform and storage blocks from dataclasses: one declaration gives the bytes and the GLSL text.
 
 The layout rules are those of OpenGL 4.3, 7.6.2.2: std140, or std430 for storage blocks.
 """
@@ -6,9 +6,12 @@ The layout rules are those of OpenGL 4.3, 7.6.2.2: std140, or std430 for storage
 from __future__ import annotations
 
 import dataclasses
+import math
 import re
-from collections.abc import Sequence
+import struct
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated, Any, TypeAlias, get_type_hints
 
 import numpy as np
@@ -19,7 +22,9 @@ from .errors import FormatError
 __all__ = [
     "GlslType",
     "IVec2",
+    "IVec3",
     "IVec4",
+    "Mat3",
     "Mat4",
     "StructLayout",
     "UInt",
@@ -34,83 +39,101 @@ __all__ = [
 
 @dataclass(frozen=True)
 class GlslType:
-    """A type of a block's member: alignment in bytes; columns > 1 for a matrix; count > 0 for an array."""
+    """A type of numbers. alignment in bytes; format as in the module struct; shape of a value: () for one number."""
 
     name: str
-    base: str
-    components: int
+    format: str
     alignment: int
-    columns: int = 1
-    count: int = 0
+    shape: tuple[int, ...] = ()
 
-    @property
-    def bytes(self) -> int:
-        return 4 * self.components * self.columns
-
-    def stride(self, layout: str) -> int:
-        """Bytes from one array element to the next."""
-        size = -(-self.bytes // self.alignment) * self.alignment
-        return -(-size // 16) * 16 if layout == "std140" else size
+    @cached_property
+    def size(self) -> int:
+        """Bytes."""
+        return struct.calcsize("=" + self.format)
 
 
-_FLOAT = GlslType("float", "f4", 1, 4)
-_INT = GlslType("int", "i4", 1, 4)
-_UINT = GlslType("uint", "u4", 1, 4)
-_BOOL = GlslType("bool", "u4", 1, 4)
+@dataclass(frozen=True)
+class _Array:
+    element: Any
+    count: int
+
+
+_FLOAT = GlslType("float", "f", 4)
+_INT = GlslType("int", "i", 4)
+_BOOL = GlslType("bool", "?3x", 4)
 
 Floats: TypeAlias = Sequence[float] | NDArray[np.floating[Any]]
 Ints: TypeAlias = Sequence[int] | NDArray[np.integer[Any]]
 
-UInt: TypeAlias = Annotated[int, _UINT]
-Vec2: TypeAlias = Annotated[Floats, GlslType("vec2", "f4", 2, 8)]
-Vec3: TypeAlias = Annotated[Floats, GlslType("vec3", "f4", 3, 16)]
-Vec4: TypeAlias = Annotated[Floats, GlslType("vec4", "f4", 4, 16)]
-IVec2: TypeAlias = Annotated[Ints, GlslType("ivec2", "i4", 2, 8)]
-IVec4: TypeAlias = Annotated[Ints, GlslType("ivec4", "i4", 4, 16)]
-UVec2: TypeAlias = Annotated[Ints, GlslType("uvec2", "u4", 2, 8)]
-UVec4: TypeAlias = Annotated[Ints, GlslType("uvec4", "u4", 4, 16)]
-Mat4: TypeAlias = Annotated[Floats | Sequence[Floats], GlslType("mat4", "f4", 4, 16, columns=4)]
-"""A (4, 4) array whose rows are the matrix's columns (so m.T of the usual notation), or 16 numbers column by column."""
+UInt: TypeAlias = Annotated[int, GlslType("uint", "I", 4)]
+Vec2: TypeAlias = Annotated[Floats, GlslType("vec2", "2f", 8, (2,))]
+Vec3: TypeAlias = Annotated[Floats, GlslType("vec3", "3f", 16, (3,))]
+Vec4: TypeAlias = Annotated[Floats, GlslType("vec4", "4f", 16, (4,))]
+IVec2: TypeAlias = Annotated[Ints, GlslType("ivec2", "2i", 8, (2,))]
+IVec3: TypeAlias = Annotated[Ints, GlslType("ivec3", "3i", 16, (3,))]
+IVec4: TypeAlias = Annotated[Ints, GlslType("ivec4", "4i", 16, (4,))]
+UVec2: TypeAlias = Annotated[Ints, GlslType("uvec2", "2I", 8, (2,))]
+UVec4: TypeAlias = Annotated[Ints, GlslType("uvec4", "4I", 16, (4,))]
+Mat3: TypeAlias = Annotated[Floats | Sequence[Floats], GlslType("mat3", "3f4x" * 3, 16, (3, 3))]
+Mat4: TypeAlias = Annotated[Floats | Sequence[Floats], GlslType("mat4", "16f", 16, (4, 4))]
+"""An array whose rows are the matrix's columns (m.T of the usual notation). Mat3 takes as much room as three Vec4."""
 
 
-def array(element: Any, count: int) -> GlslType:
-    """A fixed array, to be used as ``Annotated[Any, array(Vec4, 6)]``. Values are (count, components) arrays."""
-    kind = _type_of(element, "array")
-    if kind.count or count < 1:
-        raise FormatError(f"array({kind.name}, {count}): one dimension with at least one element, please")
-    return dataclasses.replace(kind, count=count)
+def array(element: Any, count: int) -> _Array:
+    """A fixed array, to be used as ``Annotated[Any, array(Vec4, 6)]``; its element may be a dataclass."""
+    if _array_of(element) or count < 1:
+        raise FormatError(f"array({element!r}, {count}): one dimension with at least one element, please")
+    return _Array(element, count)
 
 
-def _type_of(annotation: Any, where: str) -> GlslType:
-    if isinstance(annotation, GlslType):
-        return annotation
-    for extra in getattr(annotation, "__metadata__", ()):
+def _array_of(annotation: Any) -> _Array | None:
+    extras = (annotation, *getattr(annotation, "__metadata__", ()))
+    return next((e for e in extras if isinstance(e, _Array)), None)
+
+
+def _type_of(annotation: Any, layout: str, where: str) -> GlslType | StructLayout:
+    for extra in (annotation, *getattr(annotation, "__metadata__", ())):
         if isinstance(extra, GlslType):
             return extra
-    plain = {float: _FLOAT, int: _INT, bool: _BOOL}.get(annotation)
-    if plain is None:
+    plain = getattr(annotation, "__origin__", annotation)  # of Annotated[float, "m"]
+    if dataclasses.is_dataclass(plain):
+        return StructLayout(plain, layout)  # type: ignore[arg-type]
+    kind = {float: _FLOAT, int: _INT, bool: _BOOL}.get(plain)
+    if kind is None:
         raise FormatError(
-            f"{where}: {annotation!r} has no GLSL type; use float, int, bool, UInt, Vec2, Vec3, Vec4, IVec2, IVec4, "
-            "UVec2, UVec4, Mat4 or Annotated[Any, array(Vec4, n)]"
+            f"{where}: {annotation!r} has no GLSL type; use float, int, bool, UInt, Vec2, Vec3, Vec4, IVec2, IVec3, "
+            "IVec4, UVec2, UVec4, Mat3, Mat4, a dataclass of those or Annotated[Any, array(Vec4, n)]"
         )
-    return plain
+    return kind
 
 
 @dataclass(frozen=True)
 class Member:
-    """One member: where it lies in the block."""
+    """One member: where it lies in the block. stride: bytes from one element to the next where count > 0."""
 
     name: str
-    type: GlslType
+    type: GlslType | StructLayout
+    count: int
     offset: int
-    help: str
+    stride: int
+    comment: str
+
+    @property
+    def fields(self) -> StructLayout | None:
+        return self.type if isinstance(self.type, StructLayout) else None
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of a value that is numbers."""
+        own = self.type.shape if isinstance(self.type, GlslType) else ()
+        return (self.count, *own) if self.count else own
 
 
 class StructLayout:
-    """The memory layout of a dataclass as a std140 (or std430) block.
+    """The memory layout of a dataclass as a std140 (or std430) block. Fields may be dataclasses, and arrays of them.
 
-    dtype: numpy record, `size` bytes, to fill with pack(). glsl: the struct's declaration. block(): a whole uniform or
-    storage block. Fields may carry metadata {"help": ...}, which becomes a comment in the GLSL.
+    size: bytes. glsl: the struct's declaration. block(): a whole uniform or storage block. A text in a field's
+    annotation, ``Annotated[float, "m"]``, is its unit or meaning and becomes a comment in the GLSL.
     """
 
     def __init__(self, cls: type[Any], layout: str = "std140") -> None:
@@ -120,96 +143,164 @@ class StructLayout:
             raise FormatError(f"layout must be std140 or std430, found {layout!r}")
         self.cls, self.layout, self.name = cls, layout, cls.__name__
         hints = get_type_hints(cls, include_extras=True)
+        least = 16 if layout == "std140" else 4  # alignment of structs and of elements of arrays
         members: list[Member] = []
-        offset = 0
-        largest = 4
+        offset, self.alignment, self.format = 0, least, ""
         for item in dataclasses.fields(cls):
+            where, hint = f"{self.name}.{item.name}", hints[item.name]
             if not re.fullmatch(r"[a-z]\w*", item.name, re.IGNORECASE) or "__" in item.name:
-                raise FormatError(f"{self.name}.{item.name} is not a GLSL identifier")
-            kind = _type_of(hints[item.name], f"{self.name}.{item.name}")
-            align = kind.alignment
-            if kind.count and layout == "std140":
-                align = max(16, align)
-            offset = -(-offset // align) * align
-            members.append(Member(item.name, kind, offset, str(item.metadata.get("help", ""))))
-            offset += kind.stride(layout) * kind.count if kind.count else kind.bytes
-            largest = max(largest, align)
+                raise FormatError(f"{where} is not a GLSL identifier")
+            several = _array_of(hint)
+            kind = _type_of(several.element if several else hint, layout, where)
+            align = max(least, kind.alignment) if several else kind.alignment
+            stride = _up(kind.size, align) if several else kind.size
+            gap = _up(offset, align) - offset
+            comment = "; ".join(e for e in getattr(hint, "__metadata__", ()) if isinstance(e, str))
+            count = several.count if several else 0
+            members.append(Member(item.name, kind, count, offset + gap, stride, comment))
+            self.format += f"{gap}x" + f"{kind.format}{stride - kind.size}x" * (count or 1)
+            offset += gap + stride * (count or 1)
+            self.alignment = max(self.alignment, align)
         if not members:
             raise FormatError(f"{self.name} has no fields: a block needs at least one")
-        unit = 16 if layout == "std140" else largest
         self.members = tuple(members)
-        self.size = -(-offset // unit) * unit
-        self.dtype = np.dtype(
-            {
-                "names": [m.name for m in members],
-                "formats": [self._numpy_format(m.type) for m in members],
-                "offsets": [m.offset for m in members],
-                "itemsize": self.size,
-            }
-        )
+        self.size = _up(offset, self.alignment)
+        self.format += f"{self.size - offset}x"
+        self._names = frozenset(m.name for m in members)
+        self._plan = tuple((m.name, m.shape, m.fields, m.count) for m in members)
+        self._packer = struct.Struct("=" + self.format)
 
-    def _numpy_format(self, kind: GlslType) -> Any:
-        base = np.dtype(kind.base)
-        shape: tuple[int, ...] = (kind.columns,) if kind.columns > 1 else ()
-        shape += (kind.components,) if kind.components > 1 else ()
-        element = np.dtype((base, shape)) if shape else base
-        if not kind.count:
-            return element
-        # Elements are `stride` bytes apart: a record with one padded field; `views` hides it again.
-        stride = kind.stride(self.layout)
-        padded = np.dtype({"names": ["value"], "formats": [element], "offsets": [0], "itemsize": stride})
-        return np.dtype((padded, (kind.count,)))
+    def pack(self, value: Any) -> bytes:
+        """The bytes of an instance. Instead of it, and of each dataclass in it, a mapping with the same names will do,
+        another dataclass or a record of numpy's; for an array of them a sequence, or an array of records.
 
-    def record(self) -> NDArray[Any]:
-        """One zeroed record, shape (1,)."""
-        return np.zeros(1, self.dtype)
+        FormatError names the field that is missing, unknown or does not fit.
+        """
+        numbers: list[Any] = []
+        try:
+            self._collect(value, numbers)
+            return self._packer.pack(*numbers)
+        except (AttributeError, LookupError, TypeError, ValueError, OverflowError, struct.error) as error:
+            self._explain(value, self.name)
+            raise FormatError(f"{self.name}: {error}") from None
 
-    def views(self, record: NDArray[Any]) -> dict[str, NDArray[Any]]:
-        """Each member of a record as a plain array: (components,), (count, components), (4, 4); (1,) for scalars."""
-        views: dict[str, NDArray[Any]] = {}
+    def _collect(self, value: Any, into: list[Any]) -> None:
+        """A value's numbers in the order of the members."""
+        own = value.__class__ is self.cls
+        if not own and _names(value) != self._names:
+            raise TypeError
+        read: Callable[[Any, str], Any] = getattr if own or dataclasses.is_dataclass(value) else _item
+        for name, shape, fields, count in self._plan:
+            part = read(value, name)
+            if fields is None:
+                if part.__class__ is tuple and (len(part),) == shape:
+                    into += part
+                elif shape:
+                    _flatten(part, shape, into)
+                else:
+                    into.append(part)
+            elif not count:
+                fields._collect(part, into)
+            elif len(part) != count:
+                raise ValueError
+            else:
+                for element in part:
+                    fields._collect(element, into)
+
+    def _explain(self, value: Any, where: str) -> None:
+        """Raise for the first field that does not fit."""
+        names = _names(value)
+        if names is None:
+            raise FormatError(f"{where} needs a {self.name} or a mapping with its fields: found {_shown(value)}")
+        for what, wrong in (("lacks", self._names - names), ("has no field", names - self._names)):
+            if wrong:
+                raise FormatError(f"{where} {what} {', '.join(sorted(wrong))}; its fields are {self._listed}")
+        read: Callable[[Any, str], Any] = getattr if dataclasses.is_dataclass(value) else _item
         for member in self.members:
-            part = record[member.name]
-            if member.type.count:
-                part = part["value"]
-            views[member.name] = part if part.ndim == 1 else part[0]
-        return views
+            part = read(value, member.name)
+            fields, place = member.fields, f"{where}.{member.name}"
+            if fields is not None and not member.count:
+                fields._explain(part, place)
+            elif fields is not None:
+                if not hasattr(part, "__len__") or isinstance(part, Mapping) or len(part) != member.count:
+                    raise FormatError(f"{place} needs {member.count} of {fields.name}: found {_shown(part)}")
+                for k, element in enumerate(part):
+                    fields._explain(element, f"{place}[{k}]")
+            else:
+                numbers: list[Any] = []
+                try:
+                    _flatten(part, member.shape, numbers)
+                    struct.pack("=" + member.type.format * (member.count or 1), *numbers)
+                except (LookupError, TypeError, ValueError, OverflowError, struct.error) as error:
+                    needs = f"{math.prod(member.shape)} numbers for {member.type.name}, shape {member.shape}"
+                    raise FormatError(f"{place} needs {needs}: {_shown(part)} {error}".rstrip()) from None
 
-    def pack(self, instance: Any) -> bytes:
-        """The bytes of an instance; for per-frame use UniformBlock.write, which allocates nothing."""
-        record = self.record()
-        for name, view in self.views(record).items():
-            fill(view, getattr(instance, name), f"{self.name}.{name}")
-        return record.tobytes()
+    @property
+    def _listed(self) -> str:
+        return ", ".join(m.name for m in self.members)
 
     def _declarations(self) -> str:
         lines: list[str] = []
         for member in self.members:
-            suffix = f"[{member.type.count}]" if member.type.count else ""
-            comment = f"  // {' '.join(member.help.split())}" if member.help else ""
+            suffix = f"[{member.count}]" if member.count else ""
+            comment = f"  // {' '.join(member.comment.split())}" if member.comment else ""
             lines.append(f"    {member.type.name} {member.name}{suffix};{comment}")
         return "\n".join(lines)
 
     @property
+    def _structs(self) -> str:
+        """The structs that members need; guarded, because several blocks may use one."""
+        needed = (m.type for m in self.members if isinstance(m.type, StructLayout))
+        return "".join(f"#ifndef PF_STRUCT_{n.name}\n#define PF_STRUCT_{n.name}\n{n.glsl}#endif\n" for n in needed)
+
+    @property
     def glsl(self) -> str:
-        """``struct Name { ... };``"""
-        return f"struct {self.name} {{\n{self._declarations()}\n}};\n"
+        """``struct Name { ... };``, after those that it needs."""
+        return f"{self._structs}struct {self.name} {{\n{self._declarations()}\n}};\n"
 
     def block(self, binding: int, instance: str, storage: bool = False) -> str:
         """A whole block under an instance name: shaders write ``instance.member``."""
         kind = "buffer" if storage else "uniform"
         head = f"layout({self.layout}, binding = {binding}) {kind} {self.name}"
-        return f"{head} {{\n{self._declarations()}\n}} {instance};\n"
+        return f"{self._structs}{head} {{\n{self._declarations()}\n}} {instance};\n"
 
 
-def fill(view: NDArray[Any], value: Any, where: str) -> None:
-    """Copy a value into a member's view; FormatError says which member got what."""
-    try:
-        if view.shape == (1,) and not hasattr(value, "__len__"):
-            view[0] = value
-            return
-        given = np.asarray(value)
-        if given.size != view.size:
-            raise ValueError(f"{given.size} numbers")
-        view[...] = given.reshape(view.shape)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise FormatError(f"{where} needs {view.size} numbers of {view.dtype}, shape {view.shape}: {error}") from None
+def _up(offset: int, alignment: int) -> int:
+    return -(-offset // alignment) * alignment
+
+
+def _item(value: Any, name: str) -> Any:
+    return value[name]
+
+
+def _names(value: Any) -> frozenset[str] | None:
+    """The fields of what may stand for a dataclass; None for anything else."""
+    if isinstance(value, Mapping):
+        return frozenset(value)
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return frozenset(f.name for f in dataclasses.fields(value))
+    if isinstance(value, np.void) and value.dtype.names:
+        return frozenset(value.dtype.names)
+    return None
+
+
+def _flatten(value: Any, shape: tuple[int, ...], into: list[Any]) -> None:
+    """Append the numbers of a value of this shape. ValueError or TypeError for another one."""
+    if isinstance(value, np.ndarray):
+        if value.shape != shape:
+            raise ValueError(f"has shape {value.shape}")
+        into += value.ravel().tolist()
+    elif not shape:
+        into.append(value)
+    elif len(value) != shape[0]:
+        raise ValueError(f"has {len(value)}")
+    elif len(shape) == 1:
+        into += value
+    else:
+        for row in value:
+            _flatten(row, shape[1:], into)
+
+
+def _shown(value: Any) -> str:
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 60 else text[:57] + "..."

@@ -10,7 +10,57 @@ import numpy as np
 import pytest
 
 from planetfall.engine.gpu import FormatError, StructLayout
-from planetfall.engine.gpu.layout import IVec2, IVec4, Mat4, UInt, UVec2, UVec4, Vec2, Vec3, Vec4, array
+from planetfall.engine.gpu.layout import (
+    IVec2,
+    IVec3,
+    IVec4,
+    Mat3,
+    Mat4,
+    UInt,
+    UVec2,
+    UVec4,
+    Vec2,
+    Vec3,
+    Vec4,
+    array,
+)
+
+
+@dataclass
+class Inner:
+    """Ends with a vec3: nothing may move into its last word."""
+
+    a: int
+    b: Vec3
+
+
+@dataclass
+class Layer:
+    base_m: Annotated[float, "m"]
+    drift: Vec2
+    kind: int
+    shares: Annotated[Any, array(float, 2)]
+    inner: Inner
+    turn: Mat3
+    on: bool
+
+
+@dataclass
+class Single:
+    """4 bytes in std430, 16 in std140."""
+
+    x: float
+
+
+def inner(start: int) -> Inner:
+    return Inner(start, (start + 0.25, start + 0.5, start + 0.75))
+
+
+def layer(start: int) -> Layer:
+    turn = np.arange(9.0).reshape(3, 3) - start
+    return Layer(
+        start + 0.125, (-float(start), 0.5), -start, (start + 1.5, start + 2.5), inner(start + 3), turn, start > 100
+    )
 
 
 @dataclass
@@ -36,24 +86,40 @@ class Odd:
     r: Annotated[Any, array(Vec4, 6)] = field(default_factory=lambda: np.arange(24.0).reshape(6, 4) * 1.25)
     s: Annotated[Any, array(int, 2)] = (-60, 61)
     t: float = 62.5
+    u: Single = field(default_factory=lambda: Single(63.5))
+    v: float = 64.5
+    w: Annotated[Any, array(Single, 3)] = field(default_factory=lambda: [Single(65.5 + k) for k in range(3)])
+    x: IVec3 = (-68, 69, -70)
+    z: Annotated[Any, array(Layer, 3)] = field(default_factory=lambda: [layer(80 + 20 * k) for k in range(3)])
+    aa: Inner = field(default_factory=lambda: inner(140))
+    bb: float = 141.5
+    cc: Annotated[Any, array(Mat3, 2)] = field(default_factory=lambda: np.arange(18.0).reshape(2, 3, 3) / 8)
+
+
+_BITS = """
+uint bits(float v) { return floatBitsToUint(v); }
+uint bits(int v) { return uint(v); }
+uint bits(uint v) { return v; }
+uint bits(bool v) { return uint(v); }
+"""
+
+
+def _numbers(place: str, value: Any) -> list[tuple[str, Any]]:
+    """Every number of a value and where GLSL finds it."""
+    if dataclasses.is_dataclass(value):
+        parts = [(f"{place}.{f.name}", getattr(value, f.name)) for f in dataclasses.fields(value)]
+    elif isinstance(value, (tuple, list, np.ndarray)):
+        parts = [(f"{place}[{k}]", part) for k, part in enumerate(value)]
+    else:
+        return [(place, value)]
+    return [number for part in parts for number in _numbers(*part)]
 
 
 def _reads() -> tuple[str, np.ndarray]:
-    """Statements that store every scalar of the block, and what they must be, as 32-bit words."""
-    statements, expected = [], []
-    for member in StructLayout(Odd).members:
-        value = np.asarray(getattr(Odd(), member.name)).astype(member.type.base)
-        rows = value.reshape(member.type.count or 1, member.type.columns, member.type.components)
-        for e, element in enumerate(rows):
-            for k, column in enumerate(element):
-                for c, number in enumerate(column):
-                    part = f"odd.{member.name}" + (f"[{e}]" if member.type.count else "")
-                    part += f"[{k}]" if member.type.columns > 1 else ""
-                    part += f"[{c}]" if member.type.components > 1 else ""
-                    convert = "floatBitsToUint" if member.type.base == "f4" else "uint"
-                    statements.append(f"if (index == {len(expected)}u) y = {convert}({part});")
-                    expected.append(np.array(number).view("u4"))
-    return "\n".join(statements), np.array(expected, "u4").ravel()
+    """Statements that store every number of the block, and what they must be, as 32-bit words."""
+    numbers = _numbers("odd", Odd())
+    words = [np.float32(v).view("u4") if isinstance(v, float) else int(v) & 0xFFFFFFFF for _, v in numbers]
+    return "\n".join(f"if (index == {k}u) y = bits({p});" for k, (p, _) in enumerate(numbers)), np.array(words, "u4")
 
 
 @pytest.mark.parametrize("layout", ["std140", "std430"])
@@ -63,33 +129,73 @@ def test_every_field_arrives_in_the_shader(run_compute, scope, layout):
     if layout == "std140":
         block = scope.uniform_block(Odd, 5)
         block.write(Odd())
-        bind, header = block.bind, block.layout.block(5, "odd")
+        bind, header = block.bind, block.layout.block(5, "odd") + _BITS
         assert block.buffer.read() == made.pack(Odd())
     else:
         buffer = scope.buffer(made.pack(Odd()))
-        bind, header = lambda: buffer.bind_to_storage_buffer(5), made.block(5, "odd", storage=True)
+        bind, header = lambda: buffer.bind_to_storage_buffer(5), made.block(5, "odd", storage=True) + _BITS
     out = run_compute(statements, {}, {"y": "uint"}, header=header, count=len(expected), setup=lambda _: bind())
     np.testing.assert_array_equal(out["y"], expected)
 
 
 def test_driver_agrees_on_offsets(scope):
     made = StructLayout(Odd)
-    reads = " + ".join(f"float(odd.{m.name}{'[0]' * bool(m.type.count)}{'[0]' * (m.type.columns > 1)}"
-                       f"{'[0]' * (m.type.components > 1)})" for m in made.members)  # fmt: skip
+    reads = " + ".join(f"float({place})" for place, _ in _numbers("odd", Odd()))
     text = f"{made.block(5, 'odd')}\nlayout(local_size_x=1) in; layout(std430, binding=0) buffer O {{ float y; }};\n"
     scope.gpu.shaders.add_virtual("test/offsets.comp", f"{text}void main() {{ y = {reads}; }}")
     program = scope.compute("test/offsets.comp").mgl
     assert program["Odd"].size == made.size
 
 
-def test_names_in_glsl_and_help():
-    @dataclass
-    class Small:
-        depth_m: float = field(default=0.0, metadata={"help": "metres below\nsea level"})
+def test_names_and_units_in_glsl():
+    made = StructLayout(Layer)
+    inner_text = "struct Inner {\n    int a;\n    vec3 b;\n};\n"
+    guarded = f"#ifndef PF_STRUCT_Inner\n#define PF_STRUCT_Inner\n{inner_text}#endif\n"
+    assert made.glsl.startswith(guarded + "struct Layer {\n")
+    assert "\n    float base_m;  // m\n" in made.glsl and "\n    float shares[2];\n    Inner inner;\n" in made.glsl
+    block = made.block(3, "layer")
+    assert "layout(std140, binding = 3) uniform Layer {\n" in block and block.endswith("    bool on;\n} layer;\n")
 
-    assert StructLayout(Small).glsl == "struct Small {\n    float depth_m;  // metres below sea level\n};\n"
-    block = StructLayout(Small).block(3, "small")
-    assert block.startswith("layout(std140, binding = 3) uniform Small {") and block.endswith("} small;\n")
+
+def test_mappings_and_records_stand_for_a_dataclass():
+    made = StructLayout(Layer)
+    values = dataclasses.asdict(layer(80))
+    assert made.pack(values) == made.pack(layer(80))
+    record = np.zeros(1, [("a", "i4"), ("b", "f8", 3)])
+    record[0] = (83, (83.25, 83.5, 83.75))
+    assert made.pack({**values, "inner": record[0]}) == made.pack(values)
+    several = dataclasses.make_dataclass("Several", [("all", Annotated[Any, array(Inner, 2)])])
+    twice = np.repeat(record, 2)
+    assert StructLayout(several).pack(several(twice)) == StructLayout(several).pack({"all": [inner(83)] * 2})
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"wind": 1.0}, r"Layer has no field wind; its fields are base_m, drift, kind"),
+        ({"kind": None}, r"Layer\.kind needs 1 numbers for int, shape \(\)"),
+        ({"kind": 1.5}, r"Layer\.kind needs 1 numbers for int"),
+        ({"base_m": (1.0, 2.0)}, r"Layer\.base_m needs 1 numbers for float"),
+        ({"base_m": 1e39}, r"Layer\.base_m needs 1 numbers for float"),
+        ({"drift": 1.0}, r"Layer\.drift needs 2 numbers for vec2"),
+        ({"drift": np.zeros((1, 2))}, r"Layer\.drift needs 2 numbers for vec2"),
+        ({"shares": [1.0] * 3}, r"Layer\.shares needs 2 numbers for float, shape \(2,\)"),
+        ({"turn": np.eye(4)}, r"Layer\.turn needs 9 numbers for mat3, shape \(3, 3\)"),
+        ({"turn": np.eye(3).ravel()}, r"Layer\.turn needs 9 numbers for mat3"),
+        ({"inner": 3.0}, r"Layer\.inner needs a Inner or a mapping with its fields: found 3\.0"),
+        ({"inner": {"a": 1}}, r"Layer\.inner lacks b; its fields are a, b"),
+        ({"inner": {"a": 1, "b": (0.0, 1.0)}}, r"Layer\.inner\.b needs 3 numbers for vec3"),
+    ],
+)
+def test_what_does_not_fit_is_named(change, message):
+    values = dataclasses.asdict(layer(80))
+    with pytest.raises(FormatError, match=message):
+        StructLayout(Layer).pack(values | change)
+    several = dataclasses.make_dataclass("Several", [("all", Annotated[Any, array(Layer, 2)])])
+    with pytest.raises(FormatError, match=message.replace("Layer", r"Several\.all\[1\]", 1)):
+        StructLayout(several).pack({"all": [values, values | change]})
+    with pytest.raises(FormatError, match=r"Several\.all needs 2 of Layer"):
+        StructLayout(several).pack({"all": [values]})
 
 
 def test_nested_array_and_bad_types_are_explained():
