@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..world import World
 from .frame import Frame
 
-__all__ = ["HeldScale", "SnapAhead", "at_once", "goes_on", "snap_ahead"]
+__all__ = ["HeldScale", "Scale", "SnapAhead", "at_once", "goes_on", "snap_ahead"]
 
 _ZOOMED, _ZOOMED_FAR = 0.05, 0.25
 """Cells are chosen anew when a zoom has changed the angle of a pixel by more than this share; by more than the second,
@@ -43,7 +43,7 @@ class SnapAhead:
         self.room = 0
         """For how many cells makers have room: all of them for as many as the one that needs most."""
         self.ground: Any = None
-        """Who makes the ground (engine.mesh_ahead.MeshAhead), whose cells are there before the sea's."""
+        """Who makes the ground (engine.snapped.MeshAhead), whose cells are there before the sea's."""
         self.bind_heights: Callable[[], None] | None = None
         """Binds what the height function reads, around the next anchor; the ground sets it."""
         self.bind_anchor: Callable[[], None] = lambda: None
@@ -86,6 +86,10 @@ class SnapAhead:
         self._left = [phase for phase in _SHARES if phase in self._makers]
         self._frames, self._count, self._early = _shared_out(frames, self._left), frames, ""
 
+    def awaits(self, phase: str) -> bool:
+        """Whether that phase is still to be done."""
+        return phase in self._left
+
     @property
     def hurried(self) -> bool:
         """Whether there are so few frames that makers shall begin as soon as they can."""
@@ -122,20 +126,26 @@ def _shared_out(frames: int, phases: list[str]) -> dict[str, int]:
     return found
 
 
+class Scale(NamedTuple):
+    """For what length of edges and angle of a pixel cells are made."""
+
+    edge_px: float
+    pixel_rad: float
+
+
 class HeldScale:
-    """For what length of edges and angle of a pixel a maker's cells are made: those of the frame, or where snaps are
-    prepared, those of the last one, so that a zoom or another quality is one more snap."""
+    """For what scale a maker's cells are made: that of the frame, or where snaps are prepared, that of the last
+    one, so that a zoom or another quality is one more snap."""
 
     def __init__(self) -> None:
-        self.value: tuple[float, float] = (0.0, 0.0)
+        self.value = Scale(0.0, 0.0)
 
     def follow(self, snap: SnapAhead, edge_px: float, pixel_rad: float) -> None:
         """In every frame that isn't a snap's."""
-        now = (edge_px, pixel_rad)
-        zoomed = abs(pixel_rad - self.value[1])
-        if not snap.possible or zoomed > _ZOOMED_FAR * self.value[1]:
-            self.value = now
-        elif edge_px != self.value[0] or zoomed > _ZOOMED * self.value[1]:
+        zoomed = abs(pixel_rad - self.value.pixel_rad)
+        if not snap.possible or zoomed > _ZOOMED_FAR * self.value.pixel_rad:
+            self.value = Scale(edge_px, pixel_rad)
+        elif edge_px != self.value.edge_px or zoomed > _ZOOMED * self.value.pixel_rad:
             snap.asked = True
 
 

@@ -41,6 +41,22 @@ _TOPOLOGY_BYTES, _WANTED_BYTES = 32, 8
 ARGUMENTS_BYTES = 20 * VARIANTS
 
 
+Place = tuple[float, ...]
+
+
+class CellPrograms:
+    """What makes and culls cells of quads x quads, shared by all meshes of one kind. vertices: the file of their own
+    compute shader."""
+
+    def __init__(self, scope: GpuScope, quads: int, vertices: str) -> None:
+        self.quads = quads
+        self.defines: dict[str, Any] = {"QUADS_LOG2": quads.bit_length() - 1}
+        self.vertices = scope.compute(vertices, defines=self.defines)
+        self.measure, self.agree, self.cull = (
+            scope.compute(f"common/{name}_cells.comp", defines=self.defines) for name in ("measure", "agree", "cull")
+        )
+
+
 class CellMesh:
     """Cells, their vertices, what of them is seen, and the three passes that make and draw them.
 
@@ -226,32 +242,8 @@ class CellMesh:
         self._arguments.bind_to_storage_buffer(3)
         self._bounds.bind_to_storage_buffer(5)
 
-    def make_vertices(
-        self,
-        vertices: Any,
-        measure: Any,
-        agree: Any,
-        eye_m: tuple[float, ...],
-        edge_rad: float,
-        chord_m: float,
-        most: int,
-    ) -> None:
-        """The vertices of all cells by the system's own program, then what of them is drawn. See make_part."""
-        if not self.count:
-            return
-        self.make_part(vertices, measure, eye_m, edge_rad, chord_m, most, 0, self.count)
-        self.agree(agree)
-
     def make_part(
-        self,
-        vertices: Any,
-        measure: Any,
-        eye_m: tuple[float, ...],
-        edge_rad: float,
-        chord_m: float,
-        most: int,
-        first: int,
-        count: int,
+        self, programs: CellPrograms, eye_m: Place, edge_rad: float, chord_m: float, most: int, first: int, count: int
     ) -> None:
         """The vertices of `count` cells from `first` on, and what they would skip; `agree` once all have theirs.
 
@@ -260,9 +252,10 @@ class CellMesh:
         two a cell may skip. first: a multiple of part_step.
         """
         self.bind_part(first)
-        vertices.run(count, 1, 1)
+        programs.vertices.run(count, 1, 1)
         self.scope.gpu.barrier()
         self._wanted.bind_to_storage_buffer(2, offset=first * _WANTED_BYTES)
+        measure = programs.measure
         measure.set("u_eye", eye_m)
         measure.set("u_angle", edge_rad)
         measure.set("u_chord", chord_m)

@@ -130,6 +130,12 @@ class CameraState:
         return found
 
     @cached_property
+    def stamp(self) -> tuple[object, ...]:
+        """Equal for cameras that see the same: place, axes and frustum."""
+        axes = self.position_m.tobytes(), self.forward.tobytes(), self.up.tobytes()
+        return (*axes, self.tan_left, self.tan_right, self.tan_bottom, self.tan_top)
+
+    @cached_property
     def planes(self) -> Floats:
         """See `frustum_planes`; read-only."""
         right, up, forward = self.right, self.up, self.forward

@@ -9,7 +9,8 @@ from ...engine.frame.snapping import snap_ahead
 from ...engine.graph import GraphBuilder
 from ...engine.settings import with_overrides
 from ...engine.system import Setup, System
-from .mesh import SeaMeshPasses, SeaView
+from .drawn import SeaMeshPasses
+from .mesh import SeaMesh
 from .paper_mesh import PaperSeaPasses, PaperSeaView
 from .shading import SeaShading
 from .wave_passes import SeaWaves
@@ -38,13 +39,11 @@ class OceanSystem(System):
         self._paper.setup(setup)
 
     def release(self) -> None:
-        for view in self._views:
-            snap_ahead(self._world, view.index).take_part(False, "sea")
         self._views.forget(self._paper)
         self._shading.release()
 
-    def _view(self, index: int) -> SeaView:
-        return self._views[index].state(self, self._mesh.view)
+    def _view(self, index: int) -> SeaMesh:
+        return self._views[index].state(self, lambda: self._mesh.view(index))
 
     def _paper_view(self, index: int) -> PaperSeaView:
         return self._views[index].state(self._paper, self._paper.view)
@@ -88,5 +87,5 @@ class OceanSystem(System):
     def _statistics(self) -> dict[str, int]:
         if self._printed:
             return self._paper.statistics(self._paper_view(0))
-        sea = self._views.found(0, self, SeaView)
+        sea = self._views.found(0, self, SeaMesh)
         return {} if sea is None else sea.mesh.statistics()

@@ -35,7 +35,7 @@ class TerrainDebugPasses:
             "terrain.wireframe",
             system="terrain",
             bind=lambda io: self._bind_wireframe(io, backend, view_index),
-            reads=backend.draw_reads(),
+            reads=backend.draw_reads(view_index),
             creates=(TextureSpec("debug.wireframe", "rgba8"), TextureSpec("debug.wireframe_depth", "depth32f")),
             help="edges of all drawn triangles, coloured by level",
         )

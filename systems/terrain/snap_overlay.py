@@ -56,7 +56,7 @@ class SnapOverlay:
             "terrain.snap_overlay",
             system="terrain",
             bind=lambda io: self._bind(io, backend, view_index),
-            reads=backend.draw_reads(),
+            reads=backend.draw_reads(view_index),
             creates=(TextureSpec("debug.snap_overlay", "rgba8"), TextureSpec("debug.snap_depth", "depth32f")),
             help="the mesh before the last snap in red and after it in green",
         )

@@ -84,8 +84,6 @@ class TerrainSystem(System):
         self._refresh_field(setup.world, setup.planet, setup.settings)  # with the backend's contracts
 
     def release(self) -> None:
-        for view in self._views:
-            snap_ahead(self._world, view.index).take_part(False, "ground", "fade")
         if self._backend is not None:
             self._release(self._backend)
             self._backend, self._backend_key = None, ("", "")
@@ -183,7 +181,6 @@ class TerrainSystem(System):
         view.updated = proxy.generation
         self._refresh_octaves(view, proxy)
         ahead = snap_ahead(frame.world, frame.view_index)
-        ahead.take_part(self.backend.prepares_snaps, "ground", "fade")
         if ahead.phase:
             self._prepare_octaves(view, ahead)
         altitude_m = float(np.linalg.norm(camera.position_m)) - self._ground.params.radius_m
@@ -250,7 +247,7 @@ class TerrainSystem(System):
             "terrain.gbuffer",
             system=name,
             bind=lambda io: self._bind_gbuffer(io, index),
-            reads=backend.draw_reads(),
+            reads=backend.draw_reads(index),
             writes=("gbuffer.depth", *GBUFFER),
             stage="opaque",
             only_while=seen,

@@ -54,8 +54,6 @@ class Backend(ABC):
     """The line between land and water, pixel by pixel; "": from the terrain's own height function."""
     faces_out: ClassVar[bool] = True
     """Whether triangles seen from behind are hidden ones."""
-    prepares_snaps: ClassVar[bool] = False
-    """Whether it makes the vertices of the next proxy ahead (engine/frame/snapping.py): phases "ground" and "fade"."""
     structure: int = 0
     """Raised when passes or sizes change."""
 
@@ -94,7 +92,7 @@ class Backend(ABC):
         """The passes of one view up to the indirect draw."""
 
     @abstractmethod
-    def draw_reads(self) -> tuple[str, ...]:
+    def draw_reads(self, view_index: int) -> tuple[str, ...]:
         """Resources of the graph that the draw reads."""
 
     @abstractmethod

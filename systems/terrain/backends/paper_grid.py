@@ -295,7 +295,7 @@ class PaperGridBackend(Backend):
 
         return run
 
-    def draw_reads(self) -> tuple[str, ...]:
+    def draw_reads(self, view_index: int) -> tuple[str, ...]:
         return ("terrain.vertices", "terrain.arguments", "terrain.triangles")
 
     def bind_draw(self, io: PassIO, view_index: int, fragment: str) -> Callable[[], None]:

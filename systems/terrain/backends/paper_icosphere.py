@@ -169,7 +169,7 @@ class PaperIcosphereBackend(Backend):
 
         return run
 
-    def draw_reads(self) -> tuple[str, ...]:
+    def draw_reads(self, view_index: int) -> tuple[str, ...]:
         return ("terrain.vertices", "terrain.visible", "terrain.arguments")
 
     def bind_draw(self, io: PassIO, view_index: int, fragment: str) -> Callable[[], None]:

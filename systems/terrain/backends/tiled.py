@@ -367,7 +367,7 @@ class TiledBackend(Backend):
             "terrain.morph",
             system="terrain",
             bind=lambda io: self._bind_morph(io, view_index),
-            reads=self.draw_reads(),
+            reads=self.draw_reads(view_index),
             creates=(TextureSpec("debug.morph", "rgba8"), TextureSpec("debug.morph_depth", "depth32f")),
             help="how far each tile has become its parent: blue as itself, yellow as its parent",
         )
@@ -430,7 +430,7 @@ class TiledBackend(Backend):
 
         return run
 
-    def draw_reads(self) -> tuple[str, ...]:
+    def draw_reads(self, view_index: int) -> tuple[str, ...]:
         return ("terrain.vertices", "terrain.visible", "terrain.arguments")
 
     def bind_draw(self, io: PassIO, view_index: int, fragment: str) -> Callable[[], None]:

@@ -1,7 +1,7 @@
-"""What the ground does at a snap: it leads from the old selection's surface to the new one's, instead of jumping.
+"""What a surface may do at a snap: it leads from the old selection's surface to the new one's, instead of jumping.
 
 Vertices that both have don't move. Where one selection has more vertices than the other, or its triangles lie another
-way, the two surfaces differ by a fraction of a pixel; for at most `terrain.fade_s` the overlay of both selections is
+way, the two surfaces differ by a fraction of a pixel; for at most `longest_s` the overlay of both selections is
 drawn (engine/surface/overlay.py), whose vertices go from one surface to the other. Then the new selection is drawn as
 it is: the same bits as if it had been there all along, and no cost.
 """
@@ -14,13 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ....engine.gpu import GpuScope
-from ....engine.gpu.cell_mesh import CELL_DTYPE, VERTEX_DTYPE, CellMesh
-from ....engine.graph import BufferSpec, PassIO
-from ....engine.surface.decimation import topology
-from ....engine.surface.overlay import Overlay, held_edges, overlay
-from ....engine.surface.selection import CellSet
-from .grid_choice import Choice
+from ..gpu import GpuScope
+from ..gpu.cell_mesh import CELL_DTYPE, VERTEX_DTYPE, CellMesh, CellPrograms
+from ..graph import BufferSpec, PassIO
+from ..surface.decimation import topology
+from ..surface.overlay import Overlay, held_edges, overlay
+from .choice import CellChoice
 
 __all__ = ["FadePrograms", "SnapFade"]
 
@@ -31,27 +30,26 @@ _SHARE_OF_INTERVAL = 0.9
 
 
 class FadePrograms:
-    """The two compute shaders of the overlay."""
+    """The two compute shaders of the overlay: `cells.comp` and `vertices.comp` of a folder. longest_s: of a fade."""
 
-    def __init__(self, gpu: GpuScope, agree: Any, defines: dict[str, int]) -> None:
-        self.cells = gpu.compute("terrain/fade/cells.comp", defines=defines)
-        self.vertices = gpu.compute("terrain/fade/vertices.comp", defines=defines)
-        self.agree = agree
+    def __init__(self, gpu: GpuScope, folder: str, programs: CellPrograms, longest_s: float) -> None:
+        self.cells, self.vertices = (
+            gpu.compute(f"{folder}/{name}.comp", defines=programs.defines) for name in ("cells", "vertices")
+        )
+        self.agree, self.longest_s = programs.agree, longest_s
 
 
 class SnapFade:
     """One view's fade. mesh: what is drawn when nothing fades."""
 
-    def __init__(self, gpu: GpuScope, mesh: CellMesh) -> None:
-        self._gpu, self._final = gpu, mesh
-        self.mesh = CellMesh(gpu, "terrain_fade", mesh.quads)
+    def __init__(self, gpu: GpuScope, mesh: CellMesh, programs: FadePrograms) -> None:
+        self._gpu, self._final, self._programs = gpu, mesh, programs
+        self.mesh = CellMesh(gpu, f"{mesh.name}_fade", mesh.quads)
         self._known = gpu.buffer(reserve=self.mesh.capacity * _FADE_DTYPE.itemsize, dynamic=True)
         self._starts: Any = None
         self._old: tuple[Any, Any] | None = None
-        self._old_cells: CellSet | None = None
-        self._old_anchor_m: NDArray[np.float64] | None = None
-        self._old_height_m = 0.0
-        self._shift_m = (0.0, 0.0, 0.0)
+        self._kept: CellChoice | None = None
+        self._shift_m: tuple[float, ...] = (0.0, 0.0, 0.0)
         self._rise_m = 0.0
         self._pending = False  # the overlay was uploaded, its vertices are not made
         self.laying = False  # the overlay of a snap that is being prepared was uploaded
@@ -83,9 +81,9 @@ class SnapFade:
 
     def stop(self) -> None:
         """The new selection, at once."""
-        self._age_s, self._pending, self._old_cells, self.laying = np.inf, False, None, False
+        self._age_s, self._pending, self._kept, self.laying = np.inf, False, None, False
 
-    def keep(self, cells: CellSet, anchor_m: NDArray[np.float64], anchor_height_m: float) -> None:
+    def keep(self, choice: CellChoice) -> None:
         """Before another selection is uploaded to the final mesh: keep its cells and vertices as the old ones."""
         final = self._final
         wanted = (final.count * CELL_DTYPE.itemsize, final.count * final.vertices_per_cell * VERTEX_DTYPE.itemsize)
@@ -95,46 +93,50 @@ class SnapFade:
             first, second = (self._gpu.buffer(reserve=w * 3 // 2) for w in wanted)
             self._old = (first, second)
         final.copy_to(*self._old)
-        self._old_cells, self._old_anchor_m, self._old_height_m = cells, anchor_m, anchor_height_m
+        self._kept = choice
 
-    def begin(self, cells: CellSet, anchor_m: NDArray[np.float64], anchor_height_m: float, longest_s: float) -> bool:
+    def begin(self, choice: CellChoice) -> bool:
         """After the new selection was uploaded. Returns True when buffers of the graph grew."""
-        grew = self._overlay(cells, anchor_m, anchor_height_m, self._final)
-        self.start(longest_s)
+        grew = self._overlay(choice, self._final)
+        self.start()
         self._pending = True
         return grew
 
-    def start(self, longest_s: float) -> None:
+    def start(self) -> None:
         """From now on the overlay is drawn; it has been laid."""
-        self._duration_s = min(longest_s, _SHARE_OF_INTERVAL * self._since_snap_s)
+        self._duration_s = min(self._programs.longest_s, _SHARE_OF_INTERVAL * self._since_snap_s)
         self._age_s = self._since_snap_s = 0.0
         self.laying = self._pending = False
 
-    def lay(self, old: Choice, new: Choice, made: CellMesh) -> bool:
+    def lay(self, old: CellChoice, new: CellChoice, made: CellMesh) -> bool:
         """Begin to prepare the overlay of what is drawn and of a selection whose vertices are in another mesh; not
         while it is running. Returns True when buffers of the graph grew."""
-        assert old.cells is not None and new.cells is not None
-        self.keep(old.cells, old.anchor_m, old.anchor_height_m)
-        grew = self._overlay(new.cells, new.anchor_m, new.anchor_height_m, made)
+        self.keep(old)
+        grew = self._overlay(new, made)
         self.laying, self._laid = True, -1
         return grew
 
-    def lay_part(self, programs: FadePrograms, count: int) -> bool:
+    def reserve(self, room: int) -> bool:
+        """Room for the next fade, unless one is there. Returns True when buffers of the graph grew."""
+        return not (self.running or self.laying or self.pending) and self.mesh.reserve(room)
+
+    def lay_part(self, count: int) -> bool:
         """In a pass: so many cells of the overlay; True once all have their vertices."""
         if self._laid < 0:
-            self._agree(programs)
+            self._agree()
             self._laid = 0
-        self._make(programs, self._laid, min(count, self.mesh.count - self._laid))
+        self._make(self._laid, min(count, self.mesh.count - self._laid))
         self._laid += count
         return self._laid >= self.mesh.count
 
-    def _overlay(self, cells: CellSet, anchor_m: NDArray[np.float64], anchor_height_m: float, made: CellMesh) -> bool:
+    def _overlay(self, choice: CellChoice, made: CellMesh) -> bool:
         """Upload the overlay of the kept selection and a new one, whose vertices `made` has."""
-        assert self._old_cells is not None and self._old_anchor_m is not None
+        kept = self._kept
+        assert kept is not None
         self._new = made
-        grew = self._upload(overlay(self._old_cells, cells))
-        self._shift_m = tuple(float(v) for v in self._old_anchor_m - anchor_m)
-        self._rise_m = self._old_height_m - anchor_height_m
+        grew = self._upload(overlay(kept.cells, choice.cells))
+        self._shift_m = tuple((kept.proxy.anchor_m - choice.proxy.anchor_m).tolist())
+        self._rise_m = kept.proxy.anchor_height_m - choice.proxy.anchor_height_m
         return grew
 
     def _upload(self, both: Overlay) -> bool:
@@ -152,7 +154,7 @@ class SnapFade:
     def buffers(self) -> tuple[BufferSpec, ...]:
         """What the graph makes for the overlay's vertices."""
         size = self.mesh.capacity * self.mesh.vertices_per_cell * _START_BYTES
-        starts = BufferSpec("terrain_fade.starts", size, "persistent", "where vertices lie on the old surface")
+        starts = BufferSpec(f"{self.mesh.name}.starts", size, "persistent", "where vertices lie on the old surface")
         return (*self.mesh.vertex_buffers(), starts)
 
     @property
@@ -160,10 +162,10 @@ class SnapFade:
         """Whether the overlay's vertices have to be made."""
         return self._pending and self.running
 
-    def bind(self, io: PassIO, programs: FadePrograms) -> Callable[[], None]:
+    def bind(self, io: PassIO) -> Callable[[], None]:
         """The pass that makes them all."""
         fresh = self.mesh.attach_vertices(io)
-        starts, self._starts = self._starts, io.buffer("terrain_fade.starts")
+        starts, self._starts = self._starts, io.buffer(f"{self.mesh.name}.starts")
         if fresh or starts is not self._starts:  # what was made is gone
             self._laid = -1
             if not self._pending:
@@ -172,13 +174,13 @@ class SnapFade:
         def run() -> None:
             if not self._pending:
                 return  # the graph runs every pass once
-            self._agree(programs)
-            self._make(programs, 0, self.mesh.count)
+            self._agree()
+            self._make(0, self.mesh.count)
             self._pending = False
 
         return run
 
-    def _agree(self, programs: FadePrograms) -> None:
+    def _agree(self) -> None:
         """What each cell of the overlay skips."""
         assert self._old is not None
         mesh, count = self.mesh, self.mesh.count
@@ -187,12 +189,13 @@ class SnapFade:
         self._old[0].bind_to_storage_buffer(3)
         self._known.bind_to_storage_buffer(4)
         self._new.bind_made(cells=6, vertices=7)
+        programs = self._programs
         programs.cells.set("u_cell_count", count)
         programs.cells.run(-(-count // 64), 1, 1)
         self._gpu.gpu.barrier()
         mesh.agree(programs.agree)
 
-    def _make(self, programs: FadePrograms, first: int, count: int) -> None:
+    def _make(self, first: int, count: int) -> None:
         """The vertices of `count` cells from `first` on (a multiple of the mesh's part_step)."""
         assert self._old is not None
         if count <= 0:
@@ -202,9 +205,10 @@ class SnapFade:
         self._old[1].bind_to_storage_buffer(3)
         self._known.bind_to_storage_buffer(4, offset=first * _FADE_DTYPE.itemsize)
         self._new.bind_made(cells=7, vertices=6)
-        programs.vertices.set("u_shift", self._shift_m)
-        programs.vertices.set("u_rise", self._rise_m)
-        programs.vertices.run(count, 1, 1)
+        vertices = self._programs.vertices
+        vertices.set("u_shift", self._shift_m)
+        vertices.set("u_rise", self._rise_m)
+        vertices.run(count, 1, 1)
         self._gpu.gpu.barrier()
 
     def bind_draw(self) -> None:

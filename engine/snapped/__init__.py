@@ -1,0 +1,11 @@
+"""Meshes of cells that follow a view's proxy in snaps: ground and sea.
+
+`SnappedMesh` is one; `MeshAhead` prepares its next snap, `SnapFade` leads from the last one to it.
+"""
+
+from .ahead import MeshAhead
+from .choice import CellChoice, MeshKey
+from .fade import FadePrograms, SnapFade
+from .mesh import SnappedMesh
+
+__all__ = ["CellChoice", "FadePrograms", "MeshAhead", "MeshKey", "SnapFade", "SnappedMesh"]

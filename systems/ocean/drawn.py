@@ -1,0 +1,112 @@
+"""Sea: the sea by our method, cells of the lattice at sea level, moved by waves, into the G-buffer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ...engine.frame import Frame, ViewInfo
+from ...engine.frame.seen import ground_seen
+from ...engine.gpu.cell_mesh import VERTEX_DTYPE
+from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
+from ...engine.system import Setup
+from .mesh import SeaMaking, SeaMesh
+from .shading import GBUFFER
+from .wave_passes import SeaWaves
+
+__all__ = ["SeaMeshPasses"]
+
+
+class SeaMeshPasses:
+    """Part of OceanSystem: draws the cells displaced where that can be seen."""
+
+    def __init__(self, name: str, waves: SeaWaves) -> None:
+        self._name, self._waves = name, waves
+
+    def setup(self, setup: Setup) -> None:
+        gpu = self._gpu = setup.gpu
+        self._world = setup.world
+        self._making = SeaMaking(gpu, setup.settings, setup.world, self._waves)
+        defines = self._making.programs.defines
+        # Fetching a wave costs as much as evaluating it where lanes can't share the fetch.
+        each = 5 if gpu.gpu.caps.is_software else 2
+        self._displace = gpu.compute("ocean/displace.comp", defines={**defines, "SEA_VERTICES": each})
+        calm, moving = defines, {**defines, "SEA_MOVES": 1}
+        self._surfaces = [
+            gpu.program(vertex="ocean/gbuffer.vert", fragment="ocean/gbuffer.frag", defines=d) for d in (calm, moving)
+        ]
+        # Seen from above and, under water, from below.
+        self._draw_state = gpu.gpu.state(depth_test=True, depth_func=">", cull=None)
+
+    def view(self, index: int) -> SeaMesh:
+        """A view without cells yet."""
+        return SeaMesh(self._gpu, self._name, self._making, index)
+
+    def update(self, frame: Frame, view: SeaMesh) -> bool:
+        """Choose the cells; True where passes or buffers changed."""
+        return view.update(frame)
+
+    def declare(self, builder: GraphBuilder, view: ViewInfo, sea: SeaMesh) -> None:
+        mesh, name, moves = sea.mesh, self._name, sea.waves.moves
+        seen = ground_seen(self._world, view.index)
+        sea.declare(builder, name)
+        if moves:
+            size = mesh.capacity * mesh.vertices_per_cell * VERTEX_DTYPE.itemsize
+            builder.add_pass(
+                "ocean.displace",
+                kind="compute",
+                system=name,
+                bind=lambda io: self._bind_displace(io, sea),
+                reads=("ocean.vertices", "ocean.cells"),
+                creates=(BufferSpec("ocean.displaced", size, "persistent", "vertices of the visible cells in waves"),),
+                when=lambda: sea.displaced != sea.moving,
+                only_while=seen,
+                help="visible vertices moved by the waves that the mesh can show",
+            )
+        builder.add_pass(
+            "ocean.gbuffer",
+            system=name,
+            bind=lambda io: self._bind_gbuffer(io, sea),
+            reads=("ocean.displaced" if moves else "ocean.vertices", "ocean.visible", "ocean.arguments"),
+            creates=(TextureSpec("ocean.moved", "rg16_snorm", help="sideways, over the largest"),) if moves else (),
+            writes=("gbuffer.depth", *GBUFFER),
+            stage="water",
+            only_while=seen,
+            help="patches of the visible sea",
+        )
+
+    def _bind_displace(self, io: PassIO, sea: SeaMesh) -> Callable[[], None]:
+        cells, displaced = io.buffer("ocean.cells"), io.buffer("ocean.displaced")
+        sea.displaced = None
+
+        def run() -> None:
+            sea.mesh.bind_made()
+            displaced.bind_to_storage_buffer(3)
+            cells.bind_to_storage_buffer(4)
+            self._displace.run_indirect(cells)
+            sea.displaced = sea.moving
+
+        return run
+
+    def _bind_gbuffer(self, io: PassIO, sea: SeaMesh) -> Callable[[], None]:
+        moves = sea.waves.moves
+        patches = sea.mesh.vertex_array(self._surfaces[moves])
+        if not moves:
+            target = io.framebuffer(colors=GBUFFER, depth="gbuffer.depth")
+
+            def run() -> None:
+                target.use()
+                self._draw_state.apply()
+                sea.mesh.draw(patches)
+
+            return run
+        target = io.framebuffer(colors=(*GBUFFER, "ocean.moved"), depth="gbuffer.depth")
+        moved, displaced = io.framebuffer(colors=("ocean.moved",)), io.buffer("ocean.displaced")
+
+        def run_moving() -> None:
+            # Pixels that the coast's own pass turns into sea have not moved.
+            moved.clear()
+            target.use()
+            self._draw_state.apply()
+            sea.mesh.draw(patches, displaced)
+
+        return run_moving

@@ -1,0 +1,140 @@
+"""The ground's cells on the projected grid: rings around the proxy whose spacing doubles with distance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....components import Ocean, Planet
+from ....engine.frame import Frame
+from ....engine.frame.snapping import Scale, SnapAhead
+from ....engine.gpu import GpuScope
+from ....engine.gpu.cell_mesh import CellPrograms
+from ....engine.gpu.layout import Vec4
+from ....engine.snapped import CellChoice, FadePrograms, SnappedMesh
+from ....engine.surface.coverage import proxy_coverage
+from ....engine.surface.selection import chord_limit_m, select_rings, spacing_angle
+from .base import Ground
+
+__all__ = ["GRID_BINDING", "GridChoice", "GridMaking", "GridMesh", "TerrainGridBlock"]
+
+GRID_BINDING = 3
+_DECIMATED_SHARE = 0.8  # of edge_px: larger ones save vertices, but the ground jumps more at a snap
+_FINEST_M = 0.02
+_MOST_CELLS = 12000  # a telephoto lens near the ground would ask for ten times as many: its triangles get longer
+
+
+@dataclass
+class TerrainGridBlock:
+    """What the vertex pass knows of the grid. GLSL: ``generated/terrain_grid.glsl``, ``terrain_grid``."""
+
+    spacing: Vec4 = (0.01, 1.0, 1.0, 0.0)
+    """(wanted spacing of vertices per metre of distance, smallest spacing in m, proxy altitude above the ground in m,
+    0)"""
+    faded: Vec4 = (0.01, 1.0, 1.0, 0.0)
+    """The same of the selection that fades out, and its share in what is drawn."""
+    moved_m: Vec4 = (0.0, 0.0, 0.0, 0.0)
+    """xyz: the anchor's foot, from that of the selection that fades out."""
+
+
+_UNFADED = (TerrainGridBlock().faded, TerrainGridBlock().moved_m)
+
+
+@dataclass(kw_only=True)
+class GridChoice(CellChoice):
+    """A selection and what its vertices depend on."""
+
+    spacing: Vec4
+    """What the block of the grid says of it."""
+
+    def foot_m(self, radius_m: float) -> NDArray[np.float64]:
+        """The anchor's on the reference sphere, from the planet's centre."""
+        return self.proxy.anchor_m * (radius_m / (radius_m + self.proxy.anchor_height_m))
+
+
+class GridMaking:
+    """What makes the ground's vertices, shared by all views."""
+
+    def __init__(self, gpu: GpuScope, settings: Any) -> None:
+        self.programs = CellPrograms(gpu, int(settings["terrain.quads"]), "terrain/vertices.comp")
+        self.most = int(settings["terrain.decimation"])
+        self.prepares = int(settings["proxy.ahead_frames"]) > 0
+        fade_s = float(settings["terrain.fade_s"])
+        self.fading = FadePrograms(gpu, "terrain/fade", self.programs, fade_s) if fade_s > 0.0 else None
+        # Of the grid that is prepared: views take turns with it.
+        self.ubo, self.block = gpu.uniform_block(TerrainGridBlock, GRID_BINDING), TerrainGridBlock()
+
+
+class GridMesh(SnappedMesh[GridChoice]):
+    """One view's ground."""
+
+    phases: ClassVar[tuple[str, ...]] = ("ground", "fade")
+
+    def __init__(self, of: GpuScope, making: GridMaking) -> None:
+        super().__init__(of, "terrain", making.programs, making.prepares, making.fading)
+        self._making = making
+        self.ground: Ground | None = None
+        self.bind_octaves: Callable[[], None] = lambda: None
+
+    def choose(self, frame: Frame, proxy: Any, scale: Scale) -> GridChoice:
+        assert self.ground is not None
+        field = self.ground.field
+        radius_m = frame.world.get(frame.planet, Planet).radius_m
+        angle_rad = spacing_angle(*scale, proxy.cell.altitude_m, proxy.cell.radius_m)
+        # Above the ground, even for a camera (or an anchor) under water.
+        above_ground = max(proxy.cell.altitude_m - proxy.ground_m, 0.01)
+        # Facets may not rise above an eye that is nearer to the ground than they are wide.
+        smallest = min(float(frame.settings["terrain.min_spacing_m"]), max(above_ground, _FINEST_M))
+        sea = frame.world.try_get(frame.planet, Ocean)
+        lowest = field.lowest_m if sea is None else max(field.lowest_m, sea.sea_level_m)
+        if proxy.cell.altitude_m < lowest:
+            lowest = field.lowest_m  # under water the bed is what hides
+        cells = select_rings(
+            proxy.lattice,
+            above_ground,
+            proxy.ground_m,
+            radius_m,
+            angle_rad,
+            self.mesh.quads,
+            coverage_rad=proxy_coverage(
+                proxy.cell.covered_altitude_m, proxy.cell.covered_sideways_rad, radius_m, field.highest_m, lowest
+            ).half_angle_rad,
+            min_spacing_m=smallest,
+            max_cells=_MOST_CELLS,
+            height_at=field.height,
+        )
+        return GridChoice(
+            cells=cells,
+            proxy=proxy,
+            eye_m=tuple(proxy.lattice.direction * (proxy.ground_m + above_ground - proxy.anchor_height_m)),
+            edge_rad=_DECIMATED_SHARE * angle_rad,
+            chord_m=chord_limit_m(scale.pixel_rad, proxy.cell.radius_m),
+            spacing=(angle_rad, smallest, above_ground, 0.0),
+        )
+
+    def bind(self, choice: GridChoice, first: int, snap: SnapAhead | None) -> None:
+        if snap is None:
+            self.bind_octaves()
+            return
+        assert snap.bind_heights is not None, "terrain's own"
+        snap.bind_heights()
+        made = self._making
+        made.block.spacing = choice.spacing
+        made.ubo.write(made.block)
+        made.ubo.bind()
+
+    def most_skipped(self, choice: GridChoice) -> int:
+        return self._making.most
+
+    def block_values(self, radius_m: float) -> tuple[Vec4, Vec4, Vec4]:
+        """Of the block of what is drawn: spacing, faded and moved_m."""
+        assert self.choice is not None
+        spacing, fade, old = self.choice.spacing, self.fade, self.faded
+        if fade is None or old is None or not fade.running:
+            return (spacing, *_UNFADED)
+        x, y, z = self.choice.foot_m(radius_m) - old.foot_m(radius_m)
+        return spacing, (*old.spacing[:3], 1.0 - fade.part), (x, y, z, 0.0)
