@@ -17,8 +17,8 @@ C = TypeVar("C", bound=CellChoice)
 
 
 class MeshAhead(Generic[C]):
-    """One view's, of one maker (engine/frame/snapping.py). `advance` is called in every frame while a snap is prepared, and
-    the pass that `bind` makes runs while `due`.
+    """One view's, of one maker (engine/frame/snapping.py). `advance` is called in every frame while a snap is prepared,
+    and the pass that `bind` makes runs while `due`.
 
     phase: in which it makes vertices. make: those of some cells: (mesh, choice, first, count, snap). agree: see
     CellMesh.agree.
