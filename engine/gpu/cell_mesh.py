@@ -52,9 +52,8 @@ class CellPrograms:
         self.quads = quads
         self.defines: dict[str, Any] = {"QUADS_LOG2": quads.bit_length() - 1}
         self.vertices = scope.compute(vertices, defines=self.defines)
-        self.measure, self.agree, self.cull = (
-            scope.compute(f"common/{name}_cells.comp", defines=self.defines) for name in ("measure", "agree", "cull")
-        )
+        shared = "common/measure_cells.comp", "common/agree_cells.comp", "common/cull_cells.comp"
+        self.measure, self.agree, self.cull = (scope.compute(file, defines=self.defines) for file in shared)
 
 
 class CellMesh:

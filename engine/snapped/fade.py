@@ -30,12 +30,10 @@ _SHARE_OF_INTERVAL = 0.9
 
 
 class FadePrograms:
-    """The two compute shaders of the overlay: `cells.comp` and `vertices.comp` of a folder. longest_s: of a fade."""
+    """What makes the overlay, shared by all views: files of two compute shaders. longest_s: of a fade."""
 
-    def __init__(self, gpu: GpuScope, folder: str, programs: CellPrograms, longest_s: float) -> None:
-        self.cells, self.vertices = (
-            gpu.compute(f"{folder}/{name}.comp", defines=programs.defines) for name in ("cells", "vertices")
-        )
+    def __init__(self, gpu: GpuScope, cells: str, vertices: str, programs: CellPrograms, longest_s: float) -> None:
+        self.cells, self.vertices = (gpu.compute(file, defines=programs.defines) for file in (cells, vertices))
         self.agree, self.longest_s = programs.agree, longest_s
 
 

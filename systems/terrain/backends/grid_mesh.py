@@ -64,7 +64,8 @@ class GridMaking:
         self.most = int(settings["terrain.decimation"])
         self.prepares = int(settings["proxy.ahead_frames"]) > 0
         fade_s = float(settings["terrain.fade_s"])
-        self.fading = FadePrograms(gpu, "terrain/fade", self.programs, fade_s) if fade_s > 0.0 else None
+        files = "terrain/fade/cells.comp", "terrain/fade/vertices.comp"
+        self.fading = FadePrograms(gpu, *files, self.programs, fade_s) if fade_s > 0.0 else None
         # Of the grid that is prepared: views take turns with it.
         self.ubo, self.block = gpu.uniform_block(TerrainGridBlock, GRID_BINDING), TerrainGridBlock()
 
