@@ -1,7 +1,7 @@
 """System: one feature of a frame, and what it gets once.
 
 A system is the owner of its passes and of its GL objects. It never imports another system: they meet in components,
-in world resources, in named graph resources and in shader contracts.
+in the frame and its view, in world resources, in named graph resources and in shader contracts.
 """
 
 from __future__ import annotations

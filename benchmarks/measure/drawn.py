@@ -44,7 +44,7 @@ class DrawnMesh:
         if mesh is None or mesh.count == 0:
             raise RuntimeError("the last frame selected no ground: nothing to measure")
         assert system is not None
-        proxy = renderer.scene.world.resource("proxy.0")
+        proxy = renderer.views[0].proxy
         return cls(
             record=mesh.read_cells().copy(),
             vertices=mesh.read_vertices().copy(),

@@ -59,7 +59,7 @@ def jitter(
         for camera in cameras:
             renderer.render_to(target, camera)
             proxy_system: Any = renderer.system("proxy")
-            generation = renderer.scene.world.resource("proxy.0").generation
+            generation = renderer.views[0].proxy.generation
             if mesh is None or generation != mesh.generation:
                 snaps += 1
                 if snaps > most_snaps:
@@ -175,7 +175,7 @@ def snap(renderer: Renderer, cameras: list[Camera], rng: np.random.Generator, po
     before = DrawnMesh.of(renderer)
     for camera in cameras[1:]:
         # What the old mesh shows from here has to be known before the new one replaces it.
-        if renderer.scene.world.resource("proxy.0").cell.contains(renderer.camera_state(camera).position_m):
+        if renderer.views[0].proxy.cell.contains(renderer.camera_state(camera).position_m):
             previous = camera
             continue
         out = renderer.render(previous, outputs=("position", "surface"))
@@ -201,7 +201,7 @@ def snap(renderer: Renderer, cameras: list[Camera], rng: np.random.Generator, po
         drawn_shared = shared_vertices(before, after, state.position_m, drawn_only=True)[0]
         level = int(after.record["level"].max())
         return Snap(
-            distance_m=float(renderer.scene.world.resource("proxy.0").cell.snap_distance_m),
+            distance_m=float(renderer.views[0].proxy.cell.snap_distance_m),
             shared=shared,
             drawn_shared=drawn_shared,
             on_lattice=on_lattice,

@@ -64,7 +64,7 @@ class PaperMesh:
         for level in range(MOST_LEVEL, -1, -1):
             drawn[visible[first : first + counts[level]]] = True
             first += int(np.count_nonzero(cut.level == level))
-        proxy = renderer.scene.world.resource("proxy.0")
+        proxy = renderer.views[0].proxy
         field = renderer.scene.world.resource("height_field")
         return cls(
             grid, cut, field, vertices, patch, cut.i[patch] * FINEST + a * step, cut.j[patch] * FINEST + b * step,

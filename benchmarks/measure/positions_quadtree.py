@@ -44,7 +44,7 @@ def worst_px_by_level(renderer: Renderer, camera: Camera) -> dict[int, float]:
     renderer.render(camera)
     system: Any = renderer.system("terrain")
     mesh = system.backend.view(0).mesh
-    proxy = renderer.scene.world.resource("proxy.0")
+    proxy = renderer.views[0].proxy
     position = renderer.camera_state(camera).position_m
     with renderer.current():
         vertices = mesh.read_vertices()

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import Camera, Renderer
-from ...engine.frame.snapping import snap_ahead
 from ...engine.space import CameraState
 from ...engine.surface.lattice import canonical_lattice
 
@@ -111,7 +110,7 @@ def prepared_pops(renderer: Renderer, cameras: Sequence[CameraState], most: int 
         if number == 0:
             renderer.settle(camera)
         before = renderer.render(camera, outputs=OUTPUTS, dt_s=1.0 / 60.0)
-        if snap_ahead(renderer.scene.world, 0).ready:
+        if renderer.views[0].snap.ready:
             after = renderer.render(camera, outputs=OUTPUTS, dt_s=0.0)
             _watch(renderer, camera, before, after, frames, found)
     return found
@@ -191,7 +190,7 @@ def _by_place(mesh: Any) -> tuple[NDArray[np.uint64], Floats]:
 
 
 def _generation(renderer: Renderer) -> int:
-    return int(renderer.scene.world.resource("proxy.0").generation)
+    return int(renderer.views[0].proxy.generation)
 
 
 def _moving_share(renderer: Renderer) -> float:
@@ -208,7 +207,7 @@ def _moving_share(renderer: Renderer) -> float:
         record = fade.mesh.read_cells()
     from .drawn import DrawnMesh
 
-    proxy = renderer.scene.world.resource("proxy.0")
+    proxy = renderer.views[0].proxy
     mesh = DrawnMesh(
         record=record, vertices=fade.mesh.read_vertices(), visible=visible, quads=fade.mesh.quads,
         radius_m=proxy.cell.radius_m, anchor=proxy.lattice, anchor_height_m=proxy.anchor_height_m,

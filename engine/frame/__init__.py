@@ -1,10 +1,11 @@
 """What systems agree on, frame by frame: the frame, its view, and what is known of both.
 
 Shared through modules of their own: the uniform blocks of a view (`block`), what shader contracts read (`contracts`),
-what a view sees (`seen`), the next snap of its proxy (`snapping`).
+what rests while its planet is not seen (`unseen`), the next snap of its proxy (`snapping`).
 """
 
 from .frame import Frame, SunState, ViewInfo
+from .proxy import Proxy
 from .view import View, ViewParts, Views
 
-__all__ = ["Frame", "SunState", "View", "ViewInfo", "ViewParts", "Views"]
+__all__ = ["Frame", "Proxy", "SunState", "View", "ViewInfo", "ViewParts", "Views"]

@@ -101,3 +101,14 @@ class Frame:
     def view_index(self) -> int:
         """The view's index."""
         return self.view.index
+
+    @property
+    def at_once(self) -> bool:
+        """Whether nothing may wait for later frames: the picture stands for itself, or there is no last one."""
+        return self.cut or self.settling or self.one_shot
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether it is one of a flight, which comes to need as much room for what is prepared as for what is drawn.
+        Made early, and together, that costs one compilation of the graph; bit by bit it costs three."""
+        return int(self.settings.get("proxy.ahead_frames", 0)) > 0 and not (self.settling or self.one_shot)

@@ -12,10 +12,9 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from ..world import World
-from .frame import Frame
+from .proxy import Proxy
 
-__all__ = ["HeldScale", "Scale", "SnapAhead", "at_once", "goes_on", "snap_ahead"]
+__all__ = ["HeldScale", "Scale", "SnapAhead"]
 
 _ZOOMED, _ZOOMED_FAR = 0.05, 0.25
 """Cells are chosen anew when a zoom has changed the angle of a pixel by more than this share; by more than the second,
@@ -29,11 +28,11 @@ _SHARES = {"ground": 0.45, "sea": 0.35, "fade": 0.2}
 
 
 class SnapAhead:
-    """One view's. Makers say in every update which phases are theirs (`take_part`)."""
+    """One view's: `frame.view.snap`. Makers say in every update which phases are theirs (`take_part`)."""
 
     def __init__(self) -> None:
-        self.proxy: Any = None
-        """Where the proxy will be (systems.proxy.ProxyView); None: nothing is under way."""
+        self.proxy: Proxy | None = None
+        """Where the proxy will be; None: nothing is under way."""
         self.number = 0
         """Counts the beginnings."""
         self.possible = False
@@ -78,7 +77,7 @@ class SnapAhead:
         if not part and any(phase in self._left for phase in phases):
             self.drop()
 
-    def begin(self, proxy: Any, frames: int) -> None:
+    def begin(self, proxy: Proxy, frames: int) -> None:
         """Prepare for that proxy in so many frames, one a phase at least; the first one comes after this frame, in
         which cells are chosen."""
         self.proxy = proxy
@@ -147,24 +146,3 @@ class HeldScale:
             self.value = Scale(edge_px, pixel_rad)
         elif edge_px != self.value.edge_px or zoomed > _ZOOMED * self.value.pixel_rad:
             snap.asked = True
-
-
-def snap_ahead(world: World, view_index: int) -> SnapAhead:
-    """That of a view; the same object each time."""
-    name = f"snap_ahead.{view_index}"
-    found = world.try_resource(name)
-    if not isinstance(found, SnapAhead):
-        found = SnapAhead()
-        world.set_resource(name, found)
-    return found
-
-
-def goes_on(frame: Frame) -> bool:
-    """Whether the frame is one of a flight, which comes to need as much room for what is prepared as for what is drawn.
-    Made early, and together, that costs one compilation of the graph; bit by bit it costs three."""
-    return int(frame.settings.get("proxy.ahead_frames", 0)) > 0 and not (frame.settling or frame.one_shot)
-
-
-def at_once(frame: Frame) -> bool:
-    """Whether a snap in this frame may not wait: the picture stands for itself, or there is no last one."""
-    return frame.cut or frame.settling or frame.one_shot

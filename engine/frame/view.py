@@ -5,6 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 
+from ..world import MissingError
+from .proxy import Proxy
+from .seen import Seen
+from .snapping import SnapAhead
+
 if TYPE_CHECKING:
     from ..gpu import GpuScope
 
@@ -33,12 +38,29 @@ class ViewParts:
 class View:
     """One picture of a scene. index: 0 is the renderer's own, further ones take the lowest that is free.
 
-    A system keeps what belongs to a view with `state`; it is released with the view, or when the system says `forget`.
+    seen, snap and proxy are what all systems know of it. What is one system's own it keeps with `state`; it is released
+    with the view, or when the system says `forget`.
     """
 
     def __init__(self, index: int = 0) -> None:
         self.index = index
         self._kept: dict[int, tuple[object, Any]] = {}
+        self._begin()
+
+    def _begin(self) -> None:
+        self.seen = Seen()
+        """What it may show of its planet."""
+        self.snap = SnapAhead()
+        """The next snap of its proxy."""
+        self.placed: Proxy | None = None
+        """Its camera's proxy, or None before the first frame."""
+
+    @property
+    def proxy(self) -> Proxy:
+        """Its camera's proxy; MissingError before the first frame."""
+        if self.placed is None:
+            raise MissingError(f"view {self.index} has no proxy yet: ProxySystem places it in the view's first frame")
+        return self.placed
 
     def state(self, owner: object, factory: Callable[[], T]) -> T:
         """What `owner` keeps for this view; made by `factory` when it is asked for first. One state an owner."""
@@ -60,6 +82,7 @@ class View:
         """Release what everybody keeps; the view may be used again, and is then as new."""
         while self._kept:
             _release(self._kept.popitem()[1])
+        self._begin()
 
     def __repr__(self) -> str:
         return f"<View {self.index}>"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from ..frame import Proxy
 from ..surface.selection import CellSet
 
 __all__ = ["CellChoice", "MeshKey", "Shown"]
@@ -28,10 +29,10 @@ class Shown(NamedTuple):
 
 @dataclass(kw_only=True)
 class CellChoice:
-    """A selection and what its vertices depend on. proxy: ProxyView."""
+    """A selection and what its vertices depend on. proxy: for which."""
 
     cells: CellSet
-    proxy: Any
+    proxy: Proxy
     eye_m: tuple[float, ...]
     """The proxy, from its anchor."""
     edge_rad: float

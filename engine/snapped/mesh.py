@@ -11,9 +11,8 @@ from abc import abstractmethod
 from collections.abc import Callable
 from typing import ClassVar, Generic, TypeVar
 
-from ..frame import Frame, ViewParts
-from ..frame.seen import ground_seen
-from ..frame.snapping import HeldScale, Scale, SnapAhead, at_once, goes_on, snap_ahead
+from ..frame import Frame, Proxy, ViewParts
+from ..frame.snapping import HeldScale, Scale, SnapAhead
 from ..gpu import GpuScope
 from ..gpu.cell_mesh import CellMesh, CellPrograms
 from ..graph import BufferSpec, GraphBuilder, PassIO
@@ -73,7 +72,7 @@ class SnappedMesh(ViewParts, Generic[C]):
     # -- what differs ------------------------------------------------------------------------------------------------
 
     @abstractmethod
-    def choose(self, frame: Frame, proxy: object, scale: Scale) -> C:
+    def choose(self, frame: Frame, proxy: Proxy, scale: Scale) -> C:
         """The cells for a proxy: a function of it and of settings, whatever the camera does."""
 
     @abstractmethod
@@ -94,9 +93,9 @@ class SnappedMesh(ViewParts, Generic[C]):
     def follow(self, frame: Frame, surface: tuple[object, ...]) -> tuple[bool, bool]:
         """CPU work of one frame. surface: what the cells depend on beside proxy and scale. Whether other cells were
         chosen, and whether buffers of the graph grew."""
-        proxy = frame.world.resource(f"proxy.{frame.view_index}")
+        proxy = frame.view.proxy
         now = Scale(float(frame.settings["terrain.edge_px"]), frame.camera.pixel_angle_rad(frame.size[1]))
-        self._snap = snap = snap_ahead(frame.world, frame.view_index)
+        self._snap = snap = frame.view.snap
         snap.take_part(True, *self.phases)
         self._prepared = -1
         key, held = MeshKey(proxy.generation, surface), self._held
@@ -106,7 +105,7 @@ class SnappedMesh(ViewParts, Generic[C]):
         else:
             held.value = self.ahead.scale if self.ahead.complete(key) else now
         same = self.key is not None and key.surface == self.key.surface and held.value.edge_px == self.scale.edge_px
-        fades = same and not at_once(frame)
+        fades = same and not frame.at_once
         if self.fade is not None:
             self.fade.advance(frame.dt_s)
             if not fades:
@@ -118,7 +117,7 @@ class SnappedMesh(ViewParts, Generic[C]):
             # After a leap the old cells were not made for the place, and nobody sees a fade; what waited is no leap.
             leaps = proxy.cell.snap_distance_m > _LEAP * proxy.cell.altitude_above_ground_m
             grew = self._take(frame, proxy, fades and (self.ahead.complete(key) or not leaps))
-        if goes_on(frame) and snap.proxy is None and self._prepared < 0:
+        if frame.goes_on and snap.proxy is None and self._prepared < 0:
             grew |= self.ahead.mesh.reserve(self.mesh.capacity) | self._reserve_fade(self.mesh.capacity)
         if (there := snap.proxy) is not None:
             then = MeshKey(there.generation, surface)
@@ -128,7 +127,7 @@ class SnappedMesh(ViewParts, Generic[C]):
             grew |= self._lay(snap, then) | self._reserve_fade(snap.room)
         return snapped, grew
 
-    def _take(self, frame: Frame, proxy: object, fades: bool) -> bool:
+    def _take(self, frame: Frame, proxy: Proxy, fades: bool) -> bool:
         """The cells of `key` and `scale`: those that were prepared, or new ones at once."""
         fade, ahead, old = self.fade, self.ahead, self.choice
         assert self.key is not None
@@ -175,7 +174,7 @@ class SnappedMesh(ViewParts, Generic[C]):
         mesh, culled = self.drawn, self.culled
         wanted = Shown((mesh.name, mesh.selection), frame.camera.stamp, self.keep_dh_m)
         held = frame.frozen and culled is not None and culled == self._wanted and culled.cells == wanted.cells
-        if ground_seen(frame.world, frame.view_index)() and not held:
+        if frame.view.seen.ground() and not held:
             self._wanted = wanted
 
     # -- passes ------------------------------------------------------------------------------------------------------

@@ -67,4 +67,4 @@ def height_drawn(renderer: Renderer, directions: NDArray[np.float64]) -> NDArray
     unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     with renderer.current():
         index = renderer._view_index
-        return system.backend.height_drawn(unit, renderer.scene.world.resource(f"proxy.{index}"), index)
+        return system.backend.height_drawn(unit, renderer.views[index].proxy, index)

@@ -10,7 +10,7 @@ import numpy as np
 from ...components import Atmosphere, Planet, Shape
 from ...engine.frame import Frame, ViewInfo
 from ...engine.frame.contracts import provide_contracts, withdraw_contracts
-from ...engine.frame.seen import Unseen
+from ...engine.frame.unseen import Unseen
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import SettingError, revision, with_overrides
 from ...engine.system import Setup, System

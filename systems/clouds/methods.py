@@ -8,7 +8,7 @@ from typing import Any
 
 from ...components import Atmosphere, CloudLayer, Clouds, Ocean, Planet
 from ...engine.frame import Frame, View, ViewInfo
-from ...engine.frame.seen import Unseen
+from ...engine.frame.unseen import Unseen
 from ...engine.graph import GraphBuilder, PassIO
 from ...engine.settings import revision, with_overrides
 from ...engine.system import Setup

@@ -104,7 +104,7 @@ class PaperClouds:
         if self._volume is not None and not self._volume.done:
             self._volume.step(1e9 if frame.settling else _BUDGET_S)
         turn, _ = frames_at(float(component.wind_speed_m_s), radius, frame.time_s)
-        proxy = frame.world.resource(f"proxy.{frame.view_index}")
+        proxy = frame.view.proxy
         block = self._block
         block.turn = np.pad(turn.T, ((0, 0), (0, 1)))
         block.broad = (*np.mod(turn @ proxy.anchor_m / self._tile_m, 1.0), 1.0 / self._tile_m)

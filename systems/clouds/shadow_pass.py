@@ -98,7 +98,7 @@ class ShadowPass:
     ) -> None:  # fmt: skip
         """Where the maps lie, and which are due. first: base and thickness of the first layer, in metres."""
         base_m, thickness_m = first
-        proxy = frame.world.resource(f"proxy.{frame.view_index}")
+        proxy = frame.view.proxy
         maps = self.maps = frame.view.state(self, lambda: ShadowMaps(self._texels))
         if frame.cut:
             maps.forget()

@@ -10,7 +10,6 @@ import numpy as np
 from ...components import Atmosphere, Clouds, Ocean, Planet
 from ...engine.frame import Frame, View, ViewInfo
 from ...engine.frame.contracts import bind_contracts, contract_reads, provide_contracts, withdraw_contracts
-from ...engine.frame.seen import planet_seen
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import SettingError, revision, with_overrides
 from ...engine.space import out_of_view
@@ -173,11 +172,11 @@ class CloudSystem(System):
         seen = not out_of_view(frame.camera, centre, reach)
         sea = frame.world.try_get(frame.planet, Ocean)
         under = sea is not None and float(np.linalg.norm(frame.camera.position_m)) - radius < sea.sea_level_m
-        seen = seen and bool(field.layers) and not under and planet_seen(frame.world, frame.view_index)()
+        seen = seen and bool(field.layers) and not under and frame.view.seen.planet()
         shown = self._shown = frame.view.state(self, _CloudView)
         if seen != shown.seen:
             shown.seen, shown.past = seen, None
-        if not planet_seen(frame.world, frame.view_index)() and field.placed:
+        if not frame.view.seen.planet() and field.placed:
             return  # nothing of it is asked for
         charts = field.maps.charts
         if frame.settling or frame.one_shot:
@@ -185,7 +184,7 @@ class CloudSystem(System):
         else:
             charts.running(frame.time_s)
         self.moving = not charts.steady
-        proxy = frame.world.resource(f"proxy.{frame.view_index}")
+        proxy = frame.view.proxy
         field.place(proxy.anchor_m, radius, frame.time_s)
         present = bool(field.layers)
         stamp = (self._stamp, charts.cuts, charts.steady)
@@ -214,7 +213,7 @@ class CloudSystem(System):
         return self.structure, view.state(self, _CloudView).seen
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
-        self._shadow.declare(builder, view, self.name, self.bind_density, planet_seen(self._world, view.index))
+        self._shadow.declare(builder, view, self.name, self.bind_density, view.view.seen.planet)
         air = contract_reads(self._world, but=self.name)
         builder.add_pass(
             "clouds.sky",
@@ -229,7 +228,7 @@ class CloudSystem(System):
                 ),
             ),
             when=lambda: self._shown.sky.rows[1] > 0 and self.field.mirrored and bool(self.field.layers),
-            only_while=planet_seen(self._world, view.index),
+            only_while=view.view.seen.planet,
             help="a small map of the clouds in the sky, a few rows a frame",
         )  # fmt: skip
         if not view.view.state(self, _CloudView).seen:

@@ -9,7 +9,6 @@ from collections.abc import Callable
 from typing import Any
 
 from ...engine.frame import Frame, ViewInfo
-from ...engine.frame.seen import ground_seen
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.system import Setup, System
 from .debug_tiles import TilesPicture
@@ -29,7 +28,7 @@ class GBufferSystem(System):
     name = "gbuffer"
 
     def setup(self, setup: Setup) -> None:
-        self._gpu, self._world = setup.gpu, setup.world
+        self._gpu = setup.gpu
         self._clear_normal = setup.gpu.fullscreen("gbuffer/clear.frag")
         self._classify = setup.gpu.compute("gbuffer/classify.comp")
         self._list = setup.gpu.compute("gbuffer/list_tiles.comp")
@@ -79,7 +78,7 @@ class GBufferSystem(System):
                 BufferSpec("gbuffer.tiles_coast", 16 + 4 * count, help="dispatch and tiles where both meet"),
                 BufferSpec("gbuffer.tiles_sea", 16 + 4 * count, help="dispatch and tiles of the sea"),
             ),
-            only_while=ground_seen(self._world, view.index),
+            only_while=view.view.seen.ground,
             help="tiles by surface, so that each surface is shaded where it is seen only",
         )
         self._tiles_picture.declare(builder, across)

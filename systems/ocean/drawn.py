@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ...engine.frame import Frame, ViewInfo
-from ...engine.frame.seen import ground_seen
 from ...engine.gpu.cell_mesh import VERTEX_DTYPE
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.system import Setup
@@ -24,7 +23,6 @@ class SeaMeshPasses:
 
     def setup(self, setup: Setup) -> None:
         gpu = self._gpu = setup.gpu
-        self._world = setup.world
         self._making = SeaMaking(gpu, setup.settings, setup.world, self._waves)
         defines = self._making.programs.defines
         # Fetching a wave costs as much as evaluating it where lanes can't share the fetch.
@@ -47,7 +45,7 @@ class SeaMeshPasses:
 
     def declare(self, builder: GraphBuilder, view: ViewInfo, sea: SeaMesh) -> None:
         mesh, name, moves = sea.mesh, self._name, sea.waves.moves
-        seen = ground_seen(self._world, view.index)
+        seen = view.view.seen.ground
         sea.declare(builder, name)
         if moves:
             size = mesh.capacity * mesh.vertices_per_cell * VERTEX_DTYPE.itemsize

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...components import Ocean, Planet
-from ...engine.frame import Frame
+from ...engine.frame import Frame, Proxy
 from ...engine.frame.snapping import Scale, SnapAhead
 from ...engine.gpu import GpuScope
 from ...engine.gpu.cell_mesh import CellPrograms
@@ -86,7 +86,7 @@ class SeaMesh(SnappedMesh[SeaChoice]):
         self.look(frame)
         return changed
 
-    def choose(self, frame: Frame, proxy: Any, scale: Scale) -> SeaChoice:
+    def choose(self, frame: Frame, proxy: Proxy, scale: Scale) -> SeaChoice:
         ocean = frame.world.get(frame.planet, Ocean)
         radius = frame.world.get(frame.planet, Planet).radius_m
         ground = frame.world.resources.get("height_field")

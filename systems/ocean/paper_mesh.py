@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ...components import Ocean, Planet
-from ...engine.frame import Frame, ViewParts
+from ...engine.frame import Frame, Proxy, ViewParts
 from ...engine.gpu import GpuScope
 from ...engine.gpu.layout import IVec4, Vec4
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
@@ -112,7 +112,7 @@ class PaperSeaPasses:
     def update(self, frame: Frame, view: PaperSeaView) -> bool:
         """Project and cut the grid; True where buffers changed."""
         ocean = frame.world.get(frame.planet, Ocean)
-        proxy, camera = frame.world.resource(f"proxy.{frame.view_index}"), frame.camera
+        proxy, camera = frame.view.proxy, frame.camera
         pixel_angle = (camera.tan_top - camera.tan_bottom) / frame.size[1]
         edge_px = float(frame.settings["terrain.edge_px"])
         ground = frame.world.resources.get("height_field")
@@ -133,7 +133,7 @@ class PaperSeaPasses:
         frame: Frame,
         view: PaperSeaView,
         ocean: Ocean,
-        proxy: Any,
+        proxy: Proxy,
         pixel_angle: float,
         edge_px: float,
         ground: Any,

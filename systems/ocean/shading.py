@@ -9,7 +9,6 @@ from typing import Any
 from ...components import Ocean, Planet
 from ...engine.frame import Frame, ViewInfo
 from ...engine.frame.contracts import bind_contracts, contract_reads
-from ...engine.frame.seen import ground_seen
 from ...engine.gpu.between_shaded import BetweenShaded
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import revision, with_overrides
@@ -128,7 +127,7 @@ class SeaShading:
         if frame.squares is not None and self._shade_every == 2:
             frame.left_out.add("ocean")
         ocean = frame.world.get(frame.planet, Ocean)
-        proxy = frame.world.resource(f"proxy.{frame.view_index}")
+        proxy = frame.view.proxy
         radius = frame.world.get(frame.planet, Planet).radius_m
         written = (revision(ocean), frame.view_index, proxy.generation)
         if written != self._written or self._held is None:
@@ -167,7 +166,7 @@ class SeaShading:
         count = across * down
         corners = (across + 1, 5 * (down + 1))
         groups = (-(-corners[0] // 8), -(-corners[1] // 40), _SKY_MAP[0] // 8, _SKY_MAP[1] // 8)
-        seen = ground_seen(self._world, view.index)
+        seen = view.view.seen.ground
         builder.add_pass(
             "ocean.classify",
             system=self._name,

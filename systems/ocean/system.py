@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from ...components import DebugView, Ocean, Planet
 from ...engine.frame import Frame, ViewInfo
-from ...engine.frame.seen import Unseen, ground_seen
-from ...engine.frame.snapping import snap_ahead
+from ...engine.frame.unseen import Unseen
 from ...engine.graph import GraphBuilder
 from ...engine.settings import with_overrides
 from ...engine.system import Setup, System
@@ -30,8 +29,7 @@ class OceanSystem(System):
         self._shading = SeaShading(self.name)
 
     def setup(self, setup: Setup) -> None:
-        self._world, self._views = setup.world, setup.views
-        self._seen = ground_seen(setup.world, 0)
+        self._views = setup.views
         self._unseen = Unseen(Ocean, Planet, DebugView)
         self._shading.setup(setup)
         self._waves.setup(setup)
@@ -60,7 +58,7 @@ class OceanSystem(System):
             self._printed = printed
             self.structure += 1
         if printed:
-            snap_ahead(frame.world, frame.view_index).take_part(False, "sea")
+            frame.view.snap.take_part(False, "sea")
             paper = self._paper_view(frame.view_index)
             changed, waves = self._paper.update(frame, paper), paper.waves
         else:
@@ -82,7 +80,7 @@ class OceanSystem(System):
 
     def statistics(self) -> dict[str, int]:
         found = self._statistics()
-        return found if self._seen() else dict.fromkeys(found, 0)
+        return found if self._views[0].seen.ground() else dict.fromkeys(found, 0)
 
     def _statistics(self) -> dict[str, int]:
         if self._printed:

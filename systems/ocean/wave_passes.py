@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from ...components import Ocean, Planet
 from ...engine.frame import Frame, ViewInfo
-from ...engine.frame.seen import ground_seen
 from ...engine.gpu import GpuScope
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import revision, with_overrides
@@ -72,7 +71,7 @@ class SeaWaves:
         self._many = self._long = False
 
     def setup(self, setup: Setup) -> None:
-        self._gpu, self._world = setup.gpu, setup.world
+        self._gpu = setup.gpu
         # Fetching a wave costs as much as evaluating it where lanes can't share the fetch. With fewer waves long runs
         # save less than what they leave out is worth: how waves bend, and what a pixel shows of them, along a run.
         self._runs = (8, 16) if setup.gpu.gpu.caps.is_software else (2, 2)
@@ -134,7 +133,7 @@ class SeaWaves:
     ) -> bool:
         """Reduce the waves to the anchor of the view's proxy; True where waves come into sight or leave it."""
         waves = self.of(frame)
-        proxy = frame.world.resource(f"proxy.{frame.view_index}")
+        proxy = frame.view.proxy
         radius = frame.world.get(frame.planet, Planet).radius_m
         moves, reach_m = self.reach(frame, above_sea_m, pixel_angle)
         many, long = len(waves) >= MANY, len(waves) >= _LONG_RUNS
@@ -161,7 +160,7 @@ class SeaWaves:
             self._warming.step(frame)
 
     def declare(self, builder: GraphBuilder, info: ViewInfo, view: WaveView) -> None:
-        seen = ground_seen(self._world, info.index)
+        seen = info.view.seen.ground
         of_pixels = ("gbuffer.depth", "gbuffer.attributes", "gbuffer.surface", "gbuffer.tiles_sea")
         reads = (*of_pixels, *(("ocean.moved",) if view.moves else ()))
         if self._many:

@@ -1,5 +1,5 @@
 """The camera proxy: the held, snapped stand-in for the camera that every level of detail depends on."""
 
-from .system import ProxySystem, ProxyView
+from .system import ProxySystem
 
-__all__ = ["ProxySystem", "ProxyView"]
+__all__ = ["ProxySystem"]

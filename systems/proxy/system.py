@@ -6,22 +6,18 @@ than it ever reaches the GPU. It runs before all other systems.
 
 from __future__ import annotations
 
-from collections import defaultdict
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...components import Atmosphere, Clouds, Ocean, Planet
-from ...engine.frame import Frame
+from ...engine.frame import Frame, Proxy, Views
 from ...engine.frame.block import FRAME_BINDING, PLANET_BINDING, FrameBlock, PlanetBlock
-from ...engine.frame.seen import ground_seen, planet_seen
-from ...engine.frame.snapping import SnapAhead, at_once, snap_ahead
+from ...engine.frame.snapping import SnapAhead
 from ...engine.gpu.uniforms import UniformBlock
 from ...engine.space import least_elevation_rad, length, near_plane_m, out_of_view, projection_terms, sphere_unseen
 from ...engine.surface.field import HeightField
-from ...engine.surface.lattice_anchor import LatticeAnchor
 from ...engine.surface.proxy import GroundHeight, ProxyCell, snap_proxy
 from ...engine.surface.skyline import Skyline
 from ...engine.system import Setup, System
@@ -38,19 +34,11 @@ _LEAST_PX = 0.25
 """A planet, air and all, that is narrower than this part of a pixel is not drawn: most pixels miss it anyway."""
 
 
-@dataclass
-class ProxyView:
-    """What other systems read of a view's proxy: world resource ``proxy.<view index>``.
+class _Kept:
+    """Of one view: how its camera moves, and the ground around it."""
 
-    lattice.direction and anchor_height_m place the anchor; generation grows with every snap.
-    """
-
-    cell: ProxyCell
-    lattice: LatticeAnchor
-    anchor_height_m: float
-    anchor_m: NDArray[np.float64]
-    ground_m: float
-    generation: int
+    def __init__(self) -> None:
+        self.motion, self.skyline = Motion(), Skyline()
 
 
 class ProxySystem(System):
@@ -61,34 +49,26 @@ class ProxySystem(System):
     needs = (Planet,)
 
     def __init__(self) -> None:
-        self._views: dict[int, ProxyView] = {}
-        self._motions: defaultdict[int, Motion] = defaultdict(Motion)
-        self._skylines: defaultdict[int, Skyline] = defaultdict(Skyline)
+        self._views = Views()
         self._generation = 0
-        self._world: Any = None
         self._ahead_ubo: UniformBlock | None = None
         self._ahead_lattice: Any = None
         self._frame_block = FrameBlock()
 
     def setup(self, setup: Setup) -> None:
-        self._gpu, self._world = setup.gpu, setup.world
+        self._gpu, self._views = setup.gpu, setup.views
         self._ahead_ubo = self._ahead_lattice = None
         self._frame_ubo = setup.gpu.uniform_block(FrameBlock, FRAME_BINDING, "frame")
         self._planet_ubo = setup.gpu.uniform_block(PlanetBlock, PLANET_BINDING, "planet")
         self._lattice = setup.gpu.buffer(reserve=LATTICE_BYTES, dynamic=True)
-        self._views.clear()
-        self._motions.clear()
-        self._skylines.clear()
         self._field: HeightField | None = None
         self._uploaded: tuple[int, int] | None = None
         self._planet_written: tuple[Any, ...] = ()
 
     def release(self) -> None:
-        for ahead in self._aheads():
-            ahead.drop()
-        self._views.clear()
-        self._motions.clear()
-        self._skylines.clear()
+        for view in self._views:
+            view.snap.drop()
+            view.placed = None
 
     def update(self, frame: Frame) -> None:
         planet = frame.world.get(frame.planet, Planet)
@@ -107,48 +87,46 @@ class ProxySystem(System):
         def surface(directions: NDArray[np.float64]) -> NDArray[np.float64]:
             return np.maximum(ground(directions), level)
 
-        planet_seen(frame.world, frame.view_index).value = seen = self._planet_seen(frame, radius, field)
-        ground_seen(frame.world, frame.view_index).value = seen and self._ground_seen(frame, radius, field)
-        view = self._views.get(frame.view_index)
-        if view is not None and field is self._field and frame.frozen:
-            if at_once(frame):
-                snap_ahead(frame.world, frame.view_index).drop()
+        seen, proxy = self._planet_seen(frame, radius, field), frame.view.placed
+        # Where no part of the planet can be in the picture a snap cannot be seen.
+        unseen = not seen or sphere_unseen(frame.camera, radius + self._top_m(frame, field), self._pixel(frame))
+        frame.view.seen.tell(seen, self._ground_seen(frame, radius, field, unseen))
+        if proxy is not None and field is self._field and frame.frozen:
+            if frame.at_once:
+                frame.view.snap.drop()
             # Else what is being prepared goes on: a flight that is held for a look is none the worse for it.
-            self._write_blocks(frame, view, radius, field, sea)
-            return
-        view = self._place(frame, view, radius, surface, ground, sea, field)
-        self._field = field
-        self._write_blocks(frame, view, radius, field, sea)
+        else:
+            proxy = self._place(frame, proxy, radius, surface, ground, sea, field, unseen)
+            self._field = field
+        self._write_blocks(frame, proxy, radius, field, sea)
 
     def _place(
         self,
         frame: Frame,
-        view: ProxyView | None,
+        proxy: Proxy | None,
         radius: float,
         surface: GroundHeight,
         ground: GroundHeight,
         sea: Ocean | None,
         field: HeightField | None,
-    ) -> ProxyView:
+        unseen: bool,
+    ) -> Proxy:
         """The view's proxy in this frame: the held one, or a new one, at once or prepared ahead."""
         camera_m = frame.camera.position_m
         # On other ground a held cell would depend on what was there before.
-        fresh = view is None or frame.cut or field is not self._field
-        unseen = self._planet_out_of_view(frame, radius, field)
-        ahead, motion = snap_ahead(frame.world, frame.view_index), self._motions[frame.view_index]
+        fresh = proxy is None or frame.cut or field is not self._field
+        ahead, motion = frame.view.snap, frame.view.state(self, _Kept).motion
         frames = int(frame.settings.get("proxy.ahead_frames", 0))
-        waits = frames > 0 and ahead.wanted and not (fresh or at_once(frame) or unseen)
+        waits = frames > 0 and ahead.wanted and not (fresh or frame.at_once or unseen)
         ahead.possible, asked, ahead.asked = waits, ahead.asked, False
         if not waits:
             ahead.drop()
         if fresh:
             motion.forget()
         if ahead.ready:
-            ready: ProxyView = ahead.proxy
+            proxy = frame.view.placed = ahead.proxy
             ahead.drop()
-            view = ready
-            self._show(frame, ready)
-        previous = None if view is None or fresh else view.cell
+        previous = None if proxy is None or fresh else proxy.cell
         level_m = -np.inf if sea is None else sea.sea_level_m
         limits = (0.0, 0.0) if field is None else (field.lowest_m, field.highest_m)
 
@@ -160,13 +138,13 @@ class ProxySystem(System):
             motion.follow(camera_m, radius, previous.ground_height_m, frame.dt_s)
             if waits and not previous.contains(camera_m):
                 waits = shown_by(previous)
-        if view is not None and waits and ahead.proxy is not None:
-            return view
+        if proxy is not None and waits and ahead.proxy is not None:
+            return proxy
         fraction = float(frame.settings.get("proxy.fraction", 0.25))
         cell = snap_proxy(camera_m, radius, surface, previous, fraction, may_update_early=unseen)
-        if view is not None and cell is view.cell and not (waits and asked):
+        if proxy is not None and cell is proxy.cell and not (waits and asked):
             ahead.drop()
-            return view
+            return proxy
         count, place_m = 0, camera_m
         if moving and previous is not None:
             count = motion.frames_of(previous, frames) if waits else 0
@@ -178,18 +156,14 @@ class ProxySystem(System):
                 if count or shown_by(later):
                     cell, place_m = later, there_m
         made = self._new_anchor(cell, radius, ground, sea, place_m)
-        if view is not None and count:
+        if proxy is not None and count:
             self._prepare(ahead, made, count)
-            return view
+            return proxy
         ahead.drop()
-        self._show(frame, made)
+        frame.view.placed = made
         return made
 
-    def _show(self, frame: Frame, view: ProxyView) -> None:
-        self._views[frame.view_index] = view
-        frame.world.set_resource(f"proxy.{frame.view_index}", view)
-
-    def _prepare(self, ahead: SnapAhead, view: ProxyView, frames: int) -> None:
+    def _prepare(self, ahead: SnapAhead, proxy: Proxy, frames: int) -> None:
         """From now on makers prepare that proxy."""
         if self._ahead_ubo is None or self._ahead_lattice is None:
             self._ahead_ubo = self._gpu.uniform_block(FrameBlock, FRAME_BINDING)
@@ -198,9 +172,9 @@ class ProxySystem(System):
 
         def bind() -> None:
             # Views take turns with these blocks. Vertices depend on nothing else of the frame.
-            ubo.write(FrameBlock(anchor_up=(*view.lattice.direction, view.anchor_height_m)))
+            ubo.write(FrameBlock(anchor_up=(*proxy.lattice.direction, proxy.anchor_height_m)))
             ubo.bind()
-            lattice.write(view.lattice.block.tobytes())
+            lattice.write(proxy.lattice.block.tobytes())
             lattice.bind_to_uniform_block(LATTICE_BINDING)
 
         def restore() -> None:
@@ -208,13 +182,10 @@ class ProxySystem(System):
             self._lattice.bind_to_uniform_block(LATTICE_BINDING)
 
         ahead.bind_anchor, ahead.restore_anchor = bind, restore
-        ahead.begin(view, frames)
+        ahead.begin(proxy, frames)
 
     def settled(self) -> bool:
-        return all(ahead.proxy is None for ahead in self._aheads())
-
-    def _aheads(self) -> list[SnapAhead]:
-        return [] if self._world is None else [snap_ahead(self._world, index) for index in self._views]
+        return all(view.snap.proxy is None for view in self._views)
 
     @staticmethod
     def _planet_seen(frame: Frame, radius: float, field: HeightField | None) -> bool:
@@ -230,13 +201,6 @@ class ProxySystem(System):
         return not out_of_view(camera, -camera.position_m, reach)
 
     @staticmethod
-    def _planet_out_of_view(frame: Frame, radius: float, field: HeightField | None) -> bool:
-        """True when no part of the planet can be in the picture, so that a snap cannot be seen."""
-        if not planet_seen(frame.world, frame.view_index)():
-            return True
-        return sphere_unseen(frame.camera, radius + ProxySystem._top_m(frame, field), ProxySystem._pixel(frame))
-
-    @staticmethod
     def _pixel(frame: Frame) -> float:
         """A pixel as a tangent: rays are moved by less where a frame is jittered."""
         camera, (width, height) = frame.camera, frame.size
@@ -248,20 +212,21 @@ class ProxySystem(System):
         sea_top_m = frame.world.try_resource("sea_top_m")
         return max(0.0, 0.0 if field is None else field.highest_m, 0.0 if sea_top_m is None else float(sea_top_m))
 
-    def _ground_seen(self, frame: Frame, radius: float, field: HeightField | None) -> bool:
-        """Whether ground or sea may be in the picture: from among mountains, by the ground around."""
-        if self._planet_out_of_view(frame, radius, field):
+    def _ground_seen(self, frame: Frame, radius: float, field: HeightField | None, unseen: bool) -> bool:
+        """Whether ground or sea may be in the picture: from among mountains, by the ground around. unseen: nothing of
+        the planet is in it."""
+        if unseen:
             return False
         sea_top_m = frame.world.try_resource("sea_top_m")
         camera = frame.camera
         if field is None or (sea_top_m is not None and camera.distance_m - radius <= float(sea_top_m)):
             return True
         elevation = least_elevation_rad(camera, self._pixel(frame))
-        return not self._skylines[frame.view_index].below(field, camera.position_m, radius, elevation)
+        return not frame.view.state(self, _Kept).skyline.below(field, camera.position_m, radius, elevation)
 
     def _new_anchor(
         self, cell: ProxyCell, radius: float, ground: Any, sea: Ocean | None, camera_m: Floats
-    ) -> ProxyView:
+    ) -> Proxy:
         lattice = cell.anchor()
         bed = float(ground(lattice.direction[None])[0])
         top = bed if sea is None else max(bed, sea.sea_level_m)
@@ -270,23 +235,23 @@ class ProxySystem(System):
         height = round(float(np.clip(altitude, bed, top)) / _HEIGHT_STEP_M) * _HEIGHT_STEP_M
         anchor = lattice.direction * (radius + height)
         self._generation += 1  # never twice: a proxy that was prepared may come to nothing
-        return ProxyView(cell, lattice, height, anchor, bed, self._generation)
+        return Proxy(cell, lattice, height, anchor, bed, self._generation)
 
     def _write_blocks(
-        self, frame: Frame, view: ProxyView, radius: float, field: HeightField | None, sea: Ocean | None
+        self, frame: Frame, proxy: Proxy, radius: float, field: HeightField | None, sea: Ocean | None
     ) -> None:
         camera = frame.camera
         block = self._frame_block
         terms = projection_terms(camera)
         distance, zenith = camera.distance_m, camera.direction
-        offset = camera.position_m - view.anchor_m
+        offset = camera.position_m - proxy.anchor_m
         width, height = frame.size
         x_px, y_px = frame.jitter_px
         if x_px or y_px:
             sx, sy, ox, oy = terms
             terms = (sx, sy, ox + 2.0 * x_px / width * sx, oy + 2.0 * y_px / height * sy)
         # Water may cut the near plane: each pixel is then seen from the side of it that its lens is on.
-        near = near_plane_m(abs(distance - radius - view.ground_m))
+        near = near_plane_m(abs(distance - radius - proxy.ground_m))
         sun = frame.sun
         block.camera_right = (*camera.right.tolist(), 0.0)
         block.camera_up = (*camera.up.tolist(), 0.0)
@@ -294,7 +259,7 @@ class ProxySystem(System):
         block.projection = terms
         block.camera_offset = (*offset.tolist(), near)
         block.camera_zenith = (*zenith.tolist(), distance - radius)
-        block.anchor_up = (*view.lattice.direction.tolist(), view.anchor_height_m)
+        block.anchor_up = (*proxy.lattice.direction.tolist(), proxy.anchor_height_m)
         block.sun_direction = (*sun.direction.tolist(), sun.angular_radius_rad)
         block.sun_irradiance = (*sun.irradiance.tolist(), 0.0)
         block.viewport = (width, height, 1.0 / width, 1.0 / height)
@@ -316,10 +281,10 @@ class ProxySystem(System):
             self._planet_ubo.write(PlanetBlock(radii=radii, sea=water))
             self._planet_written = (radii, water)
         self._planet_ubo.bind()
-        if self._uploaded != (frame.view_index, view.generation):
-            self._lattice.write(view.lattice.block.tobytes())
-            self._uploaded = (frame.view_index, view.generation)
+        if self._uploaded != (frame.view_index, proxy.generation):
+            self._lattice.write(proxy.lattice.block.tobytes())
+            self._uploaded = (frame.view_index, proxy.generation)
         self._lattice.bind_to_uniform_block(LATTICE_BINDING)
 
 
-__all__ = ["ProxySystem", "ProxyView"]
+__all__ = ["ProxySystem"]

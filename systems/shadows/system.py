@@ -9,9 +9,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...components import Ocean, Planet, Terrain
-from ...engine.frame import Frame, ViewInfo, ViewParts
+from ...engine.frame import Frame, Proxy, ViewInfo, ViewParts
 from ...engine.frame.contracts import provide_contracts, withdraw_contracts
-from ...engine.frame.seen import Unseen, planet_seen
+from ...engine.frame.unseen import Unseen
 from ...engine.gpu import GpuScope
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import revision, with_overrides
@@ -172,12 +172,12 @@ class ShadowSystem(System):
         if place == view.place and view.complete and view.finest == 0.0 and self._done(view):
             return  # turning the camera changes nothing
         view.place = place
-        self._place(view, frame, frame.world.resource(f"proxy.{frame.view_index}"), place[1], sea_m, shown)
+        self._place(view, frame, frame.view.proxy, place[1], sea_m, shown)
 
     @staticmethod
     def _place_of(frame: Frame) -> tuple[Any, ...]:
         """What the windows are placed for: of the camera, the angle of a pixel, the proxy and the sun."""
-        camera, proxy = frame.camera, frame.world.resource(f"proxy.{frame.view_index}")
+        camera, proxy = frame.camera, frame.view.proxy
         pixel_rad = (camera.tan_top - camera.tan_bottom) / frame.size[1]
         return (camera.position_m.tobytes(), pixel_rad, proxy.generation, frame.sun.direction.tobytes())
 
@@ -193,7 +193,7 @@ class ShadowSystem(System):
         return view.state(self, lambda: _View(self._gpu, size))
 
     def _place(
-        self, view: _View, frame: Frame, proxy: Any, pixel_rad: float, sea_m: float, shown: tuple[bool, bool]
+        self, view: _View, frame: Frame, proxy: Proxy, pixel_rad: float, sea_m: float, shown: tuple[bool, bool]
     ) -> None:
         """Where the windows are to be, and what that leaves to do."""
         field, sun, hurry = frame.world.resource("height_field"), frame.sun, view.hurry
@@ -229,8 +229,9 @@ class ShadowSystem(System):
         self._write(view, reach, proxy, radius, sea_m, shown, frame.dt_s)
 
     def _write(
-        self, view: _View, reach: Reach, proxy: Any, radius: float, sea_m: float, shown: tuple[bool, bool], dt_s: float
-    ) -> None:
+        self, view: _View, reach: Reach, proxy: Proxy, radius: float, sea_m: float, shown: tuple[bool, bool],
+        dt_s: float,
+    ) -> None:  # fmt: skip
         windows, block = view.windows, view.block
         levels = windows.levels[::-1]  # finest first
         axes = reach.chart.axes
@@ -314,7 +315,7 @@ class ShadowSystem(System):
                 for name, kind in _FORMATS.items()
             ),
             when=lambda: self._needed(own),
-            only_while=planet_seen(self._world, view.index),
+            only_while=view.view.seen.planet,
             help="heights around the camera, and from where the sun is seen",
         )
 

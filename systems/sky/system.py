@@ -17,7 +17,6 @@ from ...components import Atmosphere, Exposure, Planet, Stars
 from ...engine.backdrop import LIGHT, SOURCE, Backdrop
 from ...engine.frame import Frame, ViewInfo
 from ...engine.frame.contracts import bind_contracts, contract_reads
-from ...engine.frame.seen import planet_seen
 from ...engine.gpu import gl as G
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import with_overrides
@@ -74,7 +73,7 @@ class SkySystem(System):
         """How much of the picture the air can fill: nothing without air; seen from space a disc, from inside all."""
         self._backdrop = frame.backdrop
         self._shell_corners = 0
-        if not planet_seen(frame.world, frame.view_index)():
+        if not frame.view.seen.planet():
             return
         top_m = frame.world.try_resource("air_top_m")
         if top_m is None:
@@ -251,7 +250,7 @@ class StarsSystem(System):
         if not frame.backdrop:
             self._shown[frame.view_index].hidden = True
         self._turn_stars(frame.world.try_resource("star_axes"))
-        clear = bool(frame.world.query(Atmosphere)) and not planet_seen(frame.world, frame.view_index)()
+        clear = bool(frame.world.query(Atmosphere)) and not frame.view.seen.planet()
         self._clear[frame.view_index] = clear
         points, galaxy = self._drawer(clear)
         points.set("u_star_axes", self._star_axes)

@@ -9,7 +9,6 @@ from typing import Any
 from ...engine.frame import Views
 from ...engine.gpu import GpuScope
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
-from ...engine.world import World
 from .backends import Backend
 from .snap_overlay import SnapOverlay
 
@@ -21,9 +20,9 @@ class TerrainDebugPasses:
     gpu: the terrain's scope.
     """
 
-    def __init__(self, gpu: GpuScope, world: World, views: Views) -> None:
+    def __init__(self, gpu: GpuScope, views: Views) -> None:
         self._gpu = gpu
-        self._overlay = SnapOverlay(gpu, world, views)
+        self._overlay = SnapOverlay(gpu, views)
         self._error: Any = None
         self._holes: Any = None
 

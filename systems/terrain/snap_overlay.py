@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from ...engine.frame import ViewParts, Views
 from ...engine.gpu import GpuScope
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
-from ...engine.world import World
 from .backends import Backend
 
 __all__ = ["SnapOverlay"]
@@ -47,8 +46,8 @@ class _Kept(ViewParts):
 class SnapOverlay:
     """Declares ``debug.snap_overlay``. gpu: the terrain's scope."""
 
-    def __init__(self, gpu: GpuScope, world: World, views: Views) -> None:
-        self._gpu, self._world, self._views = gpu, world, views
+    def __init__(self, gpu: GpuScope, views: Views) -> None:
+        self._gpu, self._views = gpu, views
         self._lines: Any = None
 
     def declare(self, builder: GraphBuilder, backend: Backend, view_index: int) -> None:
@@ -72,7 +71,7 @@ class SnapOverlay:
         draw = backend.bind_draw(io, view_index, "terrain/wireframe.frag")
 
         def run() -> None:
-            anchor_m = self._world.resource(f"proxy.{view_index}").anchor_m
+            anchor_m = self._views[view_index].proxy.anchor_m
             meshes = self._refresh(backend, view_index, anchor_m)
             target.use()
             target.clear(0.02, 0.02, 0.03, 1.0, depth=0.0)

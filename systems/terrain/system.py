@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from ...components import DebugView, Ocean, Planet, Terrain
-from ...engine.frame import Frame, ViewInfo
+from ...engine.frame import Frame, Proxy, ViewInfo
 from ...engine.frame.contracts import bind_contracts, contract_reads
-from ...engine.frame.seen import Unseen, ground_seen
-from ...engine.frame.snapping import SnapAhead, snap_ahead
+from ...engine.frame.snapping import SnapAhead
+from ...engine.frame.unseen import Unseen
 from ...engine.gpu.between_shaded import BetweenShaded
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
 from ...engine.settings import SettingError, revision, with_overrides
@@ -68,7 +68,7 @@ class TerrainSystem(System):
         self._settings = setup.settings
         self._material_ubo = setup.gpu.uniform_block(TerrainMaterialBlock, MATERIAL_BINDING, "terrain_material_block")
         self._maps = MapTextures(setup.gpu)
-        self._debug = TerrainDebugPasses(setup.gpu, setup.world, setup.views)
+        self._debug = TerrainDebugPasses(setup.gpu, setup.views)
         setup.world.set_resource("surface_height", self._bind_heights)
         self._draw_states = {
             out: setup.gpu.gpu.state(depth_test=True, depth_func=">", cull="back" if out else None)
@@ -170,7 +170,7 @@ class TerrainSystem(System):
         self._refresh_field(frame.world, frame.planet, frame.settings)
 
     def update(self, frame: Frame) -> None:
-        proxy = frame.world.resource(f"proxy.{frame.view_index}")
+        proxy = frame.view.proxy
         view, camera = self._view(frame.view_index), frame.camera
         view.squares, view.left_out = frame.squares, frame.left_out
         if frame.squares is not None and self._shade_every() == 2:
@@ -180,9 +180,9 @@ class TerrainSystem(System):
             return
         view.updated = proxy.generation
         self._refresh_octaves(view, proxy)
-        ahead = snap_ahead(frame.world, frame.view_index)
-        if ahead.phase:
-            self._prepare_octaves(view, ahead)
+        ahead = frame.view.snap
+        if ahead.phase and ahead.proxy is not None:
+            self._prepare_octaves(view, ahead, ahead.proxy)
         altitude_m = float(np.linalg.norm(camera.position_m)) - self._ground.params.radius_m
         pixel = (camera.tan_top - camera.tan_bottom) / frame.size[1]
         narrowest_m = (altitude_m - self._ground.field.highest_m) * pixel
@@ -201,10 +201,10 @@ class TerrainSystem(System):
             self._material_ubo.write(material_block(self._component, self._ground.params, proxy.lattice.direction))
         self._material_ubo.bind()
 
-    def _octaves_key(self, proxy: Any) -> tuple[Any, ...]:
+    def _octaves_key(self, proxy: Proxy) -> tuple[Any, ...]:
         return (proxy.generation, self._ground.revision, self._component.color_map_strength)
 
-    def _refresh_octaves(self, view: TerrainView, proxy: Any) -> None:
+    def _refresh_octaves(self, view: TerrainView, proxy: Proxy) -> None:
         key = self._octaves_key(proxy)
         if key == view.key:
             return
@@ -215,13 +215,13 @@ class TerrainSystem(System):
         view.key = key
         view.octaves = self._write_octaves(view, view.octaves, proxy)
 
-    def _prepare_octaves(self, view: TerrainView, ahead: SnapAhead) -> None:
+    def _prepare_octaves(self, view: TerrainView, ahead: SnapAhead, proxy: Proxy) -> None:
         """The table around the anchor of the snap that is being prepared, for all who make vertices for it."""
-        key = self._octaves_key(ahead.proxy)
+        key = self._octaves_key(proxy)
         if key == view.next_key:
             return
         view.next_key = key
-        view.next_octaves = self._write_octaves(view, view.next_octaves, ahead.proxy)
+        view.next_octaves = self._write_octaves(view, view.next_octaves, proxy)
 
         def bind() -> None:
             view.next_octaves.bind_to_uniform_block(OCTAVES_BINDING)
@@ -229,7 +229,7 @@ class TerrainSystem(System):
 
         ahead.bind_heights = bind
 
-    def _write_octaves(self, view: TerrainView, buffer: Any, proxy: Any) -> Any:
+    def _write_octaves(self, view: TerrainView, buffer: Any, proxy: Proxy) -> Any:
         table = octave_table(self._ground.params, proxy.lattice.direction, proxy.anchor_height_m)
         self._dress(table)
         if buffer is None or buffer.size != table.nbytes:
@@ -241,7 +241,7 @@ class TerrainSystem(System):
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         name, index, backend = self.name, view.index, self.backend
-        seen = ground_seen(self._world, index)
+        seen = view.view.seen.ground
         backend.declare(builder, index)
         builder.add_pass(
             "terrain.gbuffer",
@@ -387,7 +387,7 @@ class TerrainSystem(System):
 
     def statistics(self) -> dict[str, int]:
         found = self.backend.statistics()
-        return found if ground_seen(self._world, 0)() else dict.fromkeys(found, 0)
+        return found if self._views[0].seen.ground() else dict.fromkeys(found, 0)
 
     def drawn_mesh(self, view_index: int = 0) -> Any:
         """The mesh that the last frame drew, for queries of the drawn surface; None if the backend has no CellMesh."""

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import planetfall as pf
-from planetfall.engine.frame.seen import ground_seen, planet_seen
 from planetfall.engine.space import CameraState, least_angle_rad, least_elevation_rad, sphere_unseen
 from planetfall.engine.surface.skyline import Skyline
 from planetfall.systems.proxy.system import ProxySystem
@@ -135,9 +134,9 @@ def test_nothing_of_the_ground_runs_and_the_sky_is_the_same(monkeypatch: Any) ->
                 renderer.render(camera)
                 picture = renderer.render(camera)  # what is made once has been made
                 ran = {p.name for p in renderer.passes() if p.ran}
-                world = renderer.scene.world
-                assert planet_seen(world, 0)(), "there is air in the picture"
-                found[name] = np.array(picture["color"]), ran, ground_seen(world, 0)()
+                seen = renderer.views[0].seen
+                assert seen.planet(), "there is air in the picture"
+                found[name] = np.array(picture["color"]), ran, seen.ground()
         return found
 
     ours = pictures()

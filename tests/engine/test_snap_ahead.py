@@ -10,7 +10,7 @@ import pytest
 
 import planetfall as pf
 from planetfall.benchmarks.measure import descent, snaps
-from planetfall.engine.frame.snapping import HeldScale, SnapAhead, snap_ahead
+from planetfall.engine.frame.snapping import HeldScale, SnapAhead
 from planetfall.engine.gpu.cell_mesh import CellMesh
 from planetfall.engine.surface.proxy import snap_proxy
 from planetfall.systems.proxy.waiting import Motion, may_wait
@@ -205,9 +205,9 @@ def ran(renderer: pf.Renderer) -> set[str]:
     return {p.name for p in renderer.passes() if p.ran}
 
 
-def waits(scene: pf.Scene) -> bool:
+def waits(renderer: pf.Renderer) -> bool:
     """Whether a snap was being prepared in the last frame."""
-    return snap_ahead(scene.world, 0).proxy is not None
+    return renderer.views[0].snap.proxy is not None
 
 
 @pytest.fixture(scope="module")
@@ -221,11 +221,11 @@ def test_no_frame_of_a_flight_makes_all_vertices_and_they_have_the_bits_of_those
     whole, kept, swaps = {"terrain.vertices", "ocean.vertices"}, [], 0
     with pf.Renderer(scene, SIZE, "low") as renderer:
         renderer.settle(flight.cameras[0], sun=flight.sun)
-        number = scene.world.resource("proxy.0").generation
+        number = renderer.views[0].proxy.generation
         for camera in flight.cameras[1:]:
             renderer.render(camera, sun=flight.sun, dt_s=flight.frame_s)
             assert not whole & ran(renderer)
-            now = scene.world.resource("proxy.0").generation
+            now = renderer.views[0].proxy.generation
             if now == number:
                 continue
             number, swaps = now, swaps + 1
@@ -247,12 +247,12 @@ def test_the_last_dive_has_the_bits_of_vertices_made_at_once_too(scene: pf.Scene
     flight, early, number, swaps = descent.descent(scene, 28, 56.5, 59.2), 0, 0, 0
     with pf.Renderer(scene, SIZE, "low") as renderer:
         renderer.settle(flight.cameras[0], sun=flight.sun)
-        ahead = snap_ahead(scene.world, 0)
-        begun, generation = ahead.number, scene.world.resource("proxy.0").generation
+        ahead = renderer.views[0].snap
+        begun, generation = ahead.number, renderer.views[0].proxy.generation
         for camera in flight.cameras[1:]:
             renderer.render(camera, sun=flight.sun, dt_s=flight.frame_s)
             early += ahead.number != begun and ahead.hurried and "terrain.ahead" in ran(renderer)
-            begun, number = ahead.number, scene.world.resource("proxy.0").generation
+            begun, number = ahead.number, renderer.views[0].proxy.generation
             if number == generation or {"terrain.vertices", "ocean.vertices"} & ran(renderer):
                 generation = number
                 continue
@@ -293,16 +293,16 @@ def test_pictures_by_themselves_and_settled_ones_do_not_wait(scene: pf.Scene):
         for single in (True, False):
             for camera in cameras:
                 renderer.render(camera, sun=flight.sun, dt_s=flight.frame_s)
-                if waits(scene):
+                if waits(renderer):
                     break
-            assert waits(scene)
+            assert waits(renderer)
             if single:
                 found = renderer.render(camera, sun=flight.sun)["color"]
             else:
                 renderer.settle(camera, sun=flight.sun)
-            assert not waits(scene)
+            assert not waits(renderer)
             position_m = renderer.camera_state(camera).position_m
-            assert scene.world.resource("proxy.0").cell.contains(position_m)
+            assert renderer.views[0].proxy.cell.contains(position_m)
             if single:
                 with pf.Renderer(pf.load_scene("earth"), SIZE, "low") as fresh:
                     fresh.settle(camera, sun=flight.sun)
@@ -318,11 +318,11 @@ def test_a_camera_that_stops_comes_to_rest_with_a_grid_of_its_own(scene: pf.Scen
         renderer.settle(flight.cameras[0], sun=flight.sun)
         for camera in itertools.islice(flight.cameras, 1, 12):
             renderer.render(camera, sun=flight.sun, dt_s=flight.frame_s)
-        assert waits(scene)
+        assert waits(renderer)
         for _ in range(60):
             renderer.render(camera, sun=flight.sun, dt_s=flight.frame_s)
         position_m = renderer.camera_state(camera).position_m
-        assert not waits(scene) and scene.world.resource("proxy.0").cell.contains(position_m)
+        assert not waits(renderer) and renderer.views[0].proxy.cell.contains(position_m)
 
 
 @pytest.mark.gpu
@@ -335,7 +335,7 @@ def test_a_camera_that_waits_sees_no_hole(scene: pf.Scene, up: bool):
         renderer.settle(cameras[0], sun=flight.sun)
         for number, camera in enumerate(cameras[1:]):
             seen = renderer.render(camera, sun=flight.sun, dt_s=flight.frame_s, outputs=("surface",))["surface"] > 0
-            held = scene.world.resource("proxy.0").cell
+            held = renderer.views[0].proxy.cell
             if number % 4 or held.contains(renderer.camera_state(camera).position_m):
                 continue
             truth = single.render(camera, sun=flight.sun, outputs=("surface",))["surface"] > 0
@@ -353,7 +353,7 @@ def test_nothing_is_prepared_where_it_is_off(scene: pf.Scene):
         made = 0
         for camera in flight.cameras[1:]:
             renderer.render(camera, sun=flight.sun, dt_s=flight.frame_s)
-            assert not waits(scene)
+            assert not waits(renderer)
             made += "terrain.vertices" in ran(renderer)
     assert made >= 2
 
@@ -378,7 +378,7 @@ def test_a_snap_that_was_prepared_changes_no_light_in_its_frame(scene: pf.Scene)
         for camera in flight.cameras[1:]:
             shown = {"sun": flight.sun, "outputs": ("radiance", "surface")}
             before = renderer.render(camera, dt_s=flight.frame_s, **shown)
-            if snap_ahead(scene.world, 0).ready:
+            if renderer.views[0].snap.ready:
                 after = renderer.render(camera, dt_s=0.0, **shown)
                 land = (before["surface"] == 1) & (after["surface"] == 1)
                 ratios.append(np.log(after["radiance"][land].sum(axis=1) / before["radiance"][land].sum(axis=1)))
@@ -395,7 +395,7 @@ def test_a_snap_to_more_cells_than_there_is_room_for_has_the_prepared_vertices(s
         renderer.settle(flight.cameras[0], sun=flight.sun)
         for camera in flight.cameras[1:]:
             renderer.render(camera, sun=flight.sun, dt_s=flight.frame_s)
-            if snap_ahead(scene.world, 0).ready:
+            if renderer.views[0].snap.ready:
                 break
         views = systems_of(renderer)
         wanted = [(v.ahead.mesh.read_cells().tobytes(), v.ahead.mesh.read_vertices().tobytes()) for v in views]

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 import planetfall as pf
-from planetfall.engine.frame.seen import Unseen
+from planetfall.engine.frame.unseen import Unseen
 
 SIZE = (64, 36)
 DOWN, AWAY = -70.0, 60.0

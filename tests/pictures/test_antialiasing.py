@@ -220,7 +220,7 @@ def test_history_survives_a_snap_of_the_proxy(valley):
         generations, kept = [], []
         for camera in cameras[1:]:
             renderer.render(camera, dt_s=FRAME_S, **moment(valley))
-            generations.append(renderer.scene.world.resource("proxy.0").generation)
+            generations.append(renderer.views[0].proxy.generation)
             kept.append((frames_of(renderer) > 1).mean())
     assert generations[-1] > generations[0] + 1, "the flight has to cross some cells"
     assert min(kept) > 0.97, "all but what comes in at the border and what was hidden"

@@ -163,7 +163,7 @@ def test_the_anchor_is_not_seen() -> None:
         for step in range(12):
             other.render(pf.Camera.at(20.0 + 0.0012 * (11 - step), 10.0, 9000.0, pitch_deg=-60.0), sun=UP)
         held = opacity(other, here, sun=UP)
-        anchors = [r._resources["proxy.0"].anchor_m for r in (one, other)]
+        anchors = [r.views[0].proxy.anchor_m for r in (one, other)]
     assert np.linalg.norm(np.subtract(*anchors)) > 300.0
     # Offsets of kilometres in f32 are good to a millimetre, noise of 29 m to 3e-5.
     assert np.abs(held - fresh).mean() < 1e-3

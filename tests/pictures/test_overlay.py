@@ -107,7 +107,7 @@ def flown(fade_s, view, step_m, outputs, frames=1, steps=40):
         for camera in snaps.forward_path(state, step_m, steps):
             shot = pf.Camera(camera.position_m, camera.forward, camera.up)
             out = renderer.render(shot, outputs=outputs, dt_s=1.0)
-            now = renderer.scene.world.resource("proxy.0").generation
+            now = renderer.views[0].proxy.generation
             if generation is not None and now != generation:
                 pictures = [out] + [renderer.render(shot, outputs=outputs, dt_s=0.05) for _ in range(frames)]
                 return pictures, renderer.camera_state(shot)
@@ -208,7 +208,7 @@ def test_the_debug_view_shows_both_meshes(method, shared):
         generation, out = None, None
         for camera in snaps.forward_path(state, 6.0, 20):
             out = renderer.render(pf.Camera(camera.position_m, camera.forward, camera.up))["color"].astype(int)
-            now = renderer.scene.world.resource("proxy.0").generation
+            now = renderer.views[0].proxy.generation
             if generation is not None and now != generation:
                 break
             generation = now

@@ -20,13 +20,13 @@ def test_the_grid_is_frozen_and_let_go(gpu: Any) -> None:
         away = pf.Camera.at(12.0, 20.0, 60_000.0, 210.0, -80.0, planet=scene.planet)
         renderer.settle(here)
         renderer.render(here)
-        proxy = scene.world.resource("proxy.0")
+        proxy = renderer.views[0].proxy
         drawn = renderer.stats
         scene.environment.add(pf.DebugView(freeze=True))
         renderer.render(here)
         for _ in range(3):
             outputs = renderer.render(away, dt_s=0.1, outputs=("surface",))
-        assert renderer.stats == drawn and scene.world.resource("proxy.0").generation == proxy.generation
+        assert renderer.stats == drawn and renderer.views[0].proxy.generation == proxy.generation
         ran = {report.name for report in renderer.passes() if report.ran}
         assert not ran & {"terrain.vertices", "terrain.cull", "ocean.vertices", "ocean.cull"}
         # From above only the wedge that `here` looked along is there.
@@ -36,7 +36,7 @@ def test_the_grid_is_frozen_and_let_go(gpu: Any) -> None:
         assert renderer.stats == drawn
         scene.environment[pf.DebugView].freeze = False
         free = renderer.render(away, dt_s=0.1, outputs=("surface",))["surface"]
-        assert scene.world.resource("proxy.0").generation != proxy.generation
+        assert renderer.views[0].proxy.generation != proxy.generation
         assert 0.0 < frozen_share < 0.7 * float((free > 0).mean())
         assert np.isfinite(frozen_share)
 
@@ -80,16 +80,16 @@ def test_a_flight_held_for_a_look_goes_on_preparing_its_next_snap(gpu: Any) -> N
         while ahead is None or not ahead.phase:
             before, here = here, next(at)
             renderer.render(here, dt_s=0.016)
-            ahead = scene.world.resource("snap_ahead.0")
-        begun, generation = ahead.number, scene.world.resource("proxy.0").generation
+            ahead = renderer.views[0].snap
+        begun, generation = ahead.number, renderer.views[0].proxy.generation
         for _ in range(60):
             shown.freeze = True
             renderer.render(before, dt_s=0.0)
             shown.freeze = False
             renderer.render(here, dt_s=0.016)
-            if scene.world.resource("proxy.0").generation > generation:
+            if renderer.views[0].proxy.generation > generation:
                 break
-        assert scene.world.resource("proxy.0").generation > generation and ahead.number <= begun + 1
+        assert renderer.views[0].proxy.generation > generation and ahead.number <= begun + 1
         shown.freeze = True
         renderer.settle(here)
         assert ahead.proxy is None

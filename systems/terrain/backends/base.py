@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....components import Ocean, Planet
-from ....engine.frame import Frame, Views
+from ....engine.frame import Frame, Proxy, Views
 from ....engine.gpu import GpuScope
 from ....engine.gpu.preprocess import Defines
 from ....engine.graph import GraphBuilder, PassIO
@@ -111,7 +111,7 @@ class Backend(ABC):
     def statistics(self) -> dict[str, int]:
         """See System.statistics."""
 
-    def height_drawn(self, directions: NDArray[np.float64], proxy: Any, view_index: int = 0) -> NDArray[np.float64]:
+    def height_drawn(self, directions: NDArray[np.float64], proxy: Proxy, view_index: int = 0) -> NDArray[np.float64]:
         """Heights (N,) of the triangles drawn below unit directions (N, 3); NaN where there are none. Reads back."""
         return np.full(len(directions), np.nan)
 

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ....engine.frame import Frame, Views
+from ....engine.frame import Frame, Proxy, Views
 from ....engine.gpu import GpuScope
 from ....engine.gpu.cell_mesh import CellMesh
 from ....engine.graph import GraphBuilder, PassIO
@@ -41,7 +41,7 @@ class GridBackend(Backend):
         view.ground, view.bind_octaves = ground, bind_octaves
         _, grew = view.follow(frame, (ground.revision, float(frame.settings["terrain.min_spacing_m"])))
         self.structure += grew
-        view.keep_dh_m = heights_seen(frame, frame.world.resource(f"proxy.{frame.view_index}").anchor_height_m)
+        view.keep_dh_m = heights_seen(frame, frame.view.proxy.anchor_height_m)
         view.look(frame)
         wanted = view.block_values(ground.params.radius_m)
         if wanted != (block.spacing, block.faded, block.moved_m):
@@ -100,7 +100,7 @@ class GridBackend(Backend):
         vertices = mesh.read_vertices()["position_m"].reshape(-1, 3)
         return vertices, triangles_of_cells(mesh.read_cells(), mesh.quads)
 
-    def height_drawn(self, directions: NDArray[np.float64], proxy: Any, view_index: int = 0) -> NDArray[np.float64]:
+    def height_drawn(self, directions: NDArray[np.float64], proxy: Proxy, view_index: int = 0) -> NDArray[np.float64]:
         mesh = self.drawn_mesh(view_index)
         if mesh is None or mesh.count == 0:
             return super().height_drawn(directions, proxy)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....components import Ocean, Planet
-from ....engine.frame import Frame
+from ....engine.frame import Frame, Proxy
 from ....engine.frame.snapping import Scale, SnapAhead
 from ....engine.gpu import GpuScope
 from ....engine.gpu.cell_mesh import CellPrograms
@@ -81,7 +81,7 @@ class GridMesh(SnappedMesh[GridChoice]):
         self.ground: Ground | None = None
         self.bind_octaves: Callable[[], None] = lambda: None
 
-    def choose(self, frame: Frame, proxy: Any, scale: Scale) -> GridChoice:
+    def choose(self, frame: Frame, proxy: Proxy, scale: Scale) -> GridChoice:
         assert self.ground is not None
         field = self.ground.field
         radius_m = frame.world.get(frame.planet, Planet).radius_m

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
+from ....engine.frame import Proxy
 from ....engine.gpu.cell_mesh import CellMesh
 from ....engine.surface.decimation import decimated_indices, falling, variant_skips
 from ....engine.surface.lattice import FULL_BITS, locate
@@ -15,7 +14,7 @@ from ....engine.surface.projected_grid import FINEST, ProjectedGrid, Tessellatio
 __all__ = ["heights_on_cells", "heights_on_patches", "triangles_of_cells"]
 
 
-def heights_on_cells(mesh: CellMesh, unit: NDArray[np.float64], proxy: Any) -> NDArray[np.float64]:
+def heights_on_cells(mesh: CellMesh, unit: NDArray[np.float64], proxy: Proxy) -> NDArray[np.float64]:
     """Heights (N,) of the triangle of the drawn mesh below each unit direction (N, 3), intersected with its radius in
     f64; NaN where none was drawn. Reads back from the GPU."""
     result = np.full(len(unit), np.nan)
@@ -38,7 +37,7 @@ def heights_on_cells(mesh: CellMesh, unit: NDArray[np.float64], proxy: Any) -> N
 
 
 def _height_on_quads(
-    vertices: NDArray[np.void], cell: np.void, quads: int, a: float, b: float, unit: NDArray[np.float64], proxy: Any
+    vertices: NDArray[np.void], cell: np.void, quads: int, a: float, b: float, unit: NDArray[np.float64], proxy: Proxy
 ) -> float:
     """Distance from the centre along `unit` of the drawn patch near grid coordinates (a, b)."""
     side = quads + 1

@@ -32,7 +32,7 @@ class IcosphereBackend(TiledBackend):
 
     def update(self, frame: Frame, ground: Ground, bind_octaves: Callable[[], None]) -> None:
         super().update(frame, ground, bind_octaves)
-        proxy = frame.world.resource(f"proxy.{frame.view_index}")
+        proxy = frame.view.proxy
         key = (proxy.generation, ground.params.radius_m)
         view = self.view(frame.view_index)
         if view.anchor_key != key:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....components import Ocean, Planet
-from ....engine.frame import Frame, ViewParts, Views
+from ....engine.frame import Frame, Proxy, ViewParts, Views
 from ....engine.gpu import GpuScope
 from ....engine.gpu.layout import IVec4, Vec4
 from ....engine.graph import BufferSpec, GraphBuilder, PassIO
@@ -128,7 +128,7 @@ class PaperGridBackend(Backend):
     def update(self, frame: Frame, ground: Ground, bind_octaves: Callable[[], None]) -> None:
         field = self.drawn_field(ground)
         assert isinstance(field, PaperField)
-        proxy = frame.world.resource(f"proxy.{frame.view_index}")
+        proxy = frame.view.proxy
         view, camera, settings = self.view(frame.view_index), frame.camera, frame.settings
         pixel_angle = (camera.tan_top - camera.tan_bottom) / frame.size[1]
         corners, power = int(settings["terrain.paper_grid"]), int(settings["terrain.paper_warp"])
@@ -155,7 +155,7 @@ class PaperGridBackend(Backend):
         view: _View,
         frame: Frame,
         field: PaperField,
-        proxy: Any,
+        proxy: Proxy,
         corners: int,
         power: int,
         pixel_angle: float,
@@ -189,7 +189,7 @@ class PaperGridBackend(Backend):
             view.triangle_capacity = max(view.triangle_capacity, cut.triangles * 3 // 2)
             self.structure += 1
 
-    def _write_block(self, view: _View, proxy: Any) -> None:
+    def _write_block(self, view: _View, proxy: Proxy) -> None:
         grid = view.grid
         assert grid is not None
         half = grid.steps() // 2
@@ -322,7 +322,7 @@ class PaperGridBackend(Backend):
         data = np.frombuffer(view.vertices.read(view.cut.vertices * VERTEX_BYTES), "<f4").reshape(-1, 6)
         return data[:, :3], view.cut.faces()
 
-    def height_drawn(self, directions: NDArray[np.float64], proxy: Any, view_index: int = 0) -> NDArray[np.float64]:
+    def height_drawn(self, directions: NDArray[np.float64], proxy: Proxy, view_index: int = 0) -> NDArray[np.float64]:
         view, mesh = self.view(view_index), self.read_mesh(view_index)
         if mesh is None or view.grid is None or view.cut is None:
             return super().height_drawn(directions, proxy)

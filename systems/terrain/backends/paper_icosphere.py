@@ -17,7 +17,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ....engine.frame import Frame, ViewParts, Views
+from ....engine.frame import Frame, Proxy, ViewParts, Views
 from ....engine.gpu import GpuScope
 from ....engine.gpu.cell_mesh import VERTEX_DTYPE
 from ....engine.graph import BufferSpec, GraphBuilder, PassIO
@@ -91,7 +91,7 @@ class PaperIcosphereBackend(Backend):
     def update(self, frame: Frame, ground: Ground, bind_octaves: Callable[[], None]) -> None:
         view, camera, params = self.view(frame.view_index), frame.camera, ground.params
         view.bind_octaves = bind_octaves
-        proxy = frame.world.resource(f"proxy.{frame.view_index}")
+        proxy = frame.view.proxy
         anchor_key = (proxy.generation, params.radius_m)
         if anchor_key != view.anchor_key:
             view.anchor_key = anchor_key
@@ -198,7 +198,7 @@ class PaperIcosphereBackend(Backend):
             "triangles": count * self.shape.indices.size // 3,
         }
 
-    def height_drawn(self, directions: NDArray[np.float64], proxy: Any, view_index: int = 0) -> NDArray[np.float64]:
+    def height_drawn(self, directions: NDArray[np.float64], proxy: Proxy, view_index: int = 0) -> NDArray[np.float64]:
         view = self.views.found(view_index, self, _View)
         if view is None or view.vertices is None or not len(view.keys):
             return super().height_drawn(directions, proxy)

@@ -42,7 +42,7 @@ class PaperQuadtreeBackend(TiledBackend):
 
     def update(self, frame: Frame, ground: Ground, bind_octaves: Callable[[], None]) -> None:
         super().update(frame, ground, bind_octaves)
-        self._up = frame.world.resource(f"proxy.{frame.view_index}").lattice.direction
+        self._up = frame.view.proxy.lattice.direction
 
     def forest_key(self, frame: Frame) -> tuple[Any, ...]:
         camera = frame.camera

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....components import Ocean, Planet
-from ....engine.frame import Frame, ViewParts, Views
-from ....engine.frame.seen import ground_seen
+from ....engine.frame import Frame, Proxy, ViewParts, Views
 from ....engine.gpu import GpuScope
 from ....engine.graph import GraphBuilder, PassIO, TextureSpec
 from ....engine.space.frustum import frustum_planes
@@ -131,14 +130,14 @@ class TiledBackend(Backend):
         if selection.revision != view.revision:
             view.revision = selection.revision
             view.mesh.take(selection, self.pool.slots(selection.keys), self._radius_m, self.morphs)
-        proxy = frame.world.resource(f"proxy.{frame.view_index}")
+        proxy = frame.view.proxy
         view.anchor_height_m = proxy.anchor_height_m
         view.mesh.around(proxy.generation)
         camera = frame.camera
         tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
         axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
         view.keep_dh_m = heights_seen(frame, proxy.anchor_height_m)
-        if not self._frozen and ground_seen(frame.world, frame.view_index)():
+        if not self._frozen and frame.view.seen.ground():
             view.wanted = (view.revision, proxy.generation, axes, tangents, view.keep_dh_m)
 
     @staticmethod
@@ -459,7 +458,7 @@ class TiledBackend(Backend):
         view = self.views.found(0, self, _TileView)
         return {} if view is None else view.mesh.statistics()
 
-    def height_drawn(self, directions: NDArray[np.float64], proxy: Any, view_index: int = 0) -> NDArray[np.float64]:
+    def height_drawn(self, directions: NDArray[np.float64], proxy: Proxy, view_index: int = 0) -> NDArray[np.float64]:
         view = self.views.found(view_index, self, _TileView)
         if view is None or not view.mesh.count:
             return super().height_drawn(directions, proxy)

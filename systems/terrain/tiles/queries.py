@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ....engine.frame import Proxy
 from ....engine.surface.keys import container_of
 from .shape import TileShape
 
@@ -26,7 +27,7 @@ class DrawnTiles(Protocol):
         ...
 
 
-def heights_on_tiles(mesh: DrawnTiles, unit: Floats, proxy: Any) -> Floats:
+def heights_on_tiles(mesh: DrawnTiles, unit: Floats, proxy: Proxy) -> Floats:
     """Heights (N,) above the reference sphere of the drawn triangle below or above each unit direction (N, 3), in f64;
     NaN where no tile was selected. Reads back from the GPU."""
     scheme, radius = mesh.shape.scheme, proxy.cell.radius_m

@@ -1,0 +1,33 @@
+"""Unseen: systems of a planet that is not in the picture rest."""
+
+from __future__ import annotations
+
+from ..settings import latest_revision
+from .frame import Frame
+
+__all__ = ["Unseen"]
+
+
+class Unseen:
+    """For a system of the planet: whether it may leave a frame alone, because nothing of the planet is in the view.
+
+    kinds: components whose change it has to hear of all the same. Systems ask in every update; the answer is no in the
+    first frame without the planet, so that they can let go of what is meant for it, and in single pictures.
+    """
+
+    def __init__(self, *kinds: type) -> None:
+        self._kinds = kinds
+
+    def rests(self, frame: Frame) -> bool:
+        """Whether the last frame of the view was told that the planet is not in it, and nothing else is new."""
+        if frame.view.seen.planet() or frame.at_once:
+            frame.view.forget(self)
+            return False
+        told = (latest_revision(*self._kinds), frame.world.structure_revision, frame.size)
+        last = frame.view.state(self, _Told)
+        rests, last.told = last.told == told, told
+        return rests
+
+
+class _Told:
+    told: tuple[object, ...] = ()
