@@ -79,7 +79,7 @@ class _Clocked:
         self.renderer = renderer
         renderer.ctx.__enter__()
         self._target = renderer.ctx.simple_framebuffer(renderer.size)
-        self._backend: Any = renderer._backend
+        self._backend: Any = renderer.own.backend
         self._kept = self._backend.create_timers
         self._timers: CostTimers | None = None
         self._backend.create_timers = self._create
@@ -318,7 +318,7 @@ class _SampleTimers:
 
     def count(self, camera: Camera) -> int:
         """Samples that passed in one frame."""
-        backend: Any = self._renderer._backend
+        backend: Any = self._renderer.own.backend
         kept, backend.create_timers = backend.create_timers, lambda count: self
         try:
             self._renderer.graph.gpu_timing = True

@@ -137,7 +137,7 @@ def time_passes(renderer: Renderer, camera: Camera, runs: int) -> dict[str, Timi
     renderer.render(camera)
     state = renderer.camera_state(camera)
     target = renderer.ctx.simple_framebuffer(renderer.size)
-    backend: Any = renderer._backend
+    backend: Any = renderer.own.backend
     kept: Callable[[int], Any] = backend.create_timers
     samples: dict[str, list[float]] = {}
     light = _light(camera)

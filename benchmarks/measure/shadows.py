@@ -38,7 +38,7 @@ def spots(renderer: Renderer, camera: Any, rng: np.random.Generator, count: int,
     chosen = rng.choice(len(rows), min(count, len(rows)), replace=False)
     seen = out["position"][rows[chosen], columns[chosen]].astype(np.float64)
     state = renderer.camera_state(camera)
-    frame: Any = renderer._frame
+    frame: Any = renderer.frame
     ground = TerrainSampler(renderer.scene)
     feet = state.position_m + seen
     feet /= np.linalg.norm(feet, axis=1, keepdims=True)

@@ -276,7 +276,7 @@ class _CpuTimers:
 
 @contextmanager
 def _waiting(renderer: Renderer) -> Iterator[None]:
-    backend: Any = renderer._backend
+    backend: Any = renderer.own.backend
     kept = backend.create_timers
     backend.create_timers = lambda count: _CpuTimers(renderer.ctx.finish, count)
     try:

@@ -151,7 +151,7 @@ def sea_times(renderers: Mapping[str, Renderer], camera: Camera, runs: int) -> d
 def _shapes(renderers: Mapping[str, Renderer], draw: Callable[[str], float], runs: int) -> dict[str, list[float]]:
     """Milliseconds of the passes that make the sea's shape, frame by frame."""
     found: dict[str, list[float]] = {name: [] for name in renderers}
-    backends: dict[str, Any] = {name: r._backend for name, r in renderers.items()}
+    backends: dict[str, Any] = {name: r.own.backend for name, r in renderers.items()}
     kept = {name: backend.create_timers for name, backend in backends.items()}
     try:
         for name, renderer in renderers.items():

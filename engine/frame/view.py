@@ -106,6 +106,10 @@ class Views:
             view = self._views[index] = View(index)
         return view
 
+    def add(self, view: View) -> None:
+        """A view that somebody else made, in place of one of its index."""
+        self._views[view.index] = view
+
     def __iter__(self) -> Iterator[View]:
         return iter(list(self._views.values()))
 

@@ -15,9 +15,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from ..camera.arguments import check_scene
-from ..camera.camera import Camera
+from ..camera.camera import Camera, PosedCamera
 from ..camera.flights import ScenePath, path
-from ..camera.views import View, view
+from ..camera.place import Optics
+from ..camera.place import Pose as CameraPose
+from ..camera.views import view
 from ..capture.captures import check_arrays, outputs_for, save_capture
 from ..capture.shot import shot_settings
 from ..components import DebugView, Ocean, Sun
@@ -100,11 +102,11 @@ class FlightApp:
         self._next_stats_s = self._next_reload_s = self._message_ends_s = 0.0
         self._held_camera: tuple[tuple[Any, ...], Camera] | None = None
         self._start = camera or first_camera(scene)
-        self._start_sun = sun or (self._start.sun if isinstance(self._start, View) else None)
-        state = self._start.resolve(scene)
+        start = self._start.in_scene(scene)
+        self._start_sun = sun or start.sun
         self.sea = SeaSurface(scene)
         self.planets = FlightPlanets(self)
-        pose = Pose(state.position_m, state.forward, state.up, self._start.fov_y_deg)
+        pose = Pose(start.pose.position_m, start.pose.forward, start.pose.up, start.optics.fov_y_deg)
         self.pilot = Pilot(Ground(scene.planet.radius_m), pose, water=self.sea.height)
         self.ship = self.pilot.ship
         self.journey = Journey(self)
@@ -150,10 +152,9 @@ class FlightApp:
         # The same camera while nothing moves: a renderer that knows it doesn't resolve it again (a seventh of a frame).
         key = (pose.position_m.tobytes(), pose.forward.tobytes(), pose.up.tobytes(), fov_y_deg)
         if self._held_camera is None or self._held_camera[0] != key:
-            camera = Camera.__new__(Camera)  # the axes are orthonormal already: checking them costs 0.1 ms a frame
-            camera._place, camera._pose = None, (pose.position_m, pose.forward, pose.up)
-            camera._optics(fov_y_deg, None, None)
-            self._held_camera = (key, camera)
+            # The axes are orthonormal already: checking them costs 0.1 ms a frame.
+            posed = CameraPose(pose.position_m, pose.forward, pose.up)
+            self._held_camera = (key, PosedCamera(posed, Optics(fov_y_deg)))
         return self._held_camera[1]
 
     @property
@@ -292,10 +293,9 @@ class FlightApp:
     def place(self, camera: Camera, sun: Sun | None = None) -> None:
         """Put the ship where a camera is; a sun given, or that of a view, goes into the scene."""
         self.playing = None
-        if sun is None and isinstance(camera, View):
-            sun = camera.sun
-        if isinstance(camera, View):
-            self.time_s = camera.time_s
+        stand = camera.in_scene(self.scene)
+        sun = stand.sun if sun is None else sun
+        self.time_s = self.time_s if stand.time_s is None else stand.time_s
         pose, sun = self.planets.arrive(camera, sun)
         if sun is not None:
             self.scene.sun = dataclasses.replace(sun)

@@ -2,36 +2,38 @@
 
 from __future__ import annotations
 
-import weakref
+import copy
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..engine.space import CameraState, orthonormal_axes
+from ..engine.space import CameraState
 from ..errors import CameraError
-from ..scene.scene import PlanetHandle, Scene, current_scene
-from .place import Place, check_frustum, check_number, check_unit, check_vector, make_place
+from ..scene.scene import PlanetHandle
+from .place import Optics, Place, Pose, Stand, make_place
 
-__all__ = ["Camera"]
+if TYPE_CHECKING:
+    from ..scene.scene import Scene
+
+__all__ = ["Camera", "PlacedCamera", "PosedCamera"]
 
 Vector = NDArray[np.float64]
-
-_NARROWEST_DEG, _WIDEST_DEG = 1e-3, 179.0
+Over = str | PlanetHandle | None
 
 
 class Camera:
-    """A camera over a planet. Immutable as seen from outside; give it to Renderer.render.
+    """A camera over a planet. Immutable, and of no scene until it is rendered; give it to Renderer.render.
 
     Camera(position_m=(x, y, z), forward=(x, y, z), up=(x, y, z)): planet-centred metres and directions in planet axes.
     Camera.at(latitude_deg, longitude_deg, altitude_m, ...): over a place. fov_y_deg is the whole vertical angle; the
     horizontal one follows the picture's shape. frustum_deg=(left, right, bottom, top), signed angles from forward,
     takes its place for tiles and stereo. ev100: a fixed exposure.
-    planet: a name in the scene or scene.planet; None is the scene's default one.
+    planet: a name in the scene or scene.planet; None is the default one of the scene that it is rendered in.
 
-    position_m, forward and up (unit, at right angles) are always there. Those of Camera.at with planet=None belong to
-    the scene that the camera was last rendered in; before that to the scene that was loaded last; and before that to
-    a planet of Earth's radius. Raises CameraError for NaN, zero vectors, angles out of range.
+    Where Camera.at is depends on its planet: position_m is there with planet=scene.planet, and raises without; what it
+    is in a scene says camera.resolve(scene).position_m. Raises CameraError for NaN, zero vectors, angles out of range.
     """
 
     def __init__(
@@ -45,12 +47,9 @@ class Camera:
         frustum_deg: Sequence[float] | None = None,
         ev100: float | None = None,
     ) -> None:
-        position = check_vector("position_m", position_m)
-        # An up along forward has no horizon; then the local vertical decides, or north when that is no help either.
-        _, above, ahead = orthonormal_axes(check_unit("forward", forward), check_unit("up", up), position)
-        self._place: Place | None = None
-        self._pose = (position, ahead, above)
-        self._optics(fov_y_deg, frustum_deg, planet, ev100)
+        self._pose: Pose | None = Pose.checked(position_m, forward, up)
+        self._optics = Optics.checked(fov_y_deg, frustum_deg, ev100)
+        self._planet = _checked_planet(planet)
 
     @classmethod
     def at(
@@ -72,45 +71,46 @@ class Camera:
         above="sphere": altitude_m counts from the reference sphere. above="ground": from the higher of terrain and sea,
         as the scene has them when the camera is rendered.
         """
-        camera = cls.__new__(cls)
-        camera._place = make_place(latitude_deg, longitude_deg, altitude_m, heading_deg, pitch_deg, above)
-        camera._pose = None
-        camera._optics(fov_y_deg, frustum_deg, planet, ev100)
-        return camera
+        place = make_place(latitude_deg, longitude_deg, altitude_m, heading_deg, pitch_deg, above)
+        return PlacedCamera(place, Optics.checked(fov_y_deg, frustum_deg, ev100), planet)
 
-    def _optics(
-        self,
-        fov_y_deg: float,
-        frustum_deg: Sequence[float] | None,
-        planet: str | PlanetHandle | None,
-        ev100: float | None = None,
-    ) -> None:
-        if planet is not None and not isinstance(planet, str | PlanetHandle):
-            raise CameraError(f"Camera: planet: expected a name, scene.planet or None, found {planet!r}")
-        self.planet = planet
-        self._fov_y_deg = check_number("fov_y_deg", fov_y_deg, _NARROWEST_DEG, _WIDEST_DEG)
-        self.frustum_deg = None if frustum_deg is None else check_frustum(frustum_deg)
-        self._ev100 = None if ev100 is None else check_number("ev100", ev100, -20.0, 30.0)
-        self._scene: weakref.ref[Scene] | None = None
+    @property
+    def planet(self) -> str | PlanetHandle | None:
+        """The planet as it was given."""
+        return self._planet
+
+    @property
+    def optics(self) -> Optics:
+        """Angles and exposure."""
+        return self._optics
 
     @property
     def fov_y_deg(self) -> float:
         """The whole vertical angle; without meaning where frustum_deg is given."""
-        return self._fov_y_deg
+        return self.optics.fov_y_deg
+
+    @property
+    def frustum_deg(self) -> tuple[float, float, float, float] | None:
+        """(left, right, bottom, top), signed angles from forward, or None."""
+        return self.optics.frustum_deg
 
     @property
     def ev100(self) -> float | None:
         """A fixed exposure for pictures of this camera; None: as the scene's Exposure says."""
-        return self._ev100
+        return self.optics.ev100
+
+    def exposed(self, ev100: float) -> Camera:
+        """The same camera with a fixed exposure."""
+        made = copy.copy(self)
+        made._optics = self.optics.exposed(ev100)
+        return made
 
     # -- where it is --------------------------------------------------------------------------------------------------
 
     @property
     def position_m(self) -> Vector:
-        """(3,) f64, planet-centred, planet axes."""
-        if self._pose is not None:
-            return self._pose[0].copy()
-        return self._requested().position_m(self._planet_in(self._known_scene()))
+        """(3,) f64, planet-centred, planet axes. CameraError for one that is told by a place of no known planet."""
+        return self._known_pose().position_m.copy()
 
     @property
     def forward(self) -> Vector:
@@ -122,51 +122,84 @@ class Camera:
         """(3,) f64, unit, at right angles to forward."""
         return self._axes()[1].copy()
 
+    def in_scene(self, scene: Scene) -> Stand:
+        """What it comes to in a scene: whose planet, the pose over it, and the sun and time that a View brings."""
+        return Stand(self.planet_in(scene), self._known_pose(), self.optics)
+
     def resolve(self, scene: Scene, aspect: float = 16.0 / 9.0) -> CameraState:
         """The camera in a scene, as engine.space wants it. aspect: width / height of the picture."""
-        self._scene = weakref.ref(scene)
-        planet = self._planet_in(scene)
-        position = self._pose[0] if self._pose is not None else self._requested().position_m(planet)
-        forward, up = self._axes()
-        if self.frustum_deg is not None:
-            return CameraState.frustum_deg(position, forward, up, self.frustum_deg)
-        return CameraState.look(position, forward, up, self.fov_y_deg, aspect)
+        return self.in_scene(scene).state(aspect)
 
-    def _requested(self) -> Place:
-        """The place asked for; a named view answers with that of the scene's planet."""
-        assert self._place is not None
-        return self._place
-
-    def _axes(self) -> tuple[Vector, Vector]:
-        return self._pose[1:] if self._pose is not None else self._requested().axes()
-
-    def _known_scene(self) -> Scene | None:
-        if isinstance(self.planet, PlanetHandle):
-            return self.planet.scene
-        scene = self._scene() if self._scene is not None else None
-        return scene if scene is not None and not scene.world.closed else current_scene()
-
-    def _planet_in(self, scene: Scene | None) -> PlanetHandle | None:
-        if isinstance(self.planet, PlanetHandle):
-            if scene is not None and self.planet.scene is not scene:
+    def planet_in(self, scene: Scene) -> PlanetHandle:
+        """The planet of a scene that it is over. CameraError for one of another scene, UnknownNameError for a name."""
+        if isinstance(self._planet, PlanetHandle):
+            if self._planet.scene is not scene:
                 raise CameraError(
-                    f"the camera belongs to planet {self.planet.name!r} of another scene than the one it is rendered "
+                    f"the camera belongs to planet {self._planet.name!r} of another scene than the one it is rendered "
                     f"in ({scene.name!r}); make it with planet=None or with a planet of this scene"
                 )
-            return self.planet
-        if scene is None:
-            if self.planet is not None:
-                raise CameraError(f"the camera is over planet {self.planet!r} of no scene yet; use load_scene first")
-            return None
-        return scene.planet if self.planet is None else scene.planets[self.planet]
+            return self._planet
+        return scene.planet if self._planet is None else scene.planets[self._planet]
+
+    def _known_pose(self) -> Pose:
+        assert self._pose is not None
+        return self._pose
+
+    def _axes(self) -> tuple[Vector, Vector]:
+        pose = self._known_pose()
+        return pose.forward, pose.up
 
     def __repr__(self) -> str:
-        optics = f"fov_y_deg={self.fov_y_deg:g}" if self.frustum_deg is None else f"frustum_deg={self.frustum_deg}"
-        if self._place is not None:
-            p = self._requested()
-            return (
-                f"Camera.at({p.latitude_deg:.9g}, {p.longitude_deg:.9g}, {p.altitude_m:.9g}, heading_deg="
-                f"{p.heading_deg:g}, pitch_deg={p.pitch_deg:g}, {optics}, above={p.above!r})"
-            )
         position, forward, up = ([float(x) for x in v] for v in (self.position_m, self.forward, self.up))
-        return f"Camera(position_m={position}, forward={forward}, up={up}, {optics})"
+        return f"Camera(position_m={position}, forward={forward}, up={up}, {self._optics_text()})"
+
+    def _optics_text(self) -> str:
+        return f"fov_y_deg={self.fov_y_deg:g}" if self.frustum_deg is None else f"frustum_deg={self.frustum_deg}"
+
+
+class PosedCamera(Camera):
+    """A camera of a pose that is orthonormal already, and stays as it is to the last bit."""
+
+    def __init__(self, pose: Pose, optics: Optics, planet: Over = None) -> None:
+        self._pose, self._optics, self._planet = pose, optics, _checked_planet(planet)
+
+
+class PlacedCamera(Camera):
+    """What Camera.at makes: a place, which becomes a position over a planet."""
+
+    def __init__(self, place: Place, optics: Optics, planet: Over = None) -> None:
+        self._place, self._optics, self._planet = place, optics, _checked_planet(planet)
+
+    @property
+    def place(self) -> Place:
+        """What it was asked for."""
+        return self._place
+
+    def in_scene(self, scene: Scene) -> Stand:
+        planet = self.planet_in(scene)
+        return Stand(planet, self.place.pose(planet), self.optics, self.place)
+
+    def _known_pose(self) -> Pose:
+        if isinstance(self._planet, PlanetHandle):
+            return self.in_scene(self._planet.scene).pose
+        over = "a planet" if self._planet is None else f"planet {self._planet!r} of a scene"
+        raise CameraError(
+            f"the camera is told by a place over {over} that it does not know, so its position can't be told: ask "
+            "camera.resolve(scene).position_m, or make it with planet=scene.planet"
+        )
+
+    def _axes(self) -> tuple[Vector, Vector]:
+        return self.place.axes()
+
+    def __repr__(self) -> str:
+        p = self.place
+        return (
+            f"Camera.at({p.latitude_deg:.9g}, {p.longitude_deg:.9g}, {p.altitude_m:.9g}, heading_deg="
+            f"{p.heading_deg:g}, pitch_deg={p.pitch_deg:g}, {self._optics_text()}, above={p.above!r})"
+        )
+
+
+def _checked_planet(planet: Over) -> Over:
+    if planet is not None and not isinstance(planet, str | PlanetHandle):
+        raise CameraError(f"Camera: planet: expected a name, scene.planet or None, found {planet!r}")
+    return planet

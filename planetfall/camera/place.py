@@ -1,22 +1,69 @@
-"""Place: a camera over a latitude and longitude, and the checks of what a camera is given."""
+"""What a camera is made of: a place or a pose, optics, and the checks of what they are given."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from ..components import Planet
-from ..engine.space import direction, heading_pitch_axes
+from ..engine.space import CameraState, direction, heading_pitch_axes, orthonormal_axes
 from ..errors import CameraError
-from ..scene.scene import PlanetHandle
 
-__all__ = ["Place", "check_frustum", "check_number", "check_unit", "check_vector", "make_place", "shown"]
+if TYPE_CHECKING:
+    from ..components import Sun
+    from ..scene.scene import PlanetHandle
+
+__all__ = ["Optics", "Place", "Pose", "Stand", "check_number", "make_place"]
 
 Vector = NDArray[np.float64]
+
+_NARROWEST_DEG, _WIDEST_DEG = 1e-3, 179.0
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """Where a camera is and how it is turned, in planet axes: position_m (3,) f64 from the centre, forward and up (3,)
+    f64, unit and at right angles."""
+
+    position_m: Vector
+    forward: Vector
+    up: Vector
+
+    @classmethod
+    def checked(cls, position_m: ArrayLike, forward: ArrayLike, up: ArrayLike) -> Pose:
+        """Of any directions; an up along forward gives way to the local vertical, or north where that is no help."""
+        position = check_vector("position_m", position_m)
+        _, above, ahead = orthonormal_axes(check_unit("forward", forward), check_unit("up", up), position)
+        return cls(position, ahead, above)
+
+
+@dataclass(frozen=True, eq=False)
+class Optics:
+    """What a camera takes: its whole vertical angle, or in its place signed angles (left, right, bottom, top) from
+    forward, and a fixed exposure if it has one."""
+
+    fov_y_deg: float = 60.0
+    frustum_deg: tuple[float, float, float, float] | None = None
+    ev100: float | None = None
+
+    @classmethod
+    def checked(
+        cls, fov_y_deg: float, frustum_deg: Sequence[float] | None = None, ev100: float | None = None
+    ) -> Optics:
+        """CameraError for what is out of range."""
+        return cls(
+            check_number("fov_y_deg", fov_y_deg, _NARROWEST_DEG, _WIDEST_DEG),
+            None if frustum_deg is None else check_frustum(frustum_deg),
+            None if ev100 is None else check_number("ev100", ev100, -20.0, 30.0),
+        )
+
+    def exposed(self, ev100: float) -> Optics:
+        """With another fixed exposure."""
+        return Optics.checked(self.fov_y_deg, self.frustum_deg, ev100)
 
 
 @dataclass(frozen=True)
@@ -30,26 +77,46 @@ class Place:
     pitch_deg: float
     above: str
 
-    def position_m(self, planet: PlanetHandle | None) -> Vector:
+    def position_m(self, planet: PlanetHandle) -> Vector:
+        """(3,) f64 over a planet as it is now. CameraError below its centre."""
         up = direction(self.latitude_deg, self.longitude_deg)
-        radius = Planet().radius_m if planet is None else planet.radius_m
-        base = 0.0
-        if self.above == "ground":
-            if planet is None:
-                raise CameraError(
-                    'camera with above="ground": the height of the ground is that of a scene, and there is none yet; '
-                    "load a scene, or give planet=scene.planet"
-                )
-            base = float(planet.surface_height_m(up[None])[0])
-        if radius + base + self.altitude_m <= 0.0:
+        base = float(planet.surface_height_m(up[None])[0]) if self.above == "ground" else 0.0
+        if planet.radius_m + base + self.altitude_m <= 0.0:
             raise CameraError(
-                f"Camera.at: altitude_m: expected more than {-(radius + base):.12g} m (the planet's centre), "
+                f"Camera.at: altitude_m: expected more than {-(planet.radius_m + base):.12g} m (the planet's centre), "
                 f"found {self.altitude_m:.12g}"
             )
-        return up * (radius + base + self.altitude_m)
+        return up * (planet.radius_m + base + self.altitude_m)
 
     def axes(self) -> tuple[Vector, Vector]:
+        """(forward, up), which are the same over every planet."""
         return heading_pitch_axes(direction(self.latitude_deg, self.longitude_deg), self.heading_deg, self.pitch_deg)
+
+    def pose(self, planet: PlanetHandle) -> Pose:
+        """Over a planet as it is now."""
+        return Pose(self.position_m(planet), *self.axes())
+
+
+@dataclass(frozen=True, eq=False)
+class Stand:
+    """A camera in a scene: whose axes its pose is in, and what else it asks of a picture.
+
+    place: of a camera that was told by one. sun, time_s: those that a view brings.
+    """
+
+    planet: PlanetHandle
+    pose: Pose
+    optics: Optics
+    place: Place | None = None
+    sun: Sun | None = None
+    time_s: float | None = None
+
+    def state(self, aspect: float) -> CameraState:
+        """As engine.space wants it. aspect: width / height of the picture."""
+        pose, optics = self.pose, self.optics
+        if optics.frustum_deg is not None:
+            return CameraState.frustum_deg(pose.position_m, pose.forward, pose.up, optics.frustum_deg)
+        return CameraState.look(pose.position_m, pose.forward, pose.up, optics.fov_y_deg, aspect)
 
 
 def make_place(

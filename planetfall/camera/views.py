@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import weakref
+import copy
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -15,8 +15,8 @@ from ..errors import UnknownNameError
 from ..scene.file import describe, planets
 from ..scene.kinds import PLANET_KINDS, PRESETS
 from ..scene.scene import PlanetHandle, Scene
-from .camera import Camera
-from .place import Place, make_place
+from .camera import Camera, PlacedCamera
+from .place import Optics, Place, Stand, make_place
 
 __all__ = ["View", "view", "views"]
 
@@ -53,6 +53,25 @@ class _Row:
         altitude = self.altitude_m * (radius_m / _EARTH_RADIUS_M if self.scales else 1.0)
         return make_place(self.latitude_deg, self.longitude_deg, altitude, self.heading_deg, self.pitch_deg, self.above)
 
+    def optics(self, ev100: float | None = None) -> Optics:
+        """With a fixed exposure, the view's own if none is given, so that pictures of it can be compared."""
+        return Optics(self.fov_y_deg, None, self.ev100 if ev100 is None else ev100)
+
+    def sun(self, scene: Scene | None) -> Sun | None:
+        """The view's own, in the light of a scene's."""
+        if self.sun_direction is None and self.sun_elevation_deg is None:
+            return None
+        light = {} if scene is None else {k: getattr(scene.sun, k) for k in ("irradiance", "angular_radius_rad")}
+        if self.sun_direction is not None:
+            return Sun(direction=self.sun_direction, **light)
+        return Sun(
+            elevation_deg=self.sun_elevation_deg,
+            azimuth_deg=self.sun_azimuth_deg,
+            latitude_deg=self.latitude_deg,
+            longitude_deg=self.longitude_deg,
+            **light,
+        )
+
 
 @dataclass(frozen=True)
 class _Entry:
@@ -74,11 +93,12 @@ class _Entry:
         return f"it needs a radius of at least {least:g} m" if radius_m < least else None
 
 
-class View(Camera):
+class View(PlacedCamera):
     """A named view: a Camera with a sun, a time and an exposure.
 
     Which place it is depends on the planet: planet=None (the default) takes the place that the file has for the preset
-    of the scene it is rendered in. sun is None where the scene's own sun shines; its irradiance is the scene's.
+    of the scene it is rendered in, and until then its own sun, time, angle and exposure are those that the file has
+    for all planets. sun is None where the scene's own sun shines; its irradiance is the scene's.
     """
 
     def __init__(self, name: str, entry: _Entry, planet: str | PlanetHandle | None = None) -> None:
@@ -86,32 +106,47 @@ class View(Camera):
         self._entry = entry
         # A preset's name chooses the place; the picture is then taken in whatever scene the view is rendered in.
         self._preset = planet if isinstance(planet, str) else None
-        self._pose = None
-        self._place = entry.row.place(_EARTH_RADIUS_M)
-        handle = planet if isinstance(planet, PlanetHandle) else None
-        self._optics(entry.row.fov_y_deg, None, entry.row.over or handle)
-        if entry.row.over and handle is not None:
-            self._scene = weakref.ref(handle.scene)
+        self._planet = planet if isinstance(planet, PlanetHandle) else None
+        self._ev100: float | None = None
+
+    def exposed(self, ev100: float) -> View:
+        made = copy.copy(self)
+        made._ev100 = self.optics.exposed(ev100).ev100
+        return made
+
+    def _scene(self) -> Scene | None:
+        return self._planet.scene if isinstance(self._planet, PlanetHandle) else None
+
+    def _row_in(self, scene: Scene | None) -> _Row:
+        return self._entry.for_planet(self._preset or (None if scene is None else scene.preset))
+
+    def planet_in(self, scene: Scene) -> PlanetHandle:
+        planet, over = super().planet_in(scene), self._entry.row.over
+        return scene.planets[over] if over else planet
+
+    def in_scene(self, scene: Scene) -> Stand:
+        planet, row = self.planet_in(scene), self._row_in(scene)
+        place = row.place(planet.radius_m)
+        return Stand(planet, place.pose(planet), row.optics(self._ev100), place, row.sun(scene), row.time_s)
 
     @property
-    def fov_y_deg(self) -> float:
-        return self._row().fov_y_deg
+    def place(self) -> Place:
+        scene = self._scene()
+        return self._row_in(scene).place(_EARTH_RADIUS_M if scene is None else self.planet_in(scene).radius_m)
 
-    def _row(self) -> _Row:
-        scene = self._known_scene()
-        return self._entry.for_planet(self._preset or (scene.preset if scene is not None else None))
+    @property
+    def optics(self) -> Optics:
+        return self._row_in(self._scene()).optics(self._ev100)
 
-    def _requested(self) -> Place:
-        scene = self._known_scene()
-        if scene is not None and self._entry.row.over not in ("", *scene.planets):
-            scene = None  # of another scene; rendering it there says so
-        planet = self._planet_in(scene) if scene is not None or not self._entry.row.over else None
-        return self._row().place(Planet().radius_m if planet is None else planet.radius_m)
+    @property
+    def ev100(self) -> float:
+        """The fixed exposure, so that pictures of it can be compared."""
+        return self._row_in(self._scene()).ev100 if self._ev100 is None else self._ev100
 
     @property
     def about(self) -> str:
         """One sentence."""
-        return self._row().about
+        return self._row_in(self._scene()).about
 
     @property
     def camera(self) -> Camera:
@@ -121,30 +156,13 @@ class View(Camera):
     @property
     def sun(self) -> Sun | None:
         """The view's own sun, with the irradiance and disc of the scene's; None: as the scene has it."""
-        row = self._row()
-        if row.sun_direction is None and row.sun_elevation_deg is None:
-            return None
-        scene = self._known_scene()
-        light = {} if scene is None else {k: getattr(scene.sun, k) for k in ("irradiance", "angular_radius_rad")}
-        if row.sun_direction is not None:
-            return Sun(direction=row.sun_direction, **light)
-        return Sun(
-            elevation_deg=row.sun_elevation_deg,
-            azimuth_deg=row.sun_azimuth_deg,
-            latitude_deg=row.latitude_deg,
-            longitude_deg=row.longitude_deg,
-            **light,
-        )
+        scene = self._scene()
+        return self._row_in(scene).sun(scene)
 
     @property
     def time_s(self) -> float:
         """Seconds on the clock of water and weather."""
-        return self._row().time_s
-
-    @property
-    def ev100(self) -> float:
-        """The fixed exposure, so that pictures of a view can be compared."""
-        return self._row().ev100
+        return self._row_in(self._scene()).time_s
 
     def __repr__(self) -> str:
         return f"<View {self.name!r}: {super().__repr__()}>"

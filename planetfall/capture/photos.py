@@ -12,14 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..camera.arguments import check_scene
-from ..camera.camera import Camera
+from ..camera.camera import Camera, PosedCamera
+from ..camera.place import Optics, Pose
 from ..errors import SizeError
 
 if TYPE_CHECKING:
     from ..render.renderer import Renderer
     from ..scene.scene import Scene
 
-__all__ = ["PhotoPlan", "exposed", "photo", "photo_tiles"]
+__all__ = ["PhotoPlan", "photo", "photo_tiles"]
 
 Pixels = NDArray[np.uint8]
 Arrays = dict[str, NDArray[Any]]
@@ -112,12 +113,12 @@ def photo_tiles(
     width, height = plan.size
     tiles = plan.tiles()
     arrays: Arrays = {}
-    if time_s is None:
-        time_s = getattr(camera, "time_s", None)
-    sun = getattr(camera, "sun", None) if sun is None else sun
+    stand = camera.in_scene(renderer.scene)
+    time_s = stand.time_s if time_s is None else time_s
+    sun = stand.sun if sun is None else sun
     try:
         renderer.render_scale = 1.0  # whatever automatic quality has made of it
-        ev100 = plan.ev100 if plan.ev100 is not None else camera.ev100
+        ev100 = plan.ev100 if plan.ev100 is not None else stand.optics.ev100
         if ev100 is None and len(tiles) > 1:
             ev100 = _measured(renderer, camera, plan.size, time_s, sun)
         yield 0, len(tiles), arrays
@@ -189,27 +190,14 @@ def _part(
     """The camera for a part of a picture: the same place, and a frustum of its own beside the axis."""
     width, height = size
     if tile == (0, 0, *size):
-        return exposed(camera, ev100)
+        return camera if ev100 is None else camera.exposed(ev100)
     state = camera.resolve(renderer.scene, width / height)
     place = renderer.camera_state(camera).position_m  # on the drawn ground, and out of it
     x = [state.tan_left + (state.tan_right - state.tan_left) * tile[i] / width for i in (0, 2)]
     y = [state.tan_top + (state.tan_bottom - state.tan_top) * tile[i] / height for i in (3, 1)]
     angles = [math.degrees(math.atan(t)) for t in (*x, *y)]
-    # By hand: the axes are orthonormal already, and shall stay so to the last bit from tile to tile.
-    part = Camera.__new__(Camera)
-    part._place, part._pose = None, (place, state.forward, state.up)
-    part._optics(60.0, angles, camera.planet, ev100)
-    return part
-
-
-def exposed(camera: Camera, ev100: float | None) -> Camera:
-    """The camera with a fixed exposure; itself for None. A View becomes a plain camera: give its sun and time along."""
-    if ev100 is None or ev100 == camera.ev100:
-        return camera
-    fixed = Camera.__new__(Camera)
-    fixed._place, fixed._pose = camera._requested() if camera._pose is None else None, camera._pose
-    fixed._optics(camera.fov_y_deg, camera.frustum_deg, camera.planet, ev100)
-    return fixed
+    # The axes are orthonormal already, and shall stay so to the last bit from tile to tile.
+    return PosedCamera(Pose(place, state.forward, state.up), Optics.checked(60.0, angles, ev100), camera.planet)
 
 
 def averaged(color: Pixels, samples: int) -> Pixels:

@@ -11,9 +11,8 @@ from cyclopts import Parameter
 from rich.console import Console
 
 from ..camera.flights import path as scripted
-from ..camera.views import View
 from ..capture.captures import check_arrays, check_suffix, outputs_for, save_capture
-from ..capture.photos import PhotoPlan, exposed, photo_tiles
+from ..capture.photos import PhotoPlan, photo_tiles
 from ..capture.recording import record
 from ..capture.shot import load_shot, shot_settings
 from ..errors import CameraError, SettingError
@@ -102,14 +101,15 @@ def render_command(
     check_arrays(output, pixels)
     from ..render.renderer import Renderer  # late: everything that can be said without a GPU has been said
 
-    moment = shot.time_s if time_s is None and isinstance(shot, View) else time_s or 0.0
-    light = shot.sun if light is None and isinstance(shot, View) else light
+    stand = shot.in_scene(scene)
+    moment = (stand.time_s or 0.0) if time_s is None else time_s
+    light = stand.sun if light is None else light
     whole = len(plan.tiles()) == 1 and plan.supersample == 1
     out: dict[str, Any] = {}
     wanted = outputs_for(output)
     with Renderer(scene, pixels if whole else (64, 64), chosen, knobs) as renderer:
         if whole:
-            seen = exposed(shot, plan.ev100)
+            seen = shot if plan.ev100 is None else shot.exposed(plan.ev100)
             with settling(console) as settled:
                 renderer.settle(seen, moment, sun=light, progress=settled)
             out = renderer.render(seen, moment, sun=light, outputs=wanted)
@@ -190,8 +190,8 @@ def find_view(name: str, scene: Scene) -> Any:
 
 def companion_below(scene: Scene, camera: Camera) -> str:
     """The companion in whose axes a camera is told; "" for the scene's own planet."""
-    handle = camera._planet_in(scene)
-    return "" if handle is None or handle is scene.planet else handle.name
+    handle = camera.planet_in(scene)
+    return "" if handle is scene.planet else handle.name
 
 
 def views_for(scene: Scene) -> list[str]:

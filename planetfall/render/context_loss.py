@@ -6,6 +6,7 @@ import logging
 import os
 import re
 import time
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +16,8 @@ from ..engine.gpu import gl as G
 from ..errors import ContextLostError
 
 if TYPE_CHECKING:
-    from .renderer import Renderer
+    from ..engine.gpu.gl import GL
+    from ..scene.scene import Scene
 
 __all__ = ["ContextWatch", "lost_scenes"]
 
@@ -36,9 +38,9 @@ def lost_scenes() -> Path:
 class ContextWatch:
     """Asks the driver, once a call, whether the context is still there (0.5 us)."""
 
-    def __init__(self, renderer: Renderer) -> None:
-        self._renderer = renderer
-        gl = renderer.gpu.gl
+    def __init__(self, scene: Scene, gl: GL, errors: Callable[[], Iterable[str]], place: Callable[[], Any]) -> None:
+        """errors: GL's that were found around the last frame. place: where its camera was, in metres, or None."""
+        self._scene, self._errors, self._place = scene, errors, place
         name = next((n for n in _STATUS if gl.has(n)), None)
         self.status: Any = (lambda: 0) if name is None else gl.function(name, G.enum)
         self._error: ContextLostError | None = None
@@ -52,8 +54,7 @@ class ContextWatch:
         """Raises ContextLostError, from the first time on always."""
         if self._error is None:
             why = _RESETS.get(self.status(), "")
-            guard = getattr(self._renderer._host, "guard", None)
-            if not why and guard is not None and "GL_CONTEXT_LOST" in (*guard.errors, *guard.errors_before):
+            if not why and "GL_CONTEXT_LOST" in self._errors():
                 why = "as GL_CONTEXT_LOST says"
             if not why:
                 return
@@ -62,7 +63,7 @@ class ContextWatch:
 
     def _kept(self, why: str) -> tuple[str, Path | None]:
         """The message and where the scene is; keeping it must not hide what happened."""
-        scene = self._renderer.scene
+        scene = self._scene
         saved: Path | None = None
         try:
             folder = lost_scenes()
@@ -76,8 +77,8 @@ class ContextWatch:
             log.warning("the scene could not be kept", exc_info=True)
             saved = None
         kept = f"the scene is kept in {saved}" if saved is not None else "the scene could not be written to a file"
-        frame = self._renderer._frame
-        at = "" if frame is None else f", the camera was at {frame.camera.position_m.tolist()} m"
+        place = self._place()
+        at = "" if place is None else f", the camera was at {place.tolist()} m"
         return (
             f"the OpenGL context was lost {why}: nothing of it can be drawn or read any more. In memory the scene is as"
             f" it was, and {kept}{at}. Make a new context and a new pf.Renderer(scene, ...)"

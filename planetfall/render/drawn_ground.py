@@ -14,7 +14,7 @@ from ..systems.terrain.height import TerrainParams
 from ..systems.terrain.paper_ground import PaperField
 
 if TYPE_CHECKING:
-    from ..camera.camera import Camera
+    from ..camera.place import Stand
     from ..engine.space import CameraState
     from ..scene.scene import Scene
 
@@ -52,10 +52,10 @@ class DrawnGround:
         """The ground that is drawn; None without Terrain."""
         return self.own_field() or self._scene.planet.height_field()
 
-    def stand_on(self, camera: Camera, state: CameraState) -> CameraState:
+    def stand_on(self, stand: Stand, state: CameraState) -> CameraState:
         """A camera that was placed above the ground, placed above the ground that is drawn."""
         drawn = self.own_field()
-        if drawn is None or camera._pose is not None or camera._requested().above != "ground":
+        if drawn is None or stand.place is None or stand.place.above != "ground":
             return state
         distance = float(np.linalg.norm(state.position_m))
         zenith = state.position_m / distance

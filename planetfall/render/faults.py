@@ -6,7 +6,7 @@ import logging
 import traceback
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from ..engine.graph import GraphError
 from ..engine.settings import latest_revision
@@ -15,7 +15,7 @@ from ..engine.world import MissingError
 if TYPE_CHECKING:
     from ..engine.system import System
     from ..engine.world import World
-    from .renderer import Renderer
+    from ..scene.scene import Scene
 
 __all__ = ["Fault", "Faults", "draw_without_faults"]
 
@@ -89,14 +89,24 @@ class Faults:
         return (latest_revision(*system.needs), world.structure_revision, self._shaders)
 
 
-def draw_without_faults(renderer: Renderer, draw: Callable[[], None]) -> None:
-    """Draw a frame, again without each system that raises.
+class Drawing(Protocol):
+    """What draws the pictures of one planet."""
+
+    scene: Scene
+    faults: Faults
+    systems: tuple[System, ...]
+
+    def gate_again(self) -> None: ...
+
+
+def draw_without_faults(planet: Drawing, draw: Callable[[], None], failed_system: Callable[[], str]) -> None:
+    """Draw a frame, again without each system that raises. failed_system: the one whose pass raised, or "".
 
     What cannot be drawn without it (the graph doesn't compile, something is missing) raises what the system raised.
     """
-    faults, world = renderer.faults, renderer.scene.world
-    if faults and faults.retry(renderer.systems, world):
-        renderer.gate_again()
+    faults, world = planet.faults, planet.scene.world
+    if faults and faults.retry(planet.systems, world):
+        planet.gate_again()
     first: Exception | None = None
     switched_off: list[System] = []
     while True:
@@ -104,17 +114,17 @@ def draw_without_faults(renderer: Renderer, draw: Callable[[], None]) -> None:
             draw()
             return
         except Exception as error:
-            on = (s for s in renderer.systems if s.name not in faults)
-            failed = raised_by(error, on, renderer.failed_system)
+            on = (s for s in planet.systems if s.name not in faults)
+            failed = raised_by(error, on, failed_system())
             if failed is None or failed.essential or (first is not None and follows_from_absence(error)):
                 for system in switched_off:
                     faults.take_back(system)
-                renderer.gate_again()
+                planet.gate_again()
                 raise first or error from None
             first = first or error
             switched_off.append(failed)
             faults.add(failed, error, world)
-            renderer.gate_again()
+            planet.gate_again()
 
 
 def raised_by(error: BaseException, systems: Iterable[System], in_pass: str) -> System | None:

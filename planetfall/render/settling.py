@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING, Any
 
 from ..errors import NotSettled
 
 if TYPE_CHECKING:
-    from .renderer import Renderer
+    from ..engine.system import System
 
 __all__ = ["settle"]
 
@@ -18,20 +19,24 @@ _SETTLE_FRAMES = 64
 
 
 def settle(
-    renderer: Renderer, frame: Callable[[], None], timeout_s: float | None, progress: Callable[[float], None] | None
+    frame: Callable[[], None],
+    running: Callable[[], Sequence[System]],
+    current: Callable[[], AbstractContextManager[Any]],
+    timeout_s: float | None,
+    progress: Callable[[float], None] | None,
 ) -> None:
-    """See Renderer.settle. frame: draws one."""
+    """See Renderer.settle. frame: draws one. running: the systems to wait for. current: makes the GL context that."""
     started = time.monotonic()
     waiting: list[str] = []
     step, idle, share = 0, 0, 0.0
     best: list[float] = []
     while idle < _SETTLE_FRAMES:
-        with renderer.current():
+        with current():
             frame()
-            running = renderer.running
-            waiting = [s.name for s in running if not s.settled()]  # some read back from the GPU
+            systems = running()
+            waiting = [s.name for s in systems if not s.settled()]  # some read back from the GPU
             # A system may be content before all that it could do is done.
-            shares = [s.progress() if s.name in waiting else 1.0 for s in running]
+            shares = [s.progress() if s.name in waiting else 1.0 for s in systems]
         further = len(shares) != len(best) or any(now > most for now, most in zip(shares, best, strict=True))
         best = [*map(max, shares, best)] if len(shares) == len(best) else shares
         step, idle, share = step + 1, 0 if further else idle + 1, max(share, min(shares, default=1.0))

@@ -1,51 +1,67 @@
-"""Where a camera stands: resolved against a scene's ground, and lifted out of it if need be."""
+"""Where a camera stands: resolved in a scene, put on the ground that is drawn, and lifted out of it if need be."""
 
 from __future__ import annotations
 
 import logging
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from ..camera.camera import Camera
-from ..camera.views import View
 from ..components import Ocean, Terrain
 from ..engine.settings import revision
 from ..engine.space import CameraState
-from ..scene.scene import Scene
-from .drawn_ground import DrawnGround
 
-__all__ = ["Standpoint"]
+if TYPE_CHECKING:
+    from ..camera.camera import Camera
+    from ..camera.place import Stand
+    from ..scene.scene import Scene
+    from .drawn_ground import DrawnGround
+
+__all__ = ["Resolved", "Standpoint"]
 
 log = logging.getLogger(__name__)
 
 _LOWEST_CLEARANCE_M = 0.01
 
 
+class Resolved:
+    """The last camera of a picture in its scene: resolving one takes up to a seventh of a frame."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._held: tuple[Camera, tuple[Any, ...], Stand] | None = None
+
+    def stand(self, camera: Camera) -> Stand:
+        """The same object while neither the camera nor what it stands on changes."""
+        held = self._held
+        if held is None or held[0] is not camera or held[1] != self._stamp(held[2]):
+            stand = camera.in_scene(self._scene)
+            held = self._held = (camera, self._stamp(stand), stand)
+        return held[2]
+
+    def _stamp(self, stand: Stand) -> tuple[Any, ...]:
+        over = stand.planet
+        if over.scene.world.closed or over.name not in self._scene.planets:
+            return ()
+        parts = tuple(0 if c is None else revision(c) for c in (over.get(Terrain), over.get(Ocean)))
+        sun = self._scene.sun
+        structures = (self._scene.world.structure_revision, over.scene.world.structure_revision)
+        return (*structures, id(sun), revision(sun), revision(over.planet), *parts)
+
+
 class Standpoint:
-    """Cameras of one scene as places in f64; the last one is kept, since cameras don't change."""
+    """A camera over one planet as it is drawn, for one view."""
 
     def __init__(self, scene: Scene, ground: DrawnGround) -> None:
         self._scene, self._ground = scene, ground
-        self._held: tuple[Camera | View, tuple[Any, ...], CameraState, Any] | None = None
+        self._held: tuple[Stand, tuple[int, int], CameraState] | None = None
         self._lifted = False
 
-    @property
-    def sun(self) -> Any:
-        """The sun that the last camera brought, or None."""
-        return None if self._held is None else self._held[3]
-
-    def state(self, camera: Camera | View, size: tuple[int, int]) -> CameraState:
-        """The camera in f64 for a picture of `size`."""
-        # Cameras don't change: the same one in the same scene stands where it stood.
-        here = self._scene.planet
-        parts = tuple(0 if c is None else revision(c) for c in (here.planet, here.get(Terrain), here.get(Ocean)))
-        key = (self._scene.world.structure_revision, revision(self._scene.sun), *parts, size)
+    def state(self, stand: Stand, size: tuple[int, int]) -> CameraState:
+        """In f64, in the planet's axes, for a picture of `size`; the last one is kept."""
         held = self._held
-        if held is None or held[0] is not camera or held[1] != key:
-            plain = camera.camera if isinstance(camera, View) else camera
-            state = plain.resolve(self._scene, size[0] / size[1])
-            state = self._lifted_out(self._ground.stand_on(plain, state))
-            view_sun = camera.sun if isinstance(camera, View) else None
-            held = self._held = (camera, key, state, view_sun)
+        if held is None or held[0] is not stand or held[1] != size:
+            state = stand.state(size[0] / size[1])
+            state = self._lifted_out(self._ground.stand_on(stand, state))
+            held = self._held = (stand, size, state)
         return held[2]
 
     def _lifted_out(self, state: CameraState) -> CameraState:

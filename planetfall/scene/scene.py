@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import logging
 import os
-import weakref
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType, TracebackType
@@ -41,7 +40,6 @@ __all__ = [
     "PlanetHandle",
     "PropHandle",
     "Scene",
-    "current_scene",
     "load_scene",
     "planets",
 ]
@@ -49,8 +47,6 @@ __all__ = [
 log = logging.getLogger(__name__)
 
 C = TypeVar("C")
-
-_latest: weakref.ref[Scene] | None = None
 
 
 class PlanetHandle(Handle["Scene"]):
@@ -452,14 +448,11 @@ def load_scene(source: str | os.PathLike[str] = "earth") -> Scene:
     Everything is checked here, before any GPU work. Raises UnknownNameError (with the nearest preset), PresetError
     (naming file, key, expected and found) or SceneError (parts that don't fit together).
     """
-    global _latest  # noqa: PLW0603
-    scene = scene_of(source)
-    _latest = weakref.ref(scene)
-    return scene
+    return scene_of(source)
 
 
 def scene_of(source: str | os.PathLike[str] | Description) -> Scene:
-    """As load_scene, but cameras without a scene don't come to mean this one."""
+    """As load_scene, also from what was read already."""
     found = source if isinstance(source, Description) else describe(source)
     try:
         scene = Scene(found.name, found.components, preset=found.preset, about=found.about)
@@ -470,9 +463,3 @@ def scene_of(source: str | os.PathLike[str] | Description) -> Scene:
     except (SceneError, UnknownNameError) as error:
         raise SceneError(f"{found.path}: {error}") from None
     return scene
-
-
-def current_scene() -> Scene | None:
-    """The scene that was loaded last, if it still lives: what cameras without a planet refer to until rendered."""
-    scene = _latest() if _latest is not None else None
-    return None if scene is None or scene.world.closed else scene

@@ -43,7 +43,7 @@ def test_starts_where_it_was_told(scene: Any) -> None:
     app, _, renderer = app_of(scene, camera=start)
     app.frame()
     camera = renderer.drawn[0][0]
-    np.testing.assert_allclose(camera.position_m, start.position_m, rtol=1e-12)
+    np.testing.assert_allclose(camera.position_m, start.resolve(scene).position_m, rtol=1e-12)
     np.testing.assert_allclose(camera.forward, start.forward, atol=1e-12)
     assert camera.fov_y_deg == 40
 

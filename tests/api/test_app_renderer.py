@@ -37,7 +37,7 @@ def test_without_a_gpu_the_first_renderer_has_fewer_pixels_and_the_next_one_all(
         for expected in (scale, 1.0):
             with make("low", {}) as made:
                 assert made.render_scale == expected and made.size == (round(64 * expected), round(36 * expected))
-                assert made.tolerant and made._host is None  # nobody waits for this window's GL state
+                assert made.tolerant and made.context.host is None  # nobody waits for this window's GL state
         chosen, make = renderer_maker(scene, window, "medium")
         with make(chosen, {}) as made:
             assert chosen == "medium" and made.render_scale == 1.0 and made.size == (64, 36)

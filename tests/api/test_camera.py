@@ -6,17 +6,11 @@ import numpy as np
 import pytest
 
 import planetfall as pf
-from planetfall.scene import scene as scene_module
-
-
-@pytest.fixture
-def no_scene(monkeypatch):
-    monkeypatch.setattr(scene_module, "_latest", None)
 
 
 def test_a_camera_over_a_place():
     with pf.load_scene("moon") as scene:
-        camera = pf.Camera.at(0.0, 90.0, 1000.0)
+        camera = pf.Camera.at(0.0, 90.0, 1000.0, planet=scene.planet)
         np.testing.assert_allclose(camera.position_m, [0, scene.planet.radius_m + 1000.0, 0], atol=1e-6)
         np.testing.assert_allclose(camera.forward, [0, 0, 1], atol=1e-15)  # heading 0 is north
         np.testing.assert_allclose(camera.up, [0, 1, 0], atol=1e-15)
@@ -31,9 +25,7 @@ def test_at_a_pole_heading_is_a_longitude():
     np.testing.assert_allclose(camera.forward, [0, 1, 0], atol=1e-15)
 
 
-def test_position_and_axes_are_always_there(no_scene):
-    camera = pf.Camera.at(45.0, 45.0, 0.0)
-    assert np.linalg.norm(camera.position_m) == pytest.approx(6.371e6, abs=1e-6)  # Earth's radius without a scene
+def test_position_and_axes():
     free = pf.Camera(position_m=(7e6, 0, 0), forward=(-2, 0, 0.5), up=(0, 0, 3))
     assert free.forward @ free.up == pytest.approx(0.0, abs=1e-15)
     assert np.linalg.norm(free.forward) == pytest.approx(1.0) and np.linalg.norm(free.up) == pytest.approx(1.0)
@@ -42,11 +34,26 @@ def test_position_and_axes_are_always_there(no_scene):
     assert free.position_m[0] == 7e6
 
 
-def test_ground_needs_a_scene(no_scene):
-    camera = pf.Camera.at(0.0, 0.0, 2.0, above="ground")
-    assert camera.up.tolist() == [1, 0, 0]
-    with pytest.raises(pf.CameraError, match=r'above="ground": the height .* is that of a scene.*load a scene'):
-        camera.position_m
+@pytest.mark.parametrize("above", ["sphere", "ground"])
+def test_a_place_without_a_planet_is_nowhere_yet(above):
+    camera = pf.Camera.at(0.0, 0.0, 2.0, above=above)
+    assert camera.up.tolist() == [1, 0, 0]  # the same over every planet
+    with pf.load_scene("moon") as scene:
+        for unknown in (camera, pf.Camera.at(0.0, 0.0, 2.0, above=above, planet="moon"), pf.view("orbit")):
+            with pytest.raises(pf.CameraError, match=r"ask camera\.resolve\(scene\)\.position_m, or .*=scene\.planet"):
+                unknown.position_m
+            assert np.isfinite(unknown.resolve(scene).position_m).all()
+        assert np.isfinite(pf.view("orbit", scene.planet).position_m).all()
+
+
+def test_a_camera_cannot_be_changed():
+    camera = pf.Camera.at(0.0, 0.0, 2.0)
+    for name in ("planet", "fov_y_deg", "frustum_deg", "ev100", "position_m"):
+        with pytest.raises(AttributeError):
+            setattr(camera, name, 1.0)
+    assert camera.exposed(12.0).ev100 == 12.0 and camera.ev100 is None
+    shown = pf.view("orbit")
+    assert shown.exposed(12.0).ev100 == 12.0 and shown.ev100 != 12.0 and shown.exposed(12.0).time_s == shown.time_s
 
 
 def test_above_ground_is_above_the_higher_of_land_and_sea(monkeypatch):
@@ -74,9 +81,8 @@ def test_above_ground_is_above_the_higher_of_land_and_sea(monkeypatch):
 def test_the_planet_of_the_scene_it_is_rendered_in_counts():
     camera = pf.Camera.at(0.0, 0.0, 100.0)
     with pf.load_scene("moon") as moon, pf.load_scene("small") as small:
-        assert camera.position_m[0] == small.planet.radius_m + 100.0  # loaded last
         assert camera.resolve(moon).position_m[0] == moon.planet.radius_m + 100.0
-        assert camera.position_m[0] == moon.planet.radius_m + 100.0  # rendered last
+        assert camera.resolve(small).position_m[0] == small.planet.radius_m + 100.0
         with pytest.raises(pf.CameraError, match="belongs to planet 'moon' of another scene"):
             pf.Camera.at(0, 0, 1, planet=moon.planet).resolve(small)
         named = pf.Camera.at(0, 0, 1, planet="small")

@@ -138,9 +138,10 @@ def test_controls(tmp_path: Path) -> None:
 
 
 def test_places(tmp_path: Path) -> None:
-    whole = Places(tmp_path / "whole.toml")
+    whole, over = Places(tmp_path / "whole.toml"), pf.load_scene("earth").planet
     for number in range(3):
-        whole.keep(Place(f"place {number}", "earth", pf.Camera.at(10.0 * number, 5.0, 900.0), pf.Sun(), 2.0, "ship"))
+        camera = pf.Camera.at(10.0 * number, 5.0, 900.0, planet=over)
+        whole.keep(Place(f"place {number}", "earth", camera, pf.Sun(), 2.0, "ship"))
     good, path = (tmp_path / "whole.toml").read_bytes(), tmp_path / "places.toml"
     refused = 0
     for seed in SEEDS:

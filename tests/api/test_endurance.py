@@ -154,7 +154,7 @@ def test_a_lost_context_is_named_and_the_scene_kept(tmp_path: Path, monkeypatch:
     target = ctx.framebuffer([ctx.texture(SIZE, 4)])
     renderer = pf.Renderer(scene, SIZE, "low", ctx=ctx)
     renderer.render_to(target, pf.view("near"))
-    monkeypatch.setattr(renderer._context, "status", lambda: 0x8254)  # GL_INNOCENT_CONTEXT_RESET
+    monkeypatch.setattr(renderer.context.watch, "status", lambda: 0x8254)  # GL_INNOCENT_CONTEXT_RESET
     with pytest.raises(pf.ContextLostError, match=r"lost by another program.*kept in .*camera was at") as caught:
         renderer.render_to(target, pf.view("near"))
     assert caught.value.saved is not None
@@ -174,7 +174,7 @@ def test_a_lost_context_without_a_place_to_write(tmp_path: Path, monkeypatch: py
     monkeypatch.setenv("PLANETFALL_LOST", str(tmp_path / "file" / "lost"))
     with pf.load_scene("moon") as scene, pf.Renderer(scene, SIZE, "low") as renderer:
         renderer.render(pf.view("near"))
-        monkeypatch.setattr(renderer._context, "status", lambda: 0x8253)
+        monkeypatch.setattr(renderer.context.watch, "status", lambda: 0x8253)
         with pytest.raises(pf.ContextLostError, match="could not be written"):
             renderer.render(pf.view("near"))
         assert isinstance(renderer.ctx, moderngl.Context)

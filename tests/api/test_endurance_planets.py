@@ -64,11 +64,11 @@ def test_planets_come_and_go(share: float) -> None:
         else:
             assert bench.do([Edit(heading, "", None, part) for heading, part in parts.items()], "add") == ""
         draw()
-        assert renderer._several._members["rock"].gpu.counts()
+        assert renderer.planets["rock"].gpu.counts()
         scene.companions.remove("rock")
         moon = scene.companions.remove("moon")
         draw()
-        assert not renderer._several._members
+        assert list(renderer.planets) == ["earth"]
         scene.companions.join(moon)
         draw()
 
@@ -105,7 +105,7 @@ def test_resizes(share: float) -> None:
             renderer.resize(SIZE)
             for camera in (OVER_MOON, BACK, AHEAD):
                 renderer.render(camera)
-            return {name: r.gpu.counts() for name, r in (("own", renderer), *renderer._several._members.items())}
+            return {name: r.gpu.counts() for name, r in renderer.planets.items()}
 
         for turn in range(16):
             work(turn)
@@ -127,7 +127,7 @@ def test_renderers_come_and_go() -> None:
             quality = ("low", "medium")[turn % 4 == 3]
             with pf.Renderer(scene, SIZE, quality, ctx=ctx) as renderer:
                 renderer.render_to(target, (AHEAD, OVER_MOON, BACK)[turn % 3])
-                members = dict(renderer._several._members)
+                members = dict(renderer.planets)
             assert renderer.gpu.counts() == {} and [m.gpu.counts() for m in members.values()] == [{}]
         assert ctx.error == "GL_NO_ERROR"
 
@@ -181,8 +181,8 @@ def test_a_budget_for_memory_holds_for_each_planet() -> None:
         target = renderer.ctx.simple_framebuffer((160, 90))
         for camera in (AHEAD, OVER_MOON, BACK):
             renderer.render_to(target, camera)
-            members = renderer._several._members
-            alone = {name: sum(m.memory_bytes.values()) for name, m in members.items()}
+            members = renderer.planets
+            alone = {name: sum(m.gpu.memory_bytes().values()) for name, m in members.items() if name != "earth"}
             whole_mib = sum(renderer.memory_bytes.values()) / MIB
             assert list(alone) == ["moon"] and 0 < alone["moon"] <= 40 * MIB
             assert alone["moon"] / MIB < whole_mib <= 80.0 and whole_mib - alone["moon"] / MIB <= 40.0

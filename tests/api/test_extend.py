@@ -93,7 +93,7 @@ def test_a_pass_of_the_stage_overlay_is_drawn_over_all_light() -> None:
     with pf.load_scene("earth") as scene:
         scene.planet.add(pf.Clouds())
         scene.planet.add(ring.Ring())
-        scene.add(pf.Transform(position_m=tuple(pf.view("coast").position_m)), pf.Shape("box"))
+        scene.add(pf.Transform(position_m=tuple(pf.view("coast", scene.planet).position_m)), pf.Shape("box"))
         with pf.Renderer(scene, (64, 36), "low") as renderer:
             renderer.render(pf.view("coast"))  # without a stage: a GraphError of two unordered writers
             written = [r.name for r in renderer.passes() if "scene.radiance" in r.writes]

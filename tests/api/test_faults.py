@@ -91,7 +91,9 @@ def test_a_games_system_that_raises_is_switched_off_and_comes_back(stage: Stage,
         stage.renderer.gate_again()
         stage.scene.environment.remove(pf.Stars)  # the structure changes: all is declared anew
         if where == "setup":
-            stage.renderer._scopes.pop("moody").release()
+            Moody.where = ""
+            stage.renderer.own.switch_off(next(s for s in stage.renderer.running if s.name == "moody"))
+            Moody.where = where
     stage.draw()
     (fault,) = stage.renderer.faults.list
     assert fault.system == "moody" and f"moody in {where}" in fault.report and "Traceback" in fault.report

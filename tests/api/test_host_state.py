@@ -29,7 +29,7 @@ def scene() -> Iterator[pf.Scene]:
     """All that a planet can have, so that all passes run."""
     made = pf.load_scene("earth")
     made.planet.add(pf.Clouds())
-    made.add(pf.Transform(position_m=tuple(pf.view("coast").position_m)), pf.Shape("box"))
+    made.add(pf.Transform(position_m=tuple(pf.view("coast", made.planet).position_m)), pf.Shape("box"))
     yield made
     made.release()
 

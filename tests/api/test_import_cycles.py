@@ -8,14 +8,6 @@ from pathlib import Path
 
 from test_arrows import FOLDERS, imports_of, module_of, report, sources
 
-KNOWN = {
-    frozenset(f"planetfall.{package}.{name}" for name in names.split())
-    for package, names in (
-        ("render", "context_loss faults looking queries view renderer settling several_planets"),
-    )
-}
-"""Circles that still stand, whole or in part; one that is broken has to be taken out here."""
-
 
 def graph_of(trees: Mapping[Path, ast.Module]) -> dict[str, set[str]]:
     """Module -> the modules that it names in an import, anywhere in its file."""
@@ -76,17 +68,9 @@ def test_no_module_imports_itself_by_way_of_others() -> None:
     graph = graph_of({file: tree for file, tree in sources().items() if file.parts[0] in FOLDERS})
     wrong = []
     for members in circles(graph):
-        if any(members <= known for known in KNOWN):
-            continue
         arrows = [f"{one} -> {other}" for one in members for other in graph[one] & members]
         wrong.append(f"circle of {', '.join(sorted(members))}\n    " + "\n    ".join(sorted(arrows)))
     report(sorted(wrong), "put what both need into a module of its own, or move the function to where it belongs")
-
-
-def test_known_circles_still_stand() -> None:
-    found = circles(graph_of(sources()))
-    gone = [known for known in KNOWN if not any(members <= known for members in found)]
-    report([", ".join(sorted(members)) for members in gone], "no longer a circle: take it out of KNOWN")
 
 
 def test_the_rule_sees_planted_circles() -> None:

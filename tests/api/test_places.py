@@ -13,7 +13,10 @@ from planetfall.camera.kept import Place, Places
 
 
 def place(name: str, scene: str = "earth", **more) -> Place:
-    camera = pf.Camera.at(12.3456789, -45.6, 789.0123456789, heading_deg=33.0, pitch_deg=-7.0, fov_y_deg=41.0)
+    over = pf.load_scene("earth").planet
+    camera = pf.Camera.at(
+        12.3456789, -45.6, 789.0123456789, heading_deg=33.0, pitch_deg=-7.0, fov_y_deg=41.0, planet=over
+    )
     return Place(name, scene, camera, pf.Sun(elevation_deg=12.0, azimuth_deg=99.0), 1234.5, **more)
 
 

@@ -25,7 +25,8 @@ def scene_of(clouds: bool = False) -> pf.Scene:
     scene = pf.load_scene("earth")
     if clouds:
         scene.planet.add(pf.Clouds())
-    scene.add(pf.Transform(position_m=tuple(MAIN.position_m + 300.0 * MAIN.forward)), pf.Shape("box", (50.0,) * 3))
+    place = MAIN.resolve(scene).position_m + 300.0 * MAIN.forward
+    scene.add(pf.Transform(position_m=tuple(place)), pf.Shape("box", (50.0,) * 3))
     return scene
 
 
@@ -66,7 +67,8 @@ def test_each_view_is_as_if_it_were_alone(backend: str, clouds: bool) -> None:
                 for name in ("distance", "surface"):
                     np.testing.assert_array_equal(found[name], wanted[name], err_msg=f"{name} of {view!r}")
                 np.testing.assert_array_equal(found["color"], wanted["color"], err_msg=repr(view))
-        heights = [above.height_drawn(pf.direction([37.7], [140.6])), renderer.height_drawn(MAIN.position_m)]
+        below = MAIN.resolve(scene).position_m
+        heights = [above.height_drawn(pf.direction([37.7], [140.6])), renderer.height_drawn(below)]
         field = scene.planet.height_field()
         assert field is not None
         assert abs(heights[0][0] - field.height(pf.direction([37.7], [140.6]))[0]) < 500.0  # as seen from 400 km
@@ -139,7 +141,7 @@ def test_split_screen_and_a_map_in_a_hosts_framebuffer() -> None:
     target = ctx.framebuffer([ctx.texture((96, 54), 4)], ctx.depth_renderbuffer((96, 54)))
     with scene_of() as scene, pf.Renderer(scene, (48, 54), "low", ctx=ctx) as renderer:
         right, above = renderer.add_view((48, 54)), renderer.add_view((16, 16))
-        back = pf.Camera(MAIN.position_m, -MAIN.forward, MAIN.up)
+        back = pf.Camera(MAIN.resolve(renderer.scene).position_m, -MAIN.forward, MAIN.up)
         for _ in range(3):
             renderer.render_to(target, MAIN, 0.0, SUN, viewport=(0, 0, 48, 54), dt_s=0.02)
             right.render_to(target, back, 0.0, SUN, viewport=(48, 0, 48, 54), dt_s=0.02)

@@ -191,7 +191,7 @@ def test_rendering_after_release_says_so():
 
 def test_from_under_water_the_surface_has_no_hole(scene):
     with pf.Renderer(scene, size=SIZE, quality="medium") as renderer:
-        view = pf.view("under")
+        view = pf.view("under", scene.planet)
         surface = renderer.render(view, outputs=("surface",))["surface"]
         assert set(np.unique(surface)) == {1, 2}, "bed below, the sea's underside above, nothing between"
         latitude, longitude = (float(np.ravel(a)[0]) for a in pf.latitude_longitude(view.position_m[None]))

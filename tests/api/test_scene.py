@@ -3,13 +3,13 @@
 import gc
 import subprocess
 import sys
+import weakref
 
 import pytest
 
 import planetfall as pf
 from planetfall.camera.views import _entries
 from planetfall.engine.settings import revision
-from planetfall.scene import scene as scene_module
 from planetfall.scene.kinds import PRESETS
 
 PLANETS = ["asteroid", "earth", "hazy", "mars", "moon", "small"]
@@ -221,9 +221,9 @@ def test_a_games_own_component_is_not_saved_but_said(tmp_path, earth, caplog):
 
 
 def test_forgotten_scenes_are_freed():
-    pf.load_scene("moon")
+    found = weakref.ref(pf.load_scene("moon"))
     gc.collect()
-    assert scene_module.current_scene() is None or scene_module.current_scene().name != "moon"
+    assert found() is None
 
 
 # -- views ------------------------------------------------------------------------------------------------------------
@@ -269,8 +269,10 @@ def test_views_follow_the_scene_they_are_used_in(tmp_path):
             state = view.resolve(scene, 2.0)
             scale = scene.planet.radius_m / 6.371e6
             assert state.altitude_m(scene.planet.radius_m) == pytest.approx(2.0e6 * scale)
-            assert view.sun.irradiance == scene.sun.irradiance
-            assert (view.position_m == state.position_m).all()
+            for stand in (view.in_scene(scene), pf.view("orbit", scene.planet).in_scene(scene)):
+                assert stand.sun.irradiance == scene.sun.irradiance
+                assert (stand.pose.position_m == state.position_m).all() and stand.time_s == view.time_s
+            assert (pf.view("orbit", scene.planet).position_m == state.position_m).all()
 
 
 def test_views_file_with_mistakes(tmp_path):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -37,8 +36,8 @@ def settled_in(*workers: Worker) -> int:
         for worker in workers:
             worker.drawn += 1
 
-    renderer: Any = SimpleNamespace(running=list(workers), current=current)
-    settle(renderer, frame, None, None)
+    systems: Any = list(workers)
+    settle(frame, lambda: systems, current, None, None)
     return workers[0].drawn
 
 

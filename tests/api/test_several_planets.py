@@ -280,16 +280,21 @@ def test_the_preset_is_the_same_whoever_is_main(earth_moon, look, fov_y_deg):
     assert np.abs(shades[0] - shades[1]).mean() < 1.0  # of 255; a picture brighter by 1 % differs by two
 
 
+def frames_of(planet) -> list[int]:
+    """Frames that were drawn of each view of a planet."""
+    return [view.frames for view in planet.views]
+
+
 def test_out_of_sight_costs_nothing(renderer, scene):
     behind = towards(scene, 40.0)
     behind = pf.Camera(behind.position_m, -behind.forward, behind.up, 40.0, ev100=EXPOSURE)
     below = pf.Camera.at(0.0, 178.0, 1e4, pitch_deg=-40.0, ev100=EXPOSURE)  # looks at the Moon through Earth
     for camera in (behind, below):
         renderer.render(camera)
-        member = renderer._several._members["moon"]
-        drawn = [view._held["_frame_index"] for view in member._views]
+        member = renderer.planets["moon"]
+        drawn = frames_of(member)
         renderer.render(camera)
-        assert [view._held["_frame_index"] for view in member._views] == drawn
+        assert frames_of(member) == drawn
         assert "companions.layer" not in [p.name for p in renderer.passes() if p.ran]
 
 
@@ -367,13 +372,13 @@ def test_a_paused_scene_comes_to_rest(scene):
         target = renderer.ctx.simple_framebuffer(SIZE)
         for _ in range(60):
             renderer.render_to(target, camera, dt_s=0.016)
-        member = renderer._several._members["moon"]
-        before = [view._held["_frame_index"] for view in member._views]
+        member = renderer.planets["moon"]
+        before = frames_of(member)
         renderer.render_to(target, camera, dt_s=0.016)
-        assert [view._held["_frame_index"] for view in member._views] == before  # nothing is drawn again
+        assert frames_of(member) == before  # nothing is drawn again
         scene.companions["moon"].scene.planet[pf.Terrain].rock_albedo = (0.3, 0.1, 0.1)
         renderer.render_to(target, camera, dt_s=0.016)
-        assert [view._held["_frame_index"] for view in member._views] != before
+        assert frames_of(member) != before
 
 
 def test_further_views_and_release(scene):
@@ -384,7 +389,7 @@ def test_further_views_and_release(scene):
         over = pf.Camera.at(5.0, 60.0, 500.0, 270.0, -20.0, planet="moon", ev100=EXPOSURE)
         assert view.render(over)["color"].shape == (36, 64, 3)
         assert renderer.render(towards(scene, 3.0))["color"].any() and renderer.main == "earth"
-        member = renderer._several._members["moon"].gpu
+        member = renderer.planets["moon"].gpu
     renderer.release()
     assert not gpu.counts() and not member.counts()
 
@@ -430,7 +435,7 @@ def test_faults_and_memory_of_all_planets(scene, monkeypatch):
         over = pf.Camera.at(5.0, 60.0, 500.0, 270.0, -20.0, planet="moon", ev100=EXPOSURE)
         renderer.render_to(target, over)
         assert not renderer.faults
-        member = renderer._several._members["moon"]
+        member = renderer.planets["moon"]
         own, theirs = renderer.gpu.memory_bytes(), member.gpu.memory_bytes()
         assert sum(theirs.values()) > 2**20
         assert sum(renderer.memory_bytes.values()) == sum(own.values()) + sum(theirs.values())
@@ -460,6 +465,6 @@ def test_broken_shaders_of_all_planets(scene, monkeypatch):
         assert renderer.shader_errors == []
         kind = type(renderer.gpu.shaders)
         broken = {id(renderer.gpu.shaders): [ValueError("both")]}
-        broken[id(renderer._several._members["moon"].gpu.shaders)] = [ValueError("both"), ValueError("the Moon's")]
+        broken[id(renderer.planets["moon"].gpu.shaders)] = [ValueError("both"), ValueError("the Moon's")]
         monkeypatch.setattr(kind, "errors", property(lambda self: broken[id(self)]))
         assert [str(error) for error in renderer.shader_errors] == ["both", "the Moon's"]

@@ -61,7 +61,7 @@ def declared(renderer: pf.Renderer, builder: GraphBuilder, sizes: dict[int, tupl
         of_view = builder.scope(view=index, size=size)
         of_planet = of_view.scope(planet=0)
         for system in renderer.systems:
-            if system.name in renderer._scopes:
+            if system in renderer.running:
                 system.declare(of_planet if Planet in system.needs else of_view, view)
         for name in sorted(EXPORTS):
             of_view.export(name)
@@ -118,15 +118,15 @@ def test_two_views_on_opengl(renderer: pf.Renderer) -> None:
     textures and buffers of their own, whose labels say whose they are."""
     shot = pf.view("coast")
     wanted = renderer.render(shot, outputs=("color",))["color"]
-    frame = renderer._frame
+    frame = renderer.frame
     assert frame is not None
-    running = [s for s in renderer.systems if s.name in renderer._scopes]
+    running = list(renderer.running)
     with renderer.current():
         for index in (0, 1):
             view_frame = replace(frame, view=renderer.views[index])
             for system in running:
                 system.update(view_frame)
-        plan = declared(renderer, GraphBuilder(), {0: SIZE, 1: SIZE}).compile(renderer._backend, SIZE)
+        plan = declared(renderer, GraphBuilder(), {0: SIZE, 1: SIZE}).compile(renderer.own.backend, SIZE)
         try:
             with renderer.gpu.frame():
                 plan.execute()
@@ -141,7 +141,7 @@ def test_two_views_on_opengl(renderer: pf.Renderer) -> None:
             assert renderer.ctx.error == "GL_NO_ERROR"
         finally:
             plan.release()
-    renderer._plan_key = ()  # the systems' meshes look at the buffers of that plan: bind them again
+    renderer.own.first_view.plan_key = ()  # the systems' meshes look at the buffers of that plan: bind them again
     np.testing.assert_array_equal(renderer.render(shot, outputs=("color",))["color"], wanted)
 
 

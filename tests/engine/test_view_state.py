@@ -68,7 +68,7 @@ def _held(renderer: pf.Renderer) -> tuple[dict[str, int], dict[str, dict[str, in
 def test_a_released_view_leaves_nothing(backend: str, method: str) -> None:
     scene = pf.load_scene("earth")
     scene.planet[pf.Terrain].method = method
-    coast = pf.Camera.at(37.7, 140.6, 900.0, pitch_deg=-20.0)
+    coast = pf.Camera.at(37.7, 140.6, 900.0, pitch_deg=-20.0, planet=scene.planet)
     place = tuple(coast.position_m + 300.0 * coast.forward)
     scene.add(pf.Transform(position_m=place), pf.Shape("box", (50.0,) * 3))
     renderer = pf.Renderer(scene, SIZE, "low", {"terrain.backend": backend})

@@ -132,10 +132,10 @@ def test_arrays_in_flight_are_not_blurred_as_a_chessboard_is():
         renderer.settle(view)
         for camera in turned(renderer.camera_state(view), 0.2, 6):
             renderer.render(camera, dt_s=1.0 / 60.0)
-            assert renderer._frame.left_out == ({"terrain", "ocean"} if renderer._frame.squares is not None else set())
-        assert renderer._frame.left_out
+            assert renderer.frame.left_out == ({"terrain", "ocean"} if renderer.frame.squares is not None else set())
+        assert renderer.frame.left_out
         renderer.render(camera, outputs=("color", "distance"), dt_s=1.0 / 60.0)
-        assert renderer._frame.squares is None and not renderer._frame.left_out
+        assert renderer.frame.squares is None and not renderer.frame.left_out
 
 
 def test_in_flight_every_second_pixel_does(flights):

@@ -124,7 +124,7 @@ def test_cells_agree_on_the_vertices_that_they_share(earth):
     calm = sea.mesh.read_vertices()[rows]["position_m"]
     size = sea.mesh.count * sea.mesh.vertices_per_cell
     kind = np.dtype([("position_m", "f4", 3), ("moved", "u4"), ("normal", "u4"), ("attributes", "u4")])
-    wavy = np.frombuffer(earth._plan.resource("ocean.displaced").read(size * kind.itemsize), kind)
+    wavy = np.frombuffer(earth.graph.resource("ocean.displaced").read(size * kind.itemsize), kind)
     wavy = wavy.reshape(sea.mesh.count, -1)[rows]["position_m"]
     cells = sea.mesh.read_cells()[rows]
     skips = cells["variant"] >> 1

@@ -318,7 +318,7 @@ def test_far_points_have_the_planets_own_shadow(renderer):
     view = pf.view("terminator")
     renderer.settle(view)
     renderer.render(view)
-    state, sun = renderer.camera_state(view), renderer._frame.sun.direction
+    state, sun = renderer.camera_state(view), renderer.frame.sun.direction
     rng = np.random.default_rng(7)
     points = unit(rng, 4000) * EARTH_M * rng.uniform(1.02, 4.0, (4000, 1))
     points = points[points @ state.direction > 0.1 * EARTH_M]  # altitudes are known in the camera's hemisphere

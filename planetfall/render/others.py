@@ -1,0 +1,168 @@
+"""Pictures of other planets for the view of one: each is drawn small, by its own renderer, behind the air of the one
+that the camera is near."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..components import Ocean, Sun, Terrain
+from ..engine.frame import Frame
+from ..engine.system import System
+from ..errors import MissingError
+from ..scene.companions import Body
+from ..systems.companions import PICTURE, Picture
+from .discs import Part, hidden_by, part_of
+from .planet import Moment, PlanetRenderer, Wanted
+
+__all__ = ["Others", "Sky", "Stage"]
+
+_LOOKED_AT_DEG = 0.2
+"""A spot is drawn again when it is seen, or lit, from a direction that differs by so much."""
+
+
+class Sky(Protocol):
+    """All planets at one time, in the axes of the scene's own."""
+
+    @property
+    def bodies(self) -> dict[str, Body]: ...
+    @property
+    def star_axes(self) -> NDArray[np.float64]: ...
+
+
+class Stage(Protocol):
+    """What knows all planets of a scene, and who draws them."""
+
+    own_name: str
+
+    def now(self, time_s: float) -> Sky: ...
+    def renderer_of(self, name: str) -> PlanetRenderer | None: ...
+    def others_of(self, name: str) -> Others: ...
+    def sun_over(self, body: Body, view_index: int) -> Sun: ...
+    def stamp(self) -> tuple[Any, ...]: ...
+
+
+class Others:
+    """What the companions' system of one planet's renderer asks for: pictures of the others (CompanionSource)."""
+
+    def __init__(self, stage: Stage, name: str) -> None:
+        self._stage, self._name = stage, name
+        self._parts: dict[int, tuple[float, float]] = {}
+        self._drawn: dict[tuple[int, str], _Drawn] = {}
+        self._waits: list[PlanetRenderer] = []
+
+    def prepare(self, frame: Frame) -> bool:
+        sky = self._stage.now(frame.time_s)
+        frame.star_axes = None if self._name == self._stage.own_name else sky.bodies[self._name].axes.T @ sky.star_axes
+        jitter = self._parts.get(frame.view_index)
+        if jitter is None:
+            return False
+        frame.jitter_px, frame.backdrop = jitter, False
+        return True
+
+    def stamp(self) -> Any:
+        return self._stage.stamp()
+
+    def settled(self) -> bool:
+        return all(system.settled() for planet in self._waits for system in _drawing(planet))
+
+    def progress(self) -> float:
+        return min((system.progress() for planet in self._waits for system in _drawing(planet)), default=1.0)
+
+    def pictures(self, frame: Frame) -> list[Picture]:
+        bodies = self._stage.now(frame.time_s).bodies
+        main = bodies[self._name]
+        self._waits = []
+        found: list[tuple[float, Picture]] = []
+        for body in bodies.values():
+            if body.name == self._name:
+                continue
+            seen = body.seen_from(main)
+            drawn = self._drawn.get((frame.view_index, body.name))
+            away = seen.centre_m - frame.camera.position_m
+            if hidden_by(main, _lowest_m(main), frame.camera.position_m, seen.centre_m, seen.reach_m):
+                continue
+            part = part_of(frame.camera, frame.size, seen, None if drawn is None else drawn.view.size)
+            if part is None:
+                continue
+            if drawn is None:
+                planet = self._stage.renderer_of(body.name)
+                if planet is None:
+                    raise MissingError(f"planet {body.name!r} has no renderer yet")
+                drawn = self._drawn[frame.view_index, body.name] = _Drawn(planet, part.size)
+            texture = drawn.texture(self._stage, body, part, frame)
+            self._waits.append(drawn.planet)
+            power = float(away @ away) - seen.reach_m**2
+            found.append((power, Picture(texture, part.corner_px, part.texel_px, part.rect, part.spot_px)))
+        return [picture for _, picture in sorted(found, key=lambda pair: -pair[0])]
+
+    def part_jitter(self, view_index: int, jitter_px: tuple[float, float]) -> None:
+        """This planet's view of that index is a picture for another one's camera."""
+        self._parts[view_index] = jitter_px
+
+    def forget(self, name: str) -> None:
+        """A planet goes: one of the same name may come."""
+        for key in [key for key in self._drawn if key[1] == name]:
+            self._drawn.pop(key).release()
+
+    def release(self) -> None:
+        for drawn in self._drawn.values():
+            drawn.release()
+        self._drawn.clear()
+
+
+class _Drawn:
+    """A companion's view for one camera: its pictures, drawn when they have to be."""
+
+    def __init__(self, planet: PlanetRenderer, size: tuple[int, int]) -> None:
+        self.planet, self.view = planet, planet.add_view(size)
+        self._spot: tuple[Any, ...] = ()
+        self._texture: Any = None
+
+    def texture(self, stage: Stage, body: Body, part: Part, frame: Frame) -> Any:
+        """PICTURE of the part of a frame's picture that shows this planet."""
+        planet, view = self.planet, self.view
+        sun = stage.sun_over(body, view.index)
+        key = self._spot_key(stage, part, sun) if not part.texels and not frame.settling else ()
+        if key and key == self._spot and self._texture is not None:
+            return self._texture
+        jitter = (frame.jitter_px[0] * part.texels, frame.jitter_px[1] * part.texels)
+        stage.others_of(body.name).part_jitter(view.index, jitter)
+        view.resize(part.size)
+        moment = Moment(part.camera, planet.sun_state(sun, frame.time_s), frame.time_s)
+        planet.draw(
+            view,
+            moment,
+            Wanted(
+                frozenset({PICTURE}), frame.dt_s, settling=frame.settling, one_shot=frame.one_shot, exact=frame.exact
+            ),
+        )
+        self._texture = view.compiled().resource(PICTURE)
+        self._spot = key if all(system.settled() for system in _drawing(planet)) else ()
+        return self._texture
+
+    def _spot_key(self, stage: Stage, part: Part, sun: Sun) -> tuple[Any, ...]:
+        """What a spot's picture depends on, as far as a few pixels can show."""
+        step = np.radians(_LOOKED_AT_DEG)
+        looks = np.round(np.array([*part.camera.forward, *(sun.direction or ())]) / step)
+        return (*looks.tolist(), sun.irradiance, stage.stamp())
+
+    def release(self) -> None:
+        self.planet.release_view(self.view)
+
+
+def _drawing(planet: PlanetRenderer) -> list[System]:
+    """The systems that a companion's picture waits for: exposure and anti-aliasing are the camera's planet's."""
+    return [system for system in planet.running if system.name not in ("composite", "companions")]
+
+
+def _lowest_m(body: Body) -> float:
+    """Radius of the lowest surface that hides what is behind."""
+    handle = body.scene.planet
+    sea, ground = handle.get(Ocean), handle.get(Terrain)
+    if sea is None and ground is None:
+        return 0.0
+    lowest = [h for h in (sea and sea.sea_level_m, ground and ground.lowest_m) if h is not None]
+    return body.radius_m + max(lowest)

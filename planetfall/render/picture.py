@@ -1,0 +1,321 @@
+"""Picture: one picture of a scene, from whichever planet its camera is near; what Renderer and RenderView share."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..camera.arguments import check_moment, check_size
+from ..engine.space import CameraState, pixel_rays, project, ray_sphere_from
+from ..query.terrain import checked_directions
+from ..scene.companions import bodies
+from .drawn_view import LDR, DrawnView
+from .faults import draw_without_faults
+from .outputs import exports_for, read_output
+from .planet import Moment, Wanted
+from .queries import height_drawn
+from .settling import settle
+from .snapshot import Snapshot
+from .standpoint import Resolved
+
+if TYPE_CHECKING:
+    import moderngl
+
+    from ..camera.camera import Camera
+    from ..camera.views import View
+    from ..components import Sun
+    from ..engine.frame import Frame
+    from ..engine.gpu import Gpu
+    from ..engine.graph import PassReport, Plan
+    from ..scene.scene import Scene
+    from .host_space import HostDepth
+    from .planet import PlanetRenderer
+    from .planets import Planets, Turn
+    from .watch import Watch
+
+__all__ = ["Picture", "PictureOwner"]
+
+_TARGETS = frozenset({"target", "target_with_depth"})
+_SURFACES = {1: "terrain", 2: "sea", 3: "props"}
+
+
+class PictureOwner(Protocol):
+    """What the pictures of one renderer share."""
+
+    scene: Scene
+    gpu: Gpu
+    planets: Planets
+    watch: Watch
+    tolerant: bool
+    python_ms: float
+    released: bool
+
+    @property
+    def render_scale(self) -> float: ...
+    def current(self, framebuffer: moderngl.Framebuffer | None = None) -> AbstractContextManager[Any]: ...
+
+
+class Picture:
+    """One picture: its size, and for each planet that it was taken near what lasts from frame to frame."""
+
+    def __init__(self, owner: PictureOwner, size: tuple[int, int], further: bool) -> None:
+        """further: beside the renderer's own."""
+        check_size(size, owner.gpu.caps.max_texture_size)
+        self._owner, self._further = owner, further
+        self.size = (int(size[0]), int(size[1]))
+        """(width, height) in pixels."""
+        self._resolved = Resolved(owner.scene)
+        self._views: dict[str, DrawnView] = {}
+        self._front = ""  # until the first frame
+        self._turn_ms = 0.0
+        self._view_of(self.main)
+        owner.planets.gone.append(self._forget)
+
+    # -- pictures ----------------------------------------------------------------------------------------------------
+
+    def render(
+        self,
+        camera: Camera | View,
+        time_s: float | None = None,
+        sun: Sun | None = None,
+        outputs: Sequence[str] = ("color",),
+        dt_s: float | None = None,
+    ) -> dict[str, NDArray[Any]]:
+        """One frame as arrays of shape (H, W[, C]), row 0 on top; never blocks on streaming.
+
+        outputs: any of color (u8, 3, sRGB), radiance (f32, 3, W m^-2 sr^-1 nm^-1 before exposure), distance (f32, m
+        along the ray, inf where nothing was hit), position (f32, 3, m from the camera in planet axes, NaN), normal
+        (f32, 3, 0), surface (u8: 0 none, 1 terrain, 2 sea, 3 props), or the name of any texture of the frame graph.
+        camera: a Camera, or a View, which brings its own sun, time and exposure. time_s: moves water and weather, and
+        an epoch sun. sun: a Sun component that replaces the scene's.
+        dt_s: time since the last frame, for a frame of a sequence: exposure adapts, and anti-aliasing builds on the
+        frames before. Without it the picture stands for itself, the same whatever was rendered before, unless this
+        very moment was settled: then it shows the settled picture.
+        """
+        exports = exports_for(outputs)
+        wanted = Wanted(exports, dt_s, one_shot=dt_s is None, exact=bool(exports - {LDR}))
+        names = tuple(outputs)
+        with self._current():
+            turn = self._turn(camera, time_s, sun)
+            view = self._drawn(turn, wanted)
+            return turn.arrays_told({name: read_output(view.compiled(), name, self.size) for name in names})
+
+    def render_to(
+        self,
+        framebuffer: moderngl.Framebuffer,
+        camera: Camera | View,
+        time_s: float | None = None,
+        sun: Sun | None = None,
+        viewport: tuple[int, int, int, int] | None = None,
+        dt_s: float | None = None,
+        depth: HostDepth | None = None,
+    ) -> None:
+        """One frame into a framebuffer of the host's, at viewport (x, y, width, height; default: all of it).
+
+        The renderer takes the viewport's size, times `render_scale`. The host's GL state stays (see `guard`).
+        depth: how the framebuffer's depth buffer stores distances (`HostSpace.depth`): what the host has drawn before
+        stays where it is nearer, and what it draws afterwards stands in the planet's world. None: over everything.
+        """
+        owner = self._owner
+        x, y, width, height = viewport or (0, 0, *framebuffer.size)
+        with self._current(framebuffer):
+            turn = self._turn(camera, time_s, sun)
+            scale = 1.0 if depth is not None else min(owner.render_scale, turn.planet.memory.scale((width, height)))
+            self._resize((max(round(scale * width), 1), max(round(scale * height), 1)))
+            self._front_view.resize(self.size)
+            framebuffer.viewport = (x, y, width, height)
+            name = "target" if depth is None else "target_with_depth"
+            shared = None if depth is None else (depth.offset, depth.scale_m)
+            wanted = Wanted(frozenset({name}), dt_s, framebuffer, shared)
+            if owner.tolerant:
+                view = self._view_of(turn.planet.scene.planet.name)
+                draw_without_faults(turn.planet, lambda: self._draw(turn, view, wanted), view.failed_system)
+            else:
+                self._drawn(turn, wanted)
+
+    def settle(
+        self,
+        camera: Camera | View,
+        time_s: float | None = None,
+        sun: Sun | None = None,
+        timeout_s: float | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> None:
+        """Render until exposure and everything that refines over frames has converged: pictures become deterministic.
+
+        progress(share) is called after each frame. NotSettled after timeout_s, naming what had not settled.
+        """
+        with self._current():
+            turn = self._turn(camera, time_s, sun)
+        view = self._front_view
+        view.cut = True
+
+        def frame() -> None:
+            self._draw(turn, view, Wanted(view.exports - _TARGETS | {LDR}, 10.0, settling=True))
+
+        settle(frame, lambda: turn.planet.running, self._current, timeout_s, progress)
+
+    def snapshot(self, camera: Camera | View, time_s: float | None = None, settle: bool = True) -> Snapshot:
+        """A picture that shows itself in notebooks; .array, .save(path)."""
+        if settle:
+            self.settle(camera, time_s)
+        return Snapshot(self.render(camera, time_s)["color"])
+
+    def resize(self, size: tuple[int, int]) -> None:
+        """A new picture size; history (exposure) starts again only where it must. Other views keep theirs."""
+        with self._current():
+            self._resize(size)
+            self._front_view.resize(self.size)
+
+    def _current(self, framebuffer: moderngl.Framebuffer | None = None) -> AbstractContextManager[Any]:
+        self._check()
+        return self._owner.current(framebuffer)
+
+    def _check(self) -> None:
+        """Raise SettingError where it has been released."""
+
+    def _resize(self, size: tuple[int, int]) -> None:
+        check_size(size, self._owner.gpu.caps.max_texture_size)
+        self.size = (int(size[0]), int(size[1]))
+
+    def _turn(self, camera: Camera | View, time_s: float | None, sun: Sun | None) -> Turn:
+        """Whose turn it is, with its view ready. The context is current."""
+        started = time.perf_counter()
+        check_moment(camera, time_s, sun)
+        planets = self._owner.planets
+        if planets.several and planets.fell_behind():
+            planets.keep_up()
+        turn = planets.turn(self._resolved.stand(camera), time_s, sun)
+        before, self._front = self._front, turn.planet.scene.planet.name
+        if before not in ("", self._front) and not self._further:
+            planets.hand_over(before, self._front)
+        self._front_view.resize(self.size)
+        self._turn_ms = (time.perf_counter() - started) * 1e3
+        return turn
+
+    def _drawn(self, turn: Turn, wanted: Wanted) -> DrawnView:
+        view = self._front_view
+        self._draw(turn, view, wanted)
+        return view
+
+    def _draw(self, turn: Turn, view: DrawnView, wanted: Wanted) -> None:
+        owner, planet = self._owner, turn.planet
+        state = view.standpoint.state(turn.stand, view.size)
+        moment = Moment(state, turn.sun, turn.time_s, turn.stand.optics.ev100)
+        if planet.draw(view, moment, wanted):
+            owner.watch.after_frame(owner.scene, planet.running)
+        owner.python_ms = self._turn_ms + planet.python_ms
+
+    def _view_of(self, name: str) -> DrawnView:
+        """This picture over one of the planets."""
+        self._check()
+        view = self._views.get(name)
+        if view is None:
+            planet = self._owner.planets[name]
+            view = self._views[name] = planet.add_view(self.size) if self._further else planet.first_view
+        return view
+
+    def _forget(self, name: str) -> None:
+        """A planet's renderer is to be released."""
+        self._views.pop(name, None)
+        if self._front == name:
+            self._front = ""
+
+    def _release_views(self) -> None:
+        """Free what belongs to this picture alone. The context is current."""
+        planets = self._owner.planets
+        for name, view in self._views.items():
+            planets[name].release_view(view)
+        self._views.clear()
+        planets.gone.remove(self._forget)
+
+    @property
+    def _planet(self) -> PlanetRenderer:
+        """The renderer of the planet that the last frame's camera was near."""
+        return self._owner.planets[self.main]
+
+    @property
+    def _front_view(self) -> DrawnView:
+        """Over that planet."""
+        return self._view_of(self.main)
+
+    # -- questions ----------------------------------------------------------------------------------------------------
+
+    @property
+    def main(self) -> str:
+        """The name of the planet that the last frame's camera was near: the only one, or the one that no other planet
+        can stand before."""
+        return self._front or self._owner.planets.own_name
+
+    def camera_state(self, camera: Camera | View) -> CameraState:
+        """The camera in f64 as the renderer uses it: resolved against the scene's ground, lifted out of it if need
+        be."""
+        with self._current():
+            turn = self._turn(camera, None, None)
+            return turn.camera_told(self._front_view.standpoint.state(turn.stand, self.size))
+
+    def project(self, camera: Camera | View, points_m: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        """Pixels (N, 2), row 0 on top, of points (N, 3) in planet axes, and which lie in front of the camera."""
+        return project(self.camera_state(camera), np.atleast_2d(np.asarray(points_m, np.float64)), self.size)
+
+    def pick(self, camera: Camera | View, x: float, y: float) -> tuple[NDArray[np.float64], str] | None:
+        """What pixel (x, y) shows: position_m (3,) f64 in planet axes and "terrain", "sea" or "props"; None for the
+        sky."""
+        width, height = self.size
+        if not (0.0 <= x < width and 0.0 <= y < height):
+            raise ValueError(f"pick: pixel ({x}, {y}) is outside the picture of {width} x {height}")
+        column, row = int(x), int(y)
+        arrays = self.render(camera, outputs=("position", "surface"))
+        surface = int(arrays["surface"][row, column])
+        if surface == 0:
+            return None
+        position = self.camera_state(camera).position_m + arrays["position"][row, column].astype(np.float64)
+        return position, _SURFACES.get(surface, "props")
+
+    def planet_at(self, camera: Camera | View, x: float, y: float, time_s: float = 0.0) -> str | None:
+        """The name of the planet whose sphere pixel (x, y) shows, or shows next behind hills; None for the sky."""
+        scene = self._owner.scene
+        found = {body.name: body for body in bodies(scene, time_s)}
+        home = found[camera.planet_in(scene).name]
+        state = self.camera_state(camera)
+        look = home.axes @ pixel_rays(state, self.size, [(x, y)])[0]
+        eye = home.outside(state.position_m)
+        hits = {b.name: float(ray_sphere_from(eye - b.centre_m, look, b.radius_m).near_m) for b in found.values()}
+        first = min(hits, key=lambda name: hits[name])
+        return first if math.isfinite(hits[first]) else None
+
+    def height_drawn(self, directions: ArrayLike) -> NDArray[np.float64]:
+        """Heights (N,) in metres of the ground as the last frame's level of detail shows it; NaN where it drew none.
+
+        ValueError for anything but directions (N, 3), finite and not zero.
+        """
+        unit = checked_directions("directions", directions)
+        with self._current():
+            return height_drawn(self._planet, self._front_view, unit)
+
+    # -- looking inside ------------------------------------------------------------------------------------------------
+
+    def passes(self) -> list[PassReport]:
+        """What ran in the last frame and what was skipped, and why: PassReport objects of the frame graph."""
+        return list(self.graph.passes)
+
+    @property
+    def graph(self) -> Plan:
+        """The compiled frame graph: explain(), to_mermaid(), memory_bytes(), resource()."""
+        return self._front_view.compiled()
+
+    @property
+    def frame(self) -> Frame | None:
+        """What the systems were told of the last frame; None before the first."""
+        return self._front_view.frame
+
+    @property
+    def frames(self) -> int:
+        """Frames that were shown over the planet that the last one was near."""
+        return self._front_view.frames

@@ -1,0 +1,265 @@
+"""The planets of a renderer's scene: who draws which, from where, and what stands before what.
+
+Each planet has a renderer of its own, on one context. The camera's planet is that which no other can hide
+(`companions.nearest`); its renderer makes the picture. The others that are in sight are drawn by theirs, each into a
+small picture of its disc with the pixels of the large one (`others`), which the camera's planet shows behind its air.
+So it makes no difference to the picture whose turn it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..camera.place import Pose, Stand
+from ..components import Sun
+from ..engine.backdrop import SOURCE
+from ..engine.frame import SunState
+from ..engine.settings import revision
+from ..engine.space import CameraState
+from ..scene.companions import Body, bodies, nearest, own_revisions
+from ..scene.scene import Scene
+from ..systems.composite import CompositeSystem
+from ..systems.light.sun import resolve_sky, resolve_sun
+from .others import Others
+from .planet import PlanetRenderer
+
+if TYPE_CHECKING:
+    from .faults import Faults
+
+__all__ = ["Planets", "Turn"]
+
+
+@dataclass(frozen=True, eq=False)
+class Heavens:
+    """Planets, and sun and stars in the axes of the scene's own planet, at one time. key: equal for equal moments."""
+
+    time_s: float
+    bodies: dict[str, Body]
+    sun: SunState
+    star_axes: NDArray[np.float64]
+    key: tuple[Any, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Turn:
+    """Whose turn it is to make a picture.
+
+    planet: the renderer of the planet that the camera is near. stand: the camera, in that planet's axes. sun: over that
+    planet. home, main: the planet in whose axes the camera was told, and the one that it is near; None where the scene
+    has one planet.
+    """
+
+    planet: PlanetRenderer
+    stand: Stand
+    sun: SunState
+    time_s: float
+    home: Body | None = None
+    main: Body | None = None
+
+    @property
+    def moved(self) -> bool:
+        """Whether answers have to be turned back into the axes that the camera was told in."""
+        return self.home is not None and self.main is not None and self.home.name != self.main.name
+
+    def camera_told(self, state: CameraState) -> CameraState:
+        """A camera over `planet` in the axes that it was told in."""
+        if self.home is None or self.main is None or not self.moved:
+            return state
+        place = self.home.inside(self.main.outside(state.position_m))
+        turn = self.home.axes.T @ self.main.axes
+        forward, up, right = (turn @ v for v in (state.forward, state.up, state.right))
+        sides = (state.tan_left, state.tan_right, state.tan_bottom, state.tan_top)
+        return CameraState(place, forward, up, right, *sides, near_m=state.near_m)
+
+    def arrays_told(self, arrays: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+        """Arrays of a picture with their directions in those axes."""
+        if self.home is not None and self.main is not None and self.moved:
+            turn = (self.home.axes.T @ self.main.axes).T
+            for name in arrays.keys() & {"position", "normal"}:
+                arrays[name] = (arrays[name].astype(np.float64) @ turn).astype(arrays[name].dtype)
+        return arrays
+
+
+class Planets(Mapping[str, PlanetRenderer]):
+    """The renderers of a scene's planets by name. While there is only one this costs nothing.
+
+    own: of the scene's own planet. make: a renderer for the scene of a companion, on the same context.
+    """
+
+    def __init__(self, own: PlanetRenderer, make: Callable[[Scene], PlanetRenderer]) -> None:
+        self.own, self.own_name = own, own.scene.planet.name
+        self._make = make
+        self._members: dict[str, PlanetRenderer] = {}
+        self._others: dict[str, Others] = {}
+        self._suns: dict[tuple[str, int], tuple[tuple[Any, ...], Sun]] = {}
+        self._stamp: tuple[Any, ...] = ()
+        self._heavens: Heavens | None = None
+        self.gone: list[Callable[[str], None]] = []
+        """Called with a planet's name when its renderer has been released."""
+
+    def __getitem__(self, name: str) -> PlanetRenderer:
+        return self.own if name == self.own_name else self._members[name]
+
+    def __iter__(self) -> Any:
+        return iter((self.own_name, *self._members))
+
+    def __len__(self) -> int:
+        return 1 + len(self._members)
+
+    @property
+    def several(self) -> bool:
+        """Whether there are, or were a moment ago, other planets than the scene's own."""
+        return bool(self.own.scene.companions) or bool(self._members)
+
+    # -- whose turn it is ---------------------------------------------------------------------------------------------
+
+    def turn(self, stand: Stand, time_s: float | None, sun: Sun | None) -> Turn:
+        """For a camera in the scene. time_s, sun: as given with it; None: those of its view, or the scene's."""
+        time_s = (stand.time_s or 0.0) if time_s is None else time_s
+        own, scene = self.own, self.own.scene
+        sun = stand.sun if sun is None else sun
+        if not self.several:
+            return Turn(own, stand, own.sun_state(scene.sun if sun is None else sun, time_s), time_s)
+        heavens = self._heavens_at(time_s, sun, stand.planet.name)
+        home = heavens.bodies[stand.planet.name]
+        main = nearest(list(heavens.bodies.values()), home.outside(stand.pose.position_m))
+        planet = self[main.name]
+        if home.name != main.name:
+            pose, turned = stand.pose, main.axes.T @ home.axes
+            place = main.inside(home.outside(pose.position_m))
+            stand = Stand(main.scene.planet, Pose(place, turned @ pose.forward, turned @ pose.up), stand.optics)
+        elif planet is own:
+            return Turn(own, stand, own.sun_state(scene.sun if sun is None else sun, time_s), time_s, home, main)
+        over = scene.sun if planet is own and sun is None else self._sun_over(main, heavens, -1)
+        return Turn(planet, stand, planet.sun_state(over, time_s), time_s, home, main)
+
+    def _heavens_at(self, time_s: float, sun: Sun | None, over: str) -> Heavens:
+        """Where everything is. sun: in place of the scene's, in the axes of the planet `over`."""
+        scene = self.own.scene
+        key = (
+            time_s, over if sun is not None else "", revision(scene.sun), id(scene.sun),
+            None if sun is None else (id(sun), revision(sun)), self.stamp(),
+        )  # fmt: skip
+        if self._heavens is not None and self._heavens.key == key:
+            return self._heavens
+        found = {body.name: body for body in bodies(scene, time_s, stars_stand=sun is not None)}
+        if sun is None:
+            sky = resolve_sky(scene.sun, scene.planet.planet, time_s)
+            shining, stars = sky.sun, sky.star_axes
+        else:
+            home = found.get(over, found[self.own_name])
+            told = resolve_sun(sun, home.scene.planet.planet, time_s)
+            shining = SunState(home.axes @ told.direction, told.irradiance, told.angular_radius_rad)
+            stars = np.eye(3)
+        self._heavens = Heavens(time_s, found, shining, stars, key)
+        self._kept_sun = sun  # with the key that holds its id
+        return self._heavens
+
+    def now(self, time_s: float) -> Heavens:
+        """The planets at the time of a frame: those of the last turn."""
+        if self._heavens is None or self._heavens.time_s != time_s:
+            return self._heavens_at(time_s, None, "")
+        return self._heavens
+
+    def sun_over(self, body: Body, view_index: int) -> Sun:
+        """The last turn's sun in a planet's own axes; the same component while nothing changes."""
+        assert self._heavens is not None
+        return self._sun_over(body, self._heavens, view_index)
+
+    def _sun_over(self, body: Body, heavens: Heavens, view_index: int) -> Sun:
+        shining = heavens.sun
+        direction = body.axes.T @ shining.direction
+        (x, y, z), (red, green, blue) = direction.tolist(), shining.irradiance.tolist()
+        key = (x, y, z, red, green, blue, shining.angular_radius_rad)
+        held = self._suns.get((body.name, view_index))
+        if held is None or held[0] != key:
+            sun = Sun(direction=(x, y, z), irradiance=(red, green, blue), angular_radius_rad=key[6])
+            held = self._suns[body.name, view_index] = (key, sun)
+        return held[1]
+
+    def hand_over(self, before: str, after: str) -> None:
+        """Go on with the exposure that another planet's renderer had come to."""
+        if before not in self or after not in self:
+            return
+        old, new = self[before], self[after]
+        new.first_view.cut = True
+        was, now = (next(s for s in planet.systems if isinstance(s, CompositeSystem)) for planet in (old, new))
+        if was.exposed:
+            now.go_on_from(was.reading_bytes())
+
+    # -- the renderers ------------------------------------------------------------------------------------------------
+
+    def fell_behind(self) -> bool:
+        """Whether companions have come or gone, or what belongs to the whole scene has; said once, for `keep_up`."""
+        scene = self.own.scene
+        now = (scene.world.structure_revision, *((n, id(c.scene)) for n, c in scene.companions.items()))
+        before, self._stamp = self._stamp, now
+        return now != before
+
+    def keep_up(self) -> None:
+        """Make renderers for planets that have come, release those of planets that have gone. Needs the context."""
+        companions = self.own.scene.companions
+        scenes = {name: companion.scene for name, companion in companions.items()}
+        for name in [n for n, member in self._members.items() if scenes.get(n) is not member.scene]:
+            self._let_go(name)
+        for name, scene in scenes.items():
+            if name not in self._members:
+                self._members[name] = self._make(scene)
+                self._join(name)
+        companions.share_environment()
+        if scenes and self.own_name not in self._others:
+            self._join(self.own_name)
+        elif not scenes and self.own_name in self._others:
+            self._others.pop(self.own_name).release()
+            self.own.resources.pop(SOURCE, None)
+            self._stars_again(self.own)
+
+    def _join(self, name: str) -> None:
+        others = self._others[name] = Others(self, name)
+        self[name].resources[SOURCE] = others
+        self._stars_again(self[name])
+
+    @staticmethod
+    def _stars_again(planet: PlanetRenderer) -> None:
+        """Stars have other programs where planets can hide them."""
+        planet.use()
+        stars = planet.system("stars")
+        if stars is not None:
+            planet.switch_off(stars)
+        planet.gate_again()
+
+    def _let_go(self, name: str) -> None:
+        self._others.pop(name).release()
+        for others in self._others.values():
+            others.forget(name)
+        for told in self.gone:
+            told(name)
+        self._members.pop(name).release()
+
+    def renderer_of(self, name: str) -> PlanetRenderer | None:
+        """As `get`."""
+        return self.get(name)
+
+    def others_of(self, name: str) -> Others:
+        """Who draws the others for that planet's views."""
+        return self._others[name]
+
+    def faults(self) -> list[Faults]:
+        """Systems of the other planets that are switched off."""
+        return [member.faults for member in self._members.values()]
+
+    def stamp(self) -> tuple[Any, ...]:
+        """Changes with everything that planets show or where they are."""
+        scene = self.own.scene
+        return (own_revisions(scene), *(own_revisions(c.scene) for c in scene.companions.values()))
+
+    def release(self) -> None:
+        """Release all renderers. Needs the context."""
+        for name in list(self._members):
+            self._let_go(name)
+        self.own.release()
