@@ -1,4 +1,4 @@
-"""What the ground is made of, as the shader reads it: the block of terrain/material.glsl and how it is filled."""
+"""What the ground is made of, as the shader reads it: the block of terrain/ground_at.glsl and how it is filled."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from ...engine.surface.nested import nested_anchor
 from .height import TerrainParams, octave_table
 from .height_model import FIELDS
 from .height_octaves import model_of
+from .material_list import MOST_ALBEDOS, albedos
 
 __all__ = ["TerrainMaterialBlock", "material_block"]
 
@@ -39,23 +40,12 @@ class TerrainMaterialBlock:
     """What the ground is made of. GLSL: ``generated/terrain_material_block.glsl``, instance
     ``terrain_material_block``."""
 
-    rock: Vec4 = (0.16, 0.145, 0.125, 0.55)
-    """albedo; w: slope of bare rock in m per m"""
-    strata: Vec4 = (0.22, 0.155, 0.105, 1.0)
-    """albedo of the rock's other layers; w: how clearly they show"""
-    grass: Vec4 = (0.075, 0.1, 0.035, 0.0)
-    forest: Vec4 = (0.028, 0.048, 0.018, 0.0)
-    tundra: Vec4 = (0.13, 0.115, 0.07, 0.0)
-    dry: Vec4 = (0.33, 0.24, 0.14, 1.0)
-    """albedo of bare soil and dust; w: share of ground that may carry plants"""
-    sand: Vec4 = (0.38, 0.31, 0.21, 4.0)
-    """albedo; w: height of beaches in m"""
-    snow: Vec4 = (0.80, 0.83, 0.87, 1.0)
-    """albedo; w: slope in m per m that sheds snow"""
-    hay: Vec4 = (0.15, 0.13, 0.066, 0.0)
-    """albedo of dry grass"""
-    gravel: Vec4 = (0.187, 0.15, 0.116, 0.25)
-    """albedo of stony plains; w: 1 / height of beaches in m"""
+    albedo: Annotated[Any, array(Vec4, MOST_ALBEDOS)] = field(default_factory=lambda: np.zeros((MOST_ALBEDOS, 4)))
+    """of the materials; ``generated/terrain_albedos.glsl`` names the places"""
+    limits: Vec4 = (0.55, 1.0, 4.0, 0.25)
+    """(slope of bare rock in m per m, slope that sheds snow, height of beaches in m, 1 / height of beaches in m)"""
+    shares: Vec4 = (1.0, 1.0, 0.0, 0.0)
+    """(of ground that may carry plants, how clearly strata show, 0, 0)"""
     climate: Vec4 = (5200.0, -5700.0, 0.05, 1.7e-4)
     """(height of the snow line in m at the equator, how much higher at the poles, humidity, 1 / its range in m)"""
     look: Vec4 = (1.0, 0.0, 1.0, 0.0)
@@ -97,21 +87,16 @@ def material_block(
     warp = table["octaves"][1]
     grain = terrain.grain * _GRAIN_SLOPE / max(float(slopes[-1]), 1e-6)
     range_m = _RANGE_SHARE * float(model.constants.range_m)
-    rock, strata, grass, dry = (
-        np.array(v) for v in (terrain.rock_albedo, terrain.strata_albedo, terrain.grass_albedo, terrain.dry_albedo)
-    )
     cell, fraction = nested_anchor(anchor_direction, params.radius_m)
     return TerrainMaterialBlock(
-        rock=(*terrain.rock_albedo, _slope(terrain.rock_slope_deg)),
-        strata=(*terrain.strata_albedo, terrain.strata),
-        grass=(*terrain.grass_albedo, 0.0),
-        forest=(*terrain.forest_albedo, 0.0),
-        tundra=(*terrain.tundra_albedo, 0.0),
-        dry=(*terrain.dry_albedo, terrain.plants),
-        sand=(*terrain.sand_albedo, terrain.beach_height_m),
-        snow=(*terrain.snow_albedo, _slope(terrain.snow_slope_deg)),
-        hay=(*(0.45 * grass + 0.35 * dry), 0.0),
-        gravel=(*(0.45 * strata + 0.55 * rock), 1.0 / max(terrain.beach_height_m, 1e-3)),
+        albedo=albedos(terrain),
+        limits=(
+            _slope(terrain.rock_slope_deg),
+            _slope(terrain.snow_slope_deg),
+            terrain.beach_height_m,
+            1.0 / max(terrain.beach_height_m, 1e-3),
+        ),
+        shares=(terrain.plants, terrain.strata, 0.0, 0.0),
         climate=(
             terrain.snow_line_m,
             terrain.snow_line_pole_m - terrain.snow_line_m,

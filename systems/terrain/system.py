@@ -24,6 +24,7 @@ from .height import TerrainField, TerrainParams, octave_table
 from .height_map import color_cube
 from .map_textures import MapTextures
 from .material import TerrainMaterialBlock, material_block
+from .material_list import list_revision, shaders
 from .view import TerrainView
 
 OCTAVES_BINDING = 4
@@ -67,6 +68,8 @@ class TerrainSystem(System):
         self._world, self._views = setup.world, setup.views
         self._settings = setup.settings
         self._material_ubo = setup.gpu.uniform_block(TerrainMaterialBlock, MATERIAL_BINDING, "terrain_material_block")
+        self._materials = -1
+        self._use_materials()
         self._maps = MapTextures(setup.gpu)
         self._debug = TerrainDebugPasses(setup.gpu, setup.views)
         setup.world.set_resource("surface_height", self._bind_heights)
@@ -159,6 +162,13 @@ class TerrainSystem(System):
         shaders.add_virtual(_SOURCES, "".join(f"#define TERRAIN_{name}\n" for name, on in wanted.items() if on))
         shaders.provide("height_sources", _SOURCES, owner=self.name)
 
+    def _use_materials(self) -> None:
+        """The shaders of the list of materials as it is now."""
+        if self._materials != list_revision():
+            self._materials = list_revision()
+            for name, text in shaders().items():
+                self._gpu.gpu.shaders.add_virtual(name, text)
+
     def _dress(self, table: Any) -> None:
         self._maps.write_color(table, self._component.color_map_strength)
 
@@ -166,6 +176,7 @@ class TerrainSystem(System):
         return self._views[index].state(self, lambda: TerrainView(self._gpu))
 
     def begin(self, frame: Frame) -> None:
+        self._use_materials()
         # Before the proxy looks for the ground.
         self._refresh_field(frame.world, frame.planet, frame.settings)
 
@@ -195,7 +206,8 @@ class TerrainSystem(System):
         if backend.structure != self._backend_structure:
             self._backend_structure = backend.structure
             self.structure += 1
-        stamp = (*self._field_revision, self._colour_revision, frame.view_index, proxy.generation)
+        place = (frame.view_index, proxy.generation)
+        stamp = (*self._field_revision, self._colour_revision, self._materials, *place)
         if stamp != self._material_stamp:
             self._material_stamp = stamp
             self._material_ubo.write(material_block(self._component, self._ground.params, proxy.lattice.direction))

@@ -4,7 +4,7 @@
 // another, and throw shadows; the ground's own depth stays. Heights count from the ground as if it were level, so
 // nothing floats. Sizes are the world's. A kind goes where pixels grow as large as its things, and from there on it
 // costs nothing.
-#include "generated/terrain_material_block.glsl"
+#include "terrain/material.glsl"
 #include "common/nested_noise.glsl"
 #include "common/surfaces.glsl"
 
@@ -68,7 +68,7 @@ GroundClutter ground_clutter(
     // a beach it is follows from the height at the foot, and has none of the noise in material.glsl, which would cut
     // through things at its edge.
     vec3 slope = clutter_axes(gradient, zenith);
-    float per_m = -2.5 / (terrain_material_block.sand.w + 1e-3), strand = 2.5 + per_m * above_sea;
+    float per_m = -2.5 / (terrain_material_block.limits.z + 1e-3), strand = 2.5 + per_m * above_sea;
     slope.xy = per_m * (slope.xy - slope.z / up.z * up.xy);
     float strength = terrain_material_block.look.w;
     // From the finest that shows.
@@ -107,11 +107,11 @@ GroundClutter ground_clutter(
             float dense = clutter_wave(241.0 * group.x + 0.4 * clutter_wave(151.0 * group.y))
                 + clutter_wave(199.0 * group.y + 0.4 * clutter_wave(113.0 * group.x));
             float beach = clamp(strand + dot(slope.xy, size * (corner + 0.5 * place.xy)), 0.0, 1.0);
-            bool leaves = more.y < (share - share * beach) * clamp(0.8 + 0.5 * dense, 0.1, 1.0);
+            bool leaves = more.y < (share - BEACH_TAKES.y * share * beach) * clamp(0.8 + 0.5 * dense, 0.1, 1.0);
             float radius = leaves ? mix(radii.x, radii.y, more.x * more.x)
                 : mix(radii.z, radii.w, more.x * more.x * more.x);
             float tall = leaves ? shape.x : shape.y;
-            float there = leaves || more.y > 1.0 - (stony - 0.75 * stony * beach) * clamp(0.7 - 0.5 * dense, 0.1, 1.0)
+            float there = leaves || more.y > 1.0 - (stony - BEACH_TAKES.x * stony * beach) * clamp(0.7 - 0.5 * dense, 0.1, 1.0)
                 ? here : 0.0;
             // From its middle, on the ground and in a space where it is round.
             vec2 off = at - mix(vec2(radius), vec2(1.0 - radius), place.xy);

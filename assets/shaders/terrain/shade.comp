@@ -60,8 +60,8 @@ vec3 colored(Material material, GroundDetail noise, vec3 zenith, float moisture,
     vec3 color = terrain_color(zenith, terrain_table.map.zw, footprint / planet.radii.x);
     float variation = terrain_material_block.look.x;
     color *= 1.0 + variation * (0.12 * noise.fine + 0.08 * noise.broad);
-    vec3 level = terrain_material_block.dry.rgb, rock = terrain_material_block.rock.rgb;
-    color *= mix(1.0, clamp(dot(rock, vec3(1.0)) / max(dot(level, vec3(1.0)), 1e-3), 0.6, 1.6), 0.7 * material.rock);
+    float rock = dot(ROCK_ALBEDO, vec3(1.0)), level = max(dot(DRY_ALBEDO, vec3(1.0)), 1e-3);
+    color *= mix(1.0, clamp(rock / level, 0.6, 1.6), 0.7 * material.rock);
     color *= 1.0 + 0.35 * clamp((TERRAIN_COLORED_MOISTURE - moisture) / TERRAIN_DUG_DRY, 0.0, 1.5);
     color = mix(color, material.albedo, 0.5 * ramp(30.0, 0.5, footprint));
     return clamp(mix(material.albedo, color, terrain_table.map_scale.z), 0.0, 1.0);
@@ -100,18 +100,19 @@ vec3 ground_radiance(ivec2 pixel) {
     vec4 dug = terrain_crater_detail(D, spacing, footprint);
     gradient += to_sphere * (dug.xyz + terrain_mapped_detail(D, spacing, footprint));
     moisture = max(moisture - TERRAIN_DUG_DRY * dug.w, 0.0);
-    Material material = terrain_material(detail, D, zenith, height, gradient, roughness, moisture, footprint);
+    Ground ground = ground_at(detail, zenith, height, gradient, roughness, moisture, footprint);
+    Material material = terrain_material(ground);
 #ifdef TERRAIN_COLORED
     if (terrain_table.map.z > 0)
         material.albedo = colored(material, detail, zenith, moisture, footprint);
 #endif
     vec3 bumps = material.grain * detail.grain;
 #ifdef GROUND_CLUTTER
-    bool snow = material.snowy > material.sandy;
-    vec4 rippled = ripples(D, snow ? 5 : 1, snow ? 0.9 : 0.4, footprint) 
-        * (max(material.snowy, material.sandy) * (1.0 - terrain_material_block.look.y));   // no wind without air
-    bumps += (snow ? 0.16 : 0.22) * terrain_material_block.look.w * rippled.xyz;
-    material.albedo *= 1.0 + (snow ? 0.02 : 0.08) * rippled.w;
+    // No wind without air.
+    vec4 rippled = ripples(D, material.ripples.step, material.ripples.bend, footprint)
+        * (material.ripples.share * (1.0 - terrain_material_block.look.y));
+    bumps += material.ripples.slope * terrain_material_block.look.w * rippled.xyz;
+    material.albedo *= 1.0 + material.ripples.tint * rippled.w;
 #endif
     gradient += bumps - zenith * dot(zenith, bumps);
     vec3 normal = normalize(zenith - gradient);
@@ -129,18 +130,18 @@ vec3 ground_radiance(ivec2 pixel) {
     GroundClutter clutter = ground_clutter(D, zenith, levelled(view, coarse, zenith), levelled(sun, coarse, zenith),
         across,
         material.stony, material.leafy * vec4(1.0, 1.0, 1.0, ramp(10.0, 25.0, distance_m * dot(view, zenith))),
-        height - (planet.sea.y > 0.5 ? planet.sea.x : -1.0e9), rises);
-    vec3 stone = mix(terrain_material_block.rock.rgb, terrain_material_block.strata.rgb, 0.3 + 0.3 * clutter.tint)
+        ground.above_sea_m, rises);
+    vec3 stone = mix(ROCK_ALBEDO, STRATA_ALBEDO, 0.3 + 0.3 * clutter.tint)
         * (1.0 + 0.35 * clutter.tint);
     vec3 leaves = mix(material.plant * (1.15 + 0.3 * clutter.tint),
-        terrain_material_block.forest.rgb * (1.5 + 0.5 * clutter.tint), clutter.bush);
+        FOREST_ALBEDO * (1.5 + 0.5 * clutter.tint), clutter.bush);
     material.albedo = mix(material.albedo, mix(stone, leaves * clutter.light, clutter.plant), clutter.cover);
     normal = normalize(normal * (1.0 - clutter.cover) + clutter.normal - gradient * dot(clutter.normal, zenith));
     open *= mix(vec2(clutter.sun, clutter.sky), vec2(1.0), clutter.cover);
 #endif
 
     // Mean over the slopes that a pixel hides: max(x, 0) turns into a soft bend as wide as they spread.
-    float mu = dot(normal, sun), soft = 0.5 * material.deviation;
+    float mu = dot(normal, sun), soft = 0.5 * ground.hidden_slope;
     float n_l = 0.5 * (mu + sqrt(mu * mu + soft * soft))
         - 0.5 * soft * clamp(1.0 - mu / max(soft, 1e-4), 0.0, 1.0) * 0.5;
     vec3 beam = frame.sun_irradiance.rgb * open.x * air_to_space(place, frame.sun_direction.xyz),

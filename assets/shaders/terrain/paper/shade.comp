@@ -4,7 +4,7 @@
 #include "common/octahedral.glsl"
 #include "common/surface_tiles.glsl"
 #include "generated/paper_grid.glsl"
-#include "generated/terrain_material_block.glsl"
+#include "generated/terrain_albedos.glsl"
 #include "contract/air.glsl"
 #include "contract/sky.glsl"
 #include "contract/skylight.glsl"
@@ -23,16 +23,16 @@ vec3 ground_color(vec3 zenith, float height, float slope) {
     vec4 climate = terrain_material_block.climate;
     float sine2 = zenith.z * zenith.z;
     float line = climate.x + climate.y * sine2 * (0.4 + 0.6 * sqrt(sine2));
-    float plants = terrain_material_block.dry.w;
+    float plants = terrain_material_block.shares.x;
     float warm = clamp((line - height) * climate.w, 0.0, 1.0);
-    vec3 color = mix(terrain_material_block.tundra.rgb, terrain_material_block.grass.rgb, smoothstep(0.05, 0.3, warm));
+    vec3 color = mix(TUNDRA_ALBEDO, GRASS_ALBEDO, smoothstep(0.05, 0.3, warm));
     float dry = 1.0 - plants * (1.0 - 0.85 * smoothstep(0.16, 0.03, abs(sine2 - 0.17)));
-    color = mix(color, terrain_material_block.dry.rgb, dry);
-    color = mix(color, terrain_material_block.rock.rgb, smoothstep(0.7, 1.3, slope / terrain_material_block.rock.w));
-    color = mix(terrain_material_block.sand.rgb, color,
-        smoothstep(0.5, 2.0, above_sea * terrain_material_block.gravel.w));
-    float snow = smoothstep(-150.0, 150.0, height - line) * smoothstep(1.4, 0.7, slope / terrain_material_block.snow.w);
-    return mix(color, terrain_material_block.snow.rgb, snow);
+    color = mix(color, DRY_ALBEDO, dry);
+    color = mix(color, ROCK_ALBEDO, smoothstep(0.7, 1.3, slope / terrain_material_block.limits.x));
+    color = mix(SAND_ALBEDO, color,
+        smoothstep(0.5, 2.0, above_sea * terrain_material_block.limits.w));
+    float snow = smoothstep(-150.0, 150.0, height - line) * smoothstep(1.4, 0.7, slope / terrain_material_block.limits.y);
+    return mix(color, SNOW_ALBEDO, snow);
 }
 
 void main() {

@@ -1,0 +1,110 @@
+// What the rules of materials (systems/terrain/materials.py, which says what each value means) know of a place: height,
+// slope, climate and chance, broken up by noise whose wavelengths follow the pixel's footprint. What is smaller than a
+// pixel counts as a share of it: slopes and heights that the footprint hides enter as a variance, so that the colour of
+// a place stays the same from 2 m to 36 000 km. Numbers without a source are chosen by eye.
+#include "generated/planet.glsl"
+#include "generated/terrain_albedos.glsl"
+#include "generated/terrain_ground.glsl"
+#include "terrain/ground_detail.glsl"
+
+// 0 below a, 1 above b, straight between them: cheaper than smoothstep, and noise on x hides the corners.
+float ramp(float a, float b, float x) {
+    return clamp((x - a) * (1.0 / (b - a)), 0.0, 1.0);
+}
+
+// 1 at the center, 0 from one width on.
+float bell(float x, float center, float inverse_width) {
+    float t = (x - center) * inverse_width;
+    t = max(1.0 - t * t, 0.0);
+    return t * t;
+}
+
+// Variance of the slopes of relief shorter than twice a length: a fit to the layers' table.
+float hidden_slope_variance(float roughness, float footprint) {
+    vec4 relief = terrain_material_block.relief;
+    float t = clamp(log2(footprint * relief.x) * relief.z, 0.0, 1.0);
+    return roughness * roughness * relief.y * t * t;
+}
+
+// Layers of rock: four widths of strata that wave with the noise, each gone where the pixel spans one. Metres; -1..1.
+float strata(float height, float wave, float rise_of_pixel) {
+    vec4 frequency = terrain_material_block.relief.w * vec4(1.0, 6.0, 38.0, 230.0);
+    vec4 s = abs(2.0 * fract(height * frequency + wave * vec4(0.15, 0.3, 0.5, 0.7)) - 1.0);
+    s = s * s * (3.0 - 2.0 * s) - 0.5;
+    vec4 seen = clamp(1.5 - 3.0 * rise_of_pixel * frequency, 0.0, 1.0);
+    return dot(s * seen, vec4(0.6, 0.4, 0.35, 0.3));
+}
+
+// Peaks of the fine noise are stones, its hollows shrubs or tufts; far away they are a mean tint.
+void ground_chance(inout Ground ground, GroundDetail noise) {
+    // From far away climate shows more than chance.
+    float variation = terrain_material_block.look.x * mix(1.0, 0.4, ramp(8.0, 15.0, log2(ground.footprint_m)));
+    ground.fine = noise.fine;
+    ground.broad = noise.broad;
+    ground.grain = noise.fine * variation;
+    ground.patches = noise.broad * variation;
+    ground.mixed = 0.7 * ground.patches + 0.5 * ground.grain;
+    float spots = ramp(120.0, 6.0, ground.footprint_m) * variation;
+    ground.stones = ramp(1.0, 1.6, noise.fine + 0.4 * noise.broad) * spots;
+    ground.tufts = ramp(0.6, 1.5, 0.5 * ground.mixed - noise.fine) * spots;
+}
+
+void ground_relief(inout Ground ground, vec3 gradient) {
+    float variance = hidden_slope_variance(ground.roughness, ground.footprint_m);
+    ground.hidden_slope = sqrt(variance);
+    ground.slope = sqrt(dot(gradient, gradient) + variance);
+    ground.above_sea_m = ground.height_m - (planet.sea.y > 0.5 ? planet.sea.x : -1.0e9);
+    ground.beach_height_m = terrain_material_block.limits.z;
+    ground.snow_slope = terrain_material_block.limits.y;
+}
+
+// The snow line falls towards the poles as the sun's yearly mean does, about with the sine's square. Wet at the equator
+// and in the westerlies, dry under the descending air at 25 degrees (the Hadley cell).
+void ground_climate(inout Ground ground, vec3 zenith) {
+    vec4 climate = terrain_material_block.climate;
+    float sine2 = zenith.z * zenith.z, sine = sqrt(sine2);
+    float line = climate.x + climate.y * sine2 * (0.4 + 0.6 * sine);
+    ground.latitude_sine = sine;
+    ground.mean_warmth = (line - ground.height_m) * climate.w;
+    ground.warmth = ground.mean_warmth + 0.025 * ground.mixed;
+    ground.hidden_warmth = min(0.25 * ground.hidden_slope * ground.footprint_m * climate.w, 0.12);
+    ground.mean_humidity = climate.z + 0.9 * ground.moisture + 0.30 * bell(sine, 0.0, 3.6) - 0.34 * bell(sine, 0.42, 3.2)
+        + 0.16 * bell(sine, 0.85, 2.2);
+    ground.humidity = ground.mean_humidity + 0.10 * ground.mixed;
+}
+
+void ground_growth(inout Ground ground) {
+    ground.plants = terrain_material_block.shares.x;
+    ground.green = ramp(0.32, 0.50, ground.humidity) * ground.plants;
+    // Roots hold soil on slopes that would be bare in a dry or cold place.
+    ground.rooted = ground.green * ramp(0.05, 0.3, ground.warmth);
+    ground.sanded = ramp(-0.5, 1.3, ground.mixed - 2.5 * ground.humidity + 0.62);
+}
+
+// Steep ground: scree first, then rock in layers. Rough ground, as of mountain ranges, turns to rock earlier.
+void ground_steepness(inout Ground ground) {
+    float bare = terrain_material_block.limits.x * clamp(1.25 - ground.roughness, 0.5, 1.0)
+        * (1.0 + 0.9 * ground.rooted);
+    // Bumps of a few metres alone are no cliffs.
+    float bumpy = sqrt(hidden_slope_variance(ground.roughness, max(ground.footprint_m, 10.0)));
+    ground.steep = (ground.slope - bare) / (0.25 * bare + bumpy) + 0.45 * ground.grain;
+    ground.layered = strata(ground.height_m, ground.mixed, ground.footprint_m * (0.1 + ground.slope))
+        * terrain_material_block.shares.y;
+}
+
+// gradient: of the visible relief, metres per metre; footprint: what a pixel covers, metres.
+Ground ground_at(
+    GroundDetail noise, vec3 zenith, float height, vec3 gradient, float roughness, float moisture, float footprint
+) {
+    Ground ground;
+    ground.height_m = height;
+    ground.roughness = roughness;
+    ground.moisture = moisture;
+    ground.footprint_m = footprint;
+    ground_chance(ground, noise);
+    ground_relief(ground, gradient);
+    ground_climate(ground, zenith);
+    ground_growth(ground);
+    ground_steepness(ground);
+    return ground;
+}
