@@ -37,7 +37,8 @@ def text() -> str:
         parts += [_entry(f"pf.{name}", getattr(pf, name)) for name in groups[title]]
     parts.append("\n## planetfall.extend\n")
     parts.append(f"\n{(inspect.getdoc(extend) or '').strip()}\n")
-    for name in ("register", "unregister", "fullscreen_pass", "knob", "System", "Setup", "Frame", "ViewInfo"):
+    names = ["register", "unregister", "register_material", "unregister_material", "Ripples"]
+    for name in (*names, "fullscreen_pass", "knob", "System", "Setup", "Frame", "ViewInfo"):
         parts.append(_entry(f"extend.{name}", getattr(extend, name)))
     return "".join(parts)
 

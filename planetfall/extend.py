@@ -14,7 +14,8 @@ From then on it is as if the library had it: `scene.planet.add(Ring())`, `[ring]
 section in the settings panel with range, unit and help of each knob, `overrides={"ring.outer_radii": 3.0}`,
 `planetfall render earth --set ring.outer_radii=3`, and renderers made afterwards run its system while the component
 is there. Without it nothing is set up.
-docs/tutorials/write-a-system.md builds one.
+docs/tutorials/write-a-system.md builds one. A material of the ground takes one call, `register_material`
+(docs/tutorials/a-material-of-your-own.md).
 """
 
 from __future__ import annotations
@@ -38,6 +39,8 @@ from .scene import kinds as _kinds
 from .systems.debug import NAMED_VIEWS
 from .systems.debug.views import MODES
 from .systems.debug.views import View as DebugEntry
+from .systems.terrain.material_list import register_material, unregister_material
+from .systems.terrain.materials import Ripples
 
 __all__ = [
     "STAGES",
@@ -47,6 +50,7 @@ __all__ = [
     "GraphBuilder",
     "PassIO",
     "Planet",
+    "Ripples",
     "Setup",
     "Sun",
     "System",
@@ -58,9 +62,11 @@ __all__ = [
     "fullscreen_pass",
     "knob",
     "register",
+    "register_material",
     "registered_systems",
     "shader_folders",
     "unregister",
+    "unregister_material",
     "with_overrides",
 ]
 

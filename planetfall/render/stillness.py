@@ -11,6 +11,7 @@ from ..engine.settings import latest_revision, revision
 from ..engine.system import System
 from ..scene.scene import Scene
 from ..systems.composite import CompositeSystem
+from ..systems.terrain.material_list import list_revision
 from .system_list import is_own
 
 __all__ = ["Stillness"]
@@ -56,8 +57,8 @@ class Stillness:
         place = (camera.position_m, camera.forward, camera.up, sun.direction, sun.irradiance)
         tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
         moment = (*(v.tobytes() for v in place), *tangents, sun.angular_radius_rad, frame.time_s, frame.planet)
-        bodies = latest_revision(Transform, Shape)
-        shown = (moment, frame.size, self._scene.world.structure_revision, revisions, bodies)
+        others = (latest_revision(Transform, Shape), list_revision())
+        shown = (moment, frame.size, self._scene.world.structure_revision, revisions, others)
         same, self._shown = shown == self._shown, shown
         if not same or (several and self._waiting is None):
             return False

@@ -17,17 +17,21 @@ _SHORTEST_RIPPLE_M = 0.036
 """Wavelength of terrain/ripples.glsl at step 0."""
 
 _GLSL = frozenset(
-    "abs acos all any asin atan bell bool bvec2 bvec3 bvec4 ceil clamp cos cross degrees distance dot else exp exp2"
-    " false float floor for fract greaterThan if int inversesqrt ivec2 ivec3 ivec4 length lessThan log log2 mat2 mat3"
-    " mat4 max min mix mod normalize not pow radians ramp return round sign sin smoothstep sqrt step tan true trunc"
-    " uint uvec2 uvec3 uvec4 vec2 vec3 vec4".split()
+    re.findall(
+        r"\w+",
+        """abs acos all any asin atan bell bool bvec2 bvec3 bvec4 ceil clamp cos cross degrees distance dot else exp
+        exp2 false float floor for fract greaterThan if int inversesqrt ivec2 ivec3 ivec4 length lessThan log log2 mat2
+        mat3 mat4 max min mix mod normalize not pow radians ramp return round sign sin smoothstep sqrt step tan true
+        trunc uint uvec2 uvec3 uvec4 vec2 vec3 vec4""",
+    )
 )
 """What rules may use of the language, and the two functions of terrain/ground_at.glsl that are meant for them."""
 
 
 def words_of(text: str) -> list[str]:
     """Names in GLSL, each once, without members such as .xyz and without comments."""
-    return list(dict.fromkeys(re.findall(r"(?<![\w.])[A-Za-z_]\w*", re.sub(r"//[^\n]*|/\*.*?\*/", "", text, flags=re.S))))
+    code = re.sub(r"//[^\n]*|/\*.*?\*/", "", text, flags=re.S)
+    return list(dict.fromkeys(re.findall(r"(?<![\w.])[A-Za-z_]\w*", code)))
 
 
 def constants_glsl(slots: Mapping[str, int]) -> str:
@@ -123,9 +127,7 @@ def albedo_names(materials: Sequence[Material]) -> list[str]:
     return list(dict.fromkeys(albedo_name(m) for m in materials if m.albedo))
 
 
-def materials_glsl(
-    materials: Sequence[Material], slots: Mapping[str, int], apart: frozenset[str]
-) -> dict[str, str]:
+def materials_glsl(materials: Sequence[Material], slots: Mapping[str, int], apart: frozenset[str]) -> dict[str, str]:
     """`generated/terrain_materials.glsl`: Material terrain_material(Ground), from a list whose first is all ground.
     apart: names of materials whose functions get files of their own, which a compiler's messages then name."""
     writer = _Writer(materials, slots)

@@ -14,7 +14,7 @@ from ...components import Terrain
 from ...engine.settings import SettingError
 from ...engine.settings.suggest import did_you_mean
 from .material_glsl import albedo_name, albedo_names, constants_glsl, materials_glsl, struct_glsl
-from .materials import INPUTS, MATERIALS, Material, Ripples
+from .materials import MATERIALS, Material, Ripples
 
 __all__ = ["MOST_ALBEDOS", "albedos", "list_revision", "listed", "register_material", "shaders", "unregister_material"]
 
@@ -27,12 +27,12 @@ _listed = list(MATERIALS)
 _slots = {name: slot for slot, name in enumerate(_OWN)}
 _over: dict[str, str] = {}
 """What each material of a game's lies over."""
-_revision = 0
+_revision = [0]
 
 
 def list_revision() -> int:
     """A number that changes with the list."""
-    return _revision
+    return _revision[0]
 
 
 def listed() -> tuple[Material, ...]:
@@ -119,7 +119,7 @@ def register_material(
     _listed[:] = wanted
     _slots[f"{name}_albedo"] = slot
     _over[name] = over
-    _changed()
+    _revision[0] += 1
 
 
 def unregister_material(name: str) -> None:
@@ -127,12 +127,7 @@ def unregister_material(name: str) -> None:
     if _over.pop(name, None) is not None:
         _listed[:] = [m for m in _listed if m.name != name]
         del _slots[f"{name}_albedo"]
-        _changed()
-
-
-def _changed() -> None:
-    global _revision
-    _revision += 1
+        _revision[0] += 1
 
 
 def _numbers(where: str, what: str, values: Any, count: int, low: float, high: float) -> tuple[float, ...]:

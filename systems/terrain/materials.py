@@ -73,7 +73,7 @@ INPUTS: dict[str, str] = {
     "latitude_sine": "0 at the equator, 1 at the poles",
     "mean_warmth": "0 at the snow line, 1 at the equator's sea; falls with height and towards the poles",
     "warmth": "the same with some chance",
-    "hidden_warmth": "by how much relief that the pixel hides spreads it",
+    "warmth_per_m": "by how much it falls with each metre of height",
     "mean_humidity": "moisture in its climate: 0.3 is desert, 0.7 forest",
     "humidity": "the same with some chance",
     "green": "share that plants may cover, 0..1: wet enough, and Terrain.plants allows it",
@@ -142,8 +142,8 @@ MATERIALS: tuple[Material, ...] = (
         ripples=Ripples(0.07, 0.4, 0.22, 0.08, "beach_share * (1.0 - rock_share) * (1.0 - snow_share)")),
     # The line is as wide as the hidden relief spreads it.
     Material("snow", "above its line; thin on steep faces", "ground", """
-        float spread = 0.012 + 0.6 * hidden_warmth;
-        float snowy = smoothstep(spread, -spread, warmth - (0.012 + 0.5 * hidden_warmth) * grain - 0.012 * mixed);
+        float hidden = min(0.25 * hidden_slope * footprint_m * warmth_per_m, 0.12), spread = 0.012 + 0.6 * hidden;
+        float snowy = smoothstep(spread, -spread, warmth - (0.012 + 0.5 * hidden) * grain - 0.012 * mixed);
         float sheds = (slope - snow_slope) / (0.25 * snow_slope + hidden_slope) + 0.7 * grain + 0.4 * mixed;
         return snowy * (1.0 - 0.9 * smoothstep(-1.0, 1.0, sheds));
         """, "snow_albedo", "albedo * (1.0 + 0.03 * patches + 0.025 * grain)",

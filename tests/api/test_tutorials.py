@@ -1,4 +1,4 @@
-"""Every block of the tutorials runs, in order, at a small size; docs/api.md is what the docstrings say."""
+"""Every block of the tutorials runs, in order, at a small size; pages that programs write are current."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ import pytest
 
 import planetfall as pf
 from planetfall import extend
+from planetfall.systems.terrain.material_list import listed
+from planetfall.systems.terrain.materials import MATERIALS
 
 ROOT = Path(__file__).resolve().parents[2]
 TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
@@ -35,7 +37,7 @@ def small(code: str) -> str:
 
 def test_there_are_the_tutorials_that_the_index_lists() -> None:
     index = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
-    assert len(TUTORIALS) == 6
+    assert len(TUTORIALS) == 7
     assert not [file.name for file in TUTORIALS if f"tutorials/{file.name}" not in index]
 
 
@@ -49,7 +51,7 @@ def test_every_block_runs(file: Path, tmp_path: Path, monkeypatch: pytest.Monkey
     module = ModuleType(f"tutorial_{file.stem.replace('-', '_')}")
     monkeypatch.setitem(sys.modules, module.__name__, module)  # dataclasses look their annotations up in it
     exec(compile(code, str(file), "exec", dont_inherit=True), vars(module))
-    assert set(extend.registered_systems()) == before
+    assert set(extend.registered_systems()) == before and listed() == MATERIALS
     for picture in re.findall(r'save\("(\w+\.png)"\)', code):
         assert (tmp_path / picture).stat().st_size > 0
 
@@ -91,12 +93,22 @@ def test_the_first_picture_in_a_host_draws(monkeypatch: pytest.MonkeyPatch) -> N
     ctx.release()
 
 
-def test_the_reference_is_current() -> None:
-    spec = importlib.util.spec_from_file_location("make_api", ROOT / "docs" / "make_api.py")
+def made_by(program: str) -> str:
+    """The page that a program of docs/ would write."""
+    spec = importlib.util.spec_from_file_location(program, ROOT / "docs" / f"{program}.py")
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
+    return str(module.text())
+
+
+def test_the_reference_is_current() -> None:
     page = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
-    assert page == module.text(), "docs/api.md is not what the docstrings say: python docs/make_api.py"
+    assert page == made_by("make_api"), "docs/api.md is not what the docstrings say: python docs/make_api.py"
     missing = [n for n in pf.__all__ if not n.startswith("__") and n != "ASSETS" and f"### `pf.{n}`" not in page]
     assert not missing
+
+
+def test_the_table_of_materials_is_current() -> None:
+    page = (ROOT / "docs" / "materials.md").read_text(encoding="utf-8")
+    assert page == made_by("make_materials"), "docs/materials.md is not what the list says: docs/make_materials.py"
