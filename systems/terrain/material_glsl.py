@@ -209,10 +209,10 @@ def _ripples(writer: _Writer, m: Material, upper: Sequence[Material], first: boo
 
 def _check_words(writer: _Writer, material: Material, what: str, text: str) -> None:
     """SettingError for a name that nothing has; what statements declare is left to the compiler."""
-    declared = set(re.findall(r"\b(?:float|int|uint|bool|[biu]?vec[234]|mat[234]|,)\s*(\w+)", text))
-    declared = declared if re.search(r"\breturn\b", text) else set()
+    declared = set(re.findall(r"\b(?:float|u?int|bool|[biu]?vec[234]|mat[234])\s+(\w+)|(\w+)\s*=(?!=)", text))
+    names = {name for pair in declared for name in pair} if re.search(r"\breturn\b", text) else set()
     for word in words_of(text):
-        if word in _GLSL or word in declared or (word == "albedo" and what == "color") or writer.known(word):
+        if word in _GLSL or word in names or (word == "albedo" and what == "color") or writer.known(word):
             continue
         near = did_you_mean(word, [*INPUTS, *writer.slots, *(f"{n}_share" for n in writer.by_name)], "it may use")
         raise SettingError(f"material {material.name!r}: {what}: there is no {word!r}; {near}")
