@@ -153,7 +153,8 @@ def materials_glsl(materials: Sequence[Material], slots: Mapping[str, int], apar
         "return material;",
     ]
     body = "\n".join(f"    {line}" for line in lines)
-    defines = [f"#define {m.name.upper()}_TAKES vec2({_number(1 - m.stones)}, {_number(1 - m.plants)})" for m in foot]
+    taken = {m.name.upper(): [_number(1.0 - (1.0 if v is None else v)) for v in (m.stones, m.plants)] for m in foot}
+    defines = [f"#define {name}_TAKES vec2({', '.join(both)})" for name, both in taken.items()]
     files = {f"generated/materials/{name}.glsl": writer.functions.pop(name) for name in sorted(apart)}
     parts = [
         "// Made from systems/terrain/materials.py.",

@@ -51,19 +51,26 @@ vec3 levelled(vec3 direction, vec3 normal, vec3 zenith) {
     float up = dot(direction, zenith), rises = max(dot(direction, normal), 0.06);
     return normalize(direction + (rises - up) * zenith);
 }
+
+// Albedo of what stands on the ground: stones of both colours of rock, plants of those around, bushes of forest.
+vec3 clutter_albedo(GroundClutter clutter, vec3 plant) {
+    vec3 stone = mix(ROCK_ALBEDO, STRATA_ALBEDO, 0.3 + 0.3 * clutter.tint) * (1.0 + 0.35 * clutter.tint);
+    vec3 leaves = mix(plant * (1.15 + 0.3 * clutter.tint), FOREST_ALBEDO * (1.5 + 0.5 * clutter.tint), clutter.bush);
+    return mix(stone, leaves * clutter.light, clutter.plant);
+}
 #endif
 
 #ifdef TERRAIN_COLORED
 // The map's colour, broken up by the materials' noise, rock and freshly dug ground; near the eye half of the materials'
 // own.
-vec3 colored(Material material, GroundDetail noise, vec3 zenith, float moisture, float footprint) {
-    vec3 color = terrain_color(zenith, terrain_table.map.zw, footprint / planet.radii.x);
+vec3 colored(Material material, Ground ground, vec3 zenith) {
+    vec3 color = terrain_color(zenith, terrain_table.map.zw, ground.footprint_m / planet.radii.x);
     float variation = terrain_material_block.look.x;
-    color *= 1.0 + variation * (0.12 * noise.fine + 0.08 * noise.broad);
+    color *= 1.0 + variation * (0.12 * ground.fine + 0.08 * ground.broad);
     float rock = dot(ROCK_ALBEDO, vec3(1.0)), level = max(dot(DRY_ALBEDO, vec3(1.0)), 1e-3);
     color *= mix(1.0, clamp(rock / level, 0.6, 1.6), 0.7 * material.rock);
-    color *= 1.0 + 0.35 * clamp((TERRAIN_COLORED_MOISTURE - moisture) / TERRAIN_DUG_DRY, 0.0, 1.5);
-    color = mix(color, material.albedo, 0.5 * ramp(30.0, 0.5, footprint));
+    color *= 1.0 + 0.35 * clamp((TERRAIN_COLORED_MOISTURE - ground.moisture) / TERRAIN_DUG_DRY, 0.0, 1.5);
+    color = mix(color, material.albedo, 0.5 * ramp(30.0, 0.5, ground.footprint_m));
     return clamp(mix(material.albedo, color, terrain_table.map_scale.z), 0.0, 1.0);
 }
 #endif
@@ -104,7 +111,7 @@ vec3 ground_radiance(ivec2 pixel) {
     Material material = terrain_material(ground);
 #ifdef TERRAIN_COLORED
     if (terrain_table.map.z > 0)
-        material.albedo = colored(material, detail, zenith, moisture, footprint);
+        material.albedo = colored(material, ground, zenith);
 #endif
     vec3 bumps = material.grain * detail.grain;
 #ifdef GROUND_CLUTTER
@@ -128,14 +135,9 @@ vec3 ground_radiance(ivec2 pixel) {
     vec2 open = light_visibility(point);
 #ifdef GROUND_CLUTTER
     GroundClutter clutter = ground_clutter(D, zenith, levelled(view, coarse, zenith), levelled(sun, coarse, zenith),
-        across,
-        material.stony, material.leafy * vec4(1.0, 1.0, 1.0, ramp(10.0, 25.0, distance_m * dot(view, zenith))),
+        across, material.stony, material.leafy * vec4(1.0, 1.0, 1.0, ramp(10.0, 25.0, distance_m * dot(view, zenith))),
         ground.above_sea_m, rises);
-    vec3 stone = mix(ROCK_ALBEDO, STRATA_ALBEDO, 0.3 + 0.3 * clutter.tint)
-        * (1.0 + 0.35 * clutter.tint);
-    vec3 leaves = mix(material.plant * (1.15 + 0.3 * clutter.tint),
-        FOREST_ALBEDO * (1.5 + 0.5 * clutter.tint), clutter.bush);
-    material.albedo = mix(material.albedo, mix(stone, leaves * clutter.light, clutter.plant), clutter.cover);
+    material.albedo = mix(material.albedo, clutter_albedo(clutter, material.plant), clutter.cover);
     normal = normalize(normal * (1.0 - clutter.cover) + clutter.normal - gradient * dot(clutter.normal, zenith));
     open *= mix(vec2(clutter.sun, clutter.sky), vec2(1.0), clutter.cover);
 #endif
