@@ -107,12 +107,13 @@ GroundClutter ground_clutter(
             float dense = clutter_wave(241.0 * group.x + 0.4 * clutter_wave(151.0 * group.y))
                 + clutter_wave(199.0 * group.y + 0.4 * clutter_wave(113.0 * group.x));
             float beach = clamp(strand + dot(slope.xy, size * (corner + 0.5 * place.xy)), 0.0, 1.0);
-            bool leaves = more.y < (share - BEACH_TAKES.y * share * beach) * clamp(0.8 + 0.5 * dense, 0.1, 1.0);
+            bool leaves = more.y < (share - BEACH_TAKES.y * share * beach)
+                * clamp(0.8 + 0.5 * dense, 0.1, 1.0);
             float radius = leaves ? mix(radii.x, radii.y, more.x * more.x)
                 : mix(radii.z, radii.w, more.x * more.x * more.x);
             float tall = leaves ? shape.x : shape.y;
-            float there = leaves || more.y > 1.0 - (stony - BEACH_TAKES.x * stony * beach) * clamp(0.7 - 0.5 * dense, 0.1, 1.0)
-                ? here : 0.0;
+            float stones = (stony - BEACH_TAKES.x * stony * beach) * clamp(0.7 - 0.5 * dense, 0.1, 1.0);
+            float there = leaves || more.y > 1.0 - stones ? here : 0.0;
             // From its middle, on the ground and in a space where it is round.
             vec2 off = at - mix(vec2(radius), vec2(1.0 - radius), place.xy);
             vec3 level = vec3(off, -dot(off, up.xy) / up.z);

@@ -68,8 +68,8 @@ void ground_climate(inout Ground ground, vec3 zenith) {
     ground.mean_warmth = (line - ground.height_m) * climate.w;
     ground.warmth = ground.mean_warmth + 0.025 * ground.mixed;
     ground.warmth_per_m = climate.w;
-    ground.mean_humidity = climate.z + 0.9 * ground.moisture + 0.30 * bell(sine, 0.0, 3.6) - 0.34 * bell(sine, 0.42, 3.2)
-        + 0.16 * bell(sine, 0.85, 2.2);
+    ground.mean_humidity = climate.z + 0.9 * ground.moisture + 0.30 * bell(sine, 0.0, 3.6)
+        - 0.34 * bell(sine, 0.42, 3.2) + 0.16 * bell(sine, 0.85, 2.2);
     ground.humidity = ground.mean_humidity + 0.10 * ground.mixed;
 }
 

@@ -31,7 +31,8 @@ vec3 ground_color(vec3 zenith, float height, float slope) {
     color = mix(color, ROCK_ALBEDO, smoothstep(0.7, 1.3, slope / terrain_material_block.limits.x));
     color = mix(SAND_ALBEDO, color,
         smoothstep(0.5, 2.0, above_sea * terrain_material_block.limits.w));
-    float snow = smoothstep(-150.0, 150.0, height - line) * smoothstep(1.4, 0.7, slope / terrain_material_block.limits.y);
+    float snow = smoothstep(-150.0, 150.0, height - line)
+        * smoothstep(1.4, 0.7, slope / terrain_material_block.limits.y);
     return mix(color, SNOW_ALBEDO, snow);
 }
 
