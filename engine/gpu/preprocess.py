@@ -14,6 +14,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ..made_shaders import MADE
 from .errors import ShaderError, ShaderMessage
 
 __all__ = ["Defines", "Expanded", "ShaderSources", "map_log"]
@@ -168,9 +169,11 @@ class ShaderSources:
     # -- files -------------------------------------------------------------------------------------------------------
 
     def read(self, name: str) -> str | None:
-        """The text of a file or virtual file, None if there is none. Kept until poll() sees that it changed."""
+        """The text of a file, virtual or made file, None if there is none. Kept until poll() sees that it changed."""
         if name in self._virtual:
             return self._virtual[name]
+        if name in MADE:
+            return MADE[name]()
         cached = self._texts.get(name)
         if cached:
             return cached[2]
@@ -215,7 +218,7 @@ class ShaderSources:
 
     def names(self) -> list[str]:
         """All names that can be included, for error messages."""
-        found = set(self._virtual)
+        found = {*self._virtual, *MADE}
         for root in self.roots:
             found.update(p.relative_to(root).as_posix() for p in root.rglob("*") if p.is_file())
         return sorted(found)

@@ -89,7 +89,7 @@ class Constants:
     hill_m: float
     shape_low: float  # m = smoothstep((s + low) * inverse_width)
     shape_inverse: float
-    flat: float  # roughness of plains
+    gentle: float  # roughness of plains
     hills: float  # added by hills
     calm: float  # roughness of valleys in belts
     wild: float  # added on ranges
@@ -283,7 +283,7 @@ def _constants(p: TerrainParams) -> Constants:
         hill_m=min(0.1 * high, 0.007 * reach_m) * min(p.roughness, 1.0),
         shape_low=0.50,
         shape_inverse=1.0 / 1.5,
-        flat=0.2 - 0.14 * p.hills,
+        gentle=0.2 - 0.14 * p.hills,
         hills=0.22 * p.hills,
         calm=0.12,
         wild=0.95,
@@ -299,6 +299,6 @@ def _constants(p: TerrainParams) -> Constants:
 
 _BROAD = (
     *("coast_m", "lowland_m", "slope_m", "abyss_m", "plateau_m", "middle_m", "spread_m", "foot_m", "range_m"),
-    *("hill_m", "flat", "hills", "calm", "wild"),
+    *("hill_m", "gentle", "hills", "calm", "wild"),
 )
 """Constants of what a height map stands in for."""

@@ -13,7 +13,7 @@ from ...engine.surface.noise import Scratch
 from .height_map import map_gradients, map_values, slopes_at
 from .height_model import FIELDS, RIDGE_ROUND, RIDGE_SLOPE, RIDGE_TOP, Model, build_model, continent_weights
 from .height_params import TerrainParams
-from .height_surface import hypsometry_slope, limit, smoothstep, surface, surface_gradient, surface_parts
+from .height_surface import hypsometry_slope, limit, smoothstep, surface, surface_parts, surface_slopes
 
 Floats = NDArray[np.float64]
 
@@ -186,12 +186,10 @@ def heights_gradients(points: Floats, model: Model, footprint_m: Floats | None) 
     sums = model.sums @ v
     z_seen = model.amplitude_m @ (weight * v)
     d_sums = np.einsum("sk,akn->san", model.sums, dn_layers)
-    w1, dw1 = w[:, 0], jacobian[:, :, 0]
     added, d_added, rougher, d_rougher = _added_gradients(points, model, footprint_m)
-    heights = surface(k, w1[0], w1[1], w1[2], c, b, sums[0], sums[1], sums[2], added, rougher)
-    return heights, surface_gradient(
-        k, w1, c, b, sums[:2], (sums[2], z_seen), dw1, dc, db, d_sums[:2], d_sums[2], added, d_added, rougher, d_rougher
-    )
+    heights, *by, _ = surface_slopes(k, *w[:, 0], c, b, *sums, added, rougher, z_seen)
+    changes = (*jacobian[:, :, 0], dc, db, *d_sums, d_added, d_rougher)
+    return heights, sum(slope * change for slope, change in zip(by, changes, strict=True))
 
 
 def _added_gradients(points: Floats, model: Model, footprint_m: Floats | None) -> tuple[Any, Any, Any, Any]:

@@ -8,13 +8,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.made_shaders import made_shader
 from .craters import MOST_OCTAVES
 from .height_model import FIELDS, Constants, Model, continent_weights
 from .height_octaves import heights, model_of
 from .height_params import TerrainParams
+from .height_surface import shader
 
 __all__ = ["canonical_table", "octave_table"]
 
+made_shader("generated/terrain_surface.glsl", shader)
 _CONSTANTS = len(fields(Constants))
 _OCTAVE = np.dtype(
     [

@@ -6,6 +6,7 @@ import pytest
 
 from planetfall.engine.gpu.errors import ShaderError, ShaderMessage
 from planetfall.engine.gpu.preprocess import ShaderSources, map_log
+from planetfall.engine.made_shaders import MADE
 
 
 @pytest.fixture
@@ -110,6 +111,18 @@ def test_virtual_files_win_and_count_as_changes(sources):
     library.add_virtual("generated/x.glsl", "int two;")
     assert library.generation == generation + 1
     assert "int two;" in library.expand("a.glsl").text
+
+
+def test_made_files_are_included_like_files(sources, monkeypatch):
+    monkeypatch.setitem(MADE, "generated/y.glsl", lambda: "int one;\nint two;")
+    library = sources(a='#include "generated/y.glsl"', b='#include "generated/z.glsl"')
+    expanded = library.expand("a.glsl")
+    line = expanded.text.splitlines().index("int two;")
+    assert expanded.table[line] == ("generated/y.glsl", 2), "messages of compilers name the file"
+    with pytest.raises(ShaderError, match=r"did you mean 'generated/y\.glsl'"):
+        library.expand("b.glsl")
+    library.add_virtual("generated/y.glsl", "int own;")
+    assert "int own;" in library.expand("a.glsl").text
 
 
 @pytest.mark.parametrize(

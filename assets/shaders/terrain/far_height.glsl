@@ -48,7 +48,8 @@ float terrain_far_surface(vec3 D, float spacing_m, vec3 w1, vec2 fields, vec2 sh
     added += terrain_mapped(terrain_foot(D), spacing_m, dug, rougher);
 #endif
 
-    return terrain_surface(terrain_table.constants, w1, fields.x, fields.y, shape, z, float(added), rougher.w);
+    return terrain_surface(terrain_table.constants, w1.x, w1.y, w1.z, fields.x, fields.y, shape.x, shape.y, z,
+        float(added), rougher.w);
 }
 
 // D and spacing_m as terrain_point has them; metres above the reference sphere.

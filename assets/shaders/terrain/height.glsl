@@ -1,5 +1,5 @@
 // The height of the ground, its gradient and roughness, around an anchor: the GPU's side of systems/terrain/height*.py
-// (height_surface.py has the same statements in float64). Point-wise function of a few noises, see
+// (height_surface.py has the statements of its point-wise part). Point-wise function of a few noises, see
 // docs/terrain-height.md:
 //   w1 w2 warps;  c continents, b belts (warped by both);  s ranges, z relief (the layers; the ridged ones warped by
 //   w2)
@@ -10,6 +10,50 @@
 // Worst errors on Earth: 0.6 mm anywhere in view, 0.14 mm within 1 km of the anchor.
 #include "contract/height_sources.glsl"
 #include "common/noise.glsl"
+
+const float TERRAIN_RIDGE_TOP = 0.30, TERRAIN_RIDGE_SLOPE = 1.9, TERRAIN_RIDGE_ROUND = 0.03;
+
+float terrain_smoothstep_slope(float t) {
+    t = clamp(t, 0.0, 1.0);
+    return 6.0 * t * (1.0 - t);
+}
+
+float terrain_bump_slope(float t) {
+    return -4.0 * t * max(1.0 - t * t, 0.0);
+}
+
+float terrain_positive_slope(float t) {
+    return t > 0.0 ? 1.0 : 0.0;
+}
+
+float terrain_ridge_slope(float n, float ridge) {
+    return 1.0 - abs(ridge) - ridge * TERRAIN_RIDGE_SLOPE * clamp(n / TERRAIN_RIDGE_ROUND, -1.0, 1.0);
+}
+
+// What statements of height_surface.py call, in both precisions; and a layer's value from its noise: a mix of the noise
+// and its ridges (top - slope |n|, the crest rounded).
+#define TERRAIN_STEPS(REAL) \
+    REAL terrain_smoothstep(REAL t) { \
+        t = clamp(t, REAL(0.0), REAL(1.0)); \
+        return t * t * (REAL(3.0) - REAL(2.0) * t); \
+    } \
+    REAL terrain_bump(REAL t) { \
+        t = max(REAL(1.0) - t * t, REAL(0.0)); \
+        return t * t; \
+    } \
+    REAL terrain_positive(REAL t) { \
+        return max(t, REAL(0.0)); \
+    } \
+    REAL terrain_ridge(REAL n, REAL ridge) { \
+        REAL a = abs(n), low = min(a, REAL(TERRAIN_RIDGE_ROUND)); \
+        a += low * low * (REAL(0.5) / REAL(TERRAIN_RIDGE_ROUND)) - low; \
+        return (REAL(1.0) - abs(ridge)) * n + ridge * (REAL(TERRAIN_RIDGE_TOP) - REAL(TERRAIN_RIDGE_SLOPE) * a); \
+    }
+
+TERRAIN_STEPS(float)
+TERRAIN_STEPS(double)
+
+#include "generated/terrain_surface.glsl"
 
 struct TerrainPoint {
     float dh;         // height above the anchor's height, metres
@@ -24,14 +68,6 @@ struct TerrainOctave {
     vec4 fraction_hi;    // w: frequency, 1/m
     vec4 fraction_lo;    // w: wavelength, m
     vec4 weights;        // c and b: x, y. Layers: x in s, y in z (metres), z share of the ridge transform
-};
-
-struct TerrainConstants {
-    float sea_level, inverse_deviation, coast, inverse_belt, mountains;
-    float coast_m, lowland_m, slope_m, abyss_m, plateau_m, middle_m, spread_m, plains;
-    float foot_m, range_m, hill_m, shape_low, shape_inverse, flat_, hills, calm, wild;
-    float knee_high_m, knee_low_m, room_high_m, room_low_m;
-    float pad0, pad1;
 };
 
 const int TERRAIN_FIELD = 2, TERRAIN_LAYER = 9, TERRAIN_SHAPE_LAYERS = 4, TERRAIN_OCTAVES = 25, TERRAIN_CRATERS = 18;
@@ -81,8 +117,6 @@ const float TERRAIN_COLORED_MOISTURE = 0.45;  // where a colour map says what th
 #endif
 
 const int TERRAIN_GATING_LAYERS = 2;
-const float TERRAIN_GATE_SHUT = 0.2, TERRAIN_GATE_LOW = 0.8, TERRAIN_GATE_WIDTH = 1.4;
-const float TERRAIN_RIDGE_TOP = 0.30, TERRAIN_RIDGE_SLOPE = 1.9, TERRAIN_RIDGE_ROUND = 0.03;
 
 // Share of a layer in band-limited gradients: 0 below two samples a wavelength, 1 from four on.
 float terrain_layer_weight(float wavelength_m, float spacing_m) {
@@ -175,83 +209,6 @@ dvec3 terrain_warp(TerrainOctave octave, dvec3 d, out mat3 jacobian) {
     return w;
 }
 
-// A layer's value from its noise: a mix of the noise and its ridges (top - slope |n|, the crest rounded).
-float terrain_ridge(float n, float ridge) {
-    float a = abs(n);
-    float low = min(a, TERRAIN_RIDGE_ROUND);
-    a += low * low * (0.5 / TERRAIN_RIDGE_ROUND) - low;
-    return (1.0 - abs(ridge)) * n + ridge * (TERRAIN_RIDGE_TOP - TERRAIN_RIDGE_SLOPE * a);
-}
-
-double terrain_ridge(double n, double ridge) {
-    double a = abs(n);
-    double low = min(a, double(TERRAIN_RIDGE_ROUND));
-    a += low * low * (0.5LF / double(TERRAIN_RIDGE_ROUND)) - low;
-    return (1.0LF - abs(ridge)) * n + ridge * (double(TERRAIN_RIDGE_TOP) - double(TERRAIN_RIDGE_SLOPE) * a);
-}
-
-float terrain_ridge_slope(float n, float ridge) {
-    return 1.0 - abs(ridge) - ridge * TERRAIN_RIDGE_SLOPE * clamp(n / TERRAIN_RIDGE_ROUND, -1.0, 1.0);
-}
-
-float terrain_bump_slope(float t) {
-    return -4.0 * t * max(1.0 - t * t, 0.0);
-}
-
-float terrain_step_slope(float t) {
-    t = clamp(t, 0.0, 1.0);
-    return 6.0 * t * (1.0 - t);
-}
-
-// smoothstep and the bump (1 - t^2)^2, in both precisions.
-#define TERRAIN_STEPS(REAL) \
-    REAL terrain_step(REAL t) { \
-        t = clamp(t, REAL(0.0), REAL(1.0)); \
-        return t * t * (REAL(3.0) - REAL(2.0) * t); \
-    } \
-    REAL terrain_bump(REAL t) { \
-        t = max(REAL(1.0) - t * t, REAL(0.0)); \
-        return t * t; \
-    } \
-    REAL terrain_hypsometry(TerrainConstants k, REAL x) { \
-        REAL earth = REAL(k.coast_m) * terrain_step(x * REAL(4.0)) + REAL(k.lowland_m) * x \
-            - REAL(k.slope_m) * terrain_step((REAL(-0.1LF) - x) * REAL(1.0LF / 0.6LF)) \
-            - REAL(k.abyss_m) * terrain_step((REAL(-0.5LF) - x) * REAL(0.5LF)) \
-            + REAL(k.plateau_m) * terrain_step((x - REAL(0.4LF)) * REAL(1.0LF / 1.2LF)); \
-        REAL t = x * REAL(0.6LF); \
-        REAL even = REAL(k.middle_m) + REAL(k.spread_m) * t / sqrt(REAL(1.0) + t * t); \
-        return REAL(k.plains) * earth + (REAL(1.0) - REAL(k.plains)) * even; \
-    }
-
-TERRAIN_STEPS(float)
-TERRAIN_STEPS(double)
-
-// The point-wise part, surface() of height_surface.py. added: metres of craters and map.
-// rougher: the map's own roughness.
-#define TERRAIN_SURFACE(REAL, REAL2, REAL3) \
-    REAL terrain_surface(TerrainConstants k, REAL3 w1, REAL c, REAL b, REAL2 shape, REAL z, REAL added, \
-        REAL rougher) { \
-        REAL gate = REAL(0.2LF) + REAL(0.8LF) * terrain_step((shape.x + REAL(0.8LF)) * REAL(1.0LF / 1.4LF)); \
-        REAL s = shape.x + gate * shape.y; \
-        REAL x = (c - k.sea_level) * k.inverse_deviation + k.coast * s; \
-        REAL along = terrain_bump(b * k.inverse_belt) * terrain_step((w1.x + REAL(0.35LF)) * REAL(2.0LF)); \
-        REAL coastal = terrain_bump((x - REAL(0.3LF)) * REAL(1.0LF / 0.3LF)) \
-            * terrain_step((w1.y - REAL(0.05LF)) * REAL(1.0LF / 0.3LF)) \
-            * k.mountains; \
-        REAL belts = REAL(1.0LF) - (REAL(1.0LF) - along) * (REAL(1.0LF) - coastal); \
-        REAL on_land = belts * (REAL(0.3LF) + REAL(0.7LF) * terrain_step((x + REAL(0.5LF)) * REAL(1.0LF / 0.6LF))); \
-        REAL m = terrain_step((s + k.shape_low) * k.shape_inverse); \
-        REAL calm = k.flat_ + k.hills * terrain_step((w1.z + REAL(0.1LF)) * REAL(2.0LF)) * (REAL(1.0LF) - belts); \
-        REAL rough = calm * (REAL(0.5LF) + m) + on_land * (k.calm + k.wild * m); \
-        REAL base = terrain_hypsometry(k, x) + on_land * (k.foot_m + k.range_m * m) + calm * (k.hill_m * m); \
-        REAL h = base + (rough + rougher) * z + added; \
-        REAL over = max(h - k.knee_high_m, REAL(0.0)), under = max(k.knee_low_m - h, REAL(0.0)); \
-        return h - over * over / (over + k.room_high_m) + under * under / (under + k.room_low_m); \
-    }
-
-TERRAIN_SURFACE(float, vec2, vec3)
-TERRAIN_SURFACE(double, dvec2, dvec3)
-
 #include "terrain/height_sources.glsl"
 
 // The warps, continents and belts.
@@ -301,11 +258,8 @@ TerrainBroad terrain_broad(TERRAIN_PLACE D) {
 // spacing.
 TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m, out double height_m) {
     TerrainConstants k = terrain_table.constants;
-    TERRAIN_REAL3 w1_exact = broad.w1, near = broad.near;
-    TERRAIN_REAL2 fields_exact = broad.fields;
-    mat3 j1 = broad.j1, to_near = broad.to_near;
-    vec3 w1 = vec3(w1_exact), dc = broad.dc, db = broad.db;
-    vec2 fields = vec2(fields_exact);
+    TERRAIN_REAL3 near = broad.near;
+    mat3 to_near = broad.to_near;
 
     // Layers: s of the ranges, z of the relief, in metres; seen_z is what of z the gradient's band shows.
     int layers = terrain_table.layers.x, warped = terrain_table.layers.y;
@@ -314,7 +268,7 @@ TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
     // of layers that make ranges; below the samples of a height map they are relief
     TERRAIN_REAL broad_z = TERRAIN_REAL(0.0);
     float z = 0.0, seen_z = 0.0;
-    vec3 da = vec3(0.0), ds = vec3(0.0), dz = vec3(0.0);
+    vec3 da = vec3(0.0), db = vec3(0.0), dz = vec3(0.0);   // of a, b and z
     int i = 0;
     if (i < shapes) do {
         TerrainOctave octave = terrain_table.octaves[TERRAIN_LAYER + i];
@@ -333,7 +287,7 @@ TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
         bool gating = i < TERRAIN_GATING_LAYERS;
         shape_exact += gating ? TERRAIN_REAL2(v, 0.0) : TERRAIN_REAL2(0.0, v);
         da += gating ? dv : vec3(0.0);
-        ds += gating ? vec3(0.0) : dv;
+        db += gating ? vec3(0.0) : dv;
     } while (++i < shapes);
 #ifdef TERRAIN_CANONICAL
     int warped_end = warped;
@@ -349,12 +303,6 @@ TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
         seen_z += weight * v;
         dz += weight * octave.weights.y * terrain_ridge_slope(n.w, octave.weights.z) * n.xyz;
     } while (++i < warped_end);
-    vec2 shape = vec2(shape_exact);
-    float t_gate = (shape.x + TERRAIN_GATE_LOW) / TERRAIN_GATE_WIDTH;
-    float gate = TERRAIN_GATE_SHUT + (1.0 - TERRAIN_GATE_SHUT) * terrain_step(t_gate);
-    float s = shape.x + gate * shape.y;
-    ds = (1.0 + (1.0 - TERRAIN_GATE_SHUT) / TERRAIN_GATE_WIDTH * terrain_step_slope(t_gate) * shape.y) * da + gate * ds;
-    ds = ds * to_near;
     dz = dz * to_near;
     int smooth_end = max(terrain_layers_above(2.0 * spacing_m), warped);
 #ifdef TERRAIN_CANONICAL
@@ -390,68 +338,23 @@ TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
 #endif
 
     TerrainPoint point;
-    TERRAIN_REAL h = terrain_surface(k, w1_exact, fields_exact.x, fields_exact.y, shape_exact,
-        broad_z + TERRAIN_REAL(z), TERRAIN_REAL(added),
-        TERRAIN_REAL(rougher.w));
+    TERRAIN_REAL h = terrain_surface(k, broad.w1.x, broad.w1.y, broad.w1.z, broad.fields.x, broad.fields.y,
+        shape_exact.x, shape_exact.y, broad_z + TERRAIN_REAL(z), TERRAIN_REAL(added), TERRAIN_REAL(rougher.w));
     height_m = double(h);
     point.dh = float(h - (TERRAIN_REAL(terrain_table.height_m.x) + TERRAIN_REAL(terrain_table.height_m.y)));
 
-    // The chain rule: height_surface.py's surface_gradient().
-    float x = (fields.x - k.sea_level) * k.inverse_deviation + k.coast * s;
-    vec3 dx = dc * k.inverse_deviation + k.coast * ds;
-    float t_belt = fields.y * k.inverse_belt, t_w = (w1.x + 0.35) * 2.0;
-    float t_coast = (x - 0.3) / 0.3, t_y = (w1.y - 0.05) / 0.3;
-    vec3 dw1x = vec3(j1[0].x, j1[1].x, j1[2].x);
-    vec3 dw1y = vec3(j1[0].y, j1[1].y, j1[2].y);
-    vec3 dw1z = vec3(j1[0].z, j1[1].z, j1[2].z);
-    float along = terrain_bump(t_belt) * terrain_step(t_w);
-    vec3 d_along = terrain_bump_slope(t_belt) * k.inverse_belt * terrain_step(t_w) * db
-        + terrain_bump(t_belt) * terrain_step_slope(t_w) * 2.0 * dw1x;
-    float coastal = terrain_bump(t_coast) * terrain_step(t_y) * k.mountains;
-    vec3 d_coastal = (terrain_bump_slope(t_coast) / 0.3 * terrain_step(t_y) * k.mountains) * dx
-        + (terrain_bump(t_coast) * terrain_step_slope(t_y) / 0.3 * k.mountains) * dw1y;
-    float belts = 1.0 - (1.0 - along) * (1.0 - coastal);
-    vec3 d_belts = (1.0 - coastal) * d_along + (1.0 - along) * d_coastal;
-    float t_land = (x + 0.5) / 0.6;
-    float share = 0.3 + 0.7 * terrain_step(t_land);
-    float on_land = belts * share;
-    vec3 d_land = d_belts * share + belts * (0.7 / 0.6 * terrain_step_slope(t_land)) * dx;
-    float t_shape = (s + k.shape_low) * k.shape_inverse;
-    float m = terrain_step(t_shape);
-    vec3 dm = terrain_step_slope(t_shape) * k.shape_inverse * ds;
-    float t_hill = (w1.z + 0.1) * 2.0;
-    float hills = k.hills * terrain_step(t_hill);
-    float calm = k.flat_ + hills * (1.0 - belts);
-    vec3 d_calm = (k.hills * 2.0 * terrain_step_slope(t_hill) * (1.0 - belts)) * dw1z - hills * d_belts;
-    float rough = calm * (0.5 + m) + on_land * (k.calm + k.wild * m);
-    vec3 d_rough = d_calm * (0.5 + m) + calm * dm + d_land * (k.calm + k.wild * m) + on_land * k.wild * dm;
-    rough += rougher.w;
-    d_rough += rougher.xyz;
-    float earth_slope = k.coast_m * 4.0 * terrain_step_slope(x * 4.0) + k.lowland_m
-        + k.slope_m / 0.6 * terrain_step_slope((-0.1 - x) / 0.6)
-        + k.abyss_m * 0.5 * terrain_step_slope((-0.5 - x) * 0.5)
-        + k.plateau_m / 1.2 * terrain_step_slope((x - 0.4) / 1.2);
-    float t_even = x * 0.6;
-    float even_root = inversesqrt(1.0 + t_even * t_even);
-    float even_slope = k.spread_m * 0.6 * even_root * even_root * even_root;
-    vec3 slope = mix(even_slope, earth_slope, k.plains) * dx;
-    slope += d_land * (k.foot_m + k.range_m * m) + on_land * k.range_m * dm;
-    slope += k.hill_m * (d_calm * m + calm * dm);
-    slope += d_rough * seen_z + rough * dz + dug.xyz;
-    float base = terrain_hypsometry(k, x) + on_land * (k.foot_m + k.range_m * m) + calm * (k.hill_m * m)
-        + rough * (float(broad_z) + z)
-        + float(added);
-    float over = max(base - k.knee_high_m, 0.0), under = max(k.knee_low_m - base, 0.0);
-    float give = (1.0 + over / k.room_high_m) * (1.0 + under / k.room_low_m);
-    give = 1.0 / (give * give);
-    slope *= give;
-
+    vec3 w1 = vec3(broad.w1);
+    vec2 fields = vec2(broad.fields), shape = vec2(shape_exact);
+    TerrainSurfaceSlopes t = terrain_surface_slopes(k, w1.x, w1.y, w1.z, fields.x, fields.y, shape.x, shape.y,
+        float(broad_z) + z, float(added), rougher.w, seen_z);
+    vec3 slope = vec3(t.by_w1x, t.by_w1y, t.by_w1z) * broad.j1 + t.by_c * broad.dc + t.by_b * broad.db
+        + (t.by_sa * da + t.by_sb * db) * to_near + t.by_z * dz + t.by_added * dug.xyz + t.by_rougher * rougher.xyz;
     vec3 up = terrain_table.up.xyz + vec3(D) / terrain_table.up.w;
     point.gradient = slope - up * dot(up, slope);
-    point.roughness = rough * give;
+    point.roughness = t.by_z;
     float moisture = terrain_table.map.z > 0 ? TERRAIN_COLORED_MOISTURE : 0.5 - 0.6 * w1.z + 0.2 * w1.y;
     point.moisture = clamp(moisture - TERRAIN_DUG_DRY * dug.w, 0.0, 1.0);
-    point.mountains = on_land;
+    point.mountains = t.on_land;
     return point;
 }
 

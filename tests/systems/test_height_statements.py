@@ -1,0 +1,102 @@
+"""A statement of the height function is written once; heights and derivatives on both sides have it."""
+
+from __future__ import annotations
+
+import importlib.util
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planetfall.systems.terrain import height_surface
+from planetfall.systems.terrain.height import TerrainParams, octave_table
+from planetfall.systems.terrain.height_octaves import model_of
+from planetfall.systems.terrain.height_statements import Statements
+
+EARTH = TerrainParams()
+INPUTS = ("w1x", "w1y", "w1z", "c", "b", "sa", "sb", "z", "added", "rougher")
+GROUND = "    ground = base + (rough + rougher) * z + added\n"
+DUNES = "    dunes = 300.0 * smoothstep(w1x * b + 0.5) / (1.0 + c * c) ** 0.5 - k.hill_m * bump(-sa) * gate\n"
+
+
+@pytest.fixture(scope="module")
+def changed(tmp_path_factory):
+    """The module, copied, with one statement more."""
+    text = Path(height_surface.__file__).read_text(encoding="utf-8")
+    assert text.count(GROUND) == 1
+    file = tmp_path_factory.mktemp("statements") / "height_surface.py"
+    file.write_text(text.replace(GROUND, DUNES + GROUND.replace("+ added", "+ added + dunes")), encoding="utf-8")
+    spec = importlib.util.spec_from_file_location(f"{height_surface.__package__}.changed", file)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture
+def inputs():
+    """Places of all kinds, in numbers that floats hold: {input: (N,)}."""
+    rng = np.random.default_rng(3)
+    spread = (0.5, 0.5, 0.5, 1.0, 0.05, 1.0, 1.0, 2000.0, 500.0, 0.3)
+    return {name: (s * rng.normal(size=400)).astype(np.float32) for name, s in zip(INPUTS, spread, strict=True)}
+
+
+def exact(inputs):
+    return [inputs[name].astype(np.float64) for name in INPUTS]
+
+
+@pytest.mark.parametrize("share", [1.0, 0.4])
+def test_derivatives_are_those_of_the_heights(changed, inputs, share):
+    """share: of z that is seen. Heights, and how far the limit bends them, have all of it."""
+    k, values = model_of(EARTH).constants, exact(inputs)
+    straight = replace(k, knee_high_m=1e9, knee_low_m=-1e9)
+    for module in (height_surface, changed):
+        value, *by, on_land = module.surface_slopes(k, *values, share * values[7])
+        assert np.array_equal(value, module.surface(k, *values)), "to the bit"
+        assert np.array_equal(on_land, module.surface_parts(k, *values[:7])[2])
+        give = module.limit_slope(k, module.surface(straight, *values))
+        for i, found in enumerate(by):
+            ends, step = [], 1e-6 * np.abs(values[i]).max()
+            for change in (-step, step):
+                there = values.copy()
+                there[7] = share * values[7]
+                there[i] = there[i] + change
+                ends.append(module.surface(straight, *there))
+            expected = give * (ends[1] - ends[0]) / (2.0 * step)
+            np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-5 * np.abs(expected).max())
+    assert np.abs(changed.surface(k, *values) - height_surface.surface(k, *values)).max() > 100.0
+
+
+def test_shaders_have_the_same(changed, inputs, run_compute, gpu):
+    k, scope = model_of(EARTH).constants, gpu.scope("test")
+    block = scope.buffer(octave_table(EARTH, np.array([0.0, 0.6, 0.8])).tobytes())
+    names = ", ".join(INPUTS)
+    body = f"""TerrainConstants k = terrain_table.constants;
+        h = terrain_surface(k, {names});
+        double exact = terrain_surface(k, {", ".join(f"double({name})" for name in INPUTS)});
+        high = float(exact);
+        low = float(exact - double(high));
+        TerrainSurfaceSlopes t = terrain_surface_slopes(k, {names}, 0.4 * z);
+        {" ".join(f"by_{name} = t.by_{name};" for name in INPUTS)}"""
+    outputs = dict.fromkeys(["h", "high", "low", *(f"by_{name}" for name in INPUTS)], "float")
+    try:
+        for module in (height_surface, changed):
+            gpu.shaders.add_virtual("generated/terrain_surface.glsl", module.shader())
+            out = run_compute(
+                body, inputs, outputs, '#include "terrain/height.glsl"',
+                setup=lambda _: block.bind_to_uniform_block(4),
+            )  # fmt: skip
+            value, *by, _ = module.surface_slopes(k, *exact(inputs), 0.4 * exact(inputs)[7])
+            assert np.abs(out["h"] - value).max() <= 0.02
+            assert np.abs(out["high"].astype(np.float64) + out["low"] - value).max() <= 1e-9
+            for name, expected in zip(INPUTS, by, strict=True):
+                assert np.abs(out[f"by_{name}"] - expected).max() <= 1e-5 * np.abs(expected).max()
+    finally:
+        gpu.shaders.add_virtual("generated/terrain_surface.glsl", height_surface.shader())
+        scope.release()
+
+
+def test_what_is_no_statement_is_named():
+    made = Statements("def f(k, t):\n    if t > 0:\n        return t\n    return 0.0\n", {})
+    with pytest.raises(ValueError, match=r"f, line 2: if t > 0"):
+        made["f"]
