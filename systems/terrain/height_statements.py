@@ -92,10 +92,10 @@ class Statements:
                     lines.append((target, value))
                 case ast.Assign([ast.Tuple()], ast.Call(ast.Name(other))):
                     lines += self[other].lines
-                case ast.Return(ast.expr() as value):
+                case ast.Return(ast.expr() as value) if len(lines) == len(dict(lines)):
                     return Function(name, tuple(a.arg for a in node.args.args[1:]), lines, {"value": value})
                 case _:
-                    raise ValueError(f"{name}, line {line.lineno}: {ast.unparse(line)} is not name = expression")
+                    raise ValueError(f"{name}, line {line.lineno}: {ast.unparse(line)} is not a new name = expression")
         raise ValueError(f"{name} returns nothing")
 
     def python(self, f: Function) -> Any:
@@ -109,7 +109,7 @@ class Statements:
         return self._known[f.name]
 
     def glsl(self, f: Function, real: str) -> str:
-        """f as terrain_<name> in float or double; of several results (surface_slopes) a struct (TerrainSurfaceSlopes)."""
+        """f as terrain_<name> in float or double; surface_slopes returns a struct TerrainSurfaceSlopes of its results."""
         results = ", ".join(self._glsl(value, real) for value in f.results.values())
         kind, struct = real, ""
         if len(f.results) > 1:

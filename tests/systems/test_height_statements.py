@@ -17,7 +17,7 @@ from planetfall.systems.terrain.height_statements import Statements
 EARTH = TerrainParams()
 INPUTS = ("w1x", "w1y", "w1z", "c", "b", "sa", "sb", "z", "added", "rougher")
 GROUND = "    ground = base + (rough + rougher) * z + added\n"
-DUNES = "    dunes = 300.0 * smoothstep(w1x * b + 0.5) / (1.0 + c * c) ** 0.5 - k.hill_m * bump(-sa) * gate\n"
+DUNES = "    dunes = 300.0 * smoothstep(w1x * b + 0.5) / (1.0 + c * c) ** 0.5 - k.hill_m * bump(-sa) * rough\n"
 
 
 @pytest.fixture(scope="module")
