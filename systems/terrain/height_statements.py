@@ -109,7 +109,7 @@ class Statements:
         return self._known[f.name]
 
     def glsl(self, f: Function, real: str) -> str:
-        """f as terrain_<name> in float or double; surface_slopes returns a struct TerrainSurfaceSlopes of its results."""
+        """f as terrain_<name> in float or double. surface_slopes returns a struct TerrainSurfaceSlopes of results."""
         results = ", ".join(self._glsl(value, real) for value in f.results.values())
         kind, struct = real, ""
         if len(f.results) > 1:
