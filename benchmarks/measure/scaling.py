@@ -15,7 +15,15 @@ from ...render.view import RenderView
 from ..timing import Timing, time_variants
 from .motion import turned
 
-__all__ = ["FrameCost", "PowerLaw", "fit_power_law", "turning_frames", "turning_in_turns", "turning_views"]
+__all__ = [
+    "FrameCost",
+    "PowerLaw",
+    "beside_alone",
+    "fit_power_law",
+    "turning_frames",
+    "turning_in_turns",
+    "turning_views",
+]
 
 
 @dataclass(frozen=True)
@@ -116,3 +124,33 @@ def turning_views(renderer: Renderer, seen: Camera, count: int, runs: int, sun: 
     for one in views[1:]:
         one.release()
     return FrameCost(timing, float(np.median(used[-runs:])))
+
+
+def beside_alone(
+    alone: Sequence[tuple[Renderer | RenderView, Camera]],
+    together: Sequence[tuple[Renderer | RenderView, Camera]],
+    sun: Sun,
+    moving: bool,
+    runs: int,
+) -> tuple[FrameCost, FrameCost]:
+    """A frame of each of several pictures, (from renderers of their own, as views of one renderer), by turns; medians.
+    Cameras turn by 0.01 degrees a frame. moving: time runs."""
+    used: dict[str, list[float]] = {"alone": [], "together": []}
+    steps = dict.fromkeys(used, 0)
+
+    def frame(name: str, pairs: Sequence[tuple[Renderer | RenderView, Camera]]) -> Callable[[], None]:
+        shown = [(one, turned(one.camera_state(camera), 0.01, 4)) for one, camera in pairs]
+
+        def draw() -> None:
+            steps[name] += 1
+            time_s = steps[name] / 60.0 if moving else 0.0
+            before = time.process_time()
+            for one, cameras in shown:
+                one.render(cameras[steps[name] % 4], time_s, sun=sun, dt_s=1.0 / 60.0)
+            used[name].append((time.process_time() - before) * 1e3)
+
+        return draw
+
+    timings = time_variants({"alone": frame("alone", alone), "together": frame("together", together)}, runs, 40)
+    found = [FrameCost(timings[name], float(np.median(used[name][-runs:]))) for name in used]
+    return found[0], found[1]

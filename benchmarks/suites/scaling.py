@@ -12,7 +12,7 @@ from contextlib import ExitStack
 from typing import Any
 
 from ... import Camera, CloudLayer, Clouds, Ocean, Orbit, Scene, Sun, Terrain, load_scene, view
-from ..measure.scaling import FrameCost, fit_power_law, turning_frames, turning_in_turns, turning_views
+from ..measure.scaling import FrameCost, beside_alone, fit_power_law, turning_frames, turning_in_turns, turning_views
 from ..session import Bench, Session
 from ..target import at_most
 
@@ -156,6 +156,25 @@ def _views(session: Session) -> None:
     _series(session, "near", (1, 2, 4) if session.small else (1, 2, 4, 8), measure, "views", size, 1.1)
 
 
+def _surface(session: Session) -> None:
+    """A view 5 m above the sea beside one 3 m below it, clouds in the sky: a frame of both against each in a renderer
+    of its own. What one view shows must not make the other's graph or clouds begin anew."""
+    size = QUICK_SIZE if session.small else SIZE
+    place: dict[str, Any] = {"heading_deg": 20.0, "pitch_deg": 8.0}
+    cameras = [Camera.at(35.0, 170.0, altitude_m, **place) for altitude_m in (5.0, -3.0)]
+    sun = Sun(elevation_deg=40.0, azimuth_deg=200.0, latitude_deg=35.0, longitude_deg=170.0)
+    for moving in (False, True):
+        with ExitStack() as stack:
+            one, other, both = (stack.enter_context(session.renderer(load_scene("earth"), size, "low")) for _ in "123")
+            pairs = [(one, cameras[0]), (other, cameras[1])]
+            together = [(both, cameras[0]), (stack.enter_context(both.add_view(size)), cameras[1])]
+            alone, beside = beside_alone(pairs, together, sun, moving, session.runs(40, 12))
+        name = "time runs" if moving else "time stands"
+        session.row(f"above and below, {name}", "sea", size, beside.timing, cpu_ms=beside.cpu_ms)
+        share = beside.cpu_ms / alone.cpu_ms
+        session.row(f"over the two alone, {name}", "sea", size, error=share, target=at_most(1.05), cpu_ms=alone.cpu_ms)
+
+
 def _planets(session: Session) -> None:
     """Moons side by side, each as large in the picture as the others; one more is one more globe of ground."""
     size = QUICK_SIZE if session.small else SIZE
@@ -181,5 +200,6 @@ BENCHES: Mapping[str, Bench] = {
     "waves": _waves,
     "cloud_layers": _cloud_layers,
     "views": _views,
+    "surface": _surface,
     "planets": _planets,
 }
