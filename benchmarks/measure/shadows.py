@@ -42,7 +42,7 @@ def spots(renderer: Renderer, camera: Any, rng: np.random.Generator, count: int,
     ground = TerrainSampler(renderer.scene)
     feet = state.position_m + seen
     feet /= np.linalg.norm(feet, axis=1, keepdims=True)
-    pixel = (state.tan_top - state.tan_bottom) / renderer.size[1]
+    pixel = state.pixel_angle_rad(renderer.size[1])
     away = np.linalg.norm(seen, axis=1)
     heights = ground.height(feet)
     lift = 1e-3 + 0.1 * pixel * away  # a tenth of a pixel: a ray's first step is not the ground it stands on

@@ -103,6 +103,11 @@ class Frame:
         return self.view.index
 
     @property
+    def pixel_rad(self) -> float:
+        """The angle of a pixel at the middle of the view, from row to row."""
+        return self.camera.pixel_angle_rad(self.size[1])
+
+    @property
     def at_once(self) -> bool:
         """Whether nothing may wait for later frames: the picture stands for itself, or there is no last one."""
         return self.cut or self.settling or self.one_shot

@@ -94,7 +94,7 @@ class SnappedMesh(ViewParts, Generic[C]):
         """CPU work of one frame. surface: what the cells depend on beside proxy and scale. Whether other cells were
         chosen, and whether buffers of the graph grew."""
         proxy = frame.view.proxy
-        now = Scale(float(frame.settings["terrain.edge_px"]), frame.camera.pixel_angle_rad(frame.size[1]))
+        now = Scale(float(frame.settings["terrain.edge_px"]), frame.pixel_rad)
         self._snap = snap = frame.view.snap
         snap.take_part(True, *self.phases)
         self._prepared = -1

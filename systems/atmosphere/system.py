@@ -140,7 +140,7 @@ class AtmosphereSystem(System):
         camera = frame.camera
         distance = camera.distance_m
         cosine, sine, side = sun_at(camera.direction, frame.sun.direction)
-        pixel = (camera.tan_top - camera.tan_bottom) / frame.size[1]
+        pixel = frame.pixel_rad
         view.seen = distance <= 2.0 * model.top_radius_m or 2.0 * model.top_radius_m / distance > pixel
         view.block = view_block(model, distance - model.radius_m, cosine, sine, side, self._sizes)
         view.wanted = self._state(view, job)

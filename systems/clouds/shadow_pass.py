@@ -107,7 +107,7 @@ class ShadowPass:
         maps.follow(foot, sun, frame.time_s)
         top_m = block.counts[2]
         camera = frame.camera
-        pixel_rad = (camera.tan_top - camera.tan_bottom) / frame.size[1]
+        pixel_rad = frame.pixel_rad
         maps.need(pixel_rad * max(float(np.linalg.norm(camera.position_m)) - radius_m - top_m, 0.0))
         alone = frame.settling or frame.one_shot
         if present and not alone:

@@ -66,9 +66,7 @@ class Shafts:
         far, dip = reach_rad(height, radius_m), reach_rad(top_m, radius_m)
         # The sun as high as it is over the farthest cloud that is seen, against where the highest still see it.
         day = math.asin(max(-1.0, min(1.0, rise))) + far + 2.0 * dip + frame.sun.angular_radius_rad > 0.0
-        camera = frame.camera
-        pixel = (camera.tan_top - camera.tan_bottom) / frame.size[1]
-        wide = pixel * max(height - top_m, 0.0) / max(thickness_m, 1e-3)
+        wide = frame.pixel_rad * max(height - top_m, 0.0) / max(thickness_m, 1e-3)
         x = min(max((wide - _NARROW) / (_WIDE - _NARROW), 0.0), 1.0)
         self.share = (1.0 - x * x * (3.0 - 2.0 * x)) if day and self._steps > 0 else 0.0
         self._soft_m = thickness_m

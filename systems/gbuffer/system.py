@@ -9,16 +9,10 @@ from collections.abc import Callable
 from typing import Any
 
 from ...engine.frame import Frame, ViewInfo
+from ...engine.frame.gbuffer import ATTACHMENTS, GBUFFER, tiles_of
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.system import Setup, System
 from .debug_tiles import TilesPicture
-
-GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
-"""Colour attachments of every surface pass, in the order of their shader locations."""
-
-
-TILE = (16, 8)
-"""Pixels of a tile: the workgroup of common/surface_tiles.glsl."""
 
 
 class GBufferSystem(System):
@@ -51,18 +45,9 @@ class GBufferSystem(System):
             bind=self._bind_clear,
             system=self.name,
             help="nothing seen yet, infinitely far away",
-            creates=(
-                TextureSpec("gbuffer.depth", "depth32f", help="near / z, reversed: 0 is infinitely far"),
-                TextureSpec("gbuffer.normal", "rg16_snorm", help="octahedral normal in planet axes"),
-                TextureSpec(
-                    "gbuffer.attributes",
-                    "rgba8",
-                    help="ground: roughness, moisture, height; sea: depth in two; the vertices' spacing in alpha",
-                ),
-                TextureSpec("gbuffer.surface", "r8ui", help="0 none, 1 terrain, 2 sea, 3 props"),
-            ),
+            creates=ATTACHMENTS,
         )
-        across, down = (-(-n // t) for n, t in zip(view.size, TILE, strict=True))
+        across, down = tiles_of(view.size)
         count = across * down
         builder.add_pass(
             "gbuffer.classify",

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ...engine.frame import Frame, ViewInfo
+from ...engine.frame.gbuffer import GBUFFER
 from ...engine.gpu.cell_mesh import VERTEX_DTYPE
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.system import Setup
 from .mesh import SeaMaking, SeaMesh
-from .shading import GBUFFER
 from .wave_passes import SeaWaves
 
 __all__ = ["SeaMeshPasses"]

@@ -56,7 +56,7 @@ def wet_rows(lens: tuple[float, float, float, float], camera: CameraState, heigh
     across, tall = (
         max(abs(a), abs(b)) for a, b in ((camera.tan_left, camera.tan_right), (camera.tan_bottom, camera.tan_top))
     )
-    pixel = (camera.tan_top - camera.tan_bottom) / height
+    pixel = camera.pixel_angle_rad(height)
     reach = _EDGE_PX * pixel * float(np.sqrt(1.0 + across * across + tall * tall))
     # Lens over water at the level of the eye, at the side where the water stands highest: `rest + up * tangent`.
     rest = lens[3] / camera.near_m + forward + min(camera.tan_left * right, camera.tan_right * right) - reach

@@ -16,6 +16,7 @@ import numpy as np
 
 from ...components import Ocean, Planet
 from ...engine.frame import Frame, Proxy, ViewParts
+from ...engine.frame.gbuffer import GBUFFER
 from ...engine.gpu import GpuScope
 from ...engine.gpu.layout import IVec4, Vec4
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
@@ -24,7 +25,6 @@ from ...engine.surface.coverage import proxy_coverage
 from ...engine.surface.projected_grid import FINEST, ProjectedGrid, Tessellation, grid_axes, grid_offset
 from ...engine.surface.selection import spacing_angle
 from ...engine.system import Setup
-from .shading import GBUFFER
 from .wave_passes import SeaWaves, WaveView
 
 __all__ = ["PAPER_CORNERS", "PaperSeaPasses", "PaperSeaView"]
@@ -113,7 +113,7 @@ class PaperSeaPasses:
         """Project and cut the grid; True where buffers changed."""
         ocean = frame.world.get(frame.planet, Ocean)
         proxy, camera = frame.view.proxy, frame.camera
-        pixel_angle = (camera.tan_top - camera.tan_bottom) / frame.size[1]
+        pixel_angle = frame.pixel_rad
         edge_px = float(frame.settings["terrain.edge_px"])
         ground = frame.world.resources.get("height_field")
         key = (proxy.generation, revision(ocean), id(ground), edge_px, pixel_angle)

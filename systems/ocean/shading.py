@@ -9,6 +9,7 @@ from typing import Any
 from ...components import Ocean, Planet
 from ...engine.frame import Frame, ViewInfo
 from ...engine.frame.contracts import bind_contracts, contract_reads
+from ...engine.frame.gbuffer import GBUFFER, TILE_PX, tiles_of
 from ...engine.gpu.between_shaded import BetweenShaded
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import revision, with_overrides
@@ -21,13 +22,11 @@ from .block import OCEAN_BINDING, OceanBlock, drifted, ocean_block
 from .lens import LENS_REACH_M, lens_plane, wet_rows
 from .wave_passes import highest_likely_m
 
-__all__ = ["GBUFFER", "SEA_TOP", "SeaShading"]
+__all__ = ["SEA_TOP", "SeaShading"]
 
-GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
 SEA_TOP = "sea_top_m"
 """World resource: no water is higher above the reference sphere than this, with room for a lens."""
 
-_TILE = (16, 8)
 _SKY_MAP = (64, 64)  # SKY_MAP_SIDE of ocean/look/sky_map.glsl
 _KINDS = ("open", "mirror", "rich", "below", "limb")
 _LENS = "ocean.lens_light"
@@ -154,7 +153,7 @@ class SeaShading:
         # No sea is nearer than this, so no pixel of it narrower.
         nearest_m = altitude_m - float(frame.world.resource(SEA_TOP))
         widest_m = max(_PATTERN_M, _RIPPLE_CELLS * NESTED_BASE_M * 2.0 ** held.ripples[0])
-        pixel = (frame.camera.tan_top - frame.camera.tan_bottom) / frame.size[1]
+        pixel = frame.pixel_rad
         self._far = nearest_m * pixel > widest_m
         self._glows = any(value > 0.0 for value in held.glow)
         self._warming.step(frame)
@@ -162,7 +161,7 @@ class SeaShading:
         self._block.bind()
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
-        across, down = (-(-n // t) for n, t in zip(view.size, _TILE, strict=True))
+        across, down = tiles_of(view.size)
         count = across * down
         corners = (across + 1, 5 * (down + 1))
         groups = (-(-corners[0] // 8), -(-corners[1] // 40), _SKY_MAP[0] // 8, _SKY_MAP[1] // 8)
@@ -301,9 +300,9 @@ class SeaShading:
             light.bind_to_storage_buffer(7)
             self._under_light.run()
             self._gpu.gpu.barrier()
-            first, end = self._wet_rows[0] // _TILE[1], -(-self._wet_rows[1] // _TILE[1])
+            first, end = self._wet_rows[0] // TILE_PX[1], -(-self._wet_rows[1] // TILE_PX[1])
             if first < end:
-                self._under.set("u_first_row", first * _TILE[1])
+                self._under.set("u_first_row", first * TILE_PX[1])
                 self._under.run(across, end - first, 1)
 
         return run

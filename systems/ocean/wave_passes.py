@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ...components import Ocean, Planet
 from ...engine.frame import Frame, ViewInfo
+from ...engine.frame.gbuffer import tiles_of
 from ...engine.gpu import GpuScope
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import revision, with_overrides
@@ -164,16 +165,15 @@ class SeaWaves:
         of_pixels = ("gbuffer.depth", "gbuffer.attributes", "gbuffer.surface", "gbuffer.tiles_sea")
         reads = (*of_pixels, *(("ocean.moved",) if view.moves else ()))
         if self._many:
-            tiles = -(-info.size[0] // 16) * -(-info.size[1] // 8)
+            across, down = tiles_of(info.size)
+            room = (across * down + 8) * _SWELL_BYTES
             builder.add_pass(
                 "ocean.swell",
                 kind="compute",
                 system=self._name,
                 bind=lambda io: self._bind_swell(io, view),
                 reads=reads,
-                creates=(
-                    BufferSpec("ocean.swell", (tiles + 8) * _SWELL_BYTES, help="long waves of each tile, at nodes"),
-                ),
+                creates=(BufferSpec("ocean.swell", room, help="long waves of each tile, at nodes"),),
                 only_while=seen,
                 help="slopes of the waves that are long on a tile of the picture",
             )
@@ -209,8 +209,8 @@ class SeaWaves:
     def _bind_swell(self, io: PassIO, view: WaveView) -> Callable[[], None]:
         bind, swell = self._bind_pixels(io, view), io.buffer("ocean.swell")
         program = self._program("ocean/swell.comp", view.moves, True)
-        across, down = io.size
-        groups = -(-(-(-across // 16) * -(-down // 8)) // 8)
+        across, down = tiles_of(io.size)
+        groups = -(-across * down // 8)
 
         def run() -> None:
             bind()

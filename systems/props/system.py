@@ -13,6 +13,7 @@ import moderngl
 from ...components import Shape, Transform
 from ...engine.frame import Frame, View, ViewInfo, ViewParts
 from ...engine.frame.contracts import bind_contracts, contract_reads
+from ...engine.frame.gbuffer import GBUFFER, tiles_of
 from ...engine.gpu import GpuScope
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import latest_revision
@@ -22,8 +23,6 @@ from .meshes import Mesh, box, is_file, load_mesh, sphere
 
 __all__ = ["PropsSystem"]
 
-GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
-TILE = (16, 8)
 _SHADOW_RADII = 90.0
 """PROP_SHADOW_RADII of props/shadow.glsl."""
 
@@ -126,7 +125,7 @@ class PropsSystem(System):
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         seen = self._view(view.view)
         name = self.name
-        tiles = [-(-n // t) for n, t in zip(view.size, TILE, strict=True)]
+        tiles = tiles_of(view.size)
         builder.add_pass(
             "props.gbuffer",
             system=name,
@@ -146,7 +145,7 @@ class PropsSystem(System):
             "props.shadow",
             system=name,
             kind="compute",
-            bind=lambda io: self._bind_shadow(io, seen, (tiles[0], tiles[1])),
+            bind=lambda io: self._bind_shadow(io, seen, tiles),
             reads=("gbuffer.depth", "gbuffer.normal", "gbuffer.surface"),
             creates=(
                 TextureSpec("props.shadow", "rg8", help="share of sunlight and of skylight that props leave"),
@@ -158,7 +157,7 @@ class PropsSystem(System):
             "props.tiles",
             system=name,
             kind="compute",
-            bind=lambda io: self._bind_tiles(io, (tiles[0], tiles[1])),
+            bind=lambda io: self._bind_tiles(io, tiles),
             reads=("gbuffer.tile_flags", "props.touched"),
             creates=(BufferSpec("props.tile_list", 16 + 4 * tiles[0] * tiles[1], help="dispatch and tiles"),),
             help="tiles with props or their shadows",

@@ -195,7 +195,7 @@ class ProxySystem(System):
         tops += [] if air is None else [float(air.thickness_m)]
         tops += [] if clouds is None else [float(layer.top_m) for layer in (clouds, *clouds.layers)]
         camera, reach = frame.camera, radius + max(tops)
-        pixel = (camera.tan_top - camera.tan_bottom) / frame.size[1]
+        pixel = frame.pixel_rad
         if 2.0 * reach < _LEAST_PX * pixel * camera.distance_m:
             return False
         return not out_of_view(camera, -camera.position_m, reach)
@@ -203,8 +203,8 @@ class ProxySystem(System):
     @staticmethod
     def _pixel(frame: Frame) -> float:
         """A pixel as a tangent: rays are moved by less where a frame is jittered."""
-        camera, (width, height) = frame.camera, frame.size
-        return max((camera.tan_right - camera.tan_left) / width, (camera.tan_top - camera.tan_bottom) / height)
+        camera = frame.camera
+        return max((camera.tan_right - camera.tan_left) / frame.size[0], frame.pixel_rad)
 
     @staticmethod
     def _top_m(frame: Frame, field: HeightField | None) -> float:

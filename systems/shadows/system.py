@@ -178,7 +178,7 @@ class ShadowSystem(System):
     def _place_of(frame: Frame) -> tuple[Any, ...]:
         """What the windows are placed for: of the camera, the angle of a pixel, the proxy and the sun."""
         camera, proxy = frame.camera, frame.view.proxy
-        pixel_rad = (camera.tan_top - camera.tan_bottom) / frame.size[1]
+        pixel_rad = frame.pixel_rad
         return (camera.position_m.tobytes(), pixel_rad, proxy.generation, frame.sun.direction.tobytes())
 
     def _view(self, index: int, rows: int) -> _View:

@@ -80,7 +80,7 @@ class SkySystem(System):
             return
         distance = frame.camera.distance_m
         reach = (frame.world.get(frame.planet, Planet).radius_m + top_m) / distance
-        pixel = (frame.camera.tan_top - frame.camera.tan_bottom) / frame.size[1]
+        pixel = frame.pixel_rad
         if 2.0 * reach <= pixel:
             return  # smaller than a pixel
         # A polygon around a cone that is narrower than a right angle by a margin; else the whole picture.

@@ -8,12 +8,12 @@ from typing import Any
 
 from ...components import Ocean
 from ...engine.frame import ViewInfo
+from ...engine.frame.gbuffer import GBUFFER, tiles_of
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
 from .view import TerrainView
 
 __all__ = ["Coasts"]
 
-GBUFFER = ("gbuffer.normal", "gbuffer.attributes", "gbuffer.surface")
 _LISTS = ("terrain.coast_asked", "terrain.coast_land", "terrain.coast_more")
 _GROWING = ("gbuffer.tile_flags", "gbuffer.tiles_terrain", "gbuffer.tiles_sea")
 _RG16_SNORM = 0x8F99  # moderngl takes the texture for an unsigned one
@@ -21,7 +21,6 @@ _GROWTH = 3
 """From far away meshes know nothing of lakes and islands that are tens of kilometres wide: so many times tiles are
 added into which one goes on."""
 _DEEP_M = 100.0
-_TILE = (16, 8)
 
 
 class Coasts:
@@ -44,7 +43,7 @@ class Coasts:
     ) -> None:
         """file: the backend's own shader for it, or ""; view and bind_heights: of the view, once it is drawn; seen:
         whether any ground is."""
-        across, down = (-(-n // side) for n, side in zip(info.size, _TILE, strict=True))
+        across, down = tiles_of(info.size)
         pixels = 4 if self._fourth() else info.size[0] * info.size[1]  # those between are not listed
         counts = (pixels, pixels, across * down)
         texts = ("pixels that may be land or water", "those that become land", "tiles that are added")
@@ -94,7 +93,7 @@ class Coasts:
         begin, grow = self._shader("terrain/coast_begin.comp"), self._shader("terrain/coast_grow.comp")
         tiles, (asked, land, more) = io.buffer("gbuffer.tiles_coast"), (io.buffer(name) for name in _LISTS)
         growing = [io.buffer(name) for name in _GROWING]
-        across, down = (-(-n // side) for n, side in zip(io.size, _TILE, strict=True))
+        across, down = tiles_of(io.size)
         barrier = self._gpu.gpu.barrier
         ask = self._bind_between(view) if self._fourth() else self._bind_lists(view, asked, land)
 

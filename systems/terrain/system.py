@@ -11,6 +11,7 @@ import numpy as np
 from ...components import DebugView, Ocean, Planet, Terrain
 from ...engine.frame import Frame, Proxy, ViewInfo
 from ...engine.frame.contracts import bind_contracts, contract_reads
+from ...engine.frame.gbuffer import GBUFFER, tiles_of
 from ...engine.frame.snapping import SnapAhead
 from ...engine.frame.unseen import Unseen
 from ...engine.gpu.between_shaded import BetweenShaded
@@ -18,7 +19,7 @@ from ...engine.graph import BufferSpec, GraphBuilder, PassIO
 from ...engine.settings import SettingError, revision, with_overrides
 from ...engine.system import Setup, System
 from .backends import Backend, Ground, make_backend
-from .coasts import GBUFFER, Coasts
+from .coasts import Coasts
 from .debug_passes import TerrainDebugPasses
 from .height import TerrainField, TerrainParams, octave_table
 from .height_map import color_cube
@@ -195,7 +196,7 @@ class TerrainSystem(System):
         if ahead.phase and ahead.proxy is not None:
             self._prepare_octaves(view, ahead, ahead.proxy)
         altitude_m = float(np.linalg.norm(camera.position_m)) - self._ground.params.radius_m
-        pixel = (camera.tan_top - camera.tan_bottom) / frame.size[1]
+        pixel = frame.pixel_rad
         narrowest_m = (altitude_m - self._ground.field.highest_m) * pixel
         sea = next((ocean.sea_level_m for _, (ocean,) in frame.world.query(Ocean)), 0.0)
         view.wide = (altitude_m - sea) * pixel > _WIDE_PIXEL_M
@@ -273,7 +274,7 @@ class TerrainSystem(System):
         if self._sorts_wet():
             tiles = _WET_LISTS
             texts = ("dry distant", "wet distant", "dry near", "wet near")
-            across, down = (-(-n // side) for n, side in zip(view.size, (16, 8), strict=True))
+            across, down = tiles_of(view.size)
             builder.add_pass(
                 "terrain.wet",
                 kind="compute",

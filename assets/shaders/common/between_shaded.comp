@@ -61,7 +61,7 @@ float evenness(vec4 sides[2]) {
 
 void main() {
     uint tile = tiles[spread_tiles()];
-    ivec2 block = ivec2(tile & 0xffffu, tile >> 16) * ivec2(16, 8) + 2 * ivec2(gl_LocalInvocationID.xy),
+    ivec2 block = ivec2(tile & 0xffffu, tile >> 16) * TILE_PX + 2 * ivec2(gl_LocalInvocationID.xy),
         last = textureSize(u_surface, 0) - 1;
     // The black squares of the block, and of those around it that the white ones touch.
     int first = int(frame.clock.y) & 1;
@@ -86,7 +86,7 @@ void main() {
 #else
 void main() {
     uint tile = tiles[spread_tiles()];
-    ivec2 block = ivec2(tile & 0xffffu, tile >> 16) * ivec2(16, 8) + 2 * ivec2(gl_LocalInvocationID.xy),
+    ivec2 block = ivec2(tile & 0xffffu, tile >> 16) * TILE_PX + 2 * ivec2(gl_LocalInvocationID.xy),
         last = textureSize(u_surface, 0) - 1;
     bool shows[4];
     int shaded = 3;   // as find_shown() has it

@@ -37,7 +37,7 @@ layout(binding = 0) writeonly uniform image2D u_radiance;
 ivec2 tile_pixel() {
     uint tile = tiles[spread_tiles()];
     ivec2 apart = ivec2(SHADE_EVERY > 1 ? 2 : 1, SHADE_EVERY > 2 ? 2 : 1);
-    return ivec2(tile & 0xffffu, tile >> 16) * ivec2(16, 8) + apart * ivec2(gl_LocalInvocationID.xy);
+    return ivec2(tile & 0xffffu, tile >> 16) * TILE_PX + apart * ivec2(gl_LocalInvocationID.xy);
 }
 
 bool shows(ivec2 pixel, uint surface) {

@@ -13,8 +13,8 @@ uniform ivec2 u_tiles;
 
 void main() {
     int tile = int(gl_GlobalInvocationID.x);
-    ivec2 size = textureSize(u_surface, 0), first = ivec2(tile % u_tiles.x, tile / u_tiles.x) * ivec2(16, 8);
-    ivec2 last = min(first + ivec2(16, 8), size);
+    ivec2 size = textureSize(u_surface, 0), first = ivec2(tile % u_tiles.x, tile / u_tiles.x) * TILE_PX;
+    ivec2 last = min(first + TILE_PX, size);
     uint found = 0u;
     float nearest = 0.0, farthest = 3.0e38;
     for (int y = first.y; y < last.y; ++y) {

@@ -26,8 +26,8 @@ float meeting_cosine(vec2 ndc) {
 
 void main() {
     int tile = int(gl_GlobalInvocationID.x);
-    ivec2 size = textureSize(u_surface, 0), first = ivec2(tile % u_tiles.x, tile / u_tiles.x) * ivec2(16, 8);
-    ivec2 last = min(first + ivec2(16, 8), size);
+    ivec2 size = textureSize(u_surface, 0), first = ivec2(tile % u_tiles.x, tile / u_tiles.x) * TILE_PX;
+    ivec2 last = min(first + TILE_PX, size);
     float shallowest = 2.0, highest_sine = 0.0;
     bool above = false, below = false;
     float limit = ocean.loss.w / (ocean.loss.w + 16.0);
@@ -49,7 +49,7 @@ void main() {
     // Ice and the waterline, by the tile's corners.
     float steepest = 0.0, flattest = 1.0;
     for (int corner = 0; corner < 4; ++corner) {
-        float meets = meeting_cosine(ndc_of_pixel(vec2(first + ivec2(corner & 1, corner >> 1) * ivec2(16, 8))));
+        float meets = meeting_cosine(ndc_of_pixel(vec2(first + ivec2(corner & 1, corner >> 1) * TILE_PX)));
         steepest = max(steepest, meets);
         flattest = min(flattest, meets);
         ivec2 pixel = clamp(first + ivec2(corner & 1, corner >> 1) * ivec2(15, 7), ivec2(0), size - 1);

@@ -2,6 +2,7 @@
 // nearest, and the air before it: five maps, one below the other. They change little from tile to tile, and pixels
 // interpolate.
 #include "common/camera.glsl"
+#include "common/surfaces.glsl"
 #include "contract/air.glsl"
 #include "contract/sky.glsl"
 #include "contract/skylight.glsl"
@@ -16,7 +17,7 @@ const float STARLIGHT = 1.5e-8;   // of the sun's irradiance: 2e-3 lx of stars a
 void main() {
     ivec2 corner = ivec2(gl_GlobalInvocationID.xy), corners = imageSize(u_light_out) / ivec2(1, 5);
     if (any(greaterThanEqual(corner, corners))) return;
-    vec3 direction = normalize(view_ray(ndc_of_pixel(vec2(corner * ivec2(16, 8)))));
+    vec3 direction = normalize(view_ray(ndc_of_pixel(vec2(corner * TILE_PX))));
     float h = frame.camera_zenith.w - planet.sea.x, r = planet.radii.x + planet.sea.x;
     float b = (r + h) * dot(direction, frame.camera_zenith.xyz), c = h * (2.0 * r + h), meets = b * b - c;
     float q = -b + (b < 0.0 ? 1.0 : -1.0) * sqrt(max(meets, 0.0));

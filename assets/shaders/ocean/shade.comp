@@ -54,7 +54,7 @@ const float PI = 3.14159265358979;
 // and a camera up high; the air before the sea: 3 its extinction by the metre, 4 its source.
 vec3 sea_light(int kind) {
     vec2 corners = vec2(textureSize(u_light, 0) / ivec2(1, 5)),
-        at = (0.5 + 0.5 * v_ndc) * frame.viewport.xy / vec2(16.0, 8.0) + 0.5;
+        at = (0.5 + 0.5 * v_ndc) * frame.viewport.xy / vec2(TILE_PX) + 0.5;
     return textureLod(u_light, vec2(at.x, at.y + float(kind) * corners.y) / vec2(corners.x, 5.0 * corners.y), 0.0).rgb;
 }
 

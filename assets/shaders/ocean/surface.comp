@@ -256,7 +256,7 @@ void main() {
     const int ROW = 16 / SEA_APART.x;
     uint index = spread_group(), tile = tiles[index];
     int lane = int(gl_LocalInvocationID.x) * SEA_RUN;
-    ivec2 first = ivec2(tile & 0xffffu, tile >> 16) * ivec2(16, 8) + SEA_APART * ivec2(lane & (ROW - 1), lane / ROW);
+    ivec2 first = ivec2(tile & 0xffffu, tile >> 16) * TILE_PX + SEA_APART * ivec2(lane & (ROW - 1), lane / ROW);
 #if SHADE_EVERY > 1
     uint all = 0u;
     for (int k = 0; k < SEA_RUN; ++k) {

@@ -28,7 +28,7 @@ vec2 turned(vec2 circle, vec2 by) {
 void main() {
     uint index = spread_group() * 8u + gl_LocalInvocationID.x;
     if (index >= tile_groups[0]) return;
-    ivec2 first = ivec2(tiles[index] & 0xffffu, tiles[index] >> 16) * ivec2(16, 8);
+    ivec2 first = ivec2(tiles[index] & 0xffffu, tiles[index] >> 16) * TILE_PX;
     // Axes across and along the view keep the rectangle small.
     vec3 ray = view_ray(ndc_of_pixel(vec2(first) + vec2(8.0, 4.0)));
     vec2 ahead = vec2(dot(ray, wave_east.xyz), dot(ray, wave_north.xyz));

@@ -38,7 +38,7 @@ vec3 reflected(vec3 albedo, float roughness, vec3 normal, vec3 view, vec3 sun) {
 
 void main() {
     uint tile = tiles[gl_WorkGroupID.x];
-    ivec2 pixel = ivec2(tile & 0xffffu, tile >> 16) * ivec2(16, 8) + ivec2(gl_LocalInvocationID.xy);
+    ivec2 pixel = ivec2(tile & 0xffffu, tile >> 16) * TILE_PX + ivec2(gl_LocalInvocationID.xy);
     if (any(greaterThanEqual(pixel, textureSize(u_surface, 0)))) return;
     uint surface = texelFetch(u_surface, pixel, 0).r;
     vec2 left = texelFetch(u_shadow, pixel, 0).rg;

@@ -10,7 +10,7 @@ layout(std430, binding = 7) readonly buffer TileBuffer {
     uint tile_groups[4];
     uint tiles[];
 };
-const ivec2 TILE = ivec2(16, 8), HALF = ivec2(4, 2);
+const ivec2 HALF = ivec2(4, 2);
 const int COLUMNS = 5, CORNERS = 15;
 shared vec4 s_ground[CORNERS];      // xyz: gradient; w: height above the sea
 shared vec4 s_attributes[CORNERS];  // w: depth, 0 where there is nothing
@@ -46,7 +46,7 @@ vec4 corner_shares(ivec2 in_block, vec4 depths) {
 
 void main() {
     uint tile = tiles[spread_tiles()];
-    ivec2 first = ivec2(tile & 0xffffu, tile >> 16) * TILE;
+    ivec2 first = ivec2(tile & 0xffffu, tile >> 16) * TILE_PX;
     int lane = int(gl_LocalInvocationIndex);
     sample_ground(min(lane, CORNERS - 1), first);
     barrier();

@@ -2,6 +2,7 @@
 // each is asked. With COAST_STEP 2 the first of a block.
 #include "terrain/coast_list.glsl"
 #include "common/spread.glsl"
+#include "common/surfaces.glsl"
 
 #ifdef COAST_TILES
 #if COAST_STEP == 2
@@ -16,7 +17,7 @@ layout(std430, binding = 7) readonly buffer TileBuffer {
 
 bool coast_asked(out ivec2 pixel) {
     uint tile = tiles[spread_tiles()];
-    pixel = ivec2(tile & 0xffffu, tile >> 16) * ivec2(16, 8) + COAST_STEP * ivec2(gl_LocalInvocationID.xy);
+    pixel = ivec2(tile & 0xffffu, tile >> 16) * TILE_PX + COAST_STEP * ivec2(gl_LocalInvocationID.xy);
     return all(lessThan(pixel, textureSize(u_surface, 0)));
 }
 #else

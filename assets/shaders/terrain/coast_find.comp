@@ -37,7 +37,7 @@ float layer_amplitude(float wavelength_m) {
 void main() {
     uint tile = tiles[spread_tiles()];
     int lane = int(gl_LocalInvocationIndex);
-    ivec2 first = ivec2(tile & 0xffffu, tile >> 16) * ivec2(16, 8) + 4 * ivec2(lane & 3, lane >> 2);
+    ivec2 first = ivec2(tile & 0xffffu, tile >> 16) * TILE_PX + 4 * ivec2(lane & 3, lane >> 2);
     ivec2 last = textureSize(u_surface, 0) - 1;
 
     ivec2 middle = min(first + 2, last);

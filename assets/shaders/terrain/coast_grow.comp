@@ -11,7 +11,6 @@ layout(std430, binding = 2) buffer SeaBuffer { uint sea_groups[4]; uint sea_tile
 layout(std430, binding = 3) buffer MoreBuffer { uint more_groups[4]; uint more_tiles[]; };
 uniform ivec2 u_tiles;
 
-const ivec2 TILE = ivec2(16, 8);
 const uint LAND = 1u << SURFACE_TERRAIN, SEA = 1u << SURFACE_SEA;
 
 uint seen(ivec2 pixel) {
@@ -23,12 +22,12 @@ void main() {
     int tile = int(gl_GlobalInvocationID.x);
     bool there = tile < u_tiles.x * u_tiles.y;
     uint own = there ? flags[tile] : SURFACE_ASKED;
-    ivec2 at = ivec2(tile % u_tiles.x, tile / u_tiles.x), first = at * TILE;
+    ivec2 at = ivec2(tile % u_tiles.x, tile / u_tiles.x), first = at * TILE_PX;
     bool meets = false;
-    int turns = (own & SURFACE_ASKED) == 0u && (own & (LAND | SEA)) != 0u ? TILE.x : 0;
+    int turns = (own & SURFACE_ASKED) == 0u && (own & (LAND | SEA)) != 0u ? TILE_PX.x : 0;
     for (int k = 0; k < turns; ++k) {
-        ivec2 low = first + ivec2(k, 0), left = first + ivec2(0, k / 2), high = low + ivec2(0, TILE.y - 1),
-            right = left + ivec2(TILE.x - 1, 0);
+        ivec2 low = first + ivec2(k, 0), left = first + ivec2(0, k / 2), high = low + ivec2(0, TILE_PX.y - 1),
+            right = left + ivec2(TILE_PX.x - 1, 0);
         meets = meets || (seen(low) | seen(low - ivec2(0, 1))) == (LAND | SEA)
             || (seen(high) | seen(high + ivec2(0, 1))) == (LAND | SEA)
             || (seen(left) | seen(left - ivec2(1, 0))) == (LAND | SEA)

@@ -17,7 +17,6 @@ layout(binding = 2) uniform sampler2D u_attributes;
 layout(binding = 3) uniform usampler2D u_surface;
 uniform ivec2 u_tiles;
 
-const ivec2 TILE = ivec2(16, 8);
 const float HAIR_M = 0.05;       // more than rounding does to a height
 // pixels narrower than this show no triangle whose chord sinks below the sphere by metres
 const float COARSE_M = 100.0;
@@ -30,7 +29,7 @@ float height_of(vec3 point) {
 // A height that no point between two depths of a tile is below: along a fixed direction heights grow no faster than
 // upwards, and they are linear, so the least is at a corner.
 float least_height(ivec2 first, vec2 depth) {
-    vec2 low = ndc_of_pixel(vec2(first)), high = ndc_of_pixel(vec2(first + TILE));
+    vec2 low = ndc_of_pixel(vec2(first)), high = ndc_of_pixel(vec2(first + TILE_PX));
     vec3 middle = position_from_depth(0.5 * (low + high), sqrt(depth.x * depth.y)), up = up_at(middle);
     float least = 0.0;
     for (int k = 0; k < 8; ++k) {
@@ -56,11 +55,11 @@ void main() {
     uint lane = spread_group() * 64u + gl_LocalInvocationID.x, distant = far_list.groups[0];
     bool near = lane >= distant, there = lane < distant + near_list.groups[0];
     uint tile = there ? near ? near_list.tiles[lane - distant] : far_list.tiles[lane] : 0u;
-    ivec2 at = ivec2(tile & 0xffffu, tile >> 16), first = at * TILE;
+    ivec2 at = ivec2(tile & 0xffffu, tile >> 16), first = at * TILE_PX;
     vec2 depth = max(depths[at.y * u_tiles.x + at.x], 1e-30);
     float reach = water_reach() + HAIR_M;
     bool coarse = forward_distance(depth.x) * frame.clock.w > COARSE_M;
-    int turns = !there || (!coarse && least_height(first, depth) > reach) ? 0 : TILE.x * TILE.y;
+    int turns = !there || (!coarse && least_height(first, depth) > reach) ? 0 : TILE_PX.x * TILE_PX.y;
     vec2 between = vec2(spacing_encode(4.0 * sqrt(planet.radii.x)), spacing_encode(12.65 * sqrt(planet.radii.x)))
         + vec2(-1.5, 1.5) / 255.0;
     ivec2 last = textureSize(u_surface, 0) - 1;

@@ -130,7 +130,7 @@ class PaperGridBackend(Backend):
         assert isinstance(field, PaperField)
         proxy = frame.view.proxy
         view, camera, settings = self.view(frame.view_index), frame.camera, frame.settings
-        pixel_angle = (camera.tan_top - camera.tan_bottom) / frame.size[1]
+        pixel_angle = frame.pixel_rad
         corners, power = int(settings["terrain.paper_grid"]), int(settings["terrain.paper_warp"])
         edge_px = float(settings["terrain.edge_px"])
         table_key = (self._field_key, proxy.generation)

@@ -45,8 +45,7 @@ class PaperQuadtreeBackend(TiledBackend):
         self._up = frame.view.proxy.lattice.direction
 
     def forest_key(self, frame: Frame) -> tuple[Any, ...]:
-        camera = frame.camera
-        return ((camera.tan_top - camera.tan_bottom) / frame.size[1], float(frame.settings["terrain.edge_px"]))
+        return (frame.pixel_rad, float(frame.settings["terrain.edge_px"]))
 
     def make_forest(self, ground: Ground, occluder_m: float, frame: Frame) -> Forest:
         pixel_rad, edge_px = self.forest_key(frame)

@@ -264,7 +264,7 @@ class TiledBackend(Backend):
         camera, settings = frame.camera, frame.settings
         if self._frozen and view.selection is not None:
             return view.selection
-        pixel = (camera.tan_top - camera.tan_bottom) / frame.size[1]
+        pixel = frame.pixel_rad
         velocity = None
         if view.eye_m is not None and frame.dt_s > 0.0 and not (frame.cut or frame.settling):
             velocity = (camera.position_m - view.eye_m) / frame.dt_s

@@ -22,7 +22,7 @@ layout(binding = 2) writeonly uniform uimage2D u_surface_out;
 
 void main() {
     uint tile = tiles[gl_WorkGroupID.x];
-    ivec2 pixel = ivec2(tile & 0xffffu, tile >> 16) * ivec2(16, 8) + ivec2(gl_LocalInvocationID.xy);
+    ivec2 pixel = ivec2(tile & 0xffffu, tile >> 16) * TILE_PX + ivec2(gl_LocalInvocationID.xy);
     if (any(greaterThanEqual(pixel, textureSize(u_surface, 0)))) return;
     uint surface = texelFetch(u_surface, pixel, 0).r;
     if (surface != SURFACE_TERRAIN && surface != SURFACE_SEA) return;
