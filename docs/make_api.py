@@ -1,4 +1,7 @@
-"""Writes docs/api.md from the docstrings: `python docs/make_api.py`. A test wants it to be current."""
+"""Writes docs/api.md from the docstrings and docs/bindings.md from the registry: `python docs/make_api.py`.
+
+Tests want them to be current.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,7 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 TARGET = ROOT / "docs" / "api.md"
+BINDINGS = ROOT / "docs" / "bindings.md"
 if str(ROOT) not in sys.path:
     sys.path.insert(0, str(ROOT))
 
@@ -19,6 +23,18 @@ HEAD = """# API reference
 Everything that `import planetfall as pf` offers, from its docstrings; `python docs/make_api.py` writes this page.
 Lengths are metres, angles degrees or radians as the names say, positions float64 in planet axes: +Z the north pole, +X
 latitude 0 and longitude 0. Errors name what was expected, what was found and what to do.
+"""
+
+BINDINGS_HEAD = """# Binding points
+
+The registry `engine/gpu/bindings.py`, written here by `python docs/make_api.py`. Python imports its names; shaders get
+them from `#include "generated/bindings.glsl"`. Where a number has several names, no program has two of them.
+
+**Yours to bind** in a system of your own, for the time of one pass, wherever your shaders include nothing that has the
+number: {free}.
+`common/camera.glsl` takes uniform blocks 0 and 1 and nothing else. A host's state guard keeps these numbers and those
+below, no others.
+
 """
 
 
@@ -41,6 +57,14 @@ def text() -> str:
     for name in (*names, "fullscreen_pass", "knob", "System", "Setup", "Frame", "ViewInfo"):
         parts.append(_entry(f"extend.{name}", getattr(extend, name)))
     return "".join(parts)
+
+
+def bindings_text() -> str:
+    """The page of binding points."""
+    from planetfall.engine.gpu import bindings
+
+    free = "; ".join(f"{kind} {own[0]}{f' to {own[-1]}' * (len(own) > 1)}" for kind, own in bindings.OWN.items())
+    return BINDINGS_HEAD.format(free=free) + bindings.table()
 
 
 def _group(thing: Any) -> str:
@@ -142,8 +166,9 @@ def _one(about: str) -> str:
 
 def main() -> int:
     argparse.ArgumentParser(description=__doc__).parse_args()
-    TARGET.write_text(text(), encoding="utf-8")
-    sys.stdout.write(f"{TARGET}\n")
+    for target, page in ((TARGET, text()), (BINDINGS, bindings_text())):
+        target.write_text(page, encoding="utf-8")
+        sys.stdout.write(f"{target}\n")
     return 0
 
 

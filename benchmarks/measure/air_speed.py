@@ -19,8 +19,9 @@ import numpy as np
 
 from ... import Camera, Renderer
 from ...engine.gpu import Gpu, GpuScope
+from ...engine.gpu.bindings import AIR_BLOCK
 from ...quality import resolve_quality
-from ...systems.atmosphere.block import AIR_BINDING, AirBlock, air_block
+from ...systems.atmosphere.block import AirBlock, air_block
 from ...systems.atmosphere.job import QUICK
 from ...systems.atmosphere.model import AirModel
 from ...systems.atmosphere.paper import PaperTables
@@ -187,7 +188,7 @@ def _scope(gpu: Gpu, scene: Any) -> Iterator[GpuScope]:
     model = AirModel.from_components(handle[Planet], handle[Atmosphere], scene.sun.angular_radius_rad)
     scope = gpu.scope("bench")
     try:
-        block = scope.uniform_block(AirBlock, AIR_BINDING, "air_model")
+        block = scope.uniform_block(AirBlock, AIR_BLOCK, "air_model")
         block.write(air_block(model, _Dark()))
         block.bind()
         yield scope

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import Camera, Renderer
+from ...engine.gpu.bindings import LATTICE_BLOCK
 from ...engine.space import CameraState
 from ...systems.terrain.height import TerrainField, height_at_points
 from ..evaluate import Evaluator
@@ -80,7 +81,7 @@ def gpu_heights(
     lattice: Any = renderer.system("proxy")
 
     def bind() -> None:
-        lattice._lattice.bind_to_uniform_block(2)
+        lattice._lattice.bind_to_uniform_block(LATTICE_BLOCK)
         bind_octaves(system)
 
     with Evaluator(

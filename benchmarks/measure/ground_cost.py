@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...engine.gpu import Gpu
+from ...engine.gpu.bindings import TERRAIN_TABLE_BLOCK
 from ...systems.terrain.height import TerrainParams, octave_table
 from ...systems.terrain.map_textures import MapTextures
 
@@ -56,7 +57,7 @@ def height_runs(gpu: Gpu, worlds: Mapping[str, TerrainParams], spacing_m: float)
         compute = scope.compute("bench/ground_cost.comp", defines)
 
         def run(buffer: Any = buffer, table: Any = table, maps: MapTextures = maps, compute: Any = compute) -> None:
-            table.bind_to_uniform_block(4)
+            table.bind_to_uniform_block(TERRAIN_TABLE_BLOCK)
             maps.bind()
             buffer.bind_to_storage_buffer(6)
             found.bind_to_storage_buffer(7)

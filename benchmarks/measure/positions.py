@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...engine.gpu import Gpu
+from ...engine.gpu.bindings import LATTICE_BLOCK
 from ...engine.surface.coverage import proxy_coverage
 from ...engine.surface.lattice import FULL_BITS
 from ...engine.surface.proxy import ProxyCell, snap_proxy
@@ -68,7 +69,7 @@ class PositionProbe:
         self._lattice.write(anchor.block.tobytes())
         offset = position - anchor.direction * radius_m  # as ProxySystem forms it
         found = self._evaluate(
-            lambda: self._lattice.bind_to_uniform_block(2),
+            lambda: self._lattice.bind_to_uniform_block(LATTICE_BLOCK),
             face=face,
             ij=ij,
             offset=np.broadcast_to(offset, (len(face), 3)),

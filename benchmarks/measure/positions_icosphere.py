@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...engine.gpu import Gpu
+from ...engine.gpu.bindings import TRIANGLE_BLOCK
 from ...engine.surface.icosphere import CORNERS, FULL_BITS, ROOTS, TriangleScheme, vector_of
 from ...engine.surface.icosphere_anchor import TriangleAnchor
 from ...engine.surface.proxy import snap_proxy
@@ -15,7 +16,6 @@ from .positions import EDGE_PX, PIXEL_RAD
 
 SEGMENTS = 32
 SCHEME = TriangleScheme()
-_BINDING = 9
 
 
 class IcospherePositions:
@@ -48,7 +48,7 @@ class IcospherePositions:
         self._block.write(anchor.block)
         offset = position - anchor.direction * radius_m
         found = self._evaluate(
-            lambda: self._block.bind_to_uniform_block(_BINDING),
+            lambda: self._block.bind_to_uniform_block(TRIANGLE_BLOCK),
             root=root,
             bc=np.stack([b, c], axis=-1),
             offset=np.broadcast_to(offset, (len(root), 3)),

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import Renderer, TerrainSampler
+from ...engine.gpu.bindings import SHADOW_MAP_UNIT
 from ..evaluate import Evaluator
 
 Floats = NDArray[np.float64]
@@ -117,7 +118,7 @@ class LightProbe:
 
         def before() -> None:
             if shadows is not None and shadows._on:
-                renderer.graph.resource("shadows.map").use(13)
+                renderer.graph.resource("shadows.map").use(SHADOW_MAP_UNIT)
                 renderer.views[0].found(shadows).ubo.bind()
 
         return self._evaluate(before, point=seen_m)["light"].astype(np.float64)

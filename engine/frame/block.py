@@ -11,9 +11,6 @@ from dataclasses import dataclass
 
 from ..gpu.layout import Vec4
 
-FRAME_BINDING = 0
-PLANET_BINDING = 1
-
 
 @dataclass
 class FrameBlock:

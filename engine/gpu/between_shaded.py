@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from .bindings import TILE_BUFFER
 from .scope import GpuScope
 
 __all__ = ["BetweenShaded"]
@@ -33,7 +34,7 @@ class BetweenShaded:
         self._gpu.gpu.barrier()
         radiance.bind_to_image(0, read=True, write=True)
         for tiles in lists:
-            tiles.bind_to_storage_buffer(7)
+            tiles.bind_to_storage_buffer(TILE_BUFFER)
             program.run_indirect(tiles)
 
     def program(self, by_lens: bool) -> Any:

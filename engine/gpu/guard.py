@@ -22,6 +22,7 @@ import moderngl
 import numpy as np
 
 from . import gl as G
+from .bindings import POINTS
 from .guard_tables import (
     ATTRIBUTES_OF_CONTEXT,
     ATTRIBUTES_OF_FRAMEBUFFER,
@@ -91,16 +92,16 @@ class StateGuard:
     On leaving, GL errors are drained: `errors_before` and `errors` name those found on entry and those of our own work;
     both are logged. Hosts such as pyglet raise on any error left behind.
 
-    Cost: 0.16 ms for one entry and exit (llvmpipe, 18 texture units, 15 uniform blocks, 8 of everything else).
+    Cost: 0.16 ms for one entry and exit (llvmpipe, 18 texture units, 16 uniform blocks, 8 of everything else).
     """
 
     def __init__(
         self,
         gpu: Gpu,
-        texture_units: int = 18,
-        ubo_bindings: int = 15,
-        ssbo_bindings: int = 8,
-        image_units: int = 8,
+        texture_units: int = POINTS["texture unit"],
+        ubo_bindings: int = POINTS["uniform block"],
+        ssbo_bindings: int = POINTS["storage buffer"],
+        image_units: int = POINTS["image"],
         framebuffers: Sequence[moderngl.Framebuffer] = (),
     ) -> None:
         self.ctx = gpu.ctx

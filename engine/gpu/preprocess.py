@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..made_shaders import MADE
+from . import bindings
 from .errors import ShaderError, ShaderMessage
 
 __all__ = ["Defines", "Expanded", "ShaderSources", "map_log"]
@@ -128,7 +129,7 @@ class ShaderSources:
     def __init__(self, roots: Iterable[Path | str]) -> None:
         self.roots = [Path(root) for root in roots]
         self.generation = 0
-        self._virtual: dict[str, str] = {}
+        self._virtual: dict[str, str] = {"generated/bindings.glsl": bindings.glsl()}
         self._providers: dict[str, tuple[str, str]] = {}
         self._texts: dict[str, tuple[Path, tuple[int, int], str]] = {}
         self._parsed: dict[str, tuple[str, list[_Piece]]] = {}

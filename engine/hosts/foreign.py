@@ -19,6 +19,7 @@ from types import TracebackType
 import moderngl
 
 from ..gpu import Gpu
+from ..gpu.bindings import POINTS
 from ..gpu.guard import StateGuard
 
 __all__ = ["ForeignHost", "attach"]
@@ -39,7 +40,11 @@ class ForeignHost:
         self.ctx: moderngl.Context = gpu.ctx
 
     def fit(
-        self, texture_units: int = 18, ubo_bindings: int = 15, ssbo_bindings: int = 8, image_units: int = 8
+        self,
+        texture_units: int = POINTS["texture unit"],
+        ubo_bindings: int = POINTS["uniform block"],
+        ssbo_bindings: int = POINTS["storage buffer"],
+        image_units: int = POINTS["image"],
     ) -> None:
         """Guard only the bindings that a compiled plan uses: every unit less saves about 2 us a frame."""
         self.guard = StateGuard(self.gpu, texture_units, ubo_bindings, ssbo_bindings, image_units)

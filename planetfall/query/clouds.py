@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..components import Atmosphere, Clouds, Planet
+from ..engine.gpu.bindings import AIR_BLOCK
 from ..engine.settings import with_overrides
 from ..quality import resolve_quality
-from ..systems.atmosphere.block import AIR_BINDING, AirBlock, air_block
+from ..systems.atmosphere.block import AirBlock, air_block
 from ..systems.atmosphere.model import AirModel
 from ..systems.atmosphere.sizes import table_sizes
 from ..systems.atmosphere.tables import AirTables
@@ -169,7 +170,7 @@ class CloudProbe(Probe):
         """Bind the air's tables of light scattered at most so many times, 0 for all; made when first asked for."""
         if self._air_block is None:
             assert self._air is not None
-            self._air_block = self._scope.uniform_block(AirBlock, AIR_BINDING, "air_model")
+            self._air_block = self._scope.uniform_block(AirBlock, AIR_BLOCK, "air_model")
             self._air_block.write(air_block(self._air, _DARK))
         self._air_block.bind()
         tables = self._tables.get(orders)

@@ -9,14 +9,13 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .block import AIR_BINDING, AirBlock, air_block
+    from .block import AirBlock, air_block
     from .model import AirModel
     from .paper import PaperSizes, PaperTables
 
-__all__ = ["AIR_BINDING", "AirBlock", "AirModel", "PaperSizes", "PaperTables", "air_block"]
+__all__ = ["AirBlock", "AirModel", "PaperSizes", "PaperTables", "air_block"]
 
 _LAZY = {
-    "AIR_BINDING": ".block",
     "AirBlock": ".block",
     "AirModel": ".model",
     "PaperSizes": ".paper",

@@ -11,9 +11,8 @@ from numpy.typing import ArrayLike
 from ...engine.gpu.layout import Vec4
 from .model import AirModel
 
-__all__ = ["AIRGLOW_PER_SR", "AIR_BINDING", "AirBlock", "air_block"]
+__all__ = ["AIRGLOW_PER_SR", "AirBlock", "air_block"]
 
-AIR_BINDING = 5
 AIRGLOW_PER_SR = 1.0e-9
 """Radiance of Earth's airglow overhead, as a share of the sun's irradiance per steradian.
 

@@ -11,13 +11,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...engine.gpu import GpuScope
+from ...engine.gpu.bindings import (
+    PAPER_BEFORE_UNIT,
+    PAPER_DENSITY_UNIT,
+    PAPER_FLOOR_UNIT,
+    PAPER_IRRADIANCE_UNIT,
+    PAPER_MIE_UNIT,
+    PAPER_SCATTERING_UNIT,
+    PAPER_TRANSMITTANCE_UNIT,
+)
 
 __all__ = ["PAPER_UNITS", "PaperSizes", "PaperTables"]
 
-PAPER_UNITS = {"transmittance": 8, "scattering": 9, "mie": 10, "irradiance": 11}
+PAPER_UNITS = {
+    "transmittance": PAPER_TRANSMITTANCE_UNIT,
+    "scattering": PAPER_SCATTERING_UNIT,
+    "mie": PAPER_MIE_UNIT,
+    "irradiance": PAPER_IRRADIANCE_UNIT,
+}
 """Texture units at which atmosphere/paper/functions.glsl expects the tables."""
 
-_BEFORE_UNIT, _DENSITY_UNIT, _FLOOR_UNIT = 12, 13, 14  # of tables that only the computation needs
 
 _DTYPES = {"f2": np.float16, "f4": np.float32}
 _SAMPLES = {"transmittance": 150, "single": 90, "direct": 1, "density": 512, "indirect": 2900, "multiple": 125}
@@ -251,9 +264,9 @@ class PaperTables:
         kind = name.split(maxsplit=1)[0]
         accumulates = kind in ("indirect", "multiple")
         units = {PAPER_UNITS["transmittance"]: self.textures["transmittance"], PAPER_UNITS["mie"]: self.textures["mie"]}
-        units[_BEFORE_UNIT], units[_FLOOR_UNIT] = self._working["order"], self._working["floor"]
+        units[PAPER_BEFORE_UNIT], units[PAPER_FLOOR_UNIT] = self._working["order"], self._working["floor"]
         if "density" in self._working:
-            units[_DENSITY_UNIT] = self._working["density"]
+            units[PAPER_DENSITY_UNIT] = self._working["density"]
 
         def bind() -> None:
             for unit, texture in units.items():

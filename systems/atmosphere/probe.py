@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...engine.gpu import GpuScope
-from .block import AIR_BINDING, AirBlock, air_block
+from ...engine.gpu.bindings import AIR_BLOCK, AIR_VIEW_BLOCK
+from .block import AirBlock, air_block
 from .job import Tables
 from .model import AirModel
 from .paper import PaperSizes, PaperTables
 from .tables import AirTables, TableSizes
-from .views import VIEW_BINDING, AirViewBlock, ViewSizes, spans
+from .views import AirViewBlock, ViewSizes, spans
 
 __all__ = ["AirQuestions", "Rays"]
 
@@ -60,9 +61,9 @@ class AirQuestions:
     def __init__(self, gpu: GpuScope, model: AirModel, tables: TableSizes | PaperSizes, views: ViewSizes) -> None:
         self._gpu, self._model, self._views = gpu, model, views
         self._sizes = tables
-        self._block = gpu.uniform_block(AirBlock, AIR_BINDING, "air_model")
+        self._block = gpu.uniform_block(AirBlock, AIR_BLOCK, "air_model")
         self._block.write(air_block(model, _DARK))
-        gpu.uniform_block(AirViewBlock, VIEW_BINDING, "air_view")
+        gpu.uniform_block(AirViewBlock, AIR_VIEW_BLOCK, "air_view")
         if isinstance(tables, PaperSizes):
             self._program = gpu.compute("atmosphere/paper/probe.comp")
         else:

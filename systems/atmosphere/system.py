@@ -11,18 +11,18 @@ from ...components import Atmosphere, Planet, Shape
 from ...engine.frame import Frame, ViewInfo
 from ...engine.frame.contracts import provide_contracts, withdraw_contracts
 from ...engine.frame.unseen import Unseen
+from ...engine.gpu.bindings import AIR_BLOCK, AIR_EXTINCTION_UNIT, AIR_FIRST_UNIT, AIR_SECOND_UNIT, AIR_VIEW_BLOCK
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import SettingError, revision, with_overrides
 from ...engine.system import Setup, System
-from .block import AIR_BINDING, AirBlock, air_block
+from .block import AirBlock, air_block
 from .job import TableJob
 from .model import AirModel
 from .sizes import paper_sizes, table_sizes, view_sizes
-from .views import VIEW_BINDING, AirViewBlock, sun_at, view_block
+from .views import AirViewBlock, sun_at, view_block
 
 __all__ = ["AtmosphereSystem"]
 
-_FIRST_UNIT, _SECOND_UNIT, _EXTINCTION_UNIT = 10, 11, 12
 _CONTRACTS = {
     "ours": {"air": "atmosphere/air.glsl", "sky": "atmosphere/sky.glsl", "air_point": "atmosphere/air_point.glsl"},
     "paper": {"air": "atmosphere/paper/air.glsl", "sky": "atmosphere/paper/sky.glsl"},
@@ -60,8 +60,8 @@ class AtmosphereSystem(System):
     def setup(self, setup: Setup) -> None:
         self._gpu, self._world, self._settings = setup.gpu, setup.world, setup.settings
         self._sizes = view_sizes(setup.settings)
-        self._model_ubo = setup.gpu.uniform_block(AirBlock, AIR_BINDING, "air_model")
-        self._view_ubo = setup.gpu.uniform_block(AirViewBlock, VIEW_BINDING, "air_view")
+        self._model_ubo = setup.gpu.uniform_block(AirBlock, AIR_BLOCK, "air_model")
+        self._view_ubo = setup.gpu.uniform_block(AirViewBlock, AIR_VIEW_BLOCK, "air_view")
         self._budget_s = 1e-3 * float(setup.settings["atmosphere.budget_ms"])
         self._hurry = False
         self._unseen = Unseen(Atmosphere, Planet)
@@ -118,9 +118,9 @@ class AtmosphereSystem(System):
         first, second, extinction = (io.texture(name) for name in _VIEW_TABLES)
 
         def run() -> None:
-            first.use(_FIRST_UNIT)
-            second.use(_SECOND_UNIT)
-            extinction.use(_EXTINCTION_UNIT)
+            first.use(AIR_FIRST_UNIT)
+            second.use(AIR_SECOND_UNIT)
+            extinction.use(AIR_EXTINCTION_UNIT)
             job.bind()
 
         return run

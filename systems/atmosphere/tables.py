@@ -12,12 +12,11 @@ from typing import Any
 import numpy as np
 
 from ...engine.gpu import GpuScope
+from ...engine.gpu.bindings import AIR_DEPTH_UNIT, AIR_MOMENTS_UNIT, AIR_NODES_BLOCK
 from .closing import closing_weights, moved
 
-__all__ = ["DEPTH_UNIT", "MOMENTS_UNIT", "AirTables", "Directions", "TableSizes"]
+__all__ = ["AirTables", "Directions", "TableSizes"]
 
-DEPTH_UNIT, MOMENTS_UNIT = 8, 9
-_NODES_BINDING = 10
 _MOST_NODES = 32
 _IRRADIANCE_LAYERS = 4
 _STILL = 0.03
@@ -146,8 +145,8 @@ class AirTables:
 
     def bind(self) -> None:
         """Bind what the look-ups read, at their units."""
-        self.depth.use(DEPTH_UNIT)
-        self.moments.use(MOMENTS_UNIT)
+        self.depth.use(AIR_DEPTH_UNIT)
+        self.moments.use(AIR_MOMENTS_UNIT)
 
     def shapes(self) -> dict[str, tuple[int, ...]]:
         """Shapes of `arrays`."""
@@ -207,9 +206,9 @@ class AirTables:
             self._sums.append(sums)
             sums.write(zero)
             for row, rows, first, past in _chunks(directions, width, height, lambda: self._slice):
-                self.depth.use(DEPTH_UNIT)
-                last.use(MOMENTS_UNIT)
-                self._nodes[directions].bind_to_uniform_block(_NODES_BINDING)
+                self.depth.use(AIR_DEPTH_UNIT)
+                last.use(AIR_MOMENTS_UNIT)
+                self._nodes[directions].bind_to_uniform_block(AIR_NODES_BLOCK)
                 sums.bind_to_image(0)
                 program.set("u_range", (row, first, past))
                 program.run(-(-width // 8), rows)

@@ -13,9 +13,8 @@ from ...engine.gpu.layout import IVec4, Vec4
 from ...engine.space import length
 from .model import AirModel
 
-__all__ = ["VIEW_BINDING", "AirViewBlock", "ViewSizes", "spans", "sun_at", "view_block"]
+__all__ = ["AirViewBlock", "ViewSizes", "spans", "sun_at", "view_block"]
 
-VIEW_BINDING = 8
 _FINE = 4  # AIR_FINE in atmosphere/view.glsl
 _LEAST_SHARE = 4.0e-8
 """Of the radius, 0.25 m on Earth. A camera on the floor has rays of no length to it, and would see ground below it

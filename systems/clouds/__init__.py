@@ -9,13 +9,12 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .block import CLOUD_BINDING, CloudBlock, cloud_block
+    from .block import CloudBlock, cloud_block
     from .model import CloudModel, LayerModel
 
-__all__ = ["CLOUD_BINDING", "CloudBlock", "CloudModel", "LayerModel", "cloud_block"]
+__all__ = ["CloudBlock", "CloudModel", "LayerModel", "cloud_block"]
 
 _LAZY = {
-    "CLOUD_BINDING": ".block",
     "CloudBlock": ".block",
     "CloudModel": ".model",
     "LayerModel": ".model",

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.frame.block import PLANET_BINDING, PlanetBlock
+from ...engine.frame.block import PlanetBlock
 from ...engine.gpu import GpuScope
+from ...engine.gpu.bindings import PLANET_BLOCK
 from .field import CloudField
 from .model import CloudModel
 from .probe import march_defines
@@ -38,7 +39,7 @@ class WeatherQuestions:
         self._gpu, self._model, self._settings = gpu, model, settings
         # Every question is its own camera.
         gpu.gpu.shaders.add_virtual("generated/frame.glsl", '#include "clouds/asked/frame.glsl"\n')
-        self._planet = gpu.uniform_block(PlanetBlock, PLANET_BINDING, "planet")
+        self._planet = gpu.uniform_block(PlanetBlock, PLANET_BLOCK, "planet")
         self._planet.write(PlanetBlock((model.radius_m, 0.0, 0.0, 0.0)))
         self._field = CloudField(gpu, settings)
         self._field.filter_between_levels()

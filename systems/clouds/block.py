@@ -11,9 +11,7 @@ from ...components import MOST_CLOUD_LAYERS
 from ...engine.gpu.layout import IVec4, Vec4, array
 from .model import CloudModel
 
-__all__ = ["CLOUD_BINDING", "CloudBlock", "cloud_block"]
-
-CLOUD_BINDING = 11
+__all__ = ["CloudBlock", "cloud_block"]
 
 
 def _none() -> Any:

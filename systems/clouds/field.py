@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...engine.gpu import GpuScope
-from .block import CLOUD_BINDING, CloudBlock, cloud_block
+from ...engine.gpu.bindings import CLOUD_BLOCK, CLOUD_SLAB_UNIT
+from .block import CloudBlock, cloud_block
 from .imported import imported_cover
 from .layers import frames_at, kind_of, layers_of, noise_places, write_filter, write_layers, write_noise
 from .maps import BORDER, WeatherMaps
 from .model import CloudModel
-from .probe import SLAB_UNIT, slab_texture
+from .probe import slab_texture
 from .view_block import CloudKind, CloudViewBlock, cloud_view_uniforms
 from .volumes import make_volume
 
@@ -35,7 +36,7 @@ class CloudField:
         self._gpu = gpu
         self._ubo = cloud_view_uniforms(gpu)
         self.block = CloudViewBlock()
-        self._model_ubo = gpu.uniform_block(CloudBlock, CLOUD_BINDING, "cloud_model")
+        self._model_ubo = gpu.uniform_block(CloudBlock, CLOUD_BLOCK, "cloud_model")
         self._slabs: Any = None
         self._droplets: tuple[Any, ...] = ()
         self.shape = make_volume(gpu, _SHAPE, int(settings["clouds.shape_texels"]))
@@ -117,7 +118,7 @@ class CloudField:
         """Bind all of it."""
         self._ubo.bind()
         self._model_ubo.bind()
-        self._slabs.use(SLAB_UNIT)
+        self._slabs.use(CLOUD_SLAB_UNIT)
         self.shape.texture.use(0)
         self.rims.texture.use(1)
         self._textures[0].use(2)

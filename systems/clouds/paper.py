@@ -10,6 +10,7 @@ import numpy as np
 from ...components import Clouds, Ocean, Planet
 from ...engine.frame import Frame, View, ViewInfo
 from ...engine.frame.contracts import bind_contracts, contract_reads, provide_contracts, withdraw_contracts
+from ...engine.gpu.bindings import CLOUD_TILE_UNIT
 from ...engine.graph import GraphBuilder, PassIO
 from ...engine.settings import revision, with_overrides
 from ...engine.space import out_of_view
@@ -28,7 +29,6 @@ The source gives neither; light scattered once alone leaves clouds black, so bot
 factors 1 to 24 and asymmetries 0 to 0.85 these come nearest to our reference on the same clouds from 100 m, 10 km and
 2000 km (mean FLIP 0.18, against 0.42 with the droplets' own). Even layers keep the droplets' own, as pf.CloudProbe
 does."""
-_TILE_UNIT = 16
 _BUDGET_S = 0.01
 """Of a frame, while the full volume is made."""
 
@@ -81,7 +81,7 @@ class PaperClouds:
 
     def _bind(self) -> None:
         if self._volume is not None:
-            self._volume.texture.use(_TILE_UNIT)
+            self._volume.texture.use(CLOUD_TILE_UNIT)
         self._ubo.bind()
 
     def seen_in(self, view: View) -> Seen:

@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 
 from ...components import MOST_CLOUD_LAYERS
 from ...engine.gpu import GpuScope
-from .block import CLOUD_BINDING, CloudBlock, cloud_block
+from ...engine.gpu.bindings import CLOUD_BLOCK, CLOUD_SLAB_UNIT
+from .block import CloudBlock, cloud_block
 from .model import CloudModel
 from .slab import DEPTHS, LEAST_COSINE, LEAST_DEPTH, MOST_DEPTH, SHARES, SUNS, packed_tables, slab_table
 
-__all__ = ["SLAB_UNIT", "CloudQuestions", "MarchRays", "march_defines", "slab_texture"]
+__all__ = ["CloudQuestions", "MarchRays", "march_defines", "slab_texture"]
 
 Floats = NDArray[np.float64]
-SLAB_UNIT = 14
 FINEST_STEPS = 300
 """Through a layer. From there on the weather is looked up at each, and steps through the clear are no longer."""
 _BATCH = 4096
@@ -101,7 +101,7 @@ class MarchRays:
 
 
 def slab_texture(gpu: GpuScope, model: CloudModel) -> Any:
-    """The table of light scattered more than once in each layer that is present, for unit SLAB_UNIT."""
+    """The table of light scattered more than once in each layer that is present, for unit CLOUD_SLAB_UNIT."""
     tables = [slab_table(layer.albedo, layer.asymmetry) for layer in model.present]
     size = (SHARES, SUNS, 3 * DEPTHS * MOST_CLOUD_LAYERS)
     return gpu.texture(size, "rgba32f", packed_tables(tables, MOST_CLOUD_LAYERS), filter="linear")
@@ -117,7 +117,7 @@ class CloudQuestions:
     def __init__(self, gpu: GpuScope, model: CloudModel, settings: Mapping[str, Any], air_top_m: float) -> None:
         self._gpu, self._model = gpu, model
         self.top_m = max(air_top_m, model.highest_m)
-        self._block = gpu.uniform_block(CloudBlock, CLOUD_BINDING, "cloud_model")
+        self._block = gpu.uniform_block(CloudBlock, CLOUD_BLOCK, "cloud_model")
         self._block.write(cloud_block(model))
         self._slabs = slab_texture(gpu, model)
         paper = {"ours": 0, "paper_2018": 2018, "paper_2019": 2019}[model.method]
@@ -146,7 +146,7 @@ class CloudQuestions:
         try:
             questions.bind_to_storage_buffer(0)
             answers.bind_to_storage_buffer(1)
-            self._slabs.use(SLAB_UNIT)
+            self._slabs.use(CLOUD_SLAB_UNIT)
             self._program.set("u_count", count)
             self._program.run_over(count)
             self._gpu.gpu.ctx.memory_barrier()

@@ -17,14 +17,13 @@ from .columns import intervals_of, span_rows, spans_of
 from .shadow import ShadowMaps
 from .view_block import MOST_INTERVALS, MOST_MAPS, CloudViewBlock
 
-__all__ = ["SHADED", "SHADOW", "SUN", "SUN_UNIT", "ShadowPass"]
+__all__ = ["SHADED", "SHADOW", "SUN", "ShadowPass"]
 
 Floats = NDArray[np.float64]
 
 SHADOW, SUN, SHADED = "clouds.shadow", "clouds.sun", "clouds.shaded"
 _NEXT_SUN = "clouds.next_sun"
 """Of the map that is being made; the rest of that is the layer after the others of SHADOW."""
-SUN_UNIT = 5
 _SUN_JUMP_COSINE = float(np.cos(np.radians(2.0)))
 """As in past.py: a sun that turned by more within a frame was put elsewhere."""
 _GROUP = 8  # rows of a work group in shadow.comp

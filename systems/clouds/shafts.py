@@ -11,11 +11,12 @@ import numpy as np
 from ...engine.frame import Frame
 from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.gpu import GpuScope
+from ...engine.gpu.bindings import CLOUD_SUN_UNIT
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
 from ...engine.world import World
 from .past import Past
 from .shadow import ShadowMaps
-from .shadow_pass import SHADED, SUN, SUN_UNIT
+from .shadow_pass import SHADED, SUN
 
 __all__ = ["Shafts"]
 
@@ -129,7 +130,7 @@ class Shafts:
         def run() -> None:
             bind()
             depth.use(4)
-            sun.use(SUN_UNIT)
+            sun.use(CLOUD_SUN_UNIT)
             light.bind_to_image(0, read=True, write=True)
             far.bind_to_image(1, read=True, write=True)
             self._march.set("u_shafts", (self._steps, self.share, self._soft_m))

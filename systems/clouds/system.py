@@ -10,6 +10,7 @@ import numpy as np
 from ...components import Atmosphere, Clouds, Ocean, Planet
 from ...engine.frame import Frame, View, ViewInfo
 from ...engine.frame.contracts import bind_contracts, contract_reads, provide_contracts, withdraw_contracts
+from ...engine.gpu.bindings import CLOUD_SHADOW_UNIT, CLOUD_SKY_UNIT, CLOUD_SUN_UNIT
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import SettingError, revision, with_overrides
 from ...engine.space import out_of_view
@@ -19,7 +20,7 @@ from .model import CloudModel
 from .past import NONE, STILL, Past
 from .picture import SURFACE, CloudPicture, Surface
 from .probe import march_defines
-from .shadow_pass import SHADOW, SUN, SUN_UNIT, ShadowPass
+from .shadow_pass import SHADOW, SUN, ShadowPass
 from .shafts import Shafts
 from .view_march import DISTANCE, MAPPED, RAYS, SPREAD, ViewMarch
 
@@ -27,7 +28,6 @@ __all__ = ["CloudSystem"]
 
 _FULL = "clouds.full"
 _SKY = "clouds.sky"
-_SHADOW_UNIT, _SKY_UNIT = 16, 17
 _SKY_TEXELS = 64
 _SKY_FRAMES = 8
 """Over how many frames the map of the sky is drawn while something changes, every eighth row in each: what mirrors it
@@ -136,8 +136,8 @@ class CloudSystem(System):
         texture, sky = io.texture(SHADOW), io.texture(_SKY)
 
         def run() -> None:
-            texture.use(_SHADOW_UNIT)
-            sky.use(_SKY_UNIT)
+            texture.use(CLOUD_SHADOW_UNIT)
+            sky.use(CLOUD_SKY_UNIT)
             self.field.bind_block()
 
         return run
@@ -285,7 +285,7 @@ class CloudSystem(System):
         def run() -> None:
             bind()
             self.bind_density()
-            sun.use(SUN_UNIT)
+            sun.use(CLOUD_SUN_UNIT)
             texture.bind_to_image(0, read=False, write=True)
             first, step = view.sky.rows if view.sky.rows[1] else (0, 1)  # a reloaded shader runs whatever is due
             self._look_up.set("u_rows", (first, step))

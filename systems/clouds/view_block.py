@@ -10,14 +10,14 @@ from typing import Annotated, Any
 import numpy as np
 
 from ...engine.gpu import GpuScope, UniformBlock
+from ...engine.gpu.bindings import CLOUD_VIEW_BLOCK
 from ...engine.gpu.layout import Vec4, array
 
 __all__ = [
-    "CLOUD_VIEW_BINDING", "MOST_INTERVALS", "MOST_LAYERS", "MOST_MAPS", "CloudKind", "CloudViewBlock",
+    "MOST_INTERVALS", "MOST_LAYERS", "MOST_MAPS", "CloudKind", "CloudViewBlock",
     "cloud_view_uniforms",
 ]  # fmt: skip
 
-CLOUD_VIEW_BINDING = 14
 MOST_LAYERS = 4
 MOST_MAPS = 6
 MOST_INTERVALS = 8
@@ -93,9 +93,9 @@ class CloudViewBlock:
 
 def cloud_view_uniforms(gpu: GpuScope) -> UniformBlock:
     """The block's buffer; from then on shaders find its declaration, with the numbers that belong to it."""
-    made = gpu.uniform_block(CloudViewBlock, CLOUD_VIEW_BINDING)
+    made = gpu.uniform_block(CloudViewBlock, CLOUD_VIEW_BLOCK)
     constants = {**{f"CLOUD_{kind.name}": kind.value for kind in CloudKind}, "CLOUD_VIEW_LAYERS": MOST_LAYERS,
                  "CLOUD_MOST_MAPS": MOST_MAPS, "CLOUD_MOST_INTERVALS": MOST_INTERVALS}  # fmt: skip
     text = "".join(f"const int {name} = {value};\n" for name, value in constants.items())
-    gpu.gpu.shaders.add_virtual("generated/cloud_view.glsl", text + made.layout.block(CLOUD_VIEW_BINDING, "cloud_view"))
+    gpu.gpu.shaders.add_virtual("generated/cloud_view.glsl", text + made.layout.block(CLOUD_VIEW_BLOCK, "cloud_view"))
     return made

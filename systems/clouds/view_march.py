@@ -8,11 +8,12 @@ from typing import Any
 from ...engine.frame import ViewInfo
 from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.gpu import GpuScope
+from ...engine.gpu.bindings import CLOUD_SUN_UNIT
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.world import World
 from .past import NONE, STILL, Past
 from .picture import CloudPicture
-from .shadow_pass import SUN, SUN_UNIT
+from .shadow_pass import SUN
 
 __all__ = ["DISTANCE", "MAPPED", "RAYS", "SPREAD", "ViewMarch"]
 
@@ -138,7 +139,7 @@ class ViewMarch:
         def run() -> None:
             if past().squares < 0:  # a graph's first frame runs whatever is due
                 return
-            for unit, texture in ((0, color), (1, distance), (4, depth)):
+            for unit, texture in ((6, color), (7, distance), (4, depth)):
                 texture.use(unit)
             color.bind_to_image(0, read=False, write=True)
             distance.bind_to_image(1, read=False, write=True)
@@ -191,7 +192,7 @@ class ViewMarch:
             depth.use(4)
             color.bind_to_image(0, read=False, write=True)
             distance.bind_to_image(1, read=False, write=True)
-            sun.use(SUN_UNIT)
+            sun.use(CLOUD_SUN_UNIT)
             tiles.bind_to_storage_buffer(7)
             for ice, program in enumerate((self._no_ice, self._march)):
                 self._place(program, past())
@@ -213,7 +214,7 @@ class ViewMarch:
             bind()
             bind_clouds()
             depth.use(4)
-            sun.use(SUN_UNIT)
+            sun.use(CLOUD_SUN_UNIT)
             classes.bind_to_image(0, read=False, write=True)
             steps.bind_to_image(1, read=False, write=True)
             flags.bind_to_storage_buffer(0)

@@ -16,9 +16,8 @@ from ...engine.space import length
 from ...engine.surface.nested import NESTED_BASE_M, nested_anchor
 from ...engine.waves import WaveSet
 
-__all__ = ["OCEAN_BINDING", "OceanBlock", "diffuse_mirrored", "ocean_block"]
+__all__ = ["OceanBlock", "diffuse_mirrored", "ocean_block"]
 
-OCEAN_BINDING = 6
 _UNSEEN = 0.003
 """Of a white bed's light: below a step of an 8-bit picture beside what the water itself throws back."""
 _LEAST_LOSS_PER_M = 1e-6

@@ -18,6 +18,7 @@ from ...components import Ocean, Planet
 from ...engine.frame import Frame, Proxy, ViewParts
 from ...engine.frame.gbuffer import GBUFFER
 from ...engine.gpu import GpuScope
+from ...engine.gpu.bindings import SEA_GRID_BLOCK
 from ...engine.gpu.layout import IVec4, Vec4
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import revision
@@ -29,7 +30,6 @@ from .wave_passes import SeaWaves, WaveView
 
 __all__ = ["PAPER_CORNERS", "PaperSeaPasses", "PaperSeaView"]
 
-GRID_BINDING = 13
 PAPER_CORNERS = 80
 """Points a side, as printed."""
 _POWER = 4
@@ -93,7 +93,7 @@ class PaperSeaPasses:
         """The shaders: most seas never need them."""
         gpu = self._gpu
         many = {"SEA_VERTICES": 5 if gpu.gpu.caps.is_software else 2}
-        self._ubo = gpu.uniform_block(SeaGridBlock, GRID_BINDING, "sea_grid")
+        self._ubo = gpu.uniform_block(SeaGridBlock, SEA_GRID_BLOCK, "sea_grid")
         self._vertices = gpu.compute("ocean/paper/vertices.comp")
         self._cull = gpu.compute("ocean/paper/cull.comp")
         self._arguments = gpu.compute("ocean/paper/arguments.comp", defines=many)

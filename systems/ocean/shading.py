@@ -11,6 +11,7 @@ from ...engine.frame import Frame, ViewInfo
 from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.frame.gbuffer import GBUFFER, TILE_PX, tiles_of
 from ...engine.gpu.between_shaded import BetweenShaded
+from ...engine.gpu.bindings import OCEAN_BLOCK, TILE_BUFFER
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import revision, with_overrides
 from ...engine.space.axes import direction, heading_pitch_axes
@@ -18,7 +19,7 @@ from ...engine.surface.nested import NESTED_BASE_M
 from ...engine.system import Setup
 from ...engine.warming import Warming
 from ...engine.waves import WaveSet
-from .block import OCEAN_BINDING, OceanBlock, drifted, ocean_block
+from .block import OceanBlock, drifted, ocean_block
 from .lens import LENS_REACH_M, lens_plane, wet_rows
 from .wave_passes import highest_likely_m
 
@@ -54,7 +55,7 @@ class SeaShading:
         self._shaders = setup.gpu.gpu.shaders
         for contract, file in _CONTRACTS.items():
             self._shaders.provide(contract, file, owner=self._name)
-        self._block = setup.gpu.uniform_block(OceanBlock, OCEAN_BINDING, "ocean")
+        self._block = setup.gpu.uniform_block(OceanBlock, OCEAN_BLOCK, "ocean")
         self._held: OceanBlock | None = None
         self._written: tuple[Any, ...] | None = None
         self._top: tuple[WaveSet, float] | None = None
@@ -280,7 +281,7 @@ class SeaShading:
                 texture.use(unit)
             for kind, tiles in parts:
                 if self._needed(kind, self._high):
-                    tiles.bind_to_storage_buffer(7)
+                    tiles.bind_to_storage_buffer(TILE_BUFFER)
                     self._shader(kind, self._high, self._far).run_indirect(tiles)
             if self._between is not None and self._between.leaves_out(self._squares):
                 needed = [tiles for kind, tiles in parts if self._needed(kind, self._high)]

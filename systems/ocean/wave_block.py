@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from ...engine.waves import AnchoredWaves, WaveSet, at_anchor, phases
 
-__all__ = ["BINS", "BLOCK_BYTES", "MOST", "WAVE_BINDING", "SeaMesh", "WaveBlock"]
+__all__ = ["BINS", "BLOCK_BYTES", "MOST", "SeaMesh", "WaveBlock"]
 
-WAVE_BINDING = 12
 MOST = 1000
 BINS = 64
 _HEADER = 5

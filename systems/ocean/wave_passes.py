@@ -14,12 +14,13 @@ from ...components import Ocean, Planet
 from ...engine.frame import Frame, ViewInfo
 from ...engine.frame.gbuffer import tiles_of
 from ...engine.gpu import GpuScope
+from ...engine.gpu.bindings import TILE_BUFFER, WAVE_BLOCK
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import revision, with_overrides
 from ...engine.system import Setup
 from ...engine.warming import Warming
 from ...engine.waves import WaveSet, waves_of
-from .wave_block import BLOCK_BYTES, WAVE_BINDING, SeaMesh, WaveBlock
+from .wave_block import BLOCK_BYTES, SeaMesh, WaveBlock
 
 __all__ = ["SeaWaves", "WaveView", "highest_likely_m"]
 
@@ -156,7 +157,7 @@ class SeaWaves:
         if moment != view.moment:
             view.moment = moment
             self._gpu.gpu.upload(view.buffer, view.block.at(view.waves, frame.time_s))
-        view.buffer.bind_to_uniform_block(WAVE_BINDING)
+        view.buffer.bind_to_uniform_block(WAVE_BLOCK)
         if self._warming is not None:
             self._warming.step(frame)
 
@@ -202,7 +203,7 @@ class SeaWaves:
         def bind() -> None:
             for unit, texture in textures:
                 texture.use(unit)
-            tiles.bind_to_storage_buffer(7)
+            tiles.bind_to_storage_buffer(TILE_BUFFER)
 
         return bind
 

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...engine.frame.block import FRAME_BINDING, PLANET_BINDING, FrameBlock, PlanetBlock
+from ...engine.frame.block import FrameBlock, PlanetBlock
 from ...engine.gpu import GpuScope
+from ...engine.gpu.bindings import FRAME_BLOCK, PLANET_BLOCK, WAVE_BLOCK
 from ...engine.waves import WaveSet
-from .wave_block import BLOCK_BYTES, WAVE_BINDING, SeaMesh, WaveBlock
+from .wave_block import BLOCK_BYTES, SeaMesh, WaveBlock
 
 __all__ = ["WaveAnswers", "WaveQuestions"]
 
@@ -37,8 +38,8 @@ class WaveQuestions:
 
     def __init__(self, gpu: GpuScope, waves: WaveSet, planet_radius_m: float) -> None:
         self._gpu, self._waves, self._radius_m = gpu, waves, planet_radius_m
-        self._frame = gpu.uniform_block(FrameBlock, FRAME_BINDING, "frame")
-        self._planet = gpu.uniform_block(PlanetBlock, PLANET_BINDING, "planet")
+        self._frame = gpu.uniform_block(FrameBlock, FRAME_BLOCK, "frame")
+        self._planet = gpu.uniform_block(PlanetBlock, PLANET_BLOCK, "planet")
         self._buffer = gpu.buffer(reserve=BLOCK_BYTES, dynamic=True)
         self._block = WaveBlock()
         self._program = gpu.compute("ocean/wave_probe.comp")
@@ -77,7 +78,7 @@ class WaveQuestions:
         self._planet.write(PlanetBlock((self._radius_m, 0.0, 0.0, 0.0), (sea_level_m, 1.0, 0.0, 0.0)))
         for block in (self._frame, self._planet):
             block.bind()
-        self._buffer.bind_to_uniform_block(WAVE_BINDING)
+        self._buffer.bind_to_uniform_block(WAVE_BLOCK)
         self._printed.bind_to_storage_buffer(2)
         self._program.set("u_printed", (self._waves.radius_m, time_s))
         parts = [self._batch(packed[i : i + _BATCH], _METHODS[method]) for i in range(0, count, _BATCH)]

@@ -15,6 +15,7 @@ from ...engine.frame import Frame, View, ViewInfo, ViewParts
 from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.frame.gbuffer import GBUFFER, tiles_of
 from ...engine.gpu import GpuScope
+from ...engine.gpu.bindings import TILE_BUFFER
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import latest_revision
 from ...engine.system import Setup, System
@@ -227,7 +228,7 @@ class PropsSystem(System):
         def run() -> None:
             bind_air()
             radiance.bind_to_image(0, read=True, write=True)
-            tiles.bind_to_storage_buffer(7)
+            tiles.bind_to_storage_buffer(TILE_BUFFER)
             for unit, texture in enumerate(textures):
                 texture.use(unit)
             self._shade.run_indirect(tiles)

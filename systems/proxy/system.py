@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from ...components import Atmosphere, Clouds, Ocean, Planet
 from ...engine.frame import Frame, Proxy, Views
-from ...engine.frame.block import FRAME_BINDING, PLANET_BINDING, FrameBlock, PlanetBlock
+from ...engine.frame.block import FrameBlock, PlanetBlock
 from ...engine.frame.snapping import SnapAhead
+from ...engine.gpu.bindings import FRAME_BLOCK, LATTICE_BLOCK, PLANET_BLOCK
 from ...engine.gpu.uniforms import UniformBlock
 from ...engine.space import least_elevation_rad, length, near_plane_m, out_of_view, projection_terms, sphere_unseen
 from ...engine.surface.field import HeightField
@@ -25,7 +26,6 @@ from .waiting import Motion, may_wait
 
 Floats = NDArray[np.float64]
 
-LATTICE_BINDING = 2  # common/lattice.glsl
 LATTICE_BYTES = 320
 
 # Anchor heights are multiples of 1/16 m, so that their f32 copy in the frame block is exact (below 1000 km).
@@ -58,8 +58,8 @@ class ProxySystem(System):
     def setup(self, setup: Setup) -> None:
         self._gpu, self._views = setup.gpu, setup.views
         self._ahead_ubo = self._ahead_lattice = None
-        self._frame_ubo = setup.gpu.uniform_block(FrameBlock, FRAME_BINDING, "frame")
-        self._planet_ubo = setup.gpu.uniform_block(PlanetBlock, PLANET_BINDING, "planet")
+        self._frame_ubo = setup.gpu.uniform_block(FrameBlock, FRAME_BLOCK, "frame")
+        self._planet_ubo = setup.gpu.uniform_block(PlanetBlock, PLANET_BLOCK, "planet")
         self._lattice = setup.gpu.buffer(reserve=LATTICE_BYTES, dynamic=True)
         self._field: HeightField | None = None
         self._uploaded: tuple[int, int] | None = None
@@ -166,7 +166,7 @@ class ProxySystem(System):
     def _prepare(self, ahead: SnapAhead, proxy: Proxy, frames: int) -> None:
         """From now on makers prepare that proxy."""
         if self._ahead_ubo is None or self._ahead_lattice is None:
-            self._ahead_ubo = self._gpu.uniform_block(FrameBlock, FRAME_BINDING)
+            self._ahead_ubo = self._gpu.uniform_block(FrameBlock, FRAME_BLOCK)
             self._ahead_lattice = self._gpu.buffer(reserve=LATTICE_BYTES, dynamic=True)
         ubo, lattice = self._ahead_ubo, self._ahead_lattice
 
@@ -175,11 +175,11 @@ class ProxySystem(System):
             ubo.write(FrameBlock(anchor_up=(*proxy.lattice.direction, proxy.anchor_height_m)))
             ubo.bind()
             lattice.write(proxy.lattice.block.tobytes())
-            lattice.bind_to_uniform_block(LATTICE_BINDING)
+            lattice.bind_to_uniform_block(LATTICE_BLOCK)
 
         def restore() -> None:
             self._frame_ubo.bind()
-            self._lattice.bind_to_uniform_block(LATTICE_BINDING)
+            self._lattice.bind_to_uniform_block(LATTICE_BLOCK)
 
         ahead.bind_anchor, ahead.restore_anchor = bind, restore
         ahead.begin(proxy, frames)
@@ -224,9 +224,7 @@ class ProxySystem(System):
         elevation = least_elevation_rad(camera, self._pixel(frame))
         return not frame.view.state(self, _Kept).skyline.below(field, camera.position_m, radius, elevation)
 
-    def _new_anchor(
-        self, cell: ProxyCell, radius: float, ground: Any, sea: Ocean | None, camera_m: Floats
-    ) -> Proxy:
+    def _new_anchor(self, cell: ProxyCell, radius: float, ground: Any, sea: Ocean | None, camera_m: Floats) -> Proxy:
         lattice = cell.anchor()
         bed = float(ground(lattice.direction[None])[0])
         top = bed if sea is None else max(bed, sea.sea_level_m)
@@ -284,7 +282,7 @@ class ProxySystem(System):
         if self._uploaded != (frame.view_index, proxy.generation):
             self._lattice.write(proxy.lattice.block.tobytes())
             self._uploaded = (frame.view_index, proxy.generation)
-        self._lattice.bind_to_uniform_block(LATTICE_BINDING)
+        self._lattice.bind_to_uniform_block(LATTICE_BLOCK)
 
 
 __all__ = ["ProxySystem"]

@@ -9,9 +9,8 @@ import numpy as np
 
 from ...engine.gpu.layout import IVec4, Vec4, array
 
-__all__ = ["MOST_LEVELS", "SHADOW_BINDING", "ShadowBlock"]
+__all__ = ["MOST_LEVELS", "ShadowBlock"]
 
-SHADOW_BINDING = 9
 MOST_LEVELS = 20
 
 

@@ -13,16 +13,16 @@ from ...engine.frame import Frame, Proxy, ViewInfo, ViewParts
 from ...engine.frame.contracts import provide_contracts, withdraw_contracts
 from ...engine.frame.unseen import Unseen
 from ...engine.gpu import GpuScope
+from ...engine.gpu.bindings import SHADOW_MAP_BLOCK, SHADOW_MAP_UNIT
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import revision, with_overrides
 from ...engine.system import Setup, System
 from ...engine.world import World
-from .block import MOST_LEVELS, SHADOW_BINDING, ShadowBlock
+from .block import MOST_LEVELS, ShadowBlock
 from .windows import BLOCK, Level, Part, Reach, Windows, reach_of
 
 __all__ = ["ShadowSystem"]
 
-_MAP_UNIT = 13
 _NO_SEA_M = -1.0e9
 _LAYERS = 16
 _SUN_STEP_RAD = 1.0e-4
@@ -46,7 +46,7 @@ class _View(ViewParts):
     def __init__(self, of: GpuScope, size: int) -> None:
         super().__init__(of)
         self.windows = Windows(size, _LAYERS)
-        self.ubo = self.gpu.uniform_block(ShadowBlock, SHADOW_BINDING)
+        self.ubo = self.gpu.uniform_block(ShadowBlock, SHADOW_MAP_BLOCK)
         self.scratch = [self.gpu.texture((size, size), "rg32f") for _ in range(2)]
         self.block = ShadowBlock()
         self.sun: Any = None
@@ -87,7 +87,7 @@ class ShadowSystem(System):
         self._per_pixel = float(setup.settings["shadows.texels_per_pixel"])
         self._new_levels = int(setup.settings["shadows.levels_per_frame"])
         # Its text, for shaders; each view has a block of its own.
-        gpu.uniform_block(ShadowBlock, SHADOW_BINDING, "shadow_map")
+        gpu.uniform_block(ShadowBlock, SHADOW_MAP_BLOCK, "shadow_map")
         self._heights = gpu.compute("shadows/heights.comp")
         self._first = gpu.compute("shadows/sweep.comp", defines={"FIRST": 1})
         self._sweep = gpu.compute("shadows/sweep.comp")
@@ -139,7 +139,7 @@ class ShadowSystem(System):
         def run() -> None:
             if not owner:  # known when all passes are bound
                 owner.extend(v for v in self._views.states(self, _View) if v.textures and v.textures[-1] is texture)
-            texture.use(_MAP_UNIT)
+            texture.use(SHADOW_MAP_UNIT)
             owner[0].ubo.bind()
 
         return run

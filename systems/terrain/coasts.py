@@ -9,6 +9,7 @@ from typing import Any
 from ...components import Ocean
 from ...engine.frame import ViewInfo
 from ...engine.frame.gbuffer import GBUFFER, tiles_of
+from ...engine.gpu.bindings import TILE_BUFFER
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
 from .view import TerrainView
 
@@ -80,7 +81,7 @@ class Coasts:
             images[1].bind_to_image(1, read=False, write=True)
             images[2].bind_to_image(2, read=False, write=True)
             bind_heights()
-            tiles.bind_to_storage_buffer(7)
+            tiles.bind_to_storage_buffer(TILE_BUFFER)
             if own is not None:
                 own.run_indirect(tiles)
             elif ask is not None:

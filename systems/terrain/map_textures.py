@@ -8,12 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...engine.gpu import GpuScope
+from ...engine.gpu.bindings import COLOR_MAP_UNIT, HEIGHT_MAP_UNIT
 from ...engine.surface.cube_map import CubeMap
 from .height_map import HeightMap
 
-__all__ = ["COLOR_MAP_UNIT", "HEIGHT_MAP_UNIT", "MapTextures"]
-
-HEIGHT_MAP_UNIT, COLOR_MAP_UNIT = 15, 14
+__all__ = ["MapTextures"]
 
 
 class MapTextures:

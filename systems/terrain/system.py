@@ -15,6 +15,7 @@ from ...engine.frame.gbuffer import GBUFFER, tiles_of
 from ...engine.frame.snapping import SnapAhead
 from ...engine.frame.unseen import Unseen
 from ...engine.gpu.between_shaded import BetweenShaded
+from ...engine.gpu.bindings import MATERIAL_BLOCK, TERRAIN_TABLE_BLOCK, TILE_BUFFER
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
 from ...engine.settings import SettingError, revision, with_overrides
 from ...engine.system import Setup, System
@@ -28,8 +29,6 @@ from .material import TerrainMaterialBlock, material_block
 from .material_list import list_revision, shaders
 from .view import TerrainView
 
-OCTAVES_BINDING = 4
-MATERIAL_BINDING = 7
 _SHAPE = (
     *(f.name for f in fields(TerrainParams) if f.name in {g.name for g in fields(Terrain)}),
     *("height_map_range_m", "color_map"),
@@ -68,7 +67,7 @@ class TerrainSystem(System):
         self._between: BetweenShaded | None = None
         self._world, self._views = setup.world, setup.views
         self._settings = setup.settings
-        self._material_ubo = setup.gpu.uniform_block(TerrainMaterialBlock, MATERIAL_BINDING, "terrain_material_block")
+        self._material_ubo = setup.gpu.uniform_block(TerrainMaterialBlock, MATERIAL_BLOCK, "terrain_material_block")
         self._materials = -1
         self._use_materials()
         self._maps = MapTextures(setup.gpu)
@@ -126,7 +125,7 @@ class TerrainSystem(System):
             self._bind_octaves(view_index)
 
     def _bind_octaves(self, view_index: int) -> None:
-        self._view(view_index).octaves.bind_to_uniform_block(OCTAVES_BINDING)
+        self._view(view_index).octaves.bind_to_uniform_block(TERRAIN_TABLE_BLOCK)
         self._maps.bind()
 
     def _refresh_field(self, world: Any, planet: int, settings: Mapping[str, Any]) -> None:
@@ -237,7 +236,7 @@ class TerrainSystem(System):
         view.next_octaves = self._write_octaves(view, view.next_octaves, proxy)
 
         def bind() -> None:
-            view.next_octaves.bind_to_uniform_block(OCTAVES_BINDING)
+            view.next_octaves.bind_to_uniform_block(TERRAIN_TABLE_BLOCK)
             self._maps.bind()
 
         ahead.bind_heights = bind
@@ -382,7 +381,7 @@ class TerrainSystem(System):
             backend.bind_shading(index)
             cluttered = self._component.clutter > 0.0
             for tiles, plain, full in parts:
-                tiles.bind_to_storage_buffer(7)
+                tiles.bind_to_storage_buffer(TILE_BUFFER)
                 (full if cluttered else plain).run_indirect(tiles)
             if between is not None and between.leaves_out(view.squares):
                 between.run(radiance, all_tiles)

@@ -9,7 +9,7 @@ ROOT = Path(__file__).resolve().parents[2]
 WIDEST = 120
 FOLDERS = ("planetfall", "engine", "systems", "components", "games", "benchmarks", "tests", "assets")
 CODE = {".py", ".glsl", ".vert", ".frag", ".comp", ".toml"}
-GENERATED = {"api.md", "benchmarks.md", "numerical-stability.md"}
+GENERATED = {"api.md", "bindings.md", "benchmarks.md", "numerical-stability.md"}
 """Pages that programs write."""
 PRAGMA = r"\s+# (type|pyright|noqa|ruff):? ?.*$"
 """What tools are told at a line's end, which ruff does not count either."""

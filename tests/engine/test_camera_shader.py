@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from picture_harness import look
 
-from planetfall.engine.frame.block import FRAME_BINDING, PLANET_BINDING, FrameBlock, PlanetBlock
+from planetfall.engine.frame.block import FrameBlock, PlanetBlock
+from planetfall.engine.gpu.bindings import FRAME_BLOCK, PLANET_BLOCK
 
 CAMERA = '#include "common/camera.glsl"'
 
@@ -14,8 +15,8 @@ CAMERA = '#include "common/camera.glsl"'
 @pytest.fixture
 def blocks(gpu):
     scope = gpu.scope("blocks")
-    frame = scope.uniform_block(FrameBlock, FRAME_BINDING, "frame")
-    planet = scope.uniform_block(PlanetBlock, PLANET_BINDING, "planet")
+    frame = scope.uniform_block(FrameBlock, FRAME_BLOCK, "frame")
+    planet = scope.uniform_block(PlanetBlock, PLANET_BLOCK, "planet")
 
     def bind(block: FrameBlock, radius_m: float):
         frame.write(block)

@@ -10,7 +10,8 @@ import numpy as np
 
 from planetfall.components import Planet
 from planetfall.engine.frame import Frame, SunState, ViewInfo
-from planetfall.engine.frame.block import FRAME_BINDING, PLANET_BINDING, FrameBlock, PlanetBlock
+from planetfall.engine.frame.block import FrameBlock, PlanetBlock
+from planetfall.engine.gpu.bindings import FRAME_BLOCK, PLANET_BLOCK
 from planetfall.engine.gpu.graph_backend import GLBackend
 from planetfall.engine.graph import GraphBuilder, TextureSpec
 from planetfall.engine.system import Setup, System
@@ -131,8 +132,8 @@ class Bench:
         self.systems = list(systems)
         self.settings = {"composite.antialiasing": "none", **(settings or {})}  # the sky's and tone map's very values
         self.shared = gpu.scope("bench")
-        self.frame_block = self.shared.uniform_block(FrameBlock, FRAME_BINDING, "frame")
-        self.planet_block = self.shared.uniform_block(PlanetBlock, PLANET_BINDING, "planet")
+        self.frame_block = self.shared.uniform_block(FrameBlock, FRAME_BLOCK, "frame")
+        self.planet_block = self.shared.uniform_block(PlanetBlock, PLANET_BLOCK, "planet")
         self.planet_block.write(PlanetBlock())
         self.scopes = {s.name: gpu.scope(s.name) for s in systems}
         for s in systems:

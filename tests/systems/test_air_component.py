@@ -7,9 +7,10 @@ import pytest
 
 import planetfall as pf
 from planetfall.components import knobs
+from planetfall.engine.gpu.bindings import AIR_BLOCK
 from planetfall.engine.gpu.layout import StructLayout
 from planetfall.engine.settings import plain_table
-from planetfall.systems.atmosphere import AIR_BINDING, AirBlock, AirModel, air_block
+from planetfall.systems.atmosphere import AirBlock, AirModel, air_block
 
 SUN = 0.00935 / 2
 SPHERE = pf.Planet(radius_m=6.36e6)
@@ -226,7 +227,7 @@ def test_block_holds_the_model():
     air = model()
     packed = StructLayout(AirBlock)
     block = air_block(air, pf.Atmosphere(night_light=2.0), sun_irradiance=(1.0, 2.0, 3.0))
-    assert AIR_BINDING == 5 and packed.size == 10 * 16
+    assert AIR_BLOCK == 5 and packed.size == 10 * 16
     assert block.radii == (6.36e6, 6.42e6, 6e4, 1 / 6e4)
     assert block.rayleigh == (*air.rayleigh_scattering, 8000.0)
     assert block.mie_scattering == (*air.mie_scattering, 1200.0)

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from planetfall.components import Atmosphere, Planet
 from planetfall.engine.gpu import Gpu
-from planetfall.systems.atmosphere import AIR_BINDING, AirBlock, AirModel, air_block
+from planetfall.engine.gpu.bindings import AIR_BLOCK
+from planetfall.systems.atmosphere import AirBlock, AirModel, air_block
 from planetfall.systems.atmosphere.block import cornette_shanks_moments
 from planetfall.systems.atmosphere.views import spans
 
@@ -44,7 +45,7 @@ def model_of(planet: str = "earth", asymmetry: float = 0.8) -> AirModel:
 def ask(gpu: Gpu, run_compute: RunCompute) -> Any:
     """run_compute with the block of a model bound."""
     scope = gpu.scope("air_model")
-    block = scope.uniform_block(AirBlock, AIR_BINDING, "air_model")
+    block = scope.uniform_block(AirBlock, AIR_BLOCK, "air_model")
 
     def run(model: AirModel, *given: Any, **more: Any) -> dict[str, Floats]:
         block.write(air_block(model, Atmosphere()))

@@ -11,7 +11,8 @@ from air_tables import Floats, table
 from paper_air_twin import PaperTwin
 
 from planetfall.engine.gpu import Gpu, GpuScope
-from planetfall.systems.atmosphere import AIR_BINDING, AirBlock, PaperSizes, PaperTables
+from planetfall.engine.gpu.bindings import AIR_BLOCK
+from planetfall.systems.atmosphere import AirBlock, PaperSizes, PaperTables
 
 pytestmark = pytest.mark.gpu
 
@@ -47,7 +48,7 @@ class Air:
     """Tables of one air, and the functions that read them."""
 
     def __init__(self, scope: GpuScope, run: Callable[..., Any], block: AirBlock, sizes: PaperSizes) -> None:
-        self.run, self.uniforms = run, scope.uniform_block(AirBlock, AIR_BINDING, "air_model")
+        self.run, self.uniforms = run, scope.uniform_block(AirBlock, AIR_BLOCK, "air_model")
         self.uniforms.write(block)
         self.uniforms.bind()
         self.tables = PaperTables(scope, sizes)
@@ -344,7 +345,7 @@ def test_where_formulas_would_divide_zero_by_zero(make_air) -> None:
 
 
 def test_steps_bound_the_work_and_say_how_far_they_are(scope: GpuScope, gpu: Gpu) -> None:
-    uniforms = scope.uniform_block(AirBlock, AIR_BINDING, "air_model")
+    uniforms = scope.uniform_block(AirBlock, AIR_BLOCK, "air_model")
     uniforms.write(EARTH)
     uniforms.bind()
     before = gpu.counts()["test"]

@@ -10,11 +10,11 @@ from conftest import RunCompute
 from numpy.typing import NDArray
 
 from planetfall.components import Ocean
-from planetfall.engine.frame.block import FRAME_BINDING, PLANET_BINDING, FrameBlock, PlanetBlock
+from planetfall.engine.frame.block import FrameBlock, PlanetBlock
 from planetfall.engine.gpu import Gpu
+from planetfall.engine.gpu.bindings import FRAME_BLOCK, OCEAN_BLOCK, PLANET_BLOCK
 from planetfall.engine.waves import waves_of
 from planetfall.systems.ocean.block import (
-    OCEAN_BINDING,
     OceanBlock,
     breaking,
     diffuse_mirrored,
@@ -182,9 +182,9 @@ def test_a_mirror_of_facets_never_gives_more_than_it_gets(
 def ask(gpu: Gpu, run_compute: RunCompute) -> Any:
     """run_compute with the blocks of a frame, a planet and a sea bound."""
     scope = gpu.scope("water_light")
-    frame = scope.uniform_block(FrameBlock, FRAME_BINDING, "frame")
-    planet = scope.uniform_block(PlanetBlock, PLANET_BINDING, "planet")
-    water = scope.uniform_block(OceanBlock, OCEAN_BINDING, "ocean")
+    frame = scope.uniform_block(FrameBlock, FRAME_BLOCK, "frame")
+    planet = scope.uniform_block(PlanetBlock, PLANET_BLOCK, "planet")
+    water = scope.uniform_block(OceanBlock, OCEAN_BLOCK, "ocean")
     ocean = Ocean(absorption_per_m=(0.3, 0.06, 0.02), scattering_per_m=(0.002, 0.004, 0.006))
     frame.write(FrameBlock(sun_direction=(*direction(40.0, 0.0), 0.004675)))
     planet.write(PlanetBlock())

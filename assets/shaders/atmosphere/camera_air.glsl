@@ -1,11 +1,12 @@
 // The renderer's own tables: what air_between and air_whole read, and the ray of a direction at the camera.
+#include "generated/bindings.glsl"
 #include "common/camera.glsl"
 #include "generated/air_view.glsl"
 #include "atmosphere/view.glsl"
 
-layout(binding = 10) uniform sampler3D u_air_first;
-layout(binding = 11) uniform sampler3D u_air_second;
-layout(binding = 12) uniform sampler2D u_air_extinction;
+layout(binding = AIR_FIRST_UNIT) uniform sampler3D u_air_first;
+layout(binding = AIR_SECOND_UNIT) uniform sampler3D u_air_second;
+layout(binding = AIR_EXTINCTION_UNIT) uniform sampler2D u_air_extinction;
 
 // Filtered by the hardware: eight bits between neighbours that differ by a few percent. Extinction is not, it needs
 // more.

@@ -4,6 +4,7 @@
 // A column of invocations is one altitude, a lane one height of the sun. Directions: u_directions pairs of (cosine to
 // the zenith, weight) come from Gauss rules above and below the horizon, made for each altitude; azimuths are midpoints
 // over half a circle.
+#include "generated/bindings.glsl"
 #include "atmosphere/sunlight.glsl"
 #include "atmosphere/moments.glsl"
 #include "atmosphere/irradiance.glsl"
@@ -14,7 +15,9 @@ layout(rgba32f, binding = 0) uniform image2DArray u_sums;
 
 layout(location = 0) uniform ivec3 u_range;   // first altitude, first direction, past the last direction
 layout(location = 1) uniform ivec4 u_counts;  // directions above the horizon, below it, azimuths, slices
-layout(std140, binding = 10) uniform Nodes { vec4 gauss[32]; } u_nodes;   // x, w on 0..1: xy above, zw below
+layout(std140, binding = AIR_NODES_BLOCK) uniform Nodes {
+    vec4 gauss[32];   // x, w on 0..1: xy above, zw below
+} u_nodes;
 
 AirFolded air_before = AirFolded(vec3(0.0), vec3(0.0));   // in the slice at hand
 

@@ -1,4 +1,5 @@
 // What a probe asks and is answered; systems/atmosphere/probe.py packs and unpacks it.
+#include "generated/bindings.glsl"
 layout(local_size_x = 16) in;
 
 struct Question {
@@ -6,8 +7,8 @@ struct Question {
     vec4 ray;                   // mu, sine, cosine of the azimuth from the sun, nu
     vec4 more;                  // distance (negative: the whole ray); of a surface: n_up, n_side, cosine to the sun
 };
-layout(std430, binding = 0) readonly buffer Questions { Question questions[]; };
-layout(std430, binding = 1) writeonly buffer Answers { vec4 answers[]; };
+layout(std430, binding = QUESTION_BUFFER) readonly buffer Questions { Question questions[]; };
+layout(std430, binding = ANSWER_BUFFER) writeonly buffer Answers { vec4 answers[]; };
 
 layout(location = 0) uniform ivec4 u_size;    // of the tables
 layout(location = 1) uniform ivec4 u_mode;    // what is asked; number of questions; 1: all orders; 1: Rayleigh's phase

@@ -2,9 +2,10 @@
 //
 // The table holds the fourth root of the mean extinction along the path. x: length of the path between its least
 // (straight up) and its most (along the horizon), by air_path_row; y: sqrt(h / thickness).
+#include "generated/bindings.glsl"
 #include "atmosphere/medium.glsl"
 
-layout(binding = 8) uniform sampler2D u_air_depth;
+layout(binding = AIR_DEPTH_UNIT) uniform sampler2D u_air_depth;
 
 // Optical depth of the whole ray from 0 <= h <= thickness; rays below the horizon get the horizon's.
 vec3 air_depth_to_space(float h, float mu) {

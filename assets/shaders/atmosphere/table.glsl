@@ -1,8 +1,9 @@
 // The table of what depends on the altitude and the sun's height alone: irradiance of the sky (irradiance.glsl) in
 // layers 0 to 3, moments of the light that has been scattered (moments.glsl) in those after them.
+#include "generated/bindings.glsl"
 #include "atmosphere/medium.glsl"
 
-layout(binding = 9) uniform sampler2DArray u_air_moments;
+layout(binding = AIR_MOMENTS_UNIT) uniform sampler2DArray u_air_moments;
 
 const int AIR_IRRADIANCE_LAYERS = 4;
 const float AIR_SUN_FOCUS = 0.12;   // half of the nodes of mu_s lie where |mu_s| is below about this

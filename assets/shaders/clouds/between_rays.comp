@@ -4,8 +4,8 @@
 #include "clouds/view_ray.glsl"
 
 layout(local_size_x = 8, local_size_y = 4) in;
-layout(binding = 0) uniform sampler2D u_rays;
-layout(binding = 1) uniform sampler2D u_far;
+layout(binding = 6) uniform sampler2D u_rays;
+layout(binding = 7) uniform sampler2D u_far;
 layout(binding = 0, rgba32f) uniform writeonly image2D o_rays;
 layout(binding = 1, r32f) uniform writeonly image2D o_distance;
 layout(binding = 2, rgba32f) uniform writeonly image2D o_spread;

@@ -11,13 +11,14 @@
 // footprint is too wide to show is not dropped but averaged: the share of the values it hides that lie above the
 // threshold, so the same cloud that is a thing with edges from near is a grey of the right mean from far, and coverage
 // is the same at all distances.
+#include "generated/bindings.glsl"
 #include "common/octahedral.glsl"
 #include "generated/cloud_view.glsl"
 
-layout(binding = 0) uniform sampler3D u_cloud_shape;
-layout(binding = 1) uniform sampler3D u_cloud_rims;
-layout(binding = 2) uniform sampler2D u_weather_first;
-layout(binding = 3) uniform sampler2D u_weather_second;
+layout(binding = CLOUD_SHAPE_UNIT) uniform sampler3D u_cloud_shape;
+layout(binding = CLOUD_RIMS_UNIT) uniform sampler3D u_cloud_rims;
+layout(binding = WEATHER_FIRST_UNIT) uniform sampler2D u_weather_first;
+layout(binding = WEATHER_SECOND_UNIT) uniform sampler2D u_weather_second;
 
 // Ice has streaks for noise. A program for places without any knows so at build time, and takes less time.
 #ifdef CLOUD_NO_ICE

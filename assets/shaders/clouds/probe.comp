@@ -1,4 +1,5 @@
 // The march on an array of questions; systems/clouds/probe.py packs and unpacks it.
+#include "generated/bindings.glsl"
 #include "clouds/uniform_march.glsl"
 #if CLOUD_PAPER
 #include "clouds/paper_march.glsl"
@@ -10,8 +11,8 @@ struct Question {
     vec4 ray;    // of the start: h, (R + h) mu, perigee, coordinate along the sun's direction
     vec4 more;   // cosine to the sun, distance to march, the sun's angular radius (0: a point), 1: all orders
 };
-layout(std430, binding = 0) readonly buffer Questions { Question questions[]; };
-layout(std430, binding = 1) writeonly buffer Answers { vec4 answers[]; };
+layout(std430, binding = QUESTION_BUFFER) readonly buffer Questions { Question questions[]; };
+layout(std430, binding = ANSWER_BUFFER) writeonly buffer Answers { vec4 answers[]; };
 
 layout(location = 0) uniform int u_count;
 

@@ -3,13 +3,14 @@
 //
 // Defines: CLOUD_SLAB (depths, suns, shares of the table, as a vec3), CLOUD_SLAB_RANGE (least depth, logarithm of the
 // ratio of the most to it, least cosine of the sun).
+#include "generated/bindings.glsl"
 #include "clouds/droplets.glsl"
 
 const int CLOUD_DEGREE = 3, CLOUD_LOBES = 8;
 const float CLOUD_BROADEN = 0.6, CLOUD_BACK = 0.5;
 const float CLOUD_LOBES_DEEPEST = 1e3;   // beyond, powers of the depth overflow, and nothing is left of the light
 
-layout(binding = 14) uniform sampler3D u_cloud_slab;
+layout(binding = CLOUD_SLAB_UNIT) uniform sampler3D u_cloud_slab;
 
 // Share of scattered light that counts as going straight on (delta-M, Wiscombe 1977).
 float cloud_peak(int layer) {

@@ -1,8 +1,9 @@
 // Contract "cloud_shadow" (common/cloud_shadow.glsl has the rules), from maps around the camera. A place on a map is
 // where sunlight meets the clouds' reference height.
+#include "generated/bindings.glsl"
 #include "clouds/shadow_maps.glsl"
 
-layout(binding = 16) uniform sampler2DArray u_cloud_shadow;
+layout(binding = CLOUD_SHADOW_UNIT) uniform sampler2DArray u_cloud_shadow;
 
 // As cloud_through() has it (clouds/through.glsl), of all cloud above a point on its way to the sun. wide_m: the mean
 // over so much.

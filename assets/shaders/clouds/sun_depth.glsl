@@ -5,9 +5,10 @@
 // point: camera-relative, planet axes; mu_s: cosine of the sun to the zenith there; wide_m: what the answer stands for.
 // x: the beam's share that is left; y: optical depth of all clouds towards the sun. Of a sun below the point's horizon
 // it is that of the ray from its lowest point on: what lies between the two is not in the maps.
+#include "generated/bindings.glsl"
 #include "clouds/shadow_maps.glsl"
 
-layout(binding = 5) uniform sampler3D u_cloud_sun;
+layout(binding = CLOUD_SUN_UNIT) uniform sampler3D u_cloud_sun;
 
 struct CloudSunPlace {
     vec3 D;      // foot offset of the place where the sun's ray crosses the maps' height

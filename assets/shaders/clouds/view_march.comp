@@ -1,6 +1,7 @@
 // Clouds as the camera sees them, one ray for each block of STRIDE x STRIDE pixels: rgb what they add to the picture, a
 // what they leave of it. Over the tiles of 8 x 4 rays that may see any: those with ice, or, in a shorter program, those
 // without.
+#include "generated/bindings.glsl"
 #include "clouds/view_ray.glsl"
 #include "clouds/weather_march.glsl"
 #include "common/spread.glsl"
@@ -8,7 +9,7 @@
 layout(local_size_x = 8, local_size_y = 4) in;
 layout(binding = 0, rgba32f) uniform writeonly image2D o_clouds;
 layout(binding = 1, r32f) uniform writeonly image2D o_distance;
-layout(std430, binding = 7) readonly buffer TileBuffer { uint groups[8]; uint tiles[]; };   // as list_tiles.comp has it
+layout(std430, binding = TILE_BUFFER) readonly buffer TileBuffer { uint groups[8]; uint tiles[]; };   // as in list_tiles.comp
 layout(location = 5) uniform int u_ice;   // which list
 
 void main() {

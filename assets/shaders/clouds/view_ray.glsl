@@ -1,9 +1,10 @@
 // The ray of a block of STRIDE x STRIDE pixels of the clouds' picture, and how far it goes. Each of these pixels stands
 // for PICTURE_PX x PICTURE_PX of the frame's.
+#include "generated/bindings.glsl"
 #include "common/camera.glsl"
 #include "clouds/ways.glsl"
 
-layout(binding = 4) uniform sampler2D u_depth;
+layout(binding = CLOUD_DEPTH_UNIT) uniform sampler2D u_depth;
 layout(location = 1) uniform ivec2 u_place;   // of the ray's pixel in its block
 layout(location = 2) uniform float u_width;   // of what a ray stands for, in pixels of the frame
 layout(location = 3) uniform float u_shift;   // of the pattern

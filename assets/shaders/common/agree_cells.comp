@@ -1,9 +1,10 @@
 // From what each cell wants to skip to what it may, so that both sides of each edge use the same vertices: `agree` of
 // engine/surface/decimation.py, one workgroup for all cells.
+#include "generated/bindings.glsl"
 #include "common/cells.glsl"
 
 layout(local_size_x = 256) in;
-layout(std430, binding = 0) buffer CellBuffer { Cell cells[]; };
+layout(std430, binding = CELL_BUFFER) buffer CellBuffer { Cell cells[]; };
 layout(std430, binding = 2) coherent buffer WantedBuffer { uint wanted[]; };
 // 8 a cell: four rows, four delta | axis << 8
 layout(std430, binding = 3) readonly buffer TopologyBuffer { uint beside[]; };

@@ -7,6 +7,7 @@
 //   SURFACE        of the pixels
 //   SCENE_FORMAT   of u_radiance
 //   BY_LENS        pixels seen through water and those seen through air were shaded by two shaders
+#include "generated/bindings.glsl"
 #include "common/surfaces.glsl"
 #include "common/texel.glsl"
 #include "common/spread.glsl"
@@ -17,13 +18,13 @@
 #endif
 
 layout(local_size_x = 8, local_size_y = 4) in;
-layout(std430, binding = 7) readonly buffer TileBuffer {
+layout(std430, binding = TILE_BUFFER) readonly buffer TileBuffer {
     uint tile_groups[4];   // the indirect dispatch
     uint tiles[];          // x | y << 16
 };
-layout(binding = 0) uniform sampler2D u_depth;
-layout(binding = 3) uniform usampler2D u_surface;
-layout(binding = 0, SCENE_FORMAT) uniform image2D u_radiance;
+layout(binding = DEPTH_UNIT) uniform sampler2D u_depth;
+layout(binding = SURFACE_UNIT) uniform usampler2D u_surface;
+layout(binding = RADIANCE_IMAGE, SCENE_FORMAT) uniform image2D u_radiance;
 
 const float ALIKE = 0.75;   // ratio of depths: ground eight pixels below its horizon changes by so much in two
 

@@ -1,17 +1,18 @@
 // Which cells can be seen: one workgroup walks over all of them and writes an indirect draw for each index list. No
 // atomics outside shared memory, nothing to clear before.
+#include "generated/bindings.glsl"
 #include "generated/frame.glsl"
 #include "generated/planet.glsl"
 #include "common/cells.glsl"
 #include "common/skyline.glsl"
 
 layout(local_size_x = 256) in;
-layout(std430, binding = 0) readonly buffer CellBuffer { Cell cells[]; };
-layout(std430, binding = 1) readonly buffer VertexBuffer { CellVertex vertices[]; };
-layout(std430, binding = 5) readonly buffer BoundsBuffer { CellBounds bounds[]; };
-layout(std430, binding = 2) writeonly buffer VisibleBuffer { uint visible[]; };
-layout(std430, binding = 3) writeonly buffer ArgumentsBuffer { uint arguments[]; };
-layout(std430, binding = 6) readonly buffer RangeBuffer { uvec2 ranges[]; };   // first index and count of each variant
+layout(std430, binding = CELL_BUFFER) readonly buffer CellBuffer { Cell cells[]; };
+layout(std430, binding = VERTEX_BUFFER) readonly buffer VertexBuffer { CellVertex vertices[]; };
+layout(std430, binding = BOUNDS_BUFFER) readonly buffer BoundsBuffer { CellBounds bounds[]; };
+layout(std430, binding = VISIBLE_BUFFER) writeonly buffer VisibleBuffer { uint visible[]; };
+layout(std430, binding = ARGUMENTS_BUFFER) writeonly buffer ArgumentsBuffer { uint arguments[]; };
+layout(std430, binding = RANGE_BUFFER) readonly buffer RangeBuffer { uvec2 ranges[]; };   // first, count
 uniform int u_cell_count;
 uniform int u_capacity;   // entries of the visible list for each variant
 uniform int u_hides;       // 0: seen from behind (the sea from below), nothing of it hides anything

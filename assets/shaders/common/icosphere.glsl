@@ -10,13 +10,10 @@
 //
 // The relative error of the offset is that of its conversion to float, 6e-8, from one lattice step to twice the radius.
 
-#ifndef PF_TRIANGLE_BINDING
-#define PF_TRIANGLE_BINDING 9
-#endif
-
 // Doubles as pairs of words: where the anchor's ray meets each root's plane, as an integer vector, its length (0: use
 // the plain difference) and the rest; then the anchor's direction and the radius.
-layout(std140, binding = PF_TRIANGLE_BINDING) uniform TriangleBlock {
+#include "generated/bindings.glsl"
+layout(std140, binding = TRIANGLE_BLOCK) uniform TriangleBlock {
     uvec4 triangle_anchor[82];
 };
 

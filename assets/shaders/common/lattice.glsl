@@ -12,11 +12,8 @@
 // The relative error of the offset is below 5e-7 from one lattice step to twice the radius. sin and cos are
 // polynomials: the built-in ones lose their relative accuracy near zero on some GPUs. No acos, asin or atan.
 
-#ifndef PF_LATTICE_BINDING
-#define PF_LATTICE_BINDING 2
-#endif
-
-layout(std140, binding = PF_LATTICE_BINDING) uniform LatticeBlock {
+#include "generated/bindings.glsl"
+layout(std140, binding = LATTICE_BLOCK) uniform LatticeBlock {
     ivec4 lattice_origin[6];   // nearest lattice point I0, J0 of the anchor in the face's coordinates; 1: near; 0
     vec4 lattice_fraction[6];  // anchor - (I0, J0) in steps; step / cos a0; step / cos b0
     vec4 lattice_gnomonic[6];  // tan a0, tan b0, |q0|, 1 / |q0|

@@ -3,11 +3,12 @@
 // (ridges across the view, the sphere's own curve at the limb). And which diagonals are the shorter ones as seen from
 // the proxy: a cell seen askew is a parallelogram on screen, whose long diagonal is up to twice its sides. A workgroup
 // a cell, after the vertices were made.
+#include "generated/bindings.glsl"
 #include "common/cells.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) buffer CellBuffer { Cell cells[]; };
-layout(std430, binding = 1) readonly buffer VertexBuffer { CellVertex vertices[]; };
+layout(std430, binding = CELL_BUFFER) buffer CellBuffer { Cell cells[]; };
+layout(std430, binding = VERTEX_BUFFER) readonly buffer VertexBuffer { CellVertex vertices[]; };
 layout(std430, binding = 2) writeonly buffer WantedBuffer { uint wanted[]; };
 uniform vec3 u_eye;         // the proxy, metres from the anchor
 uniform float u_angle;      // the wanted length of an edge, radians

@@ -5,6 +5,7 @@
 //   one of a
 //                 block of 2 x 2. The others are left to common/between_shaded.comp
 //   SHOWS_ALSO(pixel)   what a pixel has to be besides
+#include "generated/bindings.glsl"
 #include "common/surfaces.glsl"
 #include "common/spread.glsl"
 #include "generated/frame.glsl"
@@ -23,15 +24,15 @@ layout(local_size_x = 8, local_size_y = 8) in;
 #else
 layout(local_size_x = 16, local_size_y = 8) in;
 #endif
-layout(std430, binding = 7) readonly buffer TileBuffer {
+layout(std430, binding = TILE_BUFFER) readonly buffer TileBuffer {
     uint tile_groups[4];   // the indirect dispatch
     uint tiles[];          // x | y << 16
 };
-layout(binding = 0) uniform sampler2D u_depth;
-layout(binding = 1) uniform sampler2D u_normal;
-layout(binding = 2) uniform sampler2D u_attributes;
-layout(binding = 3) uniform usampler2D u_surface;
-layout(binding = 0) writeonly uniform image2D u_radiance;
+layout(binding = DEPTH_UNIT) uniform sampler2D u_depth;
+layout(binding = NORMAL_UNIT) uniform sampler2D u_normal;
+layout(binding = ATTRIBUTES_UNIT) uniform sampler2D u_attributes;
+layout(binding = SURFACE_UNIT) uniform usampler2D u_surface;
+layout(binding = RADIANCE_IMAGE) writeonly uniform image2D u_radiance;
 
 // The first pixel of this invocation's block.
 ivec2 tile_pixel() {

@@ -2,6 +2,7 @@
 // outline's course says (the idea of morphological anti-aliasing, Reshetov 2009, as a search along the edge in the
 // manner of Lottes 2009). Outlines are where surfaces meet and where depth, linear on screen along a plane, is not:
 // detail within a surface would only get worse. Stars and the sun's disc are drawn smooth.
+#include "generated/bindings.glsl"
 #include "common/camera.glsl"
 #include "common/texel.glsl"
 #include "composite/exposure.glsl"
@@ -10,7 +11,7 @@
 layout(binding = 0) uniform sampler2D u_scene;
 layout(binding = 1) uniform sampler2D u_depth;
 layout(binding = 2) uniform usampler2D u_surface;
-layout(std430, binding = 5) readonly buffer ExposureIn { Exposure exposure; };
+layout(std430, binding = EXPOSURE_BUFFER) readonly buffer ExposureIn { Exposure exposure; };
 layout(location = 0) out vec4 o_resolved;
 
 const int REACH = 12;            // pixels that an edge is followed each way

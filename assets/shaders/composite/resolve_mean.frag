@@ -1,4 +1,5 @@
 // Anti-aliasing of a still camera: the mean of samples at many places in each pixel.
+#include "generated/bindings.glsl"
 #include "common/camera.glsl"
 #include "composite/exposure.glsl"
 #include "composite/resolved.glsl"
@@ -7,8 +8,8 @@ layout(binding = 0) uniform sampler2D u_scene;
 layout(binding = 1) uniform sampler2D u_depth;
 layout(binding = 2) uniform usampler2D u_surface;
 layout(binding = 3) uniform sampler2D u_before;
-layout(std430, binding = 5) readonly buffer ExposureIn { Exposure exposure; };
-layout(std430, binding = 6) readonly buffer ExposureBefore { Exposure exposure_before; };
+layout(std430, binding = EXPOSURE_BUFFER) readonly buffer ExposureIn { Exposure exposure; };
+layout(std430, binding = EXPOSURE_BEFORE_BUFFER) readonly buffer ExposureBefore { Exposure exposure_before; };
 layout(location = 0) uniform float u_weight;   // of this frame
 layout(location = 0) out vec4 o_resolved;
 

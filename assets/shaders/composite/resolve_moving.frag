@@ -1,6 +1,7 @@
 // Anti-aliasing of a camera or a scene that moves: the last frame's picture, fetched from where this pixel's surface
 // was then, tested for being the same surface, held within what this frame sees around the pixel, and mixed with this
 // frame's sample.
+#include "generated/bindings.glsl"
 #include "common/camera.glsl"
 #include "composite/exposure.glsl"
 #include "common/surfaces.glsl"
@@ -13,8 +14,8 @@ layout(binding = 3) uniform sampler2D u_before;     // resolved picture of the l
 #ifdef MOTION
 layout(binding = 4) uniform sampler2D u_motion;      // props.motion
 #endif
-layout(std430, binding = 5) readonly buffer ExposureIn { Exposure exposure; };
-layout(std430, binding = 6) readonly buffer ExposureBefore { Exposure exposure_before; };
+layout(std430, binding = EXPOSURE_BUFFER) readonly buffer ExposureIn { Exposure exposure; };
+layout(std430, binding = EXPOSURE_BEFORE_BUFFER) readonly buffer ExposureBefore { Exposure exposure_before; };
 layout(location = 0) uniform mat3 u_turn;            // camera coordinates to those of the frame before
 layout(location = 3) uniform mat3 u_sky_turn;        // the same for what is infinitely far
 layout(location = 6) uniform vec3 u_shift;           // m

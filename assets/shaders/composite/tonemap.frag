@@ -1,5 +1,6 @@
 // Scene radiance, or what anti-aliasing has made of it, to the picture: glare, exposure, tone map, dither.
 // Defines: TONE_MAP, DITHER, GLARE, RESOLVED (0, 1).
+#include "generated/bindings.glsl"
 #include "generated/frame.glsl"
 #include "common/tonemap.glsl"
 #include "common/dither.glsl"
@@ -9,7 +10,7 @@
 #endif
 
 layout(binding = 0) uniform sampler2D u_scene;
-layout(std430, binding = 5) readonly buffer ExposureIn { Exposure exposure; };
+layout(std430, binding = EXPOSURE_BUFFER) readonly buffer ExposureIn { Exposure exposure; };
 #if GLARE
 layout(binding = 1) uniform sampler2D u_glare;
 layout(location = 0) uniform vec2 u_share;  // of the light: that goes into the finest octave of glare, that is left

@@ -1,16 +1,17 @@
 // The texture under inspection. SOURCE: 0 float 2D, 1 unsigned 2D, 2 float 3D, 3 float array. Slices lie side by side.
+#include "generated/bindings.glsl"
 #define SOURCE_UINT 1
 #define SOURCE_3D 2
 #define SOURCE_ARRAY 3
 
 #if SOURCE == SOURCE_UINT
-layout(binding = 0) uniform usampler2D u_source;
+layout(binding = DEBUG_SOURCE_UNIT) uniform usampler2D u_source;
 #elif SOURCE == SOURCE_3D
-layout(binding = 0) uniform sampler3D u_source;
+layout(binding = DEBUG_SOURCE_UNIT) uniform sampler3D u_source;
 #elif SOURCE == SOURCE_ARRAY
-layout(binding = 0) uniform sampler2DArray u_source;
+layout(binding = DEBUG_SOURCE_UNIT) uniform sampler2DArray u_source;
 #else
-layout(binding = 0) uniform sampler2D u_source;
+layout(binding = DEBUG_SOURCE_UNIT) uniform sampler2D u_source;
 #endif
 
 #if SOURCE == SOURCE_3D || SOURCE == SOURCE_ARRAY

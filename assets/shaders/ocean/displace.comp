@@ -3,6 +3,7 @@
 // all.
 //
 // Cells that share a vertex get the same bits: what a vertex becomes depends on nothing but its own place and depth.
+#include "generated/bindings.glsl"
 #include "generated/frame.glsl"
 #include "generated/planet.glsl"
 #include "common/cells.glsl"
@@ -13,8 +14,8 @@
 
 const int LANES = 32;
 layout(local_size_x = 32) in;
-layout(std430, binding = 0) readonly buffer CellBuffer { Cell cells[]; };
-layout(std430, binding = 1) readonly buffer VertexBuffer { CellVertex vertices[]; };
+layout(std430, binding = CELL_BUFFER) readonly buffer CellBuffer { Cell cells[]; };
+layout(std430, binding = VERTEX_BUFFER) readonly buffer VertexBuffer { CellVertex vertices[]; };
 layout(std430, binding = 3) writeonly buffer DisplacedBuffer { SeaVertex displaced[]; };
 layout(std430, binding = 4) readonly buffer ListBuffer { uint list[]; };
 

@@ -1,14 +1,15 @@
+#include "generated/bindings.glsl"
 #include "common/camera.glsl"
 #include "common/cells.glsl"
 #include "common/octahedral.glsl"
 #include "ocean/displaced.glsl"
 
-layout(std430, binding = 0) readonly buffer CellBuffer { Cell cells[]; };
+layout(std430, binding = CELL_BUFFER) readonly buffer CellBuffer { Cell cells[]; };
 #ifdef SEA_MOVES
-layout(std430, binding = 1) readonly buffer VertexBuffer { SeaVertex vertices[]; };
+layout(std430, binding = VERTEX_BUFFER) readonly buffer VertexBuffer { SeaVertex vertices[]; };
 out vec2 v_moved;
 #else
-layout(std430, binding = 1) readonly buffer VertexBuffer { CellVertex vertices[]; };
+layout(std430, binding = VERTEX_BUFFER) readonly buffer VertexBuffer { CellVertex vertices[]; };
 #endif
 in uint in_cell;
 

@@ -1,8 +1,9 @@
 // The visible cells of all index lists in one list, and the dispatch over it: a work group a cell.
+#include "generated/bindings.glsl"
 #include "common/cells.glsl"
 
 layout(local_size_x = 32) in;
-layout(std430, binding = 2) readonly buffer VisibleBuffer { uint visible[]; };
+layout(std430, binding = VISIBLE_BUFFER) readonly buffer VisibleBuffer { uint visible[]; };
 layout(std430, binding = 3) readonly buffer ArgumentsBuffer { uint arguments[]; };
 layout(std430, binding = 4) writeonly buffer ListBuffer { uint list[]; };   // four words of dispatch, then cells
 

@@ -1,10 +1,11 @@
 // A pixel of the sea in the G-buffer: where the point that it shows lies when the sea is calm.
+#include "generated/bindings.glsl"
 #include "common/texel.glsl"
-layout(binding = 0) uniform sampler2D u_depth;
-layout(binding = 2) uniform sampler2D u_attributes;
-layout(binding = 3) uniform usampler2D u_surface;
+layout(binding = DEPTH_UNIT) uniform sampler2D u_depth;
+layout(binding = ATTRIBUTES_UNIT) uniform sampler2D u_attributes;
+layout(binding = SURFACE_UNIT) uniform usampler2D u_surface;
 #ifdef SEA_MOVES
-layout(binding = 4) uniform sampler2D u_moved;
+layout(binding = SEA_MOVED_UNIT) uniform sampler2D u_moved;
 #endif
 
 bool sea_at(ivec2 pixel) {

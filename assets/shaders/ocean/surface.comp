@@ -8,6 +8,7 @@
 //
 //   SHADE_EVERY   2 or 4: only pixels that are shaded get what they need, one of each block and others where it shows
 //   no sea
+#include "generated/bindings.glsl"
 #include "common/camera.glsl"
 #include "common/octahedral.glsl"
 #include "common/sea_depth.glsl"
@@ -29,14 +30,14 @@ layout(local_size_x = SEA_LANES) in;   // 128 / SEA_RUN / SHADE_EVERY
 #define SEA_PART SEA_RUN
 #define SEA_PARTS 1
 #endif
-layout(std430, binding = 7) readonly buffer TileBuffer {
+layout(std430, binding = TILE_BUFFER) readonly buffer TileBuffer {
     uint tile_groups[4];
     uint tiles[];
 };
 #ifdef SEA_SWELL
 layout(std430, binding = 1) readonly buffer SwellBuffer { SwellTile swell[]; };
 #endif
-layout(binding = 0) writeonly uniform image2D u_normal_out;
+layout(binding = COAST_NORMAL_IMAGE) writeonly uniform image2D u_normal_out;
 layout(binding = 1) writeonly uniform image2D u_rough_out;
 
 const float DEEP = 4.0;     // as in swell.comp

@@ -1,4 +1,5 @@
 // The long waves of each tile, see swell.glsl. A lane a tile.
+#include "generated/bindings.glsl"
 #include "common/camera.glsl"
 #include "common/sea_depth.glsl"
 #include "common/surfaces.glsl"
@@ -9,7 +10,7 @@
 #include "ocean/swell.glsl"
 
 layout(local_size_x = 8) in;
-layout(std430, binding = 7) readonly buffer TileBuffer {
+layout(std430, binding = TILE_BUFFER) readonly buffer TileBuffer {
     uint tile_groups[4];
     uint tiles[];
 };

@@ -1,5 +1,6 @@
 // The sea's vertices: points of the lattice at sea level, and the depth of the ground below them for the colour of
 // shallows.
+#include "generated/bindings.glsl"
 #include "generated/frame.glsl"
 #include "generated/planet.glsl"
 #include "generated/ocean.glsl"
@@ -10,9 +11,9 @@
 #include "contract/surface_height.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer CellBuffer { Cell cells[]; };
-layout(std430, binding = 1) writeonly buffer VertexBuffer { CellVertex vertices[]; };
-layout(std430, binding = 5) writeonly buffer BoundsBuffer { CellBounds bounds[]; };
+layout(std430, binding = CELL_BUFFER) readonly buffer CellBuffer { Cell cells[]; };
+layout(std430, binding = VERTEX_BUFFER) writeonly buffer VertexBuffer { CellVertex vertices[]; };
+layout(std430, binding = BOUNDS_BUFFER) writeonly buffer BoundsBuffer { CellBounds bounds[]; };
 // of each cell in what follows, or -1
 layout(std430, binding = 6) readonly buffer GroundRowBuffer { int ground_row[]; };
 layout(std430, binding = 7) readonly buffer GroundBoundsBuffer { CellBounds ground_bounds[]; };

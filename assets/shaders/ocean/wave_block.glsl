@@ -1,10 +1,11 @@
 // The waves of the sea as seen from the anchor; systems/ocean/wave_block.py packs them. Longest first, in two lists:
 // waves whose origin and antipode are far from here, which a short series places exactly enough, and those that need
 // the whole formula.
+#include "generated/bindings.glsl"
 const int WAVES_MOST = 1000;
 const int WAVE_BINS = 64;
 
-layout(std140, binding = 12) uniform WaveBlock {
+layout(std140, binding = WAVE_BLOCK) uniform WaveBlock {
     vec4 wave_east;      // first tangent at the anchor; w: radius of the calm sea, m
     vec4 wave_north;     // second tangent; w: the anchor's foot to the calm sea, as a ratio of radii
     // waves of the first list, waves of both, the farthest that anything is moved sideways in m, unused

@@ -1,4 +1,5 @@
 // The sea's functions on an array of places: what systems/ocean/wave_probe.py asks.
+#include "generated/bindings.glsl"
 #include "generated/frame.glsl"
 #include "generated/planet.glsl"
 #include "ocean/waves.glsl"
@@ -8,8 +9,8 @@ struct Question {
     vec4 place;     // foot offset from the anchor, m; depth, m
     vec4 seen;      // unit direction in planet axes (for the printed formulas); distance of samples, m
 };
-layout(std430, binding = 0) readonly buffer Questions { Question questions[]; };
-layout(std430, binding = 1) writeonly buffer Answers { vec4 answers[]; };   // movement, Jacobian; normal, 0
+layout(std430, binding = QUESTION_BUFFER) readonly buffer Questions { Question questions[]; };
+layout(std430, binding = ANSWER_BUFFER) writeonly buffer Answers { vec4 answers[]; };   // movement, Jacobian; normal, 0
 layout(std430, binding = 2) readonly buffer Printed { vec4 printed[]; };    // origin, A; wave number, phi, Q, 0
 uniform ivec4 u_mode;    // number of questions; 0: ours, 2018, 2019 as printed; waves
 uniform vec2 u_printed;  // radius of the calm sea, time in s

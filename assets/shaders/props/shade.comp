@@ -1,5 +1,6 @@
 // Light of props, and their shadows on ground and water: the radiance there, without the air before it, is scaled by
 // the share of its light that they leave.
+#include "generated/bindings.glsl"
 #include "common/camera.glsl"
 #include "common/octahedral.glsl"
 #include "common/surfaces.glsl"
@@ -9,16 +10,16 @@
 #include "contract/sun_visibility.glsl"
 
 layout(local_size_x = 16, local_size_y = 8) in;
-layout(std430, binding = 7) readonly buffer TileBuffer {
+layout(std430, binding = TILE_BUFFER) readonly buffer TileBuffer {
     uint tile_groups[4];
     uint tiles[];
 };
-layout(binding = 0) uniform sampler2D u_depth;
-layout(binding = 1) uniform sampler2D u_normal;
-layout(binding = 2) uniform sampler2D u_attributes;
-layout(binding = 3) uniform usampler2D u_surface;
+layout(binding = DEPTH_UNIT) uniform sampler2D u_depth;
+layout(binding = NORMAL_UNIT) uniform sampler2D u_normal;
+layout(binding = ATTRIBUTES_UNIT) uniform sampler2D u_attributes;
+layout(binding = SURFACE_UNIT) uniform usampler2D u_surface;
 layout(binding = 4) uniform sampler2D u_shadow;
-layout(RADIANCE_FORMAT, binding = 0) uniform image2D u_radiance;
+layout(RADIANCE_FORMAT, binding = RADIANCE_IMAGE) uniform image2D u_radiance;
 
 const float PI = 3.14159265358979;
 const float STARLIGHT = 1.5e-8;   // as terrain/shade.comp

@@ -1,10 +1,11 @@
 // Contract "sun_visibility": shadows of the ground, from a clipmap of the lowest altitudes that see the sun.
+#include "generated/bindings.glsl"
 #include "common/camera.glsl"
 #include "common/planet_shadow.glsl"
 #include "contract/cloud_shadow.glsl"
 #include "shadows/clipmap.glsl"
 
-layout(binding = 13) uniform sampler2DArray u_shadow_map;
+layout(binding = SHADOW_MAP_UNIT) uniform sampler2DArray u_shadow_map;
 
 float shadow_power(int exponent) {
     return intBitsToFloat((127 + exponent) << 23);

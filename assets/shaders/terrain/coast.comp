@@ -2,11 +2,12 @@
 // weak machines. terrain/coast_ask.comp asks at each pixel or every second.
 //
 // A workgroup a tile of 16 x 8 pixels. Its lanes have a corner of the tile's blocks each, then half a block.
+#include "generated/bindings.glsl"
 #include "terrain/coast_pixel.glsl"
 #include "common/spread.glsl"
 
 layout(local_size_x = 16) in;
-layout(std430, binding = 7) readonly buffer TileBuffer {
+layout(std430, binding = TILE_BUFFER) readonly buffer TileBuffer {
     uint tile_groups[4];
     uint tiles[];
 };

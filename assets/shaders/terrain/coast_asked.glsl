@@ -1,5 +1,6 @@
 // The pixel that a lane asks about: from a list (terrain/coast_list.glsl), or with COAST_TILES from a tile of which
 // each is asked. With COAST_STEP 2 the first of a block.
+#include "generated/bindings.glsl"
 #include "terrain/coast_list.glsl"
 #include "common/spread.glsl"
 #include "common/surfaces.glsl"
@@ -10,7 +11,7 @@ layout(local_size_x = 8, local_size_y = 4) in;
 #else
 layout(local_size_x = 16, local_size_y = 8) in;
 #endif
-layout(std430, binding = 7) readonly buffer TileBuffer {
+layout(std430, binding = TILE_BUFFER) readonly buffer TileBuffer {
     uint tile_groups[4];
     uint tiles[];
 };

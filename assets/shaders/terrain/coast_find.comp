@@ -4,6 +4,7 @@
 //
 // Define COAST_STEP: 2 lists blocks of 2 x 2 pixels, by the first; COAST_HERE, with TERRAIN_FLOAT: most are asked here,
 // by the height alone, and only the others listed; COAST_TILES: all are asked.
+#include "generated/bindings.glsl"
 #ifdef COAST_HERE
 #ifdef COAST_TILES
 #define TERRAIN_AROUND_FAR
@@ -16,7 +17,7 @@
 #include "common/texel.glsl"
 
 layout(local_size_x = 8) in;
-layout(std430, binding = 7) readonly buffer TileBuffer {
+layout(std430, binding = TILE_BUFFER) readonly buffer TileBuffer {
     uint tile_groups[4];
     uint tiles[];
 };

@@ -1,10 +1,11 @@
 // Adds the tiles into which a lake or an island goes on that the height function found in a tile beside: the meshes
 // show nothing of it there, and it would end along the tile's border. A lane a tile.
+#include "generated/bindings.glsl"
 #include "common/surfaces.glsl"
 #include "common/texel.glsl"
 
 layout(local_size_x = 64) in;
-layout(binding = 3) uniform usampler2D u_surface;
+layout(binding = SURFACE_UNIT) uniform usampler2D u_surface;
 layout(std430, binding = 0) buffer FlagBuffer { uint flags[]; };
 layout(std430, binding = 1) buffer TerrainBuffer { uint terrain_groups[4]; uint terrain_tiles[]; };
 layout(std430, binding = 2) buffer SeaBuffer { uint sea_groups[4]; uint sea_tiles[]; };

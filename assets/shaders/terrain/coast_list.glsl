@@ -1,17 +1,18 @@
 // Pixels whose height is to be asked, behind the indirect dispatch that asks. With COAST_SECOND also those that become
 // land, and tiles that are added (terrain/coast_grow.comp).
-layout(std430, binding = 6) buffer CoastList {
+#include "generated/bindings.glsl"
+layout(std430, binding = COAST_LIST_BUFFER) buffer CoastList {
     uint groups[3];
     uint count;
     uint pixels[];   // x | y << 16
 } coast_list;
 #ifdef COAST_SECOND
-layout(std430, binding = 5) buffer CoastLand {
+layout(std430, binding = COAST_LAND_BUFFER) buffer CoastLand {
     uint groups[3];
     uint count;
     uint pixels[];
 } coast_land;
-layout(std430, binding = 3) buffer CoastMore {
+layout(std430, binding = COAST_MORE_BUFFER) buffer CoastMore {
     uint groups[4];
     uint tiles[];
 } coast_more;

@@ -1,4 +1,5 @@
 // What a pixel beside a coast becomes, shared by terrain/coast_find.comp, coast_ask.comp and coast.comp.
+#include "generated/bindings.glsl"
 #include "common/camera.glsl"
 #include "common/lens_edge.glsl"
 #include "common/octahedral.glsl"
@@ -10,12 +11,12 @@
 #include "contract/vertex_spacing.glsl"
 #include "contract/waterline.glsl"
 
-layout(binding = 0) uniform sampler2D u_depth;
-layout(binding = 2) uniform sampler2D u_attributes;
-layout(binding = 3) uniform usampler2D u_surface;
-layout(binding = 0) writeonly uniform image2D u_normal_out;
-layout(binding = 1) writeonly uniform image2D u_attributes_out;
-layout(binding = 2) writeonly uniform uimage2D u_surface_out;
+layout(binding = DEPTH_UNIT) uniform sampler2D u_depth;
+layout(binding = ATTRIBUTES_UNIT) uniform sampler2D u_attributes;
+layout(binding = SURFACE_UNIT) uniform usampler2D u_surface;
+layout(binding = COAST_NORMAL_IMAGE) writeonly uniform image2D u_normal_out;
+layout(binding = COAST_ATTRIBUTES_IMAGE) writeonly uniform image2D u_attributes_out;
+layout(binding = COAST_SURFACE_IMAGE) writeonly uniform uimage2D u_surface_out;
 
 // Next to the edge (WATERLINE_PX) the drawn sea leaves a gap, which is seen as water: nothing to change there.
 

@@ -1,8 +1,9 @@
 // The colour map around the planet, on the faces of a cube (systems/terrain/height_map.py): linear between samples and
 // levels, by texelFetch, so that faces meet without a seam.
+#include "generated/bindings.glsl"
 #include "common/cube_atlas.glsl"
 
-layout(binding = 14) uniform sampler2D u_terrain_color;  // square roots of albedos
+layout(binding = COLOR_MAP_UNIT) uniform sampler2D u_terrain_color;  // square roots of albedos
 
 vec3 terrain_color_level(vec3 d, int cells, int level) {
     int face, n = cells >> level;

@@ -1,3 +1,4 @@
+#include "generated/bindings.glsl"
 #include "generated/frame.glsl"
 #ifdef TERRAIN_FADE
 #include "terrain/fade/locate.glsl"
@@ -6,8 +7,8 @@
 #endif
 #include "common/octahedral.glsl"
 
-layout(std430, binding = 0) readonly buffer CellBuffer { Cell cells[]; };
-layout(std430, binding = 1) readonly buffer VertexBuffer { CellVertex vertices[]; };
+layout(std430, binding = CELL_BUFFER) readonly buffer CellBuffer { Cell cells[]; };
+layout(std430, binding = VERTEX_BUFFER) readonly buffer VertexBuffer { CellVertex vertices[]; };
 in uint in_cell;
 #ifdef TERRAIN_FADE
 // After a snap: the surface moves from the old selection's to the new one's.

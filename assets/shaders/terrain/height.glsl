@@ -8,6 +8,7 @@
 // Warps, continents, belts, ranges and the point-wise part are evaluated in double (4.2 ns against 2.9 an octave on
 // llvmpipe), the relief and all gradients in float: a millimetre is 1e-7 of a 9 km relief, and belts magnify rounding.
 // Worst errors on Earth: 0.6 mm anywhere in view, 0.14 mm within 1 km of the anchor.
+#include "generated/bindings.glsl"
 #include "contract/height_sources.glsl"
 #include "common/noise.glsl"
 
@@ -75,9 +76,9 @@ const int TERRAIN_FIELD = 2, TERRAIN_LAYER = 9, TERRAIN_SHAPE_LAYERS = 4, TERRAI
 // A uniform block, or with TERRAIN_TABLE_STORAGE a storage buffer of the same layout: llvmpipe reads an array in a
 // storage buffer lane by lane, 5 ns an octave more.
 #ifndef TERRAIN_TABLE_STORAGE
-layout(std140, binding = 4) uniform TerrainTable {
+layout(std140, binding = TERRAIN_TABLE_BLOCK) uniform TerrainTable {
 #else
-layout(std430, binding = 4) readonly buffer TerrainTable {
+layout(std430, binding = TERRAIN_TABLE_BUFFER) readonly buffer TerrainTable {
 #endif
     vec4 warp_hi[2];
     vec4 warp_lo[2];

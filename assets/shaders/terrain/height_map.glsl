@@ -1,8 +1,9 @@
 // The height map: systems/terrain/height_map.py. Bicubic from texelFetch: each sample as a difference from one of them,
 // the sums in float, the place and the total in double.
+#include "generated/bindings.glsl"
 #include "common/cube_atlas.glsl"
 
-layout(binding = 15) uniform sampler2D u_terrain_map;  // metres; height differences of the finest scale, metres
+layout(binding = HEIGHT_MAP_UNIT) uniform sampler2D u_terrain_map;  // metres; height differences of the finest scale
 
 // Catmull-Rom weights and their derivatives.
 vec4 terrain_map_weights(float f) {

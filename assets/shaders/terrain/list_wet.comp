@@ -1,5 +1,6 @@
 // Sorts tiles with ground by whether water changes any of it (contract "water"): the others are shaded without. A lane
 // a tile. Most are settled by the depths between which all of it lies; in the rest each pixel is looked at.
+#include "generated/bindings.glsl"
 #include "common/camera.glsl"
 #include "common/surfaces.glsl"
 #include "common/spacing_code.glsl"
@@ -12,9 +13,9 @@ layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer FarBuffer { uint groups[4]; uint tiles[]; } far_list;
 layout(std430, binding = 1) readonly buffer NearBuffer { uint groups[4]; uint tiles[]; } near_list;
 layout(std430, binding = 7) readonly buffer DepthBuffer { vec2 depths[]; };
-layout(binding = 0) uniform sampler2D u_depth;
-layout(binding = 2) uniform sampler2D u_attributes;
-layout(binding = 3) uniform usampler2D u_surface;
+layout(binding = DEPTH_UNIT) uniform sampler2D u_depth;
+layout(binding = ATTRIBUTES_UNIT) uniform sampler2D u_attributes;
+layout(binding = SURFACE_UNIT) uniform usampler2D u_surface;
 uniform ivec2 u_tiles;
 
 const float HAIR_M = 0.05;       // more than rounding does to a height

@@ -1,6 +1,7 @@
 // The vertices of all selected cells, once per snap of the proxy: a workgroup a cell. A vertex is a function of its
 // canonical integer lattice point and of the proxy alone, so cells that share it get the same bits whatever their
 // levels.
+#include "generated/bindings.glsl"
 #include "generated/frame.glsl"
 #include "generated/planet.glsl"
 #include "generated/terrain_grid.glsl"
@@ -13,9 +14,9 @@
 #include "terrain/grid_spacing.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer CellBuffer { Cell cells[]; };
-layout(std430, binding = 1) writeonly buffer VertexBuffer { CellVertex vertices[]; };
-layout(std430, binding = 5) writeonly buffer BoundsBuffer { CellBounds bounds[]; };
+layout(std430, binding = CELL_BUFFER) readonly buffer CellBuffer { Cell cells[]; };
+layout(std430, binding = VERTEX_BUFFER) writeonly buffer VertexBuffer { CellVertex vertices[]; };
+layout(std430, binding = BOUNDS_BUFFER) writeonly buffer BoundsBuffer { CellBounds bounds[]; };
 
 shared vec4 s_low[64];
 shared vec4 s_high[64];

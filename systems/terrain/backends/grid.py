@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from ....engine.frame import Frame, Proxy, Views
 from ....engine.gpu import GpuScope
+from ....engine.gpu.bindings import TERRAIN_GRID_BLOCK
 from ....engine.gpu.cell_mesh import CellMesh
 from ....engine.graph import GraphBuilder, PassIO
 from .base import Backend, Ground, heights_seen
-from .grid_mesh import GRID_BINDING, GridMaking, GridMesh, TerrainGridBlock
+from .grid_mesh import GridMaking, GridMesh, TerrainGridBlock
 from .grid_queries import heights_on_cells, triangles_of_cells
 
 __all__ = ["GridBackend"]
@@ -28,7 +29,7 @@ class GridBackend(Backend):
     def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str, views: Views) -> None:
         super().__init__(gpu, settings, method, views)
         self.block = TerrainGridBlock()
-        self._ubo = gpu.uniform_block(TerrainGridBlock, GRID_BINDING, "terrain_grid")
+        self._ubo = gpu.uniform_block(TerrainGridBlock, TERRAIN_GRID_BLOCK, "terrain_grid")
         self._making = GridMaking(gpu, settings)
         self._programs: dict[tuple[str, bool], Any] = {}
 

@@ -13,6 +13,7 @@ from ....components import Ocean, Planet
 from ....engine.frame import Frame, Proxy
 from ....engine.frame.snapping import Scale, SnapAhead
 from ....engine.gpu import GpuScope
+from ....engine.gpu.bindings import TERRAIN_GRID_BLOCK
 from ....engine.gpu.cell_mesh import CellPrograms
 from ....engine.gpu.layout import Vec4
 from ....engine.snapped import CellChoice, FadePrograms, SnappedMesh
@@ -20,9 +21,8 @@ from ....engine.surface.coverage import proxy_coverage
 from ....engine.surface.selection import chord_limit_m, select_rings, spacing_angle
 from .base import Ground
 
-__all__ = ["GRID_BINDING", "GridChoice", "GridMaking", "GridMesh", "TerrainGridBlock"]
+__all__ = ["GridChoice", "GridMaking", "GridMesh", "TerrainGridBlock"]
 
-GRID_BINDING = 3
 _DECIMATED_SHARE = 0.8  # of edge_px: larger ones save vertices, but the ground jumps more at a snap
 _FINEST_M = 0.02
 _MOST_CELLS = 12000  # a telephoto lens near the ground would ask for ten times as many: its triangles get longer
@@ -67,7 +67,7 @@ class GridMaking:
         files = "terrain/fade/cells.comp", "terrain/fade/vertices.comp"
         self.fading = FadePrograms(gpu, *files, self.programs, fade_s) if fade_s > 0.0 else None
         # Of the grid that is prepared: views take turns with it.
-        self.ubo, self.block = gpu.uniform_block(TerrainGridBlock, GRID_BINDING), TerrainGridBlock()
+        self.ubo, self.block = gpu.uniform_block(TerrainGridBlock, TERRAIN_GRID_BLOCK), TerrainGridBlock()
 
 
 class GridMesh(SnappedMesh[GridChoice]):

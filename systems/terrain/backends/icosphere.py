@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 from ....engine.frame import Frame, Views
 from ....engine.gpu import GpuScope
+from ....engine.gpu.bindings import TRIANGLE_BLOCK
 from ....engine.graph import PassIO
 from ....engine.surface.icosphere_anchor import TriangleAnchor
 from ..tiles.shape import TileShape
@@ -14,9 +15,7 @@ from ..tiles.triangle import TriangleShape
 from .base import Ground
 from .tiled import TiledBackend, _TileView
 
-__all__ = ["TRIANGLE_BINDING", "IcosphereBackend"]
-
-TRIANGLE_BINDING = 9  # common/icosphere.glsl
+__all__ = ["IcosphereBackend"]
 
 
 class IcosphereBackend(TiledBackend):
@@ -46,7 +45,7 @@ class IcosphereBackend(TiledBackend):
         assemble = super()._bind_assemble(io, view)
 
         def run() -> None:
-            view.anchor.bind_to_uniform_block(TRIANGLE_BINDING)
+            view.anchor.bind_to_uniform_block(TRIANGLE_BLOCK)
             assemble()
 
         return run

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from ....components import Ocean, Planet
 from ....engine.frame import Frame, Proxy, ViewParts, Views
 from ....engine.gpu import GpuScope
+from ....engine.gpu.bindings import CONTINENTS_UNIT, GROUND_TILE_UNIT, TERRAIN_GRID_BLOCK, TERRAIN_TABLE_BLOCK
 from ....engine.gpu.layout import IVec4, Vec4
 from ....engine.graph import BufferSpec, GraphBuilder, PassIO
 from ....engine.surface.coverage import proxy_coverage
@@ -32,9 +33,6 @@ from .grid_queries import heights_on_patches
 
 __all__ = ["PaperGridBackend"]
 
-GRID_BINDING = 3
-TABLE_BINDING = 4
-NORMAL_MAP_UNIT, CONTINENTS_UNIT = 5, 6
 VERTEX_BYTES = 24
 TILE_M = 512.0
 """Width of a tile of the normal map; smaller planets have smaller ones."""
@@ -101,7 +99,7 @@ class PaperGridBackend(Backend):
         self._field: PaperField | None = None
         self._field_key: tuple[Any, ...] = ()
         self._block = PaperGridBlock()
-        self._ubo = gpu.uniform_block(PaperGridBlock, GRID_BINDING, "paper_grid")
+        self._ubo = gpu.uniform_block(PaperGridBlock, TERRAIN_GRID_BLOCK, "paper_grid")
         self._continents = gpu.texture((TEXELS, TEXELS), "r32f")
         levels = _TILE_TEXELS.bit_length()
         self._normal_map = gpu.texture(
@@ -213,12 +211,12 @@ class PaperGridBackend(Backend):
         self._ubo.bind()
 
     def bind_heights(self, view_index: int) -> bool:
-        self.view(view_index).table.bind_to_uniform_block(TABLE_BINDING)
+        self.view(view_index).table.bind_to_uniform_block(TERRAIN_TABLE_BLOCK)
         self._continents.use(CONTINENTS_UNIT)
         return True
 
     def bind_shading(self, view_index: int) -> None:
-        self._normal_map.use(NORMAL_MAP_UNIT)
+        self._normal_map.use(GROUND_TILE_UNIT)
 
     def declare(self, builder: GraphBuilder, view_index: int) -> None:
         view = self.view(view_index)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from ....engine.frame import Frame, Proxy, ViewParts, Views
 from ....engine.gpu import GpuScope
+from ....engine.gpu.bindings import TRIANGLE_BLOCK
 from ....engine.gpu.cell_mesh import VERTEX_DTYPE
 from ....engine.graph import BufferSpec, GraphBuilder, PassIO
 from ....engine.surface.icosphere_anchor import TriangleAnchor
@@ -27,7 +28,6 @@ from ..tiles.queries import heights_on_tiles
 from ..tiles.shape import TileShape
 from ..tiles.triangle import TriangleShape
 from .base import Backend, Ground
-from .icosphere import TRIANGLE_BINDING
 
 __all__ = ["PaperIcosphereBackend"]
 
@@ -157,7 +157,7 @@ class PaperIcosphereBackend(Backend):
             if count:
                 assert view.table is not None
                 view.bind_octaves()
-                view.anchor.bind_to_uniform_block(TRIANGLE_BINDING)
+                view.anchor.bind_to_uniform_block(TRIANGLE_BLOCK)
                 view.patches.bind_to_storage_buffer(0)
                 view.vertices.bind_to_storage_buffer(1)
                 self._vertices.set("u_split", np.pad(view.table.split_m, (0, _ROWS - LEVELS - 1)))

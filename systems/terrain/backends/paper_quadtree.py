@@ -22,8 +22,6 @@ from .tiled import TiledBackend, _TileView
 
 __all__ = ["PaperQuadtreeBackend"]
 
-_CORNER_BINDING = 4
-
 
 class PaperQuadtreeBackend(TiledBackend):
     """Backend "quadtree", method "paper"."""
@@ -74,7 +72,7 @@ class PaperQuadtreeBackend(TiledBackend):
                 corners[:, :4, :3] = self._radius_m * (normals - self._up)
                 corners[:, 4:, :3] = normals
                 self._corners.write(corners.tobytes())
-            self._corners.bind_to_storage_buffer(_CORNER_BINDING)
+            self._corners.bind_to_storage_buffer(4)
             assemble()
 
         return run

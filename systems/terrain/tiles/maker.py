@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....engine.gpu import GpuScope
+from ....engine.gpu.bindings import TERRAIN_TABLE_BLOCK
 from ....engine.gpu.readback import ReadbackRing
 from ..height import TerrainParams, canonical_table
 from .shape import TileShape
@@ -22,7 +23,6 @@ Ints = NDArray[np.int64]
 
 BATCH = 64
 """Tiles in one dispatch at most."""
-OCTAVES_BINDING = 4
 _FACTS = np.dtype([("low", "<i4"), ("high", "<i4"), ("error_m", "<f4"), ("pad", "<f4")])
 _REQUEST = np.dtype([("name", "<i4", 4), ("slot", "<u4"), ("table", "<u4"), ("spacing_m", "<f4"), ("pad", "<u4")])
 _SLOT_BYTES = 12
@@ -104,7 +104,7 @@ class TileMaker:
         self._tables.write(np.ascontiguousarray(shape.tables(keys), "<f8").tobytes())
         for place, buffer in enumerate((self._requests, self.slots, facts, self._tables)):
             buffer.bind_to_storage_buffer(place)
-        self._octaves.bind_to_uniform_block(OCTAVES_BINDING)
+        self._octaves.bind_to_uniform_block(TERRAIN_TABLE_BLOCK)
         for program in (self._make, self._measure):
             program.set("u_steps_per_m", self.steps_per_m)
         self._gpu.gpu.barrier()  # what was assembled from these slots has been read

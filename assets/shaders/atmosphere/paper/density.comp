@@ -5,14 +5,15 @@
 //
 // FIRST_ORDER: the order before is single scattering, in two tables and without its phase functions.
 // Stored: W m^-2 sr^-1 nm^-1 per thickness of the air, a unit that suits half floats on any planet.
+#include "generated/bindings.glsl"
 #include "atmosphere/paper/transmittance.glsl"
 #include "atmosphere/paper/medium.glsl"
 #include "atmosphere/paper/slice.glsl"
 
 layout(PAPER_FORMAT, binding = 0) writeonly uniform image3D u_density;
-layout(binding = 10) uniform sampler3D u_mie;
-layout(binding = 12) uniform sampler3D u_before;
-layout(binding = 14) uniform sampler2D u_floor_irradiance;
+layout(binding = PAPER_MIE_UNIT) uniform sampler3D u_mie;
+layout(binding = PAPER_BEFORE_UNIT) uniform sampler3D u_before;
+layout(binding = PAPER_FLOOR_UNIT) uniform sampler2D u_floor_irradiance;
 
 const int CONES = 16;
 const int AROUND = 32;

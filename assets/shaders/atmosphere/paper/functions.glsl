@@ -10,12 +10,13 @@
 // The method's own faults are kept, it is here to compare with: air_segment can be negative or striped where its two
 // look-ups nearly cancel, notably after sunset; the sun's axis ends at an angle beyond which the night glows; eight
 // layers of nu are coarse at dusk; the sun's axis of the irradiance is linear; the sums end with the given order.
+#include "generated/bindings.glsl"
 #include "atmosphere/paper/transmittance.glsl"
 #include "atmosphere/paper/medium.glsl"
 
-layout(binding = 9) uniform sampler3D u_air_scattering;
-layout(binding = 10) uniform sampler3D u_air_mie;
-layout(binding = 11) uniform sampler2D u_air_irradiance;
+layout(binding = PAPER_SCATTERING_UNIT) uniform sampler3D u_air_scattering;
+layout(binding = PAPER_MIE_UNIT) uniform sampler3D u_air_mie;
+layout(binding = PAPER_IRRADIANCE_UNIT) uniform sampler2D u_air_irradiance;
 
 // Both scattering tables at a place inside the shell, without phase functions.
 void paper_read_scattering(float h, float mu, float mu_s, float nu, bool hits_floor, out vec3 scattering,

@@ -1,13 +1,14 @@
 // Irradiance of a level surface by one order of sky light, from 16 x 64 directions above it (Bruneton 2017).
 // FIRST_ORDER: that order is single scattering, in two tables and without its phase functions.
+#include "generated/bindings.glsl"
 #include "atmosphere/paper/transmittance.glsl"
 #include "atmosphere/paper/medium.glsl"
 #include "atmosphere/paper/slice.glsl"
 
 layout(rgba32f, binding = 0) writeonly uniform image2D u_order;
 layout(rgba32f, binding = 1) uniform image2D u_irradiance;
-layout(binding = 10) uniform sampler3D u_mie;
-layout(binding = 12) uniform sampler3D u_before;
+layout(binding = PAPER_MIE_UNIT) uniform sampler3D u_mie;
+layout(binding = PAPER_BEFORE_UNIT) uniform sampler3D u_before;
 
 const int CONES = 16;
 const int AROUND = 64;

@@ -1,12 +1,13 @@
 // The next order: what is scattered along a ray, by a trapezoid of 50 steps (Bruneton 2017); added to the sum of orders
 // divided by the Rayleigh phase function, by which the sum is multiplied when it is read.
+#include "generated/bindings.glsl"
 #include "atmosphere/paper/transmittance.glsl"
 #include "atmosphere/paper/medium.glsl"
 #include "atmosphere/paper/slice.glsl"
 
 layout(PAPER_FORMAT, binding = 0) writeonly uniform image3D u_order;
 layout(PAPER_FORMAT, binding = 1) uniform image3D u_scattering;
-layout(binding = 13) uniform sampler3D u_density;
+layout(binding = PAPER_DENSITY_UNIT) uniform sampler3D u_density;
 
 const int STEPS = 50;
 

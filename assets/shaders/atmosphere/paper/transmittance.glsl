@@ -1,8 +1,9 @@
 // Reads the transmittance table. Its unused fourth channel says how the scattering tables are laid out, so that tables
 // of any size can be bound to a program without building it again.
+#include "generated/bindings.glsl"
 #include "atmosphere/paper/mapping.glsl"
 
-layout(binding = 8) uniform sampler2D u_air_transmittance;
+layout(binding = PAPER_TRANSMITTANCE_UNIT) uniform sampler2D u_air_transmittance;
 
 PaperLayout paper_layout() {
     PaperLayout found;

@@ -10,6 +10,7 @@ Origins g_origins;
 #define CLOUD_GROUND u_ground
 layout(location = 10) uniform float u_ground;   // its albedo
 
+#include "generated/bindings.glsl"
 #include "clouds/weather_march.glsl"
 #include "clouds/shadowed_air.glsl"
 
@@ -23,8 +24,8 @@ struct Question {
     vec4 more;
     vec4 origins[7];   // of the volumes, and in radii
 };
-layout(std430, binding = 0) readonly buffer Questions { Question questions[]; };
-layout(std430, binding = 1) writeonly buffer Answers { vec4 answers[]; };
+layout(std430, binding = QUESTION_BUFFER) readonly buffer Questions { Question questions[]; };
+layout(std430, binding = ANSWER_BUFFER) writeonly buffer Answers { vec4 answers[]; };
 
 layout(location = 8) uniform int u_count;
 layout(location = 9) uniform vec2 u_shafts;   // steps (0: no shafts), the first is about this long in metres

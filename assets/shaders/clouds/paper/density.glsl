@@ -4,10 +4,11 @@
 //   1
 //
 // place: metres from the anchor in planet axes. Of cloud_view it reads shell[0], shape[0].x, turn and broad.
+#include "generated/bindings.glsl"
 #include "common/camera.glsl"
 #include "generated/cloud_view.glsl"
 
-layout(binding = 16) uniform sampler3D u_cloud_tile;
+layout(binding = CLOUD_TILE_UNIT) uniform sampler3D u_cloud_tile;
 
 float paper_density(vec3 place, float altitude) {
     vec3 turned = cloud_view.turn[0].xyz * place.x + cloud_view.turn[1].xyz * place.y

@@ -1,10 +1,11 @@
 // Which patches of the projected grid are seen: those of which not all corners, at PAPER_LOWEST and at PAPER_HIGHEST
 // (heights, defined by who includes this), lie outside one side of a slightly widened frustum. An invocation a patch;
 // the list is kept by level.
+#include "generated/bindings.glsl"
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer PatchBuffer { uvec2 patches[]; };
-layout(std430, binding = 2) writeonly buffer VisibleBuffer { uint visible[]; };   // by level, finest first
-layout(std430, binding = 3) buffer CountBuffer { uint counts[]; };   // by level
+layout(std430, binding = PATCH_BUFFER) readonly buffer PatchBuffer { uvec2 patches[]; };
+layout(std430, binding = VISIBLE_BUFFER) writeonly buffer VisibleBuffer { uint visible[]; };   // by level, finest first
+layout(std430, binding = COUNT_BUFFER) buffer CountBuffer { uint counts[]; };   // by level
 uniform int u_count;
 uniform int u_patches[PAPER_LEVELS];
 

@@ -1,10 +1,11 @@
 // The triangles of all visible patches: an invocation a quad of the finest first. Along an edge with fewer segments
 // than the patch, vertices are rounded down to those that both sides have; some triangles are flat there.
+#include "generated/bindings.glsl"
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer PatchBuffer { uvec2 patches[]; };
-layout(std430, binding = 2) readonly buffer VisibleBuffer { uint visible[]; };
-layout(std430, binding = 3) readonly buffer CountBuffer { uint counts[]; };
-layout(std430, binding = 6) writeonly buffer IndexBuffer { uint indices[]; };
+layout(std430, binding = PATCH_BUFFER) readonly buffer PatchBuffer { uvec2 patches[]; };
+layout(std430, binding = VISIBLE_BUFFER) readonly buffer VisibleBuffer { uint visible[]; };
+layout(std430, binding = COUNT_BUFFER) readonly buffer CountBuffer { uint counts[]; };
+layout(std430, binding = INDEX_BUFFER) writeonly buffer IndexBuffer { uint indices[]; };
 uniform int u_patches[PAPER_LEVELS];
 
 uint paper_vertex(uvec2 patch_word, int level, ivec2 ab) {

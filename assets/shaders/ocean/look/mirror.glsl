@@ -1,13 +1,14 @@
 // What the sea mirrors: ground that is in the picture, else the sky.
+#include "generated/bindings.glsl"
 #include "common/texel.glsl"
 #include "ocean/look/fresnel.glsl"
 #include "ocean/look/pixel.glsl"
 #include "ocean/look/sky_map.glsl"
 
-layout(binding = 6) uniform sampler2D u_sky_map;   // ocean/sky.comp
+layout(binding = SKY_MAP_UNIT) uniform sampler2D u_sky_map;   // ocean/sky.comp
 
 #ifdef OCEAN_REFLECTIONS
-layout(binding = 5) uniform sampler2D u_scene;   // what was shaded before: pixels of the ground are complete
+layout(binding = SCENE_UNIT) uniform sampler2D u_scene;   // what was shaded before: pixels of the ground are complete
 
 // Radiance along a ray from a point, where it meets ground that the picture shows (xyz), and how sure that is (w). A
 // ray is straight on screen, and so is depth = near / z along it. share: how much of what it finds counts.

@@ -1,7 +1,8 @@
 // From the counts of visible patches by level to the draw of their triangles, and to the dispatches that write these
 // and that displace the vertices.
+#include "generated/bindings.glsl"
 layout(local_size_x = 1) in;
-layout(std430, binding = 3) readonly buffer CountBuffer { uint counts[]; };
+layout(std430, binding = COUNT_BUFFER) readonly buffer CountBuffer { uint counts[]; };
 // a draw of 5, two dispatches of 3
 layout(std430, binding = 4) writeonly buffer ArgumentsBuffer { uint arguments[]; };
 

@@ -2,6 +2,7 @@
 // angle from its origin, Q_i alone fades at origin and antipode, all waves are in each vertex, and the normal is that
 // of equation 10. Where a wave is, is known from our anchor: the printed arccos and arcsin agree then. A lane takes
 // SEA_VERTICES vertices, so that a wave is fetched once for all.
+#include "generated/bindings.glsl"
 #include "ocean/paper/grid.glsl"
 #include "common/octahedral.glsl"
 #include "ocean/paper/vertex.glsl"
@@ -9,10 +10,10 @@
 
 const int LANES = 32;
 layout(local_size_x = 32) in;
-layout(std430, binding = 0) readonly buffer PatchBuffer { uvec2 patches[]; };
+layout(std430, binding = PATCH_BUFFER) readonly buffer PatchBuffer { uvec2 patches[]; };
 layout(std430, binding = 1) readonly buffer CalmBuffer { CalmVertex calm[]; };
-layout(std430, binding = 2) readonly buffer VisibleBuffer { uint visible[]; };
-layout(std430, binding = 3) readonly buffer CountBuffer { uint counts[]; };
+layout(std430, binding = VISIBLE_BUFFER) readonly buffer VisibleBuffer { uint visible[]; };
+layout(std430, binding = COUNT_BUFFER) readonly buffer CountBuffer { uint counts[]; };
 layout(std430, binding = 5) writeonly buffer WavyBuffer { WavyVertex wavy[]; };
 uniform int u_patches[PAPER_LEVELS];
 

@@ -1,8 +1,9 @@
+#include "generated/bindings.glsl"
 #include "common/camera.glsl"
 #include "common/octahedral.glsl"
 #include "ocean/paper/vertex.glsl"
 
-layout(std430, binding = 1) readonly buffer VertexBuffer { WavyVertex vertices[]; };
+layout(std430, binding = VERTEX_BUFFER) readonly buffer VertexBuffer { WavyVertex vertices[]; };
 
 out vec3 v_normal;
 out float v_shallow;

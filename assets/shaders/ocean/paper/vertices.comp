@@ -1,12 +1,13 @@
 // Feet of all vertices of the projected grid and the depth below them, on a snap of the proxy: an invocation a vertex.
 // Patches are sorted by level, the finest first, so that a vertex finds its patch by a division.
+#include "generated/bindings.glsl"
 #include "ocean/paper/grid.glsl"
 #include "ocean/paper/vertex.glsl"
 #include "contract/surface_height.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer PatchBuffer { uvec2 patches[]; };   // word, first vertex
-layout(std430, binding = 1) writeonly buffer VertexBuffer { CalmVertex vertices[]; };
+layout(std430, binding = PATCH_BUFFER) readonly buffer PatchBuffer { uvec2 patches[]; };   // word, first vertex
+layout(std430, binding = VERTEX_BUFFER) writeonly buffer VertexBuffer { CalmVertex vertices[]; };
 uniform int u_count;
 uniform int u_patches[PAPER_LEVELS];   // of each level
 

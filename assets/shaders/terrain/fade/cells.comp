@@ -1,9 +1,10 @@
 // What each cell of the overlay skips: not more than the old and the new selection do there, so that it has the
 // vertices of both.
+#include "generated/bindings.glsl"
 #include "terrain/fade/locate.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) buffer CellBuffer { Cell cells[]; };
+layout(std430, binding = CELL_BUFFER) buffer CellBuffer { Cell cells[]; };
 layout(std430, binding = 2) writeonly buffer WantedBuffer { uint wanted[]; };
 layout(std430, binding = 3) readonly buffer OldBuffer { Cell old_cells[]; };
 layout(std430, binding = 4) buffer FadeBuffer { FadeCell fade[]; };

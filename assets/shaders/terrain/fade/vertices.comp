@@ -1,16 +1,17 @@
 // The vertices of the overlay: where they lie on the new surface, and for cells that change, where on the old one.
 // Vertices that both selections have don't move: they start where they end. A workgroup a cell.
+#include "generated/bindings.glsl"
 #include "terrain/fade/locate.glsl"
 #include "common/octahedral.glsl"
 #include "common/spread.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer CellBuffer { Cell cells[]; };
-layout(std430, binding = 1) writeonly buffer VertexBuffer { CellVertex vertices[]; };
+layout(std430, binding = CELL_BUFFER) readonly buffer CellBuffer { Cell cells[]; };
+layout(std430, binding = VERTEX_BUFFER) writeonly buffer VertexBuffer { CellVertex vertices[]; };
 layout(std430, binding = 2) writeonly buffer StartBuffer { uvec4 starts[]; };   // position as bits, normal
 layout(std430, binding = 3) readonly buffer OldBuffer { CellVertex old_vertices[]; };
 layout(std430, binding = 4) buffer FadeBuffer { FadeCell fade[]; };
-layout(std430, binding = 5) writeonly buffer BoundsBuffer { CellBounds bounds[]; };
+layout(std430, binding = BOUNDS_BUFFER) writeonly buffer BoundsBuffer { CellBounds bounds[]; };
 layout(std430, binding = 6) readonly buffer NewBuffer { CellVertex new_vertices[]; };
 uniform vec3 u_shift;   // the old anchor from the new one, m
 uniform float u_rise;   // heights of the old anchor above the new one's, m

@@ -1,6 +1,7 @@
 // From the counts of visible patches by level to the dispatch that writes their triangles and the draw of these.
+#include "generated/bindings.glsl"
 layout(local_size_x = 1) in;
-layout(std430, binding = 3) readonly buffer CountBuffer { uint counts[]; };
+layout(std430, binding = COUNT_BUFFER) readonly buffer CountBuffer { uint counts[]; };
 layout(std430, binding = 4) writeonly buffer ArgumentsBuffer { uint arguments[]; };   // a draw of 5, a dispatch of 3
 
 void main() {

@@ -1,5 +1,6 @@
 // The line between land and water of the projected grid's paper mode, pixel by pixel, as terrain/coast_ask.comp has it
 // for the others: not the paper's, but without it a comparison would be one of coasts.
+#include "generated/bindings.glsl"
 #include "common/camera.glsl"
 #include "common/octahedral.glsl"
 #include "common/sea_depth.glsl"
@@ -9,16 +10,16 @@
 #include "contract/waterline.glsl"
 
 layout(local_size_x = 16, local_size_y = 8) in;
-layout(std430, binding = 7) readonly buffer TileBuffer {
+layout(std430, binding = TILE_BUFFER) readonly buffer TileBuffer {
     uint tile_groups[4];
     uint tiles[];
 };
 layout(binding = 0) uniform sampler2D u_depth;
 layout(binding = 2) uniform sampler2D u_attributes;
 layout(binding = 3) uniform usampler2D u_surface;
-layout(binding = 0) writeonly uniform image2D u_normal_out;
-layout(binding = 1) writeonly uniform image2D u_attributes_out;
-layout(binding = 2) writeonly uniform uimage2D u_surface_out;
+layout(binding = COAST_NORMAL_IMAGE) writeonly uniform image2D u_normal_out;
+layout(binding = COAST_ATTRIBUTES_IMAGE) writeonly uniform image2D u_attributes_out;
+layout(binding = COAST_SURFACE_IMAGE) writeonly uniform uimage2D u_surface_out;
 
 void main() {
     uint tile = tiles[gl_WorkGroupID.x];

@@ -1,8 +1,9 @@
+#include "generated/bindings.glsl"
 #include "generated/frame.glsl"
 #include "terrain/paper/vertex.glsl"
 #include "common/octahedral.glsl"
 
-layout(std430, binding = 1) readonly buffer VertexBuffer { PaperVertex vertices[]; };
+layout(std430, binding = VERTEX_BUFFER) readonly buffer VertexBuffer { PaperVertex vertices[]; };
 
 out vec3 v_normal;
 out vec4 v_attributes;

@@ -4,12 +4,13 @@
 //
 // Longitude and latitude are differences from the anchor's, built without cancellation: near the anchor they are as
 // good as D.
+#include "generated/bindings.glsl"
 #include "common/simplex.glsl"
 
 const int PAPER_LAYERS = 10, PAPER_TEXELS = 1024;
 const float PAPER_CALM = 0.05;
 
-layout(std140, binding = 4) uniform PaperTable {
+layout(std140, binding = TERRAIN_TABLE_BLOCK) uniform PaperTable {
     vec4 up_radius;    // the anchor's direction; radius, m
     // cosine and sine of the longitude counted from; what the anchor lies beside it; its distance from the axis
     vec4 meridian;
@@ -20,7 +21,7 @@ layout(std140, binding = 4) uniform PaperTable {
     vec4 amplitude[PAPER_LAYERS];  // x, m
 } paper_table;
 
-layout(binding = 6) uniform sampler2D u_continents;
+layout(binding = CONTINENTS_UNIT) uniform sampler2D u_continents;
 
 // atan(y, x), right to 2e-7 radians: the built-in one is a hundred times worse on some drivers. Fit to atan(t) / t on
 // [0, 1].

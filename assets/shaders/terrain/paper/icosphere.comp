@@ -1,6 +1,7 @@
 // The vertices of all patches of the icosphere as printed, once per camera: a workgroup a patch. Each patch vertex has
 // its place in the flat triangle and a morph vector, which it follows by its distance from the camera; then it is
 // pushed out to the sphere and up to the height there.
+#include "generated/bindings.glsl"
 #include "generated/frame.glsl"
 #include "generated/planet.glsl"
 #include "common/cells.glsl"
@@ -14,8 +15,8 @@ struct Patch {
 };
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer PatchBuffer { Patch patches[]; };
-layout(std430, binding = 1) writeonly buffer VertexBuffer { CellVertex vertices[]; };
+layout(std430, binding = PATCH_BUFFER) readonly buffer PatchBuffer { Patch patches[]; };
+layout(std430, binding = VERTEX_BUFFER) writeonly buffer VertexBuffer { CellVertex vertices[]; };
 uniform float u_split[32];        // metres: distance at which a triangle of a level is split
 uniform float u_spacing[32];      // metres: longest distance of vertices
 uniform float u_morph_range;

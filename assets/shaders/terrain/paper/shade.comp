@@ -1,5 +1,6 @@
 // Light of the projected grid's paper mode: the illumination model of Phong with a normal map projected along three
 // axes. Colours follow height, latitude and slope; the paper doesn't print any.
+#include "generated/bindings.glsl"
 #include "common/camera.glsl"
 #include "common/octahedral.glsl"
 #include "common/surface_tiles.glsl"
@@ -10,7 +11,7 @@
 #include "contract/skylight.glsl"
 #include "contract/sun_visibility.glsl"
 
-layout(binding = 5) uniform sampler2D u_normal_map;   // slopes along x and y of a tile
+layout(binding = GROUND_TILE_UNIT) uniform sampler2D u_normal_map;   // slopes along x and y of a tile
 
 vec2 v_ndc;   // of the pixel at hand
 

@@ -1,6 +1,7 @@
 // The vertices of all patches of the projected grid, on a snap of the proxy: an invocation a vertex. Patches are sorted
 // by level, the finest first, so that a vertex finds its patch by a division. Normals come from two neighbouring
 // heights.
+#include "generated/bindings.glsl"
 #include "terrain/paper/vertex.glsl"
 #include "common/octahedral.glsl"
 #include "common/spacing_code.glsl"
@@ -8,8 +9,8 @@
 #include "terrain/paper/grid.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer PatchBuffer { uvec2 patches[]; };   // word, first vertex
-layout(std430, binding = 1) writeonly buffer VertexBuffer { PaperVertex vertices[]; };
+layout(std430, binding = PATCH_BUFFER) readonly buffer PatchBuffer { uvec2 patches[]; };   // word, first vertex
+layout(std430, binding = VERTEX_BUFFER) writeonly buffer VertexBuffer { PaperVertex vertices[]; };
 uniform int u_count;
 uniform int u_patches[PAPER_LEVELS];   // of each level
 

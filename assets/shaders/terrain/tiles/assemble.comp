@@ -1,6 +1,7 @@
 // Drawable vertices of tiles, relative to the anchor, from the heights in their slots: a workgroup a tile. What lies on
 // an edge is a function of lattice points, heights and the edge's skip and morph alone, which both tiles beside it have
 // alike.
+#include "generated/bindings.glsl"
 #include "generated/frame.glsl"
 #include "generated/planet.glsl"
 #include "common/cells.glsl"
@@ -9,10 +10,10 @@
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer RowBuffer { TileRow rows[]; };
-layout(std430, binding = 1) coherent buffer VertexBuffer { CellVertex vertices[]; };
+layout(std430, binding = VERTEX_BUFFER) coherent buffer VertexBuffer { CellVertex vertices[]; };
 layout(std430, binding = 2) readonly buffer SlotBuffer { TileVertex slots[]; };
 layout(std430, binding = 3) readonly buffer ListBuffer { uint list[]; };
-layout(std430, binding = 5) writeonly buffer BoundsBuffer { CellBounds bounds[]; };
+layout(std430, binding = BOUNDS_BUFFER) writeonly buffer BoundsBuffer { CellBounds bounds[]; };
 uniform int u_anchor_height;   // in steps
 uniform float u_step_m;
 

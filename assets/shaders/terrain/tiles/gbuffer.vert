@@ -1,8 +1,9 @@
+#include "generated/bindings.glsl"
 #include "generated/frame.glsl"
 #include "common/cells.glsl"
 #include "common/octahedral.glsl"
 
-layout(std430, binding = 1) readonly buffer VertexBuffer { CellVertex vertices[]; };
+layout(std430, binding = VERTEX_BUFFER) readonly buffer VertexBuffer { CellVertex vertices[]; };
 in uint in_slot;
 
 out vec3 v_normal;

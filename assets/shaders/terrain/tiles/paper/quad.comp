@@ -2,6 +2,7 @@
 // between them, the sphere's bulge by the law of sines, the height along the normal; on an edge the low bits of the
 // vertex's place are masked by how many levels coarser the neighbour is. No morph. In place of its view space: axes of
 // the planet, from our anchor.
+#include "generated/bindings.glsl"
 #include "generated/frame.glsl"
 #include "generated/planet.glsl"
 #include "common/cells.glsl"
@@ -9,12 +10,12 @@
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer RowBuffer { TileRow rows[]; };
-layout(std430, binding = 1) writeonly buffer VertexBuffer { CellVertex vertices[]; };
+layout(std430, binding = VERTEX_BUFFER) writeonly buffer VertexBuffer { CellVertex vertices[]; };
 layout(std430, binding = 2) readonly buffer SlotBuffer { TileVertex slots[]; };
 layout(std430, binding = 3) readonly buffer ListBuffer { uint list[]; };
 // 8 a row: positions from the anchor's foot, normals
 layout(std430, binding = 4) readonly buffer CornerBuffer { vec4 corners[]; };
-layout(std430, binding = 5) writeonly buffer BoundsBuffer { CellBounds bounds[]; };
+layout(std430, binding = BOUNDS_BUFFER) writeonly buffer BoundsBuffer { CellBounds bounds[]; };
 uniform int u_anchor_height;   // in steps
 uniform float u_step_m;
 
