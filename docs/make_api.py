@@ -32,8 +32,8 @@ them from `#include "generated/bindings.glsl"`. Where a number has several names
 
 **Yours to bind** in a system of your own, for the time of one pass, wherever your shaders include nothing that has the
 number: {free}.
-`common/camera.glsl` takes uniform blocks 0 and 1 and nothing else. A host's state guard keeps these numbers and those
-below, no others.
+`assets/shaders/common/camera.glsl` takes uniform blocks 0 and 1 and nothing else. A host's state guard keeps these
+numbers and those below, no others.
 
 """
 

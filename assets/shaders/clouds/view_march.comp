@@ -9,7 +9,7 @@
 layout(local_size_x = 8, local_size_y = 4) in;
 layout(binding = 0, rgba32f) uniform writeonly image2D o_clouds;
 layout(binding = 1, r32f) uniform writeonly image2D o_distance;
-layout(std430, binding = TILE_BUFFER) readonly buffer TileBuffer { uint groups[8]; uint tiles[]; };   // as in list_tiles.comp
+layout(std430, binding = TILE_BUFFER) readonly buffer TileBuffer { uint groups[8]; uint tiles[]; };
 layout(location = 5) uniform int u_ice;   // which list
 
 void main() {
