@@ -25,7 +25,7 @@ BASE_M, TOP_M, EXTINCTION_PER_M, COVERAGE = 1500.0, 4000.0, 0.02, 0.5
 TILE_M = 6.4 * (TOP_M - BASE_M)
 """The width at which our own shape volume repeats over a layer of that thickness: its place is then the tile's."""
 TEXELS = 256
-_UNIT = 30
+_TILE_AT = 30  # a texture unit above all that the registry has
 _TILED = """
 layout(binding = %d) uniform sampler3D u_bench_tile;
 
@@ -53,7 +53,7 @@ def _density() -> str:
         if text.count(f"\n{kind} cloud_{name}(int layer, ") != 1:
             raise RuntimeError("clouds/density.glsl has other functions than this bench knows")
         text = text.replace(f"cloud_{name}(", f"woven_{name}(")
-    return text + _TILED % _UNIT
+    return text + _TILED % _TILE_AT
 
 
 def scene_of(method: str) -> Scene:
@@ -88,7 +88,7 @@ def renderer_of(
             large = LARGE_STEP / STEPS * (TOP_M - BASE_M)
             volume = PaperVolume(scope, TEXELS, COVERAGE, TILE_M, TOP_M - BASE_M, large)
             volume.step(1e9)
-            volume.texture.use(_UNIT)
+            volume.texture.use(_TILE_AT)
         yield renderer
     finally:
         renderer.release()
