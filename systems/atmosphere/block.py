@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Annotated, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...engine.gpu.layout import Vec4
+from ...engine.gpu.layout import Vec3, Vec4
 from .model import AirModel
 
 __all__ = ["AIRGLOW_PER_SR", "AirBlock", "air_block"]
@@ -26,31 +26,38 @@ class _NightLit(Protocol):
 
 @dataclass
 class AirBlock:
-    """One planet's air. GLSL: ``#include "generated/air_model.glsl"``, instance ``air_model``. rgb: three wavelengths.
+    """One planet's air. GLSL: ``#include "generated/air_model.glsl"``, instance ``air_model``. Vec3: three wavelengths;
+    per metre: at the floor."""
 
-    The defaults are no air: nothing scatters, nothing is taken away.
-    """
-
-    radii: Vec4 = (6.36e6, 6.42e6, 6.0e4, 1.0 / 6.0e4)
-    """(ground's radius, top's radius, thickness, 1 / thickness), metres"""
-    rayleigh: Vec4 = (0.0, 0.0, 0.0, 8000.0)
-    """rgb: scattering of gas per metre at the floor; w: its scale height in metres"""
-    mie_scattering: Vec4 = (0.0, 0.0, 0.0, 1200.0)
-    """rgb: scattering of haze per metre at the floor; w: its scale height in metres"""
-    mie_extinction: Vec4 = (0.0, 0.0, 0.0, 0.0)
-    """rgb: extinction of haze per metre at the floor; w: asymmetry g"""
-    absorption: Vec4 = (0.0, 0.0, 0.0, 0.0)
-    """rgb: absorption per metre at the layer's centre; w: unused"""
-    absorber: Vec4 = (25.0e3, 15.0e3, 1.0 / 15.0e3, 0.0)
-    """(height of the layer's centre, half width, 1 / half width, unused), metres"""
-    ground: Vec4 = (0.0, 0.0, 0.0, 0.0)
-    """rgb: albedo of the ground; w: unused"""
-    sun: Vec4 = (8.8e5, 0.0, 0.0, 0.004675)
-    """x: longest way from the floor to the top, along the horizon; w: the sun's angular radius in radians"""
-    mie_moments: Vec4 = (0.0, 0.0, 0.0, 0.0)
+    radius_m: float
+    """of the ground"""
+    top_radius_m: float
+    thickness_m: float
+    per_thickness: Annotated[float, "1/m"]
+    rayleigh_per_m: Vec3
+    """scattering of gas"""
+    rayleigh_height_m: float
+    """scale height"""
+    mie_scattering_per_m: Vec3
+    """scattering of haze"""
+    mie_height_m: float
+    mie_extinction_per_m: Vec3
+    mie_asymmetry: float
+    absorption_per_m: Vec3
+    """at the layer's centre"""
+    absorber_height_m: float
+    """of the layer's centre"""
+    ground_albedo: Vec3
+    absorber_slope_per_m: float
+    """1 / half width of the layer, whose density is a tent"""
+    night_radiance: Annotated[Vec3, "W m^-2 sr^-1 nm^-1"]
+    """of the night sky's own light overhead"""
+    longest_path_m: float
+    """from the floor to the top, along the horizon"""
+    mie_moments: Vec4
     """Legendre moments 1 to 4 of the haze's phase function"""
-    night: Vec4 = (0.0, 0.0, 0.0, 0.0)
-    """rgb: radiance of the night sky's own light overhead, W m^-2 sr^-1 nm^-1; w: unused"""
+    sun_radius_rad: float
+    """the sun's angular radius"""
 
 
 def cornette_shanks_moments(asymmetry: float) -> list[float]:
@@ -74,16 +81,23 @@ def cornette_shanks_moments(asymmetry: float) -> list[float]:
 def air_block(model: AirModel, atmosphere: _NightLit, sun_irradiance: ArrayLike = (1.0, 1.0, 1.0)) -> AirBlock:
     """The block of this air. sun_irradiance: (3,), W m^-2 nm^-1: the night light is a share of it."""
     night = float(atmosphere.night_light) * AIRGLOW_PER_SR * np.asarray(sun_irradiance, dtype=np.float64)
-    half_width = model.absorption_half_width_m
     return AirBlock(
-        radii=(model.radius_m, model.top_radius_m, model.thickness_m, 1.0 / model.thickness_m),
-        rayleigh=(*model.rayleigh_scattering, model.rayleigh_height_m),
-        mie_scattering=(*model.mie_scattering, model.mie_height_m),
-        mie_extinction=(*model.mie_extinction, model.asymmetry),
-        absorption=(*model.absorption, 0.0),
-        absorber=(model.absorption_center_m, half_width, 1.0 / half_width, 0.0),
-        ground=(*model.ground_albedo, 0.0),
-        sun=(model.longest_path_m, 0.0, 0.0, model.sun_angular_radius_rad),
+        radius_m=model.radius_m,
+        top_radius_m=model.top_radius_m,
+        thickness_m=model.thickness_m,
+        per_thickness=1.0 / model.thickness_m,
+        rayleigh_per_m=tuple(model.rayleigh_scattering),
+        rayleigh_height_m=model.rayleigh_height_m,
+        mie_scattering_per_m=tuple(model.mie_scattering),
+        mie_height_m=model.mie_height_m,
+        mie_extinction_per_m=tuple(model.mie_extinction),
+        mie_asymmetry=model.asymmetry,
+        absorption_per_m=tuple(model.absorption),
+        absorber_height_m=model.absorption_center_m,
+        ground_albedo=tuple(model.ground_albedo),
+        absorber_slope_per_m=1.0 / model.absorption_half_width_m,
+        night_radiance=tuple(night),
+        longest_path_m=model.longest_path_m,
         mie_moments=tuple(cornette_shanks_moments(model.asymmetry)),
-        night=(*night, 0.0),
+        sun_radius_rad=model.sun_angular_radius_rad,
     )

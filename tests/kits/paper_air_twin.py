@@ -50,7 +50,7 @@ class PaperTwin:
 
     def __post_init__(self) -> None:
         a = self.air
-        self.bottom, self.top = float(a.radii[0]), float(a.radii[1])
+        self.bottom, self.top = a.radius_m, a.top_radius_m
         self.longest = np.sqrt(self.top**2 - self.bottom**2)
         self.mu_s_min = np.cos(np.radians(self.sizes.max_sun_zenith_deg))
         self._transmittance()
@@ -58,7 +58,7 @@ class PaperTwin:
         self._single()
         self._irradiance_axes()
         r, mu_s = self.irradiance_at
-        alpha = float(a.sun[3])
+        alpha = a.sun_radius_rad
         rising = (mu_s + alpha) ** 2 / (4.0 * alpha)
         cosine = np.where(mu_s < -alpha, 0.0, np.where(mu_s > alpha, mu_s, rising))
         floor = self.to_top(r, mu_s) * cosine[..., None]
@@ -84,11 +84,11 @@ class PaperTwin:
 
     def densities(self, r: Floats) -> tuple[Floats, Floats, Floats]:
         h, a = r - self.bottom, self.air
-        tent = np.maximum(1.0 - np.abs(h - a.absorber[0]) / a.absorber[1], 0.0)
-        return np.exp(-h / a.rayleigh[3])[..., None], np.exp(-h / a.mie_scattering[3])[..., None], tent[..., None]
+        tent = np.maximum(1.0 - np.abs(h - a.absorber_height_m) * a.absorber_slope_per_m, 0.0)
+        return np.exp(-h / a.rayleigh_height_m)[..., None], np.exp(-h / a.mie_height_m)[..., None], tent[..., None]
 
     def phases(self, nu: Floats) -> tuple[Floats, Floats]:
-        g = float(self.air.mie_extinction[3])
+        g = self.air.mie_asymmetry
         k = 3.0 / (8.0 * np.pi) * (1.0 - g * g) / (2.0 + g * g)
         return 3.0 / (16.0 * np.pi) * (1.0 + nu * nu), k * (1.0 + nu * nu) / (1.0 + g * g - 2.0 * g * nu) ** 1.5
 
@@ -111,7 +111,7 @@ class PaperTwin:
         there, _ = self.along(r[..., None], mu[..., None], steps, steps, mu[..., None])
         weights = _trapezoid(500)[:, None]
         sums = [(weights * part).sum(2) * steps[..., 1:2] for part in self.densities(there)]
-        rgb = [np.array(c[:3]) for c in (self.air.rayleigh, self.air.mie_extinction, self.air.absorption)]
+        rgb = [np.array(c) for c in (self.air.rayleigh_per_m, self.air.mie_extinction_per_m, self.air.absorption_per_m)]
         self.transmittance = np.exp(-sum(s * c for s, c in zip(sums, rgb, strict=True)))
 
     def to_top(self, r: Floats, mu: Floats) -> Floats:
@@ -128,7 +128,7 @@ class PaperTwin:
 
     def sun(self, r: Floats, mu_s: Floats) -> Floats:
         sine = self.bottom / r
-        soft = float(self.air.sun[3]) * sine
+        soft = self.air.sun_radius_rad * sine
         t = np.clip((mu_s + np.sqrt(np.maximum(1.0 - sine**2, 0.0)) + soft) / (2.0 * soft), 0.0, 1.0)
         return self.to_top(r, mu_s) * (t * t * (3.0 - 2.0 * t))[..., None]
 
@@ -195,8 +195,8 @@ class PaperTwin:
         weight, there, _, sun_there, through = self._ray()
         light = weight * through * self.sun(there, sun_there)
         density = self.densities(there)
-        self.rayleigh = (light * density[0]).sum(-2) * np.array(self.air.rayleigh[:3])
-        self.mie = (light * density[1]).sum(-2) * np.array(self.air.mie_scattering[:3])
+        self.rayleigh = (light * density[0]).sum(-2) * np.array(self.air.rayleigh_per_m)
+        self.mie = (light * density[1]).sum(-2) * np.array(self.air.mie_scattering_per_m)
 
     def before(self, n: int, *place: Floats) -> Floats:
         """Radiance of order n alone; place: r, mu, mu_s, nu, hits."""
@@ -222,13 +222,13 @@ class PaperTwin:
         d = self.distance_to_floor(r, z)
         d = np.where(cone_hits, d, 0.0)
         cosine = np.clip((r * mu_s + d * nu_before) / self.bottom, -1.0, 1.0)
-        lit = _lookup(floor, np.zeros_like(cosine), 0.5 * cosine + 0.5) * np.array(self.air.ground[:3]) / np.pi
+        lit = _lookup(floor, np.zeros_like(cosine), 0.5 * cosine + 0.5) * np.array(self.air.ground_albedo) / np.pi
         through = self.between(*np.broadcast_arrays(r, z), d, cone_hits)
         light = light + np.where(cone_hits[..., None], through * lit, 0.0)
         by_rayleigh, by_mie = (p[..., None] for p in self.phases(nu_here))
         gas, haze, _ = self.densities(r)
-        scattered = by_rayleigh * gas * np.array(self.air.rayleigh[:3])
-        scattered = scattered + by_mie * haze * np.array(self.air.mie_scattering[:3])
+        scattered = by_rayleigh * gas * np.array(self.air.rayleigh_per_m)
+        scattered = scattered + by_mie * haze * np.array(self.air.mie_scattering_per_m)
         return (light * scattered * (np.sin(theta) * (np.pi / 16) ** 2)[..., None]).sum((-3, -2))
 
     def _multiple(self, density: Floats) -> Floats:

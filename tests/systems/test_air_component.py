@@ -227,20 +227,26 @@ def test_block_holds_the_model():
     air = model()
     packed = StructLayout(AirBlock)
     block = air_block(air, pf.Atmosphere(night_light=2.0), sun_irradiance=(1.0, 2.0, 3.0))
-    assert AIR_BLOCK == 5 and packed.size == 10 * 16
-    assert block.radii == (6.36e6, 6.42e6, 6e4, 1 / 6e4)
-    assert block.rayleigh == (*air.rayleigh_scattering, 8000.0)
-    assert block.mie_scattering == (*air.mie_scattering, 1200.0)
-    assert block.mie_extinction == (*air.mie_extinction, 0.8)
-    assert block.absorption[:3] == tuple(air.absorption) and block.absorber == (25e3, 15e3, 1 / 15e3, 0.0)
-    assert block.ground == (0.1, 0.1, 0.1, 0.0) and block.sun[3] == SUN
-    assert block.sun[0] == pytest.approx(math.sqrt(6.42e6**2 - 6.36e6**2))
+    assert AIR_BLOCK == 5 and packed.size == 9 * 16
+    assert (block.radius_m, block.top_radius_m, block.thickness_m, block.per_thickness) == (
+        6.36e6,
+        6.42e6,
+        6e4,
+        1 / 6e4,
+    )
+    assert block.rayleigh_per_m == tuple(air.rayleigh_scattering) and block.rayleigh_height_m == 8000.0
+    assert block.mie_scattering_per_m == tuple(air.mie_scattering) and block.mie_height_m == 1200.0
+    assert block.mie_extinction_per_m == tuple(air.mie_extinction) and block.mie_asymmetry == 0.8
+    assert block.absorption_per_m == tuple(air.absorption)
+    assert (block.absorber_height_m, block.absorber_slope_per_m) == (25e3, 1 / 15e3)
+    assert block.ground_albedo == (0.1, 0.1, 0.1) and block.sun_radius_rad == SUN
+    assert block.longest_path_m == pytest.approx(math.sqrt(6.42e6**2 - 6.36e6**2))
     nu, weights = np.polynomial.legendre.leggauss(200)
     phase = 3 / (8 * np.pi) * (1 - 0.64) / (2 + 0.64) * (1 + nu**2) / (1 + 0.64 - 1.6 * nu) ** 1.5
     moments = [2 * np.pi * np.sum(weights * phase * np.polynomial.legendre.Legendre.basis(n)(nu)) for n in range(1, 5)]
     assert block.mie_moments == pytest.approx(moments, rel=1e-9)
-    assert block.night[:3] == pytest.approx((2e-9, 4e-9, 6e-9))
-    assert air_block(air, pf.Atmosphere(night_light=0.0)).night == (0.0, 0.0, 0.0, 0.0)
+    assert block.night_radiance == pytest.approx((2e-9, 4e-9, 6e-9))
+    assert air_block(air, pf.Atmosphere(night_light=0.0)).night_radiance == (0.0, 0.0, 0.0)
 
 
 # -- presets ----------------------------------------------------------------------------------------------------------

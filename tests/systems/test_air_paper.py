@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,11 +18,24 @@ from planetfall.systems.atmosphere import AirBlock, PaperSizes, PaperTables
 pytestmark = pytest.mark.gpu
 
 EARTH = AirBlock(
-    rayleigh=(5.802339381712381e-6, 1.355776244792022e-5, 3.3100005976367735e-5, 8000.0),
-    mie_scattering=(3.996e-6, 3.996e-6, 3.996e-6, 1200.0),
-    mie_extinction=(4.44e-6, 4.44e-6, 4.44e-6, 0.8),
-    absorption=(6.497166e-7, 1.8809e-6, 8.501668e-8, 0.0),
-    ground=(0.1, 0.1, 0.1, 0.0),
+    radius_m=6.36e6,
+    top_radius_m=6.42e6,
+    thickness_m=6.0e4,
+    per_thickness=1.0 / 6.0e4,
+    rayleigh_per_m=(5.802339381712381e-6, 1.355776244792022e-5, 3.3100005976367735e-5),
+    rayleigh_height_m=8000.0,
+    mie_scattering_per_m=(3.996e-6,) * 3,
+    mie_height_m=1200.0,
+    mie_extinction_per_m=(4.44e-6,) * 3,
+    mie_asymmetry=0.8,
+    absorption_per_m=(6.497166e-7, 1.8809e-6, 8.501668e-8),
+    absorber_height_m=25.0e3,
+    ground_albedo=(0.1, 0.1, 0.1),
+    absorber_slope_per_m=1.0 / 15.0e3,
+    night_radiance=(0.0, 0.0, 0.0),
+    longest_path_m=8.8e5,
+    mie_moments=(0.0, 0.0, 0.0, 0.0),
+    sun_radius_rad=0.004675,
 )
 """The air of tests/data/air_*.csv: 6360 km and 60 km."""
 
@@ -263,7 +277,7 @@ def test_sun_in_the_tables_convention(make_air) -> None:
     """The share of the disc that is up, times transmittance; in space past the limb all of it."""
     air = make_air(EARTH, PaperSizes(scattering=(2, 4, 2, 2), orders=1))
     h = np.array([0.0, 0.0, 0.0, 0.0, 5e4, 1e6, 1e6])
-    a = EARTH.sun[3]
+    a = EARTH.sun_radius_rad
     horizon = -np.sqrt(1.0 - (6.36e6 / (6.36e6 + h)) ** 2)
     offset = np.array([2 * a, 0.5 * a, -0.5 * a, -1.01 * a, 0.0, 0.0, 0.2])
     found = air.ask("t = air_sun_transmittance(h, mu_s);", {"h": h, "mu_s": horizon + offset}, {"t": "vec3"})["t"]
@@ -291,14 +305,22 @@ def test_every_number_is_finite(make_air, storage: str) -> None:
     n = 400
     for radius, thickness, depth, g in _airs():
         k = depth / thickness
-        block = AirBlock(
-            radii=(radius, radius + thickness, thickness, 1.0 / thickness),
-            rayleigh=(k, 0.3 * k, 0.0, 0.1 * thickness),
-            mie_scattering=(k, 0.0, k, 1e-6 * thickness),
-            mie_extinction=(k, k, k, g),
-            absorption=(k, 0.0, k, 0.0),
-            absorber=(0.5 * thickness, 1e-3 * thickness, 1e3 / thickness, 0.0),
-            ground=(1.0, 0.0, 0.5, 0.0),
+        block = replace(
+            EARTH,
+            radius_m=radius,
+            top_radius_m=radius + thickness,
+            thickness_m=thickness,
+            per_thickness=1.0 / thickness,
+            rayleigh_per_m=(k, 0.3 * k, 0.0),
+            rayleigh_height_m=0.1 * thickness,
+            mie_scattering_per_m=(k, 0.0, k),
+            mie_height_m=1e-6 * thickness,
+            mie_extinction_per_m=(k, k, k),
+            mie_asymmetry=g,
+            absorption_per_m=(k, 0.0, k),
+            absorber_height_m=0.5 * thickness,
+            absorber_slope_per_m=1e3 / thickness,
+            ground_albedo=(1.0, 0.0, 0.5),
         )
         air = make_air(block, sizes)
         for name in air.tables.textures:
@@ -324,7 +346,7 @@ def test_every_number_is_finite(make_air, storage: str) -> None:
 
 def test_where_formulas_would_divide_zero_by_zero(make_air) -> None:
     """The guards give the limit, where a NaN would be swallowed by the next min or clamp on some drivers only."""
-    thick = AirBlock(**{**vars(EARTH), "rayleigh": (1.0, 1.0, 1.0, 8000.0)})
+    thick = replace(EARTH, rayleigh_per_m=(1.0, 1.0, 1.0))
     air = make_air(thick, PaperSizes((16, 4), (2, 4, 2, 2), (2, 2), 1))
     body = """
     lengths = vec4(

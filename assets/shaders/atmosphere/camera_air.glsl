@@ -38,5 +38,5 @@ AirRay air_ray(vec3 direction) {
 // Sunlight scattered by air of a path's length, and the faint glow of the air itself.
 vec3 air_radiance(AirRay ray, vec3 first, vec3 second, float path) {
     return frame.sun_irradiance.rgb * (air_rayleigh_phase(ray.nu) * first + air_mie_phase(ray.nu) * second)
-        + air_model.night.rgb * (path * air_model.radii.w);
+        + air_model.night_radiance * (path * air_model.per_thickness);
 }

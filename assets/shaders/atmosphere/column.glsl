@@ -27,7 +27,7 @@ AirColumn air_column(float h, float mu, float mu_s, float nu, float path) {
     c.mu_s = mu_s;
     c.nu = nu;
     c.path = path;
-    c.lowest = clamp(-(air_model.radii.x + h) * mu, 0.0, path);
+    c.lowest = clamp(-(air_model.radius_m + h) * mu, 0.0, path);
     c.split = air_split(c.lowest, path);
     vec3 extinction = air_extinction(air_density(h));
     c.thickest = max(max(extinction.r, extinction.g), extinction.b);
@@ -37,7 +37,7 @@ AirColumn air_column(float h, float mu, float mu_s, float nu, float path) {
 
 void air_column_node(inout AirColumn c, float t, float height, float weight, vec3 depth, vec3 density,
     vec3 extinction) {
-    float r = air_model.radii.x + c.h, there = air_model.radii.x + height;
+    float r = air_model.radius_m + c.h, there = air_model.radius_m + height;
     vec3 first, second;
     column_source(height, clamp_cos((r * c.mu + t) / there), clamp_cos((r * c.mu_s + t * c.nu) / there), c.nu, density,
         first, second);
@@ -63,7 +63,7 @@ void air_column_slice(inout AirColumn c, int slice, int slices) {
     vec3 depth_a = c.depth + dt * max(ea * X1 - slope * (0.5 * X1 * X1), 0.0);
     vec3 depth_b = c.depth + dt * max(ea * X2 + slope * (0.5 * X2 * X2 - X1 * X2), 0.0);
     float weight = 0.5 * dt, middle = t0 + 0.5 * dt, h_middle = air_height_along(c.h, c.mu, middle);
-    float r = air_model.radii.x + c.h, there = air_model.radii.x + h_middle;
+    float r = air_model.radius_m + c.h, there = air_model.radius_m + h_middle;
     column_middle(h_middle, clamp_cos((r * c.mu + middle) / there), clamp_cos((r * c.mu_s + middle * c.nu) / there),
         c.nu);
     air_column_node(c, ta, ha, weight, depth_a, da, ea);

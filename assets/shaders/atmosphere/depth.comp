@@ -12,11 +12,11 @@ void main() {
     ivec2 texel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, u_rows.x), size = imageSize(u_depth_image);
     if (texel.x >= size.x || texel.y >= min(u_rows.y, size.y)) return;
     vec2 at = vec2(texel) / vec2(size - 1);
-    float h = at.y * at.y * air_model.radii.z;
-    float horizon2 = air_horizon2(h), least = air_model.radii.z - h;
-    float path = least + (sqrt(horizon2) + air_model.sun.x - least) * air_path_share(at.x, 1.0);
-    float r = air_model.radii.x + h;
-    float c = least * (air_model.radii.y + r);
+    float h = at.y * at.y * air_model.thickness_m;
+    float horizon2 = air_horizon2(h), least = air_model.thickness_m - h;
+    float path = least + (sqrt(horizon2) + air_model.longest_path_m - least) * air_path_share(at.x, 1.0);
+    float r = air_model.radius_m + h;
+    float c = least * (air_model.top_radius_m + r);
     float mu = clamp((c - path * path) / max(2.0 * r * path, 1e-20), -1.0, 1.0);
     // Dense where the air is: from the lowest point of the path outwards, by squares.
     float lowest = clamp(-r * mu, 0.0, path);

@@ -27,8 +27,8 @@ void column_middle(float h, float mu, float mu_s, float nu) {
 
 void column_source(float h, float mu, float mu_s, float nu, vec3 density, out vec3 first, out vec3 second) {
     if (GATHER_FIRST == 1) {
-        vec3 scattered = density.x * air_model.rayleigh.rgb * air_rayleigh_phase(nu)
-            + density.y * air_model.mie_scattering.rgb * air_mie_phase(nu);
+        vec3 scattered = density.x * air_model.rayleigh_per_m * air_rayleigh_phase(nu)
+            + density.y * air_model.mie_scattering_per_m * air_mie_phase(nu);
         first = scattered * air_sun(h, mu_s);
     } else {
         first = air_multiple(air_before, density);
@@ -39,14 +39,14 @@ void column_source(float h, float mu, float mu_s, float nu, vec3 density, out ve
 // Light that the ground throws back, having got it by way of the last order.
 vec3 ground_light(float mu_s) {
     vec3 irradiance = GATHER_FIRST == 1 ? air_sun(0.0, mu_s) * max(mu_s, 0.0) : air_irradiance_at(0.0, mu_s).up;
-    return air_model.ground.rgb / PF_PI * irradiance;
+    return air_model.ground_albedo / PF_PI * irradiance;
 }
 
 void main() {
     ivec2 texel = ivec2(gl_GlobalInvocationID.x, u_range.x + int(gl_GlobalInvocationID.y)), size = imageSize(u_sums).xy;
     if (texel.x >= size.x || texel.y >= size.y) return;
     vec2 at = vec2(texel) / vec2(size - 1);
-    float h = at.y * at.y * air_model.radii.z;
+    float h = at.y * at.y * air_model.thickness_m;
     float mu_s = air_sun_of_row(at.x), sine_s = sin_from_cos(mu_s), horizon = air_horizon_cos(h);
     int slices = u_counts.w * air_slice_parts();
     vec3 sums[AIR_MOMENTS + AIR_IRRADIANCE_LAYERS];
@@ -68,7 +68,7 @@ void main() {
 
         AirColumn c = air_column(h, mu, mu_s, nu, path);
         for (int slice = 0; slice < slices; ++slice) air_column_slice(c, slice, slices);
-        float mu_s_hit = clamp_cos(((air_model.radii.x + h) * mu_s + path * nu) / air_model.radii.x);
+        float mu_s_hit = clamp_cos(((air_model.radius_m + h) * mu_s + path * nu) / air_model.radius_m);
         // The mean source over what the air takes: right in thick air too, where two points in a slice are few.
         vec3 through = exp(-c.depth);
         vec3 light = air_column_mean(c, c.first) * air_taken(c.depth, through);

@@ -47,7 +47,7 @@ float air_disc_cosine(float cosine, float radius) {
 // The sun's own light on a surface, cosine included. What the planet hides of the disc, a level surface doesn't face
 // anyway: only what is hidden beyond that counts.
 vec3 air_sun_light(float h, float mu_s, float cosine) {
-    float radius = air_model.sun.w;
+    float radius = air_model.sun_radius_rad;
     float facing = smoothstep(-radius, radius, cosine);
     float left = min(air_sun_share(h, mu_s) / max(facing, 1e-6), 1.0);
     return exp(-air_depth_to_space(h, mu_s)) * (air_disc_cosine(cosine, radius) * left);

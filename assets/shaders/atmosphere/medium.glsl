@@ -8,14 +8,14 @@
 // Densities relative to the floor (Rayleigh, Mie) and to the layer's centre (absorber, a tent as in Bruneton 2017).
 vec3 air_density(float h) {
     h = max(h, 0.0);
-    float tent = max(1.0 - abs(h - air_model.absorber.x) * air_model.absorber.z, 0.0);
-    return vec3(exp(-h / air_model.rayleigh.w), exp(-h / air_model.mie_scattering.w), tent);
+    float tent = max(1.0 - abs(h - air_model.absorber_height_m) * air_model.absorber_slope_per_m, 0.0);
+    return vec3(exp(-h / air_model.rayleigh_height_m), exp(-h / air_model.mie_height_m), tent);
 }
 
 // Extinction per metre at the three wavelengths.
 vec3 air_extinction(vec3 density) {
-    return density.x * air_model.rayleigh.rgb + density.y * air_model.mie_extinction.rgb
-        + density.z * air_model.absorption.rgb;
+    return density.x * air_model.rayleigh_per_m + density.y * air_model.mie_extinction_per_m
+        + density.z * air_model.absorption_per_m;
 }
 
 // Rayleigh's phase function, 1/sr.
@@ -25,32 +25,32 @@ float air_rayleigh_phase(float nu) {
 
 // Cornette and Shanks 1992, equation 8, 1/sr. The base 1 + g^2 - 2 g nu without its cancellation near the peak.
 float air_mie_phase(float nu) {
-    float g = air_model.mie_extinction.w, g2 = g * g, size = abs(g);
+    float g = air_model.mie_asymmetry, g2 = g * g, size = abs(g);
     float base = (1.0 - size) * (1.0 - size) + 2.0 * size * (1.0 - sign_nonzero(g) * nu);
     return 3.0 / (8.0 * PF_PI) * (1.0 - g2) / (2.0 + g2) * (1.0 + nu * nu) / (base * sqrt(base));
 }
 
 // Altitude after a distance t. Without the cancellation of sqrt(r^2 + ...) - R.
 float air_height_along(float h, float mu, float t) {
-    float r = air_model.radii.x + h;
+    float r = air_model.radius_m + h;
     float q = t * (2.0 * r * mu + t);
     return h + q / (safe_sqrt(r * r + q) + r);
 }
 
 // h (2 R + h): the square of the distance to the horizon.
 float air_horizon2(float h) {
-    return h * (2.0 * air_model.radii.x + h);
+    return h * (2.0 * air_model.radius_m + h);
 }
 
 // Cosine to the zenith of the horizon, h >= 0.
 float air_horizon_cos(float h) {
-    return -sqrt(air_horizon2(h)) / (air_model.radii.x + h);
+    return -sqrt(air_horizon2(h)) / (air_model.radius_m + h);
 }
 
 // Distance to the top of the air from inside (0 <= h <= thickness).
 float air_to_top(float h, float mu) {
-    float b = (air_model.radii.x + h) * mu;
-    float c = max((air_model.radii.z - h) * (air_model.radii.y + air_model.radii.x + h), 0.0);
+    float b = (air_model.radius_m + h) * mu;
+    float c = max((air_model.thickness_m - h) * (air_model.top_radius_m + air_model.radius_m + h), 0.0);
     float root = sqrt(b * b + c);
     return b < 0.0 ? root - b : c / max(root + b, 1e-20);
 }
@@ -58,7 +58,7 @@ float air_to_top(float h, float mu) {
 // Distance to the floor for h >= 0; negative where the ray misses it. c = h (2R + h) keeps the test right near the
 // floor.
 float air_to_floor(float h, float mu) {
-    float b = (air_model.radii.x + h) * mu, c = air_horizon2(h);
+    float b = (air_model.radius_m + h) * mu, c = air_horizon2(h);
     float discriminant = b * b - c;
     return mu < 0.0 && discriminant >= 0.0 ? c / max(sqrt(discriminant) - b, 1e-20) : -1.0;
 }

@@ -82,5 +82,6 @@ AirFolded air_folded(float h, float mu, float mu_s, float nu) {
 
 // Emission per metre of air of this density.
 vec3 air_multiple(AirFolded light, vec3 density) {
-    return density.x * air_model.rayleigh.rgb * light.rayleigh + density.y * air_model.mie_scattering.rgb * light.mie;
+    return density.x * air_model.rayleigh_per_m * light.rayleigh
+        + density.y * air_model.mie_scattering_per_m * light.mie;
 }

@@ -73,13 +73,13 @@ void main() {
         transmittance = p.length > 0.0 ? exp(-air_depth_to_space(p.h, p.mu)) : vec3(1.0);
         if (!open) transmittance = vec3(0.0);
     } else {
-        float h = clamp(q.camera.x, 0.0, air_model.radii.z);
+        float h = clamp(q.camera.x, 0.0, air_model.thickness_m);
         first = air_sun_light(h, q.camera.y, q.more.z);
-        if (q.camera.x > air_model.radii.z) {
+        if (q.camera.x > air_model.thickness_m) {
             // From space the sun is seen past the air, through its limb, or not at all.
             AirPath p = air_path(g_view, q.camera.y, q.camera.z);
             vec3 through = p.length > 0.0 ? exp(-air_depth_to_space(p.h, p.mu)) : vec3(1.0);
-            first = p.floor_hit ? vec3(0.0) : through * air_disc_cosine(q.more.z, air_model.sun.w);
+            first = p.floor_hit ? vec3(0.0) : through * air_disc_cosine(q.more.z, air_model.sun_radius_rad);
         }
         second = air_sky_light(h, q.camera.y, q.more.x, q.more.y);
     }

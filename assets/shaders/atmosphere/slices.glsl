@@ -38,9 +38,9 @@ float air_slice_of(float t, float path, float lowest, float split) {
 
 // Parts that each slice is integrated in: one that is thick itself hides what two nodes miss.
 int air_slice_parts() {
-    vec3 depth = air_model.rayleigh.rgb * air_model.rayleigh.w
-        + air_model.mie_extinction.rgb * air_model.mie_scattering.w
-        + air_model.absorption.rgb / max(air_model.absorber.z, 1e-20);
+    vec3 depth = air_model.rayleigh_per_m * air_model.rayleigh_height_m
+        + air_model.mie_extinction_per_m * air_model.mie_height_m
+        + air_model.absorption_per_m / max(air_model.absorber_slope_per_m, 1e-20);
     return int(clamp(ceil(0.4 * max(max(depth.r, depth.g), depth.b)), 1.0, 3.0));
 }
 

@@ -17,9 +17,9 @@ void column_middle(float h, float mu, float mu_s, float nu) {
 
 void column_source(float h, float mu, float mu_s, float nu, vec3 density, out vec3 first, out vec3 second) {
     vec3 sun = air_sun(h, mu_s);
-    first = density.x * air_model.rayleigh.rgb * sun
+    first = density.x * air_model.rayleigh_per_m * sun
         + air_orders / air_rayleigh_phase(nu) * air_multiple(air_before, density);
-    second = density.y * air_model.mie_scattering.rgb * sun;
+    second = density.y * air_model.mie_scattering_per_m * sun;
 }
 
 // Source over extinction where a ray starts: the mean over a path of length 0.

@@ -25,7 +25,7 @@ struct AirPlace {
 
 AirPlace air_place(float h, float mu_s) {
     vec2 size = vec2(textureSize(u_air_moments, 0).xy);
-    vec2 at = vec2(air_sun_row(mu_s), sqrt(clamp(h * air_model.radii.w, 0.0, 1.0)));
+    vec2 at = vec2(air_sun_row(mu_s), sqrt(clamp(h * air_model.per_thickness, 0.0, 1.0)));
     return AirPlace((at * (size - 1.0) + 0.5) / size);
 }
 

@@ -40,17 +40,17 @@ vec3 air_mean_extinction(ivec2 texel);
 
 AirPath air_path(AirView v, float mu, float sine) {
     AirPath p;
-    float h = v.camera.x, r = air_model.radii.x + h;
+    float h = v.camera.x, r = air_model.radius_m + h;
     float miss = r * sine;   // of the planet's centre
-    if (h > air_model.radii.z) {
+    if (h > air_model.thickness_m) {
         // From space: exact entry point. Differences of squares are formed from factors.
-        float inside2 = (air_model.radii.y - miss) * (air_model.radii.y + miss);
-        float below2 = (air_model.radii.x - miss) * (air_model.radii.x + miss);
+        float inside2 = (air_model.top_radius_m - miss) * (air_model.top_radius_m + miss);
+        float below2 = (air_model.radius_m - miss) * (air_model.radius_m + miss);
         float half_chord = safe_sqrt(inside2);
         bool meets = mu < 0.0 && inside2 > 0.0;
         p.floor_hit = meets && below2 >= 0.0;
-        p.h = air_model.radii.z;
-        p.mu = -half_chord / air_model.radii.y;
+        p.h = air_model.thickness_m;
+        p.mu = -half_chord / air_model.top_radius_m;
         p.start = meets ? max(-r * mu - half_chord, 0.0) : 0.0;
         float to_floor = (inside2 - below2) / max(half_chord + safe_sqrt(below2), 1e-10);
         p.length = meets ? (p.floor_hit ? to_floor : 2.0 * half_chord) : 0.0;
@@ -62,12 +62,13 @@ AirPath air_path(AirView v, float mu, float sine) {
         p.floor_hit = to_floor >= 0.0;
         p.length = p.floor_hit ? to_floor : air_to_top(h, mu);
     }
-    p.lowest = clamp(-(air_model.radii.x + p.h) * p.mu, 0.0, p.length);
+    p.lowest = clamp(-(air_model.radius_m + p.h) * p.mu, 0.0, p.length);
     p.split = air_split(p.lowest, p.length);
     // The difference of two lengths would lose the nadir among its roundings; from the sine it doesn't.
-    float start_r = air_model.radii.x + p.h, sine_start = sine * r / start_r, steep = abs(p.mu);
+    float start_r = air_model.radius_m + p.h, sine_start = sine * r / start_r, steep = abs(p.mu);
     float less = p.floor_hit || p.mu > 0.0 ? sine_start * sine_start / (1.0 + steep) : 1.0 + steep;
-    float around = p.floor_hit ? 2.0 * air_model.radii.x + p.h - p.length : start_r + p.length + air_model.radii.y;
+    float around =
+        p.floor_hit ? 2.0 * air_model.radius_m + p.h - p.length : start_r + p.length + air_model.top_radius_m;
     p.excess = less * 2.0 * start_r * p.length / around;
     return p;
 }
@@ -86,8 +87,8 @@ float air_row(AirView v, AirPath p) {
 // evenly in the angle there.
 vec2 air_focus(AirView v, AirPath p, float mu, float sine) {
     float t = p.start + p.lowest;
-    float there = air_model.radii.x + air_height_along(p.h, p.mu, p.lowest);
-    float r = air_model.radii.x + v.camera.x;
+    float there = air_model.radius_m + air_height_along(p.h, p.mu, p.lowest);
+    float r = air_model.radius_m + v.camera.x;
     return vec2(v.camera.y * (r + t * mu), t * sine * v.camera.z) / there;
 }
 
@@ -129,19 +130,19 @@ AirPath air_texel_path(AirView v, int row, float column, out float mu_s, out flo
     float share = float(floor_row ? row : row - v.size.y) / float(v.size.y - 1);
     vec2 span = floor_row ? v.span.xy : v.span.zw;
     float excess = span.y * air_path_share(share, floor_row ? v.shape.x : v.shape.y), path = span.x + excess;
-    float h = v.camera.x, r = air_model.radii.x + h;
+    float h = v.camera.x, r = air_model.radius_m + h;
     AirPath p;
     p.floor_hit = floor_row;
-    p.h = min(h, air_model.radii.z);
-    float start_r = air_model.radii.x + p.h;
+    p.h = min(h, air_model.thickness_m);
+    float start_r = air_model.radius_m + p.h;
     // 1 - |mu| for a vertical ray's excess of 0 and onwards: from mu itself the sine of a ray to the nadir would be
     // 5e-4.
-    float around = floor_row ? 2.0 * air_model.radii.x + p.h - path : start_r + path + air_model.radii.y;
+    float around = floor_row ? 2.0 * air_model.radius_m + p.h - path : start_r + path + air_model.top_radius_m;
     float less = clamp(excess * around / max(2.0 * start_r * path, 1e-20), 0.0, 2.0);
     p.mu = floor_row ? less - 1.0 : 1.0 - less;
     float mu = p.mu, sine = sqrt(less * (2.0 - less));
     p.start = 0.0;
-    if (h > air_model.radii.z) {
+    if (h > air_model.thickness_m) {
         sine *= start_r / r;
         mu = -sin_from_cos(sine);
         p.start = start_r * p.mu - r * mu;

@@ -35,8 +35,8 @@ void main() {
     bool unused;
     paper_scattering_texel(layout_, size, texel, h, mu, mu_s, nu, unused);
     vec3 density = paper_densities(h);
-    vec3 rayleigh_here = air_model.rayleigh.rgb * density.x;
-    vec3 mie_here = air_model.mie_scattering.rgb * density.y;
+    vec3 rayleigh_here = air_model.rayleigh_per_m * density.x;
+    vec3 mie_here = air_model.mie_scattering_per_m * density.y;
 
     // z is up, the view in the plane of x and z.
     float view_x = sin_from_cos(mu);
@@ -107,7 +107,7 @@ void main() {
         // The floor at the end of the cone. A loop without turns costs nothing where there is none.
         int around_floor = hits_floor ? AROUND : 0;
         float to_floor = paper_distance_to_floor(h, up);
-        vec3 of_floor = paper_transmittance(h, up, to_floor, hits_floor) * air_model.ground.rgb / PF_PI;
+        vec3 of_floor = paper_transmittance(h, up, to_floor, hits_floor) * air_model.ground_albedo / PF_PI;
         vec3 floor_sum = vec3(0.0);
         around = start;
         for (int i = 0; i < around_floor; i++) {

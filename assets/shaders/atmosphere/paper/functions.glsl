@@ -44,7 +44,7 @@ vec3 air_sun_transmittance(float h, float mu_s) {
     float tangent = paper_tangent(max(h, 0.0));
     float r = paper_radius(max(h, 0.0));
     float horizon = -tangent / r;
-    float soft = max(air_model.sun.w * air_model.radii.x / r, 1e-7);
+    float soft = max(air_model.sun_radius_rad * air_model.radius_m / r, 1e-7);
     float visible = smoothstep(-soft, soft, mu_s - horizon);
     float mu = max(mu_s, horizon), unused = 0.0, distance_m;
     bool inside = paper_enter(h, mu, unused, 0.0, distance_m);

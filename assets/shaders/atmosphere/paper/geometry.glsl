@@ -6,16 +6,16 @@
 #include "common/safe.glsl"
 
 float paper_thickness() {
-    return air_model.radii.z;
+    return air_model.thickness_m;
 }
 
 float paper_radius(float h) {
-    return air_model.radii.x + h;
+    return air_model.radius_m + h;
 }
 
 // Distance from altitude h to the floor along a ray that touches it: sqrt(r^2 - R^2). Bruneton's rho.
 float paper_tangent(float h) {
-    return safe_sqrt(h * (2.0 * air_model.radii.x + h));
+    return safe_sqrt(h * (2.0 * air_model.radius_m + h));
 }
 
 // The same from the top of the air: Bruneton's H.
@@ -39,7 +39,7 @@ bool paper_hits_floor(float h, float mu) {
 float paper_distance_to_boundary(float h, float mu, bool hits_floor) {
     float along = paper_radius(h) * mu;
     float tangent = paper_tangent(h);
-    float above = max((paper_thickness() - h) * (2.0 * air_model.radii.x + paper_thickness() + h), 0.0);
+    float above = max((paper_thickness() - h) * (2.0 * air_model.radius_m + paper_thickness() + h), 0.0);
     // The solutions are root - along and its partner: the one that does not cancel, and the other by their product.
     float root = safe_sqrt(hits_floor ? (along - tangent) * (along + tangent) : along * along + above);
     float larger = root + abs(along);
@@ -76,7 +76,7 @@ bool paper_enter(inout float h, inout float mu, inout float mu_s, float nu, out 
         h = max(h, 0.0);
         return true;
     }
-    float top = air_model.radii.y;
+    float top = air_model.top_radius_m;
     float r = top + above;
     float along = r * mu;
     float tangent2 = above * (2.0 * top + above);

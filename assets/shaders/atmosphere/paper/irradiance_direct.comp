@@ -14,7 +14,7 @@ void main() {
     vec2 unit = vec2(texel.xy) / vec2(imageSize(u_order) - 1);
     float h = unit.y * paper_thickness();
     float mu_s = 2.0 * unit.x - 1.0;
-    float a = air_model.sun.w;
+    float a = air_model.sun_radius_rad;
     float rising = safe_divide((mu_s + a) * (mu_s + a), 4.0 * a, 0.0);
     float cosine = mu_s < -a ? 0.0 : mu_s > a ? mu_s : rising;
     vec3 sun = paper_transmittance_to_top(h, max(mu_s, paper_horizon(h))) * cosine;

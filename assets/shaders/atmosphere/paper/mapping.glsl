@@ -23,12 +23,12 @@ vec2 paper_transmittance_unit(float h, float mu) {
 }
 
 float paper_altitude_of_tangent(float tangent) {
-    return tangent * tangent / (air_model.radii.x + sqrt(air_model.radii.x * air_model.radii.x + tangent * tangent));
+    return tangent * tangent / (air_model.radius_m + sqrt(air_model.radius_m * air_model.radius_m + tangent * tangent));
 }
 
 // mu of a ray from altitude h that leaves through the top after a distance.
 float paper_mu_to_top(float h, float distance_m) {
-    float above = (paper_thickness() - h) * (2.0 * air_model.radii.x + paper_thickness() + h);
+    float above = (paper_thickness() - h) * (2.0 * air_model.radius_m + paper_thickness() + h);
     float twice = 2.0 * paper_radius(h) * distance_m;
     return twice > 0.0 ? clamp_cos((above - distance_m * distance_m) / twice) : 1.0;
 }
@@ -127,6 +127,6 @@ void paper_scattering_texel(
 // -- irradiance: (mu_s, r) ------------------------------------------------------------------------------------------
 
 vec2 paper_irradiance_coordinates(float h, float mu_s, vec2 size) {
-    vec2 unit = vec2(0.5 * mu_s + 0.5, clamp(h * air_model.radii.w, 0.0, 1.0));
+    vec2 unit = vec2(0.5 * mu_s + 0.5, clamp(h * air_model.per_thickness, 0.0, 1.0));
     return vec2(paper_coordinate(unit.x, size.x), paper_coordinate(unit.y, size.y));
 }

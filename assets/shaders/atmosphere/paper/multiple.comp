@@ -38,7 +38,7 @@ void main() {
         );
         sum += weight * min(between, vec3(1.0)) * source;
     }
-    sum *= step_m * air_model.radii.w;
+    sum *= step_m * air_model.per_thickness;
     imageStore(u_order, texel, vec4(paper_stored(sum), 0.0));
     vec3 total = imageLoad(u_scattering, texel).rgb + sum / paper_rayleigh_phase(nu);
     imageStore(u_scattering, texel, vec4(paper_stored(total), 0.0));

@@ -11,7 +11,7 @@ void main() {
     if (u_mode.x == TO_SPACE) {
         transmittance = air_transmittance_to_space(h, mu);
     } else if (u_mode.x == SURFACE) {
-        float radius = air_model.sun.w, rising = q.more.z + radius;
+        float radius = air_model.sun_radius_rad, rising = q.more.z + radius;
         float facing = q.more.z >= radius ? q.more.z : q.more.z <= -radius ? 0.0 : rising * rising / (4.0 * radius);
         float unused = 0.0, distance_m, height = h, sun = mu_s;
         bool inside = paper_enter(height, sun, unused, 0.0, distance_m);

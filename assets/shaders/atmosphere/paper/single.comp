@@ -34,8 +34,8 @@ void main() {
         rayleigh += light * density.x;
         mie += light * density.y;
     }
-    rayleigh = paper_stored(rayleigh * step_m * air_model.rayleigh.rgb);
-    mie = paper_stored(mie * step_m * air_model.mie_scattering.rgb);
+    rayleigh = paper_stored(rayleigh * step_m * air_model.rayleigh_per_m);
+    mie = paper_stored(mie * step_m * air_model.mie_scattering_per_m);
     imageStore(u_rayleigh, texel, vec4(rayleigh, 0.0));
     imageStore(u_mie, texel, vec4(mie, 0.0));
     imageStore(u_scattering, texel, vec4(rayleigh, 0.0));

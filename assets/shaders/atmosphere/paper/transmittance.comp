@@ -22,7 +22,7 @@ void main() {
         sum += weight * paper_densities(paper_altitude_along(h, mu, float(i) * step_m));
     }
     sum *= step_m;
-    vec3 depth = air_model.rayleigh.rgb * sum.x + air_model.mie_extinction.rgb * sum.y
-        + air_model.absorption.rgb * sum.z;
+    vec3 depth = air_model.rayleigh_per_m * sum.x + air_model.mie_extinction_per_m * sum.y
+        + air_model.absorption_per_m * sum.z;
     imageStore(u_transmittance, texel.xy, vec4(exp(-depth), texel.x == 0 ? u_layout.x : u_layout.y));
 }

@@ -31,6 +31,6 @@ vec3 paper_transmittance(float h, float mu, float distance_m, bool hits_floor) {
 // To the sun, times the share of its disc above the horizon. h inside the shell.
 vec3 paper_sun_transmittance(float h, float mu_s) {
     float horizon = paper_horizon(h);
-    float soft = max(air_model.sun.w * air_model.radii.x / paper_radius(h), 1e-7);
+    float soft = max(air_model.sun_radius_rad * air_model.radius_m / paper_radius(h), 1e-7);
     return paper_transmittance_to_top(h, max(mu_s, horizon)) * smoothstep(-soft, soft, mu_s - horizon);
 }

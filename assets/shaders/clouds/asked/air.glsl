@@ -8,21 +8,22 @@ struct Air {
 };
 
 Air air_from_camera(vec3 to) {
-    float distance_m = length(to), h = max(frame.camera_zenith.w, 0.0), r = air_model.radii.x + h, start = 0.0;
+    float distance_m = length(to), h = max(frame.camera_zenith.w, 0.0), r = air_model.radius_m + h, start = 0.0;
     vec3 way = to / max(distance_m, 1e-20), up = frame.camera_zenith.xyz;
     float mu = clamp_cos(dot(way, up)), nu = clamp_cos(dot(way, frame.sun_direction.xyz)),
         mu_s = dot(up, frame.sun_direction.xyz);
     float path = 0.0;
-    if (h > air_model.radii.z) {
+    if (h > air_model.thickness_m) {
         // From space, as in air_path(): the exact place of entry.
         float miss = r * length(way - up * dot(way, up));
-        float inside2 = (air_model.radii.y - miss) * (air_model.radii.y + miss), half_chord = safe_sqrt(inside2);
+        float inside2 = (air_model.top_radius_m - miss) * (air_model.top_radius_m + miss);
+        float half_chord = safe_sqrt(inside2);
         bool meets = mu < 0.0 && inside2 > 0.0;
         start = meets ? max(-r * mu - half_chord, 0.0) : 0.0;
         path = meets ? 2.0 * half_chord : 0.0;
-        h = air_model.radii.z;
-        mu_s = (r * mu_s + start * nu) / air_model.radii.y;
-        mu = -half_chord / air_model.radii.y;
+        h = air_model.thickness_m;
+        mu_s = (r * mu_s + start * nu) / air_model.top_radius_m;
+        mu = -half_chord / air_model.top_radius_m;
     } else {
         path = air_to_top(h, mu);
     }
