@@ -48,8 +48,8 @@ class FrameBlock:
 class PlanetBlock:
     """What never changes from frame to frame. GLSL: ``#include "generated/planet.glsl"``, instance ``planet``."""
 
-    radii: Vec4 = (6.371e6, 9000.0, -11000.0, 0.0)
+    radii: Vec4
     """(reference radius, highest ground, lowest ground, lowest drawn surface); the last three as heights above the
     first."""
-    sea: Vec4 = (0.0, 0.0, 0.0, 0.0)
+    sea: Vec4
     """(sea level as a height, 1 where there is a sea, unused, unused)."""

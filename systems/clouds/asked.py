@@ -40,7 +40,7 @@ class WeatherQuestions:
         # Every question is its own camera.
         gpu.gpu.shaders.add_virtual("generated/frame.glsl", '#include "clouds/asked/frame.glsl"\n')
         self._planet = gpu.uniform_block(PlanetBlock, PLANET_BLOCK, "planet")
-        self._planet.write(PlanetBlock((model.radius_m, 0.0, 0.0, 0.0)))
+        self._planet.write(PlanetBlock((model.radius_m, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)))
         self._field = CloudField(gpu, settings)
         self._field.filter_between_levels()
         self._field.take(component)

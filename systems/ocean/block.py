@@ -30,46 +30,47 @@ _DRIFTS_M_S = ((0.55, 0.2), (0.4, -0.3))
 class OceanBlock:
     """The water. GLSL: ``generated/ocean.glsl``, instance ``ocean``."""
 
-    absorption: Vec4 = (0.35, 0.07, 0.03, 0.0)
+    absorption: Vec4
     """1/m at the three wavelengths"""
-    scattering: Vec4 = (0.0014, 0.0022, 0.003, 0.0)
+    scattering: Vec4
     """1/m at the three wavelengths"""
-    bed: Vec4 = (0.34, 0.27, 0.17, 0.0)
+    bed: Vec4
     """albedo of the ground below"""
-    water: Vec4 = (0.2, 2.0, 0.0, 0.0)
+    water: Vec4
     """(roughness: Beckmann's alpha of the slopes, sine of the latitude where ice begins (above 1: none), 0, 0)"""
-    ice: Vec4 = (0.6, 0.64, 0.68, 0.0)
+    ice: Vec4
     """albedo of sea ice"""
-    loss: Vec4 = (0.3514, 0.0722, 0.033, 0.0)
+    loss: Vec4
     """1/m: absorption and scattering; w: depth in m from which on the bed cannot be seen"""
-    liquid: Vec4 = (1.333, 0.5628, 0.066, 0.0)
+    liquid: Vec4
     """(index of refraction, its inverse square, share of diffuse light that is mirrored, 0)"""
-    show: Vec4 = (1.0, 0.3, 1.0, 1.0)
+    show: Vec4
     """(foam on crests, height that waves run up a beach in m, caustics, detail of the bed)"""
-    foam: Vec4 = (0.6, 0.6, 0.6, 0.0)
+    foam: Vec4
     """albedo of foam"""
-    glow: Vec4 = (0.0, 0.0, 0.0, 0.0)
+    glow: Vec4
     """the liquid's own radiance, W m^-2 sr^-1 nm^-1; w: share of dark crust on it"""
-    lens: Vec4 = (0.0, 0.0, 1.0, 1.0e9)
+    lens: Vec4
     """the surface at the camera as a plane: xyz unit normal, w the camera's height over it in m; far away very large"""
-    crest: Vec4 = (1.0, 0.0, 0.0, 0.0)
+    crest: Vec4
     """breaking crests: (squeeze from which on, its standard deviation, slope variance beyond the waves, of theirs)"""
-    ripples: Vec4 = (3.0, 0.1, 0.0, 0.0)
+    ripples: Vec4
     """(the longest octave below the shortest wave, share of the slopes' variance in each, 0, 0)"""
-    drift_cell: IVec4 = (0, 0, 0, 0)
+    drift_cell: IVec4
     """as anchor_cell, for ripples: their lattice drifts"""
-    drift_fraction: Vec4 = (0.0, 0.0, 0.0, 0.0)
-    drift_cell_2: IVec4 = (0, 0, 0, 0)
+    drift_fraction: Vec4
+    drift_cell_2: IVec4
     """a second one, in another direction"""
-    drift_fraction_2: Vec4 = (0.0, 0.0, 0.0, 0.0)
-    anchor_cell: IVec4 = (0, 0, 0, 0)
+    drift_fraction_2: Vec4
+    anchor_cell: IVec4
     """the anchor's place for nested noise: whole cells"""
-    anchor_fraction: Vec4 = (0.0, 0.0, 0.0, 0.0)
+    anchor_fraction: Vec4
     """the rest of it"""
 
 
 def ocean_block(ocean: Ocean, waves: WaveSet, anchor: Any, radius_m: float) -> OceanBlock:
-    """The block of a sea and its waves around an anchor: unit vector (3,), on a planet of this radius."""
+    """The block of a sea and its waves around an anchor: unit vector (3,), on a planet of this radius. Ripples have not
+    drifted, and no camera is near."""
     ice = math.sin(math.radians(ocean.ice_latitude_deg)) if ocean.ice_latitude_deg < 90.0 else 2.0
     loss = [max(a + s, _LEAST_LOSS_PER_M) for a, s in zip(ocean.absorption_per_m, ocean.scattering_per_m, strict=True)]
     index = ocean.refractive_index
@@ -87,6 +88,11 @@ def ocean_block(ocean: Ocean, waves: WaveSet, anchor: Any, radius_m: float) -> O
         glow=(*ocean.glow, ocean.crust),
         crest=breaking(ocean, waves),
         ripples=_ripples(waves),
+        lens=(0.0, 0.0, 1.0, 1.0e9),
+        drift_cell=cell,
+        drift_fraction=fraction,
+        drift_cell_2=cell,
+        drift_fraction_2=fraction,
         anchor_cell=cell,
         anchor_fraction=fraction,
     )

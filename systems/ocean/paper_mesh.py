@@ -41,15 +41,15 @@ _MOST_VERTICES = 1 << 20
 class SeaGridBlock:
     """GLSL: ``generated/sea_grid.glsl``, ``sea_grid``. The third axis is the anchor's direction."""
 
-    u: Vec4 = (1.0, 0.0, 0.0, 0.0)
+    u: Vec4
     """first axis; w: z_s"""
-    v: Vec4 = (0.0, 1.0, 0.0, 0.0)
+    v: Vec4
     """second axis"""
-    spacing: Vec4 = (0.01, 1.0, 1.0, 1.0)
+    spacing: Vec4
     """(wanted angle between vertices, their smallest distance in m, proxy above the sea in m, 1 / half the steps)"""
-    sea: Vec4 = (0.0, 0.0, 0.0, 0.0)
+    sea: Vec4
     """(how far waves move a point in m, 0, 0, 0)"""
-    counts: IVec4 = (0, 4, 0, 0)
+    counts: IVec4
     """half the steps a side, n of the warp"""
 
 

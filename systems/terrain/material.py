@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
@@ -40,36 +40,36 @@ class TerrainMaterialBlock:
     """What the ground is made of. GLSL: ``generated/terrain_material_block.glsl``, instance
     ``terrain_material_block``."""
 
-    albedo: Annotated[Any, array(Vec4, MOST_ALBEDOS)] = field(default_factory=lambda: np.zeros((MOST_ALBEDOS, 4)))
+    albedo: Annotated[Any, array(Vec4, MOST_ALBEDOS)]
     """of the materials; ``generated/terrain_albedos.glsl`` names the places"""
-    limits: Vec4 = (0.55, 1.0, 4.0, 0.25)
+    limits: Vec4
     """(slope of bare rock in m per m, slope that sheds snow, height of beaches in m, 1 / height of beaches in m)"""
-    shares: Vec4 = (1.0, 1.0, 0.0, 0.0)
+    shares: Vec4
     """(of ground that may carry plants, how clearly strata show, 0, 0)"""
-    climate: Vec4 = (5200.0, -5700.0, 0.05, 1.7e-4)
+    climate: Vec4
     """(height of the snow line in m at the equator, how much higher at the poles, humidity, 1 / its range in m)"""
-    look: Vec4 = (1.0, 0.0, 1.0, 0.0)
+    look: Vec4
     """(strength of colour variation, share of the law of airless dust, height of the grain, things on the ground)"""
-    relief: Vec4 = (0.5, 0.07, 0.08, 0.005)
+    relief: Vec4
     """(2 / shortest layer in m, variance of all layers' slopes at roughness 1, 1 / their octaves, 1 / period of strata
     in m)"""
-    anchor_cell: IVec4 = (0, 0, 0, 0)
+    anchor_cell: IVec4
     """the anchor's place in units of NESTED_BASE_M: whole cells"""
-    anchor_fraction: Vec4 = (0.0, 0.0, 0.0, 0.0)
+    anchor_fraction: Vec4
     """the rest of it"""
-    counts: IVec4 = (16, 7, 0, 0)
+    counts: IVec4
     """(layers, how many of them are warped, 0, 0)"""
-    warp_cell: IVec4 = (0, 0, 0, 0)
+    warp_cell: IVec4
     """of the warp of layers, at the anchor"""
-    warp_place: Vec4 = (0.0, 0.0, 0.0, 1e-6)
+    warp_place: Vec4
     """fraction; w: frequency, 1/m"""
-    warp_anchor: Vec4 = (0.0, 0.0, 0.0, 0.0)
+    warp_anchor: Vec4
     """its value at the anchor; w: how far it moves, m"""
-    layer_cell: Annotated[Any, array(IVec4, LAYERS)] = field(default_factory=lambda: np.zeros((LAYERS, 4), np.int32))
+    layer_cell: Annotated[Any, array(IVec4, LAYERS)]
     """of the terrain's layers, at the anchor"""
-    layer_place: Annotated[Any, array(Vec4, LAYERS)] = field(default_factory=lambda: np.zeros((LAYERS, 4)))
+    layer_place: Annotated[Any, array(Vec4, LAYERS)]
     """fraction; w: frequency, 1/m"""
-    layer_shape: Annotated[Any, array(Vec4, LAYERS)] = field(default_factory=lambda: np.zeros((LAYERS, 4)))
+    layer_shape: Annotated[Any, array(Vec4, LAYERS)]
     """(amplitude in m at roughness 1, the same of the ranges' own layers in m, ridge share, wavelength in m)"""
 
 

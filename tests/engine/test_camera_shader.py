@@ -20,7 +20,7 @@ def blocks(gpu):
 
     def bind(block: FrameBlock, radius_m: float):
         frame.write(block)
-        planet.write(PlanetBlock(radii=(radius_m, 9000.0, -9000.0, 0.0)))
+        planet.write(PlanetBlock(radii=(radius_m, 9000.0, -9000.0, 0.0), sea=(0.0, 0.0, 0.0, 0.0)))
         return lambda _: (frame.bind(), planet.bind())
 
     yield bind

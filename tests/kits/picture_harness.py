@@ -134,7 +134,7 @@ class Bench:
         self.shared = gpu.scope("bench")
         self.frame_block = self.shared.uniform_block(FrameBlock, FRAME_BLOCK, "frame")
         self.planet_block = self.shared.uniform_block(PlanetBlock, PLANET_BLOCK, "planet")
-        self.planet_block.write(PlanetBlock())
+        self.planet_block.write(PlanetBlock(radii=(6.371e6, 9000.0, -11000.0, 0.0), sea=(0.0, 0.0, 0.0, 0.0)))
         self.scopes = {s.name: gpu.scope(s.name) for s in systems}
         for s in systems:
             s.setup(Setup(self.world, self.scopes[s.name], self.settings, self.planet))

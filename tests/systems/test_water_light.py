@@ -187,7 +187,7 @@ def ask(gpu: Gpu, run_compute: RunCompute) -> Any:
     water = scope.uniform_block(OceanBlock, OCEAN_BLOCK, "ocean")
     ocean = Ocean(absorption_per_m=(0.3, 0.06, 0.02), scattering_per_m=(0.002, 0.004, 0.006))
     frame.write(FrameBlock(sun_direction=(*direction(40.0, 0.0), 0.004675)))
-    planet.write(PlanetBlock())
+    planet.write(PlanetBlock(radii=(6.371e6, 9000.0, -11000.0, 0.0), sea=(0.0, 0.0, 0.0, 0.0)))
     block = ocean_block(ocean, waves_of(ocean, 6.371e6), np.array([0.0, 0.0, 1.0]), 6.371e6)
     water.write(block)
 

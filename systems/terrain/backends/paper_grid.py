@@ -45,15 +45,15 @@ _MOST_VERTICES = 1 << 21  # a telephoto lens near the ground would ask for a hun
 class PaperGridBlock:
     """GLSL: ``generated/paper_grid.glsl``, ``paper_grid``. The third axis is the anchor's direction."""
 
-    u: Vec4 = (1.0, 0.0, 0.0, 0.0)
+    u: Vec4
     """first axis; w: z_s"""
-    v: Vec4 = (0.0, 1.0, 0.0, 0.0)
+    v: Vec4
     """second axis"""
-    spacing: Vec4 = (0.01, 1.0, 1.0, 1.0)
+    spacing: Vec4
     """(wanted angle between vertices, their smallest distance in m, proxy above the ground in m, 1 / half the steps)"""
-    tile: Vec4 = (0.0, 0.0, 0.0, 1.0)
+    tile: Vec4
     """place of the anchor in tiles of the normal map; w: 1 / width of a tile in m"""
-    counts: IVec4 = (0, 4, 0, 0)
+    counts: IVec4
     """half the steps a side, n of the warp"""
 
 
@@ -98,7 +98,7 @@ class PaperGridBackend(Backend):
         super().__init__(gpu, settings, method, views)
         self._field: PaperField | None = None
         self._field_key: tuple[Any, ...] = ()
-        self._block = PaperGridBlock()
+        self._block: PaperGridBlock | None = None
         self._ubo = gpu.uniform_block(PaperGridBlock, TERRAIN_GRID_BLOCK, "paper_grid")
         self._continents = gpu.texture((TEXELS, TEXELS), "r32f")
         levels = _TILE_TEXELS.bit_length()
