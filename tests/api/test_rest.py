@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import planetfall as pf
+from planetfall import extend
 
 pytestmark = pytest.mark.gpu
 
@@ -95,7 +96,15 @@ def a_stone(stage):
     stage.scene.add(pf.Transform(tuple(up * 6.4e6)), pf.Shape("box"), name="stone")
 
 
-@pytest.mark.parametrize("change", [brighter, windier, debug, no_debug, a_stone])
+def a_material(stage):
+    extend.register_material("moss", (0.3, 0.1, 0.1), "0.5")
+
+
+def no_material(stage):
+    extend.unregister_material("moss")
+
+
+@pytest.mark.parametrize("change", [brighter, windier, debug, no_debug, a_material, no_material, a_stone])
 def test_any_change_is_shown_at_once(stage, change):
     stage.rest()
     change(stage)
