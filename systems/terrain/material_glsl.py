@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
+from functools import reduce
 from textwrap import dedent
 
 from ...engine.settings import SettingError
@@ -139,8 +140,7 @@ def materials_glsl(materials: Sequence[Material], slots: Mapping[str, int], apar
     upper = [m for whole in (materials[0], *writer.parts[materials[0].name]) for m in writer.parts[whole.name]]
     upper = [m for m in materials if m in upper and m.rule]  # what lies on open ground, from below
     foot = [m for m in upper if m.at_foot]
-    loose = [m for m in materials if m.ripples is not None]
-    ripples = [_ripples(writer, m, upper, m is loose[0]) for m in loose]
+    ripples = _ripples(writer, [m for m in materials if m.ripples is not None], upper)
     lines = [
         *writer.lines,
         "Material material;",
@@ -148,7 +148,7 @@ def materials_glsl(materials: Sequence[Material], slots: Mapping[str, int], apar
         f"material.grain = {_bumps(upper)} * terrain_material_block.look.z;",
         "material.rock = rock_share;",
         "material.plant = plants_color;",
-        *(line for each in ripples for line in each),
+        f"material.ripples = {ripples};",
         f"stand_on(material, ground, {_left(upper, 'stones')}, {_left(upper, 'plants')});",
         "return material;",
     ]
@@ -196,16 +196,19 @@ def _left(upper: Sequence[Material], things: str) -> str:
     return text or "1.0"
 
 
-def _ripples(writer: _Writer, m: Material, upper: Sequence[Material], first: bool) -> list[str]:
-    """The strongest ripples are those that show."""
-    assert m.ripples is not None
-    above = upper[upper.index(m) + 1 :] if m in upper else ()
-    share = m.ripples.share or " * ".join([f"{m.name}_share", *(f"(1.0 - {other.name}_share)" for other in above)])
-    name, step = f"{m.name}_ripples", round(math.log2(m.ripples.wavelength_m / _SHORTEST_RIPPLE_M))
-    numbers = ", ".join(map(_number, (m.ripples.bend, m.ripples.slope, m.ripples.tint)))
-    made = f"material.ripples = Ripples({name}, {step}, {numbers});"
-    shown = made if first else f"if ({name} > material.ripples.share) {made}"
-    return [f"float {name} = {writer.call('float', name, share)};", shown]
+def _ripples(writer: _Writer, loose: Sequence[Material], upper: Sequence[Material]) -> str:
+    """The strongest of all; those of one shape show where any of them does."""
+    shares: dict[str, str] = {}
+    for m in loose:
+        assert m.ripples is not None
+        above = upper[upper.index(m) + 1 :] if m in upper else ()
+        share = m.ripples.share or " * ".join([f"{m.name}_share", *(f"(1.0 - {other.name}_share)" for other in above)])
+        name, step = f"{m.name}_ripples", round(math.log2(m.ripples.wavelength_m / _SHORTEST_RIPPLE_M))
+        writer.lines.append(f"float {name} = {writer.call('float', name, share)};")
+        shape = ", ".join([str(step), *map(_number, (m.ripples.bend, m.ripples.slope, m.ripples.tint))])
+        shares[shape] = f"max({shares[shape]}, {name})" if shape in shares else name
+    first, *others = (f"Ripples({share}, {shape})" for shape, share in shares.items())
+    return reduce(lambda text, other: f"stronger({text}, {other})", others, first)
 
 
 def _check_words(writer: _Writer, material: Material, what: str, text: str) -> None:

@@ -20,6 +20,13 @@ struct Material {
     Ripples ripples;  // of loose ground
 };
 
+// Without branches.
+Ripples stronger(Ripples a, Ripples b) {
+    bool other = b.share > a.share;
+    return Ripples(other ? b.share : a.share, other ? b.step : a.step, other ? b.bend : a.bend,
+        other ? b.slope : a.slope, other ? b.tint : a.tint);
+}
+
 // What stands on it: plants, fewer where it is dry, and stones. All this hangs on the place alone, not on the pixel's
 // footprint, so nothing comes or goes when the camera moves. Beaches count where a thing has its foot
 // (terrain/clutter.glsl). stones, plants: what the materials leave of them.
