@@ -88,9 +88,9 @@ class CloudSystem(System):
         self._tuned: tuple[float, ...] = ()
         gpu = setup.gpu
         self.field = CloudField(gpu, settings)
-        slabs = march_defines(settings)
-        self._view = ViewMarch(gpu, setup.world, self.name, picture, slabs)
-        self._look_up = gpu.compute("clouds/sky.comp", {**slabs, **MAPPED})
+        self._view = ViewMarch(gpu, setup.world, self.name, picture)
+        self._defines: Mapping[str, Any] = {}
+        self._look_up: Any = None
         self._tune(settings)
         self._resolve = gpu.compute("clouds/resolve.comp", picture.defines)
         self._surface = Surface(gpu, picture)
@@ -122,7 +122,12 @@ class CloudSystem(System):
         tuned = tuple(float(settings[f"clouds.{n}"]) for n in ("fine_steps", "step_growth", "sun_steps"))
         if tuned != self._tuned:
             self._tuned = steps, growth, to_sun = tuned
-            self._view.tune((steps, growth, 0.0, to_sun))
+            defines = march_defines(settings)
+            self._view.tune((steps, growth, 0.0, to_sun), defines)
+            if defines != self._defines:  # how fine steps are is in part compiled in
+                if self._look_up is not None:
+                    self._gpu.free(self._look_up)
+                self._defines, self._look_up = defines, self._gpu.compute("clouds/sky.comp", {**defines, **MAPPED})
             self._look_up.set("u_march", (0.5 * steps, 3.0 * growth, 0.0, min(to_sun, 3.0)))
 
     # -- contracts ---------------------------------------------------------------------------------------------------
@@ -206,7 +211,7 @@ class CloudSystem(System):
         )
         self._past.begin(frame, self._stamp, weather)
         place = (frame.camera.position_m.tobytes(), frame.sun.direction.tobytes(), frame.time_s)
-        shows = (*place, self._stamp, weather, self.field.mirrored)
+        shows = (*place, self._stamp, self._tuned, weather, self.field.mirrored)
         shown.sky.begin(shows, frame.cut or frame.one_shot or frame.settling)
 
     def structure_of(self, view: View) -> object:

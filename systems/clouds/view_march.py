@@ -32,31 +32,31 @@ _NO_ICE: Mapping[str, Any] = {"CLOUD_NO_ICE": 1}
 class ViewMarch:
     """Passes ``clouds.classify`` and ``clouds.march``, and ``clouds.debug`` while somebody looks at what it makes.
 
-    picture: what the rays are for. defines: of clouds/scattered.glsl. Its steps come from `tune`.
+    picture: what the rays are for. What it marches with comes from `tune`.
     """
 
-    def __init__(
-        self, gpu: GpuScope, world: World, system: str, picture: CloudPicture, defines: Mapping[str, Any]
-    ) -> None:
+    def __init__(self, gpu: GpuScope, world: World, system: str, picture: CloudPicture) -> None:
         self._gpu, self._world, self._system, self._picture = gpu, world, system, picture
-        self._defines = {**picture.defines, **defines}
-        finest = {name: defines[name] for name in ("CLOUD_FINEST",) if name in defines}
-        self._classify = gpu.compute("clouds/classify.comp", {**picture.defines, **finest})
+        self._defines: Mapping[str, Any] = {}
+        self._classify: Any = None
         self._list = gpu.compute("clouds/list_tiles.comp")
         self._between = gpu.compute("clouds/between_rays.comp", picture.defines)
         self._march: Any = None
         self._no_ice: Any = None
         self._steps: tuple[float, ...] = ()
-        self._mapped = False
         self._debug: Any = None
 
-    def tune(self, steps: tuple[float, ...]) -> None:
-        """steps: short ones through a layer's thickness, their growth with distance, 0, and those towards the sun."""
+    def tune(self, steps: tuple[float, ...], defines: Mapping[str, Any]) -> None:
+        """steps: short ones through a layer's thickness, their growth with distance, 0, and those towards the sun.
+        defines: of clouds/scattered.glsl, and CLOUD_FINEST."""
         mapped = steps[3] <= SUN_MAPPED
-        if self._march is None or mapped != self._mapped:
-            self._mapped = mapped
-            for program in {self._march, self._no_ice, self._debug} - {None}:
+        given = {**self._picture.defines, **defines, **(MAPPED if mapped else {})}
+        if given != self._defines:
+            self._defines = given
+            for program in {self._classify, self._march, self._no_ice, self._debug} - {None}:
                 self._gpu.free(program)
+            finest = {name: defines[name] for name in ("CLOUD_FINEST",) if name in defines}
+            self._classify = self._gpu.compute("clouds/classify.comp", {**self._picture.defines, **finest})
             self._march = self._program("clouds/view_march.comp")
             # Steps all the way to the sun meet layers above, which may be ice.
             self._no_ice = self._program("clouds/view_march.comp", _NO_ICE) if mapped else self._march
@@ -67,7 +67,7 @@ class ViewMarch:
                 program.set("u_march", steps)
 
     def _program(self, file: str, more: Mapping[str, Any] = {}) -> Any:
-        return self._gpu.compute(file, {**self._defines, **(MAPPED if self._mapped else {}), **more})
+        return self._gpu.compute(file, {**self._defines, **more})
 
     def declare(
         self, builder: GraphBuilder, view: ViewInfo, past: Callable[[], Past], bind_clouds: Callable[[], None]

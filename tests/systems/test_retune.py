@@ -8,24 +8,39 @@ from typing import Any
 
 import numpy as np
 import pytest
+from air_kit import bare
 from cloud_kit import COARSE, cloudy
 
 import planetfall as pf
 from planetfall.quality import LIVE
 
 BACKENDS = ("grid", "quadtree", "icosphere")
-OTHER = {"terrain.edge_px": 40.0, "terrain.error_px": 1.0, "terrain.min_spacing_m": 2.0}
+OTHER = {"terrain.edge_px": 40.0, "terrain.error_px": 1.0, "terrain.min_spacing_m": 2.0, "clouds.fine_steps": 320}
 """What knobs are changed to; all others to twice what they are."""
 FINER: dict[str, dict[str, Any]] = {"grid": {"terrain.edge_px": 3.0}, "quadtree": {}, "icosphere": {}}
 """The grid's vertices are never farther apart than 0.05 rad, which is 4 pixels of so small a picture."""
-CASES = [(knob, kind) for knob in LIVE for kind in (BACKENDS if knob.startswith("terrain.") else ("clouds",))]
+PRINTED = ("paper grid", "paper quadtree", "paper icosphere", "paper sea")
+"""As the sources print them: their ground and sea know one knob at most, the icosphere two, their clouds none."""
+CASES = [
+    *((knob, kind) for knob in LIVE for kind in (BACKENDS if knob.startswith("terrain.") else ("clouds",))),
+    *(("terrain.edge_px", kind) for kind in PRINTED),
+    ("terrain.min_spacing_m", "paper icosphere"),
+]
 
 
 def made(kind: str, changes: Mapping[str, Any]) -> pf.Renderer:
-    """A renderer of a landscape with that backend, or of clouds over a planet without ground."""
-    if kind == "clouds":
-        return pf.Renderer(cloudy(coverage=0.6, radius_m=1e6), (64, 36), "low", {**COARSE, **changes})
-    return pf.Renderer(pf.load_scene("moon"), (160, 90), "low", {"terrain.backend": kind, **FINER[kind], **changes})
+    """A renderer of a landscape with that backend, of a sea without air, or of clouds, neither with ground below."""
+    paper, of = kind.startswith("paper"), kind.removeprefix("paper ")
+    quality = "paper" if paper else "low"
+    if of == "clouds":
+        return pf.Renderer(cloudy(coverage=0.6, radius_m=1e6), (64, 36), quality, {**COARSE, **changes})
+    if of == "sea":
+        scene = bare(radius_m=1e6)
+        scene.planet.remove(pf.Atmosphere)
+        scene.planet.add(pf.Ocean(sea_level_m=0.0))
+        return pf.Renderer(scene, (160, 90), quality, changes)
+    given = {"terrain.backend": of, **({} if paper else FINER[of]), **changes}
+    return pf.Renderer(pf.load_scene("moon"), (160, 90), quality, given)
 
 
 def settled(renderer: pf.Renderer, kind: str) -> dict[str, Any]:
@@ -62,8 +77,8 @@ def test_retuned_is_as_made_so(knob: str, kind: str) -> None:
         back = settled(renderer, kind)
     with made(kind, {knob: other}) as renderer:
         wanted = settled(renderer, kind)
-    if kind == "clouds":
-        assert (wanted["color"] != before["color"]).any()
+    if kind in ("clouds", *PRINTED):
+        assert any(np.any(wanted[name] != before[name]) for name in wanted), "the knob has to change something"
     elif knob != "terrain.error_px" or kind != "grid":
         assert wanted["triangles"] != before["triangles"], "the knob has to change something"
     assert_equal(there, wanted)
