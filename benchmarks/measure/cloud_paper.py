@@ -30,7 +30,7 @@ _TILED = """
 layout(binding = %d) uniform sampler3D u_bench_tile;
 
 float cloud_density(int layer, vec3 place, float share, CloudWeather w, float footprint_m, int rims) {
-    float tex = textureLod(u_bench_tile, cloud_view.broad.xyz + cloud_turned(place) * cloud_view.broad.w, 0.0).r;
+    float tex = textureLod(u_bench_tile, cloud_view.broad.origin + cloud_turned(place) * cloud_view.broad.per_m, 0.0).r;
     float s = 2.0 * share - 1.0;
     return max(tex, 0.0) * (1.0 - s * s);
 }

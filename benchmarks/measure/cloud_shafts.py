@@ -224,11 +224,11 @@ _HEADER = """
 float extinction_at(vec3 point, float wide) {
     float altitude = altitude_of(point), sum = 0.0;
     CloudWeather w = cloud_weather(up_at(point), wide);
-    for (int layer = 0; layer < int(cloud_view.counts.x); ++layer) {
-        vec4 shell = cloud_view.shell[layer];
-        float share = (altitude - shell.x) * shell.z;
+    for (int layer = 0; layer < cloud_view.layer_count; ++layer) {
+        CloudViewLayer shell = cloud_view.layers[layer];
+        float share = (altitude - shell.base_m) * shell.per_thickness;
         if (share > 0.0 && share < 1.0)
-            sum += shell.w * cloud_density(layer, point + frame.camera_offset.xyz, share, w, wide, 2);
+            sum += shell.extinction_per_m * cloud_density(layer, point + frame.camera_offset.xyz, share, w, wide, 2);
     }
     return sum;
 }
@@ -237,9 +237,9 @@ _BODY = """
     vec3 sun = frame.sun_direction.xyz;
     float altitude = altitude_of(point), mu = dot(up_at(point), sun), r = planet.radii.x + altitude;
     // From the base, or from the point itself if it lies higher, to the top; of a sun below the horizon the whole way.
-    float low = mu > 0.0 ? max(altitude, cloud_view.counts.y) : altitude;
+    float low = mu > 0.0 ? max(altitude, cloud_view.lowest_m) : altitude;
     float from = low > altitude ? cloud_way_to(r, mu, low - altitude) : 0.0;
-    float to = altitude < cloud_view.counts.z ? max(cloud_way_to(r, mu, cloud_view.counts.z - altitude), from) : from;
+    float to = altitude < cloud_view.highest_m ? max(cloud_way_to(r, mu, cloud_view.highest_m - altitude), from) : from;
     float unit = (to - from) / float(max(steps, 1)), sum = 0.0;
     for (int k = 0; k < steps; ++k)
         sum += unit * extinction_at(point + sun * (from + (float(k) + 0.5) * unit), max(wide, 0.3 * unit));

@@ -45,7 +45,8 @@ CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float
 float cloud_gap(int layer, CloudNoise n, float footprint_m) {{ return 0.0; }}
 float cloud_rimmed(int layer, CloudNoise n, float share, float footprint_m, int rims) {{ return {_SHARE}; }}
 float cloud_column(int layer, CloudWeather w, float density) {{
-    return {_SHARE} * cloud_view.shell[layer].w * (cloud_view.shell[layer].y - cloud_view.shell[layer].x);
+    CloudViewLayer shell = cloud_view.layers[layer];
+    return {_SHARE} * shell.extinction_per_m * (shell.top_m - shell.base_m);
 }}
 """
 

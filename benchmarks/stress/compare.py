@@ -145,8 +145,8 @@ def _draw_clouds(rng: np.random.Generator) -> Case:
 
 _PLACES = """
 vec3 turned = cloud_turned(place), tilted = cloud_tilted(place);
-broad = cloud_view.broad.xyz + turned * cloud_view.broad.w;
-wide = cloud_view.wide.xyz + tilted * cloud_view.wide.w;
+broad = cloud_view.broad.origin + turned * cloud_view.broad.per_m;
+wide = cloud_view.wide.origin + tilted * cloud_view.wide.per_m;
 """
 """The statements of clouds/density.glsl."""
 
@@ -171,7 +171,7 @@ def _check_clouds(case: Case, session: Session) -> Found:
             got = evaluate(blocks.bind, place=place)
     finally:
         scope.release()
-    for name, frame, per_m in (("broad", turn, block.broad[3]), ("wide", tilt, block.wide[3])):
+    for name, frame, per_m in (("broad", turn, block.broad.per_m), ("wide", tilt, block.wide.per_m)):
         at = (anchor_m.astype(Real) + place.astype(Real)) @ frame.T.astype(Real) * Real(per_m)
         off = np.asarray(got[name], Real) - at
         periods = (off - np.round(off)).astype(np.float64)

@@ -5,17 +5,24 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
-import numpy as np
-
 from ...components import MOST_CLOUD_LAYERS
-from ...engine.gpu.layout import IVec4, Vec4, array
+from ...engine.gpu.layout import array
 from .model import CloudModel
 
-__all__ = ["CloudBlock", "cloud_block"]
+__all__ = ["CloudBlock", "CloudModelLayer", "cloud_block"]
 
 
-def _none() -> Any:
-    return np.zeros((MOST_CLOUD_LAYERS, 4), np.float32)
+@dataclass
+class CloudModelLayer:
+    """One layer that takes light: ``cloud_model.layers[i]``."""
+
+    base_m: Annotated[float, "height"] = 0.0
+    top_m: Annotated[float, "height"] = 0.0
+    per_thickness: Annotated[float, "1/m: 1 / (top_m - base_m)"] = 0.0
+    extinction_per_m: Annotated[float, "where the cloud is densest"] = 0.0
+    albedo: float = 0.0
+    asymmetry: float = 0.0
+    parabola: Annotated[bool, "it thins out towards base and top"] = False
 
 
 @dataclass
@@ -25,27 +32,19 @@ class CloudBlock:
     The defaults are no clouds.
     """
 
-    planet: Vec4 = (6.36e6, 1.0, 0.0, 0.0)
-    """(radius, lowest base, highest top, unused), metres; the layers that are present lie between the two"""
-    counts: IVec4 = (0, 0, 0, 0)
-    """x: layers that are present, the first of the arrays below"""
-    shells: Annotated[Any, array(Vec4, MOST_CLOUD_LAYERS)] = field(default_factory=_none)
-    """(base, top, 1 / thickness, extinction per metre where densest)"""
-    droplets: Annotated[Any, array(Vec4, MOST_CLOUD_LAYERS)] = field(default_factory=_none)
-    """(albedo, asymmetry, 1 for a parabola over the height, 1 for weather)"""
-    weather: Annotated[Any, array(Vec4, MOST_CLOUD_LAYERS)] = field(default_factory=_none)
-    """(coverage, number among the component's layers, unused, unused)"""
+    radius_m: Annotated[float, "the planet's"] = 6.36e6
+    layer_count: Annotated[int, "of those that take light; the first of the array"] = 0
+    layers: Annotated[Any, array(CloudModelLayer, MOST_CLOUD_LAYERS)] = field(
+        default_factory=lambda: [CloudModelLayer() for _ in range(MOST_CLOUD_LAYERS)]
+    )
 
 
 def cloud_block(model: CloudModel) -> CloudBlock:
     """The block of these clouds; layers that take no light are left out."""
-    shells, droplets, weather = _none(), _none(), _none()
+    block = CloudBlock(model.radius_m, len(model.present))
     for k, layer in enumerate(model.present):
-        shells[k] = layer.base_m, layer.top_m, 1.0 / (layer.top_m - layer.base_m), layer.extinction_per_m
-        droplets[k] = (
-            layer.albedo, layer.asymmetry, layer.height_profile == "parabola", layer.density_model == "weather",
+        block.layers[k] = CloudModelLayer(
+            layer.base_m, layer.top_m, 1.0 / (layer.top_m - layer.base_m), layer.extinction_per_m, layer.albedo,
+            layer.asymmetry, layer.height_profile == "parabola",
         )  # fmt: skip
-        weather[k] = layer.coverage, model.layers.index(layer), 0.0, 0.0
-    count = len(model.present)
-    low, high = (model.lowest_m, model.highest_m) if count else (1.0, 0.0)
-    return CloudBlock((model.radius_m, low, high, 0.0), (count, 0, 0, 0), shells, droplets, weather)
+    return block

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .layers import kind_of
-from .view_block import MOST_INTERVALS, MOST_LAYERS, CloudKind
+from .view_block import MOST_INTERVALS, MOST_LAYERS, CloudKind, CloudSpan
 
 __all__ = ["Span", "intervals_of", "span_rows", "spans_of"]
 
@@ -56,9 +56,7 @@ def intervals_of(spans: Sequence[Span]) -> NDArray[np.float32]:
     return np.array(rows, np.float32).reshape(-1, 2)
 
 
-def span_rows(spans: Sequence[Span]) -> NDArray[np.float32]:
-    """(MOST_LAYERS, 4): base, 1 / thickness, intervals, 0; for CloudViewBlock.spans."""
-    rows = np.zeros((MOST_LAYERS, 4), np.float32)
-    for row, span in zip(rows, spans, strict=False):
-        row[:3] = span.base_m, 1.0 / (span.top_m - span.base_m), span.intervals
-    return rows
+def span_rows(spans: Sequence[Span]) -> list[CloudSpan]:
+    """For CloudViewBlock.spans."""
+    rows = [CloudSpan(span.base_m, 1.0 / (span.top_m - span.base_m), span.intervals) for span in spans]
+    return rows + [CloudSpan() for _ in range(MOST_LAYERS - len(rows))]

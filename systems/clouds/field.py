@@ -62,7 +62,9 @@ class CloudField:
         numbers = [next(i for i, one in enumerate(present) if one is layer) for layer in self.layers]
         write_layers(self.block, self.layers, coverage, numbers)
         self.mirrored = bool(component.mirrored)
-        self.block.casts = (float(component.shadows), float(component.skylight), float(self.mirrored), 0.0)
+        block = self.block
+        block.surface_shadows, block.surface_skylight = float(component.shadows), float(component.skylight)
+        block.sea_clouds = float(self.mirrored)
 
     def light(self, model: CloudModel) -> None:
         """The model's block, and the table of light scattered more than once where the droplets are others."""
@@ -97,7 +99,9 @@ class CloudField:
             self.rims.texture.size[0],
         )
         texel_m = radius_m * np.sqrt(4.0 * np.pi) / self.maps.size
-        self.block.weather = (self.maps.charts.share, self.maps.size, BORDER, texel_m)
+        block, maps = self.block, self.maps
+        block.second_map_share, block.map_texels, block.map_border = maps.charts.share, maps.size, BORDER
+        block.map_texel_m = texel_m
         self._textures = self.maps.shown
 
     def filter_between_levels(self) -> None:

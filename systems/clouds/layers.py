@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .view_block import MOST_LAYERS, CloudKind, CloudViewBlock
+from .view_block import MOST_LAYERS, CloudFilter, CloudKind, CloudViewBlock, CloudViewLayer, CloudVolume
 from .volumes import NoiseVolume
 
 __all__ = ["frames_at", "hidden_fit", "kind_of", "layers_of", "write_layers", "write_noise"]
@@ -55,32 +55,29 @@ def frames_at(wind_m_s: float, radius_m: float, time_s: float) -> tuple[Floats, 
     return turn, _TILT @ turn
 
 
-def hidden_fit(deviations: tuple[float, ...]) -> tuple[float, float]:
-    """Level at which half of the variance is gone, and by how much more of it goes with a level there."""
+def hidden_fit(deviations: tuple[float, ...]) -> CloudFilter:
+    """How averaging takes the variance of noise away. deviations: of its mip levels."""
     gone = 1.0 - (np.asarray(deviations) / deviations[0]) ** 2
     levels = np.arange(len(gone), dtype=np.float64)
     half = float(np.interp(0.5, gone, levels))
     quarter, most = (float(np.interp(share, gone, levels)) for share in (0.2, 0.8))
-    return half, 0.6 / max(most - quarter, 0.1)
+    return CloudFilter(half, 0.6 / max(most - quarter, 0.1))
 
 
 def write_layers(block: CloudViewBlock, layers: list[Any], map_coverage: float, numbers: list[int]) -> None:
     """The fields that follow from the component alone. numbers: of the layers in the model's block."""
-    shell, droplets, shape = (np.zeros((MOST_LAYERS, 4), np.float32) for _ in range(3))
+    block.layers = [CloudViewLayer() for _ in range(MOST_LAYERS)]
     for row, layer in enumerate(layers[:MOST_LAYERS]):
-        kind = kind_of(layer)
-        base, top = float(layer.base_m), float(layer.top_m)
-        shell[row] = base, top, 1.0 / (top - base), layer.extinction_per_m
-        share = 1.0 if kind == CloudKind.UNIFORM else layer.coverage / (0.6 if kind == CloudKind.ICE else map_coverage)
-        droplets[row] = layer.albedo, layer.asymmetry, kind, share
-        shape[row, :2] = float(layer.height_profile == "parabola" and kind != CloudKind.WATER), numbers[row]
-    block.shell, block.droplets, block.shape = shell, droplets, shape
-    block.counts = (
-        len(layers),
-        min((layer.base_m for layer in layers), default=0.0),
-        max((layer.top_m for layer in layers), default=0.0),
-        0.0,
-    )
+        kind, base, top = kind_of(layer), float(layer.base_m), float(layer.top_m)
+        scale = 1.0 if kind == CloudKind.UNIFORM else layer.coverage / (0.6 if kind == CloudKind.ICE else map_coverage)
+        parabola = float(layer.height_profile == "parabola" and kind != CloudKind.WATER)
+        block.layers[row] = CloudViewLayer(
+            base, top, 1.0 / (top - base), layer.extinction_per_m, layer.albedo, layer.asymmetry, kind, scale, parabola,
+            numbers[row],
+        )  # fmt: skip
+    block.layer_count = len(layers)
+    block.lowest_m = min((layer.base_m for layer in layers), default=0.0)
+    block.highest_m = max((layer.top_m for layer in layers), default=0.0)
 
 
 def noise_places(turn: Floats, tilt: Floats, points_m: Floats, thickness_m: float, radius_m: float) -> Floats:
@@ -112,21 +109,18 @@ def write_noise(
 ) -> None:
     """Where noise lies around the anchor: places in periods, formed in float64."""
     period = _BROAD_PERIOD * thickness_m
-    block.turn = np.pad(turn.T, ((0, 0), (0, 1)))
-    block.tilt = np.pad(tilt.T, ((0, 0), (0, 1)))
+    block.turn, block.tilt = turn.T, tilt.T
     rows = noise_places(turn, tilt, anchor_m[None], thickness_m, radius_m)[0]
     block.broad, block.wide, block.fine, block.finest, block.fibre, block.veil, block.bend = (
-        tuple(row) for row in rows
+        CloudVolume(row[:3], row[3]) for row in rows
     )
-    block.stretch = (*_STRETCH, _CLUMP * thickness_m)
-    block.fade = (
-        math.log2(shape_texels / period),
-        math.log2(shape_texels / (period * _WIDE)),
-        math.log2(rim_texels / (period * _FINE)),
-        math.log2(rim_texels / (period * _FINEST)),
-    )
+    block.stretch, block.clump_m = _STRETCH, _CLUMP * thickness_m
+    block.broad_level = math.log2(shape_texels / period)
+    block.wide_level = math.log2(shape_texels / (period * _WIDE))
+    block.fine_level = math.log2(rim_texels / (period * _FINE))
+    block.finest_level = math.log2(rim_texels / (period * _FINEST))
 
 
 def write_filter(block: CloudViewBlock, shape: NoiseVolume, rims: NoiseVolume) -> None:
     """How averaging takes the noise's variance away."""
-    block.hiding = (*hidden_fit(shape.deviations), *hidden_fit(rims.deviations))
+    block.shape_filter, block.rim_filter = hidden_fit(shape.deviations), hidden_fit(rims.deviations)

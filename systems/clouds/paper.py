@@ -17,7 +17,7 @@ from ...engine.space import out_of_view
 from ...engine.system import Setup
 from .layers import frames_at
 from .paper_volume import PaperVolume
-from .view_block import CloudViewBlock, cloud_view_uniforms
+from .view_block import CloudViewBlock, CloudViewLayer, CloudVolume, cloud_view_uniforms
 
 __all__ = ["LARGE_STEP", "STEPS", "PaperClouds"]
 
@@ -106,8 +106,8 @@ class PaperClouds:
         turn, _ = frames_at(float(component.wind_speed_m_s), radius, frame.time_s)
         proxy = frame.view.proxy
         block = self._block
-        block.turn = np.pad(turn.T, ((0, 0), (0, 1)))
-        block.broad = (*np.mod(turn @ proxy.anchor_m / self._tile_m, 1.0), 1.0 / self._tile_m)
+        block.turn = turn.T
+        block.broad = CloudVolume(np.mod(turn @ proxy.anchor_m / self._tile_m, 1.0), 1.0 / self._tile_m)
         self._ubo.write(block)
         self._ubo.bind()
 
@@ -124,15 +124,16 @@ class PaperClouds:
         # Without clouds the block keeps a layer that takes nothing: the shadow's contract reads it all the same.
         base, top = (0.0, 1.0) if layer is None else (float(layer.base_m), float(layer.top_m))
         thickness, extinction = top - base, 0.0 if layer is None else float(layer.extinction_per_m)
-        self._block.shell[0] = base, top, 1.0 / thickness, extinction
-        self._block.shape[0, 0] = 0.0 if layer is None else float(layer.height_profile == "parabola")
-        self._block.casts = (float(component.shadows), 0.0, 0.0, 0.0)
+        parabola = 0.0 if layer is None else float(layer.height_profile == "parabola")
+        self._block.surface_shadows = float(component.shadows)
         small = thickness / STEPS
         self._view.set("u_steps", (small, LARGE_STEP * small))
         coverage = float(layer.coverage) if layer is not None and layer.density_model == "weather" else None
         albedo, asymmetry = (0.0, 0.0) if layer is None else (layer.albedo, layer.asymmetry)
         tuned = (SCATTERING, ASYMMETRY) if coverage is not None else (1.0, 1.0)
-        self._block.droplets[0] = tuned[0] * albedo, tuned[1] * asymmetry, 0.0, 0.0
+        self._block.layers[0] = CloudViewLayer(
+            base, top, 1.0 / thickness, extinction, tuned[0] * albedo, tuned[1] * asymmetry, parabola=parabola
+        )
         wanted = () if coverage is None else (coverage, self._tile_m, thickness)
         if wanted != self._volume_for or self._volume is None:
             self._volume_for = wanted

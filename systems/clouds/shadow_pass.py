@@ -15,7 +15,7 @@ from ...engine.gpu import gl as G
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from .columns import intervals_of, span_rows, spans_of
 from .shadow import ShadowMaps
-from .view_block import MOST_INTERVALS, MOST_MAPS, CloudViewBlock
+from .view_block import MOST_INTERVALS, MOST_MAPS, CloudShadowMap, CloudViewBlock
 
 __all__ = ["SHADED", "SHADOW", "SUN", "ShadowPass"]
 
@@ -104,7 +104,7 @@ class ShadowPass:
         maps.place(radius_m, thickness_m)
         foot, sun = frame.camera.direction, frame.sun.direction
         maps.follow(foot, sun, frame.time_s)
-        top_m = block.counts[2]
+        top_m = block.highest_m
         camera = frame.camera
         pixel_rad = frame.pixel_rad
         maps.need(pixel_rad * max(float(np.linalg.norm(camera.position_m)) - radius_m - top_m, 0.0))
@@ -124,17 +124,17 @@ class ShadowPass:
         for number in self.due:
             maps.move(number, *here, alone=alone)
         self.drawn = [held.stamp == stamp for held in maps.maps]
-        rows = np.zeros((3, MOST_MAPS, 4))
         anchor_foot = proxy.lattice.direction * radius_m
-        for number, held in enumerate(maps.maps):
-            rows[0, number] = *(anchor_foot - held.middle), 1.0 / held.half_m
-            rows[1, number, :3], rows[2, number, :3] = held.u / held.longer, held.v
-            rows[1, number, 3] = self.drawn[number]
+        placed = [
+            CloudShadowMap(anchor_foot - held.middle, 1.0 / held.half_m, held.u / held.longer, float(drawn), held.v)
+            for held, drawn in zip(maps.maps, self.drawn, strict=True)
+        ]
+        block.shadow_maps = placed + [CloudShadowMap() for _ in range(MOST_MAPS - len(placed))]
         # Each look at a map takes time, also at one that counts for nothing.
-        rows[2, :, 3] = next((number for number, drawn in enumerate(self.drawn) if drawn), 0)
+        block.finest_map = next((number for number, drawn in enumerate(self.drawn) if drawn), 0)
         height_m = base_m + _HEIGHT * thickness_m
-        block.shadow = (height_m, len(maps.maps) if present else 0, self._count, self._texels)
-        block.shadow_from, block.shadow_u, block.shadow_v = rows
+        block.shadow_height_m, block.shadow_map_count = height_m, len(maps.maps) if present else 0
+        block.shadow_intervals, block.shadow_texels = self._count, self._texels
         grown = 1.0 + height_m / radius_m
 
         def geometry(held: Any) -> dict[str, tuple[float, ...]]:

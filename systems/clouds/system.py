@@ -173,7 +173,7 @@ class CloudSystem(System):
         self._tune(frame.settings)
         field = self.field
         radius = frame.world.get(frame.planet, Planet).radius_m
-        centre, reach = -frame.camera.position_m, radius + field.block.counts[2]
+        centre, reach = -frame.camera.position_m, radius + field.block.highest_m
         seen = not out_of_view(frame.camera, centre, reach)
         sea = frame.world.try_get(frame.planet, Ocean)
         under = sea is not None and float(np.linalg.norm(frame.camera.position_m)) - radius < sea.sea_level_m
@@ -194,7 +194,7 @@ class CloudSystem(System):
         present = bool(field.layers)
         stamp = (self._stamp, charts.cuts, charts.steady)
         self._shadow.place(frame, field.block, field.first, field.wind_m_s, stamp, radius, present)
-        self._shafts.place(frame, field.block.counts[2], field.first[1], radius, self._shadow.maps, self._shadow.drawn)
+        self._shafts.place(frame, field.block.highest_m, field.first[1], radius, self._shadow.maps, self._shadow.drawn)
         field.write()
         if shown.past is None:
             shown.past = Past(self._picture.stride, self._samples, radius, self._every)

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Annotated, Any
 
-import numpy as np
-
 from ...engine.gpu import GpuScope, UniformBlock
 from ...engine.gpu.bindings import CLOUD_VIEW_BLOCK
-from ...engine.gpu.layout import Vec4, array
+from ...engine.gpu.layout import Mat3, Vec3, array
 
 __all__ = [
-    "MOST_INTERVALS", "MOST_LAYERS", "MOST_MAPS", "CloudKind", "CloudViewBlock",
-    "cloud_view_uniforms",
+    "MOST_INTERVALS", "MOST_LAYERS", "MOST_MAPS", "CloudFilter", "CloudKind", "CloudShadowMap", "CloudSpan",
+    "CloudViewBlock", "CloudViewLayer", "CloudVolume", "cloud_view_uniforms",
 ]  # fmt: skip
 
 MOST_LAYERS = 4
@@ -35,60 +32,118 @@ class CloudKind(IntEnum):
     """The whole shell alike, whatever the weather."""
 
 
-def _rows(count: int) -> Callable[[], Any]:
-    return lambda: np.zeros((count, 4), np.float32)
+@dataclass
+class CloudViewLayer:
+    """One layer with cloud: ``cloud_view.layers[i]``."""
+
+    base_m: Annotated[float, "height"] = 0.0
+    top_m: Annotated[float, "height"] = 0.0
+    per_thickness: Annotated[float, "1/m: 1 / (top_m - base_m)"] = 0.0
+    extinction_per_m: Annotated[float, "where the cloud is densest"] = 0.0
+    albedo: float = 0.0
+    asymmetry: float = 0.0
+    kind: Annotated[int, "CLOUD_WATER, CLOUD_ICE or CLOUD_UNIFORM"] = 0
+    cover_scale: Annotated[float, "its cover over that of the weather's map"] = 0.0
+    parabola: Annotated[float, "1: it thins out towards base and top as a parabola; 0: it does not"] = 0.0
+    model: Annotated[int, "its number in cloud_model.layers"] = 0
+
+
+@dataclass
+class CloudVolume:
+    """Where a volume of noise, which repeats, lies around the anchor."""
+
+    origin: Annotated[Vec3, "the anchor's place, in periods"] = (0.0, 0.0, 0.0)
+    per_m: Annotated[float, "1 / period"] = 1.0
+
+
+@dataclass
+class CloudFilter:
+    """How averaging takes a volume's variance away."""
+
+    half_level: Annotated[float, "mip level at which half of it is gone"] = 0.0
+    per_level: Annotated[float, "share of it that goes with a level there"] = 1.0
+
+
+@dataclass
+class CloudSpan:
+    """Heights with cloud, as maps of the shadow divide them."""
+
+    base_m: float = 0.0
+    per_thickness: Annotated[float, "1/m"] = 0.0
+    intervals: Annotated[float, "of height, so many"] = 0.0
+
+
+@dataclass
+class CloudShadowMap:
+    """Where a map of the shadow lies: it is 2 wide and 2 long."""
+
+    to_anchor_m: Annotated[Vec3, "from its middle to the anchor's foot, planet axes"] = (0.0, 0.0, 0.0)
+    per_half_width: Annotated[float, "1/m"] = 0.0
+    u: Annotated[Vec3, "its axes, planet axes; this one divided by how many times longer than wide it is"] = (
+        0.0, 0.0, 0.0,
+    )  # fmt: skip
+    drawn: Annotated[float, "1 once it is"] = 0.0
+    v: Vec3 = (0.0, 0.0, 0.0)
+
+
+_EYE = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 @dataclass
 class CloudViewBlock:
-    """One view's clouds. GLSL: ``#include "generated/cloud_view.glsl"``, instance ``cloud_view``."""
+    """One view's clouds. GLSL: ``#include "generated/cloud_view.glsl"``, instance ``cloud_view``.
 
-    shell: Annotated[Any, array(Vec4, MOST_LAYERS)] = field(default_factory=_rows(MOST_LAYERS))
-    """(base, top as heights, 1 / thickness, extinction per metre where the cloud is densest)"""
-    droplets: Annotated[Any, array(Vec4, MOST_LAYERS)] = field(default_factory=_rows(MOST_LAYERS))
-    """(albedo, asymmetry, CloudKind, coverage over that of the map)"""
-    shape: Annotated[Any, array(Vec4, MOST_LAYERS)] = field(default_factory=_rows(MOST_LAYERS))
-    """(1 for a profile like a parabola, number of the layer in CloudBlock, 0, 0)"""
-    counts: Vec4 = (0.0, 0.0, 0.0, 0.0)
-    """(layers, lowest base, highest top, 0)"""
-    turn: Annotated[Any, array(Vec4, 3)] = field(default_factory=_rows(3))
-    """Columns: planet axes to the frame that drifts with the wind."""
-    tilt: Annotated[Any, array(Vec4, 3)] = field(default_factory=_rows(3))
-    """The same, turned out of all axes: the second volume's frame, so that its repeats fall elsewhere."""
-    broad: Vec4 = (0.0, 0.0, 0.0, 1.0)
-    """(the anchor's place in the volume's period, 1 / period): shape, in the frame `turn`"""
-    wide: Vec4 = (0.0, 0.0, 0.0, 1.0)
-    """shape once more, in the frame `tilt`"""
-    fine: Vec4 = (0.0, 0.0, 0.0, 1.0)
-    """rims, in the frame `tilt`"""
-    finest: Vec4 = (0.0, 0.0, 0.0, 1.0)
-    """rims near the eye, in the frame `turn`"""
-    fibre: Vec4 = (0.0, 0.0, 0.0, 1.0)
-    """the shape's volume for streaks, in the frame `turn`, after its axes have been stretched"""
-    veil: Vec4 = (0.0, 0.0, 0.0, 1.0)
-    """the same, wider"""
-    bend: Vec4 = (0.0, 0.0, 0.0, 1.0)
-    """(the anchor's place in the frame `turn`, in radii, 1 / radius): where the winds aloft meander"""
-    stretch: Vec4 = (1.0, 1.0, 1.0, 0.0)
-    """of those axes: less across the poles' axis, so that streaks lie along the winds; w: way through one
-    cloud of those that are too small to be told apart, in metres"""
-    hiding: Vec4 = (0.0, 1.0, 0.0, 1.0)
-    """level of the shape's and of the rims' volume at which half of the variance is gone, with the slopes there"""
-    weather: Vec4 = (0.0, 1.0, 0.0, 1.0)
-    """(share of the second map, inner texels a side, border in texels, size of a texel in metres)"""
-    fade: Vec4 = (0.0, 0.0, 0.0, 0.0)
-    """(levels of the shape's volume for a footprint of 1 m: broad, wide, fine, finest)"""
-    shadow: Vec4 = (0.0, 0.0, 0.0, 0.0)
-    """(reference height of the maps of the shadow, how many there are, intervals of height in them, texels a side)"""
-    casts: Vec4 = (1.0, 1.0, 1.0, 0.0)
-    """(shadows on surfaces, light of the cloudy sky on them, clouds in the sea: 1 or 0 each; 0)"""
-    spans: Annotated[Any, array(Vec4, MOST_LAYERS)] = field(default_factory=_rows(MOST_LAYERS))
-    """heights with cloud, lowest first: (base, 1 / thickness, intervals of height, 0)"""
-    shadow_from: Annotated[Any, array(Vec4, MOST_MAPS)] = field(default_factory=_rows(MOST_MAPS))
-    """(from each map's middle to the anchor's foot in planet axes, 1 / its half width)"""
-    shadow_u: Annotated[Any, array(Vec4, MOST_MAPS)] = field(default_factory=_rows(MOST_MAPS))
-    """each map's axes; w of the first: 1 once it is drawn, of the second: the finest that is"""
-    shadow_v: Annotated[Any, array(Vec4, MOST_MAPS)] = field(default_factory=_rows(MOST_MAPS))
+    Noise is looked up in two frames: `turn`, which drifts with the wind, and `tilt`, turned against it out of all axes,
+    so that repeats fall elsewhere.
+    """
+
+    layers: Annotated[Any, array(CloudViewLayer, MOST_LAYERS)] = field(
+        default_factory=lambda: [CloudViewLayer() for _ in range(MOST_LAYERS)]
+    )
+    layer_count: int = 0
+    lowest_m: Annotated[float, "base of all layers"] = 0.0
+    highest_m: Annotated[float, "top of all layers"] = 0.0
+    turn: Annotated[Mat3, "planet axes to the frame that drifts with the wind"] = _EYE
+    tilt: Annotated[Mat3, "planet axes to the frame of the second volume"] = _EYE
+    broad: Annotated[CloudVolume, "shape, in the frame turn"] = field(default_factory=CloudVolume)
+    wide: Annotated[CloudVolume, "shape once more, in the frame tilt"] = field(default_factory=CloudVolume)
+    fine: Annotated[CloudVolume, "rims, in the frame tilt"] = field(default_factory=CloudVolume)
+    finest: Annotated[CloudVolume, "rims near the eye, in the frame turn"] = field(default_factory=CloudVolume)
+    fibre: Annotated[CloudVolume, "shape for streaks, in the frame turn stretched"] = field(default_factory=CloudVolume)
+    veil: Annotated[CloudVolume, "the same, wider"] = field(default_factory=CloudVolume)
+    bend: Annotated[CloudVolume, "in radii, frame turn: where the winds aloft meander"] = field(
+        default_factory=CloudVolume
+    )
+    stretch: Annotated[Vec3, "of streaks' axes: least across the poles' axis, so that they lie along the winds"] = (
+        1.0, 1.0, 1.0,
+    )  # fmt: skip
+    clump_m: Annotated[float, "way through one of the clouds that are too small to be told apart"] = 0.0
+    broad_level: Annotated[float, "mip level for a footprint of 1 m"] = 0.0
+    wide_level: float = 0.0
+    fine_level: float = 0.0
+    finest_level: float = 0.0
+    shape_filter: CloudFilter = field(default_factory=CloudFilter)
+    rim_filter: CloudFilter = field(default_factory=CloudFilter)
+    second_map_share: Annotated[float, "of the second of the two maps of weather"] = 0.0
+    map_texels: Annotated[float, "of a map of weather: inner ones a side"] = 1.0
+    map_border: Annotated[float, "texels"] = 0.0
+    map_texel_m: float = 1.0
+    shadow_height_m: Annotated[float, "reference height of the maps of the shadow"] = 0.0
+    shadow_map_count: int = 0
+    shadow_intervals: Annotated[int, "of height in them"] = 0
+    shadow_texels: Annotated[float, "a side"] = 0.0
+    finest_map: Annotated[float, "number of the first that is drawn"] = 0.0
+    surface_shadows: Annotated[float, "1 or 0: shadows on surfaces"] = 1.0
+    surface_skylight: Annotated[float, "1 or 0: light of the cloudy sky on them"] = 1.0
+    sea_clouds: Annotated[float, "1 or 0: clouds in the sea"] = 1.0
+    spans: Annotated[Any, array(CloudSpan, MOST_LAYERS)] = field(
+        default_factory=lambda: [CloudSpan() for _ in range(MOST_LAYERS)]
+    )
+    """Lowest first."""
+    shadow_maps: Annotated[Any, array(CloudShadowMap, MOST_MAPS)] = field(
+        default_factory=lambda: [CloudShadowMap() for _ in range(MOST_MAPS)]
+    )
+    """Finest first."""
 
 
 def cloud_view_uniforms(gpu: GpuScope) -> UniformBlock:

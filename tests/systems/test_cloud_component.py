@@ -149,10 +149,9 @@ def test_the_block_has_only_layers_that_take_light() -> None:
     clouds.layers = [pf.CloudLayer(base_m=8e3, top_m=9e3, extinction_per_m=2e-4), pf.CloudLayer(coverage=0.0)]
     model = CloudModel.from_components(Planet(), clouds, None)
     block = cloud_block(model)
-    assert block.counts[0] == 1
-    assert tuple(block.planet[1:3]) == (8e3, 9e3)
-    assert block.shells[0][3] == pytest.approx(2e-4)
-    assert block.weather[0][1] == 1.0
+    assert block.layer_count == 1
+    assert (block.layers[0].base_m, block.layers[0].top_m) == (8e3, 9e3)
+    assert block.layers[0].extinction_per_m == 2e-4
     assert not model.uniform
 
 

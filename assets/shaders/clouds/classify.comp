@@ -26,16 +26,15 @@ void main() {
     uint found = count > 0 ? 1u : 0u;
     int k = 0;
     if (count > 0) do {
-        vec4 shell = cloud_view.shell[owners[k]], drops = cloud_view.droplets[owners[k]];
-        int kind = cloud_kind(owners[k]);
-        bool ice = kind == CLOUD_ICE;
-        float from = spans[k].x, to = spans[k].y, most = kind == CLOUD_UNIFORM ? 1.0 : 0.0,
+        CloudViewLayer shell = cloud_view.layers[owners[k]];
+        bool ice = shell.kind == CLOUD_ICE;
+        float from = spans[k].x, to = spans[k].y, most = shell.kind == CLOUD_UNIFORM ? 1.0 : 0.0,
             least = ice ? LEAST_ICE : 0.0;
         int segments = way_segments(shell, ice, from, to), segment = 0;
         do {
             CloudWeather w = weather_along(v.ray,
                 segment == 0 ? from : way_end(shell, from, to, segment - 1, segments));
-            most = max(most, (ice ? w.high : w.cover) * drops.w);
+            most = max(most, (ice ? w.high : w.cover) * shell.cover_scale);
         } while (++segment <= segments && most <= least);
         found |= most > least ? (ice ? 4u : 2u) : 0u;
     } while (++k < count);

@@ -24,17 +24,12 @@ layout(binding = WEATHER_SECOND_UNIT) uniform sampler2D u_weather_second;
 #ifdef CLOUD_NO_ICE
 #define CLOUD_IS_ICE(layer) false
 #else
-#define CLOUD_IS_ICE(layer) (cloud_kind(layer) == CLOUD_ICE)
+#define CLOUD_IS_ICE(layer) (cloud_view.layers[layer].kind == CLOUD_ICE)
 #endif
-
-// CLOUD_WATER, CLOUD_ICE or CLOUD_UNIFORM.
-int cloud_kind(int layer) {
-    return int(cloud_view.droplets[layer].z);
-}
 
 // Where a volume of noise lies around the point that places are measured from.
 #ifndef CLOUD_ORIGIN
-#define CLOUD_ORIGIN(volume) cloud_view.volume.xyz
+#define CLOUD_ORIGIN(volume) cloud_view.volume.origin
 #endif
 
 const float CLOUD_RIM = 0.13;         // of the rims' noise against the shape's
@@ -73,17 +68,26 @@ const mat3 CLOUD_MEANDER = mat3(
 // Between two levels of a volume chance decides, ray by ray: one fetch instead of two. 0..1, set by whoever marches.
 float cloud_dither = 0.5;
 
+// In the frames of the two volumes of noise (CloudViewBlock).
+vec3 cloud_turned(vec3 place) {
+    return cloud_view.turn * place;
+}
+
+vec3 cloud_tilted(vec3 place) {
+    return cloud_view.tilt * place;
+}
+
 struct CloudWeather {
     float cover, towers, high, deep;
 };
 
 CloudWeather cloud_weather(vec3 up, float footprint_m) {
-    vec3 d = cloud_view.turn[0].xyz * up.x + cloud_view.turn[1].xyz * up.y + cloud_view.turn[2].xyz * up.z;
-    float inner = cloud_view.weather.y, border = cloud_view.weather.z;
+    vec3 d = cloud_turned(up);
+    float inner = cloud_view.map_texels, border = cloud_view.map_border;
     vec2 at = ((0.5 + 0.5 * oct_encode(d)) * inner + border) / (inner + 2.0 * border);
-    float level = clamp(log2(max(footprint_m / cloud_view.weather.w, 1.0)), 0.0, 4.0);
+    float level = clamp(log2(max(footprint_m / cloud_view.map_texel_m, 1.0)), 0.0, 4.0);
     vec4 w = mix(textureLod(u_weather_first, at, level + cloud_dither - 0.5),
-        textureLod(u_weather_second, at, level + cloud_dither - 0.5), cloud_view.weather.x);
+        textureLod(u_weather_second, at, level + cloud_dither - 0.5), cloud_view.second_map_share);
     return CloudWeather(w.x, w.y, w.z, w.w);
 }
 
@@ -107,16 +111,8 @@ float cloud_level(float per_metre_level, float footprint_m) {
 }
 
 // Share of the noise's variance that a level doesn't show.
-float cloud_hidden(float level, float half_way, float slope) {
-    return clamp(0.5 + (level - half_way) * slope, 0.0, 1.0);
-}
-
-vec3 cloud_turned(vec3 place) {
-    return cloud_view.turn[0].xyz * place.x + cloud_view.turn[1].xyz * place.y + cloud_view.turn[2].xyz * place.z;
-}
-
-vec3 cloud_tilted(vec3 place) {
-    return cloud_view.tilt[0].xyz * place.x + cloud_view.tilt[1].xyz * place.y + cloud_view.tilt[2].xyz * place.z;
+float cloud_hidden(float level, CloudFilter volume) {
+    return clamp(0.5 + (level - volume.half_level) * volume.per_level, 0.0, 1.0);
 }
 
 // How much of the layer's thickness clouds of a weather fill.
@@ -133,11 +129,12 @@ float cloud_height_cover(float share, CloudWeather w) {
 // Share of a layer's height above which there is no cloud between two places of a ray, whatever the noise; 0: none at
 // all.
 float cloud_ceiling(int layer, CloudWeather a, CloudWeather b) {
-    vec4 drops = cloud_view.droplets[layer];
+    CloudViewLayer shell = cloud_view.layers[layer];
     bool ice = CLOUD_IS_ICE(layer);
     float most = ice ? max(a.high, b.high) : max(a.cover, b.cover);
-    float reach = cloud_kind(layer) == CLOUD_WATER ? max(cloud_tallness(a), cloud_tallness(b)) : 1.0;
-    return cloud_kind(layer) == CLOUD_UNIFORM || most * drops.w > (ice ? CLOUD_LEAST_ICE : CLOUD_LEAST) ? reach : 0.0;
+    float reach = shell.kind == CLOUD_WATER ? max(cloud_tallness(a), cloud_tallness(b)) : 1.0;
+    bool some = most * shell.cover_scale > (ice ? CLOUD_LEAST_ICE : CLOUD_LEAST);
+    return shell.kind == CLOUD_UNIFORM || some ? reach : 0.0;
 }
 
 // 1 for deep weather, fronts and towers; 0 for sheets.
@@ -153,16 +150,16 @@ float cloud_body(CloudWeather w) {
 // Vertical optical depth of a whole cloud of a weather. density: at some place in it; ice is as it is there all the
 // way.
 float cloud_column(int layer, CloudWeather w, float density) {
-    vec4 shell = cloud_view.shell[layer], drops = cloud_view.droplets[layer];
-    float even = mix(1.0, 2.0 / 3.0, cloud_view.shape[layer].x);
+    CloudViewLayer shell = cloud_view.layers[layer];
+    float even = mix(1.0, 2.0 / 3.0, shell.parabola);
     float billows = CLOUD_FILLED * cloud_tallness(w) * cloud_body(w);
-    return (shell.y - shell.x) * shell.w * (cloud_kind(layer) == CLOUD_UNIFORM ? even : CLOUD_IS_ICE(layer) ? density
-        : billows);
+    float mean = shell.kind == CLOUD_UNIFORM ? even : CLOUD_IS_ICE(layer) ? density : billows;
+    return (shell.top_m - shell.base_m) * shell.extinction_per_m * mean;
 }
 
 // Thinner because it is in clumps that hide one another: as a binary mixture of cloud and clear air (Pomraning 1991).
 float cloud_clumped(float share, float hidden, float extinction) {
-    return share / (1.0 + hidden * (1.0 - share) * extinction * cloud_view.stretch.w);
+    return share / (1.0 + hidden * (1.0 - share) * extinction * cloud_view.clump_m);
 }
 
 // 1 where a footprint leaves enough of a volume's period to tell its cells apart, 0 where a handful of texels would be
@@ -212,39 +209,39 @@ struct CloudNoise {
 // All kinds of layer in one line of code: software GPUs go through both sides of a branch, and once through loops of no
 // turns.
 CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float footprint_m) {
-    vec4 drops = cloud_view.droplets[layer];
+    CloudViewLayer shell = cloud_view.layers[layer];
     bool ice = CLOUD_IS_ICE(layer);
     vec3 turned = cloud_turned(place), tilted = cloud_tilted(place);
-    vec3 from_middle = CLOUD_ORIGIN(bend) + turned * cloud_view.bend.w;   // in radii
+    vec3 from_middle = CLOUD_ORIGIN(bend) + turned * cloud_view.bend.per_m;   // in radii
     // Ice falls from the layer's top, where it was carried to by the winds.
-    float fallen_m = (1.0 - share) * (cloud_view.shell[layer].y - cloud_view.shell[layer].x);
-    vec3 carried = (turned + from_middle * fallen_m + cloud_meander(from_middle) / cloud_view.bend.w)
-        * cloud_view.stretch.xyz;
-    vec3 drawn = carried + cloud_behind(from_middle, fallen_m, 1.0 - share) * cloud_view.stretch.xyz;
+    float fallen_m = (1.0 - share) * (shell.top_m - shell.base_m);
+    vec3 carried = (turned + from_middle * fallen_m + cloud_meander(from_middle) / cloud_view.bend.per_m)
+        * cloud_view.stretch;
+    vec3 drawn = carried + cloud_behind(from_middle, fallen_m, 1.0 - share) * cloud_view.stretch;
     // Thin ice: drawn out streaks on the map, fibres of the volume in them. Else clouds of two sizes.
-    vec3 second = ice ? CLOUD_ORIGIN(veil) + drawn.yzx * cloud_view.veil.w
-        : cloud_swept(CLOUD_ORIGIN(wide) + tilted * cloud_view.wide.w);
-    float first_level = cloud_level(cloud_view.fade.x - (ice ? 0.8 : 0.0), footprint_m);
-    float second_level = cloud_level(ice ? cloud_view.fade.x - 2.0 : cloud_view.fade.y, footprint_m);
+    vec3 second = ice ? CLOUD_ORIGIN(veil) + drawn.yzx * cloud_view.veil.per_m
+        : cloud_swept(CLOUD_ORIGIN(wide) + tilted * cloud_view.wide.per_m);
+    float first_level = cloud_level(cloud_view.broad_level - (ice ? 0.8 : 0.0), footprint_m);
+    float second_level = cloud_level(ice ? cloud_view.broad_level - 2.0 : cloud_view.wide_level, footprint_m);
     float wide = textureLod(u_cloud_shape, second, second_level + cloud_dither - 0.5).r - 0.5;
     // Fibres curl around the patches that they are in.
-    vec3 curled = drawn + vec3(0.0, 0.0, CLOUD_CURL * wide / cloud_view.fibre.w);
-    vec3 first = ice ? CLOUD_ORIGIN(fibre) + curled * cloud_view.fibre.w
-        : CLOUD_ORIGIN(broad) + turned * cloud_view.broad.w;
+    vec3 curled = drawn + vec3(0.0, 0.0, CLOUD_CURL * wide / cloud_view.fibre.per_m);
+    vec3 first = ice ? CLOUD_ORIGIN(fibre) + curled * cloud_view.fibre.per_m
+        : CLOUD_ORIGIN(broad) + turned * cloud_view.broad.per_m;
     float broad = textureLod(u_cloud_shape, first, first_level + cloud_dither - 0.5).r - 0.5;
     // The streaks' period is shortest across them.
-    float first_told = cloud_told(footprint_m, ice ? 0.3 * cloud_view.fibre.w : cloud_view.broad.w);
-    float second_told = cloud_told(footprint_m, ice ? 0.3 * cloud_view.veil.w : cloud_view.wide.w);
+    float first_told = cloud_told(footprint_m, ice ? 0.3 * cloud_view.fibre.per_m : cloud_view.broad.per_m);
+    float second_told = cloud_told(footprint_m, ice ? 0.3 * cloud_view.veil.per_m : cloud_view.wide.per_m);
     float first_shown = first_told * first_told
-        * (1.0 - cloud_hidden(first_level, cloud_view.hiding.x, cloud_view.hiding.y));
+        * (1.0 - cloud_hidden(first_level, cloud_view.shape_filter));
     float second_shown = second_told * second_told
-        * (1.0 - cloud_hidden(second_level, cloud_view.hiding.x, cloud_view.hiding.y));
+        * (1.0 - cloud_hidden(second_level, cloud_view.shape_filter));
     broad *= first_told;
     wide *= second_told;
 
     // Ice is in sheets whose height wanders: the thinner, the nearer to their middle.
     float aside = share - (0.62 + 0.5 * wide);
-    float high = w.high * drops.w, rare = 1.0 - clamp(high / CLOUD_SCARCE, 0.0, 1.0);
+    float high = w.high * shell.cover_scale, rare = 1.0 - clamp(high / CLOUD_SCARCE, 0.0, 1.0);
     float streaks = CLOUD_ICE_FROM + 0.55 * broad + 0.5 * wide + 0.6 * high - CLOUD_FEATHER * aside * aside
         - rare * rare;
     float soft = max(0.3 * sqrt(1.0 - second_shown), 0.02);
@@ -255,61 +252,62 @@ CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float
     float hidden = max(1.0 - cells * cells * first_shown - clusters * clusters * second_shown, 0.0);
     // Shallow weather: stratocumulus, in closed cells with thin seams, and here and there in rolls across the wind.
     float shallow = 1.0 - cloud_solid(w);
-    float most = clamp(w.cover * drops.w, 0.0, 1.0) * (1.0 - CLOUD_SEAMS * shallow),
+    float most = clamp(w.cover * shell.cover_scale, 0.0, 1.0) * (1.0 - CLOUD_SEAMS * shallow),
         cover = most * cloud_height_cover(share, w);
     // Rolls lie across an axis of the tilted frame; where that stands upright there are none.
     float upright = dot(from_middle, vec3(2.0, -1.0, 2.0) / 3.0),
-        roll_told = cloud_told(footprint_m, cloud_view.fine.w);
+        roll_told = cloud_told(footprint_m, cloud_view.fine.per_m);
     float rolled = CLOUD_ROLLS * shallow * (1.0 - upright * upright) * smoothstep(0.0, 0.25, wide);
-    float wave = 2.0 * fract(CLOUD_ORIGIN(fine).x + tilted.x * cloud_view.fine.w + wide) - 1.0;
+    float wave = 2.0 * fract(CLOUD_ORIGIN(fine).x + tilted.x * cloud_view.fine.per_m + wide) - 1.0;
     float noise = cells * broad + clusters * wide + rolled * roll_told * 4.0 * wave * (1.0 - abs(wave));
     // Two volumes in one reach beyond 0.5, and rims on top of them: without this there would be cloud where there is no
     // cover, cut off along the line where cover begins.
     float scarce = 1.0 - clamp(cover / CLOUD_SCARCE, 0.0, 1.0);
     float x = ice ? streaks : noise - (0.5 - cover) - CLOUD_BEYOND * scarce * scarce, lost = 0.25 * hidden;
-    vec3 hair = CLOUD_HAIR * (CLOUD_ORIGIN(fibre) + carried * cloud_view.fibre.w);
+    vec3 hair = CLOUD_HAIR * (CLOUD_ORIGIN(fibre) + carried * cloud_view.fibre.per_m);
     return CloudNoise(x, lost, hidden, soft, cloud_body(w), clusters * wide - 0.5 + most, cover, hair, turned, tilted);
 }
 
 // How far the noise lies below any cloud, whatever the rims are; 0: there may be some.
 float cloud_gap(int layer, CloudNoise n, float footprint_m) {
     bool ice = CLOUD_IS_ICE(layer);
-    float rim_lost = CLOUD_RIM * CLOUD_RIM * cloud_hidden(cloud_level(cloud_view.fade.z, footprint_m),
-        cloud_view.hiding.z, cloud_view.hiding.w)
-        + CLOUD_RIM_NEAR * CLOUD_RIM_NEAR * cloud_hidden(cloud_level(cloud_view.fade.w, footprint_m),
-            cloud_view.hiding.z, cloud_view.hiding.w);
+    float rim_lost = CLOUD_RIM * CLOUD_RIM * cloud_hidden(cloud_level(cloud_view.fine_level, footprint_m),
+        cloud_view.rim_filter)
+        + CLOUD_RIM_NEAR * CLOUD_RIM_NEAR * cloud_hidden(cloud_level(cloud_view.finest_level, footprint_m),
+            cloud_view.rim_filter);
     float half_width = ice ? n.soft : max(sqrt(n.lost + rim_lost), CLOUD_LEAST_LOST);
     float most = n.x + (CLOUD_RIM + CLOUD_RIM_NEAR) * (ice ? CLOUD_ICE_RIM : 1.0) + half_width;
-    return cloud_kind(layer) == CLOUD_UNIFORM ? 0.0 : max(-most, ice || n.cover >= CLOUD_LEAST ? 0.0 : 1e-6);
+    float gap = max(-most, ice || n.cover >= CLOUD_LEAST ? 0.0 : 1e-6);
+    return cloud_view.layers[layer].kind == CLOUD_UNIFORM ? 0.0 : gap;
 }
 
 // rims: octaves of billows on the rim, 0..2.
 float cloud_rimmed(int layer, CloudNoise n, float share, float footprint_m, int rims) {
-    vec4 drops = cloud_view.droplets[layer];
+    CloudViewLayer shell = cloud_view.layers[layer];
     bool ice = CLOUD_IS_ICE(layer);
     float x = n.x, lost = n.lost;
     int turns = x > -0.3 - 0.5 * sqrt(lost) && n.hidden < 0.99 ? rims : 0, i = 0;
     // Left at its end: software GPUs go through the turn, too, in which a loop is left at its head.
     if (rims > 0) do {
-        vec3 billow = i == 0 ? CLOUD_ORIGIN(fine) + n.tilted * cloud_view.fine.w
-            : CLOUD_ORIGIN(finest) + n.turned * cloud_view.finest.w;
+        vec3 billow = i == 0 ? CLOUD_ORIGIN(fine) + n.tilted * cloud_view.fine.per_m
+            : CLOUD_ORIGIN(finest) + n.turned * cloud_view.finest.per_m;
         vec3 at = ice ? (i == 0 ? 1.0 : CLOUD_HAIRS) * n.hair : billow;
-        float level = cloud_level(i == 0 ? cloud_view.fade.z : cloud_view.fade.w, footprint_m);
+        float level = cloud_level(i == 0 ? cloud_view.fine_level : cloud_view.finest_level, footprint_m);
         float weight = turns > 0 ? (i == 0 ? CLOUD_RIM : CLOUD_RIM_NEAR) * (ice ? CLOUD_ICE_RIM : 1.0) : 0.0;
         float rim = textureLod(u_cloud_rims, at, level + cloud_dither - 0.5).r - 0.5;
         // Billows above, wisps below: at the base the noise is turned round.
         x += 2.0 * weight * rim * mix(-1.0, 1.0, ice ? 1.0 : smoothstep(0.0, 0.25, share));
-        lost += weight * weight * cloud_hidden(level, cloud_view.hiding.z, cloud_view.hiding.w);
+        lost += weight * weight * cloud_hidden(level, cloud_view.rim_filter);
     } while (++i < turns);
     float thin = cloud_ramp(x, n.soft, 0.4);
     float dense = cloud_ramp(x, max(sqrt(lost), CLOUD_LEAST_LOST), CLOUD_EDGE) * step(CLOUD_LEAST, n.cover);
     // Sheets that close the sky are of thick and thin places all the same.
     float body = exp2(-2.0 * (1.0 - smoothstep(-0.25, 0.4, n.thick))) * n.body;
-    float billows = body * cloud_clumped(dense, n.hidden, body * cloud_view.shell[layer].w);
+    float billows = body * cloud_clumped(dense, n.hidden, body * shell.extinction_per_m);
 
-    float even = drops.w > 0.0 ? 1.0 : 0.0;
-    float density = cloud_kind(layer) == CLOUD_UNIFORM ? even : ice ? thin : billows;
-    return density * mix(1.0, 4.0 * share * (1.0 - share), cloud_view.shape[layer].x);
+    float even = shell.cover_scale > 0.0 ? 1.0 : 0.0;
+    float density = shell.kind == CLOUD_UNIFORM ? even : ice ? thin : billows;
+    return density * mix(1.0, 4.0 * share * (1.0 - share), shell.parabola);
 }
 
 float cloud_density(int layer, vec3 place, float share, CloudWeather w, float footprint_m, int rims) {

@@ -13,7 +13,7 @@ struct ShellRay {
 };
 
 float shell_radius() {
-    return cloud_model.planet.x;
+    return cloud_model.radius_m;
 }
 
 // mu, sine: cosine and sine of the ray's angle to the zenith at its start.

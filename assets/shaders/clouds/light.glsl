@@ -8,22 +8,23 @@ const float CLOUD_TURNED = 0.8;
 
 // Vertical optical depth of an even layer below a place in it.
 float depth_below(int layer, float share) {
-    vec4 shell = cloud_view.shell[layer];
-    return (shell.y - shell.x) * shell.w * share
-        * mix(1.0, share * (2.0 - 4.0 / 3.0 * share), cloud_view.shape[layer].x);
+    CloudViewLayer shell = cloud_view.layers[layer];
+    return (shell.top_m - shell.base_m) * shell.extinction_per_m * share
+        * mix(1.0, share * (2.0 - 4.0 / 3.0 * share), shell.parabola);
 }
 
 // 0: a sheet from edge to edge, 1: towers with the sun between them. Small gaps already leave tops that are far from
 // flat.
 float cloud_sides(int layer, CloudWeather w) {
-    vec4 drops = cloud_view.droplets[layer];
-    return cloud_kind(layer) == CLOUD_WATER ? sqrt(1.0 - clamp(w.cover * drops.w, 0.0, 1.0)) * cloud_tallness(w) : 0.0;
+    CloudViewLayer shell = cloud_view.layers[layer];
+    float gaps = 1.0 - clamp(w.cover * shell.cover_scale, 0.0, 1.0);
+    return shell.kind == CLOUD_WATER ? sqrt(gaps) * cloud_tallness(w) : 0.0;
 }
 
 // Share of the sky that is closed, as far as the ground below is concerned: ice hardly dims it.
 float cloud_closed(int layer, CloudWeather w) {
-    vec4 drops = cloud_view.droplets[layer];
-    return cloud_kind(layer) == CLOUD_WATER ? clamp(w.cover * drops.w, 0.0, 1.0) : CLOUD_IS_ICE(layer) ? 0.0 : 1.0;
+    CloudViewLayer shell = cloud_view.layers[layer];
+    return shell.kind == CLOUD_WATER ? clamp(w.cover * shell.cover_scale, 0.0, 1.0) : CLOUD_IS_ICE(layer) ? 0.0 : 1.0;
 }
 
 // The sun's cosine for slabs that are turned towards it; level_sun: to the zenith.
@@ -35,5 +36,5 @@ float cloud_facing(float level_sun, float sides) {
 // their thin rims have the light of the cloud beside them. column: of a whole cloud; up: above the place, towards the
 // sun.
 float cloud_under(int layer, float share, float column, float up) {
-    return cloud_kind(layer) == CLOUD_UNIFORM ? depth_below(layer, share) : max(column - up, 0.0);
+    return cloud_view.layers[layer].kind == CLOUD_UNIFORM ? depth_below(layer, share) : max(column - up, 0.0);
 }

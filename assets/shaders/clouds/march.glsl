@@ -42,12 +42,12 @@ float cloud_next_edge(CloudRay ray, float from, float end) {
     vec2 seen = shell_tangents(ray.shell, ray.rise, ray.nu, 0.0);
     vec4 at = vec4(-ray.shell.b, seen, end);
     for (int k = 0; k < 4; ++k) if (at[k] > least) next = min(next, at[k]);
-    for (int layer = 0; layer < cloud_model.counts.x; ++layer) {
-        vec2 shell = cloud_model.shells[layer].xy;
-        at = shell_spans(ray.shell, shell.x, shell.y);
+    for (int layer = 0; layer < cloud_model.layer_count; ++layer) {
+        CloudModelLayer shell = cloud_model.layers[layer];
+        at = shell_spans(ray.shell, shell.base_m, shell.top_m);
         for (int k = 0; k < 4; ++k) if (at[k] > least) next = min(next, at[k]);
-        at = vec4(shell_tangents(ray.shell, ray.rise, ray.nu, shell.x),
-            shell_tangents(ray.shell, ray.rise, ray.nu, shell.y));
+        at = vec4(shell_tangents(ray.shell, ray.rise, ray.nu, shell.base_m),
+            shell_tangents(ray.shell, ray.rise, ray.nu, shell.top_m));
         for (int k = 0; k < 4; ++k) if (at[k] > least) next = min(next, at[k]);
     }
     return next;
@@ -56,8 +56,8 @@ float cloud_next_edge(CloudRay ray, float from, float end) {
 // Layers that a distance lies in, one bit each.
 int cloud_layers_at(CloudRay ray, float t) {
     int found = 0;
-    for (int layer = 0; layer < cloud_model.counts.x; ++layer) {
-        vec4 spans = shell_spans(ray.shell, cloud_model.shells[layer].x, cloud_model.shells[layer].y);
+    for (int layer = 0; layer < cloud_model.layer_count; ++layer) {
+        vec4 spans = shell_spans(ray.shell, cloud_model.layers[layer].base_m, cloud_model.layers[layer].top_m);
         bool inside = (t > spans.x && t < spans.y) || (t > spans.z && t < spans.w);
         if (inside) found |= 1 << layer;
     }
@@ -91,7 +91,7 @@ float cloud_air_spread(float share, float length_m, bool down) {
 // Light of the sky that droplets scatter: it comes from above, and goes down as far as they let it (Eddington's
 // approximation of a slab that is lit from above, over dark ground).
 vec3 cloud_ambient(int layer, vec2 column, vec3 ambient) {
-    float turned = 1.0 - cloud_model.droplets[layer].y;
+    float turned = 1.0 - cloud_model.layers[layer].asymmetry;
     return ambient * (turned * column.y + 2.0 / 3.0) / (turned * (column.x + column.y) + 4.0 / 3.0);
 }
 
@@ -107,11 +107,11 @@ CloudNode cloud_node(CloudRay ray, int layers, float t, float before, float past
     vec3 sunlight = seen * exp(-air.sun_depth);
     float direct = 0.0, gained = 0.0;
     vec2 column = ray.multiple > 0.0 && layers != 0 ? cloud_column(ray, t, h) : vec2(0.0);
-    for (int layer = 0; layer < cloud_model.counts.x; ++layer) {
+    for (int layer = 0; layer < cloud_model.layer_count; ++layer) {
         if ((layers & (1 << layer)) == 0) continue;
         float share = clamp(cloud_share(layer, h), 0.0, 1.0), extinction = cloud_extinction(layer, ray, t, share);
-        float albedo = cloud_model.droplets[layer].x,
-            once = albedo * cloud_phase(ray.nu, cloud_model.droplets[layer].y);
+        float albedo = cloud_model.layers[layer].albedo,
+            once = albedo * cloud_phase(ray.nu, cloud_model.layers[layer].asymmetry);
         float lobes = 1.0;
         node.cloud += extinction;
         if (ray.multiple > 0.0) {
@@ -150,8 +150,8 @@ CloudLight cloud_march(CloudRay ray, float end) {
             step = 0;
             steps = layers != 0 ? CLOUD_STEPS : CLOUD_AIR_STEPS;
             float thickest = 1e-12;
-            for (int layer = 0; layer < cloud_model.counts.x; ++layer) {
-                if ((layers & (1 << layer)) != 0) thickest += cloud_model.shells[layer].w;
+            for (int layer = 0; layer < cloud_model.layer_count; ++layer) {
+                if ((layers & (1 << layer)) != 0) thickest += cloud_model.layers[layer].extinction_per_m;
             }
             first = min(cloud_first(ray, from, to, 0.5 / thickest), to - from);
         }

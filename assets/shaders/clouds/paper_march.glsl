@@ -31,13 +31,13 @@ CloudLight paper_air(CloudRay ray, float from, float to) {
 
 // Equation 14 times the extinction, where the texture is 1.
 float paper_density(CloudRay ray, int layer, float h) {
-    return cloud_model.shells[layer].w * cloud_profile(layer, cloud_share(layer, h));
+    return cloud_model.layers[layer].extinction_per_m * cloud_profile(layer, cloud_share(layer, h));
 }
 
 float paper_sun(CloudRay ray, int layer, float t) {
     float h = shell_height(ray.shell, t);
     ShellRay sun = shell_sun_ray(h, ray.rise + ray.nu * t);
-    float way = shell_ball(sun, cloud_model.shells[layer].y).y / float(PAPER_SUN_SAMPLES), through = 1.0;
+    float way = shell_ball(sun, cloud_model.layers[layer].top_m).y / float(PAPER_SUN_SAMPLES), through = 1.0;
     for (int i = 0; i < PAPER_SUN_SAMPLES; ++i) {
         through *= exp(-way * paper_density(ray, layer, shell_height(sun, way * (float(i) + 0.5))));
     }
@@ -48,8 +48,8 @@ float paper_sun(CloudRay ray, int layer, float t) {
 void paper_segment(inout vec3 radiance, inout vec3 transmittance, CloudRay ray, int layer, float from, float to) {
     CloudLight clear = paper_air(ray, from, to);
     vec3 air = exp(-clear.depth), together = vec3(0.0);
-    vec4 shell = cloud_model.shells[layer], droplets = cloud_model.droplets[layer];
-    float cloud = 1.0, alone = 0.0, length_m = (shell.y - shell.x) / float(PAPER_STEPS);
+    CloudModelLayer shell = cloud_model.layers[layer];
+    float cloud = 1.0, alone = 0.0, length_m = (shell.top_m - shell.base_m) / float(PAPER_STEPS);
     int steps = clamp(int(ceil((to - from) / length_m)), 1, PAPER_MOST_STEPS);
     length_m = (to - from) / float(steps);
     for (int i = 0; i < steps; ++i) {
@@ -58,7 +58,7 @@ void paper_segment(inout vec3 radiance, inout vec3 transmittance, CloudRay ray, 
         // (15)
         cloud *= exp(-taken);
         // (16)
-        float light = droplets.x * cloud_phase(ray.nu, droplets.y) * taken * paper_sun(ray, layer, t) * cloud;
+        float light = shell.albedo * cloud_phase(ray.nu, shell.asymmetry) * taken * paper_sun(ray, layer, t) * cloud;
         alone += light;
         // 2019: the air's light comes evenly along the segment, and its transmittance runs linearly.
         together += clear.radiance / float(steps) * cloud + light * mix(vec3(1.0), air, share);
@@ -85,9 +85,9 @@ CloudLight paper_march(CloudRay ray, float end) {
     vec3 radiance = vec3(0.0), transmittance = vec3(1.0);
     vec4 spans = vec4(0.0);
     float thickness = 1.0;
-    if (cloud_model.counts.x > 0) {
-        spans = min(shell_spans(ray.shell, cloud_model.shells[0].x, cloud_model.shells[0].y), end);
-        thickness = cloud_model.shells[0].y - cloud_model.shells[0].x;
+    if (cloud_model.layer_count > 0) {
+        spans = min(shell_spans(ray.shell, cloud_model.layers[0].base_m, cloud_model.layers[0].top_m), end);
+        thickness = cloud_model.layers[0].top_m - cloud_model.layers[0].base_m;
     }
     float t = 0.0;
     for (int k = 0; k < 2; ++k) {

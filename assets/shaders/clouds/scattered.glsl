@@ -14,15 +14,15 @@ layout(binding = CLOUD_SLAB_UNIT) uniform sampler3D u_cloud_slab;
 
 // Share of scattered light that counts as going straight on (delta-M, Wiscombe 1977).
 float cloud_peak(int layer) {
-    float g = max(cloud_model.droplets[layer].y, 0.0);
-    return cloud_model.droplets[layer].x * g * g * g * g;
+    float g = max(cloud_model.layers[layer].asymmetry, 0.0);
+    return cloud_model.layers[layer].albedo * g * g * g * g;
 }
 
 // The sun's cosine for the slab. A shell gets some light from a level sun, and from one a little below: as much as if
 // it stood where the light's way through the shell is that long.
 float cloud_slab_sun(int layer, float mu_s) {
-    vec4 shell = cloud_model.shells[layer];
-    float c2 = 0.5 * (shell.y - shell.x) / (shell_radius() + shell.y);
+    CloudModelLayer shell = cloud_model.layers[layer];
+    float c2 = 0.5 * (shell.top_m - shell.base_m) / (shell_radius() + shell.top_m);
     float root = sqrt(mu_s * mu_s + 4.0 * c2);
     return mu_s > 0.0 ? 0.5 * (mu_s + root) : 2.0 * c2 / (root - mu_s);
 }
@@ -89,7 +89,7 @@ struct CloudLobes {
 };
 
 CloudLobes cloud_lobes_at(int layer, float nu) {
-    float g = cloud_model.droplets[layer].y, once = cloud_phase(nu, g), step = pow(max(g, 1e-3), CLOUD_BROADEN),
+    float g = cloud_model.layers[layer].asymmetry, once = cloud_phase(nu, g), step = pow(max(g, 1e-3), CLOUD_BROADEN),
         lobe = g, count = 1.0;
     CloudLobes found;
     found.peak = cloud_peak(layer);

@@ -32,7 +32,7 @@ void main() {
     if (any(greaterThanEqual(at, ivec2(size.x, u_rows.y)))) return;
     vec2 aside = ((vec2(at) + 0.5) / vec2(size) * 2.0 - 1.0) * u_middle.w;
     // On the sphere of the reference height, below the tangent plane by the sagitta; far out it ends.
-    float r = planet.radii.x + cloud_view.shadow.x, grow = r / planet.radii.x;
+    float r = planet.radii.x + cloud_view.shadow_height_m, grow = r / planet.radii.x;
     aside *= grow * vec2(u_up.w, 1.0);
     float aside2 = min(dot(aside, aside), 0.98 * r * r);
     float drop = aside2 / (r + sqrt(r * r - aside2));
@@ -40,42 +40,42 @@ void main() {
     vec3 place = u_middle.xyz + from_middle - u_up.xyz * drop;
     vec3 foot = u_up.xyz * (r - drop) + from_middle, sun = u_sun;
     float mu = dot(normalize(foot), sun), footprint = 2.0 * u_middle.w / float(size.x);
-    int intervals = int(cloud_view.shadow.z), first = u_first;
+    int intervals = cloud_view.shadow_intervals, first = u_first;
     float depth = 0.0;
     imageStore(o_sun, ivec3(at, first + intervals), vec4(1.0, 0.0, 0.0, 0.0));
     // Loops are left at their ends: software GPUs go through the turn, too, in which one is left at its head.
     int i = intervals - 1;
     do {
         vec2 heights = u_intervals[i];
-        float from = cloud_way_to(r, mu, heights.y - cloud_view.shadow.x);
+        float from = cloud_way_to(r, mu, heights.y - cloud_view.shadow_height_m);
         // Under a low sun the way is long: in longer steps clouds and gaps would be taken together.
-        float all = from - cloud_way_to(r, mu, heights.x - cloud_view.shadow.x);
+        float all = from - cloud_way_to(r, mu, heights.x - cloud_view.shadow_height_m);
         int steps = u_steps * clamp(int(0.5 * all / (float(u_steps) * footprint)), 1, MOST_SPLIT), k = 0;
         // Between the lowest and the highest layer that the interval has part of: mostly one.
-        int lowest = int(cloud_view.counts.x) - 1, highest = 0, layer = 0;
+        int lowest = cloud_view.layer_count - 1, highest = 0, layer = 0;
         do {
-            bool part = cloud_view.shell[layer].x < heights.y && cloud_view.shell[layer].y > heights.x;
+            bool part = cloud_view.layers[layer].base_m < heights.y && cloud_view.layers[layer].top_m > heights.x;
             lowest = part ? min(lowest, layer) : lowest;
             highest = part ? layer : highest;
-        } while (++layer < int(cloud_view.counts.x));
+        } while (++layer < cloud_view.layer_count);
         do {
             float share = (float(k) + 1.0) / float(steps), lower = mix(heights.y, heights.x, share);
             float height = mix(heights.y, heights.x, share - 0.5 / float(steps));
-            float to = cloud_way_to(r, mu, lower - cloud_view.shadow.x), way = max(from - to, 0.0),
+            float to = cloud_way_to(r, mu, lower - cloud_view.shadow_height_m), way = max(from - to, 0.0),
                 middle = 0.5 * (from + to);
             float wide = max(footprint, 0.35 * way);
             CloudWeather w = cloud_weather(normalize(foot + sun * middle), wide);
             layer = lowest;
             do {
-                vec4 shell = cloud_view.shell[layer];
-                float within = (height - shell.x) * shell.z;
+                CloudViewLayer shell = cloud_view.layers[layer];
+                float within = (height - shell.base_m) * shell.per_thickness;
                 float found = cloud_density(layer, place + sun * middle, clamp(within, 0.0, 1.0), w, wide, 0);
-                depth += within > 0.0 && within < 1.0 ? shell.w * way * found : 0.0;
+                depth += within > 0.0 && within < 1.0 ? shell.extinction_per_m * way * found : 0.0;
             } while (++layer <= highest);
             from = to;
         } while (++k < steps);
         imageStore(o_sun, ivec3(at, first + i), vec4(exp(-depth), min(depth, DEEPEST), 0.0, 0.0));
     } while (--i >= 0);
     if (depth > SHADED) shaded[u_layer] = 1u;
-    imageStore(o_shadow, ivec3(at, u_layer), cloud_through(depth, max(mu, 0.0), cloud_view.droplets[0].y));
+    imageStore(o_shadow, ivec3(at, u_layer), cloud_through(depth, max(mu, 0.0), cloud_view.layers[0].asymmetry));
 }

@@ -12,7 +12,7 @@ vec4 cloud_through_at(vec3 point, float altitude, float wide_m) {
     vec3 D = foot_offset_of(cloud_sun_place(point, altitude, mu_s), unused);
     vec4 sum = vec4(0.0);
     float left = 1.0;
-    int levels = int(cloud_view.shadow.y), level = cloud_first_map_of(D, wide_m);
+    int levels = cloud_view.shadow_map_count, level = cloud_first_map_of(D, wide_m);
     do {
         vec2 at = cloud_map_place(D, level);
         float known = left * cloud_map_share(at, level);
@@ -20,10 +20,10 @@ vec4 cloud_through_at(vec3 point, float altitude, float wide_m) {
         left -= known;
     } while (++level < levels && left > 0.0);
     // Beyond all maps, and above all cloud, the sky is clear.
-    float above = cloud_node(altitude) / max(cloud_view.shadow.z, 1.0);
+    float above = cloud_node(altitude) / max(float(cloud_view.shadow_intervals), 1.0);
     return mix(sum + left * vec4(1.0, 0.0, 1.0, 0.0), vec4(1.0, 0.0, 1.0, 0.0), levels > 0 ? above : 1.0);
 }
 
 float cloud_shadow(vec3 point) {
-    return mix(1.0, cloud_through_at(point, altitude_of(point), 0.0).x, cloud_view.casts.x);
+    return mix(1.0, cloud_through_at(point, altitude_of(point), 0.0).x, cloud_view.surface_shadows);
 }

@@ -29,7 +29,7 @@ struct ShadowedAir {
 // long, in metres; shift: 0..1, of the looks.
 ShadowedAir shadowed_air(vec3 ray, float mu, float end, float before, float open, int most, float soft, float shift) {
     float nu = clamp_cos(dot(ray, frame.sun_direction.xyz));
-    vec2 span = min(shell_crossings(mu, cloud_view.counts.z), vec2(end));
+    vec2 span = min(shell_crossings(mu, cloud_view.highest_m), vec2(end));
     bool any_air = most > 0 && span.y - span.x > 1.0;
     int steps = any_air ? most : 1, i = 0;
     // Steps grow with distance: the air's transmittance, and what a pixel tells apart, do so as well.

@@ -27,12 +27,12 @@ float g_dip;
 
 void cloud_sun_at(AirStep place) {
     vec3 sun = frame.sun_direction.xyz;
-    float r = planet.radii.x + place.altitude, way = cloud_way_to(r, place.mu_s, cloud_view.shadow.x - place.altitude),
-        unused;
+    float r = planet.radii.x + place.altitude, unused;
+    float way = cloud_way_to(r, place.mu_s, cloud_view.shadow_height_m - place.altitude);
     vec3 D = foot_offset_of(place.point + sun * way, unused);
     // The crossing stays at its height X: X . (ray + way' sun) = 0.
     vec3 drift = place.ray - sun * ((r * place.mu + way * place.nu) / max(r * place.mu_s + way, LEAST_RISE * r));
-    int level = cloud_first_map(D, place.wide), levels = int(cloud_view.shadow.y);
+    int level = cloud_first_map(D, place.wide), levels = cloud_view.shadow_map_count;
     float left = 1.0;
     g_fine = g_coarse = KnownBy(0.0, 0.0, vec2(0.0), vec2(0.0));
     do {

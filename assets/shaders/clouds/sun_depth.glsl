@@ -31,7 +31,7 @@ vec2 cloud_sunlight_on(CloudSunPlace ray, float altitude, float mu_s) {
     float node = cloud_node(altitude - cloud_sun_dip(altitude, mu_s)) + 0.5, rows = float(CLOUD_MOST_INTERVALS + 1);
     vec2 sum = vec2(0.0);
     float left = 1.0;
-    int levels = int(cloud_view.shadow.y), level = ray.level;
+    int levels = cloud_view.shadow_map_count, level = ray.level;
     do {
         vec2 at = cloud_map_place(ray.D, level);
         float known = left * cloud_map_share(at, level),

@@ -10,9 +10,9 @@ float cloud_depth_marched(int but, vec3 point, float altitude, float mu, float s
     vec3 sun = frame.sun_direction.xyz;
     int layer = 0;
     do {
-        vec4 shell = cloud_view.shell[layer];
-        float from = altitude < shell.x || mu < 0.0 ? cloud_way_to(r, mu, shell.x - altitude) : 0.0;
-        float to = altitude < shell.y || mu < 0.0 ? cloud_way_to(r, mu, shell.y - altitude) : 0.0;
+        CloudViewLayer shell = cloud_view.layers[layer];
+        float from = altitude < shell.base_m || mu < 0.0 ? cloud_way_to(r, mu, shell.base_m - altitude) : 0.0;
+        float to = altitude < shell.top_m || mu < 0.0 ? cloud_way_to(r, mu, shell.top_m - altitude) : 0.0;
         from = max(from, 0.0);
         int count = layer != but && to > from ? int(ceil(steps)) : 0;
         float unit = count > 0 ? (to - from) / max(steps, 1.0) : 0.0;
@@ -20,12 +20,12 @@ float cloud_depth_marched(int but, vec3 point, float altitude, float mu, float s
         do {
             float t = from + (float(k) + 0.5) * unit, wide = max(footprint, 0.35 * unit);
             float rise = t * (2.0 * r * mu + t),
-                share = (altitude + rise / (sqrt(max(r * r + rise, 0.0)) + r) - shell.x) * shell.z;
+                share = (altitude + rise / (sqrt(max(r * r + rise, 0.0)) + r) - shell.base_m) * shell.per_thickness;
             vec3 at = point + sun * t;
-            sum += shell.w * unit * step(share, 1.0)
+            sum += shell.extinction_per_m * unit * step(share, 1.0)
                 * cloud_density(layer, at + frame.camera_offset.xyz, clamp(share, 0.0, 1.0),
                     cloud_weather(up_at(at), wide), wide, 0);
         } while (++k < count);
-    } while (++layer < int(cloud_view.counts.x));
+    } while (++layer < cloud_view.layer_count);
     return sum;
 }

@@ -15,8 +15,8 @@ float cloud_way_to(float r, float mu, float rise) {
 float cloud_node(float altitude) {
     float node = 0.0;
     for (int i = 0; i < 4; ++i) {
-        vec4 span = cloud_view.spans[i];
-        node += span.z * clamp((altitude - span.x) * span.y, 0.0, 1.0);
+        CloudSpan span = cloud_view.spans[i];
+        node += span.intervals * clamp((altitude - span.base_m) * span.per_thickness, 0.0, 1.0);
     }
     return node;
 }
@@ -24,5 +24,5 @@ float cloud_node(float altitude) {
 // Where the sun's ray through a point crosses the reference height on its way out; no less high than its lowest point.
 vec3 cloud_sun_place(vec3 point, float altitude, float mu_s) {
     return point + frame.sun_direction.xyz * cloud_way_to(planet.radii.x + altitude, mu_s,
-        cloud_view.shadow.x - altitude);
+        cloud_view.shadow_height_m - altitude);
 }

@@ -4,7 +4,7 @@
 
 // Mean of a layer's profile between two distances that both lie in it.
 float cloud_mean_profile(int layer, ShellRay ray, float from, float to) {
-    if (cloud_model.droplets[layer].z < 0.5) return 1.0;
+    if (!cloud_model.layers[layer].parabola) return 1.0;
     float middle = 0.5 * (from + to), away = 0.387298335 * (to - from), sum = 0.0;
     for (int k = -1; k <= 1; ++k) {
         float s = 2.0 * cloud_share(layer, shell_height(ray, middle + float(k) * away)) - 1.0;
@@ -15,19 +15,19 @@ float cloud_mean_profile(int layer, ShellRay ray, float from, float to) {
 
 // Optical depth of one layer between two distances along a ray.
 float cloud_layer_depth(int layer, ShellRay ray, float from, float to) {
-    vec4 spans = shell_spans(ray, cloud_model.shells[layer].x, cloud_model.shells[layer].y);
+    vec4 spans = shell_spans(ray, cloud_model.layers[layer].base_m, cloud_model.layers[layer].top_m);
     spans = clamp(spans, from, to);
     float depth = 0.0;
     for (int k = 0; k < 2; ++k) {
         float a = spans[2 * k], b = spans[2 * k + 1];
         if (b > a) depth += (b - a) * cloud_mean_profile(layer, ray, a, b);
     }
-    return depth * cloud_model.shells[layer].w;
+    return depth * cloud_model.layers[layer].extinction_per_m;
 }
 
 // Of all layers.
 float cloud_uniform_depth(ShellRay ray, float from, float to) {
     float depth = 0.0;
-    for (int layer = 0; layer < cloud_model.counts.x; ++layer) depth += cloud_layer_depth(layer, ray, from, to);
+    for (int layer = 0; layer < cloud_model.layer_count; ++layer) depth += cloud_layer_depth(layer, ray, from, to);
     return depth;
 }

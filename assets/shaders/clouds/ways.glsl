@@ -17,13 +17,13 @@ float ray_walked = 0.0;   // metres that it has come before its start, through n
 // Layers are in the order of their heights: down through them from the highest, then up from the lowest. Returns how
 // many ways there are. Without those of ice where the program has none.
 int cloud_ways(float mu, float end, out vec2 spans[2 * CLOUD_VIEW_LAYERS], out int owners[2 * CLOUD_VIEW_LAYERS]) {
-    int layers = int(cloud_view.counts.x), count = 0;
+    int layers = cloud_view.layer_count, count = 0;
     for (int turn = 0; turn < 2 * layers; ++turn) {
         bool down = turn < layers;
         int layer = down ? layers - 1 - turn : turn - layers;
-        vec4 ways = shell_ways(mu, cloud_view.shell[layer].x, cloud_view.shell[layer].y, end);
+        vec4 ways = shell_ways(mu, cloud_view.layers[layer].base_m, cloud_view.layers[layer].top_m, end);
         vec2 way = down ? ways.xy : ways.zw;
-        if (way.y - way.x >= 1e-3 && !(NO_ICE && cloud_kind(layer) == CLOUD_ICE)) {
+        if (way.y - way.x >= 1e-3 && !(NO_ICE && cloud_view.layers[layer].kind == CLOUD_ICE)) {
             spans[count] = way;
             owners[count] = layer;
             ++count;
@@ -43,15 +43,15 @@ float way_fineness() {
 }
 
 // Weather changes over tens of kilometres: in a segment it is taken as even. Where steps are short, segments are.
-int way_segments(vec4 shell, bool thin, float from, float to) {
+int way_segments(CloudViewLayer shell, bool thin, float from, float to) {
     float finer = clamp(u_march.x / WAY_STEPS, 1.0, 16.0);
     float per_octave = mix(1.3, 2.0, way_fineness());   // of the way's length
-    return int(finer * float(thin ? 1 : clamp(int(log2((to - from) * shell.z) * per_octave), 1, 8)));
+    return int(finer * float(thin ? 1 : clamp(int(log2((to - from) * shell.per_thickness) * per_octave), 1, 8)));
 }
 
-float way_end(vec4 shell, float from, float to, int segment, int segments) {
+float way_end(CloudViewLayer shell, float from, float to, int segment, int segments) {
     // more: even segments, in digits that f32 has
-    float thickness = shell.y - shell.x + min(ray_walked, 10.0 * (to - from));
+    float thickness = shell.top_m - shell.base_m + min(ray_walked, 10.0 * (to - from));
     float growth = log((to + thickness) / (from + thickness)) / float(segments);
     return segment == segments - 1 ? to : (from + thickness) * exp(growth * float(segment + 1)) - thickness;
 }

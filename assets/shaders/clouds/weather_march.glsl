@@ -66,10 +66,10 @@ vec3 sun_at(vec3 point, float altitude, vec3 up) {
 // then of all clouds from the maps. Without CLOUD_MAPPED (many steps, which are as good as the maps) the layer has them
 // all the way, and others, which are farther, a quarter as many.
 float depth_to_sun(int layer, vec3 point, float altitude, vec3 up, CloudWeather w, float footprint) {
-    vec4 shell = cloud_view.shell[layer];
-    float mu = dot(up, frame.sun_direction.xyz), thickness = shell.y - shell.x;
+    CloudViewLayer shell = cloud_view.layers[layer];
+    float mu = dot(up, frame.sun_direction.xyz), thickness = shell.top_m - shell.base_m;
     // To the top, over a curved layer: a level ray leaves it, too.
-    float rise = max(shell.y - altitude, 0.0), r = planet.radii.x + altitude;
+    float rise = max(shell.top_m - altitude, 0.0), r = planet.radii.x + altitude;
     float b = r * mu, root = sqrt(max(b * b + rise * (2.0 * r + rise), 0.0));
     float way = b >= 0.0 ? rise * (2.0 * r + rise) / max(root + b, 1.0) : root - b;
 #ifdef CLOUD_MAPPED
@@ -94,12 +94,12 @@ float depth_to_sun(int layer, vec3 point, float altitude, vec3 up, CloudWeather 
         float part = float(++i) * per_step, to = near * part * part, t = 0.5 * (from + to);
         vec3 at = point + frame.sun_direction.xyz * t;
         float height = altitude + t * mu + 0.5 * t * t * (1.0 - mu * mu) / r;
-        float share = (height - shell.x) * shell.z;
+        float share = (height - shell.base_m) * shell.per_thickness;
         sum += (to - from) * cloud_density(layer, at + frame.camera_offset.xyz, clamp(share, 0.0, 1.0), w,
             max(footprint, 0.35 * (to - from)), 0) * step(share, 1.0);
         from = to;
     } while (i < steps);
-    sum *= shell.w;
+    sum *= shell.extinction_per_m;
 #ifdef CLOUD_MAPPED
     float past = altitude + near * mu + 0.5 * near * near * (1.0 - mu * mu) / r;
     return sum + cloud_sunlight_on(ray, past, mu + near / r).y;
@@ -125,8 +125,8 @@ float seen_share(float depth, float chance) {
 // short steps, which the cloud's own extinction and a pixel's width at that distance measure out. zenith: cosine at the
 // camera.
 void march_way(inout March m, int layer, vec3 ray, float zenith, float from, float to, float nu, float shift) {
-    vec4 shell = cloud_view.shell[layer], drops = cloud_view.droplets[layer];
-    float thickness = shell.y - shell.x, way = to - from;
+    CloudViewLayer shell = cloud_view.layers[layer];
+    float thickness = shell.top_m - shell.base_m, way = to - from;
     bool thin = CLOUD_IS_ICE(layer);
     float least = thickness / u_march.x, grow = max(u_march.y, way / (600.0 * max(to + ray_walked, 1.0)));
     float coarser = max(NEAREST_STEPS / u_march.x, 1.0);
@@ -141,9 +141,9 @@ void march_way(inout March m, int layer, vec3 ray, float zenith, float from, flo
     Air here = air_from_camera(ray * from);
     CloudWeather weather_here = weather_along(ray, from);
     m.light += m.open * max(here.in_scatter - m.air_behind, 0.0);
-    int model = int(cloud_view.shape[layer].y);
+    int model = shell.model;
     CloudLobes lobes = cloud_lobes_at(model, nu);
-    float once = drops.x * cloud_phase(nu, drops.y), passes = 1.0 - lobes.peak;
+    float once = shell.albedo * cloud_phase(nu, shell.asymmetry), passes = 1.0 - lobes.peak;
     // Fine steps that share one look at the light: as long as they are thin together.
     float spare = 48.0 / u_march.x, fine = way_fineness(), looks = 2.0 + LOOK_STEPS * fine, behind_all = BEHIND * fine;
     int segment = 0;
@@ -163,7 +163,7 @@ void march_way(inout March m, int layer, vec3 ray, float zenith, float from, flo
         float slab_sun = cloud_facing(level_sun, sides);
         CloudHarmonics harmonics = cloud_harmonics(mu, mu_s + slab_sun - level_sun, nu);
         // The ground under a closed sky has what comes through it; under clouds with gaps, nearly all there is.
-        vec4 through = cloud_through(cloud_column(layer, weather_middle, 1.0) / level_sun, level_sun, drops.y);
+        vec4 through = cloud_through(cloud_column(layer, weather_middle, 1.0) / level_sun, level_sun, shell.asymmetry);
         through = mix(vec4(1.0, 0.0, 1.0, 0.0), through, closed);
         vec3 ground = CLOUD_GROUND / PF_PI * (sun * (max(mu_s, 0.0) * (through.x + through.y)))
             + CLOUD_GROUND * through.z * sky;
@@ -171,7 +171,8 @@ void march_way(inout March m, int layer, vec3 ray, float zenith, float from, flo
         // Nothing is looked for above the tops of the segment's clouds.
         float last = past;
 #ifndef CLOUD_FINEST
-        vec2 tops = shell_crossings(zenith, shell.x + thickness * cloud_ceiling(layer, weather_here, weather_there));
+        float ceiling = cloud_ceiling(layer, weather_here, weather_there);
+        vec2 tops = shell_crossings(zenith, shell.base_m + thickness * ceiling);
         last = min(tops.y, past);
         t = max(t, thin ? begin : clamp(tops.x, begin, past));
 #endif
@@ -206,7 +207,7 @@ void march_way(inout March m, int layer, vec3 ray, float zenith, float from, flo
                     step_m = clamp(last - t + 1e-3, 0.0, min(unit * ease, max(unit, stretch_m)));
                     float here_m = t + shift * step_m;
                     vec3 point = ray * here_m;
-                    share = clamp((altitude_of(point) - shell.x) * shell.z, 0.0, 1.0);
+                    share = clamp((altitude_of(point) - shell.base_m) * shell.per_thickness, 0.0, 1.0);
                     CloudWeather w = WEATHER_AT(weather_here, weather_there, (here_m - begin) * per_metre, point,
                         (here_m + ray_walked) * pixel_rad);
                     m.steps += 1.0;
@@ -224,7 +225,7 @@ void march_way(inout March m, int layer, vec3 ray, float zenith, float from, flo
                 float density = near ? cloud_rimmed(layer, noise, share, footprint, 2) : 0.0;
                 // In cloud: the same stretch again, in short steps; or on.
                 bool found = density > 1e-4, again = found && ease > 1.0 && !thin;
-                float on = again || !near ? 0.0 : step_m, taken = found ? shell.w * density * on : 0.0;
+                float on = again || !near ? 0.0 : step_m, taken = found ? shell.extinction_per_m * density * on : 0.0;
 #ifdef CLOUD_FINEST
                 seen += m.open * on;
 #endif
@@ -244,7 +245,8 @@ void march_way(inout March m, int layer, vec3 ray, float zenith, float from, flo
             at /= weight;
             inside /= weight;
             vec3 point = ray * at;
-            float altitude = altitude_of(point), share = clamp((altitude - shell.x) * shell.z, 0.0, 1.0);
+            float altitude = altitude_of(point),
+                share = clamp((altitude - shell.base_m) * shell.per_thickness, 0.0, 1.0);
             float part = (at - begin) * per_metre, footprint = max((at + ray_walked) * pixel_rad, 0.2 * unit);
             CloudWeather w = WEATHER_AT(weather_here, weather_there, part, point, (at + ray_walked) * pixel_rad);
 #ifdef CLOUD_FINEST
@@ -252,7 +254,8 @@ void march_way(inout March m, int layer, vec3 ray, float zenith, float from, flo
             sun = sun_at(point, altitude, up_middle);
 #endif
             float to_sun = depth_to_sun(layer, point, altitude, up_middle, w, footprint), up = to_sun * slab_sun;
-            float down = cloud_under(layer, share, cloud_column(layer, w, depth / (length_m * shell.w)), up);
+            float mean_density = depth / (length_m * shell.extinction_per_m),
+                down = cloud_under(layer, share, cloud_column(layer, w, mean_density), up);
             float taken = m.open * (1.0 - exp(-depth)), left = exp(-passes * depth);
             // Across an even layer the way to the sun gets longer or shorter evenly; of clouds with sides nobody knows.
             float longer_way = (1.0 - sides) * clamp(-mu / slab_sun, -MOST_SLOPE, MOST_SLOPE);
@@ -263,7 +266,7 @@ void march_way(inout March m, int layer, vec3 ray, float zenith, float from, flo
             float lit = m.open * depth * exp(-dimmed);
             vec3 direct = sun * (once * lit * cloud_lobes_sum(lobes, dimmed - log(m.open)));
             vec3 diffuse = sun * cloud_slab_light(model, up, down, slab_sun, harmonics)
-                + (drops.x - lobes.peak) * cloud_from_around(sky, ground, up, down, mu, drops.y);
+                + (shell.albedo - lobes.peak) * cloud_from_around(sky, ground, up, down, mu, shell.asymmetry);
 #ifdef CLOUD_ONCE
             // Light that was scattered once and no more, for who asks for it.
             direct = sun * (once * lit);

@@ -3,7 +3,7 @@
 //   float paper_density(vec3 place, float altitude)     below 0: empty, and far from cloud; 0: empty, next to it; up to
 //   1
 //
-// place: metres from the anchor in planet axes. Of cloud_view it reads shell[0], shape[0].x, turn and broad.
+// place: metres from the anchor in planet axes. Of cloud_view it reads layers[0], turn and broad.
 #include "generated/bindings.glsl"
 #include "common/camera.glsl"
 #include "generated/cloud_view.glsl"
@@ -11,11 +11,11 @@
 layout(binding = CLOUD_TILE_UNIT) uniform sampler3D u_cloud_tile;
 
 float paper_density(vec3 place, float altitude) {
-    vec3 turned = cloud_view.turn[0].xyz * place.x + cloud_view.turn[1].xyz * place.y
-        + cloud_view.turn[2].xyz * place.z;
-    float tex = textureLod(u_cloud_tile, cloud_view.broad.xyz + turned * cloud_view.broad.w, 0.0).r;
-    float s = 2.0 * clamp((altitude - cloud_view.shell[0].x) * cloud_view.shell[0].z, 0.0, 1.0) - 1.0;
-    return tex < 0.0 ? -1.0 : (1.0 - cloud_view.shape[0].x * s * s) * tex;
+    vec3 turned = cloud_view.turn * place;
+    float tex = textureLod(u_cloud_tile, cloud_view.broad.origin + turned * cloud_view.broad.per_m, 0.0).r;
+    CloudViewLayer shell = cloud_view.layers[0];
+    float s = 2.0 * clamp((altitude - shell.base_m) * shell.per_thickness, 0.0, 1.0) - 1.0;
+    return tex < 0.0 ? -1.0 : (1.0 - shell.parabola * s * s) * tex;
 }
 
 // Distance from a place at an altitude to a height above it, along a direction of cosine mu to the zenith.

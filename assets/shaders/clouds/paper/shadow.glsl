@@ -3,11 +3,11 @@
 #include "clouds/paper/density.glsl"
 
 float cloud_shadow(vec3 point) {
-    vec4 shell = cloud_view.shell[0];
+    CloudViewLayer shell = cloud_view.layers[0];
     float altitude = altitude_of(point), mu = dot(up_at(point), frame.sun_direction.xyz);
-    float middle = paper_rise(altitude, mu, 0.5 * (shell.x + shell.y));
-    float way = paper_rise(altitude, mu, shell.y) - paper_rise(altitude, mu, shell.x);
+    float middle = paper_rise(altitude, mu, 0.5 * (shell.base_m + shell.top_m));
+    float way = paper_rise(altitude, mu, shell.top_m) - paper_rise(altitude, mu, shell.base_m);
     float density = max(paper_density(point + frame.sun_direction.xyz * middle + frame.camera_offset.xyz,
-        0.5 * (shell.x + shell.y)), 0.0);
-    return mix(1.0, exp(-shell.w * density * way), cloud_view.casts.x);
+        0.5 * (shell.base_m + shell.top_m)), 0.0);
+    return mix(1.0, exp(-shell.extinction_per_m * density * way), cloud_view.surface_shadows);
 }

@@ -29,9 +29,10 @@ struct PaperMarch {
 
 // One way through the layer. A turn of the inner loop is one sample of density, on the ray or on the way to the sun.
 void paper_way(inout PaperMarch m, vec3 ray, float from, float to, float phase) {
-    vec4 shell = cloud_view.shell[0];
+    CloudViewLayer shell = cloud_view.layers[0];
     vec3 sun = frame.sun_direction.xyz;
-    float thickness = shell.y - shell.x, length_m = PAPER_FIRST * thickness, begin = from, t = from + 0.5 * u_steps.x;
+    float thickness = shell.top_m - shell.base_m, length_m = PAPER_FIRST * thickness, begin = from,
+        t = from + 0.5 * u_steps.x;
     Air before = air_from_camera(ray * from);
     m.light += m.open * max(before.in_scatter - m.here.in_scatter, 0.0);
     m.here = before;
@@ -54,9 +55,9 @@ void paper_way(inout PaperMarch m, vec3 ray, float from, float to, float phase) 
             float part = (t - begin) * per_metre, step_m = density < 0.0 ? u_steps.y : u_steps.x;
             sun_sum += aside ? max(density, 0.0) : 0.0;
             // Equations 15 and 16, once the sun's light at this place is known.
-            float taken = done ? shell.w * u_steps.x * held : 0.0;
+            float taken = done ? shell.extinction_per_m * u_steps.x * held : 0.0;
             cloud *= exp(-taken);
-            float light = taken * exp(-shell.w * sun_step * sun_sum) * cloud;
+            float light = taken * exp(-shell.extinction_per_m * sun_step * sun_sum) * cloud;
             alone += light;
             late += light * part;
             float on = done ? u_steps.x : aside || meets ? 0.0 : step_m;
@@ -64,12 +65,12 @@ void paper_way(inout PaperMarch m, vec3 ray, float from, float to, float phase) 
             t += on;
             held = meets ? density : held;
             place = meets ? point : place;
-            sun_step = meets ? min(paper_rise(altitude, mu, shell.y), PAPER_SUN_WAY * thickness)
+            sun_step = meets ? min(paper_rise(altitude, mu, shell.top_m), PAPER_SUN_WAY * thickness)
                 / float(PAPER_SUN_SAMPLES) : sun_step;
             sun_sum = meets ? 0.0 : sun_sum;
             sample_number = meets ? 0 : done ? -1 : aside ? sample_number + 1 : -1;
         }
-        vec3 scattered = cloud_view.droplets[0].x * phase * seen * frame.sun_irradiance.rgb;
+        vec3 scattered = shell.albedo * phase * seen * frame.sun_irradiance.rgb;
         vec3 air = max(there.in_scatter - m.here.in_scatter, 0.0);
 #if CLOUD_PAPER == 2018
         // (20)
@@ -101,8 +102,8 @@ void main() {
     vec2 floor_ = shell_crossings(mu, min(planet.radii.w, frame.camera_zenith.w));
     if (depth <= 0.0 && mu < 0.0 && floor_.x < floor_.y && frame.camera_zenith.w > planet.radii.w)
         end = min(end, floor_.x);
-    vec4 ways = shell_ways(mu, cloud_view.shell[0].x, cloud_view.shell[0].y, end);
-    float phase = cloud_phase(clamp_cos(dot(ray, frame.sun_direction.xyz)), cloud_view.droplets[0].y);
+    vec4 ways = shell_ways(mu, cloud_view.layers[0].base_m, cloud_view.layers[0].top_m, end);
+    float phase = cloud_phase(clamp_cos(dot(ray, frame.sun_direction.xyz)), cloud_view.layers[0].asymmetry);
     PaperMarch m = PaperMarch(vec3(0.0), 1.0, Air(vec3(1.0), vec3(0.0)));
     for (int k = 0; k < 2; ++k) {
         if (ways[2 * k + 1] - ways[2 * k] > 1e-3 && m.open > PAPER_OPAQUE)
