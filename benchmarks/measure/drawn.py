@@ -55,7 +55,7 @@ class DrawnMesh:
             anchor_height_m=proxy.anchor_height_m,
             anchor_m=proxy.anchor_m.copy(),
             generation=proxy.generation,
-            spacing=tuple(system.backend.block.spacing[:3]),
+            spacing=tuple(system.backend.view(0).choice.spacing[:3]),
         )
 
     @property

@@ -38,7 +38,13 @@ class _View:
     def __init__(self) -> None:
         self.wanted: tuple[Any, ...] = ()
         self.filled: tuple[Any, ...] = ()
-        self.block = AirViewBlock()
+        self.block = AirViewBlock(
+            camera=(0.0, 1.0, 0.0, 0.0),
+            span=(0.0, 0.0, 0.0, 0.0),
+            shape=(1.0, 1.0, 0.1, 0.0),
+            sun_side=(1.0, 0.0, 0.0, 0.0),
+            size=(0, 0, 0, 0),
+        )
         self.seen = True
 
 

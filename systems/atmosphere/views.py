@@ -50,15 +50,15 @@ class ViewSizes:
 class AirViewBlock:
     """GLSL: ``#include "generated/air_view.glsl"``, instance ``air_view``; struct AirView in atmosphere/view.glsl."""
 
-    camera: Vec4 = (0.0, 1.0, 0.0, 0.0)
+    camera: Vec4
     """(altitude >= 0, cosine and sine of the sun's zenith angle, unused)"""
-    span: Vec4 = (0.0, 0.0, 0.0, 0.0)
+    span: Vec4
     """length of rays in the air: those that end on the floor (least, range), the others (least, range)"""
-    shape: Vec4 = (1.0, 1.0, 0.1, 0.0)
+    shape: Vec4
     """(kappa of the rows of floor rays, of the others, width of the terminator's focus, unused)"""
-    sun_side: Vec4 = (1.0, 0.0, 0.0, 0.0)
+    sun_side: Vec4
     """xyz: unit, level at the camera, towards the sun"""
-    size: IVec4 = (0, 0, 0, 0)
+    size: IVec4
     """(columns, rows of each half, slices, unused)"""
 
 

@@ -48,7 +48,18 @@ class _View(ViewParts):
         self.windows = Windows(size, _LAYERS)
         self.ubo = self.gpu.uniform_block(ShadowBlock, SHADOW_MAP_BLOCK)
         self.scratch = [self.gpu.texture((size, size), "rg32f") for _ in range(2)]
-        self.block = ShadowBlock()
+        self.block = ShadowBlock(
+            axis_x=(1.0, 0.0, 0.0, 0.0),
+            axis_y=(0.0, 1.0, 0.0, 0.0),
+            axis_z=(0.0, 0.0, 1.0, 2.0),
+            scale=(1.0, 1.0, 1.0, 1.0),
+            view=(0.0, 0.0, 1.0, 0.0),
+            detail=(1.0, 0.0, 0.0, 0.0),
+            sun=(1.0, 0.0, 0.0, 0.0047),
+            counts=(0, 128, 0, 0),
+            anchor=(0, 0, 0, 128),
+            window=np.zeros((MOST_LEVELS, 4)),
+        )
         self.sun: Any = None
         self.sun_number = 0
         self.finest = 0.0  # level that may be shown, counted from the finest wanted; eased

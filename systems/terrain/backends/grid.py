@@ -28,7 +28,6 @@ class GridBackend(Backend):
 
     def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str, views: Views) -> None:
         super().__init__(gpu, settings, method, views)
-        self.block = TerrainGridBlock()
         self._ubo = gpu.uniform_block(TerrainGridBlock, TERRAIN_GRID_BLOCK, "terrain_grid")
         self._making = GridMaking(gpu, settings)
         self._programs: dict[tuple[str, bool], Any] = {}
@@ -38,16 +37,13 @@ class GridBackend(Backend):
         return self.views[index].state(self, lambda: GridMesh(self.gpu, self._making))
 
     def update(self, frame: Frame, ground: Ground, bind_octaves: Callable[[], None]) -> None:
-        view, block = self.view(frame.view_index), self.block
+        view = self.view(frame.view_index)
         view.ground, view.bind_octaves = ground, bind_octaves
         _, grew = view.follow(frame, (ground.revision, float(frame.settings["terrain.min_spacing_m"])))
         self.structure += grew
         view.keep_dh_m = heights_seen(frame, frame.view.proxy.anchor_height_m)
         view.look(frame)
-        wanted = view.block_values(ground.params.radius_m)
-        if wanted != (block.spacing, block.faded, block.moved_m):
-            block.spacing, block.faded, block.moved_m = wanted
-            self._ubo.write(block)
+        self._ubo.write(TerrainGridBlock(*view.block_values(ground.params.radius_m)))
         self._ubo.bind()
 
     def declare(self, builder: GraphBuilder, view_index: int) -> None:

@@ -32,16 +32,16 @@ _MOST_CELLS = 12000  # a telephoto lens near the ground would ask for ten times 
 class TerrainGridBlock:
     """What the vertex pass knows of the grid. GLSL: ``generated/terrain_grid.glsl``, ``terrain_grid``."""
 
-    spacing: Vec4 = (0.01, 1.0, 1.0, 0.0)
+    spacing: Vec4
     """(wanted spacing of vertices per metre of distance, smallest spacing in m, proxy altitude above the ground in m,
     0)"""
-    faded: Vec4 = (0.01, 1.0, 1.0, 0.0)
+    faded: Vec4
     """The same of the selection that fades out, and its share in what is drawn."""
-    moved_m: Vec4 = (0.0, 0.0, 0.0, 0.0)
+    moved_m: Vec4
     """xyz: the anchor's foot, from that of the selection that fades out."""
 
 
-_UNFADED = (TerrainGridBlock().faded, TerrainGridBlock().moved_m)
+_UNFADED = ((0.01, 1.0, 1.0, 0.0), (0.0, 0.0, 0.0, 0.0))
 
 
 @dataclass(kw_only=True)
@@ -67,7 +67,7 @@ class GridMaking:
         files = "terrain/fade/cells.comp", "terrain/fade/vertices.comp"
         self.fading = FadePrograms(gpu, *files, self.programs, fade_s) if fade_s > 0.0 else None
         # Of the grid that is prepared: views take turns with it.
-        self.ubo, self.block = gpu.uniform_block(TerrainGridBlock, TERRAIN_GRID_BLOCK), TerrainGridBlock()
+        self.ubo = gpu.uniform_block(TerrainGridBlock, TERRAIN_GRID_BLOCK)
 
 
 class GridMesh(SnappedMesh[GridChoice]):
@@ -124,8 +124,7 @@ class GridMesh(SnappedMesh[GridChoice]):
         assert snap.bind_heights is not None, "terrain's own"
         snap.bind_heights()
         made = self._making
-        made.block.spacing = choice.spacing
-        made.ubo.write(made.block)
+        made.ubo.write(TerrainGridBlock(choice.spacing, *_UNFADED))
         made.ubo.bind()
 
     def most_skipped(self, choice: GridChoice) -> int:
