@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...engine.frame.block import FrameBlock, PlanetBlock
+from ...engine.frame.block import FrameBlock, PlanetBlock, frame_of_anchor
 from ...engine.gpu import GpuScope
 from ...engine.gpu.bindings import FRAME_BLOCK, PLANET_BLOCK, WAVE_BLOCK
 from ...engine.waves import WaveSet
@@ -74,7 +74,7 @@ class WaveQuestions:
         self._block.place(self._waves, a, self._radius_m, SeaMesh())
         self._buffer.write(self._block.at(self._waves, time_s).tobytes())
         sea_level_m = self._waves.radius_m - self._radius_m
-        self._frame.write(FrameBlock(anchor_up=(float(a[0]), float(a[1]), float(a[2]), sea_level_m)))
+        self._frame.write(frame_of_anchor((float(a[0]), float(a[1]), float(a[2]), sea_level_m)))
         self._planet.write(PlanetBlock((self._radius_m, 0.0, 0.0, 0.0), (sea_level_m, 1.0, 0.0, 0.0)))
         for block in (self._frame, self._planet):
             block.bind()

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ...components import Atmosphere, Clouds, Ocean, Planet
 from ...engine.frame import Frame, Proxy, Views
-from ...engine.frame.block import FrameBlock, PlanetBlock
+from ...engine.frame.block import FrameBlock, PlanetBlock, frame_of_anchor
 from ...engine.frame.snapping import SnapAhead
 from ...engine.gpu.bindings import FRAME_BLOCK, LATTICE_BLOCK, PLANET_BLOCK
 from ...engine.gpu.uniforms import UniformBlock
@@ -53,7 +53,6 @@ class ProxySystem(System):
         self._generation = 0
         self._ahead_ubo: UniformBlock | None = None
         self._ahead_lattice: Any = None
-        self._frame_block = FrameBlock()
 
     def setup(self, setup: Setup) -> None:
         self._gpu, self._views = setup.gpu, setup.views
@@ -172,7 +171,7 @@ class ProxySystem(System):
 
         def bind() -> None:
             # Views take turns with these blocks. Vertices depend on nothing else of the frame.
-            ubo.write(FrameBlock(anchor_up=(*proxy.lattice.direction, proxy.anchor_height_m)))
+            ubo.write(frame_of_anchor((*proxy.lattice.direction, proxy.anchor_height_m)))
             ubo.bind()
             lattice.write(proxy.lattice.block.tobytes())
             lattice.bind_to_uniform_block(LATTICE_BLOCK)
@@ -239,7 +238,6 @@ class ProxySystem(System):
         self, frame: Frame, proxy: Proxy, radius: float, field: HeightField | None, sea: Ocean | None
     ) -> None:
         camera = frame.camera
-        block = self._frame_block
         terms = projection_terms(camera)
         distance, zenith = camera.distance_m, camera.direction
         offset = camera.position_m - proxy.anchor_m
@@ -251,18 +249,21 @@ class ProxySystem(System):
         # Water may cut the near plane: each pixel is then seen from the side of it that its lens is on.
         near = near_plane_m(abs(distance - radius - proxy.ground_m))
         sun = frame.sun
-        block.camera_right = (*camera.right.tolist(), 0.0)
-        block.camera_up = (*camera.up.tolist(), 0.0)
-        block.camera_forward = (*camera.forward.tolist(), 0.0)
-        block.projection = terms
-        block.camera_offset = (*offset.tolist(), near)
-        block.camera_zenith = (*zenith.tolist(), distance - radius)
-        block.anchor_up = (*proxy.lattice.direction.tolist(), proxy.anchor_height_m)
-        block.sun_direction = (*sun.direction.tolist(), sun.angular_radius_rad)
-        block.sun_irradiance = (*sun.irradiance.tolist(), 0.0)
-        block.viewport = (width, height, 1.0 / width, 1.0 / height)
         squares = -1.0 if frame.squares is None else float(frame.squares)
-        block.clock = (frame.time_s % 4096.0, squares, 0.0, 2.0 * terms[1] / height)
+        block = FrameBlock(
+            camera_right=(*camera.right.tolist(), 0.0),
+            camera_up=(*camera.up.tolist(), 0.0),
+            camera_forward=(*camera.forward.tolist(), 0.0),
+            projection=terms,
+            camera_offset=(*offset.tolist(), near),
+            camera_zenith=(*zenith.tolist(), distance - radius),
+            anchor_up=(*proxy.lattice.direction.tolist(), proxy.anchor_height_m),
+            sun_direction=(*sun.direction.tolist(), sun.angular_radius_rad),
+            sun_irradiance=(*sun.irradiance.tolist(), 0.0),
+            viewport=(width, height, 1.0 / width, 1.0 / height),
+            clock=(frame.time_s % 4096.0, squares, 0.0, 2.0 * terms[1] / height),
+            scale=(1.0, 1.0, 0.0, 0.0),
+        )
         self._frame_ubo.write(block)
         self._frame_ubo.bind()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from conftest import RunCompute
 from numpy.typing import NDArray
 
 from planetfall.components import Ocean
-from planetfall.engine.frame.block import FrameBlock, PlanetBlock
+from planetfall.engine.frame.block import FrameBlock, PlanetBlock, frame_of_anchor
 from planetfall.engine.gpu import Gpu
 from planetfall.engine.gpu.bindings import FRAME_BLOCK, OCEAN_BLOCK, PLANET_BLOCK
 from planetfall.engine.waves import waves_of
@@ -186,7 +187,7 @@ def ask(gpu: Gpu, run_compute: RunCompute) -> Any:
     planet = scope.uniform_block(PlanetBlock, PLANET_BLOCK, "planet")
     water = scope.uniform_block(OceanBlock, OCEAN_BLOCK, "ocean")
     ocean = Ocean(absorption_per_m=(0.3, 0.06, 0.02), scattering_per_m=(0.002, 0.004, 0.006))
-    frame.write(FrameBlock(sun_direction=(*direction(40.0, 0.0), 0.004675)))
+    frame.write(replace(frame_of_anchor((0.0, 0.0, 1.0, 0.0)), sun_direction=(*direction(40.0, 0.0), 0.004675)))
     planet.write(PlanetBlock(radii=(6.371e6, 9000.0, -11000.0, 0.0), sea=(0.0, 0.0, 0.0, 0.0)))
     block = ocean_block(ocean, waves_of(ocean, 6.371e6), np.array([0.0, 0.0, 1.0]), 6.371e6)
     water.write(block)
