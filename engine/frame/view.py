@@ -54,6 +54,8 @@ class View:
         """The next snap of its proxy."""
         self.placed: Proxy | None = None
         """Its camera's proxy, or None before the first frame."""
+        self.planets_px: tuple[int, int, int, int] | None = None
+        """Where its picture shows other planets in this frame: (x, y, width, height); None: nowhere."""
 
     @property
     def proxy(self) -> Proxy:

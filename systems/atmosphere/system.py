@@ -60,7 +60,6 @@ class AtmosphereSystem(System):
     needs: ClassVar[tuple[type, ...]] = (Planet, Atmosphere)
 
     def __init__(self) -> None:
-        self._views: dict[int, _View] = {}
         self._world: Any = None
 
     def setup(self, setup: Setup) -> None:
@@ -80,7 +79,6 @@ class AtmosphereSystem(System):
         provide_contracts(setup.world, self.name, self)
 
     def release(self) -> None:
-        self._views.clear()
         self._gpu.gpu.shaders.withdraw(self.name)
         withdraw_contracts(self._world, self.name)
         self._world.resources.pop("air_top_m", None)
@@ -142,7 +140,7 @@ class AtmosphereSystem(System):
         self._hurry = frame.settling
         job = self._refresh(frame.world, frame.planet, frame.settings, frame.sun)
         model = job.shown
-        view = self._views.setdefault(frame.view_index, _View())
+        view = frame.view.state(self, _View)
         camera = frame.camera
         distance = camera.distance_m
         cosine, sine, side = sun_at(camera.direction, frame.sun.direction)
@@ -212,7 +210,7 @@ class AtmosphereSystem(System):
         )
         if self._method == "paper":
             return
-        own = self._views.setdefault(view.index, _View())
+        own = view.view.state(self, _View)
         own.filled = ()
         light, depth = self._sizes.texels, self._sizes.extinction_texels
         builder.add_pass(

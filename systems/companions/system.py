@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
-from ...engine.backdrop import LIGHT, RECTS, SOURCE
+from ...engine.backdrop import LIGHT, SOURCE
 from ...engine.frame import Frame, ViewInfo
 from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
@@ -62,6 +62,14 @@ class CompanionSource(Protocol):
         ...
 
 
+class _Shown:
+    """Of one view: the pictures of other planets in its last frame."""
+
+    def __init__(self) -> None:
+        self.pictures: Sequence[Picture] = ()
+        self.jitter_px = (0.0, 0.0)
+
+
 class CompanionsSystem(System):
     """Active where there is a source. Creates companions.light for the view of a camera, companions.picture for a
     companion's."""
@@ -73,21 +81,19 @@ class CompanionsSystem(System):
 
     def setup(self, setup: Setup) -> None:
         gpu = setup.gpu
-        self._world = setup.world
+        self._world, self._views = setup.world, setup.views
         self._format = str(setup.settings.get("sky.radiance_format", "rgba32f"))
         self._take = gpu.fullscreen("companions/take.frag")
         self._disc = gpu.fullscreen("companions/disc.frag")
         self._spot = gpu.fullscreen("companions/spot.frag")
         self._plain = gpu.gpu.state()
         self._over = gpu.gpu.state(blend="premultiplied")
-        self._shown: dict[int, Sequence[Picture]] = {}
-        self._jitter: dict[int, tuple[float, float]] = {}
         self._stamp: Any = None
         self._main = False
-        self._world.set_resource(RECTS, {})
 
     def release(self) -> None:
-        self._world.remove_resource(RECTS)
+        for view in self._views:
+            view.planets_px = None
 
     @property
     def _source(self) -> CompanionSource:
@@ -110,11 +116,9 @@ class CompanionsSystem(System):
         self._main = not source.prepare(frame)
         shown = source.pictures(frame) if self._main else ()
         self._stamp = source.stamp()
-        self._shown[frame.view_index], self._jitter[frame.view_index] = shown, frame.jitter_px
-        rects = self._world.resource(RECTS)
-        rects.pop(frame.view_index, None)
-        if shown:
-            rects[frame.view_index] = _around([picture.rect for picture in shown])
+        seen = frame.view.state(self, _Shown)
+        seen.pictures, seen.jitter_px = shown, frame.jitter_px
+        frame.view.planets_px = _around([picture.rect for picture in shown]) if shown else None
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         if PICTURE in view.outputs:
@@ -127,12 +131,13 @@ class CompanionsSystem(System):
                 help="this planet as another one's camera sees it",
             )
             return
+        shown = view.view.state(self, _Shown)
         builder.add_pass(
             "companions.layer",
-            bind=lambda io: self._bind_layer(io, view.index),
+            bind=lambda io: self._bind_layer(io, shown),
             system=self.name,
             creates=(TextureSpec(LIGHT, self._format, lifetime="persistent", help="other planets, behind the air"),),
-            when=lambda: bool(self._shown.get(view.index)),
+            when=lambda: bool(shown.pictures),
             help="pictures of other planets over one another, while any is in sight",
         )
 
@@ -151,7 +156,7 @@ class CompanionsSystem(System):
 
         return run
 
-    def _bind_layer(self, io: PassIO, view_index: int) -> Callable[[], None]:
+    def _bind_layer(self, io: PassIO, shown: _Shown) -> Callable[[], None]:
         target = io.framebuffer(colors=(LIGHT,))
 
         def run() -> None:
@@ -159,13 +164,13 @@ class CompanionsSystem(System):
             self._plain.apply()
             target.clear()
             self._over.apply()
-            for picture in self._shown.get(view_index, ()):
+            for picture in shown.pictures:
                 target.viewport = picture.rect
                 picture.texture.use(0)
                 if picture.spot_px > 0.0:
-                    draw, jitter = self._spot, self._jitter[view_index]
+                    draw = self._spot
                     draw.set("u_place", (*picture.corner_px, picture.texel_px, picture.spot_px))
-                    draw.set("u_jitter", jitter)
+                    draw.set("u_jitter", shown.jitter_px)
                 else:
                     draw = self._disc
                     draw.set("u_corner", tuple(round(c) for c in picture.corner_px))

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...components import Atmosphere, Exposure, Planet, Stars
 from ...engine.backdrop import LIGHT, SOURCE, Backdrop
-from ...engine.frame import Frame, ViewInfo
+from ...engine.frame import Frame, View, ViewInfo
 from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.gpu import gl as G
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
@@ -92,7 +92,7 @@ class SkySystem(System):
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         builder.add_pass(
             "sky.shade",
-            bind=lambda io: self._bind(io, view.index),
+            bind=lambda io: self._bind(io, view.view),
             system=self.name,
             reads=("gbuffer.depth", *contract_reads(self._world)),
             reads_optional=(LIGHT,),
@@ -100,13 +100,13 @@ class SkySystem(System):
             help="air and the sun's disc where no surface is, black elsewhere",
         )
 
-    def _bind(self, io: PassIO, view_index: int) -> Callable[[], None]:
+    def _bind(self, io: PassIO, view: View) -> Callable[[], None]:
         target = io.framebuffer(colors=("scene.radiance",), depth="gbuffer.depth")
         colors = io.framebuffer(colors=("scene.radiance",))
         bind_air = bind_contracts(self._world, io)
         planets: Backdrop | None = None
         if io.has(LIGHT):
-            planets = Backdrop(self._world, io, view_index, self._nothing())
+            planets = Backdrop(io, view, self._nothing())
         sun = self._sun(planets is not None)
 
         def run() -> None:
@@ -147,7 +147,7 @@ class SkySystem(System):
 
 @dataclass
 class _Shown:
-    """What one view's exposure lets show."""
+    """What one view shows, by its exposure and the air."""
 
     hidden: bool = False
     """Nothing: known before the frame, where the exposure is fixed."""
@@ -160,6 +160,10 @@ class _Shown:
     low_ev100: float = 0.0
     """The exposure goes no lower, and by no more than `share` of the way there in this frame."""
     share: float = 1.0
+    clear: bool = False
+    """No ray of it meets the air."""
+    mapped: tuple[Any, int] = (None, -1)
+    """The texture of the galaxy's map, and the seed that it shows."""
 
 
 class StarsSystem(System):
@@ -185,7 +189,7 @@ class StarsSystem(System):
         self._limit = _LIMITS[radiance_format(setup.settings)]
         # Behind other planets is nothing to be seen, where there are any.
         self._planets = setup.world.try_resource(SOURCE) is not None
-        self._no_planet = gpu.texture((1, 1), "rgba8", bytes(4)) if self._planets else None
+        self._no_planet: Any = gpu.texture((1, 1), "rgba8", bytes(4)) if self._planets else None
         self._drawers: dict[bool, tuple[Any, Any]] = {}
         for clear in (False, True) if setup.world.query(Atmosphere) else (False,):
             self._drawer(clear)
@@ -198,10 +202,6 @@ class StarsSystem(System):
         self._enable, self._disable = toggles
         self._points: dict[bool, Any] = {}
         self._buffer: Any = None
-        self._shown: dict[int, _Shown] = {}
-        self._clear: dict[int, bool] = {}
-        self._mapped: dict[int, tuple[Any, int]] = {}
-        """By view: the texture of the galaxy's map, and the seed that it shows."""
         self._catalogue, self._map_seed = (-1, -1), -1
         self._refresh(setup.world.query(Stars)[0][1][0])
 
@@ -246,12 +246,12 @@ class StarsSystem(System):
     def update(self, frame: Frame) -> None:
         stars: Stars = frame.world.query(Stars)[0][1][0]
         self._refresh(stars)
-        self._expose(frame, stars)
+        shown = frame.view.state(self, _Shown)
+        self._expose(frame, stars, shown)
         if not frame.backdrop:
-            self._shown[frame.view_index].hidden = True
+            shown.hidden = True
         self._turn_stars(frame.world.try_resource("star_axes"))
-        clear = bool(frame.world.query(Atmosphere)) and not frame.view.seen.planet()
-        self._clear[frame.view_index] = clear
+        shown.clear = clear = bool(frame.world.query(Atmosphere)) and not frame.view.seen.planet()
         points, galaxy = self._drawer(clear)
         points.set("u_star_axes", self._star_axes)
         points.set("u_brightness", float(stars.brightness))
@@ -267,12 +267,11 @@ class StarsSystem(System):
             self._star_axes = tuple(axes.T.astype(np.float32).ravel().tolist())
             self._galactic_axes = tuple((GALACTIC_AXES @ axes.T).T.astype(np.float32).ravel().tolist())
 
-    def _expose(self, frame: Frame, stars: Stars) -> None:
+    def _expose(self, frame: Frame, stars: Stars, shown: _Shown) -> None:
         """What can show of stars and galaxy, as far as it is known before the frame's exposure is."""
         exposures = frame.world.query(Exposure)
         exposure = with_overrides(exposures[0][1][0] if exposures else Exposure(), "exposure", frame.settings)
         ev100 = frame.ev100 if frame.ev100 is not None else exposure.ev100 if exposure.mode == "fixed" else None
-        shown = self._shown.setdefault(frame.view_index, _Shown())
         # An exposure that jumps may come to anything.
         shown.hidden, shown.all, shown.fixed_ev100 = False, ev100 is not None or frame.cut, None
         if ev100 is None and frame.cut:
@@ -291,12 +290,12 @@ class StarsSystem(System):
         metered = (
             bool({"composite.ldr", "target", "target_with_depth"} & view.outputs) and not numbers
         )  # then the exposure has a past
-        shown = self._shown.setdefault(view.index, _Shown())
+        shown = view.view.state(self, _Shown)
         builder.add_pass(
             "stars.galaxy_map",
-            bind=lambda io: self._bind_map(io, view.index),
+            bind=lambda io: self._bind_map(io, shown),
             system=self.name,
-            when=lambda: self._mapped[view.index][1] != self._map_seed and (numbers or not shown.hidden),
+            when=lambda: shown.mapped[1] != self._map_seed and (numbers or not shown.hidden),
             creates=(
                 TextureSpec("stars.galaxy", "rgba16f", side, "persistent", filter="linear", help="octahedral map"),
             ),
@@ -315,7 +314,7 @@ class StarsSystem(System):
             )
         builder.add_pass(
             "stars.draw",
-            bind=lambda io: self._bind_draw(io, view.index, shown, metered, numbers),
+            bind=lambda io: self._bind_draw(io, view.view, shown, metered, numbers),
             system=self.name,
             reads_optional=(LIGHT,),
             reads=("stars.galaxy", "gbuffer.depth", *contract_reads(self._world), *(("stars.draws",) * metered)),
@@ -325,17 +324,17 @@ class StarsSystem(System):
             help="the Milky Way and single stars where no surface is",
         )
 
-    def _bind_map(self, io: PassIO, view: int) -> Callable[[], None]:
+    def _bind_map(self, io: PassIO, shown: _Shown) -> Callable[[], None]:
         target, texture = io.framebuffer(colors=("stars.galaxy",)), io.texture("stars.galaxy")
         # A graph that is compiled again may keep the texture, and what it holds.
-        if self._mapped.get(view, (None, -1))[0] is not texture:
-            self._mapped[view] = (texture, -1)
+        if shown.mapped[0] is not texture:
+            shown.mapped = (texture, -1)
 
         def run() -> None:
             target.use()
             self._plain.apply()
             self._map.render()
-            self._mapped[view] = (texture, self._map_seed)
+            shown.mapped = (texture, self._map_seed)
 
         return run
 
@@ -355,16 +354,15 @@ class StarsSystem(System):
 
         return run
 
-    def _bind_draw(self, io: PassIO, view: int, shown: _Shown, metered: bool, numbers: bool) -> Callable[[], None]:
+    def _bind_draw(self, io: PassIO, view: View, shown: _Shown, metered: bool, numbers: bool) -> Callable[[], None]:
         target = io.framebuffer(colors=("scene.radiance",), depth="gbuffer.depth")
         galaxy = io.texture("stars.galaxy")
         draws = io.buffer("stars.draws") if metered else None
         bind_air = bind_contracts(self._world, io)
-        planets = Backdrop(self._world, io, view, self._no_planet) if self._planets else None
+        planets = Backdrop(io, view, self._no_planet) if self._planets else None
 
         def run() -> None:
-            clear = self._clear.get(view, False)
-            points, galaxy_light = self._points_of(clear), self._drawer(clear)[1]
+            points, galaxy_light = self._points_of(shown.clear), self._drawer(shown.clear)[1]
             if points is None:
                 return
             chosen = None if shown.all else draws

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from planetfall.components import Planet
-from planetfall.engine.frame import Frame, SunState, ViewInfo
+from planetfall.engine.frame import Frame, SunState, ViewInfo, Views
 from planetfall.engine.frame.block import FrameBlock, PlanetBlock
 from planetfall.engine.gpu.bindings import FRAME_BLOCK, PLANET_BLOCK
 from planetfall.engine.gpu.graph_backend import GLBackend
@@ -136,18 +136,19 @@ class Bench:
         self.planet_block = self.shared.uniform_block(PlanetBlock, PLANET_BLOCK, "planet")
         self.planet_block.write(PlanetBlock(radii=(6.371e6, 9000.0, -11000.0, 0.0), sea=(0.0, 0.0, 0.0, 0.0)))
         self.scopes = {s.name: gpu.scope(s.name) for s in systems}
+        self.views = Views()
         for s in systems:
-            s.setup(Setup(self.world, self.scopes[s.name], self.settings, self.planet))
+            s.setup(Setup(self.world, self.scopes[s.name], self.settings, self.planet, self.views))
         self.backend = GLBackend(self.shared)
         self.plan: Any = None
         sun = SunState(np.array([1.0, 0.0, 0.0]), np.array(SUN), 0.004675)
-        self.frame = Frame(self.world, self.planet, size, None, sun)  # type: ignore[arg-type]
+        self.frame = Frame(self.world, self.planet, size, None, sun, view=self.views[0])  # type: ignore[arg-type]
         self.compile()
 
     def compile(self) -> None:
         builder = GraphBuilder()
         for s in self.systems:
-            s.declare(builder, ViewInfo(self.size, outputs=self.outputs))
+            s.declare(builder, ViewInfo(self.size, self.views[0], self.outputs))
         for name in self.exports:
             builder.export(name)
         self.plan = builder.compile(self.backend, self.size, self.plan)

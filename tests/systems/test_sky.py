@@ -351,9 +351,9 @@ def test_an_automatic_exposure_hides_what_cannot_show_and_nothing_else():
         stars = renderer.system("stars")
         choose = stars._expose
 
-        def all_of_them(frame, component):
-            choose(frame, component)
-            stars._shown[0].all = True
+        def all_of_them(frame, component, shown):
+            choose(frame, component, shown)
+            shown.all = True
 
         stars._expose = all_of_them
         every, _ = sequence()
