@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ... import Atmosphere, Camera, Clouds, Planet, Renderer, Scene, Sun
-from ...systems.clouds.system import CloudSystem
+from ...systems.clouds.ours import OurClouds
 from ...systems.light.sun import resolve_sun
 from ..evaluate import Evaluator
 from ..reference.air_medium import EARTH_BRUNETON, Floats
@@ -202,8 +202,8 @@ def _shell_depth(clouds: Clouds, places_m: Floats, ways: Floats, length_m: Float
 def converged(renderer: Renderer, points_m: Floats, steps: int, wide_m: float = 1.0) -> Floats:
     """(N, 2) of camera-relative points (N, 3): the clouds' optical depth towards the sun in so many steps, and their
     extinction there per metre. Of the clouds that the renderer has drawn last, in full detail."""
-    clouds = renderer.system("clouds")
-    assert isinstance(clouds, CloudSystem)
+    clouds = getattr(renderer.system("clouds"), "method", None)
+    assert isinstance(clouds, OurClouds)
     gpu = renderer.gpu
     with renderer.current():
         ask = Evaluator(gpu, _BODY, {"point": "vec3", "steps": "int", "wide": "float"}, {"found": "vec2"}, _HEADER)

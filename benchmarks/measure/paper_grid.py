@@ -56,9 +56,9 @@ class PaperMesh:
         b, a = np.divmod(local, side[patch])
         step = FINEST >> cut.level[patch]
         with renderer.current():
-            vertices = np.frombuffer(view.vertices.read(cut.vertices * _VERTEX.itemsize), _VERTEX).copy()
-            counts = np.frombuffer(view.counts.read(4 * (MOST_LEVEL + 1)), "u4").astype(np.int64)
-            visible = np.frombuffer(view.visible.read(4 * len(cut)), "u4").astype(np.int64)
+            vertices = np.frombuffer(view.buffers["vertices"].read(cut.vertices * _VERTEX.itemsize), _VERTEX).copy()
+            counts = np.frombuffer(view.buffers["counts"].read(4 * (MOST_LEVEL + 1)), "u4").astype(np.int64)
+            visible = np.frombuffer(view.buffers["visible"].read(4 * len(cut)), "u4").astype(np.int64)
         drawn = np.zeros(len(cut), bool)
         first = 0
         for level in range(MOST_LEVEL, -1, -1):

@@ -45,7 +45,7 @@ SYSTEMS: tuple[Entry, ...] = (
     Entry("props", ".systems.props", "PropsSystem", (Transform, Shape)),
     Entry("sky", ".systems.sky", "SkySystem"),
     Entry("stars", ".systems.sky", "StarsSystem", (Stars,)),
-    Entry("clouds", ".systems.clouds.methods", "CloudMethods", (Planet, Clouds)),
+    Entry("clouds", ".systems.clouds.system", "CloudSystem", (Planet, Clouds)),
     Entry("composite", ".systems.composite", "CompositeSystem"),
     Entry("debug", ".systems.debug", "DebugSystem", (DebugView,)),
     Entry("companions", ".systems.companions", "CompanionsSystem", resource="companions.source"),

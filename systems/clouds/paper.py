@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ...components import Clouds, Ocean, Planet
 from ...engine.frame import Frame, View, ViewInfo
-from ...engine.frame.contracts import bind_contracts, contract_reads, provide_contracts, withdraw_contracts
+from ...engine.frame.contracts import bind_contracts, contract_reads
+from ...engine.gpu import GpuScope
 from ...engine.gpu.bindings import CLOUD_TILE_UNIT
 from ...engine.graph import GraphBuilder, PassIO
 from ...engine.settings import revision, with_overrides
 from ...engine.space import out_of_view
 from ...engine.system import Setup
 from .layers import frames_at
+from .method import CloudMethod
 from .paper_volume import PaperVolume
 from .view_block import CloudViewBlock, CloudViewLayer, CloudVolume, cloud_view_uniforms
 
-__all__ = ["LARGE_STEP", "STEPS", "PaperClouds"]
+__all__ = ["LARGE_STEP", "STEPS", "PaperClouds", "PaperClouds2018"]
 
 STEPS, LARGE_STEP = 40, 4.0
 """Small steps through the layer's thickness, and small steps in a large one. The source gives neither."""
@@ -40,43 +42,30 @@ class Seen:
         self.seen = True
 
 
-class PaperClouds:
-    """The passes of Michelic 2018 and Michelic et al. 2019, with the interface of a System; see CloudMethods.
+class PaperClouds(CloudMethod):
+    """The passes of Michelic et al. 2019: clouds and air put together as there."""
 
-    year: 2018 or 2019, how clouds and air are put together.
-    """
+    contracts: ClassVar[Mapping[str, str]] = {"cloud_shadow": "clouds/paper/shadow.glsl"}
+    year: ClassVar[int] = 2019
 
-    def __init__(self, name: str, year: int) -> None:
-        self.name, self.year = name, year
-
-    def setup(self, setup: Setup) -> None:
-        """See System.setup."""
-        self._gpu, self._world = setup.gpu, setup.world
-        self._ubo = cloud_view_uniforms(setup.gpu)
+    def __init__(self, gpu: GpuScope, setup: Setup) -> None:
+        super().__init__(gpu, setup)
+        self._ubo = cloud_view_uniforms(gpu)
         self._block = CloudViewBlock()
         self._stamp: tuple[Any, ...] = ()
         self._volume: PaperVolume | None = None
         self._volume_for: tuple[Any, ...] = ()
-        self._volumes = setup.gpu.beside(self.name)
+        self._volumes = gpu.beside(gpu.owner)
         self._layer: Any = None
         self._texels = int(setup.settings["clouds.shape_texels"])
-        setup.gpu.gpu.shaders.provide("cloud_shadow", "clouds/paper/shadow.glsl", owner=self.name)
-        self._view = setup.gpu.fullscreen("clouds/paper/view.frag", {"CLOUD_PAPER": self.year})
-        self._blend = setup.gpu.gpu.state(blend="premultiplied")
-        provide_contracts(setup.world, self.name, self)
+        self._view = gpu.fullscreen("clouds/paper/view.frag", {"CLOUD_PAPER": self.year})
+        self._blend = gpu.gpu.state(blend="premultiplied")
 
     def release(self) -> None:
-        """See System.release."""
         self._volumes.release()
-        self._gpu.gpu.shaders.withdraw(self.name)
-        withdraw_contracts(self._world, self.name)
-
-    def contract_reads(self) -> tuple[str, ...]:
-        """See engine.contracts.ContractSource."""
-        return ()
+        super().release()
 
     def bind_contract(self, io: PassIO) -> Callable[[], None]:
-        """See engine.contracts.ContractSource."""
         return self._bind
 
     def _bind(self) -> None:
@@ -84,15 +73,13 @@ class PaperClouds:
             self._volume.texture.use(CLOUD_TILE_UNIT)
         self._ubo.bind()
 
-    def seen_in(self, view: View) -> Seen:
-        """Whether that view may show any cloud: else no pass is in its graph."""
-        return view.state(self, Seen)
+    def seen_in(self, view: View) -> bool:
+        return view.state(self, Seen).seen
 
-    def update(self, frame: Frame, refresh: bool = True) -> None:
-        """See System.update. refresh: False keeps the clouds from before, whatever the component says."""
+    def update(self, frame: Frame) -> None:
         component = frame.world.get(frame.planet, Clouds)
         radius = float(frame.world.get(frame.planet, Planet).radius_m)
-        if refresh:
+        if self.good:
             self._refresh(component, frame)
         layer = self._layer
         centre, reach = -frame.camera.position_m, radius + (0.0 if layer is None else float(layer.top_m))
@@ -100,7 +87,7 @@ class PaperClouds:
         sea = frame.world.try_get(frame.planet, Ocean)
         if sea is not None and float(np.linalg.norm(frame.camera.position_m)) - radius < sea.sea_level_m:
             seen = False
-        self.seen_in(frame.view).seen = seen
+        frame.view.state(self, Seen).seen = seen
         if self._volume is not None and not self._volume.done:
             self._volume.step(1e9 if frame.settling else _BUDGET_S)
         turn, _ = frames_at(float(component.wind_speed_m_s), radius, frame.time_s)
@@ -110,6 +97,7 @@ class PaperClouds:
         block.broad = CloudVolume(np.mod(turn @ proxy.anchor_m / self._tile_m, 1.0), 1.0 / self._tile_m)
         self._ubo.write(block)
         self._ubo.bind()
+        self.moving = not self.settled()
 
     def _refresh(self, component: Any, frame: Frame) -> None:
         stamp = (id(component), revision(component), *(revision(layer) for layer in component.layers))
@@ -138,20 +126,19 @@ class PaperClouds:
         if wanted != self._volume_for or self._volume is None:
             self._volume_for = wanted
             self._volumes.release()
-            self._volumes = self._gpu.beside(self.name)
+            self._volumes = self.gpu.beside(self.gpu.owner)
             self._volume = PaperVolume(
                 self._volumes, self._texels, coverage, self._tile_m, thickness, LARGE_STEP * small
             )
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
-        """See System.declare."""
-        if not self.seen_in(view.view).seen:
+        if not self.seen_in(view.view):
             return
         builder.add_pass(
             "clouds.march",
             bind=self._bind_view,
-            system=self.name,
-            reads=("gbuffer.depth", *contract_reads(self._world, but=self.name)),
+            system=self.gpu.owner,
+            reads=("gbuffer.depth", *contract_reads(self.world, but=self.gpu.owner)),
             writes=("scene.radiance",),
             stage="clouds",
             help="the printed march through clouds and air, for every pixel",
@@ -159,7 +146,7 @@ class PaperClouds:
 
     def _bind_view(self, io: PassIO) -> Callable[[], None]:
         target, depth = io.framebuffer(colors=("scene.radiance",)), io.texture("gbuffer.depth")
-        bind = bind_contracts(self._world, io, but=self.name)
+        bind = bind_contracts(self.world, io, but=self.gpu.owner)
 
         def run() -> None:
             bind()
@@ -172,13 +159,16 @@ class PaperClouds:
         return run
 
     def settled(self) -> bool:
-        """See System.settled."""
         return self._volume is None or self._volume.done
 
     def refining(self) -> str:
-        """See System.refining."""
         return "" if self.settled() else f"clouds' tables {100.0 * self.progress():.0f} %"
 
     def progress(self) -> float:
-        """See System.progress."""
         return 1.0 if self._volume is None else self._volume.share
+
+
+class PaperClouds2018(PaperClouds):
+    """As Michelic 2018 puts them together."""
+
+    year: ClassVar[int] = 2018

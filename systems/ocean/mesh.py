@@ -56,8 +56,8 @@ class SeaMesh(SnappedMesh[SeaChoice]):
     phases: ClassVar[tuple[str, ...]] = ("sea",)
     keep_dh_m = (-1.0e29, 3.0e38)  # ocean/vertices.comp marks cells without water
 
-    def __init__(self, of: GpuScope, name: str, making: SeaMaking, index: int) -> None:
-        super().__init__(of, name, making.programs, making.prepares)
+    def __init__(self, of: GpuScope, making: SeaMaking, index: int) -> None:
+        super().__init__(of, "ocean", making.programs, making.prepares)
         self._making, self._index = making, index
         self.waves = WaveView(self.gpu)
         self.displaced: tuple[Any, ...] | None = None

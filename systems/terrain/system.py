@@ -17,9 +17,10 @@ from ...engine.frame.unseen import Unseen
 from ...engine.gpu.between_shaded import BetweenShaded
 from ...engine.gpu.bindings import MATERIAL_BLOCK, TERRAIN_TABLE_BLOCK, TILE_BUFFER
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
+from ...engine.methods import Methods
 from ...engine.settings import SettingError, revision, with_overrides
 from ...engine.system import Setup, System
-from .backends import Backend, Ground, make_backend
+from .backends import Backend, Ground, use_backend
 from .coasts import Coasts
 from .debug_passes import TerrainDebugPasses
 from .height import TerrainField, TerrainParams, octave_table
@@ -42,7 +43,6 @@ _WIDE_PIXEL_M = 10.0
 within 6000 km, a coast so to 0.2 pixels at a slope of 1 %."""
 _FARTHER = 1.0 / 32.0
 """Wider pixels on all ground, by the longest layer of relief: terrain/coast_find.comp leaves out hardly any."""
-_CONTRACTS = {"surface_height": "terrain/surface_height.glsl"}
 _SOURCES = "generated/terrain_height_sources.glsl"
 
 
@@ -58,15 +58,14 @@ class TerrainSystem(System):
 
     def __init__(self) -> None:
         self._world: Any = None
-        self._backend: Backend | None = None
-        self._backend_key: tuple[str, str] = ("", "")
-        self._backend_structure = 0
+        self._methods: Methods[Backend]
 
     def setup(self, setup: Setup) -> None:
         self._gpu = setup.gpu
         self._between: BetweenShaded | None = None
         self._world, self._views = setup.world, setup.views
         self._settings = setup.settings
+        self._methods = Methods(setup.gpu, setup.views)
         self._material_ubo = setup.gpu.uniform_block(TerrainMaterialBlock, MATERIAL_BLOCK, "terrain_material_block")
         self._materials = -1
         self._use_materials()
@@ -87,9 +86,7 @@ class TerrainSystem(System):
         self._refresh_field(setup.world, setup.planet, setup.settings)  # with the backend's contracts
 
     def release(self) -> None:
-        if self._backend is not None:
-            self._release(self._backend)
-            self._backend, self._backend_key = None, ("", "")
+        self._methods.release()
         self._gpu.gpu.shaders.withdraw(self.name)
         for resource in ("height_field", "surface_height"):
             self._world.resources.pop(resource, None)
@@ -97,27 +94,14 @@ class TerrainSystem(System):
     @property
     def backend(self) -> Backend:
         """What selects cells and makes vertices now."""
-        assert self._backend is not None, "set up makes one"
-        return self._backend
+        return self._methods.now
 
-    def _use_backend(self, name: str, method: str) -> None:
+    def _use_method(self, name: str, method: str) -> None:
         """The backend of that name and method, in place of another; nothing else changes."""
-        if (name, method) == self._backend_key:
-            return
-        made = make_backend(self._gpu, name, method, self._settings, self._views)
-        if self._backend is not None:
-            self._release(self._backend)
-        shaders = self._gpu.gpu.shaders
-        shaders.withdraw(self.name)
-        for contract, file in {**_CONTRACTS, **made.contracts}.items():
-            shaders.provide(contract, file, owner=self.name)
-        self._backend, self._backend_key, self._backend_structure = made, (name, method), made.structure
-        self._field_revision = ()  # it may draw a ground of its own
-        self.structure += 1
-
-    def _release(self, backend: Backend) -> None:
-        self._views.forget(backend)
-        backend.release()
+        if use_backend(self._methods, name, method, self._settings, self._views):
+            self.backend.bind_octaves = self._bind_octaves
+            self._field_revision = ()  # it may draw a ground of its own
+            self.structure += 1
 
     def _bind_heights(self, view_index: int) -> None:
         """World resource ``surface_height``: binds what the shader contract of that name reads."""
@@ -137,7 +121,7 @@ class TerrainSystem(System):
         if colours != self._colour_revision:
             self._colour_revision = colours
             self._component = with_overrides(terrain, "terrain", settings)
-            self._use_backend(self._component.backend, self._component.method)
+            self._use_method(self._component.backend, self._component.method)
         self._changes = changes
         # Colours change often while somebody tunes them; only the shape asks for new cells and vertices.
         stamp = (id(terrain), revision(terrain, *_SHAPE), revision(body, "radius_m"))
@@ -201,11 +185,10 @@ class TerrainSystem(System):
         view.wide = (altitude_m - sea) * pixel > _WIDE_PIXEL_M
         view.far = narrowest_m > _FAR_PIXEL_M
         view.farther = view.wide and narrowest_m > _FARTHER * float(self._ground.field.model.wavelength_m[0])
-        index, backend = frame.view_index, self.backend
-        backend.update(frame, self._ground, lambda: self._bind_octaves(index))
-        if backend.structure != self._backend_structure:
-            self._backend_structure = backend.structure
-            self.structure += 1
+        backend = self.backend
+        backend.ground = self._ground
+        backend.update(frame)
+        self.structure += self._methods.changed()
         place = (frame.view_index, proxy.generation)
         stamp = (*self._field_revision, self._colour_revision, self._materials, *place)
         if stamp != self._material_stamp:
@@ -254,7 +237,7 @@ class TerrainSystem(System):
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         name, index, backend = self.name, view.index, self.backend
         seen = view.view.seen.ground
-        backend.declare(builder, index)
+        backend.declare(builder, view)
         builder.add_pass(
             "terrain.gbuffer",
             system=name,

@@ -85,7 +85,7 @@ def test_what_is_shared_is_made_once() -> None:
     other = pf.Camera.at(37.684, 140.602, 1200.0, heading_deg=135.0, pitch_deg=-14.0, above="ground")
     with scene_of(clouds=True) as scene, pf.Renderer(scene, SIZE, "low", {"terrain.backend": "quadtree"}) as renderer:
         renderer.settle(MAIN, 0.0, sun=SUN)
-        backend, air = renderer.system("terrain").backend, renderer.system("atmosphere")._job  # type: ignore[union-attr]
+        backend, air = renderer.system("terrain").backend, renderer.system("atmosphere").method.job  # type: ignore[union-attr]
         tiles, generation, programs = backend.made, air.generation, renderer.gpu.counts()
         first = bytes_of(renderer)
         assert min(first[owner] for owner in ("atmosphere", "clouds", "terrain")) > 100_000

@@ -133,7 +133,7 @@ def test_a_view_under_water_leaves_the_clouds_of_the_other_alone(monkeypatch: py
         assert [view.graph for view, _ in pairs] == plans and not compiled
         ran = [{p.name for p in view.passes() if p.ran} for view, _ in pairs]
         assert "clouds.march" in ran[0] and "clouds.march" not in ran[1]
-        clouds = renderer.system("clouds")
+        clouds = renderer.system("clouds").method
         assert clouds is not None
         past: Any = renderer.views[0].found(clouds).past
         assert past.mode != 0, "the frame before was lost"

@@ -14,7 +14,7 @@ import planetfall as pf
 from planetfall.components import Clouds
 from planetfall.systems.clouds.imported import IMPORT_BORDER, imported_cover, octahedral_directions
 from planetfall.systems.clouds.maps import BORDER
-from planetfall.systems.clouds.system import CloudSystem
+from planetfall.systems.clouds.ours import OurClouds
 
 DAY_S = 86400.0
 
@@ -43,8 +43,8 @@ def png(tmp_path: Path) -> Path:
 
 def shown(renderer: pf.Renderer) -> np.ndarray:
     """Cover (side, side) of the first map that is shown, with its border."""
-    system = renderer.system("clouds")
-    assert isinstance(system, CloudSystem)
+    system = renderer.system("clouds").method
+    assert isinstance(system, OurClouds)
     with renderer.current():
         held = system.field.maps.shown[0]
         return np.frombuffer(held.read(), np.uint8).reshape(*held.size, 4)[..., 0] / 255.0
@@ -81,8 +81,8 @@ def test_the_map_on_the_gpu_is_the_file_and_drifts_with_the_wind(png: Path) -> N
         wanted = cover_of(octahedral_directions(len(at_once) - 2 * BORDER, BORDER))
         # Eight bits, halves, and bilinear reads of samples 0.7 degrees apart; coverage doesn't count.
         assert np.abs(at_once - wanted).max() < 6e-3
-        system = renderer.system("clouds")
-        assert isinstance(system, CloudSystem)
+        system = renderer.system("clouds").method
+        assert isinstance(system, OurClouds)
         # The frame of the map turns eastwards with the wind: what was over longitude 0 is over 20 m/s x 12 h = 864 km.
         renderer.render(camera, time_s=0.5 * DAY_S)
         turn = np.asarray(system.field.block.turn)  # columns

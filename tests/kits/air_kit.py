@@ -75,7 +75,7 @@ def air_of(renderer: pf.Renderer) -> AtmosphereSystem:
 
 
 def job_of(renderer: pf.Renderer) -> TableJob:
-    return air_of(renderer)._job
+    return air_of(renderer).method.job
 
 
 def dispatches(renderer: pf.Renderer, act: Callable[[], Any]) -> int:

@@ -90,7 +90,7 @@ def test_what_may_be_taken_over() -> None:
 
         def frame(camera: pf.Camera, **more: float) -> Past:
             renderer.render(camera, sun=UP, dt_s=0.1, **more)
-            system = renderer.system("clouds")
+            system = renderer.system("clouds").method
             assert system is not None
             return system._past  # pyright: ignore[reportAttributeAccessIssue]
 

@@ -8,7 +8,7 @@ from cloud_kit import cloudy, renderer_of
 
 import planetfall as pf
 from planetfall.systems.clouds.charts import FADE_FRAMES, Chart, Charts
-from planetfall.systems.clouds.system import CloudSystem
+from planetfall.systems.clouds.ours import OurClouds
 from planetfall.systems.clouds.weather import STEP_S, moment_of
 
 FRAME_S = 1.0 / 60.0
@@ -145,8 +145,8 @@ def test_frames_come_to_the_map_that_a_settled_picture_has() -> None:
         one.settle(camera, time_s)
         exact = one.render(camera, time_s)["color"]
         other.render(camera, 0.0, dt_s=FRAME_S)
-        system, reference = other.system("clouds"), one.system("clouds")
-        assert isinstance(system, CloudSystem) and isinstance(reference, CloudSystem)
+        system, reference = other.system("clouds").method, one.system("clouds").method
+        assert isinstance(system, OurClouds) and isinstance(reference, OurClouds)
         maps = system.field.maps
         frames, most = 0, 0
         while frames == 0 or not maps.charts.steady:

@@ -13,8 +13,8 @@ from scipy.ndimage import uniform_filter
 
 import planetfall as pf
 from planetfall.benchmarks.scenes import preset_scene
+from planetfall.systems.clouds.ours import _Sky
 from planetfall.systems.clouds.shadow import ShadowMaps
-from planetfall.systems.clouds.system import _Sky
 from planetfall.systems.clouds.view_march import TILE
 
 UP = pf.Sun(elevation_deg=60.0, azimuth_deg=200.0, latitude_deg=20.0, longitude_deg=10.0)
@@ -159,7 +159,7 @@ def test_maps_of_the_shadow_come_one_a_frame() -> None:
     with renderer_of(cloudy(coverage=0.8), SIZE, stride=2, shadow_frames=1) as renderer:
         renderer.render(at(0.0), sun=UP)
         truth = float(texture(renderer, "clouds.full")[..., 1].mean())
-        system: Any = renderer.system("clouds")
+        system: Any = renderer.system("clouds").method
         shadow = system._shadow
         shadow.clear()
         drawn = []
@@ -192,7 +192,7 @@ def test_a_map_of_the_shadow_is_drawn_in_strips_while_the_last_one_is_shown() ->
             for number in range(40):
                 before = None if number == 0 else texture(renderer, "clouds.shadow")
                 renderer.render(camera, sun=UP, dt_s=0.05)
-                system: Any = renderer.system("clouds")
+                system: Any = renderer.system("clouds").method
                 shadow = system._shadow
                 # While the weather is coarse the widest, and where the camera leaps, one.
                 assert len(shadow.due) <= (number < 5)
@@ -232,7 +232,7 @@ def test_maps_that_would_be_out_of_date_are_drawn_at_once() -> None:
         low = pf.Sun(elevation_deg=8.0, azimuth_deg=20.0, latitude_deg=20.0, longitude_deg=10.0)
         for _ in range(4):
             renderer.render(at(0.0), sun=UP, dt_s=0.05)
-        system: Any = renderer.system("clouds")
+        system: Any = renderer.system("clouds").method
         shadow = system._shadow
         assert shadow.maps.making is not None
         renderer.render(at(0.0), sun=low, dt_s=0.05)
@@ -273,11 +273,11 @@ def test_strips_cost_alike(monkeypatch: pytest.MonkeyPatch) -> None:
         strips: dict[int, list[int]] = {}
         for _ in range(60):
             renderer.render(at(0.0), sun=UP, dt_s=0.05)
-            system: Any = renderer.system("clouds")
+            system: Any = renderer.system("clouds").method
             making, rows = system._shadow.maps.making, system._shadow._rows
             if making is not None and rows[1] > rows[0]:
                 strips.setdefault(making.number, []).append(rows[1] - rows[0])
-        shadow = renderer.system("clouds")._shadow
+        shadow = renderer.system("clouds").method._shadow
         maps = shadow.maps
         assert len(strips) > 2 and all(max(rows) - min(rows) <= 8 for rows in strips.values())
         assert max(shadow._shares(maps, 0.05)) == shadow._texels // 8, "no strip is narrower than a work group"
@@ -322,7 +322,7 @@ def test_a_frame_graph_that_is_compiled_anew_keeps_the_maps_of_the_shadow() -> N
     with renderer_of(cloudy(coverage=0.8), SIZE, stride=2) as renderer:
         for _ in range(60):
             renderer.render(at(0.0), sun=UP, dt_s=0.05)
-        system: Any = renderer.system("clouds")
+        system: Any = renderer.system("clouds").method
         shadow, before = system._shadow, texture(renderer, "clouds.shadow")
         assert all(shadow.drawn) and not shadow.busy
         renderer.render(at(0.0), sun=UP, dt_s=0.05, outputs=("color", "distance"))

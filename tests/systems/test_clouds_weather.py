@@ -14,7 +14,7 @@ from planetfall.benchmarks.scenes import preset_scene
 from planetfall.components import Clouds
 from planetfall.systems.clouds.field import CloudField
 from planetfall.systems.clouds.maps import BORDER
-from planetfall.systems.clouds.system import CloudSystem
+from planetfall.systems.clouds.ours import OurClouds
 from planetfall.systems.clouds.volumes import even_spread, level_deviations
 from planetfall.systems.clouds.weather import (
     STEP_S,
@@ -28,9 +28,9 @@ from planetfall.systems.clouds.weather import (
 DAY_S = 86400.0
 
 
-def system_of(renderer: pf.Renderer) -> CloudSystem:
-    found = renderer.system("clouds")
-    assert isinstance(found, CloudSystem)
+def system_of(renderer: pf.Renderer) -> OurClouds:
+    found = renderer.system("clouds").method
+    assert isinstance(found, OurClouds)
     return found
 
 

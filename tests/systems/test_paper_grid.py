@@ -182,8 +182,8 @@ def test_triangles_on_the_gpu_are_those_of_the_tessellation(paper):
     mesh = paper_grid.PaperMesh.of(paper)
     view = paper.system("terrain").backend.view(0)
     with paper.current():
-        counts = int(np.frombuffer(view.arguments.read(4), "u4")[0])
-        found = np.frombuffer(view.indices.read(4 * counts), "u4").astype(np.int64).reshape(-1, 3)
+        counts = int(np.frombuffer(view.buffers["arguments"].read(4), "u4")[0])
+        found = np.frombuffer(view.buffers["triangles"].read(4 * counts), "u4").astype(np.int64).reshape(-1, 3)
     a, b, c = found.T
     found = found[(a != b) & (b != c) & (c != a)]
     faces = mesh.cut.faces()

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ....engine.frame import Views
-from ....engine.gpu import GpuScope
+from ....engine.methods import Methods
 from ....engine.settings import SettingError
 from .base import Backend, Ground
 from .grid import GridBackend
@@ -16,7 +16,7 @@ from .paper_icosphere import PaperIcosphereBackend
 from .paper_quadtree import PaperQuadtreeBackend
 from .quadtree import QuadtreeBackend
 
-__all__ = ["BACKENDS", "Backend", "Ground", "make_backend"]
+__all__ = ["BACKENDS", "Backend", "Ground", "use_backend"]
 
 BACKENDS: dict[str, type[Backend]] = {"grid": GridBackend, "quadtree": QuadtreeBackend, "icosphere": IcosphereBackend}
 """By the names that Terrain.backend takes."""
@@ -28,17 +28,12 @@ _PAPER: dict[str, type[Backend]] = {
 """Those whose source's method has little in common with ours."""
 
 
-def make_backend(gpu: GpuScope, name: str, method: str, settings: Mapping[str, Any], views: Views) -> Backend:
-    """A backend with a GL scope of its own. SettingError for a method that it doesn't have."""
+def use_backend(backends: Methods[Backend], name: str, method: str, settings: Mapping[str, Any], views: Views) -> bool:
+    """The backend of that name and method, whether it is another. SettingError for a method that it doesn't have."""
     found = _PAPER.get(name, BACKENDS[name]) if method == "paper" else BACKENDS[name]
     if method not in found.methods:
         raise SettingError(
             f"Terrain.method {method!r} is not there for Terrain.backend {name!r}, which has"
             f" {', '.join(map(repr, found.methods))}; choose one of these, or another backend"
         )
-    scope = gpu.beside("terrain")
-    try:
-        return found(scope, settings, method, views)
-    except BaseException:
-        scope.release()
-        raise
+    return backends.use(found, lambda gpu: found(gpu, settings, method, views), method)

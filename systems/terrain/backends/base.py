@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....components import Ocean, Planet
-from ....engine.frame import Frame, Proxy, Views
+from ....engine.frame import Frame, Views
 from ....engine.gpu import GpuScope
 from ....engine.gpu.preprocess import Defines
-from ....engine.graph import GraphBuilder, PassIO
+from ....engine.graph import PassIO
+from ....engine.methods import Method
 from ....engine.surface.field import HeightField
 from ..height import TerrainField, TerrainParams
 
@@ -34,31 +35,32 @@ class Ground:
     """Writes into a table of octaves what doesn't follow from params."""
 
 
-class Backend(ABC):
+class Backend(Method):
     """One way to cut the ground into triangles, for any number of views of one planet.
 
     A backend declares the passes that end in the graph's buffers ``terrain.visible`` and ``terrain.arguments`` (and
     whatever it makes before), and draws them into a G-buffer that is bound. Its vertices are camera-independent, and
     their attributes are those of terrain/attributes.glsl with the code of their spacing (common/spacing_code.glsl).
 
-    gpu: a scope of its own, released by release(). settings: resolved quality values. method: one of `methods`.
+    gpu: a scope of its own. settings: resolved quality values. method: one of `methods`.
     """
 
     name: ClassVar[str]
     methods: ClassVar[tuple[str, ...]] = ("ours",)
-    contracts: ClassVar[Mapping[str, str]] = {}
-    """Shader contracts that the backend provides, by name: files."""
+    contracts: ClassVar[Mapping[str, str]] = {"surface_height": "terrain/surface_height.glsl"}
     shade_file: ClassVar[str] = "terrain/shade.comp"
     """Materials and light of its pixels."""
     coast_file: ClassVar[str] = ""
     """The line between land and water, pixel by pixel; "": from the terrain's own height function."""
     faces_out: ClassVar[bool] = True
     """Whether triangles seen from behind are hidden ones."""
-    structure: int = 0
-    """Raised when passes or sizes change."""
+    ground: Ground
+    """What it draws; the system says so before each `update`."""
+    bind_octaves: Callable[[int], None]
+    """Binds the height function's table around a view's anchor (uniform block 4), to be called in passes."""
 
     def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str, views: Views) -> None:
-        self.gpu = gpu
+        super().__init__(gpu)
         self.views = views
         self.settings = settings
         self.method = method
@@ -71,11 +73,6 @@ class Backend(ABC):
             found = self._draw_programs[fragment] = self.gpu.program(vertex=vertex, fragment=fragment, defines=defines)
         return found
 
-    @abstractmethod
-    def update(self, frame: Frame, ground: Ground, bind_octaves: Callable[[], None]) -> None:
-        """CPU work of one frame of one view. bind_octaves: binds the height function's table around the view's
-        anchor (uniform block 4), to be called in passes."""
-
     def drawn_field(self, ground: Ground) -> HeightField:
         """The ground that it draws, in float64: the scene's own, but for a method whose source has another."""
         return ground.field
@@ -84,12 +81,8 @@ class Backend(ABC):
         """Binds what its own contract ``surface_height`` reads; False if that is the system's table."""
         return False
 
-    def bind_shading(self, view_index: int) -> None:  # noqa: B027 - most have nothing of their own
+    def bind_shading(self, view_index: int) -> None:
         """Binds what its shade_file reads beyond the G-buffer and the table of heights."""
-
-    @abstractmethod
-    def declare(self, builder: GraphBuilder, view_index: int) -> None:
-        """The passes of one view up to the indirect draw."""
 
     @abstractmethod
     def draw_reads(self, view_index: int) -> tuple[str, ...]:
@@ -99,19 +92,7 @@ class Backend(ABC):
     def bind_draw(self, io: PassIO, view_index: int, fragment: str) -> Callable[[], None]:
         """Everything of the view, drawn with a fragment shader (inputs as terrain/gbuffer.frag)."""
 
-    def settled(self) -> bool:
-        """See System.settled."""
-        return True
-
-    def progress(self) -> float:
-        """See System.progress."""
-        return 1.0 if self.settled() else 0.0
-
-    @abstractmethod
-    def statistics(self) -> dict[str, int]:
-        """See System.statistics."""
-
-    def height_drawn(self, directions: NDArray[np.float64], proxy: Proxy, view_index: int = 0) -> NDArray[np.float64]:
+    def height_drawn(self, directions: NDArray[np.float64], proxy: Any, view_index: int = 0) -> NDArray[np.float64]:
         """Heights (N,) of the triangles drawn below unit directions (N, 3); NaN where there are none. Reads back."""
         return np.full(len(directions), np.nan)
 
@@ -127,10 +108,6 @@ class Backend(ABC):
         """Vertices (V, 3) from the view's anchor and triangles (N, 3) of all that is selected, seen or not; None if the
         backend doesn't tell. Reads back from the GPU."""
         return None
-
-    def release(self) -> None:
-        """Free all GL objects."""
-        self.gpu.release()
 
 
 def heights_seen(frame: Frame, anchor_height_m: float) -> tuple[float, float]:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ....engine.frame import Frame, Proxy, Views
+from ....engine.frame import Frame, Proxy, ViewInfo, Views
 from ....engine.gpu import GpuScope
 from ....engine.gpu.bindings import TERRAIN_GRID_BLOCK
 from ....engine.gpu.cell_mesh import CellMesh
 from ....engine.graph import GraphBuilder, PassIO
-from .base import Backend, Ground, heights_seen
+from .base import Backend, heights_seen
 from .grid_mesh import GridMaking, GridMesh, TerrainGridBlock
 from .grid_queries import heights_on_cells, triangles_of_cells
 
@@ -24,7 +25,10 @@ class GridBackend(Backend):
     """Backend "grid"."""
 
     name: ClassVar[str] = "grid"
-    contracts: ClassVar[Mapping[str, str]] = {"vertex_spacing": "terrain/grid_vertex_spacing.glsl"}
+    contracts: ClassVar[Mapping[str, str]] = {
+        **Backend.contracts,
+        "vertex_spacing": "terrain/grid_vertex_spacing.glsl",
+    }
 
     def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str, views: Views) -> None:
         super().__init__(gpu, settings, method, views)
@@ -36,9 +40,10 @@ class GridBackend(Backend):
         """One view's cells."""
         return self.views[index].state(self, lambda: GridMesh(self.gpu, self._making))
 
-    def update(self, frame: Frame, ground: Ground, bind_octaves: Callable[[], None]) -> None:
+    def update(self, frame: Frame) -> None:
         view = self.view(frame.view_index)
-        view.ground, view.bind_octaves = ground, bind_octaves
+        view.ground = ground = self.ground
+        view.bind_octaves = partial(self.bind_octaves, frame.view_index)
         _, grew = view.follow(frame, (ground.revision, float(frame.settings["terrain.min_spacing_m"])))
         self.structure += grew
         view.keep_dh_m = heights_seen(frame, frame.view.proxy.anchor_height_m)
@@ -46,8 +51,8 @@ class GridBackend(Backend):
         self._ubo.write(TerrainGridBlock(*view.block_values(ground.params.radius_m)))
         self._ubo.bind()
 
-    def declare(self, builder: GraphBuilder, view_index: int) -> None:
-        self.view(view_index).declare(builder, "terrain")
+    def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
+        self.view(view.index).declare(builder, "terrain")
 
     def draw_reads(self, view_index: int) -> tuple[str, ...]:
         return self.view(view_index).draw_reads()

@@ -12,7 +12,6 @@ from ....engine.graph import PassIO
 from ....engine.surface.icosphere_anchor import TriangleAnchor
 from ..tiles.shape import TileShape
 from ..tiles.triangle import TriangleShape
-from .base import Ground
 from .tiled import TiledBackend, _TileView
 
 __all__ = ["IcosphereBackend"]
@@ -29,13 +28,14 @@ class IcosphereBackend(TiledBackend):
     def make_shape(self, segments: int) -> TileShape:
         return TriangleShape(segments)
 
-    def update(self, frame: Frame, ground: Ground, bind_octaves: Callable[[], None]) -> None:
-        super().update(frame, ground, bind_octaves)
+    def update(self, frame: Frame) -> None:
+        super().update(frame)
         proxy = frame.view.proxy
-        key = (proxy.generation, ground.params.radius_m)
+        radius_m = self.ground.params.radius_m
+        key = (proxy.generation, radius_m)
         view = self.view(frame.view_index)
         if view.anchor_key != key:
-            block = TriangleAnchor(proxy.lattice.direction, ground.params.radius_m).block
+            block = TriangleAnchor(proxy.lattice.direction, radius_m).block
             if view.anchor is None:
                 view.anchor = view.gpu.buffer(reserve=len(block), dynamic=True)
             view.anchor.write(block)

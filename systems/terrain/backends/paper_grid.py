@@ -18,14 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....components import Ocean, Planet
-from ....engine.frame import Frame, Proxy, ViewParts, Views
+from ....engine.frame import Frame, Proxy, ViewInfo, Views
 from ....engine.gpu import GpuScope
 from ....engine.gpu.bindings import CONTINENTS_UNIT, GROUND_TILE_UNIT, TERRAIN_GRID_BLOCK, TERRAIN_TABLE_BLOCK
 from ....engine.gpu.layout import IVec4, Vec4
-from ....engine.graph import BufferSpec, GraphBuilder, PassIO
+from ....engine.graph import GraphBuilder, PassIO
+from ....engine.snapped import MeshKey, PatchMesh, PatchPrograms
 from ....engine.surface.coverage import proxy_coverage
 from ....engine.surface.field import HeightField
-from ....engine.surface.projected_grid import FINEST, ProjectedGrid, Tessellation, grid_axes, grid_offset
+from ....engine.surface.projected_grid import FINEST, ProjectedGrid, grid_axes, grid_offset
 from ....engine.surface.selection import spacing_angle
 from ..paper_ground import TABLE_DTYPE, TEXELS, PaperField
 from .base import Backend, Ground
@@ -57,31 +58,16 @@ class PaperGridBlock:
     """half the steps a side, n of the warp"""
 
 
-class _View(ViewParts):
+class _View(PatchMesh):
     """One view's grid."""
 
-    def __init__(self, of: GpuScope) -> None:
-        super().__init__(of)
+    def __init__(self, of: GpuScope, programs: PatchPrograms) -> None:
+        super().__init__(of, "terrain", programs, VERTEX_BYTES, 32)
         self.arrays: dict[str, Any] = {}
-        self.key: tuple[Any, ...] = ()
         self.grid: ProjectedGrid | None = None
-        self.cut: Tessellation | None = None
-        self.selection = 0
-        self.made = -1
-        self.wanted: tuple[Any, ...] = ()
-        self.culled: tuple[Any, ...] | None = None
-        self.patches: Any = None  # buffer of patch words
         self.table: Any = None
-        self.table_key: tuple[Any, ...] = ()
+        self.table_key: MeshKey | None = None
         self.angle_rad = 0.01
-        self.patch_capacity = 0
-        self.vertex_capacity = 1 << 16
-        self.triangle_capacity = 1 << 17
-        self.vertices: Any = None
-        self.visible: Any = None
-        self.counts: Any = None
-        self.arguments: Any = None
-        self.indices: Any = None
 
 
 class PaperGridBackend(Backend):
@@ -106,14 +92,17 @@ class PaperGridBackend(Backend):
             (_TILE_TEXELS, _TILE_TEXELS), "rg16f", _bumps(), levels=levels, filter="trilinear", wrap="repeat"
         )
         self._normal_map.build_mipmaps()
-        self._vertices = gpu.compute("terrain/paper/vertices.comp")
-        self._cull = gpu.compute("terrain/paper/cull.comp")
-        self._arguments = gpu.compute("terrain/paper/arguments.comp")
-        self._triangles = gpu.compute("terrain/paper/triangles.comp")
+        self._patches = PatchPrograms(
+            gpu,
+            "terrain/paper/vertices.comp",
+            "terrain/paper/cull.comp",
+            "terrain/paper/arguments.comp",
+            "terrain/paper/triangles.comp",
+        )
 
     def view(self, index: int) -> _View:
         """One view's grid."""
-        return self.views[index].state(self, lambda: _View(self.gpu))
+        return self.views[index].state(self, lambda: _View(self.gpu, self._patches))
 
     def drawn_field(self, ground: Ground) -> HeightField:
         layers = int(self.settings["terrain.paper_layers"])
@@ -123,30 +112,24 @@ class PaperGridBackend(Backend):
             self._continents.write(self._field.continents.tobytes())
         return self._field
 
-    def update(self, frame: Frame, ground: Ground, bind_octaves: Callable[[], None]) -> None:
-        field = self.drawn_field(ground)
+    def update(self, frame: Frame) -> None:
+        field = self.drawn_field(self.ground)
         assert isinstance(field, PaperField)
         proxy = frame.view.proxy
-        view, camera, settings = self.view(frame.view_index), frame.camera, frame.settings
+        view, settings = self.view(frame.view_index), frame.settings
         pixel_angle = frame.pixel_rad
         corners, power = int(settings["terrain.paper_grid"]), int(settings["terrain.paper_warp"])
         edge_px = float(settings["terrain.edge_px"])
-        table_key = (self._field_key, proxy.generation)
-        if table_key != view.table_key:
-            view.table_key = table_key
+        key = MeshKey(proxy.generation, self._field_key)
+        if key != view.table_key:
+            view.table_key = key
             if view.table is None:
                 view.table = view.gpu.buffer(reserve=TABLE_DTYPE.itemsize, dynamic=True)
             view.table.write(field.table(proxy.lattice.direction, proxy.anchor_height_m).tobytes())
-        key = (*table_key, edge_px, pixel_angle, corners, power)
-        held = frame.frozen and key[: len(table_key)] == view.key[: len(table_key)]
-        if key != view.key and not held:
-            view.key = key
+        if view.follow(frame, key, edge_px, pixel_angle, corners, power):
             self._project(view, frame, field, proxy, corners, power, pixel_angle, edge_px)
         self._write_block(view, proxy)
-        tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
-        axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
-        if not (held and view.culled == view.wanted):
-            view.wanted = (view.selection, axes, tangents)
+        view.look(frame)
 
     def _project(
         self,
@@ -172,20 +155,8 @@ class PaperGridBackend(Backend):
         angle = spacing_angle(edge_px, pixel_angle, proxy.cell.altitude_m, radius_m)
         cut = grid.tessellate(above_ground, proxy.ground_m, angle, _MOST_VERTICES)
         view.angle_rad = angle * cut.coarser
-        view.grid, view.cut = grid, cut
-        view.selection += 1
-        data = cut.packed()
-        if view.patches is None or len(cut) != view.patch_capacity:
-            if view.patches is not None:
-                view.gpu.free(view.patches)
-            view.patches = view.gpu.buffer(reserve=data.nbytes, dynamic=True)
-            view.patch_capacity = len(cut)
-            self.structure += 1
-        view.patches.write(data.tobytes())
-        if cut.vertices > view.vertex_capacity or cut.triangles > view.triangle_capacity:
-            view.vertex_capacity = max(view.vertex_capacity, cut.vertices * 3 // 2)
-            view.triangle_capacity = max(view.triangle_capacity, cut.triangles * 3 // 2)
-            self.structure += 1
+        view.grid = grid
+        self.structure += view.take(cut)
 
     def _write_block(self, view: _View, proxy: Proxy) -> None:
         grid = view.grid
@@ -218,80 +189,8 @@ class PaperGridBackend(Backend):
     def bind_shading(self, view_index: int) -> None:
         self._normal_map.use(GROUND_TILE_UNIT)
 
-    def declare(self, builder: GraphBuilder, view_index: int) -> None:
-        view = self.view(view_index)
-        builder.add_pass(
-            "terrain.vertices",
-            kind="compute",
-            system="terrain",
-            bind=lambda io: self._bind_vertices(io, view, view_index),
-            creates=(
-                BufferSpec("terrain.vertices", view.vertex_capacity * VERTEX_BYTES, "persistent", "of all patches"),
-            ),
-            when=lambda: view.made != view.selection,
-            help="heights and normals of all patches, on a snap of the proxy",
-        )
-        builder.add_pass(
-            "terrain.cull",
-            kind="compute",
-            system="terrain",
-            bind=lambda io: self._bind_cull(io, view),
-            reads=("terrain.vertices",),
-            creates=(
-                BufferSpec("terrain.visible", 4 * max(view.patch_capacity, 1), "persistent", "patches, by level"),
-                BufferSpec("terrain.counts", 32, "persistent", "visible patches of each level"),
-                BufferSpec("terrain.arguments", 32, "persistent", "the indirect draw and the dispatch before it"),
-                BufferSpec("terrain.triangles", view.triangle_capacity * 12, "persistent", "indices of what is seen"),
-            ),
-            when=lambda: view.culled != view.wanted,
-            help="triangles of the patches that are not outside the frustum",
-        )
-
-    def _levels(self, view: _View) -> NDArray[np.int64]:
-        assert view.cut is not None
-        return view.cut.by_level()
-
-    def _bind_vertices(self, io: PassIO, view: _View, index: int) -> Callable[[], None]:
-        view.vertices = io.buffer("terrain.vertices")
-        view.made = -1
-
-        def run() -> None:
-            assert view.cut is not None
-            self.bind_heights(index)
-            view.patches.bind_to_storage_buffer(0)
-            view.vertices.bind_to_storage_buffer(1)
-            self._vertices.set("u_count", view.cut.vertices)
-            self._vertices.set("u_patches", self._levels(view))
-            self._vertices.run(-(-view.cut.vertices // 64), 1, 1)
-            view.made = view.selection
-
-        return run
-
-    def _bind_cull(self, io: PassIO, view: _View) -> Callable[[], None]:
-        view.visible, view.counts = io.buffer("terrain.visible"), io.buffer("terrain.counts")
-        view.arguments, view.indices = io.buffer("terrain.arguments"), io.buffer("terrain.triangles")
-        view.culled = None
-
-        def run() -> None:
-            assert view.cut is not None
-            levels, barrier = self._levels(view), self.gpu.gpu.barrier
-            view.counts.write(bytes(32))
-            view.patches.bind_to_storage_buffer(0)
-            view.visible.bind_to_storage_buffer(2)
-            view.counts.bind_to_storage_buffer(3)
-            self._cull.set("u_count", len(view.cut))
-            self._cull.set("u_patches", levels)
-            self._cull.run(-(-len(view.cut) // 64), 1, 1)
-            barrier()
-            view.arguments.bind_to_storage_buffer(4)
-            self._arguments.run(1, 1, 1)
-            barrier()
-            view.indices.bind_to_storage_buffer(6)
-            self._triangles.set("u_patches", levels)
-            self._triangles.run_indirect(view.arguments, 20)
-            view.culled = view.wanted
-
-        return run
+    def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
+        self.view(view.index).declare(builder, "terrain", lambda: self.bind_heights(view.index))
 
     def draw_reads(self, view_index: int) -> tuple[str, ...]:
         return ("terrain.vertices", "terrain.arguments", "terrain.triangles")
@@ -302,11 +201,11 @@ class PaperGridBackend(Backend):
         old = view.arrays.pop(fragment, None)
         if old is not None:
             view.gpu.free(old)
-        made = view.arrays[fragment] = view.gpu.vertex_array(program, index=view.indices, index_size=4)
+        made = view.arrays[fragment] = view.gpu.vertex_array(program, index=view.buffers["triangles"], index_size=4)
 
         def draw() -> None:
-            view.vertices.bind_to_storage_buffer(1)
-            made.render_indirect(view.arguments, count=1)
+            view.buffers["vertices"].bind_to_storage_buffer(1)
+            made.render_indirect(view.buffers["arguments"], count=1)
 
         return draw
 
@@ -315,9 +214,9 @@ class PaperGridBackend(Backend):
 
     def read_mesh(self, view_index: int) -> tuple[NDArray[np.float32], NDArray[np.int64]] | None:
         view = self.view(view_index)
-        if view.cut is None or view.vertices is None:
+        if view.cut is None or "vertices" not in view.buffers:
             return None
-        data = np.frombuffer(view.vertices.read(view.cut.vertices * VERTEX_BYTES), "<f4").reshape(-1, 6)
+        data = np.frombuffer(view.buffers["vertices"].read(view.cut.vertices * VERTEX_BYTES), "<f4").reshape(-1, 6)
         return data[:, :3], view.cut.faces()
 
     def height_drawn(self, directions: NDArray[np.float64], proxy: Proxy, view_index: int = 0) -> NDArray[np.float64]:
@@ -328,9 +227,9 @@ class PaperGridBackend(Backend):
 
     def statistics(self) -> dict[str, int]:
         view = self.views.found(0, self, _View)
-        if view is None or view.cut is None or view.counts is None:
+        if view is None or view.cut is None or "counts" not in view.buffers:
             return {}
-        seen = np.frombuffer(view.counts.read(28), "u4").astype(int)
+        seen = np.frombuffer(view.buffers["counts"].read(28), "u4").astype(int)
         size = 1 << np.arange(7)
         return {
             "cells_selected": len(view.cut),

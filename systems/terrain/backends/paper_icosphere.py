@@ -11,13 +11,14 @@ docs/terrain-lod.md says what is printed.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, ClassVar
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ....engine.frame import Frame, Proxy, ViewParts, Views
+from ....engine.frame import Frame, Proxy, ViewInfo, ViewParts, Views
 from ....engine.gpu import GpuScope
 from ....engine.gpu.bindings import TRIANGLE_BLOCK
 from ....engine.gpu.cell_mesh import VERTEX_DTYPE
@@ -27,7 +28,7 @@ from ....engine.surface.triangle_paper import MORPH_RANGE, PaperTables, frustum_
 from ..tiles.queries import heights_on_tiles
 from ..tiles.shape import TileShape
 from ..tiles.triangle import TriangleShape
-from .base import Backend, Ground
+from .base import Backend
 
 __all__ = ["PaperIcosphereBackend"]
 
@@ -88,9 +89,10 @@ class PaperIcosphereBackend(Backend):
         """One view's leaves."""
         return self.views[index].state(self, lambda: _View(self.gpu))
 
-    def update(self, frame: Frame, ground: Ground, bind_octaves: Callable[[], None]) -> None:
-        view, camera, params = self.view(frame.view_index), frame.camera, ground.params
-        view.bind_octaves = bind_octaves
+    def update(self, frame: Frame) -> None:
+        view, camera, ground = self.view(frame.view_index), frame.camera, self.ground
+        params = ground.params
+        view.bind_octaves = partial(self.bind_octaves, frame.view_index)
         proxy = frame.view.proxy
         anchor_key = (proxy.generation, params.radius_m)
         if anchor_key != view.anchor_key:
@@ -127,20 +129,20 @@ class PaperIcosphereBackend(Backend):
         if len(found.keys):
             view.patches.write(self.shape.names(found.keys).tobytes())
 
-    def declare(self, builder: GraphBuilder, view_index: int) -> None:
-        view = self.view(view_index)
-        size = view.capacity * self.shape.vertices * VERTEX_DTYPE.itemsize
+    def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
+        own = self.view(view.index)
+        size = own.capacity * self.shape.vertices * VERTEX_DTYPE.itemsize
         builder.add_pass(
             "terrain.vertices",
             kind="compute",
             system="terrain",
-            bind=lambda io: self._bind_vertices(io, view),
+            bind=lambda io: self._bind_vertices(io, own),
             creates=(
                 BufferSpec("terrain.vertices", size, "persistent", "of all patches"),
-                BufferSpec("terrain.visible", 4 * view.capacity, "persistent", "the patches, one after another"),
+                BufferSpec("terrain.visible", 4 * own.capacity, "persistent", "the patches, one after another"),
                 BufferSpec("terrain.arguments", _ARGUMENTS_BYTES, "persistent", "the indirect draw"),
             ),
-            when=lambda: view.made != view.key,
+            when=lambda: own.made != own.key,
             help="places, morphs and heights of all patches that the CPU left, for this camera",
         )
 

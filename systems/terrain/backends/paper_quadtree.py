@@ -38,8 +38,8 @@ class PaperQuadtreeBackend(TiledBackend):
     def make_shape(self, segments: int) -> TileShape:
         return QuadShape(segments)
 
-    def update(self, frame: Frame, ground: Ground, bind_octaves: Callable[[], None]) -> None:
-        super().update(frame, ground, bind_octaves)
+    def update(self, frame: Frame) -> None:
+        super().update(frame)
         self._up = frame.view.proxy.lattice.direction
 
     def forest_key(self, frame: Frame) -> tuple[Any, ...]:

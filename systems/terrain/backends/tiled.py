@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....components import Ocean, Planet
-from ....engine.frame import Frame, Proxy, ViewParts, Views
+from ....engine.frame import Frame, Proxy, ViewInfo, ViewParts, Views
 from ....engine.gpu import GpuScope
 from ....engine.graph import GraphBuilder, PassIO, TextureSpec
 from ....engine.space.frustum import frustum_planes
@@ -112,8 +113,9 @@ class TiledBackend(Backend):
 
     # -- frame -------------------------------------------------------------------------------------------------------
 
-    def update(self, frame: Frame, ground: Ground, bind_octaves: Callable[[], None]) -> None:
-        self._hurry, self._bind_octaves = frame.settling, bind_octaves
+    def update(self, frame: Frame) -> None:
+        self._hurry, ground = frame.settling, self.ground
+        self._bind_octaves = partial(self.bind_octaves, frame.view_index)
         self._radius_m = ground.params.radius_m
         if self._ground is None or ground.revision != self._ground.revision:
             self._restart(ground)
@@ -331,8 +333,8 @@ class TiledBackend(Backend):
 
     # -- passes ------------------------------------------------------------------------------------------------------
 
-    def declare(self, builder: GraphBuilder, view_index: int) -> None:
-        view = self.view(view_index)
+    def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
+        tiles = self.view(view.index)
         builder.add_pass(
             "terrain.tiles",
             kind="compute",
@@ -346,27 +348,27 @@ class TiledBackend(Backend):
             "terrain.vertices",
             kind="compute",
             system="terrain",
-            bind=lambda io: self._bind_assemble(io, view),
-            creates=view.mesh.vertex_buffers(),
+            bind=lambda io: self._bind_assemble(io, tiles),
+            creates=tiles.mesh.vertex_buffers(),
             after=("terrain.tiles",),
-            when=lambda: view.mesh.stale,
+            when=lambda: tiles.mesh.stale,
             help="vertices of tiles that are new, morph, or have another anchor, from their heights",
         )
         builder.add_pass(
             "terrain.cull",
             kind="compute",
             system="terrain",
-            bind=lambda io: self._bind_cull(io, view),
+            bind=lambda io: self._bind_cull(io, tiles),
             reads=("terrain.bounds",),
-            creates=view.mesh.cull_buffers(),
-            when=lambda: view.culled != view.wanted,
+            creates=tiles.mesh.cull_buffers(),
+            when=lambda: tiles.culled != tiles.wanted,
             help="tiles inside the frustum and above the horizon, into an indirect draw",
         )
         builder.add_pass(
             "terrain.morph",
             system="terrain",
-            bind=lambda io: self._bind_morph(io, view_index),
-            reads=self.draw_reads(view_index),
+            bind=lambda io: self._bind_morph(io, view.index),
+            reads=self.draw_reads(view.index),
             creates=(TextureSpec("debug.morph", "rgba8"), TextureSpec("debug.morph_depth", "depth32f")),
             help="how far each tile has become its parent: blue as itself, yellow as its parent",
         )
@@ -374,7 +376,7 @@ class TiledBackend(Backend):
         builder.add_pass(
             "terrain.slots",
             system="terrain",
-            bind=lambda io: self._bind_slots(io, view),
+            bind=lambda io: self._bind_slots(io, tiles),
             creates=(TextureSpec("debug.slots", "rgba8", (_SLOT_COLUMNS, rows)),),
             help="what is in each slot: nothing dark, a tile of a level that is not drawn dim, one that is bright",
         )

@@ -1,4 +1,4 @@
-"""Sea: the sea by our method, cells of the lattice at sea level, moved by waves, into the G-buffer."""
+"""OurSea: the sea by our method, cells of the lattice at sea level, moved by waves, into the G-buffer."""
 
 from __future__ import annotations
 
@@ -6,24 +6,23 @@ from collections.abc import Callable
 
 from ...engine.frame import Frame, ViewInfo
 from ...engine.frame.gbuffer import GBUFFER
+from ...engine.gpu import GpuScope
 from ...engine.gpu.cell_mesh import VERTEX_DTYPE
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.system import Setup
 from .mesh import SeaMaking, SeaMesh
+from .method import SeaMethod
 from .wave_passes import SeaWaves
 
-__all__ = ["SeaMeshPasses"]
+__all__ = ["OurSea"]
 
 
-class SeaMeshPasses:
-    """Part of OceanSystem: draws the cells displaced where that can be seen."""
+class OurSea(SeaMethod):
+    """Draws the cells displaced where that can be seen; waves are shaded pixel by pixel."""
 
-    def __init__(self, name: str, waves: SeaWaves) -> None:
-        self._name, self._waves = name, waves
-
-    def setup(self, setup: Setup) -> None:
-        gpu = self._gpu = setup.gpu
-        self._making = SeaMaking(gpu, setup.settings, setup.world, self._waves)
+    def __init__(self, gpu: GpuScope, setup: Setup, waves: SeaWaves) -> None:
+        super().__init__(gpu, setup, waves)
+        self._making = SeaMaking(gpu, setup.settings, setup.world, waves)
         defines = self._making.programs.defines
         # Fetching a wave costs as much as evaluating it where lanes can't share the fetch.
         each = 5 if gpu.gpu.caps.is_software else 2
@@ -36,15 +35,15 @@ class SeaMeshPasses:
         self._draw_state = gpu.gpu.state(depth_test=True, depth_func=">", cull=None)
 
     def view(self, index: int) -> SeaMesh:
-        """A view without cells yet."""
-        return SeaMesh(self._gpu, self._name, self._making, index)
+        """One view's cells."""
+        return self.views[index].state(self, lambda: SeaMesh(self.gpu, self._making, index))
 
-    def update(self, frame: Frame, view: SeaMesh) -> bool:
-        """Choose the cells; True where passes or buffers changed."""
-        return view.update(frame)
+    def update(self, frame: Frame) -> None:
+        self.structure += self.view(frame.view_index).update(frame)
 
-    def declare(self, builder: GraphBuilder, view: ViewInfo, sea: SeaMesh) -> None:
-        mesh, name, moves = sea.mesh, self._name, sea.waves.moves
+    def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
+        sea = self.view(view.index)
+        mesh, name, moves = sea.mesh, self.gpu.owner, sea.waves.moves
         seen = view.view.seen.ground
         sea.declare(builder, name)
         if moves:
@@ -71,6 +70,11 @@ class SeaMeshPasses:
             only_while=seen,
             help="patches of the visible sea",
         )
+        self.waves.declare(builder, view, sea.waves)
+
+    def statistics(self) -> dict[str, int]:
+        sea = self.views.found(0, self, SeaMesh)
+        return {} if sea is None else sea.mesh.statistics()
 
     def _bind_displace(self, io: PassIO, sea: SeaMesh) -> Callable[[], None]:
         cells, displaced = io.buffer("ocean.cells"), io.buffer("ocean.displaced")

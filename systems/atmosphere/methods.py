@@ -1,0 +1,193 @@
+"""AirMethod: the tables of the air by one method, and the shader contracts that read them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ...engine.frame import Frame, ViewInfo
+from ...engine.gpu import GpuScope
+from ...engine.gpu.bindings import AIR_EXTINCTION_UNIT, AIR_FIRST_UNIT, AIR_SECOND_UNIT
+from ...engine.graph import GraphBuilder, PassIO, TextureSpec
+from ...engine.methods import Method
+from .job import TableJob
+from .sizes import paper_sizes, table_sizes, view_sizes
+from .views import AirViewBlock, sun_at, view_block
+
+__all__ = ["AirMethod", "OurAir", "PaperAir"]
+
+_HURRY_S = 0.25
+"""Time a frame for the tables while nobody looks."""
+_VIEW_TABLES = ("atmosphere.first", "atmosphere.second", "atmosphere.extinction")
+
+
+class _View:
+    """The air of one view: what its tables are to show, and what they show."""
+
+    def __init__(self) -> None:
+        self.wanted: tuple[Any, ...] = ()
+        self.filled: tuple[Any, ...] = ()
+        self.block = AirViewBlock(
+            camera=(0.0, 1.0, 0.0, 0.0),
+            span=(0.0, 0.0, 0.0, 0.0),
+            shape=(1.0, 1.0, 0.1, 0.0),
+            sun_side=(1.0, 0.0, 0.0, 0.0),
+            size=(0, 0, 0, 0),
+        )
+        self.seen = True
+
+
+class AirMethod(Method):
+    """One of Atmosphere.method. model, view: the uniform blocks air_model and air_view. sizes: of its tables."""
+
+    reads: ClassVar[tuple[str, ...]] = ()
+    """Resources of the graph that its contracts sample."""
+
+    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], model: Any, view: Any, sizes: Any) -> None:
+        super().__init__(gpu)
+        self.job = TableJob(gpu, sizes, model)
+        self._view_ubo, self._sizes = view, view_sizes(settings)
+        self._budget_s = 1e-3 * float(settings["atmosphere.budget_ms"])
+        self._hurry = False
+        self._fills: tuple[Any, ...] = ()
+
+    def bind_contract(self, io: PassIO) -> Callable[[], None]:
+        """See engine.frame.contracts.ContractSource."""
+        return self.job.bind
+
+    def update(self, frame: Frame) -> None:
+        self._hurry, model = frame.settling, self.job.shown
+        view, camera = frame.view.state(self, _View), frame.camera
+        distance = camera.distance_m
+        cosine, sine, side = sun_at(camera.direction, frame.sun.direction)
+        pixel = frame.pixel_rad
+        view.seen = distance <= 2.0 * model.top_radius_m or 2.0 * model.top_radius_m / distance > pixel
+        view.block = view_block(model, distance - model.radius_m, cosine, sine, side, self._sizes)
+        view.wanted = self._state(view)
+        self._view_ubo.write(view.block)
+
+    def _state(self, view: _View) -> tuple[Any, ...]:
+        """What a view's tables depend on. Turning about the zenith and moving under an equally high sun change nothing:
+        the rounding in float64 that both leave is taken off here."""
+        altitude, cosine = view.block.camera[:2]
+        camera = np.float32(round(altitude, 6)), np.float32(round(cosine, 9))
+        return (self.job.generation, *camera, *(program.linked.key for program in self._fills))
+
+    def settled(self) -> bool:
+        return self.job.done
+
+    def progress(self) -> float:
+        return self.job.share
+
+    def refining(self) -> str:
+        return "" if self.job.done else f"air {100.0 * self.job.share:.0f} %"
+
+    def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
+        builder.add_pass(
+            "atmosphere.tables",
+            kind="compute",
+            system=self.gpu.owner,
+            bind=lambda io: lambda: self.job.work(_HURRY_S if self._hurry else self._budget_s),
+            side_effect=True,
+            when=lambda: not self.job.done,
+            help="what holds for all cameras, in slices: optical depth to space and light scattered more than once",
+        )
+
+
+class PaperAir(AirMethod):
+    """As Bruneton prints it: one set of tables for all cameras."""
+
+    contracts: ClassVar[Mapping[str, str]] = {"air": "atmosphere/paper/air.glsl", "sky": "atmosphere/paper/sky.glsl"}
+
+    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], model: Any, view: Any) -> None:
+        super().__init__(gpu, settings, model, view, paper_sizes(settings))
+
+
+class OurAir(AirMethod):
+    """Tables for all cameras, and from them those of each view."""
+
+    contracts: ClassVar[Mapping[str, str]] = {
+        "air": "atmosphere/air.glsl",
+        "sky": "atmosphere/sky.glsl",
+        "air_point": "atmosphere/air_point.glsl",
+    }
+    reads: ClassVar[tuple[str, ...]] = _VIEW_TABLES
+
+    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], model: Any, view: Any) -> None:
+        tables = table_sizes(settings)
+        super().__init__(gpu, settings, model, view, tables)
+        light = gpu.compute("atmosphere/view_fill.comp", {"AIR_DEGREE": tables.degree})
+        self._fills = (gpu.compute("atmosphere/view_depth.comp"), light)
+
+    def bind_contract(self, io: PassIO) -> Callable[[], None]:
+        first, second, extinction = (io.texture(name) for name in _VIEW_TABLES)
+
+        def run() -> None:
+            first.use(AIR_FIRST_UNIT)
+            second.use(AIR_SECOND_UNIT)
+            extinction.use(AIR_EXTINCTION_UNIT)
+            self.job.bind()
+
+        return run
+
+    def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
+        super().declare(builder, view)
+        own = view.view.state(self, _View)
+        own.filled = ()
+        light, depth = self._sizes.texels, self._sizes.extinction_texels
+        builder.add_pass(
+            "atmosphere.view",
+            kind="compute",
+            system=self.gpu.owner,
+            bind=lambda io: self._bind_view(io, own),
+            after=("atmosphere.tables",),
+            creates=(
+                TextureSpec(
+                    _VIEW_TABLES[0],
+                    "rgba32f",
+                    light,
+                    "persistent",
+                    filter="linear",
+                    help="mean source, gas and all orders",
+                ),
+                TextureSpec(
+                    _VIEW_TABLES[1],
+                    "rgba32f",
+                    light,
+                    "persistent",
+                    filter="linear",
+                    help="mean source of haze, first order",
+                ),
+                TextureSpec(_VIEW_TABLES[2], "rgba32f", depth, "persistent", help="mean extinction"),
+            ),
+            when=lambda: own.seen and (own.filled != own.wanted or not self.job.done),
+            help="the air around one camera, when its altitude or the sun's height has changed",
+        )
+
+    def _bind_view(self, io: PassIO, view: _View) -> Callable[[], None]:
+        first, second, extinction = (io.texture(name) for name in _VIEW_TABLES)
+        fill_depth, fill_light = self._fills
+        job = self.job
+        view.filled = ()
+
+        def run() -> None:
+            if job.generation != view.wanted[0]:
+                # The tables have been finished in this very frame, maybe of another air.
+                altitude, cosine, sine, _ = view.block.camera
+                side = np.asarray(view.block.sun_side[:3])
+                view.block = view_block(job.shown, altitude, cosine, sine, side, self._sizes)
+                self._view_ubo.write(view.block)
+            wanted = self._state(view)
+            if wanted == view.filled:
+                return
+            job.bind()
+            extinction.bind_to_image(0, read=False, write=True)
+            fill_depth.run_over(2 * self._sizes.rows)
+            first.bind_to_image(0, read=False, write=True)
+            second.bind_to_image(1, read=False, write=True)
+            fill_light.run_over(*self._sizes.texels[:2])
+            view.filled = wanted
+
+        return run

@@ -1,0 +1,383 @@
+"""OurClouds: weather, noise, and the passes that march clouds and lay them over the picture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ...components import Atmosphere, Clouds, Ocean, Planet
+from ...engine.frame import Frame, View, ViewInfo
+from ...engine.frame.contracts import bind_contracts, contract_reads
+from ...engine.gpu import GpuScope
+from ...engine.gpu.bindings import CLOUD_SHADOW_UNIT, CLOUD_SKY_UNIT, CLOUD_SUN_UNIT
+from ...engine.graph import GraphBuilder, PassIO, TextureSpec
+from ...engine.settings import SettingError, revision, with_overrides
+from ...engine.space import out_of_view
+from ...engine.system import Setup
+from .field import CloudField
+from .method import CloudMethod
+from .model import CloudModel
+from .past import NONE, STILL, Past
+from .picture import SURFACE, CloudPicture, Surface
+from .probe import march_defines
+from .shadow_pass import SHADOW, SUN, ShadowPass
+from .shafts import Shafts
+from .view_march import DISTANCE, MAPPED, RAYS, SPREAD, ViewMarch
+
+__all__ = ["OurClouds"]
+
+_FULL = "clouds.full"
+_SKY = "clouds.sky"
+_SKY_TEXELS = 64
+_SKY_FRAMES = 8
+"""Over how many frames the map of the sky is drawn while something changes, every eighth row in each: what mirrors it
+is rough, and one whole map would cost eight times as much in its frame and let the sea's light step. So would strips:
+most of the sea mirrors one of them."""
+
+
+class _Sky:
+    """The map of clouds in one view's sky: what it shows, and which of its rows this frame draws."""
+
+    def __init__(self) -> None:
+        self.next, self.left = 0, _SKY_FRAMES
+        self.rows = (0, 1)
+        """The first, and from one to the next; (0, 0): none."""
+        self.shows: tuple[Any, ...] = ()
+
+    def begin(self, shows: tuple[Any, ...], at_once: bool) -> None:
+        """shows: all that the map hangs on. After a change each row is due once."""
+        if shows != self.shows:
+            self.shows, self.left = shows, _SKY_FRAMES
+        if at_once or not self.left:
+            self.rows = (0, 1) if self.left else (0, 0)
+            self.left = 0
+            return
+        self.rows = (self.next, _SKY_FRAMES)
+        self.next, self.left = (self.next + 1) % _SKY_FRAMES, self.left - 1
+
+
+class _CloudView:
+    """What one view's clouds keep from frame to frame."""
+
+    def __init__(self) -> None:
+        self.seen = True
+        """Whether any of its rays may meet a layer: else none of the pictures' passes is in its graph."""
+        self.past: Past | None = None
+        self.sky = _Sky()
+
+
+class OurClouds(CloudMethod):
+    """Clouds by our method.
+
+    Passes: ``clouds.classify`` lists the tiles that may see cloud, ``clouds.march`` follows a ray for each block of
+    their pixels, ``clouds.shafts`` takes the light that the air in the clouds' shadow doesn't scatter,
+    ``clouds.between`` fills the blocks that had no ray, ``clouds.resolve`` mixes in the frame before, and
+    ``clouds.composite`` lays the result over ``scene.radiance``. None runs while no ray can meet a layer.
+    """
+
+    contracts: ClassVar[Mapping[str, str]] = {
+        "cloud_shadow": "clouds/shadow.glsl",
+        "cloud_sky": "clouds/sky.glsl",
+        "skylight": "clouds/skylight.glsl",
+    }
+    reads: ClassVar[tuple[str, ...]] = (SHADOW, _SKY)
+
+    def __init__(self, gpu: GpuScope, setup: Setup) -> None:
+        super().__init__(gpu, setup)
+        settings = setup.settings
+        self._samples = int(settings["clouds.samples"])
+        # Where each pixel has a ray, nothing would smooth over the squares.
+        self._every = int(settings["clouds.march_every"]) if int(settings["clouds.stride"]) > 1 else 1
+        picture = self._picture = CloudPicture.of(settings)
+        self._tuned: tuple[float, ...] = ()
+        self.field = CloudField(gpu, settings)
+        self._view = ViewMarch(gpu, setup.world, self.gpu.owner, picture)
+        self._defines: Mapping[str, Any] = {}
+        self._look_up: Any = None
+        self._tune(settings)
+        self._resolve = gpu.compute("clouds/resolve.comp", picture.defines)
+        self._surface = Surface(gpu, picture)
+        self._history: Any = None
+        self._over = gpu.fullscreen("clouds/composite.frag", {"PICTURE_PX": picture.pixel_px})
+        # Of a coarser picture single texels are looked up, and resolve wants it linear.
+        self._nearest = gpu.sampler(filter="nearest")
+        self._plain = gpu.gpu.state()
+        self._shown = _CloudView()
+        """Of the view that is being drawn, or was drawn last."""
+        self._past = Past(picture.stride, self._samples, 1.0, self._every)
+        texels, steps = int(settings["clouds.shadow_texels"]), int(settings["clouds.shadow_steps"])
+        self._shadow = ShadowPass(gpu, setup.views, texels, steps, int(settings["clouds.shadow_frames"]))
+        self._shafts = Shafts(gpu, setup.world, picture.defines, settings, self.gpu.owner)
+        self._with_shafts = True
+        self._stamp: tuple[Any, ...] = ()
+
+    def release(self) -> None:
+        self._shadow.clear()
+        super().release()
+
+    def _tune(self, settings: Mapping[str, Any]) -> None:
+        """Knobs that may change while it runs."""
+        tuned = tuple(float(settings[f"clouds.{n}"]) for n in ("fine_steps", "step_growth", "sun_steps"))
+        if tuned != self._tuned:
+            self._tuned = steps, growth, to_sun = tuned
+            defines = march_defines(settings)
+            self._view.tune((steps, growth, 0.0, to_sun), defines)
+            if defines != self._defines:  # how fine steps are is in part compiled in
+                if self._look_up is not None:
+                    self.gpu.free(self._look_up)
+                self._defines, self._look_up = defines, self.gpu.compute("clouds/sky.comp", {**defines, **MAPPED})
+            self._look_up.set("u_march", (0.5 * steps, 3.0 * growth, 0.0, min(to_sun, 3.0)))
+
+    # -- contracts ---------------------------------------------------------------------------------------------------
+
+    def bind_contract(self, io: PassIO) -> Callable[[], None]:
+        texture, sky = io.texture(SHADOW), io.texture(_SKY)
+
+        def run() -> None:
+            texture.use(CLOUD_SHADOW_UNIT)
+            sky.use(CLOUD_SKY_UNIT)
+            self.field.bind_block()
+
+        return run
+
+    # -- frame -------------------------------------------------------------------------------------------------------
+
+    def _refresh(self, frame: Frame) -> None:
+        component = frame.world.get(frame.planet, Clouds)
+        stamp = (id(component), revision(component), *(revision(layer) for layer in component.layers))
+        if stamp == self._stamp:
+            return
+        self._stamp = stamp
+        component = with_overrides(component, "clouds", frame.settings)
+        try:
+            self.field.take(component)
+        except ValueError as error:
+            # Once: the next frames go on with the weather as it was, until something is changed again.
+            raise SettingError(str(error)) from error
+        air = frame.world.try_get(frame.planet, Atmosphere)
+        self.field.light(CloudModel.from_components(frame.world.get(frame.planet, Planet), component, air))
+        if self._with_shafts != bool(component.shafts):
+            self._with_shafts = not self._with_shafts
+            self.structure += 1
+        self._shadow.take_layers(self.field.block, self.field.layers)
+
+    def update(self, frame: Frame) -> None:
+        self.moving = None
+        if self.good:
+            self._refresh(frame)
+        self._tune(frame.settings)
+        field = self.field
+        radius = frame.world.get(frame.planet, Planet).radius_m
+        centre, reach = -frame.camera.position_m, radius + field.block.highest_m
+        seen = not out_of_view(frame.camera, centre, reach)
+        sea = frame.world.try_get(frame.planet, Ocean)
+        under = sea is not None and float(np.linalg.norm(frame.camera.position_m)) - radius < sea.sea_level_m
+        seen = seen and bool(field.layers) and not under and frame.view.seen.planet()
+        shown = self._shown = frame.view.state(self, _CloudView)
+        if seen != shown.seen:
+            shown.seen, shown.past = seen, None
+        if not frame.view.seen.planet() and field.placed:
+            return  # nothing of it is asked for
+        charts = field.maps.charts
+        if frame.settling or frame.one_shot:
+            charts.exact(frame.time_s)
+        else:
+            charts.running(frame.time_s)
+        self.moving = not charts.steady
+        proxy = frame.view.proxy
+        field.place(proxy.anchor_m, radius, frame.time_s)
+        present = bool(field.layers)
+        stamp = (self._stamp, charts.cuts, charts.steady)
+        self._shadow.place(frame, field.block, field.first, field.wind_m_s, stamp, radius, present)
+        self._shafts.place(frame, field.block.highest_m, field.first[1], radius, self._shadow.maps, self._shadow.drawn)
+        field.write()
+        if shown.past is None:
+            shown.past = Past(self._picture.stride, self._samples, radius, self._every)
+        self._past = shown.past
+        # Rays that were followed through another air, such as that of its first small tables, are none of this picture.
+        air = frame.world.try_resource("air_generation")
+        weather = (
+            charts.first.number,
+            charts.second.number,
+            charts.share,
+            air,
+            self._shadow.maps.changes,
+            *self._shadow.drawn,
+        )
+        self._past.begin(frame, self._stamp, weather)
+        place = (frame.camera.position_m.tobytes(), frame.sun.direction.tobytes(), frame.time_s)
+        shows = (*place, self._stamp, self._tuned, weather, self.field.mirrored)
+        shown.sky.begin(shows, frame.cut or frame.one_shot or frame.settling)
+
+    def seen_in(self, view: View) -> bool:
+        return view.state(self, _CloudView).seen
+
+    def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
+        self._shadow.declare(builder, view, self.gpu.owner, self.bind_density, view.view.seen.planet)
+        air = contract_reads(self.world, but=self.gpu.owner)
+        builder.add_pass(
+            "clouds.sky",
+            kind="compute",
+            bind=lambda io: self._bind_sky(io, view.view.state(self, _CloudView)),
+            system=self.gpu.owner,
+            reads=(SUN, *air),
+            creates=(
+                TextureSpec(
+                    _SKY, "rgba32f", (_SKY_TEXELS, _SKY_TEXELS), "persistent", filter="linear",
+                    help="clouds over the camera, for what mirrors the sky",
+                ),
+            ),
+            when=lambda: self._shown.sky.rows[1] > 0 and self.field.mirrored and bool(self.field.layers),
+            only_while=view.view.seen.planet,
+            help="a small map of the clouds in the sky, a few rows a frame",
+        )  # fmt: skip
+        if not self.seen_in(view.view):
+            return
+        copied, depth = self._surface.declare(builder, view, self.gpu.owner), self._picture.depth
+        self._view.declare(builder, view, lambda: self._past, self.bind_density)
+        size = self._picture.size(view.size)
+        if self._with_shafts:
+            self._shafts.declare(builder, RAYS, DISTANCE, depth, lambda: self._past)
+        spread = (SPREAD,) if self._every == 2 else ()
+        if spread:
+            self._view.declare_between(builder, view, lambda: self._past)
+        builder.add_pass(
+            "clouds.resolve",
+            kind="compute",
+            bind=self._bind_full,
+            system=self.gpu.owner,
+            reads=(depth, RAYS, DISTANCE, *spread),
+            after=("clouds.march",),
+            after_optional=("clouds.shafts", "clouds.between"),
+            history=(_FULL, SURFACE),
+            creates=(
+                TextureSpec(_FULL, "rgba32f", size, "history", filter="linear", help="clouds of every pixel of theirs"),
+                *copied,
+            ),
+            help="clouds of every pixel, from this frame's rays and the last frame",
+        )
+        builder.add_pass(
+            "clouds.debug_history",
+            kind="compute",
+            bind=self._bind_history,
+            system=self.gpu.owner,
+            reads=(depth, RAYS, DISTANCE, *spread),
+            after=("clouds.resolve",),
+            history=(_FULL, SURFACE),
+            creates=(TextureSpec("debug.cloud_history", "rgba8", size, help="green: what the last frame showed"),),
+            help="which pixels take their clouds over from the last frame",
+        )
+        builder.add_pass(
+            "clouds.composite",
+            bind=self._bind_composite,
+            system=self.gpu.owner,
+            reads=(_FULL, "gbuffer.depth", SURFACE) if self._picture.pixel_px > 1 else (_FULL,),
+            writes=("scene.radiance",),
+            stage="clouds",
+            help="clouds over the picture",
+        )
+
+    def _bind_sky(self, io: PassIO, view: _CloudView) -> Callable[[], None]:
+        texture, sun = io.texture(_SKY), io.texture(SUN)
+        bind = bind_contracts(self.world, io, but=self.gpu.owner)
+        view.sky = _Sky()  # all of it, whatever this frame was to draw
+
+        def run() -> None:
+            bind()
+            self.bind_density()
+            sun.use(CLOUD_SUN_UNIT)
+            texture.bind_to_image(0, read=False, write=True)
+            first, step = view.sky.rows if view.sky.rows[1] else (0, 1)  # a reloaded shader runs whatever is due
+            self._look_up.set("u_rows", (first, step))
+            self._look_up.run_over(_SKY_TEXELS, _SKY_TEXELS // step)
+
+        return run
+
+    def bind_density(self) -> None:
+        """Bind what clouds/weather_march.glsl reads, for the clouds of the last frame."""
+        self.field.bind()
+
+    def _bind_history(self, io: PassIO) -> Callable[[], None]:
+        if self._history is None:
+            self._history = self.gpu.compute("clouds/resolve.comp", {**self._picture.defines, "VALIDITY": 1})
+        return self._bind_resolve(io, "debug.cloud_history", self._history)
+
+    def _bind_full(self, io: PassIO) -> Callable[[], None]:
+        resolve, keep = self._bind_resolve(io, _FULL, self._resolve), self._surface.bind_copy(io)
+
+        def run() -> None:
+            resolve()
+            keep()
+
+        return run
+
+    def _bind_resolve(self, io: PassIO, into: str, shown: Any) -> Callable[[], None]:
+        made = io.texture(into)
+        textures = [io.texture(name) for name in (RAYS, self._picture.depth, DISTANCE)]
+        spread = io.texture(SPREAD) if self._every == 2 else textures[0]
+        before, surface, valid = io.history(_FULL), io.history(SURFACE), io.history_valid
+
+        def run() -> None:
+            past = self._past
+            if not valid.value and past.mode != NONE:
+                past.lost()
+            made.bind_to_image(0, read=False, write=True)
+            for unit, texture in enumerate(textures):
+                texture.use(unit)
+            before.use(3)
+            surface.use(4)
+            (textures[0] if past.squares < 0 else spread).use(5)
+            if shown is self._resolve:  # the picture of validity is none of light
+                shown.set("u_weight", past.weight)
+            shown.set("u_past", past.mode)
+            shown.set("u_place", (-1, -1) if past.skip else past.place)
+            shown.set("u_squares", past.squares)
+            # GLSL reads matrices column by column: the transpose of the row order of numpy.
+            shown.set("u_turn", np.ascontiguousarray(past.turn.T, np.float32))
+            shown.set("u_shift", tuple(map(float, past.shift_m)))
+            shown.set("u_projection", past.projection)
+            # Pixels before the first rays are another cell's.
+            shown.run_over(textures[0].width + 1, textures[0].height + 1)
+
+        return run
+
+    def _bind_composite(self, io: PassIO) -> Callable[[], None]:
+        target = io.framebuffer(colors=("scene.radiance",))
+        extra = ("gbuffer.depth", SURFACE) if self._picture.pixel_px > 1 else ()
+        textures = [io.texture(name) for name in (_FULL, "scene.radiance", *extra)]
+        gl, waits = self.gpu.gpu.gl, self.gpu.gpu.caps.has_texture_barrier
+
+        def run() -> None:
+            target.use()
+            self._plain.apply()
+            for unit, texture in enumerate(textures):
+                texture.use(unit)
+            # Drawn, not stored from compute: without a GPU a store takes several times as long. Each pixel reads what
+            # it draws over, which OpenGL 4.5 allows behind this; older drivers wait where a framebuffer is bound.
+            if waits:
+                gl.texture_barrier()
+            self._nearest.use(0)
+            self._over.render()
+            self._nearest.clear(0)
+
+        return run
+
+    def settled(self) -> bool:
+        """Whether every pixel of a still picture has had its own ray, and no map of shadow or weather is due."""
+        return not self._shown.seen or (self._past.complete and not self._shadow.busy and self.field.maps.charts.steady)
+
+    def refining(self) -> str:
+        if not self._shown.seen:
+            return ""
+        if not self.field.maps.charts.steady:
+            return "weather"
+        if not self._shadow.complete:
+            return "cloud shadows"
+        gathers = self._past.mode == STILL and not self._past.complete
+        return f"clouds {100.0 * self._past.share:.0f} %" if gathers else ""
+
+    def progress(self) -> float:
+        """Share of the pixels of a still picture that have had their rays."""
+        return 1.0 if not self._shown.seen else self._past.share

@@ -1,0 +1,216 @@
+"""The sea as Michelic (2018) and Michelic et al. (2019) print it: methods "paper_2018" and "paper_2019".
+
+A projected grid of 80 x 80 points at sea level, cut by the size of its squares on screen, displaced by the printed wave
+function at each vertex, with the printed normal; pixels get what lies between the vertices. The formulas are the
+papers'; the way that they are computed is ours: feet and depths once per snap of the proxy, only patches that are seen,
+phases from an anchor in float64. So the two papers' arcs, arccos and arcsin, give the same picture here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...components import Ocean, Planet
+from ...engine.frame import Frame, Proxy, ViewInfo
+from ...engine.frame.gbuffer import GBUFFER
+from ...engine.gpu import GpuScope
+from ...engine.gpu.bindings import SEA_GRID_BLOCK
+from ...engine.gpu.layout import IVec4, Vec4
+from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
+from ...engine.settings import revision
+from ...engine.snapped import MeshKey, PatchMesh, PatchPrograms
+from ...engine.surface.coverage import proxy_coverage
+from ...engine.surface.projected_grid import FINEST, ProjectedGrid, grid_axes, grid_offset
+from ...engine.surface.selection import spacing_angle
+from ...engine.system import Setup
+from .method import SeaMethod
+from .wave_passes import SeaWaves, WaveView
+
+__all__ = ["PAPER_CORNERS", "PaperSea"]
+
+PAPER_CORNERS = 80
+"""Points a side, as printed."""
+_POWER = 4
+_CALM_BYTES, _WAVY_BYTES = 16, 20
+_MOST_VERTICES = 1 << 20
+
+
+@dataclass
+class SeaGridBlock:
+    """GLSL: ``generated/sea_grid.glsl``, ``sea_grid``. The third axis is the anchor's direction."""
+
+    u: Vec4
+    """first axis; w: z_s"""
+    v: Vec4
+    """second axis"""
+    spacing: Vec4
+    """(wanted angle between vertices, their smallest distance in m, proxy above the sea in m, 1 / half the steps)"""
+    sea: Vec4
+    """(how far waves move a point in m, 0, 0, 0)"""
+    counts: IVec4
+    """half the steps a side, n of the warp"""
+
+
+class PaperSeaView(PatchMesh):
+    """One view's grid."""
+
+    def __init__(self, of: GpuScope, programs: PatchPrograms) -> None:
+        super().__init__(of, "ocean", programs, _CALM_BYTES, 48)
+        self.waves = WaveView(self.gpu)
+        self.displaced: tuple[Any, ...] | None = None
+        self.array: Any = None
+
+    @property
+    def moving(self) -> tuple[Any, ...]:
+        """What the displaced vertices depend on."""
+        return (self.made, self.culled, self.waves.moment)
+
+
+class PaperSea(SeaMethod):
+    """The printed grid and waves into the G-buffer, in place of our mesh and pixels' normals."""
+
+    def __init__(self, gpu: GpuScope, setup: Setup, waves: SeaWaves) -> None:
+        super().__init__(gpu, setup, waves)
+        many = {"SEA_VERTICES": 5 if gpu.gpu.caps.is_software else 2}
+        self._ubo = gpu.uniform_block(SeaGridBlock, SEA_GRID_BLOCK, "sea_grid")
+        self._patches = PatchPrograms(
+            gpu,
+            "ocean/paper/vertices.comp",
+            "ocean/paper/cull.comp",
+            "ocean/paper/arguments.comp",
+            "ocean/paper/triangles.comp",
+            many,
+        )
+        self._displace = gpu.compute("ocean/paper/displace.comp", defines=many)
+        self._surface = gpu.program("ocean/paper/gbuffer.vert", "ocean/gbuffer.frag", defines={"SEA_PAPER": 1})
+        self._draw_state = gpu.gpu.state(depth_test=True, depth_func=">", cull=None)
+
+    def view(self, index: int) -> PaperSeaView:
+        """One view's grid."""
+        return self.views[index].state(self, lambda: PaperSeaView(self.gpu, self._patches))
+
+    def update(self, frame: Frame) -> None:
+        ocean, view = frame.world.get(frame.planet, Ocean), self.view(frame.view_index)
+        proxy, ground = frame.view.proxy, frame.world.resources.get("height_field")
+        pixel_angle = frame.pixel_rad
+        edge_px = float(frame.settings["terrain.edge_px"])
+        if view.follow(frame, MeshKey(proxy.generation, (revision(ocean), id(ground))), edge_px, pixel_angle):
+            self.structure += self._project(frame, view, ocean, proxy, pixel_angle, edge_px, ground)
+        view.look(frame)
+        self._ubo.bind()
+
+    def _project(
+        self,
+        frame: Frame,
+        view: PaperSeaView,
+        ocean: Ocean,
+        proxy: Proxy,
+        pixel_angle: float,
+        edge_px: float,
+        ground: Any,
+    ) -> bool:
+        radius = frame.world.get(frame.planet, Planet).radius_m
+        above_sea = max(abs(proxy.cell.altitude_m - ocean.sea_level_m), 0.05)
+        angle = spacing_angle(edge_px, pixel_angle, proxy.cell.altitude_m, radius)
+        eye = tuple(proxy.lattice.direction * (ocean.sea_level_m + above_sea - proxy.anchor_height_m))
+        self.waves.place(view.waves, frame, above_sea, pixel_angle, eye, angle, 0.0)
+        assert view.waves.waves is not None
+        reach_m = view.waves.waves.highest_m
+        below = proxy.cell.altitude_m < ocean.sea_level_m
+        seen = proxy_coverage(
+            proxy.cell.highest_altitude_m,
+            proxy.cell.max_sideways_rad,
+            radius,
+            # No farther than its own horizon: each of the few points counts.
+            ocean.sea_level_m + reach_m,
+            ground.lowest_m if below and ground is not None else ocean.sea_level_m,
+        )
+        grid = ProjectedGrid(PAPER_CORNERS, _POWER, grid_offset(seen), grid_axes(proxy.lattice.direction), radius)
+        cut = grid.tessellate(above_sea, ocean.sea_level_m, angle, _MOST_VERTICES)
+        half = grid.steps() // 2
+        feet = grid.foot_offsets_m(np.array([half, half + FINEST]), np.array([half, half]))
+        axes = grid.axes
+        self._ubo.write(
+            SeaGridBlock(
+                (*(float(a) for a in axes[0]), grid.z_s),
+                (*(float(a) for a in axes[1]), 0.0),
+                (angle * cut.coarser, float(np.linalg.norm(feet[1] - feet[0])) / FINEST, above_sea, 1.0 / half),
+                (reach_m, 0.0, 0.0, 0.0),
+                (half, grid.power, 0, 0),
+            )
+        )
+        return view.take(cut)
+
+    def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
+        name, sea = self.gpu.owner, self.view(view.index)
+        sea.declare(builder, name, lambda: self._bind_heights(view.index))
+        builder.add_pass(
+            "ocean.displace",
+            kind="compute",
+            system=name,
+            bind=lambda io: self._bind_displace(io, sea),
+            reads=("ocean.vertices", "ocean.visible", "ocean.counts", "ocean.arguments"),
+            creates=(BufferSpec("ocean.displaced", sea.vertex_capacity * _WAVY_BYTES, "persistent", "visible ones"),),
+            when=lambda: sea.displaced != sea.moving,
+            help="the printed wave function and normal at each vertex",
+        )
+        builder.add_pass(
+            "ocean.gbuffer",
+            system=name,
+            bind=lambda io: self._bind_gbuffer(io, sea),
+            reads=("ocean.displaced", "ocean.arguments", "ocean.triangles"),
+            creates=(TextureSpec("ocean.rough", "rgba16f", help="variances of slopes, mixed; Jacobian"),),
+            writes=("gbuffer.depth", *GBUFFER),
+            stage="water",
+            help="triangles of the visible sea",
+        )
+
+    def _bind_heights(self, view_index: int) -> None:
+        bind = self.world.resources.get("surface_height")
+        if bind is not None:
+            bind(view_index)
+
+    def _bind_displace(self, io: PassIO, view: PaperSeaView) -> Callable[[], None]:
+        names = ("vertices", "visible", "counts", "arguments", "displaced")
+        vertices, visible, counts, arguments, displaced = (io.buffer(f"ocean.{n}") for n in names)
+        view.displaced = None
+
+        def run() -> None:
+            assert view.cut is not None
+            for point, buffer in enumerate((view.patches, vertices, visible, counts)):
+                buffer.bind_to_storage_buffer(point)
+            displaced.bind_to_storage_buffer(5)
+            self._displace.set("u_patches", view.cut.by_level())
+            self._displace.run_indirect(arguments, 32)
+            view.displaced = view.moving
+
+        return run
+
+    def _bind_gbuffer(self, io: PassIO, view: PaperSeaView) -> Callable[[], None]:
+        target = io.framebuffer(colors=(*GBUFFER, "ocean.rough"), depth="gbuffer.depth")
+        rough = io.framebuffer(colors=("ocean.rough",))
+        displaced, arguments = io.buffer("ocean.displaced"), io.buffer("ocean.arguments")
+        if view.array is not None:
+            view.gpu.free(view.array)
+        view.array = view.gpu.vertex_array(self._surface, index=io.buffer("ocean.triangles"), index_size=4)
+
+        def run() -> None:
+            assert view.waves.waves is not None
+            variance = view.waves.waves.slope_variance_beyond
+            # For pixels that the coast's own pass turns into sea.
+            rough.clear(0.5 * variance, 0.5 * variance, 0.0, 1.0)
+            target.use()
+            self._draw_state.apply()
+            displaced.bind_to_storage_buffer(1)
+            self._surface.set("u_variance", variance)
+            view.array.render_indirect(arguments, count=1)
+
+        return run
+
+    def statistics(self) -> dict[str, int]:
+        view = self.views.found(0, self, PaperSeaView)
+        return {} if view is None or view.cut is None else {"patches": len(view.cut), "vertices": view.cut.vertices}
