@@ -151,7 +151,7 @@ def test_a_value_that_changes_in_every_frame_shows(
     """Somebody drags a slider on a slow machine, where even small tables take many frames."""
     before = settled(renderer, CAMERA)
     job = job_of(renderer)
-    monkeypatch.setattr(air_of(renderer), "_budget_s", 1e-9)
+    monkeypatch.setattr(air_of(renderer).method, "_budget_s", 1e-9)
     seen, generation = {job.shown.key()}, job.generation
     # Twice as many frames as slices of the least size in the small tables.
     for k in range(2 * -(-job_module.QUICK.samples() // job_module._LEAST_SLICE)):
@@ -230,7 +230,7 @@ def test_slices_keep_to_the_budget(renderer: pf.Renderer, scene: pf.Scene, monke
         # One slice is at most half the budget by the time of the last; a share beyond it is allowed once.
         late = np.array(frames[3:])
         assert len(late) > 1
-        assert late.max() <= 1.5 * air_of(renderer)._budget_s, (per_sample_s, late.max())
+        assert late.max() <= 1.5 * air_of(renderer).method._budget_s, (per_sample_s, late.max())
 
 
 # -- bad input -------------------------------------------------------------------------------------------------------

@@ -95,6 +95,24 @@ def test_a_flight_held_for_a_look_goes_on_preparing_its_next_snap(gpu: Any) -> N
         assert ahead.proxy is None
 
 
+def test_a_fade_that_ends_while_it_is_frozen_leaves_the_cells_that_it_led_to(gpu: Any) -> None:
+    with pf.load_scene("earth") as scene, pf.Renderer(scene, (96, 54), "low", ctx=gpu.ctx) as renderer:
+        state, fade = renderer.camera_state(pf.view("near")), None
+        shown = scene.environment.add(pf.DebugView())
+        for n in range(90):
+            camera = pf.Camera(state.position_m + 3.0 * n * state.forward, state.forward, state.up)
+            seen = renderer.render(camera, dt_s=0.016, outputs=("surface",))["surface"] > 0
+            fade = renderer.system("terrain").backend.view(0).fade  # type: ignore[union-attr]
+            if fade.running:
+                break
+        assert fade is not None and fade.running
+        shown.freeze = True
+        for _ in range(30):
+            frozen = renderer.render(camera, dt_s=0.1, outputs=("surface",))["surface"] > 0
+        assert not fade.running
+        assert (frozen != seen).mean() < 0.01
+
+
 def test_what_the_second_camera_does_not_see_is_no_pop() -> None:
     """A second camera that is turned to the right has the right of the first one's picture."""
     from planetfall.benchmarks.measure.popping import _in_view
