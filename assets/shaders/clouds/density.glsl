@@ -206,66 +206,94 @@ struct CloudNoise {
     vec3 turned, tilted;
 };
 
-// All kinds of layer in one line of code: software GPUs go through both sides of a branch, and once through loops of no
-// turns.
-CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float footprint_m) {
-    CloudViewLayer shell = cloud_view.layers[layer];
-    bool ice = CLOUD_IS_ICE(layer);
+// A place in the frames in which noise is looked up.
+struct CloudPlace {
+    vec3 turned, tilted;   // metres from the anchor
+    vec3 from_middle;      // from the planet's centre, in its radii
+    vec3 carried;          // ice: metres, where it was before the winds aloft carried it, axes stretched
+    vec3 drawn;            // ice: the same, where it was before what has fallen lagged behind
+};
+
+CloudPlace cloud_place(CloudViewLayer shell, vec3 place, float share) {
     vec3 turned = cloud_turned(place), tilted = cloud_tilted(place);
-    vec3 from_middle = CLOUD_ORIGIN(bend) + turned * cloud_view.bend.per_m;   // in radii
+    vec3 from_middle = CLOUD_ORIGIN(bend) + turned * cloud_view.bend.per_m;
     // Ice falls from the layer's top, where it was carried to by the winds.
     float fallen_m = (1.0 - share) * (shell.top_m - shell.base_m);
     vec3 carried = (turned + from_middle * fallen_m + cloud_meander(from_middle) / cloud_view.bend.per_m)
         * cloud_view.stretch;
     vec3 drawn = carried + cloud_behind(from_middle, fallen_m, 1.0 - share) * cloud_view.stretch;
-    // Thin ice: drawn out streaks on the map, fibres of the volume in them. Else clouds of two sizes.
-    vec3 second = ice ? CLOUD_ORIGIN(veil) + drawn.yzx * cloud_view.veil.per_m
-        : cloud_swept(CLOUD_ORIGIN(wide) + tilted * cloud_view.wide.per_m);
+    return CloudPlace(turned, tilted, from_middle, carried, drawn);
+}
+
+// The two volumes of the shape: noise around 0, as far as the footprint tells its cells apart, and the share of its
+// variance that it shows.
+struct CloudShape {
+    float broad, wide;
+    float broad_shown, wide_shown;
+};
+
+// Thin ice: drawn out streaks on the map, fibres of the volume in them. Else clouds of two sizes.
+CloudShape cloud_shape(bool ice, CloudPlace p, float footprint_m) {
+    vec3 second = ice ? CLOUD_ORIGIN(veil) + p.drawn.yzx * cloud_view.veil.per_m
+        : cloud_swept(CLOUD_ORIGIN(wide) + p.tilted * cloud_view.wide.per_m);
     float first_level = cloud_level(cloud_view.broad_level - (ice ? 0.8 : 0.0), footprint_m);
     float second_level = cloud_level(ice ? cloud_view.broad_level - 2.0 : cloud_view.wide_level, footprint_m);
     float wide = textureLod(u_cloud_shape, second, second_level + cloud_dither - 0.5).r - 0.5;
     // Fibres curl around the patches that they are in.
-    vec3 curled = drawn + vec3(0.0, 0.0, CLOUD_CURL * wide / cloud_view.fibre.per_m);
+    vec3 curled = p.drawn + vec3(0.0, 0.0, CLOUD_CURL * wide / cloud_view.fibre.per_m);
     vec3 first = ice ? CLOUD_ORIGIN(fibre) + curled * cloud_view.fibre.per_m
-        : CLOUD_ORIGIN(broad) + turned * cloud_view.broad.per_m;
+        : CLOUD_ORIGIN(broad) + p.turned * cloud_view.broad.per_m;
     float broad = textureLod(u_cloud_shape, first, first_level + cloud_dither - 0.5).r - 0.5;
     // The streaks' period is shortest across them.
     float first_told = cloud_told(footprint_m, ice ? 0.3 * cloud_view.fibre.per_m : cloud_view.broad.per_m);
     float second_told = cloud_told(footprint_m, ice ? 0.3 * cloud_view.veil.per_m : cloud_view.wide.per_m);
-    float first_shown = first_told * first_told
-        * (1.0 - cloud_hidden(first_level, cloud_view.shape_filter));
-    float second_shown = second_told * second_told
-        * (1.0 - cloud_hidden(second_level, cloud_view.shape_filter));
-    broad *= first_told;
-    wide *= second_told;
+    return CloudShape(broad * first_told, wide * second_told,
+        first_told * first_told * (1.0 - cloud_hidden(first_level, cloud_view.shape_filter)),
+        second_told * second_told * (1.0 - cloud_hidden(second_level, cloud_view.shape_filter)));
+}
 
-    // Ice is in sheets whose height wanders: the thinner, the nearer to their middle.
-    float aside = share - (0.62 + 0.5 * wide);
-    float high = w.high * shell.cover_scale, rare = 1.0 - clamp(high / CLOUD_SCARCE, 0.0, 1.0);
-    float streaks = CLOUD_ICE_FROM + 0.55 * broad + 0.5 * wide + 0.6 * high - CLOUD_FEATHER * aside * aside
+// Ice above its threshold: in sheets whose height wanders, the thinner, the nearer to their middle. high: its cover.
+float cloud_streaks(CloudShape shape, float share, float high) {
+    float aside = share - (0.62 + 0.5 * shape.wide), rare = 1.0 - clamp(high / CLOUD_SCARCE, 0.0, 1.0);
+    return CLOUD_ICE_FROM + 0.55 * shape.broad + 0.5 * shape.wide + 0.6 * high - CLOUD_FEATHER * aside * aside
         - rare * rare;
-    float soft = max(0.3 * sqrt(1.0 - second_shown), 0.02);
+}
 
+// Rolls across the wind, here and there in shallow weather: across an axis of the tilted frame; where that stands
+// upright there are none.
+float cloud_rolls(CloudPlace p, float wide, float shallow, float footprint_m) {
+    float upright = dot(p.from_middle, vec3(2.0, -1.0, 2.0) / 3.0),
+        told = cloud_told(footprint_m, cloud_view.fine.per_m);
+    float rolled = CLOUD_ROLLS * shallow * (1.0 - upright * upright) * smoothstep(0.0, 0.25, wide);
+    float wave = 2.0 * fract(CLOUD_ORIGIN(fine).x + p.tilted.x * cloud_view.fine.per_m + wide) - 1.0;
+    return rolled * told * 4.0 * wave * (1.0 - abs(wave));
+}
+
+// All kinds of layer in one line of code: software GPUs go through both sides of a branch, and once through loops of no
+// turns.
+CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float footprint_m) {
+    CloudViewLayer shell = cloud_view.layers[layer];
+    bool ice = CLOUD_IS_ICE(layer);
+    CloudPlace p = cloud_place(shell, place, share);
+    CloudShape shape = cloud_shape(ice, p, footprint_m);
+    float streaks = cloud_streaks(shape, share, w.high * shell.cover_scale);
+    float soft = max(0.3 * sqrt(1.0 - shape.wide_shown), 0.02);
     // Sheets are of small cells, deep weather is in clusters. Squares of the weights add up to one: the variance stays
     // that of one volume.
     float clusters = mix(0.35, 0.55, smoothstep(0.25, 0.75, w.towers)), cells = sqrt(1.0 - clusters * clusters);
-    float hidden = max(1.0 - cells * cells * first_shown - clusters * clusters * second_shown, 0.0);
-    // Shallow weather: stratocumulus, in closed cells with thin seams, and here and there in rolls across the wind.
+    float hidden = max(1.0 - cells * cells * shape.broad_shown - clusters * clusters * shape.wide_shown, 0.0);
+    // Shallow weather: stratocumulus, in closed cells with thin seams.
     float shallow = 1.0 - cloud_solid(w);
     float most = clamp(w.cover * shell.cover_scale, 0.0, 1.0) * (1.0 - CLOUD_SEAMS * shallow),
         cover = most * cloud_height_cover(share, w);
-    // Rolls lie across an axis of the tilted frame; where that stands upright there are none.
-    float upright = dot(from_middle, vec3(2.0, -1.0, 2.0) / 3.0),
-        roll_told = cloud_told(footprint_m, cloud_view.fine.per_m);
-    float rolled = CLOUD_ROLLS * shallow * (1.0 - upright * upright) * smoothstep(0.0, 0.25, wide);
-    float wave = 2.0 * fract(CLOUD_ORIGIN(fine).x + tilted.x * cloud_view.fine.per_m + wide) - 1.0;
-    float noise = cells * broad + clusters * wide + rolled * roll_told * 4.0 * wave * (1.0 - abs(wave));
+    float noise = cells * shape.broad + clusters * shape.wide + cloud_rolls(p, shape.wide, shallow, footprint_m);
     // Two volumes in one reach beyond 0.5, and rims on top of them: without this there would be cloud where there is no
     // cover, cut off along the line where cover begins.
     float scarce = 1.0 - clamp(cover / CLOUD_SCARCE, 0.0, 1.0);
     float x = ice ? streaks : noise - (0.5 - cover) - CLOUD_BEYOND * scarce * scarce, lost = 0.25 * hidden;
-    vec3 hair = CLOUD_HAIR * (CLOUD_ORIGIN(fibre) + carried * cloud_view.fibre.per_m);
-    return CloudNoise(x, lost, hidden, soft, cloud_body(w), clusters * wide - 0.5 + most, cover, hair, turned, tilted);
+    vec3 hair = CLOUD_HAIR * (CLOUD_ORIGIN(fibre) + p.carried * cloud_view.fibre.per_m);
+    return CloudNoise(x, lost, hidden, soft, cloud_body(w), clusters * shape.wide - 0.5 + most, cover, hair, p.turned,
+        p.tilted);
 }
 
 // How far the noise lies below any cloud, whatever the rims are; 0: there may be some.
