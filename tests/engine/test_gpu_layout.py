@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import importlib
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
@@ -238,3 +239,22 @@ def test_write_allocates_no_arrays(scope):
     current, _ = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert current < 20_000
+
+
+@pytest.mark.parametrize(
+    "place",
+    [
+        "engine.frame.block.FrameBlock", "engine.frame.block.PlanetBlock", "systems.atmosphere.block.AirBlock",
+        "systems.atmosphere.views.AirViewBlock", "systems.ocean.block.OceanBlock",
+        "systems.ocean.paper_mesh.SeaGridBlock", "systems.shadows.block.ShadowBlock",
+        "systems.terrain.backends.grid_mesh.TerrainGridBlock", "systems.terrain.backends.paper_grid.PaperGridBlock",
+        "systems.terrain.material.TerrainMaterialBlock",
+    ],
+)  # fmt: skip
+def test_whoever_fills_a_block_gives_every_field(place):
+    module, _, name = place.rpartition(".")
+    block = getattr(importlib.import_module(f"planetfall.{module}"), name)
+    with pytest.raises(TypeError, match=rf"{name}.*missing {len(dataclasses.fields(block))} required"):
+        block()
+    with pytest.raises(FormatError, match=f"{name} lacks "):
+        StructLayout(block).pack({})
