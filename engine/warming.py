@@ -22,6 +22,11 @@ class Warming:
     def __init__(self, makers: Iterable[Callable[[], object]]) -> None:
         self._left = list(makers)[::-1]
 
+    @property
+    def done(self) -> bool:
+        """Whether all of them have been called."""
+        return not self._left
+
     def step(self, frame: Frame) -> None:
         """Call the next one, if the frame is of a view that goes on. A shader that is broken just then is left to the
         frame that needs it, which may come after it is mended."""

@@ -21,6 +21,7 @@ __all__ = [
     "BARE",
     "FULL",
     "LIGHT_SYSTEMS",
+    "SKY_STAGES",
     "STAGES",
     "Counts",
     "Paired",
@@ -32,10 +33,12 @@ __all__ = [
     "planet_systems",
     "staged",
     "timed_together",
+    "update_times",
 ]
 
 REST_FRAMES = 200
 TURN_DEG = 0.01
+_FRAME_S = 1.0 / 60.0
 LIGHT_SYSTEMS = ("proxy", "light", "gbuffer", "terrain", "shadows", "sky", "stars", "composite")
 """Terrain, light and composite: all that a world without sea, air and clouds has."""
 
@@ -55,6 +58,8 @@ class Stage:
     """Over the view's place; None: the view's own sun."""
     paused: bool = False
     """The camera stands still and time does not pass."""
+    runs: bool = False
+    """Time passes, a frame of _FRAME_S after the other."""
 
 
 def _pixel(rows: int) -> float:
@@ -78,6 +83,10 @@ def _from_afar(distance_radii: Callable[[int], float]) -> Callable[[Scene, int],
     return camera
 
 
+def _looking_up(altitude_m: float, above: str, pitch_deg: float) -> Callable[[Scene, int], Camera]:
+    return lambda _scene, _rows: Camera.at(45.0, 10.0, altitude_m, pitch_deg=pitch_deg, above=above)
+
+
 FULL = Stage("full scene")
 BARE = Stage(
     "planet without anything, behind the camera",
@@ -98,6 +107,12 @@ STAGES = (
     Stage("deep space", camera=_from_afar(lambda rows: 20.0 / _pixel(rows))),
 )
 """The full scene and BARE are what these are measured against."""
+SKY_STAGES = (
+    Stage("sky alone, 100 m up", camera=_looking_up(100.0, "ground", 90.0), runs=True),
+    Stage("sky alone, 20 km up", camera=_looking_up(2e4, "sphere", 86.0), runs=True),
+    Stage("sky alone, 400 km up", camera=_looking_up(4e5, "sphere", 60.0), runs=True),
+)
+"""Air is in the picture, ground and sea are not."""
 
 
 @dataclass(frozen=True)
@@ -164,6 +179,7 @@ def staged(
 
         def frame() -> None:
             cameras.append(cameras.pop(0))
+            moment["time_s"] += _FRAME_S if stage.runs else 0.0
             renderer.render_to(target, cameras[0], **moment)
             renderer.ctx.finish()
 
@@ -248,6 +264,34 @@ def pass_times(stage: Staged, runs: int, systems: Sequence[str] | None = None) -
                 if report.gpu_ms is not None and (systems is None or report.system in systems):
                     samples.setdefault(report.name, []).append(report.gpu_ms)
     return {name: float(np.median(found[1:] or found)) for name, found in samples.items()}
+
+
+def update_times(stage: Staged, runs: int, systems: Sequence[str]) -> dict[str, float]:
+    """Processor time in ms of what these systems do in a frame before its passes: the median over frames, less what
+    reading the clock takes."""
+    samples: dict[str, list[float]] = {name: [] for name in ("", *systems)}
+
+    def clocked(name: str, update: Callable[..., None]) -> Callable[..., None]:
+        def run(*frame: Any) -> None:
+            before = time.process_time()
+            update(*frame)
+            samples[name].append((time.process_time() - before) * 1e3)
+
+        return run
+
+    held = [system for system in stage.renderer.running if system.name in systems]
+    nothing = clocked("", lambda: None)
+    try:
+        for system in held:
+            vars(system)["update"] = clocked(system.name, system.update)
+        for _ in range(runs):
+            nothing()
+            stage.frame()
+    finally:
+        for system in held:
+            vars(system).pop("update", None)
+    empty_ms = float(np.median(samples.pop("")))
+    return {name: max(float(np.median(found)) - empty_ms, 0.0) for name, found in samples.items() if found}
 
 
 class _CpuTimers:

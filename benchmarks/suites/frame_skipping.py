@@ -6,7 +6,18 @@ from typing import Any
 
 from ... import view
 from ..measure import frames, skipping
-from ..measure.skipping import BARE, FULL, LIGHT_SYSTEMS, STAGES, counts, pass_times, staged, timed_together
+from ..measure.skipping import (
+    BARE,
+    FULL,
+    LIGHT_SYSTEMS,
+    SKY_STAGES,
+    STAGES,
+    counts,
+    pass_times,
+    staged,
+    timed_together,
+    update_times,
+)
 from ..session import Session
 from ..target import at_most
 
@@ -25,6 +36,7 @@ def bench(session: Session) -> None:
     """What runs again although nothing has changed, and what scenes and views that need less still pay."""
     _unchanged(session)
     _stages(session)
+    _skies(session)
     _imports(session)
 
 
@@ -81,6 +93,19 @@ def _unseen(session: Session, shown: skipping.Staged, size: tuple[int, int], run
                     **_columns(counts(bare)))  # fmt: skip
         session.row("what a planet out of view adds", "orbit", size, target=at_most(MOST_UNSEEN_MS, "ms"),
                     target_on="added_ms", added_ms=more_ms)  # fmt: skip
+
+
+def _skies(session: Session) -> None:
+    """What ground and sea cost while only air is in the picture: their updates and whatever passes of theirs run."""
+    session.release()
+    size, runs, systems = QUICK_SIZE if session.small else SIZE, session.runs(120, 40), ("terrain", "ocean")
+    for stage in SKY_STAGES[: 1 if session.small else None]:
+        with staged(stage, size, "low" if session.small else "medium") as shown:
+            updates = update_times(shown, runs, systems)
+            passes_ms = sum(pass_times(shown, 5, systems).values())
+            session.row(stage.name, stage.view, size, target=at_most(MOST_UNSEEN_MS, "ms"), target_on="ground_ms",
+                        ground_ms=sum(updates.values()) + passes_ms, passes_ms=passes_ms,
+                        **{f"{name}_ms": ms for name, ms in updates.items()})  # fmt: skip
 
 
 def _columns(found: skipping.Counts) -> dict[str, Any]:

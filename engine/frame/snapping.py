@@ -139,6 +139,11 @@ class HeldScale:
     def __init__(self) -> None:
         self.value = Scale(0.0, 0.0)
 
+    def suits(self, snap: SnapAhead, edge_px: float, pixel_rad: float) -> bool:
+        """Whether `follow` would leave everything as it is."""
+        zoomed = abs(pixel_rad - self.value.pixel_rad)
+        return edge_px == self.value.edge_px and zoomed <= (_ZOOMED if snap.possible else 0.0) * self.value.pixel_rad
+
     def follow(self, snap: SnapAhead, edge_px: float, pixel_rad: float) -> None:
         """In every frame that isn't a snap's."""
         zoomed = abs(pixel_rad - self.value.pixel_rad)

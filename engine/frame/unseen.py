@@ -1,4 +1,4 @@
-"""Unseen: systems of a planet that is not in the picture rest."""
+"""Unseen: systems of a planet, or of its ground, that is not in the picture rest."""
 
 from __future__ import annotations
 
@@ -11,16 +11,18 @@ __all__ = ["Unseen"]
 class Unseen:
     """For a system of the planet: whether it may leave a frame alone, because nothing of the planet is in the view.
 
-    kinds: components whose change it has to hear of all the same. Systems ask in every update; the answer is no in the
-    first frame without the planet, so that they can let go of what is meant for it, and in single pictures.
+    kinds: components whose change it has to hear of all the same. ground: nothing of its ground and sea is enough.
+    Systems ask in every update; the answer is no in the first frame without the planet, so that they can let go of what
+    is meant for it, and in single pictures.
     """
 
-    def __init__(self, *kinds: type) -> None:
-        self._kinds = kinds
+    def __init__(self, *kinds: type, ground: bool = False) -> None:
+        self._kinds, self._ground = kinds, ground
 
     def rests(self, frame: Frame) -> bool:
         """Whether the last frame of the view was told that the planet is not in it, and nothing else is new."""
-        if frame.view.seen.planet() or frame.at_once:
+        seen = frame.view.seen
+        if (seen.ground() if self._ground else seen.planet()) or frame.at_once:
             frame.view.forget(self)
             return False
         told = (latest_revision(*self._kinds), frame.world.structure_revision, frame.size)

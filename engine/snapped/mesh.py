@@ -127,6 +127,19 @@ class SnappedMesh(ViewParts, Generic[C]):
             grew |= self._lay(snap, then) | self._reserve_fade(snap.room)
         return snapped, grew
 
+    def rests(self, frame: Frame, surface: tuple[object, ...]) -> bool:
+        """Whether `follow` would do nothing: no other cells, nothing to prepare and no fade."""
+        snap, fade = frame.view.snap, self.fade
+        now = Scale(float(frame.settings["terrain.edge_px"]), frame.camera.pixel_angle_rad(frame.size[1]))
+        return (
+            snap.proxy is None
+            and self._prepared < 0
+            and self.made == self.mesh.selection
+            and self.key == MeshKey(frame.view.proxy.generation, surface)
+            and (fade is None or not fade.running)
+            and self._held.suits(snap, *now)
+        )
+
     def _take(self, frame: Frame, proxy: Proxy, fades: bool) -> bool:
         """The cells of `key` and `scale`: those that were prepared, or new ones at once."""
         fade, ahead, old = self.fade, self.ahead, self.choice

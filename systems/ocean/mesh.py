@@ -71,12 +71,9 @@ class SeaMesh(SnappedMesh[SeaChoice]):
 
     def update(self, frame: Frame) -> bool:
         """Choose the cells; True where passes or buffers changed."""
-        world = frame.world
-        ocean, radius = world.get(frame.planet, Ocean), world.get(frame.planet, Planet).radius_m
-        # From below the surface is seen until the line of sight, which the bed may bend, has come up to it.
-        self.hides = frame.camera.distance_m - radius >= world.resource(SEA_TOP)
-        ground, smallest_m = world.resources.get("height_field"), float(frame.settings["terrain.min_spacing_m"])
-        snapped, changed = self.follow(frame, (revision(ocean), id(ground), smallest_m, self.hides))
+        surface = self._surface(frame)
+        self.hides = surface[-1]
+        snapped, changed = self.follow(frame, surface)
         if snapped:
             made = self.choice
             assert made is not None
@@ -85,6 +82,20 @@ class SeaMesh(SnappedMesh[SeaChoice]):
             )
         self.look(frame)
         return changed
+
+    def unchanged(self, frame: Frame) -> bool:
+        """Whether `update` would do nothing but look."""
+        return self.rests(frame, self._surface(frame))
+
+    @staticmethod
+    def _surface(frame: Frame) -> tuple[int, int, float, bool]:
+        """What the cells depend on beside proxy and scale; whether the sea hides its bed."""
+        world = frame.world
+        ocean, radius = world.get(frame.planet, Ocean), world.get(frame.planet, Planet).radius_m
+        # From below the surface is seen until the line of sight, which the bed may bend, has come up to it.
+        hides = frame.camera.distance_m - radius >= world.resource(SEA_TOP)
+        ground, smallest_m = world.resources.get("height_field"), float(frame.settings["terrain.min_spacing_m"])
+        return (revision(ocean), id(ground), smallest_m, hides)
 
     def choose(self, frame: Frame, proxy: Proxy, scale: Scale) -> SeaChoice:
         ocean = frame.world.get(frame.planet, Ocean)

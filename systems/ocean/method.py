@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from typing import Protocol
 
+from ...engine.frame import Frame
 from ...engine.gpu import GpuScope
 from ...engine.methods import Method
 from ...engine.system import Setup
@@ -27,3 +28,7 @@ class SeaMethod(Method):
     @abstractmethod
     def view(self, index: int) -> _SeaView:
         """What it keeps for a view."""
+
+    def unchanged(self, frame: Frame) -> bool:
+        """Whether `update` would do nothing but look."""
+        return False

@@ -41,6 +41,9 @@ class OurSea(SeaMethod):
     def update(self, frame: Frame) -> None:
         self.structure += self.view(frame.view_index).update(frame)
 
+    def unchanged(self, frame: Frame) -> bool:
+        return self.view(frame.view_index).unchanged(frame)
+
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         sea = self.view(view.index)
         mesh, name, moves = sea.mesh, self.gpu.owner, sea.waves.moves

@@ -110,6 +110,11 @@ class SeaShading:
         if self._between is not None:
             yield partial(self._between.program, True)
 
+    @property
+    def warm(self) -> bool:
+        """Whether the shaders of a flight are there."""
+        return self._warming.done
+
     def release(self) -> None:
         self._shaders.withdraw(self._name)
         self._world.resources.pop(SEA_TOP, None)

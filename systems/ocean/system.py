@@ -35,7 +35,7 @@ class OceanSystem(System):
     def setup(self, setup: Setup) -> None:
         self._setup = setup
         self._methods = Methods(setup.gpu, setup.views)
-        self._unseen = Unseen(Ocean, Planet, DebugView)
+        self._unseen = Unseen(Ocean, Planet, DebugView, ground=True)
         self._shading.setup(setup)
         self._waves.setup(setup)
         self._use_method(setup.world.get(setup.planet, Ocean), setup.settings)
@@ -57,13 +57,17 @@ class OceanSystem(System):
         self._shading.begin(frame, self._waves.of(frame))
 
     def update(self, frame: Frame) -> None:
-        if self._unseen.rests(frame):
+        if self._unseen.rests(frame) and (self._unchanged(frame) or not frame.view.seen.planet()):
             return
         self._use_method(frame.world.get(frame.planet, Ocean), frame.settings)
         self.method.update(frame)
         self.structure += self._methods.changed()
         self._waves.update(frame, self.method.view(frame.view_index).waves)
         self._shading.update(frame, self._waves.of(frame))
+
+    def _unchanged(self, frame: Frame) -> bool:
+        """Whether nothing but to draw the water is left to do."""
+        return self._waves.warm and self._shading.warm and self.method.unchanged(frame)
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         self.method.declare(builder, view)

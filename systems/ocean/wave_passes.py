@@ -107,6 +107,11 @@ class SeaWaves:
             for every in {1, 2} if self._shade_every == 2 else {self._shade_every}:
                 yield partial(self._program, "ocean/surface.comp", moves, many, every)
 
+    @property
+    def warm(self) -> bool:
+        """Whether the shaders of a flight are there."""
+        return self._warming is not None and self._warming.done
+
     def of(self, frame: Frame) -> WaveSet:
         """The waves of the frame's planet."""
         ocean, planet = frame.world.get(frame.planet, Ocean), frame.world.get(frame.planet, Planet)

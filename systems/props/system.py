@@ -127,6 +127,11 @@ class PropsSystem(System):
         seen = self._view(view.view)
         name = self.name
         tiles = tiles_of(view.size)
+
+        def lit() -> bool:
+            """Whether there is anything in the picture that has light of props or their shadow on it."""
+            return view.view.seen.ground() or (seen.visible is not None and bool(seen.visible.draws))
+
         builder.add_pass(
             "props.gbuffer",
             system=name,
@@ -152,6 +157,7 @@ class PropsSystem(System):
                 TextureSpec("props.shadow", "rg8", help="share of sunlight and of skylight that props leave"),
                 BufferSpec("props.touched", 4 * tiles[0] * tiles[1], help="tiles that a prop may reach"),
             ),
+            only_while=lit,
             help="light that props take from the ground and from one another",
         )
         builder.add_pass(
@@ -161,6 +167,7 @@ class PropsSystem(System):
             bind=lambda io: self._bind_tiles(io, tiles),
             reads=("gbuffer.tile_flags", "props.touched"),
             creates=(BufferSpec("props.tile_list", 16 + 4 * tiles[0] * tiles[1], help="dispatch and tiles"),),
+            only_while=lit,
             help="tiles with props or their shadows",
         )
         builder.add_pass(
@@ -171,6 +178,7 @@ class PropsSystem(System):
             reads=("gbuffer.depth", *GBUFFER, "props.shadow", "props.tile_list", *contract_reads(self._world)),
             writes=("scene.radiance",),
             stage="objects",
+            only_while=lit,
             help="light of props; their shadows on the ground",
         )
 

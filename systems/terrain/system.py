@@ -78,7 +78,7 @@ class TerrainSystem(System):
         }
         self._shaders: dict[tuple[str, ...], Any] = {}
         self._coasts = Coasts(setup.gpu, setup.world, setup.settings, self._shader)
-        self._unseen = Unseen(Planet, Terrain, Ocean, DebugView)
+        self._unseen = Unseen(Planet, Terrain, Ocean, DebugView, ground=True)
         self._changes: tuple[int, ...] = ()
         self._field_revision: tuple[int, ...] = ()
         self._colour_revision = -1
@@ -170,8 +170,9 @@ class TerrainSystem(System):
         view.squares, view.left_out = frame.squares, frame.left_out
         if frame.squares is not None and self._shade_every() == 2:
             frame.left_out.add("terrain")
-        # A grid that the proxy wants is made unseen: turning to the planet then costs nothing.
-        if self._unseen.rests(frame) and view.updated == proxy.generation and self.backend.settled():
+        # A grid that the proxy wants is made unseen: turning to the ground then costs nothing.
+        unseen = self._unseen.rests(frame) and view.updated == proxy.generation
+        if unseen and self.backend.rests(frame):
             return
         view.updated = proxy.generation
         self._refresh_octaves(view, proxy)

@@ -12,6 +12,7 @@ import planetfall as pf
 from planetfall.engine.space import CameraState, least_angle_rad, least_elevation_rad, sphere_unseen
 from planetfall.engine.surface.skyline import Skyline
 from planetfall.systems.proxy.system import ProxySystem
+from planetfall.systems.terrain.backends.grid import GridBackend
 from planetfall.systems.terrain.height import TerrainField
 from planetfall.systems.terrain.height_params import TerrainParams
 
@@ -149,3 +150,69 @@ def test_nothing_of_the_ground_runs_and_the_sky_is_the_same(monkeypatch: Any) ->
         assert not ran & set(GROUND), name
         assert {"terrain.gbuffer", "gbuffer.classify"} <= drew, name
         np.testing.assert_array_equal(picture, other, err_msg=name)
+
+
+@pytest.mark.parametrize(("altitude_m", "step_m", "frames"), [(100.0, 6.0, 60), (2e4, 0.0, 12)])
+def test_ground_that_comes_back_is_as_if_nobody_had_looked_away(
+    monkeypatch: Any, altitude_m: float, step_m: float, frames: int
+) -> None:
+    """A flight over a coast that looks up, with snaps and fades before it stops, and down again."""
+    scene = pf.load_scene("earth")
+    start = pf.view("coast").resolve(scene)
+    up, ahead = start.direction, np.cross(start.direction, (0.0, 0.0, 1.0))
+    ahead /= np.linalg.norm(ahead)
+    base = up * (scene.planet.radius_m + max(float(scene.planet.surface_height_m(up)[0]), 0.0) + altitude_m)
+    scene.sun = pf.Sun(direction=tuple((up + 0.5 * ahead).tolist()))
+    updates: list[int] = []
+    update = GridBackend.update
+    monkeypatch.setattr(GridBackend, "update", lambda *arguments: (updates.append(1), update(*arguments))[1])
+
+    def flown() -> tuple[list[bytes], int, bool]:
+        found, unseen, updates[:] = [], False, []
+        with pf.Renderer(scene, SIZE, "low") as renderer:
+            target = renderer.ctx.simple_framebuffer(SIZE)
+            for k in range(frames + 20):
+                place, away = base + min(k, 20) * step_m * ahead, 8 <= k < frames
+                camera = pf.Camera(place, up if away else 0.6 * ahead - up, ahead)
+                renderer.render_to(target, camera, k / 60.0, dt_s=1.0 / 60.0)
+                unseen |= not renderer.views[0].seen.ground()
+                if not away:
+                    found.append(target.read())
+            renderer.gpu.leave(target)
+            target.release()
+        return found, len(updates), unseen
+
+    ours, ran, unseen = flown()
+    monkeypatch.setattr(ProxySystem, "_ground_seen", lambda *_: True)
+    always, ran_always, _ = flown()
+    assert unseen and ran < ran_always == frames + 20
+    assert ours == always
+    assert len(set(ours)) > 10, "the waves move"
+
+
+def test_objects_in_the_sky_are_drawn_and_others_cost_nothing(monkeypatch: Any) -> None:
+    scene = pf.load_scene("earth")
+    camera = pf.Camera.at(45.0, 10.0, 100.0, pitch_deg=90.0, above="ground")
+    place = camera.resolve(scene).position_m
+    up = place / np.linalg.norm(place)
+    prop = scene.add(pf.Transform(tuple(place + 60.0 * up)), pf.Shape("box", (10.0, 10.0, 10.0)))
+
+    def pictures() -> list[tuple[Any, set[str]]]:
+        found = []
+        with pf.Renderer(scene, SIZE, "low") as renderer:
+            for above_m in (60.0, -60.0):
+                prop[pf.Transform].position_m = tuple(place + above_m * up)
+                renderer.render(camera)
+                picture = np.array(renderer.render(camera)["color"])
+                found.append(
+                    (picture, {p.name for p in renderer.passes() if p.ran and p.system in ("props", "terrain")})
+                )
+        return found
+
+    (above, drew), (below, rested) = pictures()
+    monkeypatch.setattr(ProxySystem, "_ground_seen", lambda *_: True)
+    (above_too, _), (below_too, _) = pictures()
+    assert (above != below).any() and "terrain.shade" not in drew
+    assert drew - rested == {"props.shadow", "props.tiles", "props.shade"}
+    np.testing.assert_array_equal(above, above_too)
+    np.testing.assert_array_equal(below, below_too)

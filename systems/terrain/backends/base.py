@@ -92,6 +92,10 @@ class Backend(Method):
     def bind_draw(self, io: PassIO, view_index: int, fragment: str) -> Callable[[], None]:
         """Everything of the view, drawn with a fragment shader (inputs as terrain/gbuffer.frag)."""
 
+    def rests(self, frame: Frame) -> bool:
+        """Whether `update` may be left out of a frame that shows no ground."""
+        return not frame.view.seen.planet() and self.settled()
+
     def height_drawn(self, directions: NDArray[np.float64], proxy: Any, view_index: int = 0) -> NDArray[np.float64]:
         """Heights (N,) of the triangles drawn below unit directions (N, 3); NaN where there are none. Reads back."""
         return np.full(len(directions), np.nan)

@@ -14,7 +14,7 @@ from ....engine.gpu import GpuScope
 from ....engine.gpu.bindings import TERRAIN_GRID_BLOCK
 from ....engine.gpu.cell_mesh import CellMesh
 from ....engine.graph import GraphBuilder, PassIO
-from .base import Backend, heights_seen
+from .base import Backend, Ground, heights_seen
 from .grid_mesh import GridMaking, GridMesh, TerrainGridBlock
 from .grid_queries import heights_on_cells, triangles_of_cells
 
@@ -44,12 +44,15 @@ class GridBackend(Backend):
         view = self.view(frame.view_index)
         view.ground = ground = self.ground
         view.bind_octaves = partial(self.bind_octaves, frame.view_index)
-        _, grew = view.follow(frame, (ground.revision, float(frame.settings["terrain.min_spacing_m"])))
+        _, grew = view.follow(frame, _surface(frame, ground))
         self.structure += grew
         view.keep_dh_m = heights_seen(frame, frame.view.proxy.anchor_height_m)
         view.look(frame)
         self._ubo.write(TerrainGridBlock(*view.block_values(ground.params.radius_m)))
         self._ubo.bind()
+
+    def rests(self, frame: Frame) -> bool:
+        return self.view(frame.view_index).rests(frame, _surface(frame, self.ground))
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         self.view(view.index).declare(builder, "terrain")
@@ -107,3 +110,8 @@ class GridBackend(Backend):
         if mesh is None or mesh.count == 0:
             return super().height_drawn(directions, proxy)
         return heights_on_cells(mesh, directions, proxy)
+
+
+def _surface(frame: Frame, ground: Ground) -> tuple[object, ...]:
+    """What the cells depend on beside proxy and scale."""
+    return (ground.revision, float(frame.settings["terrain.min_spacing_m"]))
