@@ -103,9 +103,9 @@ def _skies(session: Session) -> None:
         with staged(stage, size, "low" if session.small else "medium") as shown:
             updates = update_times(shown, runs, systems)
             passes_ms = sum(pass_times(shown, 5, systems).values())
+            row: dict[str, Any] = {f"{name}_ms": ms for name, ms in updates.items()}
             session.row(stage.name, stage.view, size, target=at_most(MOST_UNSEEN_MS, "ms"), target_on="ground_ms",
-                        ground_ms=sum(updates.values()) + passes_ms, passes_ms=passes_ms,
-                        **{f"{name}_ms": ms for name, ms in updates.items()})  # fmt: skip
+                        ground_ms=sum(updates.values()) + passes_ms, passes_ms=passes_ms, **row)  # fmt: skip
 
 
 def _columns(found: skipping.Counts) -> dict[str, Any]:
