@@ -171,6 +171,7 @@ def test_ground_that_comes_back_is_as_if_nobody_had_looked_away(
         found, unseen, updates[:] = [], False, []
         with pf.Renderer(scene, SIZE, "low") as renderer:
             target = renderer.ctx.simple_framebuffer(SIZE)
+            renderer.render(pf.Camera(base, 0.6 * ahead - up, ahead))
             for k in range(frames + 20):
                 place, away = base + min(k, 20) * step_m * ahead, 8 <= k < frames
                 camera = pf.Camera(place, up if away else 0.6 * ahead - up, ahead)
@@ -182,10 +183,11 @@ def test_ground_that_comes_back_is_as_if_nobody_had_looked_away(
             target.release()
         return found, len(updates), unseen
 
+    flown()  # makes the air's tables, which later renderers find
     ours, ran, unseen = flown()
     monkeypatch.setattr(ProxySystem, "_ground_seen", lambda *_: True)
     always, ran_always, _ = flown()
-    assert unseen and ran < ran_always == frames + 20
+    assert unseen and ran < ran_always == frames + 21
     assert ours == always
     assert len(set(ours)) > 10, "the waves move"
 
