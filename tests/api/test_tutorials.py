@@ -8,7 +8,9 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
+import numpy as np
 import pytest
+from PIL import Image
 
 import planetfall as pf
 from planetfall import extend
@@ -53,7 +55,8 @@ def test_every_block_runs(file: Path, tmp_path: Path, monkeypatch: pytest.Monkey
     exec(compile(code, str(file), "exec", dont_inherit=True), vars(module))
     assert set(extend.registered_systems()) == before and listed() == MATERIALS
     for picture in re.findall(r'save\("(\w+\.png)"\)', code):
-        assert (tmp_path / picture).stat().st_size > 0
+        with Image.open(tmp_path / picture) as image:
+            assert np.ptp(np.asarray(image).astype(int)) > 100, f"{picture}: nothing to see"
 
 
 @pytest.mark.gpu
