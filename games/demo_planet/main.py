@@ -74,7 +74,8 @@ def render_flight(options: argparse.Namespace) -> int:
     scene = pf.load_scene(options.planet)
     columns = (TextColumn("rendering"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
     why = "" if options.headless else "no display: "
-    console.print(f"{why}rendering the flight {options.path!r} over {scene.name} into {options.output.resolve()}", soft_wrap=True)
+    folder = options.output.resolve()
+    console.print(f"{why}rendering the flight {options.path!r} over {scene.name} into {folder}", soft_wrap=True)
     with Progress(*columns, console=console) as bar:
         task = bar.add_task("frames", total=options.count)
         made = pf.record(

@@ -60,7 +60,7 @@ def test_the_lines_of_python_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
     exec(compile(code.replace("(1280, 720)", "(64, 36)"), "README.md", "exec"), names)
-    assert (tmp_path / "valley.png").stat().st_size > 0
+    assert (tmp_path / "hills.png").stat().st_size > 0
     assert names["distance_m"].shape == (36, 64)  # type: ignore[attr-defined]
     assert names["heights_m"][0] > 0.0, "the camera should look at land"  # type: ignore[index]
 
