@@ -81,7 +81,7 @@ class TerrainQuality:
         1,
         4,
         "px",
-        "One of so many pixels is shaded: each, every second as on a chessboard (of a still picture each), or one of "
+        "One of so many pixels is shaded: each, every second as on a checkerboard (of a still picture each), or one of "
         "each block of 2 x 2; those between are interpolated, outlines stay sharp",
         cost="grows with its inverse",
         power_of_two=True,
@@ -408,7 +408,7 @@ class CloudQuality:
         2,
         "",
         "Every so manieth of those blocks has a ray in a frame while something moves: each, or every second as on a"
-        " chessboard; those between are interpolated. Blocks of one pixel have theirs each",
+        " checkerboard; those between are interpolated. Blocks of one pixel have theirs each",
         cost="grows with its inverse",
     )
     samples: int = knob(

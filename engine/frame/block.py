@@ -38,7 +38,7 @@ class FrameBlock:
     viewport: Vec4
     """(width, height, 1 / width, 1 / height) in pixels."""
     clock: Vec4
-    """(time in s modulo 4096, squares of a chessboard that are shaded where every second pixel is: 0 or 1, -1 all;
+    """(time in s modulo 4096, squares of a checkerboard that are shaded where every second pixel is: 0 or 1, -1 all;
     unused, angle of a pixel at the centre in rad). Nothing that changes by itself: a still frame uploads nothing."""
     scale: Vec4
     """(stored HDR value per radiance, its inverse, unused, unused)."""

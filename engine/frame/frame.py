@@ -91,10 +91,10 @@ class Frame:
     """Where in its pixel, from its centre (x to the right, y up), this frame samples the scene. `System.begin` sets it;
     the frame block's projection holds it, so all that is drawn or reconstructed from depth agrees. `camera` does not:
     culling by it needs a margin of a pixel."""
-    squares: int | None = None
-    """Which squares of a chessboard this frame shades, where every second pixel is: 0 or 1, by turns. None: all, as
+    checkerboard: int | None = None
+    """Which squares of a checkerboard this frame shades, where every second pixel is: 0 or 1, by turns. None: all, as
     where a picture keeps still or stands for itself."""
-    left_out: set[str] = field(default_factory=set)
+    checkered: set[str] = field(default_factory=set)
     """Surfaces of which it shades those squares alone, "terrain" and "ocean": who shades them says so in `update`."""
 
     @property

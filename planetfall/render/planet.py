@@ -191,7 +191,7 @@ class PlanetRenderer:
         frame.settling, frame.one_shot, frame.exact = wanted.settling, wanted.one_shot, wanted.exact
         frame.star_axes, frame.backdrop = None, True
         frame.frozen = any(shown.freeze for _, (shown,) in world.query(DebugView))
-        frame.left_out = set()  # a new one: views keep the last
+        frame.checkered = set()  # a new one: views keep the last
         return frame
 
     def _structure(self, view: DrawnView, exports: frozenset[str], running: Sequence[System]) -> tuple[Any, ...]:

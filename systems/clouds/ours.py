@@ -17,9 +17,9 @@ from ...engine.settings import SettingError, revision, with_overrides
 from ...engine.space import out_of_view
 from ...engine.system import Setup
 from .field import CloudField
+from .history import NONE, STILL, History
 from .method import CloudMethod
 from .model import CloudModel
-from .past import NONE, STILL, Past
 from .picture import SURFACE, CloudPicture, Surface
 from .probe import march_defines
 from .shadow_pass import SHADOW, SUN, ShadowPass
@@ -64,7 +64,7 @@ class _CloudView:
     def __init__(self) -> None:
         self.seen = True
         """Whether any of its rays may meet a layer: else none of the pictures' passes is in its graph."""
-        self.past: Past | None = None
+        self.history: History | None = None
         self.sky = _Sky()
 
 
@@ -106,7 +106,7 @@ class OurClouds(CloudMethod):
         self._plain = gpu.gpu.state()
         self._shown = _CloudView()
         """Of the view that is being drawn, or was drawn last."""
-        self._past = Past(picture.stride, self._samples, 1.0, self._every)
+        self._history = History(picture.stride, self._samples, 1.0, self._every)
         texels, steps = int(settings["clouds.shadow_texels"]), int(settings["clouds.shadow_steps"])
         self._shadow = ShadowPass(gpu, setup.views, texels, steps, int(settings["clouds.shadow_frames"]))
         self._shafts = Shafts(gpu, setup.world, picture.defines, settings, self.gpu.owner)
@@ -177,7 +177,7 @@ class OurClouds(CloudMethod):
         seen = seen and bool(field.layers) and not under and frame.view.seen.planet()
         shown = self._shown = frame.view.state(self, _CloudView)
         if seen != shown.seen:
-            shown.seen, shown.past = seen, None
+            shown.seen, shown.history = seen, None
         if not frame.view.seen.planet() and field.placed:
             return  # nothing of it is asked for
         charts = field.maps.charts
@@ -193,9 +193,9 @@ class OurClouds(CloudMethod):
         self._shadow.place(frame, field.block, field.first, field.wind_m_s, stamp, radius, present)
         self._shafts.place(frame, field.block.highest_m, field.first[1], radius, self._shadow.maps, self._shadow.drawn)
         field.write()
-        if shown.past is None:
-            shown.past = Past(self._picture.stride, self._samples, radius, self._every)
-        self._past = shown.past
+        if shown.history is None:
+            shown.history = History(self._picture.stride, self._samples, radius, self._every)
+        self._history = shown.history
         # Rays that were followed through another air, such as that of its first small tables, are none of this picture.
         air = frame.world.try_resource("air_generation")
         weather = (
@@ -206,7 +206,7 @@ class OurClouds(CloudMethod):
             self._shadow.maps.changes,
             *self._shadow.drawn,
         )
-        self._past.begin(frame, self._stamp, weather)
+        self._history.begin(frame, self._stamp, weather)
         place = (frame.camera.position_m.tobytes(), frame.sun.direction.tobytes(), frame.time_s)
         shows = (*place, self._stamp, self._tuned, weather, self.field.mirrored)
         shown.sky.begin(shows, frame.cut or frame.one_shot or frame.settling)
@@ -236,13 +236,13 @@ class OurClouds(CloudMethod):
         if not self.seen_in(view.view):
             return
         copied, depth = self._surface.declare(builder, view, self.gpu.owner), self._picture.depth
-        self._view.declare(builder, view, lambda: self._past, self.bind_density)
+        self._view.declare(builder, view, lambda: self._history, self.bind_density)
         size = self._picture.size(view.size)
         if self._with_shafts:
-            self._shafts.declare(builder, RAYS, DISTANCE, depth, lambda: self._past)
+            self._shafts.declare(builder, RAYS, DISTANCE, depth, lambda: self._history)
         spread = (SPREAD,) if self._every == 2 else ()
         if spread:
-            self._view.declare_between(builder, view, lambda: self._past)
+            self._view.declare_between(builder, view, lambda: self._history)
         builder.add_pass(
             "clouds.resolve",
             kind="compute",
@@ -320,24 +320,24 @@ class OurClouds(CloudMethod):
         before, surface, valid = io.history(_FULL), io.history(SURFACE), io.history_valid
 
         def run() -> None:
-            past = self._past
-            if not valid.value and past.mode != NONE:
-                past.lost()
+            history = self._history
+            if not valid.value and history.mode != NONE:
+                history.lost()
             made.bind_to_image(0, read=False, write=True)
             for unit, texture in enumerate(textures):
                 texture.use(unit)
             before.use(3)
             surface.use(4)
-            (textures[0] if past.squares < 0 else spread).use(5)
+            (textures[0] if history.checkerboard < 0 else spread).use(5)
             if shown is self._resolve:  # the picture of validity is none of light
-                shown.set("u_weight", past.weight)
-            shown.set("u_past", past.mode)
-            shown.set("u_place", (-1, -1) if past.skip else past.place)
-            shown.set("u_squares", past.squares)
+                shown.set("u_weight", history.weight)
+            shown.set("u_history", history.mode)
+            shown.set("u_place", (-1, -1) if history.skip else history.place)
+            shown.set("u_checkerboard", history.checkerboard)
             # GLSL reads matrices column by column: the transpose of the row order of numpy.
-            shown.set("u_turn", np.ascontiguousarray(past.turn.T, np.float32))
-            shown.set("u_shift", tuple(map(float, past.shift_m)))
-            shown.set("u_projection", past.projection)
+            shown.set("u_turn", np.ascontiguousarray(history.turn.T, np.float32))
+            shown.set("u_shift", tuple(map(float, history.shift_m)))
+            shown.set("u_projection", history.projection)
             # Pixels before the first rays are another cell's.
             shown.run_over(textures[0].width + 1, textures[0].height + 1)
 
@@ -366,7 +366,9 @@ class OurClouds(CloudMethod):
 
     def settled(self) -> bool:
         """Whether every pixel of a still picture has had its own ray, and no map of shadow or weather is due."""
-        return not self._shown.seen or (self._past.complete and not self._shadow.busy and self.field.maps.charts.steady)
+        return not self._shown.seen or (
+            self._history.complete and not self._shadow.busy and self.field.maps.charts.steady
+        )
 
     def refining(self) -> str:
         if not self._shown.seen:
@@ -375,9 +377,9 @@ class OurClouds(CloudMethod):
             return "weather"
         if not self._shadow.complete:
             return "cloud shadows"
-        gathers = self._past.mode == STILL and not self._past.complete
-        return f"clouds {100.0 * self._past.share:.0f} %" if gathers else ""
+        gathers = self._history.mode == STILL and not self._history.complete
+        return f"clouds {100.0 * self._history.share:.0f} %" if gathers else ""
 
     def progress(self) -> float:
         """Share of the pixels of a still picture that have had their rays."""
-        return 1.0 if not self._shown.seen else self._past.share
+        return 1.0 if not self._shown.seen else self._history.share

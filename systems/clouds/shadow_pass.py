@@ -25,7 +25,7 @@ SHADOW, SUN, SHADED = "clouds.shadow", "clouds.sun", "clouds.shaded"
 _NEXT_SUN = "clouds.next_sun"
 """Of the map that is being made; the rest of that is the layer after the others of SHADOW."""
 _SUN_JUMP_COSINE = float(np.cos(np.radians(2.0)))
-"""As in past.py: a sun that turned by more within a frame was put elsewhere."""
+"""As in history.py: a sun that turned by more within a frame was put elsewhere."""
 _GROUP = 8  # rows of a work group in shadow.comp
 _MOST_SPLIT = 8
 """As in shadow.comp."""

@@ -14,7 +14,7 @@ from ...engine.gpu import GpuScope
 from ...engine.gpu.bindings import CLOUD_SUN_UNIT
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
 from ...engine.world import World
-from .past import Past
+from .history import History
 from .shadow import ShadowMaps
 from .shadow_pass import SHADED, SUN
 
@@ -54,7 +54,7 @@ class Shafts:
         """How much of them is drawn in this frame; with 0 no pass runs."""
         self._map = 0
         self._soft_m = 1.0
-        self._past: Past | None = None
+        self._history: History | None = None
 
     def place(
         self, frame: Frame, top_m: float, thickness_m: float, radius_m: float, maps: ShadowMaps, drawn: list[bool]
@@ -78,16 +78,18 @@ class Shafts:
         reaching = (k for k, held in enumerate(maps.maps) if drawn[k] and 0.8 * held.half_m >= reach)
         self._map = next(reaching, len(maps.maps) - 1)
 
-    def declare(self, builder: GraphBuilder, rays: str, distance: str, depth: str, past: Callable[[], Past]) -> None:
-        """rays, distance: what the clouds' march makes. depth: where its rays end. past: of the frame at hand."""
+    def declare(
+        self, builder: GraphBuilder, rays: str, distance: str, depth: str, history: Callable[[], History]
+    ) -> None:
+        """rays, distance: what the clouds' march makes. depth: where its rays end. history: of the frame at hand."""
 
         def due() -> bool:
-            return self.share > 0.0 and not past().skip
+            return self.share > 0.0 and not history().skip
 
         builder.add_pass(
             "clouds.shafts_begin",
             kind="compute",
-            bind=lambda io: self._bind_begin(io, rays, past),
+            bind=lambda io: self._bind_begin(io, rays, history),
             system=self._owner,
             reads=(SHADED, rays),
             creates=(BufferSpec(_GROUPS, 12, "persistent", "dispatch of the march through shadowed air"),),
@@ -98,7 +100,7 @@ class Shafts:
         builder.add_pass(
             "clouds.shafts",
             kind="compute",
-            bind=lambda io: self._bind_march(io, rays, distance, depth, past),
+            bind=lambda io: self._bind_march(io, rays, distance, depth, history),
             system=self._owner,
             reads=(depth, SUN, _GROUPS, *contract_reads(self._world, but=self._owner)),
             writes=(rays, distance),
@@ -107,21 +109,21 @@ class Shafts:
             help="sunlight that the air in the clouds' shadow does not scatter",
         )
 
-    def _bind_begin(self, io: PassIO, rays: str, past: Callable[[], Past]) -> Callable[[], None]:
+    def _bind_begin(self, io: PassIO, rays: str, history: Callable[[], History]) -> Callable[[], None]:
         shaded, groups = io.buffer(SHADED), io.buffer(_GROUPS)
         width, height = io.texture(rays).size
 
         def run() -> None:
             shaded.bind_to_storage_buffer(0)
             groups.bind_to_storage_buffer(1)
-            rows = height if past().squares < 0 else -(-height // 2)
+            rows = height if history().checkerboard < 0 else -(-height // 2)
             self._begin.set("u_groups", (-(-width // _LOCAL[0]), -(-rows // _LOCAL[1]), max(self._map, 0)))
             self._begin.run()
 
         return run
 
     def _bind_march(
-        self, io: PassIO, rays: str, distance: str, surface: str, past: Callable[[], Past]
+        self, io: PassIO, rays: str, distance: str, surface: str, history: Callable[[], History]
     ) -> Callable[[], None]:
         light, far, depth = io.texture(rays), io.texture(distance), io.texture(surface)
         sun, groups = io.texture(SUN), io.buffer(_GROUPS)
@@ -134,9 +136,9 @@ class Shafts:
             light.bind_to_image(0, read=True, write=True)
             far.bind_to_image(1, read=True, write=True)
             self._march.set("u_shafts", (self._steps, self.share, self._soft_m))
-            self._march.set("u_place", past().place)
-            self._march.set("u_shift", past().pattern)
-            self._march.set("u_squares", past().squares)
+            self._march.set("u_place", history().place)
+            self._march.set("u_shift", history().pattern)
+            self._march.set("u_checkerboard", history().checkerboard)
             self._march.run_indirect(groups)
 
         return run

@@ -11,7 +11,7 @@ from ...engine.gpu import GpuScope
 from ...engine.gpu.bindings import CLOUD_SUN_UNIT
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.world import World
-from .past import NONE, STILL, Past
+from .history import NONE, STILL, History
 from .picture import CloudPicture
 from .shadow_pass import SUN
 
@@ -40,7 +40,7 @@ class ViewMarch:
         self._defines: Mapping[str, Any] = {}
         self._classify: Any = None
         self._list = gpu.compute("clouds/list_tiles.comp")
-        self._between = gpu.compute("clouds/between_rays.comp", picture.defines)
+        self._between = gpu.compute("clouds/upsample_rays.comp", picture.defines)
         self._march: Any = None
         self._no_ice: Any = None
         self._steps: tuple[float, ...] = ()
@@ -70,16 +70,16 @@ class ViewMarch:
         return self._gpu.compute(file, {**self._defines, **more})
 
     def declare(
-        self, builder: GraphBuilder, view: ViewInfo, past: Callable[[], Past], bind_clouds: Callable[[], None]
+        self, builder: GraphBuilder, view: ViewInfo, history: Callable[[], History], bind_clouds: Callable[[], None]
     ) -> None:
-        """past: of the frame; bind_clouds: binds layers, noise and weather."""
+        """history: of the frame; bind_clouds: binds layers, noise and weather."""
         size, depth = self._picture.rays(view.size), self._picture.depth
         tiles = -(-size[0] // TILE[0]) * -(-size[1] // TILE[1])
         air = contract_reads(self._world, but=self._system)
         builder.add_pass(
             "clouds.classify",
             kind="compute",
-            bind=lambda io: self._bind_classify(io, past, bind_clouds),
+            bind=lambda io: self._bind_classify(io, history, bind_clouds),
             system=self._system,
             reads=(depth,),
             creates=(
@@ -88,24 +88,24 @@ class ViewMarch:
                 BufferSpec(_FLAGS, 4 * tiles, "persistent", help="what each tile of rays meets"),
                 BufferSpec(_TILES, 32 + 4 * tiles, "persistent", help="dispatches and tiles of cloud: no ice, ice"),
             ),
-            when=lambda: not past().skip,
+            when=lambda: not history().skip,
             help="tiles of rays that may see cloud",
         )
         builder.add_pass(
             "clouds.march",
             kind="compute",
-            bind=lambda io: self._bind_march(io, past, bind_clouds),
+            bind=lambda io: self._bind_march(io, history, bind_clouds),
             system=self._system,
             reads=(depth, SUN, _TILES, *air),
             writes=(RAYS, DISTANCE),
             after=("clouds.classify",),
-            when=lambda: not past().skip,
+            when=lambda: not history().skip,
             help="clouds along one ray of each block of pixels, where there are any",
         )
         builder.add_pass(
             "clouds.debug",
             kind="compute",
-            bind=lambda io: self._bind_debug(io, past, bind_clouds),
+            bind=lambda io: self._bind_debug(io, history, bind_clouds),
             system=self._system,
             reads=(depth, SUN, _FLAGS, *air),
             creates=(
@@ -115,51 +115,51 @@ class ViewMarch:
             help="classes of tiles, and steps of the march",
         )
 
-    def declare_between(self, builder: GraphBuilder, view: ViewInfo, past: Callable[[], Past]) -> None:
+    def declare_between(self, builder: GraphBuilder, view: ViewInfo, history: Callable[[], History]) -> None:
         """Pass ``clouds.between``: rays of the blocks that have none of their own in this frame."""
         size = self._picture.rays(view.size)
         builder.add_pass(
             "clouds.between",
             kind="compute",
-            bind=lambda io: self._bind_between(io, past),
+            bind=lambda io: self._bind_between(io, history),
             system=self._system,
             reads=(self._picture.depth,),
             writes=(RAYS, DISTANCE),
-            creates=(TextureSpec(SPREAD, "rgba32f", size, "persistent", help="rays, for where there is no past"),),
+            creates=(TextureSpec(SPREAD, "rgba32f", size, "persistent", help="rays, for where there is no history"),),
             after=("clouds.march",),
             after_optional=("clouds.shafts",),
-            when=lambda: past().squares >= 0 and not past().skip,
+            when=lambda: history().checkerboard >= 0 and not history().skip,
             help="rays between those that were followed, while something moves",
         )
 
-    def _bind_between(self, io: PassIO, past: Callable[[], Past]) -> Callable[[], None]:
+    def _bind_between(self, io: PassIO, history: Callable[[], History]) -> Callable[[], None]:
         color, distance, depth = io.texture(RAYS), io.texture(DISTANCE), io.texture(self._picture.depth)
         spread = io.texture(SPREAD)
 
         def run() -> None:
-            if past().squares < 0:  # a graph's first frame runs whatever is due
+            if history().checkerboard < 0:  # a graph's first frame runs whatever is due
                 return
             for unit, texture in ((6, color), (7, distance), (4, depth)):
                 texture.use(unit)
             color.bind_to_image(0, read=False, write=True)
             distance.bind_to_image(1, read=False, write=True)
             spread.bind_to_image(2, read=False, write=True)
-            self._place(self._between, past())
-            self._between.run_over(color.width, _lanes_down(color.height, past()))
+            self._place(self._between, history())
+            self._between.run_over(color.width, _lanes_down(color.height, history()))
 
         return run
 
-    def _place(self, program: Any, past: Past) -> None:
-        program.set("u_place", past.place)
+    def _place(self, program: Any, history: History) -> None:
+        program.set("u_place", history.place)
         # A ray without others beside it, from earlier frames, stands for its whole block. In a picture that stands
         # still each pixel will have its own; of a coarse one it is the mean of several, which filters enough.
-        wide = {NONE: 0.8, STILL: 0.0}.get(past.mode, 0.4) * self._picture.block_px
+        wide = {NONE: 0.8, STILL: 0.0}.get(history.mode, 0.4) * self._picture.block_px
         program.set("u_width", max(1.0, wide))
-        program.set("u_shift", past.pattern)
-        program.set("u_squares", past.squares)
+        program.set("u_shift", history.pattern)
+        program.set("u_checkerboard", history.checkerboard)
 
     def _bind_classify(
-        self, io: PassIO, past: Callable[[], Past], bind_clouds: Callable[[], None]
+        self, io: PassIO, history: Callable[[], History], bind_clouds: Callable[[], None]
     ) -> Callable[[], None]:
         color, distance, depth = io.texture(RAYS), io.texture(DISTANCE), io.texture(self._picture.depth)
         flags, tiles = io.buffer(_FLAGS), io.buffer(_TILES)
@@ -171,8 +171,8 @@ class ViewMarch:
             color.bind_to_image(0, read=False, write=True)
             distance.bind_to_image(1, read=False, write=True)
             flags.bind_to_storage_buffer(0)
-            down = -(-_lanes_down(color.height, past()) // TILE[1])
-            self._place(self._classify, past())
+            down = -(-_lanes_down(color.height, history()) // TILE[1])
+            self._place(self._classify, history())
             self._classify.run(across, down)
             self._gpu.gpu.barrier()
             tiles.bind_to_storage_buffer(1)
@@ -181,7 +181,9 @@ class ViewMarch:
 
         return run
 
-    def _bind_march(self, io: PassIO, past: Callable[[], Past], bind_clouds: Callable[[], None]) -> Callable[[], None]:
+    def _bind_march(
+        self, io: PassIO, history: Callable[[], History], bind_clouds: Callable[[], None]
+    ) -> Callable[[], None]:
         color, distance, depth = io.texture(RAYS), io.texture(DISTANCE), io.texture(self._picture.depth)
         tiles, sun = io.buffer(_TILES), io.texture(SUN)
         bind = bind_contracts(self._world, io, but=self._system)
@@ -195,13 +197,15 @@ class ViewMarch:
             sun.use(CLOUD_SUN_UNIT)
             tiles.bind_to_storage_buffer(7)
             for ice, program in enumerate((self._no_ice, self._march)):
-                self._place(program, past())
+                self._place(program, history())
                 program.set("u_ice", ice)
                 program.run_indirect(tiles, 16 * ice)
 
         return run
 
-    def _bind_debug(self, io: PassIO, past: Callable[[], Past], bind_clouds: Callable[[], None]) -> Callable[[], None]:
+    def _bind_debug(
+        self, io: PassIO, history: Callable[[], History], bind_clouds: Callable[[], None]
+    ) -> Callable[[], None]:
         classes, steps = io.texture("debug.cloud_tiles"), io.texture("debug.cloud_steps")
         depth, flags, sun = io.texture(self._picture.depth), io.buffer(_FLAGS), io.texture(SUN)
         bind = bind_contracts(self._world, io, but=self._system)
@@ -218,12 +222,12 @@ class ViewMarch:
             classes.bind_to_image(0, read=False, write=True)
             steps.bind_to_image(1, read=False, write=True)
             flags.bind_to_storage_buffer(0)
-            self._place(program, past())
-            program.run_over(classes.width, _lanes_down(classes.height, past()))
+            self._place(program, history())
+            program.run_over(classes.width, _lanes_down(classes.height, history()))
 
         return run
 
 
-def _lanes_down(rows: int, past: Past) -> int:
+def _lanes_down(rows: int, history: History) -> int:
     """Of the march, for so many rows of blocks."""
-    return rows if past.squares < 0 else -(-rows // 2)
+    return rows if history.checkerboard < 0 else -(-rows // 2)

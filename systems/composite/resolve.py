@@ -20,9 +20,9 @@ _SOFT_PX = 0.5
 """Standard deviation of the spot that a pixel without a past is seen through."""
 _CROSS = np.array([(0.0, -1.0), (-1.0, 0.0), (0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])
 """CROSS of resolve_moving.frag."""
-_CHESS_BLUR = {"terrain": 0.3, "ocean": 0.5}
-"""Share of the pixels around in those of a chessboard, where this frame counts most. 1/2 leaves nothing of it, as rows
-of far waves need; less is sharper."""
+_CHECKER_BLUR = {"terrain": 0.3, "ocean": 0.5}
+"""Share of the pixels around in those of a checkerboard, where this frame counts most. 1/2 leaves nothing of it, as
+rows of far waves need; less is sharper."""
 _FILES = {
     "edge": "composite/resolve_edge.frag",
     "mean": "composite/resolve_mean.frag",
@@ -92,7 +92,7 @@ class Resolver:
 
     def begin(self, frame: Frame) -> None:
         """Choose the frame's step and its jitter."""
-        frame.jitter_px, frame.squares = (0.0, 0.0), None
+        frame.jitter_px, frame.checkerboard = (0.0, 0.0), None
         if not self.temporal:
             self._step = Step(Mode.EDGE)
             return
@@ -100,7 +100,7 @@ class Resolver:
         planet = frame.world.try_get(frame.planet, Planet)
         samples = int(frame.settings.get("composite.samples", 33))
         self._step = self._state.begin(frame, samples, 0.0 if planet is None else planet.radius_m)
-        frame.jitter_px, frame.squares = self._step.jitter_px, self._step.squares
+        frame.jitter_px, frame.checkerboard = self._step.jitter_px, self._step.checkerboard
 
     def update(self, frame: Frame) -> None:
         """Hand the camera's motion to the shader. After the stars have been turned."""
@@ -118,8 +118,8 @@ class Resolver:
             # Deep water: the square of the phase a second is g times the wave number.
             water = 2.0 * math.pi * gravity * self._state.elapsed_s**2
             self._program("moving").set("u_water", min(water, 1e9))
-            blur = tuple(share if name in frame.left_out else 0.0 for name, share in _CHESS_BLUR.items())
-            self._program("moving").set("u_chess", blur)
+            blur = tuple(share if name in frame.checkered else 0.0 for name, share in _CHECKER_BLUR.items())
+            self._program("moving").set("u_checkered", blur)
 
     def _set_motion(self, motion: Motion, jitter_px: tuple[float, float]) -> None:
         program = self._moving

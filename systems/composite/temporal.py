@@ -44,12 +44,12 @@ class Mode(IntEnum):
 
 @dataclass(frozen=True)
 class Step:
-    """mode; jitter_px, squares: see Frame; weight: share of this frame in the mean of Mode.MEAN (0: keep)."""
+    """mode; jitter_px, checkerboard: see Frame; weight: share of this frame in the mean of Mode.MEAN (0: keep)."""
 
     mode: Mode
     jitter_px: tuple[float, float] = (0.0, 0.0)
     weight: float = 1.0
-    squares: int | None = None
+    checkerboard: int | None = None
 
 
 @dataclass(frozen=True)
@@ -150,8 +150,8 @@ class TemporalState:
             x, y = (0.0, 0.0) if exact else pattern[self._turn]
             # Thue and Morse's sequence: in step with no speed, at which the same places would never be shaded.
             self._flown = (self._flown + 1) % 64
-            squares = None if exact else self._flown.bit_count() & 1
-            self.step = Step(Mode.MOVING, (float(x), float(y)), squares=squares)
+            checkerboard = None if exact else self._flown.bit_count() & 1
+            self.step = Step(Mode.MOVING, (float(x), float(y)), checkerboard=checkerboard)
         else:
             self._turn = self._flown = 0
             self.step = Step(Mode.MEAN if frame.settling else Mode.EDGE)

@@ -10,14 +10,14 @@ from ...components import Ocean, Planet
 from ...engine.frame import Frame, ViewInfo
 from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.frame.gbuffer import GBUFFER, TILE_PX, tiles_of
-from ...engine.gpu.between_shaded import BetweenShaded
 from ...engine.gpu.bindings import OCEAN_BLOCK, TILE_BUFFER
+from ...engine.gpu.upsample_shaded import UpsampleShaded
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import revision, with_overrides
 from ...engine.space.axes import direction, heading_pitch_axes
 from ...engine.surface.nested import NESTED_BASE_M
 from ...engine.system import Setup
-from ...engine.warming import Warming
+from ...engine.warm_up import WarmUp
 from ...engine.waves import WaveSet
 from .block import OceanBlock, drifted, ocean_block
 from .lens import LENS_REACH_M, lens_plane, wet_rows
@@ -66,12 +66,12 @@ class SeaShading:
         self._shade: dict[tuple[Any, ...], Any] = {}
         self._turns, self._ripples = int(setup.settings["ocean.reflections"]), bool(setup.settings["ocean.ripples"])
         self._shade_every = int(setup.settings["ocean.shade_every"])
-        self._between: BetweenShaded | None = None
+        self._between: UpsampleShaded | None = None
         if self._shade_every > 1:
-            self._between = BetweenShaded(setup.gpu, "SURFACE_SEA", self._shade_every, setup.settings)
-        self._squares: int | None = None
+            self._between = UpsampleShaded(setup.gpu, "SURFACE_SEA", self._shade_every, setup.settings)
+        self._checkerboard: int | None = None
         self._high = self._far = self._glows = False
-        self._warming = Warming(self._ahead())
+        self._warm_up = WarmUp(self._ahead())
         stored = str(setup.settings.get("sky.radiance_format", "rgba32f"))
         self._under = setup.gpu.compute("ocean/under.comp", defines={"SCENE_FORMAT": stored})
         self._under_light = setup.gpu.compute("ocean/under_light.comp")
@@ -113,7 +113,7 @@ class SeaShading:
     @property
     def warm(self) -> bool:
         """Whether the shaders of a flight are there."""
-        return self._warming.done
+        return self._warm_up.done
 
     def release(self) -> None:
         self._shaders.withdraw(self._name)
@@ -128,9 +128,9 @@ class SeaShading:
 
     def update(self, frame: Frame, waves: WaveSet) -> None:
         """Write and bind the water's block."""
-        self._squares = frame.squares
-        if frame.squares is not None and self._shade_every == 2:
-            frame.left_out.add("ocean")
+        self._checkerboard = frame.checkerboard
+        if frame.checkerboard is not None and self._shade_every == 2:
+            frame.checkered.add("ocean")
         ocean = frame.world.get(frame.planet, Ocean)
         proxy = frame.view.proxy
         radius = frame.world.get(frame.planet, Planet).radius_m
@@ -162,7 +162,7 @@ class SeaShading:
         pixel = frame.pixel_rad
         self._far = nearest_m * pixel > widest_m
         self._glows = any(value > 0.0 for value in held.glow)
-        self._warming.step(frame)
+        self._warm_up.step(frame)
         self._block.write(self._held)
         self._block.bind()
 
@@ -288,7 +288,7 @@ class SeaShading:
                 if self._needed(kind, self._high):
                     tiles.bind_to_storage_buffer(TILE_BUFFER)
                     self._shader(kind, self._high, self._far).run_indirect(tiles)
-            if self._between is not None and self._between.leaves_out(self._squares):
+            if self._between is not None and self._between.leaves_out(self._checkerboard):
                 needed = [tiles for kind, tiles in parts if self._needed(kind, self._high)]
                 self._between.run(radiance, needed, by_lens=self._near_water)
 

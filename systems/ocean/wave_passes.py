@@ -18,7 +18,7 @@ from ...engine.gpu.bindings import TILE_BUFFER, WAVE_BLOCK
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import revision, with_overrides
 from ...engine.system import Setup
-from ...engine.warming import Warming
+from ...engine.warm_up import WarmUp
 from ...engine.waves import WaveSet, waves_of
 from .wave_block import BLOCK_BYTES, SeaMesh, WaveBlock
 
@@ -61,7 +61,7 @@ class WaveView:
         self.moves = False
         self.reach_m = (0.0, 0.0)
         """How far a point may be moved: upwards, and in all."""
-        self.squares: int | None = None  # Frame.squares
+        self.checkerboard: int | None = None  # Frame.checkerboard
 
 
 class SeaWaves:
@@ -79,7 +79,7 @@ class SeaWaves:
         self._runs = (8, 16) if setup.gpu.gpu.caps.is_software else (2, 2)
         self._shade_every = int(setup.settings["ocean.shade_every"])
         self._programs: dict[tuple[str, bool, bool, int, int], Any] = {}
-        self._warming: Warming | None = None
+        self._warm_up: WarmUp | None = None
         self._footprint_px = float(setup.settings["ocean.footprint_px"])
         self._held = None
 
@@ -110,7 +110,7 @@ class SeaWaves:
     @property
     def warm(self) -> bool:
         """Whether the shaders of a flight are there."""
-        return self._warming is not None and self._warming.done
+        return self._warm_up is not None and self._warm_up.done
 
     def of(self, frame: Frame) -> WaveSet:
         """The waves of the frame's planet."""
@@ -145,8 +145,8 @@ class SeaWaves:
         moves, reach_m = self.reach(frame, above_sea_m, pixel_angle)
         many, long = len(waves) >= MANY, len(waves) >= _LONG_RUNS
         changed = (moves, many, long) != (view.moves, self._many, self._long)
-        if self._warming is None or (many, long) != (self._many, self._long):
-            self._warming = Warming(self._ahead(many))
+        if self._warm_up is None or (many, long) != (self._many, self._long):
+            self._warm_up = WarmUp(self._ahead(many))
         view.moves, self._many, self._long = moves, many, long
         view.reach_m = reach_m
         view.waves, view.anchor = waves, proxy.lattice.direction
@@ -157,14 +157,14 @@ class SeaWaves:
     def update(self, frame: Frame, view: WaveView) -> None:
         """Upload the phases of the moment."""
         assert view.waves is not None
-        view.squares = frame.squares
+        view.checkerboard = frame.checkerboard
         moment = (view.placed, frame.time_s)
         if moment != view.moment:
             view.moment = moment
             self._gpu.gpu.upload(view.buffer, view.block.at(view.waves, frame.time_s))
         view.buffer.bind_to_uniform_block(WAVE_BLOCK)
-        if self._warming is not None:
-            self._warming.step(frame)
+        if self._warm_up is not None:
+            self._warm_up.step(frame)
 
     def declare(self, builder: GraphBuilder, info: ViewInfo, view: WaveView) -> None:
         seen = info.view.seen.ground
@@ -241,6 +241,6 @@ class SeaWaves:
                 swell.bind_to_storage_buffer(1)
             normal.bind_to_image(0, read=False, write=True, format=_RG16_SNORM)
             rough.bind_to_image(1, read=False, write=True)
-            (every if view.squares is None else program).run_indirect(tiles)
+            (every if view.checkerboard is None else program).run_indirect(tiles)
 
         return run

@@ -249,7 +249,7 @@ class ProxySystem(System):
         # Water may cut the near plane: each pixel is then seen from the side of it that its lens is on.
         near = near_plane_m(abs(distance - radius - proxy.ground_m))
         sun = frame.sun
-        squares = -1.0 if frame.squares is None else float(frame.squares)
+        checkerboard = -1.0 if frame.checkerboard is None else float(frame.checkerboard)
         block = FrameBlock(
             camera_right=(*camera.right.tolist(), 0.0),
             camera_up=(*camera.up.tolist(), 0.0),
@@ -261,7 +261,7 @@ class ProxySystem(System):
             sun_direction=(*sun.direction.tolist(), sun.angular_radius_rad),
             sun_irradiance=(*sun.irradiance.tolist(), 0.0),
             viewport=(width, height, 1.0 / width, 1.0 / height),
-            clock=(frame.time_s % 4096.0, squares, 0.0, 2.0 * terms[1] / height),
+            clock=(frame.time_s % 4096.0, checkerboard, 0.0, 2.0 * terms[1] / height),
             scale=(1.0, 1.0, 0.0, 0.0),
         )
         self._frame_ubo.write(block)

@@ -150,8 +150,8 @@ class Coasts:
                 first.set("u_opaque_m", self._opaque_m())
             if alone and view.wide:
                 # Either surface may become the other.
-                chessboard = view.squares is not None and view.left_out.issuperset(("terrain", "ocean"))
-                first.set("u_squares", view.squares if chessboard else -1)
+                checkerboard = view.checkerboard is not None and view.checkered.issuperset(("terrain", "ocean"))
+                first.set("u_checkerboard", view.checkerboard if checkerboard else -1)
             first.run_indirect(tiles)
             if lists:
                 barrier()

@@ -14,8 +14,8 @@ from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.frame.gbuffer import GBUFFER, tiles_of
 from ...engine.frame.snapping import SnapAhead
 from ...engine.frame.unseen import Unseen
-from ...engine.gpu.between_shaded import BetweenShaded
 from ...engine.gpu.bindings import MATERIAL_BLOCK, TERRAIN_TABLE_BLOCK, TILE_BUFFER
+from ...engine.gpu.upsample_shaded import UpsampleShaded
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
 from ...engine.methods import Methods
 from ...engine.settings import SettingError, revision, with_overrides
@@ -62,7 +62,7 @@ class TerrainSystem(System):
 
     def setup(self, setup: Setup) -> None:
         self._gpu = setup.gpu
-        self._between: BetweenShaded | None = None
+        self._between: UpsampleShaded | None = None
         self._world, self._views = setup.world, setup.views
         self._settings = setup.settings
         self._methods = Methods(setup.gpu, setup.views)
@@ -167,9 +167,9 @@ class TerrainSystem(System):
     def update(self, frame: Frame) -> None:
         proxy = frame.view.proxy
         view, camera = self._view(frame.view_index), frame.camera
-        view.squares, view.left_out = frame.squares, frame.left_out
-        if frame.squares is not None and self._shade_every() == 2:
-            frame.left_out.add("terrain")
+        view.checkerboard, view.checkered = frame.checkerboard, frame.checkered
+        if frame.checkerboard is not None and self._shade_every() == 2:
+            frame.checkered.add("terrain")
         # A grid that the proxy wants is made unseen: turning to the ground then costs nothing.
         unseen = self._unseen.rests(frame) and view.updated == proxy.generation
         if unseen and self.backend.rests(frame):
@@ -353,7 +353,7 @@ class TerrainSystem(System):
         view, every, between = self._view(index), self._shade_every(), None
         all_tiles = [io.buffer(name) for name in _TILES]
         if every > 1:  # kept: graphs are compiled again and again
-            between = self._between or BetweenShaded(self._gpu, "SURFACE_TERRAIN", every, self._settings)
+            between = self._between or UpsampleShaded(self._gpu, "SURFACE_TERRAIN", every, self._settings)
             self._between = between
 
         def run() -> None:
@@ -367,7 +367,7 @@ class TerrainSystem(System):
             for tiles, plain, full in parts:
                 tiles.bind_to_storage_buffer(TILE_BUFFER)
                 (full if cluttered else plain).run_indirect(tiles)
-            if between is not None and between.leaves_out(view.squares):
+            if between is not None and between.leaves_out(view.checkerboard):
                 between.run(radiance, all_tiles)
 
         return run

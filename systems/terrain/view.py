@@ -22,5 +22,5 @@ class TerrainView(ViewParts):
         self.wide = False  # whether pixels on coasts do with heights in float
         self.far = self.farther = False  # whether all of the ground's are, and so wide that all beside coasts are asked
         self.updated = -1  # for which proxy
-        self.squares: int | None = None  # Frame.squares
-        self.left_out: set[str] = set()  # Frame.left_out
+        self.checkerboard: int | None = None  # Frame.checkerboard
+        self.checkered: set[str] = set()  # Frame.checkered

@@ -135,5 +135,5 @@ def test_a_view_under_water_leaves_the_clouds_of_the_other_alone(monkeypatch: py
         assert "clouds.march" in ran[0] and "clouds.march" not in ran[1]
         clouds = renderer.system("clouds").method
         assert clouds is not None
-        past: Any = renderer.views[0].found(clouds).past
+        past: Any = renderer.views[0].found(clouds).history
         assert past.mode != 0, "the frame before was lost"

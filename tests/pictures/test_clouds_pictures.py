@@ -11,7 +11,7 @@ from cloud_kit import cloudy, opacity, ran, renderer_of, texture
 
 import planetfall as pf
 from planetfall.components import CloudLayer, Clouds
-from planetfall.systems.clouds.past import MOVING, NONE, STILL, Past, block_order
+from planetfall.systems.clouds.history import MOVING, NONE, STILL, History, block_order
 
 UP = pf.Sun(elevation_deg=60.0, azimuth_deg=200.0, latitude_deg=20.0, longitude_deg=10.0)
 DRAWN = {"clouds.march", "clouds.resolve", "clouds.composite"}
@@ -88,11 +88,11 @@ def test_every_pixel_of_a_block_has_its_turn(stride: int) -> None:
 def test_what_may_be_taken_over() -> None:
     with renderer_of(cloudy(), stride=2, samples=4) as renderer:
 
-        def frame(camera: pf.Camera, **more: float) -> Past:
+        def frame(camera: pf.Camera, **more: float) -> History:
             renderer.render(camera, sun=UP, dt_s=0.1, **more)
             system = renderer.system("clouds").method
             assert system is not None
-            return system._past  # pyright: ignore[reportAttributeAccessIssue]
+            return system._history  # pyright: ignore[reportAttributeAccessIssue]
 
         here = pf.Camera.at(20.0, 10.0, 1000.0)
         assert frame(here).mode == NONE

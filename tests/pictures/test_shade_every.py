@@ -132,10 +132,11 @@ def test_arrays_in_flight_are_not_blurred_as_a_chessboard_is():
         renderer.settle(view)
         for camera in turned(renderer.camera_state(view), 0.2, 6):
             renderer.render(camera, dt_s=1.0 / 60.0)
-            assert renderer.frame.left_out == ({"terrain", "ocean"} if renderer.frame.squares is not None else set())
-        assert renderer.frame.left_out
+            shaded = {"terrain", "ocean"} if renderer.frame.checkerboard is not None else set()
+            assert renderer.frame.checkered == shaded
+        assert renderer.frame.checkered
         renderer.render(camera, outputs=("color", "distance"), dt_s=1.0 / 60.0)
-        assert renderer.frame.squares is None and not renderer.frame.left_out
+        assert renderer.frame.checkerboard is None and not renderer.frame.checkered
 
 
 def test_in_flight_every_second_pixel_does(flights):
@@ -155,6 +156,6 @@ def test_squares_take_turns_whatever_the_samples(samples):
         renderer.settle(view)
         for camera in turned(renderer.camera_state(view), 0.2, 16):
             renderer.render(camera, dt_s=1.0 / 60.0)
-            found.append(renderer.system("composite")._resolver._step.squares)
+            found.append(renderer.system("composite")._resolver._step.checkerboard)
     flown = [squares for squares in found if squares is not None]
     assert len(flown) > 12 and 0.3 < sum(flown) / len(flown) < 0.7

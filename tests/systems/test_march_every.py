@@ -10,7 +10,7 @@ import planetfall as pf
 from planetfall.benchmarks.measure import cloud_flown
 from planetfall.benchmarks.measure.motion import turned
 from planetfall.benchmarks.scenes import preset_scene
-from planetfall.systems.clouds.past import MOVING, NONE, STILL, Past
+from planetfall.systems.clouds.history import MOVING, NONE, STILL, History
 
 pytestmark = pytest.mark.gpu
 
@@ -92,7 +92,7 @@ def test_every_ray_and_every_step_is_known(size):
 
 
 def test_blocks_without_cloud_stay_without():
-    """In a chessboard's frame, too, what meets no layer is nothing: no light, nothing taken, to the bit."""
+    """In a checkerboard's frame, too, what meets no layer is nothing: no light, nothing taken, to the bit."""
     scene = cloud_flown.scene_of_weather()
     with pf.Renderer(scene, SIZE, "medium", {"clouds.march_every": 2}) as renderer:
         camera = pf.Camera.at(48.0, -30.0, 36e6, pitch_deg=-90.0)
@@ -116,15 +116,15 @@ def test_blocks_take_turns_at_each_place():
     scene = cloud_flown.scene_of_weather()
     with pf.Renderer(scene, (32, 18), "low") as renderer:
         state = renderer.camera_state(pf.Camera.at(0.0, 0.0, 1e4))
-    past = Past(4, 16, 6.36e6, every=2)
+    past = History(4, 16, 6.36e6, every=2)
     seen = set()
     for k in range(65):
         past.begin(_Frame(state, k / 60.0), 0)
-        assert past.mode == (NONE if k == 0 else MOVING) and (past.squares < 0) == (k == 0)
-        seen.add((past.place, past.squares))
+        assert past.mode == (NONE if k == 0 else MOVING) and (past.checkerboard < 0) == (k == 0)
+        seen.add((past.place, past.checkerboard))
     assert {(place, squares) for place, squares in seen if squares >= 0} == {
         ((x, y), squares) for x in range(4) for y in range(4) for squares in (0, 1)
     }
     for gathered in range(1, 17):
         past.begin(_Frame(state, 64 / 60.0), 0)
-        assert past.mode == STILL and past.squares == -1 and past.complete == (gathered == 16)
+        assert past.mode == STILL and past.checkerboard == -1 and past.complete == (gathered == 16)

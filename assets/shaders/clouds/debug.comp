@@ -16,7 +16,7 @@ void main() {
     ViewRay v = cloud_view_ray(at);
     March m = march_clouds(v.ray, v.mu, kind >= 2u ? v.end : 0.0, v.shift);
     vec3 color = kind >= 2u ? vec3(0.9, 0.9, 0.85) : kind == 1u ? vec3(0.1, 0.25, 0.6) : vec3(0.03);
-    for (int k = 0; k < (u_squares < 0 ? 1 : 2); ++k) {
+    for (int k = 0; k < (u_checkerboard < 0 ? 1 : 2); ++k) {
         imageStore(o_classes, at, vec4(color * (0.4 + 0.6 * m.open), 1.0));
         imageStore(o_steps, at, vec4(m.steps));
         at.y ^= 1;   // of two blocks the one without a ray

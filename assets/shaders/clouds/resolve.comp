@@ -21,13 +21,13 @@ layout(binding = 0, rgba8) uniform writeonly image2D o_clouds;
 layout(binding = 0, rgba32f) uniform writeonly image2D o_clouds;
 #endif
 layout(location = 0) uniform ivec2 u_place;          // of this frame's rays in their blocks
-layout(location = 1) uniform int u_past;             // 0: none; 1: the camera moves; 2: it stands still
+layout(location = 1) uniform int u_history;             // 0: none; 1: the camera moves; 2: it stands still
 layout(location = 2) uniform mat3 u_turn;            // camera coordinates to those of the frame before
 layout(location = 5) uniform vec3 u_shift;           // m
 layout(location = 6) uniform vec4 u_projection;      // of the frame before: 1 / sx, 1 / sy, ox, oy
 layout(location = 7) uniform float u_weight;         // of this frame's ray where there is a past
-// of the chessboard of blocks with a ray of this frame, as in view_ray.glsl
-layout(location = 8) uniform int u_squares;
+// of the checkerboard of blocks with a ray of this frame, as in view_ray.glsl
+layout(location = 8) uniform int u_checkerboard;
 
 const float ALIKE = 0.7;   // ratio of distances to one surface from frame to frame, and across a pixel's step
 const float HURRY = 15.0;   // half of what is shown is new where the camera comes nearer by 1 / HURRY in a frame
@@ -71,14 +71,14 @@ void main() {
         farthest = min(min(ends.x, ends.y), min(ends.z, ends.w));
     vec4 lowest = min(min(least[0], least[1]), min(least[2], least[3])),
         highest = max(max(largest[0], largest[1]), max(largest[2], largest[3]));
-    float wider = u_squares < 0 ? 0.0 : FEWER;
+    float wider = u_checkerboard < 0 ? 0.0 : FEWER;
     float rush = HURRY * length(u_shift);
     // Of the clouds' picture, by the frame: an odd one leaves part of the last row and column beside it.
     vec2 fill = frame.viewport.xy / vec2(size * PICTURE_PX);
     int busy = STRIDE * STRIDE;
 #ifndef VALIDITY
     // What a moving camera's past is held within may be nothing at all.
-    busy = u_past != 2 && lowest == vec4(0.0, 0.0, 0.0, 1.0) && highest == lowest ? 0 : busy;
+    busy = u_history != 2 && lowest == vec4(0.0, 0.0, 0.0, 1.0) && highest == lowest ? 0 : busy;
     for (int k = busy; k < STRIDE * STRIDE; ++k) {
         imageStore(o_clouds, first + ivec2(k % STRIDE, k / STRIDE), vec4(0.0, 0.0, 0.0, 1.0));
     }
@@ -87,7 +87,7 @@ void main() {
         ivec2 step_ = ivec2(k % STRIDE, k / STRIDE), pixel = first + step_;
         vec2 share = vec2(step_) / float(STRIDE), rest = 1.0 - share;
         bool fresh = k == 0 && u_place.x >= 0 && all(greaterThanEqual(corner, ivec2(0)))
-            && (u_squares < 0 || ((corner.x + corner.y + u_squares) & 1) == 0);
+            && (u_checkerboard < 0 || ((corner.x + corner.y + u_checkerboard) & 1) == 0);
         float depth = textureLod(u_depth, (vec2(pixel) + 0.5) * per_pixel, 0.0).r;
         // Depth is near / distance: its ratio is that of the distances.
         vec4 unlike = abs(depth - ends) / max(max(vec4(depth), ends), 1e-20);
@@ -104,16 +104,16 @@ void main() {
         float distance_m = per * dot(weight, away);
         vec3 then = u_turn * (vec3(slope, 1.0) * (distance_m * inversesqrt(1.0 + dot(slope, slope)))) + u_shift;
         vec2 ndc = (then.xy / max(then.z, 1e-6) - u_projection.zw) * u_projection.xy;
-        vec2 uv = u_past == 2 ? (vec2(pixel) + 0.5) * per_pixel : (0.5 + 0.5 * ndc) * fill;
-        bool known = u_past == 2 || (u_past == 1 && then.z > 0.0 && all(lessThan(abs(ndc), vec2(1.0))));
+        vec2 uv = u_history == 2 ? (vec2(pixel) + 0.5) * per_pixel : (0.5 + 0.5 * ndc) * fill;
+        bool known = u_history == 2 || (u_history == 1 && then.z > 0.0 && all(lessThan(abs(ndc), vec2(1.0))));
         // Where another surface was, what was seen up to it says nothing. A moving camera finds outlines a little
         // aside.
         float then_depth = textureLod(u_surface, uv, 0.0).r;
         // But clouds over ground are never those over the sky: beyond the limb they would stand in space.
-        vec2 alike = u_past == 2 || depth <= 0.0 ? vec2(depth) : vec2(min(depth, farthest), max(depth, nearest));
+        vec2 alike = u_history == 2 || depth <= 0.0 ? vec2(depth) : vec2(min(depth, farthest), max(depth, nearest));
         known = known && then_depth >= ALIKE * alike.x && ALIKE * then_depth <= alike.y;
         vec4 past = textureLod(u_before, uv, 0.0);
-        vec4 held = u_past == 2 ? past : clamp(past, low, high);
+        vec4 held = u_history == 2 ? past : clamp(past, low, high);
         // Writes beside the picture do nothing.
 #ifdef VALIDITY
         // For the debug view: red without a past, green with one, towards yellow as far as it had to be held back;
@@ -124,8 +124,9 @@ void main() {
         imageStore(o_clouds, pixel, vec4(fresh ? mix(shade, vec3(1.0), 0.35) : shade, 1.0));
 #else
         // What a camera flies up to shows more of itself from frame to frame than one ray in a block tells.
-        float hurry = u_past == 2 ? 0.0 : rush / (distance_m + rush);
-        vec4 found = known ? mix(fresh ? mix(held, ray, u_weight) : held, spread, hurry) : fresh && u_squares < 0 ? ray
+        float hurry = u_history == 2 ? 0.0 : rush / (distance_m + rush);
+        vec4 found = known ? mix(fresh ? mix(held, ray, u_weight) : held, spread, hurry) : fresh && u_checkerboard < 0
+            ? ray
             : spread;
         // Light may be less than none: what the air in shadow doesn't scatter is taken off.
         imageStore(o_clouds, pixel, vec4(found.rgb, max(found.a, 0.0)));

@@ -1,5 +1,5 @@
 // Depth of the clouds' picture where each of its pixels stands for a block of 2 x 2: in the block's middle, where one
-// surface fills it. Across an outline the nearest and the farthest in turn, as a chessboard, so that on both sides of
+// surface fills it. Across an outline the nearest and the farthest in turn, as a checkerboard, so that on both sides of
 // it there are clouds that end where its pixels do.
 layout(binding = 0) uniform sampler2D u_depth;
 layout(location = 0) out float o_depth;

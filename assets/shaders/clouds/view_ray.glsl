@@ -8,7 +8,8 @@ layout(binding = CLOUD_DEPTH_UNIT) uniform sampler2D u_depth;
 layout(location = 1) uniform ivec2 u_place;   // of the ray's pixel in its block
 layout(location = 2) uniform float u_width;   // of what a ray stands for, in pixels of the frame
 layout(location = 3) uniform float u_shift;   // of the pattern
-layout(location = 4) uniform int u_squares;   // of the chessboard of blocks whose rays are followed: 0 or 1; -1: all
+// of the checkerboard of blocks whose rays are followed: 0 or 1; -1: all
+layout(location = 4) uniform int u_checkerboard;
 
 struct ViewRay {
     vec3 ray;
@@ -17,7 +18,7 @@ struct ViewRay {
 
 // The block of a lane's ray: of two in a column the one on such a square.
 ivec2 cloud_block_of(ivec2 lane) {
-    return u_squares < 0 ? lane : ivec2(lane.x, 2 * lane.y + ((lane.x + u_squares) & 1));
+    return u_checkerboard < 0 ? lane : ivec2(lane.x, 2 * lane.y + ((lane.x + u_checkerboard) & 1));
 }
 
 // Roberts 2018: neighbours differ as much as they can.

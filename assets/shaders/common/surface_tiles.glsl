@@ -1,9 +1,9 @@
 // Shading of one surface's pixels in compute, over the tiles of the picture that show it: a workgroup a tile, 16 x 8
 // pixels. gbuffer/classify.comp makes the lists; pixels of other surfaces in a tile are left alone.
 //
-//   SHADE_EVERY   1: each pixel is shaded; 2: every second, as the squares of a chessboard that frame.clock.y names; 4:
-//   one of a
-//                 block of 2 x 2. The others are left to common/between_shaded.comp
+//   SHADE_EVERY   1: each pixel is shaded; 2: every second, as the squares of a checkerboard that frame.clock.y names;
+//   4: one of a
+//                 block of 2 x 2. The others are left to common/upsample_shaded.comp
 //   SHOWS_ALSO(pixel)   what a pixel has to be besides
 #include "generated/bindings.glsl"
 #include "common/surfaces.glsl"
@@ -55,7 +55,7 @@ bool shows(ivec2 pixel, uint surface) {
 #endif
 
 // From the block's first pixel to the one that is shaded in this turn; false where none is. That is the first that
-// shows the surface, but on a chessboard the black one of two if it does, or both of them, one after the other.
+// shows the surface, but on a checkerboard the black one of two if it does, or both of them, one after the other.
 bool find_shown(inout ivec2 pixel, int turn, uint surface) {
 #if SHADE_EVERY == 4
     ivec2 first = pixel;

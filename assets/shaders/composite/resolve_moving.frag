@@ -24,7 +24,7 @@ layout(location = 8) uniform vec2 u_jitter;          // of this frame in normali
 layout(location = 9) uniform float u_weights[5];     // of the samples around, for a picture of this frame alone
 layout(location = 14) uniform float u_water;         // (phase by which a wave of 1 m goes on in this frame)^2, rad^2 m
 // share of the pixels around, where every second has light of its own: of ground, of sea
-layout(location = 15) uniform vec2 u_chess;
+layout(location = 15) uniform vec2 u_checkered;
 in vec2 v_uv;
 layout(location = 0) out vec4 o_resolved;
 
@@ -139,10 +139,10 @@ void main() {
     // phase, and what was seen of them then is worth as little.
     if (kind == SURFACE_SEA) weight = max(weight,
         WATER_WEIGHT * sqrt(u_water * own * per_near / (frame.clock.w * WAVE_PX)));
-    // The more a frame counts, the more of a chessboard of pixels with light of their own and without would be seen.
-    float chess = kind == SURFACE_TERRAIN ? u_chess.x : kind == SURFACE_SEA ? u_chess.y : 0.0;
+    // The more a frame counts, the more of a checkerboard of pixels with light of their own and without would be seen.
+    float checkered = kind == SURFACE_TERRAIN ? u_checkered.x : kind == SURFACE_SEA ? u_checkered.y : 0.0;
     float counts = clamp((weight - LEAST_WEIGHT) / (MOVING_WEIGHT - LEAST_WEIGHT), 0.0, 1.0);
-    now = mix(now, 0.25 * (sum - now), chess * counts);
+    now = mix(now, 0.25 * (sum - now), checkered * counts);
     light = frames > 0 ? mix(light, now, min(weight, 1.0)) : spot;
     o_resolved = vec4(light, place_code(place_distance(own * per_near), kind, frames + 1));
 }

@@ -1,14 +1,14 @@
 // Pixels of a block of 4 x 4 asked where they were found, in terrain/coast_find.comp: what is wide of the height
 // function is evaluated once for all of them.
 //
-// Where only every second pixel is shaded, as the squares of a chessboard, the others are filled in from those around:
-// of a pair of a black square and a white one the white is asked only if it is to be shaded itself, because the black
-// one shows something else.
+// Where only every second pixel is shaded, as the squares of a checkerboard, the others are filled in from those
+// around: of a pair of a black square and a white one the white is asked only if it is to be shaded itself, because the
+// black one shows something else.
 #include "terrain/coast_alone.glsl"
 #include "terrain/height_around.glsl"
 
 shared uint s_asked[8];
-uniform int u_squares;   // that are shaded, as frame.clock.y has them; -1 all
+uniform int u_checkerboard;   // that are shaded, as frame.clock.y has them; -1 all
 
 // Of a block's pixels k, bits: that show land or water, that show water as far as is known yet, and of which that will
 // stay so.
@@ -70,7 +70,7 @@ uint coast_here(uint pixels, CoastDrawn drawn, ivec2 first, TerrainBroad broad, 
     }
     if (most == 0u || 3u * all < 8u * most) return 0u;
     TerrainAround around = terrain_around(broad, middle, extent_m);
-    uint blacks = u_squares < 0 ? 0xffffu : u_squares == 0 ? 0xa5a5u : 0x5a5au, asked = pixels & blacks;
+    uint blacks = u_checkerboard < 0 ? 0xffffu : u_checkerboard == 0 ? 0xa5a5u : 0x5a5au, asked = pixels & blacks;
     uint sea = drawn.sea & ~asked | coast_ask_each(asked, first, around);
     // Whites whose black square shows the same, and will.
     uint alike = drawn.either & (drawn.stays | asked) & ~(sea ^ coast_other(drawn.sea));

@@ -8,10 +8,10 @@ from contextlib import suppress
 from .frame import Frame
 from .gpu.errors import ShaderError
 
-__all__ = ["Warming"]
+__all__ = ["WarmUp"]
 
 
-class Warming:
+class WarmUp:
     """A list of makers, one of which is called in each frame of a view that goes on.
 
     A frame that has to wait for a compiler is a hitch; a first picture that waits for all shaders that a flight may

@@ -1,4 +1,4 @@
-"""BetweenShaded: the pixels between those that were shaded, where every second or every fourth is."""
+"""UpsampleShaded: the pixels between those that were shaded, where every second or every fourth is."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Any
 from .bindings import TILE_BUFFER
 from .scope import GpuScope
 
-__all__ = ["BetweenShaded"]
+__all__ = ["UpsampleShaded"]
 
 
-class BetweenShaded:
+class UpsampleShaded:
     """Gives the pixels between their light, tile by tile, after shaders made with SHADE_EVERY 2 or 4
     (common/surface_tiles.glsl). The depth must be bound to texture unit 0 and the surfaces to unit 3."""
 
@@ -23,9 +23,9 @@ class BetweenShaded:
         self._programs: dict[bool, Any] = {}
         self.program(False)
 
-    def leaves_out(self, squares: int | None) -> bool:
-        """Whether there are pixels between, in a frame with these `Frame.squares`."""
-        return self._every > 2 or squares is not None
+    def leaves_out(self, checkerboard: int | None) -> bool:
+        """Whether there are pixels between, in a frame with these `Frame.checkerboard`."""
+        return self._every > 2 or checkerboard is not None
 
     def run(self, radiance: Any, lists: Iterable[Any], by_lens: bool = False) -> None:
         """radiance: the texture; lists: buffers of tiles with their dispatch, as the shading had them. by_lens: what is
@@ -41,5 +41,5 @@ class BetweenShaded:
         """The shader that run() uses; the one by the lens is made when it is first asked for."""
         if by_lens not in self._programs:
             defines = self._defines | ({"BY_LENS": 1} if by_lens else {})
-            self._programs[by_lens] = self._gpu.compute("common/between_shaded.comp", defines)
+            self._programs[by_lens] = self._gpu.compute("common/upsample_shaded.comp", defines)
         return self._programs[by_lens]

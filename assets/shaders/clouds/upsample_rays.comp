@@ -1,4 +1,4 @@
-// Rays of the blocks between those that were followed on a chessboard's squares (view_ray.glsl): the mean of the four
+// Rays of the blocks between those that were followed on a checkerboard's squares (view_ray.glsl): the mean of the four
 // around, in which those count that ended on what the block's own pixel shows. And what is spread where there is no
 // past: the same of those blocks; of the others a mean that chance has as much of, or the board would be seen.
 #include "clouds/view_ray.glsl"

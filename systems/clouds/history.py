@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...engine.frame import Frame
 from ...engine.space import CameraState, projection_terms
 
-__all__ = ["Past", "block_order"]
+__all__ = ["History", "block_order"]
 
 Floats = NDArray[np.float64]
 
@@ -52,12 +52,12 @@ class _Moment:
     weather: Any
 
 
-class Past:
+class History:
     """One view's.
 
     mode: NONE, MOVING or STILL. place: of this frame's rays. complete: the rays of the moment that is shown are all
-    there. squares: of the chessboard of blocks that have a ray in this frame, 0 or 1; -1: all. pattern, weight: of this
-    frame's rays. turn, shift_m, projection: from this camera to the one before.
+    there. checkerboard: which blocks have a ray in this frame, 0 or 1; -1: all. pattern, weight: of this frame's rays.
+    turn, shift_m, projection: from this camera to the one before.
     """
 
     def __init__(self, stride: int, samples: int, radius_m: float, every: int = 1) -> None:
@@ -71,7 +71,7 @@ class Past:
         self.mode = NONE
         self.place = self._order[0]
         self.skip = False
-        self.squares = -1
+        self.checkerboard = -1
         self.pattern, self.weight = 0.5, 1.0
         self.turn: Floats = np.eye(3)
         self.shift_m: Floats = np.zeros(3)
@@ -105,7 +105,7 @@ class Past:
         self.skip = self.mode == STILL and self.complete and (frame.still or frame.one_shot)
         # By Thue and Morse: simple turns would show stripes that stand still at some speeds of the camera.
         alternate = self._every == 2 and self.mode == MOVING
-        self.squares = self._index.bit_count() & 1 if alternate else -1
+        self.checkerboard = self._index.bit_count() & 1 if alternate else -1
         if self.skip:
             return
         self.place = self._order[self._index % len(self._order)]
@@ -116,7 +116,7 @@ class Past:
         shown = min(self._count, self._wanted) // len(self._order)
         self.weight = 1.0 / (1.0 + shown) if self.mode == STILL else _MOVING_WEIGHT
         self._index += 1
-        self._count += self.squares < 0  # what has a ray of its own is the begin of a still picture
+        self._count += self.checkerboard < 0  # what has a ray of its own is the begin of a still picture
         if then is not None and self.mode == MOVING:
             before = then.camera
             self.turn = before.axes @ now.camera.axes.T

@@ -7,7 +7,7 @@ from typing import Any
 import planetfall as pf
 from planetfall.benchmarks.measure.motion import turned
 from planetfall.engine.gpu.errors import ShaderError
-from planetfall.engine.warming import Warming
+from planetfall.engine.warm_up import WarmUp
 
 SIZE = (64, 36)
 
@@ -19,7 +19,7 @@ class _Frame:
 
 def test_one_a_frame_in_order() -> None:
     made: list[int] = []
-    warming = Warming([lambda k=k: made.append(k) for k in range(3)])
+    warming = WarmUp([lambda k=k: made.append(k) for k in range(3)])
     alone: list[Any] = [_Frame(one_shot=True), _Frame(settling=True)]
     for frame in alone:
         warming.step(frame)
@@ -36,7 +36,7 @@ def test_a_broken_shader_does_not_stop_the_frame() -> None:
     def broken() -> None:
         raise ShaderError("sea.comp", "a comma is missing", [])
 
-    warming = Warming([broken, lambda: made.append(1)])
+    warming = WarmUp([broken, lambda: made.append(1)])
     live: Any = _Frame()
     warming.step(live)
     warming.step(live)
