@@ -99,7 +99,7 @@ class OurClouds(CloudMethod):
         self._tune(settings)
         self._resolve = gpu.compute("clouds/resolve.comp", picture.defines)
         self._surface = Surface(gpu, picture)
-        self._history: Any = None
+        self._validity: Any = None
         self._over = gpu.fullscreen("clouds/composite.frag", {"PICTURE_PX": picture.pixel_px})
         # Of a coarser picture single texels are looked up, and resolve wants it linear.
         self._nearest = gpu.sampler(filter="nearest")
@@ -300,9 +300,9 @@ class OurClouds(CloudMethod):
         self.field.bind()
 
     def _bind_history(self, io: PassIO) -> Callable[[], None]:
-        if self._history is None:
-            self._history = self.gpu.compute("clouds/resolve.comp", {**self._picture.defines, "VALIDITY": 1})
-        return self._bind_resolve(io, "debug.cloud_history", self._history)
+        if self._validity is None:
+            self._validity = self.gpu.compute("clouds/resolve.comp", {**self._picture.defines, "VALIDITY": 1})
+        return self._bind_resolve(io, "debug.cloud_history", self._validity)
 
     def _bind_full(self, io: PassIO) -> Callable[[], None]:
         resolve, keep = self._bind_resolve(io, _FULL, self._resolve), self._surface.bind_copy(io)
