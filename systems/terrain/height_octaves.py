@@ -189,7 +189,10 @@ def heights_gradients(points: Floats, model: Model, footprint_m: Floats | None) 
     added, d_added, rougher, d_rougher = _added_gradients(points, model, footprint_m)
     heights, *by, _ = surface_slopes(k, *w[:, 0], c, b, *sums, added, rougher, z_seen)
     changes = (*jacobian[:, :, 0], dc, db, *d_sums, d_added, d_rougher)
-    return heights, sum(slope * change for slope, change in zip(by, changes, strict=True))
+    total = np.zeros_like(d_added)
+    for slope, change in zip(by, changes, strict=True):
+        total = total + slope * change
+    return heights, total
 
 
 def _added_gradients(points: Floats, model: Model, footprint_m: Floats | None) -> tuple[Any, Any, Any, Any]:
