@@ -62,7 +62,7 @@ class Others:
         frame.jitter_px, frame.backdrop = jitter, False
         return True
 
-    def stamp(self) -> Any:
+    def stamp(self) -> tuple[Any, ...]:
         return self._stage.stamp()
 
     def settled(self) -> bool:

@@ -11,6 +11,7 @@ import moderngl
 
 from .. import ASSETS, extend
 from ..camera.arguments import check_scene, check_size
+from ..engine.frame import Views
 from ..engine.gpu import Gpu, ShaderError
 from ..engine.surface.field import HeightField
 from ..engine.system import System
@@ -179,7 +180,7 @@ class Renderer(Picture):
         return self.own.running
 
     @property
-    def views(self) -> Any:
+    def views(self) -> Views:
         """What systems of the scene's own planet keep for each view."""
         return self.own.views
 
