@@ -64,7 +64,7 @@ def time_frames(renderer: Renderer, camera: Camera, runs: int) -> FrameTimes:
     target = renderer.ctx.simple_framebuffer(renderer.size)
     cameras = turned(state, 0.01, 4)
     same = cameras[0]
-    light = _light(camera)
+    light = _light(renderer, camera)
     python_ms: list[float] = []
 
     def turning() -> None:
@@ -107,7 +107,7 @@ def time_running(renderer: Renderer, seen: View, runs: int) -> RunningFrame:
     run-up of such. The proxy is held."""
     renderer.render(seen)
     state, target = renderer.camera_state(seen), renderer.ctx.simple_framebuffer(renderer.size)
-    light = _light(seen)
+    light = _light(renderer, seen)
     start_s = light.pop("time_s", None) or 0.0
     wall_ms: list[float] = []
     used_ms: list[float] = []
@@ -140,7 +140,7 @@ def time_passes(renderer: Renderer, camera: Camera, runs: int) -> dict[str, Timi
     backend: Any = renderer.own.backend
     kept: Callable[[int], Any] = backend.create_timers
     samples: dict[str, list[float]] = {}
-    light = _light(camera)
+    light = _light(renderer, camera)
     backend.create_timers = lambda count: FinishTimers(renderer.ctx, count)
     try:
         renderer.render_to(target, camera, **light)
@@ -207,9 +207,10 @@ def _selections(renderer: Renderer) -> tuple[int, ...]:
     return tuple(found)
 
 
-def _light(camera: Camera) -> dict[str, Any]:
+def _light(renderer: Renderer, camera: Camera) -> dict[str, Any]:
     """Sun and time of a view, for cameras that are made from it: else it would be night there, or noon."""
-    return {"sun": camera.sun, "time_s": camera.time_s} if isinstance(camera, View) else {}
+    stand = camera.in_scene(renderer.scene)
+    return {"sun": stand.sun, "time_s": stand.time_s}
 
 
 def _release(renderer: Renderer, target: moderngl.Framebuffer) -> None:

@@ -18,6 +18,7 @@ from test_endurance_planets import AHEAD, BACK, OVER_MOON, pair
 
 import planetfall as pf
 from planetfall.engine.gpu import Gpu
+from planetfall.engine.gpu.bindings import points
 from planetfall.engine.gpu.guard import StateGuard
 
 host = guard.host
@@ -197,6 +198,7 @@ def test_the_guard_covers_every_binding_that_a_shader_has() -> None:
                 else "sampler" if any("sampler" in w for w in words)
                 else "buffer" if "buffer" in words else "uniform"
             )  # fmt: skip
+            number = str(int(points()[number])) if number in points() else number
             if number.isdigit():
                 highest[family] = max(highest[family], int(number))
     assert highest["sampler"] > 8 and highest["buffer"] > 5, "the search finds what is there"

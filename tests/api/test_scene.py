@@ -253,7 +253,7 @@ def test_view_errors():
 
 @pytest.mark.parametrize("name", VIEWS)
 def test_every_view_has_camera_sun_time_and_exposure(name, earth):
-    view = pf.view(name)
+    view = pf.view(name, earth.planet)
     assert isinstance(view, pf.Camera) and view.camera is view and view.about
     assert view.time_s >= 0.0 and -10.0 < view.ev100 < 20.0
     sun = view.sun

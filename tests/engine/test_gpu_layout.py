@@ -246,7 +246,7 @@ def test_write_allocates_no_arrays(scope):
     [
         "engine.frame.block.FrameBlock", "engine.frame.block.PlanetBlock", "systems.atmosphere.block.AirBlock",
         "systems.atmosphere.views.AirViewBlock", "systems.ocean.block.OceanBlock",
-        "systems.ocean.paper_mesh.SeaGridBlock", "systems.shadows.block.ShadowBlock",
+        "systems.ocean.paper.SeaGridBlock", "systems.shadows.block.ShadowBlock",
         "systems.terrain.backends.grid_mesh.TerrainGridBlock", "systems.terrain.backends.paper_grid.PaperGridBlock",
         "systems.terrain.material.TerrainMaterialBlock",
     ],

@@ -33,7 +33,7 @@ def renderer_for(view: pf.View, antialiasing: str = "temporal", size: tuple[int,
 
 @pytest.fixture(scope="module")
 def valley() -> pf.View:
-    return pf.view("valley")
+    return pf.view("valley", "earth")
 
 
 @pytest.fixture(scope="module")
@@ -191,7 +191,7 @@ def renderer_state(view: pf.View) -> CameraState:
 
 
 def test_a_teleport_a_cut_and_another_size_begin_anew(valley):
-    there = pf.view("coast")
+    there = pf.view("coast", "earth")
     with renderer_for(valley) as renderer:
         renderer.settle(there, **moment(valley))
         renderer.render(valley)
@@ -228,7 +228,7 @@ def test_history_survives_a_snap_of_the_proxy(valley):
 
 def test_what_was_hidden_has_no_past():
     """A box before the camera goes: where it was nothing of it is left in the next frame."""
-    view = pf.view("noon")
+    view = pf.view("noon", "earth")
     scene = earth(view)
     state = renderer_state(view)
     place = state.position_m + 20.0 * state.forward
@@ -250,9 +250,9 @@ def test_what_was_hidden_has_no_past():
 
 
 def test_a_moved_sun_leaves_no_trail():
-    view = pf.view("limb")
+    view = pf.view("limb", "earth")
     with renderer_for(view, size=(320, 180), **{"composite.bloom": 0.0}) as renderer:
-        camera = pf.Camera(view.position_m, view.forward, view.up, view.fov_y_deg)
+        camera = pf.Camera(view.resolve(renderer.scene).position_m, view.forward, view.up, view.fov_y_deg)
         sun = view.sun
         renderer.settle(camera, sun=sun)
         first = renderer.render(camera, sun=sun)["color"].astype(int)
@@ -270,7 +270,7 @@ def test_a_moved_sun_leaves_no_trail():
 
 
 def test_a_turning_camera_shimmers_less_and_is_nearer_to_the_truth():
-    view = pf.view("near")
+    view = pf.view("near", "earth")
     cameras = flight(view, renderer_state(view), 22, 0.0, 0.23)
     with renderer_for(view, "none") as plain:
         plain.settle(cameras[0], **moment(view))
@@ -302,7 +302,7 @@ def test_without_it_there_is_no_pass_and_no_memory(valley):
 
 
 def test_a_single_frame_has_smoother_outlines(valley):
-    view = pf.view("space")
+    view = pf.view("space", "earth")
     with renderer_for(view, "none") as plain:
         plain.settle(view)
         truth = supersampled(plain, view, side=6, **moment(view))
@@ -311,16 +311,16 @@ def test_a_single_frame_has_smoother_outlines(valley):
         edge.settle(view)
         found = rms(display_light(edge.render(view)["color"]), truth)
     with renderer_for(view) as temporal:
-        temporal.settle(pf.view("coast"))
+        temporal.settle(pf.view("coast", "earth"))
         temporal.settle(view)
-        temporal.render(pf.view("coast"))
+        temporal.render(pf.view("coast", "earth"))
         alone = temporal.render(view)["color"]
     assert found < 0.9 * none
     assert rms(display_light(alone), truth) < 0.9 * none
 
 
 def test_stars_keep_their_light_while_the_camera_turns():
-    view = pf.view("night")
+    view = pf.view("night", "earth")
     state = renderer_state(view)
     upwards = 0.5 * state.forward + 0.8 * state.direction
     seen = pf.Camera(position_m=state.position_m, forward=upwards, up=state.up, fov_y_deg=60.0)

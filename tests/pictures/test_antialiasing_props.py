@@ -22,7 +22,7 @@ FRAMES, COUNTED = 14, 6
 def crossing() -> dict[str, Any]:
     """A sphere crosses the picture: its last frames without and with anti-aliasing minus the supersampled ones, in
     steps of an 8-bit picture, and where it is seen."""
-    view = pf.view("noon")
+    view = pf.view("noon", "earth")
     found: dict[str, Any] = {}
     for kind in ("truth", "none", "temporal"):
         scene = pf.load_scene("earth")

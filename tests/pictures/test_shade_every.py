@@ -33,7 +33,7 @@ def pair() -> Iterator[tuple[pf.Renderer, pf.Renderer]]:
 
 
 def taken(renderer: pf.Renderer, name: str) -> dict[str, np.ndarray]:
-    view = pf.view(name)
+    view = pf.view(name, "earth")
     renderer.scene.environment[pf.Exposure].ev100 = view.ev100
     renderer.settle(view)
     return renderer.render(view, outputs=("color", "radiance", "distance", "surface"))
@@ -52,7 +52,7 @@ def test_outlines_are_the_same_and_every_pixel_has_light(pair, name):
 
 @pytest.mark.parametrize("name", ["sea", "under"])
 def test_an_array_of_normals_has_every_pixel(pair, name):
-    each, blocks = (renderer.render(pf.view(name), outputs=("normal", "surface")) for renderer in pair)
+    each, blocks = (renderer.render(pf.view(name, "earth"), outputs=("normal", "surface")) for renderer in pair)
     assert (each["surface"] == SEA).any()
     assert np.array_equal(each["normal"], blocks["normal"])
 
@@ -105,7 +105,7 @@ def flights(request) -> dict[int, list[np.ndarray]]:
 
 
 def flown(scene: pf.Scene, name: str, every: int) -> list[np.ndarray]:
-    view = pf.view(name)
+    view = pf.view(name, "earth")
     scene.environment[pf.Exposure].ev100 = view.ev100
     moment = {"sun": view.sun, "time_s": view.time_s}
     with pf.Renderer(scene, SIZE, "medium", dict.fromkeys(KNOBS, every)) as renderer:
@@ -127,7 +127,7 @@ def test_every_second_pixel_is_shaded_only_in_flight(flights):
 
 def test_arrays_in_flight_are_not_blurred_as_a_chessboard_is():
     """What one frame leaves out is forgotten by the next."""
-    view = pf.view("near")
+    view = pf.view("near", "earth")
     with pf.load_scene("earth") as scene, pf.Renderer(scene, (64, 36), "medium") as renderer:
         renderer.settle(view)
         for camera in turned(renderer.camera_state(view), 0.2, 6):
@@ -152,7 +152,7 @@ def test_squares_take_turns_whatever_the_samples(samples):
         pf.load_scene("earth") as scene,
         pf.Renderer(scene, (64, 36), "medium", {"composite.samples": samples}) as renderer,
     ):
-        view = pf.view("space")
+        view = pf.view("space", "earth")
         renderer.settle(view)
         for camera in turned(renderer.camera_state(view), 0.2, 16):
             renderer.render(camera, dt_s=1.0 / 60.0)

@@ -18,7 +18,7 @@ TERRAIN, SEA = 1, 2
 
 def flown(name: str, ocean_shade_every: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8], int | None]:
     """Surfaces of a still picture and of a frame in a turn, and which squares that one shades."""
-    view = pf.view(name)
+    view = pf.view(name, "earth")
     overrides = {"terrain.shade_every": 2, "ocean.shade_every": ocean_shade_every}
     with pf.load_scene("earth") as scene, pf.Renderer(scene, SIZE, "medium", overrides) as renderer:
         renderer.settle(view)

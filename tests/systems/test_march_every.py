@@ -19,7 +19,7 @@ SIZE = (159, 91)  # blocks stand over two of its edges
 
 def rendered(scene: pf.Scene, name: str, every: int) -> list[np.ndarray]:
     """Settled, the first of a turn by itself, the last frame of the turn, and settled once more."""
-    view = pf.view(name)
+    view = pf.view(name, "earth")
     scene.environment[pf.Exposure].mode = "fixed"
     scene.environment[pf.Exposure].ev100 = view.ev100
     moment = {"sun": view.sun, "time_s": view.time_s}
@@ -55,7 +55,7 @@ def test_pictures_in_flight_are_nearly_as_close(name):
 def test_no_dots_are_left_where_there_is_no_past():
     """In the strip that a fast turn brings into the picture pixels of followed rays stand out no more than others."""
     with preset_scene("earth", True) as scene, pf.Renderer(scene, (320, 180), "medium") as renderer:
-        view = pf.view("clouds")
+        view = pf.view("clouds", "earth")
         renderer.settle(view)
         for camera in turned(renderer.camera_state(view), 3.0, 10):
             shown = renderer.render(
@@ -77,7 +77,7 @@ def test_no_dots_are_left_where_there_is_no_past():
 def test_every_ray_and_every_step_is_known(size):
     """Odd numbers of rows, and pictures of hardly a block."""
     with preset_scene("earth", True) as scene, pf.Renderer(scene, size, "medium") as renderer:
-        view = pf.view("clouds")
+        view = pf.view("clouds", "earth")
         renderer.render(view)
         for camera in turned(renderer.camera_state(view), 0.3, 6):
             shown = renderer.render(

@@ -26,7 +26,8 @@ def earth():
 
 
 def over_the_sea(altitude_m, heading_deg=250.0, pitch_deg=-10.0, roll_deg=0.0):
-    camera = pf.Camera.at(*OPEN, altitude_m, heading_deg=heading_deg, pitch_deg=pitch_deg)
+    over = pf.load_scene("earth").planet
+    camera = pf.Camera.at(*OPEN, altitude_m, heading_deg=heading_deg, pitch_deg=pitch_deg, planet=over)
     right, up = np.cross(camera.forward, camera.up), np.asarray(camera.up)
     roll = np.radians(roll_deg)
     return pf.Camera(camera.position_m, camera.forward, np.cos(roll) * up + np.sin(roll) * right)

@@ -219,7 +219,7 @@ def test_a_window_that_moved_holds_what_a_new_one_would(renderer):
 
 
 def test_it_runs_only_when_something_moved_and_turning_is_not_that(renderer):
-    view = pf.view("valley")
+    view = pf.view("valley", "earth")
     renderer.settle(view)
     renderer.render(view)
     renderer.render(view)
