@@ -52,7 +52,7 @@ def test_a_camera_cannot_be_changed():
         with pytest.raises(AttributeError):
             setattr(camera, name, 1.0)
     assert camera.exposed(12.0).ev100 == 12.0 and camera.ev100 is None
-    shown = pf.view("orbit")
+    shown = pf.view("orbit", "earth")
     assert shown.exposed(12.0).ev100 == 12.0 and shown.ev100 != 12.0 and shown.exposed(12.0).time_s == shown.time_s
 
 

@@ -120,7 +120,7 @@ def test_cells_agree_on_the_vertices_that_they_share(earth):
     """To the last bit, in waves: or there would be cracks between them."""
     earth.render(over_the_sea(5.0), time_s=12345.0)
     system = next(s for s in earth.systems if s.name == "ocean")
-    sea = system._view(0)
+    sea = system.method.view(0)
     rows = sea.mesh.read_visible()
     calm = sea.mesh.read_vertices()[rows]["position_m"]
     size = sea.mesh.count * sea.mesh.vertices_per_cell
