@@ -11,7 +11,7 @@ from typing import Any
 
 from ..components import Planet, Sun, Vec3, knob
 from ..engine.settings import PresetError, SettingError, check_value, did_you_mean, read_toml, rules_of
-from ..errors import CameraError, UnknownNameError
+from ..errors import UnknownNameError
 from ..scene.file import describe, planets
 from ..scene.kinds import PLANET_KINDS, PRESETS
 from ..scene.scene import PlanetHandle, Scene
@@ -97,9 +97,9 @@ class View(PlacedCamera):
     """A named view: a Camera with a sun, a time and an exposure.
 
     Which place it is depends on the planet: planet=None (the default) takes the place that the file has for the preset
-    of the scene it is rendered in. Until then angle and exposure are those that the file has for all planets, and
-    position, sun and time raise CameraError where they are not the same over all. sun is None where the scene's own
-    sun shines; its irradiance is the scene's.
+    of the scene it is rendered in. Until then position_m raises CameraError, and its own sun, time, angle and exposure
+    are those that the file has for planets without any of their own; `in_scene(scene)` gives those over a scene. sun
+    is None where the scene's own sun shines; its irradiance is the scene's.
     """
 
     def __init__(self, name: str, entry: _Entry, planet: str | PlanetHandle | None = None) -> None:
@@ -120,14 +120,6 @@ class View(PlacedCamera):
 
     def _row_in(self, scene: Scene | None) -> _Row:
         return self._entry.for_planet(self._preset or (None if scene is None else scene.preset))
-
-    def _known_row(self) -> _Row:
-        if self._entry.over and self._preset is None and self._planet is None:
-            raise CameraError(
-                f"the view {self.name!r} has another sun or time over some planets, and nobody has named one: ask "
-                "view.in_scene(scene), or make it with pf.view(name, scene.planet)"
-            )
-        return self._row_in(self._scene())
 
     def planet_in(self, scene: Scene) -> PlanetHandle:
         planet, over = super().planet_in(scene), self._entry.row.over
@@ -166,12 +158,12 @@ class View(PlacedCamera):
     def sun(self) -> Sun | None:
         """The view's own sun, with the irradiance and disc of the scene's; None: as the scene has it."""
         scene = self._scene()
-        return self._known_row().sun(scene)
+        return self._row_in(scene).sun(scene)
 
     @property
     def time_s(self) -> float:
         """Seconds on the clock of water and weather."""
-        return self._known_row().time_s
+        return self._row_in(self._scene()).time_s
 
     def __repr__(self) -> str:
         return f"<View {self.name!r}: {super().__repr__()}>"
