@@ -3,7 +3,7 @@
 
     python3 run.py [options]        the demo (options: python3 run.py --help)
     python3 run.py test [options]   linter, type checker and tests: enough to trust the installation; with --all every
-                                    test, with --slow the long sweeps too (options go to pytest)
+                                    test but the slow ones, with --slow these too (options go to pytest)
 
 Makes .venv beside this file and installs the package into it; on Debian, Ubuntu and the like it also installs the
 system libraries that are missing. The next start finds all that done and takes no time.
@@ -30,7 +30,12 @@ NEWEST_TRIED = 16
 
 # What the package needs, by the name of the library or program -> Debian package.
 LIBRARIES = {"libEGL.so.1": "libegl1", "libGL.so.1": "libgl1", "libfontconfig.so.1": "libfontconfig1"}
-TEST_PROGRAMS = {"Xvfb": "xvfb", "xauth": "xauth"}
+TEST_PROGRAMS = {
+    "Xvfb": "xvfb",
+    "xauth": "xauth",
+    "glslangValidator": "glslang-tools",
+    "spirv-val": "spirv-tools",
+}
 # Half of a test is one thread of Python or of a shader's compiler.
 TWO_AT_ONCE = ["-n", "auto", "--maxprocesses", "2", "--dist", "loadfile"]
 OTHER_SYSTEMS = "Fedora: dnf install mesa-libEGL mesa-libGL fontconfig; Arch: pacman -S mesa fontconfig"
@@ -68,6 +73,7 @@ def show_help():
     if not (os.path.exists(python) and read_stamp_covers(wanted_stamp(False))):
         say("the demo's own options can be listed once it is set up: start it once, then ask for --help again")
         return 0
+    say("options of the demo:")
     return subprocess.call([python, "-m", "planetfall.games.demo_planet", "--help"], env=environment())
 
 
@@ -292,7 +298,7 @@ def run_tests(python, arguments):
     if os.name != "nt":  # Windows does not say
         say(f"processor time  {spent.children_user + spent.children_system:6.0f} s")
     if not {"--all", "--slow"} & set(arguments):
-        say("python3 run.py test --all runs every test, --slow the long sweeps as well")
+        say("python3 run.py test --all runs every test but the slow ones, --slow these too")
     return 0 if all(code == 0 for _, code, _ in results) else 1
 
 

@@ -147,6 +147,8 @@ def _stress(
         raise SettingError(f"--count must be at least 1, found {count}")
     with _progress(suite) as progress:
         report = run_sweep(suite, seed, count, root if save else None, progress)
+    if output is None and count < usual_count(suite):
+        report.extent = "quick"  # beside a whole sweep's results, not in their place
     show_report(report, console)
     if save:
         console.print(f"written: {save_report(report, root)}", highlight=False, soft_wrap=True)

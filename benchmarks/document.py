@@ -1,4 +1,4 @@
-"""docs/benchmarks.md and the tables of each device, from the results files alone: promises, fronts, plots, machines."""
+"""docs/benchmarks.md, every promise and the tables of each device, from the results files alone."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from pathlib import Path
 from .front import alternatives, front
 from .machine import device_title
 from .schema import EXTENTS, Report, ReportError, Row, read_report, write_text
-from .store import report_file
-from .suites import SUITES
+from .stress.runner import STRESS_SUITES
+from .suites import SUITES, benches_of
 from .tables import columns_of, number, row_cells
 
-__all__ = ["document", "document_text", "tables_text"]
+__all__ = ["document", "document_text", "promises_text", "tables_text"]
 
 BUSY_LOAD = 0.3
 """Runnable processes a CPU above which times are those of a busy machine (schema.Machine.load_average)."""
@@ -28,7 +28,13 @@ Written by `planetfall bench --document` from the files under `benchmarks/result
 read benches: [benchmarks-howto.md](benchmarks-howto.md).
 
 A promise is a bound that a measurement has to keep: the most time it may take (on an idle machine), the largest error,
-a range. All measurements, in tables with plots, lie beside the results of each device.
+a range. Below: how many are kept and which are missed; bench by bench: [every promise]({promises}).
+All measurements, in tables with plots, lie beside the results of each device.
+"""
+_PROMISES_HEAD = """# Every promise
+
+Written by `planetfall bench --document` from the files in these folders; not edited by hand. What each bench promises,
+and how many of its promises each device kept.
 """
 _TABLES_HEAD = """Written by `planetfall bench --document` from the files beside this one; not edited by hand.
 
@@ -38,13 +44,16 @@ missed.
 """
 TABLES = "tables.md"
 """A device's tables, in the folder of its results."""
+PROMISES = "README.md"
+"""Every promise, beside the folders of the devices."""
 MOST_TARGETS = 4
 """Different targets of a bench that are named one by one."""
 
 
 def document(results: Path, path: Path) -> Path:
-    """Write the page of all `results`, and each device's tables beside its results. Raises ReportError."""
+    """Write the page of all `results`; beside them every promise and each device's tables. Raises ReportError."""
     page = document_text(results, path.parent)
+    write_text(promises_text(results), results / PROMISES)
     for folder, reports in _devices(results):
         write_text(tables_text(folder, reports), folder / TABLES)
     write_text(page, path)
@@ -54,15 +63,32 @@ def document(results: Path, path: Path) -> Path:
 def document_text(results: Path, page_folder: Path) -> str:
     """The page's text; tables are linked relative to `page_folder`. GPUs come first, then what has most results."""
     devices = _devices(results)
-    parts = [_HEAD]
+    parts = [_HEAD.format(promises=_link(results / PROMISES, page_folder))]
     if all(reports[0].machine.is_software for _, reports in devices):
         parts.append("Not measured on a GPU yet.\n")
-    parts.append(_promised(devices))
+    parts.append(_in_short(devices))
     for folder, reports in devices:
-        link = Path(os.path.relpath(folder / TABLES, page_folder)).as_posix()
+        link = _link(folder / TABLES, page_folder)
         parts += [f"## {device_title(reports[0].machine)}\n", _machine(reports), f"[All tables]({link}).\n"]
         parts.append(_missed(reports))
     return "\n".join(parts).rstrip() + "\n"
+
+
+def _link(file: Path, page_folder: Path) -> str:
+    return Path(os.path.relpath(file, page_folder)).as_posix()
+
+
+def promises_text(results: Path) -> str:
+    """A row a bench: what is promised, and how many promises each device kept of how many."""
+    devices = _devices(results)
+    columns = [_by_bench(reports) for _, reports in devices]
+    lines = [_PROMISES_HEAD, *_header(("bench", "what it measures", "promised"), devices)]
+    for name in dict.fromkeys(name for column in columns for name in column):
+        targets = list(dict.fromkeys(row.target for column in columns for row in column.get(name, ())))
+        more = f", and {len(targets) - MOST_TARGETS} more" if len(targets) > MOST_TARGETS else ""
+        counts = " | ".join(_kept(column.get(name, [])) for column in columns)
+        lines.append(f"| {name} | {_what(name)} | {_plain('; '.join(targets[:MOST_TARGETS]))}{more} | {counts} |")
+    return "\n".join(lines) + "\n"
 
 
 def tables_text(folder: Path, reports: Sequence[Report] | None = None) -> str:
@@ -86,7 +112,7 @@ def _reports(folder: Path) -> list[Report]:
     """The most thorough run of each suite, in the order of the suites."""
     found: dict[tuple[str, str], Report] = {}
     for file in sorted(folder.glob("*.json")):
-        if file.name == report_file("stress", "compare"):
+        if file.name.startswith("stress-compare"):
             continue  # has a page of its own: docs/numerical-stability.md
         report = read_report(file)
         key = (report.kind, report.suite)
@@ -118,22 +144,31 @@ def _by_bench(reports: Iterable[Report]) -> dict[str, list[Row]]:
     return found
 
 
-def _promised(devices: Sequence[tuple[Path, Sequence[Report]]]) -> str:
-    """A row a bench: what is promised, and how many promises each device kept of how many."""
-    columns = [_by_bench(reports) for _, reports in devices]
-    titles = [device_title(reports[0].machine) for _, reports in devices]
-    lines = [
-        "## What is promised, and kept\n",
-        f"| bench | promised | {' | '.join(_plain(title) for title in titles)} |",
-        f"|{'---|' * (len(devices) + 2)}",
-    ]
-    for name in dict.fromkeys(name for column in columns for name in column):
-        targets = list(dict.fromkeys(row.target for column in columns for row in column.get(name, ())))
-        more = f", and {len(targets) - MOST_TARGETS} more" if len(targets) > MOST_TARGETS else ""
-        counts = " | ".join(_kept(column.get(name, [])) for column in columns)
-        lines.append(f"| {name} | {_plain('; '.join(targets[:MOST_TARGETS]))}{more} | {counts} |")
-    totals = " | ".join(_kept([row for rows in column.values() for row in rows]) for column in columns)
-    return "\n".join([*lines, f"| all | | {totals} |"]) + "\n"
+Devices = Sequence[tuple[Path, Sequence[Report]]]
+
+
+def _in_short(devices: Devices) -> str:
+    """A row a suite: what it measures, and how many promises each device kept of how many."""
+    columns = [[row for rows in _by_bench(reports).values() for row in rows] for _, reports in devices]
+    lines = ["## In short\n", *_header(("suite", "what it measures"), devices)]
+    for suite in dict.fromkeys(row.suite for column in columns for row in column):
+        counts = " | ".join(_kept([row for row in column if row.suite == suite]) for column in columns)
+        lines.append(f"| {suite} | {_plain({**STRESS_SUITES, **SUITES}.get(suite, ''))} | {counts} |")
+    return "\n".join([*lines, f"| all | | {' | '.join(map(_kept, columns))} |"]) + "\n"
+
+
+def _header(columns: Sequence[str], devices: Devices) -> list[str]:
+    names = [*columns, *(_plain(device_title(reports[0].machine)) for _, reports in devices)]
+    return [f"| {' | '.join(names)} |", f"|{'---|' * len(names)}"]
+
+
+def _what(bench: str) -> str:
+    """What a bench measures: the first sentence about it; nothing of one that is gone."""
+    suite, _, name = bench.partition(".")
+    if suite.startswith("stress "):
+        return _plain(STRESS_SUITES.get(suite.removeprefix("stress "), ""))
+    found = benches_of(suite).get(name) if suite in SUITES else None
+    return _plain(" ".join(((found and found.__doc__) or "").split()).partition(". ")[0].rstrip("."))
 
 
 def _kept(rows: Sequence[Row]) -> str:

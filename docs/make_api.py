@@ -27,8 +27,8 @@ latitude 0 and longitude 0. Errors name what was expected, what was found and wh
 
 BINDINGS_HEAD = """# Binding points
 
-The registry `engine/gpu/bindings.py`, written here by `python docs/make_api.py`. Python imports its names; shaders get
-them from `#include "generated/bindings.glsl"`. Where a number has several names, no program has two of them.
+The registry `engine/blocks/bindings.py`, written here by `python docs/make_api.py`. Python imports its names, shaders
+get them from `#include "generated/bindings.glsl"`. Where a number has several names, no program has two of them.
 
 **Yours to bind** in a system of your own, for the time of one pass, wherever your shaders include nothing that has the
 number: {free}.
@@ -61,7 +61,7 @@ def text() -> str:
 
 def bindings_text() -> str:
     """The page of binding points."""
-    from planetfall.engine.gpu import bindings
+    from planetfall.engine.blocks import bindings
 
     free = "; ".join(f"{kind} {own[0]}{f' to {own[-1]}' * (len(own) > 1)}" for kind, own in bindings.OWN.items())
     return BINDINGS_HEAD.format(free=free) + bindings.table()

@@ -54,14 +54,14 @@ def main(size: tuple[int, int]) -> None:
     app.time_runs = False
     app.shown.help, app.shown.numbers, app.shown.panels = False, False, True
     app.frame()
-    settings = interface._settings
+    settings = interface.settings
     for heading, field, value in CHANGES:
         part = settings.bench.store.parts()[heading]
         before = getattr(part, field)
         setattr(part, field, value)
         settings.bench.made(heading, [(field, before, value)])
         settings.bench.history.seal()
-    settings._panel.unfold |= {"Sun", "Exposure", "Composite", "Stars"}
+    settings.panel.unfold |= {"Sun", "Exposure", "Composite", "Stars"}
     renderer.settle(app.camera, app.time_s)
     for _ in range(12):
         app.frame()

@@ -10,7 +10,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Mapping
 from typing import ClassVar, Generic, TypeVar
 
-from .frame import Frame, ViewInfo, Views
+from .frame import Frame, View, ViewInfo, Views
 from .gpu import GpuScope
 from .graph import GraphBuilder
 
@@ -36,15 +36,15 @@ class Method(ABC):
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         """See System.declare."""
 
-    def settled(self) -> bool:
+    def settled(self, view: View) -> bool:
         """See System.settled."""
         return True
 
-    def progress(self) -> float:
+    def progress(self, view: View) -> float:
         """See System.progress."""
-        return 1.0 if self.settled() else 0.0
+        return 1.0 if self.settled(view) else 0.0
 
-    def refining(self) -> str:
+    def refining(self, view: View) -> str:
         """See System.refining."""
         return ""
 
@@ -101,7 +101,7 @@ class Methods(Generic[M]):
         return True
 
     def _provide(self, contracts: Mapping[str, str]) -> None:
-        shaders = self._gpu.gpu.shaders
+        shaders = self._gpu.shaders
         shaders.withdraw(self._owner)
         for contract, file in contracts.items():
             shaders.provide(contract, file, owner=self._owner)

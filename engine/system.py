@@ -6,11 +6,11 @@ in the frame and its view, in world resources, in named graph resources and in s
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from .frame import Frame, View, ViewInfo, Views
+from .settings import Settings
 from .world import World
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ class Setup:
 
     world: World
     gpu: GpuScope
-    settings: Mapping[str, Any]
+    settings: Settings
     planet: int
     views: Views = field(default_factory=Views)
 
@@ -54,7 +54,7 @@ class System:
     """Whether what it shows changed since the last frame although no component's field, camera, light or time did. None
     stands for no in the library's own systems and for yes in a game's, which says False where that is true."""
 
-    def __init_subclass__(cls, **kwargs: Any) -> None:
+    def __init_subclass__(cls, **kwargs: object) -> None:
         super().__init_subclass__(**kwargs)
         if not isinstance(cls.name, str) or not cls.name:
             raise TypeError(f"system class {cls.__name__} needs a class attribute name, such as name = 'terrain'")
@@ -84,16 +84,17 @@ class System:
     def update(self, frame: Frame) -> None:
         """CPU work and buffer writes of one frame, before the graph runs."""
 
-    def settled(self) -> bool:
-        """Whether the last frame shows all that this system will come to show: nothing streams, refines or adapts."""
+    def settled(self, view: View) -> bool:
+        """Whether that view's last frame shows all that this system will come to show: nothing streams, refines or
+        adapts."""
         return True
 
-    def progress(self) -> float:
+    def progress(self, view: View) -> float:
         """How much of what `settled` waits for is done, 0..1."""
-        return 1.0 if self.settled() else 0.0
+        return 1.0 if self.settled(view) else 0.0
 
-    def refining(self) -> str:
-        """What is still being made of what the last frame showed, in two or three words for people; "" for nothing.
+    def refining(self, view: View) -> str:
+        """What is still being made of what that view's last frame showed, in two or three words; "" for nothing.
         Asked every frame while somebody looks: never waits for the GPU."""
         return ""
 

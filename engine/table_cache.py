@@ -8,11 +8,12 @@ import logging
 import os
 import tempfile
 import time
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import platformdirs
+from numpy.typing import NDArray
 
 __all__ = ["TableCache"]
 
@@ -43,7 +44,7 @@ class TableCache:
         """One name for all that a table depends on."""
         return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:40]
 
-    def load(self, key: str, shapes: dict[str, tuple[int, ...]]) -> dict[str, np.ndarray[Any, Any]] | None:
+    def load(self, key: str, shapes: dict[str, tuple[int, ...]]) -> dict[str, NDArray[np.float32]] | None:
         """The arrays, finite f32 of these shapes, or None."""
         if self.folder is None:
             return None
@@ -64,7 +65,7 @@ class TableCache:
             os.utime(path)  # what is used is kept
         return found
 
-    def save(self, key: str, arrays: dict[str, np.ndarray[Any, Any]]) -> None:
+    def save(self, key: str, arrays: Mapping[str, NDArray[np.generic]]) -> None:
         """Written beside and renamed: nobody ever reads half a file. Only the files used last are kept."""
         if self.folder is None:
             return

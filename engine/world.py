@@ -76,7 +76,7 @@ class World:
         first frame on it is that renderer's, until another one draws (`own_resources`)."""
         self._sorted: dict[tuple[type, ...], list[Any]] = {}
         self._known: dict[tuple[int, type], Any] = {}
-        self._listed: dict[int, tuple[Any, ...]] = {}
+        self._listed: dict[int, tuple[object, ...]] = {}
         with self.active():
             pass  # switching to a new name makes the esper world
         self._finalizer = weakref.finalize(self, _delete_esper_world, self.name)
@@ -103,7 +103,7 @@ class World:
             finally:
                 esper.switch_world(before)
 
-    def _read(self, function: Callable[..., T], *arguments: Any) -> T:
+    def _read(self, function: Callable[..., T], *arguments: object) -> T:
         """function(*arguments) while this world is esper's: as `active()`, at a third of its cost, which a frame pays a
         hundred times."""
         if not self._open:
@@ -147,7 +147,7 @@ class World:
         """Goes up with every create, add, remove and delete; never with a change of a field's value."""
         return self._revision
 
-    def create(self, *components: Any) -> int:
+    def create(self, *components: object) -> int:
         """Make an entity with these components; returns its number (1, 2, ... in order of creation)."""
         kinds = [type(component) for component in components]
         for component in components:
@@ -171,7 +171,7 @@ class World:
             esper.delete_entity(entity, immediate=True)
             self._changed()
 
-    def add(self, entity: int, component: Any) -> None:
+    def add(self, entity: int, component: object) -> None:
         """Give the entity a component; one of the same type is replaced."""
         self._refuse_class(component)
         with self.active():
@@ -212,7 +212,7 @@ class World:
         """Whether the entity exists and has all these components."""
         return self._read(_has, entity, kinds)
 
-    def components(self, entity: int) -> tuple[Any, ...]:
+    def components(self, entity: int) -> tuple[object, ...]:
         """All components of the entity, in the order in which they were added."""
         found = self._listed.get(entity)
         if found is None:
@@ -257,8 +257,8 @@ class World:
         """
         return _Layered({}, self._shared)
 
-    def set_resource(self, key: str, value: Any) -> None:
-        """Publish something that belongs to the world and not to an entity, e.g. "proxy" or "height field"."""
+    def set_resource(self, key: str, value: object) -> None:
+        """Publish something that belongs to the world and not to an entity, e.g. "height_field" or "star_axes"."""
         self.resources[key] = value
 
     def resource(self, key: str) -> Any:
@@ -289,7 +289,7 @@ class World:
     # -- guards --------------------------------------------------------------------------------------------------------
 
     @staticmethod
-    def _refuse_class(component: Any) -> None:
+    def _refuse_class(component: object) -> None:
         if isinstance(component, type):
             raise TypeError(f"got the class {component.__name__}, expected a component: write {component.__name__}()")
 

@@ -67,7 +67,7 @@ if _TYPE_CHECKING:
     from .capture.photos import photo
     from .capture.recording import record
     from .capture.shot import load_shot
-    from .engine.gpu import GLVersionError, ShaderError
+    from .engine.gpu import GLLimitError, GLVersionError, ShaderError
     from .engine.graph import GraphError
     from .engine.hosts.headless import NoEGLError
     from .engine.hosts.window import has_display
@@ -84,6 +84,7 @@ if _TYPE_CHECKING:
 _LAZY = {
     "AtmosphereProbe": "query.atmosphere",
     "CloudProbe": "query.clouds",
+    "GLLimitError": "errors",
     "GLVersionError": "errors",
     "GraphError": "errors",
     "NoEGLError": "errors",
@@ -117,6 +118,7 @@ __all__ = [
     "ContextLostError",
     "DebugView",
     "Exposure",
+    "GLLimitError",
     "GLVersionError",
     "GraphError",
     "HostDepth",

@@ -10,13 +10,14 @@ from .engine.settings import PresetError, SettingError, UnknownSettingError
 from .engine.world import MissingError
 
 if TYPE_CHECKING:
-    from .engine.gpu import GLVersionError, ShaderError
+    from .engine.gpu import GLLimitError, GLVersionError, ShaderError
     from .engine.graph import GraphError
     from .engine.hosts.headless import NoEGLError
 
 __all__ = [
     "CameraError",
     "ContextLostError",
+    "GLLimitError",
     "GLVersionError",
     "GraphError",
     "MissingError",
@@ -70,6 +71,7 @@ class ContextLostError(RuntimeError):
 
 # These need the GPU packages, which a program that only reads presets or heights shouldn't pay for.
 _LAZY = {
+    "GLLimitError": ".engine.gpu",
     "GLVersionError": ".engine.gpu",
     "ShaderError": ".engine.gpu",
     "GraphError": ".engine.graph",

@@ -147,7 +147,7 @@ def fullscreen_pass(io: PassIO, world: World, draw: Fullscreen, state: State, ta
     """What `bind` of a pass that draws over the whole picture returns.
 
     draw: from setup.gpu.fullscreen(file); its unit 0 gets gbuffer.depth, which the pass has to read, and the shader
-    contracts that it includes their textures (`contract_reads`). state: from setup.gpu.gpu.state(...). target: the
+    contracts that it includes their textures (`contract_reads`). state: from setup.gpu.state(...). target: the
     texture of the graph that it draws into.
     """
     framebuffer, depth = io.framebuffer(colors=(target,)), io.texture("gbuffer.depth")

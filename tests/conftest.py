@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tiers import files_named, of_default
+from tiers import COLLECTED, files_named, of_default
 
 from planetfall import ASSETS, load_scene
 from planetfall.engine.gpu import Gpu, GpuScope
@@ -36,6 +36,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    config.stash[COLLECTED] = [(item.path.name, item.name) for item in items]
     if not (config.getoption("--all") or config.getoption("--slow")):
         named = files_named(config.args)
         left_out = {item for item in items if item.path not in named and not of_default(item.path.name, item.name)}

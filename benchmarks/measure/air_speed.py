@@ -18,8 +18,8 @@ import moderngl
 import numpy as np
 
 from ... import Camera, Renderer
+from ...engine.blocks.bindings import AIR_BLOCK
 from ...engine.gpu import Gpu, GpuScope
-from ...engine.gpu.bindings import AIR_BLOCK
 from ...quality import resolve_quality
 from ...systems.atmosphere.block import AirBlock, air_block
 from ...systems.atmosphere.job import QUICK
@@ -216,10 +216,8 @@ def _paper_stages(gpu: Gpu, tables: PaperTables) -> dict[str, Cost]:
     _run(gpu, tables)
     tables.restart()
     spent: dict[str, tuple[float, float]] = {}
-    kinds = [stage.program for stage in tables._stages]
-    names = {id(program): name for name, program in tables._programs.items()}
     while not tables.done:
-        stage = names[id(kinds[tables._stage])].removesuffix(" first")
+        stage = tables.stage.removesuffix(" first")
         spent[stage] = tuple(np.add(spent.get(stage, (0.0, 0.0)), _step(gpu, tables)))
     return _with_total(spent)
 
@@ -275,7 +273,7 @@ def time_start(scene: Any, size: tuple[int, int], quality: str, camera: Camera) 
         try:
             renderer.render(camera)
             cached = time.perf_counter() - again
-            if not all(system.settled() for system in renderer.systems if system.name == "atmosphere"):
+            if not all(system.settled(renderer.views[0]) for system in renderer.systems if system.name == "atmosphere"):
                 raise RuntimeError("the second renderer didn't find the tables on disk")
         finally:
             renderer.release()

@@ -36,11 +36,11 @@ float cloud_density(int layer, vec3 place, float share, CloudWeather w, float fo
 }
 CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float footprint_m) {
     CloudNoise n;
-    n.x = cloud_density(layer, place, share, w, footprint_m, 0);
+    n.excess = cloud_density(layer, place, share, w, footprint_m, 0);
     return n;
 }
-float cloud_gap(int layer, CloudNoise n, float footprint_m) { return n.x > 0.0 ? 0.0 : 1e-6; }
-float cloud_rimmed(int layer, CloudNoise n, float share, float footprint_m, int rims) { return n.x; }
+float cloud_gap(int layer, CloudNoise n, float footprint_m) { return n.excess > 0.0 ? 0.0 : 1e-6; }
+float cloud_rimmed(int layer, CloudNoise n, float share, float footprint_m, int rims) { return n.excess; }
 float cloud_ceiling(int layer, CloudWeather a, CloudWeather b) { return 1.0; }
 """
 _OURS = {"density": "float", "noise": "CloudNoise", "gap": "float", "rimmed": "float", "ceiling": "float"}

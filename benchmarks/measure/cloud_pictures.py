@@ -125,7 +125,7 @@ def converged(
     for steps in ({}, halved(quality)):
         with CloudProbe(scene, quality=quality, overrides={**_air(), **_ALIKE, **steps}) as probe:
             for name, state in cameras.items():
-                ways, pixel_rad = pixel_rays(state, rays), state.pixel_angle_rad(rows)
+                ways, pixel_rad = pixel_rays(state, rays), state.pixel_rad(rows)
                 light, through = probe.march(state.position_m, ways, sun, pixel_rad=pixel_rad)
                 once, _ = probe.march(state.position_m, ways, sun, pixel_rad=pixel_rad, orders=1, air=False)
                 found[name].append((light, once, through))

@@ -228,18 +228,18 @@ float extinction_at(vec3 point, float wide) {
         CloudViewLayer shell = cloud_view.layers[layer];
         float share = (altitude - shell.base_m) * shell.per_thickness;
         if (share > 0.0 && share < 1.0)
-            sum += shell.extinction_per_m * cloud_density(layer, point + frame.camera_offset.xyz, share, w, wide, 2);
+            sum += shell.extinction_per_m * cloud_density(layer, point + frame.camera_offset_m, share, w, wide, 2);
     }
     return sum;
 }
 """
 _BODY = """
-    vec3 sun = frame.sun_direction.xyz;
-    float altitude = altitude_of(point), mu = dot(up_at(point), sun), r = planet.radii.x + altitude;
+    vec3 sun = frame.sun_direction;
+    float altitude = altitude_of(point), mu = dot(up_at(point), sun), r = planet.radius_m + altitude;
     // From the base, or from the point itself if it lies higher, to the top; of a sun below the horizon the whole way.
     float low = mu > 0.0 ? max(altitude, cloud_view.lowest_m) : altitude;
-    float from = low > altitude ? cloud_way_to(r, mu, low - altitude) : 0.0;
-    float to = altitude < cloud_view.highest_m ? max(cloud_way_to(r, mu, cloud_view.highest_m - altitude), from) : from;
+    float from = low > altitude ? distance_to_rise(r, mu, low - altitude) : 0.0;
+    float top = cloud_view.highest_m - altitude, to = top > 0.0 ? max(distance_to_rise(r, mu, top), from) : from;
     float unit = (to - from) / float(max(steps, 1)), sum = 0.0;
     for (int k = 0; k < steps; ++k)
         sum += unit * extinction_at(point + sun * (from + (float(k) + 0.5) * unit), max(wide, 0.3 * unit));

@@ -106,7 +106,7 @@ def measure(runs: int) -> dict[str, dict[str, float]]:
         interface = FlightInterface(window, scene)
         timed: Any = _Timed(interface)
         app = FlightApp(window, renderer, scene, view("near", scene.planet), interface=timed, quality="medium")
-        shown, settings = app.shown, interface._settings
+        shown, settings = app.shown, interface.settings
         shown.help = shown.numbers = False
         out: dict[str, dict[str, float]] = {}
         try:

@@ -106,10 +106,10 @@ def brightness_steps(renderer: Renderer, flight: Flight) -> Floats:
     """
     renderer.settle(flight.cameras[0], sun=flight.sun)
     found = np.full(len(flight.cameras) - 1, np.nan)
-    before = _shown(renderer, flight.cameras[0], flight)
+    before = shown_of(renderer, flight.cameras[0], flight)
     for number, (last, camera) in enumerate(itertools.pairwise(flight.cameras)):
-        now = _shown(renderer, camera, flight)
-        found[number] = _brighter(renderer.camera_state(last), before, renderer.camera_state(camera), now)
+        now = shown_of(renderer, camera, flight)
+        found[number] = brighter(renderer.camera_state(last), before, renderer.camera_state(camera), now)
         before = now
     return found
 
@@ -125,7 +125,7 @@ def true_steps(renderer: Renderer, flight: Flight, pairs: NDArray[np.intp]) -> F
         last, camera = flight.cameras[number : number + 2]
         first = held[1] if held is not None and held[0] == number else _alone(renderer, last, flight)
         second = _alone(renderer, camera, flight)
-        found[number] = _brighter(renderer.camera_state(last), first, renderer.camera_state(camera), second)
+        found[number] = brighter(renderer.camera_state(last), first, renderer.camera_state(camera), second)
         held = (int(number) + 1, second)
     return found
 
@@ -152,11 +152,13 @@ def _alone(renderer: Renderer, camera: Camera, flight: Flight) -> dict[str, Any]
     return renderer.render(camera, sun=flight.sun, outputs=OUTPUTS)
 
 
-def _shown(renderer: Renderer, camera: Camera, flight: Flight) -> dict[str, Any]:
+def shown_of(renderer: Renderer, camera: Camera, flight: Flight) -> dict[str, Any]:
+    """A frame of the flight, with the arrays that frames are compared by."""
     return renderer.render(camera, sun=flight.sun, outputs=OUTPUTS, dt_s=flight.frame_s)
 
 
-def _brighter(last: CameraState, before: dict[str, Any], state: CameraState, now: dict[str, Any]) -> float:
+def brighter(last: CameraState, before: dict[str, Any], state: CameraState, now: dict[str, Any]) -> float:
+    """The logarithm of how much brighter ground is that both frames show; NaN where that is too little of them."""
     rows, columns = np.nonzero(now["surface"] > 0)
     points = now["position"][rows, columns].astype(np.float64) + state.position_m
     height, width = now["surface"].shape

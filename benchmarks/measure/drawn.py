@@ -13,6 +13,7 @@ from ... import Renderer
 from ...engine.space import CameraState
 from ...engine.surface.decimation import decimated_indices
 from ...engine.surface.lattice import FULL_BITS, locate
+from ...systems.terrain.backends.grid_mesh import GridSpacing
 from .. import exact
 
 Floats = NDArray[np.float64]
@@ -33,8 +34,7 @@ class DrawnMesh:
     anchor_height_m: float
     anchor_m: Floats
     generation: int
-    spacing: tuple[float, float, float]
-    """Wanted spacing per metre of distance, smallest spacing, proxy altitude above ground: what grid_spacing uses."""
+    spacing: GridSpacing
 
     @classmethod
     def of(cls, renderer: Renderer) -> DrawnMesh:
@@ -55,7 +55,7 @@ class DrawnMesh:
             anchor_height_m=proxy.anchor_height_m,
             anchor_m=proxy.anchor_m.copy(),
             generation=proxy.generation,
-            spacing=tuple(system.backend.view(0).choice.spacing[:3]),
+            spacing=system.backend.view(0).choice.spacing,
         )
 
     @property
@@ -95,8 +95,9 @@ class DrawnMesh:
         face, i, j = (a[chosen] for a in self.lattice)
         foot = self.anchor.foot_offset64(face, i, j)
         scale = 1.0 + self.anchor_height_m / self.radius_m
-        angle, smallest, above = self.spacing
-        return np.maximum(smallest, angle * np.sqrt((foot * foot).sum(axis=-1) * scale * scale + above * above))
+        grid = self.spacing
+        distance_m = np.sqrt((foot * foot).sum(axis=-1) * scale * scale + grid.proxy_height_m**2)
+        return np.maximum(grid.smallest_m, grid.per_distance * distance_m)
 
     def directions(self, chosen: NDArray[np.bool_]) -> Floats:
         """Exact unit directions (N, 3) of vertices, rounded to f64."""

@@ -124,12 +124,7 @@ def time_running(renderer: Renderer, seen: View, runs: int) -> RunningFrame:
 
 def forget_proxy(renderer: Renderer) -> None:
     """The next frame makes a new proxy, and all that hangs on it, as a snap does."""
-    system: Any = renderer.system("proxy")
-    view = system._views.get(0)
-    if view is not None:
-        # A cell that stands for no camera at all is left at once; generations go on.
-        object.__setattr__(view.cell, "max_sideways_rad", -1.0)
-        object.__setattr__(view.cell, "i", -1)
+    renderer.views[0].placed = None
 
 
 def time_passes(renderer: Renderer, camera: Camera, runs: int) -> dict[str, Timing]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import Camera, Renderer
-from ...engine.gpu.bindings import LATTICE_BLOCK
+from ...engine.blocks.bindings import TERRAIN_TABLE_BUFFER
 from ...engine.space import CameraState
 from ...systems.terrain.height import TerrainField, height_at_points
 from ..evaluate import Evaluator
@@ -81,7 +81,7 @@ def gpu_heights(
     lattice: Any = renderer.system("proxy")
 
     def bind() -> None:
-        lattice._lattice.bind_to_uniform_block(LATTICE_BLOCK)
+        lattice.bind_anchor()
         bind_octaves(system)
 
     with Evaluator(
@@ -98,7 +98,7 @@ def gpu_heights(
 
 def bind_octaves(system: Any) -> None:
     """The terrain system's octave table, where terrain/height.glsl looks for it."""
-    system._view(0).octaves.bind_to_storage_buffer(4)
+    system._view(0).octaves.bind_to_storage_buffer(TERRAIN_TABLE_BUFFER)
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from ...engine.blocks.bindings import TERRAIN_TABLE_BLOCK
 from ...engine.gpu import Gpu
-from ...engine.gpu.bindings import TERRAIN_TABLE_BLOCK
-from ...systems.terrain.height import TerrainParams, octave_table
+from ...systems.terrain.height import TerrainParams
+from ...systems.terrain.height_table import octave_table
 from ...systems.terrain.map_textures import MapTextures
 
 VERTICES = 65536

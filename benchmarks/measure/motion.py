@@ -21,10 +21,10 @@ SCREEN = (1920, 1080)
 
 # The statements of terrain/gbuffer.vert.
 _PROJECT = """
-precise vec3 seen = position - frame.camera_offset.xyz;
-float z = dot(seen, frame.camera_forward.xyz);
-vec2 xy = vec2(dot(seen, frame.camera_right.xyz), dot(seen, frame.camera_up.xyz));
-clip = vec4((xy - frame.projection.zw * z) / frame.projection.xy, frame.camera_offset.w, z);
+precise vec3 seen = position - frame.camera_offset_m;
+float z = dot(seen, frame.camera_forward);
+vec2 xy = vec2(dot(seen, frame.camera_right), dot(seen, frame.camera_up));
+clip = vec4((xy - frame.projection_offset * z) / frame.projection_scale, frame.near_m, z);
 """
 
 
@@ -67,7 +67,7 @@ def jitter(
                 mesh = DrawnMesh.of(renderer)
                 chosen = _points(mesh, renderer.camera_state(camera), rng, points)
             state = renderer.camera_state(camera)
-            clip = evaluate(proxy_system._frame_ubo.bind, position=chosen)["clip"].astype(np.float64)
+            clip = evaluate(proxy_system.bind_anchor, position=chosen)["clip"].astype(np.float64)
             local = camera_coordinates(state, chosen - (state.position_m - mesh.anchor_m))
             front = (local[:, 2] > 0.05) & (clip[:, 3] > 0.0)
             truth = screen(state, local[front], SCREEN)

@@ -98,7 +98,7 @@ def vertex_error(
     drawn = mesh.anchor_m + mesh.vertices["position_m"][chosen].astype(np.float64)
     off = np.linalg.norm(drawn - truth, axis=1)
     state = renderer.camera_state(camera)
-    pixel = state.pixel_angle_rad(rows)
+    pixel = state.pixel_rad(rows)
     pixels = off / np.linalg.norm(truth - mesh.eye_m, axis=1) / pixel
     return VertexError(float(pixels.max()), float(np.quantile(pixels, 0.99)), float(off.max()), len(chosen))
 

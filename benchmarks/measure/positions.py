@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.blocks.bindings import LATTICE_BLOCK
 from ...engine.gpu import Gpu
-from ...engine.gpu.bindings import LATTICE_BLOCK
 from ...engine.surface.coverage import proxy_coverage
 from ...engine.surface.lattice import FULL_BITS
 from ...engine.surface.proxy import ProxyCell, snap_proxy
@@ -45,10 +45,10 @@ class PositionProbe:
             gpu,
             """
             vec3 D = lattice_foot_offset(face, ij);
-            precise vec3 position = D * (1.0 + 0.0 / lattice_up_radius.w) + lattice_up_radius.xyz * 0.0;
+            precise vec3 position = D * (1.0 + 0.0 / lattice_block.radius_m) + lattice_block.up * 0.0;
             precise vec3 relative = position - offset;
             seen = relative;
-            precise vec3 absolute = lattice_direction(face, ij) * lattice_up_radius.w;
+            precise vec3 absolute = lattice_direction(face, ij) * lattice_block.radius_m;
             plain = absolute - camera;
             """,
             {"face": "int", "ij": "ivec2", "offset": "vec3", "camera": "vec3"},

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...engine.blocks.bindings import TRIANGLE_BLOCK
 from ...engine.gpu import Gpu
-from ...engine.gpu.bindings import TRIANGLE_BLOCK
 from ...engine.surface.icosphere import CORNERS, FULL_BITS, ROOTS, TriangleScheme, vector_of
 from ...engine.surface.icosphere_anchor import TriangleAnchor
 from ...engine.surface.proxy import snap_proxy

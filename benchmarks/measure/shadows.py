@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import Renderer, TerrainSampler
-from ...engine.gpu.bindings import SHADOW_MAP_UNIT
+from ...engine.blocks.bindings import SHADOW_MAP_UNIT
 from ..evaluate import Evaluator
 
 Floats = NDArray[np.float64]
@@ -43,7 +43,7 @@ def spots(renderer: Renderer, camera: Any, rng: np.random.Generator, count: int,
     ground = TerrainSampler(renderer.scene)
     feet = state.position_m + seen
     feet /= np.linalg.norm(feet, axis=1, keepdims=True)
-    pixel = state.pixel_angle_rad(renderer.size[1])
+    pixel = state.pixel_rad(renderer.size[1])
     away = np.linalg.norm(seen, axis=1)
     heights = ground.height(feet)
     lift = 1e-3 + 0.1 * pixel * away  # a tenth of a pixel: a ray's first step is not the ground it stands on
@@ -117,9 +117,10 @@ class LightProbe:
         shadows: Any = renderer.system("shadows")
 
         def before() -> None:
-            if shadows is not None and shadows._on:
+            if shadows is not None and shadows.on:
                 renderer.graph.resource("shadows.map").use(SHADOW_MAP_UNIT)
-                renderer.views[0].found(shadows).ubo.bind()
+                found: Any = renderer.views[0].found(shadows)
+                found.ubo.bind()
 
         return self._evaluate(before, point=seen_m)["light"].astype(np.float64)
 

@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -52,6 +52,8 @@ class Stage:
     view: str = "near"
     without: tuple[type, ...] = ()
     """Components of the planet that are taken away."""
+    knobs: Mapping[type, Mapping[str, str]] = field(default_factory=dict)
+    """Of components of the planet, where they are not its own."""
     camera: Callable[[Scene, int], Camera] | None = None
     """From the scene and the picture's rows; None: the view's own."""
     sun_elevation_deg: float | None = None
@@ -107,10 +109,14 @@ STAGES = (
     Stage("deep space", camera=_from_afar(lambda rows: 20.0 / _pixel(rows))),
 )
 """The full scene and BARE are what these are measured against."""
+_TILED = {Terrain: {"backend": "quadtree"}}
+_PRINTED = {Terrain: {"method": "paper"}, Ocean: {"method": "paper_2019"}}
 SKY_STAGES = (
     Stage("sky alone, 100 m up", camera=_looking_up(100.0, "ground", 90.0), runs=True),
     Stage("sky alone, 20 km up", camera=_looking_up(2e4, "sphere", 86.0), runs=True),
     Stage("sky alone, 400 km up", camera=_looking_up(4e5, "sphere", 60.0), runs=True),
+    Stage("sky alone, tiled ground", knobs=_TILED, camera=_looking_up(100.0, "ground", 90.0), runs=True),
+    Stage("sky alone, printed ground and sea", knobs=_PRINTED, camera=_looking_up(2e4, "sphere", 86.0), runs=True),
 )
 """Air is in the picture, ground and sea are not."""
 
@@ -160,6 +166,9 @@ def staged(
     for kind in stage.without:
         if scene.planet.has(kind):
             scene.planet.remove(kind)
+    for kind, values in stage.knobs.items():
+        for name, value in values.items():
+            setattr(scene.planet[kind], name, value)
     renderer = Renderer(scene, size, quality, overrides)
     target = None
     try:

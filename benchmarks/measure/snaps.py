@@ -45,7 +45,7 @@ def moved_px(state: CameraState, before: dict[str, Any], after: dict[str, Any]) 
     farther = length - np.linalg.norm(first[1:-1, 1:-1][smooth], axis=1)
     rise = farther * np.einsum("nk,nk->n", ray, normal) / np.einsum("nk,nk->n", up, normal)
     aside = np.sqrt(np.maximum(1.0 - np.einsum("nk,nk->n", ray, up) ** 2, 0.0))
-    pixel = state.pixel_angle_rad(size[0])
+    pixel = state.pixel_rad(size[0])
     return np.abs(rise) * aside / (length * pixel)
 
 
@@ -168,7 +168,7 @@ def shared_vertices_move(renderer: Renderer, cameras: Sequence[Camera]) -> Share
             offset = after.anchor_m - before.anchor_m
             apart = np.linalg.norm(offset + new[1][same] - old[1][at[same]], axis=1)
             away = np.linalg.norm(new[1][same] - (state.position_m - after.anchor_m), axis=1)
-            pixel = state.pixel_angle_rad(renderer.size[1])
+            pixel = state.pixel_rad(renderer.size[1])
             moved.append(apart / np.maximum(away, 1e-6) / pixel)
             shares.append(float(same.mean()))
             vertices += int(same.sum())
@@ -211,7 +211,7 @@ def _moving_share(renderer: Renderer) -> float:
     mesh = DrawnMesh(
         record=record, vertices=fade.mesh.read_vertices(), visible=visible, quads=fade.mesh.quads,
         radius_m=proxy.cell.radius_m, anchor=proxy.lattice, anchor_height_m=proxy.anchor_height_m,
-        anchor_m=proxy.anchor_m, generation=proxy.generation, spacing=(0.0, 0.0, 0.0),
+        anchor_m=proxy.anchor_m, generation=proxy.generation, spacing=view.choice.spacing,
     )  # fmt: skip
     used = np.zeros(mesh.vertices.size, bool)
     used[mesh.triangles(visible).ravel()] = True

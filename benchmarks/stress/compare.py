@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import AtmosphereProbe
+from ...engine.blocks.layout import zeros
 from ...engine.waves import displacement, waves_of
 from ...systems.clouds.layers import frames_at, write_noise
 from ...systems.clouds.view_block import CloudViewBlock, cloud_view_uniforms
@@ -156,7 +157,7 @@ def _check_clouds(case: Case, session: Session) -> Found:
     found, rng = Found(), np.random.default_rng(case["seed"])
     turn, tilt = frames_at(case["wind_m_s"], case["radius_m"], case["time_s"])
     anchor_m = np.array(case["anchor"]) * (case["radius_m"] + case["height_m"])
-    block = CloudViewBlock()
+    block = zeros(CloudViewBlock)
     write_noise(block, turn, tilt, anchor_m, case["radius_m"], case["thickness_m"], 64, 32)
     count = NUMBERS // 6
     ways = rng.normal(size=(count, 3))

@@ -91,8 +91,8 @@ def _check_projection(case: Case, session: Session) -> Found:
     points = state.position_m + rays * away[:, None]
     again, in_front = project(state, points, (width, height))
     found.expect(bool(in_front.all()), "a point in front of the camera is called behind it")
-    pixel_angle = min((state.tan_top - state.tan_bottom) / height, (state.tan_right - state.tan_left) / width)
-    rounding_px = 4e-16 * (1.0 + distance / away) / pixel_angle * (1.0 + max(abs(state.tan_top), abs(state.tan_right),
+    pixel_rad = min((state.tan_top - state.tan_bottom) / height, (state.tan_right - state.tan_left) / width)
+    rounding_px = 4e-16 * (1.0 + distance / away) / pixel_rad * (1.0 + max(abs(state.tan_top), abs(state.tan_right),
                            abs(state.tan_left), abs(state.tan_bottom)) ** 2)  # fmt: skip
     error = np.linalg.norm(again - pixels, axis=1)
     share = float((error / (rounding_px + 1e-11)).max())

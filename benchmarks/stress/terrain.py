@@ -133,7 +133,7 @@ def _check_picture(
         off = np.sign(off) * np.maximum(np.abs(off) - slack_m[surface], 0.0)
         # In pixels of the picture's middle: towards the sides of a wide picture a pixel is a smaller angle.
         angle = exact.angle_between(seen, seen + zenith * off[:, None]).astype(float)
-        off_px = angle / state.pixel_angle_rad(renderer.size[1])
+        off_px = angle / state.pixel_rad(renderer.size[1])
         found.note(f"{name}, p99, {renderer.quality}", float(np.quantile(off_px, 0.99)), "px", limit_px)
 
 

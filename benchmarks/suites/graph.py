@@ -60,6 +60,7 @@ def _first_time() -> Callable[[], bool]:
 
 
 def _execute(session: Session) -> None:
+    """The frame graph's own Python in a frame, its passes doing nothing."""
     plans = {
         "all run": chain(PASSES).compile(NullBackend(), SIZE),
         "a third skipped": chain(PASSES, gated=True).compile(NullBackend(), SIZE),
@@ -71,6 +72,7 @@ def _execute(session: Session) -> None:
 
 
 def _compile(session: Session) -> None:
+    """Declared passes to a plan."""
     builders = {n: chain(n) for n in (PASSES, 2 * PASSES)}
     times = time_variants(
         {str(n): lambda b=b: b.compile(NullBackend(), SIZE) for n, b in builders.items()}, session.runs(20, 6)
@@ -81,6 +83,7 @@ def _compile(session: Session) -> None:
 
 
 def _resize(session: Session) -> None:
+    """A plan for another size of picture."""
     plan = chain(PASSES).compile(NullBackend(), SIZE)
     sizes = [(640, 360), (1280, 720)]
 
@@ -94,6 +97,7 @@ def _resize(session: Session) -> None:
 
 
 def _guard(session: Session) -> None:
+    """Keeping a host's OpenGL state and putting it back."""
     from ...engine.gpu.guard import StateGuard
 
     gpu = session.gpu
@@ -131,7 +135,7 @@ def _frame_python(session: Session) -> None:
 
 
 def _demo_python(session: Session) -> None:
-    """The same of a whole frame of the demo, in a window: events, flight, picture, interface, swap."""
+    """A whole frame's Python of the demo in a window: events, flight, picture, interface, swap."""
     runs = session.runs(300, 100)
     with display() as where:
         found = _alone(session, "demo_cost", runs, where)

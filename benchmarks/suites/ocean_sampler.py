@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,7 +58,8 @@ def _residual_row(session: Session, ocean: Ocean, waves: int, rng: np.random.Gen
     worst, points = 0.0, session.runs(500, 100)
     ocean = replace(ocean, ice_latitude_deg=90.0)
     for radius, time_s in ((6e4, 0.0), (6.371e6, 1e5), (6.371e6, 1e8), (7e7, 1e8)):
-        sampler = OceanSampler(SimpleNamespace(planet={Planet: Planet(radius_m=radius), Ocean: ocean}))
+        bare: Any = SimpleNamespace(planet={Planet: Planet(radius_m=radius), Ocean: ocean})
+        sampler = OceanSampler(bare)
         w = sampler.waves
         calm = rng.normal(size=(20 * points, 3))
         calm /= np.linalg.norm(calm, axis=1)[:, None]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ... import Ocean, Renderer, Wave, direction
 from ...engine.waves import WaveSet, displacement, waves_of
-from ...systems.ocean.wave_block import SeaMesh, WaveBlock
+from ...systems.ocean.wave_block import SeaMesh, WavePacker
 from ...systems.ocean.wave_probe import WaveQuestions
 from ..measure import waves as measure
 from ..measure.flip import flip
@@ -131,7 +131,7 @@ def _bytes(session: Session) -> None:
     describes = sum(4 * part.size for part in parts) / len(found)
     sizes = []
     for waves in (found, waves_of(Ocean(wind_speed_m_s=0.0, swell_height_m=0.0), RADII_M[0])):
-        block = WaveBlock()
+        block = WavePacker()
         block.place(waves, direction(*measure.OPEN_SEA), RADII_M[0], SeaMesh())
         sizes.append(block.used_bytes)
     session.row("parameters of a wave", error=describes, error_unit="bytes", target=at_most(28, "bytes"))
@@ -252,7 +252,7 @@ def _python(session: Session) -> None:
     """Reducing the waves to a moment in float64, once a frame."""
     for waves in (20, 1000):
         found = waves_of(Ocean(wave_count=waves), RADII_M[0])
-        anchor, block = direction(*measure.OPEN_SEA), WaveBlock()
+        anchor, block = direction(*measure.OPEN_SEA), WavePacker()
         block.place(found, anchor, RADII_M[0], SeaMesh())
         timing = time_variants({"": lambda b=block, f=found: b.at(f, 1e5)}, session.runs(50, 10), 3)[""]
         session.row(f"phases of {waves} waves", timing=timing)

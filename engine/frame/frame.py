@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..settings import Settings
 from ..space import CameraState
 from ..world import World
 from .view import View
@@ -67,7 +66,7 @@ class Frame:
     planet_index: int = 0
     view: View = field(default_factory=View)
     """Which view it is a frame of, and what systems keep for that: `frame.view.state(self, factory)`."""
-    settings: Mapping[str, Any] = field(default_factory=dict)
+    settings: Settings = field(default_factory=dict)
     cut: bool = True
     settling: bool = False
     """Nobody looks at this frame: what refines over frames may take its time and finish now."""
@@ -105,7 +104,7 @@ class Frame:
     @property
     def pixel_rad(self) -> float:
         """The angle of a pixel at the middle of the view, from row to row."""
-        return self.camera.pixel_angle_rad(self.size[1])
+        return self.camera.pixel_rad(self.size[1])
 
     @property
     def at_once(self) -> bool:

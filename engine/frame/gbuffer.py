@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from ..blocks.bindings import ATTRIBUTES_UNIT, DEPTH_UNIT, NORMAL_UNIT, SURFACE_UNIT
 from ..graph import TextureSpec
 
-__all__ = ["ATTACHMENTS", "GBUFFER", "TILE_PX", "tiles_of"]
+__all__ = ["ATTACHMENTS", "GBUFFER", "GBUFFER_UNITS", "TILE_PX", "tiles_of"]
 
 ATTACHMENTS = (
     TextureSpec("gbuffer.depth", "depth32f", help="near / z, reversed: 0 is infinitely far"),
@@ -19,6 +20,10 @@ ATTACHMENTS = (
 """The depth buffer, and the colours in the order of their shader locations."""
 GBUFFER = tuple(spec.name for spec in ATTACHMENTS[1:])
 """Names of the colour attachments of every surface pass."""
+GBUFFER_UNITS = dict(
+    zip(("gbuffer.depth", *GBUFFER), (DEPTH_UNIT, NORMAL_UNIT, ATTRIBUTES_UNIT, SURFACE_UNIT), strict=True)
+)
+"""The texture unit of each attachment, for what shades surfaces."""
 
 TILE_PX = (16, 8)
 """Width and height of a tile: the workgroup of common/surface_tiles.glsl, TILE_PX of common/surfaces.glsl."""

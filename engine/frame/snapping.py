@@ -10,11 +10,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from .proxy import Proxy
 
-__all__ = ["HeldScale", "Scale", "SnapAhead"]
+if TYPE_CHECKING:
+    from ..gpu.cell_mesh import CellMesh
+    from ..surface.selection import CellSet
+
+__all__ = ["GroundAhead", "HeldScale", "Scale", "SnapAhead"]
 
 _ZOOMED, _ZOOMED_FAR = 0.05, 0.25
 """Cells are chosen anew when a zoom has changed the angle of a pixel by more than this share; by more than the second,
@@ -25,6 +29,21 @@ _WITH_CHOICE = 0.75
 """Of the work of another frame, in that one: the choice takes its time."""
 _SHARES = {"ground": 0.45, "sea": 0.35, "fade": 0.2}
 """Phases, in their order, and what share of the frames each takes: by their times along a coast."""
+
+
+class _Chosen(Protocol):
+    @property
+    def cells(self) -> CellSet: ...
+
+
+class GroundAhead(Protocol):
+    """The ground's cells for the next snap; engine.snapped.MeshAhead."""
+
+    mesh: CellMesh
+
+    def made(self, snap: SnapAhead) -> _Chosen | None:
+        """The choice for that snap, if its cells have their vertices."""
+        ...
 
 
 class SnapAhead:
@@ -41,8 +60,8 @@ class SnapAhead:
         """Makers set it: they would like a snap, although the proxy need not move."""
         self.room = 0
         """For how many cells makers have room: all of them for as many as the one that needs most."""
-        self.ground: Any = None
-        """Who makes the ground (engine.snapped.MeshAhead), whose cells are there before the sea's."""
+        self.ground: GroundAhead | None = None
+        """Who makes the ground, whose cells are there before the sea's."""
         self.bind_heights: Callable[[], None] | None = None
         """Binds what the height function reads, around the next anchor; the ground sets it."""
         self.bind_anchor: Callable[[], None] = lambda: None

@@ -71,7 +71,7 @@ class View:
             found = self._kept[id(owner)] = (owner, factory())  # the owner is held, so that its id stays its own
         return found[1]
 
-    def found(self, owner: object) -> Any:
+    def found(self, owner: object) -> object:
         """What `owner` keeps for this view, or None."""
         found = self._kept.get(id(owner))
         return None if found is None else found[1]
@@ -90,7 +90,7 @@ class View:
         return f"<View {self.index}>"
 
 
-def _release(kept: tuple[object, Any] | None) -> None:
+def _release(kept: tuple[object, object] | None) -> None:
     if kept is not None and isinstance(kept[1], _Releasable):
         kept[1].release()
 

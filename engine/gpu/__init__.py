@@ -1,8 +1,8 @@
 """The GPU: context, shaders, buffers, textures and state, on moderngl and a little raw OpenGL."""
 
+from ..blocks.layout import StructLayout
 from .context import Gpu
-from .errors import FormatError, GLVersionError, GpuError, ShaderError, ShaderMessage
-from .layout import StructLayout
+from .errors import FormatError, GLLimitError, GLVersionError, GpuError, ShaderError, ShaderMessage
 from .program import Compute, Fullscreen, Program, VertexArray
 from .scope import GpuScope
 from .shaders import ShaderLibrary
@@ -13,6 +13,7 @@ __all__ = [
     "Compute",
     "FormatError",
     "Fullscreen",
+    "GLLimitError",
     "GLVersionError",
     "Gpu",
     "GpuError",

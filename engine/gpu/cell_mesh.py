@@ -8,19 +8,20 @@ assets/shaders/common/cells.glsl.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from ..blocks.bindings import ARGUMENTS_BUFFER, BOUNDS_BUFFER, CELL_BUFFER, RANGE_BUFFER, VERTEX_BUFFER, VISIBLE_BUFFER
 from ..graph import BufferSpec
 from ..surface.decimation import MOST, VARIANTS, Topology, decimated_indices, variant_skips
 from ..surface.selection import CellSet
 
 if TYPE_CHECKING:
     from ..graph import PassIO
-    from . import GpuScope
+    from . import Compute, GpuScope, Program, VertexArray
 
 CELL_DTYPE = np.dtype(
     [
@@ -50,7 +51,7 @@ class CellPrograms:
 
     def __init__(self, scope: GpuScope, quads: int, vertices: str) -> None:
         self.quads = quads
-        self.defines: dict[str, Any] = {"QUADS_LOG2": quads.bit_length() - 1}
+        self.defines: dict[str, int] = {"QUADS_LOG2": quads.bit_length() - 1}
         self.vertices = scope.compute(vertices, defines=self.defines)
         shared = "common/measure_cells.comp", "common/agree_cells.comp", "common/cull_cells.comp"
         self.measure, self.agree, self.cull = (scope.compute(file, defines=self.defines) for file in shared)
@@ -78,12 +79,9 @@ class CellMesh:
         self.selection = 0  # grows with every upload
         self.capacity = capacity
         self._reserve()
-        self._vertices: Any = None
-        self._bounds: Any = None
-        self._wanted: Any = None
-        self._arrays: dict[Any, Any] = {}
-        self._visible: Any = None
-        self._arguments: Any = None
+        self._buffers: dict[str, moderngl.Buffer] = {}
+        """Those of the graph, by the last part of their names."""
+        self._arrays: dict[Program, VertexArray] = {}
 
     def vertex_buffers(self) -> tuple[BufferSpec, ...]:
         """What the pass that makes the vertices creates: <name>.vertices, <name>.bounds and <name>.wanted."""
@@ -105,17 +103,16 @@ class CellMesh:
 
     def attach_vertices(self, io: PassIO) -> bool:
         """Take the plan's buffers of vertex_buffers(). True where they are others than before: empty ones."""
-        before = self._vertices, self._bounds, self._wanted
-        self._vertices, self._bounds, self._wanted = (
-            io.buffer(f"{self.name}.{n}") for n in ("vertices", "bounds", "wanted")
-        )
-        return before != (self._vertices, self._bounds, self._wanted)
+        return self._attach(io, "vertices", "bounds", "wanted")
 
     def attach_visible(self, io: PassIO) -> bool:
         """Take the plan's visible list and arguments. True where they are others than before: empty ones."""
-        before = self._visible, self._arguments
-        self._visible, self._arguments = (io.buffer(f"{self.name}.{n}") for n in ("visible", "arguments"))
-        return before != (self._visible, self._arguments)
+        return self._attach(io, "visible", "arguments")
+
+    def _attach(self, io: PassIO, *names: str) -> bool:
+        before = [self._buffers.get(n) for n in names]
+        self._buffers |= {n: io.buffer(f"{self.name}.{n}") for n in names}
+        return before != [self._buffers[n] for n in names]
 
     def upload(self, cells: CellSet, beside: Topology) -> bool:
         """Take over a selection: two buffer writes. Returns True when the capacity grew: compile the graph again."""
@@ -165,39 +162,40 @@ class CellMesh:
     def take_vertices(self, other: CellMesh) -> None:
         """The vertices of `other`, which has the same cells."""
         copy = self.scope.gpu.ctx.copy_buffer
-        copy(self._vertices, other._vertices, self.count * self.vertices_per_cell * VERTEX_DTYPE.itemsize)
-        copy(self._bounds, other._bounds, self.count * BOUNDS_BYTES)
-        copy(self._wanted, other._wanted, self.count * _WANTED_BYTES)
+        size = self.vertices_per_cell * VERTEX_DTYPE.itemsize
+        for name, each in (("vertices", size), ("bounds", BOUNDS_BYTES), ("wanted", _WANTED_BYTES)):
+            copy(self._buffers[name], other._buffers[name], self.count * each)
 
     def _reserve(self) -> None:
         self._cells = self.scope.buffer(reserve=self.capacity * CELL_DTYPE.itemsize, dynamic=True)
         self._topology = self.scope.buffer(reserve=self.capacity * _TOPOLOGY_BYTES, dynamic=True)
 
-    def copy_to(self, cells: Any, vertices: Any) -> None:
+    def copy_to(self, cells: moderngl.Buffer, vertices: moderngl.Buffer) -> None:
         """Copy the cells with what was agreed on, and their vertices, to other buffers on the GPU."""
         ctx = self.scope.gpu.ctx
         ctx.copy_buffer(cells, self._cells, self.count * CELL_DTYPE.itemsize)
         size = self.count * self.vertices_per_cell * VERTEX_DTYPE.itemsize
-        ctx.copy_buffer(vertices, self._vertices, size)
+        ctx.copy_buffer(vertices, self._buffers["vertices"], size)
 
-    def bind_made(self, cells: int = 0, vertices: int = 1) -> None:
+    def bind_made(self, cells: int = CELL_BUFFER, vertices: int = VERTEX_BUFFER) -> None:
         """Bind cells and vertices to these storage points."""
         self._cells.bind_to_storage_buffer(cells)
-        self._vertices.bind_to_storage_buffer(vertices)
+        self._buffers["vertices"].bind_to_storage_buffer(vertices)
 
     def bind_part(self, first: int) -> None:
         """Bind cells, vertices and boxes from a cell on (a multiple of part_step) to their storage points."""
-        self._cells.bind_to_storage_buffer(0, offset=first * CELL_DTYPE.itemsize)
-        self._vertices.bind_to_storage_buffer(1, offset=first * self.vertices_per_cell * VERTEX_DTYPE.itemsize)
-        self._bounds.bind_to_storage_buffer(5, offset=first * BOUNDS_BYTES)
+        self._cells.bind_to_storage_buffer(CELL_BUFFER, offset=first * CELL_DTYPE.itemsize)
+        size = self.vertices_per_cell * VERTEX_DTYPE.itemsize
+        self._buffers["vertices"].bind_to_storage_buffer(VERTEX_BUFFER, offset=first * size)
+        self._buffers["bounds"].bind_to_storage_buffer(BOUNDS_BUFFER, offset=first * BOUNDS_BYTES)
 
     def bind_bounds(self, bounds: int) -> None:
         """Bind the boxes of all cells."""
-        self._bounds.bind_to_storage_buffer(bounds)
+        self._buffers["bounds"].bind_to_storage_buffer(bounds)
 
     def bind_wanted(self, wanted: int = 2) -> None:
         """Bind what each cell would skip."""
-        self._wanted.bind_to_storage_buffer(wanted)
+        self._buffers["wanted"].bind_to_storage_buffer(wanted)
 
     def read_cells(self) -> NDArray[np.void]:
         """The selected cells with the masks and variants that were agreed on, (N,) of CELL_DTYPE. Reads back."""
@@ -205,20 +203,21 @@ class CellMesh:
 
     def drawn_by_variant(self) -> NDArray[np.uint32]:
         """Cells that the last cull kept, by variant (VARIANTS,). Reads back from the GPU."""
-        if self._arguments is None:
+        if "arguments" not in self._buffers:
             return np.zeros(VARIANTS, np.uint32)
-        return np.frombuffer(self._arguments.read(ARGUMENTS_BYTES), "u4").reshape(VARIANTS, 5)[:, 1]
+        return np.frombuffer(self._buffers["arguments"].read(ARGUMENTS_BYTES), "u4").reshape(VARIANTS, 5)[:, 1]
 
     def read_vertices(self) -> NDArray[np.void]:
         """All vertices of the selection, (cells, vertices_per_cell) of VERTEX_DTYPE. Reads back from the GPU."""
         size = self.count * self.vertices_per_cell * VERTEX_DTYPE.itemsize
-        data = np.frombuffer(self._vertices.read(size), VERTEX_DTYPE)
+        data = np.frombuffer(self._buffers["vertices"].read(size), VERTEX_DTYPE)
         return data.reshape(self.count, self.vertices_per_cell)
 
     def read_visible(self) -> NDArray[np.uint32]:
         """Indices of the cells that the last cull kept. Reads back from the GPU."""
         counts = self.drawn_by_variant()
-        lists = np.frombuffer(self._visible.read(VARIANTS * self.capacity * 4), "u4").reshape(VARIANTS, self.capacity)
+        found = np.frombuffer(self._buffers["visible"].read(VARIANTS * self.capacity * 4), "u4")
+        lists = found.reshape(VARIANTS, self.capacity)
         return np.concatenate([row[:n] for row, n in zip(lists, counts, strict=True)])
 
     def statistics(self) -> dict[str, int]:
@@ -235,11 +234,11 @@ class CellMesh:
 
     def bind_storage(self) -> None:
         """Bind cells, vertices, visible list, arguments and bounds to their storage points."""
-        self._cells.bind_to_storage_buffer(0)
-        self._vertices.bind_to_storage_buffer(1)
-        self._visible.bind_to_storage_buffer(2)
-        self._arguments.bind_to_storage_buffer(3)
-        self._bounds.bind_to_storage_buffer(5)
+        self._cells.bind_to_storage_buffer(CELL_BUFFER)
+        self._buffers["vertices"].bind_to_storage_buffer(VERTEX_BUFFER)
+        self._buffers["visible"].bind_to_storage_buffer(VISIBLE_BUFFER)
+        self._buffers["arguments"].bind_to_storage_buffer(ARGUMENTS_BUFFER)
+        self._buffers["bounds"].bind_to_storage_buffer(BOUNDS_BUFFER)
 
     def make_part(
         self, programs: CellPrograms, eye_m: Place, edge_rad: float, chord_m: float, most: int, first: int, count: int
@@ -253,7 +252,7 @@ class CellMesh:
         self.bind_part(first)
         programs.vertices.run(count, 1, 1)
         self.scope.gpu.barrier()
-        self._wanted.bind_to_storage_buffer(2, offset=first * _WANTED_BYTES)
+        self._buffers["wanted"].bind_to_storage_buffer(2, offset=first * _WANTED_BYTES)
         measure = programs.measure
         measure.set("u_eye", eye_m)
         measure.set("u_angle", edge_rad)
@@ -262,16 +261,16 @@ class CellMesh:
         measure.run(count, 1, 1)
         self.scope.gpu.barrier()
 
-    def agree(self, agree: Any) -> None:
+    def agree(self, agree: Compute) -> None:
         """From what each cell wants to skip to what it may, with common/agree_cells.comp."""
-        self._cells.bind_to_storage_buffer(0)
-        self._wanted.bind_to_storage_buffer(2)
+        self._cells.bind_to_storage_buffer(CELL_BUFFER)
+        self._buffers["wanted"].bind_to_storage_buffer(2)
         self._topology.bind_to_storage_buffer(3)
         agree.set("u_cell_count", self.count)
         agree.run(1, 1, 1)
         self.scope.gpu.barrier()
 
-    def cull(self, program: Any, keep_dh_m: tuple[float, float] = (-3.0e38, 3.0e38), hides: bool = True) -> None:
+    def cull(self, program: Compute, keep_dh_m: tuple[float, float] = (-3.0e38, 3.0e38), hides: bool = True) -> None:
         """Write the visible list and the draw arguments with common/cull_cells.comp.
 
         keep_dh_m: cells that have nothing between these heights above the anchor are dropped. hides: near cells hide
@@ -279,27 +278,27 @@ class CellMesh:
         """
         self.bind_storage()
         program.set("u_cell_count", self.count)
-        self._ranges.bind_to_storage_buffer(6)
+        self._ranges.bind_to_storage_buffer(RANGE_BUFFER)
         program.set("u_capacity", self.capacity)
         program.set("u_keep_dh", keep_dh_m)
         program.set("u_hides", int(hides))
         program.run(1, 1, 1)
 
-    def vertex_array(self, program: Any) -> Any:
+    def vertex_array(self, program: Program) -> VertexArray:
         """The patches for a program that has `in uint in_cell`: one instance a visible cell. Make it in a pass's
         bind."""
         old = self._arrays.pop(program, None)
         if old is not None:
             self.scope.free(old)
         made = self.scope.vertex_array(
-            program, content=[(self._visible, "1u/i", "in_cell")], index=self.indices, index_size=4
+            program, content=[(self._buffers["visible"], "1u/i", "in_cell")], index=self.indices, index_size=4
         )
         self._arrays[program] = made
         return made
 
-    def draw(self, vertex_array: Any, vertices: Any = None) -> None:
+    def draw(self, vertex_array: VertexArray, vertices: moderngl.Buffer | None = None) -> None:
         """Indirect draws of what cull() kept, one a variant. vertices: a buffer to take in place of <name>.vertices."""
         if self.count:
-            self._cells.bind_to_storage_buffer(0)
-            (self._vertices if vertices is None else vertices).bind_to_storage_buffer(1)
-            vertex_array.render_indirect(self._arguments, moderngl.TRIANGLES, VARIANTS)
+            self._cells.bind_to_storage_buffer(CELL_BUFFER)
+            (self._buffers["vertices"] if vertices is None else vertices).bind_to_storage_buffer(VERTEX_BUFFER)
+            vertex_array.render_indirect(self._buffers["arguments"], moderngl.TRIANGLES, VARIANTS)

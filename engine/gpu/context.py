@@ -2,10 +2,20 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+import moderngl
+
 from .device import Device
+from .preprocess import Defines
 from .scope import GpuScope
 
-__all__ = ["Gpu"]
+__all__ = ["VALIDATE", "Gpu"]
+
+VALIDATE = "PLANETFALL_VALIDATE"
+"""Environment variable: 1 checks shaders with a reference compiler and passes against what they declare."""
 
 
 class Gpu(Device):
@@ -15,6 +25,15 @@ class Gpu(Device):
     GLVersionError below OpenGL 4.3. Without clip control (4.3 without ARB_clip_control) every shader gets the define
     PF_FRAG_DEPTH and writes the same depth values itself, at the price of early depth tests.
     """
+
+    def __init__(
+        self, ctx: moderngl.Context, shader_roots: Iterable[Path | str], defines: Defines | None = None
+    ) -> None:
+        super().__init__(ctx, shader_roots, defines)
+        if os.environ.get(VALIDATE, "").strip() not in ("", "0"):
+            from .validate import validate  # authors' tools stay out of a game's process
+
+            validate(self)
 
     def scope(self, owner: str) -> GpuScope:
         """A new scope whose objects are counted under `owner`."""

@@ -13,11 +13,13 @@ import moderngl
 
 from . import gl as G
 from .caps import Capabilities, check_version
+from .limits import check_limits
 from .preprocess import Defines
 from .shaders import ShaderLibrary
 from .software_threads import spread_threads
 from .state import State, reset_baseline
-from .textures import TextureInfo
+from .textures import AnyTexture, Data, TextureInfo
+from .touching import CommandWatch
 from .work import Work
 
 __all__ = ["Device"]
@@ -45,6 +47,7 @@ class Device:
         self.ctx = ctx
         self.gl = G.GL(ctx)
         self.caps = Capabilities.read(ctx, self.gl)
+        check_limits(self.gl, self.caps.renderer)
         self.work = Work()
         if self.caps.is_software:
             spread_threads()
@@ -56,6 +59,8 @@ class Device:
                 self.caps.renderer,
             )
         self.shaders = ShaderLibrary(ctx, self.gl, shader_roots, base, self.work)
+        self.watch: CommandWatch | None = None
+        """Hears what passes touch, for authors (validate.py)."""
         self._scopes: list[Owner] = []
         self._states: dict[tuple[tuple[str, Any], ...], State] = {}
         self._reset_baseline = reset_baseline(ctx, self.gl)
@@ -175,17 +180,23 @@ class Device:
 
     # -- small things ------------------------------------------------------------------------------------------------
 
-    def upload(self, buffer: moderngl.Buffer, data: Any, offset: int = 0) -> None:
+    def upload(self, buffer: moderngl.Buffer, data: Data, offset: int = 0) -> None:
         """Write bytes or an array into a buffer, counted in work.uploads."""
         buffer.write(data, offset=offset)
         self.work.uploads += 1
-        self.work.upload_bytes += memoryview(data).nbytes
+        self.work.upload_bytes += len(data) if isinstance(data, (bytes, bytearray)) else data.nbytes
 
     def barrier(self) -> None:
         """Make all shader writes visible to all that follows. Inside a graph the plan does this."""
+        if self.watch is not None:
+            self.watch.barrier()
         self.ctx.memory_barrier()
 
-    def generate_mipmaps(self, texture: Any) -> None:
+    def apart(self) -> contextlib.AbstractContextManager[None]:
+        """Around dispatches of which none reads what another stores: validation then asks for no barrier between."""
+        return contextlib.nullcontext() if self.watch is None else self.watch.apart()
+
+    def generate_mipmaps(self, texture: AnyTexture) -> None:
         """Fill levels 1 and up from level 0, keeping the filter (moderngl's build_mipmaps resets it)."""
         info = texture.extra
         texture.use(self.ctx.default_texture_unit)

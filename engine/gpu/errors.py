@@ -5,15 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-__all__ = ["FormatError", "GLVersionError", "GpuError", "ShaderError", "ShaderMessage"]
+from ..blocks.errors import FormatError, GpuError
 
-
-class GpuError(RuntimeError):
-    """A GL object could not be made or used."""
-
-
-class FormatError(GpuError, ValueError):
-    """A texture, buffer or block was asked for in a form that does not exist or does not fit this GPU."""
+__all__ = ["FormatError", "GLLimitError", "GLVersionError", "GpuError", "ShaderError", "ShaderMessage"]
 
 
 class GLVersionError(GpuError):
@@ -28,6 +22,17 @@ class GLVersionError(GpuError):
             f"(version {version!r}, renderer {renderer!r}, vendor {vendor!r}). "
             f"Update the graphics driver, ask the window for a {need} core context, or use Mesa's software renderer "
             "(LIBGL_ALWAYS_SOFTWARE=1). macOS stops at 4.1 and cannot run this."
+        )
+
+
+class GLLimitError(GpuError):
+    """The driver allows shaders less than they need. missing: a phrase each."""
+
+    def __init__(self, renderer: str, missing: Sequence[str]) -> None:
+        self.renderer, self.missing = renderer, tuple(missing)
+        super().__init__(
+            f"{renderer!r} allows shaders too little: {'; '.join(missing)}. Update the graphics driver, choose another "
+            "GPU, or use Mesa's software renderer (LIBGL_ALWAYS_SOFTWARE=1)."
         )
 
 

@@ -53,20 +53,21 @@ class GL:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         loader = ctx.mglo._context
-        self._load: Callable[[str], int] = getattr(loader, "load_opengl_function", None) or loader.load
+        self.address: Callable[[str], int] = getattr(loader, "load_opengl_function", None) or loader.load
+        """Where the driver has the entry point of a name; 0: nowhere."""
         self._functions: dict[str, Any] = {}
         self._buffer = (int_ * 16)()
         self._get_integer = self.function("glGetIntegerv", None, enum, c.POINTER(int_))
 
     def has(self, name: str) -> bool:
         """Whether the driver gives an address for this name (some drivers do for names they do not support)."""
-        return bool(self._load(name))
+        return bool(self.address(name))
 
     def function(self, name: str, result: Any, *arguments: Any) -> Any:
         """The entry point `name` as a ctypes function. Raises GpuError where the driver has none."""
         found = self._functions.get(name)
         if found is None:
-            address = self._load(name)
+            address = self.address(name)
             if not address:
                 raise GpuError(f"this OpenGL driver has no function {name}")
             found = self._functions[name] = _FUNCTION_TYPE(result, *arguments)(address)

@@ -21,8 +21,8 @@ from typing import TYPE_CHECKING, Any
 import moderngl
 import numpy as np
 
+from ..blocks.bindings import POINTS
 from . import gl as G
-from .bindings import POINTS
 from .guard_tables import (
     ATTRIBUTES_OF_CONTEXT,
     ATTRIBUTES_OF_FRAMEBUFFER,

@@ -116,7 +116,7 @@ class Calls:
 
     def prepare(self, name: str, *arguments: Any, result: Any = None) -> Any:
         """An entry point with argument types of our own (pointers as addresses)."""
-        address = self._gl._load(name)  # not gl.function(): it keeps one signature per name, and others use theirs
+        address = self._gl.address(name)  # not gl.function(): it keeps one signature per name, and others use theirs
         if not address:
             raise GpuError(f"this OpenGL driver has no function {name}")
         return _POINTER_FUNCTION(result, *arguments)(address)

@@ -14,8 +14,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ..blocks import bindings
 from ..made_shaders import MADE
-from . import bindings
 from .errors import ShaderError, ShaderMessage
 
 __all__ = ["Defines", "Expanded", "ShaderSources", "map_log"]

@@ -6,14 +6,15 @@ import logging
 import re
 import struct
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from . import gl as G
 from .errors import GpuError, ShaderError
-from .preprocess import Defines
+from .preprocess import Defines, Expanded
 from .shaders import LinkedProgram, ShaderLibrary, Stages, describe, unknown_uniform
 
 if TYPE_CHECKING:
@@ -21,14 +22,16 @@ if TYPE_CHECKING:
 
 __all__ = ["Compute", "Fullscreen", "Program", "VertexArray"]
 
+UniformValue: TypeAlias = float | np.generic | Sequence[float] | Sequence[Sequence[float]] | NDArray[np.generic]
+
 log = logging.getLogger(__name__)
 
 
-def _same(held: Any, value: Any) -> bool:
+def _same(held: object, value: object) -> bool:
     """Whether two values of one class are surely the same: numbers or tuples of them; arrays may change in place."""
     kind = value.__class__
     if kind is tuple:
-        return bool(value) and isinstance(value[0], (int, float)) and value == held
+        return bool(value) and isinstance(value[0], (int, float)) and value == held  # type: ignore[index]
     return kind in (int, float, bool) and value == held
 
 
@@ -44,7 +47,7 @@ class Program:
         self._library: ShaderLibrary = gpu.shaders
         self._stages = dict(stages)
         self._defines = dict(defines or {})
-        self._values: dict[str, Any] = {}
+        self._values: dict[str, UniformValue] = {}
         self.error: ShaderError | None = None
         self.alive = True
         expanded = self._library.expand(self._stages, self._defines)
@@ -59,7 +62,7 @@ class Program:
         return describe(self._stages)
 
     @property
-    def mgl(self) -> Any:
+    def mgl(self) -> moderngl.Program | moderngl.ComputeShader:
         return self.linked.mgl
 
     @property
@@ -67,7 +70,7 @@ class Program:
         """Every source file that took part."""
         return self._files
 
-    def _take_sources(self, expanded: dict[str, Any]) -> None:
+    def _take_sources(self, expanded: dict[str, Expanded]) -> None:
         self._files = frozenset().union(*(e.files for e in expanded.values()))
         # Of each file, which most programs share; and what the defines bring in.
         files = (self._library.sources.words(file) for file in self._files)
@@ -77,7 +80,7 @@ class Program:
         """Whether a source has this word: an optimised-out name is fine, a misspelt one is not."""
         return any(name in words for words in self._words)
 
-    def set(self, name: str, value: Any) -> None:
+    def set(self, name: str, value: UniformValue) -> None:
         """Set a uniform: a number, a tuple, an array (matrices column by column). Optimised-out names are ignored.
 
         KeyError for a name that no source mentions, ValueError for a value of the wrong shape.
@@ -99,7 +102,7 @@ class Program:
                     self._values[name] = held  # what is there still; the same mistake is one again
                 raise
 
-    def _write(self, name: str, value: Any) -> None:
+    def _write(self, name: str, value: UniformValue) -> None:
         found = self.linked.mgl.get(name, None)
         if not isinstance(found, moderngl.Uniform):
             return
@@ -194,7 +197,9 @@ class Compute(Program):
         """Dispatch x * y * z work groups."""
         linked = self.use()
         self._gpu.work.dispatches += 1
-        linked.mgl.run(x, y, z)
+        if self._gpu.watch is not None:
+            self._gpu.watch.dispatched(linked)
+        self._shader(linked).run(x, y, z)
 
     def run_over(self, x: int, y: int = 1, z: int = 1) -> None:
         """Dispatch enough work groups for x * y * z invocations; the shader has to check its bounds."""
@@ -206,17 +211,29 @@ class Compute(Program):
         """Dispatch the work groups that three uints at `offset` bytes of the buffer name."""
         linked = self.use()
         self._gpu.work.dispatches += 1
-        linked.mgl.run_indirect(buffer, offset)
+        if self._gpu.watch is not None:
+            self._gpu.watch.dispatched(linked, buffer)
+        self._shader(linked).run_indirect(buffer, offset)
+
+    @staticmethod
+    def _shader(linked: LinkedProgram) -> moderngl.ComputeShader:
+        assert isinstance(linked.mgl, moderngl.ComputeShader)
+        return linked.mgl
 
 
-Content = Sequence[tuple[Any, ...]]
+Content: TypeAlias = Sequence[tuple[moderngl.Buffer, *tuple[str, ...]]]
 
 
 class VertexArray:
     """Buffers bound to a program's inputs, built again when the program is. `mgl`: moderngl's object of the moment."""
 
     def __init__(
-        self, gpu: Device, program: Program, content: Content = (), index: Any = None, index_size: int = 4
+        self,
+        gpu: Device,
+        program: Program,
+        content: Content = (),
+        index: moderngl.Buffer | None = None,
+        index_size: int = 4,
     ) -> None:
         if isinstance(program, Compute):
             raise GpuError(f"{program.name} is a compute shader: it takes no vertices")
@@ -227,11 +244,12 @@ class VertexArray:
                     raise GpuError(f"program {program.name} has no input {name!r}, and no source of it mentions one")
         self._content, self._index, self._index_size = list(content), index, index_size
         self._linked: LinkedProgram | None = None
-        self._mgl: Any = None
+        self._mgl: moderngl.VertexArray | None = None
         self.alive = True
         self._build(program.linked)
 
-    def _build(self, linked: LinkedProgram) -> Any:
+    def _build(self, linked: LinkedProgram) -> moderngl.VertexArray:
+        assert isinstance(linked.mgl, moderngl.Program)
         if self._mgl is not None:
             self._mgl.release()
         self._mgl = self._gpu.ctx.vertex_array(
@@ -240,16 +258,18 @@ class VertexArray:
         self._linked = linked
         return self._mgl
 
-    def _ready(self) -> Any:
+    def _ready(self, indirect: moderngl.Buffer | None = None) -> moderngl.VertexArray:
         linked = self.program.use()
         self._gpu.work.draws += 1
-        return self._mgl if linked is self._linked else self._build(linked)
+        if self._gpu.watch is not None:
+            self._gpu.watch.drawn(linked, (*(part[0] for part in self._content), self._index), indirect)
+        return self._mgl if linked is self._linked and self._mgl is not None else self._build(linked)
 
     @property
-    def mgl(self) -> Any:
+    def mgl(self) -> moderngl.VertexArray | None:
         return self._mgl
 
-    def set_buffers(self, content: Content = (), index: Any = None, index_size: int = 4) -> None:
+    def set_buffers(self, content: Content = (), index: moderngl.Buffer | None = None, index_size: int = 4) -> None:
         """Other buffers from now on (grown ones, say)."""
         self._content, self._index, self._index_size = list(content), index, index_size
         self._build(self.program.linked)
@@ -262,12 +282,13 @@ class VertexArray:
         self, buffer: moderngl.Buffer, mode: int = moderngl.TRIANGLES, count: int = -1, first: int = 0
     ) -> None:
         """Draw `count` commands from the buffer, from command `first` on; each has 20 bytes, array draws too."""
-        self._ready().render_indirect(buffer, mode, count, first)
+        self._ready(buffer).render_indirect(buffer, mode, count, first)
 
     def release(self) -> None:
         if self.alive:
             self.alive = False
-            self._mgl.release()
+            if self._mgl is not None:
+                self._mgl.release()
 
 
 class Fullscreen:
@@ -282,7 +303,7 @@ class Fullscreen:
     def alive(self) -> bool:
         return self.program.alive
 
-    def set(self, name: str, value: Any) -> None:
+    def set(self, name: str, value: UniformValue) -> None:
         """Set a uniform; see Program.set."""
         self.program.set(name, value)
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import ctypes as c
 from collections import deque
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+import moderngl
 
 from . import gl as G
 
@@ -14,21 +16,23 @@ if TYPE_CHECKING:
 
 __all__ = ["ReadbackRing"]
 
+L = TypeVar("L")
+
 _GPU_COMMANDS_COMPLETE = 0x9117
 _ALREADY_SIGNALED, _CONDITION_SATISFIED = 0x911A, 0x911C
 _FLUSH_COMMANDS_BIT = 0x1
 
 
 @dataclass
-class _Pending:
-    buffer: Any
-    label: Any
+class _Pending(Generic[L]):
+    buffer: moderngl.Buffer
+    label: L
     bytes: int
     fence: int
     queries: tuple[int, int]
 
 
-class ReadbackRing:
+class ReadbackRing(Generic[L]):
     """Up to `count` buffers of `size` bytes that compute shaders write and the CPU reads once they have been written.
 
     begin() gives a buffer (None while all are under way), end() puts a fence behind the work, poll() returns what has
@@ -49,15 +53,15 @@ class ReadbackRing:
             (scope.buffer(reserve=size, dynamic=True), (self._names[2 * k], self._names[2 * k + 1]))
             for k in range(count)
         ]
-        self._begun: tuple[Any, tuple[int, int]] | None = None
-        self._pending: deque[_Pending] = deque()
+        self._begun: tuple[moderngl.Buffer, tuple[int, int]] | None = None
+        self._pending: deque[_Pending[L]] = deque()
 
     @property
     def pending(self) -> int:
         """Results that have not been read."""
         return len(self._pending)
 
-    def begin(self) -> Any:
+    def begin(self) -> moderngl.Buffer | None:
         """A buffer to write into, or None."""
         if not self._free:
             return None
@@ -65,7 +69,7 @@ class ReadbackRing:
         self._stamp(self._begun[1][0], G.TIMESTAMP)
         return self._begun[0]
 
-    def end(self, label: Any, size: int) -> None:
+    def end(self, label: L, size: int) -> None:
         """The work is submitted; `size` bytes of the buffer are of interest, `label` comes back with them."""
         assert self._begun is not None, "begin comes first"
         buffer, queries = self._begun
@@ -73,7 +77,7 @@ class ReadbackRing:
         self._pending.append(_Pending(buffer, label, size, self._fence(_GPU_COMMANDS_COMPLETE, 0), queries))
         self._begun = None
 
-    def poll(self, wait: bool = False) -> list[tuple[Any, bytes, float]]:
+    def poll(self, wait: bool = False) -> list[tuple[L, bytes, float]]:
         """(label, bytes, seconds on the GPU) of what has arrived, oldest first. wait: all, however long it takes."""
         found = []
         while self._pending:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 
 import moderngl
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from .errors import FormatError, GpuError
 from .preprocess import Defines
 from .program import Compute, Content, Fullscreen, Program, VertexArray
-from .textures import AnyTexture, create_texture, texture_bytes
+from .textures import AnyTexture, Data, create_texture, texture_bytes
 from .uniforms import UniformBlock
 
 if TYPE_CHECKING:
@@ -25,6 +25,10 @@ __all__ = ["GpuScope"]
 T = TypeVar("T")
 
 
+class _Releasable(Protocol):
+    def release(self) -> object: ...
+
+
 class GpuScope:
     """Makes GL objects in the name of `owner` and frees them together. Made by Gpu.scope().
 
@@ -33,6 +37,9 @@ class GpuScope:
 
     def __init__(self, gpu: Device, owner: str) -> None:
         self.gpu, self.owner = gpu, owner
+        # What is the GPU's, at hand: see Gpu.
+        self.ctx, self.gl, self.caps, self.shaders = gpu.ctx, gpu.gl, gpu.caps, gpu.shaders
+        self.state, self.barrier, self.apart, self.upload = gpu.state, gpu.barrier, gpu.apart, gpu.upload
         self._objects: dict[int, tuple[str, Any]] = {}
         self._parts: list[GpuScope] = []
         self.released = False
@@ -78,7 +85,7 @@ class GpuScope:
                 total += obj.size if isinstance(obj, moderngl.Buffer) else obj.layout.size  # or a uniform block
         return total
 
-    def free(self, obj: Any) -> None:
+    def free(self, obj: _Releasable) -> None:
         """Release one object made here (a Fullscreen frees its program and vertex array)."""
         self._objects.pop(id(obj), None)
         if isinstance(obj, moderngl.Framebuffer):
@@ -103,26 +110,24 @@ class GpuScope:
         self,
         size: tuple[int, ...],
         format: str,
-        data: Any = None,
+        data: Data | None = None,
         levels: int = 1,
         layers: int = 1,
         filter: str = "nearest",
         wrap: str = "clamp",
-    ) -> Any:
-        """A texture: 2D; an array if layers > 1; 3D if size has three numbers. Returns moderngl's object.
+    ) -> moderngl.Texture:
+        """A texture: 2D; an array if layers > 1; 3D if size has three numbers. Returns moderngl's object, whose calls
+        are the same for all three.
 
         format: see gpu.textures.FORMATS. data: bytes or an array for level 0. filter: nearest, linear (nearest level),
         trilinear. wrap: clamp or repeat. FormatError for unknown formats, size 0, sizes beyond the GPU's limits.
         """
         self._check()
-        gpu = self.gpu
-        gpu.check_error(f"something before a texture of {self.owner!r}")  # or it would be blamed on this texture
-        return self._own(
-            "texture",
-            create_texture(gpu.ctx, gpu.gl, gpu.caps, tuple(size), format, data, levels, layers, filter, wrap),
-        )
+        self.gpu.check_error(f"something before a texture of {self.owner!r}")  # or it would be blamed on this texture
+        made = create_texture(self.ctx, self.gl, self.caps, tuple(size), format, data, levels, layers, filter, wrap)
+        return self._own("texture", cast(moderngl.Texture, made))
 
-    def buffer(self, data: Any = None, reserve: int = 0, dynamic: bool = False) -> moderngl.Buffer:
+    def buffer(self, data: Data | None = None, reserve: int = 0, dynamic: bool = False) -> moderngl.Buffer:
         """A buffer with `data` (bytes or an array) or `reserve` bytes, content undefined."""
         self._check()
         if data is not None:
@@ -130,22 +135,30 @@ class GpuScope:
         size = reserve if data is None else (data.nbytes if isinstance(data, np.ndarray) else len(data))
         if size < 1:
             raise FormatError(f"a buffer needs data or a size of at least 1 byte, found {size} (owner {self.owner!r})")
+        limit = self.caps.max_storage_block_bytes
+        if size > limit:
+            raise FormatError(
+                f"a buffer of {size} bytes for {self.owner!r} is beyond this GPU's limit of {limit} for storage "
+                "buffers; choose a lower quality"
+            )
         self.gpu.check_error(f"something before a buffer of {self.owner!r}")
-        made = self.gpu.ctx.buffer(data, reserve=0 if data is not None else reserve, dynamic=dynamic)
-        error = self.gpu.ctx.error
+        made = self.ctx.buffer(data, reserve=0 if data is not None else reserve, dynamic=dynamic)
+        error = self.ctx.error
         if error != "GL_NO_ERROR":
             made.release()
             raise GpuError(f"a buffer of {size / 2**20:.1f} MiB for {self.owner!r}: {error}")
         return self._own("buffer", made)
 
-    def framebuffer(self, colors: Sequence[AnyTexture] = (), depth: Any = None) -> moderngl.Framebuffer:
+    def framebuffer(
+        self, colors: Sequence[AnyTexture] = (), depth: moderngl.Texture | None = None
+    ) -> moderngl.Framebuffer:
         """A framebuffer over whole textures of equal size. GpuError where the driver cannot draw into a format."""
         self._check()
         sizes = {tuple(t.size)[:2] for t in (*colors, *((depth,) if depth is not None else ()))}
         if len(sizes) != 1:
             raise FormatError(f"a framebuffer needs attachments of one size, found {sorted(sizes) or 'none'}")
         try:
-            return self._own("framebuffer", self.gpu.ctx.framebuffer(list(colors), depth))
+            return self._own("framebuffer", self.ctx.framebuffer(list(colors), depth))
         except moderngl.Error as error:
             names = [getattr(t.extra, "format", None) for t in (*colors, depth) if t is not None]
             formats = ", ".join(f.name if f else "?" for f in names)
@@ -162,7 +175,7 @@ class GpuScope:
         if filter not in modes or wrap not in ("clamp", "repeat"):
             raise FormatError(f"filter is one of {', '.join(modes)} and wrap clamp or repeat: {filter=}, {wrap=}")
         repeat = wrap == "repeat"
-        made = self.gpu.ctx.sampler(
+        made = self.ctx.sampler(
             repeat_x=repeat, repeat_y=repeat, repeat_z=repeat, filter=modes[filter], compare_func=compare
         )
         return self._own("sampler", made)
@@ -171,7 +184,7 @@ class GpuScope:
         """Count timers as one "query" of this owner."""
         return self._own("query", timers)
 
-    def uniform_block(self, block: type[Any], binding: int, instance: str | None = None) -> UniformBlock:
+    def uniform_block(self, block: type, binding: int, instance: str | None = None) -> UniformBlock:
         """A std140 uniform buffer for a dataclass (see layout.StructLayout).
 
         instance: if given, `#include "generated/<instance>.glsl"` declares the block under that instance name.
@@ -179,7 +192,7 @@ class GpuScope:
         self._check()
         made = UniformBlock(self.gpu, block, binding)
         if instance is not None:
-            self.gpu.shaders.add_virtual(f"generated/{instance}.glsl", made.layout.block(binding, instance))
+            self.shaders.add_virtual(f"generated/{instance}.glsl", made.layout.block(binding, instance))
         return self._own("buffer", made)
 
     # -- programs ----------------------------------------------------------------------------------------------------
@@ -214,7 +227,7 @@ class GpuScope:
         return self._own("program", Compute(self.gpu, file, defines))
 
     def vertex_array(
-        self, program: Program, content: Content = (), index: Any = None, index_size: int = 4
+        self, program: Program, content: Content = (), index: moderngl.Buffer | None = None, index_size: int = 4
     ) -> VertexArray:
         """Buffers for a program's inputs: content as in moderngl, [(buffer, "3f 2f", "in_position", "in_uv")]."""
         self._check()
@@ -227,6 +240,6 @@ class GpuScope:
         return Fullscreen(program, self.vertex_array(program))
 
 
-def _alive(obj: Any) -> bool:
+def _alive(obj: object) -> bool:
     alive = getattr(obj, "alive", None)
-    return bool(alive) if alive is not None else not isinstance(obj.mglo, moderngl.InvalidObject)
+    return bool(alive) if alive is not None else not isinstance(getattr(obj, "mglo", None), moderngl.InvalidObject)

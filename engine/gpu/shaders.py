@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import logging
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import moderngl
 
@@ -14,6 +14,9 @@ from . import gl as G
 from .errors import ShaderError, ShaderMessage
 from .preprocess import Defines, Expanded, ShaderSources, map_log
 from .work import Work
+
+if TYPE_CHECKING:
+    from .spirv import Module
 
 __all__ = ["LinkedProgram", "ShaderLibrary", "Stages"]
 
@@ -29,16 +32,22 @@ _SAMPLER_TYPES = {
 }  # fmt: skip
 
 
+GLProgram: TypeAlias = moderngl.Program | moderngl.ComputeShader
+
+
 class LinkedProgram:
     """One linked GL program, shared by all wrappers whose expanded sources are equal.
 
     `holder` is the wrapper whose uniform values are in it at the moment.
     """
 
-    def __init__(self, key: str, mgl: Any) -> None:
-        self.key, self.mgl = key, mgl  # moderngl.Program or ComputeShader
+    def __init__(self, key: str, mgl: GLProgram) -> None:
+        self.key, self.mgl = key, mgl
         self.references = 0
         self.holder: object | None = None
+        self.modules: dict[str, Module] = {}
+        """By stage what a reference compiler makes of it, where one is asked (`ShaderLibrary.check`)."""
+        self.files: dict[str, str] = {}
 
 
 class _Wrapper(Protocol):
@@ -64,6 +73,8 @@ class ShaderLibrary:
         self._work = work
         self._linked: dict[str, LinkedProgram] = {}
         self._wrappers: dict[int, _Wrapper] = {}
+        self.check: Callable[[Mapping[str, Expanded]], dict[str, Module]] | None = None
+        """Asked before a program is linked; raises ShaderError for what other compilers would refuse (validate.py)."""
 
     # -- sources -----------------------------------------------------------------------------------------------------
 
@@ -98,7 +109,10 @@ class ShaderLibrary:
         key = self.key_of(expanded)
         linked = self._linked.get(key)
         if linked is None:
+            modules = self.check(expanded) if self.check is not None else {}
             linked = self._linked[key] = LinkedProgram(key, self._link(expanded, program_name))
+            linked.modules = modules
+            linked.files = {stage: each.name for stage, each in expanded.items()}
             self._work.programs_built += 1
         linked.references += 1
         return linked
@@ -117,11 +131,11 @@ class ShaderLibrary:
         """GL programs alive, each counted once however many share it."""
         return len(self._linked)
 
-    def _link(self, expanded: Mapping[str, Expanded], name: str) -> Any:
+    def _link(self, expanded: Mapping[str, Expanded], name: str) -> GLProgram:
         sources: dict[str, Any] = {f"{stage}_shader": e.text for stage, e in expanded.items()}
         try:
             if "compute" in expanded:
-                program: Any = self.ctx.compute_shader(sources["compute_shader"])
+                program: GLProgram = self.ctx.compute_shader(sources["compute_shader"])
             else:
                 program = self.ctx.program(**sources)
         except (moderngl.Error, KeyError) as error:
@@ -169,7 +183,7 @@ class ShaderLibrary:
         return [w.error for w in self._wrappers.values() if w.error is not None]
 
 
-def _unit_clash(program: Any) -> tuple[str, int, str] | None:
+def _unit_clash(program: GLProgram) -> tuple[str, int, str] | None:
     """Two samplers of different types on one unit: draws are lost, and some drivers abort the process."""
     units: dict[int, tuple[str, int]] = {}
     for name in program:
@@ -199,6 +213,6 @@ def describe(stages: Stages) -> str:
     return " + ".join(dict.fromkeys(stages.values()))
 
 
-def unknown_uniform(name: str, program: str, members: Iterable[Any]) -> str:
+def unknown_uniform(name: str, program: str, members: Iterable[str]) -> str:
     known = ", ".join(sorted(members))
     return f"program {program} has no uniform {name!r}, and no source of it mentions one; it has {known}"

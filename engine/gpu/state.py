@@ -6,7 +6,6 @@ State goes to GL directly, not through moderngl's context, whose own idea of the
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import moderngl
 
@@ -47,7 +46,7 @@ class State:
         enable = gl.function("glEnable", None, G.enum)
         disable = gl.function("glDisable", None, G.enum)
         mask = gl.function("glColorMask", None, *[G.boolean] * 4)
-        calls: list[tuple[Callable[..., Any], tuple[int, ...]]] = [
+        calls: list[tuple[Callable[..., object], tuple[int, ...]]] = [
             (enable if depth_test else disable, (G.DEPTH_TEST,)),
             (gl.function("glDepthMask", None, G.boolean), (int(write_depth),)),
             (mask, (int(write_color),) * 4),

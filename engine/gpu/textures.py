@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import difflib
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from . import gl as G
 from .caps import Capabilities
@@ -15,7 +16,9 @@ from .errors import FormatError, GpuError
 
 __all__ = ["FORMATS", "Format", "TextureInfo", "check_texture", "create_texture", "format_of", "texture_bytes"]
 
-AnyTexture = moderngl.Texture | moderngl.TextureArray | moderngl.Texture3D
+AnyTexture: TypeAlias = moderngl.Texture | moderngl.TextureArray | moderngl.Texture3D
+Data: TypeAlias = bytes | bytearray | memoryview | NDArray[np.generic]
+"""What goes into a buffer or a texture."""
 
 
 @dataclass(frozen=True)
@@ -137,7 +140,7 @@ def check_texture(
     return TextureInfo(kind, size, levels, layers)
 
 
-def _as_bytes(data: Any, info: TextureInfo) -> bytes | None:
+def _as_bytes(data: Data | None, info: TextureInfo) -> bytes | None:
     if data is None:
         return None
     raw = np.ascontiguousarray(data).tobytes() if isinstance(data, np.ndarray) else bytes(data)
@@ -157,7 +160,7 @@ def create_texture(
     caps: Capabilities,
     size: tuple[int, ...],
     format: str,
-    data: Any = None,
+    data: Data | None = None,
     levels: int = 1,
     layers: int = 1,
     filter: str = "nearest",

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from ..blocks.layout import StructLayout
 from .errors import FormatError
-from .layout import StructLayout
 
 if TYPE_CHECKING:
     from .device import Device
@@ -16,7 +16,7 @@ __all__ = ["UniformBlock"]
 class UniformBlock:
     """A std140 uniform buffer filled from instances of a dataclass; write() uploads only what differs from it."""
 
-    def __init__(self, gpu: Device, block: type[Any], binding: int) -> None:
+    def __init__(self, gpu: Device, block: type, binding: int) -> None:
         self._gpu = gpu
         self.binding = binding
         self.layout = StructLayout(block)
@@ -29,7 +29,7 @@ class UniformBlock:
         self.buffer = gpu.ctx.buffer(self._held, dynamic=True)
         self.alive = True
 
-    def write(self, value: Any) -> bool:
+    def write(self, value: object) -> bool:
         """Take over an instance's values, or what StructLayout.pack takes for one; True if they had to be uploaded.
 
         FormatError names a field that is missing, unknown or does not fit.

@@ -27,6 +27,10 @@ class Analysis(Checked):
         """Why a pass runs or not, where, and what it touches; several lines."""
         return inspect.explain(self, pass_name)
 
+    def to_barriers(self) -> str:
+        """Every storage barrier in running order, and which accesses it keeps apart; several lines."""
+        return inspect.barriers(self)
+
     def to_mermaid(self) -> str:
         """The graph as a mermaid flowchart: passes as boxes, resources on the arrows, culled passes dashed."""
         return inspect.to_mermaid(self)

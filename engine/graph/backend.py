@@ -9,9 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from enum import IntFlag
-from typing import Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from .resources import BufferSpec, TextureSpec
+
+if TYPE_CHECKING:
+    from .touches import PassWatch
 
 
 class BarrierKind(IntFlag):
@@ -56,16 +59,16 @@ class GraphBackend(Protocol):
         """The largest width or height in texels; a larger resource is a GraphError before anything is created."""
         ...
 
-    def create_texture(self, spec: TextureSpec, size: tuple[int, ...]) -> Any:
+    def create_texture(self, spec: TextureSpec, size: tuple[int, ...]) -> object:
         """A texture of `size` texels: (w, h) or (w, h, d); array when spec.layers > 1; `spec.levels_for(size)` levels.
         The content is undefined. spec.name is for labels only: transients of other names may share the object."""
         ...
 
-    def create_buffer(self, spec: BufferSpec) -> Any:
+    def create_buffer(self, spec: BufferSpec) -> object:
         """A buffer of spec.size_bytes, content undefined."""
         ...
 
-    def framebuffer(self, colors: Sequence[Any], depth: Any | None) -> Any:
+    def framebuffer(self, colors: Sequence[Any], depth: Any | None) -> object:
         """A framebuffer on textures made by this backend. The graph owns it and releases it before its textures."""
         ...
 
@@ -87,6 +90,16 @@ class GraphBackend(Protocol):
 
     def end_frame(self) -> None:
         """Called last in every execute, also when a pass raised: put default state back."""
+        ...
+
+    @property
+    def barriers_everywhere(self) -> bool:
+        """Whether every pass waits for all stores before it: a picture that differs then lacks a barrier."""
+        ...
+
+    @property
+    def watch(self) -> PassWatch | None:
+        """Hears what passes touch, for authors; None: nobody listens."""
         ...
 
     def create_timers(self, count: int) -> PassTimers:

@@ -10,6 +10,7 @@ Frames follow one another, so the walk goes round until nothing is added: the en
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from .backend import BarrierKind
@@ -18,15 +19,31 @@ from .lifetimes import Key, Lifetimes
 from .model import GraphModel
 from .resources import BufferSpec
 
+_FRAMES = 4
+"""Both parities twice: what the last frame of a parity left meets the next one of it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Hazard:
+    """Two accesses to one object that only a barrier orders. resource: by the name that the later pass has for it.
+    earlier, later: places in running order; `later` is the number of passes for readers of exports. stored: whether
+    the earlier one stored; else it only read, and the later one stores."""
+
+    resource: str
+    kind: int
+    earlier: int
+    later: int
+    stored: bool
+
 
 @dataclass(slots=True)
 class Barriers:
     """before[place]: BarrierKind bits as an int, 0 for none; at_end: behind the last pass, for readers of exports;
-    because[place]: the resources that need it (place = number of passes for the end)."""
+    because[place]: the hazards that they close, one a resource (place = number of passes for the end)."""
 
     before: list[int]
     at_end: int
-    because: dict[int, list[str]]
+    because: dict[int, list[Hazard]]
 
 
 @dataclass(slots=True)
@@ -34,6 +51,7 @@ class _Access:
     compute: bool
     gated: bool
     touched: list[str]
+    history: tuple[str, ...]
     written: set[str]
 
 
@@ -41,46 +59,69 @@ def place_barriers(
     model: GraphModel, culling: Culling, lifetimes: Lifetimes, together: frozenset[int] = frozenset()
 ) -> Barriers:
     """Barriers of one plan; equal for both parities. together: passes that may be skipped as a group."""
-    passes: list[_Access] = []
+    passes = _accesses(model, culling, lifetimes, together)
+    placed = [0] * len(passes)
+    because: dict[int, list[Hazard]] = {}
+    added = any(access.compute for access in passes)
+    while added:
+        added = False
+        for hazard in _walk(model, lifetimes, passes, placed):
+            known = because.setdefault(hazard.later, [])
+            if all(hazard.resource != other.resource for other in known):
+                known.append(hazard)
+                placed[hazard.later] |= hazard.kind  # seen by the walk, which goes on from here
+                added = True
+    return Barriers(placed[:-1], placed[-1], because)
+
+
+def open_hazards(
+    model: GraphModel,
+    culling: Culling,
+    lifetimes: Lifetimes,
+    barriers: Barriers,
+    together: frozenset[int] = frozenset(),
+) -> list[Hazard]:
+    """Hazards that these barriers leave open; none for those of place_barriers."""
+    placed = [*barriers.before, barriers.at_end]
+    passes = _accesses(model, culling, lifetimes, together)
+    return [h for h in _walk(model, lifetimes, passes, placed) if not placed[h.later] & h.kind]
+
+
+def _accesses(model: GraphModel, culling: Culling, lifetimes: Lifetimes, together: frozenset[int]) -> list[_Access]:
+    """Of the passes that run, and at last of whoever reads the exports."""
+    passes = []
     for i in culling.alive:
         decl = model.passes[i]
         written = [*(spec.name for spec in decl.creates), *decl.writes]
         gated = decl.when is not None or i in together
-        passes.append(_Access(decl.kind == "compute", gated, [*model.reads[i], *written], set(written)))
-    count = len(passes)
-    placed = [0] * (count + 1)
-    because: dict[int, list[str]] = {}
-    passes.append(_Access(False, False, [n for n in model.exports if n in lifetimes.span or n in model.imports], set()))
-    if not any(access.compute for access in passes):
-        return Barriers(placed[:count], 0, because)
+        touched = [*model.reads[i], *written]
+        passes.append(_Access(decl.kind == "compute", gated, touched, decl.history, set(written)))
+    exported = [name for name in model.exports if name in lifetimes.span or name in model.imports]
+    return [*passes, _Access(False, False, exported, (), set())]
 
-    history_of = [model.passes[i].history for i in culling.alive] + [()]
-    added = True
-    while added:
-        added = False
-        stored: set[Key] = set()
-        accessed: set[Key] = set()
-        for frame in range(4):
-            for place, access in enumerate(passes):
-                touches = [(name, lifetimes.key(name, frame & 1)) for name in access.touched]
-                touches += [(name, lifetimes.key(name, 1 - frame & 1)) for name in history_of[place]]
-                for name, key in touches:
-                    hazard = key in stored or (access.compute and name in access.written and key in accessed)
-                    kind = _kind(model, name)
-                    if hazard and name not in because.setdefault(place, []):
-                        because[place].append(name)
-                        placed[place] |= kind
-                        added = True
-                if placed[place] and not access.gated:
-                    # One that may be skipped together with its pass promises nothing to those behind it.
-                    stored = {k for k in stored if not placed[place] & _kind_of_key(model, lifetimes, k)}
-                    accessed = {k for k in accessed if not placed[place] & _kind_of_key(model, lifetimes, k)}
-                for name, key in touches:
-                    accessed.add(key)
-                    if access.compute and name in access.written:
-                        stored.add(key)
-    because = {place: names for place, names in because.items() if names}
-    return Barriers(placed[:count], placed[count], because)
+
+def _walk(model: GraphModel, lifetimes: Lifetimes, passes: list[_Access], placed: list[int]) -> Iterator[Hazard]:
+    """Some frames, with what is placed: every hazard, closed or open. Of what is placed while it goes on, too."""
+    stored: dict[Key, int] = {}
+    accessed: dict[Key, int] = {}
+    for frame in range(_FRAMES):
+        for place, access in enumerate(passes):
+            touches = [(name, lifetimes.key(name, frame & 1)) for name in access.touched]
+            touches += [(name, lifetimes.key(name, 1 - frame & 1)) for name in access.history]
+            for name, key in touches:
+                if key in stored:
+                    yield Hazard(name, _kind(model, name), stored[key], place, True)
+                elif access.compute and name in access.written and key in accessed:
+                    yield Hazard(name, _kind(model, name), accessed[key], place, False)
+            if placed[place] and not access.gated:
+                # One that may be skipped together with its pass promises nothing to those behind it.
+                for seen in (stored, accessed):
+                    for key in [k for k in seen if placed[place] & _kind_of_key(model, lifetimes, k)]:
+                        del seen[key]
+            for name, key in touches:
+                accessed[key] = place
+                if access.compute and name in access.written:
+                    stored[key] = place
 
 
 def _kind(model: GraphModel, name: str) -> int:

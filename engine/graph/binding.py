@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 from .analysis import Analysis
-from .backend import GraphBackend, PassTimers
+from .backend import BarrierKind, GraphBackend, PassTimers
 from .declaration import PassDecl, Run
 from .errors import GraphError
 from .names import Names, base_name
@@ -17,6 +16,8 @@ from .resources import CreatedSpec, ImportSpec
 from .sizes import ViewSizes
 from .storage import Storage
 
+EVERY = int(BarrierKind.TEXTURE | BarrierKind.BUFFER)
+"""A barrier for all that is stored."""
 Step = tuple[Run, Callable[[], object] | None, Callable[[], object] | None]
 """(run, gate, barrier): gate None: always; barrier None: none."""
 
@@ -40,11 +41,11 @@ class Table:
     specs: dict[str, CreatedSpec]
     imports: dict[str, ImportSpec]
     slots: dict[str, Slot]
-    current: dict[str, Any]
-    last_frame: dict[str, Any]
+    current: dict[str, object]
+    last_frame: dict[str, object]
     valid: dict[str, Flag]
     readers: dict[str, frozenset[str]]
-    framebuffer: Callable[[tuple[Any, ...], Any | None], Any]
+    framebuffer: Callable[[tuple[object, ...], object | None], object]
 
 
 def make_table(analysis: Analysis, storage: Storage, state: State, sizes: ViewSizes, parity: int) -> Table:
@@ -87,7 +88,7 @@ def bind_passes(
     for place, i in enumerate(analysis.culling.alive):
         decl = analysis.model.passes[i]
         gate = _gate(decl, state, i in analysis.together)
-        kinds = analysis.barriers.before[place]
+        kinds = EVERY if backend.barriers_everywhere else analysis.barriers.before[place]
         barrier = partial(backend.barrier, kinds) if kinds else None
         run = _bind(decl, tables[0])
         steps[0].append((run, gate, barrier))

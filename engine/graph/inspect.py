@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
+from .backend import BarrierKind
 from .checked import Checked
 from .names import qualified
 from .order import describe
 from .report import PassReport
 from .resources import TextureSpec
+
+_BARRIERS = {int(BarrierKind.TEXTURE): "textures", int(BarrierKind.BUFFER): "buffers"}
 
 
 class Running(Protocol):
@@ -19,6 +22,30 @@ class Running(Protocol):
     def passes(self) -> Sequence[PassReport]: ...
     def texels(self, resource: str) -> tuple[int, ...]: ...
     def bytes_of(self, name: str) -> int: ...
+
+
+def barriers(analysis: Checked) -> str:
+    """Every storage barrier in running order, with the hazards that it closes; several lines."""
+    alive, placed = analysis.alive, [*analysis.barriers.before, analysis.barriers.at_end]
+    lines = []
+    for place, kinds in enumerate(placed):
+        if kinds:
+            of = " and ".join(text for bit, text in _BARRIERS.items() if kinds & bit)
+            before = repr(alive[place]) if place < len(alive) else "whoever reads the exports"
+            lines.append(f"before {before}: a barrier for {of}")
+            lines += [f"    {text}" for text in _hazards(analysis, place)]
+    return "\n".join(lines) or "no pass stores from a compute shader: no barrier"
+
+
+def _hazards(analysis: Checked, place: int) -> list[str]:
+    alive = analysis.alive
+    return [
+        f"{h.resource!r} was {'stored' if h.stored else 'last used'} by {alive[h.earlier]!r}"
+        + ("" if h.stored else ", before this pass stores over it")
+        if h.earlier < len(alive)
+        else f"{h.resource!r} was read as an export, before this pass stores over it"
+        for h in analysis.barriers.because.get(place, [])
+    ]
 
 
 def explain(analysis: Checked, pass_name: str, plan: Running | None = None) -> str:
@@ -34,8 +61,7 @@ def explain(analysis: Checked, pass_name: str, plan: Running | None = None) -> s
         place = culling.alive.index(i)
         lines.append(f"  runs as {place + 1} of {len(culling.alive)}, because {culling.why_alive[i]}")
         if place in analysis.barriers.because:
-            names = ", ".join(map(repr, analysis.barriers.because[place]))
-            lines.append(f"  behind a storage barrier for {names}")
+            lines += [f"  behind a storage barrier: {text}" for text in _hazards(analysis, place)]
     owners = [f"{what} {n}" for what, n in (("view", decl.scope.view), ("planet", decl.scope.planet)) if n is not None]
     if len({other.scope for other in model.passes}) > 1:
         lines.append(f"  of {', '.join(owners) or 'all views and planets'}")

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from .backend import BarrierKind
 from .resources import BufferSpec, TextureSpec
+from .touches import PassWatch
 
 
 @dataclass(eq=False, slots=True)
@@ -89,6 +90,8 @@ class NullBackend:
 
     def __init__(self, max_texture_size: int = 16384) -> None:
         self.max_texture_size = max_texture_size
+        self.watch: PassWatch | None = None
+        self.barriers_everywhere = False
         self.counts: Counter[str] = Counter()
         self.calls: deque[tuple[object, ...]] = deque(maxlen=10_000)
         self.live: list[NullObject] = []

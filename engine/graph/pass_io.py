@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from .errors import GraphError, did_you_mean
 from .names import Names, Scope
 from .resources import BufferSpec, CreatedSpec, ImportSpec, TextureSpec
 from .sizes import ViewSizes
+
+if TYPE_CHECKING:  # what the backend of engine/gpu makes; the graph itself knows no GL
+    from moderngl import Buffer, Framebuffer, Texture
 
 
 class Slot:
@@ -53,11 +56,11 @@ class ResourceTable(Protocol):
     specs: dict[str, CreatedSpec]
     imports: dict[str, ImportSpec]
     slots: dict[str, Slot]
-    current: dict[str, Any]
-    last_frame: dict[str, Any]
+    current: dict[str, object]
+    last_frame: dict[str, object]
     valid: dict[str, Flag]
     readers: dict[str, frozenset[str]]
-    framebuffer: Callable[[tuple[Any, ...], Any | None], Any]
+    framebuffer: Callable[[tuple[object, ...], object | None], object]
 
 
 class MayUse(Protocol):
@@ -118,13 +121,13 @@ class PassIO:
         is exported. For a pass that can leave out what nobody looks at."""
         return self._table.readers.get(self._full(name), frozenset())
 
-    def texture(self, name: str) -> Any:
+    def texture(self, name: str) -> Texture:
         """This frame's texture of that name (created, read or written by this pass)."""
-        return self._object(name, TextureSpec, "texture")
+        return cast("Texture", self._object(name, TextureSpec, "texture"))
 
-    def buffer(self, name: str) -> Any:
+    def buffer(self, name: str) -> Buffer:
         """This frame's buffer of that name (created, read or written by this pass)."""
-        return self._object(name, BufferSpec, "buffer")
+        return cast("Buffer", self._object(name, BufferSpec, "buffer"))
 
     def history(self, name: str) -> Any:
         """Last frame's texture or buffer of a history resource; undefined content while `history_valid` is False."""
@@ -164,7 +167,7 @@ class PassIO:
         self._check_declared(name)
         return self._table.slots[name]
 
-    def framebuffer(self, colors: Sequence[str] = (), depth: str | None = None) -> Any:
+    def framebuffer(self, colors: Sequence[str] = (), depth: str | None = None) -> Framebuffer:
         """A framebuffer on textures of this frame, owned by the graph and shared by equal requests.
 
         colors: created or written by this pass. depth: likewise, or only read (depth test without depth writes).
@@ -190,7 +193,8 @@ class PassIO:
                 f"pass {self._decl.name!r}: attachments of different sizes: {sizes}; give their specs one size."
             )
         count = len(colors)
-        return self._table.framebuffer(tuple(textures[:count]), textures[count] if depth is not None else None)
+        made = self._table.framebuffer(tuple(textures[:count]), textures[count] if depth is not None else None)
+        return cast("Framebuffer", made)
 
     def resource_size(self, name: str) -> tuple[int, ...]:
         """(w, h) or (w, h, d) texels of a texture, (bytes,) of a buffer; not known for imports."""
@@ -208,7 +212,7 @@ class PassIO:
         except GraphError as error:
             raise GraphError(f"pass {self._decl.name!r}: {error}") from None
 
-    def _object(self, name: str, wanted: type, call: str) -> Any:
+    def _object(self, name: str, wanted: type, call: str) -> object:
         name = self._full(name)
         spec = self._table.specs.get(name)
         if spec is None:

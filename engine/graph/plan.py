@@ -10,13 +10,15 @@ from typing import Any
 from . import inspect
 from .analysis import Analysis
 from .backend import GraphBackend, PassTimers
-from .binding import State, Step, bind_passes, timed
+from .binding import EVERY, State, Step, bind_passes, timed
 from .errors import GraphError, did_you_mean
+from .lifetimes import Key
 from .names import canonical
 from .pass_io import Flag, Slot
 from .report import PassReport, make_report
 from .sizes import Size, ViewSizes, checked_size
 from .storage import Storage, take_over
+from .watching import Watching
 
 log = logging.getLogger(__name__)
 
@@ -37,7 +39,10 @@ class Plan:
         )
         self._parity = 0
         self._timers: PassTimers | None = None
-        keep: dict[Any, Any] = {}
+        watch = backend.watch
+        self.watching = None if watch is None else Watching(watch, analysis)
+        """What passes do against what they declare, where the backend listens."""
+        keep: dict[Key, object] = {}
         if previous is not None:
             keep = self._inherit(previous, sizes)
         storage = Storage(backend, analysis.lifetimes.spec, sizes, keep)
@@ -51,7 +56,7 @@ class Plan:
             previous._retire(keep)
 
         count = len(analysis.culling.alive)
-        at_end = analysis.barriers.at_end
+        at_end = EVERY if backend.barriers_everywhere else analysis.barriers.at_end
         self._at_end = partial(backend.barrier, at_end) if at_end else None
         self._required = [self._state.slots[name] for name in self._imports_in_use()]
         self._unsettled = True
@@ -198,7 +203,7 @@ class Plan:
             flag.value = True
         self._unsettled = True
 
-    def bind_import(self, name: str, value: Any) -> None:
+    def bind_import(self, name: str, value: object) -> None:
         """Lend an object for an import, from the next execute on; None takes it away. May change every frame."""
         slot = self._state.slots.get(name) or self._state.slots.get(canonical(name))
         if slot is None:
@@ -266,6 +271,9 @@ class Plan:
             raise
         self._storage = storage
         self._sizes = sizes
+        if self.watching is not None:
+            self.watching.install(storage, self._state.slots)
+            steps = self.watching.steps(steps)
         self._steps: tuple[list[Step], list[Step]] = steps
         self._running = steps if self._timers is None else timed(steps, self._timers)
 
@@ -282,13 +290,13 @@ class Plan:
         if not self._released:
             self._retire({})
 
-    def _retire(self, keep: dict[Any, Any]) -> None:
+    def _retire(self, keep: dict[Key, object]) -> None:
         self._released = True
         self.gpu_timing = False
         self._steps = self._running = ([], [])
         self._storage.release(keep)
 
-    def _inherit(self, previous: Plan, sizes: ViewSizes) -> dict[Any, Any]:
+    def _inherit(self, previous: Plan, sizes: ViewSizes) -> dict[Key, object]:
         """Objects of the plan that this one replaces, with what is known about their content."""
         previous._check_usable()
         if previous._backend is not self._backend:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from .backend import GraphBackend
 from .errors import GraphError
@@ -25,11 +24,11 @@ class Storage:
         backend: GraphBackend,
         specs: Mapping[Key, CreatedSpec],
         view_sizes: ViewSizes,
-        keep: Mapping[Key, Any],
+        keep: Mapping[Key, object],
     ) -> None:
         self._backend = backend
-        self._framebuffers: dict[tuple[int, ...], Any] = {}
-        self.objects: dict[Key, Any] = {}
+        self._framebuffers: dict[tuple[int, ...], object] = {}
+        self.objects: dict[Key, object] = {}
         self.new: list[Key] = []
         sizes = {key: view_sizes.resolve(spec) for key, spec in specs.items()}
         for key, spec in specs.items():
@@ -55,7 +54,7 @@ class Storage:
             self.discard()
             raise
 
-    def framebuffer(self, colors: tuple[Any, ...], depth: Any | None) -> Any:
+    def framebuffer(self, colors: tuple[object, ...], depth: object | None) -> object:
         """A framebuffer on these textures; equal requests share one."""
         key = (*(id(texture) for texture in colors), 0 if depth is None else id(depth))
         if key not in self._framebuffers:
@@ -70,7 +69,7 @@ class Storage:
         self.objects = {}
         self.new = []
 
-    def release(self, keep: Mapping[Key, Any] | None = None) -> None:
+    def release(self, keep: Mapping[Key, object] | None = None) -> None:
         """Release everything but the objects in `keep`."""
         kept = {id(obj) for obj in (keep or {}).values()}
         self._release_framebuffers()
@@ -94,7 +93,7 @@ class Storage:
         self._framebuffers = {}
 
 
-def _create(backend: GraphBackend, spec: CreatedSpec, size: tuple[int, ...]) -> Any:
+def _create(backend: GraphBackend, spec: CreatedSpec, size: tuple[int, ...]) -> object:
     if isinstance(spec, BufferSpec):
         return backend.create_buffer(spec)
     return backend.create_texture(spec, size)
@@ -106,7 +105,7 @@ def take_over(
     old_sizes: ViewSizes,
     specs: Mapping[Key, CreatedSpec],
     sizes: ViewSizes,
-) -> dict[Key, Any]:
+) -> dict[Key, object]:
     """Which of the old objects fit the new specs: same key for persistent and history, any of one kind for shared."""
     if old_specs is specs:  # a resize: everything stays what it was
         return {
@@ -115,11 +114,11 @@ def take_over(
             if key in old.objects and (not spec.relative or old_sizes.resolve(spec) == sizes.resolve(spec))
         }
     fits = {key: _kind(spec, old_sizes) for key, spec in old_specs.items() if key in old.objects}
-    spare: dict[tuple[object, ...], list[Any]] = {}
+    spare: dict[tuple[object, ...], list[object]] = {}
     for key, kind in fits.items():
         if key[0] == "shared":
             spare.setdefault(kind, []).append(old.objects[key])
-    keep: dict[Key, Any] = {}
+    keep: dict[Key, object] = {}
     for key, spec in specs.items():
         kind = _kind(spec, sizes)
         if key[0] == "shared":

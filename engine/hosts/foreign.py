@@ -18,8 +18,8 @@ from types import TracebackType
 
 import moderngl
 
+from ..blocks.bindings import POINTS
 from ..gpu import Gpu
-from ..gpu.bindings import POINTS
 from ..gpu.guard import StateGuard
 
 __all__ = ["ForeignHost", "attach"]

@@ -3,7 +3,7 @@
 from .assign import assign_many, install, latest_revision, revision, with_overrides
 from .check import FieldRule, PresetError, SettingError, UnknownSettingError, check_value, rules_of
 from .presets import build_components, plain_table, read_toml, write_toml
-from .quality import QualityKnobs
+from .quality import QualityKnobs, Settings
 from .suggest import did_you_mean
 
 __all__ = [
@@ -11,6 +11,7 @@ __all__ = [
     "PresetError",
     "QualityKnobs",
     "SettingError",
+    "Settings",
     "UnknownSettingError",
     "assign_many",
     "build_components",

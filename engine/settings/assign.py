@@ -37,7 +37,7 @@ def install(cls: type[T]) -> type[T]:
         return cls
     plain_setattr = cls.__setattr__
 
-    def checked_setattr(self: Any, name: str, value: Any) -> None:
+    def checked_setattr(self: Any, name: str, value: object) -> None:
         kind = type(self)
         rule = rules_of(kind).get(name)
         if rule is None:
@@ -84,7 +84,7 @@ def _check_names(cls: type) -> None:
     cls.__init__ = checked_init  # type: ignore[misc]
 
 
-def revision(component: Any, *fields: str) -> int:
+def revision(component: object, *fields: str) -> int:
     """A number that changes with every change of the component (or of these fields only). Compare it for equality.
 
     No two component objects share one, so a replaced component counts as changed. A field that is a list of components
@@ -110,7 +110,7 @@ def latest_revision(*kinds: type) -> int:
     return max([_latest.get(kind, 0) for kind in kinds], default=0)
 
 
-def assign_many(components: Sequence[Any], name: str, values: Sequence[Any]) -> None:
+def assign_many(components: Sequence[object], name: str, values: Sequence[object]) -> None:
     """Set a field of many components (checked classes) at once: ten times faster than one by one.
 
     The caller has checked `values`: they are what `check_value` would give, such as tuples of finite floats.
@@ -124,7 +124,7 @@ def assign_many(components: Sequence[Any], name: str, values: Sequence[Any]) -> 
         _latest[type(component)] = latest
 
 
-def with_overrides(component: T, table: str, settings: Mapping[str, Any]) -> T:
+def with_overrides(component: T, table: str, settings: Mapping[str, object]) -> T:
     """The component with the overrides "table.field" of `settings` applied: a changed copy, or itself when none apply.
 
     For quality overrides that name a component's knob, such as {"terrain.layers": 4}; the scene stays as it is.
@@ -133,7 +133,7 @@ def with_overrides(component: T, table: str, settings: Mapping[str, Any]) -> T:
     return dataclasses.replace(component, **changes) if changes else component  # type: ignore[type-var]
 
 
-def _touch(component: Any, name: str) -> None:
+def _touch(component: object, name: str) -> None:
     # A new dict each time, so that a shallow copy doesn't share it.
     latest = _latest[type(component)] = next(_revisions)
     component.__dict__[_CHANGED] = {**component.__dict__.get(_CHANGED, {}), name: latest}
@@ -151,5 +151,5 @@ def _list_fields(cls: type) -> tuple[str, ...]:
     return tuple(rule.name for rule in rules_of(cls).values() if rule.kind == "list")
 
 
-def _field_names(cls: type) -> Mapping[str, Any]:
+def _field_names(cls: type) -> Mapping[str, object]:
     return cls.__dataclass_fields__  # type: ignore[attr-defined]

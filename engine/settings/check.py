@@ -160,7 +160,7 @@ def _is_list(hint: Any) -> bool:
     return not made_as.__dataclass_params__.frozen  # a component
 
 
-def check_value(rule: FieldRule, value: Any, where: str) -> Any:
+def check_value(rule: FieldRule, value: object, where: str) -> Any:
     """The value as it is to be stored (numpy scalars and arrays become plain numbers and tuples), or SettingError.
 
     where: how the message calls the setting, e.g. "Ocean.sea_level_m" or "my.toml: ocean.sea_level_m".
@@ -185,14 +185,14 @@ def check_value(rule: FieldRule, value: Any, where: str) -> Any:
     return _checked(rule, checked, where)
 
 
-def _checked(rule: FieldRule, value: Any, where: str) -> Any:
+def _checked(rule: FieldRule, value: object, where: str) -> object:
     wrong = "" if rule.knob.check is None else rule.knob.check(value)
     if wrong:
         raise SettingError(f"{where}: {wrong}")
     return value
 
 
-def _tables(rule: FieldRule, value: Any, where: str) -> tuple[Any, ...]:
+def _tables(rule: FieldRule, value: object, where: str) -> tuple[object, ...]:
     """Tables or instances as checked instances."""
     assert rule.table is not None
     if not isinstance(value, list | tuple):
@@ -215,7 +215,7 @@ def _table(cls: type, entry: Any, where: str) -> Any:
     return cls(**{key: check_value(rules[key], v, f"{where}.{key}") for key, v in entry.items()})
 
 
-def _checked_list(rule: FieldRule, value: Any, where: str) -> tuple[Any, ...]:
+def _checked_list(rule: FieldRule, value: object, where: str) -> tuple[object, ...]:
     """A tuple of components; each may also be given as a table {field: value}."""
     if not isinstance(value, list | tuple):
         raise SettingError(f"{where}: expected {rule.expected}, found {_shown(value)}. Put even one in brackets")
@@ -242,7 +242,7 @@ def _checked_item(cls: Any, item: Any, where: str) -> Any:
     return cls(**checked)
 
 
-def _plain(rule: FieldRule, value: Any) -> Any:
+def _plain(rule: FieldRule, value: object) -> object:
     if isinstance(value, np.ndarray):
         value = value.tolist()  # a 0-d array becomes a number
     elif isinstance(value, np.generic):
@@ -252,7 +252,7 @@ def _plain(rule: FieldRule, value: Any) -> Any:
     return value
 
 
-def _complaint(rule: FieldRule, value: Any, plain: Any, where: str) -> str:
+def _complaint(rule: FieldRule, value: object, plain: object, where: str) -> str:
     text = f"{where}: expected {rule.expected}, found {_shown(value)}"
     if rule.kind == "str" and isinstance(plain, str):
         if plain in rule.knob.not_yet:
@@ -287,7 +287,7 @@ def _example(rule: FieldRule) -> str:
     return _shown(list(example))  # brackets: that is how Python and TOML files both take it
 
 
-def _shown(value: Any) -> str:
+def _shown(value: object) -> str:
     if isinstance(value, np.ndarray):
         value = value.tolist()
     elif isinstance(value, np.generic):

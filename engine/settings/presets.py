@@ -34,7 +34,7 @@ def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
         raise PresetError(f"{path}: not valid TOML: {error}; check quotes, brackets and = there") from error
 
 
-def write_toml(path: str | os.PathLike[str], data: Mapping[str, Any]) -> None:
+def write_toml(path: str | os.PathLike[str], data: Mapping[str, object]) -> None:
     """Write the file so that it is at any time either the old one or the new one, also if the power fails.
 
     It is written beside its place, flushed to disk, and renamed. PresetError when the folder is missing or refuses.
@@ -120,7 +120,7 @@ def _build(cls: type, values: Mapping[str, Any], table: str, problems: list[str]
     return None if problems else cls(**checked)
 
 
-def plain_table(component: Any) -> dict[str, Any]:
+def plain_table(component: object) -> dict[str, Any]:
     """The component's knobs as a TOML table. What is None is left out; reading it back gives an equal component."""
     table: dict[str, Any] = {}
     for name, rule in rules_of(type(component)).items():

@@ -5,13 +5,16 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from .check import FieldRule, PresetError, SettingError, UnknownSettingError, check_value, rules_of
 from .presets import read_toml
 from .suggest import did_you_mean
 
-__all__ = ["QualityKnobs"]
+__all__ = ["QualityKnobs", "Settings"]
+
+Settings: TypeAlias = Mapping[str, bool | int | float | str]
+"""Resolved values by dotted key; what an override says of a component's field may also be a list (`with_overrides`)."""
 
 
 class QualityKnobs:
@@ -46,7 +49,7 @@ class QualityKnobs:
         """One sentence on the preset, from its file."""
         return str(read_toml(self._known(name)).get("about", ""))
 
-    def resolve(self, name: str = "high", overrides: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    def resolve(self, name: str = "high", overrides: Mapping[str, object] | None = None) -> dict[str, Any]:
         """{key: value} for every quality knob, plus the component knobs that the preset or `overrides` names.
 
         Raises SettingError for an unknown preset, an unknown key (did you mean) or a value that is not allowed.

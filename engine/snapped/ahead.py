@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Generic, TypeVar
 
 from ..frame.snapping import Scale, SnapAhead
+from ..gpu import Compute
 from ..gpu.cell_mesh import CellMesh
 from ..graph import PassIO
 from ..surface.decimation import topology
@@ -25,7 +26,7 @@ class MeshAhead(Generic[C]):
     """
 
     def __init__(
-        self, mesh: CellMesh, phase: str, make: Callable[[CellMesh, C, int, int, SnapAhead], None], agree: object
+        self, mesh: CellMesh, phase: str, make: Callable[[CellMesh, C, int, int, SnapAhead], None], agree: Compute
     ) -> None:
         self.mesh, self.phase = mesh, phase
         self._make, self._agree = make, agree

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from ..frame import Proxy
 from ..surface.selection import CellSet
@@ -15,7 +15,7 @@ class MeshKey(NamedTuple):
     """What cells are chosen for, beside their scale. proxy: its generation; surface: what else, such as revisions."""
 
     proxy: int
-    surface: tuple[Any, ...]
+    surface: tuple[object, ...]
 
 
 class Shown(NamedTuple):
@@ -23,7 +23,7 @@ class Shown(NamedTuple):
     keep_dh_m: as for CellMesh.cull."""
 
     cells: tuple[str, int]
-    camera: tuple[Any, ...]
+    camera: tuple[object, ...]
     keep_dh_m: tuple[float, float]
 
 

@@ -9,9 +9,9 @@ it is: the same bits as if it had been there all along, and no cost.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
+from moderngl import Buffer
 from numpy.typing import NDArray
 
 from ..gpu import GpuScope
@@ -44,8 +44,8 @@ class SnapFade:
         self._gpu, self._final, self._programs = gpu, mesh, programs
         self.mesh = CellMesh(gpu, f"{mesh.name}_fade", mesh.quads)
         self._known = gpu.buffer(reserve=self.mesh.capacity * _FADE_DTYPE.itemsize, dynamic=True)
-        self._starts: Any = None
-        self._old: tuple[Any, Any] | None = None
+        self._starts: Buffer
+        self._old: tuple[Buffer, Buffer] | None = None
         self._kept: CellChoice | None = None
         self._shift_m: tuple[float, ...] = (0.0, 0.0, 0.0)
         self._rise_m = 0.0
@@ -163,7 +163,7 @@ class SnapFade:
     def bind(self, io: PassIO) -> Callable[[], None]:
         """The pass that makes them all."""
         fresh = self.mesh.attach_vertices(io)
-        starts, self._starts = self._starts, io.buffer(f"{self.mesh.name}.starts")
+        starts, self._starts = getattr(self, "_starts", None), io.buffer(f"{self.mesh.name}.starts")
         if fresh or starts is not self._starts:  # what was made is gone
             self._laid = -1
             if not self._pending:
@@ -190,7 +190,7 @@ class SnapFade:
         programs = self._programs
         programs.cells.set("u_cell_count", count)
         programs.cells.run(-(-count // 64), 1, 1)
-        self._gpu.gpu.barrier()
+        self._gpu.barrier()
         mesh.agree(programs.agree)
 
     def _make(self, first: int, count: int) -> None:
@@ -207,7 +207,7 @@ class SnapFade:
         vertices.set("u_shift", self._shift_m)
         vertices.set("u_rise", self._rise_m)
         vertices.run(count, 1, 1)
-        self._gpu.gpu.barrier()
+        self._gpu.barrier()
 
     def bind_draw(self) -> None:
         """What the vertex shader reads beyond cells and vertices."""

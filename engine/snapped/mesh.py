@@ -72,6 +72,10 @@ class SnappedMesh(ViewParts, Generic[C]):
     # -- what differs ------------------------------------------------------------------------------------------------
 
     @abstractmethod
+    def surface(self, frame: Frame) -> tuple[object, ...]:
+        """What the cells depend on beside proxy and scale."""
+
+    @abstractmethod
     def choose(self, frame: Frame, proxy: Proxy, scale: Scale) -> C:
         """The cells for a proxy: a function of it and of settings, whatever the camera does."""
 
@@ -90,10 +94,9 @@ class SnappedMesh(ViewParts, Generic[C]):
         """What is drawn: the overlay of two selections for a moment after a snap."""
         return self.fade.mesh if self.fade is not None and self.fade.running else self.mesh
 
-    def follow(self, frame: Frame, surface: tuple[object, ...]) -> tuple[bool, bool]:
-        """CPU work of one frame. surface: what the cells depend on beside proxy and scale. Whether other cells were
-        chosen, and whether buffers of the graph grew."""
-        proxy = frame.view.proxy
+    def follow(self, frame: Frame) -> tuple[bool, bool]:
+        """CPU work of one frame. Whether other cells were chosen, and whether buffers of the graph grew."""
+        proxy, surface = frame.view.proxy, self.surface(frame)
         now = Scale(float(frame.settings["terrain.edge_px"]), frame.pixel_rad)
         self._snap = snap = frame.view.snap
         snap.take_part(True, *self.phases)
@@ -127,15 +130,15 @@ class SnappedMesh(ViewParts, Generic[C]):
             grew |= self._lay(snap, then) | self._reserve_fade(snap.room)
         return snapped, grew
 
-    def rests(self, frame: Frame, surface: tuple[object, ...]) -> bool:
+    def rests(self, frame: Frame) -> bool:
         """Whether `follow` would do nothing: no other cells, nothing to prepare and no fade."""
         snap, fade = frame.view.snap, self.fade
-        now = Scale(float(frame.settings["terrain.edge_px"]), frame.camera.pixel_angle_rad(frame.size[1]))
+        now = Scale(float(frame.settings["terrain.edge_px"]), frame.pixel_rad)
         return (
             snap.proxy is None
             and self._prepared < 0
             and self.made == self.mesh.selection
-            and self.key == MeshKey(frame.view.proxy.generation, surface)
+            and self.key == MeshKey(frame.view.proxy.generation, self.surface(frame))
             and (fade is None or not fade.running)
             and self._held.suits(snap, *now)
         )
@@ -233,7 +236,7 @@ class SnappedMesh(ViewParts, Generic[C]):
             kind="compute",
             system=system,
             bind=self.bind_cull,
-            reads=tuple(f"{each.name}.bounds" for each in meshes),
+            reads=tuple(f"{each.name}.{part}" for each in meshes for part in ("bounds", "vertices")),
             creates=(*(buffer for each in meshes for buffer in each.cull_buffers()), *self.lists()),
             when=lambda: self.culled != self._wanted,
             help="cells inside the frustum and above the horizon, into an indirect draw",

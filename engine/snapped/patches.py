@@ -5,9 +5,12 @@ Vertices are made at a snap, all of them at once; a frame in which the camera mo
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable
-from typing import Any
 
+from moderngl import Buffer
+
+from ..blocks.bindings import COUNT_BUFFER, INDEX_BUFFER, PATCH_BUFFER, VERTEX_BUFFER, VISIBLE_BUFFER
 from ..frame import Frame, ViewParts
 from ..gpu import GpuScope
 from ..gpu.preprocess import Defines
@@ -41,20 +44,37 @@ class PatchMesh(ViewParts):
         self.name, self._programs = name, programs
         self._vertex_bytes, self._argument_bytes = vertex_bytes, argument_bytes
         self.key: MeshKey | None = None
-        self._detail: tuple[Any, ...] = ()
+        self._detail: tuple[float, ...] = ()
         self._held = False
         self.cut: Tessellation | None = None
         self.selection = 0
         self.made = -1
-        self._wanted: tuple[Any, ...] = ()
-        self.culled: tuple[Any, ...] | None = None
-        self.patches: Any = None  # buffer of patch words
+        self._wanted: tuple[object, ...] = ()
+        self.culled: tuple[object, ...] | None = None
+        self.patches: Buffer
+        """Of patch words."""
         self.patch_capacity, self.vertex_capacity, self.triangle_capacity = 0, 1 << 16, 1 << 17
-        self.buffers: dict[str, Any] = {}
+        self.buffers: dict[str, Buffer] = {}
         """Those of the graph, by the last part of their names."""
 
-    def follow(self, frame: Frame, key: MeshKey, *detail: object) -> bool:
+    @abstractmethod
+    def surface(self, frame: Frame) -> tuple[object, ...]:
+        """What the grid depends on beside proxy and detail."""
+
+    def detail(self, frame: Frame) -> tuple[float, ...]:
+        """How fine it is cut: length of edges in pixels, angle of a pixel, and what else a subclass has."""
+        return (float(frame.settings["terrain.edge_px"]), frame.pixel_rad)
+
+    def _asked(self, frame: Frame) -> tuple[MeshKey, tuple[float, ...]]:
+        return MeshKey(frame.view.proxy.generation, self.surface(frame)), self.detail(frame)
+
+    def rests(self, frame: Frame) -> bool:
+        """Whether the grid is the one for that frame, vertices and all."""
+        return self.made == self.selection and (self.key, self._detail) == self._asked(frame)
+
+    def follow(self, frame: Frame) -> bool:
         """Whether the grid is to be projected anew: for another key, and unless it is frozen, another detail."""
+        key, detail = self._asked(frame)
         self._held = frame.frozen and key == self.key
         if self._held or (key, detail) == (self.key, self._detail):
             return False
@@ -65,8 +85,8 @@ class PatchMesh(ViewParts):
         """Upload the patches. True where buffers of the graph changed."""
         self.cut, data, changed = cut, cut.packed(), False
         self.selection += 1
-        if self.patches is None or len(cut) != self.patch_capacity:
-            if self.patches is not None:
+        if len(cut) != self.patch_capacity:
+            if self.patch_capacity:
                 self.gpu.free(self.patches)
             self.patches, self.patch_capacity = self.gpu.buffer(reserve=data.nbytes, dynamic=True), len(cut)
             changed = True
@@ -79,7 +99,7 @@ class PatchMesh(ViewParts):
 
     def look(self, frame: Frame) -> None:
         """What may be seen in this frame; while it is frozen, what could be seen before."""
-        if not (self._held and self.culled == self._wanted):
+        if frame.view.seen.ground() and not (self._held and self.culled == self._wanted):
             self._wanted = (self.selection, frame.camera.stamp)
 
     def declare(self, builder: GraphBuilder, system: str, bind_heights: Callable[[], object]) -> None:
@@ -110,16 +130,23 @@ class PatchMesh(ViewParts):
             help="triangles of the patches that are not outside the frustum",
         )
 
+    def _attach(self, io: PassIO, names: tuple[str, ...]) -> bool:
+        """Take the plan's buffers. True where they are others than before: empty ones."""
+        before = [self.buffers.get(n) for n in names]
+        self.buffers |= {n: io.buffer(f"{self.name}.{n}") for n in names}
+        return before != [self.buffers[n] for n in names]
+
     def _bind_vertices(self, io: PassIO, bind_heights: Callable[[], object]) -> Callable[[], None]:
-        made = self.buffers["vertices"] = io.buffer(f"{self.name}.vertices")
-        self.made = -1
+        if self._attach(io, ("vertices",)):
+            self.made = -1
+        made = self.buffers["vertices"]
 
         def run() -> None:
             cut, vertices = self.cut, self._programs.vertices
             assert cut is not None
             bind_heights()
-            self.patches.bind_to_storage_buffer(0)
-            made.bind_to_storage_buffer(1)
+            self.patches.bind_to_storage_buffer(PATCH_BUFFER)
+            made.bind_to_storage_buffer(VERTEX_BUFFER)
             vertices.set("u_count", cut.vertices)
             vertices.set("u_patches", cut.by_level())
             vertices.run(-(-cut.vertices // 64), 1, 1)
@@ -128,18 +155,18 @@ class PatchMesh(ViewParts):
         return run
 
     def _bind_cull(self, io: PassIO) -> Callable[[], None]:
-        self.buffers |= {n: io.buffer(f"{self.name}.{n}") for n in _CULL_BUFFERS}
+        if self._attach(io, _CULL_BUFFERS):
+            self.culled = None
         visible, counts, arguments, triangles = (self.buffers[n] for n in _CULL_BUFFERS)
-        self.culled = None
 
         def run() -> None:
-            cut, programs, barrier = self.cut, self._programs, self.gpu.gpu.barrier
+            cut, programs, barrier = self.cut, self._programs, self.gpu.barrier
             assert cut is not None
             levels = cut.by_level()
             counts.write(bytes(32))
-            self.patches.bind_to_storage_buffer(0)
-            visible.bind_to_storage_buffer(2)
-            counts.bind_to_storage_buffer(3)
+            self.patches.bind_to_storage_buffer(PATCH_BUFFER)
+            visible.bind_to_storage_buffer(VISIBLE_BUFFER)
+            counts.bind_to_storage_buffer(COUNT_BUFFER)
             programs.cull.set("u_count", len(cut))
             programs.cull.set("u_patches", levels)
             programs.cull.run(-(-len(cut) // 64), 1, 1)
@@ -147,7 +174,7 @@ class PatchMesh(ViewParts):
             arguments.bind_to_storage_buffer(4)
             programs.arguments.run(1, 1, 1)
             barrier()
-            triangles.bind_to_storage_buffer(6)
+            triangles.bind_to_storage_buffer(INDEX_BUFFER)
             programs.triangles.set("u_patches", levels)
             programs.triangles.run_indirect(arguments, 20)
             self.culled = self._wanted

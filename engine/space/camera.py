@@ -151,7 +151,7 @@ class CameraState:
         planes.setflags(write=False)
         return planes
 
-    def pixel_angle_rad(self, height: int) -> float:
+    def pixel_rad(self, height: int) -> float:
         """The angle of one pixel at the middle of the view, for a picture of `height` rows."""
         return (self.tan_top - self.tan_bottom) / height
 

@@ -265,6 +265,12 @@ class Forest:
         velocity = None if velocity_m_s is None else np.asarray(velocity_m_s, dtype=np.float64)
         return self._run(eye, asked, max_tiles, step_s, rested, velocity, planes)
 
+    def at_rest(self, eye_m: Floats) -> bool:
+        """Whether `select` would give the last selection for that eye and the same limits, however often it is asked,
+        and nothing in it moves."""
+        done = self._final and not self._changed and self._selection is not None and not self._selection.moving
+        return done and self._eye is not None and np.array_equal(eye_m, self._eye)
+
     def _clock(self, time_s: float | None, still: bool) -> tuple[float, bool]:
         """Seconds since the last call, infinite where morphs are to be finished; and whether all is at rest."""
         if time_s is None:

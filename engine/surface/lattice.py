@@ -9,8 +9,6 @@ names it by the lowest of them, in integers, so that whoever computes it compute
 Everything is vectorised over leading dimensions: face, level, i, j, I, J broadcast against one another.
 """
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -40,7 +38,7 @@ FACE_AXES.setflags(write=False)
 _AXES_F: Floats = FACE_AXES.astype(np.float64)
 
 
-def angle_tangent(numerator: Any, denominator: Any) -> Floats:
+def angle_tangent(numerator: ArrayLike, denominator: ArrayLike) -> Floats:
     """tan(pi/4 (2 numerator / denominator - 1)), exactly -1, 0 and 1 where it should be."""
     s = np.asarray(numerator, dtype=np.float64) * (2.0 / np.asarray(denominator, dtype=np.float64)) - 1.0
     tangent = np.tan(s * (np.pi / 4))

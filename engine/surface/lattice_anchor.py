@@ -12,12 +12,15 @@ in the face's axes. Where the anchor is far to the side of a face or behind it, 
 difference is used.
 """
 
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..blocks.bindings import LATTICE_BLOCK
+from ..blocks.layout import IVec2, StructLayout, Vec2, Vec3, array
+from ..made_shaders import made_shader
 from .lattice import (
     FACE_AXES,
     FULL,
@@ -38,24 +41,34 @@ NEAR_COSINE = 0.42
 """A face uses the difference formula when the anchor's direction has at least this component along the face's axis."""
 
 
-@dataclass(frozen=True, eq=False)
-class LatticeBlock:
-    """The uniform block `LatticeBlock` of common/lattice.glsl (std140: all fields are arrays of 16-byte vectors)."""
+@dataclass
+class LatticeFace:
+    """The anchor seen from a face of the cube. a0, b0: its angles there; q0 = (tan a0, tan b0, 1)."""
 
-    origin: NDArray[np.int32]
-    """(6, 4): nearest lattice point I0, J0 of the anchor in each face's coordinates; 1 if the face is near; 0."""
-    fraction: Floats32
-    """(6, 4): anchor minus (I0, J0) in lattice steps; STEP_RAD / cos a0; STEP_RAD / cos b0."""
-    gnomonic: Floats32
-    """(6, 4): tan a0, tan b0, |q0|, 1 / |q0|."""
-    up_radius: Floats32
-    """(4,): the anchor's direction in planet axes, and the radius in metres."""
-    up_low: Floats32
-    """(4,): what float32 lost of them."""
+    nearest: Annotated[IVec2, "lattice point I, J next to the anchor"]
+    near: Annotated[bool, "or else the plain difference is as good as its terms"]
+    fraction: Annotated[Vec2, "anchor - nearest, in steps"]
+    step_per_cosine: Annotated[Vec2, "a step / cos a0, a step / cos b0"]
+    tangent: Annotated[Vec2, "tan a0, tan b0"]
+    norm: Annotated[float, "|q0|"]
+
+
+@dataclass
+class LatticeBlock:
+    """What common/lattice.glsl reads of an anchor. GLSL: ``generated/lattice_block.glsl``, instance `lattice_block`."""
+
+    faces: Annotated[Any, array(LatticeFace, 6)]
+    up: Annotated[Vec3, "of the anchor, planet axes"]
+    radius_m: float
+    up_low: Annotated[Vec3, "what up lacks"]
 
     def tobytes(self) -> bytes:
         """The block as the GPU wants it, 320 bytes."""
-        return b"".join(np.ascontiguousarray(getattr(self, f.name)).tobytes() for f in fields(self))
+        return _LAYOUT.pack(self)
+
+
+_LAYOUT = StructLayout(LatticeBlock)
+made_shader("generated/lattice_block.glsl", lambda: _LAYOUT.block(LATTICE_BLOCK, "lattice_block"))
 
 
 class LatticeAnchor:
@@ -96,17 +109,8 @@ class LatticeAnchor:
         return f"LatticeAnchor(face={self.face}, i={self.i}, j={self.j}, radius_m={self.radius_m})"
 
     def _make_block(self) -> LatticeBlock:
-        origin = np.zeros((6, 4), np.int32)
-        fraction = np.zeros((6, 4), np.float32)
-        gnomonic = np.zeros((6, 4), np.float32)
-        for index, data in enumerate(self._faces):
-            origin[index] = data.i, data.j, data.near, 0
-            fraction[index] = data.fraction_i, data.fraction_j, STEP_RAD / data.cos_a, STEP_RAD / data.cos_b
-            norm = float(np.sqrt(1.0 + data.tan_a**2 + data.tan_b**2))
-            gnomonic[index] = data.tan_a, data.tan_b, norm, 1.0 / norm
-        exact = np.append(self.direction, self.radius_m)
-        high = exact.astype(np.float32)
-        return LatticeBlock(origin, fraction, gnomonic, high, (exact - high).astype(np.float32))
+        high = self.direction.astype(np.float32)
+        return LatticeBlock([data.uniforms() for data in self._faces], high, self.radius_m, self.direction - high)
 
     def foot_offset64(self, face: ArrayLike, i_full: ArrayLike, j_full: ArrayLike) -> Floats:
         """r (dir - up) in metres, planet axes, (..., 3) float64: relative error of a few 1e-16 at any distance."""
@@ -160,6 +164,12 @@ class _FaceData:
     cos_a: float
     cos_b: float
     near: int
+
+    def uniforms(self) -> LatticeFace:
+        steps = STEP_RAD / self.cos_a, STEP_RAD / self.cos_b
+        norm = float(np.sqrt(1.0 + self.tan_a**2 + self.tan_b**2))
+        ij, fraction, tangent = (self.i, self.j), (self.fraction_i, self.fraction_j), (self.tan_a, self.tan_b)
+        return LatticeFace(ij, bool(self.near), fraction, steps, tangent, norm)
 
     @staticmethod
     def of(own_face: int, u: int, v: int, face: int) -> "_FaceData":

@@ -6,20 +6,29 @@ Used by shaders that choose their wavelengths pixel by pixel (assets/shaders/com
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["NESTED_BASE_M", "nested_anchor"]
+from ..blocks.layout import IVec3, Vec3
+
+__all__ = ["NESTED_BASE_M", "NestedAnchor", "nested_anchor"]
 
 NESTED_BASE_M = 0.0625
 """Shortest wavelength; the others are this times powers of two. With it 1e8 m still fit into int32."""
 
 
-def nested_anchor(
-    direction: NDArray[np.float64], radius_m: float
-) -> tuple[tuple[int, int, int, int], tuple[float, float, float, float]]:
-    """Cell and fraction of the anchor's foot (unit `direction` (3,), float64); fourth parts 0."""
+@dataclass
+class NestedAnchor:
+    """A place in units of NESTED_BASE_M."""
+
+    cell: IVec3
+    fraction: Vec3
+
+
+def nested_anchor(direction: NDArray[np.float64], radius_m: float) -> NestedAnchor:
+    """The anchor's foot (unit `direction` (3,), float64)."""
     x, y, z = (np.asarray(direction, dtype=np.float64).reshape(3) * (radius_m / NESTED_BASE_M)).tolist()
     i, j, k = math.floor(x), math.floor(y), math.floor(z)
-    return (i, j, k, 0), (x - i, y - j, z - k, 0.0)
+    return NestedAnchor((i, j, k), (x - i, y - j, z - k))

@@ -12,10 +12,12 @@ float64 and numpy only; assets/shaders/terrain/paper/grid.glsl is the GPU's side
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..blocks.layout import Vec3
 from .coverage import Coverage
 
 Floats = NDArray[np.float64]
@@ -26,6 +28,21 @@ MOST_LEVEL = 6
 FINEST = 1 << MOST_LEVEL
 LOWEST_OFFSET = -0.95
 """z_s of the warped grid stays above -1, where the middle of the grid would lie at the centre of the planet."""
+
+
+@dataclass
+class GridBlock:
+    """What common/paper/places.glsl reads of a grid. The third axis is the anchor's direction."""
+
+    first_axis: Vec3
+    z_s: float
+    second_axis: Vec3
+    per_half: Annotated[float, "1 / half_steps"]
+    spacing_rad: Annotated[float, "wanted between vertices, seen from the proxy"]
+    smallest_spacing_m: Annotated[float, "of vertices"]
+    proxy_height_m: Annotated[float, "above the surface that is drawn"]
+    half_steps: Annotated[int, "half the steps a side"]
+    power: Annotated[int, "n of the warp"]
 
 
 def grid_axes(direction: ArrayLike) -> Floats:

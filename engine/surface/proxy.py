@@ -171,7 +171,7 @@ def _same_place(a: ProxyCell, b: ProxyCell) -> bool:
 
 
 def _angle_between(a: Floats, b: Floats) -> float:
-    return 2.0 * float(np.arctan2(length(a - b), length(a + b)))
+    return 2.0 * math.atan2(length(a - b), length(a + b))
 
 
 def _level_for(size_m: float, radius_m: float) -> int:

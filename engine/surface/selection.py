@@ -37,21 +37,21 @@ LARGEST_SAG_PX = 0.2
 """Nor may a planet seen from far away lose more of its round outline to chords than this."""
 
 
-def spacing_angle(edge_px: float, pixel_angle_rad: float, altitude_m: float, radius_m: float) -> float:
+def spacing_angle(edge_px: float, pixel_rad: float, altitude_m: float, radius_m: float) -> float:
     """The angle between vertices to ask of `select_rings` for edges of at most edge_px pixels in a picture.
 
     A chord of angle a at distance d falls (a d)^2 / (8 r) short of the sphere; from far away d is about the altitude.
     """
-    sag = np.sqrt(8.0 * radius_m * LARGEST_SAG_PX * pixel_angle_rad / max(altitude_m, 1e-3))
+    sag = np.sqrt(8.0 * radius_m * LARGEST_SAG_PX * pixel_rad / max(altitude_m, 1e-3))
     # From far away the whole planet has few vertices anyway: enough of them for what varies over it, if pixels show
     # that.
-    face = max(LARGEST_SHARE * radius_m / max(altitude_m, 1e-3), 3.0 * pixel_angle_rad)
-    return float(min(edge_px * pixel_angle_rad, LARGEST_SPACING_RAD, face, max(sag, 1e-4)))
+    face = max(LARGEST_SHARE * radius_m / max(altitude_m, 1e-3), 3.0 * pixel_rad)
+    return float(min(edge_px * pixel_rad, LARGEST_SPACING_RAD, face, max(sag, 1e-4)))
 
 
-def chord_limit_m(pixel_angle_rad: float, radius_m: float) -> float:
+def chord_limit_m(pixel_rad: float, radius_m: float) -> float:
     """Square of an edge's length per distance at which the sphere bulges LARGEST_SAG_PX above it: L^2 / (8 r d)."""
-    return 8.0 * radius_m * LARGEST_SAG_PX * pixel_angle_rad
+    return 8.0 * radius_m * LARGEST_SAG_PX * pixel_rad
 
 
 @dataclass(frozen=True, eq=False)

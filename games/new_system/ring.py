@@ -23,8 +23,8 @@ class RingSystem(pfx.System):
         gpu, self._world = setup.gpu, setup.world
         density = gpu.fullscreen("ring/draw.frag", {"DENSITY": 1})
         self._draws = (
-            (gpu.fullscreen("ring/draw.frag"), gpu.gpu.state(blend="premultiplied")),
-            (density, gpu.gpu.state()),
+            (gpu.fullscreen("ring/draw.frag"), gpu.state(blend="premultiplied")),
+            (density, gpu.state()),
         )
 
     def update(self, frame: pfx.Frame) -> None:

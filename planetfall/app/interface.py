@@ -52,22 +52,22 @@ class FlightInterface:
         self._gpu = gpu
         self._own_gpu: Gpu | None = None
         self._scope: Any = None
-        self._ui: Any = None
+        self.ui: Any = None
         self._shows = False
         self._laid_out: tuple[Any, ...] = ()
         self._age_s = self._quiet_s = 0.0
         self._missed: tuple[InputEvent, ...] = ()
         self._clock: tuple[float, str] = (-1.0, "")
         self._history = FrameHistory(_FRAMES)
-        self._settings = SettingsWindow(scene, self._history)
-        self._journey = JourneyWindow()
+        self.settings = SettingsWindow(scene, self._history)
+        self.journey = JourneyWindow()
         self._logger = logging.getLogger("planetfall")
-        self._logger.addHandler(self._settings.log)
+        self._logger.addHandler(self.settings.log)
 
     def begin(self, state: InputState, app: Flight, dt_s: float) -> None:
         """Build the frame's interface, and hide from `state` what it used. Nothing to show: nothing of ImGui runs."""
         self._history.add(dt_s * 1e3)
-        self._settings.remember(app)
+        self.settings.remember(app)
         shown = app.shown
         errors = _errors(app)
         wanted = bool(shown.help or shown.numbers or shown.panels or shown.journey or shown.message or errors)
@@ -95,25 +95,25 @@ class FlightInterface:
         shown, window = app.shown, self._window
         dt_s, self._age_s = self._age_s, 0.0
         events, self._missed = self._missed, ()
-        if self._settings.controls.waiting:  # what is pressed now is to be bound, and means nothing else
-            self._settings.controls.take(state, app)
+        if self.settings.controls.waiting:  # what is pressed now is to be bound, and means nothing else
+            self.settings.controls.take(state, app)
             state.consume(keyboard=True, mouse=True, pad=True)
             events = tuple(event for event in events if isinstance(event, MouseMove | Focus))
-        frame = self._ui.frame(window.size, dt_s, window.pixel_ratio, events=events, mouse=not app.looking)
+        frame = self.ui.frame(window.size, dt_s, window.pixel_ratio, events=events, mouse=not app.looking)
         with frame as imgui:
-            right = self._settings.width(imgui) if shown.panels else 0.0
+            right = self.settings.width(imgui) if shown.panels else 0.0
             helps = shown.help and not shown.panels
             draw_hud(self._hud(app, helps, errors), numbers=shown.numbers, help=helps, right=right)
             if shown.panels:
-                self._settings.draw(imgui, app)
+                self.settings.draw(imgui, app)
             if shown.journey:
-                self._journey.draw(imgui, app)
+                self.journey.draw(imgui, app)
 
     def _may_wait(self, state: InputState, app: Flight, laid_out: tuple[Any, ...], dt_s: float) -> bool:
         """Whether what was laid out last may be shown once more: it is young, and nothing has happened to it."""
         self._age_s += dt_s
         windows = app.shown.panels or app.shown.journey
-        busy = laid_out != self._laid_out or self._ui.wants_text or self._settings.controls.waiting
+        busy = laid_out != self._laid_out or self.ui.wants_text or self.settings.controls.waiting
         if windows and not app.looking:
             busy = busy or bool(state.events) or bool(state.buttons_held)
         elif windows:
@@ -125,21 +125,21 @@ class FlightInterface:
 
     def draw(self, app: Flight) -> None:
         if self._shows:
-            self._ui.render(self._window.framebuffer)
+            self.ui.render(self._window.framebuffer)
 
     def release(self) -> None:
-        self._logger.removeHandler(self._settings.log)
-        if self._ui is not None:
-            self._ui.release()
+        self._logger.removeHandler(self.settings.log)
+        if self.ui is not None:
+            self.ui.release()
             self._scope.release()
-            self._ui = self._scope = None
+            self.ui = self._scope = None
         if self._own_gpu is not None:
             self._own_gpu.release()
             self._own_gpu = None
 
     def _backend(self) -> Any:
         """The ImGui backend, made when something is first shown."""
-        if self._ui is None:
+        if self.ui is None:
             from ..engine.gpu.imgui_backend import ImguiBackend
 
             window = self._window
@@ -155,10 +155,10 @@ class FlightInterface:
             used = self._gpu or self._own_gpu
             assert used is not None
             self._scope = used.scope("ui")
-            self._ui = ImguiBackend(self._scope, clipboard=(paste, copy))
-            with self._ui.current() as imgui:
+            self.ui = ImguiBackend(self._scope, clipboard=(paste, copy))
+            with self.ui.current() as imgui:
                 apply_style(imgui)
-        return self._ui
+        return self.ui
 
     def _hud(self, app: Flight, helps: bool, errors: tuple[str, ...]) -> HudData:
         shown = app.shown

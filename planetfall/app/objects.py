@@ -85,7 +85,7 @@ class ObjectsPage:
                 changes = self._panel.draw(part)
                 if isinstance(part, Shape) and any(change.field == "form" for change in changes):
                     try:
-                        prop.scene._check_prop((part,))
+                        prop.scene.check_prop((part,))
                     except SceneError as error:
                         part.form = before.form
                         self._refused(app, str(error))

@@ -54,11 +54,11 @@ class SettingsWindow:
         self._quality_stamp = -1
         self._preset = ""
         self._name = ""
-        self._wrong = ""
+        self.wrong = ""
         self.log = LogLines()
         self.controls = ControlsPage()
-        self._planets = PlanetPage(scene, self._store, lambda: self.bench, self._refused)
-        self._panel = self._planets.panel
+        self.planets = PlanetPage(scene, self._store, lambda: self.bench, self._refused)
+        self.panel = self.planets.panel
         objects = ObjectsPage(scene, self._store, lambda: self.bench, self._refused)
         self._pages = (
             ("Objects", objects.draw),
@@ -115,7 +115,7 @@ class SettingsWindow:
     def unfold(self) -> None:
         """Open all sections of knobs, on all pages."""
         headings = self._store.parts()
-        self._panel.unfold |= set(headings)
+        self.panel.unfold |= set(headings)
         self._quality_panel.unfold |= {heading.partition(".")[2] for heading in headings}
 
     def width(self, imgui: Any) -> float:
@@ -162,9 +162,9 @@ class SettingsWindow:
             self._name = "" if self._preset in planets() else self._preset
             imgui.open_popup("save as")
         self._save_popup(imgui, app)
-        if self._wrong:
+        if self.wrong:
             imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(1.0, 0.45, 0.4, 1.0))
-            imgui.text_wrapped(self._wrong)
+            imgui.text_wrapped(self.wrong)
             imgui.pop_style_color()
 
     def _save_popup(self, imgui: Any, app: Flight) -> None:
@@ -219,7 +219,7 @@ class SettingsWindow:
         except (OSError, OutputError, SettingError, SceneError) as error:
             self._refused(app, str(error))
             return False
-        self._preset, self._wrong = path.stem, ""
+        self._preset, self.wrong = path.stem, ""
         app.say(f"saved {path}")
         return True
 
@@ -249,18 +249,18 @@ class SettingsWindow:
         return text.lstrip("\n") or "# nothing differs from the preset\n"
 
     def _refused(self, app: Flight, wrong: str) -> bool:
-        self._wrong = wrong
+        self.wrong = wrong
         if wrong:
             log.info("panel: %s", wrong)
             app.say(wrong.splitlines()[0])
         return bool(wrong)
 
     def _say(self, app: Flight, label: str, done: str, nothing: str) -> None:
-        self._wrong = ""
+        self.wrong = ""
         app.say(done.format(label) if label else nothing)
 
     def _planet_page(self, imgui: Any, app: Flight) -> None:
-        self._planets.draw(imgui, app, self._preset)
+        self.planets.draw(imgui, app, self._preset)
 
     # -- quality -----------------------------------------------------------------------------------------------------
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar, NoReturn, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -47,9 +47,24 @@ class Camera:
         frustum_deg: Sequence[float] | None = None,
         ev100: float | None = None,
     ) -> None:
-        self._pose: Pose | None = Pose.checked(position_m, forward, up)
-        self._optics = Optics.checked(fov_y_deg, frustum_deg, ev100)
-        self._planet = _checked_planet(planet)
+        optics = Optics.checked(fov_y_deg, frustum_deg, ev100)
+        self._fill(_pose=Pose.checked(position_m, forward, up), _optics=optics, _planet=_checked_planet(planet))
+
+    if TYPE_CHECKING:  # what `_fill` gives it
+        _pose: Pose
+        _optics: Optics
+        _planet: Over
+
+    def _fill(self, **parts: object) -> Self:
+        """What a camera consists of: for constructors and for copies that differ, past __setattr__."""
+        self.__dict__.update(parts)
+        return self
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        raise AttributeError(f"a {type(self).__name__} can't be changed, and {name!r} was assigned; make a new one")
+
+    def __delattr__(self, name: str) -> NoReturn:
+        raise AttributeError(f"a {type(self).__name__} can't be changed, and {name!r} was deleted; make a new one")
 
     @classmethod
     def at(
@@ -101,9 +116,7 @@ class Camera:
 
     def exposed(self, ev100: float) -> Camera:
         """The same camera with a fixed exposure."""
-        made = copy.copy(self)
-        made._optics = self.optics.exposed(ev100)
-        return made
+        return copy.copy(self)._fill(_optics=self.optics.exposed(ev100))
 
     # -- where it is --------------------------------------------------------------------------------------------------
 
@@ -142,7 +155,6 @@ class Camera:
         return scene.planet if self._planet is None else scene.planets[self._planet]
 
     def _known_pose(self) -> Pose:
-        assert self._pose is not None
         return self._pose
 
     def _axes(self) -> tuple[Vector, Vector]:
@@ -161,14 +173,19 @@ class PosedCamera(Camera):
     """A camera of a pose that is orthonormal already, and stays as it is to the last bit."""
 
     def __init__(self, pose: Pose, optics: Optics, planet: Over = None) -> None:
-        self._pose, self._optics, self._planet = pose, optics, _checked_planet(planet)
+        self._fill(_pose=pose, _optics=optics, _planet=_checked_planet(planet))
 
 
 class PlacedCamera(Camera):
     """What Camera.at makes: a place, which becomes a position over a planet."""
 
+    _maker: ClassVar[str] = "Camera.at"
+
     def __init__(self, place: Place, optics: Optics, planet: Over = None) -> None:
-        self._place, self._optics, self._planet = place, optics, _checked_planet(planet)
+        self._fill(_place=place, _optics=optics, _planet=_checked_planet(planet))
+
+    if TYPE_CHECKING:
+        _place: Place
 
     @property
     def place(self) -> Place:
@@ -182,10 +199,10 @@ class PlacedCamera(Camera):
     def _known_pose(self) -> Pose:
         if isinstance(self._planet, PlanetHandle):
             return self.in_scene(self._planet.scene).pose
-        over = "a planet" if self._planet is None else f"planet {self._planet!r} of a scene"
+        given = "without planet=" if self._planet is None else f"with planet={self._planet!r}, a name of no scene yet,"
         raise CameraError(
-            f"the camera is told by a place over {over} that it does not know, so its position can't be told: ask "
-            "camera.resolve(scene).position_m, or make it with planet=scene.planet"
+            f"{self._maker} {given} has no position yet; ask camera.resolve(scene).position_m, or make it with "
+            "planet=scene.planet"
         )
 
     def _axes(self) -> tuple[Vector, Vector]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..components import Planet, Sun, Vec3, knob
 from ..engine.settings import PresetError, SettingError, check_value, did_you_mean, read_toml, rules_of
@@ -102,18 +102,21 @@ class View(PlacedCamera):
     is None where the scene's own sun shines; its irradiance is the scene's.
     """
 
+    _maker: ClassVar[str] = "pf.view"
+
+    if TYPE_CHECKING:  # what `_fill` gives it
+        name: str
+        _entry: _Entry
+        _preset: str | None
+        _ev100: float | None
+
     def __init__(self, name: str, entry: _Entry, planet: str | PlanetHandle | None = None) -> None:
-        self.name = name
-        self._entry = entry
         # A preset's name chooses the place; the picture is then taken in whatever scene the view is rendered in.
-        self._preset = planet if isinstance(planet, str) else None
-        self._planet = planet if isinstance(planet, PlanetHandle) else None
-        self._ev100: float | None = None
+        preset, over = (planet, None) if isinstance(planet, str) else (None, planet)
+        self._fill(name=name, _entry=entry, _preset=preset, _planet=over, _ev100=None)
 
     def exposed(self, ev100: float) -> View:
-        made = copy.copy(self)
-        made._ev100 = self.optics.exposed(ev100).ev100
-        return made
+        return copy.copy(self)._fill(_ev100=self.optics.exposed(ev100).ev100)
 
     def _scene(self) -> Scene | None:
         return self._planet.scene if isinstance(self._planet, PlanetHandle) else None

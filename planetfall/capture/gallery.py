@@ -120,7 +120,7 @@ def _page(
         about = texts[planet, name]
         command = f"planetfall render {planet} --view {name} --quality {quality} --size {size[0]}x{size[1]}"
         parts.append(
-            f"## {planet}, {name}\n\n{about[:1].upper()}{about[1:]}. `{command}`\n\n"
+            f"## {planet}, {name}\n\n{about[:1].upper()}{about[1:]}.\n`{command}`\n\n"
             f"![{planet}, {name}]({planet}-{name}.jpg)\n"
         )
     return "\n".join(parts)

@@ -17,6 +17,7 @@ from ..camera.place import Optics, Pose
 from ..errors import SizeError
 
 if TYPE_CHECKING:
+    from ..components import Sun
     from ..render.renderer import Renderer
     from ..scene.scene import Scene
 
@@ -72,7 +73,7 @@ def photo(
     tile_px: int = 2048,
     ev100: float | None = None,
     time_s: float | None = None,
-    sun: Any = None,
+    sun: Sun | None = None,
     quality: str = "high",
     overrides: Mapping[str, Any] | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -100,7 +101,7 @@ def photo_tiles(
     camera: Camera,
     plan: PhotoPlan,
     time_s: float | None = None,
-    sun: Any = None,
+    sun: Sun | None = None,
     outputs: Sequence[str] = ("color",),
 ) -> Iterator[tuple[int, int, Arrays]]:
     """Take a photo a tile at a time: (tiles done, tiles in all, arrays so far); first with 0 tiles done and none.
@@ -136,7 +137,7 @@ def photo_tiles(
 
 
 def _measured(
-    renderer: Renderer, camera: Camera, size: tuple[int, int], time_s: float | None, sun: Any
+    renderer: Renderer, camera: Camera, size: tuple[int, int], time_s: float | None, sun: Sun | None
 ) -> float | None:
     """The exposure of the whole picture, from a small one."""
     share = min(_METER_PX / max(size), 1.0)

@@ -7,22 +7,19 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
-from rich.console import Console
 
 from .._version import __version__
 from ..capture.shot import camera_settings, made_of
 from ..errors import SettingError
 from ..systems.capture import CaptureError, contact_sheet, read_png_settings, require_writable, write_png
 from .options import Planet, Quality, Set, Size, parse_overrides, parse_size
-from .progress import counted
+from .progress import console, counted, written
 from .render import Force, Output, find_view, views_for
 
 __all__ = ["gallery_command"]
 
 SIZE, QUALITY = "640x360", "high"
 BEST_SIZE, BEST_QUALITY = "1280x720", "ultra"
-
-console = Console()
 
 
 def gallery_command(
@@ -58,11 +55,11 @@ def gallery_command(
             raise SettingError("--best has planets and views of its own: leave the planet's name and --view out")
         from ..capture.gallery import BEST, best_gallery
 
-        with counted(console, "pictures", len(BEST)) as progress:
+        with counted("pictures", len(BEST)) as progress:
             shown = best_gallery(output, size=pixels, quality=quality or BEST_QUALITY, overrides=knobs, force=force,
                                  progress=progress)  # fmt: skip
-        console.print(f"wrote {shown.made} of {len(shown.pictures)} pictures and [bold]{shown.page}[/]",
-                      highlight=False, soft_wrap=True)  # fmt: skip
+        console.print(f"wrote {shown.made} of {len(shown.pictures)} pictures", highlight=False)
+        written(shown.page)
         return
     quality = quality or QUALITY
     from .. import load_scene
@@ -83,7 +80,7 @@ def gallery_command(
     if todo:
         from ..render.renderer import Renderer
 
-        with Renderer(scene, pixels, quality, knobs) as renderer, counted(console, "views", len(todo)) as progress:
+        with Renderer(scene, pixels, quality, knobs) as renderer, counted("views", len(todo)) as progress:
             for done, name in enumerate(todo, 1):
                 renderer.settle(shots[name])
                 color = renderer.render(shots[name])["color"]
@@ -93,11 +90,12 @@ def gallery_command(
     sheet = output / f"{scene.name}.png"
     write_png(sheet, contact_sheet([(name, files[name]) for name in names], title=scene.name), settings)
     console.print(
-        f"wrote {len(todo)} of {len(names)} views and [bold]{sheet}[/]"
+        f"wrote {len(todo)} of {len(names)} views"
         + ("" if len(todo) == len(names) else " (the others were there, made of the same; --force makes them again)"),
         highlight=False,
         soft_wrap=True,
     )
+    written(sheet)
 
 
 def _is_there(file: Path, settings: dict[str, Any]) -> bool:

@@ -13,6 +13,7 @@ from rich.table import Column, Table
 from ..errors import OutputError
 from ..systems.capture import require_writable, written_beside
 from .options import Planet, Quality, Set, Size, parse_overrides, parse_size
+from .progress import written
 from .render import DEFAULT_VIEW, find_view, views_for
 
 __all__ = ["graph_command", "planets_command", "views_command"]
@@ -61,6 +62,7 @@ def graph_command(
     view: str = DEFAULT_VIEW,
     explain: str | None = None,
     passes: Annotated[bool, Parameter(negative="")] = False,
+    barriers: Annotated[bool, Parameter(negative="")] = False,
     size: Size = "640x360",
     quality: Quality = "high",
     overrides: Set = (),
@@ -77,13 +79,15 @@ def graph_command(
         Name of a pass: what it reads and writes, who needs it, why it runs.
     passes
         A table of what ran, with times and memory, in place of the diagram.
+    barriers
+        The storage barriers in running order, with the accesses that each keeps apart, in place of the diagram.
     output
         Write the diagram into this file.
     into
         Put the diagram into this Markdown file, between its two comment lines `frame graph` and `/frame graph`.
     """
-    if into is not None and (explain is not None or passes or output is not None):
-        raise OutputError("--into takes the diagram: leave out --explain, --passes and --output")
+    if into is not None and (explain is not None or passes or barriers or output is not None):
+        raise OutputError("--into takes the diagram: leave out --explain, --passes, --barriers and --output")
     document = "" if into is None else _document(into)
     if output is not None:
         require_writable(output)
@@ -105,7 +109,7 @@ def graph_command(
                 console.print(f"What they read and write: --explain PASS, or a window of {_WIDE} columns.", style="dim")
             return
         else:
-            text = renderer.graph.to_mermaid()
+            text = renderer.graph.analysis.to_barriers() if barriers else renderer.graph.to_mermaid()
     if into is not None:
         block = f"```mermaid\n{text.rstrip()}\n```\n"
         output, text = into, _BLOCK.sub(lambda found: found[1] + block + found[2], document).removesuffix("\n")
@@ -114,7 +118,7 @@ def graph_command(
         return
     with written_beside(output) as beside:
         beside.write_text(text + "\n", encoding="utf-8")
-    console.print(f"wrote [bold]{output}[/]", highlight=False, soft_wrap=True)
+    written(output)
 
 
 def _document(file: Path) -> str:

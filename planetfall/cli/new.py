@@ -10,15 +10,13 @@ from typing import Annotated, Any
 
 import tomli_w
 from cyclopts import Parameter
-from rich.console import Console
 
 from ..engine.settings import plain_table, rules_of
 from ..errors import OutputError
 from ..systems.capture import require_writable, written_beside
+from .progress import console, written
 
 __all__ = ["new_command", "scene_template"]
-
-console = Console()
 
 _WIDTH = 110
 
@@ -49,7 +47,8 @@ def new_command(
     with written_beside(file) as beside:
         beside.write_text(text, encoding="utf-8")
     render = f"planetfall render {file} --view orbit -o {file.stem}.png"
-    console.print(f"wrote [bold]{file}[/]\nNext: change values in it, then {render}", highlight=False, soft_wrap=True)
+    written(file)
+    console.print(f"Next: change values in it, then {render}", markup=False, highlight=False, soft_wrap=True)
 
 
 def scene_template(base: str, file: Path) -> str:

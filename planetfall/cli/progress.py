@@ -1,27 +1,36 @@
-"""Progress of long work on the terminal."""
+"""What the commands say: written files on stdout, a line each, for a pipe as well; all else on stderr, for people."""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+console = Console(stderr=True)
+
+
+def written(*files: Path | None) -> None:
+    """Say which files there are now; None is one that was not asked for."""
+    sys.stdout.writelines(f"{file}\n" for file in files if file is not None)
+
 
 @contextmanager
-def counted(console: Console, what: str, total: int) -> Iterator[Callable[[int, int], None]]:
-    """A bar that is told (done, total). On a dumb terminal or a file: nothing but the end."""
+def counted(what: str, total: int) -> Iterator[Callable[[int, int], None]]:
+    """A bar that is told (done, total). On what is no terminal: nothing."""
     columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=not console.is_terminal) as bar:
+    with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
         task = bar.add_task(what, total=total)
         yield lambda done, of: bar.update(task, completed=done, total=of)
 
 
 @contextmanager
-def settling(console: Console) -> Iterator[Callable[[float], None]]:
+def settling() -> Iterator[Callable[[float], None]]:
     """A bar from 0 to 1 for Renderer.settle; it vanishes when done."""
     columns = (TextColumn("settling"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as bar:
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("settling", total=1.0)
         yield lambda share: bar.update(task, completed=share)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from cyclopts import Parameter
-from rich.console import Console
 
 from ..camera.flights import path as scripted
 from ..capture.captures import check_arrays, check_suffix, outputs_for, save_capture
@@ -20,7 +19,7 @@ from ..systems.capture import require_writable
 from ..systems.capture.video import ffmpeg
 from ..systems.flight import PATHS_FILE
 from .options import CameraOptions, Planet, Quality, Set, Size, SunOptions, parse_overrides, parse_size
-from .progress import counted, settling
+from .progress import console, counted, settling, written
 
 if TYPE_CHECKING:
     from ..camera.camera import Camera
@@ -30,8 +29,6 @@ if TYPE_CHECKING:
 __all__ = ["record_command", "render_command"]
 
 DEFAULT_VIEW = "orbit"
-
-console = Console()
 
 Output = Annotated[Path, Parameter(name=["--output", "-o"])]
 Force = Annotated[bool, Parameter(negative="", help="Make again what is there already.")]
@@ -110,11 +107,11 @@ def render_command(
     with Renderer(scene, pixels if whole else (64, 64), chosen, knobs) as renderer:
         if whole:
             seen = shot if plan.ev100 is None else shot.exposed(plan.ev100)
-            with settling(console) as settled:
+            with settling() as settled:
                 renderer.settle(seen, moment, sun=light, progress=settled)
             out = renderer.render(seen, moment, sun=light, outputs=wanted)
         else:
-            with counted(console, "tiles", len(plan.tiles())) as progress:
+            with counted("tiles", len(plan.tiles())) as progress:
                 for done, count, arrays in photo_tiles(renderer, shot, plan, moment, light, wanted):
                     progress(done, count)
                     out = arrays
@@ -125,7 +122,7 @@ def render_command(
         )  # fmt: skip
     settings |= {"planet": planet or scene.name, "view": None if camera.given() or told else view or DEFAULT_VIEW}
     save_capture(output, out, settings)
-    console.print(f"wrote [bold]{output}[/]", highlight=False, soft_wrap=True)
+    written(output)
 
 
 def record_command(
@@ -170,15 +167,13 @@ def record_command(
 
     scene = load_scene(planet)
     flight = scripted(path, scene, PATHS_FILE if paths is None else paths)
-    with counted(console, "frames", count) as progress:
+    with counted("frames", count) as progress:
         made = record(
             scene, flight, output, count=count, size=pixels, quality=quality, overrides=knobs, fps=fps, video=video,
             gif=gif, force=force, progress=progress,
         )  # fmt: skip
-    console.print(f"wrote {len(made.frames)} frames, {made.frames[0]} ... {made.frames[-1].name}", highlight=False)
-    for file in (made.sheet, made.video, made.gif):
-        if file is not None:
-            console.print(f"wrote [bold]{file}[/]", highlight=False, soft_wrap=True)
+    console.print(f"{len(made.frames)} frames, {made.frames[0]} ... {made.frames[-1].name}", soft_wrap=True)
+    written(made.sheet, made.video, made.gif)
 
 
 def find_view(name: str, scene: Scene) -> Any:

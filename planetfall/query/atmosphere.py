@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from numbers import Integral
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import moderngl
 import numpy as np
@@ -18,6 +18,9 @@ from ..systems.atmosphere.probe import AirQuestions, Rays
 from ..systems.atmosphere.sizes import paper_sizes, table_sizes, view_sizes
 from .probe import Probe
 from .questions import question_distances, question_rows
+
+if TYPE_CHECKING:
+    from ..scene.scene import PlanetHandle, Scene
 
 __all__ = ["AtmosphereProbe"]
 
@@ -45,11 +48,11 @@ class AtmosphereProbe(Probe):
 
     def __init__(
         self,
-        scene: Any,
+        scene: Scene,
         ctx: moderngl.Context | None = None,
         quality: str = "high",
         overrides: Mapping[str, Any] | None = None,
-        planet: Any = None,
+        planet: PlanetHandle | None = None,
     ) -> None:
         handle = scene.planet if planet is None else planet
         settings = resolve_quality(quality, overrides)

@@ -4,26 +4,29 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import moderngl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..components import Atmosphere, Clouds, Planet
-from ..engine.gpu.bindings import AIR_BLOCK
+from ..engine.blocks.bindings import AIR_BLOCK
 from ..engine.settings import with_overrides
 from ..quality import resolve_quality
 from ..systems.atmosphere.block import AirBlock, air_block
 from ..systems.atmosphere.model import AirModel
 from ..systems.atmosphere.sizes import table_sizes
 from ..systems.atmosphere.tables import AirTables
-from ..systems.clouds.asked import WeatherQuestions
 from ..systems.clouds.imported import imported_cover
 from ..systems.clouds.model import CloudModel
-from ..systems.clouds.probe import CloudQuestions
+from ..systems.clouds.shell_probe import ShellProbe
+from ..systems.clouds.weather_probe import WeatherProbe
 from .probe import Probe
 from .questions import question_distances, question_number, question_rows
+
+if TYPE_CHECKING:
+    from ..scene.scene import PlanetHandle, Scene
 
 __all__ = ["CloudProbe"]
 
@@ -50,11 +53,11 @@ class CloudProbe(Probe):
 
     def __init__(
         self,
-        scene: Any,
+        scene: Scene,
         ctx: moderngl.Context | None = None,
         quality: str = "high",
         overrides: Mapping[str, Any] | None = None,
-        planet: Any = None,
+        planet: PlanetHandle | None = None,
         as_pictures: bool = False,
     ) -> None:
         handle = scene.planet if planet is None else planet
@@ -85,8 +88,8 @@ class CloudProbe(Probe):
             self._air = AirModel.from_components(handle[Planet], air, self._sun_radius_rad)
         super().__init__(ctx)
         self._air_block: Any = None
-        self._asked: dict[bool, CloudQuestions] = {}
-        self._asked_weather: WeatherQuestions | None = None
+        self._asked: dict[bool, ShellProbe] = {}
+        self._asked_weather: WeatherProbe | None = None
         self._tables: dict[int, AirTables] = {}
 
     def march(
@@ -141,7 +144,7 @@ class CloudProbe(Probe):
             )
         return light * self._irradiance, transmittance
 
-    def _questions(self, in_air: bool, orders: int) -> CloudQuestions:
+    def _questions(self, in_air: bool, orders: int) -> ShellProbe:
         # Programs look their contracts up again whenever they are used.
         shaders = self._gpu.shaders
         shaders.withdraw("probe")
@@ -151,7 +154,7 @@ class CloudProbe(Probe):
         made = self._asked.get(in_air)
         if made is None:
             top = self._air.thickness_m if in_air and self._air is not None else 0.0
-            made = self._asked[in_air] = CloudQuestions(self._scope, self._clouds, self._settings, top)
+            made = self._asked[in_air] = ShellProbe(self._scope, self._clouds, self._settings, top)
         return made
 
     def _march_weather(self, *rays: Any, multiple: bool, in_air: bool, **more: Any) -> tuple[Floats, Floats]:
@@ -159,11 +162,11 @@ class CloudProbe(Probe):
         shaders.withdraw("probe")
         if in_air:
             shaders.provide("air_point", "atmosphere/air_point.glsl", owner="probe")
-            shaders.provide("air", "clouds/asked/air.glsl", owner="probe")
-            shaders.provide("sky", "clouds/asked/sky.glsl", owner="probe")
+            shaders.provide("air", "clouds/probe/air.glsl", owner="probe")
+            shaders.provide("sky", "clouds/probe/sky.glsl", owner="probe")
             self._bind_air(0 if multiple else 1)
         if self._asked_weather is None:
-            self._asked_weather = WeatherQuestions(self._scope, self._component, self._clouds, self._settings)
+            self._asked_weather = WeatherProbe(self._scope, self._component, self._clouds, self._settings)
         return self._asked_weather.march(*rays, multiple=multiple, in_air=in_air, **more)
 
     def _bind_air(self, orders: int) -> None:

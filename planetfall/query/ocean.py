@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +14,9 @@ from ..engine.waves.shoaling import DEEP
 from ..engine.world import MissingError
 from ..systems.terrain.height import TerrainField, TerrainParams
 from .terrain import checked_directions
+
+if TYPE_CHECKING:
+    from ..scene.scene import PlanetHandle, Scene
 
 __all__ = ["OceanSampler"]
 
@@ -29,7 +32,7 @@ class OceanSampler:
     ValueError that names the argument and the index.
     """
 
-    def __init__(self, scene: Any, planet: Any = None) -> None:
+    def __init__(self, scene: Scene, planet: PlanetHandle | None = None) -> None:
         """scene: anything with planet[Planet] and planet[Ocean]. planet: one of scene.planets instead of that."""
         handle = scene.planet if planet is None else planet
         try:

@@ -47,6 +47,11 @@ class TerrainPatch:
     cell: tuple[int, int, int, int] | None = None
     border: int = 0
 
+    def __repr__(self) -> str:
+        n, low, high = len(self.x_m), self.heights_m.min(), self.heights_m.max()
+        cell = "" if self.cell is None else f", cell {self.cell}"
+        return f"<TerrainPatch {n} x {n} points, {np.ptp(self.x_m):g} m wide, heights {low:.1f} to {high:.1f} m{cell}>"
+
     def triangles(self) -> NDArray[np.int32]:
         """Corner indices (2 (n - 1)^2, 3) into positions_m.reshape(-1, 3), counter-clockwise from above."""
         n = len(self.x_m)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,6 +13,9 @@ from ..engine.world import MissingError
 from ..systems.terrain import height_march, height_rays
 from ..systems.terrain.height import TerrainField, TerrainParams
 from .patch import MOST_POINTS, TerrainPatch, aligned_patch, lattice_size, tangent_patch
+
+if TYPE_CHECKING:
+    from ..scene.scene import PlanetHandle, Scene
 
 __all__ = ["TerrainPatch", "TerrainSampler", "checked_directions"]
 
@@ -26,7 +29,7 @@ class TerrainSampler:
     Bad input (wrong shape, NaN, a zero direction) is a ValueError that names the argument and the index.
     """
 
-    def __init__(self, scene: Any, planet: Any = None) -> None:
+    def __init__(self, scene: Scene, planet: PlanetHandle | str | None = None) -> None:
         """scene: anything with planet[Planet] and planet[Terrain]. planet: one of scene.planets, or its
         name, instead of that."""
         if isinstance(planet, str) and planet in getattr(scene, "planets", ()):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..components import Ocean, Sun, Terrain
-from ..engine.frame import Frame
+from ..engine.frame import Frame, View
 from ..engine.system import System
 from ..errors import MissingError
 from ..scene.companions import Body
@@ -51,7 +51,8 @@ class Others:
         self._stage, self._name = stage, name
         self._parts: dict[int, tuple[float, float]] = {}
         self._drawn: dict[tuple[int, str], _Drawn] = {}
-        self._waits: list[PlanetRenderer] = []
+        self._shown: dict[int, list[_Drawn]] = {}
+        """By view: what its last frame showed of other planets."""
 
     def prepare(self, frame: Frame) -> bool:
         sky = self._stage.now(frame.time_s)
@@ -65,16 +66,16 @@ class Others:
     def stamp(self) -> tuple[Any, ...]:
         return self._stage.stamp()
 
-    def settled(self) -> bool:
-        return all(system.settled() for planet in self._waits for system in _drawing(planet))
+    def settled(self, view: View) -> bool:
+        return all(drawn.settled() for drawn in self._shown.get(view.index, ()))
 
-    def progress(self) -> float:
-        return min((system.progress() for planet in self._waits for system in _drawing(planet)), default=1.0)
+    def progress(self, view: View) -> float:
+        return min((drawn.progress() for drawn in self._shown.get(view.index, ())), default=1.0)
 
     def pictures(self, frame: Frame) -> list[Picture]:
         bodies = self._stage.now(frame.time_s).bodies
         main = bodies[self._name]
-        self._waits = []
+        shown = self._shown[frame.view_index] = []
         found: list[tuple[float, Picture]] = []
         for body in bodies.values():
             if body.name == self._name:
@@ -93,7 +94,7 @@ class Others:
                     raise MissingError(f"planet {body.name!r} has no renderer yet")
                 drawn = self._drawn[frame.view_index, body.name] = _Drawn(planet, part.size)
             texture = drawn.texture(self._stage, body, part, frame)
-            self._waits.append(drawn.planet)
+            shown.append(drawn)
             power = float(away @ away) - seen.reach_m**2
             found.append((power, Picture(texture, part.corner_px, part.texel_px, part.rect, part.spot_px)))
         return [picture for _, picture in sorted(found, key=lambda pair: -pair[0])]
@@ -105,12 +106,16 @@ class Others:
     def forget(self, name: str) -> None:
         """A planet goes: one of the same name may come."""
         for key in [key for key in self._drawn if key[1] == name]:
-            self._drawn.pop(key).release()
+            gone = self._drawn.pop(key)
+            gone.release()
+            if gone in self._shown.get(key[0], ()):
+                self._shown[key[0]].remove(gone)
 
     def release(self) -> None:
         for drawn in self._drawn.values():
             drawn.release()
         self._drawn.clear()
+        self._shown.clear()
 
 
 class _Drawn:
@@ -140,8 +145,14 @@ class _Drawn:
             ),
         )
         self._texture = view.compiled().resource(PICTURE)
-        self._spot = key if all(system.settled() for system in _drawing(planet)) else ()
+        self._spot = key if self.settled() else ()
         return self._texture
+
+    def settled(self) -> bool:
+        return all(system.settled(self.view) for system in _drawing(self.planet))
+
+    def progress(self) -> float:
+        return min((system.progress(self.view) for system in _drawing(self.planet)), default=1.0)
 
     def _spot_key(self, stage: Stage, part: Part, sun: Sun) -> tuple[Any, ...]:
         """What a spot's picture depends on, as far as a few pixels can show."""

@@ -159,7 +159,7 @@ class Picture:
         def frame() -> None:
             self._draw(turn, view, Wanted(view.exports - _TARGETS | {LDR}, 10.0, settling=True))
 
-        settle(frame, lambda: turn.planet.running, self._current, timeout_s, progress)
+        settle(frame, view, lambda: turn.planet.running, self._current, timeout_s, progress)
 
     def snapshot(self, camera: Camera | View, time_s: float | None = None, settle: bool = True) -> Snapshot:
         """A picture that shows itself in notebooks; .array, .save(path)."""
@@ -209,7 +209,7 @@ class Picture:
         state = view.standpoint.state(turn.stand, view.size)
         moment = Moment(state, turn.sun, turn.time_s, turn.stand.optics.ev100)
         if planet.draw(view, moment, wanted):
-            owner.watch.after_frame(owner.scene, planet.running)
+            owner.watch.after_frame(owner.scene, view, planet.running)
         owner.python_ms = self._turn_ms + planet.python_ms
 
     def _view_of(self, name: str) -> DrawnView:
@@ -304,6 +304,12 @@ class Picture:
     def passes(self) -> list[PassReport]:
         """What ran in the last frame and what was skipped, and why: PassReport objects of the frame graph."""
         return list(self.graph.passes)
+
+    @property
+    def refining(self) -> tuple[str, ...]:
+        """What is still being made of what the last frame showed, such as "ground 63 %"; empty when all is there."""
+        view = self._front_view
+        return tuple(text for system in self._planet.running if (text := system.refining(view)))
 
     @property
     def graph(self) -> Plan:

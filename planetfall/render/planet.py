@@ -19,7 +19,6 @@ from ..engine.settings import revision
 from ..engine.space import CameraState
 from ..engine.system import Setup, System
 from ..scene.scene import Scene
-from ..systems.composite import CompositeSystem
 from ..systems.light import resolve_sun
 from .drawn_ground import DrawnGround
 from .drawn_view import LDR, DrawnView
@@ -114,13 +113,7 @@ class PlanetRenderer:
     def release_view(self, view: DrawnView) -> None:
         """Free what is that view's alone."""
         self.use()
-        composite = self.system("composite")
-        if isinstance(composite, CompositeSystem):
-            composite.view_gone()
         self.views.release(view.index)
-        for other in self._drawn():
-            other.rest.forget()
-            other.stillness.forget()  # what systems said last, they said of the one that is gone
 
     def _drawn(self) -> list[DrawnView]:
         return [view for view in self.views if isinstance(view, DrawnView)]
@@ -137,9 +130,9 @@ class PlanetRenderer:
         self.use()
         self._gate()
         frame = self._frame_for(view, moment, wanted)
-        running, several = self.running, len(self._drawn()) > 1
-        frame.still = view.stillness.same_as_before(frame, running, several)
-        rests = view.rest.may_repeat(frame, lambda: view.stillness.settled(running, several), wanted.exports)
+        running = self.running
+        frame.still = view.stillness.same_as_before(frame, running)
+        rests = view.rest.may_repeat(frame, lambda: view.stillness.settled(view, running), wanted.exports)
         if rests and self._repeat(view, wanted, running):
             self.python_ms = (time.perf_counter() - started) * 1e3
             return False
@@ -156,7 +149,7 @@ class PlanetRenderer:
         plan.execute()
         view.cut = False
         view.frames += 1
-        view.stillness.drawn(running, frame.still, several)
+        view.stillness.drawn(view, running)
         return True
 
     def _repeat(self, view: DrawnView, wanted: Wanted, running: Sequence[System]) -> bool:

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from ..camera.place import Pose, Stand
 from ..components import Sun
-from ..engine.backdrop import SOURCE
 from ..engine.frame import SunState
+from ..engine.frame.backdrop import SOURCE
 from ..engine.settings import revision
 from ..engine.space import CameraState
 from ..scene.companions import Body, bodies, nearest, own_revisions
@@ -189,8 +189,8 @@ class Planets(Mapping[str, PlanetRenderer]):
         old, new = self[before], self[after]
         new.first_view.cut = True
         was, now = (next(s for s in planet.systems if isinstance(s, CompositeSystem)) for planet in (old, new))
-        if was.exposed:
-            now.go_on_from(was.reading_bytes())
+        if was.exposed(old.first_view):
+            now.go_on_from(was.reading_bytes(old.first_view))
 
     # -- the renderers ------------------------------------------------------------------------------------------------
 

@@ -205,18 +205,13 @@ class Renderer(Picture):
             return statistics(self._planet.running)
 
     @property
-    def refining(self) -> tuple[str, ...]:
-        """What is still being made of what the last frame showed, such as "ground 63 %"; empty when all is there."""
-        return tuple(text for system in self._planet.running if (text := system.refining()))
-
-    @property
     def exposure(self) -> float | None:
         """EV100 of the last picture; None before the first and after one without colours. Reads back from the GPU."""
         composite = self.system("composite")
-        if not isinstance(composite, CompositeSystem) or not composite.exposed:
+        if not isinstance(composite, CompositeSystem) or not composite.exposed(self._front_view):
             return None
         with self.current():
-            return composite.reading().ev100
+            return composite.reading(self._front_view).ev100
 
     @property
     def memory_bytes(self) -> dict[str, int]:

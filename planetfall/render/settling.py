@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..errors import NotSettled
 
 if TYPE_CHECKING:
+    from ..engine.frame import View
     from ..engine.system import System
 
 __all__ = ["settle"]
@@ -20,6 +21,7 @@ _SETTLE_FRAMES = 64
 
 def settle(
     frame: Callable[[], None],
+    view: View,
     running: Callable[[], Sequence[System]],
     current: Callable[[], AbstractContextManager[Any]],
     timeout_s: float | None,
@@ -34,9 +36,9 @@ def settle(
         with current():
             frame()
             systems = running()
-            waiting = [s.name for s in systems if not s.settled()]  # some read back from the GPU
+            waiting = [s.name for s in systems if not s.settled(view)]  # some read back from the GPU
             # A system may be content before all that it could do is done.
-            shares = [s.progress() if s.name in waiting else 1.0 for s in systems]
+            shares = [s.progress(view) if s.name in waiting else 1.0 for s in systems]
         further = len(shares) != len(best) or any(now > most for now, most in zip(shares, best, strict=True))
         best = [*map(max, shares, best)] if len(shares) == len(best) else shares
         step, idle, share = step + 1, 0 if further else idle + 1, max(share, min(shares, default=1.0))

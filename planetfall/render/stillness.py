@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..components import DebugView, Exposure, Shape, Sun, Transform
-from ..engine.frame import Frame
+from ..engine.frame import Frame, View
 from ..engine.settings import latest_revision, revision
 from ..engine.system import System
 from ..scene.scene import Scene
@@ -34,24 +34,19 @@ class Stillness:
         """The next frame is another one than the last, whatever it shows."""
         self._shown = ()
 
-    def drawn(self, running: Sequence[System], still: bool, several: bool) -> None:
-        """A frame has been drawn. several: the renderer has other views, and what systems say of themselves is said of
-        the view drawn last: it is asked for now, while that is this one."""
-        if not several:
-            self._waiting = None
-            return
-        # Composite may read back from the GPU to answer, and gathers nothing while the view moves.
-        names = (s.name for s in running if (s.name == CompositeSystem.name and not still) or not s.settled())
+    def drawn(self, view: View, running: Sequence[System]) -> None:
+        """A frame has been drawn. Systems are asked now: what they share goes on in frames of other views, but this one
+        shows it as it was."""
+        # Not composite, which shares nothing, and may read back from the GPU to answer: later, when the frame is done.
+        names = (s.name for s in running if s.name != CompositeSystem.name and not s.settled(view))
         self._waiting = frozenset(names)
 
-    def settled(self, running: Sequence[System], several: bool) -> bool:
+    def settled(self, view: View, running: Sequence[System]) -> bool:
         """Whether the last frame of this view showed all that it will come to show."""
-        if several:
-            return self._waiting is not None and not self._waiting
-        return all(system.settled() for system in running)
+        return self._waiting is not None and not self._waiting and all(s.settled(view) for s in running)
 
-    def same_as_before(self, frame: Frame, running: Sequence[System], several: bool = False) -> bool:
-        """See Frame.still; several: as in `drawn`."""
+    def same_as_before(self, frame: Frame, running: Sequence[System]) -> bool:
+        """See Frame.still."""
         camera, sun = frame.camera, frame.sun
         revisions = [revision(part) for part in self._listed()]
         place = (camera.position_m, camera.forward, camera.up, sun.direction, sun.irradiance)
@@ -60,9 +55,7 @@ class Stillness:
         others = (latest_revision(Transform, Shape), list_revision())
         shown = (moment, frame.size, self._scene.world.structure_revision, revisions, others)
         same, self._shown = shown == self._shown, shown
-        if not same or (several and self._waiting is None):
-            return False
-        return not any(self._moves(system, several) for system in running)
+        return same and not any(self._moves(frame.view, system) for system in running)
 
     def _listed(self) -> tuple[Any, ...]:
         """The components whose change ends a still picture."""
@@ -73,10 +66,8 @@ class Stillness:
             self._parts = structure, tuple(part for part in parts if not isinstance(part, _SEEN_ELSEWHERE))
         return self._parts[1]
 
-    def _moves(self, system: System, several: bool) -> bool:
+    def _moves(self, view: View, system: System) -> bool:
         if system.name == CompositeSystem.name:  # which gathers
             return False
         moving = system.moving if system.moving is not None else not is_own(system)
-        if several:
-            return moving or self._waiting is None or system.name in self._waiting
-        return moving or not system.settled()
+        return moving or self._waiting is None or system.name in self._waiting or not system.settled(view)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
+from weakref import WeakSet
 
 from ..engine.settings import revision
 
 if TYPE_CHECKING:
+    from ..engine.frame import View
     from ..engine.system import System
     from ..scene.scene import Scene
 
@@ -18,27 +20,28 @@ class Watch:
     """Lists of functions that are called after a frame, in the thread that rendered it. Empty lists cost nothing.
 
     changed(names): components of the scene's planets, their orbits or its environment were changed, added or taken off
-    since the last frame; names are those of their classes. settled(): everything that streams, refines or adapts has
-    come to rest; once, and again after each change that set it going. Asking for that reads back from the GPU in
-    automatic exposure. What a callback raises comes out of the renderer's call.
+    since the last frame; names are those of their classes. settled(): everything that streams, refines or adapts in
+    a view has come to rest; once for that view, and again after each change that set it going. Asking for that reads
+    back from the GPU in automatic exposure. What a callback raises comes out of the renderer's call.
     """
 
     def __init__(self) -> None:
         self.changed: list[Callable[[frozenset[str]], object]] = []
         self.settled: list[Callable[[], object]] = []
         self._stamps: dict[tuple[int, int, str], tuple[int, int]] | None = None
-        self._rests = False
+        self._rest: WeakSet[View] = WeakSet()
 
-    def after_frame(self, scene: Scene, running: Iterable[System]) -> None:
-        """A frame of a scene has been drawn by these systems."""
+    def after_frame(self, scene: Scene, view: View, running: Iterable[System]) -> None:
+        """A frame of a scene has been drawn in that view by these systems."""
         if self.changed:
             self._tell_changes(scene)
         if self.settled:
-            rests = all(system.settled() for system in running)
-            if rests and not self._rests:
+            if not all(system.settled(view) for system in running):
+                self._rest.discard(view)
+            elif view not in self._rest:
+                self._rest.add(view)
                 for function in tuple(self.settled):
                     function()
-            self._rests = rests
 
     def _tell_changes(self, scene: Scene) -> None:
         stamps = {

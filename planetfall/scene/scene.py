@@ -108,7 +108,7 @@ class PropHandle(Handle["Scene"]):
 
     def add(self, component: C) -> C:
         """Give it this component, in place of one of the same type; returns the component. Checks as scene.add."""
-        self.scene._check_prop((component,))
+        self.scene.check_prop((component,))
         return super().add(component)
 
     def _what(self) -> str:
@@ -137,9 +137,9 @@ class Scene:
         body = {"planet": Planet()} | {key: c for key, c in components.items() if key in PLANET_KINDS}
         self.environment = Handle(self, self.world.create(*own.values()), name)
         self.planet = PlanetHandle(self, self.world.create(*body.values()), name)
-        self._handles = {name: self.planet}
-        self.planets: Mapping[str, PlanetHandle] = _Planets(self._handles)
-        self.companions = Companions(self)
+        planets = {name: self.planet}
+        self.planets: Mapping[str, PlanetHandle] = _Planets(planets)
+        self.companions = Companions(self, planets)
         """Further planets, such as a moon: `scene.companions.add("moon", pf.Orbit(...))`."""
         self.accompanies: Scene | None = None
         """The scene of which this one is a companion."""
@@ -195,7 +195,7 @@ class Scene:
         One with both Transform and Shape is drawn; further components are the game's own. A scene may have thousands.
         Raises SceneError for components that belong elsewhere and for mesh files that can't be used.
         """
-        self._check_prop(components)
+        self.check_prop(components)
         entity = self.world.create(*components)
         handle = PropHandle(self, entity, name or f"prop {entity}")
         self._props[entity] = handle
@@ -220,7 +220,8 @@ class Scene:
         """
         set_places([prop[Transform] for prop in props], positions_m, orientations)
 
-    def _check_prop(self, components: Sequence[Any]) -> None:
+    def check_prop(self, components: Sequence[Any]) -> None:
+        """Raises SceneError for components that no object of this scene can have, as `add` does."""
         for component in components:
             refuse_elsewhere(component, "prop")
             if isinstance(component, Shape):
@@ -313,8 +314,9 @@ class Companion:
 class Companions(Mapping[str, Companion]):
     """The companions of a scene by name; `add` and `remove` take effect with the next frame."""
 
-    def __init__(self, scene: Scene) -> None:
-        self._scene = scene
+    def __init__(self, scene: Scene, planets: dict[str, PlanetHandle]) -> None:
+        """planets: what `scene.planets` shows, kept up to date here."""
+        self._scene, self._planets = scene, planets
         self._found: dict[str, Companion] = {}
         self._kept: list[Scene] = []
 
@@ -340,7 +342,7 @@ class Companions(Mapping[str, Companion]):
         """Take in a companion, or one that was removed before, unchecked: `Scene.validate` says what doesn't fit."""
         self._found[companion.name] = companion
         companion.scene.accompanies = self._scene
-        self._scene._handles[companion.name] = companion.scene.planet
+        self._planets[companion.name] = companion.scene.planet
         self.share_environment()
 
     def keep(self, scene: Scene) -> None:
@@ -350,7 +352,7 @@ class Companions(Mapping[str, Companion]):
     def remove(self, name: str) -> Companion:
         """Take a planet out of the scene; its own scene stays. UnknownNameError for one that isn't there."""
         companion = self[name]
-        del self._found[name], self._scene._handles[name]
+        del self._found[name], self._planets[name]
         companion.scene.accompanies = None
         return companion
 

@@ -8,7 +8,7 @@ from typing import Annotated, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...engine.gpu.layout import Vec3, Vec4
+from ...engine.blocks.layout import Vec3, Vec4
 from .model import AirModel
 
 __all__ = ["AIRGLOW_PER_SR", "AirBlock", "air_block"]

@@ -69,7 +69,7 @@ class TableJob:
     def __init__(
         self, gpu: GpuScope, sizes: TableSizes | PaperSizes, block: Any, cache: TableCache | None = None
     ) -> None:
-        self._gpu, self._ctx = gpu, gpu.gpu.ctx
+        self._gpu, self._ctx = gpu, gpu.ctx
         self._block = block
         self._sizes = sizes
         self._cache = TableCache("atmosphere") if cache is None else cache
@@ -112,7 +112,7 @@ class TableJob:
     @property
     def _mended(self) -> bool:
         """Whether a broken shader kept tables from being made, and does no more."""
-        return self._blocked and not self._gpu.gpu.shaders.errors
+        return self._blocked and not self._gpu.shaders.errors
 
     @property
     def share(self) -> float:

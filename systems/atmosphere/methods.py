@@ -7,11 +7,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...engine.frame import Frame, ViewInfo
+from ...engine.blocks.bindings import AIR_EXTINCTION_UNIT, AIR_FIRST_UNIT, AIR_SECOND_UNIT
+from ...engine.frame import Frame, View, ViewInfo
 from ...engine.gpu import GpuScope
-from ...engine.gpu.bindings import AIR_EXTINCTION_UNIT, AIR_FIRST_UNIT, AIR_SECOND_UNIT
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.methods import Method
+from ...engine.settings import Settings
 from .job import TableJob
 from .sizes import paper_sizes, table_sizes, view_sizes
 from .views import AirViewBlock, sun_at, view_block
@@ -29,13 +30,7 @@ class _View:
     def __init__(self) -> None:
         self.wanted: tuple[Any, ...] = ()
         self.filled: tuple[Any, ...] = ()
-        self.block = AirViewBlock(
-            camera=(0.0, 1.0, 0.0, 0.0),
-            span=(0.0, 0.0, 0.0, 0.0),
-            shape=(1.0, 1.0, 0.1, 0.0),
-            sun_side=(1.0, 0.0, 0.0, 0.0),
-            size=(0, 0, 0, 0),
-        )
+        self.block: AirViewBlock
         self.seen = True
 
 
@@ -45,7 +40,7 @@ class AirMethod(Method):
     reads: ClassVar[tuple[str, ...]] = ()
     """Resources of the graph that its contracts sample."""
 
-    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], model: Any, view: Any, sizes: Any) -> None:
+    def __init__(self, gpu: GpuScope, settings: Settings, model: Any, view: Any, sizes: Any) -> None:
         super().__init__(gpu)
         self.job = TableJob(gpu, sizes, model)
         self._view_ubo, self._sizes = view, view_sizes(settings)
@@ -71,17 +66,17 @@ class AirMethod(Method):
     def _state(self, view: _View) -> tuple[Any, ...]:
         """What a view's tables depend on. Turning about the zenith and moving under an equally high sun change nothing:
         the rounding in float64 that both leave is taken off here."""
-        altitude, cosine = view.block.camera[:2]
-        camera = np.float32(round(altitude, 6)), np.float32(round(cosine, 9))
+        shown = view.block.camera
+        camera = np.float32(round(shown.altitude_m, 6)), np.float32(round(shown.sun_mu, 9))
         return (self.job.generation, *camera, *(program.linked.key for program in self._fills))
 
-    def settled(self) -> bool:
+    def settled(self, view: View) -> bool:
         return self.job.done
 
-    def progress(self) -> float:
+    def progress(self, view: View) -> float:
         return self.job.share
 
-    def refining(self) -> str:
+    def refining(self, view: View) -> str:
         return "" if self.job.done else f"air {100.0 * self.job.share:.0f} %"
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
@@ -101,7 +96,7 @@ class PaperAir(AirMethod):
 
     contracts: ClassVar[Mapping[str, str]] = {"air": "atmosphere/paper/air.glsl", "sky": "atmosphere/paper/sky.glsl"}
 
-    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], model: Any, view: Any) -> None:
+    def __init__(self, gpu: GpuScope, settings: Settings, model: Any, view: Any) -> None:
         super().__init__(gpu, settings, model, view, paper_sizes(settings))
 
 
@@ -115,7 +110,7 @@ class OurAir(AirMethod):
     }
     reads: ClassVar[tuple[str, ...]] = _VIEW_TABLES
 
-    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], model: Any, view: Any) -> None:
+    def __init__(self, gpu: GpuScope, settings: Settings, model: Any, view: Any) -> None:
         tables = table_sizes(settings)
         super().__init__(gpu, settings, model, view, tables)
         light = gpu.compute("atmosphere/view_fill.comp", {"AIR_DEGREE": tables.degree})
@@ -175,9 +170,8 @@ class OurAir(AirMethod):
         def run() -> None:
             if job.generation != view.wanted[0]:
                 # The tables have been finished in this very frame, maybe of another air.
-                altitude, cosine, sine, _ = view.block.camera
-                side = np.asarray(view.block.sun_side[:3])
-                view.block = view_block(job.shown, altitude, cosine, sine, side, self._sizes)
+                was, side = view.block.camera, np.asarray(view.block.sun_side)
+                view.block = view_block(job.shown, was.altitude_m, was.sun_mu, was.sun_sine, side, self._sizes)
                 self._view_ubo.write(view.block)
             wanted = self._state(view)
             if wanted == view.filled:

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.gpu import GpuScope
-from ...engine.gpu.bindings import (
+from ...engine.blocks.bindings import (
     PAPER_BEFORE_UNIT,
     PAPER_DENSITY_UNIT,
     PAPER_FLOOR_UNIT,
@@ -20,6 +19,7 @@ from ...engine.gpu.bindings import (
     PAPER_SCATTERING_UNIT,
     PAPER_TRANSMITTANCE_UNIT,
 )
+from ...engine.gpu import GpuScope
 
 __all__ = ["PAPER_UNITS", "PaperSizes", "PaperTables"]
 
@@ -201,6 +201,12 @@ class PaperTables:
         """Samples that have been computed."""
         return self._spent
 
+    @property
+    def stage(self) -> str:
+        """Which table the next step is for."""
+        program = self._stages[self._stage].program
+        return next(name for name, made in self._programs.items() if made is program)
+
     def step(self, samples: int = 1_000_000) -> float:
         """Compute one slice: at least a row of a table, else about that many samples. Returns the share that is done.
 
@@ -217,8 +223,8 @@ class PaperTables:
         stage.program.run_over(*count)
         self._texels += math.prod(count)
         self._spent += stage.samples * math.prod(count)
+        self._gpu.barrier()
         if self._texels == math.prod(stage.size):
-            self._gpu.gpu.barrier()
             self._stage, self._texels = self._stage + 1, 0
             if self.done:
                 self._free_working()

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass, fields, replace
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.gpu import GpuScope
-from ...engine.gpu.bindings import AIR_BLOCK, AIR_VIEW_BLOCK
+from ...engine.blocks.bindings import AIR_BLOCK, AIR_VIEW_BLOCK, ANSWER_BUFFER, QUESTION_BUFFER
+from ...engine.gpu import GpuScope, StructLayout
 from .block import AirBlock, air_block
 from .job import Tables
 from .model import AirModel
 from .paper import PaperSizes, PaperTables
 from .tables import AirTables, TableSizes
-from .views import AirViewBlock, ViewSizes, spans
+from .views import AirRows, AirViewBlock, ViewSizes, focus_of, rows_at
 
 __all__ = ["AirQuestions", "Rays"]
 
@@ -52,6 +52,29 @@ class Rays:
         return Rays(distance - radius_m, sun_mu, sun_sine, mu, sine, np.clip(azimuth, -1.0, 1.0), nu)
 
 
+@dataclass
+class AirQuestion:
+    """A ray from a camera; or light on a surface there. GLSL: ``#include "generated/air_question.glsl"``."""
+
+    altitude_m: Annotated[float, "of the camera; up to focus as in AirView"]
+    sun_mu: float
+    sun_sine: float
+    floor_rays: AirRows
+    open_rays: AirRows
+    focus: float
+    mu: Annotated[float, "of the ray: up to nu as in AirRay in view.glsl"]
+    sine: float
+    azimuth: float
+    nu: float
+    distance_m: Annotated[float, "negative: the whole ray"]
+    n_up: Annotated[float, "of a surface: its normal's components, upwards"]
+    n_side: Annotated[float, "and towards the sun's azimuth"]
+    sun_cosine: float
+
+
+_LAYOUT = StructLayout(AirQuestion, "std430")
+
+
 class AirQuestions:
     """One air's tables and the program that asks them.
 
@@ -64,6 +87,7 @@ class AirQuestions:
         self._block = gpu.uniform_block(AirBlock, AIR_BLOCK, "air_model")
         self._block.write(air_block(model, _DARK))
         gpu.uniform_block(AirViewBlock, AIR_VIEW_BLOCK, "air_view")
+        gpu.shaders.add_virtual("generated/air_question.glsl", _LAYOUT.glsl)
         if isinstance(tables, PaperSizes):
             self._program = gpu.compute("atmosphere/paper/probe.comp")
         else:
@@ -88,8 +112,7 @@ class AirQuestions:
     def irradiance(self, rays: Rays, normals_up: Floats, normals_side: Floats, sun: Floats) -> tuple[Floats, Floats]:
         """(direct, sky), (N, 3) each, on surfaces: normals' components (N,) along the zenith and towards the sun's
         azimuth, and cosines (N,) between normal and sun."""
-        more = np.stack([normals_up, normals_side, sun], 1)
-        answers = self._ask(_SURFACE, rays, None, more, 0, False, None)
+        answers = self._ask(_SURFACE, rays, None, (normals_up, normals_side, sun), 0, False, None)
         return answers[:, 1, :3], answers[:, 2, :3]
 
     def _entered(self, rays: Rays, distance_m: Floats | None) -> tuple[Rays, Floats | None]:
@@ -125,7 +148,7 @@ class AirQuestions:
         mode: int,
         rays: Rays,
         distance_m: Floats | None,
-        more: Floats | None,
+        surface: tuple[Floats, Floats, Floats] | None,
         orders: int,
         single: bool,
         part: str | None,
@@ -134,13 +157,15 @@ class AirQuestions:
         if isinstance(self._sizes, PaperSizes):
             rays, distance_m = self._entered(rays, distance_m)
         h = np.maximum(rays.altitude_m, 0.0)
-        packed = np.zeros((count, 20), np.float32)
-        packed[:, 0], packed[:, 1], packed[:, 2] = h, rays.sun_mu, rays.sun_sine
-        packed[:, 4:8], packed[:, 8:12] = spans(self._model, h)
-        packed[:, 12], packed[:, 13], packed[:, 14], packed[:, 15] = rays.mu, rays.sine, rays.azimuth, rays.nu
-        packed[:, 16] = -1.0 if distance_m is None else distance_m
-        if more is not None:
-            packed[:, 16:19] = more
+        packed = np.zeros(count, _LAYOUT.dtype)
+        for item in fields(rays):
+            packed[item.name] = getattr(rays, item.name)
+        packed["altitude_m"], packed["focus"] = h, focus_of(self._model)
+        for name, rows in zip(("floor_rays", "open_rays"), rows_at(self._model, h), strict=True):
+            for item in fields(rows):
+                packed[name][item.name] = getattr(rows, item.name)
+        packed["distance_m"] = -1.0 if distance_m is None else distance_m
+        packed["n_up"], packed["n_side"], packed["sun_cosine"] = surface or (0.0, 0.0, 0.0)
         self._block.bind()
         # Single scattering needs the depths alone; those of any number of orders will do.
         if isinstance(self._sizes, PaperSizes):
@@ -149,22 +174,23 @@ class AirQuestions:
         else:
             tables = next(iter(self._tables.values())) if single and self._tables else self._tables_of(orders)
         sizes = self._views
-        self._program.set("u_size", (sizes.columns, sizes.rows, sizes.slices, 0))
+        self._program.set("u_size", (sizes.columns, sizes.rows, sizes.slices))
         return np.concatenate([self._batch(packed[i : i + _BATCH], mode, tables, single, part)
                                for i in range(0, max(count, 1), _BATCH)])  # fmt: skip
 
-    def _batch(self, packed: NDArray[np.float32], mode: int, tables: Tables, single: bool, part: str | None) -> Floats:
+    def _batch(self, packed: NDArray[Any], mode: int, tables: Tables, single: bool, part: str | None) -> Floats:
         count = len(packed)
         if not count:
             return np.zeros((0, 3, 4))
-        questions, answers = self._gpu.buffer(packed), self._gpu.buffer(reserve=48 * count)
+        questions, answers = self._gpu.buffer(packed.tobytes()), self._gpu.buffer(reserve=48 * count)
         try:
-            questions.bind_to_storage_buffer(0)
-            answers.bind_to_storage_buffer(1)
+            questions.bind_to_storage_buffer(QUESTION_BUFFER)
+            answers.bind_to_storage_buffer(ANSWER_BUFFER)
             tables.bind()
-            self._program.set("u_mode", (mode, count, 0 if single else 1, 0 if part is not None else 1))
+            for name, value in (("asked", mode), ("count", count), ("all_orders", not single), ("phase", part is None)):
+                self._program.set(f"u_{name}", value)
             self._program.run_over(count)
-            self._gpu.gpu.ctx.memory_barrier()
+            self._gpu.barrier()
             return np.frombuffer(answers.read(), np.float32).reshape(count, 3, 4).astype(np.float64)
         finally:
             self._gpu.free(questions)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
+from ...engine.settings import Settings
 from .paper import PaperSizes
 from .tables import Directions, TableSizes
 from .views import ViewSizes
@@ -12,7 +10,7 @@ from .views import ViewSizes
 __all__ = ["paper_sizes", "table_sizes", "view_sizes"]
 
 
-def table_sizes(settings: Mapping[str, Any]) -> TableSizes:
+def table_sizes(settings: Settings) -> TableSizes:
     """Sizes of the tables that hold for all cameras, from the keys "atmosphere.*"."""
     altitudes, azimuths = int(settings["atmosphere.altitudes"]), int(settings["atmosphere.directions"])
     march = int(settings["atmosphere.march"])
@@ -28,12 +26,12 @@ def table_sizes(settings: Mapping[str, Any]) -> TableSizes:
     )
 
 
-def view_sizes(settings: Mapping[str, Any]) -> ViewSizes:
+def view_sizes(settings: Settings) -> ViewSizes:
     """Sizes of the tables of one camera."""
     return ViewSizes(*(int(settings[f"atmosphere.{name}"]) for name in ("columns", "rows", "slices")))
 
 
-def paper_sizes(settings: Mapping[str, Any], orders: int = 4) -> PaperSizes:
+def paper_sizes(settings: Settings, orders: int = 4) -> PaperSizes:
     """Sizes of the tables of the printed method: the source's own, times the knob "atmosphere.paper_scale"."""
     scale = float(settings["atmosphere.paper_scale"])
 

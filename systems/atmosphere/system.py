@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 from ...components import Atmosphere, Planet, Shape
-from ...engine.frame import Frame, ViewInfo
+from ...engine.blocks.bindings import AIR_BLOCK, AIR_VIEW_BLOCK
+from ...engine.frame import Frame, View, ViewInfo
 from ...engine.frame.contracts import provide_contracts, withdraw_contracts
 from ...engine.frame.unseen import Unseen
-from ...engine.gpu.bindings import AIR_BLOCK, AIR_VIEW_BLOCK
 from ...engine.graph import GraphBuilder, PassIO
 from ...engine.methods import Methods
-from ...engine.settings import SettingError, revision, with_overrides
+from ...engine.settings import SettingError, Settings, revision, with_overrides
 from ...engine.system import Setup, System
+from ...engine.world import World
 from .block import AirBlock, air_block
 from .job import TableJob
 from .methods import AirMethod, OurAir, PaperAir
@@ -93,7 +94,7 @@ class AtmosphereSystem(System):
         self._view_ubo.bind()
         self._model_ubo.bind()
 
-    def _refresh(self, world: Any, planet: int, settings: Mapping[str, Any], sun: Any) -> TableJob:
+    def _refresh(self, world: World, planet: int, settings: Settings, sun: Any) -> TableJob:
         air, body = world.get(planet, Atmosphere), world.get(planet, Planet)
         light = (sun.angular_radius_rad, *sun.irradiance)
         job = self.method.job
@@ -115,15 +116,15 @@ class AtmosphereSystem(System):
         job.want(model, air_block(model, air, sun.irradiance))
         return job
 
-    def settled(self) -> bool:
-        return self.method.settled()
+    def settled(self, view: View) -> bool:
+        return self.method.settled(view)
 
-    def progress(self) -> float:
+    def progress(self, view: View) -> float:
         """Share of the tables that is done, 0..1."""
-        return self.method.progress()
+        return self.method.progress(view)
 
-    def refining(self) -> str:
-        return self.method.refining()
+    def refining(self, view: View) -> str:
+        return self.method.refining(view)
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         self.method.declare(builder, view)

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from ...engine.blocks.bindings import AIR_DEPTH_UNIT, AIR_MOMENTS_UNIT, AIR_NODES_BLOCK
 from ...engine.gpu import GpuScope
-from ...engine.gpu.bindings import AIR_DEPTH_UNIT, AIR_MOMENTS_UNIT, AIR_NODES_BLOCK
 from .closing import closing_weights, moved
 
 __all__ = ["AirTables", "Directions", "TableSizes"]
@@ -84,7 +84,7 @@ class AirTables:
     def __init__(self, gpu: GpuScope, sizes: TableSizes, orders_wanted: int = 0) -> None:
         self.sizes = sizes
         self._gpu = gpu
-        self._ctx = gpu.gpu.ctx
+        self._ctx = gpu.ctx
         self._wanted = orders_wanted
         defines = {"AIR_DEGREE": sizes.degree}
         self._depth_program = gpu.compute("atmosphere/depth.comp", {"DEPTH_SEGMENTS": sizes.depth_segments})
@@ -113,6 +113,11 @@ class AirTables:
         self._forget_sums()
         self._work, self._spent, self.done = self._steps(), 0, False
         self._total = max(self.sizes.samples(), 1)
+
+    @property
+    def sums(self) -> int:
+        """How many orders' sums are held until they are added up."""
+        return len(self._sums)
 
     @property
     def share(self) -> float:
@@ -185,7 +190,7 @@ class AirTables:
             self.depth.bind_to_image(0, read=False, write=True)
             self._depth_program.set("u_rows", (row, row + rows))
             self._depth_program.run_over(columns, rows)
-            self._ctx.memory_barrier()
+            self._gpu.barrier()
             row += rows
             yield rows * self.sizes.depth_row_samples
         total_table, total, *tables = self._layered
@@ -201,7 +206,8 @@ class AirTables:
             if order > self.sizes.orders:
                 self._total += 2 * width * height * directions.count * directions.slices
             program = self._gather[1 if order == 1 else 0]
-            program.set("u_counts", (directions.above, directions.below, directions.azimuths, directions.slices))
+            for name in ("above", "azimuths", "slices"):
+                program.set(f"u_{name}", getattr(directions, name))
             sums = self._gpu.texture(self.sizes.moments, "rgba32f", layers=self.sizes.layers)
             self._sums.append(sums)
             sums.write(zero)
@@ -210,9 +216,10 @@ class AirTables:
                 last.use(AIR_MOMENTS_UNIT)
                 self._nodes[directions].bind_to_uniform_block(AIR_NODES_BLOCK)
                 sums.bind_to_image(0)
-                program.set("u_range", (row, first, past))
+                program.set("u_first_row", row)
+                program.set("u_directions", (first, past))
                 program.run(-(-width // 8), rows)
-                self._ctx.memory_barrier()
+                self._gpu.barrier()
                 yield 2 * width * rows * (past - first) * directions.slices
             self._as_table(sums, fresh)
             mean = np.frombuffer(self._place.read(), np.float32).reshape(height, width, 4)
@@ -234,7 +241,7 @@ class AirTables:
             total.bind_to_image(1)
             self._place.bind_to_image(2, read=True, write=False)
             self._add.run_over(*self.sizes.moments)
-            self._ctx.memory_barrier()
+            self._gpu.barrier()
         self._forget_sums()
 
     def _as_table(self, sums: Any, table: Any) -> None:
@@ -243,7 +250,7 @@ class AirTables:
         table.bind_to_image(1, read=False, write=True)
         self._place.bind_to_image(2, read=False, write=True)
         self._orders.run_over(*self.sizes.moments)
-        self._ctx.memory_barrier()
+        self._gpu.barrier()
 
     def _goes_on(self, means: list[np.ndarray[Any, Any]]) -> bool:
         """Whether another order is needed."""
@@ -277,7 +284,7 @@ def _chunks(d: Directions, width: int, height: int, samples: Any) -> Iterator[tu
 
 
 def _node_buffer(d: Directions) -> np.ndarray[Any, np.dtype[np.float32]]:
-    """(32, 4) f32: Gauss nodes and weights on 0..1, above the horizon in xy, below it in zw."""
+    """(32, 4) f32: Node of atmosphere/gather.comp."""
     packed = np.zeros((_MOST_NODES, 4), np.float32)
     for column, count in ((0, d.above), (2, d.below)):
         if not 1 <= count <= _MOST_NODES:

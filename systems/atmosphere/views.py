@@ -5,15 +5,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from ...engine.gpu.layout import IVec4, Vec4
+from ...engine.blocks.layout import Vec3
 from ...engine.space import length
 from .model import AirModel
 
-__all__ = ["AirViewBlock", "ViewSizes", "spans", "sun_at", "view_block"]
+__all__ = ["AirRows", "AirView", "AirViewBlock", "ViewSizes", "focus_of", "rows_at", "sun_at", "view_block"]
 
 _FINE = 4  # AIR_FINE in atmosphere/view.glsl
 _LEAST_SHARE = 4.0e-8
@@ -47,19 +48,45 @@ class ViewSizes:
 
 
 @dataclass
-class AirViewBlock:
-    """GLSL: ``#include "generated/air_view.glsl"``, instance ``air_view``; struct AirView in atmosphere/view.glsl."""
+class AirRows:
+    """Rows of the tables for one kind of rays; numbers, or arrays of them."""
 
-    camera: Vec4
-    """(altitude >= 0, cosine and sine of the sun's zenith angle, unused)"""
-    span: Vec4
-    """length of rays in the air: those that end on the floor (least, range), the others (least, range)"""
-    shape: Vec4
-    """(kappa of the rows of floor rays, of the others, width of the terminator's focus, unused)"""
-    sun_side: Vec4
-    """xyz: unit, level at the camera, towards the sun"""
-    size: IVec4
-    """(columns, rows of each half, slices, unused)"""
+    least_m: float
+    """length of the vertical ray in the air"""
+    range_m: float
+    """so much longer is the longest"""
+    kappa: float
+    """how far rows crowd at short rays: see air_path_row in atmosphere/slices.glsl"""
+
+
+@dataclass
+class AirView:
+    """What the functions of atmosphere/view.glsl know of a camera and its tables."""
+
+    altitude_m: float
+    """above the floor, >= 0"""
+    sun_mu: float
+    """cosine of the sun's zenith angle"""
+    sun_sine: float
+    floor_rays: AirRows
+    """that end on the floor: the first half"""
+    open_rays: AirRows
+    """that don't"""
+    focus: float
+    """half width of the azimuths' crowding at the terminator"""
+    columns: int
+    rows: int
+    """of each half"""
+    slices: int
+
+
+@dataclass
+class AirViewBlock:
+    """GLSL: ``#include "generated/air_view.glsl"``, instance ``air_view``."""
+
+    camera: AirView
+    sun_side: Vec3
+    """unit, level at the camera, towards the sun"""
 
 
 def sun_at(up: NDArray[np.float64], sun: NDArray[np.float64]) -> tuple[float, float, NDArray[np.float64]]:
@@ -74,31 +101,22 @@ def sun_at(up: NDArray[np.float64], sun: NDArray[np.float64]) -> tuple[float, fl
     return cosine, sine, side / sine
 
 
-def spans(model: AirModel, altitude_m: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """AirViewBlock's span and shape, (..., 4) each, for cameras at altitudes (...) >= 0 in metres."""
-    h = np.asarray(altitude_m, np.float64)
-    top, radius = model.thickness_m, model.radius_m
+def rows_at(model: AirModel, altitude_m: Any) -> tuple[AirRows, AirRows]:
+    """AirView's floor_rays and open_rays for a camera, or for cameras (...), at altitudes >= 0."""
+    top = model.thickness_m
     # Continuous through the top: from there on the rays are those of a camera on it.
-    inside = np.minimum(h, top)
-    to_horizon = np.sqrt(inside * (2.0 * radius + inside))
-    least = top - inside
-    share = inside / top
-    span = np.stack([inside, to_horizon - inside, least, to_horizon + model.longest_path_m - least], -1)
-    focus = np.full_like(h, _FOCUS * math.sqrt(model.rayleigh_height_m / radius))
-    shape = np.stack([1.0 + _STEEP_SHARE * share**2, 1.0 - _GRAZING_SHARE * share, focus, np.zeros_like(h)], -1)
-    return span, shape
+    inside = np.minimum(altitude_m, top)
+    to_horizon = np.sqrt(inside * (2.0 * model.radius_m + inside))
+    least, share = top - inside, inside / top
+    return (
+        AirRows(inside, to_horizon - inside, 1.0 + _STEEP_SHARE * (share * share)),
+        AirRows(least, to_horizon + model.longest_path_m - least, 1.0 - _GRAZING_SHARE * share),
+    )
 
 
-def _spans_of_one(model: AirModel, h: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """`spans` for one altitude, as each frame asks for it, to the bit."""
-    top, radius = model.thickness_m, model.radius_m
-    inside = min(h, top)
-    to_horizon = math.sqrt(inside * (2.0 * radius + inside))
-    least = top - inside
-    share = inside / top
-    span = (inside, to_horizon - inside, least, to_horizon + model.longest_path_m - least)
-    focus = _FOCUS * math.sqrt(model.rayleigh_height_m / radius)
-    return span, (1.0 + _STEEP_SHARE * (share * share), 1.0 - _GRAZING_SHARE * share, focus, 0.0)
+def focus_of(model: AirModel) -> float:
+    """AirView's focus."""
+    return _FOCUS * math.sqrt(model.rayleigh_height_m / model.radius_m)
 
 
 def view_block(
@@ -107,11 +125,5 @@ def view_block(
     """The block of a camera at this altitude under a sun at this zenith angle. Below the floor and just above it, it is
     held at _LEAST_SHARE of the radius."""
     h = max(altitude_m, _LEAST_SHARE * model.radius_m)
-    span, shape = _spans_of_one(model, h)
-    return AirViewBlock(
-        camera=(h, cosine, sine, 0.0),
-        span=span,
-        shape=shape,
-        sun_side=(*side.tolist(), 0.0),
-        size=(sizes.columns, sizes.rows, sizes.slices, 0),
-    )
+    size = (sizes.columns, sizes.rows, sizes.slices)
+    return AirViewBlock(AirView(h, cosine, sine, *rows_at(model, h), focus_of(model), *size), side)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.blocks.layout import zeros
 from .layers import kind_of
 from .view_block import MOST_INTERVALS, MOST_LAYERS, CloudKind, CloudSpan
 
@@ -59,4 +60,4 @@ def intervals_of(spans: Sequence[Span]) -> NDArray[np.float32]:
 def span_rows(spans: Sequence[Span]) -> list[CloudSpan]:
     """For CloudViewBlock.spans."""
     rows = [CloudSpan(span.base_m, 1.0 / (span.top_m - span.base_m), span.intervals) for span in spans]
-    return rows + [CloudSpan() for _ in range(MOST_LAYERS - len(rows))]
+    return rows + [zeros(CloudSpan)] * (MOST_LAYERS - len(rows))

@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.blocks.bindings import (
+    CLOUD_BLOCK,
+    CLOUD_RIMS_UNIT,
+    CLOUD_SHAPE_UNIT,
+    CLOUD_SLAB_UNIT,
+    WEATHER_FIRST_UNIT,
+    WEATHER_SECOND_UNIT,
+)
+from ...engine.blocks.layout import zeros
 from ...engine.gpu import GpuScope
-from ...engine.gpu.bindings import CLOUD_BLOCK, CLOUD_SLAB_UNIT
+from ...engine.settings import Settings
 from .block import CloudBlock, cloud_block
 from .imported import imported_cover
 from .layers import frames_at, kind_of, layers_of, noise_places, write_filter, write_layers, write_noise
 from .maps import BORDER, WeatherMaps
 from .model import CloudModel
-from .probe import slab_texture
+from .shell_probe import slab_texture
 from .view_block import CloudKind, CloudViewBlock, cloud_view_uniforms
 from .volumes import make_volume
 
@@ -32,10 +40,10 @@ class CloudField:
     and thickness of the layer that noise and maps of the shadow are measured by, in metres.
     """
 
-    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any]) -> None:
+    def __init__(self, gpu: GpuScope, settings: Settings) -> None:
         self._gpu = gpu
         self._ubo = cloud_view_uniforms(gpu)
-        self.block = CloudViewBlock()
+        self.block = zeros(CloudViewBlock)
         self._model_ubo = gpu.uniform_block(CloudBlock, CLOUD_BLOCK, "cloud_model")
         self._slabs: Any = None
         self._droplets: tuple[Any, ...] = ()
@@ -123,10 +131,10 @@ class CloudField:
         self._ubo.bind()
         self._model_ubo.bind()
         self._slabs.use(CLOUD_SLAB_UNIT)
-        self.shape.texture.use(0)
-        self.rims.texture.use(1)
-        self._textures[0].use(2)
-        self._textures[1].use(3)
+        self.shape.texture.use(CLOUD_SHAPE_UNIT)
+        self.rims.texture.use(CLOUD_RIMS_UNIT)
+        self._textures[0].use(WEATHER_FIRST_UNIT)
+        self._textures[1].use(WEATHER_SECOND_UNIT)
 
     def textures(self) -> dict[str, tuple[Any, ...]]:
         """What it holds, by what it is for: to count memory."""

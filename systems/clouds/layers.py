@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.blocks.layout import zeros
 from .view_block import MOST_LAYERS, CloudFilter, CloudKind, CloudViewBlock, CloudViewLayer, CloudVolume
 from .volumes import NoiseVolume
 
@@ -66,7 +67,7 @@ def hidden_fit(deviations: tuple[float, ...]) -> CloudFilter:
 
 def write_layers(block: CloudViewBlock, layers: list[Any], map_coverage: float, numbers: list[int]) -> None:
     """The fields that follow from the component alone. numbers: of the layers in the model's block."""
-    block.layers = [CloudViewLayer() for _ in range(MOST_LAYERS)]
+    block.layers = [zeros(CloudViewLayer)] * MOST_LAYERS
     for row, layer in enumerate(layers[:MOST_LAYERS]):
         kind, base, top = kind_of(layer), float(layer.base_m), float(layer.top_m)
         scale = 1.0 if kind == CloudKind.UNIFORM else layer.coverage / (0.6 if kind == CloudKind.ICE else map_coverage)

@@ -41,6 +41,7 @@ class WeatherMaps:
         self._gpu, self.size, self._seed = gpu, size, 0
         self._cover: NDArray[np.float32] | None = None
         self._cover_texture: Any = None
+        self._moment = gpu.uniform_block(w.WeatherBlock, 15, "weather")
         self._program = gpu.compute("clouds/weather.comp", self._defines())
         self._widen = gpu.compute("clouds/weather_widen.comp")
         side = size + 2 * BORDER
@@ -156,9 +157,10 @@ class WeatherMaps:
         if self._cover_texture is not None:
             self._cover_texture.use(0)
             program.set("u_cover_border", float(IMPORT_BORDER))
-        else:
-            if program is self._program:
-                program.set("u_balance", self._balance)
-            program.set("u_cyclones", w.cyclones_at(time_s, self._seed))
+        elif program is self._program:
+            level, slope = self._balance
+            program.set("u_balance_level", level)
+            program.set("u_balance_slope", slope)
         program.set("u_texel_rad", math.sqrt(4.0 * math.pi) / self.size)
-        program.set("u_life", w.generations_at(time_s, self._seed))
+        self._moment.write(w.WeatherBlock.at(time_s, self._seed))
+        self._moment.bind()

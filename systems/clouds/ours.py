@@ -8,12 +8,12 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...components import Atmosphere, Clouds, Ocean, Planet
+from ...engine.blocks.bindings import CLOUD_SHADOW_UNIT, CLOUD_SKY_UNIT, CLOUD_SUN_UNIT
 from ...engine.frame import Frame, View, ViewInfo
 from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.gpu import GpuScope
-from ...engine.gpu.bindings import CLOUD_SHADOW_UNIT, CLOUD_SKY_UNIT, CLOUD_SUN_UNIT
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
-from ...engine.settings import SettingError, revision, with_overrides
+from ...engine.settings import SettingError, Settings, revision, with_overrides
 from ...engine.space import out_of_view
 from ...engine.system import Setup
 from .field import CloudField
@@ -21,10 +21,10 @@ from .history import NONE, STILL, History
 from .method import CloudMethod
 from .model import CloudModel
 from .picture import SURFACE, CloudPicture, Surface
-from .probe import march_defines
 from .shadow_pass import SHADOW, SUN, ShadowPass
 from .shafts import Shafts
-from .view_march import DISTANCE, MAPPED, RAYS, SPREAD, ViewMarch
+from .shell_probe import march_defines
+from .view_march import DISTANCE, MAPPED, RAYS, UPSAMPLED, MarchSteps, ViewMarch
 
 __all__ = ["OurClouds"]
 
@@ -61,11 +61,13 @@ class _Sky:
 class _CloudView:
     """What one view's clouds keep from frame to frame."""
 
-    def __init__(self) -> None:
+    def __init__(self, history: History) -> None:
         self.seen = True
         """Whether any of its rays may meet a layer: else none of the pictures' passes is in its graph."""
-        self.history: History | None = None
+        self.history = history
         self.sky = _Sky()
+        self.steady = True
+        """Whether the weather that its last frame showed was all there."""
 
 
 class OurClouds(CloudMethod):
@@ -86,16 +88,16 @@ class OurClouds(CloudMethod):
 
     def __init__(self, gpu: GpuScope, setup: Setup) -> None:
         super().__init__(gpu, setup)
-        settings = setup.settings
+        settings, self._views = setup.settings, setup.views
         self._samples = int(settings["clouds.samples"])
         # Where each pixel has a ray, nothing would smooth over the squares.
         self._every = int(settings["clouds.march_every"]) if int(settings["clouds.stride"]) > 1 else 1
         picture = self._picture = CloudPicture.of(settings)
-        self._tuned: tuple[float, ...] = ()
+        self._steps: MarchSteps | None = None
         self.field = CloudField(gpu, settings)
         self._view = ViewMarch(gpu, setup.world, self.gpu.owner, picture)
         self._defines: Mapping[str, Any] = {}
-        self._look_up: Any = None
+        self._sky_march: Any = None
         self._tune(settings)
         self._resolve = gpu.compute("clouds/resolve.comp", picture.defines)
         self._surface = Surface(gpu, picture)
@@ -104,31 +106,35 @@ class OurClouds(CloudMethod):
         # Of a coarser picture single texels are looked up, and resolve wants it linear.
         self._nearest = gpu.sampler(filter="nearest")
         self._plain = gpu.gpu.state()
-        self._shown = _CloudView()
-        """Of the view that is being drawn, or was drawn last."""
-        self._history = History(picture.stride, self._samples, 1.0, self._every)
+        self._radius_m = float(setup.world.get(setup.planet, Planet).radius_m)
         texels, steps = int(settings["clouds.shadow_texels"]), int(settings["clouds.shadow_steps"])
-        self._shadow = ShadowPass(gpu, setup.views, texels, steps, int(settings["clouds.shadow_frames"]))
+        self._shadow = ShadowPass(gpu, texels, steps, int(settings["clouds.shadow_frames"]))
         self._shafts = Shafts(gpu, setup.world, picture.defines, settings, self.gpu.owner)
         self._with_shafts = True
         self._stamp: tuple[Any, ...] = ()
 
     def release(self) -> None:
-        self._shadow.clear()
+        self._views.forget(self._shadow, self._shafts)
         super().release()
 
-    def _tune(self, settings: Mapping[str, Any]) -> None:
+    def _tune(self, settings: Settings) -> None:
         """Knobs that may change while it runs."""
-        tuned = tuple(float(settings[f"clouds.{n}"]) for n in ("fine_steps", "step_growth", "sun_steps"))
-        if tuned != self._tuned:
-            self._tuned = steps, growth, to_sun = tuned
+        steps = MarchSteps.of(settings)
+        if steps != self._steps:
+            self._steps = steps
             defines = march_defines(settings)
-            self._view.tune((steps, growth, 0.0, to_sun), defines)
+            self._view.tune(steps, defines)
             if defines != self._defines:  # how fine steps are is in part compiled in
-                if self._look_up is not None:
-                    self.gpu.free(self._look_up)
-                self._defines, self._look_up = defines, self.gpu.compute("clouds/sky.comp", {**defines, **MAPPED})
-            self._look_up.set("u_march", (0.5 * steps, 3.0 * growth, 0.0, min(to_sun, 3.0)))
+                if self._sky_march is not None:
+                    self.gpu.free(self._sky_march)
+                self._defines, self._sky_march = defines, self.gpu.compute("clouds/sky.comp", {**defines, **MAPPED})
+            MarchSteps(0.5 * steps.layer, 3.0 * steps.growth, min(steps.sun, 3.0)).give(self._sky_march)
+
+    def _of(self, view: View) -> _CloudView:
+        return view.state(self, lambda: _CloudView(self._history()))
+
+    def _history(self) -> History:
+        return History(self._picture.stride, self._samples, self._radius_m, self._every)
 
     # -- contracts ---------------------------------------------------------------------------------------------------
 
@@ -169,15 +175,15 @@ class OurClouds(CloudMethod):
             self._refresh(frame)
         self._tune(frame.settings)
         field = self.field
-        radius = frame.world.get(frame.planet, Planet).radius_m
+        radius = self._radius_m = frame.world.get(frame.planet, Planet).radius_m
         centre, reach = -frame.camera.position_m, radius + field.block.highest_m
         seen = not out_of_view(frame.camera, centre, reach)
         sea = frame.world.try_get(frame.planet, Ocean)
         under = sea is not None and float(np.linalg.norm(frame.camera.position_m)) - radius < sea.sea_level_m
         seen = seen and bool(field.layers) and not under and frame.view.seen.planet()
-        shown = self._shown = frame.view.state(self, _CloudView)
+        shown, shadow = self._of(frame.view), self._shadow.of(frame.view)
         if seen != shown.seen:
-            shown.seen, shown.history = seen, None
+            shown.seen, shown.history = seen, self._history()
         if not frame.view.seen.planet() and field.placed:
             return  # nothing of it is asked for
         charts = field.maps.charts
@@ -185,17 +191,15 @@ class OurClouds(CloudMethod):
             charts.exact(frame.time_s)
         else:
             charts.running(frame.time_s)
+        shown.steady = charts.steady
         self.moving = not charts.steady
         proxy = frame.view.proxy
         field.place(proxy.anchor_m, radius, frame.time_s)
         present = bool(field.layers)
         stamp = (self._stamp, charts.cuts, charts.steady)
         self._shadow.place(frame, field.block, field.first, field.wind_m_s, stamp, radius, present)
-        self._shafts.place(frame, field.block.highest_m, field.first[1], radius, self._shadow.maps, self._shadow.drawn)
+        self._shafts.place(frame, field.block.highest_m, field.first[1], radius, shadow)
         field.write()
-        if shown.history is None:
-            shown.history = History(self._picture.stride, self._samples, radius, self._every)
-        self._history = shown.history
         # Rays that were followed through another air, such as that of its first small tables, are none of this picture.
         air = frame.world.try_resource("air_generation")
         weather = (
@@ -203,24 +207,25 @@ class OurClouds(CloudMethod):
             charts.second.number,
             charts.share,
             air,
-            self._shadow.maps.changes,
-            *self._shadow.drawn,
+            shadow.maps.changes,
+            *shadow.drawn,
         )
-        self._history.begin(frame, self._stamp, weather)
+        shown.history.begin(frame, self._stamp, weather)
         place = (frame.camera.position_m.tobytes(), frame.sun.direction.tobytes(), frame.time_s)
-        shows = (*place, self._stamp, self._tuned, weather, self.field.mirrored)
+        shows = (*place, self._stamp, self._steps, weather, self.field.mirrored)
         shown.sky.begin(shows, frame.cut or frame.one_shot or frame.settling)
 
     def seen_in(self, view: View) -> bool:
-        return view.state(self, _CloudView).seen
+        return self._of(view).seen
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
+        own = self._of(view.view)
         self._shadow.declare(builder, view, self.gpu.owner, self.bind_density, view.view.seen.planet)
         air = contract_reads(self.world, but=self.gpu.owner)
         builder.add_pass(
             "clouds.sky",
             kind="compute",
-            bind=lambda io: self._bind_sky(io, view.view.state(self, _CloudView)),
+            bind=lambda io: self._bind_sky(io, own),
             system=self.gpu.owner,
             reads=(SUN, *air),
             creates=(
@@ -229,26 +234,30 @@ class OurClouds(CloudMethod):
                     help="clouds over the camera, for what mirrors the sky",
                 ),
             ),
-            when=lambda: self._shown.sky.rows[1] > 0 and self.field.mirrored and bool(self.field.layers),
+            when=lambda: own.sky.rows[1] > 0 and self.field.mirrored and bool(self.field.layers),
             only_while=view.view.seen.planet,
             help="a small map of the clouds in the sky, a few rows a frame",
         )  # fmt: skip
-        if not self.seen_in(view.view):
+        if not own.seen:
             return
+
+        def history() -> History:
+            return own.history
+
         copied, depth = self._surface.declare(builder, view, self.gpu.owner), self._picture.depth
-        self._view.declare(builder, view, lambda: self._history, self.bind_density)
+        self._view.declare(builder, view, history, self.bind_density)
         size = self._picture.size(view.size)
         if self._with_shafts:
-            self._shafts.declare(builder, RAYS, DISTANCE, depth, lambda: self._history)
-        spread = (SPREAD,) if self._every == 2 else ()
-        if spread:
-            self._view.declare_between(builder, view, lambda: self._history)
+            self._shafts.declare(builder, view.view, RAYS, self._picture.rays(view.size), DISTANCE, depth, history)
+        upsampled = (UPSAMPLED,) if self._every == 2 else ()
+        if upsampled:
+            self._view.declare_between(builder, view, history)
         builder.add_pass(
             "clouds.resolve",
             kind="compute",
-            bind=self._bind_full,
+            bind=lambda io: self._bind_full(io, own),
             system=self.gpu.owner,
-            reads=(depth, RAYS, DISTANCE, *spread),
+            reads=(depth, RAYS, DISTANCE, *upsampled),
             after=("clouds.march",),
             after_optional=("clouds.shafts", "clouds.between"),
             history=(_FULL, SURFACE),
@@ -261,9 +270,9 @@ class OurClouds(CloudMethod):
         builder.add_pass(
             "clouds.debug_history",
             kind="compute",
-            bind=self._bind_history,
+            bind=lambda io: self._bind_history(io, own),
             system=self.gpu.owner,
-            reads=(depth, RAYS, DISTANCE, *spread),
+            reads=(depth, RAYS, DISTANCE, *upsampled),
             after=("clouds.resolve",),
             history=(_FULL, SURFACE),
             creates=(TextureSpec("debug.cloud_history", "rgba8", size, help="green: what the last frame showed"),),
@@ -290,8 +299,8 @@ class OurClouds(CloudMethod):
             sun.use(CLOUD_SUN_UNIT)
             texture.bind_to_image(0, read=False, write=True)
             first, step = view.sky.rows if view.sky.rows[1] else (0, 1)  # a reloaded shader runs whatever is due
-            self._look_up.set("u_rows", (first, step))
-            self._look_up.run_over(_SKY_TEXELS, _SKY_TEXELS // step)
+            self._sky_march.set("u_rows", (first, step))
+            self._sky_march.run_over(_SKY_TEXELS, _SKY_TEXELS // step)
 
         return run
 
@@ -299,13 +308,13 @@ class OurClouds(CloudMethod):
         """Bind what clouds/weather_march.glsl reads, for the clouds of the last frame."""
         self.field.bind()
 
-    def _bind_history(self, io: PassIO) -> Callable[[], None]:
+    def _bind_history(self, io: PassIO, own: _CloudView) -> Callable[[], None]:
         if self._validity is None:
             self._validity = self.gpu.compute("clouds/resolve.comp", {**self._picture.defines, "VALIDITY": 1})
-        return self._bind_resolve(io, "debug.cloud_history", self._validity)
+        return self._bind_resolve(io, own, "debug.cloud_history", self._validity)
 
-    def _bind_full(self, io: PassIO) -> Callable[[], None]:
-        resolve, keep = self._bind_resolve(io, _FULL, self._resolve), self._surface.bind_copy(io)
+    def _bind_full(self, io: PassIO, own: _CloudView) -> Callable[[], None]:
+        resolve, keep = self._bind_resolve(io, own, _FULL, self._resolve), self._surface.bind_copy(io)
 
         def run() -> None:
             resolve()
@@ -313,14 +322,14 @@ class OurClouds(CloudMethod):
 
         return run
 
-    def _bind_resolve(self, io: PassIO, into: str, shown: Any) -> Callable[[], None]:
+    def _bind_resolve(self, io: PassIO, own: _CloudView, into: str, shown: Any) -> Callable[[], None]:
         made = io.texture(into)
         textures = [io.texture(name) for name in (RAYS, self._picture.depth, DISTANCE)]
-        spread = io.texture(SPREAD) if self._every == 2 else textures[0]
+        upsampled = io.texture(UPSAMPLED) if self._every == 2 else textures[0]
         before, surface, valid = io.history(_FULL), io.history(SURFACE), io.history_valid
 
         def run() -> None:
-            history = self._history
+            history = own.history
             if not valid.value and history.mode != NONE:
                 history.lost()
             made.bind_to_image(0, read=False, write=True)
@@ -328,16 +337,16 @@ class OurClouds(CloudMethod):
                 texture.use(unit)
             before.use(3)
             surface.use(4)
-            (textures[0] if history.checkerboard < 0 else spread).use(5)
+            (textures[0] if history.checkerboard < 0 else upsampled).use(5)
             if shown is self._resolve:  # the picture of validity is none of light
                 shown.set("u_weight", history.weight)
-            shown.set("u_history", history.mode)
+            shown.set("u_mode", history.mode)
             shown.set("u_place", (-1, -1) if history.skip else history.place)
             shown.set("u_checkerboard", history.checkerboard)
             # GLSL reads matrices column by column: the transpose of the row order of numpy.
-            shown.set("u_turn", np.ascontiguousarray(history.turn.T, np.float32))
-            shown.set("u_shift", tuple(map(float, history.shift_m)))
-            shown.set("u_projection", history.projection)
+            shown.set("u_to_previous", np.ascontiguousarray(history.turn.T, np.float32))
+            shown.set("u_camera_shift_m", tuple(map(float, history.shift_m)))
+            shown.set("u_previous_projection", history.projection)
             # Pixels before the first rays are another cell's.
             shown.run_over(textures[0].width + 1, textures[0].height + 1)
 
@@ -364,22 +373,24 @@ class OurClouds(CloudMethod):
 
         return run
 
-    def settled(self) -> bool:
+    def settled(self, view: View) -> bool:
         """Whether every pixel of a still picture has had its own ray, and no map of shadow or weather is due."""
-        return not self._shown.seen or (
-            self._history.complete and not self._shadow.busy and self.field.maps.charts.steady
-        )
+        own = self._of(view)
+        return not own.seen or (own.history.complete and not self._shadow.of(view).busy and own.steady)
 
-    def refining(self) -> str:
-        if not self._shown.seen:
+    def refining(self, view: View) -> str:
+        own = self._of(view)
+        if not own.seen:
             return ""
-        if not self.field.maps.charts.steady:
+        if not own.steady:
             return "weather"
-        if not self._shadow.complete:
+        if not self._shadow.of(view).complete:
             return "cloud shadows"
-        gathers = self._history.mode == STILL and not self._history.complete
-        return f"clouds {100.0 * self._history.share:.0f} %" if gathers else ""
+        history = own.history
+        gathers = history.mode == STILL and not history.complete
+        return f"clouds {100.0 * history.share:.0f} %" if gathers else ""
 
-    def progress(self) -> float:
+    def progress(self, view: View) -> float:
         """Share of the pixels of a still picture that have had their rays."""
-        return 1.0 if not self._shown.seen else self._history.share
+        own = self._of(view)
+        return own.history.share if own.seen else 1.0

@@ -8,10 +8,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...components import Clouds, Ocean, Planet
+from ...engine.blocks.bindings import CLOUD_TILE_UNIT
+from ...engine.blocks.layout import zeros
 from ...engine.frame import Frame, View, ViewInfo
 from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.gpu import GpuScope
-from ...engine.gpu.bindings import CLOUD_TILE_UNIT
 from ...engine.graph import GraphBuilder, PassIO
 from ...engine.settings import revision, with_overrides
 from ...engine.space import out_of_view
@@ -51,7 +52,7 @@ class PaperClouds(CloudMethod):
     def __init__(self, gpu: GpuScope, setup: Setup) -> None:
         super().__init__(gpu, setup)
         self._ubo = cloud_view_uniforms(gpu)
-        self._block = CloudViewBlock()
+        self._block = zeros(CloudViewBlock)
         self._stamp: tuple[Any, ...] = ()
         self._volume: PaperVolume | None = None
         self._volume_for: tuple[Any, ...] = ()
@@ -97,7 +98,7 @@ class PaperClouds(CloudMethod):
         block.broad = CloudVolume(np.mod(turn @ proxy.anchor_m / self._tile_m, 1.0), 1.0 / self._tile_m)
         self._ubo.write(block)
         self._ubo.bind()
-        self.moving = not self.settled()
+        self.moving = not self.settled(frame.view)
 
     def _refresh(self, component: Any, frame: Frame) -> None:
         stamp = (id(component), revision(component), *(revision(layer) for layer in component.layers))
@@ -115,13 +116,15 @@ class PaperClouds(CloudMethod):
         parabola = 0.0 if layer is None else float(layer.height_profile == "parabola")
         self._block.surface_shadows = float(component.shadows)
         small = thickness / STEPS
-        self._view.set("u_steps", (small, LARGE_STEP * small))
+        self._view.set("u_small_step_m", small)
+        self._view.set("u_large_step_m", LARGE_STEP * small)
         coverage = float(layer.coverage) if layer is not None and layer.density_model == "weather" else None
         albedo, asymmetry = (0.0, 0.0) if layer is None else (layer.albedo, layer.asymmetry)
         tuned = (SCATTERING, ASYMMETRY) if coverage is not None else (1.0, 1.0)
         self._block.layers[0] = CloudViewLayer(
-            base, top, 1.0 / thickness, extinction, tuned[0] * albedo, tuned[1] * asymmetry, parabola=parabola
-        )
+            base, top, 1.0 / thickness, extinction, tuned[0] * albedo, tuned[1] * asymmetry, kind=0, cover_scale=0.0,
+            parabola=parabola, model=0,
+        )  # fmt: skip
         wanted = () if coverage is None else (coverage, self._tile_m, thickness)
         if wanted != self._volume_for or self._volume is None:
             self._volume_for = wanted
@@ -158,13 +161,13 @@ class PaperClouds(CloudMethod):
 
         return run
 
-    def settled(self) -> bool:
+    def settled(self, view: View) -> bool:
         return self._volume is None or self._volume.done
 
-    def refining(self) -> str:
-        return "" if self.settled() else f"clouds' tables {100.0 * self.progress():.0f} %"
+    def refining(self, view: View) -> str:
+        return "" if self.settled(view) else f"clouds' tables {100.0 * self.progress(view):.0f} %"
 
-    def progress(self) -> float:
+    def progress(self, view: View) -> float:
         return 1.0 if self._volume is None else self._volume.share
 
 

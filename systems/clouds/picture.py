@@ -10,6 +10,7 @@ from ...engine.frame import ViewInfo
 from ...engine.gpu import GpuScope
 from ...engine.gpu import gl as G
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
+from ...engine.settings import Settings
 
 __all__ = ["SURFACE", "CloudPicture", "Surface"]
 
@@ -24,7 +25,7 @@ class CloudPicture:
     stride: int
 
     @classmethod
-    def of(cls, settings: Mapping[str, Any]) -> CloudPicture:
+    def of(cls, settings: Settings) -> CloudPicture:
         """From the settings' knobs."""
         return cls(int(settings["clouds.picture_px"]), int(settings["clouds.stride"]))
 

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.frame import Frame, View, ViewInfo, Views
+from ...engine.blocks.layout import zeros
+from ...engine.frame import Frame, View, ViewInfo
 from ...engine.gpu import GpuScope
 from ...engine.gpu import gl as G
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
@@ -17,7 +18,7 @@ from .columns import intervals_of, span_rows, spans_of
 from .shadow import ShadowMaps
 from .view_block import MOST_INTERVALS, MOST_MAPS, CloudShadowMap, CloudViewBlock
 
-__all__ = ["SHADED", "SHADOW", "SUN", "ShadowPass"]
+__all__ = ["SHADED", "SHADOW", "SUN", "ShadowPass", "ViewShadow"]
 
 Floats = NDArray[np.float64]
 
@@ -29,8 +30,39 @@ _SUN_JUMP_COSINE = float(np.cos(np.radians(2.0)))
 _GROUP = 8  # rows of a work group in shadow.comp
 _MOST_SPLIT = 8
 """As in shadow.comp."""
+_NO_MAP = zeros(CloudShadowMap)
 _HEIGHT = 0.3
 """Share of the first layer's thickness at which the maps lie."""
+
+
+class ViewShadow:
+    """One view's maps, and what its frame does to them. Before `ShadowPass.place` nothing."""
+
+    def __init__(self, texels: int) -> None:
+        self.maps = ShadowMaps(texels)
+        self.last = -1
+        """The map that was made last: the others that are due come before it does again."""
+        self.due: list[int] = []
+        """Maps that this frame draws whole."""
+        self.drawn: list[bool] = []
+        """Which maps show what they should, but for a little drift."""
+        self.finished: int | None = None
+        """The map whose last strip is there: it is shown from this frame on."""
+        self.rows: tuple[int, int] = (0, 0)
+        """Of the strip that this frame draws."""
+        self.wholes: list[tuple[int, Mapping[str, Any]]] = []
+        self.strip: Mapping[str, Any] | None = None
+        """Uniforms of the maps drawn whole, and of the one that is drawn in strips."""
+
+    @property
+    def busy(self) -> bool:
+        """Whether this frame changes any map, or prepares one."""
+        return bool(self.due) or self.finished is not None or self.maps.making is not None
+
+    @property
+    def complete(self) -> bool:
+        """Whether all maps that anybody asks for are there."""
+        return all(self.drawn[self.maps.finest :])
 
 
 class ShadowPass:
@@ -44,37 +76,17 @@ class ShadowPass:
     sun has jumped, in pictures by themselves, and where strips would be out of date before the last one is drawn.
     """
 
-    def __init__(self, gpu: GpuScope, views: Views, texels: int, steps: int, frames: int) -> None:
-        self._gpu, self._views = gpu, views
+    def __init__(self, gpu: GpuScope, texels: int, steps: int, frames: int) -> None:
+        self._gpu = gpu
         self._program = gpu.compute("clouds/shadow.comp")
         self._texels, self._steps, self._frames = texels, steps, frames
-        self._last = -1
-        """The map that was made last: the others that are due come before it does again."""
         self._thick_m: list[float] = []
         """Of the intervals of height, and into how many steps each is divided at least."""
         self._each = 1
-        self._rows = (0, 0)
-        self._finished: int | None = None
-        self.due: list[int] = []
-        """Maps that this frame draws whole."""
-        self.drawn: list[bool] = []
-        """Which maps show what they should, but for a little drift."""
-        self.maps: ShadowMaps = ShadowMaps(texels)
-        """Those of the view that is being drawn."""
 
-    @property
-    def busy(self) -> bool:
-        """Whether this frame changes any map, or prepares one."""
-        return bool(self.due) or self._finished is not None or self.maps.making is not None
-
-    @property
-    def complete(self) -> bool:
-        """Whether all maps that anybody asks for are there."""
-        return all(self.drawn[self.maps.finest :])
-
-    def clear(self) -> None:
-        """Forget all views."""
-        self._views.forget(self)
+    def of(self, view: View) -> ViewShadow:
+        """That view's."""
+        return view.state(self, lambda: ViewShadow(self._texels))
 
     def take_layers(self, block: CloudViewBlock, layers: Sequence[Any]) -> None:
         """The clouds have changed. layers: those with cloud, lowest first."""
@@ -98,7 +110,8 @@ class ShadowPass:
         """Where the maps lie, and which are due. first: base and thickness of the first layer, in metres."""
         base_m, thickness_m = first
         proxy = frame.view.proxy
-        maps = self.maps = frame.view.state(self, lambda: ShadowMaps(self._texels))
+        own = self.of(frame.view)
+        maps = own.maps
         if frame.cut:
             maps.forget()
         maps.place(radius_m, thickness_m)
@@ -111,43 +124,45 @@ class ShadowPass:
         alone = frame.settling or frame.one_shot
         if present and not alone:
             maps.outrun(self._shares(maps, float(foot @ sun)), radius_m)
-        self._finished, self._rows = None, (0, 0)
+        own.finished, own.rows = None, (0, 0)
         if maps.making is not None and maps.making.rows >= self._texels:
-            self._finished = self._last = maps.finish()
+            own.finished = own.last = maps.finish()
         due = maps.due(foot, sun, frame.time_s, wind_m_s, stamp, radius_m) if present else []
         here = (foot, sun, frame.time_s, stamp, radius_m)
         if alone or not present:
-            self.due, maps.making = due, None
+            own.due, maps.making = due, None
         else:
-            self.due = self._at_once(maps, due, sun, stamp)
-            self._prepare(maps, due, wind_m_s, here)
-        for number in self.due:
+            own.due = self._at_once(maps, due, sun, stamp)
+            self._prepare(own, due, wind_m_s, here)
+        for number in own.due:
             maps.move(number, *here, alone=alone)
-        self.drawn = [held.stamp == stamp for held in maps.maps]
+        own.drawn = [held.stamp == stamp for held in maps.maps]
         anchor_foot = proxy.lattice.direction * radius_m
         placed = [
             CloudShadowMap(anchor_foot - held.middle, 1.0 / held.half_m, held.u / held.longer, float(drawn), held.v)
-            for held, drawn in zip(maps.maps, self.drawn, strict=True)
+            for held, drawn in zip(maps.maps, own.drawn, strict=True)
         ]
-        block.shadow_maps = placed + [CloudShadowMap() for _ in range(MOST_MAPS - len(placed))]
+        block.shadow_maps = placed + [_NO_MAP] * (MOST_MAPS - len(placed))
         # Each look at a map takes time, also at one that counts for nothing.
-        block.finest_map = next((number for number, drawn in enumerate(self.drawn) if drawn), 0)
+        block.finest_map = next((number for number, drawn in enumerate(own.drawn) if drawn), 0)
         height_m = base_m + _HEIGHT * thickness_m
         block.shadow_height_m, block.shadow_map_count = height_m, len(maps.maps) if present else 0
         block.shadow_intervals, block.shadow_texels = self._count, self._texels
         grown = 1.0 + height_m / radius_m
 
-        def geometry(held: Any) -> dict[str, tuple[float, ...]]:
+        def geometry(held: Any) -> dict[str, Any]:
             return {
-                "u_middle": (*(held.middle * grown - proxy.anchor_m).tolist(), held.half_m),
-                "u_up": (*(held.middle / radius_m).tolist(), held.longer),
+                "u_middle_m": tuple((held.middle * grown - proxy.anchor_m).tolist()),
+                "u_half_m": held.half_m,
+                "u_up": tuple((held.middle / radius_m).tolist()),
+                "u_longer": held.longer,
                 "u_along": tuple((held.u / held.longer).tolist()),
                 "u_across": tuple(held.v.tolist()),
                 "u_sun": tuple(held.sun.tolist()),
             }
 
-        self._wholes = [(number, geometry(maps.maps[number])) for number in self.due]
-        self._strip = None if maps.making is None else geometry(maps.making.map)
+        own.wholes = [(number, geometry(maps.maps[number])) for number in own.due]
+        own.strip = None if maps.making is None else geometry(maps.making.map)
 
     @staticmethod
     def _at_once(maps: ShadowMaps, due: list[int], sun: Floats, stamp: Any) -> list[int]:
@@ -164,24 +179,25 @@ class ShadowPass:
             maps.making = None
         return found
 
-    def _prepare(self, maps: ShadowMaps, due: list[int], wind_m_s: float, here: tuple[Any, ...]) -> None:
+    def _prepare(self, own: ViewShadow, due: list[int], wind_m_s: float, here: tuple[Any, ...]) -> None:
         """One strip a frame, or where there is no time for strips, one map; none in frames that draw others whole."""
-        if self.due:
+        if own.due:
             return
+        maps = own.maps
         if maps.making is None and due:
             stamp, radius_m = here[3:]
             # First what has nothing to show yet, then one after another.
-            number = min(due, key=lambda n: (maps.maps[n].stamp == stamp, n <= self._last, n))
+            number = min(due, key=lambda n: (maps.maps[n].stamp == stamp, n <= own.last, n))
             frames = maps.frames_for(number, self._shares(maps, float(here[0] @ here[1]))[number], wind_m_s, radius_m)
             if frames == 1:
-                self.due, self._last = [number], number
+                own.due, own.last = [number], number
                 return
             maps.begin(number, frames, *here)
         making = maps.making
         if making is not None:
             groups = -(-self._texels // _GROUP)
             to = -(-groups * (making.strips + 1) // making.frames) * _GROUP
-            self._rows = (making.rows, min(to, self._texels))
+            own.rows = (making.rows, min(to, self._texels))
 
     def _shares(self, maps: ShadowMaps, rise: float) -> list[int]:
         """Frames for each map, of all that those which are drawn have together: in fine ones the sun's rays are
@@ -211,11 +227,11 @@ class ShadowPass:
         bind_noise: Callable[[], None],
         seen: Callable[[], bool],
     ) -> None:
-        side = self._texels
+        side, own = self._texels, self.of(view.view)
         builder.add_pass(
             "clouds.shadow",
             kind="compute",
-            bind=lambda io: self._bind(io, view.view, bind_noise),
+            bind=lambda io: self._bind(io, own, bind_noise),
             system=system,
             creates=(
                 TextureSpec(
@@ -229,16 +245,16 @@ class ShadowPass:
                 TextureSpec(_NEXT_SUN, "rg16f", (side, side, MOST_INTERVALS + 1), "persistent", filter="linear"),
                 BufferSpec(SHADED, 4 * (MOST_MAPS + 1), "persistent", "which maps of the shadow have any"),
             ),
-            when=lambda: self.busy,
+            when=lambda: own.busy,
             only_while=seen,
             help="the clouds' shadow around the camera",
         )  # fmt: skip
 
-    def _bind(self, io: PassIO, view: View, bind_noise: Callable[[], None]) -> Callable[[], None]:
+    def _bind(self, io: PassIO, own: ViewShadow, bind_noise: Callable[[], None]) -> Callable[[], None]:
         shadow, sun, shaded = io.texture(SHADOW), io.texture(SUN), io.buffer(SHADED)
         next_sun = io.texture(_NEXT_SUN)
         # A graph that is compiled anew keeps its persistent textures, unless they have another size.
-        maps = view.state(self, lambda: ShadowMaps(self._texels))
+        maps = own.maps
         if maps.texture is not shadow:
             maps.forget()
         maps.texture = shadow
@@ -261,18 +277,18 @@ class ShadowPass:
             gpu.ctx.copy_buffer(shaded, shaded, 4, read_offset=4 * MOST_MAPS, write_offset=4 * number)
 
         def run() -> None:
-            if self._finished is not None:
-                finish(self._finished)
-            if not self.due and self._strip is None:
+            if own.finished is not None:
+                finish(own.finished)
+            if not own.due and own.strip is None:
                 return
             bind_noise()
             shaded.bind_to_storage_buffer(0)
-            for number, where in self._wholes:
+            for number, where in own.wholes:
                 draw(sun, number, number * slices, (0, side), where)
-            making = self.maps.making
-            if making is not None and self._strip is not None and self._rows[1] > self._rows[0]:
-                draw(next_sun, MOST_MAPS, 0, self._rows, self._strip)
-                making.rows = self._rows[1]
+            making = maps.making
+            if making is not None and own.strip is not None and own.rows[1] > own.rows[0]:
+                draw(next_sun, MOST_MAPS, 0, own.rows, own.strip)
+                making.rows = own.rows[1]
                 making.strips += 1
 
         return run

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 from ...components import Atmosphere, CloudLayer, Clouds, Ocean, Planet
@@ -12,7 +12,7 @@ from ...engine.frame.contracts import provide_contracts, withdraw_contracts
 from ...engine.frame.unseen import Unseen
 from ...engine.graph import GraphBuilder, PassIO
 from ...engine.methods import Methods
-from ...engine.settings import revision, with_overrides
+from ...engine.settings import Settings, revision, with_overrides
 from ...engine.system import Setup, System
 from .method import CloudMethod
 from .model import CloudModel
@@ -55,7 +55,7 @@ class CloudSystem(System):
         """What draws the clouds now."""
         return self._methods.now
 
-    def _use_method(self, component: Clouds, settings: Mapping[str, Any]) -> None:
+    def _use_method(self, component: Clouds, settings: Settings) -> None:
         kind = _METHODS[with_overrides(component, "clouds", settings).method]
         self._methods.use(kind, lambda gpu: kind(gpu, dataclasses.replace(self._setup, settings=settings)))
 
@@ -98,11 +98,11 @@ class CloudSystem(System):
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         self.method.declare(builder, view)
 
-    def settled(self) -> bool:
-        return self.method.settled()
+    def settled(self, view: View) -> bool:
+        return self.method.settled(view)
 
-    def refining(self) -> str:
-        return self.method.refining()
+    def refining(self, view: View) -> str:
+        return self.method.refining(view)
 
-    def progress(self) -> float:
-        return self.method.progress()
+    def progress(self, view: View) -> float:
+        return self.method.progress(view)

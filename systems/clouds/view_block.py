@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import IntEnum
 from typing import Annotated, Any
 
+from ...engine.blocks.bindings import CLOUD_VIEW_BLOCK
+from ...engine.blocks.layout import Mat3, Vec3, array
 from ...engine.gpu import GpuScope, UniformBlock
-from ...engine.gpu.bindings import CLOUD_VIEW_BLOCK
-from ...engine.gpu.layout import Mat3, Vec3, array
 
 __all__ = [
     "MOST_INTERVALS", "MOST_LAYERS", "MOST_MAPS", "CloudFilter", "CloudKind", "CloudShadowMap", "CloudSpan",
@@ -36,57 +36,52 @@ class CloudKind(IntEnum):
 class CloudViewLayer:
     """One layer with cloud: ``cloud_view.layers[i]``."""
 
-    base_m: Annotated[float, "height"] = 0.0
-    top_m: Annotated[float, "height"] = 0.0
-    per_thickness: Annotated[float, "1/m: 1 / (top_m - base_m)"] = 0.0
-    extinction_per_m: Annotated[float, "where the cloud is densest"] = 0.0
-    albedo: float = 0.0
-    asymmetry: float = 0.0
-    kind: Annotated[int, "CLOUD_WATER, CLOUD_ICE or CLOUD_UNIFORM"] = 0
-    cover_scale: Annotated[float, "its cover over that of the weather's map"] = 0.0
-    parabola: Annotated[float, "1: it thins out towards base and top as a parabola; 0: it does not"] = 0.0
-    model: Annotated[int, "its number in cloud_model.layers"] = 0
+    base_m: Annotated[float, "height"]
+    top_m: Annotated[float, "height"]
+    per_thickness: Annotated[float, "1/m: 1 / (top_m - base_m)"]
+    extinction_per_m: Annotated[float, "where the cloud is densest"]
+    albedo: float
+    asymmetry: float
+    kind: Annotated[int, "CLOUD_WATER, CLOUD_ICE or CLOUD_UNIFORM"]
+    cover_scale: Annotated[float, "its cover over that of the weather's map"]
+    parabola: Annotated[float, "1: it thins out towards base and top as a parabola; 0: it does not"]
+    model: Annotated[int, "its number in cloud_model.layers"]
 
 
 @dataclass
 class CloudVolume:
     """Where a volume of noise, which repeats, lies around the anchor."""
 
-    origin: Annotated[Vec3, "the anchor's place, in periods"] = (0.0, 0.0, 0.0)
-    per_m: Annotated[float, "1 / period"] = 1.0
+    origin: Annotated[Vec3, "the anchor's place, in periods"]
+    per_m: Annotated[float, "1 / period"]
 
 
 @dataclass
 class CloudFilter:
     """How averaging takes a volume's variance away."""
 
-    half_level: Annotated[float, "mip level at which half of it is gone"] = 0.0
-    per_level: Annotated[float, "share of it that goes with a level there"] = 1.0
+    half_level: Annotated[float, "mip level at which half of it is gone"]
+    per_level: Annotated[float, "share of it that goes with a level there"]
 
 
 @dataclass
 class CloudSpan:
     """Heights with cloud, as maps of the shadow divide them."""
 
-    base_m: float = 0.0
-    per_thickness: Annotated[float, "1/m"] = 0.0
-    intervals: Annotated[float, "of height, so many"] = 0.0
+    base_m: float
+    per_thickness: Annotated[float, "1/m"]
+    intervals: Annotated[float, "of height, so many"]
 
 
 @dataclass
 class CloudShadowMap:
     """Where a map of the shadow lies: it is 2 wide and 2 long."""
 
-    to_anchor_m: Annotated[Vec3, "from its middle to the anchor's foot, planet axes"] = (0.0, 0.0, 0.0)
-    per_half_width: Annotated[float, "1/m"] = 0.0
-    u: Annotated[Vec3, "its axes, planet axes; this one divided by how many times longer than wide it is"] = (
-        0.0, 0.0, 0.0,
-    )  # fmt: skip
-    drawn: Annotated[float, "1 once it is"] = 0.0
-    v: Vec3 = (0.0, 0.0, 0.0)
-
-
-_EYE = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    to_anchor_m: Annotated[Vec3, "from its middle to the anchor's foot, planet axes"]
+    per_half_width: Annotated[float, "1/m"]
+    u: Annotated[Vec3, "its axes, planet axes; this one divided by how many times longer than wide it is"]
+    drawn: Annotated[float, "1 once it is"]
+    v: Vec3
 
 
 @dataclass
@@ -97,52 +92,42 @@ class CloudViewBlock:
     so that repeats fall elsewhere.
     """
 
-    layers: Annotated[Any, array(CloudViewLayer, MOST_LAYERS)] = field(
-        default_factory=lambda: [CloudViewLayer() for _ in range(MOST_LAYERS)]
-    )
-    layer_count: int = 0
-    lowest_m: Annotated[float, "base of all layers"] = 0.0
-    highest_m: Annotated[float, "top of all layers"] = 0.0
-    turn: Annotated[Mat3, "planet axes to the frame that drifts with the wind"] = _EYE
-    tilt: Annotated[Mat3, "planet axes to the frame of the second volume"] = _EYE
-    broad: Annotated[CloudVolume, "shape, in the frame turn"] = field(default_factory=CloudVolume)
-    wide: Annotated[CloudVolume, "shape once more, in the frame tilt"] = field(default_factory=CloudVolume)
-    fine: Annotated[CloudVolume, "rims, in the frame tilt"] = field(default_factory=CloudVolume)
-    finest: Annotated[CloudVolume, "rims near the eye, in the frame turn"] = field(default_factory=CloudVolume)
-    fibre: Annotated[CloudVolume, "shape for streaks, in the frame turn stretched"] = field(default_factory=CloudVolume)
-    veil: Annotated[CloudVolume, "the same, wider"] = field(default_factory=CloudVolume)
-    bend: Annotated[CloudVolume, "in radii, frame turn: where the winds aloft meander"] = field(
-        default_factory=CloudVolume
-    )
-    stretch: Annotated[Vec3, "of streaks' axes: least across the poles' axis, so that they lie along the winds"] = (
-        1.0, 1.0, 1.0,
-    )  # fmt: skip
-    clump_m: Annotated[float, "way through one of the clouds that are too small to be told apart"] = 0.0
-    broad_level: Annotated[float, "mip level for a footprint of 1 m"] = 0.0
-    wide_level: float = 0.0
-    fine_level: float = 0.0
-    finest_level: float = 0.0
-    shape_filter: CloudFilter = field(default_factory=CloudFilter)
-    rim_filter: CloudFilter = field(default_factory=CloudFilter)
-    second_map_share: Annotated[float, "of the second of the two maps of weather"] = 0.0
-    map_texels: Annotated[float, "of a map of weather: inner ones a side"] = 1.0
-    map_border: Annotated[float, "texels"] = 0.0
-    map_texel_m: float = 1.0
-    shadow_height_m: Annotated[float, "reference height of the maps of the shadow"] = 0.0
-    shadow_map_count: int = 0
-    shadow_intervals: Annotated[int, "of height in them"] = 0
-    shadow_texels: Annotated[float, "a side"] = 0.0
-    finest_map: Annotated[float, "number of the first that is drawn"] = 0.0
-    surface_shadows: Annotated[float, "1 or 0: shadows on surfaces"] = 1.0
-    surface_skylight: Annotated[float, "1 or 0: light of the cloudy sky on them"] = 1.0
-    sea_clouds: Annotated[float, "1 or 0: clouds in the sea"] = 1.0
-    spans: Annotated[Any, array(CloudSpan, MOST_LAYERS)] = field(
-        default_factory=lambda: [CloudSpan() for _ in range(MOST_LAYERS)]
-    )
+    layers: Annotated[Any, array(CloudViewLayer, MOST_LAYERS)]
+    layer_count: int
+    lowest_m: Annotated[float, "base of all layers"]
+    highest_m: Annotated[float, "top of all layers"]
+    turn: Annotated[Mat3, "planet axes to the frame that drifts with the wind"]
+    tilt: Annotated[Mat3, "planet axes to the frame of the second volume"]
+    broad: Annotated[CloudVolume, "shape, in the frame turn"]
+    wide: Annotated[CloudVolume, "shape once more, in the frame tilt"]
+    fine: Annotated[CloudVolume, "rims, in the frame tilt"]
+    finest: Annotated[CloudVolume, "rims near the eye, in the frame turn"]
+    fibre: Annotated[CloudVolume, "shape for streaks, in the frame turn stretched"]
+    veil: Annotated[CloudVolume, "the same, wider"]
+    bend: Annotated[CloudVolume, "in radii, frame turn: where the winds aloft meander"]
+    stretch: Annotated[Vec3, "of streaks' axes: least across the poles' axis, so that they lie along the winds"]
+    clump_m: Annotated[float, "way through one of the clouds that are too small to be told apart"]
+    broad_level: Annotated[float, "mip level for a footprint of 1 m"]
+    wide_level: float
+    fine_level: float
+    finest_level: float
+    shape_filter: CloudFilter
+    rim_filter: CloudFilter
+    second_map_share: Annotated[float, "of the second of the two maps of weather"]
+    map_texels: Annotated[float, "of a map of weather: inner ones a side"]
+    map_border: Annotated[float, "texels"]
+    map_texel_m: float
+    shadow_height_m: Annotated[float, "reference height of the maps of the shadow"]
+    shadow_map_count: int
+    shadow_intervals: Annotated[int, "of height in them"]
+    shadow_texels: Annotated[float, "a side"]
+    finest_map: Annotated[float, "number of the first that is drawn"]
+    surface_shadows: Annotated[float, "1 or 0: shadows on surfaces"]
+    surface_skylight: Annotated[float, "1 or 0: light of the cloudy sky on them"]
+    sea_clouds: Annotated[float, "1 or 0: clouds in the sea"]
+    spans: Annotated[Any, array(CloudSpan, MOST_LAYERS)]
     """Lowest first."""
-    shadow_maps: Annotated[Any, array(CloudShadowMap, MOST_MAPS)] = field(
-        default_factory=lambda: [CloudShadowMap() for _ in range(MOST_MAPS)]
-    )
+    shadow_maps: Annotated[Any, array(CloudShadowMap, MOST_MAPS)]
     """Finest first."""
 
 

@@ -3,30 +3,54 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
+from ...engine.blocks.bindings import CLOUD_DEPTH_UNIT, CLOUD_SUN_UNIT, TILE_BUFFER
 from ...engine.frame import ViewInfo
 from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.gpu import GpuScope
-from ...engine.gpu.bindings import CLOUD_SUN_UNIT
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.world import World
 from .history import NONE, STILL, History
 from .picture import CloudPicture
 from .shadow_pass import SUN
 
-__all__ = ["DISTANCE", "MAPPED", "RAYS", "SPREAD", "ViewMarch"]
+__all__ = ["DISTANCE", "MAPPED", "RAYS", "UPSAMPLED", "MarchSteps", "ViewMarch"]
 
-RAYS, DISTANCE, SPREAD = "clouds.rays", "clouds.distance", "clouds.spread"
+RAYS, DISTANCE, UPSAMPLED = "clouds.rays", "clouds.distance", "clouds.upsampled"
 _FLAGS, _TILES = "clouds.tile_flags", "clouds.tiles"
 TILE = (8, 4)
 """Rays of a tile: a workgroup's."""
 SUN_MAPPED = 8.0
 """Steps towards the sun in clouds; more of them are as good as the maps of the shadow, and have no need of these."""
 MAPPED: Mapping[str, Any] = {"CLOUD_MAPPED": 1}
-"""Define of clouds/weather_march.glsl: the rest of the way to the sun comes from the maps."""
+"""Define of clouds/sun_optical_depth.glsl: the rest of the way to the sun comes from the maps."""
 _NO_ICE: Mapping[str, Any] = {"CLOUD_NO_ICE": 1}
 """Define of clouds/density.glsl: there is no ice where the program runs."""
+
+
+@dataclass(frozen=True)
+class MarchSteps:
+    """Sizes of the march's steps, as uniforms of clouds/intervals.glsl.
+
+    layer: short steps through a layer's thickness; growth: of a step's length with distance, m/m; sun: steps towards
+    the sun through a layer.
+    """
+
+    layer: float
+    growth: float
+    sun: float
+
+    @classmethod
+    def of(cls, settings: Mapping[str, Any]) -> MarchSteps:
+        """A quality's."""
+        return cls(*(float(settings[f"clouds.{name}"]) for name in ("fine_steps", "step_growth", "sun_steps")))
+
+    def give(self, program: Any) -> None:
+        program.set("u_layer_steps", self.layer)
+        program.set("u_step_growth", self.growth)
+        program.set("u_sun_steps", self.sun)
 
 
 class ViewMarch:
@@ -43,13 +67,12 @@ class ViewMarch:
         self._between = gpu.compute("clouds/upsample_rays.comp", picture.defines)
         self._march: Any = None
         self._no_ice: Any = None
-        self._steps: tuple[float, ...] = ()
+        self._steps = MarchSteps(0.0, 0.0, 0.0)
         self._debug: Any = None
 
-    def tune(self, steps: tuple[float, ...], defines: Mapping[str, Any]) -> None:
-        """steps: short ones through a layer's thickness, their growth with distance, 0, and those towards the sun.
-        defines: of clouds/scattered.glsl, and CLOUD_FINEST."""
-        mapped = steps[3] <= SUN_MAPPED
+    def tune(self, steps: MarchSteps, defines: Mapping[str, Any]) -> None:
+        """defines: of clouds/scattered.glsl, and CLOUD_FINEST."""
+        mapped = steps.sun <= SUN_MAPPED
         given = {**self._picture.defines, **defines, **(MAPPED if mapped else {})}
         if given != self._defines:
             self._defines = given
@@ -64,7 +87,7 @@ class ViewMarch:
         self._steps = steps
         for program in (self._classify, self._march, self._no_ice, self._debug):
             if program is not None:
-                program.set("u_march", steps)
+                steps.give(program)
 
     def _program(self, file: str, more: Mapping[str, Any] = {}) -> Any:
         return self._gpu.compute(file, {**self._defines, **more})
@@ -125,7 +148,7 @@ class ViewMarch:
             system=self._system,
             reads=(self._picture.depth,),
             writes=(RAYS, DISTANCE),
-            creates=(TextureSpec(SPREAD, "rgba32f", size, "persistent", help="rays, for where there is no history"),),
+            creates=(TextureSpec(UPSAMPLED, "rgba32f", size, "persistent", help="rays, where there is no history"),),
             after=("clouds.march",),
             after_optional=("clouds.shafts",),
             when=lambda: history().checkerboard >= 0 and not history().skip,
@@ -134,16 +157,16 @@ class ViewMarch:
 
     def _bind_between(self, io: PassIO, history: Callable[[], History]) -> Callable[[], None]:
         color, distance, depth = io.texture(RAYS), io.texture(DISTANCE), io.texture(self._picture.depth)
-        spread = io.texture(SPREAD)
+        upsampled = io.texture(UPSAMPLED)
 
         def run() -> None:
             if history().checkerboard < 0:  # a graph's first frame runs whatever is due
                 return
-            for unit, texture in ((6, color), (7, distance), (4, depth)):
+            for unit, texture in ((6, color), (7, distance), (CLOUD_DEPTH_UNIT, depth)):
                 texture.use(unit)
             color.bind_to_image(0, read=False, write=True)
             distance.bind_to_image(1, read=False, write=True)
-            spread.bind_to_image(2, read=False, write=True)
+            upsampled.bind_to_image(2, read=False, write=True)
             self._place(self._between, history())
             self._between.run_over(color.width, _lanes_down(color.height, history()))
 
@@ -167,7 +190,7 @@ class ViewMarch:
 
         def run() -> None:
             bind_clouds()
-            depth.use(4)
+            depth.use(CLOUD_DEPTH_UNIT)
             color.bind_to_image(0, read=False, write=True)
             distance.bind_to_image(1, read=False, write=True)
             flags.bind_to_storage_buffer(0)
@@ -191,11 +214,11 @@ class ViewMarch:
         def run() -> None:
             bind()
             bind_clouds()
-            depth.use(4)
+            depth.use(CLOUD_DEPTH_UNIT)
             color.bind_to_image(0, read=False, write=True)
             distance.bind_to_image(1, read=False, write=True)
             sun.use(CLOUD_SUN_UNIT)
-            tiles.bind_to_storage_buffer(7)
+            tiles.bind_to_storage_buffer(TILE_BUFFER)
             for ice, program in enumerate((self._no_ice, self._march)):
                 self._place(program, history())
                 program.set("u_ice", ice)
@@ -211,13 +234,13 @@ class ViewMarch:
         bind = bind_contracts(self._world, io, but=self._system)
         if self._debug is None:
             self._debug = self._program("clouds/debug.comp")
-            self._debug.set("u_march", self._steps)
+            self._steps.give(self._debug)
 
         def run() -> None:
             program = self._debug
             bind()
             bind_clouds()
-            depth.use(4)
+            depth.use(CLOUD_DEPTH_UNIT)
             sun.use(CLOUD_SUN_UNIT)
             classes.bind_to_image(0, read=False, write=True)
             steps.bind_to_image(1, read=False, write=True)

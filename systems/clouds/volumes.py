@@ -76,7 +76,7 @@ def _compute(gpu: GpuScope, program: Any, size: int) -> NDArray[np.float32]:
     for first in range(0, size, _SLICES):
         program.set("u_first", first)
         program.run(-(-size // 8), -(-size // 8), min(_SLICES, size - first))
-    gpu.gpu.ctx.memory_barrier()
+    gpu.gpu.barrier()
     values = np.frombuffer(raw.read(), np.float32).reshape(size, size, size)
     gpu.free(raw)
     return even_spread(values)

@@ -3,13 +3,27 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["CYCLONES", "Moment", "balance_for", "cyclones_at", "generations_at", "moment_of", "octahedral_weights"]
+from ...engine.blocks.layout import Vec3, array
+
+__all__ = [
+    "CYCLONES",
+    "Cyclone",
+    "Generation",
+    "Moment",
+    "WeatherBlock",
+    "balance_for",
+    "cyclones_at",
+    "generations_at",
+    "moment_of",
+    "octahedral_weights",
+]
 
 CYCLONES = 28
 """Of the middle latitudes, and the last ones tropical storms."""
@@ -39,16 +53,48 @@ def moment_of(time_s: float) -> Moment:
     return Moment(first, steps - first)
 
 
-def generations_at(time_s: float, seed: int = 0) -> NDArray[np.float32]:
-    """(2, 4): seed, age from -0.5 to 0.5 of a life, weight; the squares of the weights add up to one."""
-    found = np.zeros((2, 4))
+@dataclass
+class Generation:
+    """Of the weather's noise."""
+
+    seed: int
+    age: Annotated[float, "of its life, -0.5 to 0.5"]
+    weight: float
+
+
+@dataclass
+class Cyclone:
+    """One that winds the weather up, or has come to its end (strength 0)."""
+
+    direction: Annotated[Vec3, "unit, of its middle"]
+    size: Annotated[float, "a chord of the unit sphere"]
+    winding: Annotated[float, "its sense, 1 or -1"]
+    strength: Annotated[float, "0..1"]
+    phase: Annotated[float, "of its spiral, rad"]
+
+
+@dataclass
+class WeatherBlock:
+    """A moment's, as clouds/weather.comp reads it: block 15, instance ``weather``."""
+
+    generations: Annotated[Any, array(Generation, 2)]
+    cyclones: Annotated[Any, array(Cyclone, CYCLONES)]
+
+    @classmethod
+    def at(cls, time_s: float, seed: int) -> WeatherBlock:
+        return cls(generations_at(time_s, seed), cyclones_at(time_s, seed))
+
+
+def generations_at(time_s: float, seed: int = 0) -> list[Generation]:
+    """The two of a moment; the squares of their weights add up to one."""
+    found = []
     for j in range(2):
         lives = time_s / _LIFE_S + 0.5 * j
         number = math.floor(lives)
         age = lives - number - 0.5
-        found[j, :3] = 64 * ((2 * number + j + 977 * seed) % 8192), age, math.cos(math.pi * age)
-    found[:, 2] /= math.hypot(*found[:, 2])
-    return found.astype(np.float32)
+        found.append(Generation(64 * ((2 * number + j + 977 * seed) % 8192), age, math.cos(math.pi * age)))
+    norm = math.hypot(*(one.weight for one in found))
+    return [replace(one, weight=one.weight / norm) for one in found]
 
 
 def _hash(*numbers: int) -> np.random.Generator:
@@ -56,12 +102,12 @@ def _hash(*numbers: int) -> np.random.Generator:
 
 
 @lru_cache(maxsize=4)
-def cyclones_at(time_s: float, seed: int) -> NDArray[np.float32]:
-    """(2 CYCLONES, 4): unit direction and size as a chord; sense of winding, strength, phase of its spiral, 0.
+def cyclones_at(time_s: float, seed: int) -> tuple[Cyclone, ...]:
+    """All CYCLONES of a moment.
 
     Each lives for some days, grows, drifts (in the middle latitudes to the east and the pole) and dies; then the next.
     """
-    found = np.zeros((2 * CYCLONES, 4))
+    found = []
     for i in range(CYCLONES):
         tropical = i >= CYCLONES - _TROPICAL
         own = _hash(seed, i)
@@ -83,11 +129,9 @@ def cyclones_at(time_s: float, seed: int) -> NDArray[np.float32]:
             size, most = fate.uniform(0.13, 0.26), fate.uniform(0.5, 1.0)
         across = math.cos(latitude)
         direction = (across * math.cos(longitude), across * math.sin(longitude), math.sin(latitude))
-        found[2 * i] = *direction, size
-        found[2 * i + 1] = side, most * math.sin(math.pi * share) ** 2, fate.uniform(0.0, 2.0 * math.pi), 0.0
-    shared = found.astype(np.float32)
-    shared.setflags(write=False)  # whoever asks next has the same one
-    return shared
+        strength = most * math.sin(math.pi * share) ** 2
+        found.append(Cyclone(direction, size, side, strength, fate.uniform(0.0, 2.0 * math.pi)))
+    return tuple(found)
 
 
 def octahedral_weights(size: int) -> NDArray[np.float64]:

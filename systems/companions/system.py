@@ -12,11 +12,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
-from ...engine.backdrop import LIGHT, SOURCE
-from ...engine.frame import Frame, ViewInfo
+from ...engine.frame import Frame, View, ViewInfo
+from ...engine.frame.backdrop import LIGHT, SOURCE
 from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.system import Setup, System
+from ...engine.world import World
 
 __all__ = ["PICTURE", "CompanionSource", "CompanionsSystem", "Picture"]
 
@@ -53,11 +54,11 @@ class CompanionSource(Protocol):
         """Changes with everything that other planets show."""
         ...
 
-    def settled(self) -> bool:
-        """Whether the last pictures show all that they will come to show."""
+    def settled(self, view: View) -> bool:
+        """Whether the last pictures for that view show all that they will come to show."""
         ...
 
-    def progress(self) -> float:
+    def progress(self, view: View) -> float:
         """How much of that is done, 0..1."""
         ...
 
@@ -68,6 +69,8 @@ class _Shown:
     def __init__(self) -> None:
         self.pictures: Sequence[Picture] = ()
         self.jitter_px = (0.0, 0.0)
+        self.main = False
+        """Whether it is a camera's own, and not a picture for others."""
 
 
 class CompanionsSystem(System):
@@ -76,7 +79,7 @@ class CompanionsSystem(System):
 
     name: ClassVar[str] = "companions"
 
-    def active(self, world: Any) -> bool:
+    def active(self, world: World) -> bool:
         return world.try_resource(SOURCE) is not None
 
     def setup(self, setup: Setup) -> None:
@@ -86,10 +89,9 @@ class CompanionsSystem(System):
         self._take = gpu.fullscreen("companions/take.frag")
         self._disc = gpu.fullscreen("companions/disc.frag")
         self._spot = gpu.fullscreen("companions/spot.frag")
-        self._plain = gpu.gpu.state()
-        self._over = gpu.gpu.state(blend="premultiplied")
+        self._plain = gpu.state()
+        self._over = gpu.state(blend="premultiplied")
         self._stamp: Any = None
-        self._main = False
 
     def release(self) -> None:
         for view in self._views:
@@ -104,19 +106,19 @@ class CompanionsSystem(System):
         """Whether another planet changed since the last frame."""
         return self._source.stamp() != self._stamp
 
-    def settled(self) -> bool:
-        return not self._main or self._source.settled()
+    def settled(self, view: View) -> bool:
+        return not view.state(self, _Shown).main or self._source.settled(view)
 
-    def progress(self) -> float:
-        return self._source.progress() if self._main else 1.0
+    def progress(self, view: View) -> float:
+        return self._source.progress(view) if view.state(self, _Shown).main else 1.0
 
     def begin(self, frame: Frame) -> None:
         """Draw the other planets: nothing of this frame is bound or made yet."""
         source = self._source
-        self._main = not source.prepare(frame)
-        shown = source.pictures(frame) if self._main else ()
-        self._stamp = source.stamp()
         seen = frame.view.state(self, _Shown)
+        seen.main = not source.prepare(frame)
+        shown = source.pictures(frame) if seen.main else ()
+        self._stamp = source.stamp()
         seen.pictures, seen.jitter_px = shown, frame.jitter_px
         frame.view.planets_px = _around([picture.rect for picture in shown]) if shown else None
 
@@ -169,7 +171,9 @@ class CompanionsSystem(System):
                 picture.texture.use(0)
                 if picture.spot_px > 0.0:
                     draw = self._spot
-                    draw.set("u_place", (*picture.corner_px, picture.texel_px, picture.spot_px))
+                    draw.set("u_corner_px", tuple(picture.corner_px))
+                    draw.set("u_texel_px", picture.texel_px)
+                    draw.set("u_spot_px", picture.spot_px)
                     draw.set("u_jitter", shown.jitter_px)
                 else:
                     draw = self._disc

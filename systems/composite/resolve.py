@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...components import Ocean, Planet
-from ...engine.frame import Frame, ViewInfo
+from ...engine.blocks.bindings import EXPOSURE_BEFORE_BUFFER, EXPOSURE_BUFFER
+from ...engine.frame import Frame, View, ViewInfo, Views
+from ...engine.gpu import Fullscreen, GpuScope
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
-from .temporal import Mode, Motion, Step, TemporalState
+from .temporal import Mode, Motion, TemporalState
 
 __all__ = ["Resolver"]
 
@@ -33,25 +35,28 @@ _READS = ("scene.radiance", "composite.exposure", "gbuffer.depth", "gbuffer.surf
 
 
 @lru_cache(maxsize=128)
-def _weights(x: float, y: float) -> np.ndarray[Any, np.dtype[np.float32]]:
+def _weights(x: float, y: float) -> NDArray[np.float32]:
     """Of _CROSS for a jitter in pixels."""
     spot = np.exp(-0.5 * ((_CROSS + np.array([x, y])) ** 2).sum(axis=1) / _SOFT_PX**2)
     return (spot / spot.sum()).astype(np.float32)
 
 
+class _Resolved(TemporalState):
+    """One view's."""
+
+    bound = False
+    """Whether its graph has the pass."""
+
+
 class Resolver:
     """Declares and runs the pass; without anti-aliasing there is none, and nothing to keep."""
 
-    def __init__(self, gpu: Any) -> None:
-        self._gpu = gpu
+    def __init__(self, gpu: GpuScope, views: Views) -> None:
+        self._gpu, self._views = gpu, views
         self._kind = "none"
-        self._states: dict[int, TemporalState] = {}
-        self._state = TemporalState()
-        self._step = Step(Mode.EDGE)
-        self._programs: dict[tuple[str, ...], Any] = {}
-        self._moving: Any = None
-        self._plain = gpu.gpu.state()
-        self._bound = False
+        self._programs: dict[tuple[str, ...], Fullscreen] = {}
+        self._moving: Fullscreen | None = None
+        self._plain = gpu.state()
         self._texel = (1.0, 1.0)
 
     @property
@@ -64,43 +69,46 @@ class Resolver:
         """Whether frames build on one another."""
         return self._kind == "temporal"
 
-    @property
-    def shift(self) -> tuple[float, float]:
+    def _of(self, view: View) -> _Resolved:
+        return view.state(self, _Resolved)
+
+    def shift(self, view: View) -> tuple[float, float]:
         """From a pixel's centre to where the texture of this frame's samples shows the same, in texture coordinates."""
-        x, y = self._step.jitter_px if self.temporal else (0.0, 0.0)
+        x, y = self._of(view).step.jitter_px if self.temporal else (0.0, 0.0)
         return -x * self._texel[0], -y * self._texel[1]
 
     def use(self, kind: str) -> bool:
         """Choose "none", "edge" or "temporal"; True if the passes change with it."""
         changed, self._kind = kind != self._kind, kind
         if changed:
-            self._states.clear()
+            self._views.forget(self)
         return changed
 
-    def settled(self) -> bool:
+    def settled(self, view: View) -> bool:
         """Whether the last picture is that of a still camera with all its samples."""
-        return not self.temporal or not self._bound or self._state.complete
+        own = self._of(view)
+        return not self.temporal or not own.bound or own.complete
 
-    def share(self) -> float:
+    def share(self, view: View) -> float:
         """How much of a still picture is done, 0..1."""
-        return self._state.share if self.temporal and self._bound else 1.0
+        own = self._of(view)
+        return own.share if self.temporal and own.bound else 1.0
 
-    def refining(self) -> str:
+    def refining(self, view: View) -> str:
         """How far the samples of a still picture are; "" while it moves, and when they are all there."""
-        gathers = self.temporal and self._step.mode == Mode.MEAN and 0.0 < self._state.share < 1.0
-        return f"samples {100.0 * self._state.share:.0f} %" if gathers else ""
+        own = self._of(view)
+        gathers = self.temporal and own.step.mode == Mode.MEAN and 0.0 < own.share < 1.0
+        return f"samples {100.0 * own.share:.0f} %" if gathers else ""
 
     def begin(self, frame: Frame) -> None:
         """Choose the frame's step and its jitter."""
         frame.jitter_px, frame.checkerboard = (0.0, 0.0), None
         if not self.temporal:
-            self._step = Step(Mode.EDGE)
             return
-        self._state = self._states.setdefault(frame.view_index, TemporalState())
         planet = frame.world.try_get(frame.planet, Planet)
         samples = int(frame.settings.get("composite.samples", 33))
-        self._step = self._state.begin(frame, samples, 0.0 if planet is None else planet.radius_m)
-        frame.jitter_px, frame.checkerboard = self._step.jitter_px, self._step.checkerboard
+        step = self._of(frame.view).begin(frame, samples, 0.0 if planet is None else planet.radius_m)
+        frame.jitter_px, frame.checkerboard = step.jitter_px, step.checkerboard
 
     def update(self, frame: Frame) -> None:
         """Hand the camera's motion to the shader. After the stars have been turned."""
@@ -108,15 +116,16 @@ class Resolver:
         self._texel = (1.0 / width, 1.0 / height)
         if not self.temporal:
             return
-        motion = self._state.motion(frame.world.resources.get("star_axes"))
-        if self._step.mode == Mode.MEAN:
-            self._program("mean").set("u_weight", self._step.weight)
-        elif self._step.mode == Mode.MOVING and motion is not None:
-            self._set_motion(motion, self._step.jitter_px)
+        own = self._of(frame.view)
+        motion = own.motion(frame.world.resources.get("star_axes"))
+        if own.step.mode == Mode.MEAN:
+            self._program("mean").set("u_weight", own.step.weight)
+        elif own.step.mode == Mode.MOVING and motion is not None:
+            self._set_motion(motion, own.step.jitter_px)
             sea = frame.world.try_get(frame.planet, Ocean)
             gravity = 0.0 if sea is None else sea.gravity_m_s2
             # Deep water: the square of the phase a second is g times the wave number.
-            water = 2.0 * math.pi * gravity * self._state.elapsed_s**2
+            water = 2.0 * math.pi * gravity * own.elapsed_s**2
             self._program("moving").set("u_water", min(water, 1e9))
             blur = tuple(share if name in frame.checkered else 0.0 for name, share in _CHECKER_BLUR.items())
             self._program("moving").set("u_checkered", blur)
@@ -126,15 +135,15 @@ class Resolver:
         if program is None:
             return
         # GLSL reads matrices column by column: the transpose of the row order of numpy.
-        program.set("u_turn", np.ascontiguousarray(motion.turn.T, np.float32))
-        program.set("u_sky_turn", np.ascontiguousarray(motion.sky_turn.T, np.float32))
-        program.set("u_shift", tuple(map(float, motion.shift_m)))
-        program.set("u_projection", motion.before)
+        program.set("u_to_previous", np.ascontiguousarray(motion.turn.T, np.float32))
+        program.set("u_sky_to_previous", np.ascontiguousarray(motion.sky_turn.T, np.float32))
+        program.set("u_camera_shift_m", tuple(map(float, motion.shift_m)))
+        program.set("u_previous_projection", motion.before)
         x, y = jitter_px
         program.set("u_jitter", (2.0 * x * self._texel[0], 2.0 * y * self._texel[1]))
         program.set("u_weights", _weights(x, y))
 
-    def _program(self, name: str, **defines: int) -> Any:
+    def _program(self, name: str, **defines: int) -> Fullscreen:
         key = (name, *defines)
         if key not in self._programs:
             self._programs[key] = self._gpu.fullscreen(_FILES[name], defines=defines)
@@ -142,7 +151,8 @@ class Resolver:
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> str:
         """Add the pass, if there is one; the name of the picture that is to be tone-mapped."""
-        self._bound = False
+        own = self._of(view.view)
+        own.bound = False
         if not self.active:
             return "scene.radiance"
         lifetime = "history" if self.temporal else "transient"
@@ -152,7 +162,7 @@ class Resolver:
         )  # fmt: skip
         builder.add_pass(
             "composite.resolve",
-            bind=self._bind,
+            bind=lambda io: self._bind(io, own),
             system="composite",
             reads=_READS,
             reads_optional=(_MOTION,) if self.temporal else (),
@@ -162,8 +172,8 @@ class Resolver:
         )
         return "composite.resolved"
 
-    def _bind(self, io: PassIO) -> Callable[[], None]:
-        self._bound = True
+    def _bind(self, io: PassIO, own: _Resolved) -> Callable[[], None]:
+        own.bound = True
         target = io.framebuffer(colors=("composite.resolved",))
         textures = [io.texture(n) for n in ("scene.radiance", "gbuffer.depth", "gbuffer.surface")]
         exposure = io.buffer("composite.exposure")
@@ -175,22 +185,22 @@ class Resolver:
                 self._plain.apply()
                 for unit, texture in enumerate(textures):
                     texture.use(unit)
-                exposure.bind_to_storage_buffer(5)
+                exposure.bind_to_storage_buffer(EXPOSURE_BUFFER)
                 edge.render()
 
             return alone
         motion = io.texture(_MOTION) if io.has(_MOTION) else None
-        self._moving = self._program("moving", MOTION=1) if motion is not None else self._program("moving")
-        programs = (edge, self._program("mean"), self._moving)
+        moving = self._moving = self._program("moving", MOTION=1) if motion is not None else self._program("moving")
+        programs = (edge, self._program("mean"), moving)
         before, exposure_before = io.history("composite.resolved"), io.history("composite.exposure")
         valid = io.history_valid
 
         def run() -> None:
-            step = self._step
+            step = own.step
             builds_on = step.mode == Mode.MOVING or (step.mode == Mode.MEAN and step.weight < 1.0)
             if builds_on and not valid.value:
-                self._state.lost()
-                self._step = step = self._state.step
+                own.lost()
+                step = own.step
             target.use()
             self._plain.apply()
             for unit, texture in enumerate(textures):
@@ -198,9 +208,9 @@ class Resolver:
             before.use(3)
             if motion is not None:
                 motion.use(4)
-            exposure.bind_to_storage_buffer(5)
-            exposure_before.bind_to_storage_buffer(6)
+            exposure.bind_to_storage_buffer(EXPOSURE_BUFFER)
+            exposure_before.bind_to_storage_buffer(EXPOSURE_BEFORE_BUFFER)
             programs[step.mode].render()
-            self._state.drawn()
+            own.drawn()
 
         return run

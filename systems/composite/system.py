@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar, TypeVar
 
+import moderngl
 import numpy as np
 
 from ...components import Composite, Exposure
-from ...engine.frame import Frame, ViewInfo
+from ...engine.blocks.bindings import EXPOSURE_BUFFER
+from ...engine.frame import Frame, View, ViewInfo
+from ...engine.gpu import Fullscreen
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
-from ...engine.settings import with_overrides
+from ...engine.settings import Settings, with_overrides
 from ...engine.system import Setup, System
+from ...engine.world import World
 from .resolve import Resolver
 from .tone_maps import TONE_MAPS
 
 __all__ = ["CompositeSystem", "ExposureReading", "adaptation_share", "read_exposure"]
+
+T = TypeVar("T")
 
 _BINS = 256
 _GLARE = "rgba32f"
@@ -39,7 +45,7 @@ class ExposureReading:
     metered_cd_m2: float
 
 
-def read_exposure(buffer: Any) -> ExposureReading:
+def read_exposure(buffer: moderngl.Buffer) -> ExposureReading:
     """Read the resource "composite.exposure" back; waits for the GPU."""
     ev100, target, metered, _ = np.frombuffer(buffer.read(16), np.float32)
     return ExposureReading(float(ev100), float(target), float(2.0 ** np.float64(metered)))
@@ -53,6 +59,14 @@ def adaptation_share(dt_s: float, time_s: float) -> float:
 def _glare_levels(height: int) -> int:
     """Halvings below a quarter of the size until one or two rows are left: the last octave is as wide as the view."""
     return int(np.clip(np.floor(np.log2(max(height, 1) / 5.0)), 1, 10))
+
+
+class _Exposed:
+    """One view's exposure. latest: of its last frame; None: that had none, or there was none. auto: it was measured."""
+
+    def __init__(self) -> None:
+        self.latest: moderngl.Buffer | None = None
+        self.auto = False
 
 
 class CompositeSystem(System):
@@ -71,56 +85,56 @@ class CompositeSystem(System):
         self._down = gpu.fullscreen("composite/glare_down.frag")
         self._up = gpu.fullscreen("composite/glare_up.frag")
         self._sum = gpu.fullscreen("composite/glare_sum.frag")
-        self._plain = gpu.gpu.state()
-        self._add = gpu.gpu.state(blend="additive")
-        self._pictures: dict[tuple[int, bool, bool, bool], Any] = {}
-        self._latest: Any = None
-        self._resolver = Resolver(gpu)
+        self._plain = gpu.state()
+        self._add = gpu.state(blend="additive")
+        self._pictures: dict[tuple[int, bool, bool, bool], Fullscreen] = {}
+        self._views, self._resolver = setup.views, Resolver(gpu, setup.views)
         self._choose(setup.world, setup.settings, None, 0.0, True)
 
     def release(self) -> None:
         self._pictures.clear()
-        self._latest = None
+        self._views.forget(self, self._resolver)
 
-    def settled(self) -> bool:
+    def settled(self, view: View) -> bool:
         """Whether every sample of a still picture is in it and the exposure has come to where it wants to go; waits for
         the GPU in automatic mode."""
-        if self._latest is None:
+        own = self._exposed(view)
+        if own.latest is None:
             return True
-        if not self._resolver.settled():
+        if not self._resolver.settled(view):
             return False
-        if not self._auto:
+        if not own.auto:
             return True
-        reading = self.reading()
+        reading = self.reading(view)
         return abs(reading.ev100 - reading.target_ev100) < _SETTLED_EV
 
-    def progress(self) -> float:
+    def progress(self, view: View) -> float:
         """Share of the samples of a still picture."""
-        return self._resolver.share() if self._latest is not None else 1.0
+        return self._resolver.share(view) if self.exposed(view) else 1.0
 
-    def refining(self) -> str:
-        return "" if self._latest is None else self._resolver.refining()
+    def refining(self, view: View) -> str:
+        return self._resolver.refining(view) if self.exposed(view) else ""
 
-    def view_gone(self) -> None:
-        """The view drawn last may be no more: there is nothing to read until another frame."""
-        self._latest = None
+    def _exposed(self, view: View) -> _Exposed:
+        return view.state(self, _Exposed)
 
-    @property
-    def exposed(self) -> bool:
-        """Whether the last frame was exposed; frames of which nobody wants colours are not."""
-        return self._latest is not None
+    def exposed(self, view: View) -> bool:
+        """Whether that view's last frame was exposed; frames of which nobody wants colours are not."""
+        return self._exposed(view).latest is not None
 
-    def reading(self) -> ExposureReading:
-        """The exposure of the last frame; waits for the GPU. RuntimeError where no frame was exposed."""
-        if self._latest is None:
-            raise RuntimeError("the last frame was not exposed: render one with its colours first")
-        return read_exposure(self._latest)
+    def reading(self, view: View) -> ExposureReading:
+        """The exposure of that view's last frame; waits for the GPU. RuntimeError where none was exposed."""
+        return read_exposure(self._buffer(view))
 
-    def reading_bytes(self) -> bytes:
+    def reading_bytes(self, view: View) -> bytes:
         """As `reading`, for another system's `go_on_from`."""
-        if self._latest is None:
+        return self._buffer(view).read(16)
+
+    def _buffer(self, view: View) -> moderngl.Buffer:
+        latest = self._exposed(view).latest
+        if latest is None:
             raise RuntimeError("the last frame was not exposed: render one with its colours first")
-        return self._latest.read(16)
+        return latest
 
     def go_on_from(self, exposure: bytes) -> None:
         """The next frame, a cut, adapts from another system's exposure instead of jumping."""
@@ -135,15 +149,18 @@ class CompositeSystem(System):
     def update(self, frame: Frame) -> None:
         self._resolver.update(frame)
         self._choose(frame.world, frame.settings, frame.ev100, frame.dt_s, frame.cut)
+        self._exposed(frame.view).auto = self._auto
 
-    def _choose(self, world: Any, settings: Mapping[str, Any], ev100: float | None, dt_s: float, cut: bool) -> None:
+    def _choose(self, world: World, settings: Settings, ev100: float | None, dt_s: float, cut: bool) -> None:
         exposure = with_overrides(_first(world, Exposure), "exposure", settings)
         composite = with_overrides(_first(world, Composite), "composite", settings)
         self._auto = exposure.mode == "auto" and ev100 is None
         stay = exposure.ev100 if ev100 is None else ev100
         low, high = (exposure.min_ev100, exposure.max_ev100) if self._auto else (stay, stay)
         compensation = exposure.compensation_ev if self._auto else 0.0
-        self._meter.set("u_limits", (float(low), max(float(low), float(high)), float(compensation), _DARK_ADAPTATION))
+        self._meter.set("u_ev100", (float(low), max(float(low), float(high))))
+        self._meter.set("u_compensation_ev", float(compensation))
+        self._meter.set("u_dark_adaptation", _DARK_ADAPTATION)
         self._cut = cut or not self._auto
         self._go = (adaptation_share(dt_s, exposure.brighter_s), adaptation_share(dt_s, exposure.darker_s))
         self._share = float(composite.bloom)
@@ -155,7 +172,8 @@ class CompositeSystem(System):
         self._picture = self._pictures[key]
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
-        self._latest = None  # belongs to the plan from before, and the new one may do without
+        own = self._exposed(view.view)
+        own.latest = None  # belongs to the plan from before, and the new one may do without
         levels = _glare_levels(view.size[1])
         octaves = [f"composite.glare{k}" for k in range(levels + 1)]
         builder.add_pass(
@@ -169,7 +187,7 @@ class CompositeSystem(System):
         )
         builder.add_pass(
             "composite.expose",
-            bind=self._bind_expose,
+            bind=lambda io: self._bind_expose(io, own),
             system=self.name,
             kind="compute",
             reads=("composite.quarter",),
@@ -195,7 +213,7 @@ class CompositeSystem(System):
         )
         builder.add_pass(
             "composite.tonemap",
-            bind=lambda io: self._bind_tonemap(io, levels, picture),
+            bind=lambda io: self._bind_tonemap(io, levels, picture, view.view),
             system=self.name,
             reads=(picture, "composite.exposure", "composite.glare"),
             creates=(TextureSpec("composite.ldr", "rgba8", filter="linear", help="the picture, sRGB-encoded"),),
@@ -214,13 +232,13 @@ class CompositeSystem(System):
 
         return run
 
-    def _bind_expose(self, io: PassIO) -> Callable[[], None]:
+    def _bind_expose(self, io: PassIO, own: _Exposed) -> Callable[[], None]:
         quarter, now = io.texture("composite.quarter"), io.buffer("composite.exposure")
         before, valid = io.history("composite.exposure"), io.history_valid
         width, height = io.resource_size("composite.quarter")
 
         def run() -> None:
-            self._latest = now
+            own.latest = now
             quarter.use(0)
             self._histogram.bind_to_storage_buffer(5)
             now.bind_to_storage_buffer(6)
@@ -249,7 +267,7 @@ class CompositeSystem(System):
         self._sum.set("u_share", _GLARE_FALL)
 
         def run() -> None:
-            exposure.bind_to_storage_buffer(5)
+            exposure.bind_to_storage_buffer(EXPOSURE_BUFFER)
             quarter.use(0)
             targets[0].use()
             self._plain.apply()
@@ -271,7 +289,7 @@ class CompositeSystem(System):
 
         return run
 
-    def _bind_tonemap(self, io: PassIO, levels: int, picture: str) -> Callable[[], None]:
+    def _bind_tonemap(self, io: PassIO, levels: int, picture: str, view: View) -> Callable[[], None]:
         target = io.framebuffer(colors=("composite.ldr",))
         scene, exposure = io.texture(picture), io.buffer("composite.exposure")
         glare = io.texture("composite.glare")
@@ -283,16 +301,16 @@ class CompositeSystem(System):
             self._plain.apply()
             scene.use(0)
             glare.use(1)
-            exposure.bind_to_storage_buffer(5)
+            exposure.bind_to_storage_buffer(EXPOSURE_BUFFER)
             if self._glares:
                 share = min(self._share, 0.5 / total)
                 self._picture.set("u_share", (share * finest, 1.0 - share * total))
-                self._picture.set("u_glare_from", self._resolver.shift)
+                self._picture.set("u_glare_from", self._resolver.shift(view))
             self._picture.render()
 
         return run
 
 
-def _first(world: Any, kind: type[Any]) -> Any:
+def _first(world: World, kind: type[T]) -> T:
     found = world.query(kind)
     return found[0][1][0] if found else kind()

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any, ClassVar
 
 from ...components.debug_view import DebugView
+from ...engine.blocks.bindings import DEBUG_SOURCE_UNIT
 from ...engine.frame import Frame, ViewInfo
 from ...engine.graph import BufferSpec, GraphBuilder, GraphError, PassIO
 from ...engine.system import Setup, System
@@ -45,7 +46,7 @@ class DebugSystem(System):
 
     def __init__(self) -> None:
         self._shown = "off"
-        self._world: Any = None
+        self._world: World
 
     def setup(self, setup: Setup) -> None:
         self._gpu, self._world = setup.gpu, setup.world
@@ -53,7 +54,6 @@ class DebugSystem(System):
 
     def release(self) -> None:
         self._objects.clear()
-        self._world = None
 
     def update(self, frame: Frame) -> None:
         wanted = frame.world.query(DebugView)[0][1][0].view
@@ -119,7 +119,7 @@ class DebugSystem(System):
         )
 
         def run() -> None:
-            texture.use(0)
+            texture.use(DEBUG_SOURCE_UNIT)
             limits.bind_to_storage_buffer(5)
             measure.run(1)
 
@@ -131,12 +131,12 @@ class DebugSystem(System):
         limits = io.buffer("debug.limits")
         depth = io.texture("gbuffer.depth") if io.has("gbuffer.depth") else texture
         draw = self._made("fullscreen", "debug/view.frag", {**defines, "MODE": MODES.index(view.mode)})
-        plain = self._gpu.gpu.state()
+        plain = self._gpu.state()
 
         def run() -> None:
             target.use()
             plain.apply()
-            texture.use(0)
+            texture.use(DEBUG_SOURCE_UNIT)
             depth.use(1)
             limits.bind_to_storage_buffer(5)
             draw.render()

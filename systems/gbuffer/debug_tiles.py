@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from ...engine.gpu import GpuScope
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 
 __all__ = ["TilesPicture"]
@@ -13,10 +14,10 @@ __all__ = ["TilesPicture"]
 class TilesPicture:
     """Declares ``debug.tiles``; its program is made when it is first looked at. gpu: the system's scope."""
 
-    def __init__(self, gpu: Any) -> None:
+    def __init__(self, gpu: GpuScope) -> None:
         self._gpu = gpu
         self._draw: Any = None
-        self._plain = gpu.gpu.state()
+        self._plain = gpu.state()
 
     def declare(self, builder: GraphBuilder, across: int) -> None:
         """across: tiles in a row of the picture."""

@@ -32,8 +32,8 @@ class GBufferSystem(System):
         self._present_scaled: Any = None
         self._present_depth: Any = None
         self._host_depth = (0.0, 0.0)
-        self._write_all = setup.gpu.gpu.state(depth_test=False, cull=None, blend=None)
-        self._write_depth = setup.gpu.gpu.state(depth_test=True, depth_func="always", cull=None, blend=None)
+        self._write_all = setup.gpu.state(depth_test=False, cull=None, blend=None)
+        self._write_depth = setup.gpu.state(depth_test=True, depth_func="always", cull=None, blend=None)
 
     def update(self, frame: Frame) -> None:
         if frame.host_depth is not None:
@@ -120,7 +120,7 @@ class GBufferSystem(System):
             depths.bind_to_storage_buffer(1)
             self._classify.set("u_tiles", (width, height))
             self._classify.run(-(-width * height // 64), 1, 1)
-            self._gpu.gpu.barrier()
+            self._gpu.barrier()
             for binding, tiles in enumerate(lists, start=1):
                 tiles.bind_to_storage_buffer(binding)
             self._list.set("u_tiles", (width, height))
@@ -165,7 +165,7 @@ class GBufferSystem(System):
         draw = self._present_depth
         if draw is None:  # most programs do without
             draw = self._present_depth = self._gpu.fullscreen("outputs/present_depth.frag")
-        state = self._gpu.gpu.state
+        state = self._gpu.state
         nearer = {side: state(depth_test=True, depth_func=test) for side, test in ((True, ">="), (False, "<="))}
 
         def run() -> None:

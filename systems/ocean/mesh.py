@@ -15,10 +15,12 @@ from ...engine.frame.snapping import Scale, SnapAhead
 from ...engine.gpu import GpuScope
 from ...engine.gpu.cell_mesh import CellPrograms
 from ...engine.graph import BufferSpec, PassIO
-from ...engine.settings import revision
+from ...engine.settings import Settings
 from ...engine.snapped import CellChoice, SnappedMesh
 from ...engine.surface.coverage import proxy_coverage
 from ...engine.surface.selection import chord_limit_m, rows_in, select_rings, spacing_angle
+from ...engine.world import World
+from .method import surface_of
 from .shading import SEA_TOP
 from .wave_passes import SeaWaves, WaveView
 
@@ -42,7 +44,7 @@ class SeaChoice(CellChoice):
 class SeaMaking:
     """What makes the sea's vertices, shared by all views."""
 
-    def __init__(self, gpu: GpuScope, settings: Any, world: Any, waves: SeaWaves) -> None:
+    def __init__(self, gpu: GpuScope, settings: Settings, world: World, waves: SeaWaves) -> None:
         self.world, self.waves = world, waves
         self.programs = CellPrograms(gpu, int(settings["terrain.quads"]), "ocean/vertices.comp")
         self.list = gpu.compute("ocean/list_cells.comp", defines=self.programs.defines)
@@ -71,9 +73,8 @@ class SeaMesh(SnappedMesh[SeaChoice]):
 
     def update(self, frame: Frame) -> bool:
         """Choose the cells; True where passes or buffers changed."""
-        surface = self._surface(frame)
-        self.hides = surface[-1]
-        snapped, changed = self.follow(frame, surface)
+        self.hides = self._hides(frame)
+        snapped, changed = self.follow(frame)
         if snapped:
             made = self.choice
             assert made is not None
@@ -83,19 +84,15 @@ class SeaMesh(SnappedMesh[SeaChoice]):
         self.look(frame)
         return changed
 
-    def unchanged(self, frame: Frame) -> bool:
-        """Whether `update` would do nothing but look."""
-        return self.rests(frame, self._surface(frame))
-
     @staticmethod
-    def _surface(frame: Frame) -> tuple[int, int, float, bool]:
-        """What the cells depend on beside proxy and scale; whether the sea hides its bed."""
-        world = frame.world
-        ocean, radius = world.get(frame.planet, Ocean), world.get(frame.planet, Planet).radius_m
+    def _hides(frame: Frame) -> bool:
+        """Whether the sea hides its bed."""
         # From below the surface is seen until the line of sight, which the bed may bend, has come up to it.
-        hides = frame.camera.distance_m - radius >= world.resource(SEA_TOP)
-        ground, smallest_m = world.resources.get("height_field"), float(frame.settings["terrain.min_spacing_m"])
-        return (revision(ocean), id(ground), smallest_m, hides)
+        radius = frame.world.get(frame.planet, Planet).radius_m
+        return frame.camera.distance_m - radius >= frame.world.resource(SEA_TOP)
+
+    def surface(self, frame: Frame) -> tuple[object, ...]:
+        return (*surface_of(frame), float(frame.settings["terrain.min_spacing_m"]), self._hides(frame))
 
     def choose(self, frame: Frame, proxy: Proxy, scale: Scale) -> SeaChoice:
         ocean = frame.world.get(frame.planet, Ocean)
@@ -152,7 +149,11 @@ class SeaMesh(SnappedMesh[SeaChoice]):
         if bind_heights is not None:
             bind_heights()
         vertices.set("u_reach", choice.reach_m)
-        vertices.set("u_first", first if snap is not None and self._beside_ground(choice, first, snap) else -1)
+        beside = snap is not None and self._beside_ground(choice, first, snap)
+        if not beside:  # nothing is read there, but something has to be bound, and it may be no other pass's
+            self.mesh.bind_bounds(7)
+        self._rows.bind_to_storage_buffer(6)
+        vertices.set("u_first", first if beside else -1)
 
     def _beside_ground(self, choice: SeaChoice, first: int, snap: SnapAhead) -> bool:
         """Bind the ground's boxes and which of them is whose, if the ground has been made: most of a coast's cells, and
@@ -167,7 +168,6 @@ class SeaMesh(SnappedMesh[SeaChoice]):
                 self.gpu.free(self._rows)
                 self._rows = self.gpu.buffer(reserve=4 * self.ahead.mesh.capacity, dynamic=True)
             self._rows.write(rows)
-        self._rows.bind_to_storage_buffer(6)
         ground.mesh.bind_bounds(7)
         return True
 
@@ -183,7 +183,7 @@ class SeaMesh(SnappedMesh[SeaChoice]):
         def run() -> None:
             cull()
             if cells is not None:
-                self.gpu.gpu.barrier()
+                self.gpu.barrier()
                 cells.bind_to_storage_buffer(4)
                 self._making.list.run(1, 1, 1)
 

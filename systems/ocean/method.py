@@ -5,17 +5,27 @@ from __future__ import annotations
 from abc import abstractmethod
 from typing import Protocol
 
+from ...components import Ocean
 from ...engine.frame import Frame
 from ...engine.gpu import GpuScope
 from ...engine.methods import Method
+from ...engine.settings import revision
 from ...engine.system import Setup
 from .wave_passes import SeaWaves, WaveView
 
-__all__ = ["SeaMethod"]
+__all__ = ["SeaMethod", "surface_of"]
+
+
+def surface_of(frame: Frame) -> tuple[int, int]:
+    """What the water's mesh depends on in any case: the sea, and the ground that it is cut against."""
+    world = frame.world
+    return revision(world.get(frame.planet, Ocean)), id(world.resources.get("height_field"))
 
 
 class _SeaView(Protocol):
     waves: WaveView
+
+    def rests(self, frame: Frame) -> bool: ...
 
 
 class SeaMethod(Method):
@@ -29,6 +39,6 @@ class SeaMethod(Method):
     def view(self, index: int) -> _SeaView:
         """What it keeps for a view."""
 
-    def unchanged(self, frame: Frame) -> bool:
+    def rests(self, frame: Frame) -> bool:
         """Whether `update` would do nothing but look."""
-        return False
+        return self.view(frame.view_index).rests(frame)

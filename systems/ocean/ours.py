@@ -25,14 +25,14 @@ class OurSea(SeaMethod):
         self._making = SeaMaking(gpu, setup.settings, setup.world, waves)
         defines = self._making.programs.defines
         # Fetching a wave costs as much as evaluating it where lanes can't share the fetch.
-        each = 5 if gpu.gpu.caps.is_software else 2
+        each = 5 if gpu.caps.is_software else 2
         self._displace = gpu.compute("ocean/displace.comp", defines={**defines, "SEA_VERTICES": each})
         calm, moving = defines, {**defines, "SEA_MOVES": 1}
         self._surfaces = [
             gpu.program(vertex="ocean/gbuffer.vert", fragment="ocean/gbuffer.frag", defines=d) for d in (calm, moving)
         ]
         # Seen from above and, under water, from below.
-        self._draw_state = gpu.gpu.state(depth_test=True, depth_func=">", cull=None)
+        self._draw_state = gpu.state(depth_test=True, depth_func=">", cull=None)
 
     def view(self, index: int) -> SeaMesh:
         """One view's cells."""
@@ -40,9 +40,6 @@ class OurSea(SeaMethod):
 
     def update(self, frame: Frame) -> None:
         self.structure += self.view(frame.view_index).update(frame)
-
-    def unchanged(self, frame: Frame) -> bool:
-        return self.view(frame.view_index).unchanged(frame)
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         sea = self.view(view.index)

@@ -10,24 +10,22 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from ...components import Ocean, Planet
-from ...engine.frame import Frame, Proxy, ViewInfo
+from ...engine.blocks.bindings import COUNT_BUFFER, PATCH_BUFFER, SEA_GRID_BLOCK, VERTEX_BUFFER, VISIBLE_BUFFER
+from ...engine.frame import Frame, ViewInfo
 from ...engine.frame.gbuffer import GBUFFER
 from ...engine.gpu import GpuScope
-from ...engine.gpu.bindings import SEA_GRID_BLOCK
-from ...engine.gpu.layout import IVec4, Vec4
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
-from ...engine.settings import revision
-from ...engine.snapped import MeshKey, PatchMesh, PatchPrograms
+from ...engine.snapped import PatchMesh, PatchPrograms
 from ...engine.surface.coverage import proxy_coverage
-from ...engine.surface.projected_grid import FINEST, ProjectedGrid, grid_axes, grid_offset
+from ...engine.surface.projected_grid import FINEST, GridBlock, ProjectedGrid, grid_axes, grid_offset
 from ...engine.surface.selection import spacing_angle
 from ...engine.system import Setup
-from .method import SeaMethod
+from .method import SeaMethod, surface_of
 from .wave_passes import SeaWaves, WaveView
 
 __all__ = ["PAPER_CORNERS", "PaperSea"]
@@ -40,19 +38,10 @@ _MOST_VERTICES = 1 << 20
 
 
 @dataclass
-class SeaGridBlock:
-    """GLSL: ``generated/sea_grid.glsl``, ``sea_grid``. The third axis is the anchor's direction."""
+class SeaGridBlock(GridBlock):
+    """GLSL: ``generated/sea_grid.glsl``, ``sea_grid``."""
 
-    u: Vec4
-    """first axis; w: z_s"""
-    v: Vec4
-    """second axis"""
-    spacing: Vec4
-    """(wanted angle between vertices, their smallest distance in m, proxy above the sea in m, 1 / half the steps)"""
-    sea: Vec4
-    """(how far waves move a point in m, 0, 0, 0)"""
-    counts: IVec4
-    """half the steps a side, n of the warp"""
+    reach_m: Annotated[float, "how far waves move a point"]
 
 
 class PaperSeaView(PatchMesh):
@@ -63,6 +52,9 @@ class PaperSeaView(PatchMesh):
         self.waves = WaveView(self.gpu)
         self.displaced: tuple[Any, ...] | None = None
         self.array: Any = None
+
+    def surface(self, frame: Frame) -> tuple[object, ...]:
+        return surface_of(frame)
 
     @property
     def moving(self) -> tuple[Any, ...]:
@@ -75,7 +67,7 @@ class PaperSea(SeaMethod):
 
     def __init__(self, gpu: GpuScope, setup: Setup, waves: SeaWaves) -> None:
         super().__init__(gpu, setup, waves)
-        many = {"SEA_VERTICES": 5 if gpu.gpu.caps.is_software else 2}
+        many = {"SEA_VERTICES": 5 if gpu.caps.is_software else 2}
         self._ubo = gpu.uniform_block(SeaGridBlock, SEA_GRID_BLOCK, "sea_grid")
         self._patches = PatchPrograms(
             gpu,
@@ -87,37 +79,27 @@ class PaperSea(SeaMethod):
         )
         self._displace = gpu.compute("ocean/paper/displace.comp", defines=many)
         self._surface = gpu.program("ocean/paper/gbuffer.vert", "ocean/gbuffer.frag", defines={"SEA_PAPER": 1})
-        self._draw_state = gpu.gpu.state(depth_test=True, depth_func=">", cull=None)
+        self._draw_state = gpu.state(depth_test=True, depth_func=">", cull=None)
 
     def view(self, index: int) -> PaperSeaView:
         """One view's grid."""
         return self.views[index].state(self, lambda: PaperSeaView(self.gpu, self._patches))
 
     def update(self, frame: Frame) -> None:
-        ocean, view = frame.world.get(frame.planet, Ocean), self.view(frame.view_index)
-        proxy, ground = frame.view.proxy, frame.world.resources.get("height_field")
-        pixel_angle = frame.pixel_rad
-        edge_px = float(frame.settings["terrain.edge_px"])
-        if view.follow(frame, MeshKey(proxy.generation, (revision(ocean), id(ground))), edge_px, pixel_angle):
-            self.structure += self._project(frame, view, ocean, proxy, pixel_angle, edge_px, ground)
+        view = self.view(frame.view_index)
+        if view.follow(frame):
+            self.structure += self._project(frame, view)
         view.look(frame)
         self._ubo.bind()
 
-    def _project(
-        self,
-        frame: Frame,
-        view: PaperSeaView,
-        ocean: Ocean,
-        proxy: Proxy,
-        pixel_angle: float,
-        edge_px: float,
-        ground: Any,
-    ) -> bool:
-        radius = frame.world.get(frame.planet, Planet).radius_m
+    def _project(self, frame: Frame, view: PaperSeaView) -> bool:
+        ocean, radius = frame.world.get(frame.planet, Ocean), frame.world.get(frame.planet, Planet).radius_m
+        proxy, ground = frame.view.proxy, frame.world.resources.get("height_field")
+        edge_px, pixel_rad = view.detail(frame)
         above_sea = max(abs(proxy.cell.altitude_m - ocean.sea_level_m), 0.05)
-        angle = spacing_angle(edge_px, pixel_angle, proxy.cell.altitude_m, radius)
+        angle = spacing_angle(edge_px, pixel_rad, proxy.cell.altitude_m, radius)
         eye = tuple(proxy.lattice.direction * (ocean.sea_level_m + above_sea - proxy.anchor_height_m))
-        self.waves.place(view.waves, frame, above_sea, pixel_angle, eye, angle, 0.0)
+        self.waves.place(view.waves, frame, above_sea, pixel_rad, eye, angle, 0.0)
         assert view.waves.waves is not None
         reach_m = view.waves.waves.highest_m
         below = proxy.cell.altitude_m < ocean.sea_level_m
@@ -133,20 +115,24 @@ class PaperSea(SeaMethod):
         cut = grid.tessellate(above_sea, ocean.sea_level_m, angle, _MOST_VERTICES)
         half = grid.steps() // 2
         feet = grid.foot_offsets_m(np.array([half, half + FINEST]), np.array([half, half]))
-        axes = grid.axes
         self._ubo.write(
             SeaGridBlock(
-                (*(float(a) for a in axes[0]), grid.z_s),
-                (*(float(a) for a in axes[1]), 0.0),
-                (angle * cut.coarser, float(np.linalg.norm(feet[1] - feet[0])) / FINEST, above_sea, 1.0 / half),
-                (reach_m, 0.0, 0.0, 0.0),
-                (half, grid.power, 0, 0),
+                first_axis=tuple(grid.axes[0].tolist()),
+                z_s=grid.z_s,
+                second_axis=tuple(grid.axes[1].tolist()),
+                per_half=1.0 / half,
+                spacing_rad=angle * cut.coarser,
+                smallest_spacing_m=float(np.linalg.norm(feet[1] - feet[0])) / FINEST,
+                proxy_height_m=above_sea,
+                half_steps=half,
+                power=grid.power,
+                reach_m=reach_m,
             )
         )
         return view.take(cut)
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
-        name, sea = self.gpu.owner, self.view(view.index)
+        name, sea, seen = self.gpu.owner, self.view(view.index), view.view.seen.ground
         sea.declare(builder, name, lambda: self._bind_heights(view.index))
         builder.add_pass(
             "ocean.displace",
@@ -156,6 +142,7 @@ class PaperSea(SeaMethod):
             reads=("ocean.vertices", "ocean.visible", "ocean.counts", "ocean.arguments"),
             creates=(BufferSpec("ocean.displaced", sea.vertex_capacity * _WAVY_BYTES, "persistent", "visible ones"),),
             when=lambda: sea.displaced != sea.moving,
+            only_while=seen,
             help="the printed wave function and normal at each vertex",
         )
         builder.add_pass(
@@ -166,6 +153,7 @@ class PaperSea(SeaMethod):
             creates=(TextureSpec("ocean.rough", "rgba16f", help="variances of slopes, mixed; Jacobian"),),
             writes=("gbuffer.depth", *GBUFFER),
             stage="water",
+            only_while=seen,
             help="triangles of the visible sea",
         )
 
@@ -181,8 +169,10 @@ class PaperSea(SeaMethod):
 
         def run() -> None:
             assert view.cut is not None
-            for point, buffer in enumerate((view.patches, vertices, visible, counts)):
-                buffer.bind_to_storage_buffer(point)
+            view.patches.bind_to_storage_buffer(PATCH_BUFFER)
+            vertices.bind_to_storage_buffer(VERTEX_BUFFER)
+            visible.bind_to_storage_buffer(VISIBLE_BUFFER)
+            counts.bind_to_storage_buffer(COUNT_BUFFER)
             displaced.bind_to_storage_buffer(5)
             self._displace.set("u_patches", view.cut.by_level())
             self._displace.run_indirect(arguments, 32)
@@ -205,7 +195,7 @@ class PaperSea(SeaMethod):
             rough.clear(0.5 * variance, 0.5 * variance, 0.0, 1.0)
             target.use()
             self._draw_state.apply()
-            displaced.bind_to_storage_buffer(1)
+            displaced.bind_to_storage_buffer(VERTEX_BUFFER)
             self._surface.set("u_variance", variance)
             view.array.render_indirect(arguments, count=1)
 

@@ -7,10 +7,18 @@ from functools import partial
 from typing import Any
 
 from ...components import Ocean, Planet
+from ...engine.blocks.bindings import (
+    DEPTH_UNIT,
+    OCEAN_BLOCK,
+    RADIANCE_IMAGE,
+    SCENE_UNIT,
+    SKY_MAP_UNIT,
+    SURFACE_UNIT,
+    TILE_BUFFER,
+)
 from ...engine.frame import Frame, ViewInfo
 from ...engine.frame.contracts import bind_contracts, contract_reads
-from ...engine.frame.gbuffer import GBUFFER, TILE_PX, tiles_of
-from ...engine.gpu.bindings import OCEAN_BLOCK, TILE_BUFFER
+from ...engine.frame.gbuffer import GBUFFER, GBUFFER_UNITS, TILE_PX, tiles_of
 from ...engine.gpu.upsample_shaded import UpsampleShaded
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import revision, with_overrides
@@ -140,10 +148,9 @@ class SeaShading:
             ocean = with_overrides(ocean, "ocean", frame.settings)
             self._held = ocean_block(ocean, waves, proxy.lattice.direction, radius)
             self._wind = heading_pitch_axes(direction(*ocean.wind_at), ocean.wind_direction_deg, 0.0)[0]
-        drift = drifted(proxy.lattice.direction, radius, self._wind, frame.time_s)
         held = self._held
-        held.drift_cell, held.drift_fraction, held.drift_cell_2, held.drift_fraction_2 = drift
-        self._held.lens = lens_plane(
+        held.drifting = drifted(proxy.lattice.direction, radius, self._wind, frame.time_s)
+        held.lens = lens_plane(
             waves,
             highest_likely_m(waves),
             frame.camera.position_m,
@@ -151,26 +158,26 @@ class SeaShading:
             frame.world.try_resource("height_field"),
             ocean.sea_level_m,
         )
-        self._near_water = self._held.lens[3] < LENS_REACH_M
+        self._near_water = held.lens.height_m < LENS_REACH_M
         if self._near_water:
-            self._wet_rows = wet_rows(self._held.lens, frame.camera, frame.size[1])
+            self._wet_rows = wet_rows(held.lens, frame.camera, frame.size[1])
         altitude_m = frame.camera.distance_m - radius
         self._high = altitude_m > _HIGH * float(frame.world.try_resource("air_top_m") or 0.0)
         # No sea is nearer than this, so no pixel of it narrower.
         nearest_m = altitude_m - float(frame.world.resource(SEA_TOP))
-        widest_m = max(_PATTERN_M, _RIPPLE_CELLS * NESTED_BASE_M * 2.0 ** held.ripples[0])
+        widest_m = max(_PATTERN_M, _RIPPLE_CELLS * NESTED_BASE_M * 2.0**held.ripple_octave)
         pixel = frame.pixel_rad
         self._far = nearest_m * pixel > widest_m
-        self._glows = any(value > 0.0 for value in held.glow)
+        self._glows = any(value > 0.0 for value in (*held.glow_radiance, held.crust_share))
         self._warm_up.step(frame)
-        self._block.write(self._held)
+        self._block.write(held)
         self._block.bind()
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         across, down = tiles_of(view.size)
         count = across * down
         corners = (across + 1, 5 * (down + 1))
-        groups = (-(-corners[0] // 8), -(-corners[1] // 40), _SKY_MAP[0] // 8, _SKY_MAP[1] // 8)
+        groups = (-(-corners[0] // 8), -(-corners[1] // 40))
         seen = view.view.seen.ground
         builder.add_pass(
             "ocean.classify",
@@ -236,9 +243,7 @@ class SeaShading:
             help="water between the lens and what a pixel shows",
         )
 
-    def _bind_classify(
-        self, io: PassIO, across: int, down: int, light_groups: tuple[int, int, int, int]
-    ) -> Callable[[], None]:
+    def _bind_classify(self, io: PassIO, across: int, down: int, light_groups: tuple[int, int]) -> Callable[[], None]:
         textures = [io.texture(n) for n in ("gbuffer.depth", "gbuffer.attributes", "gbuffer.surface")]
         buffers = [io.buffer(f"ocean.{n}") for n in ("tile_flags", *(f"tiles_{k}" for k in _KINDS), "light_groups")]
         shown = io.buffer("gbuffer.tile_flags")
@@ -255,6 +260,7 @@ class SeaShading:
             self._gpu.gpu.barrier()
             self._list.set("u_tiles", (across, down))
             self._list.set("u_light_groups", light_groups)
+            self._list.set("u_sky_groups", (_SKY_MAP[0] // 8, _SKY_MAP[1] // 8))
             self._list.run(1, 1, 1)
 
         return run
@@ -274,20 +280,21 @@ class SeaShading:
 
     def _bind_shade(self, io: PassIO) -> Callable[[], None]:
         radiance = io.texture("scene.radiance")
-        textures = [io.texture(n) for n in ("gbuffer.depth", *GBUFFER, "ocean.rough", "scene.radiance")]
-        textures += [io.texture("ocean.sky"), io.texture("ocean.light")]
+        own = {"ocean.rough": 4, "scene.radiance": SCENE_UNIT, "ocean.sky": SKY_MAP_UNIT, "ocean.light": 7}
+        textures = [(unit, io.texture(name)) for name, unit in (GBUFFER_UNITS | own).items()]
         parts = [(k, io.buffer(f"ocean.tiles_{k}")) for k in _KINDS]
         bind_air = bind_contracts(self._world, io)
 
         def run() -> None:
             bind_air()
-            radiance.bind_to_image(0, read=False, write=True)
-            for unit, texture in enumerate(textures):
+            radiance.bind_to_image(RADIANCE_IMAGE, read=False, write=True)
+            for unit, texture in textures:
                 texture.use(unit)
-            for kind, tiles in parts:
-                if self._needed(kind, self._high):
-                    tiles.bind_to_storage_buffer(TILE_BUFFER)
-                    self._shader(kind, self._high, self._far).run_indirect(tiles)
+            with self._gpu.gpu.apart():  # each pixel reads and stores its own
+                for kind, tiles in parts:
+                    if self._needed(kind, self._high):
+                        tiles.bind_to_storage_buffer(TILE_BUFFER)
+                        self._shader(kind, self._high, self._far).run_indirect(tiles)
             if self._between is not None and self._between.leaves_out(self._checkerboard):
                 needed = [tiles for kind, tiles in parts if self._needed(kind, self._high)]
                 self._between.run(radiance, needed, by_lens=self._near_water)
@@ -300,9 +307,9 @@ class SeaShading:
 
         def run() -> None:
             bind_air()
-            depth.use(0)
-            surface.use(3)
-            radiance.bind_to_image(0, read=True, write=True)
+            depth.use(DEPTH_UNIT)
+            surface.use(SURFACE_UNIT)
+            radiance.bind_to_image(RADIANCE_IMAGE, read=True, write=True)
             light.bind_to_storage_buffer(7)
             self._under_light.run()
             self._gpu.gpu.barrier()

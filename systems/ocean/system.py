@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from ...components import DebugView, Ocean, Planet
 from ...engine.frame import Frame, ViewInfo
 from ...engine.frame.unseen import Unseen
 from ...engine.graph import GraphBuilder
 from ...engine.methods import Methods
-from ...engine.settings import with_overrides
+from ...engine.settings import Settings, with_overrides
 from ...engine.system import Setup, System
 from .method import SeaMethod
 from .ours import OurSea
@@ -49,7 +46,7 @@ class OceanSystem(System):
         """What draws the water now."""
         return self._methods.now
 
-    def _use_method(self, ocean: Ocean, settings: Mapping[str, Any]) -> None:
+    def _use_method(self, ocean: Ocean, settings: Settings) -> None:
         kind = _METHODS[with_overrides(ocean, "ocean", settings).method]
         self._methods.use(kind, lambda gpu: kind(gpu, self._setup, self._waves))
 
@@ -57,7 +54,7 @@ class OceanSystem(System):
         self._shading.begin(frame, self._waves.of(frame))
 
     def update(self, frame: Frame) -> None:
-        if self._unseen.rests(frame) and (self._unchanged(frame) or not frame.view.seen.planet()):
+        if self._unseen.rests(frame) and (self._rests(frame) or not frame.view.seen.planet()):
             return
         self._use_method(frame.world.get(frame.planet, Ocean), frame.settings)
         self.method.update(frame)
@@ -65,9 +62,9 @@ class OceanSystem(System):
         self._waves.update(frame, self.method.view(frame.view_index).waves)
         self._shading.update(frame, self._waves.of(frame))
 
-    def _unchanged(self, frame: Frame) -> bool:
+    def _rests(self, frame: Frame) -> bool:
         """Whether nothing but to draw the water is left to do."""
-        return self._waves.warm and self._shading.warm and self.method.unchanged(frame)
+        return self._waves.warm and self._shading.warm and self.method.rests(frame)
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         self.method.declare(builder, view)

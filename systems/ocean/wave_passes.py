@@ -11,16 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...components import Ocean, Planet
+from ...engine.blocks.bindings import COAST_NORMAL_IMAGE, SEA_MOVED_UNIT, TILE_BUFFER, WAVE_BLOCK
 from ...engine.frame import Frame, ViewInfo
-from ...engine.frame.gbuffer import tiles_of
+from ...engine.frame.gbuffer import GBUFFER_UNITS, tiles_of
 from ...engine.gpu import GpuScope
-from ...engine.gpu.bindings import TILE_BUFFER, WAVE_BLOCK
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import revision, with_overrides
 from ...engine.system import Setup
 from ...engine.warm_up import WarmUp
 from ...engine.waves import WaveSet, waves_of
-from .wave_block import BLOCK_BYTES, SeaMesh, WaveBlock
+from .wave_block import WAVE_LAYOUT, SeaMesh, WavePacker
 
 __all__ = ["SeaWaves", "WaveView", "highest_likely_m"]
 
@@ -52,8 +52,8 @@ class WaveView:
     """The waves around one view's anchor."""
 
     def __init__(self, gpu: GpuScope) -> None:
-        self.buffer = gpu.buffer(reserve=BLOCK_BYTES, dynamic=True)
-        self.block = WaveBlock()
+        self.buffer = gpu.buffer(reserve=WAVE_LAYOUT.size, dynamic=True)
+        self.block = WavePacker()
         self.waves: WaveSet | None = None
         self.anchor: NDArray[np.float64] = np.array([0.0, 0.0, 1.0])
         self.placed = 0
@@ -76,7 +76,7 @@ class SeaWaves:
         self._gpu = setup.gpu
         # Fetching a wave costs as much as evaluating it where lanes can't share the fetch. With fewer waves long runs
         # save less than what they leave out is worth: how waves bend, and what a pixel shows of them, along a run.
-        self._runs = (8, 16) if setup.gpu.gpu.caps.is_software else (2, 2)
+        self._runs = (8, 16) if setup.gpu.caps.is_software else (2, 2)
         self._shade_every = int(setup.settings["ocean.shade_every"])
         self._programs: dict[tuple[str, bool, bool, int, int], Any] = {}
         self._warm_up: WarmUp | None = None
@@ -120,12 +120,12 @@ class SeaWaves:
             self._held = key, waves_of(with_overrides(ocean, "ocean", frame.settings), planet.radius_m)
         return self._held[1]
 
-    def reach(self, frame: Frame, above_sea_m: float, pixel_angle: float) -> tuple[bool, tuple[float, float]]:
+    def reach(self, frame: Frame, above_sea_m: float, pixel_rad: float) -> tuple[bool, tuple[float, float]]:
         """Whether waves can be seen to move from so high, and how far they may move a point: upwards, and in all."""
         waves = self.of(frame)
         up_m = highest_likely_m(waves)
         far_m = math.hypot(up_m, min(waves.farthest_m, likely_m(waves)))
-        moves = far_m > VISIBLE_PX * pixel_angle * max(above_sea_m - up_m, 0.1)
+        moves = far_m > VISIBLE_PX * pixel_rad * max(above_sea_m - up_m, 0.1)
         return moves, (up_m, far_m) if moves else (0.0, 0.0)
 
     def place(
@@ -133,7 +133,7 @@ class SeaWaves:
         view: WaveView,
         frame: Frame,
         above_sea_m: float,
-        pixel_angle: float,
+        pixel_rad: float,
         eye_m: tuple[float, ...],
         angle_rad: float,
         smallest_m: float,
@@ -142,7 +142,7 @@ class SeaWaves:
         waves = self.of(frame)
         proxy = frame.view.proxy
         radius = frame.world.get(frame.planet, Planet).radius_m
-        moves, reach_m = self.reach(frame, above_sea_m, pixel_angle)
+        moves, reach_m = self.reach(frame, above_sea_m, pixel_rad)
         many, long = len(waves) >= MANY, len(waves) >= _LONG_RUNS
         changed = (moves, many, long) != (view.moves, self._many, self._long)
         if self._warm_up is None or (many, long) != (self._many, self._long):
@@ -161,7 +161,7 @@ class SeaWaves:
         moment = (view.placed, frame.time_s)
         if moment != view.moment:
             view.moment = moment
-            self._gpu.gpu.upload(view.buffer, view.block.at(view.waves, frame.time_s))
+            self._gpu.upload(view.buffer, view.block.at(view.waves, frame.time_s))
         view.buffer.bind_to_uniform_block(WAVE_BLOCK)
         if self._warm_up is not None:
             self._warm_up.step(frame)
@@ -200,9 +200,9 @@ class SeaWaves:
 
     def _bind_pixels(self, io: PassIO, view: WaveView) -> Callable[[], None]:
         names = ["gbuffer.depth", "gbuffer.attributes", "gbuffer.surface"]
-        textures = [(unit, io.texture(name)) for unit, name in zip((0, 2, 3), names, strict=True)]
+        textures = [(GBUFFER_UNITS[name], io.texture(name)) for name in names]
         if view.moves:
-            textures.append((4, io.texture("ocean.moved")))
+            textures.append((SEA_MOVED_UNIT, io.texture("ocean.moved")))
         tiles = io.buffer("gbuffer.tiles_sea")
 
         def bind() -> None:
@@ -239,7 +239,7 @@ class SeaWaves:
             bind()
             if swell is not None:
                 swell.bind_to_storage_buffer(1)
-            normal.bind_to_image(0, read=False, write=True, format=_RG16_SNORM)
+            normal.bind_to_image(COAST_NORMAL_IMAGE, read=False, write=True, format=_RG16_SNORM)
             rough.bind_to_image(1, read=False, write=True)
             (every if view.checkerboard is None else program).run_indirect(tiles)
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...engine.blocks.bindings import ANSWER_BUFFER, FRAME_BLOCK, PLANET_BLOCK, QUESTION_BUFFER, WAVE_BLOCK
 from ...engine.frame.block import FrameBlock, PlanetBlock, frame_of_anchor
 from ...engine.gpu import GpuScope
-from ...engine.gpu.bindings import FRAME_BLOCK, PLANET_BLOCK, WAVE_BLOCK
 from ...engine.waves import WaveSet
-from .wave_block import BLOCK_BYTES, SeaMesh, WaveBlock
+from .wave_block import WAVE_LAYOUT, SeaMesh, WavePacker
 
 __all__ = ["WaveAnswers", "WaveQuestions"]
 
@@ -40,8 +40,8 @@ class WaveQuestions:
         self._gpu, self._waves, self._radius_m = gpu, waves, planet_radius_m
         self._frame = gpu.uniform_block(FrameBlock, FRAME_BLOCK, "frame")
         self._planet = gpu.uniform_block(PlanetBlock, PLANET_BLOCK, "planet")
-        self._buffer = gpu.buffer(reserve=BLOCK_BYTES, dynamic=True)
-        self._block = WaveBlock()
+        self._buffer = gpu.buffer(reserve=WAVE_LAYOUT.size, dynamic=True)
+        self._block = WavePacker()
         self._program = gpu.compute("ocean/wave_probe.comp")
         rows = np.zeros((max(len(waves), 1), 8), np.float32)
         if len(waves):
@@ -74,8 +74,8 @@ class WaveQuestions:
         self._block.place(self._waves, a, self._radius_m, SeaMesh())
         self._buffer.write(self._block.at(self._waves, time_s).tobytes())
         sea_level_m = self._waves.radius_m - self._radius_m
-        self._frame.write(frame_of_anchor((float(a[0]), float(a[1]), float(a[2]), sea_level_m)))
-        self._planet.write(PlanetBlock((self._radius_m, 0.0, 0.0, 0.0), (sea_level_m, 1.0, 0.0, 0.0)))
+        self._frame.write(frame_of_anchor(a, sea_level_m))
+        self._planet.write(PlanetBlock(self._radius_m, 0.0, 0.0, 0.0, sea_level_m, has_sea=True))
         for block in (self._frame, self._planet):
             block.bind()
         self._buffer.bind_to_uniform_block(WAVE_BLOCK)
@@ -89,11 +89,11 @@ class WaveQuestions:
         count = len(packed)
         questions, answers = self._gpu.buffer(packed), self._gpu.buffer(reserve=32 * count)
         try:
-            questions.bind_to_storage_buffer(0)
-            answers.bind_to_storage_buffer(1)
+            questions.bind_to_storage_buffer(QUESTION_BUFFER)
+            answers.bind_to_storage_buffer(ANSWER_BUFFER)
             self._program.set("u_mode", (count, mode, len(self._waves), 0))
             self._program.run_over(count)
-            self._gpu.gpu.ctx.memory_barrier()
+            self._gpu.barrier()
             return np.frombuffer(answers.read(), np.float32).reshape(count, 2, 4).astype(np.float64)
         finally:
             self._gpu.free(questions)

@@ -130,7 +130,7 @@ def seen_by(
     props of the last frame, if they moved."""
     away = props.positions_m - camera.position_m  # the last step in double precision
     distance = np.linalg.norm(away, axis=1)
-    pixel = camera.pixel_angle_rad(height_px)
+    pixel = camera.pixel_rad(height_px)
     size_px = props.radius_m / np.maximum(distance, props.radius_m) / pixel
     large = size_px > _SMALLEST_PX
     planes = frustum_planes(camera)

@@ -11,11 +11,11 @@ from typing import Any, ClassVar
 import moderngl
 
 from ...components import Shape, Transform
+from ...engine.blocks.bindings import RADIANCE_IMAGE, TILE_BUFFER
 from ...engine.frame import Frame, View, ViewInfo, ViewParts
 from ...engine.frame.contracts import bind_contracts, contract_reads
-from ...engine.frame.gbuffer import GBUFFER, tiles_of
+from ...engine.frame.gbuffer import GBUFFER, GBUFFER_UNITS, tiles_of
 from ...engine.gpu import GpuScope
-from ...engine.gpu.bindings import TILE_BUFFER
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import latest_revision
 from ...engine.system import Setup, System
@@ -31,7 +31,7 @@ _SHADOW_RADII = 90.0
 class _Buffer:
     """A storage buffer that grows."""
 
-    def __init__(self, gpu: Any, row_floats: int) -> None:
+    def __init__(self, gpu: GpuScope, row_floats: int) -> None:
         self._gpu, self._row = gpu, 4 * row_floats
         self.buffer: Any = gpu.buffer(reserve=64 * self._row, dynamic=True)
 
@@ -71,7 +71,7 @@ class PropsSystem(System):
         self._list = gpu.compute("props/list_tiles.comp")
         self._shade = gpu.compute("props/shade.comp", defines={"RADIANCE_FORMAT": format})
         # Meshes from files may be open or wound either way.
-        self._draw_state = gpu.gpu.state(depth_test=True, depth_func=">", cull=None)
+        self._draw_state = gpu.state(depth_test=True, depth_func=">", cull=None)
         self._meshes: dict[tuple[str, int], tuple[Mesh, Any, list[Any]]] = {}
         self._props: Props | None = None
         self._read: tuple[int, int] | None = None
@@ -230,14 +230,14 @@ class PropsSystem(System):
 
     def _bind_shade(self, io: PassIO) -> Callable[[], None]:
         radiance, tiles = io.texture("scene.radiance"), io.buffer("props.tile_list")
-        textures = [io.texture(n) for n in ("gbuffer.depth", *GBUFFER, "props.shadow")]
+        textures = [(unit, io.texture(name)) for name, unit in (GBUFFER_UNITS | {"props.shadow": 4}).items()]
         bind_air = bind_contracts(self._world, io)
 
         def run() -> None:
             bind_air()
-            radiance.bind_to_image(0, read=True, write=True)
+            radiance.bind_to_image(RADIANCE_IMAGE, read=True, write=True)
             tiles.bind_to_storage_buffer(TILE_BUFFER)
-            for unit, texture in enumerate(textures):
+            for unit, texture in textures:
                 texture.use(unit)
             self._shade.run_indirect(tiles)
 

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...components import Atmosphere, Clouds, Ocean, Planet
-from ...engine.frame import Frame, Proxy, Views
+from ...engine.blocks.bindings import FRAME_BLOCK, LATTICE_BLOCK, PLANET_BLOCK
+from ...engine.frame import Frame, Proxy, View, Views
 from ...engine.frame.block import FrameBlock, PlanetBlock, frame_of_anchor
 from ...engine.frame.snapping import SnapAhead
-from ...engine.gpu.bindings import FRAME_BLOCK, LATTICE_BLOCK, PLANET_BLOCK
 from ...engine.gpu.uniforms import UniformBlock
 from ...engine.space import least_elevation_rad, length, near_plane_m, out_of_view, projection_terms, sphere_unseen
 from ...engine.surface.field import HeightField
@@ -62,7 +62,6 @@ class ProxySystem(System):
         self._lattice = setup.gpu.buffer(reserve=LATTICE_BYTES, dynamic=True)
         self._field: HeightField | None = None
         self._uploaded: tuple[int, int] | None = None
-        self._planet_written: tuple[Any, ...] = ()
 
     def release(self) -> None:
         for view in self._views:
@@ -113,7 +112,7 @@ class ProxySystem(System):
         """The view's proxy in this frame: the held one, or a new one, at once or prepared ahead."""
         camera_m = frame.camera.position_m
         # On other ground a held cell would depend on what was there before.
-        fresh = proxy is None or frame.cut or field is not self._field
+        fresh = proxy is None or frame.cut or field is not self._field or proxy.cell.radius_m != radius
         ahead, motion = frame.view.snap, frame.view.state(self, _Kept).motion
         frames = int(frame.settings.get("proxy.ahead_frames", 0))
         waits = frames > 0 and ahead.wanted and not (fresh or frame.at_once or unseen)
@@ -132,15 +131,18 @@ class ProxySystem(System):
         def shown_by(cell: ProxyCell) -> bool:
             return may_wait(cell, camera_m, float(surface(frame.camera.direction[None])[0]), level_m, limits)
 
-        moving = waits and previous is not None
+        moving, held = waits and previous is not None, False
         if previous is not None:
             motion.follow(camera_m, radius, previous.ground_height_m, frame.dt_s)
-            if waits and not previous.contains(camera_m):
-                waits = shown_by(previous)
+            if waits:
+                held = previous.contains(camera_m)
+                waits = held or shown_by(previous)
         if proxy is not None and waits and ahead.proxy is not None:
             return proxy
         fraction = float(frame.settings.get("proxy.fraction", 0.25))
-        cell = snap_proxy(camera_m, radius, surface, previous, fraction, may_update_early=unseen)
+        cell = previous if held else None
+        if cell is None:
+            cell = snap_proxy(camera_m, radius, surface, previous, fraction, may_update_early=unseen)
         if proxy is not None and cell is proxy.cell and not (waits and asked):
             ahead.drop()
             return proxy
@@ -171,20 +173,21 @@ class ProxySystem(System):
 
         def bind() -> None:
             # Views take turns with these blocks. Vertices depend on nothing else of the frame.
-            ubo.write(frame_of_anchor((*proxy.lattice.direction, proxy.anchor_height_m)))
+            ubo.write(frame_of_anchor(proxy.lattice.direction, proxy.anchor_height_m))
             ubo.bind()
             lattice.write(proxy.lattice.block.tobytes())
             lattice.bind_to_uniform_block(LATTICE_BLOCK)
 
-        def restore() -> None:
-            self._frame_ubo.bind()
-            self._lattice.bind_to_uniform_block(LATTICE_BLOCK)
-
-        ahead.bind_anchor, ahead.restore_anchor = bind, restore
+        ahead.bind_anchor, ahead.restore_anchor = bind, self.bind_anchor
         ahead.begin(proxy, frames)
 
-    def settled(self) -> bool:
-        return all(view.snap.proxy is None for view in self._views)
+    def bind_anchor(self) -> None:
+        """Bind the blocks of frame and lattice, as they are after `update`."""
+        self._frame_ubo.bind()
+        self._lattice.bind_to_uniform_block(LATTICE_BLOCK)
+
+    def settled(self, view: View) -> bool:
+        return view.snap.proxy is None
 
     @staticmethod
     def _planet_seen(frame: Frame, radius: float, field: HeightField | None) -> bool:
@@ -238,31 +241,38 @@ class ProxySystem(System):
         self, frame: Frame, proxy: Proxy, radius: float, field: HeightField | None, sea: Ocean | None
     ) -> None:
         camera = frame.camera
-        terms = projection_terms(camera)
+        sx, sy, ox, oy = projection_terms(camera)
         distance, zenith = camera.distance_m, camera.direction
         offset = camera.position_m - proxy.anchor_m
         width, height = frame.size
         x_px, y_px = frame.jitter_px
         if x_px or y_px:
-            sx, sy, ox, oy = terms
-            terms = (sx, sy, ox + 2.0 * x_px / width * sx, oy + 2.0 * y_px / height * sy)
+            ox, oy = ox + 2.0 * x_px / width * sx, oy + 2.0 * y_px / height * sy
         # Water may cut the near plane: each pixel is then seen from the side of it that its lens is on.
-        near = near_plane_m(abs(distance - radius - proxy.ground_m))
+        near_m = near_plane_m(abs(distance - radius - proxy.ground_m))
         sun = frame.sun
-        checkerboard = -1.0 if frame.checkerboard is None else float(frame.checkerboard)
         block = FrameBlock(
-            camera_right=(*camera.right.tolist(), 0.0),
-            camera_up=(*camera.up.tolist(), 0.0),
-            camera_forward=(*camera.forward.tolist(), 0.0),
-            projection=terms,
-            camera_offset=(*offset.tolist(), near),
-            camera_zenith=(*zenith.tolist(), distance - radius),
-            anchor_up=(*proxy.lattice.direction.tolist(), proxy.anchor_height_m),
-            sun_direction=(*sun.direction.tolist(), sun.angular_radius_rad),
-            sun_irradiance=(*sun.irradiance.tolist(), 0.0),
-            viewport=(width, height, 1.0 / width, 1.0 / height),
-            clock=(frame.time_s % 4096.0, checkerboard, 0.0, 2.0 * terms[1] / height),
-            scale=(1.0, 1.0, 0.0, 0.0),
+            camera_right=camera.right,
+            near_m=near_m,
+            camera_up=camera.up,
+            pixel_rad=frame.pixel_rad,
+            camera_forward=camera.forward,
+            time_s=frame.time_s % 4096.0,
+            projection_scale=(sx, sy),
+            projection_offset=(ox, oy),
+            camera_offset_m=offset,
+            checkerboard=-1 if frame.checkerboard is None else frame.checkerboard,
+            camera_zenith=zenith,
+            camera_altitude_m=distance - radius,
+            anchor_up=proxy.lattice.direction,
+            anchor_height_m=proxy.anchor_height_m,
+            sun_direction=sun.direction,
+            sun_radius_rad=sun.angular_radius_rad,
+            sun_irradiance=sun.irradiance,
+            hdr_per_radiance=1.0,
+            viewport_px=(width, height),
+            texel_size=(1.0 / width, 1.0 / height),
+            radiance_per_hdr=1.0,
         )
         self._frame_ubo.write(block)
         self._frame_ubo.bind()
@@ -274,11 +284,7 @@ class ProxySystem(System):
         top_m = frame.world.try_resource("sea_top_m")
         if distance - radius < (drawn_lowest if top_m is None else max(drawn_lowest, top_m)):
             drawn_lowest = lowest  # under water the bed is what hides
-        radii = (radius, highest, lowest, drawn_lowest)
-        water = (0.0, 0.0, 0.0, 0.0) if sea is None else (sea.sea_level_m, 1.0, 0.0, 0.0)
-        if (radii, water) != self._planet_written:
-            self._planet_ubo.write(PlanetBlock(radii=radii, sea=water))
-            self._planet_written = (radii, water)
+        self._planet_ubo.write(PlanetBlock(radius, highest, lowest, drawn_lowest, bare, has_sea=sea is not None))
         self._planet_ubo.bind()
         if self._uploaded != (frame.view_index, proxy.generation):
             self._lattice.write(proxy.lattice.block.tobytes())

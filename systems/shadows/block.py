@@ -5,11 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from ...engine.gpu.layout import IVec4, Vec4, array
+from ...engine.blocks.layout import IVec2, Vec2, Vec3, array
 
-__all__ = ["MOST_LEVELS", "ShadowBlock"]
+__all__ = ["MOST_LEVELS", "ShadowBlock", "ShadowWindow"]
 
 MOST_LEVELS = 20
+
+
+@dataclass
+class ShadowWindow:
+    """One level: ``shadow_map.windows[i]``."""
+
+    anchor: Vec2
+    """its place in texels from the window's corner"""
+    stored: IVec2
+    """where the corner is stored"""
 
 
 @dataclass
@@ -19,27 +29,48 @@ class ShadowBlock:
     Level 0 is the finest there is for the view; a level's texels are twice as wide as those of the one before.
     """
 
-    axis_x: Vec4
-    """xyz: the chart's x axis in planet axes; w: x of the anchor's place p0"""
-    axis_y: Vec4
-    """xyz: its y axis; w: y of the anchor's place"""
-    axis_z: Vec4
-    """xyz: its z axis, towards its centre; w: 1 + z of the anchor"""
-    scale: Vec4
-    """(texels of level 0 per length on the map, its inverse, reference radius in m, metres per length on the map at the
-    anchor)"""
-    view: Vec4
-    """(place of the camera's foot minus the anchor's: x, y; half width of a level's usable part in texels; finest level
-    that may be shown, continuous)"""
-    detail: Vec4
-    """(texels of level 0 that a metre of footprint asks for, level of the sea in m or far below all; the anchor's
-    place in texels of level 0: what `anchor` leaves, x and y)"""
-    sun: Vec4
-    """xyz: the direction that the shadows were swept for, in the chart's axes; w: angular radius of the disc"""
-    counts: IVec4
-    """(levels, texels a side, 1 if the shelter from the sky is wanted, 1 if shadows are)"""
-    anchor: IVec4
-    """(the anchor's place in whole texels of level 0: x, y; power of level 0: texels are 2^-power wide; side of the
-    textures, a power of two)"""
-    window: Annotated[Any, array(Vec4, MOST_LEVELS)]
-    """of each level: the anchor's place in texels from the window's corner (x, y), where the corner is stored (x, y)"""
+    axis_x: Vec3
+    """of the chart, in planet axes"""
+    radius_m: float
+    """of the reference sphere"""
+    axis_y: Vec3
+    sea_level_m: float
+    """far below all where there is no sea"""
+    axis_z: Vec3
+    """towards the chart's centre"""
+    anchor_divisor: float
+    """1 + z of the anchor in the chart's axes"""
+    sun_direction: Vec3
+    """that the shadows were swept for, in the chart's axes"""
+    sun_radius_rad: float
+    """angular, of the disc"""
+    anchor_place: Vec2
+    """the anchor's place p0 on the map"""
+    foot: Vec2
+    """place of the camera's foot minus the anchor's"""
+    anchor_texel: IVec2
+    """the anchor's place in whole texels of level 0"""
+    anchor_rest: Vec2
+    """what anchor_texel leaves, in texels of level 0"""
+    frequency: float
+    """texels of level 0 per length on the map"""
+    texel_m: float
+    """width of a texel of level 0 at the anchor"""
+    texels_per_footprint_m: float
+    """of level 0, that a metre of a pixel's footprint asks for"""
+    finest_shown: float
+    """finest level that may be shown, continuous"""
+    half_texels: float
+    """half width of a level's usable part"""
+    levels: int
+    window_texels: int
+    """a side"""
+    power: int
+    """texels of level 0 are 2^-power wide"""
+    side: int
+    """of the textures, a power of two"""
+    shadows: bool
+    """wanted"""
+    shelter: bool
+    """from the sky, wanted"""
+    windows: Annotated[Any, array(ShadowWindow, MOST_LEVELS)]

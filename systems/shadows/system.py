@@ -9,21 +9,23 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...components import Ocean, Planet, Terrain
-from ...engine.frame import Frame, Proxy, ViewInfo, ViewParts
+from ...engine.blocks.bindings import SHADOW_MAP_BLOCK, SHADOW_MAP_UNIT
+from ...engine.blocks.layout import zeros
+from ...engine.frame import Frame, Proxy, View, ViewInfo, ViewParts
 from ...engine.frame.contracts import provide_contracts, withdraw_contracts
 from ...engine.frame.unseen import Unseen
 from ...engine.gpu import GpuScope
-from ...engine.gpu.bindings import SHADOW_MAP_BLOCK, SHADOW_MAP_UNIT
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
-from ...engine.settings import revision, with_overrides
+from ...engine.settings import Settings, revision, with_overrides
 from ...engine.system import Setup, System
 from ...engine.world import World
-from .block import MOST_LEVELS, ShadowBlock
+from .block import MOST_LEVELS, ShadowBlock, ShadowWindow
 from .windows import BLOCK, Level, Part, Reach, Windows, reach_of
 
 __all__ = ["ShadowSystem"]
 
 _NO_SEA_M = -1.0e9
+_NO_WINDOW = zeros(ShadowWindow)
 _LAYERS = 16
 _SUN_STEP_RAD = 1.0e-4
 """A sun that has moved less casts the same shadows: a hundredth of its disc."""
@@ -48,18 +50,7 @@ class _View(ViewParts):
         self.windows = Windows(size, _LAYERS)
         self.ubo = self.gpu.uniform_block(ShadowBlock, SHADOW_MAP_BLOCK)
         self.scratch = [self.gpu.texture((size, size), "rg32f") for _ in range(2)]
-        self.block = ShadowBlock(
-            axis_x=(1.0, 0.0, 0.0, 0.0),
-            axis_y=(0.0, 1.0, 0.0, 0.0),
-            axis_z=(0.0, 0.0, 1.0, 2.0),
-            scale=(1.0, 1.0, 1.0, 1.0),
-            view=(0.0, 0.0, 1.0, 0.0),
-            detail=(1.0, 0.0, 0.0, 0.0),
-            sun=(1.0, 0.0, 0.0, 0.0047),
-            counts=(0, 128, 0, 0),
-            anchor=(0, 0, 0, 128),
-            window=np.zeros((MOST_LEVELS, 4)),
-        )
+        self.block: ShadowBlock
         self.sun: Any = None
         self.sun_number = 0
         self.finest = 0.0  # level that may be shown, counted from the finest wanted; eased
@@ -104,7 +95,8 @@ class ShadowSystem(System):
         self._sweep = gpu.compute("shadows/sweep.comp")
         self._finish = gpu.compute("shadows/finish.comp")
         self._occlusion = gpu.compute("shadows/occlusion.comp")
-        self._on = False
+        self.on = False
+        """Whether anything casts shadows in this scene at this quality."""
         self._terrain_stamp: tuple[Any, ...] = ()
         self._unseen = Unseen(Planet, Terrain, Ocean)
         self._switch(self._wanted(setup.world, setup.planet, setup.settings))
@@ -112,7 +104,7 @@ class ShadowSystem(System):
     def release(self) -> None:
         self._switch((False, False))
 
-    def _wanted(self, world: World, planet: int, settings: Any) -> tuple[bool, bool]:
+    def _wanted(self, world: World, planet: int, settings: Settings) -> tuple[bool, bool]:
         terrain = world.get(planet, Terrain)
         stamp = (id(terrain), revision(terrain))
         if stamp != self._terrain_stamp:
@@ -124,16 +116,16 @@ class ShadowSystem(System):
     def _switch(self, wanted: tuple[bool, bool]) -> None:
         """Provide the contract, or leave it to its default."""
         on = any(wanted)
-        if on == self._on:
+        if on == self.on:
             return
-        self._on = on
+        self.on = on
         self.structure += 1
         assert self._world is not None
         if on:
-            self._gpu.gpu.shaders.provide("sun_visibility", "shadows/sun_visibility.glsl", owner=self.name)
+            self._gpu.shaders.provide("sun_visibility", "shadows/sun_visibility.glsl", owner=self.name)
             provide_contracts(self._world, self.name, self)
         else:
-            self._gpu.gpu.shaders.withdraw(self.name)
+            self._gpu.shaders.withdraw(self.name)
             withdraw_contracts(self._world, self.name)
 
     # -- contracts ---------------------------------------------------------------------------------------------------
@@ -166,7 +158,7 @@ class ShadowSystem(System):
             return
         shown = self._wanted(frame.world, frame.planet, frame.settings)
         self._switch(shown)
-        if not self._on:
+        if not self.on:
             return
         view = self._view(frame.view_index, frame.size[1])
         view.asked = False
@@ -243,10 +235,10 @@ class ShadowSystem(System):
         self, view: _View, reach: Reach, proxy: Proxy, radius: float, sea_m: float, shown: tuple[bool, bool],
         dt_s: float,
     ) -> None:  # fmt: skip
-        windows, block = view.windows, view.block
+        windows, sun = view.windows, view.sun
+        assert sun is not None
         levels = windows.levels[::-1]  # finest first
-        axes = reach.chart.axes
-        anchor = proxy.lattice.direction
+        axes, anchor = reach.chart.axes, proxy.lattice.direction
         p0 = reach.chart.place(anchor)
         finest = levels[0].power
         frequency = math.ldexp(1.0, finest)
@@ -255,44 +247,58 @@ class ShadowSystem(System):
         step = 32.0 if view.hurry else dt_s / _FADE_S
         view.finest = max(missing, view.finest - step)
         x0, y0 = p0.tolist()
-        right, up, out = axes.tolist()
-        block.axis_x = (*right, x0)
-        block.axis_y = (*up, y0)
-        block.axis_z = (*out, 1.0 + float(axes[2] @ anchor))
-        block.scale = (frequency, 1.0 / frequency, radius, radius * reach.chart.scale(p0))
-        block.view = (*(reach.foot - p0).tolist(), windows.half, view.finest - missing)
         texel_m = radius * reach.chart.scale(p0) / frequency
         place = [math.ldexp(x0, finest), math.ldexp(y0, finest)]
         whole = [math.floor(v) for v in place]
-        block.detail = (1.0 / (self._per_pixel * texel_m), sea_m, place[0] - whole[0], place[1] - whole[1])
-        block.anchor = (*whole, finest, windows.side)
-        assert view.sun is not None
-        block.sun = (*(axes @ view.sun.direction).tolist(), view.sun.angular_radius_rad)
-        block.counts = (len(levels), windows.size, int(shown[1]), int(shown[0]))
-        rows: list[tuple[float, ...]] = []
         side = windows.side
-        for level in levels:
+        rows = [_NO_WINDOW] * MOST_LEVELS
+        for k, level in enumerate(levels):
             power, (x, y) = level.power, level.corner
-            rows.append((math.ldexp(x0, power) - x, math.ldexp(y0, power) - y, x % side, y % side))
-        block.window[: len(rows)] = rows
-        view.ubo.write(block)
+            rows[k] = ShadowWindow((math.ldexp(x0, power) - x, math.ldexp(y0, power) - y), (x % side, y % side))
+        view.block = ShadowBlock(
+            axis_x=axes[0],
+            radius_m=radius,
+            axis_y=axes[1],
+            sea_level_m=sea_m,
+            axis_z=axes[2],
+            anchor_divisor=1.0 + float(axes[2] @ anchor),
+            sun_direction=axes @ sun.direction,
+            sun_radius_rad=sun.angular_radius_rad,
+            anchor_place=p0,
+            foot=reach.foot - p0,
+            anchor_texel=whole,
+            anchor_rest=(place[0] - whole[0], place[1] - whole[1]),
+            frequency=frequency,
+            texel_m=texel_m,
+            texels_per_footprint_m=1.0 / (self._per_pixel * texel_m),
+            finest_shown=view.finest - missing,
+            half_texels=windows.half,
+            levels=len(levels),
+            window_texels=windows.size,
+            power=finest,
+            side=side,
+            shadows=shown[0],
+            shelter=shown[1],
+            windows=rows,
+        )
+        view.ubo.write(view.block)
 
-    def settled(self) -> bool:
-        return not self._on or all(v.complete and self._done(v) for v in self._read())
+    def settled(self, view: View) -> bool:
+        own = self._read(view)
+        return own is None or (own.complete and self._done(own))
 
-    def progress(self) -> float:
+    def progress(self, view: View) -> float:
         """Share of the levels that are there, 0..1."""
-        if not self._on:
-            return 1.0
-        shares = (sum(not level.fresh for level in v.windows.levels) / MOST_LEVELS for v in self._read())
-        return min(shares, default=1.0)
+        own = self._read(view)
+        return 1.0 if own is None else sum(not level.fresh for level in own.windows.levels) / MOST_LEVELS
 
-    def refining(self) -> str:
-        return "" if self.settled() else f"shadows {100.0 * self.progress():.0f} %"
+    def refining(self, view: View) -> str:
+        return "" if self.settled(view) else f"shadows {100.0 * self.progress(view):.0f} %"
 
-    def _read(self) -> list[_View]:
-        """Views whose map somebody reads: the others' pass is not in the graph."""
-        return [view for view in self._views.states(self, _View) if view.asked]
+    def _read(self, view: View) -> _View | None:
+        """That view's map, if somebody reads it: else the pass is not in the graph."""
+        found = self._views.found(view.index, self, _View)
+        return found if self.on and found is not None and found.asked else None
 
     @staticmethod
     def _done(view: _View) -> bool:
@@ -303,7 +309,7 @@ class ShadowSystem(System):
     # -- passes ------------------------------------------------------------------------------------------------------
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
-        if not self._on:
+        if not self.on:
             return
         own = self._view(view.index, view.size[1])
         side = (own.windows.side, own.windows.side)
@@ -378,20 +384,21 @@ class ShadowSystem(System):
         for part in level.fresh:
             self._heights.set("u_part", part)
             self._heights.run_over(part[2], part[3])
-        self._gpu.gpu.barrier()
+        self._gpu.barrier()
         parts, level.fresh = level.fresh, []
-        if not view.block.counts[2]:
+        if not view.block.shelter:
             return
         heights.use(0)
         horizons.use(1)
         horizons.bind_to_image(0, read=False, write=True)
         sky.bind_to_image(1, read=False, write=True)
         self._occlusion.set("u_level", number)
-        for part in parts:
-            grown = view.windows.spread(part)
-            self._occlusion.set("u_part", grown)
-            self._occlusion.run_over(grown[2], grown[3])
-        self._gpu.gpu.barrier()
+        with self._gpu.apart():  # what is read is the coarser level's
+            for part in parts:
+                grown = view.windows.spread(part)
+                self._occlusion.set("u_part", grown)
+                self._occlusion.run_over(grown[2], grown[3])
+        self._gpu.barrier()
 
     def _cast(self, view: _View, number: int, part: Part, way: Any) -> None:
         """Shadows of a part of a level. way: as of Windows.way_of; None: make everything that may be needed."""
@@ -399,7 +406,7 @@ class ShadowSystem(System):
         windows = view.windows
         parts = [part] * 3 if way is None else [windows.ahead(part, steps, way) for steps in (32, 20, 2)]
         one, other = view.scratch
-        turns = ((heights, one), (one, other), (other, one)) if view.block.counts[3] else ()
+        turns = ((heights, one), (one, other), (other, one)) if view.block.shadows else ()
         for k, (source, result) in enumerate(turns):
             program = self._sweep if k else self._first
             source.use(0)
@@ -418,4 +425,4 @@ class ShadowSystem(System):
         program.set("u_part", part)
         program.set("u_step", step)
         program.run_over(part[2], part[3])
-        self._gpu.gpu.barrier()
+        self._gpu.barrier()

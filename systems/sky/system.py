@@ -14,12 +14,12 @@ import moderngl
 import numpy as np
 
 from ...components import Atmosphere, Exposure, Planet, Stars
-from ...engine.backdrop import LIGHT, SOURCE, Backdrop
 from ...engine.frame import Frame, View, ViewInfo
+from ...engine.frame.backdrop import LIGHT, SOURCE, Backdrop
 from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.gpu import gl as G
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
-from ...engine.settings import with_overrides
+from ...engine.settings import Settings, with_overrides
 from ...engine.system import Setup, System
 from .catalogue import GALACTIC_AXES, STARS_TO_6_5, make_stars
 
@@ -45,13 +45,13 @@ _INVISIBLE = 0.25 / 255.0 / 12.92
 """Exposed value that is a quarter of a step of an 8-bit picture."""
 
 
-def radiance_format(settings: Any) -> str:
+def radiance_format(settings: Settings) -> str:
     """Format of scene.radiance: quality value "sky.radiance_format", rgba32f unless it says rgba16f."""
     return str(settings.get("sky.radiance_format", "rgba32f"))
 
 
 class SkySystem(System):
-    """Always active. Creates ``scene.radiance`` (radiance times frame.scale.x), black where a surface is."""
+    """Always active. Creates ``scene.radiance`` (radiance times frame.hdr_per_radiance), black where a surface is."""
 
     name: ClassVar[str] = "sky"
 
@@ -66,8 +66,8 @@ class SkySystem(System):
         self._planets: Any = None
         self._no_planet: Any = None
         self._backdrop = True
-        self._far = gpu.gpu.state(depth_test=True, depth_func=">=", write_depth=False)
-        self._far_add = gpu.gpu.state(depth_test=True, depth_func=">=", write_depth=False, blend="additive")
+        self._far = gpu.state(depth_test=True, depth_func=">=", write_depth=False)
+        self._far_add = gpu.state(depth_test=True, depth_func=">=", write_depth=False, blend="additive")
 
     def update(self, frame: Frame) -> None:
         """How much of the picture the air can fill: nothing without air; seen from space a disc, from inside all."""
@@ -118,7 +118,7 @@ class SkySystem(System):
                 self._far.apply()
                 self._shell.render(moderngl.TRIANGLE_FAN, self._shell_corners + 2)
             self._far_add.apply()
-            if planets is not None and planets.use(0):
+            if planets is not None and planets.use(0) and planets.rect is not None:
                 target.viewport = planets.rect
                 self._planets.render()
                 target.viewport = (0, 0, *target.size)
@@ -196,9 +196,9 @@ class StarsSystem(System):
         self._map = gpu.fullscreen("sky/galaxy_map.frag")
         self._choose = gpu.compute("sky/choose_stars.comp")
         self._choose.set("u_fall", _STAR_FALL)
-        self._plain = gpu.gpu.state()
-        self._far_add = gpu.gpu.state(depth_test=True, depth_func=">=", write_depth=False, blend="additive")
-        toggles = [gpu.gpu.gl.function(name, None, G.enum) for name in ("glEnable", "glDisable")]
+        self._plain = gpu.state()
+        self._far_add = gpu.state(depth_test=True, depth_func=">=", write_depth=False, blend="additive")
+        toggles = [gpu.gl.function(name, None, G.enum) for name in ("glEnable", "glDisable")]
         self._enable, self._disable = toggles
         self._points: dict[bool, Any] = {}
         self._buffer: Any = None

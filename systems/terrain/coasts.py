@@ -3,14 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 from ...components import Ocean
+from ...engine.blocks.bindings import (
+    ATTRIBUTES_UNIT,
+    COAST_ATTRIBUTES_IMAGE,
+    COAST_LAND_BUFFER,
+    COAST_LIST_BUFFER,
+    COAST_MORE_BUFFER,
+    COAST_NORMAL_IMAGE,
+    COAST_SURFACE_IMAGE,
+    DEPTH_UNIT,
+    SURFACE_UNIT,
+    TILE_BUFFER,
+)
 from ...engine.frame import ViewInfo
 from ...engine.frame.gbuffer import GBUFFER, tiles_of
-from ...engine.gpu.bindings import TILE_BUFFER
+from ...engine.gpu import GpuScope
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
+from ...engine.settings import Settings
+from ...engine.world import World
 from .view import TerrainView
 
 __all__ = ["Coasts"]
@@ -29,7 +43,7 @@ class Coasts:
     long, the height function knows better. It is asked at each pixel beside a coast that may be either, once for each
     of such blocks of 2 x 2, or at every fourth pixel and interpolated between (knob terrain.coast_px)."""
 
-    def __init__(self, gpu: Any, world: Any, settings: Mapping[str, Any], shader: Callable[..., Any]) -> None:
+    def __init__(self, gpu: GpuScope, world: World, settings: Settings, shader: Callable[..., Any]) -> None:
         """shader: makes a compute shader of a file and names that are defined."""
         self._gpu, self._world, self._settings, self._shader = gpu, world, settings, shader
 
@@ -74,12 +88,12 @@ class Coasts:
         ask = None if file else self._bind_asking(io, of())
 
         def run() -> None:
-            depth.use(0)
-            images[1].use(2)
-            images[2].use(3)
-            images[0].bind_to_image(0, read=False, write=True, format=_RG16_SNORM)
-            images[1].bind_to_image(1, read=False, write=True)
-            images[2].bind_to_image(2, read=False, write=True)
+            depth.use(DEPTH_UNIT)
+            images[1].use(ATTRIBUTES_UNIT)
+            images[2].use(SURFACE_UNIT)
+            images[0].bind_to_image(COAST_NORMAL_IMAGE, read=False, write=True, format=_RG16_SNORM)
+            images[1].bind_to_image(COAST_ATTRIBUTES_IMAGE, read=False, write=True)
+            images[2].bind_to_image(COAST_SURFACE_IMAGE, read=False, write=True)
             bind_heights()
             tiles.bind_to_storage_buffer(TILE_BUFFER)
             if own is not None:
@@ -95,14 +109,15 @@ class Coasts:
         tiles, (asked, land, more) = io.buffer("gbuffer.tiles_coast"), (io.buffer(name) for name in _LISTS)
         growing = [io.buffer(name) for name in _GROWING]
         across, down = tiles_of(io.size)
-        barrier = self._gpu.gpu.barrier
+        barrier = self._gpu.barrier
         ask = self._bind_between(view) if self._fourth() else self._bind_lists(view, asked, land)
 
         def run() -> None:
             grow.set("u_tiles", (across, down))
             for turn in range(1 + (_GROWTH if view.far else 0)):
-                for unit, buffer in ((3, more), (5, land), (6, asked)):
-                    buffer.bind_to_storage_buffer(unit)
+                more.bind_to_storage_buffer(COAST_MORE_BUFFER)
+                land.bind_to_storage_buffer(COAST_LAND_BUFFER)
+                asked.bind_to_storage_buffer(COAST_LIST_BUFFER)
                 begin.run()
                 barrier()
                 if turn:
@@ -110,7 +125,7 @@ class Coasts:
                         buffer.bind_to_storage_buffer(unit)
                     grow.run(-(-across * down // 64))
                     barrier()
-                    more.bind_to_storage_buffer(7)
+                    more.bind_to_storage_buffer(TILE_BUFFER)
                 ask(more if turn else tiles)
                 if view.far and turn < _GROWTH:
                     barrier()
@@ -141,7 +156,7 @@ class Coasts:
         ask, ask_wide = self._shader(ask_file), self._shader(ask_file, "TERRAIN_FLOAT")
         listed = self._shader(far_file, "TERRAIN_FLOAT") if alone else ask_wide
         whole = self._shader(find_file if alone else ask_file, "TERRAIN_FLOAT", *here, "COAST_TILES")
-        barrier = self._gpu.gpu.barrier
+        barrier = self._gpu.barrier
 
         def run(tiles: Any) -> None:
             first = whole if view.farther else find_wide if view.wide else find
@@ -158,7 +173,7 @@ class Coasts:
                 (listed if view.wide else ask).run_indirect(asked)
             if view.wide and alone:
                 barrier()
-                land.bind_to_storage_buffer(6)
+                land.bind_to_storage_buffer(COAST_LIST_BUFFER)
                 ask_wide.run_indirect(land)
 
         return run

@@ -2,7 +2,7 @@
 
 Each octave is a 3D lattice of cells W wide with one crater a cell at a hashed place; where the sphere passes within
 W / 2 of that place there is a crater, the smaller the further off it lies. So a point need ask eight cells only, there
-are are no poles and no seams, and sizes are continuous. An octave's largest crater is W / 2 wide, and within it sizes
+are no poles and no seams, and sizes are continuous. An octave's largest crater is W / 2 wide, and within it sizes
 follow N(> D) ~ D^-2, as they do over octaves whose widths halve: the steady state in which new craters wipe out old
 ones (Trask 1966, "Size and spatial distribution of craters estimated from the Ranger photographs", JPL Technical
 Report 32-800: N(> D) = 10^10.9 D^-2 per 10^6 km^2, D in metres, 8.6 % of the area an octave). Density 1 covers 5.9 % of

@@ -58,8 +58,8 @@ class TerrainDebugPasses:
 
     def _bind_wireframe(self, io: PassIO, backend: Backend, view_index: int) -> Callable[[], None]:
         target = io.framebuffer(colors=("debug.wireframe",), depth="debug.wireframe_depth")
-        solid = self._gpu.gpu.state(depth_test=True, depth_func=">=", cull="back", write_color=False)
-        lines = self._gpu.gpu.state(depth_test=True, depth_func=">=", cull="back", wireframe=True)
+        solid = self._gpu.state(depth_test=True, depth_func=">=", cull="back", write_color=False)
+        lines = self._gpu.state(depth_test=True, depth_func=">=", cull="back", wireframe=True)
         draw = backend.bind_draw(io, view_index, "terrain/wireframe.frag")
 
         def run() -> None:
@@ -77,7 +77,7 @@ class TerrainDebugPasses:
             self._error = self._gpu.fullscreen("terrain/error_px.frag")
         target = io.framebuffer(colors=("debug.error_px",))
         depth, surface = io.texture("gbuffer.depth"), io.texture("gbuffer.surface")
-        state = self._gpu.gpu.state(depth_test=False)
+        state = self._gpu.state(depth_test=False)
 
         def run() -> None:
             target.use()
@@ -93,7 +93,7 @@ class TerrainDebugPasses:
         if self._holes is None:
             self._holes = self._gpu.fullscreen("terrain/holes.frag")
         target, surface = io.framebuffer(colors=("debug.holes",)), io.texture("gbuffer.surface")
-        state = self._gpu.gpu.state(depth_test=False)
+        state = self._gpu.state(depth_test=False)
 
         def run() -> None:
             target.use()

@@ -24,17 +24,14 @@ from .height_model import Model
 from .height_octaves import BLOCK, FEW_POINTS, heights, heights_gradients, heights_slopes, layer_weight, model_of
 from .height_params import TerrainParams
 from .height_relief import relief_statistics
-from .height_table import canonical_table, octave_table
 
 __all__ = [
     "TerrainField",
     "TerrainParams",
-    "canonical_table",
     "height",
     "height_and_gradient",
     "height_at_points",
     "layer_weight",
-    "octave_table",
     "relief_statistics",
 ]
 

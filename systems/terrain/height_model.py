@@ -63,7 +63,7 @@ RIDGE_TOP, RIDGE_SLOPE, RIDGE_ROUND = (float(v) for v in _single([0.30, 1.9, 0.0
 
 
 @dataclass(frozen=True, slots=True)
-class Constants:
+class TerrainConstants:
     """Scalars of the point-wise part, in the order in which the GPU's table holds them. Heights in metres.
 
     All are rounded to float32, see `_single`.
@@ -123,7 +123,7 @@ class Model:
     warp_m: Floats
     sums: Floats  # (3, layers): weights of the layers in a and b (of s) and in z
     ridge_columns: tuple[Floats, Floats]  # of the ridged layers: ridge, 1 - |ridge|
-    constants: Constants
+    constants: TerrainConstants
     craters: Craters | None = None
     map_roughness: float = 0.0  # multiplier of the layers by the map's height differences at its finest scale, 1/m
 
@@ -250,7 +250,7 @@ def continent_weights() -> tuple[Floats, Floats]:
     return _CONTINENT_WEIGHTS, _BELT_WEIGHTS
 
 
-def _constants(p: TerrainParams) -> Constants:
+def _constants(p: TerrainParams) -> TerrainConstants:
     high, low = max(p.highest_m, 0.0), max(-p.lowest_m, 0.0)
     span = p.highest_m - p.lowest_m
     # Ranges, hills and bent coasts never get steeper than on Earth, however narrow the layers of a small body.
@@ -264,7 +264,7 @@ def _constants(p: TerrainParams) -> Constants:
     if p.height_map is not None:  # which is to stay as it is
         knee_high = min(knee, 0.5 * (p.highest_m - p.height_map.highest_m))
         knee_low = min(knee, 0.5 * (p.height_map.lowest_m - p.lowest_m))
-    found = Constants(
+    found = TerrainConstants(
         sea_level=0.0,
         inverse_deviation=1.0,
         coast=min(0.13, 0.0085 * reach_m / max(steepest_m, 1e-9)),

@@ -7,13 +7,12 @@ floats.
 
 from __future__ import annotations
 
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from .height_model import GATE_LOW, GATE_SHUT, GATE_WIDTH, Constants
+from .height_model import GATE_LOW, GATE_SHUT, GATE_WIDTH, TerrainConstants
 from .height_statements import Statements
 
 
@@ -55,7 +54,7 @@ def positive_slope(t: Any) -> Any:
 
 
 def surface(
-    k: Constants, w1x: Any, w1y: Any, w1z: Any, c: Any, b: Any, sa: Any, sb: Any, z: Any,
+    k: TerrainConstants, w1x: Any, w1y: Any, w1z: Any, c: Any, b: Any, sa: Any, sb: Any, z: Any,
     added: Any = 0.0, rougher: Any = 0.0,
 ) -> Any:  # fmt: skip
     """The point-wise part: height from the noises, metres `added` (craters, map) and roughness of the map's own. Serves
@@ -66,7 +65,7 @@ def surface(
 
 
 def surface_parts(
-    k: Constants, w1x: Any, w1y: Any, w1z: Any, c: Any, b: Any, sa: Any, sb: Any
+    k: TerrainConstants, w1x: Any, w1y: Any, w1z: Any, c: Any, b: Any, sa: Any, sb: Any
 ) -> tuple[Any, Any, Any, Any]:
     """Height without the relief layers, their multiplier (roughness), 0..1 where ranges stand, and x."""
     gate = GATE_SHUT + (1.0 - GATE_SHUT) * smoothstep((sa + GATE_LOW) * (1.0 / GATE_WIDTH))
@@ -89,7 +88,7 @@ def surface_parts(
     return base, rough, on_land, x
 
 
-def hypsometry(k: Constants, x: Any) -> Any:
+def hypsometry(k: TerrainConstants, x: Any) -> Any:
     """Metres by x, without ranges."""
     earth = (
         k.coast_m * smoothstep(x * 4.0)
@@ -104,7 +103,7 @@ def hypsometry(k: Constants, x: Any) -> Any:
     return k.plains * earth + (1.0 - k.plains) * even
 
 
-def limit(k: Constants, h: Any) -> Any:
+def limit(k: TerrainConstants, h: Any) -> Any:
     """The identity between the knees; approaches the bounds without reaching them outside. C1."""
     over = positive(h - k.knee_high_m)
     under = positive(k.knee_low_m - h)
@@ -124,10 +123,8 @@ surface_slopes = _MADE.python(_SLOPES["surface"])
 
 
 def shader() -> str:
-    """GLSL: TerrainConstants, the statements in float and double, and their derivatives."""
-    names = [field.name for field in fields(Constants)]
-    names += [f"pad{i}" for i in range(-len(names) % 4)]
-    parts = [f"// Made from {Path(__file__).name}.\nstruct TerrainConstants {{\n    float {', '.join(names)};\n}};\n"]
+    """GLSL: the statements in float and double, and their derivatives."""
+    parts = [f"// Made from {Path(__file__).name}.\n"]
     for name, slopes in _SLOPES.items():
         parts += [*(_MADE.glsl(_MADE[name], real) for real in ("float", "double")), _MADE.glsl(slopes, "float")]
     return "\n".join(parts)

@@ -1,64 +1,146 @@
-"""The GPU's table of octaves around one anchor: SSBO 4, std430, TerrainTable of terrain/height.glsl."""
+"""The GPU's table of octaves around one anchor: its layout, which shaders read as `terrain_table`, and its values."""
 
 from __future__ import annotations
 
-from dataclasses import astuple, fields
-from typing import Any
+from dataclasses import astuple, dataclass
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.blocks.bindings import TERRAIN_TABLE_BLOCK, TERRAIN_TABLE_BUFFER
+from ...engine.blocks.layout import IVec3, StructLayout, Vec2, Vec3, array
 from ...engine.made_shaders import made_shader
-from .craters import MOST_OCTAVES
-from .height_model import FIELDS, Constants, Model, continent_weights
-from .height_octaves import heights, model_of
+from ...engine.surface.noise import Lattice
+from .craters import MOST_OCTAVES, Craters
+from .height_map import LEVEL_SAMPLES
+from .height_model import (
+    FIELDS,
+    GATING_LAYERS,
+    RIDGE_ROUND,
+    RIDGE_SLOPE,
+    RIDGE_TOP,
+    SHAPE_LAYERS,
+    WARPED_LAYERS,
+    Model,
+    TerrainConstants,
+    continent_weights,
+)
+from .height_octaves import MOST_ROUGH, heights, model_of
 from .height_params import TerrainParams
 from .height_surface import shader
 
-__all__ = ["canonical_table", "octave_table"]
+__all__ = ["TerrainTable", "canonical_table", "octave_table"]
 
+MOST_LAYERS = 16
+
+
+@dataclass
+class TerrainLattice:
+    """An octave of noise around the anchor."""
+
+    cell: Annotated[IVec3, "of the anchor"]
+    frequency_per_m: float
+    fraction_hi: Annotated[Vec3, "the anchor's place in its cell: hi + lo, exact to 1e-15"]
+    wavelength_m: float
+    fraction_lo: Vec3
+
+
+@dataclass
+class TerrainWarp:
+    lattice: TerrainLattice
+    value_hi: Annotated[Vec3, "the vector noise at the anchor: hi + lo; 0 around the planet's centre"]
+    amplitude_m: float
+    value_lo: Vec3
+
+
+@dataclass
+class TerrainFieldOctave:
+    lattice: TerrainLattice
+    weights: Annotated[Vec2, "in continents c, in belts b"]
+
+
+@dataclass
+class TerrainLayer:
+    lattice: TerrainLattice
+    range_weight: Annotated[float, "in s"]
+    amplitude_m: Annotated[float, "in z"]
+    ridge: Annotated[float, "share of the ridge transform, negative for its mirror image"]
+
+
+@dataclass
+class CraterShape:
+    """Of a fresh crater, by its radius: craters.fresh_shape."""
+
+    wall: float
+    bottom: float
+    rim: float
+    peak: float
+
+
+@dataclass
+class CraterOctave:
+    lattice: TerrainLattice
+    shape: CraterShape
+
+
+@dataclass
+class TerrainMap:
+    cells: Annotated[int, "a side of a face of the height map's cube; 0: no map"]
+    levels: int
+    sample_m: Annotated[float, "distance of the finest samples"]
+    roughness_per_m: Annotated[float, "roughness of the relief by height differences of the finest scale"]
+
+
+@dataclass
+class TerrainColorMap:
+    """Written by map_textures."""
+
+    cells: Annotated[int, "a side of a face of the colour map's cube; 0: no map"]
+    levels: int
+    strength: Annotated[float, "0..1"]
+
+
+@dataclass
+class TerrainTable:
+    up: Annotated[Vec3, "of the anchor"]
+    radius_m: float
+    up_low: Annotated[Vec3, "up + up_low: to 48 bits"]
+    layer_count: int
+    height_m: Annotated[Vec2, "of the anchor: x + y"]
+    warped_layers: int
+    crater_octaves: int
+    coarse_crater_octaves: Annotated[int, "evaluated in double"]
+    crater_accept: Annotated[int, "of 256 cells, those with a crater"]
+    map: TerrainMap
+    color: TerrainColorMap
+    constants: TerrainConstants
+    wide_warp: Annotated[TerrainWarp, "w1"]
+    narrow_warp: Annotated[TerrainWarp, "w2"]
+    fields: Annotated[Any, array(TerrainFieldOctave, FIELDS)]
+    layers: Annotated[Any, array(TerrainLayer, MOST_LAYERS)]
+    craters: Annotated[Any, array(CraterOctave, MOST_OCTAVES)]
+
+
+_LAYOUT = StructLayout(TerrainTable)
+
+
+def table_shader() -> str:
+    """GLSL: the block `terrain_table` and the numbers that belong to it. With TERRAIN_TABLE_STORAGE it is a storage
+    buffer: llvmpipe reads an array there lane by lane, 5 ns an octave more."""
+    numbers = {
+        "FIELDS": FIELDS, "GATING_LAYERS": GATING_LAYERS, "SHAPE_LAYERS": SHAPE_LAYERS, "WARPED_LAYERS": WARPED_LAYERS,
+        "RIDGE_TOP": RIDGE_TOP, "RIDGE_SLOPE": RIDGE_SLOPE, "RIDGE_ROUND": RIDGE_ROUND,
+        "MOST_ROUGH": MOST_ROUGH, "LEVEL_SAMPLES": LEVEL_SAMPLES,
+    }  # fmt: skip
+    text = "".join(f"const {type(v).__name__} TERRAIN_{name} = {v};\n" for name, v in numbers.items())
+    uniform = _LAYOUT.block(TERRAIN_TABLE_BLOCK, "terrain_table")
+    storage = _LAYOUT.block(TERRAIN_TABLE_BUFFER, "terrain_table", storage=True)
+    return f"{text}#ifndef TERRAIN_TABLE_STORAGE\n{uniform}#else\n{storage}#endif\n"
+
+
+made_shader("generated/terrain_table.glsl", table_shader)
 made_shader("generated/terrain_surface.glsl", shader)
-_CONSTANTS = len(fields(Constants))
-_OCTAVE = np.dtype(
-    [
-        ("cell", np.int32, 4),  # the anchor's lattice cell
-        ("fraction_hi", np.float32, 3),  # its place in the cell, hi + lo exact to 1e-15
-        ("frequency", np.float32),  # 1/m
-        ("fraction_lo", np.float32, 3),
-        ("wavelength_m", np.float32),
-        ("weights", np.float32, 4),  # fields: in c, in b; layers: in s, in z (metres), ridge
-    ]
-)
-
-
-_TABLE = np.dtype(
-    [
-        ("warp_hi", np.float32, (2, 4)),  # the two vector noises at the anchor
-        ("warp_lo", np.float32, (2, 4)),
-        ("up", np.float32, 3),
-        ("radius_m", np.float32),
-        ("height_m", np.float32, 2),  # the anchor's height, hi + lo
-        ("warp_m", np.float32, 2),
-        ("layers", np.int32),
-        ("warped_layers", np.int32),
-        ("craters_count", np.int32),
-        ("craters_coarse", np.int32),
-        ("up_low", np.float32, 3),  # up = up + up_low to 48 bits
-        ("crater_draws", np.float32),  # of 256
-        ("map_cells", np.int32),  # a side of a face, 0: no map
-        ("map_levels", np.int32),
-        ("color_cells", np.int32),  # of the colour map (here: whether there is one); map_textures writes them
-        ("color_levels", np.int32),
-        ("map_sample_m", np.float32),
-        ("map_roughness", np.float32),  # by height differences of the finest scale, 1/m
-        ("color_strength", np.float32),
-        ("map_pad", np.float32),
-        ("constants", np.float32, _CONSTANTS + -_CONSTANTS % 4),
-        ("octaves", _OCTAVE, 2 + FIELDS + 16),
-        ("craters", _OCTAVE, MOST_OCTAVES),  # weights: wall, floor, rim, peak by radius
-    ]
-)
-"""The same bytes under std430 and std140."""
 
 
 def octave_table(
@@ -73,55 +155,54 @@ def octave_table(
     point = np.asarray(direction, dtype=np.float64).reshape(3) * model.params.radius_m
     if height_m is None:
         height_m = float(heights(point[:, None], model)[0])
-    table = np.zeros((), dtype=_TABLE)
-    warps = model.unwarped.cells(point[:, None]).part(slice(0, 2)).vector()[:, :, 0].T
-    table["warp_hi"][:, :3], table["warp_lo"][:, :3] = _split(warps)
+    table = np.zeros((), dtype=_LAYOUT.dtype)
     table["up"], table["up_low"] = _split(point / model.params.radius_m)
     table["radius_m"] = model.params.radius_m
     table["height_m"] = np.stack(_split(np.float64(height_m)))
-    table["warp_m"] = model.warp_m
-    table["layers"], table["warped_layers"] = model.layers, model.warped_layers
-    table["constants"][:_CONSTANTS] = astuple(model.constants)
+    table["layer_count"], table["warped_layers"] = model.layers, model.warped_layers
+    table["constants"] = astuple(model.constants)
 
-    if not point.any():
-        table["warp_hi"], table["warp_lo"], warps = 0.0, 0.0, np.zeros_like(warps)  # whole warps, not differences
-    near = point + model.warp_m[1] * warps[1]
-    far = near + model.warp_m[0] * warps[0]
-    warped, last = model.warped_layers, 2 + FIELDS + model.layers
-    place = np.empty((last, 3))
-    place[:2] = point * model.unwarped.frequency[:2, None] + model.unwarped.offset[:2]
-    split = 2 + FIELDS
-    place[2:split] = far * model.warped.frequency[:FIELDS, None] + model.warped.offset[:FIELDS]
-    layer = slice(split, split + warped)
-    place[layer] = near * model.warped.frequency[FIELDS:, None] + model.warped.offset[FIELDS:]
-    place[layer.stop :] = point * model.unwarped.frequency[2:, None] + model.unwarped.offset[2:]
-    frequency = np.concatenate([model.unwarped.frequency[:2], model.warped.frequency, model.unwarped.frequency[2:]])
+    values = np.zeros((2, 3))
+    if point.any():  # else whole warps, not differences
+        values = model.unwarped.cells(point[:, None]).part(slice(0, 2)).vector()[:, :, 0].T
+    for k, name in enumerate(("wide_warp", "narrow_warp")):
+        warp = table[name]
+        _anchor(warp["lattice"], point, model.unwarped, slice(k, k + 1))
+        warp["value_hi"], warp["value_lo"] = _split(values[k])
+        warp["amplitude_m"] = model.warp_m[k]
+    near = point + model.warp_m[1] * values[1]
+    far = near + model.warp_m[0] * values[0]
+    fields, layers = table["fields"], table["layers"][: model.layers]
+    _anchor(fields["lattice"], far, model.warped, slice(0, FIELDS))
+    fields["weights"] = np.stack(continent_weights(), axis=1)
+    _anchor(layers["lattice"][: model.warped_layers], near, model.warped, slice(FIELDS, None))
+    _anchor(layers["lattice"][model.warped_layers :], point, model.unwarped, slice(2, None))
+    layers["range_weight"], layers["amplitude_m"], layers["ridge"] = model.shape, model.amplitude_m, model.ridge
 
-    cell = np.floor(place)
-    octaves = table["octaves"][:last]
-    octaves["cell"][:, :3] = cell.astype(np.int32)
-    octaves["fraction_hi"], octaves["fraction_lo"] = _split(place - cell)
-    octaves["frequency"], octaves["wavelength_m"] = frequency, 1.0 / frequency
-    octaves["weights"][2:split, :2] = np.stack(continent_weights(), axis=1)
-    octaves["weights"][split:, 0] = model.shape
-    octaves["weights"][split:, 1] = model.amplitude_m
-    octaves["weights"][split:, 2] = model.ridge
     found, craters = model.params.height_map, model.craters
-    table["color_cells"] = int(model.params.colored)
+    table["color"]["cells"] = int(model.params.colored)
     if found is not None:
-        table["map_cells"], table["map_levels"] = found.cube.cells, len(found.cube.levels)
-        table["map_sample_m"], table["map_roughness"] = model.map_sample_m, model.map_roughness
+        table["map"] = (found.cube.cells, len(found.cube.levels), model.map_sample_m, model.map_roughness)
     if craters:
-        table["craters_count"], table["craters_coarse"] = len(craters), craters.coarse
-        table["crater_draws"] = craters.accept
-        place = point * craters.frequency[:, None] + craters.offset
-        cell = np.floor(place)
-        rows = table["craters"][: len(craters)]
-        rows["cell"][:, :3] = cell.astype(np.int32)
-        rows["fraction_hi"], rows["fraction_lo"] = _split(place - cell)
-        rows["frequency"], rows["wavelength_m"] = craters.frequency, 1.0 / craters.frequency
-        rows["weights"] = craters.shape
+        table["crater_octaves"], table["coarse_crater_octaves"] = len(craters), craters.coarse
+        table["crater_accept"] = craters.accept
+        octaves = table["craters"][: len(craters)]
+        _anchor(octaves["lattice"], point, craters, slice(None))
+        for name, values in zip(("wall", "bottom", "rim", "peak"), craters.shape.T, strict=True):
+            octaves["shape"][name] = values
     return table
+
+
+def _anchor(rows: NDArray[Any], point: NDArray[np.float64], lattices: Lattice | Craters, part: slice) -> None:
+    """Write lattices around `point` (3,), in metres."""
+    frequency = lattices.frequency[part]
+    place = point * frequency[:, None] + lattices.offset[part]
+    cell = np.floor(place)
+    high, low = _split(place - cell)
+    shape = (*rows.shape, 3)
+    rows["cell"] = cell.astype(np.int32).reshape(shape)
+    rows["fraction_hi"], rows["fraction_lo"] = high.reshape(shape), low.reshape(shape)
+    rows["frequency_per_m"], rows["wavelength_m"] = frequency.reshape(rows.shape), (1.0 / frequency).reshape(rows.shape)
 
 
 def canonical_table(params: TerrainParams | Model) -> NDArray[Any]:

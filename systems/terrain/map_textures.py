@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.blocks.bindings import COLOR_MAP_UNIT, HEIGHT_MAP_UNIT
 from ...engine.gpu import GpuScope
-from ...engine.gpu.bindings import COLOR_MAP_UNIT, HEIGHT_MAP_UNIT
 from ...engine.surface.cube_map import CubeMap
 from .height_map import HeightMap
 
@@ -44,8 +44,7 @@ class MapTextures:
         """The colour map's part of the height function's table."""
         color = self._shown[1]
         if color is not None:
-            table["color_cells"], table["color_levels"] = color.cells, len(color.levels)
-            table["color_strength"] = strength
+            table["color"] = (color.cells, len(color.levels), strength)
 
     def bind(self) -> None:
         for texture, unit in zip(self._textures, (HEIGHT_MAP_UNIT, COLOR_MAP_UNIT), strict=True):

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...components import Terrain
-from ...engine.gpu.layout import IVec4, Vec4, array
-from ...engine.surface.nested import nested_anchor
-from .height import TerrainParams, octave_table
-from .height_model import FIELDS
+from ...engine.blocks.layout import IVec3, Vec3, array
+from ...engine.surface.nested import NestedAnchor, nested_anchor
+from .height import TerrainParams
+from .height_model import Model
 from .height_octaves import model_of
+from .height_table import octave_table
 from .material_list import MOST_ALBEDOS, albedos
 
 __all__ = ["TerrainMaterialBlock", "material_block"]
@@ -36,41 +37,66 @@ _RANGE_SHARE = 1.8
 
 
 @dataclass
+class ReliefWarp:
+    """What bends the warped layers."""
+
+    cell: Annotated[IVec3, "of the anchor"]
+    frequency_per_m: float
+    fraction: Annotated[Vec3, "the anchor's place in its cell"]
+    amplitude_m: float
+    value: Annotated[Vec3, "of the noise at the anchor"]
+
+
+@dataclass
+class ReliefLayer:
+    """An octave of the terrain's relief."""
+
+    cell: Annotated[IVec3, "of the anchor"]
+    frequency_per_m: float
+    fraction: Annotated[Vec3, "the anchor's place in its cell"]
+    wavelength_m: float
+    amplitude_m: Annotated[float, "at roughness 1"]
+    range_amplitude_m: Annotated[float, "the same of the ranges' own layers"]
+    ridge: Annotated[float, "share of the ridge transform, negative for its mirror image"]
+
+
+@dataclass
+class ReliefSlopes:
+    """How steep all layers together are."""
+
+    shortest_per_m: Annotated[float, "2 / wavelength of the shortest"]
+    variance: Annotated[float, "at roughness 1"]
+    per_octave: Annotated[float, "1 / number of those that have any"]
+
+
+@dataclass
 class TerrainMaterialBlock:
     """What the ground is made of. GLSL: ``generated/terrain_material_block.glsl``, instance
     ``terrain_material_block``."""
 
-    albedo: Annotated[Any, array(Vec4, MOST_ALBEDOS)]
+    albedos: Annotated[Any, array(Vec3, MOST_ALBEDOS)]
     """of the materials; ``generated/terrain_albedos.glsl`` names the places"""
-    limits: Vec4
-    """(slope of bare rock in m per m, slope that sheds snow, height of beaches in m, 1 / height of beaches in m)"""
-    shares: Vec4
-    """(of ground that may carry plants, how clearly strata show, 0, 0)"""
-    climate: Vec4
-    """(height of the snow line in m at the equator, how much higher at the poles, humidity, 1 / its range in m)"""
-    look: Vec4
-    """(strength of colour variation, share of the law of airless dust, height of the grain, things on the ground)"""
-    relief: Vec4
-    """(2 / shortest layer in m, variance of all layers' slopes at roughness 1, 1 / their octaves, 1 / period of strata
-    in m)"""
-    anchor_cell: IVec4
-    """the anchor's place in units of NESTED_BASE_M: whole cells"""
-    anchor_fraction: Vec4
-    """the rest of it"""
-    counts: IVec4
-    """(layers, how many of them are warped, 0, 0)"""
-    warp_cell: IVec4
-    """of the warp of layers, at the anchor"""
-    warp_place: Vec4
-    """fraction; w: frequency, 1/m"""
-    warp_anchor: Vec4
-    """its value at the anchor; w: how far it moves, m"""
-    layer_cell: Annotated[Any, array(IVec4, LAYERS)]
-    """of the terrain's layers, at the anchor"""
-    layer_place: Annotated[Any, array(Vec4, LAYERS)]
-    """fraction; w: frequency, 1/m"""
-    layer_shape: Annotated[Any, array(Vec4, LAYERS)]
-    """(amplitude in m at roughness 1, the same of the ranges' own layers in m, ridge share, wavelength in m)"""
+    rock_slope: Annotated[float, "of bare rock, m per m"]
+    snow_slope: Annotated[float, "that sheds snow, m per m"]
+    beach_height_m: float
+    per_beach_height: Annotated[float, "1/m"]
+    plants: Annotated[float, "share of ground that may carry plants"]
+    strata: Annotated[float, "how clearly they show"]
+    strata_per_m: float
+    snow_line_m: Annotated[float, "height at the equator"]
+    snow_line_rise_m: Annotated[float, "how much higher it is at the poles"]
+    warmth_per_m: Annotated[float, "1 / range of the snow line"]
+    humidity: float
+    variation: Annotated[float, "strength of colour variation"]
+    dust_law: Annotated[float, "share of the law of airless dust"]
+    grain: Annotated[float, "height of the bumps below the shortest layer"]
+    clutter: Annotated[float, "things on the ground"]
+    slopes: ReliefSlopes
+    layer_count: int
+    warped_layers: int
+    anchor: Annotated[NestedAnchor, "for noise of all wavelengths"]
+    warp: ReliefWarp
+    layers: Annotated[Any, array(ReliefLayer, LAYERS)]
 
 
 def material_block(
@@ -80,54 +106,60 @@ def material_block(
     model = model_of(params)
     slopes = model.amplitude_m / model.wavelength_m
     octaves = max(int(np.count_nonzero(slopes)), 1)
-    table = octave_table(model, anchor_direction, 0.0)
-    last = 2 + FIELDS + model.layers
-    layers = table["octaves"][2 + FIELDS : 2 + FIELDS + LAYERS].copy()
-    layers[model.layers :] = table["octaves"][last - 1]
-    warp = table["octaves"][1]
-    grain = terrain.grain * _GRAIN_SLOPE / max(float(slopes[-1]), 1e-6)
-    range_m = _RANGE_SHARE * float(model.constants.range_m)
-    cell, fraction = nested_anchor(anchor_direction, params.radius_m)
     return TerrainMaterialBlock(
-        albedo=albedos(terrain),
-        limits=(
-            _slope(terrain.rock_slope_deg),
-            _slope(terrain.snow_slope_deg),
-            terrain.beach_height_m,
-            1.0 / max(terrain.beach_height_m, 1e-3),
+        albedos=albedos(terrain),
+        rock_slope=_slope(terrain.rock_slope_deg),
+        snow_slope=_slope(terrain.snow_slope_deg),
+        beach_height_m=terrain.beach_height_m,
+        per_beach_height=1.0 / max(terrain.beach_height_m, 1e-3),
+        plants=terrain.plants,
+        strata=terrain.strata,
+        strata_per_m=1.0 / terrain.strata_m,
+        snow_line_m=terrain.snow_line_m,
+        snow_line_rise_m=terrain.snow_line_pole_m - terrain.snow_line_m,
+        warmth_per_m=1.0 / max(terrain.snow_line_m - terrain.snow_line_pole_m, _LEAST_CLIMATE_M),
+        humidity=terrain.humidity - _MEAN_MOISTURE,
+        variation=terrain.variation,
+        dust_law=terrain.dust_law,
+        grain=terrain.grain * _GRAIN_SLOPE / max(float(slopes[-1]), 1e-6),
+        clutter=terrain.clutter,
+        slopes=ReliefSlopes(
+            shortest_per_m=2.0 / float(model.wavelength_m[-1]),
+            variance=_GRADIENT_VARIANCE * float(np.sum(slopes * slopes)),
+            per_octave=1.0 / octaves,
         ),
-        shares=(terrain.plants, terrain.strata, 0.0, 0.0),
-        climate=(
-            terrain.snow_line_m,
-            terrain.snow_line_pole_m - terrain.snow_line_m,
-            terrain.humidity - _MEAN_MOISTURE,
-            1.0 / max(terrain.snow_line_m - terrain.snow_line_pole_m, _LEAST_CLIMATE_M),
-        ),
-        look=(terrain.variation, terrain.dust_law, grain, terrain.clutter),
-        relief=(
-            2.0 / float(model.wavelength_m[-1]),
-            _GRADIENT_VARIANCE * float(np.sum(slopes * slopes)),
-            1.0 / octaves,
-            1.0 / terrain.strata_m,
-        ),
-        anchor_cell=cell,
-        anchor_fraction=fraction,
-        counts=(model.layers, model.warped_layers, 0, 0),
-        warp_cell=tuple(int(v) for v in warp["cell"]),
-        warp_place=(*(float(v) for v in warp["fraction_hi"]), float(warp["frequency"])),
-        warp_anchor=(*(float(v) for v in table["warp_hi"][1, :3]), float(table["warp_m"][1])),
-        layer_cell=layers["cell"],
-        layer_place=np.concatenate([layers["fraction_hi"], layers["frequency"][:, None]], axis=1),
-        layer_shape=np.stack(
-            [
-                layers["weights"][:, 1],
-                layers["weights"][:, 0] * range_m,
-                layers["weights"][:, 2],
-                1.0 / layers["frequency"],
-            ],
-            axis=1,
-        ),
+        layer_count=model.layers,
+        warped_layers=model.warped_layers,
+        anchor=nested_anchor(anchor_direction, params.radius_m),
+        **_relief(model, anchor_direction),
     )
+
+
+def _relief(model: Model, anchor_direction: NDArray[np.float64]) -> dict[str, Any]:
+    """The warp and the layers of the block, from the table that the vertices are made of."""
+    table = octave_table(model, anchor_direction, 0.0)
+    warp, layers = table["narrow_warp"], table["layers"][:LAYERS].copy()
+    layers[model.layers :] = layers[model.layers - 1]
+    at, of_warp = layers["lattice"], warp["lattice"]
+    columns = (
+        at["cell"],
+        at["frequency_per_m"],
+        at["fraction_hi"],
+        1.0 / at["frequency_per_m"],
+        layers["amplitude_m"],
+        layers["range_weight"] * (_RANGE_SHARE * float(model.constants.range_m)),
+        layers["ridge"],
+    )
+    return {
+        "warp": ReliefWarp(
+            cell=of_warp["cell"],
+            frequency_per_m=float(of_warp["frequency_per_m"]),
+            fraction=of_warp["fraction_hi"],
+            amplitude_m=float(warp["amplitude_m"]),
+            value=warp["value_hi"],
+        ),
+        "layers": [ReliefLayer(*row) for row in zip(*(column.tolist() for column in columns), strict=True)],
+    }
 
 
 def _slope(angle_deg: float) -> float:

@@ -37,7 +37,7 @@ def words_of(text: str) -> list[str]:
 
 def constants_glsl(slots: Mapping[str, int]) -> str:
     """The albedos in the uniform block, by name: `generated/terrain_albedos.glsl`."""
-    lines = [f"#define {name.upper()} terrain_material_block.albedo[{slot}].rgb" for name, slot in slots.items()]
+    lines = [f"#define {name.upper()} terrain_material_block.albedos[{slot}]" for name, slot in slots.items()]
     return "\n".join(['#include "generated/terrain_material_block.glsl"', *lines, ""])
 
 
@@ -145,7 +145,7 @@ def materials_glsl(materials: Sequence[Material], slots: Mapping[str, int], apar
         *writer.lines,
         "Material material;",
         f"material.albedo = clamp({albedo}, 0.0, 1.0);",
-        f"material.grain = {_bumps(upper)} * terrain_material_block.look.z;",
+        f"material.grain = {_bumps(upper)} * terrain_material_block.grain;",
         "material.rock = rock_share;",
         "material.plant = plants_color;",
         f"material.ripples = {ripples};",

@@ -50,14 +50,14 @@ def shaders() -> dict[str, str]:
 
 
 def albedos(terrain: Terrain) -> NDArray[np.float64]:
-    """(MOST_ALBEDOS, 4): rgb of each place."""
-    found = np.zeros((MOST_ALBEDOS, 4))
+    """(MOST_ALBEDOS, 3): of each place."""
+    found = np.zeros((MOST_ALBEDOS, 3))
     own = {albedo_name(m): m.albedo for m in _listed if m.albedo and not isinstance(m.albedo, str)}
     for name, slot in _slots.items():
         albedo = own.get(name, {name: 1.0})
         if isinstance(albedo, Mapping):
             albedo = sum(share * np.array(getattr(terrain, field)) for field, share in albedo.items())
-        found[slot, :3] = albedo
+        found[slot] = albedo
     return found
 
 

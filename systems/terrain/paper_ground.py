@@ -14,10 +14,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.blocks.bindings import TERRAIN_TABLE_BLOCK
+from ...engine.blocks.layout import IVec2, IVec3, StructLayout, Vec2, Vec3, array
+from ...engine.made_shaders import made_shader
 from ...engine.surface.noise import octave_offset
 from ...engine.surface.simplex import simplex_noise, skew
 from .height import TerrainField, TerrainParams
@@ -45,18 +49,37 @@ _BLUR_TEXELS = 0.6  # standard deviation of the low-pass, in texels at the equat
 _FEWEST = 64  # samples of a parallel
 _BLOCK = 8192
 
-TABLE_DTYPE = np.dtype(
-    [
-        ("up_radius", "f4", 4),
-        ("meridian", "f4", 4),
-        ("place", "f4", 4),
-        ("counts", "i4", 4),
-        ("cell", "i4", (MOST_LAYERS, 4)),
-        ("fraction", "f4", (MOST_LAYERS, 4)),
-        ("amplitude", "f4", (MOST_LAYERS, 4)),
-    ]
-)
-"""The uniform block PaperTable of ground.glsl."""
+
+@dataclass
+class PaperOctave:
+    """A layer of simplex noise around the anchor, in skewed cells."""
+
+    cell: Annotated[IVec3, "of the anchor"]
+    frequency_per_m: float
+    fraction: Annotated[Vec3, "the anchor's place in its cell"]
+    amplitude_m: float
+
+
+@dataclass
+class PaperTable:
+    """The ground around an anchor. GLSL: ``generated/paper_table.glsl``, ``paper_table``."""
+
+    up: Annotated[Vec3, "of the anchor"]
+    radius_m: float
+    meridian: Annotated[Vec2, "cosine and sine of the longitude counted from"]
+    beside: Annotated[float, "what the anchor lies beside it, in radii"]
+    from_axis: Annotated[float, "the anchor's distance from the planet's axis, in radii"]
+    texel_fraction: Annotated[Vec2, "of the anchor's column and row"]
+    height_m: Annotated[float, "of the anchor"]
+    per_rough_m: Annotated[float, "1 / height of full roughness"]
+    texel: Annotated[IVec2, "the anchor's column and row"]
+    layer_count: int
+    layers: Annotated[Any, array(PaperOctave, MOST_LAYERS)]
+
+
+_LAYOUT = StructLayout(PaperTable)
+TABLE_DTYPE = _LAYOUT.dtype
+made_shader("generated/paper_table.glsl", lambda: _LAYOUT.block(TERRAIN_TABLE_BLOCK, "paper_table"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,16 +175,18 @@ class PaperField:
         longitude = float(np.arctan2(my, mx))
         column = longitude * (TEXELS / (2.0 * np.pi)) - 0.5
         row = (float(np.arctan2(z, rho)) / np.pi + 0.5) * TEXELS - 0.5
-        table["up_radius"] = (x, y, z, self.radius_m)
-        table["meridian"] = (mx, my, mx * y - my * x, rho)
-        table["place"] = (column - np.floor(column), row - np.floor(row), anchor_height_m, 1.0 / self.rough_m)
-        table["counts"] = (int(np.floor(column)), int(np.floor(row)), len(self.layers), 0)
+        table["up"], table["radius_m"], table["meridian"] = (x, y, z), self.radius_m, (mx, my)
+        table["beside"], table["from_axis"] = mx * y - my * x, rho
+        table["texel_fraction"] = column - np.floor(column), row - np.floor(row)
+        table["texel"] = np.floor(column), np.floor(row)
+        table["height_m"], table["per_rough_m"] = anchor_height_m, 1.0 / self.rough_m
+        table["layer_count"] = len(self.layers)
         for k, layer in enumerate(self.layers):
             skewed = skew(np.asarray(direction) * (self.radius_m / layer.wavelength_m) + layer.offset)
             cell = np.floor(skewed)
-            table["cell"][k, :3] = cell.astype(np.int64).astype(np.int32)
-            table["fraction"][k] = (*(skewed - cell), 1.0 / layer.wavelength_m)
-            table["amplitude"][k, 0] = layer.amplitude_m
+            octave = table["layers"][k]
+            octave["cell"], octave["fraction"] = cell.astype(np.int64).astype(np.int32), skewed - cell
+            octave["frequency_per_m"], octave["amplitude_m"] = 1.0 / layer.wavelength_m, layer.amplitude_m
         return table
 
 

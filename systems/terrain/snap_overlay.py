@@ -64,10 +64,8 @@ class SnapOverlay:
         if self._lines is None:
             self._lines = self._gpu.program(vertex="terrain/snap_overlay.vert", fragment="terrain/snap_overlay.frag")
         target = io.framebuffer(colors=("debug.snap_overlay",), depth="debug.snap_depth")
-        solid = self._gpu.gpu.state(depth_test=True, depth_func=">=", write_color=False)
-        lines = self._gpu.gpu.state(
-            depth_test=True, depth_func=">=", wireframe=True, blend="additive", write_depth=False
-        )
+        solid = self._gpu.state(depth_test=True, depth_func=">=", write_color=False)
+        lines = self._gpu.state(depth_test=True, depth_func=">=", wireframe=True, blend="additive", write_depth=False)
         draw = backend.bind_draw(io, view_index, "terrain/wireframe.frag")
 
         def run() -> None:

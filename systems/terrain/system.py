@@ -2,29 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
 from ...components import DebugView, Ocean, Planet, Terrain
-from ...engine.frame import Frame, Proxy, ViewInfo
+from ...engine.blocks.bindings import (
+    DRY_BUFFER,
+    MATERIAL_BLOCK,
+    NEAR_DRY_BUFFER,
+    NEAR_WET_BUFFER,
+    RADIANCE_IMAGE,
+    TERRAIN_TABLE_BLOCK,
+    TILE_BUFFER,
+    WET_BUFFER,
+)
+from ...engine.frame import Frame, Proxy, View, ViewInfo
 from ...engine.frame.contracts import bind_contracts, contract_reads
-from ...engine.frame.gbuffer import GBUFFER, tiles_of
+from ...engine.frame.gbuffer import GBUFFER, GBUFFER_UNITS, tiles_of
 from ...engine.frame.snapping import SnapAhead
 from ...engine.frame.unseen import Unseen
-from ...engine.gpu.bindings import MATERIAL_BLOCK, TERRAIN_TABLE_BLOCK, TILE_BUFFER
 from ...engine.gpu.upsample_shaded import UpsampleShaded
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
 from ...engine.methods import Methods
-from ...engine.settings import SettingError, revision, with_overrides
+from ...engine.settings import SettingError, Settings, revision, with_overrides
 from ...engine.system import Setup, System
+from ...engine.world import World
 from .backends import Backend, Ground, use_backend
 from .coasts import Coasts
 from .debug_passes import TerrainDebugPasses
-from .height import TerrainField, TerrainParams, octave_table
+from .height import TerrainField, TerrainParams
 from .height_map import color_cube
+from .height_table import octave_table
 from .map_textures import MapTextures
 from .material import TerrainMaterialBlock, material_block
 from .material_list import list_revision, shaders
@@ -57,7 +68,7 @@ class TerrainSystem(System):
     needs = (Planet, Terrain)
 
     def __init__(self) -> None:
-        self._world: Any = None
+        self._world: World
         self._methods: Methods[Backend]
 
     def setup(self, setup: Setup) -> None:
@@ -73,8 +84,7 @@ class TerrainSystem(System):
         self._debug = TerrainDebugPasses(setup.gpu, setup.views)
         setup.world.set_resource("surface_height", self._bind_heights)
         self._draw_states = {
-            out: setup.gpu.gpu.state(depth_test=True, depth_func=">", cull="back" if out else None)
-            for out in (True, False)
+            out: setup.gpu.state(depth_test=True, depth_func=">", cull="back" if out else None) for out in (True, False)
         }
         self._shaders: dict[tuple[str, ...], Any] = {}
         self._coasts = Coasts(setup.gpu, setup.world, setup.settings, self._shader)
@@ -87,7 +97,7 @@ class TerrainSystem(System):
 
     def release(self) -> None:
         self._methods.release()
-        self._gpu.gpu.shaders.withdraw(self.name)
+        self._gpu.shaders.withdraw(self.name)
         for resource in ("height_field", "surface_height"):
             self._world.resources.pop(resource, None)
 
@@ -112,7 +122,7 @@ class TerrainSystem(System):
         self._view(view_index).octaves.bind_to_uniform_block(TERRAIN_TABLE_BLOCK)
         self._maps.bind()
 
-    def _refresh_field(self, world: Any, planet: int, settings: Mapping[str, Any]) -> None:
+    def _refresh_field(self, world: World, planet: int, settings: Settings) -> None:
         terrain, body = world.get(planet, Terrain), world.get(planet, Planet)
         colours = revision(terrain)
         changes = (id(terrain), colours, id(body), revision(body))
@@ -142,7 +152,7 @@ class TerrainSystem(System):
     def _provide_sources(self, params: TerrainParams) -> None:
         """Contract ``height_sources``: shaders of the ground leave out what it is not made of."""
         wanted = {"CRATERED": params.craters > 0.0, "MAPPED": params.height_map is not None, "COLORED": params.colored}
-        shaders = self._gpu.gpu.shaders
+        shaders = self._gpu.shaders
         shaders.add_virtual(_SOURCES, "".join(f"#define TERRAIN_{name}\n" for name, on in wanted.items() if on))
         shaders.provide("height_sources", _SOURCES, owner=self.name)
 
@@ -151,7 +161,7 @@ class TerrainSystem(System):
         if self._materials != list_revision():
             self._materials = list_revision()
             for name, text in shaders().items():
-                self._gpu.gpu.shaders.add_virtual(name, text)
+                self._gpu.shaders.add_virtual(name, text)
 
     def _dress(self, table: Any) -> None:
         self._maps.write_color(table, self._component.color_map_strength)
@@ -303,9 +313,10 @@ class TerrainSystem(System):
     def _bind_wet(self, io: PassIO, across: int, down: int) -> Callable[[], None]:
         begin, sort = self._shader("terrain/begin_wet.comp"), self._shader("terrain/list_wet.comp")
         names = (*_TILES, *_WET_LISTS, "gbuffer.tile_depths")
-        buffers = [(n, io.buffer(name)) for n, name in zip((0, 1, 2, 3, 5, 6, 7), names, strict=True)]
-        textures = [(n, io.texture(f"gbuffer.{name}")) for n, name in ((0, "depth"), (2, "attributes"), (3, "surface"))]
-        barrier = self._gpu.gpu.barrier
+        places = (0, 1, DRY_BUFFER, WET_BUFFER, NEAR_DRY_BUFFER, NEAR_WET_BUFFER, 7)
+        buffers = [(place, io.buffer(name)) for place, name in zip(places, names, strict=True)]
+        textures = [(unit, io.texture(name)) for name, unit in GBUFFER_UNITS.items() if name != "gbuffer.normal"]
+        barrier = self._gpu.barrier
 
         def run() -> None:
             for binding, buffer in buffers:
@@ -337,7 +348,7 @@ class TerrainSystem(System):
 
     def _bind_shade(self, io: PassIO, index: int, lists: tuple[str, ...]) -> Callable[[], None]:
         radiance = io.texture("scene.radiance")
-        textures = [io.texture(n) for n in ("gbuffer.depth", *GBUFFER)]
+        textures = [(unit, io.texture(name)) for name, unit in GBUFFER_UNITS.items()]
         bind_air = bind_contracts(self._world, io)
         backend = self.backend
         ours = backend.shade_file == Backend.shade_file
@@ -358,8 +369,8 @@ class TerrainSystem(System):
 
         def run() -> None:
             bind_air()
-            radiance.bind_to_image(0, read=False, write=True)
-            for unit, texture in enumerate(textures):
+            radiance.bind_to_image(RADIANCE_IMAGE, read=False, write=True)
+            for unit, texture in textures:
                 texture.use(unit)
             self._bind_octaves(index)
             backend.bind_shading(index)
@@ -372,14 +383,14 @@ class TerrainSystem(System):
 
         return run
 
-    def settled(self) -> bool:
-        return self.backend.settled()
+    def settled(self, view: View) -> bool:
+        return self.backend.settled(view)
 
-    def progress(self) -> float:
-        return self.backend.progress()
+    def progress(self, view: View) -> float:
+        return self.backend.progress(view)
 
-    def refining(self) -> str:
-        return "" if self.backend.settled() else f"ground {100.0 * self.backend.progress():.0f} %"
+    def refining(self, view: View) -> str:
+        return "" if self.backend.settled(view) else f"ground {100.0 * self.backend.progress(view):.0f} %"
 
     def statistics(self) -> dict[str, int]:
         found = self.backend.statistics()

@@ -43,7 +43,8 @@ class Panel:
         self.only_changed = False
         self.unfold: set[str] = set()
         self._heading = ""
-        self._errors: dict[tuple[str, str], str] = {}
+        self.errors: dict[tuple[str, str], str] = {}
+        """What was not allowed, by component and field, until it is put right."""
         self._selected: dict[tuple[str, str], int] = {}
 
     def draw_search(self) -> None:
@@ -162,17 +163,17 @@ class Panel:
         try:
             wanted, self._selected[key] = draw_list(imgui, rule, old, default, self._selected.get(key, 0), rows)
             if wanted is not old:
-                self._errors.pop(key, None)
+                self.errors.pop(key, None)
                 if apply:
                     setattr(component, rule.name, wanted)
                     wanted = getattr(component, rule.name)
                 changes.append(Change(rule.name, old, wanted))
         except SettingError as error:
-            self._errors[key] = str(error)
+            self.errors[key] = str(error)
             log.info("panel: %s", error)
-        if key in self._errors:
+        if key in self.errors:
             imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*BAD))
-            imgui.text_wrapped(self._errors[key])
+            imgui.text_wrapped(self.errors[key])
             imgui.pop_style_color()
         return changes
 
@@ -208,7 +209,7 @@ class Panel:
             wanted = edited
         changes: list[Change] = []
         if wanted != old:
-            self._errors.pop(key, None)
+            self.errors.pop(key, None)
             others = {name: getattr(component, name) for name in rule.knob.excludes}
             try:
                 if apply:
@@ -219,14 +220,14 @@ class Panel:
                     if getattr(component, name) != before:
                         changes.append(Change(name, before, getattr(component, name)))
             except SettingError as error:
-                self._errors[key] = str(error)
+                self.errors[key] = str(error)
                 log.info("panel: %s", error)
-        if key in self._errors:
+        if key in self.errors:
             imgui.table_next_row()
             imgui.table_next_column()
             imgui.table_next_column()
             imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*BAD))
-            imgui.text_wrapped(self._errors[key])
+            imgui.text_wrapped(self.errors[key])
             imgui.pop_style_color()
         imgui.pop_id()
         return changes

@@ -63,22 +63,22 @@ def test_numbers_help_and_panels_are_drawn(desk: Desk, gpu: Any) -> None:
 
 def test_without_anything_to_show_imgui_does_not_run(desk: Desk, gpu: Any) -> None:
     desk.frames(3)
-    assert desk.interface._ui is None and "ui" not in gpu.counts()
+    assert desk.interface.ui is None and "ui" not in gpu.counts()
     desk.press("f3")
-    assert desk.interface._ui is not None
+    assert desk.interface.ui is not None
     desk.app.shown.panels = False
     desk.frames()
-    ui = desk.interface._ui
-    desk.interface._ui = None  # would be asked for, if it ran
+    ui = desk.interface.ui
+    desk.interface.ui = None  # would be asked for, if it ran
     desk.frames(2)
-    desk.interface._ui = ui
+    desk.interface.ui = ui
 
 
 def test_who_does_nothing_sees_the_last_layout_drawn_again(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     """Twenty layouts a second; in every frame where there is input, or something else to show."""
     desk.app.shown.numbers = True
     desk.frames(3)
-    ui = desk.interface._ui
+    ui = desk.interface.ui
     laid_out: list[float] = []
     plain = ui.frame
 
@@ -146,8 +146,8 @@ def test_a_slider_is_dragged_and_undone_bit_for_bit(desk: Desk, monkeypatch: pyt
     desk.press("f3")
     desk.rest()
     before = desk.picture()
-    settings = desk.interface._settings
-    settings._panel.search = "roughness ocean"
+    settings = desk.interface.settings
+    settings.panel.search = "roughness ocean"
     desk.frames(3)
     sea = desk.scene.planet[pf.Ocean]
     first = sea.roughness
@@ -179,7 +179,7 @@ def test_a_slider_is_dragged_and_undone_bit_for_bit(desk: Desk, monkeypatch: pyt
 def test_scenes_are_saved_and_loaded_as_one_step(desk: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PLANETFALL_PRESETS", str(tmp_path / "mine"))
     desk.press("f3")
-    settings, app = desk.interface._settings, desk.app
+    settings, app = desk.interface.settings, desk.app
     turn(desk, "Ocean", "roughness", 0.5)
     assert settings.save(app, "stormy") and (tmp_path / "mine/stormy.toml").exists()
     assert not settings.save(app, "earth") and "built-in" in app.shown.message
@@ -202,7 +202,7 @@ def test_scenes_are_saved_and_loaded_as_one_step(desk: Desk, tmp_path: Path, mon
     assert settings.load(app, "two") and app.shown.message == "loaded two" and list(desk.scene.planets)[1:] == ["moon"]
     (tmp_path / "mine/broken.toml").write_text("[ocean]\nroughness = 7.0\n")
     kept = settings.bench.copy()
-    assert not settings.load(app, "broken") and "roughness" in settings._wrong
+    assert not settings.load(app, "broken") and "roughness" in settings.wrong
     assert settings.bench.copy() == kept
 
 
@@ -269,7 +269,7 @@ def test_quality_is_changed_in_flight(desk: Desk) -> None:
     assert desk.app.quality == "medium" and desk.made[0].released
     desk.frames(2)
     assert desk.app.renderer.stats["vertices"] > few
-    settings = desk.interface._settings
+    settings = desk.interface.settings
     turn(desk, "Quality.terrain", "edge_px", 30.0)
     desk.frames(2)
     assert desk.app.overrides == {"terrain.edge_px": 30.0}

@@ -25,8 +25,8 @@ def desk(gpu: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[
     monkeypatch.setattr(desk_kit, "WATCHED", desk_kit.WATCHED | more)
     monkeypatch.setattr(app_journey_window, "_TOP", 5.0)  # all of it is seen in the small window
     desk = Desk(gpu)
-    draw = desk.interface._journey.draw
-    desk.interface._journey.draw = lambda imgui, app: draw(Watching(imgui, desk.boxes), app)  # type: ignore[method-assign]
+    draw = desk.interface.journey.draw
+    desk.interface.journey.draw = lambda imgui, app: draw(Watching(imgui, desk.boxes), app)  # type: ignore[method-assign]
     yield desk
     desk.release()
 

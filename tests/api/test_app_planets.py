@@ -50,7 +50,7 @@ def desk(gpu: Any, monkeypatch: pytest.MonkeyPatch) -> Iterator[Desk]:
 
 
 def page_of(desk: Desk) -> PlanetPage:
-    return desk.interface._settings._planets
+    return desk.interface.settings.planets
 
 
 def sections(desk: Desk) -> set[str]:
@@ -81,7 +81,7 @@ def test_the_knobs_of_a_companion(desk: Desk, monkeypatch: pytest.MonkeyPatch) -
         return original(imgui, rule, value)
 
     monkeypatch.setattr(module, "edit", recorded)
-    settings, orbit = desk.interface._settings, desk.scene.companions["moon"].orbit
+    settings, orbit = desk.interface.settings, desk.scene.companions["moon"].orbit
     before = still(desk)
     assert moon_pixels(before).mean() > 0.05
     desk.click("##planet")

@@ -75,6 +75,7 @@ def _no_gpu(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def fails(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     """The one line that a command ends with; it must end with code 2 and without a traceback."""
+    capsys.readouterr()
     assert main(arguments) == 2
     text = capsys.readouterr().err
     assert text.startswith("planetfall: ") and "Traceback" not in text
@@ -96,7 +97,7 @@ def test_render_writes_a_picture_with_its_settings(tmp_path: Path, capsys: pytes
     assert len(settings["camera"]["position_m"]) == 3
     renderer = FakeRenderer.made[0]
     assert (renderer.quality, renderer.settled, renderer.released) == ("low", 1, True)
-    assert str(target) in capsys.readouterr().out
+    assert capsys.readouterr() == (f"{target}\n", "")  # for a pipe: the file and nothing else
 
 
 def test_render_writes_all_arrays(tmp_path: Path) -> None:
@@ -220,7 +221,8 @@ def test_gallery_resumes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert np.asarray(Image.open(folder / f"moon_{names[0]}.png"))[0, 0, 0] == 250
     assert main([*command, "--force", "--view", names[0], "--view", names[2]]) == 0
     assert len(FakeRenderer.made[2].rendered) == 2
-    assert "--force makes them again" in capsys.readouterr().out
+    said = capsys.readouterr()
+    assert said.out == f"{folder / 'moon.png'}\n" * 3 and "--force makes them again" in said.err
 
 
 def test_a_gallery_of_an_edited_planet_is_made_again(tmp_path: Path) -> None:
@@ -250,10 +252,13 @@ def test_record_resumes(tmp_path: Path) -> None:
     assert all(sun is not None for _, sun in again.rendered)
 
 
-def test_record_makes_a_video(tmp_path: Path) -> None:
+def test_record_makes_a_video(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("imageio_ffmpeg")
     assert main(["record", "--count", "4", "--size", "32x18", "-o", str(tmp_path)]) == 0
     assert (tmp_path / "flight.mp4").stat().st_size > 200
+    said = capsys.readouterr()
+    assert said.out.split() == [str(tmp_path / "contact_sheet.png"), str(tmp_path / "flight.mp4")]
+    assert "4 frames" in said.err
 
 
 def test_record_unknown_path(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

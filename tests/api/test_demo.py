@@ -80,7 +80,8 @@ def test_bad_options_are_explained(capsys: pytest.CaptureFixture[str]) -> None:
     for arguments, message in ((["--size", "big"], "width x height"), (["--count", "0"], "at least 1")):
         with pytest.raises(SystemExit):
             demo(arguments)
-        assert message in capsys.readouterr().err
+        said = capsys.readouterr().err
+        assert message in said and said.startswith("usage: demo_planet ")
 
 
 def test_the_command_line_renders_a_picture(tmp_path: Path) -> None:

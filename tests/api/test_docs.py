@@ -16,7 +16,7 @@ from planetfall.cli.main import app, main
 from planetfall.systems.flight import load_controls
 
 ROOT = Path(__file__).resolve().parents[2]
-DOCS = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").glob("*.md")])
+DOCS = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").rglob("*.md")])
 REFRESH = "planetfall graph earth --view near --into docs/architecture.md"
 LARGEST_PICTURE_BYTES = 150_000
 LARGEST_ANIMATION_BYTES = 3_000_000
@@ -113,9 +113,11 @@ def test_the_index_has_every_page() -> None:
     assert not missing, f"docs/README.md doesn't link {missing}"
 
 
-def test_the_readme_is_short() -> None:
+def test_readme_and_changelog_are_short() -> None:
     lines = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
     assert len(lines) <= 90, "two screens: the rest belongs on pages of docs/"
+    first, _, _ = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8").partition("\n### ")
+    assert len(first.splitlines()) <= 40, "what the version has, at a glance"
 
 
 @pytest.mark.gpu
@@ -147,7 +149,9 @@ def test_every_technique_of_the_sources_has_a_file_a_test_and_a_bench() -> None:
         assert "`" in where, technique
         assert "::" in test, technique
         assert "`" in bench or bench.startswith("left out of the benches: "), technique
-    for file, name in re.findall(r"`(tests/\w+\.py)::(\w+)`", text):
+    tests = re.findall(r"`(tests/[\w/]+\.py)::(\w+)`", text)
+    assert len(tests) > 40
+    for file, name in tests:
         assert f"def {name}(" in (ROOT / file).read_text(encoding="utf-8"), f"{file} has no {name}"
     known = {f"{suite}.{bench}" for suite in SUITES for bench in benches_of(suite)}
     named = {name for row in rows for name in re.findall(r"`([a-z]+\.[a-z_ ]+)`", row[3])}

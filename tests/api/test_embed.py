@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +22,16 @@ GAMES = Path(__file__).resolve().parents[2] / "games"
 @pytest.mark.parametrize("name", ["embed_pyglet", "embed_moderngl_window", "embed_moderngl"])
 def test_games_are_short(name: str) -> None:
     assert len((GAMES / name / "main.py").read_text(encoding="utf-8").splitlines()) < 60
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="these systems always have a display")
+@pytest.mark.parametrize("name", ["embed_pyglet", "embed_moderngl_window"])
+def test_without_a_display_they_say_what_to_do(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DISPLAY", ":7654")  # nobody answers
+    command = [sys.executable, "-m", f"planetfall.games.{name}"]
+    found = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    assert found.returncode == 1 and "Traceback" not in found.stderr
+    assert found.stderr.startswith(f"{name}: expected a display") and "xvfb-run" in found.stderr
 
 
 @pytest.mark.gpu

@@ -188,7 +188,7 @@ def test_small_and_large_planets(radius: float) -> None:
     flyer = ship(altitude=2.0, radius_m=radius)
     for _ in range(50):
         flyer.update(FlightInput(forward=1.0, boost=True), 0.1)
-    assert flyer.altitude_m == pytest.approx(2.0, abs=0.05) or flyer.altitude_m > 2.0
+    assert flyer.altitude_m > 1.95
     assert np.isfinite(flyer.position_m).all()
 
 

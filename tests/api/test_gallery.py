@@ -45,7 +45,7 @@ def test_pictures_and_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     assert settings is not None and settings["view"] == "valley" and settings["size"] == [32, 18]
     assert Image.open(folder / "mars-valley.jpg").size == (32, 18)
     assert all(r.settled == 1 and r.released for r in FakeRenderer.made)
-    assert "wrote 16 of 16 pictures" in " ".join(capsys.readouterr().out.split())
+    assert "wrote 16 of 16 pictures" in capsys.readouterr().err
 
 
 def test_it_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

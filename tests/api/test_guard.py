@@ -11,8 +11,8 @@ import moderngl
 import numpy as np
 import pytest
 
+from planetfall.engine.blocks.bindings import OWN, POINTS, points
 from planetfall.engine.gpu import Gpu
-from planetfall.engine.gpu.bindings import OWN, POINTS, points
 from planetfall.engine.gpu.guard import StateGuard
 
 pytestmark = pytest.mark.gpu
@@ -57,7 +57,7 @@ class Raw:
         kinds = [types.get(type(a), c.c_void_p) for a in arguments]
         if name in ("glClearColor", "glBlendColor", "glPointSize", "glMinSampleShading"):
             kinds = [c.c_float] * len(arguments)
-        c.CFUNCTYPE(None, *kinds)(self.gl._load(name))(*arguments)
+        c.CFUNCTYPE(None, *kinds)(self.gl.address(name))(*arguments)
 
     def get(self, function: str, kind: Any, count: int, *names: int) -> tuple[Any, ...]:
         buffer = (kind * 16)()

@@ -17,8 +17,8 @@ import test_guard as guard
 from test_endurance_planets import AHEAD, BACK, OVER_MOON, pair
 
 import planetfall as pf
+from planetfall.engine.blocks.bindings import points
 from planetfall.engine.gpu import Gpu
-from planetfall.engine.gpu.bindings import points
 from planetfall.engine.gpu.guard import StateGuard
 
 host = guard.host

@@ -103,7 +103,7 @@ def desk(gpu: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 
 @pytest.mark.gpu
 def test_a_key_is_changed_by_clicks_and_kept(desk: Desk, tmp_path: Path) -> None:
-    app, page = desk.app, desk.interface._settings.controls
+    app, page = desk.app, desk.interface.settings.controls
     desk.press("f3")
     desk.click("Controls")
     desk.frames(2)

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 import planetfall as pf
+from planetfall.engine.frame import View
 from planetfall.render.settling import settle
 
 
@@ -18,10 +19,10 @@ class Worker:
     def __init__(self, name: str, frames: float, stays: float | None = None) -> None:
         self.name, self.frames, self.stays, self.drawn = name, frames, stays, 0
 
-    def settled(self) -> bool:
+    def settled(self, view: View) -> bool:
         return self.stays is not None or self.drawn >= self.frames
 
-    def progress(self) -> float:
+    def progress(self, view: View) -> float:
         return self.stays if self.stays is not None else min(self.drawn / self.frames, 1.0)
 
 
@@ -37,7 +38,7 @@ def settled_in(*workers: Worker) -> int:
             worker.drawn += 1
 
     systems: Any = list(workers)
-    settle(frame, lambda: systems, current, None, None)
+    settle(frame, View(), lambda: systems, current, None, None)
     return workers[0].drawn
 
 

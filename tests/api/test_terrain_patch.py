@@ -37,6 +37,7 @@ def test_an_aligned_patch_is_the_ground(earth, name):
     assert patch.cell is not None
     n = len(patch.x_m)
     assert n - 1 in (16, 32, 64)
+    assert f"{n} x {n} points" in repr(patch) and str(patch.cell) in repr(patch) and len(repr(patch)) < 160
     world = in_planet(patch).reshape(-1, 3)
     np.testing.assert_allclose(np.linalg.norm(world, axis=1) - EARTH.radius_m, patch.heights_m.ravel(), atol=1e-7)
     np.testing.assert_allclose(earth.height(world), patch.heights_m.ravel(), atol=1e-6)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import ast
 from pathlib import Path
 
-from tiers import DEFAULT, ONLY_ALL, files_named, of_default
+import pytest
+from tiers import COLLECTED, DEFAULT, ONLY_ALL, files_named, of_default
 
 TESTS = Path(__file__).parents[1]
 
@@ -16,6 +17,16 @@ def test_tests_that_are_chosen_exist() -> None:
         known = {node.name for node in body if isinstance(node, ast.FunctionDef)}
         assert {name.split("[")[0] for name in names} <= known, file
     assert not set(DEFAULT) & set(ONLY_ALL)
+
+
+def test_cases_that_are_chosen_exist(pytestconfig: pytest.Config) -> None:
+    """As far as this run has found their files: one of all tests finds all."""
+    if any("::" in argument for argument in pytestconfig.args):
+        pytest.skip("only some tests of a file were looked for")
+    found = pytestconfig.stash[COLLECTED]
+    files = {file for file, _ in found}
+    chosen = {(file, name) for file, names in (*DEFAULT.items(), *ONLY_ALL.items()) for name in names if "[" in name}
+    assert not sorted((file, name) for file, name in chosen - set(found) if file in files)
 
 
 def test_by_function_and_by_case() -> None:

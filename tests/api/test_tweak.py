@@ -247,9 +247,9 @@ def test_a_refused_value_is_shown_and_not_applied(desk: Desk) -> None:
     desk.step(MouseMove(x0 + 14, y, -6, 0))
     for x in np.arange(x0 + 14, x0 + 5, -0.5):
         desk.step(MouseMove(float(x), y, -1, 0))
-        if desk.panel._errors:
+        if desk.panel.errors:
             break
-    assert desk.panel._errors
+    assert desk.panel.errors
     assert thing.direction[0] != 0.0
     loud = desk.pixels()
     red = (loud[..., 0] > 180) & (loud[..., 2] < 140) & (calm[..., 0] < 180)

@@ -67,7 +67,7 @@ def test_a_list_that_would_not_fit_is_refused_with_its_reason(desk: Desk, monkey
     hands = Hands(desk, monkeypatch, sea)
     hands.click("copy wave")
     assert sea.waves == (steep,)
-    assert "intersects itself" in desk.panel._errors["Ocean", "waves"]
+    assert "intersects itself" in desk.panel.errors["Ocean", "waves"]
 
 
 def test_a_thousand_waves_cost_no_more_than_ten(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -66,7 +66,7 @@ def test_an_orbit_through_the_planet_is_taken_back(flight):
 
 def test_a_planet_comes_and_goes_as_one_step(flight):
     app, settings = flight
-    page, bench = settings._planets, settings.bench
+    page, bench = settings.planets, settings.bench
     assert page.add(app, "mars") and page.chosen == "mars" and bench.history.undo_label == "add mars"
     assert list(app.scene.planets) == ["earth", "moon", "mars"]
     assert page.add(app, "mars") and page.chosen == "mars 2"
@@ -93,7 +93,7 @@ def test_a_planet_comes_and_goes_as_one_step(flight):
 def test_a_companion_that_the_game_took_away_comes_back_when_it_is_undone(flight):
     """One that another scene has by then is made anew."""
     app, settings = flight
-    page, bench, moon = settings._planets, settings.bench, app.scene.companions["moon"]
+    page, bench, moon = settings.planets, settings.bench, app.scene.companions["moon"]
     ground = dataclasses.replace(moon.scene.planet[pf.Terrain])
     page.chosen = "moon"
     page.remove(app)
@@ -109,7 +109,7 @@ def test_a_companion_that_the_game_took_away_comes_back_when_it_is_undone(flight
 
 def test_random_walks_are_undone_and_done_again(flight):
     app, settings = flight
-    page, bench, draw = settings._planets, settings.bench, random.Random(3)
+    page, bench, draw = settings.planets, settings.bench, random.Random(3)
     states = [bench.copy()]
     for step in range(40):
         names = list(app.scene.companions)
@@ -145,7 +145,7 @@ def test_what_differs_is_a_scene_file(flight, tmp_path):
         '[[companions]]\nname = "moon"\nbase = "moon"\n\n[companions.orbit]\ninclination_deg = 23.4\nphase_deg = 12.5\n'
         "\n[companions.terrain]\ncraters = 0.25\n"
     )
-    settings._planets.add(app, "asteroid")
+    settings.planets.add(app, "asteroid")
     settings.bench.remove("asteroid: Terrain")  # which no table over a base can say
     turn(settings, "Ocean", "roughness", 0.5)
     file = tmp_path / "mine.toml"
@@ -157,8 +157,8 @@ def test_what_differs_is_a_scene_file(flight, tmp_path):
             assert again.planets[name].components() == companion.scene.planet.components()
         assert again.planet[pf.Ocean].roughness == 0.5
     settings.bench.reset()
-    settings._planets.chosen = "moon"
-    settings._planets.remove(app)
+    settings.planets.chosen = "moon"
+    settings.planets.remove(app)
     file.write_text('base = "earth_moon"\n' + settings.toml())
     with pf.load_scene(file) as again:
         assert not again.companions
@@ -202,9 +202,9 @@ def test_scenes_of_planets_that_were_taken_out_are_released_with_theirs():
         app, _, _ = app_of(scene)
         settings = SettingsWindow(scene, FrameHistory(4))
         settings.remember(app)
-        settings._planets.add(app, "asteroid")
+        settings.planets.add(app, "asteroid")
         own = scene.companions["asteroid"].scene
-        settings._planets.remove(app)
+        settings.planets.remove(app)
         assert not own.world.closed
     assert own.world.closed
 
@@ -218,8 +218,8 @@ def test_objects_of_a_companion_are_undone_where_they_were(flight):
     (hut,) = moon.props
     assert app.scene.props == () and hut.name == "hut"
     assert bench.do([Edit(f"{heading}/Shape", "roughness", 0.8, 0.3)], "rough") == "" and hut[pf.Shape].roughness == 0.3
-    settings._planets.chosen = "moon"
-    settings._planets.remove(app)
+    settings.planets.chosen = "moon"
+    settings.planets.remove(app)
     bench.undo()
     assert bench.undo() == "rough" and hut[pf.Shape].roughness == 0.8
     assert bench.undo() == "add hut" and moon.props == ()

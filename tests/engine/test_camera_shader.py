@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from picture_harness import look
 
+from planetfall.engine.blocks.bindings import FRAME_BLOCK, PLANET_BLOCK
 from planetfall.engine.frame.block import FrameBlock, PlanetBlock
-from planetfall.engine.gpu.bindings import FRAME_BLOCK, PLANET_BLOCK
 
 CAMERA = '#include "common/camera.glsl"'
 
@@ -20,7 +20,7 @@ def blocks(gpu):
 
     def bind(block: FrameBlock, radius_m: float):
         frame.write(block)
-        planet.write(PlanetBlock(radii=(radius_m, 9000.0, -9000.0, 0.0), sea=(0.0, 0.0, 0.0, 0.0)))
+        planet.write(PlanetBlock(radius_m, 9000.0, -9000.0, 0.0, 0.0, has_sea=False))
         return lambda _: (frame.bind(), planet.bind())
 
     yield bind
@@ -49,7 +49,9 @@ def test_altitude_and_foot_offset(run_compute, blocks, radius, altitude):
     up32 = up.astype(np.float32).astype(np.float64)
     ground = min(120.5, 0.05 * radius)
     offset = (up * (altitude - ground)).astype(np.float32).astype(np.float64)
-    block = look(camera_zenith=(*up, altitude), anchor_up=(*up, ground), camera_offset=(*offset, 0.1))
+    block = look(
+        camera_zenith=up, camera_altitude_m=altitude, anchor_up=up, anchor_height_m=ground, camera_offset_m=offset
+    )
     points = points_around(rng, up, altitude, radius)
     out = run_compute(
         "height = altitude_of(p); foot = foot_offset_of(p, h); height2 = h;\n",
@@ -75,7 +77,9 @@ def test_altitude_and_foot_offset(run_compute, blocks, radius, altitude):
 
 
 def test_rays_and_depth_round_trip(run_compute, blocks):
-    block = look((0.3, -0.5, 0.8), (0.0, 1.0, 0.1), 47.0, (320, 180), projection=(0.8, 0.5, 0.1, -0.05))
+    block = look(
+        (0.3, -0.5, 0.8), (0.0, 1.0, 0.1), 47.0, (320, 180), projection_scale=(0.8, 0.5), projection_offset=(0.1, -0.05)
+    )
     rng = np.random.default_rng(1)
     pixel = rng.uniform(0, 1, (200, 2)) * (320, 180)
     depth = np.exp(rng.uniform(np.log(1e-9), 0.0, 200))
@@ -86,7 +90,7 @@ def test_rays_and_depth_round_trip(run_compute, blocks):
         header=CAMERA,
         setup=blocks(block, 6.371e6),
     )
-    z = out["point"] @ np.array(block.camera_forward[:3])
+    z = out["point"] @ np.array(block.camera_forward)
     np.testing.assert_allclose(z, 0.1 / depth, rtol=1e-6)
     back = (out["clip"][:, :2] / out["clip"][:, 3:] * 0.5 + 0.5) * (320, 180)
     np.testing.assert_allclose(back, pixel, atol=1e-3)
@@ -95,7 +99,7 @@ def test_rays_and_depth_round_trip(run_compute, blocks):
 
 def test_sun_visibility_is_the_planets_shadow(run_compute, blocks):
     radius, altitude = 6.371e6, 4e5
-    block = look(sun_direction=(1.0, 0.0, 0.0, 0.004675))
+    block = look(sun_direction=(1.0, 0.0, 0.0))
     rng = np.random.default_rng(2)
     # Points at the surface and above, around the terminator and far from it; the camera is over the north pole.
     angle = np.concatenate([rng.uniform(-0.05, 0.05, 300), rng.uniform(-np.pi / 2, np.pi / 2, 300)])

@@ -38,8 +38,8 @@ def test_explain_a_pass() -> None:
     plan.bind_import("photo", 1)
     text = plan.explain("terrain.draw")
     assert text.startswith("pass 'terrain.draw' (system terrain, raster)")
-    assert "runs as 2 of 4, because pass 'expose' reads 'color'" in text or "because pass 'show' reads 'color'" in text
-    assert "behind a storage barrier for 'visible'" in text
+    assert "runs as 2 of 4, because pass 'show' reads 'color'" in text
+    assert "behind a storage barrier: 'visible' was stored by 'terrain.cull'" in text
     assert "creates 'color': transient texture rgba8, 64 x 32, 8192 bytes" in text
     assert "reads 'visible': transient buffer, 64 bytes" in text
     assert "reads 'photo': imported texture" in text
@@ -50,6 +50,16 @@ def test_explain_a_pass() -> None:
     assert "cells in view" in plan.explain("terrain.cull")
     assert "last frame's 'exposure': history texture" in plan.explain("expose")
     assert "only in frames in which its when() says yes" in plan.explain("show")
+
+
+def test_barriers_are_listed_with_the_hazards_that_they_close() -> None:
+    text = builder().analyse().to_barriers()
+    assert "before 'terrain.draw': a barrier for buffers\n    'visible' was stored by 'terrain.cull'" in text
+    assert "before this pass stores over it" in text
+    alone = GraphBuilder()
+    alone.add_pass("a", bind=idle, creates=(tex("x"),))
+    alone.export("x")
+    assert alone.analyse().to_barriers() == "no pass stores from a compute shader: no barrier"
 
 
 def test_explain_a_culled_pass() -> None:

@@ -11,9 +11,10 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -29,6 +30,7 @@ from planetfall.engine.graph import (
     base_name,
     qualified,
 )
+from planetfall.engine.graph.barriers import open_hazards
 
 
 @dataclass
@@ -339,3 +341,39 @@ def test_random_graphs_of_several_views(seed: int) -> None:
     worlds = [World(Program(rng), rng, stage, view) for view in range(rng.randint(2, 3))]
     own = {world.view: rng.choice(SIZES) for world in worlds if rng.random() < 0.5}
     check(rng, worlds, [builder.scope(view=w.view, size=own.get(w.view)) for w in worlds], own)
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(st.integers(0, 2**32))
+def test_a_barrier_that_is_taken_out_is_found_by_the_hazards_and_by_the_run(seed: int) -> None:
+    rng = random.Random(seed)
+    program, stage = Program(rng), Stage()
+    for step in program.steps:
+        step.gated = False  # a pass that is skipped may hide the hazard
+    world, builder = World(program, rng, stage), GraphBuilder()
+    world.plan_size = SIZES[0]
+    for step in program.steps:
+        world.declare(builder, step)
+    for name in program.exports:
+        builder.export(name)
+    found = builder.analyse()
+    whole, parts = found.barriers, (found.model, found.culling, found.lifetimes)
+    assert open_hazards(*parts, whole) == []
+    places = [place for place, kinds in enumerate(whole.before) if kinds]
+    if not places:
+        return
+    taken = rng.choice(places)
+    lacking = replace(whole, before=[0 if place == taken else kinds for place, kinds in enumerate(whole.before)])
+    assert open_hazards(*parts, lacking), "none is placed in vain"
+
+    world.plan = plan = builder.compile(stage.backend, SIZES[0])
+    steps = plan._running
+    for half in steps:
+        run, gate, _ = half[taken]
+        half[taken] = (run, gate, None)
+    for _ in range(4):
+        plan.execute()
+        world.check_frame()
+    with pytest.raises(AssertionError):
+        check_barriers(stage.events)
+    plan.release()

@@ -12,6 +12,7 @@ import planetfall as pf
 from planetfall.benchmarks.measure import descent, snaps
 from planetfall.engine.frame.snapping import HeldScale, SnapAhead
 from planetfall.engine.gpu.cell_mesh import CellMesh
+from planetfall.engine.snapped import MeshAhead
 from planetfall.engine.surface.proxy import snap_proxy
 from planetfall.systems.proxy.waiting import Motion, may_wait
 
@@ -386,6 +387,31 @@ def test_a_snap_that_was_prepared_changes_no_light_in_its_frame(scene: pf.Scene)
     # Colours do not hang on the mesh, and the relief that its normals lack fades with them.
     assert max(np.abs(r).mean() for r in ratios) <= 0.004
     assert max(np.quantile(np.abs(r), 0.99) for r in ratios) <= 0.05
+
+
+@pytest.mark.gpu
+def test_vertices_that_are_prepared_change_nothing_that_is_drawn(scene: pf.Scene, monkeypatch: pytest.MonkeyPatch):
+    flight = flight_of(scene, 30)
+
+    def pictures(first_of: int = 100) -> list[np.ndarray]:
+        """Up to the first snap, which never comes where nothing is made."""
+        found, prepared = [], 0
+        with pf.Renderer(scene, SIZE, "low") as renderer:
+            renderer.settle(flight.cameras[0], sun=flight.sun)
+            number = renderer.views[0].proxy.generation
+            for camera in flight.cameras[1:first_of]:
+                shown = renderer.render(camera, sun=flight.sun, dt_s=flight.frame_s, outputs=("radiance",))
+                if renderer.views[0].proxy.generation != number:
+                    break
+                found.append(shown["radiance"])
+                prepared += "terrain.ahead" in ran(renderer)
+        assert prepared >= 3
+        return found
+
+    made = pictures()
+    monkeypatch.setattr(MeshAhead, "bind", lambda self, io: lambda: None)
+    for shown, expected in zip(made, pictures(len(made) + 1), strict=True):
+        np.testing.assert_array_equal(shown, expected)
 
 
 @pytest.mark.gpu

@@ -16,6 +16,7 @@ from planetfall.engine.space import (
     latitude_longitude,
     local_axes,
     near_plane_m,
+    out_of_view,
     pixel_rays,
     project,
     projection_terms,
@@ -181,6 +182,10 @@ def test_frustum_planes_agree_with_projection():
     np.testing.assert_array_equal(inside, seen)
     assert 100 < seen.sum() < 4900
     assert not sphere_outside(frustum_planes(camera), points[seen], np.zeros(seen.sum())).any()
+    radii = 10.0 ** RNG.uniform(4.0, 6.5, 500)
+    outside = sphere_outside(np.vstack([frustum_planes(camera), camera.forward]), points[:500], radii)
+    assert [out_of_view(camera, *sphere) for sphere in zip(points[:500], radii, strict=True)] == outside.tolist()
+    assert 100 < outside.sum() < 400
 
 
 def test_near_plane():

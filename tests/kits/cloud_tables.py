@@ -15,7 +15,9 @@ Rows = list[dict[str, str]]
 
 def rows_of(name: str, **where: str) -> Rows:
     with (DATA / f"{name}.csv").open(newline="") as file:
-        return [row for row in csv.DictReader(file) if all(row[k] == v for k, v in where.items())]
+        found = [row for row in csv.DictReader(file) if all(row[k] == v for k, v in where.items())]
+    assert found, f"{name}.csv has no row of {where}"
+    return found
 
 
 def configs(name: str) -> list[str]:

@@ -77,8 +77,8 @@ class Desk:
         )  # fmt: skip
         self.app.shown.help = self.app.shown.numbers = False
         self.boxes: dict[str, tuple[float, float]] = {}
-        draw = self.interface._settings.draw
-        self.interface._settings.draw = lambda imgui, app: draw(Watching(imgui, self.boxes), app)  # type: ignore[method-assign]
+        draw = self.interface.settings.draw
+        self.interface.settings.draw = lambda imgui, app: draw(Watching(imgui, self.boxes), app)  # type: ignore[method-assign]
 
     def make(self, quality: str, overrides: Any) -> pf.Renderer:
         self.made.append(pf.Renderer(self.scene, SIZE, quality, overrides, ctx=self.window.ctx))
@@ -137,7 +137,7 @@ class Desk:
 
 def turn(desk: Desk, heading: str, field: str, value: Any) -> None:
     """What the widget of a knob does."""
-    bench = desk.interface._settings.bench
+    bench = desk.interface.settings.bench
     part = bench.store.parts()[heading]
     before = getattr(part, field)
     setattr(part, field, value)

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from planetfall.components import Planet
+from planetfall.engine.blocks.bindings import FRAME_BLOCK, PLANET_BLOCK
 from planetfall.engine.frame import Frame, SunState, ViewInfo, Views
-from planetfall.engine.frame.block import FrameBlock, PlanetBlock
-from planetfall.engine.gpu.bindings import FRAME_BLOCK, PLANET_BLOCK
+from planetfall.engine.frame.block import FrameBlock, PlanetBlock, frame_of_anchor
 from planetfall.engine.gpu.graph_backend import GLBackend
 from planetfall.engine.graph import GraphBuilder, TextureSpec
 from planetfall.engine.system import Setup, System
@@ -34,19 +34,18 @@ def look(
     right /= np.linalg.norm(right)
     tall = np.tan(np.radians(fov_y_deg) / 2)
     width, height = size
-    made = FrameBlock(
-        camera_right=(*right, 0.0),
-        camera_up=(*np.cross(right, f), 0.0),
-        camera_forward=(*f, 0.0),
-        projection=(tall * width / height, tall, 0.0, 0.0),
-        camera_offset=(0.0, 0.0, 4e5, 0.1),
-        camera_zenith=(0.0, 0.0, 1.0, 4e5),
-        anchor_up=(0.0, 0.0, 1.0, 0.0),
-        sun_direction=(1.0, 0.0, 0.0, 0.004675),
-        sun_irradiance=(*SUN, 0.0),
-        viewport=(width, height, 1.0 / width, 1.0 / height),
-        clock=(0.0, 0.0, 0.0, 2.0 * tall / height),
-        scale=(1.0, 1.0, 0.0, 0.0),
+    made = replace(
+        frame_of_anchor((0.0, 0.0, 1.0), 0.0),
+        camera_right=right,
+        camera_up=np.cross(right, f),
+        camera_forward=f,
+        projection_scale=(tall * width / height, tall),
+        camera_offset_m=(0.0, 0.0, 4e5),
+        camera_altitude_m=4e5,
+        sun_irradiance=SUN,
+        viewport_px=(width, height),
+        texel_size=(1.0 / width, 1.0 / height),
+        pixel_rad=2.0 * tall / height,
     )
     return replace(made, **changes)
 
@@ -65,14 +64,14 @@ class Scene(System):
 
     def setup(self, setup: Setup) -> None:
         self._gpu = setup.gpu
-        setup.gpu.gpu.shaders.add_virtual(
+        setup.gpu.shaders.add_virtual(
             "test/depth.frag",
             "layout(binding = 0) uniform sampler2D u_from; layout(location = 0) out uint o_surface;\n"
             "void main() { float d = texelFetch(u_from, ivec2(gl_FragCoord.xy), 0).r; gl_FragDepth = d;"
             " o_surface = d > 0.0 ? 1u : 0u; }",
         )
         self._fill = setup.gpu.fullscreen("test/depth.frag")
-        self._state = setup.gpu.gpu.state(depth_test=True, depth_func="always")
+        self._state = setup.gpu.state(depth_test=True, depth_func="always")
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         specs = (TextureSpec("gbuffer.depth", "depth32f"), TextureSpec("gbuffer.surface", "r8ui"))
@@ -134,7 +133,7 @@ class Bench:
         self.shared = gpu.scope("bench")
         self.frame_block = self.shared.uniform_block(FrameBlock, FRAME_BLOCK, "frame")
         self.planet_block = self.shared.uniform_block(PlanetBlock, PLANET_BLOCK, "planet")
-        self.planet_block.write(PlanetBlock(radii=(6.371e6, 9000.0, -11000.0, 0.0), sea=(0.0, 0.0, 0.0, 0.0)))
+        self.planet_block.write(PlanetBlock(6.371e6, 9000.0, -11000.0, 0.0, 0.0, has_sea=False))
         self.scopes = {s.name: gpu.scope(s.name) for s in systems}
         self.views = Views()
         for s in systems:

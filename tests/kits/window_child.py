@@ -331,7 +331,7 @@ def tweak_by_clicks(backend: str) -> dict[str, Any]:
     until(lambda: False, 0.3)
     xdotool("key", "F3")
     result["panels"] = until(lambda: app.shown.panels)
-    interface._settings._panel.search = "bloom"
+    interface.settings.panel.search = "bloom"
     result["drawn"] = until(lambda: "bloom" in boxes)
     until(lambda: False, 0.3)
     x0, x1, y = boxes["bloom"]
@@ -347,8 +347,8 @@ def tweak_by_clicks(backend: str) -> dict[str, Any]:
         point(share)
     result["dragged"] = composite.bloom
     xdotool("mouseup", "1")
-    until(lambda: not interface._settings.bench.history._open)
-    result["steps"] = len(interface._settings.bench.history)
+    until(lambda: not interface.settings.bench.history._open)
+    result["steps"] = len(interface.settings.bench.history)
     xdotool("key", "ctrl+z")
     result["undone"] = until(lambda: composite.bloom == result["first"])
     xdotool("key", "ctrl+y")

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+import planetfall as pf
 from planetfall.benchmarks import cli
 from planetfall.benchmarks.machine import current_commit, describe_machine, device_slug
 from planetfall.benchmarks.schema import Report, ReportError, Row, read_report, write_report
@@ -281,3 +282,18 @@ def test_graph_suite_runs():
         report = session.run({name: benches[name] for name in ("execute", "compile", "resize", "guard")})
     assert not report.skipped and report.machine.gl_renderer
     assert {r.bench for r in report.rows} == {"execute", "compile", "resize", "guard"}
+
+
+@pytest.mark.gpu
+def test_a_forgotten_proxy_is_made_again():
+    from planetfall.benchmarks.measure.frames import forget_proxy
+
+    with pf.load_scene("moon") as scene, pf.Renderer(scene, size=(32, 18), quality="low") as renderer:
+        forget_proxy(renderer)  # there is none yet
+        generations = []
+        for forget in (False, False, True):
+            if forget:
+                forget_proxy(renderer)
+            renderer.render(pf.view("near"), dt_s=0.1)
+            generations.append(renderer.views[0].proxy.generation)
+        assert generations[0] == generations[1] < generations[2]

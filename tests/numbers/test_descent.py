@@ -66,12 +66,12 @@ def test_a_step_of_brightness_is_seen():
         assert flight.sun is not None
         dim = replace(flight, cameras=flight.cameras[:5])
         renderer.settle(dim.cameras[0], sun=flight.sun)
-        before = descent._shown(renderer, flight.cameras[3], flight)
-        brighter = {**descent._shown(renderer, flight.cameras[4], flight)}
+        before = descent.shown_of(renderer, flight.cameras[3], flight)
+        brighter = {**descent.shown_of(renderer, flight.cameras[4], flight)}
         brighter["radiance"] = 1.03 * brighter["radiance"]
         states = [renderer.camera_state(c) for c in flight.cameras[3:5]]
-        plain = descent._brighter(states[0], before, states[1], descent._shown(renderer, flight.cameras[4], flight))
-        found = descent._brighter(states[0], before, states[1], brighter)
+        plain = descent.brighter(states[0], before, states[1], descent.shown_of(renderer, flight.cameras[4], flight))
+        found = descent.brighter(states[0], before, states[1], brighter)
     assert found - plain == pytest.approx(np.log(1.03), abs=1e-3)
     steps = np.array([0.001] * 5 + [0.03] + [0.001] * 5)
     assert np.abs(steps - descent.trend(steps)).argmax() == 5

@@ -85,6 +85,12 @@ def test_command_line(brittle, tmp_path, capsys):
         cli.stress_main(["space", "--count", "0"])
 
 
+def test_few_cases_do_not_replace_a_whole_sweep(brittle, tmp_path, monkeypatch):
+    monkeypatch.setattr(cli, "results_root", lambda: tmp_path)
+    cli.stress_main(["space", "--count", "10"])
+    assert [file.name for file in tmp_path.glob("*/*.json")] == ["stress-space-quick.json"]
+
+
 def failures(report):
     return "\n".join(f"case {f.index}: {'; '.join(f.messages)}" for f in report.failures)
 

@@ -139,6 +139,16 @@ def test_no_map_with_a_shadow_no_work() -> None:
         np.testing.assert_array_equal(groups, [4, 5, 1])  # 32 x 18 rays in groups of 8 x 4
 
 
+def test_work_groups_of_the_shafts_are_those_that_the_rays_need() -> None:
+    """Of a picture with fewer rays than pixels."""
+    with renderer_of(cloudy(coverage=0.6), (128, 72), stride=2) as renderer:
+        renderer.render(ACROSS, sun=LOW)
+        assert ran(renderer) >= SHAFTS and renderer.graph.resource("clouds.rays").size == (64, 36)
+        with renderer.current():
+            groups = np.frombuffer(renderer.graph.resource("clouds.shaft_groups").read(), np.uint32)
+        np.testing.assert_array_equal(groups, [8, 9, 1])
+
+
 def test_no_shafts_by_night_from_far_away_or_with_nothing_due() -> None:
     night = pf.Sun(elevation_deg=-30.0, azimuth_deg=200.0, latitude_deg=-16.0, longitude_deg=30.0)
     dusk = pf.Sun(elevation_deg=-3.0, azimuth_deg=200.0, latitude_deg=-16.0, longitude_deg=30.0)
@@ -217,8 +227,8 @@ def test_light_under_an_even_sky_of_cloud_is_what_monte_carlo_lets_through(run_c
     for asymmetry in (0.0, 0.8):
         depth = np.array([0.5, 2.0, 8.0])
         found = run_compute(
-            f"t = cloud_through(depth / {mu:.9f}, {mu:.9f}, {asymmetry:.3f});", {"depth": depth}, {"t": "vec4"},
-            header='#include "clouds/through.glsl"',
+            f"t = slab_transmittance(depth / {mu:.9f}, {mu:.9f}, {asymmetry:.3f});", {"depth": depth}, {"t": "vec4"},
+            header='#include "clouds/slab_transmittance.glsl"',
         )["t"]  # fmt: skip
         expected = [flux_through(d, asymmetry, sun_deg) for d in depth]
         np.testing.assert_allclose(found[:, 0] + found[:, 1], expected, atol=0.05)
@@ -227,8 +237,8 @@ def test_light_under_an_even_sky_of_cloud_is_what_monte_carlo_lets_through(run_c
 def test_a_clear_sky_lets_all_light_through_and_more_cloud_less(run_compute) -> None:
     depth = np.concatenate([[0.0], np.geomspace(1e-3, 1e4, 40)])
     t = run_compute(
-        "t = cloud_through(depth, 0.6, 0.85);", {"depth": depth}, {"t": "vec4"},
-        header='#include "clouds/through.glsl"',
+        "t = slab_transmittance(depth, 0.6, 0.85);", {"depth": depth}, {"t": "vec4"},
+        header='#include "clouds/slab_transmittance.glsl"',
     )["t"]  # fmt: skip
     np.testing.assert_allclose(t[0], [1.0, 0.0, 1.0, 0.0], atol=1e-6)
     assert (np.diff(t[:, 0]) <= 1e-7).all() and (np.diff(t[:, 2]) <= 1e-7).all()

@@ -156,6 +156,6 @@ def test_squares_take_turns_whatever_the_samples(samples):
         renderer.settle(view)
         for camera in turned(renderer.camera_state(view), 0.2, 16):
             renderer.render(camera, dt_s=1.0 / 60.0)
-            found.append(renderer.system("composite")._resolver._step.checkerboard)
+            found.append(renderer.views[0].frame.checkerboard)
     flown = [squares for squares in found if squares is not None]
     assert len(flown) > 12 and 0.3 < sum(flown) / len(flown) < 0.7

@@ -122,7 +122,8 @@ def test_without_sea_nothing_of_it_runs(planet):
 
 
 def test_a_dry_view_pays_for_no_water_before_the_lens(renderer):
-    renderer.render(camera(500.0, pitch_deg=-10.0))
+    for _ in range(2):  # in a picture's first frame what a pass keeps is made, whoever needs it
+        renderer.render(camera(500.0, pitch_deg=-10.0))
     ran = {p.name: p.ran for p in renderer.passes()}
     assert not ran["ocean.under"]
     renderer.render(camera(-1.0, pitch_deg=0.0))

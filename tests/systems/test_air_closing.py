@@ -77,8 +77,8 @@ def table(gpu: Gpu, scene: Any, quality: str, orders: int) -> tuple[Floats, int]
         most = 0
         while not tables.done:
             tables.step(1 << 21)
-            most = max(most, len(tables._sums))
-        assert not tables._sums, "the sums of single orders are given back"
+            most = max(most, tables.sums)
+        assert not tables.sums, "the sums of single orders are given back"
         found = tables.arrays()["moments"][4, ..., :3].astype(np.float64) ** 4
         tables.release()
     return found, most
@@ -115,7 +115,7 @@ def test_work_that_raises_begins_anew_and_never_passes_for_done(gpu: Gpu, monkey
             while not tables.done:
                 tables.step(1 << 21)
         assert not tables.done
-        assert not tables._sums
+        assert not tables.sums
         monkeypatch.undo()
         while not tables.done:
             tables.step(1 << 21)

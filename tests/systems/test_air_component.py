@@ -7,8 +7,8 @@ import pytest
 
 import planetfall as pf
 from planetfall.components import knobs
-from planetfall.engine.gpu.bindings import AIR_BLOCK
-from planetfall.engine.gpu.layout import StructLayout
+from planetfall.engine.blocks.bindings import AIR_BLOCK
+from planetfall.engine.blocks.layout import StructLayout
 from planetfall.engine.settings import plain_table
 from planetfall.systems.atmosphere import AirBlock, AirModel, air_block
 

@@ -10,11 +10,11 @@ from conftest import RunCompute
 from numpy.typing import NDArray
 
 from planetfall.components import Atmosphere, Planet
+from planetfall.engine.blocks.bindings import AIR_BLOCK, AIR_VIEW_BLOCK
 from planetfall.engine.gpu import Gpu
-from planetfall.engine.gpu.bindings import AIR_BLOCK
 from planetfall.systems.atmosphere import AirBlock, AirModel, air_block
 from planetfall.systems.atmosphere.block import cornette_shanks_moments
-from planetfall.systems.atmosphere.views import spans
+from planetfall.systems.atmosphere.views import AirViewBlock, focus_of, rows_at
 
 pytestmark = pytest.mark.gpu
 
@@ -46,6 +46,7 @@ def ask(gpu: Gpu, run_compute: RunCompute) -> Any:
     """run_compute with the block of a model bound."""
     scope = gpu.scope("air_model")
     block = scope.uniform_block(AirBlock, AIR_BLOCK, "air_model")
+    scope.uniform_block(AirViewBlock, AIR_VIEW_BLOCK, "air_view")
 
     def run(model: AirModel, *given: Any, **more: Any) -> dict[str, Floats]:
         block.write(air_block(model, Atmosphere()))
@@ -184,22 +185,24 @@ def test_columns_of_azimuth_and_back(ask: Any, sun_mu: float) -> None:
     rng = np.random.default_rng(5)
     model, n = model_of(), 3000
     altitude = f32(np.where(rng.random(n) < 0.2, 3e5, 6e4 * rng.random(n) ** 2))
-    span, shape = spans(model, altitude)
+    down, up = (np.stack([r.least_m, r.range_m, r.kappa], 1) for r in rows_at(model, altitude))
     mu = f32(rng.uniform(-1.0, 1.0, n))
     azimuth = f32(np.where(rng.random(n) < 0.1, np.sign(rng.random(n) - 0.5), rng.uniform(-1.0, 1.0, n)))
     # column * columns' width back to a cosine is asked for 24 columns, as at quality high
     body = """
-    AirView v = AirView(vec4(h, sun_mu, sqrt(max(1.0 - sun_mu * sun_mu, 0.0)), 0.0), span, shape, ivec4(24, 48, 16, 0));
+    AirView v = AirView(h, sun_mu, sqrt(max(1.0 - sun_mu * sun_mu, 0.0)), AirRows(down.x, down.y, down.z),
+        AirRows(up.x, up.y, up.z), focus, 24, 48, 16);
     float sine = sin_from_cos(mu);
     AirPath p = air_path(v, mu, sine);
-    vec2 focus = air_focus(v, p, mu, sine);
-    column = air_column_of(v, focus, azimuth);
-    back = air_azimuth_of(v, focus, column);
-    reach = focus.y;
+    vec2 crowd = air_focus(v, p, mu, sine);
+    column = air_column_of(v, crowd, azimuth);
+    back = air_azimuth_of(v, crowd, column);
+    reach = crowd.y;
     """
     found = ask(
         model, body,
-        {"h": altitude, "mu": mu, "azimuth": azimuth, "span": span, "shape": shape, "sun_mu": np.full(n, sun_mu)},
+        {"h": altitude, "mu": mu, "azimuth": azimuth, "down": down, "up": up, "sun_mu": np.full(n, sun_mu),
+         "focus": np.full(n, focus_of(model))},
         {"column": "float", "back": "float", "reach": "float"}, header=VIEW,
     )  # fmt: skip
     assert ((found["column"] >= 0.0) & (found["column"] <= 23.0)).all()

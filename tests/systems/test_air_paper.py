@@ -11,8 +11,8 @@ import pytest
 from air_tables import Floats, table
 from paper_air_twin import PaperTwin
 
+from planetfall.engine.blocks.bindings import AIR_BLOCK
 from planetfall.engine.gpu import Gpu, GpuScope
-from planetfall.engine.gpu.bindings import AIR_BLOCK
 from planetfall.systems.atmosphere import AirBlock, PaperSizes, PaperTables
 
 pytestmark = pytest.mark.gpu

@@ -214,19 +214,19 @@ def test_slices_keep_to_the_budget(renderer: pf.Renderer, scene: pf.Scene, monke
         def clock(rate: float = per_sample_s) -> float:
             working = job._working
             # What a finished table had spent is left out: that frame is not looked at.
-            return rate * (working._spent if working is not None else 0)
+            return rate * (working.spent if working is not None else 0)
 
         monkeypatch.setattr(job_module, "clock", clock)
         thicken(scene, 1.0 + 1e6 * per_sample_s)
         frames = []
         while True:
             working = job._working
-            held = 0 if working is None else working._spent
+            held = 0 if working is None else working.spent
             radiance(renderer, CAMERA)
             if job.done:
                 break
             if working is job._working and job._refining:
-                frames.append(per_sample_s * (job._working._spent - held))
+                frames.append(per_sample_s * (job._working.spent - held))
         # One slice is at most half the budget by the time of the last; a share beyond it is allowed once.
         late = np.array(frames[3:])
         assert len(late) > 1
@@ -319,7 +319,7 @@ def test_settle_reports_growing_shares(renderer: pf.Renderer, scene: pf.Scene) -
     while not live or not job_of(renderer).done:
         radiance(renderer, CAMERA)
         if job_of(renderer)._refining:
-            live.append(air_of(renderer).progress())
+            live.append(air_of(renderer).progress(renderer.views[0]))
     assert live == sorted(live) and live[-1] == 1.0 and len(set(live)) > 5
 
 

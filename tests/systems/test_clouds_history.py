@@ -160,8 +160,8 @@ def test_maps_of_the_shadow_come_one_a_frame() -> None:
         renderer.render(at(0.0), sun=UP)
         truth = float(texture(renderer, "clouds.full")[..., 1].mean())
         system: Any = renderer.system("clouds").method
-        shadow = system._shadow
-        shadow.clear()
+        shadow = system._shadow.of(renderer.views[0])
+        shadow.maps.forget()
         drawn = []
         for _ in range(40):
             renderer.render(at(0.0), sun=UP, dt_s=0.05)
@@ -193,16 +193,16 @@ def test_a_map_of_the_shadow_is_drawn_in_strips_while_the_last_one_is_shown() ->
                 before = None if number == 0 else texture(renderer, "clouds.shadow")
                 renderer.render(camera, sun=UP, dt_s=0.05)
                 system: Any = renderer.system("clouds").method
-                shadow = system._shadow
+                shadow = system._shadow.of(renderer.views[0])
                 # While the weather is coarse the widest, and where the camera leaps, one.
                 assert len(shadow.due) <= (number < 5)
                 if (
-                    before is not None and not shadow.due and shadow._finished is None
+                    before is not None and not shadow.due and shadow.finished is None
                 ):  # what is shown does not change in between
                     np.testing.assert_array_equal(texture(renderer, "clouds.shadow")[:6], before[:6])
                 strips += shadow.maps.making is not None
                 assert renderer.ctx.error == "GL_NO_ERROR"
-                assert not (shadow.busy and system.settled())
+                assert not (shadow.busy and system.settled(renderer.views[0]))
             assert not shadow.busy and all(shadow.drawn)
         assert strips >= 16
         maps = len(shadow.maps.maps)
@@ -233,7 +233,7 @@ def test_maps_that_would_be_out_of_date_are_drawn_at_once() -> None:
         for _ in range(4):
             renderer.render(at(0.0), sun=UP, dt_s=0.05)
         system: Any = renderer.system("clouds").method
-        shadow = system._shadow
+        shadow = system._shadow.of(renderer.views[0])
         assert shadow.maps.making is not None
         renderer.render(at(0.0), sun=low, dt_s=0.05)
         assert len(shadow.due) == len(shadow.maps.maps) and shadow.maps.making is None
@@ -274,11 +274,12 @@ def test_strips_cost_alike(monkeypatch: pytest.MonkeyPatch) -> None:
         for _ in range(60):
             renderer.render(at(0.0), sun=UP, dt_s=0.05)
             system: Any = renderer.system("clouds").method
-            making, rows = system._shadow.maps.making, system._shadow._rows
+            own = system._shadow.of(renderer.views[0])
+            making, rows = own.maps.making, own.rows
             if making is not None and rows[1] > rows[0]:
                 strips.setdefault(making.number, []).append(rows[1] - rows[0])
         shadow = renderer.system("clouds").method._shadow
-        maps = shadow.maps
+        maps = own.maps
         assert len(strips) > 2 and all(max(rows) - min(rows) <= 8 for rows in strips.values())
         assert max(shadow._shares(maps, 0.05)) == shadow._texels // 8, "no strip is narrower than a work group"
         monkeypatch.setattr("planetfall.systems.clouds.shadow_pass._GROUP", 1)
@@ -323,7 +324,7 @@ def test_a_frame_graph_that_is_compiled_anew_keeps_the_maps_of_the_shadow() -> N
         for _ in range(60):
             renderer.render(at(0.0), sun=UP, dt_s=0.05)
         system: Any = renderer.system("clouds").method
-        shadow, before = system._shadow, texture(renderer, "clouds.shadow")
+        shadow, before = system._shadow.of(renderer.views[0]), texture(renderer, "clouds.shadow")
         assert all(shadow.drawn) and not shadow.busy
         renderer.render(at(0.0), sun=UP, dt_s=0.05, outputs=("color", "distance"))
         assert all(shadow.drawn) and not shadow.busy

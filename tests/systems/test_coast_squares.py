@@ -26,7 +26,7 @@ def flown(name: str, ocean_shade_every: int) -> tuple[NDArray[np.uint8], NDArray
         for camera in turned(renderer.camera_state(view), 0.2, 6):
             renderer.render(camera, sun=view.sun, time_s=view.time_s, dt_s=1.0 / 60.0)
         found.append(surfaces(renderer))
-        return found[0], found[1], renderer.system("composite")._resolver._step.checkerboard
+        return found[0], found[1], renderer.views[0].frame.checkerboard
 
 
 def surfaces(renderer: pf.Renderer) -> NDArray[np.uint8]:

@@ -43,7 +43,7 @@ class Rig:
 
     def picture(self, **frame):
         scale = frame.pop("scale", 1.0)
-        self.bench.render(look(size=self.size, scale=(scale, 1 / scale, 0, 0)), **frame)
+        self.bench.render(look(size=self.size, hdr_per_radiance=scale, radiance_per_hdr=1 / scale), **frame)
         return self.bench.read("composite.ldr")[..., :3]
 
     @property
@@ -440,13 +440,13 @@ def test_luminance_weights_in_the_shader(run_compute):
 
 def test_a_views_own_exposure_goes_first_and_settled_is_told(gpu):
     with Rig(gpu, plain(WHITE * 0.2)) as rig:
-        system = rig.bench.systems[1]
-        assert system.settled()
+        system, view = rig.bench.systems[1], rig.bench.frame.view
+        assert system.settled(view)
         rig.picture()
-        assert system.settled() and system.reading() == rig.reading
+        assert system.settled(view) and system.reading(view) == rig.reading
         rig.scene.radiance = plain(WHITE * 0.002)
         rig.picture(cut=False, dt_s=0.01)
-        assert not system.settled()
+        assert not system.settled(view)
         rig.bench.frame.ev100 = 9.5
         rig.picture(cut=False, dt_s=0.01)
-        assert rig.reading.ev100 == 9.5 and system.settled()
+        assert rig.reading.ev100 == 9.5 and system.settled(view)

@@ -105,7 +105,7 @@ def test_hdr_as_heat(bench):
     image = picture(bench, "hdr")
     assert not image[:, 0].any() and np.all(image[:, -1] > 250)  # the range is that of the picture
     assert np.array_equal(image, picture(bench, "scene.radiance"))
-    bench.block = look(size=SIZE, scale=(8.0, 0.125, 0, 0))
+    bench.block = look(size=SIZE, hdr_per_radiance=8.0, radiance_per_hdr=0.125)
     assert np.array_equal(image, picture(bench, "hdr"))
 
 

@@ -5,18 +5,27 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from planetfall import Terrain
+from planetfall.engine.blocks.bindings import MATERIAL_BLOCK
 from planetfall.systems.terrain.height import (
     TerrainParams,
     height_and_gradient,
     height_at_points,
     layer_weight,
-    octave_table,
 )
+from planetfall.systems.terrain.height_table import octave_table
+from planetfall.systems.terrain.material import TerrainMaterialBlock, material_block
 
 EARTH = TerrainParams()
 SPECIAL = [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]
 BODY = """TerrainPoint p = terrain_point(d, spacing);
 dh = p.dh; gradient = p.gradient; rough = p.roughness; wet = p.moisture;
+"""
+DETAILED = f"""{BODY}
+#include "terrain/ground_detail.glsl"
+vec3 finer = rough * ground_detail(d, rough, spacing, footprint).gradient;
+vec3 zenith = normalize(d + terrain_table.up * terrain_table.radius_m);
+gradient += finer - zenith * dot(zenith, finer);
 """
 OUTPUTS = {"dh": "float", "gradient": "vec3", "rough": "float", "wet": "float"}
 
@@ -184,22 +193,24 @@ def test_heights_count_from_any_level(evaluate, run_compute, gpu):
 
 
 @pytest.mark.parametrize(("spacing", "footprint"), [(2.0, 0.05), (10.0, 0.5), (40.0, 40.0)])
-def test_normals_with_the_detail_of_the_pixel(evaluate, spacing, footprint):
-    angles = []
+def test_normals_with_the_detail_of_the_pixel(evaluate, gpu, spacing, footprint):
+    """What vertices have and what the ground's light adds to it are together the gradient that the footprint shows."""
+    angles, scope = [], gpu.scope("test")
+    materials = scope.uniform_block(TerrainMaterialBlock, MATERIAL_BLOCK, "terrain_material_block")
     for i, up in enumerate(anchors(4)):
+        materials.write(material_block(Terrain(), EARTH, up))
+        materials.bind()
         d = offsets(up, EARTH.radius_m, 1000.0 * np.sqrt(np.random.default_rng(i).random(300)), i)
         points = up * EARTH.radius_m + d.astype(np.float64)
         directions = points / np.linalg.norm(points, axis=1)[:, None]
         _, gradient = height_and_gradient(directions, EARTH, footprint)
-        out = evaluate(
-            EARTH, up, d, spacing, BODY + "gradient += terrain_detail_gradient(d, rough, spacing, footprint);",
-            footprint=np.float32(footprint),
-        )  # fmt: skip
+        out = evaluate(EARTH, up, d, spacing, DETAILED, footprint=np.float32(footprint))
         a, b = (directions - g for g in (gradient, out["gradient"]))
         cross = np.linalg.norm(np.cross(a, b), axis=1) / np.linalg.norm(a, axis=1) / np.linalg.norm(b, axis=1)
         angles.append(np.degrees(np.arcsin(cross)))
         assert (out["rough"] > 0.0).all() and (out["rough"] < 1.3).all()
         assert (out["wet"] >= 0.0).all() and (out["wet"] <= 1.0).all()
+    scope.release()
     assert np.quantile(angles, 0.99) <= 0.01
 
 

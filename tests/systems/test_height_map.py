@@ -10,6 +10,7 @@ from PIL import Image
 from test_height_gpu import anchors, evaluate, offsets  # noqa: F401 - evaluate is a fixture
 
 import planetfall as pf
+from planetfall.engine.surface import cube_map
 from planetfall.engine.surface.cube_map import FACES, face_directions
 from planetfall.systems.terrain.height import (
     TerrainField,
@@ -117,6 +118,17 @@ def test_slopes_are_those_of_the_heights(rough_png):
     slope = (height_at_points(points + step * t, params) - height_at_points(points - step * t, params)) / (2.0 * step)
     _, gradient = height_and_gradient(d, params)
     assert np.quantile(np.abs((gradient * t).sum(axis=1) - slope), 0.95) < 2e-4
+
+
+def test_weights_are_the_twins(run_compute):
+    """Products and sums below 8, at most eight roundings of half a unit in their last place."""
+    f = np.linspace(0.0, 1.0, 101, dtype=np.float32)
+    body = "weights = terrain_map_weights(f); slopes = terrain_map_weight_slopes(f);"
+    outputs = {"weights": "vec4", "slopes": "vec4"}
+    out = run_compute(body, {"f": f}, outputs, header='#include "terrain/height.glsl"')
+    exact = f.astype(np.float64)
+    assert np.abs(out["weights"] - cube_map._weights(exact).T).max() <= 8 * 2.0**-22
+    assert np.abs(out["slopes"] - cube_map._weight_slopes(exact).T).max() <= 8 * 2.0**-22
 
 
 @pytest.mark.parametrize("changes", [{}, {"height_map_detail": 1.0, "height_map_blend": 1.0, "craters": 0.5}])

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from planetfall.systems.terrain import height_surface
-from planetfall.systems.terrain.height import TerrainParams, octave_table
+from planetfall.systems.terrain.height import TerrainParams
 from planetfall.systems.terrain.height_octaves import model_of
 from planetfall.systems.terrain.height_statements import Statements
+from planetfall.systems.terrain.height_table import octave_table
 
 EARTH = TerrainParams()
 INPUTS = ("w1x", "w1y", "w1z", "c", "b", "sa", "sb", "z", "added", "rougher")

@@ -207,10 +207,10 @@ def test_nested_places_do_not_hang_on_the_anchor(radius_m):
         second /= np.linalg.norm(second)
         places = []
         for anchor in (first, second):
-            cell, fraction = nested_anchor(anchor, radius_m)
-            assert max(abs(c) for c in cell) < 2**31
+            place = nested_anchor(anchor, radius_m)
+            assert max(abs(c) for c in place.cell) < 2**31
             offset = (second - anchor) * radius_m + 1.25 * wavelength
-            cells, rest = np.array(cell[:3]), np.array(fraction[:3])
+            cells, rest = np.array(place.cell), np.array(place.fraction)
             inside = ((cells & ((1 << k) - 1)) + rest) / 2.0**k
             places.append((cells >> k) + inside + offset / wavelength)
         assert np.allclose(*places, atol=1e-6 * max(1.0, radius_m / 6e6))

@@ -100,7 +100,7 @@ def f64_error(renderer, camera, time_s, reach_m):
     out = renderer.render(camera, time_s=time_s, outputs=("position", "surface"))
     near = (out["surface"] == SEA) & (np.linalg.norm(out["position"], axis=2) < reach_m)
     points = renderer.camera_state(camera).position_m + out["position"][near].astype(np.float64)
-    waves = next(s for s in renderer.systems if s.name == "ocean")._waves._held[1]
+    waves = renderer.system("ocean").method.view(0).waves.waves
     distance = np.linalg.norm(points, axis=1)
     calm, _, moved = at_directions(waves, points / distance[:, None], np.full(len(points), time_s))
     true = np.linalg.norm(calm * waves.radius_m + moved, axis=1)

@@ -239,7 +239,7 @@ def test_a_sun_that_moves_is_followed_within_some_frames_and_at_once_in_a_single
     for _ in range(frames):
         renderer.render(view, sun=sun, dt_s=dt_s)
     own = renderer.system("shadows")
-    assert own.settled()
+    assert own.settled(renderer.views[0])
     late = np.frombuffer(renderer.views[0].found(own).textures[-1].read(), np.float32)
     renderer.settle(view, sun=sun)
     renderer.render(view, sun=sun)
@@ -253,7 +253,7 @@ def test_a_single_picture_from_elsewhere_has_its_own_shadows(renderer):
     away = pf.Camera.at(3.2, 145.3, 300.0, heading_deg=200.0, pitch_deg=-10.0, above="ground")
     sun = low_sun(renderer, view, 20.0, 300.0)
     renderer.render(away, sun=sun)
-    assert renderer.system("shadows").settled()
+    assert renderer.system("shadows").settled(renderer.views[0])
 
 
 def test_without_shadows_nothing_runs_and_nothing_is_kept(scene):

@@ -23,9 +23,9 @@ SIZE = (96, 54)
 
 def pixel_solid_angles(block, size):
     """(h, w) sr of every pixel, row 0 on top."""
-    x = ((np.arange(size[0]) + 0.5) / size[0] * 2 - 1) * block.projection[0]
-    y = (1 - (np.arange(size[1]) + 0.5) / size[1] * 2) * block.projection[1]
-    area = 4 * block.projection[0] * block.projection[1] / (size[0] * size[1])
+    x = ((np.arange(size[0]) + 0.5) / size[0] * 2 - 1) * block.projection_scale[0]
+    y = (1 - (np.arange(size[1]) + 0.5) / size[1] * 2) * block.projection_scale[1]
+    area = 4 * block.projection_scale[0] * block.projection_scale[1] / (size[0] * size[1])
     return area / (1 + x[None, :] ** 2 + y[:, None] ** 2) ** 1.5
 
 
@@ -117,8 +117,8 @@ def test_drawn_sun_keeps_the_irradiance(sky, fov_y_deg):
 def test_drawn_sun_against_its_twin(sky):
     block = look(fov_y_deg=1.2, size=SIZE)
     image = sky.render(block).read("scene.radiance")[..., :3]
-    x = ((np.arange(SIZE[0]) + 0.5) / SIZE[0] * 2 - 1) * block.projection[0]
-    y = (1 - (np.arange(SIZE[1]) + 0.5) / SIZE[1] * 2) * block.projection[1]
+    x = ((np.arange(SIZE[0]) + 0.5) / SIZE[0] * 2 - 1) * block.projection_scale[0]
+    y = (1 - (np.arange(SIZE[1]) + 0.5) / SIZE[1] * 2) * block.projection_scale[1]
     tangent = np.hypot(x[None, :], y[:, None])
     sine = tangent / np.sqrt(1 + tangent**2)
     expected = disc_radiance(sine, np.array(SUN), 0.004675)
@@ -139,7 +139,7 @@ def test_no_sun_behind_the_camera_nor_over_a_surface(gpu, sky):
 
 def test_sixteen_bit_radiance_stays_finite(gpu):
     with Bench(gpu, [Scene(), SkySystem()], size=SIZE, settings={"sky.radiance_format": "rgba16f"}) as bench:
-        image = bench.render(look(size=SIZE, scale=(100.0, 0.01, 0, 0))).read("scene.radiance")
+        image = bench.render(look(size=SIZE, hdr_per_radiance=100.0, radiance_per_hdr=0.01)).read("scene.radiance")
     assert np.isfinite(image).all() and image.max() == pytest.approx(6e4, rel=1e-3)
 
 
@@ -160,7 +160,7 @@ def around_a_star(rank=0):
 
 def behind(direction):
     """A sun that a camera looking along `direction` doesn't see."""
-    return (*-direction, 0.004675)
+    return -direction
 
 
 def test_a_stars_light_does_not_depend_on_where_it_falls(night):
@@ -227,7 +227,7 @@ def test_galaxy_brightness(gpu, night):
     centre, pole = GALACTIC_AXES[0], GALACTIC_AXES[2]
     levels = {}
     for name, forward, up in (("pole", pole, centre), ("centre", centre, pole), ("anti", -centre, pole)):
-        block = look(forward, up, 20.0, SIZE, sun_direction=(*-forward, 0.004675))
+        block = look(forward, up, 20.0, SIZE, sun_direction=-forward)
         levels[name] = np.median(night.render(block).read("scene.radiance")[..., 1]) / s10
     assert 15 < levels["pole"] < 60
     assert 100 < levels["centre"] < 900

@@ -44,8 +44,8 @@ def make(renderer, shape, keys):
         scope = renderer.gpu.scope("test tiles")
         try:
             maker = TileMaker(scope, shape, len(keys))
-            maker.use(system._ground.params)
-            system._bind_octaves(0)
+            maker.use(system.backend.ground.params)
+            system.backend.bind_octaves(0)
             assert maker.make(keys, np.arange(len(keys)), renderer.scene.planet.radius_m)
             facts = maker.collect(wait=True)[0]
             data = np.frombuffer(maker.slots.read(len(keys) * shape.vertices * RECORD.itemsize), RECORD)

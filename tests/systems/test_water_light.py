@@ -11,9 +11,9 @@ from conftest import RunCompute
 from numpy.typing import NDArray
 
 from planetfall.components import Ocean
+from planetfall.engine.blocks.bindings import FRAME_BLOCK, OCEAN_BLOCK, PLANET_BLOCK
 from planetfall.engine.frame.block import FrameBlock, PlanetBlock, frame_of_anchor
 from planetfall.engine.gpu import Gpu
-from planetfall.engine.gpu.bindings import FRAME_BLOCK, OCEAN_BLOCK, PLANET_BLOCK
 from planetfall.engine.waves import waves_of
 from planetfall.systems.ocean.block import (
     OceanBlock,
@@ -187,8 +187,8 @@ def ask(gpu: Gpu, run_compute: RunCompute) -> Any:
     planet = scope.uniform_block(PlanetBlock, PLANET_BLOCK, "planet")
     water = scope.uniform_block(OceanBlock, OCEAN_BLOCK, "ocean")
     ocean = Ocean(absorption_per_m=(0.3, 0.06, 0.02), scattering_per_m=(0.002, 0.004, 0.006))
-    frame.write(replace(frame_of_anchor((0.0, 0.0, 1.0, 0.0)), sun_direction=(*direction(40.0, 0.0), 0.004675)))
-    planet.write(PlanetBlock(radii=(6.371e6, 9000.0, -11000.0, 0.0), sea=(0.0, 0.0, 0.0, 0.0)))
+    frame.write(replace(frame_of_anchor((0.0, 0.0, 1.0), 0.0), sun_direction=direction(40.0, 0.0)))
+    planet.write(PlanetBlock(6.371e6, 9000.0, -11000.0, 0.0, 0.0, has_sea=False))
     block = ocean_block(ocean, waves_of(ocean, 6.371e6), np.array([0.0, 0.0, 1.0]), 6.371e6)
     water.write(block)
 
@@ -205,7 +205,7 @@ def ask(gpu: Gpu, run_compute: RunCompute) -> Any:
 
 def test_light_along_a_path_under_water(ask: Any) -> None:
     run, block = ask
-    loss, thrown = np.array(block.loss[:3]), np.array(block.scattering[:3])
+    loss, thrown = np.array(block.loss_per_m), np.array(block.scattering_per_m)
     rng = np.random.default_rng(2)
     count = 60
     depth, rise = rng.uniform(0.0, 30.0, count), rng.uniform(-1.0, 1.0, count)
@@ -226,14 +226,14 @@ def test_light_along_a_path_under_water(ask: Any) -> None:
         t = (np.arange(4000) + 0.5) / 4000 * path[i]
         at = depth[i] - t * rise[i]
         sun = np.exp(-np.outer(at, loss) / below) * direct * phase
-        sky = np.exp(-np.outer(at, loss) / 0.86) * 0.2 * (1.0 - block.liquid[2]) / (0.86 * np.pi)
+        sky = np.exp(-np.outer(at, loss) / 0.86) * 0.2 * (1.0 - block.diffuse_mirrored) / (0.86 * np.pi)
         light = np.sum((sun + sky) * np.exp(-np.outer(t, loss)), axis=0) * thrown * path[i] / 4000
         np.testing.assert_allclose(out["murk"][i], light, rtol=2e-3, atol=1e-9)
 
 
 def test_light_that_comes_up_from_shallows(ask: Any) -> None:
     run, block = ask
-    loss, thrown = np.array(block.loss[:3]), np.array(block.scattering[:3])
+    loss, thrown = np.array(block.loss_per_m), np.array(block.scattering_per_m)
     depth = np.array([0.0, 0.3, 3.0, 30.0, 3000.0])
     out = run(
         "up = water_upwelling(depth, 0.9, 0.8, vec3(0.4));",
@@ -255,11 +255,11 @@ def test_whitecaps_cover_what_was_counted() -> None:
     assert whitecaps(15.0) == pytest.approx(0.039, rel=0.02)
     ocean = Ocean(wind_speed_m_s=12.0)
     waves = waves_of(ocean, 6.371e6)
-    limit, deviation, _, _ = breaking(ocean, waves)
+    crests = breaking(ocean, waves)
     # Crests at random phases: the share of places squeezed beyond the limit.
     rng = np.random.default_rng(4)
     steep = waves.steepness * waves.amplitude_m * waves.wave_number_per_m
     squeeze = np.sin(rng.uniform(0.0, 2.0 * np.pi, (200_000, len(steep)))) @ steep
-    assert squeeze.std() == pytest.approx(deviation, rel=0.01)
-    assert np.mean(squeeze > limit) == pytest.approx(whitecaps(12.0), rel=0.35)
-    assert breaking(Ocean(foam=0.0), waves)[1] == 0.0
+    assert squeeze.std() == pytest.approx(crests.deviation, rel=0.01)
+    assert np.mean(squeeze > crests.squeeze) == pytest.approx(whitecaps(12.0), rel=0.35)
+    assert breaking(Ocean(foam=0.0), waves).deviation == 0.0

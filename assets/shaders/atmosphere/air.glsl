@@ -13,7 +13,7 @@ Air air_from_camera(vec3 to) {
     Air between;
     vec3 first, second;
     float path;
-    air_between(air_here(), ray, distance_m, between.transmittance, first, second, path);
+    air_between(air_view.camera, ray, distance_m, between.transmittance, first, second, path);
     between.in_scatter = air_radiance(ray, first, second, path);
     return between;
 }

@@ -13,11 +13,16 @@
 layout(local_size_x = 8) in;
 layout(rgba32f, binding = 0) uniform image2DArray u_sums;
 
-layout(location = 0) uniform ivec3 u_range;   // first altitude, first direction, past the last direction
-layout(location = 1) uniform ivec4 u_counts;  // directions above the horizon, below it, azimuths, slices
-layout(std140, binding = AIR_NODES_BLOCK) uniform Nodes {
-    vec4 gauss[32];   // x, w on 0..1: xy above, zw below
-} u_nodes;
+layout(location = 0) uniform int u_first_row;    // of altitudes
+layout(location = 1) uniform ivec2 u_directions; // the first, past the last
+layout(location = 2) uniform int u_above;        // directions above the horizon
+layout(location = 3) uniform int u_azimuths;
+layout(location = 4) uniform int u_slices;
+// Of the Gauss rules on 0..1, above the horizon and below it.
+struct Node {
+    float above, above_weight, below, below_weight;
+};
+layout(std140, binding = AIR_NODES_BLOCK) uniform Nodes { Node nodes[32]; };
 
 AirFolded air_before = AirFolded(vec3(0.0), vec3(0.0));   // in the slice at hand
 
@@ -43,24 +48,25 @@ vec3 ground_light(float mu_s) {
 }
 
 void main() {
-    ivec2 texel = ivec2(gl_GlobalInvocationID.x, u_range.x + int(gl_GlobalInvocationID.y)), size = imageSize(u_sums).xy;
+    ivec2 texel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, u_first_row), size = imageSize(u_sums).xy;
     if (texel.x >= size.x || texel.y >= size.y) return;
     vec2 at = vec2(texel) / vec2(size - 1);
     float h = at.y * at.y * air_model.thickness_m;
     float mu_s = air_sun_of_row(at.x), sine_s = sin_from_cos(mu_s), horizon = air_horizon_cos(h);
-    int slices = u_counts.w * air_slice_parts();
+    int slices = u_slices * air_slice_parts();
     vec3 sums[AIR_MOMENTS + AIR_IRRADIANCE_LAYERS];
     for (int i = 0; i < AIR_MOMENTS + AIR_IRRADIANCE_LAYERS; ++i) sums[i] = imageLoad(u_sums, ivec3(texel, i)).rgb;
 
-    for (int d = u_range.y; d < u_range.z; ++d) {
-        int zenith = d / u_counts.z;
-        bool above = zenith < u_counts.x;
-        vec4 node = u_nodes.gauss[above ? zenith : zenith - u_counts.x];
+    for (int d = u_directions.x; d < u_directions.y; ++d) {
+        int zenith = d / u_azimuths;
+        bool above = zenith < u_above;
+        Node node = nodes[above ? zenith : zenith - u_above];
         // Squares of the nodes: directions crowd at the horizon on both sides, where the air is bright.
-        float x = above ? node.x : node.z, reach = above ? 1.0 - horizon : 1.0 + horizon;
+        float x = above ? node.above : node.below, reach = above ? 1.0 - horizon : 1.0 + horizon;
         float mu = above ? horizon + reach * x * x : horizon - reach * x * x;
-        float weight = 2.0 * x * reach * (above ? node.y : node.w) * (2.0 * PF_PI / float(u_counts.z));
-        float phi = (float(d - zenith * u_counts.z) + 0.5) * PF_PI / float(u_counts.z);
+        float weight = above ? node.above_weight : node.below_weight;
+        weight = 2.0 * x * reach * weight * (2.0 * PF_PI / float(u_azimuths));
+        float phi = (float(d - zenith * u_azimuths) + 0.5) * PF_PI / float(u_azimuths);
         float sine = sin_from_cos(mu), cosine = cos(phi);
         float nu = clamp_cos(mu * mu_s + sine * sine_s * cosine);
         float to_floor = air_to_floor(h, mu);

@@ -5,9 +5,9 @@
 vec3 sky_irradiance(vec3 point, vec3 normal) {
     float h = clamp(altitude_of(point), 0.0, air_model.thickness_m);
     vec3 up = up_at(point);
-    float mu_s = clamp_cos(dot(up, frame.sun_direction.xyz)), n_up = clamp_cos(dot(normal, up));
+    float mu_s = clamp_cos(dot(up, frame.sun_direction)), n_up = clamp_cos(dot(normal, up));
     // The sun in the zenith: no azimuth, and walls all around are equally bright.
-    vec3 side = safe_normalize(frame.sun_direction.xyz - up * mu_s, vec3(0.0));
-    return frame.sun_irradiance.rgb * air_sky_light(h, mu_s, n_up, dot(normal, side))
+    vec3 side = safe_normalize(frame.sun_direction - up * mu_s, vec3(0.0));
+    return frame.sun_irradiance * air_sky_light(h, mu_s, n_up, dot(normal, side))
         + air_model.night_radiance * (PF_PI * (0.5 + 0.5 * n_up));
 }

@@ -32,12 +32,12 @@ void main() {
         }
     }
     // Shares of what faces up and the three walls get together: bounded, also where no sky is above (irradiance.glsl).
-    vec3 all = vec3(0.0), part[AIR_IRRADIANCE_LAYERS];
+    vec3 total = vec3(0.0), part[AIR_IRRADIANCE_LAYERS];
     for (int i = 0; i < AIR_IRRADIANCE_LAYERS; ++i) {
         part[i] = max(imageLoad(u_sums, ivec3(texel, i)).rgb, 0.0);
-        all += part[i];
+        total += part[i];
     }
-    imageStore(u_table, ivec3(texel, 0), vec4(air_pack(all), 0.0));
+    imageStore(u_table, ivec3(texel, 0), vec4(air_pack(total), 0.0));
     for (int i = 1; i < AIR_IRRADIANCE_LAYERS; ++i)
-        imageStore(u_table, ivec3(texel, i), vec4(part[i - 1] / max(all, 1e-30), 0.0));
+        imageStore(u_table, ivec3(texel, i), vec4(part[i - 1] / max(total, 1e-30), 0.0));
 }

@@ -10,9 +10,9 @@ AirView g_view;
 AirColumn march(ivec3 texel) {
     float mu_s, nu;
     AirPath p = air_texel_path(g_view, texel.y, float(texel.x), mu_s, nu);
-    AirColumn c = air_column(p.h, p.mu, mu_s, nu, p.length);
+    AirColumn c = air_column(p.h, p.mu, mu_s, nu, p.length_m);
     int parts = air_slice_parts();
-    for (int slice = 0; slice < texel.z * parts; ++slice) air_column_slice(c, slice, g_view.size.z * parts);
+    for (int slice = 0; slice < texel.z * parts; ++slice) air_column_slice(c, slice, g_view.slices * parts);
     return c;
 }
 
@@ -32,13 +32,13 @@ vec3 air_second(ivec3 texel) {
 
 // The filter of the hardware, in full precision.
 void air_light(AirView v, AirCell cell, float slice, out vec3 first, out vec3 second) {
-    int low = min(int(slice), v.size.z - 1);
+    int low = min(int(slice), v.slices - 1);
     first = second = vec3(0.0);
     for (int k = 0; k < 8; ++k) {
-        ivec3 step = ivec3(k & 1, (k >> 1) & 1, k >> 2);
+        ivec3 corner_step = ivec3(k & 1, (k >> 1) & 1, k >> 2);
         vec3 share = vec3(cell.share, slice - float(low));
-        vec3 weight = mix(1.0 - share, share, vec3(step));
-        ivec3 texel = ivec3(cell.corner, low) + step;
+        vec3 weight = mix(1.0 - share, share, vec3(corner_step));
+        ivec3 texel = ivec3(cell.corner, low) + corner_step;
         first += weight.x * weight.y * weight.z * air_first(texel);
         second += weight.x * weight.y * weight.z * air_second(texel);
     }
@@ -49,39 +49,40 @@ vec3 air_mean_extinction(ivec2 texel) {
     AirPath p = air_texel_path(g_view, texel.x, 0.0, mu_s, nu);
     vec3 depth = vec3(0.0);
     for (int slice = 0; slice < texel.y; ++slice) {
-        depth += air_slice_depth(p.h, p.mu, p.length, p.lowest, p.split, slice, AIR_FINE * g_view.size.z, t);
+        depth += air_slice_depth(p.h, p.mu, p.length_m, p.lowest, p.split, slice, AIR_FINE * g_view.slices, t);
     }
     return air_pack(t > 0.0 ? depth / t : air_extinction(air_density(p.h)));
 }
 
 void main() {
     uint i = gl_GlobalInvocationID.x;
-    if (i >= uint(u_mode.y)) return;
-    Question q = questions[i];
-    g_view = AirView(q.camera, q.span, q.shape, u_size);
-    air_orders = float(u_mode.z);
-    AirRay ray = AirRay(q.ray.x, q.ray.y, q.ray.z, q.ray.w);
+    if (i >= uint(u_count)) return;
+    AirQuestion q = questions[i];
+    g_view = AirView(q.altitude_m, q.sun_mu, q.sun_sine, q.floor_rays, q.open_rays, q.focus, u_size.x, u_size.y,
+        u_size.z);
+    air_orders = float(u_all_orders);
+    AirRay ray = AirRay(q.mu, q.sine, q.azimuth, q.nu);
     vec3 transmittance = vec3(1.0), first = vec3(0.0), second = vec3(0.0);
     float path;
-    if (u_mode.x == LIGHT) {
-        if (q.more.x < 0.0) air_whole(g_view, ray, transmittance, first, second, path);
-        else air_between(g_view, ray, q.more.x, transmittance, first, second, path);
-        if (u_mode.w == 1) first *= air_rayleigh_phase(ray.nu);
-    } else if (u_mode.x == TO_SPACE) {
+    if (u_asked == LIGHT) {
+        if (q.distance_m < 0.0) air_whole(g_view, ray, transmittance, first, second, path);
+        else air_between(g_view, ray, q.distance_m, transmittance, first, second, path);
+        if (u_phase) first *= air_rayleigh_phase(ray.nu);
+    } else if (u_asked == TO_SPACE) {
         AirPath p = air_path(g_view, ray.mu, ray.sine);
         bool open = !p.floor_hit;
-        transmittance = p.length > 0.0 ? exp(-air_depth_to_space(p.h, p.mu)) : vec3(1.0);
+        transmittance = p.length_m > 0.0 ? exp(-air_depth_to_space(p.h, p.mu)) : vec3(1.0);
         if (!open) transmittance = vec3(0.0);
     } else {
-        float h = clamp(q.camera.x, 0.0, air_model.thickness_m);
-        first = air_sun_light(h, q.camera.y, q.more.z);
-        if (q.camera.x > air_model.thickness_m) {
+        float h = clamp(q.altitude_m, 0.0, air_model.thickness_m);
+        first = air_sun_light(h, q.sun_mu, q.sun_cosine);
+        if (q.altitude_m > air_model.thickness_m) {
             // From space the sun is seen past the air, through its limb, or not at all.
-            AirPath p = air_path(g_view, q.camera.y, q.camera.z);
-            vec3 through = p.length > 0.0 ? exp(-air_depth_to_space(p.h, p.mu)) : vec3(1.0);
-            first = p.floor_hit ? vec3(0.0) : through * air_disc_cosine(q.more.z, air_model.sun_radius_rad);
+            AirPath p = air_path(g_view, q.sun_mu, q.sun_sine);
+            vec3 through = p.length_m > 0.0 ? exp(-air_depth_to_space(p.h, p.mu)) : vec3(1.0);
+            first = p.floor_hit ? vec3(0.0) : through * air_disc_cosine(q.sun_cosine, air_model.sun_radius_rad);
         }
-        second = air_sky_light(h, q.camera.y, q.more.x, q.more.y);
+        second = air_sky_light(h, q.sun_mu, q.n_up, q.n_side);
     }
     answer(i, transmittance, first, second, air_mie_phase(ray.nu));
 }

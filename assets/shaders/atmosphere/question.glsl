@@ -1,17 +1,16 @@
 // What a probe asks and is answered; systems/atmosphere/probe.py packs and unpacks it.
 #include "generated/bindings.glsl"
+#include "generated/air_question.glsl"
 layout(local_size_x = 16) in;
 
-struct Question {
-    vec4 camera, span, shape;   // as AirView in view.glsl
-    vec4 ray;                   // mu, sine, cosine of the azimuth from the sun, nu
-    vec4 more;                  // distance (negative: the whole ray); of a surface: n_up, n_side, cosine to the sun
-};
-layout(std430, binding = QUESTION_BUFFER) readonly buffer Questions { Question questions[]; };
+layout(std430, binding = QUESTION_BUFFER) readonly buffer Questions { AirQuestion questions[]; };
 layout(std430, binding = ANSWER_BUFFER) writeonly buffer Answers { vec4 answers[]; };
 
-layout(location = 0) uniform ivec4 u_size;    // of the tables
-layout(location = 1) uniform ivec4 u_mode;    // what is asked; number of questions; 1: all orders; 1: Rayleigh's phase
+layout(location = 0) uniform ivec3 u_size;        // of the tables: columns, rows, slices
+layout(location = 1) uniform int u_count;         // of questions
+layout(location = 2) uniform int u_asked;
+layout(location = 3) uniform bool u_all_orders;   // of scattering
+layout(location = 4) uniform bool u_phase;        // with Rayleigh's phase function
 
 const int LIGHT = 0, TO_SPACE = 1, SURFACE = 2;
 

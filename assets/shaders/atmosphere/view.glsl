@@ -8,16 +8,10 @@
 // exact.
 //
 // Whoever includes this defines air_light() and air_mean_extinction(): look-ups of the tables.
+#include "generated/air_view.glsl"
 #include "atmosphere/slices.glsl"
 
 const int AIR_FINE = 4;   // steps of the table of extinction in each slice
-
-struct AirView {
-    vec4 camera;   // altitude >= 0, cosine and sine of the sun's zenith angle, unused
-    vec4 span;     // path in the air: floor rays' least and range, others' least and range
-    vec4 shape;    // kappa of the rows of floor rays and of others, half width of the azimuth's focus, unused
-    ivec4 size;    // columns, rows of each half, slices, unused
-};
 
 // A direction at the camera.
 struct AirRay {
@@ -30,7 +24,7 @@ struct AirRay {
 struct AirPath {
     float start;           // distance from the camera
     float h, mu;           // where it starts
-    float length;          // 0: the ray misses the air
+    float length_m;        // 0: the ray misses the air
     float excess;          // length beyond that of the vertical ray
     float lowest, split;   // see column.glsl
     bool floor_hit;
@@ -40,7 +34,7 @@ vec3 air_mean_extinction(ivec2 texel);
 
 AirPath air_path(AirView v, float mu, float sine) {
     AirPath p;
-    float h = v.camera.x, r = air_model.radius_m + h;
+    float h = v.altitude_m, r = air_model.radius_m + h;
     float miss = r * sine;   // of the planet's centre
     if (h > air_model.thickness_m) {
         // From space: exact entry point. Differences of squares are formed from factors.
@@ -53,31 +47,30 @@ AirPath air_path(AirView v, float mu, float sine) {
         p.mu = -half_chord / air_model.top_radius_m;
         p.start = meets ? max(-r * mu - half_chord, 0.0) : 0.0;
         float to_floor = (inside2 - below2) / max(half_chord + safe_sqrt(below2), 1e-10);
-        p.length = meets ? (p.floor_hit ? to_floor : 2.0 * half_chord) : 0.0;
+        p.length_m = meets ? (p.floor_hit ? to_floor : 2.0 * half_chord) : 0.0;
     } else {
         p.start = 0.0;
         p.h = h;
         p.mu = mu;
         float to_floor = air_to_floor(h, mu);
         p.floor_hit = to_floor >= 0.0;
-        p.length = p.floor_hit ? to_floor : air_to_top(h, mu);
+        p.length_m = p.floor_hit ? to_floor : air_to_top(h, mu);
     }
-    p.lowest = clamp(-(air_model.radius_m + p.h) * p.mu, 0.0, p.length);
-    p.split = air_split(p.lowest, p.length);
+    p.lowest = clamp(-(air_model.radius_m + p.h) * p.mu, 0.0, p.length_m);
+    p.split = air_split(p.lowest, p.length_m);
     // The difference of two lengths would lose the nadir among its roundings; from the sine it doesn't.
     float start_r = air_model.radius_m + p.h, sine_start = sine * r / start_r, steep = abs(p.mu);
     float less = p.floor_hit || p.mu > 0.0 ? sine_start * sine_start / (1.0 + steep) : 1.0 + steep;
     float around =
-        p.floor_hit ? 2.0 * air_model.radius_m + p.h - p.length : start_r + p.length + air_model.top_radius_m;
-    p.excess = less * 2.0 * start_r * p.length / around;
+        p.floor_hit ? 2.0 * air_model.radius_m + p.h - p.length_m : start_r + p.length_m + air_model.top_radius_m;
+    p.excess = less * 2.0 * start_r * p.length_m / around;
     return p;
 }
 
 float air_row(AirView v, AirPath p) {
-    vec2 span = p.floor_hit ? v.span.xy : v.span.zw;
-    float kappa = p.floor_hit ? v.shape.x : v.shape.y;
-    float row = air_path_row(clamp(p.excess / max(span.y, 1e-6), 0.0, 1.0), kappa);
-    return row * float(v.size.y - 1) + (p.floor_hit ? 0.0 : float(v.size.y));
+    AirRows rows = p.floor_hit ? v.floor_rays : v.open_rays;
+    float row = air_path_row(clamp(p.excess / max(rows.range_m, 1e-6), 0.0, 1.0), rows.kappa);
+    return row * float(v.rows - 1) + (p.floor_hit ? 0.0 : float(v.rows));
 }
 
 // The azimuth's columns: uniform in its cosine c where the sun stands high or the ray's lowest point is near, and drawn
@@ -88,8 +81,8 @@ float air_row(AirView v, AirPath p) {
 vec2 air_focus(AirView v, AirPath p, float mu, float sine) {
     float t = p.start + p.lowest;
     float there = air_model.radius_m + air_height_along(p.h, p.mu, p.lowest);
-    float r = air_model.radius_m + v.camera.x;
-    return vec2(v.camera.y * (r + t * mu), t * sine * v.camera.z) / there;
+    float r = air_model.radius_m + v.altitude_m;
+    return vec2(v.sun_mu * (r + t * mu), t * sine * v.sun_sine) / there;
 }
 
 float air_focus_map(float m, float width) {
@@ -97,7 +90,7 @@ float air_focus_map(float m, float width) {
 }
 
 float air_column_of(AirView v, vec2 focus, float azimuth) {
-    float width = v.shape.z, first = focus.x - focus.y, last = focus.x + focus.y, m = focus.x + focus.y * azimuth;
+    float width = v.focus, first = focus.x - focus.y, last = focus.x + focus.y, m = focus.x + focus.y * azimuth;
     float share = 0.5 + 0.5 * azimuth;
     if (first < 0.0 && last > 0.0) {
         float start = air_focus_map(first, width);
@@ -106,12 +99,12 @@ float air_column_of(AirView v, vec2 focus, float azimuth) {
         share *= (abs(last) + width) / (abs(m) + width);
     }
     float left = 1.0 - clamp(share, 0.0, 1.0);
-    return (1.0 - 0.5 * (safe_sqrt(left) + left)) * float(v.size.x - 1);
+    return (1.0 - 0.5 * (safe_sqrt(left) + left)) * float(v.columns - 1);
 }
 
 float air_azimuth_of(AirView v, vec2 focus, float column) {
-    float width = v.shape.z, first = focus.x - focus.y, last = focus.x + focus.y,
-        left = 1.0 - column / float(v.size.x - 1);
+    float width = v.focus, first = focus.x - focus.y, last = focus.x + focus.y,
+        left = 1.0 - column / float(v.columns - 1);
     float root = sqrt(0.25 + 2.0 * left) - 0.5, share = 1.0 - root * root;
     if (first < 0.0 && last > 0.0) {
         float start = air_focus_map(first, width);
@@ -126,11 +119,11 @@ float air_azimuth_of(AirView v, vec2 focus, float column) {
 
 // The ray that a texel (row, column) stands for: its path and its cosine to the sun, and the sun's height at its start.
 AirPath air_texel_path(AirView v, int row, float column, out float mu_s, out float nu) {
-    bool floor_row = row < v.size.y;
-    float share = float(floor_row ? row : row - v.size.y) / float(v.size.y - 1);
-    vec2 span = floor_row ? v.span.xy : v.span.zw;
-    float excess = span.y * air_path_share(share, floor_row ? v.shape.x : v.shape.y), path = span.x + excess;
-    float h = v.camera.x, r = air_model.radius_m + h;
+    bool floor_row = row < v.rows;
+    float share = float(floor_row ? row : row - v.rows) / float(v.rows - 1);
+    AirRows rows = floor_row ? v.floor_rays : v.open_rays;
+    float excess = rows.range_m * air_path_share(share, rows.kappa), path = rows.least_m + excess;
+    float h = v.altitude_m, r = air_model.radius_m + h;
     AirPath p;
     p.floor_hit = floor_row;
     p.h = min(h, air_model.thickness_m);
@@ -147,11 +140,11 @@ AirPath air_texel_path(AirView v, int row, float column, out float mu_s, out flo
         mu = -sin_from_cos(sine);
         p.start = start_r * p.mu - r * mu;
     }
-    p.length = path;
+    p.length_m = path;
     p.lowest = clamp(-start_r * p.mu, 0.0, path);
     p.split = air_split(p.lowest, path);
-    nu = mu * v.camera.y + sine * v.camera.z * air_azimuth_of(v, air_focus(v, p, mu, sine), column);
-    mu_s = clamp_cos((r * v.camera.y + p.start * nu) / start_r);
+    nu = mu * v.sun_mu + sine * v.sun_sine * air_azimuth_of(v, air_focus(v, p, mu, sine), column);
+    mu_s = clamp_cos((r * v.sun_mu + p.start * nu) / start_r);
     nu = clamp_cos(nu);
     return p;
 }
@@ -168,7 +161,7 @@ void air_light(AirView v, AirCell cell, float slice, out vec3 first, out vec3 se
 AirCell air_cell(AirView v, AirPath p, AirRay ray) {
     vec2 at = vec2(air_column_of(v, air_focus(v, p, ray.mu, ray.sine), ray.azimuth), air_row(v, p));
     AirCell cell;
-    cell.corner = min(ivec2(at), ivec2(v.size.x - 2, (p.floor_hit ? 0 : v.size.y) + v.size.y - 2));
+    cell.corner = min(ivec2(at), ivec2(v.columns - 2, (p.floor_hit ? 0 : v.rows) + v.rows - 2));
     cell.share = at - vec2(cell.corner);
     return cell;
 }
@@ -184,14 +177,14 @@ vec3 air_mean_extinction_at(AirCell cell, int slice) {
 void air_between(AirView v, AirRay ray, float distance_m, out vec3 transmittance, out vec3 first, out vec3 second,
     out float path) {
     AirPath p = air_path(v, ray.mu, ray.sine);
-    float t = clamp(distance_m - p.start, 0.0, p.length);
-    float deeper = p.floor_hit ? max(distance_m - p.start - p.length, 0.0) : 0.0;
-    float slice = air_slice_of(t, p.length, p.lowest, p.split) * float(v.size.z);
+    float t = clamp(distance_m - p.start, 0.0, p.length_m);
+    float deeper = p.floor_hit ? max(distance_m - p.start - p.length_m, 0.0) : 0.0;
+    float slice = air_slice_of(t, p.length_m, p.lowest, p.split) * float(v.slices);
     AirCell cell = air_cell(v, p, ray);
     vec3 packed_first, packed_second;
     air_light(v, cell, slice, packed_first, packed_second);
     float fine = slice * float(AIR_FINE);
-    int fine_low = min(int(fine), AIR_FINE * v.size.z - 1);
+    int fine_low = min(int(fine), AIR_FINE * v.slices - 1);
     vec3 extinction = air_unpack(mix(air_mean_extinction_at(cell, fine_low), air_mean_extinction_at(cell, fine_low + 1),
         fine - float(fine_low)));
     vec3 depth = t * extinction + deeper * air_extinction(air_density(0.0));
@@ -206,8 +199,8 @@ void air_between(AirView v, AirRay ray, float distance_m, out vec3 transmittance
 void air_whole_path(AirView v, AirPath p, AirRay ray, out vec3 transmittance, out vec3 first, out vec3 second) {
     AirCell cell = air_cell(v, p, ray);
     vec3 packed_first, packed_second;
-    air_light(v, cell, float(v.size.z), packed_first, packed_second);
-    vec3 depth = p.length * air_unpack(air_mean_extinction_at(cell, AIR_FINE * v.size.z));
+    air_light(v, cell, float(v.slices), packed_first, packed_second);
+    vec3 depth = p.length_m * air_unpack(air_mean_extinction_at(cell, AIR_FINE * v.slices));
     transmittance = exp(-depth);
     vec3 taken = air_taken(depth, transmittance);
     first = taken * air_unpack(packed_first);
@@ -218,7 +211,7 @@ void air_whole_path(AirView v, AirPath p, AirRay ray, out vec3 transmittance, ou
 void air_whole(AirView v, AirRay ray, out vec3 transmittance, out vec3 first, out vec3 second, out float path) {
     AirPath p = air_path(v, ray.mu, ray.sine);
     air_whole_path(v, p, ray, transmittance, first, second);
-    path = p.length;
+    path = p.length_m;
 }
 
 // For a ray that meets nothing although the floor is in its way (ground that lies below the floor leaves such a gap):
@@ -228,11 +221,11 @@ void air_open(AirView v, AirRay ray, out vec3 transmittance, out vec3 first, out
     if (p.floor_hit) {
         p.floor_hit = false;
         p.mu = air_horizon_cos(p.h);
-        p.length = v.span.z + v.span.w;
-        p.excess = v.span.w;
+        p.length_m = v.open_rays.least_m + v.open_rays.range_m;
+        p.excess = v.open_rays.range_m;
         p.lowest = sqrt(air_horizon2(p.h));
-        p.split = air_split(p.lowest, p.length);
+        p.split = air_split(p.lowest, p.length_m);
     }
     air_whole_path(v, p, ray, transmittance, first, second);
-    path = p.length;
+    path = p.length_m;
 }

@@ -1,6 +1,5 @@
 // Fills a camera's tables: one invocation marches one ray and leaves the means up to each of its slices.
 #include "atmosphere/source.glsl"
-#include "generated/air_view.glsl"
 #include "atmosphere/view.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -11,22 +10,22 @@ void air_light(AirView v, AirCell cell, float slice, out vec3 first, out vec3 se
 vec3 air_mean_extinction(ivec2 texel) { return vec3(0.0); }
 
 void main() {
-    AirView v = AirView(air_view.camera, air_view.span, air_view.shape, air_view.size);
+    AirView v = air_view.camera;
     ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
-    bool inside = texel.x < v.size.x && texel.y < 2 * v.size.y;
+    bool inside = texel.x < v.columns && texel.y < 2 * v.rows;
     float mu_s, nu;
     AirPath p = air_texel_path(v, texel.y, float(texel.x), mu_s, nu);
-    AirColumn c = air_column(p.h, p.mu, mu_s, nu, p.length);
+    AirColumn c = air_column(p.h, p.mu, mu_s, nu, p.length_m);
     int parts = air_slice_parts();
     vec3 first, second;
     air_start_means(c, first, second);
-    for (int slice = 0; slice <= v.size.z; ++slice) {
+    for (int slice = 0; slice <= v.slices; ++slice) {
         if (inside) {
             imageStore(u_first, ivec3(texel, slice), vec4(air_pack(first), 0.0));
             imageStore(u_second, ivec3(texel, slice), vec4(air_pack(second), 0.0));
         }
-        if (slice == v.size.z) break;
-        for (int part = 0; part < parts; ++part) air_column_slice(c, slice * parts + part, v.size.z * parts);
+        if (slice == v.slices) break;
+        for (int part = 0; part < parts; ++part) air_column_slice(c, slice * parts + part, v.slices * parts);
         first = air_column_mean(c, c.first);
         second = air_column_mean(c, c.second);
     }

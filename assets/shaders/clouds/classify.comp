@@ -20,27 +20,27 @@ void main() {
     barrier();
     ivec2 at = cloud_block_of(ivec2(gl_GlobalInvocationID.xy)), size = imageSize(o_clouds);
     ViewRay v = cloud_view_ray(at);
-    vec2 spans[2 * CLOUD_VIEW_LAYERS];
+    vec2 intervals[2 * CLOUD_VIEW_LAYERS];
     int owners[2 * CLOUD_VIEW_LAYERS];
-    int count = all(lessThan(at, size)) ? cloud_ways(v.mu, v.end, spans, owners) : 0;
+    int count = all(lessThan(at, size)) ? cloud_intervals(v.mu, v.end, intervals, owners) : 0;
     uint found = count > 0 ? 1u : 0u;
     int k = 0;
     if (count > 0) do {
         CloudViewLayer shell = cloud_view.layers[owners[k]];
         bool ice = shell.kind == CLOUD_ICE;
-        float from = spans[k].x, to = spans[k].y, most = shell.kind == CLOUD_UNIFORM ? 1.0 : 0.0,
+        float from = intervals[k].x, to = intervals[k].y, most = shell.kind == CLOUD_UNIFORM ? 1.0 : 0.0,
             least = ice ? LEAST_ICE : 0.0;
-        int segments = way_segments(shell, ice, from, to), segment = 0;
+        int segments = segment_count(shell, ice, from, to), segment = 0;
         do {
             CloudWeather w = weather_along(v.ray,
-                segment == 0 ? from : way_end(shell, from, to, segment - 1, segments));
+                segment == 0 ? from : segment_end(shell, from, to, segment - 1, segments));
             most = max(most, (ice ? w.high : w.cover) * shell.cover_scale);
         } while (++segment <= segments && most <= least);
         found |= most > least ? (ice ? 4u : 2u) : 0u;
     } while (++k < count);
     if (found != 0u) atomicOr(s_found, found);
     imageStore(o_clouds, at, vec4(0.0, 0.0, 0.0, 1.0));
-    imageStore(o_distance, at, vec4(NOT_ALL));
+    imageStore(o_distance, at, vec4(UNBOUNDED));
     barrier();
     uint tile = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
     if (gl_LocalInvocationIndex == 0u) flags[tile] = s_found >= 4u ? 3u : min(s_found, 2u);

@@ -42,11 +42,11 @@ vec4 clouds_of(ivec2 pixel) {
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    vec4 found = clouds_of(pixel), seen = textureLod(u_radiance, v_uv, 0.0);
+    vec4 clouds = clouds_of(pixel), picture = textureLod(u_radiance, v_uv, 0.0);
     // Shafts are smooth and what lies behind is not: along an outline a ray to the sky may take more than a pixel of
     // near ground has of the air's light. So much less is taken of all colours that some of each is left.
-    vec3 behind = max(seen.rgb * found.a, 0.0), taken = max(-found.rgb, 0.0),
-        share = (1.0 - LEFT) * behind / max(taken, 1e-30);
+    vec3 behind = max(picture.rgb * clouds.a, 0.0), shadowed = max(-clouds.rgb, 0.0),
+        share = (1.0 - LEFT) * behind / max(shadowed, 1e-30);
     float most = min(min(share.r, min(share.g, share.b)), 1.0);
-    o_radiance = vec4(behind + max(found.rgb, 0.0) - most * taken, seen.a);
+    o_radiance = vec4(behind + max(clouds.rgb, 0.0) - most * shadowed, picture.a);
 }

@@ -1,4 +1,4 @@
-// For debug views: which class a ray's tile has, and how many places the march looks at along it.
+// For debug views: which class a ray's tile has, and how many samples of density the march takes along it.
 #include "clouds/view_ray.glsl"
 #include "clouds/weather_march.glsl"
 
@@ -14,11 +14,11 @@ void main() {
     if (at.y >= size.y) at.y ^= 1;   // the last of an odd number of rows: the block without a ray
     if (any(greaterThanEqual(at, size))) return;
     ViewRay v = cloud_view_ray(at);
-    March m = march_clouds(v.ray, v.mu, kind >= 2u ? v.end : 0.0, v.shift);
+    March m = march_clouds(v.ray, v.mu, kind >= 2u ? v.end : 0.0, v.jitter);
     vec3 color = kind >= 2u ? vec3(0.9, 0.9, 0.85) : kind == 1u ? vec3(0.1, 0.25, 0.6) : vec3(0.03);
     for (int k = 0; k < (u_checkerboard < 0 ? 1 : 2); ++k) {
-        imageStore(o_classes, at, vec4(color * (0.4 + 0.6 * m.open), 1.0));
-        imageStore(o_steps, at, vec4(m.steps));
+        imageStore(o_classes, at, vec4(color * (0.4 + 0.6 * m.transmittance), 1.0));
+        imageStore(o_steps, at, vec4(m.samples));
         at.y ^= 1;   // of two blocks the one without a ray
     }
 }

@@ -10,7 +10,8 @@
 // Noise is spread evenly over 0..1, so "noise above 1 - cover" is cloud on a share `cover` of the space. What a
 // footprint is too wide to show is not dropped but averaged: the share of the values it hides that lie above the
 // threshold, so the same cloud that is a thing with edges from near is a grey of the right mean from far, and coverage
-// is the same at all distances.
+// is the same at all distances (docs/cloud-pictures.md, "Density"). Shape and rims are what Schneider 2015 calls base
+// shape and detail: the rims erode the shape's edges.
 #include "generated/bindings.glsl"
 #include "common/octahedral.glsl"
 #include "generated/cloud_view.glsl"
@@ -37,11 +38,11 @@ const float CLOUD_RIM_NEAR = 0.035;
 const float CLOUD_EDGE = 0.11;        // of noise above the threshold until the cloud is densest
 const float CLOUD_SCARCE = 0.12;      // cover below which the threshold rises out of reach
 // of the height of clouds, by what is in them on the mean: thin bases, tops and places
-const float CLOUD_FILLED = 0.4;
+const float CLOUD_MEAN_FILL = 0.4;
 // sqrt(0.5) - 0.5 of two volumes whose weights are a unit vector, and twice the rims' weights
-const float CLOUD_BEYOND = 0.54;
+const float CLOUD_MOST_NOISE = 0.54;
 
-const float CLOUD_LEAST_LOST = 0.015;   // half width of a threshold that hides nothing
+const float CLOUD_LEAST_HALF_WIDTH = 0.015;   // of a threshold that hides nothing
 const float CLOUD_LEAST = 1e-4, CLOUD_LEAST_ICE = 0.01;   // covers below which no noise makes cloud
 
 const float CLOUD_SEAMS = 0.12;       // of a closed sheet's cover
@@ -58,7 +59,7 @@ const float CLOUD_ICE_RIM = 1.4;      // of ice against other rims
 const vec3 CLOUD_HAIR = vec3(4.0, 4.0, 16.0);
 const float CLOUD_HAIRS = 8.0;
 const float CLOUD_CURL = 0.12;        // of the fibres' period
-const float CLOUD_SWEPT = 0.09;       // of the clusters' period
+const float CLOUD_WARP = 0.09;        // of the clusters' period
 // Each wave northwards is as steep as 0.9 (half of that on the mean): together they outdo the parallels in places.
 const mat3 CLOUD_MEANDER = mat3(
     vec3(0.04, -0.05, 0.085),
@@ -97,13 +98,13 @@ CloudWeather cloud_weather_between(CloudWeather a, CloudWeather b, float share) 
 }
 
 // Mean over values within `half_width` around x of a ramp from 0 at 0 to 1 at `edge`: the difference of its integral.
-float cloud_ramp_sum(float x, float edge) {
+float ramp_integral(float x, float edge) {
     float inside = clamp(x, 0.0, edge);
     return 0.5 * inside * inside / edge + max(x - edge, 0.0);
 }
 
-float cloud_ramp(float x, float half_width, float edge) {
-    return (cloud_ramp_sum(x + half_width, edge) - cloud_ramp_sum(x - half_width, edge)) / (2.0 * half_width);
+float filtered_ramp(float x, float half_width, float edge) {
+    return (ramp_integral(x + half_width, edge) - ramp_integral(x - half_width, edge)) / (2.0 * half_width);
 }
 
 float cloud_level(float per_metre_level, float footprint_m) {
@@ -111,7 +112,7 @@ float cloud_level(float per_metre_level, float footprint_m) {
 }
 
 // Share of the noise's variance that a level doesn't show.
-float cloud_hidden(float level, CloudFilter volume) {
+float hidden_variance_share(float level, CloudFilter volume) {
     return clamp(0.5 + (level - volume.half_level) * volume.per_level, 0.0, 1.0);
 }
 
@@ -143,7 +144,7 @@ float cloud_solid(CloudWeather w) {
 }
 
 // How dense the inside of clouds is that a weather makes: sheets are thin.
-float cloud_body(CloudWeather w) {
+float cloud_interior(CloudWeather w) {
     return mix(CLOUD_SHALLOW, 1.0, cloud_solid(w));
 }
 
@@ -152,7 +153,7 @@ float cloud_body(CloudWeather w) {
 float cloud_column(int layer, CloudWeather w, float density) {
     CloudViewLayer shell = cloud_view.layers[layer];
     float even = mix(1.0, 2.0 / 3.0, shell.parabola);
-    float billows = CLOUD_FILLED * cloud_tallness(w) * cloud_body(w);
+    float billows = CLOUD_MEAN_FILL * cloud_tallness(w) * cloud_interior(w);
     float mean = shell.kind == CLOUD_UNIFORM ? even : CLOUD_IS_ICE(layer) ? density : billows;
     return (shell.top_m - shell.base_m) * shell.extinction_per_m * mean;
 }
@@ -164,14 +165,14 @@ float cloud_clumped(float share, float hidden, float extinction) {
 
 // 1 where a footprint leaves enough of a volume's period to tell its cells apart, 0 where a handful of texels would be
 // left: those look the same period after period.
-float cloud_told(float footprint_m, float per_period) {
+float cells_resolved(float footprint_m, float per_period) {
     return 1.0 - smoothstep(0.05, 0.2, footprint_m * per_period);
 }
 
 // Where ice has been carried: long waves of the winds aloft bend what lies along the parallels, up to right across
 // them, so that fibres run along jets that meander around the planet. from_middle: from the planet's centre in its
 // radii; result in radii.
-vec3 cloud_meander(vec3 from_middle) {
+vec3 jet_meander(vec3 from_middle) {
     vec3 turns = vec3(dot(from_middle, vec3(0.71, 0.52, 0.93)), dot(from_middle, vec3(-1.62, 1.17, 1.35)),
         dot(from_middle, vec3(2.31, 3.05, -2.12))) + vec3(0.13, 0.41, 0.77);
     // Parabolas instead of sines: for what is drawn out as long as that they are as good.
@@ -181,29 +182,29 @@ vec3 cloud_meander(vec3 from_middle) {
 
 // Clusters are swept into one another by eddies as wide as they are apart: whole waves a period, so that it repeats
 // with them.
-vec3 cloud_swept(vec3 place) {
+vec3 warped_clusters(vec3 place) {
     vec3 x = 2.0 * fract(place.yzx + vec3(1.0, -1.0, 1.0) * place.zxy) - 1.0;
-    return place + CLOUD_SWEPT * 4.0 * x * (1.0 - abs(x));
+    return place + CLOUD_WARP * 4.0 * x * (1.0 - abs(x));
 }
 
 // How far ice that has fallen lags behind, in metres, in air that is slower below and turns: tufts on top, tails behind
 // and aside.
-vec3 cloud_behind(vec3 from_middle, float fallen_m, float fall) {
+vec3 fall_lag(vec3 from_middle, float fallen_m, float fall) {
     vec3 east = vec3(-from_middle.y, from_middle.x, 0.0) * inversesqrt(max(dot(from_middle.xy, from_middle.xy), 1e-2));
     return fallen_m * (CLOUD_SHEAR * east + vec3(0.0, 0.0, CLOUD_VEER * fall));
 }
 
 // What the two wide volumes say of a place, before its rims.
 struct CloudNoise {
-    float x;         // above the threshold
-    float lost;      // variance that the footprint hides
-    float hidden;    // share of the volumes' that is
-    float soft;      // of ice: half width of what it hides
-    float body;      // how dense clouds of the weather are inside
-    float thick;     // more of that, where the wide volume is above the threshold
-    float cover;     // at that height
-    vec3 hair;       // ice: place of the finest fibres
-    vec3 turned, tilted;
+    float excess;            // above the threshold
+    float hidden_variance;   // of what the footprint is too wide to show
+    float hidden_share;      // of the volumes' variance
+    float half_width;        // of ice: of what the footprint hides
+    float interior;          // how dense clouds of the weather are inside
+    float thickness;         // more of that, where the wide volume is above the threshold
+    float cover;             // at that height
+    vec3 fibre_place;        // of ice: of the finest fibres
+    vec3 turned, tilted;     // metres, in the frames of the volumes
 };
 
 // A place in the frames in which noise is looked up.
@@ -219,9 +220,9 @@ CloudPlace cloud_place(CloudViewLayer shell, vec3 place, float share) {
     vec3 from_middle = CLOUD_ORIGIN(bend) + turned * cloud_view.bend.per_m;
     // Ice falls from the layer's top, where it was carried to by the winds.
     float fallen_m = (1.0 - share) * (shell.top_m - shell.base_m);
-    vec3 carried = (turned + from_middle * fallen_m + cloud_meander(from_middle) / cloud_view.bend.per_m)
+    vec3 carried = (turned + from_middle * fallen_m + jet_meander(from_middle) / cloud_view.bend.per_m)
         * cloud_view.stretch;
-    vec3 drawn = carried + cloud_behind(from_middle, fallen_m, 1.0 - share) * cloud_view.stretch;
+    vec3 drawn = carried + fall_lag(from_middle, fallen_m, 1.0 - share) * cloud_view.stretch;
     return CloudPlace(turned, tilted, from_middle, carried, drawn);
 }
 
@@ -229,13 +230,13 @@ CloudPlace cloud_place(CloudViewLayer shell, vec3 place, float share) {
 // variance that it shows.
 struct CloudShape {
     float broad, wide;
-    float broad_shown, wide_shown;
+    float broad_resolved, wide_resolved;
 };
 
 // Thin ice: drawn out streaks on the map, fibres of the volume in them. Else clouds of two sizes.
 CloudShape cloud_shape(bool ice, CloudPlace p, float footprint_m) {
     vec3 second = ice ? CLOUD_ORIGIN(veil) + p.drawn.yzx * cloud_view.veil.per_m
-        : cloud_swept(CLOUD_ORIGIN(wide) + p.tilted * cloud_view.wide.per_m);
+        : warped_clusters(CLOUD_ORIGIN(wide) + p.tilted * cloud_view.wide.per_m);
     float first_level = cloud_level(cloud_view.broad_level - (ice ? 0.8 : 0.0), footprint_m);
     float second_level = cloud_level(ice ? cloud_view.broad_level - 2.0 : cloud_view.wide_level, footprint_m);
     float wide = textureLod(u_cloud_shape, second, second_level + cloud_dither - 0.5).r - 0.5;
@@ -245,11 +246,11 @@ CloudShape cloud_shape(bool ice, CloudPlace p, float footprint_m) {
         : CLOUD_ORIGIN(broad) + p.turned * cloud_view.broad.per_m;
     float broad = textureLod(u_cloud_shape, first, first_level + cloud_dither - 0.5).r - 0.5;
     // The streaks' period is shortest across them.
-    float first_told = cloud_told(footprint_m, ice ? 0.3 * cloud_view.fibre.per_m : cloud_view.broad.per_m);
-    float second_told = cloud_told(footprint_m, ice ? 0.3 * cloud_view.veil.per_m : cloud_view.wide.per_m);
-    return CloudShape(broad * first_told, wide * second_told,
-        first_told * first_told * (1.0 - cloud_hidden(first_level, cloud_view.shape_filter)),
-        second_told * second_told * (1.0 - cloud_hidden(second_level, cloud_view.shape_filter)));
+    float first_resolved = cells_resolved(footprint_m, ice ? 0.3 * cloud_view.fibre.per_m : cloud_view.broad.per_m);
+    float second_resolved = cells_resolved(footprint_m, ice ? 0.3 * cloud_view.veil.per_m : cloud_view.wide.per_m);
+    return CloudShape(broad * first_resolved, wide * second_resolved,
+        first_resolved * first_resolved * (1.0 - hidden_variance_share(first_level, cloud_view.shape_filter)),
+        second_resolved * second_resolved * (1.0 - hidden_variance_share(second_level, cloud_view.shape_filter)));
 }
 
 // Ice above its threshold: in sheets whose height wanders, the thinner, the nearer to their middle. high: its cover.
@@ -263,10 +264,10 @@ float cloud_streaks(CloudShape shape, float share, float high) {
 // upright there are none.
 float cloud_rolls(CloudPlace p, float wide, float shallow, float footprint_m) {
     float upright = dot(p.from_middle, vec3(2.0, -1.0, 2.0) / 3.0),
-        told = cloud_told(footprint_m, cloud_view.fine.per_m);
+        resolved = cells_resolved(footprint_m, cloud_view.fine.per_m);
     float rolled = CLOUD_ROLLS * shallow * (1.0 - upright * upright) * smoothstep(0.0, 0.25, wide);
     float wave = 2.0 * fract(CLOUD_ORIGIN(fine).x + p.tilted.x * cloud_view.fine.per_m + wide) - 1.0;
-    return rolled * told * 4.0 * wave * (1.0 - abs(wave));
+    return rolled * resolved * 4.0 * wave * (1.0 - abs(wave));
 }
 
 // All kinds of layer in one line of code: software GPUs go through both sides of a branch, and once through loops of no
@@ -277,11 +278,11 @@ CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float
     CloudPlace p = cloud_place(shell, place, share);
     CloudShape shape = cloud_shape(ice, p, footprint_m);
     float streaks = cloud_streaks(shape, share, w.high * shell.cover_scale);
-    float soft = max(0.3 * sqrt(1.0 - shape.wide_shown), 0.02);
+    float half_width = max(0.3 * sqrt(1.0 - shape.wide_resolved), 0.02);
     // Sheets are of small cells, deep weather is in clusters. Squares of the weights add up to one: the variance stays
     // that of one volume.
     float clusters = mix(0.35, 0.55, smoothstep(0.25, 0.75, w.towers)), cells = sqrt(1.0 - clusters * clusters);
-    float hidden = max(1.0 - cells * cells * shape.broad_shown - clusters * clusters * shape.wide_shown, 0.0);
+    float hidden = max(1.0 - cells * cells * shape.broad_resolved - clusters * clusters * shape.wide_resolved, 0.0);
     // Shallow weather: stratocumulus, in closed cells with thin seams.
     float shallow = 1.0 - cloud_solid(w);
     float most = clamp(w.cover * shell.cover_scale, 0.0, 1.0) * (1.0 - CLOUD_SEAMS * shallow),
@@ -290,21 +291,21 @@ CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float
     // Two volumes in one reach beyond 0.5, and rims on top of them: without this there would be cloud where there is no
     // cover, cut off along the line where cover begins.
     float scarce = 1.0 - clamp(cover / CLOUD_SCARCE, 0.0, 1.0);
-    float x = ice ? streaks : noise - (0.5 - cover) - CLOUD_BEYOND * scarce * scarce, lost = 0.25 * hidden;
-    vec3 hair = CLOUD_HAIR * (CLOUD_ORIGIN(fibre) + p.carried * cloud_view.fibre.per_m);
-    return CloudNoise(x, lost, hidden, soft, cloud_body(w), clusters * shape.wide - 0.5 + most, cover, hair, p.turned,
-        p.tilted);
+    float excess = ice ? streaks : noise - (0.5 - cover) - CLOUD_MOST_NOISE * scarce * scarce;
+    vec3 fibre_place = CLOUD_HAIR * (CLOUD_ORIGIN(fibre) + p.carried * cloud_view.fibre.per_m);
+    return CloudNoise(excess, 0.25 * hidden, hidden, half_width, cloud_interior(w), clusters * shape.wide - 0.5 + most,
+        cover, fibre_place, p.turned, p.tilted);
 }
 
 // How far the noise lies below any cloud, whatever the rims are; 0: there may be some.
 float cloud_gap(int layer, CloudNoise n, float footprint_m) {
     bool ice = CLOUD_IS_ICE(layer);
-    float rim_lost = CLOUD_RIM * CLOUD_RIM * cloud_hidden(cloud_level(cloud_view.fine_level, footprint_m),
+    float rim_variance = CLOUD_RIM * CLOUD_RIM * hidden_variance_share(cloud_level(cloud_view.fine_level, footprint_m),
         cloud_view.rim_filter)
-        + CLOUD_RIM_NEAR * CLOUD_RIM_NEAR * cloud_hidden(cloud_level(cloud_view.finest_level, footprint_m),
+        + CLOUD_RIM_NEAR * CLOUD_RIM_NEAR * hidden_variance_share(cloud_level(cloud_view.finest_level, footprint_m),
             cloud_view.rim_filter);
-    float half_width = ice ? n.soft : max(sqrt(n.lost + rim_lost), CLOUD_LEAST_LOST);
-    float most = n.x + (CLOUD_RIM + CLOUD_RIM_NEAR) * (ice ? CLOUD_ICE_RIM : 1.0) + half_width;
+    float half_width = ice ? n.half_width : max(sqrt(n.hidden_variance + rim_variance), CLOUD_LEAST_HALF_WIDTH);
+    float most = n.excess + (CLOUD_RIM + CLOUD_RIM_NEAR) * (ice ? CLOUD_ICE_RIM : 1.0) + half_width;
     float gap = max(-most, ice || n.cover >= CLOUD_LEAST ? 0.0 : 1e-6);
     return cloud_view.layers[layer].kind == CLOUD_UNIFORM ? 0.0 : gap;
 }
@@ -313,25 +314,26 @@ float cloud_gap(int layer, CloudNoise n, float footprint_m) {
 float cloud_rimmed(int layer, CloudNoise n, float share, float footprint_m, int rims) {
     CloudViewLayer shell = cloud_view.layers[layer];
     bool ice = CLOUD_IS_ICE(layer);
-    float x = n.x, lost = n.lost;
-    int turns = x > -0.3 - 0.5 * sqrt(lost) && n.hidden < 0.99 ? rims : 0, i = 0;
+    float excess = n.excess, variance = n.hidden_variance;
+    int turns = excess > -0.3 - 0.5 * sqrt(variance) && n.hidden_share < 0.99 ? rims : 0, i = 0;
     // Left at its end: software GPUs go through the turn, too, in which a loop is left at its head.
     if (rims > 0) do {
         vec3 billow = i == 0 ? CLOUD_ORIGIN(fine) + n.tilted * cloud_view.fine.per_m
             : CLOUD_ORIGIN(finest) + n.turned * cloud_view.finest.per_m;
-        vec3 at = ice ? (i == 0 ? 1.0 : CLOUD_HAIRS) * n.hair : billow;
+        vec3 at = ice ? (i == 0 ? 1.0 : CLOUD_HAIRS) * n.fibre_place : billow;
         float level = cloud_level(i == 0 ? cloud_view.fine_level : cloud_view.finest_level, footprint_m);
         float weight = turns > 0 ? (i == 0 ? CLOUD_RIM : CLOUD_RIM_NEAR) * (ice ? CLOUD_ICE_RIM : 1.0) : 0.0;
         float rim = textureLod(u_cloud_rims, at, level + cloud_dither - 0.5).r - 0.5;
         // Billows above, wisps below: at the base the noise is turned round.
-        x += 2.0 * weight * rim * mix(-1.0, 1.0, ice ? 1.0 : smoothstep(0.0, 0.25, share));
-        lost += weight * weight * cloud_hidden(level, cloud_view.rim_filter);
+        excess += 2.0 * weight * rim * mix(-1.0, 1.0, ice ? 1.0 : smoothstep(0.0, 0.25, share));
+        variance += weight * weight * hidden_variance_share(level, cloud_view.rim_filter);
     } while (++i < turns);
-    float thin = cloud_ramp(x, n.soft, 0.4);
-    float dense = cloud_ramp(x, max(sqrt(lost), CLOUD_LEAST_LOST), CLOUD_EDGE) * step(CLOUD_LEAST, n.cover);
+    float thin = filtered_ramp(excess, n.half_width, 0.4);
+    float dense = filtered_ramp(excess, max(sqrt(variance), CLOUD_LEAST_HALF_WIDTH), CLOUD_EDGE)
+        * step(CLOUD_LEAST, n.cover);
     // Sheets that close the sky are of thick and thin places all the same.
-    float body = exp2(-2.0 * (1.0 - smoothstep(-0.25, 0.4, n.thick))) * n.body;
-    float billows = body * cloud_clumped(dense, n.hidden, body * shell.extinction_per_m);
+    float interior = exp2(-2.0 * (1.0 - smoothstep(-0.25, 0.4, n.thickness))) * n.interior;
+    float billows = interior * cloud_clumped(dense, n.hidden_share, interior * shell.extinction_per_m);
 
     float even = shell.cover_scale > 0.0 ? 1.0 : 0.0;
     float density = shell.kind == CLOUD_UNIFORM ? even : ice ? thin : billows;

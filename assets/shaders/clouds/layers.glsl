@@ -44,7 +44,7 @@ vec2 shell_ball(ShellRay ray, float height) {
 }
 
 // Where the ray is between two heights: from x to y, and again from z to w; y <= x, w <= z: not.
-vec4 shell_spans(ShellRay ray, float base, float top) {
+vec4 shell_intervals(ShellRay ray, float base, float top) {
     vec2 whole = shell_ball(ray, top), hollow = shell_ball(ray, base);
     if (hollow.y <= hollow.x) return vec4(whole, 0.0, 0.0);
     return vec4(whole.x, hollow.x, hollow.y, whole.y);

@@ -15,16 +15,16 @@ CloudLight paper_air(CloudRay ray, float from, float to) {
     CloudLight light = CloudLight(vec3(0.0), vec3(0.0), 0.0, 0.0);
     float dt = (to - from) / float(PAPER_AIR_SLICES);
     for (int i = 0; i < PAPER_AIR_SLICES; ++i) {
-        CloudNode node[2];
+        MediumSample medium[2];
         for (int k = 0; k < 2; ++k) {
-            float t = from + dt * (float(i) + (k == 0 ? CLOUD_NODE_A : CLOUD_NODE_B)), h = shell_height(ray.shell, t);
+            float t = from + dt * (float(i) + (k == 0 ? GAUSS_A : GAUSS_B)), h = shell_height(ray.shell, t);
             ShellRay sun = shell_sun_ray(h, ray.rise + ray.nu * t);
             float there = shell_radius() + h;
             AirPoint air = air_point(h, clamp_cos((ray.shell.b + t) / there), clamp_cos(sun.b / there), ray.nu, 0.0);
-            node[k] = CloudNode(air.extinction, air.sun_depth, cloud_sun_share(sun, ray.disc) * air.direct, vec3(0.0),
-                0.0, 0.0);
+            medium[k] = MediumSample(air.extinction, air.sun_depth,
+                cloud_sun_visibility(sun, ray.sun_radius_rad) * air.direct, vec3(0.0), 0.0, 0.0);
         }
-        cloud_step(light, dt, node[0], node[1]);
+        cloud_step(light, dt, medium[0], medium[1]);
     }
     return light;
 }
@@ -37,11 +37,11 @@ float paper_density(CloudRay ray, int layer, float h) {
 float paper_sun(CloudRay ray, int layer, float t) {
     float h = shell_height(ray.shell, t);
     ShellRay sun = shell_sun_ray(h, ray.rise + ray.nu * t);
-    float way = shell_ball(sun, cloud_model.layers[layer].top_m).y / float(PAPER_SUN_SAMPLES), through = 1.0;
+    float step_m = shell_ball(sun, cloud_model.layers[layer].top_m).y / float(PAPER_SUN_SAMPLES), transmittance = 1.0;
     for (int i = 0; i < PAPER_SUN_SAMPLES; ++i) {
-        through *= exp(-way * paper_density(ray, layer, shell_height(sun, way * (float(i) + 0.5))));
+        transmittance *= exp(-step_m * paper_density(ray, layer, shell_height(sun, step_m * (float(i) + 0.5))));
     }
-    return through * cloud_sun_share(sun, ray.disc);
+    return transmittance * cloud_sun_visibility(sun, ray.sun_radius_rad);
 }
 
 // One segment between two samples of the air; transmittance: of all before it.
@@ -83,15 +83,15 @@ void paper_clear(inout vec3 radiance, inout vec3 transmittance, CloudRay ray, fl
 // Like cloud_march, through the first layer alone: the sources have one.
 CloudLight paper_march(CloudRay ray, float end) {
     vec3 radiance = vec3(0.0), transmittance = vec3(1.0);
-    vec4 spans = vec4(0.0);
+    vec4 intervals = vec4(0.0);
     float thickness = 1.0;
     if (cloud_model.layer_count > 0) {
-        spans = min(shell_spans(ray.shell, cloud_model.layers[0].base_m, cloud_model.layers[0].top_m), end);
+        intervals = min(shell_intervals(ray.shell, cloud_model.layers[0].base_m, cloud_model.layers[0].top_m), end);
         thickness = cloud_model.layers[0].top_m - cloud_model.layers[0].base_m;
     }
     float t = 0.0;
     for (int k = 0; k < 2; ++k) {
-        float from = spans[2 * k], to = spans[2 * k + 1];
+        float from = intervals[2 * k], to = intervals[2 * k + 1];
         if (to <= from) continue;
         paper_clear(radiance, transmittance, ray, t, from);
         float length_m = 0.25 * thickness;

@@ -30,7 +30,7 @@ float cloud_slab_sun(int layer, float mu_s) {
 // Harmonics of a ray and a sun, for the table's moments: mu, mu_s: cosines of the ray and of the sun to the zenith, nu:
 // between the two.
 struct CloudHarmonics {
-    vec4 of[3];
+    vec4 moments[3];   // order m of degree l is number l (l + 1) / 2 + m, as in the table
 };
 
 CloudHarmonics cloud_harmonics(float mu, float mu_s, float nu) {
@@ -38,12 +38,12 @@ CloudHarmonics cloud_harmonics(float mu, float mu_s, float nu) {
     float rho2 = max((1.0 - mu * mu) * (1.0 - mu_s * mu_s), 0.0), rho = sqrt(rho2);
     float x = clamp(nu - mu * mu_s, -rho, rho), turn = 1.0, turn_last = 0.0, diagonal = 1.0;
     CloudHarmonics found;
-    found.of[2] = vec4(0.0);
+    found.moments[2] = vec4(0.0);
     for (int order = 0; order <= CLOUD_DEGREE; ++order) {
         float p = diagonal, p_last = 0.0;
         for (int l = order; l <= CLOUD_DEGREE; ++l) {
             int index = l * (l + 1) / 2 + order;
-            found.of[index >> 2][index & 3] = p * turn;
+            found.moments[index >> 2][index & 3] = p * turn;
             float p_next = (float(2 * l + 1) * mu * p - float(l + order) * p_last) / float(l + 1 - order);
             p_last = p;
             p = p_next;
@@ -71,7 +71,7 @@ float cloud_slab_light(int layer, float up, float down, float sun, CloudHarmonic
     float layers = 3.0 * float(CLOUD_SLABS) * size.x, first = texel.z + 3.0 * size.x * float(layer);
     for (int k = 0; k < 3; ++k) {
         vec4 m = textureLod(u_cloud_slab, vec3(texel.xy / size.zy, (first + float(k) * size.x) / layers), 0.0);
-        sum += dot(m, harmonics.of[k]);
+        sum += dot(m, harmonics.moments[k]);
     }
     return less * max(sum, 0.0);
 }
@@ -84,19 +84,19 @@ float cloud_slab(int layer, float up, float down, float mu, float mu_s, float nu
 // asymmetry g^(1 + 0.6 k), in numbers that follow Poisson's law. The exponent, and the share of each lobe's level in
 // its back that is left out (light that far astray is in the table already), are fitted to Monte-Carlo slabs.
 struct CloudLobes {
-    float of[CLOUD_LOBES];   // each lobe against what is scattered once, over k!
-    float peak;
+    float relative[CLOUD_LOBES];   // phase function of each lobe over that of single scattering, over k!
+    float peak;                    // cloud_peak()
 };
 
 CloudLobes cloud_lobes_at(int layer, float nu) {
-    float g = cloud_model.layers[layer].asymmetry, once = cloud_phase(nu, g), step = pow(max(g, 1e-3), CLOUD_BROADEN),
-        lobe = g, count = 1.0;
+    float g = cloud_model.layers[layer].asymmetry, once = cloud_phase(nu, g);
+    float broader = pow(max(g, 1e-3), CLOUD_BROADEN), lobe = g, count = 1.0;
     CloudLobes found;
     found.peak = cloud_peak(layer);
     for (int k = 0; k < CLOUD_LOBES; ++k) {
         count *= float(k + 1);
-        lobe *= step;
-        found.of[k] = max(cloud_phase(nu, lobe) - CLOUD_BACK * cloud_phase(-1.0, lobe), 0.0) / (once * count);
+        lobe *= broader;
+        found.relative[k] = max(cloud_phase(nu, lobe) - CLOUD_BACK * cloud_phase(-1.0, lobe), 0.0) / (once * count);
     }
     return found;
 }
@@ -107,7 +107,7 @@ float cloud_lobes_sum(CloudLobes lobes, float depth) {
     float mean = lobes.peak * min(depth, CLOUD_LOBES_DEEPEST), weight = 1.0, sum = 1.0;
     for (int k = 0; k < CLOUD_LOBES; ++k) {
         weight *= mean;
-        sum += weight * lobes.of[k];
+        sum += weight * lobes.relative[k];
     }
     return sum;
 }

@@ -5,10 +5,10 @@
 
 layout(binding = CLOUD_SHADOW_UNIT) uniform sampler2DArray u_cloud_shadow;
 
-// As cloud_through() has it (clouds/through.glsl), of all cloud above a point on its way to the sun. wide_m: the mean
-// over so much.
-vec4 cloud_through_at(vec3 point, float altitude, float wide_m) {
-    float unused, mu_s = dot(up_at(point), frame.sun_direction.xyz);
+// As clouds/slab_transmittance.glsl has it, of all cloud above a point on its way to the sun. wide_m: the mean over so
+// much.
+vec4 slab_transmittance_at(vec3 point, float altitude, float wide_m) {
+    float unused, mu_s = dot(up_at(point), frame.sun_direction);
     vec3 D = foot_offset_of(cloud_sun_place(point, altitude, mu_s), unused);
     vec4 sum = vec4(0.0);
     float left = 1.0;
@@ -25,5 +25,5 @@ vec4 cloud_through_at(vec3 point, float altitude, float wide_m) {
 }
 
 float cloud_shadow(vec3 point) {
-    return mix(1.0, cloud_through_at(point, altitude_of(point), 0.0).x, cloud_view.surface_shadows);
+    return mix(1.0, slab_transmittance_at(point, altitude_of(point), 0.0).x, cloud_view.surface_shadows);
 }

@@ -9,8 +9,9 @@
 layout(local_size_x = 8, local_size_y = 4) in;
 layout(binding = 0, rgba32f) uniform image2D u_rays;
 layout(binding = 1, r32f) uniform image2D u_distance;
-// steps; how much of the shadow counts; the first step is about this long in metres
-layout(location = 5) uniform vec3 u_shafts;
+layout(location = 5) uniform int u_shaft_steps;
+layout(location = 8) uniform float u_shaft_share;        // how much of the shadow counts
+layout(location = 9) uniform float u_first_shaft_step;   // about as long, in metres
 
 const float CLEAR = 1e-3;
 
@@ -26,13 +27,13 @@ KnownBy g_fine, g_coarse;   // the finer one first
 float g_dip;
 
 void cloud_sun_at(AirStep place) {
-    vec3 sun = frame.sun_direction.xyz;
-    float r = planet.radii.x + place.altitude, unused;
-    float way = cloud_way_to(r, place.mu_s, cloud_view.shadow_height_m - place.altitude);
-    vec3 D = foot_offset_of(place.point + sun * way, unused);
-    // The crossing stays at its height X: X . (ray + way' sun) = 0.
-    vec3 drift = place.ray - sun * ((r * place.mu + way * place.nu) / max(r * place.mu_s + way, LEAST_RISE * r));
-    int level = cloud_first_map(D, place.wide), levels = cloud_view.shadow_map_count;
+    vec3 sun = frame.sun_direction;
+    float r = planet.radius_m + place.altitude, unused;
+    float path_m = distance_to_rise(r, place.mu_s, cloud_view.shadow_height_m - place.altitude);
+    vec3 D = foot_offset_of(place.point + sun * path_m, unused);
+    // The crossing stays at its height X: X . (ray + path_m' sun) = 0.
+    vec3 drift = place.ray - sun * ((r * place.mu + path_m * place.nu) / max(r * place.mu_s + path_m, LEAST_RISE * r));
+    int level = cloud_first_map(D, place.footprint_m), levels = cloud_view.shadow_map_count;
     float left = 1.0;
     g_fine = g_coarse = KnownBy(0.0, 0.0, vec2(0.0), vec2(0.0));
     do {
@@ -44,14 +45,14 @@ void cloud_sun_at(AirStep place) {
         left -= known;
     } while (++level < levels && g_coarse.share <= 0.0 && left > 0.0);
     // Where neither knows all, the rest is as they are on the mean.
-    float all = g_fine.share + g_coarse.share;
-    g_fine.share /= max(all, 1e-6);
-    g_coarse.share /= max(all, 1e-6);
+    float total = g_fine.share + g_coarse.share;
+    g_fine.share /= max(total, 1e-6);
+    g_coarse.share /= max(total, 1e-6);
     g_dip = cloud_sun_dip(place.altitude, place.mu_s);
 }
 
 float cloud_sun_left(AirStep place, float further) {
-    float r = planet.radii.x + place.altitude;
+    float r = planet.radius_m + place.altitude;
     float altitude = place.altitude + further * (place.mu + 0.5 * further * (1.0 - place.mu * place.mu) / r);
     float node = cloud_node(altitude - g_dip), sum = 1.0 - g_fine.share - g_coarse.share;
     int maps = g_coarse.share > 0.0 ? 2 : 1, k = 0;
@@ -70,11 +71,11 @@ void main() {
     if (any(greaterThanEqual(at, imageSize(u_rays)))) return;
     ViewRay v = cloud_view_ray(at);
     vec4 clouds = imageLoad(u_rays, at);
-    ShadowedAir air = shadowed_air(v.ray, v.mu, v.end, imageLoad(u_distance, at).r, clouds.a, int(u_shafts.x),
-        u_shafts.z, v.shift);
-    if (air.any) {
-        imageStore(u_rays, at, vec4(clouds.rgb - air.light * (u_shafts.y * frame.scale.x), clouds.a));
+    ShadowedAir air = shadowed_air(v.ray, v.mu, v.end, imageLoad(u_distance, at).r, clouds.a, u_shaft_steps,
+        u_first_shaft_step, v.jitter);
+    if (air.shadowed) {
+        imageStore(u_rays, at, vec4(clouds.rgb - air.light * (u_shaft_share * frame.hdr_per_radiance), clouds.a));
         // Where there is nothing else to follow from frame to frame, the shafts are.
-        if (1.0 - clouds.a < CLEAR) imageStore(u_distance, at, vec4(air.distance));
+        if (1.0 - clouds.a < CLEAR) imageStore(u_distance, at, vec4(air.distance_m));
     }
 }

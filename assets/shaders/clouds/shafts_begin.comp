@@ -2,10 +2,11 @@
 layout(local_size_x = 1) in;
 layout(std430, binding = 0) readonly buffer Shaded { uint shaded[]; };
 layout(std430, binding = 1) writeonly buffer Groups { uint groups[]; };
-layout(location = 0) uniform ivec3 u_groups;   // across, down; the map that all in view lies on
+layout(location = 0) uniform ivec2 u_groups;   // across, down
+layout(location = 1) uniform int u_map;        // that all in view lies on
 
 void main() {
-    uint any_ = shaded[u_groups.z];
+    uint any_ = shaded[u_map];
     groups[0] = any_ * uint(u_groups.x);
     groups[1] = any_ * uint(u_groups.y);
     groups[2] = 1u;

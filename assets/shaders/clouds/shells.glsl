@@ -12,11 +12,11 @@ const float FAR_RADII = 10.0;
 // way up; both are the distance to the lowest point where the ray stays above the sphere. Stable: no difference of two
 // large numbers.
 vec2 shell_crossings(float mu, float height) {
-    float r = planet.radii.x + frame.camera_zenith.w;
+    float r = planet.radius_m + frame.camera_altitude_m;
     float b = r * mu;
-    float c = (height - frame.camera_zenith.w) * (planet.radii.x + height + r);   // > 0: the camera is below the height
-    float d = b * b + c, sphere = planet.radii.x + height;
-    if (shell_sine2 >= 0.0 && frame.camera_zenith.w > FAR_RADII * planet.radii.x)
+    float c = (height - frame.camera_altitude_m) * (planet.radius_m + height + r);   // > 0: the camera is below it
+    float d = b * b + c, sphere = planet.radius_m + height;
+    if (shell_sine2 >= 0.0 && frame.camera_altitude_m > FAR_RADII * planet.radius_m)
         d = sphere * sphere - r * r * shell_sine2;
     float root = safe_sqrt(d);
     float lowest = max(-b, 0.0);
@@ -26,7 +26,7 @@ vec2 shell_crossings(float mu, float height) {
 }
 
 // x, y: where the ray is in the shell going down; z, w: going up. Cut at `end`; empty where x >= y or z >= w.
-vec4 shell_ways(float mu, float base, float top, float end) {
+vec4 shell_intervals(float mu, float base, float top, float end) {
     vec2 low = shell_crossings(mu, base), high = shell_crossings(mu, top);
     return min(vec4(high.x, low.x, low.y, high.y), vec4(end));
 }

@@ -10,8 +10,8 @@ void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.x, u_rows.x + u_rows.y * int(gl_GlobalInvocationID.y));
     if (any(greaterThanEqual(at, imageSize(o_clouds)))) return;
     vec3 ray = cloud_sky_direction((vec2(at) + 0.5) / vec2(imageSize(o_clouds)));
-    float mu = clamp_cos(dot(ray, frame.camera_zenith.xyz));
+    float mu = clamp_cos(dot(ray, frame.camera_zenith));
     pixel_rad = 2.0 / float(imageSize(o_clouds).x);
-    March m = march_clouds(ray, mu, mu > -0.05 ? NOT_ALL : 0.0, 0.5);
-    imageStore(o_clouds, at, vec4(m.light * frame.scale.x, m.open));
+    March m = march_clouds(ray, mu, mu > -0.05 ? UNBOUNDED : 0.0, 0.5);
+    imageStore(o_clouds, at, vec4(m.radiance * frame.hdr_per_radiance, m.transmittance));
 }

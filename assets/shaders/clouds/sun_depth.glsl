@@ -23,7 +23,7 @@ CloudSunPlace cloud_sun_ray(vec3 point, float altitude, float mu_s, float wide_m
 
 // How far the lowest point of the sun's ray lies below a place.
 float cloud_sun_dip(float altitude, float mu_s) {
-    return mu_s < 0.0 ? (planet.radii.x + altitude) * mu_s * mu_s / (1.0 + sqrt(1.0 - min(mu_s * mu_s, 1.0))) : 0.0;
+    return mu_s < 0.0 ? (planet.radius_m + altitude) * mu_s * mu_s / (1.0 + sqrt(1.0 - min(mu_s * mu_s, 1.0))) : 0.0;
 }
 
 // From a height on that ray on. Of a sun below the point's horizon: from its lowest point on.

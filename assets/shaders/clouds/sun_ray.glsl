@@ -5,7 +5,7 @@
 
 // Distance from a height along a ray of cosine mu to the zenith there, as far as it has risen by `rise` (negative: back
 // along the ray). Where it never gets as low, the way to its lowest point. r: of the starting height.
-float cloud_way_to(float r, float mu, float rise) {
+float distance_to_rise(float r, float mu, float rise) {
     float b = r * mu, c = max(rise * (2.0 * r + rise), -b * b);
     float root = sqrt(max(b * b + c, 0.0));
     return b >= 0.0 ? c / max(root + b, 1.0) : root - b;
@@ -23,6 +23,6 @@ float cloud_node(float altitude) {
 
 // Where the sun's ray through a point crosses the reference height on its way out; no less high than its lowest point.
 vec3 cloud_sun_place(vec3 point, float altitude, float mu_s) {
-    return point + frame.sun_direction.xyz * cloud_way_to(planet.radii.x + altitude, mu_s,
+    return point + frame.sun_direction * distance_to_rise(planet.radius_m + altitude, mu_s,
         cloud_view.shadow_height_m - altitude);
 }

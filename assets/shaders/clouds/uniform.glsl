@@ -15,11 +15,11 @@ float cloud_mean_profile(int layer, ShellRay ray, float from, float to) {
 
 // Optical depth of one layer between two distances along a ray.
 float cloud_layer_depth(int layer, ShellRay ray, float from, float to) {
-    vec4 spans = shell_spans(ray, cloud_model.layers[layer].base_m, cloud_model.layers[layer].top_m);
-    spans = clamp(spans, from, to);
+    vec4 intervals = shell_intervals(ray, cloud_model.layers[layer].base_m, cloud_model.layers[layer].top_m);
+    intervals = clamp(intervals, from, to);
     float depth = 0.0;
     for (int k = 0; k < 2; ++k) {
-        float a = spans[2 * k], b = spans[2 * k + 1];
+        float a = intervals[2 * k], b = intervals[2 * k + 1];
         if (b > a) depth += (b - a) * cloud_mean_profile(layer, ray, a, b);
     }
     return depth * cloud_model.layers[layer].extinction_per_m;

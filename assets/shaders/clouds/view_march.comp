@@ -17,8 +17,7 @@ void main() {
     ivec2 at = cloud_block_of(ivec2(place & 0xffffu, place >> 16) * ivec2(8, 4) + ivec2(gl_LocalInvocationID.xy));
     if (any(greaterThanEqual(at, imageSize(o_clouds)))) return;
     ViewRay v = cloud_view_ray(at);
-    March m = march_clouds(v.ray, v.mu, v.end, v.shift);
-    float taken = 1.0 - m.open;
-    imageStore(o_clouds, at, vec4(m.light * frame.scale.x, m.open));
-    imageStore(o_distance, at, vec4(taken > 1e-4 ? m.sum / taken : NOT_ALL));
+    March m = march_clouds(v.ray, v.mu, v.end, v.jitter);
+    imageStore(o_clouds, at, vec4(m.radiance * frame.hdr_per_radiance, m.transmittance));
+    imageStore(o_distance, at, vec4(cloud_mean_distance(m)));
 }

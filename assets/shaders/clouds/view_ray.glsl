@@ -2,7 +2,7 @@
 // for PICTURE_PX x PICTURE_PX of the frame's.
 #include "generated/bindings.glsl"
 #include "common/camera.glsl"
-#include "clouds/ways.glsl"
+#include "clouds/intervals.glsl"
 
 layout(binding = CLOUD_DEPTH_UNIT) uniform sampler2D u_depth;
 layout(location = 1) uniform ivec2 u_place;   // of the ray's pixel in its block
@@ -13,7 +13,7 @@ layout(location = 4) uniform int u_checkerboard;
 
 struct ViewRay {
     vec3 ray;
-    float mu, end, shift;
+    float mu, end, jitter;
 };
 
 // The block of a lane's ray: of two in a column the one on such a square.
@@ -31,16 +31,16 @@ ViewRay cloud_view_ray(ivec2 at) {
     ivec2 pixel = min(at * STRIDE + u_place, textureSize(u_depth, 0) - 1);
     vec3 ray = view_ray(ndc_of_pixel((vec2(pixel) + 0.5) * float(PICTURE_PX)));
     float stretch = length(ray), depth = texelFetch(u_depth, pixel, 0).r;
-    float end = depth > 0.0 ? forward_distance(depth) * stretch : NOT_ALL;
+    float end = depth > 0.0 ? forward_distance(depth) * stretch : UNBOUNDED;
     ray /= stretch;
-    float mu = clamp_cos(dot(ray, frame.camera_zenith.xyz));
-    vec3 aside = cross(ray, frame.camera_zenith.xyz);
+    float mu = clamp_cos(dot(ray, frame.camera_zenith));
+    vec3 aside = cross(ray, frame.camera_zenith);
     shell_sine2 = dot(aside, aside);
     // The planet itself, where nothing was drawn on it.
-    vec2 floor_ = shell_crossings(mu, min(planet.radii.w, frame.camera_zenith.w));
-    if (depth <= 0.0 && mu < 0.0 && floor_.x < floor_.y && frame.camera_zenith.w > planet.radii.w)
+    vec2 floor_ = shell_crossings(mu, min(planet.lowest_drawn_m, frame.camera_altitude_m));
+    if (depth <= 0.0 && mu < 0.0 && floor_.x < floor_.y && frame.camera_altitude_m > planet.lowest_drawn_m)
         end = min(end, floor_.x);
-    pixel_rad = frame.clock.w * u_width;
+    pixel_rad = frame.pixel_rad * u_width;
     cloud_dither = cloud_pattern(pixel + ivec2(37, 91));
     return ViewRay(ray, mu, end, cloud_pattern(pixel));
 }

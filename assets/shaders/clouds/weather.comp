@@ -8,6 +8,7 @@
 // nothing winds up without end.
 #include "common/noise.glsl"
 #include "common/octahedral.glsl"
+#include "generated/weather.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 #ifdef BALANCE
@@ -17,15 +18,13 @@ layout(binding = 0, rgba8) uniform writeonly image2D o_weather;
 #endif
 layout(location = 0) uniform int u_border;
 layout(location = 1) uniform ivec2 u_corner;          // of the tile
-// of a generation: seed, its age from -0.5 to 0.5 of its life, weight, unused
-layout(location = 2) uniform vec4 u_life[2];
-layout(location = 4) uniform vec2 u_balance;         // cover = 0.5 + slope (raw - level)
+layout(location = 3) uniform float u_balance_level;   // cover = 0.5 + slope (raw - level)
+layout(location = 4) uniform float u_balance_slope;
 layout(location = 5) uniform float u_texel_rad;      // octaves that are finer than the map's texels would only be grain
 #ifdef IMPORTED
 layout(binding = 0) uniform sampler2D u_cover;       // of a file, on a square like this one's
 layout(location = 6) uniform float u_cover_border;   // texels
 #endif
-layout(location = 8) uniform vec4 u_cyclones[2 * CYCLONES];   // direction and size (chord), winding and strength
 
 const float DRIFT_RAD = 0.9;   // of the fastest winds in a generation's life, relative to the frame
 
@@ -56,88 +55,117 @@ float cover_at(vec3 d) {
 }
 #endif
 
-vec4 weather_at(vec3 d) {
-    vec3 wound = d;
-    float front = 0.0, gap = 0.0, core = 0.0;
+// What cyclones do to a place: where the air was before they wound it up, and how much there is of their fronts, of the
+// dry slots beside these, and of their cores. Shapes are our own, by eye.
+struct Cyclonic {
+    vec3 wound;
+    float front, gap, core;
+};
+
+Cyclonic cyclones_at(vec3 d) {
+    Cyclonic found = Cyclonic(d, 0.0, 0.0, 0.0);
 #ifndef IMPORTED   // whose cyclones are in it
     for (int i = 0; i < CYCLONES; ++i) {
-        vec4 place = u_cyclones[2 * i], kind = u_cyclones[2 * i + 1];
-        float away = length(d - place.xyz) / place.w;
+        Cyclone c = weather.cyclones[i];
+        float away = length(d - c.direction) / c.size;
         // A loop, not a branch: software GPUs skip it where no texel is near.
-        for (int once = away < 3.0 && kind.y > 0.0 ? 0 : 1; once < 1; ++once) {
+        for (int once = away < 3.0 && c.strength > 0.0 ? 0 : 1; once < 1; ++once) {
             float reach = exp(-away * away * 0.8);
-            wound = about(wound, place.xyz, kind.x * kind.y * 2.8 * reach / (0.35 + away));
-            vec3 east = normalize(cross(vec3(0.0, 0.0, 1.0), place.xyz)), north = cross(place.xyz, east);
-            vec3 aside = d - place.xyz;
+            found.wound = about(found.wound, c.direction, c.winding * c.strength * 2.8 * reach / (0.35 + away));
+            vec3 east = normalize(cross(vec3(0.0, 0.0, 1.0), c.direction)), north = cross(c.direction, east);
+            vec3 aside = d - c.direction;
             float azimuth = atan(dot(aside, north), dot(aside, east));
             float rough = noise_at(d * 14.0, 31) + 0.5 * noise_at(d * 31.0, 32);
-            float turn = kind.x * azimuth - 2.1 * log(max(away, 0.03)) + kind.z + 0.9 * rough;
+            float turn = c.winding * azimuth - 2.1 * log(max(away, 0.03)) + c.phase + 0.9 * rough;
             float arm = 0.5 + 0.5 * cos(turn);
             float size = smoothstep(0.02, 0.25, away) * exp(-away * away * 0.55);
-            front += kind.y * size * arm * arm * arm;
-            gap += kind.y * size * smoothstep(0.45, 1.0, 0.5 + 0.5 * cos(turn - 2.0));
-            core += kind.y * exp(-away * away * 18.0);
+            found.front += c.strength * size * arm * arm * arm;
+            found.gap += c.strength * size * smoothstep(0.45, 1.0, 0.5 + 0.5 * cos(turn - 2.0));
+            found.core += c.strength * exp(-away * away * 18.0);
         }
     }
 #endif
+    return found;
+}
+
+// Belts of latitude, 0..1 each, bent by noise: rain belt, dry belts, storm tracks, polar sheets.
+struct Belts {
+    float rain, dry, storms, polar;
+};
+
+Belts belts_at(vec3 d) {
     float sine = d.z;
     float bend = 9.0 * noise_at(d * 1.7, 40) + 5.0 * noise_at(d * 4.1, 41);
-    float latitude = degrees(asin(clamp(sine, -1.0, 1.0))) + bend;
-    float rain = band(latitude, 6.0, 8.0), south = abs(latitude);
-    float dry = band(south, 24.0, 9.5), storms = band(south, 52.0, 14.0), polar = smoothstep(62.0, 80.0, south);
+    float latitude = degrees(asin(clamp(sine, -1.0, 1.0))) + bend, south = abs(latitude);
+    return Belts(band(latitude, 6.0, 8.0), band(south, 24.0, 9.5), band(south, 52.0, 14.0),
+        smoothstep(62.0, 80.0, south));
+}
 
-    float flat_ = 0.0, fine = 0.0, streaks = 0.0, kinds = 0.0;
-    float winds = storms - 0.55 * dry - 0.45 * rain;
-    float bands = 0.0, given = 0.0;
-    for (int j = 0; j < 2; ++j) {
-        int seed = int(u_life[j].x);
-        float w = u_life[j].z;
-        vec3 p = about_pole(wound, -DRIFT_RAD * winds * u_life[j].y);
+// Sums over the generations of noise.
+struct WeatherNoise {
+    float broad, fine;   // the first four octaves; finer ones
+    float streaks;       // of ice
+    float kinds;         // towers or sheets
+    float jets;          // bands of cloud along them
+    float imported;      // cover of a file
+};
+
+void add_generation(inout WeatherNoise sum, Generation g, vec3 wound, float winds) {
+    vec3 p = about_pole(wound, -DRIFT_RAD * winds * g.age);
 #ifdef IMPORTED
-        // Squares of the weights add up to one: in the middle of a generation it is the map, before and after what
-        // winds make of it.
-        given += w * w * cover_at(p);
+    // Squares of the weights add up to one: in the middle of a generation it is the map, before and after what winds
+    // make of it.
+    sum.imported += g.weight * g.weight * cover_at(p);
 #endif
-        vec3 q = p * vec3(1.0, 1.0, 1.5);
-        vec3 bent = q + 0.10 * vec3(noise_at(q * 3.0, seed + 1), noise_at(q * 3.0, seed + 2),
-            noise_at(q * 3.0, seed + 3))
-            + 0.035 * vec3(noise_at(q * 11.0, seed + 4), noise_at(q * 11.0, seed + 5), noise_at(q * 11.0, seed + 6));
-        float frequency = 2.3, weight = 1.0, broad = 0.0, small = 0.0;
-        for (int k = 0; k < OCTAVES; ++k) {
-            float shown = 1.0 - smoothstep(0.3, 0.6, frequency * u_texel_rad);
-            float n = shown * weight * noise_at(bent * frequency, seed + 8 + k);
-            if (k < 4) broad += n;
-            else small += n;
-            frequency *= 2.13;
-            weight *= 0.72;
-        }
-        // Fronts along the jets: bands of a few hundred kilometres, thousands long.
-        float jet = noise_at(bent * vec3(2.6, 2.6, 3.6), seed + 40) + 0.4 * noise_at(bent * 6.7, seed + 41)
-            + 0.12 * noise_at(bent * 31.0, seed + 42);
-        bands += w * exp(-jet * jet * 160.0);
-        vec3 along = bent * vec3(1.0, 1.0, 3.2);
-        float thin = noise_at(along * 3.1, seed + 20) + 0.6 * noise_at(along * 9.0, seed + 21)
-            + 0.45 * noise_at(along * 27.0, seed + 22) + 0.3 * noise_at(along * 81.0, seed + 23);
-        flat_ += w * broad;
-        fine += w * small;
-        streaks += w * thin;
-        kinds += w * (noise_at(p * 2.6, seed + 30) + 0.5 * noise_at(p * 7.0, seed + 31));
+    vec3 q = p * vec3(1.0, 1.0, 1.5);
+    vec3 bent = q + 0.10 * vec3(noise_at(q * 3.0, g.seed + 1), noise_at(q * 3.0, g.seed + 2),
+        noise_at(q * 3.0, g.seed + 3))
+        + 0.035 * vec3(noise_at(q * 11.0, g.seed + 4), noise_at(q * 11.0, g.seed + 5), noise_at(q * 11.0, g.seed + 6));
+    float frequency = 2.3, amplitude = 1.0, broad = 0.0, fine = 0.0;
+    for (int k = 0; k < OCTAVES; ++k) {
+        float visible = 1.0 - smoothstep(0.3, 0.6, frequency * u_texel_rad);
+        float n = visible * amplitude * noise_at(bent * frequency, g.seed + 8 + k);
+        if (k < 4) broad += n;
+        else fine += n;
+        frequency *= 2.13;
+        amplitude *= 0.72;
     }
+    // Fronts along the jets: bands of a few hundred kilometres, thousands long.
+    float jet = noise_at(bent * vec3(2.6, 2.6, 3.6), g.seed + 40) + 0.4 * noise_at(bent * 6.7, g.seed + 41)
+        + 0.12 * noise_at(bent * 31.0, g.seed + 42);
+    sum.jets += g.weight * exp(-jet * jet * 160.0);
+    vec3 along = bent * vec3(1.0, 1.0, 3.2);
+    float thin = noise_at(along * 3.1, g.seed + 20) + 0.6 * noise_at(along * 9.0, g.seed + 21)
+        + 0.45 * noise_at(along * 27.0, g.seed + 22) + 0.3 * noise_at(along * 81.0, g.seed + 23);
+    sum.broad += g.weight * broad;
+    sum.fine += g.weight * fine;
+    sum.streaks += g.weight * thin;
+    sum.kinds += g.weight * (noise_at(p * 2.6, g.seed + 30) + 0.5 * noise_at(p * 7.0, g.seed + 31));
+}
+
+// Of a direction from the planet's centre, as in the image.
+vec4 weather_at(vec3 d) {
+    Cyclonic c = cyclones_at(d);
+    Belts b = belts_at(d);
+    WeatherNoise n = WeatherNoise(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    float winds = b.storms - 0.55 * b.dry - 0.45 * b.rain;
+    for (int j = 0; j < 2; ++j) add_generation(n, weather.generations[j], c.wound, winds);
 #ifdef IMPORTED
-    flat_ = given - 0.5;
-    bands = 0.0;
+    n.broad = n.imported - 0.5;
+    n.jets = 0.0;
 #endif
-    float level = 0.10 * rain - 0.50 * dry + 0.20 * storms + 0.14 * polar;
-    float ribbon = (storms + 0.25 * dry) * bands;
-    float raw = level + 1.15 * flat_ + (1.9 + 1.0 * rain) * fine + 1.1 * front - 1.0 * gap + 1.2 * core + 0.5 * ribbon;
-    float deep = clamp(0.22 + 0.15 * rain + 0.6 * front + 0.8 * core + 0.5 * flat_ + 2.4 * fine + 0.35 * ribbon
-        - 0.2 * dry, 0.0, 1.0);
-    float towers = clamp(0.5 + 0.45 * rain + 0.1 * dry - 0.35 * polar + 0.15 * storms + 0.9 * kinds + 0.4 * front, 0.0,
-        1.0);
-    float high = clamp(0.42 + 0.9 * streaks + 0.35 * front + 0.3 * rain + 0.2 * ribbon - 0.25 * dry + 0.15 * storms,
-        0.0, 1.0);
+    float level = 0.10 * b.rain - 0.50 * b.dry + 0.20 * b.storms + 0.14 * b.polar;
+    float ribbon = (b.storms + 0.25 * b.dry) * n.jets;
+    float raw = level + 1.15 * n.broad + (1.9 + 1.0 * b.rain) * n.fine + 1.1 * c.front - 1.0 * c.gap + 1.2 * c.core
+        + 0.5 * ribbon;
+    float deep = clamp(0.22 + 0.15 * b.rain + 0.6 * c.front + 0.8 * c.core + 0.5 * n.broad + 2.4 * n.fine
+        + 0.35 * ribbon - 0.2 * b.dry, 0.0, 1.0);
+    float towers = clamp(0.5 + 0.45 * b.rain + 0.1 * b.dry - 0.35 * b.polar + 0.15 * b.storms + 0.9 * n.kinds
+        + 0.4 * c.front, 0.0, 1.0);
+    float high = clamp(0.42 + 0.9 * n.streaks + 0.35 * c.front + 0.3 * b.rain + 0.2 * ribbon - 0.25 * b.dry
+        + 0.15 * b.storms, 0.0, 1.0);
 #ifdef IMPORTED
-    raw = given;
+    raw = n.imported;
 #endif
     return vec4(raw, towers, high, deep);
 }
@@ -153,7 +181,7 @@ void main() {
 #ifdef IMPORTED
     found.x = clamp(found.x, 0.0, 1.0);
 #elif !defined(BALANCE)
-    found.x = clamp(0.5 + u_balance.y * (found.x - u_balance.x), 0.0, 1.0);
+    found.x = clamp(0.5 + u_balance_slope * (found.x - u_balance_level), 0.0, 1.0);
 #endif
     imageStore(o_weather, at, found);
 }

@@ -34,7 +34,74 @@ bool box_outside(vec3 normal, vec3 low, vec3 high) {
 // Camera-relative position of a cell's middle vertex.
 vec3 cell_middle(uint cell) {
     CellVertex vertex = vertices[CELL_PLACE(cells, cell) * uint(CELL_VERTICES) + uint(CELL_MIDDLE)];
-    return vec3(vertex.x, vertex.y, vertex.z) - frame.camera_offset.xyz;
+    return vec3(vertex.x, vertex.y, vertex.z) - frame.camera_offset_m;
+}
+
+// Inward normals of the frustum's side planes through the camera; slightly widened so that rounding drops no pixel,
+// and by a pixel and a half: the jitter of the frames that this list is drawn in is not the one of this frame.
+struct SidePlanes {
+    vec3 left, right, bottom, top;
+};
+
+SidePlanes side_planes() {
+    vec3 right = frame.camera_right, up = frame.camera_up, forward = frame.camera_forward;
+    vec2 half_tan = frame.projection_scale * (1.001 + 3.0 * frame.texel_size);
+    vec2 low_tan = frame.projection_offset - half_tan, high_tan = frame.projection_offset + half_tan;
+    return SidePlanes(right - forward * low_tan.x, forward * high_tan.x - right, up - forward * low_tan.y,
+        forward * high_tan.y - up);
+}
+
+bool outside_frustum(SidePlanes planes, vec3 low, vec3 high) {
+    return box_outside(planes.left, low, high) || box_outside(planes.right, low, high)
+        || box_outside(planes.bottom, low, high) || box_outside(planes.top, low, high)
+        || box_outside(frame.camera_forward, low, high);
+}
+
+// Metres to a sphere's horizon from `above` metres over it.
+float horizon_distance(float radius_m, float above) {
+    return sqrt(above) * sqrt(2.0 * radius_m + above);
+}
+
+// How far away a cell may be seen over the sphere of the lowest ground before it: the straight line between two points
+// above a sphere is free only if it is no longer than the sum of their tangents. lowest: height of that sphere.
+float longest_sight(CellBounds box, float spacing_m, float lowest) {
+    float occluder = planet.radius_m + lowest;
+    float camera_tangent = horizon_distance(occluder, max(frame.camera_altitude_m - lowest, 0.0));
+    // Chords of the mesh hang below the sphere, so the outline that it shows lies a little farther out.
+    float chord = 2.0 * spacing_m, cell_above = max(box.high.w + frame.anchor_height_m - lowest, 0.0);
+    cell_above += chord * chord / (8.0 * planet.radius_m);
+    return camera_tangent + horizon_distance(occluder, cell_above);
+}
+
+// Cells before `first`, whose far side is nearer than the near side of this turn's, may hide these: they raise the
+// skyline. All invocations together.
+void raise_skyline(int first) {
+    float turn_distance = cells[first].distance_m;
+    uint ready = s_ready;
+    barrier();
+    for (uint k = ready + gl_LocalInvocationID.x; k < uint(first); k += 256u) {
+        if (cells[k].distance_m > turn_distance * SKYLINE_RATIO) {
+            atomicMin(s_next, k);
+            break;
+        }
+        skyline_raise(cell_middle(k), cells[k].spacing_m, bounds[CELL_PLACE(cells, k)].low.w);
+    }
+    barrier();
+    if (gl_LocalInvocationID.x == 0u) {
+        s_ready = min(s_next, uint(first));
+        s_next = 0xffffffffu;
+    }
+    barrier();
+}
+
+void write_draws() {
+    uint variant = gl_LocalInvocationID.x;
+    if (variant >= VARIANTS) return;
+    arguments[5u * variant] = ranges[variant].y;
+    arguments[5u * variant + 1u] = s_count[variant];
+    arguments[5u * variant + 2u] = ranges[variant].x;
+    arguments[5u * variant + 3u] = 0u;
+    arguments[5u * variant + 4u] = variant * uint(u_capacity);
 }
 
 void main() {
@@ -47,74 +114,32 @@ void main() {
     skyline_clear(gl_LocalInvocationID.x);
     barrier();
 
-    // Inward normals of the four side planes through the camera; slightly widened so that rounding never drops a pixel,
-    // and by a pixel and a half: the jitter of the frames that this list is drawn in is not the one of this frame.
-    vec3 right = frame.camera_right.xyz, up = frame.camera_up.xyz, forward = frame.camera_forward.xyz;
-    vec2 half_tan = frame.projection.xy * (1.001 + 3.0 * frame.viewport.zw);
-    vec2 low_tan = frame.projection.zw - half_tan, high_tan = frame.projection.zw + half_tan;
-    vec3 left_normal = right - forward * low_tan.x, right_normal = forward * high_tan.x - right;
-    vec3 bottom_normal = up - forward * low_tan.y, top_normal = forward * high_tan.y - up;
-
+    SidePlanes planes = side_planes();
     for (int first = 0; first < u_cell_count; first += 256) {
-        int index = first + int(gl_LocalInvocationID.x);
-        bool seen = index < u_cell_count;
-        CellBounds box = bounds[CELL_PLACE(cells, min(index, u_cell_count - 1))];
-        vec3 low = box.low.xyz - frame.camera_offset.xyz, high = box.high.xyz - frame.camera_offset.xyz;
+        int index = first + int(gl_LocalInvocationID.x), cell = min(index, u_cell_count - 1);
+        CellBounds box = bounds[CELL_PLACE(cells, cell)];
+        vec3 low = box.low.xyz - frame.camera_offset_m, high = box.high.xyz - frame.camera_offset_m;
         vec3 pad = 1e-6 * (abs(low) + abs(high));
         low -= pad;
         high += pad;
-        seen = seen && !(box_outside(left_normal, low, high) || box_outside(right_normal, low, high)
-            || box_outside(bottom_normal, low, high) || box_outside(top_normal, low, high)
-                || box_outside(forward, low, high));
-        // The straight line between two points above a sphere is free only if it is no longer than the sum of their
-        // tangents. The sphere is the lowest ground between here and the cell: cells come nearest first, and a line
-        // that dips below the lowest ground nearer than its end has met ground. Never below the lowest drawn surface.
+        bool in_view = index < u_cell_count && !outside_frustum(planes, low, high);
+        // The lowest ground between here and the cell: cells come nearest first, and a line that dips below the lowest
+        // ground nearer than its end has met ground. Never below the lowest drawn surface.
         if (index < u_cell_count) atomicMin(s_lowest, floatBitsToInt(max(box.low.w + LIFT, 0.0)));
         memoryBarrierShared();
         barrier();
-        float lowest = max(intBitsToFloat(s_lowest) - LIFT - 1.0 + frame.anchor_up.w, planet.radii.w);
-        float occluder = planet.radii.x + lowest;
-        float camera_above = max(frame.camera_zenith.w - lowest, 0.0);
-        float camera_tangent = sqrt(camera_above) * sqrt(2.0 * occluder + camera_above);
-        float cell_above = max(box.high.w + frame.anchor_up.w - lowest, 0.0);
-        // Chords of the mesh hang below the sphere, so the outline that it shows lies a little farther out.
-        float chord = 2.0 * cells[min(index, u_cell_count - 1)].spacing_m;
-        cell_above += chord * chord / (8.0 * planet.radii.x);
-        float cell_tangent = sqrt(cell_above) * sqrt(2.0 * occluder + cell_above);
+        float lowest = max(intBitsToFloat(s_lowest) - LIFT - 1.0 + frame.anchor_height_m, planet.lowest_drawn_m);
+        raise_skyline(first);
+        in_view = in_view && !(u_hides != 0 && skyline_hides(cell_middle(uint(cell)), cells[cell].spacing_m,
+            box.high.w));
         vec3 nearest = clamp(vec3(0.0), low, high);
-        // Ground whose far side is nearer than the near side of this turn's cells may hide them.
-        float turn_distance = cells[first].distance_m;
-        uint ready = s_ready;
-        barrier();
-        for (uint k = ready + gl_LocalInvocationID.x; k < uint(first); k += 256u) {
-            if (cells[k].distance_m > turn_distance * SKYLINE_RATIO) {
-                atomicMin(s_next, k);
-                break;
-            }
-            CellBounds occluder = bounds[CELL_PLACE(cells, k)];
-            skyline_raise(cell_middle(k), cells[k].spacing_m, occluder.low.w);
-        }
-        barrier();
-        if (gl_LocalInvocationID.x == 0u) {
-            s_ready = min(s_next, uint(first));
-            s_next = 0xffffffffu;
-        }
-        barrier();
-        seen = seen && !(u_hides != 0 && skyline_hides(cell_middle(uint(min(index, u_cell_count - 1))),
-            cells[min(index, u_cell_count - 1)].spacing_m, box.high.w));
-        seen = seen && (u_hides == 0 || length(nearest) <= (camera_tangent + cell_tangent) * 1.0001 + 0.01);
-        seen = seen && box.high.w >= u_keep_dh.x && box.low.w <= u_keep_dh.y;
-        uint variant = cells[min(index, u_cell_count - 1)].variant;
-        if (seen) visible[variant * uint(u_capacity) + atomicAdd(s_count[variant], 1u)] =
+        in_view = in_view && (u_hides == 0
+            || length(nearest) <= longest_sight(box, cells[cell].spacing_m, lowest) * 1.0001 + 0.01);
+        in_view = in_view && box.high.w >= u_keep_dh.x && box.low.w <= u_keep_dh.y;
+        uint variant = cells[cell].variant;
+        if (in_view) visible[variant * uint(u_capacity) + atomicAdd(s_count[variant], 1u)] =
             uint(CELL_PLACE(cells, index));
     }
     barrier();
-    uint variant = gl_LocalInvocationID.x;
-    if (variant < VARIANTS) {
-        arguments[5u * variant] = ranges[variant].y;
-        arguments[5u * variant + 1u] = s_count[variant];
-        arguments[5u * variant + 2u] = ranges[variant].x;
-        arguments[5u * variant + 3u] = 0u;
-        arguments[5u * variant + 4u] = variant * uint(u_capacity);
-    }
+    write_draws();
 }

@@ -13,13 +13,7 @@
 // polynomials: the built-in ones lose their relative accuracy near zero on some GPUs. No acos, asin or atan.
 
 #include "generated/bindings.glsl"
-layout(std140, binding = LATTICE_BLOCK) uniform LatticeBlock {
-    ivec4 lattice_origin[6];   // nearest lattice point I0, J0 of the anchor in the face's coordinates; 1: near; 0
-    vec4 lattice_fraction[6];  // anchor - (I0, J0) in steps; step / cos a0; step / cos b0
-    vec4 lattice_gnomonic[6];  // tan a0, tan b0, |q0|, 1 / |q0|
-    vec4 lattice_up_radius;    // anchor's direction in planet axes; radius
-    vec4 lattice_up_low;       // what f32 lost of them
-};
+#include "generated/lattice_block.glsl"
 
 const int PF_LATTICE_HALF = 1 << 29;
 const float PF_LATTICE_STEP = 1.4629180792671596e-9;
@@ -86,23 +80,22 @@ vec3 lattice_foot_offset(int face, ivec2 ij) {
     int f = point.z;
     vec4 g = pf_lattice_gnomonic(point.xy);
     precise float n = sqrt(1.0 + g.z * g.z + g.w * g.w);
-    ivec4 origin = lattice_origin[f];
-    if (origin.z == 0) {
+    LatticeFace anchor = lattice_block.faces[f];
+    if (!anchor.near) {
         // The anchor is more than 0.25 radii away from every point of this face: the difference is as good as its
         // terms.
         precise vec3 local = vec3(g.zw, 1.0) / n;
-        precise vec3 difference = pf_lattice_to_planet(f, local) - lattice_up_radius.xyz - lattice_up_low.xyz;
-        return difference * lattice_up_radius.w;
+        precise vec3 difference = pf_lattice_to_planet(f, local) - lattice_block.up - lattice_block.up_low;
+        return difference * lattice_block.radius_m;
     }
-    vec4 fraction = lattice_fraction[f];
-    vec4 q0 = lattice_gnomonic[f];
-    precise vec2 steps = vec2(point.xy - origin.xy) - fraction.xy;
+    vec3 q0 = vec3(anchor.tangent, anchor.norm);
+    precise vec2 steps = vec2(point.xy - anchor.nearest) - anchor.fraction;
     precise vec2 d = steps * PF_LATTICE_STEP;
     precise vec2 d2 = d * d;
     // tan a - tan a0 = sin(a - a0) / (cos a0 cos a)
-    precise vec2 delta = steps * fraction.zw * vec2(pf_lattice_sinc(d2.x), pf_lattice_sinc(d2.y)) / g.xy;
+    precise vec2 delta = steps * anchor.step_per_cosine * vec2(pf_lattice_sinc(d2.x), pf_lattice_sinc(d2.y)) / g.xy;
     precise float w = delta.x * (g.z + q0.x) + delta.y * (g.w + q0.y);
     precise float t = w / ((n + q0.z) * q0.z);
-    precise vec3 local = vec3(delta.x - q0.x * t, delta.y - q0.y * t, -t) * (lattice_up_radius.w / n);
+    precise vec3 local = vec3(delta.x - q0.x * t, delta.y - q0.y * t, -t) * (lattice_block.radius_m / n);
     return pf_lattice_to_planet(f, local);
 }

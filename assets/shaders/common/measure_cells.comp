@@ -66,12 +66,12 @@ void main() {
     barrier();
     float limit = u_angle * u_angle;
     for (int skip = 1; skip <= u_most; ++skip) {
-        int step = 1 << skip, count = CELL_QUADS / step;
+        int stride = 1 << skip, count = CELL_QUADS / stride;
         uint too_long_i = 0u, too_long_j = 0u;
         for (int k = int(gl_LocalInvocationID.x); k < count * (count + 1); k += 64) {
-            int along = (k % count) * step, across = (k / count) * step;
-            if (too_long(first, ivec2(along, across), ivec2(along + step, across), limit)) ++too_long_i;
-            if (too_long(first, ivec2(across, along), ivec2(across, along + step), limit)) ++too_long_j;
+            int along = (k % count) * stride, across = (k / count) * stride;
+            if (too_long(first, ivec2(along, across), ivec2(along + stride, across), limit)) ++too_long_i;
+            if (too_long(first, ivec2(across, along), ivec2(across, along + stride), limit)) ++too_long_j;
         }
         atomicAdd(s_long[2 * skip - 2], too_long_i);
         atomicAdd(s_long[2 * skip - 1], too_long_j);

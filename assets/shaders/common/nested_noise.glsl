@@ -10,9 +10,9 @@ const float NESTED_RMS = 0.27;  // of gradient_noise: divides it to a variance o
 // coincide.
 void nested_place(ivec3 anchor_cell, vec3 anchor_fraction, vec3 D, int k, out ivec3 cell, out vec3 fraction,
     out float frequency) {
-    float inverse = exp2(-float(k));
-    frequency = inverse / NESTED_BASE_M;
-    vec3 place = (vec3(anchor_cell & ((1 << k) - 1)) + anchor_fraction) * inverse;
+    float per_cell = exp2(-float(k));
+    frequency = per_cell / NESTED_BASE_M;
+    vec3 place = (vec3(anchor_cell & ((1 << k) - 1)) + anchor_fraction) * per_cell;
     vec3 t = D * frequency;
     vec3 whole = floor(t);
     fraction = (t - whole) + place + fract(vec3(0.618034, 0.754878, 0.569840) * float(k + 1));

@@ -4,7 +4,7 @@
 #include "common/camera.glsl"
 
 float sun_visibility_of_sphere(float altitude, float mu_s, float angular_radius) {
-    float h = max(altitude, 0.0) / planet.radii.x;
+    float h = max(altitude, 0.0) / planet.radius_m;
     float sin_h = 1.0 / (1.0 + h);
     float cos_h = -sqrt(h * (2.0 + h)) * sin_h;
     float soft = angular_radius * sin_h;

@@ -22,7 +22,7 @@ void skyline_clear(uint lane) {
 
 // (azimuth in bins, distance across the vertical) of a camera-relative point.
 vec2 skyline_place(vec3 point) {
-    vec3 up = frame.camera_zenith.xyz;
+    vec3 up = frame.camera_zenith;
     vec3 east = normalize(cross(abs(up.z) < 0.9 ? vec3(0.0, 0.0, 1.0) : vec3(1.0, 0.0, 0.0), up));
     vec3 north = cross(up, east);
     vec2 across = vec2(dot(point, east), dot(point, north));
@@ -32,16 +32,16 @@ vec2 skyline_place(vec3 point) {
 // A cell lies between two circles around its middle, CELL_INNER and CELL_OUTER in units of this; corners of the cube
 // included.
 float skyline_cell_size(float spacing_m) {
-    return spacing_m * float(CELL_QUADS) * (1.0 + max(frame.anchor_up.w, 0.0) / planet.radii.x);
+    return spacing_m * float(CELL_QUADS) * (1.0 + max(frame.anchor_height_m, 0.0) / planet.radius_m);
 }
 
 void skyline_raise(vec3 middle, float spacing_m, float lowest_dh) {
     vec2 place = skyline_place(middle);
     float size = skyline_cell_size(spacing_m), inner = CELL_INNER * size, outer = CELL_OUTER * size;
-    if (place.y < 2.0 * outer || place.y > SKYLINE_REACH * planet.radii.x) return;
-    float radius = planet.radii.x + frame.anchor_up.w + lowest_dh;
+    if (place.y < 2.0 * outer || place.y > SKYLINE_REACH * planet.radius_m) return;
+    float radius = planet.radius_m + frame.anchor_height_m + lowest_dh;
     float sag = 8.0 * spacing_m * 8.0 * spacing_m / (8.0 * radius);   // chords of decimated triangles lie lower
-    float rise = lowest_dh - sag - 0.05 - (frame.camera_zenith.w - frame.anchor_up.w);
+    float rise = lowest_dh - sag - 0.05 - (frame.camera_altitude_m - frame.anchor_height_m);
     float near = place.y - outer, far = place.y + outer;
     float tangent = min(rise / near - near / (1.9 * radius), rise / far - far / (1.9 * radius));
     int bits = floatBitsToInt(clamp(tangent - 1e-4 + SKYLINE_LIFT, 0.0, 2.0 * SKYLINE_LIFT));
@@ -53,9 +53,9 @@ void skyline_raise(vec3 middle, float spacing_m, float lowest_dh) {
 bool skyline_hides(vec3 middle, float spacing_m, float highest_dh) {
     vec2 place = skyline_place(middle);
     float outer = CELL_OUTER * skyline_cell_size(spacing_m);
-    if (place.y < 2.0 * outer || place.y > SKYLINE_REACH * planet.radii.x) return false;
-    float radius = planet.radii.x + frame.anchor_up.w + highest_dh;
-    float rise = highest_dh + 0.05 - (frame.camera_zenith.w - frame.anchor_up.w);
+    if (place.y < 2.0 * outer || place.y > SKYLINE_REACH * planet.radius_m) return false;
+    float radius = planet.radius_m + frame.anchor_height_m + highest_dh;
+    float rise = highest_dh + 0.05 - (frame.camera_altitude_m - frame.anchor_height_m);
     float near = place.y - outer, far = place.y + outer;
     float steepest = rise >= 0.0 ? near : clamp(sqrt(-2.0 * radius * rise), near, far);
     float tangent = rise / steepest - steepest / (2.0 * radius) + 1e-4;

@@ -8,9 +8,9 @@ uint spread(uint id, uint count) {
     const uint WAYS = 8u;
     uint each = count / WAYS, longer = count % WAYS, split = longer * (each + 1u);
     bool first = id < split;
-    uint from = first ? id : id - split, length = max(first ? each + 1u : each, 1u);
-    uint way = uint((float(from) + 0.5) / float(length));   // integers divide slowly, and up to 2^20 this is exact
-    return (from - way * length) * WAYS + way + (first ? 0u : longer);
+    uint from = first ? id : id - split, row = max(first ? each + 1u : each, 1u);
+    uint way = uint((float(from) + 0.5) / float(row));   // integers divide slowly, and up to 2^20 this is exact
+    return (from - way * row) * WAYS + way + (first ? 0u : longer);
 }
 
 uint spread_group() {

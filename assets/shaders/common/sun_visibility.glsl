@@ -10,8 +10,8 @@
 #include "contract/cloud_shadow.glsl"
 
 float sun_visibility(vec3 point) {
-    return sun_visibility_of_sphere(altitude_of(point), dot(up_at(point), frame.sun_direction.xyz),
-        frame.sun_direction.w)
+    return sun_visibility_of_sphere(altitude_of(point), dot(up_at(point), frame.sun_direction),
+        frame.sun_radius_rad)
         * cloud_shadow(point);
 }
 

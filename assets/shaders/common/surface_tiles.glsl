@@ -1,7 +1,7 @@
 // Shading of one surface's pixels in compute, over the tiles of the picture that show it: a workgroup a tile, 16 x 8
 // pixels. gbuffer/classify.comp makes the lists; pixels of other surfaces in a tile are left alone.
 //
-//   SHADE_EVERY   1: each pixel is shaded; 2: every second, as the squares of a checkerboard that frame.clock.y names;
+//   SHADE_EVERY   1: each pixel is shaded; 2: every second, as the squares that frame.checkerboard names;
 //   4: one of a
 //                 block of 2 x 2. The others are left to common/upsample_shaded.comp
 //   SHOWS_ALSO(pixel)   what a pixel has to be besides
@@ -49,7 +49,7 @@ bool shows(ivec2 pixel, uint surface) {
 // How often each lane shades a pixel. A loop of so many turns, left at its end, costs a software GPU nothing where it
 // is one.
 #if SHADE_EVERY == 2
-#define SHADE_TURNS (frame.clock.y < 0.0 ? 2 : 1)
+#define SHADE_TURNS (frame.checkerboard < 0 ? 2 : 1)
 #else
 #define SHADE_TURNS 1
 #endif
@@ -68,10 +68,10 @@ bool find_shown(inout ivec2 pixel, int turn, uint surface) {
     }
     return found;
 #elif SHADE_EVERY == 2
-    int black = frame.clock.y < 0.0 ? turn : (pixel.y + int(frame.clock.y)) & 1;
+    int black = frame.checkerboard < 0 ? turn : (pixel.y + frame.checkerboard) & 1;
     ivec2 other = pixel + ivec2(1 - black, 0);
     pixel.x += black;
-    bool found = shows(pixel, surface), second = shows(other, surface) && frame.clock.y >= 0.0;
+    bool found = shows(pixel, surface), second = shows(other, surface) && frame.checkerboard >= 0;
     pixel = found ? pixel : other;
     return found || second;
 #else

@@ -65,7 +65,7 @@ void main() {
     ivec2 block = ivec2(tile & 0xffffu, tile >> 16) * TILE_PX + 2 * ivec2(gl_LocalInvocationID.xy),
         last = textureSize(u_surface, 0) - 1;
     // The black squares of the block, and of those around it that the white ones touch.
-    int first = int(frame.clock.y) & 1;
+    int first = frame.checkerboard & 1;
     Shown blacks[2] = Shown[](shaded_at(block + ivec2(first, 0)), shaded_at(block + ivec2(1 - first, 1)));
     for (int i = 0; i < 2; ++i) {
         int column = i == 0 ? 1 - first : first;

@@ -25,7 +25,7 @@ struct Shore {
 };
 
 WaterLight water_light(vec3 D, vec3 zenith, float height_m, float footprint_m) {
-    return WaterLight(vec3(1.0), vec3(1.0), frame.sun_direction.xyz);
+    return WaterLight(vec3(1.0), vec3(1.0), frame.sun_direction);
 }
 
 Shore shore(vec3 D, float height_m, float rise_m, float footprint_m) {

@@ -11,5 +11,5 @@ void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec3 through = air_to_space(vec3(0.0), normalize(view_ray(ndc_of_pixel(gl_FragCoord.xy))));
     float hidden = texelFetch(u_depth, pixel, 0).r > 0.0 ? 1.0 : 1.0 - dot(through, vec3(1.0 / 3.0));
-    o_picture = vec4(texelFetch(u_scene, pixel, 0).rgb * frame.scale.y, clamp(hidden, 0.0, 1.0));
+    o_picture = vec4(texelFetch(u_scene, pixel, 0).rgb * frame.radiance_per_hdr, clamp(hidden, 0.0, 1.0));
 }

@@ -17,10 +17,11 @@ layout(std430, binding = 5) buffer Histogram {
 layout(std430, binding = 6) writeonly buffer ExposureOut { Exposure e_now; };
 layout(std430, binding = 7) readonly buffer ExposureIn { Exposure e_before; };
 
-// lowest and highest EV100, compensation (EV), strength of dark adaptation
-layout(location = 0) uniform vec4 u_limits;
+layout(location = 0) uniform vec2 u_ev100;           // the lowest and the highest
 // share of the way to go this frame, to brighter and to darker; 1: no past
 layout(location = 1) uniform vec3 u_speed;
+layout(location = 2) uniform float u_compensation_ev;
+layout(location = 3) uniform float u_dark_adaptation;  // its strength
 
 shared uint s_counts[BINS];
 shared bool s_last;
@@ -62,7 +63,7 @@ void expose() {
         if (peak < 0 && float(above) > 0.001 * area) peak = k;
     }
     if (peak < 0) peak = top;
-    float target = u_limits.x;  // nothing but black: open wide
+    float target = u_ev100.x;  // nothing but black: open wide
     float metered = LOWEST;
     if (peak >= 0) {
         int darkest = max(peak - int(10.0 * PER_STOP), 0);
@@ -84,13 +85,13 @@ void expose() {
             }
         }
         metered = share > 0.0 ? sum / share : bright;
-        float key = mix(1.0, key_of(exp2(metered)), u_limits.w);
+        float key = mix(1.0, key_of(exp2(metered)), u_dark_adaptation);
         target = metered - log2(0.18 * key * SATURATION);
         target = max(target, bright - log2(1.6 * SATURATION));           // highlights may go a little over, not far
         target = max(target, log2(mean / area) - log2(4.0 * SATURATION));  // a sun in the picture closes the aperture
-        target -= u_limits.z;
+        target -= u_compensation_ev;
     }
-    target = clamp(target, u_limits.x, u_limits.y);
+    target = clamp(target, u_ev100.x, u_ev100.y);
     float ev = target;
     if (u_speed.z < 0.5) ev = mix(e_before.ev100, target, target < e_before.ev100 ? u_speed.x : u_speed.y);
     // Arrived: rounding stops it a hair short, and a settled picture would hang on where it came from.

@@ -14,5 +14,5 @@ void main() {
         // picture.
         for (int c = 0; c < 3; c++) total[c] += value[c] > 0.0 && value[c] < 1e30 ? value[c] : 0.0;
     }
-    o_radiance = vec4(total * (frame.scale.y / 16.0), 1.0);
+    o_radiance = vec4(total * (frame.radiance_per_hdr / 16.0), 1.0);
 }

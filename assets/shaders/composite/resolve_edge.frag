@@ -22,7 +22,7 @@ const float RELATIVE = 0.12;     // and those smaller than this share of the bri
 ivec2 last;
 
 vec3 light_at(ivec2 pixel) {
-    vec3 radiance = texelFetch(u_scene, clamp(pixel, ivec2(0), last), 0).rgb * frame.scale.y;
+    vec3 radiance = texelFetch(u_scene, clamp(pixel, ivec2(0), last), 0).rgb * frame.radiance_per_hdr;
     return press(exposed_light(radiance, exposure.saturated));
 }
 
@@ -93,5 +93,5 @@ void main() {
     }
     // a loop, because an `if` skips nothing on some machines
     for (int k = 0; k < outline; k++) light = smoothed(pixel);
-    o_resolved = vec4(light, place_code(place_distance(depth / frame.camera_offset.w), kind, 1));
+    o_resolved = vec4(light, place_code(place_distance(depth / frame.near_m), kind, 1));
 }

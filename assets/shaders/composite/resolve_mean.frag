@@ -15,8 +15,8 @@ layout(location = 0) out vec4 o_resolved;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    vec3 now = press(exposed_light(texelFetch(u_scene, pixel, 0).rgb * frame.scale.y, exposure.saturated));
-    float per_m = texelFetch(u_depth, pixel, 0).r / frame.camera_offset.w;
+    vec3 now = press(exposed_light(texelFetch(u_scene, pixel, 0).rgb * frame.radiance_per_hdr, exposure.saturated));
+    float per_m = texelFetch(u_depth, pixel, 0).r / frame.near_m;
     float place = place_code(place_distance(per_m), texelFetch(u_surface, pixel, 0).r, PLACE_FRAMES);
     vec4 before = texelFetch(u_before, pixel, 0);
     float ratio = exposure_before.saturated / exposure.saturated;

@@ -32,10 +32,10 @@ int place_distance(float per_m) {
 }
 
 // The inverse, 0 for what is infinitely far.
-float place_per_m(int distance) {
-    return distance < PLACE_SKY ? exp2(16.0 - float(distance) * (1.0 / 32.0)) : 0.0;
+float place_per_m(int code) {
+    return code < PLACE_SKY ? exp2(16.0 - float(code) * (1.0 / 32.0)) : 0.0;
 }
 
-float place_code(int distance, uint surface, int frames) {
-    return float((distance << 9) | (int(min(surface, 7u)) << 6) | min(frames, PLACE_FRAMES));
+float place_code(int code, uint surface, int frames) {
+    return float((code << 9) | (int(min(surface, 7u)) << 6) | min(frames, PLACE_FRAMES));
 }

@@ -25,7 +25,7 @@ void main() {
 #if RESOLVED
     vec3 exposed = max(DISPLAY * unpress(texelFetch(u_scene, pixel, 0).rgb), 0.0);
 #else
-    vec3 radiance = textureLod(u_scene, v_uv, 0.0).rgb * frame.scale.y;   // the nearest texel
+    vec3 radiance = textureLod(u_scene, v_uv, 0.0).rgb * frame.radiance_per_hdr;   // the nearest texel
     // A comparison that fails for NaN as well: it becomes black instead of spreading.
     vec3 exposed = display_light(mix(vec3(0.0), radiance, greaterThan(radiance, vec3(0.0))))
         * (1.0 / exposure.saturated);

@@ -34,9 +34,9 @@ void main() {
     }
     s_range[lane] = range;
     barrier();
-    for (uint step = 128u; step > 0u; step >>= 1u) {
-        if (lane < step) {
-            vec2 other = s_range[lane + step];
+    for (uint stride = 128u; stride > 0u; stride >>= 1u) {
+        if (lane < stride) {
+            vec2 other = s_range[lane + stride];
             s_range[lane] = vec2(min(s_range[lane].x, other.x), max(s_range[lane].y, other.y));
         }
         barrier();

@@ -44,9 +44,9 @@ vec3 id_color(uint id) {
     return mix(vec3(1.0), wheel, 0.72) * ((id & 1u) != 0u ? 0.95 : 0.72);
 }
 
-vec3 log_distance(float distance) {
+vec3 log_distance(float distance_m) {
     // r_range is that of log2 of the distance along forward.
-    float far = log2(max(distance, 1e-6));
+    float far = log2(max(distance_m, 1e-6));
     vec3 color = heat(0.12 + 0.85 * (far - r_range.x) / max(r_range.y - r_range.x, 1e-3));
     // A fine dark line at each doubling.
     float line = abs(fract(far + 0.5) - 0.5), width = max(fwidth(far), 1e-6);
@@ -80,8 +80,8 @@ void main() {
     bool seen = texelFetch(u_depth, ivec2(gl_FragCoord.xy), 0).r > 0.0;
     color = seen ? id_color(uint(log2(spacing_decode(value.a)) + 8.5) + 1u) : vec3(0.0);
 #elif MODE == MODE_HDR
-    float bright = luminance_of_radiance(value.rgb * frame.scale.y);
-    color = bright > 0.0 ? heat((log2(bright) - r_range.x + log2(frame.scale.x)) / span) : vec3(0.0);
+    float bright = luminance_of_radiance(value.rgb * frame.radiance_per_hdr);
+    color = bright > 0.0 ? heat((log2(bright) - r_range.x + log2(frame.hdr_per_radiance)) / span) : vec3(0.0);
 #elif MODE == MODE_PX
     color = heat((log2(max(value.r, 1e-4)) * 0.30103 + 2.0) / 3.0);
 #elif MODE == MODE_HISTORY

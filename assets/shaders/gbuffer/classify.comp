@@ -26,7 +26,7 @@ void main() {
         }
     }
     // Depth is near / z, and z is no more than the distance, so no near pixel is missed.
-    found |= nearest * NEAR_ACROSS_M > frame.camera_offset.w * frame.clock.w ? SURFACE_NEAR : 0u;
+    found |= nearest * NEAR_ACROSS_M > frame.near_m * frame.pixel_rad ? SURFACE_NEAR : 0u;
     if (tile >= u_tiles.x * u_tiles.y) return;
     flags[tile] = found;
     depths[tile] = vec2(nearest, min(farthest, nearest));

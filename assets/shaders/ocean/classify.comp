@@ -19,8 +19,8 @@ uniform int u_high;   // 1: the camera is above much of the air
 // Cosine to the vertical with which a line of sight meets the calm sea, 0 where it misses.
 float meeting_cosine(vec2 ndc) {
     vec3 direction = normalize(view_ray(ndc));
-    float h = frame.camera_zenith.w - planet.sea.x, r = planet.radii.x + planet.sea.x;
-    float b = (r + h) * dot(direction, frame.camera_zenith.xyz);
+    float h = frame.camera_altitude_m - planet.sea_level_m, r = planet.radius_m + planet.sea_level_m;
+    float b = (r + h) * dot(direction, frame.camera_zenith);
     return sqrt(max(b * b - h * (2.0 * r + h), 0.0)) / r;
 }
 
@@ -30,7 +30,7 @@ void main() {
     ivec2 last = min(first + TILE_PX, size);
     float shallowest = 2.0, highest_sine = 0.0;
     bool above = false, below = false;
-    float limit = ocean.loss.w / (ocean.loss.w + 16.0);
+    float limit = ocean.unseen_depth_m / (ocean.unseen_depth_m + 16.0);
     // Pixel by pixel only where there is sea, or where coasts were drawn since tiles were listed.
     uint surfaces = tile < u_tiles.x * u_tiles.y ? shown[tile] : 0u;
     bool look = (surfaces & (1u << SURFACE_SEA | SURFACE_ASKED)) != 0u, any_sea = false;
@@ -60,11 +60,11 @@ void main() {
         float depth = texel_at(u_depth, pixel).r;
         highest_sine = max(highest_sine, depth > 0.0 ? abs(up_at(position_from_depth(ndc, depth)).z) : 1.0);
     }
-    bool rich = shallowest < limit || highest_sine * 1.02 + 0.12 > ocean.water.y;
+    bool rich = shallowest < limit || highest_sine * 1.02 + 0.12 > ocean.ice_sine;
     // The way through the air goes with 1 / cosine, and so does its depth: between corners whose cosines differ by a
     // share s of the least a straight line is s^2 / 4 of it off, a thousandth. From so far that a tile is degrees of
     // the planet wide the sun's height counts too.
-    bool wide = frame.camera_zenith.w * frame.clock.w * 16.0 > 0.03 * planet.radii.x;
+    bool wide = frame.camera_altitude_m * frame.pixel_rad * 16.0 > 0.03 * planet.radius_m;
     bool limb = u_high != 0 && (wide || steepest - flattest > 0.06 * flattest);
     uint found = (above ? (rich ? 4u : 1u) : 0u) | (below ? 8u : 0u);
     if (tile < u_tiles.x * u_tiles.y) flags[tile] = (any_sea ? found : 0u) | (any_ground ? 16u : 0u)

@@ -25,10 +25,10 @@ SeaPlace g_places[SEA_VERTICES];
 vec3 g_moved[SEA_VERTICES];
 float g_depth[SEA_VERTICES], g_fineness[SEA_VERTICES];   // m; 1 / spacing
 
-void add_wave(vec4 a, vec4 b, vec4 c, bool near, bool shallow) {
-    float wavelength = 1.0 / a.w, k_wave = a.w * SEA_TURN;
+void add_wave(Wave at, bool near, bool shallow) {
+    float wavelength = 1.0 / at.cycles_per_m, k_wave = at.cycles_per_m * SEA_TURN;
     for (int k = 0; k < SEA_VERTICES; ++k) {
-        SeaWave wave = near ? sea_near_wave(g_places[k], a, b, c) : sea_far_wave(g_places[k], a, b);
+        SeaWave wave = near ? sea_near_wave(g_places[k], at) : sea_far_wave(g_places[k], at);
         float share = wave.weight * smoothstep(2.0, 4.0, wavelength * g_fineness[k]);
         if (shallow) share *= sea_shoaling(k_wave * g_depth[k]);
         vec2 circle = sea_circle(wave.cycles);
@@ -42,7 +42,7 @@ void main() {
     int skips = int(cells[cell].variant >> 1u);
     ivec2 skip = ivec2(skips / (CELL_MOST + 1), skips % (CELL_MOST + 1)), side = (ivec2(CELL_QUADS) >> skip) + 1;
     int count = side.x * side.y;
-    float to_foot = 1.0 / wave_north.w;
+    float to_foot = 1.0 / sea_waves.per_foot;
     int base = 0;
     do {
         float finest = 0.0, shallowest = 3.0e38;
@@ -51,28 +51,29 @@ void main() {
             ivec2 ab = ivec2(n % side.x, n / side.x) << skip;
             CellVertex calm = vertices[first + uint(ab.y * CELL_SIDE + ab.x)];
             vec3 position = vec3(calm.x, calm.y, calm.z);
-            g_places[k] = sea_place((position - frame.anchor_up.xyz * calm.dh) * to_foot);
+            g_places[k] = sea_place((position - frame.anchor_up * calm.dh) * to_foot);
             g_moved[k] = vec3(0.0);
             g_depth[k] = sea_depth_m(unpackUnorm2x16(calm.attributes).x) * sea_open(g_places[k]);
             // The distance of vertices that was asked for here, whatever the cell's own is.
-            g_fineness[k] = 1.0 / max(wave_mesh.x, wave_eye.w * length(position - wave_eye.xyz));
+            float spacing_m = sea_waves.spacing_rad * length(position - sea_waves.proxy_m);
+            g_fineness[k] = 1.0 / max(sea_waves.smallest_spacing_m, spacing_m);
             finest = max(finest, g_fineness[k]);
             shallowest = min(shallowest, g_depth[k]);
         }
-        ivec2 counts = wave_count(wave_bin(3.14159265 * finest));
-        int feels = min(wave_count(wave_bin(DEEP / max(shallowest, 1e-6))).x, counts.x);
+        WaveBin bin = wave_bin(3.14159265 * finest);
+        int feels = min(wave_bin(DEEP / max(shallowest, 1e-6)).far_count, bin.far_count);
         int i = 0;
         if (i < feels) do {
-            add_wave(wave_data[3 * i], wave_data[3 * i + 1], vec4(0.0), false, true);
+            add_wave(sea_waves.waves[i], false, true);
         } while (++i < feels);
         i = feels;
-        if (i < counts.x) do {
-            add_wave(wave_data[3 * i], wave_data[3 * i + 1], vec4(0.0), false, false);
-        } while (++i < counts.x);
-        i = int(wave_counts.x);
-        int end_near = i + counts.y;
+        if (i < bin.far_count) do {
+            add_wave(sea_waves.waves[i], false, false);
+        } while (++i < bin.far_count);
+        i = sea_waves.far_count;
+        int end_near = i + bin.near_count;
         if (i < end_near) do {
-            add_wave(wave_data[3 * i], wave_data[3 * i + 1], wave_data[3 * i + 2], true, true);
+            add_wave(sea_waves.waves[i], true, true);
         } while (++i < end_near);
         for (int k = 0; k < SEA_VERTICES; ++k) {
             int n = base + int(gl_LocalInvocationID.x) + k * LANES;
@@ -85,7 +86,7 @@ void main() {
             vertex.x = position.x;
             vertex.y = position.y;
             vertex.z = position.z;
-            vertex.moved = packSnorm2x16(g_moved[k].xy / max(wave_counts.z, 1e-6));
+            vertex.moved = packSnorm2x16(g_moved[k].xy / max(sea_waves.farthest_m, 1e-6));
             vertex.normal = vertices[index].normal;
             vertex.attributes = vertices[index].attributes;
             displaced[index] = vertex;

@@ -30,6 +30,6 @@ void main() {
     o_rough = vec4(0.5 * u_variance, 0.5 * u_variance, 0.0, 1.0);
 #endif
 #ifdef PF_FRAG_DEPTH
-    gl_FragDepth = frame.camera_offset.w * gl_FragCoord.w;
+    gl_FragDepth = frame.near_m * gl_FragCoord.w;
 #endif
 }

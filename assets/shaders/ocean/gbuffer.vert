@@ -20,7 +20,7 @@ flat out float v_spacing;
 void main() {
     uint index = in_cell * uint(CELL_VERTICES) + uint(cell_masked_vertex(cells[in_cell].edge_mask, gl_VertexID));
     vec3 position = vec3(vertices[index].x, vertices[index].y, vertices[index].z);
-    gl_Position = clip_position(position - frame.camera_offset.xyz);
+    gl_Position = clip_position(position - frame.camera_offset_m);
     v_normal = oct_decode(unpackSnorm2x16(vertices[index].normal));
     v_shallow = unpackUnorm2x16(vertices[index].attributes).x;
     v_spacing = cells[in_cell].spacing_m;

@@ -18,16 +18,16 @@ void main() {
     ivec2 corner = ivec2(gl_GlobalInvocationID.xy), corners = imageSize(u_light_out) / ivec2(1, 5);
     if (any(greaterThanEqual(corner, corners))) return;
     vec3 direction = normalize(view_ray(ndc_of_pixel(vec2(corner * TILE_PX))));
-    float h = frame.camera_zenith.w - planet.sea.x, r = planet.radii.x + planet.sea.x;
-    float b = (r + h) * dot(direction, frame.camera_zenith.xyz), c = h * (2.0 * r + h), meets = b * b - c;
+    float h = frame.camera_altitude_m - planet.sea_level_m, r = planet.radius_m + planet.sea_level_m;
+    float b = (r + h) * dot(direction, frame.camera_zenith), c = h * (2.0 * r + h), meets = b * b - c;
     float q = -b + (b < 0.0 ? 1.0 : -1.0) * sqrt(max(meets, 0.0));
     float hit = c > 0.0 ? (b < 0.0 ? c / max(q, 1e-20) : 0.0) : max(q, c / (abs(q) > 1e-20 ? q : 1e-20));
-    vec3 point = direction * max(meets >= 0.0 ? hit : -b, 0.0), zenith = up_at(point), sun = frame.sun_direction.xyz;
-    vec3 sunlight = frame.sun_irradiance.rgb * sun_visibility(point) * air_to_space(point, sun);
-    vec3 starlight = frame.sun_irradiance.rgb * STARLIGHT, from_sky = skylight(point, zenith) + starlight;
+    vec3 point = direction * max(meets >= 0.0 ? hit : -b, 0.0), zenith = up_at(point), sun = frame.sun_direction;
+    vec3 sunlight = frame.sun_irradiance * sun_visibility(point) * air_to_space(point, sun);
+    vec3 starlight = frame.sun_irradiance * STARLIGHT, from_sky = skylight(point, zenith) + starlight;
     // The sky is known as the camera sees it: what lies between the sea and a camera up high is missing, and its mean
     // comes from how much more skylight there is down here.
-    vec3 missing = max(sky_irradiance(point, zenith) + starlight - sky_irradiance(vec3(0.0), frame.camera_zenith.xyz),
+    vec3 missing = max(sky_irradiance(point, zenith) + starlight - sky_irradiance(vec3(0.0), frame.camera_zenith),
         0.0) / 3.14159265358979;
     imageStore(u_light_out, corner, vec4(sunlight, 0.0));
     imageStore(u_light_out, corner + ivec2(0, corners.y), vec4(from_sky, 0.0));

@@ -4,7 +4,7 @@
 
 layout(local_size_x = 32) in;
 layout(std430, binding = VISIBLE_BUFFER) readonly buffer VisibleBuffer { uint visible[]; };
-layout(std430, binding = 3) readonly buffer ArgumentsBuffer { uint arguments[]; };
+layout(std430, binding = ARGUMENTS_BUFFER) readonly buffer ArgumentsBuffer { uint arguments[]; };
 layout(std430, binding = 4) writeonly buffer ListBuffer { uint list[]; };   // four words of dispatch, then cells
 
 void main() {

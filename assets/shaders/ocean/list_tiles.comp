@@ -11,7 +11,9 @@ layout(std430, binding = 6) writeonly buffer LimbBuffer { uint limb_groups[4]; u
 // of ocean/light.comp and ocean/sky.comp
 layout(std430, binding = 7) writeonly buffer LightBuffer { uint light_groups[6]; };
 uniform ivec2 u_tiles;
-uniform ivec4 u_light_groups;   // of each, where any sea is seen
+// where any sea is seen
+uniform ivec2 u_light_groups;
+uniform ivec2 u_sky_groups;
 
 const float MIRROR_HIGHEST_M = 2.0e4;   // from higher up the sea mirrors no ground that one could make out
 const int COLUMNS = 1024;               // 16 384 pixels; columns beyond share with others
@@ -40,7 +42,7 @@ void main() {
         for (int c = max(column - 4, 0); c <= min(column + 4, u_tiles.x - 1); ++c)
             highest = max(highest, s_ground[c & (COLUMNS - 1)]);
         uint place = uint(column) | uint(row) << 16, found = flags[tile];
-        bool mirrors = highest >= row && frame.camera_zenith.w < MIRROR_HIGHEST_M;
+        bool mirrors = highest >= row && frame.camera_altitude_m < MIRROR_HIGHEST_M;
         bool limb = (found & 32u) != 0u;
         if ((found & 1u) != 0u && !mirrors && limb) limb_tiles[atomicAdd(s_limb, 1u)] = place;
         if ((found & 1u) != 0u && !mirrors && !limb) open_tiles[atomicAdd(s_open, 1u)] = place;
@@ -65,12 +67,12 @@ void main() {
         limb_groups[0] = s_limb;
         limb_groups[1] = 1u;
         limb_groups[2] = 1u;
-        bool any = s_open + s_mirror + s_rich + s_below + s_limb > 0u;
-        light_groups[0] = any ? uint(u_light_groups.x) : 0u;
-        light_groups[1] = any ? uint(u_light_groups.y) : 0u;
+        bool some = s_open + s_mirror + s_rich + s_below + s_limb > 0u;
+        light_groups[0] = some ? uint(u_light_groups.x) : 0u;
+        light_groups[1] = some ? uint(u_light_groups.y) : 0u;
         light_groups[2] = 1u;
-        light_groups[3] = any ? uint(u_light_groups.z) : 0u;
-        light_groups[4] = any ? uint(u_light_groups.w) : 0u;
+        light_groups[3] = some ? uint(u_sky_groups.x) : 0u;
+        light_groups[4] = some ? uint(u_sky_groups.y) : 0u;
         light_groups[5] = 1u;
     }
 }

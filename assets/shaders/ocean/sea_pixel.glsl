@@ -22,7 +22,7 @@ SeaPlace sea_calm_place(ivec2 pixel, vec3 point) {
     vec3 D = foot_offset_of(point, height);
     SeaPlace place = sea_place(D);
 #ifdef SEA_MOVES
-    vec2 moved = texel_at(u_moved, pixel).xy * (wave_counts.z / wave_north.w);
+    vec2 moved = texel_at(u_moved, pixel).xy * (sea_waves.farthest_m / sea_waves.per_foot);
     place = sea_place(D - sea_vector(place, vec3(moved, 0.0)));
 #endif
     return place;

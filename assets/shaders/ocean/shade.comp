@@ -54,7 +54,7 @@ const float PI = 3.14159265358979;
 // and a camera up high; the air before the sea: 3 its extinction by the metre, 4 its source.
 vec3 sea_light(int kind) {
     vec2 corners = vec2(textureSize(u_light, 0) / ivec2(1, 5)),
-        at = (0.5 + 0.5 * v_ndc) * frame.viewport.xy / vec2(TILE_PX) + 0.5;
+        at = (0.5 + 0.5 * v_ndc) * frame.viewport_px / vec2(TILE_PX) + 0.5;
     return textureLod(u_light, vec2(at.x, at.y + float(kind) * corners.y) / vec2(corners.x, 5.0 * corners.y), 0.0).rgb;
 }
 
@@ -75,13 +75,34 @@ vec3 sea_radiance(SeaPixel p) {
     return surface_from_below(p, sea_light(0), sea_light(1));
 }
 #else
+// From below. What enters is lost to the mirror, what leaves spreads over a wider angle: 1 / index^2. view_mu: cosine
+// of the eye to the level; n_l: of the sun; facing: of the slopes that are seen.
+vec3 upwelling_of(SeaPixel p, float view_mu, float n_l, float facing, vec3 sunlight, vec3 skylight) {
+    float index = ocean.refractive_index, in_cosine = refracted_cosine(n_l);
+    float out_cosine = refracted_cosine(clamp(facing, 0.05, 1.0));
+    vec3 direct = sunlight * (n_l * (1.0 - fresnel_outside(max(n_l, 1e-3), index)));
+    vec3 diffuse = skylight * (1.0 - ocean.diffuse_mirrored);
+#ifdef OCEAN_RICH
+    vec3 into = refract(-p.view, sea_normal_of(p.slopes.mean, p.level), 1.0 / index);
+    float down = max(-dot(into, p.zenith), 0.3);
+    // As if the bed were level as far as the line of sight shifts: two thirds of the depth at most.
+    vec3 bed_at = p.D + (into + p.zenith * down) * min(p.depth_m / down, 60.0);
+    vec3 bed = sea_bed(bed_at, p.depth_m, p.footprint_m / clamp(view_mu, 0.2, 1.0));
+    direct *= water_caustics(bed_at, p.depth_m, p.footprint_m / clamp(view_mu, 0.2, 1.0));
+    return direct * water_upwelling(p.depth_m, in_cosine, out_cosine, bed)
+        + diffuse * water_upwelling(p.depth_m, 0.86, out_cosine, bed);
+#else
+    return direct * deep_upwelling(in_cosine, out_cosine) + diffuse * deep_upwelling(0.86, out_cosine);
+#endif
+}
+
 vec3 sea_radiance(SeaPixel p) {
-    vec3 sun = frame.sun_direction.xyz;
+    vec3 sun = frame.sun_direction;
     vec3 v = p.view * p.level, l = sun * p.level;
     vec3 sunlight = sea_light(0), skylight = sea_light(1);
 
     // Mirrored.
-    float index = ocean.liquid.x;
+    float index = ocean.refractive_index;
     SlopesSeen seen = slopes_seen(p.slopes, v);
     vec2 aside = slopes_aside(v);
     float facet;
@@ -89,26 +110,11 @@ vec3 sea_radiance(SeaPixel p) {
     vec2 slope = p.slopes.mean + (facet - dot(p.slopes.mean, aside)) * aside;
     vec3 normal = sea_normal_of(slope, p.level);
     vec3 radiance = mirrored(p, reflect(-p.view, normal), seen.spread, sea_light(2)) * fresnel;
-    radiance += sunlight * glitter(p.slopes, seen, v, l, frame.sun_direction.w, index);
+    radiance += sunlight * glitter(p.slopes, seen, v, l, frame.sun_radius_rad, index);
 
-    // From below. What enters is lost to the mirror, what leaves spreads over a wider angle: 1 / index^2.
-    float n_l = max(l.z, 0.0), in_cosine = refracted_cosine(n_l);
-    float out_cosine = refracted_cosine(clamp(seen.facing, 0.05, 1.0));
-    vec3 direct = sunlight * (n_l * (1.0 - fresnel_outside(max(n_l, 1e-3), index)));
-    vec3 diffuse = skylight * (1.0 - ocean.liquid.z);
-#ifdef OCEAN_RICH
-    vec3 into = refract(-p.view, sea_normal_of(p.slopes.mean, p.level), 1.0 / index);
-    float down = max(-dot(into, p.zenith), 0.3);
-    // As if the bed were level as far as the line of sight shifts: two thirds of the depth at most.
-    vec3 bed_at = p.D + (into + p.zenith * down) * min(p.depth_m / down, 60.0);
-    vec3 bed = sea_bed(bed_at, p.depth_m, p.footprint_m / clamp(v.z, 0.2, 1.0));
-    direct *= water_caustics(bed_at, p.depth_m, p.footprint_m / clamp(v.z, 0.2, 1.0));
-    vec3 upwelling = direct * water_upwelling(p.depth_m, in_cosine, out_cosine, bed)
-        + diffuse * water_upwelling(p.depth_m, 0.86, out_cosine, bed);
-#else
-    vec3 upwelling = direct * deep_upwelling(in_cosine, out_cosine) + diffuse * deep_upwelling(0.86, out_cosine);
-#endif
-    radiance += upwelling * ((1.0 - fresnel) * ocean.liquid.y);
+    float n_l = max(l.z, 0.0);
+    vec3 upwelling = upwelling_of(p, v.z, n_l, seen.facing, sunlight, skylight);
+    radiance += upwelling * ((1.0 - fresnel) * ocean.per_index_squared);
 #ifdef OCEAN_GLOW
     vec4 glow = liquid_glow(p);
     vec3 crust = vec3(0.04) * (sunlight * n_l + skylight) / PI;
@@ -122,14 +128,14 @@ vec3 sea_radiance(SeaPixel p) {
 #ifndef OCEAN_FAR
     foam = foam_pattern(p.D, p.footprint_m, foam);
 #endif
-    radiance = mix(radiance, ocean.foam.rgb * (sunlight * n_l + skylight) / PI, foam * 0.9);
+    radiance = mix(radiance, ocean.foam_albedo * (sunlight * n_l + skylight) / PI, foam * 0.9);
 #ifdef OCEAN_RICH
     vec2 ice = sea_ice(p);
-    radiance = mix(radiance, ocean.ice.rgb * ice.y * (sunlight * n_l + skylight) / PI, ice.x);
+    radiance = mix(radiance, ocean.ice_albedo * ice.y * (sunlight * n_l + skylight) / PI, ice.x);
 #endif
 #ifdef OCEAN_LIMB
     // Triangles seen from so high lie hundreds of metres below the sea between their corners, and air is dense there.
-    Air between = air_from_camera(p.point + p.zenith * (planet.sea.x - p.height_m));
+    Air between = air_from_camera(p.point + p.zenith * (planet.sea_level_m - p.height_m));
     return radiance * between.transmittance + between.in_scatter;
 #else
     vec3 left = exp(-sea_light(3) * p.distance_m);
@@ -145,7 +151,7 @@ void main() {
         ivec2 pixel = first;
         if (find_shown(pixel, turn, SURFACE_SEA)) {
             v_ndc = ndc_of_pixel(vec2(pixel) + 0.5);
-            imageStore(u_radiance, pixel, vec4(sea_radiance(pixel_at(pixel)) * frame.scale.x, 1.0));
+            imageStore(u_radiance, pixel, vec4(sea_radiance(pixel_at(pixel)) * frame.hdr_per_radiance, 1.0));
         }
     } while (++turn < SHADE_TURNS);
 }

@@ -11,7 +11,7 @@ const ivec2 SEA_APART = ivec2(SHADE_EVERY > 1 ? 2 : 1, SHADE_EVERY > 2 ? 2 : 1);
 
 ivec2 sea_of_block(ivec2 block, uint turn) {
 #if SHADE_EVERY == 2
-    return block + ivec2((block.y + int(frame.clock.y) + int(turn)) & 1, 0);
+    return block + ivec2((block.y + frame.checkerboard + int(turn)) & 1, 0);
 #else
     return block + ivec2(turn & 1u, turn >> 1);
 #endif

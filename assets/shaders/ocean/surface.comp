@@ -63,10 +63,10 @@ shared uint s_turns;
 void add_part(int base, SeaWave wave, float per_m, bool near, bool shallow, bool even, float first, float more, vec2 up,
     vec2 up_sine,
     vec3 side, vec3 side_cosine) {
-    vec2 step = wave.direction * per_m;
+    vec2 cycles_per_px = wave.direction * per_m;
     if (even) {
-        vec2 turned = sea_circle(wave.cycles + dot(step, g_start[base / SEA_PART])),
-            turn = sea_circle(dot(step, g_step[base / SEA_PART]));
+        vec2 turned = sea_circle(wave.cycles + dot(cycles_per_px, g_start[base / SEA_PART])),
+            turn = sea_circle(dot(cycles_per_px, g_step[base / SEA_PART]));
         for (int k = base; k < base + SEA_PART; ++k) {
             g_lift[k] += turned.y * up;
             g_squeeze[k] += turned.x * side;
@@ -76,7 +76,7 @@ void add_part(int base, SeaWave wave, float per_m, bool near, bool shallow, bool
     }
     float curve = 0.5 * wave.spread * per_m;
     for (int k = base; k < base + SEA_PART; ++k) {
-        float cycles = wave.cycles + dot(step, g_offset[k]);
+        float cycles = wave.cycles + dot(cycles_per_px, g_offset[k]);
         if (near) {
             float across = wave.direction.x * g_offset[k].y - wave.direction.y * g_offset[k].x;
             cycles += curve * across * across;
@@ -119,7 +119,7 @@ vec4 node_weights(float x) {
 }
 
 void add_swell_part(int base, uint index, vec2 from) {
-    vec2 axis = swell[index].place.zw, to_side = swell[index].size.xy;
+    vec2 axis = swell[index].axis, to_side = swell[index].per_half_side;
     vec4 across[SEA_PART];
     vec4 along[SEA_PART];
     for (int k = 0; k < SEA_PART; ++k) {
@@ -141,8 +141,8 @@ void add_swell_part(int base, uint index, vec2 from) {
 }
 
 void add_swell(uint index, vec2 middle) {
-    vec2 from = middle - swell[index].place.xy;
-    g_hidden += swell[index].hidden.xyz;
+    vec2 from = middle - swell[index].centre_m;
+    g_hidden += swell[index].hidden;
     add_swell_part(0, index, from);
 #if SEA_PARTS > 1
     add_swell_part(SEA_PART, index, from);
@@ -164,10 +164,16 @@ void store_part(int base, ivec2 first, uint turn) {
     }
 }
 
-// One pixel of each block, from the run's first block on.
-void lie(uint index, ivec2 first, uint turn) {
-    vec2 middle = vec2(0.0);
-    float count = 0.0, shallowest = 3.0e38;
+// The pixels of a run.
+struct SeaRun {
+    vec2 middle;        // of their places, as these are
+    float count;        // of those of the sea
+    float shallowest;   // m
+};
+
+// One pixel of each block, from the run's first block on: sets their places, and the footprint and depths of the run.
+SeaRun run_of(ivec2 first, uint turn) {
+    SeaRun run = SeaRun(vec2(0.0), 0.0, 3.0e38);
     g_footprint = vec4(0.0);
     for (int k = 0; k < SEA_RUN; ++k) {
         ivec2 pixel = pixel_of(first, k, turn);
@@ -176,27 +182,32 @@ void lie(uint index, ivec2 first, uint turn) {
 #else
         g_sea[k] = sea_at(pixel);
 #endif
-        vec3 point = g_sea[k] ? sea_point(pixel) : frame.camera_forward.xyz;
+        vec3 point = g_sea[k] ? sea_point(pixel) : frame.camera_forward;
         g_places[k] = sea_calm_place(pixel, point);
         float distance_m = length(point);
         float depth_m = sea_depth_decode(texel_at(u_attributes, pixel).rg) * sea_open(g_places[k]);
         if (g_sea[k]) {
-            middle += g_places[k].at;
+            run.middle += g_places[k].at;
             g_footprint += sea_footprint(g_places[k], -point / distance_m, distance_m);
-            if (count == 0.0) g_depth = vec2(depth_m);
+            if (run.count == 0.0) g_depth = vec2(depth_m);
             g_depth.y = depth_m;
-            shallowest = min(shallowest, depth_m);
-            count += 1.0;
+            run.shallowest = min(run.shallowest, depth_m);
+            run.count += 1.0;
         }
     }
-    middle /= max(count, 1.0);
-    g_footprint /= max(count, 1.0);
+    run.middle /= max(run.count, 1.0);
+    g_footprint /= max(run.count, 1.0);
+    return run;
+}
+
+// Offsets from the run's middle, and even steps from the first pixel of the sea to the last. Returns how far pixels lie
+// off these at most, squared.
+float even_steps(vec2 middle) {
     for (int k = 0; k < SEA_RUN; ++k) {
         g_offset[k] = g_sea[k] ? g_places[k].at - middle : vec2(0.0);
         g_lift[k] = vec2(0.0);
         g_squeeze[k] = vec3(0.0);
     }
-    // Even steps from the first pixel of the sea to the last.
     float uneven = 0.0;
     for (int part = 0; part < SEA_PARTS; ++part) {
         int base = part * SEA_PART, from = base, to = base + SEA_PART - 1;
@@ -209,44 +220,57 @@ void lie(uint index, ivec2 first, uint turn) {
             if (g_sea[k]) uneven = max(uneven, dot(off, off));
         }
     }
-    // All lanes divide the waves alike: lanes that go separate ways cost the time of both.
+    return uneven;
+}
+
+// The largest of a workgroup: all lanes divide the waves alike, for lanes that go separate ways cost the time of both.
+float most_uneven(float uneven) {
     if (gl_LocalInvocationID.x == 0u) s_uneven = 0u;
     memoryBarrierShared();
     barrier();
     atomicMax(s_uneven, floatBitsToUint(uneven));
     memoryBarrierShared();
     barrier();
-    uneven = uintBitsToFloat(s_uneven);
-    if (count == 0.0) return;
-    SeaPlace place = sea_place_at(middle);
-    vec4 bin = wave_bin(sea_shortest(g_footprint));
-    g_hidden = bin.yzw;
-    ivec2 counts = wave_count(bin);
+    return uintBitsToFloat(s_uneven);
+}
+
+// All waves that the footprint shows. index: of the tile.
+void add_waves(uint index, SeaRun run, float uneven) {
+    SeaPlace place = sea_place_at(run.middle);
+    WaveBin bin = wave_bin(sea_shortest(g_footprint));
+    g_hidden = bin.slope_variance;
 #ifdef SEA_SWELL
-    add_swell(index, middle);
-    int feels = int(swell[index].size.z), held = int(swell[index].size.w);
+    add_swell(index, run.middle);
+    int feels = swell[index].feels, held = swell[index].held;
 #else
-    int feels = wave_count(wave_bin(DEEP / max(shallowest, 1e-6))).x, held = feels;
+    int feels = wave_bin(DEEP / max(run.shallowest, 1e-6)).far_count, held = feels;
 #endif
-    feels = min(feels, counts.x);
+    feels = min(feels, bin.far_count);
     for (int i = 0; i < feels; ++i) {
-        vec4 a = wave_data[3 * i], b = wave_data[3 * i + 1];
-        add_wave(sea_far_wave(place, a, b), a.w, false, true, false);
+        Wave at = sea_waves.waves[i];
+        add_wave(sea_far_wave(place, at), at.cycles_per_m, false, true, false);
     }
-    int even = clamp(wave_count(wave_bin(EVEN * inversesqrt(max(uneven, 1e-12)))).x, held, max(counts.x, held));
+    int even = clamp(wave_bin(EVEN * inversesqrt(max(uneven, 1e-12))).far_count, held, max(bin.far_count, held));
     for (int i = held; i < even; ++i) {
-        vec4 a = wave_data[3 * i], b = wave_data[3 * i + 1];
-        add_wave(sea_far_wave(place, a, b), a.w, false, false, true);
+        Wave at = sea_waves.waves[i];
+        add_wave(sea_far_wave(place, at), at.cycles_per_m, false, false, true);
     }
-    for (int i = even; i < counts.x; ++i) {
-        vec4 a = wave_data[3 * i], b = wave_data[3 * i + 1];
-        add_wave(sea_far_wave(place, a, b), a.w, false, false, false);
+    for (int i = even; i < bin.far_count; ++i) {
+        Wave at = sea_waves.waves[i];
+        add_wave(sea_far_wave(place, at), at.cycles_per_m, false, false, false);
     }
-    int first_near = int(wave_counts.x), end_near = first_near + counts.y;
+    int first_near = sea_waves.far_count, end_near = first_near + bin.near_count;
     for (int i = first_near; i < end_near; ++i) {
-        vec4 a = wave_data[3 * i], b = wave_data[3 * i + 1], c = wave_data[3 * i + 2];
-        add_wave(sea_near_wave(place, a, b, c), a.w, true, true, false);
+        Wave at = sea_waves.waves[i];
+        add_wave(sea_near_wave(place, at), at.cycles_per_m, true, true, false);
     }
+}
+
+void store_run(uint index, ivec2 first, uint turn) {
+    SeaRun run = run_of(first, turn);
+    float uneven = most_uneven(even_steps(run.middle));
+    if (run.count == 0.0) return;
+    add_waves(index, run, uneven);
     store_part(0, first, turn);
 #if SEA_PARTS > 1
     store_part(SEA_PART, first, turn);
@@ -259,27 +283,27 @@ void main() {
     int lane = int(gl_LocalInvocationID.x) * SEA_RUN;
     ivec2 first = ivec2(tile & 0xffffu, tile >> 16) * TILE_PX + SEA_APART * ivec2(lane & (ROW - 1), lane / ROW);
 #if SHADE_EVERY > 1
-    uint all = 0u;
+    uint turns = 0u;
     for (int k = 0; k < SEA_RUN; ++k) {
         g_turns[k] = sea_turns(first + ivec2(k * SEA_APART.x, 0));
-        all |= g_turns[k];
+        turns |= g_turns[k];
     }
     if (gl_LocalInvocationID.x == 0u) s_turns = 0u;
     memoryBarrierShared();
     barrier();
-    atomicOr(s_turns, all);
+    atomicOr(s_turns, turns);
     memoryBarrierShared();
     barrier();
     // A loop that is left at its end costs a software GPU nothing where it has one turn; an `if` skips nothing there.
-    all = s_turns;
+    turns = s_turns;
     uint turn = 0u;
     do {
-        lie(index, first, turn);
-        all &= ~(1u << turn);
-        turn = uint(findLSB(all));
+        store_run(index, first, turn);
+        turns &= ~(1u << turn);
+        turn = uint(findLSB(turns));
         barrier();
-    } while (all != 0u);
+    } while (turns != 0u);
 #else
-    lie(index, first, 0u);
+    store_run(index, first, 0u);
 #endif
 }

@@ -26,17 +26,20 @@ vec2 turned(vec2 circle, vec2 by) {
     return vec2(circle.x * by.y + circle.y * by.x, circle.y * by.y - circle.x * by.x);
 }
 
-void main() {
-    uint index = spread_group() * 8u + gl_LocalInvocationID.x;
-    if (index >= tile_groups[0]) return;
-    ivec2 first = ivec2(tiles[index] & 0xffffu, tiles[index] >> 16) * TILE_PX;
-    // Axes across and along the view keep the rectangle small.
+// A tile's rectangle of the sea, along axes that keep it small: across and along the view.
+struct SwellRectangle {
+    vec2 centre, axis, size;   // size: half of each side, metres
+    vec4 footprint;            // of one of its pixels
+    float shallowest;          // m
+    bool any_sea;
+};
+
+SwellRectangle rectangle_of(ivec2 first) {
     vec3 ray = view_ray(ndc_of_pixel(vec2(first) + vec2(8.0, 4.0)));
-    vec2 ahead = vec2(dot(ray, wave_east.xyz), dot(ray, wave_north.xyz));
-    float ahead2 = dot(ahead, ahead);
+    vec2 ahead = vec2(dot(ray, sea_waves.east), dot(ray, sea_waves.north));
+    float ahead2 = dot(ahead, ahead), shallowest = 3.0e38;
     vec2 axis = ahead2 > 1e-6 * dot(ray, ray) ? vec2(ahead.y, -ahead.x) * inversesqrt(ahead2) : vec2(1.0, 0.0);
     vec2 low = vec2(3.0e38), high = vec2(-3.0e38);
-    float shallowest = 3.0e38;
     vec4 footprint = vec4(0.0);
     for (int k = 0; k < 32; ++k) {
         ivec2 pixel = first + ivec2(k & 7, k >> 3) * 2 + ((k >> 3) & 1);
@@ -53,47 +56,70 @@ void main() {
     }
     vec2 middle = 0.5 * (low + high), size = max(0.5 * MARGIN * (high - low), 1e-3);
     vec2 centre = middle.x * axis + middle.y * vec2(-axis.y, axis.x);
-    bool any_sea = low.x <= high.x;
+    return SwellRectangle(centre, axis, size, footprint, shallowest, low.x <= high.x);
+}
 
-    // Whole bins of waves, so that all that are counted in are long enough.
-    float longest = LONGEST_PHASE / max(size.x, size.y);
-    int feels = any_sea ? wave_count(wave_bin(DEEP / max(shallowest, 1e-6))).x : 0;
-    int held = any_sea ? max(wave_count(wave_bin(longest * 0.84)).x, feels) : 0;
-    SeaPlace place = sea_place_at(centre);
+// At each of the rectangle's 4 x 4 nodes.
+struct SwellSums {
     vec2 lift[16];
-    vec3 squeeze[16], hidden = vec3(0.0);
-    for (int n = 0; n < 16; ++n) {
-        lift[n] = vec2(0.0);
-        squeeze[n] = vec3(0.0);
-    }
-    for (int i = feels; i < held; ++i) {
-        vec4 a = wave_data[3 * i], b = wave_data[3 * i + 1];
-        SeaWave wave = sea_far_wave(place, a, b);
-        vec2 d = wave.direction, step = a.w * size * vec2(dot(d, axis), dot(d, vec2(-axis.y, axis.x)));
-        float seen = sea_seen(wave, footprint);
-        hidden += sea_hidden(wave, seen, 1.0);
-        vec2 up = d * (wave.amplitude * wave.k * seen);
-        vec3 side = vec3(d * d, d.x * d.y) * (-wave.sideways * wave.k * seen);
-        vec2 along[4];
-        for (int n = 0; n < 4; ++n) along[n] = sea_circle(wave.cycles + step.x * SWELL_NODES[n]);
-        for (int m = 0; m < 4; ++m) {
-            vec2 by = sea_circle(step.y * SWELL_NODES[m]);
-            for (int n = 0; n < 4; ++n) {
-                vec2 circle = turned(along[n], by);
-                lift[4 * m + n] += circle.y * up;
-                squeeze[4 * m + n] += circle.x * side;
-            }
+    vec3 squeeze[16];
+    vec3 hidden;   // variance of slopes: of the whole rectangle
+};
+
+void add_wave(inout SwellSums sums, SwellRectangle r, SeaWave wave, float cycles_per_m) {
+    vec2 d = wave.direction, axis = r.axis;
+    vec2 cycles = cycles_per_m * r.size * vec2(dot(d, axis), dot(d, vec2(-axis.y, axis.x)));
+    float seen = sea_seen(wave, r.footprint);
+    sums.hidden += sea_hidden(wave, seen, 1.0);
+    vec2 up = d * (wave.amplitude * wave.k * seen);
+    vec3 side = vec3(d * d, d.x * d.y) * (-wave.sideways * wave.k * seen);
+    vec2 along[4];
+    for (int n = 0; n < 4; ++n) along[n] = sea_circle(wave.cycles + cycles.x * SWELL_NODES[n]);
+    for (int m = 0; m < 4; ++m) {
+        vec2 by = sea_circle(cycles.y * SWELL_NODES[m]);
+        for (int n = 0; n < 4; ++n) {
+            vec2 circle = turned(along[n], by);
+            sums.lift[4 * m + n] += circle.y * up;
+            sums.squeeze[4 * m + n] += circle.x * side;
         }
     }
-    swell[index].place = vec4(centre, axis);
-    swell[index].size = vec4(1.0 / size, float(feels), float(held));
-    swell[index].hidden = vec4(hidden, 0.0);
+}
+
+void store_nodes(uint index, SwellSums sums) {
     for (int n = 0; n < 16; n += 4) {
         int at = 5 * (n / 4);
-        swell[index].nodes[at] = vec4(lift[n], squeeze[n].xy);
-        swell[index].nodes[at + 1] = vec4(squeeze[n].z, lift[n + 1], squeeze[n + 1].x);
-        swell[index].nodes[at + 2] = vec4(squeeze[n + 1].yz, lift[n + 2]);
-        swell[index].nodes[at + 3] = vec4(squeeze[n + 2], lift[n + 3].x);
-        swell[index].nodes[at + 4] = vec4(lift[n + 3].y, squeeze[n + 3]);
+        swell[index].nodes[at] = vec4(sums.lift[n], sums.squeeze[n].xy);
+        swell[index].nodes[at + 1] = vec4(sums.squeeze[n].z, sums.lift[n + 1], sums.squeeze[n + 1].x);
+        swell[index].nodes[at + 2] = vec4(sums.squeeze[n + 1].yz, sums.lift[n + 2]);
+        swell[index].nodes[at + 3] = vec4(sums.squeeze[n + 2], sums.lift[n + 3].x);
+        swell[index].nodes[at + 4] = vec4(sums.lift[n + 3].y, sums.squeeze[n + 3]);
     }
+}
+
+void main() {
+    uint index = spread_group() * 8u + gl_LocalInvocationID.x;
+    if (index >= tile_groups[0]) return;
+    SwellRectangle r = rectangle_of(ivec2(tiles[index] & 0xffffu, tiles[index] >> 16) * TILE_PX);
+    // Whole bins of waves, so that all that are counted in are long enough.
+    float longest = LONGEST_PHASE / max(r.size.x, r.size.y);
+    int feels = r.any_sea ? wave_bin(DEEP / max(r.shallowest, 1e-6)).far_count : 0;
+    int held = r.any_sea ? max(wave_bin(longest * 0.84).far_count, feels) : 0;
+    SeaPlace place = sea_place_at(r.centre);
+    SwellSums sums;
+    sums.hidden = vec3(0.0);
+    for (int n = 0; n < 16; ++n) {
+        sums.lift[n] = vec2(0.0);
+        sums.squeeze[n] = vec3(0.0);
+    }
+    for (int i = feels; i < held; ++i) {
+        Wave wave = sea_waves.waves[i];
+        add_wave(sums, r, sea_far_wave(place, wave), wave.cycles_per_m);
+    }
+    swell[index].centre_m = r.centre;
+    swell[index].axis = r.axis;
+    swell[index].per_half_side = 1.0 / r.size;
+    swell[index].feels = feels;
+    swell[index].held = held;
+    swell[index].hidden = sums.hidden;
+    store_nodes(index, sums);
 }

@@ -2,11 +2,13 @@
 // what the tile shows. Between the nodes cubic polynomials hold them: the nodes are Chebyshev's, and at a wave number k
 // and half a side h the error is at most (k h)^4 / 192 of a wave's slope.
 struct SwellTile {
-    vec4 place;        // centre of the rectangle in metres of SeaPlace.at; its first axis, unit
-    // 1 / half its sides along the first and second axis; waves of the first list that feel the bed, and those that
-    vec4 size;
-                       // the nodes hold with them
-    vec4 hidden;       // slope variance of the waves that the nodes hold
-    vec4 nodes[20];    // 16 x (slope of the height along east, north; of the sideways movement ee, nn, en)
+    vec2 centre_m;        // of the rectangle, as SeaPlace.at
+    vec2 axis;            // its first one, unit
+    vec2 per_half_side;   // 1/m, along the first and the second axis
+    int feels;            // far waves that feel the bed,
+    int held;             // and with them those that the nodes hold
+    vec3 hidden;          // slope variance of the waves that the nodes hold
+    // 16 x (slope of the height along east, north; of the sideways movement ee, nn, en), without gaps
+    vec4 nodes[20];
 };
 const vec4 SWELL_NODES = vec4(-0.923879533, -0.382683432, 0.382683432, 0.923879533);

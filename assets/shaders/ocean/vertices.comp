@@ -30,11 +30,11 @@ shared vec3 s_high[64];
 void main() {
     uint cell_index = spread_group();
     Cell cell = cells[cell_index];
-    float level = planet.sea.x, dh = level - frame.anchor_up.w, radius = planet.radii.x;
+    float level = planet.sea_level_m, dh = level - frame.anchor_height_m, radius = planet.radius_m;
     bool dry = false;
     if (u_first >= 0) {
         int row = ground_row[uint(u_first) + cell_index];
-        dry = row >= 0 && frame.anchor_up.w + ground_bounds[max(row, 0)].low.w > level + DRY_M
+        dry = row >= 0 && frame.anchor_height_m + ground_bounds[max(row, 0)].low.w > level + DRY_M
             + DRY_SPACINGS * cell.spacing_m;
     }
     vec4 low = vec4(3.4e38);
@@ -43,7 +43,7 @@ void main() {
     do {
         ivec2 point = cell_lattice_point(cell, ivec2(k % CELL_SIDE, k / CELL_SIDE));
         vec3 D = lattice_foot_offset(cell.face, point);
-        precise vec3 position = D * (1.0 + level / radius) + frame.anchor_up.xyz * dh;
+        precise vec3 position = D * (1.0 + level / radius) + frame.anchor_up * dh;
         float depth = 0.0;
         if (!dry) depth = max(level - surface_height(D, cell.spacing_m), 0.0);
         CellVertex vertex;
@@ -51,7 +51,7 @@ void main() {
         vertex.y = position.y;
         vertex.z = position.z;
         vertex.dh = dh;
-        vertex.normal = packSnorm2x16(oct_encode(normalize(frame.anchor_up.xyz + D / radius)));
+        vertex.normal = packSnorm2x16(oct_encode(normalize(frame.anchor_up + D / radius)));
         vertex.attributes = packUnorm2x16(vec2(depth / (depth + 16.0), 0.0));
         vertices[cell_index * uint(CELL_VERTICES) + uint(k)] = vertex;
         low = min(low, vec4(position, -depth));

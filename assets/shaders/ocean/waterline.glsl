@@ -5,8 +5,8 @@
 
 float lens_over_water(vec2 ndc) {
     vec3 ray = view_ray(ndc);
-    float near = frame.camera_offset.w;
-    return (dot(ocean.lens.xyz, ray) * near + ocean.lens.w) / (near * frame.clock.w * length(ray));
+    float near = frame.near_m;
+    return (dot(ocean.lens.normal, ray) * near + ocean.lens.height_m) / (near * frame.pixel_rad * length(ray));
 }
 
 bool lens_in_water(vec2 ndc) {

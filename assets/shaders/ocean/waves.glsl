@@ -30,32 +30,32 @@ const float SEA_TURN = 6.28318530717959;
 
 SeaPlace sea_place(vec3 D) {
     SeaPlace p;
-    vec3 axis = frame.anchor_up.xyz;
-    p.q = vec2(dot(D, wave_east.xyz), dot(D, wave_north.xyz)) / planet.radii.x;
+    vec3 axis = frame.anchor_up;
+    p.q = vec2(dot(D, sea_waves.east), dot(D, sea_waves.north)) / planet.radius_m;
     float q2 = dot(p.q, p.q);
-    p.up = 1.0 + dot(D, axis) / planet.radii.x;
-    p.at = p.q * (wave_east.w * (1.0 + q2 * (1.0 / 6.0 + q2 * (3.0 / 40.0))));
-    p.zenith = normalize(axis + D / planet.radii.x);
+    p.up = 1.0 + dot(D, axis) / planet.radius_m;
+    p.at = p.q * (sea_waves.radius_m * (1.0 + q2 * (1.0 / 6.0 + q2 * (3.0 / 40.0))));
+    p.zenith = normalize(axis + D / planet.radius_m);
     vec3 carry = (axis + p.zenith) / max(1.0 + p.up, 1e-6);
-    p.east = wave_east.xyz - p.q.x * carry;
-    p.north = wave_north.xyz - p.q.y * carry;
+    p.east = sea_waves.east - p.q.x * carry;
+    p.north = sea_waves.north - p.q.y * carry;
     return p;
 }
 
 // The same by where it lies on the map of arcs: a kilometre away as good, where the planet is large beside that.
 SeaPlace sea_place_at(vec2 at) {
-    vec2 arc = at / wave_east.w;
+    vec2 arc = at / sea_waves.radius_m;
     float x2 = dot(arc, arc);
     SeaPlace p;
     p.at = at;
     p.q = arc * (1.0 - x2 * (1.0 / 6.0 - x2 / 120.0));
     float q2 = dot(p.q, p.q);
     p.up = sqrt(max(1.0 - q2, 0.0));
-    vec3 fall = frame.anchor_up.xyz * (-q2 / (1.0 + p.up)), aside = wave_east.xyz * p.q.x + wave_north.xyz * p.q.y;
-    p.zenith = normalize(frame.anchor_up.xyz + aside + fall);
-    vec3 carry = (frame.anchor_up.xyz + p.zenith) / (1.0 + p.up);
-    p.east = wave_east.xyz - p.q.x * carry;
-    p.north = wave_north.xyz - p.q.y * carry;
+    vec3 fall = frame.anchor_up * (-q2 / (1.0 + p.up)), aside = sea_waves.east * p.q.x + sea_waves.north * p.q.y;
+    p.zenith = normalize(frame.anchor_up + aside + fall);
+    vec3 carry = (frame.anchor_up + p.zenith) / (1.0 + p.up);
+    p.east = sea_waves.east - p.q.x * carry;
+    p.north = sea_waves.north - p.q.y * carry;
     return p;
 }
 
@@ -80,7 +80,7 @@ float sea_shoaling(float x) {
 
 // Share of its depth that the sea has for waves: ice takes it away. FREEZE of engine/waves/shoaling.py.
 float sea_open(SeaPlace p) {
-    return 1.0 - smoothstep(wave_mesh.z, wave_mesh.z + 0.02, abs(p.zenith.z));
+    return 1.0 - smoothstep(sea_waves.ice_sine, sea_waves.ice_sine + 0.02, abs(p.zenith.z));
 }
 
 // One wave at a place. direction: unit, away from the origin; cycles: its phase; weight: of A and of Q by the fade;
@@ -90,42 +90,44 @@ struct SeaWave {
     float cycles, amplitude, sideways, k, weight, rate, spread, sine;
 };
 
-SeaWave sea_far_wave(SeaPlace p, vec4 a, vec4 b) {
+SeaWave sea_far_wave(SeaPlace p, Wave at) {
     SeaWave wave;
-    vec2 along = a.xy, across = vec2(-a.y, a.x);
+    vec2 along = at.heading, across = vec2(-along.y, along.x);
     float q1 = dot(p.at, along), q2 = dot(p.at, across);
-    wave.cycles = fract(a.z + a.w * q1) + a.w * (q2 * q2 * (b.z - b.w * q1));
-    wave.direction = along + across * (2.0 * b.z * q2);
-    wave.amplitude = b.x;
-    wave.sideways = b.y;
-    wave.k = a.w * SEA_TURN;
+    float bend = q2 * q2 * (at.half_cotangent_per_m - at.curve_per_m2 * q1);
+    wave.cycles = fract(at.phase_cycles + at.cycles_per_m * q1) + at.cycles_per_m * bend;
+    wave.direction = along + across * (2.0 * at.half_cotangent_per_m * q2);
+    wave.amplitude = at.amplitude_m;
+    wave.sideways = at.sideways_m;
+    wave.k = at.cycles_per_m * SEA_TURN;
     wave.weight = 1.0;
     wave.rate = wave.spread = 0.0;
-    float cotangent = 2.0 * b.z * wave_east.w;
+    float cotangent = 2.0 * at.half_cotangent_per_m * sea_waves.radius_m;
     wave.sine = inversesqrt(1.0 + cotangent * cotangent);
     return wave;
 }
 
-SeaWave sea_near_wave(SeaPlace p, vec4 a, vec4 b, vec4 c) {
+SeaWave sea_near_wave(SeaPlace p, Wave at) {
     SeaWave wave;
-    float cos0 = b.z, sin0 = b.w;
-    float q1 = dot(p.q, a.xy), q2 = dot(p.q, vec2(-a.y, a.x));
+    vec2 along = at.heading;
+    float cos0 = at.origin_cos, sin0 = at.origin_sin, fade = at.fade_to - at.fade_from;
+    float q1 = dot(p.q, along), q2 = dot(p.q, vec2(-along.y, along.x));
     float w = sin0 * p.up + cos0 * q1;
     float sine = max(sqrt(w * w + q2 * q2), 1e-12), cosine = cos0 * p.up - sin0 * q1;
     float excess = w > 0.0 ? q2 * q2 / (sine + w) : sine - w;
-    float x = wave_east.w * sea_asin(q1 + cos0 * excess);
-    wave.cycles = fract(a.z + a.w * x);
+    float x = sea_waves.radius_m * sea_asin(q1 + cos0 * excess);
+    wave.cycles = fract(at.phase_cycles + at.cycles_per_m * x);
     // Away from the origin, in axes carried from the anchor.
     float fold = 1.0 / (1.0 + p.up);
-    wave.direction = (sin0 * (a.xy - p.q * (dot(p.q, a.xy) * fold)) + cos0 * p.q) / sine;
+    wave.direction = (sin0 * (along - p.q * (dot(p.q, along) * fold)) + cos0 * p.q) / sine;
     // 1 - |cos| without cancellation.
-    float past = sine * sine / (1.0 + abs(cosine)), t = clamp((past - c.x) / (c.y - c.x), 0.0, 1.0);
+    float past = sine * sine / (1.0 + abs(cosine)), t = clamp((past - at.fade_from) / fade, 0.0, 1.0);
     wave.weight = t * t * (3.0 - 2.0 * t);
-    wave.rate = 6.0 * t * (1.0 - t) / (c.y - c.x) * sine * (cosine < 0.0 ? -1.0 : 1.0) / wave_east.w;
-    wave.amplitude = b.x;
-    wave.sideways = b.y;
-    wave.k = c.w;
-    wave.spread = cosine / (sine * wave_east.w);
+    wave.rate = 6.0 * t * (1.0 - t) / fade * sine * (cosine < 0.0 ? -1.0 : 1.0) / sea_waves.radius_m;
+    wave.amplitude = at.amplitude_m;
+    wave.sideways = at.sideways_m;
+    wave.k = at.cycles_per_m * SEA_TURN;
+    wave.spread = cosine / (sine * sea_waves.radius_m);
     wave.sine = sine;
     return wave;
 }
@@ -139,13 +141,13 @@ vec3 sea_wave_moved(SeaWave wave, float depth_m, float spacing_m) {
 
 vec3 sea_moved(SeaPlace p, float depth_m, float spacing_m) {
     vec3 moved = vec3(0.0);
-    ivec2 counts = wave_count(wave_bin(3.14159265 / spacing_m));
-    for (int i = 0; i < counts.x; ++i) moved += sea_wave_moved(sea_far_wave(p, wave_data[3 * i], wave_data[3 * i + 1]),
-        depth_m, spacing_m);
-    int first = int(wave_counts.x);
-    for (int i = first; i < first + counts.y; ++i) {
-        moved += sea_wave_moved(sea_near_wave(p, wave_data[3 * i], wave_data[3 * i + 1], wave_data[3 * i + 2]), depth_m,
-            spacing_m);
+    WaveBin bin = wave_bin(3.14159265 / spacing_m);
+    for (int i = 0; i < bin.far_count; ++i) {
+        moved += sea_wave_moved(sea_far_wave(p, sea_waves.waves[i]), depth_m, spacing_m);
+    }
+    int first = sea_waves.far_count;
+    for (int i = first; i < first + bin.near_count; ++i) {
+        moved += sea_wave_moved(sea_near_wave(p, sea_waves.waves[i]), depth_m, spacing_m);
     }
     return moved;
 }
@@ -159,7 +161,8 @@ vec3 sea_vector(SeaPlace p, vec3 along) {
 // long way of it, but slopes that stand up to the camera less: the mean sea's tilt counts up to FLATTEST.
 const float SEA_FLATTEST = 0.02;
 vec4 sea_footprint(SeaPlace p, vec3 view, float distance_m) {
-    float across = wave_mesh.y * distance_m * frame.clock.w, tilt = max(abs(dot(view, p.zenith)), SEA_FLATTEST);
+    float across = sea_waves.footprint_px * distance_m * frame.pixel_rad;
+    float tilt = max(abs(dot(view, p.zenith)), SEA_FLATTEST);
     vec2 level = vec2(dot(view, p.east), dot(view, p.north));
     float length2 = dot(level, level);
     level *= inversesqrt(max(length2, 1e-12));
@@ -215,15 +218,12 @@ SeaSurface sea_lie(SeaPlace p, SeaSums sums) {
 }
 
 SeaSurface sea_surface(SeaPlace p, float depth_m, vec4 footprint) {
-    vec4 bin = wave_bin(sea_shortest(footprint));
-    SeaSums sums = SeaSums(vec2(0.0), vec3(0.0), bin.yzw);
-    ivec2 counts = wave_count(bin);
-    for (int i = 0; i < counts.x; ++i) sea_add(sums, sea_far_wave(p, wave_data[3 * i], wave_data[3 * i + 1]), footprint,
-        depth_m);
-    int first = int(wave_counts.x);
-    for (int i = first; i < first + counts.y; ++i) {
-        sea_add(sums, sea_near_wave(p, wave_data[3 * i], wave_data[3 * i + 1], wave_data[3 * i + 2]), footprint,
-            depth_m);
+    WaveBin bin = wave_bin(sea_shortest(footprint));
+    SeaSums sums = SeaSums(vec2(0.0), vec3(0.0), bin.slope_variance);
+    for (int i = 0; i < bin.far_count; ++i) sea_add(sums, sea_far_wave(p, sea_waves.waves[i]), footprint, depth_m);
+    int first = sea_waves.far_count;
+    for (int i = first; i < first + bin.near_count; ++i) {
+        sea_add(sums, sea_near_wave(p, sea_waves.waves[i]), footprint, depth_m);
     }
     return sea_lie(p, sums);
 }

@@ -14,7 +14,7 @@ void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     float depth = texelFetch(u_depth, pixel, 0).r;
     uint surface = texelFetch(u_surface, pixel, 0).r;
-    vec3 position = view_ray(v_ndc) * (frame.camera_offset.w / depth);
+    vec3 position = view_ray(v_ndc) * (frame.near_m / depth);
     bool hit = depth > 0.0;
     float nan = uintBitsToFloat(0x7fc00000u), infinite = uintBitsToFloat(0x7f800000u);
     o_position = hit ? vec4(position, length(position)) : vec4(nan, nan, nan, infinite);

@@ -11,6 +11,6 @@ layout(location = 0) out vec4 o_color;
 void main() {
     o_color = vec4(texture(u_picture, v_uv).rgb, 1.0);
     // Ours is near / z: 0 for the sky, whose depth is then that of infinity, or of the host's far plane before it.
-    float per_z = textureLod(u_depth, v_uv, 0.0).r / frame.camera_offset.w;
+    float per_z = textureLod(u_depth, v_uv, 0.0).r / frame.near_m;
     gl_FragDepth = clamp(u_host_depth.x + u_host_depth.y * per_z, 0.0, 1.0);
 }

@@ -16,6 +16,6 @@ void main() {
     o_surface = SURFACE_PROPS;
     o_motion = v_back;
 #ifdef PF_FRAG_DEPTH
-    gl_FragDepth = frame.camera_offset.w * gl_FragCoord.w;
+    gl_FragDepth = frame.near_m * gl_FragCoord.w;
 #endif
 }

@@ -48,9 +48,9 @@ void main() {
 
     vec3 point = position_from_depth(ndc_of_pixel(vec2(pixel) + 0.5), texelFetch(u_depth, pixel, 0).r);
     vec3 normal = oct_decode(texelFetch(u_normal, pixel, 0).rg), zenith = up_at(point), view = -normalize(point);
-    vec3 sun = frame.sun_direction.xyz;
-    vec3 sunlight = frame.sun_irradiance.rgb * sun_visibility(point) * air_to_space(point, sun);
-    vec3 from_sky = skylight(point, normal) + frame.sun_irradiance.rgb * STARLIGHT;
+    vec3 sun = frame.sun_direction;
+    vec3 sunlight = frame.sun_irradiance * sun_visibility(point) * air_to_space(point, sun);
+    vec3 from_sky = skylight(point, normal) + frame.sun_irradiance * STARLIGHT;
     Air between = air_from_camera(point);
     if (ground) {
         vec3 direct = sunlight * max(dot(normal, sun), 0.0);
@@ -58,7 +58,7 @@ void main() {
         // The sky's image in the water stays; what shines out of it and the sun's glitter don't.
         float facing = 1.0 - clamp(dot(normal, view), 0.0, 1.0), facing2 = facing * facing;
         share = mix(share, vec3(1.0), surface == SURFACE_SEA ? 0.02 + 0.98 * facing2 * facing2 * facing : 0.0);
-        vec3 seen = imageLoad(u_radiance, pixel).rgb, air_light = between.in_scatter * frame.scale.x;
+        vec3 seen = imageLoad(u_radiance, pixel).rgb, air_light = between.in_scatter * frame.hdr_per_radiance;
         imageStore(u_radiance, pixel, vec4(max(seen - air_light, 0.0) * share + min(seen, air_light), 1.0));
         return;
     }
@@ -67,5 +67,6 @@ void main() {
     vec3 around = sunlight * max(dot(zenith, sun), 0.0) * (GROUND_ALBEDO * (0.5 - 0.5 * dot(normal, zenith)));
     vec3 radiance = sunlight * left.r * reflected(albedo, attributes.a, normal, view, sun);
     radiance += albedo / PI * left.g * (from_sky + around);
-    imageStore(u_radiance, pixel, vec4((radiance * between.transmittance + between.in_scatter) * frame.scale.x, 1.0));
+    radiance = radiance * between.transmittance + between.in_scatter;
+    imageStore(u_radiance, pixel, vec4(radiance * frame.hdr_per_radiance, 1.0));
 }

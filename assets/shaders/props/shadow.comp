@@ -46,7 +46,7 @@ void main() {
     ivec2 at = min(pixel, size - 1);
     float depth = texelFetch(u_depth, at, 0).r;
     vec3 point = position_from_depth(ndc_of_pixel(vec2(at) + 0.5), max(depth, 1e-30));
-    vec3 sun = frame.sun_direction.xyz;
+    vec3 sun = frame.sun_direction;
     vec3 u = normalize(cross(sun, abs(sun.z) < 0.7 ? vec3(0.0, 0.0, 1.0) : vec3(1.0, 0.0, 0.0))), w = cross(sun, u);
     vec3 place = vec3(dot(u, point), dot(w, point), dot(sun, point));
     if (depth > 0.0) {
@@ -63,7 +63,7 @@ void main() {
             PropOccluder prop = occluders[i];
             vec3 middle = vec3(dot(u, prop.place.xyz), dot(w, prop.place.xyz), dot(sun, prop.place.xyz));
             float radius = prop_radius(prop), length_m = prop_shadow_m(prop), reach = radius * PROP_REACH;
-            vec3 wide = vec3(vec2(radius + length_m * frame.sun_direction.w), radius);
+            vec3 wide = vec3(vec2(radius + length_m * frame.sun_radius_rad), radius);
             bool shades = length_m > 0.0 && all(greaterThan(middle + wide, low))
                 && all(lessThan(middle - vec3(wide.xy, length_m), high));
             bool shelters = all(greaterThan(middle + reach, low)) && all(lessThan(middle - reach, high));

@@ -9,7 +9,7 @@ float prop_radius(PropOccluder prop) {
 
 // Length of the shadow: enough for level ground below, more where the sun is low. 0 when the sun has set for it.
 float prop_shadow_m(PropOccluder prop) {
-    float height = dot(up_at(prop.place.xyz), frame.sun_direction.xyz);
+    float height = dot(up_at(prop.place.xyz), frame.sun_direction);
     float radius = prop_radius(prop);
     return height > -0.05 ? radius * clamp(8.0 / max(height, 0.02), 24.0, PROP_SHADOW_RADII) : 0.0;
 }
@@ -21,8 +21,8 @@ vec3 prop_local(PropOccluder prop, vec3 vector) {
         dot(vector, prop.c.xyz) / dot(prop.c.xyz, prop.c.xyz));
 }
 
-float prop_box_hit(vec3 from, vec3 inverse, float half_side) {
-    vec3 one = (-half_side - from) * inverse, two = (half_side - from) * inverse;
+float prop_box_hit(vec3 from, vec3 slopes, float half_side) {
+    vec3 one = (-half_side - from) * slopes, two = (half_side - from) * slopes;
     vec3 low = min(one, two), high = max(one, two);
     float enter = max(max(low.x, low.y), low.z), leave = min(min(high.x, high.y), high.z);
     return leave > max(enter, 0.0) ? 1.0 : 0.0;
@@ -31,23 +31,23 @@ float prop_box_hit(vec3 from, vec3 inverse, float half_side) {
 // Share of the sun's disc that the prop leaves of it at camera-relative `point`. own: below this place in the prop's
 // axes a point belongs to the prop itself, which its own normals shade.
 float prop_sun(PropOccluder prop, vec3 point, float own) {
-    vec3 sun = frame.sun_direction.xyz, from = prop_local(prop, point - prop.place.xyz), way = prop_local(prop, sun);
+    vec3 sun = frame.sun_direction, from = prop_local(prop, point - prop.place.xyz), direction = prop_local(prop, sun);
     float inside = prop.place.w > 0.5 ? max(abs(from.x), max(abs(from.y), abs(from.z))) : length(from);
-    float t = -dot(from, way) / dot(way, way);   // metres to the nearest approach
-    vec3 nearest = from + way * t;
+    float t = -dot(from, direction) / dot(direction, direction);   // metres to the nearest approach
+    vec3 nearest = from + direction * t;
     float miss = length(nearest);
     vec3 aside = nearest / max(miss, 1e-6);
     float across = length(prop.a.xyz * aside.x + prop.b.xyz * aside.y + prop.c.xyz * aside.z);
-    float soft = max(t, 0.0) * frame.sun_direction.w / max(across, 1e-6);
+    float soft = max(t, 0.0) * frame.sun_radius_rad / max(across, 1e-6);
     // Farther than the umbra is long the prop covers a part of the disc only.
     float most = min(1.0, 1.0 / max(soft * soft, 1e-6));
     float width = clamp(soft, 0.01, 1.0);
     float hidden = 1.0 - smoothstep(1.0 - width, 1.0 + width, miss);
     if (prop.place.w > 0.5) {
-        vec3 inverse = 1.0 / mix(way, vec3(1e-9), lessThan(abs(way), vec3(1e-9)));
-        hidden = 0.25 * (prop_box_hit(from, inverse, 1.0 - 0.75 * width)
-            + prop_box_hit(from, inverse, 1.0 - 0.25 * width)
-            + prop_box_hit(from, inverse, 1.0 + 0.25 * width) + prop_box_hit(from, inverse, 1.0 + 0.75 * width));
+        vec3 slopes = 1.0 / mix(direction, vec3(1e-9), lessThan(abs(direction), vec3(1e-9)));
+        hidden = 0.25 * (prop_box_hit(from, slopes, 1.0 - 0.75 * width)
+            + prop_box_hit(from, slopes, 1.0 - 0.25 * width)
+            + prop_box_hit(from, slopes, 1.0 + 0.25 * width) + prop_box_hit(from, slopes, 1.0 + 0.75 * width));
     }
     hidden *= most * (1.0 - smoothstep(0.7, 1.0, t / prop_shadow_m(prop)));
     return inside < own || t <= 0.0 ? 1.0 : 1.0 - hidden;

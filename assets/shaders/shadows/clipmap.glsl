@@ -4,27 +4,26 @@
 
 // Place on the map, relative to the anchor's, of a foot offset D (see camera.glsl).
 vec2 shadow_place(vec3 D) {
-    vec3 chart = vec3(dot(shadow_map.axis_x.xyz, D), dot(shadow_map.axis_y.xyz, D), dot(shadow_map.axis_z.xyz, D));
-    vec2 anchor = vec2(shadow_map.axis_x.w, shadow_map.axis_y.w);
-    return (chart.xy - anchor * chart.z) / max(shadow_map.axis_z.w * shadow_map.scale.z + chart.z,
-        1e-6 * shadow_map.scale.z);
+    vec3 chart = vec3(dot(shadow_map.axis_x, D), dot(shadow_map.axis_y, D), dot(shadow_map.axis_z, D));
+    return (chart.xy - shadow_map.anchor_place * chart.z)
+        / max(shadow_map.anchor_divisor * shadow_map.radius_m + chart.z, 1e-6 * shadow_map.radius_m);
 }
 
 // Texels of a level per length on the map.
 float shadow_frequency(int level) {
-    return shadow_map.scale.x * exp2(-float(level));
+    return shadow_map.frequency * exp2(-float(level));
 }
 
 // Where texel (i, j) of a window is stored.
 ivec3 shadow_texel(int level, ivec2 index) {
-    ivec2 at = index + ivec2(shadow_map.window[level].zw);
-    return ivec3(at & (shadow_map.anchor.w - 1), (shadow_map.anchor.z - level) & 15);
+    ivec2 at = index + shadow_map.windows[level].stored;
+    return ivec3(at & (shadow_map.side - 1), (shadow_map.power - level) & 15);
 }
 
 // Coordinates in the next coarser level.
 vec2 shadow_coarser(int level, vec2 at) {
-    int next = min(level + 1, shadow_map.counts.x - 1);
-    return 0.5 * (at - shadow_map.window[level].xy) + shadow_map.window[next].xy;
+    int next = min(level + 1, shadow_map.levels - 1);
+    return 0.5 * (at - shadow_map.windows[level].anchor) + shadow_map.windows[next].anchor;
 }
 
 // Direction (chart's axes) and foot offset (planet axes) of coordinates of a level, and 1 + |p|^2 there. Differences
@@ -37,16 +36,15 @@ struct ShadowFoot {
 };
 
 ShadowFoot shadow_foot(int level, vec2 at) {
-    vec2 p0 = vec2(shadow_map.axis_x.w, shadow_map.axis_y.w);
-    vec2 dp = (at - shadow_map.window[level].xy) / shadow_frequency(level);
+    vec2 p0 = shadow_map.anchor_place;
+    vec2 dp = (at - shadow_map.windows[level].anchor) / shadow_frequency(level);
     float bulge0 = 1.0 + dot(p0, p0), dw = dot(dp, 2.0 * p0 + dp);
     ShadowFoot foot;
     foot.bulge = bulge0 + dw;
     foot.place = p0 + dp;
-    float inverse = 2.0 / (bulge0 * foot.bulge);
-    vec3 d = vec3((dp * bulge0 - p0 * dw) * inverse, -dw * inverse);
+    float scale = 2.0 / (bulge0 * foot.bulge);
+    vec3 d = vec3((dp * bulge0 - p0 * dw) * scale, -dw * scale);
     foot.up = vec3(2.0 * foot.place, 2.0 - foot.bulge) / foot.bulge;
-    foot.D = shadow_map.scale.z * (shadow_map.axis_x.xyz * d.x + shadow_map.axis_y.xyz * d.y
-        + shadow_map.axis_z.xyz * d.z);
+    foot.D = shadow_map.radius_m * (shadow_map.axis_x * d.x + shadow_map.axis_y * d.y + shadow_map.axis_z * d.z);
     return foot;
 }

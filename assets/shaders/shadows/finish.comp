@@ -18,7 +18,8 @@ vec2 limbs_at(ivec2 index) {
 }
 
 vec2 coarse_limbs(int level, vec2 at) {
-    vec2 place = clamp(at, vec2(0.0), vec2(shadow_map.counts.y) - 1.001), whole = floor(place), part = place - whole;
+    vec2 place = clamp(at, vec2(0.0), vec2(shadow_map.window_texels) - 1.001);
+    vec2 whole = floor(place), part = place - whole;
     ivec2 corner = ivec2(whole);
     vec2 a = texelFetch(u_coarser, shadow_texel(level, corner), 0).rg;
     vec2 b = texelFetch(u_coarser, shadow_texel(level, corner + ivec2(1, 0)), 0).rg;
@@ -28,11 +29,11 @@ vec2 coarse_limbs(int level, vec2 at) {
 }
 
 // What the reference sphere hides from there on.
-vec2 sphere_limbs(ShadowMarch march, ShadowWay way) {
-    vec2 here = -way.versine - march.tangents * way.sine;
+vec2 sphere_limbs(ShadowMarch march, ShadowStep advance) {
+    vec2 here = -advance.versine - march.tangents * advance.sine;
     vec2 level_there = sqrt(1.0 + march.tangents * march.tangents) - 1.0;   // where the ray runs level, dip ahead
     vec2 dip = max(-march.tangents, 0.0);
-    return shadow_map.scale.z * mix(here, level_there, step(vec2(way.sine), dip * inversesqrt(1.0 + dip * dip)));
+    return shadow_map.radius_m * mix(here, level_there, step(vec2(advance.sine), dip * inversesqrt(1.0 + dip * dip)));
 }
 
 void main() {
@@ -42,14 +43,14 @@ void main() {
     ShadowMarch march = shadow_march(vec2(index));
     vec2 limbs = shadow_seen(march, index, 1.0);
 
-    vec2 room = mix(vec2(index), vec2(shadow_map.counts.y - 1 - index), step(0.0, march.way))
-        / max(abs(march.way), 1e-3);
-    ShadowWay way = shadow_way(march, clamp(floor(min(room.x, room.y)), 1.0, SHADOW_STEPS));
-    vec2 at = vec2(index) + way.offset;
-    bool coarser = u_level + 1 < shadow_map.counts.x;
-    vec2 beyond = shadow_carried(march, way, coarse_limbs(coarser ? u_level + 1 : u_level,
+    vec2 room = mix(vec2(index), vec2(shadow_map.window_texels - 1 - index), step(0.0, march.direction))
+        / max(abs(march.direction), 1e-3);
+    ShadowStep advance = shadow_step(march, clamp(floor(min(room.x, room.y)), 1.0, SHADOW_STEPS));
+    vec2 at = vec2(index) + advance.offset;
+    bool coarser = u_level + 1 < shadow_map.levels;
+    vec2 beyond = shadow_carried(march, advance, coarse_limbs(coarser ? u_level + 1 : u_level,
         shadow_coarser(u_level, at)));
-    limbs = max(limbs, coarser ? beyond : sphere_limbs(march, way));
+    limbs = max(limbs, coarser ? beyond : sphere_limbs(march, advance));
 
     ivec3 texel = shadow_texel(u_level, index);
     float height = texelFetch(u_heights, texel, 0).r;

@@ -13,7 +13,7 @@ void main() {
     if (any(greaterThanEqual(index, u_part.zw))) return;
     index += u_part.xy;
     ShadowFoot foot = shadow_foot(u_level, vec2(index));
-    float spacing = 2.0 * shadow_map.scale.z / (shadow_frequency(u_level) * foot.bulge);
-    float height = max(surface_height(foot.D, spacing), shadow_map.detail.y);
+    float spacing = 2.0 * shadow_map.radius_m / (shadow_frequency(u_level) * foot.bulge);
+    float height = max(surface_height(foot.D, spacing), shadow_map.sea_level_m);
     imageStore(u_heights, shadow_texel(u_level, index), vec4(height));
 }

@@ -16,12 +16,12 @@ struct ShadowMarch {
     vec3 up, side;      // chart's axes; side: level, towards the sun
     vec2 place;
     vec2 tangents;      // of the elevations of the upper and of the lower limb
-    vec2 way;           // of a step, texels; the larger component is 1 or -1
+    vec2 direction;     // of a step, texels; the larger component is 1 or -1
     float step_rad;     // angle of a step
     float to_texels;    // of the level, per length on the map
 };
 
-struct ShadowWay {
+struct ShadowStep {
     vec2 offset;            // texels
     float sine, versine;    // of the angle; versine: 1 - cos
 };
@@ -33,7 +33,7 @@ const float SHADOW_NOTHING = -1.0e9;
 ShadowMarch shadow_march(vec2 at) {
     ShadowFoot foot = shadow_foot(u_level, at);
     ShadowMarch march;
-    vec3 sun = shadow_map.sun.xyz;
+    vec3 sun = shadow_map.sun_direction;
     float sine = dot(sun, foot.up);
     vec3 side = sun - foot.up * sine;
     float length2 = dot(side, side);
@@ -41,50 +41,52 @@ ShadowMarch shadow_march(vec2 at) {
     march.place = foot.place;
     march.side = length2 > 1e-12 ? side * inversesqrt(length2) : normalize(vec3(foot.up.z, 0.0, -foot.up.x) + 1e-6);
     sine = clamp(sine, -SHADOW_STEEPEST, SHADOW_STEEPEST);
-    float middle = sine * inversesqrt(1.0 - sine * sine), radius = shadow_map.sun.w;   // tan of the radius, nearly
+    float middle = sine * inversesqrt(1.0 - sine * sine);
+    float radius = shadow_map.sun_radius_rad;   // its tangent, nearly
     march.tangents = vec2(middle + radius, middle - radius)
         / max(vec2(1.0 - middle * radius, 1.0 + middle * radius), 0.05);
     march.to_texels = shadow_frequency(u_level);
-    vec2 way = (march.side.xy - march.place * march.side.z) * march.to_texels / max(1.0 + march.up.z, 1e-6);
-    march.step_rad = 1.0 / max(abs(way.x), abs(way.y));
-    march.way = way * march.step_rad;
+    vec2 per_rad = (march.side.xy - march.place * march.side.z) * march.to_texels / max(1.0 + march.up.z, 1e-6);
+    march.step_rad = 1.0 / max(abs(per_rad.x), abs(per_rad.y));
+    march.direction = per_rad * march.step_rad;
     return march;
 }
 
-ShadowWay shadow_way(ShadowMarch march, float steps) {
+ShadowStep shadow_step(ShadowMarch march, float steps) {
     float half_sine = pf_sin_small(0.5 * min(steps * march.step_rad, SHADOW_FARTHEST));
-    ShadowWay way;
-    way.versine = 2.0 * half_sine * half_sine;
-    way.sine = 2.0 * half_sine * sqrt(1.0 - half_sine * half_sine);
-    vec3 d = march.side * way.sine - march.up * way.versine;
-    way.offset = (d.xy - march.place * d.z) / max(1.0 + march.up.z + d.z, 1e-6) * march.to_texels;
-    return way;
+    ShadowStep advance;
+    advance.versine = 2.0 * half_sine * half_sine;
+    advance.sine = 2.0 * half_sine * sqrt(1.0 - half_sine * half_sine);
+    vec3 d = march.side * advance.sine - march.up * advance.versine;
+    advance.offset = (d.xy - march.place * d.z) / max(1.0 + march.up.z + d.z, 1e-6) * march.to_texels;
+    return advance;
 }
 
 // Limbs hidden there, as they are hidden here.
-vec2 shadow_carried(ShadowMarch march, ShadowWay way, vec2 limbs) {
-    return limbs - (limbs + shadow_map.scale.z) * (way.versine + march.tangents * way.sine);
+vec2 shadow_carried(ShadowMarch march, ShadowStep advance, vec2 limbs) {
+    return limbs - (limbs + shadow_map.radius_m) * (advance.versine + march.tangents * advance.sine);
 }
 
 vec2 limbs_at(ivec2 index);
 
 // What is seen after whole steps; beyond the window, nothing.
 vec2 shadow_seen(ShadowMarch march, ivec2 from, float steps) {
-    ShadowWay way = shadow_way(march, steps);
-    bool along_x = abs(march.way.x) >= abs(march.way.y);
+    ShadowStep advance = shadow_step(march, steps);
+    bool along_x = abs(march.direction.x) >= abs(march.direction.y);
     // The row or column is met within a small part of a step (a few hundredths where the planet's curve shows).
-    float along = along_x ? way.offset.x : way.offset.y;
-    float whole = round(along), more = (whole - along) * (along_x ? sign(march.way.x) : sign(march.way.y));
-    float across = (along_x ? way.offset.y : way.offset.x) + more * (along_x ? march.way.y : march.way.x);
+    float along = along_x ? advance.offset.x : advance.offset.y;
+    float whole = round(along), more = (whole - along) * (along_x ? sign(march.direction.x) : sign(march.direction.y));
+    float across = (along_x ? advance.offset.y : advance.offset.x)
+        + more * (along_x ? march.direction.y : march.direction.x);
     float angle = more * march.step_rad;
-    way.versine += angle * way.sine;
-    way.sine += angle;
+    advance.versine += angle * advance.sine;
+    advance.sine += angle;
     float row = floor(across), part = across - row;
     ivec2 corner = from + (along_x ? ivec2(whole, row) : ivec2(row, whole));
     ivec2 next = corner + (along_x ? ivec2(0, 1) : ivec2(1, 0));
-    bool inside = all(greaterThanEqual(corner, ivec2(0))) && all(lessThan(next, ivec2(shadow_map.counts.y)))
+    bool inside = all(greaterThanEqual(corner, ivec2(0))) && all(lessThan(next, ivec2(shadow_map.window_texels)))
         && steps * march.step_rad < SHADOW_FARTHEST;
-    ivec2 last = ivec2(shadow_map.counts.y - 1);
+    ivec2 last = ivec2(shadow_map.window_texels - 1);
     vec2 limbs = mix(limbs_at(clamp(corner, ivec2(0), last)), limbs_at(clamp(next, ivec2(0), last)), part);
-    return inside ? shadow_carried(march, way, limbs) : vec2(SHADOW_NOTHING);
+    return inside ? shadow_carried(march, advance, limbs) : vec2(SHADOW_NOTHING);
 }

@@ -16,7 +16,8 @@ const ivec2 AROUND[8] = ivec2[8](ivec2(1, 0), ivec2(1, 1), ivec2(0, 1), ivec2(-1
     ivec2(1, -1));
 
 float height_at(ivec2 index) {
-    return texelFetch(u_heights, shadow_texel(u_level, clamp(index, ivec2(0), ivec2(shadow_map.counts.y - 1))), 0).r;
+    index = clamp(index, ivec2(0), ivec2(shadow_map.window_texels - 1));
+    return texelFetch(u_heights, shadow_texel(u_level, index), 0).r;
 }
 
 // Integral over the elevation from the angle with tangent t up to the zenith of (n_up sin + n_side cos) cos.
@@ -30,13 +31,13 @@ void main() {
     if (any(greaterThanEqual(index, u_part.zw))) return;
     index += u_part.xy;
     ShadowFoot foot = shadow_foot(u_level, vec2(index));
-    float radius = shadow_map.scale.z;
+    float radius = shadow_map.radius_m;
     float spacing = 2.0 * radius / (shadow_frequency(u_level) * foot.bulge);
     float here = height_at(index);
     vec2 slope = 0.5 / spacing * vec2(height_at(index + ivec2(1, 0)) - height_at(index - ivec2(1, 0)),
         height_at(index + ivec2(0, 1)) - height_at(index - ivec2(0, 1)));
     float n_up = inversesqrt(1.0 + dot(slope, slope));
-    bool has_coarser = u_level + 1 < shadow_map.counts.x;
+    bool has_coarser = u_level + 1 < shadow_map.levels;
 
     // The coarser level's horizons begin two of its texels away; its ground there may lie higher or lower than here.
     float far_tangent[8] = float[8](-1.0, -1.0, -1.0, -1.0, -1.0, -1.0, -1.0, -1.0);
@@ -48,7 +49,7 @@ void main() {
         ivec2 side = ivec2(turn & 1, turn >> 1);
         vec2 weights = mix(1.0 - part, part, vec2(side));
         float weight = weights.x * weights.y;
-        ivec2 corner = clamp(ivec2(whole) + side, ivec2(0), ivec2(shadow_map.counts.y - 1));
+        ivec2 corner = clamp(ivec2(whole) + side, ivec2(0), ivec2(shadow_map.window_texels - 1));
         ivec3 texel = shadow_texel(u_level + 1, corner);
         uvec4 coded = texelFetch(u_coarser, texel, 0);
         float lift = (texelFetch(u_heights, texel, 0).r - here) / (8.0 * spacing);

@@ -5,7 +5,7 @@
 layout(location = 0) out vec4 o_radiance;
 
 void main() {
-    o_radiance = vec4(sky(normalize(view_ray(ndc_of_pixel(gl_FragCoord.xy)))) * frame.scale.x, 1.0);
+    o_radiance = vec4(sky(normalize(view_ray(ndc_of_pixel(gl_FragCoord.xy)))) * frame.hdr_per_radiance, 1.0);
 #ifdef PF_FRAG_DEPTH
     gl_FragDepth = 0.0;
 #endif

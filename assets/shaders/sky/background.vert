@@ -10,7 +10,7 @@ void main() {
         gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
         return;
     }
-    vec3 down = -frame.camera_zenith.xyz;
+    vec3 down = -frame.camera_zenith;
     vec3 u = normalize(cross(down, abs(down.z) < 0.7 ? vec3(0.0, 0.0, 1.0) : vec3(1.0, 0.0, 0.0)));
     float angle = float(gl_VertexID - 1) * u_shell.y;
     vec3 aside = u * cos(angle) + cross(down, u) * sin(angle);

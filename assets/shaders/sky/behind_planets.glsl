@@ -1,6 +1,6 @@
 // The share of the light from behind all planets that they let through at a pixel. Unit 0 or 1, by what a pass binds.
 #ifdef PLANETS
-layout(binding = PLANETS) uniform sampler2D u_planets;   // engine/backdrop.py; one black texel where there are none
+layout(binding = PLANETS) uniform sampler2D u_planets;  // engine/frame/backdrop.py; a black texel where there are none
 
 float past_planets() {
     ivec2 last = textureSize(u_planets, 0) - 1;

@@ -22,7 +22,7 @@ void main() {
     light *= air_to_space(vec3(0.0), direction);
 #endif
     light *= past_planets();
-    o_radiance = vec4(light * (BRIGHTEST * u_brightness * frame.scale.x), 0.0);
+    o_radiance = vec4(light * (BRIGHTEST * u_brightness * frame.hdr_per_radiance), 0.0);
 #ifdef PF_FRAG_DEPTH
     gl_FragDepth = 0.0;
 #endif

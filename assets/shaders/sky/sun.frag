@@ -13,11 +13,11 @@ void main() {
     float slope2 = dot(v_slope, v_slope);
     float sine = sqrt(slope2 / (1.0 + slope2));
     // Off the centre of the picture a pixel is smaller: by the cosine across and its square along.
-    float cosine = dot(direction, frame.camera_forward.xyz);
-    float pixel = frame.clock.w * cosine * sqrt(cosine);
-    vec3 radiance = sun_disc(sine, sin(frame.sun_direction.w), pixel, frame.sun_irradiance.rgb);
+    float cosine = dot(direction, frame.camera_forward);
+    float pixel = frame.pixel_rad * cosine * sqrt(cosine);
+    vec3 radiance = sun_disc(sine, sin(frame.sun_radius_rad), pixel, frame.sun_irradiance);
     radiance *= air_to_space(vec3(0.0), direction) * past_planets();
-    o_radiance = vec4(min(radiance * frame.scale.x, vec3(u_limit)), 0.0);
+    o_radiance = vec4(min(radiance * frame.hdr_per_radiance, vec3(u_limit)), 0.0);
 #ifdef PF_FRAG_DEPTH
     gl_FragDepth = 0.0;
 #endif

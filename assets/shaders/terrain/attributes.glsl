@@ -4,7 +4,7 @@
 #include "common/spacing_code.glsl"
 
 vec4 terrain_attributes(TerrainPoint terrain, float height, float spacing_m) {
-    float coded = (height - planet.radii.z) / max(planet.radii.y - planet.radii.z, 1.0);
+    float coded = (height - planet.lowest_m) / max(planet.highest_m - planet.lowest_m, 1.0);
     return vec4(sqrt(terrain.roughness / 1.3), terrain.moisture, clamp(coded, 1.0 / 255.0, 1.0),
         spacing_encode(spacing_m));
 }

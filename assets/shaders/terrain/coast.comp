@@ -30,10 +30,10 @@ void sample_ground(int index, ivec2 first) {
     float spacing = vertex_spacing(D, texel_at(u_attributes, pixel).w);
     // Heights have all layers down to an eighth of this: what is shorter than 1.5 steps would only make dots of the
     // samples.
-    TerrainPoint terrain = terrain_point(D, 12.0 * float(COAST_STEP) * length(point) * frame.clock.w);
-    float height = frame.anchor_up.w + terrain.dh;
+    TerrainPoint terrain = terrain_point(D, 12.0 * float(COAST_STEP) * length(point) * frame.pixel_rad);
+    float height = frame.anchor_height_m + terrain.dh;
     bool there = depth > 0.0;   // beside the limb there is nothing, and nothing finite comes of it
-    s_ground[index] = there ? vec4(terrain.gradient, height - planet.sea.x) : vec4(0.0);
+    s_ground[index] = there ? vec4(terrain.gradient, height - planet.sea_level_m) : vec4(0.0);
     s_attributes[index] = there ? vec4(terrain_attributes(terrain, height, spacing).xyz, depth) : vec4(0.0);
 }
 

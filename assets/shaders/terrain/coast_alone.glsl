@@ -5,7 +5,7 @@
 #include "terrain/coast_list.glsl"
 
 void coast_by_height(ivec2 pixel, CoastPixel p, float height) {
-    float above = height - planet.sea.x;
+    float above = height - planet.sea_level_m;
     if (above < 0.0) coast_to_sea(pixel, p, -above);
     if (above >= 0.0 && p.surface == SURFACE_SEA) {
         uint last = atomicAdd(coast_land.count, 1u);

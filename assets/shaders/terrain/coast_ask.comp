@@ -23,7 +23,8 @@ vec4 block_place(CoastPixel p) {
 }
 
 void ask_pixel(ivec2 pixel, CoastPixel p, TerrainPoint terrain, vec3 middle, bool ridge) {
-    float height = frame.anchor_up.w + terrain.dh + dot(terrain.gradient, p.D - middle), above = height - planet.sea.x;
+    float height = frame.anchor_height_m + terrain.dh + dot(terrain.gradient, p.D - middle);
+    float above = height - planet.sea_level_m;
     bool asks = p.open && !(ridge && p.surface == SURFACE_TERRAIN);
     if (asks && above < 0.0) coast_to_sea(pixel, p, -above);
     if (asks && above >= 0.0 && p.surface == SURFACE_SEA)
@@ -38,7 +39,7 @@ void ask_block(ivec2 first) {
     vec4 place = block_place(p) + block_place(right) + block_place(down) + block_place(across);
     float open = float(p.open) + float(right.open) + float(down.open) + float(across.open);
     place /= max(open, 1.0);
-    TerrainPoint terrain = terrain_point(place.xyz, COAST_FINEST_PX * float(COAST_STEP) * place.w * frame.clock.w);
+    TerrainPoint terrain = terrain_point(place.xyz, COAST_FINEST_PX * float(COAST_STEP) * place.w * frame.pixel_rad);
     // Along a plane depth is linear on screen. Where it is not, the pixels lie before and behind a ridge, and the
     // middle between them is on neither: what was drawn as land stays land.
     bool ridge = abs(p.depth + across.depth - right.depth - down.depth) > RIDGE * (p.depth + across.depth);
@@ -56,8 +57,8 @@ void main() {
     ask_block(pixel);
 #else
     CoastPixel p = coast_pixel(pixel);
-    TerrainPoint terrain = terrain_point(p.D, COAST_FINEST_PX * length(p.point) * frame.clock.w);
-    float height = frame.anchor_up.w + terrain.dh, above = height - planet.sea.x;
+    TerrainPoint terrain = terrain_point(p.D, COAST_FINEST_PX * length(p.point) * frame.pixel_rad);
+    float height = frame.anchor_height_m + terrain.dh, above = height - planet.sea_level_m;
     if (above < 0.0) coast_to_sea(pixel, p, -above);
     else if (p.surface == SURFACE_SEA) coast_to_land(pixel, p, terrain.gradient, above,
         terrain_attributes(terrain, height, p.spacing).xyz);

@@ -7,5 +7,5 @@ void main() {
     ivec2 pixel;
     if (!coast_asked(pixel)) return;
     CoastPixel p = coast_pixel(pixel);
-    coast_by_height(pixel, p, terrain_far_height(p.D, COAST_FINEST_PX * length(p.point) * frame.clock.w));
+    coast_by_height(pixel, p, terrain_far_height(p.D, COAST_FINEST_PX * length(p.point) * frame.pixel_rad));
 }

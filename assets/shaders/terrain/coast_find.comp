@@ -30,9 +30,9 @@ const float SLOPE = 3.0, RELIEF = 1.2, LONGER = 16.0, PIXELS = 3.0, RANGES = 1.0
 uniform float u_opaque_m;
 
 float layer_amplitude(float wavelength_m) {
-    int layer = clamp(terrain_layers_above(wavelength_m), min(TERRAIN_SHAPE_LAYERS, terrain_table.layers.x - 1),
-        terrain_table.layers.x - 1);
-    return terrain_table.octaves[TERRAIN_LAYER + layer].weights.y;
+    int layer = clamp(terrain_layers_above(wavelength_m), min(TERRAIN_SHAPE_LAYERS, terrain_table.layer_count - 1),
+        terrain_table.layer_count - 1);
+    return terrain_table.layers[layer].amplitude_m;
 }
 
 void main() {
@@ -49,8 +49,8 @@ void main() {
 #endif
     double height_m;
     TerrainBroad broad = terrain_broad(spot);
-    TerrainPoint ground = terrain_point(broad, spot, length(asked.point) * frame.clock.w, height_m);
-    float above = frame.anchor_up.w + ground.dh - planet.sea.x, slope = SLOPE * length(ground.gradient);
+    TerrainPoint ground = terrain_point(broad, spot, length(asked.point) * frame.pixel_rad, height_m);
+    float above = frame.anchor_height_m + ground.dh - planet.sea_level_m, slope = SLOPE * length(ground.gradient);
     bool there = texel_at(u_depth, middle).r > 0.0;
 #if defined(TERRAIN_CRATERED) || defined(TERRAIN_MAPPED) || defined(COAST_TILES)
     // a rim or a cliff of the map keeps to no layer's amplitude; from far away hardly any pixel is known
@@ -65,10 +65,10 @@ void main() {
         ivec2 pixel = first + ivec2(k & 3, k >> 2);
         CoastPixel p = coast_pixel(min(pixel, last));
         vec3 aside = p.D - spot;
-        float away = length(aside), pixel_m = length(p.point) * frame.clock.w;
+        float away = length(aside), pixel_m = length(p.point) * frame.pixel_rad;
         float least = slope * away + RELIEF * ground.roughness * layer_amplitude(LONGER * max(away / PIXELS, pixel_m));
         bool shown = all(lessThanEqual(pixel, last)), inside = shown && p.open;
-        bool known = there && pixel_m < RANGES * terrain_table.octaves[TERRAIN_LAYER].fraction_lo.w
+        bool known = there && pixel_m < RANGES * terrain_table.layers[0].lattice.wavelength_m
             && abs(above) > least
             && (above < -u_opaque_m || above > 0.0 && p.surface == SURFACE_TERRAIN);
         found |= inside && !known ? 1u << k : 0u;

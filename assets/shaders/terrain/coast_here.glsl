@@ -8,7 +8,7 @@
 #include "terrain/height_around.glsl"
 
 shared uint s_asked[8];
-uniform int u_checkerboard;   // that are shaded, as frame.clock.y has them; -1 all
+uniform int u_checkerboard;   // that are shaded, as frame.checkerboard has them; -1 all
 
 // Of a block's pixels k, bits: that show land or water, that show water as far as is known yet, and of which that will
 // stay so.
@@ -51,9 +51,9 @@ uint coast_ask_each(uint pixels, ivec2 first, TerrainAround around) {
         int k = findLSB(pixels);
         ivec2 pixel = first + ivec2(k & 3, k >> 2);
         CoastPixel p = coast_pixel(pixel);
-        float height = terrain_height_around(around, p.D, COAST_FINEST_PX * length(p.point) * frame.clock.w);
+        float height = terrain_height_around(around, p.D, COAST_FINEST_PX * length(p.point) * frame.pixel_rad);
         coast_by_height(pixel, p, height);
-        sea |= height < planet.sea.x ? 1u << k : 0u;
+        sea |= height < planet.sea_level_m ? 1u << k : 0u;
     }
     return sea;
 }
@@ -63,12 +63,12 @@ uint coast_ask_each(uint pixels, ivec2 first, TerrainAround around) {
 uint coast_here(uint pixels, CoastDrawn drawn, ivec2 first, TerrainBroad broad, vec3 middle, float extent_m) {
     s_asked[gl_LocalInvocationIndex] = uint(bitCount(pixels));
     barrier();
-    uint most = 0u, all = 0u;
+    uint most = 0u, total = 0u;
     for (int lane = 0; lane < 8; ++lane) {
         most = max(most, s_asked[lane]);
-        all += s_asked[lane];
+        total += s_asked[lane];
     }
-    if (most == 0u || 3u * all < 8u * most) return 0u;
+    if (most == 0u || 3u * total < 8u * most) return 0u;
     TerrainAround around = terrain_around(broad, middle, extent_m);
     uint blacks = u_checkerboard < 0 ? 0xffffu : u_checkerboard == 0 ? 0xa5a5u : 0x5a5au, asked = pixels & blacks;
     uint sea = drawn.sea & ~asked | coast_ask_each(asked, first, around);

@@ -39,9 +39,9 @@ CoastPixel coast_pixel(ivec2 pixel) {
     p.D = foot_offset_of(p.point, drawn);
     p.code = texel_at(u_attributes, pixel).w;
     p.spacing = vertex_spacing(p.D, p.code);
-    float sagitta = p.spacing * p.spacing / (8.0 * planet.radii.x);
+    float sagitta = p.spacing * p.spacing / (8.0 * planet.radius_m);
     // Ground that was drawn well above the water stays: the meshes are wrong by a fraction of their spacing at most.
-    bool high = p.surface == SURFACE_TERRAIN && drawn - planet.sea.x > 0.5 * p.spacing + sagitta + 2.0;
+    bool high = p.surface == SURFACE_TERRAIN && drawn - planet.sea_level_m > 0.5 * p.spacing + sagitta + 2.0;
     // Seen from under water the bed is below the sea, and still in front of it.
     p.open = (p.surface == SURFACE_TERRAIN || p.surface == SURFACE_SEA) && !high
         && lens_over_water(ndc_of_pixel(vec2(pixel) + 0.5)) > WATERLINE_PX;
@@ -58,7 +58,7 @@ void coast_to_sea(ivec2 pixel, CoastPixel p, float depth) {
 
 // above: height above the sea; attributes: as terrain_attributes has them.
 void coast_to_land(ivec2 pixel, CoastPixel p, vec3 gradient, float above, vec3 attributes) {
-    float to_sphere = planet.radii.x / (planet.radii.x + planet.sea.x + above);
+    float to_sphere = planet.radius_m / (planet.radius_m + planet.sea_level_m + above);
     imageStore(u_normal_out, pixel, vec4(oct_encode(normalize(up_at(p.point) - gradient * to_sphere)), 0.0, 0.0));
     imageStore(u_attributes_out, pixel, vec4(attributes, p.code));
     imageStore(u_surface_out, pixel, uvec4(SURFACE_TERRAIN));

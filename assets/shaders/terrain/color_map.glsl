@@ -1,6 +1,7 @@
 // The colour map around the planet, on the faces of a cube (systems/terrain/height_map.py): linear between samples and
 // levels, by texelFetch, so that faces meet without a seam.
 #include "generated/bindings.glsl"
+#include "generated/terrain_table.glsl"
 #include "common/cube_atlas.glsl"
 
 layout(binding = COLOR_MAP_UNIT) uniform sampler2D u_terrain_color;  // square roots of albedos
@@ -16,9 +17,9 @@ vec3 terrain_color_level(vec3 d, int cells, int level) {
     return mix(mix(c00 * c00, c10 * c10, f.x), mix(c01 * c01, c11 * c11, f.x), f.y);
 }
 
-// Albedo at the direction d as a footprint in radians shows it. map: (cells a side of a face, levels).
-vec3 terrain_color(vec3 d, ivec2 map, float footprint_rad) {
-    float level = clamp(log2(max(0.5 * footprint_rad * float(map.x), 1e-9)), 0.0, float(map.y - 1));
-    int low = int(level), high = min(low + 1, map.y - 1);
-    return mix(terrain_color_level(d, map.x, low), terrain_color_level(d, map.x, high), level - float(low));
+// Albedo at the direction d as a footprint in radians shows it.
+vec3 terrain_color(vec3 d, TerrainColorMap map, float footprint_rad) {
+    float level = clamp(log2(max(0.5 * footprint_rad * float(map.cells), 1e-9)), 0.0, float(map.levels - 1));
+    int low = int(level), high = min(low + 1, map.levels - 1);
+    return mix(terrain_color_level(d, map.cells, low), terrain_color_level(d, map.cells, high), level - float(low));
 }

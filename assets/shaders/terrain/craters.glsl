@@ -26,16 +26,18 @@ ivec3 crater_side(ivec3 base, int parity) {
     return (ivec3(parity, parity >> 1, parity >> 2) ^ base) & 1;
 }
 
-// One octave at the place `fraction` of `cell`, in float or double. up: the foot on the sphere over the radius; curve:
-// cells over the radius; shape: wall, floor, rim, peak; width_m: of a cell; accept: of 256 draws; spacing_m limits
-// heights to what vertices that far apart may need. ground: adds to xyz the gradient of what begin_m does not show and
-// end_m does (begin_m 0: all), to w how freshly dug the ground is, 0..1. Shares t of the rounded corners are float:
+// Metres that one octave adds at the place `fraction` of `cell`, in float or double. up: the foot on the sphere over
+// the radius; spacing_m limits heights to what vertices that far apart may need. ground: adds what end_m shows of the
+// gradient and begin_m does not (begin_m 0: all), and how freshly dug it is. Shares t of the rounded corners are float:
 // there the sum does not hang on them.
 #define TERRAIN_CRATER_OCTAVE(REAL, REAL3) \
     REAL terrain_crater_octave( \
-        ivec3 cell, REAL3 fraction, REAL3 up, REAL curve, vec4 shape, float width_m, int accept, float spacing_m, \
-        float begin_m, float end_m, inout vec4 ground \
+        CraterOctave octave, ivec3 cell, REAL3 fraction, REAL3 up, float spacing_m, float begin_m, float end_m, \
+        inout TerrainSources ground \
     ) { \
+        CraterShape shape = octave.shape; \
+        float width_m = octave.lattice.wavelength_m; \
+        REAL curve = REAL(width_m) / REAL(terrain_table.radius_m); \
         REAL3 f = fraction - REAL(0.5); \
         ivec3 below = ivec3(lessThan(f, REAL3(0.0))); \
         ivec3 base = cell - below; \
@@ -49,7 +51,8 @@ ivec3 crater_side(ivec3 base, int parity) {
             reached |= dot(v, v) < 0.25001 ? 1 << parity : 0; \
         } \
         REAL total = REAL(0.0); \
-        vec4 bent = vec4(0.0); \
+        vec3 bent = vec3(0.0); \
+        float fresh_dug = 0.0; \
         while (reached != 0) { \
             ivec3 side = crater_side(base, findLSB(reached)); \
             uint hash = crater_hash(first, side), draws = crater_mix(hash ^ 0x68bc21ebu); \
@@ -62,23 +65,23 @@ ivec3 crater_side(ivec3 base, int parity) {
             REAL z = e / (REAL(1.0) + root); \
             REAL depth = max(REAL(0.25) - z * z, REAL(1e-9)); \
             REAL room = depth / root, kept = clamp(REAL(16.0) * room - REAL(1.0), REAL(0.0), REAL(1.0)); \
-            kept = int(draws >> 24) < accept ? kept : REAL(0.0); \
+            kept = int(draws >> 24) < terrain_table.crater_accept ? kept : REAL(0.0); \
             REAL smaller = REAL(4.0 + 12.0 * u.x); \
             REAL q = min(max(vv - z * z, REAL(0.0)) / depth * smaller, REAL(4.0)); \
             REAL size = sqrt(room / smaller); \
-            float inverse = float(smaller) / float(room); \
+            float ratio = float(smaller) / float(room); \
             REAL fresh = kept * (REAL(0.15LF) + REAL(0.85LF) * REAL(u.y) * REAL(u.y)); \
             REAL top = max(REAL(1.0) - REAL(CRATER_PEAK_NARROW) * q, REAL(0.0)); \
-            REAL bottom = REAL(shape.z) - REAL(shape.y) + REAL(shape.w) * top * top; \
-            float d_bottom = -2.0 * CRATER_PEAK_NARROW * shape.w * float(top); \
-            REAL bowl = REAL(shape.z) + REAL(shape.x) * (q - REAL(1.0)); \
-            float width = 0.15 * shape.y, t = clamp(0.5 + 0.5 * float(bowl - bottom) / width, 0.0, 1.0); \
+            REAL bottom = REAL(shape.rim) - REAL(shape.bottom) + REAL(shape.peak) * top * top; \
+            float d_bottom = -2.0 * CRATER_PEAK_NARROW * shape.peak * float(top); \
+            REAL bowl = REAL(shape.rim) + REAL(shape.wall) * (q - REAL(1.0)); \
+            float width = 0.15 * shape.bottom, t = clamp(0.5 + 0.5 * float(bowl - bottom) / width, 0.0, 1.0); \
             REAL inside = bottom + (bowl - bottom) * REAL(t) + REAL(width * t * (1.0 - t)); \
-            float d_inside = d_bottom + (shape.x - d_bottom) * t; \
+            float d_inside = d_bottom + (shape.wall - d_bottom) * t; \
             REAL left = (REAL(4.0) - q) * REAL(1.0LF / 3.0LF); \
-            REAL outside = REAL(shape.z) * left * left * left; \
-            float d_outside = -shape.z * float(left * left); \
-            width = shape.z * (2.2 - 1.6 * float(fresh)); \
+            REAL outside = REAL(shape.rim) * left * left * left; \
+            float d_outside = -shape.rim * float(left * left); \
+            width = shape.rim * (2.2 - 1.6 * float(fresh)); \
             t = clamp(0.5 + 0.5 * float(outside - inside) / width, 0.0, 1.0); \
             REAL profile = outside + (inside - outside) * REAL(t) - REAL(width * t * (1.0 - t)); \
             float slope = d_outside + (d_inside - d_outside) * t; \
@@ -90,13 +93,15 @@ ivec3 crater_side(ivec3 base, int parity) {
                 - (begin_m > 0.0 ? terrain_layer_weight(wide_m, begin_m) : 0.0); \
             float steep = float(size) * float(fresh) * slope - float(total) / width_m * d_cover; \
             float dug = max(4.0 * float(fresh) - 3.0, 0.0) * min(float(left), 1.0); \
-            bent = bent * (1.0 - seen * float(cover)) \
-                + seen * vec4((2.0 * inverse / float(root) * steep) * vec3(v), dug); \
+            float kept_seen = 1.0 - seen * float(cover); \
+            bent = bent * kept_seen + seen * ((2.0 * ratio / float(root) * steep) * vec3(v)); \
+            fresh_dug = fresh_dug * kept_seen + seen * dug; \
             REAL shown = REAL(terrain_height_weight(wide_m, spacing_m)); \
             total = total * (REAL(1.0) - shown * cover) \
                 + shown * profile * fresh * REAL(width_m) * size; \
         } \
-        ground += bent; \
+        ground.gradient += bent; \
+        ground.dug += fresh_dug; \
         return total; \
     }
 

@@ -16,8 +16,8 @@ void main() {
     float height;
     vec3 D = foot_offset_of(point, height);
     float distance_m = length(point);
-    float off = surface_height(D, distance_m * frame.clock.w) - height;
+    float off = surface_height(D, distance_m * frame.pixel_rad) - height;
     vec3 up = up_at(point);
     float along = dot(up, point) / distance_m;
-    o_error_px = abs(off) * sqrt(max(1.0 - along * along, 0.0)) / (distance_m * frame.clock.w);
+    o_error_px = abs(off) * sqrt(max(1.0 - along * along, 0.0)) / (distance_m * frame.pixel_rad);
 }

@@ -1,66 +1,62 @@
 // The height alone, in float throughout: as terrain/height.glsl has it with TERRAIN_FLOAT, without its gradient.
 #include "terrain/height.glsl"
 
-float terrain_far_octave(TerrainOctave octave, vec3 d) {
+float terrain_far_octave(TerrainLattice lattice, vec3 d) {
     ivec3 cell;
     vec3 fraction;
-    terrain_place(octave, d, cell, fraction);
+    terrain_place(lattice, d, cell, fraction);
     return gradient_noise_value(cell, fraction);
 }
 
 // Adds the fields from o on: c and b.
 void terrain_far_fields(int o, vec3 far, inout vec2 fields) {
-    if (o < TERRAIN_LAYER) do {
-        fields += terrain_table.octaves[o].weights.xy * terrain_far_octave(terrain_table.octaves[o], far);
-    } while (++o < TERRAIN_LAYER);
+    if (o < TERRAIN_FIELDS) do {
+        fields += terrain_table.fields[o].weights * terrain_far_octave(terrain_table.fields[o].lattice, far);
+    } while (++o < TERRAIN_FIELDS);
 }
 
 // Adds layer i, whose noise is n: a and b of the ranges, metres of relief.
 void terrain_far_layer(int i, float n, float spacing_m, inout vec2 shape, inout float z) {
-    vec4 weights = terrain_table.octaves[TERRAIN_LAYER + i].weights;
-    float wavelength_m = terrain_table.octaves[TERRAIN_LAYER + i].fraction_lo.w;
-    n = terrain_ridge(n, weights.z);
+    TerrainLayer layer = terrain_table.layers[i];
+    n = terrain_ridge(n, layer.ridge);
     bool ranges = i < TERRAIN_SHAPE_LAYERS;
-    shape += (ranges ? weights.x * n : 0.0) * (i < TERRAIN_GATING_LAYERS ? vec2(1.0, 0.0) : vec2(0.0, 1.0));
+    shape += (ranges ? layer.range_weight * n : 0.0) * (i < TERRAIN_GATING_LAYERS ? vec2(1.0, 0.0) : vec2(0.0, 1.0));
 #ifdef TERRAIN_MAPPED
-    float weight = ranges ? 1.0 : terrain_height_weight(wavelength_m, spacing_m);
+    float weight = ranges ? 1.0 : terrain_height_weight(layer.lattice.wavelength_m, spacing_m);
 #else
-    float weight = ranges ? 0.0 : terrain_height_weight(wavelength_m, spacing_m);
+    float weight = ranges ? 0.0 : terrain_height_weight(layer.lattice.wavelength_m, spacing_m);
 #endif
-    z += weight * weights.y * n;
+    z += weight * layer.amplitude_m * n;
 }
 
 // Adds the layers from i on that the spacing can show.
 void terrain_far_layers(int i, vec3 D, vec3 near, float spacing_m, inout vec2 shape, inout float z) {
-    int layers = terrain_table.layers.x, warped = terrain_table.layers.y, shapes = min(TERRAIN_SHAPE_LAYERS, layers);
+    int layers = terrain_table.layer_count, warped = terrain_table.warped_layers;
+    int shapes = min(TERRAIN_SHAPE_LAYERS, layers);
     int end = min(max(terrain_layers_above(0.0625 * spacing_m), shapes), layers);
     if (i < end) do {
-        terrain_far_layer(i, terrain_far_octave(terrain_table.octaves[TERRAIN_LAYER + i], i < warped ? near : D),
+        terrain_far_layer(i, terrain_far_octave(terrain_table.layers[i].lattice, i < warped ? near : D),
             spacing_m, shape, z);
     } while (++i < end);
 }
 
 // The height of these noises, with craters and the map.
 float terrain_far_surface(vec3 D, float spacing_m, vec3 w1, vec2 fields, vec2 shape, float z) {
-    vec4 dug = vec4(0.0), rougher = vec4(0.0);
-    double added = terrain_craters(D, spacing_m, dug);
-#ifdef TERRAIN_MAPPED
-    added += terrain_mapped(terrain_foot(D), spacing_m, dug, rougher);
-#endif
-
+    TerrainSources sources;
+    float added = float(terrain_sources(D, spacing_m, sources));
     return terrain_surface(terrain_table.constants, w1.x, w1.y, w1.z, fields.x, fields.y, shape.x, shape.y, z,
-        float(added), rougher.w);
+        added, sources.rougher);
 }
 
 // D and spacing_m as terrain_point has them; metres above the reference sphere.
 float terrain_far_height(vec3 D, float spacing_m) {
     mat3 unused;
-    vec3 w1 = terrain_warp(terrain_table.octaves[0], D, unused), w2 = terrain_warp(terrain_table.octaves[1], D, unused);
-    vec3 near = D + terrain_table.warp_m.y * ((w2 - terrain_table.warp_hi[1].xyz) - terrain_table.warp_lo[1].xyz);
-    vec3 far = near + terrain_table.warp_m.x * ((w1 - terrain_table.warp_hi[0].xyz) - terrain_table.warp_lo[0].xyz);
+    vec3 w1 = terrain_warp(terrain_table.wide_warp.lattice, D, unused);
+    vec3 near = D + terrain_bend(terrain_table.narrow_warp, terrain_warp(terrain_table.narrow_warp.lattice, D, unused));
+    vec3 far = near + terrain_bend(terrain_table.wide_warp, w1);
 
     vec2 fields = vec2(0.0), shape = vec2(0.0);
-    terrain_far_fields(TERRAIN_FIELD, far, fields);
+    terrain_far_fields(0, far, fields);
     float z = 0.0;
     terrain_far_layers(0, D, near, spacing_m, shape, z);
     return terrain_far_surface(D, spacing_m, w1, fields, shape, z);

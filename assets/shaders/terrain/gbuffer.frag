@@ -13,6 +13,6 @@ void main() {
     o_attributes = v_attributes;
     o_surface = SURFACE_TERRAIN;
 #ifdef PF_FRAG_DEPTH
-    gl_FragDepth = frame.camera_offset.w * gl_FragCoord.w;
+    gl_FragDepth = frame.near_m * gl_FragCoord.w;
 #endif
 }

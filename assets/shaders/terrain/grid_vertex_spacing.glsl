@@ -6,6 +6,7 @@
 #include "terrain/grid_spacing.glsl"
 
 float vertex_spacing(vec3 D, float code) {
-    float now = grid_spacing(D), before = grid_spacing(D + terrain_grid.moved_m.xyz, terrain_grid.faded);
-    return 1.0 / mix(1.0 / now, 1.0 / before, terrain_grid.faded.w);
+    float now = grid_spacing(D, terrain_grid.spacing);
+    float before = grid_spacing(D + terrain_grid.moved_m, terrain_grid.faded);
+    return 1.0 / mix(1.0 / now, 1.0 / before, terrain_grid.faded_share);
 }

@@ -3,6 +3,7 @@
 // Costs an octave of noise for each factor of two between spacing and footprint (four or five), a warp and two octaves
 // of broad patches. Loops test at their end: on software GPUs a turn with no pixel left costs as much as any other.
 #include "generated/terrain_material_block.glsl"
+#include "generated/terrain_table.glsl"
 #include "common/nested_noise.glsl"
 
 struct GroundDetail {
@@ -14,7 +15,6 @@ struct GroundDetail {
     float broad;    // noise of about 40 footprints, variance about 1
 };
 
-const float DETAIL_RIDGE_SLOPE = 1.9, DETAIL_RIDGE_ROUND = 0.03;  // as in the layers' heights
 const int DETAIL_MOST = 28;
 const float DETAIL_FINE = 6.0;  // footprints: noise four times as long as this is no part of the fine one
 
@@ -24,10 +24,10 @@ float detail_weight(float wavelength_m, float spacing_m) {
     return t * t * (3.0 - 2.0 * t);
 }
 
-void detail_place(ivec3 anchor_cell, vec4 anchor, vec3 d, out ivec3 cell, out vec3 fraction) {
-    vec3 t = d * anchor.w;
+void detail_place(ivec3 anchor_cell, vec3 anchor_fraction, float frequency, vec3 d, out ivec3 cell, out vec3 fraction) {
+    vec3 t = d * frequency;
     vec3 whole = floor(t);
-    fraction = (t - whole) + anchor.xyz;
+    fraction = (t - whole) + anchor_fraction;
     vec3 carry = floor(fraction);
     fraction -= carry;
     cell = anchor_cell + ivec3(whole) + ivec3(carry);
@@ -37,17 +37,17 @@ void detail_place(ivec3 anchor_cell, vec4 anchor, vec3 d, out ivec3 cell, out ve
 GroundDetail ground_detail(vec3 D, float roughness, float spacing, float footprint) {
     ivec3 cell;
     vec3 fraction;
-    int layers = terrain_material_block.counts.x, warped = terrain_material_block.counts.y;
-    float first_m = terrain_material_block.layer_shape[0].w;
+    int layers = terrain_material_block.layer_count, warped = terrain_material_block.warped_layers;
+    float first_m = terrain_material_block.layers[0].wavelength_m;
     int begin = int(clamp(ceil(log2(first_m / (4.0 * max(spacing, DETAIL_FINE * footprint)))), 0.0,
         float(DETAIL_MOST)));
     int end = int(clamp(ceil(log2(first_m / (2.0 * footprint))), 0.0, float(DETAIL_MOST)));
 
-    vec4 warp_anchor = terrain_material_block.warp_anchor;
+    ReliefWarp warp = terrain_material_block.warp;
     mat3 jacobian;
-    detail_place(terrain_material_block.warp_cell.xyz, terrain_material_block.warp_place, D, cell, fraction);
-    vec3 near = D + warp_anchor.w * (vector_noise(cell, fraction, jacobian) - warp_anchor.xyz);
-    mat3 to_near = mat3(1.0) + (warp_anchor.w * terrain_material_block.warp_place.w) * jacobian;
+    detail_place(warp.cell, warp.fraction, warp.frequency_per_m, D, cell, fraction);
+    vec3 near = D + warp.amplitude_m * (vector_noise(cell, fraction, jacobian) - warp.value);
+    mat3 to_near = mat3(1.0) + (warp.amplitude_m * warp.frequency_per_m) * jacobian;
 
     GroundDetail sum = GroundDetail(vec3(0.0), vec3(0.0), 0.0, 0.0);
     vec3 bent = vec3(0.0);
@@ -57,19 +57,21 @@ GroundDetail ground_detail(vec3 D, float roughness, float spacing, float footpri
     do {
         int known = min(i, layers - 1), further = i - known;
         float finer = exp2(float(further));
-        vec4 place = terrain_material_block.layer_place[known], shape = terrain_material_block.layer_shape[known];
-        ivec3 anchor_cell = terrain_material_block.layer_cell[known].xyz;
-        vec3 within = place.xyz * finer, whole = floor(within);
-        place = vec4(within - whole + fract(vec3(0.618034, 0.754878, 0.569840) * float(further)), place.w * finer);
-        detail_place((anchor_cell << further) + ivec3(whole), place, i < warped ? near : D, cell, fraction);
+        ReliefLayer layer = terrain_material_block.layers[known];
+        vec3 within = layer.fraction * finer, whole = floor(within);
+        vec3 rest = within - whole + fract(vec3(0.618034, 0.754878, 0.569840) * float(further));
+        float frequency = layer.frequency_per_m * finer;
+        detail_place((layer.cell << further) + ivec3(whole), rest, frequency, i < warped ? near : D, cell, fraction);
         vec4 n = gradient_noise(cell, fraction);
-        float wavelength = shape.w / finer;
+        float wavelength = layer.wavelength_m / finer;
         float shown = detail_weight(wavelength, footprint), weight = shown - detail_weight(wavelength, spacing);
         float fine = shown - detail_weight(wavelength, DETAIL_FINE * footprint);
         sum.fine += fine * n.w;
         power += fine * fine;
-        float slope = 1.0 - abs(shape.z) - shape.z * DETAIL_RIDGE_SLOPE * clamp(n.w / DETAIL_RIDGE_ROUND, -1.0, 1.0);
-        vec3 g = (weight * place.w * slope * (shape.x + shape.y * in_ranges) / finer) * n.xyz;
+        float slope = 1.0 - abs(layer.ridge)
+            - layer.ridge * TERRAIN_RIDGE_SLOPE * clamp(n.w / TERRAIN_RIDGE_ROUND, -1.0, 1.0);
+        float amplitude_m = layer.amplitude_m + layer.range_amplitude_m * in_ranges;
+        vec3 g = (weight * frequency * slope * amplitude_m / finer) * n.xyz;
         bent += i < warped ? g : vec3(0.0);
         sum.gradient += i < warped || further > 0 ? vec3(0.0) : g;
         sum.grain += further > 0 ? g : vec3(0.0);
@@ -85,7 +87,7 @@ GroundDetail ground_detail(vec3 D, float roughness, float spacing, float footpri
     i = 0;
     do {
         float frequency;
-        nested_place(terrain_material_block.anchor_cell.xyz, terrain_material_block.anchor_fraction.xyz, D, k, cell,
+        nested_place(terrain_material_block.anchor.cell, terrain_material_block.anchor.fraction, D, k, cell,
             fraction, frequency);
         sum.broad += (i == 0 ? 1.0 - t : t) * gradient_noise_value(cell, fraction);
         k += 3;

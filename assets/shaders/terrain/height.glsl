@@ -8,31 +8,13 @@
 // Warps, continents, belts, ranges and the point-wise part are evaluated in double (4.2 ns against 2.9 an octave on
 // llvmpipe), the relief and all gradients in float: a millimetre is 1e-7 of a 9 km relief, and belts magnify rounding.
 // Worst errors on Earth: 0.6 mm anywhere in view, 0.14 mm within 1 km of the anchor.
-#include "generated/bindings.glsl"
 #include "contract/height_sources.glsl"
 #include "common/noise.glsl"
+#include "generated/terrain_table.glsl"
 
-const float TERRAIN_RIDGE_TOP = 0.30, TERRAIN_RIDGE_SLOPE = 1.9, TERRAIN_RIDGE_ROUND = 0.03;
-
-float terrain_smoothstep_slope(float t) {
-    t = clamp(t, 0.0, 1.0);
-    return 6.0 * t * (1.0 - t);
-}
-
-float terrain_bump_slope(float t) {
-    return -4.0 * t * max(1.0 - t * t, 0.0);
-}
-
-float terrain_positive_slope(float t) {
-    return t > 0.0 ? 1.0 : 0.0;
-}
-
-float terrain_ridge_slope(float n, float ridge) {
-    return 1.0 - abs(ridge) - ridge * TERRAIN_RIDGE_SLOPE * clamp(n / TERRAIN_RIDGE_ROUND, -1.0, 1.0);
-}
-
-// What statements of height_surface.py call, in both precisions; and a layer's value from its noise: a mix of the noise
-// and its ridges (top - slope |n|, the crest rounded).
+// What statements of height_surface.py call, in both precisions, and its slopes. Last a layer's value from its noise: a
+// mix of the noise and its ridges, top - slope |n| (Musgrave in Ebert et al. 1994, "Texturing and Modeling"), the crest
+// rounded.
 #define TERRAIN_STEPS(REAL) \
     REAL terrain_smoothstep(REAL t) { \
         t = clamp(t, REAL(0.0), REAL(1.0)); \
@@ -54,45 +36,32 @@ float terrain_ridge_slope(float n, float ridge) {
 TERRAIN_STEPS(float)
 TERRAIN_STEPS(double)
 
+float terrain_smoothstep_slope(float t) {
+    t = clamp(t, 0.0, 1.0);
+    return 6.0 * t * (1.0 - t);
+}
+
+float terrain_bump_slope(float t) {
+    return -4.0 * t * max(1.0 - t * t, 0.0);
+}
+
+float terrain_positive_slope(float t) {
+    return t > 0.0 ? 1.0 : 0.0;
+}
+
+float terrain_ridge_slope(float n, float ridge) {
+    return 1.0 - abs(ridge) - ridge * TERRAIN_RIDGE_SLOPE * clamp(n / TERRAIN_RIDGE_ROUND, -1.0, 1.0);
+}
+
 #include "generated/terrain_surface.glsl"
 
 struct TerrainPoint {
     float dh;         // height above the anchor's height, metres
     vec3 gradient;    // surface gradient of the height at the foot: tangent vector in planet axes, metres per metre
-    float roughness;  // multiplier of the layers, 0..1.2: interpolate it, hand it to terrain_detail_gradient
+    float roughness;  // multiplier of the layers, 0..1.2: interpolate it, hand it to ground_detail
     float moisture;   // 0 dry .. 1 wet, for materials
     float mountains;  // 0..1 where ranges stand, for materials
 };
-
-struct TerrainOctave {
-    ivec4 cell;          // of the anchor
-    vec4 fraction_hi;    // w: frequency, 1/m
-    vec4 fraction_lo;    // w: wavelength, m
-    vec4 weights;        // c and b: x, y. Layers: x in s, y in z (metres), z share of the ridge transform
-};
-
-const int TERRAIN_FIELD = 2, TERRAIN_LAYER = 9, TERRAIN_SHAPE_LAYERS = 4, TERRAIN_OCTAVES = 25, TERRAIN_CRATERS = 18;
-
-// A uniform block, or with TERRAIN_TABLE_STORAGE a storage buffer of the same layout: llvmpipe reads an array in a
-// storage buffer lane by lane, 5 ns an octave more.
-#ifndef TERRAIN_TABLE_STORAGE
-layout(std140, binding = TERRAIN_TABLE_BLOCK) uniform TerrainTable {
-#else
-layout(std430, binding = TERRAIN_TABLE_BUFFER) readonly buffer TerrainTable {
-#endif
-    vec4 warp_hi[2];
-    vec4 warp_lo[2];
-    vec4 up;  // of the anchor; w: radius, m
-    vec2 height_m;
-    vec2 warp_m;
-    ivec4 layers;  // count, how many of them are warped; octaves of craters, how many of them are evaluated in double
-    vec4 up_low;   // what up lacks in float; w: of 256 cells, those with a crater
-    ivec4 map;     // cells a side of a face of the height map, 0: none; levels; the same of the colour map
-    vec4 map_scale;  // distance of its samples in m; roughness by its height differences, 1/m; strength of colours
-    TerrainConstants constants;
-    TerrainOctave octaves[TERRAIN_OCTAVES];
-    TerrainOctave craters[TERRAIN_CRATERS];  // weights: wall, floor, rim and peak by radius
-} terrain_table;
 
 const float TERRAIN_DUG_DRY = 0.3;  // what fresh craters take off the moisture: they show what lies below dark plains
 const float TERRAIN_COLORED_MOISTURE = 0.45;  // where a colour map says what the ground looks like
@@ -117,9 +86,8 @@ const float TERRAIN_COLORED_MOISTURE = 0.45;  // where a colour map says what th
 #define TERRAIN_REAL3 dvec3
 #endif
 
-const int TERRAIN_GATING_LAYERS = 2;
-
-// Share of a layer in band-limited gradients: 0 below two samples a wavelength, 1 from four on.
+// Share of a layer in band-limited gradients: 0 below two samples a wavelength, 1 from four on (Norton, Rockwood and
+// Skolmoski 1982, "Clamping: a method of antialiasing textured surfaces by bandwidth limiting in object space").
 float terrain_layer_weight(float wavelength_m, float spacing_m) {
     float t = clamp(wavelength_m / spacing_m * 0.5 - 1.0, 0.0, 1.0);
     return t * t * (3.0 - 2.0 * t);
@@ -136,122 +104,234 @@ float terrain_height_weight(float wavelength_m, float spacing_m) {
 
 // How many layers are longer than a length.
 int terrain_layers_above(float length_m) {
-    float first_m = terrain_table.octaves[TERRAIN_LAYER].fraction_lo.w;
-    return int(clamp(ceil(log2(first_m / length_m)), 0.0, float(terrain_table.layers.x)));
+    float first_m = terrain_table.layers[0].lattice.wavelength_m;
+    return int(clamp(ceil(log2(first_m / length_m)), 0.0, float(terrain_table.layer_count)));
 }
 
-void terrain_place(TerrainOctave octave, vec3 d, out ivec3 cell, out vec3 fraction) {
-    vec3 t = d * octave.fraction_hi.w;
+// How many layers weigh anything in heights.
+int terrain_shown_layers(float spacing_m) {
+#ifdef TERRAIN_CANONICAL
+    return terrain_table.layer_count;
+#else
+    return terrain_layers_above(0.0625 * spacing_m);
+#endif
+}
+
+void terrain_place(TerrainLattice lattice, vec3 d, out ivec3 cell, out vec3 fraction) {
+    vec3 t = d * lattice.frequency_per_m;
     vec3 whole = floor(t);
-    fraction = (t - whole) + octave.fraction_hi.xyz;
+    fraction = (t - whole) + lattice.fraction_hi;
     vec3 carry = floor(fraction);
     fraction -= carry;
-    cell = octave.cell.xyz + ivec3(whole) + ivec3(carry);
+    cell = lattice.cell + ivec3(whole) + ivec3(carry);
 }
 
-void terrain_place(TerrainOctave octave, dvec3 d, out ivec3 cell, out dvec3 fraction) {
-    dvec3 t = d * double(octave.fraction_hi.w) + (dvec3(octave.fraction_hi.xyz) + dvec3(octave.fraction_lo.xyz));
+void terrain_place(TerrainLattice lattice, dvec3 d, out ivec3 cell, out dvec3 fraction) {
+    dvec3 t = d * double(lattice.frequency_per_m) + (dvec3(lattice.fraction_hi) + dvec3(lattice.fraction_lo));
     dvec3 whole = floor(t);
     fraction = t - whole;
-    cell = octave.cell.xyz + ivec3(whole);
+    cell = lattice.cell + ivec3(whole);
 }
 
 // Noise of an octave at offset d: xyz gradient by metres, w value.
-vec4 terrain_noise(TerrainOctave octave, vec3 d) {
+vec4 terrain_noise(TerrainLattice lattice, vec3 d) {
     ivec3 cell;
     vec3 fraction;
-    terrain_place(octave, d, cell, fraction);
+    terrain_place(lattice, d, cell, fraction);
     vec4 n = gradient_noise(cell, fraction);
-    n.xyz *= octave.fraction_hi.w;
+    n.xyz *= lattice.frequency_per_m;
     return n;
 }
 
 // The same where the offset is too long for a float: thousands of kilometres, and a warp.
-vec4 terrain_noise(TerrainOctave octave, dvec3 d) {
+vec4 terrain_noise(TerrainLattice lattice, dvec3 d) {
     ivec3 cell;
     dvec3 fraction;
-    terrain_place(octave, d, cell, fraction);
+    terrain_place(lattice, d, cell, fraction);
     vec4 n = gradient_noise(cell, vec3(fraction));
-    n.xyz *= octave.fraction_hi.w;
+    n.xyz *= lattice.frequency_per_m;
     return n;
 }
 
 // Value and gradient apart, the value as precise as the offset.
-double terrain_noise(TerrainOctave octave, dvec3 d, out vec3 gradient) {
+double terrain_noise(TerrainLattice lattice, dvec3 d, out vec3 gradient) {
     ivec3 cell;
     dvec3 fraction;
-    terrain_place(octave, d, cell, fraction);
+    terrain_place(lattice, d, cell, fraction);
     double n = gradient_noise_double(cell, fraction, gradient);
-    gradient *= octave.fraction_hi.w;
+    gradient *= lattice.frequency_per_m;
     return n;
 }
 
-float terrain_noise(TerrainOctave octave, vec3 d, out vec3 gradient) {
-    vec4 n = terrain_noise(octave, d);
+float terrain_noise(TerrainLattice lattice, vec3 d, out vec3 gradient) {
+    vec4 n = terrain_noise(lattice, d);
     gradient = n.xyz;
     return n.w;
 }
 
-vec3 terrain_warp(TerrainOctave octave, vec3 d, out mat3 jacobian) {
+vec3 terrain_warp(TerrainLattice lattice, vec3 d, out mat3 jacobian) {
     ivec3 cell;
     vec3 fraction;
-    terrain_place(octave, d, cell, fraction);
+    terrain_place(lattice, d, cell, fraction);
     vec3 w = vector_noise(cell, fraction, jacobian);
-    jacobian *= octave.fraction_hi.w;
+    jacobian *= lattice.frequency_per_m;
     return w;
 }
 
-dvec3 terrain_warp(TerrainOctave octave, dvec3 d, out mat3 jacobian) {
+dvec3 terrain_warp(TerrainLattice lattice, dvec3 d, out mat3 jacobian) {
     ivec3 cell;
     dvec3 fraction;
-    terrain_place(octave, d, cell, fraction);
+    terrain_place(lattice, d, cell, fraction);
     dvec3 w = vector_noise_double(cell, fraction, jacobian);
-    jacobian *= octave.fraction_hi.w;
+    jacobian *= lattice.frequency_per_m;
     return w;
+}
+
+// How far a warp of value w moves a place against the anchor, metres.
+vec3 terrain_bend(TerrainWarp warp, vec3 w) {
+    return warp.amplitude_m * ((w - warp.value_hi) - warp.value_lo);
 }
 
 #include "terrain/height_sources.glsl"
 
-// The warps, continents and belts.
+// Domain warps, continents and belts.
 struct TerrainBroad {
     TERRAIN_REAL3 w1, near, far;   // near: D warped by w2, far: by both
-    mat3 j1;                       // of w1
+    mat3 j1;                       // of w1, 1/m
     mat3 to_near, to_far;          // of near and far
     TERRAIN_REAL2 fields;          // c and b
-    vec3 dc, db;
+    vec3 dc, db;                   // 1/m
 };
 
-TerrainBroad terrain_broad(TERRAIN_PLACE D) {
-    TerrainBroad t;
-    vec2 warp_m = terrain_table.warp_m;
-
-    // Warps of both scales, as differences from the anchor's.
+// Domain warp (Perlin 1985, "An Image Synthesizer": noise moves the place at which noise is asked): metres, of both
+// scales, as differences from the anchor's.
+void terrain_warp_domain(TERRAIN_REAL3 d, inout TerrainBroad t) {
+    TerrainWarp wide = terrain_table.wide_warp, narrow = terrain_table.narrow_warp;
     mat3 j2;
-    TERRAIN_REAL3 d = TERRAIN_REAL3(D);
-    t.w1 = terrain_warp(terrain_table.octaves[0], d, t.j1);
-    TERRAIN_REAL3 w2 = terrain_warp(terrain_table.octaves[1], d, j2);
-    t.near = d + TERRAIN_REAL(warp_m.y)
-        * (w2 - (TERRAIN_REAL3(terrain_table.warp_hi[1].xyz) + TERRAIN_REAL3(terrain_table.warp_lo[1].xyz)));
-    t.far = t.near + TERRAIN_REAL(warp_m.x)
-        * (t.w1 - (TERRAIN_REAL3(terrain_table.warp_hi[0].xyz) + TERRAIN_REAL3(terrain_table.warp_lo[0].xyz)));
-    t.to_near = mat3(1.0) + warp_m.y * j2;
-    t.to_far = t.to_near + warp_m.x * t.j1;
+    t.w1 = terrain_warp(wide.lattice, d, t.j1);
+    TERRAIN_REAL3 w2 = terrain_warp(narrow.lattice, d, j2);
+    t.near = d + TERRAIN_REAL(narrow.amplitude_m)
+        * (w2 - (TERRAIN_REAL3(narrow.value_hi) + TERRAIN_REAL3(narrow.value_lo)));
+    t.far = t.near + TERRAIN_REAL(wide.amplitude_m)
+        * (t.w1 - (TERRAIN_REAL3(wide.value_hi) + TERRAIN_REAL3(wide.value_lo)));
+    t.to_near = mat3(1.0) + narrow.amplitude_m * j2;
+    t.to_far = t.to_near + wide.amplitude_m * t.j1;
+}
 
-    // Continents and belts.
+// Continents and belts: weighted octaves of noise at the warped place (fractional Brownian motion), without unit.
+void terrain_fields(inout TerrainBroad t) {
     t.fields = TERRAIN_REAL2(0.0);
     t.dc = vec3(0.0);
     t.db = vec3(0.0);
-    int o = TERRAIN_FIELD;
+    int o = 0;
     do {
-        vec2 weights = terrain_table.octaves[o].weights.xy;
+        vec2 weights = terrain_table.fields[o].weights;
         vec3 g;
-        t.fields += TERRAIN_REAL2(weights) * terrain_noise(terrain_table.octaves[o], t.far, g);
+        t.fields += TERRAIN_REAL2(weights) * terrain_noise(terrain_table.fields[o].lattice, t.far, g);
         t.dc += weights.x * g;
         t.db += weights.y * g;
-    } while (++o < TERRAIN_LAYER);
+    } while (++o < TERRAIN_FIELDS);
     t.dc = t.dc * t.to_far;
     t.db = t.db * t.to_far;
+}
+
+TerrainBroad terrain_broad(TERRAIN_PLACE D) {
+    TerrainBroad t;
+    terrain_warp_domain(TERRAIN_REAL3(D), t);
+    terrain_fields(t);
     return t;
+}
+
+// The layers' sums: s of the ranges, z of the relief.
+struct TerrainRelief {
+    TERRAIN_REAL2 s;            // of the layers that gate the next ones, and of those next ones
+    TERRAIN_REAL range_z;       // metres, of layers that make ranges: below the samples of a height map they are relief
+    float z;                    // metres, of the others
+    float seen_z;               // metres: what of range_z + z the gradients' band shows
+    vec3 d_gating, d_gated;     // of s, by the warped place, 1/m
+    vec3 dz;                    // what of z is seen, metres per metre
+};
+
+// The layers that make ranges: ridged, and in full at any spacing.
+void terrain_range_layers(TERRAIN_REAL3 near, float spacing_m, int end, inout TerrainRelief sum) {
+    int i = 0;
+    if (i < end) do {
+        TerrainLayer layer = terrain_table.layers[i];
+        vec3 g;
+        TERRAIN_REAL n = terrain_noise(layer.lattice, near, g);
+        TERRAIN_REAL ridge = terrain_ridge(n, TERRAIN_REAL(layer.ridge)),
+            v = TERRAIN_REAL(layer.range_weight) * ridge;
+        float weight = terrain_layer_weight(layer.lattice.wavelength_m, spacing_m);
+        g *= weight * terrain_ridge_slope(float(n), layer.ridge);
+        vec3 dv = layer.range_weight * g;
+#ifdef TERRAIN_MAPPED
+        sum.range_z += TERRAIN_REAL(layer.amplitude_m) * ridge;
+        sum.seen_z += weight * layer.amplitude_m * float(ridge);
+        sum.dz += layer.amplitude_m * g;
+#endif
+        bool gating = i < TERRAIN_GATING_LAYERS;
+        sum.s += gating ? TERRAIN_REAL2(v, 0.0) : TERRAIN_REAL2(0.0, v);
+        sum.d_gating += gating ? dv : vec3(0.0);
+        sum.d_gated += gating ? vec3(0.0) : dv;
+    } while (++i < end);
+}
+
+// Adds a layer of relief with noise n (xyz gradient, w value). share: of it that is in heights.
+void terrain_add_layer(TerrainLayer layer, vec4 n, float spacing_m, float share, inout TerrainRelief sum) {
+    float v = layer.amplitude_m * terrain_ridge(n.w, layer.ridge);
+    float weight = terrain_layer_weight(layer.lattice.wavelength_m, spacing_m);
+    sum.z += v * share;
+    sum.seen_z += weight * v;
+    sum.dz += weight * layer.amplitude_m * terrain_ridge_slope(n.w, layer.ridge) * n.xyz;
+}
+
+// The layers of relief between those of ranges and the shortest that the spacing shows: warped ones first; then those
+// with a gradient; of those shorter than two spacings the height alone.
+void terrain_relief_layers(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m, int begin, inout TerrainRelief sum) {
+    int warped = terrain_table.warped_layers, shown = terrain_shown_layers(spacing_m), i = begin;
+    int warped_end = min(shown, warped);
+    if (i < warped_end) do {
+        TerrainLayer layer = terrain_table.layers[i];
+        terrain_add_layer(layer, terrain_noise(layer.lattice, broad.near), spacing_m,
+            terrain_height_weight(layer.lattice.wavelength_m, spacing_m), sum);
+    } while (++i < warped_end);
+    sum.dz = sum.dz * broad.to_near;
+    int smooth_end = max(terrain_layers_above(2.0 * spacing_m), warped);
+    i = warped;
+    if (i < smooth_end) do {
+        TerrainLayer layer = terrain_table.layers[i];
+        terrain_add_layer(layer, terrain_noise(layer.lattice, D), spacing_m, 1.0, sum);
+    } while (++i < smooth_end);
+    int end = max(shown, smooth_end);
+    if (i < end) do {
+        TerrainLayer layer = terrain_table.layers[i];
+        ivec3 cell;
+        TERRAIN_PLACE fraction;
+        terrain_place(layer.lattice, D, cell, fraction);
+        sum.z += layer.amplitude_m * terrain_ridge(gradient_noise_value(cell, vec3(fraction)), layer.ridge)
+            * terrain_height_weight(layer.lattice.wavelength_m, spacing_m);
+    } while (++i < end);
+}
+
+TerrainRelief terrain_relief(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m) {
+    TerrainRelief sum = TerrainRelief(TERRAIN_REAL2(0.0), TERRAIN_REAL(0.0), 0.0, 0.0, vec3(0.0), vec3(0.0), vec3(0.0));
+    int ranges = min(TERRAIN_SHAPE_LAYERS, terrain_table.layer_count);
+    terrain_range_layers(broad.near, spacing_m, ranges, sum);
+    terrain_relief_layers(broad, D, spacing_m, ranges, sum);
+    return sum;
+}
+
+// The surface's gradient in space, metres per metre, by the chain rule.
+vec3 terrain_slope(TerrainSurfaceSlopes t, TerrainBroad broad, TerrainRelief relief, TerrainSources sources) {
+    return vec3(t.by_w1x, t.by_w1y, t.by_w1z) * broad.j1 + t.by_c * broad.dc + t.by_b * broad.db
+        + (t.by_sa * relief.d_gating + t.by_sb * relief.d_gated) * broad.to_near + t.by_z * relief.dz
+        + t.by_added * sources.gradient + t.by_rougher * sources.d_rougher;
+}
+
+// 0 dry .. 1 wet: the wide warp's other components, so that it costs no noise.
+float terrain_moisture(vec3 w1, float dug) {
+    float moisture = terrain_table.color.cells > 0 ? TERRAIN_COLORED_MOISTURE : 0.5 - 0.6 * w1.z + 0.2 * w1.y;
+    return clamp(moisture - TERRAIN_DUG_DRY * dug, 0.0, 1.0);
 }
 
 // D: the foot on the reference sphere minus the anchor's foot. spacing_m: distance of vertices there. Heights hold all
@@ -259,102 +339,25 @@ TerrainBroad terrain_broad(TERRAIN_PLACE D) {
 // spacing.
 TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m, out double height_m) {
     TerrainConstants k = terrain_table.constants;
-    TERRAIN_REAL3 near = broad.near;
-    mat3 to_near = broad.to_near;
+    TerrainRelief relief = terrain_relief(broad, D, spacing_m);
+    TerrainSources sources;
+    double added = terrain_sources(D, spacing_m, sources);
 
-    // Layers: s of the ranges, z of the relief, in metres; seen_z is what of z the gradient's band shows.
-    int layers = terrain_table.layers.x, warped = terrain_table.layers.y;
-    int shapes = min(TERRAIN_SHAPE_LAYERS, layers);
-    TERRAIN_REAL2 shape_exact = TERRAIN_REAL2(0.0);  // a and b of s
-    // of layers that make ranges; below the samples of a height map they are relief
-    TERRAIN_REAL broad_z = TERRAIN_REAL(0.0);
-    float z = 0.0, seen_z = 0.0;
-    vec3 da = vec3(0.0), db = vec3(0.0), dz = vec3(0.0);   // of a, b and z
-    int i = 0;
-    if (i < shapes) do {
-        TerrainOctave octave = terrain_table.octaves[TERRAIN_LAYER + i];
-        vec3 g;
-        TERRAIN_REAL n = terrain_noise(octave, near, g);
-        TERRAIN_REAL ridge = terrain_ridge(n, TERRAIN_REAL(octave.weights.z)),
-            v = TERRAIN_REAL(octave.weights.x) * ridge;
-        float weight = terrain_layer_weight(octave.fraction_lo.w, spacing_m);
-        g *= weight * terrain_ridge_slope(float(n), octave.weights.z);
-        vec3 dv = octave.weights.x * g;
-#ifdef TERRAIN_MAPPED
-        broad_z += TERRAIN_REAL(octave.weights.y) * ridge;
-        seen_z += weight * octave.weights.y * float(ridge);
-        dz += octave.weights.y * g;
-#endif
-        bool gating = i < TERRAIN_GATING_LAYERS;
-        shape_exact += gating ? TERRAIN_REAL2(v, 0.0) : TERRAIN_REAL2(0.0, v);
-        da += gating ? dv : vec3(0.0);
-        db += gating ? vec3(0.0) : dv;
-    } while (++i < shapes);
-#ifdef TERRAIN_CANONICAL
-    int warped_end = warped;
-#else
-    int warped_end = min(terrain_layers_above(0.0625 * spacing_m), warped);   // shorter ones weigh nothing
-#endif
-    if (i < warped_end) do {
-        TerrainOctave octave = terrain_table.octaves[TERRAIN_LAYER + i];
-        vec4 n = terrain_noise(octave, near);
-        float v = octave.weights.y * terrain_ridge(n.w, octave.weights.z);
-        float weight = terrain_layer_weight(octave.fraction_lo.w, spacing_m);
-        z += v * terrain_height_weight(octave.fraction_lo.w, spacing_m);
-        seen_z += weight * v;
-        dz += weight * octave.weights.y * terrain_ridge_slope(n.w, octave.weights.z) * n.xyz;
-    } while (++i < warped_end);
-    dz = dz * to_near;
-    int smooth_end = max(terrain_layers_above(2.0 * spacing_m), warped);
-#ifdef TERRAIN_CANONICAL
-    int end = layers;
-#else
-    int end = max(terrain_layers_above(0.0625 * spacing_m), smooth_end);
-#endif
-    i = warped;
-    if (i < smooth_end) do {
-        TerrainOctave octave = terrain_table.octaves[TERRAIN_LAYER + i];
-        vec4 n = terrain_noise(octave, D);
-        float v = octave.weights.y * terrain_ridge(n.w, octave.weights.z);
-        float weight = terrain_layer_weight(octave.fraction_lo.w, spacing_m);
-        z += v;
-        seen_z += weight * v;
-        dz += weight * octave.weights.y * terrain_ridge_slope(n.w, octave.weights.z) * n.xyz;
-    } while (++i < smooth_end);
-    if (i < end) do {
-        TerrainOctave octave = terrain_table.octaves[TERRAIN_LAYER + i];
-        ivec3 cell;
-        TERRAIN_PLACE fraction;
-        terrain_place(octave, D, cell, fraction);
-        z += octave.weights.y * terrain_ridge(gradient_noise_value(cell, vec3(fraction)), octave.weights.z)
-            * terrain_height_weight(octave.fraction_lo.w, spacing_m);
-    } while (++i < end);
-
-    vec4 dug = vec4(0.0), rougher;
-    double added = terrain_craters(D, spacing_m, dug);
-#ifdef TERRAIN_MAPPED
-    added += terrain_mapped(terrain_foot(D), spacing_m, dug, rougher);
-#else
-    rougher = vec4(0.0);
-#endif
-
-    TerrainPoint point;
-    TERRAIN_REAL h = terrain_surface(k, broad.w1.x, broad.w1.y, broad.w1.z, broad.fields.x, broad.fields.y,
-        shape_exact.x, shape_exact.y, broad_z + TERRAIN_REAL(z), TERRAIN_REAL(added), TERRAIN_REAL(rougher.w));
-    height_m = double(h);
-    point.dh = float(h - (TERRAIN_REAL(terrain_table.height_m.x) + TERRAIN_REAL(terrain_table.height_m.y)));
-
+    TERRAIN_REAL h = terrain_surface(k, broad.w1.x, broad.w1.y, broad.w1.z, broad.fields.x, broad.fields.y, relief.s.x,
+        relief.s.y, relief.range_z + TERRAIN_REAL(relief.z), TERRAIN_REAL(added), TERRAIN_REAL(sources.rougher));
     vec3 w1 = vec3(broad.w1);
-    vec2 fields = vec2(broad.fields), shape = vec2(shape_exact);
-    TerrainSurfaceSlopes t = terrain_surface_slopes(k, w1.x, w1.y, w1.z, fields.x, fields.y, shape.x, shape.y,
-        float(broad_z) + z, float(added), rougher.w, seen_z);
-    vec3 slope = vec3(t.by_w1x, t.by_w1y, t.by_w1z) * broad.j1 + t.by_c * broad.dc + t.by_b * broad.db
-        + (t.by_sa * da + t.by_sb * db) * to_near + t.by_z * dz + t.by_added * dug.xyz + t.by_rougher * rougher.xyz;
-    vec3 up = terrain_table.up.xyz + vec3(D) / terrain_table.up.w;
+    vec2 fields = vec2(broad.fields), s = vec2(relief.s);
+    TerrainSurfaceSlopes t = terrain_surface_slopes(k, w1.x, w1.y, w1.z, fields.x, fields.y, s.x, s.y,
+        float(relief.range_z) + relief.z, float(added), sources.rougher, relief.seen_z);
+    vec3 slope = terrain_slope(t, broad, relief, sources);
+    vec3 up = terrain_table.up + vec3(D) / terrain_table.radius_m;
+
+    height_m = double(h);
+    TerrainPoint point;
+    point.dh = float(h - (TERRAIN_REAL(terrain_table.height_m.x) + TERRAIN_REAL(terrain_table.height_m.y)));
     point.gradient = slope - up * dot(up, slope);
     point.roughness = t.by_z;
-    float moisture = terrain_table.map.z > 0 ? TERRAIN_COLORED_MOISTURE : 0.5 - 0.6 * w1.z + 0.2 * w1.y;
-    point.moisture = clamp(moisture - TERRAIN_DUG_DRY * dug.w, 0.0, 1.0);
+    point.moisture = terrain_moisture(w1, sources.dug);
     point.mountains = t.on_land;
     return point;
 }
@@ -366,44 +369,4 @@ TerrainPoint terrain_point(TERRAIN_PLACE D, float spacing_m, out double height_m
 TerrainPoint terrain_point(TERRAIN_PLACE D, float spacing_m) {
     double height_m;
     return terrain_point(D, spacing_m, height_m);
-}
-
-// What terrain_point's gradient left out between the vertices' spacing and the pixel's footprint: the layers'
-// gradients, each by the difference of its weights. roughness: interpolated from the vertices. The ranges' own layers
-// (131..16 km) do not hang on roughness alone; where vertices are tens of kilometres apart they come in by an estimate.
-vec3 terrain_detail_gradient(vec3 D, float roughness, float spacing_vertex_m, float footprint_m) {
-    int warped = terrain_table.layers.y;
-    int begin = max(terrain_layers_above(4.0 * spacing_vertex_m), 0);
-    int end = terrain_layers_above(2.0 * footprint_m);
-    int warped_end = min(end, warped);
-    vec3 sum = vec3(0.0);
-    mat3 to_near = mat3(1.0);
-    vec3 place = D;
-    if (begin < warped_end) {
-        mat3 j2;
-        vec3 w2 = terrain_warp(terrain_table.octaves[1], D, j2);
-        place += terrain_table.warp_m.y * ((w2 - terrain_table.warp_hi[1].xyz) - terrain_table.warp_lo[1].xyz);
-        to_near += terrain_table.warp_m.y * j2;
-    }
-    float range_m = 1.8 * max(1.0 - 0.2 / max(roughness, 1e-3), 0.0) * terrain_table.constants.range_m;
-    int i = begin;
-    if (i < warped_end) do {
-        TerrainOctave octave = terrain_table.octaves[TERRAIN_LAYER + i];
-        float weight = terrain_layer_weight(octave.fraction_lo.w, footprint_m)
-            - terrain_layer_weight(octave.fraction_lo.w, spacing_vertex_m);
-        vec4 n = terrain_noise(octave, place);
-        sum += weight * (octave.weights.y + octave.weights.x * range_m) * terrain_ridge_slope(n.w, octave.weights.z)
-            * n.xyz;
-    } while (++i < warped_end);
-    sum = sum * to_near;
-    i = max(begin, warped);
-    if (i < end) do {
-        TerrainOctave octave = terrain_table.octaves[TERRAIN_LAYER + i];
-        float weight = terrain_layer_weight(octave.fraction_lo.w, footprint_m)
-            - terrain_layer_weight(octave.fraction_lo.w, spacing_vertex_m);
-        vec4 n = terrain_noise(octave, D);
-        sum += weight * octave.weights.y * terrain_ridge_slope(n.w, octave.weights.z) * n.xyz;
-    } while (++i < end);
-    vec3 up = terrain_table.up.xyz + D / terrain_table.up.w;
-    return roughness * (sum - up * dot(up, sum));
 }

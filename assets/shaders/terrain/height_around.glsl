@@ -6,8 +6,6 @@
 // cost time too).
 #include "terrain/far_height.glsl"
 
-const int TERRAIN_MOST_WARPED = 7;   // WARPED_LAYERS of systems/terrain/height_model.py
-
 struct TerrainAround {
     vec3 middle;
     TerrainBroad broad;
@@ -16,7 +14,7 @@ struct TerrainAround {
 };
 
 // Of the layers, xyz: gradient, w: value. Not in the struct, which is copied for each place.
-vec4 terrain_around_noises[TERRAIN_MOST_WARPED];
+vec4 terrain_around_noises[TERRAIN_WARPED_LAYERS];
 
 // How many times as long as the extent: the warps, of which most of the bend is that of places far apart; fields, which
 // are a small part of the slopes along coasts; layers. In the mean a coast is off by 0.01 to 0.02 pixels, and by 0.07
@@ -26,30 +24,30 @@ const float TERRAIN_LONG_WARPS = 4.0, TERRAIN_LONG_FIELDS = 16.0, TERRAIN_LONG_L
 // Whether places as far as this from the middle are close enough.
 bool terrain_keeps_around(float extent_m) {
 #ifdef TERRAIN_AROUND_FAR
-    return TERRAIN_LONG_WARPS * extent_m < terrain_table.octaves[1].fraction_lo.w;
+    return TERRAIN_LONG_WARPS * extent_m < terrain_table.narrow_warp.lattice.wavelength_m;
 #else
-    return TERRAIN_LONG_FIELDS * extent_m < terrain_table.octaves[TERRAIN_LAYER - 1].fraction_lo.w;
+    return TERRAIN_LONG_FIELDS * extent_m < terrain_table.fields[TERRAIN_FIELDS - 1].lattice.wavelength_m;
 #endif
 }
 
 // broad: of the middle. extent_m: how far places are from it at most.
 TerrainAround terrain_around(TerrainBroad broad, vec3 middle, float extent_m) {
-    TerrainAround t = TerrainAround(middle, broad, TERRAIN_LAYER, 0);
+    TerrainAround t = TerrainAround(middle, broad, TERRAIN_FIELDS, 0);
 #ifdef TERRAIN_AROUND_FAR
-    while (t.fields > TERRAIN_FIELD && TERRAIN_LONG_FIELDS * extent_m
-        > terrain_table.octaves[t.fields - 1].fraction_lo.w) {
-        vec2 weights = terrain_table.octaves[--t.fields].weights.xy;
-        vec4 n = terrain_noise(terrain_table.octaves[t.fields], broad.far);
+    while (t.fields > 0 && TERRAIN_LONG_FIELDS * extent_m
+        > terrain_table.fields[t.fields - 1].lattice.wavelength_m) {
+        TerrainFieldOctave field = terrain_table.fields[--t.fields];
+        vec4 n = terrain_noise(field.lattice, broad.far);
         vec3 g = n.xyz * broad.to_far;
-        t.broad.fields -= weights * n.w;
-        t.broad.dc -= weights.x * g;
-        t.broad.db -= weights.y * g;
+        t.broad.fields -= field.weights * n.w;
+        t.broad.dc -= field.weights.x * g;
+        t.broad.db -= field.weights.y * g;
     }
 #endif
-    t.layers = min(terrain_layers_above(TERRAIN_LONG_LAYERS * extent_m), terrain_table.layers.y);
+    t.layers = min(terrain_layers_above(TERRAIN_LONG_LAYERS * extent_m), terrain_table.warped_layers);
     int i = 0;
     if (i < t.layers) do {
-        vec4 n = terrain_noise(terrain_table.octaves[TERRAIN_LAYER + i], broad.near);
+        vec4 n = terrain_noise(terrain_table.layers[i].lattice, broad.near);
         terrain_around_noises[i] = vec4(n.xyz * broad.to_near, n.w);
     } while (++i < t.layers);
     return t;
@@ -65,7 +63,7 @@ float terrain_height_around(TerrainAround t, vec3 D, float spacing_m) {
 
     vec2 shape = vec2(0.0);
     float z = 0.0;
-    for (int i = 0; i < TERRAIN_MOST_WARPED; ++i) {
+    for (int i = 0; i < TERRAIN_WARPED_LAYERS; ++i) {
         if (i < t.layers) terrain_far_layer(i, terrain_around_noises[i].w + dot(terrain_around_noises[i].xyz, d),
             spacing_m, shape, z);
     }

@@ -1,6 +1,7 @@
 // The height map: systems/terrain/height_map.py. Bicubic from texelFetch: each sample as a difference from one of them,
 // the sums in float, the place and the total in double.
 #include "generated/bindings.glsl"
+#include "generated/terrain_table.glsl"
 #include "common/cube_atlas.glsl"
 
 layout(binding = HEIGHT_MAP_UNIT) uniform sampler2D u_terrain_map;  // metres; height differences of the finest scale
@@ -45,22 +46,22 @@ vec3 terrain_map_slope(vec3 d, int cells, int level) {
     return cube_gradient(face, place, 0.5 * float(n) * vec2(by_x.x, by_y.x));
 }
 
-// The level, a fraction, whose gradients samples spacing_m apart show. map: (cells, levels); sample_m of the finest.
-float terrain_map_level(float spacing_m, float sample_m, int levels) {
-    return clamp(log2(1.5 * spacing_m / sample_m), 0.0, float(levels - 1));
+// The level, a fraction, whose gradients samples spacing_m apart show.
+float terrain_map_level(TerrainMap map, float spacing_m) {
+    return clamp(log2(TERRAIN_LEVEL_SAMPLES * spacing_m / map.sample_m), 0.0, float(map.levels - 1));
 }
 
 // Height in metres at the direction d (of any length), its gradient by d as spacing_m shows it, and the same of the
 // height differences at the map's finest scale.
-double terrain_map_height(dvec3 d, ivec2 map, float sample_m, float spacing_m, out vec3 gradient, out float rough,
+double terrain_map_height(dvec3 d, TerrainMap map, float spacing_m, out vec3 gradient, out float rough,
     out vec3 d_rough) {
-    int face, n = map.x;
+    int face, n = map.cells;
     dvec3 place = cube_face(d, face);
     dvec2 at = (place.xy * 0.5LF + 0.5LF) * double(n);
     ivec2 cell = clamp(ivec2(floor(at)), 0, n - 1);
     vec2 center, by_x, by_y, sum = terrain_map_cubic(cube_corner(face, n, 0) + cell, vec2(at - dvec2(cell)), center,
         by_x, by_y);
-    float level = terrain_map_level(spacing_m, sample_m, map.y);
+    float level = terrain_map_level(map, spacing_m);
     vec3 near = vec3(place);
     gradient = max(1.0 - level, 0.0) * cube_gradient(face, near, 0.5 * float(n) * vec2(by_x.x, by_y.x));
     int l = max(int(level), 1), last = int(ceil(level));
@@ -73,14 +74,14 @@ double terrain_map_height(dvec3 d, ivec2 map, float sample_m, float spacing_m, o
 }
 
 // What the gradient at spacing_m leaves out and footprint_m shows.
-vec3 terrain_map_detail(vec3 d, ivec2 map, float sample_m, float spacing_m, float footprint_m) {
-    float coarse = terrain_map_level(spacing_m, sample_m, map.y),
-        fine = terrain_map_level(footprint_m, sample_m, map.y);
+vec3 terrain_map_detail(vec3 d, TerrainMap map, float spacing_m, float footprint_m) {
+    float coarse = terrain_map_level(map, spacing_m),
+        fine = terrain_map_level(map, footprint_m);
     int l = int(fine), last = coarse > fine ? int(ceil(coarse)) : -1;
     vec3 sum = vec3(0.0);
     if (l <= last) do {
         float weight = max(1.0 - abs(fine - float(l)), 0.0) - max(1.0 - abs(coarse - float(l)), 0.0);
-        sum += weight * terrain_map_slope(d, map.x, l);
+        sum += weight * terrain_map_slope(d, map.cells, l);
     } while (++l <= last);
     return sum;
 }

@@ -13,11 +13,11 @@ bool is_hole(ivec2 pixel) {
     if (texelFetch(u_surface, pixel, 0).r != SURFACE_NONE) return false;
     vec3 ray = normalize(view_ray(ndc_of_pixel(vec2(pixel) + 0.5)));
     // A sphere is hit below its horizon; two pixels are left to rounding and to what a pixel covers.
-    float inner = planet.radii.x + planet.radii.z;
-    float above = frame.camera_zenith.w - planet.radii.z;
+    float inner = planet.radius_m + planet.lowest_m;
+    float above = frame.camera_altitude_m - planet.lowest_m;
     if (above <= 0.0) return false;
     float horizon = -sqrt(above * (2.0 * inner + above)) / (inner + above);
-    return dot(ray, frame.camera_zenith.xyz) < horizon - 2.0 * frame.clock.w;
+    return dot(ray, frame.camera_zenith) < horizon - 2.0 * frame.pixel_rad;
 }
 
 void main() {

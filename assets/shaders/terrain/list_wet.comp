@@ -23,8 +23,8 @@ const float HAIR_M = 0.05;       // more than rounding does to a height
 const float COARSE_M = 100.0;
 
 float height_of(vec3 point) {
-    return frame.anchor_up.w
-        + height_difference(point + frame.camera_offset.xyz, frame.anchor_up.xyz, planet.radii.x + frame.anchor_up.w);
+    return frame.anchor_height_m
+        + height_difference(point + frame.camera_offset_m, frame.anchor_up, planet.radius_m + frame.anchor_height_m);
 }
 
 // A height that no point between two depths of a tile is below: along a fixed direction heights grow no faster than
@@ -48,7 +48,7 @@ float counted_height(ivec2 pixel, vec2 between) {
     float drawn = height_of(position_from_depth(ndc_of_pixel(vec2(pixel) + 0.5),
         max(texel_at(u_depth, pixel).r, 1e-30)));
     vec4 attributes = texel_at(u_attributes, pixel);
-    float coded = mix(planet.radii.z, planet.radii.y, attributes.z), code = attributes.z > 0.0 ? attributes.w : 0.0;
+    float coded = mix(planet.lowest_m, planet.highest_m, attributes.z), code = attributes.z > 0.0 ? attributes.w : 0.0;
     return code < between.x ? drawn : code > between.y ? coded : min(drawn, coded);
 }
 
@@ -59,9 +59,9 @@ void main() {
     ivec2 at = ivec2(tile & 0xffffu, tile >> 16), first = at * TILE_PX;
     vec2 depth = max(depths[at.y * u_tiles.x + at.x], 1e-30);
     float reach = water_reach() + HAIR_M;
-    bool coarse = forward_distance(depth.x) * frame.clock.w > COARSE_M;
+    bool coarse = forward_distance(depth.x) * frame.pixel_rad > COARSE_M;
     int turns = !there || (!coarse && least_height(first, depth) > reach) ? 0 : TILE_PX.x * TILE_PX.y;
-    vec2 between = vec2(spacing_encode(4.0 * sqrt(planet.radii.x)), spacing_encode(12.65 * sqrt(planet.radii.x)))
+    vec2 between = vec2(spacing_encode(4.0 * sqrt(planet.radius_m)), spacing_encode(12.65 * sqrt(planet.radius_m)))
         + vec2(-1.5, 1.5) / 255.0;
     ivec2 last = textureSize(u_surface, 0) - 1;
     bool wet = false;

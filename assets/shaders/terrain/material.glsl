@@ -4,10 +4,15 @@
 
 struct Ripples {
     float share;   // how clearly they show, 0..1
-    int step;      // their wavelength is 0.036 m times 2 to this
+    int octave;      // their wavelength is 0.036 m times 2 to this
     float bend;    // of crests, in wavelengths
     float slope;   // of the steepest places, metres per metre
     float tint;    // how much lighter crests are, as a share
+};
+
+// Shares of cells of clutter that hold one, off the beach.
+struct Growth {
+    float tufts, tussocks, shrubs, trees;
 };
 
 struct Material {
@@ -15,7 +20,7 @@ struct Material {
     float grain;      // height of the bumps below the terrain's shortest layer
     float rock;       // share of bare rock
     float stony;      // of cells of clutter that hold a stone, off the beach
-    vec4 leafy;       // and a plant: a tuft, a tussock, a shrub, a tree
+    Growth growth;    // and that hold a plant
     vec3 plant;       // albedo of plants
     Ripples ripples;  // of loose ground
 };
@@ -23,7 +28,7 @@ struct Material {
 // Without branches.
 Ripples stronger(Ripples a, Ripples b) {
     bool other = b.share > a.share;
-    return Ripples(other ? b.share : a.share, other ? b.step : a.step, other ? b.bend : a.bend,
+    return Ripples(other ? b.share : a.share, other ? b.octave : a.octave, other ? b.bend : a.bend,
         other ? b.slope : a.slope, other ? b.tint : a.tint);
 }
 
@@ -34,7 +39,8 @@ void stand_on(inout Material material, Ground ground, float stones, float plants
     float growing = ramp(0.25, 0.55, ground.mean_humidity) * ground.plants * plants;
     float woods = ramp(0.50, 0.72, ground.mean_humidity) * ramp(0.15, 0.28, ground.mean_warmth);
     material.stony = (0.04 + 0.3 * (1.0 - growing) + 0.15 * ground.roughness) * stones;
-    material.leafy = growing * vec4(0.95, 0.32, 0.10 + 0.45 * woods, woods);
+    material.growth =
+        Growth(growing * 0.95, growing * 0.32, growing * (0.10 + 0.45 * woods), growing * woods);
 }
 
 #include "generated/terrain_materials.glsl"

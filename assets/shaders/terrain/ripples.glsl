@@ -4,13 +4,13 @@
 #include "common/nested_noise.glsl"
 
 // Gradient, metres per metre; w: height, -1..1. step: the wavelength is 0.036 m times 2 to this. bend: in wavelengths.
-vec4 ripples(vec3 D, int step, float bend, float footprint) {
+vec4 ripples(vec3 D, int octave, float bend, float footprint) {
     ivec3 cell, broad;
     vec3 fraction, place;
     float frequency, slower;
-    nested_place(terrain_material_block.anchor_cell.xyz, terrain_material_block.anchor_fraction.xyz, D, step, cell,
+    nested_place(terrain_material_block.anchor.cell, terrain_material_block.anchor.fraction, D, octave, cell,
         fraction, frequency);
-    nested_place(terrain_material_block.anchor_cell.xyz, terrain_material_block.anchor_fraction.xyz, D, step + 3, broad,
+    nested_place(terrain_material_block.anchor.cell, terrain_material_block.anchor.fraction, D, octave + 3, broad,
         place, slower);
     vec4 noise = gradient_noise(broad, place) * (bend / NESTED_RMS);
     float seen = clamp(1.6 - 4.0 * footprint * frequency, 0.0, 1.0);

@@ -35,12 +35,21 @@ vec2 v_ndc;   // of the pixel at hand
 const float PI = 3.14159265358979;
 const float STARLIGHT = 1.5e-8;   // of the sun's irradiance: 2e-3 lx of stars and airglow on a moonless night
 
+// Chosen by eye.
+const float DETAIL_PX = 0.85;      // pixels that detail is averaged over: less flickers, more blurs
+const float FLATTEST_SINE = 0.03;  // of the view above the ground: what a pixel covers grows no longer below it
+// Sagittas of the vertices' triangles between which the height goes over from what is drawn to what vertices carry.
+const vec2 CODED_FROM_M = vec2(2.0, 20.0);
+const vec2 TREES_FROM_M = vec2(10.0, 25.0);     // heights of the camera above the ground between which trees appear
+const vec3 WETTED = vec3(0.52, 0.5, 0.47);      // albedo of wet ground, as shares of the dry one
+const float NEIGHBOURS_LIT = 0.6;               // share of neighbouring ground that throws light at a slope
+
 // Reflected radiance per irradiance at normal incidence and albedo. Lambert's law, or for dust without air McEwen's
 // 1991 mixture of it with Lommel and Seeliger's law, which makes the full disc flat; L falls with the phase angle (a
 // fit in sin(phase / 2) to McEwen 1996, who gives a polynomial for the moon).
 float reflected(float n_l, float n_v, vec3 view, vec3 sun) {
     float half_sine = sqrt(max(0.5 - 0.5 * dot(view, sun), 0.0));
-    float share = terrain_material_block.look.y * max(1.0 - 1.15 * half_sine, 0.0);
+    float share = terrain_material_block.dust_law * max(1.0 - 1.15 * half_sine, 0.0);
     float seeliger = 2.0 * n_l / max(n_l + max(n_v, 0.0), 1e-3);
     return mix(n_l, seeliger, share) / PI;
 }
@@ -64,100 +73,137 @@ vec3 clutter_albedo(GroundClutter clutter, vec3 plant) {
 // The map's colour, broken up by the materials' noise, rock and freshly dug ground; near the eye half of the materials'
 // own.
 vec3 colored(Material material, Ground ground, vec3 zenith) {
-    vec3 color = terrain_color(zenith, terrain_table.map.zw, ground.footprint_m / planet.radii.x);
-    float variation = terrain_material_block.look.x;
+    vec3 color = terrain_color(zenith, terrain_table.color, ground.footprint_m / planet.radius_m);
+    float variation = terrain_material_block.variation;
     color *= 1.0 + variation * (0.12 * ground.fine + 0.08 * ground.broad);
     float rock = dot(ROCK_ALBEDO, vec3(1.0)), level = max(dot(DRY_ALBEDO, vec3(1.0)), 1e-3);
     color *= mix(1.0, clamp(rock / level, 0.6, 1.6), 0.7 * material.rock);
     color *= 1.0 + 0.35 * clamp((TERRAIN_COLORED_MOISTURE - ground.moisture) / TERRAIN_DUG_DRY, 0.0, 1.5);
     color = mix(color, material.albedo, 0.5 * ramp(30.0, 0.5, ground.footprint_m));
-    return clamp(mix(material.albedo, color, terrain_table.map_scale.z), 0.0, 1.0);
+    return clamp(mix(material.albedo, color, terrain_table.color.strength), 0.0, 1.0);
 }
 #endif
 
+// The ground in a pixel. Lengths in metres, directions of unit length.
+struct Spot {
+    vec3 point;             // where it is drawn, from the camera
+    vec3 place;             // where its light goes through the air
+    vec3 D;                 // its foot offset
+    vec3 zenith, view;      // up; to the camera
+    vec3 coarse;            // the vertices' normal
+    float distance_m, height_m;
+    float to_sphere;        // slopes on the ground per slope on the sphere
+    float across_m;         // a pixel at right angles to the view
+    float footprint_m;      // what of the ground it covers
+    float spacing_m;        // of the vertices
+};
+
+Spot spot_at(ivec2 pixel, vec4 attributes) {
+    Spot s;
+    s.point = position_from_depth(v_ndc, texel_at(u_depth, pixel).r);
+    float drawn_m;
+    s.D = foot_offset_of(s.point, drawn_m);
+    s.zenith = up_at(s.point);
+    s.distance_m = length(s.point);
+    s.view = -s.point / s.distance_m;
+    s.coarse = oct_decode(texel_at(u_normal, pixel).rg);
+    // Wider along the view at flat angles. GROUND_BLUR 1/2 is the geometric mean; less keeps detail sharp across the
+    // view and leaves it to the samples of anti-aliasing to average along it.
+    s.across_m = s.distance_m * frame.pixel_rad * (SHADE_EVERY == 4 ? 2.0 : 1.0);
+    s.footprint_m = DETAIL_PX * s.across_m * pow(clamp(dot(s.coarse, s.view), FLATTEST_SINE, 1.0), -GROUND_BLUR);
+    s.spacing_m = vertex_spacing(s.D, attributes.w);
+    s.to_sphere = planet.radius_m / (planet.radius_m + drawn_m);
+
+    float sagitta_m = s.spacing_m * s.spacing_m / (8.0 * planet.radius_m);
+    float coded_m = mix(planet.lowest_m, planet.highest_m, attributes.z);
+    float coded = attributes.z > 0.0 ? smoothstep(CODED_FROM_M.x, CODED_FROM_M.y, sagitta_m) : 0.0;
+    s.height_m = mix(drawn_m, coded_m, coded);
+    // in the air: between their corners far triangles lie deep under the ground
+    s.place = s.point + s.zenith * (s.height_m - drawn_m);
+    return s;
+}
+
+// Water over the ground, and ground that is wet from it. gradient: with all that shows of it.
+WaterLight ground_water(Spot s, vec3 gradient, inout Material material, out Shore wet) {
+    float rise_m = s.footprint_m * max(length(gradient), 0.02);
+    wet = shore(s.D, s.height_m, rise_m, s.footprint_m);
+    material.albedo *= mix(vec3(1.0), WETTED, wet.damp);
+    material.albedo = mix(material.albedo, wet.foam_albedo, wet.foam);
+    return water_light(s.D, s.zenith, s.height_m, s.footprint_m);
+}
+
+#ifdef GROUND_CLUTTER
+// What stands on the ground: its albedo and normal, and how much it leaves open of sun and sky. rises: the vertices'
+// gradient; gradient: with all that shows.
+void stand_clutter(
+    Spot s, vec3 sun, float above_sea_m, vec3 rises, vec3 gradient, inout Material material, inout vec3 normal,
+    inout vec2 open
+) {
+    material.growth.trees *= ramp(TREES_FROM_M.x, TREES_FROM_M.y, s.distance_m * dot(s.view, s.zenith));
+    GroundClutter clutter = ground_clutter(s.D, s.zenith, levelled(s.view, s.coarse, s.zenith),
+        levelled(sun, s.coarse, s.zenith), s.across_m, material.stony, material.growth, above_sea_m, rises);
+    material.albedo = mix(material.albedo, clutter_albedo(clutter, material.plant), clutter.cover);
+    normal = normalize(normal * (1.0 - clutter.cover) + clutter.normal - gradient * dot(clutter.normal, s.zenith));
+    open *= mix(vec2(clutter.sun, clutter.sky), vec2(1.0), clutter.cover);
+}
+#endif
+
+// Radiance that the ground throws back. beam: the sun's irradiance in the air; open: shares of sun and sky that nothing
+// hides; hidden_slope: of relief that the pixel hides.
+vec3 ground_light(Spot s, vec3 albedo, vec3 normal, vec3 beam, WaterLight water, vec2 open, float hidden_slope) {
+    // Mean over the slopes that a pixel hides: max(x, 0) turns into a soft bend as wide as they spread.
+    float mu = dot(normal, water.to_sun), soft = 0.5 * hidden_slope;
+    float n_l = 0.5 * (mu + sqrt(mu * mu + soft * soft))
+        - 0.5 * soft * clamp(1.0 - mu / max(soft, 1e-4), 0.0, 1.0) * 0.5;
+    vec3 sunlight = beam * water.sun;
+    // Light that lit neighbouring ground throws back: without it the airless dark sides would be pure black.
+    float sun_height = max(dot(s.zenith, water.to_sun), 0.0);
+    vec3 bounce = albedo * sunlight * sun_height * (0.5 - 0.5 * dot(normal, s.zenith)) * NEIGHBOURS_LIT;
+    vec3 irradiance = (skylight(s.place, normal) * water.sky + bounce + frame.sun_irradiance * STARLIGHT) * open.y;
+    return albedo * (sunlight * reflected(max(n_l, 0.0), dot(normal, s.view), s.view, water.to_sun) + irradiance / PI);
+}
+
 vec3 ground_radiance(ivec2 pixel) {
-    vec3 point = position_from_depth(v_ndc, texel_at(u_depth, pixel).r);
-    float height;
-    vec3 D = foot_offset_of(point, height);
-    vec3 zenith = up_at(point);
-    float distance_m = length(point);
-    vec3 view = -point / distance_m;
-    vec3 coarse = oct_decode(texel_at(u_normal, pixel).rg);
     vec4 attributes = texel_at(u_attributes, pixel);
     float roughness = terrain_roughness(attributes), moisture = attributes.y;
+    Spot s = spot_at(pixel, attributes);
+    vec3 rises = s.zenith - s.coarse / max(dot(s.coarse, s.zenith), 0.05), gradient = rises;
 
-    // What a pixel covers on the ground: wider along the view at flat angles. GROUND_BLUR 1/2 is the geometric mean;
-    // less keeps detail sharp across the view and leaves it to the samples of anti-aliasing to average along it.
-    float across = distance_m * frame.clock.w * (SHADE_EVERY == 4 ? 2.0 : 1.0);
-    float footprint = 0.85 * across * pow(clamp(dot(coarse, view), 0.03, 1.0), -GROUND_BLUR);
-    float spacing = vertex_spacing(D, attributes.w);
-    float to_sphere = planet.radii.x / (planet.radii.x + height);
-    vec3 gradient = zenith - coarse / max(dot(coarse, zenith), 0.05), rises = gradient;
-
-    float sagitta = spacing * spacing / (8.0 * planet.radii.x);
-    float coded = mix(planet.radii.z, planet.radii.y, attributes.z);
-    float drawn = height;
-    height = mix(height, coded, attributes.z > 0.0 ? smoothstep(2.0, 20.0, sagitta) : 0.0);
-    // in the air: between their corners far triangles lie deep under the ground
-    vec3 place = point + zenith * (height - drawn);
-
-    GroundDetail detail = ground_detail(D, roughness, spacing, footprint);
-    vec3 relief = roughness * to_sphere * detail.gradient;
-    gradient += relief - zenith * dot(zenith, relief);
-    vec4 dug = terrain_crater_detail(D, spacing, footprint);
-    gradient += to_sphere * (dug.xyz + terrain_mapped_detail(D, spacing, footprint));
-    moisture = max(moisture - TERRAIN_DUG_DRY * dug.w, 0.0);
-    Ground ground = ground_at(detail, zenith, height, gradient, roughness, moisture, footprint);
+    GroundDetail detail = ground_detail(s.D, roughness, s.spacing_m, s.footprint_m);
+    vec3 relief = roughness * s.to_sphere * detail.gradient;
+    gradient += relief - s.zenith * dot(s.zenith, relief);
+    TerrainSources craters = terrain_crater_detail(s.D, s.spacing_m, s.footprint_m);
+    gradient += s.to_sphere * (craters.gradient + terrain_mapped_detail(s.D, s.spacing_m, s.footprint_m));
+    moisture = max(moisture - TERRAIN_DUG_DRY * craters.dug, 0.0);
+    Ground ground = ground_at(detail, s.zenith, s.height_m, gradient, roughness, moisture, s.footprint_m);
     Material material = terrain_material(ground);
 #ifdef TERRAIN_COLORED
-    if (terrain_table.map.z > 0)
-        material.albedo = colored(material, ground, zenith);
+    if (terrain_table.color.cells > 0)
+        material.albedo = colored(material, ground, s.zenith);
 #endif
     vec3 bumps = material.grain * detail.grain;
 #ifdef GROUND_CLUTTER
     // No wind without air.
-    vec4 rippled = ripples(D, material.ripples.step, material.ripples.bend, footprint)
-        * (material.ripples.share * (1.0 - terrain_material_block.look.y));
-    bumps += material.ripples.slope * terrain_material_block.look.w * rippled.xyz;
+    vec4 rippled = ripples(s.D, material.ripples.octave, material.ripples.bend, s.footprint_m)
+        * (material.ripples.share * (1.0 - terrain_material_block.dust_law));
+    bumps += material.ripples.slope * terrain_material_block.clutter * rippled.xyz;
     material.albedo *= 1.0 + material.ripples.tint * rippled.w;
 #endif
-    gradient += bumps - zenith * dot(zenith, bumps);
-    vec3 normal = normalize(zenith - gradient);
+    gradient += bumps - s.zenith * dot(s.zenith, bumps);
+    vec3 normal = normalize(s.zenith - gradient);
 
-    // Water over the ground, and ground that is wet from it.
-    float rise = footprint * max(length(gradient), 0.02);
-    Shore wet = shore(D, height, rise, footprint);
-    WaterLight water = water_light(D, zenith, height, footprint);
-    material.albedo *= mix(vec3(1.0), vec3(0.52, 0.5, 0.47), wet.damp);
-    material.albedo = mix(material.albedo, wet.foam_albedo, wet.foam);
-
-    vec3 sun = water.to_sun;
-    vec2 open = light_visibility(point);
+    Shore wet;
+    WaterLight water = ground_water(s, gradient, material, wet);
+    vec2 open = light_visibility(s.point);
 #ifdef GROUND_CLUTTER
-    GroundClutter clutter = ground_clutter(D, zenith, levelled(view, coarse, zenith), levelled(sun, coarse, zenith),
-        across, material.stony, material.leafy * vec4(1.0, 1.0, 1.0, ramp(10.0, 25.0, distance_m * dot(view, zenith))),
-        ground.above_sea_m, rises);
-    material.albedo = mix(material.albedo, clutter_albedo(clutter, material.plant), clutter.cover);
-    normal = normalize(normal * (1.0 - clutter.cover) + clutter.normal - gradient * dot(clutter.normal, zenith));
-    open *= mix(vec2(clutter.sun, clutter.sky), vec2(1.0), clutter.cover);
+    stand_clutter(s, water.to_sun, ground.above_sea_m, rises, gradient, material, normal, open);
 #endif
-
-    // Mean over the slopes that a pixel hides: max(x, 0) turns into a soft bend as wide as they spread.
-    float mu = dot(normal, sun), soft = 0.5 * ground.hidden_slope;
-    float n_l = 0.5 * (mu + sqrt(mu * mu + soft * soft))
-        - 0.5 * soft * clamp(1.0 - mu / max(soft, 1e-4), 0.0, 1.0) * 0.5;
-    vec3 beam = frame.sun_irradiance.rgb * open.x * air_to_space(place, frame.sun_direction.xyz),
-        sunlight = beam * water.sun;
-    // Light that lit neighbouring ground throws back: without it the airless dark sides would be pure black.
-    float sun_height = max(dot(zenith, sun), 0.0);
-    vec3 bounce = material.albedo * sunlight * sun_height * (0.5 - 0.5 * dot(normal, zenith)) * 0.6;
-    vec3 irradiance = (skylight(place, normal) * water.sky + bounce + frame.sun_irradiance.rgb * STARLIGHT) * open.y;
-    vec3 radiance = material.albedo * (sunlight * reflected(max(n_l, 0.0), dot(normal, view), view, sun)
-        + irradiance / PI);
-    vec4 sheen = shore_sheen(wet, point, view, zenith, normal, beam);
+    vec3 beam = frame.sun_irradiance * open.x * air_to_space(s.place, frame.sun_direction);
+    vec3 radiance = ground_light(s, material.albedo, normal, beam, water, open, ground.hidden_slope);
+    vec4 sheen = shore_sheen(wet, s.point, s.view, s.zenith, normal, beam);
     radiance = radiance * (1.0 - sheen.a) + sheen.rgb;
 
-    Air between = air_from_camera(place);
+    Air between = air_from_camera(s.place);
     return radiance * between.transmittance + between.in_scatter;
 }
 
@@ -168,7 +214,7 @@ void main() {
         ivec2 pixel = first;
         if (find_shown(pixel, turn, SURFACE_TERRAIN)) {
             v_ndc = ndc_of_pixel(vec2(pixel) + 0.5);
-            imageStore(u_radiance, pixel, vec4(ground_radiance(pixel) * frame.scale.x, 1.0));
+            imageStore(u_radiance, pixel, vec4(ground_radiance(pixel) * frame.hdr_per_radiance, 1.0));
         }
     } while (++turn < SHADE_TURNS);
 }

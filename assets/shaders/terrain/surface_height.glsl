@@ -2,5 +2,5 @@
 #include "terrain/height.glsl"
 
 float surface_height(vec3 D, float spacing_m) {
-    return frame.anchor_up.w + terrain_point(D, spacing_m).dh;
+    return frame.anchor_height_m + terrain_point(D, spacing_m).dh;
 }

@@ -17,6 +17,10 @@ layout(local_size_x = 64) in;
 layout(std430, binding = CELL_BUFFER) readonly buffer CellBuffer { Cell cells[]; };
 layout(std430, binding = VERTEX_BUFFER) writeonly buffer VertexBuffer { CellVertex vertices[]; };
 layout(std430, binding = BOUNDS_BUFFER) writeonly buffer BoundsBuffer { CellBounds bounds[]; };
+// Not of the block of what is drawn: these may be the vertices of the next snap.
+uniform float u_spacing_per_distance;
+uniform float u_smallest_spacing_m;
+uniform float u_proxy_height_m;
 
 shared vec4 s_low[64];
 shared vec4 s_high[64];
@@ -24,17 +28,18 @@ shared vec4 s_high[64];
 void main() {
     uint cell_index = spread_group();
     Cell cell = cells[cell_index];
+    GridSpacing grid = GridSpacing(u_spacing_per_distance, u_smallest_spacing_m, u_proxy_height_m);
     vec4 low = vec4(3.4e38), high = vec4(-3.4e38);
     int k = int(gl_LocalInvocationID.x);
     do {
         ivec2 point = cell_lattice_point(cell, ivec2(k % CELL_SIDE, k / CELL_SIDE));
         vec3 D = lattice_foot_offset(cell.face, point);
-        float spacing = grid_spacing(D);
+        float spacing = grid_spacing(D, grid);
         TerrainPoint terrain = terrain_point(D, spacing);
-        float radius = planet.radii.x;
-        float height = frame.anchor_up.w + terrain.dh;
-        precise vec3 position = D * (1.0 + height / radius) + frame.anchor_up.xyz * terrain.dh;
-        vec3 zenith = normalize(frame.anchor_up.xyz + D / radius);
+        float radius = planet.radius_m;
+        float height = frame.anchor_height_m + terrain.dh;
+        precise vec3 position = D * (1.0 + height / radius) + frame.anchor_up * terrain.dh;
+        vec3 zenith = normalize(frame.anchor_up + D / radius);
         vec3 normal = normalize(zenith - terrain.gradient * (radius / (radius + height)));
         CellVertex vertex;
         vertex.x = position.x;

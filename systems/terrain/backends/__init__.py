@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from ....engine.frame import Views
 from ....engine.methods import Methods
-from ....engine.settings import SettingError
+from ....engine.settings import SettingError, Settings
 from .base import Backend, Ground
 from .grid import GridBackend
 from .icosphere import IcosphereBackend
@@ -28,7 +25,7 @@ _PAPER: dict[str, type[Backend]] = {
 """Those whose source's method has little in common with ours."""
 
 
-def use_backend(backends: Methods[Backend], name: str, method: str, settings: Mapping[str, Any], views: Views) -> bool:
+def use_backend(backends: Methods[Backend], name: str, method: str, settings: Settings, views: Views) -> bool:
     """The backend of that name and method, whether it is another. SettingError for a method that it doesn't have."""
     found = _PAPER.get(name, BACKENDS[name]) if method == "paper" else BACKENDS[name]
     if method not in found.methods:

@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....components import Ocean, Planet
-from ....engine.frame import Frame, Views
+from ....engine.frame import Frame, Proxy, Views
 from ....engine.gpu import GpuScope
 from ....engine.gpu.preprocess import Defines
 from ....engine.graph import PassIO
 from ....engine.methods import Method
+from ....engine.settings import Settings
 from ....engine.surface.field import HeightField
 from ..height import TerrainField, TerrainParams
 
@@ -59,7 +60,7 @@ class Backend(Method):
     bind_octaves: Callable[[int], None]
     """Binds the height function's table around a view's anchor (uniform block 4), to be called in passes."""
 
-    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str, views: Views) -> None:
+    def __init__(self, gpu: GpuScope, settings: Settings, method: str, views: Views) -> None:
         super().__init__(gpu)
         self.views = views
         self.settings = settings
@@ -94,9 +95,9 @@ class Backend(Method):
 
     def rests(self, frame: Frame) -> bool:
         """Whether `update` may be left out of a frame that shows no ground."""
-        return not frame.view.seen.planet() and self.settled()
+        return not frame.view.seen.planet() and self.settled(frame.view)
 
-    def height_drawn(self, directions: NDArray[np.float64], proxy: Any, view_index: int = 0) -> NDArray[np.float64]:
+    def height_drawn(self, directions: NDArray[np.float64], proxy: Proxy, view_index: int = 0) -> NDArray[np.float64]:
         """Heights (N,) of the triangles drawn below unit directions (N, 3); NaN where there are none. Reads back."""
         return np.full(len(directions), np.nan)
 

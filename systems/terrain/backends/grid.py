@@ -9,12 +9,13 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ....engine.frame import Frame, Proxy, ViewInfo, Views
+from ....engine.blocks.bindings import TERRAIN_GRID_BLOCK
+from ....engine.frame import Frame, Proxy, View, ViewInfo, Views
 from ....engine.gpu import GpuScope
-from ....engine.gpu.bindings import TERRAIN_GRID_BLOCK
 from ....engine.gpu.cell_mesh import CellMesh
 from ....engine.graph import GraphBuilder, PassIO
-from .base import Backend, Ground, heights_seen
+from ....engine.settings import Settings
+from .base import Backend, heights_seen
 from .grid_mesh import GridMaking, GridMesh, TerrainGridBlock
 from .grid_queries import heights_on_cells, triangles_of_cells
 
@@ -30,7 +31,7 @@ class GridBackend(Backend):
         "vertex_spacing": "terrain/grid_vertex_spacing.glsl",
     }
 
-    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str, views: Views) -> None:
+    def __init__(self, gpu: GpuScope, settings: Settings, method: str, views: Views) -> None:
         super().__init__(gpu, settings, method, views)
         self._ubo = gpu.uniform_block(TerrainGridBlock, TERRAIN_GRID_BLOCK, "terrain_grid")
         self._making = GridMaking(gpu, settings)
@@ -40,19 +41,23 @@ class GridBackend(Backend):
         """One view's cells."""
         return self.views[index].state(self, lambda: GridMesh(self.gpu, self._making))
 
-    def update(self, frame: Frame) -> None:
+    def _of(self, frame: Frame) -> GridMesh:
         view = self.view(frame.view_index)
-        view.ground = ground = self.ground
+        view.ground = self.ground
+        return view
+
+    def update(self, frame: Frame) -> None:
+        view = self._of(frame)
         view.bind_octaves = partial(self.bind_octaves, frame.view_index)
-        _, grew = view.follow(frame, _surface(frame, ground))
+        _, grew = view.follow(frame)
         self.structure += grew
         view.keep_dh_m = heights_seen(frame, frame.view.proxy.anchor_height_m)
         view.look(frame)
-        self._ubo.write(TerrainGridBlock(*view.block_values(ground.params.radius_m)))
+        self._ubo.write(view.block(self.ground.params.radius_m))
         self._ubo.bind()
 
     def rests(self, frame: Frame) -> bool:
-        return self.view(frame.view_index).rests(frame, _surface(frame, self.ground))
+        return self._of(frame).rests(frame)
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         self.view(view.index).declare(builder, "terrain")
@@ -86,8 +91,9 @@ class GridBackend(Backend):
             self._programs[key] = self.gpu.program(vertex="terrain/gbuffer.vert", fragment=fragment, defines=defines)
         return self._programs[key]
 
-    def settled(self) -> bool:
-        return not any(view.fade is not None and view.fade.running for view in self.views.states(self, GridMesh))
+    def settled(self, view: View) -> bool:
+        grid = self.views.found(view.index, self, GridMesh)
+        return grid is None or grid.fade is None or not grid.fade.running
 
     def statistics(self) -> dict[str, int]:
         grid = self.views.found(0, self, GridMesh)
@@ -110,8 +116,3 @@ class GridBackend(Backend):
         if mesh is None or mesh.count == 0:
             return super().height_drawn(directions, proxy)
         return heights_on_cells(mesh, directions, proxy)
-
-
-def _surface(frame: Frame, ground: Ground) -> tuple[object, ...]:
-    """What the cells depend on beside proxy and scale."""
-    return (ground.revision, float(frame.settings["terrain.min_spacing_m"]))

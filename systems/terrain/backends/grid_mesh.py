@@ -4,52 +4,59 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....components import Ocean, Planet
+from ....engine.blocks.layout import Vec3
 from ....engine.frame import Frame, Proxy
 from ....engine.frame.snapping import Scale, SnapAhead
 from ....engine.gpu import GpuScope
-from ....engine.gpu.bindings import TERRAIN_GRID_BLOCK
 from ....engine.gpu.cell_mesh import CellPrograms
-from ....engine.gpu.layout import Vec4
+from ....engine.settings import Settings
 from ....engine.snapped import CellChoice, FadePrograms, SnappedMesh
 from ....engine.surface.coverage import proxy_coverage
 from ....engine.surface.selection import chord_limit_m, select_rings, spacing_angle
 from .base import Ground
 
-__all__ = ["GridChoice", "GridMaking", "GridMesh", "TerrainGridBlock"]
+__all__ = ["GridChoice", "GridMaking", "GridMesh", "GridSpacing", "TerrainGridBlock"]
 
 _DECIMATED_SHARE = 0.8  # of edge_px: larger ones save vertices, but the ground jumps more at a snap
 _FINEST_M = 0.02
 _MOST_CELLS = 12000  # a telephoto lens near the ground would ask for ten times as many: its triangles get longer
 
 
+@dataclass(frozen=True)
+class GridSpacing:
+    """How far apart vertices shall be around a proxy (terrain/grid_spacing.glsl)."""
+
+    per_distance: float
+    """metres per metre from the proxy"""
+    smallest_m: float
+    proxy_height_m: float
+    """above the ground"""
+
+
 @dataclass
 class TerrainGridBlock:
-    """What the vertex pass knows of the grid. GLSL: ``generated/terrain_grid.glsl``, ``terrain_grid``."""
+    """The grid that is drawn. GLSL: ``generated/terrain_grid.glsl``, ``terrain_grid``."""
 
-    spacing: Vec4
-    """(wanted spacing of vertices per metre of distance, smallest spacing in m, proxy altitude above the ground in m,
-    0)"""
-    faded: Vec4
-    """The same of the selection that fades out, and its share in what is drawn."""
-    moved_m: Vec4
-    """xyz: the anchor's foot, from that of the selection that fades out."""
-
-
-_UNFADED = ((0.01, 1.0, 1.0, 0.0), (0.0, 0.0, 0.0, 0.0))
+    spacing: GridSpacing
+    faded: GridSpacing
+    """of the selection that fades out"""
+    faded_share: Annotated[float, "0..1"]
+    """of that selection in what is drawn"""
+    moved_m: Vec3
+    """the anchor's foot, from that of the selection that fades out"""
 
 
 @dataclass(kw_only=True)
 class GridChoice(CellChoice):
     """A selection and what its vertices depend on."""
 
-    spacing: Vec4
-    """What the block of the grid says of it."""
+    spacing: GridSpacing
 
     def foot_m(self, radius_m: float) -> NDArray[np.float64]:
         """The anchor's on the reference sphere, from the planet's centre."""
@@ -59,15 +66,13 @@ class GridChoice(CellChoice):
 class GridMaking:
     """What makes the ground's vertices, shared by all views."""
 
-    def __init__(self, gpu: GpuScope, settings: Any) -> None:
+    def __init__(self, gpu: GpuScope, settings: Settings) -> None:
         self.programs = CellPrograms(gpu, int(settings["terrain.quads"]), "terrain/vertices.comp")
         self.most = int(settings["terrain.decimation"])
         self.prepares = int(settings["proxy.ahead_frames"]) > 0
         fade_s = float(settings["terrain.fade_s"])
         files = "terrain/fade/cells.comp", "terrain/fade/vertices.comp"
         self.fading = FadePrograms(gpu, *files, self.programs, fade_s) if fade_s > 0.0 else None
-        # Of the grid that is prepared: views take turns with it.
-        self.ubo = gpu.uniform_block(TerrainGridBlock, TERRAIN_GRID_BLOCK)
 
 
 class GridMesh(SnappedMesh[GridChoice]):
@@ -78,11 +83,13 @@ class GridMesh(SnappedMesh[GridChoice]):
     def __init__(self, of: GpuScope, making: GridMaking) -> None:
         super().__init__(of, "terrain", making.programs, making.prepares, making.fading)
         self._making = making
-        self.ground: Ground | None = None
+        self.ground: Ground
         self.bind_octaves: Callable[[], None] = lambda: None
 
+    def surface(self, frame: Frame) -> tuple[object, ...]:
+        return (self.ground.revision, float(frame.settings["terrain.min_spacing_m"]))
+
     def choose(self, frame: Frame, proxy: Proxy, scale: Scale) -> GridChoice:
-        assert self.ground is not None
         field = self.ground.field
         radius_m = frame.world.get(frame.planet, Planet).radius_m
         angle_rad = spacing_angle(*scale, proxy.cell.altitude_m, proxy.cell.radius_m)
@@ -114,27 +121,28 @@ class GridMesh(SnappedMesh[GridChoice]):
             eye_m=tuple(proxy.lattice.direction * (proxy.ground_m + above_ground - proxy.anchor_height_m)),
             edge_rad=_DECIMATED_SHARE * angle_rad,
             chord_m=chord_limit_m(scale.pixel_rad, proxy.cell.radius_m),
-            spacing=(angle_rad, smallest, above_ground, 0.0),
+            spacing=GridSpacing(angle_rad, smallest, above_ground),
         )
 
     def bind(self, choice: GridChoice, first: int, snap: SnapAhead | None) -> None:
         if snap is None:
             self.bind_octaves()
-            return
-        assert snap.bind_heights is not None, "terrain's own"
-        snap.bind_heights()
-        made = self._making
-        made.ubo.write(TerrainGridBlock(choice.spacing, *_UNFADED))
-        made.ubo.bind()
+        else:
+            assert snap.bind_heights is not None, "terrain's own"
+            snap.bind_heights()
+        vertices, spacing = self._making.programs.vertices, choice.spacing
+        vertices.set("u_spacing_per_distance", spacing.per_distance)
+        vertices.set("u_smallest_spacing_m", spacing.smallest_m)
+        vertices.set("u_proxy_height_m", spacing.proxy_height_m)
 
     def most_skipped(self, choice: GridChoice) -> int:
         return self._making.most
 
-    def block_values(self, radius_m: float) -> tuple[Vec4, Vec4, Vec4]:
-        """Of the block of what is drawn: spacing, faded and moved_m."""
+    def block(self, radius_m: float) -> TerrainGridBlock:
+        """Of what is drawn."""
         assert self.choice is not None
         spacing, fade, old = self.choice.spacing, self.fade, self.faded
         if fade is None or old is None or not fade.running:
-            return (spacing, *_UNFADED)
-        x, y, z = self.choice.foot_m(radius_m) - old.foot_m(radius_m)
-        return spacing, (*old.spacing[:3], 1.0 - fade.part), (x, y, z, 0.0)
+            return TerrainGridBlock(spacing, spacing, 0.0, (0.0, 0.0, 0.0))
+        moved_m = self.choice.foot_m(radius_m) - old.foot_m(radius_m)
+        return TerrainGridBlock(spacing, old.spacing, 1.0 - fade.part, moved_m)

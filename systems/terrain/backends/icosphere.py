@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any, ClassVar
+from collections.abc import Callable
+from typing import ClassVar
 
+from ....engine.blocks.bindings import TRIANGLE_BLOCK
 from ....engine.frame import Frame, Views
 from ....engine.gpu import GpuScope
-from ....engine.gpu.bindings import TRIANGLE_BLOCK
 from ....engine.graph import PassIO
+from ....engine.settings import Settings
 from ....engine.surface.icosphere_anchor import TriangleAnchor
 from ..tiles.shape import TileShape
 from ..tiles.triangle import TriangleShape
@@ -22,7 +23,7 @@ class IcosphereBackend(TiledBackend):
 
     name: ClassVar[str] = "icosphere"
 
-    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str, views: Views) -> None:
+    def __init__(self, gpu: GpuScope, settings: Settings, method: str, views: Views) -> None:
         super().__init__(gpu, settings, method, views)
 
     def make_shape(self, segments: int) -> TileShape:

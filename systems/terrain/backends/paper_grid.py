@@ -12,21 +12,27 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....components import Ocean, Planet
+from ....engine.blocks.bindings import (
+    CONTINENTS_UNIT,
+    GROUND_TILE_UNIT,
+    TERRAIN_GRID_BLOCK,
+    TERRAIN_TABLE_BLOCK,
+    VERTEX_BUFFER,
+)
+from ....engine.blocks.layout import Vec3
 from ....engine.frame import Frame, Proxy, ViewInfo, Views
 from ....engine.gpu import GpuScope
-from ....engine.gpu.bindings import CONTINENTS_UNIT, GROUND_TILE_UNIT, TERRAIN_GRID_BLOCK, TERRAIN_TABLE_BLOCK
-from ....engine.gpu.layout import IVec4, Vec4
 from ....engine.graph import GraphBuilder, PassIO
+from ....engine.settings import Settings
 from ....engine.snapped import MeshKey, PatchMesh, PatchPrograms
 from ....engine.surface.coverage import proxy_coverage
-from ....engine.surface.field import HeightField
-from ....engine.surface.projected_grid import FINEST, ProjectedGrid, grid_axes, grid_offset
+from ....engine.surface.projected_grid import FINEST, GridBlock, ProjectedGrid, grid_axes, grid_offset
 from ....engine.surface.selection import spacing_angle
 from ..paper_ground import TABLE_DTYPE, TEXELS, PaperField
 from .base import Backend, Ground
@@ -43,19 +49,11 @@ _MOST_VERTICES = 1 << 21  # a telephoto lens near the ground would ask for a hun
 
 
 @dataclass
-class PaperGridBlock:
-    """GLSL: ``generated/paper_grid.glsl``, ``paper_grid``. The third axis is the anchor's direction."""
+class PaperGridBlock(GridBlock):
+    """GLSL: ``generated/paper_grid.glsl``, ``paper_grid``."""
 
-    u: Vec4
-    """first axis; w: z_s"""
-    v: Vec4
-    """second axis"""
-    spacing: Vec4
-    """(wanted angle between vertices, their smallest distance in m, proxy above the ground in m, 1 / half the steps)"""
-    tile: Vec4
-    """place of the anchor in tiles of the normal map; w: 1 / width of a tile in m"""
-    counts: IVec4
-    """half the steps a side, n of the warp"""
+    tile_place: Annotated[Vec3, "of the anchor, in tiles of the normal map"]
+    tiles_per_m: float
 
 
 class _View(PatchMesh):
@@ -67,7 +65,16 @@ class _View(PatchMesh):
         self.grid: ProjectedGrid | None = None
         self.table: Any = None
         self.table_key: MeshKey | None = None
+        self.field_key: tuple[object, ...] = ()
         self.angle_rad = 0.01
+
+    def surface(self, frame: Frame) -> tuple[object, ...]:
+        return self.field_key
+
+    def detail(self, frame: Frame) -> tuple[float, ...]:
+        """With points a side and the power of the warp."""
+        settings = frame.settings
+        return (*super().detail(frame), int(settings["terrain.paper_grid"]), int(settings["terrain.paper_warp"]))
 
 
 class PaperGridBackend(Backend):
@@ -80,7 +87,7 @@ class PaperGridBackend(Backend):
     coast_file: ClassVar[str] = "terrain/paper/coast.comp"
     faces_out: ClassVar[bool] = False
 
-    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str, views: Views) -> None:
+    def __init__(self, gpu: GpuScope, settings: Settings, method: str, views: Views) -> None:
         super().__init__(gpu, settings, method, views)
         self._field: PaperField | None = None
         self._field_key: tuple[Any, ...] = ()
@@ -104,7 +111,7 @@ class PaperGridBackend(Backend):
         """One view's grid."""
         return self.views[index].state(self, lambda: _View(self.gpu, self._patches))
 
-    def drawn_field(self, ground: Ground) -> HeightField:
+    def drawn_field(self, ground: Ground) -> PaperField:
         layers = int(self.settings["terrain.paper_layers"])
         key = (ground.revision, layers)
         if key != self._field_key or self._field is None:
@@ -112,36 +119,29 @@ class PaperGridBackend(Backend):
             self._continents.write(self._field.continents.tobytes())
         return self._field
 
+    def _of(self, frame: Frame) -> tuple[_View, PaperField]:
+        field, view = self.drawn_field(self.ground), self.view(frame.view_index)
+        view.field_key = self._field_key
+        return view, field
+
+    def rests(self, frame: Frame) -> bool:
+        return super().rests(frame) or self._of(frame)[0].rests(frame)
+
     def update(self, frame: Frame) -> None:
-        field = self.drawn_field(self.ground)
-        assert isinstance(field, PaperField)
+        view, field = self._of(frame)
         proxy = frame.view.proxy
-        view, settings = self.view(frame.view_index), frame.settings
-        pixel_angle = frame.pixel_rad
-        corners, power = int(settings["terrain.paper_grid"]), int(settings["terrain.paper_warp"])
-        edge_px = float(settings["terrain.edge_px"])
-        key = MeshKey(proxy.generation, self._field_key)
-        if key != view.table_key:
-            view.table_key = key
+        if view.follow(frame):
+            self._project(view, frame, field, proxy)
+        if view.key != view.table_key:
+            view.table_key = view.key
             if view.table is None:
                 view.table = view.gpu.buffer(reserve=TABLE_DTYPE.itemsize, dynamic=True)
             view.table.write(field.table(proxy.lattice.direction, proxy.anchor_height_m).tobytes())
-        if view.follow(frame, key, edge_px, pixel_angle, corners, power):
-            self._project(view, frame, field, proxy, corners, power, pixel_angle, edge_px)
         self._write_block(view, proxy)
         view.look(frame)
 
-    def _project(
-        self,
-        view: _View,
-        frame: Frame,
-        field: PaperField,
-        proxy: Proxy,
-        corners: int,
-        power: int,
-        pixel_angle: float,
-        edge_px: float,
-    ) -> None:
+    def _project(self, view: _View, frame: Frame, field: PaperField, proxy: Proxy) -> None:
+        edge_px, pixel_rad, corners, power = view.detail(frame)
         radius_m = frame.world.get(frame.planet, Planet).radius_m
         sea = frame.world.try_get(frame.planet, Ocean)
         lowest = field.lowest_m if sea is None else max(field.lowest_m, sea.sea_level_m)
@@ -150,9 +150,9 @@ class PaperGridBackend(Backend):
         seen = proxy_coverage(
             proxy.cell.highest_altitude_m, proxy.cell.max_sideways_rad, radius_m, field.highest_m, lowest
         )
-        grid = ProjectedGrid(corners, power, grid_offset(seen), grid_axes(proxy.lattice.direction), radius_m)
+        grid = ProjectedGrid(int(corners), int(power), grid_offset(seen), grid_axes(proxy.lattice.direction), radius_m)
         above_ground = max(proxy.cell.altitude_m - proxy.ground_m, 0.01)
-        angle = spacing_angle(edge_px, pixel_angle, proxy.cell.altitude_m, radius_m)
+        angle = spacing_angle(edge_px, pixel_rad, proxy.cell.altitude_m, radius_m)
         cut = grid.tessellate(above_ground, proxy.ground_m, angle, _MOST_VERTICES)
         view.angle_rad = angle * cut.coarser
         view.grid = grid
@@ -170,11 +170,17 @@ class PaperGridBackend(Backend):
         tile = place - np.floor(place)
         above = max(proxy.cell.altitude_m - proxy.ground_m, 0.01)
         block = PaperGridBlock(
-            u=(*(float(a) for a in grid.axes[0]), grid.z_s),
-            v=(*(float(a) for a in grid.axes[1]), 0.0),
-            spacing=(view.angle_rad, width_m / FINEST, above, 1.0 / half),
-            tile=(*(float(t) for t in tile), 1.0 / tile_m),
-            counts=(half, grid.power, 0, 0),
+            first_axis=tuple(grid.axes[0].tolist()),
+            z_s=grid.z_s,
+            second_axis=tuple(grid.axes[1].tolist()),
+            per_half=1.0 / half,
+            spacing_rad=view.angle_rad,
+            smallest_spacing_m=width_m / FINEST,
+            proxy_height_m=above,
+            half_steps=half,
+            power=grid.power,
+            tile_place=tuple(tile.tolist()),
+            tiles_per_m=1.0 / tile_m,
         )
         if block != self._block:
             self._block = block
@@ -204,7 +210,7 @@ class PaperGridBackend(Backend):
         made = view.arrays[fragment] = view.gpu.vertex_array(program, index=view.buffers["triangles"], index_size=4)
 
         def draw() -> None:
-            view.buffers["vertices"].bind_to_storage_buffer(1)
+            view.buffers["vertices"].bind_to_storage_buffer(VERTEX_BUFFER)
             made.render_indirect(view.buffers["arguments"], count=1)
 
         return draw

@@ -10,7 +10,7 @@ docs/terrain-lod.md says what is printed.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from typing import Any, ClassVar
 
@@ -18,11 +18,12 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from ....engine.blocks.bindings import PATCH_BUFFER, TRIANGLE_BLOCK, VERTEX_BUFFER
 from ....engine.frame import Frame, Proxy, ViewInfo, ViewParts, Views
 from ....engine.gpu import GpuScope
-from ....engine.gpu.bindings import TRIANGLE_BLOCK
 from ....engine.gpu.cell_mesh import VERTEX_DTYPE
 from ....engine.graph import BufferSpec, GraphBuilder, PassIO
+from ....engine.settings import Settings
 from ....engine.surface.icosphere_anchor import TriangleAnchor
 from ....engine.surface.triangle_paper import MORPH_RANGE, PaperTables, frustum_planes, select, tables
 from ..tiles.queries import heights_on_tiles
@@ -78,7 +79,7 @@ class PaperIcosphereBackend(Backend):
     name: ClassVar[str] = "icosphere"
     methods: ClassVar[tuple[str, ...]] = ("paper",)
 
-    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str, views: Views) -> None:
+    def __init__(self, gpu: GpuScope, settings: Settings, method: str, views: Views) -> None:
         super().__init__(gpu, settings, method, views)
         self.shape = TriangleShape(int(settings["terrain.tile_quads"]))
         self._vertices = gpu.compute("terrain/paper/icosphere.comp", defines=self.shape.defines)
@@ -88,6 +89,9 @@ class PaperIcosphereBackend(Backend):
     def view(self, index: int) -> _View:
         """One view's leaves."""
         return self.views[index].state(self, lambda: _View(self.gpu))
+
+    def rests(self, frame: Frame) -> bool:
+        return True  # what is chosen depends on the camera of the frame alone
 
     def update(self, frame: Frame) -> None:
         view, camera, ground = self.view(frame.view_index), frame.camera, self.ground
@@ -160,8 +164,8 @@ class PaperIcosphereBackend(Backend):
                 assert view.table is not None
                 view.bind_octaves()
                 view.anchor.bind_to_uniform_block(TRIANGLE_BLOCK)
-                view.patches.bind_to_storage_buffer(0)
-                view.vertices.bind_to_storage_buffer(1)
+                view.patches.bind_to_storage_buffer(PATCH_BUFFER)
+                view.vertices.bind_to_storage_buffer(VERTEX_BUFFER)
                 self._vertices.set("u_split", np.pad(view.table.split_m, (0, _ROWS - LEVELS - 1)))
                 self._vertices.set("u_spacing", self._spacing_m)
                 self._vertices.set("u_morph_range", MORPH_RANGE)
@@ -185,7 +189,7 @@ class PaperIcosphereBackend(Backend):
         )
 
         def draw() -> None:
-            view.vertices.bind_to_storage_buffer(1)
+            view.vertices.bind_to_storage_buffer(VERTEX_BUFFER)
             made.render_indirect(view.arguments, moderngl.TRIANGLES, 1)
 
         return draw

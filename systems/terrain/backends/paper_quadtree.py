@@ -7,7 +7,7 @@ vertex's place are masked by how much coarser the neighbour is. Heights are ours
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,6 +15,7 @@ import numpy as np
 from ....engine.frame import Frame, Views
 from ....engine.gpu import GpuScope
 from ....engine.graph import PassIO
+from ....engine.settings import Settings
 from ....engine.surface.forest import Forest
 from ..tiles.shape import QuadShape, TileShape
 from .base import Ground
@@ -31,7 +32,7 @@ class PaperQuadtreeBackend(TiledBackend):
     assemble_file: ClassVar[str] = "terrain/tiles/paper/quad.comp"
     morphs: ClassVar[bool] = False
 
-    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str, views: Views) -> None:
+    def __init__(self, gpu: GpuScope, settings: Settings, method: str, views: Views) -> None:
         super().__init__(gpu, settings, method, views)
         self._corners = gpu.buffer(reserve=self._slots * 8 * 16, dynamic=True)
 

@@ -7,17 +7,17 @@ children are there. Vertices are assembled from heights when a tile's edges or m
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
-from functools import partial
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....components import Ocean, Planet
-from ....engine.frame import Frame, Proxy, ViewInfo, ViewParts, Views
+from ....engine.frame import Frame, Proxy, View, ViewInfo, ViewParts, Views
 from ....engine.gpu import GpuScope
 from ....engine.graph import GraphBuilder, PassIO, TextureSpec
+from ....engine.settings import Settings
 from ....engine.space.frustum import frustum_planes
 from ....engine.surface.footing import footing
 from ....engine.surface.forest import Forest, Selection
@@ -52,15 +52,22 @@ _MOST_SHOWN = 0.7
 class _TileView(ViewParts):
     """One view's forest and what of it is drawn."""
 
-    def __init__(self, of: GpuScope, shape: TileShape, slots: int) -> None:
+    def __init__(self, of: GpuScope, shape: TileShape, slots: int, index: int) -> None:
         super().__init__(of)
+        self.index = index
         self.mesh = TileMesh(self.gpu, shape, slots)
         self.forest: Forest | None = None
         self.key: tuple[Any, ...] = ()  # what the forest was made for
+        self.told: tuple[object, ...] = ()
+        """Of the last update."""
         self.hidden_below_m = -np.inf  # tiles that lie below, under the sea, need no detail
         self.selection: Selection | None = None
         self.whole = False
         """Whether all that was wanted has been there since the forest was made."""
+        self.queue: Ints = np.zeros(0, np.int64)  # tiles to make, most urgent first
+        self.under_way: set[int] = set()  # of its tiles: facts were still to come in its last frame
+        self.made = self.settled_at = 0  # tiles made for it, and when everything was there last
+        self.hurry = self.frozen = False  # in its last frame
         self.revision = -1
         self.clock_s = 0.0
         self.eye_m: NDArray[np.float64] | None = None
@@ -79,7 +86,7 @@ class TiledBackend(Backend):
     morphs: ClassVar[bool] = True
     """Whether tiles change gradually into their parents and children."""
 
-    def __init__(self, gpu: GpuScope, settings: Mapping[str, Any], method: str, views: Views) -> None:
+    def __init__(self, gpu: GpuScope, settings: Settings, method: str, views: Views) -> None:
         super().__init__(gpu, settings, method, views)
         self.shape = self.make_shape(int(settings["terrain.tile_quads"]))
         self._slots = int(settings["terrain.slots"])
@@ -89,14 +96,10 @@ class TiledBackend(Backend):
         self._assemble = gpu.compute(self.assemble_file, defines=defines)
         self._cull = gpu.compute("common/cull_cells.comp", defines=defines)
         self._facts: dict[int, tuple[float, float, float]] = {}
+        self._under_way: set[int] = set()  # tiles that are being made
         self._ground: Ground | None = None
-        self._queue: Ints = np.zeros(0, np.int64)  # tiles to make, most urgent first
         self._budget_s = 1e-3 * float(settings["terrain.budget_ms"])
         self._asked_px = self._asked(settings)
-        self._hurry = False
-        self._frozen = False
-        self._bind_octaves: Callable[[], None] = lambda: None
-        self._settled_at = 0  # tiles made when everything was there last
         self._radius_m = 1.0
         self.made = 0
         """Counts the tiles made so far."""
@@ -109,26 +112,27 @@ class TiledBackend(Backend):
 
     def view(self, index: int) -> _TileView:
         """One view's tiles."""
-        return self.views[index].state(self, lambda: _TileView(self.gpu, self.shape, self._slots))
+        return self.views[index].state(self, lambda: _TileView(self.gpu, self.shape, self._slots, index))
 
     # -- frame -------------------------------------------------------------------------------------------------------
 
     def update(self, frame: Frame) -> None:
-        self._hurry, ground = frame.settling, self.ground
-        self._bind_octaves = partial(self.bind_octaves, frame.view_index)
+        ground = self.ground
         self._radius_m = ground.params.radius_m
         if self._ground is None or ground.revision != self._ground.revision:
             self._restart(ground)
         view = self.view(frame.view_index)
+        view.told, view.hurry = self._told(frame), frame.settling
         self._retune(frame.settings)
         forest = self._forest(view, frame, ground)
-        self._frozen = frame.frozen and view.whole  # tiles of another backend or ground come first
+        view.frozen = frame.frozen and view.whole  # tiles of another backend or ground come first
         self._collect(wait=frame.settling)
-        self._make_roots()
+        self._make_roots(view)
         selection = self._select(view, forest, frame)
-        if len(self._queue) and not self._frozen and self._stand(forest, frame, ground):
+        if len(view.queue) and not view.frozen and self._stand(view, forest, frame, ground):
             selection = self._select(view, forest, frame)
-        view.whole = view.whole or not (len(self._queue) or selection.moving)
+        view.under_way &= self._under_way
+        view.whole = view.whole or not (len(view.queue) or selection.moving)
         if selection.revision != view.revision:
             view.revision = selection.revision
             view.mesh.take(selection, self.pool.slots(selection.keys), self._radius_m, self.morphs)
@@ -139,15 +143,28 @@ class TiledBackend(Backend):
         tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
         axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
         view.keep_dh_m = heights_seen(frame, proxy.anchor_height_m)
-        if not self._frozen and frame.view.seen.ground():
+        if not view.frozen and frame.view.seen.ground():
             view.wanted = (view.revision, proxy.generation, axes, tangents, view.keep_dh_m)
 
+    def rests(self, frame: Frame) -> bool:
+        if super().rests(frame):
+            return True
+        view = self.views.found(frame.view_index, self, _TileView)
+        if view is None or view.forest is None or view.told != self._told(frame):
+            return False
+        return view.forest.at_rest(frame.camera.position_m) and self.settled(frame.view)
+
+    def _told(self, frame: Frame) -> tuple[object, ...]:
+        """What an update depends on beside the place of the camera, components and where it looks."""
+        proxy, settings = frame.view.proxy.generation, frame.settings
+        return (self.ground.revision, proxy, frame.pixel_rad, self._asked(settings), settings["terrain.min_spacing_m"])
+
     @staticmethod
-    def _asked(settings: Mapping[str, Any]) -> tuple[float, float]:
+    def _asked(settings: Settings) -> tuple[float, float]:
         """terrain.error_px and terrain.edge_px."""
         return float(settings["terrain.error_px"]), float(settings["terrain.edge_px"])
 
-    def _retune(self, settings: Mapping[str, Any]) -> None:
+    def _retune(self, settings: Settings) -> None:
         """Forests hear of all tiles again where what they are told depends on knobs that have changed."""
         asked = self._asked(settings)
         if asked == self._asked_px:
@@ -163,9 +180,9 @@ class TiledBackend(Backend):
         self.maker.use(ground.params, ground.dress)
         self.pool.clear()
         self._facts.clear()
-        self._queue = np.zeros(0, np.int64)
+        self._under_way.clear()
         for view in self.views.states(self, _TileView):
-            view.forest = None
+            view.forest, view.queue = None, np.zeros(0, np.int64)
 
     def _forest(self, view: _TileView, frame: Frame, ground: Ground) -> Forest:
         params = ground.params
@@ -225,12 +242,13 @@ class TiledBackend(Backend):
             there = self.pool.slots(found.keys) >= 0
             made = Made(found.keys[there], found.low_m[there], found.high_m[there], found.error_m[there])
             facts = zip(made.low_m.tolist(), made.high_m.tolist(), made.error_m.tolist(), strict=True)
+            self._under_way.difference_update(found.keys.tolist())
             self._facts.update(zip(made.keys.tolist(), facts, strict=True))
             for view in self.views.states(self, _TileView):
                 if view.forest is not None:
                     self._tell(view, made)
 
-    def _make_roots(self) -> None:
+    def _make_roots(self, view: _TileView) -> None:
         """Coarse ground is there at once, whatever it costs: everything else has it to fall back on."""
         roots = self.shape.scheme.root_keys()
         if self.pool.slots(roots).min() >= 0:
@@ -239,10 +257,10 @@ class TiledBackend(Backend):
         while len(keys):
             self._collect(wait=True)  # so that there is room for results
             part, keys = keys[:BATCH], keys[BATCH:]
-            self._start(part)
+            self._start(view, part)
             self._collect(wait=True)
 
-    def _stand(self, forest: Forest, frame: Frame, ground: Ground) -> bool:
+    def _stand(self, view: _TileView, forest: Forest, frame: Frame, ground: Ground) -> bool:
         """Ground below the camera as fine as the camera is near to it, at once: after a leap what is there may reach
         above the camera, which would look through it. Whether anything was made."""
         scheme, position = self.shape.scheme, frame.camera.position_m
@@ -257,14 +275,14 @@ class TiledBackend(Backend):
         keys = keys[self.pool.slots(keys) < 0]
         keys = keys[: self._vacate(len(keys))]  # at once: what is new counts as of no use until it is drawn
         for first in range(0, len(keys), BATCH):
-            if not self._start(keys[first : first + BATCH]):
+            if not self._start(view, keys[first : first + BATCH]):
                 break
             self._collect(wait=True)
         return len(keys) > 0
 
     def _select(self, view: _TileView, forest: Forest, frame: Frame) -> Selection:
         camera, settings = frame.camera, frame.settings
-        if self._frozen and view.selection is not None:
+        if view.frozen and view.selection is not None:
             return view.selection
         pixel = frame.pixel_rad
         velocity = None
@@ -284,32 +302,38 @@ class TiledBackend(Backend):
         )
         view.selection = selection
         wanted = selection.wanted
-        self._queue = wanted[self.pool.slots(wanted) < 0]
+        missing = self.pool.slots(wanted) < 0
+        view.queue = wanted[missing]
+        # Others may have begun them.
+        view.under_way |= self._under_way.intersection(wanted[~missing].tolist())
         return selection
 
     # -- making ------------------------------------------------------------------------------------------------------
 
-    def _work(self) -> None:
+    def _work(self, view: _TileView) -> None:
         """As many of the wanted tiles as fit into this frame's time."""
-        room = self.maker.room(_HURRY_S if self._hurry else self._budget_s)
-        while room > 0 and len(self._queue):
-            part, self._queue = self._queue[: min(room, BATCH)], self._queue[min(room, BATCH) :]
+        room = self.maker.room(_HURRY_S if view.hurry else self._budget_s)
+        while room > 0 and len(view.queue):
+            part, view.queue = view.queue[: min(room, BATCH)], view.queue[min(room, BATCH) :]
             room -= len(part)
-            if not self._start(part):
+            if not self._start(view, part):
                 break
 
-    def _start(self, keys: Ints) -> bool:
+    def _start(self, view: _TileView, keys: Ints) -> bool:
         keys = keys[: self._vacate(len(keys))]
         if not len(keys):
-            self._queue = keys  # no room: what there is has to do
+            view.queue = keys  # no room: what there is has to do
             return False
         slots = self.pool.take(keys)
-        self._bind_octaves()  # with the maps; the maker then binds its own table
+        self.bind_octaves(view.index)  # with the maps; the maker then binds its own table
         if not self.maker.make(keys, slots, self._radius_m):
             self.pool.drop(keys)
             return False
-        for view in self.views.states(self, _TileView):
-            view.mesh.forget(slots)
+        for each in self.views.states(self, _TileView):
+            each.mesh.forget(slots)
+        self._under_way.update(keys.tolist())
+        view.under_way.update(keys.tolist())
+        view.made += len(keys)
         self.made += len(keys)
         return True
 
@@ -339,9 +363,9 @@ class TiledBackend(Backend):
             "terrain.tiles",
             kind="compute",
             system="terrain",
-            bind=lambda io: self._work,
+            bind=lambda io: lambda: self._work(tiles),
             side_effect=True,
-            when=lambda: len(self._queue) > 0,
+            when=lambda: len(tiles.queue) > 0,
             help="heights of tiles that are wanted and not there, within terrain.budget_ms",
         )
         builder.add_pass(
@@ -403,7 +427,7 @@ class TiledBackend(Backend):
 
     def _bind_morph(self, io: PassIO, view_index: int) -> Callable[[], None]:
         target = io.framebuffer(colors=("debug.morph",), depth="debug.morph_depth")
-        state = self.gpu.gpu.state(depth_test=True, depth_func=">=", cull="back")
+        state = self.gpu.state(depth_test=True, depth_func=">=", cull="back")
         draw = self.bind_draw(io, view_index, "terrain/tiles/morph.frag")
         mesh = self.view(view_index).mesh
 
@@ -442,19 +466,23 @@ class TiledBackend(Backend):
 
     # -- questions ---------------------------------------------------------------------------------------------------
 
-    def settled(self) -> bool:
-        moving = any(v.selection is not None and v.selection.moving for v in self.views.states(self, _TileView))
-        done = not (moving or len(self._queue) or self.maker.under_way)
+    def settled(self, view: View) -> bool:
+        own = self.views.found(view.index, self, _TileView)
+        if own is None:
+            return True
+        moving = own.selection is not None and own.selection.moving
+        done = not (moving or len(own.queue) or own.under_way)
         if done:
-            self._settled_at = self.made
+            own.settled_at = own.made
         return done
 
-    def progress(self) -> float:
+    def progress(self, view: View) -> float:
         """Of the tiles known to be wanted (they name others); stands still where there is no room for all of them."""
-        if self.settled():
+        own = self.views.found(view.index, self, _TileView)
+        if own is None or self.settled(view):
             return 1.0
-        made = min(self.made - self._settled_at, self._slots)
-        return made / (made + max(len(self._queue), 1))
+        made = min(own.made - own.settled_at, self._slots)
+        return made / (made + max(len(own.queue), 1))
 
     def statistics(self) -> dict[str, int]:
         view = self.views.found(0, self, _TileView)

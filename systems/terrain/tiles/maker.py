@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ....engine.blocks.bindings import TERRAIN_TABLE_BLOCK
 from ....engine.gpu import GpuScope
-from ....engine.gpu.bindings import TERRAIN_TABLE_BLOCK
 from ....engine.gpu.readback import ReadbackRing
-from ..height import TerrainParams, canonical_table
+from ..height import TerrainParams
+from ..height_table import canonical_table
 from .shape import TileShape
 
 __all__ = ["Made", "TileMaker", "height_steps_per_m"]
@@ -107,11 +108,11 @@ class TileMaker:
         self._octaves.bind_to_uniform_block(TERRAIN_TABLE_BLOCK)
         for program in (self._make, self._measure):
             program.set("u_steps_per_m", self.steps_per_m)
-        self._gpu.gpu.barrier()  # what was assembled from these slots has been read
+        self._gpu.barrier()  # what was assembled from these slots has been read
         self._make.run(count, -(-shape.vertices // 64), 1)
-        self._gpu.gpu.barrier()
+        self._gpu.barrier()
         self._measure.run(count, 1, 1)
-        self._gpu.gpu.barrier()
+        self._gpu.barrier()
         self._ring.end((self.generation, keys.copy()), count * _FACTS.itemsize)
         return True
 

@@ -8,6 +8,14 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from ....engine.blocks.bindings import (
+    ARGUMENTS_BUFFER,
+    BOUNDS_BUFFER,
+    CELL_BUFFER,
+    RANGE_BUFFER,
+    VERTEX_BUFFER,
+    VISIBLE_BUFFER,
+)
 from ....engine.gpu import GpuScope
 from ....engine.gpu.cell_mesh import BOUNDS_BYTES, VERTEX_DTYPE
 from ....engine.graph import BufferSpec, PassIO
@@ -151,7 +159,13 @@ class TileMesh:
         if not len(stale):
             return 0
         self._list.write(stale.astype("<u4").tobytes())
-        buffers = ((0, self._rows), (1, self._vertices), (2, heights), (3, self._list), (5, self._bounds))
+        buffers = (
+            (0, self._rows),
+            (VERTEX_BUFFER, self._vertices),
+            (2, heights),
+            (3, self._list),
+            (BOUNDS_BUFFER, self._bounds),
+        )
         for place, buffer in buffers:
             buffer.bind_to_storage_buffer(place)
         program.set("u_anchor_height", anchor_steps)
@@ -165,12 +179,12 @@ class TileMesh:
     def cull(self, program: Any, keep_dh_m: tuple[float, float]) -> None:
         """Write the visible list and the draw with common/cull_cells.comp."""
         buffers = (
-            (0, self._cells),
-            (1, self._vertices),
-            (2, self._visible),
-            (3, self._arguments),
-            (5, self._bounds),
-            (6, self._range),
+            (CELL_BUFFER, self._cells),
+            (VERTEX_BUFFER, self._vertices),
+            (VISIBLE_BUFFER, self._visible),
+            (ARGUMENTS_BUFFER, self._arguments),
+            (BOUNDS_BUFFER, self._bounds),
+            (RANGE_BUFFER, self._range),
         )
         for place, buffer in buffers:
             buffer.bind_to_storage_buffer(place)
@@ -194,7 +208,7 @@ class TileMesh:
     def draw(self, vertex_array: Any) -> None:
         """One indirect draw of what cull() kept."""
         if self.count:
-            self._vertices.bind_to_storage_buffer(1)
+            self._vertices.bind_to_storage_buffer(VERTEX_BUFFER)
             vertex_array.render_indirect(self._arguments, moderngl.TRIANGLES, 1)
 
     def bind_morphs(self) -> None:

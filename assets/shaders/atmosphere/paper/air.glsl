@@ -12,7 +12,7 @@ Air air_from_camera(vec3 to) {
     PaperRay ray = paper_ray(to / max(distance_m, 1e-20));
     Air between;
     air_segment(ray.h, ray.mu, ray.mu_s, ray.nu, distance_m, between.transmittance, between.in_scatter);
-    between.in_scatter = max(between.in_scatter, 0.0) * frame.sun_irradiance.rgb;
+    between.in_scatter = max(between.in_scatter, 0.0) * frame.sun_irradiance;
     return between;
 }
 

@@ -7,7 +7,7 @@ struct PaperRay {
 };
 
 PaperRay paper_ray(vec3 direction) {
-    vec3 up = frame.camera_zenith.xyz, sun = frame.sun_direction.xyz;
-    return PaperRay(frame.camera_zenith.w, clamp_cos(dot(direction, up)), clamp_cos(dot(sun, up)),
+    vec3 up = frame.camera_zenith, sun = frame.sun_direction;
+    return PaperRay(frame.camera_altitude_m, clamp_cos(dot(direction, up)), clamp_cos(dot(sun, up)),
         clamp_cos(dot(direction, sun)));
 }

@@ -20,7 +20,7 @@ float paper_density(vec3 place, float altitude) {
 
 // Distance from a place at an altitude to a height above it, along a direction of cosine mu to the zenith.
 float paper_rise(float altitude, float mu, float height) {
-    float rise = max(height - altitude, 0.0), r = planet.radii.x + altitude, b = r * mu, c = rise * (2.0 * r + rise);
+    float rise = max(height - altitude, 0.0), r = planet.radius_m + altitude, b = r * mu, c = rise * (2.0 * r + rise);
     float root = sqrt(max(b * b + c, 0.0));
     return b >= 0.0 ? c / max(root + b, 1e-6) : root - b;
 }

@@ -13,78 +13,98 @@
 #include "contract/air.glsl"
 
 layout(binding = 0) uniform sampler2D u_depth;
-layout(location = 0) uniform vec2 u_steps;   // metres: small, large
+layout(location = 0) uniform float u_small_step_m;
+layout(location = 1) uniform float u_large_step_m;
 layout(location = 0) out vec4 o_color;
 
 const int PAPER_SUN_SAMPLES = 6, PAPER_MOST_SEGMENTS = 96, PAPER_MOST_TURNS = 16384;
 const float PAPER_FIRST = 0.25, PAPER_GROWTH = 1.25, PAPER_SUN_WAY = 1.5;
 const float PAPER_OPAQUE = 0.004;    // no more than a step of an 8-bit picture is left
-const float PAPER_NOT_ALL = 1e9;
+const float PAPER_UNBOUNDED = 1e9;
 
 struct PaperMarch {
-    vec3 light;   // towards the camera
-    float open;   // transmittance of the clouds so far
-    Air here;     // from the camera to the last segment's end
+    vec3 radiance;         // towards the camera
+    float transmittance;   // of the clouds so far
+    Air air;               // from the camera to the last segment's end
+    float t;               // m: of the next sample
 };
 
-// One way through the layer. A turn of the inner loop is one sample of density, on the ray or on the way to the sun.
-void paper_way(inout PaperMarch m, vec3 ray, float from, float to, float phase) {
-    CloudViewLayer shell = cloud_view.layers[0];
-    vec3 sun = frame.sun_direction.xyz;
-    float thickness = shell.top_m - shell.base_m, length_m = PAPER_FIRST * thickness, begin = from,
-        t = from + 0.5 * u_steps.x;
-    Air before = air_from_camera(ray * from);
-    m.light += m.open * max(before.in_scatter - m.here.in_scatter, 0.0);
-    m.here = before;
-    for (int segment = 0; segment < PAPER_MOST_SEGMENTS && begin < to && m.open > PAPER_OPAQUE; ++segment) {
-        float past = segment == PAPER_MOST_SEGMENTS - 1 ? to : min(begin + length_m, to);
-        vec3 middle = ray * (0.5 * (begin + past));
-        float mu = dot(up_at(middle), sun);
-        float seen = sun_visibility_of_sphere(altitude_of(middle), mu, frame.sun_direction.w);
-        Air there = air_from_camera(ray * past);
-        float cloud = 1.0, alone = 0.0, late = 0.0, lit = 0.0, per_metre = 1.0 / max(past - begin, 1e-3);
-        float held = 0.0, sun_sum = 0.0, sun_step = 0.0;
-        vec3 place = vec3(0.0);
-        int sample_number = -1;   // -1: on the ray, else of the samples towards the sun
-        for (int turn = 0; turn < PAPER_MOST_TURNS && t < past && m.open * cloud > PAPER_OPAQUE; ++turn) {
-            bool aside = sample_number >= 0;
-            vec3 point = aside ? place + sun * (sun_step * (float(sample_number) + 0.5)) : ray * t;
-            float altitude = altitude_of(point);
-            float density = paper_density(point + frame.camera_offset.xyz, altitude);
-            bool meets = !aside && density > 0.0, done = sample_number == PAPER_SUN_SAMPLES - 1;
-            float part = (t - begin) * per_metre, step_m = density < 0.0 ? u_steps.y : u_steps.x;
-            sun_sum += aside ? max(density, 0.0) : 0.0;
-            // Equations 15 and 16, once the sun's light at this place is known.
-            float taken = done ? shell.extinction_per_m * u_steps.x * held : 0.0;
-            cloud *= exp(-taken);
-            float light = taken * exp(-shell.extinction_per_m * sun_step * sun_sum) * cloud;
-            alone += light;
-            late += light * part;
-            float on = done ? u_steps.x : aside || meets ? 0.0 : step_m;
-            lit += cloud * min(on, past - t);
-            t += on;
-            held = meets ? density : held;
-            place = meets ? point : place;
-            sun_step = meets ? min(paper_rise(altitude, mu, shell.top_m), PAPER_SUN_WAY * thickness)
-                / float(PAPER_SUN_SAMPLES) : sun_step;
-            sun_sum = meets ? 0.0 : sun_sum;
-            sample_number = meets ? 0 : done ? -1 : aside ? sample_number + 1 : -1;
-        }
-        vec3 scattered = shell.albedo * phase * seen * frame.sun_irradiance.rgb;
-        vec3 air = max(there.in_scatter - m.here.in_scatter, 0.0);
+// Of a segment, each over all its steps: of the clouds, of a scattering factor of 1 and a sun of irradiance 1.
+struct PaperClouds {
+    float transmittance;
+    float light, late_light;   // (16); the latter: each step's times its share of the segment
+    float visible_m;           // metres, each times the transmittance before it
+};
+
+// A turn of the loop is one sample of density, on the ray or towards the sun. mu: cosine of the sun to the zenith.
+PaperClouds paper_clouds(inout PaperMarch m, CloudViewLayer shell, vec3 ray, float mu, float begin, float end) {
+    PaperClouds c = PaperClouds(1.0, 0.0, 0.0, 0.0);
+    vec3 sun = frame.sun_direction, place = vec3(0.0);
+    float per_metre = 1.0 / max(end - begin, 1e-3), held = 0.0, sun_sum = 0.0, sun_step = 0.0;
+    int sample_number = -1;   // -1: on the ray, else of the samples towards the sun
+    for (int turn = 0; turn < PAPER_MOST_TURNS && m.t < end && m.transmittance * c.transmittance > PAPER_OPAQUE;
+         ++turn) {
+        bool aside = sample_number >= 0;
+        vec3 point = aside ? place + sun * (sun_step * (float(sample_number) + 0.5)) : ray * m.t;
+        float altitude = altitude_of(point);
+        float density = paper_density(point + frame.camera_offset_m, altitude);
+        bool meets = !aside && density > 0.0, done = sample_number == PAPER_SUN_SAMPLES - 1;
+        float part = (m.t - begin) * per_metre, step_m = density < 0.0 ? u_large_step_m : u_small_step_m;
+        sun_sum += aside ? max(density, 0.0) : 0.0;
+        // Equations 15 and 16, once the sun's light at this place is known.
+        float depth = done ? shell.extinction_per_m * u_small_step_m * held : 0.0;
+        c.transmittance *= exp(-depth);
+        float light = depth * exp(-shell.extinction_per_m * sun_step * sun_sum) * c.transmittance;
+        c.light += light;
+        c.late_light += light * part;
+        float on = done ? u_small_step_m : aside || meets ? 0.0 : step_m;
+        c.visible_m += c.transmittance * min(on, end - m.t);
+        m.t += on;
+        held = meets ? density : held;
+        place = meets ? point : place;
+        sun_step = meets ? min(paper_rise(altitude, mu, shell.top_m), PAPER_SUN_WAY * (shell.top_m - shell.base_m))
+            / float(PAPER_SUN_SAMPLES) : sun_step;
+        sun_sum = meets ? 0.0 : sun_sum;
+        sample_number = meets ? 0 : done ? -1 : aside ? sample_number + 1 : -1;
+    }
+    return c;
+}
+
+void paper_segment(inout PaperMarch m, CloudViewLayer shell, vec3 ray, float begin, float end, float phase) {
+    vec3 middle = ray * (0.5 * (begin + end));
+    float mu = dot(up_at(middle), frame.sun_direction);
+    float visibility = sun_visibility_of_sphere(altitude_of(middle), mu, frame.sun_radius_rad);
+    Air there = air_from_camera(ray * end);
+    PaperClouds c = paper_clouds(m, shell, ray, mu, begin, end);
+    vec3 scattered = shell.albedo * phase * visibility * frame.sun_irradiance;
+    vec3 air = max(there.in_scatter - m.air.in_scatter, 0.0);
 #if CLOUD_PAPER == 2018
-        // (20)
-        m.light += m.open * (air * cloud + m.here.transmittance * scattered * alone);
+    // (20)
+    m.radiance += m.transmittance * (air * c.transmittance + m.air.transmittance * scattered * c.light);
 #else
-        // The air's light comes evenly along the segment and its transmittance runs linearly: both at each step of the
-        // cloud.
-        m.light += m.open * (air * clamp(lit * per_metre, cloud, 1.0)
-            + scattered * (m.here.transmittance * (alone - late) + there.transmittance * late));
+    // The air's light comes evenly along the segment and its transmittance runs linearly: both at each step of the
+    // cloud.
+    float per_metre = 1.0 / max(end - begin, 1e-3);
+    m.radiance += m.transmittance * (air * clamp(c.visible_m * per_metre, c.transmittance, 1.0)
+        + scattered * (m.air.transmittance * (c.light - c.late_light) + there.transmittance * c.late_light));
 #endif
-        // (19)
-        m.open *= cloud;
-        m.here = there;
-        begin = past;
+    // (19)
+    m.transmittance *= c.transmittance;
+    m.air = there;
+}
+
+// One interval of the ray in the layer.
+void paper_interval(inout PaperMarch m, vec3 ray, float from, float to, float phase) {
+    CloudViewLayer shell = cloud_view.layers[0];
+    float length_m = PAPER_FIRST * (shell.top_m - shell.base_m), begin = from;
+    m.t = from + 0.5 * u_small_step_m;
+    Air before = air_from_camera(ray * from);
+    m.radiance += m.transmittance * max(before.in_scatter - m.air.in_scatter, 0.0);
+    m.air = before;
+    for (int segment = 0; segment < PAPER_MOST_SEGMENTS && begin < to && m.transmittance > PAPER_OPAQUE; ++segment) {
+        float end = segment == PAPER_MOST_SEGMENTS - 1 ? to : min(begin + length_m, to);
+        paper_segment(m, shell, ray, begin, end, phase);
+        begin = end;
         length_m *= PAPER_GROWTH;
     }
 }
@@ -93,23 +113,23 @@ void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec3 ray = view_ray(ndc_of_pixel(vec2(pixel) + 0.5));
     float stretch = length(ray), depth = texelFetch(u_depth, pixel, 0).r;
-    float end = depth > 0.0 ? forward_distance(depth) * stretch : PAPER_NOT_ALL;
+    float end = depth > 0.0 ? forward_distance(depth) * stretch : PAPER_UNBOUNDED;
     ray /= stretch;
-    float mu = clamp_cos(dot(ray, frame.camera_zenith.xyz));
-    vec3 aside = cross(ray, frame.camera_zenith.xyz);
+    float mu = clamp_cos(dot(ray, frame.camera_zenith));
+    vec3 aside = cross(ray, frame.camera_zenith);
     shell_sine2 = dot(aside, aside);
     // The planet itself, where nothing was drawn on it.
-    vec2 floor_ = shell_crossings(mu, min(planet.radii.w, frame.camera_zenith.w));
-    if (depth <= 0.0 && mu < 0.0 && floor_.x < floor_.y && frame.camera_zenith.w > planet.radii.w)
+    vec2 floor_ = shell_crossings(mu, min(planet.lowest_drawn_m, frame.camera_altitude_m));
+    if (depth <= 0.0 && mu < 0.0 && floor_.x < floor_.y && frame.camera_altitude_m > planet.lowest_drawn_m)
         end = min(end, floor_.x);
-    vec4 ways = shell_ways(mu, cloud_view.layers[0].base_m, cloud_view.layers[0].top_m, end);
-    float phase = cloud_phase(clamp_cos(dot(ray, frame.sun_direction.xyz)), cloud_view.layers[0].asymmetry);
-    PaperMarch m = PaperMarch(vec3(0.0), 1.0, Air(vec3(1.0), vec3(0.0)));
+    vec4 intervals = shell_intervals(mu, cloud_view.layers[0].base_m, cloud_view.layers[0].top_m, end);
+    float phase = cloud_phase(clamp_cos(dot(ray, frame.sun_direction)), cloud_view.layers[0].asymmetry);
+    PaperMarch m = PaperMarch(vec3(0.0), 1.0, Air(vec3(1.0), vec3(0.0)), 0.0);
     for (int k = 0; k < 2; ++k) {
-        if (ways[2 * k + 1] - ways[2 * k] > 1e-3 && m.open > PAPER_OPAQUE)
-            paper_way(m, ray, ways[2 * k], ways[2 * k + 1], phase);
+        if (intervals[2 * k + 1] - intervals[2 * k] > 1e-3 && m.transmittance > PAPER_OPAQUE)
+            paper_interval(m, ray, intervals[2 * k], intervals[2 * k + 1], phase);
     }
     // The picture behind brings the light of all its air: what lies before the last cloud is counted already.
-    m.light = max(m.light - m.open * m.here.in_scatter, 0.0);
-    o_color = vec4(m.light * frame.scale.x, m.open < PAPER_OPAQUE ? 1.0 : 1.0 - m.open);
+    m.radiance = max(m.radiance - m.transmittance * m.air.in_scatter, 0.0);
+    o_color = vec4(m.radiance * frame.hdr_per_radiance, m.transmittance < PAPER_OPAQUE ? 1.0 : 1.0 - m.transmittance);
 }

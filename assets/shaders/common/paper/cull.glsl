@@ -16,20 +16,21 @@ void main() {
     if (index >= u_count) return;
     uint word = patches[index].x;
     ivec2 place = paper_patch_place(word);
-    vec3 right = frame.camera_right.xyz, up = frame.camera_up.xyz, forward = frame.camera_forward.xyz;
-    vec2 low = frame.projection.zw - frame.projection.xy * WIDENED,
-        high = frame.projection.zw + frame.projection.xy * WIDENED;
+    vec3 right = frame.camera_right, up = frame.camera_up, forward = frame.camera_forward;
+    vec2 low = frame.projection_offset - frame.projection_scale * WIDENED,
+        high = frame.projection_offset + frame.projection_scale * WIDENED;
     vec3 a = paper_foot(place), b = paper_foot(place + ivec2(PAPER_FINEST, 0));
     vec3 c = paper_foot(place + ivec2(0, PAPER_FINEST)), d = paper_foot(place + PAPER_FINEST);
     // The sphere bulges above the corners: as much higher are they taken to be.
-    float wide2 = max(dot(a - d, a - d), dot(b - c, b - c)), radius = planet.radii.x;
+    float wide2 = max(dot(a - d, a - d), dot(b - c, b - c)), radius = planet.radius_m;
     float bulge = wide2 / (8.0 * radius) * (1.0 + wide2 / (4.0 * radius * radius));
-    float lowest = PAPER_LOWEST - frame.anchor_up.w - 1.0, highest = PAPER_HIGHEST - frame.anchor_up.w + 1.0 + bulge;
+    float lowest = PAPER_LOWEST - frame.anchor_height_m - 1.0,
+        highest = PAPER_HIGHEST - frame.anchor_height_m + 1.0 + bulge;
     uint outside = 31u;   // a bit a plane
     for (int k = 0; k < 8; ++k) {
         int corner = k >> 1;
         vec3 foot = corner == 0 ? a : corner == 1 ? b : corner == 2 ? c : d;
-        vec3 point = paper_position(foot, (k & 1) == 0 ? lowest : highest) - frame.camera_offset.xyz;
+        vec3 point = paper_position(foot, (k & 1) == 0 ? lowest : highest) - frame.camera_offset_m;
         float x = dot(point, right), y = dot(point, up), z = dot(point, forward);
         outside &= (x < low.x * z ? 1u : 0u) | (x > high.x * z ? 2u : 0u) | (y < low.y * z ? 4u : 0u)
             | (y > high.y * z ? 8u : 0u)

@@ -21,8 +21,8 @@ float sun_through(Slopes slopes, vec3 v, vec3 l, float sun_radius, float index) 
 
 // sunlight: on a plane across it, above the surface.
 vec3 surface_from_below(SeaPixel p, vec3 sunlight, vec3 skylight) {
-    float index = ocean.liquid.x;
-    vec3 v = p.view * p.level, l = frame.sun_direction.xyz * p.level;
+    float index = ocean.refractive_index;
+    vec3 v = p.view * p.level, l = frame.sun_direction * p.level;
     // Facets to either side of the mean: the window's edge is as soft as the slopes that are too small to see.
     vec2 aside = slopes_aside(v);
     float sigma = sqrt(slopes_variance_along(p.slopes, aside));
@@ -38,7 +38,7 @@ vec3 surface_from_below(SeaPixel p, vec3 sunlight, vec3 skylight) {
         light += 0.25 * (1.0 - back) * index * index * textureLod(u_sky_map, sky_map_place(out_of), 0.0).rgb;
         mirror += 0.25 * back;
     }
-    light += sunlight * sun_through(p.slopes, v, l, frame.sun_direction.w, index);
+    light += sunlight * sun_through(p.slopes, v, l, frame.sun_radius_rad, index);
     // Mirrored: water and bed below. A ray that the waves send level goes far.
     vec3 up = sea_normal_of(p.slopes.mean, p.level), down = reflect(-p.view, -up);
     float fall = max(-dot(down, p.zenith), 0.03), path = p.depth_m / fall;

@@ -5,15 +5,15 @@
 #include "ocean/look/noise.glsl"
 
 float water_caustics(vec3 D, float depth_m, float footprint_m) {
-    float seen = ocean.show.z * clamp(1.5 - footprint_m * 5.0, 0.0, 1.0) * smoothstep(0.02, 0.5, depth_m)
+    float seen = ocean.caustics * clamp(1.5 - footprint_m * 5.0, 0.0, 1.0) * smoothstep(0.02, 0.5, depth_m)
         * exp(-0.12 * depth_m);
     float bright = 1.0;
     int turns = seen > 0.004 ? 2 : 0;
     float near = 1.0;
-    vec3 up = frame.anchor_up.xyz, side = normalize(cross(up, up.yzx + vec3(0.0, 0.1, 0.3)));
+    vec3 up = frame.anchor_up, side = normalize(cross(up, up.yzx + vec3(0.0, 0.1, 0.3)));
     int i = 0;
     if (turns > 0) do {
-        float angle = 6.283185307 * fract(frame.clock.x * (i == 0 ? 31.0 / 4096.0 : -43.0 / 4096.0));
+        float angle = 6.283185307 * fract(frame.time_s * (i == 0 ? 31.0 / 4096.0 : -43.0 / 4096.0));
         vec3 drift = (up * sin(angle) + side * cos(angle)) * 6.0;
         float n = sea_noise(D + drift, 3);
         near = i == 0 ? abs(n) : min(near, abs(n)) + 0.3 * abs(near - abs(n));

@@ -3,17 +3,17 @@
 
 // Cosine to the vertical below the surface, of a direction with this one above.
 float refracted_cosine(float cosine) {
-    return sqrt(1.0 - (1.0 - cosine * cosine) * ocean.liquid.y);
+    return sqrt(1.0 - (1.0 - cosine * cosine) * ocean.per_index_squared);
 }
 
 // Share of the light that is left after a path in water.
 vec3 water_left(float path_m) {
-    return exp(-ocean.loss.rgb * path_m);
+    return exp(-ocean.loss_per_m * path_m);
 }
 
 // What bottomless water throws back, per irradiance that has come in from one direction.
 vec3 deep_upwelling(float in_cosine, float out_cosine) {
-    return ocean.scattering.rgb / (ocean.loss.rgb * ((in_cosine + out_cosine) * 3.14159265358979));
+    return ocean.scattering_per_m / (ocean.loss_per_m * ((in_cosine + out_cosine) * 3.14159265358979));
 }
 
 // What shines up through the surface of water of a depth, per irradiance that has come in through it from one
@@ -21,6 +21,6 @@ vec3 deep_upwelling(float in_cosine, float out_cosine) {
 // bed itself. in_cosine, out_cosine: of the refracted paths.
 vec3 water_upwelling(float depth_m, float in_cosine, float out_cosine, vec3 bed) {
     vec3 through = water_left(depth_m * (1.0 / in_cosine + 1.0 / out_cosine));
-    vec3 thrown = ocean.scattering.rgb / (ocean.loss.rgb * (in_cosine + out_cosine));
+    vec3 thrown = ocean.scattering_per_m / (ocean.loss_per_m * (in_cosine + out_cosine));
     return (thrown * (1.0 - through) + bed * through) / 3.14159265358979;
 }

@@ -11,10 +11,10 @@ const float FOAM_COARSE_M = 1.0, FOAM_FINE_M = 0.125;
 // waves counts as a Gaussian around what it does. rough: variance of the slopes that the pixel does not show, of both
 // axes.
 float crest_foam(float fold, float rough) {
-    float deviation = ocean.crest.y;
-    float hidden = clamp((rough - ocean.crest.z) / max(ocean.crest.w, 1e-9), 0.0, 1.0);
+    float deviation = ocean.crests.deviation;
+    float hidden = clamp((rough - ocean.crests.variance_beyond) / max(ocean.crests.slope_variance, 1e-9), 0.0, 1.0);
     float soft = max(deviation * sqrt(hidden), 0.12 * deviation);
-    float over = (1.0 - fold - ocean.crest.x) / max(soft, 1e-6);
+    float over = (1.0 - fold - ocean.crests.squeeze) / max(soft, 1e-6);
     // Where a crest has passed, threads stay a little longer.
     float left = over + 0.8 * deviation / max(soft, 1e-6) * (1.0 - hidden);
     return deviation > 0.0 ? max(slopes_below(clamp(over, -6.0, 6.0)),

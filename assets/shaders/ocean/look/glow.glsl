@@ -3,7 +3,7 @@
 
 // Radiance, and in w the share of the surface that crust covers.
 vec4 liquid_glow(SeaPixel p) {
-    float crust = ocean.glow.w, covered = crust;
+    float crust = ocean.crust_share, covered = crust;
     // Plates of 64 m with smaller ones between them, which drift; where a pixel is larger they are a mean.
     float octave = max(log2(max(8.0 * p.footprint_m / 64.0, 1.0)), 0.0);
     int turns = crust > 0.0 && octave < 12.0 ? 3 : 0, k = 10 + int(octave);
@@ -23,5 +23,5 @@ vec4 liquid_glow(SeaPixel p) {
         covered = smoothstep(limit + 0.3 * deviation, limit - 0.3 * deviation, value);
         covered = mix(covered, crust, clamp(octave - 8.0, 0.0, 1.0));
     }
-    return vec4(ocean.glow.rgb * (1.0 - 0.97 * covered), covered);
+    return vec4(ocean.glow_radiance * (1.0 - 0.97 * covered), covered);
 }

@@ -48,7 +48,7 @@ vec4 mirrored_ground(vec3 from, vec3 direction, float share) {
     // Turning the camera moves what is mirrored hardly across the border at the sides, tilting it does at the top.
     float sure = found * (ground ? share : 0.0) * smoothstep(0.0, 0.03, 1.0 - abs(at.x))
         * smoothstep(0.0, 0.15, 1.0 - abs(at.y));
-    return vec4(sure > 0.0 ? texelFetch(u_scene, texel, 0).rgb * frame.scale.y : vec3(0.0), sure);
+    return vec4(sure > 0.0 ? texelFetch(u_scene, texel, 0).rgb * frame.radiance_per_hdr : vec3(0.0), sure);
 }
 #else
 vec4 mirrored_ground(vec3 from, vec3 direction, float share) {

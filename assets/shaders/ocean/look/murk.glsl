@@ -14,12 +14,12 @@ struct WaterSun {
 
 WaterSun water_sun(vec3 zenith, vec3 sunlight, vec3 skylight, float mirrored) {
     WaterSun s;
-    vec3 sun = frame.sun_direction.xyz;
+    vec3 sun = frame.sun_direction;
     float above = max(dot(sun, zenith), 1e-3);
     s.cosine = refracted_cosine(above);
-    s.to_sun = normalize((sun - zenith * above) / ocean.liquid.x + zenith * s.cosine);
+    s.to_sun = normalize((sun - zenith * above) / ocean.refractive_index + zenith * s.cosine);
     s.direct = sunlight * ((1.0 - mirrored) * above / s.cosine);
-    s.diffuse = skylight * (1.0 - ocean.liquid.z);
+    s.diffuse = skylight * (1.0 - ocean.diffuse_mirrored);
     return s;
 }
 
@@ -38,9 +38,9 @@ vec3 murk_mean(vec3 x) {
 
 // Radiance from a path that starts at a depth and rises by `rise` a metre. nu: cosine to the refracted sun.
 vec3 water_murk(WaterSun s, float depth_m, float rise, float path_m, float nu) {
-    vec3 loss = ocean.loss.rgb;
+    vec3 loss = ocean.loss_per_m;
     vec3 sun = exp(-loss * (depth_m / s.cosine)) * murk_mean(loss * (path_m * (1.0 - rise / s.cosine)));
     vec3 sky = exp(-loss * (depth_m / SKY_COSINE)) * murk_mean(loss * (path_m * (1.0 - rise / SKY_COSINE)));
-    return ocean.scattering.rgb * path_m * (s.direct * sun * water_phase(nu)
+    return ocean.scattering_per_m * path_m * (s.direct * sun * water_phase(nu)
         + s.diffuse * sky / (SKY_COSINE * MURK_PI));
 }

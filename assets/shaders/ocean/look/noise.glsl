@@ -7,6 +7,6 @@ float sea_noise(vec3 D, int k) {
     ivec3 cell;
     vec3 fraction;
     float frequency;
-    nested_place(ocean.anchor_cell.xyz, ocean.anchor_fraction.xyz, D, k, cell, fraction, frequency);
+    nested_place(ocean.anchor.cell, ocean.anchor.fraction, D, k, cell, fraction, frequency);
     return gradient_noise_value(cell, fraction) / NESTED_RMS;
 }

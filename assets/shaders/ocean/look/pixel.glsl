@@ -35,14 +35,14 @@ SeaPixel sea_pixel(vec3 point, vec3 normal, float depth_m, vec4 rough) {
     p.point = point;
     p.distance_m = length(point);
     p.view = -point / p.distance_m;
-    p.footprint_m = p.distance_m * frame.clock.w;
+    p.footprint_m = p.distance_m * frame.pixel_rad;
     p.D = foot_offset_of(point, p.height_m);
     SeaPlace place = sea_place(p.D);
     p.zenith = place.zenith;
     p.level = mat3(place.east, place.north, place.zenith);
     p.depth_m = depth_m;
     p.slopes.mean = sea_slope_of(normal, p.level);
-    p.slopes.variance = rough.xyz + ocean.water.x * ocean.water.x * vec3(0.5, 0.5, 0.0);
+    p.slopes.variance = rough.xyz + ocean.roughness * ocean.roughness * vec3(0.5, 0.5, 0.0);
     p.fold = rough.w;
     return p;
 }

@@ -7,10 +7,10 @@ const float RIPPLE_SLOPE = 0.498;   // rms of gradient noise's derivative along 
 
 void sea_ripples(inout SeaPixel p) {
     float footprint = p.footprint_m * inversesqrt(max(dot(p.view, p.zenith), 0.05));
-    int k = int(ocean.ripples.x);
+    int k = ocean.ripple_octave;
     float cell_m = NESTED_BASE_M * exp2(float(k));
     // Equal variance in each octave, as of a spectrum that falls with the wavelength's fourth power.
-    vec3 each = p.slopes.variance * ocean.ripples.y;
+    vec3 each = p.slopes.variance * ocean.ripple_share;
     vec2 deviation = sqrt(max(each.xy, 0.0)) / RIPPLE_SLOPE;
     vec2 slope = vec2(0.0);
     float gone = 0.0;
@@ -20,10 +20,8 @@ void sea_ripples(inout SeaPixel p) {
         ivec3 cell;
         vec3 fraction;
         float frequency;
-        bool other = (k & 1) != 0;
-        nested_place(other ? ocean.drift_cell.xyz : ocean.drift_cell_2.xyz,
-            other ? ocean.drift_fraction.xyz : ocean.drift_fraction_2.xyz,
-            p.D, k, cell, fraction, frequency);
+        NestedAnchor anchor = ocean.drifting[(k + 1) & 1];
+        nested_place(anchor.cell, anchor.fraction, p.D, k, cell, fraction, frequency);
         slope += seen * (gradient_noise(cell, fraction).xyz * p.level).xy;
         gone += seen * seen;
         cell_m *= 0.5;

@@ -14,16 +14,16 @@ const float SHORE_UP = 0.3;   // share of the period in which the water rises on
 
 // How high over the still sea the shore is wet.
 float shore_reach() {
-    return 2.0 * ocean.show.y;
+    return 2.0 * ocean.surf_m;
 }
 
 // above_m: height over the still sea, negative in the water; rise_m: how much of it a pixel covers.
 Shore shore_at(vec3 D, float above_m, float rise_m, float footprint_m) {
-    float surf = ocean.show.y;
-    Shore shore = Shore(0.0, 0.0, 0.0, ocean.foam.rgb);
+    float surf = ocean.surf_m;
+    Shore shore = Shore(0.0, 0.0, 0.0, ocean.foam_albedo);
     bool reached = surf > 0.0 && above_m < shore_reach() && above_m > -4.0 * surf;
     int turns = reached ? 2 : 0;
-    float phase = frame.clock.x * (512.0 / 4096.0), uneven = 0.0;   // 8 s, a divisor of the clock's period
+    float phase = frame.time_s * (512.0 / 4096.0), uneven = 0.0;   // 8 s, a divisor of the clock's period
     int i = 0;
     if (turns > 0) do {
         int k = i == 0 ? 10 : 7;

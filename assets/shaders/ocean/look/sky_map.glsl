@@ -5,7 +5,7 @@
 const int SKY_MAP_SIDE = 64;   // systems/ocean/shading.py
 
 mat3 sky_map_axes() {
-    vec3 zenith = frame.camera_zenith.xyz, helper = abs(zenith.z) < 0.9 ? vec3(0.0, 0.0, 1.0) : vec3(1.0, 0.0, 0.0);
+    vec3 zenith = frame.camera_zenith, helper = abs(zenith.z) < 0.9 ? vec3(0.0, 0.0, 1.0) : vec3(1.0, 0.0, 0.0);
     vec3 side = normalize(cross(helper, zenith));
     return mat3(side, cross(zenith, side), zenith);
 }

@@ -56,7 +56,7 @@ SlopesSeen slopes_seen(Slopes s, vec3 v) {
 // Density of facets with a slope, per unit of slope squared.
 float slopes_facets(Slopes s, vec2 slope) {
     vec2 d = slope - s.mean;
-    float determinant = max(s.variance.x * s.variance.y - s.variance.z * s.variance.z, 1e-16);
-    float square = (s.variance.y * d.x * d.x + s.variance.x * d.y * d.y - 2.0 * s.variance.z * d.x * d.y) / determinant;
-    return exp(-0.5 * square) * inversesqrt(determinant) * (0.5 / 3.14159265358979);
+    float area2 = max(s.variance.x * s.variance.y - s.variance.z * s.variance.z, 1e-16);
+    float square = (s.variance.y * d.x * d.x + s.variance.x * d.y * d.y - 2.0 * s.variance.z * d.x * d.y) / area2;
+    return exp(-0.5 * square) * inversesqrt(area2) * (0.5 / 3.14159265358979);
 }

@@ -11,7 +11,7 @@
 const int LANES = 32;
 layout(local_size_x = 32) in;
 layout(std430, binding = PATCH_BUFFER) readonly buffer PatchBuffer { uvec2 patches[]; };
-layout(std430, binding = 1) readonly buffer CalmBuffer { CalmVertex calm[]; };
+layout(std430, binding = VERTEX_BUFFER) readonly buffer CalmBuffer { CalmVertex calm[]; };
 layout(std430, binding = VISIBLE_BUFFER) readonly buffer VisibleBuffer { uint visible[]; };
 layout(std430, binding = COUNT_BUFFER) readonly buffer CountBuffer { uint counts[]; };
 layout(std430, binding = 5) writeonly buffer WavyBuffer { WavyVertex wavy[]; };
@@ -36,9 +36,9 @@ int vertex_of(uint n) {
     return found;
 }
 
-void add_wave(vec4 a, vec4 b, vec4 c, bool near) {
+void add_wave(Wave at, bool near) {
     for (int k = 0; k < SEA_VERTICES; ++k) {
-        SeaWave wave = near ? sea_near_wave(g_places[k], a, b, c) : sea_far_wave(g_places[k], a, b);
+        SeaWave wave = near ? sea_near_wave(g_places[k], at) : sea_far_wave(g_places[k], at);
         vec2 circle = sea_circle(wave.cycles), d = wave.direction * wave.sine;
         float sideways = wave.sideways * wave.weight;
         g_moved[k] += vec3(d * (sideways * circle.y), wave.amplitude * circle.x);
@@ -55,14 +55,13 @@ void main() {
         g_moved[k] = vec3(0.0);
         g_normal[k] = vec3(0.0, 0.0, 1.0);
     }
-    int far_count = int(wave_counts.x), count = int(wave_counts.y);
-    for (int i = 0; i < far_count; ++i) add_wave(wave_data[3 * i], wave_data[3 * i + 1], vec4(0.0), false);
-    for (int i = far_count; i < count; ++i) add_wave(wave_data[3 * i], wave_data[3 * i + 1], wave_data[3 * i + 2],
-        true);
+    int far_count = sea_waves.far_count, count = sea_waves.count;
+    for (int i = 0; i < far_count; ++i) add_wave(sea_waves.waves[i], false);
+    for (int i = far_count; i < count; ++i) add_wave(sea_waves.waves[i], true);
     for (int k = 0; k < SEA_VERTICES; ++k) {
         if (vertex[k] < 0) continue;
         CalmVertex at = calm[vertex[k]];
-        vec3 position = paper_position(vec3(at.x, at.y, at.z), planet.sea.x - frame.anchor_up.w)
+        vec3 position = paper_position(vec3(at.x, at.y, at.z), planet.sea_level_m - frame.anchor_height_m)
             + sea_vector(g_places[k], g_moved[k]);
         uint normal = packSnorm2x16(oct_encode(normalize(sea_vector(g_places[k], g_normal[k]))));
         wavy[vertex[k]] = WavyVertex(position.x, position.y, position.z, normal, at.shallow);

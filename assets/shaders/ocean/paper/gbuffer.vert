@@ -11,9 +11,9 @@ flat out float v_spacing;
 
 void main() {
     WavyVertex vertex = vertices[gl_VertexID];
-    vec3 seen = vec3(vertex.x, vertex.y, vertex.z) - frame.camera_offset.xyz;
+    vec3 seen = vec3(vertex.x, vertex.y, vertex.z) - frame.camera_offset_m;
     gl_Position = clip_position(seen);
     v_normal = oct_decode(unpackSnorm2x16(vertex.normal));
     v_shallow = vertex.shallow;
-    v_spacing = max(length(seen) * frame.clock.w, 0.01);
+    v_spacing = max(length(seen) * frame.pixel_rad, 0.01);
 }

@@ -29,8 +29,7 @@ void main() {
     ivec2 p = paper_patch_place(patches[patch_index].x)
         + (ivec2(local % side, local / side) << (PAPER_LEVELS - 1 - level));
     vec3 D = paper_foot(p);
-    float spacing = max(paper_grid.spacing.y, paper_grid.spacing.x
-        * sqrt(dot(D, D) + paper_grid.spacing.z * paper_grid.spacing.z));
-    float depth = max(planet.sea.x - surface_height(D, spacing), 0.0);
+    float spacing = paper_spacing(D);
+    float depth = max(planet.sea_level_m - surface_height(D, spacing), 0.0);
     vertices[index] = CalmVertex(D.x, D.y, D.z, depth / (depth + 16.0));
 }

@@ -43,6 +43,20 @@ CellVertex fade_mix(CellVertex a, CellVertex b, CellVertex c, vec3 share) {
     return made;
 }
 
+// The least and the largest of all invocations into s_low[0] and s_high[0].
+void gather_bounds(vec4 low, vec4 high) {
+    uint lane = gl_LocalInvocationID.x;
+    s_low[lane] = low;
+    s_high[lane] = high;
+    for (uint half_count = 32u; half_count > 0u; half_count >>= 1) {
+        barrier();
+        if (lane < half_count) {
+            s_low[lane] = min(s_low[lane], s_low[lane + half_count]);
+            s_high[lane] = max(s_high[lane], s_high[lane + half_count]);
+        }
+    }
+}
+
 void main() {
     uint cell_index = spread_group();
     Cell cell = cells[cell_index];
@@ -96,17 +110,8 @@ void main() {
         high = max(high, bound);
         k += 64;
     } while (k < CELL_VERTICES);
-    uint lane = gl_LocalInvocationID.x;
-    s_low[lane] = low;
-    s_high[lane] = high;
-    for (uint half_count = 32u; half_count > 0u; half_count >>= 1) {
-        barrier();
-        if (lane < half_count) {
-            s_low[lane] = min(s_low[lane], s_low[lane + half_count]);
-            s_high[lane] = max(s_high[lane], s_high[lane + half_count]);
-        }
-    }
-    if (lane == 0u) {
+    gather_bounds(low, high);
+    if (gl_LocalInvocationID.x == 0u) {
         bounds[cell_index].low = s_low[0];
         bounds[cell_index].high = s_high[0];
         fade[cell_index].changed = changed ? 1u : 0u;

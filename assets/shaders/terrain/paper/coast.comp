@@ -14,9 +14,9 @@ layout(std430, binding = TILE_BUFFER) readonly buffer TileBuffer {
     uint tile_groups[4];
     uint tiles[];
 };
-layout(binding = 0) uniform sampler2D u_depth;
-layout(binding = 2) uniform sampler2D u_attributes;
-layout(binding = 3) uniform usampler2D u_surface;
+layout(binding = DEPTH_UNIT) uniform sampler2D u_depth;
+layout(binding = ATTRIBUTES_UNIT) uniform sampler2D u_attributes;
+layout(binding = SURFACE_UNIT) uniform usampler2D u_surface;
 layout(binding = COAST_NORMAL_IMAGE) writeonly uniform image2D u_normal_out;
 layout(binding = COAST_ATTRIBUTES_IMAGE) writeonly uniform image2D u_attributes_out;
 layout(binding = COAST_SURFACE_IMAGE) writeonly uniform uimage2D u_surface_out;
@@ -32,10 +32,10 @@ void main() {
     float drawn;
     vec3 D = foot_offset_of(point, drawn), zenith = up_at(point);
     float code = texelFetch(u_attributes, pixel, 0).w, spacing = spacing_decode(code);
-    float sagitta = spacing * spacing / (8.0 * planet.radii.x);
+    float sagitta = spacing * spacing / (8.0 * planet.radius_m);
     // Ground that was drawn well above the water stays: the meshes are wrong by a fraction of their spacing at most.
-    if (surface == SURFACE_TERRAIN && drawn - planet.sea.x > 0.5 * spacing + sagitta + 2.0) return;
-    float dh = paper_dh(D), height = frame.anchor_up.w + dh, above = height - planet.sea.x;
+    if (surface == SURFACE_TERRAIN && drawn - planet.sea_level_m > 0.5 * spacing + sagitta + 2.0) return;
+    float dh = paper_dh(D), height = frame.anchor_height_m + dh, above = height - planet.sea_level_m;
     if (above < 0.0) {
         if (surface == SURFACE_TERRAIN) {
             imageStore(u_normal_out, pixel, vec4(oct_encode(zenith), 0.0, 0.0));
@@ -45,10 +45,10 @@ void main() {
     } else if (surface == SURFACE_SEA) {
         vec3 helper = abs(zenith.x) < 0.6 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0);
         vec3 along = normalize(cross(zenith, helper)), across = cross(zenith, along);
-        vec3 fall = zenith * (spacing * spacing / (2.0 * planet.radii.x));
+        vec3 fall = zenith * (spacing * spacing / (2.0 * planet.radius_m));
         vec3 gradient = along * (paper_dh(D + spacing * along - fall) - dh)
             + across * (paper_dh(D + spacing * across - fall) - dh);
-        float coded = (height - planet.radii.z) / max(planet.radii.y - planet.radii.z, 1.0);
+        float coded = (height - planet.lowest_m) / max(planet.highest_m - planet.lowest_m, 1.0);
         imageStore(u_normal_out, pixel, vec4(oct_encode(normalize(zenith - gradient / spacing)), 0.0, 0.0));
         imageStore(u_attributes_out, pixel, vec4(0.0, 0.0, clamp(coded, 1.0 / 255.0, 1.0), code));
         imageStore(u_surface_out, pixel, uvec4(SURFACE_TERRAIN));

@@ -1,4 +1,4 @@
 #include "terrain/paper/grid.glsl"
-#define PAPER_LOWEST planet.radii.z
-#define PAPER_HIGHEST planet.radii.y
+#define PAPER_LOWEST planet.lowest_m
+#define PAPER_HIGHEST planet.highest_m
 #include "common/paper/cull.glsl"

@@ -11,10 +11,10 @@ flat out int v_level;
 
 void main() {
     PaperVertex vertex = vertices[gl_VertexID];
-    precise vec3 seen = vec3(vertex.x, vertex.y, vertex.z) - frame.camera_offset.xyz;
-    float z = dot(seen, frame.camera_forward.xyz);
-    vec2 xy = vec2(dot(seen, frame.camera_right.xyz), dot(seen, frame.camera_up.xyz));
-    gl_Position = vec4((xy - frame.projection.zw * z) / frame.projection.xy, frame.camera_offset.w, z);
+    precise vec3 seen = vec3(vertex.x, vertex.y, vertex.z) - frame.camera_offset_m;
+    float z = dot(seen, frame.camera_forward);
+    vec2 xy = vec2(dot(seen, frame.camera_right), dot(seen, frame.camera_up));
+    gl_Position = vec4((xy - frame.projection_offset * z) / frame.projection_scale, frame.near_m, z);
     v_normal = oct_decode(unpackSnorm2x16(vertex.normal));
     v_attributes = unpackUnorm4x8(vertex.attributes);
     v_level = int(v_attributes.w * 255.0 / 8.0);

@@ -6,20 +6,10 @@
 // good as D.
 #include "generated/bindings.glsl"
 #include "common/simplex.glsl"
+#include "generated/paper_table.glsl"
 
-const int PAPER_LAYERS = 10, PAPER_TEXELS = 1024;
+const int PAPER_TEXELS = 1024;
 const float PAPER_CALM = 0.05;
-
-layout(std140, binding = TERRAIN_TABLE_BLOCK) uniform PaperTable {
-    vec4 up_radius;    // the anchor's direction; radius, m
-    // cosine and sine of the longitude counted from; what the anchor lies beside it; its distance from the axis
-    vec4 meridian;
-    vec4 place;        // fraction of the anchor's column and row; height of the anchor, m; 1 / height of full roughness
-    ivec4 counts;      // its column and row; layers
-    ivec4 cell[PAPER_LAYERS];
-    vec4 fraction[PAPER_LAYERS];   // skewed; w: 1 / wavelength
-    vec4 amplitude[PAPER_LAYERS];  // x, m
-} paper_table;
 
 layout(binding = CONTINENTS_UNIT) uniform sampler2D u_continents;
 
@@ -41,19 +31,19 @@ vec4 paper_spline(float f) {
 
 // Height of the continents above the anchor's height.
 float paper_continents(vec3 D) {
-    vec3 d = D / paper_table.up_radius.w, up = paper_table.up_radius.xyz;
-    vec2 meridian = paper_table.meridian.xy;
-    float beside = paper_table.meridian.z + meridian.x * d.y - meridian.y * d.x;
+    vec3 d = D / paper_table.radius_m, up = paper_table.up;
+    vec2 meridian = paper_table.meridian;
+    float beside = paper_table.beside + meridian.x * d.y - meridian.y * d.x;
     float along = dot(meridian, up.xy + d.xy);
     float columns = paper_atan(beside, along) * (float(PAPER_TEXELS) / 6.2831853);
-    float rho0 = paper_table.meridian.w, rho = length(up.xy + d.xy);
+    float rho0 = paper_table.from_axis, rho = length(up.xy + d.xy);
     float wider = dot(d.xy, 2.0 * up.xy + d.xy) / max(rho + rho0, 1e-20);
     float rows = paper_atan(d.z * rho0 - wider * up.z, (up.z + d.z) * up.z + rho * rho0)
         * (float(PAPER_TEXELS) / 3.1415927);
 
-    vec2 place = paper_table.place.xy + vec2(columns, rows), whole = floor(place);
+    vec2 place = paper_table.texel_fraction + vec2(columns, rows), whole = floor(place);
     vec4 across = paper_spline(place.x - whole.x), upwards = paper_spline(place.y - whole.y);
-    ivec2 first = paper_table.counts.xy + ivec2(whole);
+    ivec2 first = paper_table.texel + ivec2(whole);
     float total = 0.0;
     for (int k = 0; k < 4; ++k) {
         int y = first.y + k - 1;
@@ -65,7 +55,7 @@ float paper_continents(vec3 D) {
             texelFetch(u_continents, ivec2((x + 1) & (PAPER_TEXELS - 1), y), 0).r,
             texelFetch(u_continents, ivec2((x + 2) & (PAPER_TEXELS - 1), y), 0).r,
             texelFetch(u_continents, ivec2((x + 3) & (PAPER_TEXELS - 1), y), 0).r);
-        total += upwards[k] * dot(across, texels - paper_table.place.z);
+        total += upwards[k] * dot(across, texels - paper_table.height_m);
     }
     return total;
 }
@@ -73,16 +63,15 @@ float paper_continents(vec3 D) {
 // Height above the anchor's height at foot offset D, all layers.
 float paper_dh(vec3 D) {
     float land = paper_continents(D), noise = 0.0;
-    for (int k = 0; k < paper_table.counts.z; ++k) {
-        vec4 fraction = paper_table.fraction[k];
-        vec3 d = D * fraction.w;
+    for (int k = 0; k < paper_table.layer_count; ++k) {
+        PaperOctave octave = paper_table.layers[k];
+        vec3 d = D * octave.frequency_per_m;
         d += (d.x + d.y + d.z) * (1.0 / 3.0);
         vec3 whole = floor(d);
-        vec3 f = (d - whole) + fraction.xyz;
+        vec3 f = (d - whole) + octave.fraction;
         vec3 carry = floor(f);
-        noise += paper_table.amplitude[k].x * simplex_noise(paper_table.cell[k].xyz + ivec3(whole) + ivec3(carry),
-            f - carry);
+        noise += octave.amplitude_m * simplex_noise(octave.cell + ivec3(whole) + ivec3(carry), f - carry);
     }
     // Plains and shelves are calmer than mountains and abysses.
-    return land + noise * clamp(abs(land + paper_table.place.z) * paper_table.place.w, PAPER_CALM, 1.0);
+    return land + noise * clamp(abs(land + paper_table.height_m) * paper_table.per_rough_m, PAPER_CALM, 1.0);
 }

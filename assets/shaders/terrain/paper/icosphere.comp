@@ -38,18 +38,18 @@ ivec2 morph_vector(ivec2 pq) {
 void main() {
     Patch instance = patches[gl_WorkGroupID.x];
     int root = instance.name.x, level = instance.name.y;
-    float radius = planet.radii.x;
+    float radius = planet.radius_m;
     for (int k = int(gl_LocalInvocationID.x); k < TILE_VERTICES; k += 64) {
         ivec2 pq = pf_triangle_place(k, TILE_SEGMENTS), bc = pf_triangle_lattice(instance.name, pq);
         vec3 foot = triangle_foot_offset(root, bc);
-        vec3 ground = foot * (1.0 + u_ground / radius) + frame.anchor_up.xyz * (u_ground - frame.anchor_up.w);
-        float distance_m = length(ground - frame.camera_offset.xyz);
+        vec3 ground = foot * (1.0 + u_ground / radius) + frame.anchor_up * (u_ground - frame.anchor_height_m);
+        float distance_m = length(ground - frame.camera_offset_m);
         ivec2 to = pf_triangle_lattice(instance.name, pq + morph_vector(pq));
         vec3 D = triangle_foot_offset_between(root, bc, to, morph_of(level, distance_m));
         TerrainPoint terrain = terrain_point(D, u_spacing[level]);
-        float height = frame.anchor_up.w + terrain.dh;
-        precise vec3 position = D * (1.0 + height / radius) + frame.anchor_up.xyz * terrain.dh;
-        vec3 zenith = normalize(frame.anchor_up.xyz + D / radius);
+        float height = frame.anchor_height_m + terrain.dh;
+        precise vec3 position = D * (1.0 + height / radius) + frame.anchor_up * terrain.dh;
+        vec3 zenith = normalize(frame.anchor_up + D / radius);
         vec3 normal = normalize(zenith - terrain.gradient * (radius / (radius + height)));
         CellVertex vertex;
         vertex.x = position.x;

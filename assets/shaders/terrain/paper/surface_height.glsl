@@ -3,5 +3,5 @@
 #include "terrain/paper/ground.glsl"
 
 float surface_height(vec3 D, float spacing_m) {
-    return frame.anchor_up.w + paper_dh(D);
+    return frame.anchor_height_m + paper_dh(D);
 }

@@ -14,12 +14,6 @@ layout(std430, binding = VERTEX_BUFFER) writeonly buffer VertexBuffer { PaperVer
 uniform int u_count;
 uniform int u_patches[PAPER_LEVELS];   // of each level
 
-// Distance of vertices at D that the size on screen asks for: where a patch is cut into 64 already, what that gives.
-float paper_spacing(vec3 D) {
-    vec4 spacing = paper_grid.spacing;
-    return max(spacing.y, spacing.x * sqrt(dot(D, D) + spacing.z * spacing.z));
-}
-
 void main() {
     int index = int(gl_GlobalInvocationID.x);
     if (index >= u_count) return;
@@ -37,21 +31,21 @@ void main() {
     int side = (1 << level) + 1;
     ivec2 p = paper_patch_place(patches[patch_index].x)
         + (ivec2(local % side, local / side) << (PAPER_LEVELS - 1 - level));
-    vec3 D = paper_foot(p), up = frame.anchor_up.xyz;
-    float radius = planet.radii.x, spacing = paper_spacing(D);
+    vec3 D = paper_foot(p), up = frame.anchor_up;
+    float radius = planet.radius_m, spacing = paper_spacing(D);
     vec3 zenith = normalize(up + D / radius);
     // The grid's axes, carried along the great circle from the anchor; only its antipode has none.
     vec3 between = up + zenith, carry = between / max(dot(between, up), 1e-6);
-    vec3 along = paper_grid.u.xyz - dot(zenith, paper_grid.u.xyz) * carry;
-    vec3 across = paper_grid.v.xyz - dot(zenith, paper_grid.v.xyz) * carry;
+    vec3 along = paper_grid.first_axis - dot(zenith, paper_grid.first_axis) * carry;
+    vec3 across = paper_grid.second_axis - dot(zenith, paper_grid.second_axis) * carry;
     vec3 fall = zenith * (spacing * spacing / (2.0 * radius));
     float dh = paper_dh(D);
     float rise_along = paper_dh(D + spacing * along - fall) - dh;
     float rise_across = paper_dh(D + spacing * across - fall) - dh;
-    float height = frame.anchor_up.w + dh, to_sphere = radius / (radius + height);
+    float height = frame.anchor_height_m + dh, to_sphere = radius / (radius + height);
     vec3 normal = normalize(zenith - (along * rise_along + across * rise_across) * (to_sphere / spacing));
     vec3 position = paper_position(D, dh);
-    float coded = (height - planet.radii.z) / max(planet.radii.y - planet.radii.z, 1.0);
+    float coded = (height - planet.lowest_m) / max(planet.highest_m - planet.lowest_m, 1.0);
     PaperVertex vertex;
     vertex.x = position.x;
     vertex.y = position.y;

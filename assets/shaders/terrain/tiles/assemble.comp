@@ -20,16 +20,37 @@ uniform float u_step_m;
 shared vec4 s_low[64];
 shared vec4 s_high[64];
 
+// The least and the largest of a tile's vertices, with all invocations, into s_low[0] and s_high[0].
+void gather_bounds(uint first) {
+    uint lane = gl_LocalInvocationID.x;
+    vec4 low = vec4(3.4e38), high = vec4(-3.4e38);
+    for (int k = int(lane); k < TILE_VERTICES; k += 64) {
+        CellVertex vertex = vertices[first + uint(k)];
+        vec4 bound = vec4(vertex.x, vertex.y, vertex.z, vertex.dh);
+        low = min(low, bound);
+        high = max(high, bound);
+    }
+    s_low[lane] = low;
+    s_high[lane] = high;
+    for (uint count = 32u; count > 0u; count >>= 1) {
+        barrier();
+        if (lane < count) {
+            s_low[lane] = min(s_low[lane], s_low[lane + count]);
+            s_high[lane] = max(s_high[lane], s_high[lane + count]);
+        }
+    }
+}
+
 void main() {
     TileRow row = rows[list[gl_WorkGroupID.x]];
     uint lane = gl_LocalInvocationID.x, first = row.slot * uint(TILE_VERTICES);
-    float radius = planet.radii.x;
+    float radius = planet.radius_m;
     for (int k = int(lane); k < TILE_VERTICES; k += 64) {
         TileVertex kept = slots[first + uint(k)];
         vec3 D = tile_foot_offset(row.name, k);
         precise float dh = float(kept.height - u_anchor_height) * u_step_m;
-        precise float height = frame.anchor_up.w + dh;
-        precise vec3 position = D * (1.0 + height / radius) + frame.anchor_up.xyz * dh;
+        precise float height = frame.anchor_height_m + dh;
+        precise vec3 position = D * (1.0 + height / radius) + frame.anchor_up * dh;
         vertices[first + uint(k)] = CellVertex(position.x, position.y, position.z, dh, kept.normal, kept.attributes);
     }
     memoryBarrierBuffer();
@@ -63,21 +84,6 @@ void main() {
     }
     memoryBarrierBuffer();
     barrier();
-    vec4 low = vec4(3.4e38), high = vec4(-3.4e38);
-    for (int k = int(lane); k < TILE_VERTICES; k += 64) {
-        CellVertex vertex = vertices[first + uint(k)];
-        vec4 bound = vec4(vertex.x, vertex.y, vertex.z, vertex.dh);
-        low = min(low, bound);
-        high = max(high, bound);
-    }
-    s_low[lane] = low;
-    s_high[lane] = high;
-    for (uint count = 32u; count > 0u; count >>= 1) {
-        barrier();
-        if (lane < count) {
-            s_low[lane] = min(s_low[lane], s_low[lane + count]);
-            s_high[lane] = max(s_high[lane], s_high[lane + count]);
-        }
-    }
+    gather_bounds(first);
     if (lane == 0u) bounds[row.slot] = CellBounds(s_low[0], s_high[0]);
 }

@@ -21,8 +21,8 @@ void main() {
     int k = min(int(gl_WorkGroupID.y * 64u + gl_LocalInvocationID.x), TILE_VERTICES - 1);
     dvec3 up = tile_direction(tile, k);
     double height;
-    TerrainPoint terrain = terrain_canonical(up * double(planet.radii.x), tile.spacing_m, height);
-    float radius = planet.radii.x, height_m = float(height);
+    TerrainPoint terrain = terrain_canonical(up * double(planet.radius_m), tile.spacing_m, height);
+    float radius = planet.radius_m, height_m = float(height);
     vec3 normal = normalize(vec3(up) - terrain.gradient * (radius / (radius + height_m)));
     TileVertex vertex;
     vertex.height = height_fixed(height, u_steps_per_m);

@@ -20,7 +20,7 @@ shared float s_error[64];
 void main() {
     TileRequest tile = requests[gl_WorkGroupID.x];
     uint lane = gl_LocalInvocationID.x, first = tile.slot * uint(TILE_VERTICES);
-    double radius = double(planet.radii.x);
+    double radius = double(planet.radius_m);
     ivec2 range = ivec2(0x7fffffff, -0x7fffffff);
     for (int k = int(lane); k < TILE_VERTICES; k += 64) {
         int height = slots[first + uint(k)].height;

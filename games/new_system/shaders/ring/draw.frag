@@ -41,9 +41,9 @@ void main() {
         : mu0 / away * (exp(-tau / mu0) - exp(-tau / mu));
     float share = lit ? mu0 / (mu + mu0) * (1.0 - exp(-tau * (1.0 / mu + 1.0 / mu0))) : near;
     vec3 point = ray * min(distance * u_ring.w, 1e12);
-    vec3 light = u_albedo / (4.0 * 3.14159265) * frame.sun_irradiance.rgb * share * sun_visibility(point);
+    vec3 light = u_albedo / (4.0 * 3.14159265) * frame.sun_irradiance * share * sun_visibility(point);
     Air air = air_from_camera(point);
-    o_color = tau > 0.0 ? vec4((light * air.transmittance + opacity * air.in_scatter) * frame.scale.x, opacity)
+    o_color = tau > 0.0 ? vec4((light * air.transmittance + opacity * air.in_scatter) * frame.hdr_per_radiance, opacity)
         : vec4(0.0);
 #endif
 }

@@ -56,7 +56,7 @@ void main() {
         }
         TileVertex vertex = slots[first + uint(kept)];
         float dh = float(vertex.height - u_anchor_height) * u_step_m;
-        vec3 position = X + N * (frame.anchor_up.w + dh) - frame.anchor_up.xyz * frame.anchor_up.w;
+        vec3 position = X + N * (frame.anchor_height_m + dh) - frame.anchor_up * frame.anchor_height_m;
         vertices[first + uint(k)] = CellVertex(position.x, position.y, position.z, dh, vertex.normal,
             vertex.attributes);
         vec4 bound = vec4(position, dh);

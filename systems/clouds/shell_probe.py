@@ -1,23 +1,24 @@
-"""CloudQuestions: the renderer's march, evaluated on the GPU for arrays of rays."""
+"""ShellProbe: the renderer's march, evaluated on the GPU for arrays of rays."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...components import MOST_CLOUD_LAYERS
+from ...engine.blocks.bindings import CLOUD_BLOCK, CLOUD_SLAB_UNIT
 from ...engine.gpu import GpuScope
-from ...engine.gpu.bindings import CLOUD_BLOCK, CLOUD_SLAB_UNIT
 from .block import CloudBlock, cloud_block
 from .model import CloudModel
+from .questions import Questions, ShellQuestion
 from .slab import DEPTHS, LEAST_COSINE, LEAST_DEPTH, MOST_DEPTH, SHARES, SUNS, packed_tables, slab_table
 
-__all__ = ["CloudQuestions", "MarchRays", "march_defines", "slab_texture"]
+__all__ = ["MarchRays", "ShellProbe", "march_defines", "slab_texture"]
 
 Floats = NDArray[np.float64]
 FINEST_STEPS = 300
@@ -107,7 +108,7 @@ def slab_texture(gpu: GpuScope, model: CloudModel) -> Any:
     return gpu.texture(size, "rgba32f", packed_tables(tables, MOST_CLOUD_LAYERS), filter="linear")
 
 
-class CloudQuestions:
+class ShellProbe:
     """One planet's clouds and the program that marches through them.
 
     gpu: owner of all GL objects; air_top_m: how high the air of the shader contract air_point reaches (0: none). What
@@ -121,7 +122,8 @@ class CloudQuestions:
         self._block.write(cloud_block(model))
         self._slabs = slab_texture(gpu, model)
         paper = {"ours": 0, "paper_2018": 2018, "paper_2019": 2019}[model.method]
-        self._program = gpu.compute("clouds/probe.comp", {**march_defines(settings), "CLOUD_PAPER": paper})
+        self._questions = Questions(gpu, ShellQuestion, "shell_question", _BATCH)
+        self._program = gpu.compute("clouds/probe/shells.comp", {**march_defines(settings), "CLOUD_PAPER": paper})
 
     def march(
         self, positions_m: Floats, directions: Floats, suns: Floats, most_m: Floats | None, *,
@@ -132,25 +134,10 @@ class CloudQuestions:
         if not count or self.top_m <= 0.0:
             return np.zeros((count, 3)), np.ones((count, 3))
         rays = MarchRays.of(self._model.radius_m, self.top_m, positions_m, directions, suns, most_m)
-        packed = np.zeros((count, 8), np.float32)
-        packed[:, 0], packed[:, 1], packed[:, 2] = rays.height_m, rays.along_m, rays.perigee_m
-        packed[:, 3], packed[:, 4], packed[:, 5] = rays.rise_m, rays.nu, rays.length_m
-        packed[:, 6], packed[:, 7] = sun_radius_rad, float(multiple)
+        records = np.zeros(count, self._questions.dtype)
+        for item in fields(rays):
+            records[item.name] = getattr(rays, item.name)
+        records["sun_radius_rad"], records["multiple"] = sun_radius_rad, multiple
         self._block.bind()
-        found = np.concatenate([self._batch(packed[i : i + _BATCH]) for i in range(0, count, _BATCH)])
-        return found[:, 0, :3], found[:, 1, :3]
-
-    def _batch(self, packed: NDArray[np.float32]) -> Floats:
-        count = len(packed)
-        questions, answers = self._gpu.buffer(packed), self._gpu.buffer(reserve=32 * count)
-        try:
-            questions.bind_to_storage_buffer(0)
-            answers.bind_to_storage_buffer(1)
-            self._slabs.use(CLOUD_SLAB_UNIT)
-            self._program.set("u_count", count)
-            self._program.run_over(count)
-            self._gpu.gpu.ctx.memory_barrier()
-            return np.frombuffer(answers.read(), np.float32).reshape(count, 2, 4).astype(np.float64)
-        finally:
-            self._gpu.free(questions)
-            self._gpu.free(answers)
+        self._slabs.use(CLOUD_SLAB_UNIT)
+        return self._questions.ask(self._program, records)

@@ -9,14 +9,14 @@ from pathlib import Path
 
 import pytest
 
-from planetfall.engine.gpu import bindings
+from planetfall.engine.blocks import bindings
 from planetfall.engine.gpu.preprocess import ShaderSources
 
 ROOT = Path(__file__).resolve().parents[2]
 SHADERS = ROOT / "assets" / "shaders"
 STAGES = (".comp", ".vert", ".frag")
 DECLARED = re.compile(r"layout\(([^)]*)\)\s*([^;{]*?)\b(\w+)\s*(?:\[[^]]*\]\s*)*[{;]")
-LITERAL = re.compile(r"\.use\((\d+)\)|bind_to_(uniform_block|storage_buffer|image)\((\d+)|_(?:UNIT|BINDING) = \d")
+LITERAL = re.compile(r"\.use\((\d+)\)|bind_to_(uniform_block|storage_buffer|image)\((\d+)|_(?:UNIT|BINDING) = \d+\b")
 
 
 def declared(text: str) -> list[tuple[str, str, str]]:
@@ -131,9 +131,15 @@ def test_python_takes_shared_numbers_from_the_registry():
                 if not (unit or number) or kind == "uniform_block" or int(unit or number) not in own:
                     wrong.append(f"{file.relative_to(ROOT)}: {kind or 'texture unit'} {unit or number}")
     assert not wrong
-    assert _literals("a.use(9); b.bind_to_uniform_block(3)\nC_UNIT = 4") == [
+    assert _literals("a.use(9); b.bind_to_uniform_block(3)\nC_UNIT = 4\nGL_BINDING = 0x90D3") == [
         ("9", "", ""), ("", "uniform_block", "3"), ("", "", ""),
     ]  # fmt: skip
+
+
+def test_python_binds_by_every_name_of_the_registry():
+    files = [f for folder in ("engine", "systems") for f in (ROOT / folder).rglob("*.py") if f.name != "bindings.py"]
+    words = set(re.findall(r"\w+", "\n".join(f.read_text(encoding="utf-8") for f in files)))
+    assert not bindings.points().keys() - words
 
 
 def _literals(text: str) -> list[tuple[str, str, str]]:

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import moderngl
 
-from .frame import View
-from .graph import PassIO
+from ..graph import PassIO
+from .view import View
 
 __all__ = ["LIGHT", "SOURCE", "Backdrop"]
 

@@ -120,7 +120,7 @@ CLOUD_TILE_UNIT = _unit(16, "printed clouds: their volume")
 CLOUD_SKY_UNIT = _unit(17, "clouds: light of the cloudy sky")
 
 RADIANCE_IMAGE = _image(0, "radiance of the view")
-COAST_NORMAL_IMAGE = _image(0, "G-buffer's normal, where the coast is drawn")
+COAST_NORMAL_IMAGE = _image(0, "G-buffer's normal, where the coast is drawn or waves are")
 COAST_ATTRIBUTES_IMAGE = _image(1, "G-buffer's attributes, there")
 COAST_SURFACE_IMAGE = _image(2, "G-buffer's kind of surface, there")
 

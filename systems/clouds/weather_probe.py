@@ -1,34 +1,37 @@
-"""WeatherQuestions: the march that pictures are made with, evaluated on the GPU for arrays of rays."""
+"""WeatherProbe: the march that pictures are made with, evaluated on the GPU for arrays of rays."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.frame.block import PlanetBlock
-from ...engine.gpu import GpuScope
-from ...engine.gpu.bindings import PLANET_BLOCK
+from ...engine.blocks.bindings import PLANET_BLOCK
+from ...engine.frame.block import FrameBlock, PlanetBlock
+from ...engine.gpu import GpuScope, StructLayout
 from .field import CloudField
 from .model import CloudModel
-from .probe import march_defines
+from .questions import NoiseOrigins, Questions, WeatherQuestion
+from .shell_probe import march_defines
+from .view_march import MarchSteps
 
-__all__ = ["WeatherQuestions"]
+__all__ = ["WeatherProbe"]
 
 Floats = NDArray[np.float64]
 _BATCH = 2048
 """Questions in one dispatch: less than a second without a GPU at most qualities."""
-_NOT_ALL = 1e9
-"""As in clouds/ways.glsl: a ray that goes on."""
+_UNBOUNDED = 1e9
+"""As in clouds/intervals.glsl: m of a ray that ends on nothing."""
 _MOST_SLICES = 16
 """Of the air up to each segment's end, two points in each. Software rasterisers end loops after 65536 turns in all."""
 _SUN_STEPS = 12
 """Towards the sun through each layer, at least: maps of the shadow, which spare pictures such steps, are not drawn."""
 
 
-class WeatherQuestions:
+class WeatherProbe:
     """One planet's clouds at moments of their weather, and the programs that march through them.
 
     gpu: owner of all GL objects. component: the Clouds with the quality's overrides. Whoever asks provides the
@@ -37,15 +40,16 @@ class WeatherQuestions:
 
     def __init__(self, gpu: GpuScope, component: Any, model: CloudModel, settings: Mapping[str, Any]) -> None:
         self._gpu, self._model, self._settings = gpu, model, settings
-        # Every question is its own camera.
-        gpu.gpu.shaders.add_virtual("generated/frame.glsl", '#include "clouds/asked/frame.glsl"\n')
+        # Every question is a camera of its own, and its anchor.
+        gpu.gpu.shaders.add_virtual("generated/frame.glsl", f"{StructLayout(FrameBlock).glsl}FrameBlock frame;\n")
         self._planet = gpu.uniform_block(PlanetBlock, PLANET_BLOCK, "planet")
-        self._planet.write(PlanetBlock((model.radius_m, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)))
+        self._planet.write(PlanetBlock(model.radius_m, 0.0, 0.0, 0.0, 0.0, has_sea=False))
         self._field = CloudField(gpu, settings)
         self._field.filter_between_levels()
         self._field.take(component)
         self._field.light(model)
         self._shafts = bool(component.shafts)
+        self._questions = Questions(gpu, WeatherQuestion, "weather_question", _BATCH)
         self._programs: dict[tuple[bool, int], Any] = {}
 
     def march(
@@ -61,36 +65,33 @@ class WeatherQuestions:
         self._field.place(np.zeros(3), self._model.radius_m, time_s)
         self._field.write()
         top_m = self._model.air_thickness_m if in_air else self._model.highest_m
-        packed = self._pack(positions_m, directions, suns, most_m, sun_radius_rad, pixel_rad, max(top_m, 0.0))
+        records = self._pack(positions_m, directions, suns, most_m, sun_radius_rad, pixel_rad, max(top_m, 0.0))
         program = self._program(multiple, in_air)
         program.set("u_ground", ground_albedo)
         self._planet.bind()
         self._field.bind()
-        found = np.concatenate([self._batch(program, packed[i : i + _BATCH]) for i in range(0, len(packed), _BATCH)])
-        return found[:, 0, :3], found[:, 1, :3]
+        return self._questions.ask(program, records)
 
     def _program(self, multiple: bool, in_air: bool) -> Any:
         key = multiple, int(in_air)
         program = self._programs.get(key)
         if program is None:
             defines = {
-                **march_defines(self._settings), "ASKED_ORDERS": "1.0" if multiple else "0.0",
-                "ASKED_SLICES": min(max(int(self._settings["clouds.air_steps"]), 8), _MOST_SLICES),
+                **march_defines(self._settings), "PROBE_ORDERS": "1.0" if multiple else "0.0",
+                "PROBE_SLICES": min(max(int(self._settings["clouds.air_steps"]), 8), _MOST_SLICES),
                 **({} if multiple else {"CLOUD_ONCE": 1}),
             }  # fmt: skip
-            program = self._programs[key] = self._gpu.compute("clouds/asked/march.comp", defines)
-        steps, growth, to_sun = (
-            float(self._settings[f"clouds.{n}"]) for n in ("fine_steps", "step_growth", "sun_steps")
-        )
-        program.set("u_march", (steps, growth, 0.0, max(to_sun, float(_SUN_STEPS))))
-        shafts = int(self._settings["clouds.shaft_steps"]) if self._shafts and in_air else 0
-        program.set("u_shafts", (float(shafts), self._field.first[1]))
+            program = self._programs[key] = self._gpu.compute("clouds/probe/weather.comp", defines)
+        steps = MarchSteps.of(self._settings)
+        replace(steps, sun=max(steps.sun, float(_SUN_STEPS))).give(program)
+        program.set("u_shaft_steps", int(self._settings["clouds.shaft_steps"]) if self._shafts and in_air else 0)
+        program.set("u_first_shaft_step", self._field.first[1])
         return program
 
     def _pack(
         self, positions_m: Floats, directions: Floats, suns: Floats, most_m: Floats | None, sun_radius_rad: float,
         pixel_rad: float, top_m: float,
-    ) -> NDArray[np.float32]:  # fmt: skip
+    ) -> NDArray[Any]:  # fmt: skip
         radius, top = self._model.radius_m, self._model.radius_m + top_m
         distance = np.linalg.norm(positions_m, axis=1)
         up = positions_m / np.maximum(distance, 1e-300)[:, None]
@@ -108,7 +109,7 @@ class WeatherQuestions:
         reach = np.where(meets, reach, top)
         h = np.maximum(np.where(away, reach, distance) - radius, 0.0)
         mu = np.clip((up * directions).sum(1), -1.0, 1.0)
-        end = np.full(len(h), _NOT_ALL)
+        end = np.full(len(h), _UNBOUNDED)
         # The reference sphere. Products, so that nothing is lost beside it.
         b, c = (radius + h) * mu, h * (2.0 * radius + h)
         lands = (mu < 0.0) & (b * b >= c)
@@ -117,25 +118,11 @@ class WeatherQuestions:
         if most_m is not None:
             end = np.minimum(end, np.maximum(most_m - skipped, 0.0))
         end = np.where(meets, end, 0.0)
-        packed = np.zeros((len(h), 11, 4), np.float32)
-        packed[:, 0, :3], packed[:, 0, 3] = up, h
-        packed[:, 1, :3], packed[:, 1, 3] = directions, mu
-        packed[:, 2, :3], packed[:, 2, 3] = suns, sun_radius_rad
-        packed[:, 3, 0], packed[:, 3, 1] = end, pixel_rad
-        packed[:, 3, 2], packed[:, 3, 3] = (np.cross(up, directions) ** 2).sum(1), skipped
-        packed[:, 4:] = self._field.places(up * (radius + h)[:, None])
-        return packed.reshape(len(h), 44)
-
-    def _batch(self, program: Any, packed: NDArray[np.float32]) -> Floats:
-        count = len(packed)
-        questions, answers = self._gpu.buffer(packed), self._gpu.buffer(reserve=32 * count)
-        try:
-            questions.bind_to_storage_buffer(0)
-            answers.bind_to_storage_buffer(1)
-            program.set("u_count", count)
-            program.run_over(count)
-            self._gpu.gpu.ctx.memory_barrier()
-            return np.frombuffer(answers.read(), np.float32).reshape(count, 2, 4).astype(np.float64)
-        finally:
-            self._gpu.free(questions)
-            self._gpu.free(answers)
+        records = np.zeros(len(h), self._questions.dtype)
+        records["up"], records["height_m"] = up, h
+        records["ray"], records["mu"] = directions, mu
+        records["sun"], records["sun_radius_rad"] = suns, sun_radius_rad
+        records["end_m"], records["pixel_rad"] = end, pixel_rad
+        records["sine2"], records["skipped_m"] = (np.cross(up, directions) ** 2).sum(1), skipped
+        NoiseOrigins.fill(records["origins"], self._field.places(up * (radius + h)[:, None]))
+        return records

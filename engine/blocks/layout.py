@@ -12,7 +12,7 @@ import struct
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any, TypeAlias, get_type_hints
+from typing import Annotated, Any, TypeAlias, TypeVar, cast, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,7 @@ __all__ = [
     "Vec3",
     "Vec4",
     "array",
+    "zeros",
 ]
 
 
@@ -58,9 +59,11 @@ class _Array:
     count: int
 
 
+_T = TypeVar("_T")
 _FLOAT = GlslType("float", "f", 4)
 _INT = GlslType("int", "i", 4)
 _BOOL = GlslType("bool", "?3x", 4)
+_NUMPY = {"f": "<f4", "i": "<i4", "I": "<u4", "?": "<u4"}
 
 Floats: TypeAlias = Sequence[float] | NDArray[np.floating[Any]]
 Ints: TypeAlias = Sequence[int] | NDArray[np.integer[Any]]
@@ -132,11 +135,12 @@ class Member:
 class StructLayout:
     """The memory layout of a dataclass as a std140 (or std430) block. Fields may be dataclasses, and arrays of them.
 
-    size: bytes. glsl: the struct's declaration. block(): a whole uniform or storage block. A text in a field's
-    annotation, ``Annotated[float, "m"]``, is its unit or meaning and becomes a comment in the GLSL.
+    size: bytes. glsl: the struct's declaration. block(): a whole uniform or storage block. dtype: for records that
+    numpy fills. A text in a field's annotation, ``Annotated[float, "m"]``, is its unit or meaning and becomes a comment
+    in the GLSL. Fields have no defaults: none is forgotten.
     """
 
-    def __init__(self, cls: type[Any], layout: str = "std140") -> None:
+    def __init__(self, cls: type, layout: str = "std140") -> None:
         if not dataclasses.is_dataclass(cls):
             raise FormatError(f"{cls!r} is not a dataclass")
         if layout not in ("std140", "std430"):
@@ -150,6 +154,11 @@ class StructLayout:
             where, hint = f"{self.name}.{item.name}", hints[item.name]
             if not re.fullmatch(r"[a-z]\w*", item.name, re.IGNORECASE) or "__" in item.name:
                 raise FormatError(f"{where} is not a GLSL identifier")
+            if item.default is not dataclasses.MISSING or item.default_factory is not dataclasses.MISSING:
+                raise FormatError(
+                    f"{where} has a default: whoever fills a block gives every field; take the default away, and begin "
+                    f"with zeros({self.name}) where fields are filled one by one"
+                )
             several = _array_of(hint)
             kind = _type_of(several.element if several else hint, layout, where)
             align = max(least, kind.alignment) if several else kind.alignment
@@ -170,7 +179,7 @@ class StructLayout:
         self._plan = tuple((m.name, m.shape, m.fields, m.count) for m in members)
         self._packer = struct.Struct("=" + self.format)
 
-    def pack(self, value: Any) -> bytes:
+    def pack(self, value: object) -> bytes:
         """The bytes of an instance. Instead of it, and of each dataclass in it, a mapping with the same names will do,
         another dataclass or a record of numpy's; for an array of them a sequence, or an array of records.
 
@@ -235,6 +244,22 @@ class StructLayout:
                     needs = f"{math.prod(member.shape)} numbers for {member.type.name}, shape {member.shape}"
                     raise FormatError(f"{place} needs {needs}: {_shown(part)} {error}".rstrip()) from None
 
+    @cached_property
+    def dtype(self) -> np.dtype[np.void]:
+        """The same bytes as a record of numpy's. FormatError for elements with gaps between their numbers: a Mat3, and
+        std140's arrays of less than a Vec4."""
+        kinds: list[Any] = []
+        for member in self.members:
+            if isinstance(member.type, StructLayout):
+                kind = member.type.dtype
+            else:
+                kind = np.dtype((_NUMPY[next(c for c in member.type.format if c in _NUMPY)], member.type.shape))
+            if kind.itemsize != member.stride:
+                raise FormatError(f"{self.name}.{member.name}: numpy has no {member.type.name} with gaps")
+            kinds.append((kind, (member.count,)) if member.count else kind)
+        names, offsets = [m.name for m in self.members], [m.offset for m in self.members]
+        return np.dtype({"names": names, "formats": kinds, "offsets": offsets, "itemsize": self.size})
+
     @property
     def _listed(self) -> str:
         return ", ".join(m.name for m in self.members)
@@ -250,8 +275,8 @@ class StructLayout:
     @property
     def _structs(self) -> str:
         """The structs that members need; guarded, because several blocks may use one."""
-        needed = (m.type for m in self.members if isinstance(m.type, StructLayout))
-        return "".join(f"#ifndef PF_STRUCT_{n.name}\n#define PF_STRUCT_{n.name}\n{n.glsl}#endif\n" for n in needed)
+        needed = {m.type.name: m.type.glsl for m in self.members if isinstance(m.type, StructLayout)}
+        return "".join(f"#ifndef PF_STRUCT_{n}\n#define PF_STRUCT_{n}\n{text}#endif\n" for n, text in needed.items())
 
     @property
     def glsl(self) -> str:
@@ -265,6 +290,21 @@ class StructLayout:
         return f"{self._structs}{head} {{\n{self._declarations()}\n}} {instance};\n"
 
 
+def zeros(cls: type[_T]) -> _T:
+    """An instance of a block's dataclass whose numbers are all 0, for who fills its fields one by one."""
+    return cast(_T, _zeros(StructLayout(cls)))
+
+
+def _zeros(layout: StructLayout) -> Any:
+    values: dict[str, Any] = {}
+    for name, shape, fields, count in layout._plan:
+        if fields is None:
+            values[name] = np.zeros(shape, int).tolist()
+        else:
+            values[name] = [_zeros(fields) for _ in range(count)] if count else _zeros(fields)
+    return layout.cls(**values)
+
+
 def _up(offset: int, alignment: int) -> int:
     return -(-offset // alignment) * alignment
 
@@ -273,7 +313,7 @@ def _item(value: Any, name: str) -> Any:
     return value[name]
 
 
-def _names(value: Any) -> frozenset[str] | None:
+def _names(value: object) -> frozenset[str] | None:
     """The fields of what may stand for a dataclass; None for anything else."""
     if isinstance(value, Mapping):
         return frozenset(value)
@@ -301,6 +341,6 @@ def _flatten(value: Any, shape: tuple[int, ...], into: list[Any]) -> None:
             _flatten(row, shape[1:], into)
 
 
-def _shown(value: Any) -> str:
+def _shown(value: object) -> str:
     text = " ".join(repr(value).split())
     return text if len(text) <= 60 else text[:57] + "..."

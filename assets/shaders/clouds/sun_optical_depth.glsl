@@ -1,0 +1,62 @@
+// Optical depth of the clouds from a sample of the march towards the sun: of the sample's layer in a few steps, then of
+// all clouds from the maps of the shadow. Without CLOUD_MAPPED (many steps, which are as good as the maps) the layer
+// has them all the way, and others, which are farther, a quarter as many.
+#include "clouds/intervals.glsl"
+#include "clouds/sun_depth.glsl"
+#include "clouds/sun_march.glsl"
+
+// cosine to the zenith; of a sun below the horizon maps know the ray from its lowest point on alone
+const float MAPPED_MU = 0.04;
+
+// Metres to the top of a curved layer along a ray of cosine mu to the zenith: a level one leaves it, too.
+float distance_to_top(CloudViewLayer shell, float altitude, float mu) {
+    float rise = max(shell.top_m - altitude, 0.0), r = planet.radius_m + altitude;
+    float b = r * mu, root = sqrt(max(b * b + rise * (2.0 * r + rise), 0.0));
+    return b >= 0.0 ? rise * (2.0 * r + rise) / max(root + b, 1.0) : root - b;
+}
+
+// Optical depth of one layer up to `near` of the `far` metres in it; mu: of the sun to the zenith. Short steps first:
+// what is near casts the sharpest shadows. So many of them lie in the part that is marched.
+float near_sun_depth(
+    int layer, vec3 point, float altitude, float mu, CloudWeather w, float footprint, float near, float far
+) {
+    CloudViewLayer shell = cloud_view.layers[layer];
+#ifdef CLOUD_FINEST
+    float most = u_sun_steps;
+#else
+    // Ice is thin; and what is averaged over the way there needs no steps of its own.
+    float most = CLOUD_IS_ICE(layer) ? 1.0 : u_sun_steps * min(2.0 * far / footprint, 1.0);
+#endif
+    int steps = max(int(ceil(most * sqrt(near / max(far, 1e-3)))), 1), i = 0;
+    float r = planet.radius_m + altitude, sum = 0.0, from = 0.0, per_step = 1.0 / float(steps);
+    do {
+        float part = float(++i) * per_step, to = near * part * part, t = 0.5 * (from + to);
+        vec3 at = point + frame.sun_direction * t;
+        float height = altitude + t * mu + 0.5 * t * t * (1.0 - mu * mu) / r;
+        float share = (height - shell.base_m) * shell.per_thickness;
+        sum += (to - from) * cloud_density(layer, at + frame.camera_offset_m, clamp(share, 0.0, 1.0), w,
+            max(footprint, 0.35 * (to - from)), 0) * step(share, 1.0);
+        from = to;
+    } while (i < steps);
+    return sum * shell.extinction_per_m;
+}
+
+// point: camera-relative, planet axes; up, w: the zenith and the weather there; footprint: in metres.
+float sun_optical_depth(int layer, vec3 point, float altitude, vec3 up, CloudWeather w, float footprint) {
+    CloudViewLayer shell = cloud_view.layers[layer];
+    float mu = dot(up, frame.sun_direction), far = distance_to_top(shell, altitude, mu);
+#ifdef CLOUD_MAPPED
+    float thickness = shell.top_m - shell.base_m, r = planet.radius_m + altitude;
+    far = min(far, 6.0 * thickness);
+    CloudSunPlace ray = cloud_sun_ray(point, altitude, mu, footprint);
+    float near = mix(far, min(far, max(0.08 * thickness, 1.5 * cloud_map_texel(ray.level))),
+        smoothstep(0.0, MAPPED_MU, mu));
+    float depth = near_sun_depth(layer, point, altitude, mu, w, footprint, near, far);
+    return depth + cloud_sunlight_on(ray, altitude + near * mu + 0.5 * near * near * (1.0 - mu * mu) / r,
+        mu + near / r).y;
+#else
+    far = min(far, 1e9);
+    float depth = near_sun_depth(layer, point, altitude, mu, w, footprint, far, far);
+    return depth + cloud_depth_marched(layer, point, altitude, mu, 0.25 * u_sun_steps, footprint);
+#endif
+}
