@@ -3,6 +3,7 @@
     python tests/kits/golden_tool.py --update            every golden picture that has changed
     python tests/kits/golden_tool.py --update earth/near knobs
     python tests/kits/golden_tool.py --sheet goldens.png contact sheet of the files as they are
+    python tests/kits/golden_tool.py --compare           how far this driver's pictures are from the files; writes none
     python tests/kits/golden_tool.py --measure           the table of docs/testing.md: what FLIP says to which change
 
 Names may be a picture's, the beginning of one, or nothing for all.
@@ -78,6 +79,21 @@ def update(names: Sequence[str]) -> None:
     total = sum(path.stat().st_size for path in FOLDER.rglob("*.png"))
     seconds = time.perf_counter() - started
     print_plain(f"{changed} written in {seconds:.0f} s; {FOLDER} holds {total / 1e6:.2f} MB. Look at them: --sheet")
+
+
+def compare(names: Sequence[str]) -> None:
+    """A line of each picture that differs from its file on this driver, and how many there are."""
+    differing = over = taken = 0
+    with Studio() as studio:
+        for picture in chosen(names):
+            found = likeness(read_picture(picture.path), studio.take(picture))
+            taken += 1
+            if found.worst > 0.0:
+                differing += 1
+                over += not found.within(SAME)
+                print_plain(f"{picture.name}: {found}")
+        renderer = studio.machine["renderer"]
+    print_plain(f"{renderer}: {taken} pictures, {differing} differ, {over} beyond {SAME}")
 
 
 def sheet(path: Path, names: Sequence[str]) -> None:
@@ -186,6 +202,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("names", nargs="*", help="golden pictures, or the beginnings of their names")
     parser.add_argument("--update", action="store_true", help="write the golden pictures")
     parser.add_argument("--sheet", type=Path, help="write a contact sheet of the golden pictures")
+    parser.add_argument("--compare", action="store_true", help="print how far this driver is from the files")
     parser.add_argument("--measure", action="store_true", help="print what FLIP says to which change (2 minutes)")
     parser.add_argument("--take", type=Path, help=argparse.SUPPRESS)
     given = parser.parse_args(arguments)
@@ -193,11 +210,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
         take_views(given.take)
     if given.update:
         update(given.names)
+    if given.compare:
+        compare(given.names)
     if given.sheet:
         sheet(given.sheet, given.names)
     if given.measure:
         measure()
-    if not (given.take or given.update or given.sheet or given.measure):
+    if not (given.take or given.update or given.compare or given.sheet or given.measure):
         parser.print_help()
 
 
