@@ -86,14 +86,14 @@ def compare(names: Sequence[str]) -> None:
     differing = over = taken = 0
     with Studio() as studio:
         for picture in chosen(names):
-            found = likeness(read_picture(picture.path), studio.take(picture))
+            found, limit = likeness(read_picture(picture.path), studio.take(picture)), picture.allowed or SAME
             taken += 1
             if found.worst > 0.0:
                 differing += 1
-                over += not found.within(SAME)
+                over += not found.within(limit)
                 print_plain(f"{picture.name}: {found}")
         renderer = studio.machine["renderer"]
-    print_plain(f"{renderer}: {taken} pictures, {differing} differ, {over} beyond {SAME}")
+    print_plain(f"{renderer}: {taken} pictures, {differing} differ, {over} beyond {SAME} or a limit of their own")
 
 
 def sheet(path: Path, names: Sequence[str]) -> None:
