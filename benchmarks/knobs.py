@@ -205,7 +205,7 @@ PAIRS: dict[str, Pair] = {
     "clouds.albedo": Pair("earth", "orbit", 0.9, clouds=True),
     "clouds.asymmetry": Pair("earth", "glint", 0.2, clouds=True),
     "clouds.density_model": Pair("earth", "coast", "uniform", both={"clouds.extinction_per_m": 1e-3}, clouds=True),
-    "clouds.kind": Pair("earth", "coast", "ice", clouds=True),
+    "clouds.kind": Pair("earth", "coast", "cirrus", clouds=True),
     "clouds.height_profile": Pair("earth", "sea", "none", both=FOG, clouds=True),
     "clouds.coverage": Pair("earth", "orbit", 0.0, clouds=True),
     "clouds.wind_speed_m_s": Pair("earth", "glint", 300.0, clouds=True),

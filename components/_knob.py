@@ -21,8 +21,9 @@ class Knob:
 
     low, high: inclusive limits, for every element of a vector (None: no limit). unit: "m", "deg", ... for messages and
     panels. help: one sentence. cost: what a higher value costs, "" for nothing. log: a slider moves logarithmically.
-    group: heading in a panel. choices: allowed texts. not_yet: texts that are known but not available in this version.
-    nonzero: a vector of length zero is refused. excludes: fields that become None when this one is set.
+    group: heading in a panel. choices: allowed texts. aliases: further texts that stand for one of them.
+    not_yet: texts that are known but not available in this version. nonzero: a vector of length zero is refused.
+    excludes: fields that become None when this one is set.
     power_of_two: 1, 2, 4, ... only. widget: "color" for a linear RGB reflectance, "direction", "path" for a file or
     folder (in scene files relative to their own folder), "place" for latitude and longitude in degrees, or "" (chosen
     by type). check: for what limits can't say, a function of the value that returns what is wrong with it, or "".
@@ -37,6 +38,7 @@ class Knob:
     log: bool = False
     group: str = ""
     choices: tuple[str, ...] = ()
+    aliases: tuple[str, ...] = ()
     not_yet: tuple[str, ...] = ()
     nonzero: bool = False
     excludes: tuple[str, ...] = ()
@@ -56,6 +58,7 @@ def knob(
     group: str = "",
     *,
     choices: tuple[str, ...] = (),
+    aliases: tuple[str, ...] = (),
     not_yet: tuple[str, ...] = (),
     nonzero: bool = False,
     excludes: tuple[str, ...] = (),
@@ -65,7 +68,21 @@ def knob(
 ) -> Any:
     """A dataclass field with its Knob as metadata["knob"]. Vectors are tuples, so a change is always an assignment."""
     described = Knob(
-        low, high, unit, help, cost, log, group, choices, not_yet, nonzero, excludes, widget, power_of_two, check
+        low,
+        high,
+        unit,
+        help,
+        cost,
+        log,
+        group,
+        choices,
+        aliases,
+        not_yet,
+        nonzero,
+        excludes,
+        widget,
+        power_of_two,
+        check,
     )
     return dataclasses.field(default=default, metadata={"knob": described})
 

@@ -64,9 +64,10 @@ class CloudLayer:
     )
     kind: str = knob(
         "auto",
-        help="What the weather's clouds are of: water, billows and sheets; ice, streaks and veils; auto: ice where "
-        "the whole layer's optical depth is below 5",
-        choices=("auto", "water", "ice"),
+        help="What the weather's clouds are: cumulus, billows and sheets of water; cirrus, streaks and veils of ice; "
+        "auto: cirrus where the whole layer's optical depth is below 5",
+        choices=("auto", "cumulus", "cirrus"),
+        aliases=("water", "ice"),
         group="shape",
     )
 

@@ -286,7 +286,7 @@ def _weather(rng: np.random.Generator, scene: Case) -> Case:
     """The same scene, with weather in some of its layers."""
     for layer in layers_of(scene):
         layer["density_model"] = str(rng.choice(["weather", "weather", "uniform"]))
-        layer["kind"] = str(rng.choice(["auto", "water", "ice"]))
+        layer["kind"] = str(rng.choice(["auto", "cumulus", "cirrus"]))
         layer["coverage"] = float(rng.choice([0.1, 0.6, 1.0]))
         layer["wind_speed_m_s"] = float(rng.choice([0.0, 12.0, 500.0]))
     return scene

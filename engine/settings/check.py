@@ -131,7 +131,7 @@ def _rule(cls: type, name: str, hint: Any, knob: Any, default: Any) -> FieldRule
     elif hint is bool:
         kind, schema = "bool", bool
     elif hint is str:
-        kind, schema = "str", Literal[knob.choices] if knob.choices else str
+        kind, schema = "str", Literal[knob.choices + knob.aliases] if knob.choices else str
     elif typing.get_origin(hint) is tuple and set(typing.get_args(hint)) == {float}:
         kind, length = "vector", len(typing.get_args(hint))
         schema = tuple[(Annotated[float, msgspec.Meta(**limits)],) * length]  # type: ignore[misc]

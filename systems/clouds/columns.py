@@ -16,7 +16,7 @@ from .view_block import MOST_INTERVALS, MOST_LAYERS, CloudKind, CloudSpan
 __all__ = ["Span", "intervals_of", "span_rows", "spans_of"]
 
 _THIN_INTERVALS = 2
-"""Of a span with nothing but ice in it: little light is lost there."""
+"""Of a span with nothing but cirrus in it: little light is lost there."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ def spans_of(layers: Sequence[Any], steps: int) -> list[Span]:
     """
     merged: list[tuple[float, float, bool]] = []
     for layer in layers:
-        base, top, thin = float(layer.base_m), float(layer.top_m), kind_of(layer) == CloudKind.ICE
+        base, top, thin = float(layer.base_m), float(layer.top_m), kind_of(layer) == CloudKind.CIRRUS
         if merged and base <= merged[-1][1]:
             low, high, all_thin = merged[-1]
             merged[-1] = low, max(high, top), all_thin and thin

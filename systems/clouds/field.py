@@ -60,9 +60,9 @@ class CloudField:
         """These clouds from now on. ValueError (MapError) for an imported map that can't be read: all stays."""
         cover = imported_cover(component.weather_map) if component.weather_map else None
         self.layers = layers_of(component)
-        water = [layer for layer in self.layers if kind_of(layer) == CloudKind.WATER]
+        cumulus = [layer for layer in self.layers if kind_of(layer) == CloudKind.CUMULUS]
         self.wind_m_s = float(component.wind_speed_m_s)
-        first = water[0] if water else component
+        first = cumulus[0] if cumulus else component
         self.first = float(first.base_m), float(first.top_m - first.base_m)
         coverage = float(first.coverage) or 0.6
         self.maps.take(coverage, cover, int(component.weather_seed))

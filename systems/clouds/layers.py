@@ -17,7 +17,7 @@ __all__ = ["frames_at", "hidden_fit", "kind_of", "layers_of", "write_layers", "w
 Floats = NDArray[np.float64]
 
 _THIN = 5.0
-"""Optical depth of a whole layer below which its clouds are taken for ice, where nobody has said what they are of."""
+"""Optical depth of a whole layer below which its clouds are taken for cirrus, where nobody has said their kind."""
 _BROAD_PERIOD = 6.4
 """Of the shape's volume, in thicknesses of the first layer: 16 km for 2.5 km."""
 _WIDE, _FINE, _FINEST = 6.871, 0.1031, 0.01173
@@ -44,7 +44,7 @@ def kind_of(layer: Any) -> CloudKind:
         return CloudKind.UNIFORM
     if layer.kind == "auto":
         thin = layer.extinction_per_m * (layer.top_m - layer.base_m) < _THIN
-        return CloudKind.ICE if thin else CloudKind.WATER
+        return CloudKind.CIRRUS if thin else CloudKind.CUMULUS
     return CloudKind[layer.kind.upper()]
 
 
@@ -70,8 +70,9 @@ def write_layers(block: CloudViewBlock, layers: list[Any], map_coverage: float, 
     block.layers = [zeros(CloudViewLayer)] * MOST_LAYERS
     for row, layer in enumerate(layers[:MOST_LAYERS]):
         kind, base, top = kind_of(layer), float(layer.base_m), float(layer.top_m)
-        scale = 1.0 if kind == CloudKind.UNIFORM else layer.coverage / (0.6 if kind == CloudKind.ICE else map_coverage)
-        parabola = float(layer.height_profile == "parabola" and kind != CloudKind.WATER)
+        mean = 0.6 if kind == CloudKind.CIRRUS else map_coverage
+        scale = 1.0 if kind == CloudKind.UNIFORM else layer.coverage / mean
+        parabola = float(layer.height_profile == "parabola" and kind != CloudKind.CUMULUS)
         block.layers[row] = CloudViewLayer(
             base, top, 1.0 / (top - base), layer.extinction_per_m, layer.albedo, layer.asymmetry, kind, scale, parabola,
             numbers[row],

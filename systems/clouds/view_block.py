@@ -22,14 +22,16 @@ MOST_INTERVALS = 8
 
 
 class CloudKind(IntEnum):
-    """Which density a layer has. GLSL: CLOUD_WATER, ..."""
+    """Which density a layer has. GLSL: CLOUD_CUMULUS, ..."""
 
-    WATER = 0
+    CUMULUS = 0
     """Billows and sheets, as the weather's cover, towers and depth have them."""
-    ICE = 1
+    CIRRUS = 1
     """Streaks and veils along the winds aloft, as the weather's high cloud has them."""
     UNIFORM = 2
     """The whole shell alike, whatever the weather."""
+    WATER, ICE = CUMULUS, CIRRUS
+    """Other names of theirs, by what such clouds are of."""
 
 
 @dataclass
@@ -42,7 +44,7 @@ class CloudViewLayer:
     extinction_per_m: Annotated[float, "where the cloud is densest"]
     albedo: float
     asymmetry: float
-    kind: Annotated[int, "CLOUD_WATER, CLOUD_ICE or CLOUD_UNIFORM"]
+    kind: Annotated[int, "CLOUD_CUMULUS, CLOUD_CIRRUS or CLOUD_UNIFORM"]
     cover_scale: Annotated[float, "its cover over that of the weather's map"]
     parabola: Annotated[float, "1: it thins out towards base and top as a parabola; 0: it does not"]
     model: Annotated[int, "its number in cloud_model.layers"]

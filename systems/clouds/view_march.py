@@ -26,8 +26,8 @@ SUN_MAPPED = 8.0
 """Steps towards the sun in clouds; more of them are as good as the maps of the shadow, and have no need of these."""
 MAPPED: Mapping[str, Any] = {"CLOUD_MAPPED": 1}
 """Define of clouds/sun_optical_depth.glsl: the rest of the way to the sun comes from the maps."""
-_NO_ICE: Mapping[str, Any] = {"CLOUD_NO_ICE": 1}
-"""Define of clouds/density.glsl: there is no ice where the program runs."""
+_NO_CIRRUS: Mapping[str, Any] = {"CLOUD_NO_CIRRUS": 1}
+"""Define of clouds/density.glsl: there is no cirrus where the program runs."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class ViewMarch:
         self._list = gpu.compute("clouds/list_tiles.comp")
         self._between = gpu.compute("clouds/upsample_rays.comp", picture.defines)
         self._march: Any = None
-        self._no_ice: Any = None
+        self._no_cirrus: Any = None
         self._steps = MarchSteps(0.0, 0.0, 0.0)
         self._debug: Any = None
 
@@ -76,16 +76,16 @@ class ViewMarch:
         given = {**self._picture.defines, **defines, **(MAPPED if mapped else {})}
         if given != self._defines:
             self._defines = given
-            for program in {self._classify, self._march, self._no_ice, self._debug} - {None}:
+            for program in {self._classify, self._march, self._no_cirrus, self._debug} - {None}:
                 self._gpu.free(program)
             finest = {name: defines[name] for name in ("CLOUD_FINEST",) if name in defines}
             self._classify = self._gpu.compute("clouds/classify.comp", {**self._picture.defines, **finest})
             self._march = self._program("clouds/view_march.comp")
-            # Steps all the way to the sun meet layers above, which may be ice.
-            self._no_ice = self._program("clouds/view_march.comp", _NO_ICE) if mapped else self._march
+            # Steps all the way to the sun meet layers above, which may be cirrus.
+            self._no_cirrus = self._program("clouds/view_march.comp", _NO_CIRRUS) if mapped else self._march
             self._debug = None if self._debug is None else self._program("clouds/debug.comp")
         self._steps = steps
-        for program in (self._classify, self._march, self._no_ice, self._debug):
+        for program in (self._classify, self._march, self._no_cirrus, self._debug):
             if program is not None:
                 steps.give(program)
 
@@ -109,7 +109,7 @@ class ViewMarch:
                 TextureSpec(RAYS, "rgba32f", size, "persistent", help="light of clouds, and what they leave"),
                 TextureSpec(DISTANCE, "r32f", size, "persistent", help="mean distance of the clouds"),
                 BufferSpec(_FLAGS, 4 * tiles, "persistent", help="what each tile of rays meets"),
-                BufferSpec(_TILES, 32 + 4 * tiles, "persistent", help="dispatches and tiles of cloud: no ice, ice"),
+                BufferSpec(_TILES, 32 + 4 * tiles, "persistent", help="dispatches, tiles without cirrus and with"),
             ),
             when=lambda: not history().skip,
             help="tiles of rays that may see cloud",
@@ -219,10 +219,10 @@ class ViewMarch:
             distance.bind_to_image(1, read=False, write=True)
             sun.use(CLOUD_SUN_UNIT)
             tiles.bind_to_storage_buffer(TILE_BUFFER)
-            for ice, program in enumerate((self._no_ice, self._march)):
+            for cirrus, program in enumerate((self._no_cirrus, self._march)):
                 self._place(program, history())
-                program.set("u_ice", ice)
-                program.run_indirect(tiles, 16 * ice)
+                program.set("u_cirrus", cirrus)
+                program.run_indirect(tiles, 16 * cirrus)
 
         return run
 

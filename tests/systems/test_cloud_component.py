@@ -31,7 +31,7 @@ from planetfall.systems.clouds.view_block import CloudKind
         ("base_m", -1.0, r"^Clouds\.base_m: "),
         ("coverage", 2.0, r"^Clouds\.coverage: "),
         ("density_model", "wether", r"did you mean 'weather'"),
-        ("kind", "ise", r"^Clouds\.kind: .*did you mean 'ice'"),
+        ("kind", "cirus", r"^Clouds\.kind: .*did you mean 'cirrus'"),
         ("height_profile", "box", r"one of 'parabola', 'none'"),
         ("layers", pf.CloudLayer(), r"^Clouds\.layers: expected a list of CloudLayer, .*Put even one in brackets$"),
         ("layers", [1.0], r"^Clouds\.layers\[0\]: expected a CloudLayer or a table of its fields, found 1\.0$"),
@@ -106,11 +106,13 @@ def test_a_running_renderer_says_once_what_cannot_be_and_keeps_the_clouds_from_b
 @pytest.mark.parametrize(
     ("fields", "kind"),
     [
-        ({"extinction_per_m": 4.9e-3}, CloudKind.ICE),
-        ({"extinction_per_m": 5.1e-3}, CloudKind.WATER),
-        ({"extinction_per_m": 4.9e-3, "kind": "water"}, CloudKind.WATER),
-        ({"extinction_per_m": 5.1e-3, "kind": "ice"}, CloudKind.ICE),
-        ({"density_model": "uniform", "kind": "ice"}, CloudKind.UNIFORM),
+        ({"extinction_per_m": 4.9e-3}, CloudKind.CIRRUS),
+        ({"extinction_per_m": 5.1e-3}, CloudKind.CUMULUS),
+        ({"extinction_per_m": 4.9e-3, "kind": "cumulus"}, CloudKind.CUMULUS),
+        ({"extinction_per_m": 5.1e-3, "kind": "cirrus"}, CloudKind.CIRRUS),
+        ({"extinction_per_m": 4.9e-3, "kind": "water"}, CloudKind.CUMULUS),
+        ({"extinction_per_m": 5.1e-3, "kind": "ice"}, CloudKind.CIRRUS),
+        ({"density_model": "uniform", "kind": "cirrus"}, CloudKind.UNIFORM),
     ],
 )
 def test_a_kind_that_is_said_overrides_the_guess_from_optical_depth(fields: dict[str, Any], kind: CloudKind) -> None:
@@ -123,12 +125,12 @@ def test_a_kind_that_is_said_is_drawn_as_the_guessed_one_to_the_bit() -> None:
     camera = pf.Camera.at(10.0, 20.0, 500.0, pitch_deg=20.0)
     seen = {}
     with renderer_of(scene) as renderer:
-        for kind in ("auto", "ice", "water"):
+        for kind in ("auto", "cirrus", "cumulus"):
             scene.planet[pf.Clouds].kind = kind
             renderer.settle(camera)
             seen[kind] = radiance(renderer, camera)
-    np.testing.assert_array_equal(seen["ice"], seen["auto"])
-    assert np.mean(np.abs(seen["water"] - seen["auto"]) > 0.01 * seen["auto"]) > 0.25
+    np.testing.assert_array_equal(seen["cirrus"], seen["auto"])
+    assert np.mean(np.abs(seen["cumulus"] - seen["auto"]) > 0.01 * seen["auto"]) > 0.25
 
 
 def test_clouds_without_air_may_be_as_high_as_the_planet() -> None:

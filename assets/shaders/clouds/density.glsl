@@ -21,11 +21,11 @@ layout(binding = CLOUD_RIMS_UNIT) uniform sampler3D u_cloud_rims;
 layout(binding = WEATHER_FIRST_UNIT) uniform sampler2D u_weather_first;
 layout(binding = WEATHER_SECOND_UNIT) uniform sampler2D u_weather_second;
 
-// Ice has streaks for noise. A program for places without any knows so at build time, and takes less time.
-#ifdef CLOUD_NO_ICE
-#define CLOUD_IS_ICE(layer) false
+// Cirrus has streaks for noise. A program for places without any knows so at build time, and takes less time.
+#ifdef CLOUD_NO_CIRRUS
+#define CLOUD_IS_CIRRUS(layer) false
 #else
-#define CLOUD_IS_ICE(layer) (cloud_view.layers[layer].kind == CLOUD_ICE)
+#define CLOUD_IS_CIRRUS(layer) (cloud_view.layers[layer].kind == CLOUD_CIRRUS)
 #endif
 
 // Where a volume of noise lies around the point that places are measured from.
@@ -43,17 +43,17 @@ const float CLOUD_MEAN_FILL = 0.4;
 const float CLOUD_MOST_NOISE = 0.54;
 
 const float CLOUD_LEAST_HALF_WIDTH = 0.015;   // of a threshold that hides nothing
-const float CLOUD_LEAST = 1e-4, CLOUD_LEAST_ICE = 0.01;   // covers below which no noise makes cloud
+const float CLOUD_LEAST = 1e-4, CLOUD_LEAST_CIRRUS = 0.01;   // covers below which no noise makes cloud
 
 const float CLOUD_SEAMS = 0.12;       // of a closed sheet's cover
 const float CLOUD_SHALLOW = 0.12;     // extinction of a sheet against that of towers
 const float CLOUD_ROLLS = 0.2;        // of noise, in rolls as far apart as the rims' volume repeats
-const float CLOUD_ICE_FROM = -0.39;   // threshold of ice
+const float CLOUD_CIRRUS_FROM = -0.39;   // threshold of cirrus
 // by how much it rises away from the middle of a sheet, over a layer's thickness squared
 const float CLOUD_FEATHER = 0.9;
 const float CLOUD_SHEAR = 3.5;        // way along the winds for one way down
 const float CLOUD_VEER = 1.2;         // and across
-const float CLOUD_ICE_RIM = 1.4;      // of ice against other rims
+const float CLOUD_CIRRUS_RIM = 1.4;      // of cirrus against other rims
 // Finest fibres, in periods of the fibres and, once more, a further time as fine: whole numbers, so that both repeat
 // together.
 const vec3 CLOUD_HAIR = vec3(4.0, 4.0, 16.0);
@@ -131,10 +131,10 @@ float cloud_height_cover(float share, CloudWeather w) {
 // all.
 float cloud_ceiling(int layer, CloudWeather a, CloudWeather b) {
     CloudViewLayer shell = cloud_view.layers[layer];
-    bool ice = CLOUD_IS_ICE(layer);
-    float most = ice ? max(a.high, b.high) : max(a.cover, b.cover);
-    float reach = shell.kind == CLOUD_WATER ? max(cloud_tallness(a), cloud_tallness(b)) : 1.0;
-    bool some = most * shell.cover_scale > (ice ? CLOUD_LEAST_ICE : CLOUD_LEAST);
+    bool cirrus = CLOUD_IS_CIRRUS(layer);
+    float most = cirrus ? max(a.high, b.high) : max(a.cover, b.cover);
+    float reach = shell.kind == CLOUD_CUMULUS ? max(cloud_tallness(a), cloud_tallness(b)) : 1.0;
+    bool some = most * shell.cover_scale > (cirrus ? CLOUD_LEAST_CIRRUS : CLOUD_LEAST);
     return shell.kind == CLOUD_UNIFORM || some ? reach : 0.0;
 }
 
@@ -148,13 +148,13 @@ float cloud_interior(CloudWeather w) {
     return mix(CLOUD_SHALLOW, 1.0, cloud_solid(w));
 }
 
-// Vertical optical depth of a whole cloud of a weather. density: at some place in it; ice is as it is there all the
+// Vertical optical depth of a whole cloud of a weather. density: at some place in it; cirrus is as it is there all the
 // way.
 float cloud_column(int layer, CloudWeather w, float density) {
     CloudViewLayer shell = cloud_view.layers[layer];
     float even = mix(1.0, 2.0 / 3.0, shell.parabola);
     float billows = CLOUD_MEAN_FILL * cloud_tallness(w) * cloud_interior(w);
-    float mean = shell.kind == CLOUD_UNIFORM ? even : CLOUD_IS_ICE(layer) ? density : billows;
+    float mean = shell.kind == CLOUD_UNIFORM ? even : CLOUD_IS_CIRRUS(layer) ? density : billows;
     return (shell.top_m - shell.base_m) * shell.extinction_per_m * mean;
 }
 
@@ -234,20 +234,20 @@ struct CloudShape {
 };
 
 // Thin ice: drawn out streaks on the map, fibres of the volume in them. Else clouds of two sizes.
-CloudShape cloud_shape(bool ice, CloudPlace p, float footprint_m) {
-    vec3 second = ice ? CLOUD_ORIGIN(veil) + p.drawn.yzx * cloud_view.veil.per_m
+CloudShape cloud_shape(bool cirrus, CloudPlace p, float footprint_m) {
+    vec3 second = cirrus ? CLOUD_ORIGIN(veil) + p.drawn.yzx * cloud_view.veil.per_m
         : warped_clusters(CLOUD_ORIGIN(wide) + p.tilted * cloud_view.wide.per_m);
-    float first_level = cloud_level(cloud_view.broad_level - (ice ? 0.8 : 0.0), footprint_m);
-    float second_level = cloud_level(ice ? cloud_view.broad_level - 2.0 : cloud_view.wide_level, footprint_m);
+    float first_level = cloud_level(cloud_view.broad_level - (cirrus ? 0.8 : 0.0), footprint_m);
+    float second_level = cloud_level(cirrus ? cloud_view.broad_level - 2.0 : cloud_view.wide_level, footprint_m);
     float wide = textureLod(u_cloud_shape, second, second_level + cloud_dither - 0.5).r - 0.5;
     // Fibres curl around the patches that they are in.
     vec3 curled = p.drawn + vec3(0.0, 0.0, CLOUD_CURL * wide / cloud_view.fibre.per_m);
-    vec3 first = ice ? CLOUD_ORIGIN(fibre) + curled * cloud_view.fibre.per_m
+    vec3 first = cirrus ? CLOUD_ORIGIN(fibre) + curled * cloud_view.fibre.per_m
         : CLOUD_ORIGIN(broad) + p.turned * cloud_view.broad.per_m;
     float broad = textureLod(u_cloud_shape, first, first_level + cloud_dither - 0.5).r - 0.5;
     // The streaks' period is shortest across them.
-    float first_resolved = cells_resolved(footprint_m, ice ? 0.3 * cloud_view.fibre.per_m : cloud_view.broad.per_m);
-    float second_resolved = cells_resolved(footprint_m, ice ? 0.3 * cloud_view.veil.per_m : cloud_view.wide.per_m);
+    float first_resolved = cells_resolved(footprint_m, cirrus ? 0.3 * cloud_view.fibre.per_m : cloud_view.broad.per_m);
+    float second_resolved = cells_resolved(footprint_m, cirrus ? 0.3 * cloud_view.veil.per_m : cloud_view.wide.per_m);
     return CloudShape(broad * first_resolved, wide * second_resolved,
         first_resolved * first_resolved * (1.0 - hidden_variance_share(first_level, cloud_view.shape_filter)),
         second_resolved * second_resolved * (1.0 - hidden_variance_share(second_level, cloud_view.shape_filter)));
@@ -256,7 +256,7 @@ CloudShape cloud_shape(bool ice, CloudPlace p, float footprint_m) {
 // Ice above its threshold: in sheets whose height wanders, the thinner, the nearer to their middle. high: its cover.
 float cloud_streaks(CloudShape shape, float share, float high) {
     float aside = share - (0.62 + 0.5 * shape.wide), rare = 1.0 - clamp(high / CLOUD_SCARCE, 0.0, 1.0);
-    return CLOUD_ICE_FROM + 0.55 * shape.broad + 0.5 * shape.wide + 0.6 * high - CLOUD_FEATHER * aside * aside
+    return CLOUD_CIRRUS_FROM + 0.55 * shape.broad + 0.5 * shape.wide + 0.6 * high - CLOUD_FEATHER * aside * aside
         - rare * rare;
 }
 
@@ -274,9 +274,9 @@ float cloud_rolls(CloudPlace p, float wide, float shallow, float footprint_m) {
 // turns.
 CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float footprint_m) {
     CloudViewLayer shell = cloud_view.layers[layer];
-    bool ice = CLOUD_IS_ICE(layer);
+    bool cirrus = CLOUD_IS_CIRRUS(layer);
     CloudPlace p = cloud_place(shell, place, share);
-    CloudShape shape = cloud_shape(ice, p, footprint_m);
+    CloudShape shape = cloud_shape(cirrus, p, footprint_m);
     float streaks = cloud_streaks(shape, share, w.high * shell.cover_scale);
     float half_width = max(0.3 * sqrt(1.0 - shape.wide_resolved), 0.02);
     // Sheets are of small cells, deep weather is in clusters. Squares of the weights add up to one: the variance stays
@@ -291,7 +291,7 @@ CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float
     // Two volumes in one reach beyond 0.5, and rims on top of them: without this there would be cloud where there is no
     // cover, cut off along the line where cover begins.
     float scarce = 1.0 - clamp(cover / CLOUD_SCARCE, 0.0, 1.0);
-    float excess = ice ? streaks : noise - (0.5 - cover) - CLOUD_MOST_NOISE * scarce * scarce;
+    float excess = cirrus ? streaks : noise - (0.5 - cover) - CLOUD_MOST_NOISE * scarce * scarce;
     vec3 fibre_place = CLOUD_HAIR * (CLOUD_ORIGIN(fibre) + p.carried * cloud_view.fibre.per_m);
     return CloudNoise(excess, 0.25 * hidden, hidden, half_width, cloud_interior(w), clusters * shape.wide - 0.5 + most,
         cover, fibre_place, p.turned, p.tilted);
@@ -299,33 +299,33 @@ CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float
 
 // How far the noise lies below any cloud, whatever the rims are; 0: there may be some.
 float cloud_gap(int layer, CloudNoise n, float footprint_m) {
-    bool ice = CLOUD_IS_ICE(layer);
+    bool cirrus = CLOUD_IS_CIRRUS(layer);
     float rim_variance = CLOUD_RIM * CLOUD_RIM * hidden_variance_share(cloud_level(cloud_view.fine_level, footprint_m),
         cloud_view.rim_filter)
         + CLOUD_RIM_NEAR * CLOUD_RIM_NEAR * hidden_variance_share(cloud_level(cloud_view.finest_level, footprint_m),
             cloud_view.rim_filter);
-    float half_width = ice ? n.half_width : max(sqrt(n.hidden_variance + rim_variance), CLOUD_LEAST_HALF_WIDTH);
-    float most = n.excess + (CLOUD_RIM + CLOUD_RIM_NEAR) * (ice ? CLOUD_ICE_RIM : 1.0) + half_width;
-    float gap = max(-most, ice || n.cover >= CLOUD_LEAST ? 0.0 : 1e-6);
+    float half_width = cirrus ? n.half_width : max(sqrt(n.hidden_variance + rim_variance), CLOUD_LEAST_HALF_WIDTH);
+    float most = n.excess + (CLOUD_RIM + CLOUD_RIM_NEAR) * (cirrus ? CLOUD_CIRRUS_RIM : 1.0) + half_width;
+    float gap = max(-most, cirrus || n.cover >= CLOUD_LEAST ? 0.0 : 1e-6);
     return cloud_view.layers[layer].kind == CLOUD_UNIFORM ? 0.0 : gap;
 }
 
 // rims: octaves of billows on the rim, 0..2.
 float cloud_rimmed(int layer, CloudNoise n, float share, float footprint_m, int rims) {
     CloudViewLayer shell = cloud_view.layers[layer];
-    bool ice = CLOUD_IS_ICE(layer);
+    bool cirrus = CLOUD_IS_CIRRUS(layer);
     float excess = n.excess, variance = n.hidden_variance;
     int turns = excess > -0.3 - 0.5 * sqrt(variance) && n.hidden_share < 0.99 ? rims : 0, i = 0;
     // Left at its end: software GPUs go through the turn, too, in which a loop is left at its head.
     if (rims > 0) do {
         vec3 billow = i == 0 ? CLOUD_ORIGIN(fine) + n.tilted * cloud_view.fine.per_m
             : CLOUD_ORIGIN(finest) + n.turned * cloud_view.finest.per_m;
-        vec3 at = ice ? (i == 0 ? 1.0 : CLOUD_HAIRS) * n.fibre_place : billow;
+        vec3 at = cirrus ? (i == 0 ? 1.0 : CLOUD_HAIRS) * n.fibre_place : billow;
         float level = cloud_level(i == 0 ? cloud_view.fine_level : cloud_view.finest_level, footprint_m);
-        float weight = turns > 0 ? (i == 0 ? CLOUD_RIM : CLOUD_RIM_NEAR) * (ice ? CLOUD_ICE_RIM : 1.0) : 0.0;
+        float weight = turns > 0 ? (i == 0 ? CLOUD_RIM : CLOUD_RIM_NEAR) * (cirrus ? CLOUD_CIRRUS_RIM : 1.0) : 0.0;
         float rim = textureLod(u_cloud_rims, at, level + cloud_dither - 0.5).r - 0.5;
         // Billows above, wisps below: at the base the noise is turned round.
-        excess += 2.0 * weight * rim * mix(-1.0, 1.0, ice ? 1.0 : smoothstep(0.0, 0.25, share));
+        excess += 2.0 * weight * rim * mix(-1.0, 1.0, cirrus ? 1.0 : smoothstep(0.0, 0.25, share));
         variance += weight * weight * hidden_variance_share(level, cloud_view.rim_filter);
     } while (++i < turns);
     float thin = filtered_ramp(excess, n.half_width, 0.4);
@@ -336,7 +336,7 @@ float cloud_rimmed(int layer, CloudNoise n, float share, float footprint_m, int 
     float billows = interior * cloud_clumped(dense, n.hidden_share, interior * shell.extinction_per_m);
 
     float even = shell.cover_scale > 0.0 ? 1.0 : 0.0;
-    float density = shell.kind == CLOUD_UNIFORM ? even : ice ? thin : billows;
+    float density = shell.kind == CLOUD_UNIFORM ? even : cirrus ? thin : billows;
     return density * mix(1.0, 4.0 * share * (1.0 - share), shell.parabola);
 }
 

@@ -5,10 +5,10 @@
 
 const float UNBOUNDED = 1e9;   // m: a ray that ends on nothing, the distance of no cloud
 
-#ifdef CLOUD_NO_ICE
-const bool NO_ICE = true;
+#ifdef CLOUD_NO_CIRRUS
+const bool NO_CIRRUS = true;
 #else
-const bool NO_ICE = false;
+const bool NO_CIRRUS = false;
 #endif
 
 float pixel_rad;   // angle that a ray stands for
@@ -24,7 +24,7 @@ const float SEGMENTS_PER_OCTAVE_COARSE = 1.3, SEGMENTS_PER_OCTAVE = 2.0;   // of
 const float LEAST_MU = 0.02;   // of a ray to the zenith: level ones stretch a footprint no further on any planet
 
 // Layers are in the order of their heights: down through them from the highest, then up from the lowest. Returns how
-// many intervals there are, from the nearest to the farthest. Without those of ice where the program has none.
+// many intervals there are, from the nearest to the farthest. Without those of cirrus where the program has none.
 int cloud_intervals(
     float mu, float end, out vec2 intervals[2 * CLOUD_VIEW_LAYERS], out int owners[2 * CLOUD_VIEW_LAYERS]
 ) {
@@ -34,7 +34,7 @@ int cloud_intervals(
         int layer = down ? layers - 1 - turn : turn - layers;
         vec4 both = shell_intervals(mu, cloud_view.layers[layer].base_m, cloud_view.layers[layer].top_m, end);
         vec2 interval = down ? both.xy : both.zw;
-        if (interval.y - interval.x >= 1e-3 && !(NO_ICE && cloud_view.layers[layer].kind == CLOUD_ICE)) {
+        if (interval.y - interval.x >= 1e-3 && !(NO_CIRRUS && cloud_view.layers[layer].kind == CLOUD_CIRRUS)) {
             intervals[count] = interval;
             owners[count] = layer;
             ++count;
@@ -49,10 +49,10 @@ float step_fineness() {
 }
 
 // Weather changes over tens of kilometres: in a segment it is taken as even. Where steps are short, segments are.
-int segment_count(CloudViewLayer shell, bool ice, float from, float to) {
+int segment_count(CloudViewLayer shell, bool cirrus, float from, float to) {
     float finer = clamp(u_layer_steps / COARSE_STEPS, 1.0, 16.0);
     float per_octave = mix(SEGMENTS_PER_OCTAVE_COARSE, SEGMENTS_PER_OCTAVE, step_fineness());
-    return int(finer * float(ice ? 1 : clamp(int(log2((to - from) * shell.per_thickness) * per_octave), 1, 8)));
+    return int(finer * float(cirrus ? 1 : clamp(int(log2((to - from) * shell.per_thickness) * per_octave), 1, 8)));
 }
 
 // Metres along the ray: segments grow geometrically with distance.

@@ -18,13 +18,14 @@ float depth_below(int layer, float share) {
 float cloud_sides(int layer, CloudWeather w) {
     CloudViewLayer shell = cloud_view.layers[layer];
     float gaps = 1.0 - clamp(w.cover * shell.cover_scale, 0.0, 1.0);
-    return shell.kind == CLOUD_WATER ? sqrt(gaps) * cloud_tallness(w) : 0.0;
+    return shell.kind == CLOUD_CUMULUS ? sqrt(gaps) * cloud_tallness(w) : 0.0;
 }
 
-// Share of the sky that is closed, as far as the ground below is concerned: ice hardly dims it.
+// Share of the sky that is closed, as far as the ground below is concerned: cirrus hardly dims it.
 float cloud_closed(int layer, CloudWeather w) {
     CloudViewLayer shell = cloud_view.layers[layer];
-    return shell.kind == CLOUD_WATER ? clamp(w.cover * shell.cover_scale, 0.0, 1.0) : CLOUD_IS_ICE(layer) ? 0.0 : 1.0;
+    float cumulus = clamp(w.cover * shell.cover_scale, 0.0, 1.0);
+    return shell.kind == CLOUD_CUMULUS ? cumulus : CLOUD_IS_CIRRUS(layer) ? 0.0 : 1.0;
 }
 
 // The sun's cosine for slabs that are turned towards it; level_sun: to the zenith.

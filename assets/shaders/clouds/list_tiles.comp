@@ -1,4 +1,4 @@
-// The tiles with cloud as two lists behind their indirect dispatches: without ice from the first place on, with ice
+// The tiles with cloud as two lists behind their indirect dispatches: without cirrus from the first place on, with it
 // from the last one back. One workgroup for the whole picture.
 layout(local_size_x = 256) in;
 layout(std430, binding = 0) readonly buffer FlagBuffer { uint flags[]; };

@@ -24,8 +24,8 @@ float near_sun_depth(
 #ifdef CLOUD_FINEST
     float most = u_sun_steps;
 #else
-    // Ice is thin; and what is averaged over the way there needs no steps of its own.
-    float most = CLOUD_IS_ICE(layer) ? 1.0 : u_sun_steps * min(2.0 * far / footprint, 1.0);
+    // Cirrus is thin; and what is averaged over the way there needs no steps of its own.
+    float most = CLOUD_IS_CIRRUS(layer) ? 1.0 : u_sun_steps * min(2.0 * far / footprint, 1.0);
 #endif
     int steps = max(int(ceil(most * sqrt(near / max(far, 1e-3)))), 1), i = 0;
     float r = planet.radius_m + altitude, sum = 0.0, from = 0.0, per_step = 1.0 / float(steps);

@@ -104,7 +104,7 @@ Belts belts_at(vec3 d) {
 // Sums over the generations of noise.
 struct WeatherNoise {
     float broad, fine;   // the first four octaves; finer ones
-    float streaks;       // of ice
+    float streaks;       // of cirrus
     float kinds;         // towers or sheets
     float jets;          // bands of cloud along them
     float imported;      // cover of a file

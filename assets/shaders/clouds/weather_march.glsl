@@ -44,7 +44,7 @@ struct March {
 struct LayerRay {
     int layer;
     CloudViewLayer shell;
-    bool ice;
+    bool cirrus;
     vec3 ray;
     float zenith_mu;         // cosine to the zenith, at the camera
     float nu;                // to the sun
@@ -182,7 +182,7 @@ CloudRun next_run(
         bool near = here.gap <= 0.0;
         float density = near ? cloud_rimmed(r.layer, here.noise, here.share, here.footprint, 2) : 0.0;
         // In cloud: the same stretch again, in short steps; or on.
-        bool found = density > LEAST_DENSITY, again = found && at.factor > 1.0 && !r.ice;
+        bool found = density > LEAST_DENSITY, again = found && at.factor > 1.0 && !r.cirrus;
         float on = again || !near ? 0.0 : here.step_m,
             depth = found ? r.shell.extinction_per_m * density * on : 0.0;
 #ifdef CLOUD_FINEST
@@ -262,7 +262,7 @@ void march_segment(inout March m, inout Cursor at, LayerRay r, StepSizes sizes, 
     float ceiling = cloud_ceiling(r.layer, s.near_weather, s.far_weather);
     vec2 tops = shell_crossings(r.zenith_mu, r.shell.base_m + (r.shell.top_m - r.shell.base_m) * ceiling);
     last = min(tops.y, s.end);
-    at.t = max(at.t, r.ice ? s.begin : clamp(tops.x, s.begin, s.end));
+    at.t = max(at.t, r.cirrus ? s.begin : clamp(tops.x, s.begin, s.end));
 #endif
     float longest = LONGEST_CLEAR_SHARE * (last - at.t);
     do {
@@ -289,8 +289,8 @@ void march_segment(inout March m, inout Cursor at, LayerRay r, StepSizes sizes, 
 
 // Through one interval of a layer, segment by segment.
 void march_layer(inout March m, LayerRay r) {
-    StepSizes sizes = step_sizes(r.shell.top_m - r.shell.base_m, r.ice, r.from, r.to);
-    int segment = 0, segments = segment_count(r.shell, r.ice, r.from, r.to);
+    StepSizes sizes = step_sizes(r.shell.top_m - r.shell.base_m, r.cirrus, r.from, r.to);
+    int segment = 0, segments = segment_count(r.shell, r.cirrus, r.from, r.to);
     Cursor at = Cursor(r.from, sizes.clear_factor);
     Segment s;
     s.end = r.from;
@@ -324,7 +324,7 @@ March march_clouds(vec3 ray, float mu, float end, float jitter) {
     do {
         if (k < count) {
             CloudViewLayer shell = cloud_view.layers[layers[k]];
-            march_layer(m, LayerRay(layers[k], shell, CLOUD_IS_ICE(layers[k]), ray, mu, nu, intervals[k].x,
+            march_layer(m, LayerRay(layers[k], shell, CLOUD_IS_CIRRUS(layers[k]), ray, mu, nu, intervals[k].x,
                 intervals[k].y, jitter, shell.albedo * cloud_phase(nu, shell.asymmetry),
                 cloud_lobes_at(shell.model, nu)));
         }

@@ -1,4 +1,4 @@
-"""Tiles of cloud without ice are marched by a program that has none of its code: to the same bits."""
+"""Tiles of cloud without cirrus are marched by a program that has none of its code: to the same bits."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def rays(name: str) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
 @pytest.mark.parametrize("name", ["clouds", "high"])
 def test_tiles_without_ice_are_as_the_whole_program_has_them(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     found, kinds = rays(name)
-    assert (kinds == 2).any(), "no tile without ice"
-    monkeypatch.setattr(view_march, "_NO_ICE", {})
+    assert (kinds == 2).any(), "no tile without cirrus"
+    monkeypatch.setattr(view_march, "_NO_CIRRUS", {})
     whole, _ = rays(name)
     assert np.array_equal(found, whole)
