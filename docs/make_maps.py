@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from PIL import Image
 from rich.console import Console
 
+from planetfall.engine.srgb import srgb_encode
 from planetfall.engine.surface.noise import gradient_noise
 
 Floats = NDArray[np.float64]
@@ -210,9 +211,9 @@ def moon(width: int = 1024) -> None:
         halo = smooth(3.2 * size, 1.1 * size, km * (1.0 + 0.2 * fine))
         color += (0.13 * streak * np.exp(-km / (0.6 * reach)) + 0.07 * halo) * (1.0 + 0.4 * fine)
     warm = np.stack([1.06 + 0.02 * broad, np.ones_like(broad), 0.93 - 0.02 * broad + 0.03 * lava], axis=-1)
-    linear = np.clip(color[..., None] * warm, 0.0, 1.0)
-    srgb = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
-    Image.fromarray(np.rint(255.0 * srgb).astype(np.uint8)).save(MAPS / "moon_color.jpg", quality=88, subsampling=0)
+    Image.fromarray(np.rint(255.0 * srgb_encode(linear)).astype(np.uint8)).save(
+        MAPS / "moon_color.jpg", quality=88, subsampling=0
+    )
 
 
 if __name__ == "__main__":

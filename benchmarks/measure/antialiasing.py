@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import Camera, Renderer
+from ...engine.srgb import SRGB_STEPS, srgb_encode
 from ..timing import Timing, time_variants
 from .flip import flip
 
@@ -29,15 +30,12 @@ FLOWN: Mapping[str, Mapping[str, Any]] = {
 
 def display_light(color: NDArray[np.uint8]) -> Light:
     """Light of an sRGB display, 0..1 (IEC 61966-2-1), from u8 colours of any shape."""
-    x = np.arange(256) / 255.0
-    table = np.where(x <= 0.04045, x / 12.92, ((x + 0.055) / 1.055) ** 2.4).astype(np.float32)
-    return table[color]
+    return SRGB_STEPS.astype(np.float32)[color]
 
 
 def display_values(light: Light) -> Light:
     """The inverse: sRGB values 0..1 of linear light 0..1."""
-    x = np.clip(light, 0.0, 1.0)
-    return np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.maximum(x, 1e-9) ** (1.0 / 2.4) - 0.055).astype(np.float32)
+    return srgb_encode(light).astype(np.float32)
 
 
 def rms(a: Light, b: Light) -> float:

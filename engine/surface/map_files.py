@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...engine.settings import SettingError
+from ..srgb import srgb_decode
 from .cube_map import FACES, CubeMap, cube_of, face_directions, face_place
 
 __all__ = [
@@ -249,7 +250,7 @@ def read_colors(file: Path, what: str) -> NDArray[Any]:
     if values.ndim == 2:
         values = values[:, :, None]
     values = values[:, :, :3] if values.shape[2] >= 3 else np.repeat(values[:, :, :1], 3, axis=2)
-    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+    return srgb_decode(values)
 
 
 def read_shares(file: Path, what: str) -> NDArray[Any]:

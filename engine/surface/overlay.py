@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .lattice import FULL_BITS, cell_corners
-from .selection import CellSet, morton_key
+from .selection import CellSet, cell_keys
 
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
@@ -91,14 +91,9 @@ def _edges(cells: CellSet, rows: Ints) -> NDArray[np.float64]:
 
 def _containing(inner: CellSet, outer: CellSet) -> Ints:
     """For each of `inner` the row of `outer` that contains it or equals it; -1 for none."""
-    key, start = _keys(inner), _keys(outer)
+    key, start = cell_keys(inner), cell_keys(outer)
     order = np.argsort(start)
     row = order[np.maximum(np.searchsorted(start[order], key, side="right") - 1, 0)]
     size = np.int64(1) << 2 * (FULL_BITS - outer.level[row].astype(np.int64))
     inside = (key >= start[row]) & (key - start[row] < size) & (inner.level >= outer.level[row])
     return np.where(inside, row, -1)
-
-
-def _keys(cells: CellSet) -> Ints:
-    face, level, i, j = (a.astype(np.int64) for a in (cells.face, cells.level, cells.i, cells.j))
-    return morton_key(face, level, i, j)

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from .lattice import FACE_AXES, FULL_BITS, cell_center, cell_edge_m, neighbour
 from .lattice_anchor import LatticeAnchor
 from .nearest import NearestPoint
+from .scheme import spread_bits
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -26,8 +27,9 @@ LOWEST_CLEARANCE = 0.25
 """... but never as nearer in height than this fraction of the altitude."""
 COARSENING_STEPS_PER_OCTAVE = 4
 """When there would be too many cells the wanted angle grows in steps of 2^(1/4), so that it seldom changes."""
-
-
+MOST_CELLS = 12000
+"""What ground and sea ask for at most. A telephoto lens near the ground would have ten times as many: its triangles get
+longer."""
 LARGEST_SPACING_RAD = 0.05
 """Vertices are never farther apart than this angle, however few pixels a picture has: 3 degrees, seen from the
 proxy."""
@@ -252,28 +254,20 @@ def children(face: Ints, i: Ints, j: Ints) -> tuple[Ints, Ints, Ints]:
     )
 
 
-def _spread(value: Ints) -> Ints:
-    """Put a zero bit before each of the 30 bits of a number."""
-    value = (value | value << 16) & 0x0000FFFF0000FFFF
-    value = (value | value << 8) & 0x00FF00FF00FF00FF
-    value = (value | value << 4) & 0x0F0F0F0F0F0F0F0F
-    value = (value | value << 2) & 0x3333333333333333
-    return (value | value << 1) & 0x5555555555555555
-
-
 def morton_key(face: Ints, level: Ints, i: Ints, j: Ints) -> Ints:
     """Where a cell begins on the Z-curve through all lattice cells; it covers the next 4^(30 - level) keys."""
     shift = FULL_BITS - level
-    return face << 2 * FULL_BITS | _spread(i << shift) | _spread(j << shift) << 1
+    return face << 2 * FULL_BITS | spread_bits(i << shift) | spread_bits(j << shift) << 1
+
+
+def cell_keys(cells: CellSet) -> Ints:
+    """`morton_key` of each cell."""
+    return morton_key(*(a.astype(np.int64) for a in (cells.face, cells.level, cells.i, cells.j)))
 
 
 def rows_in(cells: CellSet, others: CellSet) -> Ints:
     """Each cell's row in another selection, -1 where that hasn't it, (N,)."""
-
-    def starts(of: CellSet) -> Ints:
-        return morton_key(*(a.astype(np.int64) for a in (of.face, of.level, of.i, of.j)))
-
-    wanted, there = starts(cells), starts(others)
+    wanted, there = cell_keys(cells), cell_keys(others)
     if not len(there):
         return np.full(len(wanted), -1)
     order = np.argsort(there)

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..engine.srgb import SRGB_STEPS
 from ..errors import OutputError
 from ..systems.capture import read_arrays, read_exr_settings, read_png_settings, write_arrays, write_exr, write_png
-from .photos import LINEAR
 
 __all__ = [
     "ARRAYS", "SUFFIXES", "check_arrays", "check_suffix", "exr_channels", "outputs_for", "read_settings",
@@ -92,7 +92,7 @@ def exr_channels(arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[np.flo
             channels["Z"] = array
         elif name == "color":
             for k, letter in enumerate("RGB"):
-                channels[f"color.{letter}"] = LINEAR[array[..., k]]
+                channels[f"color.{letter}"] = SRGB_STEPS[array[..., k]]
         elif array.ndim == 2:
             channels[name] = array
         else:

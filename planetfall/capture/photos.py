@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ..camera.arguments import check_scene
 from ..camera.camera import Camera, PosedCamera
 from ..camera.place import Optics, Pose
+from ..engine.srgb import SRGB_STEPS, srgb_encode
 from ..errors import SizeError
 
 if TYPE_CHECKING:
@@ -210,12 +211,6 @@ def averaged(color: Pixels, samples: int) -> Pixels:
     rows = max(1, 4_000_000 // (color.shape[1] * samples * 3))  # so that float copies stay small
     for start in range(0, height, rows):
         part = color[start * samples : (start + rows) * samples]
-        light = LINEAR[part].reshape(-1, samples, width, samples, 3).mean(axis=(1, 3))
-        shown = np.where(light <= 0.0031308, 12.92 * light, 1.055 * np.maximum(light, 1e-9) ** (1.0 / 2.4) - 0.055)
-        result[start : start + rows] = np.rint(shown * 255.0)
+        light = SRGB_STEPS[part].reshape(-1, samples, width, samples, 3).mean(axis=(1, 3))
+        result[start : start + rows] = np.rint(srgb_encode(light) * 255.0)
     return result
-
-
-_SRGB = np.arange(256) / 255.0
-LINEAR = np.where(_SRGB <= 0.04045, _SRGB / 12.92, ((_SRGB + 0.055) / 1.055) ** 2.4)
-"""Light (0..1) of each step of an 8-bit sRGB picture."""

@@ -6,13 +6,15 @@ from abc import abstractmethod
 from collections.abc import Callable
 from typing import ClassVar
 
-from ...engine.frame import View
+from ...components import Ocean, Planet
+from ...engine.frame import Frame, View
 from ...engine.gpu import GpuScope
 from ...engine.graph import PassIO
 from ...engine.methods import Method
+from ...engine.space import out_of_view
 from ...engine.system import Setup
 
-__all__ = ["CloudMethod"]
+__all__ = ["CloudMethod", "may_see"]
 
 
 class CloudMethod(Method):
@@ -36,3 +38,11 @@ class CloudMethod(Method):
     @abstractmethod
     def seen_in(self, view: View) -> bool:
         """Whether that view may show any cloud: else none of the picture's passes is in its graph."""
+
+
+def may_see(frame: Frame, highest_m: float) -> bool:
+    """Whether the camera may see cloud below this height: the planet is in view, and the camera not under water."""
+    radius = frame.world.get(frame.planet, Planet).radius_m
+    sea = frame.world.try_get(frame.planet, Ocean)
+    under = sea is not None and frame.camera.altitude_m(radius) < sea.sea_level_m
+    return not under and not out_of_view(frame.camera, -frame.camera.position_m, radius + highest_m)

@@ -7,18 +7,17 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...components import Atmosphere, Clouds, Ocean, Planet
+from ...components import Atmosphere, Clouds, Planet
 from ...engine.blocks.bindings import CLOUD_SHADOW_UNIT, CLOUD_SKY_UNIT, CLOUD_SUN_UNIT
 from ...engine.frame import Frame, View, ViewInfo
 from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.gpu import GpuScope
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import SettingError, Settings, revision, with_overrides
-from ...engine.space import out_of_view
 from ...engine.system import Setup
 from .field import CloudField
 from .history import NONE, STILL, History
-from .method import CloudMethod
+from .method import CloudMethod, may_see
 from .model import CloudModel
 from .picture import SURFACE, CloudPicture, Surface
 from .shadow_pass import SHADOW, SUN, ShadowPass
@@ -176,11 +175,7 @@ class OurClouds(CloudMethod):
         self._tune(frame.settings)
         field = self.field
         radius = self._radius_m = frame.world.get(frame.planet, Planet).radius_m
-        centre, reach = -frame.camera.position_m, radius + field.block.highest_m
-        seen = not out_of_view(frame.camera, centre, reach)
-        sea = frame.world.try_get(frame.planet, Ocean)
-        under = sea is not None and float(np.linalg.norm(frame.camera.position_m)) - radius < sea.sea_level_m
-        seen = seen and bool(field.layers) and not under and frame.view.seen.planet()
+        seen = bool(field.layers) and may_see(frame, field.block.highest_m) and frame.view.seen.planet()
         shown, shadow = self._of(frame.view), self._shadow.of(frame.view)
         if seen != shown.seen:
             shown.seen, shown.history = seen, self._history()

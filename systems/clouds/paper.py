@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...components import Clouds, Ocean, Planet
+from ...components import Clouds, Planet
 from ...engine.blocks.bindings import CLOUD_TILE_UNIT
 from ...engine.blocks.layout import zeros
 from ...engine.frame import Frame, View, ViewInfo
@@ -15,10 +15,9 @@ from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.gpu import GpuScope
 from ...engine.graph import GraphBuilder, PassIO
 from ...engine.settings import revision, with_overrides
-from ...engine.space import out_of_view
 from ...engine.system import Setup
 from .layers import frames_at
-from .method import CloudMethod
+from .method import CloudMethod, may_see
 from .paper_volume import PaperVolume
 from .view_block import CloudViewBlock, CloudViewLayer, CloudVolume, cloud_view_uniforms
 
@@ -83,12 +82,7 @@ class PaperClouds(CloudMethod):
         if self.good:
             self._refresh(component, frame)
         layer = self._layer
-        centre, reach = -frame.camera.position_m, radius + (0.0 if layer is None else float(layer.top_m))
-        seen = layer is not None and not out_of_view(frame.camera, centre, reach)
-        sea = frame.world.try_get(frame.planet, Ocean)
-        if sea is not None and float(np.linalg.norm(frame.camera.position_m)) - radius < sea.sea_level_m:
-            seen = False
-        frame.view.state(self, Seen).seen = seen
+        frame.view.state(self, Seen).seen = layer is not None and may_see(frame, float(layer.top_m))
         if self._volume is not None and not self._volume.done:
             self._volume.step(1e9 if frame.settling else _BUDGET_S)
         turn, _ = frames_at(float(component.wind_speed_m_s), radius, frame.time_s)

@@ -18,7 +18,6 @@ __all__ = [
     "ev100_for_saturation",
     "expose",
     "luminance",
-    "srgb_encode",
 ]
 
 Array = NDArray[np.float64]
@@ -52,9 +51,3 @@ def expose(radiance: ArrayLike, ev100: float) -> Array:
 def ev100_for_saturation(luminance_cd_m2: float) -> float:
     """The EV100 at which this luminance exposes to 1."""
     return float(np.log2(luminance_cd_m2 / SATURATION))
-
-
-def srgb_encode(linear: ArrayLike) -> Array:
-    """IEC 61966-2-1, for values in 0..1."""
-    x = np.clip(np.asarray(linear, dtype=np.float64), 0.0, 1.0)
-    return np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.maximum(x, 1e-9) ** (1.0 / 2.4) - 0.055)

@@ -11,7 +11,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .photometry import LUMINANCE_WEIGHTS, srgb_encode
+from ...engine.srgb import srgb_encode
+from .photometry import LUMINANCE_WEIGHTS
 
 __all__ = ["GREY_SCALES", "TONE_MAPS", "tone_map"]
 

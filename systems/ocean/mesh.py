@@ -18,7 +18,7 @@ from ...engine.graph import BufferSpec, PassIO
 from ...engine.settings import Settings
 from ...engine.snapped import CellChoice, SnappedMesh
 from ...engine.surface.coverage import proxy_coverage
-from ...engine.surface.selection import chord_limit_m, rows_in, select_rings, spacing_angle
+from ...engine.surface.selection import MOST_CELLS, chord_limit_m, rows_in, select_rings, spacing_angle
 from ...engine.world import World
 from .method import surface_of
 from .shading import SEA_TOP
@@ -26,7 +26,6 @@ from .wave_passes import SeaWaves, WaveView
 
 __all__ = ["SeaMaking", "SeaMesh"]
 
-_MOST_CELLS = 12000  # as for the ground
 _MOST_SKIPPED = 1  # powers of two
 
 
@@ -120,7 +119,7 @@ class SeaMesh(SnappedMesh[SeaChoice]):
                 ground.lowest_m if not self.hides and ground is not None else ocean.sea_level_m,
             ).half_angle_rad,
             min_spacing_m=smallest_m,
-            max_cells=_MOST_CELLS,
+            max_cells=MOST_CELLS,
         )
         # At the limb chords of the sea must not hang below the bed, which has the same lattice.
         chord_m = 0.05 * chord_limit_m(scale.pixel_rad, radius)

@@ -13,7 +13,7 @@ from planetfall.benchmarks.measure.drawn import DrawnMesh
 from planetfall.engine.surface.lattice import FULL_BITS, canonical_lattice
 from planetfall.engine.surface.lattice_anchor import LatticeAnchor
 from planetfall.engine.surface.overlay import held_edges, overlay
-from planetfall.engine.surface.selection import morton_key, neighbours_of, select_rings
+from planetfall.engine.surface.selection import cell_keys, neighbours_of, select_rings
 
 EARTH_M = 6.371e6
 
@@ -25,9 +25,8 @@ def selected(direction, above_m, coverage_rad=np.pi, angle=0.02):
 
 def spans(cells):
     """Sorted ranges of the Z-curve that cells cover."""
-    face, level, i, j = (a.astype(np.int64) for a in (cells.face, cells.level, cells.i, cells.j))
-    start = morton_key(face, level, i, j)
-    end = start + (np.int64(1) << 2 * (FULL_BITS - level))
+    start = cell_keys(cells)
+    end = start + (np.int64(1) << 2 * (FULL_BITS - cells.level.astype(np.int64)))
     order = np.argsort(start)
     return start[order], end[order]
 

@@ -345,7 +345,7 @@ def test_a_reloaded_shader_shows(
             path = folder / "shaders" / "atmosphere" / file
             text = path.read_text(encoding="utf-8")
             changed = {
-                "medium.glsl": ("3.0 / (16.0 * PF_PI)", "6.0 / (16.0 * PF_PI)"),
+                "medium.glsl": ("3.0 / (16.0 * PI)", "6.0 / (16.0 * PI)"),
                 "view_fill.comp": ("vec4(air_pack(first), 0.0)", "vec4(air_pack(2.0 * first), 0.0)"),
                 "add_order.comp": ("vec3 weight = ", "vec3 weight = 1.5 * "),
             }[file]

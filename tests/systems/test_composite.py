@@ -7,6 +7,7 @@ import pytest
 from picture_harness import SUN, Bench, Scene, look
 
 from planetfall.components import Composite, Exposure
+from planetfall.engine.srgb import srgb_encode
 from planetfall.systems.composite import TONE_MAPS, CompositeSystem, read_exposure, tone_map
 from planetfall.systems.composite.photometry import (
     DISPLAY,
@@ -16,7 +17,6 @@ from planetfall.systems.composite.photometry import (
     ev100_for_saturation,
     expose,
     luminance,
-    srgb_encode,
 )
 from planetfall.systems.composite.system import adaptation_share
 

@@ -5,6 +5,7 @@
 // the zenith, weight) come from Gauss rules above and below the horizon, made for each altitude; azimuths are midpoints
 // over half a circle.
 #include "generated/bindings.glsl"
+#include "common/constants.glsl"
 #include "atmosphere/sunlight.glsl"
 #include "atmosphere/moments.glsl"
 #include "atmosphere/irradiance.glsl"
@@ -44,7 +45,7 @@ void column_source(float h, float mu, float mu_s, float nu, vec3 density, out ve
 // Light that the ground throws back, having got it by way of the last order.
 vec3 ground_light(float mu_s) {
     vec3 irradiance = GATHER_FIRST == 1 ? air_sun(0.0, mu_s) * max(mu_s, 0.0) : air_irradiance_at(0.0, mu_s).up;
-    return air_model.ground_albedo / PF_PI * irradiance;
+    return air_model.ground_albedo / PI * irradiance;
 }
 
 void main() {
@@ -65,8 +66,8 @@ void main() {
         float x = above ? node.above : node.below, reach = above ? 1.0 - horizon : 1.0 + horizon;
         float mu = above ? horizon + reach * x * x : horizon - reach * x * x;
         float weight = above ? node.above_weight : node.below_weight;
-        weight = 2.0 * x * reach * weight * (2.0 * PF_PI / float(u_azimuths));
-        float phi = (float(d - zenith * u_azimuths) + 0.5) * PF_PI / float(u_azimuths);
+        weight = 2.0 * x * reach * weight * (2.0 * PI / float(u_azimuths));
+        float phi = (float(d - zenith * u_azimuths) + 0.5) * PI / float(u_azimuths);
         float sine = sin_from_cos(mu), cosine = cos(phi);
         float nu = clamp_cos(mu * mu_s + sine * sine_s * cosine);
         float to_floor = air_to_floor(h, mu);

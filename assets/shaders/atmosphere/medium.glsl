@@ -20,14 +20,14 @@ vec3 air_extinction(vec3 density) {
 
 // Rayleigh's phase function, 1/sr.
 float air_rayleigh_phase(float nu) {
-    return 3.0 / (16.0 * PF_PI) * (1.0 + nu * nu);
+    return 3.0 / (16.0 * PI) * (1.0 + nu * nu);
 }
 
 // Cornette and Shanks 1992, equation 8, 1/sr. The base 1 + g^2 - 2 g nu without its cancellation near the peak.
 float air_mie_phase(float nu) {
     float g = air_model.mie_asymmetry, g2 = g * g, size = abs(g);
     float base = (1.0 - size) * (1.0 - size) + 2.0 * size * (1.0 - sign_nonzero(g) * nu);
-    return 3.0 / (8.0 * PF_PI) * (1.0 - g2) / (2.0 + g2) * (1.0 + nu * nu) / (base * sqrt(base));
+    return 3.0 / (8.0 * PI) * (1.0 - g2) / (2.0 + g2) * (1.0 + nu * nu) / (base * sqrt(base));
 }
 
 // Altitude after a distance t. Without the cancellation of sqrt(r^2 + ...) - R.

@@ -1,4 +1,5 @@
 // sky_irradiance() of the contract "sky" (common/sky.glsl has the rules), from the table of irradiance.
+#include "common/constants.glsl"
 #include "common/camera.glsl"
 #include "atmosphere/irradiance.glsl"
 
@@ -9,5 +10,5 @@ vec3 sky_irradiance(vec3 point, vec3 normal) {
     // The sun in the zenith: no azimuth, and walls all around are equally bright.
     vec3 side = safe_normalize(frame.sun_direction - up * mu_s, vec3(0.0));
     return frame.sun_irradiance * air_sky_light(h, mu_s, n_up, dot(normal, side))
-        + air_model.night_radiance * (PF_PI * (0.5 + 0.5 * n_up));
+        + air_model.night_radiance * (PI * (0.5 + 0.5 * n_up));
 }

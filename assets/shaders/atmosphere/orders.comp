@@ -1,6 +1,7 @@
 // Sums of moments and irradiance in the form that look-ups read (moments.glsl, irradiance.glsl): of one order, for the
 // next one, and of all, for the picture. The mean of an order, by itself, says how to go on
 // (systems/atmosphere/closing.py).
+#include "common/constants.glsl"
 #include "atmosphere/moments.glsl"
 
 layout(local_size_x = 8, local_size_y = 4) in;
@@ -20,7 +21,7 @@ void main() {
             ivec3 at = ivec3(texel, AIR_IRRADIANCE_LAYERS + l * (l + 1) / 2 + m);
             float factorials = 1.0;
             for (int i = l - m + 1; i <= l + m; ++i) factorials *= float(i);
-            float norm = float(2 * l + 1) / (4.0 * PF_PI) * (m == 0 ? 1.0 : 2.0) / factorials / pow(sine_s, float(m));
+            float norm = float(2 * l + 1) / (4.0 * PI) * (m == 0 ? 1.0 : 2.0) / factorials / pow(sine_s, float(m));
             vec3 sum = imageLoad(u_sums, at).rgb * norm;
             if (l == 0) {
                 mean = max(sum, 0.0);

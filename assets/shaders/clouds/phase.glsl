@@ -4,5 +4,5 @@
 float cloud_phase(float nu, float g) {
     float size = abs(g), near = 1.0 - size;
     float base = near * near + 2.0 * size * (1.0 - sign_nonzero(g) * nu);
-    return (1.0 - g * g) / (4.0 * PF_PI * base * sqrt(base));
+    return (1.0 - g * g) / (4.0 * PI * base * sqrt(base));
 }

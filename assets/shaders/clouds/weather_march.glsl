@@ -9,6 +9,7 @@
 // The transfer equation, step by step: dL = T (1 - exp(-tau)) S, with the source S of single scattering (Henyey and
 // Greenstein), of lobes of the forward peak, and of light that was scattered before (docs/clouds.md, "Light that is
 // scattered more than once"). How steps are chosen and what the segments' air does: docs/cloud-pictures.md, "March".
+#include "common/constants.glsl"
 #include "common/camera.glsl"
 #include "clouds/intervals.glsl"
 #include "clouds/step_size.glsl"
@@ -128,13 +129,13 @@ SegmentLight segment_light(LayerRay r, Segment s) {
     vec3 sun = sun_at(middle, altitude_of(middle), up);
     float mu_s = dot(up, frame.sun_direction), level = cloud_slab_sun(r.shell.model, mu_s);
     float mu = clamp_cos(dot(r.ray, up));
-    vec3 sky = sky_irradiance(middle, up) / PF_PI;
+    vec3 sky = sky_irradiance(middle, up) / PI;
     CloudWeather w = cloud_weather_between(s.near_weather, s.far_weather, 0.5);
     float sides = cloud_sides(r.layer, w), facing = cloud_facing(level, sides);
     // The ground under a closed sky has what comes through it; under clouds with gaps, nearly all there is.
     vec4 transmitted = slab_transmittance(cloud_column(r.layer, w, 1.0) / level, level, r.shell.asymmetry);
     transmitted = mix(vec4(1.0, 0.0, 1.0, 0.0), transmitted, cloud_closed(r.layer, w));
-    vec3 ground = CLOUD_GROUND / PF_PI * (sun * (max(mu_s, 0.0) * (transmitted.x + transmitted.y)))
+    vec3 ground = CLOUD_GROUND / PI * (sun * (max(mu_s, 0.0) * (transmitted.x + transmitted.y)))
         + CLOUD_GROUND * transmitted.z * sky;
     return SegmentLight(up, sun, sky, ground, mu, facing, sides, cloud_harmonics(mu, mu_s + facing - level, r.nu));
 }

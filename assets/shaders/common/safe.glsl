@@ -1,7 +1,6 @@
 // Guards against the few arguments that break a formula. Each says which camera or point needs it.
+#include "common/constants.glsl"
 
-const float PF_PI = 3.14159265358979;
-const float PF_HALF_PI = 1.57079632679490;
 
 // sqrt of what is mathematically >= 0. A ray that grazes a sphere (camera looking along the horizon) has a discriminant
 // that rounds to just below 0, and NaN spreads from there through every blend and filter.

@@ -4,6 +4,7 @@
 //
 // A point at height h above the sphere of radius R, whose distance across the camera's vertical is d, lies
 // (h - hc) - d^2 / ((R + h)(1 + cos gamma)) above the camera's level, gamma being the central angle between them.
+#include "common/constants.glsl"
 #include "generated/frame.glsl"
 #include "generated/planet.glsl"
 
@@ -12,7 +13,6 @@ const int SKYLINE_BINS = 256;
 const float SKYLINE_RATIO = 0.6;
 const float SKYLINE_REACH = 0.3;     // of the planet's radius: beyond, the bounds below would be loose
 const float SKYLINE_LIFT = 16.0;     // makes tangents positive, so that their bits order as integers
-const float TWO_PI = 6.28318530717959;
 
 shared int s_skyline[SKYLINE_BINS];
 

@@ -1,5 +1,6 @@
 // A companion of few pixels or less: every texel of its picture is seen as a Gaussian spot whose light over all pixels
 // is that of the texel, as stars are (sky/stars.frag), so that nothing twinkles when it moves.
+#include "common/constants.glsl"
 layout(binding = 0) uniform sampler2D u_picture;
 uniform vec2 u_corner_px;    // lower left
 uniform float u_texel_px;    // width of a texel
@@ -20,6 +21,6 @@ void main() {
         four += texelFetch(u_picture, 2 * texel + ivec2(0, 1), 0) + texelFetch(u_picture, 2 * texel + 1, 0);
         total += four * exp(dot(away, away) * narrow);
     }
-    o_light = total * (u_texel_px * u_texel_px / (6.28318530718 * u_spot_px * u_spot_px));
+    o_light = total * (u_texel_px * u_texel_px / (TWO_PI * u_spot_px * u_spot_px));
     o_light.a = min(o_light.a, 1.0);
 }

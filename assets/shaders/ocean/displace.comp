@@ -4,6 +4,7 @@
 //
 // Cells that share a vertex get the same bits: what a vertex becomes depends on nothing but its own place and depth.
 #include "generated/bindings.glsl"
+#include "common/constants.glsl"
 #include "generated/frame.glsl"
 #include "generated/planet.glsl"
 #include "common/cells.glsl"
@@ -26,7 +27,7 @@ vec3 g_moved[SEA_VERTICES];
 float g_depth[SEA_VERTICES], g_fineness[SEA_VERTICES];   // m; 1 / spacing
 
 void add_wave(Wave at, bool near, bool shallow) {
-    float wavelength = 1.0 / at.cycles_per_m, k_wave = at.cycles_per_m * SEA_TURN;
+    float wavelength = 1.0 / at.cycles_per_m, k_wave = at.cycles_per_m * TWO_PI;
     for (int k = 0; k < SEA_VERTICES; ++k) {
         SeaWave wave = near ? sea_near_wave(g_places[k], at) : sea_far_wave(g_places[k], at);
         float share = wave.weight * smoothstep(2.0, 4.0, wavelength * g_fineness[k]);
@@ -60,7 +61,7 @@ void main() {
             finest = max(finest, g_fineness[k]);
             shallowest = min(shallowest, g_depth[k]);
         }
-        WaveBin bin = wave_bin(3.14159265 * finest);
+        WaveBin bin = wave_bin(PI * finest);
         int feels = min(wave_bin(DEEP / max(shallowest, 1e-6)).far_count, bin.far_count);
         int i = 0;
         if (i < feels) do {

@@ -1,6 +1,7 @@
 // Light on the sea at the corners of the picture's tiles, where the line of sight meets the calm sea or passes it
 // nearest, and the air before it: five maps, one below the other. They change little from tile to tile, and pixels
 // interpolate.
+#include "common/constants.glsl"
 #include "common/camera.glsl"
 #include "common/surfaces.glsl"
 #include "contract/air.glsl"
@@ -28,7 +29,7 @@ void main() {
     // The sky is known as the camera sees it: what lies between the sea and a camera up high is missing, and its mean
     // comes from how much more skylight there is down here.
     vec3 missing = max(sky_irradiance(point, zenith) + starlight - sky_irradiance(vec3(0.0), frame.camera_zenith),
-        0.0) / 3.14159265358979;
+        0.0) / PI;
     imageStore(u_light_out, corner, vec4(sunlight, 0.0));
     imageStore(u_light_out, corner + ivec2(0, corners.y), vec4(from_sky, 0.0));
     imageStore(u_light_out, corner + ivec2(0, 2 * corners.y), vec4(missing, 0.0));

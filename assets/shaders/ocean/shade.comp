@@ -8,6 +8,7 @@
 //   OCEAN_BELOW         the surface from below
 //   OCEAN_RIPPLES       waves shorter than the sea's own
 //   OCEAN_REFLECTIONS   turns of the search for mirrored ground
+#include "common/constants.glsl"
 #include "common/camera.glsl"
 #ifdef OCEAN_LIMB
 #include "contract/air.glsl"
@@ -48,7 +49,6 @@ layout(binding = 7) uniform sampler2D u_light;
 vec2 v_ndc;       // of the pixel at hand
 float v_hidden;   // variance of slopes that it does not show
 
-const float PI = 3.14159265358979;
 
 // Maps of ocean/light.comp: 0 the sun's light, on a surface across it; 1 the sky's; 2 radiance of air between the sea
 // and a camera up high; the air before the sea: 3 its extinction by the metre, 4 its source.

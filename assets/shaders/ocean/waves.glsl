@@ -11,6 +11,7 @@
 // radii:
 //   sin x = q1 + c0 q2^2 / (sin l + w), w = s0 up + c0 q1, sin l = hypot(w, q2); c0, s0 of the anchor's angle from the
 //   origin.
+#include "common/constants.glsl"
 #include "ocean/wave_block.glsl"
 
 struct SeaPlace {
@@ -26,7 +27,6 @@ struct SeaSurface {
     float jacobian;  // area over that of the calm sea: small where crests are about to break
 };
 
-const float SEA_TURN = 6.28318530717959;
 
 SeaPlace sea_place(vec3 D) {
     SeaPlace p;
@@ -99,7 +99,7 @@ SeaWave sea_far_wave(SeaPlace p, Wave at) {
     wave.direction = along + across * (2.0 * at.half_cotangent_per_m * q2);
     wave.amplitude = at.amplitude_m;
     wave.sideways = at.sideways_m;
-    wave.k = at.cycles_per_m * SEA_TURN;
+    wave.k = at.cycles_per_m * TWO_PI;
     wave.weight = 1.0;
     wave.rate = wave.spread = 0.0;
     float cotangent = 2.0 * at.half_cotangent_per_m * sea_waves.radius_m;
@@ -126,7 +126,7 @@ SeaWave sea_near_wave(SeaPlace p, Wave at) {
     wave.rate = 6.0 * t * (1.0 - t) / fade * sine * (cosine < 0.0 ? -1.0 : 1.0) / sea_waves.radius_m;
     wave.amplitude = at.amplitude_m;
     wave.sideways = at.sideways_m;
-    wave.k = at.cycles_per_m * SEA_TURN;
+    wave.k = at.cycles_per_m * TWO_PI;
     wave.spread = cosine / (sine * sea_waves.radius_m);
     wave.sine = sine;
     return wave;
@@ -134,14 +134,14 @@ SeaWave sea_near_wave(SeaPlace p, Wave at) {
 
 // A wave's part in what the mesh shows: nothing shorter than two of its spacings, all of what is longer than four.
 vec3 sea_wave_moved(SeaWave wave, float depth_m, float spacing_m) {
-    float share = wave.weight * smoothstep(2.0, 4.0, SEA_TURN / (wave.k * spacing_m)) * sea_shoaling(wave.k * depth_m);
+    float share = wave.weight * smoothstep(2.0, 4.0, TWO_PI / (wave.k * spacing_m)) * sea_shoaling(wave.k * depth_m);
     vec2 circle = sea_circle(wave.cycles);
     return share * vec3(wave.direction * (wave.sideways * circle.y), wave.amplitude * circle.x);
 }
 
 vec3 sea_moved(SeaPlace p, float depth_m, float spacing_m) {
     vec3 moved = vec3(0.0);
-    WaveBin bin = wave_bin(3.14159265 / spacing_m);
+    WaveBin bin = wave_bin(PI / spacing_m);
     for (int i = 0; i < bin.far_count; ++i) {
         moved += sea_wave_moved(sea_far_wave(p, sea_waves.waves[i]), depth_m, spacing_m);
     }
@@ -172,7 +172,7 @@ vec4 sea_footprint(SeaPlace p, vec3 view, float distance_m) {
 
 // The largest wave number that a pixel of this footprint shows in some direction.
 float sea_shortest(vec4 footprint) {
-    return 3.14159265 * inversesqrt(max(footprint.w, 1e-12));
+    return PI * inversesqrt(max(footprint.w, 1e-12));
 }
 
 // Sums over waves of what `sea_surface` needs.
@@ -184,7 +184,7 @@ struct SeaSums {
 
 // The share of a wave that pixels show: it goes to 0 where they are half a wavelength wide.
 float sea_seen(SeaWave wave, vec4 footprint) {
-    float k_cut = wave.k * (1.0 / 3.14159265);
+    float k_cut = wave.k * (1.0 / PI);
     vec3 dd = vec3(wave.direction * wave.direction, wave.direction.x * wave.direction.y);
     float cut = max(1.0 - k_cut * k_cut * dot(footprint.xyz, vec3(dd.xy, 2.0 * dd.z)), 0.0);
     return cut * cut;

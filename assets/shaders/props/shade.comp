@@ -1,6 +1,7 @@
 // Light of props, and their shadows on ground and water: the radiance there, without the air before it, is scaled by
 // the share of its light that they leave.
 #include "generated/bindings.glsl"
+#include "common/constants.glsl"
 #include "common/camera.glsl"
 #include "common/octahedral.glsl"
 #include "common/surfaces.glsl"
@@ -21,7 +22,6 @@ layout(binding = SURFACE_UNIT) uniform usampler2D u_surface;
 layout(binding = 4) uniform sampler2D u_shadow;
 layout(RADIANCE_FORMAT, binding = RADIANCE_IMAGE) uniform image2D u_radiance;
 
-const float PI = 3.14159265358979;
 const float STARLIGHT = 1.5e-8;   // as terrain/shade.comp
 const float GROUND_ALBEDO = 0.2;  // of what lies around: light from below
 

@@ -1,3 +1,4 @@
+#include "common/constants.glsl"
 #include "sky/behind_planets.glsl"
 
 layout(location = 2) uniform float u_limit;
@@ -11,7 +12,7 @@ const float SPREAD = 0.7;
 
 void main() {
     vec2 from_center = gl_FragCoord.xy - v_center;
-    float spot = exp(dot(from_center, from_center) * (-0.5 / (SPREAD * SPREAD))) / (6.28318530718 * SPREAD * SPREAD);
+    float spot = exp(dot(from_center, from_center) * (-0.5 / (SPREAD * SPREAD))) / (TWO_PI * SPREAD * SPREAD);
     o_radiance = vec4(min(v_light * (spot * past_planets()), vec3(u_limit)), 0.0);
 #ifdef PF_FRAG_DEPTH
     gl_FragDepth = 0.0;

@@ -1,11 +1,11 @@
 // Radiance of the sun's disc, anti-aliased, energy kept down to discs much smaller than a pixel.
+#include "common/constants.glsl"
 
 // Limb darkening mu^a at 680, 550, 440 nm (Hestroffer and Magnan 1998); its mean over the disc is 2 / (a + 2).
 const vec3 LIMB_EXPONENTS = vec3(0.397, 0.503, 0.652);
 
 // sine: of the angle from the centre of the disc; edge: sine of its radius; pixel: angle of a pixel, in radians.
 vec3 sun_disc(float sine, float edge, float pixel, vec3 irradiance) {
-    const float PI = 3.14159265358979;
     float size = edge / pixel;               // radius in pixels
     float drawn = max(size, 0.75);           // no smaller than what pixel centres can catch
     float from_edge = drawn - sine / pixel;  // pixels, positive inside

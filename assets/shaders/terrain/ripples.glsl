@@ -1,5 +1,6 @@
 // What the wind makes of loose ground: ripples of sand a hand wide, ridges of snow (sastrugi) a metre wide. Waves whose
 // phase is a sum of lattice coordinates, so that it goes on over cells and anchors, bent by an octave of noise.
+#include "common/constants.glsl"
 #include "generated/terrain_material_block.glsl"
 #include "common/nested_noise.glsl"
 
@@ -15,7 +16,7 @@ vec4 ripples(vec3 D, int octave, float bend, float footprint) {
     vec4 noise = gradient_noise(broad, place) * (bend / NESTED_RMS);
     float seen = clamp(1.6 - 4.0 * footprint * frequency, 0.0, 1.0);
     // Between the second harmonic and the first: crests are sharper than troughs.
-    float turn = 6.2831853 * (fraction.x + fraction.y + fraction.z + noise.w);
+    float turn = TWO_PI * (fraction.x + fraction.y + fraction.z + noise.w);
     float strength = clamp(0.6 + noise.x / bend, 0.0, 1.0) * seen;
     vec2 wave = vec2(sin(turn), cos(turn));
     float slope = strength * (wave.y - 0.5 * (wave.y * wave.y - wave.x * wave.x));

@@ -3,6 +3,7 @@
 //
 //   GROUND_CLUTTER   ground so near that things that stand on it show
 //   GROUND_DRY       no pixel has water over it, or is wet from it (terrain/list_wet.comp says where)
+#include "common/constants.glsl"
 #include "common/camera.glsl"
 #include "common/texel.glsl"
 #include "common/octahedral.glsl"
@@ -32,7 +33,6 @@
 
 vec2 v_ndc;   // of the pixel at hand
 
-const float PI = 3.14159265358979;
 const float STARLIGHT = 1.5e-8;   // of the sun's irradiance: 2e-3 lx of stars and airglow on a moonless night
 
 // Chosen by eye.

@@ -122,6 +122,6 @@ def heights_seen(frame: Frame, anchor_height_m: float) -> tuple[float, float]:
     if sea is None:
         return (-3.0e38, 3.0e38)
     top_m = frame.world.try_resource("sea_top_m")
-    if float(np.linalg.norm(frame.camera.position_m)) - radius < (sea.sea_level_m if top_m is None else top_m):
+    if frame.camera.altitude_m(radius) < (sea.sea_level_m if top_m is None else top_m):
         return (-3.0e38, 3.0e38)
     return (sea.sea_level_m - anchor_height_m - _DEEP_M, 3.0e38)

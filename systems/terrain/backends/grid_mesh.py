@@ -18,14 +18,13 @@ from ....engine.gpu.cell_mesh import CellPrograms
 from ....engine.settings import Settings
 from ....engine.snapped import CellChoice, FadePrograms, SnappedMesh
 from ....engine.surface.coverage import proxy_coverage
-from ....engine.surface.selection import chord_limit_m, select_rings, spacing_angle
+from ....engine.surface.selection import MOST_CELLS, chord_limit_m, select_rings, spacing_angle
 from .base import Ground
 
 __all__ = ["GridChoice", "GridMaking", "GridMesh", "GridSpacing", "TerrainGridBlock"]
 
 _DECIMATED_SHARE = 0.8  # of edge_px: larger ones save vertices, but the ground jumps more at a snap
 _FINEST_M = 0.02
-_MOST_CELLS = 12000  # a telephoto lens near the ground would ask for ten times as many: its triangles get longer
 
 
 @dataclass(frozen=True)
@@ -112,7 +111,7 @@ class GridMesh(SnappedMesh[GridChoice]):
                 proxy.cell.covered_altitude_m, proxy.cell.covered_sideways_rad, radius_m, field.highest_m, lowest
             ).half_angle_rad,
             min_spacing_m=smallest,
-            max_cells=_MOST_CELLS,
+            max_cells=MOST_CELLS,
             height_at=field.height,
         )
         return GridChoice(

@@ -188,7 +188,7 @@ class TiledBackend(Backend):
         params = ground.params
         sea = frame.world.try_get(frame.planet, Ocean)
         radius = frame.world.get(frame.planet, Planet).radius_m
-        above = sea is not None and float(np.linalg.norm(frame.camera.position_m)) - radius >= sea.sea_level_m
+        above = sea is not None and frame.camera.altitude_m(radius) >= sea.sea_level_m
         level = sea.sea_level_m if sea is not None and above else -np.inf
         key = (ground.revision, level, *self.forest_key(frame))
         held = frame.frozen and view.whole and key[0] == view.key[0]  # whatever lens or depth of the camera

@@ -6,6 +6,7 @@
 // FIRST_ORDER: the order before is single scattering, in two tables and without its phase functions.
 // Stored: W m^-2 sr^-1 nm^-1 per thickness of the air, a unit that suits half floats on any planet.
 #include "generated/bindings.glsl"
+#include "common/constants.glsl"
 #include "atmosphere/paper/transmittance.glsl"
 #include "atmosphere/paper/medium.glsl"
 #include "atmosphere/paper/slice.glsl"
@@ -52,11 +53,11 @@ vec2 turned(vec2 around, vec2 turn) {
 }
 
 vec2 first_around() {
-    return vec2(cos(PF_PI / float(AROUND)), sin(PF_PI / float(AROUND)));
+    return vec2(cos(PI / float(AROUND)), sin(PI / float(AROUND)));
 }
 
 vec2 turn_around() {
-    return vec2(cos(2.0 * PF_PI / float(AROUND)), sin(2.0 * PF_PI / float(AROUND)));
+    return vec2(cos(2.0 * PI / float(AROUND)), sin(2.0 * PI / float(AROUND)));
 }
 
 // x: cosine between a direction of the cone and the sun; y: between it and the view.
@@ -134,7 +135,7 @@ vec3 cone_light(PaperPoint p, Cone cone, ConeShares s, vec2 size, float sun) {
 vec3 floor_light(PaperPoint p, Cone cone) {
     int count = cone.hits_floor ? AROUND : 0;
     float to_floor = paper_distance_to_floor(p.h, cone.up);
-    vec3 of_floor = paper_transmittance(p.h, cone.up, to_floor, cone.hits_floor) * air_model.ground_albedo / PF_PI;
+    vec3 of_floor = paper_transmittance(p.h, cone.up, to_floor, cone.hits_floor) * air_model.ground_albedo / PI;
     vec3 sum = vec3(0.0);
     vec2 around = first_around(), turn = turn_around();
     for (int i = 0; i < count; i++) {
@@ -159,9 +160,9 @@ void main() {
     float sun = paper_coordinate(paper_sun_unit(p.mu_s, layout_.mu_s_min), float(size.x / PAPER_NU));
     vec3 sum = vec3(0.0);
     for (int k = 0; k < CONES; k++) {
-        float theta = (float(k) + 0.5) * PF_PI / float(CONES), up = cos(theta);
+        float theta = (float(k) + 0.5) * PI / float(CONES), up = cos(theta);
         Cone cone = Cone(up, sin(theta), paper_hits_floor(p.h, up));
-        float solid_angle = 2.0 * PF_PI * PF_PI / float(CONES * AROUND) * cone.aside;
+        float solid_angle = 2.0 * PI * PI / float(CONES * AROUND) * cone.aside;
         vec3 light = cone_light(p, cone, cone_shares(p, cone), vec2(size.yz), sun);
         sum += (light + floor_light(p, cone)) * solid_angle;
     }

@@ -1,6 +1,7 @@
 // Irradiance of a level surface by one order of sky light, from 16 x 64 directions above it (Bruneton 2017).
 // FIRST_ORDER: that order is single scattering, in two tables and without its phase functions.
 #include "generated/bindings.glsl"
+#include "common/constants.glsl"
 #include "atmosphere/paper/transmittance.glsl"
 #include "atmosphere/paper/medium.glsl"
 #include "atmosphere/paper/slice.glsl"
@@ -30,8 +31,8 @@ void main() {
     float sun_x = sin_from_cos(mu_s);
     vec3 sum = vec3(0.0);
     for (int i = 0; i < CONES * AROUND; i++) {
-        float theta = (float(i / AROUND) + 0.5) * PF_HALF_PI / float(CONES);
-        float phi = (float(i % AROUND) + 0.5) * 2.0 * PF_PI / float(AROUND);
+        float theta = (float(i / AROUND) + 0.5) * HALF_PI / float(CONES);
+        float phi = (float(i % AROUND) + 0.5) * 2.0 * PI / float(AROUND);
         float up = cos(theta);
         float aside = sin(theta);
         float nu = clamp_cos(cos(phi) * aside * sun_x + up * mu_s);
@@ -42,7 +43,7 @@ void main() {
 #endif
         sum += light * up * aside;
     }
-    sum *= PF_HALF_PI / float(CONES) * 2.0 * PF_PI / float(AROUND);
+    sum *= HALF_PI / float(CONES) * 2.0 * PI / float(AROUND);
     imageStore(u_order, texel.xy, vec4(sum, 0.0));
     imageStore(u_irradiance, texel.xy, vec4(imageLoad(u_irradiance, texel.xy).rgb + sum, 0.0));
 }

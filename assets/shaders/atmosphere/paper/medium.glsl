@@ -9,12 +9,12 @@ vec3 paper_densities(float h) {
 }
 
 float paper_rayleigh_phase(float nu) {
-    return 3.0 / (16.0 * PF_PI) * (1.0 + nu * nu);
+    return 3.0 / (16.0 * PI) * (1.0 + nu * nu);
 }
 
 // Cornette and Shanks 1992. Forward scattering with g near 1 has a peak whose base rounds to 0 at nu = 1.
 float paper_mie_phase(float nu) {
     float g = air_model.mie_asymmetry;
     float base = max(1.0 + g * g - 2.0 * g * nu, 1e-8);
-    return 3.0 / (8.0 * PF_PI) * (1.0 - g * g) / (2.0 + g * g) * (1.0 + nu * nu) / (base * sqrt(base));
+    return 3.0 / (8.0 * PI) * (1.0 - g * g) / (2.0 + g * g) * (1.0 + nu * nu) / (base * sqrt(base));
 }

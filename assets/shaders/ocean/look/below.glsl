@@ -1,4 +1,5 @@
 // The surface from below: Snell's window onto the sky, and around it the water mirrored in its own surface.
+#include "common/constants.glsl"
 #include "ocean/look/fresnel.glsl"
 #include "ocean/look/pixel.glsl"
 #include "ocean/look/murk.glsl"
@@ -45,7 +46,7 @@ vec3 surface_from_below(SeaPixel p, vec3 sunlight, vec3 skylight) {
     vec3 at = p.D + (down + p.zenith * fall) * min(path, 200.0);
     vec3 lit = sun.direct * sun.cosine * water_left(p.depth_m / sun.cosine)
         + sun.diffuse * water_left(p.depth_m / SKY_COSINE);
-    vec3 bed = sea_bed(at, p.depth_m, p.footprint_m + 0.02 * path) * lit / MURK_PI * water_left(path);
+    vec3 bed = sea_bed(at, p.depth_m, p.footprint_m + 0.02 * path) * lit / PI * water_left(path);
     light += mirror * (bed + water_murk(sun, 0.0, -fall, path, dot(down, sun.to_sun)));
     return light;
 }

@@ -1,6 +1,7 @@
 // Light that waves gather on the bed, as a factor of mean one: bright lines where two drifting noises pass zero
 // together. Sharpest where the depth is that of the ripples' focus, a few wavelengths; blurred by the sun's disc and
 // more ripples below.
+#include "common/constants.glsl"
 #include "common/camera.glsl"
 #include "ocean/look/noise.glsl"
 
@@ -13,7 +14,7 @@ float water_caustics(vec3 D, float depth_m, float footprint_m) {
     vec3 up = frame.anchor_up, side = normalize(cross(up, up.yzx + vec3(0.0, 0.1, 0.3)));
     int i = 0;
     if (turns > 0) do {
-        float angle = 6.283185307 * fract(frame.time_s * (i == 0 ? 31.0 / 4096.0 : -43.0 / 4096.0));
+        float angle = TWO_PI * fract(frame.time_s * (i == 0 ? 31.0 / 4096.0 : -43.0 / 4096.0));
         vec3 drift = (up * sin(angle) + side * cos(angle)) * 6.0;
         float n = sea_noise(D + drift, 3);
         near = i == 0 ? abs(n) : min(near, abs(n)) + 0.3 * abs(near - abs(n));

@@ -1,4 +1,5 @@
 // Light in the water: refraction at the surface, what the column takes away and throws back, what comes up from it.
+#include "common/constants.glsl"
 #include "generated/ocean.glsl"
 
 // Cosine to the vertical below the surface, of a direction with this one above.
@@ -13,7 +14,7 @@ vec3 water_left(float path_m) {
 
 // What bottomless water throws back, per irradiance that has come in from one direction.
 vec3 deep_upwelling(float in_cosine, float out_cosine) {
-    return ocean.scattering_per_m / (ocean.loss_per_m * ((in_cosine + out_cosine) * 3.14159265358979));
+    return ocean.scattering_per_m / (ocean.loss_per_m * ((in_cosine + out_cosine) * PI));
 }
 
 // What shines up through the surface of water of a depth, per irradiance that has come in through it from one
@@ -22,5 +23,5 @@ vec3 deep_upwelling(float in_cosine, float out_cosine) {
 vec3 water_upwelling(float depth_m, float in_cosine, float out_cosine, vec3 bed) {
     vec3 through = water_left(depth_m * (1.0 / in_cosine + 1.0 / out_cosine));
     vec3 thrown = ocean.scattering_per_m / (ocean.loss_per_m * (in_cosine + out_cosine));
-    return (thrown * (1.0 - through) + bed * through) / 3.14159265358979;
+    return (thrown * (1.0 - through) + bed * through) / PI;
 }

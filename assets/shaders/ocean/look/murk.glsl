@@ -1,8 +1,8 @@
 // Water along a ray below the surface: what it takes away and what it scatters into the ray, sun and skylight fading
 // with depth.
+#include "common/constants.glsl"
 #include "ocean/look/column.glsl"
 
-const float MURK_PI = 3.14159265358979;
 const float SKY_COSINE = 0.86;   // of diffuse light below the surface, in the mean
 
 struct WaterSun {
@@ -27,7 +27,7 @@ WaterSun water_sun(vec3 zenith, vec3 sunlight, vec3 skylight, float mirrored) {
 // what is thrown back evenly (1 / pi, as water_upwelling counts it).
 float water_phase(float nu) {
     float d = 1.7225 - 1.7 * nu;
-    return 1.0 / MURK_PI + 0.6 * 0.2775 / (4.0 * MURK_PI) * inversesqrt(d * d * d);
+    return 1.0 / PI + 0.6 * 0.2775 / (4.0 * PI) * inversesqrt(d * d * d);
 }
 
 // (1 - exp(-x)) / x for any x: rays that rise meet more and more light.
@@ -42,5 +42,5 @@ vec3 water_murk(WaterSun s, float depth_m, float rise, float path_m, float nu) {
     vec3 sun = exp(-loss * (depth_m / s.cosine)) * murk_mean(loss * (path_m * (1.0 - rise / s.cosine)));
     vec3 sky = exp(-loss * (depth_m / SKY_COSINE)) * murk_mean(loss * (path_m * (1.0 - rise / SKY_COSINE)));
     return ocean.scattering_per_m * path_m * (s.direct * sun * water_phase(nu)
-        + s.diffuse * sky / (SKY_COSINE * MURK_PI));
+        + s.diffuse * sky / (SKY_COSINE * PI));
 }

@@ -1,5 +1,6 @@
 // Waves running up a beach, for the water's side and for the land's: surf that comes in over the shallows, breaks, runs
 // up and drains away. One clock for both: at a place of the shore a wave arrives when its phase passes 0.
+#include "common/constants.glsl"
 #include "common/camera.glsl"
 #include "ocean/look/noise.glsl"
 
@@ -36,7 +37,7 @@ Shore shore_at(vec3 D, float above_m, float rise_m, float footprint_m) {
     float cycle = fract(phase + 0.45 * uneven + 1.1 * sqrt(depth));
     float reach = surf * (0.75 + 0.25 * clamp(uneven, -1.0, 1.0));
     float up = cycle < SHORE_UP ? sin(1.5707963 * cycle / SHORE_UP)
-        : 0.5 + 0.5 * cos(3.14159265 * (cycle - SHORE_UP) / (1.0 - SHORE_UP));
+        : 0.5 + 0.5 * cos(PI * (cycle - SHORE_UP) / (1.0 - SHORE_UP));
     float line = reach * up, soft = max(0.5 * rise_m, 0.02 * surf);
     float seen = clamp(2.0 - 1.5 * rise_m / surf, 0.0, 1.0);   // else means over time and place
 

@@ -4,6 +4,7 @@
 // from a direction v its projected area per level area is v_z - dot(s, v_xy).
 //
 // Tests against Monte-Carlo: tests/systems/test_water_light.py.
+#include "common/constants.glsl"
 
 struct Slopes {
     vec2 mean;
@@ -58,5 +59,5 @@ float slopes_facets(Slopes s, vec2 slope) {
     vec2 d = slope - s.mean;
     float area2 = max(s.variance.x * s.variance.y - s.variance.z * s.variance.z, 1e-16);
     float square = (s.variance.y * d.x * d.x + s.variance.x * d.y * d.y - 2.0 * s.variance.z * d.x * d.y) / area2;
-    return exp(-0.5 * square) * inversesqrt(area2) * (0.5 / 3.14159265358979);
+    return exp(-0.5 * square) * inversesqrt(area2) * (0.5 / PI);
 }

@@ -5,6 +5,7 @@
 // Longitude and latitude are differences from the anchor's, built without cancellation: near the anchor they are as
 // good as D.
 #include "generated/bindings.glsl"
+#include "common/constants.glsl"
 #include "common/simplex.glsl"
 #include "generated/paper_table.glsl"
 
@@ -20,7 +21,7 @@ float paper_atan(float y, float x) {
     float r = t * (0.999999986 + t2 * (-0.33333094 + t2 * (0.199930541 + t2 * (-0.142071332 + t2 * (0.106546749
         + t2 * (-0.0753366962 + t2 * (0.0430392817 + t2 * (-0.0162829498 + t2 * 0.00290353685))))))));
     r = b > a ? 1.5707963 - r : r;
-    r = x < 0.0 ? 3.1415927 - r : r;
+    r = x < 0.0 ? PI - r : r;
     return y < 0.0 ? -r : r;
 }
 
@@ -35,11 +36,11 @@ float paper_continents(vec3 D) {
     vec2 meridian = paper_table.meridian;
     float beside = paper_table.beside + meridian.x * d.y - meridian.y * d.x;
     float along = dot(meridian, up.xy + d.xy);
-    float columns = paper_atan(beside, along) * (float(PAPER_TEXELS) / 6.2831853);
+    float columns = paper_atan(beside, along) * (float(PAPER_TEXELS) / TWO_PI);
     float rho0 = paper_table.from_axis, rho = length(up.xy + d.xy);
     float wider = dot(d.xy, 2.0 * up.xy + d.xy) / max(rho + rho0, 1e-20);
     float rows = paper_atan(d.z * rho0 - wider * up.z, (up.z + d.z) * up.z + rho * rho0)
-        * (float(PAPER_TEXELS) / 3.1415927);
+        * (float(PAPER_TEXELS) / PI);
 
     vec2 place = paper_table.texel_fraction + vec2(columns, rows), whole = floor(place);
     vec4 across = paper_spline(place.x - whole.x), upwards = paper_spline(place.y - whole.y);

@@ -1,6 +1,7 @@
 // Light of the projected grid's paper mode: the illumination model of Phong with a normal map projected along three
 // axes. Colours follow height, latitude and slope; the paper doesn't print any.
 #include "generated/bindings.glsl"
+#include "common/constants.glsl"
 #include "common/camera.glsl"
 #include "common/octahedral.glsl"
 #include "common/surface_tiles.glsl"
@@ -15,7 +16,6 @@ layout(binding = GROUND_TILE_UNIT) uniform sampler2D u_normal_map;   // slopes a
 
 vec2 v_ndc;   // of the pixel at hand
 
-const float PI = 3.14159265358979;
 const float STARLIGHT = 1.5e-8;    // as in terrain/shade.comp
 const float SHINE = 0.008, SHININESS = 12.0;   // share of light in the highlight, exponent of its cosine
 

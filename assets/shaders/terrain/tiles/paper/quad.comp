@@ -3,6 +3,7 @@
 // vertex's place are masked by how many levels coarser the neighbour is. No morph. In place of its view space: axes of
 // the planet, from our anchor.
 #include "generated/bindings.glsl"
+#include "common/constants.glsl"
 #include "generated/frame.glsl"
 #include "generated/planet.glsl"
 #include "common/cells.glsl"
@@ -22,7 +23,6 @@ uniform float u_step_m;
 shared vec4 s_low[64];
 shared vec4 s_high[64];
 
-const float PI = 3.14159265358979;
 
 // The source's form: mix() may be a + t (b - a), which does not end at b.
 vec3 bilerp(vec3 a, vec3 b, vec3 c, vec3 d, vec2 coords) {
