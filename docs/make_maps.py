@@ -211,9 +211,8 @@ def moon(width: int = 1024) -> None:
         halo = smooth(3.2 * size, 1.1 * size, km * (1.0 + 0.2 * fine))
         color += (0.13 * streak * np.exp(-km / (0.6 * reach)) + 0.07 * halo) * (1.0 + 0.4 * fine)
     warm = np.stack([1.06 + 0.02 * broad, np.ones_like(broad), 0.93 - 0.02 * broad + 0.03 * lava], axis=-1)
-    Image.fromarray(np.rint(255.0 * srgb_encode(linear)).astype(np.uint8)).save(
-        MAPS / "moon_color.jpg", quality=88, subsampling=0
-    )
+    encoded = np.rint(255.0 * srgb_encode(color[..., None] * warm)).astype(np.uint8)
+    Image.fromarray(encoded).save(MAPS / "moon_color.jpg", quality=88, subsampling=0)
 
 
 if __name__ == "__main__":

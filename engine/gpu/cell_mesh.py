@@ -70,7 +70,7 @@ class CellMesh:
         self.name = name
         self.quads = quads
         self.vertices_per_cell = (quads + 1) ** 2
-        self.part_step = max(scope.gpu.caps.storage_offset_bytes // _WANTED_BYTES, 1)
+        self.part_step = max(scope.caps.storage_offset_bytes // _WANTED_BYTES, 1)
         """Parts begin at multiples of so many cells. All that a cell has comes in multiples of 8 bytes."""
         indices, self.index_ranges = decimated_indices(quads)
         self.indices = scope.buffer(indices.astype("<u4").tobytes())
@@ -152,7 +152,7 @@ class CellMesh:
         self.count = other.count
         self.selection += 1
         if self.count:
-            copy = self.scope.gpu.ctx.copy_buffer
+            copy = self.scope.ctx.copy_buffer
             copy(self._cells, other._cells, self.count * CELL_DTYPE.itemsize)
             copy(self._topology, other._topology, self.count * _TOPOLOGY_BYTES)
             if not grew:
@@ -161,7 +161,7 @@ class CellMesh:
 
     def take_vertices(self, other: CellMesh) -> None:
         """The vertices of `other`, which has the same cells."""
-        copy = self.scope.gpu.ctx.copy_buffer
+        copy = self.scope.ctx.copy_buffer
         size = self.vertices_per_cell * VERTEX_DTYPE.itemsize
         for name, each in (("vertices", size), ("bounds", BOUNDS_BYTES), ("wanted", _WANTED_BYTES)):
             copy(self._buffers[name], other._buffers[name], self.count * each)
@@ -172,7 +172,7 @@ class CellMesh:
 
     def copy_to(self, cells: moderngl.Buffer, vertices: moderngl.Buffer) -> None:
         """Copy the cells with what was agreed on, and their vertices, to other buffers on the GPU."""
-        ctx = self.scope.gpu.ctx
+        ctx = self.scope.ctx
         ctx.copy_buffer(cells, self._cells, self.count * CELL_DTYPE.itemsize)
         size = self.count * self.vertices_per_cell * VERTEX_DTYPE.itemsize
         ctx.copy_buffer(vertices, self._buffers["vertices"], size)
@@ -251,7 +251,7 @@ class CellMesh:
         """
         self.bind_part(first)
         programs.vertices.run(count, 1, 1)
-        self.scope.gpu.barrier()
+        self.scope.barrier()
         self._buffers["wanted"].bind_to_storage_buffer(2, offset=first * _WANTED_BYTES)
         measure = programs.measure
         measure.set("u_eye", eye_m)
@@ -259,7 +259,7 @@ class CellMesh:
         measure.set("u_chord", chord_m)
         measure.set("u_most", min(most, MOST, self.quads.bit_length() - 1))
         measure.run(count, 1, 1)
-        self.scope.gpu.barrier()
+        self.scope.barrier()
 
     def agree(self, agree: Compute) -> None:
         """From what each cell wants to skip to what it may, with common/agree_cells.comp."""
@@ -268,7 +268,7 @@ class CellMesh:
         self._topology.bind_to_storage_buffer(3)
         agree.set("u_cell_count", self.count)
         agree.run(1, 1, 1)
-        self.scope.gpu.barrier()
+        self.scope.barrier()
 
     def cull(self, program: Compute, keep_dh_m: tuple[float, float] = (-3.0e38, 3.0e38), hides: bool = True) -> None:
         """Write the visible list and the draw arguments with common/cull_cells.comp.

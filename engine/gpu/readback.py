@@ -41,7 +41,7 @@ class ReadbackRing(Generic[L]):
 
     def __init__(self, scope: GpuScope, size: int, count: int = 4) -> None:
         self._scope = scope
-        gl = scope.gpu.gl
+        gl = scope.gl
         self._fence = gl.function("glFenceSync", c.c_void_p, G.enum, G.bitfield)
         self._wait = gl.function("glClientWaitSync", G.enum, c.c_void_p, G.bitfield, c.c_uint64)
         self._forget = gl.function("glDeleteSync", None, c.c_void_p)

@@ -101,7 +101,7 @@ class WeatherMaps:
         texture.bind_to_image(0, read=False, write=True)
         program.set("u_corner", (0, 0))
         program.run(_BALANCE_TEXELS // 8, _BALANCE_TEXELS // 8)
-        self._gpu.gpu.ctx.memory_barrier()
+        self._gpu.ctx.memory_barrier()
         raw = np.frombuffer(texture.read(), np.float32).reshape(_BALANCE_TEXELS, _BALANCE_TEXELS, 4)[..., 0]
         self._balance = w.balance_for(raw, w.octahedral_weights(_BALANCE_TEXELS), coverage, _SLOPE)
         self._gpu.free(texture)
@@ -136,7 +136,7 @@ class WeatherMaps:
         self._small.bind_to_image(0, read=False, write=True)
         self._program.set("u_corner", (0, 0))
         self._program.run(-(-self._small.width // 8), -(-self._small.height // 8))
-        self._gpu.gpu.ctx.memory_barrier()
+        self._gpu.ctx.memory_barrier()
         texture = self._textures[chart.slot]
         self._small.use(0)
         texture.bind_to_image(0, read=False, write=True)
@@ -148,7 +148,7 @@ class WeatherMaps:
         return {"CYCLONES": w.CYCLONES, "OCTAVES": _OCTAVES, **imported}
 
     def _finish(self, texture: Any) -> None:
-        self._gpu.gpu.ctx.memory_barrier()
+        self._gpu.ctx.memory_barrier()
         texture.build_mipmaps(max_level=LEVELS - 1)
         texture.filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
 

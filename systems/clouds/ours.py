@@ -104,7 +104,7 @@ class OurClouds(CloudMethod):
         self._over = gpu.fullscreen("clouds/composite.frag", {"PICTURE_PX": picture.pixel_px})
         # Of a coarser picture single texels are looked up, and resolve wants it linear.
         self._nearest = gpu.sampler(filter="nearest")
-        self._plain = gpu.gpu.state()
+        self._plain = gpu.state()
         self._radius_m = float(setup.world.get(setup.planet, Planet).radius_m)
         texels, steps = int(settings["clouds.shadow_texels"]), int(settings["clouds.shadow_steps"])
         self._shadow = ShadowPass(gpu, texels, steps, int(settings["clouds.shadow_frames"]))
@@ -351,7 +351,7 @@ class OurClouds(CloudMethod):
         target = io.framebuffer(colors=("scene.radiance",))
         extra = ("gbuffer.depth", SURFACE) if self._picture.pixel_px > 1 else ()
         textures = [io.texture(name) for name in (_FULL, "scene.radiance", *extra)]
-        gl, waits = self.gpu.gpu.gl, self.gpu.gpu.caps.has_texture_barrier
+        gl, waits = self.gpu.gl, self.gpu.caps.has_texture_barrier
 
         def run() -> None:
             target.use()

@@ -59,7 +59,7 @@ class PaperClouds(CloudMethod):
         self._layer: Any = None
         self._texels = int(setup.settings["clouds.shape_texels"])
         self._view = gpu.fullscreen("clouds/paper/view.frag", {"CLOUD_PAPER": self.year})
-        self._blend = gpu.gpu.state(blend="premultiplied")
+        self._blend = gpu.state(blend="premultiplied")
 
     def release(self) -> None:
         self._volumes.release()

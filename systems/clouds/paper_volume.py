@@ -116,7 +116,7 @@ class PaperVolume:
             self._noise.set("u_first", first)
             self._noise.run(-(-size // 8), -(-size // 8), min(_SLICES, size - first))
             yield 0.6 * (first + _SLICES) / size
-        gpu.gpu.ctx.memory_barrier()
+        gpu.ctx.memory_barrier()
         noise = np.frombuffer(raw.read(), np.float32).reshape(size, size, size)
         cut = threshold_for(noise, self._coverage or 0.0, size * self._thickness_m / self._tile_m)
         ramp = 1.0 / max(_RAMP * float(noise.std()), 1e-6)
@@ -131,7 +131,7 @@ class PaperVolume:
                 program.set("u_first", first)
                 program.run(-(-size // 8), -(-size // 8), min(_SLICES, size - first))
                 yield 0.6 + 0.4 * (axis + (first + _SLICES) / size) / 3.0
-            gpu.gpu.ctx.memory_barrier()
+            gpu.ctx.memory_barrier()
         tile = np.frombuffer(made[2].read(), np.float16).reshape(size, size, size)
         if size == self._texels:
             self._cache.save(self._key(size), {"tile": tile})

@@ -63,7 +63,7 @@ class Surface:
         self._coarse: Any = None
         if picture.pixel_px > 1:
             self._coarse = gpu.fullscreen("clouds/surface.frag")
-            self._plain = gpu.gpu.state()
+            self._plain = gpu.state()
 
     def declare(self, builder: GraphBuilder, view: ViewInfo, system: str) -> tuple[TextureSpec, ...]:
         """What is left to be created by whoever copies it."""
@@ -95,7 +95,7 @@ class Surface:
         """To be called when all that asks for the last frame's has run."""
         if self._coarse is not None:
             return lambda: None
-        gl, depth, surface = self._gpu.gpu.gl, io.texture("gbuffer.depth"), io.texture(SURFACE)
+        gl, depth, surface = self._gpu.gl, io.texture("gbuffer.depth"), io.texture(SURFACE)
 
         # A copy: storing each pixel's depth in the shader takes twenty times as long without a GPU.
         def run() -> None:

@@ -72,7 +72,7 @@ class Questions:
         """name: of the file that shaders include, generated/NAME.glsl. most: in one dispatch."""
         self._gpu, self._most, layout = gpu, most, StructLayout(kind, "std430")
         self.dtype = layout.dtype
-        gpu.gpu.shaders.add_virtual(f"generated/{name}.glsl", layout.glsl)
+        gpu.shaders.add_virtual(f"generated/{name}.glsl", layout.glsl)
 
     def ask(self, program: Any, records: NDArray[Any]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """(radiance (N, 3), transmittance (N, 3)) for N > 0 records of `dtype`."""
@@ -88,7 +88,7 @@ class Questions:
             answers.bind_to_storage_buffer(ANSWER_BUFFER)
             program.set("u_count", count)
             program.run_over(count)
-            self._gpu.gpu.ctx.memory_barrier()
+            self._gpu.ctx.memory_barrier()
             return np.frombuffer(answers.read(), np.float32).reshape(count, 2, 4).astype(np.float64)
         finally:
             self._gpu.free(questions)

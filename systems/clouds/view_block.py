@@ -139,5 +139,5 @@ def cloud_view_uniforms(gpu: GpuScope) -> UniformBlock:
     constants = {**{f"CLOUD_{kind.name}": kind.value for kind in CloudKind}, "CLOUD_VIEW_LAYERS": MOST_LAYERS,
                  "CLOUD_MOST_MAPS": MOST_MAPS, "CLOUD_MOST_INTERVALS": MOST_INTERVALS}  # fmt: skip
     text = "".join(f"const int {name} = {value};\n" for name, value in constants.items())
-    gpu.gpu.shaders.add_virtual("generated/cloud_view.glsl", text + made.layout.block(CLOUD_VIEW_BLOCK, "cloud_view"))
+    gpu.shaders.add_virtual("generated/cloud_view.glsl", text + made.layout.block(CLOUD_VIEW_BLOCK, "cloud_view"))
     return made

@@ -197,7 +197,7 @@ class ViewMarch:
             down = -(-_lanes_down(color.height, history()) // TILE[1])
             self._place(self._classify, history())
             self._classify.run(across, down)
-            self._gpu.gpu.barrier()
+            self._gpu.barrier()
             tiles.bind_to_storage_buffer(1)
             self._list.set("u_tiles", (across, down))
             self._list.run()

@@ -63,7 +63,7 @@ def make_volume(gpu: GpuScope, kind: int, size: int, cache: TableCache | None = 
         volume = held["volume"]
     gpu.free(program)
     levels = size.bit_length()
-    stored, kept = ("r32f", np.float32) if gpu.gpu.caps.is_software else ("r16f", np.float16)
+    stored, kept = ("r32f", np.float32) if gpu.caps.is_software else ("r16f", np.float16)
     texture = gpu.texture((size, size, size), stored, volume.astype(kept, copy=False), levels, 1, "linear", "repeat")
     texture.build_mipmaps(max_level=levels - 1)
     texture.filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
@@ -76,7 +76,7 @@ def _compute(gpu: GpuScope, program: Any, size: int) -> NDArray[np.float32]:
     for first in range(0, size, _SLICES):
         program.set("u_first", first)
         program.run(-(-size // 8), -(-size // 8), min(_SLICES, size - first))
-    gpu.gpu.barrier()
+    gpu.barrier()
     values = np.frombuffer(raw.read(), np.float32).reshape(size, size, size)
     gpu.free(raw)
     return even_spread(values)

@@ -41,7 +41,7 @@ class WeatherProbe:
     def __init__(self, gpu: GpuScope, component: Any, model: CloudModel, settings: Mapping[str, Any]) -> None:
         self._gpu, self._model, self._settings = gpu, model, settings
         # Every question is a camera of its own, and its anchor.
-        gpu.gpu.shaders.add_virtual("generated/frame.glsl", f"{StructLayout(FrameBlock).glsl}FrameBlock frame;\n")
+        gpu.shaders.add_virtual("generated/frame.glsl", f"{StructLayout(FrameBlock).glsl}FrameBlock frame;\n")
         self._planet = gpu.uniform_block(PlanetBlock, PLANET_BLOCK, "planet")
         self._planet.write(PlanetBlock(model.radius_m, 0.0, 0.0, 0.0, 0.0, has_sea=False))
         self._field = CloudField(gpu, settings)

@@ -60,7 +60,7 @@ class SeaShading:
     def setup(self, setup: Setup) -> None:
         self._world = setup.world
         self._gpu = setup.gpu
-        self._shaders = setup.gpu.gpu.shaders
+        self._shaders = setup.gpu.shaders
         for contract, file in _CONTRACTS.items():
             self._shaders.provide(contract, file, owner=self._name)
         self._block = setup.gpu.uniform_block(OceanBlock, OCEAN_BLOCK, "ocean")
@@ -257,7 +257,7 @@ class SeaShading:
             self._classify.set("u_tiles", (across, down))
             self._classify.set("u_high", int(self._high))
             self._classify.run(-(-across * down // 64), 1, 1)
-            self._gpu.gpu.barrier()
+            self._gpu.barrier()
             self._list.set("u_tiles", (across, down))
             self._list.set("u_light_groups", light_groups)
             self._list.set("u_sky_groups", (_SKY_MAP[0] // 8, _SKY_MAP[1] // 8))
@@ -290,7 +290,7 @@ class SeaShading:
             radiance.bind_to_image(RADIANCE_IMAGE, read=False, write=True)
             for unit, texture in textures:
                 texture.use(unit)
-            with self._gpu.gpu.apart():  # each pixel reads and stores its own
+            with self._gpu.apart():  # each pixel reads and stores its own
                 for kind, tiles in parts:
                     if self._needed(kind, self._high):
                         tiles.bind_to_storage_buffer(TILE_BUFFER)
@@ -312,7 +312,7 @@ class SeaShading:
             radiance.bind_to_image(RADIANCE_IMAGE, read=True, write=True)
             light.bind_to_storage_buffer(7)
             self._under_light.run()
-            self._gpu.gpu.barrier()
+            self._gpu.barrier()
             first, end = self._wet_rows[0] // TILE_PX[1], -(-self._wet_rows[1] // TILE_PX[1])
             if first < end:
                 self._under.set("u_first_row", first * TILE_PX[1])
