@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["SRGB_STEPS", "srgb_decode", "srgb_encode"]
 
-Floats = NDArray[np.floating[Any]]
+Floats = NDArray[Any]
+"""As wide as what is given: f32 stays f32."""
 
 
 def srgb_encode(linear: ArrayLike) -> Floats:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..components import Atmosphere, Clouds, Planet
 from ..engine.blocks.bindings import AIR_BLOCK
+from ..engine.gpu import UniformBlock
 from ..engine.settings import with_overrides
 from ..quality import resolve_quality
 from ..systems.atmosphere.block import AirBlock, air_block
@@ -87,7 +88,7 @@ class CloudProbe(Probe):
         if air is not None:
             self._air = AirModel.from_components(handle[Planet], air, self._sun_radius_rad)
         super().__init__(ctx)
-        self._air_block: Any = None
+        self._air_block: UniformBlock | None = None
         self._asked: dict[bool, ShellProbe] = {}
         self._asked_weather: WeatherProbe | None = None
         self._tables: dict[int, AirTables] = {}
@@ -131,33 +132,32 @@ class CloudProbe(Probe):
         most = None if max_distance_m is None else question_distances(max_distance_m, len(ways), "max_distance_m")
         radius = self._sun_radius_rad if sun_visibility == "disc" else 0.0
         with self._guest():
+            multiple, in_air = orders is None, air and self._air is not None
             if self._weather:
-                light, transmittance = self._march_weather(
-                    positions, ways, suns, most, multiple=orders is None, sun_radius_rad=radius,
-                    in_air=air and self._air is not None, time_s=when, pixel_rad=wide,
-                    ground_albedo=ground,
+                light, transmittance = self._weather_probe(multiple, in_air).march(
+                    positions, ways, suns, most, multiple=multiple, sun_radius_rad=radius, in_air=in_air, time_s=when,
+                    pixel_rad=wide, ground_albedo=ground,
                 )  # fmt: skip
-                return light * self._irradiance, transmittance
-            asked = self._questions(air and self._air is not None, 0 if orders is None else 1)
-            light, transmittance = asked.march(
-                positions, ways, suns, most, multiple=orders is None, sun_radius_rad=radius
-            )
+            else:
+                light, transmittance = self._shell_probe(multiple, in_air).march(
+                    positions, ways, suns, most, multiple=multiple, sun_radius_rad=radius
+                )
         return light * self._irradiance, transmittance
 
-    def _questions(self, in_air: bool, orders: int) -> ShellProbe:
+    def _shell_probe(self, multiple: bool, in_air: bool) -> ShellProbe:
         # Programs look their contracts up again whenever they are used.
         shaders = self._gpu.shaders
         shaders.withdraw("probe")
         if in_air:
             shaders.provide("air_point", "atmosphere/air_point.glsl", owner="probe")
-            self._bind_air(orders)
+            self._bind_air(0 if multiple else 1)
         made = self._asked.get(in_air)
         if made is None:
             top = self._air.thickness_m if in_air and self._air is not None else 0.0
             made = self._asked[in_air] = ShellProbe(self._scope, self._clouds, self._settings, top)
         return made
 
-    def _march_weather(self, *rays: Any, multiple: bool, in_air: bool, **more: Any) -> tuple[Floats, Floats]:
+    def _weather_probe(self, multiple: bool, in_air: bool) -> WeatherProbe:
         shaders = self._gpu.shaders
         shaders.withdraw("probe")
         if in_air:
@@ -167,7 +167,7 @@ class CloudProbe(Probe):
             self._bind_air(0 if multiple else 1)
         if self._asked_weather is None:
             self._asked_weather = WeatherProbe(self._scope, self._component, self._clouds, self._settings)
-        return self._asked_weather.march(*rays, multiple=multiple, in_air=in_air, **more)
+        return self._asked_weather
 
     def _bind_air(self, orders: int) -> None:
         """Bind the air's tables of light scattered at most so many times, 0 for all; made when first asked for."""
@@ -185,7 +185,7 @@ class CloudProbe(Probe):
 
 
 class _Dark:
-    night_light = 0.0
+    night_light: float = 0.0
 
 
-_DARK: Any = _Dark()
+_DARK = _Dark()

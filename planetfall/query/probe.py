@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager, nullcontext
-from typing import Any, Self
+from typing import Self
 
 import moderngl
 
@@ -45,7 +45,7 @@ class Probe:
     def __exit__(self, *_: object) -> None:
         self.release()
 
-    def _guest(self) -> AbstractContextManager[Any]:
+    def _guest(self) -> AbstractContextManager[object]:
         if self._released:
             raise ValueError("this probe has been released: make a new one")
         if self._host is not None:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ..engine.gpu import Gpu
 from ..engine.hosts.foreign import ForeignHost, attach
-from .context_loss import ContextWatch
+from .context_loss import ContextWatch, Place
 
 if TYPE_CHECKING:
     import moderngl
@@ -29,7 +29,7 @@ class RenderContext:
         ctx: moderngl.Context | None,
         guard: bool,
         shaders: Iterable[Path],
-        place: Callable[[], Any],
+        place: Callable[[], Place],
     ) -> None:
         self._shaders = list(shaders)
         self.host: ForeignHost | None = None
@@ -48,7 +48,7 @@ class RenderContext:
         """Programs, objects and counters of their own in the same context, for one more planet."""
         return Gpu(self.ctx, self._shaders)
 
-    def current(self, framebuffer: moderngl.Framebuffer | None = None) -> AbstractContextManager[Any]:
+    def current(self, framebuffer: moderngl.Framebuffer | None = None) -> AbstractContextManager[object]:
         """The context current, a host's state safe. framebuffer: of the host's, if it is to be drawn into.
         ContextLostError when it is gone."""
         self.watch.check()

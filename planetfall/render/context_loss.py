@@ -8,9 +8,11 @@ import re
 import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+import numpy as np
 import platformdirs
+from numpy.typing import NDArray
 
 from ..engine.gpu import gl as G
 from ..errors import ContextLostError
@@ -19,7 +21,10 @@ if TYPE_CHECKING:
     from ..engine.gpu.gl import GL
     from ..scene.scene import Scene
 
-__all__ = ["ContextWatch", "lost_scenes"]
+__all__ = ["ContextWatch", "Place", "lost_scenes"]
+
+Place = NDArray[np.float64] | None
+"""(3,) planet-centred metres, or nowhere yet."""
 
 log = logging.getLogger(__name__)
 
@@ -38,11 +43,11 @@ def lost_scenes() -> Path:
 class ContextWatch:
     """Asks the driver, once a call, whether the context is still there (0.5 us)."""
 
-    def __init__(self, scene: Scene, gl: GL, errors: Callable[[], Iterable[str]], place: Callable[[], Any]) -> None:
+    def __init__(self, scene: Scene, gl: GL, errors: Callable[[], Iterable[str]], place: Callable[[], Place]) -> None:
         """errors: GL's that were found around the last frame. place: where its camera was, in metres, or None."""
         self._scene, self._errors, self._place = scene, errors, place
         name = next((n for n in _STATUS if gl.has(n)), None)
-        self.status: Any = (lambda: 0) if name is None else gl.function(name, G.enum)
+        self.status: Callable[[], int] = (lambda: 0) if name is None else gl.function(name, G.enum)
         self._error: ContextLostError | None = None
 
     @property

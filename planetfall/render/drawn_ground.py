@@ -30,7 +30,7 @@ class DrawnGround:
 
     def __init__(self, scene: Scene, settings: Mapping[str, Any]) -> None:
         self._scene, self._settings = scene, settings
-        self._held: tuple[tuple[Any, ...], PaperField] | None = None
+        self._held: tuple[tuple[object, ...], PaperField] | None = None
 
     def own_field(self) -> PaperField | None:
         """The ground that is drawn, if it isn't the scene's."""

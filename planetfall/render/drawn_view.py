@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ..engine.frame import View
 from ..errors import SettingError
@@ -33,7 +33,7 @@ class DrawnView(View):
         self.size = size
         """(width, height) in pixels."""
         self.plan: Plan | None = None
-        self.plan_key: tuple[Any, ...] = ()
+        self.plan_key: tuple[object, ...] = ()
         """What the plan was compiled for."""
         self.exports: frozenset[str] = frozenset({LDR})
         self.frame: Frame | None = None

@@ -6,7 +6,7 @@ import logging
 import traceback
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from ..engine.graph import GraphError
 from ..engine.settings import latest_revision
@@ -44,7 +44,7 @@ class Faults:
 
     def __init__(self, planet: str = "", others: Callable[[], Iterable[Faults]] = tuple) -> None:
         self._planet, self._others = planet, others
-        self._off: dict[str, tuple[Fault, tuple[Any, ...]]] = {}
+        self._off: dict[str, tuple[Fault, tuple[object, ...]]] = {}
         self._shaders = 0
 
     def __bool__(self) -> bool:
@@ -85,7 +85,7 @@ class Faults:
                 del self._off[system.name]
         return len(self._off) != before
 
-    def _stamp(self, system: System, world: World) -> tuple[Any, ...]:
+    def _stamp(self, system: System, world: World) -> tuple[object, ...]:
         return (latest_revision(*system.needs), world.structure_revision, self._shaders)
 
 

@@ -3,8 +3,9 @@ that the camera is near."""
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Protocol
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -41,7 +42,7 @@ class Stage(Protocol):
     def renderer_of(self, name: str) -> PlanetRenderer | None: ...
     def others_of(self, name: str) -> Others: ...
     def sun_over(self, body: Body, view_index: int) -> Sun: ...
-    def stamp(self) -> tuple[Any, ...]: ...
+    def stamp(self) -> tuple[object, ...]: ...
 
 
 class Others:
@@ -63,7 +64,7 @@ class Others:
         frame.jitter_px, frame.backdrop = jitter, False
         return True
 
-    def stamp(self) -> tuple[Any, ...]:
+    def stamp(self) -> tuple[object, ...]:
         return self._stage.stamp()
 
     def settled(self, view: View) -> bool:
@@ -123,10 +124,10 @@ class _Drawn:
 
     def __init__(self, planet: PlanetRenderer, size: tuple[int, int]) -> None:
         self.planet, self.view = planet, planet.add_view(size)
-        self._spot: tuple[Any, ...] = ()
-        self._texture: Any = None
+        self._spot: tuple[object, ...] = ()
+        self._texture: moderngl.Texture | None = None
 
-    def texture(self, stage: Stage, body: Body, part: Part, frame: Frame) -> Any:
+    def texture(self, stage: Stage, body: Body, part: Part, frame: Frame) -> moderngl.Texture:
         """PICTURE of the part of a frame's picture that shows this planet."""
         planet, view = self.planet, self.view
         sun = stage.sun_over(body, view.index)
@@ -144,9 +145,9 @@ class _Drawn:
                 frozenset({PICTURE}), frame.dt_s, settling=frame.settling, one_shot=frame.one_shot, exact=frame.exact
             ),
         )
-        self._texture = view.compiled().resource(PICTURE)
+        self._texture = shown = view.compiled().resource(PICTURE)
         self._spot = key if self.settled() else ()
-        return self._texture
+        return shown
 
     def settled(self) -> bool:
         return all(system.settled(self.view) for system in _drawing(self.planet))
@@ -154,7 +155,7 @@ class _Drawn:
     def progress(self) -> float:
         return min((system.progress(self.view) for system in _drawing(self.planet)), default=1.0)
 
-    def _spot_key(self, stage: Stage, part: Part, sun: Sun) -> tuple[Any, ...]:
+    def _spot_key(self, stage: Stage, part: Part, sun: Sun) -> tuple[object, ...]:
         """What a spot's picture depends on, as far as a few pixels can show."""
         step = np.radians(_LOOKED_AT_DEG)
         looks = np.round(np.array([*part.camera.forward, *(sun.direction or ())]) / step)

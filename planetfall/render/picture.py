@@ -58,7 +58,7 @@ class PictureOwner(Protocol):
 
     @property
     def render_scale(self) -> float: ...
-    def current(self, framebuffer: moderngl.Framebuffer | None = None) -> AbstractContextManager[Any]: ...
+    def current(self, framebuffer: moderngl.Framebuffer | None = None) -> AbstractContextManager[object]: ...
 
 
 class Picture:
@@ -173,7 +173,7 @@ class Picture:
             self._resize(size)
             self._front_view.resize(self.size)
 
-    def _current(self, framebuffer: moderngl.Framebuffer | None = None) -> AbstractContextManager[Any]:
+    def _current(self, framebuffer: moderngl.Framebuffer | None = None) -> AbstractContextManager[object]:
         self._check()
         return self._owner.current(framebuffer)
 

@@ -87,10 +87,10 @@ class PlanetRenderer:
         """All that the scene needs or has needed, running or not, in the order of their updates."""
         self._scopes: dict[str, GpuScope] = {}
         self._gates = 0  # how often systems came or went
-        self._gate_key: tuple[Any, ...] = ()
+        self._gate_key: tuple[object, ...] = ()
         self.backend = GLBackend(gpu.scope("graph"))
         self.faults = Faults(scene.planet.name, others)
-        self._sun: tuple[tuple[Any, ...], SunState] | None = None
+        self._sun: tuple[tuple[object, ...], SunState] | None = None
         self.python_ms = 0.0
         """What the last frame took before the GPU's work began."""
         self.views = Views()
@@ -187,7 +187,7 @@ class PlanetRenderer:
         frame.checkered = set()  # a new one: views keep the last
         return frame
 
-    def _structure(self, view: DrawnView, exports: frozenset[str], running: Sequence[System]) -> tuple[Any, ...]:
+    def _structure(self, view: DrawnView, exports: frozenset[str], running: Sequence[System]) -> tuple[object, ...]:
         return exports, self._gates, tuple((s.name, s.structure_of(view)) for s in running)
 
     def _compiled(self, view: DrawnView, exports: frozenset[str]) -> Plan:

@@ -8,7 +8,7 @@ So it makes no difference to the picture whose turn it is.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -42,7 +42,7 @@ class Heavens:
     bodies: dict[str, Body]
     sun: SunState
     star_axes: NDArray[np.float64]
-    key: tuple[Any, ...]
+    key: tuple[object, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,8 +96,8 @@ class Planets(Mapping[str, PlanetRenderer]):
         self._make = make
         self._members: dict[str, PlanetRenderer] = {}
         self._others: dict[str, Others] = {}
-        self._suns: dict[tuple[str, int], tuple[tuple[Any, ...], Sun]] = {}
-        self._stamp: tuple[Any, ...] = ()
+        self._suns: dict[tuple[str, int], tuple[tuple[object, ...], Sun]] = {}
+        self._stamp: tuple[object, ...] = ()
         self._heavens: Heavens | None = None
         self.gone: list[Callable[[str], None]] = []
         """Called with a planet's name when its renderer has been released."""
@@ -105,7 +105,7 @@ class Planets(Mapping[str, PlanetRenderer]):
     def __getitem__(self, name: str) -> PlanetRenderer:
         return self.own if name == self.own_name else self._members[name]
 
-    def __iter__(self) -> Any:
+    def __iter__(self) -> Iterator[str]:
         return iter((self.own_name, *self._members))
 
     def __len__(self) -> int:
@@ -253,7 +253,7 @@ class Planets(Mapping[str, PlanetRenderer]):
         """Systems of the other planets that are switched off."""
         return [member.faults for member in self._members.values()]
 
-    def stamp(self) -> tuple[Any, ...]:
+    def stamp(self) -> tuple[object, ...]:
         """Changes with everything that planets show or where they are."""
         scene = self.own.scene
         return (own_revisions(scene), *(own_revisions(c.scene) for c in scene.companions.values()))

@@ -20,6 +20,7 @@ from ..quality import checked_live, resolve_quality
 from ..scene.scene import Scene
 from ..systems.composite import CompositeSystem
 from .context import RenderContext
+from .context_loss import Place
 from .faults import Faults
 from .memory_budget import plan_memory
 from .outputs import OUTPUTS
@@ -90,7 +91,7 @@ class Renderer(Picture):
     def _other_faults(self) -> list[Faults]:
         return self.planets.faults()
 
-    def _camera_place(self) -> Any:
+    def _camera_place(self) -> Place:
         return None if self.own.first_view.frame is None else self.own.first_view.frame.camera.position_m
 
     # -- views and contexts --------------------------------------------------------------------------------------------
@@ -101,7 +102,7 @@ class Renderer(Picture):
         self._added.append(RenderView(self, size))
         return self._added[-1]
 
-    def current(self, framebuffer: moderngl.Framebuffer | None = None) -> AbstractContextManager[Any]:
+    def current(self, framebuffer: moderngl.Framebuffer | None = None) -> AbstractContextManager[object]:
         """Our GL context current, a host's state safe: for reading back between frames. framebuffer: of the host's, if
         it is to be drawn into."""
         self._check()

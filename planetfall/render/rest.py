@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 from ..engine.frame import Frame
 from ..engine.settings import revision
@@ -22,7 +21,7 @@ class Rest:
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
-        self._key: tuple[Any, ...] = ()
+        self._key: tuple[object, ...] = ()
         self._complete = False
 
     def may_repeat(self, frame: Frame, settled: Callable[[], bool], exports: frozenset[str]) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ..errors import NotSettled
 
@@ -23,7 +23,7 @@ def settle(
     frame: Callable[[], None],
     view: View,
     running: Callable[[], Sequence[System]],
-    current: Callable[[], AbstractContextManager[Any]],
+    current: Callable[[], AbstractContextManager[object]],
     timeout_s: float | None,
     progress: Callable[[float], None] | None,
 ) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ..components import Ocean, Terrain
 from ..engine.settings import revision
@@ -27,7 +27,7 @@ class Resolved:
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
-        self._held: tuple[Camera, tuple[Any, ...], Stand] | None = None
+        self._held: tuple[Camera, tuple[object, ...], Stand] | None = None
 
     def stand(self, camera: Camera) -> Stand:
         """The same object while neither the camera nor what it stands on changes."""
@@ -37,7 +37,7 @@ class Resolved:
             held = self._held = (camera, self._stamp(stand), stand)
         return held[2]
 
-    def _stamp(self, stand: Stand) -> tuple[Any, ...]:
+    def _stamp(self, stand: Stand) -> tuple[object, ...]:
         over = stand.planet
         if over.scene.world.closed or over.name not in self._scene.planets:
             return ()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from ..components import DebugView, Exposure, Shape, Sun, Transform
 from ..engine.frame import Frame, View
@@ -26,9 +25,9 @@ class Stillness:
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
-        self._shown: tuple[Any, ...] = ()
+        self._shown: tuple[object, ...] = ()
         self._waiting: frozenset[str] | None = None
-        self._parts: tuple[tuple[Any, ...], tuple[Any, ...]] = ((), ())
+        self._parts: tuple[tuple[object, ...], tuple[object, ...]] = ((), ())
 
     def forget(self) -> None:
         """The next frame is another one than the last, whatever it shows."""
@@ -57,7 +56,7 @@ class Stillness:
         same, self._shown = shown == self._shown, shown
         return same and not any(self._moves(frame.view, system) for system in running)
 
-    def _listed(self) -> tuple[Any, ...]:
+    def _listed(self) -> tuple[object, ...]:
         """The components whose change ends a still picture."""
         holders = (*self._scene.planets.values(), self._scene.environment)
         structure = tuple((holder.scene, holder.scene.world.structure_revision) for holder in holders)  # each its own

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...components import CloudLayer
 from ...engine.blocks.layout import zeros
 from .layers import kind_of
 from .view_block import MOST_INTERVALS, MOST_LAYERS, CloudKind, CloudSpan
@@ -28,7 +28,7 @@ class Span:
     intervals: int
 
 
-def spans_of(layers: Sequence[Any], steps: int) -> list[Span]:
+def spans_of(layers: Sequence[CloudLayer], steps: int) -> list[Span]:
     """Spans of layers that are sorted by their bases, lowest first; those that overlap are one.
 
     steps: how finely a layer is sampled; more intervals than that would be empty.

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from ...components import CloudLayer, Clouds
 from ...engine.blocks.bindings import (
     CLOUD_BLOCK,
     CLOUD_RIMS_UNIT,
@@ -45,18 +44,18 @@ class CloudField:
         self._ubo = cloud_view_uniforms(gpu)
         self.block = zeros(CloudViewBlock)
         self._model_ubo = gpu.uniform_block(CloudBlock, CLOUD_BLOCK, "cloud_model")
-        self._slabs: Any = None
-        self._droplets: tuple[Any, ...] = ()
+        self._slabs: moderngl.Texture | None = None
+        self._droplets: tuple[tuple[float, float], ...] = ()
         self.shape = make_volume(gpu, _SHAPE, int(settings["clouds.shape_texels"]))
         self.rims = make_volume(gpu, _RIMS, int(settings["clouds.rim_texels"]))
         write_filter(self.block, self.shape, self.rims)
         self.maps = WeatherMaps(gpu, int(settings["clouds.map_texels"]))
-        self._textures: tuple[Any, Any] = (None, None)
-        self.layers: list[Any] = []
+        self._textures: tuple[moderngl.Texture, moderngl.Texture] | None = None
+        self.layers: list[CloudLayer] = []
         self.wind_m_s, self.first, self.mirrored = 0.0, (0.0, 1.0), True
         self.frames, self._radius_m = frames_at(0.0, 1.0, 0.0), 1.0
 
-    def take(self, component: Any) -> None:
+    def take(self, component: Clouds) -> None:
         """These clouds from now on. ValueError (MapError) for an imported map that can't be read: all stays."""
         cover = imported_cover(component.weather_map) if component.weather_map else None
         self.layers = layers_of(component)
@@ -86,7 +85,7 @@ class CloudField:
     @property
     def placed(self) -> bool:
         """Whether there is weather of any moment."""
-        return self._textures[0] is not None
+        return self._textures is not None
 
     def places(self, points_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """(N, 7, 4) of layers.noise_places, for points at the moment of the last `place`."""
@@ -128,6 +127,7 @@ class CloudField:
 
     def bind(self) -> None:
         """Bind all of it."""
+        assert self._slabs is not None and self._textures is not None
         self._ubo.bind()
         self._model_ubo.bind()
         self._slabs.use(CLOUD_SLAB_UNIT)
@@ -136,7 +136,7 @@ class CloudField:
         self._textures[0].use(WEATHER_FIRST_UNIT)
         self._textures[1].use(WEATHER_SECOND_UNIT)
 
-    def textures(self) -> dict[str, tuple[Any, ...]]:
+    def textures(self) -> dict[str, tuple[moderngl.Texture, ...]]:
         """What it holds, by what it is for: to count memory."""
         return {
             "volumes of noise": (self.shape.texture, self.rims.texture), "maps of weather": self.maps.textures,

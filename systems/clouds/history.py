@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,9 +46,9 @@ class _Moment:
     camera: CameraState
     sun: Floats
     time_s: float
-    stamp: Any
+    stamp: object
     size: tuple[int, int]
-    weather: Any
+    weather: object
 
 
 class History:
@@ -89,7 +88,7 @@ class History:
         """There is no content of the last frame after all."""
         self._count, self._index, self.mode = 0, 0, NONE
 
-    def begin(self, frame: Frame, stamp: Any, weather: Any = None) -> None:
+    def begin(self, frame: Frame, stamp: object, weather: object = None) -> None:
         """Choose what this frame does. stamp: equal while the clouds themselves are; weather: while its maps are."""
         now = _Moment(frame.camera, frame.sun.direction, frame.time_s, stamp, frame.size, weather)
         then, self._last = self._last, now

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...components import CloudLayer, Clouds
 from ...engine.blocks.layout import zeros
 from .view_block import MOST_LAYERS, CloudFilter, CloudKind, CloudViewBlock, CloudViewLayer, CloudVolume
 from .volumes import NoiseVolume
@@ -32,13 +32,13 @@ _TILT = np.array([[2.0, -1.0, 2.0], [2.0, 2.0, -1.0], [-1.0, 2.0, 2.0]]) / 3.0
 """A rotation about (1, 1, 1)."""
 
 
-def layers_of(clouds: Any) -> list[Any]:
+def layers_of(clouds: Clouds) -> list[CloudLayer]:
     """All layers of a Clouds component, lowest base first; those without cloud left out."""
     found = [layer for layer in (clouds, *clouds.layers) if layer.coverage > 0.0 and layer.extinction_per_m > 0.0]
     return sorted(found, key=lambda layer: (layer.base_m, layer.top_m))
 
 
-def kind_of(layer: Any) -> CloudKind:
+def kind_of(layer: CloudLayer) -> CloudKind:
     """Which density a layer has."""
     if layer.density_model == "uniform":
         return CloudKind.UNIFORM
@@ -65,7 +65,7 @@ def hidden_fit(deviations: tuple[float, ...]) -> CloudFilter:
     return CloudFilter(half, 0.6 / max(most - quarter, 0.1))
 
 
-def write_layers(block: CloudViewBlock, layers: list[Any], map_coverage: float, numbers: list[int]) -> None:
+def write_layers(block: CloudViewBlock, layers: list[CloudLayer], map_coverage: float, numbers: list[int]) -> None:
     """The fields that follow from the component alone. numbers: of the layers in the model's block."""
     block.layers = [zeros(CloudViewLayer)] * MOST_LAYERS
     for row, layer in enumerate(layers[:MOST_LAYERS]):

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from time import perf_counter
-from typing import Any
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.gpu import GpuScope
+from ...engine.gpu import Compute, GpuScope
 from . import weather as w
 from .charts import Chart, Charts
 from .imported import IMPORT_BORDER
@@ -40,7 +39,7 @@ class WeatherMaps:
     def __init__(self, gpu: GpuScope, size: int) -> None:
         self._gpu, self.size, self._seed = gpu, size, 0
         self._cover: NDArray[np.float32] | None = None
-        self._cover_texture: Any = None
+        self._cover_texture: moderngl.Texture | None = None
         self._moment = gpu.uniform_block(w.WeatherBlock, 15, "weather")
         self._program = gpu.compute("clouds/weather.comp", self._defines())
         self._widen = gpu.compute("clouds/weather_widen.comp")
@@ -60,17 +59,17 @@ class WeatherMaps:
         return self._columns * self._rows
 
     @property
-    def shown(self) -> tuple[Any, Any]:
+    def shown(self) -> tuple[moderngl.Texture, moderngl.Texture]:
         """The two textures."""
         return self._textures[self.charts.first.slot], self._textures[self.charts.second.slot]
 
     @property
-    def textures(self) -> tuple[Any, ...]:
+    def textures(self) -> tuple[moderngl.Texture, ...]:
         """All that is held."""
         imported = () if self._cover_texture is None else (self._cover_texture,)
         return (*self._textures, self._small, *imported)
 
-    def texture_of(self, number: int) -> Any:
+    def texture_of(self, number: int) -> moderngl.Texture | None:
         """The map of this number, if it is held whole."""
         return next((self._textures[chart.slot] for chart in self.charts.all if chart.is_of(number)), None)
 
@@ -147,12 +146,12 @@ class WeatherMaps:
         imported = {} if self._cover is None else {"IMPORTED": 1}
         return {"CYCLONES": w.CYCLONES, "OCTAVES": _OCTAVES, **imported}
 
-    def _finish(self, texture: Any) -> None:
+    def _finish(self, texture: moderngl.Texture) -> None:
         self._gpu.ctx.memory_barrier()
         texture.build_mipmaps(max_level=LEVELS - 1)
         texture.filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
 
-    def _prepare(self, program: Any, border: int, time_s: float) -> None:
+    def _prepare(self, program: Compute, border: int, time_s: float) -> None:
         program.set("u_border", border)
         if self._cover_texture is not None:
             self._cover_texture.use(0)

@@ -11,7 +11,7 @@ from ...components import Atmosphere, Clouds, Planet
 from ...engine.blocks.bindings import CLOUD_SHADOW_UNIT, CLOUD_SKY_UNIT, CLOUD_SUN_UNIT
 from ...engine.frame import Frame, View, ViewInfo
 from ...engine.frame.contracts import bind_contracts, contract_reads
-from ...engine.gpu import GpuScope
+from ...engine.gpu import Compute, GpuScope
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import SettingError, Settings, revision, with_overrides
 from ...engine.system import Setup
@@ -43,9 +43,9 @@ class _Sky:
         self.next, self.left = 0, _SKY_FRAMES
         self.rows = (0, 1)
         """The first, and from one to the next; (0, 0): none."""
-        self.shows: tuple[Any, ...] = ()
+        self.shows: tuple[object, ...] = ()
 
-    def begin(self, shows: tuple[Any, ...], at_once: bool) -> None:
+    def begin(self, shows: tuple[object, ...], at_once: bool) -> None:
         """shows: all that the map hangs on. After a change each row is due once."""
         if shows != self.shows:
             self.shows, self.left = shows, _SKY_FRAMES
@@ -96,11 +96,11 @@ class OurClouds(CloudMethod):
         self.field = CloudField(gpu, settings)
         self._view = ViewMarch(gpu, setup.world, self.gpu.owner, picture)
         self._defines: Mapping[str, Any] = {}
-        self._sky_march: Any = None
+        self._sky_march: Compute
         self._tune(settings)
         self._resolve = gpu.compute("clouds/resolve.comp", picture.defines)
         self._surface = Surface(gpu, picture)
-        self._validity: Any = None
+        self._validity: Compute | None = None
         self._over = gpu.fullscreen("clouds/composite.frag", {"PICTURE_PX": picture.pixel_px})
         # Of a coarser picture single texels are looked up, and resolve wants it linear.
         self._nearest = gpu.sampler(filter="nearest")
@@ -110,7 +110,7 @@ class OurClouds(CloudMethod):
         self._shadow = ShadowPass(gpu, texels, steps, int(settings["clouds.shadow_frames"]))
         self._shafts = Shafts(gpu, setup.world, picture.defines, settings, self.gpu.owner)
         self._with_shafts = True
-        self._stamp: tuple[Any, ...] = ()
+        self._stamp: tuple[object, ...] = ()
 
     def release(self) -> None:
         self._views.forget(self._shadow, self._shafts)
@@ -124,7 +124,7 @@ class OurClouds(CloudMethod):
             defines = march_defines(settings)
             self._view.tune(steps, defines)
             if defines != self._defines:  # how fine steps are is in part compiled in
-                if self._sky_march is not None:
+                if self._defines:
                     self.gpu.free(self._sky_march)
                 self._defines, self._sky_march = defines, self.gpu.compute("clouds/sky.comp", {**defines, **MAPPED})
             MarchSteps(0.5 * steps.layer, 3.0 * steps.growth, min(steps.sun, 3.0)).give(self._sky_march)
@@ -317,7 +317,7 @@ class OurClouds(CloudMethod):
 
         return run
 
-    def _bind_resolve(self, io: PassIO, own: _CloudView, into: str, shown: Any) -> Callable[[], None]:
+    def _bind_resolve(self, io: PassIO, own: _CloudView, into: str, shown: Compute) -> Callable[[], None]:
         made = io.texture(into)
         textures = [io.texture(name) for name in (RAYS, self._picture.depth, DISTANCE)]
         upsampled = io.texture(UPSAMPLED) if self._every == 2 else textures[0]

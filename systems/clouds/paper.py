@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
-from ...components import Clouds, Planet
+from ...components import CloudLayer, Clouds, Planet
 from ...engine.blocks.bindings import CLOUD_TILE_UNIT
 from ...engine.blocks.layout import zeros
 from ...engine.frame import Frame, View, ViewInfo
@@ -52,11 +52,11 @@ class PaperClouds(CloudMethod):
         super().__init__(gpu, setup)
         self._ubo = cloud_view_uniforms(gpu)
         self._block = zeros(CloudViewBlock)
-        self._stamp: tuple[Any, ...] = ()
+        self._stamp: tuple[object, ...] = ()
         self._volume: PaperVolume | None = None
-        self._volume_for: tuple[Any, ...] = ()
+        self._volume_for: tuple[float, ...] = ()
         self._volumes = gpu.beside(gpu.owner)
-        self._layer: Any = None
+        self._layer: CloudLayer | None = None
         self._texels = int(setup.settings["clouds.shape_texels"])
         self._view = gpu.fullscreen("clouds/paper/view.frag", {"CLOUD_PAPER": self.year})
         self._blend = gpu.state(blend="premultiplied")
@@ -94,7 +94,7 @@ class PaperClouds(CloudMethod):
         self._ubo.bind()
         self.moving = not self.settled(frame.view)
 
-    def _refresh(self, component: Any, frame: Frame) -> None:
+    def _refresh(self, component: Clouds, frame: Frame) -> None:
         stamp = (id(component), revision(component), *(revision(layer) for layer in component.layers))
         if stamp == self._stamp:
             return

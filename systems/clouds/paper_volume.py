@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator
-from typing import Any
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -100,11 +100,11 @@ class PaperVolume:
         about = (self._coverage, round(self._thickness_m / self._tile_m, 6), border, size)
         return self._cache.key(_VERSION, repr(about), *(p.linked.key for p in (self._noise, *self._fill)))
 
-    def _held(self, size: int) -> NDArray[Any] | None:
+    def _held(self, size: int) -> NDArray[np.float16] | None:
         found = self._cache.load(self._key(size), {"tile": (size, size, size)})
         return None if found is None else found["tile"].astype(np.float16)
 
-    def _texture(self, size: int, data: Any = None) -> Any:
+    def _texture(self, size: int, data: NDArray[np.float16] | None = None) -> moderngl.Texture:
         return self._gpu.texture((size, size, size), "r16f", data, filter="linear", wrap="repeat")
 
     def _made(self, size: int) -> Iterator[float]:

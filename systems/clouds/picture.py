@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...engine.frame import ViewInfo
-from ...engine.gpu import GpuScope
+from ...engine.gpu import Fullscreen, GpuScope
 from ...engine.gpu import gl as G
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import Settings
@@ -60,7 +60,7 @@ class Surface:
 
     def __init__(self, gpu: GpuScope, picture: CloudPicture) -> None:
         self._gpu, self._picture = gpu, picture
-        self._coarse: Any = None
+        self._coarse: Fullscreen | None = None
         if picture.pixel_px > 1:
             self._coarse = gpu.fullscreen("clouds/surface.frag")
             self._plain = gpu.state()
@@ -81,13 +81,14 @@ class Surface:
         return ()
 
     def _bind_coarse(self, io: PassIO) -> Callable[[], None]:
-        target, depth = io.framebuffer(colors=(SURFACE,)), io.texture("gbuffer.depth")
+        target, depth, coarse = io.framebuffer(colors=(SURFACE,)), io.texture("gbuffer.depth"), self._coarse
+        assert coarse is not None
 
         def run() -> None:
             target.use()
             self._plain.apply()
             depth.use(0)
-            self._coarse.render()
+            coarse.render()
 
         return run
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...engine.blocks.bindings import ANSWER_BUFFER, QUESTION_BUFFER
 from ...engine.blocks.layout import StructLayout, Vec3
-from ...engine.gpu import GpuScope
+from ...engine.gpu import Compute, GpuScope
 
 __all__ = ["NoiseOrigins", "Questions", "ShellQuestion", "WeatherQuestion"]
 
@@ -68,19 +68,19 @@ class WeatherQuestion:
 class Questions:
     """Buffers of one kind of question and of the answers: radiance and transmittance of each."""
 
-    def __init__(self, gpu: GpuScope, kind: type[Any], name: str, most: int) -> None:
+    def __init__(self, gpu: GpuScope, kind: type[ShellQuestion | WeatherQuestion], name: str, most: int) -> None:
         """name: of the file that shaders include, generated/NAME.glsl. most: in one dispatch."""
         self._gpu, self._most, layout = gpu, most, StructLayout(kind, "std430")
         self.dtype = layout.dtype
         gpu.shaders.add_virtual(f"generated/{name}.glsl", layout.glsl)
 
-    def ask(self, program: Any, records: NDArray[Any]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def ask(self, program: Compute, records: NDArray[Any]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """(radiance (N, 3), transmittance (N, 3)) for N > 0 records of `dtype`."""
         parts = [records[i : i + self._most] for i in range(0, len(records), self._most)]
         found = np.concatenate([self._dispatch(program, part) for part in parts])
         return found[:, 0, :3], found[:, 1, :3]
 
-    def _dispatch(self, program: Any, records: NDArray[Any]) -> NDArray[np.float64]:
+    def _dispatch(self, program: Compute, records: NDArray[Any]) -> NDArray[np.float64]:
         count = len(records)
         questions, answers = self._gpu.buffer(records.tobytes()), self._gpu.buffer(reserve=32 * count)
         try:

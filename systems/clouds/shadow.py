@@ -6,8 +6,8 @@ import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -37,7 +37,7 @@ _FINE_PIXELS = 0.5
 
 
 @dataclass
-class _Map:
+class ShadowMap:
     middle: Floats = field(default_factory=lambda: np.zeros(3))
     """Its foot, from the planet's centre."""
     u: Floats = field(default_factory=lambda: np.zeros(3))
@@ -45,7 +45,7 @@ class _Map:
     half_m: float = 0.0
     longer: float = 1.0
     """Its half length along u, in half widths."""
-    stamp: Any = None
+    stamp: object = None
     sun: Floats = field(default_factory=lambda: np.zeros(3))
     time_s: float = math.inf
 
@@ -55,7 +55,7 @@ class Making:
     """A map that is drawn strip by strip, from where it was begun: it takes its place when it is whole."""
 
     number: int
-    map: _Map
+    map: ShadowMap
     frames: int
     strips: int = 0
     rows: int = 0
@@ -67,13 +67,13 @@ class ShadowMaps:
 
     def __init__(self, texels: int) -> None:
         self.texels = texels
-        self.maps: list[_Map] = []
+        self.maps: list[ShadowMap] = []
         self.making: Making | None = None
         self.finest = 0
         """Finer ones are not drawn."""
         self.changes = 0
         """How often a map that was made took another's place, which a still camera sees."""
-        self.texture: Any = None
+        self.texture: moderngl.Texture | None = None
         """Which they were drawn into."""
         self._before: tuple[Floats, Floats, float] | None = None
         self._pace = (0.0, 0.0, 0.0)
@@ -91,7 +91,7 @@ class ShadowMaps:
         widths = [w for k, w in enumerate(widths) if k == 0 or widths[k - 1] < radius_m]
         widths = [min(w, 0.98 * radius_m) for w in widths]
         if [m.half_m for m in self.maps] != widths:
-            self.maps, self.making = [_Map(half_m=w) for w in widths], None
+            self.maps, self.making = [ShadowMap(half_m=w) for w in widths], None
 
     def need(self, pixel_m: float) -> None:
         """From so far away that pixels are so wide on the clouds: maps are let go of while the next one is finer
@@ -133,7 +133,9 @@ class ShadowMaps:
         )
         return most if share * most <= 1.0 else max(int(1.0 / share), 1)
 
-    def due(self, foot: Floats, sun: Floats, time_s: float, wind_m_s: float, stamp: Any, radius_m: float) -> list[int]:
+    def due(
+        self, foot: Floats, sun: Floats, time_s: float, wind_m_s: float, stamp: object, radius_m: float
+    ) -> list[int]:
         """Numbers of the maps that no longer show what they should, finest first. foot: unit direction."""
         found = []
         for number, held in enumerate(self.maps):
@@ -149,8 +151,8 @@ class ShadowMaps:
         return found
 
     def move(
-        self, number: int, foot: Floats, sun: Floats, time_s: float, stamp: Any, radius_m: float, alone: bool = False
-    ) -> _Map:
+        self, number: int, foot: Floats, sun: Floats, time_s: float, stamp: object, radius_m: float, alone: bool = False
+    ) -> ShadowMap:
         """The map is about to be drawn around `foot`, all of it. alone: for a picture that hangs on no other."""
         half_m = self.maps[number].half_m
         where = (sun, time_s, stamp, radius_m)
@@ -158,12 +160,14 @@ class ShadowMaps:
         return held
 
     def begin(
-        self, number: int, frames: int, foot: Floats, sun: Floats, time_s: float, stamp: Any, radius_m: float
+        self, number: int, frames: int, foot: Floats, sun: Floats, time_s: float, stamp: object, radius_m: float
     ) -> None:
         """From now on the map is drawn in strips, around this foot."""
         self.making = Making(number, self._placed(number, foot, sun, time_s, stamp, radius_m), frames)
 
-    def _placed(self, number: int, foot: Floats, sun: Floats, time_s: float, stamp: Any, radius_m: float) -> _Map:
+    def _placed(
+        self, number: int, foot: Floats, sun: Floats, time_s: float, stamp: object, radius_m: float
+    ) -> ShadowMap:
         before = self.maps[number]
         if before.stamp == stamp and stamp is not None:
             foot = _on_texels(before, foot, radius_m, self.texels)
@@ -178,7 +182,7 @@ class ShadowMaps:
         return made.number
 
 
-def _on_texels(before: _Map, foot: Floats, radius_m: float, texels: int) -> Floats:
+def _on_texels(before: ShadowMap, foot: Floats, radius_m: float, texels: int) -> Floats:
     """The foot nearest to `foot` from which a map has its texels where the one before had them. From elsewhere the same
     shadows would be sampled a little aside, and all of the ground's light would step when the map takes its place."""
     away = foot * radius_m - before.middle
@@ -190,9 +194,9 @@ def _on_texels(before: _Map, foot: Floats, radius_m: float, texels: int) -> Floa
     return found if float(np.linalg.norm(found - foot)) * radius_m < texel_m * before.longer else foot
 
 
-def _placed(half_m: float, foot: Floats, sun: Floats, time_s: float, stamp: Any, radius_m: float) -> _Map:
+def _placed(half_m: float, foot: Floats, sun: Floats, time_s: float, stamp: object, radius_m: float) -> ShadowMap:
     """A map around a foot, longer towards the sun."""
-    held = _Map(half_m=half_m)
+    held = ShadowMap(half_m=half_m)
     rise = float(foot @ sun)
     along = sun - rise * foot
     if np.linalg.norm(along) < _LEAST_SIDEWAYS:

@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...components import CloudLayer
 from ...engine.blocks.layout import zeros
 from ...engine.frame import Frame, View, ViewInfo
 from ...engine.gpu import GpuScope
 from ...engine.gpu import gl as G
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from .columns import intervals_of, span_rows, spans_of
-from .shadow import ShadowMaps
+from .shadow import ShadowMap, ShadowMaps
 from .view_block import MOST_INTERVALS, MOST_MAPS, CloudShadowMap, CloudViewBlock
 
 __all__ = ["SHADED", "SHADOW", "SUN", "ShadowPass", "ViewShadow"]
@@ -88,7 +89,7 @@ class ShadowPass:
         """That view's."""
         return view.state(self, lambda: ViewShadow(self._texels))
 
-    def take_layers(self, block: CloudViewBlock, layers: Sequence[Any]) -> None:
+    def take_layers(self, block: CloudViewBlock, layers: Sequence[CloudLayer]) -> None:
         """The clouds have changed. layers: those with cloud, lowest first."""
         spans = spans_of(layers, self._steps)
         intervals = intervals_of(spans)
@@ -104,7 +105,7 @@ class ShadowPass:
         self._program.set("u_intervals", heights)
 
     def place(
-        self, frame: Frame, block: CloudViewBlock, first: tuple[float, float], wind_m_s: float, stamp: Any,
+        self, frame: Frame, block: CloudViewBlock, first: tuple[float, float], wind_m_s: float, stamp: object,
         radius_m: float, present: bool,
     ) -> None:  # fmt: skip
         """Where the maps lie, and which are due. first: base and thickness of the first layer, in metres."""
@@ -150,7 +151,7 @@ class ShadowPass:
         block.shadow_intervals, block.shadow_texels = self._count, self._texels
         grown = 1.0 + height_m / radius_m
 
-        def geometry(held: Any) -> dict[str, Any]:
+        def geometry(held: ShadowMap) -> dict[str, Any]:
             return {
                 "u_middle_m": tuple((held.middle * grown - proxy.anchor_m).tolist()),
                 "u_half_m": held.half_m,
@@ -165,7 +166,7 @@ class ShadowPass:
         own.strip = None if maps.making is None else geometry(maps.making.map)
 
     @staticmethod
-    def _at_once(maps: ShadowMaps, due: list[int], sun: Floats, stamp: Any) -> list[int]:
+    def _at_once(maps: ShadowMaps, due: list[int], sun: Floats, stamp: object) -> list[int]:
         """Of what has nothing to show yet the widest, which stands for the others until they are drawn. Another light's
         shadow goes at once, and all maps have to take its place."""
         missing = [number for number in due if maps.maps[number].stamp != stamp]
@@ -179,7 +180,9 @@ class ShadowPass:
             maps.making = None
         return found
 
-    def _prepare(self, own: ViewShadow, due: list[int], wind_m_s: float, here: tuple[Any, ...]) -> None:
+    def _prepare(
+        self, own: ViewShadow, due: list[int], wind_m_s: float, here: tuple[Floats, Floats, float, object, float]
+    ) -> None:
         """One strip a frame, or where there is no time for strips, one map; none in frames that draw others whole."""
         if own.due:
             return

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -101,7 +102,7 @@ class MarchRays:
         return MarchRays(entered, s0, perigee, rise + start * nu, nu, np.where(meets, end, 0.0))
 
 
-def slab_texture(gpu: GpuScope, model: CloudModel) -> Any:
+def slab_texture(gpu: GpuScope, model: CloudModel) -> moderngl.Texture:
     """The table of light scattered more than once in each layer that is present, for unit CLOUD_SLAB_UNIT."""
     tables = [slab_table(layer.albedo, layer.asymmetry) for layer in model.present]
     size = (SHARES, SUNS, 3 * DEPTHS * MOST_CLOUD_LAYERS)

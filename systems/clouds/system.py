@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from ...components import Atmosphere, CloudLayer, Clouds, Ocean, Planet
 from ...engine.frame import Frame, View, ViewInfo
@@ -41,7 +41,7 @@ class CloudSystem(System):
         self._setup = setup
         self._methods = Methods(setup.gpu, setup.views)
         self._unseen = Unseen(Clouds, CloudLayer, Planet, Atmosphere, Ocean)
-        self._checked: tuple[Any, ...] = ()
+        self._checked: tuple[object, ...] = ()
         self._good = False
         self._use_method(setup.world.get(setup.planet, Clouds), setup.settings)
         provide_contracts(setup.world, self.name, self)

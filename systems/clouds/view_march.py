@@ -9,7 +9,7 @@ from typing import Any
 from ...engine.blocks.bindings import CLOUD_DEPTH_UNIT, CLOUD_SUN_UNIT, TILE_BUFFER
 from ...engine.frame import ViewInfo
 from ...engine.frame.contracts import bind_contracts, contract_reads
-from ...engine.gpu import GpuScope
+from ...engine.gpu import Compute, GpuScope
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.world import World
 from .history import NONE, STILL, History
@@ -47,7 +47,7 @@ class MarchSteps:
         """A quality's."""
         return cls(*(float(settings[f"clouds.{name}"]) for name in ("fine_steps", "step_growth", "sun_steps")))
 
-    def give(self, program: Any) -> None:
+    def give(self, program: Compute) -> None:
         program.set("u_layer_steps", self.layer)
         program.set("u_step_growth", self.growth)
         program.set("u_sun_steps", self.sun)
@@ -62,13 +62,14 @@ class ViewMarch:
     def __init__(self, gpu: GpuScope, world: World, system: str, picture: CloudPicture) -> None:
         self._gpu, self._world, self._system, self._picture = gpu, world, system, picture
         self._defines: Mapping[str, Any] = {}
-        self._classify: Any = None
+        self._classify: Compute
         self._list = gpu.compute("clouds/list_tiles.comp")
         self._between = gpu.compute("clouds/upsample_rays.comp", picture.defines)
-        self._march: Any = None
-        self._no_cirrus: Any = None
+        self._march: Compute
+        self._no_cirrus: Compute
         self._steps = MarchSteps(0.0, 0.0, 0.0)
-        self._debug: Any = None
+        self._debug: Compute | None = None
+        self._programs: set[Compute] = set()
 
     def tune(self, steps: MarchSteps, defines: Mapping[str, Any]) -> None:
         """defines: of clouds/scattered.glsl, and CLOUD_FINEST."""
@@ -76,20 +77,22 @@ class ViewMarch:
         given = {**self._picture.defines, **defines, **(MAPPED if mapped else {})}
         if given != self._defines:
             self._defines = given
-            for program in {self._classify, self._march, self._no_cirrus, self._debug} - {None}:
+            for program in self._programs:
                 self._gpu.free(program)
             finest = {name: defines[name] for name in ("CLOUD_FINEST",) if name in defines}
             self._classify = self._gpu.compute("clouds/classify.comp", {**self._picture.defines, **finest})
             self._march = self._program("clouds/view_march.comp")
             # Steps all the way to the sun meet layers above, which may be cirrus.
             self._no_cirrus = self._program("clouds/view_march.comp", _NO_CIRRUS) if mapped else self._march
-            self._debug = None if self._debug is None else self._program("clouds/debug.comp")
+            self._programs = {self._classify, self._march, self._no_cirrus}
+            if self._debug is not None:
+                self._debug = self._program("clouds/debug.comp")
+                self._programs.add(self._debug)
         self._steps = steps
-        for program in (self._classify, self._march, self._no_cirrus, self._debug):
-            if program is not None:
-                steps.give(program)
+        for program in self._programs:
+            steps.give(program)
 
-    def _program(self, file: str, more: Mapping[str, Any] = {}) -> Any:
+    def _program(self, file: str, more: Mapping[str, Any] = {}) -> Compute:
         return self._gpu.compute(file, {**self._defines, **more})
 
     def declare(
@@ -172,7 +175,7 @@ class ViewMarch:
 
         return run
 
-    def _place(self, program: Any, history: History) -> None:
+    def _place(self, program: Compute, history: History) -> None:
         program.set("u_place", history.place)
         # A ray without others beside it, from earlier frames, stands for its whole block. In a picture that stands
         # still each pixel will have its own; of a coarse one it is the mean of several, which filters enough.
@@ -234,10 +237,12 @@ class ViewMarch:
         bind = bind_contracts(self._world, io, but=self._system)
         if self._debug is None:
             self._debug = self._program("clouds/debug.comp")
+            self._programs.add(self._debug)
             self._steps.give(self._debug)
 
         def run() -> None:
             program = self._debug
+            assert program is not None
             bind()
             bind_clouds()
             depth.use(CLOUD_DEPTH_UNIT)

@@ -9,7 +9,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.gpu import GpuScope
+from ...engine.gpu import Compute, GpuScope
 from ...engine.table_cache import TableCache
 
 __all__ = ["NoiseVolume", "even_spread", "level_deviations"]
@@ -23,7 +23,7 @@ _VERSION = "1"
 class NoiseVolume:
     """A 3D texture that wraps, with mip levels; deviations: standard deviation of what each level holds."""
 
-    texture: Any
+    texture: moderngl.Texture
     deviations: tuple[float, ...]
 
 
@@ -70,7 +70,7 @@ def make_volume(gpu: GpuScope, kind: int, size: int, cache: TableCache | None = 
     return NoiseVolume(texture, level_deviations(volume, levels))
 
 
-def _compute(gpu: GpuScope, program: Any, size: int) -> NDArray[np.float32]:
+def _compute(gpu: GpuScope, program: Compute, size: int) -> NDArray[np.float32]:
     raw = gpu.texture((size, size, size), "r32f")
     raw.bind_to_image(0, read=False, write=True)
     for first in range(0, size, _SLICES):

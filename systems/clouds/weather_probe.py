@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...components import Clouds
 from ...engine.blocks.bindings import PLANET_BLOCK
 from ...engine.frame.block import FrameBlock, PlanetBlock
-from ...engine.gpu import GpuScope, StructLayout
+from ...engine.gpu import Compute, GpuScope, StructLayout
 from .field import CloudField
 from .model import CloudModel
 from .questions import NoiseOrigins, Questions, WeatherQuestion
@@ -38,7 +39,7 @@ class WeatherProbe:
     contracts air, sky and air_point, and binds what they read. Light comes back for a unit sun.
     """
 
-    def __init__(self, gpu: GpuScope, component: Any, model: CloudModel, settings: Mapping[str, Any]) -> None:
+    def __init__(self, gpu: GpuScope, component: Clouds, model: CloudModel, settings: Mapping[str, Any]) -> None:
         self._gpu, self._model, self._settings = gpu, model, settings
         # Every question is a camera of its own, and its anchor.
         gpu.shaders.add_virtual("generated/frame.glsl", f"{StructLayout(FrameBlock).glsl}FrameBlock frame;\n")
@@ -50,7 +51,7 @@ class WeatherProbe:
         self._field.light(model)
         self._shafts = bool(component.shafts)
         self._questions = Questions(gpu, WeatherQuestion, "weather_question", _BATCH)
-        self._programs: dict[tuple[bool, int], Any] = {}
+        self._programs: dict[tuple[bool, int], Compute] = {}
 
     def march(
         self, positions_m: Floats, directions: Floats, suns: Floats, most_m: Floats | None, *,
@@ -72,7 +73,7 @@ class WeatherProbe:
         self._field.bind()
         return self._questions.ask(program, records)
 
-    def _program(self, multiple: bool, in_air: bool) -> Any:
+    def _program(self, multiple: bool, in_air: bool) -> Compute:
         key = multiple, int(in_air)
         program = self._programs.get(key)
         if program is None:
