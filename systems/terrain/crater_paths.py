@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .craters import SHIFTS, STEPS, TEN_BITS, Craters, cover, draws, mixed, profile, sizes
+from .crater_form import CraterShape, crater_rise, crater_sizes
+from .craters import SHIFTS, STEPS, TEN_BITS, Craters, draws, mixed
 
 __all__ = ["CraterPaths", "found_along", "rest_m"]
 
@@ -72,9 +73,9 @@ class CraterPaths:
 
     def heights(self, craters: Craters, away: Floats) -> tuple[Floats, Floats]:
         """Of each crater alone (C,) at distances `away` (C,) in radii, and how much of what is older it wipes out."""
-        q = away * away
-        height = self.relief_m * profile(q, self.fresh, craters.shape[self.octave])[0]
-        return height, self.kept * cover(q)[0]
+        shape = CraterShape(*craters.shape[self.octave].T)
+        form, covered = crater_rise(shape, away * away, self.kept, self.fresh)
+        return self.relief_m * form, covered
 
     def sums(self, heights: Floats, covers: Floats, stretches: int) -> Floats:
         """What all craters of each stretch add (S,), by `heights`: the younger of an octave wipe out the older."""
@@ -190,8 +191,8 @@ def found_along(
     place = np.concatenate([p.place_m for p in parts], axis=1)
     away = np.sqrt((place * place).sum(axis=0))
     frequency = craters.frequency[k]
-    kept, inverse, fresh = sizes((away - radius) * frequency, away * (1.0 / radius), wide, worn)
-    inverse = np.sqrt(inverse) * frequency
+    kept, _, room, smaller, fresh = crater_sizes((away - radius) * frequency, away * (1.0 / radius), 1.0, wide, worn)
+    inverse = np.sqrt(smaller / room) * frequency
     centre = place * (radius / away)
     a, b = (np.sqrt(((end[:, s] - centre) ** 2).sum(axis=0)) * inverse for end in ends)
     found = CraterPaths(s, k, age, centre, inverse, fresh / inverse, fresh, kept, a, b, a, b)

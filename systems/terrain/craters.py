@@ -27,6 +27,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...engine.surface.noise import octave_offset
+from .crater_form import CraterShape, crater_form, crater_relief
+from .height_steps import layer_weight
 
 __all__ = ["MOST_OCTAVES", "Craters", "craters_of", "fresh_shape"]
 
@@ -45,13 +47,10 @@ ln(4) / 3, that of 1/4 - z^2 over |z| < 1/2 is 1/6, less 1/256 for what lies clo
 _FIRST_OFFSET = 64  # octave numbers of the seed's offsets, behind all noise
 _SMALLEST_M = 0.25
 _MOON_DEPTH_CHANGE_KM, _MOON_RIM_CHANGE_KM, _MOON_RADIUS_M = 10.6, 21.3, 1.7374e6
-_WORN_LEAST = 0.15
-_PEAK_NARROW = 12.0
 
 
 def fresh_shape(diameter_m: float, radius_m: float) -> tuple[float, float, float, float]:
-    """(wall, floor, rim, peak) of a fresh crater by its radius: depth of the wall's parabola below the crest, depth of
-    the floor below it, height of the crest, height of the central peak."""
+    """The fields of CraterShape."""
     km = diameter_m * 1e-3 * radius_m / _MOON_RADIUS_M  # of a crater like it on the moon
     complexity, flat = max(km / _MOON_DEPTH_CHANGE_KM, 1.0), max(km / _MOON_RIM_CHANGE_KM, 1.0)
     depth, rim = 0.392 * complexity**-0.699, 0.072 * flat**-0.601
@@ -151,24 +150,16 @@ class Craters:
 
         here = points[:, n]
         along = (v[0] * here[0] + v[1] * here[1] + v[2] * here[2]) / self.radius_m
-        curve = 1.0 / (self.radius_m * frequency[k])
-        e = vv * curve - 2.0 * along
-        root = np.sqrt(1.0 + e * curve)
-        z = e / (1.0 + root)  # how far above the sphere the cell's place lies
-        kept, inverse, fresh = sizes(z, root, wide, worn)
-        q = np.maximum(vv - z * z, 0.0) / root * inverse
-        size = 1.0 / np.sqrt(inverse)
-        form, slope = profile(q, fresh, self.shape[part][k])
-        height_m = size * fresh * form / frequency[k]
-        wiped, wiped_slope = (kept * c for c in cover(q))
-
+        shape, curve = CraterShape(*self.shape[part][k].T), 1.0 / (self.radius_m * frequency[k])
+        place = shape, vv, along, curve, 1.0, wide, worn
         total, bent = np.zeros((octaves, count)), np.zeros((3, octaves, count) if gradients else 0)
-        seen, ahead = np.ones(len(n)), v
         if gradients:
-            if footprint_m is not None:
-                t = np.clip(2.0 * size / frequency[k] / footprint_m[n] * 0.5 - 1.0, 0.0, 1.0)
-                seen = t * t * (3.0 - 2.0 * t)
-            ahead = 2.0 * inverse / root * seen * v  # of q, by cells
+            form, fresh, size, wiped, root, inverse, slope, wiped_slope, _ = crater_form(*place)
+            seen = np.ones(len(n)) if footprint_m is None else layer_weight(2.0 * size / frequency[k], footprint_m[n])
+            ahead = 2.0 * inverse / root * seen * v  # of (r / R)^2, by cells
+        else:
+            form, fresh, size, wiped = crater_relief(*place)
+        height_m = form * fresh / frequency[k] * size
         edges = np.searchsorted(parity, np.arange(9))
         for a, b in pairwise(edges):
             at = k[a:b], n[a:b]
@@ -197,37 +188,6 @@ def draws(word: NDArray[np.uint32]) -> tuple[NDArray[np.uint32], Floats, Floats]
     word = mixed(word ^ OTHER)
     wide = np.asarray((word & 4095) * (1.0 / 4096.0), dtype=np.float64)
     return word >> SHIFTS[3], wide, np.asarray((word >> 12 & 4095) * (1.0 / 4096.0), dtype=np.float64)
-
-
-def sizes(z: Floats, root: Floats, wide: Floats, worn: Floats) -> tuple[Floats, Floats, Floats]:
-    """Of craters whose places lie `z` above the sphere (in cells), at `root` of its radius: whether they are there
-    (0..1), 1 / R^2 in cells, and freshness."""
-    room = np.maximum((0.25 - z * z) / root, 1e-9)
-    kept = np.clip(16.0 * room - 1.0, 0.0, 1.0)  # those less than half as wide as they could be are left out
-    return kept, 4.0 * (1.0 + 3.0 * wide) / room, kept * (_WORN_LEAST + (1.0 - _WORN_LEAST) * worn * worn)
-
-
-def profile(q: Floats, fresh: Floats, shape: Floats) -> tuple[Floats, Floats]:
-    """Heights by crater radius at q = (r / R)^2, and their derivative by q."""
-    wall, floor, rim, peak = shape.T
-    top = np.maximum(1.0 - _PEAK_NARROW * q, 0.0)
-    bottom, d_bottom = rim - floor + peak * top * top, -2.0 * _PEAK_NARROW * peak * top
-    bowl = rim + wall * (q - 1.0)
-    width = 0.15 * floor
-    t = np.clip(0.5 + 0.5 * (bowl - bottom) / width, 0.0, 1.0)
-    inside = bottom + (bowl - bottom) * t + width * t * (1.0 - t)
-    d_inside = d_bottom + (wall - d_bottom) * t
-    left = np.maximum(4.0 - q, 0.0) * (1.0 / 3.0)
-    outside, d_outside = rim * left**3, -rim * left * left
-    width = rim * (2.2 - 1.6 * fresh)
-    t = np.clip(0.5 + 0.5 * (outside - inside) / width, 0.0, 1.0)
-    return outside + (inside - outside) * t - width * t * (1.0 - t), d_outside + (d_inside - d_outside) * t
-
-
-def cover(q: Floats) -> tuple[Floats, Floats]:
-    """How much a crater wipes out what is older, at q = (r / R)^2: 1 inside, 0 beyond its rim; and by q."""
-    t = np.clip(1.5 - q, 0.0, 1.0)
-    return t * t * (3.0 - 2.0 * t), -6.0 * t * (1.0 - t)
 
 
 def craters_of(density: float, largest_m: float, smallest_m: float, radius_m: float, seed: int) -> Craters | None:

@@ -21,9 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .height_model import Model
-from .height_octaves import BLOCK, FEW_POINTS, heights, heights_gradients, heights_slopes, layer_weight, model_of
+from .height_octaves import BLOCK, FEW_POINTS, heights, heights_gradients, heights_slopes, model_of
 from .height_params import TerrainParams
 from .height_relief import relief_statistics
+from .height_steps import layer_weight
 
 __all__ = [
     "TerrainField",

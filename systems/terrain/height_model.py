@@ -27,6 +27,7 @@ from ...engine.surface.noise import Lattice, octave_offset
 from .craters import Craters, craters_of
 from .height_map import roughness_factor
 from .height_params import TerrainParams
+from .height_steps import RIDGE_SLOPE
 
 Floats = NDArray[np.float64]
 
@@ -57,9 +58,6 @@ GATE_SHUT, GATE_LOW, GATE_WIDTH = 0.2, 0.8, 1.4
 
 _NOISE_SLOPE = 0.86
 """Root mean square slope of one octave of gradient noise, by the lattice coordinate."""
-
-RIDGE_TOP, RIDGE_SLOPE, RIDGE_ROUND = (float(v) for v in _single([0.30, 1.9, 0.03]))
-"""Ridge transform: top - slope * |n|, its crest rounded off below |n| = round."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +120,7 @@ class Model:
     warped: Lattice
     warp_m: Floats
     sums: Floats  # (3, layers): weights of the layers in a and b (of s) and in z
-    ridge_columns: tuple[Floats, Floats]  # of the ridged layers: ridge, 1 - |ridge|
+    ridge_column: Floats  # of the ridged layers
     constants: TerrainConstants
     craters: Craters | None = None
     map_roughness: float = 0.0  # multiplier of the layers by the map's height differences at its finest scale, 1/m
@@ -237,7 +235,7 @@ def build_model(params: TerrainParams) -> Model:
             np.concatenate([offsets[2 : 2 + FIELDS], layer_offsets[:warped_layers]]),
         ),
         sums=np.stack([np.where(first, shape, 0.0), np.where(first, 0.0, shape), amplitude]),
-        ridge_columns=(ridge[ridge != 0.0][:, None], 1.0 - np.abs(ridge[ridge != 0.0][:, None])),
+        ridge_column=ridge[ridge != 0.0][:, None],
         warp_m=_single(_WARP_AMPLITUDES_M * scale * np.array([size, 1.0]) * p.warp),
         constants=_constants(p),
         craters=craters_of(p.craters, p.crater_largest_m, float(wavelength[-1]), p.radius_m, p.seed),

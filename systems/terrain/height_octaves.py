@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from ...engine.surface.noise import Scratch
 from .height_map import map_gradients, map_values, slopes_at
-from .height_model import FIELDS, RIDGE_ROUND, RIDGE_SLOPE, RIDGE_TOP, Model, build_model, continent_weights
+from .height_model import FIELDS, Model, build_model, continent_weights
 from .height_params import TerrainParams
-from .height_surface import hypsometry_slope, limit, smoothstep, surface, surface_parts, surface_slopes
+from .height_steps import layer_weight, ridge, ridge_slope
+from .height_surface import hypsometry_slope, limit, surface, surface_parts, surface_slopes
 
 Floats = NDArray[np.float64]
 
@@ -27,11 +28,6 @@ _SCRATCH = Scratch()
 def model_of(params: TerrainParams) -> Model:
     """Octaves and constants of `params` (about 20 ms, then cached): the sea's level is found by sampling."""
     return calibrate(build_model(params))
-
-
-def layer_weight(wavelength_m: float | Floats, spacing_m: float | Floats) -> Floats:
-    """Share of a layer in band-limited gradients: 0 below two samples a wavelength, 1 from four on."""
-    return np.asarray(smoothstep(np.asarray(np.divide(wavelength_m, spacing_m) * 0.5 - 1.0)))
 
 
 def heights(points: Floats, model: Model) -> Floats:
@@ -95,7 +91,7 @@ def noises(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats
     n = model.warped.cells(where, _SCRATCH).noise()
     v[:layers] = n[FIELDS:]
     c, b = _weighted(_FIELD_WEIGHTS, n[:FIELDS])
-    sums = _weighted(model.sums, ridge_layers(v, model.ridge_columns))
+    sums = _weighted(model.sums, ridge_layers(v, model.ridge_column))
     return w[:, 0], c, b, sums[:2], sums[2]
 
 
@@ -128,27 +124,12 @@ FEW_POINTS = 2
 """So many points have the bits that each of them has alone."""
 
 
-def ridge_layers(n: Floats, columns: tuple[Floats, Floats]) -> Floats:
-    """The layers' values from their noise `n` (layers, N), in place. columns: Model.ridge_columns of these layers."""
-    r, plain = columns
-    part = n[: len(r)]  # the ridged layers come first
-    a = np.abs(part)
-    low = np.minimum(a, RIDGE_ROUND)
-    a -= low
-    low *= low
-    low *= 0.5 / RIDGE_ROUND
-    a += low
-    a *= -RIDGE_SLOPE
-    a += RIDGE_TOP
-    a *= r
-    part *= plain
-    part += a
+def ridge_layers(n: Floats, shares: Floats) -> Floats:
+    """The layers' values from their noise `n` (layers, N), in place. shares: of ridges in the layers that have any
+    (column), which come first."""
+    part = n[: len(shares)]
+    part[...] = ridge(part, shares)
     return n
-
-
-def _ridge_slopes(n: Floats, model: Model) -> Floats:
-    r = model.ridge[:, None]
-    return 1.0 - np.abs(r) - r * RIDGE_SLOPE * np.clip(n / RIDGE_ROUND, -1.0, 1.0)
 
 
 def heights_gradients(points: Floats, model: Model, footprint_m: Floats | None) -> tuple[Floats, Floats]:
@@ -181,8 +162,8 @@ def heights_gradients(points: Floats, model: Model, footprint_m: Floats | None) 
         d_fine *= model.unwarped.frequency[2:, None]
         n_layers, dn_layers = np.concatenate([n_layers, fine]), np.concatenate([dn_layers, d_fine], axis=1)
     weight = _weights(model, footprint_m, points.shape[1])
-    dn_layers *= _ridge_slopes(n_layers, model) * weight
-    v = ridge_layers(n_layers.copy(), model.ridge_columns)
+    dn_layers *= ridge_slope(n_layers, model.ridge[:, None]) * weight
+    v = ridge_layers(n_layers.copy(), model.ridge_column)
     sums = model.sums @ v
     z_seen = model.amplitude_m @ (weight * v)
     d_sums = np.einsum("sk,akn->san", model.sums, dn_layers)

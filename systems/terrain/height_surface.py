@@ -10,45 +10,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from . import height_steps
 from .height_model import GATE_LOW, GATE_SHUT, GATE_WIDTH, TerrainConstants
 from .height_statements import Statements
-
-
-def smoothstep(t: Any) -> Any:
-    """3 t^2 - 2 t^3 of t clamped to [0, 1]; arrays and plain floats."""
-    if isinstance(t, float):
-        t = 0.0 if t < 0.0 else 1.0 if t > 1.0 else t
-        return t * t * (3.0 - 2.0 * t)
-    t = np.minimum(np.maximum(t, 0.0), 1.0)
-    return t * t * (3.0 - 2.0 * t)
-
-
-def smoothstep_slope(t: Any) -> Any:
-    t = np.minimum(np.maximum(t, 0.0), 1.0)
-    return 6.0 * t * (1.0 - t)
-
-
-def bump(t: Any) -> Any:
-    """(1 - t^2)^2 inside [-1, 1], 0 outside."""
-    t = 1.0 - t * t
-    t = (t if t > 0.0 else 0.0) if isinstance(t, float) else np.maximum(t, 0.0)
-    return t * t
-
-
-def bump_slope(t: Any) -> Any:
-    return -4.0 * t * np.maximum(1.0 - t * t, 0.0)
-
-
-def positive(t: Any) -> Any:
-    """t where it is above 0, else 0."""
-    return max(t, 0.0) if isinstance(t, float) else np.maximum(t, 0.0)
-
-
-def positive_slope(t: Any) -> Any:
-    return 1.0 * (t > 0.0)
-
+from .height_steps import bump, positive, smoothstep
 
 # -- statements: what they may be, and how the shader knows them, says height_statements -------------------------------
 
@@ -112,7 +77,7 @@ def limit(k: TerrainConstants, h: Any) -> Any:
 
 # -- what is made of them ----------------------------------------------------------------------------------------------
 
-_MADE = Statements(Path(__file__).read_text(encoding="utf-8"), globals())
+_MADE = Statements(Path(__file__).read_text(encoding="utf-8"), {**vars(height_steps), **globals()})
 _SLOPES = {name: _MADE[name].slopes({}) for name in ("hypsometry", "limit")}
 # Where the roughness changes, the ground shows the layers of z that its footprint shows.
 _SLOPES["surface"] = _MADE["surface"].slopes({"z": "seen_z"}, ["on_land"])
@@ -123,8 +88,8 @@ surface_slopes = _MADE.python(_SLOPES["surface"])
 
 
 def shader() -> str:
-    """GLSL: the statements in float and double, and their derivatives."""
-    parts = [f"// Made from {Path(__file__).name}.\n"]
+    """GLSL: the statements in float and double, and their derivatives, after the functions that they call."""
+    parts = [f"// Made from {Path(__file__).name}, after height_steps.py.\n", height_steps.shader()]
     for name, slopes in _SLOPES.items():
         parts += [*(_MADE.glsl(_MADE[name], real) for real in ("float", "double")), _MADE.glsl(slopes, "float")]
     return "\n".join(parts)

@@ -12,14 +12,13 @@ from ...engine.blocks.bindings import TERRAIN_TABLE_BLOCK, TERRAIN_TABLE_BUFFER
 from ...engine.blocks.layout import IVec3, StructLayout, Vec2, Vec3, array
 from ...engine.made_shaders import made_shader
 from ...engine.surface.noise import Lattice
+from . import crater_form
+from .crater_form import CraterShape
 from .craters import MOST_OCTAVES, Craters
 from .height_map import LEVEL_SAMPLES
 from .height_model import (
     FIELDS,
     GATING_LAYERS,
-    RIDGE_ROUND,
-    RIDGE_SLOPE,
-    RIDGE_TOP,
     SHAPE_LAYERS,
     WARPED_LAYERS,
     Model,
@@ -28,6 +27,7 @@ from .height_model import (
 )
 from .height_octaves import MOST_ROUGH, heights, model_of
 from .height_params import TerrainParams
+from .height_steps import RIDGE_ROUND, RIDGE_SLOPE
 from .height_surface import shader
 
 __all__ = ["TerrainTable", "canonical_table", "octave_table"]
@@ -66,16 +66,6 @@ class TerrainLayer:
     range_weight: Annotated[float, "in s"]
     amplitude_m: Annotated[float, "in z"]
     ridge: Annotated[float, "share of the ridge transform, negative for its mirror image"]
-
-
-@dataclass
-class CraterShape:
-    """Of a fresh crater, by its radius: craters.fresh_shape."""
-
-    wall: float
-    bottom: float
-    rim: float
-    peak: float
 
 
 @dataclass
@@ -130,7 +120,7 @@ def table_shader() -> str:
     buffer: llvmpipe reads an array there lane by lane, 5 ns an octave more."""
     numbers = {
         "FIELDS": FIELDS, "GATING_LAYERS": GATING_LAYERS, "SHAPE_LAYERS": SHAPE_LAYERS, "WARPED_LAYERS": WARPED_LAYERS,
-        "RIDGE_TOP": RIDGE_TOP, "RIDGE_SLOPE": RIDGE_SLOPE, "RIDGE_ROUND": RIDGE_ROUND,
+        "RIDGE_SLOPE": RIDGE_SLOPE, "RIDGE_ROUND": RIDGE_ROUND,
         "MOST_ROUGH": MOST_ROUGH, "LEVEL_SAMPLES": LEVEL_SAMPLES,
     }  # fmt: skip
     text = "".join(f"const {type(v).__name__} TERRAIN_{name} = {v};\n" for name, v in numbers.items())
@@ -141,6 +131,7 @@ def table_shader() -> str:
 
 made_shader("generated/terrain_table.glsl", table_shader)
 made_shader("generated/terrain_surface.glsl", shader)
+made_shader("generated/terrain_crater_form.glsl", crater_form.shader)
 
 
 def octave_table(

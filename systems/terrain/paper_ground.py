@@ -79,7 +79,8 @@ class PaperTable:
 
 _LAYOUT = StructLayout(PaperTable)
 TABLE_DTYPE = _LAYOUT.dtype
-made_shader("generated/paper_table.glsl", lambda: _LAYOUT.block(TERRAIN_TABLE_BLOCK, "paper_table"))
+_NUMBERS = f"const int PAPER_TEXELS = {TEXELS};\nconst float PAPER_CALM = {CALM};\n"
+made_shader("generated/paper_table.glsl", lambda: _NUMBERS + _LAYOUT.block(TERRAIN_TABLE_BLOCK, "paper_table"))
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,8 +23,9 @@ from numpy.typing import NDArray
 from ...engine.surface.noise import Lattice
 from .crater_paths import rest_m
 from .height_map import map_values, slopes_at
-from .height_model import FIELDS, RIDGE_ROUND, RIDGE_SLOPE, RIDGE_TOP, SHAPE_LAYERS, WARPED_LAYERS, Model
+from .height_model import FIELDS, SHAPE_LAYERS, WARPED_LAYERS, Model
 from .height_octaves import BLOCK, MOST_ROUGH, noises, ridge_layers
+from .height_steps import RIDGE_ROUND, RIDGE_SLOPE, RIDGE_TOP
 from .height_surface import hypsometry_slope, surface_parts
 
 __all__ = ["Kind", "Stage", "ground_at", "layers_at", "stage_of"]
@@ -124,7 +125,7 @@ def _stage(model: _Same, length_m: float) -> Stage:
         shape=whole.shape[:layers],
         unwarped=Lattice(whole.unwarped.frequency[fine], whole.unwarped.offset[fine]),
         sums=np.ascontiguousarray(whole.sums[:, :layers]),
-        ridge_columns=(whole.ridge_columns[0][:layers], whole.ridge_columns[1][:layers]),
+        ridge_column=whole.ridge_column[:layers],
     )
     return Stage(
         length_m,
@@ -202,10 +203,10 @@ def layers_at(feet: Floats, before: Stage, now: Stage) -> Floats:
     at = slice(2 + first - WARPED_LAYERS, None)
     fine = Lattice(model.unwarped.frequency[at], model.unwarped.offset[at])
     total = np.empty(feet.shape[1])
-    r, plain = (column[first:] for column in model.ridge_columns)
+    share = model.ridge_column[first:]
     for start in range(0, len(total), BLOCK):
         n = fine.cells(feet[:, start : start + BLOCK]).noise()
-        if len(r):
-            n = ridge_layers(n, (r, plain))
+        if len(share):
+            n = ridge_layers(n, share)
         total[start : start + BLOCK] = model.amplitude_m[first:] @ n
     return total

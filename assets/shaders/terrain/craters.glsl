@@ -1,7 +1,8 @@
-// Impact craters: systems/terrain/craters.py, which says where the numbers come from, statement by statement. An octave
-// is a 3D lattice with a crater a cell; eight cells can reach a point. The first loop finds those that do (about one in
-// sixteen), the second works them out: on software GPUs that is half the time of eight whole craters.
-const float CRATER_PEAK_NARROW = 12.0;
+// Impact craters: systems/terrain/craters.py, which says where the numbers come from; its crater_form.py has the
+// statements of a single one. An octave is a 3D lattice with a crater a cell; eight cells can reach a point. The first
+// loop finds those that do (about one in sixteen), the second works them out: on software GPUs that is half the time of
+// eight whole craters.
+#include "generated/terrain_crater_form.glsl"
 
 const uvec3 CRATER_STEPS = uvec3(0x9E3779B1u, 0x85EBCA77u, 0xC2B2AE3Du);
 
@@ -28,14 +29,12 @@ ivec3 crater_side(ivec3 base, int parity) {
 
 // Metres that one octave adds at the place `fraction` of `cell`, in float or double. up: the foot on the sphere over
 // the radius; spacing_m limits heights to what vertices that far apart may need. ground: adds what end_m shows of the
-// gradient and begin_m does not (begin_m 0: all), and how freshly dug it is. Shares t of the rounded corners are float:
-// there the sum does not hang on them.
-#define TERRAIN_CRATER_OCTAVE(REAL, REAL3) \
+// gradient and begin_m does not (begin_m 0: all), and how freshly dug it is.
+#define TERRAIN_CRATER_OCTAVE(REAL, REAL3, FORM) \
     REAL terrain_crater_octave( \
         CraterOctave octave, ivec3 cell, REAL3 fraction, REAL3 up, float spacing_m, float begin_m, float end_m, \
         inout TerrainSources ground \
     ) { \
-        CraterShape shape = octave.shape; \
         float width_m = octave.lattice.wavelength_m; \
         REAL curve = REAL(width_m) / REAL(terrain_table.radius_m); \
         REAL3 f = fraction - REAL(0.5); \
@@ -58,52 +57,25 @@ ivec3 crater_side(ivec3 base, int parity) {
             uint hash = crater_hash(first, side), draws = crater_mix(hash ^ 0x68bc21ebu); \
             reached &= reached - 1; \
             REAL3 v = f - REAL3(side) - REAL3(crater_place(hash)); \
-            REAL vv = dot(v, v); \
             vec2 u = vec2(draws & 4095u, draws >> 12 & 4095u) * (1.0 / 4096.0); \
-            REAL e = vv * curve - REAL(2.0) * dot(v, up); \
-            REAL root = sqrt(REAL(1.0) + e * curve); \
-            REAL z = e / (REAL(1.0) + root); \
-            REAL depth = max(REAL(0.25) - z * z, REAL(1e-9)); \
-            REAL room = depth / root, kept = clamp(REAL(16.0) * room - REAL(1.0), REAL(0.0), REAL(1.0)); \
-            kept = int(draws >> 24) < terrain_table.crater_accept ? kept : REAL(0.0); \
-            REAL smaller = REAL(4.0 + 12.0 * u.x); \
-            REAL q = min(max(vv - z * z, REAL(0.0)) / depth * smaller, REAL(4.0)); \
-            REAL size = sqrt(room / smaller); \
-            float ratio = float(smaller) / float(room); \
-            REAL fresh = kept * (REAL(0.15LF) + REAL(0.85LF) * REAL(u.y) * REAL(u.y)); \
-            REAL top = max(REAL(1.0) - REAL(CRATER_PEAK_NARROW) * q, REAL(0.0)); \
-            REAL bottom = REAL(shape.rim) - REAL(shape.bottom) + REAL(shape.peak) * top * top; \
-            float d_bottom = -2.0 * CRATER_PEAK_NARROW * shape.peak * float(top); \
-            REAL bowl = REAL(shape.rim) + REAL(shape.wall) * (q - REAL(1.0)); \
-            float width = 0.15 * shape.bottom, t = clamp(0.5 + 0.5 * float(bowl - bottom) / width, 0.0, 1.0); \
-            REAL inside = bottom + (bowl - bottom) * REAL(t) + REAL(width * t * (1.0 - t)); \
-            float d_inside = d_bottom + (shape.wall - d_bottom) * t; \
-            REAL left = (REAL(4.0) - q) * REAL(1.0LF / 3.0LF); \
-            REAL outside = REAL(shape.rim) * left * left * left; \
-            float d_outside = -shape.rim * float(left * left); \
-            width = shape.rim * (2.2 - 1.6 * float(fresh)); \
-            t = clamp(0.5 + 0.5 * float(outside - inside) / width, 0.0, 1.0); \
-            REAL profile = outside + (inside - outside) * REAL(t) - REAL(width * t * (1.0 - t)); \
-            float slope = d_outside + (d_inside - d_outside) * t; \
-            REAL within = clamp(REAL(1.5) - q, REAL(0.0), REAL(1.0)); \
-            REAL cover = kept * within * within * (REAL(3.0) - REAL(2.0) * within); \
-            float d_cover = -6.0 * float(kept * within * (REAL(1.0) - within)); \
-            float wide_m = 2.0 * float(size) * width_m; \
+            REAL there = int(draws >> 24) < terrain_table.crater_accept ? REAL(1.0) : REAL(0.0); \
+            FORM c = terrain_crater_form(octave.shape, dot(v, v), dot(v, up), curve, there, REAL(u.x), REAL(u.y)); \
+            float wide_m = 2.0 * float(c.size) * width_m; \
             float seen = terrain_layer_weight(wide_m, end_m) \
                 - (begin_m > 0.0 ? terrain_layer_weight(wide_m, begin_m) : 0.0); \
-            float steep = float(size) * float(fresh) * slope - float(total) / width_m * d_cover; \
-            float dug = max(4.0 * float(fresh) - 3.0, 0.0) * min(float(left), 1.0); \
-            float kept_seen = 1.0 - seen * float(cover); \
-            bent = bent * kept_seen + seen * ((2.0 * ratio / float(root) * steep) * vec3(v)); \
+            float steep = float(c.size) * float(c.fresh) * c.slope - float(total) / width_m * c.d_covered; \
+            float dug = max(4.0 * float(c.fresh) - 3.0, 0.0) * min(float(c.left), 1.0); \
+            float kept_seen = 1.0 - seen * float(c.covered); \
+            bent = bent * kept_seen + seen * ((2.0 * c.inverse / float(c.root) * steep) * vec3(v)); \
             fresh_dug = fresh_dug * kept_seen + seen * dug; \
             REAL shown = REAL(terrain_height_weight(wide_m, spacing_m)); \
-            total = total * (REAL(1.0) - shown * cover) \
-                + shown * profile * fresh * REAL(width_m) * size; \
+            total = total * (REAL(1.0) - shown * c.covered) \
+                + shown * c.form * c.fresh * REAL(width_m) * c.size; \
         } \
         ground.gradient += bent; \
         ground.dug += fresh_dug; \
         return total; \
     }
 
-TERRAIN_CRATER_OCTAVE(float, vec3)
-TERRAIN_CRATER_OCTAVE(double, dvec3)
+TERRAIN_CRATER_OCTAVE(float, vec3, TerrainCraterForm)
+TERRAIN_CRATER_OCTAVE(double, dvec3, TerrainCraterFormDouble)

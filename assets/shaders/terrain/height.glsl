@@ -12,47 +12,6 @@
 #include "common/noise.glsl"
 #include "generated/terrain_table.glsl"
 
-// What statements of height_surface.py call, in both precisions, and its slopes. Last a layer's value from its noise: a
-// mix of the noise and its ridges, top - slope |n| (Musgrave in Ebert et al. 1994, "Texturing and Modeling"), the crest
-// rounded.
-#define TERRAIN_STEPS(REAL) \
-    REAL terrain_smoothstep(REAL t) { \
-        t = clamp(t, REAL(0.0), REAL(1.0)); \
-        return t * t * (REAL(3.0) - REAL(2.0) * t); \
-    } \
-    REAL terrain_bump(REAL t) { \
-        t = max(REAL(1.0) - t * t, REAL(0.0)); \
-        return t * t; \
-    } \
-    REAL terrain_positive(REAL t) { \
-        return max(t, REAL(0.0)); \
-    } \
-    REAL terrain_ridge(REAL n, REAL ridge) { \
-        REAL a = abs(n), low = min(a, REAL(TERRAIN_RIDGE_ROUND)); \
-        a += low * low * (REAL(0.5) / REAL(TERRAIN_RIDGE_ROUND)) - low; \
-        return (REAL(1.0) - abs(ridge)) * n + ridge * (REAL(TERRAIN_RIDGE_TOP) - REAL(TERRAIN_RIDGE_SLOPE) * a); \
-    }
-
-TERRAIN_STEPS(float)
-TERRAIN_STEPS(double)
-
-float terrain_smoothstep_slope(float t) {
-    t = clamp(t, 0.0, 1.0);
-    return 6.0 * t * (1.0 - t);
-}
-
-float terrain_bump_slope(float t) {
-    return -4.0 * t * max(1.0 - t * t, 0.0);
-}
-
-float terrain_positive_slope(float t) {
-    return t > 0.0 ? 1.0 : 0.0;
-}
-
-float terrain_ridge_slope(float n, float ridge) {
-    return 1.0 - abs(ridge) - ridge * TERRAIN_RIDGE_SLOPE * clamp(n / TERRAIN_RIDGE_ROUND, -1.0, 1.0);
-}
-
 #include "generated/terrain_surface.glsl"
 
 struct TerrainPoint {
@@ -86,20 +45,12 @@ const float TERRAIN_COLORED_MOISTURE = 0.45;  // where a colour map says what th
 #define TERRAIN_REAL3 dvec3
 #endif
 
-// Share of a layer in band-limited gradients: 0 below two samples a wavelength, 1 from four on (Norton, Rockwood and
-// Skolmoski 1982, "Clamping: a method of antialiasing textured surfaces by bandwidth limiting in object space").
-float terrain_layer_weight(float wavelength_m, float spacing_m) {
-    float t = clamp(wavelength_m / spacing_m * 0.5 - 1.0, 0.0, 1.0);
-    return t * t * (3.0 - 2.0 * t);
-}
-
 // Share of a layer in heights: only layers shorter than an eighth of the spacing fade, which no vertex can show.
 float terrain_height_weight(float wavelength_m, float spacing_m) {
 #ifdef TERRAIN_CANONICAL
     return 1.0;
 #endif
-    float t = clamp(wavelength_m / spacing_m * 16.0 - 1.0, 0.0, 1.0);
-    return t * t * (3.0 - 2.0 * t);
+    return terrain_smoothstep(wavelength_m / spacing_m * 16.0 - 1.0);
 }
 
 // How many layers are longer than a length.

@@ -9,9 +9,6 @@
 #include "common/simplex.glsl"
 #include "generated/paper_table.glsl"
 
-const int PAPER_TEXELS = 1024;
-const float PAPER_CALM = 0.05;
-
 layout(binding = CONTINENTS_UNIT) uniform sampler2D u_continents;
 
 // atan(y, x), right to 2e-7 radians: the built-in one is a hundred times worse on some drivers. Fit to atan(t) / t on

@@ -1,0 +1,71 @@
+"""Functions of one or two numbers that statements of the height function call, and their slopes: statements themselves,
+made into the shader's functions by `height_statements`. Arrays and plain floats."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from .height_statements import Statements, absolute, at_least, at_most, clamp, sign
+
+RIDGE_TOP, RIDGE_SLOPE, RIDGE_ROUND = 0.30000001192092896, 1.899999976158142, 0.029999999329447746
+"""Ridge transform: top - slope * |n|, its crest rounded off below |n| = round. Rounded to float32."""
+
+
+def smoothstep(t: Any) -> Any:
+    """3 t^2 - 2 t^3 of t clamped to [0, 1]."""
+    u = clamp(t, 0.0, 1.0)
+    return u * u * (3.0 - 2.0 * u)
+
+
+def smoothstep_slope(t: Any) -> Any:
+    u = clamp(t, 0.0, 1.0)
+    return 6.0 * u * (1.0 - u)
+
+
+def bump(t: Any) -> Any:
+    """(1 - t^2)^2 inside [-1, 1], 0 outside."""
+    u = at_least(1.0 - t * t, 0.0)
+    return u * u
+
+
+def bump_slope(t: Any) -> Any:
+    return -4.0 * t * at_least(1.0 - t * t, 0.0)
+
+
+def positive(t: Any) -> Any:
+    """t where it is above 0, else 0."""
+    return at_least(t, 0.0)
+
+
+def positive_slope(t: Any) -> Any:
+    return at_least(sign(t), 0.0)
+
+
+def layer_weight(wavelength_m: Any, spacing_m: Any) -> Any:
+    """Share of a layer in band-limited gradients: 0 below two samples a wavelength, 1 from four on (Norton, Rockwood
+    and Skolmoski 1982, "Clamping: a method of antialiasing textured surfaces by bandwidth limiting in object space").
+    """
+    return smoothstep(wavelength_m / spacing_m * 0.5 - 1.0)
+
+
+def ridge(n: Any, share: Any) -> Any:
+    """A layer's value from its noise: a mix of the noise and its ridges, top - slope |n| (Musgrave in Ebert et al.
+    1994, "Texturing and Modeling"), the crest rounded. share: of the ridges, negative for their mirror image."""
+    away = absolute(n)
+    low = at_most(away, RIDGE_ROUND)
+    rounded = away + (low * low * (0.5 / RIDGE_ROUND) - low)
+    return (1.0 - absolute(share)) * n + share * (RIDGE_TOP - RIDGE_SLOPE * rounded)
+
+
+def ridge_slope(n: Any, share: Any) -> Any:
+    return 1.0 - absolute(share) - share * RIDGE_SLOPE * clamp(n / RIDGE_ROUND, -1.0, 1.0)
+
+
+_MADE = Statements(Path(__file__).read_text(encoding="utf-8"), globals())
+
+
+def shader() -> str:
+    """GLSL: all of them in float and, but for slopes, in double."""
+    names = {"float": _MADE.names, "double": [name for name in _MADE.names if not name.endswith("_slope")]}
+    return "\n".join(_MADE.glsl(_MADE[name], real) for real, some in names.items() for name in some)
