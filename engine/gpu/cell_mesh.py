@@ -18,29 +18,15 @@ from ..blocks.bindings import ARGUMENTS_BUFFER, BOUNDS_BUFFER, CELL_BUFFER, RANG
 from ..graph import BufferSpec
 from ..surface.decimation import MOST, VARIANTS, Topology, decimated_indices, variant_skips
 from ..surface.selection import CellSet
+from .cells import BOUNDS_BYTES, CELL_DTYPE, COMMAND_DTYPE
 
 if TYPE_CHECKING:
     from ..graph import PassIO
     from . import Compute, GpuScope, Program, VertexArray
 
-CELL_DTYPE = np.dtype(
-    [
-        ("face", "i4"),
-        ("level", "i4"),
-        ("i", "i4"),
-        ("j", "i4"),
-        ("edge_mask", "u4"),  # a byte an edge
-        ("spacing_m", "f4"),
-        ("variant", "u4"),  # which of the index lists
-        ("distance_m", "f4"),
-    ]
-)
 VERTEX_DTYPE = np.dtype([("position_m", "f4", 3), ("dh_m", "f4"), ("normal", "u4"), ("attributes", "u1", 4)])
-BOUNDS_BYTES = 32
 _TOPOLOGY_BYTES, _WANTED_BYTES = 32, 8
-# A draw command for each variant, moderngl's fixed stride: count, instances, first index, base vertex, base instance.
-ARGUMENTS_BYTES = 20 * VARIANTS
-
+ARGUMENTS_BYTES = COMMAND_DTYPE.itemsize * VARIANTS
 
 Place = tuple[float, ...]
 

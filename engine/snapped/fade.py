@@ -9,24 +9,53 @@ it is: the same bits as if it had been there all along, and no cost.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from moderngl import Buffer
 from numpy.typing import NDArray
 
+from ..blocks.layout import StructLayout, UInt, Vec3
 from ..gpu import GpuScope
-from ..gpu.cell_mesh import CELL_DTYPE, VERTEX_DTYPE, CellMesh, CellPrograms
+from ..gpu.cell_mesh import VERTEX_DTYPE, CellMesh, CellPrograms
+from ..gpu.cells import CELL_DTYPE
 from ..graph import BufferSpec, PassIO
+from ..made_shaders import made_shader
 from ..surface.decimation import topology
 from ..surface.overlay import Overlay, held_edges, overlay
 from .choice import CellChoice
 
 __all__ = ["FadePrograms", "SnapFade"]
 
-_START_BYTES = 16
-_FADE_DTYPE = np.dtype([("old_row", "<i4"), ("new_row", "<i4"), ("rest", "<u4", 5), ("held", "<u4")])
 _SHARE_OF_INTERVAL = 0.9
 """When snaps follow one another quickly, each fade is over before the next snap is due."""
+
+
+@dataclass
+class FadeCell:
+    """What the overlay knows of each of its cells."""
+
+    old_row: Annotated[int, "cell of the old selection that contains it; -1: none"]
+    new_row: Annotated[int, "and of the new one"]
+    changed: Annotated[UInt, "1: its surface moves"]
+    old_code: Annotated[UInt, "level | variant << 8 of the old selection's cell"]
+    new_code: UInt
+    old_mask: Annotated[UInt, "its edge_mask"]
+    new_mask: UInt
+    held: Annotated[UInt, "edges whose vertices may not move, a bit each: no old surface beyond"]
+
+
+@dataclass
+class FadeStart:
+    """Where a vertex starts, from the new anchor."""
+
+    position_m: Vec3
+    normal: Annotated[UInt, "octahedral, 2 x snorm16, planet axes"]
+
+
+_CELL, _START = StructLayout(FadeCell, "std430"), StructLayout(FadeStart, "std430")
+made_shader("generated/fade.glsl", lambda: _CELL.glsl + _START.glsl)
 
 
 class FadePrograms:
@@ -43,7 +72,7 @@ class SnapFade:
     def __init__(self, gpu: GpuScope, mesh: CellMesh, programs: FadePrograms) -> None:
         self._gpu, self._final, self._programs = gpu, mesh, programs
         self.mesh = CellMesh(gpu, f"{mesh.name}_fade", mesh.quads)
-        self._known = gpu.buffer(reserve=self.mesh.capacity * _FADE_DTYPE.itemsize, dynamic=True)
+        self._known = gpu.buffer(reserve=self.mesh.capacity * _CELL.size, dynamic=True)
         self._starts: Buffer
         self._old: tuple[Buffer, Buffer] | None = None
         self._kept: CellChoice | None = None
@@ -140,18 +169,18 @@ class SnapFade:
     def _upload(self, both: Overlay) -> bool:
         beside = topology(both.cells)
         grew = self.mesh.upload(both.cells, beside)
-        known = np.zeros(len(both.cells), _FADE_DTYPE)
+        known = np.zeros(len(both.cells), _CELL.dtype)
         known["old_row"], known["new_row"] = both.old_row, both.new_row
         known["held"] = held_edges(both.cells, beside.beside, both.old_row < 0) @ (1 << np.arange(4))
         if self._known.size < known.nbytes:
             self._gpu.free(self._known)
-            self._known = self._gpu.buffer(reserve=self.mesh.capacity * _FADE_DTYPE.itemsize, dynamic=True)
+            self._known = self._gpu.buffer(reserve=self.mesh.capacity * _CELL.size, dynamic=True)
         self._known.write(known.tobytes())
         return grew
 
     def buffers(self) -> tuple[BufferSpec, ...]:
         """What the graph makes for the overlay's vertices."""
-        size = self.mesh.capacity * self.mesh.vertices_per_cell * _START_BYTES
+        size = self.mesh.capacity * self.mesh.vertices_per_cell * _START.size
         starts = BufferSpec(f"{self.mesh.name}.starts", size, "persistent", "where vertices lie on the old surface")
         return (*self.mesh.vertex_buffers(), starts)
 
@@ -199,9 +228,9 @@ class SnapFade:
         if count <= 0:
             return
         self.mesh.bind_part(first)
-        self._starts.bind_to_storage_buffer(2, offset=first * self.mesh.vertices_per_cell * _START_BYTES)
+        self._starts.bind_to_storage_buffer(2, offset=first * self.mesh.vertices_per_cell * _START.size)
         self._old[1].bind_to_storage_buffer(3)
-        self._known.bind_to_storage_buffer(4, offset=first * _FADE_DTYPE.itemsize)
+        self._known.bind_to_storage_buffer(4, offset=first * _CELL.size)
         self._new.bind_made(cells=7, vertices=6)
         vertices = self._programs.vertices
         vertices.set("u_shift", self._shift_m)
@@ -216,12 +245,12 @@ class SnapFade:
 
     def read_changed(self) -> NDArray[np.bool_]:
         """Which cells of the overlay move, (cells,). Reads back from the GPU."""
-        known = np.frombuffer(self._known.read(self.mesh.count * _FADE_DTYPE.itemsize), _FADE_DTYPE)
-        return known["rest"][:, 0] != 0
+        known = np.frombuffer(self._known.read(self.mesh.count * _CELL.size), _CELL.dtype)
+        return known["changed"] != 0
 
     def read_starts(self) -> NDArray[np.float32]:
         """Where vertices start, (cells, vertices of a cell, 3), from the new anchor; undefined for cells that don't
         change. Reads back from the GPU."""
         count = self.mesh.count * self.mesh.vertices_per_cell
-        found = np.frombuffer(self._starts.read(count * _START_BYTES), "<f4").reshape(-1, 4)[:, :3]
+        found = np.frombuffer(self._starts.read(count * _START.size), _START.dtype)["position_m"]
         return found.reshape(self.mesh.count, self.mesh.vertices_per_cell, 3)

@@ -159,6 +159,7 @@ class Craters:
             ahead = 2.0 * inverse / root * seen * v  # of (r / R)^2, by cells
         else:
             form, fresh, size, wiped = crater_relief(*place)
+            seen = ahead = slope = wiped_slope = np.zeros(0)
         height_m = form * fresh / frequency[k] * size
         edges = np.searchsorted(parity, np.arange(9))
         for a, b in pairwise(edges):

@@ -131,7 +131,8 @@ class Statements:
                     singles |= self[other].singles
                 case ast.Return(ast.expr() as value) if len(lines) == len(dict(lines)):
                     several = value.elts if isinstance(value, ast.Tuple) else []
-                    results = {n.id: n for n in several if isinstance(n, ast.Name)} or {"value": value}
+                    results: dict[str, ast.expr] = {n.id: n for n in several if isinstance(n, ast.Name)}
+                    results = results or {"value": value}
                     return Function(name, constants, inputs, lines, results, frozenset(singles))
                 case _:
                     raise ValueError(f"{name}, line {line.lineno}: {ast.unparse(line)} is not a new name = expression")
@@ -193,7 +194,7 @@ class _Glsl:
             return f"({text})" if number < 0.0 < above else text
         kinds = {self.type_of(name) for name in _names(node) - {"k"} - self.known.keys()}
         if kinds == {"float"} != {wanted} or (kinds == {"double"} != {wanted} and _is_of_names(node)):
-            return f"{wanted}({self.of(node, *kinds)})"
+            return f"{wanted}({self.of(node, next(iter(kinds)))})"
         match node:
             case ast.Name(name):
                 return name

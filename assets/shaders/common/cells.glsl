@@ -25,32 +25,13 @@ const int CELL_MIDDLE = (CELL_QUADS / 2) * (CELL_SIDE + 1);
 const float CELL_INNER = 0.33, CELL_OUTER = 0.95;
 #endif
 
-struct Cell {
-    int face;
-    int level;
-    int i;
-    int j;
-#ifdef CELL_TILES
-    uint slot;
-#endif
-#ifndef CELL_TILES
-    uint edge_mask;    // 4 x 8 bits: along edge i-1, i+1, j-1, j+1 indices are rounded down to multiples of 2^mask
-#endif
-    float spacing_m;   // nominal distance of two vertices
-    uint variant;      // which index list: 2 * ((CELL_MOST + 1) * skip along i + skip along j) + (1: falling diagonals)
-    float distance_m;  // from the proxy to the nearest point of the cell
-};
+#include "generated/cells.glsl"
 
 struct CellVertex {
     float x, y, z;     // metres from the anchor, planet axes
     float dh;          // height above the anchor's, metres
     uint normal;       // octahedral, 2 x snorm16, planet axes
     uint attributes;   // 4 x unorm8, the system's own
-};
-
-struct CellBounds {
-    vec4 low;          // xyz: smallest coordinates of the vertices from the anchor; w: smallest dh
-    vec4 high;
 };
 
 // The integer lattice point of vertex (a, b), 0 <= a, b <= CELL_QUADS.

@@ -11,7 +11,7 @@ layout(std430, binding = CELL_BUFFER) readonly buffer CellBuffer { Cell cells[];
 layout(std430, binding = VERTEX_BUFFER) readonly buffer VertexBuffer { CellVertex vertices[]; };
 layout(std430, binding = BOUNDS_BUFFER) readonly buffer BoundsBuffer { CellBounds bounds[]; };
 layout(std430, binding = VISIBLE_BUFFER) writeonly buffer VisibleBuffer { uint visible[]; };
-layout(std430, binding = ARGUMENTS_BUFFER) writeonly buffer ArgumentsBuffer { uint arguments[]; };
+layout(std430, binding = ARGUMENTS_BUFFER) writeonly buffer ArgumentsBuffer { DrawCommand draws[]; };
 layout(std430, binding = RANGE_BUFFER) readonly buffer RangeBuffer { uvec2 ranges[]; };   // first, count
 uniform int u_cell_count;
 uniform int u_capacity;   // entries of the visible list for each variant
@@ -68,7 +68,7 @@ float longest_sight(CellBounds box, float spacing_m, float lowest) {
     float occluder = planet.radius_m + lowest;
     float camera_tangent = horizon_distance(occluder, max(frame.camera_altitude_m - lowest, 0.0));
     // Chords of the mesh hang below the sphere, so the outline that it shows lies a little farther out.
-    float chord = 2.0 * spacing_m, cell_above = max(box.high.w + frame.anchor_height_m - lowest, 0.0);
+    float chord = 2.0 * spacing_m, cell_above = max(box.high_dh_m + frame.anchor_height_m - lowest, 0.0);
     cell_above += chord * chord / (8.0 * planet.radius_m);
     return camera_tangent + horizon_distance(occluder, cell_above);
 }
@@ -84,7 +84,7 @@ void raise_skyline(int first) {
             atomicMin(s_next, k);
             break;
         }
-        skyline_raise(cell_middle(k), cells[k].spacing_m, bounds[CELL_PLACE(cells, k)].low.w);
+        skyline_raise(cell_middle(k), cells[k].spacing_m, bounds[CELL_PLACE(cells, k)].low_dh_m);
     }
     barrier();
     if (gl_LocalInvocationID.x == 0u) {
@@ -97,11 +97,8 @@ void raise_skyline(int first) {
 void write_draws() {
     uint variant = gl_LocalInvocationID.x;
     if (variant >= VARIANTS) return;
-    arguments[5u * variant] = ranges[variant].y;
-    arguments[5u * variant + 1u] = s_count[variant];
-    arguments[5u * variant + 2u] = ranges[variant].x;
-    arguments[5u * variant + 3u] = 0u;
-    arguments[5u * variant + 4u] = variant * uint(u_capacity);
+    draws[variant] = DrawCommand(ranges[variant].y, s_count[variant], ranges[variant].x, 0,
+        variant * uint(u_capacity));
 }
 
 void main() {
@@ -118,24 +115,24 @@ void main() {
     for (int first = 0; first < u_cell_count; first += 256) {
         int index = first + int(gl_LocalInvocationID.x), cell = min(index, u_cell_count - 1);
         CellBounds box = bounds[CELL_PLACE(cells, cell)];
-        vec3 low = box.low.xyz - frame.camera_offset_m, high = box.high.xyz - frame.camera_offset_m;
+        vec3 low = box.low_m - frame.camera_offset_m, high = box.high_m - frame.camera_offset_m;
         vec3 pad = 1e-6 * (abs(low) + abs(high));
         low -= pad;
         high += pad;
         bool in_view = index < u_cell_count && !outside_frustum(planes, low, high);
         // The lowest ground between here and the cell: cells come nearest first, and a line that dips below the lowest
         // ground nearer than its end has met ground. Never below the lowest drawn surface.
-        if (index < u_cell_count) atomicMin(s_lowest, floatBitsToInt(max(box.low.w + LIFT, 0.0)));
+        if (index < u_cell_count) atomicMin(s_lowest, floatBitsToInt(max(box.low_dh_m + LIFT, 0.0)));
         memoryBarrierShared();
         barrier();
         float lowest = max(intBitsToFloat(s_lowest) - LIFT - 1.0 + frame.anchor_height_m, planet.lowest_drawn_m);
         raise_skyline(first);
         in_view = in_view && !(u_hides != 0 && skyline_hides(cell_middle(uint(cell)), cells[cell].spacing_m,
-            box.high.w));
+            box.high_dh_m));
         vec3 nearest = clamp(vec3(0.0), low, high);
         in_view = in_view && (u_hides == 0
             || length(nearest) <= longest_sight(box, cells[cell].spacing_m, lowest) * 1.0001 + 0.01);
-        in_view = in_view && box.high.w >= u_keep_dh.x && box.low.w <= u_keep_dh.y;
+        in_view = in_view && box.high_dh_m >= u_keep_dh.x && box.low_dh_m <= u_keep_dh.y;
         uint variant = cells[cell].variant;
         if (in_view) visible[variant * uint(u_capacity) + atomicAdd(s_count[variant], 1u)] =
             uint(CELL_PLACE(cells, index));

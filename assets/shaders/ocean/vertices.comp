@@ -34,7 +34,7 @@ void main() {
     bool dry = false;
     if (u_first >= 0) {
         int row = ground_row[uint(u_first) + cell_index];
-        dry = row >= 0 && frame.anchor_height_m + ground_bounds[max(row, 0)].low.w > level + DRY_M
+        dry = row >= 0 && frame.anchor_height_m + ground_bounds[max(row, 0)].low_dh_m > level + DRY_M
             + DRY_SPACINGS * cell.spacing_m;
     }
     vec4 low = vec4(3.4e38);
@@ -70,7 +70,7 @@ void main() {
     }
     if (lane == 0u) {
         // No water anywhere in the cell: out of reach of the culling pass's limits.
-        bounds[cell_index].low = vec4(s_low[0].xyz - u_reach.y, dh - u_reach.x);
-        bounds[cell_index].high = vec4(s_high[0] + u_reach.y, s_low[0].w < 0.0 ? dh + u_reach.x : -1.0e30);
+        bounds[cell_index] = CellBounds(s_low[0].xyz - u_reach.y, dh - u_reach.x, s_high[0] + u_reach.y,
+            s_low[0].w < 0.0 ? dh + u_reach.x : -1.0e30);
     }
 }

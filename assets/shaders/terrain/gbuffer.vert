@@ -12,7 +12,7 @@ layout(std430, binding = VERTEX_BUFFER) readonly buffer VertexBuffer { CellVerte
 in uint in_cell;
 #ifdef TERRAIN_FADE
 // After a snap: the surface moves from the old selection's to the new one's.
-layout(std430, binding = 2) readonly buffer StartBuffer { uvec4 starts[]; };
+layout(std430, binding = 2) readonly buffer StartBuffer { FadeStart starts[]; };
 layout(std430, binding = 4) readonly buffer FadeBuffer { FadeCell fade[]; };
 uniform float u_fade;   // 0: the old surface, 1: the new one
 #endif
@@ -28,9 +28,9 @@ void main() {
     vec3 normal = oct_decode(unpackSnorm2x16(vertex.normal));
 #ifdef TERRAIN_FADE
     if (fade[in_cell].changed != 0u) {
-        uvec4 start = starts[index];
-        place += (uintBitsToFloat(start.xyz) - place) * (1.0 - u_fade);
-        normal = normalize(mix(oct_decode(unpackSnorm2x16(start.w)), normal, u_fade));
+        FadeStart start = starts[index];
+        place += (start.position_m - place) * (1.0 - u_fade);
+        normal = normalize(mix(oct_decode(unpackSnorm2x16(start.normal)), normal, u_fade));
     }
 #endif
     precise vec3 seen = place - frame.camera_offset_m;

@@ -65,7 +65,6 @@ void main() {
         }
     }
     if (lane == 0u) {
-        bounds[cell_index].low = s_low[0];
-        bounds[cell_index].high = s_high[0];
+        bounds[cell_index] = CellBounds(s_low[0].xyz, s_low[0].w, s_high[0].xyz, s_high[0].w);
     }
 }

@@ -22,12 +22,14 @@ from ....engine.blocks.bindings import PATCH_BUFFER, TRIANGLE_BLOCK, VERTEX_BUFF
 from ....engine.frame import Frame, Proxy, ViewInfo, ViewParts, Views
 from ....engine.gpu import GpuScope
 from ....engine.gpu.cell_mesh import VERTEX_DTYPE
+from ....engine.gpu.cells import COMMAND_DTYPE
 from ....engine.graph import BufferSpec, GraphBuilder, PassIO
 from ....engine.settings import Settings
 from ....engine.surface.icosphere_anchor import TriangleAnchor
 from ....engine.surface.triangle_paper import MORPH_RANGE, PaperTables, frustum_planes, select, tables
 from ..tiles.queries import heights_on_tiles
 from ..tiles.shape import TileShape
+from ..tiles.slots import NAME_DTYPE
 from ..tiles.triangle import TriangleShape
 from .base import Backend
 
@@ -36,7 +38,6 @@ __all__ = ["PaperIcosphereBackend"]
 Ints = NDArray[np.int64]
 LEVELS = 25
 _ROWS = 32  # of the tables in the shader
-_ARGUMENTS_BYTES = 20
 
 
 class _View(ViewParts):
@@ -51,7 +52,7 @@ class _View(ViewParts):
         self.keys: Ints = np.zeros(0, np.int64)
         self.capacity = 1024
         self.made: tuple[Any, ...] | None = None
-        self.patches = self.gpu.buffer(reserve=self.capacity * 16, dynamic=True)
+        self.patches = self.gpu.buffer(reserve=self.capacity * NAME_DTYPE.itemsize, dynamic=True)
         self.anchor = self.gpu.buffer(reserve=len(TriangleAnchor((1, 0, 0), 1.0).block), dynamic=True)
         self.anchor_key: tuple[Any, ...] = ()
         self.ground_m = 0.0  # height of the sphere that distances are measured to
@@ -128,7 +129,7 @@ class PaperIcosphereBackend(Backend):
         if len(found.keys) > view.capacity:
             view.capacity = 2 * len(found.keys)
             view.gpu.free(view.patches)
-            view.patches = view.gpu.buffer(reserve=view.capacity * 16, dynamic=True)
+            view.patches = view.gpu.buffer(reserve=view.capacity * NAME_DTYPE.itemsize, dynamic=True)
             self.structure += 1
         if len(found.keys):
             view.patches.write(self.shape.names(found.keys).tobytes())
@@ -144,7 +145,7 @@ class PaperIcosphereBackend(Backend):
             creates=(
                 BufferSpec("terrain.vertices", size, "persistent", "of all patches"),
                 BufferSpec("terrain.visible", 4 * own.capacity, "persistent", "the patches, one after another"),
-                BufferSpec("terrain.arguments", _ARGUMENTS_BYTES, "persistent", "the indirect draw"),
+                BufferSpec("terrain.arguments", COMMAND_DTYPE.itemsize, "persistent", "the indirect draw"),
             ),
             when=lambda: own.made != own.key,
             help="places, morphs and heights of all patches that the CPU left, for this camera",

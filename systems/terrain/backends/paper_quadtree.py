@@ -8,13 +8,16 @@ vertex's place are masked by how much coarser the neighbour is. Heights are ours
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
+from ....engine.blocks.layout import StructLayout, Vec3
 from ....engine.frame import Frame, Views
 from ....engine.gpu import GpuScope
 from ....engine.graph import PassIO
+from ....engine.made_shaders import made_shader
 from ....engine.settings import Settings
 from ....engine.surface.forest import Forest
 from ..tiles.shape import QuadShape, TileShape
@@ -22,6 +25,16 @@ from .base import Ground
 from .tiled import TiledBackend, _TileView
 
 __all__ = ["PaperQuadtreeBackend"]
+
+
+@dataclass
+class ChunkCorner:
+    foot_m: Annotated[Vec3, "from the anchor's foot, planet axes"]
+    normal: Vec3
+
+
+_CORNER = StructLayout(ChunkCorner, "std430")
+made_shader("generated/chunk_corner.glsl", lambda: _CORNER.glsl)
 
 
 class PaperQuadtreeBackend(TiledBackend):
@@ -34,7 +47,7 @@ class PaperQuadtreeBackend(TiledBackend):
 
     def __init__(self, gpu: GpuScope, settings: Settings, method: str, views: Views) -> None:
         super().__init__(gpu, settings, method, views)
-        self._corners = gpu.buffer(reserve=self._slots * 8 * 16, dynamic=True)
+        self._corners = gpu.buffer(reserve=self._slots * 4 * _CORNER.size, dynamic=True)
 
     def make_shape(self, segments: int) -> TileShape:
         return QuadShape(segments)
@@ -69,9 +82,8 @@ class PaperQuadtreeBackend(TiledBackend):
         def run() -> None:
             if view.mesh.count:
                 normals = self.shape.scheme.corners(view.mesh.keys)
-                corners = np.zeros((view.mesh.count, 8, 4), "<f4")
-                corners[:, :4, :3] = self._radius_m * (normals - self._up)
-                corners[:, 4:, :3] = normals
+                corners = np.zeros((view.mesh.count, 4), _CORNER.dtype)
+                corners["foot_m"], corners["normal"] = self._radius_m * (normals - self._up), normals
                 self._corners.write(corners.tobytes())
             self._corners.bind_to_storage_buffer(4)
             assemble()

@@ -16,6 +16,7 @@ from ....engine.gpu.readback import ReadbackRing
 from ..height import TerrainParams
 from ..height_table import canonical_table
 from .shape import TileShape
+from .slots import FACTS_DTYPE, REQUEST_DTYPE, VERTEX_BYTES
 
 __all__ = ["Made", "TileMaker", "height_steps_per_m"]
 
@@ -24,9 +25,6 @@ Ints = NDArray[np.int64]
 
 BATCH = 64
 """Tiles in one dispatch at most."""
-_FACTS = np.dtype([("low", "<i4"), ("high", "<i4"), ("error_m", "<f4"), ("pad", "<f4")])
-_REQUEST = np.dtype([("name", "<i4", 4), ("slot", "<u4"), ("table", "<u4"), ("spacing_m", "<f4"), ("pad", "<u4")])
-_SLOT_BYTES = 12
 _FIRST_GUESS_S = 0.5e-3
 
 
@@ -59,10 +57,10 @@ class TileMaker:
         defines = shape.defines
         self._make = gpu.compute("terrain/tiles/make.comp", defines=defines)
         self._measure = gpu.compute("terrain/tiles/measure.comp", defines=defines)
-        self.slots = gpu.buffer(reserve=slots * shape.vertices * _SLOT_BYTES, dynamic=True)
-        self._requests = gpu.buffer(reserve=BATCH * _REQUEST.itemsize, dynamic=True)
+        self.slots = gpu.buffer(reserve=slots * shape.vertices * VERTEX_BYTES, dynamic=True)
+        self._requests = gpu.buffer(reserve=BATCH * REQUEST_DTYPE.itemsize, dynamic=True)
         self._tables = gpu.buffer(reserve=BATCH * shape.table_doubles * 8, dynamic=True)
-        self._ring = ReadbackRing(gpu, BATCH * _FACTS.itemsize)
+        self._ring = ReadbackRing(gpu, BATCH * FACTS_DTYPE.itemsize)
         self._octaves: Any = None
         self.steps_per_m = 1.0
         self.generation = 0
@@ -97,7 +95,7 @@ class TileMaker:
         if facts is None:
             return False
         shape = self.shape
-        request = np.zeros(count, _REQUEST)
+        request = np.zeros(count, REQUEST_DTYPE)
         request["name"], request["slot"] = shape.names(keys), slots
         request["table"] = np.arange(count) * shape.table_doubles
         request["spacing_m"] = radius_m * shape.scheme.spacing_rad(shape.scheme.level(keys), shape.segments)
@@ -113,7 +111,7 @@ class TileMaker:
         self._gpu.barrier()
         self._measure.run(count, 1, 1)
         self._gpu.barrier()
-        self._ring.end((self.generation, keys.copy()), count * _FACTS.itemsize)
+        self._ring.end((self.generation, keys.copy()), count * FACTS_DTYPE.itemsize)
         return True
 
     def collect(self, wait: bool = False) -> list[Made]:
@@ -123,7 +121,7 @@ class TileMaker:
             if generation != self.generation:
                 continue
             self.tile_s += 0.25 * (max(seconds / len(keys), 1e-6) - self.tile_s)
-            facts = np.frombuffer(data, _FACTS)
+            facts = np.frombuffer(data, FACTS_DTYPE)
             error = facts["error_m"].astype(np.float64)
             step = 1.0 / self.steps_per_m
             # Ground between the vertices reaches farther by as much as they miss it.

@@ -17,31 +17,16 @@ from ....engine.blocks.bindings import (
     VISIBLE_BUFFER,
 )
 from ....engine.gpu import GpuScope
-from ....engine.gpu.cell_mesh import BOUNDS_BYTES, VERTEX_DTYPE
+from ....engine.gpu.cell_mesh import VERTEX_DTYPE
+from ....engine.gpu.cells import BOUNDS_BYTES, COMMAND_DTYPE, TILE_CELL_DTYPE
 from ....engine.graph import BufferSpec, PassIO
 from ....engine.surface.forest import Selection
 from .shape import TileShape
+from .slots import ROW_DTYPE
 
 __all__ = ["TileMesh"]
 
 Ints = NDArray[np.int64]
-
-CELL_DTYPE = np.dtype(
-    [("name", "<i4", 4), ("slot", "<u4"), ("spacing_m", "<f4"), ("variant", "<u4"), ("distance_m", "<f4")]
-)
-"""Cell of common/cells.glsl with CELL_TILES."""
-ROW_DTYPE = np.dtype(
-    [
-        ("name", "<i4", 4),
-        ("slot", "<u4"),
-        ("edge_skip", "<u4"),
-        ("morph", "<f4"),
-        ("spacing_m", "<f4"),
-        ("edge_morph", "<f4", 4),
-    ]
-)
-"""TileRow of terrain/tiles/slots.glsl."""
-_ARGUMENTS_BYTES = 20
 
 
 class TileMesh:
@@ -54,13 +39,13 @@ class TileMesh:
 
     def __init__(self, gpu: GpuScope, shape: TileShape, slots: int) -> None:
         self.gpu, self.shape, self.slots = gpu, shape, slots
-        self._cells = gpu.buffer(reserve=slots * CELL_DTYPE.itemsize, dynamic=True)
+        self._cells = gpu.buffer(reserve=slots * TILE_CELL_DTYPE.itemsize, dynamic=True)
         self._rows = gpu.buffer(reserve=slots * ROW_DTYPE.itemsize, dynamic=True)
         self._list = gpu.buffer(reserve=slots * 4, dynamic=True)
         self._range = gpu.buffer(np.array([0, shape.indices.size], "<u4"))
         self._indices = gpu.buffer(shape.indices.astype("<u4"))
         self.count = 0
-        self.cells: NDArray[np.void] = np.zeros(0, CELL_DTYPE)
+        self.cells: NDArray[np.void] = np.zeros(0, TILE_CELL_DTYPE)
         self.rows: NDArray[np.void] = np.zeros(0, ROW_DTYPE)
         self.keys: Ints = np.zeros(0, np.int64)
         self._drawn = np.zeros(slots, ROW_DTYPE)  # what the vertices in each slot were made for
@@ -88,7 +73,7 @@ class TileMesh:
         """What the culling pass creates."""
         return (
             BufferSpec("terrain.visible", self.slots * 4, "persistent", "slots of the tiles that are seen"),
-            BufferSpec("terrain.arguments", _ARGUMENTS_BYTES, "persistent", "the indirect draw"),
+            BufferSpec("terrain.arguments", COMMAND_DTYPE.itemsize, "persistent", "the indirect draw"),
         )
 
     def attach_vertices(self, io: PassIO) -> None:
@@ -125,9 +110,9 @@ class TileMesh:
         if morphs:
             rows["morph"], rows["edge_morph"][:, :edges] = selection.morph, selection.edge_morph
         rows["spacing_m"] = radius_m * shape.scheme.spacing_rad(shape.scheme.level(selection.keys), shape.segments)
-        cells = np.zeros(count, CELL_DTYPE)
-        for name in ("name", "slot", "spacing_m"):
-            cells[name] = rows[name]
+        cells = np.zeros(count, TILE_CELL_DTYPE)
+        cells[["face", "level", "i", "j"]] = rows["name"]
+        cells["slot"], cells["spacing_m"] = rows["slot"], rows["spacing_m"]
         cells["distance_m"] = selection.distance_m
         self.count, self.rows, self.cells, self.keys = count, rows, cells, selection.keys
         if count:
@@ -224,7 +209,9 @@ class TileMesh:
 
     def statistics(self) -> dict[str, int]:
         """Tiles selected and drawn, vertices and triangles drawn in the last frame. Reads back from the GPU."""
-        drawn = 0 if self._arguments is None else int(np.frombuffer(self._arguments.read(_ARGUMENTS_BYTES), "u4")[1])
+        drawn = (
+            0 if self._arguments is None else int(np.frombuffer(self._arguments.read(), COMMAND_DTYPE)["instances"][0])
+        )
         return {
             "cells_selected": self.count,
             "cells": drawn,

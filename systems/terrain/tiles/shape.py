@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ....engine.surface.lattice import FULL, FULL_BITS, angle_tangent
 from ....engine.surface.scheme import QuadScheme, Scheme
+from .slots import tile_names
 
 __all__ = ["QuadShape", "TileShape"]
 
@@ -30,8 +31,8 @@ class TileShape(Protocol):
     table_doubles: int
     defines: dict[str, int]
 
-    def names(self, keys: Ints) -> NDArray[np.int32]:
-        """(N, 4) as the shader has them: root, level, i, j."""
+    def names(self, keys: Ints) -> NDArray[np.void]:
+        """(N,) TileName."""
         ...
 
     def tables(self, keys: Ints) -> Floats:
@@ -61,8 +62,8 @@ class QuadShape(TileShape):
         b, c, d = a + 1, a + self.side, a + self.side + 1
         self.indices = np.stack([a, b, d, a, d, c], axis=1).astype(np.uint32).ravel()
 
-    def names(self, keys: Ints) -> NDArray[np.int32]:
-        return np.stack(self.scheme.unpack(keys), axis=1).astype(np.int32)
+    def names(self, keys: Ints) -> NDArray[np.void]:
+        return tile_names(self.scheme.unpack(keys))
 
     def _steps(self, keys: Ints) -> tuple[Ints, Ints, Ints]:
         face, level, i, j = self.scheme.unpack(keys)

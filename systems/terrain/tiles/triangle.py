@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from ....engine.surface.icosphere import FULL_BITS, TriangleScheme
 from ....engine.surface.triangle_patch import patch_indices, vertex_count, vertex_place
 from .shape import TileShape
+from .slots import tile_names
 
 __all__ = ["TriangleShape"]
 
@@ -27,8 +28,8 @@ class TriangleShape(TileShape):
         self.defines = {"TILE_LOG2": bits, "QUADS_LOG2": bits, "CELL_TILES": 1, "CELL_TRIANGLES": 1}
         self.indices = patch_indices(segments).ravel()
 
-    def names(self, keys: Ints) -> NDArray[np.int32]:
-        return np.stack(self.scheme.unpack(keys), axis=1).astype(np.int32)
+    def names(self, keys: Ints) -> NDArray[np.void]:
+        return tile_names(self.scheme.unpack(keys))
 
     def tables(self, keys: Ints) -> Floats:
         return np.zeros((len(keys), 1))

@@ -1,15 +1,7 @@
 // Where a point of the overlay lies among the triangles of one of the two selections: three vertices of a cell and
 // their shares. A point on a cell's border gets the same two vertices and shares from either side.
 #include "common/cells.glsl"
-
-// What the overlay knows of each of its cells.
-struct FadeCell {
-    int old_row, new_row;    // cells of the two selections that contain it; old -1: none
-    uint changed;            // 1: its surface moves
-    uint old_code, new_code; // level | variant << 8 of these cells
-    uint old_mask, new_mask;
-    uint held;               // edges whose vertices may not move, a bit each: no old surface beyond
-};
+#include "generated/fade.glsl"
 
 const uint FADE_NONE = 0xffffffffu;
 

@@ -8,7 +8,7 @@
 layout(local_size_x = 64) in;
 layout(std430, binding = CELL_BUFFER) readonly buffer CellBuffer { Cell cells[]; };
 layout(std430, binding = VERTEX_BUFFER) writeonly buffer VertexBuffer { CellVertex vertices[]; };
-layout(std430, binding = 2) writeonly buffer StartBuffer { uvec4 starts[]; };   // position as bits, normal
+layout(std430, binding = 2) writeonly buffer StartBuffer { FadeStart starts[]; };
 layout(std430, binding = 3) readonly buffer OldBuffer { CellVertex old_vertices[]; };
 layout(std430, binding = 4) buffer FadeBuffer { FadeCell fade[]; };
 layout(std430, binding = BOUNDS_BUFFER) writeonly buffer BoundsBuffer { CellBounds bounds[]; };
@@ -99,7 +99,7 @@ void main() {
             bool held = (known.held & (on_edge.x | on_edge.y << 1 | on_edge.z << 2 | on_edge.w << 3)) != 0u;
             bool stays = held || (own_new && own_old);
             precise vec3 place = stays ? place_of(end) : place_of(start) + u_shift;
-            starts[at] = uvec4(floatBitsToUint(place), held ? end.normal : start.normal);
+            starts[at] = FadeStart(place, held ? end.normal : start.normal);
             vec4 bound = vec4(place, stays ? end.dh : start.dh + u_rise);
             low = min(low, bound);
             high = max(high, bound);
@@ -112,8 +112,7 @@ void main() {
     } while (k < CELL_VERTICES);
     gather_bounds(low, high);
     if (gl_LocalInvocationID.x == 0u) {
-        bounds[cell_index].low = s_low[0];
-        bounds[cell_index].high = s_high[0];
+        bounds[cell_index] = CellBounds(s_low[0].xyz, s_low[0].w, s_high[0].xyz, s_high[0].w);
         fade[cell_index].changed = changed ? 1u : 0u;
     }
 }

@@ -10,12 +10,8 @@
 #include "terrain/attributes.glsl"
 #include "terrain/tiles/triangle.glsl"
 
-struct Patch {
-    ivec4 name;        // root, level, column, 2 * row + orientation
-};
-
 layout(local_size_x = 64) in;
-layout(std430, binding = PATCH_BUFFER) readonly buffer PatchBuffer { Patch patches[]; };
+layout(std430, binding = PATCH_BUFFER) readonly buffer PatchBuffer { TileName patches[]; };
 layout(std430, binding = VERTEX_BUFFER) writeonly buffer VertexBuffer { CellVertex vertices[]; };
 uniform float u_split[32];        // metres: distance at which a triangle of a level is split
 uniform float u_spacing[32];      // metres: longest distance of vertices
@@ -36,15 +32,15 @@ ivec2 morph_vector(ivec2 pq) {
 }
 
 void main() {
-    Patch instance = patches[gl_WorkGroupID.x];
-    int root = instance.name.x, level = instance.name.y;
+    TileName name = patches[gl_WorkGroupID.x];
+    int root = name.root, level = name.level;
     float radius = planet.radius_m;
     for (int k = int(gl_LocalInvocationID.x); k < TILE_VERTICES; k += 64) {
-        ivec2 pq = pf_triangle_place(k, TILE_SEGMENTS), bc = pf_triangle_lattice(instance.name, pq);
+        ivec2 pq = pf_triangle_place(k, TILE_SEGMENTS), bc = pf_triangle_lattice(name, pq);
         vec3 foot = triangle_foot_offset(root, bc);
         vec3 ground = foot * (1.0 + u_ground / radius) + frame.anchor_up * (u_ground - frame.anchor_height_m);
         float distance_m = length(ground - frame.camera_offset_m);
-        ivec2 to = pf_triangle_lattice(instance.name, pq + morph_vector(pq));
+        ivec2 to = pf_triangle_lattice(name, pq + morph_vector(pq));
         vec3 D = triangle_foot_offset_between(root, bc, to, morph_of(level, distance_m));
         TerrainPoint terrain = terrain_point(D, u_spacing[level]);
         float height = frame.anchor_height_m + terrain.dh;

@@ -5,7 +5,7 @@
 #include "generated/frame.glsl"
 #include "generated/planet.glsl"
 #include "common/cells.glsl"
-#include "terrain/tiles/slots.glsl"
+#include "generated/tile_slots.glsl"
 #include "terrain/tiles/scheme.glsl"
 
 layout(local_size_x = 64) in;
@@ -85,5 +85,5 @@ void main() {
     memoryBarrierBuffer();
     barrier();
     gather_bounds(first);
-    if (lane == 0u) bounds[row.slot] = CellBounds(s_low[0], s_high[0]);
+    if (lane == 0u) bounds[row.slot] = CellBounds(s_low[0].xyz, s_low[0].w, s_high[0].xyz, s_high[0].w);
 }

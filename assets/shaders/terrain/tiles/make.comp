@@ -6,7 +6,7 @@
 #include "common/octahedral.glsl"
 #include "terrain/canonical_height.glsl"
 #include "terrain/attributes.glsl"
-#include "terrain/tiles/slots.glsl"
+#include "generated/tile_slots.glsl"
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer RequestBuffer { TileRequest requests[]; };

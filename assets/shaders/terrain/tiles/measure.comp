@@ -3,7 +3,7 @@
 #define TILE_MAKE
 #include "generated/planet.glsl"
 #include "terrain/canonical_height.glsl"
-#include "terrain/tiles/slots.glsl"
+#include "generated/tile_slots.glsl"
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer RequestBuffer { TileRequest requests[]; };
@@ -48,5 +48,5 @@ void main() {
             s_error[lane] = max(s_error[lane], s_error[lane + count]);
         }
     }
-    if (lane == 0u) facts[gl_WorkGroupID.x] = TileFacts(s_range[0].x, s_range[0].y, s_error[0], 0.0);
+    if (lane == 0u) facts[gl_WorkGroupID.x] = TileFacts(s_range[0].x, s_range[0].y, s_error[0]);
 }

@@ -2,6 +2,7 @@
 // from (a, b) to (a + 1, b + 1), at all levels, so that a parent's edges run along its children's. Edges 0: i - 1, 1: i
 // + 1, 2: j - 1, 3: j + 1.
 #include "common/lattice.glsl"
+#include "generated/tile_slots.glsl"
 
 const int TILE_SEGMENTS = 1 << TILE_LOG2, TILE_SIDE = TILE_SEGMENTS + 1, TILE_VERTICES = TILE_SIDE * TILE_SIDE;
 const int TILE_EDGES = 4;
@@ -12,7 +13,7 @@ const int TILE_SAMPLES = min(TILE_SEGMENTS * TILE_SEGMENTS / 4, 128);
 dvec3 tile_direction(TileRequest tile, int k) {
     precise double x = tile_tables[tile.table + uint(k % TILE_SIDE)];
     precise double y = tile_tables[tile.table + uint(TILE_SIDE + k / TILE_SIDE)];
-    int face = tile.name.x;
+    int face = tile.name.root;
     precise dvec3 v = x * dvec3(PF_LATTICE_X[face]) + y * dvec3(PF_LATTICE_Y[face]) + dvec3(PF_LATTICE_Z[face]);
     precise double n = sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
     precise dvec3 direction = v / n;
@@ -27,9 +28,9 @@ void tile_sample(int n, out int a, out int b) {
 }
 #endif
 
-vec3 tile_foot_offset(ivec4 name, int k) {
-    int shift = 30 - name.y;
-    return lattice_foot_offset(name.x, (name.zw << shift)
+vec3 tile_foot_offset(TileName name, int k) {
+    int shift = 30 - name.level;
+    return lattice_foot_offset(name.root, (ivec2(name.i, name.j) << shift)
         + (ivec2(k % TILE_SIDE, k / TILE_SIDE) << (shift - TILE_LOG2)));
 }
 

@@ -3,6 +3,7 @@
 // from corner e to e + 1, and t is rounded down along it: all the way round, so that of two edges at a corner one
 // rounds towards it.
 #include "common/icosphere.glsl"
+#include "generated/tile_slots.glsl"
 
 const int TILE_SEGMENTS = 1 << TILE_LOG2, TILE_VERTICES = (TILE_SEGMENTS + 1) * (TILE_SEGMENTS + 2) / 2;
 const int TILE_EDGES = 3;
@@ -19,10 +20,10 @@ int pf_triangle_index(ivec2 pq) {
     return pq.y * (TILE_SEGMENTS + 1) - pq.y * (pq.y - 1) / 2 + pq.x;
 }
 
-// Lattice coordinates. name: root, level, column, 2 * row + orientation.
-ivec2 pf_triangle_lattice(ivec4 name, ivec2 pq) {
-    int shift = 30 - name.y, turned = name.w & 1;
-    ivec2 corner = (ivec2(name.z, name.w >> 1) + turned) << shift;
+// Lattice coordinates.
+ivec2 pf_triangle_lattice(TileName name, ivec2 pq) {
+    int shift = 30 - name.level, turned = name.j & 1;
+    ivec2 corner = (ivec2(name.i, name.j >> 1) + turned) << shift;
     return corner + (1 - 2 * turned) * (pq << (shift - TILE_LOG2));
 }
 
@@ -37,7 +38,7 @@ int pf_triangle_on_edge(int edge, int t) {
 
 #ifdef TILE_MAKE
 dvec3 tile_direction(TileRequest tile, int k) {
-    return triangle_direction(tile.name.x, pf_triangle_lattice(tile.name, pf_triangle_place(k, TILE_SEGMENTS)));
+    return triangle_direction(tile.name.root, pf_triangle_lattice(tile.name, pf_triangle_place(k, TILE_SEGMENTS)));
 }
 
 // An edge of an upright triangle, of each of the three directions in turn.
@@ -49,8 +50,8 @@ void tile_sample(int n, out int a, out int b) {
 }
 #endif
 
-vec3 tile_foot_offset(ivec4 name, int k) {
-    return triangle_foot_offset(name.x, pf_triangle_lattice(name, pf_triangle_place(k, TILE_SEGMENTS)));
+vec3 tile_foot_offset(TileName name, int k) {
+    return triangle_foot_offset(name.root, pf_triangle_lattice(name, pf_triangle_place(k, TILE_SEGMENTS)));
 }
 
 int tile_edge(int k) {

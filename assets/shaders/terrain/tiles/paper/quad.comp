@@ -7,15 +7,15 @@
 #include "generated/frame.glsl"
 #include "generated/planet.glsl"
 #include "common/cells.glsl"
-#include "terrain/tiles/slots.glsl"
+#include "generated/chunk_corner.glsl"
+#include "generated/tile_slots.glsl"
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer RowBuffer { TileRow rows[]; };
 layout(std430, binding = VERTEX_BUFFER) writeonly buffer VertexBuffer { CellVertex vertices[]; };
 layout(std430, binding = 2) readonly buffer SlotBuffer { TileVertex slots[]; };
 layout(std430, binding = 3) readonly buffer ListBuffer { uint list[]; };
-// 8 a row: positions from the anchor's foot, normals
-layout(std430, binding = 4) readonly buffer CornerBuffer { vec4 corners[]; };
+layout(std430, binding = 4) readonly buffer CornerBuffer { ChunkCorner corners[]; };   // 4 a row
 layout(std430, binding = BOUNDS_BUFFER) writeonly buffer BoundsBuffer { CellBounds bounds[]; };
 uniform int u_anchor_height;   // in steps
 uniform float u_step_m;
@@ -35,22 +35,23 @@ vec3 bilerp(vec3 a, vec3 b, vec3 c, vec3 d, vec2 coords) {
 void main() {
     uint index = list[gl_WorkGroupID.x];
     TileRow row = rows[index];
-    uint lane = gl_LocalInvocationID.x, first = row.slot * uint(CELL_VERTICES), at = 8u * index;
+    uint lane = gl_LocalInvocationID.x, first = row.slot * uint(CELL_VERTICES), at = 4u * index;
     vec4 low = vec4(3.4e38), high = vec4(-3.4e38);
     for (int k = int(lane); k < CELL_VERTICES; k += 64) {
         int kept = cell_masked_vertex(row.edge_skip, k);
         ivec2 ab = ivec2(kept % CELL_SIDE, kept / CELL_SIDE);
         vec2 coords = vec2(ab) / float(CELL_QUADS);
-        vec3 I = bilerp(corners[at].xyz, corners[at + 1u].xyz, corners[at + 2u].xyz, corners[at + 3u].xyz, coords);
-        vec3 N = normalize(bilerp(corners[at + 4u].xyz, corners[at + 5u].xyz, corners[at + 6u].xyz,
-            corners[at + 7u].xyz, coords));
+        vec3 I = bilerp(corners[at].foot_m, corners[at + 1u].foot_m, corners[at + 2u].foot_m, corners[at + 3u].foot_m,
+            coords);
+        vec3 N = normalize(bilerp(corners[at].normal, corners[at + 1u].normal, corners[at + 2u].normal,
+            corners[at + 3u].normal, coords));
         uint nearest = (2 * ab.x > CELL_QUADS ? 1u : 0u) + (2 * ab.y > CELL_QUADS ? 2u : 0u);
-        vec3 C = corners[at + nearest].xyz;
+        vec3 C = corners[at + nearest].foot_m;
         float CI = length(C - I);
         vec3 X = I;
         if (CI > 0.0) {
             float CIX = acos(clamp(dot((C - I) / CI, N), -1.0, 1.0));
-            float COX = acos(min(dot(N, corners[at + 4u + nearest].xyz), 1.0));
+            float COX = acos(min(dot(N, corners[at + nearest].normal), 1.0));
             float CXI = 0.5 * (PI - COX), ICX = PI - CIX - CXI;
             X = I + N * (CI * sin(ICX) / sin(CXI));
         }
@@ -72,5 +73,5 @@ void main() {
             s_high[lane] = max(s_high[lane], s_high[lane + count]);
         }
     }
-    if (lane == 0u) bounds[row.slot] = CellBounds(s_low[0], s_high[0]);
+    if (lane == 0u) bounds[row.slot] = CellBounds(s_low[0].xyz, s_low[0].w, s_high[0].xyz, s_high[0].w);
 }
