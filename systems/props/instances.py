@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...components import Shape, Transform
+from ...engine.blocks.layout import StructLayout, Vec3
+from ...engine.made_shaders import made_shader
 from ...engine.space import CameraState, frustum_planes, sphere_outside
 from .meshes import Mesh, is_file
 
-__all__ = ["SPHERE_LEVELS", "Props", "Visible", "read_props", "rotation_matrices", "seen_by", "way_back"]
+__all__ = ["SPHERE_LEVELS", "Props", "Visible", "read_props", "rotation_matrices", "seen_by"]
 
 Floats = NDArray[np.float64]
 
@@ -21,10 +24,39 @@ _SPHERE_PX = np.array([1.5, 6.0, 25.0, 100.0, 400.0])
 """Up to these radii in pixels a sphere of level 0, 1, ... is off by at most a third of a pixel."""
 _SMALLEST_PX = 0.25
 """Props with a smaller radius than this are left out."""
-INSTANCE_FLOATS = 36
-"""vec4 a, b, c, place, color, back_a, back_b, back_c, back of props/instance.glsl."""
-OCCLUDER_FLOATS = 16
-"""vec4 a, b, c, place of the same."""
+
+
+@dataclass
+class PropInstance:
+    """A prop to be drawn, in planet axes. GLSL: ``generated/props.glsl``."""
+
+    a_m: Annotated[Vec3, "the object's axes times its size"]
+    b_m: Vec3
+    c_m: Vec3
+    place_m: Annotated[Vec3, "of its origin, from the camera"]
+    color: Annotated[Vec3, "reflectance"]
+    roughness: float
+    back_a_m: Annotated[Vec3, "axes of the last frame minus those now"]
+    back_b_m: Vec3
+    back_c_m: Vec3
+    back_m: Annotated[Vec3, "the same of its origin"]
+    was_there: Annotated[float, "1, or 0 if it was not"]
+
+
+@dataclass
+class PropOccluder:
+    """A prop that throws a shadow, in planet axes."""
+
+    a_m: Annotated[Vec3, "half axes"]
+    b_m: Vec3
+    c_m: Vec3
+    place_m: Annotated[Vec3, "of its middle, from the camera"]
+    is_box: Annotated[float, "0 an ellipsoid, 1 a box"]
+
+
+_INSTANCE, _OCCLUDER = StructLayout(PropInstance, "std430"), StructLayout(PropOccluder, "std430")
+INSTANCE_DTYPE, OCCLUDER_DTYPE = _INSTANCE.dtype, _OCCLUDER.dtype
+made_shader("generated/props.glsl", lambda: _INSTANCE.glsl + _OCCLUDER.glsl)
 
 
 @dataclass
@@ -97,30 +129,31 @@ def _bounds(form: str, mesh_of: Callable[[str], Mesh]) -> tuple[Floats, Floats]:
 
 @dataclass
 class Visible:
-    """instances: (V, 36) f32, ordered by mesh. draws: (form, sphere's level, first, count). occluders: (C, 16) f32."""
+    """instances: (V,) PropInstance, ordered by mesh. draws: (form, sphere's level, first, count). occluders: (C,)
+    PropOccluder."""
 
-    instances: NDArray[np.float32]
+    instances: NDArray[np.void]
     draws: list[tuple[str, int, int, int]]
-    occluders: NDArray[np.float32]
+    occluders: NDArray[np.void]
 
 
-def way_back(props: Props, before: Props | None, rows: NDArray[np.int64]) -> Floats:
-    """Where the props of these rows came from, (V, 4, 4): their axes and origins in `before` minus those now, as rows.
-    The last one ends with 1 where a prop was there then, else 0. before None: nothing has moved."""
-    back = np.zeros((len(rows), 4, 4))
+def _way_back(instances: NDArray[np.void], props: Props, before: Props | None, rows: NDArray[np.int64]) -> None:
+    """Write where the props of these rows came from: their axes and origins in `before` minus those now. before None:
+    nothing has moved."""
     if before is None or before is props:
-        back[:, 3, 3] = 1.0
-        return back
+        instances["was_there"] = 1.0
+        return
     order = np.argsort(before.entities, kind="stable")
     wanted = props.entities[rows]
     place = np.searchsorted(before.entities[order], wanted)
     was = order[np.minimum(place, len(order) - 1)] if len(order) else np.zeros(len(rows), np.int64)
     known = np.flatnonzero(before.entities[was] == wanted) if len(order) else np.zeros(0, np.int64)
     then, now = was[known], rows[known]
-    back[known, :3, :3] = (before.axes[then] - props.axes[now]).swapaxes(1, 2)
-    back[known, 3, :3] = before.positions_m[then] - props.positions_m[now]
-    back[known, 3, 3] = 1.0
-    return back
+    moved = before.axes[then] - props.axes[now]
+    for axis, name in enumerate(("back_a_m", "back_b_m", "back_c_m")):
+        instances[name][known] = moved[:, :, axis]
+    instances["back_m"][known] = before.positions_m[then] - props.positions_m[now]
+    instances["was_there"][known] = 1.0
 
 
 def seen_by(
@@ -148,13 +181,11 @@ def seen_by(
         (props.forms[k // SPHERE_LEVELS], int(k % SPHERE_LEVELS), int(a), int(b - a))
         for k, a, b in zip(key[firsts], firsts, ends, strict=True)
     ]
-    instances = np.zeros((len(seen), 9, 4), dtype=np.float32)
-    instances[:, :3, :3] = props.axes[seen].swapaxes(1, 2)
-    instances[:, 3, :3] = away[seen]
-    instances[:, 4] = props.color[seen]
-    instances[:, 5:] = way_back(props, before, seen)
-    occluders = np.zeros((len(casts), 4, 4), dtype=np.float32)
-    occluders[:, :3, :3] = props.half_m[casts].swapaxes(1, 2)
-    occluders[:, 3, :3] = away[casts] + props.center_m[casts]
-    occluders[:, 3, 3] = np.array([name == "box" for name in props.forms] or [False])[props.form[casts]]
-    return Visible(instances.reshape(-1, INSTANCE_FLOATS), draws, occluders.reshape(-1, OCCLUDER_FLOATS))
+    instances, occluders = np.zeros(len(seen), INSTANCE_DTYPE), np.zeros(len(casts), OCCLUDER_DTYPE)
+    for axis, name in enumerate(("a_m", "b_m", "c_m")):
+        instances[name], occluders[name] = props.axes[seen, :, axis], props.half_m[casts, :, axis]
+    instances["place_m"], occluders["place_m"] = away[seen], away[casts] + props.center_m[casts]
+    instances["color"], instances["roughness"] = props.color[seen, :3], props.color[seen, 3]
+    _way_back(instances, props, before, seen)
+    occluders["is_box"] = np.array([name == "box" for name in props.forms] or [False])[props.form[casts]]
+    return Visible(instances, draws, occluders)

@@ -19,7 +19,7 @@ from ...engine.gpu import GpuScope
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import latest_revision
 from ...engine.system import Setup, System
-from .instances import INSTANCE_FLOATS, OCCLUDER_FLOATS, Props, Visible, read_props, seen_by
+from .instances import INSTANCE_DTYPE, OCCLUDER_DTYPE, Props, Visible, read_props, seen_by
 from .meshes import Mesh, box, is_file, load_mesh, sphere
 
 __all__ = ["PropsSystem"]
@@ -31,9 +31,9 @@ _SHADOW_RADII = 90.0
 class _Buffer:
     """A storage buffer that grows."""
 
-    def __init__(self, gpu: GpuScope, row_floats: int) -> None:
-        self._gpu, self._row = gpu, 4 * row_floats
-        self.buffer: Any = gpu.buffer(reserve=64 * self._row, dynamic=True)
+    def __init__(self, gpu: GpuScope, row_bytes: int) -> None:
+        self._gpu = gpu
+        self.buffer: Any = gpu.buffer(reserve=64 * row_bytes, dynamic=True)
 
     def write(self, rows: Any) -> None:
         if rows.nbytes > self.buffer.size:
@@ -52,8 +52,8 @@ class _PropsView(ViewParts):
         self.visible: Visible | None = None
         self.shown: Props | None = None
         """The props as its last frame had them."""
-        self.instances = _Buffer(self.gpu, INSTANCE_FLOATS)
-        self.occluders = _Buffer(self.gpu, OCCLUDER_FLOATS)
+        self.instances = _Buffer(self.gpu, INSTANCE_DTYPE.itemsize)
+        self.occluders = _Buffer(self.gpu, OCCLUDER_DTYPE.itemsize)
 
 
 class PropsSystem(System):

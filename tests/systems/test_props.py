@@ -83,7 +83,7 @@ def test_thousands_are_arrays_and_what_is_small_or_aside_is_left_out():
     )
     large = 0.5 / np.linalg.norm(away, axis=1) > 0.3 * 2.0 * camera.tan_top / 270
     wanted = {tuple(np.float32(v)) for v in away[inside & large]}
-    assert wanted <= {tuple(row[12:15]) for row in seen.instances}
+    assert wanted <= {tuple(row["place_m"]) for row in seen.instances}
 
 
 # in the scene

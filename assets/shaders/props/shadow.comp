@@ -3,7 +3,7 @@
 #include "common/camera.glsl"
 #include "common/octahedral.glsl"
 #include "common/surfaces.glsl"
-#include "props/instance.glsl"
+#include "generated/props.glsl"
 #include "props/shadow.glsl"
 
 layout(local_size_x = 16, local_size_y = 8) in;
@@ -61,7 +61,7 @@ void main() {
         vec3 high = vec3(unordered(s_high[0]), unordered(s_high[1]), unordered(s_high[2]));
         for (int i = int(lane); i < u_count; i += 128) {
             PropOccluder prop = occluders[i];
-            vec3 middle = vec3(dot(u, prop.place.xyz), dot(w, prop.place.xyz), dot(sun, prop.place.xyz));
+            vec3 middle = vec3(dot(u, prop.place_m), dot(w, prop.place_m), dot(sun, prop.place_m));
             float radius = prop_radius(prop), length_m = prop_shadow_m(prop), reach = radius * PROP_REACH;
             vec3 wide = vec3(vec2(radius + length_m * frame.sun_radius_rad), radius);
             bool shades = length_m > 0.0 && all(greaterThan(middle + wide, low))
