@@ -435,6 +435,14 @@ class CloudQuality:
     shape_texels: int = knob(
         128, 32, 256, "", "Texels a side of the volume of the clouds' shape", cost="memory", power_of_two=True
     )
+    paper_depth: float = knob(
+        0.0,
+        0.0,
+        100.0,
+        "",
+        "Optical depth straight up through the deep ones of the printed methods' clouds, more than nine in ten; 0: as "
+        "their extinction gives it. Light scattered once leaves deep clouds black",
+    )
     rim_texels: int = knob(
         64, 16, 256, "", "Texels a side of the volume of the clouds' rims", cost="memory", power_of_two=True
     )

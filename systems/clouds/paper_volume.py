@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...engine.gpu import GpuScope
 from ...engine.table_cache import TableCache
 
-__all__ = ["PREVIEW_TEXELS", "PaperVolume", "border_texels", "threshold_for"]
+__all__ = ["PREVIEW_TEXELS", "PaperVolume", "border_texels", "deep_path", "threshold_for"]
 
 PREVIEW_TEXELS = 128
 """At most, and half of the full size: what there is to see while that is made."""
@@ -42,11 +42,30 @@ def threshold_for(raw: NDArray[np.float32], coverage: float, thick_texels: float
     return float(np.quantile(most, 1.0 - min(coverage, 1.0 - 1e-6)))
 
 
+def deep_path(tile: NDArray[np.float16] | NDArray[np.float64], thick_texels: float) -> float:
+    """Density times way straight up through the layer, in texels: of the columns that have any, nine in ten have less.
+
+    tile (n, n, n): the texture, of which a layer `thick_texels` thick takes a part under its parabola. 0 without cloud.
+    """
+    count = max(round(thick_texels), 1)
+    weights = 1.0 - ((np.arange(count) + 0.5) * 2.0 / count - 1.0) ** 2
+    found = []
+    for start in range(0, len(tile), max(len(tile) // 4, 1)):
+        planes = (start + np.arange(count)) % len(tile)
+        column = np.zeros(tile.shape[1:])
+        for plane, weight in zip(planes, weights, strict=True):
+            column += weight * np.maximum(tile[plane].astype(np.float64), 0.0)
+        found.append(column[column > 0.0])
+    columns = np.concatenate(found)
+    return float(np.quantile(columns, 0.9)) * thick_texels / count if columns.size else 0.0
+
+
 class PaperVolume:
-    """One density texture (r16f, repeats, linear), -1, 0 or up to 1; a preview until the full one is done.
+    """One density texture (r16f, repeats, linear, mip levels), -1, 0 or up to 1; a preview until the full one is done.
 
     gpu: owner. texels: a side. tile_m: its width. thickness_m: of the layer. step_m: the large step. Without `coverage`
-    it is all cloud.
+    it is all cloud. depth: what deep columns take straight up (`deep_path`); 0: extinction_per_m as it is given.
+    Attribute extinction_per_m: of density 1, as that depth wants it.
     """
 
     def __init__(
@@ -58,7 +77,11 @@ class PaperVolume:
         thickness_m: float,
         step_m: float,
         cache: TableCache | None = None,
+        *,
+        extinction_per_m: float = 0.0,
+        depth: float = 0.0,
     ) -> None:
+        self.extinction_per_m, self._depth = extinction_per_m, depth
         self._gpu, self._cache = gpu, TableCache("clouds") if cache is None else cache
         self._coverage, self._tile_m, self._thickness_m, self._step_m = coverage, tile_m, thickness_m, step_m
         self._texels = texels
@@ -67,11 +90,13 @@ class PaperVolume:
         if coverage is None:
             self.texture = self._texture(1, np.ones((1, 1, 1), np.float16))
             return
+        self._mip = gpu.compute("clouds/paper/mip.comp")
         self._noise = gpu.compute("clouds/paper/noise.comp")
         self._fill = [gpu.compute("clouds/paper/fill.comp", {"AXIS": axis}) for axis in range(3)]
         held = self._held(texels)
         if held is not None:
             self.texture = self._texture(texels, held)
+            self._finish(self.texture, held)
             return
         for _ in self._made(min(PREVIEW_TEXELS, texels // 2)):
             pass
@@ -105,7 +130,25 @@ class PaperVolume:
         return None if found is None else found["tile"].astype(np.float16)
 
     def _texture(self, size: int, data: NDArray[np.float16] | None = None) -> moderngl.Texture:
-        return self._gpu.texture((size, size, size), "r16f", data, filter="linear", wrap="repeat")
+        levels = size.bit_length()
+        return self._gpu.texture((size, size, size), "r16f", data, levels=levels, filter="linear", wrap="repeat")
+
+    def _finish(self, texture: moderngl.Texture, tile: NDArray[np.float16]) -> None:
+        """The extinction that the wanted depth needs, and the texture's mip levels."""
+        size, texel_m = len(tile), self._tile_m / len(tile)
+        path_m = texel_m * deep_path(tile, self._thickness_m / texel_m) if self._depth > 0.0 else 0.0
+        if path_m > 0.0:
+            self.extinction_per_m = self._depth / path_m
+        for level in range(1, size.bit_length()):
+            self._gpu.barrier()
+            ways_m = (min(texel_m * 2.0**k, self._thickness_m) for k in (level - 1, level))
+            self._mip.set("u_finer", level - 1)
+            self._mip.set("u_depth", tuple(max(self.extinction_per_m * way_m, 1e-6) for way_m in ways_m))
+            texture.use(0)
+            texture.bind_to_image(0, read=False, write=True, level=level)
+            groups = -(-(size >> level) // 4)
+            self._mip.run(groups, groups, groups)
+        self._gpu.barrier()
 
     def _made(self, size: int) -> Iterator[float]:
         """Makes the texture of a size, and says after each dispatch how much is done."""
@@ -133,6 +176,7 @@ class PaperVolume:
                 yield 0.6 + 0.4 * (axis + (first + _SLICES) / size) / 3.0
             gpu.ctx.memory_barrier()
         tile = np.frombuffer(made[2].read(), np.float16).reshape(size, size, size)
+        self._finish(made[2], tile)
         if size == self._texels:
             self._cache.save(self._key(size), {"tile": tile})
         for texture in (raw, *made[:2]):

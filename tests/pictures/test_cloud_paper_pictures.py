@@ -3,6 +3,10 @@ shadow from one sample, and the exchange with ours."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
 import numpy as np
 import pytest
 from air_kit import radiance
@@ -12,18 +16,44 @@ import planetfall as pf
 from planetfall.benchmarks.measure import cloud_paper
 from planetfall.components import CloudLayer, Clouds, Terrain
 from planetfall.engine.table_cache import TableCache
-from planetfall.systems.clouds.paper_volume import PaperVolume, border_texels, threshold_for
+from planetfall.systems.clouds.paper_volume import PaperVolume, border_texels, deep_path, threshold_for
 
 UP = pf.Sun(elevation_deg=60.0, azimuth_deg=200.0, latitude_deg=20.0, longitude_deg=10.0)
 
 
-def renderer_of(scene: pf.Scene, size: tuple[int, int] = (32, 18), method: str = "paper_2018") -> pf.Renderer:
-    return pf.Renderer(scene, size, "low", {**TINY, **COARSE, "clouds.method": method})
+def renderer_of(
+    scene: pf.Scene,
+    size: tuple[int, int] = (32, 18),
+    method: str = "paper_2018",
+    overrides: Mapping[str, float] = MappingProxyType({}),
+) -> pf.Renderer:
+    return pf.Renderer(scene, size, "low", {**TINY, **COARSE, "clouds.method": method, **overrides})
 
 
 def tile_of(volume: PaperVolume) -> np.ndarray:
     size = volume.texture.size[0]
     return np.frombuffer(volume.texture.read(), np.float16).reshape(size, size, size).astype(np.float64)
+
+
+def read_level(texture: Any, level: int) -> np.ndarray:
+    """A mip level through a copy, level by level: moderngl reads only the first of a volume."""
+    size = max(texture.size[0] >> level, 1)
+    copy = texture.ctx.compute_shader(
+        "#version 430\nlayout(local_size_x = 1) in; layout(binding = 0) uniform sampler3D u_all;"
+        "layout(std430, binding = 0) buffer B { float values[]; }; uniform int u_level;"
+        "void main() { ivec3 at = ivec3(gl_GlobalInvocationID); ivec3 n = textureSize(u_all, u_level);"
+        "values[at.x + n.x * (at.y + n.y * at.z)] = texelFetch(u_all, at, u_level).r; }"
+    )
+    values = texture.ctx.buffer(reserve=4 * size**3)
+    texture.use(0)
+    values.bind_to_storage_buffer(0)
+    copy["u_level"] = level
+    copy.run(size, size, size)
+    texture.ctx.memory_barrier()
+    found = np.frombuffer(values.read(), np.float32).astype(np.float64)
+    values.release()
+    copy.release()
+    return found
 
 
 # -- the texture ----------------------------------------------------------------------------------------------------
@@ -68,6 +98,30 @@ def test_the_threshold_leaves_the_share_of_the_sky_that_is_asked_for() -> None:
         assert under == pytest.approx(coverage, abs=0.02)
 
 
+def test_mip_levels_let_through_what_the_texels_do(scope) -> None:
+    """What a column of the layer lets through on average, from every level and from the texels themselves; and next to
+    cloud there is no -1, which filtering would mix into its edge."""
+    thickness_m, tile_m = 4000.0, 16e3
+    volume = PaperVolume(scope, 64, 0.5, tile_m, thickness_m, 250.0, TableCache("clouds", ""), depth=4.5)
+    volume.step(1e9)
+    tile = tile_of(volume)
+    path_m = deep_path(tile, thickness_m / tile_m * 64) * tile_m / 64
+    assert volume.extinction_per_m * path_m == pytest.approx(4.5)
+    finest = None
+    for level in range(7):
+        size = 64 >> level
+        found = read_level(volume.texture, level).reshape(size, size, size)
+        texel_m = tile_m / size
+        through = np.exp(-volume.extinction_per_m * np.maximum(found, 0.0) * min(texel_m, thickness_m)).mean()
+        if texel_m >= thickness_m:
+            finest = through if finest is None else finest
+            assert through == pytest.approx(finest, abs=0.01)
+        near = np.max([np.roll(found, step, axis) for axis in range(3) for step in (-1, 0, 1)], axis=0)
+        assert not ((found < 0.0) & (near > 0.0)).any()
+    columns = np.maximum(tile, 0.0).reshape(4, 16, 64, 64).sum(axis=1) * tile_m / 64
+    assert finest == pytest.approx(np.exp(-volume.extinction_per_m * columns).mean(), abs=0.05)
+
+
 def test_a_full_texture_comes_from_the_cache(scope, tmp_path) -> None:  # type: ignore[no-untyped-def]
     cache = TableCache("clouds", tmp_path)
     first = PaperVolume(scope, 32, 0.5, 16e3, 2500.0, 250.0, cache)
@@ -86,11 +140,22 @@ def test_a_full_texture_comes_from_the_cache(scope, tmp_path) -> None:  # type: 
 def test_every_camera_and_ray_sees_light(method: str, radius_m: float) -> None:
     base, top = (50.0, 90.0) if radius_m < 1e5 else (1500.0, 4000.0)
     scene = cloudy(radius_m=radius_m, base_m=base, top_m=top, coverage=0.7)
-    with renderer_of(scene, (16, 9), method) as renderer:
-        for altitude in (0.0, base - 1e-3, base, base + 1e-3, top, top + 1e-3, 3.0 * top, 3.0 * radius_m):
+    sun = pf.Sun(direction=(0.3, -0.8, 0.2))
+    # 12 and 1 of 255 in sRGB, where that paper is white.
+    dark: dict[tuple[float, float], tuple[float, float]] = {}
+    white = max(sun.irradiance) * np.sin(np.radians(16.5)) / np.pi  # what paper on the ground sends back
+    with renderer_of(scene, (16, 9), method, {"clouds.paper_depth": 4.5}) as renderer:
+        for altitude in (0.0, base - 1e-3, base, base + 1e-3, top, top + 1e-3, 3.0 * top):
             for pitch in (-90.0, -20.0, 0.0, 90.0):
                 camera = pf.Camera.at(40.0, 10.0, altitude, pitch_deg=pitch)
-                radiance(renderer, camera, sun=pf.Sun(direction=(0.3, -0.8, 0.2)), time_s=1e8)
+                found = radiance(renderer, camera, sun=sun, time_s=1e8) / white
+                meets, all_meet = altitude < top or pitch < 0.0, altitude < top  # the layer: rays, each ray
+                if (meets and found.mean() < 0.0037) or (all_meet and found.max(axis=2).min() < 3e-4):
+                    dark[altitude, pitch] = found.mean(), found.max(axis=2).min()
+        dark.pop((0.0, -90.0), None)  # there is no ground to see
+        assert not dark
+        away = pf.Camera.at(40.0, 10.0, 3.0 * radius_m, pitch_deg=-90.0)
+        assert radiance(renderer, away, sun=sun, time_s=1e8).max() > white
 
 
 def test_an_even_layer_takes_as_much_as_its_depth_says() -> None:
@@ -113,13 +178,41 @@ def test_an_even_layer_takes_as_much_as_its_depth_says() -> None:
 def test_both_ways_of_coupling_agree_on_thin_cloud_and_differ_in_thick_air() -> None:
     camera = pf.Camera.at(20.0, 10.0, 10.0, pitch_deg=20.0)
     for extinction, alike in ((1e-6, True), (2e-2, False)):
-        scene = cloudy(density_model="uniform", extinction_per_m=extinction, base_m=2000.0, top_m=9000.0)
+        scene = cloudy(density_model="uniform", extinction_per_m=extinction, shafts=False, base_m=2000.0, top_m=9000.0)
         found = []
         for method in ("paper_2018", "paper_2019"):
             with renderer_of(scene, method=method) as renderer:
                 found.append(radiance(renderer, camera, sun=UP))
         off = np.abs(found[0] - found[1]).max() / found[0].max()
         assert (off < 2e-3) == alike
+
+
+def test_shafts_are_of_2019_and_darken_air_under_clouds() -> None:
+    """Under a closed layer the air between the camera and the horizon loses as much of its light as the layer takes."""
+    camera = pf.Camera.at(20.0, 10.0, 10.0, pitch_deg=0.0)
+    found = {}
+    for method, shafts in (("paper_2018", True), ("paper_2019", False), ("paper_2019", True)):
+        scene = cloudy(density_model="uniform", extinction_per_m=2e-4, base_m=2000.0, top_m=4000.0, shafts=shafts)
+        with renderer_of(scene, method=method) as renderer:
+            found[method, shafts] = radiance(renderer, camera, sun=UP)[8].mean()  # just above the horizon
+    lit, shaded = found["paper_2019", False], found["paper_2019", True]
+    through = np.exp(-2e-4 * 2000.0 / np.sin(np.radians(60.0)))
+    assert through * lit < shaded < 0.9 * lit
+    assert abs(found["paper_2018", True] / lit - 1.0) < 0.3
+
+
+def test_the_planets_shadow_climbs_the_clouds() -> None:
+    """From 20 km over a layer at 4 km: lit with the sun a degree below the level, dark with it at five."""
+    for method in ("paper_2018", "paper_2019"):
+        scene = cloudy(air=False, density_model="uniform", extinction_per_m=5e-3, base_m=3000.0, top_m=4000.0)
+        with renderer_of(scene, method=method) as renderer:
+            camera = pf.Camera.at(20.0, 10.0, 20e3, pitch_deg=-90.0, fov_y_deg=1.0)
+            above, below = (
+                radiance(renderer, camera, sun=pf.Sun(elevation_deg=-deg, latitude_deg=20.0, longitude_deg=10.0)).mean()
+                for deg in (1.0, 5.0)
+            )
+        assert above > 0.0
+        assert below < 1e-3 * above
 
 
 def test_the_sources_have_one_layer_and_clouds_in_no_mirror() -> None:

@@ -8,6 +8,6 @@ float cloud_shadow(vec3 point) {
     float middle = paper_rise(altitude, mu, 0.5 * (shell.base_m + shell.top_m));
     float path_m = paper_rise(altitude, mu, shell.top_m) - paper_rise(altitude, mu, shell.base_m);
     float density = max(paper_density(point + frame.sun_direction * middle + frame.camera_offset_m,
-        0.5 * (shell.base_m + shell.top_m)), 0.0);
+        0.5 * (shell.base_m + shell.top_m), paper_level(length(point))), 0.0);
     return mix(1.0, exp(-shell.extinction_per_m * density * path_m), cloud_view.surface_shadows);
 }
