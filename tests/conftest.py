@@ -18,6 +18,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck
+from hypothesis import settings as hypothesis_settings
 from numpy.typing import NDArray
 from tiers import COLLECTED, files_named, of_default
 
@@ -26,6 +28,12 @@ from planetfall.engine.gpu import Gpu, GpuScope
 from planetfall.engine.gpu.software_threads import OFF
 from planetfall.engine.hosts.headless import create_headless
 from planetfall.scene.file import PRESETS, describe
+
+# The same cases in every run, and a busy machine is no failure.
+hypothesis_settings.register_profile(
+    "planetfall", derandomize=True, deadline=None, suppress_health_check=[HealthCheck.too_slow]
+)
+hypothesis_settings.load_profile("planetfall")
 
 RunCompute = Callable[..., dict[str, NDArray[Any]]]
 

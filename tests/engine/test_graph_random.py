@@ -326,14 +326,14 @@ def check(
     return plan
 
 
-@settings(max_examples=150, deadline=None, derandomize=True)
+@settings(max_examples=150)
 @given(st.integers(0, 2**32))
 def test_random_graphs(seed: int) -> None:
     rng = random.Random(seed)
     check(rng, [World(Program(rng), rng, Stage())], [GraphBuilder()], {})
 
 
-@settings(max_examples=100, deadline=None, derandomize=True)
+@settings(max_examples=100)
 @given(st.integers(0, 2**32))
 def test_random_graphs_of_several_views(seed: int) -> None:
     rng = random.Random(seed)
@@ -343,7 +343,7 @@ def test_random_graphs_of_several_views(seed: int) -> None:
     check(rng, worlds, [builder.scope(view=w.view, size=own.get(w.view)) for w in worlds], own)
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=60)
 @given(st.integers(0, 2**32))
 def test_a_barrier_that_is_taken_out_is_found_by_the_hazards_and_by_the_run(seed: int) -> None:
     rng = random.Random(seed)
