@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...engine.blocks.bindings import AIR_BLOCK, AIR_VIEW_BLOCK, ANSWER_BUFFER, QUESTION_BUFFER
-from ...engine.gpu import GpuScope, StructLayout
+from ...engine.blocks.layout import StructLayout, Vec3
+from ...engine.gpu import GpuScope
 from .block import AirBlock, air_block
 from .job import Tables
 from .model import AirModel
@@ -72,7 +73,19 @@ class AirQuestion:
     sun_cosine: float
 
 
-_LAYOUT = StructLayout(AirQuestion, "std430")
+@dataclass
+class AirAnswer:
+    """Light is of a unit sun. What first and second are depends on what is asked: light of gas and of haze, or direct
+    light and that of the sky."""
+
+    transmittance: Vec3
+    first: Vec3
+    second: Vec3
+    mie_phase: Annotated[float, "for the second"]
+
+
+_QUESTION, _ANSWER = StructLayout(AirQuestion, "std430"), StructLayout(AirAnswer, "std430")
+_WIDE = np.dtype([(name, np.float64, _ANSWER.dtype[name].shape) for name in _ANSWER.dtype.names or ()])
 
 
 class AirQuestions:
@@ -87,7 +100,7 @@ class AirQuestions:
         self._block = gpu.uniform_block(AirBlock, AIR_BLOCK, "air_model")
         self._block.write(air_block(model, _DARK))
         gpu.uniform_block(AirViewBlock, AIR_VIEW_BLOCK, "air_view")
-        gpu.shaders.add_virtual("generated/air_question.glsl", _LAYOUT.glsl)
+        gpu.shaders.add_virtual("generated/air_question.glsl", _QUESTION.glsl + _ANSWER.glsl)
         if isinstance(tables, PaperSizes):
             self._program = gpu.compute("atmosphere/paper/probe.comp")
         else:
@@ -100,20 +113,20 @@ class AirQuestions:
         """(radiance (N, 3), transmittance (N, 3)) of the air up to distances (N,), or of whole rays."""
         single = orders == 1 or part is not None
         answers = self._ask(_LIGHT, rays, distance_m, None, 0 if orders is None or single else orders, single, part)
-        gas, haze = answers[:, 1, :3], answers[:, 2, :3]
+        gas, haze = answers["first"], answers["second"]
         if part is not None:
-            return (gas if part == "rayleigh" else haze), answers[:, 0, :3]
-        return gas + haze * answers[:, 2, 3:], answers[:, 0, :3]
+            return (gas if part == "rayleigh" else haze), answers["transmittance"]
+        return gas + haze * answers["mie_phase"][:, None], answers["transmittance"]
 
     def to_space(self, rays: Rays) -> Floats:
         """Transmittance (N, 3) of rays to space; 0 where they end on the floor."""
-        return self._ask(_TO_SPACE, rays, None, None, 0, True, None)[:, 0, :3]
+        return self._ask(_TO_SPACE, rays, None, None, 0, True, None)["transmittance"]
 
     def irradiance(self, rays: Rays, normals_up: Floats, normals_side: Floats, sun: Floats) -> tuple[Floats, Floats]:
         """(direct, sky), (N, 3) each, on surfaces: normals' components (N,) along the zenith and towards the sun's
         azimuth, and cosines (N,) between normal and sun."""
         answers = self._ask(_SURFACE, rays, None, (normals_up, normals_side, sun), 0, False, None)
-        return answers[:, 1, :3], answers[:, 2, :3]
+        return answers["first"], answers["second"]
 
     def _entered(self, rays: Rays, distance_m: Floats | None) -> tuple[Rays, Floats | None]:
         """Rays from space, moved to where they enter the air, in f64: the printed functions take cosines, too coarse in
@@ -152,12 +165,12 @@ class AirQuestions:
         orders: int,
         single: bool,
         part: str | None,
-    ) -> Floats:
+    ) -> NDArray[np.void]:
         count = len(rays.mu)
         if isinstance(self._sizes, PaperSizes):
             rays, distance_m = self._entered(rays, distance_m)
         h = np.maximum(rays.altitude_m, 0.0)
-        packed = np.zeros(count, _LAYOUT.dtype)
+        packed = np.zeros(count, _QUESTION.dtype)
         for item in fields(rays):
             packed[item.name] = getattr(rays, item.name)
         packed["altitude_m"], packed["focus"] = h, focus_of(self._model)
@@ -178,11 +191,13 @@ class AirQuestions:
         return np.concatenate([self._batch(packed[i : i + _BATCH], mode, tables, single, part)
                                for i in range(0, max(count, 1), _BATCH)])  # fmt: skip
 
-    def _batch(self, packed: NDArray[Any], mode: int, tables: Tables, single: bool, part: str | None) -> Floats:
+    def _batch(
+        self, packed: NDArray[np.void], mode: int, tables: Tables, single: bool, part: str | None
+    ) -> NDArray[np.void]:
         count = len(packed)
         if not count:
-            return np.zeros((0, 3, 4))
-        questions, answers = self._gpu.buffer(packed.tobytes()), self._gpu.buffer(reserve=48 * count)
+            return np.zeros(0, _WIDE)
+        questions, answers = self._gpu.buffer(packed.tobytes()), self._gpu.buffer(reserve=_ANSWER.size * count)
         try:
             questions.bind_to_storage_buffer(QUESTION_BUFFER)
             answers.bind_to_storage_buffer(ANSWER_BUFFER)
@@ -191,7 +206,7 @@ class AirQuestions:
                 self._program.set(f"u_{name}", value)
             self._program.run_over(count)
             self._gpu.barrier()
-            return np.frombuffer(answers.read(), np.float32).reshape(count, 3, 4).astype(np.float64)
+            return np.frombuffer(answers.read(), _ANSWER.dtype).astype(_WIDE)
         finally:
             self._gpu.free(questions)
             self._gpu.free(answers)

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...engine.blocks.bindings import ANSWER_BUFFER, FRAME_BLOCK, PLANET_BLOCK, QUESTION_BUFFER, WAVE_BLOCK
+from ...engine.blocks.layout import StructLayout, Vec3
 from ...engine.frame.block import FrameBlock, PlanetBlock, frame_of_anchor
 from ...engine.gpu import GpuScope
+from ...engine.made_shaders import made_shader
 from ...engine.waves import WaveSet
 from .wave_block import WAVE_LAYOUT, SeaMesh, WavePacker
 
@@ -19,6 +22,38 @@ Floats = NDArray[np.float64]
 _BATCH = 1 << 16
 _DEEP_M = 1e6
 _METHODS = {"ours": 0, "printed_2018": 2018, "printed_2019": 2019}
+
+
+@dataclass
+class WaveQuestion:
+    """GLSL: ``generated/wave_questions.glsl``."""
+
+    foot_m: Annotated[Vec3, "from the anchor, planet axes"]
+    depth_m: float
+    direction: Annotated[Vec3, "unit, planet axes, for the printed formulas"]
+    spacing_m: Annotated[float, "distance of the samples that show the displacement"]
+
+
+@dataclass
+class WaveAnswer:
+    displacement_m: Annotated[Vec3, "planet axes"]
+    jacobian: Annotated[float, "0 for the printed formulas"]
+    normal: Vec3
+
+
+@dataclass
+class PrintedWave:
+    """A wave as the printed formulas take it."""
+
+    origin: Annotated[Vec3, "unit, planet axes"]
+    amplitude_m: float
+    wave_number_per_m: float
+    speed_rad_s: Annotated[float, "phi"]
+    steepness: Annotated[float, "Q"]
+
+
+_QUESTION, _ANSWER, _PRINTED = (StructLayout(c, "std430") for c in (WaveQuestion, WaveAnswer, PrintedWave))
+made_shader("generated/wave_questions.glsl", lambda: _QUESTION.glsl + _ANSWER.glsl + _PRINTED.glsl)
 
 
 @dataclass(frozen=True)
@@ -43,11 +78,12 @@ class WaveQuestions:
         self._buffer = gpu.buffer(reserve=WAVE_LAYOUT.size, dynamic=True)
         self._block = WavePacker()
         self._program = gpu.compute("ocean/wave_probe.comp")
-        rows = np.zeros((max(len(waves), 1), 8), np.float32)
+        rows = np.zeros(max(len(waves), 1), _PRINTED.dtype)
         if len(waves):
-            rows[:, :3], rows[:, 3] = waves.origins, waves.amplitude_m
-            rows[:, 4], rows[:, 5], rows[:, 6] = waves.wave_number_per_m, waves.speed_rad_s, waves.steepness
-        self._printed = gpu.buffer(rows)
+            rows["origin"] = waves.origins
+            for name in ("amplitude_m", "wave_number_per_m", "speed_rad_s", "steepness"):
+                rows[name] = getattr(waves, name)
+        self._printed = gpu.buffer(rows.tobytes())
 
     def ask(
         self,
@@ -67,10 +103,9 @@ class WaveQuestions:
             raise ValueError(f"method: expected one of {', '.join(_METHODS)}, found {method!r}")
         v, a = np.atleast_2d(np.asarray(directions, np.float64)), np.asarray(anchor, np.float64)
         count = len(v)
-        packed = np.zeros((count, 8), np.float32)
-        packed[:, :3] = (v - a) * self._radius_m
-        packed[:, 3] = _DEEP_M if depth_m is None else depth_m
-        packed[:, 4:7], packed[:, 7] = v, spacing_m
+        packed = np.zeros(count, _QUESTION.dtype)
+        packed["foot_m"], packed["depth_m"] = (v - a) * self._radius_m, _DEEP_M if depth_m is None else depth_m
+        packed["direction"], packed["spacing_m"] = v, spacing_m
         self._block.place(self._waves, a, self._radius_m, SeaMesh())
         self._buffer.write(self._block.at(self._waves, time_s).tobytes())
         sea_level_m = self._waves.radius_m - self._radius_m
@@ -82,19 +117,22 @@ class WaveQuestions:
         self._printed.bind_to_storage_buffer(2)
         self._program.set("u_printed", (self._waves.radius_m, time_s))
         parts = [self._batch(packed[i : i + _BATCH], _METHODS[method]) for i in range(0, count, _BATCH)]
-        found = np.concatenate(parts) if parts else np.zeros((0, 2, 4))
-        return WaveAnswers(found[:, 0, :3], found[:, 1, :3], found[:, 0, 3])
+        found = np.concatenate([*parts, np.zeros(0, _ANSWER.dtype)])
+        displacement_m, normal, jacobian = (
+            found[name].astype(np.float64) for name in ("displacement_m", "normal", "jacobian")
+        )
+        return WaveAnswers(displacement_m, normal, jacobian)
 
-    def _batch(self, packed: NDArray[np.float32], mode: int) -> Floats:
+    def _batch(self, packed: NDArray[np.void], mode: int) -> NDArray[np.void]:
         count = len(packed)
-        questions, answers = self._gpu.buffer(packed), self._gpu.buffer(reserve=32 * count)
+        questions, answers = self._gpu.buffer(packed.tobytes()), self._gpu.buffer(reserve=_ANSWER.size * count)
         try:
             questions.bind_to_storage_buffer(QUESTION_BUFFER)
             answers.bind_to_storage_buffer(ANSWER_BUFFER)
             self._program.set("u_mode", (count, mode, len(self._waves), 0))
             self._program.run_over(count)
             self._gpu.barrier()
-            return np.frombuffer(answers.read(), np.float32).reshape(count, 2, 4).astype(np.float64)
+            return np.frombuffer(answers.read(), _ANSWER.dtype)
         finally:
             self._gpu.free(questions)
             self._gpu.free(answers)

@@ -4,7 +4,7 @@
 layout(local_size_x = 16) in;
 
 layout(std430, binding = QUESTION_BUFFER) readonly buffer Questions { AirQuestion questions[]; };
-layout(std430, binding = ANSWER_BUFFER) writeonly buffer Answers { vec4 answers[]; };
+layout(std430, binding = ANSWER_BUFFER) writeonly buffer Answers { AirAnswer answers[]; };
 
 layout(location = 0) uniform ivec3 u_size;        // of the tables: columns, rows, slices
 layout(location = 1) uniform int u_count;         // of questions
@@ -15,7 +15,5 @@ layout(location = 4) uniform bool u_phase;        // with Rayleigh's phase funct
 const int LIGHT = 0, TO_SPACE = 1, SURFACE = 2;
 
 void answer(uint i, vec3 transmittance, vec3 first, vec3 second, float mie_phase) {
-    answers[3u * i] = vec4(transmittance, 0.0);
-    answers[3u * i + 1u] = vec4(first, 0.0);
-    answers[3u * i + 2u] = vec4(second, mie_phase);
+    answers[i] = AirAnswer(transmittance, first, second, mie_phase);
 }
