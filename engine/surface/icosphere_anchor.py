@@ -14,12 +14,17 @@ the plain difference is used.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from fractions import Fraction
 from math import isqrt
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..blocks.bindings import TRIANGLE_BLOCK
+from ..blocks.layout import Double, DVec3, StructLayout, array
+from ..made_shaders import made_shader
 from .icosphere import FULL, ROOT_VECTORS, lowest_root, unit, vector_of
 
 Floats = NDArray[np.float64]
@@ -29,11 +34,33 @@ NEAR_COSINE = 0.5
 within 37.4 degrees, so offsets from anchors farther out than this are longer than 0.38 radii."""
 
 
+@dataclass
+class TriangleRoot:
+    """Where the anchor's ray meets a root's plane, in units of the lattice: whole + rest."""
+
+    whole: Annotated[DVec3, "integers"]
+    length: Annotated[Double, "0: use the plain difference"]
+    rest: DVec3
+
+
+@dataclass
+class TriangleBlock:
+    """GLSL: ``generated/triangle_anchor.glsl``, ``triangle_anchor``."""
+
+    roots: Annotated[Any, array(TriangleRoot, 20)]
+    direction: Annotated[DVec3, "of the anchor, unit"]
+    radius_m: Double
+
+
+_LAYOUT = StructLayout(TriangleBlock)
+made_shader("generated/triangle_anchor.glsl", lambda: _LAYOUT.block(TRIANGLE_BLOCK, "triangle_anchor"))
+
+
 class TriangleAnchor:
     """A direction from which lattice points of the icosphere are measured, e.g. that of a `LatticeAnchor`.
 
     Parameters: `direction` (3,) float64, taken exactly as it is but for its length; `radius_m` of the reference sphere.
-    `block` (bytes) is the uniform block `TriangleBlock` of common/icosphere.glsl.
+    `block` (bytes) is the uniform block `TriangleBlock`.
     """
 
     def __init__(self, direction: ArrayLike, radius_m: float) -> None:
@@ -66,11 +93,11 @@ class TriangleAnchor:
 
     @property
     def block(self) -> bytes:
-        """1312 bytes, std140. For each root eight doubles, P0, |q0| (0: far), rest, 0; then u and the radius."""
-        rows = np.zeros((21, 8))
-        rows[:20, :3], rows[:20, 3], rows[:20, 4:7] = self.whole, self.norm, self.rest
-        rows[20, :3], rows[20, 3] = self.direction, self.radius_m
-        return rows.astype("<f8").tobytes()[: 20 * 64 + 32]
+        record = np.zeros((), _LAYOUT.dtype)
+        roots = record["roots"]
+        roots["whole"], roots["length"], roots["rest"] = self.whole, self.norm, self.rest
+        record["direction"], record["radius_m"] = self.direction, self.radius_m
+        return record.tobytes()
 
     def foot_offset64(self, root: ArrayLike, b: ArrayLike, c: ArrayLike) -> Floats:
         """r (dir - u) in metres, planet axes, (..., 3): relative error of a few 1e-16. The shader's, formula for

@@ -10,12 +10,7 @@
 //
 // The relative error of the offset is that of its conversion to float, 6e-8, from one lattice step to twice the radius.
 
-// Doubles as pairs of words: where the anchor's ray meets each root's plane, as an integer vector, its length (0: use
-// the plain difference) and the rest; then the anchor's direction and the radius.
-#include "generated/bindings.glsl"
-layout(std140, binding = TRIANGLE_BLOCK) uniform TriangleBlock {
-    uvec4 triangle_anchor[82];
-};
+#include "generated/triangle_anchor.glsl"
 
 const int PF_TRIANGLE_FULL = 1 << 30;
 const ivec3 PF_ICO_CORNERS[12] = ivec3[12](
@@ -63,26 +58,20 @@ int pf_triangle_row(int root, ivec2 bc) {
     return weights.z == 0 ? edges.x : weights.x == 0 ? edges.y : edges.z;
 }
 
-dvec4 pf_triangle_anchor(int row) {
-    uvec4 low = triangle_anchor[row], high = triangle_anchor[row + 1];
-    return dvec4(packDouble2x32(low.xy), packDouble2x32(low.zw), packDouble2x32(high.xy), packDouble2x32(high.zw));
-}
-
 vec3 pf_triangle_offset(dvec3 p, int row) {
     double norm = pf_triangle_length(p);
-    dvec4 here = pf_triangle_anchor(80);
-    dvec4 whole = pf_triangle_anchor(4 * row);
-    dvec3 rest = pf_triangle_anchor(4 * row + 2).xyz;
-    if (whole.w == 0.0LF) {
-        precise dvec3 far = (p / norm - here.xyz) * here.w;
+    double radius_m = triangle_anchor.radius_m;
+    TriangleRoot root = triangle_anchor.roots[row];
+    if (root.length == 0.0LF) {
+        precise dvec3 far = (p / norm - triangle_anchor.direction) * radius_m;
         return vec3(far);
     }
-    precise dvec3 d = (p - whole.xyz) - rest;
-    precise dvec3 q0 = whole.xyz + rest;
+    precise dvec3 d = (p - root.whole) - root.rest;
+    precise dvec3 q0 = root.whole + root.rest;
     precise dvec3 sums = p + q0;
     precise double w = d.x * sums.x + d.y * sums.y + d.z * sums.z;
-    precise double t = w / ((norm + whole.w) * whole.w);
-    precise dvec3 offset = (d - q0 * t) * (here.w / norm);
+    precise double t = w / ((norm + root.length) * root.length);
+    precise dvec3 offset = (d - q0 * t) * (radius_m / norm);
     return vec3(offset);
 }
 
