@@ -20,6 +20,7 @@ from ...engine.settings import revision, with_overrides
 from ...engine.system import Setup
 from ...engine.warm_up import WarmUp
 from ...engine.waves import WaveSet, waves_of
+from .swell_tile import SWELL_BYTES
 from .wave_block import WAVE_LAYOUT, SeaMesh, WavePacker
 
 __all__ = ["SeaWaves", "WaveView", "highest_likely_m"]
@@ -28,7 +29,6 @@ MANY = 48
 """From so many waves on the long ones of each tile of the picture are summed at a few nodes of it."""
 _LONG_RUNS = 256
 """From so many waves on a software renderer takes twice as many pixels a lane."""
-_SWELL_BYTES = 16 * 23  # SwellTile of ocean/swell.glsl
 
 _READ_WHERE_SHADED = {"ocean.shade", "terrain.shade"}
 """Passes that read the sea's normals and roughness only where it is shaded (`ocean.shade_every`)."""
@@ -172,7 +172,7 @@ class SeaWaves:
         reads = (*of_pixels, *(("ocean.moved",) if view.moves else ()))
         if self._many:
             across, down = tiles_of(info.size)
-            room = (across * down + 8) * _SWELL_BYTES
+            room = (across * down + 8) * SWELL_BYTES
             builder.add_pass(
                 "ocean.swell",
                 kind="compute",

@@ -130,12 +130,13 @@ void add_swell_part(int base, uint index, vec2 from) {
         along[k] = node_weights(x.y);
     }
     for (int m = 0; m < 4; ++m) {
-        vec4 n0 = swell[index].nodes[5 * m], n1 = swell[index].nodes[5 * m + 1], n2 = swell[index].nodes[5 * m + 2];
-        vec4 n3 = swell[index].nodes[5 * m + 3], n4 = swell[index].nodes[5 * m + 4];
+        SwellRow row = swell[index].rows[m];
+        mat4x2 lift = transpose(mat2x4(row.lift_east, row.lift_north));
+        mat4x3 squeeze = transpose(mat3x4(row.squeeze_ee, row.squeeze_nn, row.squeeze_en));
         for (int k = 0; k < SEA_PART; ++k) {
             vec4 w = across[k] * along[k][m];
-            g_lift[base + k] += w.x * n0.xy + w.y * n1.yz + w.z * n2.zw + w.w * vec2(n3.w, n4.x);
-            g_squeeze[base + k] += w.x * vec3(n0.zw, n1.x) + w.y * vec3(n1.w, n2.xy) + w.z * n3.xyz + w.w * n4.yzw;
+            g_lift[base + k] += w.x * lift[0] + w.y * lift[1] + w.z * lift[2] + w.w * lift[3];
+            g_squeeze[base + k] += w.x * squeeze[0] + w.y * squeeze[1] + w.z * squeeze[2] + w.w * squeeze[3];
         }
     }
 }

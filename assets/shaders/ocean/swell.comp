@@ -87,12 +87,10 @@ void add_wave(inout SwellSums sums, SwellRectangle r, SeaWave wave, float cycles
 
 void store_nodes(uint index, SwellSums sums) {
     for (int n = 0; n < 16; n += 4) {
-        int at = 5 * (n / 4);
-        swell[index].nodes[at] = vec4(sums.lift[n], sums.squeeze[n].xy);
-        swell[index].nodes[at + 1] = vec4(sums.squeeze[n].z, sums.lift[n + 1], sums.squeeze[n + 1].x);
-        swell[index].nodes[at + 2] = vec4(sums.squeeze[n + 1].yz, sums.lift[n + 2]);
-        swell[index].nodes[at + 3] = vec4(sums.squeeze[n + 2], sums.lift[n + 3].x);
-        swell[index].nodes[at + 4] = vec4(sums.lift[n + 3].y, sums.squeeze[n + 3]);
+        vec2 l0 = sums.lift[n], l1 = sums.lift[n + 1], l2 = sums.lift[n + 2], l3 = sums.lift[n + 3];
+        vec3 s0 = sums.squeeze[n], s1 = sums.squeeze[n + 1], s2 = sums.squeeze[n + 2], s3 = sums.squeeze[n + 3];
+        swell[index].rows[n / 4] = SwellRow(vec4(l0.x, l1.x, l2.x, l3.x), vec4(l0.y, l1.y, l2.y, l3.y),
+            vec4(s0.x, s1.x, s2.x, s3.x), vec4(s0.y, s1.y, s2.y, s3.y), vec4(s0.z, s1.z, s2.z, s3.z));
     }
 }
 
