@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FACES", "CubeMap", "cube_of", "face_directions", "face_place"]
+__all__ = ["FACES", "CubeMap", "cube_of", "face_directions", "face_place", "face_planes"]
 
 Floats = NDArray[np.float64]
 Samples = NDArray[np.float32]
@@ -45,6 +45,18 @@ def face_place(points: Floats) -> tuple[NDArray[np.int64], Floats, Floats, Float
     right = np.choose(face, [y, -x, -y, x, y, y])
     up = np.choose(face, [z, z, z, z, -x, x])
     return face, right / along, up / along, along
+
+
+def face_planes(direction: Floats) -> tuple[NDArray[np.bool_], Floats]:
+    """Where the ray in `direction` (3,), of unit length, meets the planes of the faces: (s, t) (6, 2) beyond the faces'
+    own places too, and whether it does, well ahead (6,); else 0."""
+    along = _NORMAL @ direction
+    near = along > _WELL_AHEAD
+    place = np.stack([_RIGHT @ direction, _UP @ direction], axis=1) / np.where(near, along, 1.0)[:, None]
+    return near, np.where(near[:, None], place, 0.0)
+
+
+_WELL_AHEAD = 0.42  # 10 degrees beyond a face's corners
 
 
 def _weights(f: Floats) -> Floats:

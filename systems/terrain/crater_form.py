@@ -89,5 +89,6 @@ crater_rise = _MADE.python(_MADE["crater_profile"].only("crater_rise", ("form", 
 
 
 def shader() -> str:
-    """GLSL: crater_form in float and double."""
-    return "\n".join(_MADE.glsl(_MADE["crater_form"], real) for real in ("float", "double"))
+    """GLSL: crater_form in float, and with TERRAIN_CANONICAL in double."""
+    single, double = (_MADE.glsl(_MADE["crater_form"], real) for real in ("float", "double"))
+    return f"const float CRATER_PEAK_NARROW = {PEAK_NARROW};\n{single}\n#ifdef TERRAIN_CANONICAL\n{double}#endif\n"

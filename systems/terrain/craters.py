@@ -38,7 +38,7 @@ MOST_OCTAVES = 18
 """Slots in the GPU's table: from 250 km down to 1 m."""
 
 COARSE_CELL_M = 16384.0
-"""Cells wider than this are evaluated in double on the GPU: a place in them rounded to float is millimetres off."""
+"""Cells wider than this are evaluated as changes on the GPU: a place in them rounded to float is millimetres off."""
 
 AREA_SHARE = np.pi / 4.0 * (np.log(4.0) / 3.0) * (1.0 / 6.0 - 1.0 / 256.0)
 """Of the ground that an octave of density 1 covers: pi R^2 a cell, 4 R^2 = (1/4 - z^2) g^2. The mean of g^2 is
@@ -75,7 +75,7 @@ class Craters:
 
     @property
     def coarse(self) -> int:
-        """How many octaves the GPU evaluates in double."""
+        """How many octaves the GPU evaluates as changes from an anchor."""
         return int(np.count_nonzero(self.frequency < 1.0 / COARSE_CELL_M))
 
     @property
@@ -88,6 +88,10 @@ class Craters:
     def heights(self, points: Floats) -> Floats:
         """Heights (N,) that craters add at `points` (3, N), metres."""
         return self._evaluate(points, None, gradients=False)[0]
+
+    def octave_heights(self, points: Floats) -> Floats:
+        """Heights (K, N) that each octave adds at `points` (3, N), metres."""
+        return self._octaves(slice(None), points, None, gradients=False)[0]
 
     def heights_gradients(self, points: Floats, footprint_m: Floats | None) -> tuple[Floats, Floats]:
         """Heights (N,) and 3D gradients (3, N), these limited to what `footprint_m` (N,) shows of them."""

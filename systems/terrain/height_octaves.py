@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...engine.surface.noise import Scratch
 from .height_map import map_gradients, map_values, slopes_at
-from .height_model import FIELDS, Model, build_model, continent_weights
+from .height_model import FIELDS, SHAPE_LAYERS, Model, build_model, continent_weights
 from .height_params import TerrainParams
 from .height_steps import layer_weight, ridge, ridge_slope
 from .height_surface import hypsometry_slope, limit, surface, surface_parts, surface_slopes
@@ -38,6 +38,24 @@ def heights(points: Floats, model: Model) -> Floats:
         rows = [v.tolist() if isinstance(v, np.ndarray) else [v] * points.shape[1] for v in parts]
         return np.array([surface(model.constants, *values) for values in zip(*rows, strict=True)])
     return surface(model.constants, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1], z, added, rougher)
+
+
+def anchor_ground(
+    point: Floats, w1: Floats, warped: Floats, model: Model
+) -> tuple[Floats, Floats, float, float, float, Floats, float]:
+    """(c, b), both parts of s, metres of z that ranges make, metres that wide craters and the map add, the map's share,
+    metres of each octave of wide craters, and the height of a ground of just these, at a point (3,) with w1 (3,) and
+    the noise of the warped octaves. The map's metres are those of the GPU's table, in float32."""
+    fields = _FIELD_WEIGHTS @ warped[:FIELDS]
+    ridges = warped[FIELDS : FIELDS + SHAPE_LAYERS, None].copy()
+    *shapes, ranges_m = model.sums[:, : len(ridges)] @ ridge_layers(ridges, model.ridge_column[: len(ridges)])[:, 0]
+    here, found, craters = point[:, None], model.params.height_map, model.craters
+    craters_m = craters.octave_heights(here)[: craters.coarse, 0] if craters else np.zeros(0)
+    map_m = float(np.float32(map_values(found, here)[0][0])) if found else 0.0
+    added_m = float(craters_m.sum()) + map_m
+    parts = np.array([*w1, *fields, *shapes, ranges_m, added_m]).tolist()
+    ground_m = surface(model.constants, *parts)
+    return fields, np.array(shapes), float(ranges_m), added_m, map_m, craters_m, ground_m
 
 
 MOST_ROUGH = 1.2  # vertices hand on up to 1.3

@@ -10,12 +10,14 @@ the same bits as the source.
 double and then rounded, of a double and anything else in float.
 
 Derivatives are adjoint: from the last statement back to the first, `by_name` is the result's derivative by that name.
-One number for each statement, whichever way the inputs vary.
+One number for each statement, whichever way the inputs vary. Changes go forward: statement by statement, how much it
+changes when the inputs do; functions `f` that are called need an `f_change(t, d)` in the shader.
 """
 
 from __future__ import annotations
 
 import ast
+import copy
 import linecache
 import re
 from collections.abc import Iterable, Mapping
@@ -94,6 +96,20 @@ class Function:
             results = {"value": value, **results, **{name: ast.Name(name) for name in shown}}
         name, kept = f"{self.name}_slope{'s' * (len(self.inputs) > 1)}", _needed(self.lines + lines, results)
         return Function(name, self.constants, (*self.inputs, *seen.values()), kept, results, seen=seen)
+
+    def change(self) -> Function:
+        """<name>_change of the inputs and of what is added to each, d_<input>: the value's change. No step subtracts
+        numbers that are nearly the same, so its error is relative to the change."""
+        (value,) = self.results.values()
+        varied = {*self.inputs, *dict(self.lines)}
+        lines: Lines = [*self.lines]
+        for name, expression in [*((name, None) for name in self.inputs), *self.lines]:
+            if expression is not None:
+                lines.append((f"d_{name}", _known(_change(expression, varied))))
+            lines.append((f"new_{name}", _known(_sum(ast.Name(name), ast.Name(f"d_{name}")))))
+        results = {"value": _known(_change(value, varied))}
+        inputs = (*self.inputs, *(f"d_{name}" for name in self.inputs))
+        return Function(f"{self.name}_change", self.constants, inputs, _needed(lines, results), results)
 
     def read(self, name: str, text: str) -> str:
         """The text of the line of that name, which reads what is seen if it is a derivative."""
@@ -254,6 +270,52 @@ def _slope(node: ast.expr, by: str) -> ast.expr | None:
         case ast.BinOp(left, ast.Pow(), ast.Constant(0.5)):
             return _product(ast.BinOp(ast.Constant(0.5), ast.Div(), node), _slope(left, by))
     raise ValueError(f"no derivative of {ast.unparse(node)}")
+
+
+# -- changes of expressions: of a name x by d_x to new_x; None is 0 ---------------------------------------------------
+
+
+def _change(node: ast.expr, varied: set[str]) -> ast.expr | None:
+    if not _names(node) & varied:
+        return None
+    match node:
+        case ast.Name(name):
+            return ast.Name(f"d_{name}")
+        case ast.UnaryOp(ast.USub(), value):
+            return _minus(_change(value, varied))
+        case ast.Call(ast.Name(name), [*k, value]):
+            return ast.Call(ast.Name(f"{name}_change"), [*k, value, _known(_change(value, varied))], [])
+        case ast.BinOp(left, ast.Add(), right):
+            return _sum(_change(left, varied), _change(right, varied))
+        case ast.BinOp(left, ast.Sub(), right):
+            return _sum(_change(left, varied), _minus(_change(right, varied)))
+        case ast.BinOp(left, ast.Mult(), right):
+            new = _new(right, varied)
+            return _sum(_product(_change(left, varied), new), _product(left, _change(right, varied)))
+        case ast.BinOp(left, ast.Div(), right):
+            change = _sum(_change(left, varied), _minus(_product(node, _change(right, varied))))
+            return None if change is None else ast.BinOp(change, ast.Div(), _new(right, varied))
+        case ast.BinOp(left, ast.Pow(), ast.Constant(0.5)):
+            both = ast.BinOp(node, ast.Add(), _new(node, varied))
+            return ast.BinOp(_known(_change(left, varied)), ast.Div(), both)
+    raise ValueError(f"no change of {ast.unparse(node)}")
+
+
+def _new(node: ast.expr, varied: set[str]) -> ast.expr:
+    """The expression of the new values."""
+
+    class New(ast.NodeTransformer):
+        def visit_Name(self, node: ast.Name) -> ast.Name:
+            return ast.Name(f"new_{node.id}") if node.id in varied else node
+
+    return New().visit(copy.deepcopy(node))
+
+
+# -- both --------------------------------------------------------------------------------------------------------------
+
+
+def _known(node: ast.expr | None) -> ast.expr:
+    return ast.Constant(0.0) if node is None else node
 
 
 def _sum(a: ast.expr | None, b: ast.expr | None) -> ast.expr | None:

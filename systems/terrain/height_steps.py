@@ -66,6 +66,7 @@ _MADE = Statements(Path(__file__).read_text(encoding="utf-8"), globals())
 
 
 def shader() -> str:
-    """GLSL: all of them in float and, but for slopes, in double."""
-    names = {"float": _MADE.names, "double": [name for name in _MADE.names if not name.endswith("_slope")]}
-    return "\n".join(_MADE.glsl(_MADE[name], real) for real, some in names.items() for name in some)
+    """GLSL: all of them in float, and with TERRAIN_CANONICAL, but for slopes, in double."""
+    single = "\n".join(_MADE.glsl(_MADE[name], "float") for name in _MADE.names)
+    double = "\n".join(_MADE.glsl(_MADE[name], "double") for name in _MADE.names if not name.endswith("_slope"))
+    return f"{single}\n#ifdef TERRAIN_CANONICAL\n{double}#endif\n"

@@ -88,8 +88,12 @@ surface_slopes = _MADE.python(_SLOPES["surface"])
 
 
 def shader() -> str:
-    """GLSL: the statements in float and double, and their derivatives, after the functions that they call."""
+    """GLSL: the statements and their derivatives, after the functions that they call. With TERRAIN_CANONICAL the
+    statements in double, too, without it their changes."""
     parts = [f"// Made from {Path(__file__).name}, after height_steps.py.\n", height_steps.shader()]
     for name, slopes in _SLOPES.items():
-        parts += [*(_MADE.glsl(_MADE[name], real) for real in ("float", "double")), _MADE.glsl(slopes, "float")]
+        made = _MADE[name]
+        double, change = _MADE.glsl(made, "double"), _MADE.glsl(made.change(), "float")
+        parts += [_MADE.glsl(made, "float"), _MADE.glsl(slopes, "float")]
+        parts += [f"#ifdef TERRAIN_CANONICAL\n{double}#else\n{change}#endif\n"]
     return "\n".join(parts)

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...engine.blocks.bindings import TERRAIN_TABLE_BLOCK, TERRAIN_TABLE_BUFFER
-from ...engine.blocks.layout import IVec3, StructLayout, Vec2, Vec3, array
+from ...engine.blocks.layout import IVec2, IVec3, StructLayout, Vec2, Vec3, array
 from ...engine.made_shaders import made_shader
+from ...engine.surface.cube_map import face_planes
 from ...engine.surface.noise import Lattice
 from . import crater_form
 from .crater_form import CraterShape
@@ -25,7 +26,7 @@ from .height_model import (
     TerrainConstants,
     continent_weights,
 )
-from .height_octaves import MOST_ROUGH, heights, model_of
+from .height_octaves import MOST_ROUGH, anchor_ground, heights, model_of
 from .height_params import TerrainParams
 from .height_steps import RIDGE_ROUND, RIDGE_SLOPE
 from .height_surface import shader
@@ -44,14 +45,14 @@ class TerrainLattice:
     fraction_hi: Annotated[Vec3, "the anchor's place in its cell: hi + lo, exact to 1e-15"]
     wavelength_m: float
     fraction_lo: Vec3
+    value: Annotated[float, "at the anchor, of continents, belts and warped layers the noise, of wide craters metres"]
 
 
 @dataclass
 class TerrainWarp:
     lattice: TerrainLattice
-    value_hi: Annotated[Vec3, "the vector noise at the anchor: hi + lo; 0 around the planet's centre"]
+    value: Annotated[Vec3, "the vector noise at the anchor"]
     amplitude_m: float
-    value_lo: Vec3
 
 
 @dataclass
@@ -83,6 +84,16 @@ class TerrainMap:
 
 
 @dataclass
+class TerrainMapFace:
+    """The anchor on the plane of a face of the height map's cube."""
+
+    place: Annotated[Vec2, "from the face's middle, -1..1 on the face itself"]
+    fraction: Annotated[Vec2, "of its cell of samples"]
+    cell: IVec2
+    near: Annotated[int, "0: the anchor is to the side of the face or behind it"]
+
+
+@dataclass
 class TerrainColorMap:
     """Written by map_textures."""
 
@@ -92,17 +103,29 @@ class TerrainColorMap:
 
 
 @dataclass
+class TerrainAnchor:
+    """What the anchor's ground is made of, from which the GPU's changes count."""
+
+    fields: Annotated[Vec2, "continents and belts, c and b"]
+    shapes: Annotated[Vec2, "both parts of s"]
+    ranges_m: Annotated[float, "of z, what the layers of ranges make"]
+    added_m: Annotated[float, "by wide craters and map"]
+    map_m: Annotated[float, "by the map"]
+    height_m: Annotated[float, "of a ground of just these, over the height that heights count from"]
+
+
+@dataclass
 class TerrainTable:
     up: Annotated[Vec3, "of the anchor"]
     radius_m: float
-    up_low: Annotated[Vec3, "up + up_low: to 48 bits"]
     layer_count: int
-    height_m: Annotated[Vec2, "of the anchor: x + y"]
+    anchor: Annotated[TerrainAnchor, "0 around the planet's centre"]
     warped_layers: int
     crater_octaves: int
-    coarse_crater_octaves: Annotated[int, "evaluated in double"]
+    coarse_crater_octaves: Annotated[int, "evaluated as changes from the anchor"]
     crater_accept: Annotated[int, "of 256 cells, those with a crater"]
     map: TerrainMap
+    map_faces: Annotated[Any, array(TerrainMapFace, 6)]
     color: TerrainColorMap
     constants: TerrainConstants
     wide_warp: Annotated[TerrainWarp, "w1"]
@@ -147,9 +170,8 @@ def octave_table(
     if height_m is None:
         height_m = float(heights(point[:, None], model)[0])
     table = np.zeros((), dtype=_LAYOUT.dtype)
-    table["up"], table["up_low"] = _split(point / model.params.radius_m)
+    table["up"] = point / model.params.radius_m
     table["radius_m"] = model.params.radius_m
-    table["height_m"] = np.stack(_split(np.float64(height_m)))
     table["layer_count"], table["warped_layers"] = model.layers, model.warped_layers
     table["constants"] = astuple(model.constants)
 
@@ -159,11 +181,18 @@ def octave_table(
     for k, name in enumerate(("wide_warp", "narrow_warp")):
         warp = table[name]
         _anchor(warp["lattice"], point, model.unwarped, slice(k, k + 1))
-        warp["value_hi"], warp["value_lo"] = _split(values[k])
+        warp["value"] = values[k]
         warp["amplitude_m"] = model.warp_m[k]
     near = point + model.warp_m[1] * values[1]
     far = near + model.warp_m[0] * values[0]
     fields, layers = table["fields"], table["layers"][: model.layers]
+    if point.any():
+        where = np.repeat(np.stack([far, near], axis=1), (FIELDS, model.warped_layers), axis=1)
+        noise = model.warped.cells(where[:, :, None]).noise()[:, 0]
+        fields["lattice"]["value"], layers["lattice"]["value"][: model.warped_layers] = noise[:FIELDS], noise[FIELDS:]
+        *parts, craters_m, ground_m = anchor_ground(point, values[0], noise, model)
+        table["anchor"] = (*parts, ground_m - height_m)
+        table["craters"]["lattice"]["value"][: len(craters_m)] = craters_m
     _anchor(fields["lattice"], far, model.warped, slice(0, FIELDS))
     fields["weights"] = np.stack(continent_weights(), axis=1)
     _anchor(layers["lattice"][: model.warped_layers], near, model.warped, slice(FIELDS, None))
@@ -174,6 +203,10 @@ def octave_table(
     table["color"]["cells"] = int(model.params.colored)
     if found is not None:
         table["map"] = (found.cube.cells, len(found.cube.levels), model.map_sample_m, model.map_roughness)
+        near, place = face_planes(point / model.params.radius_m)
+        at = (place * 0.5 + 0.5) * found.cube.cells
+        faces, cell = table["map_faces"], np.floor(at)
+        faces["near"], faces["place"], faces["cell"], faces["fraction"] = near, place, cell, at - cell
     if craters:
         table["crater_octaves"], table["coarse_crater_octaves"] = len(craters), craters.coarse
         table["crater_accept"] = craters.accept

@@ -156,7 +156,7 @@ def _relief(model: Model, anchor_direction: NDArray[np.float64]) -> dict[str, An
             frequency_per_m=float(of_warp["frequency_per_m"]),
             fraction=of_warp["fraction_hi"],
             amplitude_m=float(warp["amplitude_m"]),
-            value=warp["value_hi"],
+            value=warp["value"],
         ),
         "layers": [ReliefLayer(*row) for row in zip(*(column.tolist() for column in columns), strict=True)],
     }

@@ -101,7 +101,7 @@ def test_gradient_noise_on_the_gpu(run_compute, points):
         " double d = gradient_noise_double(cell, dvec3(f), g); s = g; high = float(d); low = float(d - double(high));",
         {"cell": cell.astype(np.int32), "f": fraction},
         {"n": "vec4", "v": "float", "s": "vec3", "high": "float", "low": "float"},
-        header=NOISE,
+        header='#include "common/noise_double.glsl"',
     )
     np.testing.assert_allclose(out["n"][:, 3], value, atol=2e-7)
     np.testing.assert_allclose(out["v"], value, atol=2e-7)
@@ -120,10 +120,38 @@ def test_vector_noise_on_the_gpu(run_compute, points):
         " mat3 k; d = vec3(vector_noise_double(cell, dvec3(f), k)); e = k[1];",
         {"cell": cell.astype(np.int32), "f": fraction},
         dict.fromkeys("vabcde", "vec3"),
-        header=NOISE,
+        header='#include "common/noise_double.glsl"',
     )
     np.testing.assert_allclose(out["v"], value[:, 0].T, atol=2e-7)
     np.testing.assert_allclose(out["d"], value[:, 0].T, atol=1e-7)
     for axis, name in enumerate("abc"):
         np.testing.assert_allclose(out[name], jacobian[:, axis, 0].T, atol=3e-6)
     np.testing.assert_allclose(out["e"], jacobian[:, 1, 0].T, atol=3e-6)
+
+
+@pytest.mark.parametrize("way", [1e-6, 1e-3, 0.1, 1.0])
+def test_changes_of_noise_are_as_exact_as_the_way_is_short(run_compute, way):
+    """Within a cell, of its corners too: a difference of two noises would be wrong by 1e-7 however short the way."""
+    rng = np.random.default_rng(5)
+    cell, start = rng.integers(-40, 40, (2000, 3)), rng.uniform(0.0, 1.0, (2000, 3)).astype(np.float32)
+    start[:300] = np.round(start[:300])
+    step = (rng.uniform(-way, way, start.shape)).astype(np.float32)
+    step = (np.clip(start + step.astype(np.float64), 0.0, 1.0) - start).astype(np.float32)
+    out = run_compute(
+        "c = gradient_noise_change(cell, f, d, n); mat3 j; v = vector_noise_change(cell, f, d, w, j); a = j[0];",
+        {"cell": cell.astype(np.int32), "f": start, "d": step},
+        {"c": "float", "n": "vec4", "v": "vec3", "w": "vec3", "a": "vec3"},
+        header='#include "common/noise_change.glsl"',
+    )
+    from_, to = cell + start.astype(np.float64), cell + start.astype(np.float64) + step
+    lattice = Lattice.of([1.0], np.zeros((1, 3)))
+    before, after = lattice.cells(from_.T.copy()), lattice.cells(to.T.copy())
+    value, slope = gradient_noise_derivative(to)
+    vectors, jacobian = after.vector_derivative()
+    length = np.linalg.norm(step, axis=1)
+    # Float64 rounds too: 1e-16 of a noise is 1e-10 of a way of 1e-6.
+    assert (np.abs(out["c"] - (value - before.noise()[0])) <= 1e-6 * length + 1e-15).all()
+    assert (np.abs(out["v"] - (vectors - before.vector())[:, 0].T).max(axis=1) <= 1e-6 * length + 1e-15).all()
+    np.testing.assert_allclose(out["n"], np.column_stack([slope, value]), atol=3e-6)
+    np.testing.assert_allclose(out["w"], vectors[:, 0].T, atol=3e-7)
+    np.testing.assert_allclose(out["a"], jacobian[:, 0, 0].T, atol=3e-6)

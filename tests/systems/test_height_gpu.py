@@ -65,20 +65,40 @@ def evaluate(request, run_compute, gpu):
     scope.release()
 
 
+def allowed_m(distances_m):
+    """A millimetre within a kilometre of the anchor, beyond it a millionth of the distance: a thousandth of a pixel."""
+    return 1e-6 * np.maximum(distances_m, 1000.0)
+
+
+def height_errors(evaluate, params, up, distances_m, seed=0):
+    """|GPU - float64| at offsets along arcs of `distances_m` from `up`, counted from the anchor's ground."""
+    d = offsets(up, params.radius_m, distances_m, seed)
+    base = height_at_points(up[None] * params.radius_m, params)[0]
+    expected = height_at_points(up * params.radius_m + d.astype(np.float64), params) - base
+    return np.abs(evaluate(params, up, d, 1e-3)["dh"] - expected)
+
+
 def test_heights_near_and_far(evaluate):
-    near, far = [], []
     for i, up in enumerate(anchors(6)):
-        base = height_at_points(up[None] * EARTH.radius_m, EARTH)[0]
         rng = np.random.default_rng(i)
-        for distances, errors in (
-            (1000.0 * np.sqrt(rng.random(400)), near),
-            (10.0 ** rng.uniform(3.0, np.log10(3.1 * EARTH.radius_m), 400), far),
-        ):
-            d = offsets(up, EARTH.radius_m, distances, i)
-            expected = height_at_points(up * EARTH.radius_m + d.astype(np.float64), EARTH) - base
-            errors.append(np.abs(evaluate(EARTH, up, d, 1e-3)["dh"] - expected))
-    assert np.max(near) <= 1e-3
-    assert np.max(far) <= 1e-6 * 9000.0
+        near = 1000.0 * np.sqrt(rng.random(400))
+        far = 10.0 ** rng.uniform(3.0, np.log10(3.1 * EARTH.radius_m), 400)
+        assert height_errors(evaluate, EARTH, up, near, i).max() <= 3e-4
+        assert (height_errors(evaluate, EARTH, up, far, i) / allowed_m(far)).max() <= 1.0
+
+
+@pytest.mark.parametrize("radius_m", [1e3, 3e4, 6e5, 3.4e6, 7e7])
+def test_heights_of_planets_of_all_sizes(evaluate, radius_m):
+    """To the antipode, from poles, edges and corners of the cube's faces, and anywhere."""
+    relief_m = min(9000.0, 0.1 * radius_m)
+    corner, edge = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, -1.0]])
+    for seed, up in enumerate([corner / np.sqrt(3.0), edge / np.sqrt(2.0), *anchors(4)]):
+        params = TerrainParams(radius_m, seed + 1, relief_m, -relief_m)
+        rng = np.random.default_rng(seed)
+        arc = 10.0 ** rng.uniform(-2.0, np.log10(np.pi * radius_m), 500)
+        arc[:9] = radius_m * np.pi * np.array([1.0, 0.999, 0.75, 0.5, 0.25, 1e-2, 1e-3, 1e-4, 0.0])
+        chord = 2.0 * radius_m * np.sin(0.5 * arc / radius_m)
+        assert (height_errors(evaluate, params, up, arc, seed) / allowed_m(chord)).max() <= 1.0
 
 
 def test_heights_for_wide_pixels(run_compute, gpu):
@@ -173,11 +193,8 @@ def test_heights_around_a_middle(run_compute, gpu, extent_m, mean_px, most_px):
 )
 def test_other_worlds(evaluate, params):
     up = anchors(1)[-1]
-    d = offsets(up, params.radius_m, 10.0 ** np.random.default_rng(1).uniform(-2.0, np.log10(params.radius_m), 500))
-    points = up * params.radius_m + d.astype(np.float64)
-    expected = height_at_points(points, params) - height_at_points(up[None] * params.radius_m, params)[0]
-    found = evaluate(params, up, d, 1e-9 * params.radius_m)["dh"]
-    np.testing.assert_allclose(found, expected, atol=1e-6 * (params.highest_m - params.lowest_m))
+    arc = 10.0 ** np.random.default_rng(1).uniform(-2.0, np.log10(params.radius_m), 500)
+    assert (height_errors(evaluate, params, up, arc) / allowed_m(2.0 * arc / np.pi)).max() <= 1.0
 
 
 def test_heights_count_from_any_level(evaluate, run_compute, gpu):

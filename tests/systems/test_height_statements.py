@@ -74,24 +74,39 @@ def test_shaders_have_the_same(changed, inputs, run_compute, gpu):
     names = ", ".join(INPUTS)
     body = f"""TerrainConstants k = terrain_table.constants;
         h = terrain_surface(k, {names});
-        double exact = terrain_surface(k, {", ".join(f"double({name})" for name in INPUTS)});
-        high = float(exact);
-        low = float(exact - double(high));
         TerrainSurfaceSlopes t = terrain_surface_slopes(k, {names}, 0.4 * z);
         {" ".join(f"by_{name} = t.by_{name};" for name in INPUTS)}"""
-    outputs = dict.fromkeys(["h", "high", "low", *(f"by_{name}" for name in INPUTS)], "float")
+    outputs = dict.fromkeys(["h", *(f"by_{name}" for name in INPUTS)], "float")
+    double = f"""double exact = terrain_surface(terrain_table.constants,
+            {", ".join(f"double({name})" for name in INPUTS)});
+        high = float(exact);
+        low = float(exact - double(high));"""
+    step = ", ".join(f"size * d_{name}" for name in INPUTS)
+    change = f"change = terrain_surface_change(terrain_table.constants, {names}, {step});"
+    turned = {f"d_{name}": np.roll(values, 1) for name, values in inputs.items()}
+
+    def run(body, outputs, defines=None, **more):
+        return run_compute(
+            body, {**inputs, **more}, outputs, '#include "terrain/height.glsl"', defines,
+            setup=lambda _: block.bind_to_uniform_block(4),
+        )  # fmt: skip
+
     try:
         for module in (height_surface, changed):
             gpu.shaders.add_virtual("generated/terrain_surface.glsl", module.shader())
-            out = run_compute(
-                body, inputs, outputs, '#include "terrain/height.glsl"',
-                setup=lambda _: block.bind_to_uniform_block(4),
-            )  # fmt: skip
+            out = run(body, outputs)
             value, *by, _ = module.surface_slopes(k, *exact(inputs), 0.4 * exact(inputs)[7])
             assert np.abs(out["h"] - value).max() <= 0.02
-            assert np.abs(out["high"].astype(np.float64) + out["low"] - value).max() <= 1e-9
             for name, expected in zip(INPUTS, by, strict=True):
                 assert np.abs(out[f"by_{name}"] - expected).max() <= 1e-5 * np.abs(expected).max()
+            out = run(double, {"high": "float", "low": "float"}, {"TERRAIN_CANONICAL": 1})
+            assert np.abs(out["high"].astype(np.float64) + out["low"] - value).max() <= 1e-9
+            for size in (1e-6, 1e-3, 1.0):  # of the inputs' own spread
+                steps = [np.float32(size) * turned[f"d_{name}"] for name in INPUTS]
+                there = [a + b.astype(np.float64) for a, b in zip(exact(inputs), steps, strict=True)]
+                found = run(change, {"change": "float"}, size=np.float32(size), **turned)["change"]
+                error = np.abs(found - (module.surface(k, *there) - value))
+                assert error.max() <= 5e-2 * size + 1e-11, "as exact as the change is small"
     finally:
         gpu.shaders.add_virtual("generated/terrain_surface.glsl", height_surface.shader())
         scope.release()

@@ -13,7 +13,15 @@
     }
 
 CUBE_FACE(vec3, cube_face)
+#ifdef TERRAIN_CANONICAL
 CUBE_FACE(dvec3, cube_face)
+#endif
+
+// A vector's components along a face's columns, its rows and its normal.
+vec3 cube_axes(int face, vec3 v) {
+    return face == 0 ? v.yzx : face == 1 ? vec3(-v.x, v.z, v.y) : face == 2 ? vec3(-v.y, v.z, -v.x)
+        : face == 3 ? vec3(v.x, v.z, -v.y) : face == 4 ? vec3(v.y, -v.x, v.z) : vec3(v.y, v.x, -v.z);
+}
 
 // A gradient by (s, t), as a vector: of a field that depends on the direction of d only, by d.
 vec3 cube_gradient(int face, vec3 place, vec2 by_place) {

@@ -13,5 +13,5 @@ int height_fixed(double height_m, float steps_per_m) {
 }
 
 TerrainPoint terrain_canonical(dvec3 P, float spacing_m, out double height_m) {
-    return terrain_point(P, spacing_m, height_m);
+    return terrain_point(terrain_broad(P), P, spacing_m, height_m);
 }

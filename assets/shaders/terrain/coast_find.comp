@@ -47,7 +47,7 @@ void main() {
 #ifdef COAST_HERE
     float extent_m = coast_extent(first, last, spot);
 #endif
-    double height_m;
+    float height_m;
     TerrainBroad broad = terrain_broad(spot);
     TerrainPoint ground = terrain_point(broad, spot, length(asked.point) * frame.pixel_rad, height_m);
     float above = frame.anchor_height_m + ground.dh - planet.sea_level_m, slope = SLOPE * length(ground.gradient);

@@ -78,4 +78,6 @@ ivec3 crater_side(ivec3 base, int parity) {
     }
 
 TERRAIN_CRATER_OCTAVE(float, vec3, TerrainCraterForm)
+#ifdef TERRAIN_CANONICAL
 TERRAIN_CRATER_OCTAVE(double, dvec3, TerrainCraterFormDouble)
+#endif

@@ -43,7 +43,7 @@ void terrain_far_layers(int i, vec3 D, vec3 near, float spacing_m, inout vec2 sh
 // The height of these noises, with craters and the map.
 float terrain_far_surface(vec3 D, float spacing_m, vec3 w1, vec2 fields, vec2 shape, float z) {
     TerrainSources sources;
-    float added = float(terrain_sources(D, spacing_m, sources));
+    float added = terrain_table.anchor.added_m + terrain_sources(D, spacing_m, sources);
     return terrain_surface(terrain_table.constants, w1.x, w1.y, w1.z, fields.x, fields.y, shape.x, shape.y, z,
         added, sources.rougher);
 }

@@ -5,13 +5,18 @@
 //   w2)
 // Coordinates: D = foot on the reference sphere minus the anchor's, metres, planet axes, f32. An octave's lattice place
 // is the anchor's (cell and fraction from float64) plus D * frequency, exact products: frequencies are powers of two.
-// Warps, continents, belts, ranges and the point-wise part are evaluated in double (4.2 ns against 2.9 an octave on
-// llvmpipe), the relief and all gradients in float: a millimetre is 1e-7 of a 9 km relief, and belts magnify rounding.
-// Worst errors on Earth: 0.6 mm anywhere in view, 0.14 mm within 1 km of the anchor.
+// All is float. A millimetre is 1e-7 of a 9 km relief, and belts magnify rounding: so warps, continents, belts, ranges
+// and the point-wise part are evaluated as changes from the anchor (terrain/height_change.glsl), whose errors are
+// relative to the offset from it. The relief, which is a few hundred metres, is the sum of its layers.
+//
+// TERRAIN_CANONICAL: the table is around the planet's centre and places are double (terrain/height_double.glsl), so
+// that heights are functions of nothing but the place, with all layers whatever the spacing: canonical_height.glsl.
 #include "contract/height_sources.glsl"
 #include "common/noise.glsl"
 #include "generated/terrain_table.glsl"
-
+#ifndef TERRAIN_CANONICAL
+#include "terrain/step_changes.glsl"
+#endif
 #include "generated/terrain_surface.glsl"
 
 struct TerrainPoint {
@@ -24,26 +29,6 @@ struct TerrainPoint {
 
 const float TERRAIN_DUG_DRY = 0.3;  // what fresh craters take off the moisture: they show what lies below dark plains
 const float TERRAIN_COLORED_MOISTURE = 0.45;  // where a colour map says what the ground looks like
-
-// TERRAIN_CANONICAL: the table is around the planet's centre and places are double, so that heights are functions of
-// nothing but the place, with all layers whatever the spacing. terrain/canonical_height.glsl.
-#ifdef TERRAIN_CANONICAL
-#define TERRAIN_PLACE dvec3
-#else
-#define TERRAIN_PLACE vec3
-#endif
-
-// TERRAIN_FLOAT: float throughout, for pixels that are tens of metres wide. Within 0.1 m on Earth, of which a place
-// thousands of kilometres from the anchor takes the most; half of the time.
-#ifdef TERRAIN_FLOAT
-#define TERRAIN_REAL float
-#define TERRAIN_REAL2 vec2
-#define TERRAIN_REAL3 vec3
-#else
-#define TERRAIN_REAL double
-#define TERRAIN_REAL2 dvec2
-#define TERRAIN_REAL3 dvec3
-#endif
 
 // Share of a layer in heights: only layers shorter than an eighth of the spacing fade, which no vertex can show.
 float terrain_height_weight(float wavelength_m, float spacing_m) {
@@ -77,13 +62,6 @@ void terrain_place(TerrainLattice lattice, vec3 d, out ivec3 cell, out vec3 frac
     cell = lattice.cell + ivec3(whole) + ivec3(carry);
 }
 
-void terrain_place(TerrainLattice lattice, dvec3 d, out ivec3 cell, out dvec3 fraction) {
-    dvec3 t = d * double(lattice.frequency_per_m) + (dvec3(lattice.fraction_hi) + dvec3(lattice.fraction_lo));
-    dvec3 whole = floor(t);
-    fraction = t - whole;
-    cell = lattice.cell + ivec3(whole);
-}
-
 // Noise of an octave at offset d: xyz gradient by metres, w value.
 vec4 terrain_noise(TerrainLattice lattice, vec3 d) {
     ivec3 cell;
@@ -92,32 +70,6 @@ vec4 terrain_noise(TerrainLattice lattice, vec3 d) {
     vec4 n = gradient_noise(cell, fraction);
     n.xyz *= lattice.frequency_per_m;
     return n;
-}
-
-// The same where the offset is too long for a float: thousands of kilometres, and a warp.
-vec4 terrain_noise(TerrainLattice lattice, dvec3 d) {
-    ivec3 cell;
-    dvec3 fraction;
-    terrain_place(lattice, d, cell, fraction);
-    vec4 n = gradient_noise(cell, vec3(fraction));
-    n.xyz *= lattice.frequency_per_m;
-    return n;
-}
-
-// Value and gradient apart, the value as precise as the offset.
-double terrain_noise(TerrainLattice lattice, dvec3 d, out vec3 gradient) {
-    ivec3 cell;
-    dvec3 fraction;
-    terrain_place(lattice, d, cell, fraction);
-    double n = gradient_noise_double(cell, fraction, gradient);
-    gradient *= lattice.frequency_per_m;
-    return n;
-}
-
-float terrain_noise(TerrainLattice lattice, vec3 d, out vec3 gradient) {
-    vec4 n = terrain_noise(lattice, d);
-    gradient = n.xyz;
-    return n.w;
 }
 
 vec3 terrain_warp(TerrainLattice lattice, vec3 d, out mat3 jacobian) {
@@ -129,23 +81,20 @@ vec3 terrain_warp(TerrainLattice lattice, vec3 d, out mat3 jacobian) {
     return w;
 }
 
-dvec3 terrain_warp(TerrainLattice lattice, dvec3 d, out mat3 jacobian) {
-    ivec3 cell;
-    dvec3 fraction;
-    terrain_place(lattice, d, cell, fraction);
-    dvec3 w = vector_noise_double(cell, fraction, jacobian);
-    jacobian *= lattice.frequency_per_m;
-    return w;
-}
-
 // How far a warp of value w moves a place against the anchor, metres.
 vec3 terrain_bend(TerrainWarp warp, vec3 w) {
-    return warp.amplitude_m * ((w - warp.value_hi) - warp.value_lo);
+    return warp.amplitude_m * (w - warp.value);
 }
+
+#ifdef TERRAIN_CANONICAL
+#include "terrain/height_double.glsl"
+#else
+#include "terrain/height_change.glsl"
+#endif
 
 #include "terrain/height_sources.glsl"
 
-// Domain warps, continents and belts.
+// Domain warps, continents and belts: w1 and fields as changes from the anchor's.
 struct TerrainBroad {
     TERRAIN_REAL3 w1, near, far;   // near: D warped by w2, far: by both
     mat3 j1;                       // of w1, 1/m
@@ -159,12 +108,9 @@ struct TerrainBroad {
 void terrain_warp_domain(TERRAIN_REAL3 d, inout TerrainBroad t) {
     TerrainWarp wide = terrain_table.wide_warp, narrow = terrain_table.narrow_warp;
     mat3 j2;
-    t.w1 = terrain_warp(wide.lattice, d, t.j1);
-    TERRAIN_REAL3 w2 = terrain_warp(narrow.lattice, d, j2);
-    t.near = d + TERRAIN_REAL(narrow.amplitude_m)
-        * (w2 - (TERRAIN_REAL3(narrow.value_hi) + TERRAIN_REAL3(narrow.value_lo)));
-    t.far = t.near + TERRAIN_REAL(wide.amplitude_m)
-        * (t.w1 - (TERRAIN_REAL3(wide.value_hi) + TERRAIN_REAL3(wide.value_lo)));
+    t.w1 = terrain_warp_change(wide, d, t.j1);
+    t.near = d + TERRAIN_REAL(narrow.amplitude_m) * terrain_warp_change(narrow, d, j2);
+    t.far = t.near + TERRAIN_REAL(wide.amplitude_m) * t.w1;
     t.to_near = mat3(1.0) + narrow.amplitude_m * j2;
     t.to_far = t.to_near + wide.amplitude_m * t.j1;
 }
@@ -178,7 +124,7 @@ void terrain_fields(inout TerrainBroad t) {
     do {
         vec2 weights = terrain_table.fields[o].weights;
         vec3 g;
-        t.fields += TERRAIN_REAL2(weights) * terrain_noise(terrain_table.fields[o].lattice, t.far, g);
+        t.fields += TERRAIN_REAL2(weights) * terrain_change(terrain_table.fields[o].lattice, t.far, g);
         t.dc += weights.x * g;
         t.db += weights.y * g;
     } while (++o < TERRAIN_FIELDS);
@@ -193,7 +139,7 @@ TerrainBroad terrain_broad(TERRAIN_PLACE D) {
     return t;
 }
 
-// The layers' sums: s of the ranges, z of the relief.
+// The layers' sums: s of the ranges, z of the relief. s and range_z as changes from the anchor's.
 struct TerrainRelief {
     TERRAIN_REAL2 s;            // of the layers that gate the next ones, and of those next ones
     TERRAIN_REAL range_z;       // metres, of layers that make ranges: below the samples of a height map they are relief
@@ -209,15 +155,15 @@ void terrain_range_layers(TERRAIN_REAL3 near, float spacing_m, int end, inout Te
     if (i < end) do {
         TerrainLayer layer = terrain_table.layers[i];
         vec3 g;
-        TERRAIN_REAL n = terrain_noise(layer.lattice, near, g);
-        TERRAIN_REAL ridge = terrain_ridge(n, TERRAIN_REAL(layer.ridge)),
+        TERRAIN_REAL n = terrain_change(layer.lattice, near, g), ridge = terrain_layer_change(layer, n),
             v = TERRAIN_REAL(layer.range_weight) * ridge;
+        float whole = layer.lattice.value + float(n);
         float weight = terrain_layer_weight(layer.lattice.wavelength_m, spacing_m);
-        g *= weight * terrain_ridge_slope(float(n), layer.ridge);
+        g *= weight * terrain_ridge_slope(whole, layer.ridge);
         vec3 dv = layer.range_weight * g;
 #ifdef TERRAIN_MAPPED
         sum.range_z += TERRAIN_REAL(layer.amplitude_m) * ridge;
-        sum.seen_z += weight * layer.amplitude_m * float(ridge);
+        sum.seen_z += weight * layer.amplitude_m * terrain_ridge(whole, layer.ridge);
         sum.dz += layer.amplitude_m * g;
 #endif
         bool gating = i < TERRAIN_GATING_LAYERS;
@@ -285,27 +231,42 @@ float terrain_moisture(vec3 w1, float dug) {
     return clamp(moisture - TERRAIN_DUG_DRY * dug, 0.0, 1.0);
 }
 
+// Metres above the anchor's height. added: by craters and map, as a change from the anchor.
+TERRAIN_REAL terrain_height(TerrainBroad broad, TerrainRelief relief, TERRAIN_REAL added, float rougher) {
+    TerrainConstants k = terrain_table.constants;
+    TERRAIN_REAL z = relief.range_z + TERRAIN_REAL(relief.z);
+#ifdef TERRAIN_CANONICAL
+    return terrain_surface(k, broad.w1.x, broad.w1.y, broad.w1.z, broad.fields.x, broad.fields.y, relief.s.x,
+        relief.s.y, z, added, double(rougher));
+#else
+    TerrainAnchor anchor = terrain_table.anchor;
+    vec3 w1 = terrain_table.wide_warp.value;
+    return anchor.height_m + terrain_surface_change(k, w1.x, w1.y, w1.z, anchor.fields.x, anchor.fields.y,
+        anchor.shapes.x, anchor.shapes.y, anchor.ranges_m, anchor.added_m, 0.0, broad.w1.x, broad.w1.y, broad.w1.z,
+        broad.fields.x, broad.fields.y, relief.s.x, relief.s.y, z, added, rougher);
+#endif
+}
+
 // D: the foot on the reference sphere minus the anchor's foot. spacing_m: distance of vertices there. Heights hold all
 // layers that the spacing can show, so that vertices lie on the true surface; gradients are band-limited to the
-// spacing.
-TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m, out double height_m) {
-    TerrainConstants k = terrain_table.constants;
+// spacing. height_m: dh before it is rounded.
+TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m, out TERRAIN_REAL height_m) {
     TerrainRelief relief = terrain_relief(broad, D, spacing_m);
     TerrainSources sources;
-    double added = terrain_sources(D, spacing_m, sources);
+    TERRAIN_REAL added = terrain_sources(D, spacing_m, sources);
+    height_m = terrain_height(broad, relief, added, sources.rougher);
 
-    TERRAIN_REAL h = terrain_surface(k, broad.w1.x, broad.w1.y, broad.w1.z, broad.fields.x, broad.fields.y, relief.s.x,
-        relief.s.y, relief.range_z + TERRAIN_REAL(relief.z), TERRAIN_REAL(added), TERRAIN_REAL(sources.rougher));
-    vec3 w1 = vec3(broad.w1);
-    vec2 fields = vec2(broad.fields), s = vec2(relief.s);
-    TerrainSurfaceSlopes t = terrain_surface_slopes(k, w1.x, w1.y, w1.z, fields.x, fields.y, s.x, s.y,
-        float(relief.range_z) + relief.z, float(added), sources.rougher, relief.seen_z);
+    TerrainAnchor anchor = terrain_table.anchor;
+    vec3 w1 = terrain_table.wide_warp.value + vec3(broad.w1);
+    vec2 fields = anchor.fields + vec2(broad.fields), s = anchor.shapes + vec2(relief.s);
+    TerrainSurfaceSlopes t = terrain_surface_slopes(terrain_table.constants, w1.x, w1.y, w1.z, fields.x, fields.y, s.x,
+        s.y, anchor.ranges_m + float(relief.range_z) + relief.z, anchor.added_m + float(added), sources.rougher,
+        relief.seen_z);
     vec3 slope = terrain_slope(t, broad, relief, sources);
     vec3 up = terrain_table.up + vec3(D) / terrain_table.radius_m;
 
-    height_m = double(h);
     TerrainPoint point;
-    point.dh = float(h - (TERRAIN_REAL(terrain_table.height_m.x) + TERRAIN_REAL(terrain_table.height_m.y)));
+    point.dh = float(height_m);
     point.gradient = slope - up * dot(up, slope);
     point.roughness = t.by_z;
     point.moisture = terrain_moisture(w1, sources.dug);
@@ -313,11 +274,7 @@ TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
     return point;
 }
 
-TerrainPoint terrain_point(TERRAIN_PLACE D, float spacing_m, out double height_m) {
-    return terrain_point(terrain_broad(D), D, spacing_m, height_m);
-}
-
 TerrainPoint terrain_point(TERRAIN_PLACE D, float spacing_m) {
-    double height_m;
-    return terrain_point(D, spacing_m, height_m);
+    TERRAIN_REAL height_m;
+    return terrain_point(terrain_broad(D), D, spacing_m, height_m);
 }

@@ -8,7 +8,7 @@
 
 struct TerrainAround {
     vec3 middle;
-    TerrainBroad broad;
+    TerrainBroad broad;  // w1 and fields in whole
     // fields up to the one, and layers up to the other, are long; other fields are taken out of `broad`
     int fields, layers;
 };
@@ -33,6 +33,8 @@ bool terrain_keeps_around(float extent_m) {
 // broad: of the middle. extent_m: how far places are from it at most.
 TerrainAround terrain_around(TerrainBroad broad, vec3 middle, float extent_m) {
     TerrainAround t = TerrainAround(middle, broad, TERRAIN_FIELDS, 0);
+    t.broad.w1 += terrain_table.wide_warp.value;
+    t.broad.fields += terrain_table.anchor.fields;
 #ifdef TERRAIN_AROUND_FAR
     while (t.fields > 0 && TERRAIN_LONG_FIELDS * extent_m
         > terrain_table.fields[t.fields - 1].lattice.wavelength_m) {

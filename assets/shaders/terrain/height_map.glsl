@@ -1,5 +1,5 @@
 // The height map: systems/terrain/height_map.py. Bicubic from texelFetch: each sample as a difference from one of them,
-// the sums in float, the place and the total in double.
+// places and totals as differences from the anchor's.
 #include "generated/bindings.glsl"
 #include "generated/terrain_table.glsl"
 #include "common/cube_atlas.glsl"
@@ -47,41 +47,68 @@ vec3 terrain_map_slope(vec3 d, int cells, int level) {
 }
 
 // The level, a fraction, whose gradients samples spacing_m apart show.
-float terrain_map_level(TerrainMap map, float spacing_m) {
-    return clamp(log2(TERRAIN_LEVEL_SAMPLES * spacing_m / map.sample_m), 0.0, float(map.levels - 1));
+float terrain_map_level(float spacing_m) {
+    float levels = log2(TERRAIN_LEVEL_SAMPLES * spacing_m / terrain_table.map.sample_m);
+    return clamp(levels, 0.0, float(terrain_table.map.levels - 1));
 }
 
-// Height in metres at the direction d (of any length), its gradient by d as spacing_m shows it, and the same of the
-// height differences at the map's finest scale.
-double terrain_map_height(dvec3 d, TerrainMap map, float spacing_m, out vec3 gradient, out float rough,
-    out vec3 d_rough) {
-    int face, n = map.cells;
-    dvec3 place = cube_face(d, face);
+#ifdef TERRAIN_CANONICAL
+// Where the place D is: its face, the foot's direction there, and in the map.
+vec3 terrain_map_place(dvec3 D, int n, out int face, out ivec2 cell, out vec2 fraction) {
+    dvec3 place = cube_face(D, face);
     dvec2 at = (place.xy * 0.5LF + 0.5LF) * double(n);
-    ivec2 cell = clamp(ivec2(floor(at)), 0, n - 1);
-    vec2 center, by_x, by_y, sum = terrain_map_cubic(cube_corner(face, n, 0) + cell, vec2(at - dvec2(cell)), center,
-        by_x, by_y);
-    float level = terrain_map_level(map, spacing_m);
-    vec3 near = vec3(place);
+    cell = clamp(ivec2(floor(at)), 0, n - 1);
+    fraction = vec2(at - dvec2(cell));
+    return vec3(place);
+}
+#else
+vec3 terrain_map_place(vec3 D, int n, out int face, out ivec2 cell, out vec2 fraction) {
+    vec3 place = cube_face(terrain_table.up * terrain_table.radius_m + D, face), d = cube_axes(face, D);
+    TerrainMapFace seen = terrain_table.map_faces[face];
+    vec2 at = (place.xy * 0.5 + 0.5) * float(n);
+    if (seen.near != 0) {  // p / p.z less the anchor's a / a.z is (d - a / a.z d.z) / p.z, where p = a + d
+        vec2 moved = (d.xy - seen.place * d.z) * (0.5 * float(n) / place.z), whole = floor(moved);
+        at = (moved - whole) + seen.fraction;
+        cell = seen.cell + ivec2(whole);
+    } else {
+        cell = ivec2(0);
+    }
+    ivec2 inside = clamp(cell + ivec2(floor(at)), 0, n - 1);
+    fraction = at - vec2(inside - cell);
+    cell = inside;
+    return place;
+}
+#endif
+
+// Height in metres over the anchor's at offset D, its gradient as spacing_m shows it, and the same of the height
+// differences at the map's finest scale, in whole.
+TERRAIN_REAL terrain_map_height(TERRAIN_PLACE D, float spacing_m, out vec3 gradient, out float rough,
+    out vec3 d_rough) {
+    int face, n = terrain_table.map.cells;
+    ivec2 cell;
+    vec2 fraction, center, by_x, by_y;
+    vec3 near = terrain_map_place(D, n, face, cell, fraction);
+    vec2 sum = terrain_map_cubic(cube_corner(face, n, 0) + cell, fraction, center, by_x, by_y);
+    float level = terrain_map_level(spacing_m);
     gradient = max(1.0 - level, 0.0) * cube_gradient(face, near, 0.5 * float(n) * vec2(by_x.x, by_y.x));
+    vec3 foot = terrain_table.up * terrain_table.radius_m + vec3(D);
     int l = max(int(level), 1), last = int(ceil(level));
     if (l <= last) do {
-        gradient += max(1.0 - abs(level - float(l)), 0.0) * terrain_map_slope(vec3(d), n, l);
+        gradient += max(1.0 - abs(level - float(l)), 0.0) * terrain_map_slope(foot, n, l);
     } while (++l <= last);
     rough = max(center.y + sum.y, 0.0);
     d_rough = rough > 0.0 ? cube_gradient(face, near, 0.5 * float(n) * vec2(by_x.y, by_y.y)) : vec3(0.0);
-    return double(center.x) + double(sum.x);
+    return TERRAIN_REAL(center.x - terrain_table.anchor.map_m) + TERRAIN_REAL(sum.x);
 }
 
 // What the gradient at spacing_m leaves out and footprint_m shows.
-vec3 terrain_map_detail(vec3 d, TerrainMap map, float spacing_m, float footprint_m) {
-    float coarse = terrain_map_level(map, spacing_m),
-        fine = terrain_map_level(map, footprint_m);
+vec3 terrain_map_detail(vec3 d, float spacing_m, float footprint_m) {
+    float coarse = terrain_map_level(spacing_m), fine = terrain_map_level(footprint_m);
     int l = int(fine), last = coarse > fine ? int(ceil(coarse)) : -1;
     vec3 sum = vec3(0.0);
     if (l <= last) do {
         float weight = max(1.0 - abs(fine - float(l)), 0.0) - max(1.0 - abs(coarse - float(l)), 0.0);
-        sum += weight * terrain_map_slope(d, map.cells, l);
+        sum += weight * terrain_map_slope(d, terrain_table.map.cells, l);
     } while (++l <= last);
     return sum;
 }

@@ -14,19 +14,18 @@ const TerrainSources NO_SOURCES = TerrainSources(vec3(0.0), 0.0, vec3(0.0), 0.0)
 #ifdef TERRAIN_CRATERED
 #include "terrain/craters.glsl"
 
-// An octave of craters at offset d. up: the place over the radius. Evaluators with places of their own: the wide ones
-// (the first terrain_table.coarse_crater_octaves) are for double, the others want their fraction from double or from an
-// anchor nearby.
-double terrain_crater_double(CraterOctave octave, dvec3 d, dvec3 up, float spacing_m, inout TerrainSources ground) {
+// An octave of craters at offset d. up: the place over the radius.
+float terrain_crater(CraterOctave octave, vec3 d, vec3 up, float spacing_m, inout TerrainSources ground) {
     ivec3 cell;
-    dvec3 fraction;
+    vec3 fraction;
     terrain_place(octave.lattice, d, cell, fraction);
     return terrain_crater_octave(octave, cell, fraction, up, spacing_m, 0.0, spacing_m, ground);
 }
 
-float terrain_crater(CraterOctave octave, vec3 d, vec3 up, float spacing_m, inout TerrainSources ground) {
+#ifdef TERRAIN_CANONICAL
+double terrain_crater_double(CraterOctave octave, dvec3 d, dvec3 up, float spacing_m, inout TerrainSources ground) {
     ivec3 cell;
-    vec3 fraction;
+    dvec3 fraction;
     terrain_place(octave.lattice, d, cell, fraction);
     return terrain_crater_octave(octave, cell, fraction, up, spacing_m, 0.0, spacing_m, ground);
 }
@@ -37,6 +36,9 @@ float terrain_crater(CraterOctave octave, dvec3 d, vec3 up, float spacing_m, ino
     terrain_place(octave.lattice, d, cell, fraction);
     return terrain_crater_octave(octave, cell, vec3(fraction), up, spacing_m, 0.0, spacing_m, ground);
 }
+#else
+#include "terrain/crater_change.glsl"
+#endif
 
 // How many octaves of craters have any wider than a length.
 int terrain_craters_above(float length_m) {
@@ -45,19 +47,14 @@ int terrain_craters_above(float length_m) {
     return octaves > 0 ? int(clamp(ceil(log2(widest_m / length_m)), 0.0, float(octaves))) : 0;
 }
 
-// Metres that craters add at offset D.
-double terrain_craters(TERRAIN_PLACE D, float spacing_m, inout TerrainSources ground) {
+// Metres that craters add at offset D; of wide ones as a change from the anchor.
 #ifdef TERRAIN_CANONICAL
-    int end = terrain_table.crater_octaves;
-#else
-    int end = terrain_craters_above(0.0625 * spacing_m);
-#endif
-    int coarse = min(terrain_table.coarse_crater_octaves, end);
+double terrain_craters(dvec3 D, float spacing_m, inout TerrainSources ground) {
+    int end = terrain_table.crater_octaves, coarse = terrain_table.coarse_crater_octaves, i = 0;
     double sum = 0.0LF;
-    dvec3 up = dvec3(terrain_table.up) + dvec3(terrain_table.up_low) + dvec3(D) / double(terrain_table.radius_m);
-    int i = 0;
+    dvec3 up = D / double(terrain_table.radius_m);
     if (i < coarse) do {
-        sum += terrain_crater_double(terrain_table.craters[i], dvec3(D), up, spacing_m, ground);
+        sum += terrain_crater_double(terrain_table.craters[i], D, up, spacing_m, ground);
     } while (++i < coarse);
     float fine = 0.0;
     if (i < end) do {
@@ -65,6 +62,26 @@ double terrain_craters(TERRAIN_PLACE D, float spacing_m, inout TerrainSources gr
     } while (++i < end);
     return sum + double(fine);
 }
+#else
+float terrain_craters(vec3 D, float spacing_m, inout TerrainSources ground) {
+    int end = terrain_craters_above(0.0625 * spacing_m), coarse = min(terrain_table.coarse_crater_octaves, end), i = 0;
+    float sum = 0.0;
+    vec3 up = terrain_table.up + D / terrain_table.radius_m;
+    if (i < coarse) do {
+#ifdef TERRAIN_FLOAT
+        CraterOctave octave = terrain_table.craters[i];
+        sum += terrain_crater(octave, D, up, spacing_m, ground) - octave.lattice.value;
+#else
+        sum += terrain_crater_change(terrain_table.craters[i], D, up, spacing_m, ground);
+#endif
+    } while (++i < coarse);
+    if (i < end) do {
+        sum += terrain_crater(terrain_table.craters[i], D, up, spacing_m, ground);
+    } while (++i < end);
+    for (; i < terrain_table.coarse_crater_octaves; ++i) sum -= terrain_table.craters[i].lattice.value;
+    return sum;
+}
+#endif
 
 // What terrain_point left out of the craters between the vertices' spacing and the pixel's footprint: the
 // gradient is tangential. Craters of an octave differ in width by a factor of four.
@@ -84,10 +101,6 @@ TerrainSources terrain_crater_detail(vec3 D, float spacing_vertex_m, float footp
     return ground;
 }
 #else
-double terrain_craters(TERRAIN_PLACE D, float spacing_m, inout TerrainSources ground) {
-    return 0.0LF;
-}
-
 TerrainSources terrain_crater_detail(vec3 D, float spacing_vertex_m, float footprint_m) {
     return NO_SOURCES;
 }
@@ -96,18 +109,13 @@ TerrainSources terrain_crater_detail(vec3 D, float spacing_vertex_m, float footp
 #ifdef TERRAIN_MAPPED
 #include "terrain/height_map.glsl"
 
-// The foot at offset D, from the planet's centre.
-dvec3 terrain_foot(TERRAIN_PLACE D) {
-    return (dvec3(terrain_table.up) + dvec3(terrain_table.up_low)) * double(terrain_table.radius_m) + dvec3(D);
-}
-
-// Metres of the height map at `foot` (planet-centred metres), 0 without one.
-double terrain_mapped(dvec3 foot, float spacing_m, inout TerrainSources ground) {
-    double h = 0.0LF;
+// Metres of the height map, as a change from the anchor; 0 without one.
+TERRAIN_REAL terrain_mapped(TERRAIN_PLACE D, float spacing_m, inout TerrainSources ground) {
+    TERRAIN_REAL h = TERRAIN_REAL(0.0);
     if (terrain_table.map.cells > 0) {
         vec3 slope, d_rough;
         float rough;
-        h = terrain_map_height(foot, terrain_table.map, spacing_m, slope, rough, d_rough);
+        h = terrain_map_height(D, spacing_m, slope, rough, d_rough);
         ground.gradient += slope;
         rough *= terrain_table.map.roughness_per_m;
         bool below = rough < TERRAIN_MOST_ROUGH;
@@ -123,7 +131,7 @@ vec3 terrain_mapped_detail(vec3 D, float spacing_vertex_m, float footprint_m) {
     vec3 sum = vec3(0.0);
     if (terrain_table.map.cells > 0) {
         vec3 up = terrain_table.up + D / terrain_table.radius_m;
-        sum = terrain_map_detail(up * terrain_table.radius_m, terrain_table.map, spacing_vertex_m, footprint_m);
+        sum = terrain_map_detail(up * terrain_table.radius_m, spacing_vertex_m, footprint_m);
         sum -= up * dot(up, sum);
     }
     return sum;
@@ -134,12 +142,15 @@ vec3 terrain_mapped_detail(vec3 D, float spacing_vertex_m, float footprint_m) {
 }
 #endif
 
-// Metres that both add.
-double terrain_sources(TERRAIN_PLACE D, float spacing_m, out TerrainSources ground) {
+// Metres that both add, as a change from the anchor.
+TERRAIN_REAL terrain_sources(TERRAIN_PLACE D, float spacing_m, out TerrainSources ground) {
     ground = NO_SOURCES;
-    double added = terrain_craters(D, spacing_m, ground);
+    TERRAIN_REAL added = TERRAIN_REAL(0.0);
+#ifdef TERRAIN_CRATERED
+    added += terrain_craters(D, spacing_m, ground);
+#endif
 #ifdef TERRAIN_MAPPED
-    added += terrain_mapped(terrain_foot(D), spacing_m, ground);
+    added += terrain_mapped(D, spacing_m, ground);
 #endif
     return added;
 }
