@@ -81,7 +81,7 @@ def gpu_heights(
     lattice: Any = renderer.system("proxy")
 
     def bind() -> None:
-        lattice.bind_anchor()
+        lattice.bind_anchor(renderer.views[0])
         bind_octaves(system)
 
     with Evaluator(

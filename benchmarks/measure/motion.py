@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -67,7 +68,8 @@ def jitter(
                 mesh = DrawnMesh.of(renderer)
                 chosen = _points(mesh, renderer.camera_state(camera), rng, points)
             state = renderer.camera_state(camera)
-            clip = evaluate(proxy_system.bind_anchor, position=chosen)["clip"].astype(np.float64)
+            bind = partial(proxy_system.bind_anchor, renderer.views[0])
+            clip = evaluate(bind, position=chosen)["clip"].astype(np.float64)
             local = camera_coordinates(state, chosen - (state.position_m - mesh.anchor_m))
             front = (local[:, 2] > 0.05) & (clip[:, 3] > 0.0)
             truth = screen(state, local[front], SCREEN)

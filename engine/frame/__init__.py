@@ -5,8 +5,8 @@ what rests while its planet is not seen (`unseen`), the next snap of its proxy (
 behind its air (`backdrop`).
 """
 
-from .frame import Frame, SunState, ViewInfo
+from .frame import Frame, SunState, View, ViewInfo
 from .proxy import Proxy
-from .view import View, ViewParts, Views
+from .views import ViewParts, Views
 
 __all__ = ["Frame", "Proxy", "SunState", "View", "ViewInfo", "ViewParts", "Views"]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import moderngl
 
 from ..graph import PassIO
-from .view import View
+from .frame import View
 
 __all__ = ["LIGHT", "SOURCE", "Backdrop"]
 

@@ -1,18 +1,25 @@
-"""Frame: one picture of one view as systems get it, and the records that it holds."""
+"""View: one picture of a scene, and the owner of what systems keep for it from frame to frame. Frame: one frame of it
+as systems get it, and the records that it holds."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..settings import Settings
 from ..space import CameraState
-from ..world import World
-from .view import View
+from ..world import MissingError, World
+from .proxy import Proxy
+from .seen import Seen
+from .snapping import SnapAhead
 
-__all__ = ["Frame", "SunState", "ViewInfo"]
+__all__ = ["Frame", "SunState", "View", "ViewInfo"]
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +33,80 @@ class SunState:
     direction: NDArray[np.float64]
     irradiance: NDArray[np.float64]
     angular_radius_rad: float
+
+
+@runtime_checkable
+class _Releasable(Protocol):
+    def release(self) -> None: ...
+
+
+class View:
+    """One picture of a scene. index: 0 is the renderer's own, further ones take the lowest that is free.
+
+    seen, snap and proxy are what all systems know of it. What is one system's own it keeps with `state`; it is released
+    with the view, or when the system says `forget`.
+    """
+
+    def __init__(self, index: int = 0) -> None:
+        self.index = index
+        self._kept: dict[int, tuple[object, Any]] = {}
+        self._begin()
+
+    def _begin(self) -> None:
+        self.seen = Seen()
+        """What it may show of its planet."""
+        self.snap = SnapAhead()
+        """The next snap of its proxy."""
+        self.latest: Frame | None = None
+        """Its last frame, or the one that is being drawn; None before the first."""
+        self.placed: Proxy | None = None
+        """Its camera's proxy, or None before the first frame."""
+        self.planets_px: tuple[int, int, int, int] | None = None
+        """Where its picture shows other planets in this frame: (x, y, width, height); None: nowhere."""
+
+    @property
+    def frame(self) -> Frame:
+        """The frame that its passes draw; MissingError before the first."""
+        if self.latest is None:
+            raise MissingError(f"view {self.index} has no frame yet")
+        return self.latest
+
+    @property
+    def proxy(self) -> Proxy:
+        """Its camera's proxy; MissingError before the first frame."""
+        if self.placed is None:
+            raise MissingError(f"view {self.index} has no proxy yet: ProxySystem places it in the view's first frame")
+        return self.placed
+
+    def state(self, owner: object, factory: Callable[[], T]) -> T:
+        """What `owner` keeps for this view; made by `factory` when it is asked for first. One state an owner."""
+        found = self._kept.get(id(owner))
+        if found is None:
+            found = self._kept[id(owner)] = (owner, factory())  # the owner is held, so that its id stays its own
+        return found[1]
+
+    def found(self, owner: object) -> object:
+        """What `owner` keeps for this view, or None."""
+        found = self._kept.get(id(owner))
+        return None if found is None else found[1]
+
+    def forget(self, owner: object) -> None:
+        """Release what that owner keeps."""
+        _release(self._kept.pop(id(owner), None))
+
+    def release(self) -> None:
+        """Release what everybody keeps; the view may be used again, and is then as new."""
+        while self._kept:
+            _release(self._kept.popitem()[1])
+        self._begin()
+
+    def __repr__(self) -> str:
+        return f"<View {self.index}>"
+
+
+def _release(kept: tuple[object, object] | None) -> None:
+    if kept is not None and isinstance(kept[1], _Releasable):
+        kept[1].release()
 
 
 @dataclass
@@ -95,6 +176,9 @@ class Frame:
     where a picture keeps still or stands for itself."""
     checkered: set[str] = field(default_factory=set)
     """Surfaces of which it shades those squares alone, "terrain" and "ocean": who shades them says so in `update`."""
+
+    def __post_init__(self) -> None:
+        self.view.latest = self
 
     @property
     def view_index(self) -> int:

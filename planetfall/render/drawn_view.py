@@ -11,7 +11,6 @@ from .standpoint import Standpoint
 from .stillness import Stillness
 
 if TYPE_CHECKING:
-    from ..engine.frame import Frame
     from ..engine.graph import Plan
     from ..scene.scene import Scene
     from .drawn_ground import DrawnGround
@@ -36,7 +35,6 @@ class DrawnView(View):
         self.plan_key: tuple[object, ...] = ()
         """What the plan was compiled for."""
         self.exports: frozenset[str] = frozenset({LDR})
-        self.frame: Frame | None = None
         self.frames = 0
         """Frames that it has shown."""
         self.cut = True

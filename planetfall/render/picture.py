@@ -319,7 +319,7 @@ class Picture:
     @property
     def frame(self) -> Frame | None:
         """What the systems were told of the last frame; None before the first."""
-        return self._front_view.frame
+        return self._front_view.latest
 
     @property
     def frames(self) -> int:

@@ -173,10 +173,9 @@ class PlanetRenderer:
 
     def _frame_for(self, view: DrawnView, moment: Moment, wanted: Wanted) -> Frame:
         world, planet = self.scene.world, self.scene.planet.entity
-        frame = view.frame
+        frame = view.latest
         if frame is None:
             frame = Frame(world, planet, view.size, moment.camera, moment.sun, settings=self.settings, view=view)
-            view.frame = frame
         frame.planet, frame.size, frame.camera, frame.sun = planet, view.size, moment.camera, moment.sun
         frame.time_s, frame.ev100 = moment.time_s, moment.ev100
         frame.dt_s = 1.0 / 60.0 if wanted.dt_s is None else wanted.dt_s

@@ -92,7 +92,8 @@ class Renderer(Picture):
         return self.planets.faults()
 
     def _camera_place(self) -> Place:
-        return None if self.own.first_view.frame is None else self.own.first_view.frame.camera.position_m
+        last = self.own.first_view.latest
+        return None if last is None else last.camera.position_m
 
     # -- views and contexts --------------------------------------------------------------------------------------------
 

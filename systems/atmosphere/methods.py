@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...engine.blocks.bindings import AIR_EXTINCTION_UNIT, AIR_FIRST_UNIT, AIR_SECOND_UNIT
-from ...engine.frame import Frame, View, ViewInfo
+from ...engine.blocks.bindings import AIR_EXTINCTION_UNIT, AIR_FIRST_UNIT, AIR_SECOND_UNIT, AIR_VIEW_BLOCK
+from ...engine.frame import Frame, View, ViewInfo, ViewParts
 from ...engine.gpu import GpuScope
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.methods import Method
@@ -24,10 +24,12 @@ _HURRY_S = 0.25
 _VIEW_TABLES = ("atmosphere.first", "atmosphere.second", "atmosphere.extinction")
 
 
-class _View:
+class _View(ViewParts):
     """The air of one view: what its tables are to show, and what they show."""
 
-    def __init__(self) -> None:
+    def __init__(self, of: GpuScope) -> None:
+        super().__init__(of)
+        self.ubo = self.gpu.uniform_block(AirViewBlock, AIR_VIEW_BLOCK)
         self.wanted: tuple[Any, ...] = ()
         self.filled: tuple[Any, ...] = ()
         self.block: AirViewBlock
@@ -35,33 +37,38 @@ class _View:
 
 
 class AirMethod(Method):
-    """One of Atmosphere.method. model, view: the uniform blocks air_model and air_view. sizes: of its tables."""
+    """One of Atmosphere.method. model: the uniform block air_model. sizes: of its tables."""
 
     reads: ClassVar[tuple[str, ...]] = ()
     """Resources of the graph that its contracts sample."""
 
-    def __init__(self, gpu: GpuScope, settings: Settings, model: Any, view: Any, sizes: Any) -> None:
+    def __init__(self, gpu: GpuScope, settings: Settings, model: Any, sizes: Any) -> None:
         super().__init__(gpu)
         self.job = TableJob(gpu, sizes, model)
-        self._view_ubo, self._sizes = view, view_sizes(settings)
+        self._sizes = view_sizes(settings)
         self._budget_s = 1e-3 * float(settings["atmosphere.budget_ms"])
-        self._hurry = False
         self._fills: tuple[Any, ...] = ()
 
     def bind_contract(self, io: PassIO) -> Callable[[], None]:
         """See engine.frame.contracts.ContractSource."""
         return self.job.bind
 
+    def _of(self, view: View) -> _View:
+        return view.state(self, lambda: _View(self.gpu))
+
+    def bind_view(self, view: View) -> None:
+        """Bind what its contracts know of a view's camera."""
+        self._of(view).ubo.bind()
+
     def update(self, frame: Frame) -> None:
-        self._hurry, model = frame.settling, self.job.shown
-        view, camera = frame.view.state(self, _View), frame.camera
+        model, view, camera = self.job.shown, self._of(frame.view), frame.camera
         distance = camera.distance_m
         cosine, sine, side = sun_at(camera.direction, frame.sun.direction)
         pixel = frame.pixel_rad
         view.seen = distance <= 2.0 * model.top_radius_m or 2.0 * model.top_radius_m / distance > pixel
         view.block = view_block(model, distance - model.radius_m, cosine, sine, side, self._sizes)
         view.wanted = self._state(view)
-        self._view_ubo.write(view.block)
+        view.ubo.write(view.block)
 
     def _state(self, view: _View) -> tuple[Any, ...]:
         """What a view's tables depend on. Turning about the zenith and moving under an equally high sun change nothing:
@@ -84,7 +91,7 @@ class AirMethod(Method):
             "atmosphere.tables",
             kind="compute",
             system=self.gpu.owner,
-            bind=lambda io: lambda: self.job.work(_HURRY_S if self._hurry else self._budget_s),
+            bind=lambda io: lambda: self.job.work(_HURRY_S if view.view.frame.settling else self._budget_s),
             side_effect=True,
             when=lambda: not self.job.done,
             help="what holds for all cameras, in slices: optical depth to space and light scattered more than once",
@@ -96,8 +103,8 @@ class PaperAir(AirMethod):
 
     contracts: ClassVar[Mapping[str, str]] = {"air": "atmosphere/paper/air.glsl", "sky": "atmosphere/paper/sky.glsl"}
 
-    def __init__(self, gpu: GpuScope, settings: Settings, model: Any, view: Any) -> None:
-        super().__init__(gpu, settings, model, view, paper_sizes(settings))
+    def __init__(self, gpu: GpuScope, settings: Settings, model: Any) -> None:
+        super().__init__(gpu, settings, model, paper_sizes(settings))
 
 
 class OurAir(AirMethod):
@@ -110,9 +117,9 @@ class OurAir(AirMethod):
     }
     reads: ClassVar[tuple[str, ...]] = _VIEW_TABLES
 
-    def __init__(self, gpu: GpuScope, settings: Settings, model: Any, view: Any) -> None:
+    def __init__(self, gpu: GpuScope, settings: Settings, model: Any) -> None:
         tables = table_sizes(settings)
-        super().__init__(gpu, settings, model, view, tables)
+        super().__init__(gpu, settings, model, tables)
         light = gpu.compute("atmosphere/view_fill.comp", {"AIR_DEGREE": tables.degree})
         self._fills = (gpu.compute("atmosphere/view_depth.comp"), light)
 
@@ -129,7 +136,7 @@ class OurAir(AirMethod):
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         super().declare(builder, view)
-        own = view.view.state(self, _View)
+        own = self._of(view.view)
         own.filled = ()
         light, depth = self._sizes.texels, self._sizes.extinction_texels
         builder.add_pass(
@@ -172,7 +179,7 @@ class OurAir(AirMethod):
                 # The tables have been finished in this very frame, maybe of another air.
                 was, side = view.block.camera, np.asarray(view.block.sun_side)
                 view.block = view_block(job.shown, was.altitude_m, was.sun_mu, was.sun_sine, side, self._sizes)
-                self._view_ubo.write(view.block)
+                view.ubo.write(view.block)
             wanted = self._state(view)
             if wanted == view.filled:
                 return

@@ -44,7 +44,8 @@ class AtmosphereSystem(System):
         self._world, self._settings = setup.world, setup.settings
         self._methods = Methods(setup.gpu, setup.views)
         self._model_ubo = setup.gpu.uniform_block(AirBlock, AIR_BLOCK, "air_model")
-        self._view_ubo = setup.gpu.uniform_block(AirViewBlock, AIR_VIEW_BLOCK, "air_view")
+        # Its text, for shaders; each view has a block of its own.
+        setup.gpu.uniform_block(AirViewBlock, AIR_VIEW_BLOCK, "air_view")
         self._unseen = Unseen(Atmosphere, Planet)
         self._stamp: tuple[Any, ...] = ()
         # Now, not with the first frame: the systems that are set up next compile shaders with the contracts in them.
@@ -62,8 +63,8 @@ class AtmosphereSystem(System):
         return self._methods.now
 
     def _use_method(self, name: str) -> None:
-        kind, blocks = _METHODS[name], (self._model_ubo, self._view_ubo)
-        self._methods.use(kind, lambda gpu: kind(gpu, self._settings, *blocks))
+        kind = _METHODS[name]
+        self._methods.use(kind, lambda gpu: kind(gpu, self._settings, self._model_ubo))
         self.structure += self._methods.changed()
 
     # -- contracts ---------------------------------------------------------------------------------------------------
@@ -81,7 +82,7 @@ class AtmosphereSystem(System):
     def update(self, frame: Frame) -> None:
         # Things in space are lit through the air of a planet that isn't in the picture.
         if self._unseen.rests(frame) and not frame.world.query(Shape):
-            self._view_ubo.bind()
+            self.method.bind_view(frame.view)
             self._model_ubo.bind()
             return
         job = self._refresh(frame.world, frame.planet, frame.settings, frame.sun)
@@ -91,7 +92,7 @@ class AtmosphereSystem(System):
         for name, value in (("air_top_m", top_m), ("air_generation", job.generation)):
             if frame.world.try_resource(name) != value:
                 frame.world.set_resource(name, value)
-        self._view_ubo.bind()
+        self.method.bind_view(frame.view)
         self._model_ubo.bind()
 
     def _refresh(self, world: World, planet: int, settings: Settings, sun: Any) -> TableJob:

@@ -94,7 +94,6 @@ class PaperClouds(CloudMethod):
         block.broad = CloudVolume(np.mod(turn @ proxy.anchor_m / self._tile_m, 1.0), 1.0 / self._tile_m)
         self._ubo.write(block)
         self._ubo.bind()
-        self.moving = not self.settled(frame.view)
 
     def _refresh(self, component: Clouds, frame: Frame) -> None:
         stamp = (id(component), revision(component), *(revision(layer) for layer in component.layers))

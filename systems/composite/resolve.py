@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from ...engine.blocks.bindings import EXPOSURE_BEFORE_BUFFER, EXPOSURE_BUFFER
 from ...engine.frame import Frame, View, ViewInfo, Views
 from ...engine.gpu import Fullscreen, GpuScope
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
-from .temporal import Mode, Motion, TemporalState
+from .temporal import Mode, TemporalState
 
 __all__ = ["Resolver"]
 
@@ -47,6 +48,11 @@ class _Resolved(TemporalState):
     bound = False
     """Whether its graph has the pass."""
 
+    def __init__(self) -> None:
+        super().__init__()
+        self.moved: dict[str, Any] = {}
+        """Uniforms of composite/resolve_moving.frag for this frame."""
+
 
 class Resolver:
     """Declares and runs the pass; without anti-aliasing there is none, and nothing to keep."""
@@ -55,9 +61,7 @@ class Resolver:
         self._gpu, self._views = gpu, views
         self._kind = "none"
         self._programs: dict[tuple[str, ...], Fullscreen] = {}
-        self._moving: Fullscreen | None = None
         self._plain = gpu.state()
-        self._texel = (1.0, 1.0)
 
     @property
     def active(self) -> bool:
@@ -75,7 +79,8 @@ class Resolver:
     def shift(self, view: View) -> tuple[float, float]:
         """From a pixel's centre to where the texture of this frame's samples shows the same, in texture coordinates."""
         x, y = self._of(view).step.jitter_px if self.temporal else (0.0, 0.0)
-        return -x * self._texel[0], -y * self._texel[1]
+        width, height = view.frame.size
+        return -x * (1.0 / width), -y * (1.0 / height)
 
     def use(self, kind: str) -> bool:
         """Choose "none", "edge" or "temporal"; True if the passes change with it."""
@@ -111,37 +116,29 @@ class Resolver:
         frame.jitter_px, frame.checkerboard = step.jitter_px, step.checkerboard
 
     def update(self, frame: Frame) -> None:
-        """Hand the camera's motion to the shader. After the stars have been turned."""
-        width, height = frame.size
-        self._texel = (1.0 / width, 1.0 / height)
+        """What the shader is to know of the camera's motion. After the stars have been turned."""
         if not self.temporal:
             return
         own = self._of(frame.view)
         motion = own.motion(frame.world.resources.get("star_axes"))
-        if own.step.mode == Mode.MEAN:
-            self._program("mean").set("u_weight", own.step.weight)
-        elif own.step.mode == Mode.MOVING and motion is not None:
-            self._set_motion(motion, own.step.jitter_px)
+        if own.step.mode == Mode.MOVING and motion is not None:
             sea = frame.world.try_get(frame.planet, Ocean)
             gravity = 0.0 if sea is None else sea.gravity_m_s2
             # Deep water: the square of the phase a second is g times the wave number.
             water = 2.0 * math.pi * gravity * own.elapsed_s**2
-            self._program("moving").set("u_water", min(water, 1e9))
             blur = tuple(share if name in frame.checkered else 0.0 for name, share in _CHECKER_BLUR.items())
-            self._program("moving").set("u_checkered", blur)
-
-    def _set_motion(self, motion: Motion, jitter_px: tuple[float, float]) -> None:
-        program = self._moving
-        if program is None:
-            return
-        # GLSL reads matrices column by column: the transpose of the row order of numpy.
-        program.set("u_to_previous", np.ascontiguousarray(motion.turn.T, np.float32))
-        program.set("u_sky_to_previous", np.ascontiguousarray(motion.sky_turn.T, np.float32))
-        program.set("u_camera_shift_m", tuple(map(float, motion.shift_m)))
-        program.set("u_previous_projection", motion.before)
-        x, y = jitter_px
-        program.set("u_jitter", (2.0 * x * self._texel[0], 2.0 * y * self._texel[1]))
-        program.set("u_weights", _weights(x, y))
+            (x, y), (width, height) = own.step.jitter_px, frame.size
+            own.moved = {
+                # GLSL reads matrices column by column: the transpose of the row order of numpy.
+                "u_to_previous": np.ascontiguousarray(motion.turn.T, np.float32),
+                "u_sky_to_previous": np.ascontiguousarray(motion.sky_turn.T, np.float32),
+                "u_camera_shift_m": tuple(map(float, motion.shift_m)),
+                "u_previous_projection": motion.before,
+                "u_jitter": (2.0 * x * (1.0 / width), 2.0 * y * (1.0 / height)),
+                "u_weights": _weights(x, y),
+                "u_water": min(water, 1e9),
+                "u_checkered": blur,
+            }
 
     def _program(self, name: str, **defines: int) -> Fullscreen:
         key = (name, *defines)
@@ -190,8 +187,8 @@ class Resolver:
 
             return alone
         motion = io.texture(_MOTION) if io.has(_MOTION) else None
-        moving = self._moving = self._program("moving", MOTION=1) if motion is not None else self._program("moving")
-        programs = (edge, self._program("mean"), moving)
+        mean, moving = self._program("mean"), self._program("moving", **({} if motion is None else {"MOTION": 1}))
+        programs = (edge, mean, moving)
         before, exposure_before = io.history("composite.resolved"), io.history("composite.exposure")
         valid = io.history_valid
 
@@ -201,6 +198,11 @@ class Resolver:
             if builds_on and not valid.value:
                 own.lost()
                 step = own.step
+            if step.mode == Mode.MEAN:
+                mean.set("u_weight", step.weight)
+            elif step.mode == Mode.MOVING:
+                for name, value in own.moved.items():
+                    moving.set(name, value)
             target.use()
             self._plain.apply()
             for unit, texture in enumerate(textures):

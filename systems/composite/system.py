@@ -61,12 +61,16 @@ def _glare_levels(height: int) -> int:
     return int(np.clip(np.floor(np.log2(max(height, 1) / 5.0)), 1, 10))
 
 
+@dataclass
 class _Exposed:
-    """One view's exposure. latest: of its last frame; None: that had none, or there was none. auto: it was measured."""
+    """One view's exposure. latest: of its last frame; None: that had none, or there was none. auto: it is measured.
+    limits_ev: of its frame. go: shares of the way that it goes in it, to brighter and to darker pictures."""
 
-    def __init__(self) -> None:
-        self.latest: moderngl.Buffer | None = None
-        self.auto = False
+    latest: moderngl.Buffer | None = None
+    auto: bool = False
+    limits_ev: tuple[float, float] = (0.0, 0.0)
+    compensation_ev: float = 0.0
+    go: tuple[float, float] = (1.0, 1.0)
 
 
 class CompositeSystem(System):
@@ -80,6 +84,7 @@ class CompositeSystem(System):
         self._gpu = gpu = setup.gpu
         self._reduce = gpu.fullscreen("composite/reduce.frag")
         self._meter = gpu.compute("composite/meter.comp")
+        self._meter.set("u_dark_adaptation", _DARK_ADAPTATION)
         self._histogram = gpu.buffer(np.zeros(1 + _BINS, np.uint32))
         self._source = gpu.fullscreen("composite/glare_source.frag")
         self._down = gpu.fullscreen("composite/glare_down.frag")
@@ -89,7 +94,7 @@ class CompositeSystem(System):
         self._add = gpu.state(blend="additive")
         self._pictures: dict[tuple[int, bool, bool, bool], Fullscreen] = {}
         self._views, self._resolver = setup.views, Resolver(gpu, setup.views)
-        self._choose(setup.world, setup.settings, None, 0.0, True)
+        self._choose_picture(setup.world, setup.settings)
 
     def release(self) -> None:
         self._pictures.clear()
@@ -148,21 +153,18 @@ class CompositeSystem(System):
 
     def update(self, frame: Frame) -> None:
         self._resolver.update(frame)
-        self._choose(frame.world, frame.settings, frame.ev100, frame.dt_s, frame.cut)
-        self._exposed(frame.view).auto = self._auto
-
-    def _choose(self, world: World, settings: Settings, ev100: float | None, dt_s: float, cut: bool) -> None:
-        exposure = with_overrides(_first(world, Exposure), "exposure", settings)
-        composite = with_overrides(_first(world, Composite), "composite", settings)
-        self._auto = exposure.mode == "auto" and ev100 is None
+        own, ev100 = self._exposed(frame.view), frame.ev100
+        exposure = with_overrides(_first(frame.world, Exposure), "exposure", frame.settings)
+        own.auto = exposure.mode == "auto" and ev100 is None
         stay = exposure.ev100 if ev100 is None else ev100
-        low, high = (exposure.min_ev100, exposure.max_ev100) if self._auto else (stay, stay)
-        compensation = exposure.compensation_ev if self._auto else 0.0
-        self._meter.set("u_ev100", (float(low), max(float(low), float(high))))
-        self._meter.set("u_compensation_ev", float(compensation))
-        self._meter.set("u_dark_adaptation", _DARK_ADAPTATION)
-        self._cut = cut or not self._auto
-        self._go = (adaptation_share(dt_s, exposure.brighter_s), adaptation_share(dt_s, exposure.darker_s))
+        low, high = (exposure.min_ev100, exposure.max_ev100) if own.auto else (stay, stay)
+        own.limits_ev = float(low), max(float(low), float(high))
+        own.compensation_ev = float(exposure.compensation_ev) if own.auto else 0.0
+        own.go = adaptation_share(frame.dt_s, exposure.brighter_s), adaptation_share(frame.dt_s, exposure.darker_s)
+        self._choose_picture(frame.world, frame.settings)
+
+    def _choose_picture(self, world: World, settings: Settings) -> None:
+        composite = with_overrides(_first(world, Composite), "composite", settings)
         self._share = float(composite.bloom)
         self._glares = self._share > 0.0
         key = (TONE_MAPS.index(composite.tone_map), bool(composite.dither), self._glares, self._resolver.active)
@@ -181,13 +183,13 @@ class CompositeSystem(System):
             bind=self._bind_reduce,
             system=self.name,
             reads=("scene.radiance",),
-            when=lambda: self._auto or self._glares,
+            when=lambda: own.auto or self._glares,
             creates=(TextureSpec("composite.quarter", "rgba32f", 0.25, "persistent", help="mean of 4 x 4 pixels"),),
             help="the scene at a quarter of its size, for metering and glare",
         )
         builder.add_pass(
             "composite.expose",
-            bind=lambda io: self._bind_expose(io, own),
+            bind=lambda io: self._bind_expose(io, view.view, own),
             system=self.name,
             kind="compute",
             reads=("composite.quarter",),
@@ -232,7 +234,7 @@ class CompositeSystem(System):
 
         return run
 
-    def _bind_expose(self, io: PassIO, own: _Exposed) -> Callable[[], None]:
+    def _bind_expose(self, io: PassIO, view: View, own: _Exposed) -> Callable[[], None]:
         quarter, now = io.texture("composite.quarter"), io.buffer("composite.exposure")
         before, valid = io.history("composite.exposure"), io.history_valid
         width, height = io.resource_size("composite.quarter")
@@ -243,12 +245,14 @@ class CompositeSystem(System):
             self._histogram.bind_to_storage_buffer(5)
             now.bind_to_storage_buffer(6)
             before.bind_to_storage_buffer(7)
-            past = valid.value and not self._cut
-            if self._start is not None and self._auto:
+            past = valid.value and not view.frame.cut and own.auto
+            if self._start is not None and own.auto:
                 before.write(self._start)
                 past, self._start = True, None
-            self._meter.set("u_speed", (*self._go, 0.0) if past else (1.0, 1.0, 1.0))
-            if self._auto:
+            self._meter.set("u_speed", (*own.go, 0.0) if past else (1.0, 1.0, 1.0))
+            self._meter.set("u_ev100", own.limits_ev)
+            self._meter.set("u_compensation_ev", own.compensation_ev)
+            if own.auto:
                 self._meter.run_over(width, height)
             else:
                 self._meter.run(1)  # the limits alone decide

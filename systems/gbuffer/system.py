@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from ...engine.frame import Frame, ViewInfo
+from ...engine.frame import View, ViewInfo
 from ...engine.frame.gbuffer import ATTACHMENTS, GBUFFER, tiles_of
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.system import Setup, System
@@ -31,13 +31,8 @@ class GBufferSystem(System):
         self._present = setup.gpu.fullscreen("outputs/present.frag")
         self._present_scaled: Any = None
         self._present_depth: Any = None
-        self._host_depth = (0.0, 0.0)
         self._write_all = setup.gpu.state(depth_test=False, cull=None, blend=None)
         self._write_depth = setup.gpu.state(depth_test=True, depth_func="always", cull=None, blend=None)
-
-    def update(self, frame: Frame) -> None:
-        if frame.host_depth is not None:
-            self._host_depth = frame.host_depth
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         builder.add_pass(
@@ -90,7 +85,7 @@ class GBufferSystem(System):
         builder.import_("target_with_depth", kind="framebuffer")
         builder.add_pass(
             "outputs.present_depth",
-            bind=self._bind_present_depth,
+            bind=lambda io: self._bind_present_depth(io, view.view),
             system=self.name,
             reads=("composite.ldr", "gbuffer.depth"),
             writes=("target_with_depth",),
@@ -159,7 +154,7 @@ class GBufferSystem(System):
 
         return run
 
-    def _bind_present_depth(self, io: PassIO) -> Callable[[], None]:
+    def _bind_present_depth(self, io: PassIO, view: View) -> Callable[[], None]:
         target = io.imported("target_with_depth")
         picture, depth = io.texture("composite.ldr"), io.texture("gbuffer.depth")
         draw = self._present_depth
@@ -169,11 +164,13 @@ class GBufferSystem(System):
         nearer = {side: state(depth_test=True, depth_func=test) for side, test in ((True, ">="), (False, "<="))}
 
         def run() -> None:
+            host_depth = view.frame.host_depth
+            assert host_depth is not None, "who asks for target_with_depth says how its depth buffer holds distances"
             target.value.use()
-            nearer[self._host_depth[1] > 0.0].apply()
+            nearer[host_depth[1] > 0.0].apply()
             picture.use(0)
             depth.use(1)
-            draw.set("u_host_depth", self._host_depth)
+            draw.set("u_host_depth", host_depth)
             draw.render()
 
         return run

@@ -49,6 +49,7 @@ class PaperSeaView(PatchMesh):
 
     def __init__(self, of: GpuScope, programs: PatchPrograms) -> None:
         super().__init__(of, "ocean", programs, _CALM_BYTES, 48)
+        self.ubo = self.gpu.uniform_block(SeaGridBlock, SEA_GRID_BLOCK)
         self.waves = WaveView(self.gpu)
         self.displaced: tuple[Any, ...] | None = None
         self.array: Any = None
@@ -68,7 +69,7 @@ class PaperSea(SeaMethod):
     def __init__(self, gpu: GpuScope, setup: Setup, waves: SeaWaves) -> None:
         super().__init__(gpu, setup, waves)
         many = {"SEA_VERTICES": 5 if gpu.caps.is_software else 2}
-        self._ubo = gpu.uniform_block(SeaGridBlock, SEA_GRID_BLOCK, "sea_grid")
+        gpu.uniform_block(SeaGridBlock, SEA_GRID_BLOCK, "sea_grid")  # its text, for shaders; each view has its own
         self._patches = PatchPrograms(
             gpu,
             "ocean/paper/vertices.comp",
@@ -90,7 +91,7 @@ class PaperSea(SeaMethod):
         if view.follow(frame):
             self.structure += self._project(frame, view)
         view.look(frame)
-        self._ubo.bind()
+        view.ubo.bind()
 
     def _project(self, frame: Frame, view: PaperSeaView) -> bool:
         ocean, radius = frame.world.get(frame.planet, Ocean), frame.world.get(frame.planet, Planet).radius_m
@@ -115,7 +116,7 @@ class PaperSea(SeaMethod):
         cut = grid.tessellate(above_sea, ocean.sea_level_m, angle, _MOST_VERTICES)
         half = grid.steps() // 2
         feet = grid.foot_offsets_m(np.array([half, half + FINEST]), np.array([half, half]))
-        self._ubo.write(
+        view.ubo.write(
             SeaGridBlock(
                 first_axis=tuple(grid.axes[0].tolist()),
                 z_s=grid.z_s,

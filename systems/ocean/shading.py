@@ -6,6 +6,9 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ...components import Ocean, Planet
 from ...engine.blocks.bindings import (
     DEPTH_UNIT,
@@ -16,9 +19,10 @@ from ...engine.blocks.bindings import (
     SURFACE_UNIT,
     TILE_BUFFER,
 )
-from ...engine.frame import Frame, ViewInfo
+from ...engine.frame import Frame, View, ViewInfo, ViewParts
 from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.frame.gbuffer import GBUFFER, GBUFFER_UNITS, TILE_PX, tiles_of
+from ...engine.gpu import GpuScope
 from ...engine.gpu.upsample_shaded import UpsampleShaded
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import revision, with_overrides
@@ -48,14 +52,28 @@ _RIPPLE_CELLS = 0.75
 _CONTRACTS = {"water": "ocean/water.glsl", "waterline": "ocean/waterline.glsl"}
 
 
+class _SeaView(ViewParts):
+    """The water as one view sees it."""
+
+    def __init__(self, of: GpuScope) -> None:
+        super().__init__(of)
+        self.ubo = self.gpu.uniform_block(OceanBlock, OCEAN_BLOCK)
+        self.block: OceanBlock
+        self.wind: NDArray[np.float64]
+        self.made_for: tuple[Any, ...] = ()
+        self.near_water = False
+        """Whether the water may reach its lens; wet_rows: of the picture, with water before them."""
+        self.wet_rows = (0, 0)
+        self.high = self.far = False
+        """Whether it is above most of the air, and whether its pixels are too wide for any pattern."""
+
+
 class SeaShading:
     """Part of OceanSystem: the water's uniform block, the shader contracts ``water`` and ``waterline``, and the passes
     that turn the G-buffer's sea into radiance."""
 
     def __init__(self, name: str) -> None:
         self._name = name
-        self._near_water = False
-        self._wet_rows = (0, 0)
 
     def setup(self, setup: Setup) -> None:
         self._world = setup.world
@@ -63,9 +81,8 @@ class SeaShading:
         self._shaders = setup.gpu.shaders
         for contract, file in _CONTRACTS.items():
             self._shaders.provide(contract, file, owner=self._name)
-        self._block = setup.gpu.uniform_block(OceanBlock, OCEAN_BLOCK, "ocean")
-        self._held: OceanBlock | None = None
-        self._written: tuple[Any, ...] | None = None
+        self._views = setup.views
+        setup.gpu.uniform_block(OceanBlock, OCEAN_BLOCK, "ocean")  # its text, for shaders; each view has its own
         self._top: tuple[WaveSet, float] | None = None
         self._classify = setup.gpu.compute("ocean/classify.comp")
         self._light = setup.gpu.compute("ocean/light.comp")
@@ -77,8 +94,7 @@ class SeaShading:
         self._between: UpsampleShaded | None = None
         if self._shade_every > 1:
             self._between = UpsampleShaded(setup.gpu, "SURFACE_SEA", self._shade_every, setup.settings)
-        self._checkerboard: int | None = None
-        self._high = self._far = self._glows = False
+        self._glows = False
         self._warm_up = WarmUp(self._ahead())
         stored = str(setup.settings.get("sky.radiance_format", "rgba32f"))
         self._under = setup.gpu.compute("ocean/under.comp", defines={"SCENE_FORMAT": stored})
@@ -105,8 +121,12 @@ class SeaShading:
             self._shade[key] = self._gpu.compute("ocean/shade.comp", defines=defines)
         return self._shade[key]
 
-    def _needed(self, kind: str, high: bool) -> bool:
-        return not (kind == "below" and not self._near_water) and not (kind == "limb" and not high)
+    @staticmethod
+    def _needed(kind: str, sea: _SeaView) -> bool:
+        return sea.near_water if kind == "below" else sea.high or kind != "limb"
+
+    def _of(self, view: View) -> _SeaView:
+        return view.state(self, lambda: _SeaView(self._gpu))
 
     def _ahead(self) -> Iterator[Callable[[], object]]:
         """What a flight between space and the water needs, from the highest down; diving alone asks for more."""
@@ -125,6 +145,7 @@ class SeaShading:
 
     def release(self) -> None:
         self._shaders.withdraw(self._name)
+        self._views.forget(self)
         self._world.resources.pop(SEA_TOP, None)
 
     def begin(self, frame: Frame, waves: WaveSet) -> None:
@@ -136,20 +157,19 @@ class SeaShading:
 
     def update(self, frame: Frame, waves: WaveSet) -> None:
         """Write and bind the water's block."""
-        self._checkerboard = frame.checkerboard
         if frame.checkerboard is not None and self._shade_every == 2:
             frame.checkered.add("ocean")
         ocean = frame.world.get(frame.planet, Ocean)
         proxy = frame.view.proxy
         radius = frame.world.get(frame.planet, Planet).radius_m
-        written = (revision(ocean), frame.view_index, proxy.generation)
-        if written != self._written or self._held is None:
-            self._written = written
+        own, made_for = self._of(frame.view), (revision(ocean), proxy.generation)
+        if made_for != own.made_for:
+            own.made_for = made_for
             ocean = with_overrides(ocean, "ocean", frame.settings)
-            self._held = ocean_block(ocean, waves, proxy.lattice.direction, radius)
-            self._wind = heading_pitch_axes(direction(*ocean.wind_at), ocean.wind_direction_deg, 0.0)[0]
-        held = self._held
-        held.drifting = drifted(proxy.lattice.direction, radius, self._wind, frame.time_s)
+            own.block = ocean_block(ocean, waves, proxy.lattice.direction, radius)
+            own.wind = heading_pitch_axes(direction(*ocean.wind_at), ocean.wind_direction_deg, 0.0)[0]
+        held = own.block
+        held.drifting = drifted(proxy.lattice.direction, radius, own.wind, frame.time_s)
         held.lens = lens_plane(
             waves,
             highest_likely_m(waves),
@@ -158,31 +178,31 @@ class SeaShading:
             frame.world.try_resource("height_field"),
             ocean.sea_level_m,
         )
-        self._near_water = held.lens.height_m < LENS_REACH_M
-        if self._near_water:
-            self._wet_rows = wet_rows(held.lens, frame.camera, frame.size[1])
+        own.near_water = held.lens.height_m < LENS_REACH_M
+        if own.near_water:
+            own.wet_rows = wet_rows(held.lens, frame.camera, frame.size[1])
         altitude_m = frame.camera.distance_m - radius
-        self._high = altitude_m > _HIGH * float(frame.world.try_resource("air_top_m") or 0.0)
+        own.high = altitude_m > _HIGH * float(frame.world.try_resource("air_top_m") or 0.0)
         # No sea is nearer than this, so no pixel of it narrower.
         nearest_m = altitude_m - float(frame.world.resource(SEA_TOP))
         widest_m = max(_PATTERN_M, _RIPPLE_CELLS * NESTED_BASE_M * 2.0**held.ripple_octave)
         pixel = frame.pixel_rad
-        self._far = nearest_m * pixel > widest_m
+        own.far = nearest_m * pixel > widest_m
         self._glows = any(value > 0.0 for value in (*held.glow_radiance, held.crust_share))
         self._warm_up.step(frame)
-        self._block.write(held)
-        self._block.bind()
+        own.ubo.write(held)
+        own.ubo.bind()
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         across, down = tiles_of(view.size)
         count = across * down
         corners = (across + 1, 5 * (down + 1))
         groups = (-(-corners[0] // 8), -(-corners[1] // 40))
-        seen = view.view.seen.ground
+        seen, own = view.view.seen.ground, self._of(view.view)
         builder.add_pass(
             "ocean.classify",
             system=self._name,
-            bind=lambda io: self._bind_classify(io, across, down, groups),
+            bind=lambda io: self._bind_classify(io, own, across, down, groups),
             kind="compute",
             reads=("gbuffer.depth", "gbuffer.attributes", "gbuffer.surface", "gbuffer.tile_flags"),
             creates=(
@@ -213,7 +233,7 @@ class SeaShading:
         builder.add_pass(
             "ocean.shade",
             system=self._name,
-            bind=self._bind_shade,
+            bind=lambda io: self._bind_shade(io, view.view, own),
             kind="compute",
             reads=(
                 "gbuffer.depth",
@@ -232,18 +252,20 @@ class SeaShading:
         builder.add_pass(
             "ocean.under",
             system=self._name,
-            bind=lambda io: self._bind_under(io, across),
+            bind=lambda io: self._bind_under(io, own, across),
             kind="compute",
             reads=("gbuffer.depth", "gbuffer.surface", *contract_reads(self._world)),
             writes=("scene.radiance",),
             stage="underwater",
             creates=(BufferSpec(_LENS, 48, "persistent", help="light in the water around the lens"),),
-            when=lambda: self._near_water,
+            when=lambda: own.near_water,
             only_while=seen,
             help="water between the lens and what a pixel shows",
         )
 
-    def _bind_classify(self, io: PassIO, across: int, down: int, light_groups: tuple[int, int]) -> Callable[[], None]:
+    def _bind_classify(
+        self, io: PassIO, own: _SeaView, across: int, down: int, light_groups: tuple[int, int]
+    ) -> Callable[[], None]:
         textures = [io.texture(n) for n in ("gbuffer.depth", "gbuffer.attributes", "gbuffer.surface")]
         buffers = [io.buffer(f"ocean.{n}") for n in ("tile_flags", *(f"tiles_{k}" for k in _KINDS), "light_groups")]
         shown = io.buffer("gbuffer.tile_flags")
@@ -255,7 +277,7 @@ class SeaShading:
                 buffer.bind_to_storage_buffer(unit)
             shown.bind_to_storage_buffer(4)
             self._classify.set("u_tiles", (across, down))
-            self._classify.set("u_high", int(self._high))
+            self._classify.set("u_high", int(own.high))
             self._classify.run(-(-across * down // 64), 1, 1)
             self._gpu.barrier()
             self._list.set("u_tiles", (across, down))
@@ -278,10 +300,15 @@ class SeaShading:
 
         return run
 
-    def _bind_shade(self, io: PassIO) -> Callable[[], None]:
+    def _bind_shade(self, io: PassIO, view: View, own: _SeaView) -> Callable[[], None]:
         radiance = io.texture("scene.radiance")
-        own = {"ocean.rough": 4, "scene.radiance": SCENE_UNIT, "ocean.sky": SKY_MAP_UNIT, "ocean.light": 7}
-        textures = [(unit, io.texture(name)) for name, unit in (GBUFFER_UNITS | own).items()]
+        units = GBUFFER_UNITS | {
+            "ocean.rough": 4,
+            "scene.radiance": SCENE_UNIT,
+            "ocean.sky": SKY_MAP_UNIT,
+            "ocean.light": 7,
+        }
+        textures = [(unit, io.texture(name)) for name, unit in units.items()]
         parts = [(k, io.buffer(f"ocean.tiles_{k}")) for k in _KINDS]
         bind_air = bind_contracts(self._world, io)
 
@@ -291,17 +318,16 @@ class SeaShading:
             for unit, texture in textures:
                 texture.use(unit)
             with self._gpu.apart():  # each pixel reads and stores its own
-                for kind, tiles in parts:
-                    if self._needed(kind, self._high):
-                        tiles.bind_to_storage_buffer(TILE_BUFFER)
-                        self._shader(kind, self._high, self._far).run_indirect(tiles)
-            if self._between is not None and self._between.leaves_out(self._checkerboard):
-                needed = [tiles for kind, tiles in parts if self._needed(kind, self._high)]
-                self._between.run(radiance, needed, by_lens=self._near_water)
+                needed = [(kind, tiles) for kind, tiles in parts if self._needed(kind, own)]
+                for kind, tiles in needed:
+                    tiles.bind_to_storage_buffer(TILE_BUFFER)
+                    self._shader(kind, own.high, own.far).run_indirect(tiles)
+            if self._between is not None and self._between.leaves_out(view.frame.checkerboard):
+                self._between.run(radiance, [tiles for _, tiles in needed], by_lens=own.near_water)
 
         return run
 
-    def _bind_under(self, io: PassIO, across: int) -> Callable[[], None]:
+    def _bind_under(self, io: PassIO, own: _SeaView, across: int) -> Callable[[], None]:
         radiance, depth, surface = (io.texture(n) for n in ("scene.radiance", "gbuffer.depth", "gbuffer.surface"))
         light, bind_air = io.buffer(_LENS), bind_contracts(self._world, io)
 
@@ -313,7 +339,7 @@ class SeaShading:
             light.bind_to_storage_buffer(7)
             self._under_light.run()
             self._gpu.barrier()
-            first, end = self._wet_rows[0] // TILE_PX[1], -(-self._wet_rows[1] // TILE_PX[1])
+            first, end = own.wet_rows[0] // TILE_PX[1], -(-own.wet_rows[1] // TILE_PX[1])
             if first < end:
                 self._under.set("u_first_row", first * TILE_PX[1])
                 self._under.run(across, end - first, 1)

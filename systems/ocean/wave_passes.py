@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...components import Ocean, Planet
 from ...engine.blocks.bindings import COAST_NORMAL_IMAGE, SEA_MOVED_UNIT, TILE_BUFFER, WAVE_BLOCK
-from ...engine.frame import Frame, ViewInfo
+from ...engine.frame import Frame, View, ViewInfo
 from ...engine.frame.gbuffer import GBUFFER_UNITS, tiles_of
 from ...engine.gpu import GpuScope
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
@@ -61,7 +61,6 @@ class WaveView:
         self.moves = False
         self.reach_m = (0.0, 0.0)
         """How far a point may be moved: upwards, and in all."""
-        self.checkerboard: int | None = None  # Frame.checkerboard
 
 
 class SeaWaves:
@@ -157,7 +156,6 @@ class SeaWaves:
     def update(self, frame: Frame, view: WaveView) -> None:
         """Upload the phases of the moment."""
         assert view.waves is not None
-        view.checkerboard = frame.checkerboard
         moment = (view.placed, frame.time_s)
         if moment != view.moment:
             view.moment = moment
@@ -187,7 +185,7 @@ class SeaWaves:
             "ocean.surface",
             kind="compute",
             system=self._name,
-            bind=lambda io: self._bind_surface(io, view),
+            bind=lambda io: self._bind_surface(io, info.view, view),
             reads=(*reads, *(("ocean.swell",) if self._many else ())),
             creates=(
                 TextureSpec("ocean.rough", "rgba16f", help="slopes that pixels don't show: variances, mixed; Jacobian"),
@@ -225,7 +223,7 @@ class SeaWaves:
 
         return run
 
-    def _bind_surface(self, io: PassIO, view: WaveView) -> Callable[[], None]:
+    def _bind_surface(self, io: PassIO, of: View, view: WaveView) -> Callable[[], None]:
         bind, tiles = self._bind_pixels(io, view), io.buffer("gbuffer.tiles_sea")
         normal, rough = io.texture("gbuffer.normal"), io.texture("ocean.rough")
         swell = io.buffer("ocean.swell") if self._many else None
@@ -241,6 +239,6 @@ class SeaWaves:
                 swell.bind_to_storage_buffer(1)
             normal.bind_to_image(COAST_NORMAL_IMAGE, read=False, write=True, format=_RG16_SNORM)
             rough.bind_to_image(1, read=False, write=True)
-            (every if view.checkerboard is None else program).run_indirect(tiles)
+            (every if of.frame.checkerboard is None else program).run_indirect(tiles)
 
         return run

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from ...components import Atmosphere, Clouds, Ocean, Planet
 from ...engine.blocks.bindings import FRAME_BLOCK, LATTICE_BLOCK, PLANET_BLOCK
-from ...engine.frame import Frame, Proxy, View, Views
+from ...engine.frame import Frame, Proxy, View, ViewParts, Views
 from ...engine.frame.block import FrameBlock, PlanetBlock, frame_of_anchor
-from ...engine.frame.snapping import SnapAhead
+from ...engine.gpu import GpuScope
 from ...engine.gpu.uniforms import UniformBlock
 from ...engine.space import least_elevation_rad, length, near_plane_m, out_of_view, projection_terms, sphere_unseen
 from ...engine.surface.field import HeightField
@@ -34,11 +34,15 @@ _LEAST_PX = 0.25
 """A planet, air and all, that is narrower than this part of a pixel is not drawn: most pixels miss it anyway."""
 
 
-class _Kept:
-    """Of one view: how its camera moves, and the ground around it."""
+class _Kept(ViewParts):
+    """Of one view: how its camera moves, the ground around it, and the lattice around its anchor."""
 
-    def __init__(self) -> None:
+    def __init__(self, of: GpuScope) -> None:
+        super().__init__(of)
         self.motion, self.skyline = Motion(), Skyline()
+        self.lattice = self.gpu.buffer(reserve=LATTICE_BYTES, dynamic=True)
+        self.generation = -1
+        """The proxy that the lattice is of."""
 
 
 class ProxySystem(System):
@@ -59,9 +63,10 @@ class ProxySystem(System):
         self._ahead_ubo = self._ahead_lattice = None
         self._frame_ubo = setup.gpu.uniform_block(FrameBlock, FRAME_BLOCK, "frame")
         self._planet_ubo = setup.gpu.uniform_block(PlanetBlock, PLANET_BLOCK, "planet")
-        self._lattice = setup.gpu.buffer(reserve=LATTICE_BYTES, dynamic=True)
         self._field: HeightField | None = None
-        self._uploaded: tuple[int, int] | None = None
+
+    def _of(self, view: View) -> _Kept:
+        return view.state(self, lambda: _Kept(self._gpu))
 
     def release(self) -> None:
         for view in self._views:
@@ -113,7 +118,7 @@ class ProxySystem(System):
         camera_m = frame.camera.position_m
         # On other ground a held cell would depend on what was there before.
         fresh = proxy is None or frame.cut or field is not self._field or proxy.cell.radius_m != radius
-        ahead, motion = frame.view.snap, frame.view.state(self, _Kept).motion
+        ahead, motion = frame.view.snap, self._of(frame.view).motion
         frames = int(frame.settings.get("proxy.ahead_frames", 0))
         waits = frames > 0 and ahead.wanted and not (fresh or frame.at_once or unseen)
         ahead.possible, asked, ahead.asked = waits, ahead.asked, False
@@ -158,14 +163,15 @@ class ProxySystem(System):
                     cell, place_m = later, there_m
         made = self._new_anchor(cell, radius, ground, sea, place_m)
         if proxy is not None and count:
-            self._prepare(ahead, made, count)
+            self._prepare(frame.view, made, count)
             return proxy
         ahead.drop()
         frame.view.placed = made
         return made
 
-    def _prepare(self, ahead: SnapAhead, proxy: Proxy, frames: int) -> None:
+    def _prepare(self, view: View, proxy: Proxy, frames: int) -> None:
         """From now on makers prepare that proxy."""
+        ahead = view.snap
         if self._ahead_ubo is None or self._ahead_lattice is None:
             self._ahead_ubo = self._gpu.uniform_block(FrameBlock, FRAME_BLOCK)
             self._ahead_lattice = self._gpu.buffer(reserve=LATTICE_BYTES, dynamic=True)
@@ -178,13 +184,13 @@ class ProxySystem(System):
             lattice.write(proxy.lattice.block.tobytes())
             lattice.bind_to_uniform_block(LATTICE_BLOCK)
 
-        ahead.bind_anchor, ahead.restore_anchor = bind, self.bind_anchor
+        ahead.bind_anchor, ahead.restore_anchor = bind, lambda: self.bind_anchor(view)
         ahead.begin(proxy, frames)
 
-    def bind_anchor(self) -> None:
+    def bind_anchor(self, view: View) -> None:
         """Bind the blocks of frame and lattice, as they are after `update`."""
         self._frame_ubo.bind()
-        self._lattice.bind_to_uniform_block(LATTICE_BLOCK)
+        self._of(view).lattice.bind_to_uniform_block(LATTICE_BLOCK)
 
     def settled(self, view: View) -> bool:
         return view.snap.proxy is None
@@ -224,7 +230,7 @@ class ProxySystem(System):
         if field is None or (sea_top_m is not None and camera.distance_m - radius <= float(sea_top_m)):
             return True
         elevation = least_elevation_rad(camera, self._pixel(frame))
-        return not frame.view.state(self, _Kept).skyline.below(field, camera.position_m, radius, elevation)
+        return not self._of(frame.view).skyline.below(field, camera.position_m, radius, elevation)
 
     def _new_anchor(self, cell: ProxyCell, radius: float, ground: Any, sea: Ocean | None, camera_m: Floats) -> Proxy:
         lattice = cell.anchor()
@@ -286,10 +292,11 @@ class ProxySystem(System):
             drawn_lowest = lowest  # under water the bed is what hides
         self._planet_ubo.write(PlanetBlock(radius, highest, lowest, drawn_lowest, bare, has_sea=sea is not None))
         self._planet_ubo.bind()
-        if self._uploaded != (frame.view_index, proxy.generation):
-            self._lattice.write(proxy.lattice.block.tobytes())
-            self._uploaded = (frame.view_index, proxy.generation)
-        self._lattice.bind_to_uniform_block(LATTICE_BLOCK)
+        own = self._of(frame.view)
+        if own.generation != proxy.generation:
+            own.generation = proxy.generation
+            self._gpu.upload(own.lattice, proxy.lattice.block.tobytes())
+        own.lattice.bind_to_uniform_block(LATTICE_BLOCK)
 
 
 __all__ = ["ProxySystem"]

@@ -65,29 +65,24 @@ class SkySystem(System):
         self._suns: dict[bool, Any] = {}
         self._planets: Any = None
         self._no_planet: Any = None
-        self._backdrop = True
         self._far = gpu.state(depth_test=True, depth_func=">=", write_depth=False)
         self._far_add = gpu.state(depth_test=True, depth_func=">=", write_depth=False, blend="additive")
 
-    def update(self, frame: Frame) -> None:
+    def _corners(self, frame: Frame) -> int:
         """How much of the picture the air can fill: nothing without air; seen from space a disc, from inside all."""
-        self._backdrop = frame.backdrop
-        self._shell_corners = 0
-        if not frame.view.seen.planet():
-            return
         top_m = frame.world.try_resource("air_top_m")
-        if top_m is None:
-            return
+        if top_m is None or not frame.view.seen.planet():
+            return 0
         distance = frame.camera.distance_m
         reach = (frame.world.get(frame.planet, Planet).radius_m + top_m) / distance
         pixel = frame.pixel_rad
         if 2.0 * reach <= pixel:
-            return  # smaller than a pixel
+            return 0  # smaller than a pixel
         # A polygon around a cone that is narrower than a right angle by a margin; else the whole picture.
         half_angle = math.asin(min(reach, 1.0))
         edge = math.tan(half_angle) / math.cos(math.pi / _SHELL_CORNERS) if half_angle < 1.4 else -1.0
-        self._shell_corners = _SHELL_CORNERS if edge > 0.0 else 1
         self._background.set("u_shell", (edge, 2.0 * math.pi / _SHELL_CORNERS))
+        return _SHELL_CORNERS if edge > 0.0 else 1
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         builder.add_pass(
@@ -114,15 +109,16 @@ class SkySystem(System):
             colors.use()
             colors.clear()
             target.use()
-            if self._shell_corners:
+            corners = self._corners(view.frame)
+            if corners:
                 self._far.apply()
-                self._shell.render(moderngl.TRIANGLE_FAN, self._shell_corners + 2)
+                self._shell.render(moderngl.TRIANGLE_FAN, corners + 2)
             self._far_add.apply()
             if planets is not None and planets.use(0) and planets.rect is not None:
                 target.viewport = planets.rect
                 self._planets.render()
                 target.viewport = (0, 0, *target.size)
-            if self._backdrop:
+            if view.frame.backdrop:
                 sun.render(moderngl.TRIANGLE_STRIP, 4)
 
         return run

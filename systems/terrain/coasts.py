@@ -19,7 +19,7 @@ from ...engine.blocks.bindings import (
     SURFACE_UNIT,
     TILE_BUFFER,
 )
-from ...engine.frame import ViewInfo
+from ...engine.frame import View, ViewInfo
 from ...engine.frame.gbuffer import GBUFFER, tiles_of
 from ...engine.gpu import GpuScope
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
@@ -70,7 +70,7 @@ class Coasts:
             "terrain.coast",
             kind="compute",
             system="terrain",
-            bind=lambda io: self._bind(io, view, file, bind_heights),
+            bind=lambda io: self._bind(io, info.view, view, file, bind_heights),
             reads=("gbuffer.depth", "gbuffer.tiles_coast"),
             writes=(*GBUFFER, *(() if file else _GROWING)),
             stage="detail",
@@ -80,12 +80,12 @@ class Coasts:
         )
 
     def _bind(
-        self, io: PassIO, of: Callable[[], TerrainView], file: str, bind_heights: Callable[[], None]
+        self, io: PassIO, of: View, view: Callable[[], TerrainView], file: str, bind_heights: Callable[[], None]
     ) -> Callable[[], None]:
         tiles, depth = io.buffer("gbuffer.tiles_coast"), io.texture("gbuffer.depth")
         images = [io.texture(n) for n in GBUFFER]
         own = self._shader(file) if file else None
-        ask = None if file else self._bind_asking(io, of())
+        ask = None if file else self._bind_asking(io, of, view())
 
         def run() -> None:
             depth.use(DEPTH_UNIT)
@@ -103,14 +103,14 @@ class Coasts:
 
         return run
 
-    def _bind_asking(self, io: PassIO, view: TerrainView) -> Callable[[], None]:
+    def _bind_asking(self, io: PassIO, of: View, view: TerrainView) -> Callable[[], None]:
         """Of the tiles that both surfaces share, and from far away of those into which a lake goes on."""
         begin, grow = self._shader("terrain/coast_begin.comp"), self._shader("terrain/coast_grow.comp")
         tiles, (asked, land, more) = io.buffer("gbuffer.tiles_coast"), (io.buffer(name) for name in _LISTS)
         growing = [io.buffer(name) for name in _GROWING]
         across, down = tiles_of(io.size)
         barrier = self._gpu.barrier
-        ask = self._bind_between(view) if self._fourth() else self._bind_lists(view, asked, land)
+        ask = self._bind_between(view) if self._fourth() else self._bind_lists(of, view, asked, land)
 
         def run() -> None:
             grow.set("u_tiles", (across, down))
@@ -145,7 +145,7 @@ class Coasts:
 
         return run
 
-    def _bind_lists(self, view: TerrainView, asked: Any, land: Any) -> Callable[[Any], None]:
+    def _bind_lists(self, of: View, view: TerrainView, asked: Any, land: Any) -> Callable[[Any], None]:
         """Asks at the pixels that may be either, by lists of them."""
         # In full: a test looks for the names of all shaders.
         find_file, far_file, ask_file = "terrain/coast_find.comp", "terrain/coast_far.comp", "terrain/coast_ask.comp"
@@ -159,14 +159,15 @@ class Coasts:
         barrier = self._gpu.barrier
 
         def run(tiles: Any) -> None:
+            frame = of.frame
             first = whole if view.farther else find_wide if view.wide else find
             lists = alone or not view.farther
             if lists:
                 first.set("u_opaque_m", self._opaque_m())
             if alone and view.wide:
                 # Either surface may become the other.
-                checkerboard = view.checkerboard is not None and view.checkered.issuperset(("terrain", "ocean"))
-                first.set("u_checkerboard", view.checkerboard if checkerboard else -1)
+                board, both = frame.checkerboard, frame.checkered.issuperset(("terrain", "ocean"))
+                first.set("u_checkerboard", -1 if board is None or not both else board)
             first.run_indirect(tiles)
             if lists:
                 barrier()

@@ -77,7 +77,8 @@ class TerrainSystem(System):
         self._world, self._views = setup.world, setup.views
         self._settings = setup.settings
         self._methods = Methods(setup.gpu, setup.views)
-        self._material_ubo = setup.gpu.uniform_block(TerrainMaterialBlock, MATERIAL_BLOCK, "terrain_material_block")
+        # Its text, for shaders; each view has a block of its own.
+        setup.gpu.uniform_block(TerrainMaterialBlock, MATERIAL_BLOCK, "terrain_material_block")
         self._materials = -1
         self._use_materials()
         self._maps = MapTextures(setup.gpu)
@@ -92,7 +93,6 @@ class TerrainSystem(System):
         self._changes: tuple[int, ...] = ()
         self._field_revision: tuple[int, ...] = ()
         self._colour_revision = -1
-        self._material_stamp: tuple[int, ...] = ()
         self._refresh_field(setup.world, setup.planet, setup.settings)  # with the backend's contracts
 
     def release(self) -> None:
@@ -177,7 +177,6 @@ class TerrainSystem(System):
     def update(self, frame: Frame) -> None:
         proxy = frame.view.proxy
         view, camera = self._view(frame.view_index), frame.camera
-        view.checkerboard, view.checkered = frame.checkerboard, frame.checkered
         if frame.checkerboard is not None and self._shade_every() == 2:
             frame.checkered.add("terrain")
         # A grid that the proxy wants is made unseen: turning to the ground then costs nothing.
@@ -200,12 +199,11 @@ class TerrainSystem(System):
         backend.ground = self._ground
         backend.update(frame)
         self.structure += self._methods.changed()
-        place = (frame.view_index, proxy.generation)
-        stamp = (*self._field_revision, self._colour_revision, self._materials, *place)
-        if stamp != self._material_stamp:
-            self._material_stamp = stamp
-            self._material_ubo.write(material_block(self._component, self._ground.params, proxy.lattice.direction))
-        self._material_ubo.bind()
+        key = (*self._field_revision, self._colour_revision, self._materials, proxy.generation)
+        if key != view.material_key:
+            view.material_key = key
+            view.material.write(material_block(self._component, self._ground.params, proxy.lattice.direction))
+        view.material.bind()
 
     def _octaves_key(self, proxy: Proxy) -> tuple[Any, ...]:
         return (proxy.generation, self._ground.revision, self._component.color_map_strength)
@@ -284,7 +282,7 @@ class TerrainSystem(System):
         builder.add_pass(
             "terrain.shade",
             system=name,
-            bind=lambda io: self._bind_shade(io, index, tiles),
+            bind=lambda io: self._bind_shade(io, view.view, tiles),
             kind="compute",
             reads=("gbuffer.depth", *GBUFFER, *dict.fromkeys((*_TILES, *tiles)), *contract_reads(self._world)),
             writes=("scene.radiance",),
@@ -346,7 +344,7 @@ class TerrainSystem(System):
         """One of so many pixels is shaded."""
         return int(self._settings["terrain.shade_every"]) if self.backend.shade_file == Backend.shade_file else 1
 
-    def _bind_shade(self, io: PassIO, index: int, lists: tuple[str, ...]) -> Callable[[], None]:
+    def _bind_shade(self, io: PassIO, view: View, lists: tuple[str, ...]) -> Callable[[], None]:
         radiance = io.texture("scene.radiance")
         textures = [(unit, io.texture(name)) for name, unit in GBUFFER_UNITS.items()]
         bind_air = bind_contracts(self._world, io)
@@ -361,7 +359,7 @@ class TerrainSystem(System):
             plain = self._shader(backend.shade_file, *dry)
             parts.append((io.buffer(name), plain, self._shader(backend.shade_file, *dry, *near)))
 
-        view, every, between = self._view(index), self._shade_every(), None
+        every, between = self._shade_every(), None
         all_tiles = [io.buffer(name) for name in _TILES]
         if every > 1:  # kept: graphs are compiled again and again
             between = self._between or UpsampleShaded(self._gpu, "SURFACE_TERRAIN", every, self._settings)
@@ -372,13 +370,13 @@ class TerrainSystem(System):
             radiance.bind_to_image(RADIANCE_IMAGE, read=False, write=True)
             for unit, texture in textures:
                 texture.use(unit)
-            self._bind_octaves(index)
-            backend.bind_shading(index)
+            self._bind_octaves(view.index)
+            backend.bind_shading(view.index)
             cluttered = self._component.clutter > 0.0
             for tiles, plain, full in parts:
                 tiles.bind_to_storage_buffer(TILE_BUFFER)
                 (full if cluttered else plain).run_indirect(tiles)
-            if between is not None and between.leaves_out(view.checkerboard):
+            if between is not None and between.leaves_out(view.frame.checkerboard):
                 between.run(radiance, all_tiles)
 
         return run

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
+from ...engine.blocks.bindings import MATERIAL_BLOCK
 from ...engine.frame import ViewParts
 from ...engine.gpu import GpuScope
+from .material import TerrainMaterialBlock
 
 __all__ = ["TerrainView"]
 
 
 class TerrainView(ViewParts):
-    """One view's table of the height function, around the view's anchor."""
+    """One view's table of the height function and block of materials, around the view's anchor."""
 
     def __init__(self, of: GpuScope) -> None:
         super().__init__(of)
@@ -21,6 +23,6 @@ class TerrainView(ViewParts):
         self.next_key: tuple[Any, ...] = ()
         self.wide = False  # whether pixels on coasts do with heights in float
         self.far = self.farther = False  # whether all of the ground's are, and so wide that all beside coasts are asked
+        self.material = self.gpu.uniform_block(TerrainMaterialBlock, MATERIAL_BLOCK)
+        self.material_key: tuple[int, ...] = ()  # what the block was made for
         self.updated = -1  # for which proxy
-        self.checkerboard: int | None = None  # Frame.checkerboard
-        self.checkered: set[str] = set()  # Frame.checkered

@@ -97,8 +97,9 @@ def test_what_is_shared_is_made_once() -> None:
         for owner in ("atmosphere", "clouds", "composite", "gbuffer", "light", "props"):
             assert after.get(owner, {}).get("program") == programs.get(owner, {}).get("program"), owner
         second = bytes_of(renderer)
-        for owner in ("atmosphere", "clouds", "composite", "gbuffer", "proxy", "sky", "stars"):
+        for owner in ("atmosphere", "clouds", "composite", "gbuffer", "sky", "stars"):
             assert second[owner] == first[owner], owner
+        assert second["proxy"] == 2 * first["proxy"]  # the lattice around its anchor
         assert second["terrain"] < 1.2 * first["terrain"]  # its list of tiles; the tiles are shared
         assert second["graph"] - first["graph"] == pytest.approx(view.graph.memory_bytes(), rel=0.05)
         view.release()

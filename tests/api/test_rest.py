@@ -187,3 +187,40 @@ def test_each_of_several_views_rests_on_its_own(stage):
         stage.renderer.gpu.leave(other)
         other.release()
     stage.rest()
+
+
+def test_a_view_at_rest_is_shown_by_its_own_hosts_depth(stage):
+    """Each view stands among the objects of its host, and the hosts' depth buffers hold distances differently."""
+    near, reversed_z = pf.HostDepth(1.0, -0.1), pf.HostDepth(0.0, 0.1)
+    gpu, size = stage.renderer.gpu, (48, 48)
+    view, present = stage.renderer.add_view(size), "outputs.present_depth"
+    targets = [gpu.ctx.simple_framebuffer(s) for s in (SIZE, size)]
+
+    def show(of, target, depth) -> np.ndarray:
+        target.clear(depth=0.0 if depth is reversed_z else 1.0)
+        of.render_to(target, stage.camera, time_s=0.0, depth=depth)
+        return np.frombuffer(target.read(), np.uint8).copy()
+
+    def ran() -> list[str]:
+        return [p.name for p in stage.renderer.passes() if p.ran]
+
+    try:
+        for depth in (reversed_z, None):
+            show(view, targets[1], depth)  # its first frame ends every rest
+            full = show(stage.renderer, targets[0], near)
+            for _ in range(_FRAMES):
+                now = show(stage.renderer, targets[0], near)
+                if ran() == [present]:
+                    break
+                full = now
+            else:
+                raise AssertionError(f"no rest: {ran()}")
+            assert show(view, targets[1], depth).any()
+            shown = show(stage.renderer, targets[0], near)
+            assert ran() == [present]
+            np.testing.assert_array_equal(shown, full)
+    finally:
+        view.release()
+        for target in targets:
+            gpu.leave(target)
+            target.release()

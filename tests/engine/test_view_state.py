@@ -137,3 +137,17 @@ def test_a_view_under_water_leaves_the_clouds_of_the_other_alone(monkeypatch: py
         assert clouds is not None
         past: Any = renderer.views[0].found(clouds).history
         assert past.mode != 0, "the frame before was lost"
+
+
+@pytest.mark.gpu
+def test_views_that_take_turns_do_not_write_each_others_blocks() -> None:
+    """Over the same still scene: what depends on a view's place is in blocks of its own."""
+    with pf.load_scene("earth") as scene:
+        first = pf.Camera.at(37.7, 140.6, 900.0, pitch_deg=-20.0, planet=scene.planet)
+        second = pf.Camera.at(37.69, 140.62, 1100.0, pitch_deg=-20.0, planet=scene.planet)
+        with pf.Renderer(scene, SIZE, "low") as renderer, renderer.add_view(SIZE) as view:
+            for _ in range(3):
+                renderer.gpu.work.reset()
+                renderer.render(first, 0.0, sun=SUN)
+                view.render(second, 0.0, sun=SUN)
+            assert renderer.gpu.work.uploads == 2  # the frame's own block, with the camera in it

@@ -33,7 +33,8 @@ class GridBackend(Backend):
 
     def __init__(self, gpu: GpuScope, settings: Settings, method: str, views: Views) -> None:
         super().__init__(gpu, settings, method, views)
-        self._ubo = gpu.uniform_block(TerrainGridBlock, TERRAIN_GRID_BLOCK, "terrain_grid")
+        # Its text, for shaders; each view has a block of its own.
+        gpu.uniform_block(TerrainGridBlock, TERRAIN_GRID_BLOCK, "terrain_grid")
         self._making = GridMaking(gpu, settings)
         self._programs: dict[tuple[str, bool], Any] = {}
 
@@ -53,8 +54,8 @@ class GridBackend(Backend):
         self.structure += grew
         view.keep_dh_m = heights_seen(frame, frame.view.proxy.anchor_height_m)
         view.look(frame)
-        self._ubo.write(view.block(self.ground.params.radius_m))
-        self._ubo.bind()
+        view.ubo.write(view.block(self.ground.params.radius_m))
+        view.ubo.bind()
 
     def rests(self, frame: Frame) -> bool:
         return self._of(frame).rests(frame)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....components import Ocean, Planet
+from ....engine.blocks.bindings import TERRAIN_GRID_BLOCK
 from ....engine.blocks.layout import Vec3
 from ....engine.frame import Frame, Proxy
 from ....engine.frame.snapping import Scale, SnapAhead
@@ -82,6 +83,7 @@ class GridMesh(SnappedMesh[GridChoice]):
     def __init__(self, of: GpuScope, making: GridMaking) -> None:
         super().__init__(of, "terrain", making.programs, making.prepares, making.fading)
         self._making = making
+        self.ubo = self.gpu.uniform_block(TerrainGridBlock, TERRAIN_GRID_BLOCK)
         self.ground: Ground
         self.bind_octaves: Callable[[], None] = lambda: None
 

@@ -61,6 +61,7 @@ class _View(PatchMesh):
 
     def __init__(self, of: GpuScope, programs: PatchPrograms) -> None:
         super().__init__(of, "terrain", programs, VERTEX_BYTES, 32)
+        self.ubo = self.gpu.uniform_block(PaperGridBlock, TERRAIN_GRID_BLOCK)
         self.arrays: dict[str, Any] = {}
         self.grid: ProjectedGrid | None = None
         self.table: Any = None
@@ -91,8 +92,8 @@ class PaperGridBackend(Backend):
         super().__init__(gpu, settings, method, views)
         self._field: PaperField | None = None
         self._field_key: tuple[Any, ...] = ()
-        self._block: PaperGridBlock | None = None
-        self._ubo = gpu.uniform_block(PaperGridBlock, TERRAIN_GRID_BLOCK, "paper_grid")
+        # Its text, for shaders; each view has a block of its own.
+        gpu.uniform_block(PaperGridBlock, TERRAIN_GRID_BLOCK, "paper_grid")
         self._continents = gpu.texture((TEXELS, TEXELS), "r32f")
         levels = _TILE_TEXELS.bit_length()
         self._normal_map = gpu.texture(
@@ -137,7 +138,7 @@ class PaperGridBackend(Backend):
             if view.table is None:
                 view.table = view.gpu.buffer(reserve=TABLE_DTYPE.itemsize, dynamic=True)
             view.table.write(field.table(proxy.lattice.direction, proxy.anchor_height_m).tobytes())
-        self._write_block(view, proxy)
+        view.ubo.bind()
         view.look(frame)
 
     def _project(self, view: _View, frame: Frame, field: PaperField, proxy: Proxy) -> None:
@@ -156,6 +157,7 @@ class PaperGridBackend(Backend):
         cut = grid.tessellate(above_ground, proxy.ground_m, angle, _MOST_VERTICES)
         view.angle_rad = angle * cut.coarser
         view.grid = grid
+        self._write_block(view, proxy)
         self.structure += view.take(cut)
 
     def _write_block(self, view: _View, proxy: Proxy) -> None:
@@ -169,23 +171,21 @@ class PaperGridBackend(Backend):
         place = grid.axes[2] * (grid.radius_m / tile_m)
         tile = place - np.floor(place)
         above = max(proxy.cell.altitude_m - proxy.ground_m, 0.01)
-        block = PaperGridBlock(
-            first_axis=tuple(grid.axes[0].tolist()),
-            z_s=grid.z_s,
-            second_axis=tuple(grid.axes[1].tolist()),
-            per_half=1.0 / half,
-            spacing_rad=view.angle_rad,
-            smallest_spacing_m=width_m / FINEST,
-            proxy_height_m=above,
-            half_steps=half,
-            power=grid.power,
-            tile_place=tuple(tile.tolist()),
-            tiles_per_m=1.0 / tile_m,
+        view.ubo.write(
+            PaperGridBlock(
+                first_axis=tuple(grid.axes[0].tolist()),
+                z_s=grid.z_s,
+                second_axis=tuple(grid.axes[1].tolist()),
+                per_half=1.0 / half,
+                spacing_rad=view.angle_rad,
+                smallest_spacing_m=width_m / FINEST,
+                proxy_height_m=above,
+                half_steps=half,
+                power=grid.power,
+                tile_place=tuple(tile.tolist()),
+                tiles_per_m=1.0 / tile_m,
+            )
         )
-        if block != self._block:
-            self._block = block
-            self._ubo.write(block)
-        self._ubo.bind()
 
     def bind_heights(self, view_index: int) -> bool:
         self.view(view_index).table.bind_to_uniform_block(TERRAIN_TABLE_BLOCK)
