@@ -258,7 +258,7 @@ class World:
         return _Layered({}, self._shared)
 
     def set_resource(self, key: str, value: object) -> None:
-        """Publish something that belongs to the world and not to an entity, e.g. "height_field" or "star_axes"."""
+        """Publish something that belongs to the world and not to an entity, e.g. "height_field" or "sea_top_m"."""
         self.resources[key] = value
 
     def resource(self, key: str) -> Any:

@@ -40,7 +40,7 @@ class DrawnMesh:
     def of(cls, renderer: Renderer) -> DrawnMesh:
         """Of the last frame. RuntimeError when it drew no ground."""
         system: Any = renderer.system("terrain")
-        mesh = None if system is None else system.drawn_mesh()
+        mesh = None if system is None else system.drawn_mesh(renderer.views[0])
         if mesh is None or mesh.count == 0:
             raise RuntimeError("the last frame selected no ground: nothing to measure")
         assert system is not None
@@ -55,7 +55,7 @@ class DrawnMesh:
             anchor_height_m=proxy.anchor_height_m,
             anchor_m=proxy.anchor_m.copy(),
             generation=proxy.generation,
-            spacing=system.backend.view(0).choice.spacing,
+            spacing=system.backend.view(renderer.views[0]).choice.spacing,
         )
 
     @property

@@ -77,12 +77,11 @@ def gpu_heights(
     the vertex moves with it.
     """
     face, i, j = (a[chosen] for a in mesh.lattice)
-    system: Any = renderer.system("terrain")
     lattice: Any = renderer.system("proxy")
 
     def bind() -> None:
         lattice.bind_anchor(renderer.views[0])
-        bind_octaves(system)
+        bind_octaves(renderer)
 
     with Evaluator(
         renderer.gpu,
@@ -96,9 +95,10 @@ def gpu_heights(
     return mesh.anchor_height_m + found["dh"].astype(np.float64), feet
 
 
-def bind_octaves(system: Any) -> None:
+def bind_octaves(renderer: Renderer) -> None:
     """The terrain system's octave table, where terrain/height.glsl looks for it."""
-    system._view(0).octaves.bind_to_storage_buffer(TERRAIN_TABLE_BUFFER)
+    view: Any = renderer.views[0].found(renderer.system("terrain"))
+    view.octaves.bind_to_storage_buffer(TERRAIN_TABLE_BUFFER)
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,6 @@ def finite_difference_normals(renderer: Renderer, mesh: DrawnMesh, chosen: NDArr
     u = np.cross(directions, helper)
     u /= np.linalg.norm(u, axis=1, keepdims=True)
     v = np.cross(directions, u)
-    system: Any = renderer.system("terrain")
     with Evaluator(
         renderer.gpu,
         """
@@ -155,7 +154,7 @@ def finite_difference_normals(renderer: Renderer, mesh: DrawnMesh, chosen: NDArr
         '#include "terrain/height.glsl"',
     ) as evaluate:
         found = evaluate(
-            lambda: bind_octaves(system),
+            lambda: bind_octaves(renderer),
             D=foot,
             u=u,
             v=v,

@@ -47,7 +47,7 @@ class PaperMesh:
         backend = None if system is None else system.backend
         if not isinstance(backend, PaperGridBackend):
             raise RuntimeError("the ground is not drawn by the projected grid's paper mode")
-        view = backend.view(0)
+        view = backend.view(renderer.views[0])
         cut, grid = view.cut, view.grid
         assert cut is not None and grid is not None
         side = (1 << cut.level) + 1

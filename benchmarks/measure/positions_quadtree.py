@@ -43,7 +43,7 @@ def worst_px_by_level(renderer: Renderer, camera: Camera) -> dict[int, float]:
     renderer.settle(camera)
     renderer.render(camera)
     system: Any = renderer.system("terrain")
-    mesh = system.backend.view(0).mesh
+    mesh = system.backend.view(renderer.views[0]).mesh
     proxy = renderer.views[0].proxy
     position = renderer.camera_state(camera).position_m
     with renderer.current():

@@ -196,7 +196,7 @@ def _generation(renderer: Renderer) -> int:
 def _moving_share(renderer: Renderer) -> float:
     """Share of the drawn vertices that move by anything, of those that triangles of the overlay use."""
     system: Any = renderer.system("terrain")
-    view: Any = system.backend.view(0)
+    view: Any = system.backend.view(renderer.views[0])
     fade = getattr(view, "fade", None)
     if fade is None or not fade.running:
         return float("nan")

@@ -85,7 +85,7 @@ class View:
             found = self._kept[id(owner)] = (owner, factory())  # the owner is held, so that its id stays its own
         return found[1]
 
-    def found(self, owner: object) -> object:
+    def found(self, owner: object) -> Any:
         """What `owner` keeps for this view, or None."""
         found = self._kept.get(id(owner))
         return None if found is None else found[1]
@@ -121,11 +121,6 @@ class ViewInfo:
     outputs: frozenset[str] = frozenset({"color"})
     planet: int = 0
     planet_index: int = 0
-
-    @property
-    def index(self) -> int:
-        """The view's index."""
-        return self.view.index
 
 
 @dataclass
@@ -166,7 +161,8 @@ class Frame:
     backdrop: bool = True
     """Whether the sun's disc and stars are drawn; not in a picture that is to stand before somebody else's."""
     star_axes: NDArray[np.float64] | None = None
-    """(3, 3): planet = star_axes @ inertial, where somebody else says how the stars stand; None: the scene's clock."""
+    """(3, 3): planet = star_axes @ inertial, from who draws several planets or else the light system; None: stars are
+    fixed to the planet."""
     jitter_px: tuple[float, float] = (0.0, 0.0)
     """Where in its pixel, from its centre (x to the right, y up), this frame samples the scene. `System.begin` sets it;
     the frame block's projection holds it, so all that is drawn or reconstructed from depth agrees. `camera` does not:
@@ -179,11 +175,6 @@ class Frame:
 
     def __post_init__(self) -> None:
         self.view.latest = self
-
-    @property
-    def view_index(self) -> int:
-        """The view's index."""
-        return self.view.index
 
     @property
     def pixel_rad(self) -> float:

@@ -51,17 +51,10 @@ class Views:
         """What `owner` keeps, of all views that it keeps something for."""
         return [found for view in self for found in (view.found(owner),) if isinstance(found, kind)]
 
-    def found(self, index: int, owner: object, kind: type[T]) -> T | None:
-        """What `owner` keeps for the view of that index, or None."""
-        view = self._views.get(index)
-        found = None if view is None else view.found(owner)
-        return found if isinstance(found, kind) else None
-
-    def release(self, index: int) -> None:
+    def release(self, view: View) -> None:
         """A view is no more."""
-        view = self._views.pop(index, None)
-        if view is not None:
-            view.release()
+        self._views.pop(view.index, None)
+        view.release()
 
     def forget(self, *owners: object) -> None:
         """Release what these owners keep for any view: they are no more."""

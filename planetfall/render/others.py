@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..components import Ocean, Sun, Terrain
-from ..engine.frame import Frame, View
+from ..engine.frame import Frame, View, Views
 from ..engine.system import System
 from ..errors import MissingError
 from ..scene.companions import Body
@@ -41,24 +41,44 @@ class Stage(Protocol):
     def now(self, time_s: float) -> Sky: ...
     def renderer_of(self, name: str) -> PlanetRenderer | None: ...
     def others_of(self, name: str) -> Others: ...
-    def sun_over(self, body: Body, view_index: int) -> Sun: ...
+    def sun_over(self, body: Body, view: View) -> Sun: ...
     def stamp(self) -> tuple[object, ...]: ...
 
 
-class Others:
-    """What the companions' system of one planet's renderer asks for: pictures of the others (CompanionSource)."""
+class _Around:
+    """Of one view: the planets in its picture. jitter_px: of a view that is a picture for another planet's."""
 
-    def __init__(self, stage: Stage, name: str) -> None:
-        self._stage, self._name = stage, name
-        self._parts: dict[int, tuple[float, float]] = {}
-        self._drawn: dict[tuple[int, str], _Drawn] = {}
-        self._shown: dict[int, list[_Drawn]] = {}
-        """By view: what its last frame showed of other planets."""
+    def __init__(self) -> None:
+        self.jitter_px: tuple[float, float] | None = None
+        self.drawn: dict[str, _Drawn] = {}
+        self.shown: list[_Drawn] = []
+        """In its last frame."""
+
+    def release(self) -> None:
+        for name in list(self.drawn):
+            self.forget(name)
+
+    def forget(self, name: str) -> None:
+        gone = self.drawn.pop(name, None)
+        if gone is not None:
+            self.shown = [drawn for drawn in self.shown if drawn is not gone]
+            gone.release()
+
+
+class Others:
+    """What the companions' system of one planet's renderer asks for: pictures of the others (CompanionSource). views:
+    of that renderer."""
+
+    def __init__(self, stage: Stage, name: str, views: Views) -> None:
+        self._stage, self._name, self._views = stage, name, views
+
+    def _of(self, view: View) -> _Around:
+        return view.state(self, _Around)
 
     def prepare(self, frame: Frame) -> bool:
         sky = self._stage.now(frame.time_s)
         frame.star_axes = None if self._name == self._stage.own_name else sky.bodies[self._name].axes.T @ sky.star_axes
-        jitter = self._parts.get(frame.view_index)
+        jitter = self._of(frame.view).jitter_px
         if jitter is None:
             return False
         frame.jitter_px, frame.backdrop = jitter, False
@@ -68,21 +88,22 @@ class Others:
         return self._stage.stamp()
 
     def settled(self, view: View) -> bool:
-        return all(drawn.settled() for drawn in self._shown.get(view.index, ()))
+        return all(drawn.settled() for drawn in self._of(view).shown)
 
     def progress(self, view: View) -> float:
-        return min((drawn.progress() for drawn in self._shown.get(view.index, ())), default=1.0)
+        return min((drawn.progress() for drawn in self._of(view).shown), default=1.0)
 
     def pictures(self, frame: Frame) -> list[Picture]:
         bodies = self._stage.now(frame.time_s).bodies
         main = bodies[self._name]
-        shown = self._shown[frame.view_index] = []
+        around = self._of(frame.view)
+        around.shown = []
         found: list[tuple[float, Picture]] = []
         for body in bodies.values():
             if body.name == self._name:
                 continue
             seen = body.seen_from(main)
-            drawn = self._drawn.get((frame.view_index, body.name))
+            drawn = around.drawn.get(body.name)
             away = seen.centre_m - frame.camera.position_m
             if hidden_by(main, _lowest_m(main), frame.camera.position_m, seen.centre_m, seen.reach_m):
                 continue
@@ -93,30 +114,24 @@ class Others:
                 planet = self._stage.renderer_of(body.name)
                 if planet is None:
                     raise MissingError(f"planet {body.name!r} has no renderer yet")
-                drawn = self._drawn[frame.view_index, body.name] = _Drawn(planet, part.size)
+                drawn = around.drawn[body.name] = _Drawn(planet, part.size)
             texture = drawn.texture(self._stage, body, part, frame)
-            shown.append(drawn)
+            around.shown.append(drawn)
             power = float(away @ away) - seen.reach_m**2
             found.append((power, Picture(texture, part.corner_px, part.texel_px, part.rect, part.spot_px)))
         return [picture for _, picture in sorted(found, key=lambda pair: -pair[0])]
 
-    def part_jitter(self, view_index: int, jitter_px: tuple[float, float]) -> None:
-        """This planet's view of that index is a picture for another one's camera."""
-        self._parts[view_index] = jitter_px
+    def part_jitter(self, view: View, jitter_px: tuple[float, float]) -> None:
+        """This view of the planet is a picture for another one's camera."""
+        self._of(view).jitter_px = jitter_px
 
     def forget(self, name: str) -> None:
         """A planet goes: one of the same name may come."""
-        for key in [key for key in self._drawn if key[1] == name]:
-            gone = self._drawn.pop(key)
-            gone.release()
-            if gone in self._shown.get(key[0], ()):
-                self._shown[key[0]].remove(gone)
+        for around in self._views.states(self, _Around):
+            around.forget(name)
 
     def release(self) -> None:
-        for drawn in self._drawn.values():
-            drawn.release()
-        self._drawn.clear()
-        self._shown.clear()
+        self._views.forget(self)
 
 
 class _Drawn:
@@ -130,12 +145,12 @@ class _Drawn:
     def texture(self, stage: Stage, body: Body, part: Part, frame: Frame) -> moderngl.Texture:
         """PICTURE of the part of a frame's picture that shows this planet."""
         planet, view = self.planet, self.view
-        sun = stage.sun_over(body, view.index)
+        sun = stage.sun_over(body, view)
         key = self._spot_key(stage, part, sun) if not part.texels and not frame.settling else ()
         if key and key == self._spot and self._texture is not None:
             return self._texture
         jitter = (frame.jitter_px[0] * part.texels, frame.jitter_px[1] * part.texels)
-        stage.others_of(body.name).part_jitter(view.index, jitter)
+        stage.others_of(body.name).part_jitter(view, jitter)
         view.resize(part.size)
         moment = Moment(part.camera, planet.sun_state(sun, frame.time_s), frame.time_s)
         planet.draw(

@@ -113,7 +113,7 @@ class PlanetRenderer:
     def release_view(self, view: DrawnView) -> None:
         """Free what is that view's alone."""
         self.use()
-        self.views.release(view.index)
+        self.views.release(view)
 
     def _drawn(self) -> list[DrawnView]:
         return [view for view in self.views if isinstance(view, DrawnView)]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ..camera.place import Pose, Stand
 from ..components import Sun
-from ..engine.frame import SunState
+from ..engine.frame import SunState, View
 from ..engine.frame.backdrop import SOURCE
 from ..engine.settings import revision
 from ..engine.space import CameraState
@@ -43,6 +43,24 @@ class Heavens:
     sun: SunState
     star_axes: NDArray[np.float64]
     key: tuple[object, ...]
+
+
+class _HeldSun:
+    """A sun over one planet, as a component: the same one while nothing changes."""
+
+    def __init__(self) -> None:
+        self._key: tuple[float, ...] = ()
+        self._sun = Sun()
+
+    def over(self, body: Body, heavens: Heavens) -> Sun:
+        """The sun of that moment in the planet's own axes."""
+        shining = heavens.sun
+        (x, y, z), (red, green, blue) = (body.axes.T @ shining.direction).tolist(), shining.irradiance.tolist()
+        key = (x, y, z, red, green, blue, shining.angular_radius_rad)
+        if key != self._key:
+            self._key = key
+            self._sun = Sun(direction=(x, y, z), irradiance=(red, green, blue), angular_radius_rad=key[6])
+        return self._sun
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +114,8 @@ class Planets(Mapping[str, PlanetRenderer]):
         self._make = make
         self._members: dict[str, PlanetRenderer] = {}
         self._others: dict[str, Others] = {}
-        self._suns: dict[tuple[str, int], tuple[tuple[object, ...], Sun]] = {}
+        self._suns: dict[str, _HeldSun] = {}
+        """Over each planet, as the camera of the last turn."""
         self._stamp: tuple[object, ...] = ()
         self._heavens: Heavens | None = None
         self.gone: list[Callable[[str], None]] = []
@@ -135,7 +154,9 @@ class Planets(Mapping[str, PlanetRenderer]):
             stand = Stand(main.scene.planet, Pose(place, turned @ pose.forward, turned @ pose.up), stand.optics)
         elif planet is own:
             return Turn(own, stand, own.sun_state(scene.sun if sun is None else sun, time_s), time_s, home, main)
-        over = scene.sun if planet is own and sun is None else self._sun_over(main, heavens, -1)
+        over = scene.sun
+        if planet is not own or sun is not None:
+            over = self._suns.setdefault(main.name, _HeldSun()).over(main, heavens)
         return Turn(planet, stand, planet.sun_state(over, time_s), time_s, home, main)
 
     def _heavens_at(self, time_s: float, sun: Sun | None, over: str) -> Heavens:
@@ -166,21 +187,10 @@ class Planets(Mapping[str, PlanetRenderer]):
             return self._heavens_at(time_s, None, "")
         return self._heavens
 
-    def sun_over(self, body: Body, view_index: int) -> Sun:
-        """The last turn's sun in a planet's own axes; the same component while nothing changes."""
+    def sun_over(self, body: Body, view: View) -> Sun:
+        """The last turn's sun in the axes of a planet that the view is of."""
         assert self._heavens is not None
-        return self._sun_over(body, self._heavens, view_index)
-
-    def _sun_over(self, body: Body, heavens: Heavens, view_index: int) -> Sun:
-        shining = heavens.sun
-        direction = body.axes.T @ shining.direction
-        (x, y, z), (red, green, blue) = direction.tolist(), shining.irradiance.tolist()
-        key = (x, y, z, red, green, blue, shining.angular_radius_rad)
-        held = self._suns.get((body.name, view_index))
-        if held is None or held[0] != key:
-            sun = Sun(direction=(x, y, z), irradiance=(red, green, blue), angular_radius_rad=key[6])
-            held = self._suns[body.name, view_index] = (key, sun)
-        return held[1]
+        return view.state(self, _HeldSun).over(body, self._heavens)
 
     def hand_over(self, before: str, after: str) -> None:
         """Go on with the exposure that another planet's renderer had come to."""
@@ -220,7 +230,7 @@ class Planets(Mapping[str, PlanetRenderer]):
             self._stars_again(self.own)
 
     def _join(self, name: str) -> None:
-        others = self._others[name] = Others(self, name)
+        others = self._others[name] = Others(self, name, self[name].views)
         self[name].resources[SOURCE] = others
         self._stars_again(self[name])
 

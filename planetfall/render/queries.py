@@ -33,4 +33,4 @@ def height_drawn(planet: PlanetRenderer, view: DrawnView, directions: NDArray[np
         return np.full(len(directions), np.nan)
     planet.use()
     unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
-    return system.backend.height_drawn(unit, view.proxy, view.index)
+    return system.backend.height_drawn(unit, view)

@@ -120,7 +120,7 @@ class Resolver:
         if not self.temporal:
             return
         own = self._of(frame.view)
-        motion = own.motion(frame.world.resources.get("star_axes"))
+        motion = own.motion(frame.star_axes)
         if own.step.mode == Mode.MOVING and motion is not None:
             sea = frame.world.try_get(frame.planet, Ocean)
             gravity = 0.0 if sea is None else sea.gravity_m_s2

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...components import Ocean, Planet
-from ...engine.frame import Frame, Proxy
+from ...engine.frame import Frame, Proxy, View
 from ...engine.frame.snapping import Scale, SnapAhead
 from ...engine.gpu import GpuScope
 from ...engine.gpu.cell_mesh import CellPrograms
@@ -57,9 +57,9 @@ class SeaMesh(SnappedMesh[SeaChoice]):
     phases: ClassVar[tuple[str, ...]] = ("sea",)
     keep_dh_m = (-1.0e29, 3.0e38)  # ocean/vertices.comp marks cells without water
 
-    def __init__(self, of: GpuScope, making: SeaMaking, index: int) -> None:
+    def __init__(self, of: GpuScope, making: SeaMaking, view: View) -> None:
         super().__init__(of, "ocean", making.programs, making.prepares)
-        self._making, self._index = making, index
+        self._making, self._of = making, view
         self.waves = WaveView(self.gpu)
         self.displaced: tuple[Any, ...] | None = None
         self._rows = self.gpu.buffer(reserve=4 * self.mesh.capacity, dynamic=True)  # of the ground's cells
@@ -144,7 +144,7 @@ class SeaMesh(SnappedMesh[SeaChoice]):
         if snap is not None:
             bind_heights = snap.bind_heights
         elif (found := self._making.world.resources.get("surface_height")) is not None:
-            bind_heights = partial(found, self._index)
+            bind_heights = partial(found, self._of)
         if bind_heights is not None:
             bind_heights()
         vertices.set("u_reach", choice.reach_m)

@@ -6,7 +6,7 @@ from abc import abstractmethod
 from typing import Protocol
 
 from ...components import Ocean
-from ...engine.frame import Frame
+from ...engine.frame import Frame, View
 from ...engine.gpu import GpuScope
 from ...engine.methods import Method
 from ...engine.settings import revision
@@ -36,9 +36,9 @@ class SeaMethod(Method):
         self.world, self.views, self.waves = setup.world, setup.views, waves
 
     @abstractmethod
-    def view(self, index: int) -> _SeaView:
+    def view(self, view: View) -> _SeaView:
         """What it keeps for a view."""
 
     def rests(self, frame: Frame) -> bool:
         """Whether `update` would do nothing but look."""
-        return self.view(frame.view_index).rests(frame)
+        return self.view(frame.view).rests(frame)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ...engine.frame import Frame, ViewInfo
+from ...engine.frame import Frame, View, ViewInfo
 from ...engine.frame.gbuffer import GBUFFER
 from ...engine.gpu import GpuScope
 from ...engine.gpu.cell_mesh import VERTEX_DTYPE
@@ -34,15 +34,15 @@ class OurSea(SeaMethod):
         # Seen from above and, under water, from below.
         self._draw_state = gpu.state(depth_test=True, depth_func=">", cull=None)
 
-    def view(self, index: int) -> SeaMesh:
+    def view(self, view: View) -> SeaMesh:
         """One view's cells."""
-        return self.views[index].state(self, lambda: SeaMesh(self.gpu, self._making, index))
+        return view.state(self, lambda: SeaMesh(self.gpu, self._making, view))
 
     def update(self, frame: Frame) -> None:
-        self.structure += self.view(frame.view_index).update(frame)
+        self.structure += self.view(frame.view).update(frame)
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
-        sea = self.view(view.index)
+        sea = self.view(view.view)
         mesh, name, moves = sea.mesh, self.gpu.owner, sea.waves.moves
         seen = view.view.seen.ground
         sea.declare(builder, name)
@@ -73,7 +73,7 @@ class OurSea(SeaMethod):
         self.waves.declare(builder, view, sea.waves)
 
     def statistics(self) -> dict[str, int]:
-        sea = self.views.found(0, self, SeaMesh)
+        sea: SeaMesh | None = self.views[0].found(self)
         return {} if sea is None else sea.mesh.statistics()
 
     def _bind_displace(self, io: PassIO, sea: SeaMesh) -> Callable[[], None]:

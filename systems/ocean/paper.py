@@ -16,7 +16,7 @@ import numpy as np
 
 from ...components import Ocean, Planet
 from ...engine.blocks.bindings import COUNT_BUFFER, PATCH_BUFFER, SEA_GRID_BLOCK, VERTEX_BUFFER, VISIBLE_BUFFER
-from ...engine.frame import Frame, ViewInfo
+from ...engine.frame import Frame, View, ViewInfo
 from ...engine.frame.gbuffer import GBUFFER
 from ...engine.gpu import GpuScope
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
@@ -82,12 +82,12 @@ class PaperSea(SeaMethod):
         self._surface = gpu.program("ocean/paper/gbuffer.vert", "ocean/gbuffer.frag", defines={"SEA_PAPER": 1})
         self._draw_state = gpu.state(depth_test=True, depth_func=">", cull=None)
 
-    def view(self, index: int) -> PaperSeaView:
+    def view(self, view: View) -> PaperSeaView:
         """One view's grid."""
-        return self.views[index].state(self, lambda: PaperSeaView(self.gpu, self._patches))
+        return view.state(self, lambda: PaperSeaView(self.gpu, self._patches))
 
     def update(self, frame: Frame) -> None:
-        view = self.view(frame.view_index)
+        view = self.view(frame.view)
         if view.follow(frame):
             self.structure += self._project(frame, view)
         view.look(frame)
@@ -133,8 +133,8 @@ class PaperSea(SeaMethod):
         return view.take(cut)
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
-        name, sea, seen = self.gpu.owner, self.view(view.index), view.view.seen.ground
-        sea.declare(builder, name, lambda: self._bind_heights(view.index))
+        name, sea, seen = self.gpu.owner, self.view(view.view), view.view.seen.ground
+        sea.declare(builder, name, lambda: self._bind_heights(view.view))
         builder.add_pass(
             "ocean.displace",
             kind="compute",
@@ -158,10 +158,10 @@ class PaperSea(SeaMethod):
             help="triangles of the visible sea",
         )
 
-    def _bind_heights(self, view_index: int) -> None:
+    def _bind_heights(self, view: View) -> None:
         bind = self.world.resources.get("surface_height")
         if bind is not None:
-            bind(view_index)
+            bind(view)
 
     def _bind_displace(self, io: PassIO, view: PaperSeaView) -> Callable[[], None]:
         names = ("vertices", "visible", "counts", "arguments", "displaced")
@@ -203,5 +203,5 @@ class PaperSea(SeaMethod):
         return run
 
     def statistics(self) -> dict[str, int]:
-        view = self.views.found(0, self, PaperSeaView)
+        view: PaperSeaView | None = self.views[0].found(self)
         return {} if view is None or view.cut is None else {"patches": len(view.cut), "vertices": view.cut.vertices}

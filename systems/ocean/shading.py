@@ -63,7 +63,7 @@ class _SeaView(ViewParts):
         self.made_for: tuple[Any, ...] = ()
         self.near_water = False
         """Whether the water may reach its lens; wet_rows: of the picture, with water before them."""
-        self.wet_rows = (0, 0)
+        self.wet_rows: tuple[int, int] = (0, 0)
         self.high = self.far = False
         """Whether it is above most of the air, and whether its pixels are too wide for any pattern."""
 

@@ -59,7 +59,7 @@ class OceanSystem(System):
         self._use_method(frame.world.get(frame.planet, Ocean), frame.settings)
         self.method.update(frame)
         self.structure += self._methods.changed()
-        self._waves.update(frame, self.method.view(frame.view_index).waves)
+        self._waves.update(frame, self.method.view(frame.view).waves)
         self._shading.update(frame, self._waves.of(frame))
 
     def _rests(self, frame: Frame) -> bool:

@@ -244,7 +244,7 @@ class PropsSystem(System):
         return run
 
     def statistics(self) -> dict[str, int]:
-        view = self._views.found(0, self, _PropsView)
+        view: _PropsView | None = self._views[0].found(self)
         if view is None or view.visible is None:
             return {}
         triangles = sum(len(self._meshes[form, level][0].indices) * n for form, level, _, n in view.visible.draws)

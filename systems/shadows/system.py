@@ -56,7 +56,7 @@ class _View(ViewParts):
         self.finest = 0.0  # level that may be shown, counted from the finest wanted; eased
         self.ground: tuple[Any, ...] = ()
         self.place: tuple[Any, ...] = ()  # what the windows were placed for
-        self.hurry, self.index = True, 0
+        self.hurry = True
         self.textures: tuple[Any, ...] = ()
         self.complete = False
         self.asked = False  # whether anybody reads the map in this frame
@@ -151,7 +151,7 @@ class ShadowSystem(System):
 
     def update(self, frame: Frame) -> None:
         # Things in space are lit through the map, whose place is the proxy's.
-        known = self._views.found(frame.view_index, self, _View)
+        known: _View | None = frame.view.found(self)
         if self._unseen.rests(frame) and (known is None or known.place == self._place_of(frame)):
             if known is not None:
                 known.asked = False
@@ -160,7 +160,7 @@ class ShadowSystem(System):
         self._switch(shown)
         if not self.on:
             return
-        view = self._view(frame.view_index, frame.size[1])
+        view = self._of(frame.view, frame.size[1])
         view.asked = False
         sea = frame.world.try_get(frame.planet, Ocean)
         body = frame.world.get(frame.planet, Planet)
@@ -170,7 +170,6 @@ class ShadowSystem(System):
             view.ground = ground
             view.forget()
         view.hurry = frame.settling or frame.cut or frame.one_shot or view.sun is None
-        view.index = frame.view_index
         place = self._place_of(frame)
         if place == view.place and view.complete and view.finest == 0.0 and self._done(view):
             return  # turning the camera changes nothing
@@ -184,13 +183,12 @@ class ShadowSystem(System):
         pixel_rad = frame.pixel_rad
         return (camera.position_m.tobytes(), pixel_rad, proxy.generation, frame.sun.direction.tobytes())
 
-    def _view(self, index: int, rows: int) -> _View:
+    def _of(self, view: View, rows: int) -> _View:
         """The windows of a view, as large as its picture can show."""
         size = BLOCK * max(min(round(_TEXELS_PER_ROW * rows / BLOCK), self._most // BLOCK), _LEAST // BLOCK)
-        found = self._views.found(index, self, _View)
+        found: _View | None = view.found(self)
         if found is not None and found.windows.size == size:
             return found
-        view = self._views[index]
         view.forget(self)
         self.structure += 1
         return view.state(self, lambda: _View(self._gpu, size))
@@ -297,7 +295,7 @@ class ShadowSystem(System):
 
     def _read(self, view: View) -> _View | None:
         """That view's map, if somebody reads it: else the pass is not in the graph."""
-        found = self._views.found(view.index, self, _View)
+        found: _View | None = view.found(self)
         return found if self.on and found is not None and found.asked else None
 
     @staticmethod
@@ -311,14 +309,14 @@ class ShadowSystem(System):
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         if not self.on:
             return
-        own = self._view(view.index, view.size[1])
+        own = self._of(view.view, view.size[1])
         side = (own.windows.side, own.windows.side)
         assert self._world is not None
         builder.add_pass(
             "shadows.clipmap",
             kind="compute",
             system=self.name,
-            bind=lambda io: self._bind(io, own),
+            bind=lambda io: self._bind(io, view.view, own),
             creates=tuple(
                 TextureSpec(
                     name,
@@ -340,7 +338,7 @@ class ShadowSystem(System):
         view.asked = True
         return not self._done(view)
 
-    def _bind(self, io: PassIO, view: _View) -> Callable[[], None]:
+    def _bind(self, io: PassIO, of: View, view: _View) -> Callable[[], None]:
         textures = tuple(io.texture(name) for name in _FORMATS)
         if any(a is not b for a, b in zip(textures, view.textures, strict=False)) or not view.textures:
             view.textures = textures
@@ -348,13 +346,13 @@ class ShadowSystem(System):
                 level.fresh, level.swept = [view.windows.whole], -1
 
         def run() -> None:
-            self._work(view)
+            self._work(of, view)
 
         return run
 
-    def _work(self, view: _View) -> None:
+    def _work(self, of: View, view: _View) -> None:
         assert self._world is not None
-        self._world.resource("surface_height")(view.index)
+        self._world.resource("surface_height")(of)
         view.ubo.bind()
         levels = view.windows.levels
         count = len(levels)

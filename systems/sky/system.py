@@ -165,8 +165,7 @@ class _Shown:
 class StarsSystem(System):
     """Needs Stars. Adds the galaxy's light and single stars to ``scene.radiance``, fixed to the inertial frame.
 
-    Reads the world resource "star_axes" ((3, 3), planet = star_axes @ inertial); without it the stars are fixed to the
-    planet.
+    Stars stand as Frame.star_axes says; without it they are fixed to the planet.
     """
 
     name: ClassVar[str] = "stars"
@@ -246,7 +245,7 @@ class StarsSystem(System):
         self._expose(frame, stars, shown)
         if not frame.backdrop:
             shown.hidden = True
-        self._turn_stars(frame.world.try_resource("star_axes"))
+        self._turn_stars(frame.star_axes)
         shown.clear = clear = bool(frame.world.query(Atmosphere)) and not frame.view.seen.planet()
         points, galaxy = self._drawer(clear)
         points.set("u_star_axes", self._star_axes)

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from ...engine.frame import Views
+from ...engine.frame import View
 from ...engine.gpu import GpuScope
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from .backends import Backend
@@ -20,25 +20,23 @@ class TerrainDebugPasses:
     gpu: the terrain's scope.
     """
 
-    def __init__(self, gpu: GpuScope, views: Views) -> None:
+    def __init__(self, gpu: GpuScope) -> None:
         self._gpu = gpu
-        self._overlay = SnapOverlay(gpu, views)
+        self._overlay = SnapOverlay(gpu)
         self._error: Any = None
         self._holes: Any = None
 
-    def declare(
-        self, builder: GraphBuilder, backend: Backend, view_index: int, bind_octaves: Callable[[], None]
-    ) -> None:
+    def declare(self, builder: GraphBuilder, backend: Backend, view: View, bind_octaves: Callable[[], None]) -> None:
         """bind_octaves: binds the height function's table."""
         builder.add_pass(
             "terrain.wireframe",
             system="terrain",
-            bind=lambda io: self._bind_wireframe(io, backend, view_index),
-            reads=backend.draw_reads(view_index),
+            bind=lambda io: self._bind_wireframe(io, backend, view),
+            reads=backend.draw_reads(view),
             creates=(TextureSpec("debug.wireframe", "rgba8"), TextureSpec("debug.wireframe_depth", "depth32f")),
             help="edges of all drawn triangles, coloured by level",
         )
-        self._overlay.declare(builder, backend, view_index)
+        self._overlay.declare(builder, backend, view)
         builder.add_pass(
             "terrain.error_px",
             system="terrain",
@@ -56,11 +54,11 @@ class TerrainDebugPasses:
             help="background where there has to be ground",
         )
 
-    def _bind_wireframe(self, io: PassIO, backend: Backend, view_index: int) -> Callable[[], None]:
+    def _bind_wireframe(self, io: PassIO, backend: Backend, view: View) -> Callable[[], None]:
         target = io.framebuffer(colors=("debug.wireframe",), depth="debug.wireframe_depth")
         solid = self._gpu.state(depth_test=True, depth_func=">=", cull="back", write_color=False)
         lines = self._gpu.state(depth_test=True, depth_func=">=", cull="back", wireframe=True)
-        draw = backend.bind_draw(io, view_index, "terrain/wireframe.frag")
+        draw = backend.bind_draw(io, view, "terrain/wireframe.frag")
 
         def run() -> None:
             target.use()

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.frame import ViewParts, Views
+from ...engine.frame import View, ViewParts
 from ...engine.gpu import GpuScope
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from .backends import Backend
@@ -46,31 +46,31 @@ class _Kept(ViewParts):
 class SnapOverlay:
     """Declares ``debug.snap_overlay``. gpu: the terrain's scope."""
 
-    def __init__(self, gpu: GpuScope, views: Views) -> None:
-        self._gpu, self._views = gpu, views
+    def __init__(self, gpu: GpuScope) -> None:
+        self._gpu = gpu
         self._lines: Any = None
 
-    def declare(self, builder: GraphBuilder, backend: Backend, view_index: int) -> None:
+    def declare(self, builder: GraphBuilder, backend: Backend, view: View) -> None:
         builder.add_pass(
             "terrain.snap_overlay",
             system="terrain",
-            bind=lambda io: self._bind(io, backend, view_index),
-            reads=backend.draw_reads(view_index),
+            bind=lambda io: self._bind(io, backend, view),
+            reads=backend.draw_reads(view),
             creates=(TextureSpec("debug.snap_overlay", "rgba8"), TextureSpec("debug.snap_depth", "depth32f")),
             help="the mesh before the last snap in red and after it in green",
         )
 
-    def _bind(self, io: PassIO, backend: Backend, view_index: int) -> Callable[[], None]:
+    def _bind(self, io: PassIO, backend: Backend, view: View) -> Callable[[], None]:
         if self._lines is None:
             self._lines = self._gpu.program(vertex="terrain/snap_overlay.vert", fragment="terrain/snap_overlay.frag")
         target = io.framebuffer(colors=("debug.snap_overlay",), depth="debug.snap_depth")
         solid = self._gpu.state(depth_test=True, depth_func=">=", write_color=False)
         lines = self._gpu.state(depth_test=True, depth_func=">=", wireframe=True, blend="additive", write_depth=False)
-        draw = backend.bind_draw(io, view_index, "terrain/wireframe.frag")
+        draw = backend.bind_draw(io, view, "terrain/wireframe.frag")
 
         def run() -> None:
-            anchor_m = self._views[view_index].proxy.anchor_m
-            meshes = self._refresh(backend, view_index, anchor_m)
+            anchor_m = view.proxy.anchor_m
+            meshes = self._refresh(backend, view, anchor_m)
             target.use()
             target.clear(0.02, 0.02, 0.03, 1.0, depth=0.0)
             solid.apply()
@@ -83,17 +83,17 @@ class SnapOverlay:
 
         return run
 
-    def _refresh(self, backend: Backend, view_index: int, anchor_m: NDArray[np.float64]) -> list[_Mesh]:
+    def _refresh(self, backend: Backend, view: View, anchor_m: NDArray[np.float64]) -> list[_Mesh]:
         """The mesh of this frame and the one before it, of the same backend."""
-        kept = self._views[view_index].state(self, lambda: _Kept(self._gpu))
+        kept = view.state(self, lambda: _Kept(self._gpu))
         meshes, gpu = kept.meshes, kept.gpu
-        stamp = (backend, backend.mesh_stamp(view_index))
+        stamp = (backend, backend.mesh_stamp(view))
         if meshes and meshes[0].stamp == stamp:
             return meshes
         if meshes and meshes[0].stamp[0] is not backend:  # type: ignore[index]
             while meshes:
                 kept.free(meshes.pop())
-        found = backend.read_mesh(view_index)
+        found = backend.read_mesh(view)
         if found is None:
             return meshes
         positions, triangles = found

@@ -82,7 +82,7 @@ class TerrainSystem(System):
         self._materials = -1
         self._use_materials()
         self._maps = MapTextures(setup.gpu)
-        self._debug = TerrainDebugPasses(setup.gpu, setup.views)
+        self._debug = TerrainDebugPasses(setup.gpu)
         setup.world.set_resource("surface_height", self._bind_heights)
         self._draw_states = {
             out: setup.gpu.state(depth_test=True, depth_func=">", cull="back" if out else None) for out in (True, False)
@@ -113,13 +113,13 @@ class TerrainSystem(System):
             self._field_revision = ()  # it may draw a ground of its own
             self.structure += 1
 
-    def _bind_heights(self, view_index: int) -> None:
+    def _bind_heights(self, view: View) -> None:
         """World resource ``surface_height``: binds what the shader contract of that name reads."""
-        if not self.backend.bind_heights(view_index):
-            self._bind_octaves(view_index)
+        if not self.backend.bind_heights(view):
+            self._bind_octaves(view)
 
-    def _bind_octaves(self, view_index: int) -> None:
-        self._view(view_index).octaves.bind_to_uniform_block(TERRAIN_TABLE_BLOCK)
+    def _bind_octaves(self, view: View) -> None:
+        self._of(view).octaves.bind_to_uniform_block(TERRAIN_TABLE_BLOCK)
         self._maps.bind()
 
     def _refresh_field(self, world: World, planet: int, settings: Settings) -> None:
@@ -166,8 +166,8 @@ class TerrainSystem(System):
     def _dress(self, table: Any) -> None:
         self._maps.write_color(table, self._component.color_map_strength)
 
-    def _view(self, index: int) -> TerrainView:
-        return self._views[index].state(self, lambda: TerrainView(self._gpu))
+    def _of(self, view: View) -> TerrainView:
+        return view.state(self, lambda: TerrainView(self._gpu))
 
     def begin(self, frame: Frame) -> None:
         self._use_materials()
@@ -176,7 +176,7 @@ class TerrainSystem(System):
 
     def update(self, frame: Frame) -> None:
         proxy = frame.view.proxy
-        view, camera = self._view(frame.view_index), frame.camera
+        view, camera = self._of(frame.view), frame.camera
         if frame.checkerboard is not None and self._shade_every() == 2:
             frame.checkered.add("terrain")
         # A grid that the proxy wants is made unseen: turning to the ground then costs nothing.
@@ -244,14 +244,14 @@ class TerrainSystem(System):
         return buffer
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
-        name, index, backend = self.name, view.index, self.backend
-        seen = view.view.seen.ground
+        name, of, backend = self.name, view.view, self.backend
+        seen = of.seen.ground
         backend.declare(builder, view)
         builder.add_pass(
             "terrain.gbuffer",
             system=name,
-            bind=lambda io: self._bind_gbuffer(io, index),
-            reads=backend.draw_reads(index),
+            bind=lambda io: self._bind_gbuffer(io, of),
+            reads=backend.draw_reads(of),
             writes=("gbuffer.depth", *GBUFFER),
             stage="opaque",
             only_while=seen,
@@ -259,7 +259,7 @@ class TerrainSystem(System):
         )
         if self._world.query(Ocean):
             self._coasts.declare(
-                builder, view, lambda: self._view(index), backend.coast_file, lambda: self._bind_heights(index), seen
+                builder, view, lambda: self._of(of), backend.coast_file, lambda: self._bind_heights(of), seen
             )
         tiles = _TILES
         if self._sorts_wet():
@@ -282,7 +282,7 @@ class TerrainSystem(System):
         builder.add_pass(
             "terrain.shade",
             system=name,
-            bind=lambda io: self._bind_shade(io, view.view, tiles),
+            bind=lambda io: self._bind_shade(io, of, tiles),
             kind="compute",
             reads=("gbuffer.depth", *GBUFFER, *dict.fromkeys((*_TILES, *tiles)), *contract_reads(self._world)),
             writes=("scene.radiance",),
@@ -290,12 +290,12 @@ class TerrainSystem(System):
             only_while=seen,
             help="materials and light of terrain pixels",
         )
-        self._debug.declare(builder, backend, index, lambda: self._bind_heights(index))
+        self._debug.declare(builder, backend, of, lambda: self._bind_heights(of))
 
-    def _bind_gbuffer(self, io: PassIO, index: int) -> Callable[[], None]:
+    def _bind_gbuffer(self, io: PassIO, view: View) -> Callable[[], None]:
         target = io.framebuffer(colors=GBUFFER, depth="gbuffer.depth")
         state = self._draw_states[self.backend.faces_out]
-        draw = self.backend.bind_draw(io, index, "terrain/gbuffer.frag")
+        draw = self.backend.bind_draw(io, view, "terrain/gbuffer.frag")
 
         def run() -> None:
             target.use()
@@ -370,8 +370,8 @@ class TerrainSystem(System):
             radiance.bind_to_image(RADIANCE_IMAGE, read=False, write=True)
             for unit, texture in textures:
                 texture.use(unit)
-            self._bind_octaves(view.index)
-            backend.bind_shading(view.index)
+            self._bind_octaves(view)
+            backend.bind_shading()
             cluttered = self._component.clutter > 0.0
             for tiles, plain, full in parts:
                 tiles.bind_to_storage_buffer(TILE_BUFFER)
@@ -394,6 +394,6 @@ class TerrainSystem(System):
         found = self.backend.statistics()
         return found if self._views[0].seen.ground() else dict.fromkeys(found, 0)
 
-    def drawn_mesh(self, view_index: int = 0) -> Any:
+    def drawn_mesh(self, view: View) -> Any:
         """The mesh that the last frame drew, for queries of the drawn surface; None if the backend has no CellMesh."""
-        return self.backend.drawn_mesh(view_index)
+        return self.backend.drawn_mesh(view)

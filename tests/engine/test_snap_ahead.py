@@ -199,7 +199,7 @@ def flight_of(scene: pf.Scene, frames: int = 60) -> descent.Flight:
 
 def systems_of(renderer: pf.Renderer):
     by_name = {system.name: system for system in renderer.systems}
-    return by_name["terrain"].backend.view(0), by_name["ocean"].method.view(0)
+    return by_name["terrain"].backend.view(renderer.views[0]), by_name["ocean"].method.view(renderer.views[0])
 
 
 def ran(renderer: pf.Renderer) -> set[str]:

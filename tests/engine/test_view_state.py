@@ -30,11 +30,11 @@ def test_state_is_made_once_for_each_view_and_owner_and_released_with_the_view()
     assert views[0].state(one, _Kept) is first
     assert views[1].state(one, _Kept) is not first
     assert views[0].state(other, _Kept) is not first
-    assert views.found(0, one, _Kept) is first and views.found(2, one, _Kept) is None
+    assert views[0].found(one) is first and views[2].found(one) is None
     assert len(views.states(one, _Kept)) == 2
-    views.release(0)
-    views.release(0)
-    assert first.released == 1 and views.found(0, one, _Kept) is None
+    views.release(views[0])
+    views.release(views[0])
+    assert first.released == 1 and views[0].found(one) is None
     assert len(views.states(one, _Kept)) == 1
     second = views[1].state(one, _Kept)
     views.forget(one)

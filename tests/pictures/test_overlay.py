@@ -163,7 +163,7 @@ def test_no_cracks_along_the_border_of_the_old_grid():
     with pf.Renderer(pf.load_scene("moon"), (160, 90), "low", {"terrain.backend": "grid"}) as renderer:
         renderer.render(first, dt_s=0.1)
         renderer.render(then, dt_s=0.1)
-        fade = renderer.system("terrain").backend.view(0).fade
+        fade = renderer.system("terrain").backend.view(renderer.views[0]).fade
         assert fade.running
         changed, starts = fade.read_changed(), fade.read_starts()
         mesh = replace(DrawnMesh.of(renderer), record=fade.mesh.read_cells(), vertices=fade.mesh.read_vertices())
@@ -182,7 +182,7 @@ def test_a_picture_by_itself_does_not_fade():
         state = renderer.camera_state(pf.view("near"))
         for camera in snaps.forward_path(state, 4.0, 30):
             renderer.render(pf.Camera(camera.position_m, camera.forward, camera.up))
-            assert not renderer.system("terrain").backend.view(0).fade.running
+            assert not renderer.system("terrain").backend.view(renderer.views[0]).fade.running
 
 
 @pytest.mark.gpu
@@ -191,7 +191,7 @@ def test_leaps_and_settling_do_not_fade():
         fade = None
         for name in ("near", "high", "near"):
             renderer.render(pf.view(name))
-            fade = renderer.system("terrain").backend.view(0).fade
+            fade = renderer.system("terrain").backend.view(renderer.views[0]).fade
             assert not fade.running
         renderer.settle(pf.view("near"))
         assert not fade.running

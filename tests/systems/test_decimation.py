@@ -126,7 +126,7 @@ VIEWS = ("near", "valley", "orbit", "pole")
 @pytest.mark.parametrize("view", VIEWS)
 def test_the_gpu_agrees_as_the_oracle_does_and_leaves_no_crack(renderer, view):
     renderer.render(pf.view(view))
-    mesh = renderer.system("terrain").drawn_mesh()
+    mesh = renderer.system("terrain").drawn_mesh(renderer.views[0])
     record, positions = mesh.read_cells(), mesh.read_vertices()["position_m"]
     with renderer.current():
         packed = np.frombuffer(mesh._topology.read(32 * mesh.count), "u4").reshape(-1, 8)
@@ -163,7 +163,7 @@ def hidden_by_skyline(renderer, view):
     for reach in ("0.3", "0.0"):
         changed = text.replace("SKYLINE_REACH = 0.3", f"SKYLINE_REACH = {reach}")
         renderer.gpu.shaders.add_virtual("common/skyline.glsl", changed)
-        renderer.system("terrain").backend.view(0).culled = None
+        renderer.system("terrain").backend.view(renderer.views[0]).culled = None
         out.append((renderer.render(view, outputs=("distance",))["distance"], renderer.stats["triangles"]))
     return out
 

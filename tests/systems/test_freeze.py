@@ -102,7 +102,7 @@ def test_a_fade_that_ends_while_it_is_frozen_leaves_the_cells_that_it_led_to(gpu
         for n in range(90):
             camera = pf.Camera(state.position_m + 3.0 * n * state.forward, state.forward, state.up)
             seen = renderer.render(camera, dt_s=0.016, outputs=("surface",))["surface"] > 0
-            fade = renderer.system("terrain").backend.view(0).fade  # type: ignore[union-attr]
+            fade = renderer.system("terrain").backend.view(renderer.views[0]).fade  # type: ignore[union-attr]
             if fade.running:
                 break
         assert fade is not None and fade.running

@@ -194,8 +194,9 @@ def test_light_system_publishes_the_axes_of_its_sun():
     frame = Frame(world, planet, (8, 8), None, resolve_sun(sun, body, 7200.0), time_s=7200.0)  # type: ignore[arg-type]
     system = LightSystem()
     system.update(frame)
-    np.testing.assert_array_equal(world.resource("star_axes"), resolve_sky(sun, body, 7200.0).star_axes)
-    frame.sun = resolve_sun(FakeSun(direction=(0.0, 0.0, 1.0)), body)  # a view's own sun
+    np.testing.assert_array_equal(frame.star_axes, resolve_sky(sun, body, 7200.0).star_axes)
+    # A view's own sun.
+    frame.sun, frame.star_axes = resolve_sun(FakeSun(direction=(0.0, 0.0, 1.0)), body), None
     system.update(frame)
-    np.testing.assert_array_equal(world.resource("star_axes"), np.eye(3))
+    np.testing.assert_array_equal(frame.star_axes, np.eye(3))
     world.close()

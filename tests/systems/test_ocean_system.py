@@ -100,7 +100,7 @@ def f64_error(renderer, camera, time_s, reach_m):
     out = renderer.render(camera, time_s=time_s, outputs=("position", "surface"))
     near = (out["surface"] == SEA) & (np.linalg.norm(out["position"], axis=2) < reach_m)
     points = renderer.camera_state(camera).position_m + out["position"][near].astype(np.float64)
-    waves = renderer.system("ocean").method.view(0).waves.waves
+    waves = renderer.system("ocean").method.view(renderer.views[0]).waves.waves
     distance = np.linalg.norm(points, axis=1)
     calm, _, moved = at_directions(waves, points / distance[:, None], np.full(len(points), time_s))
     true = np.linalg.norm(calm * waves.radius_m + moved, axis=1)
@@ -120,7 +120,7 @@ def test_cells_agree_on_the_vertices_that_they_share(earth):
     """To the last bit, in waves: or there would be cracks between them."""
     earth.render(over_the_sea(5.0), time_s=12345.0)
     system = next(s for s in earth.systems if s.name == "ocean")
-    sea = system.method.view(0)
+    sea = system.method.view(earth.views[0])
     rows = sea.mesh.read_visible()
     calm = sea.mesh.read_vertices()[rows]["position_m"]
     size = sea.mesh.count * sea.mesh.vertices_per_cell

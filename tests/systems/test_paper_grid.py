@@ -180,7 +180,7 @@ def test_other_grids(corners, rng):
 def test_triangles_on_the_gpu_are_those_of_the_tessellation(paper):
     paper.render(pf.view("near"))
     mesh = paper_grid.PaperMesh.of(paper)
-    view = paper.system("terrain").backend.view(0)
+    view = paper.system("terrain").backend.view(paper.views[0])
     with paper.current():
         counts = int(np.frombuffer(view.buffers["arguments"].read(4), "u4")[0])
         found = np.frombuffer(view.buffers["triangles"].read(4 * counts), "u4").astype(np.int64).reshape(-1, 3)

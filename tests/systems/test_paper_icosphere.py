@@ -37,7 +37,7 @@ def test_what_is_drawn_is_what_the_recursion_leaves(renderer):
     camera = pf.Camera.at(40.0, 20.0, 5000.0, heading_deg=70.0, pitch_deg=-15.0)
     renderer.render(camera)
     backend = renderer.system("terrain").backend
-    view, state = backend.view(0), renderer.camera_state(camera)
+    view, state = backend.view(renderer.views[0]), renderer.camera_state(camera)
     tangents = tuple(getattr(state, f"tan_{side}") for side in ("left", "right", "bottom", "top"))
     planes = frustum_planes(state.forward, state.up, tangents)
     finest = int(view.keys.size and backend.shape.scheme.level(view.keys).max())
@@ -61,7 +61,7 @@ def test_vertices_at_the_end_of_their_morph_are_the_parents(renderer):
     backend = renderer.system("terrain").backend
     camera = pf.Camera.at(10.0, 120.0, 2000.0, pitch_deg=-20.0)
     renderer.render(camera)
-    view, shape = backend.view(0), backend.shape
+    view, shape = backend.view(renderer.views[0]), backend.shape
     with renderer.current():
         data = np.frombuffer(view.vertices.read(len(view.keys) * shape.vertices * 24), "<f4")
     data = data.reshape(-1, shape.vertices, 6)[:, :, :3]

@@ -188,11 +188,11 @@ def test_stars_stay_where_the_sky_is(night):
     before = night.render(block).read("scene.radiance")
     c, s = np.cos(1.0), np.sin(1.0)
     axes = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1.0]])
-    night.world.set_resource("star_axes", axes)
+    night.frame.star_axes = axes
     away = night.render(block).read("scene.radiance")
     turned = look(axes @ direction, fov_y_deg=4.0, size=SIZE, sun_direction=behind(direction))
     after = night.render(turned).read("scene.radiance")
-    night.world.remove_resource("star_axes")
+    night.frame.star_axes = None
     assert away[..., 1].max() < 0.1 * before[..., 1].max()
     np.testing.assert_allclose(after, before, rtol=0.02, atol=0.02 * before.max())
 

@@ -45,7 +45,7 @@ def make(renderer, shape, keys):
         try:
             maker = TileMaker(scope, shape, len(keys))
             maker.use(system.backend.ground.params)
-            system.backend.bind_octaves(0)
+            system.backend.bind_octaves(renderer.views[0])
             assert maker.make(keys, np.arange(len(keys)), renderer.scene.planet.radius_m)
             facts = maker.collect(wait=True)[0]
             data = np.frombuffer(maker.slots.read(len(keys) * shape.vertices * RECORD.itemsize), RECORD)
@@ -146,7 +146,7 @@ def test_edges_are_closed_to_the_last_bit(renderer, settled):
             renderer.settle(camera)
         for _ in range(1 if settled else 3):
             renderer.render(camera, dt_s=0.03)
-            view = drawing.view(0)
+            view = drawing.view(renderer.views[0])
             with renderer.current():
                 counts: dict[frozenset[bytes], int] = {}
                 for edge in edge_chains(view, view.mesh):
@@ -277,7 +277,7 @@ def test_frozen_tiles_stay(renderer):
     renderer.render(here)
     entity = world.create(DebugView(freeze=True))
     try:
-        tiles = renderer.system("terrain").backend.view(0).mesh
+        tiles = renderer.system("terrain").backend.view(renderer.views[0]).mesh
         keys, drawn = tiles.keys.copy(), tiles.statistics()["cells"]
         renderer.render(there)
         np.testing.assert_array_equal(tiles.keys, keys)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....components import Ocean, Planet
-from ....engine.frame import Frame, Proxy, Views
+from ....engine.frame import Frame, View, Views
 from ....engine.gpu import GpuScope
 from ....engine.gpu.preprocess import Defines
 from ....engine.graph import PassIO
@@ -57,7 +57,7 @@ class Backend(Method):
     """Whether triangles seen from behind are hidden ones."""
     ground: Ground
     """What it draws; the system says so before each `update`."""
-    bind_octaves: Callable[[int], None]
+    bind_octaves: Callable[[View], None]
     """Binds the height function's table around a view's anchor (uniform block 4), to be called in passes."""
 
     def __init__(self, gpu: GpuScope, settings: Settings, method: str, views: Views) -> None:
@@ -78,38 +78,38 @@ class Backend(Method):
         """The ground that it draws, in float64: the scene's own, but for a method whose source has another."""
         return ground.field
 
-    def bind_heights(self, view_index: int) -> bool:
+    def bind_heights(self, view: View) -> bool:
         """Binds what its own contract ``surface_height`` reads; False if that is the system's table."""
         return False
 
-    def bind_shading(self, view_index: int) -> None:
+    def bind_shading(self) -> None:
         """Binds what its shade_file reads beyond the G-buffer and the table of heights."""
 
     @abstractmethod
-    def draw_reads(self, view_index: int) -> tuple[str, ...]:
+    def draw_reads(self, view: View) -> tuple[str, ...]:
         """Resources of the graph that the draw reads."""
 
     @abstractmethod
-    def bind_draw(self, io: PassIO, view_index: int, fragment: str) -> Callable[[], None]:
+    def bind_draw(self, io: PassIO, view: View, fragment: str) -> Callable[[], None]:
         """Everything of the view, drawn with a fragment shader (inputs as terrain/gbuffer.frag)."""
 
     def rests(self, frame: Frame) -> bool:
         """Whether `update` may be left out of a frame that shows no ground."""
         return not frame.view.seen.planet() and self.settled(frame.view)
 
-    def height_drawn(self, directions: NDArray[np.float64], proxy: Proxy, view_index: int = 0) -> NDArray[np.float64]:
+    def height_drawn(self, directions: NDArray[np.float64], view: View) -> NDArray[np.float64]:
         """Heights (N,) of the triangles drawn below unit directions (N, 3); NaN where there are none. Reads back."""
         return np.full(len(directions), np.nan)
 
-    def drawn_mesh(self, view_index: int = 0) -> Any:
+    def drawn_mesh(self, view: View) -> Any:
         """The CellMesh of the view, if this backend has one."""
         return None
 
-    def mesh_stamp(self, view_index: int) -> object:
+    def mesh_stamp(self, view: View) -> object:
         """Differs whenever read_mesh() may."""
         return None
 
-    def read_mesh(self, view_index: int) -> tuple[NDArray[np.float32], NDArray[np.int64]] | None:
+    def read_mesh(self, view: View) -> tuple[NDArray[np.float32], NDArray[np.int64]] | None:
         """Vertices (V, 3) from the view's anchor and triangles (N, 3) of all that is selected, seen or not; None if the
         backend doesn't tell. Reads back from the GPU."""
         return None

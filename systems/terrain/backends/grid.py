@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....engine.blocks.bindings import TERRAIN_GRID_BLOCK
-from ....engine.frame import Frame, Proxy, View, ViewInfo, Views
+from ....engine.frame import Frame, View, ViewInfo, Views
 from ....engine.gpu import GpuScope
 from ....engine.gpu.cell_mesh import CellMesh
 from ....engine.graph import GraphBuilder, PassIO
@@ -38,18 +38,18 @@ class GridBackend(Backend):
         self._making = GridMaking(gpu, settings)
         self._programs: dict[tuple[str, bool], Any] = {}
 
-    def view(self, index: int) -> GridMesh:
+    def view(self, view: View) -> GridMesh:
         """One view's cells."""
-        return self.views[index].state(self, lambda: GridMesh(self.gpu, self._making))
+        return view.state(self, lambda: GridMesh(self.gpu, self._making))
 
     def _of(self, frame: Frame) -> GridMesh:
-        view = self.view(frame.view_index)
+        view = self.view(frame.view)
         view.ground = self.ground
         return view
 
     def update(self, frame: Frame) -> None:
         view = self._of(frame)
-        view.bind_octaves = partial(self.bind_octaves, frame.view_index)
+        view.bind_octaves = partial(self.bind_octaves, frame.view)
         _, grew = view.follow(frame)
         self.structure += grew
         view.keep_dh_m = heights_seen(frame, frame.view.proxy.anchor_height_m)
@@ -61,14 +61,14 @@ class GridBackend(Backend):
         return self._of(frame).rests(frame)
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
-        self.view(view.index).declare(builder, "terrain")
+        self.view(view.view).declare(builder, "terrain")
 
-    def draw_reads(self, view_index: int) -> tuple[str, ...]:
-        return self.view(view_index).draw_reads()
+    def draw_reads(self, view: View) -> tuple[str, ...]:
+        return self.view(view).draw_reads()
 
-    def bind_draw(self, io: PassIO, view_index: int, fragment: str) -> Callable[[], None]:
-        view = self.view(view_index)
-        mesh, fade = view.mesh, view.fade
+    def bind_draw(self, io: PassIO, view: View, fragment: str) -> Callable[[], None]:
+        own = self.view(view)
+        mesh, fade = own.mesh, own.fade
         patches = mesh.vertex_array(self._program(fragment, False))
         if fade is None:
             return lambda: mesh.draw(patches)
@@ -93,27 +93,27 @@ class GridBackend(Backend):
         return self._programs[key]
 
     def settled(self, view: View) -> bool:
-        grid = self.views.found(view.index, self, GridMesh)
+        grid: GridMesh | None = view.found(self)
         return grid is None or grid.fade is None or not grid.fade.running
 
     def statistics(self) -> dict[str, int]:
-        grid = self.views.found(0, self, GridMesh)
+        grid: GridMesh | None = self.views[0].found(self)
         return {} if grid is None else grid.drawn.statistics()
 
-    def drawn_mesh(self, view_index: int = 0) -> CellMesh | None:
-        grid = self.views.found(view_index, self, GridMesh)
+    def drawn_mesh(self, view: View) -> CellMesh | None:
+        grid: GridMesh | None = view.found(self)
         return None if grid is None else grid.mesh
 
-    def mesh_stamp(self, view_index: int) -> object:
-        return self.view(view_index).mesh.selection
+    def mesh_stamp(self, view: View) -> object:
+        return self.view(view).mesh.selection
 
-    def read_mesh(self, view_index: int) -> tuple[NDArray[np.float32], NDArray[np.int64]] | None:
-        mesh = self.view(view_index).mesh
+    def read_mesh(self, view: View) -> tuple[NDArray[np.float32], NDArray[np.int64]] | None:
+        mesh = self.view(view).mesh
         vertices = mesh.read_vertices()["position_m"].reshape(-1, 3)
         return vertices, triangles_of_cells(mesh.read_cells(), mesh.quads)
 
-    def height_drawn(self, directions: NDArray[np.float64], proxy: Proxy, view_index: int = 0) -> NDArray[np.float64]:
-        mesh = self.drawn_mesh(view_index)
+    def height_drawn(self, directions: NDArray[np.float64], view: View) -> NDArray[np.float64]:
+        mesh = self.drawn_mesh(view)
         if mesh is None or mesh.count == 0:
-            return super().height_drawn(directions, proxy)
-        return heights_on_cells(mesh, directions, proxy)
+            return super().height_drawn(directions, view)
+        return heights_on_cells(mesh, directions, view.proxy)

@@ -34,7 +34,7 @@ class IcosphereBackend(TiledBackend):
         proxy = frame.view.proxy
         radius_m = self.ground.params.radius_m
         key = (proxy.generation, radius_m)
-        view = self.view(frame.view_index)
+        view = self.view(frame.view)
         if view.anchor_key != key:
             block = TriangleAnchor(proxy.lattice.direction, radius_m).block
             if view.anchor is None:

@@ -26,7 +26,7 @@ from ....engine.blocks.bindings import (
     VERTEX_BUFFER,
 )
 from ....engine.blocks.layout import Vec3
-from ....engine.frame import Frame, Proxy, ViewInfo, Views
+from ....engine.frame import Frame, Proxy, View, ViewInfo, Views
 from ....engine.gpu import GpuScope
 from ....engine.graph import GraphBuilder, PassIO
 from ....engine.settings import Settings
@@ -108,9 +108,9 @@ class PaperGridBackend(Backend):
             "terrain/paper/triangles.comp",
         )
 
-    def view(self, index: int) -> _View:
+    def view(self, view: View) -> _View:
         """One view's grid."""
-        return self.views[index].state(self, lambda: _View(self.gpu, self._patches))
+        return view.state(self, lambda: _View(self.gpu, self._patches))
 
     def drawn_field(self, ground: Ground) -> PaperField:
         layers = int(self.settings["terrain.paper_layers"])
@@ -121,7 +121,7 @@ class PaperGridBackend(Backend):
         return self._field
 
     def _of(self, frame: Frame) -> tuple[_View, PaperField]:
-        field, view = self.drawn_field(self.ground), self.view(frame.view_index)
+        field, view = self.drawn_field(self.ground), self.view(frame.view)
         view.field_key = self._field_key
         return view, field
 
@@ -187,52 +187,52 @@ class PaperGridBackend(Backend):
             )
         )
 
-    def bind_heights(self, view_index: int) -> bool:
-        self.view(view_index).table.bind_to_uniform_block(TERRAIN_TABLE_BLOCK)
+    def bind_heights(self, view: View) -> bool:
+        self.view(view).table.bind_to_uniform_block(TERRAIN_TABLE_BLOCK)
         self._continents.use(CONTINENTS_UNIT)
         return True
 
-    def bind_shading(self, view_index: int) -> None:
+    def bind_shading(self) -> None:
         self._normal_map.use(GROUND_TILE_UNIT)
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
-        self.view(view.index).declare(builder, "terrain", lambda: self.bind_heights(view.index))
+        self.view(view.view).declare(builder, "terrain", lambda: self.bind_heights(view.view))
 
-    def draw_reads(self, view_index: int) -> tuple[str, ...]:
+    def draw_reads(self, view: View) -> tuple[str, ...]:
         return ("terrain.vertices", "terrain.arguments", "terrain.triangles")
 
-    def bind_draw(self, io: PassIO, view_index: int, fragment: str) -> Callable[[], None]:
+    def bind_draw(self, io: PassIO, view: View, fragment: str) -> Callable[[], None]:
         program = self.draw_program(fragment, "terrain/paper/gbuffer.vert")
-        view = self.view(view_index)
-        old = view.arrays.pop(fragment, None)
+        own = self.view(view)
+        old = own.arrays.pop(fragment, None)
         if old is not None:
-            view.gpu.free(old)
-        made = view.arrays[fragment] = view.gpu.vertex_array(program, index=view.buffers["triangles"], index_size=4)
+            own.gpu.free(old)
+        made = own.arrays[fragment] = own.gpu.vertex_array(program, index=own.buffers["triangles"], index_size=4)
 
         def draw() -> None:
-            view.buffers["vertices"].bind_to_storage_buffer(VERTEX_BUFFER)
-            made.render_indirect(view.buffers["arguments"], count=1)
+            own.buffers["vertices"].bind_to_storage_buffer(VERTEX_BUFFER)
+            made.render_indirect(own.buffers["arguments"], count=1)
 
         return draw
 
-    def mesh_stamp(self, view_index: int) -> object:
-        return self.view(view_index).selection
+    def mesh_stamp(self, view: View) -> object:
+        return self.view(view).selection
 
-    def read_mesh(self, view_index: int) -> tuple[NDArray[np.float32], NDArray[np.int64]] | None:
-        view = self.view(view_index)
-        if view.cut is None or "vertices" not in view.buffers:
+    def read_mesh(self, view: View) -> tuple[NDArray[np.float32], NDArray[np.int64]] | None:
+        own = self.view(view)
+        if own.cut is None or "vertices" not in own.buffers:
             return None
-        data = np.frombuffer(view.buffers["vertices"].read(view.cut.vertices * VERTEX_BYTES), "<f4").reshape(-1, 6)
-        return data[:, :3], view.cut.faces()
+        data = np.frombuffer(own.buffers["vertices"].read(own.cut.vertices * VERTEX_BYTES), "<f4").reshape(-1, 6)
+        return data[:, :3], own.cut.faces()
 
-    def height_drawn(self, directions: NDArray[np.float64], proxy: Proxy, view_index: int = 0) -> NDArray[np.float64]:
-        view, mesh = self.view(view_index), self.read_mesh(view_index)
-        if mesh is None or view.grid is None or view.cut is None:
-            return super().height_drawn(directions, proxy)
-        return heights_on_patches(view.grid, view.cut, mesh[0].astype(np.float64) + proxy.anchor_m, directions)
+    def height_drawn(self, directions: NDArray[np.float64], view: View) -> NDArray[np.float64]:
+        own, mesh = self.view(view), self.read_mesh(view)
+        if mesh is None or own.grid is None or own.cut is None:
+            return super().height_drawn(directions, view)
+        return heights_on_patches(own.grid, own.cut, mesh[0].astype(np.float64) + view.proxy.anchor_m, directions)
 
     def statistics(self) -> dict[str, int]:
-        view = self.views.found(0, self, _View)
+        view: _View | None = self.views[0].found(self)
         if view is None or view.cut is None or "counts" not in view.buffers:
             return {}
         seen = np.frombuffer(view.buffers["counts"].read(28), "u4").astype(int)

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....engine.blocks.bindings import PATCH_BUFFER, TRIANGLE_BLOCK, VERTEX_BUFFER
-from ....engine.frame import Frame, Proxy, ViewInfo, ViewParts, Views
+from ....engine.frame import Frame, View, ViewInfo, ViewParts, Views
 from ....engine.gpu import GpuScope
 from ....engine.gpu.cell_mesh import VERTEX_DTYPE
 from ....engine.gpu.cells import COMMAND_DTYPE
@@ -87,17 +87,17 @@ class PaperIcosphereBackend(Backend):
         self._indices = gpu.buffer(self.shape.indices.astype("<u4"))
         self._spacing_m = np.zeros(_ROWS)
 
-    def view(self, index: int) -> _View:
+    def view(self, view: View) -> _View:
         """One view's leaves."""
-        return self.views[index].state(self, lambda: _View(self.gpu))
+        return view.state(self, lambda: _View(self.gpu))
 
     def rests(self, frame: Frame) -> bool:
         return True  # what is chosen depends on the camera of the frame alone
 
     def update(self, frame: Frame) -> None:
-        view, camera, ground = self.view(frame.view_index), frame.camera, self.ground
+        view, camera, ground = self.view(frame.view), frame.camera, self.ground
         params = ground.params
-        view.bind_octaves = partial(self.bind_octaves, frame.view_index)
+        view.bind_octaves = partial(self.bind_octaves, frame.view)
         proxy = frame.view.proxy
         anchor_key = (proxy.generation, params.radius_m)
         if anchor_key != view.anchor_key:
@@ -135,7 +135,7 @@ class PaperIcosphereBackend(Backend):
             view.patches.write(self.shape.names(found.keys).tobytes())
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
-        own = self.view(view.index)
+        own = self.view(view.view)
         size = own.capacity * self.shape.vertices * VERTEX_DTYPE.itemsize
         builder.add_pass(
             "terrain.vertices",
@@ -176,27 +176,27 @@ class PaperIcosphereBackend(Backend):
 
         return run
 
-    def draw_reads(self, view_index: int) -> tuple[str, ...]:
+    def draw_reads(self, view: View) -> tuple[str, ...]:
         return ("terrain.vertices", "terrain.visible", "terrain.arguments")
 
-    def bind_draw(self, io: PassIO, view_index: int, fragment: str) -> Callable[[], None]:
+    def bind_draw(self, io: PassIO, view: View, fragment: str) -> Callable[[], None]:
         program = self.draw_program(fragment, "terrain/tiles/gbuffer.vert", self.shape.defines)
-        view = self.view(view_index)
-        old = view.arrays.pop(fragment, None)
+        own = self.view(view)
+        old = own.arrays.pop(fragment, None)
         if old is not None:
-            view.gpu.free(old)
-        made = view.arrays[fragment] = view.gpu.vertex_array(
-            program, content=[(view.visible, "1u/i", "in_slot")], index=self._indices, index_size=4
+            own.gpu.free(old)
+        made = own.arrays[fragment] = own.gpu.vertex_array(
+            program, content=[(own.visible, "1u/i", "in_slot")], index=self._indices, index_size=4
         )
 
         def draw() -> None:
-            view.vertices.bind_to_storage_buffer(VERTEX_BUFFER)
-            made.render_indirect(view.arguments, moderngl.TRIANGLES, 1)
+            own.vertices.bind_to_storage_buffer(VERTEX_BUFFER)
+            made.render_indirect(own.arguments, moderngl.TRIANGLES, 1)
 
         return draw
 
     def statistics(self) -> dict[str, int]:
-        view = self.views.found(0, self, _View)
+        view: _View | None = self.views[0].found(self)
         count = 0 if view is None else len(view.keys)
         return {
             "cells_selected": count,
@@ -205,8 +205,8 @@ class PaperIcosphereBackend(Backend):
             "triangles": count * self.shape.indices.size // 3,
         }
 
-    def height_drawn(self, directions: NDArray[np.float64], proxy: Proxy, view_index: int = 0) -> NDArray[np.float64]:
-        view = self.views.found(view_index, self, _View)
-        if view is None or view.vertices is None or not len(view.keys):
-            return super().height_drawn(directions, proxy)
-        return heights_on_tiles(_Drawn(view, self.shape), directions, proxy)
+    def height_drawn(self, directions: NDArray[np.float64], view: View) -> NDArray[np.float64]:
+        own: _View | None = view.found(self)
+        if own is None or own.vertices is None or not len(own.keys):
+            return super().height_drawn(directions, view)
+        return heights_on_tiles(_Drawn(own, self.shape), directions, view.proxy)

@@ -52,10 +52,6 @@ class PaperQuadtreeBackend(TiledBackend):
     def make_shape(self, segments: int) -> TileShape:
         return QuadShape(segments)
 
-    def update(self, frame: Frame) -> None:
-        super().update(frame)
-        self._up = frame.view.proxy.lattice.direction
-
     def forest_key(self, frame: Frame) -> tuple[Any, ...]:
         return (frame.pixel_rad, float(frame.settings["terrain.edge_px"]))
 
@@ -83,7 +79,8 @@ class PaperQuadtreeBackend(TiledBackend):
             if view.mesh.count:
                 normals = self.shape.scheme.corners(view.mesh.keys)
                 corners = np.zeros((view.mesh.count, 4), _CORNER.dtype)
-                corners["foot_m"], corners["normal"] = self._radius_m * (normals - self._up), normals
+                corners["foot_m"] = self._radius_m * (normals - view.of.proxy.lattice.direction)
+                corners["normal"] = normals
                 self._corners.write(corners.tobytes())
             self._corners.bind_to_storage_buffer(4)
             assemble()

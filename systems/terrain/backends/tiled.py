@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....components import Ocean, Planet
-from ....engine.frame import Frame, Proxy, View, ViewInfo, ViewParts, Views
+from ....engine.frame import Frame, View, ViewInfo, ViewParts, Views
 from ....engine.gpu import GpuScope
 from ....engine.graph import GraphBuilder, PassIO, TextureSpec
 from ....engine.settings import Settings
@@ -52,9 +52,9 @@ _MOST_SHOWN = 0.7
 class _TileView(ViewParts):
     """One view's forest and what of it is drawn."""
 
-    def __init__(self, of: GpuScope, shape: TileShape, slots: int, index: int) -> None:
+    def __init__(self, of: GpuScope, shape: TileShape, slots: int, view: View) -> None:
         super().__init__(of)
-        self.index = index
+        self.of = view
         self.mesh = TileMesh(self.gpu, shape, slots)
         self.forest: Forest | None = None
         self.key: tuple[Any, ...] = ()  # what the forest was made for
@@ -110,9 +110,9 @@ class TiledBackend(Backend):
     def make_shape(self, segments: int) -> TileShape:
         """The tiles' shape."""
 
-    def view(self, index: int) -> _TileView:
+    def view(self, view: View) -> _TileView:
         """One view's tiles."""
-        return self.views[index].state(self, lambda: _TileView(self.gpu, self.shape, self._slots, index))
+        return view.state(self, lambda: _TileView(self.gpu, self.shape, self._slots, view))
 
     # -- frame -------------------------------------------------------------------------------------------------------
 
@@ -121,7 +121,7 @@ class TiledBackend(Backend):
         self._radius_m = ground.params.radius_m
         if self._ground is None or ground.revision != self._ground.revision:
             self._restart(ground)
-        view = self.view(frame.view_index)
+        view = self.view(frame.view)
         view.told, view.hurry = self._told(frame), frame.settling
         self._retune(frame.settings)
         forest = self._forest(view, frame, ground)
@@ -149,7 +149,7 @@ class TiledBackend(Backend):
     def rests(self, frame: Frame) -> bool:
         if super().rests(frame):
             return True
-        view = self.views.found(frame.view_index, self, _TileView)
+        view: _TileView | None = frame.view.found(self)
         if view is None or view.forest is None or view.told != self._told(frame):
             return False
         return view.forest.at_rest(frame.camera.position_m) and self.settled(frame.view)
@@ -325,7 +325,7 @@ class TiledBackend(Backend):
             view.queue = keys  # no room: what there is has to do
             return False
         slots = self.pool.take(keys)
-        self.bind_octaves(view.index)  # with the maps; the maker then binds its own table
+        self.bind_octaves(view.of)  # with the maps; the maker then binds its own table
         if not self.maker.make(keys, slots, self._radius_m):
             self.pool.drop(keys)
             return False
@@ -358,7 +358,7 @@ class TiledBackend(Backend):
     # -- passes ------------------------------------------------------------------------------------------------------
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
-        tiles = self.view(view.index)
+        tiles = self.view(view.view)
         builder.add_pass(
             "terrain.tiles",
             kind="compute",
@@ -391,8 +391,8 @@ class TiledBackend(Backend):
         builder.add_pass(
             "terrain.morph",
             system="terrain",
-            bind=lambda io: self._bind_morph(io, view.index),
-            reads=self.draw_reads(view.index),
+            bind=lambda io: self._bind_morph(io, view.view),
+            reads=self.draw_reads(view.view),
             creates=(TextureSpec("debug.morph", "rgba8"), TextureSpec("debug.morph_depth", "depth32f")),
             help="how far each tile has become its parent: blue as itself, yellow as its parent",
         )
@@ -425,11 +425,11 @@ class TiledBackend(Backend):
 
         return run
 
-    def _bind_morph(self, io: PassIO, view_index: int) -> Callable[[], None]:
+    def _bind_morph(self, io: PassIO, view: View) -> Callable[[], None]:
         target = io.framebuffer(colors=("debug.morph",), depth="debug.morph_depth")
         state = self.gpu.state(depth_test=True, depth_func=">=", cull="back")
-        draw = self.bind_draw(io, view_index, "terrain/tiles/morph.frag")
-        mesh = self.view(view_index).mesh
+        draw = self.bind_draw(io, view, "terrain/tiles/morph.frag")
+        mesh = self.view(view).mesh
 
         def run() -> None:
             target.use()
@@ -455,19 +455,19 @@ class TiledBackend(Backend):
 
         return run
 
-    def draw_reads(self, view_index: int) -> tuple[str, ...]:
+    def draw_reads(self, view: View) -> tuple[str, ...]:
         return ("terrain.vertices", "terrain.visible", "terrain.arguments")
 
-    def bind_draw(self, io: PassIO, view_index: int, fragment: str) -> Callable[[], None]:
+    def bind_draw(self, io: PassIO, view: View, fragment: str) -> Callable[[], None]:
         program = self.draw_program(fragment, "terrain/tiles/gbuffer.vert", self.shape.defines)
-        mesh = self.view(view_index).mesh
+        mesh = self.view(view).mesh
         tiles = mesh.vertex_array(program)
         return lambda: mesh.draw(tiles)
 
     # -- questions ---------------------------------------------------------------------------------------------------
 
     def settled(self, view: View) -> bool:
-        own = self.views.found(view.index, self, _TileView)
+        own: _TileView | None = view.found(self)
         if own is None:
             return True
         moving = own.selection is not None and own.selection.moving
@@ -478,21 +478,21 @@ class TiledBackend(Backend):
 
     def progress(self, view: View) -> float:
         """Of the tiles known to be wanted (they name others); stands still where there is no room for all of them."""
-        own = self.views.found(view.index, self, _TileView)
+        own: _TileView | None = view.found(self)
         if own is None or self.settled(view):
             return 1.0
         made = min(own.made - own.settled_at, self._slots)
         return made / (made + max(len(own.queue), 1))
 
     def statistics(self) -> dict[str, int]:
-        view = self.views.found(0, self, _TileView)
+        view: _TileView | None = self.views[0].found(self)
         return {} if view is None else view.mesh.statistics()
 
-    def height_drawn(self, directions: NDArray[np.float64], proxy: Proxy, view_index: int = 0) -> NDArray[np.float64]:
-        view = self.views.found(view_index, self, _TileView)
-        if view is None or not view.mesh.count:
-            return super().height_drawn(directions, proxy)
-        return heights_on_tiles(view.mesh, directions, proxy)
+    def height_drawn(self, directions: NDArray[np.float64], view: View) -> NDArray[np.float64]:
+        own: _TileView | None = view.found(self)
+        if own is None or not own.mesh.count:
+            return super().height_drawn(directions, view)
+        return heights_on_tiles(own.mesh, directions, view.proxy)
 
     def release(self) -> None:
         self.maker.release()
