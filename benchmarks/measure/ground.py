@@ -29,6 +29,8 @@ class HeightError:
     """All layers, at vertices within 1 km of the camera; NaN when there is no ground that near."""
     anywhere_m: float
     """All layers, at vertices of the whole selection."""
+    by_distance: float
+    """The same, of the distance from the anchor or a kilometre, whichever is more."""
     drawn_near_m: float
     """Vertices as drawn within 1 km: without the layers that the height function leaves out as too fine for their
     spacing."""
@@ -46,18 +48,19 @@ def vertex_heights(renderer: Renderer, camera: Camera, rng: np.random.Generator,
     near = some(mesh.within(position, NEAR_M), rng, most)
     anywhere = some(np.ones_like(near), rng, most)
 
-    def function(chosen: NDArray[np.bool_]) -> float:
+    def function(chosen: NDArray[np.bool_]) -> tuple[float, float]:
         if not chosen.any():
-            return float("nan")
+            return float("nan"), float("nan")
         heights, feet = gpu_heights(renderer, mesh, chosen)
-        return float(np.abs(heights - height_at_points(feet, field.model)).max())
+        error = np.abs(heights - height_at_points(feet, field.model))
+        away = np.linalg.norm(feet - mesh.anchor.direction * mesh.radius_m, axis=1)
+        return float(error.max()), float((error / np.maximum(away, NEAR_M)).max())
 
     def drawn(chosen: NDArray[np.bool_]) -> float:
         return float(np.abs(height_errors(mesh, field, chosen)).max()) if chosen.any() else float("nan")
 
-    return HeightError(
-        function(near), function(anywhere), drawn(near), drawn(anywhere), int(anywhere.sum()), int(near.sum())
-    )
+    near_m, _ = function(near)
+    return HeightError(near_m, *function(anywhere), drawn(near), drawn(anywhere), int(anywhere.sum()), int(near.sum()))
 
 
 def ground_of(renderer: Renderer) -> TerrainField:
