@@ -19,7 +19,7 @@ __all__ = ["TableCache"]
 
 log = logging.getLogger(__name__)
 
-_KEPT, _KEPT_BYTES = 64, 256 << 20
+KEPT, KEPT_BYTES = 64, 256 << 20
 """Files, and what they may take together, though the last one is kept whatever it takes: a quality's tables take
 0.1 to 2 MB, those of the printed method 34 MB at full size."""
 _STALE_S = 3600.0
@@ -101,7 +101,7 @@ class TableCache:
         whole = sorted((file for file in found if file[2].suffix == ".npz"), reverse=True)
         for number, (_, size, path) in enumerate(whole):
             taken += size
-            if number >= _KEPT or (number > 0 and taken > _KEPT_BYTES):
+            if number >= KEPT or (number > 0 and taken > KEPT_BYTES):
                 late.append(path)
         for path in late:
             path.unlink(missing_ok=True)

@@ -21,7 +21,7 @@ from .scene.kinds import KINDS, PRESETS
 
 __all__ = ["LIVE", "QUALITY", "checked_live", "qualities", "resolve_quality"]
 
-_GROUPS = {
+GROUPS = {
     "terrain": TerrainQuality,
     "proxy": ProxyQuality,
     "sky": SkyQuality,
@@ -33,7 +33,7 @@ _GROUPS = {
     "memory": MemoryQuality,
 }
 
-QUALITY = QualityKnobs(PRESETS / "quality", _GROUPS, KINDS)
+QUALITY = QualityKnobs(PRESETS / "quality", GROUPS, KINDS)
 """All quality knobs by dotted key; `QUALITY.rules` describes them for panels and help texts."""
 
 LIVE = ("terrain.edge_px", "terrain.error_px", "terrain.min_spacing_m", "clouds.fine_steps", "clouds.step_growth",

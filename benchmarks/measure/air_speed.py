@@ -164,7 +164,7 @@ def total(costs: Mapping[str, Cost], names: Sequence[str]) -> Cost:
 def time_tables(gpu: Gpu, scene: Any, quality: str, overrides: Mapping[str, Any] | None = None) -> dict[str, Cost]:
     """Cost of computing the tables of a quality, by table and in all ("total"); shaders are compiled before."""
     settings = resolve_quality(quality, overrides)
-    with _scope(gpu, scene) as scope:
+    with probe_scope(gpu, scene) as scope:
         if settings.get("atmosphere.method") == "paper":
             return _paper_stages(gpu, PaperTables(scope, paper_sizes(settings)))
         return _stages(gpu, AirTables(scope, table_sizes(settings)))
@@ -173,12 +173,12 @@ def time_tables(gpu: Gpu, scene: Any, quality: str, overrides: Mapping[str, Any]
 def time_quick_tables(gpu: Gpu, scene: Any, quality: str) -> Cost:
     """The small tables that a first picture and a live change show."""
     degree = table_sizes(resolve_quality(quality)).degree
-    with _scope(gpu, scene) as scope:
+    with probe_scope(gpu, scene) as scope:
         return _stages(gpu, AirTables(scope, TableSizes(**{**vars(QUICK), "degree": degree})))["total"]
 
 
 @contextmanager
-def _scope(gpu: Gpu, scene: Any) -> Iterator[GpuScope]:
+def probe_scope(gpu: Gpu, scene: Any) -> Iterator[GpuScope]:
     from ... import Atmosphere, Planet
 
     class _Dark:

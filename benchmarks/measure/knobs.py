@@ -54,7 +54,7 @@ class KnobMeter:
 
     def __init__(self, size: tuple[int, int], quality: str = "medium") -> None:
         self.size, self.quality = size, quality
-        self._renderers: OrderedDict[tuple[Any, ...], Renderer] = OrderedDict()
+        self.renderers: OrderedDict[tuple[Any, ...], Renderer] = OrderedDict()
 
     def knob(self, key: str, pair: Pair, runs: int) -> KnobCost:
         """Of a component's knob, in the view of its pair."""
@@ -75,21 +75,21 @@ class KnobMeter:
 
     def _renderer(self, planet: str, side: str, overrides: Mapping[str, Any], clouds: bool = False) -> Renderer:
         key = (planet, side, tuple(overrides.items()), clouds)
-        if key not in self._renderers:
-            while len(self._renderers) >= self.KEEP * 2:
-                _release(self._renderers.popitem(last=False)[1])
+        if key not in self.renderers:
+            while len(self.renderers) >= self.KEEP * 2:
+                _release(self.renderers.popitem(last=False)[1])
             scene = preset_scene(planet, clouds)
             scene.environment.add(DebugView())
-            self._renderers[key] = Renderer(scene, self.size, self.quality, overrides)
-        self._renderers.move_to_end(key)
-        return self._renderers[key]
+            self.renderers[key] = Renderer(scene, self.size, self.quality, overrides)
+        self.renderers.move_to_end(key)
+        return self.renderers[key]
 
     def __enter__(self) -> KnobMeter:
         return self
 
     def __exit__(self, *_: object) -> None:
-        while self._renderers:
-            _release(self._renderers.popitem()[1])
+        while self.renderers:
+            _release(self.renderers.popitem()[1])
 
 
 def _release(renderer: Renderer) -> None:

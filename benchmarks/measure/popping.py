@@ -74,13 +74,13 @@ def compared_pairs(
             again = renderer.render(here, sun=sun, outputs=OUTPUTS, dt_s=0.0)
             shown.freeze = False
             first, second = renderer.camera_state(here), renderer.camera_state(there)
-            both = _in_view(second, first, before) & _in_view(second, first, again)
+            both = both_see(second, first, before) & both_see(second, first, again)
             hidden = {**before, "surface": np.where(both, before["surface"], 0)}
             yield Pair(moved_px(first, hidden, again), _brighter(before, again))
             before = now
 
 
-def _in_view(second: CameraState, first: CameraState, out: dict[str, Any]) -> NDArray[np.bool_]:
+def both_see(second: CameraState, first: CameraState, out: dict[str, Any]) -> NDArray[np.bool_]:
     """(H, W): whether the second camera has in its picture what the first one's pixels show. What it doesn't see was
     not drawn for the first to look at: where a camera leaps, it would see through to other ground."""
     height, width = out["surface"].shape

@@ -111,7 +111,7 @@ class CellMesh:
         self.selection += 1
         if count:
             self._cells.write(record.tobytes())
-            self._topology.write(beside.packed().tobytes())
+            self.topology.write(beside.packed().tobytes())
         return grew
 
     def reserve(self, capacity: int) -> bool:
@@ -127,7 +127,7 @@ class CellMesh:
             return False
         self.capacity = max(count, 2 * self.capacity)
         self.scope.free(self._cells)
-        self.scope.free(self._topology)
+        self.scope.free(self.topology)
         self._reserve()
         return True
 
@@ -140,7 +140,7 @@ class CellMesh:
         if self.count:
             copy = self.scope.ctx.copy_buffer
             copy(self._cells, other._cells, self.count * CELL_DTYPE.itemsize)
-            copy(self._topology, other._topology, self.count * _TOPOLOGY_BYTES)
+            copy(self.topology, other.topology, self.count * _TOPOLOGY_BYTES)
             if not grew:
                 self.take_vertices(other)
         return grew
@@ -154,7 +154,7 @@ class CellMesh:
 
     def _reserve(self) -> None:
         self._cells = self.scope.buffer(reserve=self.capacity * CELL_DTYPE.itemsize, dynamic=True)
-        self._topology = self.scope.buffer(reserve=self.capacity * _TOPOLOGY_BYTES, dynamic=True)
+        self.topology = self.scope.buffer(reserve=self.capacity * _TOPOLOGY_BYTES, dynamic=True)
 
     def copy_to(self, cells: moderngl.Buffer, vertices: moderngl.Buffer) -> None:
         """Copy the cells with what was agreed on, and their vertices, to other buffers on the GPU."""
@@ -251,7 +251,7 @@ class CellMesh:
         """From what each cell wants to skip to what it may, with common/agree_cells.comp."""
         self._cells.bind_to_storage_buffer(CELL_BUFFER)
         self._buffers["wanted"].bind_to_storage_buffer(2)
-        self._topology.bind_to_storage_buffer(3)
+        self.topology.bind_to_storage_buffer(3)
         agree.set("u_cell_count", self.count)
         agree.run(1, 1, 1)
         self.scope.barrier()

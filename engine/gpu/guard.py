@@ -112,11 +112,11 @@ class StateGuard:
         self._calls = calls = Calls(gpu.gl)
         limit = gpu.gl.integer
         texture_units = min(texture_units, limit(G.MAX_COMBINED_TEXTURE_IMAGE_UNITS))
-        self._ubos = min(ubo_bindings, limit(0x8A2F))
-        self._ssbos = min(ssbo_bindings, limit(0x90DD))
-        self._images = min(image_units, limit(0x8F38))
+        self.ubos = min(ubo_bindings, limit(0x8A2F))
+        self.ssbos = min(ssbo_bindings, limit(0x90DD))
+        self.images = min(image_units, limit(0x8F38))
         self._draw_buffers = limit(0x8824)
-        self._multi_bind = gpu.ctx.version_code >= 440 or "GL_ARB_multi_bind" in gpu.ctx.extensions
+        self.multi_bind = gpu.ctx.version_code >= 440 or "GL_ARB_multi_bind" in gpu.ctx.extensions
 
         # Values that are read one by one: read on entry, read again on exit, set where they differ.
         self._items: list[Item] = build_items(calls, self._draw_buffers, gpu.caps.has_clip_control)
@@ -148,21 +148,21 @@ class StateGuard:
 
         # Names of bound objects: per unit the textures and the sampler, then blend, then the indexed bindings.
         default_unit = int(gpu.ctx.default_texture_unit)
-        self._units = list(range(texture_units)) + ([default_unit] if default_unit >= texture_units else [])
+        self.units = list(range(texture_units)) + ([default_unit] if default_unit >= texture_units else [])
         per_unit = len(_TARGETS) + 1
         blend_words = self._draw_buffers * len(BLEND_PER_BUFFER) + 4 * self._draw_buffers
-        self._blend_at = len(self._units) * per_unit
+        self._blend_at = len(self.units) * per_unit
         self._masks_at = self._blend_at + self._draw_buffers * len(BLEND_PER_BUFFER)
         self._ubo_at = self._blend_at + blend_words
-        self._ssbo_at = self._ubo_at + self._ubos
-        self._image_at = self._ssbo_at + self._ssbos
-        self._names = np.zeros(self._image_at + self._images, np.int32)
+        self._ssbo_at = self._ubo_at + self.ubos
+        self._image_at = self._ssbo_at + self.ssbos
+        self._names = np.zeros(self._image_at + self.images, np.int32)
         base = self._names.ctypes.data
         # From OpenGL 4.5 on a unit's bindings are read by its number, without making it the active one.
         self._direct = gpu.ctx.version_code >= 450
         self._direct_reads: tuple[list[tuple[Any, ...]], list[tuple[Any, ...]]] = ([], [])
         self._unit_reads: list[tuple[c.c_uint, list[tuple[Any, Any]], list[tuple[Any, Any]]]] = []
-        for row, unit in enumerate(self._units):
+        for row, unit in enumerate(self.units):
             reads = [
                 (c.c_uint(name), c.c_void_p(base + 4 * (row * per_unit + k)))
                 for k, name in enumerate([*(binding for _target, binding in _TARGETS), _SAMPLER_BINDING])
@@ -183,7 +183,7 @@ class StateGuard:
         # Where the ranges of buffers begin and how long they are, for those that are bound.
         self._ranges: dict[int, Any] = {}
         self._range_reads: dict[int, list[tuple[tuple[Any, ...], tuple[Any, ...]]]] = {}
-        for name, count in ((_UBO_BINDING, self._ubos), (_SSBO_BINDING, self._ssbos)):
+        for name, count in ((_UBO_BINDING, self.ubos), (_SSBO_BINDING, self.ssbos)):
             found = self._ranges[name] = (c.c_int64 * (2 * max(count, 1)))()
             at = c.addressof(found)
             self._range_reads[name] = [
@@ -194,9 +194,9 @@ class StateGuard:
                 for i in range(count)
             ]
         for name, count, at in (
-            (_UBO_BINDING, self._ubos, self._ubo_at),
-            (_SSBO_BINDING, self._ssbos, self._ssbo_at),
-            (_IMAGE_NAME, self._images, self._image_at),
+            (_UBO_BINDING, self.ubos, self._ubo_at),
+            (_SSBO_BINDING, self.ssbos, self._ssbo_at),
+            (_IMAGE_NAME, self.images, self._image_at),
         ):
             for i in range(count):
                 indexed(name, i, at + i)
@@ -218,8 +218,8 @@ class StateGuard:
     def _read_ranges(self, saved: _Saved) -> None:
         calls = self._calls
         for target, binding, at, count in (
-            (_UBO, _UBO_BINDING, self._ubo_at, self._ubos),
-            (_SSBO, _SSBO_BINDING, self._ssbo_at, self._ssbos),
+            (_UBO, _UBO_BINDING, self._ubo_at, self.ubos),
+            (_SSBO, _SSBO_BINDING, self._ssbo_at, self.ssbos),
         ):
             for i in np.flatnonzero(saved.names[at : at + count]).tolist():
                 start, size = self._range_reads[binding][i]
@@ -304,15 +304,15 @@ class StateGuard:
         calls = self._calls
         different = (wanted[:, :-1] != found[:, :-1]).nonzero()
         for row, column in zip(different[0].tolist(), different[1].tolist(), strict=True):
-            calls.active_texture(G.TEXTURE0 + self._units[row])
+            calls.active_texture(G.TEXTURE0 + self.units[row])
             calls.bind_texture(_TARGETS[column][0], int(wanted[row, column]) & 0xFFFFFFFF)
-        if self._multi_bind:
-            count = len(self._units) - 1
+        if self.multi_bind:
+            count = len(self.units) - 1
             samplers = np.ascontiguousarray(wanted[:count, -1])
             calls.bind_samplers(0, count, samplers.ctypes.data)
-            calls.bind_sampler(self._units[-1], int(wanted[-1, -1]))
+            calls.bind_sampler(self.units[-1], int(wanted[-1, -1]))
         else:
-            for row, unit in enumerate(self._units):
+            for row, unit in enumerate(self.units):
                 calls.bind_sampler(unit, int(wanted[row, -1]))
 
     def _restore_blend(self, saved: _Saved) -> None:
@@ -333,8 +333,8 @@ class StateGuard:
 
     def _restore_indexed(self, saved: _Saved) -> None:
         calls = self._calls
-        for target, at, count in ((_UBO, self._ubo_at, self._ubos), (_SSBO, self._ssbo_at, self._ssbos)):
-            if self._multi_bind:
+        for target, at, count in ((_UBO, self._ubo_at, self.ubos), (_SSBO, self._ssbo_at, self.ssbos)):
+            if self.multi_bind:
                 calls.bind_buffers_base(target, 0, count, None)
             else:
                 for i in np.flatnonzero(saved.names[at : at + count] == 0).tolist():
@@ -344,10 +344,10 @@ class StateGuard:
                 calls.bind_buffer_range(target, i, buffer, start, size)
             else:  # bound whole: grows with the buffer
                 calls.bind_buffer_base(target, i, buffer)
-        if self._multi_bind:
-            calls.bind_image_textures(0, self._images, None)
+        if self.multi_bind:
+            calls.bind_image_textures(0, self.images, None)
         else:
-            for i in range(self._images):
+            for i in range(self.images):
                 calls.bind_image_texture(i, 0, 0, 0, 0, 0x88B8, 0x8229)
         for image in saved.images:
             calls.bind_image_texture(*image)

@@ -78,7 +78,7 @@ class ImguiBackend:
         self._commands: list[_Command] | None = None
         self._extent = (0, 0)
         self._scale = 1.0
-        self._keys = {key: getattr(imgui.Key, _imgui_name(key)) for key in KEYS}
+        self.keys = {key: getattr(imgui.Key, _imgui_name(key)) for key in KEYS}
         previous = imgui.get_current_context()
         self._context = imgui.create_context()
         imgui.set_current_context(self._context)
@@ -172,7 +172,7 @@ class ImguiBackend:
                 (self._modifiers.add if event.pressed else self._modifiers.discard)(event.key)
                 held = bool({f"left_{modifier}", f"right_{modifier}"} & self._modifiers)
                 io.add_key_event(getattr(self.imgui.Key, f"mod_{modifier}"), held)
-            io.add_key_event(self._keys[event.key], event.pressed)
+            io.add_key_event(self.keys[event.key], event.pressed)
         elif isinstance(event, Text):
             io.add_input_characters_utf8(event.text)
         elif isinstance(event, Focus):

@@ -31,7 +31,7 @@ def _code(key: str) -> int:
     return int(getattr(glfw, f"KEY_{name}"))
 
 
-def _gamepad(numbers: Iterable[int] = _JOYSTICKS) -> tuple[dict[str, float], set[str]] | None:
+def gamepad_state(numbers: Iterable[int] = _JOYSTICKS) -> tuple[dict[str, float], set[str]] | None:
     """Axes and held buttons of the first gamepad among these joysticks, or None. glfw brings the table that knows its
     layout."""
     for number in numbers:
@@ -106,7 +106,7 @@ class GlfwPlatform:
         if self._pumps % _LOOK_EVERY == 0:
             self._joysticks = [number for number in _JOYSTICKS if glfw.joystick_present(number)]
         self._pumps += 1
-        self._pad.read(_gamepad(self._joysticks) if self._focused else None)
+        self._pad.read(gamepad_state(self._joysticks) if self._focused else None)
 
     def swap(self) -> None:
         glfw.swap_buffers(self._native)

@@ -59,7 +59,7 @@ def face_planes(direction: Floats) -> tuple[NDArray[np.bool_], Floats]:
 _WELL_AHEAD = 0.42  # 10 degrees beyond a face's corners
 
 
-def _weights(f: Floats) -> Floats:
+def face_weights(f: Floats) -> Floats:
     """Catmull-Rom weights (4, N) at the fraction f (N,)."""
     return np.stack(
         [
@@ -71,7 +71,7 @@ def _weights(f: Floats) -> Floats:
     )
 
 
-def _weight_slopes(f: Floats) -> Floats:
+def face_weight_slopes(f: Floats) -> Floats:
     return np.stack([-0.5 + f * (2.0 - 1.5 * f), f * (4.5 * f - 5.0), 0.5 + f * (4.0 - 4.5 * f), f * (1.5 * f - 1.0)])
 
 
@@ -107,10 +107,10 @@ class CubeMap:
         fx, fy = x - i, y - j
         flat = values.reshape(-1, values.shape[3])
         corner = ((face * (n + 3) + j.astype(np.int64)) * (n + 3)) + i.astype(np.int64)
-        wx, wy = _weights(fx), _weights(fy)
+        wx, wy = face_weights(fx), face_weights(fy)
         value = np.zeros((len(fx), values.shape[3]))
         by_x, by_y = np.zeros_like(value), np.zeros_like(value)
-        dwx, dwy = (_weight_slopes(fx), _weight_slopes(fy)) if slopes else (wx, wy)
+        dwx, dwy = (face_weight_slopes(fx), face_weight_slopes(fy)) if slopes else (wx, wy)
         for b in range(4):
             taps = [flat[corner + b * (n + 3) + a] for a in range(4)]
             row = sum(w[:, None] * v for w, v in zip(wx, taps, strict=True))

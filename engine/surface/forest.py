@@ -122,7 +122,7 @@ class Forest:
         self._budget_step = 0
         self._final = False  # whether the last evaluation was of an eye at rest
         self._kids_known: Mask = np.zeros(0, bool)
-        self._hulls = Hulls(*(np.zeros(0) for _ in range(5)))
+        self.hulls = Hulls(*(np.zeros(0) for _ in range(5)))
         self._leaves: _Leaves | None = None
         self._weighed: _Asked | None = None
         self._weights: Floats = np.zeros(0)
@@ -308,7 +308,7 @@ class Forest:
         self._weighed, self._weights = asked, weight
         self._kids_known = np.all(table.kids > UNKNOWN, axis=1)
         self._parents = table.supports[:, 0].copy()
-        self._hulls = Hulls(table.planes.reshape(-1, 3), table.reach, table.low, table.high, table.tangent)
+        self.hulls = Hulls(table.planes.reshape(-1, 3), table.reach, table.low, table.high, table.tangent)
         roots = self.scheme.root_keys()
         self._missing_roots = roots[table.find(roots) == UNKNOWN]
 
@@ -323,9 +323,9 @@ class Forest:
         planes: Floats | None,
     ) -> Selection:
         table = self.table
-        distance = self._hulls.distance(eye)
+        distance = self.hulls.distance(eye)
         np.maximum(distance, asked.finest_spacing_m, out=distance)
-        counts = visible_share(distance, eye, self._hulls, self._occluder_r)
+        counts = visible_share(distance, eye, self.hulls, self._occluder_r)
         alone = self._weights * counts / distance
         alone[GIVEN] = np.inf
         split = closed(table.split & self._kids_known, table.supports)
@@ -349,7 +349,7 @@ class Forest:
         weights = self._weights
         if self._budget_step:
             weights = weights * 2.0 ** (-self._budget_step / BUDGET_STEPS)
-        known = Known(self._hulls, weights, self._kids_known, self._missing_roots)
+        known = Known(self.hulls, weights, self._kids_known, self._missing_roots)
         wanted = self._foresight.wanted(known, share, lacking, drawn, eye, velocity, planes, self._call)
         return self._finish(distance, counts, drawn, wanted, moving, asked)
 

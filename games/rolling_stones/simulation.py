@@ -94,7 +94,7 @@ class RollingStones:
     def step(self) -> None:
         """STEP_S further."""
         if np.linalg.norm(self._local.mean(axis=0)) > _FARTHEST_M:
-            self._move_frame()
+            self.move_frame()
         if self._steps % _GROUND_EVERY == 0:
             self._ground()
         self._steps += 1
@@ -169,7 +169,7 @@ class RollingStones:
         shape = rapier.Collider.trimesh(local, self._triangles, rapier.TriMeshFlags.FIX_INTERNAL_EDGES)
         return self._world.add_collider(shape.friction(0.9).restitution(0.0))
 
-    def _move_frame(self) -> None:
+    def move_frame(self) -> None:
         """A new frame below the stones: the same places, velocities and turns in other coordinates."""
         positions, speeds = self.positions_m, self.velocities_m_s
         spins = np.array([s.angvel.to_tuple() for s in self._states], dtype=np.float64) @ self.frame.axes

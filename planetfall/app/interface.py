@@ -103,7 +103,7 @@ class FlightInterface:
         with frame as imgui:
             right = self.settings.width(imgui) if shown.panels else 0.0
             helps = shown.help and not shown.panels
-            draw_hud(self._hud(app, helps, errors), numbers=shown.numbers, help=helps, right=right)
+            draw_hud(self.hud(app, helps, errors), numbers=shown.numbers, help=helps, right=right)
             if shown.panels:
                 self.settings.draw(imgui, app)
             if shown.journey:
@@ -160,7 +160,7 @@ class FlightInterface:
                 apply_style(imgui)
         return self.ui
 
-    def _hud(self, app: Flight, helps: bool, errors: tuple[str, ...]) -> HudData:
+    def hud(self, app: Flight, helps: bool, errors: tuple[str, ...]) -> HudData:
         shown = app.shown
         data = HudData(message=shown.message, errors=errors, controls=_help(app) if helps else ())
         if shown.numbers:
@@ -191,13 +191,14 @@ def _errors(app: Flight) -> tuple[str, ...]:
     shown = app.shown
     broken = tuple(f"{error}\nThe last good one is used." for error in shown.shader_errors)
     broken += tuple(
-        f"{_of(app, fault)} is switched off: it raised {_last_lines(fault.report)}\nF5, or a change, tries it again."
+        f"{fault_name(app, fault)} is switched off: it raised {_last_lines(fault.report)}\n"
+        "F5, or a change, tries it again."
         for fault in getattr(app.renderer, "faults", Faults()).list
     )
     return (*broken, shown.error) if shown.error else broken
 
 
-def _of(app: Flight, fault: Fault) -> str:
+def fault_name(app: Flight, fault: Fault) -> str:
     """The system, and whose it is where there are several."""
     return f"{fault.system} of {fault.planet}" if app.planets.several else fault.system
 

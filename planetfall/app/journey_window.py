@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 __all__ = ["JourneyWindow"]
 
 _WIDTH_EM = 24.0
-_TOP, _MARGIN = 235.0, 10.0
+TOP_PX, _MARGIN = 235.0, 10.0
 _SIZES = ((1920, 1080), (3840, 2160), (7680, 4320), (15360, 8640), (4096, 4096))
 _MODE_NAMES = {"ship": "ship", "walk": "on foot", "orbit": "globe"}
 _FILES = {".png": "picture (PNG)", ".exr": "light and arrays (EXR)", ".npz": "arrays for numpy (npz)"}
@@ -35,7 +35,7 @@ class JourneyWindow:
     def draw(self, imgui: Any, app: Flight) -> None:
         """One frame of the window, at the left edge."""
         em, display = imgui.get_font_size(), imgui.get_io().display_size
-        top = min(_TOP, 0.4 * display.y)
+        top = min(TOP_PX, 0.4 * display.y)
         imgui.set_next_window_pos(imgui.ImVec2(_MARGIN, top), imgui.Cond_.appearing)
         size = imgui.ImVec2(_WIDTH_EM * em, max(display.y - top - _MARGIN, 8.0 * em))
         imgui.set_next_window_size(size, imgui.Cond_.appearing)

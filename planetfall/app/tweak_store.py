@@ -11,7 +11,7 @@ from typing import Any
 from ..components import Composite, Exposure, Orbit, Planet, Sun, knob
 from ..engine.settings import install, rules_of
 from ..errors import SceneError
-from ..quality import _GROUPS as QUALITY_GROUPS
+from ..quality import GROUPS as QUALITY_GROUPS
 from ..quality import QUALITY, resolve_quality
 from ..scene.kinds import KINDS, PLANET_KINDS
 from ..scene.scene import Companion, PropHandle, Scene

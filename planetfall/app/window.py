@@ -98,7 +98,7 @@ class FlightApp:
         self.playing: ScenePath | None = None
         self.played_s = 0.0
         self.pace = Pace()
-        self._clock = time.perf_counter
+        self.clock = time.perf_counter
         self._next_stats_s = self._next_reload_s = self._message_ends_s = 0.0
         self._held_camera: tuple[tuple[Any, ...], Camera] | None = None
         self._start = camera or first_camera(scene)
@@ -165,9 +165,9 @@ class FlightApp:
 
     def run(self) -> None:
         """Fly until the window closes."""
-        before = self._clock()
+        before = self.clock()
         while not self.window.should_close:
-            now = self._clock()
+            now = self.clock()
             self.dt_s, before = max(now - before, 1e-4), now
             self.frame()
 
@@ -181,7 +181,7 @@ class FlightApp:
             self.interface.begin(state, self, self.dt_s)
         act(self, state, dt_s)
         if self.photographing:
-            self._photograph()
+            self.photograph()
             return
         if self.time_runs:
             self.time_s += dt_s * self.time_speed
@@ -210,7 +210,7 @@ class FlightApp:
 
     # what happens in a frame
 
-    def _photograph(self) -> None:
+    def photograph(self) -> None:
         """A frame with a tile of a photo in place of the picture."""
         try:
             self.journey.step_photo()
@@ -270,13 +270,13 @@ class FlightApp:
             framebuffer.clear(*_ERROR_COLOR)
 
     def _watch(self) -> None:
-        now = self._clock()
+        now = self.clock()
         if now >= self._next_stats_s and (self.shown.numbers or self.shown.panels):
             self._next_stats_s = now + _STATS_EVERY_S
             self.shown.stats = self.renderer.stats
 
     def _housekeeping(self) -> None:
-        now = self._clock()
+        now = self.clock()
         if now >= self._next_reload_s:
             self._next_reload_s = now + _RELOAD_EVERY_S
             self.reload_shaders()
@@ -288,7 +288,7 @@ class FlightApp:
     def say(self, message: str) -> None:
         """Show a line for some seconds."""
         self.shown.message = message
-        self._message_ends_s = self._clock() + _MESSAGE_S
+        self._message_ends_s = self.clock() + _MESSAGE_S
 
     def place(self, camera: Camera, sun: Sun | None = None) -> None:
         """Put the ship where a camera is; a sun given, or that of a view, goes into the scene."""

@@ -174,7 +174,7 @@ class View(PlacedCamera):
 
 def views(planet: str | PlanetHandle | Scene | None = None) -> list[str]:
     """Names of the views, in the order of the file; with a planet those that make sense over it."""
-    entries = _entries(VIEWS_FILE)
+    entries = view_entries(VIEWS_FILE)
     if planet is None:
         return list(entries)
     preset, has, radius = _described(planet)
@@ -186,7 +186,7 @@ def view(name: str, planet: str | PlanetHandle | None = None) -> View:
 
     Raises UnknownNameError for an unknown name and for a view that the given planet doesn't have.
     """
-    entries = _entries(VIEWS_FILE)
+    entries = view_entries(VIEWS_FILE)
     entry = entries.get(name)
     if entry is None:
         raise UnknownNameError(
@@ -222,7 +222,7 @@ def _described_preset(name: str) -> tuple[str | None, Mapping[str, Any], float]:
 
 
 @lru_cache(maxsize=4)
-def _entries(file: Path) -> dict[str, _Entry]:
+def view_entries(file: Path) -> dict[str, _Entry]:
     """The views of a file; PresetError with everything that is wrong in it."""
     problems: list[str] = []
     found: dict[str, _Entry] = {}

@@ -25,7 +25,7 @@ __all__ = ["Recording", "record"]
 
 log = logging.getLogger(__name__)
 
-_PART, _RUN_UP = 96, 16
+PART, RUN_UP = 96, 16
 """Frames. Twelve frames of a run-up leave less than a third of what temporal smoothing remembers, and exposure, which
 takes a second or less, less than that."""
 
@@ -133,10 +133,10 @@ def frames_to_render(missing: Sequence[int]) -> Iterator[tuple[int, bool | None]
     interrupted or not.
     """
     wanted = set(missing)
-    for part in sorted({index // _PART for index in wanted}):
-        first = part * _PART
-        last = max(index for index in wanted if index // _PART == part)
-        start = max(first - _RUN_UP, 0)
+    for part in sorted({index // PART for index in wanted}):
+        first = part * PART
+        last = max(index for index in wanted if index // PART == part)
+        start = max(first - RUN_UP, 0)
         yield start, None
         for index in range(start, last + 1):
             yield index, index in wanted and index >= first

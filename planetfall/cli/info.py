@@ -104,7 +104,7 @@ def graph_command(
         if explain is not None:
             text = renderer.graph.explain(explain)
         elif passes:
-            console.print(_pass_table(renderer.passes(), console.width))
+            console.print(pass_table(renderer.passes(), console.width))
             if console.width < _WIDE:
                 console.print(f"What they read and write: --explain PASS, or a window of {_WIDE} columns.", style="dim")
             return
@@ -135,7 +135,7 @@ def _document(file: Path) -> str:
     return text
 
 
-def _pass_table(reports: list, width: int) -> Table:
+def pass_table(reports: list, width: int) -> Table:
     """What ran; names of what each pass reads and writes only where `width` columns have room for them."""
     wide = width >= _WIDE
     name = Column("pass", no_wrap=True)

@@ -50,7 +50,7 @@ QUICK = TableSizes(
 QUICK_PAPER = PaperSizes((64, 32), (8, 24, 12, 4), (24, 8), 2, "rgba32f")
 """A first look by the printed method."""
 
-_FIRST_SLICE, _LEAST_SLICE, _MOST_SLICE = 60_000, 4_000, 1 << 22
+_FIRST_SLICE, LEAST_SLICE, _MOST_SLICE = 60_000, 4_000, 1 << 22
 """Samples in one slice of work: the first takes 1 to 3 ms on two cores without a GPU, in thick
 air up to three times as long; then the time it took decides."""
 _VERSION = "3"
@@ -72,17 +72,17 @@ class TableJob:
         self._gpu, self._ctx = gpu, gpu.ctx
         self._block = block
         self._sizes = sizes
-        self._cache = TableCache("atmosphere") if cache is None else cache
+        self.cache = TableCache("atmosphere") if cache is None else cache
         # Two of each size: one is shown while the other is worked on.
         quick = QUICK_PAPER if isinstance(sizes, PaperSizes) else replace(QUICK, degree=sizes.degree)
         self._quick = [self._make(quick), self._make(quick)]
         self._full = [self._make(sizes)]
         self._tables: Tables | None = None
-        self._working: Tables | None = None
-        self._wanted: tuple[str, AirModel, AirBlock] | None = None
+        self.working: Tables | None = None
+        self.wanted: tuple[str, AirModel, AirBlock] | None = None
         self._shown: tuple[str, AirModel, AirBlock] | None = None
         self._target: tuple[str, AirModel, AirBlock] | None = None  # the air that is worked on
-        self._refining = self._blocked = False
+        self.refining = self._blocked = False
         self._slice = _FIRST_SLICE
         self.generation = 0
         """Counts the tables that have been shown."""
@@ -90,12 +90,12 @@ class TableJob:
     @property
     def started(self) -> bool:
         """Whether an air has been asked for."""
-        return self._wanted is not None
+        return self.wanted is not None
 
     @property
     def shown(self) -> AirModel:
         """The air that the tables are of; before there are any, the one they will be of."""
-        found = self._shown or self._wanted
+        found = self._shown or self.wanted
         assert found is not None
         return found[1]
 
@@ -107,7 +107,7 @@ class TableJob:
     @property
     def done(self) -> bool:
         """Whether the tables of the air that was asked for last are shown at full size."""
-        return self._working is None and not self._mended
+        return self.working is None and not self._mended
 
     @property
     def _mended(self) -> bool:
@@ -117,25 +117,25 @@ class TableJob:
     @property
     def share(self) -> float:
         """How much of the work is done, 0..1."""
-        return 1.0 if self._working is None else self._working.share if self._refining else 0.0
+        return 1.0 if self.working is None else self.working.share if self.refining else 0.0
 
     def want(self, model: AirModel, block: AirBlock) -> None:
         """From now on work towards this air. Tables that are on disk are shown at once."""
         key = self._key(model)
-        if self._wanted is not None and self._wanted[0] == key:
+        if self.wanted is not None and self.wanted[0] == key:
             # The same air under another sun: only its night light differs.
-            self._wanted = (key, model, block)
+            self.wanted = (key, model, block)
             if self._target is not None and self._target[0] == key:
-                self._target = self._wanted
+                self._target = self.wanted
             if self._shown is not None and self._shown[0] == key:
-                self._show_block(self._wanted)
+                self._show_block(self.wanted)
             return
-        self._wanted = (key, model, block)
+        self.wanted = (key, model, block)
         if self._shown is not None and self._shown[0] == key and self._tables in self._full:
             # Back before anything else was seen.
-            self._working = None
-            self._show_block(self._wanted)
-        elif not self._from_cache() and (self._working is None or self._refining):
+            self.working = None
+            self._show_block(self.wanted)
+        elif not self._from_cache() and (self.working is None or self.refining):
             self._start_quick()
 
     def bind(self) -> None:
@@ -151,18 +151,18 @@ class TableJob:
         if self._mended:
             self._refine()
         began = now = clock()
-        while self._working is not None:
+        while self.working is not None:
             assert self._target is not None
             self._block.write(self._target[2])
             self._block.bind()
-            working, spent = self._working, self._working.spent
+            working, spent = self.working, self.working.spent
             self._step(self._slice)
             self._ctx.finish()
             before, now = now, clock()
             if working.spent > spent:  # what only closes an order says nothing about how long a slice takes
                 # Half the budget a slice: what the first leaves decides whether there is a second.
                 fitting = 0.5 * budget_s / max(now - before, 1e-6)
-                self._slice = int(min(max(self._slice * min(max(fitting, 0.125), 2.0), _LEAST_SLICE), _MOST_SLICE))
+                self._slice = int(min(max(self._slice * min(max(fitting, 0.125), 2.0), LEAST_SLICE), _MOST_SLICE))
             if now - began + 0.5 * (now - before) > budget_s and self._shown is not None:
                 break
         if self._shown is not None:
@@ -180,22 +180,22 @@ class TableJob:
     def _start(self, tables: Tables, refining: bool) -> None:
         tables.restart()
         self._blocked = False
-        self._working, self._refining, self._target = tables, refining, self._wanted
+        self.working, self.refining, self._target = tables, refining, self.wanted
 
     def _start_quick(self) -> None:
         self._start(next(t for t in self._quick if t is not self._tables), refining=False)
 
     def _step(self, samples: int) -> None:
-        working, target = self._working, self._target
-        assert working is not None and target is not None and self._wanted is not None
+        working, target = self.working, self._target
+        assert working is not None and target is not None and self.wanted is not None
         working.step(samples)
         if not working.done:
             return
         self._show(working, target)
-        if self._refining:
-            self._working = None
-            self._cache.save(target[0], working.arrays())
-        elif target[0] != self._wanted[0]:
+        if self.refining:
+            self.working = None
+            self.cache.save(target[0], working.arrays())
+        elif target[0] != self.wanted[0]:
             self._start_quick()
         else:
             self._refine()
@@ -206,7 +206,7 @@ class TableJob:
         try:
             tables = self._free_full()
         except ShaderError:
-            self._working, self._blocked = None, True
+            self.working, self._blocked = None, True
             return
         self._blocked = False
         self._start(tables, refining=True)
@@ -231,15 +231,15 @@ class TableJob:
         return TableCache.key(_VERSION, model.key(), repr(self._sizes), self.sources)
 
     def _from_cache(self) -> bool:
-        assert self._wanted is not None
+        assert self.wanted is not None
         try:
             tables = self._free_full()
         except ShaderError:
             return False
-        found = self._cache.load(self._wanted[0], tables.shapes())
+        found = self.cache.load(self.wanted[0], tables.shapes())
         if found is None:
             return False
         tables.fill(found)
-        self._working = None
-        self._show(tables, self._wanted)
+        self.working = None
+        self._show(tables, self.wanted)
         return True

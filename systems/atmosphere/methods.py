@@ -46,7 +46,7 @@ class AirMethod(Method):
         super().__init__(gpu)
         self.job = TableJob(gpu, sizes, model)
         self._sizes = view_sizes(settings)
-        self._budget_s = 1e-3 * float(settings["atmosphere.budget_ms"])
+        self.budget_s = 1e-3 * float(settings["atmosphere.budget_ms"])
         self._fills: tuple[Any, ...] = ()
 
     def bind_contract(self, io: PassIO) -> Callable[[], None]:
@@ -91,7 +91,7 @@ class AirMethod(Method):
             "atmosphere.tables",
             kind="compute",
             system=self.gpu.owner,
-            bind=lambda io: lambda: self.job.work(_HURRY_S if view.view.frame.settling else self._budget_s),
+            bind=lambda io: lambda: self.job.work(_HURRY_S if view.view.frame.settling else self.budget_s),
             side_effect=True,
             when=lambda: not self.job.done,
             help="what holds for all cameras, in slices: optical depth to space and light scattered more than once",

@@ -36,7 +36,7 @@ is rough, and one whole map would cost eight times as much in its frame and let 
 most of the sea mirrors one of them."""
 
 
-class _Sky:
+class SkyRows:
     """The map of clouds in one view's sky: what it shows, and which of its rows this frame draws."""
 
     def __init__(self) -> None:
@@ -64,7 +64,7 @@ class _CloudView:
         self.seen = True
         """Whether any of its rays may meet a layer: else none of the pictures' passes is in its graph."""
         self.history = history
-        self.sky = _Sky()
+        self.sky = SkyRows()
         self.steady = True
         """Whether the weather that its last frame showed was all there."""
 
@@ -107,13 +107,13 @@ class OurClouds(CloudMethod):
         self._plain = gpu.state()
         self._radius_m = float(setup.world.get(setup.planet, Planet).radius_m)
         texels, steps = int(settings["clouds.shadow_texels"]), int(settings["clouds.shadow_steps"])
-        self._shadow = ShadowPass(gpu, texels, steps, int(settings["clouds.shadow_frames"]))
+        self.shadow = ShadowPass(gpu, texels, steps, int(settings["clouds.shadow_frames"]))
         self._shafts = Shafts(gpu, setup.world, picture.defines, settings, self.gpu.owner)
         self._with_shafts = True
         self._stamp: tuple[object, ...] = ()
 
     def release(self) -> None:
-        self._views.forget(self._shadow, self._shafts)
+        self._views.forget(self.shadow, self._shafts)
         super().release()
 
     def _tune(self, settings: Settings) -> None:
@@ -166,7 +166,7 @@ class OurClouds(CloudMethod):
         if self._with_shafts != bool(component.shafts):
             self._with_shafts = not self._with_shafts
             self.structure += 1
-        self._shadow.take_layers(self.field.block, self.field.layers)
+        self.shadow.take_layers(self.field.block, self.field.layers)
 
     def update(self, frame: Frame) -> None:
         self.moving = None
@@ -176,7 +176,7 @@ class OurClouds(CloudMethod):
         field = self.field
         radius = self._radius_m = frame.world.get(frame.planet, Planet).radius_m
         seen = bool(field.layers) and may_see(frame, field.block.highest_m) and frame.view.seen.planet()
-        shown, shadow = self._of(frame.view), self._shadow.of(frame.view)
+        shown, shadow = self._of(frame.view), self.shadow.of(frame.view)
         if seen != shown.seen:
             shown.seen, shown.history = seen, self._history()
         if not frame.view.seen.planet() and field.placed:
@@ -192,7 +192,7 @@ class OurClouds(CloudMethod):
         field.place(proxy.anchor_m, radius, frame.time_s)
         present = bool(field.layers)
         stamp = (self._stamp, charts.cuts, charts.steady)
-        self._shadow.place(frame, field.block, field.first, field.wind_m_s, stamp, radius, present)
+        self.shadow.place(frame, field.block, field.first, field.wind_m_s, stamp, radius, present)
         self._shafts.place(frame, field.block.highest_m, field.first[1], radius, shadow)
         field.write()
         # Rays that were followed through another air, such as that of its first small tables, are none of this picture.
@@ -215,7 +215,7 @@ class OurClouds(CloudMethod):
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         own = self._of(view.view)
-        self._shadow.declare(builder, view, self.gpu.owner, self.bind_density, view.view.seen.planet)
+        self.shadow.declare(builder, view, self.gpu.owner, self.bind_density, view.view.seen.planet)
         air = contract_reads(self.world, but=self.gpu.owner)
         builder.add_pass(
             "clouds.sky",
@@ -286,7 +286,7 @@ class OurClouds(CloudMethod):
     def _bind_sky(self, io: PassIO, view: _CloudView) -> Callable[[], None]:
         texture, sun = io.texture(_SKY), io.texture(SUN)
         bind = bind_contracts(self.world, io, but=self.gpu.owner)
-        view.sky = _Sky()  # all of it, whatever this frame was to draw
+        view.sky = SkyRows()  # all of it, whatever this frame was to draw
 
         def run() -> None:
             bind()
@@ -371,7 +371,7 @@ class OurClouds(CloudMethod):
     def settled(self, view: View) -> bool:
         """Whether every pixel of a still picture has had its own ray, and no map of shadow or weather is due."""
         own = self._of(view)
-        return not own.seen or (own.history.complete and not self._shadow.of(view).busy and own.steady)
+        return not own.seen or (own.history.complete and not self.shadow.of(view).busy and own.steady)
 
     def refining(self, view: View) -> str:
         own = self._of(view)
@@ -379,7 +379,7 @@ class OurClouds(CloudMethod):
             return ""
         if not own.steady:
             return "weather"
-        if not self._shadow.of(view).complete:
+        if not self.shadow.of(view).complete:
             return "cloud shadows"
         history = own.history
         gathers = history.mode == STILL and not history.complete

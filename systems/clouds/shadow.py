@@ -26,7 +26,7 @@ _LAG = 0.5
 """And may have moved by this one until it is drawn: it lies well within it still."""
 _DRIFTED_TEXELS = 0.5
 _SUN_STEP_RAD = 2e-4
-_MOST_LONGER = 8.0
+MOST_LONGER = 8.0
 """A map is longer towards the sun than it is wide, as shadows are, but no more than this."""
 _LEAST_SIDEWAYS = 1e-3
 """Of the sun's direction: nearer to the zenith it has no azimuth worth following."""
@@ -204,6 +204,6 @@ def _placed(half_m: float, foot: Floats, sun: Floats, time_s: float, stamp: obje
     held.u = along / np.linalg.norm(along)
     held.v = np.cross(foot, held.u)
     # Seen from the sun a map is a square, as far as the planet has room for it.
-    held.longer = max(min(1.0 / max(rise, 1.0 / _MOST_LONGER), 0.98 * radius_m / held.half_m), 1.0)
+    held.longer = max(min(1.0 / max(rise, 1.0 / MOST_LONGER), 0.98 * radius_m / held.half_m), 1.0)
     held.middle, held.sun, held.time_s, held.stamp = foot * radius_m, sun.copy(), time_s, stamp
     return held

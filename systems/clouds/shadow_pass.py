@@ -28,7 +28,7 @@ _NEXT_SUN = "clouds.next_sun"
 """Of the map that is being made; the rest of that is the layer after the others of SHADOW."""
 _SUN_JUMP_COSINE = float(np.cos(np.radians(2.0)))
 """As in history.py: a sun that turned by more within a frame was put elsewhere."""
-_GROUP = 8  # rows of a work group in shadow.comp
+GROUP = 8  # rows of a work group in shadow.comp
 _MOST_SPLIT = 8
 """As in shadow.comp."""
 _NO_MAP = zeros(CloudShadowMap)
@@ -80,14 +80,14 @@ class ShadowPass:
     def __init__(self, gpu: GpuScope, texels: int, steps: int, frames: int) -> None:
         self._gpu = gpu
         self._program = gpu.compute("clouds/shadow.comp")
-        self._texels, self._steps, self._frames = texels, steps, frames
+        self.texels, self._steps, self._frames = texels, steps, frames
         self._thick_m: list[float] = []
         """Of the intervals of height, and into how many steps each is divided at least."""
         self._each = 1
 
     def of(self, view: View) -> ViewShadow:
         """That view's."""
-        return view.state(self, lambda: ViewShadow(self._texels))
+        return view.state(self, lambda: ViewShadow(self.texels))
 
     def take_layers(self, block: CloudViewBlock, layers: Sequence[CloudLayer]) -> None:
         """The clouds have changed. layers: those with cloud, lowest first."""
@@ -124,9 +124,9 @@ class ShadowPass:
         maps.need(pixel_rad * max(float(np.linalg.norm(camera.position_m)) - radius_m - top_m, 0.0))
         alone = frame.settling or frame.one_shot
         if present and not alone:
-            maps.outrun(self._shares(maps, float(foot @ sun)), radius_m)
+            maps.outrun(self.frames_of_maps(maps, float(foot @ sun)), radius_m)
         own.finished, own.rows = None, (0, 0)
-        if maps.making is not None and maps.making.rows >= self._texels:
+        if maps.making is not None and maps.making.rows >= self.texels:
             own.finished = own.last = maps.finish()
         due = maps.due(foot, sun, frame.time_s, wind_m_s, stamp, radius_m) if present else []
         here = (foot, sun, frame.time_s, stamp, radius_m)
@@ -148,7 +148,7 @@ class ShadowPass:
         block.finest_map = next((number for number, drawn in enumerate(own.drawn) if drawn), 0)
         height_m = base_m + _HEIGHT * thickness_m
         block.shadow_height_m, block.shadow_map_count = height_m, len(maps.maps) if present else 0
-        block.shadow_intervals, block.shadow_texels = self._count, self._texels
+        block.shadow_intervals, block.shadow_texels = self._count, self.texels
         grown = 1.0 + height_m / radius_m
 
         def geometry(held: ShadowMap) -> dict[str, Any]:
@@ -191,18 +191,20 @@ class ShadowPass:
             stamp, radius_m = here[3:]
             # First what has nothing to show yet, then one after another.
             number = min(due, key=lambda n: (maps.maps[n].stamp == stamp, n <= own.last, n))
-            frames = maps.frames_for(number, self._shares(maps, float(here[0] @ here[1]))[number], wind_m_s, radius_m)
+            frames = maps.frames_for(
+                number, self.frames_of_maps(maps, float(here[0] @ here[1]))[number], wind_m_s, radius_m
+            )
             if frames == 1:
                 own.due, own.last = [number], number
                 return
             maps.begin(number, frames, *here)
         making = maps.making
         if making is not None:
-            groups = -(-self._texels // _GROUP)
-            to = -(-groups * (making.strips + 1) // making.frames) * _GROUP
-            own.rows = (making.rows, min(to, self._texels))
+            groups = -(-self.texels // GROUP)
+            to = -(-groups * (making.strips + 1) // making.frames) * GROUP
+            own.rows = (making.rows, min(to, self.texels))
 
-    def _shares(self, maps: ShadowMaps, rise: float) -> list[int]:
+    def frames_of_maps(self, maps: ShadowMaps, rise: float) -> list[int]:
         """Frames for each map, of all that those which are drawn have together: in fine ones the sun's rays are
         followed in several times as many steps, and frames should cost alike whichever map is drawn. rise: the sine of
         the sun's elevation."""
@@ -211,14 +213,14 @@ class ShadowPass:
 
         def steps(half_m: float, rise: float) -> int:
             """Of a ray, as in shadow.comp at the map's middle."""
-            stride_m = 4.0 * half_m / self._texels * self._each * max(rise, 1e-3)
+            stride_m = 4.0 * half_m / self.texels * self._each * max(rise, 1e-3)
             return sum(min(max(int(thick_m / stride_m), 1), _MOST_SPLIT) for thick_m in self._thick_m)
 
         each = [steps(held.half_m, rise) for held in maps.maps]
         drawn = each[maps.finest :]
         # What a low sun makes all of them dearer by is halved between longer frames and more of them.
         dearer = math.sqrt(sum(drawn) / sum(steps(held.half_m, 1.0) for held in maps.maps[maps.finest :]))
-        most = -(-self._texels // _GROUP)
+        most = -(-self.texels // GROUP)
         shares = (round(self._frames * dearer * one * len(drawn) / sum(drawn)) for one in each)
         return [min(max(share, 1), most) for share in shares]
 
@@ -230,7 +232,7 @@ class ShadowPass:
         bind_noise: Callable[[], None],
         seen: Callable[[], bool],
     ) -> None:
-        side, own = self._texels, self.of(view.view)
+        side, own = self.texels, self.of(view.view)
         builder.add_pass(
             "clouds.shadow",
             kind="compute",
@@ -261,7 +263,7 @@ class ShadowPass:
         if maps.texture is not shadow:
             maps.forget()
         maps.texture = shadow
-        side, slices = self._texels, MOST_INTERVALS + 1
+        side, slices = self.texels, MOST_INTERVALS + 1
         gpu = self._gpu.gpu
 
         def draw(into: Any, layer: int, first: int, rows: tuple[int, int], where: Mapping[str, Any]) -> None:

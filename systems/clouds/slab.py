@@ -31,7 +31,7 @@ LEAST_COSINE = 0.05
 """Of the sun: a plane slab under a level sun has none of its light, a shell on a planet does."""
 DEPTHS, SUNS, SHARES = 14, 12, 16
 _VERSION = "1"
-"""Of the files; to be raised whenever `_solve` gives other values."""
+"""Of the files; to be raised whenever `solve` gives other values."""
 _NODES = 48
 _ANGLES = 16
 
@@ -93,14 +93,14 @@ def slab_table(
         row = np.arange(shares) / (shares - 1)
         share = row * row / (row * row + (1.0 - row) ** 2)
         # In the precision of the file and of the texture, so that the first process has what the others have.
-        held = {"slab": np.stack([_solve(albedo, asymmetry, d, sun, share) for d in thick]).astype(np.float32)}
+        held = {"slab": np.stack([solve(albedo, asymmetry, d, sun, share) for d in thick]).astype(np.float32)}
         cache.save(key, held)
     values = held["slab"].astype(np.float64)
     values.setflags(write=False)
     return SlabTable(albedo, asymmetry, values)
 
 
-def _solve(albedo: float, g: float, depth: float, sun: Floats, share: Floats) -> Floats:
+def solve(albedo: float, g: float, depth: float, sun: Floats, share: Floats) -> Floats:
     """(suns, shares, COMPONENTS) of one slab; depth: peak left out."""
     peak = peak_share(g)
     kept = 1.0 - albedo * peak

@@ -26,7 +26,7 @@ SUN_MAPPED = 8.0
 """Steps towards the sun in clouds; more of them are as good as the maps of the shadow, and have no need of these."""
 MAPPED: Mapping[str, Any] = {"CLOUD_MAPPED": 1}
 """Define of clouds/sun_optical_depth.glsl: the rest of the way to the sun comes from the maps."""
-_NO_CIRRUS: Mapping[str, Any] = {"CLOUD_NO_CIRRUS": 1}
+NO_CIRRUS: Mapping[str, Any] = {"CLOUD_NO_CIRRUS": 1}
 """Define of clouds/density.glsl: there is no cirrus where the program runs."""
 
 
@@ -83,7 +83,7 @@ class ViewMarch:
             self._classify = self._gpu.compute("clouds/classify.comp", {**self._picture.defines, **finest})
             self._march = self._program("clouds/view_march.comp")
             # Steps all the way to the sun meet layers above, which may be cirrus.
-            self._no_cirrus = self._program("clouds/view_march.comp", _NO_CIRRUS) if mapped else self._march
+            self._no_cirrus = self._program("clouds/view_march.comp", NO_CIRRUS) if mapped else self._march
             self._programs = {self._classify, self._march, self._no_cirrus}
             if self._debug is not None:
                 self._debug = self._program("clouds/debug.comp")

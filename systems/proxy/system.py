@@ -93,7 +93,7 @@ class ProxySystem(System):
         seen, proxy = self._planet_seen(frame, radius, field), frame.view.placed
         # Where no part of the planet can be in the picture a snap cannot be seen.
         unseen = not seen or sphere_unseen(frame.camera, radius + self._top_m(frame, field), self._pixel(frame))
-        frame.view.seen.tell(seen, self._ground_seen(frame, radius, field, unseen))
+        frame.view.seen.tell(seen, self.ground_seen(frame, radius, field, unseen))
         if proxy is not None and field is self._field and frame.frozen:
             if frame.at_once:
                 frame.view.snap.drop()
@@ -220,7 +220,7 @@ class ProxySystem(System):
         sea_top_m = frame.world.try_resource("sea_top_m")
         return max(0.0, 0.0 if field is None else field.highest_m, 0.0 if sea_top_m is None else float(sea_top_m))
 
-    def _ground_seen(self, frame: Frame, radius: float, field: HeightField | None, unseen: bool) -> bool:
+    def ground_seen(self, frame: Frame, radius: float, field: HeightField | None, unseen: bool) -> bool:
         """Whether ground or sea may be in the picture: from among mountains, by the ground around. unseen: nothing of
         the planet is in it."""
         if unseen:

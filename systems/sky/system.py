@@ -32,13 +32,13 @@ _SHELL_CORNERS = 64
 _STAR_POINT_PX = 7
 _GALAXY_TEXELS = 1024
 _PROGRAM_POINT_SIZE = 0x8642
-_BRIGHTEST_STAR = 3.0e-10
+BRIGHTEST_STAR = 3.0e-10
 """W m^-2 nm^-1: the star of rank 1 (magnitude -1.4), in its strongest wavelength, has at most this."""
-_STAR_FALL = 0.8
+STAR_FALL = 0.8
 """The star of rank k is at most k^-0.8 as bright: magnitudes go with 2 log10 of the rank (catalogue.py)."""
-_STAR_PEAK = 0.33
+STAR_PEAK = 0.33
 """Share of a star's light that its middle pixel gets at most."""
-_BRIGHTEST_CLOUD = 5.5e-8
+BRIGHTEST_CLOUD = 5.5e-8
 """W m^-2 sr^-1 nm^-1: no part of the galaxy's map is brighter. Its units in sky/galaxy.frag are 7.14e-9; the map has at
 most ((0.86 + 1) x 2.85 x 1.25 x 1.1 + 0.055) x 1.033 = 7.6 of them."""
 _INVISIBLE = 0.25 / 255.0 / 12.92
@@ -190,7 +190,7 @@ class StarsSystem(System):
             self._drawer(clear)
         self._map = gpu.fullscreen("sky/galaxy_map.frag")
         self._choose = gpu.compute("sky/choose_stars.comp")
-        self._choose.set("u_fall", _STAR_FALL)
+        self._choose.set("u_fall", STAR_FALL)
         self._plain = gpu.state()
         self._far_add = gpu.state(depth_test=True, depth_func=">=", write_depth=False, blend="additive")
         toggles = [gpu.gl.function(name, None, G.enum) for name in ("glEnable", "glDisable")]
@@ -242,7 +242,7 @@ class StarsSystem(System):
         stars: Stars = frame.world.query(Stars)[0][1][0]
         self._refresh(stars)
         shown = frame.view.state(self, _Shown)
-        self._expose(frame, stars, shown)
+        self.expose(frame, stars, shown)
         if not frame.backdrop:
             shown.hidden = True
         self._turn_stars(frame.star_axes)
@@ -262,7 +262,7 @@ class StarsSystem(System):
             self._star_axes = tuple(axes.T.astype(np.float32).ravel().tolist())
             self._galactic_axes = tuple((GALACTIC_AXES @ axes.T).T.astype(np.float32).ravel().tolist())
 
-    def _expose(self, frame: Frame, stars: Stars, shown: _Shown) -> None:
+    def expose(self, frame: Frame, stars: Stars, shown: _Shown) -> None:
         """What can show of stars and galaxy, as far as it is known before the frame's exposure is."""
         exposures = frame.world.query(Exposure)
         exposure = with_overrides(exposures[0][1][0] if exposures else Exposure(), "exposure", frame.settings)
@@ -387,7 +387,7 @@ class StarsSystem(System):
         if shown.fixed_ev100 is None:
             return -1, True
         white = 2.0**shown.fixed_ev100
-        count = (shown.star / white) ** (1.0 / _STAR_FALL)
+        count = (shown.star / white) ** (1.0 / STAR_FALL)
         return int(min(count, self._catalogue[0])), shown.cloud >= white
 
 
@@ -400,4 +400,4 @@ def _exposed_most(frame: Frame, brightness: float) -> tuple[float, float]:
     smaller = (1.0 + corner[0] ** 2 + corner[1] ** 2) ** 1.5 * 1.1
     # 1e5 cd m^-2 per W m^-2 sr^-1 nm^-1 and 1.2 x 2^EV: docs/exposure.md.
     exposed = brightness * 1e5 / 1.2
-    return _STAR_PEAK * _BRIGHTEST_STAR * smaller / pixel * exposed, _BRIGHTEST_CLOUD * exposed
+    return STAR_PEAK * BRIGHTEST_STAR * smaller / pixel * exposed, BRIGHTEST_CLOUD * exposed

@@ -11,7 +11,7 @@ from .height_map import HeightMap, height_map
 
 __all__ = ["TerrainParams"]
 
-_KNOBS = (
+KNOBS = (
     "land_share",
     "continent_size",
     "plains",
@@ -24,7 +24,7 @@ _KNOBS = (
     "height_map_blend",
     "height_map_detail",
 )
-_RANGES = {
+RANGES = {
     "layers": (1, 16),
     "land_share": (0.02, 0.98),
     "continent_size": (0.125, 4.0),
@@ -83,7 +83,7 @@ class TerrainParams:
     def __post_init__(self) -> None:
         if not (math.isfinite(self.radius_m) and self.radius_m > 0.0):
             raise ValueError(f"TerrainParams.radius_m: expected a positive number of metres, found {self.radius_m!r}")
-        for name, (low, high) in _RANGES.items():
+        for name, (low, high) in RANGES.items():
             value = getattr(self, name)
             if not low <= value <= high:
                 raise ValueError(f"TerrainParams.{name}: expected {low:g} to {high:g}, found {value!r}")
@@ -128,7 +128,7 @@ class TerrainParams:
             layers=int(terrain.layers),
             colored=bool(getattr(terrain, "color_map", "")),
             height_map=height_map(path, None if range_m is None else tuple(range_m)) if path else None,
-            **{name: float(getattr(terrain, name)) for name in _KNOBS if hasattr(terrain, name)},
+            **{name: float(getattr(terrain, name)) for name in KNOBS if hasattr(terrain, name)},
         )
 
     @property

@@ -262,7 +262,7 @@ class TerrainSystem(System):
                 builder, view, lambda: self._of(of), backend.coast_file, lambda: self._bind_heights(of), seen
             )
         tiles = _TILES
-        if self._sorts_wet():
+        if self.sorts_wet():
             tiles = _WET_LISTS
             texts = ("dry distant", "wet distant", "dry near", "wet near")
             across, down = tiles_of(view.size)
@@ -304,7 +304,7 @@ class TerrainSystem(System):
 
         return run
 
-    def _sorts_wet(self) -> bool:
+    def sorts_wet(self) -> bool:
         """Whether there is water that the backend's shading knows of."""
         return bool(self._world.query(Ocean)) and self.backend.shade_file == Backend.shade_file
 

@@ -49,7 +49,7 @@ class History:
         self._length = length
         self._done: list[Step] = []
         self._undone: list[Step] = []
-        self._open = False
+        self.open = False
 
     def record(self, edits: Iterable[Edit], label: str) -> None:
         """Take in what has just been changed.
@@ -61,16 +61,16 @@ class History:
         if not made:
             return
         self._undone.clear()
-        if not (self._open and self._done and self._done[-1].label == label):
+        if not (self.open and self._done and self._done[-1].label == label):
             self._done.append(Step(label=label))
             del self._done[: -self._length]
-        self._open = True
+        self.open = True
         step = self._done[-1]
         for edit in made:
             self._merge(step.edits, edit)
         if not step.edits:
             self._done.pop()
-            self._open = False
+            self.open = False
 
     @staticmethod
     def _merge(edits: list[Edit], edit: Edit) -> None:
@@ -86,7 +86,7 @@ class History:
 
     def seal(self) -> None:
         """The widget was let go: what comes next is a step of its own."""
-        self._open = False
+        self.open = False
 
     @property
     def undo_label(self) -> str:
@@ -104,7 +104,7 @@ class History:
 
     def undo(self) -> list[Edit]:
         """The edits that take back the last step, in the order to apply them; none left: an empty list."""
-        self._open = False
+        self.open = False
         if not self._done:
             return []
         step = self._done.pop()
@@ -113,7 +113,7 @@ class History:
 
     def redo(self) -> list[Edit]:
         """The edits of the step that was undone last; none left: an empty list."""
-        self._open = False
+        self.open = False
         if not self._undone:
             return []
         step = self._undone.pop()
@@ -124,4 +124,4 @@ class History:
         """Drop the last step for good: what it did was refused."""
         if self._done:
             self._done.pop()
-        self._open = False
+        self.open = False

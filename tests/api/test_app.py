@@ -171,7 +171,7 @@ def test_numbers_are_read_rarely(scene: Any) -> None:
     type(renderer).stats = property(lambda self: reads.append(1) or {"cells": 3}, lambda self, value: None)  # type: ignore[assignment]
     try:
         now = [0.0]
-        app._clock = lambda: now[0]
+        app.clock = lambda: now[0]
         for _ in range(100):
             app.frame()
             now[0] += 0.01
@@ -191,7 +191,7 @@ def test_pictures_are_saved_with_their_settings(scene: Any, tmp_path: Path) -> N
 def test_messages_fade(scene: Any) -> None:
     app, _, _ = app_of(scene)
     now = [0.0]
-    app._clock = lambda: now[0]
+    app.clock = lambda: now[0]
     app.say("hello")
     app.frame()
     assert app.shown.message == "hello"
@@ -261,7 +261,7 @@ def test_a_lost_context_ends_the_flight(scene: Any) -> None:
     assert app.shown.error == ""
     app.journey.step_photo = lambda: (_ for _ in ()).throw(renderer.fails)  # type: ignore[method-assign]
     with pytest.raises(pf.ContextLostError):
-        app._photograph()
+        app.photograph()
 
 
 def test_f5_starts_a_broken_renderer_anew(scene: Any) -> None:

@@ -23,7 +23,7 @@ def desk(gpu: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[
     monkeypatch.setenv("PLANETFALL_CONFIG", str(tmp_path / "settings"))
     more = {"radio_button", "small_button"}
     monkeypatch.setattr(desk_kit, "WATCHED", desk_kit.WATCHED | more)
-    monkeypatch.setattr(app_journey_window, "_TOP", 5.0)  # all of it is seen in the small window
+    monkeypatch.setattr(app_journey_window, "TOP_PX", 5.0)  # all of it is seen in the small window
     desk = Desk(gpu)
     draw = desk.interface.journey.draw
     desk.interface.journey.draw = lambda imgui, app: draw(Watching(imgui, desk.boxes), app)  # type: ignore[method-assign]

@@ -66,7 +66,7 @@ class FakeRenderer:
 
 
 @pytest.fixture(autouse=True)
-def _no_gpu(monkeypatch: pytest.MonkeyPatch) -> None:
+def no_gpu(monkeypatch: pytest.MonkeyPatch) -> None:
     module = ModuleType("planetfall.render.renderer")
     module.Renderer = FakeRenderer  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "planetfall.render.renderer", module)
@@ -278,7 +278,7 @@ def test_lists(capsys: pytest.CaptureFixture[str]) -> None:
 def test_table_of_passes_fits_its_window(columns: int) -> None:
     from rich.console import Console
 
-    from planetfall.cli.info import _pass_table
+    from planetfall.cli.info import pass_table
 
     report = SimpleNamespace(
         name="clouds.shadow_blocks", ran=True, cpu_ms=0.1, gpu_ms=12.5, bytes=11_800_000,
@@ -286,7 +286,7 @@ def test_table_of_passes_fits_its_window(columns: int) -> None:
     )  # fmt: skip
     console = Console(width=columns)
     with console.capture() as shown:
-        console.print(_pass_table([report], columns))
+        console.print(pass_table([report], columns))
     lines = shown.get().splitlines()
     assert len(lines) == 2 and "clouds.shadow_blocks" in lines[1] and "11.8" in lines[1]
     assert ("contract.sun_visibility" in lines[1]) == (columns == 140)

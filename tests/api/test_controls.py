@@ -207,12 +207,12 @@ def test_glfw_gamepads_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(glfw, "joystick_present", lambda n: n == 2)
     monkeypatch.setattr(glfw, "joystick_is_gamepad", lambda n: n == 2)
     monkeypatch.setattr(glfw, "get_gamepad_state", lambda n: found)
-    axes, held = _glfw._gamepad() or ({}, set())
+    axes, held = _glfw.gamepad_state() or ({}, set())
     assert axes == {"left_x": 0.1, "left_y": -1.0, "right_x": 0.2, "right_y": 0.3, "left_trigger": 0.0,
                     "right_trigger": 1.0}  # fmt: skip
     assert held == {"y", "dpad_left"}
     monkeypatch.setattr(glfw, "joystick_present", lambda n: False)
-    assert _glfw._gamepad() is None
+    assert _glfw.gamepad_state() is None
 
 
 PYGLET_CHILD = """

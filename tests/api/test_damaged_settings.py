@@ -11,7 +11,7 @@ import planetfall as pf
 from planetfall.app.controls import keep_controls
 from planetfall.camera.kept import Place, Places
 from planetfall.engine.settings import QualityKnobs
-from planetfall.quality import _GROUPS, QUALITY
+from planetfall.quality import GROUPS, QUALITY
 from planetfall.scene.kinds import KINDS
 from planetfall.scene.presets import load_parts, preset_names, save_preset
 from planetfall.systems.flight import CONTROLS_FILE, controls_or_defaults, load_controls
@@ -100,7 +100,7 @@ def test_scene_files(good: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 def test_quality_files(tmp_path: Path) -> None:
     good = (QUALITY.folder / "medium.toml").read_bytes()
-    knobs = QualityKnobs(tmp_path, _GROUPS, KINDS)
+    knobs = QualityKnobs(tmp_path, GROUPS, KINDS)
     (tmp_path / "mine.toml").write_bytes(good)
     assert knobs.resolve("mine")["terrain.edge_px"] == QUALITY.resolve("medium")["terrain.edge_px"]
     refused = 0

@@ -16,6 +16,7 @@ from planetfall import extend
 from planetfall.engine.settings import rules_of
 from planetfall.games.new_system import ring
 from planetfall.quality import resolve_quality
+from planetfall.scene.kinds import KINDS
 from planetfall.systems.debug import NAMED_VIEWS
 
 FILE = Path(ring.__file__)
@@ -119,7 +120,7 @@ class Rain:
 def test_what_cannot_be_registered_changes_nothing(how: dict[str, Any], match: str) -> None:
     with pytest.raises(pf.SettingError, match=match):
         extend.register(Rain, **how)
-    assert Rain not in extend._kinds.KINDS.values()
+    assert Rain not in KINDS.values()
     assert "rain.amount" not in extend.QUALITY.component_rules
 
 

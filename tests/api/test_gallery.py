@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from PIL import Image
-from test_cli import FakeRenderer, _no_gpu, fails  # noqa: F401 - the fixture stands in for the renderer
+from test_cli import FakeRenderer, fails, no_gpu  # noqa: F401 - the fixture stands in for the renderer
 
 import planetfall as pf
 from planetfall.benchmarks.scenes import preset_scene

@@ -277,7 +277,7 @@ def test_without_multi_bind(gpu: Gpu, host: dict[str, Any]) -> None:
     with StateGuard(gpu):
         set_everything_odd(raw, gpu.ctx, host)
         guard = StateGuard(gpu)
-        guard._multi_bind = False  # as in OpenGL 4.3 without the extension
+        guard.multi_bind = False  # as in OpenGL 4.3 without the extension
         before = snapshot(raw, gpu.ctx)
         with guard:
             arbitrary_work(gpu)
@@ -348,8 +348,8 @@ def test_every_binding_of_the_shaders_is_covered(gpu: Gpu) -> None:
     """Binding points of the registry, those that are a pass's own among them; shaders have no others."""
     guard = StateGuard(gpu)
     covered = {
-        "uniform block": guard._ubos, "storage buffer": guard._ssbos, "image": guard._images,
-        "texture unit": len(guard._units) - 1,
+        "uniform block": guard.ubos, "storage buffer": guard.ssbos, "image": guard.images,
+        "texture unit": len(guard.units) - 1,
     }  # fmt: skip
     for name, point in points().items():
         assert point < covered[point.kind], f"{name} is used, but only 0..{covered[point.kind] - 1} are restored"

@@ -135,7 +135,7 @@ def test_clipboard(scope: GpuScope) -> None:
 
 def test_every_neutral_key_is_known(screen: Screen) -> None:
     """imgui takes one event of each key a frame; a key held is told from all others."""
-    names = screen.ui._keys
+    names = screen.ui.keys
     assert set(names) == KEYS and len({int(key) for key in names.values()}) == len(KEYS)
     down: set[str] = set()
     screen.draw = lambda imgui: down.update(key for key, name in names.items() if imgui.is_key_down(name))

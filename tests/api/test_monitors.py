@@ -21,7 +21,7 @@ LARGE = Monitor("desk", 1280, -200, 2560, 1440, 144)
 class System:
     """What a window library says of a window: where it is, on which monitor, with how many pixels a unit."""
 
-    def __init__(self, _window: Any, _send: Any) -> None:
+    def __init__(self) -> None:
         self.there = [SMALL, LARGE]
         self.density = {SMALL: 2.0, LARGE: 1.0}
         self.at, self.size, self.covered = (100, 100), (640, 360), None
@@ -61,14 +61,18 @@ class System:
 
 
 @pytest.fixture
-def window() -> Any:
+def system() -> System:
+    return System()
+
+
+@pytest.fixture
+def window(system: System) -> Window:
     class Native(SimpleNamespace):
         @property
         def size(self) -> tuple[int, int]:
-            return made._platform.size  # type: ignore[attr-defined]
+            return system.size
 
-    made = Window(Native(ctx=None, vsync=True), System, "glfw")  # type: ignore[arg-type]
-    return made
+    return Window(Native(ctx=None, vsync=True), lambda *_: system, "glfw")  # type: ignore[arg-type, return-value]
 
 
 def test_which_monitor_shows_the_most() -> None:
@@ -80,38 +84,38 @@ def test_which_monitor_shows_the_most() -> None:
     assert str(LARGE) == "desk, 2560 x 1440, 144 Hz" and str(Monitor("", 0, 0, 5, 4)) == "monitor, 5 x 4"
 
 
-def test_a_window_is_moved_and_filled_where_it_is(window: Any) -> None:
+def test_a_window_is_moved_and_filled_where_it_is(window: Window, system: System) -> None:
     assert [window.monitor, *window.monitors] == [1, SMALL, LARGE]
     window.monitor = 2
-    assert window.monitor == 2 and window._platform.at == centred(LARGE, (640, 360))
+    assert window.monitor == 2 and system.at == centred(LARGE, (640, 360))
     window.fullscreen = True
     assert window.fullscreen and window.size == (2560, 1440) and window.monitor == 2
     window.monitor = 1
     assert window.fullscreen and window.size == (1280, 800) and window.monitor == 1
     window.fullscreen = False
     assert not window.fullscreen and window.size == (640, 360) and window.monitor == 2, "where it was"
-    assert window._platform.vsyncs == [True] * 3
+    assert system.vsyncs == [True] * 3
     window.fullscreen = True
-    window._platform.there = [SMALL]  # unplugged
+    system.there = [SMALL]  # unplugged
     assert window.monitor == 1
 
 
 @pytest.mark.parametrize("number", [0, 3, -1])
-def test_a_monitor_that_is_not_there_is_named(window: Any, number: int) -> None:
+def test_a_monitor_that_is_not_there_is_named(window: Window, number: int) -> None:
     with pytest.raises(WindowError, match=rf"expected 1 to 2 \(1: laptop, .*; 2: desk.*\), found {number}"):
         window.monitor = number
     assert window.monitor == 1
 
 
-def test_a_window_that_moves_to_another_density_has_other_pixels(window: Any) -> None:
+def test_a_window_that_moves_to_another_density_has_other_pixels(window: Window, system: Any) -> None:
     assert (window.framebuffer_size, window.pixel_ratio, window.ui_scale) == ((1280, 720), 2.0, 1.0)
-    window._platform.at = (1500, 0)  # the user drags it: no resize in window units, and no event
+    system.at = (1500, 0)  # the user drags it: no resize in window units, and no event
     assert (window.framebuffer_size, window.pixel_ratio, window.ui_scale) == ((640, 360), 1.0, 1.0)
-    window._platform.density[LARGE] = 1.5  # a system with units of pixels says so by its scale alone
-    window._platform.framebuffer_size = lambda: (640, 360)
+    system.density[LARGE] = 1.5  # a system with units of pixels says so by its scale alone
+    system.framebuffer_size = lambda: (640, 360)
     assert (window.pixel_ratio, window.ui_scale) == (1.0, 1.5)
-    window._platform.minimised = True
-    window._platform.framebuffer_size = lambda: (0, 0)
+    system.minimised = True
+    system.framebuffer_size = lambda: (0, 0)
     assert window.minimised and window.framebuffer_size == (0, 0) and window.pixel_ratio == 1.0
 
 

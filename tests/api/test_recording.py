@@ -17,8 +17,8 @@ from planetfall.systems.capture import CaptureError, write_gif
 
 
 def test_every_missing_frame_has_the_frames_before_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(recording, "_PART", 4)
-    monkeypatch.setattr(recording, "_RUN_UP", 2)
+    monkeypatch.setattr(recording, "PART", 4)
+    monkeypatch.setattr(recording, "RUN_UP", 2)
     whole = list(frames_to_render(range(10)))
     assert whole[0] == (0, None) and [i for i, kept in whole if kept] == list(range(10))
     assert whole[5:9] == [(2, None), (2, False), (3, False), (4, True)]
@@ -32,8 +32,8 @@ def test_every_missing_frame_has_the_frames_before_it(monkeypatch: pytest.Monkey
 
 @pytest.mark.gpu
 def test_an_interrupted_recording_ends_with_the_same_frames(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(recording, "_PART", 3)
-    monkeypatch.setattr(recording, "_RUN_UP", 1)
+    monkeypatch.setattr(recording, "PART", 3)
+    monkeypatch.setattr(recording, "RUN_UP", 1)
     options = {"count": 5, "size": (64, 36), "quality": "low", "video": False, "gif": True}
 
     def hashes(folder: Path) -> list[str]:

@@ -131,4 +131,4 @@ def test_a_key_is_changed_by_clicks_and_kept(desk: Desk, tmp_path: Path) -> None
     desk.frames(2)
     desk.click("reset all controls")
     assert app.controls.table() == load_controls().table()
-    assert desk.interface._hud(app, helps=True, errors=()).controls[-1] == ("F3, Controls", "change any of these")
+    assert desk.interface.hud(app, helps=True, errors=()).controls[-1] == ("F3, Controls", "change any of these")

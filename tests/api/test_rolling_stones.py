@@ -90,7 +90,7 @@ def test_stones_roll_on_the_ground(sampler):
 def test_a_moved_frame_changes_nothing(sampler):
     stones = on_slope(sampler, 6)
     place, speed, turn = stones.positions_m, stones.velocities_m_s, stones.orientations
-    stones._move_frame()
+    stones.move_frame()
     # Single precision of a hundred metres, and of 20 m/s.
     np.testing.assert_allclose(stones.positions_m, place, atol=1e-5)
     np.testing.assert_allclose(stones.velocities_m_s, speed, atol=4e-6)

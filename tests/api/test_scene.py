@@ -8,7 +8,7 @@ import weakref
 import pytest
 
 import planetfall as pf
-from planetfall.camera.views import _entries
+from planetfall.camera.views import view_entries
 from planetfall.engine.settings import revision
 from planetfall.scene.kinds import PRESETS
 
@@ -281,7 +281,7 @@ def test_views_file_with_mistakes(tmp_path):
         '[view.a]\nlatitude = 3\nfov_y_deg = 500\nneeds = ["ozean"]\n[view.a.planet.marz]\nabove = "sea"\n[viw.b]\n'
     )
     with pytest.raises(pf.PresetError) as info:
-        _entries(path)
+        view_entries(path)
     text = str(info.value)
     assert text.startswith(f"{path}: ")
     assert "view.a.latitude: unknown key; did you mean 'latitude_deg'?" in text

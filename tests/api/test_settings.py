@@ -348,10 +348,10 @@ def test_tone_maps_are_those_there_are():
 
 
 def test_terrain_knobs_are_those_of_the_height_function():
-    from planetfall.systems.terrain.height_params import _KNOBS, _RANGES, TerrainParams
+    from planetfall.systems.terrain.height_params import KNOBS, RANGES, TerrainParams
 
     rules = rules_of(pf.Terrain)
     defaults = TerrainParams.from_component(pf.Terrain(), pf.Planet().radius_m)
     assert defaults == TerrainParams()
-    for name in (*_KNOBS, "layers"):
-        assert (rules[name].knob.low, rules[name].knob.high) == _RANGES[name], name
+    for name in (*KNOBS, "layers"):
+        assert (rules[name].knob.low, rules[name].knob.high) == RANGES[name], name

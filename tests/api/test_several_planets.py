@@ -427,7 +427,7 @@ def test_the_sun_in_the_axes_of_the_cameras_planet(scene):
 
 def test_faults_and_memory_of_all_planets(scene, monkeypatch):
     """Over the Moon, where its own renderer draws: what fails in it and what it takes is told by the one asked."""
-    from planetfall.app.interface import _of
+    from planetfall.app.interface import fault_name
 
     with pf.Renderer(scene, SIZE, "low", {"composite.antialiasing": "none"}) as renderer:
         target = renderer.ctx.simple_framebuffer(SIZE)
@@ -451,7 +451,7 @@ def test_faults_and_memory_of_all_planets(scene, monkeypatch):
         assert renderer.faults and (fault.system, fault.planet) == ("stars", "moon")
         assert "no stars tonight" in fault.report
         several = SimpleNamespace(planets=SimpleNamespace(several=True))
-        assert _of(several, fault) == "stars of moon"  # type: ignore[arg-type]
+        assert fault_name(several, fault) == "stars of moon"  # type: ignore[arg-type]
         monkeypatch.undo()
         renderer.try_again()
         renderer.render_to(target, over)

@@ -23,7 +23,7 @@ class Bench:
         self.scope: GpuScope = self.gpu.scope("bench")
         self._time_ns = 10**18
         self._texture = self.scope.texture((1, 1), "rgba32f")
-        self._framebuffer = self.scope.framebuffer([self._texture])
+        self.framebuffer = self.scope.framebuffer([self._texture])
 
     def write(self, name: str, text: str) -> None:
         path = self.folder / name
@@ -33,7 +33,7 @@ class Bench:
         os.utime(path, ns=(self._time_ns, self._time_ns))
 
     def shown(self, screen) -> list[float]:
-        self._framebuffer.use()
+        self.framebuffer.use()
         screen.render()
         return np.frombuffer(self._texture.read(), "f4").tolist()
 
@@ -243,7 +243,7 @@ def test_unused_inputs_are_skipped_and_misspelt_ones_refused(bench):
     bench.write("a.frag", "out vec4 o; void main() { o = vec4(1.0); }\n")
     program = bench.scope.program("a.vert", "a.frag")
     buffer = bench.scope.buffer(np.zeros(9, "f4"))
-    bench._framebuffer.use()
+    bench.framebuffer.use()
     bench.scope.vertex_array(program, [(buffer, "2f 1f", "in_unused", "in_x")]).render(0)
     with pytest.raises(RuntimeError, match=r"a\.vert \+ a\.frag has no input 'in_y'"):
         bench.scope.vertex_array(program, [(buffer, "1f", "in_y")])

@@ -147,7 +147,7 @@ def test_nothing_of_the_ground_runs_and_the_sky_is_the_same(monkeypatch: Any) ->
         return found
 
     ours = pictures()
-    monkeypatch.setattr(ProxySystem, "_ground_seen", lambda *_: True)
+    monkeypatch.setattr(ProxySystem, "ground_seen", lambda *_: True)
     always = pictures()
     for name in SKY:
         picture, ran, seen = ours[name]
@@ -210,7 +210,7 @@ def returns(monkeypatch: Any, kind: type[Backend], asked: Asked, altitude_m: flo
         return found, len(updates), unseen
 
     ours, ran, unseen = flown()
-    monkeypatch.setattr(ProxySystem, "_ground_seen", lambda *_: True)
+    monkeypatch.setattr(ProxySystem, "ground_seen", lambda *_: True)
     always, ran_always, _ = flown()
     assert unseen and ran < ran_always == to + 20
     assert [k for k, (one, other) in enumerate(zip(ours, always, strict=True)) if one != other] == []
@@ -237,7 +237,7 @@ def test_objects_in_the_sky_are_drawn_and_others_cost_nothing(monkeypatch: Any) 
         return found
 
     (above, drew), (below, rested) = pictures()
-    monkeypatch.setattr(ProxySystem, "_ground_seen", lambda *_: True)
+    monkeypatch.setattr(ProxySystem, "ground_seen", lambda *_: True)
     (above_too, _), (below_too, _) = pictures()
     assert (above != below).any() and "terrain.shade" not in drew
     assert drew - rested == {"props.shadow", "props.tiles", "props.shade"}

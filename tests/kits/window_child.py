@@ -347,7 +347,7 @@ def tweak_by_clicks(backend: str) -> dict[str, Any]:
         point(share)
     result["dragged"] = composite.bloom
     xdotool("mouseup", "1")
-    until(lambda: not interface.settings.bench.history._open)
+    until(lambda: not interface.settings.bench.history.open)
     result["steps"] = len(interface.settings.bench.history)
     xdotool("key", "ctrl+z")
     result["undone"] = until(lambda: composite.bloom == result["first"])

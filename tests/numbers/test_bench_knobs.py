@@ -50,7 +50,7 @@ def test_a_quality_key_gives_each_side_a_renderer_of_its_own(meter):
 def test_other_planets_come_and_go(meter):
     for planet in ("moon", "small", "earth"):
         assert meter.knob("terrain.layers", Pair(planet, "space", 4), 1).on_value == 4
-        assert len(meter._renderers) <= 2 * meter.KEEP
+        assert len(meter.renderers) <= 2 * meter.KEEP
 
 
 def test_the_bench_has_a_row_for_each_pair(monkeypatch):

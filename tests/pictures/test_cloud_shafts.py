@@ -40,7 +40,7 @@ def test_shafts_under_a_broken_sheet_towards_a_low_sun(monkeypatch: pytest.Monke
 
     assert median(15.0) < 0.05
     long = median(5.0)
-    monkeypatch.setattr(shadow, "_MOST_LONGER", 1.0)
+    monkeypatch.setattr(shadow, "MOST_LONGER", 1.0)
     assert long < 0.5 * median(5.0)
 
 

@@ -113,7 +113,7 @@ def test_an_empty_variable_means_no_cache(monkeypatch: pytest.MonkeyPatch, tmp_p
 
 
 def test_files_used_last_are_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("planetfall.engine.table_cache._KEPT", 3)
+    monkeypatch.setattr("planetfall.engine.table_cache.KEPT", 3)
     cache = TableCache("atmosphere")
     now = time.time()
     for k in range(3):
@@ -132,13 +132,13 @@ def test_large_files_make_room(folder: Path, monkeypatch: pytest.MonkeyPatch) ->
     cache.save("key0", ARRAYS)
     size, now = (folder / "key0.npz").stat().st_size, time.time()
     os.utime(folder / "key0.npz", (now - 1000.0, now - 1000.0))
-    monkeypatch.setattr("planetfall.engine.table_cache._KEPT_BYTES", 2 * size)
+    monkeypatch.setattr("planetfall.engine.table_cache.KEPT_BYTES", 2 * size)
     for k in (1, 2):
         cache.save(f"key{k}", ARRAYS)
         os.utime(folder / f"key{k}.npz", (now - 500.0 + k, now - 500.0 + k))
     assert sorted(path.stem for path in folder.iterdir()) == ["key1", "key2"]
     # One that is larger than all that may be kept is of use too.
-    monkeypatch.setattr("planetfall.engine.table_cache._KEPT_BYTES", size // 2)
+    monkeypatch.setattr("planetfall.engine.table_cache.KEPT_BYTES", size // 2)
     cache.save("key3", ARRAYS)
     assert [path.stem for path in folder.iterdir()] == ["key3"]
 
@@ -203,8 +203,8 @@ def test_the_key_tells_all_that_matters_apart(folder: Path, tmp_path: Path) -> N
         with renderer_of(scene, **changes) as renderer:
             radiance(renderer, CAMERA)
             job = job_of(renderer)
-            assert job._wanted is not None
-            return job._wanted[0]
+            assert job.wanted is not None
+            return job.wanted[0]
 
     normal = key(bare())
     assert key(bare()) == normal
@@ -249,4 +249,4 @@ def test_two_processes_at_once(folder: Path) -> None:
         assert repr(float(radiance(renderer, CAMERA).sum())) == said[0][0].strip()
         assert job_of(renderer).done
         job = job_of(renderer)
-        assert job._wanted is not None and job._wanted[0] == path.stem
+        assert job.wanted is not None and job.wanted[0] == path.stem

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 import planetfall as pf
-from planetfall.benchmarks.measure.air_speed import _scope
+from planetfall.benchmarks.measure.air_speed import probe_scope
 from planetfall.benchmarks.measure.air_thick import thick_errors, thick_truth
 from planetfall.engine.gpu import Gpu
 from planetfall.quality import resolve_quality
@@ -72,7 +72,7 @@ def test_light_is_never_less_than_what_is_known_and_darkness_stays_dark() -> Non
 
 def table(gpu: Gpu, scene: Any, quality: str, orders: int) -> tuple[Floats, int]:
     """The mean light (altitude, sun, 3) of the moments, and how many orders were gathered. orders: 0 for all."""
-    with _scope(gpu, scene) as scope:
+    with probe_scope(gpu, scene) as scope:
         tables = AirTables(scope, table_sizes(resolve_quality(quality)), orders)
         most = 0
         while not tables.done:
@@ -104,7 +104,7 @@ def test_a_hazy_world_is_as_bright_and_as_orange_as_paths_say() -> None:
 
 
 def test_work_that_raises_begins_anew_and_never_passes_for_done(gpu: Gpu, monkeypatch: pytest.MonkeyPatch) -> None:
-    with _scope(gpu, pf.load_scene("earth")) as scope:
+    with probe_scope(gpu, pf.load_scene("earth")) as scope:
         tables = AirTables(scope, QUICK)
 
         def broken(_: Floats) -> Floats:

@@ -151,10 +151,10 @@ def test_a_value_that_changes_in_every_frame_shows(
     """Somebody drags a slider on a slow machine, where even small tables take many frames."""
     before = settled(renderer, CAMERA)
     job = job_of(renderer)
-    monkeypatch.setattr(air_of(renderer).method, "_budget_s", 1e-9)
+    monkeypatch.setattr(air_of(renderer).method, "budget_s", 1e-9)
     seen, generation = {job.shown.key()}, job.generation
     # Twice as many frames as slices of the least size in the small tables.
-    for k in range(2 * -(-job_module.QUICK.samples() // job_module._LEAST_SLICE)):
+    for k in range(2 * -(-job_module.QUICK.samples() // job_module.LEAST_SLICE)):
         scene.planet[pf.Atmosphere].rayleigh_scale_height_m = 8000.0 + 10.0 * (k + 1)
         shown = radiance(renderer, CAMERA)
         seen.add(job.shown.key())
@@ -176,7 +176,7 @@ def test_back_to_an_air_from_before(renderer: pf.Renderer, scene: pf.Scene, monk
     assert job_of(renderer).done, "from the cache, in one frame"
 
     # Back before anything of the other air was seen: nothing to do, with or without a cache.
-    monkeypatch.setattr(job_of(renderer)._cache, "folder", None)
+    monkeypatch.setattr(job_of(renderer).cache, "folder", None)
     thicken(scene)
     monkeypatch.setattr(job_of(renderer), "work", lambda budget_s: None)
     np.testing.assert_array_equal(radiance(renderer, CAMERA), first)
@@ -212,7 +212,7 @@ def test_slices_keep_to_the_budget(renderer: pf.Renderer, scene: pf.Scene, monke
     for per_sample_s in (2.0e-8, 4.0e-7):
 
         def clock(rate: float = per_sample_s) -> float:
-            working = job._working
+            working = job.working
             # What a finished table had spent is left out: that frame is not looked at.
             return rate * (working.spent if working is not None else 0)
 
@@ -220,17 +220,17 @@ def test_slices_keep_to_the_budget(renderer: pf.Renderer, scene: pf.Scene, monke
         thicken(scene, 1.0 + 1e6 * per_sample_s)
         frames = []
         while True:
-            working = job._working
+            working = job.working
             held = 0 if working is None else working.spent
             radiance(renderer, CAMERA)
             if job.done:
                 break
-            if working is job._working and job._refining:
-                frames.append(per_sample_s * (job._working.spent - held))
+            if working is job.working and job.refining:
+                frames.append(per_sample_s * (job.working.spent - held))
         # One slice is at most half the budget by the time of the last; a share beyond it is allowed once.
         late = np.array(frames[3:])
         assert len(late) > 1
-        assert late.max() <= 1.5 * air_of(renderer).method._budget_s, (per_sample_s, late.max())
+        assert late.max() <= 1.5 * air_of(renderer).method.budget_s, (per_sample_s, late.max())
 
 
 # -- bad input -------------------------------------------------------------------------------------------------------
@@ -318,7 +318,7 @@ def test_settle_reports_growing_shares(renderer: pf.Renderer, scene: pf.Scene) -
     live: list[float] = []
     while not live or not job_of(renderer).done:
         radiance(renderer, CAMERA)
-        if job_of(renderer)._refining:
+        if job_of(renderer).refining:
             live.append(air_of(renderer).progress(renderer.views[0]))
     assert live == sorted(live) and live[-1] == 1.0 and len(set(live)) > 5
 

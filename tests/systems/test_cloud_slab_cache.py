@@ -18,7 +18,7 @@ def test_a_table_is_solved_once_and_then_read(monkeypatch: pytest.MonkeyPatch, t
         raise AssertionError("solved again")
 
     with monkeypatch.context() as patched:
-        patched.setattr(slab, "_solve", none)
+        patched.setattr(slab, "solve", none)
         np.testing.assert_array_equal(slab.slab_table(0.99, 0.8, 3, 3, 3).values, first.values)
         with pytest.raises(AssertionError, match="solved again"):
             slab.slab_table(0.99, 0.7, 3, 3, 3)

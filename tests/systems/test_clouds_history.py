@@ -13,7 +13,7 @@ from scipy.ndimage import uniform_filter
 
 import planetfall as pf
 from planetfall.benchmarks.scenes import preset_scene
-from planetfall.systems.clouds.ours import _Sky
+from planetfall.systems.clouds.ours import SkyRows
 from planetfall.systems.clouds.shadow import ShadowMaps
 from planetfall.systems.clouds.view_march import TILE
 
@@ -160,7 +160,7 @@ def test_maps_of_the_shadow_come_one_a_frame() -> None:
         renderer.render(at(0.0), sun=UP)
         truth = float(texture(renderer, "clouds.full")[..., 1].mean())
         system: Any = renderer.system("clouds").method
-        shadow = system._shadow.of(renderer.views[0])
+        shadow = system.shadow.of(renderer.views[0])
         shadow.maps.forget()
         drawn = []
         for _ in range(40):
@@ -193,7 +193,7 @@ def test_a_map_of_the_shadow_is_drawn_in_strips_while_the_last_one_is_shown() ->
                 before = None if number == 0 else texture(renderer, "clouds.shadow")
                 renderer.render(camera, sun=UP, dt_s=0.05)
                 system: Any = renderer.system("clouds").method
-                shadow = system._shadow.of(renderer.views[0])
+                shadow = system.shadow.of(renderer.views[0])
                 # While the weather is coarse the widest, and where the camera leaps, one.
                 assert len(shadow.due) <= (number < 5)
                 if (
@@ -233,7 +233,7 @@ def test_maps_that_would_be_out_of_date_are_drawn_at_once() -> None:
         for _ in range(4):
             renderer.render(at(0.0), sun=UP, dt_s=0.05)
         system: Any = renderer.system("clouds").method
-        shadow = system._shadow.of(renderer.views[0])
+        shadow = system.shadow.of(renderer.views[0])
         assert shadow.maps.making is not None
         renderer.render(at(0.0), sun=low, dt_s=0.05)
         assert len(shadow.due) == len(shadow.maps.maps) and shadow.maps.making is None
@@ -274,25 +274,25 @@ def test_strips_cost_alike(monkeypatch: pytest.MonkeyPatch) -> None:
         for _ in range(60):
             renderer.render(at(0.0), sun=UP, dt_s=0.05)
             system: Any = renderer.system("clouds").method
-            own = system._shadow.of(renderer.views[0])
+            own = system.shadow.of(renderer.views[0])
             making, rows = own.maps.making, own.rows
             if making is not None and rows[1] > rows[0]:
                 strips.setdefault(making.number, []).append(rows[1] - rows[0])
-        shadow = renderer.system("clouds").method._shadow
+        shadow = renderer.system("clouds").method.shadow
         maps = own.maps
         assert len(strips) > 2 and all(max(rows) - min(rows) <= 8 for rows in strips.values())
-        assert max(shadow._shares(maps, 0.05)) == shadow._texels // 8, "no strip is narrower than a work group"
-        monkeypatch.setattr("planetfall.systems.clouds.shadow_pass._GROUP", 1)
+        assert max(shadow.frames_of_maps(maps, 0.05)) == shadow.texels // 8, "no strip is narrower than a work group"
+        monkeypatch.setattr("planetfall.systems.clouds.shadow_pass.GROUP", 1)
         sums = []
         for rise in (1.0, 0.5, 0.05):
-            shares = shadow._shares(maps, rise)
+            shares = shadow.frames_of_maps(maps, rise)
             assert shares == sorted(shares, reverse=True) and min(shares) >= 1
             sums.append(sum(shares))
         assert sums[0] == pytest.approx(8 * len(maps.maps), abs=len(maps.maps))
         assert sums == sorted(sums) and 1.2 * sums[0] < sums[2] <= 8.0**0.5 * sums[0] + len(maps.maps)
-        assert shadow._shares(maps, 0.5)[0] >= 2 * shadow._shares(maps, 0.5)[-1]
+        assert shadow.frames_of_maps(maps, 0.5)[0] >= 2 * shadow.frames_of_maps(maps, 0.5)[-1]
         maps.finest = len(maps.maps) - 2
-        assert shadow._shares(maps, 1.0)[-2:] == [8, 8]
+        assert shadow.frames_of_maps(maps, 1.0)[-2:] == [8, 8]
 
 
 def test_a_map_that_follows_the_camera_keeps_its_texels() -> None:
@@ -324,7 +324,7 @@ def test_a_frame_graph_that_is_compiled_anew_keeps_the_maps_of_the_shadow() -> N
         for _ in range(60):
             renderer.render(at(0.0), sun=UP, dt_s=0.05)
         system: Any = renderer.system("clouds").method
-        shadow, before = system._shadow.of(renderer.views[0]), texture(renderer, "clouds.shadow")
+        shadow, before = system.shadow.of(renderer.views[0]), texture(renderer, "clouds.shadow")
         assert all(shadow.drawn) and not shadow.busy
         renderer.render(at(0.0), sun=UP, dt_s=0.05, outputs=("color", "distance"))
         assert all(shadow.drawn) and not shadow.busy
@@ -336,7 +336,7 @@ def test_a_frame_graph_that_is_compiled_anew_keeps_the_maps_of_the_shadow() -> N
 
 def test_the_map_of_the_sky_is_drawn_in_rows() -> None:
     """Each row once in eight frames after a change, all of it at once in a picture by itself, none at rest."""
-    sky = _Sky()
+    sky = SkyRows()
     sky.begin(("here",), True)
     assert sky.rows == (0, 1)
     sky.begin(("here",), True)

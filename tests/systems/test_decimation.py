@@ -129,7 +129,7 @@ def test_the_gpu_agrees_as_the_oracle_does_and_leaves_no_crack(renderer, view):
     mesh = renderer.system("terrain").drawn_mesh(renderer.views[0])
     record, positions = mesh.read_cells(), mesh.read_vertices()["position_m"]
     with renderer.current():
-        packed = np.frombuffer(mesh._topology.read(32 * mesh.count), "u4").reshape(-1, 8)
+        packed = np.frombuffer(mesh.topology.read(32 * mesh.count), "u4").reshape(-1, 8)
     beside = np.where(packed[:, :4] == 0xFFFFFFFF, -1, packed[:, :4].astype(np.int64))
     delta = (packed[:, 4:] & 255).astype(int)
     axis = (packed[:, 4:] >> 8).astype(int)

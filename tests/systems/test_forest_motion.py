@@ -244,8 +244,8 @@ def test_split_by_distance(ground: MadeGround):
     table = forest.table
     for split in (True, False):
         rows = np.flatnonzero(table.known & (table.split == split) & table.split[table.supports[:, 0]])
-        distance = forest._hulls.distance(eye)
-        seen = (visible_share(distance, eye, forest._hulls, ground.radius_m - ground.relief_m) == 1.0)[rows]
+        distance = forest.hulls.distance(eye)
+        seen = (visible_share(distance, eye, forest.hulls, ground.radius_m - ground.relief_m) == 1.0)[rows]
         distance = distance[rows]
         # Hidden ones and those beyond the table stay whole; the fade of the horizon is 15 %.
         near = (distance < distances[np.minimum(table.level[rows], 11)]) & (table.level[rows] < 12)

@@ -115,13 +115,13 @@ def test_a_fade_that_ends_while_it_is_frozen_leaves_the_cells_that_it_led_to(gpu
 
 def test_what_the_second_camera_does_not_see_is_no_pop() -> None:
     """A second camera that is turned to the right has the right of the first one's picture."""
-    from planetfall.benchmarks.measure.popping import _in_view
+    from planetfall.benchmarks.measure.popping import both_see
 
     with pf.load_scene("moon") as scene, pf.Renderer(scene, (96, 54), "low") as renderer:
         camera = pf.Camera.at(10.0, 20.0, 2000.0, 40.0, -60.0, planet=scene.planet, above="ground")
         turned = pf.Camera.at(10.0, 20.0, 2000.0, 70.0, -60.0, planet=scene.planet, above="ground")
         out = renderer.render(camera, outputs=("position", "surface"))
         first, second = renderer.camera_state(camera), renderer.camera_state(turned)
-        assert _in_view(first, first, out)[out["surface"] > 0].all()
-        seen = _in_view(second, first, out)
+        assert both_see(first, first, out)[out["surface"] > 0].all()
+        seen = both_see(second, first, out)
         assert seen[:, 80:].mean() > 0.6 and seen[:, :16].mean() < 0.1

@@ -127,8 +127,8 @@ def test_weights_are_the_twins(run_compute):
     outputs = {"weights": "vec4", "slopes": "vec4"}
     out = run_compute(body, {"f": f}, outputs, header='#include "terrain/height.glsl"')
     exact = f.astype(np.float64)
-    assert np.abs(out["weights"] - cube_map._weights(exact).T).max() <= 8 * 2.0**-22
-    assert np.abs(out["slopes"] - cube_map._weight_slopes(exact).T).max() <= 8 * 2.0**-22
+    assert np.abs(out["weights"] - cube_map.face_weights(exact).T).max() <= 8 * 2.0**-22
+    assert np.abs(out["slopes"] - cube_map.face_weight_slopes(exact).T).max() <= 8 * 2.0**-22
 
 
 @pytest.mark.parametrize("changes", [{}, {"height_map_detail": 1.0, "height_map_blend": 1.0, "craters": 0.5}])

@@ -300,25 +300,25 @@ def test_stars_cost_nothing_by_day(gpu):
 
 
 def test_no_star_is_brighter_than_the_bound():
-    from planetfall.systems.sky.system import _BRIGHTEST_STAR, _STAR_FALL, _STAR_PEAK
+    from planetfall.systems.sky.system import BRIGHTEST_STAR, STAR_FALL, STAR_PEAK
 
     brightest = max(make_stars(3, seed).irradiance.max() for seed in range(200))
-    assert 0.5 * _BRIGHTEST_STAR < brightest <= _BRIGHTEST_STAR
-    assert 1.0 / (2 * np.pi * 0.7**2) < _STAR_PEAK
+    assert 0.5 * BRIGHTEST_STAR < brightest <= BRIGHTEST_STAR
+    assert 1.0 / (2 * np.pi * 0.7**2) < STAR_PEAK
     for seed in range(8):
         strongest = make_stars(8768, seed).irradiance.max(axis=1)
-        assert (strongest <= _BRIGHTEST_STAR * np.arange(1, 8769) ** -_STAR_FALL).all()
+        assert (strongest <= BRIGHTEST_STAR * np.arange(1, 8769) ** -STAR_FALL).all()
 
 
 def test_no_part_of_the_galaxy_is_brighter_than_the_bound(gpu):
-    from planetfall.systems.sky.system import _BRIGHTEST_CLOUD
+    from planetfall.systems.sky.system import BRIGHTEST_CLOUD
 
     brightest = 0.0
     for seed in (1, 7, 1234):
         with Bench(gpu, [Scene(), SkySystem(), StarsSystem()], [Stars(seed=seed)], SIZE, ("stars.galaxy",)) as bench:
             map_of_it = bench.render(look(size=SIZE)).read("stars.galaxy")[..., :3]
         brightest = max(brightest, 600.0 * 1.19e-11 * float(map_of_it.max()))
-    assert 0.1 * _BRIGHTEST_CLOUD < brightest < _BRIGHTEST_CLOUD
+    assert 0.1 * BRIGHTEST_CLOUD < brightest < BRIGHTEST_CLOUD
 
 
 def _chosen(renderer):
@@ -349,13 +349,13 @@ def test_an_automatic_exposure_hides_what_cannot_show_and_nothing_else():
 
         few, counts = sequence()
         stars = renderer.system("stars")
-        choose = stars._expose
+        choose = stars.expose
 
         def all_of_them(frame, component, shown):
             choose(frame, component, shown)
             shown.all = True
 
-        stars._expose = all_of_them
+        stars.expose = all_of_them
         every, _ = sequence()
     assert not counts[3][0] and counts[3][1] < 100, "a sunlit planet in the picture"
     assert counts[-1][1] == 8768 and counts[-1][0], "nothing but stars in it"

@@ -81,7 +81,7 @@ class ReferenceCompiler:
             source = Path(name) / f"stage.{_SUFFIX[stage]}"
             source.write_text(_STRICT_HEAD + rest, encoding="utf-8")
             # Only read, not linked: one error of the profile, such as a format that ES lacks, would end it.
-            found = _call("glslangValidator", "-G", "--aml", "--amb", "-o", str(Path(name) / "out.spv"), str(source))
+            found = call("glslangValidator", "-G", "--aml", "--amb", "-o", str(Path(name) / "out.spv"), str(source))
         messages = _messages(found, expanded, shift)
         return [m for m in messages if _STRICT_TEXT.search(m.text)]
 
@@ -91,13 +91,13 @@ class ReferenceCompiler:
         return self._folder / f"{stage}-{hashlib.sha256(text.encode()).hexdigest()[:40]}.spv"
 
     def _run(self, expanded: Expanded, *command: str) -> None:
-        found = _call(*command)
+        found = call(*command)
         if found:
             messages = _messages(found, expanded, 0)
             raise ShaderError(expanded.name, f"{command[0]} refuses it", messages or [ShaderMessage("", 0, found)])
 
 
-def _call(*command: str) -> str:
+def call(*command: str) -> str:
     """What a program says where it fails; "" where it doesn't."""
     done = subprocess.run(command, capture_output=True, text=True, timeout=_TIMEOUT_S, check=False)
     return "" if done.returncode == 0 else (done.stdout + done.stderr).strip() or f"{command[0]} failed"
