@@ -108,15 +108,15 @@ def processor_times(frames: dict[str, Callable[[], object]], rounds: int) -> dic
 
 def flight(renderer: Renderer, view: View) -> Callable[[], object]:
     """Frames of a flight that begins at a view, at 300 m/s or a thousandth of its height a frame: one a call."""
-    stand = view.in_scene(renderer.scene)
-    start = stand.pose.position_m
+    placed = view.in_scene(renderer.scene)
+    start = placed.pose.position_m
     height = float(np.linalg.norm(start)) - renderer.scene.planet.radius_m
     number = itertools.count()
 
     def frame() -> object:
         position = start + next(number) * max(5.0, 1e-3 * height) * view.forward
         camera = Camera(position, view.forward, view.up, fov_y_deg=view.fov_y_deg)
-        return renderer.render(camera, sun=stand.sun, dt_s=1.0 / 60.0)
+        return renderer.render(camera, sun=placed.sun, dt_s=1.0 / 60.0)
 
     return frame
 

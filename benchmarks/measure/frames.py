@@ -204,8 +204,8 @@ def _selections(renderer: Renderer) -> tuple[int, ...]:
 
 def _light(renderer: Renderer, camera: Camera) -> dict[str, Any]:
     """Sun and time of a view, for cameras that are made from it: else it would be night there, or noon."""
-    stand = camera.in_scene(renderer.scene)
-    return {"sun": stand.sun, "time_s": stand.time_s}
+    placed = camera.in_scene(renderer.scene)
+    return {"sun": placed.sun, "time_s": placed.time_s}
 
 
 def _release(renderer: Renderer, target: moderngl.Framebuffer) -> None:

@@ -72,8 +72,8 @@ def turning_frames(renderer: Renderer, seen: Camera, runs: int, sun: Sun | None 
 def turning_in_turns(renderers: Sequence[Renderer], seen: View, runs: int, warm_up: int) -> list[FrameCost]:
     """`turning_frames` of several renderers that take turns: a machine that slows down slows all alike. cpu_ms is the
     mean, in which work that is spread over frames counts with its share."""
-    stand = seen.in_scene(renderers[0].scene)
-    moment: dict[str, Any] = {"sun": stand.sun, "time_s": stand.time_s}
+    placed = seen.in_scene(renderers[0].scene)
+    moment: dict[str, Any] = {"sun": placed.sun, "time_s": placed.time_s}
     used: list[list[float]] = [[] for _ in renderers]
     frames: dict[str, Callable[[], None]] = {}
     with ExitStack() as stack:
@@ -100,8 +100,8 @@ def turning_in_turns(renderers: Sequence[Renderer], seen: View, runs: int, warm_
 
 def turning_views(renderer: Renderer, seen: Camera, count: int, runs: int, sun: Sun | None = None) -> FrameCost:
     """The same for several views of one renderer, the renderer's own first, each of them of its size."""
-    stand = seen.in_scene(renderer.scene)
-    moment: dict[str, Any] = {"sun": stand.sun if sun is None else sun, "time_s": stand.time_s}
+    placed = seen.in_scene(renderer.scene)
+    moment: dict[str, Any] = {"sun": placed.sun if sun is None else sun, "time_s": placed.time_s}
     views: list[Renderer | RenderView] = [renderer]
     views += [renderer.add_view(renderer.size) for _ in range(count - 1)]
     for one in views:

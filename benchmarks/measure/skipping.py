@@ -23,15 +23,15 @@ __all__ = [
     "LIGHT_SYSTEMS",
     "SKY_STAGES",
     "STAGES",
+    "Case",
     "Counts",
     "Paired",
-    "Stage",
-    "Staged",
+    "RunningCase",
     "counts",
     "imports_of",
     "pass_times",
     "planet_systems",
-    "staged",
+    "running_case",
     "timed_together",
     "update_times",
 ]
@@ -44,7 +44,7 @@ LIGHT_SYSTEMS = ("proxy", "light", "gbuffer", "terrain", "shadows", "sky", "star
 
 
 @dataclass(frozen=True)
-class Stage:
+class Case:
     """A scene and a view that need less than everything."""
 
     name: str
@@ -89,41 +89,41 @@ def _looking_up(altitude_m: float, above: str, pitch_deg: float) -> Callable[[Sc
     return lambda _scene, _rows: Camera.at(45.0, 10.0, altitude_m, pitch_deg=pitch_deg, above=above)
 
 
-FULL = Stage("full scene")
-BARE = Stage(
+FULL = Case("full scene")
+BARE = Case(
     "planet without anything, behind the camera",
     view="orbit",
     without=(Terrain, Ocean, Atmosphere, Clouds),
     camera=_behind,
 )
 STAGES = (
-    Stage("airless moon", planet="moon"),
-    Stage("earth without sea, air and clouds", without=(Ocean, Atmosphere, Clouds)),
-    Stage("dry world", without=(Ocean,)),
-    Stage("cloudless", without=(Clouds,)),
-    Stage("paused, still camera", paused=True),
-    Stage("planet behind the camera", view="orbit", camera=_behind),
-    Stage("planet of 3 px", camera=_from_afar(lambda rows: 2.0 / (3.0 * _pixel(rows)))),
-    Stage("night side", sun_elevation_deg=-40.0),
-    Stage("under water", view="under"),
-    Stage("deep space", camera=_from_afar(lambda rows: 20.0 / _pixel(rows))),
+    Case("airless moon", planet="moon"),
+    Case("earth without sea, air and clouds", without=(Ocean, Atmosphere, Clouds)),
+    Case("dry world", without=(Ocean,)),
+    Case("cloudless", without=(Clouds,)),
+    Case("paused, still camera", paused=True),
+    Case("planet behind the camera", view="orbit", camera=_behind),
+    Case("planet of 3 px", camera=_from_afar(lambda rows: 2.0 / (3.0 * _pixel(rows)))),
+    Case("night side", sun_elevation_deg=-40.0),
+    Case("under water", view="under"),
+    Case("deep space", camera=_from_afar(lambda rows: 20.0 / _pixel(rows))),
 )
 """The full scene and BARE are what these are measured against."""
 _TILED = {Terrain: {"backend": "quadtree"}}
 _PRINTED = {Terrain: {"method": "paper"}, Ocean: {"method": "paper_2019"}}
 SKY_STAGES = (
-    Stage("sky alone, 100 m up", camera=_looking_up(100.0, "ground", 90.0), runs=True),
-    Stage("sky alone, 20 km up", camera=_looking_up(2e4, "sphere", 86.0), runs=True),
-    Stage("sky alone, 400 km up", camera=_looking_up(4e5, "sphere", 60.0), runs=True),
-    Stage("sky alone, tiled ground", knobs=_TILED, camera=_looking_up(100.0, "ground", 90.0), runs=True),
-    Stage("sky alone, printed ground and sea", knobs=_PRINTED, camera=_looking_up(2e4, "sphere", 86.0), runs=True),
+    Case("sky alone, 100 m up", camera=_looking_up(100.0, "ground", 90.0), runs=True),
+    Case("sky alone, 20 km up", camera=_looking_up(2e4, "sphere", 86.0), runs=True),
+    Case("sky alone, 400 km up", camera=_looking_up(4e5, "sphere", 60.0), runs=True),
+    Case("sky alone, tiled ground", knobs=_TILED, camera=_looking_up(100.0, "ground", 90.0), runs=True),
+    Case("sky alone, printed ground and sea", knobs=_PRINTED, camera=_looking_up(2e4, "sphere", 86.0), runs=True),
 )
 """Air is in the picture, ground and sea are not."""
 
 
 @dataclass(frozen=True)
 class Counts:
-    """One frame of a stage, after what is made once has been made."""
+    """One frame of a case, after what is made once has been made."""
 
     ran: Mapping[str, str]
     """Passes, and the system of each."""
@@ -145,61 +145,61 @@ class Counts:
 
 
 @dataclass(frozen=True)
-class Staged:
-    """A renderer with a stage's scene, and one of its frames after the other."""
+class RunningCase:
+    """A renderer with a case's scene, and one of its frames after the other."""
 
-    stage: Stage
+    case: Case
     renderer: Renderer
     frame: Callable[[], None]
 
 
 @contextmanager
-def staged(
-    stage: Stage, size: tuple[int, int], quality: str = "medium", overrides: Mapping[str, Any] | None = None
-) -> Iterator[Staged]:
-    """A stage, shown until what is made once has been made; released afterwards.
+def running_case(
+    case: Case, size: tuple[int, int], quality: str = "medium", overrides: Mapping[str, Any] | None = None
+) -> Iterator[RunningCase]:
+    """A case, shown until what is made once has been made; released afterwards.
 
-    A paused stage has come to rest, or RuntimeError names what still ran. All others turn the camera by 0.01 degrees
+    A paused case has come to rest, or RuntimeError names what still ran. All others turn the camera by 0.01 degrees
     a frame: culled and drawn, proxy held.
     """
-    scene = preset_scene(stage.planet, clouds=True)
-    for kind in stage.without:
+    scene = preset_scene(case.planet, clouds=True)
+    for kind in case.without:
         if scene.planet.has(kind):
             scene.planet.remove(kind)
-    for kind, values in stage.knobs.items():
+    for kind, values in case.knobs.items():
         for name, value in values.items():
             setattr(scene.planet[kind], name, value)
     renderer = Renderer(scene, size, quality, overrides)
     target = None
     try:
         target = renderer.ctx.simple_framebuffer(size)
-        seen = view(stage.view, scene.planet)
-        shot = seen if stage.camera is None else stage.camera(scene, size[1])
+        seen = view(case.view, scene.planet)
+        shot = seen if case.camera is None else case.camera(scene, size[1])
         sun: Any = seen.sun or scene.sun
-        if stage.sun_elevation_deg is not None:
-            state, angle = renderer.camera_state(shot), math.radians(stage.sun_elevation_deg)
+        if case.sun_elevation_deg is not None:
+            state, angle = renderer.camera_state(shot), math.radians(case.sun_elevation_deg)
             x, y, z = map(float, state.direction * math.sin(angle) + state.right * math.cos(angle))
             sun = Sun(direction=(x, y, z), irradiance=scene.sun.irradiance)
         moment: dict[str, Any] = {"sun": sun, "time_s": seen.time_s}
         renderer.settle(shot, **moment)
         state = renderer.camera_state(shot)
-        still = Camera(state.position_m, state.forward, state.up, seen.fov_y_deg if stage.camera is None else 60.0)
-        cameras = [still] if stage.paused else turned(renderer.camera_state(still), TURN_DEG, 4)
+        still = Camera(state.position_m, state.forward, state.up, seen.fov_y_deg if case.camera is None else 60.0)
+        cameras = [still] if case.paused else turned(renderer.camera_state(still), TURN_DEG, 4)
 
         def frame() -> None:
             cameras.append(cameras.pop(0))
-            moment["time_s"] += _FRAME_S if stage.runs else 0.0
+            moment["time_s"] += _FRAME_S if case.runs else 0.0
             renderer.render_to(target, cameras[0], **moment)
             renderer.ctx.finish()
 
-        for _ in range(REST_FRAMES if stage.paused else 8):
+        for _ in range(REST_FRAMES if case.paused else 8):
             frame()
-            if stage.paused and _resting(renderer):
+            if case.paused and _resting(renderer):
                 break
-        if stage.paused and not _resting(renderer):
+        if case.paused and not _resting(renderer):
             ran = [p.name for p in renderer.passes() if p.ran]
-            raise RuntimeError(f"{stage.name}: no rest after {REST_FRAMES} frames; still running: {', '.join(ran)}")
-        yield Staged(stage, renderer, frame)
+            raise RuntimeError(f"{case.name}: no rest after {REST_FRAMES} frames; still running: {', '.join(ran)}")
+        yield RunningCase(case, renderer, frame)
     finally:
         if target is not None:
             renderer.gpu.leave(target)
@@ -212,11 +212,11 @@ def _resting(renderer: Renderer) -> bool:
     return [p.name for p in renderer.passes() if p.ran] == ["outputs.present"]
 
 
-def counts(stage: Staged) -> Counts:
+def counts(case: RunningCase) -> Counts:
     """What one more frame of it does."""
-    renderer = stage.renderer
+    renderer = case.renderer
     before = renderer.gpu.work.snapshot()
-    stage.frame()
+    case.frame()
     after = renderer.gpu.work.snapshot()
     reports = renderer.passes()
     done = {name: after[name] - before[name] for name in before}
@@ -259,23 +259,23 @@ def timed_together(stages: Mapping[str, Callable[[], None]], runs: int) -> dict[
     return {name: Paired(times[name], float(np.median(used[name][-runs:]))) for name in stages}
 
 
-def pass_times(stage: Staged, runs: int, systems: Sequence[str] | None = None) -> dict[str, float]:
+def pass_times(case: RunningCase, runs: int, systems: Sequence[str] | None = None) -> dict[str, float]:
     """Processor time in ms of each pass, all cores, each waited for: the median over frames.
 
     systems: of these alone; None: of all. An empty pass counts what waiting costs, 0.02 ms.
     """
-    renderer = stage.renderer
+    renderer = case.renderer
     samples: dict[str, list[float]] = {}
     with _waiting(renderer):
         for _ in range(runs + 1):
-            stage.frame()
+            case.frame()
             for report in renderer.passes():
                 if report.gpu_ms is not None and (systems is None or report.system in systems):
                     samples.setdefault(report.name, []).append(report.gpu_ms)
     return {name: float(np.median(found[1:] or found)) for name, found in samples.items()}
 
 
-def update_times(stage: Staged, runs: int, systems: Sequence[str]) -> dict[str, float]:
+def update_times(case: RunningCase, runs: int, systems: Sequence[str]) -> dict[str, float]:
     """Processor time in ms of what these systems do in a frame before its passes: the median over frames, less what
     reading the clock takes."""
     samples: dict[str, list[float]] = {name: [] for name in ("", *systems)}
@@ -288,14 +288,14 @@ def update_times(stage: Staged, runs: int, systems: Sequence[str]) -> dict[str, 
 
         return run
 
-    held = [system for system in stage.renderer.running if system.name in systems]
+    held = [system for system in case.renderer.running if system.name in systems]
     nothing = clocked("", lambda: None)
     try:
         for system in held:
             vars(system)["update"] = clocked(system.name, system.update)
         for _ in range(runs):
             nothing()
-            stage.frame()
+            case.frame()
     finally:
         for system in held:
             vars(system).pop("update", None)

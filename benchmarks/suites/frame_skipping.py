@@ -14,7 +14,7 @@ from ..measure.skipping import (
     STAGES,
     counts,
     pass_times,
-    staged,
+    running_case,
     timed_together,
     update_times,
 )
@@ -56,7 +56,7 @@ def _stages(session: Session) -> None:
     """One row a stage; all but the first are timed in turns with the full scene."""
     session.release()
     size, runs = QUICK_SIZE if session.small else SIZE, session.runs(9, 4)
-    with staged(FULL, size) as full:
+    with running_case(FULL, size) as full:
         light_ms = sum(pass_times(full, runs, LIGHT_SYSTEMS).values())
         found = counts(full)
         both = timed_together({"full": full.frame}, runs)["full"]
@@ -64,7 +64,7 @@ def _stages(session: Session) -> None:
         for stage in STAGES:
             if session.small and stage.name not in QUICK_STAGES:
                 continue
-            with staged(stage, size) as shown:
+            with running_case(stage, size) as shown:
                 found = counts(shown)
                 both = timed_together({"full": full.frame, "stage": shown.frame}, runs)
                 ratio = both["stage"].cpu_ms / both["full"].cpu_ms
@@ -83,9 +83,9 @@ def _stages(session: Session) -> None:
                     _unseen(session, shown, size, runs)
 
 
-def _unseen(session: Session, shown: skipping.Staged, size: tuple[int, int], runs: int) -> None:
+def _unseen(session: Session, shown: skipping.RunningCase, size: tuple[int, int], runs: int) -> None:
     """What a planet costs that nobody sees: beside one that has neither ground nor sea, air and clouds."""
-    with staged(BARE, size) as bare:
+    with running_case(BARE, size) as bare:
         # Many: what is looked for is a hundredth of a frame.
         both = timed_together({"unseen": shown.frame, "bare": bare.frame}, 60 * runs)
         more_ms = both["unseen"].cpu_ms - both["bare"].cpu_ms
@@ -100,7 +100,7 @@ def _skies(session: Session) -> None:
     session.release()
     size, runs, systems = QUICK_SIZE if session.small else SIZE, session.runs(120, 40), ("terrain", "ocean")
     for stage in SKY_STAGES[: 1 if session.small else None]:
-        with staged(stage, size, "low" if session.small else "medium") as shown:
+        with running_case(stage, size, "low" if session.small else "medium") as shown:
             updates = update_times(shown, runs, systems)
             passes_ms = sum(pass_times(shown, 5, systems).values())
             row: dict[str, Any] = {f"{name}_ms": ms for name, ms in updates.items()}

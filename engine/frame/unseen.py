@@ -25,11 +25,11 @@ class Unseen:
         if (seen.ground() if self._ground else seen.planet()) or frame.at_once:
             frame.view.forget(self)
             return False
-        told = (latest_revision(*self._kinds), frame.world.structure_revision, frame.size)
+        inputs = (latest_revision(*self._kinds), frame.world.structure_revision, frame.size)
         last = frame.view.state(self, _Told)
-        rests, last.told = last.told == told, told
+        rests, last.inputs = last.inputs == inputs, inputs
         return rests
 
 
 class _Told:
-    told: tuple[object, ...] = ()
+    inputs: tuple[object, ...] = ()

@@ -207,8 +207,8 @@ def _index(what: str, value: object, optional: bool = False) -> int | None:
     if value is None and optional:
         return None
     if isinstance(value, bool) or not isinstance(value, int) or value < 0:
-        told = ", or None for what all share" if optional else ""
-        raise GraphError(f"scope({what}={value!r}): give an index, 0 or above{told}.")
+        more = ", or None for what all share" if optional else ""
+        raise GraphError(f"scope({what}={value!r}): give an index, 0 or above{more}.")
     return value
 
 

@@ -125,8 +125,8 @@ class Names:
             if view is None:
                 views = sorted({v for v, _ in owner.places if v is not None})
                 if len(views) > 1:
-                    told = ", ".join(repr(f"{base}{MARK}view{v}") for v in views)
-                    raise GraphError(f"{name!r} alone is not enough outside a view, as several have one: say {told}.")
+                    owners = ", ".join(repr(f"{base}{MARK}view{v}") for v in views)
+                    raise GraphError(f"{name!r} alone is not enough outside a view, as several have one: say {owners}.")
                 view = views[0]
         if owner.by_planet and planet is None:
             planet = scope.home if scope.planet is None else scope.planet

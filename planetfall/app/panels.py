@@ -207,9 +207,11 @@ class SettingsWindow:
     def _companion_parts(self, name: str) -> dict[str, Any]:
         """The parts of the companions that a preset has; their names are new where the scene's own planet has one."""
         found: dict[str, Any] = {}
-        for told, orbit in load_companions(name):
-            own = told.name == self._scene.planet.name
-            found |= self._store.expect(self._store.free_name(told.name) if own else told.name, scene_of(told), orbit)
+        for described, orbit in load_companions(name):
+            own = described.name == self._scene.planet.name
+            found |= self._store.expect(
+                self._store.free_name(described.name) if own else described.name, scene_of(described), orbit
+            )
         return found
 
     def save(self, app: Flight, name: str) -> bool:

@@ -124,13 +124,13 @@ class FlightPlanets:
         """Take over the axes of the planet that a camera is near; where that is, and a sun of the camera's planet as
         one of the scene's."""
         app = self._app
-        stand = camera.in_scene(app.scene)
-        pose = Pose(stand.pose.position_m, stand.pose.forward, stand.pose.up, stand.optics.fov_y_deg)
+        placed = camera.in_scene(app.scene)
+        pose = Pose(placed.pose.position_m, placed.pose.forward, placed.pose.up, placed.optics.fov_y_deg)
         self.crossing = None
         if not self.several:
             return pose, sun
         found = {body.name: body for body in bodies(app.scene, app.time_s)}
-        home = found[stand.planet.name]
+        home = found[placed.planet.name]
         if sun is not None and home.name != app.scene.planet.name:
             shining = resolve_sun(sun, home.scene.planet.planet, app.time_s)
             x, y, z = (home.axes @ shining.direction).tolist()

@@ -293,9 +293,9 @@ class FlightApp:
     def place(self, camera: Camera, sun: Sun | None = None) -> None:
         """Put the ship where a camera is; a sun given, or that of a view, goes into the scene."""
         self.playing = None
-        stand = camera.in_scene(self.scene)
-        sun = stand.sun if sun is None else sun
-        self.time_s = self.time_s if stand.time_s is None else stand.time_s
+        placed = camera.in_scene(self.scene)
+        sun = placed.sun if sun is None else sun
+        self.time_s = self.time_s if placed.time_s is None else placed.time_s
         pose, sun = self.planets.arrive(camera, sun)
         if sun is not None:
             self.scene.sun = dataclasses.replace(sun)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..engine.space import CameraState
 from ..errors import CameraError
 from ..scene.scene import PlanetHandle
-from .place import Optics, Place, Pose, Stand, make_place
+from .place import Optics, Place, Pose, SceneCamera, make_place
 
 if TYPE_CHECKING:
     from ..scene.scene import Scene
@@ -135,9 +135,9 @@ class Camera:
         """(3,) f64, unit, at right angles to forward."""
         return self._axes()[1].copy()
 
-    def in_scene(self, scene: Scene) -> Stand:
+    def in_scene(self, scene: Scene) -> SceneCamera:
         """What it comes to in a scene: whose planet, the pose over it, and the sun and time that a View brings."""
-        return Stand(self.planet_in(scene), self._known_pose(), self.optics)
+        return SceneCamera(self.planet_in(scene), self._known_pose(), self.optics)
 
     def resolve(self, scene: Scene, aspect: float = 16.0 / 9.0) -> CameraState:
         """The camera in a scene, as engine.space wants it. aspect: width / height of the picture."""
@@ -192,9 +192,9 @@ class PlacedCamera(Camera):
         """What it was asked for."""
         return self._place
 
-    def in_scene(self, scene: Scene) -> Stand:
+    def in_scene(self, scene: Scene) -> SceneCamera:
         planet = self.planet_in(scene)
-        return Stand(planet, self.place.pose(planet), self.optics, self.place)
+        return SceneCamera(planet, self.place.pose(planet), self.optics, self.place)
 
     def _known_pose(self) -> Pose:
         if isinstance(self._planet, PlanetHandle):

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ..components import Sun
     from ..scene.scene import PlanetHandle
 
-__all__ = ["Optics", "Place", "Pose", "Stand", "check_number", "make_place"]
+__all__ = ["Optics", "Place", "Pose", "SceneCamera", "check_number", "make_place"]
 
 Vector = NDArray[np.float64]
 
@@ -98,7 +98,7 @@ class Place:
 
 
 @dataclass(frozen=True, eq=False)
-class Stand:
+class SceneCamera:
     """A camera in a scene: whose axes its pose is in, and what else it asks of a picture.
 
     place: of a camera that was told by one. sun, time_s: those that a view brings.

@@ -16,7 +16,7 @@ from ..scene.file import describe, planets
 from ..scene.kinds import PLANET_KINDS, PRESETS
 from ..scene.scene import PlanetHandle, Scene
 from .camera import Camera, PlacedCamera
-from .place import Optics, Place, Stand, make_place
+from .place import Optics, Place, SceneCamera, make_place
 
 __all__ = ["View", "view", "views"]
 
@@ -128,10 +128,10 @@ class View(PlacedCamera):
         planet, over = super().planet_in(scene), self._entry.row.over
         return scene.planets[over] if over else planet
 
-    def in_scene(self, scene: Scene) -> Stand:
+    def in_scene(self, scene: Scene) -> SceneCamera:
         planet, row = self.planet_in(scene), self._row_in(scene)
         place = row.place(planet.radius_m)
-        return Stand(planet, place.pose(planet), row.optics(self._ev100), place, row.sun(scene), row.time_s)
+        return SceneCamera(planet, place.pose(planet), row.optics(self._ev100), place, row.sun(scene), row.time_s)
 
     @property
     def place(self) -> Place:

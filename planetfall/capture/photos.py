@@ -115,12 +115,12 @@ def photo_tiles(
     width, height = plan.size
     tiles = plan.tiles()
     arrays: Arrays = {}
-    stand = camera.in_scene(renderer.scene)
-    time_s = stand.time_s if time_s is None else time_s
-    sun = stand.sun if sun is None else sun
+    placed = camera.in_scene(renderer.scene)
+    time_s = placed.time_s if time_s is None else time_s
+    sun = placed.sun if sun is None else sun
     try:
         renderer.render_scale = 1.0  # whatever automatic quality has made of it
-        ev100 = plan.ev100 if plan.ev100 is not None else stand.optics.ev100
+        ev100 = plan.ev100 if plan.ev100 is not None else placed.optics.ev100
         if ev100 is None and len(tiles) > 1:
             ev100 = _measured(renderer, camera, plan.size, time_s, sun)
         yield 0, len(tiles), arrays

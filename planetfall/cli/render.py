@@ -78,29 +78,29 @@ def render_command(
         raise SettingError("--like brings its own planet: leave the planet's name out")
     from .. import load_scene
 
-    told = load_shot(like) if like is not None else None
-    pixels = parse_size(size) if size is not None else told.size if told else (1280, 720)
-    knobs = {**(told.overrides if told else {}), **parse_overrides(overrides)}
-    chosen = quality or (told.quality if told else "high")
-    scene = told.scene if told else load_scene(planet or "earth")
+    like_shot = load_shot(like) if like is not None else None
+    pixels = parse_size(size) if size is not None else like_shot.size if like_shot else (1280, 720)
+    knobs = {**(like_shot.overrides if like_shot else {}), **parse_overrides(overrides)}
+    chosen = quality or (like_shot.quality if like_shot else "high")
+    scene = like_shot.scene if like_shot else load_scene(planet or "earth")
     if camera.given():
         shot = camera.camera()
-    elif told and view is None:
-        shot = told.camera
+    elif like_shot and view is None:
+        shot = like_shot.camera
     else:
         shot = find_view(view or DEFAULT_VIEW, scene)
     light = sun.sun(scene, shot)
-    if told and time_s is None:
-        time_s = told.time_s
-    exposure = ev100 if ev100 is not None or not told else told.ev100
-    samples = supersample if supersample is not None else told.supersample if told else 1
+    if like_shot and time_s is None:
+        time_s = like_shot.time_s
+    exposure = ev100 if ev100 is not None or not like_shot else like_shot.ev100
+    samples = supersample if supersample is not None else like_shot.supersample if like_shot else 1
     plan = PhotoPlan(pixels, samples, tile_px, exposure)
     check_arrays(output, pixels)
     from ..render.renderer import Renderer  # late: everything that can be said without a GPU has been said
 
-    stand = shot.in_scene(scene)
-    moment = (stand.time_s or 0.0) if time_s is None else time_s
-    light = stand.sun if light is None else light
+    placed = shot.in_scene(scene)
+    moment = (placed.time_s or 0.0) if time_s is None else time_s
+    light = placed.sun if light is None else light
     whole = len(plan.tiles()) == 1 and plan.supersample == 1
     out: dict[str, Any] = {}
     wanted = outputs_for(output)
@@ -120,7 +120,7 @@ def render_command(
             scene, state, moment, pixels, quality=chosen, overrides=knobs, sun=light, supersample=plan.supersample,
             ev100=exposure_of(renderer), over=companion_below(scene, shot),
         )  # fmt: skip
-    settings |= {"planet": planet or scene.name, "view": None if camera.given() or told else view or DEFAULT_VIEW}
+    settings |= {"planet": planet or scene.name, "view": None if camera.given() or like_shot else view or DEFAULT_VIEW}
     save_capture(output, out, settings)
     written(output)
 
@@ -184,7 +184,7 @@ def find_view(name: str, scene: Scene) -> Any:
 
 
 def companion_below(scene: Scene, camera: Camera) -> str:
-    """The companion in whose axes a camera is told; "" for the scene's own planet."""
+    """The companion in whose axes a camera is given; "" for the scene's own planet."""
     handle = camera.planet_in(scene)
     return "" if handle is scene.planet else handle.name
 

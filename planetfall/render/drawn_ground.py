@@ -14,7 +14,7 @@ from ..systems.terrain.height import TerrainParams
 from ..systems.terrain.paper_ground import PaperField
 
 if TYPE_CHECKING:
-    from ..camera.place import Stand
+    from ..camera.place import SceneCamera
     from ..engine.space import CameraState
     from ..scene.scene import Scene
 
@@ -38,8 +38,8 @@ class DrawnGround:
         component = planet.get(Terrain)
         if component is None:
             return None
-        told = self._settings.get
-        if told("terrain.method", component.method) != "paper" or told("terrain.backend", component.backend) != "grid":
+        knob = self._settings.get
+        if knob("terrain.method", component.method) != "paper" or knob("terrain.backend", component.backend) != "grid":
             return None
         stamp = (revision(component), revision(planet[Planet], "radius_m"))
         if self._held is None or self._held[0] != stamp:
@@ -52,10 +52,10 @@ class DrawnGround:
         """The ground that is drawn; None without Terrain."""
         return self.own_field() or self._scene.planet.height_field()
 
-    def stand_on(self, stand: Stand, state: CameraState) -> CameraState:
+    def placed_on(self, placed: SceneCamera, state: CameraState) -> CameraState:
         """A camera that was placed above the ground, placed above the ground that is drawn."""
         drawn = self.own_field()
-        if drawn is None or stand.place is None or stand.place.above != "ground":
+        if drawn is None or placed.place is None or placed.place.above != "ground":
             return state
         distance = float(np.linalg.norm(state.position_m))
         zenith = state.position_m / distance

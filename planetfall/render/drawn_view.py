@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from ..engine.frame import View
 from ..errors import SettingError
+from .drawn_camera import DrawnCamera
 from .rest import Rest
-from .standpoint import Standpoint
 from .stillness import Stillness
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ class DrawnView(View):
         """Frames that it has shown."""
         self.cut = True
         """The next frame has no use for the last one."""
-        self.standpoint = Standpoint(scene, ground)
+        self.camera = DrawnCamera(scene, ground)
         self.stillness = Stillness(scene)
         self.rest = Rest(scene)
 

@@ -26,9 +26,9 @@ def sun_direction(scene: Scene, time_s: float = 0.0, camera: Camera | View | Non
     if not isinstance(scene, Scene):
         raise SettingError(f"sun_direction: expected a scene, found {scene!r}")
     check_moment(camera if camera is not None else view("orbit"), time_s, None)
-    stand = None if camera is None else camera.in_scene(scene)
-    over = scene.planet.name if stand is None else stand.planet.name
+    placed = None if camera is None else camera.in_scene(scene)
+    over = scene.planet.name if placed is None else placed.planet.name
     body = next(body for body in bodies(scene, time_s) if body.name == over)
-    if stand is not None and stand.sun is not None:
-        return resolve_sun(stand.sun, body.scene.planet.planet, time_s).direction.copy()
+    if placed is not None and placed.sun is not None:
+        return resolve_sun(placed.sun, body.scene.planet.planet, time_s).direction.copy()
     return body.axes.T @ resolve_sun(scene.sun, scene.planet.planet, time_s).direction

@@ -18,7 +18,7 @@ from ..systems.companions import PICTURE, Picture
 from .discs import Part, hidden_by, part_of
 from .planet import Moment, PlanetRenderer, Wanted
 
-__all__ = ["Others", "Sky", "Stage"]
+__all__ = ["Others", "PlanetSource", "Sky"]
 
 _LOOKED_AT_DEG = 0.2
 """A spot is drawn again when it is seen, or lit, from a direction that differs by so much."""
@@ -33,7 +33,7 @@ class Sky(Protocol):
     def star_axes(self) -> NDArray[np.float64]: ...
 
 
-class Stage(Protocol):
+class PlanetSource(Protocol):
     """What knows all planets of a scene, and who draws them."""
 
     own_name: str
@@ -69,15 +69,17 @@ class Others:
     """What the companions' system of one planet's renderer asks for: pictures of the others (CompanionSource). views:
     of that renderer."""
 
-    def __init__(self, stage: Stage, name: str, views: Views) -> None:
-        self._stage, self._name, self._views = stage, name, views
+    def __init__(self, planets: PlanetSource, name: str, views: Views) -> None:
+        self._planets, self._name, self._views = planets, name, views
 
     def _of(self, view: View) -> _Around:
         return view.state(self, _Around)
 
     def prepare(self, frame: Frame) -> bool:
-        sky = self._stage.now(frame.time_s)
-        frame.star_axes = None if self._name == self._stage.own_name else sky.bodies[self._name].axes.T @ sky.star_axes
+        sky = self._planets.now(frame.time_s)
+        frame.star_axes = (
+            None if self._name == self._planets.own_name else sky.bodies[self._name].axes.T @ sky.star_axes
+        )
         jitter = self._of(frame.view).jitter_px
         if jitter is None:
             return False
@@ -85,7 +87,7 @@ class Others:
         return True
 
     def stamp(self) -> tuple[object, ...]:
-        return self._stage.stamp()
+        return self._planets.stamp()
 
     def settled(self, view: View) -> bool:
         return all(drawn.settled() for drawn in self._of(view).shown)
@@ -94,7 +96,7 @@ class Others:
         return min((drawn.progress() for drawn in self._of(view).shown), default=1.0)
 
     def pictures(self, frame: Frame) -> list[Picture]:
-        bodies = self._stage.now(frame.time_s).bodies
+        bodies = self._planets.now(frame.time_s).bodies
         main = bodies[self._name]
         around = self._of(frame.view)
         around.shown = []
@@ -111,11 +113,11 @@ class Others:
             if part is None:
                 continue
             if drawn is None:
-                planet = self._stage.renderer_of(body.name)
+                planet = self._planets.renderer_of(body.name)
                 if planet is None:
                     raise MissingError(f"planet {body.name!r} has no renderer yet")
                 drawn = around.drawn[body.name] = _Drawn(planet, part.size)
-            texture = drawn.texture(self._stage, body, part, frame)
+            texture = drawn.texture(self._planets, body, part, frame)
             around.shown.append(drawn)
             power = float(away @ away) - seen.reach_m**2
             found.append((power, Picture(texture, part.corner_px, part.texel_px, part.rect, part.spot_px)))
@@ -142,15 +144,15 @@ class _Drawn:
         self._spot: tuple[object, ...] = ()
         self._texture: moderngl.Texture | None = None
 
-    def texture(self, stage: Stage, body: Body, part: Part, frame: Frame) -> moderngl.Texture:
+    def texture(self, planets: PlanetSource, body: Body, part: Part, frame: Frame) -> moderngl.Texture:
         """PICTURE of the part of a frame's picture that shows this planet."""
         planet, view = self.planet, self.view
-        sun = stage.sun_over(body, view)
-        key = self._spot_key(stage, part, sun) if not part.texels and not frame.settling else ()
+        sun = planets.sun_over(body, view)
+        key = self._spot_key(planets, part, sun) if not part.texels and not frame.settling else ()
         if key and key == self._spot and self._texture is not None:
             return self._texture
         jitter = (frame.jitter_px[0] * part.texels, frame.jitter_px[1] * part.texels)
-        stage.others_of(body.name).part_jitter(view, jitter)
+        planets.others_of(body.name).part_jitter(view, jitter)
         view.resize(part.size)
         moment = Moment(part.camera, planet.sun_state(sun, frame.time_s), frame.time_s)
         planet.draw(
@@ -170,11 +172,11 @@ class _Drawn:
     def progress(self) -> float:
         return min((system.progress(self.view) for system in _drawing(self.planet)), default=1.0)
 
-    def _spot_key(self, stage: Stage, part: Part, sun: Sun) -> tuple[object, ...]:
+    def _spot_key(self, planets: PlanetSource, part: Part, sun: Sun) -> tuple[object, ...]:
         """What a spot's picture depends on, as far as a few pixels can show."""
         step = np.radians(_LOOKED_AT_DEG)
         looks = np.round(np.array([*part.camera.forward, *(sun.direction or ())]) / step)
-        return (*looks.tolist(), sun.irradiance, stage.stamp())
+        return (*looks.tolist(), sun.irradiance, planets.stamp())
 
     def release(self) -> None:
         self.planet.release_view(self.view)

@@ -15,6 +15,7 @@ from ..camera.arguments import check_moment, check_size
 from ..engine.space import CameraState, pixel_rays, project, ray_sphere_from
 from ..query.terrain import checked_directions
 from ..scene.companions import bodies
+from .drawn_camera import CameraResolver
 from .drawn_view import LDR, DrawnView
 from .faults import draw_without_faults
 from .outputs import exports_for, read_output
@@ -22,7 +23,6 @@ from .planet import Moment, Wanted
 from .queries import height_drawn
 from .settling import settle
 from .snapshot import Snapshot
-from .standpoint import Resolved
 
 if TYPE_CHECKING:
     import moderngl
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from ..scene.scene import Scene
     from .host_space import HostDepth
     from .planet import PlanetRenderer
-    from .planets import Planets, Turn
+    from .planets import DrawRequest, Planets
     from .watch import Watch
 
 __all__ = ["Picture", "PictureOwner"]
@@ -70,10 +70,10 @@ class Picture:
         self._owner, self._further = owner, further
         self.size = (int(size[0]), int(size[1]))
         """(width, height) in pixels."""
-        self._resolved = Resolved(owner.scene)
+        self._resolved = CameraResolver(owner.scene)
         self._views: dict[str, DrawnView] = {}
         self._front = ""  # until the first frame
-        self._turn_ms = 0.0
+        self._request_ms = 0.0
         self._view_of(self.main)
         owner.planets.gone.append(self._forget)
 
@@ -102,9 +102,9 @@ class Picture:
         wanted = Wanted(exports, dt_s, one_shot=dt_s is None, exact=bool(exports - {LDR}))
         names = tuple(outputs)
         with self._current():
-            turn = self._turn(camera, time_s, sun)
-            view = self._drawn(turn, wanted)
-            return turn.arrays_told({name: read_output(view.compiled(), name, self.size) for name in names})
+            request = self._request(camera, time_s, sun)
+            view = self._drawn(request, wanted)
+            return request.arrays_in_scene({name: read_output(view.compiled(), name, self.size) for name in names})
 
     def render_to(
         self,
@@ -125,8 +125,8 @@ class Picture:
         owner = self._owner
         x, y, width, height = viewport or (0, 0, *framebuffer.size)
         with self._current(framebuffer):
-            turn = self._turn(camera, time_s, sun)
-            scale = 1.0 if depth is not None else min(owner.render_scale, turn.planet.memory.scale((width, height)))
+            request = self._request(camera, time_s, sun)
+            scale = 1.0 if depth is not None else min(owner.render_scale, request.planet.memory.scale((width, height)))
             self._resize((max(round(scale * width), 1), max(round(scale * height), 1)))
             self._front_view.resize(self.size)
             framebuffer.viewport = (x, y, width, height)
@@ -134,10 +134,10 @@ class Picture:
             shared = None if depth is None else (depth.offset, depth.scale_m)
             wanted = Wanted(frozenset({name}), dt_s, framebuffer, shared)
             if owner.tolerant:
-                view = self._view_of(turn.planet.scene.planet.name)
-                draw_without_faults(turn.planet, lambda: self._draw(turn, view, wanted), view.failed_system)
+                view = self._view_of(request.planet.scene.planet.name)
+                draw_without_faults(request.planet, lambda: self._draw(request, view, wanted), view.failed_system)
             else:
-                self._drawn(turn, wanted)
+                self._drawn(request, wanted)
 
     def settle(
         self,
@@ -152,14 +152,14 @@ class Picture:
         progress(share) is called after each frame. NotSettled after timeout_s, naming what had not settled.
         """
         with self._current():
-            turn = self._turn(camera, time_s, sun)
+            request = self._request(camera, time_s, sun)
         view = self._front_view
         view.cut = True
 
         def frame() -> None:
-            self._draw(turn, view, Wanted(view.exports - _TARGETS | {LDR}, 10.0, settling=True))
+            self._draw(request, view, Wanted(view.exports - _TARGETS | {LDR}, 10.0, settling=True))
 
-        settle(frame, view, lambda: turn.planet.running, self._current, timeout_s, progress)
+        settle(frame, view, lambda: request.planet.running, self._current, timeout_s, progress)
 
     def snapshot(self, camera: Camera | View, time_s: float | None = None, settle: bool = True) -> Snapshot:
         """A picture that shows itself in notebooks; .array, .save(path)."""
@@ -184,33 +184,33 @@ class Picture:
         check_size(size, self._owner.gpu.caps.max_texture_size)
         self.size = (int(size[0]), int(size[1]))
 
-    def _turn(self, camera: Camera | View, time_s: float | None, sun: Sun | None) -> Turn:
-        """Whose turn it is, with its view ready. The context is current."""
+    def _request(self, camera: Camera | View, time_s: float | None, sun: Sun | None) -> DrawRequest:
+        """Which planet is drawn, with its view ready. The context is current."""
         started = time.perf_counter()
         check_moment(camera, time_s, sun)
         planets = self._owner.planets
         if planets.several and planets.fell_behind():
             planets.keep_up()
-        turn = planets.turn(self._resolved.stand(camera), time_s, sun)
-        before, self._front = self._front, turn.planet.scene.planet.name
+        request = planets.request(self._resolved.resolve(camera), time_s, sun)
+        before, self._front = self._front, request.planet.scene.planet.name
         if before not in ("", self._front) and not self._further:
             planets.hand_over(before, self._front)
         self._front_view.resize(self.size)
-        self._turn_ms = (time.perf_counter() - started) * 1e3
-        return turn
+        self._request_ms = (time.perf_counter() - started) * 1e3
+        return request
 
-    def _drawn(self, turn: Turn, wanted: Wanted) -> DrawnView:
+    def _drawn(self, request: DrawRequest, wanted: Wanted) -> DrawnView:
         view = self._front_view
-        self._draw(turn, view, wanted)
+        self._draw(request, view, wanted)
         return view
 
-    def _draw(self, turn: Turn, view: DrawnView, wanted: Wanted) -> None:
-        owner, planet = self._owner, turn.planet
-        state = view.standpoint.state(turn.stand, view.size)
-        moment = Moment(state, turn.sun, turn.time_s, turn.stand.optics.ev100)
+    def _draw(self, request: DrawRequest, view: DrawnView, wanted: Wanted) -> None:
+        owner, planet = self._owner, request.planet
+        state = view.camera.state(request.camera, view.size)
+        moment = Moment(state, request.sun, request.time_s, request.camera.optics.ev100)
         if planet.draw(view, moment, wanted):
             owner.watch.after_frame(owner.scene, view, planet.running)
-        owner.python_ms = self._turn_ms + planet.python_ms
+        owner.python_ms = self._request_ms + planet.python_ms
 
     def _view_of(self, name: str) -> DrawnView:
         """This picture over one of the planets."""
@@ -257,8 +257,8 @@ class Picture:
         """The camera in f64 as the renderer uses it: resolved against the scene's ground, lifted out of it if need
         be."""
         with self._current():
-            turn = self._turn(camera, None, None)
-            return turn.camera_told(self._front_view.standpoint.state(turn.stand, self.size))
+            request = self._request(camera, None, None)
+            return request.camera_in_scene(self._front_view.camera.state(request.camera, self.size))
 
     def project(self, camera: Camera | View, points_m: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
         """Pixels (N, 2), row 0 on top, of points (N, 3) in planet axes, and which lie in front of the camera."""

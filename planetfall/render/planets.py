@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..camera.place import Pose, Stand
+from ..camera.place import Pose, SceneCamera
 from ..components import Sun
 from ..engine.frame import SunState, View
 from ..engine.frame.backdrop import SOURCE
@@ -31,11 +31,11 @@ from .planet import PlanetRenderer
 if TYPE_CHECKING:
     from .faults import Faults
 
-__all__ = ["Planets", "Turn"]
+__all__ = ["DrawRequest", "Planets"]
 
 
 @dataclass(frozen=True, eq=False)
-class Heavens:
+class Ephemeris:
     """Planets, and sun and stars in the axes of the scene's own planet, at one time. key: equal for equal moments."""
 
     time_s: float
@@ -52,9 +52,9 @@ class _HeldSun:
         self._key: tuple[float, ...] = ()
         self._sun = Sun()
 
-    def over(self, body: Body, heavens: Heavens) -> Sun:
+    def over(self, body: Body, ephemeris: Ephemeris) -> Sun:
         """The sun of that moment in the planet's own axes."""
-        shining = heavens.sun
+        shining = ephemeris.sun
         (x, y, z), (red, green, blue) = (body.axes.T @ shining.direction).tolist(), shining.irradiance.tolist()
         key = (x, y, z, red, green, blue, shining.angular_radius_rad)
         if key != self._key:
@@ -64,16 +64,16 @@ class _HeldSun:
 
 
 @dataclass(frozen=True, eq=False)
-class Turn:
-    """Whose turn it is to make a picture.
+class DrawRequest:
+    """Which planet's renderer makes a picture, of what.
 
-    planet: the renderer of the planet that the camera is near. stand: the camera, in that planet's axes. sun: over that
-    planet. home, main: the planet in whose axes the camera was told, and the one that it is near; None where the scene
+    planet: the renderer of the planet that the camera is near. camera: in that planet's axes. sun: over that
+    planet. home, main: the planet in whose axes the camera was given, and the one that it is near; None where the scene
     has one planet.
     """
 
     planet: PlanetRenderer
-    stand: Stand
+    camera: SceneCamera
     sun: SunState
     time_s: float
     home: Body | None = None
@@ -81,11 +81,11 @@ class Turn:
 
     @property
     def moved(self) -> bool:
-        """Whether answers have to be turned back into the axes that the camera was told in."""
+        """Whether answers have to be turned back into the axes that the camera was given in."""
         return self.home is not None and self.main is not None and self.home.name != self.main.name
 
-    def camera_told(self, state: CameraState) -> CameraState:
-        """A camera over `planet` in the axes that it was told in."""
+    def camera_in_scene(self, state: CameraState) -> CameraState:
+        """A camera over `planet` in the axes that it was given in."""
         if self.home is None or self.main is None or not self.moved:
             return state
         place = self.home.inside(self.main.outside(state.position_m))
@@ -94,7 +94,7 @@ class Turn:
         sides = (state.tan_left, state.tan_right, state.tan_bottom, state.tan_top)
         return CameraState(place, forward, up, right, *sides, near_m=state.near_m)
 
-    def arrays_told(self, arrays: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    def arrays_in_scene(self, arrays: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
         """Arrays of a picture with their directions in those axes."""
         if self.home is not None and self.main is not None and self.moved:
             turn = (self.home.axes.T @ self.main.axes).T
@@ -115,9 +115,9 @@ class Planets(Mapping[str, PlanetRenderer]):
         self._members: dict[str, PlanetRenderer] = {}
         self._others: dict[str, Others] = {}
         self._suns: dict[str, _HeldSun] = {}
-        """Over each planet, as the camera of the last turn."""
+        """Over each planet, as the camera of the last request."""
         self._stamp: tuple[object, ...] = ()
-        self._heavens: Heavens | None = None
+        self._ephemeris: Ephemeris | None = None
         self.gone: list[Callable[[str], None]] = []
         """Called with a planet's name when its renderer has been released."""
 
@@ -135,62 +135,64 @@ class Planets(Mapping[str, PlanetRenderer]):
         """Whether there are, or were a moment ago, other planets than the scene's own."""
         return bool(self.own.scene.companions) or bool(self._members)
 
-    # -- whose turn it is ---------------------------------------------------------------------------------------------
+    # -- which planet is drawn -----------------------------------------------------------------------------------------
 
-    def turn(self, stand: Stand, time_s: float | None, sun: Sun | None) -> Turn:
+    def request(self, placed: SceneCamera, time_s: float | None, sun: Sun | None) -> DrawRequest:
         """For a camera in the scene. time_s, sun: as given with it; None: those of its view, or the scene's."""
-        time_s = (stand.time_s or 0.0) if time_s is None else time_s
+        time_s = (placed.time_s or 0.0) if time_s is None else time_s
         own, scene = self.own, self.own.scene
-        sun = stand.sun if sun is None else sun
+        sun = placed.sun if sun is None else sun
         if not self.several:
-            return Turn(own, stand, own.sun_state(scene.sun if sun is None else sun, time_s), time_s)
-        heavens = self._heavens_at(time_s, sun, stand.planet.name)
-        home = heavens.bodies[stand.planet.name]
-        main = nearest(list(heavens.bodies.values()), home.outside(stand.pose.position_m))
+            return DrawRequest(own, placed, own.sun_state(scene.sun if sun is None else sun, time_s), time_s)
+        ephemeris = self._ephemeris_at(time_s, sun, placed.planet.name)
+        home = ephemeris.bodies[placed.planet.name]
+        main = nearest(list(ephemeris.bodies.values()), home.outside(placed.pose.position_m))
         planet = self[main.name]
         if home.name != main.name:
-            pose, turned = stand.pose, main.axes.T @ home.axes
+            pose, turned = placed.pose, main.axes.T @ home.axes
             place = main.inside(home.outside(pose.position_m))
-            stand = Stand(main.scene.planet, Pose(place, turned @ pose.forward, turned @ pose.up), stand.optics)
+            placed = SceneCamera(main.scene.planet, Pose(place, turned @ pose.forward, turned @ pose.up), placed.optics)
         elif planet is own:
-            return Turn(own, stand, own.sun_state(scene.sun if sun is None else sun, time_s), time_s, home, main)
+            return DrawRequest(
+                own, placed, own.sun_state(scene.sun if sun is None else sun, time_s), time_s, home, main
+            )
         over = scene.sun
         if planet is not own or sun is not None:
-            over = self._suns.setdefault(main.name, _HeldSun()).over(main, heavens)
-        return Turn(planet, stand, planet.sun_state(over, time_s), time_s, home, main)
+            over = self._suns.setdefault(main.name, _HeldSun()).over(main, ephemeris)
+        return DrawRequest(planet, placed, planet.sun_state(over, time_s), time_s, home, main)
 
-    def _heavens_at(self, time_s: float, sun: Sun | None, over: str) -> Heavens:
+    def _ephemeris_at(self, time_s: float, sun: Sun | None, over: str) -> Ephemeris:
         """Where everything is. sun: in place of the scene's, in the axes of the planet `over`."""
         scene = self.own.scene
         key = (
             time_s, over if sun is not None else "", revision(scene.sun), id(scene.sun),
             None if sun is None else (id(sun), revision(sun)), self.stamp(),
         )  # fmt: skip
-        if self._heavens is not None and self._heavens.key == key:
-            return self._heavens
+        if self._ephemeris is not None and self._ephemeris.key == key:
+            return self._ephemeris
         found = {body.name: body for body in bodies(scene, time_s, stars_stand=sun is not None)}
         if sun is None:
             sky = resolve_sky(scene.sun, scene.planet.planet, time_s)
             shining, stars = sky.sun, sky.star_axes
         else:
             home = found.get(over, found[self.own_name])
-            told = resolve_sun(sun, home.scene.planet.planet, time_s)
-            shining = SunState(home.axes @ told.direction, told.irradiance, told.angular_radius_rad)
+            own_sun = resolve_sun(sun, home.scene.planet.planet, time_s)
+            shining = SunState(home.axes @ own_sun.direction, own_sun.irradiance, own_sun.angular_radius_rad)
             stars = np.eye(3)
-        self._heavens = Heavens(time_s, found, shining, stars, key)
+        self._ephemeris = Ephemeris(time_s, found, shining, stars, key)
         self._kept_sun = sun  # with the key that holds its id
-        return self._heavens
+        return self._ephemeris
 
-    def now(self, time_s: float) -> Heavens:
-        """The planets at the time of a frame: those of the last turn."""
-        if self._heavens is None or self._heavens.time_s != time_s:
-            return self._heavens_at(time_s, None, "")
-        return self._heavens
+    def now(self, time_s: float) -> Ephemeris:
+        """The planets at the time of a frame: those of the last request."""
+        if self._ephemeris is None or self._ephemeris.time_s != time_s:
+            return self._ephemeris_at(time_s, None, "")
+        return self._ephemeris
 
     def sun_over(self, body: Body, view: View) -> Sun:
-        """The last turn's sun in the axes of a planet that the view is of."""
-        assert self._heavens is not None
-        return view.state(self, _HeldSun).over(body, self._heavens)
+        """The last request's sun in the axes of a planet that the view is of."""
+        assert self._ephemeris is not None
+        return view.state(self, _HeldSun).over(body, self._ephemeris)
 
     def hand_over(self, before: str, after: str) -> None:
         """Go on with the exposure that another planet's renderer had come to."""
@@ -247,8 +249,8 @@ class Planets(Mapping[str, PlanetRenderer]):
         self._others.pop(name).release()
         for others in self._others.values():
             others.forget(name)
-        for told in self.gone:
-            told(name)
+        for callback in self.gone:
+            callback(name)
         self._members.pop(name).release()
 
     def renderer_of(self, name: str) -> PlanetRenderer | None:

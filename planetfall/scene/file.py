@@ -86,10 +86,10 @@ def _companion(entry: Mapping[str, Any], path: Path, where: str, inside: tuple[P
     below: dict[str, Any] = {}
     if base is not None:
         at = _source_beside(base, path, where)
-        told = _described(at, inside)
-        if told.companions:
+        described = _described(at, inside)
+        if described.companions:
             raise PresetError(f"{where}: base: {base!r} has companions itself; name a single planet")
-        below, preset = _merged(at, ()), preset or told.preset
+        below, preset = _merged(at, ()), preset or described.preset
     elif not own:
         raise PresetError(f"{where}: base: missing; name a preset ({', '.join(planets())}) or a TOML file")
     elif "name" not in entry:

@@ -460,8 +460,8 @@ def scene_of(source: str | os.PathLike[str] | Description) -> Scene:
         scene = Scene(found.name, found.components, preset=found.preset, about=found.about)
         for name, components in found.props:
             scene.add(*components, name=name)
-        for told, orbit in found.companions:
-            scene.companions.add(scene_of(told), orbit)
+        for described, orbit in found.companions:
+            scene.companions.add(scene_of(described), orbit)
     except (SceneError, UnknownNameError) as error:
         raise SceneError(f"{found.path}: {error}") from None
     return scene

@@ -19,7 +19,7 @@ from .views import AirViewBlock, sun_at, view_block
 
 __all__ = ["AirMethod", "OurAir", "PaperAir"]
 
-_HURRY_S = 0.25
+_AT_ONCE_S = 0.25
 """Time a frame for the tables while nobody looks."""
 _VIEW_TABLES = ("atmosphere.first", "atmosphere.second", "atmosphere.extinction")
 
@@ -91,7 +91,7 @@ class AirMethod(Method):
             "atmosphere.tables",
             kind="compute",
             system=self.gpu.owner,
-            bind=lambda io: lambda: self.job.work(_HURRY_S if view.view.frame.settling else self.budget_s),
+            bind=lambda io: lambda: self.job.work(_AT_ONCE_S if view.view.frame.settling else self.budget_s),
             side_effect=True,
             when=lambda: not self.job.done,
             help="what holds for all cameras, in slices: optical depth to space and light scattered more than once",

@@ -129,11 +129,11 @@ class Ground:
 
     def _slopes(self, positions_m: Floats) -> tuple[Floats, Floats]:
         """Floors (N,), and slopes (N,) that they hardly exceed nearby."""
-        told = getattr(self.field, "height_slope", None)
-        if told is None:
+        height_slope = getattr(self.field, "height_slope", None)
+        if height_slope is None:
             heights, slopes = self.dry(positions_m), np.full(len(positions_m), self.steepest)
         else:
-            heights, slopes = told(_directions(positions_m))
+            heights, slopes = height_slope(_directions(positions_m))
             slopes = np.minimum(slopes * _SLOPE_MARGIN, self.steepest)
         return heights if self.sea_level_m is None else np.maximum(heights, self.sea_level_m), slopes
 

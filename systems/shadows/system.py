@@ -56,7 +56,7 @@ class _View(ViewParts):
         self.finest = 0.0  # level that may be shown, counted from the finest wanted; eased
         self.ground: tuple[Any, ...] = ()
         self.place: tuple[Any, ...] = ()  # what the windows were placed for
-        self.hurry = True
+        self.at_once = True
         self.textures: tuple[Any, ...] = ()
         self.complete = False
         self.asked = False  # whether anybody reads the map in this frame
@@ -169,7 +169,7 @@ class ShadowSystem(System):
         if ground != view.ground or frame.cut:
             view.ground = ground
             view.forget()
-        view.hurry = frame.settling or frame.cut or frame.one_shot or view.sun is None
+        view.at_once = frame.settling or frame.cut or frame.one_shot or view.sun is None
         place = self._place_of(frame)
         if place == view.place and view.complete and view.finest == 0.0 and self._done(view):
             return  # turning the camera changes nothing
@@ -197,7 +197,7 @@ class ShadowSystem(System):
         self, view: _View, frame: Frame, proxy: Proxy, pixel_rad: float, sea_m: float, shown: tuple[bool, bool]
     ) -> None:
         """Where the windows are to be, and what that leaves to do."""
-        field, sun, hurry = frame.world.resource("height_field"), frame.sun, view.hurry
+        field, sun, at_once = frame.world.resource("height_field"), frame.sun, view.at_once
         radius = frame.world.get(frame.planet, Planet).radius_m
         direction, altitude = frame.camera.direction, frame.camera.distance_m - radius
         windows = view.windows
@@ -218,14 +218,14 @@ class ShadowSystem(System):
             view.sun is not sun and float(np.abs(sun.direction - view.sun.direction).max()) > _SUN_STEP_RAD
         ):
             # One sun at a time: the sweep under way ends first.
-            if hurry or all(level.swept == view.sun_number for level in windows.levels):
+            if at_once or all(level.swept == view.sun_number for level in windows.levels):
                 view.sun = sun
                 view.sun_number += 1
         elif sun.angular_radius_rad != view.sun.angular_radius_rad:
             view.sun, view.sun_number = sun, view.sun_number + 1
         # A single picture wants all of them; a window's first one the coarse ones, and more of them frame by frame.
         whole = frame.settling or frame.one_shot
-        complete = windows.follow(reach, MOST_LEVELS if whole else _AT_ONCE if hurry else self._new_levels)
+        complete = windows.follow(reach, MOST_LEVELS if whole else _AT_ONCE if at_once else self._new_levels)
         view.complete = complete
         self._write(view, reach, proxy, radius, sea_m, shown, frame.dt_s)
 
@@ -242,7 +242,7 @@ class ShadowSystem(System):
         frequency = math.ldexp(1.0, finest)
         missing = float(reach.finest - finest)
         # Counted from the finest wanted level: what is there now comes in slowly, what is not can't be shown.
-        step = 32.0 if view.hurry else dt_s / _FADE_S
+        step = 32.0 if view.at_once else dt_s / _FADE_S
         view.finest = max(missing, view.finest - step)
         x0, y0 = p0.tolist()
         texel_m = radius * reach.chart.scale(p0) / frequency
@@ -356,7 +356,7 @@ class ShadowSystem(System):
         view.ubo.bind()
         levels = view.windows.levels
         count = len(levels)
-        sweeps = count if view.hurry else self._new_levels
+        sweeps = count if view.at_once else self._new_levels
         for place, level in enumerate(levels):
             number = count - 1 - place
             fresh = level.fresh

@@ -146,7 +146,7 @@ class TerrainSystem(System):
             raise SettingError(f"Terrain on a planet of {body.radius_m:g} m cannot be: {error}") from error
         self._provide_sources(params)
         self._maps.show(params.height_map, color)
-        self._ground = Ground(params, TerrainField(params), stamp, self._dress)
+        self._ground = Ground(params, TerrainField(params), stamp, self._complete_table)
         world.set_resource("height_field", self.backend.drawn_field(self._ground))
 
     def _provide_sources(self, params: TerrainParams) -> None:
@@ -163,7 +163,7 @@ class TerrainSystem(System):
             for name, text in shaders().items():
                 self._gpu.shaders.add_virtual(name, text)
 
-    def _dress(self, table: Any) -> None:
+    def _complete_table(self, table: Any) -> None:
         self._maps.write_color(table, self._component.color_map_strength)
 
     def _of(self, view: View) -> TerrainView:
@@ -235,7 +235,7 @@ class TerrainSystem(System):
 
     def _write_octaves(self, view: TerrainView, buffer: Any, proxy: Proxy) -> Any:
         table = octave_table(self._ground.params, proxy.lattice.direction, proxy.anchor_height_m)
-        self._dress(table)
+        self._complete_table(table)
         if buffer is None or buffer.size != table.nbytes:
             if buffer is not None:
                 view.gpu.free(buffer)

@@ -53,9 +53,9 @@ def _row(imgui: Any, entry: PassTime, timed: bool) -> None:
         imgui.text_colored(imgui.ImVec4(*_QUIET), entry.name)
     else:
         imgui.text(entry.name)
-    told = ". ".join(text for text in (entry.help, entry.skipped and f"skipped: {entry.skipped}") if text)
-    if told:
-        imgui.set_item_tooltip(told)
+    tip = ". ".join(text for text in (entry.help, entry.skipped and f"skipped: {entry.skipped}") if text)
+    if tip:
+        imgui.set_item_tooltip(tip)
     imgui.table_next_column()
     if entry.skipped:
         imgui.text_colored(imgui.ImVec4(*_QUIET), "skipped")

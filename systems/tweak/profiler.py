@@ -99,8 +99,10 @@ def draw_budget(imgui: Any, owners: Mapping[str, int], budget_mib: int, lowered:
             imgui.pop_style_color()
     else:
         imgui.text(f"GPU memory: {used:.0f} MiB, no budget")
-    told = "\n".join(f"{size / 2**20:8.1f} MiB  {owner}" for owner, size in sorted(owners.items(), key=lambda e: -e[1]))
-    imgui.set_item_tooltip(f"{told}\nThe budget is the quality knob memory.budget_mib")
+    lines = "\n".join(
+        f"{size / 2**20:8.1f} MiB  {owner}" for owner, size in sorted(owners.items(), key=lambda e: -e[1])
+    )
+    imgui.set_item_tooltip(f"{lines}\nThe budget is the quality knob memory.budget_mib")
     for key, (chosen, taken) in lowered.items():
         imgui.text_disabled(f"{key}: {_short(taken)} for {_short(chosen)}, to fit into the budget")
 

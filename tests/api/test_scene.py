@@ -269,9 +269,9 @@ def test_views_follow_the_scene_they_are_used_in(tmp_path):
             state = view.resolve(scene, 2.0)
             scale = scene.planet.radius_m / 6.371e6
             assert state.altitude_m(scene.planet.radius_m) == pytest.approx(2.0e6 * scale)
-            for stand in (view.in_scene(scene), pf.view("orbit", scene.planet).in_scene(scene)):
-                assert stand.sun.irradiance == scene.sun.irradiance
-                assert (stand.pose.position_m == state.position_m).all() and stand.time_s is not None
+            for placed in (view.in_scene(scene), pf.view("orbit", scene.planet).in_scene(scene)):
+                assert placed.sun.irradiance == scene.sun.irradiance
+                assert (placed.pose.position_m == state.position_m).all() and placed.time_s is not None
             assert (pf.view("orbit", scene.planet).position_m == state.position_m).all()
 
 

@@ -13,10 +13,10 @@ from planetfall.benchmarks.measure.skipping import (
     LIGHT_SYSTEMS,
     STAGES,
     Counts,
-    Staged,
+    RunningCase,
     counts,
     imports_of,
-    staged,
+    running_case,
     timed_together,
 )
 from planetfall.render.system_list import SYSTEMS
@@ -29,18 +29,18 @@ PLANET_SYSTEMS = ("terrain", "shadows", "ocean", "atmosphere", "clouds")
 
 
 @pytest.fixture(scope="module")
-def full() -> Iterator[Staged]:
-    with staged(FULL, SIZE, "low") as shown:
+def full() -> Iterator[RunningCase]:
+    with running_case(FULL, SIZE, "low") as shown:
         yield shown
 
 
 @pytest.fixture(scope="module")
-def all_of_it(full: Staged) -> Counts:
+def all_of_it(full: RunningCase) -> Counts:
     return counts(full)
 
 
 def of(name: str) -> Counts:
-    with staged(BY_NAME[name], SIZE, "low") as shown:
+    with running_case(BY_NAME[name], SIZE, "low") as shown:
         return counts(shown)
 
 
@@ -59,7 +59,7 @@ def test_the_moon_has_terrain_light_and_composite_alone():
 
 @pytest.mark.slow
 def test_the_moon_runs_no_more_than_earth_does_of_the_same(all_of_it: Counts):
-    with staged(BY_NAME["airless moon"], SIZE, "low") as shown:
+    with running_case(BY_NAME["airless moon"], SIZE, "low") as shown:
         moon = counts(shown)
     ours = [name for name, system in all_of_it.ran.items() if system in LIGHT_SYSTEMS]
     assert len(moon.ran) <= len(ours)
@@ -76,8 +76,8 @@ def test_what_is_absent_has_no_object_and_no_program(all_of_it: Counts):
 
 
 @pytest.mark.slow
-def test_a_paused_scene_copies_its_picture(full: Staged):
-    with staged(BY_NAME["paused, still camera"], SIZE, "low") as shown:
+def test_a_paused_scene_copies_its_picture(full: RunningCase):
+    with running_case(BY_NAME["paused, still camera"], SIZE, "low") as shown:
         found = counts(shown)
         both = timed_together({"full": full.frame, "paused": shown.frame}, 5)
     assert list(found.ran) == ["outputs.present"]
@@ -88,7 +88,7 @@ def test_a_paused_scene_copies_its_picture(full: Staged):
 
 @pytest.mark.parametrize("name", ["planet behind the camera", pytest.param("deep space", marks=pytest.mark.slow)])
 def test_of_a_planet_that_nobody_sees_nothing_is_drawn(name: str):
-    with staged(BARE, SIZE, "low") as bare:
+    with running_case(BARE, SIZE, "low") as bare:
         least = counts(bare)
     found = of(name)
     assert not set(found.ran.values()) & set(PLANET_SYSTEMS)

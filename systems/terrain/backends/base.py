@@ -32,7 +32,7 @@ class Ground:
     params: TerrainParams
     field: TerrainField
     revision: tuple[int, ...]
-    dress: Callable[[NDArray[Any]], None] = lambda table: None
+    complete_table: Callable[[NDArray[Any]], None] = lambda table: None
     """Writes into a table of octaves what doesn't follow from params."""
 
 

@@ -33,7 +33,7 @@ __all__ = ["TiledBackend"]
 
 Ints = NDArray[np.int64]
 
-_HURRY_S = 0.25
+_AT_ONCE_S = 0.25
 """Time a frame for new tiles while nobody looks."""
 _FLAT = 2.0
 """Vertices of flat ground lie no farther apart than this many times terrain.edge_px on the screen."""
@@ -58,7 +58,7 @@ class _TileView(ViewParts):
         self.mesh = TileMesh(self.gpu, shape, slots)
         self.forest: Forest | None = None
         self.key: tuple[Any, ...] = ()  # what the forest was made for
-        self.told: tuple[object, ...] = ()
+        self.inputs: tuple[object, ...] = ()
         """Of the last update."""
         self.hidden_below_m = -np.inf  # tiles that lie below, under the sea, need no detail
         self.selection: Selection | None = None
@@ -67,7 +67,7 @@ class _TileView(ViewParts):
         self.queue: Ints = np.zeros(0, np.int64)  # tiles to make, most urgent first
         self.under_way: set[int] = set()  # of its tiles: facts were still to come in its last frame
         self.made = self.settled_at = 0  # tiles made for it, and when everything was there last
-        self.hurry = self.frozen = False  # in its last frame
+        self.at_once = self.frozen = False  # in its last frame
         self.revision = -1
         self.clock_s = 0.0
         self.eye_m: NDArray[np.float64] | None = None
@@ -122,7 +122,7 @@ class TiledBackend(Backend):
         if self._ground is None or ground.revision != self._ground.revision:
             self._restart(ground)
         view = self.view(frame.view)
-        view.told, view.hurry = self._told(frame), frame.settling
+        view.inputs, view.at_once = self._inputs(frame), frame.settling
         self._retune(frame.settings)
         forest = self._forest(view, frame, ground)
         view.frozen = frame.frozen and view.whole  # tiles of another backend or ground come first
@@ -150,11 +150,11 @@ class TiledBackend(Backend):
         if super().rests(frame):
             return True
         view: _TileView | None = frame.view.found(self)
-        if view is None or view.forest is None or view.told != self._told(frame):
+        if view is None or view.forest is None or view.inputs != self._inputs(frame):
             return False
         return view.forest.at_rest(frame.camera.position_m) and self.settled(frame.view)
 
-    def _told(self, frame: Frame) -> tuple[object, ...]:
+    def _inputs(self, frame: Frame) -> tuple[object, ...]:
         """What an update depends on beside the place of the camera, components and where it looks."""
         proxy, settings = frame.view.proxy.generation, frame.settings
         return (self.ground.revision, proxy, frame.pixel_rad, self._asked(settings), settings["terrain.min_spacing_m"])
@@ -177,7 +177,7 @@ class TiledBackend(Backend):
     def _restart(self, ground: Ground) -> None:
         """Other ground: nothing that was made is of use."""
         self._ground = ground
-        self.maker.use(ground.params, ground.dress)
+        self.maker.use(ground.params, ground.complete_table)
         self.pool.clear()
         self._facts.clear()
         self._under_way.clear()
@@ -312,7 +312,7 @@ class TiledBackend(Backend):
 
     def _work(self, view: _TileView) -> None:
         """As many of the wanted tiles as fit into this frame's time."""
-        room = self.maker.room(_HURRY_S if view.hurry else self._budget_s)
+        room = self.maker.room(_AT_ONCE_S if view.at_once else self._budget_s)
         while room > 0 and len(view.queue):
             part, view.queue = view.queue[: min(room, BATCH)], view.queue[min(room, BATCH) :]
             room -= len(part)

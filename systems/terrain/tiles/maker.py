@@ -68,10 +68,10 @@ class TileMaker:
         self.tile_s = _FIRST_GUESS_S
         """What a tile takes on the GPU, a running mean."""
 
-    def use(self, params: TerrainParams, dress: Callable[[NDArray[Any]], None] = lambda table: None) -> None:
-        """Tiles of this ground from now on. dress: completes the table of octaves."""
+    def use(self, params: TerrainParams, complete_table: Callable[[NDArray[Any]], None] = lambda table: None) -> None:
+        """Tiles of this ground from now on. complete_table: completes the table of octaves."""
         table = canonical_table(params)
-        dress(table)
+        complete_table(table)
         if self._octaves is not None:
             self._gpu.free(self._octaves)
         self._octaves = self._gpu.buffer(table.tobytes())

@@ -1,4 +1,4 @@
-"""Where a camera stands: resolved in a scene, put on the ground that is drawn, and lifted out of it if need be."""
+"""A camera as it is drawn: resolved in a scene, put on the ground that is drawn, and lifted out of it if need be."""
 
 from __future__ import annotations
 
@@ -11,34 +11,34 @@ from ..engine.space import CameraState
 
 if TYPE_CHECKING:
     from ..camera.camera import Camera
-    from ..camera.place import Stand
+    from ..camera.place import SceneCamera
     from ..scene.scene import Scene
     from .drawn_ground import DrawnGround
 
-__all__ = ["Resolved", "Standpoint"]
+__all__ = ["CameraResolver", "DrawnCamera"]
 
 log = logging.getLogger(__name__)
 
 _LOWEST_CLEARANCE_M = 0.01
 
 
-class Resolved:
+class CameraResolver:
     """The last camera of a picture in its scene: resolving one takes up to a seventh of a frame."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
-        self._held: tuple[Camera, tuple[object, ...], Stand] | None = None
+        self._held: tuple[Camera, tuple[object, ...], SceneCamera] | None = None
 
-    def stand(self, camera: Camera) -> Stand:
+    def resolve(self, camera: Camera) -> SceneCamera:
         """The same object while neither the camera nor what it stands on changes."""
         held = self._held
         if held is None or held[0] is not camera or held[1] != self._stamp(held[2]):
-            stand = camera.in_scene(self._scene)
-            held = self._held = (camera, self._stamp(stand), stand)
+            placed = camera.in_scene(self._scene)
+            held = self._held = (camera, self._stamp(placed), placed)
         return held[2]
 
-    def _stamp(self, stand: Stand) -> tuple[object, ...]:
-        over = stand.planet
+    def _stamp(self, placed: SceneCamera) -> tuple[object, ...]:
+        over = placed.planet
         if over.scene.world.closed or over.name not in self._scene.planets:
             return ()
         parts = tuple(0 if c is None else revision(c) for c in (over.get(Terrain), over.get(Ocean)))
@@ -47,21 +47,21 @@ class Resolved:
         return (*structures, id(sun), revision(sun), revision(over.planet), *parts)
 
 
-class Standpoint:
+class DrawnCamera:
     """A camera over one planet as it is drawn, for one view."""
 
     def __init__(self, scene: Scene, ground: DrawnGround) -> None:
         self._scene, self._ground = scene, ground
-        self._held: tuple[Stand, tuple[int, int], CameraState] | None = None
+        self._held: tuple[SceneCamera, tuple[int, int], CameraState] | None = None
         self._lifted = False
 
-    def state(self, stand: Stand, size: tuple[int, int]) -> CameraState:
+    def state(self, placed: SceneCamera, size: tuple[int, int]) -> CameraState:
         """In f64, in the planet's axes, for a picture of `size`; the last one is kept."""
         held = self._held
-        if held is None or held[0] is not stand or held[1] != size:
-            state = stand.state(size[0] / size[1])
-            state = self._lifted_out(self._ground.stand_on(stand, state))
-            held = self._held = (stand, size, state)
+        if held is None or held[0] is not placed or held[1] != size:
+            state = placed.state(size[0] / size[1])
+            state = self._lifted_out(self._ground.placed_on(placed, state))
+            held = self._held = (placed, size, state)
         return held[2]
 
     def _lifted_out(self, state: CameraState) -> CameraState:
