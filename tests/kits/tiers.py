@@ -292,7 +292,6 @@ ONLY_ALL: dict[str, tuple[str, ...]] = {
     ),
     "test_view_state.py": (
         "test_a_thousand_views_that_come_and_go_leave_nothing",
-        "test_a_view_under_water_leaves_the_clouds_of_the_other_alone",
         *(f"test_a_released_view_leaves_nothing[{kind}]" for kind in ("quadtree-ours", "icosphere-ours", "grid-paper")),
     ),
     "test_freeze.py": (
