@@ -10,9 +10,8 @@ from .analysis import Analysis
 from .backend import BarrierKind, GraphBackend, PassTimers
 from .declaration import PassDecl, Run
 from .errors import GraphError
-from .names import Names, base_name
-from .pass_io import Flag, PassIO, Slot
-from .resources import CreatedSpec, ImportSpec
+from .names import base_name
+from .pass_io import Flag, PassIO, ResourceTable, Slot
 from .sizes import ViewSizes
 from .storage import Storage
 
@@ -31,28 +30,11 @@ class State:
     stale: dict[str, Flag]
 
 
-@dataclass(slots=True)
-class Table:
-    """One parity's look-up table for PassIO."""
-
-    names: Names
-    sizes: ViewSizes
-    parity: int
-    specs: dict[str, CreatedSpec]
-    imports: dict[str, ImportSpec]
-    slots: dict[str, Slot]
-    current: dict[str, object]
-    last_frame: dict[str, object]
-    valid: dict[str, Flag]
-    readers: dict[str, frozenset[str]]
-    framebuffer: Callable[[tuple[object, ...], object | None], object]
-
-
-def make_table(analysis: Analysis, storage: Storage, state: State, sizes: ViewSizes, parity: int) -> Table:
+def make_table(analysis: Analysis, storage: Storage, state: State, sizes: ViewSizes, parity: int) -> ResourceTable:
     """The objects of all living resources in frames of one parity."""
     key = analysis.lifetimes.key
     names = analysis.lifetimes.span
-    return Table(
+    return ResourceTable(
         names=analysis.model.names,
         sizes=sizes,
         parity=parity,
@@ -98,7 +80,7 @@ def bind_passes(
     return steps
 
 
-def _bind(decl: PassDecl, table: Table) -> Run:
+def _bind(decl: PassDecl, table: ResourceTable) -> Run:
     try:
         run = decl.bind(PassIO(decl, table))
         if not callable(run):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from .errors import GraphError, did_you_mean
@@ -47,8 +48,9 @@ class AllFlags:
         return all(flag.value for flag in self._flags)
 
 
-class ResourceTable(Protocol):
-    """Where a PassIO finds things; one for each parity, implemented by the plan."""
+@dataclass(slots=True)
+class ResourceTable:
+    """Where a PassIO finds things in frames of one parity."""
 
     names: Names
     sizes: ViewSizes

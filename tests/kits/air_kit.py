@@ -9,18 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 import planetfall as pf
+from planetfall.benchmarks.stress.atmosphere import SMALL_TABLES as TINY
 from planetfall.components import Atmosphere, Ocean, Planet
 from planetfall.systems.atmosphere.job import TableJob
 from planetfall.systems.atmosphere.system import AtmosphereSystem
 
 SIZE = (32, 18)
-TINY = {
-    f"atmosphere.{name}": value
-    for name, value in {
-        "columns": 12, "rows": 12, "slices": 6, "altitudes": 12, "sun_heights": 24, "directions": 4, "march": 5,
-        "degree": 2, "orders": 4,
-    }.items()
-}  # fmt: skip
 HAZY = (4e-5, 4e-5, 4e-5)
 """Haze ten times as thick as the default: its scattering and extinction, per metre."""
 SUN = pf.Sun(direction=(0.6, 0.0, 0.8))

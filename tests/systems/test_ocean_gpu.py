@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from planetfall.benchmarks.measure.waves import around as directions_around
+from planetfall.benchmarks.measure.waves import degrees_between, true_normals
 from planetfall.components import Ocean, Wave
 from planetfall.engine.space import direction
 from planetfall.engine.waves import displacement, waves_of
-from planetfall.engine.waves.anchor import anchor_axes
 from planetfall.systems.ocean.wave_probe import WaveQuestions
 
 pytestmark = pytest.mark.gpu
@@ -46,36 +47,8 @@ PLACES = {
 }
 
 
-def around(anchor, radius_m, count=1500, reach_m=REACH_M, seed=3):
-    """Directions within reach of an anchor: as many near it as far."""
-    rng = np.random.default_rng(seed)
-    east, north = anchor_axes(anchor)
-    distance = reach_m * rng.uniform(0.0, 1.0, count)
-    heading = rng.uniform(0.0, 2.0 * np.pi, count)
-    offset = distance[:, None] * (np.cos(heading)[:, None] * east + np.sin(heading)[:, None] * north)
-    v = anchor + offset / radius_m
-    return v / np.linalg.norm(v, axis=1, keepdims=True)
-
-
-def true_normals(waves, v, time_s, step_m=0.02):
-    """Cross product of central differences of the positions: knows displacements alone."""
-    east, north = anchor_axes(v)
-    sides = []
-    for axis in (east, north):
-        ends = []
-        for sign in (1.0, -1.0):
-            w = v + sign * step_m / waves.radius_m * axis
-            w = w / np.linalg.norm(w, axis=1, keepdims=True)
-            # Positions relative to v's own: differences of numbers of 1e7 m would leave 1e-9 m.
-            ends.append((w - v) * waves.radius_m + displacement(waves, w, time_s))
-        sides.append(ends[0] - ends[1])
-    normal = np.cross(sides[0], sides[1])
-    return normal / np.linalg.norm(normal, axis=1, keepdims=True)
-
-
-def degrees_between(a, b):
-    a = a / np.linalg.norm(a, axis=1, keepdims=True)
-    return np.degrees(2.0 * np.arcsin(np.clip(0.5 * np.linalg.norm(a - b, axis=1), 0.0, 1.0)))
+def around(anchor, radius_m, count=1500, seed=3):
+    return directions_around(anchor, radius_m, np.random.default_rng(seed), count, REACH_M)
 
 
 @pytest.fixture
