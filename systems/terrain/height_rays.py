@@ -16,7 +16,7 @@ from ...engine.space import ray_sphere_from
 from .crater_paths import CraterPaths, found_along
 from .height import TerrainField
 from .height_surface import limit
-from .ray_ground import Kind, Stage, ground_at, layers_at, stage_of
+from .ray_ground import Detail, Kind, detail_of, ground_at, layers_at
 
 __all__ = ["raycast"]
 
@@ -127,52 +127,52 @@ class _Search:
         widest = _WIDEST * self.field.radius_m
         pieces = 2.0 ** np.maximum(np.ceil(np.log2(length / widest)), 0.0)
         level = np.ceil(np.log2(self.stretch * length / pieces)).astype(int)
-        before: Stage | None = None
+        before: Detail | None = None
         for now in range(int(level.max()), -64, -1):
-            stage = stage_of(self.model, 2.0**now)
+            detail = detail_of(self.model, 2.0**now)
             roots = np.flatnonzero(level == now)
             if before is not None and len(self.a):
-                self._refine(before, stage)
+                self._refine(before, detail)
             if len(roots):
-                self._enter(roots, length[roots], pieces[roots].astype(np.int64), stage)
-            before = stage
+                self._enter(roots, length[roots], pieces[roots].astype(np.int64), detail)
+            before = detail
             if len(self.a):
-                self._look(stage)
+                self._look(detail)
             elif now <= level.min():
                 return
 
-    def _enter(self, rays: Ints, length: Floats, pieces: Ints, stage: Stage) -> None:
+    def _enter(self, rays: Ints, length: Floats, pieces: Ints, detail: Detail) -> None:
         """New stretches: rays (R,) in `pieces` (R,) equal parts."""
         ray = np.repeat(rays, pieces + 1)
         ends = np.cumsum(pieces + 1)
         k = np.arange(len(ray)) - np.repeat(ends - pieces - 1, pieces + 1)
         t = self.near[ray] + np.repeat(length / pieces, pieces + 1) * k
         first = len(self.places) + np.flatnonzero(k < np.repeat(pieces, pieces + 1))
-        places = self._seen(ray, t, stage)
+        places = self._seen(ray, t, detail)
         self.places.add(places)
         old = len(self.a)
         self.a, self.b = np.concatenate([self.a, first]), np.concatenate([self.b, first + 1])
-        self._find_craters(0, stage, slice(old, None))
+        self._find_craters(0, detail, slice(old, None))
 
-    def _seen(self, ray: Ints, t: Floats, stage: Stage) -> _Places:
+    def _seen(self, ray: Ints, t: Floats, detail: Detail) -> _Places:
         """Places with their ground, but for craters."""
         found = _Places()
         p = (self.origins[ray] + t[:, None] * self.directions[ray]).T
         away = np.maximum(np.sqrt((p * p).sum(axis=0)), 1e-9)
         found.ray, found.t, found.above = ray, t, away - self.field.radius_m
         found.feet = p * (self.field.radius_m / away)
-        found.base, found.z, found.kind = ground_at(found.feet, stage)
+        found.base, found.z, found.kind = ground_at(found.feet, detail)
         found.craters, found.clearance = np.zeros(len(t)), np.zeros(len(t))
         return found
 
-    def _find_craters(self, octaves: int, stage: Stage, part: slice) -> None:
-        """Craters of the octaves from `octaves` on that the stage looks at, along some of the stretches."""
-        if self.craters is None or octaves == stage.octaves:
+    def _find_craters(self, octaves: int, detail: Detail, part: slice) -> None:
+        """Craters of the octaves from `octaves` on that the detail looks at, along some of the stretches."""
+        if self.craters is None or octaves == detail.octaves:
             return
         places, a, b = self.places, self.a[part], self.b[part]
         length = (places.t[b] - places.t[a]) * self.stretch
         found, height_a, height_b = found_along(
-            self.craters, np.arange(octaves, stage.octaves), (places.feet[:, a], places.feet[:, b]), length
+            self.craters, np.arange(octaves, detail.octaves), (places.feet[:, a], places.feet[:, b]), length
         )
         added = np.zeros(len(places))
         added[a], added[b] = height_a, height_b  # neighbours agree on what they share
@@ -180,14 +180,14 @@ class _Search:
         found.stretch = found.stretch + (part.start or 0)
         self.paths = self.paths.joined(found)
 
-    def _refine(self, before: Stage, stage: Stage) -> None:
-        """Halves all stretches, and looks at all places as the stage does."""
+    def _refine(self, before: Detail, detail: Detail) -> None:
+        """Halves all stretches, and looks at all places as the detail does."""
         places = self.places
         ray = places.ray[self.a]
         t = 0.5 * (places.t[self.a] + places.t[self.b])
-        middle = self._seen(ray, t, stage)
-        if stage.layers > before.layers:
-            places.z += layers_at(places.feet, before, stage)
+        middle = self._seen(ray, t, detail)
+        if detail.layers > before.layers:
+            places.z += layers_at(places.feet, before, detail)
         count = len(self.a)
         if self.craters is not None:
             length = (places.t[self.b] - t) * self.stretch
@@ -195,15 +195,15 @@ class _Search:
         new = len(places) + np.arange(count)
         places.add(middle)
         self.a, self.b = np.stack([self.a, new], axis=1).ravel(), np.stack([new, self.b], axis=1).ravel()
-        self._find_craters(before.octaves, stage, slice(0, None))
+        self._find_craters(before.octaves, detail, slice(0, None))
 
-    def _look(self, stage: Stage) -> None:
+    def _look(self, detail: Detail) -> None:
         """Drops stretches that are free, or behind the first place below the ground; keeps brackets."""
         places = self.places
         rough = places.kind[Kind.ROUGH]
-        ground = places.base + rough * (places.z + stage.mean_m) + places.craters
+        ground = places.base + rough * (places.z + detail.mean_m) + places.craters
         places.clearance = places.above - limit(self.model.constants, ground)
-        rest = rough * stage.rest_m + stage.craters_down_m
+        rest = rough * detail.rest_m + detail.craters_down_m
         sunk = np.flatnonzero(places.clearance <= -_DOUBT * rest)
         on_way = sunk[places.t[sunk] > self.near[places.ray[sunk]]]
         np.minimum.at(self.doubtful, places.ray[on_way], places.t[on_way])
@@ -213,12 +213,12 @@ class _Search:
         before = places.t[a] < np.minimum(self.doubtful, self.below)[places.ray[a]]
         length = places.t[b] - places.t[a]
         reach = length * self.stretch
-        rise = stage.rise(reach, np.maximum(places.kind[:, a], places.kind[:, b]))
+        rise = detail.rise(reach, np.maximum(places.kind[:, a], places.kind[:, b]))
         if self.craters is not None:
             rise += self.paths.rise(self.craters, reach)
         ca, cb = places.clearance[a], places.clearance[b]
         keep = before & (np.minimum(ca, cb) < rise)
-        if stage.whole:
+        if detail.whole:
             small = length <= np.maximum(_SMALLEST_M, _SMALLEST_SHARE * (places.t[a] - self.near[places.ray[a]]))
             # A deviation that is a parabola has slopes of at most four times its height by the length.
             settled = small | ((length <= self.smooth_m) & (np.abs(ca - cb) > 4.0 * rise))

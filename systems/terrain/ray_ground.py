@@ -28,7 +28,7 @@ from .height_octaves import BLOCK, MOST_ROUGH, noises, ridge_layers
 from .height_steps import RIDGE_ROUND, RIDGE_SLOPE, RIDGE_TOP
 from .height_surface import hypsometry_slope, surface_parts
 
-__all__ = ["Kind", "Stage", "ground_at", "layers_at", "stage_of"]
+__all__ = ["Detail", "Kind", "detail_of", "ground_at", "layers_at"]
 
 Floats = NDArray[np.float64]
 
@@ -53,7 +53,7 @@ class Kind(IntEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class Stage:
+class Detail:
     """What is looked at along stretches of up to `length_m`, and how far ground may go beyond that."""
 
     length_m: float
@@ -93,7 +93,7 @@ class Stage:
 
 
 @lru_cache(maxsize=256)
-def _stage(model: _Same, length_m: float) -> Stage:
+def _detail(model: _Same, length_m: float) -> Detail:
     whole = model.model
     wavelength, share = whole.wavelength_m, np.abs(whole.ridge)
     layers = max(int(np.count_nonzero(wavelength >= _KEPT * length_m)), min(WARPED_LAYERS, whole.layers))
@@ -127,7 +127,7 @@ def _stage(model: _Same, length_m: float) -> Stage:
         sums=np.ascontiguousarray(whole.sums[:, :layers]),
         ridge_column=whole.ridge_column[:layers],
     )
-    return Stage(
+    return Detail(
         length_m,
         part,
         layers,
@@ -163,26 +163,26 @@ class _Same:
         return isinstance(other, _Same) and other.model is self.model
 
 
-def stage_of(model: Model, length_m: float) -> Stage:
+def detail_of(model: Model, length_m: float) -> Detail:
     """For stretches whose feet on the reference sphere are at most `length_m` apart."""
-    return _stage(_Same(model), length_m)
+    return _detail(_Same(model), length_m)
 
 
-def ground_at(feet: Floats, stage: Stage) -> tuple[Floats, Floats, Floats]:
-    """At places (3, N) on the sphere: height (N,) of continents, ranges and map; the stage's layers of relief (N,), by
+def ground_at(feet: Floats, detail: Detail) -> tuple[Floats, Floats, Floats]:
+    """At places (3, N) on the sphere: height (N,) of continents, ranges and map; the detail's layers of relief (N,), by
     roughness; and what the ground is like (4, N), see Kind."""
-    parts = [_ground_at(feet[:, a : a + BLOCK], stage) for a in range(0, feet.shape[1], BLOCK)]
+    parts = [_ground_at(feet[:, a : a + BLOCK], detail) for a in range(0, feet.shape[1], BLOCK)]
     if len(parts) == 1:
         return parts[0]
     base, z, kind = (np.concatenate(p, axis=-1) for p in zip(*parts, strict=True))
     return base, z, kind
 
 
-def _ground_at(feet: Floats, stage: Stage) -> tuple[Floats, Floats, Floats]:
-    model, k = stage.model, stage.model.constants
+def _ground_at(feet: Floats, detail: Detail) -> tuple[Floats, Floats, Floats]:
+    model, k = detail.model, detail.model.constants
     w1, c, b, shapes, z = noises(feet, model)
     base, rough, on_land, x = surface_parts(k, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1])
-    continents, coasts, hills, ranges = stage.steepness
+    continents, coasts, hills, ranges = detail.steepness
     kind = np.zeros((len(Kind), len(z)))
     by_x = hypsometry_slope(k, x)
     kind[Kind.CONTINENTS] = continents * by_x
@@ -197,7 +197,7 @@ def _ground_at(feet: Floats, stage: Stage) -> tuple[Floats, Floats, Floats]:
     return base, z, kind
 
 
-def layers_at(feet: Floats, before: Stage, now: Stage) -> Floats:
+def layers_at(feet: Floats, before: Detail, now: Detail) -> Floats:
     """What the layers that `now` has and `before` lacks add to z (N,), at places (3, N) on the sphere."""
     model, first = now.model, before.layers
     at = slice(2 + first - WARPED_LAYERS, None)

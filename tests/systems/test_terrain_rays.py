@@ -12,7 +12,7 @@ from planetfall.benchmarks.measure import queries
 from planetfall.query.terrain import TerrainSampler
 from planetfall.systems.terrain.crater_paths import found_along, rest_m
 from planetfall.systems.terrain.height_surface import limit
-from planetfall.systems.terrain.ray_ground import Kind, ground_at, layers_at, stage_of
+from planetfall.systems.terrain.ray_ground import Kind, detail_of, ground_at, layers_at
 
 
 @pytest.fixture(scope="module", params=["earth", "moon", "mars", "asteroid"])
@@ -162,14 +162,14 @@ def test_ground_stays_within_its_bound(ground):
     over, count = [], 0
     for share in (1e-7, 1e-6, 1e-5, 1e-4, 1e-3):
         length = 2.0 ** round(np.log2(share * ground.radius_m * (100.0 if ground.radius_m < 1e4 else 1.0)))
-        stage = stage_of(field.model, length)
+        detail = detail_of(field.model, length)
         places = stretches(ground.radius_m, length, 300, 41, rng)
         ends = [np.ascontiguousarray(places[..., at]) for at in (0, -1)]
-        (base, z, kind), (last, last_z, last_kind) = (ground_at(end, stage) for end in ends)
-        known = [base + kind[Kind.ROUGH] * (z + stage.mean_m), last + last_kind[Kind.ROUGH] * (last_z + stage.mean_m)]
-        bound = stage.rise(np.full(300, length), np.maximum(kind, last_kind))
+        (base, z, kind), (last, last_z, last_kind) = (ground_at(end, detail) for end in ends)
+        known = [base + kind[Kind.ROUGH] * (z + detail.mean_m), last + last_kind[Kind.ROUGH] * (last_z + detail.mean_m)]
+        bound = detail.rise(np.full(300, length), np.maximum(kind, last_kind))
         if craters is not None:
-            found, *added = found_along(craters, np.arange(stage.octaves), tuple(ends), np.full(300, length))
+            found, *added = found_along(craters, np.arange(detail.octaves), tuple(ends), np.full(300, length))
             known = [h + more for h, more in zip(known, added, strict=True)]
             bound += found.rise(craters, np.full(300, length))
         first, final = (limit(field.model.constants, h)[:, None] for h in known)
@@ -185,10 +185,10 @@ def test_layers_come_in_one_by_one(ground):
     field = ground._field
     places = stretches(ground.radius_m, 1e-3 * ground.radius_m, 30, 3, np.random.default_rng(5)).reshape(3, -1)
     finest = float(field.model.wavelength_m[-1])
-    before = stage_of(field.model, 2.0 ** np.ceil(np.log2(1e3 * finest)))
+    before = detail_of(field.model, 2.0 ** np.ceil(np.log2(1e3 * finest)))
     base, z, kind = ground_at(places, before)
     for _ in range(12):
-        now = stage_of(field.model, before.length_m / 2.0)
+        now = detail_of(field.model, before.length_m / 2.0)
         if now.layers > before.layers:
             z += layers_at(places, before, now)
         before = now
