@@ -49,7 +49,8 @@ def spots(renderer: Renderer, camera: Any, rng: np.random.Generator, count: int,
     lift = 1e-3 + 0.1 * pixel * away  # a tenth of a pixel: a ray's first step is not the ground it stands on
     points = feet * (ground.radius_m + heights + lift)[:, None]
     footprint = np.maximum(pixel * away, 0.1)
-    _, gradient = ground._field.height_gradient(feet, footprint)
+    field: Any = renderer.scene.planet.height_field()
+    _, gradient = field.height_gradient(feet, footprint)
     normals = feet - gradient
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     return Spots(points, points - state.position_m, normals, frame.sun.direction.copy(), frame.sun.angular_radius_rad)

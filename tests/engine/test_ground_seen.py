@@ -40,7 +40,8 @@ def cases(count: int, seed: int) -> list[CameraState]:
         where *= (RADIUS_M + TOP_M + 10.0 ** rng.uniform(0.0, 8.0)) / np.linalg.norm(where)
         x, y = rng.uniform(-2.0, 2.0, 2) if rng.random() < 0.5 else (0.0, 0.0)
         w, h = 10.0 ** rng.uniform(-2.0, 1.0, 2)
-        found.append(CameraState._turned(where, ahead, up, (x - w, x + w, y - h, y + h), 0.1))
+        angles = np.degrees(np.arctan([x - w, x + w, y - h, y + h])).tolist()
+        found.append(CameraState.frustum_deg(where, ahead, up, angles))
     return found
 
 

@@ -16,10 +16,14 @@ from planetfall.systems.terrain.ray_ground import Kind, detail_of, ground_at, la
 
 
 @pytest.fixture(scope="module", params=["earth", "moon", "mars", "asteroid"])
-def ground(request):
-    scene = pf.load_scene(request.param)
-    yield TerrainSampler(scene)
-    scene.release()
+def scene(request):
+    with pf.load_scene(request.param) as loaded:
+        yield loaded
+
+
+@pytest.fixture(scope="module")
+def ground(scene):
+    return TerrainSampler(scene)
 
 
 @pytest.fixture(scope="module")
@@ -126,7 +130,7 @@ def test_craters_along_a_stretch_are_all_there(name):
     """Those of each stretch add what all craters add at its ends and, halved, at its middle; between them no ground
     rises above the bounds, which are no statistics here."""
     scene = pf.load_scene(name)
-    craters = TerrainSampler(scene)._field.model.craters
+    craters = scene.planet.height_field().model.craters
     scene.release()
     rng = np.random.default_rng(8)
     # Lattices are offset by up to 4096 cells, whose places are rounded likewise; walls are not steeper than 1.
@@ -154,11 +158,12 @@ def test_craters_along_a_stretch_are_all_there(name):
         assert rest.max() <= up and rest.min() >= -down
 
 
-def test_ground_stays_within_its_bound(ground):
+def test_ground_stays_within_its_bound(scene, ground):
     """All ground between two places against the line between what a ray knows of them, with only the layers and craters
     that it looks at: above the bound in one case of a thousand at most, and then by little."""
     rng = np.random.default_rng(4)
-    field, craters = ground._field, ground._field.model.craters
+    field = scene.planet.height_field()
+    craters = field.model.craters
     over, count = [], 0
     for share in (1e-7, 1e-6, 1e-5, 1e-4, 1e-3):
         length = 2.0 ** round(np.log2(share * ground.radius_m * (100.0 if ground.radius_m < 1e4 else 1.0)))
@@ -180,9 +185,9 @@ def test_ground_stays_within_its_bound(ground):
     assert (worst > 1.0).sum() <= 0.001 * count + 1 and worst.max() < 1.5
 
 
-def test_layers_come_in_one_by_one(ground):
+def test_layers_come_in_one_by_one(scene, ground):
     """Relief looked at in steps is the relief of all layers, and heights are the sampler's."""
-    field = ground._field
+    field = scene.planet.height_field()
     places = stretches(ground.radius_m, 1e-3 * ground.radius_m, 30, 3, np.random.default_rng(5)).reshape(3, -1)
     finest = float(field.model.wavelength_m[-1])
     before = detail_of(field.model, 2.0 ** np.ceil(np.log2(1e3 * finest)))
