@@ -40,8 +40,8 @@ def crater_form(k: CraterShape, vv: Any, along: Any, curve: Any, there: Any, wid
     form, slope, left, covered, d_covered = crater_profile(k, square, kept, fresh)
     size = (room / smaller) ** 0.5
     narrow: Single = smaller
-    inverse: Single = narrow / room
-    return form, fresh, size, covered, root, inverse, slope, d_covered, left
+    inverse_radius: Single = narrow / room
+    return form, fresh, size, covered, root, inverse_radius, slope, d_covered, left
 
 
 def crater_sizes(z: Any, root: Any, there: Any, wide: Any, worn: Any) -> Any:

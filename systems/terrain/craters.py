@@ -158,9 +158,9 @@ class Craters:
         place = shape, vv, along, curve, 1.0, wide, worn
         total, bent = np.zeros((octaves, count)), np.zeros((3, octaves, count) if gradients else 0)
         if gradients:
-            form, fresh, size, wiped, root, inverse, slope, wiped_slope, _ = crater_form(*place)
+            form, fresh, size, wiped, root, inverse_radius, slope, wiped_slope, _ = crater_form(*place)
             seen = np.ones(len(n)) if footprint_m is None else layer_weight(2.0 * size / frequency[k], footprint_m[n])
-            ahead = 2.0 * inverse / root * seen * v  # of (r / R)^2, by cells
+            ahead = 2.0 * inverse_radius / root * seen * v  # of (r / R)^2, by cells
         else:
             form, fresh, size, wiped = crater_relief(*place)
             seen = ahead = slope = wiped_slope = np.zeros(0)

@@ -66,7 +66,7 @@ ivec3 crater_side(ivec3 base, int parity) {
             float steep = float(c.size) * float(c.fresh) * c.slope - float(total) / width_m * c.d_covered; \
             float dug = max(4.0 * float(c.fresh) - 3.0, 0.0) * min(float(c.left), 1.0); \
             float kept_seen = 1.0 - seen * float(c.covered); \
-            bent = bent * kept_seen + seen * ((2.0 * c.inverse / float(c.root) * steep) * vec3(v)); \
+            bent = bent * kept_seen + seen * ((2.0 * c.inverse_radius / float(c.root) * steep) * vec3(v)); \
             fresh_dug = fresh_dug * kept_seen + seen * dug; \
             REAL shown = REAL(terrain_height_weight(wide_m, spacing_m)); \
             total = total * (REAL(1.0) - shown * c.covered) \
