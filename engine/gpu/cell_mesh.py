@@ -67,7 +67,7 @@ class CellMesh:
         self._reserve()
         self._buffers: dict[str, moderngl.Buffer] = {}
         """Those of the graph, by the last part of their names."""
-        self._arrays: dict[Program, VertexArray] = {}
+        self._arrays: dict[Program, tuple[VertexArray, moderngl.Buffer]] = {}
 
     def vertex_buffers(self) -> tuple[BufferSpec, ...]:
         """What the pass that makes the vertices creates: <name>.vertices, <name>.bounds and <name>.wanted."""
@@ -271,15 +271,18 @@ class CellMesh:
         program.run(1, 1, 1)
 
     def vertex_array(self, program: Program) -> VertexArray:
-        """The patches for a program that has `in uint in_cell`: one instance a visible cell. Make it in a pass's
-        bind."""
-        old = self._arrays.pop(program, None)
-        if old is not None:
-            self.scope.free(old)
+        """The patches for a program that has `in uint in_cell`: one instance a visible cell. Ask for it in a pass's
+        bind; passes that draw with one program share it."""
+        visible = self._buffers["visible"]
+        made, of = self._arrays.get(program, (None, None))
+        if made is not None and of is visible:
+            return made
+        if made is not None:
+            self.scope.free(made)
         made = self.scope.vertex_array(
-            program, content=[(self._buffers["visible"], "1u/i", "in_cell")], index=self.indices, index_size=4
+            program, content=[(visible, "1u/i", "in_cell")], index=self.indices, index_size=4
         )
-        self._arrays[program] = made
+        self._arrays[program] = made, visible
         return made
 
     def draw(self, vertex_array: VertexArray, vertices: moderngl.Buffer | None = None) -> None:

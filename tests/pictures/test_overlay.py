@@ -220,3 +220,13 @@ def test_the_debug_view_shows_both_meshes(method, shared):
             assert both > 4.0 * only
         else:
             assert (red & green)[near].mean() < 0.5 * (red ^ green)[near].mean()
+
+
+@pytest.mark.gpu
+@pytest.mark.parametrize("backend", ["grid", "quadtree"])
+def test_two_debug_pictures_of_one_frame(backend):
+    """Both are drawn by one program with one mesh."""
+    both = ("debug.wireframe", "debug.snap_overlay")
+    with pf.Renderer(pf.load_scene("earth"), (96, 54), "low", {"terrain.backend": backend}) as renderer:
+        together = renderer.render(pf.view("near"), outputs=both)
+        assert all(together[name].any() for name in both)

@@ -180,14 +180,16 @@ class TileMesh:
         program.run(1, 1, 1)
 
     def vertex_array(self, program: Any) -> Any:
-        """The tiles for a program with `in uint in_slot`. Make it in a pass's bind."""
-        old = self._arrays.pop(program, None)
-        if old is not None:
-            self.gpu.free(old)
+        """The tiles for a program with `in uint in_slot`; passes that draw with one program share it."""
+        made, of = self._arrays.get(program, (None, None))
+        if made is not None and of is self._visible:
+            return made
+        if made is not None:
+            self.gpu.free(made)
         made = self.gpu.vertex_array(
             program, content=[(self._visible, "1u/i", "in_slot")], index=self._indices, index_size=4
         )
-        self._arrays[program] = made
+        self._arrays[program] = made, self._visible
         return made
 
     def draw(self, vertex_array: Any) -> None:
