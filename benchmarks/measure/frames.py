@@ -197,7 +197,7 @@ def _selections(renderer: Renderer) -> tuple[int, ...]:
     found = []
     for name in ("terrain", "ocean"):
         system: Any = renderer.system(name)
-        mesh = getattr(system, "drawn_mesh", lambda: None)() if system is not None else None
+        mesh = getattr(system, "drawn_mesh", lambda view: None)(renderer.views[0]) if system is not None else None
         found.append(-1 if mesh is None else mesh.selection)
     return tuple(found)
 

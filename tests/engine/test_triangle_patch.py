@@ -169,7 +169,7 @@ def test_shader_and_twin_agree(run_compute, bits):
         """edge = tile_edge(k);
         tile_even(k, edge, skip, a, b);
         stands = tile_collapsed(k, edge, skip);
-        bc = pf_triangle_lattice(name, pf_triangle_place(k, TILE_SEGMENTS));""",
+        bc = pf_triangle_lattice(TileName(name.x, name.y, name.z, name.w), pf_triangle_place(k, TILE_SEGMENTS));""",
         {"k": k, "skip": skip, "name": np.stack([root, level, i, j], axis=1)},
         {"edge": "int", "a": "int", "b": "int", "stands": "int", "bc": "ivec2"},
         header='#include "terrain/tiles/triangle.glsl"',

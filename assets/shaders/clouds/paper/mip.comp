@@ -1,7 +1,7 @@
 // A mip level of the printed density texture from the one before. A texel lets through what its eight let through on
 // average over the three axes, along a way as long as itself and at most the layer's thickness: densities themselves,
-// averaged, would close the gaps between clouds. -1 stands only where all texels of the finer level within one texel are
-// -1, so that next to cloud there is a border of zeros in every level.
+// averaged, would close the gaps between clouds. -1 stands only where all texels of the finer level within one texel
+// are -1, so that next to cloud there is a border of zeros in every level.
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 layout(binding = 0) uniform sampler3D u_tile;
 layout(binding = 0, r16f) uniform writeonly image3D o_level;

@@ -49,7 +49,8 @@ PaperClouds paper_clouds(inout PaperMarch m, CloudViewLayer shell, vec3 ray, flo
     bool last) {
     PaperClouds c = PaperClouds(1.0, 0.0, 0.0, 0.0);
     vec3 sun = frame.sun_direction, place = vec3(0.0);
-    float level = paper_level(begin), per_metre = 1.0 / max(end - begin, 1e-3), held = 0.0, sun_sum = 0.0, sun_step = 0.0;
+    float level = paper_level(begin), per_metre = 1.0 / max(end - begin, 1e-3);
+    float held = 0.0, sun_sum = 0.0, sun_step = 0.0;
     float until = last ? end + 0.5 * u_small_step_m : end;
     int sample_number = -1;   // -1: on the ray, else of the samples towards the sun
     for (int turn = 0; turn < PAPER_MOST_TURNS && m.t < until && m.transmittance * c.transmittance > PAPER_OPAQUE;
