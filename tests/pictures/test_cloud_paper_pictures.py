@@ -16,6 +16,7 @@ import planetfall as pf
 from planetfall.benchmarks.measure import cloud_paper
 from planetfall.components import CloudLayer, Clouds, Terrain
 from planetfall.engine.table_cache import TableCache
+from planetfall.systems.clouds.paper import ASYMMETRY, SCATTERING
 from planetfall.systems.clouds.paper_volume import PaperVolume, border_texels, deep_path, threshold_for
 
 UP = pf.Sun(elevation_deg=60.0, azimuth_deg=200.0, latitude_deg=20.0, longitude_deg=10.0)
@@ -185,6 +186,16 @@ def test_both_ways_of_coupling_agree_on_thin_cloud_and_differ_in_thick_air() -> 
                 found.append(radiance(renderer, camera, sun=UP))
         off = np.abs(found[0] - found[1]).max() / found[0].max()
         assert (off < 2e-3) == alike
+
+
+def test_an_opaque_layer_sends_back_what_thick_water_clouds_do() -> None:
+    """Light scattered once by a plane layer without end (Chandrasekhar 1960), under a sun 60 degrees high."""
+    g, sun = 0.85 * ASYMMETRY, np.sin(np.radians(60.0))
+    up, around = np.meshgrid((np.arange(400) + 0.5) / 400.0, (np.arange(400) + 0.5) / 200.0 * np.pi, indexing="ij")
+    cosine = -sun * up + np.sqrt(1.0 - sun**2) * np.sqrt(1.0 - up**2) * np.cos(around)
+    phase = (1.0 - g * g) / (4.0 * np.pi * (1.0 + g * g - 2.0 * g * cosine) ** 1.5)
+    sent = (SCATTERING * phase * sun / (sun + up) * up).mean() * 2.0 * np.pi / sun
+    assert sent == pytest.approx(0.76, abs=0.01)
 
 
 def test_shafts_are_of_2019_and_darken_air_under_clouds() -> None:
