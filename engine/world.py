@@ -7,12 +7,14 @@ when an exception passes through. One lock serves all worlds because the thing i
 
 from __future__ import annotations
 
+import copy
 import itertools
 import threading
 import weakref
 from collections import ChainMap
 from collections.abc import Callable, Iterator, MutableMapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any, TypeVar, overload
 
 import esper
@@ -55,6 +57,14 @@ class _Layered(ChainMap[str, Any]):
         return shared.get(key, default) if found is _NOTHING else found
 
 
+@dataclass(eq=False)
+class _Life:
+    """What changes of a world as a whole; one for all that show its entities."""
+
+    open: bool = True
+    revision: int = 0
+
+
 class World:
     """Entities with components, kept apart from every other world of the process.
 
@@ -68,18 +78,15 @@ class World:
 
     def __init__(self, name: str | None = None) -> None:
         self.name = f"planetfall:{name or 'world'}#{next(_numbers)}"
-        self._open = True
-        self._revision = 0
-        self._shared: dict[str, Any] = {}
-        self.resources: MutableMapping[str, Any] = self._shared
-        """What systems publish, by key; `resource()` reads it with a message when it is missing. From a renderer's
-        first frame on it is that renderer's, until another one draws (`own_resources`)."""
+        self._life = _Life()
+        self.resources: MutableMapping[str, Any] = {}
+        """What is published, by key; `resource()` reads it with a message when it is missing."""
         self._sorted: dict[tuple[type, ...], list[Any]] = {}
         self._known: dict[tuple[int, type], Any] = {}
         self._listed: dict[int, tuple[object, ...]] = {}
         with self.active():
             pass  # switching to a new name makes the esper world
-        self._finalizer = weakref.finalize(self, _delete_esper_world, self.name)
+        self._finalizer = weakref.finalize(self._life, _delete_esper_world, self.name)
 
     # -- life -------------------------------------------------------------------------------------------------------
 
@@ -90,7 +97,7 @@ class World:
         May be nested, with itself and with other worlds. Inside, plain esper queries act on this world, but structural
         changes belong on the World, or `structure_revision` doesn't hear of them.
         """
-        if not self._open:
+        if not self._life.open:
             raise RuntimeError(f"world {self.name} is closed: its entities are gone; make a new World")
         with _lock:
             before = esper.current_world
@@ -106,7 +113,7 @@ class World:
     def _read(self, function: Callable[..., T], *arguments: object) -> T:
         """function(*arguments) while this world is esper's: as `active()`, at a third of its cost, which a frame pays a
         hundred times."""
-        if not self._open:
+        if not self._life.open:
             raise RuntimeError(f"world {self.name} is closed: its entities are gone; make a new World")
         with _lock:
             before = esper.current_world
@@ -120,7 +127,7 @@ class World:
 
     @property
     def closed(self) -> bool:
-        return not self._open
+        return not self._life.open
 
     def close(self) -> None:
         """Delete everything in this world. A second call does nothing.
@@ -128,16 +135,15 @@ class World:
         Raises RuntimeError inside `active()` of this world, because the ground under that block would vanish.
         """
         with _lock:
-            if not self._open:
+            if not self._life.open:
                 return
             if esper.current_world == self.name:
                 raise RuntimeError(f"world {self.name} can't be closed inside its own active() block; leave it first")
-            self._open = False
+            self._life.open = False
             self._sorted.clear()
             self._known.clear()
             self._listed.clear()
             self.resources.clear()
-            self._shared.clear()
             self._finalizer()
 
     # -- entities and components --------------------------------------------------------------------------------------
@@ -145,7 +151,7 @@ class World:
     @property
     def structure_revision(self) -> int:
         """Goes up with every create, add, remove and delete; never with a change of a field's value."""
-        return self._revision
+        return self._life.revision
 
     def create(self, *components: object) -> int:
         """Make an entity with these components; returns its number (1, 2, ... in order of creation)."""
@@ -250,12 +256,12 @@ class World:
 
     # -- resources ----------------------------------------------------------------------------------------------------
 
-    def own_resources(self) -> MutableMapping[str, Any]:
-        """Resources for one of several renderers of this world, to assign to `resources` while it works.
-
-        What its systems publish is theirs alone, what was published before any renderer worked is everybody's.
-        """
-        return _Layered({}, self._shared)
+    def with_own_resources(self) -> World:
+        """The same entities for one of several renderers: what its systems publish there they share among themselves
+        alone, and what is published here they read too."""
+        theirs = copy.copy(self)
+        theirs.resources = _Layered({}, self.resources)
+        return theirs
 
     def set_resource(self, key: str, value: object) -> None:
         """Publish something that belongs to the world and not to an entity, e.g. "height_field" or "sea_top_m"."""
@@ -281,7 +287,7 @@ class World:
 
     def _changed(self) -> None:
         """The structure is another one now."""
-        self._revision += 1
+        self._life.revision += 1
         self._known.clear()
         self._listed.clear()
         self._sorted.clear()

@@ -65,7 +65,7 @@ class PaperMesh:
             drawn[visible[first : first + counts[level]]] = True
             first += int(np.count_nonzero(cut.level == level))
         proxy = renderer.views[0].proxy
-        field = renderer.scene.world.resource("height_field")
+        field = renderer.world.resource("height_field")
         return cls(
             grid, cut, field, vertices, patch, cut.i[patch] * FINEST + a * step, cut.j[patch] * FINEST + b * step,
             drawn, proxy.anchor_m.copy(), proxy.anchor_height_m, proxy.cell.position_m,

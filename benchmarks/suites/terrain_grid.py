@@ -53,7 +53,7 @@ def _methods(session: Session) -> None:
             for name, renderer in renderers.items():
                 renderer.settle(view(place))
                 few = session.runs(20_000, 3000)
-                own = renderer.scene.world.resource("height_field")
+                own = renderer.world.resource("height_field")
                 found = ground.picture_error(renderer, view(place), rng, few, own)
                 scene = ground.picture_error(renderer, view(place), rng, few)
                 if found is None or scene is None:
@@ -157,7 +157,7 @@ def _descent(session: Session) -> None:
 
 def _clearance_m(renderer: Renderer, position_m: Any) -> float:
     renderer.render(view("near"))
-    field = renderer.scene.world.resource("height_field")
+    field = renderer.world.resource("height_field")
     distance = float(np.linalg.norm(position_m))
     return max(distance - renderer.scene.planet.radius_m - float(field.height(position_m[None] / distance)[0]), 0.5)
 

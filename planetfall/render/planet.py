@@ -80,10 +80,10 @@ class PlanetRenderer:
     ) -> None:
         self.scene, self.gpu, self.settings, self.memory = scene, gpu, settings, memory
         self.ground = DrawnGround(scene, settings)
-        self.resources = scene.world.own_resources()
-        """The world's resources while it draws: a scene may have several renderers."""
+        self.world = scene.world.with_own_resources()
+        """The scene's, with what the systems of this renderer publish: a scene may have several."""
         self._system_list = SystemList(systems)
-        self.systems: tuple[System, ...] = self._system_list.needed(scene.world)
+        self.systems: tuple[System, ...] = self._system_list.needed(self.world)
         """All that the scene needs or has needed, running or not, in the order of their updates."""
         self._scopes: dict[str, GpuScope] = {}
         self._gates = 0  # how often systems came or went
@@ -112,7 +112,6 @@ class PlanetRenderer:
 
     def release_view(self, view: DrawnView) -> None:
         """Free what is that view's alone."""
-        self.use()
         self.views.release(view)
 
     def _drawn(self) -> list[DrawnView]:
@@ -120,14 +119,9 @@ class PlanetRenderer:
 
     # -- a frame -------------------------------------------------------------------------------------------------------
 
-    def use(self) -> None:
-        """The scene's world is to hold what this renderer's systems share."""
-        self.scene.world.resources = self.resources
-
     def draw(self, view: DrawnView, moment: Moment, wanted: Wanted) -> bool:
         """A frame of a view; False where the last one was shown once more."""
         started = time.perf_counter()
-        self.use()
         self._gate()
         frame = self._frame_for(view, moment, wanted)
         running = self.running
@@ -172,7 +166,7 @@ class PlanetRenderer:
         return self._sun[1]
 
     def _frame_for(self, view: DrawnView, moment: Moment, wanted: Wanted) -> Frame:
-        world, planet = self.scene.world, self.scene.planet.entity
+        world, planet = self.world, self.scene.planet.entity
         frame = view.latest
         if frame is None:
             frame = Frame(world, planet, view.size, moment.camera, moment.sun, settings=self.settings, view=view)
@@ -211,7 +205,7 @@ class PlanetRenderer:
 
     def _gate(self) -> None:
         """Set up what the world now has, let go of what it no longer has."""
-        world = self.scene.world
+        world = self.world
         key = (world.structure_revision, self.scene.planet.entity)
         if key == self._gate_key:
             return
@@ -285,7 +279,6 @@ class PlanetRenderer:
 
     def release(self) -> None:
         """Free every GL object. The context has to be current."""
-        self.use()
         for view in self._drawn():
             if view is not self.first_view:
                 self.release_view(view)

@@ -228,18 +228,17 @@ class Planets(Mapping[str, PlanetRenderer]):
             self._join(self.own_name)
         elif not scenes and self.own_name in self._others:
             self._others.pop(self.own_name).release()
-            self.own.resources.pop(SOURCE, None)
+            self.own.world.remove_resource(SOURCE)
             self._stars_again(self.own)
 
     def _join(self, name: str) -> None:
         others = self._others[name] = Others(self, name, self[name].views)
-        self[name].resources[SOURCE] = others
+        self[name].world.set_resource(SOURCE, others)
         self._stars_again(self[name])
 
     @staticmethod
     def _stars_again(planet: PlanetRenderer) -> None:
         """Stars have other programs where planets can hide them."""
-        planet.use()
         stars = planet.system("stars")
         if stars is not None:
             planet.switch_off(stars)

@@ -31,6 +31,5 @@ def height_drawn(planet: PlanetRenderer, view: DrawnView, directions: NDArray[np
     system = planet.system("terrain")
     if not isinstance(system, TerrainSystem):
         return np.full(len(directions), np.nan)
-    planet.use()
     unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     return system.backend.height_drawn(unit, view)

@@ -15,6 +15,7 @@ from ..engine.frame import Views
 from ..engine.gpu import Gpu, ShaderError
 from ..engine.surface.field import HeightField
 from ..engine.system import System
+from ..engine.world import World
 from ..errors import SettingError
 from ..quality import checked_live, resolve_quality
 from ..scene.scene import Scene
@@ -107,10 +108,7 @@ class Renderer(Picture):
         """Our GL context current, a host's state safe: for reading back between frames. framebuffer: of the host's, if
         it is to be drawn into."""
         self._check()
-        guest = self.context.current(framebuffer)
-        for planet in self.planets.values():
-            planet.use()
-        return guest
+        return self.context.current(framebuffer)
 
     def _check(self) -> None:
         if self.released:
@@ -195,6 +193,12 @@ class Renderer(Picture):
         """The active system of that name, or None; in a scene of several planets that of the planet which the last
         frame's camera was near, as for all below."""
         return self._planet.system(name)
+
+    @property
+    def world(self) -> World:
+        """The entities of the planet that is drawn, with what its systems publish, such as "height_field"
+        (`resource`): the scene's own world holds none of this, since a scene may have several renderers."""
+        return self._planet.world
 
     def height_field(self) -> HeightField | None:
         """The ground that is drawn, at full detail on the CPU; None without Terrain. See Scene.height_field."""

@@ -264,3 +264,33 @@ def test_renderers_of_one_scene_do_not_meet():
     first.resize((64, 36))
     np.testing.assert_array_equal(first.render(low, outputs=("radiance",))["radiance"], wanted)
     first.release()
+
+
+def test_renderers_of_one_scene_publish_to_their_own_world():
+    """Alternating, each finds what its own systems published, also while it is the other's turn; the scene's world
+    holds none of it, and what a host puts there reaches both."""
+    scene = pf.load_scene("moon")
+    camera = pf.Camera.at(0.0, 0.0, 300.0, above="ground")
+    published = {"height_field", "surface_height"}
+    with (
+        pf.Renderer(scene, size=(64, 36), quality="low") as first,
+        pf.Renderer(scene, size=(64, 36), quality="low") as second,
+    ):
+        first.render(camera)
+        own = dict(first.world.resources)
+        assert published <= own.keys()
+        assert not published & second.world.resources.keys(), "it has drawn nothing yet"
+        second.render(camera)
+        others = dict(second.world.resources)
+        for key in published:
+            assert own[key] is not others[key], key
+        for _ in range(2):
+            for renderer in (first, second):
+                renderer.render(camera)
+                assert dict(first.world.resources) == own and dict(second.world.resources) == others
+        assert not scene.world.resources
+        scene.world.set_resource("game.weather", "fog")
+        assert {r.world.resource("game.weather") for r in (first, second)} == {"fog"}
+        second.release()
+        assert all(first.world.resource(key) is own[key] for key in published)
+    assert dict(scene.world.resources) == {"game.weather": "fog"}

@@ -128,6 +128,23 @@ def test_resources(world):
     assert world.try_resource("proxy") is None
 
 
+def test_worlds_with_own_resources_share_entities_and_what_the_world_holds(world):
+    first, second = world.with_own_resources(), world.with_own_resources()
+    first.set_resource("height_field", 1)
+    assert world.try_resource("height_field") is None and second.try_resource("height_field") is None
+    world.set_resource("weather", "fog")
+    second.set_resource("weather", "rain")
+    assert [of.resource("weather") for of in (world, first, second)] == ["fog", "fog", "rain"]
+    before = world.structure_revision
+    entity = first.create(Mass(3.0))
+    assert second.get(entity, Mass).kg == 3.0 and [row[0] for row in world.query(Mass)] == [entity]
+    assert world.structure_revision == first.structure_revision == second.structure_revision > before
+    world.close()
+    assert first.closed
+    with pytest.raises(RuntimeError, match="is closed"):
+        second.create(Mass())
+
+
 def test_closing():
     world = World()
     world.create(Mass())

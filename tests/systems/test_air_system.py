@@ -51,7 +51,7 @@ def test_a_planet_without_air_has_nothing_of_it(planet: str) -> None:
         assert not [r.name for r in renderer.passes() if r.name.startswith("atmosphere")]
         assert "atmosphere" not in renderer.gpu.counts()
         assert renderer.system("atmosphere") is None
-        assert renderer.scene.world.try_resource("air_top_m") is None
+        assert renderer.world.try_resource("air_top_m") is None
         for file in ("sky/background.frag", "sky/sun.frag"):
             used = renderer.gpu.shaders.sources.expand(file).files
             assert not [name for name in used if name.startswith("atmosphere/")], file

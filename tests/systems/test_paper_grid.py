@@ -130,7 +130,7 @@ def test_no_holes_in_the_disc(paper):
 
 
 def test_drawn_ground_follows_its_own_truth(paper, rng):
-    field = paper.scene.world.resource("height_field")
+    field = paper.world.resource("height_field")
     for view, most in (("near", 2.0), ("high", 1.0), ("orbit", 0.2)):
         found = ground.picture_error(paper, pf.view(view), rng, 3000, field)
         assert found is not None and found.p99_px <= most, view
@@ -146,7 +146,7 @@ def test_a_held_proxy_makes_nothing(paper):
 def test_cameras_above_ground_stand_on_what_is_drawn(paper):
     state = paper.camera_state(pf.view("ground"))
     zenith = state.position_m / np.linalg.norm(state.position_m)
-    drawn = paper.scene.world.resource("height_field").height(zenith[None])[0]
+    drawn = paper.world.resource("height_field").height(zenith[None])[0]
     assert np.linalg.norm(state.position_m) - 6.371e6 - drawn == pytest.approx(2.0, abs=1e-6)
     truth = pf.TerrainSampler(paper.scene).height(zenith[None])[0]
     assert truth == pytest.approx(paper.scene.planet.ground_height_m(zenith[None])[0]), "queries tell of the scene"
