@@ -24,12 +24,14 @@ class CloudMethod(Method):
     """Resources of the graph that its contracts sample."""
     moving: bool | None = None
     """See System.moving."""
-    good = True
-    """Whether the component says what can be; the system says so before each `update`. Else clouds stay as before."""
 
     def __init__(self, gpu: GpuScope, setup: Setup) -> None:
         super().__init__(gpu)
         self.world = setup.world
+
+    @abstractmethod
+    def refresh(self, frame: Frame) -> None:
+        """Take over what has changed of a component that can be; asked before each `update` while it can."""
 
     @abstractmethod
     def bind_contract(self, io: PassIO) -> Callable[[], None]:

@@ -149,7 +149,7 @@ class OurClouds(CloudMethod):
 
     # -- frame -------------------------------------------------------------------------------------------------------
 
-    def _refresh(self, frame: Frame) -> None:
+    def refresh(self, frame: Frame) -> None:
         component = frame.world.get(frame.planet, Clouds)
         stamp = (id(component), revision(component), *(revision(layer) for layer in component.layers))
         if stamp == self._stamp:
@@ -160,6 +160,8 @@ class OurClouds(CloudMethod):
             self.field.take(component)
         except ValueError as error:
             # Once: the next frames go on with the weather as it was, until something is changed again.
+            if not self.field.placed:
+                self._stamp = ()  # there is none
             raise SettingError(str(error)) from error
         air = frame.world.try_get(frame.planet, Atmosphere)
         self.field.light(CloudModel.from_components(frame.world.get(frame.planet, Planet), component, air))
@@ -170,8 +172,6 @@ class OurClouds(CloudMethod):
 
     def update(self, frame: Frame) -> None:
         self.moving = None
-        if self.good:
-            self._refresh(frame)
         self._tune(frame.settings)
         field = self.field
         radius = self._radius_m = frame.world.get(frame.planet, Planet).radius_m

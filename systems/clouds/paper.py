@@ -79,8 +79,6 @@ class PaperClouds(CloudMethod):
     def update(self, frame: Frame) -> None:
         component = frame.world.get(frame.planet, Clouds)
         radius = float(frame.world.get(frame.planet, Planet).radius_m)
-        if self.good:
-            self._refresh(component, frame)
         layer = self._layer
         frame.view.state(self, Seen).seen = layer is not None and may_see(frame, float(layer.top_m))
         if self._volume is not None and not self._volume.done:
@@ -95,7 +93,8 @@ class PaperClouds(CloudMethod):
         self._ubo.write(block)
         self._ubo.bind()
 
-    def _refresh(self, component: Clouds, frame: Frame) -> None:
+    def refresh(self, frame: Frame) -> None:
+        component = frame.world.get(frame.planet, Clouds)
         stamp = (id(component), revision(component), *(revision(layer) for layer in component.layers))
         if stamp == self._stamp:
             return

@@ -42,7 +42,7 @@ class CloudSystem(System):
         self._methods = Methods(setup.gpu, setup.views)
         self._unseen = Unseen(Clouds, CloudLayer, Planet, Atmosphere, Ocean)
         self._checked: tuple[object, ...] = ()
-        self._good = False
+        self._good = self._shown = False
         self._use_method(setup.world.get(setup.planet, Clouds), setup.settings)
         provide_contracts(setup.world, self.name, self)
 
@@ -70,27 +70,30 @@ class CloudSystem(System):
     def update(self, frame: Frame) -> None:
         if self._unseen.rests(frame):
             return
-        self._use_method(frame.world.get(frame.planet, Clouds), frame.settings)
         self._check(frame)
-        self.method.good = self._good
+        if self._good:
+            self._use_method(frame.world.get(frame.planet, Clouds), frame.settings)
+            self.method.refresh(frame)
+            self._shown = True
         self.method.update(frame)
         self.moving = self.method.moving
         self.structure += self._methods.changed()
 
     def _check(self, frame: Frame) -> None:
-        """Clouds that cannot be are told of once, by a SettingError; frames after it show those from before."""
+        """Clouds that cannot be are told of once, by a SettingError; frames after it show those from before. Where there
+        are none from before, every frame tells of them."""
         component, planet = frame.world.get(frame.planet, Clouds), frame.world.get(frame.planet, Planet)
         air = frame.world.try_get(frame.planet, Atmosphere)
         stamp = (id(component), revision(component), revision(planet, "radius_m"), id(air), air and revision(air))
         if stamp == self._checked:
             return
-        self._checked, self._good = stamp, False
+        self._checked, self._good = stamp if self._shown else (), False
         CloudModel.from_components(
             planet,
             with_overrides(component, "clouds", frame.settings),
             None if air is None else with_overrides(air, "atmosphere", frame.settings),
         )
-        self._good = True
+        self._checked, self._good = stamp, True
 
     def structure_of(self, view: View) -> object:
         return self.structure, self.method.seen_in(view)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -101,6 +102,27 @@ def test_a_running_renderer_says_once_what_cannot_be_and_keeps_the_clouds_from_b
         np.testing.assert_allclose(radiance(renderer, camera), good, rtol=1e-4)
         scene.planet[pf.Clouds].top_m = 9500.0
         assert np.abs(radiance(renderer, camera) / good - 1.0).max() > 1e-3
+
+
+@pytest.mark.gpu
+@pytest.mark.parametrize("method", ["ours", "paper_2018"])
+def test_clouds_that_cannot_be_from_the_first_picture_on_are_told_of_in_each(method: str, tmp_path: Path) -> None:
+    scene = cloudy(method=method, density_model="uniform")
+    camera = pf.Camera.at(20.0, 10.0, 100.0, pitch_deg=30.0)
+    clouds = scene.planet[pf.Clouds]
+    with renderer_of(scene) as renderer:
+        clouds.base_m = 9000.0
+        for _ in range(3):
+            with pytest.raises(pf.SettingError, match="has to be below top_m"):
+                renderer.render(camera)
+        clouds.base_m = 1000.0
+        if method == "ours":  # the papers have no maps
+            clouds.weather_map = str(tmp_path / "none.png")
+            for _ in range(3):
+                with pytest.raises(pf.SettingError, match=r"none\.png"):
+                    renderer.render(camera)
+            clouds.weather_map = ""
+        assert np.isfinite(radiance(renderer, camera)).all()
 
 
 @pytest.mark.parametrize(
