@@ -80,8 +80,8 @@ class CloudSystem(System):
         self.structure += self._methods.changed()
 
     def _check(self, frame: Frame) -> None:
-        """Clouds that cannot be are told of once, by a SettingError; frames after it show those from before. Where there
-        are none from before, every frame tells of them."""
+        """Clouds that cannot be are told of by a SettingError: once where frames after it show those from before, else
+        in every frame."""
         component, planet = frame.world.get(frame.planet, Clouds), frame.world.get(frame.planet, Planet)
         air = frame.world.try_get(frame.planet, Atmosphere)
         stamp = (id(component), revision(component), revision(planet, "radius_m"), id(air), air and revision(air))
