@@ -5,7 +5,7 @@ one as the sources print it.
 """
 
 from .ahead import MeshAhead
-from .choice import CellChoice, MeshKey
+from .choice import CellChoice, MeshKey, PatchDetail, PatchesShown, Shown
 from .fade import FadePrograms, SnapFade
 from .mesh import SnappedMesh
 from .patches import PatchMesh, PatchPrograms
@@ -15,8 +15,11 @@ __all__ = [
     "FadePrograms",
     "MeshAhead",
     "MeshKey",
+    "PatchDetail",
     "PatchMesh",
     "PatchPrograms",
+    "PatchesShown",
+    "Shown",
     "SnapFade",
     "SnappedMesh",
 ]

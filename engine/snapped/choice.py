@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from ..frame import Proxy
+from ..space.camera import CameraStamp
 from ..surface.selection import CellSet
 
-__all__ = ["CellChoice", "MeshKey", "Shown"]
+__all__ = ["CellChoice", "DrawnCells", "MeshKey", "PatchDetail", "PatchesShown", "Shown"]
 
 
 class MeshKey(NamedTuple):
@@ -18,13 +19,35 @@ class MeshKey(NamedTuple):
     surface: tuple[object, ...]
 
 
-class Shown(NamedTuple):
-    """What the list of visible cells depends on. cells: which mesh is drawn, and its selection; camera: its stamp;
-    keep_dh_m: as for CellMesh.cull."""
+class DrawnCells(NamedTuple):
+    """Which cells are drawn. mesh: its name."""
 
-    cells: tuple[str, int]
-    camera: tuple[object, ...]
+    mesh: str
+    selection: int
+
+
+class Shown(NamedTuple):
+    """What the list of visible cells depends on. keep_dh_m: as for CellMesh.cull."""
+
+    cells: DrawnCells
+    camera: CameraStamp
     keep_dh_m: tuple[float, float]
+
+
+class PatchDetail(NamedTuple):
+    """How fine a printed grid is cut. edge_px: length of edges; corners: points a side; power: of the warp."""
+
+    edge_px: float
+    pixel_rad: float
+    corners: int
+    power: int
+
+
+class PatchesShown(NamedTuple):
+    """What the list of visible patches depends on."""
+
+    selection: int
+    camera: CameraStamp
 
 
 @dataclass(kw_only=True)

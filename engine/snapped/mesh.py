@@ -18,7 +18,7 @@ from ..gpu.cell_mesh import CellMesh, CellPrograms
 from ..graph import BufferSpec, GraphBuilder, PassIO
 from ..surface.decimation import topology
 from .ahead import MeshAhead
-from .choice import CellChoice, MeshKey, Shown
+from .choice import CellChoice, DrawnCells, MeshKey, Shown
 from .fade import FadePrograms, SnapFade
 
 __all__ = ["SnappedMesh"]
@@ -188,7 +188,7 @@ class SnappedMesh(ViewParts, Generic[C]):
     def look(self, frame: Frame) -> None:
         """What of the cells may be seen in this frame; where it is frozen, what could be seen of the same cells."""
         mesh, culled = self.drawn, self.culled
-        wanted = Shown((mesh.name, mesh.selection), frame.camera.stamp, self.keep_dh_m)
+        wanted = Shown(DrawnCells(mesh.name, mesh.selection), frame.camera.stamp, self.keep_dh_m)
         held = frame.frozen and culled is not None and culled == self._wanted and culled.cells == wanted.cells
         if frame.view.seen.ground() and not held:
             self._wanted = wanted

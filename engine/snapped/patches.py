@@ -16,7 +16,7 @@ from ..gpu import GpuScope
 from ..gpu.preprocess import Defines
 from ..graph import BufferSpec, GraphBuilder, PassIO
 from ..surface.projected_grid import Tessellation
-from .choice import MeshKey
+from .choice import MeshKey, PatchDetail, PatchesShown
 
 __all__ = ["PatchMesh", "PatchPrograms"]
 
@@ -44,13 +44,13 @@ class PatchMesh(ViewParts):
         self.name, self._programs = name, programs
         self._vertex_bytes, self._argument_bytes = vertex_bytes, argument_bytes
         self.key: MeshKey | None = None
-        self._detail: tuple[float, ...] = ()
+        self._detail: PatchDetail | None = None
         self._held = False
         self.cut: Tessellation | None = None
         self.selection = 0
         self.made = -1
-        self._wanted: tuple[object, ...] = ()
-        self.culled: tuple[object, ...] | None = None
+        self._wanted: PatchesShown | None = None
+        self.culled: PatchesShown | None = None
         self.patches: Buffer
         """Of patch words."""
         self.patch_capacity, self.vertex_capacity, self.triangle_capacity = 0, 1 << 16, 1 << 17
@@ -61,11 +61,11 @@ class PatchMesh(ViewParts):
     def surface(self, frame: Frame) -> tuple[object, ...]:
         """What the grid depends on beside proxy and detail."""
 
-    def detail(self, frame: Frame) -> tuple[float, ...]:
-        """How fine it is cut: length of edges in pixels, angle of a pixel, and what else a subclass has."""
-        return (float(frame.settings["terrain.edge_px"]), frame.pixel_rad)
+    @abstractmethod
+    def detail(self, frame: Frame) -> PatchDetail:
+        """How fine it is cut."""
 
-    def _asked(self, frame: Frame) -> tuple[MeshKey, tuple[float, ...]]:
+    def _asked(self, frame: Frame) -> tuple[MeshKey, PatchDetail]:
         return MeshKey(frame.view.proxy.generation, self.surface(frame)), self.detail(frame)
 
     def rests(self, frame: Frame) -> bool:
@@ -100,7 +100,7 @@ class PatchMesh(ViewParts):
     def look(self, frame: Frame) -> None:
         """What may be seen in this frame; while it is frozen, what could be seen before."""
         if frame.view.seen.ground() and not (self._held and self.culled == self._wanted):
-            self._wanted = (self.selection, frame.camera.stamp)
+            self._wanted = PatchesShown(self.selection, frame.camera.stamp)
 
     def declare(self, builder: GraphBuilder, system: str, bind_heights: Callable[[], object]) -> None:
         """The passes up to the indirect draw. bind_heights: binds what the height function reads."""

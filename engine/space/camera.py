@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +13,18 @@ from .errors import SpaceError, finite_number, finite_vector
 from .vectors import length
 
 Floats = NDArray[np.float64]
+
+
+class CameraStamp(NamedTuple):
+    """What a camera sees: place and axes as bytes, and the tangents of its frustum."""
+
+    position: bytes
+    forward: bytes
+    up: bytes
+    tan_left: float
+    tan_right: float
+    tan_bottom: float
+    tan_top: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,10 +143,10 @@ class CameraState:
         return found
 
     @cached_property
-    def stamp(self) -> tuple[object, ...]:
-        """Equal for cameras that see the same: place, axes and frustum."""
+    def stamp(self) -> CameraStamp:
+        """Equal for cameras that see the same."""
         axes = self.position_m.tobytes(), self.forward.tobytes(), self.up.tobytes()
-        return (*axes, self.tan_left, self.tan_right, self.tan_bottom, self.tan_top)
+        return CameraStamp(*axes, self.tan_left, self.tan_right, self.tan_bottom, self.tan_top)
 
     @cached_property
     def planes(self) -> Floats:

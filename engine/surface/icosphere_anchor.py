@@ -17,7 +17,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 from math import isqrt
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -54,6 +54,13 @@ class TriangleBlock:
 
 _LAYOUT = StructLayout(TriangleBlock)
 made_shader("generated/triangle_anchor.glsl", lambda: _LAYOUT.block(TRIANGLE_BLOCK, "triangle_anchor"))
+
+
+class AnchorKey(NamedTuple):
+    """What a view's anchor is made for. proxy: its generation."""
+
+    proxy: int
+    radius_m: float
 
 
 class TriangleAnchor:

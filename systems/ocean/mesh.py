@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from ...engine.snapped import CellChoice, SnappedMesh
 from ...engine.surface.coverage import proxy_coverage
 from ...engine.surface.selection import MOST_CELLS, chord_limit_m, rows_in, select_rings, spacing_angle
 from ...engine.world import World
-from .method import surface_of
+from .method import Displaced, SeaSurface
 from .shading import SEA_TOP
 from .wave_passes import SeaWaves, WaveView
 
@@ -38,6 +38,14 @@ class SeaChoice(CellChoice):
     moves: bool
     reach_m: tuple[float, float]
     """How far waves may move a point: upwards, and in all."""
+
+
+class SeaCells(NamedTuple):
+    """What the sea's cells depend on beside proxy and scale. hides: whether the sea hides its bed."""
+
+    surface: SeaSurface
+    min_spacing_m: float
+    hides: bool
 
 
 class SeaMaking:
@@ -61,14 +69,14 @@ class SeaMesh(SnappedMesh[SeaChoice]):
         super().__init__(of, "ocean", making.programs, making.prepares)
         self._making, self._of = making, view
         self.waves = WaveView(self.gpu)
-        self.displaced: tuple[Any, ...] | None = None
+        self.displaced: Displaced | None = None
         self._rows = self.gpu.buffer(reserve=4 * self.mesh.capacity, dynamic=True)  # of the ground's cells
         self._list: Any = None  # buffer of the cells to displace, on the GPU
 
     @property
-    def moving(self) -> tuple[Any, ...]:
+    def moving(self) -> Displaced:
         """What the displaced vertices depend on."""
-        return (self.made, self.culled, self.waves.moment)
+        return Displaced(self.made, self.culled, self.waves.moment)
 
     def update(self, frame: Frame) -> bool:
         """Choose the cells; True where passes or buffers changed."""
@@ -90,8 +98,8 @@ class SeaMesh(SnappedMesh[SeaChoice]):
         radius = frame.world.get(frame.planet, Planet).radius_m
         return frame.camera.distance_m - radius >= frame.world.resource(SEA_TOP)
 
-    def surface(self, frame: Frame) -> tuple[object, ...]:
-        return (*surface_of(frame), float(frame.settings["terrain.min_spacing_m"]), self._hides(frame))
+    def surface(self, frame: Frame) -> SeaCells:
+        return SeaCells(SeaSurface.of(frame), float(frame.settings["terrain.min_spacing_m"]), self._hides(frame))
 
     def choose(self, frame: Frame, proxy: Proxy, scale: Scale) -> SeaChoice:
         ocean = frame.world.get(frame.planet, Ocean)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from ...components import Ocean
 from ...engine.frame import Frame, View
@@ -11,15 +11,31 @@ from ...engine.gpu import GpuScope
 from ...engine.methods import Method
 from ...engine.settings import revision
 from ...engine.system import Setup
-from .wave_passes import SeaWaves, WaveView
+from .wave_passes import SeaWaves, WaveMoment, WaveView
 
-__all__ = ["SeaMethod", "surface_of"]
+__all__ = ["Displaced", "SeaMethod", "SeaSurface"]
 
 
-def surface_of(frame: Frame) -> tuple[int, int]:
-    """What the water's mesh depends on in any case: the sea, and the ground that it is cut against."""
-    world = frame.world
-    return revision(world.get(frame.planet, Ocean)), id(world.resources.get("height_field"))
+class SeaSurface(NamedTuple):
+    """What the water's mesh depends on in any case. sea: its revision; ground: id of what it is cut against."""
+
+    sea: int
+    ground: int
+
+    @classmethod
+    def of(cls, frame: Frame) -> SeaSurface:
+        """That of a frame."""
+        world = frame.world
+        return cls(revision(world.get(frame.planet, Ocean)), id(world.resources.get("height_field")))
+
+
+class Displaced(NamedTuple):
+    """What displaced vertices depend on. made: the selection whose vertices exist; culled: what its list was made for;
+    moment: of the waves."""
+
+    made: int | None
+    culled: object
+    moment: WaveMoment | None
 
 
 class _SeaView(Protocol):

@@ -20,12 +20,12 @@ from ...engine.frame import Frame, View, ViewInfo
 from ...engine.frame.gbuffer import GBUFFER
 from ...engine.gpu import GpuScope
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
-from ...engine.snapped import PatchMesh, PatchPrograms
+from ...engine.snapped import PatchDetail, PatchMesh, PatchPrograms
 from ...engine.surface.coverage import proxy_coverage
 from ...engine.surface.projected_grid import FINEST, GridBlock, ProjectedGrid, grid_axes, grid_offset
 from ...engine.surface.selection import spacing_angle
 from ...engine.system import Setup
-from .method import SeaMethod, surface_of
+from .method import Displaced, SeaMethod, SeaSurface
 from .wave_passes import SeaWaves, WaveView
 
 __all__ = ["PAPER_CORNERS", "PaperSea"]
@@ -51,16 +51,19 @@ class PaperSeaView(PatchMesh):
         super().__init__(of, "ocean", programs, _CALM_BYTES, 48)
         self.ubo = self.gpu.uniform_block(SeaGridBlock, SEA_GRID_BLOCK)
         self.waves = WaveView(self.gpu)
-        self.displaced: tuple[Any, ...] | None = None
+        self.displaced: Displaced | None = None
         self.array: Any = None
 
-    def surface(self, frame: Frame) -> tuple[object, ...]:
-        return surface_of(frame)
+    def surface(self, frame: Frame) -> SeaSurface:
+        return SeaSurface.of(frame)
+
+    def detail(self, frame: Frame) -> PatchDetail:
+        return PatchDetail(float(frame.settings["terrain.edge_px"]), frame.pixel_rad, PAPER_CORNERS, _POWER)
 
     @property
-    def moving(self) -> tuple[Any, ...]:
+    def moving(self) -> Displaced:
         """What the displaced vertices depend on."""
-        return (self.made, self.culled, self.waves.moment)
+        return Displaced(self.made, self.culled, self.waves.moment)
 
 
 class PaperSea(SeaMethod):
@@ -96,7 +99,7 @@ class PaperSea(SeaMethod):
     def _project(self, frame: Frame, view: PaperSeaView) -> bool:
         ocean, radius = frame.world.get(frame.planet, Ocean), frame.world.get(frame.planet, Planet).radius_m
         proxy, ground = frame.view.proxy, frame.world.resources.get("height_field")
-        edge_px, pixel_rad = view.detail(frame)
+        edge_px, pixel_rad, corners, power = view.detail(frame)
         above_sea = max(abs(proxy.cell.altitude_m - ocean.sea_level_m), 0.05)
         angle = spacing_angle(edge_px, pixel_rad, proxy.cell.altitude_m, radius)
         eye = tuple(proxy.lattice.direction * (ocean.sea_level_m + above_sea - proxy.anchor_height_m))
@@ -112,7 +115,7 @@ class PaperSea(SeaMethod):
             ocean.sea_level_m + reach_m,
             ground.lowest_m if below and ground is not None else ocean.sea_level_m,
         )
-        grid = ProjectedGrid(PAPER_CORNERS, _POWER, grid_offset(seen), grid_axes(proxy.lattice.direction), radius)
+        grid = ProjectedGrid(corners, power, grid_offset(seen), grid_axes(proxy.lattice.direction), radius)
         cut = grid.tessellate(above_sea, ocean.sea_level_m, angle, _MOST_VERTICES)
         half = grid.steps() // 2
         feet = grid.foot_offsets_m(np.array([half, half + FINEST]), np.array([half, half]))

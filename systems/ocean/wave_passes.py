@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ from ...engine.waves import WaveSet, waves_of
 from .swell_tile import SWELL_BYTES
 from .wave_block import WAVE_LAYOUT, SeaMesh, WavePacker
 
-__all__ = ["SeaWaves", "WaveView", "highest_likely_m"]
+__all__ = ["SeaWaves", "WaveMoment", "WaveView", "highest_likely_m"]
 
 MANY = 48
 """From so many waves on the long ones of each tile of the picture are summed at a few nodes of it."""
@@ -48,6 +48,21 @@ def highest_likely_m(waves: WaveSet) -> float:
     return min(waves.highest_m, likely_m(waves))
 
 
+class WaveMoment(NamedTuple):
+    """What the phases of a view's waves were worked out for. placed: how often they had been placed."""
+
+    placed: int
+    time_s: float
+
+
+class _ProgramKey(NamedTuple):
+    file: str
+    moves: bool
+    swell: bool
+    run: int
+    every: int
+
+
 class WaveView:
     """The waves around one view's anchor."""
 
@@ -57,7 +72,7 @@ class WaveView:
         self.waves: WaveSet | None = None
         self.anchor: NDArray[np.float64] = np.array([0.0, 0.0, 1.0])
         self.placed = 0
-        self.moment: tuple[Any, ...] = ()
+        self.moment: WaveMoment | None = None
         self.moves = False
         self.reach_m = (0.0, 0.0)
         """How far a point may be moved: upwards, and in all."""
@@ -77,7 +92,7 @@ class SeaWaves:
         # save less than what they leave out is worth: how waves bend, and what a pixel shows of them, along a run.
         self._runs = (8, 16) if setup.gpu.caps.is_software else (2, 2)
         self._shade_every = int(setup.settings["ocean.shade_every"])
-        self._programs: dict[tuple[str, bool, bool, int, int], Any] = {}
+        self._programs: dict[_ProgramKey, Any] = {}
         self._warm_up: WarmUp | None = None
         self._footprint_px = float(setup.settings["ocean.footprint_px"])
         self._held = None
@@ -87,7 +102,7 @@ class SeaWaves:
         run = self._runs[self._long]
         if every > 1:  # A row of a tile has 8 of them; at one of four a tile is one vector of 8 lanes.
             run = min(run, 8) if every == 2 else max(min(run, 8) // 2, 2)
-        key = (file, moves, swell, run, every)
+        key = _ProgramKey(file, moves, swell, run, every)
         found = self._programs.get(key)
         if found is None:
             defines = {"SEA_RUN": run, "SEA_LANES": 128 // run // every, "SHADE_EVERY": every}
@@ -156,7 +171,7 @@ class SeaWaves:
     def update(self, frame: Frame, view: WaveView) -> None:
         """Upload the phases of the moment."""
         assert view.waves is not None
-        moment = (view.placed, frame.time_s)
+        moment = WaveMoment(view.placed, frame.time_s)
         if moment != view.moment:
             view.moment = moment
             self._gpu.upload(view.buffer, view.block.at(view.waves, frame.time_s))

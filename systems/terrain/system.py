@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import fields
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from ...engine.methods import Methods
 from ...engine.settings import SettingError, Settings, revision, with_overrides
 from ...engine.system import Setup, System
 from ...engine.world import World
-from .backends import Backend, Ground, use_backend
+from .backends import Backend, Ground, GroundRevision, use_backend
 from .coasts import Coasts
 from .debug_passes import TerrainDebugPasses
 from .height import TerrainField, TerrainParams
@@ -39,7 +39,7 @@ from .height_table import octave_table
 from .map_textures import MapTextures
 from .material import TerrainMaterialBlock, material_block
 from .material_list import list_revision, shaders
-from .view import TerrainView
+from .view import MaterialKey, OctavesKey, TerrainView
 
 _SHAPE = (
     *(f.name for f in fields(TerrainParams) if f.name in {g.name for g in fields(Terrain)}),
@@ -55,6 +55,15 @@ within 6000 km, a coast so to 0.2 pixels at a slope of 1 %."""
 _FARTHER = 1.0 / 32.0
 """Wider pixels on all ground, by the longest layer of relief: terrain/coast_find.comp leaves out hardly any."""
 _SOURCES = "generated/terrain_height_sources.glsl"
+
+
+class _Components(NamedTuple):
+    """Ids and revisions of what the ground follows from."""
+
+    terrain: int
+    colours: int
+    planet: int
+    body: int
 
 
 class TerrainSystem(System):
@@ -90,8 +99,8 @@ class TerrainSystem(System):
         self._shaders: dict[tuple[str, ...], Any] = {}
         self._coasts = Coasts(setup.gpu, setup.world, setup.settings, self._shader)
         self._unseen = Unseen(Planet, Terrain, Ocean, DebugView, ground=True)
-        self._changes: tuple[int, ...] = ()
-        self._field_revision: tuple[int, ...] = ()
+        self._changes: _Components | None = None
+        self._field_revision: GroundRevision | None = None
         self._colour_revision = -1
         self._refresh_field(setup.world, setup.planet, setup.settings)  # with the backend's contracts
 
@@ -110,7 +119,7 @@ class TerrainSystem(System):
         """The backend of that name and method, in place of another; nothing else changes."""
         if use_backend(self._methods, name, method, self._settings, self._views):
             self.backend.bind_octaves = self._bind_octaves
-            self._field_revision = ()  # it may draw a ground of its own
+            self._field_revision = None  # it may draw a ground of its own
             self.structure += 1
 
     def _bind_heights(self, view: View) -> None:
@@ -125,7 +134,7 @@ class TerrainSystem(System):
     def _refresh_field(self, world: World, planet: int, settings: Settings) -> None:
         terrain, body = world.get(planet, Terrain), world.get(planet, Planet)
         colours = revision(terrain)
-        changes = (id(terrain), colours, id(body), revision(body))
+        changes = _Components(id(terrain), colours, id(body), revision(body))
         if changes == self._changes:
             return
         if colours != self._colour_revision:
@@ -134,7 +143,7 @@ class TerrainSystem(System):
             self._use_method(self._component.backend, self._component.method)
         self._changes = changes
         # Colours change often while somebody tunes them; only the shape asks for new cells and vertices.
-        stamp = (id(terrain), revision(terrain, *_SHAPE), revision(body, "radius_m"))
+        stamp = GroundRevision(id(terrain), revision(terrain, *_SHAPE), revision(body, "radius_m"))
         if stamp == self._field_revision:
             return
         self._field_revision = stamp
@@ -199,14 +208,14 @@ class TerrainSystem(System):
         backend.ground = self._ground
         backend.update(frame)
         self.structure += self._methods.changed()
-        key = (*self._field_revision, self._colour_revision, self._materials, proxy.generation)
+        key = MaterialKey(self._ground.revision, self._colour_revision, self._materials, proxy.generation)
         if key != view.material_key:
             view.material_key = key
             view.material.write(material_block(self._component, self._ground.params, proxy.lattice.direction))
         view.material.bind()
 
-    def _octaves_key(self, proxy: Proxy) -> tuple[Any, ...]:
-        return (proxy.generation, self._ground.revision, self._component.color_map_strength)
+    def _octaves_key(self, proxy: Proxy) -> OctavesKey:
+        return OctavesKey(proxy.generation, self._ground.revision, self._component.color_map_strength)
 
     def _refresh_octaves(self, view: TerrainView, proxy: Proxy) -> None:
         key = self._octaves_key(proxy)
@@ -214,7 +223,7 @@ class TerrainSystem(System):
             return
         if key == view.next_key:  # it was prepared
             view.octaves, view.next_octaves = view.next_octaves, view.octaves
-            view.key, view.next_key = key, ()
+            view.key, view.next_key = key, None
             return
         view.key = key
         view.octaves = self._write_octaves(view, view.octaves, proxy)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ....engine.frame import Views
 from ....engine.methods import Methods
 from ....engine.settings import SettingError, Settings
-from .base import Backend, Ground
+from .base import Backend, Ground, GroundRevision
 from .grid import GridBackend
 from .icosphere import IcosphereBackend
 from .paper_grid import PaperGridBackend
@@ -13,7 +13,7 @@ from .paper_icosphere import PaperIcosphereBackend
 from .paper_quadtree import PaperQuadtreeBackend
 from .quadtree import QuadtreeBackend
 
-__all__ = ["BACKENDS", "Backend", "Ground", "use_backend"]
+__all__ = ["BACKENDS", "Backend", "Ground", "GroundRevision", "use_backend"]
 
 BACKENDS: dict[str, type[Backend]] = {"grid": GridBackend, "quadtree": QuadtreeBackend, "icosphere": IcosphereBackend}
 """By the names that Terrain.backend takes."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,18 +20,27 @@ from ....engine.settings import Settings
 from ....engine.surface.field import HeightField
 from ..height import TerrainField, TerrainParams
 
-__all__ = ["Backend", "Ground", "heights_seen"]
+__all__ = ["Backend", "Ground", "GroundRevision", "heights_seen"]
 
 _DEEP_M = 2.0  # a cell this far below the sea is hidden by it, whatever the curvature of both meshes
 
 
+class GroundRevision(NamedTuple):
+    """Differs whenever any height may differ. terrain: the component's id; shape: revision of what heights follow
+    from; radius: revision of the planet's."""
+
+    terrain: int
+    shape: int
+    radius: int
+
+
 @dataclass(frozen=True, eq=False)
 class Ground:
-    """The ground that a backend draws. revision: differs whenever any height may differ."""
+    """The ground that a backend draws."""
 
     params: TerrainParams
     field: TerrainField
-    revision: tuple[int, ...]
+    revision: GroundRevision
     complete_table: Callable[[NDArray[Any]], None] = lambda table: None
     """Writes into a table of octaves what doesn't follow from params."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from ....engine.settings import Settings
 from ....engine.snapped import CellChoice, FadePrograms, SnappedMesh
 from ....engine.surface.coverage import proxy_coverage
 from ....engine.surface.selection import MOST_CELLS, chord_limit_m, select_rings, spacing_angle
-from .base import Ground
+from .base import Ground, GroundRevision
 
 __all__ = ["GridChoice", "GridMaking", "GridMesh", "GridSpacing", "TerrainGridBlock"]
 
@@ -63,6 +63,13 @@ class GridChoice(CellChoice):
         return self.proxy.anchor_m * (radius_m / (radius_m + self.proxy.anchor_height_m))
 
 
+class GridSurface(NamedTuple):
+    """What the ground's cells depend on beside proxy and scale."""
+
+    ground: GroundRevision
+    min_spacing_m: float
+
+
 class GridMaking:
     """What makes the ground's vertices, shared by all views."""
 
@@ -87,8 +94,8 @@ class GridMesh(SnappedMesh[GridChoice]):
         self.ground: Ground
         self.bind_octaves: Callable[[], None] = lambda: None
 
-    def surface(self, frame: Frame) -> tuple[object, ...]:
-        return (self.ground.revision, float(frame.settings["terrain.min_spacing_m"]))
+    def surface(self, frame: Frame) -> GridSurface:
+        return GridSurface(self.ground.revision, float(frame.settings["terrain.min_spacing_m"]))
 
     def choose(self, frame: Frame, proxy: Proxy, scale: Scale) -> GridChoice:
         field = self.ground.field

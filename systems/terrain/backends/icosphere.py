@@ -10,10 +10,11 @@ from ....engine.frame import Frame, Views
 from ....engine.gpu import GpuScope
 from ....engine.graph import PassIO
 from ....engine.settings import Settings
-from ....engine.surface.icosphere_anchor import TriangleAnchor
+from ....engine.surface.icosphere_anchor import AnchorKey, TriangleAnchor
 from ..tiles.shape import TileShape
 from ..tiles.triangle import TriangleShape
-from .tiled import TiledBackend, _TileView
+from .tile_view import TileView
+from .tiled import TiledBackend
 
 __all__ = ["IcosphereBackend"]
 
@@ -33,7 +34,7 @@ class IcosphereBackend(TiledBackend):
         super().update(frame)
         proxy = frame.view.proxy
         radius_m = self.ground.params.radius_m
-        key = (proxy.generation, radius_m)
+        key = AnchorKey(proxy.generation, radius_m)
         view = self.view(frame.view)
         if view.anchor_key != key:
             block = TriangleAnchor(proxy.lattice.direction, radius_m).block
@@ -42,7 +43,7 @@ class IcosphereBackend(TiledBackend):
             view.anchor.write(block)
             view.anchor_key = key
 
-    def _bind_assemble(self, io: PassIO, view: _TileView) -> Callable[[], None]:
+    def _bind_assemble(self, io: PassIO, view: TileView) -> Callable[[], None]:
         assemble = super()._bind_assemble(io, view)
 
         def run() -> None:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,12 +30,12 @@ from ....engine.frame import Frame, Proxy, View, ViewInfo, Views
 from ....engine.gpu import GpuScope
 from ....engine.graph import GraphBuilder, PassIO
 from ....engine.settings import Settings
-from ....engine.snapped import MeshKey, PatchMesh, PatchPrograms
+from ....engine.snapped import MeshKey, PatchDetail, PatchMesh, PatchPrograms
 from ....engine.surface.coverage import proxy_coverage
 from ....engine.surface.projected_grid import FINEST, GridBlock, ProjectedGrid, grid_axes, grid_offset
 from ....engine.surface.selection import spacing_angle
 from ..paper_ground import TABLE_DTYPE, TEXELS, PaperField
-from .base import Backend, Ground
+from .base import Backend, Ground, GroundRevision
 from .grid_queries import heights_on_patches
 
 __all__ = ["PaperGridBackend"]
@@ -56,6 +56,13 @@ class PaperGridBlock(GridBlock):
     tiles_per_m: float
 
 
+class FieldKey(NamedTuple):
+    """What the printed ground is made for. layers: of noise."""
+
+    ground: GroundRevision
+    layers: int
+
+
 class _View(PatchMesh):
     """One view's grid."""
 
@@ -66,16 +73,15 @@ class _View(PatchMesh):
         self.grid: ProjectedGrid | None = None
         self.table: Any = None
         self.table_key: MeshKey | None = None
-        self.field_key: tuple[object, ...] = ()
+        self.field_key: FieldKey
         self.angle_rad = 0.01
 
-    def surface(self, frame: Frame) -> tuple[object, ...]:
+    def surface(self, frame: Frame) -> FieldKey:
         return self.field_key
 
-    def detail(self, frame: Frame) -> tuple[float, ...]:
-        """With points a side and the power of the warp."""
-        settings = frame.settings
-        return (*super().detail(frame), int(settings["terrain.paper_grid"]), int(settings["terrain.paper_warp"]))
+    def detail(self, frame: Frame) -> PatchDetail:
+        edge_px, corners, power = (frame.settings[f"terrain.{n}"] for n in ("edge_px", "paper_grid", "paper_warp"))
+        return PatchDetail(float(edge_px), frame.pixel_rad, int(corners), int(power))
 
 
 class PaperGridBackend(Backend):
@@ -91,7 +97,7 @@ class PaperGridBackend(Backend):
     def __init__(self, gpu: GpuScope, settings: Settings, method: str, views: Views) -> None:
         super().__init__(gpu, settings, method, views)
         self._field: PaperField | None = None
-        self._field_key: tuple[Any, ...] = ()
+        self._field_key: FieldKey
         # Its text, for shaders; each view has a block of its own.
         gpu.uniform_block(PaperGridBlock, TERRAIN_GRID_BLOCK, "paper_grid")
         self._continents = gpu.texture((TEXELS, TEXELS), "r32f")
@@ -114,8 +120,8 @@ class PaperGridBackend(Backend):
 
     def drawn_field(self, ground: Ground) -> PaperField:
         layers = int(self.settings["terrain.paper_layers"])
-        key = (ground.revision, layers)
-        if key != self._field_key or self._field is None:
+        key = FieldKey(ground.revision, layers)
+        if self._field is None or key != self._field_key:
             self._field, self._field_key = PaperField(ground.params, layers), key
             self._continents.write(self._field.continents.tobytes())
         return self._field

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import moderngl
 import numpy as np
@@ -25,13 +25,14 @@ from ....engine.gpu.cell_mesh import VERTEX_DTYPE
 from ....engine.gpu.cells import COMMAND_DTYPE
 from ....engine.graph import BufferSpec, GraphBuilder, PassIO
 from ....engine.settings import Settings
-from ....engine.surface.icosphere_anchor import TriangleAnchor
+from ....engine.space.camera import CameraStamp
+from ....engine.surface.icosphere_anchor import AnchorKey, TriangleAnchor
 from ....engine.surface.triangle_paper import MORPH_RANGE, PaperTables, frustum_planes, select, tables
 from ..tiles.queries import heights_on_tiles
 from ..tiles.shape import TileShape
 from ..tiles.slots import NAME_DTYPE
 from ..tiles.triangle import TriangleShape
-from .base import Backend
+from .base import Backend, GroundRevision
 
 __all__ = ["PaperIcosphereBackend"]
 
@@ -40,21 +41,39 @@ LEVELS = 25
 _ROWS = 32  # of the tables in the shader
 
 
+class _TableKey(NamedTuple):
+    """What the tables of distances are made for."""
+
+    ground: GroundRevision
+    tangents: tuple[float, float, float, float]
+    size_px: tuple[int, int]
+    edge_px: float
+
+
+class _LeavesKey(NamedTuple):
+    """What the leaves are chosen for."""
+
+    table: _TableKey
+    camera: CameraStamp
+    anchor: AnchorKey
+    min_spacing_m: float
+
+
 class _View(ViewParts):
     """One view's leaves."""
 
     def __init__(self, of: GpuScope) -> None:
         super().__init__(of)
         self.arrays: dict[str, Any] = {}
-        self.key: tuple[Any, ...] = ()
-        self.table_key: tuple[Any, ...] = ()
+        self.key: _LeavesKey | None = None
+        self.table_key: _TableKey | None = None
         self.table: PaperTables | None = None
         self.keys: Ints = np.zeros(0, np.int64)
         self.capacity = 1024
-        self.made: tuple[Any, ...] | None = None
+        self.made: _LeavesKey | None = None
         self.patches = self.gpu.buffer(reserve=self.capacity * NAME_DTYPE.itemsize, dynamic=True)
         self.anchor = self.gpu.buffer(reserve=len(TriangleAnchor((1, 0, 0), 1.0).block), dynamic=True)
-        self.anchor_key: tuple[Any, ...] = ()
+        self.anchor_key: AnchorKey | None = None
         self.ground_m = 0.0  # height of the sphere that distances are measured to
         self.vertices: Any = None
         self.visible: Any = None
@@ -99,26 +118,25 @@ class PaperIcosphereBackend(Backend):
         params = ground.params
         view.bind_octaves = partial(self.bind_octaves, frame.view)
         proxy = frame.view.proxy
-        anchor_key = (proxy.generation, params.radius_m)
+        anchor_key = AnchorKey(proxy.generation, params.radius_m)
         if anchor_key != view.anchor_key:
             view.anchor_key = anchor_key
             view.anchor.write(TriangleAnchor(proxy.lattice.direction, params.radius_m).block)
-        if frame.frozen and view.made is not None and view.made[0][0] == ground.revision and view.made[2] == anchor_key:
+        made = view.made
+        if frame.frozen and made is not None and (made.table.ground, made.anchor) == (ground.revision, anchor_key):
             return
         tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
-        lens = (ground.revision, tangents, frame.size, float(frame.settings["terrain.edge_px"]))
+        table_key = _TableKey(ground.revision, tangents, frame.size, float(frame.settings["terrain.edge_px"]))
         smallest_m = float(frame.settings["terrain.min_spacing_m"])
-        if lens != view.table_key or view.table is None:
-            view.table_key = lens
+        if table_key != view.table_key or view.table is None:
+            view.table_key = table_key
             self._spacing_m = params.radius_m * self.shape.scheme.spacing_rad(np.arange(_ROWS), self.shape.segments)
             fov_rad = np.arctan(camera.tan_right) - np.arctan(camera.tan_left)
-            view.table = tables(
-                params.radius_m, params.highest_m, fov_rad, frame.size[0], lens[3], self.shape.segments, LEVELS
-            )
-        axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
+            edge_px, segments = table_key.edge_px, self.shape.segments
+            view.table = tables(params.radius_m, params.highest_m, fov_rad, frame.size[0], edge_px, segments, LEVELS)
         # As printed the sphere of height 0: a mountain below one's feet would be as coarse as from so high above.
         view.ground_m = float(proxy.ground_m)
-        key = (lens, axes, anchor_key, smallest_m)
+        key = _LeavesKey(table_key, camera.stamp, anchor_key, smallest_m)
         if key == view.key:
             return
         view.key = key

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
@@ -22,7 +22,8 @@ from ....engine.settings import Settings
 from ....engine.surface.forest import Forest
 from ..tiles.shape import QuadShape, TileShape
 from .base import Ground
-from .tiled import TiledBackend, _TileView
+from .tile_view import SplitBy, TileView
+from .tiled import TiledBackend
 
 __all__ = ["PaperQuadtreeBackend"]
 
@@ -52,11 +53,11 @@ class PaperQuadtreeBackend(TiledBackend):
     def make_shape(self, segments: int) -> TileShape:
         return QuadShape(segments)
 
-    def forest_key(self, frame: Frame) -> tuple[Any, ...]:
-        return (frame.pixel_rad, float(frame.settings["terrain.edge_px"]))
+    def split_by(self, frame: Frame) -> SplitBy:
+        return SplitBy(frame.pixel_rad, float(frame.settings["terrain.edge_px"]))
 
     def make_forest(self, ground: Ground, occluder_m: float, frame: Frame) -> Forest:
-        pixel_rad, edge_px = self.forest_key(frame)
+        pixel_rad, edge_px = self.split_by(frame)
         params, scheme = ground.params, self.shape.scheme
         levels = np.arange(scheme.finest_level + 1)
         spacing_m = params.radius_m * scheme.spacing_rad(levels, self.shape.segments)
@@ -72,7 +73,7 @@ class PaperQuadtreeBackend(TiledBackend):
             balanced=False,
         )
 
-    def _bind_assemble(self, io: PassIO, view: _TileView) -> Callable[[], None]:
+    def _bind_assemble(self, io: PassIO, view: TileView) -> Callable[[], None]:
         assemble = super()._bind_assemble(io, view)
 
         def run() -> None:

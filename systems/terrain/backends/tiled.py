@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....components import Ocean, Planet
-from ....engine.frame import Frame, View, ViewInfo, ViewParts, Views
+from ....engine.frame import Frame, View, ViewInfo, Views
 from ....engine.gpu import GpuScope
 from ....engine.graph import GraphBuilder, PassIO, TextureSpec
 from ....engine.settings import Settings
@@ -23,11 +23,11 @@ from ....engine.surface.footing import footing
 from ....engine.surface.forest import Forest, Selection
 from ....engine.surface.selection import LARGEST_SHARE
 from ..tiles.maker import BATCH, Made, TileMaker
-from ..tiles.mesh import TileMesh
 from ..tiles.pool import SlotPool
 from ..tiles.queries import heights_on_tiles
 from ..tiles.shape import TileShape
 from .base import Backend, Ground, heights_seen
+from .tile_view import Asked, ForestKey, SplitBy, TileInputs, TilesShown, TileView
 
 __all__ = ["TiledBackend"]
 
@@ -47,36 +47,6 @@ _STEEPEST = 0.5
 triangle misses slopes of one by half of its edge at most."""
 _MOST_SHOWN = 0.7
 """Of all slots: the rest is for parents, and for what is seen next."""
-
-
-class _TileView(ViewParts):
-    """One view's forest and what of it is drawn."""
-
-    def __init__(self, of: GpuScope, shape: TileShape, slots: int, view: View) -> None:
-        super().__init__(of)
-        self.of = view
-        self.mesh = TileMesh(self.gpu, shape, slots)
-        self.forest: Forest | None = None
-        self.key: tuple[Any, ...] = ()  # what the forest was made for
-        self.inputs: tuple[object, ...] = ()
-        """Of the last update."""
-        self.hidden_below_m = -np.inf  # tiles that lie below, under the sea, need no detail
-        self.selection: Selection | None = None
-        self.whole = False
-        """Whether all that was wanted has been there since the forest was made."""
-        self.queue: Ints = np.zeros(0, np.int64)  # tiles to make, most urgent first
-        self.under_way: set[int] = set()  # of its tiles: facts were still to come in its last frame
-        self.made = self.settled_at = 0  # tiles made for it, and when everything was there last
-        self.at_once = self.frozen = False  # in its last frame
-        self.revision = -1
-        self.clock_s = 0.0
-        self.eye_m: NDArray[np.float64] | None = None
-        self.wanted: tuple[Any, ...] = ()  # what the visible list depends on
-        self.culled: tuple[Any, ...] | None = None
-        self.keep_dh_m = (-3.0e38, 3.0e38)
-        self.anchor: Any = None  # a block for what assembles, and what it was made for
-        self.anchor_key: tuple[Any, ...] = ()
-        self.anchor_height_m = 0.0
 
 
 class TiledBackend(Backend):
@@ -110,9 +80,9 @@ class TiledBackend(Backend):
     def make_shape(self, segments: int) -> TileShape:
         """The tiles' shape."""
 
-    def view(self, view: View) -> _TileView:
+    def view(self, view: View) -> TileView:
         """One view's tiles."""
-        return view.state(self, lambda: _TileView(self.gpu, self.shape, self._slots, view))
+        return view.state(self, lambda: TileView(self.gpu, self.shape, self._slots, view))
 
     # -- frame -------------------------------------------------------------------------------------------------------
 
@@ -139,30 +109,26 @@ class TiledBackend(Backend):
         proxy = frame.view.proxy
         view.anchor_height_m = proxy.anchor_height_m
         view.mesh.around(proxy.generation)
-        camera = frame.camera
-        tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
-        axes = camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes()
         view.keep_dh_m = heights_seen(frame, proxy.anchor_height_m)
         if not view.frozen and frame.view.seen.ground():
-            view.wanted = (view.revision, proxy.generation, axes, tangents, view.keep_dh_m)
+            view.wanted = TilesShown(view.revision, proxy.generation, frame.camera.stamp, view.keep_dh_m)
 
     def rests(self, frame: Frame) -> bool:
         if super().rests(frame):
             return True
-        view: _TileView | None = frame.view.found(self)
+        view: TileView | None = frame.view.found(self)
         if view is None or view.forest is None or view.inputs != self._inputs(frame):
             return False
         return view.forest.at_rest(frame.camera.position_m) and self.settled(frame.view)
 
-    def _inputs(self, frame: Frame) -> tuple[object, ...]:
-        """What an update depends on beside the place of the camera, components and where it looks."""
+    def _inputs(self, frame: Frame) -> TileInputs:
         proxy, settings = frame.view.proxy.generation, frame.settings
-        return (self.ground.revision, proxy, frame.pixel_rad, self._asked(settings), settings["terrain.min_spacing_m"])
+        finest_m = float(settings["terrain.min_spacing_m"])
+        return TileInputs(self.ground.revision, proxy, frame.pixel_rad, self._asked(settings), finest_m)
 
     @staticmethod
-    def _asked(settings: Settings) -> tuple[float, float]:
-        """terrain.error_px and terrain.edge_px."""
-        return float(settings["terrain.error_px"]), float(settings["terrain.edge_px"])
+    def _asked(settings: Settings) -> Asked:
+        return Asked(float(settings["terrain.error_px"]), float(settings["terrain.edge_px"]))
 
     def _retune(self, settings: Settings) -> None:
         """Forests hear of all tiles again where what they are told depends on knobs that have changed."""
@@ -170,7 +136,7 @@ class TiledBackend(Backend):
         if asked == self._asked_px:
             return
         self._asked_px = asked
-        for view in self.views.states(self, _TileView):
+        for view in self.views.states(self, TileView):
             if view.forest is not None:
                 self._tell_all(view)
 
@@ -181,27 +147,28 @@ class TiledBackend(Backend):
         self.pool.clear()
         self._facts.clear()
         self._under_way.clear()
-        for view in self.views.states(self, _TileView):
+        for view in self.views.states(self, TileView):
             view.forest, view.queue = None, np.zeros(0, np.int64)
 
-    def _forest(self, view: _TileView, frame: Frame, ground: Ground) -> Forest:
+    def _forest(self, view: TileView, frame: Frame, ground: Ground) -> Forest:
         params = ground.params
         sea = frame.world.try_get(frame.planet, Ocean)
         radius = frame.world.get(frame.planet, Planet).radius_m
         above = sea is not None and frame.camera.altitude_m(radius) >= sea.sea_level_m
         level = sea.sea_level_m if sea is not None and above else -np.inf
-        key = (ground.revision, level, *self.forest_key(frame))
-        held = frame.frozen and view.whole and key[0] == view.key[0]  # whatever lens or depth of the camera
-        if view.forest is None or (key != view.key and not held):
+        key, old = ForestKey(ground.revision, level, self.split_by(frame)), view.key
+        # Whatever lens or depth of the camera.
+        held = frame.frozen and view.whole and old is not None and key.ground == old.ground
+        if view.forest is None or (key != old and not held):
             view.key, view.hidden_below_m = key, level
             view.forest = self.make_forest(ground, max(params.lowest_m, level), frame)
             view.revision, view.selection, view.whole = -1, None, False
             self._tell_all(view)
         return view.forest
 
-    def forest_key(self, frame: Frame) -> tuple[Any, ...]:
-        """What else a forest is made for."""
-        return ()
+    def split_by(self, frame: Frame) -> SplitBy | None:
+        """What its forests split by, if that is distance."""
+        return None
 
     def make_forest(self, ground: Ground, occluder_m: float, frame: Frame) -> Forest:
         """The forest that selects. occluder_m: height of the sphere that hides what is behind it."""
@@ -215,14 +182,14 @@ class TiledBackend(Backend):
             occluder_m=occluder_m,
         )
 
-    def _tell_all(self, view: _TileView) -> None:
+    def _tell_all(self, view: TileView) -> None:
         """A forest hears of all tiles that there are."""
         if self._facts:
             keys = np.array(list(self._facts), np.int64)
             facts = np.array(list(self._facts.values()))
             self._tell(view, Made(keys, facts[:, 0], facts[:, 1], facts[:, 2]))
 
-    def _tell(self, view: _TileView, made: Made) -> None:
+    def _tell(self, view: TileView, made: Made) -> None:
         """A forest hears of tiles; below an opaque sea no error counts."""
         assert view.forest is not None
         scheme = self.shape.scheme
@@ -244,11 +211,11 @@ class TiledBackend(Backend):
             facts = zip(made.low_m.tolist(), made.high_m.tolist(), made.error_m.tolist(), strict=True)
             self._under_way.difference_update(found.keys.tolist())
             self._facts.update(zip(made.keys.tolist(), facts, strict=True))
-            for view in self.views.states(self, _TileView):
+            for view in self.views.states(self, TileView):
                 if view.forest is not None:
                     self._tell(view, made)
 
-    def _make_roots(self, view: _TileView) -> None:
+    def _make_roots(self, view: TileView) -> None:
         """Coarse ground is there at once, whatever it costs: everything else has it to fall back on."""
         roots = self.shape.scheme.root_keys()
         if self.pool.slots(roots).min() >= 0:
@@ -260,7 +227,7 @@ class TiledBackend(Backend):
             self._start(view, part)
             self._collect(wait=True)
 
-    def _stand(self, view: _TileView, forest: Forest, frame: Frame, ground: Ground) -> bool:
+    def _stand(self, view: TileView, forest: Forest, frame: Frame, ground: Ground) -> bool:
         """Ground below the camera as fine as the camera is near to it, at once: after a leap what is there may reach
         above the camera, which would look through it. Whether anything was made."""
         scheme, position = self.shape.scheme, frame.camera.position_m
@@ -280,7 +247,7 @@ class TiledBackend(Backend):
             self._collect(wait=True)
         return len(keys) > 0
 
-    def _select(self, view: _TileView, forest: Forest, frame: Frame) -> Selection:
+    def _select(self, view: TileView, forest: Forest, frame: Frame) -> Selection:
         camera, settings = frame.camera, frame.settings
         if view.frozen and view.selection is not None:
             return view.selection
@@ -310,7 +277,7 @@ class TiledBackend(Backend):
 
     # -- making ------------------------------------------------------------------------------------------------------
 
-    def _work(self, view: _TileView) -> None:
+    def _work(self, view: TileView) -> None:
         """As many of the wanted tiles as fit into this frame's time."""
         room = self.maker.room(_AT_ONCE_S if view.at_once else self._budget_s)
         while room > 0 and len(view.queue):
@@ -319,7 +286,7 @@ class TiledBackend(Backend):
             if not self._start(view, part):
                 break
 
-    def _start(self, view: _TileView, keys: Ints) -> bool:
+    def _start(self, view: TileView, keys: Ints) -> bool:
         keys = keys[: self._vacate(len(keys))]
         if not len(keys):
             view.queue = keys  # no room: what there is has to do
@@ -329,7 +296,7 @@ class TiledBackend(Backend):
         if not self.maker.make(keys, slots, self._radius_m):
             self.pool.drop(keys)
             return False
-        for each in self.views.states(self, _TileView):
+        for each in self.views.states(self, TileView):
             each.mesh.forget(slots)
         self._under_way.update(keys.tolist())
         view.under_way.update(keys.tolist())
@@ -341,7 +308,7 @@ class TiledBackend(Backend):
         """Free slots for that many tiles; how many there are."""
         short = count - self.pool.free
         if short > 0:
-            forests = [v.forest for v in self.views.states(self, _TileView) if v.forest is not None]
+            forests = [v.forest for v in self.views.states(self, TileView) if v.forest is not None]
             spare: Ints | None = None
             for forest in forests:
                 droppable = forest.droppable(short if len(forests) == 1 else self._slots)
@@ -405,7 +372,7 @@ class TiledBackend(Backend):
             help="what is in each slot: nothing dark, a tile of a level that is not drawn dim, one that is bright",
         )
 
-    def _bind_assemble(self, io: PassIO, view: _TileView) -> Callable[[], None]:
+    def _bind_assemble(self, io: PassIO, view: TileView) -> Callable[[], None]:
         view.mesh.attach_vertices(io)
 
         def run() -> None:
@@ -415,7 +382,7 @@ class TiledBackend(Backend):
 
         return run
 
-    def _bind_cull(self, io: PassIO, view: _TileView) -> Callable[[], None]:
+    def _bind_cull(self, io: PassIO, view: TileView) -> Callable[[], None]:
         if view.mesh.attach_visible(io):
             view.culled = None
 
@@ -440,7 +407,7 @@ class TiledBackend(Backend):
 
         return run
 
-    def _bind_slots(self, io: PassIO, view: _TileView) -> Callable[[], None]:
+    def _bind_slots(self, io: PassIO, view: TileView) -> Callable[[], None]:
         picture = io.texture("debug.slots")
         levels = np.arange(32)[:, None] * 0.381966 + np.array([0.0, 2.0 / 3.0, 1.0 / 3.0])
         hues = np.clip(np.abs(levels % 1.0 * 6.0 - 3.0) - 1.0, 0.0, 1.0)  # as in terrain/wireframe.frag
@@ -467,7 +434,7 @@ class TiledBackend(Backend):
     # -- questions ---------------------------------------------------------------------------------------------------
 
     def settled(self, view: View) -> bool:
-        own: _TileView | None = view.found(self)
+        own: TileView | None = view.found(self)
         if own is None:
             return True
         moving = own.selection is not None and own.selection.moving
@@ -478,18 +445,18 @@ class TiledBackend(Backend):
 
     def progress(self, view: View) -> float:
         """Of the tiles known to be wanted (they name others); stands still where there is no room for all of them."""
-        own: _TileView | None = view.found(self)
+        own: TileView | None = view.found(self)
         if own is None or self.settled(view):
             return 1.0
         made = min(own.made - own.settled_at, self._slots)
         return made / (made + max(len(own.queue), 1))
 
     def statistics(self) -> dict[str, int]:
-        view: _TileView | None = self.views[0].found(self)
+        view: TileView | None = self.views[0].found(self)
         return {} if view is None else view.mesh.statistics()
 
     def height_drawn(self, directions: NDArray[np.float64], view: View) -> NDArray[np.float64]:
-        own: _TileView | None = view.found(self)
+        own: TileView | None = view.found(self)
         if own is None or not own.mesh.count:
             return super().height_drawn(directions, view)
         return heights_on_tiles(own.mesh, directions, view.proxy)
