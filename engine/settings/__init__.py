@@ -1,6 +1,6 @@
 """Settings: knobs read from component fields, checked assignment, presets in TOML, quality."""
 
-from .assign import assign_many, install, latest_revision, revision, with_overrides
+from .assign import PartRevision, assign_many, install, latest_revision, revision, with_overrides
 from .check import FieldRule, PresetError, SettingError, UnknownSettingError, check_value, rules_of
 from .presets import build_components, plain_table, read_toml, write_toml
 from .quality import QualityKnobs, Settings
@@ -8,6 +8,7 @@ from .suggest import did_you_mean
 
 __all__ = [
     "FieldRule",
+    "PartRevision",
     "PresetError",
     "QualityKnobs",
     "SettingError",

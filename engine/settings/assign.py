@@ -7,7 +7,7 @@ import functools
 import itertools
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from .check import SettingError, UnknownSettingError, check_value, rules_of
 from .suggest import did_you_mean
@@ -103,6 +103,18 @@ def revision(component: object, *fields: str) -> int:
                 raise UnknownSettingError(f"{what}; {did_you_mean(name, known, 'it has')}")
         return max((*(changed.get(name, 0) for name in fields), *inner), default=0)
     return max((*changed.values(), *inner), default=0)
+
+
+class PartRevision(NamedTuple):
+    """Which component, by its id, and its revision: differs for another one of a class that isn't checked, too."""
+
+    part: int
+    revision: int
+
+    @classmethod
+    def of(cls, component: object) -> PartRevision:
+        """Of a component as it is now."""
+        return cls(id(component), revision(component))
 
 
 def latest_revision(*kinds: type) -> int:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..components import Ocean, Terrain
-from ..engine.settings import revision
+from ..engine.settings import PartRevision
 from .ocean import OceanSampler
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ class SeaSurface:
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
         self._sampler: OceanSampler | None = None
-        self._key: object = None
+        self._key: tuple[PartRevision, ...] = ()
         self._known: tuple[float, NDArray[np.float64], float] | None = None
         self.time_s = 0.0
 
@@ -37,7 +37,7 @@ class SeaSurface:
         """Metres above the reference sphere. There has to be an Ocean."""
         planet = self._scene.planet
         parts = (planet.planet, planet.get(Ocean), planet.get(Terrain))
-        key = tuple((id(part), revision(part)) for part in parts if part is not None)
+        key = tuple(PartRevision.of(part) for part in parts if part is not None)
         if key != self._key or self._sampler is None:
             self._key, self._sampler, self._known = key, OceanSampler(self._scene), None
         known = self._known

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import logging
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..components import Ocean, Terrain
-from ..engine.settings import revision
+from ..engine.settings import PartRevision, revision
 from ..engine.space import CameraState
 
 if TYPE_CHECKING:
@@ -22,12 +22,23 @@ log = logging.getLogger(__name__)
 _LOWEST_CLEARANCE_M = 0.01
 
 
+class _StandsOn(NamedTuple):
+    """What a camera's place follows from: revisions. scene, structure: structures of its scene and its planet's."""
+
+    scene: int
+    structure: int
+    sun: PartRevision
+    planet: int
+    terrain: int
+    ocean: int
+
+
 class CameraResolver:
     """The last camera of a picture in its scene: resolving one takes up to a seventh of a frame."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
-        self._held: tuple[Camera, tuple[object, ...], SceneCamera] | None = None
+        self._held: tuple[Camera, _StandsOn | None, SceneCamera] | None = None
 
     def resolve(self, camera: Camera) -> SceneCamera:
         """The same object while neither the camera nor what it stands on changes."""
@@ -37,14 +48,15 @@ class CameraResolver:
             held = self._held = (camera, self._stamp(placed), placed)
         return held[2]
 
-    def _stamp(self, placed: SceneCamera) -> tuple[object, ...]:
+    def _stamp(self, placed: SceneCamera) -> _StandsOn | None:
+        """None: its planet is gone."""
         over = placed.planet
         if over.scene.world.closed or over.name not in self._scene.planets:
-            return ()
-        parts = tuple(0 if c is None else revision(c) for c in (over.get(Terrain), over.get(Ocean)))
-        sun = self._scene.sun
+            return None
+        terrain, ocean = (0 if c is None else revision(c) for c in (over.get(Terrain), over.get(Ocean)))
+        sun = PartRevision.of(self._scene.sun)
         structures = (self._scene.world.structure_revision, over.scene.world.structure_revision)
-        return (*structures, id(sun), revision(sun), revision(over.planet), *parts)
+        return _StandsOn(*structures, sun, revision(over.planet), terrain, ocean)
 
 
 class DrawnCamera:

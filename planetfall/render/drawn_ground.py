@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,13 @@ if TYPE_CHECKING:
 __all__ = ["DrawnGround"]
 
 
+class _MadeFor(NamedTuple):
+    """Revisions that the printed ground was made for. radius: of the planet's."""
+
+    terrain: int
+    radius: int
+
+
 class DrawnGround:
     """Which ground a renderer with these settings draws on a scene's default planet.
 
@@ -30,7 +37,7 @@ class DrawnGround:
 
     def __init__(self, scene: Scene, settings: Mapping[str, Any]) -> None:
         self._scene, self._settings = scene, settings
-        self._held: tuple[tuple[object, ...], PaperField] | None = None
+        self._held: tuple[_MadeFor, PaperField] | None = None
 
     def own_field(self) -> PaperField | None:
         """The ground that is drawn, if it isn't the scene's."""
@@ -41,7 +48,7 @@ class DrawnGround:
         knob = self._settings.get
         if knob("terrain.method", component.method) != "paper" or knob("terrain.backend", component.backend) != "grid":
             return None
-        stamp = (revision(component), revision(planet[Planet], "radius_m"))
+        stamp = _MadeFor(revision(component), revision(planet[Planet], "radius_m"))
         if self._held is None or self._held[0] != stamp:
             terrain = with_overrides(component, "terrain", self._settings)
             params = TerrainParams.from_component(terrain, planet.radius_m)

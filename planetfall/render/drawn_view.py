@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..engine.frame import View
 from ..errors import SettingError
@@ -15,10 +15,18 @@ if TYPE_CHECKING:
     from ..scene.scene import Scene
     from .drawn_ground import DrawnGround
 
-__all__ = ["LDR", "DrawnView"]
+__all__ = ["LDR", "DrawnView", "PlanKey"]
 
 LDR = "composite.ldr"
 """The resource that a picture of colours is read from."""
+
+
+class PlanKey(NamedTuple):
+    """What a plan was compiled for. gates: how often systems had come or gone; systems: name and structure of each."""
+
+    exports: frozenset[str]
+    gates: int
+    systems: tuple[tuple[str, object], ...]
 
 
 class DrawnView(View):
@@ -32,8 +40,7 @@ class DrawnView(View):
         self.size = size
         """(width, height) in pixels."""
         self.plan: Plan | None = None
-        self.plan_key: tuple[object, ...] = ()
-        """What the plan was compiled for."""
+        self.plan_key: PlanKey | None = None
         self.exports: frozenset[str] = frozenset({LDR})
         self.frames = 0
         """Frames that it has shown."""
@@ -49,7 +56,7 @@ class DrawnView(View):
             if self.plan is not None:
                 self.plan.resize(size)
             self.size = size
-            self.plan_key = ()  # lists of tiles have the picture's size
+            self.plan_key = None  # lists of tiles have the picture's size
 
     def compiled(self) -> Plan:
         """The frame graph of the last frame. SettingError before the first."""

@@ -6,7 +6,7 @@ import logging
 import traceback
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from ..engine.graph import GraphError
 from ..engine.settings import latest_revision
@@ -33,6 +33,14 @@ class Fault:
     planet: str = ""
 
 
+class _Tried(NamedTuple):
+    """What a system was tried with: the revision of what it needs, the world's structure, reloads of shaders."""
+
+    parts: int
+    structure: int
+    shaders: int
+
+
 class Faults:
     """The systems of one renderer that are switched off because they raised.
 
@@ -44,7 +52,7 @@ class Faults:
 
     def __init__(self, planet: str = "", others: Callable[[], Iterable[Faults]] = tuple) -> None:
         self._planet, self._others = planet, others
-        self._off: dict[str, tuple[Fault, tuple[object, ...]]] = {}
+        self._off: dict[str, tuple[Fault, _Tried]] = {}
         self._shaders = 0
 
     def __bool__(self) -> bool:
@@ -62,7 +70,7 @@ class Faults:
     def add(self, system: System, error: Exception, world: World) -> None:
         """Switch a system off."""
         report = "".join(traceback.format_exception(error))
-        self._off[system.name] = (Fault(system.name, error, report, self._planet), self._stamp(system, world))
+        self._off[system.name] = (Fault(system.name, error, report, self._planet), self._tried(system, world))
         log.error("system %r raised %s and is switched off", system.name, type(error).__name__, exc_info=error)
 
     def take_back(self, system: System) -> None:
@@ -81,12 +89,12 @@ class Faults:
         """Let go of those for which something has changed since they failed; whether there are any."""
         before = len(self._off)
         for system in systems:
-            if system.name in self._off and self._off[system.name][1] != self._stamp(system, world):
+            if system.name in self._off and self._off[system.name][1] != self._tried(system, world):
                 del self._off[system.name]
         return len(self._off) != before
 
-    def _stamp(self, system: System, world: World) -> tuple[object, ...]:
-        return (latest_revision(*system.needs), world.structure_revision, self._shaders)
+    def _tried(self, system: System, world: World) -> _Tried:
+        return _Tried(latest_revision(*system.needs), world.structure_revision, self._shaders)
 
 
 class Drawing(Protocol):

@@ -3,17 +3,17 @@ that the camera is near."""
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..components import Ocean, Sun, Terrain
 from ..engine.frame import Frame, View, Views
 from ..engine.system import System
 from ..errors import MissingError
-from ..scene.companions import Body
+from ..scene.companions import Body, SceneRevision
 from ..systems.companions import PICTURE, Picture
 from .discs import Part, hidden_by, part_of
 from .planet import Moment, PlanetRenderer, Wanted
@@ -42,7 +42,16 @@ class PlanetSource(Protocol):
     def renderer_of(self, name: str) -> PlanetRenderer | None: ...
     def others_of(self, name: str) -> Others: ...
     def sun_over(self, body: Body, view: View) -> Sun: ...
-    def stamp(self) -> tuple[object, ...]: ...
+    def stamp(self) -> tuple[SceneRevision, ...]: ...
+
+
+class _SpotKey(NamedTuple):
+    """What a spot's picture depends on, as far as a few pixels can show. forward, sun: directions in steps."""
+
+    forward: tuple[float, ...]
+    sun: tuple[float, ...]
+    irradiance: tuple[float, float, float]
+    scenes: tuple[SceneRevision, ...]
 
 
 class _Around:
@@ -86,7 +95,7 @@ class Others:
         frame.jitter_px, frame.backdrop = jitter, False
         return True
 
-    def stamp(self) -> tuple[object, ...]:
+    def stamp(self) -> tuple[SceneRevision, ...]:
         return self._planets.stamp()
 
     def settled(self, view: View) -> bool:
@@ -141,15 +150,15 @@ class _Drawn:
 
     def __init__(self, planet: PlanetRenderer, size: tuple[int, int]) -> None:
         self.planet, self.view = planet, planet.add_view(size)
-        self._spot: tuple[object, ...] = ()
+        self._spot: _SpotKey | None = None
         self._texture: moderngl.Texture | None = None
 
     def texture(self, planets: PlanetSource, body: Body, part: Part, frame: Frame) -> moderngl.Texture:
         """PICTURE of the part of a frame's picture that shows this planet."""
         planet, view = self.planet, self.view
         sun = planets.sun_over(body, view)
-        key = self._spot_key(planets, part, sun) if not part.texels and not frame.settling else ()
-        if key and key == self._spot and self._texture is not None:
+        key = self._spot_key(planets, part, sun) if not part.texels and not frame.settling else None
+        if key is not None and key == self._spot and self._texture is not None:
             return self._texture
         jitter = (frame.jitter_px[0] * part.texels, frame.jitter_px[1] * part.texels)
         planets.others_of(body.name).part_jitter(view, jitter)
@@ -163,7 +172,7 @@ class _Drawn:
             ),
         )
         self._texture = shown = view.compiled().resource(PICTURE)
-        self._spot = key if self.settled() else ()
+        self._spot = key if self.settled() else None
         return shown
 
     def settled(self) -> bool:
@@ -172,11 +181,13 @@ class _Drawn:
     def progress(self) -> float:
         return min((system.progress(self.view) for system in _drawing(self.planet)), default=1.0)
 
-    def _spot_key(self, planets: PlanetSource, part: Part, sun: Sun) -> tuple[object, ...]:
-        """What a spot's picture depends on, as far as a few pixels can show."""
+    def _spot_key(self, planets: PlanetSource, part: Part, sun: Sun) -> _SpotKey:
         step = np.radians(_LOOKED_AT_DEG)
-        looks = np.round(np.array([*part.camera.forward, *(sun.direction or ())]) / step)
-        return (*looks.tolist(), sun.irradiance, planets.stamp())
+
+        def steps(direction: ArrayLike) -> tuple[float, ...]:
+            return tuple(np.round(np.asarray(direction) / step).tolist())
+
+        return _SpotKey(steps(part.camera.forward), steps(sun.direction or ()), sun.irradiance, planets.stamp())
 
     def release(self) -> None:
         self.planet.release_view(self.view)

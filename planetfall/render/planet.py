@@ -6,7 +6,7 @@ import logging
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import moderngl
 
@@ -21,7 +21,7 @@ from ..engine.system import Setup, System
 from ..scene.scene import Scene
 from ..systems.light import resolve_sun
 from .drawn_ground import DrawnGround
-from .drawn_view import LDR, DrawnView
+from .drawn_view import LDR, DrawnView, PlanKey
 from .faults import Faults
 from .memory_budget import MemoryPlan
 from .system_list import SystemList
@@ -29,6 +29,23 @@ from .system_list import SystemList
 __all__ = ["Moment", "PlanetRenderer", "Wanted"]
 
 log = logging.getLogger(__name__)
+
+
+class _GateKey(NamedTuple):
+    """What decides which systems run: the world's structure, and the planet's entity."""
+
+    structure: int
+    planet: int
+
+
+class _SunKey(NamedTuple):
+    """What a sun's state follows from. sun: its id; revision: its own; planet: the planet's; time_s: 0 where the sun
+    stands."""
+
+    sun: int
+    revision: int
+    planet: int
+    time_s: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,10 +104,10 @@ class PlanetRenderer:
         """All that the scene needs or has needed, running or not, in the order of their updates."""
         self._scopes: dict[str, GpuScope] = {}
         self._gates = 0  # how often systems came or went
-        self._gate_key: tuple[object, ...] = ()
+        self._gate_key: _GateKey | None = None
         self.backend = GLBackend(gpu.scope("graph"))
         self.faults = Faults(scene.planet.name, others)
-        self._sun: tuple[tuple[object, ...], SunState] | None = None
+        self._sun: tuple[_SunKey, SunState] | None = None
         self.python_ms = 0.0
         """What the last frame took before the GPU's work began."""
         self.views = Views()
@@ -160,7 +177,7 @@ class PlanetRenderer:
     def sun_state(self, sun: Sun, time_s: float) -> SunState:
         """A sun over this planet; the same object while it stands."""
         planet = self.scene.planet.planet
-        key = (id(sun), revision(sun), revision(planet), time_s if sun.mode == "epoch" else 0.0)
+        key = _SunKey(id(sun), revision(sun), revision(planet), time_s if sun.mode == "epoch" else 0.0)
         if self._sun is None or self._sun[0] != key:
             self._sun = (key, resolve_sun(sun, planet, time_s))
         return self._sun[1]
@@ -180,8 +197,8 @@ class PlanetRenderer:
         frame.checkered = set()  # a new one: views keep the last
         return frame
 
-    def _structure(self, view: DrawnView, exports: frozenset[str], running: Sequence[System]) -> tuple[object, ...]:
-        return exports, self._gates, tuple((s.name, s.structure_of(view)) for s in running)
+    def _structure(self, view: DrawnView, exports: frozenset[str], running: Sequence[System]) -> PlanKey:
+        return PlanKey(exports, self._gates, tuple((s.name, s.structure_of(view)) for s in running))
 
     def _compiled(self, view: DrawnView, exports: frozenset[str]) -> Plan:
         running = self.running
@@ -206,7 +223,7 @@ class PlanetRenderer:
     def _gate(self) -> None:
         """Set up what the world now has, let go of what it no longer has."""
         world = self.world
-        key = (world.structure_revision, self.scene.planet.entity)
+        key = _GateKey(world.structure_revision, self.scene.planet.entity)
         if key == self._gate_key:
             return
         self._gate_key = key
@@ -220,7 +237,7 @@ class PlanetRenderer:
                     system.setup(Setup(world, scope, self.settings, self.scene.planet.entity, self.views))
                 except BaseException:
                     scope.release()
-                    self._gate_key = ()  # tried again in the next frame
+                    self._gate_key = None  # tried again in the next frame
                     raise
                 self._scopes[system.name] = scope
                 self._gates += 1
@@ -244,7 +261,7 @@ class PlanetRenderer:
 
     def gate_again(self) -> None:
         """With the next frame, look again at which systems run, and compile."""
-        self._gate_key = ()
+        self._gate_key = None
         self._gates += 1
 
     def try_again(self) -> None:

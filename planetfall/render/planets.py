@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +19,9 @@ from ..camera.place import Pose, SceneCamera
 from ..components import Sun
 from ..engine.frame import SunState, View
 from ..engine.frame.backdrop import SOURCE
-from ..engine.settings import revision
+from ..engine.settings import PartRevision
 from ..engine.space import CameraState
-from ..scene.companions import Body, bodies, nearest, own_revisions
+from ..scene.companions import Body, SceneRevision, bodies, nearest, own_revisions
 from ..scene.scene import Scene
 from ..systems.composite import CompositeSystem
 from ..systems.light.sun import resolve_sky, resolve_sun
@@ -34,15 +34,32 @@ if TYPE_CHECKING:
 __all__ = ["DrawRequest", "Planets"]
 
 
+class _MomentKey(NamedTuple):
+    """Equal for equal moments. sun: one in place of the scene's; over: the planet in whose axes it is."""
+
+    time_s: float
+    over: str
+    scene_sun: PartRevision
+    sun: PartRevision | None
+    scenes: tuple[SceneRevision, ...]
+
+
+class _Company(NamedTuple):
+    """Which companions there are: their names, and ids of their scenes."""
+
+    structure: int
+    scenes: tuple[tuple[str, int], ...]
+
+
 @dataclass(frozen=True, eq=False)
 class Ephemeris:
-    """Planets, and sun and stars in the axes of the scene's own planet, at one time. key: equal for equal moments."""
+    """Planets, and sun and stars in the axes of the scene's own planet, at one time."""
 
     time_s: float
     bodies: dict[str, Body]
     sun: SunState
     star_axes: NDArray[np.float64]
-    key: tuple[object, ...]
+    key: _MomentKey
 
 
 class _HeldSun:
@@ -116,7 +133,7 @@ class Planets(Mapping[str, PlanetRenderer]):
         self._others: dict[str, Others] = {}
         self._suns: dict[str, _HeldSun] = {}
         """Over each planet, as the camera of the last request."""
-        self._stamp: tuple[object, ...] = ()
+        self._company: _Company | None = None
         self._ephemeris: Ephemeris | None = None
         self.gone: list[Callable[[str], None]] = []
         """Called with a planet's name when its renderer has been released."""
@@ -164,10 +181,8 @@ class Planets(Mapping[str, PlanetRenderer]):
     def _ephemeris_at(self, time_s: float, sun: Sun | None, over: str) -> Ephemeris:
         """Where everything is. sun: in place of the scene's, in the axes of the planet `over`."""
         scene = self.own.scene
-        key = (
-            time_s, over if sun is not None else "", revision(scene.sun), id(scene.sun),
-            None if sun is None else (id(sun), revision(sun)), self.stamp(),
-        )  # fmt: skip
+        given = None if sun is None else PartRevision.of(sun)
+        key = _MomentKey(time_s, over if sun is not None else "", PartRevision.of(scene.sun), given, self.stamp())
         if self._ephemeris is not None and self._ephemeris.key == key:
             return self._ephemeris
         found = {body.name: body for body in bodies(scene, time_s, stars_stand=sun is not None)}
@@ -209,8 +224,9 @@ class Planets(Mapping[str, PlanetRenderer]):
     def fell_behind(self) -> bool:
         """Whether companions have come or gone, or what belongs to the whole scene has; said once, for `keep_up`."""
         scene = self.own.scene
-        now = (scene.world.structure_revision, *((n, id(c.scene)) for n, c in scene.companions.items()))
-        before, self._stamp = self._stamp, now
+        scenes = tuple((name, id(companion.scene)) for name, companion in scene.companions.items())
+        now = _Company(scene.world.structure_revision, scenes)
+        before, self._company = self._company, now
         return now != before
 
     def keep_up(self) -> None:
@@ -264,7 +280,7 @@ class Planets(Mapping[str, PlanetRenderer]):
         """Systems of the other planets that are switched off."""
         return [member.faults for member in self._members.values()]
 
-    def stamp(self) -> tuple[object, ...]:
+    def stamp(self) -> tuple[SceneRevision, ...]:
         """Changes with everything that planets show or where they are."""
         scene = self.own.scene
         return (own_revisions(scene), *(own_revisions(c.scene) for c in scene.companions.values()))

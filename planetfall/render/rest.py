@@ -3,12 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 from ..engine.frame import Frame
 from ..engine.settings import revision
 from ..scene.scene import Scene
 
 __all__ = ["Rest"]
+
+
+class _RestKey(NamedTuple):
+    """parts: revisions of the environment; settings: their id."""
+
+    exports: frozenset[str]
+    parts: tuple[int, ...]
+    size: tuple[int, int]
+    ev100: float | None
+    host_depth: tuple[float, float] | None
+    settings: int
 
 
 class Rest:
@@ -21,7 +33,7 @@ class Rest:
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
-        self._key: tuple[object, ...] = ()
+        self._key: _RestKey | None = None
         self._complete = False
 
     def may_repeat(self, frame: Frame, settled: Callable[[], bool], exports: frozenset[str]) -> bool:
@@ -29,7 +41,7 @@ class Rest:
         it was complete."""
         # Light, exposure and debug views change a picture without ending the gathering of samples.
         parts = tuple(revision(part) for part in self._scene.environment.components())
-        key = (exports, parts, frame.size, frame.ev100, frame.host_depth, id(frame.settings))
+        key = _RestKey(exports, parts, frame.size, frame.ev100, frame.host_depth, id(frame.settings))
         alone = frame.cut or frame.settling or frame.one_shot or frame.exact
         same = frame.still and not alone and key == self._key
         self._key = key
@@ -38,4 +50,4 @@ class Rest:
 
     def forget(self) -> None:
         """The next frame is made whatever was shown: a shader was reloaded, a size changed."""
-        self._key = ()
+        self._key = None

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from ..components import DebugView, Exposure, Shape, Sun, Transform
 from ..engine.frame import Frame, View
 from ..engine.settings import latest_revision, revision
+from ..engine.space.camera import CameraStamp
 from ..engine.system import System
 from ..scene.scene import Scene
 from ..systems.composite import CompositeSystem
@@ -19,19 +21,39 @@ _SEEN_ELSEWHERE = (Sun, Exposure, DebugView)
 """Components whose change doesn't change what a still picture gathers, or is in the frame anyway."""
 
 
+class _SunKey(NamedTuple):
+    direction: bytes
+    irradiance: bytes
+    angular_radius_rad: float
+
+
+class _ShownKey(NamedTuple):
+    """What a frame shows. structure, parts, props, materials: revisions."""
+
+    camera: CameraStamp
+    sun: _SunKey
+    time_s: float
+    planet: int
+    size: tuple[int, int]
+    structure: int
+    parts: list[int]
+    props: int
+    materials: int
+
+
 class Stillness:
     """What the last frame showed. The library's own systems say of themselves whether they move; others of a game's are
     taken to, unless they say so too."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
-        self._shown: tuple[object, ...] = ()
+        self._shown: _ShownKey | None = None
         self._waiting: frozenset[str] | None = None
         self._parts: tuple[tuple[object, ...], tuple[object, ...]] = ((), ())
 
     def forget(self) -> None:
         """The next frame is another one than the last, whatever it shows."""
-        self._shown = ()
+        self._shown = None
 
     def drawn(self, view: View, running: Sequence[System]) -> None:
         """A frame has been drawn. Systems are asked now: what they share goes on in frames of other views, but this one
@@ -48,11 +70,11 @@ class Stillness:
         """See Frame.still."""
         camera, sun = frame.camera, frame.sun
         revisions = [revision(part) for part in self._listed()]
-        place = (camera.position_m, camera.forward, camera.up, sun.direction, sun.irradiance)
-        tangents = (camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)
-        moment = (*(v.tobytes() for v in place), *tangents, sun.angular_radius_rad, frame.time_s, frame.planet)
-        others = (latest_revision(Transform, Shape), list_revision())
-        shown = (moment, frame.size, self._scene.world.structure_revision, revisions, others)
+        light = _SunKey(sun.direction.tobytes(), sun.irradiance.tobytes(), sun.angular_radius_rad)
+        props, materials = latest_revision(Transform, Shape), list_revision()
+        structure = self._scene.world.structure_revision
+        moment = (camera.stamp, light, frame.time_s, frame.planet, frame.size)
+        shown = _ShownKey(*moment, structure, revisions, props, materials)
         same, self._shown = shown == self._shown, shown
         return same and not any(self._moves(frame.view, system) for system in running)
 

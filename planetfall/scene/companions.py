@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..components import Orbit
-from ..engine.settings import revision
+from ..engine.settings import PartRevision
 from .orbits import Matrix, Vector, centre_on, places, reach_m
 from .scene import Scene
 
-__all__ = ["Body", "bodies", "centre_of", "nearest", "own_reach_m", "own_revisions"]
+__all__ = ["Body", "SceneRevision", "bodies", "centre_of", "nearest", "own_reach_m", "own_revisions"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +87,14 @@ def own_reach_m(scene: Scene) -> float:
     return reach_m(scene.planet)
 
 
-def own_revisions(scene: Scene) -> tuple[Any, ...]:
+class SceneRevision(NamedTuple):
+    """Of a scene: its structure and its parts."""
+
+    structure: int
+    parts: tuple[PartRevision, ...]
+
+
+def own_revisions(scene: Scene) -> SceneRevision:
     """Changes with everything that a scene's own planet shows or where its companions are."""
     parts = (*scene.planet.components(), *(companion.orbit for companion in scene.companions.values()))
-    return (scene.world.structure_revision, *((id(part), revision(part)) for part in parts))
+    return SceneRevision(scene.world.structure_revision, tuple(PartRevision.of(part) for part in parts))

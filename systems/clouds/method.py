@@ -4,17 +4,31 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
-from ...components import Ocean, Planet
+from ...components import Clouds, Ocean, Planet
 from ...engine.frame import Frame, View
 from ...engine.gpu import GpuScope
 from ...engine.graph import PassIO
 from ...engine.methods import Method
+from ...engine.settings import revision
 from ...engine.space import out_of_view
 from ...engine.system import Setup
 
-__all__ = ["CloudMethod", "may_see"]
+__all__ = ["CloudMethod", "CloudsRevision", "may_see"]
+
+
+class CloudsRevision(NamedTuple):
+    """Differs whenever clouds do. component: its id; layers: revisions of its further ones."""
+
+    component: int
+    revision: int
+    layers: tuple[int, ...]
+
+    @classmethod
+    def of(cls, component: Clouds) -> CloudsRevision:
+        """Of clouds as they are now."""
+        return cls(id(component), revision(component), tuple(revision(layer) for layer in component.layers))
 
 
 class CloudMethod(Method):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -13,11 +13,11 @@ from ...engine.frame import Frame, View, ViewInfo
 from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.gpu import Compute, GpuScope
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
-from ...engine.settings import SettingError, Settings, revision, with_overrides
+from ...engine.settings import SettingError, Settings, with_overrides
 from ...engine.system import Setup
 from .field import CloudField
 from .history import NONE, STILL, History
-from .method import CloudMethod, may_see
+from .method import CloudMethod, CloudsRevision, may_see
 from .model import CloudModel
 from .picture import SURFACE, CloudPicture, Surface
 from .shadow_pass import SHADOW, SUN, ShadowPass
@@ -36,6 +36,37 @@ is rough, and one whole map would cost eight times as much in its frame and let 
 most of the sea mirrors one of them."""
 
 
+class ShadowKey(NamedTuple):
+    """Which clouds throw a shadow. cuts, steady: of the maps of the weather."""
+
+    clouds: CloudsRevision | None
+    cuts: int
+    steady: bool
+
+
+class WeatherKey(NamedTuple):
+    """Which maps of the weather and of the clouds' shadow a picture was made with, and which air."""
+
+    first: float | None
+    second: float | None
+    share: float
+    air: object
+    shadows: int
+    drawn: tuple[bool, ...]
+
+
+class SkyKey(NamedTuple):
+    """What the map of clouds in a sky shows. position, sun: as bytes."""
+
+    position: bytes
+    sun: bytes
+    time_s: float
+    clouds: CloudsRevision | None
+    steps: MarchSteps | None
+    weather: WeatherKey
+    mirrored: object
+
+
 class SkyRows:
     """The map of clouds in one view's sky: what it shows, and which of its rows this frame draws."""
 
@@ -43,9 +74,9 @@ class SkyRows:
         self.next, self.left = 0, _SKY_FRAMES
         self.rows = (0, 1)
         """The first, and from one to the next; (0, 0): none."""
-        self.shows: tuple[object, ...] = ()
+        self.shows: SkyKey | None = None
 
-    def begin(self, shows: tuple[object, ...], at_once: bool) -> None:
+    def begin(self, shows: SkyKey, at_once: bool) -> None:
         """shows: all that the map hangs on. After a change each row is due once."""
         if shows != self.shows:
             self.shows, self.left = shows, _SKY_FRAMES
@@ -110,7 +141,7 @@ class OurClouds(CloudMethod):
         self.shadow = ShadowPass(gpu, texels, steps, int(settings["clouds.shadow_frames"]))
         self._shafts = Shafts(gpu, setup.world, picture.defines, settings, self.gpu.owner)
         self._with_shafts = True
-        self._stamp: tuple[object, ...] = ()
+        self._stamp: CloudsRevision | None = None
 
     def release(self) -> None:
         self._views.forget(self.shadow, self._shafts)
@@ -151,7 +182,7 @@ class OurClouds(CloudMethod):
 
     def refresh(self, frame: Frame) -> None:
         component = frame.world.get(frame.planet, Clouds)
-        stamp = (id(component), revision(component), *(revision(layer) for layer in component.layers))
+        stamp = CloudsRevision.of(component)
         if stamp == self._stamp:
             return
         self._stamp = stamp
@@ -161,7 +192,7 @@ class OurClouds(CloudMethod):
         except ValueError as error:
             # Once: the next frames go on with the weather as it was, until something is changed again.
             if not self.field.placed:
-                self._stamp = ()  # there is none
+                self._stamp = None  # there is none
             raise SettingError(str(error)) from error
         air = frame.world.try_get(frame.planet, Atmosphere)
         self.field.light(CloudModel.from_components(frame.world.get(frame.planet, Planet), component, air))
@@ -191,23 +222,17 @@ class OurClouds(CloudMethod):
         proxy = frame.view.proxy
         field.place(proxy.anchor_m, radius, frame.time_s)
         present = bool(field.layers)
-        stamp = (self._stamp, charts.cuts, charts.steady)
+        stamp = ShadowKey(self._stamp, charts.cuts, charts.steady)
         self.shadow.place(frame, field.block, field.first, field.wind_m_s, stamp, radius, present)
         self._shafts.place(frame, field.block.highest_m, field.first[1], radius, shadow)
         field.write()
         # Rays that were followed through another air, such as that of its first small tables, are none of this picture.
         air = frame.world.try_resource("air_generation")
-        weather = (
-            charts.first.number,
-            charts.second.number,
-            charts.share,
-            air,
-            shadow.maps.changes,
-            *shadow.drawn,
-        )
+        shares = charts.first.number, charts.second.number, charts.share
+        weather = WeatherKey(*shares, air, shadow.maps.changes, tuple(shadow.drawn))
         shown.history.begin(frame, self._stamp, weather)
         place = (frame.camera.position_m.tobytes(), frame.sun.direction.tobytes(), frame.time_s)
-        shows = (*place, self._stamp, self._steps, weather, self.field.mirrored)
+        shows = SkyKey(*place, self._stamp, self._steps, weather, self.field.mirrored)
         shown.sky.begin(shows, frame.cut or frame.one_shot or frame.settling)
 
     def seen_in(self, view: View) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -14,10 +14,10 @@ from ...engine.frame import Frame, View, ViewInfo
 from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.gpu import GpuScope
 from ...engine.graph import GraphBuilder, PassIO
-from ...engine.settings import revision, with_overrides
+from ...engine.settings import with_overrides
 from ...engine.system import Setup
 from .layers import frames_at
-from .method import CloudMethod, may_see
+from .method import CloudMethod, CloudsRevision, may_see
 from .paper_volume import PaperVolume
 from .view_block import CloudViewBlock, CloudViewLayer, CloudVolume, cloud_view_uniforms
 
@@ -32,6 +32,15 @@ come nearest to our reference on the same clouds from 100 m, 10 km and 2000 km. 
 pf.CloudProbe does."""
 _BUDGET_S = 0.01
 """Of a frame, while the full volume is made."""
+
+
+class _VolumeKey(NamedTuple):
+    """What the volume is made for; with an even layer the extinction alone."""
+
+    extinction_per_m: float
+    coverage: float | None = None
+    tile_m: float = 0.0
+    thickness_m: float = 0.0
 
 
 class Seen:
@@ -51,9 +60,9 @@ class PaperClouds(CloudMethod):
         super().__init__(gpu, setup)
         self._ubo = cloud_view_uniforms(gpu)
         self._block = zeros(CloudViewBlock)
-        self._stamp: tuple[object, ...] = ()
+        self._stamp: CloudsRevision | None = None
         self._volume: PaperVolume | None = None
-        self._volume_for: tuple[float, ...] = ()
+        self._volume_for: _VolumeKey | None = None
         self._volumes = gpu.beside(gpu.owner)
         self._layer: CloudLayer | None = None
         self._depth = float(setup.settings["clouds.paper_depth"])
@@ -95,7 +104,7 @@ class PaperClouds(CloudMethod):
 
     def refresh(self, frame: Frame) -> None:
         component = frame.world.get(frame.planet, Clouds)
-        stamp = (id(component), revision(component), *(revision(layer) for layer in component.layers))
+        stamp = CloudsRevision.of(component)
         if stamp == self._stamp:
             return
         self._stamp = stamp
@@ -121,7 +130,9 @@ class PaperClouds(CloudMethod):
             base, top, 1.0 / thickness, extinction, tuned[0] * albedo, tuned[1] * asymmetry, kind=0, cover_scale=0.0,
             parabola=parabola, model=0,
         )  # fmt: skip
-        wanted = (extinction,) if coverage is None else (extinction, coverage, self._tile_m, thickness)
+        wanted = _VolumeKey(extinction)
+        if coverage is not None:
+            wanted = _VolumeKey(extinction, coverage, self._tile_m, thickness)
         if wanted != self._volume_for or self._volume is None:
             self._volume_for = wanted
             self._volumes.release()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 from ...components import Atmosphere, CloudLayer, Clouds, Ocean, Planet
 from ...engine.frame import Frame, View, ViewInfo
@@ -12,7 +12,7 @@ from ...engine.frame.contracts import provide_contracts, withdraw_contracts
 from ...engine.frame.unseen import Unseen
 from ...engine.graph import GraphBuilder, PassIO
 from ...engine.methods import Methods
-from ...engine.settings import Settings, revision, with_overrides
+from ...engine.settings import PartRevision, Settings, revision, with_overrides
 from ...engine.system import Setup, System
 from .method import CloudMethod
 from .model import CloudModel
@@ -28,6 +28,14 @@ _METHODS: dict[str, type[OurClouds] | type[PaperClouds]] = {
 }
 
 
+class _Checked(NamedTuple):
+    """Which clouds were found to be possible or not. radius: revision of the planet's; air: around them."""
+
+    clouds: PartRevision
+    radius: int
+    air: PartRevision | None
+
+
 class CloudSystem(System):
     """The clouds of one planet. Needs Planet and Clouds."""
 
@@ -41,7 +49,7 @@ class CloudSystem(System):
         self._setup = setup
         self._methods = Methods(setup.gpu, setup.views)
         self._unseen = Unseen(Clouds, CloudLayer, Planet, Atmosphere, Ocean)
-        self._checked: tuple[object, ...] = ()
+        self._checked: _Checked | None = None
         self._good = self._shown = False
         self._use_method(setup.world.get(setup.planet, Clouds), setup.settings)
         provide_contracts(setup.world, self.name, self)
@@ -84,10 +92,11 @@ class CloudSystem(System):
         in every frame."""
         component, planet = frame.world.get(frame.planet, Clouds), frame.world.get(frame.planet, Planet)
         air = frame.world.try_get(frame.planet, Atmosphere)
-        stamp = (id(component), revision(component), revision(planet, "radius_m"), id(air), air and revision(air))
+        above = None if air is None else PartRevision.of(air)
+        stamp = _Checked(PartRevision.of(component), revision(planet, "radius_m"), above)
         if stamp == self._checked:
             return
-        self._checked, self._good = stamp if self._shown else (), False
+        self._checked, self._good = stamp if self._shown else None, False
         CloudModel.from_components(
             planet,
             with_overrides(component, "clouds", frame.settings),

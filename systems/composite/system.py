@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar, TypeVar
+from typing import ClassVar, NamedTuple, TypeVar
 
 import moderngl
 import numpy as np
@@ -34,6 +34,15 @@ the angle, as in eyes below a degree (CIE glare, Vos and van den Berg 1999). A s
 rows, whose finest octave is 5 pixels wide; in larger pictures octaves keep their angles and finer ones join in."""
 _DARK_ADAPTATION = 1.0
 _SETTLED_EV = 1e-3
+
+
+class _PictureKey(NamedTuple):
+    """The defines of composite/tonemap.frag."""
+
+    tone_map: int
+    dither: bool
+    glare: bool
+    resolved: bool
 
 
 @dataclass(frozen=True)
@@ -92,7 +101,7 @@ class CompositeSystem(System):
         self._sum = gpu.fullscreen("composite/glare_sum.frag")
         self._plain = gpu.state()
         self._add = gpu.state(blend="additive")
-        self._pictures: dict[tuple[int, bool, bool, bool], Fullscreen] = {}
+        self._pictures: dict[_PictureKey, Fullscreen] = {}
         self._views, self._resolver = setup.views, Resolver(gpu, setup.views)
         self._choose_picture(setup.world, setup.settings)
 
@@ -167,9 +176,10 @@ class CompositeSystem(System):
         composite = with_overrides(_first(world, Composite), "composite", settings)
         self._share = float(composite.bloom)
         self._glares = self._share > 0.0
-        key = (TONE_MAPS.index(composite.tone_map), bool(composite.dither), self._glares, self._resolver.active)
+        tone_map = TONE_MAPS.index(composite.tone_map)
+        key = _PictureKey(tone_map, bool(composite.dither), self._glares, self._resolver.active)
         if key not in self._pictures:
-            defines = {"TONE_MAP": key[0], "DITHER": key[1], "GLARE": key[2], "RESOLVED": key[3]}
+            defines = {name.upper(): int(value) for name, value in key._asdict().items()}
             self._pictures[key] = self._gpu.fullscreen("composite/tonemap.frag", defines=defines)
         self._picture = self._pictures[key]
 

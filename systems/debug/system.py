@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 from ...components.debug_view import DebugView
 from ...engine.blocks.bindings import DEBUG_SOURCE_UNIT
@@ -34,6 +34,12 @@ def show_debug_view(world: World, name: str, entity: int | None = None) -> None:
         world.add(entity, DebugView(name))
 
 
+class _ShaderKey(NamedTuple):
+    kind: str
+    file: str
+    defines: tuple[tuple[str, int], ...]
+
+
 class DebugSystem(System):
     """Needs DebugView. Without a view it declares no pass and owns no GL object.
 
@@ -50,7 +56,7 @@ class DebugSystem(System):
 
     def setup(self, setup: Setup) -> None:
         self._gpu, self._world = setup.gpu, setup.world
-        self._objects: dict[tuple[Any, ...], Any] = {}
+        self._objects: dict[_ShaderKey, Any] = {}
 
     def release(self) -> None:
         self._objects.clear()
@@ -91,7 +97,7 @@ class DebugSystem(System):
         )
 
     def _made(self, kind: str, file: str, defines: dict[str, int]) -> Any:
-        key = (kind, file, *sorted(defines.items()))
+        key = _ShaderKey(kind, file, tuple(sorted(defines.items())))
         if key not in self._objects:
             make = self._gpu.compute if kind == "compute" else self._gpu.fullscreen
             self._objects[key] = make(file, defines=defines)

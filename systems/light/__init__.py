@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...components import Planet, Sun
-from ...engine.frame import Frame
+from ...engine.frame import Frame, SunState
 from ...engine.settings import revision
 from ...engine.system import System
 from .ephemeris import circular_sky, earth_sky, julian_date
@@ -17,11 +17,21 @@ from .sun import SkyClock, resolve_sky, resolve_sun
 __all__ = ["LightSystem", "SkyClock", "circular_sky", "earth_sky", "julian_date", "resolve_sky", "resolve_sun"]
 
 
+class _SkyKey(NamedTuple):
+    """What the axes of the stars follow from. sun, planet: revisions; time_s: 0 where the sun stands; shining: the
+    frame's."""
+
+    sun: int
+    planet: int | None
+    time_s: float
+    shining: SunState
+
+
 class _Clock:
     """Of one view: the axes that stars had in its last frame, and what they were worked out for."""
 
     def __init__(self) -> None:
-        self.key: tuple[object, ...] = ()
+        self.key: _SkyKey | None = None
         self.star_axes: NDArray[np.float64] = np.eye(3)
 
 
@@ -38,7 +48,7 @@ class LightSystem(System):
         planet = frame.world.try_get(frame.planet, Planet)
         sun = frame.world.query(Sun)[0][1][0]
         moment = frame.time_s if sun.mode == "epoch" else 0.0
-        key = (revision(sun), None if planet is None else revision(planet), moment, frame.sun)
+        key = _SkyKey(revision(sun), None if planet is None else revision(planet), moment, frame.sun)
         own = frame.view.state(self, _Clock)
         if key != own.key:
             clock = resolve_sky(sun, planet, frame.time_s)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +52,22 @@ _RIPPLE_CELLS = 0.75
 _CONTRACTS = {"water": "ocean/water.glsl", "waterline": "ocean/waterline.glsl"}
 
 
+class _MadeFor(NamedTuple):
+    """What the water's block follows from. sea: its revision; proxy: its generation."""
+
+    sea: int
+    proxy: int
+
+
+class _ShadeKey(NamedTuple):
+    """Which variant of ocean/shade.comp. limb: from above the air; far: with nothing near."""
+
+    kind: str
+    limb: bool
+    far: bool
+    glows: bool
+
+
 class _SeaView(ViewParts):
     """The water as one view sees it."""
 
@@ -60,7 +76,7 @@ class _SeaView(ViewParts):
         self.ubo = self.gpu.uniform_block(OceanBlock, OCEAN_BLOCK)
         self.block: OceanBlock
         self.wind: NDArray[np.float64]
-        self.made_for: tuple[Any, ...] = ()
+        self.made_for: _MadeFor | None = None
         self.near_water = False
         """Whether the water may reach its lens; wet_rows: of the picture, with water before them."""
         self.wet_rows: tuple[int, int] = (0, 0)
@@ -88,7 +104,7 @@ class SeaShading:
         self._light = setup.gpu.compute("ocean/light.comp")
         self._sky = setup.gpu.compute("ocean/sky.comp")
         self._list = setup.gpu.compute("ocean/list_tiles.comp")
-        self._shade: dict[tuple[Any, ...], Any] = {}
+        self._shade: dict[_ShadeKey, Any] = {}
         self._turns, self._ripples = int(setup.settings["ocean.reflections"]), bool(setup.settings["ocean.ripples"])
         self._shade_every = int(setup.settings["ocean.shade_every"])
         self._between: UpsampleShaded | None = None
@@ -110,7 +126,7 @@ class SeaShading:
             "OCEAN_RICH": kind == "rich",
             "OCEAN_BELOW": kind == "below",
         }
-        key = (kind, *wanted.values())
+        key = _ShadeKey(kind, wanted["OCEAN_LIMB"], far, self._glows)
         if key not in self._shade:
             defines: dict[str, Any] = {
                 "SHADE_EVERY": self._shade_every,
@@ -162,7 +178,7 @@ class SeaShading:
         ocean = frame.world.get(frame.planet, Ocean)
         proxy = frame.view.proxy
         radius = frame.world.get(frame.planet, Planet).radius_m
-        own, made_for = self._of(frame.view), (revision(ocean), proxy.generation)
+        own, made_for = self._of(frame.view), _MadeFor(revision(ocean), proxy.generation)
         if made_for != own.made_for:
             own.made_for = made_for
             ocean = with_overrides(ocean, "ocean", frame.settings)

@@ -6,7 +6,7 @@ Nothing of it exists while the world has no entity with both Transform and Shape
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import moderngl
 
@@ -18,6 +18,7 @@ from ...engine.frame.gbuffer import GBUFFER, GBUFFER_UNITS, tiles_of
 from ...engine.gpu import GpuScope
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import latest_revision
+from ...engine.space.camera import CameraStamp
 from ...engine.system import Setup, System
 from .instances import INSTANCE_DTYPE, OCCLUDER_DTYPE, Props, Visible, read_props, seen_by
 from .meshes import Mesh, box, is_file, load_mesh, sphere
@@ -43,12 +44,23 @@ class _Buffer:
             self.buffer.write(rows.tobytes())
 
 
+class _SeenKey(NamedTuple):
+    """What is seen follows from. structure, parts: revisions; moved: whether other props were there in the last frame;
+    rows: of the picture."""
+
+    structure: int
+    parts: int
+    moved: bool
+    camera: CameraStamp
+    rows: int
+
+
 class _PropsView(ViewParts):
     """What one view sees, and where it is on the GPU."""
 
     def __init__(self, of: GpuScope) -> None:
         super().__init__(of)
-        self.key: tuple[Any, ...] = ()
+        self.key: _SeenKey | None = None
         self.visible: Visible | None = None
         self.shown: Props | None = None
         """The props as its last frame had them."""
@@ -92,9 +104,7 @@ class PropsSystem(System):
         camera, before = frame.camera, view.shown
         view.shown = self._props
         moved = before is not None and before is not self._props
-        key = (revision, moved,
-               camera.position_m.tobytes(), camera.forward.tobytes(), camera.up.tobytes(), frame.size[1],
-               camera.tan_left, camera.tan_right, camera.tan_bottom, camera.tan_top)  # fmt: skip
+        key = _SeenKey(*revision, moved, camera.stamp, frame.size[1])
         if key == view.key:
             return
         view.key = key
