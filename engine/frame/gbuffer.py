@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ..blocks.bindings import ATTRIBUTES_UNIT, DEPTH_UNIT, NORMAL_UNIT, SURFACE_UNIT
 from ..graph import TextureSpec
+from ..made_shaders import made_shader
 
 __all__ = ["ATTACHMENTS", "GBUFFER", "GBUFFER_UNITS", "TILE_PX", "tiles_of"]
 
@@ -26,7 +27,19 @@ GBUFFER_UNITS = dict(
 """The texture unit of each attachment, for what shades surfaces."""
 
 TILE_PX = (16, 8)
-"""Width and height of a tile: the workgroup of common/surface_tiles.glsl, TILE_PX of common/surfaces.glsl."""
+"""Width and height of a tile. GLSL: ``generated/tiles.glsl``."""
+
+
+def _tile_defines() -> str:
+    # A layout(local_size_x = ...) of GLSL 4.30 takes no sums, only a number or a macro that is one.
+    width, height = TILE_PX
+    sizes = {"TILE_WIDTH": width, "TILE_HEIGHT": height}
+    halves = {f"HALF_{name}": value // 2 for name, value in sizes.items()}
+    defines = "".join(f"#define {name} {value}\n" for name, value in {**sizes, **halves}.items())
+    return f"{defines}const ivec2 TILE_PX = ivec2(TILE_WIDTH, TILE_HEIGHT);\n"
+
+
+made_shader("generated/tiles.glsl", _tile_defines)
 
 
 def tiles_of(size: tuple[int, int]) -> tuple[int, int]:

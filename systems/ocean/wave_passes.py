@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...components import Ocean, Planet
 from ...engine.blocks.bindings import COAST_NORMAL_IMAGE, SEA_MOVED_UNIT, TILE_BUFFER, WAVE_BLOCK
 from ...engine.frame import Frame, View, ViewInfo
-from ...engine.frame.gbuffer import GBUFFER_UNITS, tiles_of
+from ...engine.frame.gbuffer import GBUFFER_UNITS, TILE_PX, tiles_of
 from ...engine.gpu import GpuScope
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import revision, with_overrides
@@ -105,7 +105,7 @@ class SeaWaves:
         key = _ProgramKey(file, moves, swell, run, every)
         found = self._programs.get(key)
         if found is None:
-            defines = {"SEA_RUN": run, "SEA_LANES": 128 // run // every, "SHADE_EVERY": every}
+            defines = {"SEA_RUN": run, "SEA_LANES": TILE_PX[0] * TILE_PX[1] // run // every, "SHADE_EVERY": every}
             if moves:
                 defines["SEA_MOVES"] = 1
             if swell:

@@ -10,14 +10,18 @@ import pytest
 import planetfall as pf
 from planetfall.engine.frame import View
 from planetfall.engine.frame.gbuffer import ATTACHMENTS, GBUFFER, TILE_PX, tiles_of
+from planetfall.engine.made_shaders import MADE
 from planetfall.engine.world import MissingError
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def test_shaders_have_the_same_tiles() -> None:
-    text = (ROOT / "assets" / "shaders" / "common" / "surfaces.glsl").read_text(encoding="utf-8")
-    assert re.findall(r"ivec2 TILE_PX = ivec2\((\d+), (\d+)\)", text) == [tuple(map(str, TILE_PX))]
+def test_the_size_of_tiles_stands_nowhere_else() -> None:
+    by_hand = re.compile(r"local_size_x = 16, local_size_y = 8\b|ivec2\(16, 8\)")
+    files = [file for file in (ROOT / "assets" / "shaders").rglob("*") if file.is_file()]
+    found = [file.name for file in files if by_hand.search(file.read_text(encoding="utf-8"))]
+    assert files and not found, "write TILE_WIDTH and TILE_HEIGHT of generated/tiles.glsl"
+    assert f"TILE_WIDTH {TILE_PX[0]}\n" in MADE["generated/tiles.glsl"]()
     assert tiles_of((1, 1)) == (1, 1) and tiles_of((17, 8)) == (2, 1) and tiles_of((160, 90)) == (10, 12)
 
 

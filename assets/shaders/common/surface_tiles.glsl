@@ -1,9 +1,8 @@
-// Shading of one surface's pixels in compute, over the tiles of the picture that show it: a workgroup a tile, 16 x 8
-// pixels. gbuffer/classify.comp makes the lists; pixels of other surfaces in a tile are left alone.
+// Shading of one surface's pixels in compute, over the tiles of the picture that show it: a workgroup a tile.
+// gbuffer/classify.comp makes the lists; pixels of other surfaces in a tile are left alone.
 //
-//   SHADE_EVERY   1: each pixel is shaded; 2: every second, as the squares that frame.checkerboard names;
-//   4: one of a
-//                 block of 2 x 2. The others are left to common/upsample_shaded.comp
+//   SHADE_EVERY   1: each pixel is shaded; 2: every second, as the squares that frame.checkerboard names; 4: one of
+//                 a block of 2 x 2. The others are left to common/upsample_shaded.comp
 //   SHOWS_ALSO(pixel)   what a pixel has to be besides
 #include "generated/bindings.glsl"
 #include "common/surfaces.glsl"
@@ -18,11 +17,11 @@
 #define SHOWS_ALSO(pixel) true
 #endif
 #if SHADE_EVERY == 4
-layout(local_size_x = 8, local_size_y = 4) in;
+layout(local_size_x = HALF_TILE_WIDTH, local_size_y = HALF_TILE_HEIGHT) in;
 #elif SHADE_EVERY == 2
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = HALF_TILE_WIDTH, local_size_y = TILE_HEIGHT) in;
 #else
-layout(local_size_x = 16, local_size_y = 8) in;
+layout(local_size_x = TILE_WIDTH, local_size_y = TILE_HEIGHT) in;
 #endif
 layout(std430, binding = TILE_BUFFER) readonly buffer TileBuffer {
     uint tile_groups[4];   // the indirect dispatch

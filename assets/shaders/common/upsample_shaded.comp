@@ -17,7 +17,7 @@
 #include "contract/waterline.glsl"
 #endif
 
-layout(local_size_x = 8, local_size_y = 4) in;
+layout(local_size_x = HALF_TILE_WIDTH, local_size_y = HALF_TILE_HEIGHT) in;
 layout(std430, binding = TILE_BUFFER) readonly buffer TileBuffer {
     uint tile_groups[4];   // the indirect dispatch
     uint tiles[];          // x | y << 16

@@ -1,4 +1,4 @@
-// Which surfaces each tile of 16 x 8 pixels shows: bit n for surface n; whether any of them is near; and how deep they
+// Which surfaces each tile shows: bit n for surface n; whether any of them is near; and how deep they
 // lie. A lane a tile.
 #include "generated/frame.glsl"
 #include "common/surfaces.glsl"

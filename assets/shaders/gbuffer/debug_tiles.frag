@@ -1,4 +1,4 @@
-// For the debug view of tiles: which lists each tile of 16 x 8 pixels is in.
+// For the debug view of tiles: which lists each tile is in.
 #include "common/surfaces.glsl"
 
 layout(std430, binding = 0) readonly buffer FlagBuffer { uint flags[]; };
@@ -6,8 +6,8 @@ layout(location = 0) uniform int u_across;
 layout(location = 0) out vec4 o_color;
 
 void main() {
-    ivec2 pixel = ivec2(gl_FragCoord.xy), inside = pixel & ivec2(15, 7);
-    uint found = flags[(pixel.y >> 3) * u_across + (pixel.x >> 4)];
+    ivec2 pixel = ivec2(gl_FragCoord.xy), tile = pixel / TILE_PX, inside = pixel % TILE_PX;
+    uint found = flags[tile.y * u_across + tile.x];
     bool ground = (found & 1u << SURFACE_TERRAIN) != 0u, sea = (found & 1u << SURFACE_SEA) != 0u;
     vec3 color = ground && sea ? vec3(0.90, 0.45, 0.15) : ground ? vec3(0.20, 0.45, 0.20) : sea ? vec3(0.12, 0.30, 0.70)
         : vec3(0.06);

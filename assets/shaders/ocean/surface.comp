@@ -279,7 +279,7 @@ void store_run(uint index, ivec2 first, uint turn) {
 }
 
 void main() {
-    const int ROW = 16 / SEA_APART.x;
+    const int ROW = TILE_WIDTH / SEA_APART.x;
     uint index = spread_group(), tile = tiles[index];
     int lane = int(gl_LocalInvocationID.x) * SEA_RUN;
     ivec2 first = ivec2(tile & 0xffffu, tile >> 16) * TILE_PX + SEA_APART * ivec2(lane & (ROW - 1), lane / ROW);

@@ -8,7 +8,7 @@
 #include "contract/waterline.glsl"
 #include "ocean/look/murk.glsl"
 
-layout(local_size_x = 16, local_size_y = 8) in;
+layout(local_size_x = TILE_WIDTH, local_size_y = TILE_HEIGHT) in;
 layout(binding = DEPTH_UNIT) uniform sampler2D u_depth;
 layout(binding = SURFACE_UNIT) uniform usampler2D u_surface;
 layout(binding = RADIANCE_IMAGE, SCENE_FORMAT) uniform image2D u_radiance;

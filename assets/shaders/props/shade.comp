@@ -10,7 +10,7 @@
 #include "contract/skylight.glsl"
 #include "contract/sun_visibility.glsl"
 
-layout(local_size_x = 16, local_size_y = 8) in;
+layout(local_size_x = TILE_WIDTH, local_size_y = TILE_HEIGHT) in;
 layout(std430, binding = TILE_BUFFER) readonly buffer TileBuffer {
     uint tile_groups[4];
     uint tiles[];

@@ -1,12 +1,12 @@
-// What props leave of the sun's light (red) and of the sky's (green) at each pixel: a workgroup a tile of 16 x 8, which
-// first finds the few props that reach into the box around its points, in axes along the sun.
+// What props leave of the sun's light (red) and of the sky's (green) at each pixel: a workgroup a tile, which first
+// finds the few props that reach into the box around its points, in axes along the sun.
 #include "common/camera.glsl"
 #include "common/octahedral.glsl"
 #include "common/surfaces.glsl"
 #include "generated/props.glsl"
 #include "props/shadow.glsl"
 
-layout(local_size_x = 16, local_size_y = 8) in;
+layout(local_size_x = TILE_WIDTH, local_size_y = TILE_HEIGHT) in;
 layout(std430, binding = 0) readonly buffer OccluderBuffer { PropOccluder occluders[]; };
 layout(std430, binding = 1) writeonly buffer TouchedBuffer { uint touched[]; };   // 1: a prop may reach into the tile
 layout(binding = 0) uniform sampler2D u_depth;

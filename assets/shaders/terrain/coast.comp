@@ -1,7 +1,7 @@
 // The line between land and water from heights at every fourth pixel (terrain.coast_px 4), interpolated between: for
 // weak machines. terrain/coast_ask.comp asks at each pixel or every second.
 //
-// A workgroup a tile of 16 x 8 pixels. Its lanes have a corner of the tile's blocks each, then half a block.
+// A workgroup a tile. Its lanes have a corner of the tile's blocks each, then half a block.
 #include "generated/bindings.glsl"
 #include "terrain/coast_pixel.glsl"
 #include "common/spread.glsl"

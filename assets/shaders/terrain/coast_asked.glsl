@@ -7,9 +7,9 @@
 
 #ifdef COAST_TILES
 #if COAST_STEP == 2
-layout(local_size_x = 8, local_size_y = 4) in;
+layout(local_size_x = HALF_TILE_WIDTH, local_size_y = HALF_TILE_HEIGHT) in;
 #else
-layout(local_size_x = 16, local_size_y = 8) in;
+layout(local_size_x = TILE_WIDTH, local_size_y = TILE_HEIGHT) in;
 #endif
 layout(std430, binding = TILE_BUFFER) readonly buffer TileBuffer {
     uint tile_groups[4];

@@ -1,6 +1,6 @@
 // Finds the pixels beside coasts whose height has to be asked, 4 x 4 at a time: the height function at one of them, its
 // gradient and the roughness there say of the others whether they are land or water, or that they may be either. A lane
-// a block, a workgroup a tile of 16 x 8 pixels.
+// a block, a workgroup a tile.
 //
 // Define COAST_STEP: 2 lists blocks of 2 x 2 pixels, by the first; COAST_HERE, with TERRAIN_FLOAT: most are asked here,
 // by the height alone, and only the others listed; COAST_TILES: all are asked.

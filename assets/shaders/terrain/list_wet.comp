@@ -66,7 +66,7 @@ void main() {
     ivec2 last = textureSize(u_surface, 0) - 1;
     bool wet = false;
     for (int k = 0; k < turns; ++k) {
-        ivec2 pixel = min(first + ivec2(k & 15, k >> 4), last);
+        ivec2 pixel = min(first + ivec2(k & (TILE_WIDTH - 1), uint(k) / uint(TILE_WIDTH)), last);
         wet = wet || (counted_height(pixel, between) < reach && texel_at(u_surface, pixel).r == SURFACE_TERRAIN);
     }
     if (there && !near && !wet) dry_list.tiles[atomicAdd(dry_list.groups[0], 1u)] = tile;
