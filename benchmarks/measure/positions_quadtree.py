@@ -11,6 +11,7 @@ from ... import Camera, Ocean, Renderer, Scene, Terrain
 from ...engine.surface.icosphere import vector_of
 from ...engine.surface.lattice import FULL
 from ...engine.surface.triangle_patch import vertex_place
+from ...systems.terrain.backends.paper_quadtree import PaperQuadtreeBackend
 from .. import exact
 from .positions import PIXEL_RAD
 
@@ -51,7 +52,7 @@ def worst_px_by_level(renderer: Renderer, camera: Camera) -> dict[int, float]:
     offset = (position - proxy.anchor_m).astype(np.float32)
     still = (mesh.rows["morph"] == 0.0) & (mesh.rows["edge_morph"] == 0.0).all(axis=1)
     seen = vertices["position_m"][still] - offset
-    directions = _directions(mesh, mesh.keys[still], system.backend.method)
+    directions = _directions(mesh, mesh.keys[still], isinstance(system.backend, PaperQuadtreeBackend))
     radius = proxy.cell.radius_m + proxy.anchor_height_m + vertices["dh_m"][still].astype(exact.Real)
     truth = directions * radius[..., None] - position.astype(exact.Real)
     angle = exact.angle_between(seen, truth) / PIXEL_RAD
@@ -74,11 +75,11 @@ def _on_edges(shape: Any) -> NDArray[np.bool_]:
     return np.stack([a == 0, a == n, b == 0, b == n], axis=1)
 
 
-def _directions(mesh: Any, keys: NDArray[np.int64], method: str) -> NDArray[np.longdouble]:
+def _directions(mesh: Any, keys: NDArray[np.int64], printed: bool) -> NDArray[np.longdouble]:
     if mesh.shape.scheme.edges == 3:
         vectors = vector_of(*mesh.shape.points(keys)).astype(exact.Real)
         return vectors / np.sqrt((vectors * vectors).sum(axis=-1, keepdims=True))
-    if method != "paper":
+    if not printed:
         return exact.lattice_direction(*mesh.shape.points(keys))
     face, i, j = (p.reshape(len(keys), mesh.shape.side, mesh.shape.side) for p in mesh.shape.points(keys))
     assert (i <= FULL).all() and (j <= FULL).all()

@@ -37,7 +37,7 @@ _LINES = {
     "origin": ((ORIGIN[0] - 0.002, ORIGIN[1]), (ORIGIN[0] + 0.002, ORIGIN[1])),
     "antipode": ((-ORIGIN[0] - 0.002, ORIGIN[1] - 180.0), (-ORIGIN[0] + 0.002, ORIGIN[1] - 180.0)),
 }
-_PRINTED = ("printed_2018", "printed_2019")
+_PRINTED = ("paper_2018", "paper_2019")
 COUNTS = (20, 50, 100, 1000)
 VIEWS_M = {"5 m": 5.0, "1 km": 1000.0, "400 km": 4.0e5}
 

@@ -9,7 +9,7 @@ their cross product. The printed methods of 2018 and 2019 are in paper.py.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,12 +20,48 @@ from .anchor import anchor_axes
 from .set import WaveSet
 from .shoaling import DEEP, footprint_weight, open_share, shoaling, shoaling_slope
 
-__all__ = ["METHODS", "Surface", "displacement", "normal", "surface"]
+__all__ = ["METHODS", "Surface", "WaveMethod", "displacement", "normal", "surface", "wave_method"]
 
 Floats = NDArray[np.float64]
 
-METHODS = ("ours", "paper_2018", "paper_2019")
-"""Normalised directions and exact normals; the formulas as printed, with the arc by arccos or by arcsin."""
+
+@dataclass(frozen=True)
+class WaveMethod:
+    """A way to evaluate waves. printed: the year of the source whose formulas they are as printed, 0: ours, with
+    normalised directions and exact normals; arc: how that source finds an arc, None: ours."""
+
+    printed: int = 0
+    arc: paper.Arc | None = None
+
+    def surface(
+        self,
+        waves: WaveSet,
+        v: Floats,
+        time_s: Floats,
+        depth: Floats | None,
+        spacing: Floats | None,
+        slope: Floats | None,
+    ) -> Surface:
+        """At points that are worked on at once; as `surface`."""
+        if self.arc is not None:
+            return _printed(waves, v, time_s, self.arc)
+        return Local(waves, v, time_s, depth, spacing).surface(slope)
+
+
+METHODS: Mapping[str, WaveMethod] = {
+    "ours": WaveMethod(),
+    "paper_2018": WaveMethod(2018, paper.arc_2018),
+    "paper_2019": WaveMethod(2019, paper.arc_2019),
+}
+"""By the names that Ocean.method takes."""
+
+
+def wave_method(name: str) -> WaveMethod:
+    """The method of that name; ValueError names those that there are."""
+    if name not in METHODS:
+        raise ValueError(f"method: expected one of {', '.join(METHODS)}, found {name!r}")
+    return METHODS[name]
+
 
 _BATCH = 12_000
 """Points times waves that are worked on at once: arrays of 100 kB stay in the processor's cache."""
@@ -93,8 +129,7 @@ def surface(
 
     depth_slope: (M, 3), change of the depth along the calm sea, metres per metre in planet axes; None: even beds.
     """
-    if method not in METHODS:
-        raise ValueError(f"method: expected one of {', '.join(METHODS)}, found {method!r}")
+    found = wave_method(method)
     v = np.atleast_2d(np.asarray(directions, dtype=np.float64))
     count = len(v)
     time = np.asarray(time_s, dtype=np.float64)
@@ -102,11 +137,8 @@ def surface(
     parts = []
     for rows in batches(count, len(waves)):
         t = time[rows] if time.ndim else time
-        if method == "ours":
-            local = Local(waves, v[rows], t, _part(depth, rows), _part(spacing, rows))
-            parts.append(local.surface(_part(slope, rows)))
-        else:
-            parts.append(_printed(waves, v[rows], t, method))
+        own = (_part(values, rows) for values in (depth, spacing, slope))
+        parts.append(found.surface(waves, v[rows], t, *own))
     if len(parts) == 1:
         return parts[0]
     names = ("displacement_m", "tangents", "normal", "jacobian", "axes")
@@ -241,8 +273,7 @@ def _fade(waves: WaveSet, cosine: Floats, angle: Floats) -> tuple[Floats | None,
     return weight, rate
 
 
-def _printed(waves: WaveSet, v: Floats, time_s: Floats, method: str) -> Surface:
-    arc = paper.arc_2018 if method == "paper_2018" else paper.arc_2019
+def _printed(waves: WaveSet, v: Floats, time_s: Floats, arc: paper.Arc) -> Surface:
     found = paper.waves(waves, v, time_s, arc)
     east, north = anchor_axes(v)
     dot = np.einsum("mi,mi->m", found.normal, v)

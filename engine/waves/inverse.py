@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .anchor import anchor_axes
-from .gerstner import Local, batches, displacement
+from .gerstner import Local, WaveMethod, batches, wave_method
 from .set import WaveSet
 from .shoaling import DEEP
 
@@ -37,12 +37,13 @@ def at_directions(
 
     time_s: () or (M,). depth_of: depth of the calm sea (m,) at unit directions (m, 3); None: no bed, and no depth.
     """
+    found = wave_method(method)
     depth = None if depth_of is None else depth_of(v)
     calm, moved = v.copy(), np.zeros_like(v)
     for rows in batches(len(v), len(waves)):
         here = None if depth is None else depth[rows]
         time = time_s[rows] if time_s.ndim else time_s
-        _solve(waves, v[rows], time, depth_of, method, calm[rows], here, moved[rows])
+        _solve(waves, v[rows], time, depth_of, found, calm[rows], here, moved[rows])
     return calm, depth, moved
 
 
@@ -51,14 +52,14 @@ def _solve(
     v: Floats,
     time_s: Floats,
     depth_of: DepthOf | None,
-    method: str,
+    method: WaveMethod,
     calm: Floats,
     depth: Floats | None,
     moved: Floats,
 ) -> None:
     """Fill calm, depth and moved of a batch."""
     r = waves.radius_m
-    if method == "ours" and len(v) and len(waves):
+    if not method.printed and len(v) and len(waves):
         local = Local(waves, v, time_s, depth)
         step = _newton(local, slice(None), None)
         _move(calm, np.arange(len(v)), local.east, local.north, step, r)
@@ -67,8 +68,11 @@ def _solve(
     for attempt in range(_ROUNDS):
         time = time_s[todo] if time_s.ndim else time_s
         here = None if depth is None else depth[todo]
-        local = Local(waves, calm[todo], time, here) if method == "ours" else None
-        offset = displacement(waves, calm[todo], time, method=method) if local is None else local.displacement()
+        local = None if method.printed else Local(waves, calm[todo], time, here)
+        if local is None:
+            offset = method.surface(waves, calm[todo], time, None, None, None).displacement_m
+        else:
+            offset = local.displacement()
         moved[todo] = offset
         position = calm[todo] * r + offset
         # To where the ray in the direction asked for is as far from the centre.

@@ -15,7 +15,7 @@ from ..engine.settings import with_overrides
 from ..quality import resolve_quality
 from ..systems.atmosphere.model import AirModel
 from ..systems.atmosphere.probe import AirQuestions, Rays
-from ..systems.atmosphere.sizes import paper_sizes, table_sizes, view_sizes
+from ..systems.atmosphere.sizes import method_sizes, view_sizes
 from .probe import Probe
 from .questions import question_distances, question_rows
 
@@ -69,7 +69,7 @@ class AtmosphereProbe(Probe):
         self._model = AirModel.from_components(handle[Planet], air, sun.angular_radius_rad)
         super().__init__(ctx)
         with self._guest():
-            sizes = paper_sizes(settings) if air.method == "paper" else table_sizes(settings)
+            sizes = method_sizes(air.method, settings)
             self._questions = AirQuestions(self._scope, self._model, sizes, view_sizes(settings))
 
     def transmittance(

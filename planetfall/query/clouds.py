@@ -75,7 +75,7 @@ class CloudProbe(Probe):
         clouds = with_overrides(clouds, "clouds", self._settings)
         self._clouds = CloudModel.from_components(handle[Planet], clouds, air)
         self._weather = as_pictures or not self._clouds.uniform
-        if self._weather and self._clouds.method != "ours":
+        if self._weather and self._clouds.printed:
             raise ValueError(
                 f"CloudProbe: Clouds.method {self._clouds.method!r} marches through layers of density_model 'uniform'"
                 " only, and not as_pictures; set Clouds.method = 'ours', or make all layers uniform"

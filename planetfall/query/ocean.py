@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..components import Ocean, Planet, Terrain
-from ..engine.waves import WaveSet, at_directions, displacement, surface, waves_of
+from ..engine.waves import WaveSet, at_directions, displacement, surface, wave_method, waves_of
 from ..engine.waves.shoaling import DEEP
 from ..engine.world import MissingError
 from ..systems.terrain.height import TerrainField, TerrainParams
@@ -111,8 +111,8 @@ class OceanSampler:
         return v, time if time.shape == (len(v),) else time.reshape(-1)[0]
 
     def _depth_of(self) -> Callable[[Floats], Floats] | None:
-        """Depth of the calm sea, for the method that knows shallow water."""
+        """Depth of the calm sea, for a method that knows shallow water: no printed one does."""
         ground = self._ground
-        if ground is None or self._method != "ours":
+        if ground is None or wave_method(self._method).printed:
             return None
         return lambda v: self._sea_level_m - ground.height(v)

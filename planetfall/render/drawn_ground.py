@@ -10,6 +10,7 @@ import numpy as np
 from ..components import Ocean, Planet, Terrain
 from ..engine.settings import revision, with_overrides
 from ..engine.surface.field import HeightField
+from ..systems.terrain.backends import backend_of
 from ..systems.terrain.height import TerrainParams
 from ..systems.terrain.paper_ground import PaperField
 
@@ -46,7 +47,8 @@ class DrawnGround:
         if component is None:
             return None
         knob = self._settings.get
-        if knob("terrain.method", component.method) != "paper" or knob("terrain.backend", component.backend) != "grid":
+        kind = backend_of(knob("terrain.backend", component.backend), knob("terrain.method", component.method))
+        if not kind.own_ground:
             return None
         stamp = _MadeFor(revision(component), revision(planet[Planet], "radius_m"))
         if self._held is None or self._held[0] != stamp:

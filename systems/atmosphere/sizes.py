@@ -7,7 +7,7 @@ from .paper import PaperSizes
 from .tables import Directions, TableSizes
 from .views import ViewSizes
 
-__all__ = ["paper_sizes", "table_sizes", "view_sizes"]
+__all__ = ["method_sizes", "paper_sizes", "table_sizes", "view_sizes"]
 
 
 def table_sizes(settings: Settings) -> TableSizes:
@@ -45,3 +45,11 @@ def paper_sizes(settings: Settings, orders: int = 4) -> PaperSizes:
         orders=orders,
         storage="rgba32f",
     )
+
+
+_SIZES = {"ours": table_sizes, "paper": paper_sizes}
+
+
+def method_sizes(method: str, settings: Settings) -> TableSizes | PaperSizes:
+    """Sizes of the tables of one of Atmosphere.method."""
+    return _SIZES[method](settings)

@@ -20,6 +20,9 @@ MOST_ASYMMETRY = 0.99
 """At 1 the phase function is infinite ahead and zero elsewhere."""
 
 
+_PRINTED = {"ours": 0, "paper_2018": 2018, "paper_2019": 2019}
+
+
 class LayerSettings(Protocol):
     """What is read from a CloudLayer."""
 
@@ -107,6 +110,11 @@ class CloudModel:
             math.inf if atmosphere is None else float(atmosphere.thickness_m),
             clouds.method,
         )
+
+    @property
+    def printed(self) -> int:
+        """The year of the source whose march it is as printed; 0: ours."""
+        return _PRINTED[self.method]
 
     @property
     def uniform(self) -> bool:

@@ -122,9 +122,9 @@ class ShellProbe:
         self._block = gpu.uniform_block(CloudBlock, CLOUD_BLOCK, "cloud_model")
         self._block.write(cloud_block(model))
         self._slabs = slab_texture(gpu, model)
-        paper = {"ours": 0, "paper_2018": 2018, "paper_2019": 2019}[model.method]
         self._questions = Questions(gpu, ShellQuestion, "shell_question", _BATCH)
-        self._program = gpu.compute("clouds/probe/shells.comp", {**march_defines(settings), "CLOUD_PAPER": paper})
+        defines = {**march_defines(settings), "CLOUD_PAPER": model.printed}
+        self._program = gpu.compute("clouds/probe/shells.comp", defines)
 
     def march(
         self, positions_m: Floats, directions: Floats, suns: Floats, most_m: Floats | None, *,

@@ -13,7 +13,7 @@ from ...engine.blocks.layout import StructLayout, Vec3
 from ...engine.frame.block import FrameBlock, PlanetBlock, frame_of_anchor
 from ...engine.gpu import GpuScope
 from ...engine.made_shaders import made_shader
-from ...engine.waves import WaveSet
+from ...engine.waves import WaveSet, wave_method
 from .wave_block import WAVE_LAYOUT, SeaMesh, WavePacker
 
 __all__ = ["WaveAnswers", "WaveQuestions"]
@@ -21,7 +21,6 @@ __all__ = ["WaveAnswers", "WaveQuestions"]
 Floats = NDArray[np.float64]
 _BATCH = 1 << 16
 _DEEP_M = 1e6
-_METHODS = {"ours": 0, "printed_2018": 2018, "printed_2019": 2019}
 
 
 @dataclass
@@ -97,10 +96,9 @@ class WaveQuestions:
         """What shaders find around an anchor (3,), unit, at unit directions (N, 3).
 
         depth_m: (N,), None: deep. spacing_m: distance of the samples that show the displacement; the normal has all
-        waves. method: ours, or the formulas of printed_2018 and printed_2019, in f32 throughout.
+        waves. method: of Ocean; printed formulas are evaluated in f32 throughout.
         """
-        if method not in _METHODS:
-            raise ValueError(f"method: expected one of {', '.join(_METHODS)}, found {method!r}")
+        printed = wave_method(method).printed
         v, a = np.atleast_2d(np.asarray(directions, np.float64)), np.asarray(anchor, np.float64)
         count = len(v)
         packed = np.zeros(count, _QUESTION.dtype)
@@ -116,7 +114,7 @@ class WaveQuestions:
         self._buffer.bind_to_uniform_block(WAVE_BLOCK)
         self._printed.bind_to_storage_buffer(2)
         self._program.set("u_printed", (self._waves.radius_m, time_s))
-        parts = [self._batch(packed[i : i + _BATCH], _METHODS[method]) for i in range(0, count, _BATCH)]
+        parts = [self._batch(packed[i : i + _BATCH], printed) for i in range(0, count, _BATCH)]
         found = np.concatenate([*parts, np.zeros(0, _ANSWER.dtype)])
         displacement_m, normal, jacobian = (
             found[name].astype(np.float64) for name in ("displacement_m", "normal", "jacobian")

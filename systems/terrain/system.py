@@ -30,7 +30,7 @@ from ...engine.methods import Methods
 from ...engine.settings import SettingError, Settings, revision, with_overrides
 from ...engine.system import Setup, System
 from ...engine.world import World
-from .backends import Backend, Ground, GroundRevision, use_backend
+from .backends import Backend, Ground, GroundRevision, backend_of, use_backend
 from .coasts import Coasts
 from .debug_passes import TerrainDebugPasses
 from .height import TerrainField, TerrainParams
@@ -117,7 +117,7 @@ class TerrainSystem(System):
 
     def _use_method(self, name: str, method: str) -> None:
         """The backend of that name and method, in place of another; nothing else changes."""
-        if use_backend(self._methods, name, method, self._settings, self._views):
+        if use_backend(self._methods, backend_of(name, method), self._settings, self._views):
             self.backend.bind_octaves = self._bind_octaves
             self._field_revision = None  # it may draw a ground of its own
             self.structure += 1

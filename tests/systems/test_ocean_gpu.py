@@ -137,7 +137,7 @@ def test_printed_formulas_in_float32_are_lost(ask):
     anchor = direction(*PLACES["open"])
     v = around(anchor, waves.radius_m)
     truth = displacement(waves, v, 1e8)
-    for method in ("printed_2018", "printed_2019"):
+    for method in ("paper_2018", "paper_2019"):
         off = np.linalg.norm(questions.ask(anchor, v, 1e8, method=method).displacement_m - truth, axis=1)
         assert np.median(off) > 0.1
     assert np.linalg.norm(questions.ask(anchor, v, 1e8).displacement_m - truth, axis=1).max() <= 1e-3

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ....engine.frame import Views
 from ....engine.methods import Methods
-from ....engine.settings import SettingError, Settings
+from ....engine.settings import Settings
 from .base import Backend, Ground, GroundRevision
 from .grid import GridBackend
 from .icosphere import IcosphereBackend
@@ -13,24 +13,20 @@ from .paper_icosphere import PaperIcosphereBackend
 from .paper_quadtree import PaperQuadtreeBackend
 from .quadtree import QuadtreeBackend
 
-__all__ = ["BACKENDS", "Backend", "Ground", "GroundRevision", "use_backend"]
+__all__ = ["Backend", "Ground", "GroundRevision", "backend_of", "use_backend"]
 
-BACKENDS: dict[str, type[Backend]] = {"grid": GridBackend, "quadtree": QuadtreeBackend, "icosphere": IcosphereBackend}
-"""By the names that Terrain.backend takes."""
-_PAPER: dict[str, type[Backend]] = {
-    "grid": PaperGridBackend,
-    "quadtree": PaperQuadtreeBackend,
-    "icosphere": PaperIcosphereBackend,
+_BACKENDS: dict[str, dict[str, type[Backend]]] = {
+    "grid": {"ours": GridBackend, "paper": PaperGridBackend},
+    "quadtree": {"ours": QuadtreeBackend, "paper": PaperQuadtreeBackend},
+    "icosphere": {"ours": IcosphereBackend, "paper": PaperIcosphereBackend},
 }
-"""Those whose source's method has little in common with ours."""
 
 
-def use_backend(backends: Methods[Backend], name: str, method: str, settings: Settings, views: Views) -> bool:
-    """The backend of that name and method, whether it is another. SettingError for a method that it doesn't have."""
-    found = _PAPER.get(name, BACKENDS[name]) if method == "paper" else BACKENDS[name]
-    if method not in found.methods:
-        raise SettingError(
-            f"Terrain.method {method!r} is not there for Terrain.backend {name!r}, which has"
-            f" {', '.join(map(repr, found.methods))}; choose one of these, or another backend"
-        )
-    return backends.use(found, lambda gpu: found(gpu, settings, method, views), method)
+def backend_of(name: str, method: str) -> type[Backend]:
+    """That of Terrain.backend and Terrain.method."""
+    return _BACKENDS[name][method]
+
+
+def use_backend(backends: Methods[Backend], kind: type[Backend], settings: Settings, views: Views) -> bool:
+    """Draw with a backend; whether it is another."""
+    return backends.use(kind, lambda gpu: kind(gpu, settings, views))

@@ -52,11 +52,10 @@ class Backend(Method):
     whatever it makes before), and draws them into a G-buffer that is bound. Its vertices are camera-independent, and
     their attributes are those of terrain/attributes.glsl with the code of their spacing (common/spacing_code.glsl).
 
-    gpu: a scope of its own. settings: resolved quality values. method: one of `methods`.
+    gpu: a scope of its own. settings: resolved quality values.
     """
 
     name: ClassVar[str]
-    methods: ClassVar[tuple[str, ...]] = ("ours",)
     contracts: ClassVar[Mapping[str, str]] = {"surface_height": "terrain/surface_height.glsl"}
     shade_file: ClassVar[str] = "terrain/shade.comp"
     """Materials and light of its pixels."""
@@ -64,16 +63,17 @@ class Backend(Method):
     """The line between land and water, pixel by pixel; "": from the terrain's own height function."""
     faces_out: ClassVar[bool] = True
     """Whether triangles seen from behind are hidden ones."""
+    own_ground: ClassVar[bool] = False
+    """Whether it draws a ground of its source's in place of the scene's."""
     ground: Ground
     """What it draws; the system says so before each `update`."""
     bind_octaves: Callable[[View], None]
     """Binds the height function's table around a view's anchor (uniform block 4), to be called in passes."""
 
-    def __init__(self, gpu: GpuScope, settings: Settings, method: str, views: Views) -> None:
+    def __init__(self, gpu: GpuScope, settings: Settings, views: Views) -> None:
         super().__init__(gpu)
         self.views = views
         self.settings = settings
-        self.method = method
         self._draw_programs: dict[str, Any] = {}
 
     def draw_program(self, fragment: str, vertex: str, defines: Defines | None = None) -> Any:

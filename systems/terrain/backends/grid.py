@@ -31,8 +31,8 @@ class GridBackend(Backend):
         "vertex_spacing": "terrain/grid_vertex_spacing.glsl",
     }
 
-    def __init__(self, gpu: GpuScope, settings: Settings, method: str, views: Views) -> None:
-        super().__init__(gpu, settings, method, views)
+    def __init__(self, gpu: GpuScope, settings: Settings, views: Views) -> None:
+        super().__init__(gpu, settings, views)
         # Its text, for shaders; each view has a block of its own.
         gpu.uniform_block(TerrainGridBlock, TERRAIN_GRID_BLOCK, "terrain_grid")
         self._making = GridMaking(gpu, settings)

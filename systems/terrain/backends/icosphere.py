@@ -6,10 +6,8 @@ from collections.abc import Callable
 from typing import ClassVar
 
 from ....engine.blocks.bindings import TRIANGLE_BLOCK
-from ....engine.frame import Frame, Views
-from ....engine.gpu import GpuScope
+from ....engine.frame import Frame
 from ....engine.graph import PassIO
-from ....engine.settings import Settings
 from ....engine.surface.icosphere_anchor import AnchorKey, TriangleAnchor
 from ..tiles.shape import TileShape
 from ..tiles.triangle import TriangleShape
@@ -23,9 +21,6 @@ class IcosphereBackend(TiledBackend):
     """Backend "icosphere"."""
 
     name: ClassVar[str] = "icosphere"
-
-    def __init__(self, gpu: GpuScope, settings: Settings, method: str, views: Views) -> None:
-        super().__init__(gpu, settings, method, views)
 
     def make_shape(self, segments: int) -> TileShape:
         return TriangleShape(segments)

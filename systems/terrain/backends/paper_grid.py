@@ -88,14 +88,14 @@ class PaperGridBackend(Backend):
     """Backend "grid", method "paper"."""
 
     name: ClassVar[str] = "grid"
-    methods: ClassVar[tuple[str, ...]] = ("paper",)
     contracts: ClassVar[Mapping[str, str]] = {"surface_height": "terrain/paper/surface_height.glsl"}
     shade_file: ClassVar[str] = "terrain/paper/shade.comp"
     coast_file: ClassVar[str] = "terrain/paper/coast.comp"
     faces_out: ClassVar[bool] = False
+    own_ground: ClassVar[bool] = True
 
-    def __init__(self, gpu: GpuScope, settings: Settings, method: str, views: Views) -> None:
-        super().__init__(gpu, settings, method, views)
+    def __init__(self, gpu: GpuScope, settings: Settings, views: Views) -> None:
+        super().__init__(gpu, settings, views)
         self._field: PaperField | None = None
         self._field_key: FieldKey
         # Its text, for shaders; each view has a block of its own.

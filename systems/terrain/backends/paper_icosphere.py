@@ -97,10 +97,9 @@ class PaperIcosphereBackend(Backend):
     """Backend "icosphere", method "paper"."""
 
     name: ClassVar[str] = "icosphere"
-    methods: ClassVar[tuple[str, ...]] = ("paper",)
 
-    def __init__(self, gpu: GpuScope, settings: Settings, method: str, views: Views) -> None:
-        super().__init__(gpu, settings, method, views)
+    def __init__(self, gpu: GpuScope, settings: Settings, views: Views) -> None:
+        super().__init__(gpu, settings, views)
         self.shape = TriangleShape(int(settings["terrain.tile_quads"]))
         self._vertices = gpu.compute("terrain/paper/icosphere.comp", defines=self.shape.defines)
         self._indices = gpu.buffer(self.shape.indices.astype("<u4"))

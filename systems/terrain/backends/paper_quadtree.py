@@ -42,12 +42,11 @@ class PaperQuadtreeBackend(TiledBackend):
     """Backend "quadtree", method "paper"."""
 
     name: ClassVar[str] = "quadtree"
-    methods: ClassVar[tuple[str, ...]] = ("paper",)
     assemble_file: ClassVar[str] = "terrain/tiles/paper/quad.comp"
     morphs: ClassVar[bool] = False
 
-    def __init__(self, gpu: GpuScope, settings: Settings, method: str, views: Views) -> None:
-        super().__init__(gpu, settings, method, views)
+    def __init__(self, gpu: GpuScope, settings: Settings, views: Views) -> None:
+        super().__init__(gpu, settings, views)
         self._corners = gpu.buffer(reserve=self._slots * 4 * _CORNER.size, dynamic=True)
 
     def make_shape(self, segments: int) -> TileShape:

@@ -56,8 +56,8 @@ class TiledBackend(Backend):
     morphs: ClassVar[bool] = True
     """Whether tiles change gradually into their parents and children."""
 
-    def __init__(self, gpu: GpuScope, settings: Settings, method: str, views: Views) -> None:
-        super().__init__(gpu, settings, method, views)
+    def __init__(self, gpu: GpuScope, settings: Settings, views: Views) -> None:
+        super().__init__(gpu, settings, views)
         self.shape = self.make_shape(int(settings["terrain.tile_quads"]))
         self._slots = int(settings["terrain.slots"])
         self.pool = SlotPool(self._slots)
