@@ -112,7 +112,7 @@ def measure(runs: int) -> dict[str, dict[str, float]]:
         try:
             # Nothing is drawn, and what the GPU would have measured (exposure, counts) is not: nothing waits for it.
             out["nothing shown, at rest"] = _measured(app, runs)
-            window._queue.append(KeyEvent("w", True))
+            window.input.advance([KeyEvent("w", True)])
             out["nothing shown, flying"] = _measured(app, runs)
             shown.numbers = True
             out["numbers, flying"] = _measured(app, runs)

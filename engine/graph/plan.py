@@ -28,7 +28,8 @@ class Plan:
 
     def __init__(self, backend: GraphBackend, size: Size, analysis: Analysis, previous: Plan | None = None) -> None:
         sizes = ViewSizes(checked_size(size), analysis.model.sizes, analysis.model.sized_by)
-        self._backend = backend
+        self.backend = backend
+        """What makes its objects."""
         self._analysis = analysis
         model, span = analysis.model, analysis.lifetimes.span
         lifetime = {name: model.specs[name].lifetime for name in span}
@@ -89,7 +90,7 @@ class Plan:
         clock = perf_counter_ns
         place = 0
         self.failed_system = ""
-        self._backend.begin_frame()
+        self.backend.begin_frame()
         try:
             last = clock()
             for run, gate, barrier in self._running[self._parity]:
@@ -112,7 +113,7 @@ class Plan:
         finally:
             if self._timers is not None:
                 self._timers.collect(self._gpu_ms)
-            self._backend.end_frame()
+            self.backend.end_frame()
         self._parity ^= 1
         self._repeated = False
         if self._unsettled:
@@ -132,7 +133,7 @@ class Plan:
                 raise self._unbound(slot.name)
         self._ran[:first] = [False] * first
         self._cpu_ns[:first] = [0] * first
-        self._backend.begin_frame()
+        self.backend.begin_frame()
         place = first
         try:
             for run, _, barrier in self._running[1 - self._parity][first:]:  # those of the last frame
@@ -149,7 +150,7 @@ class Plan:
             self._note_failure(place, error)
             raise
         finally:
-            self._backend.end_frame()
+            self.backend.end_frame()
         self._repeated = True
         return True
 
@@ -248,7 +249,7 @@ class Plan:
         old = self._storage
         specs = self._analysis.lifetimes.spec
         keep = take_over(old, specs, self._sizes, specs, sizes)
-        storage = Storage(self._backend, specs, sizes, keep)
+        storage = Storage(self.backend, specs, sizes, keep)
         try:
             self._install(sizes, storage)
         except BaseException:
@@ -264,7 +265,7 @@ class Plan:
 
     def _install(self, sizes: ViewSizes, storage: Storage, keep_storage: bool = False) -> None:
         try:
-            steps = bind_passes(self._analysis, self._backend, storage, self._state, sizes)
+            steps = bind_passes(self._analysis, self.backend, storage, self._state, sizes)
         except BaseException:
             if not keep_storage:
                 storage.discard()
@@ -299,7 +300,7 @@ class Plan:
     def _inherit(self, previous: Plan, sizes: ViewSizes) -> dict[Key, object]:
         """Objects of the plan that this one replaces, with what is known about their content."""
         previous._check_usable()
-        if previous._backend is not self._backend:
+        if previous.backend is not self.backend:
             raise GraphError("compile(previous=): that plan belongs to another backend; pass a plan of the same one.")
         old, new = previous._analysis, self._analysis
         specs = new.lifetimes.spec
@@ -405,7 +406,7 @@ class Plan:
     def gpu_timing(self, on: bool) -> None:
         if on and self._timers is None:
             self._check_usable()
-            self._timers = self._backend.create_timers(len(self._ran))
+            self._timers = self.backend.create_timers(len(self._ran))
             self._running = timed(self._steps, self._timers)
         elif not on and self._timers is not None:
             self._running = self._steps

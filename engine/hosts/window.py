@@ -66,7 +66,7 @@ class WindowVersionError(WindowError):
 
 
 class _Platform(Protocol):
-    """What _glfw.py and _pyglet.py have in common."""
+    """What with_glfw.py and with_pyglet.py have in common."""
 
     @staticmethod
     def key_codes(keys: frozenset[str]) -> dict[int, str]: ...
@@ -146,7 +146,7 @@ def open_window(
 
 def _load_platform(backend: Backend) -> Any:
     try:
-        module = importlib.import_module(f"._{backend}", __package__)
+        module = importlib.import_module(f".with_{backend}", __package__)
     except ImportError as error:
         raise WindowError(
             f"window backend {backend}: could not import it ({error}). Install it with `pip install {backend} "

@@ -60,6 +60,10 @@ class Camera:
         self.__dict__.update(parts)
         return self
 
+    def _with(self, **parts: object) -> Self:
+        """A copy that differs in these."""
+        return copy.copy(self)._fill(**parts)
+
     def __setattr__(self, name: str, value: object) -> NoReturn:
         raise AttributeError(f"a {type(self).__name__} can't be changed, and {name!r} was assigned; make a new one")
 
@@ -116,7 +120,7 @@ class Camera:
 
     def exposed(self, ev100: float) -> Camera:
         """The same camera with a fixed exposure."""
-        return copy.copy(self)._fill(_optics=self.optics.exposed(ev100))
+        return self._with(_optics=self.optics.exposed(ev100))
 
     # -- where it is --------------------------------------------------------------------------------------------------
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -116,7 +115,7 @@ class View(PlacedCamera):
         self._fill(name=name, _entry=entry, _preset=preset, _planet=over, _ev100=None)
 
     def exposed(self, ev100: float) -> View:
-        return copy.copy(self)._fill(_ev100=self.optics.exposed(ev100).ev100)
+        return self._with(_ev100=self.optics.exposed(ev100).ev100)
 
     def _scene(self) -> Scene | None:
         return self._planet.scene if isinstance(self._planet, PlanetHandle) else None

@@ -199,7 +199,7 @@ def test_changes_of_a_gamepad_become_events() -> None:
 def test_glfw_gamepads_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
     import glfw
 
-    from planetfall.engine.hosts import _glfw
+    from planetfall.engine.hosts import with_glfw
 
     buttons = [0] * 15
     buttons[glfw.GAMEPAD_BUTTON_Y] = buttons[glfw.GAMEPAD_BUTTON_DPAD_LEFT] = 1
@@ -207,23 +207,23 @@ def test_glfw_gamepads_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(glfw, "joystick_present", lambda n: n == 2)
     monkeypatch.setattr(glfw, "joystick_is_gamepad", lambda n: n == 2)
     monkeypatch.setattr(glfw, "get_gamepad_state", lambda n: found)
-    axes, held = _glfw.gamepad_state() or ({}, set())
+    axes, held = with_glfw.gamepad_state() or ({}, set())
     assert axes == {"left_x": 0.1, "left_y": -1.0, "right_x": 0.2, "right_y": 0.3, "left_trigger": 0.0,
                     "right_trigger": 1.0}  # fmt: skip
     assert held == {"y", "dpad_left"}
     monkeypatch.setattr(glfw, "joystick_present", lambda n: False)
-    assert _glfw.gamepad_state() is None
+    assert with_glfw.gamepad_state() is None
 
 
 PYGLET_CHILD = """
 import json, types
-from planetfall.engine.hosts import _pyglet
+from planetfall.engine.hosts import with_pyglet
 pad = types.SimpleNamespace(leftx=0.25, lefty=-1.0, rightx=0.0, righty=0.0, lefttrigger=0.5, righttrigger=0.0,
     dpadx=1.0, dpady=-1.0, a=True, b=False, x=False, y=False, back=False, start=False, guide=False, leftshoulder=True,
     rightshoulder=False, leftstick=False, rightstick=False, opened=0, name="a pad")
 def opened(): pad.opened += 1
 pad.open = opened
-found = _pyglet._Controllers()
+found = with_pyglet._Controllers()
 found._manager = types.SimpleNamespace(get_controllers=lambda: [pad])
 first = found.state(); axes, held = found.state()
 found._manager = types.SimpleNamespace(get_controllers=lambda: [])

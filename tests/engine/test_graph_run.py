@@ -473,7 +473,7 @@ def test_execute_keeps_no_memory_and_touches_no_backend() -> None:
     plan = chain(30)
     for _ in range(3):
         plan.execute()
-    backend = plan._backend
+    backend = plan.backend
     assert isinstance(backend, NullBackend)
     calls = len(backend.calls)
     gc.collect()

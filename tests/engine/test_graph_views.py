@@ -52,7 +52,7 @@ def two_views(size: tuple[int, int] | None = SMALL, **binds: Any) -> GraphBuilde
 
 
 def compiled(builder: GraphBuilder, previous: Plan | None = None) -> Plan:
-    return builder.compile(NullBackend() if previous is None else previous._backend, SIZE, previous)
+    return builder.compile(NullBackend() if previous is None else previous.backend, SIZE, previous)
 
 
 def raises(builder: GraphBuilder, *parts: str) -> None:
@@ -171,10 +171,10 @@ def test_order_inside_a_view_is_its_own() -> None:
 
 def test_a_view_is_resized_alone() -> None:
     plan = compiled(two_views())
-    before = {name: plan._storage.objects[plan.analysis.lifetimes.key(name, 0)] for name in plan.resources}
+    before = {name: plan.resource(name) for name in plan.resources}
     plan.resize((30, 10), view=1)
     for name, old in before.items():
-        now = plan._storage.objects[plan.analysis.lifetimes.key(name, 0)]
+        now = plan.resource(name)
         assert (now is old) == (not name.endswith("@view1"))
     assert plan.size == SIZE and plan.view_size(0) == SIZE and plan.view_size(1) == (30, 10)
     assert plan.texels("color@view1") == (30, 10) and plan.texels("color@view0") == SIZE
@@ -183,7 +183,7 @@ def test_a_view_is_resized_alone() -> None:
     with pytest.raises(GraphError, match=r"resize\(view=0\): that view has no size of its own"):
         plan.resize(SIZE, view=0)
     plan.release()
-    assert not plan._backend.live
+    assert not plan.backend.live
 
 
 def test_views_of_one_size_share_memory_and_others_do_not() -> None:

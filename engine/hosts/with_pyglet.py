@@ -15,6 +15,7 @@ from pyglet.window import key as pyglet_key
 from ..input import Focus, InputEvent, PointerLeft
 from .gamepad import GamepadReader
 from .monitors import Monitor
+from .native import native_window
 
 log = logging.getLogger(__name__)
 
@@ -123,7 +124,7 @@ class PygletPlatform:
 
     def __init__(self, window: Any, send: Callable[[InputEvent], None]) -> None:
         self._window = window
-        self._native = window._window
+        self._native = native_window(window)
         self._send = send
         self._pad = GamepadReader(send)
         self._controllers = _Controllers()

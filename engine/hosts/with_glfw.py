@@ -15,6 +15,7 @@ from moderngl_window.context.glfw.window import Window as GlfwWindow
 from ..input import PAD_AXES, PAD_BUTTONS, Focus, InputEvent, PointerLeft
 from .gamepad import GamepadReader
 from .monitors import Monitor
+from .native import native_window
 
 _JOYSTICKS = range(glfw.JOYSTICK_1, glfw.JOYSTICK_LAST + 1)
 _LOOK_EVERY = 30
@@ -62,7 +63,7 @@ class GlfwPlatform:
 
     def __init__(self, window: Any, send: Callable[[InputEvent], None]) -> None:
         self._window = window
-        self._native = window._window
+        self._native = native_window(window)
         self._send = send
         self._pad = GamepadReader(send)
         self._place = (0, 0, *glfw.get_window_size(self._native))
