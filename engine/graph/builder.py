@@ -97,13 +97,14 @@ class GraphBuilder:
         self._declared.indexed |= bool(new.view or new.planet or new.home)
         return made
 
-    def import_(self, name: str, kind: ImportKind, help: str = "") -> ImportSpec:
-        """Declare something that the graph does not own; the object is bound late with `Plan.bind_import`.
+    def import_(self, name: str, kind: ImportKind, help: str = "", lent: object = None) -> ImportSpec:
+        """Declare something that the graph does not own; the object is bound late with `Plan.bind_import`, or is there
+        from the start: lent by the system that owns it, such as a view's uniform block.
 
         Raises GraphError when the name is taken. Declaring the same import twice with one kind is fine: several
         systems may ask for it. It is a view's (planet's) own if all who ask are in a view (planet), else shared.
         """
-        return self._declared.add_import(name, kind, help, self._scope)
+        return self._declared.add_import(name, kind, help, lent, self._scope)
 
     def add_pass(
         self,

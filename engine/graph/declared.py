@@ -20,7 +20,7 @@ _SAME = ("creates", *_NAMED, *_ORDER, "stage", "side_effect", "kind", "system")
 class _Import:
     kind: ImportKind
     help: str
-    scopes: dict[Scope, None]
+    scopes: dict[Scope, object]
 
 
 @dataclass(slots=True)
@@ -40,9 +40,9 @@ class Declared:
     _created: dict[str, str] = field(default_factory=dict)
     _origins: dict[str, list[Scope]] = field(default_factory=dict)
 
-    def add_import(self, name: str, kind: ImportKind, help: str, scope: Scope) -> ImportSpec:
+    def add_import(self, name: str, kind: ImportKind, help: str, lent: object, scope: Scope) -> ImportSpec:
         """See GraphBuilder.import_."""
-        spec = ImportSpec(name, kind, help)
+        spec = ImportSpec(name, kind, help, lent)
         if MARK in name:
             raise GraphError(f"import {name!r}: declare it by its bare name, in builder.scope(view=, planet=).")
         known = self.imports.get(name)
@@ -54,7 +54,7 @@ class Declared:
             )
         if known is None:
             known = self.imports[name] = _Import(kind, help, {})
-        known.scopes[scope] = None
+        known.scopes[scope] = lent
         return spec
 
     def add_pass(self, decl: PassDecl, bare: str, created: Iterable[str], origin: Scope) -> None:
@@ -138,9 +138,9 @@ class Declared:
             by_view = all(scope.view is not None for scope in known.scopes)
             by_planet = all(scope.planet is not None for scope in known.scopes)
             self.resources.drop(base)
-            for scope in known.scopes:
+            for scope, lent in known.scopes.items():
                 owner = Scope(scope.view if by_view else None, scope.planet if by_planet else None)
                 self.resources.add(base, owner)
                 name = qualified(base, owner.view, owner.planet)
-                specs.setdefault(name, ImportSpec(name, known.kind, known.help))
+                specs.setdefault(name, ImportSpec(name, known.kind, known.help, lent))
         return specs

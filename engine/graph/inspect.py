@@ -137,7 +137,9 @@ def to_mermaid(analysis: Checked) -> str:
         if system:
             lines.append("    end")
 
-    ends = {name: n for n, name in enumerate((*model.imports, *(e for e in model.exports if e not in model.imports)))}
+    # What systems lend flows from nowhere.
+    imports = [name for name, spec in model.imports.items() if spec.lent is None]
+    ends = {name: n for n, name in enumerate((*imports, *(e for e in model.exports if e not in imports)))}
     drawn: set[str] = set()
     arrows: dict[tuple[str, str, bool], list[str]] = {}
 
@@ -153,7 +155,7 @@ def to_mermaid(analysis: Checked) -> str:
             living = [m for m in makers if m in culling.why_alive] if i in culling.why_alive else makers
             if living:
                 arrow(f"p{living[-1]}", f"p{i}", dotted, name)
-            elif name in model.reads[i]:
+            elif name in model.reads[i] and name in ends:
                 # The first writer of an import has no arrow in: it would only mirror the one out.
                 arrow(f"e{ends[name]}", f"p{i}", dotted, name)
         for name in model.passes[i].history:

@@ -16,13 +16,13 @@ if TYPE_CHECKING:  # what the backend of engine/gpu makes; the graph itself know
 
 
 class Slot:
-    """The place of an import: `.value` is what `Plan.bind_import` put there, read it each frame."""
+    """The place of an import: `.value` is what is lent, or what `Plan.bind_import` put there, read it each frame."""
 
     __slots__ = ("name", "value")
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, value: Any = None) -> None:
         self.name = name
-        self.value: Any = None
+        self.value = value
 
 
 class Flag:

@@ -34,7 +34,7 @@ class Plan:
         model, span = analysis.model, analysis.lifetimes.span
         lifetime = {name: model.specs[name].lifetime for name in span}
         self._state = State(
-            slots={name: Slot(name) for name in model.imports},
+            slots={name: Slot(name, spec.lent) for name, spec in model.imports.items()},
             valid={name: Flag(False) for name in span if lifetime[name] == "history"},
             stale={name: Flag(True) for name in span if lifetime[name] == "persistent"},
         )
@@ -313,7 +313,7 @@ class Plan:
             if ("own", name) in keep and _creator(old, name) == _creator(new, name):
                 flag.value = previous._state.stale[name].value
         for name, slot in self._state.slots.items():
-            if name in previous._state.slots:
+            if slot.value is None and name in previous._state.slots:
                 slot.value = previous._state.slots[name].value
         return keep
 

@@ -146,11 +146,12 @@ class BufferSpec:
 
 @dataclass(frozen=True, slots=True)
 class ImportSpec:
-    """Something that the graph does not own: lent by the host or a system, bound late with `Plan.bind_import`."""
+    """Something that the graph does not own: lent by a system as `lent`, or by the host, late, with `bind_import`."""
 
     name: str
     kind: ImportKind
     help: str = ""
+    lent: object = None
 
     def __post_init__(self) -> None:
         _check_name("ImportSpec", self.name)

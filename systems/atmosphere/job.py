@@ -139,8 +139,9 @@ class TableJob:
             self._start_quick()
 
     def bind(self) -> None:
-        """Bind the shown tables where shaders look for them."""
+        """Bind the shown tables and their air where shaders look for them."""
         assert self._tables is not None
+        self._block.bind()
         self._tables.bind()
 
     def work(self, budget_s: float) -> None:
@@ -167,7 +168,6 @@ class TableJob:
                 break
         if self._shown is not None:
             self._block.write(self._shown[2])
-            self._block.bind()
 
     def _make(self, sizes: TableSizes | PaperSizes) -> Tables:
         return PaperTables(self._gpu, sizes) if isinstance(sizes, PaperSizes) else AirTables(self._gpu, sizes)

@@ -21,6 +21,8 @@ __all__ = ["AirMethod", "OurAir", "PaperAir"]
 
 _AT_ONCE_S = 0.25
 """Time a frame for the tables while nobody looks."""
+_CAMERA = "atmosphere.camera"
+"""A view's uniform block, lent to the graph."""
 _VIEW_TABLES = ("atmosphere.first", "atmosphere.second", "atmosphere.extinction")
 
 
@@ -55,10 +57,6 @@ class AirMethod(Method):
 
     def _of(self, view: View) -> _View:
         return view.state(self, lambda: _View(self.gpu))
-
-    def bind_view(self, view: View) -> None:
-        """Bind what its contracts know of a view's camera."""
-        self._of(view).ubo.bind()
 
     def update(self, frame: Frame) -> None:
         model, view, camera = self.job.shown, self._of(frame.view), frame.camera
@@ -115,7 +113,7 @@ class OurAir(AirMethod):
         "sky": "atmosphere/sky.glsl",
         "air_point": "atmosphere/air_point.glsl",
     }
-    reads: ClassVar[tuple[str, ...]] = _VIEW_TABLES
+    reads: ClassVar[tuple[str, ...]] = (_CAMERA, *_VIEW_TABLES)
 
     def __init__(self, gpu: GpuScope, settings: Settings, model: Any) -> None:
         tables = table_sizes(settings)
@@ -125,8 +123,10 @@ class OurAir(AirMethod):
 
     def bind_contract(self, io: PassIO) -> Callable[[], None]:
         first, second, extinction = (io.texture(name) for name in _VIEW_TABLES)
+        camera = io.imported(_CAMERA)
 
         def run() -> None:
+            camera.value.bind_to_uniform_block(AIR_VIEW_BLOCK)
             first.use(AIR_FIRST_UNIT)
             second.use(AIR_SECOND_UNIT)
             extinction.use(AIR_EXTINCTION_UNIT)
@@ -138,12 +138,14 @@ class OurAir(AirMethod):
         super().declare(builder, view)
         own = self._of(view.view)
         own.filled = ()
+        builder.import_(_CAMERA, "buffer", help="the camera in its air", lent=own.ubo.buffer)
         light, depth = self._sizes.texels, self._sizes.extinction_texels
         builder.add_pass(
             "atmosphere.view",
             kind="compute",
             system=self.gpu.owner,
             bind=lambda io: self._bind_view(io, own),
+            reads=(_CAMERA,),
             after=("atmosphere.tables",),
             creates=(
                 TextureSpec(
@@ -184,6 +186,7 @@ class OurAir(AirMethod):
             if wanted == view.filled:
                 return
             job.bind()
+            view.ubo.bind()
             extinction.bind_to_image(0, read=False, write=True)
             fill_depth.run_over(2 * self._sizes.rows)
             first.bind_to_image(0, read=False, write=True)

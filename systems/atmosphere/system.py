@@ -82,8 +82,6 @@ class AtmosphereSystem(System):
     def update(self, frame: Frame) -> None:
         # Things in space are lit through the air of a planet that isn't in the picture.
         if self._unseen.rests(frame) and not frame.world.query(Shape):
-            self.method.bind_view(frame.view)
-            self._model_ubo.bind()
             return
         job = self._refresh(frame.world, frame.planet, frame.settings, frame.sun)
         self.method.update(frame)
@@ -92,8 +90,6 @@ class AtmosphereSystem(System):
         for name, value in (("air_top_m", top_m), ("air_generation", job.generation)):
             if frame.world.try_resource(name) != value:
                 frame.world.set_resource(name, value)
-        self.method.bind_view(frame.view)
-        self._model_ubo.bind()
 
     def _refresh(self, world: World, planet: int, settings: Settings, sun: Any) -> TableJob:
         air, body = world.get(planet, Atmosphere), world.get(planet, Planet)

@@ -39,6 +39,8 @@ _AT_ONCE = 6
 _FADE_S = 0.25
 """New fine levels come in over this time."""
 _HEIGHTS, _LIMBS, _HORIZONS, _SKY, _MAP = (f"shadows.{name}" for name in ("heights", "limbs", "horizons", "sky", "map"))
+_WINDOWS = "shadows.windows"
+"""A view's uniform block, lent to the graph."""
 _FORMATS = {_HEIGHTS: "r32f", _LIMBS: "rg32f", _HORIZONS: "rgba32ui", _SKY: "r8", _MAP: "rgba32f"}
 
 
@@ -82,7 +84,7 @@ class ShadowSystem(System):
         self._world: World | None = None
 
     def setup(self, setup: Setup) -> None:
-        self._gpu, self._world, self._views = setup.gpu, setup.world, setup.views
+        self._gpu, self._world = setup.gpu, setup.world
         gpu = setup.gpu
         self._most = int(setup.settings["shadows.size"])
         self._finest_m = float(setup.settings["shadows.finest_m"])
@@ -132,18 +134,15 @@ class ShadowSystem(System):
 
     def contract_reads(self) -> tuple[str, ...]:
         """See engine.contracts.ContractSource."""
-        return (_MAP,)
+        return (_WINDOWS, _MAP)
 
     def bind_contract(self, io: PassIO) -> Callable[[], None]:
         """See engine.contracts.ContractSource."""
-        texture = io.texture(_MAP)
-        owner: list[_View] = []
+        texture, windows = io.texture(_MAP), io.imported(_WINDOWS)
 
         def run() -> None:
-            if not owner:  # known when all passes are bound
-                owner.extend(v for v in self._views.states(self, _View) if v.textures and v.textures[-1] is texture)
             texture.use(SHADOW_MAP_UNIT)
-            owner[0].ubo.bind()
+            windows.value.bind_to_uniform_block(SHADOW_MAP_BLOCK)
 
         return run
 
@@ -312,10 +311,12 @@ class ShadowSystem(System):
         own = self._of(view.view, view.size[1])
         side = (own.windows.side, own.windows.side)
         assert self._world is not None
+        builder.import_(_WINDOWS, "buffer", help="where the levels of the map are", lent=own.ubo.buffer)
         builder.add_pass(
             "shadows.clipmap",
             kind="compute",
             system=self.name,
+            reads=(_WINDOWS,),
             bind=lambda io: self._bind(io, view.view, own),
             creates=tuple(
                 TextureSpec(

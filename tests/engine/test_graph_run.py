@@ -187,6 +187,32 @@ def test_imports_are_bound_late() -> None:
     assert plan.resource("target") == "picture"
 
 
+def test_what_a_system_lends_is_there_from_the_start_in_each_view_its_own() -> None:
+    seen: list[Any] = []
+
+    def declared(*lent: str) -> GraphBuilder:
+        builder = GraphBuilder()
+        for view, block in enumerate(lent):
+            of_view = builder.scope(view=view)
+            of_view.import_("block", "buffer", lent=block)
+
+            def bind(io: PassIO) -> Callable[[], None]:
+                slot = io.imported("block")
+                return lambda: seen.append(slot.value)
+
+            of_view.add_pass("draw", bind=bind, reads=("block",), side_effect=True)
+        return builder
+
+    backend = NullBackend()
+    plan = declared("a", "b").compile(backend, SIZE)
+    plan.execute()
+    assert seen == ["a", "b"]
+    assert "block" not in plan.to_mermaid() and "'block': imported buffer" in plan.explain("draw")
+    seen.clear()
+    declared("c", "b").compile(backend, SIZE, previous=plan).execute()
+    assert seen == ["c", "b"], "what is lent now, not what the plan before was lent"
+
+
 def test_unbound_import() -> None:
     plan = compiled(presenting([]), "target")
     with pytest.raises(GraphError, match=r"import 'target' \(framebuffer\) is not bound, but pass 'show' uses it"):
