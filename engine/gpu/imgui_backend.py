@@ -18,6 +18,7 @@ import numpy as np
 
 from ..input import KEYS, Focus, InputEvent, KeyEvent, MouseButton, MouseMove, PointerLeft, Text, Wheel
 from .errors import GpuError
+from .imgui_type import ImGui
 
 if TYPE_CHECKING:
     from .scope import GpuScope
@@ -65,7 +66,7 @@ class ImguiBackend:
             ) from error
         if not hasattr(imgui.BackendFlags_, "renderer_has_textures"):
             raise GpuError(f"the user interface needs imgui-bundle 1.92 or later, found {imgui.get_version()}")
-        self.imgui: Any = imgui
+        self.imgui: ImGui = imgui
         self.wants_mouse = self.wants_keyboard = self.wants_text = False
         self._scope = scope
         self._gpu = scope.gpu
@@ -113,7 +114,7 @@ class ImguiBackend:
 
     # -- context -----------------------------------------------------------------------------------------------------
     @contextlib.contextmanager
-    def current(self) -> Iterator[Any]:
+    def current(self) -> Iterator[ImGui]:
         """Make this context ImGui's current one for a block; yields the imgui module."""
         if self._released:
             raise GpuError("this ImGui backend was released")
@@ -191,7 +192,7 @@ class ImguiBackend:
         pixel_ratio: float = 1.0,
         events: Iterable[InputEvent] = (),
         mouse: bool = True,
-    ) -> Iterator[Any]:
+    ) -> Iterator[ImGui]:
         """A frame of user interface; yields the imgui module. `size` in window units, `pixel_ratio` pixels per unit.
 
         mouse: False while the game has captured the pointer: the user interface then sees no mouse at all.
@@ -269,7 +270,8 @@ class ImguiBackend:
         if width < 1 or height < 1:
             return found
         unit_x, unit_y = 2.0 / size.x, -2.0 / size.y
-        self._program.set("u_transform", (unit_x, unit_y, -1.0 - x0 * unit_x, 1.0 - y0 * unit_y))
+        self._program.set("u_scale", (unit_x, unit_y))
+        self._program.set("u_offset", (-1.0 - x0 * unit_x, 1.0 - y0 * unit_y))
         for first, command in self._upload(data):
             left, top, right, bottom = command.clip_rect
             left, right = max(int((left - x0) * scale_x), 0), min(int((right - x0) * scale_x), width)

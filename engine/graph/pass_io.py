@@ -20,9 +20,9 @@ class Slot:
 
     __slots__ = ("name", "value")
 
-    def __init__(self, name: str, value: Any = None) -> None:
+    def __init__(self, name: str, value: object = None) -> None:
         self.name = name
-        self.value = value
+        self.value: Any = value
 
 
 class Flag:

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     import moderngl
+    from moderngl_window.context.base import BaseWindow
     from numpy.typing import NDArray
 
 log = logging.getLogger(__name__)
@@ -208,7 +209,7 @@ class Window:
         input: the state that `poll` returns.
     """
 
-    def __init__(self, window: Any, platform_class: Callable[..., _Platform], backend: Backend) -> None:
+    def __init__(self, window: BaseWindow, platform_class: Callable[..., _Platform], backend: Backend) -> None:
         self.backend = backend
         self.ctx: moderngl.Context = window.ctx
         self.input = InputState()

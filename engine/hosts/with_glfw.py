@@ -61,7 +61,7 @@ class GlfwPlatform:
 
     window_class: type[Any] = GlfwWindow
 
-    def __init__(self, window: Any, send: Callable[[InputEvent], None]) -> None:
+    def __init__(self, window: GlfwWindow, send: Callable[[InputEvent], None]) -> None:
         self._window = window
         self._native = native_window(window)
         self._send = send

@@ -122,7 +122,7 @@ class PygletPlatform:
 
     window_class: type[Any] = PygletWindow
 
-    def __init__(self, window: Any, send: Callable[[InputEvent], None]) -> None:
+    def __init__(self, window: PygletWindow, send: Callable[[InputEvent], None]) -> None:
         self._window = window
         self._native = native_window(window)
         self._send = send

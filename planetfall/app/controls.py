@@ -5,8 +5,9 @@ from __future__ import annotations
 import logging
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from ..engine.gpu.imgui_type import ImGui
 from ..engine.settings import PresetError
 from ..engine.settings.user import user_folder
 from ..systems.flight import ACTIONS, LOOKING, TWO_SIDED, Binding, Catch, Controls, load_controls, rebind, rivals
@@ -56,7 +57,7 @@ class ControlsPage:
         others = rivals(app.controls).get(catch.action, {}).get(found, ()) if found is not None else ()
         self._clash = (catch.action, found, others) if found is not None and others else None
 
-    def draw(self, imgui: Any, app: Flight) -> None:
+    def draw(self, imgui: ImGui, app: Flight) -> None:
         """One frame of the page."""
         if self._catch is not None:
             imgui.text_colored(
@@ -92,7 +93,7 @@ class ControlsPage:
 
     def _row(
         self,
-        imgui: Any,
+        imgui: ImGui,
         app: Flight,
         action: str,
         text: str,
@@ -139,7 +140,7 @@ class ControlsPage:
             self._save(app)
 
     @staticmethod
-    def _beside(imgui: Any, number: int, label: str, right: float) -> None:
+    def _beside(imgui: ImGui, number: int, label: str, right: float) -> None:
         """The next button in the same line, where it has room."""
         wide = imgui.calc_text_size(label).x + 2.0 * imgui.get_style().frame_padding.x
         gap = imgui.get_style().item_spacing.x
@@ -149,7 +150,7 @@ class ControlsPage:
     def _wait(self, action: str, sign: float, replaces: Binding | None) -> None:
         self._catch, self._replaces, self._clash = Catch(action, sign), replaces, None
 
-    def _ask(self, imgui: Any, app: Flight) -> None:
+    def _ask(self, imgui: ImGui, app: Flight) -> None:
         """A key that two actions have now: whose is it?"""
         if self._clash is None:
             return
@@ -173,7 +174,7 @@ class ControlsPage:
             self._bind(app, action, binding, self._replaces)
             self._clash = None
 
-    def _numbers(self, imgui: Any, app: Flight) -> None:
+    def _numbers(self, imgui: ImGui, app: Flight) -> None:
         controls, logarithmic = app.controls, imgui.SliderFlags_.logarithmic
         imgui.push_item_width(-12.0 * imgui.get_font_size())
         for label, name, low, high, shape, flags in (

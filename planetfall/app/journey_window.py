@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from ..engine.gpu.imgui_type import ImGui
 from ..errors import SizeError
 from ..systems.flight import MODES
 from .journey import clock_text, season_text
@@ -32,7 +33,7 @@ class JourneyWindow:
         self._fov_deg = 60.0
         self._ev100 = 14.0
 
-    def draw(self, imgui: Any, app: Flight) -> None:
+    def draw(self, imgui: ImGui, app: Flight) -> None:
         """One frame of the window, at the left edge."""
         em, display = imgui.get_font_size(), imgui.get_io().display_size
         top = min(TOP_PX, 0.4 * display.y)
@@ -52,7 +53,7 @@ class JourneyWindow:
         imgui.pop_item_width()
         imgui.end()
 
-    def _moving(self, imgui: Any, app: Flight) -> None:
+    def _moving(self, imgui: ImGui, app: Flight) -> None:
         for number, mode in enumerate(MODES):
             if number:
                 imgui.same_line()
@@ -75,7 +76,7 @@ class JourneyWindow:
             self._place = list(app.latitude_longitude_altitude)
         imgui.set_item_tooltip("the numbers of the place where the camera is")
 
-    def _time(self, imgui: Any, app: Flight) -> None:
+    def _time(self, imgui: ImGui, app: Flight) -> None:
         journey = app.journey
         changed, hour = imgui.slider_float("time of day", journey.hour, 0.0, 24.0, clock_text(journey.hour))
         if changed:
@@ -94,7 +95,7 @@ class JourneyWindow:
             "pace", app.time_speed, 1.0 / 64.0, 1e6, "%.3g x", imgui.SliderFlags_.logarithmic
         )[1]
 
-    def _places(self, imgui: Any, app: Flight) -> None:
+    def _places(self, imgui: ImGui, app: Flight) -> None:
         journey = app.journey
         if journey.places.problem:
             imgui.text_wrapped(journey.places.problem)
@@ -114,7 +115,7 @@ class JourneyWindow:
             imgui.text(name)
             imgui.pop_id()
 
-    def _photo(self, imgui: Any, app: Flight) -> None:
+    def _photo(self, imgui: ImGui, app: Flight) -> None:
         journey, plan = app.journey, app.journey.photo
         if imgui.begin_combo("size", "{} x {}".format(*plan.size)):
             for size in _SIZES:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..components import Shape, Transform
+from ..engine.gpu.imgui_type import ImGui
 from ..engine.space import direction, latitude_longitude
 from ..errors import SceneError
 from ..scene.companions import bodies
@@ -49,7 +50,7 @@ class ObjectsPage:
         """Whose object is selected; and which one of these."""
         self._selected = 0
 
-    def draw(self, imgui: Any, app: Flight) -> None:
+    def draw(self, imgui: ImGui, app: Flight) -> None:
         """One frame of the page."""
         count = sum(len(props) for props in self._groups().values())
         imgui.align_text_to_frame_padding()
@@ -81,13 +82,13 @@ class ObjectsPage:
         for part in prop.components():
             if isinstance(part, Transform | Shape):
                 imgui.separator_text(type(part).__name__)
-                before = copied(part)
+                form = part.form if isinstance(part, Shape) else ""
                 changes = self._panel.draw(part)
                 if isinstance(part, Shape) and any(change.field == "form" for change in changes):
                     try:
                         prop.scene.check_prop((part,))
                     except SceneError as error:
-                        part.form = before.form
+                        part.form = form
                         self._refused(app, str(error))
                         continue
                 if changes:
@@ -112,7 +113,7 @@ class ObjectsPage:
         self._selected = min(self._selected, len(props) - 1)
         return props[self._selected]
 
-    def _lists(self, imgui: Any, app: Flight) -> None:
+    def _lists(self, imgui: ImGui, app: Flight) -> None:
         """A list for each planet, under its name where there are several."""
         for name, props in self._groups().items():
             if self._scene.companions:
@@ -165,7 +166,7 @@ class ObjectsPage:
         if not self._refused(app, self._bench().do([edit], label)):
             self._planet, self._selected = parts.planet, len(self._scene.planets[parts.planet].scene.props) - 1
 
-    def _place(self, imgui: Any, app: Flight, prop: PropHandle) -> None:
+    def _place(self, imgui: ImGui, app: Flight, prop: PropHandle) -> None:
         """Latitude, longitude and height: an object's position as people say it, to the millimetre."""
         transform, planet = prop[Transform], prop.scene.planet
         where = np.array(transform.position_m)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ..camera.flights import paths
 from ..camera.views import view, views
 from ..components import DebugView
+from ..engine.gpu.imgui_type import ImGui
 from ..engine.graph import BufferSpec, TextureSpec
 from ..errors import SettingError
 from ..systems.debug import NAMED_VIEWS
@@ -45,7 +46,7 @@ class ViewPage:
         self._scene = scene
         self._names: tuple[int, list[str]] = (0, [])
 
-    def draw(self, imgui: Any, app: Flight) -> None:
+    def draw(self, imgui: ImGui, app: Flight) -> None:
         """One frame of the page."""
         imgui.push_item_width(-_LABEL_EM * imgui.get_font_size())
         imgui.separator_text("debug view")
@@ -94,7 +95,7 @@ class ViewPage:
         imgui.pop_item_width()
 
     @staticmethod
-    def _window(imgui: Any, app: Flight) -> None:
+    def _window(imgui: ImGui, app: Flight) -> None:
         imgui.separator_text("window")
         toggled, on = imgui.checkbox("full screen", bool(app.window.fullscreen))
         if toggled:
@@ -117,7 +118,7 @@ class ViewPage:
             f"{' x '.join(map(str, app.renderer.size))} pixels drawn, {app.window.pixel_ratio:g} a unit"
         )
 
-    def _freeze(self, imgui: Any, app: Flight) -> None:
+    def _freeze(self, imgui: ImGui, app: Flight) -> None:
         world = self._scene.world
         found = world.query(DebugView)
         frozen = any(shown.freeze for _, (shown,) in found)
@@ -154,7 +155,7 @@ class ProfilerPage:
         self._culled = False
         self._paused = False
 
-    def draw(self, imgui: Any, app: Flight) -> None:
+    def draw(self, imgui: ImGui, app: Flight) -> None:
         """One frame of the page."""
         try:
             plan = app.renderer.graph
@@ -183,7 +184,7 @@ class ProfilerPage:
         draw_memory(imgui, _resources_by_size(plan), _objects(app))
         draw_passes(passes, culled=self._culled)
 
-    def _budget(self, imgui: Any, app: Flight) -> None:
+    def _budget(self, imgui: ImGui, app: Flight) -> None:
         auto = app.pace.auto
         toggled, on = imgui.checkbox("hold a frame budget", auto.budget_ms is not None)
         imgui.set_item_tooltip(
@@ -236,7 +237,7 @@ def _objects(app: Flight) -> list[tuple[str, int]]:
 
 
 def combo(
-    imgui: Any,
+    imgui: ImGui,
     label: str,
     shown: str,
     names: Names,

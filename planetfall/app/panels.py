@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import tomli_w
 
+from ..engine.gpu.imgui_type import ImGui
 from ..engine.settings import latest_revision
 from ..errors import OutputError, SceneError, SettingError, UnknownNameError
 from ..quality import QUALITY, qualities
@@ -83,7 +84,7 @@ class SettingsWindow:
             self._known_quality = (app.quality, dict(app.overrides))
             self._preset = self._scene.name
 
-    def draw(self, imgui: Any, app: Flight) -> None:
+    def draw(self, imgui: ImGui, app: Flight) -> None:
         """One frame of the window, at the right edge."""
         em, display = imgui.get_font_size(), imgui.get_io().display_size
         width = self._width(em, display.x)
@@ -118,7 +119,7 @@ class SettingsWindow:
         self.panel.unfold |= set(headings)
         self._quality_panel.unfold |= {heading.partition(".")[2] for heading in headings}
 
-    def width(self, imgui: Any) -> float:
+    def width(self, imgui: ImGui) -> float:
         """What it takes of the right edge, in window units."""
         return self._width(imgui.get_font_size(), imgui.get_io().display_size.x) + _MARGIN
 
@@ -128,7 +129,7 @@ class SettingsWindow:
 
     # -- undo, presets, A and B --------------------------------------------------------------------------------------
 
-    def _toolbar(self, imgui: Any, app: Flight) -> None:
+    def _toolbar(self, imgui: ImGui, app: Flight) -> None:
         bench = self.bench
         typing, chord = imgui.get_io().want_text_input, imgui.Key
         pressed = imgui.is_key_chord_pressed
@@ -167,7 +168,7 @@ class SettingsWindow:
             imgui.text_wrapped(self.wrong)
             imgui.pop_style_color()
 
-    def _save_popup(self, imgui: Any, app: Flight) -> None:
+    def _save_popup(self, imgui: ImGui, app: Flight) -> None:
         if not imgui.begin_popup("save as"):
             return
         imgui.text("Save this scene as")
@@ -261,12 +262,12 @@ class SettingsWindow:
         self.wrong = ""
         app.say(done.format(label) if label else nothing)
 
-    def _planet_page(self, imgui: Any, app: Flight) -> None:
+    def _planet_page(self, imgui: ImGui, app: Flight) -> None:
         self.planets.draw(imgui, app, self._preset)
 
     # -- quality -----------------------------------------------------------------------------------------------------
 
-    def _quality_page(self, imgui: Any, app: Flight) -> None:
+    def _quality_page(self, imgui: ImGui, app: Flight) -> None:
         bench, store = self.bench, self._store
         imgui.set_next_item_width(12.0 * imgui.get_font_size())
         chosen = combo(imgui, "preset", store.preset, qualities, tips=QUALITY.about)
@@ -310,7 +311,7 @@ def _built_in() -> list[str]:
     return [*planets(), *scenes()]
 
 
-def _button(imgui: Any, label: str, what: str, verb: str, keys: str) -> bool:
+def _button(imgui: ImGui, label: str, what: str, verb: str, keys: str) -> bool:
     imgui.begin_disabled(not what)
     pressed = imgui.button(f"{label}###{verb}")
     imgui.end_disabled()

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..components import Orbit
+from ..engine.gpu.imgui_type import ImGui
 from ..scene.companions import bodies, centre_of, own_reach_m
 from ..scene.file import describe, planets
 from ..scene.kinds import KINDS, PLANET_KINDS
@@ -49,7 +50,7 @@ class PlanetPage:
         self.panel = Panel()
         self.chosen = scene.planet.name
 
-    def draw(self, imgui: Any, app: Flight, preset: str) -> None:
+    def draw(self, imgui: ImGui, app: Flight, preset: str) -> None:
         """One frame of the page. preset: what "reset" goes back to, by name."""
         if self.chosen not in self._scene.planets:
             self.chosen = self._scene.planet.name
@@ -68,7 +69,7 @@ class PlanetPage:
 
     # -- which planets there are -------------------------------------------------------------------------------------
 
-    def _choice(self, imgui: Any, app: Flight) -> None:
+    def _choice(self, imgui: ImGui, app: Flight) -> None:
         imgui.set_next_item_width(9.0 * imgui.get_font_size())
         chosen = combo(imgui, "##planet", self.chosen, list(self._scene.planets))
         imgui.set_item_tooltip("The planet whose knobs are shown: the scene's own, or one that accompanies it")
@@ -116,7 +117,7 @@ class PlanetPage:
 
     # -- its components ----------------------------------------------------------------------------------------------
 
-    def _switches(self, imgui: Any, app: Flight) -> None:
+    def _switches(self, imgui: ImGui, app: Flight) -> None:
         right = imgui.get_cursor_screen_pos().x + imgui.get_content_region_avail().x
         imgui.push_id("parts")
         kinds = [kind for kind in OPTIONAL if self.own or kind in PLANET_KINDS.values()]
@@ -127,7 +128,7 @@ class PlanetPage:
             self._switch(imgui, app, kind)
         imgui.pop_id()
 
-    def _switch(self, imgui: Any, app: Flight, kind: type) -> None:
+    def _switch(self, imgui: ImGui, app: Flight, kind: type) -> None:
         ours = kind in PLANET_KINDS.values()
         handle = self._scene.planets[self.chosen] if ours else self._scene.environment
         heading = kind.__name__ if self.own else of_companion(self.chosen, kind)
@@ -142,7 +143,7 @@ class PlanetPage:
 
     # -- its knobs ---------------------------------------------------------------------------------------------------
 
-    def _resets(self, imgui: Any, app: Flight, preset: str) -> None:
+    def _resets(self, imgui: ImGui, app: Flight, preset: str) -> None:
         bench, several = self._bench(), bool(self._scene.companions)
         quality = self._store.quality
         if imgui.button(icon("reset", "reset all")):
@@ -166,7 +167,7 @@ class PlanetPage:
         own = name == self._scene.planet.name
         return self._store.scene_parts() if own else self._store.companion_parts(name)
 
-    def _knobs(self, imgui: Any, app: Flight, name: str) -> None:
+    def _knobs(self, imgui: ImGui, app: Flight, name: str) -> None:
         bench, parts = self._bench(), self._parts(name)
         presets: Mapping[str, Any] = {h: bench.base.get(h) or self._store.origins.get(h) for h in parts}
         for heading, changes in self.panel.draw_all(parts, presets, search=False).items():

@@ -6,7 +6,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 from ..components import Composite, Exposure, Orbit, Planet, Sun, knob
 from ..engine.settings import install, rules_of
@@ -68,9 +68,12 @@ def of_companion(name: str, kind: type) -> str:
     return f"{name}{_OF}{kind.__name__}"
 
 
-def copied(component: Any) -> Any:
+T = TypeVar("T")
+
+
+def copied(component: T) -> T:
     """A component that later changes leave as it is; a game's own kinds that are no dataclasses stay the same."""
-    return dataclasses.replace(component) if hasattr(component, "__dataclass_fields__") else component
+    return dataclasses.replace(component) if dataclasses.is_dataclass(component) else component  # type: ignore[type-var]
 
 
 class SceneStore:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from .._version import __version__
 from ..camera.camera import Camera
 from ..engine.settings import PresetError, build_components, plain_table
+from ..engine.space import CameraState
 from ..scene.file import described_companions
 from ..scene.kinds import KINDS, PROP_KINDS
 from ..scene.scene import Scene, companion_table, scene_of
@@ -44,7 +45,7 @@ class Shot:
 
 def shot_settings(
     scene: Scene,
-    camera: Any,
+    camera: Camera | CameraState,
     time_s: float,
     size: tuple[int, int],
     *,
@@ -96,13 +97,13 @@ def scene_settings(scene: Scene) -> dict[str, Any]:
     }
 
 
-def made_of(scene: Scene, **more: Any) -> str:
+def made_of(scene: Scene, **more: object) -> str:
     """A hash of all of the scene's values and of `more`: names stay when files are edited."""
     told = json.dumps({**scene_settings(scene), **more}, default=json_plain, sort_keys=True)
     return hashlib.sha256(told.encode()).hexdigest()
 
 
-def camera_settings(camera: Any) -> dict[str, Any]:
+def camera_settings(camera: Camera | CameraState) -> dict[str, Any]:
     """A Camera (or a CameraState) as plain data for the files."""
     names = ("position_m", "forward", "up", "fov_y_deg", "tan_left", "tan_right", "tan_bottom", "tan_top", "near_m")
     return {name: getattr(camera, name) for name in names if getattr(camera, name, None) is not None}

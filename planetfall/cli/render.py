@@ -23,6 +23,7 @@ from .progress import console, counted, settling, written
 
 if TYPE_CHECKING:
     from ..camera.camera import Camera
+    from ..camera.views import View
     from ..render.renderer import Renderer
     from ..scene.scene import Scene
 
@@ -176,7 +177,7 @@ def record_command(
     written(made.sheet, made.video, made.gif)
 
 
-def find_view(name: str, scene: Scene) -> Any:
+def find_view(name: str, scene: Scene) -> View:
     """A named view of a scene's planet; UnknownNameError with the nearest name."""
     from .. import view
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -38,7 +39,7 @@ def exports_for(outputs: Sequence[str]) -> frozenset[str]:
     return frozenset(known)
 
 
-def read_texture(texture: Any) -> NDArray[Any]:
+def read_texture(texture: moderngl.Texture) -> NDArray[Any]:
     """A moderngl 2D texture as (H, W, C), row 0 on top."""
     width, height = texture.size
     dtype = _DTYPES[texture.dtype]

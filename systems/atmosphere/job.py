@@ -6,7 +6,7 @@ from dataclasses import replace
 from time import perf_counter as clock
 from typing import Any, Protocol
 
-from ...engine.gpu import GpuScope, ShaderError
+from ...engine.gpu import GpuScope, ShaderError, UniformBlock
 from ...engine.table_cache import TableCache
 from .block import AirBlock
 from .model import AirModel
@@ -28,7 +28,7 @@ class Tables(Protocol):
     @property
     def spent(self) -> int: ...
     def restart(self) -> None: ...
-    def step(self, samples: int) -> Any: ...
+    def step(self, samples: int) -> object: ...
     def bind(self) -> None: ...
     def shapes(self) -> dict[str, tuple[int, ...]]: ...
     def arrays(self) -> dict[str, Any]: ...
@@ -67,7 +67,7 @@ class TableJob:
     """
 
     def __init__(
-        self, gpu: GpuScope, sizes: TableSizes | PaperSizes, block: Any, cache: TableCache | None = None
+        self, gpu: GpuScope, sizes: TableSizes | PaperSizes, block: UniformBlock, cache: TableCache | None = None
     ) -> None:
         self._gpu, self._ctx = gpu, gpu.ctx
         self._block = block

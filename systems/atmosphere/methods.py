@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from ...engine.blocks.bindings import AIR_EXTINCTION_UNIT, AIR_FIRST_UNIT, AIR_SECOND_UNIT, AIR_VIEW_BLOCK
 from ...engine.frame import Frame, View, ViewInfo, ViewParts
-from ...engine.gpu import GpuScope
+from ...engine.gpu import Compute, GpuScope, UniformBlock
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.methods import Method
 from ...engine.settings import Settings
 from .job import TableJob
+from .paper import PaperSizes
 from .sizes import paper_sizes, table_sizes, view_sizes
+from .tables import TableSizes
 from .views import AirViewBlock, sun_at, view_block
 
 __all__ = ["AirMethod", "OurAir", "PaperAir"]
@@ -26,14 +28,24 @@ _CAMERA = "atmosphere.camera"
 _VIEW_TABLES = ("atmosphere.first", "atmosphere.second", "atmosphere.extinction")
 
 
+class _TablesKey(NamedTuple):
+    """What a view's tables depend on. air: generation of those for all cameras; shaders: keys of what fills
+    them."""
+
+    air: int
+    altitude_m: np.float32
+    sun_mu: np.float32
+    shaders: tuple[object, ...]
+
+
 class _View(ViewParts):
     """The air of one view: what its tables are to show, and what they show."""
 
     def __init__(self, of: GpuScope) -> None:
         super().__init__(of)
         self.ubo = self.gpu.uniform_block(AirViewBlock, AIR_VIEW_BLOCK)
-        self.wanted: tuple[Any, ...] = ()
-        self.filled: tuple[Any, ...] = ()
+        self.wanted: _TablesKey | None = None
+        self.filled: _TablesKey | None = None
         self.block: AirViewBlock
         self.seen = True
 
@@ -44,12 +56,12 @@ class AirMethod(Method):
     reads: ClassVar[tuple[str, ...]] = ()
     """Resources of the graph that its contracts sample."""
 
-    def __init__(self, gpu: GpuScope, settings: Settings, model: Any, sizes: Any) -> None:
+    def __init__(self, gpu: GpuScope, settings: Settings, model: UniformBlock, sizes: TableSizes | PaperSizes) -> None:
         super().__init__(gpu)
         self.job = TableJob(gpu, sizes, model)
         self._sizes = view_sizes(settings)
         self.budget_s = 1e-3 * float(settings["atmosphere.budget_ms"])
-        self._fills: tuple[Any, ...] = ()
+        self._fills: tuple[Compute, ...] = ()
 
     def bind_contract(self, io: PassIO) -> Callable[[], None]:
         """See engine.frame.contracts.ContractSource."""
@@ -68,12 +80,12 @@ class AirMethod(Method):
         view.wanted = self._state(view)
         view.ubo.write(view.block)
 
-    def _state(self, view: _View) -> tuple[Any, ...]:
+    def _state(self, view: _View) -> _TablesKey:
         """What a view's tables depend on. Turning about the zenith and moving under an equally high sun change nothing:
         the rounding in float64 that both leave is taken off here."""
         shown = view.block.camera
         camera = np.float32(round(shown.altitude_m, 6)), np.float32(round(shown.sun_mu, 9))
-        return (self.job.generation, *camera, *(program.linked.key for program in self._fills))
+        return _TablesKey(self.job.generation, *camera, tuple(program.linked.key for program in self._fills))
 
     def settled(self, view: View) -> bool:
         return self.job.done
@@ -101,7 +113,7 @@ class PaperAir(AirMethod):
 
     contracts: ClassVar[Mapping[str, str]] = {"air": "atmosphere/paper/air.glsl", "sky": "atmosphere/paper/sky.glsl"}
 
-    def __init__(self, gpu: GpuScope, settings: Settings, model: Any) -> None:
+    def __init__(self, gpu: GpuScope, settings: Settings, model: UniformBlock) -> None:
         super().__init__(gpu, settings, model, paper_sizes(settings))
 
 
@@ -115,7 +127,7 @@ class OurAir(AirMethod):
     }
     reads: ClassVar[tuple[str, ...]] = (_CAMERA, *_VIEW_TABLES)
 
-    def __init__(self, gpu: GpuScope, settings: Settings, model: Any) -> None:
+    def __init__(self, gpu: GpuScope, settings: Settings, model: UniformBlock) -> None:
         tables = table_sizes(settings)
         super().__init__(gpu, settings, model, tables)
         light = gpu.compute("atmosphere/view_fill.comp", {"AIR_DEGREE": tables.degree})
@@ -137,7 +149,7 @@ class OurAir(AirMethod):
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         super().declare(builder, view)
         own = self._of(view.view)
-        own.filled = ()
+        own.filled = None
         builder.import_(_CAMERA, "buffer", help="the camera in its air", lent=own.ubo.buffer)
         light, depth = self._sizes.texels, self._sizes.extinction_texels
         builder.add_pass(
@@ -174,10 +186,10 @@ class OurAir(AirMethod):
         first, second, extinction = (io.texture(name) for name in _VIEW_TABLES)
         fill_depth, fill_light = self._fills
         job = self.job
-        view.filled = ()
+        view.filled = None
 
         def run() -> None:
-            if job.generation != view.wanted[0]:
+            if view.wanted is None or job.generation != view.wanted.air:
                 # The tables have been finished in this very frame, maybe of another air.
                 was, side = view.block.camera, np.asarray(view.block.sun_side)
                 view.block = view_block(job.shown, was.altitude_m, was.sun_mu, was.sun_sine, side, self._sizes)

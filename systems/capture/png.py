@@ -48,7 +48,7 @@ def read_png_settings(path: Path | str) -> dict[str, Any]:
     return json.loads(text)
 
 
-def json_plain(value: Any) -> Any:
+def json_plain(value: Any) -> object:
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     if isinstance(value, Path):

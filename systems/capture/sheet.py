@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,7 +71,10 @@ def _thumbnail(picture: Picture, width: int) -> Image.Image:
     return image if image.width == width else image.resize((width, height), Image.Resampling.LANCZOS)
 
 
-def even_selection(items: Sequence[Any], count: int) -> list[Any]:
+T = TypeVar("T")
+
+
+def even_selection(items: Sequence[T], count: int) -> list[T]:
     """At most ``count`` items spread evenly, first and last included."""
     if len(items) <= count:
         return list(items)

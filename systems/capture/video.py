@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ class VideoError(CaptureError):
     """No video can be written; the message says why and what to do."""
 
 
-def ffmpeg() -> Any:
+def ffmpeg() -> ModuleType:
     """The imageio_ffmpeg module, or a VideoError that says how to get it. Call it before rendering."""
     try:
         import imageio_ffmpeg

@@ -10,7 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Protocol
+from typing import ClassVar, Protocol
+
+import moderngl
 
 from ...engine.frame import Frame, View, ViewInfo
 from ...engine.frame.backdrop import LIGHT, SOURCE
@@ -32,7 +34,7 @@ class Picture:
     rect: (x, y, width, height), the pixels that it touches. spot_px: standard deviation of the spot that each texel is
     seen as, for a planet of few pixels; 0 for none."""
 
-    texture: Any
+    texture: moderngl.Texture
     corner_px: tuple[float, float]
     texel_px: float
     rect: tuple[int, int, int, int]
@@ -50,7 +52,7 @@ class CompanionSource(Protocol):
         """The other planets that are in sight of a frame's camera, the farthest first."""
         ...
 
-    def stamp(self) -> Any:
+    def stamp(self) -> object:
         """Changes with everything that other planets show."""
         ...
 
@@ -91,7 +93,7 @@ class CompanionsSystem(System):
         self._spot = gpu.fullscreen("companions/spot.frag")
         self._plain = gpu.state()
         self._over = gpu.state(blend="premultiplied")
-        self._stamp: Any = None
+        self._stamp: object = None
 
     def release(self) -> None:
         for view in self._views:

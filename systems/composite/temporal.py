@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -158,7 +157,7 @@ class TemporalState:
         self.complete = False
         return self.step
 
-    def motion(self, star_axes: Any) -> Motion | None:
+    def motion(self, star_axes: Floats | None) -> Motion | None:
         """From this frame to the last one that was drawn. star_axes: (3, 3) of this frame, or None."""
         if self._now is None:
             return None

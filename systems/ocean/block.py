@@ -65,7 +65,7 @@ class OceanBlock:
     drifting: Annotated[Any, array(NestedAnchor, 2), "the same for ripples, whose two lattices drift"]
 
 
-def ocean_block(ocean: Ocean, waves: WaveSet, anchor: Any, radius_m: float) -> OceanBlock:
+def ocean_block(ocean: Ocean, waves: WaveSet, anchor: NDArray[np.float64], radius_m: float) -> OceanBlock:
     """The block of a sea and its waves around an anchor: unit vector (3,), on a planet of this radius. Ripples have not
     drifted, and no camera is near."""
     loss = [max(a + s, _LEAST_LOSS_PER_M) for a, s in zip(ocean.absorption_per_m, ocean.scattering_per_m, strict=True)]

@@ -21,7 +21,7 @@ from ...engine.blocks.bindings import (
 )
 from ...engine.frame import View, ViewInfo
 from ...engine.frame.gbuffer import GBUFFER, tiles_of
-from ...engine.gpu import GpuScope
+from ...engine.gpu import Compute, GpuScope
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
 from ...engine.settings import Settings
 from ...engine.world import World
@@ -43,7 +43,7 @@ class Coasts:
     long, the height function knows better. It is asked at each pixel beside a coast that may be either, once for each
     of such blocks of 2 x 2, or at every fourth pixel and interpolated between (knob terrain.coast_px)."""
 
-    def __init__(self, gpu: GpuScope, world: World, settings: Settings, shader: Callable[..., Any]) -> None:
+    def __init__(self, gpu: GpuScope, world: World, settings: Settings, shader: Callable[..., Compute]) -> None:
         """shader: makes a compute shader of a file and names that are defined."""
         self._gpu, self._world, self._settings, self._shader = gpu, world, settings, shader
 

@@ -24,6 +24,8 @@ from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.frame.gbuffer import GBUFFER, GBUFFER_UNITS, tiles_of
 from ...engine.frame.snapping import SnapAhead
 from ...engine.frame.unseen import Unseen
+from ...engine.gpu import Compute
+from ...engine.gpu.cell_mesh import CellMesh
 from ...engine.gpu.upsample_shaded import UpsampleShaded
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
 from ...engine.methods import Methods
@@ -96,7 +98,7 @@ class TerrainSystem(System):
         self._draw_states = {
             out: setup.gpu.state(depth_test=True, depth_func=">", cull="back" if out else None) for out in (True, False)
         }
-        self._shaders: dict[tuple[str, ...], Any] = {}
+        self._shaders: dict[tuple[str, ...], Compute] = {}
         self._coasts = Coasts(setup.gpu, setup.world, setup.settings, self._shader)
         self._unseen = Unseen(Planet, Terrain, Ocean, DebugView, ground=True)
         self._changes: _Components | None = None
@@ -337,7 +339,7 @@ class TerrainSystem(System):
 
         return run
 
-    def _shader(self, file: str, *flags: str) -> Any:
+    def _shader(self, file: str, *flags: str) -> Compute:
         """A compute shader, made when a backend first asks for it: its contracts are there by then. flags: names that
         are defined; each shader tells what it knows."""
         if (file, *flags) not in self._shaders:
@@ -403,6 +405,6 @@ class TerrainSystem(System):
         found = self.backend.statistics()
         return found if self._views[0].seen.ground() else dict.fromkeys(found, 0)
 
-    def drawn_mesh(self, view: View) -> Any:
+    def drawn_mesh(self, view: View) -> CellMesh | None:
         """The mesh that the last frame drew, for queries of the drawn surface; None if the backend has no CellMesh."""
         return self.backend.drawn_mesh(view)

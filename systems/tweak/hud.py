@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.gpu.imgui_type import ImGui
+
 __all__ = ["FrameHistory", "HudData", "draw_hud"]
 
 _MARGIN = 10.0
@@ -127,7 +129,7 @@ def draw_hud(
         imgui.end()
 
 
-def _begin(imgui: Any, name: str, x: float, y: float, pivot_x: float, pivot_y: float, alpha: float = 0.6) -> None:
+def _begin(imgui: ImGui, name: str, x: float, y: float, pivot_x: float, pivot_y: float, alpha: float = 0.6) -> None:
     """A window that is in nobody's way: it takes no input and sizes itself."""
     imgui.set_next_window_pos(imgui.ImVec2(x, y), imgui.Cond_.always, imgui.ImVec2(pivot_x, pivot_y))
     imgui.set_next_window_bg_alpha(alpha)
@@ -149,7 +151,7 @@ def _window_flags() -> int:
     )
 
 
-def _numbers(imgui: Any, data: HudData) -> None:
+def _numbers(imgui: ImGui, data: HudData) -> None:
     parts = []
     if data.fps is not None:
         parts.append(f"{data.fps:.0f} fps")
@@ -169,7 +171,7 @@ def _numbers(imgui: Any, data: HudData) -> None:
         imgui.text(line)
 
 
-def _table(imgui: Any, name: str, rows: Sequence[tuple[str, str]]) -> None:
+def _table(imgui: ImGui, name: str, rows: Sequence[tuple[str, str]]) -> None:
     if not imgui.begin_table(name, 2, imgui.TableFlags_.sizing_fixed_fit):
         return
     for left, right in rows:

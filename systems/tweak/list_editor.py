@@ -9,6 +9,7 @@ import dataclasses
 from collections.abc import Callable
 from typing import Any
 
+from ...engine.gpu.imgui_type import ImGui
 from ...engine.settings import FieldRule, rules_of
 from .style import AMBER, QUIET, icon
 
@@ -25,7 +26,7 @@ def item_kind(rule: FieldRule) -> Any:
     return {"list": rule.schema, "tables": rule.table}.get(rule.kind)
 
 
-def summary(item: Any) -> str:
+def summary(item: object) -> str:
     """A part in a line: its first numbers, with their units."""
     shown = []
     for rule in rules_of(type(item)).values():
@@ -36,7 +37,7 @@ def summary(item: Any) -> str:
 
 
 def draw_list(
-    imgui: Any, rule: FieldRule, items: tuple[Any, ...], default: tuple[Any, ...], selected: int, rows: Rows
+    imgui: ImGui, rule: FieldRule, items: tuple[Any, ...], default: tuple[Any, ...], selected: int, rows: Rows
 ) -> tuple[tuple[Any, ...], int]:
     """Draw a list with the knobs of its selected part below; the list and the selection that the user wants.
 
@@ -87,7 +88,7 @@ def draw_list(
     return wanted, selected
 
 
-def choose(imgui: Any, count: int, label: Callable[[int], tuple[str, str]], selected: int) -> int:
+def choose(imgui: ImGui, count: int, label: Callable[[int], tuple[str, str]], selected: int) -> int:
     """A row for each part, with a name and a description; only those in sight are made: a thousand cost no more than
     ten. Returns which one is selected."""
     height = min(count, _ROWS) * imgui.get_text_line_height_with_spacing() + imgui.get_style().item_spacing.y

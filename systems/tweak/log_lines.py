@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import logging
 from collections import deque
-from typing import Any
 
+from ...engine.gpu.imgui_type import ImGui
 from .style import AMBER, BAD, QUIET
 
 __all__ = ["LogLines"]
@@ -32,7 +32,7 @@ class LogLines(logging.Handler):
         except Exception:
             self.handleError(record)
 
-    def draw(self, imgui: Any) -> None:
+    def draw(self, imgui: ImGui) -> None:
         """The lines, newest last, in a child window that follows them."""
         for number, (name, _) in enumerate(_LEVELS):
             if number:

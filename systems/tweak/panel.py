@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any, NamedTuple
 
+from ...engine.gpu.imgui_type import ImGui
 from ...engine.settings import FieldRule, SettingError, rules_of
 from .list_editor import draw_list, item_kind
 from .style import AMBER, BAD, QUIET, icon
@@ -141,7 +142,7 @@ class Panel:
             text += " " + " ".join(f"{name} {name.replace('_', ' ')}" for name in rules_of(inner))
         return all(word in text for word in words)
 
-    def _list(self, imgui: Any, component: Any, rule: FieldRule, default: Any, apply: bool) -> list[Change]:
+    def _list(self, imgui: ImGui, component: Any, rule: FieldRule, default: Any, apply: bool) -> list[Change]:
         """A list of parts with the knobs of one of them; a change is one of the whole list."""
         kind, key = item_kind(rule), (self._heading, rule.name)
         old = getattr(component, rule.name)
@@ -177,7 +178,7 @@ class Panel:
             imgui.pop_style_color()
         return changes
 
-    def _row(self, imgui: Any, component: Any, rule: FieldRule, default: Any, apply: bool) -> list[Change]:
+    def _row(self, imgui: ImGui, component: Any, rule: FieldRule, default: Any, apply: bool) -> list[Change]:
         old = getattr(component, rule.name)
         changed = old != default
         imgui.push_id(rule.name)
@@ -233,7 +234,7 @@ class Panel:
         return changes
 
     @staticmethod
-    def _tooltip(imgui: Any, kind: type, rule: FieldRule, default: Any) -> None:
+    def _tooltip(imgui: ImGui, kind: type, rule: FieldRule, default: Any) -> None:
         if not imgui.begin_tooltip():
             return
         imgui.push_text_wrap_pos(imgui.get_font_size() * 28.0)
@@ -262,7 +263,7 @@ def _lists(kind: type) -> frozenset[str]:
     return frozenset(rule.name for rule in rules_of(kind).values() if item_kind(rule) is not None)
 
 
-def _begin_rows(imgui: Any, group: str) -> bool:
+def _begin_rows(imgui: ImGui, group: str) -> bool:
     """Begin the table of a group's rows: name, value, reset."""
     if not imgui.begin_table(group or "##plain", 3, imgui.TableFlags_.no_pad_outer_x):
         return False

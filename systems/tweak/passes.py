@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+
+from ...engine.gpu.imgui_type import ImGui
 
 __all__ = ["PassTime", "draw_passes"]
 
@@ -46,7 +47,7 @@ def draw_passes(passes: Sequence[PassTime], *, culled: bool = False) -> None:
     imgui.end_table()
 
 
-def _row(imgui: Any, entry: PassTime, timed: bool) -> None:
+def _row(imgui: ImGui, entry: PassTime, timed: bool) -> None:
     imgui.table_next_row()
     imgui.table_next_column()
     if entry.skipped:
@@ -66,7 +67,7 @@ def _row(imgui: Any, entry: PassTime, timed: bool) -> None:
         imgui.text("" if entry.gpu_ms is None or entry.skipped else f"{entry.gpu_ms:6.2f}")
 
 
-def _total(imgui: Any, passes: Sequence[PassTime], timed: bool) -> None:
+def _total(imgui: ImGui, passes: Sequence[PassTime], timed: bool) -> None:
     ran = [entry for entry in passes if not entry.skipped]
     imgui.table_next_row()
     imgui.table_next_column()

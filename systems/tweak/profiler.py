@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ...engine.gpu.imgui_type import ImGui
 from .hud import FrameHistory
 from .profile import FrameProfile, percentiles
 from .style import AMBER, BAD
@@ -29,7 +30,7 @@ BAND_COLORS: tuple[Color, ...] = (
 """Of the bands from the bottom up; the last is that of the others."""
 
 
-def draw_stack(imgui: Any, profile: FrameProfile, budget_ms: float | None = None, height_em: float = 11.0) -> None:
+def draw_stack(imgui: ImGui, profile: FrameProfile, budget_ms: float | None = None, height_em: float = 11.0) -> None:
     """The last frames as bands on one another, with a line for a budget."""
     from imgui_bundle import implot
 
@@ -65,7 +66,7 @@ def draw_stack(imgui: Any, profile: FrameProfile, budget_ms: float | None = None
     implot.end_plot()
 
 
-def draw_percentiles(imgui: Any, history: FrameHistory) -> None:
+def draw_percentiles(imgui: ImGui, history: FrameHistory) -> None:
     """A line of numbers: what frames take in the middle, and what the worst of them take."""
     found = percentiles(history.values_ms)
     if found is None:
@@ -87,7 +88,9 @@ def draw_percentiles(imgui: Any, history: FrameHistory) -> None:
     imgui.end_table()
 
 
-def draw_budget(imgui: Any, owners: Mapping[str, int], budget_mib: int, lowered: Mapping[str, tuple[Any, Any]]) -> None:
+def draw_budget(
+    imgui: ImGui, owners: Mapping[str, int], budget_mib: int, lowered: Mapping[str, tuple[Any, Any]]
+) -> None:
     """GPU memory in all against its budget (0: none), by owner, and which knobs have given way (chosen, taken)."""
     used = sum(owners.values()) / 2**20
     if budget_mib:
@@ -111,7 +114,7 @@ def _short(value: Any) -> str:
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
-def draw_memory(imgui: Any, resources: Sequence[tuple[str, int, str]], owners: Sequence[tuple[str, int]]) -> None:
+def draw_memory(imgui: ImGui, resources: Sequence[tuple[str, int, str]], owners: Sequence[tuple[str, int]]) -> None:
     """resources: (name, bytes, what it is), largest first. owners: (who, GL objects)."""
     total = sum(size for _, size, _ in resources)
     flags = imgui.TableFlags_.row_bg | imgui.TableFlags_.sizing_fixed_fit

@@ -9,7 +9,8 @@ from __future__ import annotations
 import logging
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+
+from ...engine.gpu.imgui_type import ImGui
 
 __all__ = ["ACCENT", "AMBER", "BAD", "QUIET", "apply_style", "icon"]
 
@@ -53,7 +54,7 @@ def icon(name: str, text: str = "") -> str:
     return f"{sign}  {text}" if sign and text else sign or text
 
 
-def apply_style(imgui: Any) -> None:
+def apply_style(imgui: ImGui) -> None:
     """Give the current ImGui context these fonts and colours. Before its first frame."""
     _fonts(imgui)
     style = imgui.get_style()
@@ -122,7 +123,7 @@ def _colors() -> dict[str, Color]:
     }
 
 
-def _fonts(imgui: Any) -> None:
+def _fonts(imgui: ImGui) -> None:
     global _with_icons  # noqa: PLW0603 - one package, one answer
     spec = find_spec("imgui_bundle")
     if spec is None or spec.origin is None:

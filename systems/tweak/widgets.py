@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ...engine.gpu.imgui_type import ImGui
 from ...engine.settings import FieldRule
 
 __all__ = ["edit"]
@@ -23,7 +24,7 @@ _F32_PLACE = 1e5
 _DIGITS = 6
 
 
-def edit(imgui: Any, rule: FieldRule, value: Any) -> Any:
+def edit(imgui: ImGui, rule: FieldRule, value: Any) -> Any:
     """Draw the widget of a field (labels hidden); returns `value` itself while nothing was changed."""
     if rule.optional:
         width = imgui.calc_item_width()
@@ -46,7 +47,7 @@ def edit(imgui: Any, rule: FieldRule, value: Any) -> Any:
     return _integer(imgui, rule, value) if rule.kind == "int" else _number(imgui, rule, value)
 
 
-def _text(imgui: Any, rule: FieldRule, value: str) -> str:
+def _text(imgui: ImGui, rule: FieldRule, value: str) -> str:
     knob = rule.knob
     if not knob.choices:
         changed, text = imgui.input_text("##value", value, imgui.InputTextFlags_.enter_returns_true)
@@ -64,7 +65,7 @@ def _text(imgui: Any, rule: FieldRule, value: str) -> str:
     return result
 
 
-def _integer(imgui: Any, rule: FieldRule, value: int) -> int:
+def _integer(imgui: ImGui, rule: FieldRule, value: int) -> int:
     low, high = rule.knob.low, rule.knob.high
     if rule.knob.power_of_two and low is not None and high is not None:
         powers = [1 << k for k in range(int(high).bit_length()) if low <= 1 << k <= high]
@@ -78,7 +79,7 @@ def _integer(imgui: Any, rule: FieldRule, value: int) -> int:
     return int(_clamped(wanted, low, high)) if changed else value
 
 
-def _number(imgui: Any, rule: FieldRule, value: float) -> float:
+def _number(imgui: ImGui, rule: FieldRule, value: float) -> float:
     low, high = rule.knob.low, rule.knob.high
     flags = imgui.SliderFlags_.always_clamp
     if low is not None and high is not None and (rule.knob.log or high - low <= _SLIDER_SPAN):
@@ -94,7 +95,7 @@ def _number(imgui: Any, rule: FieldRule, value: float) -> float:
     return _rounded(wanted, low, high) if changed else value
 
 
-def _vector(imgui: Any, rule: FieldRule, value: tuple[float, ...]) -> tuple[float, ...]:
+def _vector(imgui: ImGui, rule: FieldRule, value: tuple[float, ...]) -> tuple[float, ...]:
     low, high = rule.knob.low, rule.knob.high
     largest = max((abs(v) for v in value), default=0.0)
     if largest > _F32_PLACE:
@@ -122,7 +123,7 @@ def _vector(imgui: Any, rule: FieldRule, value: tuple[float, ...]) -> tuple[floa
     )
 
 
-def _typed_vector(imgui: Any, rule: FieldRule, value: tuple[float, ...]) -> tuple[float, ...]:
+def _typed_vector(imgui: ImGui, rule: FieldRule, value: tuple[float, ...]) -> tuple[float, ...]:
     """Each number on a line of its own, in double precision."""
     numbers = list(value)
     for axis, old in enumerate(value):

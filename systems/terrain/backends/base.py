@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from ....components import Ocean, Planet
 from ....engine.frame import Frame, View, Views
-from ....engine.gpu import GpuScope
+from ....engine.gpu import GpuScope, Program
+from ....engine.gpu.cell_mesh import CellMesh
 from ....engine.gpu.preprocess import Defines
 from ....engine.graph import PassIO
 from ....engine.methods import Method
@@ -74,9 +75,9 @@ class Backend(Method):
         super().__init__(gpu)
         self.views = views
         self.settings = settings
-        self._draw_programs: dict[str, Any] = {}
+        self._draw_programs: dict[str, Program] = {}
 
-    def draw_program(self, fragment: str, vertex: str, defines: Defines | None = None) -> Any:
+    def draw_program(self, fragment: str, vertex: str, defines: Defines | None = None) -> Program:
         """The program of `vertex`, of which a backend has one, and a fragment shader, compiled once."""
         found = self._draw_programs.get(fragment)
         if found is None:
@@ -110,7 +111,7 @@ class Backend(Method):
         """Heights (N,) of the triangles drawn below unit directions (N, 3); NaN where there are none. Reads back."""
         return np.full(len(directions), np.nan)
 
-    def drawn_mesh(self, view: View) -> Any:
+    def drawn_mesh(self, view: View) -> CellMesh | None:
         """The CellMesh of the view, if this backend has one."""
         return None
 

@@ -16,7 +16,7 @@ from ....engine.blocks.bindings import (
     VERTEX_BUFFER,
     VISIBLE_BUFFER,
 )
-from ....engine.gpu import GpuScope
+from ....engine.gpu import Compute, GpuScope, Program, VertexArray
 from ....engine.gpu.cell_mesh import VERTEX_DTYPE
 from ....engine.gpu.cells import BOUNDS_BYTES, COMMAND_DTYPE, TILE_CELL_DTYPE
 from ....engine.graph import BufferSpec, PassIO
@@ -57,7 +57,7 @@ class TileMesh:
         self._visible: Any = None
         self._arguments: Any = None
         self._morphs: Any = None
-        self._arrays: dict[Any, Any] = {}
+        self._arrays: dict[Program, tuple[VertexArray, moderngl.Buffer]] = {}
 
     # -- buffers of the graph ----------------------------------------------------------------------------------------
 
@@ -138,7 +138,7 @@ class TileMesh:
 
     # -- passes ------------------------------------------------------------------------------------------------------
 
-    def assemble(self, program: Any, heights: Any, anchor_steps: int, step_m: float) -> int:
+    def assemble(self, program: Compute, heights: moderngl.Buffer, anchor_steps: int, step_m: float) -> int:
         """Make the vertices of what is stale; returns how many tiles that were. heights: the slots' buffer."""
         stale = self._stale
         if not len(stale):
@@ -161,7 +161,7 @@ class TileMesh:
         self._stale = np.zeros(0, np.int64)
         return len(stale)
 
-    def cull(self, program: Any, keep_dh_m: tuple[float, float]) -> None:
+    def cull(self, program: Compute, keep_dh_m: tuple[float, float]) -> None:
         """Write the visible list and the draw with common/cull_cells.comp."""
         buffers = (
             (CELL_BUFFER, self._cells),
@@ -179,7 +179,7 @@ class TileMesh:
         program.set("u_hides", 1)
         program.run(1, 1, 1)
 
-    def vertex_array(self, program: Any) -> Any:
+    def vertex_array(self, program: Program) -> VertexArray:
         """The tiles for a program with `in uint in_slot`; passes that draw with one program share it."""
         made, of = self._arrays.get(program, (None, None))
         if made is not None and of is self._visible:
@@ -192,7 +192,7 @@ class TileMesh:
         self._arrays[program] = made, self._visible
         return made
 
-    def draw(self, vertex_array: Any) -> None:
+    def draw(self, vertex_array: VertexArray) -> None:
         """One indirect draw of what cull() kept."""
         if self.count:
             self._vertices.bind_to_storage_buffer(VERTEX_BUFFER)
