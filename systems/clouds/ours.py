@@ -319,7 +319,8 @@ class OurClouds(CloudMethod):
             sun.use(CLOUD_SUN_UNIT)
             texture.bind_to_image(0, read=False, write=True)
             first, step = view.sky.rows if view.sky.rows[1] else (0, 1)  # a reloaded shader runs whatever is due
-            self._sky_march.set("u_rows", (first, step))
+            self._sky_march.set("u_first_row", first)
+            self._sky_march.set("u_row_step", step)
             self._sky_march.run_over(_SKY_TEXELS, _SKY_TEXELS // step)
 
         return run
@@ -366,7 +367,8 @@ class OurClouds(CloudMethod):
             # GLSL reads matrices column by column: the transpose of the row order of numpy.
             shown.set("u_to_previous", np.ascontiguousarray(history.turn.T, np.float32))
             shown.set("u_camera_shift_m", tuple(map(float, history.shift_m)))
-            shown.set("u_previous_projection", history.projection)
+            shown.set("u_previous_per_scale", history.projection[:2])
+            shown.set("u_previous_offset", history.projection[2:])
             # Pixels before the first rays are another cell's.
             shown.run_over(textures[0].width + 1, textures[0].height + 1)
 

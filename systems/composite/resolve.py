@@ -23,7 +23,7 @@ _SOFT_PX = 0.5
 """Standard deviation of the spot that a pixel without a past is seen through."""
 _CROSS = np.array([(0.0, -1.0), (-1.0, 0.0), (0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])
 """CROSS of resolve_moving.frag."""
-_CHECKER_BLUR = {"terrain": 0.3, "ocean": 0.5}
+_CHECKER_BLUR = {"u_checkered_ground": ("terrain", 0.3), "u_checkered_sea": ("ocean", 0.5)}
 """Share of the pixels around in those of a checkerboard, where this frame counts most. 1/2 leaves nothing of it, as
 rows of far waves need; less is sharper."""
 _FILES = {
@@ -126,18 +126,21 @@ class Resolver:
             gravity = 0.0 if sea is None else sea.gravity_m_s2
             # Deep water: the square of the phase a second is g times the wave number.
             water = 2.0 * math.pi * gravity * own.elapsed_s**2
-            blur = tuple(share if name in frame.checkered else 0.0 for name, share in _CHECKER_BLUR.items())
+            blur = {
+                uniform: share if name in frame.checkered else 0.0 for uniform, (name, share) in _CHECKER_BLUR.items()
+            }
             (x, y), (width, height) = own.step.jitter_px, frame.size
             own.moved = {
                 # GLSL reads matrices column by column: the transpose of the row order of numpy.
                 "u_to_previous": np.ascontiguousarray(motion.turn.T, np.float32),
                 "u_sky_to_previous": np.ascontiguousarray(motion.sky_turn.T, np.float32),
                 "u_camera_shift_m": tuple(map(float, motion.shift_m)),
-                "u_previous_projection": motion.before,
+                "u_previous_per_scale": motion.before[:2],
+                "u_previous_offset": motion.before[2:],
                 "u_jitter": (2.0 * x * (1.0 / width), 2.0 * y * (1.0 / height)),
                 "u_weights": _weights(x, y),
                 "u_water": min(water, 1e9),
-                "u_checkered": blur,
+                **blur,
             }
 
     def _program(self, name: str, **defines: int) -> Fullscreen:

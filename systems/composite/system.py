@@ -259,7 +259,9 @@ class CompositeSystem(System):
             if self._start is not None and own.auto:
                 before.write(self._start)
                 past, self._start = True, None
-            self._meter.set("u_speed", (*own.go, 0.0) if past else (1.0, 1.0, 1.0))
+            self._meter.set("u_has_past", int(past))
+            self._meter.set("u_go_brighter", own.go[0])
+            self._meter.set("u_go_darker", own.go[1])
             self._meter.set("u_ev100", own.limits_ev)
             self._meter.set("u_compensation_ev", own.compensation_ev)
             if own.auto:
@@ -318,7 +320,8 @@ class CompositeSystem(System):
             exposure.bind_to_storage_buffer(EXPOSURE_BUFFER)
             if self._glares:
                 share = min(self._share, 0.5 / total)
-                self._picture.set("u_share", (share * finest, 1.0 - share * total))
+                self._picture.set("u_glare_share", share * finest)
+                self._picture.set("u_kept_share", 1.0 - share * total)
                 self._picture.set("u_glare_from", self._resolver.shift(view))
             self._picture.render()
 

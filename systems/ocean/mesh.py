@@ -155,7 +155,8 @@ class SeaMesh(SnappedMesh[SeaChoice]):
             bind_heights = partial(found, self._of)
         if bind_heights is not None:
             bind_heights()
-        vertices.set("u_reach", choice.reach_m)
+        vertices.set("u_reach_up_m", choice.reach_m[0])
+        vertices.set("u_reach_m", choice.reach_m[1])
         beside = snap is not None and self._beside_ground(choice, first, snap)
         if not beside:  # nothing is read there, but something has to be bound, and it may be no other pass's
             self.mesh.bind_bounds(7)

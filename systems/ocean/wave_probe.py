@@ -113,21 +113,24 @@ class WaveQuestions:
             block.bind()
         self._buffer.bind_to_uniform_block(WAVE_BLOCK)
         self._printed.bind_to_storage_buffer(2)
-        self._program.set("u_printed", (self._waves.radius_m, time_s))
-        parts = [self._batch(packed[i : i + _BATCH], printed) for i in range(0, count, _BATCH)]
+        self._program.set("u_sea_radius_m", self._waves.radius_m)
+        self._program.set("u_time_s", time_s)
+        self._program.set("u_waves", len(self._waves))
+        self._program.set("u_printed", printed)
+        parts = [self._batch(packed[i : i + _BATCH]) for i in range(0, count, _BATCH)]
         found = np.concatenate([*parts, np.zeros(0, _ANSWER.dtype)])
         displacement_m, normal, jacobian = (
             found[name].astype(np.float64) for name in ("displacement_m", "normal", "jacobian")
         )
         return WaveAnswers(displacement_m, normal, jacobian)
 
-    def _batch(self, packed: NDArray[np.void], mode: int) -> NDArray[np.void]:
+    def _batch(self, packed: NDArray[np.void]) -> NDArray[np.void]:
         count = len(packed)
         questions, answers = self._gpu.buffer(packed.tobytes()), self._gpu.buffer(reserve=_ANSWER.size * count)
         try:
             questions.bind_to_storage_buffer(QUESTION_BUFFER)
             answers.bind_to_storage_buffer(ANSWER_BUFFER)
-            self._program.set("u_mode", (count, mode, len(self._waves), 0))
+            self._program.set("u_count", count)
             self._program.run_over(count)
             self._gpu.barrier()
             return np.frombuffer(answers.read(), _ANSWER.dtype)

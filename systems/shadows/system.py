@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -14,9 +14,9 @@ from ...engine.blocks.layout import zeros
 from ...engine.frame import Frame, Proxy, View, ViewInfo, ViewParts
 from ...engine.frame.contracts import provide_contracts, withdraw_contracts
 from ...engine.frame.unseen import Unseen
-from ...engine.gpu import GpuScope
+from ...engine.gpu import Compute, GpuScope
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
-from ...engine.settings import Settings, revision, with_overrides
+from ...engine.settings import PartRevision, Settings, revision, with_overrides
 from ...engine.system import Setup, System
 from ...engine.world import World
 from .block import MOST_LEVELS, ShadowBlock, ShadowWindow
@@ -44,6 +44,25 @@ _WINDOWS = "shadows.windows"
 _FORMATS = {_HEIGHTS: "r32f", _LIMBS: "rg32f", _HORIZONS: "rgba32ui", _SKY: "r8", _MAP: "rgba32f"}
 
 
+class _GroundKey(NamedTuple):
+    """What casts shadows. field: id of the ground's heights; shown: shadows, shelter; radius: revision of the
+    planet's."""
+
+    field: int
+    sea_m: float
+    shown: tuple[bool, bool]
+    radius: int
+
+
+class _PlaceKey(NamedTuple):
+    """What the windows are placed for. camera, sun: as bytes; proxy: its generation."""
+
+    camera: bytes
+    pixel_rad: float
+    proxy: int
+    sun: bytes
+
+
 class _View(ViewParts):
     """One view's windows, and what is left to do for them."""
 
@@ -56,8 +75,8 @@ class _View(ViewParts):
         self.sun: Any = None
         self.sun_number = 0
         self.finest = 0.0  # level that may be shown, counted from the finest wanted; eased
-        self.ground: tuple[Any, ...] = ()
-        self.place: tuple[Any, ...] = ()  # what the windows were placed for
+        self.ground: _GroundKey | None = None
+        self.place: _PlaceKey | None = None  # what the windows were placed for
         self.at_once = True
         self.textures: tuple[Any, ...] = ()
         self.complete = False
@@ -99,7 +118,7 @@ class ShadowSystem(System):
         self._occlusion = gpu.compute("shadows/occlusion.comp")
         self.on = False
         """Whether anything casts shadows in this scene at this quality."""
-        self._terrain_stamp: tuple[Any, ...] = ()
+        self._terrain: PartRevision | None = None
         self._unseen = Unseen(Planet, Terrain, Ocean)
         self._switch(self._wanted(setup.world, setup.planet, setup.settings))
 
@@ -108,9 +127,9 @@ class ShadowSystem(System):
 
     def _wanted(self, world: World, planet: int, settings: Settings) -> tuple[bool, bool]:
         terrain = world.get(planet, Terrain)
-        stamp = (id(terrain), revision(terrain))
-        if stamp != self._terrain_stamp:
-            self._terrain_stamp = stamp
+        stamp = PartRevision.of(terrain)
+        if stamp != self._terrain:
+            self._terrain = stamp
             chosen = with_overrides(terrain, "terrain", settings)
             self._chosen = (bool(chosen.shadows), bool(chosen.occlusion))
         return self._chosen
@@ -164,7 +183,8 @@ class ShadowSystem(System):
         sea = frame.world.try_get(frame.planet, Ocean)
         body = frame.world.get(frame.planet, Planet)
         sea_m = _NO_SEA_M if sea is None else float(sea.sea_level_m)
-        ground = (id(frame.world.try_resource("height_field")), sea_m, shown, revision(body, "radius_m"))
+        field = frame.world.try_resource("height_field")
+        ground = _GroundKey(id(field), sea_m, shown, revision(body, "radius_m"))
         if ground != view.ground or frame.cut:
             view.ground = ground
             view.forget()
@@ -173,14 +193,13 @@ class ShadowSystem(System):
         if place == view.place and view.complete and view.finest == 0.0 and self._done(view):
             return  # turning the camera changes nothing
         view.place = place
-        self._place(view, frame, frame.view.proxy, place[1], sea_m, shown)
+        self._place(view, frame, frame.view.proxy, place.pixel_rad, sea_m, shown)
 
     @staticmethod
-    def _place_of(frame: Frame) -> tuple[Any, ...]:
-        """What the windows are placed for: of the camera, the angle of a pixel, the proxy and the sun."""
+    def _place_of(frame: Frame) -> _PlaceKey:
         camera, proxy = frame.camera, frame.view.proxy
         pixel_rad = frame.pixel_rad
-        return (camera.position_m.tobytes(), pixel_rad, proxy.generation, frame.sun.direction.tobytes())
+        return _PlaceKey(camera.position_m.tobytes(), pixel_rad, proxy.generation, frame.sun.direction.tobytes())
 
     def _of(self, view: View, rows: int) -> _View:
         """The windows of a view, as large as its picture can show."""
@@ -381,8 +400,7 @@ class ShadowSystem(System):
         heights.bind_to_image(0, read=False, write=True)
         self._heights.set("u_level", number)
         for part in level.fresh:
-            self._heights.set("u_part", part)
-            self._heights.run_over(part[2], part[3])
+            self._run_over(self._heights, part)
         self._gpu.barrier()
         parts, level.fresh = level.fresh, []
         if not view.block.shelter:
@@ -394,9 +412,7 @@ class ShadowSystem(System):
         self._occlusion.set("u_level", number)
         with self._gpu.apart():  # what is read is the coarser level's
             for part in parts:
-                grown = view.windows.spread(part)
-                self._occlusion.set("u_part", grown)
-                self._occlusion.run_over(grown[2], grown[3])
+                self._run_over(self._occlusion, view.windows.spread(part))
         self._gpu.barrier()
 
     def _cast(self, view: _View, number: int, part: Part, way: Any) -> None:
@@ -419,9 +435,14 @@ class ShadowSystem(System):
         packed.bind_to_image(1, read=False, write=True)
         self._run(self._finish, number, part, 1)
 
-    def _run(self, program: Any, number: int, part: Part, step: int) -> None:
+    def _run(self, program: Compute, number: int, part: Part, step: int) -> None:
         program.set("u_level", number)
-        program.set("u_part", part)
         program.set("u_step", step)
-        program.run_over(part[2], part[3])
+        self._run_over(program, part)
         self._gpu.barrier()
+
+    @staticmethod
+    def _run_over(program: Compute, part: Part) -> None:
+        program.set("u_corner", part[:2])
+        program.set("u_size", part[2:])
+        program.run_over(*part[2:])

@@ -340,7 +340,8 @@ class StarsSystem(System):
             if not valid.value:
                 shown.all = True
                 return
-            self._choose.set("u_reach", (shown.low_ev100, shown.share))
+            self._choose.set("u_lowest_ev100", shown.low_ev100)
+            self._choose.set("u_share", shown.share)
             self._choose.set("u_visible", (shown.star, shown.cloud))
             self._choose.set("u_count", self._catalogue[0])
             before.bind_to_storage_buffer(5)

@@ -24,7 +24,9 @@ layout(location = 0) uniform ivec2 u_place;                // of this frame's ra
 layout(location = 1) uniform int u_mode;                   // of History (systems/clouds/history.py): see below
 layout(location = 2) uniform mat3 u_to_previous;           // camera coordinates to those of the frame before
 layout(location = 5) uniform vec3 u_camera_shift_m;
-layout(location = 6) uniform vec4 u_previous_projection;   // 1 / sx, 1 / sy, ox, oy
+// of the camera before: 1 / frame.projection_scale, and frame.projection_offset
+layout(location = 6) uniform vec2 u_previous_per_scale;
+layout(location = 9) uniform vec2 u_previous_offset;
 layout(location = 7) uniform float u_weight;               // of this frame's ray where there is a history
 // of the checkerboard of blocks with a ray of this frame, as in view_ray.glsl
 layout(location = 8) uniform int u_checkerboard;
@@ -118,7 +120,7 @@ History reprojected(FourRays r, Neighbours n, ivec2 pixel, float depth) {
     vec2 slope = here * frame.projection_scale + frame.projection_offset;
     vec3 then = u_to_previous * (vec3(slope, 1.0) * (n.distance_m * inversesqrt(1.0 + dot(slope, slope))))
         + u_camera_shift_m;
-    vec2 ndc = (then.xy / max(then.z, 1e-6) - u_previous_projection.zw) * u_previous_projection.xy;
+    vec2 ndc = (then.xy / max(then.z, 1e-6) - u_previous_offset) * u_previous_per_scale;
     vec2 uv = u_mode == STILL ? (vec2(pixel) + 0.5) * g_per_pixel : (0.5 + 0.5 * ndc) * g_fill;
     bool inside = u_mode == STILL || (u_mode == MOVING && then.z > 0.0 && all(lessThan(abs(ndc), vec2(1.0))));
     // Where another surface was, what was seen up to it says nothing. A moving camera finds outlines a little aside.

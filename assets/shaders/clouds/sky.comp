@@ -4,10 +4,11 @@
 
 layout(local_size_x = 8, local_size_y = 4) in;
 layout(binding = 0, rgba32f) uniform writeonly image2D o_clouds;
-uniform ivec2 u_rows;   // the first, and from one to the next
+uniform int u_first_row;
+uniform int u_row_step;   // from one to the next
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.x, u_rows.x + u_rows.y * int(gl_GlobalInvocationID.y));
+    ivec2 at = ivec2(gl_GlobalInvocationID.x, u_first_row + u_row_step * int(gl_GlobalInvocationID.y));
     if (any(greaterThanEqual(at, imageSize(o_clouds)))) return;
     vec3 ray = cloud_sky_direction((vec2(at) + 0.5) / vec2(imageSize(o_clouds)));
     float mu = clamp_cos(dot(ray, frame.camera_zenith));

@@ -18,8 +18,10 @@ layout(std430, binding = 6) writeonly buffer ExposureOut { Exposure e_now; };
 layout(std430, binding = 7) readonly buffer ExposureIn { Exposure e_before; };
 
 layout(location = 0) uniform vec2 u_ev100;           // the lowest and the highest
-// share of the way to go this frame, to brighter and to darker; 1: no past
-layout(location = 1) uniform vec3 u_speed;
+// share of the way to go this frame
+layout(location = 1) uniform float u_go_brighter;
+layout(location = 4) uniform float u_go_darker;
+layout(location = 5) uniform int u_has_past;            // 0: at once where it wants to go
 layout(location = 2) uniform float u_compensation_ev;
 layout(location = 3) uniform float u_dark_adaptation;  // its strength
 
@@ -93,7 +95,9 @@ void expose() {
     }
     target = clamp(target, u_ev100.x, u_ev100.y);
     float ev = target;
-    if (u_speed.z < 0.5) ev = mix(e_before.ev100, target, target < e_before.ev100 ? u_speed.x : u_speed.y);
+    if (u_has_past != 0) {
+        ev = mix(e_before.ev100, target, target < e_before.ev100 ? u_go_brighter : u_go_darker);
+    }
     // Arrived: rounding stops it a hair short, and a settled picture would hang on where it came from.
     if (abs(target - ev) < 1e-5) ev = target;
     e_now = Exposure(ev, target, metered, SATURATION * exp2(ev));

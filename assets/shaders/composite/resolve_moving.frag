@@ -19,12 +19,15 @@ layout(std430, binding = EXPOSURE_BEFORE_BUFFER) readonly buffer ExposureBefore 
 layout(location = 0) uniform mat3 u_to_previous;       // camera coordinates to those of the frame before
 layout(location = 3) uniform mat3 u_sky_to_previous;   // the same for what is infinitely far
 layout(location = 6) uniform vec3 u_camera_shift_m;
-layout(location = 7) uniform vec4 u_previous_projection;   // 1 / sx, 1 / sy, ox, oy
+// of the camera before: 1 / frame.projection_scale, and frame.projection_offset
+layout(location = 7) uniform vec2 u_previous_per_scale;
+layout(location = 16) uniform vec2 u_previous_offset;
 layout(location = 8) uniform vec2 u_jitter;          // of this frame in normalised device coordinates
 layout(location = 9) uniform float u_weights[5];     // of the samples around, for a picture of this frame alone
 layout(location = 14) uniform float u_water;         // (phase by which a wave of 1 m goes on in this frame)^2, rad^2 m
-// share of the pixels around, where every second has light of its own: of ground, of sea
-layout(location = 15) uniform vec2 u_checkered;
+// share of the pixels around, where every second pixel has light of its own
+layout(location = 15) uniform float u_checkered_ground;
+layout(location = 17) uniform float u_checkered_sea;
 in vec2 v_uv;
 layout(location = 0) out vec4 o_resolved;
 
@@ -113,7 +116,7 @@ Reprojected reprojected(DepthsAround d) {
 #endif
     vec3 then = d.nearest > 0.0 ? ground : u_sky_to_previous * ray;
     float per_z = 1.0 / then.z;
-    vec2 before = (then.xy * per_z - u_previous_projection.zw) * u_previous_projection.xy;
+    vec2 before = (then.xy * per_z - u_previous_offset) * u_previous_per_scale;
     vec2 uv = v_uv + 0.5 * (before - ndc - u_jitter);
     bool inside = known && then.z > 0.0 && all(greaterThan(uv, vec2(0.0))) && all(lessThan(uv, vec2(1.0)));
     return Reprojected(clamp(uv, 0.0, 1.0), inside, per_m * per_z);
@@ -180,7 +183,7 @@ void main() {
     light = c.mean + (light - c.mean) * (1.0 / out_by);
     float weight = sample_weight(frames, out_by, then.uv, kind, d.own);
     // The more a frame counts, the more of a checkerboard of pixels with light of their own and without would be seen.
-    float checkered = kind == SURFACE_TERRAIN ? u_checkered.x : kind == SURFACE_SEA ? u_checkered.y : 0.0;
+    float checkered = kind == SURFACE_TERRAIN ? u_checkered_ground : kind == SURFACE_SEA ? u_checkered_sea : 0.0;
     float counts = clamp((weight - LEAST_WEIGHT) / (MOVING_WEIGHT - LEAST_WEIGHT), 0.0, 1.0);
     vec3 now = mix(c.own, 0.25 * (c.sum - c.own), checkered * counts);
     light = frames > 0 ? mix(light, now, min(weight, 1.0)) : c.alone;

@@ -13,7 +13,9 @@ layout(binding = 0) uniform sampler2D u_scene;
 layout(std430, binding = EXPOSURE_BUFFER) readonly buffer ExposureIn { Exposure exposure; };
 #if GLARE
 layout(binding = 1) uniform sampler2D u_glare;
-layout(location = 0) uniform vec2 u_share;  // of the light: that goes into the finest octave of glare, that is left
+// shares of the light: that goes into the finest octave of glare, that is left
+layout(location = 0) uniform float u_glare_share;
+layout(location = 2) uniform float u_kept_share;
 // the glare is that of this frame's samples, beside the pixels' centres
 layout(location = 1) uniform vec2 u_glare_from;
 #endif
@@ -32,7 +34,7 @@ void main() {
     exposed = min(exposed, vec3(1e6));
 #endif
 #if GLARE
-    exposed = exposed * u_share.y + textureLod(u_glare, v_uv + u_glare_from, 0.0).rgb * u_share.x;
+    exposed = exposed * u_kept_share + textureLod(u_glare, v_uv + u_glare_from, 0.0).rgb * u_glare_share;
 #endif
     vec3 color = tone_map(exposed);
 #if DITHER

@@ -18,7 +18,9 @@ layout(std430, binding = BOUNDS_BUFFER) writeonly buffer BoundsBuffer { CellBoun
 layout(std430, binding = 6) readonly buffer GroundRowBuffer { int ground_row[]; };
 layout(std430, binding = 7) readonly buffer GroundBoundsBuffer { CellBounds ground_bounds[]; };
 
-uniform vec2 u_reach;   // how far waves move a point: upwards, and in all
+// how far waves move a point
+uniform float u_reach_up_m;
+uniform float u_reach_m;      // in all
 uniform int u_first;    // the first of this part's cells; -1: the ground's boxes are not there
 
 // Ground without water by far is as good as made: heights that differ do so by layers that no vertex can show.
@@ -70,7 +72,7 @@ void main() {
     }
     if (lane == 0u) {
         // No water anywhere in the cell: out of reach of the culling pass's limits.
-        bounds[cell_index] = CellBounds(s_low[0].xyz - u_reach.y, dh - u_reach.x, s_high[0] + u_reach.y,
-            s_low[0].w < 0.0 ? dh + u_reach.x : -1.0e30);
+        bounds[cell_index] = CellBounds(s_low[0].xyz - u_reach_m, dh - u_reach_up_m, s_high[0] + u_reach_m,
+            s_low[0].w < 0.0 ? dh + u_reach_up_m : -1.0e30);
     }
 }

@@ -38,8 +38,8 @@ vec2 sphere_limbs(ShadowMarch march, ShadowStep advance) {
 
 void main() {
     ivec2 index = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(index, u_part.zw))) return;
-    index += u_part.xy;
+    if (any(greaterThanEqual(index, u_size))) return;
+    index += u_corner;
     ShadowMarch march = shadow_march(vec2(index));
     vec2 limbs = shadow_seen(march, index, 1.0);
 

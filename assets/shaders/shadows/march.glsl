@@ -10,7 +10,8 @@
 layout(local_size_x = 16, local_size_y = 4) in;
 uniform int u_level;
 uniform int u_step;
-uniform ivec4 u_part;   // corner of the texels to make in the window, and their number
+uniform ivec2 u_corner;   // of the texels to make in the window
+uniform ivec2 u_size;     // how many there are
 
 struct ShadowMarch {
     vec3 up, side;      // chart's axes; side: level, towards the sun

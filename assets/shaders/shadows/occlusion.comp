@@ -8,7 +8,8 @@ layout(binding = 0) uniform sampler2DArray u_heights;
 layout(binding = 1) uniform usampler2DArray u_coarser;
 layout(binding = 0, rgba32ui) writeonly uniform uimage2DArray u_horizons;
 layout(binding = 1, r8) writeonly uniform image2DArray u_sky;
-uniform ivec4 u_part;
+uniform ivec2 u_corner;   // of the texels to make in the window
+uniform ivec2 u_size;     // how many there are
 uniform int u_level;
 
 const ivec2 AROUND[8] = ivec2[8](ivec2(1, 0), ivec2(1, 1), ivec2(0, 1), ivec2(-1, 1), ivec2(-1, 0), ivec2(-1, -1),
@@ -28,8 +29,8 @@ float sky_share(float t, float n_up, float n_side) {
 
 void main() {
     ivec2 index = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(index, u_part.zw))) return;
-    index += u_part.xy;
+    if (any(greaterThanEqual(index, u_size))) return;
+    index += u_corner;
     ShadowFoot foot = shadow_foot(u_level, vec2(index));
     float radius = shadow_map.radius_m;
     float spacing = 2.0 * radius / (shadow_frequency(u_level) * foot.bulge);

@@ -20,8 +20,8 @@ vec2 limbs_at(ivec2 index) {
 
 void main() {
     ivec2 index = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(index, u_part.zw))) return;
-    index += u_part.xy;
+    if (any(greaterThanEqual(index, u_size))) return;
+    index += u_corner;
     ShadowMarch march = shadow_march(vec2(index));
     vec2 limbs = limbs_at(index);
     int k = 1;

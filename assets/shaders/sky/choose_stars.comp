@@ -6,14 +6,15 @@ layout(local_size_x = 1) in;
 layout(std430, binding = 5) readonly buffer ExposureBefore { Exposure before; };
 layout(std430, binding = 6) writeonly buffer DrawBuffer { uint galaxy[5]; uint stars[5]; };
 
-uniform vec2 u_reach;    // lowest EV100 that may come, share of the way there that one frame may go
+uniform float u_lowest_ev100;   // that may come
+uniform float u_share;          // of the way there that one frame may go
 uniform vec2 u_visible;  // exposed at EV100 0 over the least that shows: the brightest star, the brightest clouds
 uniform float u_fall;    // the star of rank k has at most k^-u_fall of the brightest one's light
 uniform uint u_count;    // of stars there are
 
 void main() {
     // What the scene asks for counts as well: a dark scene's exposure is metered with all of its stars.
-    float ev = min(mix(before.ev100, min(u_reach.x, before.ev100), u_reach.y), before.target_ev100);
+    float ev = min(mix(before.ev100, min(u_lowest_ev100, before.ev100), u_share), before.target_ev100);
     vec2 seen = u_visible * exp2(-ev);
     float count = clamp(pow(max(seen.x, 1e-30), 1.0 / u_fall), 0.0, float(u_count));
     uint draws[10] = uint[10](seen.y >= 1.0 ? 3u : 0u, 1u, 0u, 0u, 0u, uint(count), 1u, 0u, 0u, 0u);
