@@ -1,4 +1,4 @@
-"""The uniform blocks that every shader of a view reads: the frame (binding 0) and its planet (binding 1).
+"""The uniform blocks that every shader of a view reads: the frame and its planet.
 
 All vectors are in planet axes, all lengths in metres. What is large (a planet-centred position) never enters:
 positions are relative to the anchor, the point of the ground below the camera proxy, which was subtracted in double

@@ -1,4 +1,4 @@
-"""The air's uniform block (binding 5): what every shader that lights or looks through air reads."""
+"""The air's uniform block: what every shader that lights or looks through air reads."""
 
 from __future__ import annotations
 

@@ -102,7 +102,7 @@ class _Stage:
 class PaperTables:
     """The tables of one atmosphere, computed on the GPU a slice at a time.
 
-    The air comes from the uniform block `air_model` (binding 5, `generated/air_model.glsl`): it has to exist before
+    The air comes from the uniform block `air_model` (`generated/air_model.glsl`): it has to exist before
     this object and to be bound, unchanged, whenever step() is called; restart() after it changed. The tables are for a
     sun of irradiance 1. They hold what they should only once `done`; shaders read them through
     atmosphere/paper/functions.glsl.
@@ -210,8 +210,8 @@ class PaperTables:
     def step(self, samples: int = 1_000_000) -> float:
         """Compute one slice: at least a row of a table, else about that many samples. Returns the share that is done.
 
-        A million take 5 to 10 ms on two cores with Mesa's software renderer. It is one dispatch; texture units 8 to 14
-        and image units 0 to 2 hold other things afterwards.
+        A million take 5 to 10 ms on two cores with Mesa's software renderer. It is one dispatch; its texture
+        and image units hold other things afterwards.
         """
         if self.done:
             return 1.0

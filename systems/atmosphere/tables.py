@@ -211,16 +211,16 @@ class AirTables:
             sums = self._gpu.texture(self.sizes.moments, "rgba32f", layers=self.sizes.layers)
             self._sums.append(sums)
             sums.write(zero)
-            for row, rows, first, past in _chunks(directions, width, height, lambda: self._slice):
+            for row, rows, first, end in _chunks(directions, width, height, lambda: self._slice):
                 self.depth.use(AIR_DEPTH_UNIT)
                 last.use(AIR_MOMENTS_UNIT)
                 self._nodes[directions].bind_to_uniform_block(AIR_NODES_BLOCK)
                 sums.bind_to_image(0)
                 program.set("u_first_row", row)
-                program.set("u_directions", (first, past))
+                program.set("u_directions", (first, end))
                 program.run(-(-width // 8), rows)
                 self._gpu.barrier()
-                yield 2 * width * rows * (past - first) * directions.slices
+                yield 2 * width * rows * (end - first) * directions.slices
             self._as_table(sums, fresh)
             mean = np.frombuffer(self._place.read(), np.float32).reshape(height, width, 4)
             means.append(mean[..., :3].astype(np.float64))
@@ -266,7 +266,7 @@ class AirTables:
 
 
 def _chunks(d: Directions, width: int, height: int, samples: Any) -> Iterator[tuple[int, int, int, int]]:
-    """(first row, rows, first direction, past the last) that cover all, each about `samples()` points of air."""
+    """(first row, rows, first direction, end of directions) that cover all, each about `samples()` points of air."""
     first = 0
     while first < d.count:
         per_direction = 2 * width * height * d.slices

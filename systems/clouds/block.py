@@ -1,4 +1,4 @@
-"""The clouds' uniform block (binding 11): what shaders read that march through clouds or ask for their shadow."""
+"""The clouds' uniform block: what shaders read that march through clouds or ask for their shadow."""
 
 from __future__ import annotations
 

@@ -22,8 +22,8 @@ _BROAD_PERIOD = 6.4
 """Of the shape's volume, in thicknesses of the first layer: 16 km for 2.5 km."""
 _WIDE, _FINE, _FINEST = 6.871, 0.1031, 0.01173
 """Further periods as shares of it; no small whole numbers are their ratios, so repeats never coincide."""
-_FIBRE, _VEIL = 0.73, 1.93
-_STRETCH = (0.19, 0.22, 0.61)
+_FIBRE, _STREAKS = 0.73, 1.93
+_AXIS_SCALE = (0.19, 0.22, 0.61)
 """Of the streaks' axes: fibres are three times as long as wide, before the winds draw them out further."""
 _CLUMP = 0.3
 """Way through one cloud, in thicknesses of its layer: with it eight regions seen from above with pixels of 30 km are as
@@ -84,15 +84,15 @@ def write_layers(block: CloudViewBlock, layers: list[CloudLayer], map_coverage: 
 
 def noise_places(turn: Floats, tilt: Floats, points_m: Floats, thickness_m: float, radius_m: float) -> Floats:
     """(N, 7, 4): the place of points (N, 3) in the period of each volume, 0..1, and 1 / period: broad, wide, fine,
-    finest, fibre, veil as in CloudViewBlock; then bend: the place in radii, 1 / radius. points_m: planet-centred. In
+    finest, fibre, streaks as in CloudViewBlock; then bend: the place in radii, 1 / radius. points_m: planet-centred. In
     float64: noise is the same from anywhere."""
     period = _BROAD_PERIOD * thickness_m
     turned, tilted = points_m @ turn.T, points_m @ tilt.T
-    stretched = turned * np.asarray(_STRETCH)
+    scaled = turned * np.asarray(_AXIS_SCALE)
     found = np.empty((len(points_m), 7, 4))
     for row, (at, share) in enumerate((
-        (turned, 1.0), (tilted, _WIDE), (tilted, _FINE), (turned, _FINEST), (stretched, _FIBRE),
-        (stretched[:, [1, 2, 0]], _VEIL),
+        (turned, 1.0), (tilted, _WIDE), (tilted, _FINE), (turned, _FINEST), (scaled, _FIBRE),
+        (scaled[:, [1, 2, 0]], _STREAKS),
     )):  # fmt: skip
         found[:, row, :3], found[:, row, 3] = np.mod(at / (period * share), 1.0), 1.0 / (period * share)
     found[:, 6, :3], found[:, 6, 3] = turned / radius_m, 1.0 / radius_m
@@ -113,10 +113,10 @@ def write_noise(
     period = _BROAD_PERIOD * thickness_m
     block.turn, block.tilt = turn.T, tilt.T
     rows = noise_places(turn, tilt, anchor_m[None], thickness_m, radius_m)[0]
-    block.broad, block.wide, block.fine, block.finest, block.fibre, block.veil, block.bend = (
+    block.broad, block.wide, block.fine, block.finest, block.fibre, block.streaks, block.bend = (
         CloudVolume(row[:3], row[3]) for row in rows
     )
-    block.stretch, block.clump_m = _STRETCH, _CLUMP * thickness_m
+    block.axis_scale, block.clump_m = _AXIS_SCALE, _CLUMP * thickness_m
     block.broad_level = math.log2(shape_texels / period)
     block.wide_level = math.log2(shape_texels / (period * _WIDE))
     block.fine_level = math.log2(rim_texels / (period * _FINE))

@@ -38,7 +38,7 @@ class NoiseOrigins:
     fine: Vec3
     finest: Vec3
     fibre: Vec3
-    veil: Vec3
+    streaks: Vec3
     bend: Annotated[Vec3, "in radii"]
 
     @staticmethod

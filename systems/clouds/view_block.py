@@ -1,4 +1,4 @@
-"""The clouds' uniform block (binding 14): layers, and where their noise and weather lie around the anchor."""
+"""The clouds' uniform block: layers, and where their noise and weather lie around the anchor."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class CloudKind(IntEnum):
     CUMULUS = 0
     """Billows and sheets, as the weather's cover, towers and depth have them."""
     CIRRUS = 1
-    """Streaks and veils along the winds aloft, as the weather's high cloud has them."""
+    """Streaks and sheets along the winds aloft, as the weather's high cloud has them."""
     UNIFORM = 2
     """The whole shell alike, whatever the weather."""
     WATER, ICE = CUMULUS, CIRRUS
@@ -105,9 +105,9 @@ class CloudViewBlock:
     fine: Annotated[CloudVolume, "rims, in the frame tilt"]
     finest: Annotated[CloudVolume, "rims near the eye, in the frame turn"]
     fibre: Annotated[CloudVolume, "shape for streaks, in the frame turn stretched"]
-    veil: Annotated[CloudVolume, "the same, wider"]
+    streaks: Annotated[CloudVolume, "the same, wider"]
     bend: Annotated[CloudVolume, "in radii, frame turn: where the winds aloft meander"]
-    stretch: Annotated[Vec3, "of streaks' axes: least across the poles' axis, so that they lie along the winds"]
+    axis_scale: Annotated[Vec3, "of streaks' axes: least across the poles' axis, so that they lie along the winds"]
     clump_m: Annotated[float, "way through one of the clouds that are too small to be told apart"]
     broad_level: Annotated[float, "mip level for a footprint of 1 m"]
     wide_level: float

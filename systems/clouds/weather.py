@@ -75,7 +75,7 @@ class Cyclone:
 
 @dataclass
 class WeatherBlock:
-    """A moment's, as clouds/weather.comp reads it: block 15, instance ``weather``."""
+    """A moment's, as clouds/weather.comp reads it: instance ``weather``."""
 
     generations: Annotated[Any, array(Generation, 2)]
     cyclones: Annotated[Any, array(Cyclone, CYCLONES)]

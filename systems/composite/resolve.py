@@ -20,7 +20,7 @@ from .temporal import Mode, TemporalState
 __all__ = ["Resolver"]
 
 _SOFT_PX = 0.5
-"""Standard deviation of the spot that a pixel without a past is seen through."""
+"""Standard deviation of the spot that a pixel without history is seen through."""
 _CROSS = np.array([(0.0, -1.0), (-1.0, 0.0), (0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])
 """CROSS of resolve_moving.frag."""
 _CHECKER_BLUR = {"u_checkered_ground": ("terrain", 0.3), "u_checkered_sea": ("ocean", 0.5)}

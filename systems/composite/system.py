@@ -87,7 +87,7 @@ class CompositeSystem(System):
 
     name: ClassVar[str] = "composite"
     _start: bytes | None = None
-    """The exposure that the next frame without a past begins with."""
+    """The exposure that the next frame without history begins with."""
 
     def setup(self, setup: Setup) -> None:
         self._gpu = gpu = setup.gpu
@@ -255,11 +255,11 @@ class CompositeSystem(System):
             self._histogram.bind_to_storage_buffer(5)
             now.bind_to_storage_buffer(6)
             before.bind_to_storage_buffer(7)
-            past = valid.value and not view.frame.cut and own.auto
+            has_history = valid.value and not view.frame.cut and own.auto
             if self._start is not None and own.auto:
                 before.write(self._start)
-                past, self._start = True, None
-            self._meter.set("u_has_past", int(past))
+                has_history, self._start = True, None
+            self._meter.set("u_has_history", int(has_history))
             self._meter.set("u_go_brighter", own.go[0])
             self._meter.set("u_go_darker", own.go[1])
             self._meter.set("u_ev100", own.limits_ev)

@@ -95,7 +95,7 @@ class TemporalState:
     """The state of one view: `begin` before a frame, `motion` in its update, `drawn` when its pass has run."""
 
     def __init__(self) -> None:
-        self._past: _Moment | None = None
+        self._last: _Moment | None = None
         self._now: _Moment | None = None
         self._gathered = 0  # samples of the still picture so far
         self._seeded = False  # it began with a picture of frames that moved
@@ -118,12 +118,12 @@ class TemporalState:
 
     def begin(self, frame: Frame, samples: int, radius_m: float) -> Step:
         """Choose this frame's step. samples: of a still picture. radius_m: of the camera's planet."""
-        past, self._past = self._past, None  # comes back with drawn()
+        last, self._last = self._last, None  # comes back with drawn()
         if samples != self._samples:
-            self._samples, past = samples, None
+            self._samples, last = samples, None
         self._now = now = _Moment(frame.camera, frame.sun, frame.planet, frame.size, frame.time_s)
-        self._then = past
-        usable = past is not None and not frame.cut and not _broken(past, now, radius_m)
+        self._then = last
+        usable = last is not None and not frame.cut and not _broken(last, now, radius_m)
         still = usable and frame.still
         if not still:
             self._gathered = 0
@@ -179,7 +179,7 @@ class TemporalState:
 
     def drawn(self) -> None:
         """The pass of this frame has run."""
-        self._past = self._now
+        self._last = self._now
         self.complete = self.step.mode == Mode.MEAN and self.step.weight == 0.0 and self._gathered >= self._wanted
 
 

@@ -1,4 +1,4 @@
-"""The uniform block of the clipmap (binding 9): what every shader that asks for its light reads."""
+"""The uniform block of the clipmap: what every shader that asks for its light reads."""
 
 from __future__ import annotations
 

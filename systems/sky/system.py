@@ -284,7 +284,7 @@ class StarsSystem(System):
         numbers = "scene.radiance" in view.outputs  # somebody wants them, not a picture
         metered = (
             bool({"composite.ldr", "target", "target_with_depth"} & view.outputs) and not numbers
-        )  # then the exposure has a past
+        )  # then the exposure has history
         shown = view.view.state(self, _Shown)
         builder.add_pass(
             "stars.galaxy_map",

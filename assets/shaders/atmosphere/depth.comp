@@ -4,7 +4,7 @@
 layout(local_size_x = 16, local_size_y = 4) in;
 layout(rgba32f, binding = 0) writeonly uniform image2D u_depth_image;
 
-layout(location = 0) uniform ivec2 u_rows;   // first, past the last
+layout(location = 0) uniform ivec2 u_rows;   // the first, and the one after the last
 
 const int SEGMENTS = DEPTH_SEGMENTS;
 

@@ -15,7 +15,7 @@ layout(local_size_x = 8) in;
 layout(rgba32f, binding = 0) uniform image2DArray u_sums;
 
 layout(location = 0) uniform int u_first_row;    // of altitudes
-layout(location = 1) uniform ivec2 u_directions; // the first, past the last
+layout(location = 1) uniform ivec2 u_directions; // the first, and the one after the last
 layout(location = 2) uniform int u_above;        // directions above the horizon
 layout(location = 3) uniform int u_azimuths;
 layout(location = 4) uniform int u_slices;

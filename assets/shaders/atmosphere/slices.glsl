@@ -44,11 +44,11 @@ int air_slice_parts() {
     return int(clamp(ceil(0.4 * max(max(depth.r, depth.g), depth.b)), 1.0, 3.0));
 }
 
-// Optical depth of one slice by Gauss's rule of two points; past: where it ends.
-vec3 air_slice_depth(float h, float mu, float path, float lowest, float split, int slice, int slices, out float past) {
+// Optical depth of one slice by Gauss's rule of two points; end: where it ends.
+vec3 air_slice_depth(float h, float mu, float path, float lowest, float split, int slice, int slices, out float end) {
     float t0 = air_slice_distance(float(slice) / float(slices), path, lowest, split);
-    past = air_slice_distance(float(slice + 1) / float(slices), path, lowest, split);
-    float dt = past - t0;
+    end = air_slice_distance(float(slice + 1) / float(slices), path, lowest, split);
+    float dt = end - t0;
     vec3 a = air_extinction(air_density(air_height_along(h, mu, t0 + 0.211324865 * dt)));
     vec3 b = air_extinction(air_density(air_height_along(h, mu, t0 + 0.788675135 * dt)));
     return 0.5 * dt * (a + b);

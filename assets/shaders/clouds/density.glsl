@@ -211,7 +211,7 @@ struct CloudNoise {
 struct CloudPlace {
     vec3 turned, tilted;   // metres from the anchor
     vec3 from_middle;      // from the planet's centre, in its radii
-    vec3 carried;          // ice: metres, where it was before the winds aloft carried it, axes stretched
+    vec3 carried;          // ice: metres, where it was before the winds aloft carried it, axes scaled
     vec3 drawn;            // ice: the same, where it was before what has fallen lagged behind
 };
 
@@ -221,8 +221,8 @@ CloudPlace cloud_place(CloudViewLayer shell, vec3 place, float share) {
     // Ice falls from the layer's top, where it was carried to by the winds.
     float fallen_m = (1.0 - share) * (shell.top_m - shell.base_m);
     vec3 carried = (turned + from_middle * fallen_m + jet_meander(from_middle) / cloud_view.bend.per_m)
-        * cloud_view.stretch;
-    vec3 drawn = carried + fall_lag(from_middle, fallen_m, 1.0 - share) * cloud_view.stretch;
+        * cloud_view.axis_scale;
+    vec3 drawn = carried + fall_lag(from_middle, fallen_m, 1.0 - share) * cloud_view.axis_scale;
     return CloudPlace(turned, tilted, from_middle, carried, drawn);
 }
 
@@ -235,7 +235,7 @@ struct CloudShape {
 
 // Thin ice: drawn out streaks on the map, fibres of the volume in them. Else clouds of two sizes.
 CloudShape cloud_shape(bool cirrus, CloudPlace p, float footprint_m) {
-    vec3 second = cirrus ? CLOUD_ORIGIN(veil) + p.drawn.yzx * cloud_view.veil.per_m
+    vec3 second = cirrus ? CLOUD_ORIGIN(streaks) + p.drawn.yzx * cloud_view.streaks.per_m
         : warped_clusters(CLOUD_ORIGIN(wide) + p.tilted * cloud_view.wide.per_m);
     float first_level = cloud_level(cloud_view.broad_level - (cirrus ? 0.8 : 0.0), footprint_m);
     float second_level = cloud_level(cirrus ? cloud_view.broad_level - 2.0 : cloud_view.wide_level, footprint_m);
@@ -247,7 +247,8 @@ CloudShape cloud_shape(bool cirrus, CloudPlace p, float footprint_m) {
     float broad = textureLod(u_cloud_shape, first, first_level + cloud_dither - 0.5).r - 0.5;
     // The streaks' period is shortest across them.
     float first_resolved = cells_resolved(footprint_m, cirrus ? 0.3 * cloud_view.fibre.per_m : cloud_view.broad.per_m);
-    float second_resolved = cells_resolved(footprint_m, cirrus ? 0.3 * cloud_view.veil.per_m : cloud_view.wide.per_m);
+    float second_resolved = cells_resolved(footprint_m,
+        cirrus ? 0.3 * cloud_view.streaks.per_m : cloud_view.wide.per_m);
     return CloudShape(broad * first_resolved, wide * second_resolved,
         first_resolved * first_resolved * (1.0 - hidden_variance_share(first_level, cloud_view.shape_filter)),
         second_resolved * second_resolved * (1.0 - hidden_variance_share(second_level, cloud_view.shape_filter)));

@@ -21,7 +21,7 @@ layout(location = 7) uniform float u_sun_steps;     // towards the sun through a
 
 const float COARSE_STEPS = 96.0;   // that many short steps and no more, and segments are as long as they may be
 const float SEGMENTS_PER_OCTAVE_COARSE = 1.3, SEGMENTS_PER_OCTAVE = 2.0;   // of the interval's length in thicknesses
-const float LEAST_MU = 0.02;   // of a ray to the zenith: level ones stretch a footprint no further on any planet
+const float LEAST_MU = 0.02;   // of a ray to the zenith: level ones lengthen a footprint no further on any planet
 
 // Layers are in the order of their heights: down through them from the highest, then up from the lowest. Returns how
 // many intervals there are, from the nearest to the farthest. Without those of cirrus where the program has none.
@@ -63,11 +63,11 @@ float segment_end(CloudViewLayer shell, float from, float to, int segment, int s
     return segment == segments - 1 ? to : (from + thickness) * exp(growth * float(segment + 1)) - thickness;
 }
 
-// The weather t metres along a ray. A pixel that sees the clouds at a low angle stands for a long stretch of them: its
+// The weather t metres along a ray. A pixel that sees the clouds at a low angle stands for a long way through them: its
 // footprint is the geometric mean of its width and its length, or rows of pixels near the limb would fall on clouds and
 // on gaps by chance.
 CloudWeather weather_along(vec3 ray, float t) {
     vec3 up = up_at(ray * t);
-    float stretch = inversesqrt(max(abs(dot(ray, up)), LEAST_MU));
-    return cloud_weather(up, (t + ray_skipped_m) * pixel_rad * stretch);
+    float lengthening = inversesqrt(max(abs(dot(ray, up)), LEAST_MU));
+    return cloud_weather(up, (t + ray_skipped_m) * pixel_rad * lengthening);
 }

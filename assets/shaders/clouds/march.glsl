@@ -95,8 +95,8 @@ vec3 cloud_ambient(int layer, vec2 column, vec3 ambient) {
     return ambient * (turned * column.y + 2.0 / 3.0) / (turned * (column.x + column.y) + 4.0 / 3.0);
 }
 
-// before: optical depth of clouds between the camera and the step; past: how far into the step the point lies.
-MediumSample medium_at(CloudRay ray, int layers, float t, float before, float past) {
+// before: optical depth of clouds between the camera and the step; into_step: how far into the step the point lies.
+MediumSample medium_at(CloudRay ray, int layers, float t, float before, float into_step) {
     float h = shell_height(ray.shell, t);
     ShellRay sun = shell_sun_ray(h, ray.rise + ray.nu * t);
     float visibility = cloud_sun_visibility(sun, ray.sun_radius_rad), there = shell_radius() + h;
@@ -117,7 +117,7 @@ MediumSample medium_at(CloudRay ray, int layers, float t, float before, float pa
         medium.cloud += extinction;
         if (ray.multiple > 0.0) {
             medium.forward += extinction * cloud_peak(layer);
-            lobes = cloud_lobes(layer, ray.nu, before + past * extinction + cloud_depth);
+            lobes = cloud_lobes(layer, ray.nu, before + into_step * extinction + cloud_depth);
             medium.diffuse += extinction * (sunlight * cloud_slab(layer, column.x, column.y, mu, mu_s, ray.nu)
                 + (albedo - cloud_peak(layer)) * cloud_ambient(layer, column, air.ambient));
         }

@@ -30,9 +30,9 @@ float cloud_pattern(ivec2 at) {
 ViewRay cloud_view_ray(ivec2 at) {
     ivec2 pixel = min(at * STRIDE + u_place, textureSize(u_depth, 0) - 1);
     vec3 ray = view_ray(ndc_of_pixel((vec2(pixel) + 0.5) * float(PICTURE_PX)));
-    float stretch = length(ray), depth = texelFetch(u_depth, pixel, 0).r;
-    float end = depth > 0.0 ? forward_distance(depth) * stretch : UNBOUNDED;
-    ray /= stretch;
+    float ray_length = length(ray), depth = texelFetch(u_depth, pixel, 0).r;
+    float end = depth > 0.0 ? forward_distance(depth) * ray_length : UNBOUNDED;
+    ray /= ray_length;
     float mu = clamp_cos(dot(ray, frame.camera_zenith));
     vec3 aside = cross(ray, frame.camera_zenith);
     shell_sine2 = dot(aside, aside);

@@ -182,7 +182,7 @@ CloudRun next_run(
         } while (here.gap > 0.0 && run.depth <= 0.0 && at.t < last && ++clear_steps < CLEAR_STEPS);
         bool near = here.gap <= 0.0;
         float density = near ? cloud_rimmed(r.layer, here.noise, here.share, here.footprint, 2) : 0.0;
-        // In cloud: the same stretch again, in short steps; or on.
+        // In cloud: the same way again, in short steps; or on.
         bool found = density > LEAST_DENSITY, again = found && at.factor > 1.0 && !r.cirrus;
         float on = again || !near ? 0.0 : here.step_m,
             depth = found ? r.shell.extinction_per_m * density * on : 0.0;

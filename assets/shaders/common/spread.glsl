@@ -1,6 +1,6 @@
-// Workgroups in another order. Software renderers give each processor one stretch of a dispatch, half of it where there
+// Workgroups in another order. Software renderers give each processor one range of a dispatch, half of it where there
 // are two, and wait for the last: lists whose work lies at one end (the sea at the bottom of a picture, coasts, fine
-// cells) keep the others idle. Here every stretch gets groups from all over, and neighbours stay within a few groups of
+// cells) keep the others idle. Here every range gets groups from all over, and neighbours stay within a few groups of
 // one another.
 
 // 0..count - 1, each once.
@@ -17,7 +17,7 @@ uint spread_group() {
     return spread(gl_WorkGroupID.x, gl_NumWorkGroups.x);
 }
 
-// The same by stretches of groups that stay together, because neighbours share much memory.
+// The same by runs of groups that stay together, because neighbours share much memory.
 uint spread_blocks(uint each) {
     uint blocks = gl_NumWorkGroups.x / each, block = gl_WorkGroupID.x / each;
     return block < blocks ? spread(block, blocks) * each + gl_WorkGroupID.x % each : gl_WorkGroupID.x;

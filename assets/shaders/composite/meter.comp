@@ -21,7 +21,7 @@ layout(location = 0) uniform vec2 u_ev100;           // the lowest and the highe
 // share of the way to go this frame
 layout(location = 1) uniform float u_go_brighter;
 layout(location = 4) uniform float u_go_darker;
-layout(location = 5) uniform int u_has_past;            // 0: at once where it wants to go
+layout(location = 5) uniform int u_has_history;            // 0: at once where it wants to go
 layout(location = 2) uniform float u_compensation_ev;
 layout(location = 3) uniform float u_dark_adaptation;  // its strength
 
@@ -95,7 +95,7 @@ void expose() {
     }
     target = clamp(target, u_ev100.x, u_ev100.y);
     float ev = target;
-    if (u_has_past != 0) {
+    if (u_has_history != 0) {
         ev = mix(e_before.ev100, target, target < e_before.ev100 ? u_go_brighter : u_go_darker);
     }
     // Arrived: rounding stops it a hair short, and a settled picture would hang on where it came from.

@@ -173,11 +173,11 @@ void main() {
     uint kind = textureLod(u_surface, v_uv, 0.0).r;
     DepthsAround d = depths_around();
     Reprojected then = reprojected(d);
-    vec4 past = history(then.uv);
-    int code = int(past.a), frames = then.inside && same_surface(code, kind, d, then) ? code & PLACE_FRAMES : 0;
+    vec4 previous = history(then.uv);
+    int code = int(previous.a), frames = then.inside && same_surface(code, kind, d, then) ? code & PLACE_FRAMES : 0;
 
     ColorsAround c = colors_around(d.nearest == 0.0);
-    vec3 light = press_again(past.rgb, exposure_before.saturated / exposure.saturated);
+    vec3 light = press_again(previous.rgb, exposure_before.saturated / exposure.saturated);
     vec3 off = abs(light - c.mean) / c.spread;
     float out_by = max(max(off.r, max(off.g, off.b)), 1.0);
     light = c.mean + (light - c.mean) * (1.0 / out_by);

@@ -121,7 +121,7 @@ SeaWave sea_near_wave(SeaPlace p, Wave at) {
     float fold = 1.0 / (1.0 + p.up);
     wave.direction = (sin0 * (along - p.q * (dot(p.q, along) * fold)) + cos0 * p.q) / sine;
     // 1 - |cos| without cancellation.
-    float past = sine * sine / (1.0 + abs(cosine)), t = clamp((past - at.fade_from) / fade, 0.0, 1.0);
+    float versine = sine * sine / (1.0 + abs(cosine)), t = clamp((versine - at.fade_from) / fade, 0.0, 1.0);
     wave.weight = t * t * (3.0 - 2.0 * t);
     wave.rate = 6.0 * t * (1.0 - t) / fade * sine * (cosine < 0.0 ? -1.0 : 1.0) / sea_waves.radius_m;
     wave.amplitude = at.amplitude_m;

@@ -1,6 +1,6 @@
 // The height of the ground as a function of the place alone: P in double from the planet's centre, all layers, whatever
 // spacing its gradient is band-limited to. Whoever evaluates it at the same P gets the same bits, at any level of
-// detail and time. The table (uniform block 4) has to be the one around the planet's centre
+// detail and time. The table has to be the one around the planet's centre
 // (height_table.canonical_table).
 //
 //   TerrainPoint terrain_canonical(dvec3 P, float spacing_m, out double height_m)    dh is the height as a float

@@ -69,7 +69,7 @@ class Backend(Method):
     ground: Ground
     """What it draws; the system says so before each `update`."""
     bind_octaves: Callable[[View], None]
-    """Binds the height function's table around a view's anchor (uniform block 4), to be called in passes."""
+    """Binds the height function's table around a view's anchor, to be called in passes."""
 
     def __init__(self, gpu: GpuScope, settings: Settings, views: Views) -> None:
         super().__init__(gpu)

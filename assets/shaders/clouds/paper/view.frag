@@ -143,9 +143,9 @@ void paper_shafts(inout PaperMarch m, vec3 ray, float from, float to) {
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec3 ray = view_ray(ndc_of_pixel(vec2(pixel) + 0.5));
-    float stretch = length(ray), depth = texelFetch(u_depth, pixel, 0).r;
-    float end = depth > 0.0 ? forward_distance(depth) * stretch : PAPER_UNBOUNDED;
-    ray /= stretch;
+    float ray_length = length(ray), depth = texelFetch(u_depth, pixel, 0).r;
+    float end = depth > 0.0 ? forward_distance(depth) * ray_length : PAPER_UNBOUNDED;
+    ray /= ray_length;
     float mu = clamp_cos(dot(ray, frame.camera_zenith));
     vec3 aside = cross(ray, frame.camera_zenith);
     shell_sine2 = dot(aside, aside);

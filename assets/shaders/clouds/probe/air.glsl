@@ -38,8 +38,8 @@ Air air_from_camera(vec3 to) {
 
 Air air(vec3 from, vec3 to) {
     Air near = air_from_camera(from), far = air_from_camera(to);
-    vec3 past = max(near.transmittance, 1e-20);
-    return Air(min(far.transmittance / past, 1.0), max((far.in_scatter - near.in_scatter) / past, 0.0));
+    vec3 to_near = max(near.transmittance, 1e-20);
+    return Air(min(far.transmittance / to_near, 1.0), max((far.in_scatter - near.in_scatter) / to_near, 0.0));
 }
 
 #include "atmosphere/to_space.glsl"
