@@ -29,19 +29,21 @@ class CraterShape:
     peak: float
 
 
-def crater_form(k: CraterShape, vv: Any, along: Any, curve: Any, there: Any, wide: Any, worn: Any) -> Any:
-    """Of a crater whose cell's place is `vv` from here (squared, in cells), `along` of it upwards, on a sphere of
-    radius 1 / `curve`. there: 1, or 0 for none; wide, worn: draws in [0, 1)."""
-    e = vv * curve - 2.0 * along
+def crater_form(
+    k: CraterShape, vv: Any, vv_foot: Any, along: Any, curve: Any, there: Any, wide: Any, worn: Any
+) -> Any:  # fmt: skip
+    """Of a crater whose cell's place is `vv` from here (squared, in cells). vv_foot: the same from a place on the
+    sphere of radius 1 / `curve`, `along` of it upwards. there: 1, or 0 for none; wide, worn: draws in [0, 1)."""
+    e = vv_foot * curve - 2.0 * along
     root = (1.0 + e * curve) ** 0.5
     z = e / (1.0 + root)
     kept, depth, room, smaller, fresh = crater_sizes(z, root, there, wide, worn)
-    square = at_least(vv - z * z, 0.0) / depth * smaller
-    form, slope, left, covered, d_covered = crater_profile(k, square, kept, fresh)
+    square = (vv - z * z) / depth * smaller
+    form, slope, covered, covered_slope, dug = crater_profile(k, square, kept, fresh)
     size = (room / smaller) ** 0.5
     narrow: Single = smaller
-    inverse_radius: Single = narrow / room
-    return form, fresh, size, covered, root, inverse_radius, slope, d_covered, left
+    square_by_vv: Single = narrow / depth
+    return form, fresh, size, covered, square_by_vv, slope, covered_slope, dug
 
 
 def crater_sizes(z: Any, root: Any, there: Any, wide: Any, worn: Any) -> Any:
@@ -56,39 +58,45 @@ def crater_sizes(z: Any, root: Any, there: Any, wide: Any, worn: Any) -> Any:
 
 
 def crater_profile(k: CraterShape, square: Any, kept: Any, fresh: Any) -> Any:
-    """At square = (r / R)^2: the height by the radius and its slope by the square; a third of what the square is below
-    4; how much of what is older is wiped out, 1 inside, 0 beyond the rim, and its slope."""
-    q = at_most(square, 4.0)
+    """At square = (r / R)^2: the height by the radius and its slope by the square; how much of what is older is wiped
+    out, 1 inside, 0 beyond the rim, and its slope; how freshly the ground is dug."""
+    q = clamp(square, 0.0, 4.0)
     top = at_least(1.0 - PEAK_NARROW * q, 0.0)
     bottom = k.rim - k.bottom + k.peak * top * top
-    d_bottom: Single = -2.0 * PEAK_NARROW * k.peak * top
+    bottom_slope: Single = -2.0 * PEAK_NARROW * k.peak * top
     bowl = k.rim + k.wall * (q - 1.0)
     foot_width: Single = 0.15 * k.bottom
     foot: Single = clamp(0.5 + 0.5 * (bowl - bottom) / foot_width, 0.0, 1.0)
     inside = bottom + (bowl - bottom) * foot + foot_width * foot * (1.0 - foot)
-    d_inside: Single = d_bottom + (k.wall - d_bottom) * foot
+    inside_slope: Single = bottom_slope + (k.wall - bottom_slope) * foot
     left = (4.0 - q) * (1.0 / 3.0)
     outside = k.rim * left * left * left
-    d_outside: Single = -k.rim * (left * left)
+    outside_slope: Single = -k.rim * (left * left)
     crest_width: Single = k.rim * (2.2 - 1.6 * fresh)
     crest: Single = clamp(0.5 + 0.5 * (outside - inside) / crest_width, 0.0, 1.0)
     form = outside + (inside - outside) * crest - crest_width * crest * (1.0 - crest)
-    slope: Single = d_outside + (d_inside - d_outside) * crest
+    slope: Single = outside_slope + (inside_slope - outside_slope) * crest
     within = clamp(1.5 - q, 0.0, 1.0)
     beyond = 1.0 - within
     covered = kept * within * within * (3.0 - 2.0 * within)
-    d_covered: Single = -6.0 * (kept * within * beyond)
-    return form, slope, left, covered, d_covered
+    covered_slope: Single = -6.0 * (kept * within * beyond)
+    dug: Single = at_least(4.0 * fresh - 3.0, 0.0) * at_most(left, 1.0)
+    return form, slope, covered, covered_slope, dug
 
 
 _MADE = Statements(Path(__file__).read_text(encoding="utf-8"), globals())
-crater_relief = _MADE.python(_MADE["crater_form"].only("crater_relief", ("form", "fresh", "size", "covered")))
+_FORM, _CHANGED = _MADE["crater_form"], ("form", "d_form", "covered", "d_covered", "new_covered")
+crater_relief = _MADE.python(_FORM.only("crater_relief", ("form", "fresh", "size", "covered")))
 """crater_form without what slopes need."""
+crater_slopes = _MADE.python(_FORM.only("crater_slopes", [name for name in _FORM.results if name != "dug"]))
 crater_rise = _MADE.python(_MADE["crater_profile"].only("crater_rise", ("form", "covered")))
 """crater_profile without slopes."""
 
 
 def shader() -> str:
-    """GLSL: crater_form in float, and with TERRAIN_CANONICAL in double."""
-    single, double = (_MADE.glsl(_MADE["crater_form"], real) for real in ("float", "double"))
-    return f"const float CRATER_PEAK_NARROW = {PEAK_NARROW};\n{single}\n#ifdef TERRAIN_CANONICAL\n{double}#endif\n"
+    """GLSL: crater_form in float, and with TERRAIN_CANONICAL in double; without it as a change by `vv`. What a crater
+    is, its place above the sphere, width and wear, is the same from everywhere."""
+    single, double = _MADE.glsl(_FORM, "float"), _MADE.glsl(_FORM, "double")
+    there = ("new_slope", "new_covered_slope", "new_dug")
+    change = _MADE.glsl(_FORM.change(["vv"], (*_CHANGED, "fresh", "size", "square_by_vv", *there)), "float")
+    return f"{single}\n#ifdef TERRAIN_CANONICAL\n{double}#else\n{change}#endif\n"

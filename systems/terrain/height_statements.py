@@ -11,7 +11,8 @@ double and then rounded, of a double and anything else in float.
 
 Derivatives are adjoint: from the last statement back to the first, `by_name` is the result's derivative by that name.
 One number for each statement, whichever way the inputs vary. Changes go forward: statement by statement, how much it
-changes when the inputs do; functions `f` that are called need an `f_change(t, d)` in the shader.
+changes when the inputs do; functions `f` that are called are called `f_change`, with the same and with the change of
+the one that changes. A derivative is a change's factor where the change is small: both have the same rules.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ import ast
 import copy
 import linecache
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
@@ -82,34 +83,43 @@ class Function:
         statements that are `shown`. Of one input <name>_slope, its derivative alone."""
         (value,) = self.results.values()
         lines: Lines = []
-        later = [("", value, _names(value))]
+        later = [("", value)]
         for name, expression in [*reversed(self.lines), *((name, _ONE) for name in self.inputs)]:
             total: ast.expr | None = None
-            for user, uses, names in later:
-                if name in names:
-                    slope = _slope(uses, name)
+            for user, uses in later:
+                for slope in _Changes({name}, finite=False).of(uses).values():
                     total = _sum(total, _product(ast.Name(f"by_{user}"), slope) if user else slope)
             lines.append((f"by_{name}", total or ast.Constant(0.0)))
-            later.insert(0, (name, expression, _names(expression)))
+            later.insert(0, (name, expression))
         results: dict[str, ast.expr] = {f"by_{name}": ast.Name(f"by_{name}") for name in self.inputs}
         if len(results) > 1:
             results = {"value": value, **results, **{name: ast.Name(name) for name in shown}}
         name, kept = f"{self.name}_slope{'s' * (len(self.inputs) > 1)}", _needed(self.lines + lines, results)
         return Function(name, self.constants, (*self.inputs, *seen.values()), kept, results, seen=seen)
 
-    def change(self) -> Function:
-        """<name>_change of the inputs and of what is added to each, d_<input>: the value's change. No step subtracts
-        numbers that are nearly the same, so its error is relative to the change."""
-        (value,) = self.results.values()
-        varied = {*self.inputs, *dict(self.lines)}
-        lines: Lines = [*self.lines]
-        for name, expression in [*((name, None) for name in self.inputs), *self.lines]:
-            if expression is not None:
-                lines.append((f"d_{name}", _known(_change(expression, varied))))
-            lines.append((f"new_{name}", _known(_sum(ast.Name(name), ast.Name(f"d_{name}")))))
-        results = {"value": _known(_change(value, varied))}
-        inputs = (*self.inputs, *(f"d_{name}" for name in self.inputs))
-        return Function(f"{self.name}_change", self.constants, inputs, _needed(lines, results), results)
+    def change(self, varied: Iterable[str] = (), results: Iterable[str] = ()) -> Function:
+        """<name>_change of the inputs and of what is added to those that are `varied` (all), d_<input>: how much the
+        value changes, or the `results`: names of statements, of their changes d_<name> and new values new_<name>. No
+        step subtracts numbers that are nearly the same, so its error is relative to the change."""
+        inputs = tuple(varied) or self.inputs
+        changes = _Changes(set(inputs))
+        lines: Lines = [(f"new_{name}", ast.Name(name)) for name in inputs]
+        for name, expression in self.lines:
+            lines.append((name, expression))
+            if terms := changes.of(expression):
+                changes.varied.add(name)
+                lines += [(f"d_{name}", _whole(terms)), (f"new_{name}", changes.there(expression))]
+        wanted: dict[str, ast.expr] = {name: ast.Name(name) for name in results}
+        if not wanted:
+            (value,) = self.results.values()
+            wanted = {"value": _whole(changes.of(value))}
+        known = {name for name, _ in _needed(lines, wanted)}.union(f"d_{name}" for name in inputs)
+        for i, (name, _) in enumerate(lines):
+            old = name.removeprefix("new_")
+            if old != name and f"d_{old}" in known:
+                lines[i] = name, ast.BinOp(ast.Name(old), ast.Add(), ast.Name(f"d_{old}"))
+        added = (f"d_{name}" for name in inputs)
+        return Function(f"{self.name}_change", self.constants, (*self.inputs, *added), _needed(lines, wanted), wanted)
 
     def read(self, name: str, text: str) -> str:
         """The text of the line of that name, which reads what is seen if it is a derivative."""
@@ -145,7 +155,7 @@ class Statements:
                 case ast.Assign([ast.Tuple()], ast.Call(ast.Name(other))):
                     lines += self[other].lines
                     singles |= self[other].singles
-                case ast.Return(ast.expr() as value) if len(lines) == len(dict(lines)):
+                case ast.Return(ast.expr() as value) if len({*inputs, *dict(lines)}) == len(inputs) + len(lines):
                     several = value.elts if isinstance(value, ast.Tuple) else []
                     results: dict[str, ast.expr] = {n.id: n for n in several if isinstance(n, ast.Name)}
                     results = results or {"value": value}
@@ -245,98 +255,115 @@ def _needed(lines: Lines, results: Mapping[str, ast.expr]) -> Lines:
     return kept
 
 
-# -- derivatives of expressions: None is 0 ---------------------------------------------------------------------------
+# -- changes and derivatives of expressions ----------------------------------------------------------------------------
+
+Terms = dict[str, ast.expr]
+"""A change as a sum: what changes, as text, and its factor."""
 
 
-def _slope(node: ast.expr, by: str) -> ast.expr | None:
-    match node:
-        case ast.Name(name):
-            return _ONE if name == by else None
-        case ast.Constant() | ast.Attribute():
-            return None
-        case ast.UnaryOp(ast.USub(), value):
-            return _minus(_slope(value, by))
-        case ast.Call(ast.Name(name), [*_, value]):
-            return _product(ast.Call(ast.Name(f"{name}_slope"), node.args, []), _slope(value, by))
-        case ast.BinOp(left, ast.Add(), right):
-            return _sum(_slope(left, by), _slope(right, by))
-        case ast.BinOp(left, ast.Sub(), right):
-            return _sum(_slope(left, by), _minus(_slope(right, by)))
-        case ast.BinOp(left, ast.Mult(), right):
-            return _sum(_product(_slope(left, by), right), _product(left, _slope(right, by)))
-        case ast.BinOp(left, ast.Div(), right):
-            change = _sum(_slope(left, by), _minus(_product(node, _slope(right, by))))
-            return None if change is None else ast.BinOp(change, ast.Div(), right)
-        case ast.BinOp(left, ast.Pow(), ast.Constant(0.5)):
-            return _product(ast.BinOp(ast.Constant(0.5), ast.Div(), node), _slope(left, by))
-    raise ValueError(f"no derivative of {ast.unparse(node)}")
+@dataclass(frozen=True)
+class _Changes:
+    """How expressions change where names x that are `varied` do by d_x, to new_x. Not `finite`: in the limit of small
+    changes, where the factor of d_x is the derivative."""
+
+    varied: set[str]
+    finite: bool = True
+
+    def of(self, node: ast.expr) -> Terms:
+        match node:
+            case ast.Name(name):
+                return {f"d_{name}": _ONE} if name in self.varied else {}
+            case ast.Constant() | ast.Attribute():
+                return {}
+            case ast.UnaryOp(ast.USub(), value):
+                return _negated(self.of(value))
+            case ast.Call(ast.Name(name), values):
+                match [terms for terms in map(self.of, values) if terms]:
+                    case []:
+                        return {}
+                    case [terms] if self.finite:
+                        return {ast.unparse(ast.Call(ast.Name(f"{name}_change"), [*values, _whole(terms)], [])): _ONE}
+                    case [terms]:
+                        slope = ast.Call(ast.Name(f"{name}_slope"), values, [])
+                        return _scaled(terms, lambda factor: _product(slope, factor))
+            case ast.BinOp(left, ast.Add(), right):
+                return _joined(self.of(left), self.of(right), self.finite)
+            case ast.BinOp(left, ast.Sub(), right):
+                return _joined(self.of(left), _negated(self.of(right)), self.finite)
+            case ast.BinOp(left, ast.Mult(), right):
+                there = self.there(right)
+                of_left = _scaled(self.of(left), lambda factor: _product(factor, there))
+                of_right = _scaled(self.of(right), lambda factor: _product(left, factor))
+                return _joined(of_left, of_right, self.finite)
+            case ast.BinOp(left, ast.Div(), right):
+                below = _scaled(self.of(right), lambda factor: _minus(_product(node, factor)))
+                there, both = self.there(right), _joined(self.of(left), below, self.finite)
+                return _scaled(both, lambda factor: ast.BinOp(factor, ast.Div(), there))
+            case ast.BinOp(left, ast.Pow(), ast.Constant(0.5)):
+                twice = ast.BinOp(node, ast.Add(), self.there(node))
+                return _scaled(self.of(left), lambda factor: ast.BinOp(factor, ast.Div(), twice))
+        raise ValueError(f"no change of {ast.unparse(node)}")
+
+    def there(self, node: ast.expr) -> ast.expr:
+        """The expression of the new values."""
+        moved = {name: f"new_{name}" for name in self.varied} if self.finite else {}
+
+        class New(ast.NodeTransformer):
+            def visit_Name(self, node: ast.Name) -> ast.Name:
+                return ast.Name(moved.get(node.id, node.id))
+
+        return New().visit(copy.deepcopy(node))
 
 
-# -- changes of expressions: of a name x by d_x to new_x; None is 0 ---------------------------------------------------
+def _whole(terms: Terms) -> ast.expr:
+    total: ast.expr | None = None
+    for what, factor in terms.items():
+        total = _sum(total, _product(factor, ast.parse(what, mode="eval").body))
+    return total or ast.Constant(0.0)
 
 
-def _change(node: ast.expr, varied: set[str]) -> ast.expr | None:
-    if not _names(node) & varied:
-        return None
-    match node:
-        case ast.Name(name):
-            return ast.Name(f"d_{name}")
-        case ast.UnaryOp(ast.USub(), value):
-            return _minus(_change(value, varied))
-        case ast.Call(ast.Name(name), [*k, value]):
-            return ast.Call(ast.Name(f"{name}_change"), [*k, value, _known(_change(value, varied))], [])
-        case ast.BinOp(left, ast.Add(), right):
-            return _sum(_change(left, varied), _change(right, varied))
-        case ast.BinOp(left, ast.Sub(), right):
-            return _sum(_change(left, varied), _minus(_change(right, varied)))
-        case ast.BinOp(left, ast.Mult(), right):
-            new = _new(right, varied)
-            return _sum(_product(_change(left, varied), new), _product(left, _change(right, varied)))
-        case ast.BinOp(left, ast.Div(), right):
-            change = _sum(_change(left, varied), _minus(_product(node, _change(right, varied))))
-            return None if change is None else ast.BinOp(change, ast.Div(), _new(right, varied))
-        case ast.BinOp(left, ast.Pow(), ast.Constant(0.5)):
-            both = ast.BinOp(node, ast.Add(), _new(node, varied))
-            return ast.BinOp(_known(_change(left, varied)), ast.Div(), both)
-    raise ValueError(f"no change of {ast.unparse(node)}")
+def _joined(a: Terms, b: Terms, grouped: bool) -> Terms:
+    return a | {what: (_grouped if grouped and what in a else _sum)(a.get(what), factor) for what, factor in b.items()}
 
 
-def _new(node: ast.expr, varied: set[str]) -> ast.expr:
-    """The expression of the new values."""
-
-    class New(ast.NodeTransformer):
-        def visit_Name(self, node: ast.Name) -> ast.Name:
-            return ast.Name(f"new_{node.id}") if node.id in varied else node
-
-    return New().visit(copy.deepcopy(node))
-
-
-# -- both --------------------------------------------------------------------------------------------------------------
+def _grouped(a: ast.expr | None, b: ast.expr) -> ast.expr:
+    """The sum, of products with the same first factor as one product."""
+    match a, b.operand if isinstance(b, ast.UnaryOp) else b:
+        case ast.BinOp(first, ast.Mult(), left), ast.BinOp(other, ast.Mult(), right):
+            if ast.unparse(first) == ast.unparse(other):
+                return _product(first, _sum(left, _minus(right) if isinstance(b, ast.UnaryOp) else right))
+    return _sum(a, b)
 
 
-def _known(node: ast.expr | None) -> ast.expr:
-    return ast.Constant(0.0) if node is None else node
+def _negated(terms: Terms) -> Terms:
+    return {what: _minus(factor) for what, factor in terms.items()}
 
 
-def _sum(a: ast.expr | None, b: ast.expr | None) -> ast.expr | None:
-    if a is None or b is None:
-        return a if b is None else b
+def _scaled(terms: Terms, by: Callable[[ast.expr], ast.expr]) -> Terms:
+    """The terms with other factors; several together have one."""
+    together = {ast.unparse(_whole(terms)): _ONE} if len(terms) > 1 else terms
+    return {what: by(factor) for what, factor in together.items()}
+
+
+def _sum(a: ast.expr | None, b: ast.expr) -> ast.expr:
+    if a is None:
+        return b
     if isinstance(b, ast.UnaryOp):
         return ast.BinOp(a, ast.Sub(), b.operand)
     return ast.BinOp(a, ast.Add(), b)
 
 
-def _minus(a: ast.expr | None) -> ast.expr | None:
-    return None if a is None else a.operand if isinstance(a, ast.UnaryOp) else ast.UnaryOp(ast.USub(), a)
+def _minus(a: ast.expr) -> ast.expr:
+    return a.operand if isinstance(a, ast.UnaryOp) else ast.UnaryOp(ast.USub(), a)
 
 
-def _product(a: ast.expr | None, b: ast.expr | None) -> ast.expr | None:
-    if a is None or b is None:
-        return None
+def _product(a: ast.expr, b: ast.expr) -> ast.expr:
     if isinstance(a, ast.UnaryOp):
         return _minus(_product(a.operand, b))
     if isinstance(b, ast.UnaryOp):
         return _minus(_product(a, b.operand))
+    if isinstance(a, ast.BinOp) and a.left is _ONE and isinstance(a.op, ast.Div):
+        return ast.BinOp(b, ast.Div(), a.right)
     return b if a is _ONE else a if b is _ONE else ast.BinOp(a, ast.Mult(), b)
 
 

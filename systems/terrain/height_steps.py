@@ -3,10 +3,11 @@ made into the shader's functions by `height_statements`. Arrays and plain floats
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from .height_statements import Statements, absolute, at_least, at_most, clamp, sign
+from .height_statements import Function, Statements, absolute, at_least, at_most, clamp, sign
 
 RIDGE_TOP, RIDGE_SLOPE, RIDGE_ROUND = 0.30000001192092896, 1.899999976158142, 0.029999999329447746
 """Ridge transform: top - slope * |n|, its crest rounded off below |n| = round. Rounded to float32."""
@@ -25,7 +26,8 @@ def smoothstep_slope(t: Any) -> Any:
 
 def bump(t: Any) -> Any:
     """(1 - t^2)^2 inside [-1, 1], 0 outside."""
-    u = at_least(1.0 - t * t, 0.0)
+    inside = clamp(t, -1.0, 1.0)
+    u = 1.0 - inside * inside
     return u * u
 
 
@@ -62,11 +64,47 @@ def ridge_slope(n: Any, share: Any) -> Any:
     return 1.0 - absolute(share) - share * RIDGE_SLOPE * clamp(n / RIDGE_ROUND, -1.0, 1.0)
 
 
+# -- changes, where t does by d, of what the statements above begin with. None rises where it is clamped, so it does not
+# -- matter how exactly t is known there.
+
+
+def clamp_change(t: Any, low: Any, high: Any, d: Any) -> Any:
+    inside = clamp(t, low, high)
+    return clamp((t - inside) + d, low - inside, high - inside)
+
+
+def at_least_change(t: Any, low: Any, d: Any) -> Any:
+    inside = at_least(t, low)
+    return at_least((t - inside) + d, low - inside)
+
+
+def at_most_change(t: Any, high: Any, d: Any) -> Any:
+    inside = at_most(t, high)
+    return at_most((t - inside) + d, high - inside)
+
+
+def absolute_change(t: Any, d: Any) -> Any:
+    """Of the part above 0, less that of the part below."""
+    above = at_least(t, 0.0)
+    below = at_most(t, 0.0)
+    return at_least(below + d, -above) - at_most(above + d, -below)
+
+
 _MADE = Statements(Path(__file__).read_text(encoding="utf-8"), globals())
 
 
+_CHANGES = [_MADE[name].change(["t"]) for name in ("smoothstep", "bump", "positive")] + [_MADE["ridge"].change(["n"])]
+
+
 def shader() -> str:
-    """GLSL: all of them in float, and with TERRAIN_CANONICAL, but for slopes, in double."""
-    single = "\n".join(_MADE.glsl(_MADE[name], "float") for name in _MADE.names)
-    double = "\n".join(_MADE.glsl(_MADE[name], "double") for name in _MADE.names if not name.endswith("_slope"))
-    return f"{single}\n#ifdef TERRAIN_CANONICAL\n{double}#endif\n"
+    """GLSL: all of them in float, and with TERRAIN_CANONICAL, but for slopes, in double; without it their changes."""
+    changes = [name for name in _MADE.names if name.endswith("_change")]
+    singles = [name for name in _MADE.names if name not in changes]
+    doubles = [name for name in singles if not name.endswith("_slope")]
+
+    def text(functions: Iterable[Function], real: str = "float") -> str:
+        return "\n".join(_MADE.glsl(f, real) for f in functions)
+
+    single, double = text(map(_MADE.__getitem__, singles)), text(map(_MADE.__getitem__, doubles), "double")
+    change = text([*map(_MADE.__getitem__, changes), *_CHANGES])
+    return f"{single}\n#ifdef TERRAIN_CANONICAL\n{double}#else\n{change}#endif\n"

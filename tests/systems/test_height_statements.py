@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planetfall.systems.terrain import height_surface
+from planetfall.systems.terrain import crater_form, height_steps, height_surface
 from planetfall.systems.terrain.height import TerrainParams
 from planetfall.systems.terrain.height_octaves import model_of
 from planetfall.systems.terrain.height_statements import Statements
@@ -110,6 +110,48 @@ def test_shaders_have_the_same(changed, inputs, run_compute, gpu):
     finally:
         gpu.shaders.add_virtual("generated/terrain_surface.glsl", height_surface.shader())
         scope.release()
+
+
+def made_of(module):
+    return Statements(Path(module.__file__).read_text(encoding="utf-8"), {**vars(height_steps), **vars(module)})
+
+
+@pytest.mark.parametrize("name", ["smoothstep", "bump", "positive", "ridge"])
+def test_changes_of_steps_are_as_exact_as_they_are_small(name):
+    made, rng = made_of(height_steps), np.random.default_rng(5)
+    f = made[name]
+    change, value, share = (
+        made.python(f.change(f.inputs[:1])),
+        getattr(height_steps, name),
+        [np.float32(0.5)] * (len(f.inputs) - 1),
+    )
+    for size in (1e-6, 1e-3, 3.0):
+        t = rng.uniform(-1.5, 1.5, 4000).astype(np.float32)
+        d = (size * rng.normal(size=4000)).astype(np.float32)
+        exact = t.astype(np.float64)
+        expected = value(exact + d, *share) - value(exact, *share)
+        found = change(t, *share, d)
+        assert found.dtype == np.float32
+        assert (np.abs(found - expected) <= 2e-6 * np.abs(d) + 1e-15).all()
+
+
+def test_changes_of_craters_are_those_of_their_form():
+    made, rng, count = made_of(crater_form), np.random.default_rng(6), 4000
+    names = ("d_form", "d_covered", "new_slope", "new_covered_slope")
+    change = made.python(made["crater_form"].change(["vv"], names))
+    shape, curve = crater_form.CraterShape(0.2, 0.35, 0.07, 0.05), 0.1
+    draws = rng.random((2, count))
+    foot = rng.uniform(0.0, 0.2, count)
+    along = 0.5 * foot * curve + rng.uniform(-0.3, 0.3, count) * foot**0.5  # up to 0.3 above the sphere
+    for size in (1e-10, 1e-4, 0.1):
+        vv, d = foot, size * rng.random(count)
+        found = change(shape, vv, foot, along, curve, 1.0, *draws, d)
+        before, after = (crater_form.crater_form(shape, v, foot, along, curve, 1.0, *draws) for v in (vv, vv + d))
+        for name, i in (("d_form", 0), ("d_covered", 3)):
+            error = found[names.index(name)] - (after[i] - before[i])
+            assert np.abs(error).max() <= 1e-12
+        for name, i in (("new_slope", 5), ("new_covered_slope", 6)):
+            np.testing.assert_allclose(found[names.index(name)], after[i], atol=1e-9)
 
 
 def test_what_is_no_statement_is_named():

@@ -27,6 +27,13 @@ ivec3 crater_side(ivec3 base, int parity) {
     return (ivec3(parity, parity >> 1, parity >> 2) ^ base) & 1;
 }
 
+// What of a crater is `seen` takes the place of older ones where it covers them.
+void crater_show(float seen, float covered, vec3 gradient, float dug, inout TerrainSources ground) {
+    float kept = 1.0 - seen * covered;
+    ground.gradient = ground.gradient * kept + seen * gradient;
+    ground.dug = ground.dug * kept + seen * dug;
+}
+
 // Metres that one octave adds at the place `fraction` of `cell`, in float or double. up: the foot on the sphere over
 // the radius; spacing_m limits heights to what vertices that far apart may need. ground: adds what end_m shows of the
 // gradient and begin_m does not (begin_m 0: all), and how freshly dug it is.
@@ -50,30 +57,26 @@ ivec3 crater_side(ivec3 base, int parity) {
             reached |= dot(v, v) < 0.25001 ? 1 << parity : 0; \
         } \
         REAL total = REAL(0.0); \
-        vec3 bent = vec3(0.0); \
-        float fresh_dug = 0.0; \
+        TerrainSources found = NO_SOURCES; \
         while (reached != 0) { \
             ivec3 side = crater_side(base, findLSB(reached)); \
             uint hash = crater_hash(first, side), draws = crater_mix(hash ^ 0x68bc21ebu); \
             reached &= reached - 1; \
             REAL3 v = f - REAL3(side) - REAL3(crater_place(hash)); \
             vec2 u = vec2(draws & 4095u, draws >> 12 & 4095u) * (1.0 / 4096.0); \
-            REAL there = int(draws >> 24) < terrain_table.crater_accept ? REAL(1.0) : REAL(0.0); \
-            FORM c = terrain_crater_form(octave.shape, dot(v, v), dot(v, up), curve, there, REAL(u.x), REAL(u.y)); \
+            REAL vv = dot(v, v), there = int(draws >> 24) < terrain_table.crater_accept ? REAL(1.0) : REAL(0.0); \
+            FORM c = terrain_crater_form(octave.shape, vv, vv, dot(v, up), curve, there, REAL(u.x), REAL(u.y)); \
             float wide_m = 2.0 * float(c.size) * width_m; \
             float seen = terrain_layer_weight(wide_m, end_m) \
                 - (begin_m > 0.0 ? terrain_layer_weight(wide_m, begin_m) : 0.0); \
-            float steep = float(c.size) * float(c.fresh) * c.slope - float(total) / width_m * c.d_covered; \
-            float dug = max(4.0 * float(c.fresh) - 3.0, 0.0) * min(float(c.left), 1.0); \
-            float kept_seen = 1.0 - seen * float(c.covered); \
-            bent = bent * kept_seen + seen * ((2.0 * c.inverse_radius / float(c.root) * steep) * vec3(v)); \
-            fresh_dug = fresh_dug * kept_seen + seen * dug; \
+            float steep = float(c.size) * float(c.fresh) * c.slope - float(total) / width_m * c.covered_slope; \
+            crater_show(seen, float(c.covered), 2.0 * c.square_by_vv * steep * vec3(v), c.dug, found); \
             REAL shown = REAL(terrain_height_weight(wide_m, spacing_m)); \
             total = total * (REAL(1.0) - shown * c.covered) \
                 + shown * c.form * c.fresh * REAL(width_m) * c.size; \
         } \
-        ground.gradient += bent; \
-        ground.dug += fresh_dug; \
+        ground.gradient += found.gradient; \
+        ground.dug += found.dug; \
         return total; \
     }
 

@@ -14,9 +14,6 @@
 #include "contract/height_sources.glsl"
 #include "common/noise.glsl"
 #include "generated/terrain_table.glsl"
-#ifndef TERRAIN_CANONICAL
-#include "terrain/step_changes.glsl"
-#endif
 #include "generated/terrain_surface.glsl"
 
 struct TerrainPoint {

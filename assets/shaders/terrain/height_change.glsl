@@ -74,5 +74,5 @@ vec3 terrain_warp_change(TerrainWarp warp, vec3 d, out mat3 jacobian) {
 
 // Of a layer's value, n: the change of its noise.
 float terrain_layer_change(TerrainLayer layer, float n) {
-    return terrain_ridge_change(layer.lattice.value, n, layer.ridge);
+    return terrain_ridge_change(layer.lattice.value, layer.ridge, n);
 }
