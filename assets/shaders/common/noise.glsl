@@ -25,11 +25,14 @@ ivec3 lattice_hash(uint x, uint y, uint z) {
     uvec3 b = a + 1664525u;
 
 // 6 f^5 - 15 f^4 + 10 f^3 around the middle, where it is odd: the text-book form loses four bits near f = 1.
-vec3 noise_weights(vec3 f) {
-    vec3 t = f - 0.5;
-    vec3 tt = t * t;
-    return 0.5 + t * (1.875 + tt * (6.0 * tt - 5.0));
-}
+#define NOISE_WEIGHTS(REAL, REAL3) \
+    REAL3 noise_weights(REAL3 f) { \
+        REAL3 t = f - REAL(0.5); \
+        REAL3 tt = t * t; \
+        return REAL(0.5) + t * (REAL(1.875) + tt * (REAL(6.0) * tt - REAL(5.0))); \
+    }
+
+NOISE_WEIGHTS(float, vec3)
 
 vec3 noise_weight_slopes(vec3 f) {
     vec3 t = f * (f - 1.0);
@@ -42,24 +45,32 @@ vec4 noise_corner(uint x, uint y, uint z, float dx, float dy, float dz) {
     return vec4(g, g.x * dx + g.y * dy + g.z * dz);
 }
 
+// Of corners' values (c0, c2, c4, c6 at x = 0, the steps from there along x are dx0..dx3) by weights u: the steps along
+// y and z, and y0 at z = 0.
+#define NOISE_STEPS(KIND, u) \
+    KIND x0 = c0 + u.x * dx0, x2 = c4 + u.x * dx2; \
+    KIND dy0 = c2 + u.x * dx1 - x0, dy1 = c6 + u.x * dx3 - x2; \
+    KIND y0 = x0 + u.y * dy0; \
+    KIND dz = x2 + u.y * dy1 - y0;
+
+// Gradient noise, unscaled: the corners c0..c7, their mean gradient, and `sum`.
+#define NOISE_GRADIENT_SUM(cell, f) \
+    NOISE_LATTICE_SIDES(cell, a, b) \
+    vec3 e = f - 1.0, u = noise_weights(f); \
+    vec4 c0 = noise_corner(a.x, a.y, a.z, f.x, f.y, f.z), c1 = noise_corner(b.x, a.y, a.z, e.x, f.y, f.z); \
+    vec4 c2 = noise_corner(a.x, b.y, a.z, f.x, e.y, f.z), c3 = noise_corner(b.x, b.y, a.z, e.x, e.y, f.z); \
+    vec4 c4 = noise_corner(a.x, a.y, b.z, f.x, f.y, e.z), c5 = noise_corner(b.x, a.y, b.z, e.x, f.y, e.z); \
+    vec4 c6 = noise_corner(a.x, b.y, b.z, f.x, e.y, e.z), c7 = noise_corner(b.x, b.y, b.z, e.x, e.y, e.z); \
+    vec4 dx0 = c1 - c0, dx1 = c3 - c2, dx2 = c5 - c4, dx3 = c7 - c6; \
+    NOISE_STEPS(vec4, u) \
+    vec4 sum = y0 + u.z * dz; \
+    vec3 mean = sum.xyz; \
+    float sx = mix(mix(dx0.w, dx1.w, u.y), mix(dx2.w, dx3.w, u.y), u.z), sy = mix(dy0.w, dy1.w, u.z); \
+    sum.xyz += noise_weight_slopes(f) * vec3(sx, sy, dz.w);
+
 // Gradient noise: xyz = derivative by the lattice coordinate, w = value, at `f` in [0, 1]^3 of `cell`.
 vec4 gradient_noise(ivec3 cell, vec3 f) {
-    NOISE_LATTICE_SIDES(cell, a, b)
-    vec3 e = f - 1.0;
-    vec3 u = noise_weights(f);
-    vec4 c0 = noise_corner(a.x, a.y, a.z, f.x, f.y, f.z), c1 = noise_corner(b.x, a.y, a.z, e.x, f.y, f.z);
-    vec4 c2 = noise_corner(a.x, b.y, a.z, f.x, e.y, f.z), c3 = noise_corner(b.x, b.y, a.z, e.x, e.y, f.z);
-    vec4 c4 = noise_corner(a.x, a.y, b.z, f.x, f.y, e.z), c5 = noise_corner(b.x, a.y, b.z, e.x, f.y, e.z);
-    vec4 c6 = noise_corner(a.x, b.y, b.z, f.x, e.y, e.z), c7 = noise_corner(b.x, b.y, b.z, e.x, e.y, e.z);
-    vec4 dx0 = c1 - c0, dx1 = c3 - c2, dx2 = c5 - c4, dx3 = c7 - c6;
-    vec4 x0 = c0 + u.x * dx0, x1 = c2 + u.x * dx1, x2 = c4 + u.x * dx2, x3 = c6 + u.x * dx3;
-    vec4 dy0 = x1 - x0, dy1 = x3 - x2;
-    vec4 y0 = x0 + u.y * dy0, y1 = x2 + u.y * dy1;
-    vec4 dz = y1 - y0;
-    vec4 sum = y0 + u.z * dz;
-    float sx = mix(mix(dx0.w, dx1.w, u.y), mix(dx2.w, dx3.w, u.y), u.z);
-    float sy = mix(dy0.w, dy1.w, u.z);
-    sum.xyz += noise_weight_slopes(f) * vec3(sx, sy, dz.w);
+    NOISE_GRADIENT_SUM(cell, f)
     return sum * NOISE_GRADIENT_SCALE;
 }
 
@@ -75,22 +86,23 @@ float gradient_noise_value(ivec3 cell, vec3 f) {
     return mix(mix(x0, x1, u.y), mix(x2, x3, u.y), u.z) * NOISE_GRADIENT_SCALE;
 }
 
+// Vector noise: the corners, and `jacobian`; REAL3 is the type of values.
+#define NOISE_VECTOR_STEPS(REAL3, cell, f) \
+    NOISE_LATTICE_SIDES(cell, a, b) \
+    REAL3 u = noise_weights(f); \
+    REAL3 c0 = REAL3(lattice_hash(a.x, a.y, a.z)), dx0 = REAL3(lattice_hash(b.x, a.y, a.z)) - c0; \
+    REAL3 c2 = REAL3(lattice_hash(a.x, b.y, a.z)), dx1 = REAL3(lattice_hash(b.x, b.y, a.z)) - c2; \
+    REAL3 c4 = REAL3(lattice_hash(a.x, a.y, b.z)), dx2 = REAL3(lattice_hash(b.x, a.y, b.z)) - c4; \
+    REAL3 c6 = REAL3(lattice_hash(a.x, b.y, b.z)), dx3 = REAL3(lattice_hash(b.x, b.y, b.z)) - c6; \
+    NOISE_STEPS(REAL3, u) \
+    vec3 v = vec3(u), slopes = noise_weight_slopes(vec3(f)) * NOISE_GRADIENT_SCALE; \
+    jacobian[0] = slopes.x * mix(mix(vec3(dx0), vec3(dx1), v.y), mix(vec3(dx2), vec3(dx3), v.y), v.z); \
+    jacobian[1] = slopes.y * mix(vec3(dy0), vec3(dy1), v.z); \
+    jacobian[2] = slopes.z * vec3(dz);
+
 // Vector value noise (the hash itself, interpolated), each component in (-1, 1), for warps; column j of `jacobian`
 // is the derivative by coordinate j.
 vec3 vector_noise(ivec3 cell, vec3 f, out mat3 jacobian) {
-    NOISE_LATTICE_SIDES(cell, a, b)
-    vec3 u = noise_weights(f);
-    vec3 du = noise_weight_slopes(f) * NOISE_GRADIENT_SCALE;
-    vec3 c0 = vec3(lattice_hash(a.x, a.y, a.z)), dx0 = vec3(lattice_hash(b.x, a.y, a.z)) - c0;
-    vec3 c2 = vec3(lattice_hash(a.x, b.y, a.z)), dx1 = vec3(lattice_hash(b.x, b.y, a.z)) - c2;
-    vec3 c4 = vec3(lattice_hash(a.x, a.y, b.z)), dx2 = vec3(lattice_hash(b.x, a.y, b.z)) - c4;
-    vec3 c6 = vec3(lattice_hash(a.x, b.y, b.z)), dx3 = vec3(lattice_hash(b.x, b.y, b.z)) - c6;
-    vec3 x0 = c0 + u.x * dx0, x2 = c4 + u.x * dx2;
-    vec3 dy0 = c2 + u.x * dx1 - x0, dy1 = c6 + u.x * dx3 - x2;
-    vec3 y0 = x0 + u.y * dy0;
-    vec3 dz = x2 + u.y * dy1 - y0;
-    jacobian[0] = du.x * mix(mix(dx0, dx1, u.y), mix(dx2, dx3, u.y), u.z);
-    jacobian[1] = du.y * mix(dy0, dy1, u.z);
-    jacobian[2] = du.z * dz;
+    NOISE_VECTOR_STEPS(vec3, cell, f)
     return (y0 + u.z * dz) * NOISE_GRADIENT_SCALE;
 }

@@ -1,11 +1,7 @@
 // Noise in double, of the same bits of the lattice as common/noise.glsl: for places that have no anchor nearby.
 #include "common/noise.glsl"
 
-dvec3 noise_weights(dvec3 f) {
-    dvec3 t = f - 0.5LF;
-    dvec3 tt = t * t;
-    return 0.5LF + t * (1.875LF + tt * (6.0LF * tt - 5.0LF));
-}
+NOISE_WEIGHTS(double, dvec3)
 
 double noise_corner_double(vec3 g, double dx, double dy, double dz) {
     return double(g.x) * dx + double(g.y) * dy + double(g.z) * dz;
@@ -24,10 +20,7 @@ double gradient_noise_double(ivec3 cell, dvec3 f, out vec3 derivative) {
     double c4 = noise_corner_double(g4, f.x, f.y, e.z), c6 = noise_corner_double(g6, f.x, e.y, e.z);
     double dx0 = noise_corner_double(g1, e.x, f.y, f.z) - c0, dx1 = noise_corner_double(g3, e.x, e.y, f.z) - c2;
     double dx2 = noise_corner_double(g5, e.x, f.y, e.z) - c4, dx3 = noise_corner_double(g7, e.x, e.y, e.z) - c6;
-    double x0 = c0 + u.x * dx0, x2 = c4 + u.x * dx2;
-    double dy0 = c2 + u.x * dx1 - x0, dy1 = c6 + u.x * dx3 - x2;
-    double y0 = x0 + u.y * dy0;
-    double dz = x2 + u.y * dy1 - y0;
+    NOISE_STEPS(double, u)
     vec3 v = vec3(u);
     derivative = mix(mix(mix(g0, g1, v.x), mix(g2, g3, v.x), v.y), mix(mix(g4, g5, v.x), mix(g6, g7, v.x), v.y), v.z);
     float sx = mix(mix(float(dx0), float(dx1), v.y), mix(float(dx2), float(dx3), v.y), v.z);
@@ -37,20 +30,6 @@ double gradient_noise_double(ivec3 cell, dvec3 f, out vec3 derivative) {
 }
 
 dvec3 vector_noise_double(ivec3 cell, dvec3 f, out mat3 jacobian) {
-    NOISE_LATTICE_SIDES(cell, a, b)
-    dvec3 u = noise_weights(f);
-    vec3 du = noise_weight_slopes(vec3(f)) * NOISE_GRADIENT_SCALE;
-    dvec3 c0 = dvec3(lattice_hash(a.x, a.y, a.z)), dx0 = dvec3(lattice_hash(b.x, a.y, a.z)) - c0;
-    dvec3 c2 = dvec3(lattice_hash(a.x, b.y, a.z)), dx1 = dvec3(lattice_hash(b.x, b.y, a.z)) - c2;
-    dvec3 c4 = dvec3(lattice_hash(a.x, a.y, b.z)), dx2 = dvec3(lattice_hash(b.x, a.y, b.z)) - c4;
-    dvec3 c6 = dvec3(lattice_hash(a.x, b.y, b.z)), dx3 = dvec3(lattice_hash(b.x, b.y, b.z)) - c6;
-    dvec3 x0 = c0 + u.x * dx0, x2 = c4 + u.x * dx2;
-    dvec3 dy0 = c2 + u.x * dx1 - x0, dy1 = c6 + u.x * dx3 - x2;
-    dvec3 y0 = x0 + u.y * dy0;
-    dvec3 dz = x2 + u.y * dy1 - y0;
-    vec3 v = vec3(u);
-    jacobian[0] = du.x * mix(mix(vec3(dx0), vec3(dx1), v.y), mix(vec3(dx2), vec3(dx3), v.y), v.z);
-    jacobian[1] = du.y * mix(vec3(dy0), vec3(dy1), v.z);
-    jacobian[2] = du.z * vec3(dz);
+    NOISE_VECTOR_STEPS(dvec3, cell, f)
     return (y0 + u.z * dz) * double(NOISE_GRADIENT_SCALE);
 }
