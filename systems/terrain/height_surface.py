@@ -90,7 +90,7 @@ surface_slopes = _MADE.python(_SLOPES["surface"])
 def shader() -> str:
     """GLSL: the statements and their derivatives, after the functions that they call. With TERRAIN_CANONICAL the
     statements in double, too, without it their changes."""
-    parts = [f"// Made from {Path(__file__).name}, after height_steps.py.\n", height_steps.shader()]
+    parts = [f"// Made from {Path(__file__).name}.\n", '#include "generated/terrain_steps.glsl"\n']
     for name, slopes in _SLOPES.items():
         made = _MADE[name]
         double, change = _MADE.glsl(made, "double"), _MADE.glsl(made.change(), "float")

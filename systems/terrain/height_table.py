@@ -13,7 +13,7 @@ from ...engine.blocks.layout import IVec2, IVec3, StructLayout, Vec2, Vec3, arra
 from ...engine.made_shaders import made_shader
 from ...engine.surface.cube_map import face_planes
 from ...engine.surface.noise import Lattice
-from . import crater_form
+from . import crater_form, height_steps
 from .crater_form import CraterShape
 from .craters import MOST_OCTAVES, Craters
 from .height_map import LEVEL_SAMPLES
@@ -28,7 +28,6 @@ from .height_model import (
 )
 from .height_octaves import MOST_ROUGH, anchor_ground, heights, model_of
 from .height_params import TerrainParams
-from .height_steps import RIDGE_ROUND, RIDGE_SLOPE
 from .height_surface import shader
 
 __all__ = ["TerrainTable", "canonical_table", "octave_table"]
@@ -143,7 +142,6 @@ def table_shader() -> str:
     buffer: llvmpipe reads an array there lane by lane, 5 ns an octave more."""
     numbers = {
         "FIELDS": FIELDS, "GATING_LAYERS": GATING_LAYERS, "SHAPE_LAYERS": SHAPE_LAYERS, "WARPED_LAYERS": WARPED_LAYERS,
-        "RIDGE_SLOPE": RIDGE_SLOPE, "RIDGE_ROUND": RIDGE_ROUND,
         "MOST_ROUGH": MOST_ROUGH, "LEVEL_SAMPLES": LEVEL_SAMPLES,
     }  # fmt: skip
     text = "".join(f"const {type(v).__name__} TERRAIN_{name} = {v};\n" for name, v in numbers.items())
@@ -153,6 +151,7 @@ def table_shader() -> str:
 
 
 made_shader("generated/terrain_table.glsl", table_shader)
+made_shader("generated/terrain_steps.glsl", height_steps.shader)
 made_shader("generated/terrain_surface.glsl", shader)
 made_shader("generated/terrain_crater_form.glsl", crater_form.shader)
 

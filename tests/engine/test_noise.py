@@ -117,7 +117,7 @@ def test_vector_noise_on_the_gpu(run_compute, points):
     value, jacobian = corners.vector_derivative()
     out = run_compute(
         "mat3 j; v = vector_noise(cell, f, j); a = j[0]; b = j[1]; c = j[2];"
-        " mat3 k; d = vec3(vector_noise_double(cell, dvec3(f), k)); e = k[1];",
+        " mat3 k; d = vec3(vector_noise(cell, dvec3(f), k)); e = k[1];",
         {"cell": cell.astype(np.int32), "f": fraction},
         dict.fromkeys("vabcde", "vec3"),
         header='#include "common/noise_double.glsl"',

@@ -24,6 +24,18 @@ ivec3 lattice_hash(uint x, uint y, uint z) {
     uvec3 a = uvec3(cell) * 1664525u + 1013904223u; \
     uvec3 b = a + 1664525u;
 
+// The place d from an anchor's, which is `anchor_fraction` of `anchor_cell`; the product has to be exact.
+void lattice_place(
+    ivec3 anchor_cell, vec3 anchor_fraction, float frequency, vec3 d, out ivec3 cell, out vec3 fraction
+) {
+    vec3 t = d * frequency;
+    vec3 whole = floor(t);
+    fraction = (t - whole) + anchor_fraction;
+    vec3 carry = floor(fraction);
+    fraction -= carry;
+    cell = anchor_cell + ivec3(whole) + ivec3(carry);
+}
+
 // 6 f^5 - 15 f^4 + 10 f^3 around the middle, where it is odd: the text-book form loses four bits near f = 1.
 #define NOISE_WEIGHTS(REAL, REAL3) \
     REAL3 noise_weights(REAL3 f) { \

@@ -29,7 +29,7 @@ double gradient_noise_double(ivec3 cell, dvec3 f, out vec3 derivative) {
     return (y0 + u.z * dz) * double(NOISE_GRADIENT_SCALE);
 }
 
-dvec3 vector_noise_double(ivec3 cell, dvec3 f, out mat3 jacobian) {
+dvec3 vector_noise(ivec3 cell, dvec3 f, out mat3 jacobian) {
     NOISE_VECTOR_STEPS(dvec3, cell, f)
     return (y0 + u.z * dz) * double(NOISE_GRADIENT_SCALE);
 }

@@ -35,11 +35,11 @@ void crater_show(float seen, float covered, vec3 gradient, float dug, inout Terr
 }
 
 // Metres that one octave adds at the place `fraction` of `cell`, in float or double. up: the foot on the sphere over
-// the radius; spacing_m limits heights to what vertices that far apart may need. ground: adds what end_m shows of the
-// gradient and begin_m does not (begin_m 0: all), and how freshly dug it is.
+// the radius; spacing_m limits heights to what vertices that far apart may need. ground: adds what spacing_m shows of
+// the gradient and begin_m does not (begin_m 0: all), and how freshly dug it is.
 #define TERRAIN_CRATER_OCTAVE(REAL, REAL3, FORM) \
     REAL terrain_crater_octave( \
-        CraterOctave octave, ivec3 cell, REAL3 fraction, REAL3 up, float spacing_m, float begin_m, float end_m, \
+        CraterOctave octave, ivec3 cell, REAL3 fraction, REAL3 up, float spacing_m, float begin_m, \
         inout TerrainSources ground \
     ) { \
         float width_m = octave.lattice.wavelength_m; \
@@ -67,7 +67,7 @@ void crater_show(float seen, float covered, vec3 gradient, float dug, inout Terr
             REAL vv = dot(v, v), there = int(draws >> 24) < terrain_table.crater_accept ? REAL(1.0) : REAL(0.0); \
             FORM c = terrain_crater_form(octave.shape, vv, vv, dot(v, up), curve, there, REAL(u.x), REAL(u.y)); \
             float wide_m = 2.0 * float(c.size) * width_m; \
-            float seen = terrain_layer_weight(wide_m, end_m) \
+            float seen = terrain_layer_weight(wide_m, spacing_m) \
                 - (begin_m > 0.0 ? terrain_layer_weight(wide_m, begin_m) : 0.0); \
             float steep = float(c.size) * float(c.fresh) * c.slope - float(total) / width_m * c.covered_slope; \
             crater_show(seen, float(c.covered), 2.0 * c.square_by_vv * steep * vec3(v), c.dug, found); \

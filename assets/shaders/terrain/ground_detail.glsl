@@ -3,6 +3,7 @@
 // Costs an octave of noise for each factor of two between spacing and footprint (four or five), a warp and two octaves
 // of broad patches. Loops test at their end: on software GPUs a turn with no pixel left costs as much as any other.
 #include "generated/terrain_material_block.glsl"
+#include "generated/terrain_steps.glsl"
 #include "generated/terrain_table.glsl"
 #include "common/nested_noise.glsl"
 
@@ -18,21 +19,6 @@ struct GroundDetail {
 const int DETAIL_MOST = 28;
 const float DETAIL_FINE = 6.0;  // footprints: noise four times as long as this is no part of the fine one
 
-// Share of a layer in band-limited gradients: 0 below two samples a wavelength, 1 from four on.
-float detail_weight(float wavelength_m, float spacing_m) {
-    float t = clamp(wavelength_m / spacing_m * 0.5 - 1.0, 0.0, 1.0);
-    return t * t * (3.0 - 2.0 * t);
-}
-
-void detail_place(ivec3 anchor_cell, vec3 anchor_fraction, float frequency, vec3 d, out ivec3 cell, out vec3 fraction) {
-    vec3 t = d * frequency;
-    vec3 whole = floor(t);
-    fraction = (t - whole) + anchor_fraction;
-    vec3 carry = floor(fraction);
-    fraction -= carry;
-    cell = anchor_cell + ivec3(whole) + ivec3(carry);
-}
-
 // spacing: of the vertices; footprint: of the pixel, metres.
 GroundDetail ground_detail(vec3 D, float roughness, float spacing, float footprint) {
     ivec3 cell;
@@ -45,7 +31,7 @@ GroundDetail ground_detail(vec3 D, float roughness, float spacing, float footpri
 
     ReliefWarp warp = terrain_material_block.warp;
     mat3 jacobian;
-    detail_place(warp.cell, warp.fraction, warp.frequency_per_m, D, cell, fraction);
+    lattice_place(warp.cell, warp.fraction, warp.frequency_per_m, D, cell, fraction);
     vec3 near = D + warp.amplitude_m * (vector_noise(cell, fraction, jacobian) - warp.value);
     mat3 to_near = mat3(1.0) + (warp.amplitude_m * warp.frequency_per_m) * jacobian;
 
@@ -61,17 +47,16 @@ GroundDetail ground_detail(vec3 D, float roughness, float spacing, float footpri
         vec3 within = layer.fraction * finer, whole = floor(within);
         vec3 rest = within - whole + fract(vec3(0.618034, 0.754878, 0.569840) * float(further));
         float frequency = layer.frequency_per_m * finer;
-        detail_place((layer.cell << further) + ivec3(whole), rest, frequency, i < warped ? near : D, cell, fraction);
+        lattice_place((layer.cell << further) + ivec3(whole), rest, frequency, i < warped ? near : D, cell, fraction);
         vec4 n = gradient_noise(cell, fraction);
         float wavelength = layer.wavelength_m / finer;
-        float shown = detail_weight(wavelength, footprint), weight = shown - detail_weight(wavelength, spacing);
-        float fine = shown - detail_weight(wavelength, DETAIL_FINE * footprint);
+        float shown = terrain_layer_weight(wavelength, footprint);
+        float weight = shown - terrain_layer_weight(wavelength, spacing);
+        float fine = shown - terrain_layer_weight(wavelength, DETAIL_FINE * footprint);
         sum.fine += fine * n.w;
         power += fine * fine;
-        float slope = 1.0 - abs(layer.ridge)
-            - layer.ridge * TERRAIN_RIDGE_SLOPE * clamp(n.w / TERRAIN_RIDGE_ROUND, -1.0, 1.0);
         float amplitude_m = layer.amplitude_m + layer.range_amplitude_m * in_ranges;
-        vec3 g = (weight * frequency * slope * amplitude_m / finer) * n.xyz;
+        vec3 g = (weight * frequency * terrain_ridge_slope(n.w, layer.ridge) * amplitude_m / finer) * n.xyz;
         bent += i < warped ? g : vec3(0.0);
         sum.gradient += i < warped || further > 0 ? vec3(0.0) : g;
         sum.grain += further > 0 ? g : vec3(0.0);

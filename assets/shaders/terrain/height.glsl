@@ -16,6 +16,18 @@
 #include "generated/terrain_table.glsl"
 #include "generated/terrain_surface.glsl"
 
+#ifdef TERRAIN_CANONICAL
+#include "common/noise_double.glsl"
+
+#define TERRAIN_REAL double
+#define TERRAIN_REAL2 dvec2
+#define TERRAIN_REAL3 dvec3
+#else
+#define TERRAIN_REAL float
+#define TERRAIN_REAL2 vec2
+#define TERRAIN_REAL3 vec3
+#endif
+
 struct TerrainPoint {
     float dh;         // height above the anchor's height, metres
     vec3 gradient;    // surface gradient of the height at the foot: tangent vector in planet axes, metres per metre
@@ -50,30 +62,32 @@ int terrain_shown_layers(float spacing_m) {
 #endif
 }
 
-void terrain_place(TerrainLattice lattice, vec3 d, out ivec3 cell, out vec3 fraction) {
-    vec3 t = d * lattice.frequency_per_m;
-    vec3 whole = floor(t);
-    fraction = (t - whole) + lattice.fraction_hi;
-    vec3 carry = floor(fraction);
-    fraction -= carry;
-    cell = lattice.cell + ivec3(whole) + ivec3(carry);
+void terrain_place(TerrainLattice lattice, TERRAIN_REAL3 d, out ivec3 cell, out TERRAIN_REAL3 fraction) {
+#ifdef TERRAIN_CANONICAL
+    dvec3 t = d * double(lattice.frequency_per_m) + (dvec3(lattice.fraction_hi) + dvec3(lattice.fraction_lo));
+    dvec3 whole = floor(t);
+    fraction = t - whole;
+    cell = lattice.cell + ivec3(whole);
+#else
+    lattice_place(lattice.cell, lattice.fraction_hi, lattice.frequency_per_m, d, cell, fraction);
+#endif
 }
 
 // Noise of an octave at offset d: xyz gradient by metres, w value.
-vec4 terrain_noise(TerrainLattice lattice, vec3 d) {
+vec4 terrain_noise(TerrainLattice lattice, TERRAIN_REAL3 d) {
     ivec3 cell;
-    vec3 fraction;
+    TERRAIN_REAL3 fraction;
     terrain_place(lattice, d, cell, fraction);
-    vec4 n = gradient_noise(cell, fraction);
+    vec4 n = gradient_noise(cell, vec3(fraction));
     n.xyz *= lattice.frequency_per_m;
     return n;
 }
 
-vec3 terrain_warp(TerrainLattice lattice, vec3 d, out mat3 jacobian) {
+TERRAIN_REAL3 terrain_warp(TerrainLattice lattice, TERRAIN_REAL3 d, out mat3 jacobian) {
     ivec3 cell;
-    vec3 fraction;
+    TERRAIN_REAL3 fraction;
     terrain_place(lattice, d, cell, fraction);
-    vec3 w = vector_noise(cell, fraction, jacobian);
+    TERRAIN_REAL3 w = vector_noise(cell, fraction, jacobian);
     jacobian *= lattice.frequency_per_m;
     return w;
 }
@@ -129,7 +143,7 @@ void terrain_fields(inout TerrainBroad t) {
     t.db = t.db * t.to_far;
 }
 
-TerrainBroad terrain_broad(TERRAIN_PLACE D) {
+TerrainBroad terrain_broad(TERRAIN_REAL3 D) {
     TerrainBroad t;
     terrain_warp_domain(TERRAIN_REAL3(D), t);
     terrain_fields(t);
@@ -181,7 +195,7 @@ void terrain_add_layer(TerrainLayer layer, vec4 n, float spacing_m, float share,
 
 // The layers of relief between those of ranges and the shortest that the spacing shows: warped ones first; then those
 // with a gradient; of those shorter than two spacings the height alone.
-void terrain_relief_layers(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m, int begin, inout TerrainRelief sum) {
+void terrain_relief_layers(TerrainBroad broad, TERRAIN_REAL3 D, float spacing_m, int begin, inout TerrainRelief sum) {
     int warped = terrain_table.warped_layers, shown = terrain_shown_layers(spacing_m), i = begin;
     int warped_end = min(shown, warped);
     if (i < warped_end) do {
@@ -200,14 +214,14 @@ void terrain_relief_layers(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
     if (i < end) do {
         TerrainLayer layer = terrain_table.layers[i];
         ivec3 cell;
-        TERRAIN_PLACE fraction;
+        TERRAIN_REAL3 fraction;
         terrain_place(layer.lattice, D, cell, fraction);
         sum.z += layer.amplitude_m * terrain_ridge(gradient_noise_value(cell, vec3(fraction)), layer.ridge)
             * terrain_height_weight(layer.lattice.wavelength_m, spacing_m);
     } while (++i < end);
 }
 
-TerrainRelief terrain_relief(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m) {
+TerrainRelief terrain_relief(TerrainBroad broad, TERRAIN_REAL3 D, float spacing_m) {
     TerrainRelief sum = TerrainRelief(TERRAIN_REAL2(0.0), TERRAIN_REAL(0.0), 0.0, 0.0, vec3(0.0), vec3(0.0), vec3(0.0));
     int ranges = min(TERRAIN_SHAPE_LAYERS, terrain_table.layer_count);
     terrain_range_layers(broad.near, spacing_m, ranges, sum);
@@ -247,7 +261,7 @@ TERRAIN_REAL terrain_height(TerrainBroad broad, TerrainRelief relief, TERRAIN_RE
 // D: the foot on the reference sphere minus the anchor's foot. spacing_m: distance of vertices there. Heights hold all
 // layers that the spacing can show, so that vertices lie on the true surface; gradients are band-limited to the
 // spacing. height_m: dh before it is rounded.
-TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m, out TERRAIN_REAL height_m) {
+TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_REAL3 D, float spacing_m, out TERRAIN_REAL height_m) {
     TerrainRelief relief = terrain_relief(broad, D, spacing_m);
     TerrainSources sources;
     TERRAIN_REAL added = terrain_sources(D, spacing_m, sources);
@@ -271,7 +285,7 @@ TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
     return point;
 }
 
-TerrainPoint terrain_point(TERRAIN_PLACE D, float spacing_m) {
+TerrainPoint terrain_point(TERRAIN_REAL3 D, float spacing_m) {
     TERRAIN_REAL height_m;
     return terrain_point(terrain_broad(D), D, spacing_m, height_m);
 }

@@ -3,11 +3,6 @@
 // Earth, of which a place thousands of kilometres from the anchor takes the most; half of the time.
 #include "common/noise_change.glsl"
 
-#define TERRAIN_PLACE vec3
-#define TERRAIN_REAL float
-#define TERRAIN_REAL2 vec2
-#define TERRAIN_REAL3 vec3
-
 // From the anchor to a place, in an octave's cells: by `d` from `from` in `cell`; and where the place is in a cell next
 // to the anchor's, which the anchor may be at the edge of, by `rest` from `next_from` in `next`. `plain`: no change,
 // but `from` is the place: it is so far that the difference of the two noises does.

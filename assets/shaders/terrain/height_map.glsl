@@ -82,7 +82,7 @@ vec3 terrain_map_place(vec3 D, int n, out int face, out ivec2 cell, out vec2 fra
 
 // Height in metres over the anchor's at offset D, its gradient as spacing_m shows it, and the same of the height
 // differences at the map's finest scale, in whole.
-TERRAIN_REAL terrain_map_height(TERRAIN_PLACE D, float spacing_m, out vec3 gradient, out float rough,
+TERRAIN_REAL terrain_map_height(TERRAIN_REAL3 D, float spacing_m, out vec3 gradient, out float rough,
     out vec3 d_rough) {
     int face, n = terrain_table.map.cells;
     ivec2 cell;

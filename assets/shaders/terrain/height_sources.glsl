@@ -14,12 +14,13 @@ const TerrainSources NO_SOURCES = TerrainSources(vec3(0.0), 0.0, vec3(0.0), 0.0)
 #ifdef TERRAIN_CRATERED
 #include "terrain/craters.glsl"
 
-// An octave of craters at offset d. up: the place over the radius.
-float terrain_crater(CraterOctave octave, vec3 d, vec3 up, float spacing_m, inout TerrainSources ground) {
+// An octave of craters at offset d; the rest as terrain_crater_octave has it.
+float terrain_crater(CraterOctave octave, TERRAIN_REAL3 d, vec3 up, float spacing_m, float begin_m,
+    inout TerrainSources ground) {
     ivec3 cell;
-    vec3 fraction;
+    TERRAIN_REAL3 fraction;
     terrain_place(octave.lattice, d, cell, fraction);
-    return terrain_crater_octave(octave, cell, fraction, up, spacing_m, 0.0, spacing_m, ground);
+    return terrain_crater_octave(octave, cell, vec3(fraction), up, spacing_m, begin_m, ground);
 }
 
 #ifdef TERRAIN_CANONICAL
@@ -27,14 +28,7 @@ double terrain_crater_double(CraterOctave octave, dvec3 d, dvec3 up, float spaci
     ivec3 cell;
     dvec3 fraction;
     terrain_place(octave.lattice, d, cell, fraction);
-    return terrain_crater_octave(octave, cell, fraction, up, spacing_m, 0.0, spacing_m, ground);
-}
-
-float terrain_crater(CraterOctave octave, dvec3 d, vec3 up, float spacing_m, inout TerrainSources ground) {
-    ivec3 cell;
-    dvec3 fraction;
-    terrain_place(octave.lattice, d, cell, fraction);
-    return terrain_crater_octave(octave, cell, vec3(fraction), up, spacing_m, 0.0, spacing_m, ground);
+    return terrain_crater_octave(octave, cell, fraction, up, spacing_m, 0.0, ground);
 }
 #else
 #include "terrain/crater_change.glsl"
@@ -58,7 +52,7 @@ double terrain_craters(dvec3 D, float spacing_m, inout TerrainSources ground) {
     } while (++i < coarse);
     float fine = 0.0;
     if (i < end) do {
-        fine += terrain_crater(terrain_table.craters[i], D, vec3(up), spacing_m, ground);
+        fine += terrain_crater(terrain_table.craters[i], D, vec3(up), spacing_m, 0.0, ground);
     } while (++i < end);
     return sum + double(fine);
 }
@@ -70,13 +64,13 @@ float terrain_craters(vec3 D, float spacing_m, inout TerrainSources ground) {
     if (i < coarse) do {
 #ifdef TERRAIN_FLOAT
         CraterOctave octave = terrain_table.craters[i];
-        sum += terrain_crater(octave, D, up, spacing_m, ground) - octave.lattice.value;
+        sum += terrain_crater(octave, D, up, spacing_m, 0.0, ground) - octave.lattice.value;
 #else
         sum += terrain_crater_change(terrain_table.craters[i], D, up, spacing_m, ground);
 #endif
     } while (++i < coarse);
     if (i < end) do {
-        sum += terrain_crater(terrain_table.craters[i], D, up, spacing_m, ground);
+        sum += terrain_crater(terrain_table.craters[i], D, up, spacing_m, 0.0, ground);
     } while (++i < end);
     for (; i < terrain_table.coarse_crater_octaves; ++i) sum -= terrain_table.craters[i].lattice.value;
     return sum;
@@ -91,11 +85,7 @@ TerrainSources terrain_crater_detail(vec3 D, float spacing_vertex_m, float footp
     TerrainSources ground = NO_SOURCES;
     int i = begin;
     if (i < end) do {
-        CraterOctave octave = terrain_table.craters[i];
-        ivec3 cell;
-        vec3 fraction;
-        terrain_place(octave.lattice, D, cell, fraction);
-        terrain_crater_octave(octave, cell, fraction, up, footprint_m, spacing_vertex_m, footprint_m, ground);
+        terrain_crater(terrain_table.craters[i], TERRAIN_REAL3(D), up, footprint_m, spacing_vertex_m, ground);
     } while (++i < end);
     ground.gradient -= up * dot(up, ground.gradient);
     return ground;
@@ -110,7 +100,7 @@ TerrainSources terrain_crater_detail(vec3 D, float spacing_vertex_m, float footp
 #include "terrain/height_map.glsl"
 
 // Metres of the height map, as a change from the anchor; 0 without one.
-TERRAIN_REAL terrain_mapped(TERRAIN_PLACE D, float spacing_m, inout TerrainSources ground) {
+TERRAIN_REAL terrain_mapped(TERRAIN_REAL3 D, float spacing_m, inout TerrainSources ground) {
     TERRAIN_REAL h = TERRAIN_REAL(0.0);
     if (terrain_table.map.cells > 0) {
         vec3 slope, d_rough;
@@ -143,7 +133,7 @@ vec3 terrain_mapped_detail(vec3 D, float spacing_vertex_m, float footprint_m) {
 #endif
 
 // Metres that both add, as a change from the anchor.
-TERRAIN_REAL terrain_sources(TERRAIN_PLACE D, float spacing_m, out TerrainSources ground) {
+TERRAIN_REAL terrain_sources(TERRAIN_REAL3 D, float spacing_m, out TerrainSources ground) {
     ground = NO_SOURCES;
     TERRAIN_REAL added = TERRAIN_REAL(0.0);
 #ifdef TERRAIN_CRATERED
