@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from ..settings import latest_revision
 from .frame import Frame
 
@@ -25,11 +27,19 @@ class Unseen:
         if (seen.ground() if self._ground else seen.planet()) or frame.at_once:
             frame.view.forget(self)
             return False
-        inputs = (latest_revision(*self._kinds), frame.world.structure_revision, frame.size)
+        inputs = _Inputs(latest_revision(*self._kinds), frame.world.structure_revision, frame.size)
         last = frame.view.state(self, _Told)
         rests, last.inputs = last.inputs == inputs, inputs
         return rests
 
 
+class _Inputs(NamedTuple):
+    """What a resting system has to hear of. parts: latest revision of its kinds; structure: the world's."""
+
+    parts: int
+    structure: int
+    size: tuple[int, int]
+
+
 class _Told:
-    inputs: tuple[object, ...] = ()
+    inputs: _Inputs | None = None

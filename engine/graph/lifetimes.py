@@ -4,13 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from .culling import Culling
 from .model import GraphModel
-from .resources import CreatedSpec
+from .resources import CreatedSpec, Kind
 
 Key = tuple[Hashable, ...]
 """Names a physical object: ("shared", n), ("own", name), ("history", name, 0 or 1), ("import", name)."""
+
+
+class PoolKey(NamedTuple):
+    """Which transients may share an object. view: whose size they follow, of those that are resized alone."""
+
+    kind: Kind
+    view: int | None
 
 
 @dataclass(slots=True)
@@ -56,7 +64,7 @@ def find_lifetimes(model: GraphModel, culling: Culling) -> Lifetimes:
     shared: list[list[str]] = []
     shared_of: dict[str, int] = {}
     free_from: list[int] = []
-    pool: dict[Key, list[int]] = {}
+    pool: dict[PoolKey, list[int]] = {}
     for name, (first, last) in span.items():
         spec = model.specs[name]
         if spec.lifetime == "persistent":
@@ -64,10 +72,9 @@ def find_lifetimes(model: GraphModel, culling: Culling) -> Lifetimes:
         elif spec.lifetime == "history":
             specs["history", name, 0] = specs["history", name, 1] = spec
         else:
-            kind = spec.pool_key()
-            if spec.relative and name in model.sized_by:
-                kind = (*kind, model.sized_by[name])  # its view may be resized: shares with that view's alone
-            candidates = pool.setdefault(kind, [])
+            # A view may be resized: what follows its size shares with that view's alone.
+            view = model.sized_by.get(name) if spec.relative else None
+            candidates = pool.setdefault(PoolKey(spec.pool_key(), view), [])
             # Strictly later: a pass never gets one object for what it reads and for what it creates.
             slot = next((s for s in candidates if free_from[s] < first), None)
             if slot is None:

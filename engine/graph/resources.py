@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from .errors import GraphError, did_you_mean
 
@@ -38,6 +38,26 @@ def _check_choice(where: str, field: str, value: object, choices: tuple[str, ...
 
 def _is_count(value: object) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and value >= 1
+
+
+class TextureKind(NamedTuple):
+    """What textures have to have in common to stand in for one another. size: as in TextureSpec."""
+
+    format: str
+    size: float | tuple[int, ...]
+    levels: int
+    layers: int
+    filter: str
+    wrap: str
+
+
+class BufferKind(NamedTuple):
+    """The same of buffers."""
+
+    size_bytes: int
+
+
+Kind = TextureKind | BufferKind
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,10 +125,10 @@ class TextureSpec:
             total += math.prod(max(1, n >> level) for n in size)
         return total * BYTES_PER_TEXEL[self.format] * self.layers
 
-    def pool_key(self) -> tuple[object, ...]:
+    def pool_key(self) -> TextureKind:
         """Two transients with equal keys can share one texture (also after any resize)."""
         size = self.size if isinstance(self.size, tuple) else float(self.size)
-        return ("texture", self.format, size, self.levels, self.layers, self.filter, self.wrap)
+        return TextureKind(self.format, size, self.levels, self.layers, self.filter, self.wrap)
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,9 +159,9 @@ class BufferSpec:
         """size_bytes."""
         return size[0]
 
-    def pool_key(self) -> tuple[object, ...]:
+    def pool_key(self) -> BufferKind:
         """Two transients with equal keys can share one buffer."""
-        return ("buffer", self.size_bytes)
+        return BufferKind(self.size_bytes)
 
 
 @dataclass(frozen=True, slots=True)

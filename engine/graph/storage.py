@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 from .backend import GraphBackend
 from .errors import GraphError
 from .lifetimes import Key
-from .resources import BufferSpec, CreatedSpec, TextureSpec
+from .resources import BufferSpec, CreatedSpec, Kind, TextureSpec
 from .sizes import ViewSizes
 
 
@@ -114,7 +115,7 @@ def take_over(
             if key in old.objects and (not spec.relative or old_sizes.resolve(spec) == sizes.resolve(spec))
         }
     fits = {key: _kind(spec, old_sizes) for key, spec in old_specs.items() if key in old.objects}
-    spare: dict[tuple[object, ...], list[object]] = {}
+    spare: dict[_Kind, list[object]] = {}
     for key, kind in fits.items():
         if key[0] == "shared":
             spare.setdefault(kind, []).append(old.objects[key])
@@ -130,5 +131,12 @@ def take_over(
     return keep
 
 
-def _kind(spec: CreatedSpec, sizes: ViewSizes) -> tuple[object, ...]:
-    return (*spec.pool_key(), sizes.resolve(spec))
+class _Kind(NamedTuple):
+    """What objects have to have in common to be taken over."""
+
+    kind: Kind
+    size: tuple[int, ...]
+
+
+def _kind(spec: CreatedSpec, sizes: ViewSizes) -> _Kind:
+    return _Kind(spec.pool_key(), sizes.resolve(spec))

@@ -14,7 +14,7 @@ import warnings
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,20 +69,28 @@ def load_samples(path: str, what: str, read: Reader) -> tuple[Samples, int]:
     return _from_equirectangular(place, what, read)
 
 
-def files_stamp(path: str) -> tuple[object, ...]:
+class FileStamp(NamedTuple):
+    """A file as it was found."""
+
+    path: str
+    changed_ns: int
+    size_bytes: int
+
+
+def files_stamp(path: str) -> tuple[FileStamp, ...]:
     """What tells whether the files of the map at `path` have changed."""
     place = Path(path).expanduser()
     folder = place if place.is_dir() else place.parent
     files = [place]
     if place.is_dir() or "{face}" in place.name:
         files = sorted(f for f in folder.glob("*") if any(name in f.name for name in FACES)) if folder.is_dir() else []
-    stamps: list[object] = []
+    stamps: list[FileStamp] = []
     for file in files:
         try:
             found = os.stat(file)
         except OSError:
             continue
-        stamps.append((str(file), found.st_mtime_ns, found.st_size))
+        stamps.append(FileStamp(str(file), found.st_mtime_ns, found.st_size))
     return tuple(stamps)
 
 

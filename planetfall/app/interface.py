@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 import time
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .. import ASSETS
 from ..components import DebugView
@@ -41,6 +41,20 @@ _CLOCK_EVERY_S = 0.1
 _MODES = {"ship": "ship", "walk": "on foot", "orbit": "globe"}
 
 
+class _LaidOut(NamedTuple):
+    """What windows are laid out for."""
+
+    help: bool
+    numbers: bool
+    panels: bool
+    journey: bool
+    message: str
+    errors: tuple[str, ...]
+    size: tuple[int, int]
+    pixel_ratio: float
+    scale: float
+
+
 class FlightInterface:
     """The app's `Interface` on ImGui. window: an open Window.
 
@@ -54,7 +68,7 @@ class FlightInterface:
         self._scope: Any = None
         self.ui: Any = None
         self._shows = False
-        self._laid_out: tuple[Any, ...] = ()
+        self._laid_out: _LaidOut | None = None
         self._age_s = self._quiet_s = 0.0
         self._missed: tuple[InputEvent, ...] = ()
         self._clock: tuple[float, str] = (-1.0, "")
@@ -72,7 +86,7 @@ class FlightInterface:
         errors = _errors(app)
         wanted = bool(shown.help or shown.numbers or shown.panels or shown.journey or shown.message or errors)
         if not wanted:
-            self._shows, self._laid_out = False, ()
+            self._shows, self._laid_out = False, None
             return
         ui = self._backend()
         if not self._shows:  # it has missed events: no key is down that it knows of
@@ -81,7 +95,7 @@ class FlightInterface:
         size, ratio = self._window.size, self._window.pixel_ratio
         ui.scale = self._window.ui_scale
         chosen = (shown.help, shown.numbers, shown.panels, shown.journey)
-        laid_out = (*chosen, shown.message, errors, size, ratio, ui.scale)
+        laid_out = _LaidOut(*chosen, shown.message, errors, size, ratio, ui.scale)
         self._missed += state.events
         if not self._may_wait(state, app, laid_out, dt_s):
             self._lay_out(state, app, errors)
@@ -109,7 +123,7 @@ class FlightInterface:
             if shown.journey:
                 self.journey.draw(imgui, app)
 
-    def _may_wait(self, state: InputState, app: Flight, laid_out: tuple[Any, ...], dt_s: float) -> bool:
+    def _may_wait(self, state: InputState, app: Flight, laid_out: _LaidOut, dt_s: float) -> bool:
         """Whether what was laid out last may be shown once more: it is young, and nothing has happened to it."""
         self._age_s += dt_s
         windows = app.shown.panels or app.shown.journey

@@ -7,7 +7,7 @@ presets, two states to compare) is a Workbench; its other pages are in app_pages
 from __future__ import annotations
 
 import logging
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import tomli_w
 
@@ -40,6 +40,11 @@ _ALPHA = 0.93
 _SCENE_HEADINGS = tuple(kind.__name__ for kind in KINDS.values())
 
 
+class _Quality(NamedTuple):
+    preset: str
+    overrides: dict[str, Any]
+
+
 class SettingsWindow:
     """Draws into an ImGui frame and changes the app and its scene. "reset" goes back to the preset, which at first is
     how the flight began. history: frame times. log: the last lines of the log, once it is attached to a logger."""
@@ -51,7 +56,7 @@ class SettingsWindow:
         self._quality_panel = Panel()
         self.turn_to = ""
         """The page to show from the next frame on, by its name."""
-        self._known_quality: tuple[Any, ...] = ()
+        self._known_quality: _Quality | None = None
         self._quality_stamp = -1
         self._preset = ""
         self._name = ""
@@ -81,7 +86,7 @@ class SettingsWindow:
             self._store.take_quality(app.quality, app.overrides)
             self._bench = Workbench(self._store, self._store.wrong)
             self._bench.base = {**self._bench.base, **self._store.preset_parts(app.quality)}
-            self._known_quality = (app.quality, dict(app.overrides))
+            self._known_quality = _Quality(app.quality, dict(app.overrides))
             self._preset = self._scene.name
 
     def draw(self, imgui: ImGui, app: Flight) -> None:
@@ -283,7 +288,7 @@ class SettingsWindow:
     def _follow_app(self, app: Flight) -> None:
         """Quality that somebody else has changed is taken over."""
         if self._known_quality != (app.quality, app.overrides):
-            self._known_quality = (app.quality, dict(app.overrides))
+            self._known_quality = _Quality(app.quality, dict(app.overrides))
             self._store.take_quality(app.quality, app.overrides)
         if self.bench.base[QUALITY_HEADING].preset != self._store.preset:
             self.bench.base = {**self.bench.base, **self._store.preset_parts(self._store.preset)}
@@ -304,7 +309,7 @@ class SettingsWindow:
         if (app.quality, app.overrides) != wanted:  # refused; the app has said why
             self.bench.history.forget_last()
             store.take_quality(app.quality, app.overrides)
-        self._known_quality = (app.quality, dict(app.overrides))
+        self._known_quality = _Quality(app.quality, dict(app.overrides))
 
 
 def _built_in() -> list[str]:

@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Mapping
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from ..camera.arguments import check_scene
 from ..camera.camera import Camera, PosedCamera
@@ -59,6 +59,15 @@ _PHOTO_COLOR = (0.02, 0.03, 0.05)
 OnFrame = Callable[[float, float], object]
 
 
+class _PoseKey(NamedTuple):
+    """Equal for equal cameras: place and axes as bytes."""
+
+    position: bytes
+    forward: bytes
+    up: bytes
+    fov_y_deg: float
+
+
 class FlightApp:
     """One flight. `frame()` does one frame, `run()` loops until the window closes.
 
@@ -100,7 +109,7 @@ class FlightApp:
         self.pace = Pace()
         self.clock = time.perf_counter
         self._next_stats_s = self._next_reload_s = self._message_ends_s = 0.0
-        self._held_camera: tuple[tuple[Any, ...], Camera] | None = None
+        self._held_camera: tuple[_PoseKey, Camera] | None = None
         self._start = camera or first_camera(scene)
         start = self._start.in_scene(scene)
         self._start_sun = sun or start.sun
@@ -150,7 +159,7 @@ class FlightApp:
         pose = self.planets.outside(self.pilot.pose)
         fov_y_deg = pose.fov_y_deg if fov_y_deg is None else fov_y_deg
         # The same camera while nothing moves: a renderer that knows it doesn't resolve it again (a seventh of a frame).
-        key = (pose.position_m.tobytes(), pose.forward.tobytes(), pose.up.tobytes(), fov_y_deg)
+        key = _PoseKey(pose.position_m.tobytes(), pose.forward.tobytes(), pose.up.tobytes(), fov_y_deg)
         if self._held_camera is None or self._held_camera[0] != key:
             # The axes are orthonormal already: checking them costs 0.1 ms a frame.
             posed = CameraPose(pose.position_m, pose.forward, pose.up)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import ClassVar, NamedTuple
 
 from ...components import Atmosphere, Planet, Shape
 from ...engine.blocks.bindings import AIR_BLOCK, AIR_VIEW_BLOCK
-from ...engine.frame import Frame, View, ViewInfo
+from ...engine.frame import Frame, SunState, View, ViewInfo
 from ...engine.frame.contracts import provide_contracts, withdraw_contracts
 from ...engine.frame.unseen import Unseen
 from ...engine.graph import GraphBuilder, PassIO
 from ...engine.methods import Methods
-from ...engine.settings import SettingError, Settings, revision, with_overrides
+from ...engine.settings import PartRevision, SettingError, Settings, revision, with_overrides
 from ...engine.system import Setup, System
 from ...engine.world import World
 from .block import AirBlock, air_block
@@ -24,6 +24,20 @@ from .views import AirViewBlock
 __all__ = ["AtmosphereSystem"]
 
 _METHODS: dict[str, type[OurAir] | type[PaperAir]] = {"ours": OurAir, "paper": PaperAir}
+
+
+class _SunKey(NamedTuple):
+    angular_radius_rad: float
+    irradiance: tuple[float, ...]
+
+
+class _AirKey(NamedTuple):
+    """What the air follows from. radius: revision of the planet's; shaders: what its tables are computed by."""
+
+    air: PartRevision
+    radius: int
+    sun: _SunKey
+    shaders: str
 
 
 class AtmosphereSystem(System):
@@ -47,7 +61,7 @@ class AtmosphereSystem(System):
         # Its text, for shaders; each view has a block of its own.
         setup.gpu.uniform_block(AirViewBlock, AIR_VIEW_BLOCK, "air_view")
         self._unseen = Unseen(Atmosphere, Planet)
-        self._stamp: tuple[Any, ...] = ()
+        self._stamp: _AirKey | None = None
         # Now, not with the first frame: the systems that are set up next compile shaders with the contracts in them.
         self._use_method(with_overrides(setup.world.get(setup.planet, Atmosphere), "atmosphere", setup.settings).method)
         provide_contracts(setup.world, self.name, self)
@@ -91,12 +105,12 @@ class AtmosphereSystem(System):
             if frame.world.try_resource(name) != value:
                 frame.world.set_resource(name, value)
 
-    def _refresh(self, world: World, planet: int, settings: Settings, sun: Any) -> TableJob:
+    def _refresh(self, world: World, planet: int, settings: Settings, sun: SunState) -> TableJob:
         air, body = world.get(planet, Atmosphere), world.get(planet, Planet)
-        light = (sun.angular_radius_rad, *sun.irradiance)
         job = self.method.job
-        stamp = (id(air), revision(air), revision(body, "radius_m"), light)
-        if (*stamp, job.sources) == self._stamp:
+        light = _SunKey(sun.angular_radius_rad, tuple(sun.irradiance))
+        stamp = _AirKey(PartRevision.of(air), revision(body, "radius_m"), light, job.sources)
+        if stamp == self._stamp:
             return job
         try:
             air = with_overrides(air, "atmosphere", settings)
@@ -104,11 +118,11 @@ class AtmosphereSystem(System):
         except SettingError:
             # Said once; the frames after it show the air from before, if there is any.
             if job.started:
-                self._stamp = (*stamp, job.sources)
+                self._stamp = stamp
             raise
         self._use_method(air.method)
         job = self.method.job
-        self._stamp = (*stamp, job.sources)
+        self._stamp = stamp._replace(shaders=job.sources)  # of another method, maybe
         self._wanted_top_m = model.thickness_m
         job.want(model, air_block(model, air, sun.irradiance))
         return job

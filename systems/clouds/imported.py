@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.surface.map_files import files_stamp, load_samples, read_shares
+from ...engine.surface.map_files import FileStamp, files_stamp, load_samples, read_shares
 
 __all__ = ["IMPORT_BORDER", "WHAT", "imported_cover", "octahedral_directions"]
 
@@ -49,7 +49,7 @@ def _read(file: Path, what: str) -> NDArray[Any]:
 
 
 @lru_cache(maxsize=2)
-def _imported(path: str, _files: tuple[object, ...]) -> NDArray[np.float32]:
+def _imported(path: str, _files: tuple[FileStamp, ...]) -> NDArray[np.float32]:
     sample, quarter = load_samples(path, WHAT, _read)
     # A quarter of a great circle is half of the square's side; in its corners texels are nearly twice as far apart.
     size = int(min(max(_LEAST, 1 << int(np.ceil(np.log2(2.5 * quarter)))), _MOST))

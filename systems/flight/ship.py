@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -63,6 +63,23 @@ class ShipLimits:
     longest_step_s: float = 0.5
 
 
+class _Surface(NamedTuple):
+    """What a ship flies over."""
+
+    ground: Ground
+    field: HeightLike | None
+    sea_level_m: float | None
+
+
+class _Floors(NamedTuple):
+    """Ground or water below a place, and below where the ship will be soon."""
+
+    position_m: Vector
+    surface: _Surface
+    here_m: float
+    ahead_m: float
+
+
 class ShipFlight:
     """A steerable camera over one planet.
 
@@ -87,7 +104,7 @@ class ShipFlight:
         self.throttle = 1.0
         self.velocity_m_s: Vector = np.zeros(3)
         self._roll_rate_rad_s = 0.0
-        self._known: tuple[Any, ...] = (None, None, 0.0, 0.0)
+        self._known: _Floors | None = None
         self.place(position_m, forward, up)
 
     def place(self, position_m: ArrayLike, forward: ArrayLike, up: ArrayLike | None = None) -> None:
@@ -243,15 +260,12 @@ class ShipFlight:
 
     def _heights(self) -> tuple[float, float]:
         """Ground (or water) below the ship, and below where it will be soon. Asked of the field once a place."""
-        position, ground, here, ahead = self._known
-        if position is not self.position_m or ground != self._surface():
+        known, surface = self._known, _Surface(self.ground, self.ground.field, self.ground.sea_level_m)
+        if known is None or known.position_m is not self.position_m or known.surface != surface:
             soon = self.position_m + self.velocity_m_s * self.limits.look_ahead_s
             here, ahead = self.ground.floors(np.array([self.position_m, soon])).tolist()
-            self._known = (self.position_m, self._surface(), here, ahead)
-        return here, ahead
-
-    def _surface(self) -> tuple[Any, ...]:
-        return self.ground, self.ground.field, self.ground.sea_level_m
+            known = self._known = _Floors(self.position_m, surface, here, ahead)
+        return known.here_m, known.ahead_m
 
     def _orthonormalise(self, wanted_up: Vector) -> None:
         self.forward = unit(self.forward)

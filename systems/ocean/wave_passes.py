@@ -55,6 +55,13 @@ class WaveMoment(NamedTuple):
     time_s: float
 
 
+class _WavesKey(NamedTuple):
+    """What waves are made for. sea: its revision."""
+
+    sea: int
+    radius_m: float
+
+
 class _ProgramKey(NamedTuple):
     file: str
     moves: bool
@@ -83,7 +90,7 @@ class SeaWaves:
 
     def __init__(self, name: str) -> None:
         self._name = name
-        self._held: tuple[tuple[Any, ...], WaveSet] | None = None
+        self._held: tuple[_WavesKey, WaveSet] | None = None
         self._many = self._long = False
 
     def setup(self, setup: Setup) -> None:
@@ -129,7 +136,7 @@ class SeaWaves:
     def of(self, frame: Frame) -> WaveSet:
         """The waves of the frame's planet."""
         ocean, planet = frame.world.get(frame.planet, Ocean), frame.world.get(frame.planet, Planet)
-        key = (revision(ocean), planet.radius_m)
+        key = _WavesKey(revision(ocean), planet.radius_m)
         if self._held is None or self._held[0] != key:
             self._held = key, waves_of(with_overrides(ocean, "ocean", frame.settings), planet.radius_m)
         return self._held[1]
