@@ -30,18 +30,18 @@ class ShadowBlock:
     """
 
     axis_x: Vec3
-    """of the chart, in planet axes"""
+    """of the projection, in planet axes"""
     radius_m: float
     """of the reference sphere"""
     axis_y: Vec3
     sea_level_m: float
     """far below all where there is no sea"""
     axis_z: Vec3
-    """towards the chart's centre"""
+    """towards the projection's centre"""
     anchor_divisor: float
-    """1 + z of the anchor in the chart's axes"""
+    """1 + z of the anchor in the projection's axes"""
     sun_direction: Vec3
-    """that the shadows were swept for, in the chart's axes"""
+    """that the shadows were swept for, in the projection's axes"""
     sun_radius_rad: float
     """angular, of the disc"""
     anchor_place: Vec2

@@ -83,7 +83,7 @@ class _View(ViewParts):
         self.asked = False  # whether anybody reads the map in this frame
 
     def forget(self) -> None:
-        """Nothing that comes depends on what was: neither chart nor sun are held either."""
+        """Nothing that comes depends on what was: neither projection nor sun are held either."""
         self.windows.forget()
         self.complete = False
         self.sun = None
@@ -230,7 +230,7 @@ class ShadowSystem(System):
             windows.size,
             self._finest_m,
             self._per_pixel,
-            windows.chart,
+            windows.projection,
         )
         if view.sun is None or (
             view.sun is not sun and float(np.abs(sun.direction - view.sun.direction).max()) > _SUN_STEP_RAD
@@ -254,8 +254,8 @@ class ShadowSystem(System):
         windows, sun = view.windows, view.sun
         assert sun is not None
         levels = windows.levels[::-1]  # finest first
-        axes, anchor = reach.chart.axes, proxy.lattice.direction
-        p0 = reach.chart.place(anchor)
+        axes, anchor = reach.projection.axes, proxy.lattice.direction
+        p0 = reach.projection.place(anchor)
         finest = levels[0].power
         frequency = math.ldexp(1.0, finest)
         missing = float(reach.finest - finest)
@@ -263,7 +263,7 @@ class ShadowSystem(System):
         step = 32.0 if view.at_once else dt_s / _FADE_S
         view.finest = max(missing, view.finest - step)
         x0, y0 = p0.tolist()
-        texel_m = radius * reach.chart.scale(p0) / frequency
+        texel_m = radius * reach.projection.scale(p0) / frequency
         place = [math.ldexp(x0, finest), math.ldexp(y0, finest)]
         whole = [math.floor(v) for v in place]
         side = windows.side

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...engine.space import length
 from .block import MOST_LEVELS
-from .chart import Chart, nearest_chart
+from .stereographic import Stereographic, nearest_projection
 
 __all__ = ["BLOCK", "Level", "Part", "Reach", "Windows", "reach_of"]
 
@@ -53,7 +53,7 @@ class Level:
 class Reach:
     """What a view asks for. finest, coarsest: powers."""
 
-    chart: Chart
+    projection: Stereographic
     foot: Floats
     """(2,), place of the camera's foot on the map."""
     finest: int
@@ -70,16 +70,16 @@ def reach_of(
     size: int,
     finest_m: float,
     texels_per_pixel: float,
-    previous: Chart | None,
+    previous: Stereographic | None,
 ) -> Reach:
     """Levels for a camera over `direction` (3,), altitude above the reference sphere, clearance above the ground.
 
     The finest has texels as wide as the nearest pixels ask for, and finest_m at least; the coarsest holds all that can
     be seen and all that casts shadows on it. relief_m: lowest and highest ground.
     """
-    chart = nearest_chart(direction, previous)
-    foot = chart.place(direction)
-    metre = 1.0 / (radius_m * chart.scale(foot))  # on the map
+    projection = nearest_projection(direction, previous)
+    foot = projection.place(direction)
+    metre = 1.0 / (radius_m * projection.scale(foot))  # on the map
     low, high = relief_m
     ground = radius_m + low
     wanted_m = max(pixel_rad * max(clearance_m, 0.0) / texels_per_pixel, finest_m)
@@ -89,7 +89,7 @@ def reach_of(
         return math.acos(min(ground / max(radius_m + height_m, ground), 1.0))
 
     angle = min(dip(max(altitude_m, low)) + 2.0 * dip(high), _FARTHEST_RAD)
-    away = 2.0 * math.atan(length(foot))  # of the foot from the chart's middle
+    away = 2.0 * math.atan(length(foot))  # of the foot from the projection's middle
     edge = min(0.5 * (away + angle), 1.35)
     extent = math.tan(edge) - math.tan(0.5 * away)
     half = 0.5 * size - _SLACK - _FRINGE
@@ -97,7 +97,7 @@ def reach_of(
     most = math.floor(-math.log2(finest_m * metre))
     coarsest = min(math.floor(math.log2(half / extent)), most) if extent > 0.0 else most
     finest = max(finest, coarsest)
-    return Reach(chart, foot, finest, max(coarsest, finest - MOST_LEVELS + 1))
+    return Reach(projection, foot, finest, max(coarsest, finest - MOST_LEVELS + 1))
 
 
 class Windows:
@@ -110,7 +110,7 @@ class Windows:
         self.size, self.layers = size, layers
         self.side = 1 << (size - 1).bit_length()
         """Of the textures: texels are stored at their places modulo this."""
-        self.chart: Chart | None = None
+        self.projection: Stereographic | None = None
         self.levels: list[Level] = []
 
     @property
@@ -121,7 +121,7 @@ class Windows:
     def forget(self) -> None:
         """All texels are lost."""
         self.levels = []
-        self.chart = None
+        self.projection = None
 
     def layer(self, level: Level) -> int:
         return level.power % self.layers
@@ -129,8 +129,8 @@ class Windows:
     def follow(self, reach: Reach, new_levels: int) -> bool:
         """Move the windows to where the camera is; False if some level is still missing, because no more than
         `new_levels` of them may be filled from nothing (the coarsest always is)."""
-        if reach.chart is not self.chart:
-            self.chart = reach.chart
+        if reach.projection is not self.projection:
+            self.projection = reach.projection
             self.levels = []
         kept, foot = {level.power: level for level in self.levels}, reach.foot.tolist()
         coarsest = max(reach.coarsest, reach.finest - self.layers + 1)
@@ -214,13 +214,13 @@ class Windows:
     def way_of(self, level: Level, sun: Floats) -> Floats | None:
         """A step towards the sun (3,) at the window's middle in texels, the larger component 1 or -1; None where it
         differs too much over the window."""
-        assert self.chart is not None
+        assert self.projection is not None
         half = self.size // 2
         place = np.array([math.ldexp(float(c + half), -level.power) for c in level.corner])
         if math.ldexp(float(self.size), -level.power) > _STRAIGHT:
             return None
-        up = self.chart.direction(place) @ self.chart.axes.T
-        local = self.chart.axes @ sun
+        up = self.projection.direction(place) @ self.projection.axes.T
+        local = self.projection.axes @ sun
         side = local - up * float(local @ up)
         if float(side @ side) < _OVERHEAD:
             return None

@@ -10,7 +10,7 @@ import pytest
 import planetfall as pf
 from planetfall.benchmarks.measure import shadows
 from planetfall.components import Terrain
-from planetfall.systems.shadows.chart import CHARTS, nearest_chart
+from planetfall.systems.shadows.stereographic import PROJECTIONS, nearest_projection
 from planetfall.systems.shadows.windows import Reach, Windows, reach_of
 
 EARTH_M = 6.371e6
@@ -25,29 +25,29 @@ def unit(rng, count):
 # -- geometry --------------------------------------------------------------------------------------------------------
 
 
-def test_places_on_the_chart_come_back_and_lengths_scale_alike_in_all_directions():
+def test_places_on_the_projection_come_back_and_lengths_scale_alike_in_all_directions():
     rng = np.random.default_rng(1)
     for direction in unit(rng, 40):
-        chart = nearest_chart(direction)
-        assert chart.axes[2] @ direction >= 1.0 / math.sqrt(3.0) - 1e-12  # a corner of the cube at worst
-        place = chart.place(direction)
-        assert np.abs(chart.direction(place) - direction).max() < 1e-14
+        projection = nearest_projection(direction)
+        assert projection.axes[2] @ direction >= 1.0 / math.sqrt(3.0) - 1e-12  # a corner of the cube at worst
+        place = projection.place(direction)
+        assert np.abs(projection.direction(place) - direction).max() < 1e-14
         step = 1e-6
         for turn in rng.uniform(0.0, 2.0 * np.pi, 3):
-            other = chart.direction(place + step * np.array([np.cos(turn), np.sin(turn)]))
-            assert np.linalg.norm(other - direction) == pytest.approx(step * chart.scale(place), rel=1e-5)
+            other = projection.direction(place + step * np.array([np.cos(turn), np.sin(turn)]))
+            assert np.linalg.norm(other - direction) == pytest.approx(step * projection.scale(place), rel=1e-5)
 
 
-def test_a_chart_is_kept_until_another_is_clearly_nearer():
+def test_a_projection_is_kept_until_another_is_clearly_nearer():
     border = np.array([1.0, 1.0, 0.0]) / math.sqrt(2.0)
-    for held in (CHARTS[0], CHARTS[2]):
-        assert nearest_chart(border, held) is held
-    assert nearest_chart(np.array([0.6, 0.8, 0.0]), CHARTS[0]) is CHARTS[2]
+    for held in (PROJECTIONS[0], PROJECTIONS[2]):
+        assert nearest_projection(border, held) is held
+    assert nearest_projection(np.array([0.6, 0.8, 0.0]), PROJECTIONS[0]) is PROJECTIONS[2]
 
 
-def test_axes_of_charts_are_right_handed():
-    for chart in CHARTS:
-        assert np.allclose(np.cross(chart.axes[0], chart.axes[1]), chart.axes[2])
+def test_axes_of_projections_are_right_handed():
+    for projection in PROJECTIONS:
+        assert np.allclose(np.cross(projection.axes[0], projection.axes[1]), projection.axes[2])
 
 
 def covered(windows, level):
@@ -59,11 +59,11 @@ def covered(windows, level):
 def test_windows_ask_for_exactly_the_texels_that_they_lack():
     rng = np.random.default_rng(2)
     windows = Windows(64, 16)
-    foot = CHARTS[4].place(np.array([0.3, 0.2, 0.9]) / np.linalg.norm([0.3, 0.2, 0.9]))
+    foot = PROJECTIONS[4].place(np.array([0.3, 0.2, 0.9]) / np.linalg.norm([0.3, 0.2, 0.9]))
     held: dict[int, set[tuple[int, int]]] = {}
     for _ in range(200):
         foot = foot + rng.normal(size=2) * 10.0 ** rng.uniform(-7.0, -4.0)
-        reach = Reach(CHARTS[4], foot, 22, 10)
+        reach = Reach(PROJECTIONS[4], foot, 22, 10)
         assert windows.follow(reach, 20)
         assert [level.power for level in windows.levels] == list(range(10, 23))
         for level in windows.levels:
@@ -82,7 +82,7 @@ def test_windows_ask_for_exactly_the_texels_that_they_lack():
 def test_a_sweep_covers_all_that_a_shift_lets_see_further():
     windows = Windows(128, 16)
     foot = np.array([0.2, 0.1])
-    reach = Reach(CHARTS[4], foot, 20, 20)
+    reach = Reach(PROJECTIONS[4], foot, 20, 20)
     windows.follow(reach, 20)
     level = windows.levels[0]
     level.fresh, level.swept = [], 3
@@ -116,7 +116,7 @@ def test_the_levels_reach_from_the_nearest_pixel_to_the_horizon(radius_m, altitu
         direction, altitude_m, altitude_m, 2e-3, radius_m, (-1e-3 * radius_m, 1e-3 * radius_m), 192, 0.5, 0.75, None
     )
     assert reach.finest - reach.coarsest < 20
-    metre = 1.0 / (radius_m * reach.chart.scale(reach.foot))
+    metre = 1.0 / (radius_m * reach.projection.scale(reach.foot))
     finest_m = math.ldexp(1.0, -reach.finest) / metre
     widest = math.ldexp(192 / 2 - 14, -reach.coarsest)
     assert finest_m < 2.0 * max(2e-3 * altitude_m / 0.75, 0.5) or reach.finest == reach.coarsest
@@ -127,7 +127,7 @@ def test_the_levels_reach_from_the_nearest_pixel_to_the_horizon(radius_m, altitu
         side /= np.linalg.norm(side)
         other = np.cross(direction, side)
         seen = direction * np.cos(horizon) + (side * np.cos(turn) + other * np.sin(turn)) * np.sin(horizon)
-        assert np.abs(reach.chart.place(seen) - reach.foot).max() <= widest
+        assert np.abs(reach.projection.place(seen) - reach.foot).max() <= widest
 
 
 @pytest.mark.parametrize("above_m", [0.0, 1e-9, 1e-6, 1e-3, 1.0])
@@ -137,7 +137,7 @@ def test_a_camera_on_a_sea_that_hides_all_ground(above_m):
     direction = np.array([0.0, -1.0, 1.0]) / math.sqrt(2.0)
     reach = reach_of(direction, sea + above_m, above_m, 2e-3, 1.9e6, (sea, summits), 192, 0.5, 0.75, None)
     assert reach.coarsest <= reach.finest and reach.finest - reach.coarsest < 20
-    assert math.ldexp(1.0, -reach.finest) * 1.9e6 * reach.chart.scale(reach.foot) >= 0.5
+    assert math.ldexp(1.0, -reach.finest) * 1.9e6 * reach.projection.scale(reach.foot) >= 0.5
 
 
 # -- on the GPU ------------------------------------------------------------------------------------------------------

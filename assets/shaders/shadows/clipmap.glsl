@@ -4,9 +4,9 @@
 
 // Place on the map, relative to the anchor's, of a foot offset D (see camera.glsl).
 vec2 shadow_place(vec3 D) {
-    vec3 chart = vec3(dot(shadow_map.axis_x, D), dot(shadow_map.axis_y, D), dot(shadow_map.axis_z, D));
-    return (chart.xy - shadow_map.anchor_place * chart.z)
-        / max(shadow_map.anchor_divisor * shadow_map.radius_m + chart.z, 1e-6 * shadow_map.radius_m);
+    vec3 local = vec3(dot(shadow_map.axis_x, D), dot(shadow_map.axis_y, D), dot(shadow_map.axis_z, D));
+    return (local.xy - shadow_map.anchor_place * local.z)
+        / max(shadow_map.anchor_divisor * shadow_map.radius_m + local.z, 1e-6 * shadow_map.radius_m);
 }
 
 // Texels of a level per length on the map.
@@ -26,10 +26,10 @@ vec2 shadow_coarser(int level, vec2 at) {
     return 0.5 * (at - shadow_map.windows[level].anchor) + shadow_map.windows[next].anchor;
 }
 
-// Direction (chart's axes) and foot offset (planet axes) of coordinates of a level, and 1 + |p|^2 there. Differences
-// from the anchor are formed without cancellation.
+// Direction (projection's axes) and foot offset (planet axes) of coordinates of a level, and 1 + |p|^2 there.
+// Differences from the anchor are formed without cancellation.
 struct ShadowFoot {
-    vec3 up;      // chart's axes
+    vec3 up;      // projection's axes
     vec3 D;       // planet axes, metres
     vec2 place;   // p
     float bulge;  // 1 + |p|^2: metres per texel are 2 R / (frequency * bulge)

@@ -14,7 +14,7 @@ uniform ivec2 u_corner;   // of the texels to make in the window
 uniform ivec2 u_size;     // how many there are
 
 struct ShadowMarch {
-    vec3 up, side;      // chart's axes; side: level, towards the sun
+    vec3 up, side;      // projection's axes; side: level, towards the sun
     vec2 place;
     vec2 tangents;      // of the elevations of the upper and of the lower limb
     vec2 direction;     // of a step, texels; the larger component is 1 or -1

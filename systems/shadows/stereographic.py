@@ -1,6 +1,6 @@
 """A map of the sphere that the clipmap's texels lie on: stereographic, about the nearest of six axes, float64.
 
-A point of direction (x, y, z) in the chart's axes has p = (x, y) / (1 + z). The map is conformal, so a texel is a
+A point of direction (x, y, z) in the projection's axes has p = (x, y) / (1 + z). The map is conformal, so a texel is a
 square of side 2 R h / (1 + |p|^2) everywhere, h its side on the map; there are no borders short of the antipode, and
 both ways need no angles. Points are fixed to the planet: texels are those whose p / h are whole numbers.
 """
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["CHARTS", "Chart", "nearest_chart"]
+__all__ = ["PROJECTIONS", "Stereographic", "nearest_projection"]
 
 Floats = NDArray[np.float64]
 
@@ -21,7 +21,7 @@ _HYSTERESIS = 1.02
 
 
 @dataclass(frozen=True, eq=False)
-class Chart:
+class Stereographic:
     """One of the six. axes: (3, 3), rows x, y, z in planet axes; z points to its centre."""
 
     number: int
@@ -45,7 +45,7 @@ class Chart:
         return 2.0 / (1.0 + float(place @ place))
 
 
-def _charts() -> tuple[Chart, ...]:
+def _projections() -> tuple[Stereographic, ...]:
     found = []
     for number in range(6):
         axis, sign = divmod(number, 2)
@@ -53,19 +53,19 @@ def _charts() -> tuple[Chart, ...]:
         z[axis] = 1.0 - 2.0 * sign
         x = np.zeros(3)
         x[(axis + 1) % 3] = 1.0
-        found.append(Chart(number, np.stack([x, np.cross(z, x), z])))
+        found.append(Stereographic(number, np.stack([x, np.cross(z, x), z])))
     return tuple(found)
 
 
-CHARTS = _charts()
+PROJECTIONS = _projections()
 """About +X -X +Y -Y +Z -Z."""
 
 
-def nearest_chart(direction: Floats, previous: Chart | None = None) -> Chart:
-    """The chart to use at a unit direction (3,): `previous` while no other is clearly nearer."""
+def nearest_projection(direction: Floats, previous: Stereographic | None = None) -> Stereographic:
+    """The projection to use at a unit direction (3,): `previous` while no other is clearly nearer."""
     x, y, z = direction.tolist()
     cosines = (x, -x, y, -y, z, -z)
     best = cosines.index(max(cosines))
     if previous is not None and cosines[best] < _HYSTERESIS * cosines[previous.number] and cosines[best] < 1.0:
         return previous
-    return CHARTS[best]
+    return PROJECTIONS[best]
