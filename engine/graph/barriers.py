@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 from .backend import BarrierKind
 from .culling import Culling
-from .lifetimes import Key, Lifetimes
+from .lifetimes import Import, Key, Lifetimes
 from .model import GraphModel
 from .resources import BufferSpec
 
@@ -131,6 +131,6 @@ def _kind(model: GraphModel, name: str) -> int:
 
 
 def _kind_of_key(model: GraphModel, lifetimes: Lifetimes, key: Key) -> int:
-    if key[0] == "import":
-        return _kind(model, str(key[1]))
+    if isinstance(key, Import):
+        return _kind(model, key.name)
     return int(BarrierKind.BUFFER if isinstance(lifetimes.spec[key], BufferSpec) else BarrierKind.TEXTURE)

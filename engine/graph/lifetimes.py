@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -10,8 +9,38 @@ from .culling import Culling
 from .model import GraphModel
 from .resources import CreatedSpec, Kind
 
-Key = tuple[Hashable, ...]
-"""Names a physical object: ("shared", n), ("own", name), ("history", name, 0 or 1), ("import", name)."""
+
+@dataclass(frozen=True, slots=True)
+class Shared:
+    """The physical object that some transients share in turn."""
+
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class Own:
+    """That of a persistent resource."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class History:
+    """One of the two of a resource with a history, which change places every frame."""
+
+    name: str
+    parity: int
+
+
+@dataclass(frozen=True, slots=True)
+class Import:
+    """What is lent from outside."""
+
+    name: str
+
+
+Key = Shared | Own | History | Import
+"""Names a physical object. No named tuples: those of two kinds would be equal."""
 
 
 class PoolKey(NamedTuple):
@@ -36,12 +65,12 @@ class Lifetimes:
         """The physical object of a resource or import in frames of this parity."""
         spec = self._specs.get(name)
         if spec is None:
-            return ("import", name)
+            return Import(name)
         if spec.lifetime == "history":
-            return ("history", name, parity)
+            return History(name, parity)
         if spec.lifetime == "persistent":
-            return ("own", name)
-        return ("shared", self._shared_of[name])
+            return Own(name)
+        return Shared(self._shared_of[name])
 
 
 def find_lifetimes(model: GraphModel, culling: Culling) -> Lifetimes:
@@ -68,9 +97,9 @@ def find_lifetimes(model: GraphModel, culling: Culling) -> Lifetimes:
     for name, (first, last) in span.items():
         spec = model.specs[name]
         if spec.lifetime == "persistent":
-            specs["own", name] = spec
+            specs[Own(name)] = spec
         elif spec.lifetime == "history":
-            specs["history", name, 0] = specs["history", name, 1] = spec
+            specs[History(name, 0)] = specs[History(name, 1)] = spec
         else:
             # A view may be resized: what follows its size shares with that view's alone.
             view = model.sized_by.get(name) if spec.relative else None
@@ -82,7 +111,7 @@ def find_lifetimes(model: GraphModel, culling: Culling) -> Lifetimes:
                 shared.append([])
                 free_from.append(last)
                 candidates.append(slot)
-                specs["shared", slot] = spec
+                specs[Shared(slot)] = spec
             shared[slot].append(name)
             shared_of[name] = slot
             free_from[slot] = last

@@ -12,7 +12,7 @@ from .analysis import Analysis
 from .backend import GraphBackend, PassTimers
 from .binding import EVERY, State, Step, bind_passes, timed
 from .errors import GraphError, did_you_mean
-from .lifetimes import Key
+from .lifetimes import History, Key, Own
 from .names import canonical
 from .pass_io import Flag, Slot
 from .report import PassReport, make_report
@@ -256,10 +256,10 @@ class Plan:
             self._bind_again()
             raise
         for key in storage.new:
-            if key[0] == "history":
-                self._state.valid[str(key[1])].value = False
-            elif key[0] == "own":
-                self._state.stale[str(key[1])].value = True
+            if isinstance(key, History):
+                self._state.valid[key.name].value = False
+            elif isinstance(key, Own):
+                self._state.stale[key.name].value = True
         self._unsettled = True
         old.release(keep)
 
@@ -307,10 +307,10 @@ class Plan:
         keep = take_over(previous._storage, old.lifetimes.spec, previous._sizes, specs, sizes)
         self._parity = previous._parity
         for name, flag in self._state.valid.items():
-            both = ("history", name, 0) in keep and ("history", name, 1) in keep
+            both = History(name, 0) in keep and History(name, 1) in keep
             flag.value = both and previous._state.valid[name].value
         for name, flag in self._state.stale.items():
-            if ("own", name) in keep and _creator(old, name) == _creator(new, name):
+            if Own(name) in keep and _creator(old, name) == _creator(new, name):
                 flag.value = previous._state.stale[name].value
         for name, slot in self._state.slots.items():
             if slot.value is None and name in previous._state.slots:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from .backend import GraphBackend
 from .errors import GraphError
-from .lifetimes import Key
+from .lifetimes import Key, Shared
 from .resources import BufferSpec, CreatedSpec, Kind, TextureSpec
 from .sizes import ViewSizes
 
@@ -117,12 +117,12 @@ def take_over(
     fits = {key: _kind(spec, old_sizes) for key, spec in old_specs.items() if key in old.objects}
     spare: dict[_Kind, list[object]] = {}
     for key, kind in fits.items():
-        if key[0] == "shared":
+        if isinstance(key, Shared):
             spare.setdefault(kind, []).append(old.objects[key])
     keep: dict[Key, object] = {}
     for key, spec in specs.items():
         kind = _kind(spec, sizes)
-        if key[0] == "shared":
+        if isinstance(key, Shared):
             candidates = spare.get(kind)
             if candidates:
                 keep[key] = candidates.pop(0)
