@@ -143,7 +143,8 @@ class PaperVolume:
             self._gpu.barrier()
             ways_m = (min(texel_m * 2.0**k, self._thickness_m) for k in (level - 1, level))
             self._mip.set("u_finer", level - 1)
-            self._mip.set("u_depth", tuple(max(self.extinction_per_m * way_m, 1e-6) for way_m in ways_m))
+            for name, way_m in zip(("u_finer_depth", "u_depth"), ways_m, strict=True):
+                self._mip.set(name, max(self.extinction_per_m * way_m, 1e-6))
             texture.use(0)
             texture.bind_to_image(0, read=False, write=True, level=level)
             groups = -(-(size >> level) // 4)
@@ -166,7 +167,8 @@ class PaperVolume:
         made = [gpu.texture((size, size, size), "r16f") for _ in range(2)] + [self._texture(size)]
         for axis, (program, target) in enumerate(zip(self._fill, made, strict=True)):
             program.set("u_border", border)
-            program.set("u_cut", (cut, ramp))
+            program.set("u_threshold", cut)
+            program.set("u_per_ramp", ramp)
             for first in range(0, size, _SLICES):
                 raw.use(0)
                 made[max(axis - 1, 0)].use(1)

@@ -342,7 +342,8 @@ class StarsSystem(System):
                 return
             self._choose.set("u_lowest_ev100", shown.low_ev100)
             self._choose.set("u_share", shown.share)
-            self._choose.set("u_visible", (shown.star, shown.cloud))
+            self._choose.set("u_brightest_star", shown.star)
+            self._choose.set("u_brightest_cloud", shown.cloud)
             self._choose.set("u_count", self._catalogue[0])
             before.bind_to_storage_buffer(5)
             draws.bind_to_storage_buffer(6)

@@ -8,7 +8,8 @@ layout(binding = 1) uniform sampler3D u_before;   // of the axes before
 layout(binding = 0, r16f) uniform writeonly image3D o_filled;
 layout(location = 0) uniform int u_first;         // slice
 layout(location = 1) uniform int u_border;        // texels, at most 32
-layout(location = 2) uniform vec2 u_cut;          // threshold of the noise, 1 / how far above it cloud is densest
+layout(location = 2) uniform float u_threshold;   // of the noise
+layout(location = 3) uniform float u_per_ramp;    // 1 / how far above it cloud is densest
 
 const float FAR = 2047.0;   // half floats have whole numbers up to here
 
@@ -20,16 +21,16 @@ void main() {
         ivec3 other = at;
         other[AXIS] = (at[AXIS] + k + size[AXIS]) % size[AXIS];
 #if AXIS == 0
-        float beyond = texelFetch(u_raw, other, 0).r > u_cut.x ? 0.0 : FAR;
+        float beyond = texelFetch(u_raw, other, 0).r > u_threshold ? 0.0 : FAR;
 #else
         float beyond = texelFetch(u_before, other, 0).r;
 #endif
         nearest = min(nearest, beyond + float(k * k));
     }
 #if AXIS == 2
-    float above = texelFetch(u_raw, at, 0).r - u_cut.x;
+    float above = texelFetch(u_raw, at, 0).r - u_threshold;
     float border = nearest <= float(u_border * u_border) ? 0.0 : -1.0;
-    imageStore(o_filled, at, vec4(above > 0.0 ? clamp(above * u_cut.y, 1e-3, 1.0) : border));
+    imageStore(o_filled, at, vec4(above > 0.0 ? clamp(above * u_per_ramp, 1e-3, 1.0) : border));
 #else
     imageStore(o_filled, at, vec4(nearest));
 #endif

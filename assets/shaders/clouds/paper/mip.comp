@@ -6,7 +6,9 @@ layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 layout(binding = 0) uniform sampler3D u_tile;
 layout(binding = 0, r16f) uniform writeonly image3D o_level;
 layout(location = 0) uniform int u_finer;       // level to read
-layout(location = 1) uniform vec2 u_depth;      // of density 1 along the way, of the finer level's and of this one's
+// of density 1 along the way, the finer level's and this one's
+layout(location = 1) uniform float u_finer_depth;
+layout(location = 2) uniform float u_depth;
 
 void main() {
     ivec3 at = ivec3(gl_GlobalInvocationID);
@@ -21,9 +23,9 @@ void main() {
             own[aside.x + 2 * aside.y + 4 * aside.z] = max(density, 0.0);
     }
     // The way goes through one of two texels and, as far as it is longer, through the other as well.
-    float through = 0.0, further = u_depth.y - u_depth.x;
+    float through = 0.0, further = u_depth - u_finer_depth;
     for (int k = 0; k < 24; ++k)
-        through += exp(-u_depth.x * own[k & 7] - further * own[(k & 7) ^ (1 << (k >> 3))]);
-    float mean = -log(through / 24.0) / u_depth.y;
+        through += exp(-u_finer_depth * own[k & 7] - further * own[(k & 7) ^ (1 << (k >> 3))]);
+    float mean = -log(through / 24.0) / u_depth;
     imageStore(o_level, at, vec4(mean > 0.0 ? mean : min(most, 0.0)));
 }
