@@ -1,17 +1,10 @@
 // The height alone, in float throughout: as terrain/height.glsl has it with TERRAIN_FLOAT, without its gradient.
 #include "terrain/height.glsl"
 
-float terrain_far_octave(TerrainLattice lattice, vec3 d) {
-    ivec3 cell;
-    vec3 fraction;
-    terrain_place(lattice, d, cell, fraction);
-    return gradient_noise_value(cell, fraction);
-}
-
 // Adds the fields from o on: c and b.
 void terrain_far_fields(int o, vec3 far, inout vec2 fields) {
     if (o < TERRAIN_FIELDS) do {
-        fields += terrain_table.fields[o].weights * terrain_far_octave(terrain_table.fields[o].lattice, far);
+        fields += terrain_table.fields[o].weights * terrain_noise_value(terrain_table.fields[o].lattice, far);
     } while (++o < TERRAIN_FIELDS);
 }
 
@@ -35,7 +28,7 @@ void terrain_far_layers(int i, vec3 D, vec3 near, float spacing_m, inout vec2 sh
     int shapes = min(TERRAIN_SHAPE_LAYERS, layers);
     int end = min(max(terrain_layers_above(0.0625 * spacing_m), shapes), layers);
     if (i < end) do {
-        terrain_far_layer(i, terrain_far_octave(terrain_table.layers[i].lattice, i < warped ? near : D),
+        terrain_far_layer(i, terrain_noise_value(terrain_table.layers[i].lattice, i < warped ? near : D),
             spacing_m, shape, z);
     } while (++i < end);
 }

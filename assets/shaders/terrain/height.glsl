@@ -83,6 +83,13 @@ vec4 terrain_noise(TerrainLattice lattice, TERRAIN_REAL3 d) {
     return n;
 }
 
+float terrain_noise_value(TerrainLattice lattice, TERRAIN_REAL3 d) {
+    ivec3 cell;
+    TERRAIN_REAL3 fraction;
+    terrain_place(lattice, d, cell, fraction);
+    return gradient_noise_value(cell, vec3(fraction));
+}
+
 TERRAIN_REAL3 terrain_warp(TerrainLattice lattice, TERRAIN_REAL3 d, out mat3 jacobian) {
     ivec3 cell;
     TERRAIN_REAL3 fraction;
@@ -213,10 +220,7 @@ void terrain_relief_layers(TerrainBroad broad, TERRAIN_REAL3 D, float spacing_m,
     int end = max(shown, smooth_end);
     if (i < end) do {
         TerrainLayer layer = terrain_table.layers[i];
-        ivec3 cell;
-        TERRAIN_REAL3 fraction;
-        terrain_place(layer.lattice, D, cell, fraction);
-        sum.z += layer.amplitude_m * terrain_ridge(gradient_noise_value(cell, vec3(fraction)), layer.ridge)
+        sum.z += layer.amplitude_m * terrain_ridge(terrain_noise_value(layer.lattice, D), layer.ridge)
             * terrain_height_weight(layer.lattice.wavelength_m, spacing_m);
     } while (++i < end);
 }
