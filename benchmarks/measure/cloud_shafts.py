@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -211,7 +212,7 @@ def converged(renderer: Renderer, points_m: Floats, steps: int, wide_m: float = 
         for first in range(0, len(points_m), _BLOCK):
             part = points_m[first : first + _BLOCK]
             even = {"steps": np.full(len(part), steps), "wide": np.full(len(part), wide_m)}
-            found.append(ask(clouds.bind_density, point=part, **even)["found"])
+            found.append(ask(partial(clouds.bind_density, renderer.views[0]), point=part, **even)["found"])
         ask.release()
     return np.concatenate(found).astype(np.float64)
 

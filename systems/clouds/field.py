@@ -24,7 +24,7 @@ from .layers import frames_at, kind_of, layers_of, noise_places, write_filter, w
 from .maps import BORDER, WeatherMaps
 from .model import CloudModel
 from .shell_probe import slab_texture
-from .view_block import CloudKind, CloudViewBlock, cloud_view_uniforms
+from .view_block import CloudKind, CloudViewBlock
 from .volumes import make_volume
 
 __all__ = ["CloudField"]
@@ -35,13 +35,13 @@ _SHAPE, _RIMS = 0, 1
 class CloudField:
     """What clouds/density.glsl and the light in clouds read: two uniform blocks, two volumes, two maps, one table.
 
-    block: written by `write`; others may set what is theirs in it before. layers: with cloud, lowest first. first: base
+    block: of the last `place`, for who draws to write into a buffer of its own, and to set what is its own in it
+    before. layers: with cloud, lowest first. first: base
     and thickness of the layer that noise and maps of the shadow are measured by, in metres.
     """
 
     def __init__(self, gpu: GpuScope, settings: Settings) -> None:
         self._gpu = gpu
-        self._ubo = cloud_view_uniforms(gpu)
         self.block = zeros(CloudViewBlock)
         self._model_ubo = gpu.uniform_block(CloudBlock, CLOUD_BLOCK, "cloud_model")
         self._slabs: moderngl.Texture | None = None
@@ -116,19 +116,9 @@ class CloudField:
         for volume in (self.shape, self.rims):
             volume.texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
 
-    def write(self) -> None:
-        """Upload the block."""
-        self._ubo.write(self.block)
-        self._ubo.bind()
-
-    def bind_block(self) -> None:
-        """Bind the block alone, for contracts that have maps of their own."""
-        self._ubo.bind()
-
     def bind(self) -> None:
-        """Bind all of it."""
+        """Bind all but `block`."""
         assert self._slabs is not None and self._textures is not None
-        self._ubo.bind()
         self._model_ubo.bind()
         self._slabs.use(CLOUD_SLAB_UNIT)
         self.shape.texture.use(CLOUD_SHAPE_UNIT)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from ...components import Atmosphere, Clouds, Planet
-from ...engine.blocks.bindings import CLOUD_SHADOW_UNIT, CLOUD_SKY_UNIT, CLOUD_SUN_UNIT
-from ...engine.frame import Frame, View, ViewInfo
+from ...engine.blocks.bindings import CLOUD_SHADOW_UNIT, CLOUD_SKY_UNIT, CLOUD_SUN_UNIT, CLOUD_VIEW_BLOCK
+from ...engine.frame import Frame, View, ViewInfo, ViewParts
 from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.gpu import Compute, GpuScope
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
@@ -23,6 +24,7 @@ from .picture import SURFACE, CloudPicture, Surface
 from .shadow_pass import SHADOW, SUN, ShadowPass
 from .shafts import Shafts
 from .shell_probe import march_defines
+from .view_block import CLOUD_VIEW, CloudViewBlock, cloud_view_uniforms
 from .view_march import DISTANCE, MAPPED, RAYS, UPSAMPLED, MarchSteps, ViewMarch
 
 __all__ = ["OurClouds"]
@@ -88,10 +90,14 @@ class SkyRows:
         self.next, self.left = (self.next + 1) % _SKY_FRAMES, self.left - 1
 
 
-class _CloudView:
+class _CloudView(ViewParts):
     """What one view's clouds keep from frame to frame."""
 
-    def __init__(self, history: History) -> None:
+    def __init__(self, of: GpuScope, history: History) -> None:
+        super().__init__(of)
+        self.ubo = self.gpu.uniform_block(CloudViewBlock, CLOUD_VIEW_BLOCK)
+        self.placed = False
+        """Whether its block has been written."""
         self.seen = True
         """Whether any of its rays may meet a layer: else none of the pictures' passes is in its graph."""
         self.history = history
@@ -114,7 +120,7 @@ class OurClouds(CloudMethod):
         "cloud_sky": "clouds/sky.glsl",
         "skylight": "clouds/skylight.glsl",
     }
-    reads: ClassVar[tuple[str, ...]] = (SHADOW, _SKY)
+    reads: ClassVar[tuple[str, ...]] = (CLOUD_VIEW, SHADOW, _SKY)
 
     def __init__(self, gpu: GpuScope, setup: Setup) -> None:
         super().__init__(gpu, setup)
@@ -124,6 +130,7 @@ class OurClouds(CloudMethod):
         self._every = int(settings["clouds.march_every"]) if int(settings["clouds.stride"]) > 1 else 1
         picture = self._picture = CloudPicture.of(settings)
         self._steps: MarchSteps | None = None
+        cloud_view_uniforms(gpu)  # its text, for shaders; each view has a block of its own
         self.field = CloudField(gpu, settings)
         self._view = ViewMarch(gpu, setup.world, self.gpu.owner, picture)
         self._defines: Mapping[str, Any] = {}
@@ -161,7 +168,7 @@ class OurClouds(CloudMethod):
             MarchSteps(0.5 * steps.layer, 3.0 * steps.growth, min(steps.sun, 3.0)).give(self._sky_march)
 
     def _of(self, view: View) -> _CloudView:
-        return view.state(self, lambda: _CloudView(self._history()))
+        return view.state(self, lambda: _CloudView(self.gpu, self._history()))
 
     def _history(self) -> History:
         return History(self._picture.stride, self._samples, self._radius_m, self._every)
@@ -169,12 +176,12 @@ class OurClouds(CloudMethod):
     # -- contracts ---------------------------------------------------------------------------------------------------
 
     def bind_contract(self, io: PassIO) -> Callable[[], None]:
-        texture, sky = io.texture(SHADOW), io.texture(_SKY)
+        texture, sky, block = io.texture(SHADOW), io.texture(_SKY), io.imported(CLOUD_VIEW)
 
         def run() -> None:
             texture.use(CLOUD_SHADOW_UNIT)
             sky.use(CLOUD_SKY_UNIT)
-            self.field.bind_block()
+            block.value.bind_to_uniform_block(CLOUD_VIEW_BLOCK)
 
         return run
 
@@ -210,7 +217,7 @@ class OurClouds(CloudMethod):
         shown, shadow = self._of(frame.view), self.shadow.of(frame.view)
         if seen != shown.seen:
             shown.seen, shown.history = seen, self._history()
-        if not frame.view.seen.planet() and field.placed:
+        if not frame.view.seen.planet() and shown.placed:
             return  # nothing of it is asked for
         charts = field.maps.charts
         if frame.settling or frame.one_shot:
@@ -225,7 +232,8 @@ class OurClouds(CloudMethod):
         stamp = ShadowKey(self._stamp, charts.cuts, charts.steady)
         self.shadow.place(frame, field.block, field.first, field.wind_m_s, stamp, radius, present)
         self._shafts.place(frame, field.block.highest_m, field.first[1], radius, shadow)
-        field.write()
+        shown.ubo.write(field.block)
+        shown.placed = True
         # Rays that were followed through another air, such as that of its first small tables, are none of this picture.
         air = frame.world.try_resource("air_generation")
         shares = charts.first.number, charts.second.number, charts.share
@@ -240,14 +248,16 @@ class OurClouds(CloudMethod):
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         own = self._of(view.view)
-        self.shadow.declare(builder, view, self.gpu.owner, self.bind_density, view.view.seen.planet)
+        builder.import_(CLOUD_VIEW, "buffer", help="layers, noise and weather around the anchor", lent=own.ubo.buffer)
+        bind_clouds = partial(self.bind_density, view.view)
+        self.shadow.declare(builder, view, self.gpu.owner, bind_clouds, view.view.seen.planet)
         air = contract_reads(self.world, but=self.gpu.owner)
         builder.add_pass(
             "clouds.sky",
             kind="compute",
-            bind=lambda io: self._bind_sky(io, own),
+            bind=lambda io: self._bind_sky(io, own, bind_clouds),
             system=self.gpu.owner,
-            reads=(SUN, *air),
+            reads=(CLOUD_VIEW, SUN, *air),
             creates=(
                 TextureSpec(
                     _SKY, "rgba32f", (_SKY_TEXELS, _SKY_TEXELS), "persistent", filter="linear",
@@ -265,7 +275,7 @@ class OurClouds(CloudMethod):
             return own.history
 
         copied, depth = self._surface.declare(builder, view, self.gpu.owner), self._picture.depth
-        self._view.declare(builder, view, history, self.bind_density)
+        self._view.declare(builder, view, history, bind_clouds)
         size = self._picture.size(view.size)
         if self._with_shafts:
             self._shafts.declare(builder, view.view, RAYS, self._picture.rays(view.size), DISTANCE, depth, history)
@@ -308,14 +318,14 @@ class OurClouds(CloudMethod):
             help="clouds over the picture",
         )
 
-    def _bind_sky(self, io: PassIO, view: _CloudView) -> Callable[[], None]:
+    def _bind_sky(self, io: PassIO, view: _CloudView, bind_clouds: Callable[[], None]) -> Callable[[], None]:
         texture, sun = io.texture(_SKY), io.texture(SUN)
         bind = bind_contracts(self.world, io, but=self.gpu.owner)
         view.sky = SkyRows()  # all of it, whatever this frame was to draw
 
         def run() -> None:
             bind()
-            self.bind_density()
+            bind_clouds()
             sun.use(CLOUD_SUN_UNIT)
             texture.bind_to_image(0, read=False, write=True)
             first, step = view.sky.rows if view.sky.rows[1] else (0, 1)  # a reloaded shader runs whatever is due
@@ -325,8 +335,9 @@ class OurClouds(CloudMethod):
 
         return run
 
-    def bind_density(self) -> None:
-        """Bind what clouds/weather_march.glsl reads, for the clouds of the last frame."""
+    def bind_density(self, view: View) -> None:
+        """Bind what clouds/weather_march.glsl reads, for the clouds of that view's last frame."""
+        self._of(view).ubo.bind()
         self.field.bind()
 
     def _bind_history(self, io: PassIO, own: _CloudView) -> Callable[[], None]:

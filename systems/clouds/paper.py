@@ -8,9 +8,9 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from ...components import CloudLayer, Clouds, Planet
-from ...engine.blocks.bindings import CLOUD_TILE_UNIT
+from ...engine.blocks.bindings import CLOUD_TILE_UNIT, CLOUD_VIEW_BLOCK
 from ...engine.blocks.layout import zeros
-from ...engine.frame import Frame, View, ViewInfo
+from ...engine.frame import Frame, View, ViewInfo, ViewParts
 from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.gpu import GpuScope
 from ...engine.graph import GraphBuilder, PassIO
@@ -19,7 +19,7 @@ from ...engine.system import Setup
 from .layers import frames_at
 from .method import CloudMethod, CloudsRevision, may_see
 from .paper_volume import PaperVolume
-from .view_block import CloudViewBlock, CloudViewLayer, CloudVolume, cloud_view_uniforms
+from .view_block import CLOUD_VIEW, CloudViewBlock, CloudViewLayer, CloudVolume, cloud_view_uniforms
 
 __all__ = ["LARGE_STEP", "STEPS", "PaperClouds", "PaperClouds2018"]
 
@@ -43,10 +43,12 @@ class _VolumeKey(NamedTuple):
     thickness_m: float = 0.0
 
 
-class Seen:
-    """One view's."""
+class _View(ViewParts):
+    """One view's: its uniform block, and whether it may show any cloud."""
 
-    def __init__(self) -> None:
+    def __init__(self, of: GpuScope) -> None:
+        super().__init__(of)
+        self.ubo = self.gpu.uniform_block(CloudViewBlock, CLOUD_VIEW_BLOCK)
         self.seen = True
 
 
@@ -54,11 +56,12 @@ class PaperClouds(CloudMethod):
     """The passes of Michelic et al. 2019: clouds and air put together as there."""
 
     contracts: ClassVar[Mapping[str, str]] = {"cloud_shadow": "clouds/paper/shadow.glsl"}
+    reads: ClassVar[tuple[str, ...]] = (CLOUD_VIEW,)
     year: ClassVar[int] = 2019
 
     def __init__(self, gpu: GpuScope, setup: Setup) -> None:
         super().__init__(gpu, setup)
-        self._ubo = cloud_view_uniforms(gpu)
+        cloud_view_uniforms(gpu)  # its text, for shaders; each view has a block of its own
         self._block = zeros(CloudViewBlock)
         self._stamp: CloudsRevision | None = None
         self._volume: PaperVolume | None = None
@@ -74,22 +77,28 @@ class PaperClouds(CloudMethod):
         self._volumes.release()
         super().release()
 
-    def bind_contract(self, io: PassIO) -> Callable[[], None]:
-        return self._bind
+    def _of(self, view: View) -> _View:
+        return view.state(self, lambda: _View(self.gpu))
 
-    def _bind(self) -> None:
-        if self._volume is not None:
-            self._volume.texture.use(CLOUD_TILE_UNIT)
-        self._ubo.bind()
+    def bind_contract(self, io: PassIO) -> Callable[[], None]:
+        block = io.imported(CLOUD_VIEW)
+
+        def run() -> None:
+            if self._volume is not None:
+                self._volume.texture.use(CLOUD_TILE_UNIT)
+            block.value.bind_to_uniform_block(CLOUD_VIEW_BLOCK)
+
+        return run
 
     def seen_in(self, view: View) -> bool:
-        return view.state(self, Seen).seen
+        return self._of(view).seen
 
     def update(self, frame: Frame) -> None:
         component = frame.world.get(frame.planet, Clouds)
         radius = float(frame.world.get(frame.planet, Planet).radius_m)
         layer = self._layer
-        frame.view.state(self, Seen).seen = layer is not None and may_see(frame, float(layer.top_m))
+        own = self._of(frame.view)
+        own.seen = layer is not None and may_see(frame, float(layer.top_m))
         if self._volume is not None and not self._volume.done:
             self._volume.step(1e9 if frame.settling else _BUDGET_S)
         turn, _ = frames_at(float(component.wind_speed_m_s), radius, frame.time_s)
@@ -99,8 +108,7 @@ class PaperClouds(CloudMethod):
         if self._volume is not None:
             block.layers[0].extinction_per_m = self._volume.extinction_per_m
         block.broad = CloudVolume(np.mod(turn @ proxy.anchor_m / self._tile_m, 1.0), 1.0 / self._tile_m)
-        self._ubo.write(block)
-        self._ubo.bind()
+        own.ubo.write(block)
 
     def refresh(self, frame: Frame) -> None:
         component = frame.world.get(frame.planet, Clouds)
@@ -143,13 +151,15 @@ class PaperClouds(CloudMethod):
             )  # fmt: skip
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
-        if not self.seen_in(view.view):
+        own = self._of(view.view)
+        builder.import_(CLOUD_VIEW, "buffer", help="the layer and its volume around the anchor", lent=own.ubo.buffer)
+        if not own.seen:
             return
         builder.add_pass(
             "clouds.march",
             bind=self._bind_view,
             system=self.gpu.owner,
-            reads=("gbuffer.depth", *contract_reads(self.world, but=self.gpu.owner)),
+            reads=(CLOUD_VIEW, "gbuffer.depth", *contract_reads(self.world, but=self.gpu.owner)),
             writes=("scene.radiance",),
             stage="clouds",
             help="the printed march through clouds and air, for every pixel",
@@ -157,11 +167,11 @@ class PaperClouds(CloudMethod):
 
     def _bind_view(self, io: PassIO) -> Callable[[], None]:
         target, depth = io.framebuffer(colors=("scene.radiance",)), io.texture("gbuffer.depth")
-        bind = bind_contracts(self.world, io, but=self.gpu.owner)
+        bind, bind_own = bind_contracts(self.world, io, but=self.gpu.owner), self.bind_contract(io)
 
         def run() -> None:
             bind()
-            self._bind()
+            bind_own()
             target.use()
             self._blend.apply()
             depth.use(0)

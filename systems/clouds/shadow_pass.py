@@ -17,7 +17,7 @@ from ...engine.gpu import gl as G
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from .columns import intervals_of, span_rows, spans_of
 from .shadow import ShadowMap, ShadowMaps
-from .view_block import MOST_INTERVALS, MOST_MAPS, CloudShadowMap, CloudViewBlock
+from .view_block import CLOUD_VIEW, MOST_INTERVALS, MOST_MAPS, CloudShadowMap, CloudViewBlock
 
 __all__ = ["SHADED", "SHADOW", "SUN", "ShadowPass", "ViewShadow"]
 
@@ -238,6 +238,7 @@ class ShadowPass:
             kind="compute",
             bind=lambda io: self._bind(io, own, bind_noise),
             system=system,
+            reads=(CLOUD_VIEW,),
             creates=(
                 TextureSpec(
                     SHADOW, "rgba16f", (side, side), "persistent", layers=MOST_MAPS + 1, filter="linear",

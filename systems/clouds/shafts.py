@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...engine.blocks.bindings import CLOUD_DEPTH_UNIT, CLOUD_SUN_UNIT
+from ...engine.blocks.bindings import CLOUD_DEPTH_UNIT, CLOUD_SUN_UNIT, CLOUD_VIEW_BLOCK
 from ...engine.frame import Frame, View
 from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.gpu import GpuScope
@@ -17,6 +17,7 @@ from ...engine.settings import Settings
 from ...engine.world import World
 from .history import History
 from .shadow_pass import SHADED, SUN, ViewShadow
+from .view_block import CLOUD_VIEW
 
 __all__ = ["Shafts"]
 
@@ -115,7 +116,7 @@ class Shafts:
             kind="compute",
             bind=lambda io: self._bind_march(io, rays, distance, depth, own, history),
             system=self._owner,
-            reads=(depth, SUN, _GROUPS, *contract_reads(self._world, but=self._owner)),
+            reads=(CLOUD_VIEW, depth, SUN, _GROUPS, *contract_reads(self._world, but=self._owner)),
             writes=(rays, distance),
             after=("clouds.shafts_begin",),
             when=due,
@@ -141,11 +142,12 @@ class Shafts:
         self, io: PassIO, rays: str, distance: str, surface: str, own: _ViewShafts, history: Callable[[], History]
     ) -> Callable[[], None]:
         light, far, depth = io.texture(rays), io.texture(distance), io.texture(surface)
-        sun, groups = io.texture(SUN), io.buffer(_GROUPS)
+        sun, groups, block = io.texture(SUN), io.buffer(_GROUPS), io.imported(CLOUD_VIEW)
         bind = bind_contracts(self._world, io, but=self._owner)
 
         def run() -> None:
             bind()
+            block.value.bind_to_uniform_block(CLOUD_VIEW_BLOCK)
             depth.use(CLOUD_DEPTH_UNIT)
             sun.use(CLOUD_SUN_UNIT)
             light.bind_to_image(0, read=True, write=True)

@@ -11,10 +11,12 @@ from ...engine.blocks.layout import Mat3, Vec3, array
 from ...engine.gpu import GpuScope, UniformBlock
 
 __all__ = [
-    "MOST_INTERVALS", "MOST_LAYERS", "MOST_MAPS", "CloudFilter", "CloudKind", "CloudShadowMap", "CloudSpan",
-    "CloudViewBlock", "CloudViewLayer", "CloudVolume", "cloud_view_uniforms",
+    "CLOUD_VIEW", "MOST_INTERVALS", "MOST_LAYERS", "MOST_MAPS", "CloudFilter", "CloudKind", "CloudShadowMap",
+    "CloudSpan", "CloudViewBlock", "CloudViewLayer", "CloudVolume", "cloud_view_uniforms",
 ]  # fmt: skip
 
+CLOUD_VIEW = "clouds.view"
+"""A view's block, lent to the graph."""
 MOST_LAYERS = 4
 MOST_MAPS = 6
 MOST_INTERVALS = 8

@@ -15,6 +15,7 @@ from ...engine.world import World
 from .history import NONE, STILL, History
 from .picture import CloudPicture
 from .shadow_pass import SUN
+from .view_block import CLOUD_VIEW
 
 __all__ = ["DISTANCE", "MAPPED", "RAYS", "UPSAMPLED", "MarchSteps", "ViewMarch"]
 
@@ -107,7 +108,7 @@ class ViewMarch:
             kind="compute",
             bind=lambda io: self._bind_classify(io, history, bind_clouds),
             system=self._system,
-            reads=(depth,),
+            reads=(CLOUD_VIEW, depth),
             creates=(
                 TextureSpec(RAYS, "rgba32f", size, "persistent", help="light of clouds, and what they leave"),
                 TextureSpec(DISTANCE, "r32f", size, "persistent", help="mean distance of the clouds"),
@@ -122,7 +123,7 @@ class ViewMarch:
             kind="compute",
             bind=lambda io: self._bind_march(io, history, bind_clouds),
             system=self._system,
-            reads=(depth, SUN, _TILES, *air),
+            reads=(CLOUD_VIEW, depth, SUN, _TILES, *air),
             writes=(RAYS, DISTANCE),
             after=("clouds.classify",),
             when=lambda: not history().skip,
@@ -133,7 +134,7 @@ class ViewMarch:
             kind="compute",
             bind=lambda io: self._bind_debug(io, history, bind_clouds),
             system=self._system,
-            reads=(depth, SUN, _FLAGS, *air),
+            reads=(CLOUD_VIEW, depth, SUN, _FLAGS, *air),
             creates=(
                 TextureSpec("debug.cloud_tiles", "rgba8", size, help="dark: nothing, blue: air only, else cloud"),
                 TextureSpec("debug.cloud_steps", "r32f", size, help="places looked at, without the sun's"),

@@ -17,6 +17,7 @@ from .field import CloudField
 from .model import CloudModel
 from .questions import NoiseOrigins, Questions, WeatherQuestion
 from .shell_probe import march_defines
+from .view_block import cloud_view_uniforms
 from .view_march import MarchSteps
 
 __all__ = ["WeatherProbe"]
@@ -45,6 +46,7 @@ class WeatherProbe:
         gpu.shaders.add_virtual("generated/frame.glsl", f"{StructLayout(FrameBlock).glsl}FrameBlock frame;\n")
         self._planet = gpu.uniform_block(PlanetBlock, PLANET_BLOCK, "planet")
         self._planet.write(PlanetBlock(model.radius_m, 0.0, 0.0, 0.0, 0.0, has_sea=False))
+        self._block = cloud_view_uniforms(gpu)
         self._field = CloudField(gpu, settings)
         self._field.filter_between_levels()
         self._field.take(component)
@@ -64,12 +66,13 @@ class WeatherProbe:
             return np.zeros((0, 3)), np.ones((0, 3))
         self._field.maps.charts.exact(time_s)
         self._field.place(np.zeros(3), self._model.radius_m, time_s)
-        self._field.write()
+        self._block.write(self._field.block)
         top_m = self._model.air_thickness_m if in_air else self._model.highest_m
         records = self._pack(positions_m, directions, suns, most_m, sun_radius_rad, pixel_rad, max(top_m, 0.0))
         program = self._program(multiple, in_air)
         program.set("u_ground", ground_albedo)
         self._planet.bind()
+        self._block.bind()
         self._field.bind()
         return self._questions.ask(program, records)
 

@@ -106,6 +106,31 @@ def test_what_is_shared_is_made_once() -> None:
         assert bytes_of(renderer)["graph"] == first["graph"]
 
 
+@pytest.mark.parametrize("method", ["ours", "paper_2019"])
+def test_blocks_that_hold_a_views_camera_are_its_own(method: str) -> None:
+    """One view over another place writes into no other's, and finds its own after that one has drawn."""
+    elsewhere = pf.Camera.at(-20.0, 30.0, 3000.0, pitch_deg=-10.0)
+    names = ["atmosphere.camera", "clouds.view", "shadows.windows"]
+    with scene_of(clouds=True) as scene, pf.Renderer(scene, SIZE, "low") as renderer:
+        scene.planet[pf.Clouds].method = method
+
+        def held(view: pf.Renderer | pf.RenderView) -> list[bytes]:
+            with renderer.current():
+                return [view.graph.resource(name).read() for name in names]
+
+        renderer.settle(MAIN, 0.0, sun=SUN)
+        renderer.render(MAIN, 0.0, sun=SUN)
+        before = held(renderer)
+        view = renderer.add_view(SIZE)
+        view.settle(elsewhere, 0.0, sun=SUN)
+        view.render(elsewhere, 0.0, sun=SUN)
+        others = held(view)
+        assert all(a != b for a, b in zip(before, others, strict=True))
+        assert held(renderer) == before
+        renderer.render(MAIN, 0.0, sun=SUN)
+        assert held(renderer) == before and held(view) == others
+
+
 def test_views_come_and_go() -> None:
     with scene_of() as scene, pf.Renderer(scene, SIZE, "low") as renderer:
         before = renderer.render(MAIN, 0.0, sun=SUN)["color"]

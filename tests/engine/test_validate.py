@@ -223,7 +223,7 @@ def test_a_shader_that_others_may_refuse(gpu: Gpu, text: str, why: str):
 
 CONTRACTS = {
     "atmosphere.camera", "atmosphere.first", "atmosphere.second", "atmosphere.extinction", "clouds.shadow",
-    "clouds.sky", "shadows.map", "shadows.windows",
+    "clouds.sky", "clouds.view", "shadows.map", "shadows.windows",
 }  # fmt: skip
 """What implements a contract is bound for every pass that includes one: which of it a shader reads is the affair of who
 implements it."""

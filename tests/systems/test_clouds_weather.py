@@ -15,6 +15,7 @@ from planetfall.components import Clouds
 from planetfall.systems.clouds.field import CloudField
 from planetfall.systems.clouds.maps import BORDER
 from planetfall.systems.clouds.ours import OurClouds
+from planetfall.systems.clouds.view_block import cloud_view_uniforms
 from planetfall.systems.clouds.volumes import even_spread, level_deviations
 from planetfall.systems.clouds.weather import (
     STEP_S,
@@ -226,10 +227,11 @@ def test_clouds_have_rims_in_every_weather(scope: Any, run_compute: Any) -> None
     field.take(Clouds(extinction_per_m=0.05))
     field.place(np.array([6.4e6, 0.0, 0.0]), 6.36e6, 0.0)
     field.block.hiding = (10.0, 1.0, 10.0, 1.0)  # nothing of the noise: as seen from near
-    field.write()
+    block = cloud_view_uniforms(scope)
+    block.write(field.block)
 
     def bind(_: Any) -> None:
-        field.bind_block()
+        block.bind()
         field.shape.texture.use(0)
         field.rims.texture.use(1)
 

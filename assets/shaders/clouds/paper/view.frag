@@ -19,7 +19,7 @@ layout(binding = 0) uniform sampler2D u_depth;
 layout(location = 0) uniform float u_small_step_m;
 layout(location = 1) uniform float u_large_step_m;
 #if CLOUD_PAPER == 2019
-layout(location = 2) uniform bool u_shafts;
+layout(location = 2) uniform int u_shafts;
 #endif
 layout(location = 0) out vec4 o_color;
 
@@ -159,7 +159,7 @@ void main() {
         if (intervals[2 * k + 1] - intervals[2 * k] > 1e-3 && m.transmittance > PAPER_OPAQUE)
             paper_interval(m, ray, intervals[2 * k], intervals[2 * k + 1], phase);
 #if CLOUD_PAPER == 2019
-        if (k == 0 && u_shafts && intervals.z - intervals.y > 1e-3 && m.transmittance > PAPER_OPAQUE)
+        if (k == 0 && u_shafts != 0 && intervals.z - intervals.y > 1e-3 && m.transmittance > PAPER_OPAQUE)
             paper_shafts(m, ray, intervals.y, intervals.z);
 #endif
     }
