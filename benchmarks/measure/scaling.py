@@ -26,6 +26,10 @@ __all__ = [
 ]
 
 
+_STEADY_FRAMES = 12
+"""So many frames without a new program: all are there."""
+
+
 @dataclass(frozen=True)
 class PowerLaw:
     """ms = fixed_ms + factor x count^exponent, fitted in the logarithm to what grows."""
@@ -61,6 +65,10 @@ class FrameCost:
 
     timing: Timing
     cpu_ms: float
+
+
+def _programs(renderer: Renderer) -> int:
+    return sum(kinds.get("program", 0) for kinds in renderer.gpu.counts().values())
 
 
 def turning_frames(renderer: Renderer, seen: Camera, runs: int, sun: Sun | None = None) -> FrameCost:
@@ -99,13 +107,14 @@ def turning_in_turns(renderers: Sequence[Renderer], seen: View, runs: int, warm_
 
 
 def turning_views(renderer: Renderer, seen: Camera, count: int, runs: int, sun: Sun | None = None) -> FrameCost:
-    """The same for several views of one renderer, the renderer's own first, each of them of its size."""
+    """The same for several views of one renderer, the renderer's own first, each of them of its size. Every view has
+    settled: tables, tiles and shadows are there, and shaders compiled, before the first frame that counts."""
     placed = seen.in_scene(renderer.scene)
     moment: dict[str, Any] = {"sun": placed.sun if sun is None else sun, "time_s": placed.time_s}
     views: list[Renderer | RenderView] = [renderer]
     views += [renderer.add_view(renderer.size) for _ in range(count - 1)]
     for one in views:
-        one.render(seen, **moment)
+        one.settle(seen, **moment)
     target = renderer.ctx.simple_framebuffer(renderer.size)
     cameras = turned(renderer.camera_state(seen), 0.01, 4)
     used: list[float] = []
@@ -118,6 +127,12 @@ def turning_views(renderer: Renderer, seen: Camera, count: int, runs: int, sun: 
         renderer.ctx.finish()
         used.append((time.process_time() - before) * 1e3)
 
+    # Frames that go on compile what later ones may need, one shader each: that is no frame's own time.
+    steady = 0
+    while steady < _STEADY_FRAMES:
+        programs = _programs(renderer)
+        frame()
+        steady = steady + 1 if _programs(renderer) == programs else 0
     timing = time_variants({"turning": frame}, runs, 2, renderer.ctx.finish)["turning"]
     renderer.gpu.leave(target)
     target.release()

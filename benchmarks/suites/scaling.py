@@ -146,7 +146,10 @@ def _cloud_layers(session: Session) -> None:
 
 
 def _views(session: Session) -> None:
-    """Views of one planet in one renderer: each draws a picture of its own, tiles and tables are shared."""
+    """Views of one planet in one renderer: each draws a picture of its own, tiles and tables are shared.
+
+    Held frames of views that have all settled, so the time is that of drawing alone, and each view adds its picture.
+    """
     size, seen = (160, 90), view("near")
 
     def measure(count: float) -> FrameCost:
