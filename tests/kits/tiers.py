@@ -108,9 +108,9 @@ DEFAULT: dict[str, tuple[str, ...]] = {
         "test_heights_on_the_gpu",
     ),
     "test_shadows.py": (
-        "test_places_on_the_chart_come_back_and_lengths_scale_alike_in_all_directions",
+        "test_places_on_the_projection_come_back_and_lengths_scale_alike_in_all_directions",
         "test_a_projection_is_kept_until_another_is_clearly_nearer",
-        "test_axes_of_charts_are_right_handed",
+        "test_axes_of_projections_are_right_handed",
         "test_a_sweep_covers_all_that_a_shift_lets_see_further",
         "test_the_levels_reach_from_the_nearest_pixel_to_the_horizon",
         "test_a_camera_on_a_sea_that_hides_all_ground",
