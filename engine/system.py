@@ -49,7 +49,7 @@ class System:
     does not go on without this one."""
     structure: int = 0
     """Raised by the system when its passes or the sizes of its resources change: every view's frame graph is compiled
-    again. What changes for one view alone is in `structure_of`."""
+    again. What changes for one view alone raises `View.structure`, or is in `structure_of`."""
     moving: bool | None = None
     """Whether what it shows changed since the last frame although no component's field, camera, light or time did. None
     stands for no in the library's own systems and for yes in a game's, which says False where that is true."""

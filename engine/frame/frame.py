@@ -59,6 +59,9 @@ class View:
         """The next snap of its proxy."""
         self.latest: Frame | None = None
         """Its last frame, or the one that is being drawn; None before the first."""
+        self.structure = 0
+        """Raised by systems when passes or the sizes of resources change that they declare for this view alone: its
+        frame graph is compiled again."""
         self.placed: Proxy | None = None
         """Its camera's proxy, or None before the first frame."""
         self.planets_px: tuple[int, int, int, int] | None = None

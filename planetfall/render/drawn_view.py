@@ -22,10 +22,12 @@ LDR = "composite.ldr"
 
 
 class PlanKey(NamedTuple):
-    """What a plan was compiled for. gates: how often systems had come or gone; systems: name and structure of each."""
+    """What a plan was compiled for. gates: how often systems had come or gone; view: its structure; systems: name and
+    structure of each."""
 
     exports: frozenset[str]
     gates: int
+    view: int
     systems: tuple[tuple[str, object], ...]
 
 

@@ -198,7 +198,7 @@ class PlanetRenderer:
         return frame
 
     def _structure(self, view: DrawnView, exports: frozenset[str], running: Sequence[System]) -> PlanKey:
-        return PlanKey(exports, self._gates, tuple((s.name, s.structure_of(view)) for s in running))
+        return PlanKey(exports, self._gates, view.structure, tuple((s.name, s.structure_of(view)) for s in running))
 
     def _compiled(self, view: DrawnView, exports: frozenset[str]) -> Plan:
         running = self.running

@@ -39,7 +39,7 @@ class OurSea(SeaMethod):
         return view.state(self, lambda: SeaMesh(self.gpu, self._making, view))
 
     def update(self, frame: Frame) -> None:
-        self.structure += self.view(frame.view).update(frame)
+        frame.view.structure += self.view(frame.view).update(frame)
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         sea = self.view(view.view)

@@ -92,7 +92,7 @@ class PaperSea(SeaMethod):
     def update(self, frame: Frame) -> None:
         view = self.view(frame.view)
         if view.follow(frame):
-            self.structure += self._project(frame, view)
+            frame.view.structure += self._project(frame, view)
         view.look(frame)
         view.ubo.bind()
 

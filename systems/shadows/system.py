@@ -208,7 +208,7 @@ class ShadowSystem(System):
         if found is not None and found.windows.size == size:
             return found
         view.forget(self)
-        self.structure += 1
+        view.structure += 1
         return view.state(self, lambda: _View(self._gpu, size))
 
     def _place(

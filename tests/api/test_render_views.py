@@ -131,6 +131,36 @@ def test_blocks_that_hold_a_views_camera_are_its_own(method: str) -> None:
         assert held(renderer) == before and held(view) == others
 
 
+@pytest.mark.parametrize("backend", ["grid", "quadtree"])
+def test_what_changes_in_one_view_compiles_no_others_graph(backend: str) -> None:
+    """Other cells, larger buffers, clouds out of sight, another size: none is the other view's affair."""
+    places = [
+        pf.Camera.at(-20.0, 30.0, 3000.0, pitch_deg=-10.0),
+        pf.Camera.at(-20.0, 30.0, 3000.0, pitch_deg=89.0),
+        pf.Camera.at(37.684, 140.602, 2.0, above="ground"),
+        pf.Camera.at(0.0, 0.0, 2e7, pitch_deg=-90.0),
+        pf.Camera.at(0.0, 0.0, 2e7, pitch_deg=89.0),
+    ]
+    with scene_of(clouds=True) as scene, pf.Renderer(scene, SIZE, "low", {"terrain.backend": backend}) as renderer:
+        renderer.settle(MAIN, 0.0, sun=SUN)
+        renderer.render(MAIN, 0.0, sun=SUN)
+        view, own = renderer.add_view(SIZE), renderer.graph
+        seen = set()
+        for place in places:
+            view.settle(place, 0.0, sun=SUN)
+            seen.add(id(view.graph))
+            renderer.render(MAIN, 0.0, sun=SUN)
+            assert renderer.graph is own, place
+        assert len(seen) > 1, "its own was compiled again"
+        view.resize((200, 300))
+        view.render(MAIN, 0.0, sun=SUN)
+        renderer.render(MAIN, 0.0, sun=SUN)
+        assert renderer.graph is own
+        scene.planet[pf.Clouds].shafts = not scene.planet[pf.Clouds].shafts  # what is all views'
+        renderer.render(MAIN, 0.0, sun=SUN)
+        assert renderer.graph is not own
+
+
 def test_views_come_and_go() -> None:
     with scene_of() as scene, pf.Renderer(scene, SIZE, "low") as renderer:
         before = renderer.render(MAIN, 0.0, sun=SUN)["color"]

@@ -51,7 +51,7 @@ class GridBackend(Backend):
         view = self._of(frame)
         view.bind_octaves = partial(self.bind_octaves, frame.view)
         _, grew = view.follow(frame)
-        self.structure += grew
+        frame.view.structure += grew
         view.keep_dh_m = heights_seen(frame, frame.view.proxy.anchor_height_m)
         view.look(frame)
         view.ubo.write(view.block(self.ground.params.radius_m))

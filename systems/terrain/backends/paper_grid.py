@@ -164,7 +164,7 @@ class PaperGridBackend(Backend):
         view.angle_rad = angle * cut.coarser
         view.grid = grid
         self._write_block(view, proxy)
-        self.structure += view.take(cut)
+        frame.view.structure += view.take(cut)
 
     def _write_block(self, view: _View, proxy: Proxy) -> None:
         grid = view.grid

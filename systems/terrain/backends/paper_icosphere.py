@@ -147,7 +147,7 @@ class PaperIcosphereBackend(Backend):
             view.capacity = 2 * len(found.keys)
             view.gpu.free(view.patches)
             view.patches = view.gpu.buffer(reserve=view.capacity * NAME_DTYPE.itemsize, dynamic=True)
-            self.structure += 1
+            frame.view.structure += 1
         if len(found.keys):
             view.patches.write(self.shape.names(found.keys).tobytes())
 
