@@ -17,6 +17,7 @@ from .limits import check_limits
 from .preprocess import Defines
 from .shaders import ShaderLibrary
 from .software_threads import spread_threads
+from .stale_uniforms import warn_of_stale_uniforms
 from .state import State, reset_baseline
 from .textures import AnyTexture, Data, TextureInfo
 from .touching import CommandWatch
@@ -51,6 +52,7 @@ class Device:
         self.work = Work()
         if self.caps.is_software:
             spread_threads()
+            warn_of_stale_uniforms(self.caps.renderer)
         base = dict(defines or {})
         if not self.caps.has_clip_control:
             base["PF_FRAG_DEPTH"] = 1

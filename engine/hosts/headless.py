@@ -11,6 +11,7 @@ import moderngl
 
 from ..gpu.caps import REQUIRED_VERSION, check_version
 from ..gpu.errors import GpuError
+from ..gpu.stale_uniforms import keep_uniforms
 
 __all__ = ["NoEGLError", "create_headless"]
 
@@ -31,6 +32,7 @@ def create_headless(require: int = REQUIRED_VERSION) -> moderngl.Context:
     for setting, library, file in (("libegl", "EGL", "libEGL.so.1"), ("libgl", "GL", "libGL.so.1")):
         if sys.platform.startswith("linux") and ctypes.util.find_library(library) is None:
             settings[setting] = file
+    keep_uniforms()
     make: Any = moderngl.create_context
     ctx: moderngl.Context | None = None
     failure: Exception | None = None

@@ -17,6 +17,7 @@ import numpy as np
 
 from ..gpu import gl as G
 from ..gpu.gl import GL
+from ..gpu.stale_uniforms import keep_uniforms
 from ..input import KEYS, InputEvent, InputState, KeyEvent, MouseButton, MouseMove, Resize, Text, Wheel
 from .monitors import Monitor, centred, monitor_at
 
@@ -164,6 +165,7 @@ def _load_platform(backend: Backend) -> Any:
 def _create(backend: Backend, gl_version: tuple[int, int], **options: Any) -> tuple[Any, Any]:
     """A moderngl-window window and the adapter class for it, or one of the errors of `open_window`."""
     platform_class = _load_platform(backend)
+    keep_uniforms()
     with warnings.catch_warnings(record=True) as caught:  # glfw tells its reasons as warnings
         warnings.simplefilter("always")
         try:
