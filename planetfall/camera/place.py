@@ -101,7 +101,8 @@ class Place:
 class SceneCamera:
     """A camera in a scene: whose axes its pose is in, and what else it asks of a picture.
 
-    place: of a camera that was told by one. sun, time_s: those that a view brings.
+    place: of a camera that was told by one. sun, time_s: those that a view brings. printed_place: of a view that has
+    another one on the ground that the printed grid draws.
     """
 
     planet: PlanetHandle
@@ -110,6 +111,7 @@ class SceneCamera:
     place: Place | None = None
     sun: Sun | None = None
     time_s: float | None = None
+    printed_place: Place | None = None
 
     def state(self, aspect: float) -> CameraState:
         """As engine.space wants it. aspect: width / height of the picture."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -47,10 +47,20 @@ class _Row:
     time_s: float = knob(0.0, 0.0, 1e9, "s")
     ev100: float = knob(14.5, -20.0, 30.0, "EV")
     min_radius_m: float = knob(0.0, 0.0, 1e8, "m", "Makes no sense over smaller planets")
+    printed_place: Vec3 | None = knob(  # noqa: RUF009
+        None, help="On the ground that the printed grid draws: latitude, longitude and heading in place of those here"
+    )
 
     def place(self, radius_m: float) -> Place:
         altitude = self.altitude_m * (radius_m / _EARTH_RADIUS_M if self.scales else 1.0)
         return make_place(self.latitude_deg, self.longitude_deg, altitude, self.heading_deg, self.pitch_deg, self.above)
+
+    def place_on_printed_ground(self, radius_m: float) -> Place | None:
+        """If it has one of its own."""
+        if self.printed_place is None:
+            return None
+        latitude, longitude, heading = self.printed_place
+        return replace(self.place(radius_m), latitude_deg=latitude, longitude_deg=longitude, heading_deg=heading)
 
     def optics(self, ev100: float | None = None) -> Optics:
         """With a fixed exposure, the view's own if none is given, so that pictures of it can be compared."""
@@ -130,7 +140,9 @@ class View(PlacedCamera):
     def in_scene(self, scene: Scene) -> SceneCamera:
         planet, row = self.planet_in(scene), self._row_in(scene)
         place = row.place(planet.radius_m)
-        return SceneCamera(planet, place.pose(planet), row.optics(self._ev100), place, row.sun(scene), row.time_s)
+        printed = row.place_on_printed_ground(planet.radius_m)
+        sun, optics = row.sun(scene), row.optics(self._ev100)
+        return SceneCamera(planet, place.pose(planet), optics, place, sun, row.time_s, printed)
 
     @property
     def place(self) -> Place:

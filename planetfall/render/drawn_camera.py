@@ -71,8 +71,7 @@ class DrawnCamera:
         """In f64, in the planet's axes, for a picture of `size`; the last one is kept."""
         held = self._held
         if held is None or held[0] is not placed or held[1] != size:
-            state = placed.state(size[0] / size[1])
-            state = self._lifted_out(self._ground.placed_on(placed, state))
+            state = self._lifted_out(self._ground.placed_on(placed).state(size[0] / size[1]))
             held = self._held = (placed, size, state)
         return held[2]
 

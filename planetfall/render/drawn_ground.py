@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -16,7 +17,6 @@ from ..systems.terrain.paper_ground import PaperField
 
 if TYPE_CHECKING:
     from ..camera.place import SceneCamera
-    from ..engine.space import CameraState
     from ..scene.scene import Scene
 
 __all__ = ["DrawnGround"]
@@ -32,8 +32,8 @@ class _MadeFor(NamedTuple):
 class DrawnGround:
     """Which ground a renderer with these settings draws on a scene's default planet.
 
-    That of the scene, but for the projected grid's paper mode: a texture of continents and layers of noise, hundreds
-    of metres off. TerrainSampler and the scene's other queries always tell of the scene.
+    That of the scene, but for the projected grid's paper mode: a texture of continents and layers of noise, a kilometre
+    off among mountains. TerrainSampler and the scene's other queries always tell of the scene.
     """
 
     def __init__(self, scene: Scene, settings: Mapping[str, Any]) -> None:
@@ -61,16 +61,19 @@ class DrawnGround:
         """The ground that is drawn; None without Terrain."""
         return self.own_field() or self._scene.planet.height_field()
 
-    def placed_on(self, placed: SceneCamera, state: CameraState) -> CameraState:
+    def placed_on(self, placed: SceneCamera) -> SceneCamera:
         """A camera that was placed above the ground, placed above the ground that is drawn."""
         drawn = self.own_field()
-        if drawn is None or placed.place is None or placed.place.above != "ground":
-            return state
-        distance = float(np.linalg.norm(state.position_m))
-        zenith = state.position_m / distance
-        planet = self._scene.planet
-        sea = planet.get(Ocean)
-        height = float(drawn.height(zenith[None])[0])
-        height = height if sea is None else max(height, sea.sea_level_m)
-        off = height - float(planet.surface_height_m(zenith[None])[0])
-        return state.moved(zenith * (distance + off))
+        if drawn is None or placed.place is None:
+            return placed
+        planet, own = self._scene.planet, placed.printed_place
+        place, pose = (placed.place, placed.pose) if own is None else (own, own.pose(planet))
+        if place.above == "ground":
+            distance = float(np.linalg.norm(pose.position_m))
+            zenith = pose.position_m / distance
+            sea = planet.get(Ocean)
+            height = float(drawn.height(zenith[None])[0])
+            height = height if sea is None else max(height, sea.sea_level_m)
+            off = height - float(planet.surface_height_m(zenith[None])[0])
+            pose = replace(pose, position_m=zenith * (distance + off))
+        return replace(placed, pose=pose)

@@ -100,7 +100,7 @@ class PaperGridBackend(Backend):
         self._field_key: FieldKey
         # Its text, for shaders; each view has a block of its own.
         gpu.uniform_block(PaperGridBlock, TERRAIN_GRID_BLOCK, "paper_grid")
-        self._continents = gpu.texture((TEXELS, TEXELS), "r32f")
+        self._continents = gpu.texture((TEXELS, TEXELS), "rg32f")
         levels = _TILE_TEXELS.bit_length()
         self._normal_map = gpu.texture(
             (_TILE_TEXELS, _TILE_TEXELS), "rg16f", _bumps(), levels=levels, filter="trilinear", wrap="repeat"

@@ -27,8 +27,8 @@ vec4 paper_spline(float f) {
     return vec4(g * g * g, 4.0 - 6.0 * f * f + 3.0 * f * f * f, 4.0 - 6.0 * g * g + 3.0 * g * g * g, f * f * f) / 6.0;
 }
 
-// Height of the continents above the anchor's height.
-float paper_continents(vec3 D) {
+// Height of the continents above the anchor's height, and the relief that they lack.
+vec2 paper_continents(vec3 D) {
     vec3 d = D / paper_table.radius_m, up = paper_table.up;
     vec2 meridian = paper_table.meridian;
     float beside = paper_table.beside + meridian.x * d.y - meridian.y * d.x;
@@ -42,25 +42,24 @@ float paper_continents(vec3 D) {
     vec2 place = paper_table.texel_fraction + vec2(columns, rows), whole = floor(place);
     vec4 across = paper_spline(place.x - whole.x), upwards = paper_spline(place.y - whole.y);
     ivec2 first = paper_table.texel + ivec2(whole);
-    float total = 0.0;
+    vec2 total = vec2(0.0);
     for (int k = 0; k < 4; ++k) {
         int y = first.y + k - 1;
         bool over = y < 0 || y >= PAPER_TEXELS;   // over a pole columns go on half a turn away
         y = y < 0 ? -1 - y : y >= PAPER_TEXELS ? 2 * PAPER_TEXELS - 1 - y : y;
         int x = first.x - 1 + (over ? PAPER_TEXELS / 2 : 0);
-        vec4 texels = vec4(
-            texelFetch(u_continents, ivec2(x & (PAPER_TEXELS - 1), y), 0).r,
-            texelFetch(u_continents, ivec2((x + 1) & (PAPER_TEXELS - 1), y), 0).r,
-            texelFetch(u_continents, ivec2((x + 2) & (PAPER_TEXELS - 1), y), 0).r,
-            texelFetch(u_continents, ivec2((x + 3) & (PAPER_TEXELS - 1), y), 0).r);
-        total += upwards[k] * dot(across, texels - paper_table.height_m);
+        for (int l = 0; l < 4; ++l) {
+            vec2 texel = texelFetch(u_continents, ivec2((x + l) & (PAPER_TEXELS - 1), y), 0).rg;
+            total += upwards[k] * across[l] * (texel - vec2(paper_table.height_m, 0.0));
+        }
     }
     return total;
 }
 
 // Height above the anchor's height at foot offset D, all layers.
 float paper_dh(vec3 D) {
-    float land = paper_continents(D), noise = 0.0;
+    vec2 land = paper_continents(D);
+    float noise = 0.0;
     for (int k = 0; k < paper_table.layer_count; ++k) {
         PaperOctave octave = paper_table.layers[k];
         vec3 d = D * octave.frequency_per_m;
@@ -68,8 +67,7 @@ float paper_dh(vec3 D) {
         vec3 whole = floor(d);
         vec3 f = (d - whole) + octave.fraction;
         vec3 carry = floor(f);
-        noise += octave.amplitude_m * simplex_noise(octave.cell + ivec3(whole) + ivec3(carry), f - carry);
+        noise += octave.amplitude * simplex_noise(octave.cell + ivec3(whole) + ivec3(carry), f - carry);
     }
-    // Plains and shelves are calmer than mountains and abysses.
-    return land + noise * clamp(abs(land + paper_table.height_m) * paper_table.per_rough_m, PAPER_CALM, 1.0);
+    return land.x + land.y * noise;
 }
