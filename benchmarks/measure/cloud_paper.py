@@ -5,8 +5,8 @@ from __future__ import annotations
 import contextlib
 import itertools
 import time
-from collections.abc import Callable, Iterator
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,9 @@ from ... import ASSETS, Atmosphere, Camera, Clouds, Planet, Renderer, Scene, Sun
 from ...quality import resolve_quality
 from ...systems.clouds.paper import LARGE_STEP, STEPS
 from ...systems.clouds.paper_volume import PaperVolume
+from .flip import flip
 
-__all__ = ["TILE_M", "flight", "processor_times", "renderer_of", "repeats", "seen_from_space"]
+__all__ = ["TILE_M", "VARIANTS", "against_printed", "renderer_of", "repeats", "seen_from_space"]
 
 Floats = NDArray[np.float64]
 
@@ -92,6 +93,53 @@ def renderer_of(
         yield renderer
     finally:
         renderer.release()
+
+
+VARIANTS: Mapping[str, tuple[str, str] | None] = {
+    "paper_2018": ("paper_2018", "paper"),
+    "paper_2019": ("paper_2019", "paper"),
+    "low": ("ours", "low"),
+    "high": ("ours", "high"),
+    "none": None,
+}
+"""Method and quality of what is compared; None: no clouds."""
+
+
+class CloudCost(NamedTuple):
+    """error: mean FLIP to our reference, settled; at_once: of the first picture. ms: processor time of a frame in
+    flight less that of the same frame without clouds; frame_ms: all of it."""
+
+    error: float
+    at_once: float
+    ms: float
+    frame_ms: float
+
+
+def against_printed(
+    views: Mapping[str, View], size: tuple[int, int], samples: int, rounds: int
+) -> dict[tuple[str, str], CloudCost]:
+    """By variant and view. samples: of the reference's pixels; rounds: timed frames."""
+    truth = {}
+    with renderer_of(size, "ours", "reference", stride=1, samples=samples) as renderer:
+        for place, at in views.items():
+            renderer.settle(at)
+            truth[place] = renderer.render(at)["color"]
+    found: dict[tuple[str, str], CloudCost] = {}
+    with contextlib.ExitStack() as stack:
+        renderers = {
+            name: stack.enter_context(renderer_of(size, *(chosen or (None, "low"))))
+            for name, chosen in VARIANTS.items()
+        }
+        for place, at in views.items():
+            errors = {}
+            for name, renderer in renderers.items():
+                first = float(flip(truth[place], renderer.render(at)["color"]).mean())
+                renderer.settle(at)
+                errors[name] = float(flip(truth[place], renderer.render(at)["color"]).mean()), first
+            times = processor_times({name: flight(renderer, at) for name, renderer in renderers.items()}, rounds)
+            for name, ms in times.items():
+                found[name, place] = CloudCost(*errors[name], max(ms - times["none"], 1e-3), ms)
+    return found
 
 
 def processor_times(frames: dict[str, Callable[[], object]], rounds: int) -> dict[str, float]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import time
 from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,11 +18,13 @@ from ...engine.waves import WaveSet, at_directions, displacement
 from ...engine.waves.anchor import anchor_axes
 from ..scenes import preset_scene
 from ..timing import Timing
+from .flip import flip
 from .frames import FinishTimers
 
 __all__ = [
     "OPEN_SEA",
     "SeaTimes",
+    "against_printed",
     "around",
     "converged",
     "degrees_between",
@@ -146,6 +149,33 @@ def sea_times(renderers: Mapping[str, Renderer], camera: Camera, runs: int) -> d
             target.color_attachments[0].release()
             target.release()
     return {name: SeaTimes(Timing.of(shape[name]), Timing.of(whole[name])) for name in renderers}
+
+
+SIDES: Mapping[str, tuple[str, Mapping[str, float]]] = {
+    "paper": ("paper_2018", {}),
+    "paper, edges of 4 px": ("paper_2018", {"terrain.edge_px": 4.0}),
+    "ours": ("ours", {}),
+    "ours, pixels of 3": ("ours", {"ocean.footprint_px": 3.0}),
+    "ours, pixels of 8, edges of 30 px": ("ours", {"ocean.footprint_px": 8.0, "terrain.edge_px": 30.0}),
+}
+"""Method and knobs of what is compared."""
+
+
+def against_printed(
+    camera: Camera, size: tuple[int, int], waves: int, runs: int, time_s: float = 7.0
+) -> tuple[dict[str, float], dict[str, SeaTimes]]:
+    """Mean FLIP to a converged picture, and times, of each of SIDES."""
+    wanted = converged(camera, size, waves, time_s, finer=3)
+    with ExitStack() as stack:
+        sides = {
+            name: stack.enter_context(Renderer(sea_scene(waves, method), size, "medium", dict(knobs)))
+            for name, (method, knobs) in SIDES.items()
+        }
+        seen = {}
+        for name, renderer in sides.items():
+            with renderer.ctx:
+                seen[name] = float(flip(wanted, renderer.render(camera, time_s=time_s)["color"]).mean())
+        return seen, sea_times(sides, camera, runs)
 
 
 def _shapes(renderers: Mapping[str, Renderer], draw: Callable[[str], float], runs: int) -> dict[str, list[float]]:

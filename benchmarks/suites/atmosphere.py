@@ -159,13 +159,12 @@ def _skipping(session: Session) -> None:
                     error=drawn + len(ran), target=at_most(0))  # fmt: skip
 
 
-def _curve(session: Session) -> None:
-    """Run time against error: a climbing camera's sky and air at 10 km, and the errors of each class, on Earth."""
+def air_curve(session: Session) -> Iterator[tuple[str, air_speed.Cost, dict[str, float]]]:
+    """By quality: cost of sky and air of a climbing camera at 10 km, and errors of each class of CURVE, on Earth."""
     truths = _truths(session, "earth")
     label = {"climbing": _cameras("10 km", "climbing")}
     with _renderers({quality: (_bare(), quality) for quality in QUALITIES}, BENCH) as renderers:
         found = air_speed.time_passes(renderers, label, session.runs(9, 4))
-    costs = {quality: air_speed.total(found[quality, "climbing"], air_speed.AIR_PASSES) for quality in QUALITIES}
     for quality in QUALITIES:
         with AtmosphereProbe(air.scene_of(air.PLANETS["earth"]), quality=quality) as probe:
             answers = {quantity: air.answers(probe, truth) for quantity, truth in truths.items()}
@@ -173,9 +172,14 @@ def _curve(session: Session) -> None:
             name: air.errors(truths[quantity], answers[quantity], groups).values[statistic]
             for name, (quantity, groups, statistic) in CURVE.items()
         }
+        yield quality, air_speed.total(found[quality, "climbing"], air_speed.AIR_PASSES), errors
+
+
+def _curve(session: Session) -> None:
+    """Run time against error."""
+    for quality, cost, errors in air_curve(session):
         first = next(iter(CURVE))
         others: dict[str, Any] = {name: errors[name] for name in CURVE if name != first}
-        cost = costs[quality]
         session.row(
             quality, "10 km, climbing", BENCH, cost.wall, error=errors[first], error_unit=f"p95, {first}",
             cpu_ms=cost.cpu_ms, **others,

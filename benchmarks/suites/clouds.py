@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Mapping
 
 import numpy as np
@@ -105,44 +104,22 @@ def _paper(session: Session) -> None:
     """Ours and the printed march on the same clouds, the printed texture: error against our reference, and processor
     time of frames in flight with those of the same frames without clouds taken off."""
     from ... import view
-    from ..measure import cloud_paper as measure
-    from ..measure.flip import flip
+    from ..measure.cloud_paper import VARIANTS, against_printed
 
     size = (192, 108) if session.small else (640, 360)
-    views = {name: view(name) for name in PAPER_VIEWS}
     session.release()
-    truth = {}
-    samples = session.runs(33, 8)
-    with measure.renderer_of(size, "ours", "reference", stride=1, samples=samples) as renderer:
-        for name, at in views.items():
-            renderer.settle(at)
-            truth[name] = renderer.render(at)["color"]
-    variants = {"paper_2018": "paper", "paper_2019": "paper", "low": "low", "high": "high", "none": "low"}
-    with contextlib.ExitStack() as stack:
-        renderers = {
-            name: stack.enter_context(
-                measure.renderer_of(size, {"none": None}.get(name, name if quality == "paper" else "ours"), quality)
-            )
-            for name, quality in variants.items()
-        }
-        for place, at in views.items():
-            errors, alone = {}, {}
-            for name, renderer in renderers.items():
-                alone[name] = float(flip(truth[place], renderer.render(at)["color"]).mean())
-                renderer.settle(at)
-                errors[name] = float(flip(truth[place], renderer.render(at)["color"]).mean())
-            frames = {name: measure.flight(renderer, at) for name, renderer in renderers.items()}
-            times = measure.processor_times(frames, session.runs(16, 5))
-            own = {name: max(times[name] - times["none"], 1e-3) for name in times}
-            for name in variants:
-                extra = {}
-                if name in ("low", "high"):
-                    extra = {"faster": own["paper_2018"] / own[name], "no_worse": errors[name] <= errors["paper_2018"]}
-                session.row(
-                    name, place, size, error=errors[name], error_unit="mean FLIP", single=alone[name],
-                    processor_ms=own[name] if name != "none" else times[name], **extra,
-                    target=at_least(FASTER) if name == "low" else None, target_on="faster",
-                )  # fmt: skip
+    views = {name: view(name) for name in PAPER_VIEWS}
+    found = against_printed(views, size, session.runs(33, 8), session.runs(16, 5))
+    for (name, place), (error, at_once, ms, alone_ms) in found.items():
+        extra = {}
+        if name in ("low", "high"):
+            printed = found["paper_2018", place]
+            extra = {"faster": printed.ms / ms, "no_worse": error <= printed.error}
+        session.row(
+            name, place, size, error=error, error_unit="mean FLIP", single=at_once,
+            processor_ms=ms if VARIANTS[name] is not None else alone_ms, **extra,
+            target=at_least(FASTER) if name == "low" else None, target_on="faster",
+        )  # fmt: skip
 
 
 def _repeats(session: Session) -> None:

@@ -151,26 +151,11 @@ def _speed(session: Session) -> None:
     farther from the converged picture than the printed one.
     """
     size = QUICK_SIZE if session.small else SIZE
-    runs, time_s = session.runs(7, 3), 7.0
+    runs = session.runs(7, 3)
     for view, altitude in (("1 km", 1000.0),) if session.small else (("5 m", 5.0), ("1 km", 1000.0)):
         camera = measure.open_sea(altitude)
         for waves in (20, 100, 1000) if session.small else COUNTS:
-            wanted = measure.converged(camera, size, waves, time_s, finer=3)
-            with ExitStack() as stack:
-                sides = {
-                    "paper": _made(stack, waves, size, "paper_2018"),
-                    "paper, edges of 4 px": _made(stack, waves, size, "paper_2018", terrain__edge_px=4.0),
-                    "ours": _made(stack, waves, size),
-                    "ours, pixels of 3": _made(stack, waves, size, ocean__footprint_px=3.0),
-                    "ours, pixels of 8, edges of 30 px": _made(
-                        stack, waves, size, ocean__footprint_px=8.0, terrain__edge_px=30.0
-                    ),
-                }
-                seen = {}
-                for name, renderer in sides.items():
-                    with renderer.ctx:
-                        seen[name] = float(flip(wanted, renderer.render(camera, time_s=time_s)["color"]).mean())
-                times = measure.sea_times(sides, camera, runs)
+            seen, times = measure.against_printed(camera, size, waves, runs)
             for name, timing in times.items():
                 session.row(f"{waves} waves, {name}", view, size, timing.shape, seen[name], "FLIP",
                             frame_ms=timing.frame.ms)  # fmt: skip

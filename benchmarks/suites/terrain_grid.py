@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from ... import Renderer, path, view
-from ..measure import frames, ground, motion, paper_grid, snaps
+from ..measure import ground, paper_grid, snaps
 from ..measure.paper_relief import relief_m
+from ..measure.sides import interleaved, side_by_side, snapping, turning
 from ..scenes import preset_scene
 from ..session import Bench, Session
 from ..target import at_least, at_most
-from ..timing import Timing, time_variants
 
 SEED = 20240601
 VIEWS = ("near", "high", "orbit")
@@ -29,28 +28,16 @@ METHODS: Mapping[str, Mapping[str, Any]] = {
 }
 
 
-@contextmanager
-def _side_by_side(session: Session, names: list[str]) -> Iterator[dict[str, Renderer]]:
-    """A renderer for each method on one context, so that their frames can take turns."""
-    with session.renderer("earth", SIZE, "medium", dict(METHODS[names[0]])) as first, ExitStack() as stack:
-        made = {names[0]: first}
-        for name in names[1:]:
-            other = Renderer(preset_scene("earth"), SIZE, "medium", dict(METHODS[name]), ctx=first.ctx, guard=False)
-            stack.callback(other.release)
-            made[name] = other
-        yield made
-
-
 def _methods(session: Session) -> None:
     """Run time, triangles and error of both methods: against the ground that each draws, and against the scene's."""
     rng = np.random.default_rng(SEED)
     names = ["ours", "paper 100^2"] if session.small else list(METHODS)
-    with _side_by_side(session, names) as renderers:
+    with side_by_side(session, {name: METHODS[name] for name in names}, lambda: preset_scene("earth")) as renderers:
         for place in VIEWS:
             for renderer in renderers.values():
                 renderer.settle(view(place))
-            turning = _interleaved(renderers, place, session.runs(15, 4), _turning)
-            snapping = _interleaved(renderers, place, session.runs(6, 2), _snapping)
+            held = interleaved(renderers, place, session.runs(15, 4), turning)
+            anew = interleaved(renderers, place, session.runs(6, 2), snapping)
             for name, renderer in renderers.items():
                 renderer.settle(view(place))
                 few = session.runs(20_000, 3000)
@@ -66,45 +53,10 @@ def _methods(session: Session) -> None:
                 stats: Any = renderer.system("terrain")
                 counts = stats.statistics()
                 session.row(
-                    name, place, SIZE, turning[name], error=found.p99_px, error_unit="px p99",
-                    scene_p99_px=scene.p99_px, worst_px=found.worst_px, snap_ms=snapping[name].ms,
+                    name, place, SIZE, held[name], error=found.p99_px, error_unit="px p99",
+                    scene_p99_px=scene.p99_px, worst_px=found.worst_px, snap_ms=anew[name].ms,
                     relief_share=relief[0] / relief[1], triangles=counts["triangles"], vertices=counts["vertices"],
                 )  # fmt: skip
-
-
-def _interleaved(
-    renderers: Mapping[str, Renderer], place: str, runs: int, frame: Callable[[Renderer, Any, str], Callable[[], None]]
-) -> dict[str, Timing]:
-    targets = {name: r.ctx.simple_framebuffer(r.size) for name, r in renderers.items()}
-    variants = {name: frame(r, targets[name], place) for name, r in renderers.items()}
-    finish = next(iter(renderers.values())).ctx.finish
-    times = time_variants(variants, runs, 2, finish)
-    for name, target in targets.items():
-        renderers[name].gpu.leave(target)
-        target.release()
-    return times
-
-
-def _turning(renderer: Renderer, target: Any, place: str) -> Callable[[], None]:
-    """The camera turns a little in each frame: what is seen is found anew, the grid is held."""
-    cameras = motion.turned(renderer.camera_state(view(place)), 0.01, 4)
-
-    def frame() -> None:
-        cameras.append(cameras.pop(0))
-        renderer.render_to(target, cameras[0])
-
-    return frame
-
-
-def _snapping(renderer: Renderer, target: Any, place: str) -> Callable[[], None]:
-    """The grid is made anew in each frame."""
-    camera = motion.turned(renderer.camera_state(view(place)), 0.01, 1)[0]
-
-    def frame() -> None:
-        frames.forget_proxy(renderer)
-        renderer.render_to(target, camera)
-
-    return frame
 
 
 def _vertices(session: Session) -> None:

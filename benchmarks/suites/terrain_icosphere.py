@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import ExitStack
 from typing import Any
 
 import numpy as np
 
-from ... import Renderer, view
-from ..measure import frames, ground, icosphere_paper, motion
+from ... import view
+from ..measure import frames, ground, icosphere_paper
 from ..measure.positions_icosphere import IcospherePositions, special_places
+from ..measure.sides import interleaved, side_by_side, turning
 from ..scenes import preset_scene
 from ..session import Bench, Session
 from ..target import at_most
-from ..timing import time_variants
 
 SEED = 20240601
 VIEWS = ("near", "high", "orbit")
@@ -30,14 +29,11 @@ METHODS: Mapping[str, Mapping[str, Any]] = {
 def _methods(session: Session) -> None:
     """Frames of a turning camera, triangles and error: the icosphere, ours and as printed, beside the others."""
     rng = np.random.default_rng(SEED)
-    with session.renderer("earth", SIZE, "medium", dict(METHODS["grid"])) as first, ExitStack() as stack:
-        made = {"grid": first}
-        for name in list(METHODS)[1:]:
-            other = Renderer(preset_scene("earth"), SIZE, "medium", dict(METHODS[name]), ctx=first.ctx, guard=False)
-            stack.callback(other.release)
-            made[name] = other
+    with side_by_side(session, METHODS, lambda: preset_scene("earth"), SIZE) as made:
         for place in VIEWS:
-            times = _turning(session, made, place)
+            for renderer in made.values():
+                renderer.settle(view(place))
+            times = interleaved(made, place, session.runs(15, 4), turning)
             for name, renderer in made.items():
                 renderer.settle(view(place))
                 found = ground.picture_error(renderer, view(place), rng, session.runs(20_000, 3000))
@@ -48,27 +44,6 @@ def _methods(session: Session) -> None:
                     error_unit="px p99", triangles=counts["triangles"], vertices=counts["vertices"],
                     tiles=counts["cells"], tiles_selected=counts["cells_selected"],
                 )  # fmt: skip
-
-
-def _turning(session: Session, renderers: Mapping[str, Renderer], place: str) -> Any:
-    """Times of frames whose camera turns a little each time, backend after backend in turn."""
-    targets = {name: r.ctx.simple_framebuffer(r.size) for name, r in renderers.items()}
-    variants = {}
-    for name, renderer in renderers.items():
-        renderer.settle(view(place))
-        cameras = motion.turned(renderer.camera_state(view(place)), 0.01, 4)
-
-        def frame(renderer: Renderer = renderer, target: Any = targets[name], cameras: list[Any] = cameras) -> None:
-            cameras.append(cameras.pop(0))
-            renderer.render_to(target, cameras[0])
-
-        variants[name] = frame
-    finish = next(iter(renderers.values())).ctx.finish
-    times = time_variants(variants, session.runs(15, 4), 2, finish)
-    for name, target in targets.items():
-        renderers[name].gpu.leave(target)
-        target.release()
-    return times
 
 
 def _vertices(session: Session) -> None:
