@@ -131,14 +131,15 @@ def against_printed(
             for name, chosen in VARIANTS.items()
         }
         for place, at in views.items():
-            errors = {}
+            errors: dict[str, tuple[float, float]] = {}
             for name, renderer in renderers.items():
                 first = float(flip(truth[place], renderer.render(at)["color"]).mean())
                 renderer.settle(at)
                 errors[name] = float(flip(truth[place], renderer.render(at)["color"]).mean()), first
             times = processor_times({name: flight(renderer, at) for name, renderer in renderers.items()}, rounds)
             for name, ms in times.items():
-                found[name, place] = CloudCost(*errors[name], max(ms - times["none"], 1e-3), ms)
+                error, first = errors[name]
+                found[name, place] = CloudCost(error, first, max(ms - times["none"], 1e-3), ms)
     return found
 
 

@@ -48,7 +48,7 @@ def _methods(session: Session) -> None:
                     continue
                 state = renderer.camera_state(view(place))
                 radius_m = renderer.scene.planet.radius_m
-                scenes = renderer.scene.planet.height_field()
+                scenes: Any = renderer.scene.planet.height_field()
                 relief = [relief_m(field, state.direction, radius_m) for field in (own, scenes)]
                 stats: Any = renderer.system("terrain")
                 counts = stats.statistics()

@@ -197,7 +197,7 @@ def continents(params: TerrainParams) -> NDArray[np.float32]:
     A second or two, then cached. The same on every machine up to the rounding of float32.
     """
     field = TerrainField(replace(params, layers=min(params.layers, _SCENE_LAYERS)))
-    latitude = (np.arange(TEXELS) + 0.5) * (np.pi / TEXELS) - 0.5 * np.pi
+    latitude: Floats = (np.arange(TEXELS, dtype=np.float64) + 0.5) * (np.pi / TEXELS) - 0.5 * np.pi
     scene = np.stack([_parallel(field, phi) for phi in latitude])
     land = _low_passed(scene, latitude, _BLUR_TEXELS)
     lacking = _variance(scene, latitude) - _variance(land, latitude)
