@@ -104,7 +104,7 @@ def _sea(session: Session) -> None:
             seen, times = waves.against_printed(waves.open_sea(altitude), size, count, session.runs(7, 3))
             costs = {name: Cost(times[name].shape.ms, seen[name]) for name in seen}
             ours = {name: cost for name, cost in costs.items() if name.startswith("ours")}
-            for name in costs.keys() - ours.keys():
+            for name in (name for name in costs if name not in ours):
                 _row(
                     session, f"{count} spherical waves, {name}", place, costs[name], ours, "mean FLIP",
                     WAVES_AHEAD if count >= 100 else AHEAD, size,
