@@ -188,6 +188,29 @@ class Device:
         self.work.uploads += 1
         self.work.upload_bytes += len(data) if isinstance(data, (bytes, bytearray)) else data.nbytes
 
+    def clear(self, target: moderngl.Framebuffer, depth: float) -> None:
+        """Fill the framebuffer of ours that is bound: zeros in all colours, integers too, and one depth. The state has
+        to let both be written."""
+        for place, texture in enumerate(target.color_attachments):
+            self.gl.clear_color(place, texture.dtype[0] in "ui")
+        if target.depth_attachment is not None:
+            self.gl.clear_depth(depth)
+        if self.watch is not None:
+            self.watch.copied(None, target)
+
+    def copy_color(self, source: moderngl.Framebuffer, target: moderngl.Framebuffer) -> bool:
+        """Copy the colours of a framebuffer of ours into the viewport of the bound one, without a shader.
+
+        False, and nothing is copied, where it takes a draw: another size, several samples or several colours.
+        """
+        x, y, *size = target.viewport
+        if tuple(size) != source.size or self.gl.integer(G.SAMPLE_BUFFERS) or self.gl.integer(G.DRAW_BUFFER1):
+            return False
+        self.gl.blit_color(source.glo, source.size, (x, y))
+        if self.watch is not None:
+            self.watch.copied(source, target)
+        return True
+
     def barrier(self) -> None:
         """Make all shader writes visible to all that follows. Inside a graph the plan does this."""
         if self.watch is not None:

@@ -42,6 +42,8 @@ MAX_COMBINED_TEXTURE_IMAGE_UNITS = 0x8B4D
 COMPUTE_WORK_GROUP_SIZE = 0x8267
 TIMESTAMP, QUERY_RESULT, QUERY_RESULT_AVAILABLE = 0x8E28, 0x8866, 0x8867
 CURRENT_PROGRAM = 0x8B8D
+COLOR, DEPTH, COLOR_BUFFER_BIT, NEAREST, READ_FRAMEBUFFER = 0x1800, 0x1801, 0x4000, 0x2600, 0x8CA8
+SAMPLE_BUFFERS, DRAW_BUFFER1 = 0x80A8, 0x8826
 
 
 class GL:
@@ -120,6 +122,25 @@ class GL:
     def texture_barrier(self) -> None:
         """glTextureBarrier: what was drawn so far can be read by draws into the same texture, each pixel by itself."""
         self.function("glTextureBarrier", None)()
+
+    def clear_color(self, place: int, integers: bool) -> None:
+        """Zeros into a colour attachment of the bound framebuffer; glClear has no meaning for those of integers."""
+        kind = uint if integers else c.c_float
+        name = "glClearBufferuiv" if integers else "glClearBufferfv"
+        self.function(name, None, enum, int_, c.POINTER(kind))(COLOR, place, (kind * 4)())
+
+    def clear_depth(self, depth: float) -> None:
+        """One depth all over the bound framebuffer."""
+        number = c.c_float(depth)
+        self.function("glClearBufferfv", None, enum, int_, c.POINTER(c.c_float))(DEPTH, 0, c.byref(number))
+
+    def blit_color(self, source: int, size: tuple[int, int], corner: tuple[int, int]) -> None:
+        """Colours of a framebuffer, pixel by pixel, into the bound one's from a corner on."""
+        (width, height), (x, y) = size, corner
+        self.function("glBindFramebuffer", None, enum, uint)(READ_FRAMEBUFFER, source)
+        self.function("glBlitFramebuffer", None, *[int_] * 8, bitfield, enum)(
+            0, 0, width, height, x, y, x + width, y + height, COLOR_BUFFER_BIT, NEAREST
+        )
 
     def program_integers(self, program: int, name: int, count: int = 1) -> tuple[int, ...]:
         """glGetProgramiv."""

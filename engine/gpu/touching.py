@@ -27,6 +27,10 @@ class CommandWatch(PassWatch, Protocol):
         """Right before a draw. inputs: vertex and index buffers."""
         ...
 
+    def copied(self, source: moderngl.Framebuffer | None, target: moderngl.Framebuffer) -> None:
+        """With a copy from one framebuffer to another. None: the target was cleared."""
+        ...
+
     def barrier(self, textures: bool = True, buffers: bool = True) -> None:
         """Stores to objects of these kinds are seen by what follows."""
         ...

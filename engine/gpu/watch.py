@@ -103,6 +103,16 @@ class GLWatch:
             self._stored.update(self._apart)
             self._apart = None
 
+    def copied(self, source: moderngl.Framebuffer | None, target: moderngl.Framebuffer) -> None:
+        """See CommandWatch.copied."""
+        how = "a clear" if source is None else "a copy"
+        for texture in () if source is None else source.color_attachments:
+            self._touch(("texture", texture.glo), True, False, how)
+        self._touch(("framebuffer", target.glo), False, True, how)
+        for texture in (*(target.color_attachments or ()), target.depth_attachment if source is None else None):
+            if texture is not None:
+                self._touch(("texture", texture.glo), False, True, how)
+
     def _program(self, linked: LinkedProgram) -> list[int]:
         """Touches of one program; the locations that its fragment stage writes."""
         written: list[int] = []

@@ -198,6 +198,10 @@ class PassIO:
         made = self._table.framebuffer(tuple(textures[:count]), textures[count] if depth is not None else None)
         return cast("Framebuffer", made)
 
+    def copy_source(self, name: str) -> Framebuffer:
+        """A framebuffer to copy a texture from that this pass reads."""
+        return cast("Framebuffer", self._table.framebuffer((self.texture(name),), None))
+
     def resource_size(self, name: str) -> tuple[int, ...]:
         """(w, h) or (w, h, d) texels of a texture, (bytes,) of a buffer; not known for imports."""
         name = self._full(name)

@@ -23,7 +23,6 @@ class GBufferSystem(System):
 
     def setup(self, setup: Setup) -> None:
         self._gpu = setup.gpu
-        self._clear_normal = setup.gpu.fullscreen("gbuffer/clear.frag")
         self._classify = setup.gpu.compute("gbuffer/classify.comp")
         self._list = setup.gpu.compute("gbuffer/list_tiles.comp")
         self._tiles_picture = TilesPicture(setup.gpu)
@@ -96,10 +95,9 @@ class GBufferSystem(System):
         target = io.framebuffer(colors=GBUFFER, depth="gbuffer.depth")
 
         def run() -> None:
-            # A triangle at depth 0 instead of glClear, which is undefined for integer attachments.
             target.use()
             self._write_depth.apply()
-            self._clear_normal.render()
+            self._gpu.clear(target, depth=0.0)
 
         return run
 
@@ -139,11 +137,13 @@ class GBufferSystem(System):
 
     def _bind_present(self, io: PassIO) -> Callable[[], None]:
         target = io.imported("target")
-        picture = io.texture("composite.ldr")
+        picture, source = io.texture("composite.ldr"), io.copy_source("composite.ldr")
 
         def run() -> None:
             target.value.use()
             self._write_all.apply()
+            if self._gpu.copy_color(source, target.value):
+                return
             picture.use(0)
             if target.value.viewport[2:] == picture.size:
                 self._present.render()

@@ -195,3 +195,49 @@ def test_render_indirect_reads_commands(gpu, scope):
         gpu.state(blend="additive").apply()
         vertices.render_indirect(commands, moderngl.TRIANGLES, count=2)
     np.testing.assert_array_equal(np.frombuffer(texture.read(), "f4"), np.full(16, 0.25, "f4"))
+
+
+def test_a_clear_fills_integers_and_floats_alike(gpu, scope):
+    color, number = scope.texture((4, 4), "rgba8"), scope.texture((4, 4), "r8ui")
+    depth = scope.texture((4, 4), "depth32f")
+    color.write(b"\xff" * 64)
+    number.write(b"\x07" * 16)
+    framebuffer = scope.framebuffer([color, number], depth)
+    with gpu.frame():
+        framebuffer.use()
+        gpu.state(depth_test=True, depth_func="always").apply()
+        gpu.clear(framebuffer, depth=0.25)
+    assert color.read() == bytes(64) and number.read() == bytes(16)
+    np.testing.assert_array_equal(np.frombuffer(depth.read(), "f4"), np.full(16, 0.25, "f4"))
+    assert gpu.ctx.error == "GL_NO_ERROR"
+
+
+def test_colours_are_copied_into_the_viewport_alone(gpu, scope):
+    pixels = np.random.default_rng(5).integers(0, 255, (3, 5, 4), np.uint8)
+    source = scope.framebuffer([scope.texture((5, 3), "rgba8", pixels)])
+    texture = scope.texture((9, 7), "rgba8", np.zeros((7, 9, 4), np.uint8))
+    target = scope.framebuffer([texture])
+    with gpu.frame():
+        target.use()
+        assert not gpu.copy_color(source, target), "another size takes a draw"
+        target.viewport = (2, 3, 5, 3)
+        target.use()
+        assert gpu.copy_color(source, target)
+    wanted = np.zeros((7, 9, 4), np.uint8)
+    wanted[3:6, 2:7] = pixels
+    np.testing.assert_array_equal(np.frombuffer(texture.read(), np.uint8).reshape(7, 9, 4), wanted)
+
+
+@pytest.mark.parametrize("kind", ["samples", "colours"])
+def test_what_a_copy_would_spoil_takes_a_draw(gpu, scope, kind):
+    source = scope.framebuffer([scope.texture((5, 3), "rgba8")])
+    ctx = gpu.ctx
+    parts = [ctx.texture((5, 3), 4, samples=4)] if kind == "samples" else [ctx.texture((5, 3), 4) for _ in range(2)]
+    target = ctx.framebuffer(parts)
+    with gpu.frame():
+        target.use()
+        assert not gpu.copy_color(source, target)
+    gpu.leave(target)
+    for obj in (target, *parts):
+        obj.release()
+    assert ctx.error == "GL_NO_ERROR"

@@ -136,12 +136,12 @@ bool same_surface(int code, uint kind, DepthsAround d, Reprojected then) {
 ColorsAround colors_around(bool sky) {
     ColorsAround c;
     float scale = frame.radiance_per_hdr;
-    c.own = press(exposed_light(textureLod(u_scene, v_uv, 0.0).rgb * scale, exposure.saturated));
     vec3 squares = vec3(0.0), most = vec3(0.0);
     c.sum = c.alone = vec3(0.0);
     for (int k = 0; k < 5; k++) {
         vec3 around = press(exposed_light(textureLod(u_scene, v_uv + CROSS[k] * frame.texel_size, 0.0).rgb * scale,
             exposure.saturated));
+        if (k == 2) c.own = around;
         c.sum += around;
         squares += around * around;
         c.alone += around * u_weights[k];
