@@ -1,4 +1,5 @@
-"""Method: one way of several to do what a system does, such as "ours" and "paper"; Methods: which one is used now.
+"""Method: an interchangeable implementation of a system (a strategy), such as "ours" and "paper"; Methods: the one in
+use.
 
 A system asks in `setup`, and wherever a component may have changed, for the method that is wanted (`Methods.use`), and
 hands its own calls on to it (`Methods.now`), under the same names.

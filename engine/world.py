@@ -15,11 +15,11 @@ from collections import ChainMap
 from collections.abc import Callable, Iterator, MutableMapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any, TypeVar, overload
+from typing import Any, Generic, TypeVar, overload
 
 import esper
 
-__all__ = ["MissingError", "World"]
+__all__ = ["Key", "MissingError", "World"]
 
 T = TypeVar("T")
 C1 = TypeVar("C1")
@@ -33,6 +33,12 @@ _lock = threading.RLock()
 
 def _has(entity: int, kinds: tuple[type, ...]) -> bool:
     return esper.entity_exists(entity) and esper.has_components(entity, *kinds)
+
+
+class Key(str, Generic[T]):
+    """The name of a world resource that is known to be a T. A plain name does as well, for anything."""
+
+    __slots__ = ()
 
 
 class MissingError(LookupError):
@@ -263,10 +269,18 @@ class World:
         theirs.resources = _Layered({}, self.resources)
         return theirs
 
+    @overload
+    def set_resource(self, key: Key[T], value: T) -> None: ...
+    @overload
+    def set_resource(self, key: str, value: object) -> None: ...
     def set_resource(self, key: str, value: object) -> None:
         """Publish something that belongs to the world and not to an entity, e.g. "height_field" or "sea_top_m"."""
         self.resources[key] = value
 
+    @overload
+    def resource(self, key: Key[T]) -> T: ...
+    @overload
+    def resource(self, key: str) -> Any: ...
     def resource(self, key: str) -> Any:
         """What was published under this key; MissingError lists the keys there are."""
         try:
@@ -278,7 +292,12 @@ class World:
                 f"active and to have run before"
             ) from None
 
+    @overload
+    def try_resource(self, key: Key[T]) -> T | None: ...
+    @overload
+    def try_resource(self, key: str) -> Any | None: ...
     def try_resource(self, key: str) -> Any | None:
+        """The same, or None where nothing was published."""
         return self.resources.get(key)
 
     def remove_resource(self, key: str) -> None:

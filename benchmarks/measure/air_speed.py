@@ -22,11 +22,10 @@ from ...engine.blocks.bindings import AIR_BLOCK
 from ...engine.gpu import Gpu, GpuScope
 from ...quality import resolve_quality
 from ...systems.atmosphere.block import AirBlock, air_block
-from ...systems.atmosphere.job import QUICK
 from ...systems.atmosphere.model import AirModel
 from ...systems.atmosphere.paper import PaperTables
 from ...systems.atmosphere.sizes import paper_sizes, table_sizes
-from ...systems.atmosphere.tables import AirTables, TableSizes
+from ...systems.atmosphere.tables import QUICK, AirTables, TableSizes
 from ..timing import Timing
 
 AIR_PASSES = ("atmosphere.tables", "atmosphere.view", "sky.shade")

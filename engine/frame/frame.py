@@ -116,14 +116,13 @@ def _release(kept: tuple[object, object] | None) -> None:
 class ViewInfo:
     """The view that a frame graph is declared for: size in pixels (width, height), what is asked of it.
 
-    planet: the entity of the planet that its camera is on; planet_index: that planet's place in names of the graph.
+    planet: the entity of the planet that its camera is on.
     """
 
     size: tuple[int, int]
     view: View = field(default_factory=View)
     outputs: frozenset[str] = frozenset({"color"})
     planet: int = 0
-    planet_index: int = 0
 
 
 @dataclass
@@ -142,7 +141,6 @@ class Frame:
     time_s: float = 0.0
     dt_s: float = 0.0
     frame_index: int = 0
-    planet_index: int = 0
     view: View = field(default_factory=View)
     """Which view it is a frame of, and what systems keep for that: `frame.view.state(self, factory)`."""
     settings: Settings = field(default_factory=dict)

@@ -2,11 +2,29 @@
 
 from __future__ import annotations
 
+from enum import IntEnum
+
 from ..blocks.bindings import ATTRIBUTES_UNIT, DEPTH_UNIT, NORMAL_UNIT, SURFACE_UNIT
 from ..graph import TextureSpec
 from ..made_shaders import made_shader
 
-__all__ = ["ATTACHMENTS", "GBUFFER", "GBUFFER_UNITS", "TILE_PX", "tiles_of"]
+__all__ = ["ATTACHMENTS", "GBUFFER", "GBUFFER_UNITS", "TILE_PX", "Surface", "tiles_of"]
+
+
+class Surface(IntEnum):
+    """What a pixel shows: values of gbuffer.surface and of the output `surface`. GLSL: SURFACE_NONE and so on, in
+    ``generated/surfaces.glsl``."""
+
+    NONE = 0
+    TERRAIN = 1
+    SEA = 2
+    PROPS = 3
+
+
+made_shader(
+    "generated/surfaces.glsl",
+    lambda: "".join(f"const uint SURFACE_{each.name} = {each.value}u;\n" for each in Surface),
+)
 
 ATTACHMENTS = (
     TextureSpec("gbuffer.depth", "depth32f", help="near / z, reversed: 0 is infinitely far"),
@@ -16,7 +34,7 @@ ATTACHMENTS = (
         "rgba8",
         help="ground: roughness, moisture, height; sea: depth in two; the vertices' spacing in alpha",
     ),
-    TextureSpec("gbuffer.surface", "r8ui", help="0 none, 1 terrain, 2 sea, 3 props"),
+    TextureSpec("gbuffer.surface", "r8ui", help=", ".join(f"{each.value} {each.name.lower()}" for each in Surface)),
 )
 """The depth buffer, and the colours in the order of their shader locations."""
 GBUFFER = tuple(spec.name for spec in ATTACHMENTS[1:])

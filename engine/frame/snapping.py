@@ -114,7 +114,7 @@ class SnapAhead:
         return self._count <= _HURRIED
 
     def begin_early(self) -> None:
-        """The maker of the first phase begins in the frame of the choice already: one frame more."""
+        """The maker of the first phase begins in the frame that selects the cells, and so has a frame more."""
         self._early, self._frames = self.phase, _shared_out(self._count + 1, self._left)
 
     def finish(self, phase: str) -> None:

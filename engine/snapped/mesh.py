@@ -36,6 +36,8 @@ class SnappedMesh(ViewParts, Generic[C]):
 
     phases: ClassVar[tuple[str, ...]]
     """Those of a snap that is prepared (engine/frame/snapping.py): that of the vertices, and what comes later."""
+    ahead_reads: ClassVar[tuple[str, ...]] = ()
+    """Another maker's buffers that vertices for the next snap are made from, where there are any."""
     keep_dh_m: tuple[float, float] = (-3.0e38, 3.0e38)
     hides = True
     """As for CellMesh.cull."""
@@ -213,6 +215,7 @@ class SnappedMesh(ViewParts, Generic[C]):
                 kind="compute",
                 system=system,
                 bind=self.ahead.bind,
+                reads_optional=self.ahead_reads,
                 creates=self.ahead.mesh.vertex_buffers(),
                 after=(f"{name}.vertices",),
                 when=lambda: self.ahead.due,

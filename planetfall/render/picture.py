@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..camera.arguments import check_moment, check_size
+from ..engine.frame.gbuffer import Surface
 from ..engine.space import CameraState, pixel_rays, project, ray_sphere_from
 from ..query.terrain import checked_directions
 from ..scene.companions import bodies
@@ -42,7 +43,6 @@ if TYPE_CHECKING:
 __all__ = ["Picture", "PictureOwner"]
 
 _TARGETS = frozenset({"target", "target_with_depth"})
-_SURFACES = {1: "terrain", 2: "sea", 3: "props"}
 
 
 class PictureOwner(Protocol):
@@ -64,10 +64,10 @@ class PictureOwner(Protocol):
 class Picture:
     """One picture: its size, and for each planet that it was taken near what lasts from frame to frame."""
 
-    def __init__(self, owner: PictureOwner, size: tuple[int, int], further: bool) -> None:
-        """further: beside the renderer's own."""
+    def __init__(self, owner: PictureOwner, size: tuple[int, int], is_added: bool) -> None:
+        """is_added: made by add_view, not the renderer's own."""
         check_size(size, owner.gpu.caps.max_texture_size)
-        self._owner, self._further = owner, further
+        self._owner, self._is_added = owner, is_added
         self.size = (int(size[0]), int(size[1]))
         """(width, height) in pixels."""
         self._resolved = CameraResolver(owner.scene)
@@ -189,11 +189,11 @@ class Picture:
         started = time.perf_counter()
         check_moment(camera, time_s, sun)
         planets = self._owner.planets
-        if planets.several and planets.fell_behind():
+        if planets.several and planets.take_company_change():
             planets.keep_up()
         request = planets.request(self._resolved.resolve(camera), time_s, sun)
         before, self._front = self._front, request.planet.scene.planet.name
-        if before not in ("", self._front) and not self._further:
+        if before not in ("", self._front) and not self._is_added:
             planets.hand_over(before, self._front)
         self._front_view.resize(self.size)
         self._request_ms = (time.perf_counter() - started) * 1e3
@@ -218,7 +218,7 @@ class Picture:
         view = self._views.get(name)
         if view is None:
             planet = self._owner.planets[name]
-            view = self._views[name] = planet.add_view(self.size) if self._further else planet.first_view
+            view = self._views[name] = planet.add_view(self.size) if self._is_added else planet.first_view
         return view
 
     def _forget(self, name: str) -> None:
@@ -276,7 +276,7 @@ class Picture:
         if surface == 0:
             return None
         position = self.camera_state(camera).position_m + arrays["position"][row, column].astype(np.float64)
-        return position, _SURFACES.get(surface, "props")
+        return position, Surface(surface).name.lower()
 
     def planet_at(self, camera: Camera | View, x: float, y: float, time_s: float = 0.0) -> str | None:
         """The name of the planet whose sphere pixel (x, y) shows, or shows next behind hills; None for the sky."""

@@ -207,8 +207,8 @@ class PlanetRenderer:
             return view.plan
         builder = GraphBuilder()
         info = ViewInfo(view.size, view, exports, self.scene.planet.entity)
-        of_view = builder.scope(view=0, home=info.planet_index)  # each view has a graph of its own
-        of_planet = of_view.scope(planet=info.planet_index)
+        of_view = builder.scope(view=0, home=0)  # each view has a graph of its own
+        of_planet = of_view.scope(planet=0)
         for system in running:
             # What needs a planet belongs to that planet in this view, the rest to the view.
             system.declare(of_planet if Planet in system.needs else of_view, info)

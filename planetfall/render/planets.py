@@ -221,8 +221,8 @@ class Planets(Mapping[str, PlanetRenderer]):
 
     # -- the renderers ------------------------------------------------------------------------------------------------
 
-    def fell_behind(self) -> bool:
-        """Whether companions have come or gone, or what belongs to the whole scene has; said once, for `keep_up`."""
+    def take_company_change(self) -> bool:
+        """True once after companions, or what belongs to the whole scene, have come or gone: then `keep_up` is due."""
         scene = self.own.scene
         scenes = tuple((name, id(companion.scene)) for name, companion in scene.companions.items())
         now = _Company(scene.world.structure_revision, scenes)
@@ -267,10 +267,6 @@ class Planets(Mapping[str, PlanetRenderer]):
         for callback in self.gone:
             callback(name)
         self._members.pop(name).release()
-
-    def renderer_of(self, name: str) -> PlanetRenderer | None:
-        """As `get`."""
-        return self.get(name)
 
     def others_of(self, name: str) -> Others:
         """Who draws the others for that planet's views."""

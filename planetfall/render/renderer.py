@@ -81,7 +81,7 @@ class Renderer(Picture):
         self.planets = Planets(self.own, self._planet_renderer)
         """The renderers of all planets by name; those of companions from the first frame on that they are there."""
         self._added: list[RenderView] = []
-        super().__init__(self, size, further=False)
+        super().__init__(self, size, is_added=False)
 
     def _planet_renderer(self, scene: Scene) -> PlanetRenderer:
         scene.validate(self.settings)

@@ -24,7 +24,7 @@ class RenderView(Picture):
     def __init__(self, renderer: PictureOwner, size: tuple[int, int]) -> None:
         self.renderer = renderer
         self.released = False
-        super().__init__(renderer, size, further=True)
+        super().__init__(renderer, size, is_added=True)
 
     @property
     def index(self) -> int:

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from time import perf_counter as clock
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
-from ...engine.gpu import GpuScope, ShaderError, UniformBlock
+from ...engine.gpu import Compute, GpuScope, ShaderError, UniformBlock
 from ...engine.table_cache import TableCache
 from .block import AirBlock
 from .model import AirModel
-from .paper import PaperSizes, PaperTables
-from .tables import AirTables, Directions, TableSizes
 
-__all__ = ["QUICK", "QUICK_PAPER", "TableJob", "Tables"]
+__all__ = ["MakesTables", "TableJob", "Tables"]
 
 
 class Tables(Protocol):
@@ -36,19 +33,18 @@ class Tables(Protocol):
     def release(self) -> None: ...
 
 
-QUICK = TableSizes(
-    depth=(64, 32),
-    depth_segments=8,
-    moments=(16, 12),
-    degree=2,
-    orders=3,
-    first=Directions(7, 4, 8, 5),
-    later=Directions(4, 3, 4, 4),
-)
-"""A first look at a new air: about 0.2 million points of it, in thick air up to six times as many."""
+class MakesTables(Protocol):
+    """Sizes of one method's tables, which know that method: TableSizes, PaperSizes."""
 
-QUICK_PAPER = PaperSizes((64, 32), (8, 24, 12, 4), (24, 8), 2, "rgba32f")
-"""A first look by the printed method."""
+    starts_in_air: ClassVar[bool]
+    """Whether rays from space have to be moved to where they enter the air, in f64, before the tables are asked."""
+    single_in_all: ClassVar[bool]
+    """Whether tables of any number of orders tell single scattering."""
+
+    def quick(self) -> MakesTables: ...
+    def make(self, gpu: GpuScope, orders: int = 0) -> Tables: ...
+    def probe(self, gpu: GpuScope) -> Compute: ...
+
 
 _FIRST_SLICE, LEAST_SLICE, _MOST_SLICE = 60_000, 4_000, 1 << 22
 """Samples in one slice of work: the first takes 1 to 3 ms on two cores without a GPU, in thick
@@ -67,16 +63,16 @@ class TableJob:
     """
 
     def __init__(
-        self, gpu: GpuScope, sizes: TableSizes | PaperSizes, block: UniformBlock, cache: TableCache | None = None
+        self, gpu: GpuScope, sizes: MakesTables, block: UniformBlock, cache: TableCache | None = None
     ) -> None:
         self._gpu, self._ctx = gpu, gpu.ctx
         self._block = block
         self._sizes = sizes
         self.cache = TableCache("atmosphere") if cache is None else cache
         # Two of each size: one is shown while the other is worked on.
-        quick = QUICK_PAPER if isinstance(sizes, PaperSizes) else replace(QUICK, degree=sizes.degree)
-        self._quick = [self._make(quick), self._make(quick)]
-        self._full = [self._make(sizes)]
+        quick = sizes.quick()
+        self._quick = [quick.make(gpu), quick.make(gpu)]
+        self._full = [sizes.make(gpu)]
         self._tables: Tables | None = None
         self.working: Tables | None = None
         self.wanted: tuple[str, AirModel, AirBlock] | None = None
@@ -169,9 +165,6 @@ class TableJob:
         if self._shown is not None:
             self._block.write(self._shown[2])
 
-    def _make(self, sizes: TableSizes | PaperSizes) -> Tables:
-        return PaperTables(self._gpu, sizes) if isinstance(sizes, PaperSizes) else AirTables(self._gpu, sizes)
-
     def release(self) -> None:
         """Free all tables."""
         for tables in (*self._quick, *self._full):
@@ -215,7 +208,7 @@ class TableJob:
         for tables in self._full:
             if tables is not self._tables:
                 return tables
-        self._full.append(self._make(self._sizes))
+        self._full.append(self._sizes.make(self._gpu))
         return self._full[-1]
 
     def _show(self, tables: Tables, air: tuple[str, AirModel, AirBlock]) -> None:

@@ -13,10 +13,8 @@ from ...engine.gpu import Compute, GpuScope, UniformBlock
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.methods import Method
 from ...engine.settings import Settings
-from .job import TableJob
-from .paper import PaperSizes
+from .job import MakesTables, TableJob
 from .sizes import paper_sizes, table_sizes, view_sizes
-from .tables import TableSizes
 from .views import AirViewBlock, sun_at, view_block
 
 __all__ = ["AirMethod", "OurAir", "PaperAir"]
@@ -56,7 +54,7 @@ class AirMethod(Method):
     reads: ClassVar[tuple[str, ...]] = ()
     """Resources of the graph that its contracts sample."""
 
-    def __init__(self, gpu: GpuScope, settings: Settings, model: UniformBlock, sizes: TableSizes | PaperSizes) -> None:
+    def __init__(self, gpu: GpuScope, settings: Settings, model: UniformBlock, sizes: MakesTables) -> None:
         super().__init__(gpu)
         self.job = TableJob(gpu, sizes, model)
         self._sizes = view_sizes(settings)

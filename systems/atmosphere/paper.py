@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from ...engine.blocks.bindings import (
     PAPER_SCATTERING_UNIT,
     PAPER_TRANSMITTANCE_UNIT,
 )
-from ...engine.gpu import GpuScope
+from ...engine.gpu import Compute, GpuScope
 
 __all__ = ["PAPER_UNITS", "PaperSizes", "PaperTables"]
 
@@ -72,11 +72,30 @@ class PaperSizes:
         if not 90.0 <= self.max_sun_zenith_deg <= 180.0:
             raise ValueError(f"PaperSizes.max_sun_zenith_deg is 90 to 180, found {self.max_sun_zenith_deg}")
 
+    starts_in_air: ClassVar[bool] = True  # the printed functions take cosines, too coarse in f32 from afar
+    single_in_all: ClassVar[bool] = False  # all orders are one sum
+
+    def quick(self) -> PaperSizes:
+        """Of a first look."""
+        return QUICK_PAPER
+
+    def make(self, gpu: GpuScope, orders: int = 0) -> PaperTables:
+        """Tables of these sizes. orders: of scattering; 0: as many as these sizes say."""
+        return PaperTables(gpu, replace(self, orders=orders or self.orders))
+
+    def probe(self, gpu: GpuScope) -> Compute:
+        """The program that asks them."""
+        return gpu.compute("atmosphere/paper/probe.comp")
+
     @property
     def scattering_texels(self) -> tuple[int, int, int]:
         """Width (nu and mu_s), height (mu) and depth (r) of the scattering tables."""
         r, mu, mu_s, nu = self.scattering
         return mu_s * nu, mu, r
+
+
+QUICK_PAPER = PaperSizes((64, 32), (8, 24, 12, 4), (24, 8), 2, "rgba32f")
+"""A first look at a new air."""
 
 
 @dataclass(frozen=True)

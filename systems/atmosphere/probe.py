@@ -12,10 +12,8 @@ from ...engine.blocks.bindings import AIR_BLOCK, AIR_VIEW_BLOCK, ANSWER_BUFFER, 
 from ...engine.blocks.layout import StructLayout, Vec3
 from ...engine.gpu import GpuScope
 from .block import AirBlock, air_block
-from .job import Tables
+from .job import MakesTables, Tables
 from .model import AirModel
-from .paper import PaperSizes, PaperTables
-from .tables import AirTables, TableSizes
 from .views import AirRows, AirViewBlock, ViewSizes, focus_of, rows_at
 
 __all__ = ["AirQuestions", "Rays"]
@@ -94,17 +92,14 @@ class AirQuestions:
     gpu: owner of all GL objects. Light comes back for a unit sun.
     """
 
-    def __init__(self, gpu: GpuScope, model: AirModel, tables: TableSizes | PaperSizes, views: ViewSizes) -> None:
+    def __init__(self, gpu: GpuScope, model: AirModel, tables: MakesTables, views: ViewSizes) -> None:
         self._gpu, self._model, self._views = gpu, model, views
         self._sizes = tables
         self._block = gpu.uniform_block(AirBlock, AIR_BLOCK, "air_model")
         self._block.write(air_block(model, _DARK))
         gpu.uniform_block(AirViewBlock, AIR_VIEW_BLOCK, "air_view")
         gpu.shaders.add_virtual("generated/air_question.glsl", _QUESTION.glsl + _ANSWER.glsl)
-        if isinstance(tables, PaperSizes):
-            self._program = gpu.compute("atmosphere/paper/probe.comp")
-        else:
-            self._program = gpu.compute("atmosphere/probe.comp", {"AIR_DEGREE": tables.degree})
+        self._program = tables.probe(gpu)
         self._tables: dict[int, Tables] = {}
 
     def light(
@@ -129,8 +124,7 @@ class AirQuestions:
         return answers["first"], answers["second"]
 
     def _entered(self, rays: Rays, distance_m: Floats | None) -> tuple[Rays, Floats | None]:
-        """Rays from space, moved to where they enter the air, in f64: the printed functions take cosines, too coarse in
-        f32 from afar. Rays that miss the air stay."""
+        """Rays from space, moved to where they enter the air, in f64. Rays that miss the air stay."""
         top, r = self._model.top_radius_m, self._model.radius_m + rays.altitude_m
         inside2 = (top - r * rays.sine) * (top + r * rays.sine)
         enters = (rays.altitude_m > self._model.thickness_m) & (rays.mu < 0.0) & (inside2 > 0.0)
@@ -147,11 +141,7 @@ class AirQuestions:
     def _tables_of(self, orders: int) -> Tables:
         tables = self._tables.get(orders)
         if tables is None:
-            if isinstance(self._sizes, PaperSizes):
-                tables = PaperTables(self._gpu, replace(self._sizes, orders=orders or self._sizes.orders))
-            else:
-                tables = AirTables(self._gpu, self._sizes, orders)
-            self._tables[orders] = tables
+            tables = self._tables[orders] = self._sizes.make(self._gpu, orders)
             while not tables.done:
                 tables.step(1 << 22)
         return tables
@@ -167,7 +157,7 @@ class AirQuestions:
         part: str | None,
     ) -> NDArray[np.void]:
         count = len(rays.mu)
-        if isinstance(self._sizes, PaperSizes):
+        if self._sizes.starts_in_air:
             rays, distance_m = self._entered(rays, distance_m)
         h = np.maximum(rays.altitude_m, 0.0)
         packed = np.zeros(count, _QUESTION.dtype)
@@ -181,11 +171,10 @@ class AirQuestions:
         packed["n_up"], packed["n_side"], packed["sun_cosine"] = surface or (0.0, 0.0, 0.0)
         self._block.bind()
         # Single scattering needs the depths alone; those of any number of orders will do.
-        if isinstance(self._sizes, PaperSizes):
-            # In the printed tables all orders are one sum: each number of orders has its own.
-            tables = self._tables_of(1 if single and mode == _LIGHT else orders)
-        else:
+        if self._sizes.single_in_all:
             tables = next(iter(self._tables.values())) if single and self._tables else self._tables_of(orders)
+        else:
+            tables = self._tables_of(1 if single and mode == _LIGHT else orders)
         sizes = self._views
         self._program.set("u_size", (sizes.columns, sizes.rows, sizes.slices))
         return np.concatenate([self._batch(packed[i : i + _BATCH], mode, tables, single, part)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ...engine.settings import Settings
+from .job import MakesTables
 from .paper import PaperSizes
 from .tables import Directions, TableSizes
 from .views import ViewSizes
@@ -50,6 +51,6 @@ def paper_sizes(settings: Settings, orders: int = 4) -> PaperSizes:
 _SIZES = {"ours": table_sizes, "paper": paper_sizes}
 
 
-def method_sizes(method: str, settings: Settings) -> TableSizes | PaperSizes:
+def method_sizes(method: str, settings: Settings) -> MakesTables:
     """Sizes of the tables of one of Atmosphere.method."""
     return _SIZES[method](settings)

@@ -9,6 +9,7 @@ from ...components import Atmosphere, Planet, Shape
 from ...engine.blocks.bindings import AIR_BLOCK, AIR_VIEW_BLOCK
 from ...engine.frame import Frame, SunState, View, ViewInfo
 from ...engine.frame.contracts import provide_contracts, withdraw_contracts
+from ...engine.frame.published import AIR_GENERATION, AIR_TOP_M
 from ...engine.frame.unseen import Unseen
 from ...engine.graph import GraphBuilder, PassIO
 from ...engine.methods import Methods
@@ -69,7 +70,7 @@ class AtmosphereSystem(System):
     def release(self) -> None:
         self._methods.release()
         withdraw_contracts(self._world, self.name)
-        self._world.resources.pop("air_top_m", None)
+        self._world.remove_resource(AIR_TOP_M)
 
     @property
     def method(self) -> AirMethod:
@@ -101,7 +102,7 @@ class AtmosphereSystem(System):
         self.method.update(frame)
         # The air that is shown may be the one from before.
         top_m = max(job.shown.thickness_m, self._wanted_top_m)
-        for name, value in (("air_top_m", top_m), ("air_generation", job.generation)):
+        for name, value in ((AIR_TOP_M, top_m), (AIR_GENERATION, job.generation)):
             if frame.world.try_resource(name) != value:
                 frame.world.set_resource(name, value)
 

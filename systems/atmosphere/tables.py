@@ -6,13 +6,13 @@ The work is cut into slices, so that a frame can do as much of it as it has time
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ...engine.blocks.bindings import AIR_DEPTH_UNIT, AIR_MOMENTS_UNIT, AIR_NODES_BLOCK
-from ...engine.gpu import GpuScope
+from ...engine.gpu import Compute, GpuScope
 from .closing import closing_weights, moved
 
 __all__ = ["AirTables", "Directions", "TableSizes"]
@@ -56,6 +56,21 @@ class TableSizes:
     first: Directions = Directions(16, 10, 24, 8)
     later: Directions = Directions()
 
+    starts_in_air: ClassVar[bool] = False
+    single_in_all: ClassVar[bool] = True
+
+    def quick(self) -> TableSizes:
+        """Of a first look."""
+        return replace(QUICK, degree=self.degree)
+
+    def make(self, gpu: GpuScope, orders: int = 0) -> AirTables:
+        """Tables of these sizes. orders: of scattering; 0: all."""
+        return AirTables(gpu, self, orders)
+
+    def probe(self, gpu: GpuScope) -> Compute:
+        """The program that asks them."""
+        return gpu.compute("atmosphere/probe.comp", {"AIR_DEGREE": self.degree})
+
     @property
     def layers(self) -> int:
         """Layers of the table of moments: irradiance first."""
@@ -71,6 +86,18 @@ class TableSizes:
     def depth_row_samples(self) -> int:
         """Of one altitude in the table of depths: three Gauss points a segment, on either side of the lowest point."""
         return 6 * self.depth[0] * self.depth_segments
+
+
+QUICK = TableSizes(
+    depth=(64, 32),
+    depth_segments=8,
+    moments=(16, 12),
+    degree=2,
+    orders=3,
+    first=Directions(7, 4, 8, 5),
+    later=Directions(4, 3, 4, 4),
+)
+"""A first look at a new air: about 0.2 million points of it, in thick air up to six times as many."""
 
 
 class AirTables:

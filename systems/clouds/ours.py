@@ -12,6 +12,7 @@ from ...components import Atmosphere, Clouds, Planet
 from ...engine.blocks.bindings import CLOUD_SHADOW_UNIT, CLOUD_SKY_UNIT, CLOUD_SUN_UNIT, CLOUD_VIEW_BLOCK
 from ...engine.frame import Frame, View, ViewInfo, ViewParts
 from ...engine.frame.contracts import bind_contracts, contract_reads
+from ...engine.frame.published import AIR_GENERATION
 from ...engine.gpu import Compute, GpuScope
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import SettingError, Settings, with_overrides
@@ -235,7 +236,7 @@ class OurClouds(CloudMethod):
         shown.ubo.write(field.block)
         shown.placed = True
         # Rays that were followed through another air, such as that of its first small tables, are none of this picture.
-        air = frame.world.try_resource("air_generation")
+        air = frame.world.try_resource(AIR_GENERATION)
         shares = charts.first.number, charts.second.number, charts.share
         weather = WeatherKey(*shares, air, shadow.maps.changes, tuple(shadow.drawn))
         shown.history.begin(frame, self._stamp, weather)

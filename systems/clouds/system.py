@@ -88,8 +88,8 @@ class CloudSystem(System):
         self.structure += self._methods.changed()
 
     def _check(self, frame: Frame) -> None:
-        """Clouds that cannot be are told of by a SettingError: once where frames after it show those from before, else
-        in every frame."""
+        """Raises SettingError for clouds that cannot be: once where earlier valid clouds are still shown, otherwise in
+        every frame."""
         component, planet = frame.world.get(frame.planet, Clouds), frame.world.get(frame.planet, Planet)
         air = frame.world.try_get(frame.planet, Atmosphere)
         above = None if air is None else PartRevision.of(air)

@@ -103,6 +103,7 @@ class CompositeSystem(System):
         self._add = gpu.state(blend="additive")
         self._pictures: dict[_PictureKey, Fullscreen] = {}
         self._views, self._resolver = setup.views, Resolver(gpu, setup.views)
+        self._glares = False
         self._choose_picture(setup.world, setup.settings)
 
     def release(self) -> None:
@@ -175,7 +176,9 @@ class CompositeSystem(System):
     def _choose_picture(self, world: World, settings: Settings) -> None:
         composite = with_overrides(_first(world, Composite), "composite", settings)
         self._share = float(composite.bloom)
-        self._glares = self._share > 0.0
+        if (self._share > 0.0) != self._glares:
+            self._glares = self._share > 0.0
+            self.structure += 1
         tone_map = TONE_MAPS.index(composite.tone_map)
         key = _PictureKey(tone_map, bool(composite.dither), self._glares, self._resolver.active)
         if key not in self._pictures:
@@ -186,14 +189,13 @@ class CompositeSystem(System):
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         own = self._exposed(view.view)
         own.latest = None  # belongs to the plan from before, and the new one may do without
-        levels = _glare_levels(view.size[1])
-        octaves = [f"composite.glare{k}" for k in range(levels + 1)]
+        levels, glares = _glare_levels(view.size[1]), self._glares
         builder.add_pass(
             "composite.reduce",
             bind=self._bind_reduce,
             system=self.name,
             reads=("scene.radiance",),
-            when=lambda: own.auto or self._glares,
+            when=lambda: own.auto or glares,
             creates=(TextureSpec("composite.quarter", "rgba32f", 0.25, "persistent", help="mean of 4 x 4 pixels"),),
             help="the scene at a quarter of its size, for metering and glare",
         )
@@ -208,26 +210,29 @@ class CompositeSystem(System):
             help="exposure of the frame: measured and followed slowly, or fixed",
         )
         picture = self._resolver.declare(builder, view)
-        builder.add_pass(
-            "composite.glare",
-            bind=lambda io: self._bind_glare(io, octaves),
-            system=self.name,
-            reads=("composite.quarter", "composite.exposure"),
-            when=lambda: self._glares,
-            creates=(
-                TextureSpec("composite.glare", _GLARE, 0.25, "persistent", filter="linear", help="exposed glare"),
-                *(
-                    TextureSpec(name, _GLARE, 0.25 * 0.5**k, "persistent", filter="linear", help="octave of glare")
-                    for k, name in enumerate(octaves)
+        if glares:
+            octaves = [f"composite.glare{k}" for k in range(levels + 1)]
+            builder.add_pass(
+                "composite.glare",
+                bind=lambda io: self._bind_glare(io, octaves),
+                system=self.name,
+                reads=("composite.quarter", "composite.exposure"),
+                creates=(
+                    TextureSpec("composite.glare", _GLARE, 0.25, "persistent", filter="linear", help="exposed glare"),
+                    *(
+                        TextureSpec(
+                            name, _GLARE, 0.25 * 0.5**k, "persistent", filter="linear", help="octave of glare"
+                        )
+                        for k, name in enumerate(octaves)
+                    ),
                 ),
-            ),
-            help="light that a lens or an eye scatters, in octaves of equal energy",
-        )
+                help="light that a lens or an eye scatters, in octaves of equal energy",
+            )
         builder.add_pass(
             "composite.tonemap",
             bind=lambda io: self._bind_tonemap(io, levels, picture, view.view),
             system=self.name,
-            reads=(picture, "composite.exposure", "composite.glare"),
+            reads=(picture, "composite.exposure", *(("composite.glare",) if glares else ())),
             creates=(TextureSpec("composite.ldr", "rgba8", filter="linear", help="the picture, sRGB-encoded"),),
             help="exposed, tone-mapped and dithered picture",
         )
@@ -308,7 +313,7 @@ class CompositeSystem(System):
     def _bind_tonemap(self, io: PassIO, levels: int, picture: str, view: View) -> Callable[[], None]:
         target = io.framebuffer(colors=("composite.ldr",))
         scene, exposure = io.texture(picture), io.buffer("composite.exposure")
-        glare = io.texture("composite.glare")
+        glare = io.texture("composite.glare") if self._glares else None
         finest = (1.0 - _GLARE_FALL) * io.size[1] / _GLARE_ROWS
         total = finest * (1.0 - _GLARE_FALL ** (levels + 1)) / (1.0 - _GLARE_FALL)
 
@@ -316,9 +321,9 @@ class CompositeSystem(System):
             target.use()
             self._plain.apply()
             scene.use(0)
-            glare.use(1)
             exposure.bind_to_storage_buffer(EXPOSURE_BUFFER)
-            if self._glares:
+            if glare is not None:
+                glare.use(1)
                 share = min(self._share, 0.5 / total)
                 self._picture.set("u_glare_share", share * finest)
                 self._picture.set("u_kept_share", 1.0 - share * total)

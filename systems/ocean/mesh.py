@@ -11,6 +11,7 @@ import numpy as np
 
 from ...components import Ocean, Planet
 from ...engine.frame import Frame, Proxy, View
+from ...engine.frame.published import HEIGHT_FIELD, SEA_TOP_M, SURFACE_HEIGHT
 from ...engine.frame.snapping import Scale, SnapAhead
 from ...engine.gpu import GpuScope
 from ...engine.gpu.cell_mesh import CellPrograms
@@ -21,7 +22,6 @@ from ...engine.surface.coverage import proxy_coverage
 from ...engine.surface.selection import MOST_CELLS, chord_limit_m, rows_in, select_rings, spacing_angle
 from ...engine.world import World
 from .method import Displaced, SeaSurface
-from .shading import SEA_TOP
 from .wave_passes import SeaWaves, WaveView
 
 __all__ = ["SeaMaking", "SeaMesh"]
@@ -63,6 +63,7 @@ class SeaMesh(SnappedMesh[SeaChoice]):
     """One view's calm sea, the waves on it, and which of its cells these may be seen to move."""
 
     phases: ClassVar[tuple[str, ...]] = ("sea",)
+    ahead_reads = ("terrain_ahead.bounds",)  # where the ground has a mesh like this one
     keep_dh_m = (-1.0e29, 3.0e38)  # ocean/vertices.comp marks cells without water
 
     def __init__(self, of: GpuScope, making: SeaMaking, view: View) -> None:
@@ -96,7 +97,7 @@ class SeaMesh(SnappedMesh[SeaChoice]):
         """Whether the sea hides its bed."""
         # From below the surface is seen until the line of sight, which the bed may bend, has come up to it.
         radius = frame.world.get(frame.planet, Planet).radius_m
-        return frame.camera.distance_m - radius >= frame.world.resource(SEA_TOP)
+        return frame.camera.distance_m - radius >= frame.world.resource(SEA_TOP_M)
 
     def surface(self, frame: Frame) -> SeaCells:
         return SeaCells(SeaSurface.of(frame), float(frame.settings["terrain.min_spacing_m"]), self._hides(frame))
@@ -104,7 +105,7 @@ class SeaMesh(SnappedMesh[SeaChoice]):
     def choose(self, frame: Frame, proxy: Proxy, scale: Scale) -> SeaChoice:
         ocean = frame.world.get(frame.planet, Ocean)
         radius = frame.world.get(frame.planet, Planet).radius_m
-        ground = frame.world.resources.get("height_field")
+        ground = frame.world.try_resource(HEIGHT_FIELD)
         angle_rad = spacing_angle(*scale, proxy.cell.altitude_m, radius)
         above_sea = max(abs(proxy.cell.altitude_m - ocean.sea_level_m), 0.05)
         smallest_m = float(frame.settings["terrain.min_spacing_m"])
@@ -151,7 +152,7 @@ class SeaMesh(SnappedMesh[SeaChoice]):
         vertices, bind_heights = self._making.programs.vertices, None
         if snap is not None:
             bind_heights = snap.bind_heights
-        elif (found := self._making.world.resources.get("surface_height")) is not None:
+        elif (found := self._making.world.try_resource(SURFACE_HEIGHT)) is not None:
             bind_heights = partial(found, self._of)
         if bind_heights is not None:
             bind_heights()

@@ -7,6 +7,7 @@ from typing import NamedTuple, Protocol
 
 from ...components import Ocean
 from ...engine.frame import Frame, View
+from ...engine.frame.published import HEIGHT_FIELD
 from ...engine.gpu import GpuScope
 from ...engine.methods import Method
 from ...engine.settings import revision
@@ -26,7 +27,7 @@ class SeaSurface(NamedTuple):
     def of(cls, frame: Frame) -> SeaSurface:
         """That of a frame."""
         world = frame.world
-        return cls(revision(world.get(frame.planet, Ocean)), id(world.resources.get("height_field")))
+        return cls(revision(world.get(frame.planet, Ocean)), id(world.try_resource(HEIGHT_FIELD)))
 
 
 class Displaced(NamedTuple):

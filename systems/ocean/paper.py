@@ -18,6 +18,7 @@ from ...components import Ocean, Planet
 from ...engine.blocks.bindings import COUNT_BUFFER, PATCH_BUFFER, SEA_GRID_BLOCK, VERTEX_BUFFER, VISIBLE_BUFFER
 from ...engine.frame import Frame, View, ViewInfo
 from ...engine.frame.gbuffer import GBUFFER
+from ...engine.frame.published import HEIGHT_FIELD, SURFACE_HEIGHT
 from ...engine.gpu import GpuScope
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.snapped import PatchDetail, PatchMesh, PatchPrograms
@@ -98,7 +99,7 @@ class PaperSea(SeaMethod):
 
     def _project(self, frame: Frame, view: PaperSeaView) -> bool:
         ocean, radius = frame.world.get(frame.planet, Ocean), frame.world.get(frame.planet, Planet).radius_m
-        proxy, ground = frame.view.proxy, frame.world.resources.get("height_field")
+        proxy, ground = frame.view.proxy, frame.world.try_resource(HEIGHT_FIELD)
         edge_px, pixel_rad, corners, power = view.detail(frame)
         above_sea = max(abs(proxy.cell.altitude_m - ocean.sea_level_m), 0.05)
         angle = spacing_angle(edge_px, pixel_rad, proxy.cell.altitude_m, radius)
@@ -162,7 +163,7 @@ class PaperSea(SeaMethod):
         )
 
     def _bind_heights(self, view: View) -> None:
-        bind = self.world.resources.get("surface_height")
+        bind = self.world.try_resource(SURFACE_HEIGHT)
         if bind is not None:
             bind(view)
 

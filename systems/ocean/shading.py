@@ -22,6 +22,7 @@ from ...engine.blocks.bindings import (
 from ...engine.frame import Frame, View, ViewInfo, ViewParts
 from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.frame.gbuffer import GBUFFER, GBUFFER_UNITS, TILE_PX, tiles_of
+from ...engine.frame.published import AIR_TOP_M, HEIGHT_FIELD, SEA_TOP_M
 from ...engine.gpu import GpuScope
 from ...engine.gpu.upsample_shaded import UpsampleShaded
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
@@ -35,9 +36,8 @@ from .block import OceanBlock, drifted, ocean_block
 from .lens import LENS_REACH_M, lens_plane, wet_rows
 from .wave_passes import highest_likely_m
 
-__all__ = ["SEA_TOP", "SeaShading"]
+__all__ = ["SeaShading"]
 
-SEA_TOP = "sea_top_m"
 """World resource: no water is higher above the reference sphere than this, with room for a lens."""
 
 _SKY_MAP = (64, 64)  # SKY_MAP_SIDE of ocean/look/sky_map.glsl
@@ -162,14 +162,14 @@ class SeaShading:
     def release(self) -> None:
         self._shaders.withdraw(self._name)
         self._views.forget(self)
-        self._world.resources.pop(SEA_TOP, None)
+        self._world.remove_resource(SEA_TOP_M)
 
     def begin(self, frame: Frame, waves: WaveSet) -> None:
         """Tell the others how high the water reaches."""
         level_m = frame.world.get(frame.planet, Ocean).sea_level_m
         if self._top is None or self._top[0] is not waves:
             self._top = (waves, highest_likely_m(waves) + LENS_REACH_M)
-        frame.world.set_resource(SEA_TOP, level_m + self._top[1])
+        frame.world.set_resource(SEA_TOP_M, level_m + self._top[1])
 
     def update(self, frame: Frame, waves: WaveSet) -> None:
         """Write and bind the water's block."""
@@ -191,16 +191,16 @@ class SeaShading:
             highest_likely_m(waves),
             frame.camera.position_m,
             frame.time_s,
-            frame.world.try_resource("height_field"),
+            frame.world.try_resource(HEIGHT_FIELD),
             ocean.sea_level_m,
         )
         own.near_water = held.lens.height_m < LENS_REACH_M
         if own.near_water:
             own.wet_rows = wet_rows(held.lens, frame.camera, frame.size[1])
         altitude_m = frame.camera.distance_m - radius
-        own.high = altitude_m > _HIGH * float(frame.world.try_resource("air_top_m") or 0.0)
+        own.high = altitude_m > _HIGH * float(frame.world.try_resource(AIR_TOP_M) or 0.0)
         # No sea is nearer than this, so no pixel of it narrower.
-        nearest_m = altitude_m - float(frame.world.resource(SEA_TOP))
+        nearest_m = altitude_m - float(frame.world.resource(SEA_TOP_M))
         widest_m = max(_PATTERN_M, _RIPPLE_CELLS * NESTED_BASE_M * 2.0**held.ripple_octave)
         pixel = frame.pixel_rad
         own.far = nearest_m * pixel > widest_m

@@ -15,6 +15,7 @@ from ...components import Atmosphere, Clouds, Ocean, Planet
 from ...engine.blocks.bindings import FRAME_BLOCK, LATTICE_BLOCK, PLANET_BLOCK
 from ...engine.frame import Frame, Proxy, View, ViewParts, Views
 from ...engine.frame.block import FrameBlock, PlanetBlock, frame_of_anchor
+from ...engine.frame.published import HEIGHT_FIELD, SEA_TOP_M
 from ...engine.gpu import GpuScope
 from ...engine.gpu.uniforms import UniformBlock
 from ...engine.space import least_elevation_rad, length, near_plane_m, out_of_view, projection_terms, sphere_unseen
@@ -75,7 +76,7 @@ class ProxySystem(System):
 
     def update(self, frame: Frame) -> None:
         planet = frame.world.get(frame.planet, Planet)
-        field: HeightField | None = frame.world.resources.get("height_field")
+        field: HeightField | None = frame.world.try_resource(HEIGHT_FIELD)
         sea = frame.world.try_get(frame.planet, Ocean)
         radius = planet.radius_m
         bare = 0.0 if sea is None else sea.sea_level_m  # without ground the sea is all there is
@@ -217,15 +218,15 @@ class ProxySystem(System):
     @staticmethod
     def _top_m(frame: Frame, field: HeightField | None) -> float:
         """No ground or sea is higher."""
-        sea_top_m = frame.world.try_resource("sea_top_m")
+        sea_top_m = frame.world.try_resource(SEA_TOP_M)
         return max(0.0, 0.0 if field is None else field.highest_m, 0.0 if sea_top_m is None else float(sea_top_m))
 
     def ground_seen(self, frame: Frame, radius: float, field: HeightField | None, unseen: bool) -> bool:
-        """Whether ground or sea may be in the picture: from among mountains, by the ground around. unseen: nothing of
-        the planet is in it."""
+        """Whether ground or sea may be in the picture; near mountains by the surrounding terrain's skyline. unseen:
+        nothing of the planet is in it."""
         if unseen:
             return False
-        sea_top_m = frame.world.try_resource("sea_top_m")
+        sea_top_m = frame.world.try_resource(SEA_TOP_M)
         camera = frame.camera
         if field is None or (sea_top_m is not None and camera.distance_m - radius <= float(sea_top_m)):
             return True
@@ -287,7 +288,7 @@ class ProxySystem(System):
         lowest = bare if field is None else field.lowest_m
         highest = bare if field is None else field.highest_m
         drawn_lowest = lowest if sea is None else max(lowest, sea.sea_level_m)
-        top_m = frame.world.try_resource("sea_top_m")
+        top_m = frame.world.try_resource(SEA_TOP_M)
         if distance - radius < (drawn_lowest if top_m is None else max(drawn_lowest, top_m)):
             drawn_lowest = lowest  # under water the bed is what hides
         self._planet_ubo.write(PlanetBlock(radius, highest, lowest, drawn_lowest, bare, has_sea=sea is not None))

@@ -13,6 +13,7 @@ from ...engine.blocks.bindings import SHADOW_MAP_BLOCK, SHADOW_MAP_UNIT
 from ...engine.blocks.layout import zeros
 from ...engine.frame import Frame, Proxy, View, ViewInfo, ViewParts
 from ...engine.frame.contracts import provide_contracts, withdraw_contracts
+from ...engine.frame.published import HEIGHT_FIELD, SURFACE_HEIGHT
 from ...engine.frame.unseen import Unseen
 from ...engine.gpu import Compute, GpuScope
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
@@ -183,7 +184,7 @@ class ShadowSystem(System):
         sea = frame.world.try_get(frame.planet, Ocean)
         body = frame.world.get(frame.planet, Planet)
         sea_m = _NO_SEA_M if sea is None else float(sea.sea_level_m)
-        field = frame.world.try_resource("height_field")
+        field = frame.world.try_resource(HEIGHT_FIELD)
         ground = _GroundKey(id(field), sea_m, shown, revision(body, "radius_m"))
         if ground != view.ground or frame.cut:
             view.ground = ground
@@ -215,7 +216,7 @@ class ShadowSystem(System):
         self, view: _View, frame: Frame, proxy: Proxy, pixel_rad: float, sea_m: float, shown: tuple[bool, bool]
     ) -> None:
         """Where the windows are to be, and what that leaves to do."""
-        field, sun, at_once = frame.world.resource("height_field"), frame.sun, view.at_once
+        field, sun, at_once = frame.world.resource(HEIGHT_FIELD), frame.sun, view.at_once
         radius = frame.world.get(frame.planet, Planet).radius_m
         direction, altitude = frame.camera.direction, frame.camera.distance_m - radius
         windows = view.windows
@@ -372,7 +373,7 @@ class ShadowSystem(System):
 
     def _work(self, of: View, view: _View) -> None:
         assert self._world is not None
-        self._world.resource("surface_height")(of)
+        self._world.resource(SURFACE_HEIGHT)(of)
         view.ubo.bind()
         levels = view.windows.levels
         count = len(levels)

@@ -17,6 +17,7 @@ from ...components import Atmosphere, Exposure, Planet, Stars
 from ...engine.frame import Frame, View, ViewInfo
 from ...engine.frame.backdrop import LIGHT, SOURCE, Backdrop
 from ...engine.frame.contracts import bind_contracts, contract_reads
+from ...engine.frame.published import AIR_TOP_M
 from ...engine.gpu import gl as G
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import Settings, with_overrides
@@ -70,7 +71,7 @@ class SkySystem(System):
 
     def _corners(self, frame: Frame) -> int:
         """How much of the picture the air can fill: nothing without air; seen from space a disc, from inside all."""
-        top_m = frame.world.try_resource("air_top_m")
+        top_m = frame.world.try_resource(AIR_TOP_M)
         if top_m is None or not frame.view.seen.planet():
             return 0
         distance = frame.camera.distance_m

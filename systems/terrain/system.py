@@ -22,6 +22,7 @@ from ...engine.blocks.bindings import (
 from ...engine.frame import Frame, Proxy, View, ViewInfo
 from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.frame.gbuffer import GBUFFER, GBUFFER_UNITS, tiles_of
+from ...engine.frame.published import HEIGHT_FIELD, SURFACE_HEIGHT
 from ...engine.frame.snapping import SnapAhead
 from ...engine.frame.unseen import Unseen
 from ...engine.gpu import Compute
@@ -94,7 +95,7 @@ class TerrainSystem(System):
         self._use_materials()
         self._maps = MapTextures(setup.gpu)
         self._debug = TerrainDebugPasses(setup.gpu)
-        setup.world.set_resource("surface_height", self._bind_heights)
+        setup.world.set_resource(SURFACE_HEIGHT, self._bind_heights)
         self._draw_states = {
             out: setup.gpu.state(depth_test=True, depth_func=">", cull="back" if out else None) for out in (True, False)
         }
@@ -109,8 +110,8 @@ class TerrainSystem(System):
     def release(self) -> None:
         self._methods.release()
         self._gpu.shaders.withdraw(self.name)
-        for resource in ("height_field", "surface_height"):
-            self._world.resources.pop(resource, None)
+        for key in (HEIGHT_FIELD, SURFACE_HEIGHT):
+            self._world.remove_resource(key)
 
     @property
     def backend(self) -> Backend:
@@ -158,7 +159,7 @@ class TerrainSystem(System):
         self._provide_sources(params)
         self._maps.show(params.height_map, color)
         self._ground = Ground(params, TerrainField(params), stamp, self._complete_table)
-        world.set_resource("height_field", self.backend.drawn_field(self._ground))
+        world.set_resource(HEIGHT_FIELD, self.backend.drawn_field(self._ground))
 
     def _provide_sources(self, params: TerrainParams) -> None:
         """Contract ``height_sources``: shaders of the ground leave out what it is not made of."""
@@ -317,7 +318,7 @@ class TerrainSystem(System):
 
     def sorts_wet(self) -> bool:
         """Whether there is water that the backend's shading knows of."""
-        return bool(self._world.query(Ocean)) and self.backend.shade_file == Backend.shade_file
+        return bool(self._world.query(Ocean)) and self.backend.shades_all
 
     def _bind_wet(self, io: PassIO, across: int, down: int) -> Callable[[], None]:
         begin, sort = self._shader("terrain/begin_wet.comp"), self._shader("terrain/list_wet.comp")
@@ -353,20 +354,19 @@ class TerrainSystem(System):
 
     def _shade_every(self) -> int:
         """One of so many pixels is shaded."""
-        return int(self._settings["terrain.shade_every"]) if self.backend.shade_file == Backend.shade_file else 1
+        return int(self._settings["terrain.shade_every"]) if self.backend.shades_all else 1
 
     def _bind_shade(self, io: PassIO, view: View, lists: tuple[str, ...]) -> Callable[[], None]:
         radiance = io.texture("scene.radiance")
         textures = [(unit, io.texture(name)) for name, unit in GBUFFER_UNITS.items()]
         bind_air = bind_contracts(self._world, io)
         backend = self.backend
-        ours = backend.shade_file == Backend.shade_file
         sorts = lists == _WET_LISTS
         # Per list of tiles: the shader, and the one for ground so near that things stand on it.
         parts = []
         for name in lists:
             dry = ("GROUND_DRY",) if sorts and not name.endswith("wet") else ()
-            near = ("GROUND_CLUTTER",) if ours and name in ("gbuffer.tiles_near", *_WET_LISTS[2:]) else ()
+            near = ("GROUND_CLUTTER",) if backend.shades_all and name in ("gbuffer.tiles_near", *_WET_LISTS[2:]) else ()
             plain = self._shader(backend.shade_file, *dry)
             parts.append((io.buffer(name), plain, self._shader(backend.shade_file, *dry, *near)))
 

@@ -15,9 +15,8 @@ from planetfall.engine.gpu import Gpu
 from planetfall.quality import resolve_quality
 from planetfall.systems.atmosphere import tables as tables_module
 from planetfall.systems.atmosphere.closing import closing_weights, moved
-from planetfall.systems.atmosphere.job import QUICK
 from planetfall.systems.atmosphere.sizes import table_sizes
-from planetfall.systems.atmosphere.tables import AirTables
+from planetfall.systems.atmosphere.tables import QUICK, AirTables
 
 Floats = NDArray[np.float64]
 

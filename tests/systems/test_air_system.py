@@ -15,6 +15,7 @@ import planetfall as pf
 from planetfall import ASSETS
 from planetfall.components import Atmosphere
 from planetfall.systems.atmosphere import job as job_module
+from planetfall.systems.atmosphere.tables import QUICK
 
 pytestmark = pytest.mark.gpu
 
@@ -154,7 +155,7 @@ def test_a_value_that_changes_in_every_frame_shows(
     monkeypatch.setattr(air_of(renderer).method, "budget_s", 1e-9)
     seen, generation = {job.shown.key()}, job.generation
     # Twice as many frames as slices of the least size in the small tables.
-    for k in range(2 * -(-job_module.QUICK.samples() // job_module.LEAST_SLICE)):
+    for k in range(2 * -(-QUICK.samples() // job_module.LEAST_SLICE)):
         scene.planet[pf.Atmosphere].rayleigh_scale_height_m = 8000.0 + 10.0 * (k + 1)
         shown = radiance(renderer, CAMERA)
         seen.add(job.shown.key())

@@ -37,7 +37,7 @@ const float CLOUD_RIM = 0.13;         // of the rims' noise against the shape's
 const float CLOUD_RIM_NEAR = 0.035;
 const float CLOUD_EDGE = 0.11;        // of noise above the threshold until the cloud is densest
 const float CLOUD_SCARCE = 0.12;      // cover below which the threshold rises out of reach
-// of the height of clouds, by what is in them on the mean: thin bases, tops and places
+// mean filled share of a cloud's height: bases, tops and places between are thin
 const float CLOUD_MEAN_FILL = 0.4;
 // sqrt(0.5) - 0.5 of two volumes whose weights are a unit vector, and twice the rims' weights
 const float CLOUD_MOST_NOISE = 0.54;
@@ -271,7 +271,7 @@ float cloud_rolls(CloudPlace p, float wide, float shallow, float footprint_m) {
     return rolled * resolved * 4.0 * wave * (1.0 - abs(wave));
 }
 
-// All kinds of layer in one line of code: software GPUs go through both sides of a branch, and once through loops of no
+// All kinds of layer without a branch: software GPUs execute both sides of one, and a loop's body once even for no
 // turns.
 CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float footprint_m) {
     CloudViewLayer shell = cloud_view.layers[layer];

@@ -1,10 +1,6 @@
 // What a pixel shows: the values of gbuffer.surface and of the `surface` output; and tiles of the picture.
+#include "generated/surfaces.glsl"
 #include "generated/tiles.glsl"
-
-const uint SURFACE_NONE = 0u;
-const uint SURFACE_TERRAIN = 1u;
-const uint SURFACE_SEA = 2u;
-const uint SURFACE_PROPS = 3u;
 
 // Flag of tiles with a pixel that spans less than NEAR_ACROSS_M at right angles to the view: detail of that size shows
 // there.

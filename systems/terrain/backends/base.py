@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ....components import Ocean, Planet
 from ....engine.frame import Frame, View, Views
+from ....engine.frame.published import SEA_TOP_M
 from ....engine.gpu import GpuScope, Program
 from ....engine.gpu.cell_mesh import CellMesh
 from ....engine.gpu.preprocess import Defines
@@ -60,6 +61,8 @@ class Backend(Method):
     contracts: ClassVar[Mapping[str, str]] = {"surface_height": "terrain/surface_height.glsl"}
     shade_file: ClassVar[str] = "terrain/shade.comp"
     """Materials and light of its pixels."""
+    shades_all: ClassVar[bool] = True
+    """Whether that file knows water, things that stand on the ground, and pixels that are shaded every few."""
     coast_file: ClassVar[str] = ""
     """The line between land and water, pixel by pixel; "": from the terrain's own height function."""
     faces_out: ClassVar[bool] = True
@@ -131,7 +134,7 @@ def heights_seen(frame: Frame, anchor_height_m: float) -> tuple[float, float]:
     radius = frame.world.get(frame.planet, Planet).radius_m
     if sea is None:
         return (-3.0e38, 3.0e38)
-    top_m = frame.world.try_resource("sea_top_m")
+    top_m = frame.world.try_resource(SEA_TOP_M)
     if frame.camera.altitude_m(radius) < (sea.sea_level_m if top_m is None else top_m):
         return (-3.0e38, 3.0e38)
     return (sea.sea_level_m - anchor_height_m - _DEEP_M, 3.0e38)
