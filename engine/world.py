@@ -281,7 +281,7 @@ class World:
     def resource(self, key: Key[T]) -> T: ...
     @overload
     def resource(self, key: str) -> Any: ...
-    def resource(self, key: str) -> Any:
+    def resource(self, key: str) -> object:
         """What was published under this key; MissingError lists the keys there are."""
         try:
             return self.resources[key]
@@ -296,7 +296,7 @@ class World:
     def try_resource(self, key: Key[T]) -> T | None: ...
     @overload
     def try_resource(self, key: str) -> Any | None: ...
-    def try_resource(self, key: str) -> Any | None:
+    def try_resource(self, key: str) -> object:
         """The same, or None where nothing was published."""
         return self.resources.get(key)
 

@@ -14,7 +14,15 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ..blocks.bindings import ARGUMENTS_BUFFER, BOUNDS_BUFFER, CELL_BUFFER, RANGE_BUFFER, VERTEX_BUFFER, VISIBLE_BUFFER
+from ..blocks.bindings import (
+    ARGUMENTS_BUFFER,
+    BOUNDS_BUFFER,
+    CELL_BUFFER,
+    RANGE_BUFFER,
+    VERTEX_BUFFER,
+    VISIBLE_BUFFER,
+    WANTED_BUFFER,
+)
 from ..graph import BufferSpec
 from ..surface.decimation import MOST, VARIANTS, Topology, decimated_indices, variant_skips
 from ..surface.selection import CellSet
@@ -179,9 +187,9 @@ class CellMesh:
         """Bind the boxes of all cells."""
         self._buffers["bounds"].bind_to_storage_buffer(bounds)
 
-    def bind_wanted(self, wanted: int = 2) -> None:
+    def bind_wanted(self) -> None:
         """Bind what each cell would skip."""
-        self._buffers["wanted"].bind_to_storage_buffer(wanted)
+        self._buffers["wanted"].bind_to_storage_buffer(WANTED_BUFFER)
 
     def read_cells(self) -> NDArray[np.void]:
         """The selected cells with the masks and variants that were agreed on, (N,) of CELL_DTYPE. Reads back."""
@@ -238,7 +246,7 @@ class CellMesh:
         self.bind_part(first)
         programs.vertices.run(count, 1, 1)
         self.scope.barrier()
-        self._buffers["wanted"].bind_to_storage_buffer(2, offset=first * _WANTED_BYTES)
+        self._buffers["wanted"].bind_to_storage_buffer(WANTED_BUFFER, offset=first * _WANTED_BYTES)
         measure = programs.measure
         measure.set("u_eye", eye_m)
         measure.set("u_angle", edge_rad)
@@ -250,7 +258,7 @@ class CellMesh:
     def agree(self, agree: Compute) -> None:
         """From what each cell wants to skip to what it may, with common/agree_cells.comp."""
         self._cells.bind_to_storage_buffer(CELL_BUFFER)
-        self._buffers["wanted"].bind_to_storage_buffer(2)
+        self._buffers["wanted"].bind_to_storage_buffer(WANTED_BUFFER)
         self.topology.bind_to_storage_buffer(3)
         agree.set("u_cell_count", self.count)
         agree.run(1, 1, 1)

@@ -16,6 +16,7 @@ import numpy as np
 from moderngl import Buffer
 from numpy.typing import NDArray
 
+from ..blocks.bindings import FADE_BUFFER, FADE_NEW_BUFFER, FADE_OLD_BUFFER, FADE_START_BUFFER
 from ..blocks.layout import StructLayout, UInt, Vec3
 from ..gpu import GpuScope
 from ..gpu.cell_mesh import VERTEX_DTYPE, CellMesh, CellPrograms
@@ -213,9 +214,9 @@ class SnapFade:
         mesh, count = self.mesh, self.mesh.count
         mesh.bind_made()
         mesh.bind_wanted()
-        self._old[0].bind_to_storage_buffer(3)
-        self._known.bind_to_storage_buffer(4)
-        self._new.bind_made(cells=6, vertices=7)
+        self._old[0].bind_to_storage_buffer(FADE_OLD_BUFFER)
+        self._known.bind_to_storage_buffer(FADE_BUFFER)
+        self._new.bind_made(cells=FADE_NEW_BUFFER, vertices=7)
         programs = self._programs
         programs.cells.set("u_cell_count", count)
         programs.cells.run(-(-count // 64), 1, 1)
@@ -228,10 +229,10 @@ class SnapFade:
         if count <= 0:
             return
         self.mesh.bind_part(first)
-        self._starts.bind_to_storage_buffer(2, offset=first * self.mesh.vertices_per_cell * _START.size)
-        self._old[1].bind_to_storage_buffer(3)
-        self._known.bind_to_storage_buffer(4, offset=first * _CELL.size)
-        self._new.bind_made(cells=7, vertices=6)
+        self._starts.bind_to_storage_buffer(FADE_START_BUFFER, offset=first * self.mesh.vertices_per_cell * _START.size)
+        self._old[1].bind_to_storage_buffer(FADE_OLD_BUFFER)
+        self._known.bind_to_storage_buffer(FADE_BUFFER, offset=first * _CELL.size)
+        self._new.bind_made(cells=7, vertices=FADE_NEW_BUFFER)
         vertices = self._programs.vertices
         vertices.set("u_shift", self._shift_m)
         vertices.set("u_rise", self._rise_m)
@@ -240,8 +241,8 @@ class SnapFade:
 
     def bind_draw(self) -> None:
         """What the vertex shader reads beyond cells and vertices."""
-        self._starts.bind_to_storage_buffer(2)
-        self._known.bind_to_storage_buffer(4)
+        self._starts.bind_to_storage_buffer(FADE_START_BUFFER)
+        self._known.bind_to_storage_buffer(FADE_BUFFER)
 
     def read_changed(self) -> NDArray[np.bool_]:
         """Which cells of the overlay move, (cells,). Reads back from the GPU."""

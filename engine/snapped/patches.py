@@ -10,7 +10,14 @@ from collections.abc import Callable
 
 from moderngl import Buffer
 
-from ..blocks.bindings import COUNT_BUFFER, INDEX_BUFFER, PATCH_BUFFER, VERTEX_BUFFER, VISIBLE_BUFFER
+from ..blocks.bindings import (
+    COUNT_BUFFER,
+    INDEX_BUFFER,
+    PATCH_ARGUMENTS_BUFFER,
+    PATCH_BUFFER,
+    VERTEX_BUFFER,
+    VISIBLE_BUFFER,
+)
 from ..frame import Frame, ViewParts
 from ..gpu import GpuScope
 from ..gpu.preprocess import Defines
@@ -171,7 +178,7 @@ class PatchMesh(ViewParts):
             programs.cull.set("u_patches", levels)
             programs.cull.run(-(-len(cut) // 64), 1, 1)
             barrier()
-            arguments.bind_to_storage_buffer(4)
+            arguments.bind_to_storage_buffer(PATCH_ARGUMENTS_BUFFER)
             programs.arguments.run(1, 1, 1)
             barrier()
             triangles.bind_to_storage_buffer(INDEX_BUFFER)

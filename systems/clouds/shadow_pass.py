@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...components import CloudLayer
+from ...engine.blocks.bindings import CLOUD_SHADED_BUFFER
 from ...engine.blocks.layout import zeros
 from ...engine.frame import Frame, View, ViewInfo
 from ...engine.gpu import GpuScope
@@ -288,7 +289,7 @@ class ShadowPass:
             if not own.due and own.strip is None:
                 return
             bind_noise()
-            shaded.bind_to_storage_buffer(0)
+            shaded.bind_to_storage_buffer(CLOUD_SHADED_BUFFER)
             for number, where in own.wholes:
                 draw(sun, number, number * slices, (0, side), where)
             making = maps.making

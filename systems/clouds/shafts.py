@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...engine.blocks.bindings import CLOUD_DEPTH_UNIT, CLOUD_SUN_UNIT, CLOUD_VIEW_BLOCK
+from ...engine.blocks.bindings import CLOUD_DEPTH_UNIT, CLOUD_SHADED_BUFFER, CLOUD_SUN_UNIT, CLOUD_VIEW_BLOCK
 from ...engine.frame import Frame, View
 from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.gpu import GpuScope
@@ -129,7 +129,7 @@ class Shafts:
         (width, height), shaded, groups = size, io.buffer(SHADED), io.buffer(_GROUPS)
 
         def run() -> None:
-            shaded.bind_to_storage_buffer(0)
+            shaded.bind_to_storage_buffer(CLOUD_SHADED_BUFFER)
             groups.bind_to_storage_buffer(1)
             rows = height if history().checkerboard < 0 else -(-height // 2)
             self._begin.set("u_groups", (-(-width // _LOCAL[0]), -(-rows // _LOCAL[1])))

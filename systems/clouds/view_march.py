@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ...engine.blocks.bindings import CLOUD_DEPTH_UNIT, CLOUD_SUN_UNIT, TILE_BUFFER
+from ...engine.blocks.bindings import CLOUD_DEPTH_UNIT, CLOUD_SUN_UNIT, FLAG_BUFFER, TILE_BUFFER
 from ...engine.frame import ViewInfo
 from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.gpu import Compute, GpuScope
@@ -197,7 +197,7 @@ class ViewMarch:
             depth.use(CLOUD_DEPTH_UNIT)
             color.bind_to_image(0, read=False, write=True)
             distance.bind_to_image(1, read=False, write=True)
-            flags.bind_to_storage_buffer(0)
+            flags.bind_to_storage_buffer(FLAG_BUFFER)
             down = -(-_lanes_down(color.height, history()) // TILE[1])
             self._place(self._classify, history())
             self._classify.run(across, down)
@@ -250,7 +250,7 @@ class ViewMarch:
             sun.use(CLOUD_SUN_UNIT)
             classes.bind_to_image(0, read=False, write=True)
             steps.bind_to_image(1, read=False, write=True)
-            flags.bind_to_storage_buffer(0)
+            flags.bind_to_storage_buffer(FLAG_BUFFER)
             self._place(program, history())
             program.run_over(classes.width, _lanes_down(classes.height, history()))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from ...engine.blocks.bindings import FLAG_BUFFER
 from ...engine.gpu import GpuScope
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 
@@ -38,7 +39,7 @@ class TilesPicture:
         def run() -> None:
             target.use()
             self._plain.apply()
-            flags.bind_to_storage_buffer(0)
+            flags.bind_to_storage_buffer(FLAG_BUFFER)
             self._draw.set("u_across", across)
             self._draw.render()
 

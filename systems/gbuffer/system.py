@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from ...engine.blocks.bindings import FLAG_BUFFER, SEA_TILES_BUFFER, TERRAIN_TILES_BUFFER
 from ...engine.frame import View, ViewInfo
 from ...engine.frame.gbuffer import ATTACHMENTS, GBUFFER, tiles_of
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
@@ -109,12 +110,12 @@ class GBufferSystem(System):
         def run() -> None:
             surface.use(0)
             depth.use(1)
-            flags.bind_to_storage_buffer(0)
+            flags.bind_to_storage_buffer(FLAG_BUFFER)
             depths.bind_to_storage_buffer(1)
             self._classify.set("u_tiles", (width, height))
             self._classify.run(-(-width * height // 64), 1, 1)
             self._gpu.barrier()
-            for binding, tiles in enumerate(lists, start=1):
+            for binding, tiles in zip((TERRAIN_TILES_BUFFER, SEA_TILES_BUFFER, 3, 4), lists, strict=True):
                 tiles.bind_to_storage_buffer(binding)
             self._list.set("u_tiles", (width, height))
             self._list.run(1, 1, 1)

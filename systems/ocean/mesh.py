@@ -10,6 +10,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from ...components import Ocean, Planet
+from ...engine.blocks.bindings import MOVED_CELLS_BUFFER
 from ...engine.frame import Frame, Proxy, View
 from ...engine.frame.published import HEIGHT_FIELD, SEA_TOP_M, SURFACE_HEIGHT
 from ...engine.frame.snapping import Scale, SnapAhead
@@ -193,7 +194,7 @@ class SeaMesh(SnappedMesh[SeaChoice]):
             cull()
             if cells is not None:
                 self.gpu.barrier()
-                cells.bind_to_storage_buffer(4)
+                cells.bind_to_storage_buffer(MOVED_CELLS_BUFFER)
                 self._making.list.run(1, 1, 1)
 
         return run

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from ...engine.blocks.bindings import MOVED_CELLS_BUFFER
 from ...engine.frame import Frame, View, ViewInfo
 from ...engine.frame.gbuffer import GBUFFER
 from ...engine.gpu import GpuScope
@@ -83,7 +84,7 @@ class OurSea(SeaMethod):
         def run() -> None:
             sea.mesh.bind_made()
             displaced.bind_to_storage_buffer(3)
-            cells.bind_to_storage_buffer(4)
+            cells.bind_to_storage_buffer(MOVED_CELLS_BUFFER)
             self._displace.run_indirect(cells)
             sea.displaced = sea.moving
 

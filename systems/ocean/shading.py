@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ...components import Ocean, Planet
 from ...engine.blocks.bindings import (
     DEPTH_UNIT,
+    LENS_BUFFER,
     OCEAN_BLOCK,
     RADIANCE_IMAGE,
     SCENE_UNIT,
@@ -37,8 +38,6 @@ from .lens import LENS_REACH_M, lens_plane, wet_rows
 from .wave_passes import highest_likely_m
 
 __all__ = ["SeaShading"]
-
-"""World resource: no water is higher above the reference sphere than this, with room for a lens."""
 
 _SKY_MAP = (64, 64)  # SKY_MAP_SIDE of ocean/look/sky_map.glsl
 _KINDS = ("open", "mirror", "rich", "below", "limb")
@@ -352,7 +351,7 @@ class SeaShading:
             depth.use(DEPTH_UNIT)
             surface.use(SURFACE_UNIT)
             radiance.bind_to_image(RADIANCE_IMAGE, read=True, write=True)
-            light.bind_to_storage_buffer(7)
+            light.bind_to_storage_buffer(LENS_BUFFER)
             self._under_light.run()
             self._gpu.barrier()
             first, end = own.wet_rows[0] // TILE_PX[1], -(-own.wet_rows[1] // TILE_PX[1])

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...components import Ocean, Planet
-from ...engine.blocks.bindings import COAST_NORMAL_IMAGE, SEA_MOVED_UNIT, TILE_BUFFER, WAVE_BLOCK
+from ...engine.blocks.bindings import COAST_NORMAL_IMAGE, SEA_MOVED_UNIT, SWELL_BUFFER, TILE_BUFFER, WAVE_BLOCK
 from ...engine.frame import Frame, View, ViewInfo
 from ...engine.frame.gbuffer import GBUFFER_UNITS, TILE_PX, tiles_of
 from ...engine.gpu import GpuScope
@@ -240,7 +240,7 @@ class SeaWaves:
 
         def run() -> None:
             bind()
-            swell.bind_to_storage_buffer(1)
+            swell.bind_to_storage_buffer(SWELL_BUFFER)
             program.run(groups, 1, 1)
 
         return run
@@ -258,7 +258,7 @@ class SeaWaves:
         def run() -> None:
             bind()
             if swell is not None:
-                swell.bind_to_storage_buffer(1)
+                swell.bind_to_storage_buffer(SWELL_BUFFER)
             normal.bind_to_image(COAST_NORMAL_IMAGE, read=False, write=True, format=_RG16_SNORM)
             rough.bind_to_image(1, read=False, write=True)
             (every if of.frame.checkerboard is None else program).run_indirect(tiles)

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, NamedTuple
 import moderngl
 
 from ...components import Shape, Transform
-from ...engine.blocks.bindings import RADIANCE_IMAGE, TILE_BUFFER
+from ...engine.blocks.bindings import FLAG_BUFFER, RADIANCE_IMAGE, TILE_BUFFER
 from ...engine.frame import Frame, View, ViewInfo, ViewParts
 from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.frame.gbuffer import GBUFFER, GBUFFER_UNITS, tiles_of
@@ -230,7 +230,7 @@ class PropsSystem(System):
         touched = io.buffer("props.touched")
 
         def run() -> None:
-            flags.bind_to_storage_buffer(0)
+            flags.bind_to_storage_buffer(FLAG_BUFFER)
             listed.bind_to_storage_buffer(1)
             touched.bind_to_storage_buffer(2)
             self._list.set("u_tiles", tiles)

@@ -14,6 +14,7 @@ import moderngl
 import numpy as np
 
 from ...components import Atmosphere, Exposure, Planet, Stars
+from ...engine.blocks.bindings import EXPOSURE_BEFORE_BUFFER
 from ...engine.frame import Frame, View, ViewInfo
 from ...engine.frame.backdrop import LIGHT, SOURCE, Backdrop
 from ...engine.frame.contracts import bind_contracts, contract_reads
@@ -346,8 +347,8 @@ class StarsSystem(System):
             self._choose.set("u_brightest_star", shown.star)
             self._choose.set("u_brightest_cloud", shown.cloud)
             self._choose.set("u_count", self._catalogue[0])
-            before.bind_to_storage_buffer(5)
-            draws.bind_to_storage_buffer(6)
+            before.bind_to_storage_buffer(EXPOSURE_BEFORE_BUFFER)
+            draws.bind_to_storage_buffer(5)
             self._choose.run()
 
         return run

@@ -16,7 +16,10 @@ from ...engine.blocks.bindings import (
     COAST_NORMAL_IMAGE,
     COAST_SURFACE_IMAGE,
     DEPTH_UNIT,
+    FLAG_BUFFER,
+    SEA_TILES_BUFFER,
     SURFACE_UNIT,
+    TERRAIN_TILES_BUFFER,
     TILE_BUFFER,
 )
 from ...engine.frame import View, ViewInfo
@@ -31,6 +34,7 @@ __all__ = ["Coasts"]
 
 _LISTS = ("terrain.coast_asked", "terrain.coast_land", "terrain.coast_more")
 _GROWING = ("gbuffer.tile_flags", "gbuffer.tiles_terrain", "gbuffer.tiles_sea")
+_GROWING_AT = (FLAG_BUFFER, TERRAIN_TILES_BUFFER, SEA_TILES_BUFFER)
 _RG16_SNORM = 0x8F99  # moderngl takes the texture for an unsigned one
 _GROWTH = 3
 """From far away meshes know nothing of lakes and islands that are tens of kilometres wide: so many times tiles are
@@ -121,8 +125,8 @@ class Coasts:
                 begin.run()
                 barrier()
                 if turn:
-                    for unit, buffer in enumerate(growing):
-                        buffer.bind_to_storage_buffer(unit)
+                    for point, buffer in zip(_GROWING_AT, growing, strict=True):
+                        buffer.bind_to_storage_buffer(point)
                     grow.run(-(-across * down // 64))
                     barrier()
                     more.bind_to_storage_buffer(TILE_BUFFER)

@@ -88,6 +88,25 @@ def test_shaders_take_shared_numbers_from_the_registry():
     assert not wrong_literals("a.comp", "layout(r8, binding = 1) uniform image2D u_a;\nlayout(binding = A) buffer B {")
 
 
+def shared_literals(files: dict[str, str]) -> list[str]:
+    """Blocks and buffers that several shaders declare by the same name and the same number: their point needs one."""
+    held: dict[tuple[str, str, str], list[str]] = {}
+    for name, text in files.items():
+        for kind, number, variable in declared(text):
+            if number.isdigit() and kind in ("uniform block", "storage buffer"):
+                held.setdefault((kind, number, variable), []).append(name)
+    shared = {what: sorted(of) for what, of in held.items() if len(of) > 1}
+    return [f"{kind} {number}: {name} in {', '.join(of)}" for (kind, number, name), of in shared.items()]
+
+
+def test_what_several_shaders_share_has_a_name():
+    files = {f.relative_to(SHADERS).as_posix(): f.read_text(encoding="utf-8") for f in SHADERS.rglob("*.*")}
+    files = {name: text for name, text in files.items() if not name.startswith("terrain/tiles")}
+    assert not shared_literals(files)
+    block = "layout(std430, binding = 3) buffer A { uint a[]; };"
+    assert shared_literals({"b.comp": block, "c.comp": block}) == ["storage buffer 3: A in b.comp, c.comp"]
+
+
 @pytest.mark.parametrize("folder", sorted(f.name for f in SHADERS.iterdir()))
 def test_no_number_means_two_things_in_one_program(folder):
     sources = ShaderSources([SHADERS])

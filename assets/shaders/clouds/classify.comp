@@ -1,6 +1,7 @@
 // What each tile of 8 x 4 rays meets: 0 no layer (nothing, or ground before it), 1 layers in which the weather has no
 // cloud there, 2 cloud, 3 cloud with cirrus. As exact as the march: it knows the weather at the same places, or, where
 // that looks at more of them (CLOUD_FINEST), counts the least cirrus. What no cloud is met by is written at once.
+#include "generated/bindings.glsl"
 #include "clouds/view_ray.glsl"
 
 #ifdef CLOUD_FINEST
@@ -11,7 +12,7 @@ const float LEAST_CIRRUS = CLOUD_LEAST_CIRRUS;
 layout(local_size_x = 8, local_size_y = 4) in;
 layout(binding = 0, rgba32f) uniform writeonly image2D o_clouds;
 layout(binding = 1, r32f) uniform writeonly image2D o_distance;
-layout(std430, binding = 0) writeonly buffer FlagBuffer { uint flags[]; };
+layout(std430, binding = FLAG_BUFFER) writeonly buffer FlagBuffer { uint flags[]; };
 
 shared uint s_found;
 

@@ -1,11 +1,12 @@
 // For debug views: which class a ray's tile has, and how many samples of density the march takes along it.
+#include "generated/bindings.glsl"
 #include "clouds/view_ray.glsl"
 #include "clouds/weather_march.glsl"
 
 layout(local_size_x = 8, local_size_y = 4) in;
 layout(binding = 0, rgba8) uniform writeonly image2D o_classes;
 layout(binding = 1, r32f) uniform writeonly image2D o_steps;
-layout(std430, binding = 0) readonly buffer FlagBuffer { uint flags[]; };
+layout(std430, binding = FLAG_BUFFER) readonly buffer FlagBuffer { uint flags[]; };
 
 void main() {
     uint kind = flags[gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x];

@@ -1,7 +1,8 @@
 // The tiles with cloud as two lists behind their indirect dispatches: without cirrus from the first place on, with it
 // from the last one back. One workgroup for the whole picture.
+#include "generated/bindings.glsl"
 layout(local_size_x = 256) in;
-layout(std430, binding = 0) readonly buffer FlagBuffer { uint flags[]; };
+layout(std430, binding = FLAG_BUFFER) readonly buffer FlagBuffer { uint flags[]; };
 layout(std430, binding = 1) writeonly buffer TileBuffer { uint groups[8]; uint tiles[]; };
 layout(location = 0) uniform ivec2 u_tiles;
 

@@ -1,6 +1,7 @@
 // One map of the clouds' shadow. A texel is a ray of the sun, at the place where it crosses the reference height; it is
 // followed from the top of the clouds down. Kept are, for the ground, what comes through all of them, and the beam and
 // the optical depth that are left at each of a few heights, for the air and for clouds.
+#include "generated/bindings.glsl"
 #include "clouds/density.glsl"
 #include "clouds/sun_ray.glsl"
 #include "clouds/slab_transmittance.glsl"
@@ -9,7 +10,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 0, rgba16f) uniform writeonly image2DArray o_shadow;
 layout(binding = 1, rg16f) uniform writeonly image3D o_sun;
 // per map, and of the one that is made: whether anything in it is
-layout(std430, binding = 0) buffer Shaded { uint shaded[]; };
+layout(std430, binding = CLOUD_SHADED_BUFFER) buffer Shaded { uint shaded[]; };
 layout(location = 0) uniform int u_layer;    // of o_shadow
 layout(location = 1) uniform int u_steps;    // through an interval
 layout(location = 2) uniform vec3 u_middle_m; // of the map, from the anchor in planet axes, at the reference height

@@ -5,7 +5,7 @@
 
 layout(local_size_x = 256) in;
 layout(std430, binding = CELL_BUFFER) buffer CellBuffer { Cell cells[]; };
-layout(std430, binding = 2) coherent buffer WantedBuffer { uint wanted[]; };
+layout(std430, binding = WANTED_BUFFER) coherent buffer WantedBuffer { uint wanted[]; };
 // 8 a cell: four rows, four delta | axis << 8
 layout(std430, binding = 3) readonly buffer TopologyBuffer { uint beside[]; };
 uniform int u_cell_count;

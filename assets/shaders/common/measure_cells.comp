@@ -9,7 +9,7 @@
 layout(local_size_x = 64) in;
 layout(std430, binding = CELL_BUFFER) buffer CellBuffer { Cell cells[]; };
 layout(std430, binding = VERTEX_BUFFER) readonly buffer VertexBuffer { CellVertex vertices[]; };
-layout(std430, binding = 2) writeonly buffer WantedBuffer { uint wanted[]; };
+layout(std430, binding = WANTED_BUFFER) writeonly buffer WantedBuffer { uint wanted[]; };
 uniform vec3 u_eye;         // the proxy, metres from the anchor
 uniform float u_angle;      // the wanted length of an edge, radians
 // square of the length of a chord per distance at which the sphere bulges visibly above it, m

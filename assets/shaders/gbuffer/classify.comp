@@ -1,11 +1,12 @@
 // Which surfaces each tile shows: bit n for surface n; whether any of them is near; and how deep they
 // lie. A lane a tile.
+#include "generated/bindings.glsl"
 #include "generated/frame.glsl"
 #include "common/surfaces.glsl"
 #include "common/texel.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) writeonly buffer FlagBuffer { uint flags[]; };
+layout(std430, binding = FLAG_BUFFER) writeonly buffer FlagBuffer { uint flags[]; };
 layout(std430, binding = 1) writeonly buffer DepthBuffer { vec2 depths[]; };   // nearest, farthest, as in gbuffer.depth
 layout(binding = 0) uniform usampler2D u_surface;
 layout(binding = 1) uniform sampler2D u_depth;

@@ -1,7 +1,8 @@
 // For the debug view of tiles: which lists each tile is in.
+#include "generated/bindings.glsl"
 #include "common/surfaces.glsl"
 
-layout(std430, binding = 0) readonly buffer FlagBuffer { uint flags[]; };
+layout(std430, binding = FLAG_BUFFER) readonly buffer FlagBuffer { uint flags[]; };
 layout(location = 0) uniform int u_across;
 layout(location = 0) out vec4 o_color;
 

@@ -1,11 +1,15 @@
 // The tiles of each surface, of the ground near and far ones, as a list behind its indirect dispatch. One workgroup for
 // the whole picture.
+#include "generated/bindings.glsl"
 #include "common/surfaces.glsl"
 
 layout(local_size_x = 256) in;
-layout(std430, binding = 0) buffer FlagBuffer { uint flags[]; };
-layout(std430, binding = 1) writeonly buffer TerrainBuffer { uint terrain_groups[4]; uint terrain_tiles[]; };
-layout(std430, binding = 2) writeonly buffer SeaBuffer { uint sea_groups[4]; uint sea_tiles[]; };
+layout(std430, binding = FLAG_BUFFER) buffer FlagBuffer { uint flags[]; };
+layout(std430, binding = TERRAIN_TILES_BUFFER) writeonly buffer TerrainBuffer { uint terrain_groups[4]; uint terrain_tiles[]; };
+layout(std430, binding = SEA_TILES_BUFFER) writeonly buffer SeaBuffer {
+    uint sea_groups[4];
+    uint sea_tiles[];
+};
 layout(std430, binding = 3) writeonly buffer CoastBuffer { uint coast_groups[4]; uint coast_tiles[]; };
 layout(std430, binding = 4) writeonly buffer NearBuffer { uint near_groups[4]; uint near_tiles[]; };
 uniform ivec2 u_tiles;

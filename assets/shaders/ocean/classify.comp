@@ -1,6 +1,7 @@
 // What each tile's sea needs: bit 0 the plain sea, 2 also bed, surf or ice, 3 the surface from below; bit 4: the tile
 // shows ground; bit 5: the air before it changes within the tile. A lane a tile. (Bit 1, ground to mirror, hangs on
 // other tiles: ocean/list_tiles.comp.)
+#include "generated/bindings.glsl"
 #include "common/camera.glsl"
 #include "common/surfaces.glsl"
 #include "common/texel.glsl"
@@ -8,7 +9,7 @@
 #include "contract/waterline.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) writeonly buffer FlagBuffer { uint flags[]; };
+layout(std430, binding = FLAG_BUFFER) writeonly buffer FlagBuffer { uint flags[]; };
 layout(std430, binding = 4) readonly buffer ShownBuffer { uint shown[]; };   // gbuffer/classify.comp
 layout(binding = 0) uniform sampler2D u_depth;
 layout(binding = 1) uniform sampler2D u_attributes;

@@ -18,7 +18,7 @@ layout(local_size_x = 32) in;
 layout(std430, binding = CELL_BUFFER) readonly buffer CellBuffer { Cell cells[]; };
 layout(std430, binding = VERTEX_BUFFER) readonly buffer VertexBuffer { CellVertex vertices[]; };
 layout(std430, binding = 3) writeonly buffer DisplacedBuffer { SeaVertex displaced[]; };
-layout(std430, binding = 4) readonly buffer ListBuffer { uint list[]; };
+layout(std430, binding = MOVED_CELLS_BUFFER) readonly buffer ListBuffer { uint list[]; };
 
 const float DEEP = 10.0;   // k times the depth from which sea_shoaling() is 1 to the last bit
 

@@ -5,7 +5,8 @@
 layout(local_size_x = 32) in;
 layout(std430, binding = VISIBLE_BUFFER) readonly buffer VisibleBuffer { uint visible[]; };
 layout(std430, binding = ARGUMENTS_BUFFER) readonly buffer ArgumentsBuffer { uint arguments[]; };
-layout(std430, binding = 4) writeonly buffer ListBuffer { uint list[]; };   // four words of dispatch, then cells
+// four words of dispatch, then cells
+layout(std430, binding = MOVED_CELLS_BUFFER) writeonly buffer ListBuffer { uint list[]; };
 
 void main() {
     uint lane = gl_LocalInvocationID.x, first = 4u;

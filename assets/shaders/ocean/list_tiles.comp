@@ -1,8 +1,9 @@
 // The tiles of each kind of sea as a list behind its indirect dispatch. One workgroup for the whole picture.
+#include "generated/bindings.glsl"
 #include "common/camera.glsl"
 
 layout(local_size_x = 256) in;
-layout(std430, binding = 0) readonly buffer FlagBuffer { uint flags[]; };
+layout(std430, binding = FLAG_BUFFER) readonly buffer FlagBuffer { uint flags[]; };
 layout(std430, binding = 1) writeonly buffer OpenBuffer { uint open_groups[4]; uint open_tiles[]; };
 layout(std430, binding = 2) writeonly buffer MirrorBuffer { uint mirror_groups[4]; uint mirror_tiles[]; };
 layout(std430, binding = 3) writeonly buffer RichBuffer { uint rich_groups[4]; uint rich_tiles[]; };

@@ -35,7 +35,7 @@ layout(std430, binding = TILE_BUFFER) readonly buffer TileBuffer {
     uint tiles[];
 };
 #ifdef SEA_SWELL
-layout(std430, binding = 1) readonly buffer SwellBuffer { SwellTile swell[]; };
+layout(std430, binding = SWELL_BUFFER) readonly buffer SwellBuffer { SwellTile swell[]; };
 #endif
 layout(binding = COAST_NORMAL_IMAGE) writeonly uniform image2D u_normal_out;
 layout(binding = 1) writeonly uniform image2D u_rough_out;

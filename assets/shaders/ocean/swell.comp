@@ -14,7 +14,7 @@ layout(std430, binding = TILE_BUFFER) readonly buffer TileBuffer {
     uint tile_groups[4];
     uint tiles[];
 };
-layout(std430, binding = 1) writeonly buffer SwellBuffer { SwellTile swell[]; };
+layout(std430, binding = SWELL_BUFFER) writeonly buffer SwellBuffer { SwellTile swell[]; };
 
 const float LONGEST_PHASE = 0.9;   // k h at which a wave is long: errors of 0.3 %
 const float DEEP = 4.0;            // k times the depth from which a wave doesn't feel the bed: 1 - tanh is 7e-4

@@ -12,7 +12,7 @@ layout(local_size_x = TILE_WIDTH, local_size_y = TILE_HEIGHT) in;
 layout(binding = DEPTH_UNIT) uniform sampler2D u_depth;
 layout(binding = SURFACE_UNIT) uniform usampler2D u_surface;
 layout(binding = RADIANCE_IMAGE, SCENE_FORMAT) uniform image2D u_radiance;
-layout(std430, binding = 7) readonly buffer LensBuffer { WaterSun lens; };   // ocean/under_light.comp
+layout(std430, binding = LENS_BUFFER) readonly buffer LensBuffer { WaterSun lens; };   // ocean/under_light.comp
 
 uniform int u_first_row;   // of those that may have water before them (systems/ocean/lens.py)
 

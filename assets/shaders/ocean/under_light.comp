@@ -1,5 +1,6 @@
 // Light in the water around the lens, once a frame for all pixels of ocean/under.comp: it is asked for at the camera
 // alone.
+#include "generated/bindings.glsl"
 #include "common/camera.glsl"
 #include "contract/air.glsl"
 #include "contract/skylight.glsl"
@@ -8,7 +9,7 @@
 #include "ocean/look/murk.glsl"
 
 layout(local_size_x = 1) in;
-layout(std430, binding = 7) writeonly buffer LensBuffer { WaterSun lens; };
+layout(std430, binding = LENS_BUFFER) writeonly buffer LensBuffer { WaterSun lens; };
 
 const float STARLIGHT = 1.5e-8;   // as in ocean/shade.comp
 

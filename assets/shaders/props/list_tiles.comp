@@ -1,9 +1,10 @@
 // Tiles that show a prop, or ground or water that a prop reaches, as a list behind its indirect dispatch. One
 // workgroup.
+#include "generated/bindings.glsl"
 #include "common/surfaces.glsl"
 
 layout(local_size_x = 256) in;
-layout(std430, binding = 0) readonly buffer FlagBuffer { uint flags[]; };
+layout(std430, binding = FLAG_BUFFER) readonly buffer FlagBuffer { uint flags[]; };
 layout(std430, binding = 1) writeonly buffer PropBuffer { uint prop_groups[4]; uint prop_tiles[]; };
 layout(std430, binding = 2) readonly buffer TouchedBuffer { uint touched[]; };
 uniform ivec2 u_tiles;

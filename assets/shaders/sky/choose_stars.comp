@@ -1,10 +1,11 @@
 // How many stars can show, and whether the Milky Way can, at the least exposure that this frame may come to: they are
 // drawn before anybody knows it. Stars are sorted by brightness. One lane; writes both indirect draws.
+#include "generated/bindings.glsl"
 #include "composite/exposure.glsl"
 
 layout(local_size_x = 1) in;
-layout(std430, binding = 5) readonly buffer ExposureBefore { Exposure before; };
-layout(std430, binding = 6) writeonly buffer DrawBuffer { uint galaxy[5]; uint stars[5]; };
+layout(std430, binding = EXPOSURE_BEFORE_BUFFER) readonly buffer ExposureBefore { Exposure before; };
+layout(std430, binding = 5) writeonly buffer DrawBuffer { uint galaxy[5]; uint stars[5]; };
 
 uniform float u_lowest_ev100;   // that may come
 uniform float u_share;          // of the way there that one frame may go

@@ -6,10 +6,10 @@
 
 layout(local_size_x = 64) in;
 layout(binding = SURFACE_UNIT) uniform usampler2D u_surface;
-layout(std430, binding = 0) buffer FlagBuffer { uint flags[]; };
-layout(std430, binding = 1) buffer TerrainBuffer { uint terrain_groups[4]; uint terrain_tiles[]; };
-layout(std430, binding = 2) buffer SeaBuffer { uint sea_groups[4]; uint sea_tiles[]; };
-layout(std430, binding = 3) buffer MoreBuffer { uint more_groups[4]; uint more_tiles[]; };
+layout(std430, binding = FLAG_BUFFER) buffer FlagBuffer { uint flags[]; };
+layout(std430, binding = TERRAIN_TILES_BUFFER) buffer TerrainBuffer { uint terrain_groups[4]; uint terrain_tiles[]; };
+layout(std430, binding = SEA_TILES_BUFFER) buffer SeaBuffer { uint sea_groups[4]; uint sea_tiles[]; };
+layout(std430, binding = COAST_MORE_BUFFER) buffer MoreBuffer { uint more_groups[4]; uint more_tiles[]; };
 uniform ivec2 u_tiles;
 
 const uint LAND = 1u << SURFACE_TERRAIN, SEA = 1u << SURFACE_SEA;

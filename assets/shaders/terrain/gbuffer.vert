@@ -12,8 +12,8 @@ layout(std430, binding = VERTEX_BUFFER) readonly buffer VertexBuffer { CellVerte
 in uint in_cell;
 #ifdef TERRAIN_FADE
 // After a snap: the surface moves from the old selection's to the new one's.
-layout(std430, binding = 2) readonly buffer StartBuffer { FadeStart starts[]; };
-layout(std430, binding = 4) readonly buffer FadeBuffer { FadeCell fade[]; };
+layout(std430, binding = FADE_START_BUFFER) readonly buffer StartBuffer { FadeStart starts[]; };
+layout(std430, binding = FADE_BUFFER) readonly buffer FadeBuffer { FadeCell fade[]; };
 uniform float u_fade;   // 0: the old surface, 1: the new one
 #endif
 

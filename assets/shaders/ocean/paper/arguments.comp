@@ -4,7 +4,7 @@
 layout(local_size_x = 1) in;
 layout(std430, binding = COUNT_BUFFER) readonly buffer CountBuffer { uint counts[]; };
 // a draw of 5, two dispatches of 3
-layout(std430, binding = 4) writeonly buffer ArgumentsBuffer { uint arguments[]; };
+layout(std430, binding = PATCH_ARGUMENTS_BUFFER) writeonly buffer ArgumentsBuffer { uint arguments[]; };
 
 void main() {
     uint quads = 0u, vertices = 0u;

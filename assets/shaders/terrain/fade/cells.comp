@@ -5,10 +5,10 @@
 
 layout(local_size_x = 64) in;
 layout(std430, binding = CELL_BUFFER) buffer CellBuffer { Cell cells[]; };
-layout(std430, binding = 2) writeonly buffer WantedBuffer { uint wanted[]; };
-layout(std430, binding = 3) readonly buffer OldBuffer { Cell old_cells[]; };
-layout(std430, binding = 4) buffer FadeBuffer { FadeCell fade[]; };
-layout(std430, binding = 6) readonly buffer NewBuffer { Cell new_cells[]; };
+layout(std430, binding = WANTED_BUFFER) writeonly buffer WantedBuffer { uint wanted[]; };
+layout(std430, binding = FADE_OLD_BUFFER) readonly buffer OldBuffer { Cell old_cells[]; };
+layout(std430, binding = FADE_BUFFER) buffer FadeBuffer { FadeCell fade[]; };
+layout(std430, binding = FADE_NEW_BUFFER) readonly buffer NewBuffer { Cell new_cells[]; };
 uniform int u_cell_count;
 
 void main() {

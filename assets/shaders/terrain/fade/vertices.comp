@@ -8,11 +8,11 @@
 layout(local_size_x = 64) in;
 layout(std430, binding = CELL_BUFFER) readonly buffer CellBuffer { Cell cells[]; };
 layout(std430, binding = VERTEX_BUFFER) writeonly buffer VertexBuffer { CellVertex vertices[]; };
-layout(std430, binding = 2) writeonly buffer StartBuffer { FadeStart starts[]; };
-layout(std430, binding = 3) readonly buffer OldBuffer { CellVertex old_vertices[]; };
-layout(std430, binding = 4) buffer FadeBuffer { FadeCell fade[]; };
+layout(std430, binding = FADE_START_BUFFER) writeonly buffer StartBuffer { FadeStart starts[]; };
+layout(std430, binding = FADE_OLD_BUFFER) readonly buffer OldBuffer { CellVertex old_vertices[]; };
+layout(std430, binding = FADE_BUFFER) buffer FadeBuffer { FadeCell fade[]; };
 layout(std430, binding = BOUNDS_BUFFER) writeonly buffer BoundsBuffer { CellBounds bounds[]; };
-layout(std430, binding = 6) readonly buffer NewBuffer { CellVertex new_vertices[]; };
+layout(std430, binding = FADE_NEW_BUFFER) readonly buffer NewBuffer { CellVertex new_vertices[]; };
 uniform vec3 u_shift;   // the old anchor from the new one, m
 uniform float u_rise;   // heights of the old anchor above the new one's, m
 

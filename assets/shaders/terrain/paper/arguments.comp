@@ -2,7 +2,9 @@
 #include "generated/bindings.glsl"
 layout(local_size_x = 1) in;
 layout(std430, binding = COUNT_BUFFER) readonly buffer CountBuffer { uint counts[]; };
-layout(std430, binding = 4) writeonly buffer ArgumentsBuffer { uint arguments[]; };   // a draw of 5, a dispatch of 3
+layout(std430, binding = PATCH_ARGUMENTS_BUFFER) writeonly buffer ArgumentsBuffer {
+    uint arguments[];
+};   // a draw of 5, a dispatch of 3
 
 void main() {
     uint quads = 0u;
