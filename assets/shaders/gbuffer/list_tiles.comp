@@ -5,7 +5,10 @@
 
 layout(local_size_x = 256) in;
 layout(std430, binding = FLAG_BUFFER) buffer FlagBuffer { uint flags[]; };
-layout(std430, binding = TERRAIN_TILES_BUFFER) writeonly buffer TerrainBuffer { uint terrain_groups[4]; uint terrain_tiles[]; };
+layout(std430, binding = TERRAIN_TILES_BUFFER) writeonly buffer TerrainBuffer {
+    uint terrain_groups[4];
+    uint terrain_tiles[];
+};
 layout(std430, binding = SEA_TILES_BUFFER) writeonly buffer SeaBuffer {
     uint sea_groups[4];
     uint sea_tiles[];
