@@ -11,6 +11,7 @@
 #include "clouds/paper/density.glsl"
 #if CLOUD_PAPER == 2019
 #include "clouds/paper/shadow.glsl"
+#include "contract/sky.glsl"
 #endif
 #include "common/planet_shadow.glsl"
 #include "contract/air.glsl"
@@ -164,7 +165,13 @@ void main() {
 #endif
     }
     // The picture behind brings the light of all its air: what lies before the last cloud is counted already.
-    // Less than nothing is left where it has light that does not come through the clouds.
-    m.radiance -= m.transmittance * m.air.in_scatter;
-    o_color = vec4(m.radiance * frame.hdr_per_radiance, m.transmittance < PAPER_OPAQUE ? 1.0 : 1.0 - m.transmittance);
+    // Less than nothing is added where it has light that does not come through the clouds.
+    vec3 counted = m.air.in_scatter;
+#if CLOUD_PAPER == 2019
+    // By rounding the tables may give less for the whole sky than up to a point; under clouds nothing makes up for that.
+    if (depth <= 0.0) counted = min(counted, (1.0 - 1e-6) * sky(ray));
+#endif
+    float through = m.transmittance < PAPER_OPAQUE ? 0.0 : m.transmittance;
+    m.radiance -= through * counted;
+    o_color = vec4(m.radiance * frame.hdr_per_radiance, 1.0 - through);
 }
