@@ -11,6 +11,7 @@ import pytest
 import planetfall as pf
 from planetfall.benchmarks import cli
 from planetfall.benchmarks.schema import ReportError, read_report
+from planetfall.benchmarks.session import Session
 from planetfall.benchmarks.stress import STRESS_SUITES, clouds, replay_file, run_sweep, runner, terrain
 from planetfall.benchmarks.stress.runner import Found, Kind, draw_case
 from planetfall.errors import SettingError, UnknownNameError
@@ -175,3 +176,11 @@ SAVED = sorted((Path(__file__).parents[1] / "data" / "stress").glob("*.json"))
 @pytest.mark.parametrize("file", SAVED, ids=lambda file: file.stem)
 def test_what_once_failed_holds(file):
     assert not replay_file(file).failures
+
+
+def test_clouds_that_hide_all_leave_no_negative_light():
+    """A case that a sweep found: printed clouds in the dark, their shafts unlit."""
+    case = draw_case("clouds", 1, 20)
+    assert case["kind"] == "picture" and case["method"] == "paper_2019"
+    with Session("clouds") as session:
+        assert runner.check_case("clouds", case, session).messages == []
