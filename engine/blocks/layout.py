@@ -20,8 +20,6 @@ from numpy.typing import NDArray
 from .errors import FormatError
 
 __all__ = [
-    "DVec3",
-    "Double",
     "GlslType",
     "IVec2",
     "IVec3",
@@ -70,8 +68,6 @@ _NUMPY = {"f": "<f4", "d": "<f8", "i": "<i4", "I": "<u4", "?": "<u4"}
 Floats: TypeAlias = Sequence[float] | NDArray[np.floating[Any]]
 Ints: TypeAlias = Sequence[int] | NDArray[np.integer[Any]]
 
-Double: TypeAlias = Annotated[float, GlslType("double", "d", 8)]
-DVec3: TypeAlias = Annotated[Floats, GlslType("dvec3", "3d", 32, (3,))]
 UInt: TypeAlias = Annotated[int, GlslType("uint", "I", 4)]
 Vec2: TypeAlias = Annotated[Floats, GlslType("vec2", "2f", 8, (2,))]
 Vec3: TypeAlias = Annotated[Floats, GlslType("vec3", "3f", 16, (3,))]
@@ -108,7 +104,7 @@ def _type_of(annotation: Any, layout: str, where: str) -> GlslType | StructLayou
     kind = {float: _FLOAT, int: _INT, bool: _BOOL}.get(plain)
     if kind is None:
         raise FormatError(
-            f"{where}: {annotation!r} has no GLSL type; use float, int, bool, Double, DVec3, UInt, Vec2, Vec3, Vec4, "
+            f"{where}: {annotation!r} has no GLSL type; use float, int, bool, UInt, Vec2, Vec3, Vec4, "
             "IVec2, IVec3, IVec4, UVec2, UVec4, Mat3, Mat4, a dataclass of those or Annotated[Any, array(Vec4, n)]"
         )
     return kind

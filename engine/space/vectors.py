@@ -6,9 +6,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["cross", "length"]
+__all__ = ["cross", "length", "split_pair"]
 
 Floats = NDArray[np.float64]
 
@@ -23,3 +23,10 @@ def cross(a: Floats, b: Floats) -> Floats:
     ax, ay, az = a.tolist()
     bx, by, bz = b.tolist()
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+
+
+def split_pair(values: ArrayLike) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Two float32 whose sum is each value to 48 bits, as common/pair.glsl has them: high, low."""
+    exact = np.asarray(values, dtype=np.float64)
+    high = exact.astype(np.float32)
+    return high, (exact - high).astype(np.float32)

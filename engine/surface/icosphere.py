@@ -91,10 +91,6 @@ def _across() -> tuple[Ints, Ints]:
 
 
 ACROSS_ROOT, ACROSS_EDGE = _across()
-LOWEST_OF_EDGE: Ints = np.minimum(np.arange(20)[:, None], ACROSS_ROOT)
-"""(20, 3): the lowest root that contains an edge."""
-LOWEST_OF_CORNER: Ints = np.array([np.nonzero(np.isin(ROOTS, corner).any(axis=1))[0][0] for corner in range(12)])
-"""(12,): the lowest root that contains a corner."""
 
 
 def vector_of(root: ArrayLike, b: ArrayLike, c: ArrayLike) -> Ints:
@@ -115,18 +111,6 @@ def unit(vectors: ArrayLike) -> Floats:
 def direction_of(root: ArrayLike, b: ArrayLike, c: ArrayLike) -> Floats:
     """Unit directions (..., 3) of lattice points; the same bits from each root that contains the point."""
     return unit(vector_of(root, b, c))
-
-
-def lowest_root(root: ArrayLike, b: ArrayLike, c: ArrayLike) -> Ints:
-    """The lowest root that contains the lattice point."""
-    root, b, c = np.broadcast_arrays(*(np.asarray(x, dtype=np.int64) for x in (root, b, c)))
-    weights = np.stack([FULL - b - c, b, c], axis=-1)
-    zero = weights == 0
-    # Edge e lies opposite to corner e + 2.
-    edge = np.argmax(zero[..., [2, 0, 1]], axis=-1)
-    corner = ROOTS[root, np.argmax(weights == FULL, axis=-1)]
-    zeros = zero.sum(axis=-1)
-    return np.where(zeros == 0, root, np.where(zeros == 1, LOWEST_OF_EDGE[root, edge], LOWEST_OF_CORNER[corner]))
 
 
 def locate(directions: ArrayLike) -> tuple[Ints, Floats, Floats]:

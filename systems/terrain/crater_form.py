@@ -94,9 +94,9 @@ crater_rise = _MADE.python(_MADE["crater_profile"].only("crater_rise", ("form", 
 
 
 def shader() -> str:
-    """GLSL: crater_form in float, and with TERRAIN_CANONICAL in double; without it as a change by `vv`. What a crater
+    """GLSL: crater_form in float, and with TERRAIN_CANONICAL in pairs; without it as a change by `vv`. What a crater
     is, its place above the sphere, width and wear, is the same from everywhere."""
-    single, double = _MADE.glsl(_FORM, "float"), _MADE.glsl(_FORM, "double")
+    single, pairs = _MADE.glsl(_FORM, "float"), _MADE.glsl(_FORM, "Pair")
     there = ("new_slope", "new_covered_slope", "new_dug")
     change = _MADE.glsl(_FORM.change(["vv"], (*_CHANGED, "fresh", "size", "square_by_vv", *there)), "float")
-    return f"{single}\n#ifdef TERRAIN_CANONICAL\n{double}#else\n{change}#endif\n"
+    return f"{single}\n#ifdef TERRAIN_CANONICAL\n{pairs}#else\n{change}#endif\n"

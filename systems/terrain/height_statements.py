@@ -6,8 +6,9 @@ variable: `f(t)`, or `f(k, t)` of constants as well, whose derivatives are calle
 stands for the statements of `other`, which have the same names. Operations keep their order, so all that is made gives
 the same bits as the source.
 
-`name: Single = expression` is float in shaders that are else in double: there an operation of two doubles is made in
-double and then rounded, of a double and anything else in float.
+Shaders have them in float, or in pairs of floats (common/pair.glsl), where operators are calls. `name: Single =
+expression` is float there, too: an operation of two pairs is made of pairs and then rounded, of a pair and anything
+else in float.
 
 Derivatives are adjoint: from the last statement back to the first, `by_name` is the result's derivative by that name.
 One number for each statement, whichever way the inputs vary. Changes go forward: statement by statement, how much it
@@ -50,6 +51,11 @@ def at_most(t: Any, high: float) -> Any:
 
 absolute, sign = np.abs, np.sign
 _BUILT_IN = {"clamp": "clamp", "at_least": "max", "at_most": "min", "absolute": "abs", "sign": "sign"}
+
+_PAIRS = {"clamp": "pair_clamp", "at_least": "pair_max", "at_most": "pair_min", "absolute": "pair_abs"}
+_PAIR_OPERATORS: dict[type[ast.operator], str] = {
+    ast.Add: "pair_add", ast.Sub: "pair_sub", ast.Mult: "pair_mul", ast.Div: "pair_div",
+}  # fmt: skip
 
 _ONE = ast.Constant(1.0)
 _SIGNS: dict[type[ast.operator], tuple[str, int]] = {
@@ -181,13 +187,13 @@ class Statements:
         return self._known[f.name]
 
     def glsl(self, f: Function, real: str) -> str:
-        """f as terrain_<name> in float or double. Several results are a struct, such as TerrainSurfaceSlopes, or
-        TerrainSurfaceSlopesDouble."""
+        """f as terrain_<name> of float or Pair. Several results are a struct, such as TerrainSurfaceSlopes, or
+        TerrainSurfaceSlopesPair."""
         text = _Glsl(self._known, f.singles, real)
         results = ", ".join(text.of(value, text.type_of(name)) for name, value in f.results.items())
         kind, struct = real, ""
         if len(f.results) > 1:
-            kind = f"Terrain{f.name.title().replace('_', '')}{'Double' * (real == 'double')}"
+            kind = f"Terrain{f.name.title().replace('_', '')}{'Pair' * (real == 'Pair')}"
             members = "".join(f"    {text.type_of(name)} {name};\n" for name in f.results)
             struct, results = f"struct {kind} {{\n{members}}};\n\n", f"{kind}({results})"
         head = [f"{f.constants} k"] * bool(f.constants) + [f"{real} {name}" for name in f.inputs]
@@ -198,7 +204,7 @@ class Statements:
 
 @dataclass(frozen=True)
 class _Glsl:
-    """Writes expressions. `real`: float or double, the type of all names but `singles`."""
+    """Writes expressions. `real`: float or Pair, the type of all names but `singles`."""
 
     known: Mapping[str, Any]
     singles: frozenset[str]
@@ -214,18 +220,19 @@ class _Glsl:
     def of(self, node: ast.expr, wanted: str, above: int = 0) -> str:
         """wanted: the type. above: how tightly the operator around it binds; a right operand of the same has
         parentheses."""
+        if wanted == "Pair":
+            text, kind = self.pair(node)
+            return text if kind == "Pair" else f"pair({text})"
         if self._is_number(node):
-            number = float(eval(ast.unparse(node), dict(self.known)))
-            text = str(np.float32(number)) if wanted == "float" else f"{number!r}LF"
-            return f"({text})" if number < 0.0 < above else text
-        kinds = {self.type_of(name) for name in _names(node) - {"k"} - self.known.keys()}
-        if kinds == {"float"} != {wanted} or (kinds == {"double"} != {wanted} and _is_of_names(node)):
-            return f"{wanted}({self.of(node, next(iter(kinds)))})"
+            number = self.number(node)
+            return f"({np.float32(number)})" if number < 0.0 < above else str(np.float32(number))
+        if self._kinds(node) == {"Pair"} and _is_of_names(node):
+            return f"{self.pair(node)[0]}.high"
         match node:
             case ast.Name(name):
                 return name
             case ast.Attribute(_, name):
-                return f"k.{name}" if wanted == "float" else f"{wanted}(k.{name})"
+                return f"k.{name}"
             case ast.UnaryOp(ast.USub(), value):
                 return f"(-{self.of(value, wanted, 3)})"
             case ast.Call(ast.Name(name), values):
@@ -238,6 +245,45 @@ class _Glsl:
                 both = f"{self.of(left, wanted, binds - 1)} {text} {self.of(right, wanted, binds)}"
                 return f"({both})" if binds <= above else both
         raise ValueError(f"no GLSL for {ast.unparse(node)}")
+
+    def _kinds(self, node: ast.expr) -> set[str]:
+        return {self.type_of(name) for name in _names(node) - {"k"} - self.known.keys()}
+
+    def number(self, node: ast.expr) -> float:
+        return float(eval(ast.unparse(node), dict(self.known)))
+
+    def pair(self, node: ast.expr) -> tuple[str, str]:
+        """The expression in pairs, and its type: what is a float is left one, for calls that take both."""
+        if self._is_number(node):
+            number = self.number(node)
+            high = np.float32(number)
+            low = np.float32(number - float(high))
+            return (f"Pair({high}, {low})", "Pair") if low else (str(high), "float")
+        if self._kinds(node) == {"float"} or isinstance(node, ast.Attribute):
+            return self.of(node, "float", 3), "float"
+        match node:
+            case ast.Name(name):
+                return name, "Pair"
+            case ast.UnaryOp(ast.USub(), value):
+                text, kind = self.pair(value)
+                return (f"pair_neg({text})", kind) if kind == "Pair" else (f"(-{text})", kind)
+            case ast.Call(ast.Name(name), [first, *others]) if name in _PAIRS:
+                bounds = (f", {self.of(bound, 'float')}" for bound in others)
+                return f"{_PAIRS[name]}({self.of(first, 'Pair')}{''.join(bounds)})", "Pair"
+            case ast.Call(ast.Name(name), values):
+                kinds = ("float" if ast.unparse(value) == "k" else "Pair" for value in values)
+                given = ", ".join(map(self.of, values, kinds))
+                return f"terrain_{name}({given})", "Pair"
+            case ast.BinOp(left, ast.Pow(), ast.Constant(0.5)):
+                return f"pair_sqrt({self.of(left, 'Pair')})", "Pair"
+            case ast.BinOp(left, operator, right):
+                (a, of_a), (b, of_b) = self.pair(left), self.pair(right)
+                for text, of_text, other in ((a, of_a, right), (b, of_b, left)):
+                    power = self.number(other) if of_text == "Pair" and self._is_number(other) else 0.0
+                    if isinstance(operator, ast.Mult) and abs(np.frexp(power)[0]) == 0.5:
+                        return f"pair_scaled({text}, {np.float32(power)})", "Pair"
+                return f"{_PAIR_OPERATORS[type(operator)]}({a}, {b})", "Pair"
+        raise ValueError(f"no GLSL of pairs for {ast.unparse(node)}")
 
 
 def _is_of_names(node: ast.expr) -> bool:

@@ -97,14 +97,14 @@ _CHANGES = [_MADE[name].change(["t"]) for name in ("smoothstep", "bump", "positi
 
 
 def shader() -> str:
-    """GLSL: all of them in float, and with TERRAIN_CANONICAL, but for slopes, in double; without it their changes."""
+    """GLSL: all of them in float, and with TERRAIN_CANONICAL, but for slopes, in pairs; without it their changes."""
     changes = [name for name in _MADE.names if name.endswith("_change")]
     singles = [name for name in _MADE.names if name not in changes]
-    doubles = [name for name in singles if not name.endswith("_slope")]
+    paired = [name for name in singles if not name.endswith("_slope")]
 
     def text(functions: Iterable[Function], real: str = "float") -> str:
         return "\n".join(_MADE.glsl(f, real) for f in functions)
 
-    single, double = text(map(_MADE.__getitem__, singles)), text(map(_MADE.__getitem__, doubles), "double")
+    single, pairs = text(map(_MADE.__getitem__, singles)), text(map(_MADE.__getitem__, paired), "Pair")
     change = text([*map(_MADE.__getitem__, changes), *_CHANGES])
-    return f"{single}\n#ifdef TERRAIN_CANONICAL\n{double}#else\n{change}#endif\n"
+    return f"{single}\n#ifdef TERRAIN_CANONICAL\n{pairs}#else\n{change}#endif\n"

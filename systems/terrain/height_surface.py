@@ -89,11 +89,11 @@ surface_slopes = _MADE.python(_SLOPES["surface"])
 
 def shader() -> str:
     """GLSL: the statements and their derivatives, after the functions that they call. With TERRAIN_CANONICAL the
-    statements in double, too, without it their changes."""
+    statements in pairs of floats, too, without it their changes."""
     parts = [f"// Made from {Path(__file__).name}.\n", '#include "generated/terrain_steps.glsl"\n']
     for name, slopes in _SLOPES.items():
         made = _MADE[name]
-        double, change = _MADE.glsl(made, "double"), _MADE.glsl(made.change(), "float")
+        pairs, change = _MADE.glsl(made, "Pair"), _MADE.glsl(made.change(), "float")
         parts += [_MADE.glsl(made, "float"), _MADE.glsl(slopes, "float")]
-        parts += [f"#ifdef TERRAIN_CANONICAL\n{double}#else\n{change}#endif\n"]
+        parts += [f"#ifdef TERRAIN_CANONICAL\n{pairs}#else\n{change}#endif\n"]
     return "\n".join(parts)

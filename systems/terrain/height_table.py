@@ -15,7 +15,7 @@ from ...engine.surface.cube_map import face_planes
 from ...engine.surface.noise import Lattice
 from . import crater_form, height_steps
 from .crater_form import CraterShape
-from .craters import MOST_OCTAVES, Craters
+from .craters import COARSE_CELL_M, MOST_OCTAVES, Craters
 from .height_map import LEVEL_SAMPLES
 from .height_model import (
     FIELDS,
@@ -41,9 +41,8 @@ class TerrainLattice:
 
     cell: Annotated[IVec3, "of the anchor"]
     frequency_per_m: float
-    fraction_hi: Annotated[Vec3, "the anchor's place in its cell: hi + lo, exact to 1e-15"]
+    fraction: Annotated[Vec3, "the anchor's place in its cell; of 24 bits around the planet's centre, so exact"]
     wavelength_m: float
-    fraction_lo: Vec3
     value: Annotated[float, "at the anchor, of continents, belts and warped layers the noise, of wide craters metres"]
 
 
@@ -52,6 +51,8 @@ class TerrainWarp:
     lattice: TerrainLattice
     value: Annotated[Vec3, "the vector noise at the anchor"]
     amplitude_m: float
+    factor: Annotated[int, "the amplitude in fixed units: factor 2^-shift is it times 4"]
+    shift: int
 
 
 @dataclass
@@ -117,11 +118,12 @@ class TerrainAnchor:
 class TerrainTable:
     up: Annotated[Vec3, "of the anchor"]
     radius_m: float
+    fixed_unit_m: Annotated[float, "of places in fixed point; the radius is 2^22 to 2^23 of it"]
     layer_count: int
     anchor: Annotated[TerrainAnchor, "0 around the planet's centre"]
     warped_layers: int
     crater_octaves: int
-    coarse_crater_octaves: Annotated[int, "evaluated as changes from the anchor"]
+    coarse_crater_octaves: Annotated[int, "evaluated as changes from the anchor, around the centre as pairs of floats"]
     crater_accept: Annotated[int, "of 256 cells, those with a crater"]
     map: TerrainMap
     map_faces: Annotated[Any, array(TerrainMapFace, 6)]
@@ -171,6 +173,7 @@ def octave_table(
     table = np.zeros((), dtype=_LAYOUT.dtype)
     table["up"] = point / model.params.radius_m
     table["radius_m"] = model.params.radius_m
+    table["fixed_unit_m"] = unit_m = 2.0 ** (np.floor(np.log2(model.params.radius_m)) - 22)
     table["layer_count"], table["warped_layers"] = model.layers, model.warped_layers
     table["constants"] = astuple(model.constants)
 
@@ -182,6 +185,7 @@ def octave_table(
         _anchor(warp["lattice"], point, model.unwarped, slice(k, k + 1))
         warp["value"] = values[k]
         warp["amplitude_m"] = model.warp_m[k]
+        warp["factor"], warp["shift"] = _fixed_factor(model.warp_m[k] / unit_m)
     near = point + model.warp_m[1] * values[1]
     far = near + model.warp_m[0] * values[0]
     fields, layers = table["fields"], table["layers"][: model.layers]
@@ -221,20 +225,24 @@ def _anchor(rows: NDArray[Any], point: NDArray[np.float64], lattices: Lattice | 
     frequency = lattices.frequency[part]
     place = point * frequency[:, None] + lattices.offset[part]
     cell = np.floor(place)
-    high, low = _split(place - cell)
     shape = (*rows.shape, 3)
-    rows["cell"] = cell.astype(np.int32).reshape(shape)
-    rows["fraction_hi"], rows["fraction_lo"] = high.reshape(shape), low.reshape(shape)
+    rows["cell"], rows["fraction"] = cell.astype(np.int32).reshape(shape), (place - cell).reshape(shape)
     rows["frequency_per_m"], rows["wavelength_m"] = frequency.reshape(rows.shape), (1.0 / frequency).reshape(rows.shape)
 
 
 def canonical_table(params: TerrainParams | Model) -> NDArray[Any]:
-    """The table around the planet's centre, for terrain/canonical_height.glsl: places there are P itself, in double,
-    and nothing is a difference from an anchor."""
-    return octave_table(params, np.zeros(3), 0.0)
+    """The table around the planet's centre, for terrain/canonical_height.glsl: places there are P itself, in fixed
+    point, and nothing is a difference from an anchor. Coarse craters are those that floats are too coarse for."""
+    model = params if isinstance(params, Model) else model_of(params)
+    table = octave_table(model, np.zeros(3), 0.0)
+    if model.craters:
+        table["coarse_crater_octaves"] = np.count_nonzero(model.craters.frequency <= 1.0 / COARSE_CELL_M)
+    return table
 
 
-def _split(value: Any) -> tuple[Any, Any]:
-    """Two float32 whose sum is the float64 value to 48 bits."""
-    high = np.asarray(value).astype(np.float32)
-    return high, (value - high.astype(np.float64)).astype(np.float32)
+def _fixed_factor(amplitude: float) -> tuple[int, int]:
+    """Of an amplitude, a float32 number of units, (factor, shift): what a noise of 2^-30 is multiplied with and shifted
+    right by to be 2^-32 units."""
+    share, exponent = np.frexp(amplitude)
+    factor, shift = int(share * 2.0**24), 22 - int(exponent)
+    return (0, 0) if shift > 31 else (factor << max(-shift, 0), max(shift, 0))

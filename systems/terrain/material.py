@@ -144,7 +144,7 @@ def _relief(model: Model, anchor_direction: NDArray[np.float64]) -> dict[str, An
     columns = (
         at["cell"],
         at["frequency_per_m"],
-        at["fraction_hi"],
+        at["fraction"],
         1.0 / at["frequency_per_m"],
         layers["amplitude_m"],
         layers["range_weight"] * (_RANGE_SHARE * float(model.constants.range_m)),
@@ -154,7 +154,7 @@ def _relief(model: Model, anchor_direction: NDArray[np.float64]) -> dict[str, An
         "warp": ReliefWarp(
             cell=of_warp["cell"],
             frequency_per_m=float(of_warp["frequency_per_m"]),
-            fraction=of_warp["fraction_hi"],
+            fraction=of_warp["fraction"],
             amplitude_m=float(warp["amplitude_m"]),
             value=warp["value"],
         ),

@@ -10,8 +10,6 @@ import numpy as np
 import pytest
 
 from planetfall.engine.blocks.layout import (
-    Double,
-    DVec3,
     IVec2,
     IVec3,
     IVec4,
@@ -171,29 +169,6 @@ def test_every_field_arrives_in_the_shader(run_compute, scope, layout):
         bind, header = lambda: buffer.bind_to_storage_buffer(5), made.block(5, "odd", storage=True) + _BITS
     out = run_compute(statements, {}, {"y": "uint"}, header=header, count=len(expected), setup=lambda _: bind())
     np.testing.assert_array_equal(out["y"], expected)
-
-
-@dataclass
-class Precise:
-    a: float
-    b: Double
-    c: DVec3
-    d: Double
-    e: Annotated[Any, array(DVec3, 2)]
-
-
-@pytest.mark.parametrize("layout", ["std140", "std430"])
-def test_doubles_arrive_in_the_shader(run_compute, scope, layout):
-    made = StructLayout(Precise, layout)
-    sent = Precise(1.5, 1.0 / 3.0, np.arange(3.0) / 7.0, 1e-300, np.arange(6.0).reshape(2, 3) / 9.0)
-    buffer = scope.buffer(made.pack(sent))
-    places, values = zip(*_numbers("p", sent), strict=True)
-    body = "\n".join(f"if (index == {k}u) y = unpackDouble2x32(double({place}));" for k, place in enumerate(places))
-    out = run_compute(
-        body, {}, {"y": "uvec2"}, header=made.block(5, "p", storage=True), count=len(values),
-        setup=lambda _: buffer.bind_to_storage_buffer(5),
-    )  # fmt: skip
-    np.testing.assert_array_equal(np.ascontiguousarray(out["y"], "<u4").view("<f8")[:, 0], values)
 
 
 def test_driver_agrees_on_offsets(scope):

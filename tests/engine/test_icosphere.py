@@ -11,14 +11,11 @@ from planetfall.engine.surface.icosphere import (
     CORNERS,
     EDGE_OVER_HEIGHT,
     FULL,
-    LOWEST_OF_CORNER,
-    LOWEST_OF_EDGE,
     ROOT_VECTORS,
     ROOTS,
     TriangleScheme,
     direction_of,
     locate,
-    lowest_root,
     snap,
     vector_of,
 )
@@ -42,8 +39,6 @@ def test_the_solid_is_regular():
     assert np.ptp(edges) / edges.mean() < 1e-12
     assert (np.linalg.det(vectors) > 0).all()
     assert ACROSS_ROOT[ACROSS_ROOT, ACROSS_EDGE].tolist() == np.repeat(np.arange(20), 3).reshape(20, 3).tolist()
-    assert (np.minimum(ACROSS_ROOT, np.arange(20)[:, None]) == LOWEST_OF_EDGE).all()
-    assert all(corner in ROOTS[root] for corner, root in enumerate(LOWEST_OF_CORNER))
 
 
 def test_vectors_are_exact_in_float64():
@@ -80,18 +75,6 @@ def test_special_directions_are_found(direction):
         key = SCHEME.at(direction, level)
         assert SCHEME.level(key) == level and SCHEME.unpack(key)[0] == root
         np.testing.assert_array_equal(SCHEME.pack(*SCHEME.unpack(key)), key)
-
-
-def test_lowest_root_is_that_of_all_who_share_a_point():
-    along = np.array([0, 1, FULL // 3, FULL - FULL // 3, FULL - 1, FULL])
-    zero = np.zeros_like(along)
-    b, c = np.concatenate([along, zero, along]), np.concatenate([zero, along, FULL - along])
-    root, b, c = np.repeat(np.arange(20), len(b)), np.tile(b, 20), np.tile(c, 20)
-    names, which = np.unique(vector_of(root, b, c), axis=0, return_inverse=True)
-    least = np.full(len(names), 99)
-    np.minimum.at(least, which.reshape(-1), root)
-    np.testing.assert_array_equal(lowest_root(root, b, c), least[which.reshape(-1)])
-    assert (lowest_root(*random_points(100, 4)) <= 19).all()
 
 
 def test_edges_meet_in_opposite_directions():

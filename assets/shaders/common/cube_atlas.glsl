@@ -2,20 +2,14 @@
 // 3)^2 samples each, level below level. No hardware filter: it has 8 bits for its weights, and no faces.
 
 // Where a direction meets the cube: the face, and (s, t, component along its normal).
-#define CUBE_FACE(REAL3, NAME) \
-    REAL3 NAME(REAL3 d, out int face) { \
-        REAL3 a = abs(d); \
-        bool side = a.x >= a.y && a.x >= a.z, other = !side && a.y >= a.z; \
-        face = side ? (d.x > 0.0 ? 0 : 2) : other ? (d.y > 0.0 ? 1 : 3) : (d.z > 0.0 ? 4 : 5); \
-        REAL3 p = side ? REAL3(d.x > 0.0 ? d.y : -d.y, d.z, a.x) \
-            : other ? REAL3(d.y > 0.0 ? -d.x : d.x, d.z, a.y) : REAL3(d.y, d.z > 0.0 ? -d.x : d.x, a.z); \
-        return REAL3(p.xy / p.z, p.z); \
-    }
-
-CUBE_FACE(vec3, cube_face)
-#ifdef TERRAIN_CANONICAL
-CUBE_FACE(dvec3, cube_face)
-#endif
+vec3 cube_face(vec3 d, out int face) {
+    vec3 a = abs(d);
+    bool side = a.x >= a.y && a.x >= a.z, other = !side && a.y >= a.z;
+    face = side ? (d.x > 0.0 ? 0 : 2) : other ? (d.y > 0.0 ? 1 : 3) : (d.z > 0.0 ? 4 : 5);
+    vec3 p = side ? vec3(d.x > 0.0 ? d.y : -d.y, d.z, a.x)
+        : other ? vec3(d.y > 0.0 ? -d.x : d.x, d.z, a.y) : vec3(d.y, d.z > 0.0 ? -d.x : d.x, a.z);
+    return vec3(p.xy / p.z, p.z);
+}
 
 // A vector's components along a face's columns, its rows and its normal.
 vec3 cube_axes(int face, vec3 v) {

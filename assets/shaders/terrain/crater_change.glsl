@@ -41,9 +41,9 @@ float terrain_crater_way(CraterOctave octave, ivec3 base, vec3 from, vec3 d, vec
 // Metres of an octave at offset D (up: the place over the radius) less those at the anchor.
 float terrain_crater_change(CraterOctave octave, vec3 D, vec3 up, float spacing_m, inout TerrainSources ground) {
     TerrainLattice corners = octave.lattice;  // half a cell on: those of the eight cells that reach a place
-    vec3 middle = corners.fraction_hi - 0.5, below = vec3(lessThan(middle, vec3(0.0)));
+    vec3 middle = corners.fraction - 0.5, below = vec3(lessThan(middle, vec3(0.0)));
     corners.cell -= ivec3(below);
-    corners.fraction_hi = middle + below;
+    corners.fraction = middle + below;
     // Of wide spacings heights do not show all that is at the anchor.
     TerrainWay way = terrain_way(corners, D, spacing_m > octave.lattice.wavelength_m);
     vec3 to_foot = vec3(0.0), foot_up = way.plain ? up : terrain_table.up;

@@ -34,53 +34,101 @@ void crater_show(float seen, float covered, vec3 gradient, float dug, inout Terr
     ground.dug = ground.dug * kept + seen * dug;
 }
 
-// Metres that one octave adds at the place `fraction` of `cell`, in float or double. up: the foot on the sphere over
+float crater_single(float a) { return a; }
+float crater_there(uint draws) { return int(draws >> 24) < terrain_table.crater_accept ? 1.0 : 0.0; }
+vec2 crater_draws(uint draws) { return vec2(draws & 4095u, draws >> 12 & 4095u) * (1.0 / 4096.0); }
+
+// From a crater's place to f, of the base, or to the fraction of a cell that says the same exactly.
+#ifdef TERRAIN_CANONICAL
+#define CRATER_FRACTION uvec3
+#define CRATER_WAY ivec3
+const float CRATER_WAY_CELLS = 1.0 / 4294967296.0;
+
+vec3 crater_fraction(uvec3 fraction) { return noise_single(fraction); }
+ivec3 crater_way(vec3 f, uvec3 fraction, ivec3 side, uint hash) {
+    return ivec3(fraction - ((uvec3(hash & 1023u, hash >> 10 & 1023u, hash >> 22) * 2u + 1u) << 21));
+}
+#else
+#define CRATER_FRACTION vec3
+#define CRATER_WAY vec3
+const float CRATER_WAY_CELLS = 1.0;
+
+vec3 crater_fraction(vec3 fraction) { return fraction; }
+vec3 crater_way(vec3 f, vec3 fraction, ivec3 side, uint hash) { return f - vec3(side) - crater_place(hash); }
+#endif
+
+// The crater at v from its place, in cells, which is also `way`.
+TerrainCraterForm crater_form(CraterOctave octave, vec3 v, CRATER_WAY way, uint draws, vec3 up) {
+    float vv = dot(v, v), curve = octave.lattice.wavelength_m / terrain_table.radius_m;
+    vec2 u = crater_draws(draws);
+    return terrain_crater_form(octave.shape, vv, vv, dot(v, up), curve, crater_there(draws), u.x, u.y);
+}
+
+// Metres with one crater more, `shown` of it.
+float crater_over(float total, float shown, float width_m, TerrainCraterForm c) {
+    return total * (1.0 - shown * c.covered) + shown * c.form * c.fresh * width_m * c.size;
+}
+
+#ifdef TERRAIN_CANONICAL
+float crater_single(Pair a) { return a.high; }
+
+TerrainCraterFormPair crater_form(CraterOctave octave, vec3 v, ivec3 way, uint draws, Pair3 up) {
+    Pair3 exact = pair_scaled(fixed_number(way), 0.25);
+    Pair vv = pair_dot(exact, exact), along = pair_dot(exact, up);
+    Pair curve = pair_div(pair(octave.lattice.wavelength_m), terrain_table.radius_m);
+    vec2 u = crater_draws(draws);
+    return terrain_crater_form(octave.shape, vv, vv, along, curve, pair(crater_there(draws)), pair(u.x), pair(u.y));
+}
+
+Pair crater_over(Pair total, float shown, float width_m, TerrainCraterFormPair c) {
+    Pair height_m = pair_mul(pair_mul(pair_mul(c.form, c.fresh), c.size), shown * width_m);
+    return pair_add(pair_mul(total, pair_sub(1.0, pair_mul(c.covered, shown))), height_m);
+}
+#endif
+
+// Metres that one octave adds at the place `fraction` of `cell`, in floats or exactly. up: the foot on the sphere over
 // the radius; spacing_m limits heights to what vertices that far apart may need. ground: adds what spacing_m shows of
 // the gradient and begin_m does not (begin_m 0: all), and how freshly dug it is.
-#define TERRAIN_CRATER_OCTAVE(REAL, REAL3, FORM) \
+#define TERRAIN_CRATER_OCTAVE(REAL, UP, FORM, ZERO) \
     REAL terrain_crater_octave( \
-        CraterOctave octave, ivec3 cell, REAL3 fraction, REAL3 up, float spacing_m, float begin_m, \
+        CraterOctave octave, ivec3 cell, CRATER_FRACTION fraction, UP up, float spacing_m, float begin_m, \
         inout TerrainSources ground \
     ) { \
         float width_m = octave.lattice.wavelength_m; \
-        REAL curve = REAL(width_m) / REAL(terrain_table.radius_m); \
-        REAL3 f = fraction - REAL(0.5); \
-        ivec3 below = ivec3(lessThan(f, REAL3(0.0))); \
+        vec3 f = crater_fraction(fraction) - 0.5; \
+        ivec3 below = ivec3(lessThan(f, vec3(0.0))); \
         ivec3 base = cell - below; \
-        f += REAL3(below) + REAL(0.5); \
+        f += vec3(below) + 0.5; \
         uvec3 firsts = uvec3(base) * CRATER_STEPS; \
         uint first = firsts.x + firsts.y + firsts.z; \
         int reached = 0; \
         for (int parity = 0; parity < 8; ++parity) { \
             ivec3 side = crater_side(base, parity); \
-            vec3 v = vec3(f) - vec3(side) - crater_place(crater_hash(first, side)); \
+            vec3 v = f - vec3(side) - crater_place(crater_hash(first, side)); \
             reached |= dot(v, v) < 0.25001 ? 1 << parity : 0; \
         } \
-        REAL total = REAL(0.0); \
+        REAL total = ZERO; \
         TerrainSources found = NO_SOURCES; \
         while (reached != 0) { \
             ivec3 side = crater_side(base, findLSB(reached)); \
             uint hash = crater_hash(first, side), draws = crater_mix(hash ^ 0x68bc21ebu); \
             reached &= reached - 1; \
-            REAL3 v = f - REAL3(side) - REAL3(crater_place(hash)); \
-            vec2 u = vec2(draws & 4095u, draws >> 12 & 4095u) * (1.0 / 4096.0); \
-            REAL vv = dot(v, v), there = int(draws >> 24) < terrain_table.crater_accept ? REAL(1.0) : REAL(0.0); \
-            FORM c = terrain_crater_form(octave.shape, vv, vv, dot(v, up), curve, there, REAL(u.x), REAL(u.y)); \
-            float wide_m = 2.0 * float(c.size) * width_m; \
+            CRATER_WAY way = crater_way(f, fraction, side, hash); \
+            vec3 v = vec3(way) * CRATER_WAY_CELLS; \
+            FORM c = crater_form(octave, v, way, draws, up); \
+            float size = crater_single(c.size), wide_m = 2.0 * size * width_m; \
             float seen = terrain_layer_weight(wide_m, spacing_m) \
                 - (begin_m > 0.0 ? terrain_layer_weight(wide_m, begin_m) : 0.0); \
-            float steep = float(c.size) * float(c.fresh) * c.slope - float(total) / width_m * c.covered_slope; \
-            crater_show(seen, float(c.covered), 2.0 * c.square_by_vv * steep * vec3(v), c.dug, found); \
-            REAL shown = REAL(terrain_height_weight(wide_m, spacing_m)); \
-            total = total * (REAL(1.0) - shown * c.covered) \
-                + shown * c.form * c.fresh * REAL(width_m) * c.size; \
+            float steep = size * crater_single(c.fresh) * c.slope - crater_single(total) / width_m * c.covered_slope; \
+            crater_show(seen, crater_single(c.covered), 2.0 * c.square_by_vv * steep * v, c.dug, found); \
+            total = crater_over(total, terrain_height_weight(wide_m, spacing_m), width_m, c); \
         } \
         ground.gradient += found.gradient; \
         ground.dug += found.dug; \
         return total; \
     }
 
-TERRAIN_CRATER_OCTAVE(float, vec3, TerrainCraterForm)
+TERRAIN_CRATER_OCTAVE(float, vec3, TerrainCraterForm, 0.0)
 #ifdef TERRAIN_CANONICAL
-TERRAIN_CRATER_OCTAVE(double, dvec3, TerrainCraterFormDouble)
+TERRAIN_CRATER_OCTAVE(Pair, Pair3, TerrainCraterFormPair, pair(0.0))
 #endif

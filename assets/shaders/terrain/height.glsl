@@ -9,23 +9,35 @@
 // and the point-wise part are evaluated as changes from the anchor (terrain/height_change.glsl), whose errors are
 // relative to the offset from it. The relief, which is a few hundred metres, is the sum of its layers.
 //
-// TERRAIN_CANONICAL: the table is around the planet's centre and places are double (terrain/height_double.glsl), so
-// that heights are functions of nothing but the place, with all layers whatever the spacing: canonical_height.glsl.
+// TERRAIN_CANONICAL: the table is around the planet's centre, places are in fixed point and what is broad in pairs of
+// floats (terrain/height_fixed.glsl), so that heights are functions of nothing but the place, with all layers whatever
+// the spacing: canonical_height.glsl.
 #include "contract/height_sources.glsl"
+#ifdef TERRAIN_CANONICAL
+#include "common/noise_fixed.glsl"
+#endif
 #include "common/noise.glsl"
 #include "generated/terrain_table.glsl"
 #include "generated/terrain_surface.glsl"
 
 #ifdef TERRAIN_CANONICAL
-#include "common/noise_double.glsl"
-
-#define TERRAIN_REAL double
-#define TERRAIN_REAL2 dvec2
-#define TERRAIN_REAL3 dvec3
+#define TERRAIN_PLACE Fixed3
+#define TERRAIN_REAL Pair
+#define TERRAIN_REAL2 Pair2
+#define TERRAIN_REAL3 Pair3
+#define TERRAIN_NUMBER(a) pair(a)
+#define TERRAIN_SUM(a, b) pair_add(a, b)
+#define TERRAIN_PRODUCT(a, b) pair_mul(a, b)
+#define TERRAIN_SINGLE(a) (a).high
 #else
+#define TERRAIN_PLACE vec3
 #define TERRAIN_REAL float
 #define TERRAIN_REAL2 vec2
 #define TERRAIN_REAL3 vec3
+#define TERRAIN_NUMBER(a) (a)
+#define TERRAIN_SUM(a, b) ((a) + (b))
+#define TERRAIN_PRODUCT(a, b) ((a) * (b))
+#define TERRAIN_SINGLE(a) (a)
 #endif
 
 struct TerrainPoint {
@@ -62,50 +74,49 @@ int terrain_shown_layers(float spacing_m) {
 #endif
 }
 
-void terrain_place(TerrainLattice lattice, TERRAIN_REAL3 d, out ivec3 cell, out TERRAIN_REAL3 fraction) {
+// Where d is in an octave's lattice.
 #ifdef TERRAIN_CANONICAL
-    dvec3 t = d * double(lattice.frequency_per_m) + (dvec3(lattice.fraction_hi) + dvec3(lattice.fraction_lo));
-    dvec3 whole = floor(t);
-    fraction = t - whole;
-    cell = lattice.cell + ivec3(whole);
-#else
-    lattice_place(lattice.cell, lattice.fraction_hi, lattice.frequency_per_m, d, cell, fraction);
-#endif
+void terrain_place(TerrainLattice lattice, Fixed3 d, out ivec3 cell, out uvec3 fraction) {
+    int shift = (floatBitsToInt(lattice.wavelength_m) - floatBitsToInt(terrain_table.fixed_unit_m)) >> 23;
+    Fixed3 place = fixed_add(fixed_coarser(d, shift), Fixed3(lattice.cell, uvec3(lattice.fraction * 16777216.0) << 8));
+    cell = place.whole;
+    fraction = place.part;
 }
 
+void terrain_place(TerrainLattice lattice, Fixed3 d, out ivec3 cell, out vec3 fraction) {
+    uvec3 exact;
+    terrain_place(lattice, d, cell, exact);
+    fraction = noise_single(exact);
+}
+
+vec3 terrain_offset(Fixed3 d) { return fixed_pair(d).high * terrain_table.fixed_unit_m; }
+#else
+void terrain_place(TerrainLattice lattice, vec3 d, out ivec3 cell, out vec3 fraction) {
+    lattice_place(lattice.cell, lattice.fraction, lattice.frequency_per_m, d, cell, fraction);
+}
+
+vec3 terrain_offset(vec3 d) { return d; }
+#endif
+
 // Noise of an octave at offset d: xyz gradient by metres, w value.
-vec4 terrain_noise(TerrainLattice lattice, TERRAIN_REAL3 d) {
+vec4 terrain_noise(TerrainLattice lattice, TERRAIN_PLACE d) {
     ivec3 cell;
-    TERRAIN_REAL3 fraction;
+    vec3 fraction;
     terrain_place(lattice, d, cell, fraction);
-    vec4 n = gradient_noise(cell, vec3(fraction));
+    vec4 n = gradient_noise(cell, fraction);
     n.xyz *= lattice.frequency_per_m;
     return n;
 }
 
-float terrain_noise_value(TerrainLattice lattice, TERRAIN_REAL3 d) {
+float terrain_noise_value(TerrainLattice lattice, TERRAIN_PLACE d) {
     ivec3 cell;
-    TERRAIN_REAL3 fraction;
+    vec3 fraction;
     terrain_place(lattice, d, cell, fraction);
-    return gradient_noise_value(cell, vec3(fraction));
-}
-
-TERRAIN_REAL3 terrain_warp(TerrainLattice lattice, TERRAIN_REAL3 d, out mat3 jacobian) {
-    ivec3 cell;
-    TERRAIN_REAL3 fraction;
-    terrain_place(lattice, d, cell, fraction);
-    TERRAIN_REAL3 w = vector_noise(cell, fraction, jacobian);
-    jacobian *= lattice.frequency_per_m;
-    return w;
-}
-
-// How far a warp of value w moves a place against the anchor, metres.
-vec3 terrain_bend(TerrainWarp warp, vec3 w) {
-    return warp.amplitude_m * (w - warp.value);
+    return gradient_noise_value(cell, fraction);
 }
 
 #ifdef TERRAIN_CANONICAL
-#include "terrain/height_double.glsl"
+#include "terrain/height_fixed.glsl"
 #else
 #include "terrain/height_change.glsl"
 #endif
@@ -114,7 +125,8 @@ vec3 terrain_bend(TerrainWarp warp, vec3 w) {
 
 // Domain warps, continents and belts: w1 and fields as changes from the anchor's.
 struct TerrainBroad {
-    TERRAIN_REAL3 w1, near, far;   // near: D warped by w2, far: by both
+    TERRAIN_REAL3 w1;
+    TERRAIN_PLACE near, far;       // near: D warped by w2, far: by both
     mat3 j1;                       // of w1, 1/m
     mat3 to_near, to_far;          // of near and far
     TERRAIN_REAL2 fields;          // c and b
@@ -123,26 +135,28 @@ struct TerrainBroad {
 
 // Domain warp (Perlin 1985, "An Image Synthesizer": noise moves the place at which noise is asked): metres, of both
 // scales, as differences from the anchor's.
-void terrain_warp_domain(TERRAIN_REAL3 d, inout TerrainBroad t) {
+void terrain_warp_domain(TERRAIN_PLACE d, inout TerrainBroad t) {
     TerrainWarp wide = terrain_table.wide_warp, narrow = terrain_table.narrow_warp;
     mat3 j2;
-    t.w1 = terrain_warp_change(wide, d, t.j1);
-    t.near = d + TERRAIN_REAL(narrow.amplitude_m) * terrain_warp_change(narrow, d, j2);
-    t.far = t.near + TERRAIN_REAL(wide.amplitude_m) * t.w1;
+    t.near = d;
+    terrain_warp_place(t.near, narrow, d, j2);
+    t.far = t.near;
+    t.w1 = terrain_warp_place(t.far, wide, d, t.j1);
     t.to_near = mat3(1.0) + narrow.amplitude_m * j2;
     t.to_far = t.to_near + wide.amplitude_m * t.j1;
 }
 
 // Continents and belts: weighted octaves of noise at the warped place (fractional Brownian motion), without unit.
 void terrain_fields(inout TerrainBroad t) {
-    t.fields = TERRAIN_REAL2(0.0);
+    t.fields = TERRAIN_NUMBER(vec2(0.0));
     t.dc = vec3(0.0);
     t.db = vec3(0.0);
     int o = 0;
     do {
         vec2 weights = terrain_table.fields[o].weights;
         vec3 g;
-        t.fields += TERRAIN_REAL2(weights) * terrain_change(terrain_table.fields[o].lattice, t.far, g);
+        TERRAIN_REAL n = terrain_change(terrain_table.fields[o].lattice, t.far, g);
+        t.fields = TERRAIN_SUM(t.fields, TERRAIN_PRODUCT(weights, n));
         t.dc += weights.x * g;
         t.db += weights.y * g;
     } while (++o < TERRAIN_FIELDS);
@@ -150,9 +164,9 @@ void terrain_fields(inout TerrainBroad t) {
     t.db = t.db * t.to_far;
 }
 
-TerrainBroad terrain_broad(TERRAIN_REAL3 D) {
+TerrainBroad terrain_broad(TERRAIN_PLACE D) {
     TerrainBroad t;
-    terrain_warp_domain(TERRAIN_REAL3(D), t);
+    terrain_warp_domain(D, t);
     terrain_fields(t);
     return t;
 }
@@ -168,26 +182,24 @@ struct TerrainRelief {
 };
 
 // The layers that make ranges: ridged, and in full at any spacing.
-void terrain_range_layers(TERRAIN_REAL3 near, float spacing_m, int end, inout TerrainRelief sum) {
+void terrain_range_layers(TERRAIN_PLACE near, float spacing_m, int end, inout TerrainRelief sum) {
     int i = 0;
     if (i < end) do {
         TerrainLayer layer = terrain_table.layers[i];
         vec3 g;
-        TERRAIN_REAL n = terrain_change(layer.lattice, near, g), ridge = terrain_layer_change(layer, n),
-            v = TERRAIN_REAL(layer.range_weight) * ridge;
-        float whole = layer.lattice.value + float(n);
+        TERRAIN_REAL n = terrain_change(layer.lattice, near, g), ridge = terrain_layer_change(layer, n);
+        float whole = layer.lattice.value + TERRAIN_SINGLE(n);
         float weight = terrain_layer_weight(layer.lattice.wavelength_m, spacing_m);
         g *= weight * terrain_ridge_slope(whole, layer.ridge);
-        vec3 dv = layer.range_weight * g;
 #ifdef TERRAIN_MAPPED
-        sum.range_z += TERRAIN_REAL(layer.amplitude_m) * ridge;
+        sum.range_z = TERRAIN_SUM(sum.range_z, TERRAIN_PRODUCT(layer.amplitude_m, ridge));
         sum.seen_z += weight * layer.amplitude_m * terrain_ridge(whole, layer.ridge);
         sum.dz += layer.amplitude_m * g;
 #endif
-        bool gating = i < TERRAIN_GATING_LAYERS;
-        sum.s += gating ? TERRAIN_REAL2(v, 0.0) : TERRAIN_REAL2(0.0, v);
-        sum.d_gating += gating ? dv : vec3(0.0);
-        sum.d_gated += gating ? vec3(0.0) : dv;
+        vec2 weights = i < TERRAIN_GATING_LAYERS ? vec2(layer.range_weight, 0.0) : vec2(0.0, layer.range_weight);
+        sum.s = TERRAIN_SUM(sum.s, TERRAIN_PRODUCT(weights, ridge));
+        sum.d_gating += weights.x * g;
+        sum.d_gated += weights.y * g;
     } while (++i < end);
 }
 
@@ -202,7 +214,7 @@ void terrain_add_layer(TerrainLayer layer, vec4 n, float spacing_m, float share,
 
 // The layers of relief between those of ranges and the shortest that the spacing shows: warped ones first; then those
 // with a gradient; of those shorter than two spacings the height alone.
-void terrain_relief_layers(TerrainBroad broad, TERRAIN_REAL3 D, float spacing_m, int begin, inout TerrainRelief sum) {
+void terrain_relief_layers(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m, int begin, inout TerrainRelief sum) {
     int warped = terrain_table.warped_layers, shown = terrain_shown_layers(spacing_m), i = begin;
     int warped_end = min(shown, warped);
     if (i < warped_end) do {
@@ -225,8 +237,9 @@ void terrain_relief_layers(TerrainBroad broad, TERRAIN_REAL3 D, float spacing_m,
     } while (++i < end);
 }
 
-TerrainRelief terrain_relief(TerrainBroad broad, TERRAIN_REAL3 D, float spacing_m) {
-    TerrainRelief sum = TerrainRelief(TERRAIN_REAL2(0.0), TERRAIN_REAL(0.0), 0.0, 0.0, vec3(0.0), vec3(0.0), vec3(0.0));
+TerrainRelief terrain_relief(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m) {
+    TerrainRelief sum = TerrainRelief(TERRAIN_NUMBER(vec2(0.0)), TERRAIN_NUMBER(0.0), 0.0, 0.0, vec3(0.0), vec3(0.0),
+        vec3(0.0));
     int ranges = min(TERRAIN_SHAPE_LAYERS, terrain_table.layer_count);
     terrain_range_layers(broad.near, spacing_m, ranges, sum);
     terrain_relief_layers(broad, D, spacing_m, ranges, sum);
@@ -249,10 +262,11 @@ float terrain_moisture(vec3 w1, float dug) {
 // Metres above the anchor's height. added: by craters and map, as a change from the anchor.
 TERRAIN_REAL terrain_height(TerrainBroad broad, TerrainRelief relief, TERRAIN_REAL added, float rougher) {
     TerrainConstants k = terrain_table.constants;
-    TERRAIN_REAL z = relief.range_z + TERRAIN_REAL(relief.z);
+    TERRAIN_REAL z = TERRAIN_SUM(relief.range_z, relief.z);
 #ifdef TERRAIN_CANONICAL
-    return terrain_surface(k, broad.w1.x, broad.w1.y, broad.w1.z, broad.fields.x, broad.fields.y, relief.s.x,
-        relief.s.y, z, added, double(rougher));
+    return terrain_surface(k, PAIR_PART(broad.w1, x), PAIR_PART(broad.w1, y), PAIR_PART(broad.w1, z),
+        PAIR_PART(broad.fields, x), PAIR_PART(broad.fields, y), PAIR_PART(relief.s, x), PAIR_PART(relief.s, y), z,
+        added, pair(rougher));
 #else
     TerrainAnchor anchor = terrain_table.anchor;
     vec3 w1 = terrain_table.wide_warp.value;
@@ -265,23 +279,23 @@ TERRAIN_REAL terrain_height(TerrainBroad broad, TerrainRelief relief, TERRAIN_RE
 // D: the foot on the reference sphere minus the anchor's foot. spacing_m: distance of vertices there. Heights hold all
 // layers that the spacing can show, so that vertices lie on the true surface; gradients are band-limited to the
 // spacing. height_m: dh before it is rounded.
-TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_REAL3 D, float spacing_m, out TERRAIN_REAL height_m) {
+TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m, out TERRAIN_REAL height_m) {
     TerrainRelief relief = terrain_relief(broad, D, spacing_m);
     TerrainSources sources;
     TERRAIN_REAL added = terrain_sources(D, spacing_m, sources);
     height_m = terrain_height(broad, relief, added, sources.rougher);
 
     TerrainAnchor anchor = terrain_table.anchor;
-    vec3 w1 = terrain_table.wide_warp.value + vec3(broad.w1);
-    vec2 fields = anchor.fields + vec2(broad.fields), s = anchor.shapes + vec2(relief.s);
+    vec3 w1 = terrain_table.wide_warp.value + TERRAIN_SINGLE(broad.w1);
+    vec2 fields = anchor.fields + TERRAIN_SINGLE(broad.fields), s = anchor.shapes + TERRAIN_SINGLE(relief.s);
     TerrainSurfaceSlopes t = terrain_surface_slopes(terrain_table.constants, w1.x, w1.y, w1.z, fields.x, fields.y, s.x,
-        s.y, anchor.ranges_m + float(relief.range_z) + relief.z, anchor.added_m + float(added), sources.rougher,
-        relief.seen_z);
+        s.y, anchor.ranges_m + TERRAIN_SINGLE(relief.range_z) + relief.z, anchor.added_m + TERRAIN_SINGLE(added),
+        sources.rougher, relief.seen_z);
     vec3 slope = terrain_slope(t, broad, relief, sources);
-    vec3 up = terrain_table.up + vec3(D) / terrain_table.radius_m;
+    vec3 up = terrain_table.up + terrain_offset(D) / terrain_table.radius_m;
 
     TerrainPoint point;
-    point.dh = float(height_m);
+    point.dh = TERRAIN_SINGLE(height_m);
     point.gradient = slope - up * dot(up, slope);
     point.roughness = t.by_z;
     point.moisture = terrain_moisture(w1, sources.dug);
@@ -289,7 +303,7 @@ TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_REAL3 D, float spacing_m,
     return point;
 }
 
-TerrainPoint terrain_point(TERRAIN_REAL3 D, float spacing_m) {
+TerrainPoint terrain_point(TERRAIN_PLACE D, float spacing_m) {
     TERRAIN_REAL height_m;
     return terrain_point(terrain_broad(D), D, spacing_m, height_m);
 }

@@ -17,7 +17,7 @@ const float TERRAIN_PLAIN_CELLS = 0.25;
 
 // always: plain wherever it is.
 TerrainWay terrain_way(TerrainLattice lattice, vec3 offset_m, bool always) {
-    vec3 t = offset_m * lattice.frequency_per_m, at = lattice.fraction_hi;
+    vec3 t = offset_m * lattice.frequency_per_m, at = lattice.fraction;
     ivec3 cell;
     vec3 fraction;
     terrain_place(lattice, offset_m, cell, fraction);
@@ -26,6 +26,20 @@ TerrainWay terrain_way(TerrainLattice lattice, vec3 offset_m, bool always) {
     vec3 d = clamp(t, -at, 1.0 - at), edge = clamp(at + d - vec3(cell - lattice.cell), 0.0, 1.0);
     return TerrainWay(plain ? cell : lattice.cell, cell, plain ? fraction : at, plain ? vec3(0.0) : d, edge, t - d,
         inside || plain ? 1 : 2, plain);
+}
+
+vec3 terrain_warp(TerrainLattice lattice, vec3 d, out mat3 jacobian) {
+    ivec3 cell;
+    vec3 fraction;
+    terrain_place(lattice, d, cell, fraction);
+    vec3 w = vector_noise(cell, fraction, jacobian);
+    jacobian *= lattice.frequency_per_m;
+    return w;
+}
+
+// How far a warp of value w moves a place against the anchor, metres.
+vec3 terrain_bend(TerrainWarp warp, vec3 w) {
+    return warp.amplitude_m * (w - warp.value);
 }
 
 #ifdef TERRAIN_FLOAT
@@ -66,6 +80,13 @@ vec3 terrain_warp_change(TerrainWarp warp, vec3 d, out mat3 jacobian) {
     return way.plain ? there - warp.value : change;
 }
 #endif
+
+// Moves a place by what the warp changes from the anchor to d; returns that.
+vec3 terrain_warp_place(inout vec3 place, TerrainWarp warp, vec3 d, out mat3 jacobian) {
+    vec3 w = terrain_warp_change(warp, d, jacobian);
+    place += warp.amplitude_m * w;
+    return w;
+}
 
 // Of a layer's value, n: the change of its noise.
 float terrain_layer_change(TerrainLayer layer, float n) {

@@ -54,12 +54,17 @@ float terrain_map_level(float spacing_m) {
 
 #ifdef TERRAIN_CANONICAL
 // Where the place D is: its face, the foot's direction there, and in the map.
-vec3 terrain_map_place(dvec3 D, int n, out int face, out ivec2 cell, out vec2 fraction) {
-    dvec3 place = cube_face(D, face);
-    dvec2 at = (place.xy * 0.5LF + 0.5LF) * double(n);
-    cell = clamp(ivec2(floor(at)), 0, n - 1);
-    fraction = vec2(at - dvec2(cell));
-    return vec3(place);
+vec3 terrain_map_place(Fixed3 D, int n, out int face, out ivec2 cell, out vec2 fraction) {
+    Pair3 foot = fixed_pair(D);
+    vec3 place = cube_face(foot.high * terrain_table.fixed_unit_m, face);
+    Pair3 along = Pair3(cube_axes(face, foot.high), cube_axes(face, foot.low));
+    float half_side = 0.5 * float(n);
+    Pair x = pair_mul(pair_div(PAIR_PART(along, x), PAIR_PART(along, z)), half_side);
+    Pair y = pair_mul(pair_div(PAIR_PART(along, y), PAIR_PART(along, z)), half_side);
+    vec2 whole = floor(vec2(x.high, y.high)) + half_side;
+    cell = clamp(ivec2(floor(whole)), 0, n - 1);
+    fraction = (vec2(x.high, y.high) - (vec2(cell) - half_side)) + vec2(x.low, y.low);
+    return place;
 }
 #else
 vec3 terrain_map_place(vec3 D, int n, out int face, out ivec2 cell, out vec2 fraction) {
@@ -82,7 +87,7 @@ vec3 terrain_map_place(vec3 D, int n, out int face, out ivec2 cell, out vec2 fra
 
 // Height in metres over the anchor's at offset D, its gradient as spacing_m shows it, and the same of the height
 // differences at the map's finest scale, in whole.
-TERRAIN_REAL terrain_map_height(TERRAIN_REAL3 D, float spacing_m, out vec3 gradient, out float rough,
+TERRAIN_REAL terrain_map_height(TERRAIN_PLACE D, float spacing_m, out vec3 gradient, out float rough,
     out vec3 d_rough) {
     int face, n = terrain_table.map.cells;
     ivec2 cell;
@@ -91,14 +96,14 @@ TERRAIN_REAL terrain_map_height(TERRAIN_REAL3 D, float spacing_m, out vec3 gradi
     vec2 sum = terrain_map_cubic(cube_corner(face, n, 0) + cell, fraction, center, by_x, by_y);
     float level = terrain_map_level(spacing_m);
     gradient = max(1.0 - level, 0.0) * cube_gradient(face, near, 0.5 * float(n) * vec2(by_x.x, by_y.x));
-    vec3 foot = terrain_table.up * terrain_table.radius_m + vec3(D);
+    vec3 foot = terrain_table.up * terrain_table.radius_m + terrain_offset(D);
     int l = max(int(level), 1), last = int(ceil(level));
     if (l <= last) do {
         gradient += max(1.0 - abs(level - float(l)), 0.0) * terrain_map_slope(foot, n, l);
     } while (++l <= last);
     rough = max(center.y + sum.y, 0.0);
     d_rough = rough > 0.0 ? cube_gradient(face, near, 0.5 * float(n) * vec2(by_x.y, by_y.y)) : vec3(0.0);
-    return TERRAIN_REAL(center.x - terrain_table.anchor.map_m) + TERRAIN_REAL(sum.x);
+    return TERRAIN_SUM(center.x - terrain_table.anchor.map_m, sum.x);
 }
 
 // What the gradient at spacing_m leaves out and footprint_m shows.

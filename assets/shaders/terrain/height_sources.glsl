@@ -15,22 +15,15 @@ const TerrainSources NO_SOURCES = TerrainSources(vec3(0.0), 0.0, vec3(0.0), 0.0)
 #include "terrain/craters.glsl"
 
 // An octave of craters at offset d; the rest as terrain_crater_octave has it.
-float terrain_crater(CraterOctave octave, TERRAIN_REAL3 d, vec3 up, float spacing_m, float begin_m,
+float terrain_crater(CraterOctave octave, TERRAIN_PLACE d, vec3 up, float spacing_m, float begin_m,
     inout TerrainSources ground) {
     ivec3 cell;
-    TERRAIN_REAL3 fraction;
+    CRATER_FRACTION fraction;
     terrain_place(octave.lattice, d, cell, fraction);
-    return terrain_crater_octave(octave, cell, vec3(fraction), up, spacing_m, begin_m, ground);
+    return terrain_crater_octave(octave, cell, fraction, up, spacing_m, begin_m, ground);
 }
 
-#ifdef TERRAIN_CANONICAL
-double terrain_crater_double(CraterOctave octave, dvec3 d, dvec3 up, float spacing_m, inout TerrainSources ground) {
-    ivec3 cell;
-    dvec3 fraction;
-    terrain_place(octave.lattice, d, cell, fraction);
-    return terrain_crater_octave(octave, cell, fraction, up, spacing_m, 0.0, ground);
-}
-#else
+#ifndef TERRAIN_CANONICAL
 #include "terrain/crater_change.glsl"
 #endif
 
@@ -43,18 +36,22 @@ int terrain_craters_above(float length_m) {
 
 // Metres that craters add at offset D; of wide ones as a change from the anchor.
 #ifdef TERRAIN_CANONICAL
-double terrain_craters(dvec3 D, float spacing_m, inout TerrainSources ground) {
+Pair terrain_craters(Fixed3 D, float spacing_m, inout TerrainSources ground) {
     int end = terrain_table.crater_octaves, coarse = terrain_table.coarse_crater_octaves, i = 0;
-    double sum = 0.0LF;
-    dvec3 up = D / double(terrain_table.radius_m);
+    Pair sum = pair(0.0), units = pair_div(1.0, pair(terrain_table.radius_m / terrain_table.fixed_unit_m));
+    Pair3 up = pair_mul(fixed_pair(D), units);
     if (i < coarse) do {
-        sum += terrain_crater_double(terrain_table.craters[i], D, up, spacing_m, ground);
+        ivec3 cell;
+        uvec3 fraction;
+        CraterOctave octave = terrain_table.craters[i];
+        terrain_place(octave.lattice, D, cell, fraction);
+        sum = pair_add(sum, terrain_crater_octave(octave, cell, fraction, up, spacing_m, 0.0, ground));
     } while (++i < coarse);
     float fine = 0.0;
     if (i < end) do {
-        fine += terrain_crater(terrain_table.craters[i], D, vec3(up), spacing_m, 0.0, ground);
+        fine += terrain_crater(terrain_table.craters[i], D, up.high, spacing_m, 0.0, ground);
     } while (++i < end);
-    return sum + double(fine);
+    return pair_add(sum, fine);
 }
 #else
 float terrain_craters(vec3 D, float spacing_m, inout TerrainSources ground) {
@@ -75,7 +72,6 @@ float terrain_craters(vec3 D, float spacing_m, inout TerrainSources ground) {
     for (; i < terrain_table.coarse_crater_octaves; ++i) sum -= terrain_table.craters[i].lattice.value;
     return sum;
 }
-#endif
 
 // What terrain_point left out of the craters between the vertices' spacing and the pixel's footprint: the
 // gradient is tangential. Craters of an octave differ in width by a factor of four.
@@ -85,11 +81,12 @@ TerrainSources terrain_crater_detail(vec3 D, float spacing_vertex_m, float footp
     TerrainSources ground = NO_SOURCES;
     int i = begin;
     if (i < end) do {
-        terrain_crater(terrain_table.craters[i], TERRAIN_REAL3(D), up, footprint_m, spacing_vertex_m, ground);
+        terrain_crater(terrain_table.craters[i], D, up, footprint_m, spacing_vertex_m, ground);
     } while (++i < end);
     ground.gradient -= up * dot(up, ground.gradient);
     return ground;
 }
+#endif
 #else
 TerrainSources terrain_crater_detail(vec3 D, float spacing_vertex_m, float footprint_m) {
     return NO_SOURCES;
@@ -100,8 +97,8 @@ TerrainSources terrain_crater_detail(vec3 D, float spacing_vertex_m, float footp
 #include "terrain/height_map.glsl"
 
 // Metres of the height map, as a change from the anchor; 0 without one.
-TERRAIN_REAL terrain_mapped(TERRAIN_REAL3 D, float spacing_m, inout TerrainSources ground) {
-    TERRAIN_REAL h = TERRAIN_REAL(0.0);
+TERRAIN_REAL terrain_mapped(TERRAIN_PLACE D, float spacing_m, inout TerrainSources ground) {
+    TERRAIN_REAL h = TERRAIN_NUMBER(0.0);
     if (terrain_table.map.cells > 0) {
         vec3 slope, d_rough;
         float rough;
@@ -133,14 +130,14 @@ vec3 terrain_mapped_detail(vec3 D, float spacing_vertex_m, float footprint_m) {
 #endif
 
 // Metres that both add, as a change from the anchor.
-TERRAIN_REAL terrain_sources(TERRAIN_REAL3 D, float spacing_m, out TerrainSources ground) {
+TERRAIN_REAL terrain_sources(TERRAIN_PLACE D, float spacing_m, out TerrainSources ground) {
     ground = NO_SOURCES;
-    TERRAIN_REAL added = TERRAIN_REAL(0.0);
+    TERRAIN_REAL added = TERRAIN_NUMBER(0.0);
 #ifdef TERRAIN_CRATERED
-    added += terrain_craters(D, spacing_m, ground);
+    added = TERRAIN_SUM(added, terrain_craters(D, spacing_m, ground));
 #endif
 #ifdef TERRAIN_MAPPED
-    added += terrain_mapped(D, spacing_m, ground);
+    added = TERRAIN_SUM(added, terrain_mapped(D, spacing_m, ground));
 #endif
     return added;
 }

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ....engine.blocks.bindings import TERRAIN_TABLE_BLOCK
 from ....engine.gpu import GpuScope
 from ....engine.gpu.readback import ReadbackRing
+from ....engine.space.vectors import split_pair
 from ..height import TerrainParams
 from ..height_table import canonical_table
 from .shape import TileShape
@@ -59,7 +60,7 @@ class TileMaker:
         self._measure = gpu.compute("terrain/tiles/measure.comp", defines=defines)
         self.slots = gpu.buffer(reserve=slots * shape.vertices * VERTEX_BYTES, dynamic=True)
         self._requests = gpu.buffer(reserve=BATCH * REQUEST_DTYPE.itemsize, dynamic=True)
-        self._tables = gpu.buffer(reserve=BATCH * shape.table_doubles * 8, dynamic=True)
+        self._tables = gpu.buffer(reserve=BATCH * shape.table_pairs * 8, dynamic=True)
         self._ring = ReadbackRing(gpu, BATCH * FACTS_DTYPE.itemsize)
         self._octaves: Any = None
         self.steps_per_m = 1.0
@@ -97,10 +98,10 @@ class TileMaker:
         shape = self.shape
         request = np.zeros(count, REQUEST_DTYPE)
         request["name"], request["slot"] = shape.names(keys), slots
-        request["table"] = np.arange(count) * shape.table_doubles
+        request["table"] = np.arange(count) * shape.table_pairs
         request["spacing_m"] = radius_m * shape.scheme.spacing_rad(shape.scheme.level(keys), shape.segments)
         self._requests.write(request.tobytes())
-        self._tables.write(np.ascontiguousarray(shape.tables(keys), "<f8").tobytes())
+        self._tables.write(np.stack(split_pair(shape.tables(keys)), axis=-1).tobytes())
         for place, buffer in enumerate((self._requests, self.slots, facts, self._tables)):
             buffer.bind_to_storage_buffer(place)
         self._octaves.bind_to_uniform_block(TERRAIN_TABLE_BLOCK)

@@ -21,14 +21,14 @@ class TileShape(Protocol):
     """Vertices and triangles of the tiles of one scheme with `segments` a side.
 
     scheme: engine.surface.scheme. vertices: of a tile. indices: (3 T,) u4, counter-clockwise seen from outside, the
-    same for all tiles. table_doubles: numbers that the shader wants of each tile. defines: for all of its programs.
+    same for all tiles. table_pairs: numbers that the shader wants of each tile, as pairs of floats. defines: for all of its programs.
     """
 
     scheme: Scheme
     segments: int
     vertices: int
     indices: NDArray[np.uint32]
-    table_doubles: int
+    table_pairs: int
     defines: dict[str, int]
 
     def names(self, keys: Ints) -> NDArray[np.void]:
@@ -36,7 +36,7 @@ class TileShape(Protocol):
         ...
 
     def tables(self, keys: Ints) -> Floats:
-        """(N, table_doubles)."""
+        """(N, table_pairs)."""
         ...
 
     def points(self, keys: Ints) -> tuple[NDArray[np.int64], ...]:
@@ -54,7 +54,7 @@ class QuadShape(TileShape):
         self.segments = segments
         self.side = segments + 1
         self.vertices = self.side**2
-        self.table_doubles = 2 * self.side
+        self.table_pairs = 2 * self.side
         bits = segments.bit_length() - 1
         self.defines = {"TILE_LOG2": bits, "QUADS_LOG2": bits, "CELL_TILES": 1}
         j, i = np.mgrid[0:segments, 0:segments].reshape(2, -1)

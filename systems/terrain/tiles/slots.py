@@ -46,7 +46,7 @@ class TileRequest:
 
     name: TileName
     slot: UInt
-    table: Annotated[UInt, "its first double in the table of numbers that the scheme wants from the CPU"]
+    table: Annotated[UInt, "its first pair in the table of numbers that the scheme wants from the CPU"]
     spacing_m: float
 
 

@@ -23,7 +23,7 @@ class TriangleShape(TileShape):
         self.scheme = self._triangles = TriangleScheme()
         self.segments = segments
         self.vertices = vertex_count(segments)
-        self.table_doubles = 1  # a tile's name says all; buffers may not be empty
+        self.table_pairs = 1  # a tile's name says all; buffers may not be empty
         bits = segments.bit_length() - 1
         self.defines = {"TILE_LOG2": bits, "QUADS_LOG2": bits, "CELL_TILES": 1, "CELL_TRIANGLES": 1}
         self.indices = patch_indices(segments).ravel()

@@ -11,7 +11,7 @@
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer RequestBuffer { TileRequest requests[]; };
 layout(std430, binding = 1) writeonly buffer SlotBuffer { TileVertex slots[]; };
-layout(std430, binding = 3) readonly buffer TableBuffer { double tile_tables[]; };
+layout(std430, binding = 3) readonly buffer TableBuffer { vec2 tile_tables[]; };
 uniform float u_steps_per_m;
 
 #include "terrain/tiles/scheme.glsl"
@@ -19,11 +19,11 @@ uniform float u_steps_per_m;
 void main() {
     TileRequest tile = requests[gl_WorkGroupID.x];
     int k = min(int(gl_WorkGroupID.y * 64u + gl_LocalInvocationID.x), TILE_VERTICES - 1);
-    dvec3 up = tile_direction(tile, k);
-    double height;
-    TerrainPoint terrain = terrain_canonical(up * double(planet.radius_m), tile.spacing_m, height);
-    float radius = planet.radius_m, height_m = float(height);
-    vec3 normal = normalize(vec3(up) - terrain.gradient * (radius / (radius + height_m)));
+    Pair3 up = tile_direction(tile, k);
+    Pair height;
+    TerrainPoint terrain = terrain_canonical(up, tile.spacing_m, height);
+    float radius = planet.radius_m, height_m = terrain.dh;
+    vec3 normal = normalize(up.high - terrain.gradient * (radius / (radius + height_m)));
     TileVertex vertex;
     vertex.height = height_fixed(height, u_steps_per_m);
     vertex.normal = oct_pack(normal);

@@ -9,7 +9,7 @@ layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer RequestBuffer { TileRequest requests[]; };
 layout(std430, binding = 1) readonly buffer SlotBuffer { TileVertex slots[]; };
 layout(std430, binding = 2) writeonly buffer FactsBuffer { TileFacts facts[]; };
-layout(std430, binding = 3) readonly buffer TableBuffer { double tile_tables[]; };
+layout(std430, binding = 3) readonly buffer TableBuffer { vec2 tile_tables[]; };
 uniform float u_steps_per_m;
 
 #include "terrain/tiles/scheme.glsl"
@@ -20,7 +20,6 @@ shared float s_error[64];
 void main() {
     TileRequest tile = requests[gl_WorkGroupID.x];
     uint lane = gl_LocalInvocationID.x, first = tile.slot * uint(TILE_VERTICES);
-    double radius = double(planet.radius_m);
     ivec2 range = ivec2(0x7fffffff, -0x7fffffff);
     for (int k = int(lane); k < TILE_VERTICES; k += 64) {
         int height = slots[first + uint(k)].height;
@@ -30,13 +29,18 @@ void main() {
     for (int n = int(lane); n < TILE_SAMPLES; n += 64) {
         int a, b;
         tile_sample(n, a, b);
-        dvec3 at = tile_direction(tile, a) * (radius + double(slots[first + uint(a)].height) / double(u_steps_per_m));
-        dvec3 to = tile_direction(tile, b) * (radius + double(slots[first + uint(b)].height) / double(u_steps_per_m));
-        dvec3 middle = 0.5LF * (at + to);
-        double away = sqrt(middle.x * middle.x + middle.y * middle.y + middle.z * middle.z);
-        double height;
-        terrain_canonical(middle * (radius / away), tile.spacing_m, height);
-        error = max(error, abs(float(radius + height - away)));
+        Pair3 at = tile_direction(tile, a), to = tile_direction(tile, b);
+        int lower = slots[first + uint(a)].height, higher = slots[first + uint(b)].height;
+        // Lengths of both by the radius, less 1, and the middle's, with the sagitta: without cancellation.
+        float of_at = float(lower) / u_steps_per_m / planet.radius_m, of_to = float(higher) / u_steps_per_m / planet.radius_m;
+        vec3 across = pair_sub(at, to).high;
+        float mean = 1.0 + 0.5 * (of_at + of_to), bent = 0.25 * (1.0 + of_at) * (1.0 + of_to) * dot(across, across);
+        float sagitta_m = planet.radius_m * bent / (mean + sqrt(mean * mean - bent));
+        Pair3 middle = pair_unit(pair_add(pair_add(at, to), pair_add(pair_mul(at, vec3(of_at)), pair_mul(to, vec3(of_to)))));
+        Pair height;
+        terrain_canonical(middle, tile.spacing_m, height);
+        int above = height_fixed(height, u_steps_per_m);
+        error = max(error, abs(0.5 * (float(above - lower) + float(above - higher)) / u_steps_per_m + sagitta_m));
     }
     s_range[lane] = range;
     s_error[lane] = error;

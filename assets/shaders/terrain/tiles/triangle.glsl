@@ -37,7 +37,7 @@ int pf_triangle_on_edge(int edge, int t) {
 }
 
 #ifdef TILE_MAKE
-dvec3 tile_direction(TileRequest tile, int k) {
+Pair3 tile_direction(TileRequest tile, int k) {
     return triangle_direction(tile.name.root, pf_triangle_lattice(tile.name, pf_triangle_place(k, TILE_SEGMENTS)));
 }
 
