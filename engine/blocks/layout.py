@@ -63,7 +63,7 @@ _T = TypeVar("_T")
 _FLOAT = GlslType("float", "f", 4)
 _INT = GlslType("int", "i", 4)
 _BOOL = GlslType("bool", "?3x", 4)
-_NUMPY = {"f": "<f4", "d": "<f8", "i": "<i4", "I": "<u4", "?": "<u4"}
+_NUMPY = {"f": "<f4", "i": "<i4", "I": "<u4", "?": "<u4"}
 
 Floats: TypeAlias = Sequence[float] | NDArray[np.floating[Any]]
 Ints: TypeAlias = Sequence[int] | NDArray[np.integer[Any]]

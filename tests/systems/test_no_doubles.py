@@ -1,4 +1,4 @@
-"""No stage that default settings run has doubles: players' GPUs run them at 1/32 to 1/64 of float, if at all."""
+"""No stage that any setting runs has doubles: players' GPUs run them at 1/32 to 1/64 of float, if at all."""
 
 from __future__ import annotations
 
@@ -48,11 +48,16 @@ def test_what_has_doubles_is_found(built, gpu, scope):
 
 
 @pytest.mark.parametrize(
-    ("preset", "quality"),
-    [("earth", "low"), ("earth", "medium"), ("earth", "high"), ("moon", "medium"), ("mars", "high")],
+    ("preset", "quality", "backend"),
+    [
+        *(("earth", "low", "grid"), ("earth", "medium", "grid"), ("earth", "high", "grid")),
+        *(("moon", "medium", "grid"), ("mars", "high", "grid")),
+        *((preset, "medium", tiles) for preset in ("earth", "moon", "mars") for tiles in ("quadtree", "icosphere")),
+    ],
 )
-def test_default_settings_run_without_doubles(built, preset, quality):
-    with pf.load_scene(preset) as scene, pf.Renderer(scene, size=(64, 36), quality=quality) as renderer:
+def test_settings_run_without_doubles(built, preset, quality, backend):
+    overrides = {"terrain.backend": backend}
+    with pf.load_scene(preset) as scene, pf.Renderer(scene, (64, 36), quality, overrides) as renderer:
         for altitude_m in (2.0, 4e5):
             renderer.render(pf.Camera.at(-3.0, 41.5, altitude_m, pitch_deg=-20.0, above="ground"))
     assert len(built) > 40 and with_doubles(built) == set()
