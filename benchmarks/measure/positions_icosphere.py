@@ -24,7 +24,7 @@ class IcospherePositions:
 
     def __init__(self, gpu: Gpu) -> None:
         self._scope = gpu.scope("icosphere positions")
-        self._block = self._scope.buffer(reserve=1312, dynamic=True)
+        self._block = self._scope.buffer(reserve=len(TriangleAnchor((1, 0, 0), 1.0).block), dynamic=True)
         self._evaluate = Evaluator(
             gpu,
             "precise vec3 relative = triangle_foot_offset(root, bc) - offset; seen = relative;",

@@ -129,7 +129,8 @@ def test_noise_in_fixed_point(run_compute):
     rng, count = np.random.default_rng(6), 4000
     cell = rng.integers(-(2**20), 2**20, (count, 3)).astype(np.int32)
     part = rng.integers(0, 2**32, (count, 3), np.uint32)
-    part[: count // 4] = rng.choice(np.array([0, 1, 2**31 - 1, 2**31, 2**32 - 2, 2**32 - 1], np.uint32), (count // 4, 3))
+    ends = np.array([0, 1, 2**31 - 1, 2**31, 2**32 - 2, 2**32 - 1], np.uint32)
+    part[: count // 4] = rng.choice(ends, (count // 4, 3))
     place = cell + part * 2.0**-32
     corners = Lattice.of([1.0], np.zeros((1, 3))).cells(place.T.copy())
     (value, slope), (vector, jacobian) = gradient_noise_derivative(place), corners.vector_derivative()

@@ -71,8 +71,8 @@ def test_shader_offset(gpu, run_compute, radius_m):
         # Each coordinate is rounded to float32 and multiplied by the radius, and directions are pairs of floats: a
         # step of the lattice is known to 2^-14 of it. A millimetre near the anchor would be 2^-36 of the largest.
         assert (error <= 2.1 * 2.0**-24 * size + 2.0**-44 * radius_m).all()
-        direction = out["high"].astype(np.float64) + out["low"]
-        np.testing.assert_allclose(direction, direction_of(root, b, c), rtol=0, atol=2.0**-44)
+        found = out["high"].astype(np.float64) + out["low"]
+        np.testing.assert_allclose(found, direction_of(root, b, c), rtol=0, atol=2.0**-44)
 
 
 def border_points():

@@ -21,7 +21,8 @@ class TileShape(Protocol):
     """Vertices and triangles of the tiles of one scheme with `segments` a side.
 
     scheme: engine.surface.scheme. vertices: of a tile. indices: (3 T,) u4, counter-clockwise seen from outside, the
-    same for all tiles. table_pairs: numbers that the shader wants of each tile, as pairs of floats. defines: for all of its programs.
+    same for all tiles. table_pairs: numbers that the shader wants of each tile, as pairs of floats. defines: for all of
+    its programs.
     """
 
     scheme: Scheme
