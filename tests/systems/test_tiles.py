@@ -12,6 +12,7 @@ from planetfall.benchmarks.measure import positions_quadtree
 from planetfall.engine.surface import icosphere, lattice
 from planetfall.engine.surface.keys import container_of
 from planetfall.engine.surface.triangle_patch import on_edge, vertex_index
+from planetfall.systems.terrain.height import TerrainParams, height_at_points
 from planetfall.systems.terrain.tiles.maker import TileMaker
 from planetfall.systems.terrain.tiles.shape import QuadShape
 from planetfall.systems.terrain.tiles.triangle import TriangleShape
@@ -37,16 +38,18 @@ def renderer(backend):
         yield made
 
 
-def make(renderer, shape, keys):
-    """Heights in steps (N, vertices), steps per metre, and the facts of freshly made tiles."""
+def make(renderer, shape, keys, params=None):
+    """Heights in steps (N, vertices), steps per metre, and the facts of freshly made tiles. params: of another ground
+    than the renderer's."""
     system = renderer.system("terrain")
     with renderer.current():
         scope = renderer.gpu.scope("test tiles")
         try:
             maker = TileMaker(scope, shape, len(keys))
-            maker.use(system.backend.ground.params)
+            maker.use(params or system.backend.ground.params)
             system.backend.bind_octaves(renderer.views[0])
-            assert maker.make(keys, np.arange(len(keys)), renderer.scene.planet.radius_m)
+            radius_m = params.radius_m if params else renderer.scene.planet.radius_m
+            assert maker.make(keys, np.arange(len(keys)), radius_m)
             facts = maker.collect(wait=True)[0]
             data = np.frombuffer(maker.slots.read(len(keys) * shape.vertices * RECORD.itemsize), RECORD)
             return data["height"].reshape(len(keys), -1).copy(), maker.steps_per_m, facts
@@ -66,6 +69,42 @@ def test_heights_are_those_of_the_sampler(renderer, backend, segments):
         # The layers of relief are floats: 2^-24 of 9 km is 0.5 mm. Nearer than that only steps of 2^-17 m count.
         assert np.abs(heights / steps - truth).max() < 1e-3
         assert (facts.low_m <= truth.min(axis=1) + 1e-3).all() and (facts.high_m >= truth.max(axis=1) - 1e-3).all()
+
+
+@pytest.mark.parametrize(
+    "params",
+    [
+        TerrainParams(1e3, 3, 100.0, -100.0),
+        TerrainParams(1.7374e6, 4),
+        TerrainParams(6.371e6, 5, continent_size=4.0, warp=2.0),
+        TerrainParams(7e7, 6, layers=5),
+    ],
+    ids=["asteroid", "moon", "bent", "giant"],
+)
+def test_heights_of_planets_of_all_sizes(renderer, backend, params):
+    assert worst_m(renderer, backend, params) < 1e-3
+
+
+@pytest.mark.parametrize("preset", ("moon", "mars"))
+def test_heights_with_craters_and_maps(backend, preset):
+    with pf.Renderer(pf.load_scene(preset), (32, 18), "low", {"terrain.backend": backend}) as renderer:
+        renderer.render(pf.view("near", preset))
+        assert worst_m(renderer, backend, renderer.system("terrain").backend.ground.params) < 1e-3
+
+
+def worst_m(renderer, backend, params):
+    """The largest error of heights at poles, edges, corners, antipodes and anywhere, at the roots' vertices too: a
+    vertex of a root is one of the finest tiles as well, and those may be next to the camera."""
+    shape, worst = SHAPES[backend](16), 0.0
+    rng = np.random.default_rng(6)
+    places = np.concatenate([PLACES, -PLACES, np.eye(3), -np.eye(3), [[1, 1, 0], [0, -1, 1]], rng.normal(size=(12, 3))])
+    for level in (0, 3, 8, 14, 21):
+        keys = np.unique(shape.scheme.at(places, np.full(len(places), level)))
+        heights, steps, _ = make(renderer, shape, keys, params)
+        directions = DIRECTIONS[backend](*shape.points(keys)).reshape(-1, 3)
+        truth = height_at_points(directions * params.radius_m, params).reshape(heights.shape)
+        worst = max(worst, np.abs(heights / steps - truth).max())
+    return worst
 
 
 def test_a_shared_vertex_has_the_same_bits_in_every_tile(renderer, backend):
