@@ -12,7 +12,16 @@ from typing import Any
 
 from .height_statements import Single, Statements, at_least, at_most, clamp
 
-__all__ = ["CraterShape", "crater_form", "crater_profile", "crater_relief", "crater_rise", "crater_sizes", "shader"]
+__all__ = [
+    "CraterShape",
+    "crater_above",
+    "crater_form",
+    "crater_profile",
+    "crater_relief",
+    "crater_rise",
+    "crater_sizes",
+    "shader",
+]
 
 PEAK_NARROW = 12.0
 WORN_LEAST = 0.15
@@ -29,16 +38,20 @@ class CraterShape:
     peak: float
 
 
-def crater_form(
-    k: CraterShape, vv: Any, vv_foot: Any, along: Any, curve: Any, there: Any, wide: Any, worn: Any
-) -> Any:  # fmt: skip
-    """Of a crater whose cell's place is `vv` from here (squared, in cells). vv_foot: the same from a place on the
-    sphere of radius 1 / `curve`, `along` of it upwards. there: 1, or 0 for none; wide, worn: draws in [0, 1)."""
-    e = vv_foot * curve - 2.0 * along
+def crater_above(vv: Any, along: Any, curve: Any) -> Any:
+    """Of a crater's place that is `vv` from one on the sphere of radius 1 / `curve` (squared, in cells), `along` of it
+    downwards: how high it lies above the sphere, z, and at `root` of its radius."""
+    e = vv * curve - 2.0 * along
     root = (1.0 + e * curve) ** 0.5
     z = e / (1.0 + root)
+    return z, root
+
+
+def crater_form(k: CraterShape, aside: Any, z: Any, root: Any, there: Any, wide: Any, worn: Any) -> Any:
+    """Of a crater whose place is `aside` from here along the ground (squared, in cells: all of the distance less z^2).
+    there: 1, or 0 for none; wide, worn: draws in [0, 1)."""
     kept, depth, room, smaller, fresh = crater_sizes(z, root, there, wide, worn)
-    square = (vv - z * z) / depth * smaller
+    square = aside / depth * smaller
     form, slope, covered, covered_slope, dug = crater_profile(k, square, kept, fresh)
     size = (room / smaller) ** 0.5
     narrow: Single = smaller
@@ -85,7 +98,11 @@ def crater_profile(k: CraterShape, square: Any, kept: Any, fresh: Any) -> Any:
 
 
 _MADE = Statements(Path(__file__).read_text(encoding="utf-8"), globals())
-_FORM, _CHANGED = _MADE["crater_form"], ("form", "d_form", "covered", "d_covered", "new_covered")
+_ABOVE, _FORM, _CHANGED = (
+    _MADE["crater_above"],
+    _MADE["crater_form"],
+    ("form", "d_form", "covered", "d_covered", "new_covered"),
+)
 crater_relief = _MADE.python(_FORM.only("crater_relief", ("form", "fresh", "size", "covered")))
 """crater_form without what slopes need."""
 crater_slopes = _MADE.python(_FORM.only("crater_slopes", [name for name in _FORM.results if name != "dug"]))
@@ -94,9 +111,9 @@ crater_rise = _MADE.python(_MADE["crater_profile"].only("crater_rise", ("form", 
 
 
 def shader() -> str:
-    """GLSL: crater_form in float, and with TERRAIN_CANONICAL in pairs; without it as a change by `vv`. What a crater
-    is, its place above the sphere, width and wear, is the same from everywhere."""
-    single, pairs = _MADE.glsl(_FORM, "float"), _MADE.glsl(_FORM, "Pair")
+    """GLSL: crater_above and crater_form in float, and with TERRAIN_CANONICAL in pairs; without it crater_form as a
+    change by `aside`. What a crater is, its place above the sphere, width and wear, is the same from everywhere."""
+    single, pairs = ("\n".join(_MADE.glsl(f, real) for f in (_ABOVE, _FORM)) for real in ("float", "Pair"))
     there = ("new_slope", "new_covered_slope", "new_dug")
-    change = _MADE.glsl(_FORM.change(["vv"], (*_CHANGED, "fresh", "size", "square_by_vv", *there)), "float")
+    change = _MADE.glsl(_FORM.change(["aside"], (*_CHANGED, "fresh", "size", "square_by_vv", *there)), "float")
     return f"{single}\n#ifdef TERRAIN_CANONICAL\n{pairs}#else\n{change}#endif\n"

@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...engine.surface.noise import octave_offset
-from .crater_form import CraterShape, crater_relief, crater_slopes
+from .crater_form import CraterShape, crater_above, crater_relief, crater_slopes
 from .height_steps import layer_weight
 
 __all__ = ["MOST_OCTAVES", "Craters", "craters_of", "fresh_shape"]
@@ -155,7 +155,8 @@ class Craters:
         here = points[:, n]
         along = (v[0] * here[0] + v[1] * here[1] + v[2] * here[2]) / self.radius_m
         shape, curve = CraterShape(*self.shape[part][k].T), 1.0 / (self.radius_m * frequency[k])
-        place = shape, vv, vv, along, curve, 1.0, wide, worn
+        z, root = crater_above(vv, along, curve)
+        place = shape, vv - z * z, z, root, 1.0, wide, worn
         total, bent = np.zeros((octaves, count)), np.zeros((3, octaves, count) if gradients else 0)
         if gradients:
             form, fresh, size, wiped, square_by_vv, slope, wiped_slope = crater_slopes(*place)

@@ -15,7 +15,7 @@ from ...engine.surface.cube_map import face_planes
 from ...engine.surface.noise import Lattice
 from . import crater_form, height_steps
 from .crater_form import CraterShape
-from .craters import COARSE_CELL_M, MOST_OCTAVES, Craters
+from .craters import MOST_OCTAVES, Craters
 from .height_map import LEVEL_SAMPLES
 from .height_model import (
     FIELDS,
@@ -232,12 +232,8 @@ def _anchor(rows: NDArray[Any], point: NDArray[np.float64], lattices: Lattice | 
 
 def canonical_table(params: TerrainParams | Model) -> NDArray[Any]:
     """The table around the planet's centre, for terrain/canonical_height.glsl: places there are P itself, in fixed
-    point, and nothing is a difference from an anchor. Coarse craters are those that floats are too coarse for."""
-    model = params if isinstance(params, Model) else model_of(params)
-    table = octave_table(model, np.zeros(3), 0.0)
-    if model.craters:
-        table["coarse_crater_octaves"] = np.count_nonzero(model.craters.frequency <= 1.0 / COARSE_CELL_M)
-    return table
+    point, and nothing is a difference from an anchor."""
+    return octave_table(params, np.zeros(3), 0.0)
 
 
 def _fixed_factor(amplitude: float) -> tuple[int, int]:

@@ -138,15 +138,16 @@ def test_changes_of_steps_are_as_exact_as_they_are_small(name):
 def test_changes_of_craters_are_those_of_their_form():
     made, rng, count = made_of(crater_form), np.random.default_rng(6), 4000
     names = ("d_form", "d_covered", "new_slope", "new_covered_slope")
-    change = made.python(made["crater_form"].change(["vv"], names))
+    change = made.python(made["crater_form"].change(["aside"], names))
     shape, curve = crater_form.CraterShape(0.2, 0.35, 0.07, 0.05), 0.1
     draws = rng.random((2, count))
     foot = rng.uniform(0.0, 0.2, count)
     along = 0.5 * foot * curve + rng.uniform(-0.3, 0.3, count) * foot**0.5  # up to 0.3 above the sphere
+    z, root = crater_form.crater_above(foot, along, curve)
     for size in (1e-10, 1e-4, 0.1):
-        vv, d = foot, size * rng.random(count)
-        found = change(shape, vv, foot, along, curve, 1.0, *draws, d)
-        before, after = (crater_form.crater_form(shape, v, foot, along, curve, 1.0, *draws) for v in (vv, vv + d))
+        aside, d = foot - z * z, size * rng.random(count)
+        found = change(shape, aside, z, root, 1.0, *draws, d)
+        before, after = (crater_form.crater_form(shape, v, z, root, 1.0, *draws) for v in (aside, aside + d))
         for name, i in (("d_form", 0), ("d_covered", 3)):
             error = found[names.index(name)] - (after[i] - before[i])
             assert np.abs(error).max() <= 1e-12

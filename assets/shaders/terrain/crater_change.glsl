@@ -25,8 +25,9 @@ float terrain_crater_way(CraterOctave octave, ivec3 base, vec3 from, vec3 d, vec
         vec3 v = from - vec3(side) - crater_place(hash), w = v + d, foot = v + to_foot;
         vec2 u = vec2(draws & 4095u, draws >> 12 & 4095u) * (1.0 / 4096.0);
         float there = int(draws >> 24) < terrain_table.crater_accept ? 1.0 : 0.0;
-        TerrainCraterFormChange c = terrain_crater_form_change(octave.shape, dot(v, v), dot(foot, foot), dot(foot, up),
-            curve, there, u.x, u.y, dot(d, v + w));
+        TerrainCraterAbove above = terrain_crater_above(dot(foot, foot), dot(foot, up), curve);
+        TerrainCraterFormChange c = terrain_crater_form_change(octave.shape, dot(v, v) - above.z * above.z, above.z,
+            above.root, there, u.x, u.y, dot(d, v + w));
         float wide_m = 2.0 * c.size * width_m, seen = terrain_layer_weight(wide_m, spacing_m);
         float steep = c.size * c.fresh * c.new_slope - (before + change) / width_m * c.new_covered_slope;
         crater_show(seen, c.new_covered, 2.0 * c.square_by_vv * steep * w, c.new_dug, ground);

@@ -59,9 +59,17 @@ vec3 crater_way(vec3 f, vec3 fraction, ivec3 side, uint hash) { return f - vec3(
 
 // The crater at v from its place, in cells, which is also `way`.
 TerrainCraterForm crater_form(CraterOctave octave, vec3 v, CRATER_WAY way, uint draws, vec3 up) {
-    float vv = dot(v, v), curve = octave.lattice.wavelength_m / terrain_table.radius_m;
+    float vv = dot(v, v), along = dot(v, up), curve = octave.lattice.wavelength_m / terrain_table.radius_m;
     vec2 u = crater_draws(draws);
-    return terrain_crater_form(octave.shape, vv, vv, dot(v, up), curve, crater_there(draws), u.x, u.y);
+    TerrainCraterAbove c = terrain_crater_above(vv, along, curve);
+#ifdef TERRAIN_CANONICAL
+    // vv - z^2 without cancellation where the place is far above the sphere or below it: along + z is small.
+    vec3 across = v - along * up;
+    float aside = dot(across, across) + (along - c.z) * curve * (vv + along * c.z) / (1.0 + c.root);
+#else
+    float aside = vv - c.z * c.z;
+#endif
+    return terrain_crater_form(octave.shape, aside, c.z, c.root, crater_there(draws), u.x, u.y);
 }
 
 // Metres with one crater more, `shown` of it.
@@ -77,7 +85,9 @@ TerrainCraterFormPair crater_form(CraterOctave octave, vec3 v, ivec3 way, uint d
     Pair vv = pair_dot(exact, exact), along = pair_dot(exact, up);
     Pair curve = pair_div(pair(octave.lattice.wavelength_m), terrain_table.radius_m);
     vec2 u = crater_draws(draws);
-    return terrain_crater_form(octave.shape, vv, vv, along, curve, pair(crater_there(draws)), pair(u.x), pair(u.y));
+    TerrainCraterAbovePair c = terrain_crater_above(vv, along, curve);
+    return terrain_crater_form(octave.shape, pair_sub(vv, pair_mul(c.z, c.z)), c.z, c.root, pair(crater_there(draws)),
+        pair(u.x), pair(u.y));
 }
 
 Pair crater_over(Pair total, float shown, float width_m, TerrainCraterFormPair c) {
