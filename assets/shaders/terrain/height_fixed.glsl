@@ -1,5 +1,6 @@
-// Octaves of the height function around the planet's centre: places in fixed point (units of terrain_table.fixed_unit_m),
-// values as pairs of floats, and nothing is a difference from an anchor. The counterpart of terrain/height_change.glsl.
+// Octaves of the height function around the planet's centre: places in fixed point, in units of
+// terrain_table.fixed_unit_m, values as pairs of floats, and nothing is a difference from an anchor. The counterpart of
+// terrain/height_change.glsl.
 
 // Value and gradient apart.
 Pair terrain_change(TerrainLattice lattice, Fixed3 d, out vec3 gradient) {

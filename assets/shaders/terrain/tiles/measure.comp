@@ -31,14 +31,14 @@ void main() {
         tile_sample(n, a, b);
         Pair3 at = tile_direction(tile, a), to = tile_direction(tile, b);
         int lower = slots[first + uint(a)].height, higher = slots[first + uint(b)].height;
-        // Lengths of both by the radius, less 1, and the middle's, with the sagitta: without cancellation.
-        float of_at = float(lower) / u_steps_per_m / planet.radius_m, of_to = float(higher) / u_steps_per_m / planet.radius_m;
+        // Heights of both over the radius; the middle lies below their mean by the sagitta. Without cancellation.
+        vec2 over = vec2(lower, higher) / u_steps_per_m / planet.radius_m;
         vec3 across = pair_sub(at, to).high;
-        float mean = 1.0 + 0.5 * (of_at + of_to), bent = 0.25 * (1.0 + of_at) * (1.0 + of_to) * dot(across, across);
+        float mean = 1.0 + 0.5 * (over.x + over.y), bent = 0.25 * (1.0 + over.x) * (1.0 + over.y) * dot(across, across);
         float sagitta_m = planet.radius_m * bent / (mean + sqrt(mean * mean - bent));
-        Pair3 middle = pair_unit(pair_add(pair_add(at, to), pair_add(pair_mul(at, vec3(of_at)), pair_mul(to, vec3(of_to)))));
+        Pair3 raised = pair_add(pair_mul(at, vec3(over.x)), pair_mul(to, vec3(over.y)));
         Pair height;
-        terrain_canonical(middle, tile.spacing_m, height);
+        terrain_canonical(pair_unit(pair_add(pair_add(at, to), raised)), tile.spacing_m, height);
         int above = height_fixed(height, u_steps_per_m);
         error = max(error, abs(0.5 * (float(above - lower) + float(above - higher)) / u_steps_per_m + sagitta_m));
     }

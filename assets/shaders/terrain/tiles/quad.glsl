@@ -9,10 +9,11 @@ const int TILE_EDGES = 4;
 const int TILE_SAMPLES = min(TILE_SEGMENTS * TILE_SEGMENTS / 4, 128);
 
 #ifdef TILE_MAKE
-// The CPU gives the tangents of columns and rows, in pairs of floats. The faces' axes are axes of the planet: no sum has
-// more than one part that is not 0.
+// The CPU gives the tangents of columns and rows, in pairs of floats. The faces' axes are axes of the planet: no sum
+// has more than one part that is not 0.
 Pair3 tile_direction(TileRequest tile, int k) {
-    vec2 x = tile_tables[tile.table + uint(k % TILE_SIDE)], y = tile_tables[tile.table + uint(TILE_SIDE + k / TILE_SIDE)];
+    vec2 x = tile_tables[tile.table + uint(k % TILE_SIDE)];
+    vec2 y = tile_tables[tile.table + uint(TILE_SIDE + k / TILE_SIDE)];
     vec3 along_x = vec3(PF_LATTICE_X[tile.name.root]), along_y = vec3(PF_LATTICE_Y[tile.name.root]);
     return pair_unit(Pair3(x.x * along_x + y.x * along_y + vec3(PF_LATTICE_Z[tile.name.root]),
         x.y * along_x + y.y * along_y));

@@ -3,8 +3,8 @@
 //
 //   const int TILE_VERTICES, TILE_EDGES, TILE_SAMPLES
 //   Pair3 tile_direction(TileRequest tile, int k)
-//       unit, planet axes, as common/pair.glsl has it: the same bits from each tile that has the vertex. With TILE_MAKE only; reads
-//       tile_tables[tile.table ...]
+//       unit, planet axes, as common/pair.glsl has it: the same bits from each tile that has the vertex. With TILE_MAKE
+//       only; reads tile_tables[tile.table ...]
 //   void tile_sample(int n, out int a, out int b)
 //       the n-th of TILE_SAMPLES edges of triangles, to measure errors at
 //   vec3 tile_foot_offset(TileName name, int k)
