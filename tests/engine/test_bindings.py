@@ -101,7 +101,6 @@ def shared_literals(files: dict[str, str]) -> list[str]:
 
 def test_what_several_shaders_share_has_a_name():
     files = {f.relative_to(SHADERS).as_posix(): f.read_text(encoding="utf-8") for f in SHADERS.rglob("*.*")}
-    files = {name: text for name, text in files.items() if not name.startswith("terrain/tiles")}
     assert not shared_literals(files)
     block = "layout(std430, binding = 3) buffer A { uint a[]; };"
     assert shared_literals({"b.comp": block, "c.comp": block}) == ["storage buffer 3: A in b.comp, c.comp"]

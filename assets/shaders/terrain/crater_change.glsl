@@ -1,9 +1,9 @@
 // Wide craters as changes from the anchor, in float: as exact as the offset from it. As terrain/craters.glsl; d_ stands
 // for changes, new_ for values at the second place, as systems/terrain/crater_form.py makes them.
 
-// Metres by which what an octave adds changes from the place `from` of the eight cells at `base` by d, in cells.
-// to_foot: from `from` to whichever of both places lies on the sphere, and up: that over the radius. before: metres
-// that the octave adds at the first. ground: as terrain_crater_octave, at the second.
+// Change, in metres, of what an octave adds between two places: `from`, in cells of the eight cells at `base`, and
+// `from` + d. to_foot: from `from` to the one of both that lies on the sphere; up: the latter over the radius. before:
+// metres that the octave adds at `from`. ground: as terrain_crater_octave, at `from` + d.
 float terrain_crater_way(CraterOctave octave, ivec3 base, vec3 from, vec3 d, vec3 to_foot, vec3 up, float spacing_m,
     out float before, out TerrainSources ground) {
     float width_m = octave.lattice.wavelength_m, curve = width_m / terrain_table.radius_m;

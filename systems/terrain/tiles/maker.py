@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ....engine.blocks.bindings import TERRAIN_TABLE_BLOCK
+from ....engine.blocks.bindings import TERRAIN_TABLE_BLOCK, TILE_REQUEST_BUFFER, TILE_SLOT_BUFFER, TILE_TABLE_BUFFER
 from ....engine.gpu import GpuScope
 from ....engine.gpu.readback import ReadbackRing
 from ....engine.space.vectors import split_pair
@@ -102,8 +102,10 @@ class TileMaker:
         request["spacing_m"] = radius_m * shape.scheme.spacing_rad(shape.scheme.level(keys), shape.segments)
         self._requests.write(request.tobytes())
         self._tables.write(np.stack(split_pair(shape.tables(keys)), axis=-1).tobytes())
-        for place, buffer in enumerate((self._requests, self.slots, facts, self._tables)):
-            buffer.bind_to_storage_buffer(place)
+        self._requests.bind_to_storage_buffer(TILE_REQUEST_BUFFER)
+        self.slots.bind_to_storage_buffer(TILE_SLOT_BUFFER)
+        self._tables.bind_to_storage_buffer(TILE_TABLE_BUFFER)
+        facts.bind_to_storage_buffer(1)
         self._octaves.bind_to_uniform_block(TERRAIN_TABLE_BLOCK)
         for program in (self._make, self._measure):
             program.set("u_steps_per_m", self.steps_per_m)

@@ -13,6 +13,9 @@ from ....engine.blocks.bindings import (
     BOUNDS_BUFFER,
     CELL_BUFFER,
     RANGE_BUFFER,
+    TILE_LIST_BUFFER,
+    TILE_ROW_BUFFER,
+    TILE_SLOT_BUFFER,
     VERTEX_BUFFER,
     VISIBLE_BUFFER,
 )
@@ -145,10 +148,10 @@ class TileMesh:
             return 0
         self._list.write(stale.astype("<u4").tobytes())
         buffers = (
-            (0, self._rows),
+            (TILE_ROW_BUFFER, self._rows),
             (VERTEX_BUFFER, self._vertices),
-            (2, heights),
-            (3, self._list),
+            (TILE_SLOT_BUFFER, heights),
+            (TILE_LIST_BUFFER, self._list),
             (BOUNDS_BUFFER, self._bounds),
         )
         for place, buffer in buffers:

@@ -168,7 +168,8 @@ void main() {
     // Less than nothing is added where it has light that does not come through the clouds.
     vec3 counted = m.air.in_scatter;
 #if CLOUD_PAPER == 2019
-    // By rounding the tables may give less for the whole sky than up to a point; under clouds nothing makes up for that.
+    // By rounding the tables may give less for the whole sky than up to a point, and under clouds nothing makes up for
+    // that.
     if (depth <= 0.0) counted = min(counted, (1.0 - 1e-6) * sky(ray));
 #endif
     float through = m.transmittance < PAPER_OPAQUE ? 0.0 : m.transmittance;

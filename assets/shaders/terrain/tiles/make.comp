@@ -2,6 +2,7 @@
 // function of the vertex's integers, so tiles that share a vertex get the same height whenever and at whatever level
 // they are made.
 #define TILE_MAKE
+#include "generated/bindings.glsl"
 #include "generated/planet.glsl"
 #include "common/octahedral.glsl"
 #include "terrain/canonical_height.glsl"
@@ -9,9 +10,9 @@
 #include "generated/tile_slots.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer RequestBuffer { TileRequest requests[]; };
-layout(std430, binding = 1) writeonly buffer SlotBuffer { TileVertex slots[]; };
-layout(std430, binding = 3) readonly buffer TableBuffer { vec2 tile_tables[]; };
+layout(std430, binding = TILE_REQUEST_BUFFER) readonly buffer RequestBuffer { TileRequest requests[]; };
+layout(std430, binding = TILE_SLOT_BUFFER) writeonly buffer SlotBuffer { TileVertex slots[]; };
+layout(std430, binding = TILE_TABLE_BUFFER) readonly buffer TableBuffer { vec2 tile_tables[]; };
 uniform float u_steps_per_m;
 
 #include "terrain/tiles/scheme.glsl"

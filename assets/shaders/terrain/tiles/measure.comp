@@ -1,15 +1,16 @@
 // Lowest and highest vertex of each tile that was just made, and its geometric error: how far the ground lies from the
 // middles of some of its triangles' edges, up or down. A workgroup a tile.
 #define TILE_MAKE
+#include "generated/bindings.glsl"
 #include "generated/planet.glsl"
 #include "terrain/canonical_height.glsl"
 #include "generated/tile_slots.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer RequestBuffer { TileRequest requests[]; };
-layout(std430, binding = 1) readonly buffer SlotBuffer { TileVertex slots[]; };
-layout(std430, binding = 2) writeonly buffer FactsBuffer { TileFacts facts[]; };
-layout(std430, binding = 3) readonly buffer TableBuffer { vec2 tile_tables[]; };
+layout(std430, binding = TILE_REQUEST_BUFFER) readonly buffer RequestBuffer { TileRequest requests[]; };
+layout(std430, binding = TILE_SLOT_BUFFER) readonly buffer SlotBuffer { TileVertex slots[]; };
+layout(std430, binding = 1) writeonly buffer FactsBuffer { TileFacts facts[]; };
+layout(std430, binding = TILE_TABLE_BUFFER) readonly buffer TableBuffer { vec2 tile_tables[]; };
 uniform float u_steps_per_m;
 
 #include "terrain/tiles/scheme.glsl"

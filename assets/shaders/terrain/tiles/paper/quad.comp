@@ -11,10 +11,10 @@
 #include "generated/tile_slots.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer RowBuffer { TileRow rows[]; };
+layout(std430, binding = TILE_ROW_BUFFER) readonly buffer RowBuffer { TileRow rows[]; };
 layout(std430, binding = VERTEX_BUFFER) writeonly buffer VertexBuffer { CellVertex vertices[]; };
-layout(std430, binding = 2) readonly buffer SlotBuffer { TileVertex slots[]; };
-layout(std430, binding = 3) readonly buffer ListBuffer { uint list[]; };
+layout(std430, binding = TILE_SLOT_BUFFER) readonly buffer SlotBuffer { TileVertex slots[]; };
+layout(std430, binding = TILE_LIST_BUFFER) readonly buffer ListBuffer { uint list[]; };
 layout(std430, binding = 4) readonly buffer CornerBuffer { ChunkCorner corners[]; };   // 4 a row
 layout(std430, binding = BOUNDS_BUFFER) writeonly buffer BoundsBuffer { CellBounds bounds[]; };
 uniform int u_anchor_height;   // in steps
