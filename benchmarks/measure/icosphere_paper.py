@@ -38,12 +38,19 @@ def height_m(directions: Floats, amplitude_m: float) -> Floats:
 
 
 def printed_culling(
-    rng: np.random.Generator, cases: int, radius_m: float = 6.371e6, amplitude_m: float = 9000.0
+    rng: np.random.Generator,
+    cases: int,
+    radius_m: float = 6.371e6,
+    amplitude_m: float = 9000.0,
+    sphere_m: float | None = None,
 ) -> Dropped:
     """Random cameras over random ground, and random triangles around them: what the printed culling makes of them.
 
     A triangle is visible if a sample of its ground is in the frustum and the sphere of the lowest ground is not in
-    between."""
+    between. sphere_m: height of the sphere that triangles are on. That of the lowest ground by default: the source's
+    heights begin at 0."""
+    sphere_m = -amplitude_m if sphere_m is None else sphere_m
+    base_m, relief_m = radius_m + sphere_m, amplitude_m - sphere_m
     q, p = np.nonzero(np.add.outer(np.arange(SAMPLES + 1), np.arange(SAMPLES + 1)) <= SAMPLES)
     weights = np.stack([SAMPLES - p - q, p, q], axis=-1) / SAMPLES
     counts = np.zeros((2, 2), int)
@@ -58,8 +65,8 @@ def printed_culling(
         points = directions * (radius_m + height_m(directions, amplitude_m))[:, None]
         inside = (((points - camera) @ planes.T) >= 0.0).all(axis=1)
         seen = bool((inside & ~_occluded(camera, points, radius_m - amplitude_m)).any())
-        table = tables(radius_m, amplitude_m, 2.0 * np.arctan(tangents[0]), 1920, 6.0, 16, level)
-        drops = bool(hidden(corners * radius_m, [level], camera, planes, table)[0])
+        table = tables(base_m, relief_m, 2.0 * np.arctan(tangents[0]), 1920, 6.0, 16, level)
+        drops = bool(hidden(corners * base_m, [level], camera, planes, table)[0])
         counts[int(seen), int(drops)] += 1
     return Dropped(int(counts[1].sum()), int(counts[1, 1]), int(counts[0].sum()), int(counts[0, 1]))
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ... import view
-from ..measure import frames, ground, icosphere_paper
+from ... import Ocean, view
+from ..measure import frames, ground, holes, icosphere_holes, icosphere_paper
 from ..measure.positions_icosphere import IcospherePositions, special_places
 from ..measure.sides import interleaved, side_by_side, turning
 from ..scenes import preset_scene
@@ -72,14 +72,38 @@ def _vertices(session: Session) -> None:
 
 
 def _paper(session: Session) -> None:
-    """What the printed method loses: seen triangles that its culling drops, vertices that two levels don't share."""
-    found = icosphere_paper.printed_culling(np.random.default_rng(SEED), session.runs(12_000, 2000))
-    session.row("printed: seen triangles dropped", error=100.0 * found.visible_dropped / found.visible, error_unit="%",
-                seen=found.visible, unseen_dropped=found.invisible_dropped / found.invisible,
-                unseen=found.invisible)  # fmt: skip
+    """What the printed method loses: seen triangles that its culling drops, cracks, vertices that levels don't share."""
+    spheres = {"the lowest ground's sphere": None, "a sphere with ground below it": 0.0}
+    for name, sphere_m in spheres.items():
+        rng = np.random.default_rng(SEED)
+        found = icosphere_paper.printed_culling(rng, session.runs(12_000, 2000), sphere_m=sphere_m)
+        session.row(f"printed: seen triangles dropped, {name}", error=100.0 * found.visible_dropped / found.visible,
+                    error_unit="%", seen=found.visible, unseen_dropped=found.invisible_dropped / found.invisible,
+                    unseen=found.invisible)  # fmt: skip
+    _holes(session)
     for level in (2, 4, 8, 12):
         edge, worst = icosphere_paper.gap_between_levels_m(6.371e6, level)
         session.row(f"printed: levels {level} and {level + 1} apart", error=worst, error_unit="m", along_an_edge_m=edge)
+
+
+def _holes(session: Session) -> None:
+    """Edges whose two sides differ, inside the icosahedron's triangles and between them; holes by what makes them."""
+    scene, size = preset_scene("earth"), (160, 90)
+    scene.planet.remove(Ocean)  # it would lie behind the holes
+    printed, ours = METHODS["icosphere, paper"], METHODS["icosphere"]
+    rng = np.random.default_rng(SEED)
+    with session.renderer(scene, size, "low", dict(printed)) as made:
+        with session.renderer(scene, size, "low", dict(ours)) as truth:
+            cameras = [*map(view, VIEWS), *(holes.random_camera(made, rng) for _ in range(session.runs(200, 12)))]
+            edges = [icosphere_holes.borders(made, camera) for camera in cameras]
+            pixels = [icosphere_holes.hole_pixels(made, truth, camera) for camera in cameras]
+    session.row("printed: open edges inside base triangles", size=size, error=sum(e.inner_open for e in edges),
+                error_unit="edges", target=at_most(0), edges=sum(e.inner for e in edges), cameras=len(cameras))  # fmt: skip
+    session.row("printed: open edges between base triangles", size=size, error=max(e.base_px for e in edges),
+                error_unit="px apart", open=sum(e.base_open for e in edges), edges=sum(e.base for e in edges))  # fmt: skip
+    session.row("printed: holes in pictures", size=size, error=sum(p.cracks + p.dropped for p in pixels),
+                error_unit="pixels", cracks=sum(p.cracks for p in pixels), dropped=sum(p.dropped for p in pixels),
+                cameras=len(cameras))  # fmt: skip
 
 
 ICOSPHERE_BENCHES: Mapping[str, Bench] = {

@@ -11,10 +11,18 @@ Everything is a table by level, made anew when the lens or the planet changes:
 - volume: a triangle's corners, and the corners times a height multiplier: how far the sphere bulges above the triangle
   plus highest / r. It is outside when all six lie behind one plane of the frustum, contained when all are in
   front of all planes; children of a contained one are not tested again.
-- morph: by distance, over a part of the range between a level's own split distance and its parent's.
+- morph: by a vertex's distance, so that a level's vertices are all its own where finer triangles may lie beside them
+  and all its parent's where coarser ones may. A triangle is split by the distance of its middle, and its vertices are
+  at most `reach` from there. So its border to a finer one is at most split + reach away, and that to a coarser one at
+  least the parent's split less the parent's reach: twice (split - reach). In between the morph runs. That needs
+  split > 3 reach, which NEAREST sees to; levels on the two sides of an edge then differ by one at most.
+- twist: a vertex moves along its edge to one of the two ends, so triangles twist as they morph. Beside each other they
+  have to twist the opposite way round. Corners keep their places in a triangle's list when it is split as printed, and
+  each new corner takes the place of the one opposite; so the lattice has three kinds of points, and (level + turned) & 1
+  says which way round a triangle's kinds run. Roots twist all alike, so along their edges vertices move apart.
 
-What was printed drops triangles that can be seen: the middle that the back-face test looks at is not the triangle's
-highest point, and halving the angle loses more than curvature does. `hidden` is here as printed.
+The source's heights begin at 0: the sphere of the tables is that of the lowest ground, and highest what ground rises
+above it. From a sphere that ground lies below, the printed culling drops triangles that can be seen.
 """
 
 from __future__ import annotations
@@ -24,19 +32,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .icosphere import TriangleScheme
+from .icosphere import EDGE_OVER_HEIGHT, TriangleScheme
 from .scheme import Scheme
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 OUTSIDE, INTERSECTING, CONTAINED = 0, 1, 2
-MORPH_RANGE = 0.5
-"""The part of a level's range of distances over which it becomes its parent."""
-NEAREST = 2.0
-"""In edges: triangles are split at this distance of their middles whatever pixels say."""
 EDGE = float(1.0 / np.sin(2.0 * np.pi / 5.0))
 """Length of the icosahedron's edge on the unit sphere, 1.0515."""
+REACH = float(EDGE_OVER_HEIGHT / np.sqrt(3.0))
+"""How far a vertex of a root's triangle may lie from its middle, on the unit sphere; half of it a level further down.
+That of the finest triangle in the middle of a root, which no coarser one is above in its own units: 0.727 edges."""
+NEAREST = 2.5
+"""In edges: triangles are split at this distance of their middles whatever pixels say. More than 3 reaches, 2.18."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +58,8 @@ class PaperTables:
     """... and dropped when the cosine of back faces is at least this."""
     height: Floats
     """What corners are multiplied with for the upper half of the volume."""
+    morph_m: Floats
+    """(levels, 2): distances at which vertices begin to morph, and at which they are their parent's."""
 
 
 def tables(
@@ -67,7 +78,9 @@ def tables(
     dot = np.sin(np.arccos(0.5) * np.exp2(-level) + over)
     dot[0] = 0.5 + np.sin(over)
     height = _height_multipliers(most_level) + max(highest_m, 0.0) / radius_m
-    return PaperTables(split, dot, height)
+    reach = REACH * (radius_m + max(highest_m, 0.0)) * np.exp2(-level)
+    end = 2.0 * (split - reach)
+    return PaperTables(split, dot, height, np.stack([np.minimum(split + reach, end), end], axis=1))
 
 
 def _height_multipliers(most_level: int) -> Floats:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import planetfall as pf
+from planetfall.benchmarks.measure.icosphere_holes import HolePixels, borders, hole_pixels
 from planetfall.engine.surface.icosphere import direction_of
 from planetfall.engine.surface.keys import container_of
 from planetfall.engine.surface.triangle_paper import frustum_planes, select
 from planetfall.engine.surface.triangle_patch import vertex_index, vertex_place
+from planetfall.systems.terrain.backends import paper_icosphere
 
 PAPER = {"terrain.backend": "icosphere", "terrain.method": "paper"}
 
@@ -41,8 +45,9 @@ def test_what_is_drawn_is_what_the_recursion_leaves(renderer):
     tangents = tuple(getattr(state, f"tan_{side}") for side in ("left", "right", "bottom", "top"))
     planes = frustum_planes(state.forward, state.up, tangents)
     finest = int(view.keys.size and backend.shape.scheme.level(view.keys).max())
-    radius = renderer.scene.planet.radius_m
-    expected = select(backend.shape.scheme, view.table, radius, state.position_m, planes, finest, view.ground_m)
+    base, radius = backend.base_m(), renderer.scene.planet.radius_m
+    above = view.ground_m + radius - base
+    expected = select(backend.shape.scheme, view.table, base, state.position_m, planes, finest, above)
     np.testing.assert_array_equal(np.sort(view.keys), np.sort(expected.keys))
     assert backend.statistics()["triangles"] == len(view.keys) * backend.shape.segments**2
     assert (container_of(view.keys, np.sort(view.keys)) >= 0).all()
@@ -56,8 +61,8 @@ def test_a_still_camera_makes_no_vertices(renderer):
 
 
 def test_vertices_at_the_end_of_their_morph_are_the_parents(renderer):
-    """Farther away than where the parent is split, an odd vertex is the even one that its morph vector leads to, and
-    nearer than half the level's range it is its own."""
+    """Beyond the end of its level's morph an odd vertex is the even one that its morph vector leads to, and before the
+    morph begins it is its own."""
     backend = renderer.system("terrain").backend
     camera = pf.Camera.at(10.0, 120.0, 2000.0, pitch_deg=-20.0)
     renderer.render(camera)
@@ -65,20 +70,83 @@ def test_vertices_at_the_end_of_their_morph_are_the_parents(renderer):
     with renderer.current():
         data = np.frombuffer(view.vertices.read(len(view.keys) * shape.vertices * 24), "<f4")
     data = data.reshape(-1, shape.vertices, 6)[:, :, :3]
-    radius, split = renderer.scene.planet.radius_m + view.ground_m, view.table.split_m
+    radius = renderer.scene.planet.radius_m + view.ground_m
     away = direction_of(*shape.points(view.keys)) * radius - renderer.camera_state(camera).position_m
     away = np.linalg.norm(away, axis=-1)
-    level = np.maximum(shape.scheme.level(view.keys), 1)[:, None]
+    _, level, _, j = (x[:, None] for x in shape.scheme.unpack(view.keys))
+    begin, end = view.table.morph_m[level].T
     p, q = vertex_place(np.arange(shape.vertices), shape.segments)
     odd = (p % 2 == 1) | (q % 2 == 1)
-    step = np.where(q % 2 == 0, -(p % 2), p % 2), np.where(q % 2 == 0, 0, np.where(p % 2 == 0, 1, -1))
-    target = vertex_index(p + step[0], q + step[1], shape.segments)
+    sign = np.where((level + j) % 2 == 0, 1, -1)  # the patches beside one another twist the opposite way round
+    step_p = sign * np.where(q % 2 == 0, -(p % 2), p % 2)
+    step_q = sign * np.where(q % 2 == 0, 0, np.where(p % 2 == 0, 1, -1))
+    target = vertex_index(p + step_p, q + step_q, shape.segments)
     inner = (p > 0) & (q > 0) & (p + q < shape.segments)  # on edges another root's numbers may be used: other bits
-    same = (data == data[:, target]).all(axis=-1)
-    ends = (away > split[level - 1] * 1.001) & odd & inner
-    begins = (away < 0.5 * (split[level - 1] + split[level]) * 0.999) & odd
+    same = (data == np.take_along_axis(data, target[..., None], axis=1)).all(axis=-1)
+    far = away > end.T * 1.001  # both: heights are as smooth as the morph has got
+    ends = far & np.take_along_axis(far, target, axis=1) & odd & inner & (level > 0)
+    begins = (away < begin.T * 0.999) & odd
     assert ends.sum() > 100 and same[ends].all()
     assert begins.sum() > 100 and not same[begins].any()
+
+
+VIEWS = ("near", "high", "orbit")
+
+
+@pytest.fixture(scope="module")
+def bare():
+    """The printed icosphere and ours, without the sea, which would lie behind holes."""
+    scene = pf.load_scene("earth")
+    scene.planet.remove(pf.Ocean)
+    with (
+        pf.Renderer(scene, size=(160, 90), quality="low", overrides=PAPER) as printed,
+        pf.Renderer(scene, size=(160, 90), quality="low", overrides={"terrain.backend": "icosphere"}) as ours,
+    ):
+        yield printed, ours
+
+
+@pytest.mark.parametrize("name", VIEWS)
+def test_cracks_are_along_the_edges_of_the_base_alone(bare, name):
+    """Both sides of an edge have the same vertices, bit for bit, but where two of the icosahedron's triangles meet."""
+    found = borders(bare[0], pf.view(name))
+    assert found.inner > 50 and found.inner_open == 0, found
+    assert found.base > 0 and found.base_open > 0, found  # the source leaves these
+    assert found.base_px < 0.5
+
+
+def test_open_borders_are_seen(bare, monkeypatch):
+    """The measure itself: levels that morph twice as near leave cracks everywhere."""
+    made = paper_icosphere.tables
+
+    def nearer(*given):
+        table = made(*given)
+        return replace(table, morph_m=table.morph_m / 2)
+
+    monkeypatch.setattr(paper_icosphere, "tables", nearer)
+    scene = bare[0].scene
+    with pf.Renderer(scene, size=(160, 90), quality="low", overrides=PAPER) as printed:
+        found = borders(printed, pf.view("near"))
+        assert found.inner_open > 50 and found.inner_px > 1.0
+        assert hole_pixels(printed, bare[1], pf.view("near")).cracks > 0
+
+
+@pytest.mark.parametrize("name", VIEWS)
+def test_no_pixel_is_missing(bare, name):
+    assert hole_pixels(*bare, pf.view(name)) == HolePixels(cracks=0, dropped=0)
+
+
+def test_dropped_triangles_are_seen(bare, monkeypatch):
+    """The measure itself: half of the triangles, side by side, leave a hole that is no crack but for its rim."""
+    chosen = paper_icosphere.select
+
+    def half(*given):
+        found = chosen(*given)
+        return replace(found, keys=np.sort(found.keys)[: len(found.keys) // 2])
+
+    monkeypatch.setattr(paper_icosphere, "select", half)
+    with pf.Renderer(bare[0].scene, size=(160, 90), quality="low", overrides=PAPER) as printed:
+        found = hole_pixels(printed, bare[1], pf.view("high"))
+    assert found.dropped > 500 and found.cracks < 0.05 * found.dropped
 
 
 def test_the_height_drawn_is_near_the_truth(renderer):

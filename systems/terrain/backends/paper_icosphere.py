@@ -3,9 +3,9 @@
 One indexed patch with morph vectors, instanced over the leaves of a recursion that splits by tables of distances, drops
 back faces and what lies outside the frustum, and stops testing below what is contained. All of it runs for each camera
 anew. The recursion, the tables and the morph are the source's; places and heights are computed our way, from integers
-and relative to an anchor, so nothing jitters and each level's vertices lie among those of the next. Its cracks are
-left: levels meet where the morph is not at its end, and a vertex follows its morph vector by its own distance.
-docs/terrain-lod.md says what is printed.
+and relative to an anchor, so nothing jitters and each level's vertices lie among those of the next. What the source
+loses is left: along the edges of the icosahedron's triangles the two sides twist apart while they morph, and culling
+drops some triangles that can be seen. docs/terrain-lod.md says what is printed.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from ....engine.graph import BufferSpec, GraphBuilder, PassIO
 from ....engine.settings import Settings
 from ....engine.space.camera import CameraStamp
 from ....engine.surface.icosphere_anchor import AnchorKey, TriangleAnchor
-from ....engine.surface.triangle_paper import MORPH_RANGE, PaperTables, frustum_planes, select, tables
+from ....engine.surface.triangle_paper import PaperTables, frustum_planes, select, tables
 from ..tiles.queries import heights_on_tiles
 from ..tiles.shape import TileShape
 from ..tiles.slots import NAME_DTYPE
@@ -109,6 +109,10 @@ class PaperIcosphereBackend(Backend):
         """One view's leaves."""
         return view.state(self, lambda: _View(self.gpu))
 
+    def base_m(self) -> float:
+        """Radius of the sphere that the printed recursion is of: all heights of the source are above it."""
+        return self.ground.params.radius_m + self.ground.params.lowest_m
+
     def rests(self, frame: Frame) -> bool:
         return True  # what is chosen depends on the camera of the frame alone
 
@@ -132,7 +136,8 @@ class PaperIcosphereBackend(Backend):
             self._spacing_m = params.radius_m * self.shape.scheme.spacing_rad(np.arange(_ROWS), self.shape.segments)
             fov_rad = np.arctan(camera.tan_right) - np.arctan(camera.tan_left)
             edge_px, segments = table_key.edge_px, self.shape.segments
-            view.table = tables(params.radius_m, params.highest_m, fov_rad, frame.size[0], edge_px, segments, LEVELS)
+            relief_m = params.highest_m - params.lowest_m
+            view.table = tables(self.base_m(), relief_m, fov_rad, frame.size[0], edge_px, segments, LEVELS)
         # As printed the sphere of height 0: a mountain below one's feet would be as coarse as from so high above.
         view.ground_m = float(proxy.ground_m)
         key = _LeavesKey(table_key, camera.stamp, anchor_key, smallest_m)
@@ -141,7 +146,8 @@ class PaperIcosphereBackend(Backend):
         view.key = key
         finest = int(np.clip(np.searchsorted(-self._spacing_m, -smallest_m), 0, LEVELS))
         planes = frustum_planes(camera.forward, camera.up, tangents)
-        found = select(self.shape.scheme, view.table, params.radius_m, camera.position_m, planes, finest, view.ground_m)
+        above_m = view.ground_m - params.lowest_m
+        found = select(self.shape.scheme, view.table, self.base_m(), camera.position_m, planes, finest, above_m)
         view.keys = found.keys
         if len(found.keys) > view.capacity:
             view.capacity = 2 * len(found.keys)
@@ -184,9 +190,8 @@ class PaperIcosphereBackend(Backend):
                 view.anchor.bind_to_uniform_block(TRIANGLE_BLOCK)
                 view.patches.bind_to_storage_buffer(PATCH_BUFFER)
                 view.vertices.bind_to_storage_buffer(VERTEX_BUFFER)
-                self._vertices.set("u_split", np.pad(view.table.split_m, (0, _ROWS - LEVELS - 1)))
+                self._vertices.set("u_morph", np.pad(view.table.morph_m, ((0, _ROWS - LEVELS - 1), (0, 0))))
                 self._vertices.set("u_spacing", self._spacing_m)
-                self._vertices.set("u_morph_range", MORPH_RANGE)
                 self._vertices.set("u_ground", view.ground_m)
                 self._vertices.run(count, 1, 1)
             view.made = view.key
