@@ -1,4 +1,4 @@
-"""Holes of the icosphere as printed, by what makes them: cracks between neighbours, and triangles that culling drops."""
+"""Holes of the icosphere as printed, by what makes them: cracks between neighbours, triangles that culling drops."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def borders(renderer: Renderer, camera: Camera) -> Borders:
         for edge in range(3):
             across, other_edge = scheme.across(key, edge)
             at = int(container_of(across[None], leaves[order])[0])
-            if at < 0 or leaves[order[at]] == across and across < key:
+            if at < 0 or (leaves[order[at]] == across and across < key):
                 continue  # nothing drawn there or finer triangles, or seen from its other side
             levels = int(scheme.level(key)) - int(scheme.level(leaves[order[at]]))
             base = int(int(scheme.unpack(key)[0]) != int(scheme.unpack(across)[0]))

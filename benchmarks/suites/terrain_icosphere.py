@@ -72,7 +72,7 @@ def _vertices(session: Session) -> None:
 
 
 def _paper(session: Session) -> None:
-    """What the printed method loses: seen triangles that its culling drops, cracks, vertices that levels don't share."""
+    """What the printed method loses: seen triangles that culling drops, cracks, vertices that levels don't share."""
     spheres = {"the lowest ground's sphere": None, "a sphere with ground below it": 0.0}
     for name, sphere_m in spheres.items():
         rng = np.random.default_rng(SEED)
@@ -92,15 +92,19 @@ def _holes(session: Session) -> None:
     scene.planet.remove(Ocean)  # it would lie behind the holes
     printed, ours = METHODS["icosphere, paper"], METHODS["icosphere"]
     rng = np.random.default_rng(SEED)
-    with session.renderer(scene, size, "low", dict(printed)) as made:
-        with session.renderer(scene, size, "low", dict(ours)) as truth:
-            cameras = [*map(view, VIEWS), *(holes.random_camera(made, rng) for _ in range(session.runs(200, 12)))]
-            edges = [icosphere_holes.borders(made, camera) for camera in cameras]
-            pixels = [icosphere_holes.hole_pixels(made, truth, camera) for camera in cameras]
+    with (
+        session.renderer(scene, size, "low", dict(printed)) as made,
+        session.renderer(scene, size, "low", dict(ours)) as truth,
+    ):
+        cameras = [*map(view, VIEWS), *(holes.random_camera(made, rng) for _ in range(session.runs(200, 12)))]
+        edges = [icosphere_holes.borders(made, camera) for camera in cameras]
+        pixels = [icosphere_holes.hole_pixels(made, truth, camera) for camera in cameras]
     session.row("printed: open edges inside base triangles", size=size, error=sum(e.inner_open for e in edges),
-                error_unit="edges", target=at_most(0), edges=sum(e.inner for e in edges), cameras=len(cameras))  # fmt: skip
+                error_unit="edges", target=at_most(0), edges=sum(e.inner for e in edges),
+                cameras=len(cameras))  # fmt: skip
     session.row("printed: open edges between base triangles", size=size, error=max(e.base_px for e in edges),
-                error_unit="px apart", open=sum(e.base_open for e in edges), edges=sum(e.base for e in edges))  # fmt: skip
+                error_unit="px apart", open=sum(e.base_open for e in edges),
+                edges=sum(e.base for e in edges))  # fmt: skip
     session.row("printed: holes in pictures", size=size, error=sum(p.cracks + p.dropped for p in pixels),
                 error_unit="pixels", cracks=sum(p.cracks for p in pixels), dropped=sum(p.dropped for p in pixels),
                 cameras=len(cameras))  # fmt: skip

@@ -18,8 +18,9 @@ Everything is a table by level, made anew when the lens or the planet changes:
   split > 3 reach, which NEAREST sees to; levels on the two sides of an edge then differ by one at most.
 - twist: a vertex moves along its edge to one of the two ends, so triangles twist as they morph. Beside each other they
   have to twist the opposite way round. Corners keep their places in a triangle's list when it is split as printed, and
-  each new corner takes the place of the one opposite; so the lattice has three kinds of points, and (level + turned) & 1
-  says which way round a triangle's kinds run. Roots twist all alike, so along their edges vertices move apart.
+  each new corner takes the place of the one opposite. So the lattice has three kinds of points, and whether level and
+  orientation add up to an odd number says which way round a triangle's kinds run. Roots twist all alike, so along their
+  edges vertices move apart.
 
 The source's heights begin at 0: the sphere of the tables is that of the lowest ground, and highest what ground rises
 above it. From a sphere that ground lies below, the printed culling drops triangles that can be seen.
@@ -42,8 +43,8 @@ OUTSIDE, INTERSECTING, CONTAINED = 0, 1, 2
 EDGE = float(1.0 / np.sin(2.0 * np.pi / 5.0))
 """Length of the icosahedron's edge on the unit sphere, 1.0515."""
 REACH = float(EDGE_OVER_HEIGHT / np.sqrt(3.0))
-"""How far a vertex of a root's triangle may lie from its middle, on the unit sphere; half of it a level further down.
-That of the finest triangle in the middle of a root, which no coarser one is above in its own units: 0.727 edges."""
+"""How far a vertex of a root may lie from the root's middle at most, on the unit sphere; half of it a level further down.
+The limit for fine triangles in the middle of a root, 0.727 edges; all others reach less far."""
 NEAREST = 2.5
 """In edges: triangles are split at this distance of their middles whatever pixels say. More than 3 reaches, 2.18."""
 

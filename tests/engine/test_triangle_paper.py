@@ -110,7 +110,7 @@ def test_the_printed_culling_on_ground_above_its_sphere_and_below_it(lowest, see
 
 def test_a_border_has_its_vertices_where_the_other_side_has_them():
     """A triangle's vertices at a finer neighbour's border don't morph yet, at a coarser one's they have morphed: that
-    is so if no two neighbours differ by more than a level, and the ranges of distance keep to how far vertices reach."""
+    is so if neighbours differ by a level at most, and the ranges of distance keep to how far vertices reach."""
     rng = np.random.default_rng(5)
     table = tables(RADIUS_M, 18_000.0, np.radians(90.0), 100, 8.0, 32, 20)  # the nearest that anything is split
     begin, end = table.morph_m.T
