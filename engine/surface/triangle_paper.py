@@ -43,7 +43,7 @@ OUTSIDE, INTERSECTING, CONTAINED = 0, 1, 2
 EDGE = float(1.0 / np.sin(2.0 * np.pi / 5.0))
 """Length of the icosahedron's edge on the unit sphere, 1.0515."""
 REACH = float(EDGE_OVER_HEIGHT / np.sqrt(3.0))
-"""How far a vertex of a root may lie from the root's middle at most, on the unit sphere; half of it a level further down.
+"""How far a vertex of a root may lie from the root's middle at most, on the unit sphere; half of it a level down.
 The limit for fine triangles in the middle of a root, 0.727 edges; all others reach less far."""
 NEAREST = 2.5
 """In edges: triangles are split at this distance of their middles whatever pixels say. More than 3 reaches, 2.18."""
