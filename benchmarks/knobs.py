@@ -242,6 +242,7 @@ NOT_IN_A_PICTURE: dict[str, str] = {
     "clouds.weather_map": "needs a file; see test_weather_map",
     "composite.dither": "less than one step of 8 bits: has a test of its own",
     "ocean.method": "the same waves by another method; see test_waves",
+    "ocean.printed_arcs": "waves where a driver's arccosine has them, up to a kilometre off; see test_printed_sea",
     "planet.position_m": "one planet is drawn around its own centre",
     "planet.rotation_period_s": "moves an epoch sun; see test_light",
     "planet.axial_tilt_deg": "moves an epoch sun; see test_light",

@@ -111,8 +111,14 @@ class Ocean:
     )
     method: str = knob(
         "ours",
-        help="How waves are laid over the sphere: ours, or as printed in 2018 or 2019",
+        help="How waves are laid over the sphere: ours, or as printed; 2018 and 2019 differ with printed_arcs alone",
         choices=("ours", "paper_2018", "paper_2019"),
+        group="waves",
+    )
+    printed_arcs: bool = knob(
+        False,
+        help="With a paper method: the way from a wave's origin by arccosine (2018) or arcsine (2019) in single "
+        "precision, as printed, which breaks; off: both by phases from an anchor, the same picture to the bit",
         group="waves",
     )
     absorption_per_m: Vec3 = knob(

@@ -12,6 +12,7 @@ from ... import Ocean, Renderer, Wave, direction
 from ...engine.waves import WaveSet, displacement, waves_of
 from ...systems.ocean.wave_block import SeaMesh, WavePacker
 from ...systems.ocean.wave_probe import WaveQuestions
+from ...systems.ocean.wave_record import RecordPacker
 from ..measure import waves as measure
 from ..measure.flip import flip
 from ..reference.waves import displaced
@@ -87,7 +88,8 @@ def _accuracy(session: Session) -> None:
 
 
 def _arcs(session: Session) -> None:
-    """The printed arcs in float32, near an origin and a quarter turn away: metres along the way."""
+    """The printed arcs in float32, near an origin and a quarter turn away: metres along the way; and the sea that is
+    drawn with them."""
     radius = RADII_M[0]
     # Waves of a million metres show the way itself: sin and cos give their phase to 1e-6.
     length = 1e6
@@ -105,6 +107,22 @@ def _arcs(session: Session) -> None:
             slope = np.abs(np.cos(2.0 * np.pi * angles * radius / length)) * 2.0 * np.pi / length
             off = np.abs(height - true) / np.maximum(slope, 0.1 * 2.0 * np.pi / length)
             session.row(f"arc {method}", place, error=off.max(), error_unit="m")
+    _drawn_arcs(session)
+
+
+def _drawn_arcs(session: Session) -> None:
+    """A wind's sea as the printed methods draw it: by phases from an anchor, and with `Ocean.printed_arcs`."""
+    scene = measure.sea_scene(20)
+    sea, camera = scene.planet[Ocean], measure.open_sea(5.0)
+    with session.renderer(scene, (160, 90), "medium") as renderer:
+        for method in _PRINTED:
+            for printed in (False, True):
+                sea.method, sea.printed_arcs = method, printed
+                found = waves_of(sea, RADII_M[0])
+                off = measure.height_error(renderer, camera, 7.0, 100.0, found)
+                session.row(f"drawn {method}{', printed_arcs' if printed else ''}", "open water",
+                            error=float(np.sqrt(np.mean(off**2))), error_unit="m rms",
+                            significant_height_m=found.significant_height_m)  # fmt: skip
 
 
 def _seams(session: Session) -> None:
@@ -125,7 +143,7 @@ def _seams(session: Session) -> None:
 
 
 def _bytes(session: Session) -> None:
-    """Memory of a wave in float32: what describes it, and what the GPU holds of it at an anchor."""
+    """Memory of a wave in float32: what describes it, and what the GPU reads of it each frame."""
     found = _seas(RADII_M[0])["wind"]
     parts = (found.origins, found.amplitude_m, found.wavelength_m, found.steepness, found.speed_rad_s)
     describes = sum(4 * part.size for part in parts) / len(found)
@@ -136,6 +154,11 @@ def _bytes(session: Session) -> None:
         sizes.append(block.used_bytes)
     session.row("parameters of a wave", error=describes, error_unit="bytes", target=at_most(28, "bytes"))
     session.row("a wave at an anchor, on the GPU", error=(sizes[0] - sizes[1]) / len(found), error_unit="bytes")
+    for name, printed in (("a wave of the printed sea at an anchor", False), ("a wave with printed_arcs", True)):
+        records = RecordPacker(printed)
+        records.place(found, direction(*measure.OPEN_SEA), RADII_M[0], SeaMesh())
+        session.row(f"{name}, on the GPU", error=records.records.nbytes / len(found), error_unit="bytes",
+                    target=at_most(28, "bytes"))  # fmt: skip
     session.row("all of no waves", error=sizes[1], error_unit="bytes")
 
 

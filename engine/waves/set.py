@@ -106,6 +106,11 @@ class WaveSet:
         """k = 2 pi / wavelength, rad/m (N,)."""
         return 2.0 * np.pi / self.wavelength_m
 
+    @property
+    def fade_most_rad(self) -> tuple[float, float]:
+        """Angles from the origin at which a wave begins and ends to appear at the latest."""
+        return _FADE_MOST_RAD
+
     @cached_property
     def fade_rad(self) -> Floats:
         """Angles from the origin, (N, 2), between which each wave appears."""

@@ -3,7 +3,8 @@
 A projected grid of 80 x 80 points at sea level, cut by the size of its squares on screen, displaced by the printed wave
 function at each vertex, with the printed normal; pixels get what lies between the vertices. The formulas are the
 papers'; the way that they are computed is ours: feet and depths once per snap of the proxy, only patches that are seen,
-phases from an anchor in float64. So the two papers' arcs, arccos and arcsin, give the same picture here.
+phases from an anchor in float64. So the two papers' arcs, arccos and arcsin, give the same picture here, unless
+`Ocean.printed_arcs` has them evaluated as they stand, in single precision.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from ...engine.surface.selection import spacing_angle
 from ...engine.system import Setup
 from .method import Displaced, SeaMethod, SeaSurface
 from .wave_passes import SeaWaves, WaveView
+from .wave_record import MOST_RECORD_BYTES, RecordPacker, fade_lengths
 
 __all__ = ["PAPER_CORNERS", "PaperSea"]
 
@@ -48,10 +50,12 @@ class SeaGridBlock(GridBlock):
 class PaperSeaView(PatchMesh):
     """One view's grid."""
 
-    def __init__(self, of: GpuScope, programs: PatchPrograms) -> None:
+    def __init__(self, of: GpuScope, programs: PatchPrograms, printed: bool) -> None:
         super().__init__(of, "ocean", programs, _CALM_BYTES, 48)
         self.ubo = self.gpu.uniform_block(SeaGridBlock, SEA_GRID_BLOCK)
-        self.waves = WaveView(self.gpu)
+        self.packer = RecordPacker(printed)
+        self.waves = WaveView(self.gpu, self.packer)
+        self.records = self.gpu.buffer(reserve=MOST_RECORD_BYTES, dynamic=True)
         self.displaced: Displaced | None = None
         self.array: Any = None
 
@@ -68,10 +72,13 @@ class PaperSeaView(PatchMesh):
 
 
 class PaperSea(SeaMethod):
-    """The printed grid and waves into the G-buffer, in place of our mesh and pixels' normals."""
+    """The printed grid and waves into the G-buffer, in place of our mesh and pixels' normals.
 
-    def __init__(self, gpu: GpuScope, setup: Setup, waves: SeaWaves) -> None:
+    arc: 2018 or 2019, whose arc is evaluated as printed; 0: phases from an anchor."""
+
+    def __init__(self, gpu: GpuScope, setup: Setup, waves: SeaWaves, arc: int = 0) -> None:
         super().__init__(gpu, setup, waves)
+        self.arc = arc
         many = {"SEA_VERTICES": 5 if gpu.caps.is_software else 2}
         gpu.uniform_block(SeaGridBlock, SEA_GRID_BLOCK, "sea_grid")  # its text, for shaders; each view has its own
         self._patches = PatchPrograms(
@@ -82,13 +89,13 @@ class PaperSea(SeaMethod):
             "ocean/paper/triangles.comp",
             many,
         )
-        self._displace = gpu.compute("ocean/paper/displace.comp", defines=many)
+        self._displace = gpu.compute("ocean/paper/displace.comp", defines=many | ({"PAPER_ARC": arc} if arc else {}))
         self._surface = gpu.program("ocean/paper/gbuffer.vert", "ocean/gbuffer.frag", defines={"SEA_PAPER": 1})
         self._draw_state = gpu.state(depth_test=True, depth_func=">", cull=None)
 
     def view(self, view: View) -> PaperSeaView:
         """One view's grid."""
-        return view.state(self, lambda: PaperSeaView(self.gpu, self._patches))
+        return view.state(self, lambda: PaperSeaView(self.gpu, self._patches, bool(self.arc)))
 
     def update(self, frame: Frame) -> None:
         view = self.view(frame.view)
@@ -179,6 +186,13 @@ class PaperSea(SeaMethod):
             visible.bind_to_storage_buffer(VISIBLE_BUFFER)
             counts.bind_to_storage_buffer(COUNT_BUFFER)
             displaced.bind_to_storage_buffer(5)
+            if len(view.packer.records):
+                view.gpu.upload(view.records, view.packer.records.tobytes())
+            view.records.bind_to_storage_buffer(6)
+            assert view.waves.waves is not None and view.waves.moment is not None
+            self._displace.set("u_fade", fade_lengths(view.waves.waves))
+            if self.arc:
+                self._displace.set("u_time_s", view.waves.moment.time_s)
             self._displace.set("u_patches", view.cut.by_level())
             self._displace.run_indirect(arguments, 32)
             view.displaced = view.moving

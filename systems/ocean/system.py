@@ -5,10 +5,12 @@ from __future__ import annotations
 from ...components import DebugView, Ocean, Planet
 from ...engine.frame import Frame, ViewInfo
 from ...engine.frame.unseen import Unseen
+from ...engine.gpu import GpuScope
 from ...engine.graph import GraphBuilder
 from ...engine.methods import Methods
 from ...engine.settings import Settings, with_overrides
 from ...engine.system import Setup, System
+from ...engine.waves import wave_method
 from .method import SeaMethod
 from .ours import OurSea
 from .paper import PaperSea
@@ -47,8 +49,15 @@ class OceanSystem(System):
         return self._methods.now
 
     def _use_method(self, ocean: Ocean, settings: Settings) -> None:
-        kind = _METHODS[with_overrides(ocean, "ocean", settings).method]
-        self._methods.use(kind, lambda gpu: kind(gpu, self._setup, self._waves))
+        chosen = with_overrides(ocean, "ocean", settings)
+        kind = _METHODS[chosen.method]
+        arc = wave_method(chosen.method).printed if chosen.printed_arcs else 0
+
+        def make(gpu: GpuScope) -> SeaMethod:
+            of = (gpu, self._setup, self._waves)
+            return PaperSea(*of, arc) if kind is PaperSea else kind(*of)
+
+        self._methods.use(kind, make, arc)
 
     def begin(self, frame: Frame) -> None:
         self._shading.begin(frame, self._waves.of(frame))

@@ -95,9 +95,16 @@ class WavePacker:
     def __init__(self) -> None:
         self._bytes = np.zeros(WAVE_LAYOUT.size, np.uint8)
         self._block = self._bytes.view(WAVE_LAYOUT.dtype)[0]
-        self._order = np.zeros(0, np.int64)
-        self._way = np.zeros(0)
+        self.order = np.zeros(0, np.int64)
+        """Of the waves of a set in the block."""
+        self.way = np.zeros(0)
+        self.east, self.north = np.zeros(3), np.zeros(3)
         self.used_bytes = _HEADER_BYTES
+
+    @property
+    def head(self) -> NDArray[np.uint8]:
+        """The bytes of all but the waves."""
+        return self._bytes[:_HEADER_BYTES]
 
     def place(self, waves: WaveSet, anchor: NDArray[np.float64], planet_radius_m: float, mesh: SeaMesh) -> None:
         """Everything but the phases, at an anchor (3,), unit."""
@@ -106,8 +113,8 @@ class WavePacker:
         near = np.abs(cos0) * 1000.0 > _NEAR_TURN * sin0 * waves.radius_m
         near |= seen.angle < waves.fade_rad[:, 1] + _NEAR_RAD
         # A stable sort keeps the longest first in both lists.
-        self._order = np.argsort(near, kind="stable")
-        self._way = seen.way
+        self.order = np.argsort(near, kind="stable")
+        self.way, self.east, self.north = seen.way, seen.east, seen.north
         block = self._block
         block["east"], block["north"], block["radius_m"] = seen.east, seen.north, waves.radius_m
         block["per_foot"] = waves.radius_m / planet_radius_m
@@ -130,12 +137,12 @@ class WavePacker:
             "fade_to": waves.fade_edges[:, 1],
         }
         for name, values in columns.items():
-            block["waves"][name][: len(waves)] = values[self._order]
+            block["waves"][name][: len(waves)] = values[self.order]
         self.used_bytes = _HEADER_BYTES + _WAVE_BYTES * len(waves)
 
     def at(self, waves: WaveSet, time_s: float) -> NDArray[np.uint8]:
         """The bytes of the waves placed last at a moment; valid until the next call."""
-        self._block["waves"]["phase_cycles"][: len(waves)] = phases(waves, self._way, time_s)[self._order]
+        self._block["waves"]["phase_cycles"][: len(waves)] = phases(waves, self.way, time_s)[self.order]
         return self._bytes[: self.used_bytes]
 
 

@@ -73,9 +73,9 @@ class _ProgramKey(NamedTuple):
 class WaveView:
     """The waves around one view's anchor."""
 
-    def __init__(self, gpu: GpuScope) -> None:
+    def __init__(self, gpu: GpuScope, block: WavePacker | None = None) -> None:
         self.buffer = gpu.buffer(reserve=WAVE_LAYOUT.size, dynamic=True)
-        self.block = WavePacker()
+        self.block = WavePacker() if block is None else block
         self.waves: WaveSet | None = None
         self.anchor: NDArray[np.float64] = np.array([0.0, 0.0, 1.0])
         self.placed = 0

@@ -15,6 +15,7 @@ from ...engine.gpu import GpuScope
 from ...engine.made_shaders import made_shader
 from ...engine.waves import WaveSet, wave_method
 from .wave_block import WAVE_LAYOUT, SeaMesh, WavePacker
+from .wave_record import MOST_RECORD_BYTES, RecordPacker, fade_lengths, printed_records
 
 __all__ = ["WaveAnswers", "WaveQuestions"]
 
@@ -40,19 +41,8 @@ class WaveAnswer:
     normal: Vec3
 
 
-@dataclass
-class PrintedWave:
-    """A wave as the printed formulas take it."""
-
-    origin: Annotated[Vec3, "unit, planet axes"]
-    amplitude_m: float
-    wave_number_per_m: float
-    speed_rad_s: Annotated[float, "phi"]
-    steepness: Annotated[float, "Q"]
-
-
-_QUESTION, _ANSWER, _PRINTED = (StructLayout(c, "std430") for c in (WaveQuestion, WaveAnswer, PrintedWave))
-made_shader("generated/wave_questions.glsl", lambda: _QUESTION.glsl + _ANSWER.glsl + _PRINTED.glsl)
+_QUESTION, _ANSWER = (StructLayout(c, "std430") for c in (WaveQuestion, WaveAnswer))
+made_shader("generated/wave_questions.glsl", lambda: _QUESTION.glsl + _ANSWER.glsl)
 
 
 @dataclass(frozen=True)
@@ -75,14 +65,9 @@ class WaveQuestions:
         self._frame = gpu.uniform_block(FrameBlock, FRAME_BLOCK, "frame")
         self._planet = gpu.uniform_block(PlanetBlock, PLANET_BLOCK, "planet")
         self._buffer = gpu.buffer(reserve=WAVE_LAYOUT.size, dynamic=True)
-        self._block = WavePacker()
+        self._block, self._anchored = WavePacker(), RecordPacker()
         self._program = gpu.compute("ocean/wave_probe.comp")
-        rows = np.zeros(max(len(waves), 1), _PRINTED.dtype)
-        if len(waves):
-            rows["origin"] = waves.origins
-            for name in ("amplitude_m", "wave_number_per_m", "speed_rad_s", "steepness"):
-                rows[name] = getattr(waves, name)
-        self._printed = gpu.buffer(rows.tobytes())
+        self._records = gpu.buffer(reserve=MOST_RECORD_BYTES, dynamic=True)
 
     def ask(
         self,
@@ -92,11 +77,13 @@ class WaveQuestions:
         depth_m: ArrayLike | None = None,
         spacing_m: ArrayLike = 1e-3,
         method: str = "ours",
+        records: bool = False,
     ) -> WaveAnswers:
         """What shaders find around an anchor (3,), unit, at unit directions (N, 3).
 
         depth_m: (N,), None: deep. spacing_m: distance of the samples that show the displacement; the normal has all
-        waves. method: of Ocean; printed formulas are evaluated in f32 throughout.
+        waves. method: of Ocean; printed formulas are evaluated in f32 throughout. records: ours from the 28 bytes that
+        the printed sea has of a wave at an anchor.
         """
         printed = wave_method(method).printed
         v, a = np.atleast_2d(np.asarray(directions, np.float64)), np.asarray(anchor, np.float64)
@@ -112,15 +99,24 @@ class WaveQuestions:
         for block in (self._frame, self._planet):
             block.bind()
         self._buffer.bind_to_uniform_block(WAVE_BLOCK)
-        self._printed.bind_to_storage_buffer(2)
+        found = printed_records(self._waves)
+        if records:
+            self._anchored.place(self._waves, a, self._radius_m, SeaMesh())
+            self._anchored.at(self._waves, time_s)
+            found = self._anchored.records
+        if len(found):
+            self._records.write(found.tobytes())
+        self._records.bind_to_storage_buffer(2)
+        self._program.set("u_fade", fade_lengths(self._waves))
         self._program.set("u_sea_radius_m", self._waves.radius_m)
         self._program.set("u_time_s", time_s)
         self._program.set("u_waves", len(self._waves))
         self._program.set("u_printed", printed)
+        self._program.set("u_records", records)
         parts = [self._batch(packed[i : i + _BATCH]) for i in range(0, count, _BATCH)]
-        found = np.concatenate([*parts, np.zeros(0, _ANSWER.dtype)])
+        answers = np.concatenate([*parts, np.zeros(0, _ANSWER.dtype)])
         displacement_m, normal, jacobian = (
-            found[name].astype(np.float64) for name in ("displacement_m", "normal", "jacobian")
+            answers[name].astype(np.float64) for name in ("displacement_m", "normal", "jacobian")
         )
         return WaveAnswers(displacement_m, normal, jacobian)
 

@@ -1,12 +1,14 @@
 // Vertices of the visible patches in waves, as printed in 2018, equations 8 and 10: d_i is as long as the sine of the
 // angle from its origin, Q_i alone fades at origin and antipode, all waves are in each vertex, and the normal is that
-// of equation 10. Where a wave is, is known from our anchor: the printed arccos and arcsin agree then. A lane takes
-// SEA_VERTICES vertices, so that a wave is fetched once for all.
+// of equation 10. Where a wave is, is known from our anchor: the printed arccos and arcsin agree then. With PAPER_ARC,
+// the year of a source, its arc and phase stand as they are printed, in planet coordinates of single precision. A lane
+// takes SEA_VERTICES vertices, so that a wave is fetched once for all.
 #include "generated/bindings.glsl"
 #include "ocean/paper/grid.glsl"
 #include "common/octahedral.glsl"
 #include "ocean/paper/vertex.glsl"
 #include "ocean/waves.glsl"
+#include "ocean/paper/record.glsl"
 
 const int LANES = 32;
 layout(local_size_x = 32) in;
@@ -15,7 +17,11 @@ layout(std430, binding = VERTEX_BUFFER) readonly buffer CalmBuffer { CalmVertex 
 layout(std430, binding = VISIBLE_BUFFER) readonly buffer VisibleBuffer { uint visible[]; };
 layout(std430, binding = COUNT_BUFFER) readonly buffer CountBuffer { uint counts[]; };
 layout(std430, binding = 5) writeonly buffer WavyBuffer { WavyVertex wavy[]; };
+layout(std430, binding = 6) readonly buffer RecordBuffer { WaveRecord records[]; };
 uniform int u_patches[PAPER_LEVELS];
+#ifdef PAPER_ARC
+uniform float u_time_s;
+#endif
 
 SeaPlace g_places[SEA_VERTICES];
 vec3 g_moved[SEA_VERTICES], g_normal[SEA_VERTICES];
@@ -36,6 +42,21 @@ int vertex_of(uint n) {
     return found;
 }
 
+#ifdef PAPER_ARC
+void add_wave(WaveRecord at) {
+    vec3 o = vec3(at.origin_x, at.origin_y, at.origin_z);
+    vec2 fade = paper_fade(at.wave_number / TWO_PI);
+    for (int k = 0; k < SEA_VERTICES; ++k) {
+        vec3 v = g_places[k].zenith, d = cross(v, cross(v - o, v));
+        float angle = at.wave_number * paper_arc(PAPER_ARC, v, o, sea_waves.radius_m) + at.turn * u_time_s;
+        float steepness = at.steepness * smoothstep(fade.x, fade.y, 1.0 - abs(dot(v, o)));
+        vec2 aside = vec2(dot(d, g_places[k].east), dot(d, g_places[k].north));
+        vec2 circle = at.amplitude_m * vec2(sin(angle), cos(angle)), slopes = at.wave_number * circle;
+        g_moved[k] += vec3(aside * (steepness * circle.y), circle.x);
+        g_normal[k] -= vec3(aside * slopes.y, steepness * slopes.x);
+    }
+}
+#else
 void add_wave(Wave at, bool near) {
     for (int k = 0; k < SEA_VERTICES; ++k) {
         SeaWave wave = near ? sea_near_wave(g_places[k], at) : sea_far_wave(g_places[k], at);
@@ -45,6 +66,7 @@ void add_wave(Wave at, bool near) {
         g_normal[k] -= vec3(d * (wave.amplitude * wave.k * circle.y), sideways * wave.k * circle.x);
     }
 }
+#endif
 
 void main() {
     int vertex[SEA_VERTICES];
@@ -56,8 +78,12 @@ void main() {
         g_normal[k] = vec3(0.0, 0.0, 1.0);
     }
     int far_count = sea_waves.far_count, count = sea_waves.count;
-    for (int i = 0; i < far_count; ++i) add_wave(sea_waves.waves[i], false);
-    for (int i = far_count; i < count; ++i) add_wave(sea_waves.waves[i], true);
+#ifdef PAPER_ARC
+    for (int i = 0; i < count; ++i) add_wave(records[i]);
+#else
+    for (int i = 0; i < far_count; ++i) add_wave(paper_wave(records[i]), false);
+    for (int i = far_count; i < count; ++i) add_wave(paper_wave(records[i]), true);
+#endif
     for (int k = 0; k < SEA_VERTICES; ++k) {
         if (vertex[k] < 0) continue;
         CalmVertex at = calm[vertex[k]];
