@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ... import Renderer, path, view
-from ..measure import ground, paper_grid, snaps
+from ... import Camera, Renderer, path, view
+from ..measure import grid_kept, ground, paper_grid, snaps
 from ..measure.paper_relief import relief_m
 from ..measure.sides import interleaved, side_by_side, snapping, turning
 from ..scenes import preset_scene
@@ -110,6 +110,27 @@ def _descent(session: Session) -> None:
                     shared=found.shared, vertices=found.vertices)  # fmt: skip
         session.row("ours: drawn vertices that the old grid had", "descent", POPS_SIZE, error=found.shared,
                     target=at_least(0.95), snaps=found.snaps)  # fmt: skip
+    _kept(session)
+
+
+def _kept(session: Session) -> None:
+    """Level flight: the share of vertices after a snap that lie within a tenth of their distance of one before it, of
+    the printed grid when it moves by a cell and when its patches are cut anew; the most that any move of the grid's
+    points keeps; and ours beside, which has vertices at the same place or not."""
+    flights = {"100 m": (100.0, 0.8), "10 km": (1e4, 0.65), "2000 km": (2e6, 0.3)}
+    for name, (altitude_m, least) in flights.items():
+        with session.renderer("earth", POPS_SIZE, "medium", dict(PAPER)) as renderer:
+            cameras = grid_kept.level_cameras(renderer, altitude_m, session.runs(8, 3))
+            moves, cuts = grid_kept.flown(renderer, cameras)
+        with session.renderer("earth", POPS_SIZE, "medium") as renderer:
+            few = [Camera(c.position_m, c.forward, c.up) for c in cameras[:: session.runs(1, 2)]]
+            ours = snaps.shared_vertices_move(renderer, few)
+        most, step = grid_kept.most_points(grid_kept.Sight(altitude_m))
+        session.row(f"paper: vertices found again, {name}", "level", POPS_SIZE,
+                    error=min(k.vertices for k in moves), target=at_least(least), moves=len(moves),
+                    points=min(k.points for k in moves), points_at_most=most, best_step_cells=max(step[:2]),
+                    cut_anew=float(np.median([k.vertices for k in cuts])) if cuts else 1.0, cuts=len(cuts),
+                    ours=ours.shared, snaps_ours=ours.snaps)  # fmt: skip
 
 
 def _clearance_m(renderer: Renderer, position_m: Any) -> float:

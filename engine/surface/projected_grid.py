@@ -32,14 +32,16 @@ LOWEST_OFFSET = -0.95
 
 @dataclass
 class GridBlock:
-    """What common/paper/places.glsl reads of a grid. The third axis is the anchor's direction."""
+    """What common/paper/places.glsl reads of a grid."""
 
     first_axis: Vec3
     z_s: float
     second_axis: Vec3
-    per_half: Annotated[float, "1 / half_steps"]
     spacing_rad: Annotated[float, "wanted between vertices, seen from the proxy"]
+    third_axis: Annotated[Vec3, "towards the middle of the grid"]
     smallest_spacing_m: Annotated[float, "of vertices"]
+    middle_m: Annotated[Vec3, "the middle's foot from the anchor's"]
+    per_half: Annotated[float, "1 / half_steps"]
     proxy_height_m: Annotated[float, "above the surface that is drawn"]
     half_steps: Annotated[int, "half the steps a side"]
     power: Annotated[int, "n of the warp"]
@@ -160,6 +162,10 @@ class ProjectedGrid:
         turned = np.stack([g[..., 0] / length, g[..., 1] / length, fall], axis=-1)
         return self.radius_m * (turned @ self.axes)
 
+    def middle_m(self, anchor: Floats) -> Floats:
+        """radius (w - anchor), (3,): what a foot's offset from the middle needs to be one from an anchor's foot."""
+        return self.radius_m * (self.axes[2] - anchor)
+
     def locate(self, directions: Floats) -> Floats:
         """Places (N, 2) in steps, not whole, that unit directions (N, 3) are projected from; NaN where none is.
 
@@ -199,9 +205,10 @@ class ProjectedGrid:
         ground_m: float,
         edge_rad: float,
         most_vertices: int = 1 << 21,
+        proxy: Floats | None = None,
     ) -> Tessellation:
         """How finely each patch is cut, by the angle under which its edges are seen from the proxy: edge_rad is the
-        wanted one.
+        wanted one. proxy: its direction (3,), None: over the middle of the grid.
 
         An edge counts as a sphere of its length about its middle, whichever way it lies, on the sphere of the ground
         at the proxy's foot; so nothing depends on where the camera looks. Segments are powers of two.
@@ -209,8 +216,9 @@ class ProjectedGrid:
         """
         place = np.arange(self.corners, dtype=np.int64) * FINEST
         feet = self.foot_offsets_m(place[:, None], place[None, :])
-        eye = self.axes[2] * above_ground_m
+        above = self.axes[2] if proxy is None else proxy
         scale = (self.radius_m + ground_m) / self.radius_m
+        eye = above * above_ground_m - scale * self.middle_m(above)
 
         def wanted(a: Floats, b: Floats) -> Floats:
             middle = 0.5 * scale * (a + b) - eye

@@ -132,6 +132,8 @@ class PaperSea(SeaMethod):
                 first_axis=tuple(grid.axes[0].tolist()),
                 z_s=grid.z_s,
                 second_axis=tuple(grid.axes[1].tolist()),
+                third_axis=tuple(grid.axes[2].tolist()),
+                middle_m=(0.0, 0.0, 0.0),
                 per_half=1.0 / half,
                 spacing_rad=angle * cut.coarser,
                 smallest_spacing_m=float(np.linalg.norm(feet[1] - feet[0])) / FINEST,

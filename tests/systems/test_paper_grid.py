@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import planetfall as pf
-from planetfall.benchmarks.measure import ground, paper_grid
+from planetfall.benchmarks.measure import grid_kept, ground, paper_grid
 from planetfall.systems.terrain.height import TerrainParams
 from planetfall.systems.terrain.paper_ground import TEXELS, PaperField, sample_continents
 
@@ -135,6 +135,16 @@ def test_drawn_ground_follows_its_own_truth(paper, rng):
     for view, most in (("near", 6.0), ("high", 1.5), ("orbit", 0.2)):
         found = ground.picture_error(paper, pf.view(view), rng, 3000, field)
         assert found is not None and found.p99_px <= most, view
+
+
+def test_a_flight_keeps_most_vertices():
+    """The drawn mesh before a snap and after it: when the grid goes on by a cell, and when patches are cut anew."""
+    scene = pf.load_scene("earth")
+    with pf.Renderer(scene, size=(96, 54), quality="low", overrides={"terrain.method": "paper"}) as renderer:
+        moves, cuts = grid_kept.flown(renderer, grid_kept.level_cameras(renderer, 1e4, 1))
+    assert moves and min(k.vertices for k in moves) >= 0.65
+    assert cuts and min(k.vertices for k in cuts) >= 0.65
+    assert all(k.points == 1.0 for k in cuts), "the grid itself stays where it is"
 
 
 def test_a_held_proxy_makes_nothing(paper):

@@ -31,8 +31,9 @@ from ....engine.gpu import GpuScope
 from ....engine.graph import GraphBuilder, PassIO
 from ....engine.settings import Settings
 from ....engine.snapped import MeshKey, PatchDetail, PatchMesh, PatchPrograms
-from ....engine.surface.coverage import proxy_coverage
-from ....engine.surface.projected_grid import FINEST, GridBlock, ProjectedGrid, grid_axes, grid_offset
+from ....engine.surface.coverage import coverage
+from ....engine.surface.grid_place import placed
+from ....engine.surface.projected_grid import FINEST, GridBlock, ProjectedGrid
 from ....engine.surface.selection import spacing_angle
 from ..paper_ground import TABLE_DTYPE, TEXELS, PaperField
 from .base import Backend, Ground, GroundRevision
@@ -63,6 +64,13 @@ class FieldKey(NamedTuple):
     layers: int
 
 
+class _Surface(NamedTuple):
+    """What the grid's vertices depend on beside proxy and detail. moves: of the grid."""
+
+    field: FieldKey
+    moves: int
+
+
 class _View(PatchMesh):
     """One view's grid."""
 
@@ -71,13 +79,15 @@ class _View(PatchMesh):
         self.ubo = self.gpu.uniform_block(PaperGridBlock, TERRAIN_GRID_BLOCK)
         self.arrays: dict[str, Any] = {}
         self.grid: ProjectedGrid | None = None
+        self.moves = 0
+        """How often the grid has moved."""
         self.table: Any = None
         self.table_key: MeshKey | None = None
         self.field_key: FieldKey
         self.angle_rad = 0.01
 
-    def surface(self, frame: Frame) -> FieldKey:
-        return self.field_key
+    def surface(self, frame: Frame) -> _Surface:
+        return _Surface(self.field_key, self.moves)
 
     def detail(self, frame: Frame) -> PatchDetail:
         edge_px, corners, power = (frame.settings[f"terrain.{n}"] for n in ("edge_px", "paper_grid", "paper_warp"))
@@ -130,7 +140,27 @@ class PaperGridBackend(Backend):
     def _of(self, frame: Frame) -> tuple[_View, PaperField]:
         field, view = self.drawn_field(self.ground), self.view(frame.view)
         view.field_key = self._field_key
+        self._place(view, frame, field)
         return view, field
+
+    def _place(self, view: _View, frame: Frame, field: PaperField) -> None:
+        """The grid that the view's camera has: it moves by its own cells as the camera does."""
+        if frame.frozen and view.grid is not None:
+            return
+        proxy, detail = frame.view.proxy, view.detail(frame)
+        radius_m = frame.world.get(frame.planet, Planet).radius_m
+        sea = frame.world.try_get(frame.planet, Ocean)
+        lowest = field.lowest_m if sea is None else max(field.lowest_m, sea.sea_level_m)
+        if proxy.cell.altitude_m < lowest:
+            lowest = field.lowest_m
+        away_m = float(np.linalg.norm(frame.camera.position_m))
+        seen = coverage(away_m - radius_m, radius_m, field.highest_m, lowest)
+        held = None if frame.cut else view.grid
+        camera = frame.camera.position_m / away_m
+        grid = placed(held, proxy.lattice.direction, camera, seen, detail.corners, detail.power, radius_m)
+        if grid is not view.grid:
+            view.grid = grid
+            view.moves += 1
 
     def rests(self, frame: Frame) -> bool:
         return super().rests(frame) or self._of(frame)[0].rests(frame)
@@ -139,7 +169,7 @@ class PaperGridBackend(Backend):
         view, field = self._of(frame)
         proxy = frame.view.proxy
         if view.follow(frame):
-            self._project(view, frame, field, proxy)
+            self._project(view, frame, proxy)
         if view.key != view.table_key:
             view.table_key = view.key
             if view.table is None:
@@ -148,22 +178,13 @@ class PaperGridBackend(Backend):
         view.ubo.bind()
         view.look(frame)
 
-    def _project(self, view: _View, frame: Frame, field: PaperField, proxy: Proxy) -> None:
-        edge_px, pixel_rad, corners, power = view.detail(frame)
-        radius_m = frame.world.get(frame.planet, Planet).radius_m
-        sea = frame.world.try_get(frame.planet, Ocean)
-        lowest = field.lowest_m if sea is None else max(field.lowest_m, sea.sea_level_m)
-        if proxy.cell.altitude_m < lowest:
-            lowest = field.lowest_m
-        seen = proxy_coverage(
-            proxy.cell.highest_altitude_m, proxy.cell.max_sideways_rad, radius_m, field.highest_m, lowest
-        )
-        grid = ProjectedGrid(int(corners), int(power), grid_offset(seen), grid_axes(proxy.lattice.direction), radius_m)
+    def _project(self, view: _View, frame: Frame, proxy: Proxy) -> None:
+        grid, detail = view.grid, view.detail(frame)
+        assert grid is not None
         above_ground = max(proxy.cell.altitude_m - proxy.ground_m, 0.01)
-        angle = spacing_angle(edge_px, pixel_rad, proxy.cell.altitude_m, radius_m)
-        cut = grid.tessellate(above_ground, proxy.ground_m, angle, _MOST_VERTICES)
+        angle = spacing_angle(detail.edge_px, detail.pixel_rad, proxy.cell.altitude_m, grid.radius_m)
+        cut = grid.tessellate(above_ground, proxy.ground_m, angle, _MOST_VERTICES, proxy.lattice.direction)
         view.angle_rad = angle * cut.coarser
-        view.grid = grid
         self._write_block(view, proxy)
         frame.view.structure += view.take(cut)
 
@@ -175,7 +196,7 @@ class PaperGridBackend(Backend):
         feet = grid.foot_offsets_m(middle, np.array([half, half, half + FINEST]))
         width_m = float(np.linalg.norm(feet[1] - feet[0]))
         tile_m = TILE_M * min(1.0, grid.radius_m / 6.371e6 * 4.0)
-        place = grid.axes[2] * (grid.radius_m / tile_m)
+        place = proxy.lattice.direction * (grid.radius_m / tile_m)
         tile = place - np.floor(place)
         above = max(proxy.cell.altitude_m - proxy.ground_m, 0.01)
         view.ubo.write(
@@ -183,6 +204,8 @@ class PaperGridBackend(Backend):
                 first_axis=tuple(grid.axes[0].tolist()),
                 z_s=grid.z_s,
                 second_axis=tuple(grid.axes[1].tolist()),
+                third_axis=tuple(grid.axes[2].tolist()),
+                middle_m=tuple(grid.middle_m(proxy.lattice.direction).tolist()),
                 per_half=1.0 / half,
                 spacing_rad=view.angle_rad,
                 smallest_spacing_m=width_m / FINEST,

@@ -14,8 +14,8 @@ vec3 paper_foot(ivec2 p) {
     // (z - size) / size without cancellation above the equator of the grid.
     precise float fall = z > 0.0 ? -aside / (size * (size + z)) : z / size - 1.0;
     precise vec3 D = planet.radius_m * (g.x / size * paper_grid.first_axis + g.y / size * paper_grid.second_axis
-        + fall * frame.anchor_up);
-    return D;
+        + fall * paper_grid.third_axis);
+    return D + paper_grid.middle_m;
 }
 
 // Distance of vertices at D that the size on screen asks for: where a patch is cut into 64 already, what that gives.

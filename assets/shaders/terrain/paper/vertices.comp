@@ -34,8 +34,8 @@ void main() {
     vec3 D = paper_foot(p), up = frame.anchor_up;
     float radius = planet.radius_m, spacing = paper_spacing(D);
     vec3 zenith = normalize(up + D / radius);
-    // The grid's axes, carried along the great circle from the anchor; only its antipode has none.
-    vec3 between = up + zenith, carry = between / max(dot(between, up), 1e-6);
+    // The grid's axes, carried along the great circle from its middle; only the antipode of that has none.
+    vec3 middle = paper_grid.third_axis, between = middle + zenith, carry = between / max(dot(between, middle), 1e-6);
     vec3 along = paper_grid.first_axis - dot(zenith, paper_grid.first_axis) * carry;
     vec3 across = paper_grid.second_axis - dot(zenith, paper_grid.second_axis) * carry;
     vec3 fall = zenith * (spacing * spacing / (2.0 * radius));
