@@ -49,6 +49,11 @@ class Sight:
         seen = proxy_coverage(self.altitude_m, 0.0, self.radius_m, self.highest_m)
         return placed(held, camera, camera, seen, self.corners, self.power, self.radius_m)
 
+    @property
+    def cell_m(self) -> float:
+        """Width of a cell in the middle of the grid."""
+        return cell_rad(self.grid(None, _FOOT).z_s, self.corners) * self.radius_m
+
     def cut(self, grid: ProjectedGrid, proxy: Floats) -> Tessellation:
         """Its patches, seen from the altitude above a direction (3,)."""
         pixel_rad = 2.0 * np.tan(np.radians(30.0)) / self.rows
@@ -79,20 +84,17 @@ def level_flight(sight: Sight, moves: int) -> list[Kept]:
     return found
 
 
-def level_cameras(renderer: Renderer, altitude_m: float, moves: int) -> list[CameraState]:
-    """States of a camera that flies level at an altitude above the view "near" until the printed grid has moved about
-    so many times: a tenth of a cell of it a frame."""
+def level_cameras(renderer: Renderer, altitude_m: float, step_m: float, steps: int) -> list[CameraState]:
+    """States of a camera that flies level, from above the view "near" on, at an altitude above the scene's ground."""
     over = renderer.camera_state(view("near"))
     up = over.position_m / np.linalg.norm(over.position_m)
     radius_m = renderer.scene.planet.radius_m
-    sight = Sight(altitude_m, radius_m=radius_m)
-    step_m = 0.1 * cell_rad(sight.grid(None, up).z_s, sight.corners) * radius_m
     ground_m = float(renderer.scene.planet.surface_height_m(up[None])[0])
     start = over.moved(up * (radius_m + ground_m + altitude_m))
     level = start.forward - up * (start.forward @ up)
     level /= np.linalg.norm(level)
     found = []
-    for k in range(10 * (moves + 1)):
+    for k in range(steps):
         angle = k * step_m / radius_m
         above = np.cos(angle) * up + np.sin(angle) * level
         height = float(renderer.scene.planet.surface_height_m(above[None])[0])

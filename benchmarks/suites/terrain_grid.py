@@ -115,17 +115,18 @@ def _descent(session: Session) -> None:
 
 def _kept(session: Session) -> None:
     """Level flight: the share of vertices after a snap that lie within a tenth of their distance of one before it, of
-    the printed grid when it moves by a cell and when its patches are cut anew; the most that any move of the grid's
-    points keeps; and ours beside, which has vertices at the same place or not."""
+    the printed grid when it moves by a cell and when its patches are cut anew; the most of the grid's points that any
+    move keeps; and ours beside, whose vertices are at the same place or not, in steps of a third of the altitude."""
     flights = {"100 m": (100.0, 0.8), "10 km": (1e4, 0.65), "2000 km": (2e6, 0.3)}
     for name, (altitude_m, least) in flights.items():
         with session.renderer("earth", POPS_SIZE, "medium", dict(PAPER)) as renderer:
-            cameras = grid_kept.level_cameras(renderer, altitude_m, session.runs(8, 3))
-            moves, cuts = grid_kept.flown(renderer, cameras)
+            sight = grid_kept.Sight(altitude_m)
+            flight = grid_kept.level_cameras(renderer, altitude_m, 0.1 * sight.cell_m, 10 * session.runs(8, 4))
+            moves, cuts = grid_kept.flown(renderer, flight)
         with session.renderer("earth", POPS_SIZE, "medium") as renderer:
-            few = [Camera(c.position_m, c.forward, c.up) for c in cameras[:: session.runs(1, 2)]]
-            ours = snaps.shared_vertices_move(renderer, few)
-        most, step = grid_kept.most_points(grid_kept.Sight(altitude_m))
+            flight = grid_kept.level_cameras(renderer, altitude_m, altitude_m / 3.0, session.runs(40, 24))
+            ours = snaps.shared_vertices_move(renderer, [Camera(c.position_m, c.forward, c.up) for c in flight])
+        most, step = grid_kept.most_points(sight)
         session.row(f"paper: vertices found again, {name}", "level", POPS_SIZE,
                     error=min(k.vertices for k in moves), target=at_least(least), moves=len(moves),
                     points=min(k.points for k in moves), points_at_most=most, best_step_cells=max(step[:2]),

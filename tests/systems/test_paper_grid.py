@@ -141,7 +141,8 @@ def test_a_flight_keeps_most_vertices():
     """The drawn mesh before a snap and after it: when the grid goes on by a cell, and when patches are cut anew."""
     scene = pf.load_scene("earth")
     with pf.Renderer(scene, size=(96, 54), quality="low", overrides={"terrain.method": "paper"}) as renderer:
-        moves, cuts = grid_kept.flown(renderer, grid_kept.level_cameras(renderer, 1e4, 1))
+        flight = grid_kept.level_cameras(renderer, 1e4, 0.1 * grid_kept.Sight(1e4).cell_m, 20)
+        moves, cuts = grid_kept.flown(renderer, flight)
     assert moves and min(k.vertices for k in moves) >= 0.65
     assert cuts and min(k.vertices for k in cuts) >= 0.65
     assert all(k.points == 1.0 for k in cuts), "the grid itself stays where it is"
