@@ -161,11 +161,13 @@ class Picture:
 
         settle(frame, view, lambda: request.planet.running, self._current, timeout_s, progress)
 
-    def snapshot(self, camera: Camera | View, time_s: float | None = None, settle: bool = True) -> Snapshot:
-        """A picture that shows itself in notebooks; .array, .save(path)."""
+    def snapshot(
+        self, camera: Camera | View, time_s: float | None = None, settle: bool = True, sun: Sun | None = None
+    ) -> Snapshot:
+        """A picture that shows itself in notebooks; .array, .save(path). settle: first, as `settle` does."""
         if settle:
-            self.settle(camera, time_s)
-        return Snapshot(self.render(camera, time_s)["color"])
+            self.settle(camera, time_s, sun)
+        return Snapshot(self.render(camera, time_s, sun)["color"])
 
     def resize(self, size: tuple[int, int]) -> None:
         """A new picture size; history (exposure) starts again only where it must. Other views keep theirs."""

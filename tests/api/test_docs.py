@@ -65,12 +65,17 @@ def test_the_lines_of_python_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert names["heights_m"][0] > 0.0, "the camera should look at land"  # type: ignore[index]
 
 
+def joined(block: str) -> list[str]:
+    """A block's lines, those that end in a backslash with the next."""
+    return block.replace("\\\n", " ").splitlines()
+
+
 def commands() -> list[str]:
     """Every `planetfall ...` line in a shell block or in backticks that gives arguments."""
     found = []
     for file in DOCS:
         text = file.read_text(encoding="utf-8")
-        lines = [line.partition("#")[0] for block in blocks(file, "sh") for line in block.splitlines()]
+        lines = [line.partition("#")[0] for block in blocks(file, "sh") for line in joined(block)]
         lines += re.findall(r"`(planetfall [^`\n]+)`", text)
         found += [line.strip() for line in lines if line.startswith("planetfall ")]
     return sorted(set(found))
