@@ -111,7 +111,7 @@ class PaperGridBackend(Backend):
         self._field_key: FieldKey
         # Its text, for shaders; each view has a block of its own.
         gpu.uniform_block(PaperGridBlock, TERRAIN_GRID_BLOCK, "paper_grid")
-        self._continents = gpu.texture((TEXELS, TEXELS), "rg32f")
+        self._continents = gpu.texture((TEXELS, TEXELS), "rg32f", levels=TEXELS.bit_length())
         levels = _TILE_TEXELS.bit_length()
         self._normal_map = gpu.texture(
             (_TILE_TEXELS, _TILE_TEXELS), "rg16f", _bumps(), levels=levels, filter="trilinear", wrap="repeat"
@@ -135,6 +135,7 @@ class PaperGridBackend(Backend):
         if self._field is None or key != self._field_key:
             self._field, self._field_key = PaperField(ground.params, layers), key
             self._continents.write(self._field.continents.tobytes())
+            self._continents.build_mipmaps()
         return self._field
 
     def _of(self, frame: Frame) -> tuple[_View, PaperField]:

@@ -35,7 +35,9 @@ void main() {
     float sagitta = spacing * spacing / (8.0 * planet.radius_m);
     // Ground that was drawn well above the water stays: the meshes are wrong by a fraction of their spacing at most.
     if (surface == SURFACE_TERRAIN && drawn - planet.sea_level_m > 0.5 * spacing + sagitta + 2.0) return;
-    float dh = paper_dh(D), height = frame.anchor_height_m + dh, above = height - planet.sea_level_m;
+    // What is narrower than a pixel would make lone pixels of land and water, each by chance.
+    float footprint = length(point) * frame.pixel_rad;
+    float dh = paper_seen_dh(D, footprint), height = frame.anchor_height_m + dh, above = height - planet.sea_level_m;
     if (above < 0.0) {
         if (surface == SURFACE_TERRAIN) {
             imageStore(u_normal_out, pixel, vec4(oct_encode(zenith), 0.0, 0.0));
@@ -46,8 +48,8 @@ void main() {
         vec3 helper = abs(zenith.x) < 0.6 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0);
         vec3 along = normalize(cross(zenith, helper)), across = cross(zenith, along);
         vec3 fall = zenith * (spacing * spacing / (2.0 * planet.radius_m));
-        vec3 gradient = along * (paper_dh(D + spacing * along - fall) - dh)
-            + across * (paper_dh(D + spacing * across - fall) - dh);
+        vec3 gradient = along * (paper_seen_dh(D + spacing * along - fall, footprint) - dh)
+            + across * (paper_seen_dh(D + spacing * across - fall, footprint) - dh);
         float coded = (height - planet.lowest_m) / max(planet.highest_m - planet.lowest_m, 1.0);
         imageStore(u_normal_out, pixel, vec4(oct_encode(normalize(zenith - gradient / spacing)), 0.0, 0.0));
         imageStore(u_attributes_out, pixel, vec4(0.0, 0.0, clamp(coded, 1.0 / 255.0, 1.0), code));

@@ -27,8 +27,8 @@ vec4 paper_spline(float f) {
     return vec4(g * g * g, 4.0 - 6.0 * f * f + 3.0 * f * f * f, 4.0 - 6.0 * g * g + 3.0 * g * g * g, f * f * f) / 6.0;
 }
 
-// Height of the continents above the anchor's height, and the relief that they lack.
-vec2 paper_continents(vec3 D) {
+// Height of the continents above the anchor's height, and the relief that they lack; texels are as wide as footprints.
+vec2 paper_continents(vec3 D, float footprint_m) {
     vec3 d = D / paper_table.radius_m, up = paper_table.up;
     vec2 meridian = paper_table.meridian;
     float beside = paper_table.beside + meridian.x * d.y - meridian.y * d.x;
@@ -39,27 +39,33 @@ vec2 paper_continents(vec3 D) {
     float rows = paper_atan(d.z * rho0 - wider * up.z, (up.z + d.z) * up.z + rho * rho0)
         * (float(PAPER_TEXELS) / PI);
 
-    vec2 place = paper_table.texel_fraction + vec2(columns, rows), whole = floor(place);
+    float texels = footprint_m * (float(PAPER_TEXELS) / TWO_PI) / paper_table.radius_m;
+    int level = int(round(log2(clamp(texels, 1.0, float(PAPER_TEXELS / 8))))), side = PAPER_TEXELS >> level;
+    ivec2 anchor = paper_table.texel >> level;
+    vec2 fraction = vec2(paper_table.texel - (anchor << level)) + paper_table.texel_fraction + vec2(columns, rows);
+    vec2 place = (fraction + 0.5) * exp2(-float(level)) - 0.5, whole = floor(place);
     vec4 across = paper_spline(place.x - whole.x), upwards = paper_spline(place.y - whole.y);
-    ivec2 first = paper_table.texel + ivec2(whole);
+    ivec2 first = anchor + ivec2(whole);
     vec2 total = vec2(0.0);
     for (int k = 0; k < 4; ++k) {
         int y = first.y + k - 1;
-        bool over = y < 0 || y >= PAPER_TEXELS;   // over a pole columns go on half a turn away
-        y = y < 0 ? -1 - y : y >= PAPER_TEXELS ? 2 * PAPER_TEXELS - 1 - y : y;
-        int x = first.x - 1 + (over ? PAPER_TEXELS / 2 : 0);
+        bool over = y < 0 || y >= side;   // over a pole columns go on half a turn away
+        y = y < 0 ? -1 - y : y >= side ? 2 * side - 1 - y : y;
+        int x = first.x - 1 + (over ? side / 2 : 0);
         for (int l = 0; l < 4; ++l) {
-            vec2 texel = texelFetch(u_continents, ivec2((x + l) & (PAPER_TEXELS - 1), y), 0).rg;
+            vec2 texel = texelFetch(u_continents, ivec2((x + l) & (side - 1), y), level).rg;
             total += upwards[k] * across[l] * (texel - vec2(paper_table.height_m, 0.0));
         }
     }
     return total;
 }
 
-// Height above the anchor's height at foot offset D, all layers.
-float paper_dh(vec3 D) {
-    vec2 land = paper_continents(D);
-    float noise = 0.0;
+// Height above the anchor's height at foot offset D, all layers. seen: without what a footprint can't show. Waves of
+// simplex noise are down to half as wide as its cells, so a layer of less than four footprints is not there at all, and
+// one of eight in full.
+float paper_dh(vec3 D, float footprint_m, float texels_m, out float seen) {
+    vec2 land = paper_continents(D, texels_m);
+    float noise = 0.0, shown = 0.0;
     for (int k = 0; k < paper_table.layer_count; ++k) {
         PaperOctave octave = paper_table.layers[k];
         vec3 d = D * octave.frequency_per_m;
@@ -67,7 +73,21 @@ float paper_dh(vec3 D) {
         vec3 whole = floor(d);
         vec3 f = (d - whole) + octave.fraction;
         vec3 carry = floor(f);
-        noise += octave.amplitude * simplex_noise(octave.cell + ivec3(whole) + ivec3(carry), f - carry);
+        float value = octave.amplitude * simplex_noise(octave.cell + ivec3(whole) + ivec3(carry), f - carry);
+        noise += value;
+        shown += value * (1.0 - smoothstep(0.125, 0.25, octave.frequency_per_m * footprint_m));
     }
+    seen = land.x + land.y * shown;
     return land.x + land.y * noise;
+}
+
+float paper_dh(vec3 D) {
+    float seen;
+    return paper_dh(D, 0.0, 0.0, seen);
+}
+
+// What a pixel that wide shows, from texels as wide as that too.
+float paper_seen_dh(vec3 D, float footprint_m) {
+    float seen, all = paper_dh(D, footprint_m, footprint_m, seen);
+    return seen;
 }

@@ -39,13 +39,14 @@ void main() {
     vec3 along = paper_grid.first_axis - dot(zenith, paper_grid.first_axis) * carry;
     vec3 across = paper_grid.second_axis - dot(zenith, paper_grid.second_axis) * carry;
     vec3 fall = zenith * (spacing * spacing / (2.0 * radius));
-    float dh = paper_dh(D);
+    float seen, dh = paper_dh(D, spacing, 0.0, seen);
     float rise_along = paper_dh(D + spacing * along - fall) - dh;
     float rise_across = paper_dh(D + spacing * across - fall) - dh;
     float height = frame.anchor_height_m + dh, to_sphere = radius / (radius + height);
     vec3 normal = normalize(zenith - (along * rise_along + across * rise_across) * (to_sphere / spacing));
     vec3 position = paper_position(D, dh);
-    float coded = (height - planet.lowest_m) / max(planet.highest_m - planet.lowest_m, 1.0);
+    // Colours follow it far away: those of chance values would be blots.
+    float coded = (frame.anchor_height_m + seen - planet.lowest_m) / max(planet.highest_m - planet.lowest_m, 1.0);
     PaperVertex vertex;
     vertex.x = position.x;
     vertex.y = position.y;
