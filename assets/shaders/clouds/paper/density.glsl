@@ -2,7 +2,7 @@
 //
 //   float paper_density(vec3 place, float altitude, float level)
 //                                below 0: empty, and far from cloud; 0: empty, next to it; up to 1
-//   float paper_level(float distance_m)          the texture's mip level whose texels are as wide as a pixel
+//   float paper_level(float distance_m)          the texture's mip level
 //
 // place: metres from the anchor in planet axes. Of cloud_view it reads layers[0], turn and broad.
 #include "generated/bindings.glsl"
@@ -11,9 +11,13 @@
 
 layout(binding = CLOUD_TILE_UNIT) uniform sampler3D u_cloud_tile;
 
+// A linear filter spreads a texel over two: texels are half as wide as a pixel. Ones wider than two thicknesses of the
+// layer would mix what lies above and below it into all clouds, an even veil; from so far away each pixel has its own
+// place in the clouds, as all have in the source, which knows no levels.
 float paper_level(float distance_m) {
-    float texels = distance_m * frame.pixel_rad * cloud_view.broad.per_m * float(textureSize(u_cloud_tile, 0).x);
-    return log2(max(texels, 1.0));
+    float texels_per_m = cloud_view.broad.per_m * float(textureSize(u_cloud_tile, 0).x);
+    float texel_m = min(0.5 * distance_m * frame.pixel_rad, 2.0 / cloud_view.layers[0].per_thickness);
+    return log2(max(texel_m * texels_per_m, 1.0));
 }
 
 float paper_density(vec3 place, float altitude, float level) {

@@ -1,11 +1,17 @@
 // Simplex-Worley noise that repeats after the volume's width (Michelic 2018, section 5): billows on a simplex noise
-// that joins and parts them. How the two are mixed is not printed; here as in clouds/volume.comp. Values are raw:
+// that joins and parts them. How the two are mixed is not printed. Here simplex noise has the widest waves that fit the
+// volume, so that from orbit there are fields of cloud and clear land and sea between them, and the billows the
+// narrowest that its texels hold, so that a field seen from the ground is one of cumulus. Values are raw:
 // clouds/paper/fill.comp cuts clouds out of them.
 #include "clouds/tiled_noise.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 0, r32f) uniform writeonly image3D o_raw;
 layout(location = 0) uniform int u_first;   // slice
+
+// Where the noise begins, of the volume's width: of 400 places the one that leaves most named views the sun and some of
+// the sky.
+const vec3 PLACE = vec3(52.0, 23.0, 55.0) / 64.0;
 
 // Vertices of the simplex lattice lie at (6 v - (v.x + v.y + v.z)) / 6: whole numbers of sixths, which repeat as they
 // stand.
@@ -39,17 +45,11 @@ float tiled_simplex(vec3 place, int m, int seed) {
 void main() {
     ivec3 at = ivec3(gl_GlobalInvocationID) + ivec3(0, 0, u_first), size = imageSize(o_raw);
     if (any(greaterThanEqual(at, size))) return;
-    vec3 p = (vec3(at) + 0.5) / vec3(size);
-    float joined = 0.0, weight = 0.8;
-    for (int k = 0, m = 1; k < 3; ++k, m *= 2) {
-        joined += weight * tiled_simplex(p * float(3 * m), m, 32 + k);
-        weight *= 0.5;
+    vec3 p = (vec3(at) + 0.5) / vec3(size) + PLACE;
+    float value = tiled_simplex(3.0 * p, 1, 32), weight = 0.5;
+    for (int k = 0, cells = 18; k < 3; ++k, cells *= 2) {
+        value += weight * tiled_worley(p * float(cells), cells, 40 + k);
+        weight *= 0.8;
     }
-    float billows = 0.0;
-    weight = 0.5;
-    for (int k = 0, cells = 6; k < 4; ++k, cells *= 2) {
-        billows += weight * tiled_worley(p * float(cells), cells, 40 + k);
-        weight *= 0.5;
-    }
-    imageStore(o_raw, at, vec4(joined + 1.1 * billows));
+    imageStore(o_raw, at, vec4(value));
 }
