@@ -14,6 +14,7 @@ from cloud_kit import COARSE, TINY, cloudy, ran
 
 import planetfall as pf
 from planetfall.benchmarks.measure import cloud_paper
+from planetfall.benchmarks.scenes import preset_scene
 from planetfall.components import CloudLayer, Clouds, Terrain
 from planetfall.engine.table_cache import TableCache
 from planetfall.systems.clouds.paper import ASYMMETRY, SCATTERING
@@ -174,6 +175,28 @@ def test_an_even_layer_takes_as_much_as_its_depth_says() -> None:
     # The ground lies in the shadow of the same layer, as printed: one sample in its middle, which is 3/2 of the mean.
     shadow = np.exp(-5e-4 * 2000.0 / np.sin(np.radians(60.0)))
     assert (dimmed / clear)[clear > 0.0].mean() == pytest.approx(np.exp(-depth) * shadow, rel=0.08)
+
+
+@pytest.mark.parametrize("altitude_m, fov_y_deg", [(2.0e6, 34.2), (36.0e6, 12.4)], ids=["orbit", "space"])
+def test_land_and_sea_show_between_clouds_from_orbit(altitude_m: float, fov_y_deg: float) -> None:
+    """Earth's layer at quality paper over even ground, straight down, pixels as wide as those of 320 x 180 in the
+    named views: black clouds hide about half of it, and not as an even veil."""
+    earth = preset_scene("earth", clouds=True).planet[Clouds]
+    black = Clouds(
+        base_m=earth.base_m, top_m=earth.top_m, extinction_per_m=earth.extinction_per_m, albedo=0.0, shadows=False,
+        skylight=False,
+    )  # fmt: skip
+    scene = cloudy(black, air=False, radius_m=6.371e6)
+    scene.planet.add(Terrain(highest_m=10.0, lowest_m=-10.0))
+    camera = pf.Camera.at(12.0, 22.0, altitude_m, pitch_deg=-90.0, fov_y_deg=fov_y_deg)
+    with pf.Renderer(scene, (96, 96), "paper", {"clouds.shape_texels": 128, "terrain.method": "ours"}) as renderer:
+        renderer.settle(camera, sun=UP)
+        dimmed = radiance(renderer, camera, sun=UP)[16:80, 16:80, 1]
+        black.extinction_per_m = 0.0
+        clear = radiance(renderer, camera, sun=UP)[16:80, 16:80, 1]
+    hidden = 1.0 - dimmed / clear
+    assert 0.4 <= hidden.mean() <= 0.6
+    assert hidden.std() > 0.2  # a veil of half has 0.0, a picture of nothing but whole clouds and gaps 0.5
 
 
 def test_both_ways_of_coupling_agree_on_thin_cloud_and_differ_in_thick_air() -> None:
