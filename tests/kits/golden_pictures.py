@@ -1,7 +1,7 @@
 """The golden pictures: what each one shows, and the studio that takes them.
 
-A picture is a named view of a planet at a small size and quality `medium`, settled, at the view's fixed exposure; a
-picture of a knob is one with some settings changed. `GOLDENS` lists those whose files lie in tests/golden/;
+A picture is a named view of a planet at a small size and quality `medium` or `paper`, settled, at the view's fixed
+exposure; a picture of a knob is one with some settings changed. `GOLDENS` lists those whose files lie in tests/golden/;
 `golden_tool` refreshes the files, `test_golden` compares against them.
 """
 
@@ -42,7 +42,7 @@ class Picture:
     keys; each set of them needs a renderer of its own. free: as a plain camera with the view's sun, so that the scene's
     Exposure counts and not the view's fixed one; turned_deg then turns it to the right. sun_higher_deg: raises the sun.
     clouds: whether the planet keeps its own; without, ground and sea are seen as they are. later_s: than the view.
-    allowed: limit of this picture in place of the common one.
+    quality: by name. allowed: limit of this picture in place of the common one.
     """
 
     name: str
@@ -56,6 +56,7 @@ class Picture:
     sun_higher_deg: float = 0.0
     clouds: bool = False
     later_s: float = 0.0
+    quality: str = QUALITY
     allowed: Limit | None = None
 
     @property
@@ -68,7 +69,7 @@ class Picture:
             "planet": self.planet,
             "view": self.view,
             "size": list(self.size),
-            "quality": QUALITY,
+            "quality": self.quality,
             "changes": dict(self.changes),
             "overrides": dict(self.overrides),
             "exposure": "scene" if self.free else "view",
@@ -238,10 +239,32 @@ def shaded(key: str, view: str, value: int) -> Picture:
     return Picture(name, "earth", view, KNOB_SIZE, {}, {key: value}, clouds=clouds)
 
 
+PAPER = {"atmosphere.paper_scale": 0.5}
+"""Of pictures of quality `paper`: tables of an eighth of the printed size are made in seconds and look alike."""
+
+
+def paper_picture(name: str, view: str, overrides: Mapping[str, Any] | None = None, **parts: Any) -> Picture:
+    """A view of earth as the sources draw it."""
+    return Picture(f"paper/{name}", "earth", view, overrides={**PAPER, **(overrides or {})}, quality="paper", **parts)
+
+
+PAPER_VIEWS = ("space", "orbit", "high", "coast", "near", "valley", "beach", "sea", "dusk", "clouds")
+PAPER_PICTURES = (
+    *(paper_picture(view, view, clouds=True) for view in PAPER_VIEWS),
+    *(
+        paper_picture(f"{backend}_{view}", view, {"terrain.backend": backend})
+        for backend in ("quadtree", "icosphere")
+        for view in ("near", "orbit")
+    ),
+)
+"""Whole pictures with clouds, of the projected grid; then the ground of each of the other sources."""
+
 SHADED_PICTURES = tuple(shaded(key, view, coarse) for key, (view, _, coarse) in SHADE_PAIRS.items())
 """Beside those of the views themselves, whose pixels are all shaded."""
 
-GOLDENS: tuple[Picture, ...] = (*VIEW_PICTURES, *KNOB_PICTURES, *SHADED_PICTURES, *CLOUD_PICTURES, *SEVERAL_PICTURES)
+GOLDENS: tuple[Picture, ...] = (
+    *VIEW_PICTURES, *KNOB_PICTURES, *SHADED_PICTURES, *CLOUD_PICTURES, *SEVERAL_PICTURES, *PAPER_PICTURES,
+)  # fmt: skip
 
 
 def pair_picture(key: str, pair: Pair, value: Any) -> Picture:
@@ -281,7 +304,8 @@ class Studio:
         key = (picture.planet, picture.view, picture.size, picture.clouds)
         unchanged = not (
             picture.changes or picture.overrides or picture.free or picture.sun_higher_deg or picture.later_s
-        )
+            or picture.quality != QUALITY
+        )  # fmt: skip
         if unchanged and key in self._plain:
             return self._plain[key]
         scene, renderer = self._renderer(picture)
@@ -308,12 +332,12 @@ class Studio:
             return renderer.render(view, outputs=(name,))[name]
 
     def _renderer(self, picture: Picture) -> tuple[pf.Scene, pf.Renderer]:
-        key = (picture.planet, picture.size, tuple(sorted(picture.overrides.items())), picture.clouds)
+        key = (picture.planet, picture.size, tuple(sorted(picture.overrides.items())), picture.clouds, picture.quality)
         if key not in self._renderers:
             scene = preset_scene(SCENES.get(picture.planet, picture.planet), picture.clouds)
             scene.environment.add(pf.DebugView())
             scene.environment[pf.Composite].antialiasing = ANTIALIASING
-            renderer = pf.Renderer(scene, picture.size, QUALITY, picture.overrides)
+            renderer = pf.Renderer(scene, picture.size, picture.quality, picture.overrides)
             self._renderers[key] = (scene, renderer)
             caps = renderer.gpu.caps
             self.machine = {"renderer": caps.renderer, "gl": caps.version}

@@ -208,6 +208,7 @@ DEFAULT: dict[str, tuple[str, ...]] = {
     "test_air_closing.py": ("test_work_that_raises_begins_anew_and_never_passes_for_done",),
     "test_march_every.py": tuple(f"test_every_ray_and_every_step_is_known[size{k}]" for k in (0, 4)),
     "test_cloud_picture_px.py": (),
+    "test_paper_pictures.py": (),
     "test_cloud_no_cirrus.py": (),
     "test_views_weather.py": (),
     "test_antialiasing_props.py": (),
