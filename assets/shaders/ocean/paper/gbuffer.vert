@@ -1,6 +1,7 @@
 #include "generated/bindings.glsl"
 #include "common/camera.glsl"
 #include "common/octahedral.glsl"
+#include "ocean/paper/grid.glsl"
 #include "ocean/paper/vertex.glsl"
 
 layout(std430, binding = VERTEX_BUFFER) readonly buffer VertexBuffer { WavyVertex vertices[]; };
@@ -15,5 +16,5 @@ void main() {
     gl_Position = clip_position(seen);
     v_normal = oct_decode(unpackSnorm2x16(vertex.normal));
     v_shallow = vertex.shallow;
-    v_spacing = max(length(seen) * frame.pixel_rad, 0.01);
+    v_spacing = paper_spacing(vec3(vertex.x, vertex.y, vertex.z));
 }
