@@ -1,4 +1,5 @@
-"""Makes the pictures of README.md and first-steps.md from real runs: `python docs/make_images.py [picture ...]`."""
+"""Makes the pictures of README.md, first-steps.md and sources.md from real runs: `python docs/make_images.py [picture
+...]`."""
 
 import io
 import sys
@@ -8,6 +9,7 @@ from PIL import Image
 from rich.console import Console
 
 import planetfall as pf
+from planetfall.systems.capture import contact_sheet
 
 FOLDER = Path(__file__).parent / "images"
 PICTURES = {
@@ -22,6 +24,12 @@ SIZE, QUALITY = (960, 540), "medium"
 LARGEST_BYTES = 150_000
 DESCENT = "descent"
 """The animated one: a recording, which goes on where it was interrupted."""
+PAPER = "paper"
+"""The sheet of the sources' methods beside ours."""
+PAPER_VIEWS = (
+    "space", "orbit", "day_edge", "high", "coast", "near", "valley", "beach", "sea", "clouds", "dusk", "terminator",
+)  # fmt: skip
+THUMB = (320, 180)
 
 
 def main(names: list[str]) -> None:
@@ -33,7 +41,11 @@ def main(names: list[str]) -> None:
         file = FOLDER / f"{DESCENT}.gif"
         file.write_bytes(made.gif.read_bytes())
         console.print(f"wrote {file} ({file.stat().st_size / 1000:.0f} kB)")
-    pictures = [name for name in names or (*PICTURES, *SEVERAL) if name != DESCENT]
+    if not names or PAPER in names:
+        file = FOLDER / f"{PAPER}.jpg"
+        file.write_bytes(as_jpeg(paper_sheet(), 2 * LARGEST_BYTES))
+        console.print(f"wrote {file} ({file.stat().st_size / 1000:.0f} kB)")
+    pictures = [name for name in names or (*PICTURES, *SEVERAL) if name not in (DESCENT, PAPER)]
     for scene_name, own in (("earth", PICTURES), ("earth_moon", {name: name for name in SEVERAL})):
         wanted = [name for name in pictures if name in own]
         if not wanted:
@@ -46,12 +58,23 @@ def main(names: list[str]) -> None:
                 console.print(f"wrote {file} ({file.stat().st_size / 1000:.0f} kB)")
 
 
-def as_jpeg(picture: Image.Image) -> bytes:
+def paper_sheet() -> Image.Image:
+    """Views in pairs: quality paper on the left, ours at quality medium on the right."""
+    scene, cells = pf.load_scene("earth"), []
+    for quality, who in (("paper", "as printed"), (QUALITY, "ours")):
+        with pf.Renderer(scene, THUMB, quality) as renderer:
+            for name in PAPER_VIEWS:
+                cells.append((f"{name}, {who}", renderer.snapshot(pf.view(name, scene.planet)).array))
+    pairs = [cell for pair in zip(cells[: len(PAPER_VIEWS)], cells[len(PAPER_VIEWS) :], strict=True) for cell in pair]
+    return Image.fromarray(contact_sheet(pairs, columns=4, thumb_width=THUMB[0]))
+
+
+def as_jpeg(picture: Image.Image, largest_bytes: int = LARGEST_BYTES) -> bytes:
     """The best quality that keeps the file small."""
     for quality in range(92, 30, -4):
         buffer = io.BytesIO()
         picture.save(buffer, "JPEG", quality=quality, optimize=True, progressive=True)
-        if buffer.tell() <= LARGEST_BYTES:
+        if buffer.tell() <= largest_bytes:
             break
     return buffer.getvalue()
 
