@@ -175,7 +175,7 @@ def _points(grid: ProjectedGrid, level: NDArray[np.int64]) -> tuple[Floats, Floa
 
 
 def _share(before: Floats, after: Floats, spacing_m: Floats) -> float:
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
-    distance, _ = cKDTree(before).query(after)
+    distance, _ = KDTree(before).query(after)
     return float((distance < NEAR * spacing_m).mean())
