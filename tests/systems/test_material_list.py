@@ -107,7 +107,10 @@ def redness(picture: NDArray[np.uint8]) -> NDArray[np.float64]:
 
 
 @pytest.mark.gpu
-def test_the_tutorials_material_shows_and_a_broken_one_leaves_the_last_good() -> None:
+def test_the_tutorials_material_shows_and_a_broken_one_leaves_the_last_good(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)  # it saves a picture
     (first, *_) = re.findall(r"^```python\n(.*?)^```", TUTORIAL.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
     with pf.load_scene("earth") as scene, pf.Renderer(scene, (96, 54), "low") as renderer:
 
