@@ -88,6 +88,6 @@ float paper_dh(vec3 D) {
 
 // What a pixel that wide shows, from texels as wide as that too.
 float paper_seen_dh(vec3 D, float footprint_m) {
-    float seen, all = paper_dh(D, footprint_m, footprint_m, seen);
+    float seen, whole = paper_dh(D, footprint_m, footprint_m, seen);
     return seen;
 }
