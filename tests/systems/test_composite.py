@@ -344,7 +344,7 @@ def test_highlights_are_white_and_dark_scenes_are_lifted_by_a_stop_at_most(gpu):
         return out[4].mean(), out[-4].mean()
 
     white, _ = shown(0.4, 0.2)
-    assert 238 <= white <= 244
+    assert 232 <= white <= 246  # 242, and a bin of 0.2 EV
     white, grey = shown(0.3, 0.15)
     assert white > 240 and grey == pytest.approx(122, abs=6)
     white, grey = shown(0.3, 0.03)
