@@ -15,7 +15,7 @@ _LIT_STOPS = 10.0
 """Darker than this against the brightest thousandth says nothing: space around a planet."""
 _SUNLIT_STOPS = 5.0
 """What is darker than this against the highlights is in another light: the night side of a planet."""
-_HIGHLIGHT = 0.95
+_HIGHLIGHT = 1.0
 """Exposed light of the 99th percentile: a camera's white is 1."""
 _GREY = 0.18
 _MOST_LIFT_EV = 1.0
@@ -31,7 +31,7 @@ _WHITE_SHARES = (0.1, 0.6)
 
 def white_luminance(sun_irradiance: ArrayLike, sun_sine: float) -> float:
     """cd m^-2 of white level ground in this sunlight (3,), in W m^-2 nm^-1, without air. sun_sine: of its elevation."""
-    return float(luminance(sun_irradiance)) / np.pi * max(sun_sine, 0.02)
+    return float(luminance(sun_irradiance)) / np.pi * max(sun_sine, 1e-3)
 
 
 def night_key(luminance_cd_m2: float) -> float:
@@ -54,7 +54,7 @@ def target_ev100(luminances: ArrayLike, white_cd_m2: float, sun_cd_m2: float, co
     lit = shown[shown >= peak * 2.0**-_LIT_STOPS]
     highlight = float(np.percentile(lit, 99.0))
     median = float(np.median(lit[lit >= highlight * 2.0**-_SUNLIT_STOPS]))
-    key = night_key(median)
+    key = night_key(highlight)
     ev = np.log2(highlight / (_HIGHLIGHT * key * SATURATION))
     ev -= np.clip(ev - np.log2(median / (_GREY * key * SATURATION)), 0.0, _MOST_LIFT_EV)
     low, high = _WHITE_SHARES

@@ -13,7 +13,7 @@ const float PER_STOP = 5.0;     // bins a stop: up to 2^31
 // Exposed light of the 99th percentile, of the median (which is lifted to it, by so much at most), and the most that the
 // median may have in a picture without anything white and in one of snow or cloud alone; highlights over white ground
 // under this sun in either.
-const float HIGHLIGHT = 0.95, GREY = 0.18, MOST_LIFT_EV = 1.0, MOST_CLOSED_EV = 1.0;
+const float HIGHLIGHT = 1.0, GREY = 0.18, MOST_LIFT_EV = 1.0, MOST_CLOSED_EV = 1.0;
 const vec2 MEDIANS = vec2(0.25, 0.85), WHITE_SHARES = vec2(0.1, 0.6);
 const float LIT_STOPS = 10.0, SUNLIT_STOPS = 5.0, SUNLIT_SHARE = 0.001;
 layout(std430, binding = 5) buffer Histogram {
@@ -97,11 +97,11 @@ void expose() {
         most = max(most, peak);
         float bright = percentile(max(peak - int(LIT_STOPS * PER_STOP), 0), most, 0.99);
         metered = percentile(max(int((bright - SUNLIT_STOPS - LOWEST) * PER_STOP), 0), most, 0.5);
-        float key = log2(SATURATION * mix(1.0, key_of(exp2(metered)), u_dark_adaptation));
+        float key = log2(SATURATION * mix(1.0, key_of(exp2(bright)), u_dark_adaptation));
         // Highlights are white; darker scenes are lifted, and only a scene that has white in it may be all bright.
         target = bright - key - log2(HIGHLIGHT);
         target -= clamp(target - (metered - key - log2(GREY)), 0.0, MOST_LIFT_EV);
-        float white = facing * max(dot(frame.camera_zenith, frame.sun_direction), 0.02);
+        float white = facing * max(dot(frame.camera_zenith, frame.sun_direction), 1e-3);
         float whiteness = smoothstep(WHITE_SHARES.x, WHITE_SHARES.y, exp2(bright) / max(white, 1e-30));
         target = max(target, metered - key - log2(mix(MEDIANS.x, MEDIANS.y, whiteness)));
         // A sun in the picture closes the aperture, by as much as it takes where nothing else is lit by it.
