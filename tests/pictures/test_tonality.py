@@ -41,6 +41,7 @@ def seen(gpu) -> Iterator[dict[str, Seen]]:
             renderer.settle(view)
             grey = renderer.render(view)["color"] @ LUMINANCE_WEIGHTS
             free = pf.Camera(view.position_m, view.forward, view.up, view.fov_y_deg, scene.planet)
+            renderer.settle(free, time_s=view.time_s, sun=view.sun)
             renderer.render(free, time_s=view.time_s, sun=view.sun)
             found[name] = Seen(grey, view.ev100, renderer.exposure)
     yield found
