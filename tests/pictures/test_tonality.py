@@ -18,6 +18,7 @@ pytestmark = pytest.mark.gpu
 SIZE = (320, 180)
 WHITE = ("fair", "cloud_sea", "high", "orbit", "pole", "noon")
 """Views with snow or clouds in the sun."""
+OTHERS = ("space", "beach", "sea", "sunset", "dusk", "dawn", "terminator", "glint", "under")
 MEANS = {
     **dict.fromkeys(("fair", "noon", "coast", "valley", "near", "ground"), (95.0, 150.0)),
     **dict.fromkeys(("cloud_sea", "high"), (120.0, 180.0)),
@@ -36,7 +37,7 @@ class Seen(NamedTuple):
 def seen(gpu) -> Iterator[dict[str, Seen]]:
     scene, found = preset_scene("earth", clouds=True), {}
     with pf.Renderer(scene, SIZE, "medium") as renderer:
-        for name in dict.fromkeys((*WHITE, *MEANS)):
+        for name in dict.fromkeys((*WHITE, *MEANS, *OTHERS)):
             view = pf.view(name, scene.planet)
             renderer.settle(view)
             grey = renderer.render(view)["color"] @ LUMINANCE_WEIGHTS
@@ -65,6 +66,6 @@ def test_ground_in_the_shade_of_clouds_is_not_black(seen):
     assert np.percentile(seen["fair"].grey, 1.0) >= 24.0
 
 
-@pytest.mark.parametrize("view", dict.fromkeys((*WHITE, *MEANS)))
+@pytest.mark.parametrize("view", dict.fromkeys((*WHITE, *MEANS, *OTHERS)))
 def test_the_meter_agrees_with_the_named_exposure(seen, view):
     assert seen[view].metered_ev100 == pytest.approx(seen[view].named_ev100, abs=0.3)

@@ -15,7 +15,7 @@ const float PER_STOP = 5.0;     // bins a stop: up to 2^31
 // under this sun in either.
 const float HIGHLIGHT = 1.0, GREY = 0.18, MOST_LIFT_EV = 1.0, MOST_CLOSED_EV = 1.0;
 const vec2 MEDIANS = vec2(0.25, 0.85), WHITE_SHARES = vec2(0.1, 0.6);
-const float LIT_STOPS = 10.0, SUNLIT_STOPS = 5.0, SUNLIT_SHARE = 0.001;
+const float LIT_STOPS = 10.0, SUNLIT_STOPS = 5.0, SUNLIT_SHARE = 0.001, LOWEST_SINE = 0.01;
 layout(std430, binding = 5) buffer Histogram {
     uint h_groups;              // how many groups have finished
     uint h_counts[BINS];
@@ -101,7 +101,7 @@ void expose() {
         // Highlights are white; darker scenes are lifted, and only a scene that has white in it may be all bright.
         target = bright - key - log2(HIGHLIGHT);
         target -= clamp(target - (metered - key - log2(GREY)), 0.0, MOST_LIFT_EV);
-        float white = facing * max(dot(frame.camera_zenith, frame.sun_direction), 1e-3);
+        float white = facing * max(dot(frame.camera_zenith, frame.sun_direction), LOWEST_SINE);
         float whiteness = smoothstep(WHITE_SHARES.x, WHITE_SHARES.y, exp2(bright) / max(white, 1e-30));
         target = max(target, metered - key - log2(mix(MEDIANS.x, MEDIANS.y, whiteness)));
         // A sun in the picture closes the aperture, by as much as it takes where nothing else is lit by it.
