@@ -45,7 +45,7 @@ def night_key(luminance_cd_m2: float) -> float:
 
 def target_ev100(luminances: ArrayLike, white_cd_m2: float, sun_cd_m2: float, compensation_ev: float = 0.0) -> float:
     """The EV100 that a picture of these luminances (any shape, cd m^-2) asks for, exact where the shader counts in bins
-    of 0.2 EV. white_cd_m2: `white_luminance`; sun_cd_m2: of white ground that faces the sun, above which is sun or
+    of 0.1 EV. white_cd_m2: `white_luminance`; sun_cd_m2: of white ground that faces the sun, above which is sun or
     glint. ValueError for a picture that is all black, which has no exposure of its own."""
     seen = np.sort(np.asarray(luminances, np.float64).ravel())
     found = seen[seen > 0.0]
