@@ -1,7 +1,7 @@
 """Tone maps: exposed linear colour (1 = saturated) to display-encoded colour. Float64 twins of common/tonemap.glsl.
 
-Each curve is scaled on its input so that middle grey, 0.18, comes out as middle grey: changing the tone map changes
-contrast and colour, not the brightness of the picture.
+Each curve but "camera" is scaled on its input so that middle grey, 0.18, comes out as middle grey: changing among them
+changes contrast and colour, not the brightness of the picture. "camera" shows grey one part in twelve brighter.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from numpy.typing import ArrayLike, NDArray
 from ...engine.srgb import srgb_encode
 from .photometry import LUMINANCE_WEIGHTS
 
-__all__ = ["GREY_SCALES", "TONE_MAPS", "tone_map"]
+__all__ = ["CAMERA_POINTS", "GREY_SCALES", "TONE_MAPS", "tone_map"]
 
 Array = NDArray[np.float64]
 
-TONE_MAPS = ("agx", "aces", "hable", "reinhard", "neutral", "linear")
+TONE_MAPS = ("camera", "agx", "aces", "hable", "reinhard", "neutral", "linear")
 """Names in the order of TONE_MAP in common/tonemap.glsl."""
 
 _AGX_IN = np.array(
@@ -38,8 +38,40 @@ _AGX_SATURATION = 1.35
 _ACES_IN = np.array([[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]])
 _ACES_OUT = np.array([[1.60475, -0.53108, -0.07367], [-0.10208, 1.10813, -0.00605], [-0.00327, -0.07276, 1.07602]])
 _REINHARD_WHITE = 6.0
-GREY_SCALES = {"agx": 0.821, "aces": 1.462, "hable": 2.928, "reinhard": 1.211, "neutral": 1.222, "linear": 1.0}
+GREY_SCALES = {
+    "camera": 1.0, "agx": 0.821, "aces": 1.462, "hable": 2.928, "reinhard": 1.211, "neutral": 1.222, "linear": 1.0,
+}  # fmt: skip
 """Input scales that keep 0.18 at 0.18; common/tonemap.glsl has the same numbers."""
+
+
+CAMERA_POINTS = {0.012: 26.0, 0.18: 122.0, 0.5: 188.0, 1.0: 242.0, 4.0: 254.0}
+"""Exposed light to 8-bit sRGB: what "camera" was fitted to, within half a step. docs/exposure.md says where from."""
+_CAMERA_GAIN = 1.17
+_CAMERA_TOE = 0.0043
+"""Exposed light at which half is left: the contrast of black in a lens whose flare a camera takes off."""
+_CAMERA_ROLL_OFF = 0.267
+_CAMERA_START = 0.9
+"""Linear value where the shoulder begins."""
+
+
+def _bleached(color: Array, pressed: Array, peak: Array) -> Array:
+    """Colour (..., 3), lifted towards white by how far its brightest channel (..., 1) was pressed (Khronos PBR neutral,
+    2024)."""
+    bleach = 1.0 - 1.0 / (0.15 * np.maximum(peak - pressed, 0.0) + 1.0)
+    return color * (1.0 - bleach) + pressed * bleach
+
+
+def _camera(x: Array) -> Array:
+    """White at exposed 1: the brightest channel p becomes u = 1.17 p^2 / (p + 0.0043), then v = u / (1 + 0.267 u),
+    above 0.9 the rational shoulder 1 - 0.01 / (v - 0.8); the others keep their ratio to it, then highlights bleach."""
+    x = np.minimum(x, 1e6)
+    peak = np.clip(np.max(x, axis=-1, keepdims=True), 1e-6, 1e6)
+    lifted = _CAMERA_GAIN * peak * peak / (peak + _CAMERA_TOE)
+    pressed = lifted / (1.0 + _CAMERA_ROLL_OFF * lifted)
+    span = 1.0 - _CAMERA_START
+    shoulder = 1.0 - span * span / (np.maximum(pressed, _CAMERA_START) + span - _CAMERA_START)
+    pressed = np.where(pressed > _CAMERA_START, shoulder, pressed)
+    return srgb_encode(_bleached(x * (pressed / peak), pressed, peak))
 
 
 def _agx(x: Array) -> Array:
@@ -85,12 +117,12 @@ def _neutral(x: Array) -> Array:
     peak = np.max(v, axis=-1, keepdims=True)
     start, span = 0.76, 0.24
     pressed = 1.0 - span * span / (np.maximum(peak, start) + span - start)
-    bleach = 1.0 - 1.0 / (0.15 * (peak - pressed) + 1.0)
-    high = (v * pressed / np.maximum(peak, start)) * (1.0 - bleach) + pressed * bleach
+    high = _bleached(v * pressed / np.maximum(peak, start), pressed, peak)
     return srgb_encode(np.where(peak < start, v, high))
 
 
 _CURVES: dict[str, Callable[[Array], Array]] = {
+    "camera": _camera,
     "agx": _agx,
     "aces": _aces,
     "hable": _hable,

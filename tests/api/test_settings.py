@@ -65,7 +65,7 @@ def test_other_kinds_of_bad_values():
     with pytest.raises(SettingError, match=r"The nearest allowed value is 16"):
         pf.Terrain(layers=17)
     with pytest.raises(
-        SettingError, match=r"Composite\.tone_map: expected one of 'agx', .* found 'agxx'; did you mean 'agx'"
+        SettingError, match=r"Composite\.tone_map: expected one of 'camera', 'agx', .* found 'agxx'; did you mean 'agx'"
     ):
         pf.Composite(tone_map="agxx")
     with pytest.raises(SettingError, match=r"Composite\.dither: expected true or false, found 1"):

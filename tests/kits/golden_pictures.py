@@ -155,7 +155,7 @@ VIEW_PICTURES: tuple[Picture, ...] = (
 KNOB_PICTURES: tuple[Picture, ...] = (
     *(
         knob_picture(f"tone_map_{name}", "earth", "terminator", {"composite.tone_map": name})
-        for name in ("aces", "hable", "reinhard", "neutral", "linear")
+        for name in ("agx", "aces", "hable", "reinhard", "neutral", "linear")
     ),
     knob_picture("bloom_off", "earth", "limb", {"composite.bloom": 0.0}),
     knob_picture("bloom_strong", "earth", "limb", {"composite.bloom": 0.1}),

@@ -1,15 +1,34 @@
 // Tone maps: exposed linear colour (1 = saturated) to display-encoded colour in 0..1. TONE_MAP chooses at compile time.
-// Twin with the sources: systems/composite/tone_maps.py. Inputs are scaled so that 0.18 stays 0.18.
+// Twin with the sources: systems/composite/tone_maps.py. Inputs of all but the camera's are scaled so that 0.18 stays
+// 0.18.
 #include "common/color.glsl"
 
-#define TONE_MAP_AGX 0
-#define TONE_MAP_ACES 1
-#define TONE_MAP_HABLE 2
-#define TONE_MAP_REINHARD 3
-#define TONE_MAP_NEUTRAL 4
-#define TONE_MAP_LINEAR 5
+#define TONE_MAP_CAMERA 0
+#define TONE_MAP_AGX 1
+#define TONE_MAP_ACES 2
+#define TONE_MAP_HABLE 3
+#define TONE_MAP_REINHARD 4
+#define TONE_MAP_NEUTRAL 5
+#define TONE_MAP_LINEAR 6
 
-#if TONE_MAP == TONE_MAP_AGX
+// Lifts a colour towards white by how far its brightest channel was pressed, so that what is far too bright is white.
+vec3 bleached(vec3 color, float pressed, float peak) {
+    return mix(color, vec3(pressed), 1.0 - 1.0 / (0.15 * (peak - pressed) + 1.0));
+}
+
+#if TONE_MAP == TONE_MAP_CAMERA
+// A camera's picture with white at exposed 1 (docs/exposure.md): the curve acts on the brightest channel, which keeps
+// hue and saturation, then bleaches.
+vec3 tone_map(vec3 exposed) {
+    const float GAIN = 1.17, TOE = 0.0043, ROLL_OFF = 0.267, START = 0.9, SPAN = 0.1;
+    float peak = clamp(max(exposed.r, max(exposed.g, exposed.b)), 1e-6, 1e6);
+    float lifted = GAIN * peak * peak / (peak + TOE);
+    float pressed = lifted / (1.0 + ROLL_OFF * lifted);
+    if (pressed > START) pressed = 1.0 - SPAN * SPAN / (pressed + SPAN - START);
+    vec3 color = min(exposed, 1e6) * (pressed / peak);
+    return srgb_encode(peak > pressed ? bleached(color, pressed, peak) : color);
+}
+#elif TONE_MAP == TONE_MAP_AGX
 // v^1.2 for 0..1 to within 4e-6, 1 for 1; pow takes several times as long.
 vec3 contrast(vec3 v) {
     vec3 root = sqrt(sqrt(v));
@@ -72,8 +91,7 @@ vec3 tone_map(vec3 exposed) {
     const float START = 0.76, SPAN = 0.24;
     float high = max(peak, START);
     float pressed = 1.0 - SPAN * SPAN / (high + SPAN - START);
-    float bleach = 1.0 - 1.0 / (0.15 * (high - pressed) + 1.0);
-    return srgb_encode(peak < START ? v : mix(v * (pressed / high), vec3(pressed), bleach));
+    return srgb_encode(peak < START ? v : bleached(v * (pressed / high), pressed, high));
 }
 #else
 vec3 tone_map(vec3 exposed) {

@@ -7,9 +7,15 @@
 layout(local_size_x = 16, local_size_y = 16) in;
 layout(binding = 0) uniform sampler2D u_scene;  // radiance, a quarter of the view's size
 
-const int BINS = 256;
+const int BINS = 512, LANES = 256;
 const float LOWEST = -20.0;     // log2 cd m^-2 of the first bin
-const float PER_STOP = 5.0;     // bins a stop: up to 2^31
+const float PER_STOP = 10.0;    // bins a stop: up to 2^31
+// Exposed light of the 99th percentile, of the median (which is lifted to it, by so much at most), and the most that
+// the median may have in a picture without anything white and in one of snow or cloud alone; highlights over white
+// ground under this sun in either.
+const float HIGHLIGHT = 1.0, GREY = 0.18, MOST_LIFT_EV = 1.0, MOST_CLOSED_EV = 1.0;
+const vec2 MEDIANS = vec2(0.25, 0.85), WHITE_SHARES = vec2(0.1, 0.6);
+const float LIT_STOPS = 10.0, SUNLIT_STOPS = 5.0, SUNLIT_SHARE = 0.001, LOWEST_SINE = 0.01;
 layout(std430, binding = 5) buffer Histogram {
     uint h_groups;              // how many groups have finished
     uint h_counts[BINS];
@@ -28,12 +34,6 @@ layout(location = 3) uniform float u_dark_adaptation;  // its strength
 shared uint s_counts[BINS];
 shared bool s_last;
 
-// Of the middle: 16, falling to 4 at the corners.
-uint weight_of(vec2 uv) {
-    vec2 from_center = (uv - 0.5) * 2.0;
-    return 4u + uint(12.0 * exp(-1.5 * dot(from_center, from_center)) + 0.5);
-}
-
 int bin_of(float luminance) {
     return luminance > 0.0 ? clamp(int((log2(luminance) - LOWEST) * PER_STOP), 0, BINS - 1) : -1;
 }
@@ -43,54 +43,70 @@ float middle_of(int bin) {
 }
 
 // How bright the picture of a scene should be, by its brightness: night looks dark (Krawczyk et al. 2005, eq. 11),
-// as a factor to middle grey, 1 in sunlight.
+// 1 in sunlight.
 float key_of(float luminance) {
     float key = 1.03 - 2.0 / (2.0 + log2(luminance + 1.0) * 0.30103);
     return clamp(key / 0.68, 0.02, 1.0);
 }
 
-void expose() {
-    // What is lit: ten stops down from nearly the brightest. Black space around a bright planet says nothing, and
-    // neither do the very brightest pixels.
-    float area = 9.2 * float(textureSize(u_scene, 0).x * textureSize(u_scene, 0).y);  // 9.2: mean of weight_of
-    uint above = 0u;
-    int peak = -1, top = -1;
-    float mean = 0.0;
-    for (int k = BINS - 1; k >= 0; k--) {
-        uint count = s_counts[k];
-        above += count;
-        mean += float(count) * exp2(middle_of(k));
-        if (top < 0 && count > 0u) top = k;
-        // A thousandth of the picture: neither single stars nor the sun's disc.
-        if (peak < 0 && float(above) > 0.001 * area) peak = k;
+float count_of(int first, int last) {
+    uint count = 0u;
+    for (int k = first; k <= last; k++) count += s_counts[k];
+    return float(count);
+}
+
+// log2 of the luminance that a share of what lies in these bins stays below, straight within a bin.
+float percentile(int first, int last, float share) {
+    float wanted = share * count_of(first, last), seen = 0.0;
+    for (int k = first; k <= last; k++) {
+        float count = float(s_counts[k]);
+        if (seen + count >= wanted && count > 0.0)
+            return LOWEST + (float(k) + clamp((wanted - seen) / count, 0.0, 1.0)) / PER_STOP;
+        seen += count;
     }
-    if (peak < 0) peak = top;
+    return middle_of(last);
+}
+
+// The bin of the brightest thousandth of the picture at or below `most`: no single star. -1: nothing is there.
+int peak_below(int most, float area) {
+    uint above = 0u;
+    int top = -1;
+    for (int k = most; k >= 0; k--) {
+        above += s_counts[k];
+        if (top < 0 && above > 0u) top = k;
+        if (float(above) > 0.001 * area) return k;
+    }
+    return top;
+}
+
+// Twin: systems/composite/metering.py.
+void expose() {
+    float area = float(textureSize(u_scene, 0).x * textureSize(u_scene, 0).y);
+    float mean = 0.0;
+    for (int k = 0; k < BINS; k++) mean += float(s_counts[k]) * exp2(middle_of(k));
+    // Nothing that the sun lights is brighter than white facing it: what is, is the sun or a glint.
+    float facing = luminance_of_radiance(frame.sun_irradiance) * (1.0 / 3.14159265);
+    int most = facing > 0.0 ? bin_of(facing) : BINS - 1;
+    int peak = peak_below(most, area);
+    if (peak < 0) peak = peak_below(BINS - 1, area);
     float target = u_ev100.x;  // nothing but black: open wide
     float metered = LOWEST;
     if (peak >= 0) {
-        int darkest = max(peak - int(10.0 * PER_STOP), 0);
-        uint lit = 0u;
-        for (int k = darkest; k <= peak; k++) lit += s_counts[k];
-        // Mean of the logarithm between the 10th and the 95th percentile, and the luminance of the 97th.
-        float low = 0.10 * float(lit), high = 0.95 * float(lit), seen = 0.0, sum = 0.0, share = 0.0;
-        float bright = middle_of(peak);
-        bool found = false;
-        for (int k = darkest; k <= peak; k++) {
-            float count = float(s_counts[k]);
-            float part = max(min(seen + count, high) - max(seen, low), 0.0);
-            sum += part * middle_of(k);
-            share += part;
-            seen += count;
-            if (!found && seen >= 0.97 * float(lit)) {
-                bright = middle_of(k);
-                found = true;
-            }
-        }
-        metered = share > 0.0 ? sum / share : bright;
-        float key = mix(1.0, key_of(exp2(metered)), u_dark_adaptation);
-        target = metered - log2(0.18 * key * SATURATION);
-        target = max(target, bright - log2(1.6 * SATURATION));           // highlights may go a little over, not far
-        target = max(target, log2(mean / area) - log2(4.0 * SATURATION));  // a sun in the picture closes the aperture
+        // What is lit: ten stops down. Black space around a bright planet says nothing. Of it what the same light may
+        // have lit: five stops down.
+        most = max(most, peak);
+        float bright = percentile(max(peak - int(LIT_STOPS * PER_STOP), 0), most, 0.99);
+        metered = percentile(max(int((bright - SUNLIT_STOPS - LOWEST) * PER_STOP), 0), most, 0.5);
+        float key = log2(SATURATION * mix(1.0, key_of(exp2(bright)), u_dark_adaptation));
+        // Highlights are white; darker scenes are lifted, and only a scene that has white in it may be all bright.
+        target = bright - key - log2(HIGHLIGHT);
+        target -= clamp(target - (metered - key - log2(GREY)), 0.0, MOST_LIFT_EV);
+        float white = facing * max(dot(frame.camera_zenith, frame.sun_direction), LOWEST_SINE);
+        float whiteness = smoothstep(WHITE_SHARES.x, WHITE_SHARES.y, exp2(bright) / max(white, 1e-30));
+        target = max(target, metered - key - log2(mix(MEDIANS.x, MEDIANS.y, whiteness)));
+        // A sun in the picture closes the aperture, by as much as it takes where nothing else is lit by it.
+        float closed = exp2(bright) > SUNLIT_SHARE * facing ? MOST_CLOSED_EV : 100.0;
+        target += clamp(log2(mean / area) - log2(4.0 * SATURATION) - target, 0.0, closed);
         target -= u_compensation_ev;
     }
     target = clamp(target, u_ev100.x, u_ev100.y);
@@ -104,19 +120,21 @@ void expose() {
 }
 
 void main() {
-    uint lane = gl_LocalInvocationIndex;
-    s_counts[lane] = 0u;
+    int lane = int(gl_LocalInvocationIndex);
+    for (int k = lane; k < BINS; k += LANES) s_counts[k] = 0u;
     barrier();
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = textureSize(u_scene, 0);
     if (all(lessThan(pixel, size))) {
         int bin = bin_of(luminance_of_radiance(texelFetch(u_scene, pixel, 0).rgb));
-        if (bin >= 0) atomicAdd(s_counts[bin], weight_of((vec2(pixel) + 0.5) / vec2(size)));
+        if (bin >= 0) atomicAdd(s_counts[bin], 1u);
     }
     barrier();
-    if (s_counts[lane] > 0u) atomicAdd(h_counts[lane], s_counts[lane]);
+    for (int k = lane; k < BINS; k += LANES) {
+        if (s_counts[k] > 0u) atomicAdd(h_counts[k], s_counts[k]);
+    }
     memoryBarrierBuffer();
     barrier();
-    if (lane == 0u) {
+    if (lane == 0) {
         uint groups = gl_NumWorkGroups.x * gl_NumWorkGroups.y;
         s_last = atomicAdd(h_groups, 1u) == groups - 1u;
     }
@@ -124,8 +142,8 @@ void main() {
     if (!s_last) return;
     memoryBarrierBuffer();
     // Read and clear for the next frame in one.
-    s_counts[lane] = atomicExchange(h_counts[lane], 0u);
-    if (lane == 0u) h_groups = 0u;
+    for (int k = lane; k < BINS; k += LANES) s_counts[k] = atomicExchange(h_counts[k], 0u);
+    if (lane == 0) h_groups = 0u;
     barrier();
-    if (lane == 0u) expose();
+    if (lane == 0) expose();
 }
