@@ -124,7 +124,7 @@ float cloud_tallness(CloudWeather w) {
 // How much of the map's cover a height in the layer has: a flat base, tops that reach as high as the weather lets them.
 float cloud_height_cover(float share, CloudWeather w) {
     float x = share / cloud_tallness(w);
-    return smoothstep(0.0, 0.10, share) * clamp(1.0 - x * x, 0.0, 1.0);
+    return smoothstep(0.0, 0.10, share) * clamp((1.0 - x) * (1.0 / 0.85), 0.0, 1.0);
 }
 
 // Share of a layer's height above which there is no cloud between two places of a ray, whatever the noise; 0: none at
