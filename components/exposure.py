@@ -35,8 +35,8 @@ class Composite:
     )
     tone_map: str = knob(
         "camera",
-        help="Curve from light to the screen: camera has its white where a camera has; agx keeps four stops above it and "
-        "calm hues, aces is punchy, hable soft, reinhard plain; neutral keeps colours, linear clips",
+        help="Curve from light to the screen: camera has its white where a camera has; agx keeps four stops above it "
+        "and calm hues, aces is punchy, hable soft, reinhard plain; neutral keeps colours, linear clips",
         choices=("camera", "agx", "aces", "hable", "reinhard", "neutral", "linear"),
     )
     dither: bool = knob(True, help="Noise of less than one step of an 8-bit picture, against banding in skies")

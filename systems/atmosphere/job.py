@@ -62,9 +62,7 @@ class TableJob:
     frame would show nothing; full ones are given up. All work is done by `work`, inside a frame.
     """
 
-    def __init__(
-        self, gpu: GpuScope, sizes: MakesTables, block: UniformBlock, cache: TableCache | None = None
-    ) -> None:
+    def __init__(self, gpu: GpuScope, sizes: MakesTables, block: UniformBlock, cache: TableCache | None = None) -> None:
         self._gpu, self._ctx = gpu, gpu.ctx
         self._block = block
         self._sizes = sizes

@@ -27,11 +27,13 @@ _MEDIANS = (0.25, 0.85)
 """Exposed light that the median may have at most: of a picture without anything white, and of snow or cloud alone."""
 _WHITE_SHARES = (0.1, 0.6)
 """Highlights over white under this sun: those of dark ground or sea, and those of snow."""
+_LOWEST_SINE = 0.01
+"""Of the sun's elevation: a dusk sky counts as what a sun that has just risen would light."""
 
 
 def white_luminance(sun_irradiance: ArrayLike, sun_sine: float) -> float:
     """cd m^-2 of white level ground in this sunlight (3,), in W m^-2 nm^-1, without air. sun_sine: of its elevation."""
-    return float(luminance(sun_irradiance)) / np.pi * max(sun_sine, 1e-3)
+    return float(luminance(sun_irradiance)) / np.pi * max(sun_sine, _LOWEST_SINE)
 
 
 def night_key(luminance_cd_m2: float) -> float:
@@ -43,7 +45,7 @@ def night_key(luminance_cd_m2: float) -> float:
 
 def target_ev100(luminances: ArrayLike, white_cd_m2: float, sun_cd_m2: float, compensation_ev: float = 0.0) -> float:
     """The EV100 that a picture of these luminances (any shape, cd m^-2) asks for, exact where the shader counts in bins
-    of 0.2 EV. white_cd_m2: `white_luminance`; sun_cd_m2: of white ground that faces the sun, above which is sun or
+    of 0.1 EV. white_cd_m2: `white_luminance`; sun_cd_m2: of white ground that faces the sun, above which is sun or
     glint. ValueError for a picture that is all black, which has no exposure of its own."""
     seen = np.sort(np.asarray(luminances, np.float64).ravel())
     found = seen[seen > 0.0]

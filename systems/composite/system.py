@@ -24,7 +24,7 @@ __all__ = ["CompositeSystem", "ExposureReading", "adaptation_share", "read_expos
 
 T = TypeVar("T")
 
-_BINS = 256
+_BINS = 512
 _GLARE = "rgba32f"
 """Not half floats: a sun would have to be clipped, and they are no faster here (llvmpipe)."""
 _GLARE_ROWS = 360.0
@@ -220,9 +220,7 @@ class CompositeSystem(System):
                 creates=(
                     TextureSpec("composite.glare", _GLARE, 0.25, "persistent", filter="linear", help="exposed glare"),
                     *(
-                        TextureSpec(
-                            name, _GLARE, 0.25 * 0.5**k, "persistent", filter="linear", help="octave of glare"
-                        )
+                        TextureSpec(name, _GLARE, 0.25 * 0.5**k, "persistent", filter="linear", help="octave of glare")
                         for k, name in enumerate(octaves)
                     ),
                 ),

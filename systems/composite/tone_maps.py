@@ -38,7 +38,9 @@ _AGX_SATURATION = 1.35
 _ACES_IN = np.array([[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]])
 _ACES_OUT = np.array([[1.60475, -0.53108, -0.07367], [-0.10208, 1.10813, -0.00605], [-0.00327, -0.07276, 1.07602]])
 _REINHARD_WHITE = 6.0
-GREY_SCALES = {"camera": 1.0, "agx": 0.821, "aces": 1.462, "hable": 2.928, "reinhard": 1.211, "neutral": 1.222, "linear": 1.0}
+GREY_SCALES = {
+    "camera": 1.0, "agx": 0.821, "aces": 1.462, "hable": 2.928, "reinhard": 1.211, "neutral": 1.222, "linear": 1.0,
+}  # fmt: skip
 """Input scales that keep 0.18 at 0.18; common/tonemap.glsl has the same numbers."""
 
 

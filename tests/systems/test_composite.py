@@ -189,8 +189,8 @@ def test_shader_against_twin(gpu, name):
 def test_neutral_shader_in_float(run_compute):
     rng = np.random.default_rng(6)
     exposed = 2.0 ** rng.uniform(-12, 10, (500, 1)) * rng.uniform(0.02, 1, (500, 3))
-    header = '#include "common/tonemap.glsl"'
-    out = run_compute("y = tone_map(x);", {"x": exposed}, {"y": "vec3"}, header=header, defines={"TONE_MAP": TONE_MAPS.index("neutral")})
+    header, index = '#include "common/tonemap.glsl"', TONE_MAPS.index("neutral")
+    out = run_compute("y = tone_map(x);", {"x": exposed}, {"y": "vec3"}, header=header, defines={"TONE_MAP": index})
     np.testing.assert_allclose(out["y"], tone_map("neutral", exposed), atol=1e-4)
 
 
@@ -320,16 +320,17 @@ def asked_ev100(image, sun_sine):
 
 
 def test_the_meter_against_its_twin(gpu):
-    """What the shader counts in bins of 0.2 EV is within one of them."""
+    """What the shader counts in bins of 0.1 EV is within one of them."""
     rng = np.random.default_rng(3)
     size = (128, 72)
-    for spread, middle, sine in [(0.5, -3.0, 0.9), (2.0, -4.0, 0.5), (4.0, -6.0, 0.2), (1.0, -1.0, 0.9), (1.0, -16.0, -0.2)]:
+    cases = ((0.5, -3.0, 0.9), (2.0, -4.0, 0.5), (4.0, -6.0, 0.2), (1.0, -1.0, 0.9), (1.0, -16.0, -0.2))
+    for spread, middle, sine in cases:
         blocks = 2.0 ** (middle + rng.normal(0, spread, (size[1] // 4, size[0] // 4, 1)))
         image = (WHITE * blocks).repeat(4, axis=0).repeat(4, axis=1)
         sun = (np.sqrt(1 - sine * sine), 0.0, sine)
         with Rig(gpu, image, size) as rig:
             rig.bench.render(look(size=size, sun_direction=sun))
-            assert rig.reading.target_ev100 == pytest.approx(asked_ev100(image, sine), abs=0.2), (spread, middle)
+            assert rig.reading.target_ev100 == pytest.approx(asked_ev100(image, sine), abs=0.1), (spread, middle)
 
 
 def test_highlights_are_white_and_dark_scenes_are_lifted_by_a_stop_at_most(gpu):
@@ -344,11 +345,11 @@ def test_highlights_are_white_and_dark_scenes_are_lifted_by_a_stop_at_most(gpu):
         return out[4].mean(), out[-4].mean()
 
     white, _ = shown(0.4, 0.2)
-    assert 232 <= white <= 246  # 242, and a bin of 0.2 EV
+    assert 232 <= white <= 246  # 242, and a bin
     white, grey = shown(0.3, 0.15)
     assert white > 230 and grey == pytest.approx(122, abs=30)
     white, grey = shown(0.3, 0.03)
-    assert white == pytest.approx(255 * tone_map("camera", np.full(3, 1.9))[0], abs=2) and grey < 80
+    assert white == pytest.approx(255 * tone_map("camera", np.full(3, 1.9))[0], abs=2) and grey < 100
 
 
 def test_an_even_picture_is_as_bright_as_what_it_shows(gpu):

@@ -7,15 +7,15 @@
 layout(local_size_x = 16, local_size_y = 16) in;
 layout(binding = 0) uniform sampler2D u_scene;  // radiance, a quarter of the view's size
 
-const int BINS = 256;
+const int BINS = 512, LANES = 256;
 const float LOWEST = -20.0;     // log2 cd m^-2 of the first bin
-const float PER_STOP = 5.0;     // bins a stop: up to 2^31
-// Exposed light of the 99th percentile, of the median (which is lifted to it, by so much at most), and the most that the
-// median may have in a picture without anything white and in one of snow or cloud alone; highlights over white ground
-// under this sun in either.
+const float PER_STOP = 10.0;    // bins a stop: up to 2^31
+// Exposed light of the 99th percentile, of the median (which is lifted to it, by so much at most), and the most that
+// the median may have in a picture without anything white and in one of snow or cloud alone; highlights over white
+// ground under this sun in either.
 const float HIGHLIGHT = 1.0, GREY = 0.18, MOST_LIFT_EV = 1.0, MOST_CLOSED_EV = 1.0;
 const vec2 MEDIANS = vec2(0.25, 0.85), WHITE_SHARES = vec2(0.1, 0.6);
-const float LIT_STOPS = 10.0, SUNLIT_STOPS = 5.0, SUNLIT_SHARE = 0.001;
+const float LIT_STOPS = 10.0, SUNLIT_STOPS = 5.0, SUNLIT_SHARE = 0.001, LOWEST_SINE = 0.01;
 layout(std430, binding = 5) buffer Histogram {
     uint h_groups;              // how many groups have finished
     uint h_counts[BINS];
@@ -101,7 +101,7 @@ void expose() {
         // Highlights are white; darker scenes are lifted, and only a scene that has white in it may be all bright.
         target = bright - key - log2(HIGHLIGHT);
         target -= clamp(target - (metered - key - log2(GREY)), 0.0, MOST_LIFT_EV);
-        float white = facing * max(dot(frame.camera_zenith, frame.sun_direction), 1e-3);
+        float white = facing * max(dot(frame.camera_zenith, frame.sun_direction), LOWEST_SINE);
         float whiteness = smoothstep(WHITE_SHARES.x, WHITE_SHARES.y, exp2(bright) / max(white, 1e-30));
         target = max(target, metered - key - log2(mix(MEDIANS.x, MEDIANS.y, whiteness)));
         // A sun in the picture closes the aperture, by as much as it takes where nothing else is lit by it.
@@ -120,8 +120,8 @@ void expose() {
 }
 
 void main() {
-    uint lane = gl_LocalInvocationIndex;
-    s_counts[lane] = 0u;
+    int lane = int(gl_LocalInvocationIndex);
+    for (int k = lane; k < BINS; k += LANES) s_counts[k] = 0u;
     barrier();
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = textureSize(u_scene, 0);
     if (all(lessThan(pixel, size))) {
@@ -129,10 +129,12 @@ void main() {
         if (bin >= 0) atomicAdd(s_counts[bin], 1u);
     }
     barrier();
-    if (s_counts[lane] > 0u) atomicAdd(h_counts[lane], s_counts[lane]);
+    for (int k = lane; k < BINS; k += LANES) {
+        if (s_counts[k] > 0u) atomicAdd(h_counts[k], s_counts[k]);
+    }
     memoryBarrierBuffer();
     barrier();
-    if (lane == 0u) {
+    if (lane == 0) {
         uint groups = gl_NumWorkGroups.x * gl_NumWorkGroups.y;
         s_last = atomicAdd(h_groups, 1u) == groups - 1u;
     }
@@ -140,8 +142,8 @@ void main() {
     if (!s_last) return;
     memoryBarrierBuffer();
     // Read and clear for the next frame in one.
-    s_counts[lane] = atomicExchange(h_counts[lane], 0u);
-    if (lane == 0u) h_groups = 0u;
+    for (int k = lane; k < BINS; k += LANES) s_counts[k] = atomicExchange(h_counts[k], 0u);
+    if (lane == 0) h_groups = 0u;
     barrier();
-    if (lane == 0u) expose();
+    if (lane == 0) expose();
 }
