@@ -59,6 +59,9 @@ class CloudLayer:
         0.6, 0.0, 1.0, "", "Mean share of the sky under cloud; of a uniform layer only 0 counts: it isn't there",
         group="shape",
     )  # fmt: skip
+    relief: float = knob(
+        1.0, 0.0, 2.0, "", "Of cumulus: billows on its surface; 0 is smooth, 1 cauliflower", group="shape"
+    )
     wind_speed_m_s: float = knob(
         12.0, 0.0, 500.0, "m/s", "Speed at which weather drifts eastwards at the equator", group="weather"
     )

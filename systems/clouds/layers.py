@@ -74,8 +74,8 @@ def write_layers(block: CloudViewBlock, layers: list[CloudLayer], map_coverage: 
         scale = 1.0 if kind == CloudKind.UNIFORM else layer.coverage / mean
         parabola = float(layer.height_profile == "parabola" and kind != CloudKind.CUMULUS)
         block.layers[row] = CloudViewLayer(
-            base, top, 1.0 / (top - base), layer.extinction_per_m, layer.albedo, layer.asymmetry, kind, scale, parabola,
-            numbers[row],
+            base, top, 1.0 / (top - base), layer.extinction_per_m, layer.albedo, layer.asymmetry, kind, scale,
+            layer.relief, parabola, numbers[row],
         )  # fmt: skip
     block.layer_count = len(layers)
     block.lowest_m = min((layer.base_m for layer in layers), default=0.0)

@@ -48,6 +48,7 @@ class CloudViewLayer:
     asymmetry: float
     kind: Annotated[int, "CLOUD_CUMULUS, CLOUD_CIRRUS or CLOUD_UNIFORM"]
     cover_scale: Annotated[float, "its cover over that of the weather's map"]
+    relief: Annotated[float, "of billows on cumulus"]
     parabola: Annotated[float, "1: it thins out towards base and top as a parabola; 0: it does not"]
     model: Annotated[int, "its number in cloud_model.layers"]
 

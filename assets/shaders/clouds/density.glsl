@@ -33,9 +33,9 @@ layout(binding = WEATHER_SECOND_UNIT) uniform sampler2D u_weather_second;
 #define CLOUD_ORIGIN(volume) cloud_view.volume.origin
 #endif
 
-const float CLOUD_RIM = 0.13;         // of the rims' noise against the shape's
-const float CLOUD_RIM_NEAR = 0.035;
-const float CLOUD_EDGE = 0.11;        // of noise above the threshold until the cloud is densest
+const float CLOUD_RIM = 0.24;         // of the rims' noise against the shape's
+const float CLOUD_RIM_NEAR = 0.09;
+const float CLOUD_EDGE = 0.07;        // of noise above the threshold until the cloud is densest
 const float CLOUD_SCARCE = 0.12;      // cover below which the threshold rises out of reach
 // mean filled share of a cloud's height: bases, tops and places between are thin
 const float CLOUD_MEAN_FILL = 0.4;
@@ -124,7 +124,7 @@ float cloud_tallness(CloudWeather w) {
 // How much of the map's cover a height in the layer has: a flat base, tops that reach as high as the weather lets them.
 float cloud_height_cover(float share, CloudWeather w) {
     float x = share / cloud_tallness(w);
-    return smoothstep(0.0, 0.10, share) * clamp(1.0 - x * x, 0.0, 1.0);
+    return smoothstep(0.0, 0.10, share) * clamp((1.0 - x) * (1.0 / 0.85), 0.0, 1.0);
 }
 
 // Share of a layer's height above which there is no cloud between two places of a ray, whatever the noise; 0: none at
@@ -298,15 +298,22 @@ CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float
         cover, fibre_place, p.turned, p.tilted);
 }
 
+// Billows stand on the cloud that the wide volumes make: away from it they would be balls of their own.
+float cloud_relief(CloudViewLayer shell, float excess) {
+    return shell.relief * smoothstep(-0.2, 0.05, excess);
+}
+
 // How far the noise lies below any cloud, whatever the rims are; 0: there may be some.
 float cloud_gap(int layer, CloudNoise n, float footprint_m) {
     bool cirrus = CLOUD_IS_CIRRUS(layer);
+    float relief = cirrus ? CLOUD_CIRRUS_RIM : cloud_relief(cloud_view.layers[layer], n.excess);
     float rim_variance = CLOUD_RIM * CLOUD_RIM * hidden_variance_share(cloud_level(cloud_view.fine_level, footprint_m),
         cloud_view.rim_filter)
         + CLOUD_RIM_NEAR * CLOUD_RIM_NEAR * hidden_variance_share(cloud_level(cloud_view.finest_level, footprint_m),
             cloud_view.rim_filter);
-    float half_width = cirrus ? n.half_width : max(sqrt(n.hidden_variance + rim_variance), CLOUD_LEAST_HALF_WIDTH);
-    float most = n.excess + (CLOUD_RIM + CLOUD_RIM_NEAR) * (cirrus ? CLOUD_CIRRUS_RIM : 1.0) + half_width;
+    float half_width = cirrus ? n.half_width : max(sqrt(n.hidden_variance + relief * relief * rim_variance),
+        CLOUD_LEAST_HALF_WIDTH);
+    float most = n.excess + (CLOUD_RIM + CLOUD_RIM_NEAR) * relief + half_width;
     float gap = max(-most, cirrus || n.cover >= CLOUD_LEAST ? 0.0 : 1e-6);
     return cloud_view.layers[layer].kind == CLOUD_UNIFORM ? 0.0 : gap;
 }
@@ -316,6 +323,7 @@ float cloud_rimmed(int layer, CloudNoise n, float share, float footprint_m, int 
     CloudViewLayer shell = cloud_view.layers[layer];
     bool cirrus = CLOUD_IS_CIRRUS(layer);
     float excess = n.excess, variance = n.hidden_variance;
+    float relief = cirrus ? CLOUD_CIRRUS_RIM : cloud_relief(shell, excess);
     int turns = excess > -0.3 - 0.5 * sqrt(variance) && n.hidden_share < 0.99 ? rims : 0, i = 0;
     // Left at its end: software GPUs go through the turn, too, in which a loop is left at its head.
     if (rims > 0) do {
@@ -323,7 +331,7 @@ float cloud_rimmed(int layer, CloudNoise n, float share, float footprint_m, int 
             : CLOUD_ORIGIN(finest) + n.turned * cloud_view.finest.per_m;
         vec3 at = cirrus ? (i == 0 ? 1.0 : CLOUD_HAIRS) * n.fibre_place : billow;
         float level = cloud_level(i == 0 ? cloud_view.fine_level : cloud_view.finest_level, footprint_m);
-        float weight = turns > 0 ? (i == 0 ? CLOUD_RIM : CLOUD_RIM_NEAR) * (cirrus ? CLOUD_CIRRUS_RIM : 1.0) : 0.0;
+        float weight = turns > 0 ? (i == 0 ? CLOUD_RIM : CLOUD_RIM_NEAR) * relief : 0.0;
         float rim = textureLod(u_cloud_rims, at, level + cloud_dither - 0.5).r - 0.5;
         // Billows above, wisps below: at the base the noise is turned round.
         excess += 2.0 * weight * rim * mix(-1.0, 1.0, cirrus ? 1.0 : smoothstep(0.0, 0.25, share));

@@ -35,7 +35,7 @@ float near_sun_depth(
         float height = altitude + t * mu + 0.5 * t * t * (1.0 - mu * mu) / r;
         float share = (height - shell.base_m) * shell.per_thickness;
         sum += (to - from) * cloud_density(layer, at + frame.camera_offset_m, clamp(share, 0.0, 1.0), w,
-            max(footprint, 0.35 * (to - from)), 0) * step(share, 1.0);
+            max(footprint, 0.35 * (to - from)), 1) * step(share, 1.0);
         from = to;
     } while (i < steps);
     return sum * shell.extinction_per_m;
