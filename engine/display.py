@@ -1,0 +1,51 @@
+"""What a display shows of light at three wavelengths, and which reflectance shows a wanted colour.
+
+Light is (..., 3) at 680, 550 and 440 nm in units of sunlight, colours are linear sRGB for an eye to which sunlight is
+white. In GLSL: common/color.glsl. docs/exposure.md says where the numbers come from.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["DISPLAY", "DISPLAY_BETWEEN", "display_color", "reflectance"]
+
+Floats = NDArray[np.float64]
+
+DISPLAY: Floats = np.array([[0.67, 0.42, -0.09], [0.0, 0.965, 0.035], [0.0, 0.0, 1.0]])
+"""Rows: red, green and blue of what there is at 680, 550 and 440 nm."""
+DISPLAY_BETWEEN: Floats = np.zeros((3, 3))
+"""The same of what lies between two wavelengths: geometric means of 680 and 550, 550 and 440, 440 and 680 nm. Together
+with DISPLAY rows add up to 1, so that sunlight comes out white."""
+
+_NEXT = (1, 2, 0)
+
+
+def display_color(light: ArrayLike) -> Floats:
+    """Linear sRGB (..., 3) of light; below 0 where a display cannot show it.
+
+    Root-polynomial colour correction (Finlayson, Mackiewicz and Hurlbert 2015): scaled light comes out scaled, which no
+    other polynomial of the second degree does.
+    """
+    known = np.maximum(np.asarray(light, dtype=np.float64), 0.0)
+    return known @ DISPLAY.T + np.sqrt(known * known[..., _NEXT]) @ DISPLAY_BETWEEN.T
+
+
+def reflectance(color: ArrayLike) -> Floats:
+    """Shares 0..1 of light (..., 3) that ground of a wanted colour (..., 3), linear sRGB, throws back.
+
+    The inverse of `display_color`: in sunlight outside the air the colour is what shows. Colours that no light of three
+    wavelengths shows come out as near as a few steps of Newton's method get.
+    """
+    wanted = np.clip(np.asarray(color, dtype=np.float64), 0.0, None)
+    # In square roots of light, colours are quadratic forms, without the infinite slopes of roots at 0.
+    root = np.sqrt(np.maximum(wanted, 1e-6))
+    for _ in range(12):
+        slope = 2.0 * DISPLAY * root[..., None, :]
+        slope = slope + DISPLAY_BETWEEN * root[..., None, _NEXT]
+        slope = slope + (DISPLAY_BETWEEN * root[..., None, :])[..., (2, 0, 1)]
+        off = wanted - display_color(root * root)
+        step = np.linalg.solve(slope, off[..., None])[..., 0]
+        root = np.clip(root + step, 0.5 * root, 2.0 * root + 1e-3)
+    return np.clip(root * root, 0.0, 1.0)
