@@ -13,9 +13,9 @@ __all__ = ["DISPLAY", "DISPLAY_BETWEEN", "display_color", "reflectance"]
 
 Floats = NDArray[np.float64]
 
-DISPLAY: Floats = np.array([[0.67, 0.42, -0.09], [0.0, 0.965, 0.035], [0.0, 0.0, 1.0]])
+DISPLAY: Floats = np.array([[0.0, 0.144, -0.552], [-0.027, 0.77, -0.011], [-0.006, 0.048, 1.077]])
 """Rows: red, green and blue of what there is at 680, 550 and 440 nm."""
-DISPLAY_BETWEEN: Floats = np.zeros((3, 3))
+DISPLAY_BETWEEN: Floats = np.array([[1.1, 0.775, -0.467], [0.109, 0.01, 0.149], [-0.077, -0.298, 0.256]])
 """The same of what lies between two wavelengths: geometric means of 680 and 550, 550 and 440, 440 and 680 nm. Together
 with DISPLAY rows add up to 1, so that sunlight comes out white."""
 
@@ -41,11 +41,13 @@ def reflectance(color: ArrayLike) -> Floats:
     wanted = np.clip(np.asarray(color, dtype=np.float64), 0.0, None)
     # In square roots of light, colours are quadratic forms, without the infinite slopes of roots at 0.
     root = np.sqrt(np.maximum(wanted, 1e-6))
-    for _ in range(12):
+    for _ in range(20):
         slope = 2.0 * DISPLAY * root[..., None, :]
         slope = slope + DISPLAY_BETWEEN * root[..., None, _NEXT]
         slope = slope + (DISPLAY_BETWEEN * root[..., None, :])[..., (2, 0, 1)]
         off = wanted - display_color(root * root)
+        if np.abs(off).max(initial=0.0) < 1e-7:
+            break
         step = np.linalg.solve(slope, off[..., None])[..., 0]
         root = np.clip(root + step, 0.5 * root, 2.0 * root + 1e-3)
     return np.clip(root * root, 0.0, 1.0)

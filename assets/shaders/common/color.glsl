@@ -8,8 +8,8 @@ const float SATURATION = 1.2;  // cd m^-2 that expose to 1 at EV100 0
 
 // Light at three wavelengths, in any unit in which sunlight is 1, to linear sRGB, by what there is at them and by the
 // geometric means of two, which are near what lies between. Columns; rows of both add up to 1. Twin: engine/display.py.
-const mat3 DISPLAY = mat3(@@D@@);
-const mat3 DISPLAY_BETWEEN = mat3(@@B@@);
+const mat3 DISPLAY = mat3(0.0, -0.027, -0.006, 0.144, 0.77, 0.048, -0.552, -0.011, 1.077);
+const mat3 DISPLAY_BETWEEN = mat3(1.1, 0.109, -0.077, 0.775, 0.01, -0.298, -0.467, 0.149, 0.256);
 
 // light at least 0; the colour is below 0 where a display cannot show it.
 vec3 display_color(vec3 light) {
