@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["DISPLAY", "DISPLAY_BETWEEN", "display_color", "reflectance"]
+__all__ = ["DISPLAY", "DISPLAY_BETWEEN", "display_color", "light_of_color", "reflectance"]
 
 Floats = NDArray[np.float64]
 
@@ -33,11 +33,14 @@ def display_color(light: ArrayLike) -> Floats:
 
 
 def reflectance(color: ArrayLike) -> Floats:
-    """Shares 0..1 of light (..., 3) that ground of a wanted colour (..., 3), linear sRGB, throws back.
+    """Shares 0..1 of light (..., 3) that ground of a colour (..., 3), linear sRGB, throws back: in sunlight outside the
+    air the colour is what shows."""
+    return np.minimum(light_of_color(color), 1.0)
 
-    The inverse of `display_color`: in sunlight outside the air the colour is what shows. Colours that no light of three
-    wavelengths shows come out as near as a few steps of Newton's method get.
-    """
+
+def light_of_color(color: ArrayLike) -> Floats:
+    """The inverse of `display_color`. Colours that no light of three wavelengths shows come out as near as a few steps
+    of Newton's method get."""
     wanted = np.clip(np.asarray(color, dtype=np.float64), 0.0, None)
     # In square roots of light, colours are quadratic forms, without the infinite slopes of roots at 0.
     root = np.sqrt(np.maximum(wanted, 1e-6))
@@ -50,4 +53,4 @@ def reflectance(color: ArrayLike) -> Floats:
             break
         step = np.linalg.solve(slope, off[..., None])[..., 0]
         root = np.clip(root + step, 0.5 * root, 2.0 * root + 1e-3)
-    return np.clip(root * root, 0.0, 1.0)
+    return root * root

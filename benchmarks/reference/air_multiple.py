@@ -115,7 +115,8 @@ def _replicates(tracer: Tracer, rays: Rays, n: int, most: int, paths: int, seed:
     def of_lanes(uniforms: Floats, rng: np.random.Generator) -> Floats:
         lanes = len(uniforms)
         same = rays.chosen(np.full(lanes, n))
-        front = Front(np.arange(lanes), np.tile(start, (lanes, 1)), same.direction, np.ones((lanes, tracer.air.wavelengths)))
+        whole = np.ones((lanes, tracer.air.wavelengths))
+        front = Front(np.arange(lanes), np.tile(start, (lanes, 1)), same.direction, whole)
         return tracer.trace(front, same, turns(uniforms, rng), most, fixed=True)
 
     return replicated(of_lanes, SOBOL_DIMENSIONS, paths, (seed, n))

@@ -121,7 +121,7 @@ def delta_e_2000(one: ArrayLike, other: ArrayLike) -> Floats:
     turn = np.where(grey, 0.0, (h2 - h1 + 180) % 360 - 180)
     hue = np.where(grey, h1 + h2, h1 + 0.5 * turn)
     d_l, d_c, d_h = l2 - l1, c2 - c1, 2 * np.sqrt(c1 * c2) * np.sin(np.radians(turn / 2))
-    l, c = 0.5 * (l1 + l2) - 50, 0.5 * (c1 + c2)  # noqa: E741 - L as in the formula
+    l, c = 0.5 * (l1 + l2) - 50, 0.5 * (c1 + c2)
     t = (
         1 - 0.17 * np.cos(np.radians(hue - 30)) + 0.24 * np.cos(np.radians(2 * hue))
         + 0.32 * np.cos(np.radians(3 * hue + 6)) - 0.20 * np.cos(np.radians(4 * hue - 63))

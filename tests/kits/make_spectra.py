@@ -1,6 +1,6 @@
 """Computes tests/data/spectra_light.csv: light of skies, limbs, suns and lit ground as spectra. Takes some minutes.
 
-    python -m tests.kits.make_spectra        from the root of the checkout, with the package on the path
+    python tests/kits/make_spectra.py
 
 Light is as a share of sunlight outside the air. Single scattering is by quadrature, the rest by paths that all
 wavelengths share (benchmarks/reference), so that noise is in the brightness more than in the colour.
@@ -8,12 +8,12 @@ wavelengths share (benchmarks/reference), so that noise is in the brightness mor
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+
 from planetfall.benchmarks.reference.air_irradiance import irradiance
 from planetfall.benchmarks.reference.air_medium import EARTH_BRUNETON, AirParameters
 from planetfall.benchmarks.reference.air_multiple import sky_multiple
@@ -77,9 +77,8 @@ def _from_space(name: str, air: AirParameters) -> Iterator[Row]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.parse_args()
-    lines = ["kind,air,sun_deg,elevation_deg,azimuth_deg,at_550," + ",".join(f"per_550_{nm:.0f}" for nm in WAVELENGTHS_NM)]
+    shapes = ",".join(f"per_550_{nm:.0f}" for nm in WAVELENGTHS_NM)
+    lines = [f"kind,air,sun_deg,elevation_deg,azimuth_deg,at_550,{shapes}"]
     middle = int(np.searchsorted(WAVELENGTHS_NM, 550.0))
     for name, air in (("clear", CLEAR), ("hazy", HAZY)):
         many = spectral_air(air)
@@ -88,7 +87,6 @@ def main() -> None:
             for kind, of, sun, elevation, azimuth, light in part(name, many):
                 shape = ",".join(f"{v:.4g}" for v in light / light[middle])
                 lines.append(f"{kind},{of},{sun:g},{elevation:g},{azimuth:g},{light[middle]:.4e},{shape}")
-                print(lines[-1][:70], flush=True)
             TABLE.write_text("\n".join(lines) + "\n")
 
 

@@ -11,6 +11,7 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
+
 from planetfall.benchmarks.reference.spectrum import delta_e_2000, lab, seen_colour
 
 DATA = Path(__file__).parents[1] / "data"
