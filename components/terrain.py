@@ -124,7 +124,7 @@ class Terrain:
         220.0, 1.0, 1e4, "m", "Height from one thick layer of rock to the next", log=True, group="ground"
     )
     dry_albedo: Vec3 = knob(
-        (0.42, 0.32, 0.205), 0.0, 1.0, "", "The same of dry soil, desert and dust", group="ground", widget="color"
+        (0.43, 0.31, 0.175), 0.0, 1.0, "", "The same of dry soil, desert and dust", group="ground", widget="color"
     )
     sand_albedo: Vec3 = knob(
         (0.42, 0.32, 0.18),

@@ -104,9 +104,10 @@ MATERIALS: tuple[Material, ...] = (
             "sanded * (1.0 - plants_share) * (1.0 - rock_share) * (1.0 - snow_share)")),
     Material("dark_plains", "worlds without plants, as the maria of the moon", "soil",
         "0.9 * (1.0 - plants) * ramp(0.50, 0.64, moisture + 0.06 * mixed)", "sand_albedo"),
+    # Half of it is the soil between the stones.
     Material("gravel", "patches, most in rough relief", "soil",
         "0.65 * ramp(0.7, 1.9, 1.2 * patches - mixed + 2.0 * roughness)",
-        {"strata_albedo": 0.45, "rock_albedo": 0.55}),
+        {"dry_albedo": 0.5, "strata_albedo": 0.25, "rock_albedo": 0.25}),
     Material("moist_soil", "wet soil is darker", "soil",
         "ramp(0.15, 0.5, humidity) * plants", "dry_albedo", "albedo * vec3(0.40, 0.42, 0.46)"),
     Material("stones", "peaks of the fine noise", "soil", "stones * 0.6", "rock_albedo", "albedo * 1.1"),
