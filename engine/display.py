@@ -51,6 +51,6 @@ def light_of_color(color: ArrayLike) -> Floats:
         off = wanted - display_color(root * root)
         if np.abs(off).max(initial=0.0) < 1e-7:
             break
-        step = np.linalg.solve(slope, off[..., None])[..., 0]
+        step = np.asarray(np.linalg.solve(slope, off[..., None]), dtype=np.float64)[..., 0]
         root = np.clip(root + step, 0.5 * root, 2.0 * root + 1e-3)
     return root * root
