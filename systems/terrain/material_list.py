@@ -78,8 +78,8 @@ def register_material(
 ) -> None:
     """Let the ground of all planets have a material of a game's own, where its rule says.
 
-    albedo: share of light that it throws back, linear RGB. rule: the share of ground that it covers, 0..1: a GLSL
-    expression, or statements that return one, of the words that docs/materials.md lists, as in
+    albedo: share of light that it throws back, linear sRGB as it shows in sunlight. rule: the share of ground that it
+    covers, 0..1: a GLSL expression, or statements that return one, of the words that docs/materials.md lists, as in
     "ramp(2000.0, 2500.0, height_m) * (1.0 - rock_share)". over: the material that it lies over; those that come later
     lie over it, so that snow covers it. color: GLSL, of which `albedo` is what that says, as in
     "albedo * (1.0 + 0.2 * grain)". roughness: height of its bumps, where soil has 1. ripples: a Ripples, for what the

@@ -38,7 +38,7 @@ class Material:
     """One material, or a mixture of those that name it in `within`.
 
     rule: GLSL, the share of ground that it covers, 0..1; "" is the first one of a mixture, which covers all. Within a
-    mixture later ones lie over earlier ones. albedo: share of light that it throws back, linear RGB; or the name of
+    mixture later ones lie over earlier ones. albedo: share of light that it throws back, linear sRGB; or the name of
     another's or of a field of Terrain; or shares of such; () is a mixture. color: GLSL, of which `albedo` is what that
     says or the mixture's colour. roughness: height of its bumps, where soil has 1 (Terrain.grain scales all); None:
     those of what lies below. All ground is matt: Terrain.dust_law says how. bumps_before: the material that its own

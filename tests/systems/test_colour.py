@@ -122,6 +122,19 @@ def test_twilight_is_peach_below_and_blue_above():
             assert blue > green > red, light
 
 
+def test_the_limb_at_sunrise_goes_from_red_by_pale_yellow_to_blue():
+    """Up the limb red gives way to blue with white between: nowhere is green far below both, which is violet."""
+    colors = {}
+    for light in lights():
+        if light.kind == "limb" and light.azimuth_deg == 4.0:
+            red, green, blue = display_color(at_wavelengths(light.spectrum))
+            assert green > 0.9 * min(red, blue), light
+            colors.setdefault(light.sun_deg, []).append(red / blue)
+    for ratios in colors.values():
+        lower = np.array(ratios[:7])  # up to 25 km; above, ozone takes less
+        assert lower[0] > 2.0 and lower[-1] < 0.2 and np.all(np.diff(lower[2:]) < 0.0)
+
+
 def test_bright_lights_keep_their_luminance():
     spectra = samples()[1]
     shown, seen = shown_samples() @ LUMINANCE, seen_colour(spectra) @ LUMINANCE
