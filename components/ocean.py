@@ -45,7 +45,10 @@ def _not_too_steep(waves: tuple[Wave, ...]) -> str:
 
 @dataclass
 class Ocean:
-    """Water up to sea_level_m wherever the ground is lower, with the waves of a wind and a swell, or given ones."""
+    """Water up to sea_level_m wherever the ground is lower, with the waves of a wind and a swell, or given ones.
+
+    Albedos of its bed, ice and foam are colours, linear sRGB as they show in sunlight.
+    """
 
     sea_level_m: float = knob(0.0, -1e5, 1e5, "m", "Height of the sea above the reference sphere")
     wind_speed_m_s: float = knob(

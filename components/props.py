@@ -37,5 +37,7 @@ class Shape:
     size_m: Vec3 = knob(
         (1.0, 1.0, 1.0), 1e-4, 1e7, "", "Along its own axes: diameters, lengths of a box, factors of a mesh"
     )
-    color: Vec3 = knob((0.5, 0.5, 0.5), 0.0, 1.0, "", "Share of light that it throws back", widget="color")
+    color: Vec3 = knob(
+        (0.5, 0.5, 0.5), 0.0, 1.0, "", "Share of light that it throws back: linear sRGB, as in sunlight", widget="color"
+    )
     roughness: float = knob(0.8, 0.05, 1.0, "", "1: dull, towards 0: like polished stone")

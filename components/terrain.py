@@ -13,7 +13,10 @@ __all__ = ["Terrain"]
 
 @dataclass
 class Terrain:
-    """Procedural ground between lowest_m and highest_m above the reference sphere. Equal values give equal ground."""
+    """Procedural ground between lowest_m and highest_m above the reference sphere. Equal values give equal ground.
+
+    Albedos are colours, linear sRGB: what shows in sunlight outside the air, where white paper shows (1, 1, 1).
+    """
 
     seed: int = knob(1, 0, 2**31 - 1, "", "Which of the many planets of this shape")
     highest_m: float = knob(9000.0, -2e4, 1e5, "m", "No ground is higher than this above the reference sphere")
@@ -121,7 +124,7 @@ class Terrain:
         220.0, 1.0, 1e4, "m", "Height from one thick layer of rock to the next", log=True, group="ground"
     )
     dry_albedo: Vec3 = knob(
-        (0.36, 0.25, 0.135), 0.0, 1.0, "", "The same of dry soil, desert and dust", group="ground", widget="color"
+        (0.43, 0.31, 0.175), 0.0, 1.0, "", "The same of dry soil, desert and dust", group="ground", widget="color"
     )
     sand_albedo: Vec3 = knob(
         (0.42, 0.32, 0.18),
@@ -135,9 +138,9 @@ class Terrain:
     snow_albedo: Vec3 = knob(
         (0.80, 0.83, 0.87), 0.0, 1.0, "", "The same of snow and ice", group="ground", widget="color"
     )
-    grass_albedo: Vec3 = knob((0.078, 0.1, 0.04), 0.0, 1.0, "", "The same of grass", group="plants", widget="color")
+    grass_albedo: Vec3 = knob((0.069, 0.103, 0.03), 0.0, 1.0, "", "The same of grass", group="plants", widget="color")
     forest_albedo: Vec3 = knob(
-        (0.026, 0.043, 0.02), 0.0, 1.0, "", "The same of forests", group="plants", widget="color"
+        (0.034, 0.058, 0.022), 0.0, 1.0, "", "The same of forests", group="plants", widget="color"
     )
     tundra_albedo: Vec3 = knob(
         (0.13, 0.115, 0.07), 0.0, 1.0, "", "The same of moss and heath in the cold", group="plants", widget="color"

@@ -25,7 +25,8 @@ A material has a colour and a rule: which share of the ground it covers, 0 to 1.
 and noise, never on the camera but for what a pixel covers, so that a place keeps its colour from 2 m to 36 000 km.
 Materials lie within mixtures, later ones over earlier ones; `ground` is all of it. All ground is matt: Lambert's law,
 or that of airless dust (`Terrain.dust_law`), so what a material's roughness says is how high its bumps are. Albedos are
-fields of [`Terrain`](api.md), in TOML as `grass_albedo = [0.078, 0.1, 0.04]`.
+fields of [`Terrain`](api.md), in TOML as `grass_albedo = [0.069, 0.103, 0.03]`: colours, as they show in sunlight
+([exposure.md](exposure.md#albedos-are-colours)).
 
 | material | lies in | albedo | where | its rule hangs on | roughness | on it |
 |---|---|---|---|---|---|---|

@@ -141,7 +141,8 @@ def irradiance(
     )
     most = orders or MOST_ORDERS
     count = len(positions)
-    by_order, error, check = np.zeros((count, most, 3)), np.zeros((count, 3)), np.zeros((count, 3))
+    each = (count, params.wavelengths)
+    by_order, error, check = np.zeros((count, most, params.wavelengths)), np.zeros(each), np.zeros(each)
     for n in range(count):
         by_order[n, 0] = sky_single_irradiance(params, positions[n], across[n], suns[n], nodes)
         if most > 1:
@@ -166,7 +167,7 @@ def _replicates(
         axis = np.tile(normal, (lanes, 1))
         directions = turned(axis, np.sqrt(uniforms[:, -2]), 2.0 * np.pi * uniforms[:, -1])
         rays = make_rays(air, np.tile(position, (lanes, 1)), directions)
-        weight = np.where(rays.hits_ground, 0.0, np.pi)[:, None] * np.ones(3)
+        weight = np.where(rays.hits_ground, 0.0, np.pi)[:, None] * np.ones(air.wavelengths)
         start = rays.perigee_m + rays.start_m[:, None] * rays.direction
         front = Front(np.arange(lanes), start, rays.direction, weight)
         return tracer.trace(front, rays, turns(uniforms, rng), most, fixed=False)

@@ -13,35 +13,40 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float64]
-Triple = tuple[float, float, float]
+PerWavelength = tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class AirParameters:
-    """One planet's clear air. Triples are per wavelength; the reference never asks which wavelengths they are."""
+    """One planet's clear air. Tuples are per wavelength; the reference never asks how many nor which ones they are."""
 
     radius_m: float
     thickness_m: float
-    rayleigh_scattering_per_m: Triple
+    rayleigh_scattering_per_m: PerWavelength
     rayleigh_scale_height_m: float
-    mie_scattering_per_m: Triple
-    mie_extinction_per_m: Triple
+    mie_scattering_per_m: PerWavelength
+    mie_extinction_per_m: PerWavelength
     mie_scale_height_m: float
     mie_asymmetry: float
-    absorption_per_m: Triple
+    absorption_per_m: PerWavelength
     absorption_center_m: float
     absorption_half_width_m: float
-    ground_albedo: Triple
+    ground_albedo: PerWavelength
     sun_angular_radius_rad: float
 
     @property
+    def wavelengths(self) -> int:
+        """How many: where shapes of answers say 3 wavelengths, the usual number is meant."""
+        return len(self.rayleigh_scattering_per_m)
+
+    @property
     def extinction_per_m(self) -> Floats:
-        """(3 kinds, 3 wavelengths) extinction at density 1: Rayleigh, Mie, absorber."""
+        """(3 kinds, W wavelengths) extinction at density 1: Rayleigh, Mie, absorber."""
         return np.array([self.rayleigh_scattering_per_m, self.mie_extinction_per_m, self.absorption_per_m], dtype=float)
 
     @property
     def scattering_per_m(self) -> Floats:
-        """(2 kinds, 3 wavelengths) scattering at density 1: Rayleigh, Mie."""
+        """(2 kinds, W wavelengths) scattering at density 1: Rayleigh, Mie."""
         return np.array([self.rayleigh_scattering_per_m, self.mie_scattering_per_m], dtype=float)
 
     @property
@@ -118,8 +123,8 @@ EARTH_BRUNETON = AirParameters(
 """The air of Bruneton's demo of 2017 (680, 550 and 440 nm), a usual yardstick."""
 
 
-def _times(values: Triple, factor: float) -> Triple:
-    return values[0] * factor, values[1] * factor, values[2] * factor
+def _times(values: PerWavelength, factor: float) -> PerWavelength:
+    return tuple(value * factor for value in values)
 
 
 def scaled(air: AirParameters, radius_m: float, thickness_m: float) -> AirParameters:

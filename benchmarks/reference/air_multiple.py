@@ -76,9 +76,10 @@ def scatter(
         raise ValueError(f"orders: expected at least 1, or None for all, found {orders}")
     single = single_scattering(air, rays, suns, sun_visibility)
     count, most = len(rays.level_m2), orders or MOST_ORDERS
-    by_order, errors = np.zeros((count, most, 3)), np.zeros((count, most, 3))
+    width = air.wavelengths
+    by_order, errors = np.zeros((count, most, width)), np.zeros((count, most, width))
     by_order[:, 0] = single.radiance
-    total_error, check = np.zeros((count, 3)), np.zeros((count, 3))
+    total_error, check = np.zeros((count, width)), np.zeros((count, width))
     if most > 1:
         suns = np.broadcast_to(suns, rays.direction.shape)
         for n in np.nonzero(rays.end_m > rays.start_m)[0]:
@@ -114,7 +115,8 @@ def _replicates(tracer: Tracer, rays: Rays, n: int, most: int, paths: int, seed:
     def of_lanes(uniforms: Floats, rng: np.random.Generator) -> Floats:
         lanes = len(uniforms)
         same = rays.chosen(np.full(lanes, n))
-        front = Front(np.arange(lanes), np.tile(start, (lanes, 1)), same.direction, np.ones((lanes, 3)))
+        whole = np.ones((lanes, tracer.air.wavelengths))
+        front = Front(np.arange(lanes), np.tile(start, (lanes, 1)), same.direction, whole)
         return tracer.trace(front, same, turns(uniforms, rng), most, fixed=True)
 
     return replicated(of_lanes, SOBOL_DIMENSIONS, paths, (seed, n))

@@ -60,7 +60,7 @@ class Tracer:
         all rays are the same one, and may end in mid-air; the distribution along it is then computed for it alone.
         Light of the ground where the first ray meets it is left out.
         """
-        light = np.zeros((len(first.lane), most_orders, 3))
+        light = np.zeros((len(first.lane), most_orders, self.air.wavelengths))
         front = first
         for order in range(most_orders):
             drawn = numbers(order)
@@ -167,7 +167,7 @@ class Tracer:
     ) -> Front:  # fmt: skip
         """Reflects the paths `at`, whose weights hold the way down and the albedo already."""
         if len(at) == 0:
-            return Front(at, np.empty((0, 3)), np.empty((0, 3)), np.empty((0, 3)))
+            return Front(at, np.empty((0, 3)), np.empty((0, 3)), np.empty((0, self.air.wavelengths)))
         air, u = self.air, u[at]
         position = front.position_m[at] + front.direction[at] * (end[at] - s[at])[:, None]
         up = position / np.linalg.norm(position, axis=1, keepdims=True)
@@ -182,7 +182,7 @@ class Tracer:
         air = self.air
         horizon = np.sqrt(np.maximum(level_m2, 0.0))
         seen = sun_seen(air, level_m2, rise_m, self.sun_visibility)
-        light = np.zeros((len(seen), 3))
+        light = np.zeros((len(seen), air.wavelengths))
         lit = seen > 0.0
         start = np.maximum(rise_m[lit], -horizon[lit])
         light[lit] = seen[lit, None] * transmittance_of(air, self.lengths.to_space(level_m2[lit], start))

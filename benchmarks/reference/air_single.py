@@ -44,7 +44,7 @@ def sun_light(air: AirParameters, level_m2: Floats, rise_m: Floats, sun_visibili
     """
     seen = sun_seen(air, level_m2, rise_m, sun_visibility)
     horizon = np.sqrt(np.maximum(level_m2, 0.0))  # -r cos_h
-    light = np.zeros((len(seen), 3))
+    light = np.zeros((len(seen), air.wavelengths))
     lit = seen > 0.0
     start = np.maximum(rise_m[lit], -horizon[lit])
     level = level_m2[lit] - start * start
@@ -76,27 +76,27 @@ def single_scattering(
 ) -> SingleScattering:
     """Integrates over rays with sun directions (N, 3) of length 1."""
     check_visibility(sun_visibility)
-    suns = np.broadcast_to(suns, rays.direction.shape)
+    suns, width = np.broadcast_to(suns, rays.direction.shape), air.wavelengths
     cosine = np.einsum("ij,ij->i", rays.direction, suns)
     lift = np.einsum("ij,ij->i", rays.perigee_m, suns)
 
     def integrand(owner: NDArray[np.intp], s: Floats) -> Floats:
         level = rays.level_m2[owner, None] + s * s
         rise = lift[owner, None] + cosine[owner, None] * s
-        light = sun_light(air, level.ravel(), rise.ravel(), sun_visibility).reshape(*s.shape, 3)
+        light = sun_light(air, level.ravel(), rise.ravel(), sun_visibility).reshape(*s.shape, width)
         flat = np.broadcast_to(owner[:, None], s.shape).ravel()
         lengths = optical_lengths(air, rays.level_m2[flat], rays.start_m[flat], s.ravel())
-        light *= transmittance_of(air, lengths).reshape(*s.shape, 3)
+        light *= transmittance_of(air, lengths).reshape(*s.shape, width)
         density = densities(air, air.height(level))
         return np.concatenate([density[..., :1] * light, density[..., 1:2] * light], axis=-1)
 
     breaks = _breaks(air, rays, suns, cosine, lift, sun_visibility)
-    found = integrate(integrand, breaks, 6, rtol)
+    found = integrate(integrand, breaks, 2 * width, rtol)
     scattering = air.scattering_per_m
-    rayleigh, mie = found.value[:, :3] * scattering[0], found.value[:, 3:] * scattering[1]
+    rayleigh, mie = found.value[:, :width] * scattering[0], found.value[:, width:] * scattering[1]
     phases = rayleigh_phase(cosine)[:, None], mie_phase(cosine, air.mie_asymmetry)[:, None]
     radiance = rayleigh * phases[0] + mie * phases[1]
-    spread = found.error[:, :3] * scattering[0] * phases[0] + found.error[:, 3:] * scattering[1] * phases[1]
+    spread = found.error[:, :width] * scattering[0] * phases[0] + found.error[:, width:] * scattering[1] * phases[1]
     error = np.where(radiance > 0.0, spread / np.maximum(radiance, 1e-300), 0.0).max(axis=1)
     whole = transmittance_of(air, optical_lengths(air, rays.level_m2, rays.start_m, rays.end_m))
     return SingleScattering(rayleigh, mie, radiance, whole, error, rays.hits_ground)

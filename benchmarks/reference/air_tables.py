@@ -116,7 +116,7 @@ def sampling_edges(lengths: LengthTable, level: Floats, start: Floats, end: Floa
         lv, a, b = level[part, None], start[part, None], end[part, None]
         s = a + (b - a) * u
         flat = [np.broadcast_to(v, s.shape).ravel() for v in (lv, a, s)]
-        through = transmittance_of(air, lengths.between(flat[0], flat[1], flat[2])).reshape(*s.shape, 3)
+        through = transmittance_of(air, lengths.between(flat[0], flat[1], flat[2])).reshape(*s.shape, air.wavelengths)
         light = through * (densities(air, air.height(lv + s * s))[..., :2] @ air.scattering_per_m)
         share = (light / np.maximum(light.sum(axis=1, keepdims=True), 1e-300)).mean(axis=2)
         share = (1.0 - even) * share + even / fine

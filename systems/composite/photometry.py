@@ -8,8 +8,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...engine.display import display_color
+
 __all__ = [
-    "DISPLAY",
     "LUMINANCE_PER_RADIANCE",
     "LUMINANCE_WEIGHTS",
     "SATURATION",
@@ -28,9 +29,6 @@ SOLAR_ILLUMINANCE_LX = 133.1e3
 """The same sunlight as seen by the eye (Darula, Kittler and Gueymard 2005: 133.1-133.3 klx)."""
 LUMINANCE_PER_RADIANCE: Array = SOLAR_ILLUMINANCE_LX / SOLAR_IRRADIANCE
 """cd m^-2 per W m^-2 sr^-1 nm^-1, one number for each wavelength, for light of the sun's colour."""
-DISPLAY: Array = np.array([[0.67, 0.42, -0.09], [0.0, 0.965, 0.035], [0.0, 0.0, 1.0]])
-"""Light of the three wavelengths, in units of sunlight, to linear sRGB. Its red is seen around 610 nm, between 680 and
-550. Exact for light of the sun's colour, which comes out white (rows add up to 1); an approximation for the rest."""
 LUMINANCE_WEIGHTS: Array = np.array([0.2126, 0.7152, 0.0722])
 """Rec. 709 weights of red, green and blue."""
 SATURATION = 1.2
@@ -39,13 +37,13 @@ SATURATION = 1.2
 
 def luminance(radiance: ArrayLike) -> Array:
     """cd m^-2 (...) of a radiance (..., 3)."""
-    return np.asarray(radiance, dtype=np.float64) @ (LUMINANCE_PER_RADIANCE * (LUMINANCE_WEIGHTS @ DISPLAY))
+    return np.maximum(display_color(np.asarray(radiance) * LUMINANCE_PER_RADIANCE) @ LUMINANCE_WEIGHTS, 0.0)
 
 
 def expose(radiance: ArrayLike, ev100: float) -> Array:
     """Linear display colour (..., 3) of a radiance (..., 3): 1 is where a camera of this exposure saturates."""
     light = np.asarray(radiance, dtype=np.float64) * LUMINANCE_PER_RADIANCE
-    return np.maximum(light @ DISPLAY.T, 0.0) / (SATURATION * 2.0**ev100)
+    return np.maximum(display_color(light), 0.0) / (SATURATION * 2.0**ev100)
 
 
 def ev100_for_saturation(luminance_cd_m2: float) -> float:

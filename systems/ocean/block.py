@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ...components import Ocean
 from ...engine.blocks.layout import Vec3, array
+from ...engine.display import reflectance
 from ...engine.space import length
 from ...engine.surface.nested import NESTED_BASE_M, NestedAnchor, nested_anchor
 from ...engine.waves import WaveSet
@@ -76,11 +77,11 @@ def ocean_block(ocean: Ocean, waves: WaveSet, anchor: NDArray[np.float64], radiu
         roughness=ocean.roughness,
         loss_per_m=tuple(loss),
         unseen_depth_m=-math.log(_UNSEEN) / (2.0 * min(loss)),
-        bed_albedo=tuple(ocean.bed_albedo),
+        bed_albedo=_reflectance(ocean.bed_albedo),
         bed_detail=ocean.bed_detail,
-        ice_albedo=tuple(ocean.ice_albedo),
+        ice_albedo=_reflectance(ocean.ice_albedo),
         ice_sine=math.sin(math.radians(ocean.ice_latitude_deg)) if ocean.ice_latitude_deg < 90.0 else 2.0,
-        foam_albedo=tuple(ocean.foam_albedo),
+        foam_albedo=_reflectance(ocean.foam_albedo),
         surf_m=ocean.surf_m,
         glow_radiance=tuple(ocean.glow),
         crust_share=ocean.crust,
@@ -95,6 +96,11 @@ def ocean_block(ocean: Ocean, waves: WaveSet, anchor: NDArray[np.float64], radiu
         anchor=place,
         drifting=[place, place],
     )
+
+
+def _reflectance(color: tuple[float, float, float]) -> tuple[float, float, float]:
+    red, green, blue = reflectance(color).tolist()
+    return red, green, blue
 
 
 def breaking(ocean: Ocean, waves: WaveSet) -> Crests:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ...components import Shape, Transform
 from ...engine.blocks.layout import StructLayout, Vec3
+from ...engine.display import reflectance
 from ...engine.made_shaders import made_shader
 from ...engine.space import CameraState, frustum_planes, sphere_outside
 from .meshes import Mesh, is_file
@@ -113,6 +114,7 @@ def read_props(found: Sequence[tuple[int, tuple[Transform, Shape]]], mesh_of: Ca
     round_ones = np.array([name == "sphere" for name in forms])[form]
     reach = np.where(round_ones, (size * half).max(axis=1), np.linalg.norm(size * half, axis=1))
     color = np.array([(*s.color, s.roughness) for s in shapes], dtype=np.float64).reshape(-1, 4)
+    color[:, :3] = reflectance(color[:, :3])
     positions = np.array([t.position_m for t in transforms], dtype=np.float64).reshape(-1, 3)
     entities = np.array([entity for entity, _ in found], dtype=np.int64)
     return Props(

@@ -10,10 +10,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.display import reflectance
 from ...engine.surface.cube_map import CubeMap, cube_of, face_directions, face_place
 from ...engine.surface.map_files import files_stamp, load_cube, read_colors, read_heights
 
@@ -139,11 +142,19 @@ def _height_map(path: str, range_m: tuple[float, float] | None, _files: tuple[ob
 
 @lru_cache(maxsize=3)
 def _color_cube(path: str, _files: tuple[object, ...]) -> CubeMap:
-    return load_cube(path, "Terrain.color_map", read_colors)
+    return load_cube(path, "Terrain.color_map", _read_reflectance)
+
+
+def _read_reflectance(file: Path, what: str) -> NDArray[Any]:
+    """(h, w, 3) reflectance at the three wavelengths of a picture's colours."""
+    roots = np.rint(np.sqrt(read_colors(file, what)) * 1023.0).astype(np.uint32)  # four steps in one of the texture's
+    packed, place = np.unique(roots[..., 0] << 20 | roots[..., 1] << 10 | roots[..., 2], return_inverse=True)
+    colors = (np.stack([packed >> 20, packed >> 10 & 1023, packed & 1023], axis=1) / 1023.0) ** 2
+    return reflectance(colors).astype(np.float32)[place.reshape(roots.shape[:2])]
 
 
 def color_cube(path: str) -> CubeMap:
-    """The colours at `path`, linear, three channels, read once. MapError says what is wrong."""
+    """Reflectance of the colours at `path`, three channels, read once. MapError says what is wrong."""
     return _color_cube(path, files_stamp(path))
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...components import Terrain
+from ...engine.display import reflectance
 from ...engine.settings import SettingError
 from ...engine.settings.suggest import did_you_mean
 from .material_glsl import albedo_name, albedo_names, constants_glsl, materials_glsl, struct_glsl
@@ -50,14 +51,15 @@ def shaders() -> dict[str, str]:
 
 
 def albedos(terrain: Terrain) -> NDArray[np.float64]:
-    """(MOST_ALBEDOS, 3): of each place."""
+    """(MOST_ALBEDOS, 3): of each place, as reflectance at the three wavelengths of what are colours in the list."""
     found = np.zeros((MOST_ALBEDOS, 3))
     own = {albedo_name(m): m.albedo for m in _listed if m.albedo and not isinstance(m.albedo, str)}
     for name, slot in _slots.items():
         albedo = own.get(name, {name: 1.0})
         if isinstance(albedo, Mapping):
-            albedo = sum(share * np.array(getattr(terrain, field)) for field, share in albedo.items())
-        found[slot] = albedo
+            found[slot] = sum(share * reflectance(getattr(terrain, field)) for field, share in albedo.items())
+        else:
+            found[slot] = reflectance(albedo)
     return found
 
 
@@ -76,8 +78,8 @@ def register_material(
 ) -> None:
     """Let the ground of all planets have a material of a game's own, where its rule says.
 
-    albedo: share of light that it throws back, linear RGB. rule: the share of ground that it covers, 0..1: a GLSL
-    expression, or statements that return one, of the words that docs/materials.md lists, as in
+    albedo: share of light that it throws back, linear sRGB as it shows in sunlight. rule: the share of ground that it
+    covers, 0..1: a GLSL expression, or statements that return one, of the words that docs/materials.md lists, as in
     "ramp(2000.0, 2500.0, height_m) * (1.0 - rock_share)". over: the material that it lies over; those that come later
     lie over it, so that snow covers it. color: GLSL, of which `albedo` is what that says, as in
     "albedo * (1.0 + 0.2 * grain)". roughness: height of its bumps, where soil has 1. ripples: a Ripples, for what the

@@ -38,7 +38,7 @@ class Material:
     """One material, or a mixture of those that name it in `within`.
 
     rule: GLSL, the share of ground that it covers, 0..1; "" is the first one of a mixture, which covers all. Within a
-    mixture later ones lie over earlier ones. albedo: share of light that it throws back, linear RGB; or the name of
+    mixture later ones lie over earlier ones. albedo: share of light that it throws back, linear sRGB; or the name of
     another's or of a field of Terrain; or shares of such; () is a mixture. color: GLSL, of which `albedo` is what that
     says or the mixture's colour. roughness: height of its bumps, where soil has 1 (Terrain.grain scales all); None:
     those of what lies below. All ground is matt: Terrain.dust_law says how. bumps_before: the material that its own
@@ -104,9 +104,10 @@ MATERIALS: tuple[Material, ...] = (
             "sanded * (1.0 - plants_share) * (1.0 - rock_share) * (1.0 - snow_share)")),
     Material("dark_plains", "worlds without plants, as the maria of the moon", "soil",
         "0.9 * (1.0 - plants) * ramp(0.50, 0.64, moisture + 0.06 * mixed)", "sand_albedo"),
+    # Half of it is the soil between the stones.
     Material("gravel", "patches, most in rough relief", "soil",
         "0.65 * ramp(0.7, 1.9, 1.2 * patches - mixed + 2.0 * roughness)",
-        {"strata_albedo": 0.45, "rock_albedo": 0.55}),
+        {"dry_albedo": 0.5, "strata_albedo": 0.25, "rock_albedo": 0.25}),
     Material("moist_soil", "wet soil is darker", "soil",
         "ramp(0.15, 0.5, humidity) * plants", "dry_albedo", "albedo * vec3(0.40, 0.42, 0.46)"),
     Material("stones", "peaks of the fine noise", "soil", "stones * 0.6", "rock_albedo", "albedo * 1.1"),

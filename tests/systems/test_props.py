@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import planetfall as pf
+from planetfall.engine.display import reflectance
 from planetfall.engine.space import CameraState
 from planetfall.systems.props.instances import read_props, rotation_matrices, seen_by
 from planetfall.systems.props.meshes import MeshError, box, load_mesh, mesh_of, sphere
@@ -287,9 +288,10 @@ def test_a_dull_box_has_lamberts_light(scene, renderer):
     half_cosine = np.sqrt(0.5 * (1.0 + n_l))
     fresnel = 0.04 + 0.96 * (1.0 - half_cosine) ** 5
     gloss = fresnel / np.pi * 0.5 / (n_l + 1.0)
-    wanted = (color * (1.0 - fresnel) / np.pi + gloss) * n_l * np.asarray(scene.sun.irradiance)
+    light = reflectance(color)
+    wanted = (light * (1.0 - fresnel) / np.pi + gloss) * n_l * np.asarray(scene.sun.irradiance)
     # 8 bits of the colour's square root: 0.8 % at 0.1; light from the ground below comes on top, none from a sky.
-    around = 0.2 * 0.6 * 0.5 * color / np.pi * np.asarray(scene.sun.irradiance)
+    around = 0.2 * 0.6 * 0.5 * light / np.pi * np.asarray(scene.sun.irradiance)
     np.testing.assert_allclose(out["radiance"][j, i], wanted + around, rtol=0.02)
 
 

@@ -1,4 +1,4 @@
-// Luminance, exposure and display encoding. Twin: systems/composite/photometry.py; explained in docs/exposure.md.
+// Luminance, exposure and display encoding. Twin: systems/composite/photometry.py; docs/exposure.md explains it.
 
 // cd m^-2 per W m^-2 sr^-1 nm^-1 at 680, 550, 440 nm for light of the sun's colour: 133.1 klx over the irradiance of
 // sunlight.
@@ -6,16 +6,28 @@ const vec3 LUMINANCE_PER_RADIANCE = vec3(133100.0) / vec3(1.474, 1.8504, 1.91198
 const vec3 LUMINANCE_WEIGHTS = vec3(0.2126, 0.7152, 0.0722);
 const float SATURATION = 1.2;  // cd m^-2 that expose to 1 at EV100 0
 
-// Light of three wavelengths to linear sRGB: its red is seen around 610 nm, between 680 and 550. Rows add up to 1.
-const mat3 DISPLAY = mat3(0.67, 0.0, 0.0, 0.42, 0.965, 0.0, -0.09, 0.035, 1.0);
+// Light at three wavelengths, in any unit in which sunlight is 1, to linear sRGB, by what there is at them and by the
+// geometric means of two, which are near what lies between. Columns; rows of both add up to 1. Twin: engine/display.py.
+const mat3 DISPLAY = mat3(0.0, -0.027, -0.006, 0.144, 0.77, 0.048, -0.552, -0.011, 1.077);
+const mat3 DISPLAY_BETWEEN = mat3(1.1, 0.109, -0.077, 0.775, 0.01, -0.298, -0.467, 0.149, 0.256);
+
+// light at least 0; the colour is below 0 where a display cannot show it.
+vec3 display_color(vec3 light) {
+    vec3 root = sqrt(light);
+    return DISPLAY * light + DISPLAY_BETWEEN * (root * root.gbr);
+}
+
+vec3 lit(vec3 radiance) {
+    return clamp(radiance, 0.0, 1e30) * LUMINANCE_PER_RADIANCE;   // infinity times 0 would be no number
+}
 
 // Linear sRGB in cd m^-2, never negative.
 vec3 display_light(vec3 radiance) {
-    return max(DISPLAY * (min(radiance, 1e30) * LUMINANCE_PER_RADIANCE), 0.0);   // infinity times 0 would be no number
+    return max(display_color(lit(radiance)), 0.0);
 }
 
 float luminance_of_radiance(vec3 radiance) {
-    return dot(radiance * LUMINANCE_PER_RADIANCE, LUMINANCE_WEIGHTS * DISPLAY);
+    return max(dot(display_color(lit(radiance)), LUMINANCE_WEIGHTS), 0.0);
 }
 
 vec3 srgb_encode(vec3 linear) {
