@@ -15,8 +15,8 @@ _LIT_STOPS = 10.0
 """Darker than this against the brightest thousandth says nothing: space around a planet."""
 _SUNLIT_STOPS = 5.0
 """What is darker than this against the highlights is in another light: the night side of a planet."""
-_HIGHLIGHT = 1.0
-"""Exposed light of the 99th percentile: a camera's white is 1."""
+_HIGHLIGHT = 1.1
+"""Exposed light of the 99th percentile: anti-aliasing leaves a picture's own near 1, where a camera has its white."""
 _GREY = 0.18
 _MOST_LIFT_EV = 1.0
 _MOST_CLOSED_EV = 1.0

@@ -13,7 +13,7 @@ const float PER_STOP = 10.0;    // bins a stop: up to 2^31
 // Exposed light of the 99th percentile, of the median (which is lifted to it, by so much at most), and the most that
 // the median may have in a picture without anything white and in one of snow or cloud alone; highlights over white
 // ground under this sun in either.
-const float HIGHLIGHT = 1.0, GREY = 0.18, MOST_LIFT_EV = 1.0, MOST_CLOSED_EV = 1.0;
+const float HIGHLIGHT = 1.1, GREY = 0.18, MOST_LIFT_EV = 1.0, MOST_CLOSED_EV = 1.0;
 const vec2 MEDIANS = vec2(0.25, 0.85), WHITE_SHARES = vec2(0.1, 0.6);
 const float LIT_STOPS = 10.0, SUNLIT_STOPS = 5.0, SUNLIT_SHARE = 0.001, LOWEST_SINE = 0.01;
 layout(std430, binding = 5) buffer Histogram {
