@@ -30,6 +30,7 @@ const int CLEAR_STEPS = 5;   // through the clear, until rays beside one another
 const float OPAQUE = CLOUD_DEEPEST > 40.0 ? 1e-5 : 0.004;
 const float MOST_SLOPE = 50.0;      // of the optical depth towards the sun over that along the ray
 const float LEAST_DENSITY = 1e-4;   // that counts as cloud
+const float CIRRUS_LEAST_SUN = 0.05;   // cosine of the sun to the zenith, for its way through a sheet
 
 struct March {
     vec3 radiance;                 // in-scattered towards the camera, for the camera's sun
@@ -45,7 +46,6 @@ struct March {
 struct LayerRay {
     int layer;
     CloudViewLayer shell;
-    bool cirrus;
     vec3 ray;
     float zenith_mu;         // cosine to the zenith, at the camera
     float nu;                // to the sun
@@ -124,6 +124,11 @@ float sample_footprint(float t, float short_m) {
     return max((t + ray_skipped_m) * pixel_rad, 0.2 * short_m);
 }
 
+// Optical depth around a run of steps: towards the sun, and below it.
+struct CloudAround {
+    float sun_depth, under;
+};
+
 SegmentLight segment_light(LayerRay r, Segment s) {
     vec3 middle = r.ray * (0.5 * (s.begin + s.end)), up = up_at(middle);
     vec3 sun = sun_at(middle, altitude_of(middle), up);
@@ -183,7 +188,7 @@ CloudRun next_run(
         bool near = here.gap <= 0.0;
         float density = near ? cloud_rimmed(r.layer, here.noise, here.share, here.footprint, 2) : 0.0;
         // In cloud: the same way again, in short steps; or on.
-        bool found = density > LEAST_DENSITY, again = found && at.factor > 1.0 && !r.cirrus;
+        bool found = density > LEAST_DENSITY, again = found && at.factor > 1.0;
         float on = again || !near ? 0.0 : here.step_m,
             depth = found ? r.shell.extinction_per_m * density * on : 0.0;
 #ifdef CLOUD_FINEST
@@ -218,8 +223,8 @@ float mean_path_depth(CloudRun run, SegmentLight light, float sun_depth) {
     return min(first, last) - log(one_minus_exp_over(abs(last - first)));
 }
 
-// The run's light, and what it takes of what lies behind.
-void add_run(inout March m, LayerRay r, Segment s, SegmentLight light, CloudRun run) {
+// Of a cloud whose weather is that of the segment: what is above its light's sample, towards the sun, and in all.
+CloudAround around_run(LayerRay r, Segment s, inout SegmentLight light, CloudRun run) {
     vec3 point = r.ray * run.t;
     float altitude = altitude_of(point),
         share = clamp((altitude - r.shell.base_m) * r.shell.per_thickness, 0.0, 1.0);
@@ -229,8 +234,12 @@ void add_run(inout March m, LayerRay r, Segment s, SegmentLight light, CloudRun 
     light.sun = sun_at(point, altitude, light.up);
 #endif
     float sun_depth = sun_optical_depth(r.layer, point, altitude, light.up, w, sample_footprint(run.t, run.short_m));
-    float up = sun_depth * light.mu_s, density = run.depth / (run.length_m * r.shell.extinction_per_m),
-        down = cloud_under(r.layer, share, cloud_column(r.layer, w, density), up);
+    return CloudAround(sun_depth, cloud_under(r.layer, share, cloud_column(r.layer, w, 1.0), sun_depth * light.mu_s));
+}
+
+// The run's light, and what it takes of what lies behind.
+void add_run(inout March m, LayerRay r, Segment s, SegmentLight light, CloudRun run, CloudAround around) {
+    float sun_depth = around.sun_depth, up = sun_depth * light.mu_s, down = around.under;
     float opacity = m.transmittance * (1.0 - exp(-run.depth)), scattered = 1.0 - r.lobes.peak,
         diffuse_transmittance = exp(-scattered * run.depth);
     float path_depth = mean_path_depth(run, light, sun_depth);
@@ -254,6 +263,18 @@ void add_run(inout March m, LayerRay r, Segment s, SegmentLight light, CloudRun 
     m.distance_sum += opacity * run.t;
 }
 
+// Air before the mean place of what is cloud in a segment is seen as if there were none, air behind it through all of
+// it: the shadowed air is taken off in just that way (clouds/shadowed_air.glsl). transmittance, distance_sum: at its
+// begin.
+void add_air(inout March m, LayerRay r, Segment s, float transmittance, float distance_sum) {
+    float opacity = transmittance - m.transmittance;
+    vec3 before = opacity > 1e-4
+        ? air_from_camera(r.ray * ((m.distance_sum - distance_sum) / opacity)).in_scatter
+        : s.far_air.in_scatter;
+    m.radiance += max(transmittance * (before - s.near_air.in_scatter)
+        + m.transmittance * (s.far_air.in_scatter - before), 0.0);
+}
+
 // Through one segment.
 void march_segment(inout March m, inout Cursor at, LayerRay r, StepSizes sizes, Segment s) {
     SegmentLight light = segment_light(r, s);
@@ -263,7 +284,7 @@ void march_segment(inout March m, inout Cursor at, LayerRay r, StepSizes sizes, 
     float ceiling = cloud_ceiling(r.layer, s.near_weather, s.far_weather);
     vec2 tops = shell_crossings(r.zenith_mu, r.shell.base_m + (r.shell.top_m - r.shell.base_m) * ceiling);
     last = min(tops.y, s.end);
-    at.t = max(at.t, r.cirrus ? s.begin : clamp(tops.x, s.begin, s.end));
+    at.t = max(at.t, clamp(tops.x, s.begin, s.end));
 #endif
     float longest = LONGEST_CLEAR_SHARE * (last - at.t);
     do {
@@ -272,26 +293,20 @@ void march_segment(inout March m, inout Cursor at, LayerRay r, StepSizes sizes, 
 #ifdef CLOUD_FINEST
         air_seen -= 0.5 * (m.transmittance * (1.0 - exp(-run.depth))) * run.length_m;
 #endif
-        add_run(m, r, s, light, run);
+        CloudAround around = around_run(r, s, light, run);
+        add_run(m, r, s, light, run, around);
     } while (at.t < last && m.transmittance > OPAQUE);
 #ifdef CLOUD_FINEST
     m.radiance += max(s.far_air.in_scatter - s.near_air.in_scatter, 0.0) * (air_seen * s.per_metre);
 #else
-    // Air before the mean place of what is cloud here is seen as if there were none, air behind it through all of it:
-    // the shadowed air is taken off in just that way (clouds/shadowed_air.glsl).
-    float opacity = transmittance - m.transmittance;
-    vec3 before = opacity > 1e-4
-        ? air_from_camera(r.ray * ((m.distance_sum - distance_sum) / opacity)).in_scatter
-        : s.far_air.in_scatter;
-    m.radiance += max(transmittance * (before - s.near_air.in_scatter)
-        + m.transmittance * (s.far_air.in_scatter - before), 0.0);
+    add_air(m, r, s, transmittance, distance_sum);
 #endif
 }
 
 // Through one interval of a layer, segment by segment.
 void march_layer(inout March m, LayerRay r) {
-    StepSizes sizes = step_sizes(r.shell.top_m - r.shell.base_m, r.cirrus, r.from, r.to);
-    int segment = 0, segments = segment_count(r.shell, r.cirrus, r.from, r.to);
+    StepSizes sizes = step_sizes(r.shell.top_m - r.shell.base_m, r.from, r.to);
+    int segment = 0, segments = segment_count(r.shell, r.from, r.to);
     Cursor at = Cursor(r.from, sizes.clear_factor);
     Segment s;
     s.end = r.from;
@@ -313,6 +328,48 @@ void march_layer(inout March m, LayerRay r) {
     m.air_transmittance = s.far_air.transmittance;
 }
 
+// Through a sheet of ice: no steps, but the places where the ray meets it.
+void march_cirrus(inout March m, LayerRay r) {
+    float apart = cirrus_apart(r.shell, r.from, r.to), low = altitude_of(r.ray * r.from),
+        high = altitude_of(r.ray * r.to);
+    int places = cirrus_places(apart), place = 0;
+    float filled = cirrus_filled(r.shell,
+        clamp((vec2(low, high) - r.shell.base_m) * r.shell.per_thickness, 0.0, 1.0));
+    Segment s;
+    s.end = r.from;
+    s.far_air = air_from_camera(r.ray * r.from);
+    m.radiance += m.transmittance * max(s.far_air.in_scatter - m.air_in_scatter, 0.0);
+    do {
+        float t = cirrus_place(r.from, r.to, apart, place), transmittance = m.transmittance,
+            distance_sum = m.distance_sum;
+        vec3 point = r.ray * t;
+        s.begin = s.end;
+        s.end = mix(r.from, r.to, float(place + 1) / float(places));
+        s.per_metre = 1.0 / max(s.end - s.begin, 1e-3);
+        s.near_air = s.far_air;
+        s.far_air = air_from_camera(r.ray * s.end);
+        s.near_weather = s.far_weather = weather_along(r.ray, t);
+        SegmentLight light = segment_light(r, s);
+        // A pixel that sees the sheet at a low angle stands for a long way along it.
+        float length_m = s.end - s.begin, lengthening = inversesqrt(max(abs(light.mu), LEAST_MU)),
+            density = cirrus_density(r.layer, point + frame.camera_offset_m, s.near_weather,
+                max((t + ray_skipped_m) * pixel_rad * lengthening, 0.2 * length_m * apart));
+        m.samples += 1.0;
+        float depth = r.shell.extinction_per_m * density * filled * length_m,
+            column = cloud_column(r.layer, s.near_weather, density), altitude = altitude_of(point);
+        if (density > LEAST_DENSITY && depth > 0.0) {
+            // Of the sheet itself half is above its middle.
+            float own = 0.5 * column / max(light.mu_s, CIRRUS_LEAST_SUN);
+            CloudAround around = CloudAround(own + sun_depth_above(r.layer, point, altitude, light.up,
+                (t + ray_skipped_m) * pixel_rad), 0.5 * column);
+            add_run(m, r, s, light, CloudRun(depth, t, 0.5 * depth, length_m, length_m), around);
+        }
+        add_air(m, r, s, transmittance, distance_sum);
+    } while (++place < places && m.transmittance > OPAQUE);
+    m.air_in_scatter = s.far_air.in_scatter;
+    m.air_transmittance = s.far_air.transmittance;
+}
+
 March march_clouds(vec3 ray, float mu, float end, float jitter) {
     March m = March(vec3(0.0), 1.0, 1.0, vec3(0.0), vec3(1.0), 0.0, 0.0);
     float nu = clamp_cos(dot(ray, frame.sun_direction));
@@ -325,9 +382,10 @@ March march_clouds(vec3 ray, float mu, float end, float jitter) {
     do {
         if (k < count) {
             CloudViewLayer shell = cloud_view.layers[layers[k]];
-            march_layer(m, LayerRay(layers[k], shell, CLOUD_IS_CIRRUS(layers[k]), ray, mu, nu, intervals[k].x,
-                intervals[k].y, jitter, shell.albedo * cloud_phase(nu, shell.asymmetry),
-                cloud_lobes_at(shell.model, nu)));
+            LayerRay r = LayerRay(layers[k], shell, ray, mu, nu, intervals[k].x, intervals[k].y, jitter,
+                shell.albedo * cloud_phase(nu, shell.asymmetry), cloud_lobes_at(shell.model, nu));
+            if (CLOUD_IS_CIRRUS(layers[k])) march_cirrus(m, r);
+            else march_layer(m, r);
         }
         ++k;
     } while (k < count && m.transmittance > OPAQUE);
