@@ -13,7 +13,8 @@
 layout(binding = CLOUD_FIBRES_UNIT) uniform sampler2D u_cloud_fibres;
 
 const float CIRRUS_LEAST = 0.01;       // cover below which there is none
-const float CIRRUS_FIBRES = 28.0, CIRRUS_HAIR = 168.0;   // periods of the map in one of its widest
+// Periods of the map in one of its widest, along its axes: turned against one another, so that repeats fall elsewhere.
+const vec2 CIRRUS_FIBRES = vec2(28.0, 3.0), CIRRUS_HOOKS = vec2(33.0, 16.0), CIRRUS_HAIR = vec2(161.0, 47.0);
 const vec2 CIRRUS_SWAY = vec2(0.045, 0.012);             // of the widest period: of one wave a period, and of five
 const float CIRRUS_EQUATOR = 0.02;     // sine of the latitude up to which fibres are blurred
 const float CIRRUS_BLUR = 8.0;         // by so many levels
@@ -41,12 +42,13 @@ vec2 cirrus_sway(vec2 at, float bend) {
     return at + 4.0 * bend * (CIRRUS_SWAY.x * slow * (1.0 - abs(slow)) + CIRRUS_SWAY.y * fast * (1.0 - abs(fast)));
 }
 
-// The map at one of its widths, as far as a footprint tells its cells apart.
-vec3 cirrus_trails(vec2 at, float times, float texels_wide, float periods_wide, float blur) {
-    float level = max(log2(max(texels_wide * times, 1e-6)) + blur, 0.0),
-        resolved = cells_resolved(periods_wide, times);
-    level = mix(cloud_view.fibre_levels, level, resolved);
-    return textureLod(u_cloud_fibres, at * times, level + cloud_dither - 0.5).rgb;
+// The map turned and `size(times)` times as fine, as far as a footprint tells its cells apart: whole numbers, so that
+// it repeats where the widest does. texels, periods: of the footprint, on the widest.
+vec3 cirrus_trails(vec2 at, vec2 times, float texels, float periods, float blur) {
+    float finer = length(times), level = max(log2(max(texels * finer, 1e-6)) + blur, 0.0);
+    level = mix(cloud_view.fibre_levels, level, cells_resolved(periods, finer));
+    vec2 turned = vec2(dot(at, vec2(times.x, -times.y)), dot(at, times.yx));
+    return textureLod(u_cloud_fibres, turned, level + cloud_dither - 0.5).rgb;
 }
 
 float cirrus_density(int layer, vec3 place, CloudWeather w, float footprint_m) {
@@ -57,14 +59,18 @@ float cirrus_density(int layer, vec3 place, CloudWeather w, float footprint_m) {
     // Across the equator the halves are each other's mirror image: there is nothing sharp to show it.
     float sine = CLOUD_ORIGIN(bend).z + turned.z * cloud_view.bend.per_m,
         blur = CIRRUS_BLUR * (1.0 - smoothstep(0.0, CIRRUS_EQUATOR, abs(sine)));
-    vec3 bands = cirrus_trails(at, 1.0, texels, periods, 0.0),
+    vec3 bands = cirrus_trails(at, vec2(1.0, 0.0), texels, periods, 0.0),
         fibres = cirrus_trails(at, CIRRUS_FIBRES, texels, periods, blur),
+        hooks = cirrus_trails(at, CIRRUS_HOOKS, texels, periods, blur),
         hair = cirrus_trails(at, CIRRUS_HAIR, texels, periods, blur);
     float amount = w.high * shell.cover_scale;
-    float formed = smoothstep(0.0, 0.5, amount * 1.3 + 0.45 * (bands.r + bands.b) - 0.75) ;
-    float fine = mix(fibres.r, fibres.g, shell.hooks) * (0.55 + 1.2 * hair.r);
-    float soft = shell.veil * (0.4 * bands.b + 0.6 * fibres.b);
-    return clamp(formed * (fine + soft), 0.0, 1.0) * step(CIRRUS_LEAST, amount);
+    // Where ice forms, and what kind: fibres of sheets, or tufts.
+    float formed = amount + 1.2 * (bands.b - 0.4) + 0.5 * (bands.r - 0.25),
+        sheet = smoothstep(0.35, 0.95, formed + 0.5 * (fibres.b - 0.4)),
+        tufted = smoothstep(0.2, 0.8, formed + 0.5 * (0.4 - bands.b));
+    float fine = mix(2.0 * sheet * fibres.r, 1.6 * tufted * hooks.g, shell.hooks) * (0.55 + 1.6 * hair.r);
+    float soft = shell.veil * sheet * (0.15 + 0.5 * hooks.b);
+    return clamp(fine + soft, 0.0, 1.0) * step(CIRRUS_LEAST, amount);
 }
 
 // How dense the sheet is at a share of its height.

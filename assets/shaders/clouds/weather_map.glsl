@@ -40,6 +40,11 @@ CloudWeather cloud_weather(vec3 up, float footprint_m) {
     return CloudWeather(w.x, w.y, w.z, w.w);
 }
 
+CloudWeather cloud_weather_between(CloudWeather a, CloudWeather b, float share) {
+    return CloudWeather(mix(a.cover, b.cover, share), mix(a.towers, b.towers, share), mix(a.high, b.high, share),
+        mix(a.deep, b.deep, share));
+}
+
 float cloud_level(float per_metre_level, float footprint_m) {
     return max(per_metre_level + log2(max(footprint_m, 1e-3)), 0.0);
 }
