@@ -17,10 +17,12 @@ pytestmark = pytest.mark.gpu
 
 Floats = NDArray[np.float64]
 
-PLACES = ((47.0, 11.0), (-33.0, 60.0), (5.0, -20.0), (62.0, 150.0), (-75.0, 0.0))
+PLACES = ((47.0, 11.0), (-33.0, 60.0), (5.0, -20.0), (62.0, 150.0), (89.5, 0.0))
 """Latitude and longitude in degrees."""
 RADIUS_M, CAMERA_M, SHEET_M = 6.36e6, 100.0, 11.25e3
 FIBRES = {"clouds.fibre_texels": 2048}
+ROWS = 80
+"""Of 90, from the top: the rest is less than 15 degrees above the horizon."""
 PIXEL_640_RAD = 2.0 * np.tan(np.radians(30.0)) * 16.0 / 9.0 / 640.0
 """Of a picture 640 wide, 60 degrees high."""
 
@@ -56,6 +58,20 @@ def depths(probe: pf.CloudProbe, place: tuple[float, float], count: int, pixel_m
     return -np.log(np.maximum(left[:, 0], 1e-6)).reshape(count, count)
 
 
+def crop(probe: pf.CloudProbe, place: tuple[float, float], elevation_deg: float, count: int) -> Floats:
+    """(count, count): optical depth along rays, as in so much of a picture 640 wide that looks north."""
+    up = np.asarray(pf.direction(*place))
+    east = np.cross([0.0, 0.0, 1.0], up)
+    east /= np.linalg.norm(east)
+    north, tilt = np.cross(up, east), np.radians(elevation_deg)
+    ahead, above = np.cos(tilt) * north + np.sin(tilt) * up, np.cos(tilt) * up - np.sin(tilt) * north
+    aside = (np.arange(count) - 0.5 * (count - 1)) * PIXEL_640_RAD
+    ways = (ahead + aside[None, :, None] * east - aside[:, None, None] * above).reshape(-1, 3)
+    _, left = probe.march(np.broadcast_to(up * (RADIUS_M + CAMERA_M), ways.shape), ways, up, air=False,
+                          pixel_rad=PIXEL_640_RAD)  # fmt: skip
+    return -np.log(np.maximum(left[:, 0], 1e-6)).reshape(count, count)
+
+
 @pytest.fixture(scope="module")
 def sheets(probe: pf.CloudProbe) -> list[Floats]:
     """25 km above each place."""
@@ -87,14 +103,13 @@ def test_fibres_are_as_fine_as_in_photographs(probe: pf.CloudProbe) -> None:
 
 
 @pytest.fixture(scope="module")
-def skies() -> list[tuple[Floats, Floats, Floats]]:
-    """Luminance of sky with cirrus and without, (rows, columns), and the angle to the sun in degrees, at each place,
-    away from a sun 50 degrees high."""
+def skies() -> list[tuple[Floats, Floats]]:
+    """Luminance of the sky with cirrus and without, (rows, columns), at each place, away from a sun 50 degrees high."""
     found = []
     with_ice, without = cirrus_scene(), cirrus_scene()
     without.planet.remove(Clouds)
     for place in PLACES:
-        camera = pf.Camera.at(*place, CAMERA_M, heading_deg=20.0, pitch_deg=28.0)
+        camera = pf.Camera.at(*place, CAMERA_M, heading_deg=20.0, pitch_deg=42.0)
         sun = pf.Sun(elevation_deg=50.0, azimuth_deg=200.0, latitude_deg=place[0], longitude_deg=place[1])
         pictures = []
         for scene in (with_ice, without):
@@ -103,19 +118,19 @@ def skies() -> list[tuple[Floats, Floats, Floats]]:
                 renderer.settle(camera, sun=sun)
                 arrays = renderer.render(camera, sun=sun, outputs=("radiance",))
                 pictures.append(np.asarray(arrays["radiance"], np.float64) @ [0.2126, 0.7152, 0.0722])
-        found.append((*pictures, pictures[0]))
+        found.append((pictures[0], pictures[1]))
     return found
 
 
-def test_it_is_no_brighter_than_one_and_a_half_skies(skies: list[tuple[Floats, Floats, Floats]]) -> None:
+def test_it_is_no_brighter_than_one_and_a_half_skies(skies: list[tuple[Floats, Floats]]) -> None:
     """More than 40 degrees from the sun (all of these pictures): 1.6 times the sky at most, but for one pixel in fifty,
     above ten degrees; and it is seen: a tenth has more than 1.08 times."""
-    ratio = np.concatenate([(ice / sky)[:70].ravel() for ice, sky, _ in skies])
+    ratio = np.concatenate([(ice / sky)[:ROWS].ravel() for ice, sky in skies])
     assert np.quantile(ratio, 0.98) <= 1.6
     assert np.quantile(ratio, 0.9) > 1.08
 
 
-def test_it_is_no_zoom_blur(skies: list[tuple[Floats, Floats, Floats]]) -> None:
+def test_it_is_no_zoom_blur(skies: list[tuple[Floats, Floats]]) -> None:
     """Parallel fibres in perspective all run towards one point: a fan. Here there is no such point."""
-    shares = [fan_share(filaments((ice / sky)[:70])) for ice, sky, _ in skies]
+    shares = [fan_share(filaments((ice / sky)[:ROWS])) for ice, sky in skies]
     assert np.median(shares) < 0.5

@@ -14,8 +14,8 @@ layout(binding = CLOUD_FIBRES_UNIT) uniform sampler2D u_cloud_fibres;
 
 const float CIRRUS_LEAST = 0.01;       // cover below which there is none
 // Periods of the map in one of its widest, along its axes: turned against one another, so that repeats fall elsewhere.
-const vec2 CIRRUS_FIBRES = vec2(28.0, 3.0), CIRRUS_HOOKS = vec2(33.0, 16.0), CIRRUS_HAIR = vec2(161.0, 47.0);
-const vec2 CIRRUS_SWAY = vec2(0.045, 0.012);             // of the widest period: of one wave a period, and of five
+const vec2 CIRRUS_FIBRES = vec2(28.0, 3.0), CIRRUS_HOOKS = vec2(18.0, 31.0), CIRRUS_HAIR = vec2(79.0, 31.0);
+const vec2 CIRRUS_SWAY = vec2(0.0375, 0.009);             // of the widest period: of one wave a period, and of five
 const float CIRRUS_EQUATOR = 0.02;     // sine of the latitude up to which fibres are blurred
 const float CIRRUS_BLUR = 8.0;         // by so many levels
 
@@ -35,11 +35,18 @@ vec3 cirrus_chart(vec3 turned) {
         : cloud_view.north.per_m * scale * to.xy, scale);
 }
 
-// Fibres bend over hundreds of kilometres: whole waves a period, so that it repeats with them.
+// Whole waves a period, so that it repeats with them. Parabolas instead of sines: for what is as long as that they are
+// as good.
+float cirrus_wave(float at) {
+    float x = 2.0 * fract(at) - 1.0;
+    return 4.0 * x * (1.0 - abs(x));
+}
+
+// Fibres bend over hundreds of kilometres. One axis after the other: areas are kept, so nothing is drawn out to strokes.
 vec2 cirrus_sway(vec2 at, float bend) {
-    vec2 slow = 2.0 * fract(at.yx + vec2(0.13, 0.41)) - 1.0, fast = 2.0 * fract(5.0 * at.yx + vec2(0.7, 0.2)) - 1.0;
-    // Parabolas instead of sines: for what is as long as that they are as good.
-    return at + 4.0 * bend * (CIRRUS_SWAY.x * slow * (1.0 - abs(slow)) + CIRRUS_SWAY.y * fast * (1.0 - abs(fast)));
+    at.x += bend * (CIRRUS_SWAY.x * cirrus_wave(at.y + 0.13) + CIRRUS_SWAY.y * cirrus_wave(5.0 * at.y + 0.7));
+    at.y += bend * (CIRRUS_SWAY.x * cirrus_wave(at.x + 0.41) + CIRRUS_SWAY.y * cirrus_wave(5.0 * at.x + 0.2));
+    return at;
 }
 
 // The map turned and `size(times)` times as fine, as far as a footprint tells its cells apart: whole numbers, so that
@@ -65,11 +72,11 @@ float cirrus_density(int layer, vec3 place, CloudWeather w, float footprint_m) {
         hair = cirrus_trails(at, CIRRUS_HAIR, texels, periods, blur);
     float amount = w.high * shell.cover_scale;
     // Where ice forms, and what kind: fibres of sheets, or tufts.
-    float formed = amount + 1.2 * (bands.b - 0.4) + 0.5 * (bands.r - 0.25),
+    float formed = amount + 0.9 * (bands.b - 0.4) + 0.8 * (bands.r - 0.22),
         sheet = smoothstep(0.35, 0.95, formed + 0.5 * (fibres.b - 0.4)),
         tufted = smoothstep(0.2, 0.8, formed + 0.5 * (0.4 - bands.b));
-    float fine = mix(2.0 * sheet * fibres.r, 1.6 * tufted * hooks.g, shell.hooks) * (0.55 + 1.6 * hair.r);
-    float soft = shell.veil * sheet * (0.15 + 0.5 * hooks.b);
+    float fine = mix(0.55 * sheet * fibres.r, 0.75 * tufted * hooks.g, shell.hooks) * (0.4 + 2.2 * hair.r);
+    float soft = shell.veil * sheet * (0.04 + 0.2 * hooks.b);
     return clamp(fine + soft, 0.0, 1.0) * step(CIRRUS_LEAST, amount);
 }
 

@@ -44,8 +44,8 @@ void main() {
     vec2 place = (vec2(at) + 0.5) / vec2(imageSize(o_map));
     float patches = smoothstep(-0.25, 0.45, octaves_at(place, 5, 4, 0.6, 3));
     float tufts = smoothstep(0.12, 0.45, octaves_at(place, 22, 3, 0.6, 13));
-    float fibres = grains_at(place, 768, 9.0, 30) + 0.9 * grains_at(place, 256, 9.0, 31);
-    float hooks = grains_at(place, 512, 5.0, 33) + 1.2 * grains_at(place, 160, 7.0, 34);
+    float fibres = grains_at(place, 1024, 9.0, 30) + 0.35 * grains_at(place, 320, 9.0, 31);
+    float hooks = grains_at(place, 768, 6.0, 33) + 0.5 * grains_at(place, 224, 7.0, 34);
     float soft = smoothstep(-0.35, 0.6, octaves_at(place, 8, 5, 0.6, 60));
     imageStore(o_map, at, vec4(fibres * patches, hooks * tufts, soft, 0.0));
     imageStore(o_winds, at, vec4(octaves_at(place, 2, 3, 0.4, 50), octaves_at(place, 5, 4, 0.3, 70), 0.0, 0.0));
@@ -59,10 +59,10 @@ void main() {
     imageStore(o_map, at, texelFetch(u_map, at, 0));
 }
 #elif STAGE == 2
-const int FIBRE_STEPS = 160, HOOK_STEPS = 110, SOFT_STEPS = 24;
+const int FIBRE_STEPS = 200, HOOK_STEPS = 110, SOFT_STEPS = 24;
 
 vec2 wind_at(vec2 place, float turn) {
-    vec2 v = normalize(vec2(1.0, 0.0) + 0.35 * textureLod(u_winds, place, 0.0).xy);
+    vec2 v = normalize(vec2(1.0, 0.0) + 0.55 * textureLod(u_winds, place, 0.0).xy);
     float c = cos(turn), s = sin(turn);
     return vec2(c * v.x - s * v.y, s * v.x + c * v.y);
 }
@@ -75,7 +75,7 @@ void main() {
         float age = float(i) / float(FIBRE_STEPS), weight = exp(-3.0 * age) * (1.0 - age);
         sum += weight * textureLod(u_map, place, 0.0).r;
         weights += weight;
-        place -= 0.0011 * length_ * wind_at(place, 0.5 * (1.0 - age));
+        place -= 0.0014 * length_ * wind_at(place, 0.5 * (1.0 - age));
     }
     float fibres = sum / weights;
     sum = weights = 0.0;
