@@ -14,7 +14,7 @@ layout(binding = CLOUD_FIBRES_UNIT) uniform sampler2D u_cloud_fibres;
 
 const float CIRRUS_LEAST = 0.01;       // cover below which there is none
 // Periods of the map in one of its widest, along its axes: turned against one another, so that repeats fall elsewhere.
-const vec2 CIRRUS_FIBRES = vec2(28.0, 3.0), CIRRUS_HOOKS = vec2(18.0, 31.0), CIRRUS_HAIR = vec2(79.0, 31.0);
+const vec2 CIRRUS_FIBRES = vec2(19.0, 3.0), CIRRUS_HOOKS = vec2(11.0, 19.0), CIRRUS_HAIR = vec2(79.0, 31.0);
 const vec2 CIRRUS_SWAY = vec2(0.0375, 0.009);             // of the widest period: of one wave a period, and of five
 const float CIRRUS_EQUATOR = 0.02;     // sine of the latitude up to which fibres are blurred
 const float CIRRUS_BLUR = 8.0;         // by so many levels
@@ -72,10 +72,10 @@ float cirrus_density(int layer, vec3 place, CloudWeather w, float footprint_m) {
         hair = cirrus_trails(at, CIRRUS_HAIR, texels, periods, blur);
     float amount = w.high * shell.cover_scale;
     // Where ice forms, and what kind: fibres of sheets, or tufts.
-    float formed = amount + 0.9 * (bands.b - 0.4) + 0.8 * (bands.r - 0.22),
-        sheet = smoothstep(0.35, 0.95, formed + 0.5 * (fibres.b - 0.4)),
+    float formed = amount + 0.9 * (bands.b - 0.4) + 0.9 * (bands.r - 0.22),
+        sheet = smoothstep(0.2, 1.0, formed + 0.4 * (fibres.b - 0.4)),
         tufted = smoothstep(0.2, 0.8, formed + 0.5 * (0.4 - bands.b));
-    float fine = mix(0.55 * sheet * fibres.r, 0.75 * tufted * hooks.g, shell.hooks) * (0.4 + 2.2 * hair.r);
+    float fine = mix(1.0 * sheet * fibres.r, 0.85 * tufted * hooks.g, shell.hooks) * (0.4 + 2.2 * hair.r);
     float soft = shell.veil * sheet * (0.04 + 0.2 * hooks.b);
     return clamp(fine + soft, 0.0, 1.0) * step(CIRRUS_LEAST, amount);
 }

@@ -43,7 +43,7 @@ void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
     vec2 place = (vec2(at) + 0.5) / vec2(imageSize(o_map));
     float patches = smoothstep(-0.25, 0.45, octaves_at(place, 5, 4, 0.6, 3));
-    float tufts = smoothstep(0.12, 0.45, octaves_at(place, 22, 3, 0.6, 13));
+    float tufts = smoothstep(0.12, 0.45, octaves_at(place, 17, 3, 0.6, 13));
     float fibres = grains_at(place, 1024, 9.0, 30) + 0.35 * grains_at(place, 320, 9.0, 31);
     float hooks = grains_at(place, 768, 6.0, 33) + 0.5 * grains_at(place, 224, 7.0, 34);
     float soft = smoothstep(-0.35, 0.6, octaves_at(place, 8, 5, 0.6, 60));
@@ -59,7 +59,7 @@ void main() {
     imageStore(o_map, at, texelFetch(u_map, at, 0));
 }
 #elif STAGE == 2
-const int FIBRE_STEPS = 200, HOOK_STEPS = 110, SOFT_STEPS = 24;
+const int FIBRE_STEPS = 200, HOOK_STEPS = 150, SOFT_STEPS = 24;
 
 vec2 wind_at(vec2 place, float turn) {
     vec2 v = normalize(vec2(1.0, 0.0) + 0.55 * textureLod(u_winds, place, 0.0).xy);
