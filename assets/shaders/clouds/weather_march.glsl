@@ -370,6 +370,12 @@ void march_cirrus(inout March m, LayerRay r) {
     m.air_transmittance = s.far_air.transmittance;
 }
 
+LayerRay layer_ray(int layer, vec2 interval, vec3 ray, float mu, float nu, float jitter) {
+    CloudViewLayer shell = cloud_view.layers[layer];
+    return LayerRay(layer, shell, ray, mu, nu, interval.x, interval.y, jitter,
+        shell.albedo * cloud_phase(nu, shell.asymmetry), cloud_lobes_at(shell.model, nu));
+}
+
 March march_clouds(vec3 ray, float mu, float end, float jitter) {
     March m = March(vec3(0.0), 1.0, 1.0, vec3(0.0), vec3(1.0), 0.0, 0.0);
     float nu = clamp_cos(dot(ray, frame.sun_direction));
@@ -377,17 +383,21 @@ March march_clouds(vec3 ray, float mu, float end, float jitter) {
     int layers[2 * CLOUD_VIEW_LAYERS];
     // Only those that there are. Software GPUs go once through all of a loop's turn, whoever has nothing to do in it,
     // and so they do in the turn in which the last ray leaves at its head: here and in what is called, rays leave at
-    // the end.
+    // the end. Water and ice have loops of their own, or each ray would go through both for each.
     int count = cloud_intervals(mu, end, intervals, layers), k = 0;
     do {
-        if (k < count) {
-            CloudViewLayer shell = cloud_view.layers[layers[k]];
-            LayerRay r = LayerRay(layers[k], shell, ray, mu, nu, intervals[k].x, intervals[k].y, jitter,
-                shell.albedo * cloud_phase(nu, shell.asymmetry), cloud_lobes_at(shell.model, nu));
-            if (CLOUD_IS_CIRRUS(layers[k])) march_cirrus(m, r);
-            else march_layer(m, r);
-        }
-        ++k;
+        bool on = k < count && !CLOUD_IS_CIRRUS(layers[k]);
+        if (on) do {
+            march_layer(m, layer_ray(layers[k], intervals[k], ray, mu, nu, jitter));
+            on = ++k < count && m.transmittance > OPAQUE && !CLOUD_IS_CIRRUS(layers[k]);
+        } while (on);
+#ifndef CLOUD_NO_CIRRUS
+        on = k < count && m.transmittance > OPAQUE && CLOUD_IS_CIRRUS(layers[k]);
+        if (on) do {
+            march_cirrus(m, layer_ray(layers[k], intervals[k], ray, mu, nu, jitter));
+            on = ++k < count && m.transmittance > OPAQUE && CLOUD_IS_CIRRUS(layers[k]);
+        } while (on);
+#endif
     } while (k < count && m.transmittance > OPAQUE);
     // The picture behind brings the light of all its air: what lies before the last cloud is counted already.
     m.radiance = max(m.radiance - m.transmittance * m.air_in_scatter, 0.0);
