@@ -9,66 +9,12 @@
 // The transfer equation, step by step: dL = T (1 - exp(-tau)) S, with the source S of single scattering (Henyey and
 // Greenstein), of lobes of the forward peak, and of light that was scattered before (docs/clouds.md, "Light that is
 // scattered more than once"). How steps are chosen and what the segments' air does: docs/cloud-pictures.md, "March".
-#include "common/constants.glsl"
-#include "common/camera.glsl"
-#include "clouds/intervals.glsl"
+#include "clouds/run_light.glsl"
 #include "clouds/step_size.glsl"
-#include "clouds/light.glsl"
-#include "clouds/scattered.glsl"
 #include "clouds/sun_optical_depth.glsl"
-#include "clouds/slab_transmittance.glsl"
-#include "contract/air.glsl"
-#include "contract/sky.glsl"
-
-// Of the ground around, whose light clouds scatter as well.
-#ifndef CLOUD_GROUND
-#define CLOUD_GROUND 0.12
-#endif
+#include "clouds/cirrus_march.glsl"
 
 const int CLEAR_STEPS = 5;   // through the clear, until rays beside one another wait for those in cloud
-// transmittance behind which nothing is seen: the latter is no more than a step of an 8-bit picture
-const float OPAQUE = CLOUD_DEEPEST > 40.0 ? 1e-5 : 0.004;
-const float MOST_SLOPE = 50.0;      // of the optical depth towards the sun over that along the ray
-const float LEAST_DENSITY = 1e-4;   // that counts as cloud
-const float CIRRUS_LEAST_SUN = 0.05;   // cosine of the sun to the zenith, for its way through a sheet
-
-struct March {
-    vec3 radiance;                 // in-scattered towards the camera, for the camera's sun
-    float transmittance;           // of the clouds so far
-    float diffuse_transmittance;   // of light that was scattered before: what goes straight on is not lost to it
-    vec3 air_in_scatter;           // of the air between camera and the last segment's end
-    vec3 air_transmittance;        // of that air
-    float distance_sum;            // m: of distances times opacity, to find the clouds' mean distance
-    float samples;                 // of density, those towards the sun not counted
-};
-
-// One interval of a ray in a layer, and what doesn't change in it.
-struct LayerRay {
-    int layer;
-    CloudViewLayer shell;
-    vec3 ray;
-    float zenith_mu;         // cosine to the zenith, at the camera
-    float nu;                // to the sun
-    float from, to, jitter;
-    float single;            // albedo times phase function
-    CloudLobes lobes;
-};
-
-// A segment, at whose ends weather and air are known; metres along the ray.
-struct Segment {
-    float begin, end, per_metre;   // the latter: 1 / length
-    CloudWeather near_weather, far_weather;
-    Air near_air, far_air;
-};
-
-// What lights it, at its middle.
-struct SegmentLight {
-    vec3 up, sun;       // zenith; the sun's irradiance through the air
-    vec3 sky, ground;   // mean radiance from above and from below
-    float mu, mu_s;     // cosines to the zenith of the ray, and of the sun for the slab that stands for the clouds
-    float sides;        // 0: a sheet from edge to edge, 1: towers
-    CloudHarmonics harmonics;
-};
 
 // Where a ray is: the next step's begin in metres, and its length in short steps, above 1 through the clear.
 struct Cursor {
@@ -81,29 +27,6 @@ struct Sample {
     float gap;                          // of the noise to any cloud; 0: there may be some
     float step_m, short_m, share, footprint;   // share: of the layer's height
 };
-
-// Steps through cloud that share one sample of their light.
-struct CloudRun {
-    float depth;             // optical
-    float t, depth_before;   // where it is seen on the mean: in metres, and optical depth of the run before that
-    float length_m, short_m; // in cloud; of its last short step
-};
-
-// The sun's irradiance on clouds, by how much of its disc stands above the sphere and through the air above.
-vec3 sun_at(vec3 point, float altitude, vec3 up) {
-    float h = max(altitude, 0.0) / planet.radius_m, sin_h = 1.0 / (1.0 + h), cos_h = -sqrt(h * (2.0 + h)) * sin_h;
-    float soft = frame.sun_radius_rad * sin_h;
-    float visible = smoothstep(-soft, soft, dot(up, frame.sun_direction) - cos_h);
-    return frame.sun_irradiance * visible * air_to_space(point, frame.sun_direction);
-}
-
-// Light of the sky above and of the ground below that droplets scatter towards the camera, in Eddington's
-// approximation: what comes from behind the place keeps its direction most. mu: cosine of the ray to the zenith.
-vec3 cloud_from_around(vec3 sky, vec3 ground, float up, float down, float mu, float g) {
-    float turned = 1.0 - g, whole = turned * (up + down) + 4.0 / 3.0;
-    return (sky * (turned * down + 2.0 / 3.0 * (1.0 + g * mu)) + ground * (turned * up + 2.0 / 3.0 * (1.0 - g * mu)))
-        / whole;
-}
 
 // Share of a step of optical depth `depth` after which a photon is scattered, for a chance of 0..1: the inverse of the
 // distribution exp(-depth x) / (1 - exp(-depth)).
@@ -122,27 +45,6 @@ CloudWeather weather_at(Segment s, float t, vec3 point) {
 
 float sample_footprint(float t, float short_m) {
     return max((t + ray_skipped_m) * pixel_rad, 0.2 * short_m);
-}
-
-// Optical depth around a run of steps: towards the sun, and below it.
-struct CloudAround {
-    float sun_depth, under;
-};
-
-SegmentLight segment_light(LayerRay r, Segment s) {
-    vec3 middle = r.ray * (0.5 * (s.begin + s.end)), up = up_at(middle);
-    vec3 sun = sun_at(middle, altitude_of(middle), up);
-    float mu_s = dot(up, frame.sun_direction), level = cloud_slab_sun(r.shell.model, mu_s);
-    float mu = clamp_cos(dot(r.ray, up));
-    vec3 sky = sky_irradiance(middle, up) / PI;
-    CloudWeather w = cloud_weather_between(s.near_weather, s.far_weather, 0.5);
-    float sides = cloud_sides(r.layer, w), facing = cloud_facing(level, sides);
-    // The ground under a closed sky has what comes through it; under clouds with gaps, nearly all there is.
-    vec4 transmitted = slab_transmittance(cloud_column(r.layer, w, 1.0) / level, level, r.shell.asymmetry);
-    transmitted = mix(vec4(1.0, 0.0, 1.0, 0.0), transmitted, cloud_closed(r.layer, w));
-    vec3 ground = CLOUD_GROUND / PI * (sun * (max(mu_s, 0.0) * (transmitted.x + transmitted.y)))
-        + CLOUD_GROUND * transmitted.z * sky;
-    return SegmentLight(up, sun, sky, ground, mu, facing, sides, cloud_harmonics(mu, mu_s + facing - level, r.nu));
 }
 
 Sample density_sample(LayerRay r, StepSizes sizes, Segment s, Cursor at, float last, float longest, float occluded) {
@@ -213,16 +115,6 @@ CloudRun next_run(
     return run;
 }
 
-// Mean over a run of the optical depth of light's whole way, in from the sun and out to the run's begin, as the depth
-// that has the same transmittance. Across an even layer the way to the sun gets longer or shorter evenly; of clouds
-// with sides nobody knows.
-float mean_path_depth(CloudRun run, SegmentLight light, float sun_depth) {
-    float slope = (1.0 - light.sides) * clamp(-light.mu / light.mu_s, -MOST_SLOPE, MOST_SLOPE);
-    float first = max(sun_depth - slope * run.depth_before, 0.0),
-        last = run.depth + max(sun_depth + slope * (run.depth - run.depth_before), 0.0);
-    return min(first, last) - log(one_minus_exp_over(abs(last - first)));
-}
-
 // Of a cloud whose weather is that of the segment: what is above its light's sample, towards the sun, and in all.
 CloudAround around_run(LayerRay r, Segment s, inout SegmentLight light, CloudRun run) {
     vec3 point = r.ray * run.t;
@@ -235,44 +127,6 @@ CloudAround around_run(LayerRay r, Segment s, inout SegmentLight light, CloudRun
 #endif
     float sun_depth = sun_optical_depth(r.layer, point, altitude, light.up, w, sample_footprint(run.t, run.short_m));
     return CloudAround(sun_depth, cloud_under(r.layer, share, cloud_column(r.layer, w, 1.0), sun_depth * light.mu_s));
-}
-
-// The run's light, and what it takes of what lies behind.
-void add_run(inout March m, LayerRay r, Segment s, SegmentLight light, CloudRun run, CloudAround around) {
-    float sun_depth = around.sun_depth, up = sun_depth * light.mu_s, down = around.under;
-    float opacity = m.transmittance * (1.0 - exp(-run.depth)), scattered = 1.0 - r.lobes.peak,
-        diffuse_transmittance = exp(-scattered * run.depth);
-    float path_depth = mean_path_depth(run, light, sun_depth);
-    float lit = m.transmittance * run.depth * exp(-path_depth);
-    vec3 direct = light.sun
-        * (r.single * lit * cloud_lobes_sum(r.lobes, path_depth - log(m.transmittance)));
-    vec3 diffuse = light.sun * cloud_slab_light(r.shell.model, up, down, light.mu_s, light.harmonics)
-        + (r.shell.albedo - r.lobes.peak)
-        * cloud_from_around(light.sky, light.ground, up, down, light.mu, r.shell.asymmetry);
-#ifdef CLOUD_ONCE
-    // Light that was scattered once and no more, for who asks for it.
-    direct = light.sun * (r.single * lit);
-    diffuse = vec3(0.0);
-#endif
-    m.transmittance -= opacity;
-    // What is left out where nothing behind is seen any more is as bright as the last of it.
-    diffuse_transmittance = m.transmittance > OPAQUE ? diffuse_transmittance : 0.0;
-    m.radiance += mix(s.near_air.transmittance, s.far_air.transmittance, (run.t - s.begin) * s.per_metre)
-        * (direct + m.diffuse_transmittance * (1.0 - diffuse_transmittance) / scattered * diffuse);
-    m.diffuse_transmittance *= diffuse_transmittance;
-    m.distance_sum += opacity * run.t;
-}
-
-// Air before the mean place of what is cloud in a segment is seen as if there were none, air behind it through all of
-// it: the shadowed air is taken off in just that way (clouds/shadowed_air.glsl). transmittance, distance_sum: at its
-// begin.
-void add_air(inout March m, LayerRay r, Segment s, float transmittance, float distance_sum) {
-    float opacity = transmittance - m.transmittance;
-    vec3 before = opacity > 1e-4
-        ? air_from_camera(r.ray * ((m.distance_sum - distance_sum) / opacity)).in_scatter
-        : s.far_air.in_scatter;
-    m.radiance += max(transmittance * (before - s.near_air.in_scatter)
-        + m.transmittance * (s.far_air.in_scatter - before), 0.0);
 }
 
 // Through one segment.
@@ -299,7 +153,14 @@ void march_segment(inout March m, inout Cursor at, LayerRay r, StepSizes sizes, 
 #ifdef CLOUD_FINEST
     m.radiance += max(s.far_air.in_scatter - s.near_air.in_scatter, 0.0) * (air_seen * s.per_metre);
 #else
-    add_air(m, r, s, transmittance, distance_sum);
+    // Air before the mean place of what is cloud here is seen as if there were none, air behind it through all of it:
+    // the shadowed air is taken off in just that way (clouds/shadowed_air.glsl).
+    float opacity = transmittance - m.transmittance;
+    vec3 before = opacity > 1e-4
+        ? air_from_camera(r.ray * ((m.distance_sum - distance_sum) / opacity)).in_scatter
+        : s.far_air.in_scatter;
+    m.radiance += max(transmittance * (before - s.near_air.in_scatter)
+        + m.transmittance * (s.far_air.in_scatter - before), 0.0);
 #endif
 }
 
@@ -324,48 +185,6 @@ void march_layer(inout March m, LayerRay r) {
         march_segment(m, at, r, sizes, s);
         ++segment;
     } while (segment < segments && m.transmittance > OPAQUE);
-    m.air_in_scatter = s.far_air.in_scatter;
-    m.air_transmittance = s.far_air.transmittance;
-}
-
-// Through a sheet of ice: no steps, but the places where the ray meets it.
-void march_cirrus(inout March m, LayerRay r) {
-    float apart = cirrus_apart(r.shell, r.from, r.to), low = altitude_of(r.ray * r.from),
-        high = altitude_of(r.ray * r.to);
-    int places = cirrus_places(apart), place = 0;
-    float filled = cirrus_filled(r.shell,
-        clamp((vec2(low, high) - r.shell.base_m) * r.shell.per_thickness, 0.0, 1.0));
-    Segment s;
-    s.end = r.from;
-    s.far_air = air_from_camera(r.ray * r.from);
-    m.radiance += m.transmittance * max(s.far_air.in_scatter - m.air_in_scatter, 0.0);
-    do {
-        float t = cirrus_place(r.from, r.to, apart, place), transmittance = m.transmittance,
-            distance_sum = m.distance_sum;
-        vec3 point = r.ray * t;
-        s.begin = s.end;
-        s.end = mix(r.from, r.to, float(place + 1) / float(places));
-        s.per_metre = 1.0 / max(s.end - s.begin, 1e-3);
-        s.near_air = s.far_air;
-        s.far_air = air_from_camera(r.ray * s.end);
-        s.near_weather = s.far_weather = weather_along(r.ray, t);
-        SegmentLight light = segment_light(r, s);
-        // A pixel that sees the sheet at a low angle stands for a long way along it.
-        float length_m = s.end - s.begin, lengthening = inversesqrt(max(abs(light.mu), LEAST_MU)),
-            density = cirrus_density(r.layer, point + frame.camera_offset_m, s.near_weather,
-                max((t + ray_skipped_m) * pixel_rad * lengthening, 0.2 * length_m * apart));
-        m.samples += 1.0;
-        float depth = r.shell.extinction_per_m * density * filled * length_m,
-            column = cloud_column(r.layer, s.near_weather, density), altitude = altitude_of(point);
-        if (density > LEAST_DENSITY && depth > 0.0) {
-            // Of the sheet itself half is above its middle.
-            float own = 0.5 * column / max(light.mu_s, CIRRUS_LEAST_SUN);
-            CloudAround around = CloudAround(own + sun_depth_above(r.layer, point, altitude, light.up,
-                (t + ray_skipped_m) * pixel_rad), 0.5 * column);
-            add_run(m, r, s, light, CloudRun(depth, t, 0.5 * depth, length_m, length_m), around);
-        }
-        add_air(m, r, s, transmittance, distance_sum);
-    } while (++place < places && m.transmittance > OPAQUE);
     m.air_in_scatter = s.far_air.in_scatter;
     m.air_transmittance = s.far_air.transmittance;
 }
