@@ -71,14 +71,14 @@ class CloudLayer:
         group="shape",
     )
     hooks: float = knob(
-        0.5, 0.0, 1.0, "", "Of cirrus: share of its fibres that hang from tufts and curve (mares' tails); the rest is "
-        "straight", group="cirrus",
+        0.5, 0.0, 1.0, "", "Of cirrus: share of its ice in fibres that hang from tufts and curve (mares' tails); the "
+        "rest is in straight ones", group="cirrus",
     )  # fmt: skip
     veil: float = knob(
         0.35, 0.0, 2.0, "", "Of cirrus: how much thin ice lies between and around its fibres", group="cirrus"
     )
     bend: float = knob(
-        1.0, 0.0, 2.0, "", "Of cirrus: how far fibres bend over a hundred kilometres; 1: by up to 45 degrees to either "
+        1.0, 0.0, 2.0, "", "Of cirrus: how far fibres bend over hundreds of kilometres; 1: by up to 33 degrees to either "
         "side", group="cirrus",
     )  # fmt: skip
 

@@ -67,25 +67,31 @@ def fan_share(found: Filaments) -> float:
     return best
 
 
-def width_px(picture: Floats, broadest_px: float = 12.0, sigma_px: float = 3.0) -> float:
-    """Full width at half maximum of the filaments' autocorrelation across themselves, in pixels, after what is broader
-    than broadest_px was taken off; the median over places with filaments. A line of Gaussian profile is 0.71 of it."""
-    fine = picture - _smooth(picture, broadest_px)
-    found = filaments(fine, sigma_px)
+def width_px(picture: Floats, reach_px: int = 16, least: float = 0.05) -> float:
+    """Full width across filaments at half of their height, in pixels: the median over ridges, each place that is
+    brightest across. The height is that above the brighter of the lowest places on either side within reach_px, and at
+    least a share `least` of the picture's range (5 to 95 %)."""
+    found = filaments(picture, 2.0)
     rows, columns = picture.shape
-    reach = int(3 * broadest_px)
-    strong = np.argwhere(found.weight > np.quantile(found.weight, 0.7))
-    inside = strong[(strong.min(1) > reach) & (strong[:, 0] < rows - reach - 1) & (strong[:, 1] < columns - reach - 1)]
-    chosen = inside[:: max(len(inside) // 4000, 1)]
+    inside = np.zeros(picture.shape, bool)
+    inside[reach_px + 2 : rows - reach_px - 2, reach_px + 2 : columns - reach_px - 2] = True
+    chosen = np.argwhere(inside & (found.coherence > 0.5))
     angle = found.angle_rad[chosen[:, 0], chosen[:, 1]] + 0.5 * np.pi
-    lags = np.arange(0.0, 2.0 * broadest_px, 0.25)
-    middle = fine[chosen[:, 0], chosen[:, 1]]
-    across = np.array([
-        (middle * _sampled(fine, chosen[:, 0] + lag * np.sin(angle), chosen[:, 1] + lag * np.cos(angle))).mean()
-        for lag in lags
-    ])  # fmt: skip
-    below = np.flatnonzero(across < 0.5 * across[0])
-    return 2.0 * float(lags[below[0]]) if len(below) else float("inf")
+    lags = np.arange(0.0, reach_px + 0.1, 0.25)
+
+    def profile(sign: float) -> Floats:
+        """(lags, places)."""
+        away = sign * lags[:, None]
+        return _sampled(picture, chosen[:, 0] + away * np.sin(angle), chosen[:, 1] + away * np.cos(angle))
+
+    sides = profile(1.0), profile(-1.0)
+    peak = sides[0][0]
+    base = np.maximum(sides[0].min(axis=0), sides[1].min(axis=0))
+    spread = float(np.quantile(picture, 0.95) - np.quantile(picture, 0.05))
+    ridge = (peak - base > least * spread) & np.all([side[:5].max(axis=0) <= peak for side in sides], axis=0)
+    half = 0.5 * (peak + base)
+    widths = sum(lags[np.argmax(side < half, axis=0)] for side in sides)
+    return float(np.median(widths[ridge])) if ridge.any() else float("inf")
 
 
 def _sampled(picture: Floats, y: Floats, x: Floats) -> Floats:

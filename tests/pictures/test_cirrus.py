@@ -17,7 +17,7 @@ pytestmark = pytest.mark.gpu
 
 Floats = NDArray[np.float64]
 
-PLACES = ((47.0, 11.0), (-33.0, 60.0), (5.0, -20.0), (62.0, 150.0), (89.5, 0.0))
+PLACES = ((47.0, 11.0), (-33.0, 60.0), (5.0, -20.0), (62.0, 150.0), (-55.0, 120.0))
 """Latitude and longitude in degrees."""
 RADIUS_M, CAMERA_M, SHEET_M = 6.36e6, 100.0, 11.25e3
 FIBRES = {"clouds.fibre_texels": 2048}
