@@ -14,8 +14,9 @@ layout(binding = CLOUD_FIBRES_UNIT) uniform sampler2D u_cloud_fibres;
 
 const float CIRRUS_LEAST = 0.01;       // cover below which there is none
 // Periods of the map in one of its widest, along its axes: turned against one another, so that repeats fall elsewhere.
-const vec2 CIRRUS_FIBRES = vec2(19.0, 3.0), CIRRUS_HOOKS = vec2(11.0, 19.0), CIRRUS_HAIR = vec2(79.0, 31.0);
+const vec2 CIRRUS_FIBRES = vec2(19.0, 3.0), CIRRUS_HOOKS = vec2(11.0, 19.0), CIRRUS_HAIR = vec2(37.0, 6.0);
 const vec2 CIRRUS_SWAY = vec2(0.0375, 0.009);             // of the widest period: of one wave a period, and of five
+const float CIRRUS_SHARP = 0.6;        // levels finer than a footprint: a linear filter blurs by as much
 const float CIRRUS_EQUATOR = 0.02;     // sine of the latitude up to which fibres are blurred
 const float CIRRUS_BLUR = 8.0;         // by so many levels
 
@@ -52,7 +53,7 @@ vec2 cirrus_sway(vec2 at, float bend) {
 // The map turned and `size(times)` times as fine, as far as a footprint tells its cells apart: whole numbers, so that
 // it repeats where the widest does. texels, periods: of the footprint, on the widest.
 vec3 cirrus_trails(vec2 at, vec2 times, float texels, float periods, float blur) {
-    float finer = length(times), level = max(log2(max(texels * finer, 1e-6)) + blur, 0.0);
+    float finer = length(times), level = max(log2(max(texels * finer, 1e-6)) - CIRRUS_SHARP + blur, 0.0);
     level = mix(cloud_view.fibre_levels, level, cells_resolved(periods, finer));
     vec2 turned = vec2(dot(at, vec2(times.x, -times.y)), dot(at, times.yx));
     return textureLod(u_cloud_fibres, turned, level + cloud_dither - 0.5).rgb;
@@ -75,7 +76,7 @@ float cirrus_density(int layer, vec3 place, CloudWeather w, float footprint_m) {
     float formed = amount + 0.9 * (bands.b - 0.4) + 0.9 * (bands.r - 0.22),
         sheet = smoothstep(0.2, 1.0, formed + 0.4 * (fibres.b - 0.4)),
         tufted = smoothstep(0.2, 0.8, formed + 0.5 * (0.4 - bands.b));
-    float fine = mix(1.0 * sheet * fibres.r, 0.85 * tufted * hooks.g, shell.hooks) * (0.4 + 2.2 * hair.r);
+    float fine = mix(1.0 * sheet * fibres.r, 0.85 * tufted * hooks.g, shell.hooks) * (0.25 + 3.0 * hair.r);
     float soft = shell.veil * sheet * (0.04 + 0.2 * hooks.b);
     return clamp(fine + soft, 0.0, 1.0) * step(CIRRUS_LEAST, amount);
 }

@@ -44,8 +44,8 @@ void main() {
     vec2 place = (vec2(at) + 0.5) / vec2(imageSize(o_map));
     float patches = smoothstep(-0.25, 0.45, octaves_at(place, 5, 4, 0.6, 3));
     float tufts = smoothstep(0.12, 0.45, octaves_at(place, 17, 3, 0.6, 13));
-    float fibres = grains_at(place, 1024, 9.0, 30) + 0.35 * grains_at(place, 320, 9.0, 31);
-    float hooks = grains_at(place, 768, 6.0, 33) + 0.5 * grains_at(place, 224, 7.0, 34);
+    float fibres = grains_at(place, 1024, 18.0, 30) + 0.3 * grains_at(place, 320, 14.0, 31);
+    float hooks = grains_at(place, 1024, 12.0, 33) + 0.4 * grains_at(place, 256, 12.0, 34);
     float soft = smoothstep(-0.35, 0.6, octaves_at(place, 8, 5, 0.6, 60));
     imageStore(o_map, at, vec4(fibres * patches, hooks * tufts, soft, 0.0));
     imageStore(o_winds, at, vec4(octaves_at(place, 2, 3, 0.4, 50), octaves_at(place, 5, 4, 0.3, 70), 0.0, 0.0));
