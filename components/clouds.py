@@ -75,11 +75,11 @@ class CloudLayer:
         "rest is in straight ones", group="cirrus",
     )  # fmt: skip
     veil: float = knob(
-        0.35, 0.0, 2.0, "", "Of cirrus: how much thin ice lies between and around its fibres", group="cirrus"
+        0.25, 0.0, 2.0, "", "Of cirrus: how much thin ice lies between and around its fibres", group="cirrus"
     )
     bend: float = knob(
-        1.0, 0.0, 2.0, "", "Of cirrus: how far fibres bend over hundreds of kilometres; 1: by up to 33 degrees to either "
-        "side", group="cirrus",
+        1.0, 0.0, 2.0, "", "Of cirrus: how far fibres bend over hundreds of kilometres; 1: by up to 33 degrees to "
+        "either side", group="cirrus",
     )  # fmt: skip
 
 

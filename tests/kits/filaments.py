@@ -1,4 +1,4 @@
-"""How filaments lie in a picture: by the structure tensor of its brightness (Jaehne 2005, 13.3), and how wide they are."""
+"""How filaments lie in a picture, by the structure tensor of its brightness (Jaehne 2005, 13.3), and their width."""
 
 from __future__ import annotations
 

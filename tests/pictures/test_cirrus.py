@@ -27,11 +27,12 @@ PIXEL_640_RAD = 2.0 * np.tan(np.radians(30.0)) * 16.0 / 9.0 / 640.0
 """Of a picture 640 wide, 60 degrees high."""
 
 
-def cirrus_scene() -> pf.Scene:
-    """Earth's air and cirrus, and nothing else; more of it than on the average."""
+def cirrus_scene(coverage: float | None = None) -> pf.Scene:
+    """Earth's air and cirrus, and nothing else. coverage: in place of the preset's."""
     scene = preset_scene("earth", True)
     clouds = scene.planet[Clouds]
-    clouds.layers[0].coverage = 0.9
+    if coverage is not None:
+        clouds.layers[0].coverage = coverage
     clouds.coverage = 0.0
     for kind in (Terrain, Ocean):
         scene.planet.remove(kind)
@@ -40,7 +41,7 @@ def cirrus_scene() -> pf.Scene:
 
 @pytest.fixture(scope="module")
 def probe() -> Iterator[pf.CloudProbe]:
-    scene = cirrus_scene()
+    scene = cirrus_scene(0.9)
     scene.planet.remove(Atmosphere)
     with pf.CloudProbe(scene, quality="low", overrides=FIBRES) as found:
         yield found
@@ -79,27 +80,47 @@ def sheets(probe: pf.CloudProbe) -> list[Floats]:
 
 
 def test_optical_depth_is_that_of_cirrus(sheets: list[Floats]) -> None:
-    """What is seen as cloud has 0.05 to 0.8 (Sassen and Cho 1992: thin cirrus begins at 0.03): none has more, most has
-    less than half of that, and there is much between thin and thick."""
+    """0.05 to 0.8 where it is seen (what is thinner than 0.03 is not; Sassen and Cho 1992): none has more, half of it
+    has less than 0.3, and thick places are more than twice as thick as most. Drawn out noise had up to 1.1, and half
+    of it above 0.45."""
     found = np.concatenate([sheet.ravel() for sheet in sheets])
     seen = found[found > 0.03]
     assert len(seen) > 0.2 * len(found)
-    assert found.max() <= 0.8
-    assert np.quantile(seen, 0.5) < 0.4
+    assert found.max() <= 0.8001
+    assert 0.05 < np.quantile(seen, 0.5) < 0.3
     assert np.quantile(seen, 0.95) > 2.0 * np.quantile(seen, 0.5)
 
 
 def test_fibres_run_all_ways(sheets: list[Floats]) -> None:
-    """In plan, so that no perspective turns anything: over 25 km the directions spread by 30 degrees or more."""
-    assert np.median([filaments(sheet).spread_deg for sheet in sheets]) >= 30.0
+    """In plan, so that no perspective turns anything: over 25 km their directions have a standard deviation of 30
+    degrees or more at most places. Drawn out noise had 7 to 21."""
+    spreads = [filaments(sheet).spread_deg for sheet in sheets]
+    assert np.median(spreads) >= 30.0
+    assert min(spreads) > 15.0
 
 
 def test_fibres_are_as_fine_as_in_photographs(probe: pf.CloudProbe) -> None:
-    """A photograph 640 wide has filaments of 1 to 3 pixels. Straight above, a pixel is 23 m wide: the profile of a
-    filament has half its height over at most three of them; its autocorrelation is 1.41 times as wide."""
-    pixel_m = PIXEL_640_RAD * SHEET_M
-    widths = [width_px(depths(probe, place, 128, pixel_m)) for place in PLACES]
-    assert np.median(widths) <= 3.0 * np.sqrt(2.0)
+    """1 to 3 pixels of a picture 640 wide, 35 degrees above the horizon. Drawn out noise had 3 to 9."""
+    widths = [width_px(crop(probe, place, 35.0, 128)) for place in PLACES]
+    assert 1.0 <= np.median(widths) <= 3.25  # of a quarter of a pixel's steps
+
+
+def test_the_sheet_is_the_same_at_every_quality(probe: pf.CloudProbe) -> None:
+    """A ray meets it at one place, so step sizes don't matter."""
+    scene = cirrus_scene(0.9)
+    scene.planet.remove(Atmosphere)
+    with pf.CloudProbe(scene, quality="ultra", overrides={**FIBRES, "clouds.map_texels": 1024}) as fine:
+        coarse = pf.CloudProbe(scene, quality="low", overrides={**FIBRES, "clouds.map_texels": 1024})
+        with coarse:
+            assert depths(fine, PLACES[0], 16, 200.0) == pytest.approx(depths(coarse, PLACES[0], 16, 200.0), abs=1e-5)
+
+
+@pytest.mark.parametrize("latitude_deg", [0.0, 90.0])
+def test_there_is_no_seam_along_the_equator_and_no_pinch_at_the_pole(probe: pf.CloudProbe, latitude_deg: float) -> None:
+    """Neighbouring rows differ across the line where the chart's halves meet, and around its pole, as elsewhere."""
+    sheet = depths(probe, (latitude_deg, 40.0) if latitude_deg < 90.0 else (89.9999, 40.0), 65, 20.0)
+    steps = np.abs(np.diff(sheet, axis=0)).mean(axis=1)
+    assert steps[30:34].max() <= 3.0 * np.median(steps) + 1e-3
 
 
 @pytest.fixture(scope="module")
@@ -123,14 +144,15 @@ def skies() -> list[tuple[Floats, Floats]]:
 
 
 def test_it_is_no_brighter_than_one_and_a_half_skies(skies: list[tuple[Floats, Floats]]) -> None:
-    """More than 40 degrees from the sun (all of these pictures): 1.6 times the sky at most, but for one pixel in fifty,
-    above ten degrees; and it is seen: a tenth has more than 1.08 times."""
+    """More than 40 degrees from the sun (all of these pictures): 1.6 times the sky at most, but for 1 pixel in 50; and
+    it is seen: a tenth of the pixels has more than 1.1 times. Drawn out noise had up to 4.8 times."""
     ratio = np.concatenate([(ice / sky)[:ROWS].ravel() for ice, sky in skies])
     assert np.quantile(ratio, 0.98) <= 1.6
-    assert np.quantile(ratio, 0.9) > 1.08
+    assert np.quantile(ratio, 0.9) > 1.1
 
 
 def test_it_is_no_zoom_blur(skies: list[tuple[Floats, Floats]]) -> None:
-    """Parallel fibres in perspective all run towards one point: a fan. Here there is no such point."""
+    """Parallel fibres in perspective all run towards one point: of drawn out noise 0.95 of what lies in any direction.
+    Near the horizon all is level, and so towards a point far away: that is left."""
     shares = [fan_share(filaments((ice / sky)[:ROWS])) for ice, sky in skies]
-    assert np.median(shares) < 0.5
+    assert np.median(shares) < 0.8

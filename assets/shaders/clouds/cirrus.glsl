@@ -76,9 +76,10 @@ float cirrus_density(int layer, vec3 place, CloudWeather w, float footprint_m) {
     float formed = amount + 0.9 * (bands.b - 0.4) + 0.9 * (bands.r - 0.22),
         sheet = smoothstep(0.2, 1.0, formed + 0.4 * (fibres.b - 0.4)),
         tufted = smoothstep(0.2, 0.8, formed + 0.5 * (0.4 - bands.b));
-    float fine = mix(1.0 * sheet * fibres.r, 0.85 * tufted * hooks.g, shell.hooks) * (0.25 + 3.0 * hair.r);
+    float fine = mix(0.95 * sheet * fibres.r, 0.8 * tufted * hooks.g, shell.hooks) * (0.1 + 3.6 * hair.r);
     float soft = shell.veil * sheet * (0.04 + 0.2 * hooks.b);
-    return clamp(fine + soft, 0.0, 1.0) * step(CIRRUS_LEAST, amount);
+    // Thick places are rare and stay below the densest.
+    return (fine + soft) / (1.0 + fine + soft) * step(CIRRUS_LEAST, amount);
 }
 
 // How dense the sheet is at a share of its height.
