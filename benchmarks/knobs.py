@@ -108,6 +108,11 @@ HAZE = {
 }
 FOG = {"clouds.density_model": "uniform", "clouds.base_m": 1200.0, "clouds.extinction_per_m": 2e-3}
 """A layer that is alike all over."""
+ICE = {
+    "clouds.kind": "cirrus", "clouds.base_m": 8000.0, "clouds.top_m": 9500.0, "clouds.extinction_per_m": 1e-3,
+    "clouds.coverage": 1.0, "clouds.layers": (),
+}  # fmt: skip
+"""Nothing but cirrus."""
 OZONE = {"atmosphere.absorption_per_m": (3.0e-6, 1.0e-5, 4.0e-7)}
 
 PAIRS: dict[str, Pair] = {
@@ -206,6 +211,9 @@ PAIRS: dict[str, Pair] = {
     "clouds.asymmetry": Pair("earth", "glint", 0.2, clouds=True),
     "clouds.density_model": Pair("earth", "coast", "uniform", both={"clouds.extinction_per_m": 1e-3}, clouds=True),
     "clouds.kind": Pair("earth", "coast", "cirrus", clouds=True),
+    "clouds.hooks": Pair("earth", "ground", 1.0, off=0.0, both=ICE, clouds=True),
+    "clouds.veil": Pair("earth", "ground", 2.0, off=0.0, both=ICE, clouds=True),
+    "clouds.bend": Pair("earth", "ground", 2.0, off=0.0, both=ICE, clouds=True),
     "clouds.height_profile": Pair("earth", "sea", "none", both=FOG, clouds=True),
     "clouds.coverage": Pair("earth", "orbit", 0.0, clouds=True),
     "clouds.wind_speed_m_s": Pair("earth", "glint", 300.0, clouds=True),

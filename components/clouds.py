@@ -67,12 +67,23 @@ class CloudLayer:
     )
     kind: str = knob(
         "auto",
-        help="What the weather's clouds are: cumulus, billows and sheets of water; cirrus, streaks and veils of ice; "
+        help="What the weather's clouds are: cumulus, billows and sheets of water; cirrus, fibres and veils of ice; "
         "auto: cirrus where the whole layer's optical depth is below 5",
         choices=("auto", "cumulus", "cirrus"),
         aliases=("water", "ice"),
         group="shape",
     )
+    hooks: float = knob(
+        0.5, 0.0, 1.0, "", "Of cirrus: share of its ice in fibres that hang from tufts and curve (mares' tails); the "
+        "rest is in straight ones", group="cirrus",
+    )  # fmt: skip
+    veil: float = knob(
+        0.25, 0.0, 2.0, "", "Of cirrus: how much thin ice lies between and around its fibres", group="cirrus"
+    )
+    bend: float = knob(
+        1.0, 0.0, 2.0, "", "Of cirrus: how far fibres bend over hundreds of kilometres; 1: by up to 33 degrees to "
+        "either side", group="cirrus",
+    )  # fmt: skip
 
 
 @dataclass

@@ -443,6 +443,9 @@ class CloudQuality:
         "Optical depth straight up through the deep ones of the printed methods' clouds, more than nine in ten; 0: as "
         "their extinction gives it. Light scattered once leaves deep clouds black",
     )
+    fibre_texels: int = knob(
+        2048, 64, 8192, "", "Texels a side of the map of the trails of ice in cirrus", cost="memory", power_of_two=True
+    )
     rim_texels: int = knob(
         64, 16, 256, "", "Texels a side of the volume of the clouds' rims", cost="memory", power_of_two=True
     )

@@ -26,7 +26,7 @@ SHEET_SUNS = (30.0, 60.0)
 _FLAT_M, _BASE_M = 1e8, 1000.0
 _SHARE = 0.03
 """Of the layer's densest cloud: a layer that may be as deep as 5 is billows, and a thinner one ice."""
-_UNUSED = {"clouds.shape_texels": 32, "clouds.rim_texels": 16, "clouds.map_texels": 256}
+_UNUSED = {"clouds.shape_texels": 32, "clouds.fibre_texels": 64, "clouds.rim_texels": 16, "clouds.map_texels": 256}
 """Noise and weather that nobody looks at: as little of it as may be."""
 _SEED = 2018
 _ZENITH = np.array([180.0, 150.0, 120.0, 120.0, 60.0, 60.0, 30.0, 0.0])

@@ -44,8 +44,8 @@ it grazes goes with the square root of its height below the side: of the steps t
 SMALL_CLOUDS = {
     f"clouds.{name}": value
     for name, value in {
-        "fine_steps": 24, "step_growth": 0.01, "sun_steps": 2, "shape_texels": 32, "rim_texels": 16, "map_texels": 256,
-        "shadow_texels": 64, "shadow_steps": 2,
+        "fine_steps": 24, "step_growth": 0.01, "sun_steps": 2, "shape_texels": 32, "fibre_texels": 128,
+        "rim_texels": 16, "map_texels": 256, "shadow_texels": 64, "shadow_steps": 2,
     }.items()
 }  # fmt: skip
 

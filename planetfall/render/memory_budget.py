@@ -57,6 +57,7 @@ TRADES: tuple[_Trade, ...] = (
     _Trade("clouds.map_texels", "the finest outlines of the weather, seen from space", _halved(256)),
     _Trade("clouds.shadow_texels", "sharpness of the clouds' shadows and light", _halved(64)),
     _Trade("shadows.size", "sharpness of shadows on the ground", _halved(64)),
+    _Trade("clouds.fibre_texels", "the finest fibres of cirrus", _halved(512)),
     _Trade("clouds.shape_texels", "variety of clouds near the camera", _halved(64)),
     _Trade("proxy.ahead_frames", "grids that are prepared over some frames: those of snaps take longer",
            lambda value: 0 if value else None),
@@ -75,6 +76,9 @@ def estimate_bytes(settings: Mapping[str, Any], scene: Scene, size: tuple[int, i
     right for the planets that come along; meshes and maps of a scene's own come on top."""
     planet, width, height = scene.planet, int(size[0]), int(size[1])
     total = _REST_BYTES + width * height * _bytes_per_pixel(settings, scene)
+    # Here, not above: a scene's checks need no GPU package.
+    from ..systems.clouds.layers import has_cirrus, layers_of
+
     clouds, terrain = planet.get(Clouds), planet.get(Terrain)
     if scene.environment.has(Stars):
         total += _GALAXY_BYTES
@@ -84,6 +88,8 @@ def estimate_bytes(settings: Mapping[str, Any], scene: Scene, size: tuple[int, i
         total += side**2 * 4 * 3 * 4 / 3  # three maps with their levels
         for name in ("shape", "rim"):
             total += int(settings[f"clouds.{name}_texels"]) ** 3 * 2 * 8 / 7
+        if has_cirrus(layers_of(clouds)):
+            total += int(settings["clouds.fibre_texels"]) ** 2 * 4 * 4 / 3
     if planet.has(Atmosphere):
         columns, rows, slices = (int(settings[f"atmosphere.{n}"]) for n in ("columns", "rows", "slices"))
         total += columns * 2 * rows * (slices + 1) * 32

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from ...components import CloudLayer, Clouds
 from ...engine.blocks.bindings import (
     CLOUD_BLOCK,
+    CLOUD_FIBRES_UNIT,
     CLOUD_RIMS_UNIT,
     CLOUD_SHAPE_UNIT,
     CLOUD_SLAB_UNIT,
@@ -19,8 +20,9 @@ from ...engine.blocks.layout import zeros
 from ...engine.gpu import GpuScope
 from ...engine.settings import Settings
 from .block import CloudBlock, cloud_block
+from .fibres import fibres_texture
 from .imported import imported_cover
-from .layers import frames_at, kind_of, layers_of, noise_places, write_filter, write_layers, write_noise
+from .layers import frames_at, has_cirrus, kind_of, layers_of, noise_places, write_filter, write_layers, write_noise
 from .maps import BORDER, WeatherMaps
 from .model import CloudModel
 from .shell_probe import slab_texture
@@ -33,7 +35,7 @@ _SHAPE, _RIMS = 0, 1
 
 
 class CloudField:
-    """What clouds/density.glsl and the light in clouds read: two uniform blocks, two volumes, two maps, one table.
+    """What clouds/density.glsl and the light in clouds read: two uniform blocks, two volumes, three maps, one table.
 
     block: of the last `place`, for who draws to write into a buffer of its own, and to set what is its own in it
     before. layers: with cloud, lowest first. first: base
@@ -45,6 +47,9 @@ class CloudField:
         self.block = zeros(CloudViewBlock)
         self._model_ubo = gpu.uniform_block(CloudBlock, CLOUD_BLOCK, "cloud_model")
         self._slabs: moderngl.Texture | None = None
+        self._fibre_texels = int(settings["clouds.fibre_texels"])
+        self._fibres = gpu.texture((1, 1), "rgba8", bytes(4))
+        self._between_levels = False
         self._droplets: tuple[tuple[float, float], ...] = ()
         self.shape = make_volume(gpu, _SHAPE, int(settings["clouds.shape_texels"]))
         self.rims = make_volume(gpu, _RIMS, int(settings["clouds.rim_texels"]))
@@ -59,6 +64,11 @@ class CloudField:
         """These clouds from now on. ValueError (MapError) for an imported map that can't be read: all stays."""
         cover = imported_cover(component.weather_map) if component.weather_map else None
         self.layers = layers_of(component)
+        if has_cirrus(self.layers) and self._fibres.width == 1:
+            self._gpu.free(self._fibres)
+            self._fibres = fibres_texture(self._gpu, self._fibre_texels)
+            if self._between_levels:
+                self.filter_between_levels()
         cumulus = [layer for layer in self.layers if kind_of(layer) == CloudKind.CUMULUS]
         self.wind_m_s = float(component.wind_speed_m_s)
         first = cumulus[0] if cumulus else component
@@ -104,6 +114,7 @@ class CloudField:
             self.first[1],
             self.shape.texture.size[0],
             self.rims.texture.size[0],
+            self._fibre_texels,
         )
         texel_m = radius_m * np.sqrt(4.0 * np.pi) / self.maps.size
         block, maps = self.block, self.maps
@@ -113,8 +124,9 @@ class CloudField:
 
     def filter_between_levels(self) -> None:
         """Noise between two mip levels is interpolated, for who has no chance to decide for one of them ray by ray."""
-        for volume in (self.shape, self.rims):
-            volume.texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
+        self._between_levels = True
+        for texture in (self.shape.texture, self.rims.texture, self._fibres):
+            texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
 
     def bind(self) -> None:
         """Bind all but `block`."""
@@ -125,10 +137,12 @@ class CloudField:
         self.rims.texture.use(CLOUD_RIMS_UNIT)
         self._textures[0].use(WEATHER_FIRST_UNIT)
         self._textures[1].use(WEATHER_SECOND_UNIT)
+        self._fibres.use(CLOUD_FIBRES_UNIT)
 
     def textures(self) -> dict[str, tuple[moderngl.Texture, ...]]:
         """What it holds, by what it is for: to count memory."""
         return {
-            "volumes of noise": (self.shape.texture, self.rims.texture), "maps of weather": self.maps.textures,
+            "volumes of noise": (self.shape.texture, self.rims.texture), "trails of ice": (self._fibres,),
+            "maps of weather": self.maps.textures,
             "table of light": () if self._slabs is None else (self._slabs,),
         }  # fmt: skip

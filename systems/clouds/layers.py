@@ -12,7 +12,7 @@ from ...engine.blocks.layout import zeros
 from .view_block import MOST_LAYERS, CloudFilter, CloudKind, CloudViewBlock, CloudViewLayer, CloudVolume
 from .volumes import NoiseVolume
 
-__all__ = ["frames_at", "hidden_fit", "kind_of", "layers_of", "write_layers", "write_noise"]
+__all__ = ["frames_at", "has_cirrus", "hidden_fit", "kind_of", "layers_of", "write_layers", "write_noise"]
 
 Floats = NDArray[np.float64]
 
@@ -22,9 +22,8 @@ _BROAD_PERIOD = 6.4
 """Of the shape's volume, in thicknesses of the first layer: 16 km for 2.5 km."""
 _WIDE, _FINE, _FINEST = 6.871, 0.1031, 0.01173
 """Further periods as shares of it; no small whole numbers are their ratios, so repeats never coincide."""
-_FIBRE, _STREAKS = 0.73, 1.93
-_AXIS_SCALE = (0.19, 0.22, 0.61)
-"""Of the streaks' axes: fibres are three times as long as wide, before the winds draw them out further."""
+_TRAILS = 600.0
+"""Widest period of the map of cirrus' trails, in thicknesses of the first layer: 1500 km for 2.5 km."""
 _CLUMP = 0.3
 """Way through one cloud, in thicknesses of its layer: with it eight regions seen from above with pixels of 30 km are as
 opaque on the mean as with pixels of 375 m (0.49 and 0.51), and so at thrice the extinction (0.59 and 0.59)."""
@@ -46,6 +45,11 @@ def kind_of(layer: CloudLayer) -> CloudKind:
         thin = layer.extinction_per_m * (layer.top_m - layer.base_m) < _THIN
         return CloudKind.CIRRUS if thin else CloudKind.CUMULUS
     return CloudKind[layer.kind.upper()]
+
+
+def has_cirrus(layers: list[CloudLayer]) -> bool:
+    """Whether any of them is cirrus."""
+    return any(kind_of(layer) == CloudKind.CIRRUS for layer in layers)
 
 
 def frames_at(wind_m_s: float, radius_m: float, time_s: float) -> tuple[Floats, Floats]:
@@ -75,24 +79,35 @@ def write_layers(block: CloudViewBlock, layers: list[CloudLayer], map_coverage: 
         parabola = float(layer.height_profile == "parabola" and kind != CloudKind.CUMULUS)
         block.layers[row] = CloudViewLayer(
             base, top, 1.0 / (top - base), layer.extinction_per_m, layer.albedo, layer.asymmetry, kind, scale,
-            layer.relief, parabola, numbers[row],
+            layer.relief, parabola, numbers[row], layer.hooks, layer.veil, layer.bend,
         )  # fmt: skip
     block.layer_count = len(layers)
     block.lowest_m = min((layer.base_m for layer in layers), default=0.0)
     block.highest_m = max((layer.top_m for layer in layers), default=0.0)
 
 
+def on_chart(points_m: Floats, side: float, radius_m: float) -> Floats:
+    """(N, 3) metres on the plane of a half of the planet (side 1: northern, -1: southern), z 0, of points (N, 3).
+
+    Stereographic from the other half's pole (Snyder 1987, 21-2 to 21-4), lengths right at the half's own pole and twice
+    as long at the equator. Points close to the other pole are somewhere.
+    """
+    rise = np.linalg.norm(points_m, axis=1) + side * points_m[:, 2]
+    flat = 2.0 * radius_m * points_m[:, :2] / np.maximum(rise, 1e-9 * radius_m)[:, None]
+    return np.concatenate([flat, np.zeros((len(flat), 1))], axis=1)
+
+
 def noise_places(turn: Floats, tilt: Floats, points_m: Floats, thickness_m: float, radius_m: float) -> Floats:
     """(N, 7, 4): the place of points (N, 3) in the period of each volume, 0..1, and 1 / period: broad, wide, fine,
-    finest, fibre, streaks as in CloudViewBlock; then bend: the place in radii, 1 / radius. points_m: planet-centred. In
+    finest, north, south as in CloudViewBlock; then bend: the place in radii, 1 / radius. points_m: planet-centred. In
     float64: noise is the same from anywhere."""
     period = _BROAD_PERIOD * thickness_m
     turned, tilted = points_m @ turn.T, points_m @ tilt.T
-    scaled = turned * np.asarray(_AXIS_SCALE)
     found = np.empty((len(points_m), 7, 4))
     for row, (at, share) in enumerate((
-        (turned, 1.0), (tilted, _WIDE), (tilted, _FINE), (turned, _FINEST), (scaled, _FIBRE),
-        (scaled[:, [1, 2, 0]], _STREAKS),
+        (turned, 1.0), (tilted, _WIDE), (tilted, _FINE), (turned, _FINEST),
+        (on_chart(turned, 1.0, radius_m), _TRAILS / _BROAD_PERIOD),
+        (on_chart(turned, -1.0, radius_m), _TRAILS / _BROAD_PERIOD),
     )):  # fmt: skip
         found[:, row, :3], found[:, row, 3] = np.mod(at / (period * share), 1.0), 1.0 / (period * share)
     found[:, 6, :3], found[:, 6, 3] = turned / radius_m, 1.0 / radius_m
@@ -108,15 +123,16 @@ def write_noise(
     thickness_m: float,
     shape_texels: int,
     rim_texels: int,
+    fibre_texels: int,
 ) -> None:
     """Where noise lies around the anchor: places in periods, formed in float64."""
     period = _BROAD_PERIOD * thickness_m
     block.turn, block.tilt = turn.T, tilt.T
     rows = noise_places(turn, tilt, anchor_m[None], thickness_m, radius_m)[0]
-    block.broad, block.wide, block.fine, block.finest, block.fibre, block.streaks, block.bend = (
+    block.broad, block.wide, block.fine, block.finest, block.north, block.south, block.bend = (
         CloudVolume(row[:3], row[3]) for row in rows
     )
-    block.axis_scale, block.clump_m = _AXIS_SCALE, _CLUMP * thickness_m
+    block.clump_m, block.fibre_levels = _CLUMP * thickness_m, math.log2(fibre_texels)
     block.broad_level = math.log2(shape_texels / period)
     block.wide_level = math.log2(shape_texels / (period * _WIDE))
     block.fine_level = math.log2(rim_texels / (period * _FINE))

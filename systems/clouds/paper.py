@@ -136,7 +136,7 @@ class PaperClouds(CloudMethod):
         tuned = (SCATTERING, ASYMMETRY) if coverage is not None else (1.0, 1.0)
         self._block.layers[0] = CloudViewLayer(
             base, top, 1.0 / thickness, extinction, tuned[0] * albedo, tuned[1] * asymmetry, kind=0, cover_scale=0.0,
-            relief=0.0, parabola=parabola, model=0,
+            relief=0.0, parabola=parabola, model=0, hooks=0.0, veil=0.0, bend=0.0,
         )  # fmt: skip
         wanted = _VolumeKey(extinction)
         if coverage is not None:

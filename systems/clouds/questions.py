@@ -37,8 +37,8 @@ class NoiseOrigins:
     wide: Vec3
     fine: Vec3
     finest: Vec3
-    fibre: Vec3
-    streaks: Vec3
+    north: Vec3
+    south: Vec3
     bend: Annotated[Vec3, "in radii"]
 
     @staticmethod

@@ -29,7 +29,7 @@ class CloudKind(IntEnum):
     CUMULUS = 0
     """Billows and sheets, as the weather's cover, towers and depth have them."""
     CIRRUS = 1
-    """Streaks and sheets along the winds aloft, as the weather's high cloud has them."""
+    """Fibres, hooks and veils, as the weather's high cloud has them."""
     UNIFORM = 2
     """The whole shell alike, whatever the weather."""
     WATER, ICE = CUMULUS, CIRRUS
@@ -51,6 +51,9 @@ class CloudViewLayer:
     relief: Annotated[float, "of billows on cumulus"]
     parabola: Annotated[float, "1: it thins out towards base and top as a parabola; 0: it does not"]
     model: Annotated[int, "its number in cloud_model.layers"]
+    hooks: Annotated[float, "of cirrus: share of its fibres that begin in tufts"]
+    veil: Annotated[float, "of cirrus: between its fibres"]
+    bend: Annotated[float, "of cirrus: how far its fibres bend"]
 
 
 @dataclass
@@ -107,15 +110,15 @@ class CloudViewBlock:
     wide: Annotated[CloudVolume, "shape once more, in the frame tilt"]
     fine: Annotated[CloudVolume, "rims, in the frame tilt"]
     finest: Annotated[CloudVolume, "rims near the eye, in the frame turn"]
-    fibre: Annotated[CloudVolume, "shape for streaks, in the frame turn stretched"]
-    streaks: Annotated[CloudVolume, "the same, wider"]
-    bend: Annotated[CloudVolume, "in radii, frame turn: where the winds aloft meander"]
-    axis_scale: Annotated[Vec3, "of streaks' axes: least across the poles' axis, so that they lie along the winds"]
+    north: Annotated[CloudVolume, "the map of cirrus' trails on the northern half, in the frame turn: x and y"]
+    south: Annotated[CloudVolume, "the same on the southern half"]
+    bend: Annotated[CloudVolume, "in radii, frame turn: from the planet's centre"]
     clump_m: Annotated[float, "way through one of the clouds that are too small to be told apart"]
     broad_level: Annotated[float, "mip level for a footprint of 1 m"]
     wide_level: float
     fine_level: float
     finest_level: float
+    fibre_levels: Annotated[float, "mip level of the map of trails at which it is one texel"]
     shape_filter: CloudFilter
     rim_filter: CloudFilter
     second_map_share: Annotated[float, "of the second of the two maps of weather"]

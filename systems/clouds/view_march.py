@@ -80,8 +80,7 @@ class ViewMarch:
             self._defines = given
             for program in self._programs:
                 self._gpu.free(program)
-            finest = {name: defines[name] for name in ("CLOUD_FINEST",) if name in defines}
-            self._classify = self._gpu.compute("clouds/classify.comp", {**self._picture.defines, **finest})
+            self._classify = self._gpu.compute("clouds/classify.comp", self._picture.defines)
             self._march = self._program("clouds/view_march.comp")
             # Steps all the way to the sun meet layers above, which may be cirrus.
             self._no_cirrus = self._program("clouds/view_march.comp", NO_CIRRUS) if mapped else self._march

@@ -15,7 +15,7 @@ COARSE = {
     f"clouds.{name}": value
     for name, value in {
         "picture_px": 1, "stride": 1, "fine_steps": 32, "step_growth": 0.01, "sun_steps": 2, "shape_texels": 32,
-        "rim_texels": 16, "map_texels": 256, "shadow_texels": 64, "shadow_steps": 4,
+        "fibre_texels": 128, "rim_texels": 16, "map_texels": 256, "shadow_texels": 64, "shadow_steps": 4,
     }.items()
 }  # fmt: skip
 

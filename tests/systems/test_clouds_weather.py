@@ -223,7 +223,8 @@ def test_shadow_of_an_even_layer_is_what_its_depth_says() -> None:
 
 def test_clouds_have_rims_in_every_weather(scope: Any, run_compute: Any) -> None:
     """Weights of noise whose squares add up to one do so but for rounding, whose sign must not matter."""
-    field = CloudField(scope, {"clouds.shape_texels": 32, "clouds.rim_texels": 16, "clouds.map_texels": 64})
+    sizes = {"shape": 32, "rim": 16, "fibre": 64, "map": 64}
+    field = CloudField(scope, {f"clouds.{name}_texels": texels for name, texels in sizes.items()})
     field.take(Clouds(extinction_per_m=0.05))
     field.place(np.array([6.4e6, 0.0, 0.0]), 6.36e6, 0.0)
     field.block.hiding = (10.0, 1.0, 10.0, 1.0)  # nothing of the noise: as seen from near

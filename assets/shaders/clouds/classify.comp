@@ -1,14 +1,9 @@
 // What each tile of 8 x 4 rays meets: 0 no layer (nothing, or ground before it), 1 layers in which the weather has no
-// cloud there, 2 cloud, 3 cloud with cirrus. As exact as the march: it knows the weather at the same places, or, where
-// that looks at more of them (CLOUD_FINEST), counts the least cirrus. What no cloud is met by is written at once.
+// cloud there, 2 cloud, 3 cloud with cirrus. As exact as the march: it knows the weather at the same places. What no
+// cloud is met by is written at once.
 #include "generated/bindings.glsl"
 #include "clouds/view_ray.glsl"
 
-#ifdef CLOUD_FINEST
-const float LEAST_CIRRUS = 0.0;
-#else
-const float LEAST_CIRRUS = CLOUD_LEAST_CIRRUS;
-#endif
 layout(local_size_x = 8, local_size_y = 4) in;
 layout(binding = 0, rgba32f) uniform writeonly image2D o_clouds;
 layout(binding = 1, r32f) uniform writeonly image2D o_distance;
@@ -30,13 +25,13 @@ void main() {
         CloudViewLayer shell = cloud_view.layers[owners[k]];
         bool cirrus = shell.kind == CLOUD_CIRRUS;
         float from = intervals[k].x, to = intervals[k].y, most = shell.kind == CLOUD_UNIFORM ? 1.0 : 0.0,
-            least = cirrus ? LEAST_CIRRUS : 0.0;
-        int segments = segment_count(shell, cirrus, from, to), segment = 0;
+            least = cirrus ? CIRRUS_LEAST : 0.0, apart = cirrus_apart(shell, from, to);
+        int segments = segment_count(shell, from, to), places = cirrus ? cirrus_places(apart) : segments + 1, place = 0;
         do {
-            CloudWeather w = weather_along(v.ray,
-                segment == 0 ? from : segment_end(shell, from, to, segment - 1, segments));
+            CloudWeather w = weather_along(v.ray, cirrus ? cirrus_place(from, to, apart, place)
+                : place == 0 ? from : segment_end(shell, from, to, place - 1, segments));
             most = max(most, (cirrus ? w.high : w.cover) * shell.cover_scale);
-        } while (++segment <= segments && most <= least);
+        } while (++place < places && most <= least);
         found |= most > least ? (cirrus ? 4u : 2u) : 0u;
     } while (++k < count);
     if (found != 0u) atomicOr(s_found, found);

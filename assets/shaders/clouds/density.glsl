@@ -1,6 +1,6 @@
-// How dense the clouds are at a place: extinction relative to that of the layer's densest cloud, 0..1.
+// How dense clouds of water are at a place: extinction relative to that of the layer's densest cloud, 0..1. Ice has a
+// sheet instead: cirrus.glsl.
 //
-//   CloudWeather cloud_weather(vec3 up, float footprint_m)        of a direction from the planet's centre
 //   float cloud_density(int layer, vec3 place, float share, CloudWeather w, float footprint_m, int rims)
 //   float cloud_column(int layer, CloudWeather w, float density)        optical depth, from base to top
 //
@@ -13,24 +13,17 @@
 // is the same at all distances (docs/cloud-pictures.md, "Density"). Shape and rims are what Schneider 2015 calls base
 // shape and detail: the rims erode the shape's edges.
 #include "generated/bindings.glsl"
-#include "common/octahedral.glsl"
-#include "generated/cloud_view.glsl"
+#include "clouds/weather_map.glsl"
+#include "clouds/cirrus.glsl"
 
 layout(binding = CLOUD_SHAPE_UNIT) uniform sampler3D u_cloud_shape;
 layout(binding = CLOUD_RIMS_UNIT) uniform sampler3D u_cloud_rims;
-layout(binding = WEATHER_FIRST_UNIT) uniform sampler2D u_weather_first;
-layout(binding = WEATHER_SECOND_UNIT) uniform sampler2D u_weather_second;
 
-// Cirrus has streaks for noise. A program for places without any knows so at build time, and takes less time.
+// A program for places without any cirrus knows so at build time, and takes less time.
 #ifdef CLOUD_NO_CIRRUS
 #define CLOUD_IS_CIRRUS(layer) false
 #else
 #define CLOUD_IS_CIRRUS(layer) (cloud_view.layers[layer].kind == CLOUD_CIRRUS)
-#endif
-
-// Where a volume of noise lies around the point that places are measured from.
-#ifndef CLOUD_ORIGIN
-#define CLOUD_ORIGIN(volume) cloud_view.volume.origin
 #endif
 
 const float CLOUD_RIM = 0.24;         // of the rims' noise against the shape's
@@ -43,59 +36,12 @@ const float CLOUD_MEAN_FILL = 0.4;
 const float CLOUD_MOST_NOISE = 0.54;
 
 const float CLOUD_LEAST_HALF_WIDTH = 0.015;   // of a threshold that hides nothing
-const float CLOUD_LEAST = 1e-4, CLOUD_LEAST_CIRRUS = 0.01;   // covers below which no noise makes cloud
+const float CLOUD_LEAST = 1e-4;               // cover below which no noise makes cloud
 
 const float CLOUD_SEAMS = 0.12;       // of a closed sheet's cover
 const float CLOUD_SHALLOW = 0.12;     // extinction of a sheet against that of towers
 const float CLOUD_ROLLS = 0.2;        // of noise, in rolls as far apart as the rims' volume repeats
-const float CLOUD_CIRRUS_FROM = -0.39;   // threshold of cirrus
-// by how much it rises away from the middle of a sheet, over a layer's thickness squared
-const float CLOUD_FEATHER = 0.9;
-const float CLOUD_SHEAR = 3.5;        // way along the winds for one way down
-const float CLOUD_VEER = 1.2;         // and across
-const float CLOUD_CIRRUS_RIM = 1.4;      // of cirrus against other rims
-// Finest fibres, in periods of the fibres and, once more, a further time as fine: whole numbers, so that both repeat
-// together.
-const vec3 CLOUD_HAIR = vec3(4.0, 4.0, 16.0);
-const float CLOUD_HAIRS = 8.0;
-const float CLOUD_CURL = 0.12;        // of the fibres' period
 const float CLOUD_WARP = 0.09;        // of the clusters' period
-// Each wave northwards is as steep as 0.9 (half of that on the mean): together they outdo the parallels in places.
-const mat3 CLOUD_MEANDER = mat3(
-    vec3(0.04, -0.05, 0.085),
-    vec3(-0.03, 0.02, 0.045),
-    vec3(0.012, 0.016, 0.026));
-
-// Between two levels of a volume chance decides, ray by ray: one fetch instead of two. 0..1, set by whoever marches.
-float cloud_dither = 0.5;
-
-// In the frames of the two volumes of noise (CloudViewBlock).
-vec3 cloud_turned(vec3 place) {
-    return cloud_view.turn * place;
-}
-
-vec3 cloud_tilted(vec3 place) {
-    return cloud_view.tilt * place;
-}
-
-struct CloudWeather {
-    float cover, towers, high, deep;
-};
-
-CloudWeather cloud_weather(vec3 up, float footprint_m) {
-    vec3 d = cloud_turned(up);
-    float inner = cloud_view.map_texels, border = cloud_view.map_border;
-    vec2 at = ((0.5 + 0.5 * oct_encode(d)) * inner + border) / (inner + 2.0 * border);
-    float level = clamp(log2(max(footprint_m / cloud_view.map_texel_m, 1.0)), 0.0, 4.0);
-    vec4 w = mix(textureLod(u_weather_first, at, level + cloud_dither - 0.5),
-        textureLod(u_weather_second, at, level + cloud_dither - 0.5), cloud_view.second_map_share);
-    return CloudWeather(w.x, w.y, w.z, w.w);
-}
-
-CloudWeather cloud_weather_between(CloudWeather a, CloudWeather b, float share) {
-    return CloudWeather(mix(a.cover, b.cover, share), mix(a.towers, b.towers, share), mix(a.high, b.high, share),
-        mix(a.deep, b.deep, share));
-}
 
 // Mean over values within `half_width` around x of a ramp from 0 at 0 to 1 at `edge`: the difference of its integral.
 float ramp_integral(float x, float edge) {
@@ -105,10 +51,6 @@ float ramp_integral(float x, float edge) {
 
 float filtered_ramp(float x, float half_width, float edge) {
     return (ramp_integral(x + half_width, edge) - ramp_integral(x - half_width, edge)) / (2.0 * half_width);
-}
-
-float cloud_level(float per_metre_level, float footprint_m) {
-    return max(per_metre_level + log2(max(footprint_m, 1e-3)), 0.0);
 }
 
 // Share of the noise's variance that a level doesn't show.
@@ -131,10 +73,8 @@ float cloud_height_cover(float share, CloudWeather w) {
 // all.
 float cloud_ceiling(int layer, CloudWeather a, CloudWeather b) {
     CloudViewLayer shell = cloud_view.layers[layer];
-    bool cirrus = CLOUD_IS_CIRRUS(layer);
-    float most = cirrus ? max(a.high, b.high) : max(a.cover, b.cover);
     float reach = shell.kind == CLOUD_CUMULUS ? max(cloud_tallness(a), cloud_tallness(b)) : 1.0;
-    bool some = most * shell.cover_scale > (cirrus ? CLOUD_LEAST_CIRRUS : CLOUD_LEAST);
+    bool some = max(a.cover, b.cover) * shell.cover_scale > CLOUD_LEAST;
     return shell.kind == CLOUD_UNIFORM || some ? reach : 0.0;
 }
 
@@ -148,36 +88,18 @@ float cloud_interior(CloudWeather w) {
     return mix(CLOUD_SHALLOW, 1.0, cloud_solid(w));
 }
 
-// Vertical optical depth of a whole cloud of a weather. density: at some place in it; cirrus is as it is there all the
-// way.
+// Vertical optical depth of a whole cloud of a weather. density: of the sheet of ice there, if it is one.
 float cloud_column(int layer, CloudWeather w, float density) {
     CloudViewLayer shell = cloud_view.layers[layer];
-    float even = mix(1.0, 2.0 / 3.0, shell.parabola);
+    float even = cirrus_filled(shell, vec2(0.0, 1.0));
     float billows = CLOUD_MEAN_FILL * cloud_tallness(w) * cloud_interior(w);
-    float mean = shell.kind == CLOUD_UNIFORM ? even : CLOUD_IS_CIRRUS(layer) ? density : billows;
+    float mean = shell.kind == CLOUD_UNIFORM ? even : CLOUD_IS_CIRRUS(layer) ? even * density : billows;
     return (shell.top_m - shell.base_m) * shell.extinction_per_m * mean;
 }
 
 // Thinner because it is in clumps that hide one another: as a binary mixture of cloud and clear air (Pomraning 1991).
 float cloud_clumped(float share, float hidden, float extinction) {
     return share / (1.0 + hidden * (1.0 - share) * extinction * cloud_view.clump_m);
-}
-
-// 1 where a footprint leaves enough of a volume's period to tell its cells apart, 0 where a handful of texels would be
-// left: those look the same period after period.
-float cells_resolved(float footprint_m, float per_period) {
-    return 1.0 - smoothstep(0.05, 0.2, footprint_m * per_period);
-}
-
-// Where ice has been carried: long waves of the winds aloft bend what lies along the parallels, up to right across
-// them, so that fibres run along jets that meander around the planet. from_middle: from the planet's centre in its
-// radii; result in radii.
-vec3 jet_meander(vec3 from_middle) {
-    vec3 turns = vec3(dot(from_middle, vec3(0.71, 0.52, 0.93)), dot(from_middle, vec3(-1.62, 1.17, 1.35)),
-        dot(from_middle, vec3(2.31, 3.05, -2.12))) + vec3(0.13, 0.41, 0.77);
-    // Parabolas instead of sines: for what is drawn out as long as that they are as good.
-    vec3 x = 2.0 * fract(turns) - 1.0, waves = 4.0 * x * (1.0 - abs(x));
-    return CLOUD_MEANDER * waves;
 }
 
 // Clusters are swept into one another by eddies as wide as they are apart: whole waves a period, so that it repeats
@@ -187,23 +109,14 @@ vec3 warped_clusters(vec3 place) {
     return place + CLOUD_WARP * 4.0 * x * (1.0 - abs(x));
 }
 
-// How far ice that has fallen lags behind, in metres, in air that is slower below and turns: tufts on top, tails behind
-// and aside.
-vec3 fall_lag(vec3 from_middle, float fallen_m, float fall) {
-    vec3 east = vec3(-from_middle.y, from_middle.x, 0.0) * inversesqrt(max(dot(from_middle.xy, from_middle.xy), 1e-2));
-    return fallen_m * (CLOUD_SHEAR * east + vec3(0.0, 0.0, CLOUD_VEER * fall));
-}
-
 // What the two wide volumes say of a place, before its rims.
 struct CloudNoise {
     float excess;            // above the threshold
     float hidden_variance;   // of what the footprint is too wide to show
     float hidden_share;      // of the volumes' variance
-    float half_width;        // of ice: of what the footprint hides
     float interior;          // how dense clouds of the weather are inside
     float thickness;         // more of that, where the wide volume is above the threshold
     float cover;             // at that height
-    vec3 fibre_place;        // of ice: of the finest fibres
     vec3 turned, tilted;     // metres, in the frames of the volumes
 };
 
@@ -211,19 +124,11 @@ struct CloudNoise {
 struct CloudPlace {
     vec3 turned, tilted;   // metres from the anchor
     vec3 from_middle;      // from the planet's centre, in its radii
-    vec3 carried;          // ice: metres, where it was before the winds aloft carried it, axes scaled
-    vec3 drawn;            // ice: the same, where it was before what has fallen lagged behind
 };
 
-CloudPlace cloud_place(CloudViewLayer shell, vec3 place, float share) {
-    vec3 turned = cloud_turned(place), tilted = cloud_tilted(place);
-    vec3 from_middle = CLOUD_ORIGIN(bend) + turned * cloud_view.bend.per_m;
-    // Ice falls from the layer's top, where it was carried to by the winds.
-    float fallen_m = (1.0 - share) * (shell.top_m - shell.base_m);
-    vec3 carried = (turned + from_middle * fallen_m + jet_meander(from_middle) / cloud_view.bend.per_m)
-        * cloud_view.axis_scale;
-    vec3 drawn = carried + fall_lag(from_middle, fallen_m, 1.0 - share) * cloud_view.axis_scale;
-    return CloudPlace(turned, tilted, from_middle, carried, drawn);
+CloudPlace cloud_place(vec3 place) {
+    vec3 turned = cloud_turned(place);
+    return CloudPlace(turned, cloud_tilted(place), CLOUD_ORIGIN(bend) + turned * cloud_view.bend.per_m);
 }
 
 // The two volumes of the shape: noise around 0, as far as the footprint tells its cells apart, and the share of its
@@ -233,32 +138,19 @@ struct CloudShape {
     float broad_resolved, wide_resolved;
 };
 
-// Thin ice: drawn out streaks on the map, fibres of the volume in them. Else clouds of two sizes.
-CloudShape cloud_shape(bool cirrus, CloudPlace p, float footprint_m) {
-    vec3 second = cirrus ? CLOUD_ORIGIN(streaks) + p.drawn.yzx * cloud_view.streaks.per_m
-        : warped_clusters(CLOUD_ORIGIN(wide) + p.tilted * cloud_view.wide.per_m);
-    float first_level = cloud_level(cloud_view.broad_level - (cirrus ? 0.8 : 0.0), footprint_m);
-    float second_level = cloud_level(cirrus ? cloud_view.broad_level - 2.0 : cloud_view.wide_level, footprint_m);
-    float wide = textureLod(u_cloud_shape, second, second_level + cloud_dither - 0.5).r - 0.5;
-    // Fibres curl around the patches that they are in.
-    vec3 curled = p.drawn + vec3(0.0, 0.0, CLOUD_CURL * wide / cloud_view.fibre.per_m);
-    vec3 first = cirrus ? CLOUD_ORIGIN(fibre) + curled * cloud_view.fibre.per_m
-        : CLOUD_ORIGIN(broad) + p.turned * cloud_view.broad.per_m;
-    float broad = textureLod(u_cloud_shape, first, first_level + cloud_dither - 0.5).r - 0.5;
-    // The streaks' period is shortest across them.
-    float first_resolved = cells_resolved(footprint_m, cirrus ? 0.3 * cloud_view.fibre.per_m : cloud_view.broad.per_m);
-    float second_resolved = cells_resolved(footprint_m,
-        cirrus ? 0.3 * cloud_view.streaks.per_m : cloud_view.wide.per_m);
+// Clouds of two sizes.
+CloudShape cloud_shape(CloudPlace p, float footprint_m) {
+    vec3 second = warped_clusters(CLOUD_ORIGIN(wide) + p.tilted * cloud_view.wide.per_m);
+    vec3 first = CLOUD_ORIGIN(broad) + p.turned * cloud_view.broad.per_m;
+    float first_level = cloud_level(cloud_view.broad_level, footprint_m),
+        second_level = cloud_level(cloud_view.wide_level, footprint_m);
+    float wide = textureLod(u_cloud_shape, second, second_level + cloud_dither - 0.5).r - 0.5,
+        broad = textureLod(u_cloud_shape, first, first_level + cloud_dither - 0.5).r - 0.5;
+    float first_resolved = cells_resolved(footprint_m, cloud_view.broad.per_m),
+        second_resolved = cells_resolved(footprint_m, cloud_view.wide.per_m);
     return CloudShape(broad * first_resolved, wide * second_resolved,
         first_resolved * first_resolved * (1.0 - hidden_variance_share(first_level, cloud_view.shape_filter)),
         second_resolved * second_resolved * (1.0 - hidden_variance_share(second_level, cloud_view.shape_filter)));
-}
-
-// Ice above its threshold: in sheets whose height wanders, the thinner, the nearer to their middle. high: its cover.
-float cloud_streaks(CloudShape shape, float share, float high) {
-    float aside = share - (0.62 + 0.5 * shape.wide), rare = 1.0 - clamp(high / CLOUD_SCARCE, 0.0, 1.0);
-    return CLOUD_CIRRUS_FROM + 0.55 * shape.broad + 0.5 * shape.wide + 0.6 * high - CLOUD_FEATHER * aside * aside
-        - rare * rare;
 }
 
 // Rolls across the wind, here and there in shallow weather: across an axis of the tilted frame; where that stands
@@ -275,11 +167,8 @@ float cloud_rolls(CloudPlace p, float wide, float shallow, float footprint_m) {
 // turns.
 CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float footprint_m) {
     CloudViewLayer shell = cloud_view.layers[layer];
-    bool cirrus = CLOUD_IS_CIRRUS(layer);
-    CloudPlace p = cloud_place(shell, place, share);
-    CloudShape shape = cloud_shape(cirrus, p, footprint_m);
-    float streaks = cloud_streaks(shape, share, w.high * shell.cover_scale);
-    float half_width = max(0.3 * sqrt(1.0 - shape.wide_resolved), 0.02);
+    CloudPlace p = cloud_place(place);
+    CloudShape shape = cloud_shape(p, footprint_m);
     // Sheets are of small cells, deep weather is in clusters. Squares of the weights add up to one: the variance stays
     // that of one volume.
     float clusters = mix(0.35, 0.55, smoothstep(0.25, 0.75, w.towers)), cells = sqrt(1.0 - clusters * clusters);
@@ -292,10 +181,9 @@ CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float
     // Two volumes in one reach beyond 0.5, and rims on top of them: without this there would be cloud where there is no
     // cover, cut off along the line where cover begins.
     float scarce = 1.0 - clamp(cover / CLOUD_SCARCE, 0.0, 1.0);
-    float excess = cirrus ? streaks : noise - (0.5 - cover) - CLOUD_MOST_NOISE * scarce * scarce;
-    vec3 fibre_place = CLOUD_HAIR * (CLOUD_ORIGIN(fibre) + p.carried * cloud_view.fibre.per_m);
-    return CloudNoise(excess, 0.25 * hidden, hidden, half_width, cloud_interior(w), clusters * shape.wide - 0.5 + most,
-        cover, fibre_place, p.turned, p.tilted);
+    float excess = noise - (0.5 - cover) - CLOUD_MOST_NOISE * scarce * scarce;
+    return CloudNoise(excess, 0.25 * hidden, hidden, cloud_interior(w), clusters * shape.wide - 0.5 + most, cover,
+        p.turned, p.tilted);
 }
 
 // Billows stand on the cloud that the wide volumes make: away from it they would be balls of their own.
@@ -305,39 +193,34 @@ float cloud_relief(CloudViewLayer shell, float excess) {
 
 // How far the noise lies below any cloud, whatever the rims are; 0: there may be some.
 float cloud_gap(int layer, CloudNoise n, float footprint_m) {
-    bool cirrus = CLOUD_IS_CIRRUS(layer);
-    float relief = cirrus ? CLOUD_CIRRUS_RIM : cloud_relief(cloud_view.layers[layer], n.excess);
+    float relief = cloud_relief(cloud_view.layers[layer], n.excess);
     float rim_variance = CLOUD_RIM * CLOUD_RIM * hidden_variance_share(cloud_level(cloud_view.fine_level, footprint_m),
         cloud_view.rim_filter)
         + CLOUD_RIM_NEAR * CLOUD_RIM_NEAR * hidden_variance_share(cloud_level(cloud_view.finest_level, footprint_m),
             cloud_view.rim_filter);
-    float half_width = cirrus ? n.half_width : max(sqrt(n.hidden_variance + relief * relief * rim_variance),
-        CLOUD_LEAST_HALF_WIDTH);
+    float half_width = max(sqrt(n.hidden_variance + relief * relief * rim_variance), CLOUD_LEAST_HALF_WIDTH);
     float most = n.excess + (CLOUD_RIM + CLOUD_RIM_NEAR) * relief + half_width;
-    float gap = max(-most, cirrus || n.cover >= CLOUD_LEAST ? 0.0 : 1e-6);
+    float gap = max(-most, n.cover >= CLOUD_LEAST ? 0.0 : 1e-6);
     return cloud_view.layers[layer].kind == CLOUD_UNIFORM ? 0.0 : gap;
 }
 
 // rims: octaves of billows on the rim, 0..2.
 float cloud_rimmed(int layer, CloudNoise n, float share, float footprint_m, int rims) {
     CloudViewLayer shell = cloud_view.layers[layer];
-    bool cirrus = CLOUD_IS_CIRRUS(layer);
     float excess = n.excess, variance = n.hidden_variance;
-    float relief = cirrus ? CLOUD_CIRRUS_RIM : cloud_relief(shell, excess);
+    float relief = cloud_relief(shell, excess);
     int turns = excess > -0.3 - 0.5 * sqrt(variance) && n.hidden_share < 0.99 ? rims : 0, i = 0;
     // Left at its end: software GPUs go through the turn, too, in which a loop is left at its head.
     if (rims > 0) do {
-        vec3 billow = i == 0 ? CLOUD_ORIGIN(fine) + n.tilted * cloud_view.fine.per_m
+        vec3 at = i == 0 ? CLOUD_ORIGIN(fine) + n.tilted * cloud_view.fine.per_m
             : CLOUD_ORIGIN(finest) + n.turned * cloud_view.finest.per_m;
-        vec3 at = cirrus ? (i == 0 ? 1.0 : CLOUD_HAIRS) * n.fibre_place : billow;
         float level = cloud_level(i == 0 ? cloud_view.fine_level : cloud_view.finest_level, footprint_m);
         float weight = turns > 0 ? (i == 0 ? CLOUD_RIM : CLOUD_RIM_NEAR) * relief : 0.0;
         float rim = textureLod(u_cloud_rims, at, level + cloud_dither - 0.5).r - 0.5;
         // Billows above, wisps below: at the base the noise is turned round.
-        excess += 2.0 * weight * rim * mix(-1.0, 1.0, cirrus ? 1.0 : smoothstep(0.0, 0.25, share));
+        excess += 2.0 * weight * rim * mix(-1.0, 1.0, smoothstep(0.0, 0.25, share));
         variance += weight * weight * hidden_variance_share(level, cloud_view.rim_filter);
     } while (++i < turns);
-    float thin = filtered_ramp(excess, n.half_width, 0.4);
     float dense = filtered_ramp(excess, max(sqrt(variance), CLOUD_LEAST_HALF_WIDTH), CLOUD_EDGE)
         * step(CLOUD_LEAST, n.cover);
     // Sheets that close the sky are of thick and thin places all the same.
@@ -345,7 +228,7 @@ float cloud_rimmed(int layer, CloudNoise n, float share, float footprint_m, int 
     float billows = interior * cloud_clumped(dense, n.hidden_share, interior * shell.extinction_per_m);
 
     float even = shell.cover_scale > 0.0 ? 1.0 : 0.0;
-    float density = shell.kind == CLOUD_UNIFORM ? even : cirrus ? thin : billows;
+    float density = shell.kind == CLOUD_UNIFORM ? even : billows;
     return density * mix(1.0, 4.0 * share * (1.0 - share), shell.parabola);
 }
 

@@ -49,10 +49,29 @@ float step_fineness() {
 }
 
 // Weather changes over tens of kilometres: in a segment it is taken as even. Where steps are short, segments are.
-int segment_count(CloudViewLayer shell, bool cirrus, float from, float to) {
+int segment_count(CloudViewLayer shell, float from, float to) {
     float finer = clamp(u_layer_steps / COARSE_STEPS, 1.0, 16.0);
     float per_octave = mix(SEGMENTS_PER_OCTAVE_COARSE, SEGMENTS_PER_OCTAVE, step_fineness());
-    return int(finer * float(cirrus ? 1 : clamp(int(log2((to - from) * shell.per_thickness) * per_octave), 1, 8)));
+    return int(finer * float(clamp(int(log2((to - from) * shell.per_thickness) * per_octave), 1, 8)));
+}
+
+// A ray meets a sheet of ice in the middle of its way through the layer: at one place, or, where it runs along in it,
+// at a few that move apart as the way gets longer.
+const float CIRRUS_ALONG = 10.0, CIRRUS_ALL_ALONG = 40.0;   // thicknesses of the layer: from here on, and all apart
+const int CIRRUS_PLACES = 4;
+
+float cirrus_apart(CloudViewLayer shell, float from, float to) {
+    return smoothstep(CIRRUS_ALONG, CIRRUS_ALL_ALONG, (to - from) * shell.per_thickness);
+}
+
+int cirrus_places(float apart) {
+    return apart > 0.0 ? CIRRUS_PLACES : 1;
+}
+
+// Metres along the ray.
+float cirrus_place(float from, float to, float apart, int place) {
+    float share = (float(place) + 0.5) / float(cirrus_places(apart));
+    return mix(from, to, mix(0.5, share, apart));
 }
 
 // Metres along the ray: segments grow geometrically with distance.

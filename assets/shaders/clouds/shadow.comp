@@ -28,15 +28,30 @@ const float DEEPEST = 6e4;      // half floats end at 65504
 const int MOST_SPLIT = 8;
 const float SHADED = 0.002;     // optical depth that counts
 
-// The lowest and the highest layer that have part of an interval of heights: mostly one.
+// The lowest and the highest layer of water that have part of an interval of heights, mostly one; x above y: none.
 ivec2 layers_between(vec2 heights) {
-    int lowest = cloud_view.layer_count - 1, highest = 0, layer = 0;
+    int lowest = cloud_view.layer_count, highest = 0, layer = 0;
     do {
-        bool part = cloud_view.layers[layer].base_m < heights.y && cloud_view.layers[layer].top_m > heights.x;
+        bool part = cloud_view.layers[layer].base_m < heights.y && cloud_view.layers[layer].top_m > heights.x
+            && !CLOUD_IS_CIRRUS(layer);
         lowest = part ? min(lowest, layer) : lowest;
         highest = part ? layer : highest;
     } while (++layer < cloud_view.layer_count);
     return ivec2(lowest, highest);
+}
+
+// Optical depth of a sheet of ice along the whole ray, which crosses its middle in `middle` metres.
+float sheet_depth(int layer, vec3 place, vec3 foot, float middle, float through, float footprint) {
+    CloudViewLayer shell = cloud_view.layers[layer];
+    vec3 way = u_sun * middle;
+    return shell.extinction_per_m * through * cirrus_filled(shell, vec2(0.0, 1.0))
+        * cirrus_density(layer, place + way, cloud_weather(normalize(foot + way), footprint), footprint);
+}
+
+// How much of that lies between two heights.
+float sheet_share(CloudViewLayer shell, vec2 heights) {
+    vec2 shares = clamp((heights - shell.base_m) * shell.per_thickness, 0.0, 1.0);
+    return (shares.y - shares.x) * cirrus_filled(shell, shares) / cirrus_filled(shell, vec2(0.0, 1.0));
 }
 
 void main() {
@@ -56,6 +71,15 @@ void main() {
     int intervals = cloud_view.shadow_intervals, first = u_first;
     float depth = 0.0;
     imageStore(o_sun, ivec3(at, first + intervals), vec4(1.0, 0.0, 0.0, 0.0));
+    float sheets[CLOUD_VIEW_LAYERS];
+    int sheet = 0;
+    do {
+        CloudViewLayer shell = cloud_view.layers[sheet];
+        vec2 ends = vec2(distance_to_rise(r, mu, shell.base_m - cloud_view.shadow_height_m),
+            distance_to_rise(r, mu, shell.top_m - cloud_view.shadow_height_m));
+        sheets[sheet] = CLOUD_IS_CIRRUS(sheet)
+            ? sheet_depth(sheet, place, foot, 0.5 * (ends.x + ends.y), ends.y - ends.x, footprint) : 0.0;
+    } while (++sheet < cloud_view.layer_count);
     // Loops are left at their ends: software GPUs go through the turn, too, in which one is left at its head.
     int i = intervals - 1;
     do {
@@ -65,6 +89,8 @@ void main() {
         float whole_m = from - distance_to_rise(r, mu, heights.x - cloud_view.shadow_height_m);
         int steps = u_steps * clamp(int(0.5 * whole_m / (float(u_steps) * footprint)), 1, MOST_SPLIT), k = 0;
         ivec2 layers = layers_between(heights);
+        bool water = layers.x <= layers.y;
+        steps = water ? steps : 1;
         do {
             float share = (float(k) + 1.0) / float(steps), lower = mix(heights.y, heights.x, share);
             float height = mix(heights.y, heights.x, share - 0.5 / float(steps));
@@ -72,15 +98,19 @@ void main() {
                 middle = 0.5 * (from + to);
             float width_m = max(footprint, 0.35 * path_m);
             CloudWeather w = cloud_weather(normalize(foot + sun * middle), width_m);
-            int layer = layers.x;
+            int layer = min(layers.x, cloud_view.layer_count - 1);
             do {
                 CloudViewLayer shell = cloud_view.layers[layer];
                 float within = (height - shell.base_m) * shell.per_thickness;
                 float found = cloud_density(layer, place + sun * middle, clamp(within, 0.0, 1.0), w, width_m, 0);
-                depth += within > 0.0 && within < 1.0 ? shell.extinction_per_m * path_m * found : 0.0;
+                depth += water && within > 0.0 && within < 1.0 && !CLOUD_IS_CIRRUS(layer)
+                    ? shell.extinction_per_m * path_m * found : 0.0;
             } while (++layer <= layers.y);
             from = to;
         } while (++k < steps);
+        sheet = 0;
+        do depth += sheets[sheet] * sheet_share(cloud_view.layers[sheet], heights);
+        while (++sheet < cloud_view.layer_count);
         imageStore(o_sun, ivec3(at, first + i), vec4(exp(-depth), min(depth, DEEPEST), 0.0, 0.0));
     } while (--i >= 0);
     if (depth > SHADED) shaded[u_layer] = 1u;

@@ -24,8 +24,8 @@ float near_sun_depth(
 #ifdef CLOUD_FINEST
     float most = u_sun_steps;
 #else
-    // Cirrus is thin; and what is averaged over the way there needs no steps of its own.
-    float most = CLOUD_IS_CIRRUS(layer) ? 1.0 : u_sun_steps * min(2.0 * far / footprint, 1.0);
+    // What is averaged over the way there needs no steps of its own.
+    float most = u_sun_steps * min(2.0 * far / footprint, 1.0);
 #endif
     int steps = max(int(ceil(most * sqrt(near / max(far, 1e-3)))), 1), i = 0;
     float r = planet.radius_m + altitude, sum = 0.0, from = 0.0, per_step = 1.0 / float(steps);
@@ -39,6 +39,18 @@ float near_sun_depth(
         from = to;
     } while (i < steps);
     return sum * shell.extinction_per_m;
+}
+
+// Of the layers above a place: as sun_optical_depth, without the place's own.
+float sun_depth_above(int layer, vec3 point, float altitude, vec3 up, float footprint) {
+    float mu = dot(up, frame.sun_direction);
+#ifdef CLOUD_MAPPED
+    float to = distance_to_top(cloud_view.layers[layer], altitude, mu);
+    return cloud_sunlight_on(cloud_sun_ray(point, altitude, mu, footprint), cloud_view.layers[layer].top_m,
+        mu + to / (planet.radius_m + altitude)).y;
+#else
+    return cloud_depth_marched(layer, point, altitude, mu, 0.25 * u_sun_steps, footprint);
+#endif
 }
 
 // point: camera-relative, planet axes; up, w: the zenith and the weather there; footprint: in metres.

@@ -9,66 +9,12 @@
 // The transfer equation, step by step: dL = T (1 - exp(-tau)) S, with the source S of single scattering (Henyey and
 // Greenstein), of lobes of the forward peak, and of light that was scattered before (docs/clouds.md, "Light that is
 // scattered more than once"). How steps are chosen and what the segments' air does: docs/cloud-pictures.md, "March".
-#include "common/constants.glsl"
-#include "common/camera.glsl"
-#include "clouds/intervals.glsl"
+#include "clouds/run_light.glsl"
 #include "clouds/step_size.glsl"
-#include "clouds/light.glsl"
-#include "clouds/scattered.glsl"
 #include "clouds/sun_optical_depth.glsl"
-#include "clouds/slab_transmittance.glsl"
-#include "contract/air.glsl"
-#include "contract/sky.glsl"
-
-// Of the ground around, whose light clouds scatter as well.
-#ifndef CLOUD_GROUND
-#define CLOUD_GROUND 0.12
-#endif
+#include "clouds/cirrus_march.glsl"
 
 const int CLEAR_STEPS = 5;   // through the clear, until rays beside one another wait for those in cloud
-// transmittance behind which nothing is seen: the latter is no more than a step of an 8-bit picture
-const float OPAQUE = CLOUD_DEEPEST > 40.0 ? 1e-5 : 0.004;
-const float MOST_SLOPE = 50.0;      // of the optical depth towards the sun over that along the ray
-const float LEAST_DENSITY = 1e-4;   // that counts as cloud
-
-struct March {
-    vec3 radiance;                 // in-scattered towards the camera, for the camera's sun
-    float transmittance;           // of the clouds so far
-    float diffuse_transmittance;   // of light that was scattered before: what goes straight on is not lost to it
-    vec3 air_in_scatter;           // of the air between camera and the last segment's end
-    vec3 air_transmittance;        // of that air
-    float distance_sum;            // m: of distances times opacity, to find the clouds' mean distance
-    float samples;                 // of density, those towards the sun not counted
-};
-
-// One interval of a ray in a layer, and what doesn't change in it.
-struct LayerRay {
-    int layer;
-    CloudViewLayer shell;
-    bool cirrus;
-    vec3 ray;
-    float zenith_mu;         // cosine to the zenith, at the camera
-    float nu;                // to the sun
-    float from, to, jitter;
-    float single;            // albedo times phase function
-    CloudLobes lobes;
-};
-
-// A segment, at whose ends weather and air are known; metres along the ray.
-struct Segment {
-    float begin, end, per_metre;   // the latter: 1 / length
-    CloudWeather near_weather, far_weather;
-    Air near_air, far_air;
-};
-
-// What lights it, at its middle.
-struct SegmentLight {
-    vec3 up, sun;       // zenith; the sun's irradiance through the air
-    vec3 sky, ground;   // mean radiance from above and from below
-    float mu, mu_s;     // cosines to the zenith of the ray, and of the sun for the slab that stands for the clouds
-    float sides;        // 0: a sheet from edge to edge, 1: towers
-    CloudHarmonics harmonics;
-};
 
 // Where a ray is: the next step's begin in metres, and its length in short steps, above 1 through the clear.
 struct Cursor {
@@ -81,29 +27,6 @@ struct Sample {
     float gap;                          // of the noise to any cloud; 0: there may be some
     float step_m, short_m, share, footprint;   // share: of the layer's height
 };
-
-// Steps through cloud that share one sample of their light.
-struct CloudRun {
-    float depth;             // optical
-    float t, depth_before;   // where it is seen on the mean: in metres, and optical depth of the run before that
-    float length_m, short_m; // in cloud; of its last short step
-};
-
-// The sun's irradiance on clouds, by how much of its disc stands above the sphere and through the air above.
-vec3 sun_at(vec3 point, float altitude, vec3 up) {
-    float h = max(altitude, 0.0) / planet.radius_m, sin_h = 1.0 / (1.0 + h), cos_h = -sqrt(h * (2.0 + h)) * sin_h;
-    float soft = frame.sun_radius_rad * sin_h;
-    float visible = smoothstep(-soft, soft, dot(up, frame.sun_direction) - cos_h);
-    return frame.sun_irradiance * visible * air_to_space(point, frame.sun_direction);
-}
-
-// Light of the sky above and of the ground below that droplets scatter towards the camera, in Eddington's
-// approximation: what comes from behind the place keeps its direction most. mu: cosine of the ray to the zenith.
-vec3 cloud_from_around(vec3 sky, vec3 ground, float up, float down, float mu, float g) {
-    float turned = 1.0 - g, whole = turned * (up + down) + 4.0 / 3.0;
-    return (sky * (turned * down + 2.0 / 3.0 * (1.0 + g * mu)) + ground * (turned * up + 2.0 / 3.0 * (1.0 - g * mu)))
-        / whole;
-}
 
 // Share of a step of optical depth `depth` after which a photon is scattered, for a chance of 0..1: the inverse of the
 // distribution exp(-depth x) / (1 - exp(-depth)).
@@ -122,22 +45,6 @@ CloudWeather weather_at(Segment s, float t, vec3 point) {
 
 float sample_footprint(float t, float short_m) {
     return max((t + ray_skipped_m) * pixel_rad, 0.2 * short_m);
-}
-
-SegmentLight segment_light(LayerRay r, Segment s) {
-    vec3 middle = r.ray * (0.5 * (s.begin + s.end)), up = up_at(middle);
-    vec3 sun = sun_at(middle, altitude_of(middle), up);
-    float mu_s = dot(up, frame.sun_direction), level = cloud_slab_sun(r.shell.model, mu_s);
-    float mu = clamp_cos(dot(r.ray, up));
-    vec3 sky = sky_irradiance(middle, up) / PI;
-    CloudWeather w = cloud_weather_between(s.near_weather, s.far_weather, 0.5);
-    float sides = cloud_sides(r.layer, w), facing = cloud_facing(level, sides);
-    // The ground under a closed sky has what comes through it; under clouds with gaps, nearly all there is.
-    vec4 transmitted = slab_transmittance(cloud_column(r.layer, w, 1.0) / level, level, r.shell.asymmetry);
-    transmitted = mix(vec4(1.0, 0.0, 1.0, 0.0), transmitted, cloud_closed(r.layer, w));
-    vec3 ground = CLOUD_GROUND / PI * (sun * (max(mu_s, 0.0) * (transmitted.x + transmitted.y)))
-        + CLOUD_GROUND * transmitted.z * sky;
-    return SegmentLight(up, sun, sky, ground, mu, facing, sides, cloud_harmonics(mu, mu_s + facing - level, r.nu));
 }
 
 Sample density_sample(LayerRay r, StepSizes sizes, Segment s, Cursor at, float last, float longest, float occluded) {
@@ -183,7 +90,7 @@ CloudRun next_run(
         bool near = here.gap <= 0.0;
         float density = near ? cloud_rimmed(r.layer, here.noise, here.share, here.footprint, 2) : 0.0;
         // In cloud: the same way again, in short steps; or on.
-        bool found = density > LEAST_DENSITY, again = found && at.factor > 1.0 && !r.cirrus;
+        bool found = density > LEAST_DENSITY, again = found && at.factor > 1.0;
         float on = again || !near ? 0.0 : here.step_m,
             depth = found ? r.shell.extinction_per_m * density * on : 0.0;
 #ifdef CLOUD_FINEST
@@ -208,18 +115,8 @@ CloudRun next_run(
     return run;
 }
 
-// Mean over a run of the optical depth of light's whole way, in from the sun and out to the run's begin, as the depth
-// that has the same transmittance. Across an even layer the way to the sun gets longer or shorter evenly; of clouds
-// with sides nobody knows.
-float mean_path_depth(CloudRun run, SegmentLight light, float sun_depth) {
-    float slope = (1.0 - light.sides) * clamp(-light.mu / light.mu_s, -MOST_SLOPE, MOST_SLOPE);
-    float first = max(sun_depth - slope * run.depth_before, 0.0),
-        last = run.depth + max(sun_depth + slope * (run.depth - run.depth_before), 0.0);
-    return min(first, last) - log(one_minus_exp_over(abs(last - first)));
-}
-
-// The run's light, and what it takes of what lies behind.
-void add_run(inout March m, LayerRay r, Segment s, SegmentLight light, CloudRun run) {
+// Of a cloud whose weather is that of the segment: what is above its light's sample, towards the sun, and in all.
+CloudAround around_run(LayerRay r, Segment s, inout SegmentLight light, CloudRun run) {
     vec3 point = r.ray * run.t;
     float altitude = altitude_of(point),
         share = clamp((altitude - r.shell.base_m) * r.shell.per_thickness, 0.0, 1.0);
@@ -229,29 +126,7 @@ void add_run(inout March m, LayerRay r, Segment s, SegmentLight light, CloudRun 
     light.sun = sun_at(point, altitude, light.up);
 #endif
     float sun_depth = sun_optical_depth(r.layer, point, altitude, light.up, w, sample_footprint(run.t, run.short_m));
-    float up = sun_depth * light.mu_s, density = run.depth / (run.length_m * r.shell.extinction_per_m),
-        down = cloud_under(r.layer, share, cloud_column(r.layer, w, density), up);
-    float opacity = m.transmittance * (1.0 - exp(-run.depth)), scattered = 1.0 - r.lobes.peak,
-        diffuse_transmittance = exp(-scattered * run.depth);
-    float path_depth = mean_path_depth(run, light, sun_depth);
-    float lit = m.transmittance * run.depth * exp(-path_depth);
-    vec3 direct = light.sun
-        * (r.single * lit * cloud_lobes_sum(r.lobes, path_depth - log(m.transmittance)));
-    vec3 diffuse = light.sun * cloud_slab_light(r.shell.model, up, down, light.mu_s, light.harmonics)
-        + (r.shell.albedo - r.lobes.peak)
-        * cloud_from_around(light.sky, light.ground, up, down, light.mu, r.shell.asymmetry);
-#ifdef CLOUD_ONCE
-    // Light that was scattered once and no more, for who asks for it.
-    direct = light.sun * (r.single * lit);
-    diffuse = vec3(0.0);
-#endif
-    m.transmittance -= opacity;
-    // What is left out where nothing behind is seen any more is as bright as the last of it.
-    diffuse_transmittance = m.transmittance > OPAQUE ? diffuse_transmittance : 0.0;
-    m.radiance += mix(s.near_air.transmittance, s.far_air.transmittance, (run.t - s.begin) * s.per_metre)
-        * (direct + m.diffuse_transmittance * (1.0 - diffuse_transmittance) / scattered * diffuse);
-    m.diffuse_transmittance *= diffuse_transmittance;
-    m.distance_sum += opacity * run.t;
+    return CloudAround(sun_depth, cloud_under(r.layer, share, cloud_column(r.layer, w, 1.0), sun_depth * light.mu_s));
 }
 
 // Through one segment.
@@ -263,7 +138,7 @@ void march_segment(inout March m, inout Cursor at, LayerRay r, StepSizes sizes, 
     float ceiling = cloud_ceiling(r.layer, s.near_weather, s.far_weather);
     vec2 tops = shell_crossings(r.zenith_mu, r.shell.base_m + (r.shell.top_m - r.shell.base_m) * ceiling);
     last = min(tops.y, s.end);
-    at.t = max(at.t, r.cirrus ? s.begin : clamp(tops.x, s.begin, s.end));
+    at.t = max(at.t, clamp(tops.x, s.begin, s.end));
 #endif
     float longest = LONGEST_CLEAR_SHARE * (last - at.t);
     do {
@@ -272,7 +147,8 @@ void march_segment(inout March m, inout Cursor at, LayerRay r, StepSizes sizes, 
 #ifdef CLOUD_FINEST
         air_seen -= 0.5 * (m.transmittance * (1.0 - exp(-run.depth))) * run.length_m;
 #endif
-        add_run(m, r, s, light, run);
+        CloudAround around = around_run(r, s, light, run);
+        add_run(m, r, s, light, run, around);
     } while (at.t < last && m.transmittance > OPAQUE);
 #ifdef CLOUD_FINEST
     m.radiance += max(s.far_air.in_scatter - s.near_air.in_scatter, 0.0) * (air_seen * s.per_metre);
@@ -290,8 +166,8 @@ void march_segment(inout March m, inout Cursor at, LayerRay r, StepSizes sizes, 
 
 // Through one interval of a layer, segment by segment.
 void march_layer(inout March m, LayerRay r) {
-    StepSizes sizes = step_sizes(r.shell.top_m - r.shell.base_m, r.cirrus, r.from, r.to);
-    int segment = 0, segments = segment_count(r.shell, r.cirrus, r.from, r.to);
+    StepSizes sizes = step_sizes(r.shell.top_m - r.shell.base_m, r.from, r.to);
+    int segment = 0, segments = segment_count(r.shell, r.from, r.to);
     Cursor at = Cursor(r.from, sizes.clear_factor);
     Segment s;
     s.end = r.from;
@@ -313,6 +189,12 @@ void march_layer(inout March m, LayerRay r) {
     m.air_transmittance = s.far_air.transmittance;
 }
 
+LayerRay layer_ray(int layer, vec2 interval, vec3 ray, float mu, float nu, float jitter) {
+    CloudViewLayer shell = cloud_view.layers[layer];
+    return LayerRay(layer, shell, ray, mu, nu, interval.x, interval.y, jitter,
+        shell.albedo * cloud_phase(nu, shell.asymmetry), cloud_lobes_at(shell.model, nu));
+}
+
 March march_clouds(vec3 ray, float mu, float end, float jitter) {
     March m = March(vec3(0.0), 1.0, 1.0, vec3(0.0), vec3(1.0), 0.0, 0.0);
     float nu = clamp_cos(dot(ray, frame.sun_direction));
@@ -320,16 +202,21 @@ March march_clouds(vec3 ray, float mu, float end, float jitter) {
     int layers[2 * CLOUD_VIEW_LAYERS];
     // Only those that there are. Software GPUs go once through all of a loop's turn, whoever has nothing to do in it,
     // and so they do in the turn in which the last ray leaves at its head: here and in what is called, rays leave at
-    // the end.
+    // the end. Water and ice have loops of their own, or each ray would go through both for each.
     int count = cloud_intervals(mu, end, intervals, layers), k = 0;
     do {
-        if (k < count) {
-            CloudViewLayer shell = cloud_view.layers[layers[k]];
-            march_layer(m, LayerRay(layers[k], shell, CLOUD_IS_CIRRUS(layers[k]), ray, mu, nu, intervals[k].x,
-                intervals[k].y, jitter, shell.albedo * cloud_phase(nu, shell.asymmetry),
-                cloud_lobes_at(shell.model, nu)));
-        }
-        ++k;
+        bool on = k < count && !CLOUD_IS_CIRRUS(layers[k]);
+        if (on) do {
+            march_layer(m, layer_ray(layers[k], intervals[k], ray, mu, nu, jitter));
+            on = ++k < count && m.transmittance > OPAQUE && !CLOUD_IS_CIRRUS(layers[k]);
+        } while (on);
+#ifndef CLOUD_NO_CIRRUS
+        on = k < count && m.transmittance > OPAQUE && CLOUD_IS_CIRRUS(layers[k]);
+        if (on) do {
+            march_cirrus(m, layer_ray(layers[k], intervals[k], ray, mu, nu, jitter));
+            on = ++k < count && m.transmittance > OPAQUE && CLOUD_IS_CIRRUS(layers[k]);
+        } while (on);
+#endif
     } while (k < count && m.transmittance > OPAQUE);
     // The picture behind brings the light of all its air: what lies before the last cloud is counted already.
     m.radiance = max(m.radiance - m.transmittance * m.air_in_scatter, 0.0);

@@ -1,0 +1,93 @@
+// Ice: fibres, hooks and veils, in a sheet so thin that a ray meets it at one place.
+//
+//   float cirrus_density(int layer, vec3 place, CloudWeather w, float footprint_m)     0..1
+//   float cirrus_filled(CloudViewLayer shell, vec2 shares)     mean of its profile between two shares of its height
+//
+// place: where a ray crosses the middle of the layer's height, in metres from the anchor in planet axes. Real fibres are
+// ribbons a few tens of metres wide: sampled all through a layer of a kilometre, a slanted ray would see their mean.
+//
+// One map of trails (fibres.comp) at three widths: bands of hundreds of kilometres, fibres of kilometres, hair. Only
+// bands are held against a threshold; what else the map says is added up, and its mip levels are exact means.
+#include "clouds/weather_map.glsl"
+
+layout(binding = CLOUD_FIBRES_UNIT) uniform sampler2D u_cloud_fibres;
+
+const float CIRRUS_LEAST = 0.01;       // cover below which there is none
+// Periods of the map in one of its widest, along its axes: turned against one another, so that repeats fall elsewhere.
+const vec2 CIRRUS_FIBRES = vec2(19.0, 3.0), CIRRUS_HOOKS = vec2(11.0, 19.0), CIRRUS_HAIR = vec2(37.0, 6.0);
+const vec2 CIRRUS_SWAY = vec2(0.0375, 0.009);             // of the widest period: of one wave a period, and of five
+const float CIRRUS_SHARP = 0.6;        // levels finer than a footprint: a linear filter blurs by as much
+const float CIRRUS_EQUATOR = 0.02;     // sine of the latitude up to which fibres are blurred
+const float CIRRUS_BLUR = 8.0;         // by so many levels
+
+// x, y: a place on the map, in its widest periods; z: how much longer a length is there than it should be. Stereographic
+// from the farther pole: angles are kept. Both halves have the equator at the same places.
+vec3 cirrus_chart(vec3 turned) {
+    float radius = 1.0 / cloud_view.bend.per_m;
+    vec3 anchor = CLOUD_ORIGIN(bend) * radius, to = anchor + turned;
+    float side = to.z < 0.0 ? -1.0 : 1.0, from = length(anchor), distance_m = length(to);
+    float scale = 2.0 * radius / (distance_m + side * to.z);
+    // The difference to the anchor's place, without differences of large numbers; half a planet away there is no need.
+    bool near = side * anchor.z > -0.5 * from;
+    vec2 lean = anchor.xy / max(from + side * anchor.z, 0.1 * from);
+    float rise = dot(turned, anchor + to) / (from + distance_m) + side * turned.z;
+    vec2 origin = side < 0.0 ? CLOUD_ORIGIN(south).xy : CLOUD_ORIGIN(north).xy;
+    return vec3(near ? origin + cloud_view.north.per_m * scale * (turned.xy - lean * rise)
+        : cloud_view.north.per_m * scale * to.xy, scale);
+}
+
+// Whole waves a period, so that it repeats with them. Parabolas instead of sines: for what is as long as that they are
+// as good.
+float cirrus_wave(float at) {
+    float x = 2.0 * fract(at) - 1.0;
+    return 4.0 * x * (1.0 - abs(x));
+}
+
+// Fibres bend over hundreds of kilometres. One axis after the other: areas are kept, so nothing is drawn out to strokes.
+vec2 cirrus_sway(vec2 at, float bend) {
+    at.x += bend * (CIRRUS_SWAY.x * cirrus_wave(at.y + 0.13) + CIRRUS_SWAY.y * cirrus_wave(5.0 * at.y + 0.7));
+    at.y += bend * (CIRRUS_SWAY.x * cirrus_wave(at.x + 0.41) + CIRRUS_SWAY.y * cirrus_wave(5.0 * at.x + 0.2));
+    return at;
+}
+
+// The map turned and `size(times)` times as fine, as far as a footprint tells its cells apart: whole numbers, so that
+// it repeats where the widest does. texels, periods: of the footprint, on the widest.
+vec3 cirrus_trails(vec2 at, vec2 times, float texels, float periods, float blur) {
+    float finer = length(times), level = max(log2(max(texels * finer, 1e-6)) - CIRRUS_SHARP + blur, 0.0);
+    level = mix(cloud_view.fibre_levels, level, cells_resolved(periods, finer));
+    vec2 turned = vec2(dot(at, vec2(times.x, -times.y)), dot(at, times.yx));
+    return textureLod(u_cloud_fibres, turned, level + cloud_dither - 0.5).rgb;
+}
+
+float cirrus_density(int layer, vec3 place, CloudWeather w, float footprint_m) {
+    CloudViewLayer shell = cloud_view.layers[layer];
+    vec3 turned = cloud_turned(place), chart = cirrus_chart(turned);
+    vec2 at = cirrus_sway(chart.xy, shell.bend);
+    float periods = footprint_m * cloud_view.north.per_m * chart.z, texels = periods * exp2(cloud_view.fibre_levels);
+    // Across the equator the halves are each other's mirror image: there is nothing sharp to show it.
+    float sine = CLOUD_ORIGIN(bend).z + turned.z * cloud_view.bend.per_m,
+        blur = CIRRUS_BLUR * (1.0 - smoothstep(0.0, CIRRUS_EQUATOR, abs(sine)));
+    vec3 bands = cirrus_trails(at, vec2(1.0, 0.0), texels, periods, 0.0),
+        fibres = cirrus_trails(at, CIRRUS_FIBRES, texels, periods, blur),
+        hooks = cirrus_trails(at, CIRRUS_HOOKS, texels, periods, blur),
+        hair = cirrus_trails(at, CIRRUS_HAIR, texels, periods, blur);
+    float amount = w.high * shell.cover_scale;
+    // Where ice forms, and what kind: fibres of sheets, or tufts.
+    float formed = amount + 0.9 * (bands.b - 0.4) + 0.9 * (bands.r - 0.22),
+        sheet = smoothstep(0.2, 1.0, formed + 0.4 * (fibres.b - 0.4)),
+        tufted = smoothstep(0.2, 0.8, formed + 0.5 * (0.4 - bands.b));
+    float fine = mix(0.95 * sheet * fibres.r, 0.8 * tufted * hooks.g, shell.hooks) * (0.1 + 3.6 * hair.r);
+    float soft = shell.veil * sheet * (0.04 + 0.2 * hooks.b);
+    // Thick places are rare and stay below the densest.
+    return (fine + soft) / (1.0 + fine + soft) * step(CIRRUS_LEAST, amount);
+}
+
+// How dense the sheet is at a share of its height.
+float cirrus_profile(CloudViewLayer shell, float share) {
+    return mix(1.0, 4.0 * share * (1.0 - share), shell.parabola);
+}
+
+float cirrus_filled(CloudViewLayer shell, vec2 shares) {
+    return mix(1.0, 2.0 * (shares.x + shares.y)
+        - 4.0 / 3.0 * (shares.x * shares.x + shares.x * shares.y + shares.y * shares.y), shell.parabola);
+}
