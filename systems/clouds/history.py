@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...engine.frame import Frame
+from ...engine.gpu import Compute
 from ...engine.space import CameraState, projection_terms
 
-__all__ = ["History", "block_order"]
+__all__ = ["History", "block_order", "radical_inverse"]
 
 Floats = NDArray[np.float64]
 
@@ -41,6 +42,17 @@ def block_order(stride: int) -> list[tuple[int, int]]:
     return order
 
 
+def radical_inverse(number: int, base: int) -> float:
+    """Digits of a whole number, mirrored at the point (van der Corput 1935): 0, 1/2, 1/4, 3/4, ... in base 2. The
+    first base^k are evenly spread over 0..1, whatever k is, and consecutive ones lie far apart."""
+    found, digit = 0.0, 1.0
+    while number:
+        number, rest = divmod(number, base)
+        digit /= base
+        found += rest * digit
+    return found
+
+
 @dataclass(frozen=True)
 class _Moment:
     camera: CameraState
@@ -56,6 +68,7 @@ class History:
 
     mode: NONE, MOVING or STILL. place: of this frame's rays. complete: the rays of the moment that is shown are all
     there. checkerboard: which blocks have a ray in this frame, 0 or 1; -1: all. pattern, weight: of this frame's rays.
+    inside: where in their pixels they go, from the middle, in pixels.
     turn, shift_m, projection: from this camera to the one before.
     """
 
@@ -71,7 +84,7 @@ class History:
         self.place = self._order[0]
         self.skip = False
         self.checkerboard = -1
-        self.pattern, self.weight = 0.5, 1.0
+        self.pattern, self.weight, self.inside = 0.5, 1.0, (0.0, 0.0)
         self.turn: Floats = np.eye(3)
         self.shift_m: Floats = np.zeros(3)
         self.projection = (1.0, 1.0, 0.0, 0.0)
@@ -110,7 +123,11 @@ class History:
         self.place = self._order[self._index % len(self._order)]
         turn = self._index // len(self._order)
         # A pattern of its own for every turn over the block; a still picture is the mean of them.
-        self.pattern = (0.5 + 0.618034 * turn) % 1.0
+        self.pattern = (0.5 + radical_inverse(turn, 2)) % 1.0
+        # And of places all over the pixel: of its middle alone, outlines of clouds would be stairs. While anti-aliasing
+        # moves the whole frame, that does it.
+        across, down = ((0.5 + radical_inverse(turn, base)) % 1.0 - 0.5 for base in (5, 3))
+        self.inside = (across, down) if self.mode == STILL and frame.jitter_px == (0.0, 0.0) else (0.0, 0.0)
         # A still picture is their mean. Where it goes on after that something moves in it, and has to come in.
         shown = min(self._count, self._wanted) // len(self._order)
         self.weight = 1.0 / (1.0 + shown) if self.mode == STILL else _MOVING_WEIGHT
@@ -122,6 +139,13 @@ class History:
             self.shift_m = before.axes @ (now.camera.position_m - before.position_m)
             sx, sy, ox, oy = projection_terms(before)
             self.projection = (1.0 / sx, 1.0 / sy, ox, oy)
+
+    def give(self, program: Compute) -> None:
+        """Which rays a frame follows, as uniforms of clouds/view_ray.glsl."""
+        program.set("u_place", self.place)
+        program.set("u_shift", self.pattern)
+        program.set("u_checkerboard", self.checkerboard)
+        program.set("u_inside", self.inside)
 
     def _jumped(self, now: _Moment, then: _Moment) -> bool:
         moved = float(np.linalg.norm(now.camera.position_m - then.camera.position_m))

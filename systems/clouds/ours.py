@@ -138,6 +138,7 @@ class OurClouds(CloudMethod):
         self._sky_march: Compute
         self._tune(settings)
         self._resolve = gpu.compute("clouds/resolve.comp", picture.defines)
+        self._hold = gpu.compute("clouds/hold.comp")
         self._surface = Surface(gpu, picture)
         self._validity: Compute | None = None
         self._over = gpu.fullscreen("clouds/composite.frag", {"PICTURE_PX": picture.pixel_px})
@@ -370,6 +371,9 @@ class OurClouds(CloudMethod):
                 texture.use(unit)
             before.use(3)
             surface.use(4)
+            if history.skip and history.mode == STILL and shown is self._resolve:
+                self._hold.run_over(*made.size)
+                return
             (textures[0] if history.checkerboard < 0 else upsampled).use(5)
             if shown is self._resolve:  # the picture of validity is none of light
                 shown.set("u_weight", history.weight)

@@ -31,12 +31,13 @@ void main() {
         bool cirrus = shell.kind == CLOUD_CIRRUS;
         float from = intervals[k].x, to = intervals[k].y, most = shell.kind == CLOUD_UNIFORM ? 1.0 : 0.0,
             least = cirrus ? LEAST_CIRRUS : 0.0;
-        int segments = segment_count(shell, cirrus, from, to), segment = 0;
+        float segments = segment_count(shell, cirrus, from, to);
+        int segment = 0;
         do {
             CloudWeather w = weather_along(v.ray,
                 segment == 0 ? from : segment_end(shell, from, to, segment - 1, segments));
             most = max(most, (cirrus ? w.high : w.cover) * shell.cover_scale);
-        } while (++segment <= segments && most <= least);
+        } while (float(++segment) < segments + 1.0 && most <= least);
         found |= most > least ? (cirrus ? 4u : 2u) : 0u;
     } while (++k < count);
     if (found != 0u) atomicOr(s_found, found);

@@ -38,7 +38,8 @@ StepSizes step_sizes(float thickness, bool cirrus, float from, float to) {
     float length_m = to - from, shortest = thickness / u_layer_steps, fineness = step_fineness();
     float longest = max(length_m / (0.3 * u_layer_steps), shortest);
     if (cirrus) {
-        shortest = longest = length_m / ceil(CIRRUS_STEPS * u_layer_steps * log2(2.0 * length_m / thickness + 2.0));
+        // Not a whole number of steps: the last one is cut, and grows from nothing from ray to ray.
+        shortest = longest = length_m / (CIRRUS_STEPS * u_layer_steps * log2(2.0 * length_m / thickness + 2.0));
     }
     // Where clouds are averaged, eight steps; who asks for more steps than pictures need gets them there, too.
     float averaged = 1.0 / max(8.0, u_layer_steps * u_layer_steps / 2000.0);

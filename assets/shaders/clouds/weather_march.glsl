@@ -28,6 +28,7 @@
 const int CLEAR_STEPS = 5;   // through the clear, until rays beside one another wait for those in cloud
 // transmittance behind which nothing is seen: the latter is no more than a step of an 8-bit picture
 const float OPAQUE = CLOUD_DEEPEST > 40.0 ? 1e-5 : 0.004;
+const float NEARLY_OPAQUE = 8.0 * OPAQUE;
 const float MOST_SLOPE = 50.0;      // of the optical depth towards the sun over that along the ray
 const float LEAST_DENSITY = 1e-4;   // that counts as cloud
 
@@ -246,8 +247,9 @@ void add_run(inout March m, LayerRay r, Segment s, SegmentLight light, CloudRun 
     diffuse = vec3(0.0);
 #endif
     m.transmittance -= opacity;
-    // What is left out where nothing behind is seen any more is as bright as the last of it.
-    diffuse_transmittance = m.transmittance > OPAQUE ? diffuse_transmittance : 0.0;
+    // What is left out where nothing behind is seen any more is as bright as the last of it. It comes in over some
+    // depth: all at once, it would outline where the cloud is just so deep.
+    diffuse_transmittance *= smoothstep(OPAQUE, NEARLY_OPAQUE, m.transmittance);
     m.radiance += mix(s.near_air.transmittance, s.far_air.transmittance, (run.t - s.begin) * s.per_metre)
         * (direct + m.diffuse_transmittance * (1.0 - diffuse_transmittance) / scattered * diffuse);
     m.diffuse_transmittance *= diffuse_transmittance;
@@ -291,7 +293,8 @@ void march_segment(inout March m, inout Cursor at, LayerRay r, StepSizes sizes, 
 // Through one interval of a layer, segment by segment.
 void march_layer(inout March m, LayerRay r) {
     StepSizes sizes = step_sizes(r.shell.top_m - r.shell.base_m, r.cirrus, r.from, r.to);
-    int segment = 0, segments = segment_count(r.shell, r.cirrus, r.from, r.to);
+    int segment = 0;
+    float segments = segment_count(r.shell, r.cirrus, r.from, r.to);
     Cursor at = Cursor(r.from, sizes.clear_factor);
     Segment s;
     s.end = r.from;
@@ -308,7 +311,7 @@ void march_layer(inout March m, LayerRay r) {
         s.far_weather = weather_along(r.ray, s.end);
         march_segment(m, at, r, sizes, s);
         ++segment;
-    } while (segment < segments && m.transmittance > OPAQUE);
+    } while (float(segment) < segments && m.transmittance > OPAQUE);
     m.air_in_scatter = s.far_air.in_scatter;
     m.air_transmittance = s.far_air.transmittance;
 }
@@ -333,7 +336,7 @@ March march_clouds(vec3 ray, float mu, float end, float jitter) {
     } while (k < count && m.transmittance > OPAQUE);
     // The picture behind brings the light of all its air: what lies before the last cloud is counted already.
     m.radiance = max(m.radiance - m.transmittance * m.air_in_scatter, 0.0);
-    m.transmittance = m.transmittance < OPAQUE ? 0.0 : m.transmittance;
+    m.transmittance *= smoothstep(OPAQUE, 2.0 * OPAQUE, m.transmittance);
     return m;
 }
 
