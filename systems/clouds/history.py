@@ -23,6 +23,8 @@ _TELEPORT_HEIGHTS, _TELEPORT_M = 0.25, 100.0
 _CUT_COSINE = 0.5
 _SUN_JUMP_COSINE = float(np.cos(np.radians(2.0)))
 _WEATHER_JUMP_S = 120.0
+_PLACES = ((0.375, 0.125), (-0.375, -0.125), (-0.125, 0.375), (0.125, -0.375))
+"""In a pixel, from its middle: a rotated grid, whose places are evenly spread over both axes."""
 
 
 def block_order(stride: int) -> list[tuple[int, int]]:
@@ -42,14 +44,14 @@ def block_order(stride: int) -> list[tuple[int, int]]:
     return order
 
 
-def radical_inverse(number: int, base: int) -> float:
-    """Digits of a whole number, mirrored at the point (van der Corput 1935): 0, 1/2, 1/4, 3/4, ... in base 2. The
-    first base^k are evenly spread over 0..1, whatever k is, and consecutive ones lie far apart."""
+def radical_inverse(number: int) -> float:
+    """Binary digits of a whole number, mirrored at the point (van der Corput 1935): 0, 1/2, 1/4, 3/4, ... The first 2^k
+    are evenly spread over 0..1, whatever k is, and consecutive ones lie far apart."""
     found, digit = 0.0, 1.0
     while number:
-        number, rest = divmod(number, base)
-        digit /= base
-        found += rest * digit
+        digit /= 2.0
+        found += (number & 1) * digit
+        number >>= 1
     return found
 
 
@@ -123,11 +125,11 @@ class History:
         self.place = self._order[self._index % len(self._order)]
         turn = self._index // len(self._order)
         # A pattern of its own for every turn over the block; a still picture is the mean of them.
-        self.pattern = (0.5 + radical_inverse(turn, 2)) % 1.0
-        # And of places all over the pixel: of its middle alone, outlines of clouds would be stairs. While anti-aliasing
-        # moves the whole frame, that does it.
-        across, down = ((0.5 + radical_inverse(turn, base)) % 1.0 - 0.5 for base in (5, 3))
-        self.inside = (across, down) if self.mode == STILL and frame.jitter_px == (0.0, 0.0) else (0.0, 0.0)
+        self.pattern = (0.5 + radical_inverse(turn)) % 1.0
+        # And of places in the pixel: of its middle alone, outlines of clouds would be stairs. Two turns at each, half a
+        # step of the march apart, or steps would be sampled unevenly. Where anti-aliasing moves the frame, that does it.
+        anywhere = self.mode == STILL and frame.jitter_px == (0.0, 0.0)
+        self.inside = _PLACES[turn // 2 % len(_PLACES)] if anywhere else (0.0, 0.0)
         # A still picture is their mean. Where it goes on after that something moves in it, and has to come in.
         shown = min(self._count, self._wanted) // len(self._order)
         self.weight = 1.0 / (1.0 + shown) if self.mode == STILL else _MOVING_WEIGHT
