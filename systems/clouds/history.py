@@ -127,7 +127,7 @@ class History:
         # A pattern of its own for every turn over the block; a still picture is the mean of them.
         self.pattern = (0.5 + radical_inverse(turn)) % 1.0
         # And of places in the pixel: of its middle alone, outlines of clouds would be stairs. Two turns at each, half a
-        # step of the march apart, or steps would be sampled unevenly. Where anti-aliasing moves the frame, that does it.
+        # step of the march apart, or steps would be sampled unevenly. Where anti-aliasing moves the frame, that does.
         anywhere = self.mode == STILL and frame.jitter_px == (0.0, 0.0)
         self.inside = _PLACES[turn // 2 % len(_PLACES)] if anywhere else (0.0, 0.0)
         # A still picture is their mean. Where it goes on after that something moves in it, and has to come in.
