@@ -7,10 +7,12 @@ import math
 
 import numpy as np
 import pytest
-from cloud_kit import cloudy, renderer_of, texture
+from air_kit import bare
+from cloud_kit import COARSE, TINY, cloudy, renderer_of, texture
 from numpy.typing import NDArray
 
 import planetfall as pf
+from planetfall.components import Clouds
 from planetfall.systems.clouds.history import STILL, History, radical_inverse
 
 pytestmark = pytest.mark.gpu
@@ -65,6 +67,26 @@ def test_outlines_of_settled_clouds_are_smooth() -> None:
     rim = (found[1] > 0.1) & (found[1] < 0.9)
     assert rim.sum() > 20
     assert np.abs(found[0] - found[1])[rim].mean() < 0.125
+
+
+def test_no_dashes_along_the_horizon() -> None:
+    """Of a calm sea at a low sun, whose clouds keep the sun from the air over it: while anti-aliasing looks now above
+    the horizon and now below it, each has the light of its own way. Along the rows there light changes as smoothly as
+    anywhere: to the rounding of three colours, their dither included."""
+    scene = bare(sea_m=0.0)
+    scene.planet.add(Clouds(coverage=0.6))
+    sun = pf.Sun(elevation_deg=15.0, azimuth_deg=0.0, latitude_deg=20.0, longitude_deg=10.0)
+    camera = pf.Camera.at(20.0, 10.0, 5.0, pitch_deg=2.0, fov_y_deg=50.0)
+    settled = {"clouds.stride": 2, "clouds.samples": 32, "composite.antialiasing": "temporal", "composite.samples": 17}
+    with pf.Renderer(scene, (96, 54), "medium", {**TINY, **COARSE, **settled}) as renderer:
+        renderer.settle(camera, sun=sun)
+        color = renderer.render(camera, sun=sun)["color"][..., :3].astype(np.float64).mean(axis=-1)
+        sky = renderer.render(camera, sun=sun, outputs=("distance",))["distance"] > 1e30
+    horizon = int(sky.sum(axis=0).max())
+    rows = color[horizon - 2 : horizon + 3]
+    bend = np.abs(rows[:, :-2] - 2.0 * rows[:, 1:-1] + rows[:, 2:])
+    aside = np.abs(np.arange(1, 95) - 47.5) > 14  # of the sun's glint
+    assert bend[:, aside].max() < 4.0, bend.max(axis=1)
 
 
 def test_no_lattice_is_left_in_a_settled_picture() -> None:
