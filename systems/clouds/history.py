@@ -96,6 +96,11 @@ class History:
         return self._count >= self._wanted
 
     @property
+    def held(self) -> bool:
+        """Whether this frame shows what was gathered."""
+        return self.skip and self.mode == STILL
+
+    @property
     def share(self) -> float:
         return min(self._count / self._wanted, 1.0)
 

@@ -3,9 +3,12 @@
 //
 // Define PICTURE_PX: a pixel of the clouds' picture has so many of the frame's a side. Between those of a coarser
 // picture clouds are interpolated; those that end at this pixel's own surface count most.
+//
+// HELD: of a still picture that has all its rays, while anti-aliasing looks at other places in the pixels. Along an
+// outline they show another surface than that up to which clouds were followed: then a pixel beside it has those.
 layout(binding = 0) uniform sampler2D u_clouds;   // nearest
 layout(binding = 1) uniform sampler2D u_radiance;
-#if PICTURE_PX > 1
+#if PICTURE_PX > 1 || defined(HELD)
 layout(binding = 2) uniform sampler2D u_depth;
 layout(binding = 3) uniform sampler2D u_surface;   // depth up to which clouds were followed
 #endif
@@ -14,8 +17,29 @@ layout(location = 0) out vec4 o_radiance;
 
 const float LEFT = 0.2;   // of the light behind
 
+#ifdef HELD
+const float SAME_SURFACE = 0.7;   // least ratio of distances, as in resolve.comp
+
+// Depth is near / distance: its ratio is that of the distances. 1: the same, or both are the sky; 0: one is.
+float likeness(vec2 at, float depth) {
+    float other = textureLod(u_surface, at, 0.0).r;
+    return depth == other ? 1.0 : min(depth, other) / max(depth, other);
+}
+#endif
+
 vec4 clouds_of(ivec2 pixel) {
-#if PICTURE_PX > 1
+#ifdef HELD
+    vec2 texel = 1.0 / vec2(textureSize(u_clouds, 0)), from = v_uv;
+    float depth = textureLod(u_depth, v_uv, 0.0).r, best = likeness(v_uv, depth);
+    best = best >= SAME_SURFACE ? 1.0 : best;
+    for (int i = 0; i < 4; ++i) {
+        vec2 at = v_uv + texel * (i < 2 ? vec2(0, 2 * i - 1) : vec2(2 * i - 5, 0));
+        float found = likeness(at, depth);
+        from = found > best ? at : from;
+        best = max(found, best);
+    }
+    return textureLod(u_clouds, from, 0.0);
+#elif PICTURE_PX > 1
     vec2 at = (vec2(pixel) + 0.5) / float(PICTURE_PX) - 0.5, first = floor(at), share = at - first, rest = 1.0 - share;
     vec2 texel = 1.0 / vec2(textureSize(u_clouds, 0));
     vec4 weight = vec4(rest.x * rest.y, share.x * rest.y, rest.x * share.y, share.x * share.y), found[4];

@@ -10,7 +10,7 @@ layout(location = 2) uniform float u_width;   // of what a ray stands for, in pi
 layout(location = 3) uniform float u_shift;   // of the pattern
 // of the checkerboard of blocks whose rays are followed: 0 or 1; -1: all
 layout(location = 4) uniform int u_checkerboard;
-layout(location = 10) uniform vec2 u_inside;   // where in its pixel the ray goes, from the middle
+layout(location = 10) uniform vec2 u_inside;   // where the ray goes, from its pixel's middle, in pixels of the frame
 
 struct ViewRay {
     vec3 ray;
@@ -42,7 +42,7 @@ float cloud_pattern(ivec2 at) {
 // Sets pixel_rad and cloud_dither as well.
 ViewRay cloud_view_ray(ivec2 at) {
     ivec2 pixel = min(at * STRIDE + u_place, textureSize(u_depth, 0) - 1);
-    vec3 ray = view_ray(ndc_of_pixel((vec2(pixel) + 0.5 + u_inside) * float(PICTURE_PX)));
+    vec3 ray = view_ray(ndc_of_pixel((vec2(pixel) + 0.5) * float(PICTURE_PX) + u_inside));
     float ray_length = length(ray), depth = texelFetch(u_depth, pixel, 0).r;
     float end = depth > 0.0 ? forward_distance(depth) * ray_length : UNBOUNDED;
     ray /= ray_length;
