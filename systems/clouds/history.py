@@ -23,8 +23,11 @@ _TELEPORT_HEIGHTS, _TELEPORT_M = 0.25, 100.0
 _CUT_COSINE = 0.5
 _SUN_JUMP_COSINE = float(np.cos(np.radians(2.0)))
 _WEATHER_JUMP_S = 120.0
-_PLACES = ((0.375, 0.125), (-0.375, -0.125), (-0.125, 0.375), (0.125, -0.375))
-"""In a pixel, from its middle: a rotated grid, whose places are evenly spread over both axes."""
+_MIDDLE = ((0.0, 0.0),)
+_PLACES = ((0.25, -0.25), (-0.25, 0.25))
+"""Of rays in a pixel, from its middle."""
+_TURNS_AT_PLACE = 4
+"""At least, or the steps of far rays, which are longer than what they meet, are sampled too sparsely at each place."""
 
 
 def block_order(stride: int) -> list[tuple[int, int]]:
@@ -131,10 +134,12 @@ class History:
         turn = self._index // len(self._order)
         # A pattern of its own for every turn over the block; a still picture is the mean of them.
         self.pattern = (0.5 + radical_inverse(turn)) % 1.0
-        # And of places in the pixel: of its middle alone, outlines of clouds would be stairs. Two turns at each, half a
-        # step of the march apart, or steps would be sampled unevenly. Where anti-aliasing moves the frame, that does.
-        anywhere = self.mode == STILL and frame.jitter_px == (0.0, 0.0)
-        self.inside = _PLACES[turn // 2 % len(_PLACES)] if anywhere else (0.0, 0.0)
+        # And, if there are enough turns, of places in the pixel: of its middle alone outlines would be stairs. Where
+        # anti-aliasing moves the frame, that does.
+        turns = self._wanted // len(self._order)
+        places = _PLACES if turns >= _TURNS_AT_PLACE * len(_PLACES) else _MIDDLE
+        aside = self.mode == STILL and frame.jitter_px == (0.0, 0.0)
+        self.inside = places[turn * len(places) // turns % len(places)] if aside else _MIDDLE[0]
         # A still picture is their mean. Where it goes on after that something moves in it, and has to come in.
         shown = min(self._count, self._wanted) // len(self._order)
         self.weight = 1.0 / (1.0 + shown) if self.mode == STILL else _MOVING_WEIGHT

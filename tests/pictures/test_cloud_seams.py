@@ -54,7 +54,8 @@ def test_no_outline_where_a_cloud_gets_opaque() -> None:
 
 def test_outlines_of_settled_clouds_are_smooth() -> None:
     """The rim of an opaque shell from space: pixels have the share of it that a picture four times as fine has, to
-    what rays through four places of each can tell: to half a fourth. One through the middle is off by up to a half."""
+    what rays through two places of each can tell: a half, which is off by an eighth in the mean. The middle alone is by
+    a fourth."""
     scene = cloudy(air=False, density_model="uniform", extinction_per_m=0.1)
     camera = pf.Camera.at(20.0, 10.0, 2e6, pitch_deg=-40.0, fov_y_deg=20.0)
     found = []
@@ -66,7 +67,7 @@ def test_outlines_of_settled_clouds_are_smooth() -> None:
         found.append(left.reshape(32, side, 48, side).mean(axis=(1, 3)))
     rim = (found[1] > 0.1) & (found[1] < 0.9)
     assert rim.sum() > 20
-    assert np.abs(found[0] - found[1])[rim].mean() < 0.125
+    assert np.abs(found[0] - found[1])[rim].mean() < 0.1875
 
 
 def test_no_dashes_along_the_horizon() -> None:
@@ -83,7 +84,7 @@ def test_no_dashes_along_the_horizon() -> None:
         color = renderer.render(camera, sun=sun)["color"][..., :3].astype(np.float64).mean(axis=-1)
         sky = renderer.render(camera, sun=sun, outputs=("distance",))["distance"] > 1e30
     horizon = int(sky.sum(axis=0).max())
-    rows = color[horizon - 2 : horizon + 3]
+    rows = color[horizon : horizon + 3]  # of the sea: clouds over it have outlines
     bend = np.abs(rows[:, :-2] - 2.0 * rows[:, 1:-1] + rows[:, 2:])
     aside = np.abs(np.arange(1, 95) - 47.5) > 14  # of the sun's glint
     assert bend[:, aside].max() < 4.0, bend.max(axis=1)
@@ -139,8 +140,12 @@ def test_places_in_a_pixel_are_those_of_a_still_picture_alone() -> None:
         seen.append(past.inside)
     assert past.mode == STILL and seen[0] == (0.0, 0.0)
     places = np.array(seen[1:33:4])
-    assert len(np.unique(places, axis=0)) == 4 and np.abs(places).max() < 0.5
+    assert len(np.unique(places, axis=0)) == 2 and np.abs(places).max() < 0.5
     np.testing.assert_allclose(places.mean(axis=0), 0.0, atol=1e-12)
+    sparse = History(4, 64, 6.36e6)
+    for _ in range(65):
+        sparse.begin(frame, 0)  # type: ignore[arg-type]
+        assert sparse.inside == (0.0, 0.0)  # four turns are none to spare
     frame.jitter_px = (0.25, 0.0)
     past.begin(frame, 0)  # type: ignore[arg-type]
     assert past.inside == (0.0, 0.0)
