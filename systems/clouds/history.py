@@ -23,11 +23,14 @@ _TELEPORT_HEIGHTS, _TELEPORT_M = 0.25, 100.0
 _CUT_COSINE = 0.5
 _SUN_JUMP_COSINE = float(np.cos(np.radians(2.0)))
 _WEATHER_JUMP_S = 120.0
-_MIDDLE = ((0.0, 0.0),)
-_PLACES = ((0.25, -0.25), (-0.25, 0.25))
-"""Of rays in a pixel, from its middle."""
 _TURNS_AT_PLACE = 4
-"""At least, or the steps of far rays, which are longer than what they meet, are sampled too sparsely at each place."""
+"""At least: far rays take steps longer than what they meet, and are sampled evenly by rays through the same place."""
+_PLACES = (
+    ((0.0, 0.0),),
+    ((0.25, -0.25), (-0.25, 0.25)),
+    ((0.375, 0.125), (-0.375, -0.125), (-0.125, 0.375), (0.125, -0.375)),
+)
+"""Of rays in a pixel, from its middle: as many as there are turns for. Four are a rotated grid."""
 
 
 def block_order(stride: int) -> list[tuple[int, int]]:
@@ -137,9 +140,9 @@ class History:
         # And, if there are enough turns, of places in the pixel: of its middle alone outlines would be stairs. Where
         # anti-aliasing moves the frame, that does.
         turns = self._wanted // len(self._order)
-        places = _PLACES if turns >= _TURNS_AT_PLACE * len(_PLACES) else _MIDDLE
         aside = self.mode == STILL and frame.jitter_px == (0.0, 0.0)
-        self.inside = places[turn * len(places) // turns % len(places)] if aside else _MIDDLE[0]
+        places = _PLACES[min((turns // _TURNS_AT_PLACE or 1).bit_length(), len(_PLACES)) - 1 if aside else 0]
+        self.inside = places[turn * len(places) // turns % len(places)]
         # A still picture is their mean. Where it goes on after that something moves in it, and has to come in.
         shown = min(self._count, self._wanted) // len(self._order)
         self.weight = 1.0 / (1.0 + shown) if self.mode == STILL else _MOVING_WEIGHT

@@ -39,31 +39,20 @@ float cloud_pattern(ivec2 at) {
     return fract(dot(vec2(at), vec2(0.75487766, 0.56984029)) + PATTERN_SPREAD * cloud_hash(uvec2(at)) + u_shift);
 }
 
-// A ray from the camera: unit, its length per metre along forward, its cosine to the zenith. Sets shell_sine2 as well.
-vec3 cloud_unit_ray(vec2 pixel, out float ray_length, out float mu) {
-    vec3 ray = view_ray(ndc_of_pixel(pixel));
-    ray_length = length(ray);
-    ray /= ray_length;
-    mu = clamp_cos(dot(ray, frame.camera_zenith));
-    vec3 aside = cross(ray, frame.camera_zenith);
-    shell_sine2 = dot(aside, aside);
-    return ray;
-}
-
-// Sets pixel_rad, cloud_dither and shell_sine2 as well.
+// Sets pixel_rad and cloud_dither as well.
 ViewRay cloud_view_ray(ivec2 at) {
     ivec2 pixel = min(at * STRIDE + u_place, textureSize(u_depth, 0) - 1);
-    vec2 middle = (vec2(pixel) + 0.5) * float(PICTURE_PX);
-    float ray_length, mu, depth = texelFetch(u_depth, pixel, 0).r;
-    // What its middle shows is what a pixel's rays end at, wherever in it they go: else some of the sky's would end on
-    // the planet, and have less air before them.
-    cloud_unit_ray(middle, ray_length, mu);
+    vec3 ray = view_ray(ndc_of_pixel((vec2(pixel) + 0.5) * float(PICTURE_PX) + u_inside));
+    float ray_length = length(ray), depth = texelFetch(u_depth, pixel, 0).r;
     float end = depth > 0.0 ? forward_distance(depth) * ray_length : UNBOUNDED;
+    ray /= ray_length;
+    float mu = clamp_cos(dot(ray, frame.camera_zenith));
+    vec3 aside = cross(ray, frame.camera_zenith);
+    shell_sine2 = dot(aside, aside);
     // The planet itself, where nothing was drawn on it.
     vec2 floor_ = shell_crossings(mu, min(planet.lowest_drawn_m, frame.camera_altitude_m));
     if (depth <= 0.0 && mu < 0.0 && floor_.x < floor_.y && frame.camera_altitude_m > planet.lowest_drawn_m)
         end = min(end, floor_.x);
-    vec3 ray = cloud_unit_ray(middle + u_inside, ray_length, mu);
     pixel_rad = frame.pixel_rad * u_width;
     cloud_dither = cloud_pattern(pixel + ivec2(37, 91));
     return ViewRay(ray, mu, end, cloud_pattern(pixel));
