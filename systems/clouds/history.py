@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...engine.frame import Frame
+from ...engine.gpu import Compute
 from ...engine.space import CameraState, projection_terms
 
-__all__ = ["History", "block_order"]
+__all__ = ["History", "block_order", "radical_inverse"]
 
 Floats = NDArray[np.float64]
 
@@ -22,6 +23,14 @@ _TELEPORT_HEIGHTS, _TELEPORT_M = 0.25, 100.0
 _CUT_COSINE = 0.5
 _SUN_JUMP_COSINE = float(np.cos(np.radians(2.0)))
 _WEATHER_JUMP_S = 120.0
+_TURNS_AT_PLACE = 4
+"""At least: far rays take steps longer than what they meet, and are sampled evenly by rays through the same place."""
+_PLACES = (
+    ((0.0, 0.0),),
+    ((0.25, -0.25), (-0.25, 0.25)),
+    ((0.375, 0.125), (-0.375, -0.125), (-0.125, 0.375), (0.125, -0.375)),
+)
+"""Of rays in a pixel, from its middle: as many as there are turns for. Four are a rotated grid."""
 
 
 def block_order(stride: int) -> list[tuple[int, int]]:
@@ -41,6 +50,17 @@ def block_order(stride: int) -> list[tuple[int, int]]:
     return order
 
 
+def radical_inverse(number: int) -> float:
+    """Binary digits of a whole number, mirrored at the point (van der Corput 1935): 0, 1/2, 1/4, 3/4, ... The first 2^k
+    are evenly spread over 0..1, whatever k is, and consecutive ones lie far apart."""
+    found, digit = 0.0, 1.0
+    while number:
+        digit /= 2.0
+        found += (number & 1) * digit
+        number >>= 1
+    return found
+
+
 @dataclass(frozen=True)
 class _Moment:
     camera: CameraState
@@ -56,6 +76,7 @@ class History:
 
     mode: NONE, MOVING or STILL. place: of this frame's rays. complete: the rays of the moment that is shown are all
     there. checkerboard: which blocks have a ray in this frame, 0 or 1; -1: all. pattern, weight: of this frame's rays.
+    inside: where in their pixels they go, from the middle, in pixels.
     turn, shift_m, projection: from this camera to the one before.
     """
 
@@ -71,7 +92,7 @@ class History:
         self.place = self._order[0]
         self.skip = False
         self.checkerboard = -1
-        self.pattern, self.weight = 0.5, 1.0
+        self.pattern, self.weight, self.inside = 0.5, 1.0, (0.0, 0.0)
         self.turn: Floats = np.eye(3)
         self.shift_m: Floats = np.zeros(3)
         self.projection = (1.0, 1.0, 0.0, 0.0)
@@ -79,6 +100,11 @@ class History:
     @property
     def complete(self) -> bool:
         return self._count >= self._wanted
+
+    @property
+    def held(self) -> bool:
+        """Whether this frame shows what was gathered."""
+        return self.skip and self.mode == STILL
 
     @property
     def share(self) -> float:
@@ -110,7 +136,13 @@ class History:
         self.place = self._order[self._index % len(self._order)]
         turn = self._index // len(self._order)
         # A pattern of its own for every turn over the block; a still picture is the mean of them.
-        self.pattern = (0.5 + 0.618034 * turn) % 1.0
+        self.pattern = (0.5 + radical_inverse(turn)) % 1.0
+        # And, if there are enough turns, of places in the pixel: of its middle alone outlines would be stairs. Where
+        # anti-aliasing moves the frame, that does.
+        turns = self._wanted // len(self._order)
+        aside = self.mode == STILL and frame.jitter_px == (0.0, 0.0)
+        places = _PLACES[min((turns // _TURNS_AT_PLACE or 1).bit_length(), len(_PLACES)) - 1 if aside else 0]
+        self.inside = places[turn * len(places) // turns % len(places)]
         # A still picture is their mean. Where it goes on after that something moves in it, and has to come in.
         shown = min(self._count, self._wanted) // len(self._order)
         self.weight = 1.0 / (1.0 + shown) if self.mode == STILL else _MOVING_WEIGHT
@@ -122,6 +154,13 @@ class History:
             self.shift_m = before.axes @ (now.camera.position_m - before.position_m)
             sx, sy, ox, oy = projection_terms(before)
             self.projection = (1.0 / sx, 1.0 / sy, ox, oy)
+
+    def give(self, program: Compute) -> None:
+        """Which rays a frame follows, as uniforms of clouds/view_ray.glsl."""
+        program.set("u_place", self.place)
+        program.set("u_shift", self.pattern)
+        program.set("u_checkerboard", self.checkerboard)
+        program.set("u_inside", self.inside)
 
     def _jumped(self, now: _Moment, then: _Moment) -> bool:
         moved = float(np.linalg.norm(now.camera.position_m - then.camera.position_m))

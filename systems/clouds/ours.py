@@ -14,6 +14,7 @@ from ...engine.frame import Frame, View, ViewInfo, ViewParts
 from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.frame.published import AIR_GENERATION
 from ...engine.gpu import Compute, GpuScope
+from ...engine.gpu import gl as G
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import SettingError, Settings, with_overrides
 from ...engine.system import Setup
@@ -141,6 +142,9 @@ class OurClouds(CloudMethod):
         self._surface = Surface(gpu, picture)
         self._validity: Compute | None = None
         self._over = gpu.fullscreen("clouds/composite.frag", {"PICTURE_PX": picture.pixel_px})
+        self._held_over = self._over
+        if picture.pixel_px == 1:  # else it looks for what ends where its pixels do anyway
+            self._held_over = gpu.fullscreen("clouds/composite.frag", {"PICTURE_PX": 1, "HELD": 1})
         # Of a coarser picture single texels are looked up, and resolve wants it linear.
         self._nearest = gpu.sampler(filter="nearest")
         self._plain = gpu.state()
@@ -311,9 +315,9 @@ class OurClouds(CloudMethod):
         )
         builder.add_pass(
             "clouds.composite",
-            bind=self._bind_composite,
+            bind=lambda io: self._bind_composite(io, own),
             system=self.gpu.owner,
-            reads=(_FULL, "gbuffer.depth", SURFACE) if self._picture.pixel_px > 1 else (_FULL,),
+            reads=(_FULL, "gbuffer.depth", SURFACE),
             writes=("scene.radiance",),
             stage="clouds",
             help="clouds over the picture",
@@ -348,10 +352,16 @@ class OurClouds(CloudMethod):
 
     def _bind_full(self, io: PassIO, own: _CloudView) -> Callable[[], None]:
         resolve, keep = self._bind_resolve(io, own, _FULL, self._resolve), self._surface.bind_copy(io)
+        before, full, hold = io.history(_FULL), io.texture(_FULL), self._surface.bind_hold(io)
+        gl, valid = self.gpu.gl, io.history_valid
 
         def run() -> None:
-            resolve()
-            keep()
+            if own.history.held and valid.value:
+                gl.copy_layers(G.TEXTURE_2D, before.glo, 0, full.glo, 0, (*full.size, 1))
+                hold()
+            else:
+                resolve()
+                keep()
 
         return run
 
@@ -386,10 +396,9 @@ class OurClouds(CloudMethod):
 
         return run
 
-    def _bind_composite(self, io: PassIO) -> Callable[[], None]:
+    def _bind_composite(self, io: PassIO, own: _CloudView) -> Callable[[], None]:
         target = io.framebuffer(colors=("scene.radiance",))
-        extra = ("gbuffer.depth", SURFACE) if self._picture.pixel_px > 1 else ()
-        textures = [io.texture(name) for name in (_FULL, "scene.radiance", *extra)]
+        textures = [io.texture(name) for name in (_FULL, "scene.radiance", "gbuffer.depth", SURFACE)]
         gl, waits = self.gpu.gl, self.gpu.caps.has_texture_barrier
 
         def run() -> None:
@@ -402,7 +411,7 @@ class OurClouds(CloudMethod):
             if waits:
                 gl.texture_barrier()
             self._nearest.use(0)
-            self._over.render()
+            (self._held_over if own.history.held else self._over).render()
             self._nearest.clear(0)
 
         return run

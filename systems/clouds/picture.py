@@ -103,3 +103,12 @@ class Surface:
             gl.copy_layers(G.TEXTURE_2D, depth.glo, 0, surface.glo, 0, (*surface.size, 1))
 
         return run
+
+    def bind_hold(self, io: PassIO) -> Callable[[], None]:
+        """To be called instead where the last frame's clouds go on being shown: they end where they did."""
+        gl, before, surface = self._gpu.gl, io.history(SURFACE), io.texture(SURFACE)
+
+        def run() -> None:
+            gl.copy_layers(G.TEXTURE_2D, before.glo, 0, surface.glo, 0, (*surface.size, 1))
+
+        return run

@@ -155,9 +155,7 @@ class Shafts:
             self._march.set("u_shaft_steps", self._steps)
             self._march.set("u_shaft_share", own.share)
             self._march.set("u_first_shaft_step", self._first_m)
-            self._march.set("u_place", history().place)
-            self._march.set("u_shift", history().pattern)
-            self._march.set("u_checkerboard", history().checkerboard)
+            history().give(self._march)
             self._march.run_indirect(groups)
 
         return run

@@ -176,13 +176,11 @@ class ViewMarch:
         return run
 
     def _place(self, program: Compute, history: History) -> None:
-        program.set("u_place", history.place)
+        history.give(program)
         # A ray without others beside it, from earlier frames, stands for its whole block. In a picture that stands
         # still each pixel will have its own; of a coarse one it is the mean of several, which filters enough.
         wide = {NONE: 0.8, STILL: 0.0}.get(history.mode, 0.4) * self._picture.block_px
         program.set("u_width", max(1.0, wide))
-        program.set("u_shift", history.pattern)
-        program.set("u_checkerboard", history.checkerboard)
 
     def _bind_classify(
         self, io: PassIO, history: Callable[[], History], bind_clouds: Callable[[], None]

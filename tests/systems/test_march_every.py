@@ -105,6 +105,7 @@ def test_blocks_without_cloud_stay_without():
 
 class _Frame:
     cut = settling = one_shot = still = False
+    jitter_px = (0.0, 0.0)
 
     def __init__(self, camera, time_s):
         self.camera, self.time_s, self.size = camera, time_s, SIZE

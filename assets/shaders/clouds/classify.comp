@@ -25,13 +25,15 @@ void main() {
         CloudViewLayer shell = cloud_view.layers[owners[k]];
         bool cirrus = shell.kind == CLOUD_CIRRUS;
         float from = intervals[k].x, to = intervals[k].y, most = shell.kind == CLOUD_UNIFORM ? 1.0 : 0.0,
-            least = cirrus ? CIRRUS_LEAST : 0.0, apart = cirrus_apart(shell, from, to);
-        int segments = segment_count(shell, from, to), places = cirrus ? cirrus_places(apart) : segments + 1, place = 0;
+            least = cirrus ? CIRRUS_LEAST : 0.0, apart = cirrus_apart(shell, from, to),
+            segments = segment_count(shell, from, to),
+            places = cirrus ? float(cirrus_places(apart)) : segments + 1.0;
+        int place = 0;
         do {
             CloudWeather w = weather_along(v.ray, cirrus ? cirrus_place(from, to, apart, place)
                 : place == 0 ? from : segment_end(shell, from, to, place - 1, segments));
             most = max(most, (cirrus ? w.high : w.cover) * shell.cover_scale);
-        } while (++place < places && most <= least);
+        } while (float(++place) < places && most <= least);
         found |= most > least ? (cirrus ? 4u : 2u) : 0u;
     } while (++k < count);
     if (found != 0u) atomicOr(s_found, found);

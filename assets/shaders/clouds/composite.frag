@@ -3,9 +3,12 @@
 //
 // Define PICTURE_PX: a pixel of the clouds' picture has so many of the frame's a side. Between those of a coarser
 // picture clouds are interpolated; those that end at this pixel's own surface count most.
+//
+// HELD: of a still picture that has all its rays, while anti-aliasing looks at other places in the pixels. Along an
+// outline they show another surface than that up to which clouds were followed: then pixels beside them have those.
 layout(binding = 0) uniform sampler2D u_clouds;   // nearest
 layout(binding = 1) uniform sampler2D u_radiance;
-#if PICTURE_PX > 1
+#if PICTURE_PX > 1 || defined(HELD)
 layout(binding = 2) uniform sampler2D u_depth;
 layout(binding = 3) uniform sampler2D u_surface;   // depth up to which clouds were followed
 #endif
@@ -14,8 +17,35 @@ layout(location = 0) out vec4 o_radiance;
 
 const float LEFT = 0.2;   // of the light behind
 
+#ifdef HELD
+const float SAME_SURFACE = 0.7;   // least ratio of distances, as in resolve.comp
+const float NONE = 1e30;
+
+// Distance over that of the near plane; the sky's is the largest.
+float distance_of(float depth) {
+    return 1.0 / max(depth, 1e-20);
+}
+#endif
+
 vec4 clouds_of(ivec2 pixel) {
-#if PICTURE_PX > 1
+#ifdef HELD
+    // Between the last before this pixel's surface and the first behind it: along a sea's horizon rows lie kilometres
+    // apart, and what there is before them grows with the distance.
+    vec2 texel = 1.0 / vec2(textureSize(u_clouds, 0)), before = v_uv, behind = v_uv;
+    float own = distance_of(textureLod(u_depth, v_uv, 0.0).r), nearer = 0.0, farther = NONE, there = own;
+    for (int i = 0; i < 5; ++i) {
+        vec2 at = v_uv + texel * vec2(i == 1 ? -1 : i == 2 ? 1 : 0, i == 3 ? -1 : i == 4 ? 1 : 0);
+        float away = distance_of(textureLod(u_surface, at, 0.0).r);
+        there = i == 0 ? away : there;
+        before = away <= own && away > nearer ? at : before;
+        nearer = away <= own ? max(away, nearer) : nearer;
+        behind = away >= own && away < farther ? at : behind;
+        farther = away >= own ? min(away, farther) : farther;
+    }
+    bool same = min(own, there) >= SAME_SURFACE * max(own, there);
+    float share = same || farther == NONE ? 0.0 : nearer == 0.0 ? 1.0 : (own - nearer) / max(farther - nearer, 1e-20);
+    return mix(textureLod(u_clouds, same ? v_uv : before, 0.0), textureLod(u_clouds, behind, 0.0), share);
+#elif PICTURE_PX > 1
     vec2 at = (vec2(pixel) + 0.5) / float(PICTURE_PX) - 0.5, first = floor(at), share = at - first, rest = 1.0 - share;
     vec2 texel = 1.0 / vec2(textureSize(u_clouds, 0));
     vec4 weight = vec4(rest.x * rest.y, share.x * rest.y, rest.x * share.y, share.x * share.y), found[4];

@@ -48,11 +48,13 @@ float step_fineness() {
     return clamp(u_layer_steps / 32.0 - 0.75, 0.0, 1.0);
 }
 
-// Weather changes over tens of kilometres: in a segment it is taken as even. Where steps are short, segments are.
-int segment_count(CloudViewLayer shell, float from, float to) {
+// Weather changes over tens of kilometres: in a segment it is taken as even. Where steps are short, segments are. Not a
+// whole number: the last segment is a part of one, and grows from nothing. Rays beside one another of which one had a
+// segment more would show where that begins, as an arc across the sky.
+float segment_count(CloudViewLayer shell, float from, float to) {
     float finer = clamp(u_layer_steps / COARSE_STEPS, 1.0, 16.0);
     float per_octave = mix(SEGMENTS_PER_OCTAVE_COARSE, SEGMENTS_PER_OCTAVE, step_fineness());
-    return int(finer * float(clamp(int(log2((to - from) * shell.per_thickness) * per_octave), 1, 8)));
+    return finer * clamp(log2((to - from) * shell.per_thickness) * per_octave - 1.0, 1.0, 8.0);
 }
 
 // A ray meets a sheet of ice in the middle of its way through the layer: at one place, or, where it runs along in it,
@@ -75,11 +77,11 @@ float cirrus_place(float from, float to, float apart, int place) {
 }
 
 // Metres along the ray: segments grow geometrically with distance.
-float segment_end(CloudViewLayer shell, float from, float to, int segment, int segments) {
+float segment_end(CloudViewLayer shell, float from, float to, int segment, float segments) {
     // With skipped space: even segments, in digits that f32 has.
     float thickness = shell.top_m - shell.base_m + min(ray_skipped_m, 10.0 * (to - from));
-    float growth = log((to + thickness) / (from + thickness)) / float(segments);
-    return segment == segments - 1 ? to : (from + thickness) * exp(growth * float(segment + 1)) - thickness;
+    float growth = log((to + thickness) / (from + thickness)) / segments;
+    return float(segment + 1) >= segments ? to : (from + thickness) * exp(growth * float(segment + 1)) - thickness;
 }
 
 // The weather t metres along a ray. A pixel that sees the clouds at a low angle stands for a long way through them: its

@@ -18,6 +18,7 @@
 
 // transmittance behind which nothing is seen: the latter is no more than a step of an 8-bit picture
 const float OPAQUE = CLOUD_DEEPEST > 40.0 ? 1e-5 : 0.004;
+const float NEARLY_OPAQUE = 8.0 * OPAQUE;
 const float MOST_SLOPE = 50.0;      // of the optical depth towards the sun over that along the ray
 const float LEAST_DENSITY = 1e-4;   // that counts as cloud
 
@@ -131,8 +132,9 @@ void add_run(inout March m, LayerRay r, Segment s, SegmentLight light, CloudRun 
     diffuse = vec3(0.0);
 #endif
     m.transmittance -= opacity;
-    // What is left out where nothing behind is seen any more is as bright as the last of it.
-    diffuse_transmittance = m.transmittance > OPAQUE ? diffuse_transmittance : 0.0;
+    // What is left out where nothing behind is seen any more is as bright as the last of it. It comes in over some
+    // depth: all at once, it would outline where the cloud is just so deep.
+    diffuse_transmittance *= smoothstep(OPAQUE, NEARLY_OPAQUE, m.transmittance);
     m.radiance += mix(s.near_air.transmittance, s.far_air.transmittance, (run.t - s.begin) * s.per_metre)
         * (direct + m.diffuse_transmittance * (1.0 - diffuse_transmittance) / scattered * diffuse);
     m.diffuse_transmittance *= diffuse_transmittance;

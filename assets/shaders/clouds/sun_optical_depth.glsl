@@ -27,17 +27,19 @@ float near_sun_depth(
     // What is averaged over the way there needs no steps of its own.
     float most = u_sun_steps * min(2.0 * far / footprint, 1.0);
 #endif
-    int steps = max(int(ceil(most * sqrt(near / max(far, 1e-3)))), 1), i = 0;
-    float r = planet.radius_m + altitude, sum = 0.0, from = 0.0, per_step = 1.0 / float(steps);
+    // Not a whole number: the last step is cut, and grows from nothing. Else there is a line where one more begins.
+    float steps = max(most * sqrt(near / max(far, 1e-3)), 1.0);
+    float r = planet.radius_m + altitude, sum = 0.0, from = 0.0, per_step = 1.0 / steps;
+    int i = 0;
     do {
-        float part = float(++i) * per_step, to = near * part * part, t = 0.5 * (from + to);
+        float part = min(float(++i) * per_step, 1.0), to = near * part * part, t = 0.5 * (from + to);
         vec3 at = point + frame.sun_direction * t;
         float height = altitude + t * mu + 0.5 * t * t * (1.0 - mu * mu) / r;
         float share = (height - shell.base_m) * shell.per_thickness;
         sum += (to - from) * cloud_density(layer, at + frame.camera_offset_m, clamp(share, 0.0, 1.0), w,
             max(footprint, 0.35 * (to - from)), 1) * step(share, 1.0);
         from = to;
-    } while (i < steps);
+    } while (float(i) < steps);
     return sum * shell.extinction_per_m;
 }
 

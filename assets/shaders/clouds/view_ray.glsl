@@ -10,6 +10,7 @@ layout(location = 2) uniform float u_width;   // of what a ray stands for, in pi
 layout(location = 3) uniform float u_shift;   // of the pattern
 // of the checkerboard of blocks whose rays are followed: 0 or 1; -1: all
 layout(location = 4) uniform int u_checkerboard;
+layout(location = 10) uniform vec2 u_inside;   // where the ray goes, from its pixel's middle, in pixels of the frame
 
 struct ViewRay {
     vec3 ray;
@@ -21,15 +22,27 @@ ivec2 cloud_block_of(ivec2 lane) {
     return u_checkerboard < 0 ? lane : ivec2(lane.x, 2 * lane.y + ((lane.x + u_checkerboard) & 1));
 }
 
-// Roberts 2018: neighbours differ as much as they can.
+// Of the pattern: as far apart as the turns of eight rays in a pixel, whose mean then has nothing of the lattice left.
+const float PATTERN_SPREAD = 0.125;
+
+// 0..1, of a place alone.
+float cloud_hash(uvec2 at) {
+    uint h = at.x * 0x9e3779b1u ^ at.y * 0x85ebca77u;
+    h = (h ^ (h >> 15)) * 0x2c1b3c6du;
+    h = (h ^ (h >> 12)) * 0x297a2d39u;
+    return float(h >> 8) * (1.0 / 16777216.0);
+}
+
+// Roberts 2018: neighbours differ as much as they can. What is left of the lattice in a mean over turns would be seen
+// as one: by up to a turn it is left to chance.
 float cloud_pattern(ivec2 at) {
-    return fract(dot(vec2(at), vec2(0.75487766, 0.56984029)) + u_shift);
+    return fract(dot(vec2(at), vec2(0.75487766, 0.56984029)) + PATTERN_SPREAD * cloud_hash(uvec2(at)) + u_shift);
 }
 
 // Sets pixel_rad and cloud_dither as well.
 ViewRay cloud_view_ray(ivec2 at) {
     ivec2 pixel = min(at * STRIDE + u_place, textureSize(u_depth, 0) - 1);
-    vec3 ray = view_ray(ndc_of_pixel((vec2(pixel) + 0.5) * float(PICTURE_PX)));
+    vec3 ray = view_ray(ndc_of_pixel((vec2(pixel) + 0.5) * float(PICTURE_PX) + u_inside));
     float ray_length = length(ray), depth = texelFetch(u_depth, pixel, 0).r;
     float end = depth > 0.0 ? forward_distance(depth) * ray_length : UNBOUNDED;
     ray /= ray_length;

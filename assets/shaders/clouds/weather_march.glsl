@@ -167,7 +167,8 @@ void march_segment(inout March m, inout Cursor at, LayerRay r, StepSizes sizes, 
 // Through one interval of a layer, segment by segment.
 void march_layer(inout March m, LayerRay r) {
     StepSizes sizes = step_sizes(r.shell.top_m - r.shell.base_m, r.from, r.to);
-    int segment = 0, segments = segment_count(r.shell, r.from, r.to);
+    int segment = 0;
+    float segments = segment_count(r.shell, r.from, r.to);
     Cursor at = Cursor(r.from, sizes.clear_factor);
     Segment s;
     s.end = r.from;
@@ -184,7 +185,7 @@ void march_layer(inout March m, LayerRay r) {
         s.far_weather = weather_along(r.ray, s.end);
         march_segment(m, at, r, sizes, s);
         ++segment;
-    } while (segment < segments && m.transmittance > OPAQUE);
+    } while (float(segment) < segments && m.transmittance > OPAQUE);
     m.air_in_scatter = s.far_air.in_scatter;
     m.air_transmittance = s.far_air.transmittance;
 }
@@ -220,7 +221,7 @@ March march_clouds(vec3 ray, float mu, float end, float jitter) {
     } while (k < count && m.transmittance > OPAQUE);
     // The picture behind brings the light of all its air: what lies before the last cloud is counted already.
     m.radiance = max(m.radiance - m.transmittance * m.air_in_scatter, 0.0);
-    m.transmittance = m.transmittance < OPAQUE ? 0.0 : m.transmittance;
+    m.transmittance *= smoothstep(OPAQUE, 2.0 * OPAQUE, m.transmittance);
     return m;
 }
 
