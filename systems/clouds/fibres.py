@@ -6,7 +6,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.gpu import GpuScope
+from ...engine.gpu import Compute, GpuScope
 from ...engine.table_cache import TableCache
 
 __all__ = ["fibres_texture"]
@@ -42,7 +42,7 @@ def fibres_texture(gpu: GpuScope, size: int, cache: TableCache | None = None) ->
     return texture
 
 
-def _computed(gpu: GpuScope, programs: list, size: int) -> NDArray[np.float32]:
+def _computed(gpu: GpuScope, programs: list[Compute], size: int) -> NDArray[np.float32]:
     """(size, size, 3) of the last stage."""
 
     def pair() -> list[moderngl.Texture]:

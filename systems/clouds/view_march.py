@@ -165,7 +165,7 @@ class ViewMarch:
         def run() -> None:
             if history().checkerboard < 0:  # a graph's first frame runs whatever is due
                 return
-            for unit, texture in ((6, color), (7, distance), (CLOUD_DEPTH_UNIT, depth)):
+            for unit, texture in ((6, color), (5, distance), (CLOUD_DEPTH_UNIT, depth)):
                 texture.use(unit)
             color.bind_to_image(0, read=False, write=True)
             distance.bind_to_image(1, read=False, write=True)

@@ -40,8 +40,8 @@ def filaments(picture: Floats, sigma_px: float = 3.0, mask: NDArray[np.bool_] | 
     """Of a picture (rows, columns). Weights are coherence times the gradient's root mean square, as far as that counts:
     the strongest tenth counts alike. mask: pixels that count."""
     smooth = _smooth(picture, 1.0)
-    down, across = np.gradient(smooth)
-    xx, yy, xy = (_smooth(a * b, sigma_px) for a, b in ((across, across), (down, down), (across, down)))
+    down, across = np.gradient(smooth, axis=0), np.gradient(smooth, axis=1)
+    xx, yy, xy = _smooth(across * across, sigma_px), _smooth(down * down, sigma_px), _smooth(across * down, sigma_px)
     difference, twice = xx - yy, 2.0 * xy
     energy = xx + yy
     coherence = np.hypot(difference, twice) / np.maximum(energy, 1e-30)
@@ -90,7 +90,7 @@ def width_px(picture: Floats, reach_px: int = 16, least: float = 0.05) -> float:
     spread = float(np.quantile(picture, 0.95) - np.quantile(picture, 0.05))
     ridge = (peak - base > least * spread) & np.all([side[:5].max(axis=0) <= peak for side in sides], axis=0)
     half = 0.5 * (peak + base)
-    widths = sum(lags[np.argmax(side < half, axis=0)] for side in sides)
+    widths = lags[np.argmax(sides[0] < half, axis=0)] + lags[np.argmax(sides[1] < half, axis=0)]
     return float(np.median(widths[ridge])) if ridge.any() else float("inf")
 
 

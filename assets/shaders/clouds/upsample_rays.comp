@@ -5,7 +5,7 @@
 
 layout(local_size_x = 8, local_size_y = 4) in;
 layout(binding = 6) uniform sampler2D u_rays;
-layout(binding = 7) uniform sampler2D u_distance;
+layout(binding = 5) uniform sampler2D u_distance;
 layout(binding = 0, rgba32f) uniform writeonly image2D o_rays;
 layout(binding = 1, r32f) uniform writeonly image2D o_distance;
 layout(binding = 2, rgba32f) uniform writeonly image2D o_upsampled;
