@@ -211,6 +211,7 @@ PAIRS: dict[str, Pair] = {
     "clouds.asymmetry": Pair("earth", "glint", 0.2, clouds=True),
     "clouds.density_model": Pair("earth", "coast", "uniform", both={"clouds.extinction_per_m": 1e-3}, clouds=True),
     "clouds.kind": Pair("earth", "coast", "cirrus", clouds=True),
+    "clouds.relief": Pair("earth", "cloud_sea", 1.0, off=0.0, clouds=True),
     "clouds.hooks": Pair("earth", "ground", 1.0, off=0.0, both=ICE, clouds=True),
     "clouds.veil": Pair("earth", "ground", 2.0, off=0.0, both=ICE, clouds=True),
     "clouds.bend": Pair("earth", "ground", 2.0, off=0.0, both=ICE, clouds=True),

@@ -63,7 +63,8 @@ float cloud_tallness(CloudWeather w) {
     return mix(0.30, 1.0, w.towers);
 }
 
-// How much of the map's cover a height in the layer has: a flat base, tops that reach as high as the weather lets them.
+// How much of the map's cover a height in the layer has: a flat base, then less the higher, so that a cloud's top is as
+// high as its noise and the weather let it be.
 float cloud_height_cover(float share, CloudWeather w) {
     float x = share / cloud_tallness(w);
     return smoothstep(0.0, 0.10, share) * clamp((1.0 - x) * (1.0 / 0.85), 0.0, 1.0);
