@@ -6,16 +6,16 @@
 // place: where a ray crosses the middle of the layer's height, in metres from the anchor in planet axes. Real fibres are
 // ribbons a few tens of metres wide: sampled all through a layer of a kilometre, a slanted ray would see their mean.
 //
-// One map of trails (fibres.comp) at three widths: bands of hundreds of kilometres, fibres of kilometres, hair. Only
-// bands are held against a threshold; what else the map says is added up, and its mip levels are exact means.
+// One map of trails (fibres.comp) at four widths: bands of hundreds of kilometres, fibres, hooks, hair. Only bands and
+// patches are held against a threshold; fibres are added up, so that mip levels of the map are nearly their means.
 #include "clouds/weather_map.glsl"
 
 layout(binding = CLOUD_FIBRES_UNIT) uniform sampler2D u_cloud_fibres;
 
-const float CIRRUS_LEAST = 0.01;       // cover below which there is none
+const float CIRRUS_LEAST = 0.01, CIRRUS_SCARCE = 0.12;   // covers below which there is none, and below which it thins
 // Periods of the map in one of its widest, along its axes: turned against one another, so that repeats fall elsewhere.
 const vec2 CIRRUS_FIBRES = vec2(19.0, 3.0), CIRRUS_HOOKS = vec2(11.0, 19.0), CIRRUS_HAIR = vec2(37.0, 6.0);
-const vec2 CIRRUS_SWAY = vec2(0.0375, 0.009);             // of the widest period: of one wave a period, and of five
+const vec2 CIRRUS_SWAY = vec2(0.0375, 0.009);   // of the widest period: of one wave a period, and of five
 const float CIRRUS_SHARP = 0.6;        // levels finer than a footprint: a linear filter blurs by as much
 const float CIRRUS_EQUATOR = 0.02;     // sine of the latitude up to which fibres are blurred
 const float CIRRUS_BLUR = 8.0;         // by so many levels
@@ -50,7 +50,7 @@ vec2 cirrus_sway(vec2 at, float bend) {
     return at;
 }
 
-// The map turned and `size(times)` times as fine, as far as a footprint tells its cells apart: whole numbers, so that
+// The map turned and length(times) times as fine, as far as a footprint tells its cells apart: whole numbers, so that
 // it repeats where the widest does. texels, periods: of the footprint, on the widest.
 vec3 cirrus_trails(vec2 at, vec2 times, float texels, float periods, float blur) {
     float finer = length(times), level = max(log2(max(texels * finer, 1e-6)) - CIRRUS_SHARP + blur, 0.0);
@@ -79,14 +79,10 @@ float cirrus_density(int layer, vec3 place, CloudWeather w, float footprint_m) {
     float fine = mix(0.95 * sheet * fibres.r, 0.8 * tufted * hooks.g, shell.hooks) * (0.1 + 3.6 * hair.r);
     float soft = shell.veil * sheet * (0.04 + 0.2 * hooks.b);
     // Thick places are rare and stay below the densest.
-    return (fine + soft) / (1.0 + fine + soft) * step(CIRRUS_LEAST, amount);
+    return (fine + soft) / (1.0 + fine + soft) * smoothstep(CIRRUS_LEAST, CIRRUS_SCARCE, amount);
 }
 
-// How dense the sheet is at a share of its height.
-float cirrus_profile(CloudViewLayer shell, float share) {
-    return mix(1.0, 4.0 * share * (1.0 - share), shell.parabola);
-}
-
+// Of a sheet that is densest in the middle of its height, mean of a parabola.
 float cirrus_filled(CloudViewLayer shell, vec2 shares) {
     return mix(1.0, 2.0 * (shares.x + shares.y)
         - 4.0 / 3.0 * (shares.x * shares.x + shares.x * shares.y + shares.y * shares.y), shell.parabola);
