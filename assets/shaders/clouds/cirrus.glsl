@@ -3,8 +3,8 @@
 //   float cirrus_density(int layer, vec3 place, CloudWeather w, float footprint_m)     0..1
 //   float cirrus_filled(CloudViewLayer shell, vec2 shares)     mean of its profile between two shares of its height
 //
-// place: where a ray crosses the middle of the layer's height, in metres from the anchor in planet axes. Real fibres are
-// ribbons a few tens of metres wide: sampled all through a layer of a kilometre, a slanted ray would see their mean.
+// place: where a ray crosses the middle of the layer's height, in metres from the anchor in planet axes. Real fibres
+// are ribbons some tens of metres wide: sampled all through a layer of a kilometre, a slanted ray would see their mean.
 //
 // One map of trails (fibres.comp) at four widths: bands of hundreds of kilometres, fibres, hooks, hair. Only bands and
 // patches are held against a threshold; fibres are added up, so that mip levels of the map are nearly their means.
@@ -20,8 +20,8 @@ const float CIRRUS_SHARP = 0.6;        // levels finer than a footprint: a linea
 const float CIRRUS_EQUATOR = 0.03;     // sine of the latitude up to which the chart's halves are mixed
 const vec2 CIRRUS_APART = vec2(0.37, 0.61);   // of the southern half: along the equator both would be alike
 
-// x, y: a place on the map, in its widest periods; z: how much longer a length is there than it should be. Stereographic
-// from a pole, side 1: the southern, for the northern half; -1: the other way round. Angles are kept.
+// x, y: a place on the map, in its widest periods; z: how much longer a length is there than it should be.
+// Stereographic from a pole, side 1: the southern, for the northern half; -1: the other way round. Angles are kept.
 vec3 cirrus_chart(vec3 turned, float side) {
     float radius = 1.0 / cloud_view.bend.per_m;
     vec3 anchor = CLOUD_ORIGIN(bend) * radius, to = anchor + turned;
@@ -43,7 +43,7 @@ float cirrus_wave(float at) {
     return 4.0 * x * (1.0 - abs(x));
 }
 
-// Fibres bend over hundreds of kilometres. One axis after the other: areas are kept, so nothing is drawn out to strokes.
+// Fibres bend over hundreds of kilometres. One axis after the other: areas are kept, nothing is drawn out to strokes.
 vec2 cirrus_sway(vec2 at, float bend) {
     at.x += bend * (CIRRUS_SWAY.x * cirrus_wave(at.y + 0.13) + CIRRUS_SWAY.y * cirrus_wave(5.0 * at.y + 0.7));
     at.y += bend * (CIRRUS_SWAY.x * cirrus_wave(at.x + 0.41) + CIRRUS_SWAY.y * cirrus_wave(5.0 * at.x + 0.2));
@@ -71,7 +71,7 @@ float cirrus_on(vec3 chart, CloudViewLayer shell, float amount, float footprint_
     float formed = amount + 0.9 * (bands.b - 0.4) + 0.9 * (bands.r - 0.22),
         sheet = smoothstep(0.2, 1.0, formed + 0.4 * (fibres.b - 0.4)),
         tufted = smoothstep(0.2, 0.8, formed + 0.5 * (0.4 - bands.b));
-    float fine = mix(0.95 * sheet * fibres.r, 0.8 * tufted * hooks.g, shell.hooks) * (0.1 + 3.6 * hair.r);
+    float fine = mix(0.6 * sheet * fibres.r, 0.5 * tufted * hooks.g, shell.hooks) * (0.1 + 3.6 * hair.r);
     float soft = shell.veil * sheet * (0.04 + 0.2 * hooks.b);
     // Thick places are rare and stay below the densest.
     return (fine + soft) / (1.0 + fine + soft) * smoothstep(CIRRUS_LEAST, CIRRUS_SCARCE, amount);
