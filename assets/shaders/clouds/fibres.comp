@@ -1,7 +1,7 @@
 // A map of ice that falls through wind, on a square that wraps: r fibres, g hooks (tufts with tails that curve), b soft
 // patches. What is seen of cirrus is the trail of falling crystals: heads stay, what has fallen drifts through slower
 // air that turns with height (Heymsfield 1975). Stages: 0 where ice forms, and potentials of the winds; 1 the winds,
-// their curl; 2 trails, as line integrals of what falls (Cabral and Leedom 1993), of one side only; 3 stirred by eddies.
+// their curl; 2 trails, as line integrals of what falls (Cabral and Leedom 1993), one-sided; 3 stirred by eddies.
 #include "clouds/tiled_noise.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -53,8 +53,10 @@ void main() {
 #elif STAGE == 1
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy), size = imageSize(o_map);
-    vec4 slope_x = texelFetch(u_winds, (at + ivec2(1, 0)) % size, 0) - texelFetch(u_winds, (at + size - ivec2(1, 0)) % size, 0);
-    vec4 slope_y = texelFetch(u_winds, (at + ivec2(0, 1)) % size, 0) - texelFetch(u_winds, (at + size - ivec2(0, 1)) % size, 0);
+    ivec2 east = (at + ivec2(1, 0)) % size, west = (at + size - ivec2(1, 0)) % size, north = (at + ivec2(0, 1)) % size,
+        south = (at + size - ivec2(0, 1)) % size;
+    vec4 slope_x = texelFetch(u_winds, east, 0) - texelFetch(u_winds, west, 0),
+        slope_y = texelFetch(u_winds, north, 0) - texelFetch(u_winds, south, 0);
     imageStore(o_winds, at, 0.5 * float(size.x) * vec4(slope_y.x, -slope_x.x, slope_y.y, -slope_x.y));
     imageStore(o_map, at, texelFetch(u_map, at, 0));
 }

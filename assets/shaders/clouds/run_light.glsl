@@ -1,4 +1,4 @@
-// A run of steps through cloud, as one: the light that it sends towards the camera, and what it takes of what lies behind.
+// A run of steps through cloud, as one: the light that it sends to the camera, and what it takes of what is behind.
 //
 //   SegmentLight segment_light(LayerRay r, Segment s)
 //   void add_run(inout March m, LayerRay r, Segment s, SegmentLight light, CloudRun run, CloudAround around)

@@ -1,4 +1,4 @@
-// Step sizes of the march through one interval of a layer of water: short ones in cloud, long ones through the clear, after
+// Step sizes of the march through one interval of a layer of water: short ones in cloud, long through the clear, after
 // which the march goes back and takes short ones.
 #include "clouds/intervals.glsl"
 
@@ -40,7 +40,8 @@ StepSizes step_sizes(float thickness, float from, float to) {
     return StepSizes(shortest, longest, max(u_step_growth, length_m / (600.0 * max(to + ray_skipped_m, 1.0))),
         max(NEAREST_STEPS / u_layer_steps, 1.0), length_m * averaged,
         0.3 * min(1.0, 2.0 * COARSE_STEPS / u_layer_steps),
-        CLEAR_FACTOR, CLEAR_GAP_FACTOR, OCCLUDED_FACTOR * fineness, 48.0 / u_layer_steps, 2.0 + SHARED_STEPS * fineness);
+        CLEAR_FACTOR, CLEAR_GAP_FACTOR, OCCLUDED_FACTOR * fineness, 48.0 / u_layer_steps,
+        2.0 + SHARED_STEPS * fineness);
 }
 
 // A short step t metres along a ray that is in the layer from `from` to `to`. occluded: factor of steps behind cloud.
