@@ -76,13 +76,13 @@ def estimate_bytes(settings: Mapping[str, Any], scene: Scene, size: tuple[int, i
     right for the planets that come along; meshes and maps of a scene's own come on top."""
     planet, width, height = scene.planet, int(size[0]), int(size[1])
     total = _REST_BYTES + width * height * _bytes_per_pixel(settings, scene)
-    # Here, not above: a scene's checks need no GPU package.
-    from ..systems.clouds.layers import has_cirrus, layers_of
-
     clouds, terrain = planet.get(Clouds), planet.get(Terrain)
     if scene.environment.has(Stars):
         total += _GALAXY_BYTES
     if clouds is not None:
+        # Here, not above: a scene's checks need no GPU package, and a planet without clouds none of theirs.
+        from ..systems.clouds.layers import has_cirrus, layers_of
+
         texels, side = int(settings["clouds.shadow_texels"]), int(settings["clouds.map_texels"]) + 32
         total += texels**2 * (_CLOUD_MAPS + 1) * (8 + 4 * _CLOUD_SLICES)  # one is being made
         total += side**2 * 4 * 3 * 4 / 3  # three maps with their levels

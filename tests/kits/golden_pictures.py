@@ -214,8 +214,7 @@ KNOB_PICTURES: tuple[Picture, ...] = (
 CLOUD_PICTURES: tuple[Picture, ...] = (
     cloud_picture("mirrored", "sea"),
     cloud_picture("relief_off", "cloud_sea", {"clouds.relief": 0.0}),
-    cloud_picture("cirrus", "valley"),
-    cloud_picture("cirrus_straight", "valley", {"clouds.bend": 0.0, "clouds.hooks": 0.0, "clouds.veil": 0.0}),
+    cloud_picture("cirrus", "valley", size=KNOB_SIZE),
     cloud_picture("low_sun", "glint"),
     cloud_picture("dusk", "dusk"),
     cloud_picture("orbit", "orbit"),

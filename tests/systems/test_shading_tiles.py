@@ -30,7 +30,7 @@ def test_ground_that_no_water_reaches_is_shaded_without_it(name: str, monkeypatc
     whole, passes = picture("earth", name)
     assert "terrain.wet" not in passes
     # Two shaders: compilers round the same statements in other orders.
-    np.testing.assert_allclose(sorted_, whole, rtol=1e-5)
+    np.testing.assert_allclose(sorted_, whole, rtol=1e-5, atol=1e-6 * whole.max())  # of red grass throws back little
 
 
 def test_a_dry_planet_sorts_no_tiles() -> None:

@@ -1,6 +1,6 @@
 // The picture between exposure and tone map, as anti-aliasing keeps it: exposed light per wavelength, pressed into 0..1
-// by x / sqrt(1 + (max x)^2). That is nearly what a display shows of it (docs/antialiasing.md), so a mean of samples here
-// is what an eye sees of many small pixels; a sun weighs little more than white paper.
+// by x / (1 + (max x)^4)^(1/4). That is nearly what a display shows of it (docs/antialiasing.md), so a mean of samples
+// here is what an eye sees of many small pixels; a sun weighs little more than white paper.
 #include "common/color.glsl"
 
 vec3 exposed_light(vec3 radiance, float saturated) {
@@ -9,20 +9,24 @@ vec3 exposed_light(vec3 radiance, float saturated) {
     return min(light * (LUMINANCE_PER_RADIANCE / saturated), vec3(1e6));
 }
 
+float fourth_power(float x) {
+    return x * x * x * x;
+}
+
 vec3 press(vec3 light) {
     float peak = max(light.r, max(light.g, light.b));
-    return light * inversesqrt(1.0 + peak * peak);
+    return light * sqrt(inversesqrt(1.0 + fourth_power(peak)));
 }
 
 vec3 unpress(vec3 pressed) {
     float peak = max(pressed.r, max(pressed.g, pressed.b));
-    return pressed * inversesqrt(max(1.0 - peak * peak, 1e-6));
+    return pressed * sqrt(inversesqrt(max(1.0 - fourth_power(peak), 1e-6)));
 }
 
 // What was pressed at another exposure; `ratio`: of the saturating luminances then and now.
 vec3 press_again(vec3 pressed, float ratio) {
     float peak = max(pressed.r, max(pressed.g, pressed.b));
-    return pressed * (ratio * inversesqrt(1.0 + (ratio * ratio - 1.0) * peak * peak));
+    return pressed * (ratio * sqrt(inversesqrt(1.0 + (fourth_power(ratio) - 1.0) * fourth_power(peak))));
 }
 
 // What lies at a pixel, as a whole number below 2^20 that a float holds exactly: distance along the view in steps of a
