@@ -20,7 +20,7 @@ from planetfall.systems.light.sun import resolve_sun
 
 SUN = pf.Sun(elevation_deg=50.0, azimuth_deg=200.0, latitude_deg=20.0, longitude_deg=10.0)
 FINE = {
-    **TINY, **COARSE, "clouds.fine_steps": 160, "clouds.sun_steps": 16, "clouds.step_growth": 0.001,
+    **TINY, **COARSE, "clouds.fine_steps": 320, "clouds.sun_steps": 16, "clouds.step_growth": 0.001,
     "clouds.shadow_texels": 256,
 }  # fmt: skip
 """Maps of the shadow with texels of 60 m: those of COARSE, 250 m, blur the shafts that probes march."""

@@ -39,7 +39,7 @@ def steps(profile: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def test_no_arc_where_a_ray_has_a_segment_or_a_step_more() -> None:
-    """Along elevation, under a closed sky of two layers, weather and all, without billows: these are as fine as rows."""
+    """Along elevation, under a closed sky of two layers, without billows: these are as fine as rows."""
     scene = cloudy(air=False, coverage=0.9, relief=0.0)
     found = steps(sweep(scene))
     assert found.max() < LEVEL, (found.argmax(), found.max())
