@@ -1,4 +1,4 @@
-// The picture between exposure and tone map, as anti-aliasing keeps it: exposed light per wavelength, pressed into 0..1
+// The picture between exposure and tone map, as anti-aliasing keeps it: exposed colour, pressed into 0..1
 // by x / (1 + (max x)^4)^(1/4). That is nearly what a display shows of it (docs/antialiasing.md), so a mean of samples
 // here is what an eye sees of many small pixels; a sun weighs little more than white paper.
 #include "common/color.glsl"
@@ -6,7 +6,7 @@
 vec3 exposed_light(vec3 radiance, float saturated) {
     // A comparison that fails for NaN as well: it becomes black instead of spreading.
     vec3 light = mix(vec3(0.0), radiance, greaterThan(radiance, vec3(0.0)));
-    return min(light * (LUMINANCE_PER_RADIANCE / saturated), vec3(1e6));
+    return min(display_light(light) * (1.0 / saturated), vec3(1e6));
 }
 
 float fourth_power(float x) {

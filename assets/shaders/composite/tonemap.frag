@@ -25,7 +25,7 @@ layout(location = 0) out vec4 o_color;
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
 #if RESOLVED
-    vec3 exposed = max(display_color(unpress(max(texelFetch(u_scene, pixel, 0).rgb, 0.0))), 0.0);
+    vec3 exposed = unpress(max(texelFetch(u_scene, pixel, 0).rgb, 0.0));
 #else
     vec3 radiance = textureLod(u_scene, v_uv, 0.0).rgb * frame.radiance_per_hdr;   // the nearest texel
     // A comparison that fails for NaN as well: it becomes black instead of spreading.
