@@ -9,6 +9,7 @@ from PIL import Image
 from rich.console import Console
 
 import planetfall as pf
+from planetfall.benchmarks.suites.papers import PICTURES as VIEWS
 from planetfall.systems.capture import contact_sheet
 
 FOLDER = Path(__file__).parent / "images"
@@ -26,9 +27,6 @@ DESCENT = "descent"
 """The animated one: a recording, which goes on where it was interrupted."""
 PAPER = "paper"
 """The sheet of the sources' methods beside ours."""
-PAPER_VIEWS = (
-    "space", "orbit", "day_edge", "high", "coast", "near", "valley", "beach", "sea", "clouds", "dusk", "terminator",
-)  # fmt: skip
 THUMB = (320, 180)
 
 
@@ -63,9 +61,9 @@ def paper_sheet() -> Image.Image:
     scene, cells = pf.load_scene("earth"), []
     for quality, who in (("paper", "as printed"), (QUALITY, "ours")):
         with pf.Renderer(scene, THUMB, quality) as renderer:
-            for name in PAPER_VIEWS:
+            for name in VIEWS:
                 cells.append((f"{name}, {who}", renderer.snapshot(pf.view(name, scene.planet)).array))
-    pairs = [cell for pair in zip(cells[: len(PAPER_VIEWS)], cells[len(PAPER_VIEWS) :], strict=True) for cell in pair]
+    pairs = [cell for pair in zip(cells[: len(VIEWS)], cells[len(VIEWS) :], strict=True) for cell in pair]
     return Image.fromarray(contact_sheet(pairs, columns=4, thumb_width=THUMB[0]))
 
 

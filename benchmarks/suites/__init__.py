@@ -27,7 +27,7 @@ LONG: Mapping[str, tuple[str, ...]] = {
         "jitter", "proxy", "height sources", "queries", "grid_methods", "grid_snaps", "grid_descent", "backends",
         "popping", "holes", "icosphere", "icosphere_vertices", "shadows", "shadows in flight", "shadows cost",
     ),
-    "papers": ("ground", "air", "clouds"),
+    "papers": ("ground", "air", "clouds", "pictures"),
     "frame": ("skipping", "knobs", "budget", "antialiasing"),
     "whole": ("asteroid", "earth", "hazy", "mars", "small", "passes"),
     "startup": ("window",),

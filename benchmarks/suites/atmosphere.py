@@ -159,20 +159,26 @@ def _skipping(session: Session) -> None:
                     error=drawn + len(ran), target=at_most(0))  # fmt: skip
 
 
-def air_curve(session: Session) -> Iterator[tuple[str, air_speed.Cost, dict[str, float]]]:
-    """By quality: cost of sky and air of a climbing camera at 10 km, and errors of each class of CURVE, on Earth."""
+def air_curve(
+    session: Session, more: Mapping[str, tuple[str, Mapping[str, Any]]] | None = None
+) -> Iterator[tuple[str, air_speed.Cost, dict[str, float]]]:
+    """By quality: cost of sky and air of a climbing camera at 10 km, and errors of each class of CURVE, on Earth.
+
+    more: further settings by name, each a quality and its overrides.
+    """
     truths = _truths(session, "earth")
     label = {"climbing": _cameras("10 km", "climbing")}
-    with _renderers({quality: (_bare(), quality) for quality in QUALITIES}, BENCH) as renderers:
+    settings = {**{quality: (quality, {}) for quality in QUALITIES}, **(more or {})}
+    with _renderers({name: (_bare(), *setting) for name, setting in settings.items()}, BENCH) as renderers:
         found = air_speed.time_passes(renderers, label, session.runs(9, 4))
-    for quality in QUALITIES:
-        with AtmosphereProbe(air.scene_of(air.PLANETS["earth"]), quality=quality) as probe:
+    for name, (quality, overrides) in settings.items():
+        with AtmosphereProbe(air.scene_of(air.PLANETS["earth"]), quality=quality, overrides=overrides) as probe:
             answers = {quantity: air.answers(probe, truth) for quantity, truth in truths.items()}
         errors = {
-            name: air.errors(truths[quantity], answers[quantity], groups).values[statistic]
-            for name, (quantity, groups, statistic) in CURVE.items()
+            one: air.errors(truths[quantity], answers[quantity], groups).values[statistic]
+            for one, (quantity, groups, statistic) in CURVE.items()
         }
-        yield quality, air_speed.total(found[quality, "climbing"], air_speed.AIR_PASSES), errors
+        yield name, air_speed.total(found[name, "climbing"], air_speed.AIR_PASSES), errors
 
 
 def _curve(session: Session) -> None:
@@ -216,12 +222,14 @@ def _cameras(name: str, way: str) -> list[Camera]:
 
 
 @contextmanager
-def _renderers(scenes: Mapping[str, tuple[Scene, str]], size: tuple[int, int]) -> Iterator[dict[str, Renderer]]:
+def _renderers(
+    scenes: Mapping[str, tuple[Scene, str] | tuple[Scene, str, Mapping[str, Any]]], size: tuple[int, int]
+) -> Iterator[dict[str, Renderer]]:
     """Renderers that live side by side, to take turns: each has a context of its own."""
     made: dict[str, Renderer] = {}
     try:
-        for name, (scene, quality) in scenes.items():
-            made[name] = Renderer(scene, size, quality)
+        for name, (scene, quality, *overrides) in scenes.items():
+            made[name] = Renderer(scene, size, quality, *overrides)
         yield made
     finally:
         for renderer in made.values():

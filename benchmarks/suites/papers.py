@@ -19,6 +19,8 @@ from ... import view
 from ..measure import ground, waves
 from ..measure.cloud_paper import against_printed
 from ..measure.frames import time_passes
+from ..measure.whole import Picture, reference_of, whole_frame
+from ..scenes import preset_scene
 from ..session import Bench, Session
 from ..target import at_least
 from .atmosphere import CURVE, air_curve
@@ -30,6 +32,12 @@ AHEAD = at_least(1.0, "times")
 CLOUDS_AHEAD = at_least(6.0, "times")
 WAVES_AHEAD = at_least(2.0, "times")
 """Of 100 waves and more."""
+PICTURES = (
+    "space", "orbit", "day_edge", "high", "coast", "near", "valley", "beach", "sea", "clouds", "dusk", "terminator",
+)  # fmt: skip
+"""Views of the sheet in docs/sources.md."""
+_WHOLE = ("low", "medium")
+"""Ours; the sheet shows the last."""
 EDGES_PX = (4.0, 8.0, 16.0, 32.0, 64.0)
 
 
@@ -68,6 +76,13 @@ _PRINTED_GRIDS = {
 _PRINTED_TILES = {
     f"{name}, as printed": {"terrain.backend": name, "terrain.method": "paper"} for name in ("quadtree", "icosphere")
 }
+_AIRS = {
+    f"low, {columns} x {rows} x {slices}": (
+        "low", {"atmosphere.columns": columns, "atmosphere.rows": rows, "atmosphere.slices": slices},
+    )
+    for columns, rows, slices in ((8, 16, 6), (12, 32, 10))
+}  # fmt: skip
+"""Tables of a view."""
 _MESH = ("terrain.cull", "terrain.vertices", "terrain.gbuffer")
 
 
@@ -113,7 +128,7 @@ def _sea(session: Session) -> None:
 
 def _air(session: Session) -> None:
     """Tables of 2008 and 2017 as printed: sky and air of a climbing camera, by class of question."""
-    found = list(air_curve(session))
+    found = list(air_curve(session, _AIRS))
     costs: dict[str, dict[str, Cost]] = {
         name: {quality: Cost(cost.wall.ms, errors[name]) for quality, cost, errors in found} for name in CURVE
     }
@@ -136,4 +151,30 @@ def _clouds(session: Session) -> None:
             )  # fmt: skip
 
 
-BENCHES: Mapping[str, Bench] = {"ground": _ground, "sea": _sea, "air": _air, "clouds": _clouds}
+def _pictures(session: Session) -> None:
+    """Whole frames of quality `paper` beside ours, at the views of the sheet: milliseconds of a turning camera, and
+    mean FLIP to quality `reference`. Printed vertices are made in every frame. Where the printed ground has a place of
+    its own, its picture is of another coast or valley than the reference's."""
+    session.release()
+    scene, size = preset_scene("earth", clouds=True), QUICK_SIZE
+    names = PICTURES[:2] if session.extent == "quick" else PICTURES
+    references: dict[str, Picture] = {name: reference_of(scene, view(name, scene.planet), size) for name in names}
+    costs: dict[str, dict[str, Cost]] = {}
+    for quality in ("paper", *_WHOLE):
+        with session.renderer(scene, size, quality) as renderer:
+            for name in names:
+                seen = view(name, scene.planet)
+                found = whole_frame(renderer, seen, references[name], session.runs(15, 5))
+                ms, error = found.cost.timing.ms, found.mean_flip
+                if quality == "paper":
+                    passes = time_passes(renderer, seen, session.runs(6, 3))
+                    ms += sum(timing.ms for key, timing in passes.items() if key == "terrain.vertices (snap)")
+                costs.setdefault(name, {})[quality] = Cost(ms, float("nan") if error is None else error)
+    for name, by_quality in costs.items():
+        printed, sheet = by_quality.pop("paper"), by_quality[_WHOLE[-1]]
+        extra = {f"{_WHOLE[-1]}_ms": sheet.ms, f"{_WHOLE[-1]}_error": sheet.error}
+        _row(session, "whole picture", name, printed, by_quality, "mean FLIP", size=size, **extra)
+    scene.release()
+
+
+BENCHES: Mapping[str, Bench] = {"ground": _ground, "sea": _sea, "air": _air, "clouds": _clouds, "pictures": _pictures}

@@ -163,6 +163,7 @@ class OurAir(AirMethod):
                     "rgba32f",
                     light,
                     "persistent",
+                    layers=self._sizes.layers,
                     filter="linear",
                     help="mean source, gas and all orders",
                 ),
@@ -171,6 +172,7 @@ class OurAir(AirMethod):
                     "rgba32f",
                     light,
                     "persistent",
+                    layers=self._sizes.layers,
                     filter="linear",
                     help="mean source of haze, first order",
                 ),
@@ -199,9 +201,11 @@ class OurAir(AirMethod):
             view.ubo.bind()
             extinction.bind_to_image(0, read=False, write=True)
             fill_depth.run_over(2 * self._sizes.rows)
+            self.gpu.barrier()
             first.bind_to_image(0, read=False, write=True)
             second.bind_to_image(1, read=False, write=True)
-            fill_light.run_over(*self._sizes.texels[:2])
+            extinction.bind_to_image(2, read=True, write=False)
+            fill_light.run_over(*self._sizes.texels)
             view.filled = wanted
 
         return run

@@ -37,9 +37,14 @@ class ViewSizes:
     slices: int = 12
 
     @property
-    def texels(self) -> tuple[int, int, int]:
+    def texels(self) -> tuple[int, int]:
         """Size of the tables of light."""
-        return (self.columns, 2 * self.rows, self.slices + 1)
+        return (self.columns, 2 * self.rows)
+
+    @property
+    def layers(self) -> int:
+        """Of those tables: one for each end of a slice, and one for whole rays."""
+        return self.slices + 2
 
     @property
     def extinction_texels(self) -> tuple[int, int]:

@@ -21,7 +21,7 @@ pytestmark = pytest.mark.gpu
 Floats = NDArray[np.float64]
 MEDIUM, SLICES, TABLE = (f'#include "atmosphere/{name}.glsl"' for name in ("medium", "slices", "table"))
 VIEW = """#include "atmosphere/view.glsl"
-void air_light(AirView v, AirCell cell, float slice, out vec3 first, out vec3 second) { first = second = vec3(0.0); }
+void air_light_at(AirView v, AirCell cell, int layer, out vec3 first, out vec3 second) { first = second = vec3(0.0); }
 vec3 air_mean_extinction(ivec2 texel) { return vec3(0.0); }
 """
 PLANETS = {"earth": (6.36e6, 60e3), "small": (6e4, 2e3), "asteroid": (1e3, 10.0), "giant": (7e7, 3e5)}

@@ -347,7 +347,7 @@ def test_a_reloaded_shader_shows(
             text = path.read_text(encoding="utf-8")
             changed = {
                 "medium.glsl": ("3.0 / (16.0 * PI)", "6.0 / (16.0 * PI)"),
-                "view_fill.comp": ("vec4(air_pack(first), 0.0)", "vec4(air_pack(2.0 * first), 0.0)"),
+                "view_fill.comp": ("= air_column_mean(c, c.first)", "= 2.0 * air_column_mean(c, c.first)"),
                 "add_order.comp": ("vec3 weight = ", "vec3 weight = 1.5 * "),
             }[file]
             assert changed[0] in text

@@ -1,16 +1,16 @@
-// The renderer's own tables: what air_between and air_whole read, and the ray of a direction at the camera.
+// The renderer's own tables: what air_between and air_open read, and the ray of a direction at the camera.
 #include "generated/bindings.glsl"
 #include "common/camera.glsl"
 #include "atmosphere/view.glsl"
 
-layout(binding = AIR_FIRST_UNIT) uniform sampler3D u_air_first;
-layout(binding = AIR_SECOND_UNIT) uniform sampler3D u_air_second;
+layout(binding = AIR_FIRST_UNIT) uniform sampler2DArray u_air_first;
+layout(binding = AIR_SECOND_UNIT) uniform sampler2DArray u_air_second;
 layout(binding = AIR_EXTINCTION_UNIT) uniform sampler2D u_air_extinction;
 
 // Filtered by the hardware: eight bits between neighbours that differ by a few percent. Extinction is not, it needs
 // more.
-void air_light(AirView v, AirCell cell, float slice, out vec3 first, out vec3 second) {
-    vec3 at = (vec3(vec2(cell.corner) + cell.share, slice) + 0.5) / vec3(v.columns, 2 * v.rows, v.slices + 1);
+void air_light_at(AirView v, AirCell cell, int layer, out vec3 first, out vec3 second) {
+    vec3 at = vec3((vec2(cell.corner) + cell.share + 0.5) / vec2(v.columns, 2 * v.rows), layer);
     first = textureLod(u_air_first, at, 0.0).rgb;
     second = textureLod(u_air_second, at, 0.0).rgb;
 }

@@ -16,34 +16,6 @@ AirColumn march(ivec3 texel) {
     return c;
 }
 
-vec3 air_first(ivec3 texel) {
-    AirColumn c = march(texel);
-    vec3 first, second;
-    air_start_means(c, first, second);
-    return air_pack(texel.z == 0 ? first : air_column_mean(c, c.first));
-}
-
-vec3 air_second(ivec3 texel) {
-    AirColumn c = march(texel);
-    vec3 first, second;
-    air_start_means(c, first, second);
-    return air_pack(texel.z == 0 ? second : air_column_mean(c, c.second));
-}
-
-// The filter of the hardware, in full precision.
-void air_light(AirView v, AirCell cell, float slice, out vec3 first, out vec3 second) {
-    int low = min(int(slice), v.slices - 1);
-    first = second = vec3(0.0);
-    for (int k = 0; k < 8; ++k) {
-        ivec3 corner_step = ivec3(k & 1, (k >> 1) & 1, k >> 2);
-        vec3 share = vec3(cell.share, slice - float(low));
-        vec3 weight = mix(1.0 - share, share, vec3(corner_step));
-        ivec3 texel = ivec3(cell.corner, low) + corner_step;
-        first += weight.x * weight.y * weight.z * air_first(texel);
-        second += weight.x * weight.y * weight.z * air_second(texel);
-    }
-}
-
 vec3 air_mean_extinction(ivec2 texel) {
     float mu_s, nu, t = 0.0;
     AirPath p = air_texel_path(g_view, texel.x, 0.0, mu_s, nu);
@@ -52,6 +24,37 @@ vec3 air_mean_extinction(ivec2 texel) {
         depth += air_slice_depth(p.h, p.mu, p.length_m, p.lowest, p.split, slice, AIR_FINE * g_view.slices, t);
     }
     return air_pack(t > 0.0 ? depth / t : air_extinction(air_density(p.h)));
+}
+
+void air_texel(ivec2 texel, int layer, out vec3 first, out vec3 second) {
+    int slice = min(layer, g_view.slices);
+    AirColumn c = march(ivec3(texel, slice));
+    air_start_means(c, first, second);
+    if (slice > 0) {
+        first = air_column_mean(c, c.first);
+        second = air_column_mean(c, c.second);
+    }
+    if (layer == air_whole_layer(g_view)) {
+        vec3 extinction = air_unpack(air_mean_extinction(ivec2(texel.y, AIR_FINE * g_view.slices)));
+        first = air_whole_light(first, extinction, c.path);
+        second = air_whole_light(second, extinction, c.path);
+    } else {
+        first = air_pack(first);
+        second = air_pack(second);
+    }
+}
+
+// The filter of the hardware, in full precision.
+void air_light_at(AirView v, AirCell cell, int layer, out vec3 first, out vec3 second) {
+    first = second = vec3(0.0);
+    for (int k = 0; k < 4; ++k) {
+        ivec2 corner_step = ivec2(k & 1, k >> 1);
+        vec2 weight = mix(1.0 - cell.share, cell.share, vec2(corner_step));
+        vec3 texel_first, texel_second;
+        air_texel(cell.corner + corner_step, layer, texel_first, texel_second);
+        first += weight.x * weight.y * texel_first;
+        second += weight.x * weight.y * texel_second;
+    }
 }
 
 void main() {
@@ -65,8 +68,10 @@ void main() {
     vec3 transmittance = vec3(1.0), first = vec3(0.0), second = vec3(0.0);
     float path;
     if (u_asked == LIGHT) {
-        if (q.distance_m < 0.0) air_whole(g_view, ray, transmittance, first, second, path);
-        else air_between(g_view, ray, q.distance_m, transmittance, first, second, path);
+        if (q.distance_m < 0.0) {
+            air_whole(g_view, ray, transmittance, first, second, path);
+            if (!air_path(g_view, ray.mu, ray.sine).floor_hit) air_open(g_view, ray, first, second, path);
+        } else air_between(g_view, ray, q.distance_m, transmittance, first, second, path);
         if (u_phase) first *= air_rayleigh_phase(ray.nu);
     } else if (u_asked == TO_SPACE) {
         AirPath p = air_path(g_view, ray.mu, ray.sine);

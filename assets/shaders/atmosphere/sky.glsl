@@ -4,9 +4,9 @@
 
 vec3 sky(vec3 direction) {
     AirRay ray = air_ray(direction);
-    vec3 transmittance, first, second;
+    vec3 first, second;
     float path;
-    air_open(air_view.camera, ray, transmittance, first, second, path);
+    air_open(air_view.camera, ray, first, second, path);
     return air_radiance(ray, first, second, path);
 }
 

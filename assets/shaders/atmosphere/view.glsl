@@ -7,7 +7,7 @@
 // stays sharp for points 1 m away; and the mean extinction, in finer steps. No phase function is in it: the aureole is
 // exact.
 //
-// Whoever includes this defines air_light() and air_mean_extinction(): look-ups of the tables.
+// Whoever includes this defines air_light_at() and air_mean_extinction(): look-ups of the tables.
 #include "generated/air_view.glsl"
 #include "atmosphere/slices.glsl"
 
@@ -155,8 +155,9 @@ struct AirCell {
     vec2 share;
 };
 
-// Mean source function of a ray up to a slice (fractional), packed: both kinds without their phase functions.
-void air_light(AirView v, AirCell cell, float slice, out vec3 first, out vec3 second);
+// Mean source function of a ray up to a slice, packed: both kinds without their phase functions. One layer more holds
+// what a whole ray scatters towards the camera per metre of it in the air.
+void air_light_at(AirView v, AirCell cell, int layer, out vec3 first, out vec3 second);
 
 AirCell air_cell(AirView v, AirPath p, AirRay ray) {
     vec2 at = vec2(air_column_of(v, air_focus(v, p, ray.mu, ray.sine), ray.azimuth), air_row(v, p));
@@ -181,8 +182,10 @@ void air_between(AirView v, AirRay ray, float distance_m, out vec3 transmittance
     float deeper = p.floor_hit ? max(distance_m - p.start - p.length_m, 0.0) : 0.0;
     float slice = air_slice_of(t, p.length_m, p.lowest, p.split) * float(v.slices);
     AirCell cell = air_cell(v, p, ray);
-    vec3 packed_first, packed_second;
-    air_light(v, cell, slice, packed_first, packed_second);
+    int low = min(int(slice), v.slices - 1);
+    vec3 low_first, low_second, high_first, high_second;
+    air_light_at(v, cell, low, low_first, low_second);
+    air_light_at(v, cell, low + 1, high_first, high_second);
     float fine = slice * float(AIR_FINE);
     int fine_low = min(int(fine), AIR_FINE * v.slices - 1);
     vec3 extinction = air_unpack(mix(air_mean_extinction_at(cell, fine_low), air_mean_extinction_at(cell, fine_low + 1),
@@ -190,33 +193,31 @@ void air_between(AirView v, AirRay ray, float distance_m, out vec3 transmittance
     vec3 depth = t * extinction + deeper * air_extinction(air_density(0.0));
     transmittance = exp(-depth);
     vec3 taken = air_taken(depth, transmittance);
-    first = taken * air_unpack(packed_first);
-    second = taken * air_unpack(packed_second);
+    first = taken * air_unpack(mix(low_first, high_first, slice - float(low)));
+    second = taken * air_unpack(mix(low_second, high_second, slice - float(low)));
     path = t + deeper;
-}
-
-// The same for a whole path.
-void air_whole_path(AirView v, AirPath p, AirRay ray, out vec3 transmittance, out vec3 first, out vec3 second) {
-    AirCell cell = air_cell(v, p, ray);
-    vec3 packed_first, packed_second;
-    air_light(v, cell, float(v.slices), packed_first, packed_second);
-    vec3 depth = p.length_m * air_unpack(air_mean_extinction_at(cell, AIR_FINE * v.slices));
-    transmittance = exp(-depth);
-    vec3 taken = air_taken(depth, transmittance);
-    first = taken * air_unpack(packed_first);
-    second = taken * air_unpack(packed_second);
 }
 
 // For the whole ray, to space or to the floor.
 void air_whole(AirView v, AirRay ray, out vec3 transmittance, out vec3 first, out vec3 second, out float path) {
     AirPath p = air_path(v, ray.mu, ray.sine);
-    air_whole_path(v, p, ray, transmittance, first, second);
-    path = p.length_m;
+    air_between(v, ray, p.start + p.length_m, transmittance, first, second, path);
 }
 
-// For a ray that meets nothing although the floor is in its way (ground that lies below the floor leaves such a gap):
-// the ray that grazes the floor.
-void air_open(AirView v, AirRay ray, out vec3 transmittance, out vec3 first, out vec3 second, out float path) {
+int air_whole_layer(AirView v) {
+    return v.slices + 1;
+}
+
+// That layer's texel: from the mean source function of the whole ray and its mean extinction.
+vec3 air_whole_light(vec3 mean_source, vec3 mean_extinction, float length_m) {
+    float length_used_m = max(length_m, 1.0);   // a ray of no length has a limit
+    vec3 depth = mean_extinction * length_used_m;
+    return air_pack(mean_source * air_taken(depth, exp(-depth)) / length_used_m);
+}
+
+// Light from a ray that meets nothing. Where the floor is in its way (ground that lies below the floor leaves such a
+// gap) that of the ray that grazes the floor.
+void air_open(AirView v, AirRay ray, out vec3 first, out vec3 second, out float path) {
     AirPath p = air_path(v, ray.mu, ray.sine);
     if (p.floor_hit) {
         p.floor_hit = false;
@@ -224,8 +225,9 @@ void air_open(AirView v, AirRay ray, out vec3 transmittance, out vec3 first, out
         p.length_m = v.open_rays.least_m + v.open_rays.range_m;
         p.excess = v.open_rays.range_m;
         p.lowest = sqrt(air_horizon2(p.h));
-        p.split = air_split(p.lowest, p.length_m);
     }
-    air_whole_path(v, p, ray, transmittance, first, second);
+    air_light_at(v, air_cell(v, p, ray), air_whole_layer(v), first, second);
     path = p.length_m;
+    first = path * air_unpack(first);
+    second = path * air_unpack(second);
 }

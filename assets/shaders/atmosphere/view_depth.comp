@@ -4,7 +4,7 @@
 layout(local_size_x = 8) in;
 layout(rgba32f, binding = 0) writeonly uniform image2D u_extinction;
 
-void air_light(AirView v, AirCell cell, float slice, out vec3 first, out vec3 second) { first = second = vec3(0.0); }
+void air_light_at(AirView v, AirCell cell, int layer, out vec3 first, out vec3 second) { first = second = vec3(0.0); }
 vec3 air_mean_extinction(ivec2 texel) { return vec3(0.0); }
 
 void main() {

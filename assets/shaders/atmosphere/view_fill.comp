@@ -1,12 +1,14 @@
-// Fills a camera's tables: one invocation marches one ray and leaves the means up to each of its slices.
+// Fills a camera's tables: one invocation marches one ray and leaves the means up to each of its slices, and the light
+// of all of it.
 #include "atmosphere/source.glsl"
 #include "atmosphere/view.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(rgba32f, binding = 0) writeonly uniform image3D u_first;
-layout(rgba32f, binding = 1) writeonly uniform image3D u_second;
+layout(rgba32f, binding = 0) writeonly uniform image2DArray u_first;
+layout(rgba32f, binding = 1) writeonly uniform image2DArray u_second;
+layout(rgba32f, binding = 2) readonly uniform image2D u_extinction;
 
-void air_light(AirView v, AirCell cell, float slice, out vec3 first, out vec3 second) { first = second = vec3(0.0); }
+void air_light_at(AirView v, AirCell cell, int layer, out vec3 first, out vec3 second) { first = second = vec3(0.0); }
 vec3 air_mean_extinction(ivec2 texel) { return vec3(0.0); }
 
 void main() {
@@ -29,4 +31,9 @@ void main() {
         first = air_column_mean(c, c.first);
         second = air_column_mean(c, c.second);
     }
+    if (!inside) return;
+    vec3 extinction = air_unpack(imageLoad(u_extinction, ivec2(texel.y, AIR_FINE * v.slices)).rgb);
+    ivec3 whole = ivec3(texel, air_whole_layer(v));
+    imageStore(u_first, whole, vec4(air_whole_light(first, extinction, p.length_m), 0.0));
+    imageStore(u_second, whole, vec4(air_whole_light(second, extinction, p.length_m), 0.0));
 }
