@@ -29,6 +29,9 @@ PART, RUN_UP = 96, 16
 """Frames. Twelve frames of a run-up leave less than a third of what temporal smoothing remembers, and exposure, which
 takes a second or less, less than that."""
 
+EVERY_RAY: Mapping[str, Any] = {"clouds.stride": 1}
+"""What a recording asks of clouds."""
+
 
 @dataclass(frozen=True)
 class Recording:
@@ -63,13 +66,16 @@ def record(
     Frames that are there already, of the same scene, flight and settings down to every key and knob, are kept: an
     interrupted recording goes on, and ends with the very frames that it would have had without. Frames of other ones
     are refused (CaptureError) unless `force`. progress(done, count) follows the frames.
+
+    A recording has time, and its camera is often so fast that no frame before shows the same clouds: they have a ray
+    for each pixel in each frame, whatever the quality, unless `overrides` says otherwise (EVERY_RAY).
     """
     check_scene(scene, "record")
     _check_fps(fps, gif)
     flight = path(flight, scene) if isinstance(flight, str) else flight
     settings = {
         "planetfall": __version__, "scene": scene.name, "path": flight.name, "size": list(size), "quality": quality,
-        "overrides": dict(overrides or {}), "made_of": made_of(scene, path=flight.keys),
+        "overrides": {**EVERY_RAY, **(overrides or {})}, "made_of": made_of(scene, path=flight.keys),
     }  # fmt: skip
     frames = NumberedFrames(Path(folder), count, settings=settings, force=force)
     if video:
