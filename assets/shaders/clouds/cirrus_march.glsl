@@ -2,6 +2,10 @@
 #include "clouds/run_light.glsl"
 #include "clouds/sun_optical_depth.glsl"
 
+// From close by fibres lie before one another at all heights of the layer, and what is seen is their mean: up to so many
+// thicknesses away, and this share of one wide.
+const float NEAR_THICKNESSES = 8.0, NEAR_SPREAD = 0.3;
+
 void march_cirrus(inout March m, LayerRay r) {
     float apart = cirrus_apart(r.shell, r.from, r.to);
     vec2 ends = vec2(altitude_of(r.ray * r.from), altitude_of(r.ray * r.to));
@@ -20,9 +24,9 @@ void march_cirrus(inout March m, LayerRay r) {
         Segment s = Segment(t, t, 0.0, w, w, air, air);
         SegmentLight light = segment_light(r, s);
         // A pixel that sees the sheet at a low angle stands for a long way along it.
-        float footprint = max(pixel_m * inversesqrt(max(abs(light.mu), LEAST_MU)), 0.2 * apart * (r.to - r.from)),
-            density = cirrus_density(r.layer, point + frame.camera_offset_m, w, footprint),
-            column = cloud_column(r.layer, w, density);
+        float footprint = max(pixel_m * inversesqrt(max(abs(light.mu), LEAST_MU)), 0.2 * apart * (r.to - r.from));
+        footprint = max(footprint, NEAR_SPREAD * max(1.0 / r.shell.per_thickness - t / NEAR_THICKNESSES, 0.0));
+        float density = cirrus_density(r.layer, point + frame.camera_offset_m, w, footprint), column = cloud_column(r.layer, w, density);
         m.samples += 1.0;
         // Of the sheet itself half is above its middle.
         float sun_depth = 0.5 * column / light.mu_s
