@@ -26,7 +26,8 @@ void march_cirrus(inout March m, LayerRay r) {
         // A pixel that sees the sheet at a low angle stands for a long way along it.
         float footprint = max(pixel_m * inversesqrt(max(abs(light.mu), LEAST_MU)), 0.2 * apart * (r.to - r.from));
         footprint = max(footprint, NEAR_SPREAD * max(1.0 / r.shell.per_thickness - t / NEAR_THICKNESSES, 0.0));
-        float density = cirrus_density(r.layer, point + frame.camera_offset_m, w, footprint), column = cloud_column(r.layer, w, density);
+        float density = cirrus_density(r.layer, point + frame.camera_offset_m, w, footprint),
+              column = cloud_column(r.layer, w, density);
         m.samples += 1.0;
         // Of the sheet itself half is above its middle.
         float sun_depth = 0.5 * column / light.mu_s
