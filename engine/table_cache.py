@@ -10,6 +10,7 @@ import tempfile
 import time
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import platformdirs
@@ -44,15 +45,17 @@ class TableCache:
         """One name for all that a table depends on."""
         return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:40]
 
-    def load(self, key: str, shapes: dict[str, tuple[int, ...]]) -> dict[str, NDArray[np.float32]] | None:
-        """The arrays, finite f32 of these shapes, or None."""
+    def load(
+        self, key: str, shapes: Mapping[str, tuple[int, ...]], kind: type[np.generic] = np.float32
+    ) -> dict[str, NDArray[Any]] | None:
+        """The arrays, finite and of these shapes, or None. kind: their type; others are converted."""
         if self.folder is None:
             return None
         path = self.folder / f"{key}.npz"
         try:
             with np.load(path, allow_pickle=False) as held:
                 named = str(held["key"])
-                found = {name: np.asarray(held[name], np.float32) for name in shapes}
+                found = {name: np.asarray(held[name], kind) for name in shapes}
         except FileNotFoundError:
             return None
         except Exception as error:

@@ -74,6 +74,7 @@ if _TYPE_CHECKING:
     from .expected import expected_errors
     from .query.atmosphere import AtmosphereProbe
     from .query.clouds import CloudProbe
+    from .query.drainage import Drainage, River
     from .query.ocean import OceanSampler
     from .query.terrain import TerrainSampler
     from .render.host_light import sun_direction
@@ -84,12 +85,14 @@ if _TYPE_CHECKING:
 _LAZY = {
     "AtmosphereProbe": "query.atmosphere",
     "CloudProbe": "query.clouds",
+    "Drainage": "query.drainage",
     "GLLimitError": "errors",
     "GLVersionError": "errors",
     "GraphError": "errors",
     "NoEGLError": "errors",
     "OceanSampler": "query.ocean",
     "Renderer": "render.renderer",
+    "River": "query.drainage",
     "ShaderError": "errors",
     "TerrainSampler": "query.terrain",
     "expected_errors": "expected",
@@ -117,6 +120,7 @@ __all__ = [
     "Composite",
     "ContextLostError",
     "DebugView",
+    "Drainage",
     "Exposure",
     "GLLimitError",
     "GLVersionError",
@@ -135,6 +139,7 @@ __all__ = [
     "PresetError",
     "PropHandle",
     "Renderer",
+    "River",
     "Scene",
     "SceneError",
     "SettingError",

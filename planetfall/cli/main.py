@@ -27,6 +27,7 @@ from .gallery import gallery_command
 from .info import graph_command, planets_command, views_command
 from .new import new_command
 from .render import record_command, render_command
+from .rivers import rivers_command
 
 __all__ = ["app", "main"]
 
@@ -48,6 +49,7 @@ app.command(new_command, name="new")
 app.command(planets_command, name="planets")
 app.command(views_command, name="views")
 app.command(graph_command, name="graph")
+app.command(rivers_command, name="rivers")
 
 Tokens = Annotated[str, Parameter(show=False, allow_leading_hyphen=True)]
 

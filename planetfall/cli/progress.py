@@ -28,9 +28,9 @@ def counted(what: str, total: int) -> Iterator[Callable[[int, int], None]]:
 
 
 @contextmanager
-def settling() -> Iterator[Callable[[float], None]]:
-    """A bar from 0 to 1 for Renderer.settle; it vanishes when done."""
-    columns = (TextColumn("settling"), BarColumn(), TimeElapsedColumn())
+def settling(what: str = "settling") -> Iterator[Callable[[float], None]]:
+    """A bar from 0 to 1, as for Renderer.settle; it vanishes when done."""
+    columns = (TextColumn(what), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("settling", total=1.0)
+        task = bar.add_task(what, total=1.0)
         yield lambda share: bar.update(task, completed=share)

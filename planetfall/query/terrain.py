@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +12,9 @@ from ..components import Planet, Terrain
 from ..engine.surface.lattice import cell_of
 from ..engine.world import MissingError
 from ..systems.terrain import height_march, height_rays
+from ..systems.terrain.drainage.network import CELLS, Network, network_of
 from ..systems.terrain.height import TerrainField, TerrainParams
+from .drainage import Drainage, climate_params, drainage_at
 from .patch import MOST_POINTS, TerrainPatch, aligned_patch, lattice_size, tangent_patch
 
 if TYPE_CHECKING:
@@ -29,9 +32,11 @@ class TerrainSampler:
     Bad input (wrong shape, NaN, a zero direction) is a ValueError that names the argument and the index.
     """
 
-    def __init__(self, scene: Scene, planet: PlanetHandle | str | None = None) -> None:
+    def __init__(
+        self, scene: Scene, planet: PlanetHandle | str | None = None, *, drainage_cells: int = CELLS
+    ) -> None:
         """scene: anything with planet[Planet] and planet[Terrain]. planet: one of scene.planets, or its
-        name, instead of that."""
+        name, instead of that. drainage_cells: of the whole planet, for `drainage`."""
         if isinstance(planet, str) and planet in getattr(scene, "planets", ()):
             planet = scene.planets[planet]
         handle = getattr(scene, "planet", None) if planet is None else planet
@@ -51,12 +56,14 @@ class TerrainSampler:
         if validate is not None:
             validate()  # no ground that a renderer would refuse to draw
         self._field = TerrainField(TerrainParams.from_component(terrain, handle[Planet].radius_m))
+        self._climate, self._drainage_cells = climate_params(terrain), drainage_cells
 
     @classmethod
     def from_params(cls, params: TerrainParams) -> TerrainSampler:
         """A sampler of bare params, without a scene."""
         sampler = cls.__new__(cls)
         sampler._field = TerrainField(params)
+        sampler._climate, sampler._drainage_cells = climate_params(Terrain()), CELLS
         return sampler
 
     @property
@@ -115,6 +122,17 @@ class TerrainSampler:
         start, end = _pairs("start_m", start_m, "end_m", end_m)
         _not_the_middle("start_m", start)
         return height_march.sweep(self._field, start, end, _finite("radius_m", radius_m, len(start)))
+
+    def drainage(self, directions: ArrayLike) -> Drainage:
+        """Where water goes in directions (N, 3), by the broad shape of the ground: in cells of 12 km on Earth.
+
+        The first question solves the planet's rivers, or reads them from the user's cache folder: 10 s, or 0.1 s.
+        """
+        return drainage_at(self._network, checked_directions("directions", directions))
+
+    @cached_property
+    def _network(self) -> Network:
+        return network_of(self._field.params, self._climate, self._drainage_cells)
 
     def patch_cells(self, directions: ArrayLike, size_m: float, spacing_m: float) -> NDArray[np.int64]:
         """Which aligned patches hold directions (N, 3): rows (face, level, i, j) (N, 4), as in TerrainPatch.cell.

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType, TracebackType
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -32,6 +32,7 @@ from .orbits import overlaps, places, reach_m
 
 if TYPE_CHECKING:
     from ..engine.surface.field import HeightField
+    from ..query.drainage import River
 
 __all__ = [
     "Companion",
@@ -168,6 +169,23 @@ class Scene:
         A change that can't be (a map that can't be read) leaves the last good ones, as it does the renderer's ground.
         """
         return self._fields.of(planet or self.planet)
+
+    def rivers(
+        self,
+        count: int = 20,
+        planet: PlanetHandle | None = None,
+        *,
+        progress: Callable[[float], None] | None = None,
+    ) -> list[River]:
+        """The largest rivers of a planet's land by their water, the largest first; none without Terrain.
+
+        Solved from the broad shape of the ground (10 s for Earth), and kept in the user's cache folder; progress(share)
+        follows. ValueError for a planet without land or without sea level.
+        """
+        from ..query.drainage import network_below, rivers_of
+
+        handle = planet or self.planet
+        return rivers_of(network_below(handle, progress=progress), count) if handle.get(Terrain) else []
 
     def validate(self, settings: Mapping[str, Any] = MappingProxyType({})) -> None:
         """Check what single values can't show; SceneError lists everything that doesn't fit. Needs no GPU.
