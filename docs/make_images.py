@@ -10,6 +10,8 @@ from rich.console import Console
 
 import planetfall as pf
 from planetfall.benchmarks.suites.papers import PICTURES as VIEWS
+from planetfall.capture.river_map import river_map
+from planetfall.query.drainage import climate_params, network_below
 from planetfall.systems.capture import contact_sheet
 
 FOLDER = Path(__file__).parent / "images"
@@ -25,8 +27,6 @@ SIZE, QUALITY = (960, 540), "medium"
 LARGEST_BYTES = 150_000
 DESCENT = "descent"
 """The animated one: a recording, which goes on where it was interrupted."""
-PAPER = "paper"
-"""The sheet of the sources' methods beside ours."""
 THUMB = (320, 180)
 
 
@@ -39,11 +39,12 @@ def main(names: list[str]) -> None:
         file = FOLDER / f"{DESCENT}.gif"
         file.write_bytes(made.gif.read_bytes())
         console.print(f"wrote {file} ({file.stat().st_size / 1000:.0f} kB)")
-    if not names or PAPER in names:
-        file = FOLDER / f"{PAPER}.jpg"
-        file.write_bytes(as_jpeg(paper_sheet(), 2 * LARGEST_BYTES))
-        console.print(f"wrote {file} ({file.stat().st_size / 1000:.0f} kB)")
-    pictures = [name for name in names or (*PICTURES, *SEVERAL) if name not in (DESCENT, PAPER)]
+    for name, drawn in SHEETS.items():
+        if not names or name in names:
+            file = FOLDER / f"{name}.jpg"
+            file.write_bytes(as_jpeg(drawn(), 2 * LARGEST_BYTES))
+            console.print(f"wrote {file} ({file.stat().st_size / 1000:.0f} kB)")
+    pictures = [name for name in names or (*PICTURES, *SEVERAL) if name not in (DESCENT, *SHEETS)]
     for scene_name, own in (("earth", PICTURES), ("earth_moon", {name: name for name in SEVERAL})):
         wanted = [name for name in pictures if name in own]
         if not wanted:
@@ -65,6 +66,17 @@ def paper_sheet() -> Image.Image:
                 cells.append((f"{name}, {who}", renderer.snapshot(pf.view(name, scene.planet)).array))
     pairs = [cell for pair in zip(cells[: len(VIEWS)], cells[len(VIEWS) :], strict=True) for cell in pair]
     return Image.fromarray(contact_sheet(pairs, columns=4, thumb_width=THUMB[0]))
+
+
+def rivers() -> Image.Image:
+    """The map of Earth's rivers that `planetfall rivers` draws."""
+    scene = pf.load_scene("earth")
+    made = river_map(network_below(scene.planet), (1200, 600), climate_params(scene.planet[pf.Terrain]))
+    return Image.fromarray(made)
+
+
+SHEETS = {"paper": paper_sheet, "rivers": rivers}
+"""Drawn by functions of their own: the sources' methods beside ours, and a map."""
 
 
 def as_jpeg(picture: Image.Image, largest_bytes: int = LARGEST_BYTES) -> bytes:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 from ..systems.terrain.drainage.climate import ClimateParams, temperature_c
-from ..systems.terrain.drainage.network import Network
+from ..systems.terrain.drainage.network import YEAR_S, Network
 
 __all__ = ["river_map"]
 
@@ -17,6 +17,8 @@ _SEA, _DRY, _WET, _SNOW, _BROOK, _WATER = (
 )
 _GREEN_MM = 600.0
 """Runoff of a year where the map is at its greenest."""
+_DRY_M_YEAR = 0.3
+"""Where nothing rains lines are drawn as if so much ran off."""
 _LEAST_M3_S, _DECADES = 60.0, 2.7
 """Rivers from this one up are drawn, stronger up to 500 times as much water."""
 
@@ -46,6 +48,8 @@ def _draw_rivers(picture: Image.Image, network: Network) -> None:
     """Lines from cell to cell, those with more water over those with less, wider and bluer."""
     width, height = picture.size
     water = np.where(network.sea, 0.0, network.discharge_m3_s)
+    if not water.any():  # a dry world shows its valleys, by the land that they drain
+        water = np.where(network.sea, 0.0, network.catchment_m2 * (_DRY_M_YEAR / YEAR_S))
     drawn = np.flatnonzero(water >= _LEAST_M3_S)
     drawn = drawn[np.argsort(water[drawn], kind="stable")]
     strength = np.minimum(np.log10(water[drawn] / _LEAST_M3_S) / _DECADES, 1.0)

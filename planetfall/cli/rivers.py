@@ -37,7 +37,7 @@ def rivers_command(
     output
         The map, a PNG; none is drawn without.
     """
-    from .. import Terrain, latitude_longitude, load_scene
+    from .. import Ocean, Terrain, latitude_longitude, load_scene
     from ..query.drainage import climate_params, network_below, rivers_of
 
     if output is not None:
@@ -48,10 +48,11 @@ def rivers_command(
             raise SettingError(f"rivers: {planet} has no ground")
         with settling("rivers") as progress:
             network = network_below(scene.planet, progress=progress)
+        sea = "the sea" if scene.planet.get(Ocean) is not None else "low ground"
         table = Table("river", "length", "water", "catchment", "mouth", "ends in", box=None)
         for river in rivers_of(network, count):
             latitude, longitude = latitude_longitude(river.mouth)
-            end = "the sea" if river.reaches_sea else "a river" if river.into is None else f"river {river.into}"
+            end = sea if river.reaches_sea else "a river" if river.into is None else f"river {river.into}"
             table.add_row(
                 str(river.number), f"{river.length_m / 1e3:,.0f} km", f"{river.discharge_m3_s:,.0f} m3/s",
                 f"{river.catchment_m2 / 1e6:,.0f} km2", f"{latitude:.1f}, {longitude:.1f}", end,
@@ -61,5 +62,8 @@ def rivers_command(
             from ..capture.river_map import river_map
             from ..systems.capture import write_png
 
-            write_png(output, river_map(network, pixels, climate_params(scene.planet[Terrain])))
+            write_png(
+                output,
+                river_map(network, pixels, climate_params(scene.planet[Terrain], scene.planet.get(Ocean) is not None)),
+            )
             written(output)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ..components import Planet, Terrain
+from ..components import Ocean, Planet, Terrain
 from ..systems.terrain.drainage.climate import ClimateParams
 from ..systems.terrain.drainage.network import CELLS, Network, network_of
 from ..systems.terrain.height import TerrainParams
@@ -63,18 +63,16 @@ class River:
         return self.path[-1]
 
 
-def climate_params(terrain: Terrain) -> ClimateParams:
-    """What of a Terrain the rain depends on, beside its heights."""
-    return ClimateParams(terrain.snow_line_m, terrain.snow_line_pole_m, terrain.humidity)
+def climate_params(terrain: Terrain, sea: bool = True) -> ClimateParams:
+    """What the rain depends on, beside heights: nothing rains on a planet without Ocean."""
+    return ClimateParams(terrain.snow_line_m, terrain.snow_line_pole_m, terrain.humidity, sea)
 
 
-def network_below(
-    planet: PlanetHandle, cells: int = CELLS, progress: Callable[[float], None] | None = None
-) -> Network:
+def network_below(planet: PlanetHandle, cells: int = CELLS, progress: Callable[[float], None] | None = None) -> Network:
     """The rivers of a scene's planet; solved, or from the user's cache folder."""
     terrain = planet[Terrain]
     params = TerrainParams.from_component(terrain, planet[Planet].radius_m)
-    return network_of(params, climate_params(terrain), cells, progress)
+    return network_of(params, climate_params(terrain, planet.get(Ocean) is not None), cells, progress)
 
 
 def drainage_at(network: Network, directions: Floats) -> Drainage:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..components import Planet, Terrain
+from ..components import Ocean, Planet, Terrain
 from ..engine.surface.lattice import cell_of
 from ..engine.world import MissingError
 from ..systems.terrain import height_march, height_rays
@@ -32,9 +32,7 @@ class TerrainSampler:
     Bad input (wrong shape, NaN, a zero direction) is a ValueError that names the argument and the index.
     """
 
-    def __init__(
-        self, scene: Scene, planet: PlanetHandle | str | None = None, *, drainage_cells: int = CELLS
-    ) -> None:
+    def __init__(self, scene: Scene, planet: PlanetHandle | str | None = None, *, drainage_cells: int = CELLS) -> None:
         """scene: anything with planet[Planet] and planet[Terrain]. planet: one of scene.planets, or its
         name, instead of that. drainage_cells: of the whole planet, for `drainage`."""
         if isinstance(planet, str) and planet in getattr(scene, "planets", ()):
@@ -56,7 +54,7 @@ class TerrainSampler:
         if validate is not None:
             validate()  # no ground that a renderer would refuse to draw
         self._field = TerrainField(TerrainParams.from_component(terrain, handle[Planet].radius_m))
-        self._climate, self._drainage_cells = climate_params(terrain), drainage_cells
+        self._climate, self._drainage_cells = climate_params(terrain, _has_ocean(handle)), drainage_cells
 
     @classmethod
     def from_params(cls, params: TerrainParams) -> TerrainSampler:
@@ -216,6 +214,15 @@ def _points(name: str, values: ArrayLike) -> Floats:
     if bad.size:
         raise ValueError(f"{name}[{bad[0]}]: expected finite numbers, found {points[bad[0]].tolist()}")
     return points
+
+
+def _has_ocean(handle: Any) -> bool:
+    """Of anything with components."""
+    try:
+        handle[Ocean]
+    except (KeyError, MissingError):
+        return False
+    return True
 
 
 def checked_directions(name: str, values: ArrayLike) -> Floats:

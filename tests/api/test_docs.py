@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[2]
 DOCS = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").rglob("*.md")])
 REFRESH = "planetfall graph earth --view near --into docs/architecture.md"
 LARGEST_PICTURE_BYTES = 150_000
-SHEETS_BYTES = {"paper.jpg": 300_000}
+SHEETS_BYTES = {"paper.jpg": 300_000, "rivers.jpg": 300_000}
 LARGEST_ANIMATION_BYTES = 3_000_000
 
 

@@ -1,7 +1,7 @@
 """Cells of a whole sphere, six faces of n x n, for what runs from neighbour to neighbour.
 
 A face's cell (i, j) has its middle at s = w(2 (i + 1/2) / n - 1), t likewise, in the direction normalize(s x + t y + z)
-of the face's own axes (engine/surface/lattice.py). The warp w(u) = u (3 + u^2) / 4 makes cells nearly alike, as tan(pi/4
+of the face's axes (engine/surface/lattice.py). The warp w(u) = u (3 + u^2) / 4 makes cells nearly alike, as tan(pi/4
 u) does, from operations that every machine rounds alike: edges differ by 1.4, areas by 1.6. A cell is named by one
 number, (face n + j) n + i.
 """
@@ -107,10 +107,11 @@ class CellGrid:
         n = self.across
         named = self._bordered.astype(np.int64)
         spread = np.where(named == NO_CELL, 0.0, values[named])
-        # The corners have no cell of their own: the mean of the two beside.
+        # No cell lies across a corner: the mean of the three that meet there, the same from all three faces.
         for row, column in ((0, 0), (0, -1), (-1, 0), (-1, -1)):
-            beside = spread[:, row, 1 if column == 0 else -2] + spread[:, 1 if row == 0 else -2, column]
-            spread[:, row, column] = 0.5 * beside
+            inner_row, inner_column = (1 if row == 0 else -2), (1 if column == 0 else -2)
+            beside = spread[:, row, inner_column] + spread[:, inner_row, column]
+            spread[:, row, column] = (beside + spread[:, inner_row, inner_column]) / 3.0
         x, y, z = directions.T
         face = np.argmax(np.stack([x, -x, y, -y, z, -z]), axis=0)
         local = to_face(face, directions)

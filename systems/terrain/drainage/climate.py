@@ -26,6 +26,8 @@ LAPSE_K_PER_M = 0.0065
 """Of the standard atmosphere (ISO 2533)."""
 SNOW_LINE_C = -6.0
 """Mean of the year where snow lasts: 28 degrees at the equator's sea level for Earth's line of 5200 m."""
+HOTTEST_C = 45.0
+"""A line far up says that there is no snow, not that seas boil."""
 
 _STEPS = 160
 """Cells that air comes from."""
@@ -47,13 +49,16 @@ class ClimateParams:
     snow_line_m: float
     snow_line_pole_m: float
     humidity: float
+    sea: bool = True
+    """without one nothing rains"""
 
 
 def temperature_c(directions: Floats, height_m: Floats, params: ClimateParams) -> Floats:
     """Means of the year (N,) at heights (N,), from the snow line that the ground's materials show."""
     square = directions[:, 2] * directions[:, 2]
     rise_m = (params.snow_line_pole_m - params.snow_line_m) * square * (0.4 + 0.6 * np.sqrt(square))
-    return SNOW_LINE_C + LAPSE_K_PER_M * (params.snow_line_m + rise_m - np.maximum(height_m, 0.0))
+    found = SNOW_LINE_C + LAPSE_K_PER_M * (params.snow_line_m + rise_m - np.maximum(height_m, 0.0))
+    return np.minimum(found, HOTTEST_C)
 
 
 def winds(directions: Floats) -> Floats:
@@ -76,6 +81,8 @@ def winds(directions: Floats) -> Floats:
 
 def rain_mm(grid: CellGrid, height_m: Floats, params: ClimateParams) -> Floats:
     """Rain and snow of a year (count,) on cells of these heights (count,), the sea at 0."""
+    if not params.sea:
+        return np.zeros(grid.count)
     directions = grid.directions()
     neighbours = grid.neighbours(np.arange(grid.count, dtype=np.int32)).astype(np.int64)
     there = neighbours != NO_CELL
@@ -120,9 +127,10 @@ def _shares(directions: Floats, neighbours: NDArray[np.int64], there: NDArray[np
 
 def _from(parts: Floats) -> Floats:
     """Sum (N,) over neighbours (N, 8), one after the other: numpy's own sums differ between processors."""
-    total = parts[:, 0].copy()
-    for k in range(1, parts.shape[1]):
-        total += parts[:, k]
+    first, *others = parts.T
+    total = first.copy()
+    for other in others:
+        total += other
     return total
 
 

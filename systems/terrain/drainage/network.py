@@ -21,7 +21,7 @@ from .cells import NO_CELL, CellGrid, cell_grid
 from .climate import ACROSS, ClimateParams, rain_mm, runoff_mm, temperature_c
 from .routing import Flow, add_downstream, flow_of, levels_of
 
-__all__ = ["CELLS", "Network", "Stream", "network_of", "solve"]
+__all__ = ["CELLS", "YEAR_S", "Network", "Stream", "network_of", "solve"]
 
 log = logging.getLogger(__name__)
 
@@ -37,7 +37,7 @@ _LAYERS = 6
 """Of the ground's relief that cells can show: down to 4 km."""
 _AIR_LAYERS = 2
 """The same of the cells on which air moves: down to 65 km."""
-_YEAR_S = 365.2425 * 86400.0
+YEAR_S = 365.2425 * 86400.0
 _BLOCK = 1 << 16
 
 
@@ -95,7 +95,7 @@ class Network:
     @cached_property
     def discharge_m3_s(self) -> Floats:
         """Mean of the year of what leaves each cell."""
-        own = np.where(self.sea, 0.0, self.area_m2 * self.runoff_mm * (1e-3 / _YEAR_S))
+        own = np.where(self.sea, 0.0, self.area_m2 * self.runoff_mm * (1e-3 / YEAR_S))
         return add_downstream(self.flow, own)
 
     @cached_property
@@ -115,19 +115,17 @@ class Network:
 
     def streams(self, most: int) -> list[Stream]:
         """The rivers with the most water where they end, the largest first. At a confluence the branch with more water
-        keeps its name (of equals that of the lower number)."""
-        water, receiver = self.discharge_m3_s, self.receiver
-        land = np.flatnonzero(~self.sea)
-        # From little water to much, so that the last to be written is the largest.
-        by_water = land[np.lexsort((-land, water[land]))]
-        main = np.full(len(water), -1)
+        keeps its name; of equals, as in dry valleys, that with more land."""
+        receiver, land = self.receiver, np.flatnonzero(~self.sea)
+        # From little to much, so that the last to be written is the largest.
+        by_water = land[np.lexsort((-land, self.catchment_m2[land], self.discharge_m3_s[land]))]
+        main = np.full(len(receiver), -1)
         main[receiver[by_water]] = by_water
         # Into the sea each goes for itself.
-        heads = land[(main[receiver[land]] != land) | self.sea[receiver[land]]]
-        largest = heads[np.lexsort((heads, -water[heads]))][:most]
-        owner, found = np.full(len(water), -1), []
-        for number, head in enumerate(largest):
-            way = [int(receiver[head]), int(head)]
+        ends = (main[receiver[by_water]] != by_water) | self.sea[receiver[by_water]]
+        owner, found = np.full(len(receiver), -1), []
+        for number, end in enumerate(by_water[ends][::-1][:most]):
+            way = [int(receiver[end]), int(end)]
             while main[way[-1]] >= 0:
                 way.append(int(main[way[-1]]))
             owner[way[1:]] = number
@@ -143,8 +141,8 @@ def solve(
 ) -> Network:
     """Rivers of a ground, computed: a few seconds for a million cells of land.
 
-    cells: of the whole sphere, rounded to 6 n^2, at least 6 x 16^2. Land is what lies above height 0, and its water ends
-    where it comes to what does not. ValueError for ground that has no land, or nothing else.
+    cells: of the whole sphere, rounded to 6 n^2, at least 6 x 16^2. Land is what lies above height 0, and its water
+    ends where it comes to what does not. ValueError for ground that has no land, or nothing else.
     """
     grid = cell_grid(_across(cells))
     told = progress or (lambda share: None)
@@ -153,7 +151,7 @@ def solve(
     land = np.flatnonzero(heights > 0.0).astype(np.int32)
     if not 0 < len(land) < grid.count:
         raise ValueError("drainage: all ground lies above height 0, or below: there is no land whose water has an end")
-    coarse = cell_grid(min(ACROSS, grid.across))
+    coarse = cell_grid(ACROSS)
     rain = rain_mm(coarse, _heights(coarse, replace(params, layers=min(params.layers, _AIR_LAYERS))), climate)
     told(0.75)
     around = grid.neighbours(land)
@@ -190,6 +188,8 @@ def network_of(
     shape = (grid.count,)
     held = cache.load(key, {"step": shape, "runoff_mm": shape}, np.uint16)
     if held is not None:
+        if progress is not None:
+            progress(1.0)
         found = np.flatnonzero(held["step"] < _OPEN_SEA).astype(np.int32)
         return _unpacked(grid, params.radius_m, found, held["step"][found], held["runoff_mm"][found])
     made = solve(params, climate, cells, progress)
@@ -224,7 +224,7 @@ def _unpacked(
 
 def _heights(grid: CellGrid, params: TerrainParams, told: Callable[[float], None] | None = None) -> Floats:
     """Of all cells, on all processors: numpy lets others work meanwhile."""
-    edges = list(range(0, grid.count, _BLOCK)) + [grid.count]
+    edges = [*range(0, grid.count, _BLOCK), grid.count]
 
     def part(bounds: tuple[int, int]) -> Floats:
         return height(grid.directions(np.arange(*bounds, dtype=np.int32)), params)

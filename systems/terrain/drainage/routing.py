@@ -34,8 +34,8 @@ class Flow:
 
 
 def flow_of(height_m: Floats, sea: NDArray[np.bool_], neighbours: Indices, distance: Floats) -> Flow:
-    """height_m (N,), sea (N,): cells that water ends at; neighbours (N, 8), -1: none, distance (N, 8) to them, above 0 even where
-    there is none.
+    """height_m (N,), sea (N,): cells that water ends at; neighbours (N, 8), -1: none, distance (N, 8) to them, above 0
+    even where there is none.
 
     ValueError where some land has no way to the sea.
     """
@@ -142,8 +142,8 @@ def _spanning(count: int, passes: _Passes) -> Indices:
         mutual = joined[joined] == np.arange(count)
         joined = np.where(mutual, np.minimum(joined, np.arange(count)), joined)
         part = _roots(joined)[part]
-    if part.any():
-        raise ValueError(f"drainage: {int((part != 0).sum())} hollows have no way to the sea; is there any?")
+    if (part != part[0]).any():
+        raise ValueError(f"drainage: {int((part != part[0]).sum())} hollows have no way to the sea; is there any?")
     return np.concatenate(chosen) if chosen else np.empty(0, dtype=np.int64)
 
 
