@@ -82,8 +82,8 @@ def exr_channels(arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[np.flo
     """Arrays as channels by EXR's customs: scene-linear light in R, G, B, and distances from the viewer in Z.
 
     radiance: R, G, B (W m^-2 sr^-1 nm^-1 at the attribute wavelengths_nm, before exposure). distance: Z (m, inf for the
-    sky). color: color.R, .G, .B, the exposed picture in linear light, 0..1. position, normal: position.X and so on. surface: surface. Others: their
-    name, or name.R and so on.
+    sky). color: color.R, .G, .B, the exposed picture in linear light, 0..1. position, normal: position.X and so on.
+    surface: surface. Others: their name, or name.R and so on.
     """
     channels: dict[str, NDArray[Any]] = {}
     for name, array in arrays.items():
