@@ -46,7 +46,7 @@ SUNLIGHT: Mapping[Nanometres, Nanometres] = {
 
 
 class _Substance(NamedTuple):
-    """What one takes away at 680, 550, 440 and 610 nm, in any unit. near, far: numbers out of its proportions by up to
+    """What one takes away at 680, 550, 440 and about 610 nm, in any unit. near, far: numbers out of its proportions by up to
     the first factor are of it, from the second on of something else."""
 
     red: float
@@ -149,6 +149,7 @@ _SHARE = math.log(DISPLAY_NM[0] / GIVEN_NM[1]) / math.log(GIVEN_NM[0] / GIVEN_NM
 OZONE = _Substance(1.209e-25, 3.5e-25, 1.582e-26, 4.305e-25, near=1.5, far=3.0)
 """m^2 of a molecule at 233 K (Serdyuchenko et al. 2014, means of 10 nm, as in Bruneton 2017). Grey is 2.9 out of its
 proportions between red and green, and 22 between green and blue."""
-WATER = _Substance(0.465, 0.0565, None, 0.2644, near=2.0, far=6.0)
-"""1/m, pure (Pope and Fry 1997). Its blue doesn't count: it is the first that plankton and silt change. Grey is 8 times
+WATER = _Substance(0.465, 0.0565, None, 0.18, near=2.0, far=6.0)
+"""1/m, pure (Pope and Fry 1997). At 610 nm itself it is 0.264, beyond a steep step at 600 nm that cuts through what a
+display's red sees; 0.18 is what that comes to in half a metre to 20 m of water. Its blue doesn't count: it is the first that plankton and silt change. Grey is 8 times
 out of its proportions."""
