@@ -46,8 +46,8 @@ SUNLIGHT: Mapping[Nanometres, Nanometres] = {
 
 
 class _Substance(NamedTuple):
-    """What one takes away at 680, 550, 440 and about 610 nm, in any unit. near, far: numbers out of its proportions by up to
-    the first factor are of it, from the second on of something else."""
+    """What one takes away at 680, 550, 440 and about 610 nm, in any unit. near, far: numbers out of its proportions by
+    up to the first factor are of it, from the second on of something else."""
 
     red: float
     green: float
@@ -151,5 +151,5 @@ OZONE = _Substance(1.209e-25, 3.5e-25, 1.582e-26, 4.305e-25, near=1.5, far=3.0)
 proportions between red and green, and 22 between green and blue."""
 WATER = _Substance(0.465, 0.0565, None, 0.18, near=2.0, far=6.0)
 """1/m, pure (Pope and Fry 1997). At 610 nm itself it is 0.264, beyond a steep step at 600 nm that cuts through what a
-display's red sees; 0.18 is what that comes to in half a metre to 20 m of water. Its blue doesn't count: it is the first that plankton and silt change. Grey is 8 times
-out of its proportions."""
+display's red sees; 0.18 is what that comes to in half a metre to 20 m of water. Its blue doesn't count: it is the first
+that plankton and silt change. Grey is 8 times out of its proportions."""
