@@ -7,9 +7,9 @@ const vec3 LUMINANCE_PER_RADIANCE = vec3(133100.0) / SUNLIGHT;
 const vec3 LUMINANCE_WEIGHTS = vec3(0.2126, 0.7152, 0.0722);
 const float SATURATION = 1.2;  // cd m^-2 that expose to 1 at EV100 0
 
-// Light at three wavelengths, at least 0 and in any unit in which sunlight is 1, to linear sRGB, below 0 where a display
-// cannot show it: by what there is at them, and where that is not enough by the geometric means of two, which are near
-// what lies between. Twin: engine/display.py.
+// Light at three wavelengths, at least 0 and in any unit in which sunlight is 1, to linear sRGB, below 0 where a
+// display cannot show it: by what there is at them, and where that is not enough by the geometric means of two, which
+// are near what lies between. Twin: engine/display.py.
 vec3 display_color(vec3 light) {
 #ifdef DISPLAY_BETWEEN
     vec3 root = sqrt(light);

@@ -85,7 +85,8 @@ void main() {
     const vec3 PER_WAVELENGTH = 550.0 / WAVELENGTHS_NM;
     vec3 extinction = exp(-depth * pow(PER_WAVELENGTH, vec3(1.05)));
     // Red by powers of it that are 0.98 and 1.1 at 680 nm.
-    const vec3 YOUNG = vec3(pow(PER_WAVELENGTH.r, 0.095), 1.0, 1.06), OLD = vec3(pow(PER_WAVELENGTH.r, -0.45), 1.0, 0.86);
+    const vec3 YOUNG = vec3(pow(PER_WAVELENGTH.r, 0.095), 1.0, 1.06);
+    const vec3 OLD = vec3(pow(PER_WAVELENGTH.r, -0.45), 1.0, 0.86);
     vec3 color = mix(YOUNG, OLD, clamp(0.9 * bulge + 0.25 * inner, 0.0, 1.0));
     float haze = 0.03 + 0.025 / (1.0 + pow(abs(d.z) / 0.25, 2.0));  // the faint starlight between the stars
     const vec3 SUNLIKE = SUNLIGHT / SUNLIGHT.g;  // the shape of starlight is about that of sunlight

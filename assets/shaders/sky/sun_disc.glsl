@@ -2,8 +2,8 @@
 #include "common/constants.glsl"
 #include "generated/wavelengths.glsl"
 
-// Limb darkening mu^a (Hestroffer and Magnan 1998); its mean over the disc is 2 / (a + 2). a is 0.397, 0.503 and 0.652 at
-// 680, 550 and 440 nm, and between them linear in the inverse wavelength, as they found it.
+// Limb darkening mu^a (Hestroffer and Magnan 1998); its mean over the disc is 2 / (a + 2). a is 0.397, 0.503 and 0.652
+// at 680, 550 and 440 nm, and between them linear in the inverse wavelength, as they found it.
 const float LIMB_RED = (1.0 / 550.0 - 1.0 / WAVELENGTHS_NM.r) / (1.0 / 550.0 - 1.0 / 680.0);
 const vec3 LIMB_EXPONENTS = vec3(mix(0.503, 0.397, LIMB_RED), 0.503, 0.652);
 
