@@ -246,7 +246,7 @@ NOT_IN_A_PICTURE: dict[str, str] = {
     "terrain.method": "the source's ground beside ours; see test_paper_grid",
     "debug.freeze": "a still camera sees the same; see test_tiles",
     "atmosphere.method": "the same air by another method, meant to look alike; see test_air_paper",
-    "atmosphere.wavelengths_nm": "says what the three numbers belong to and changes none",
+    "atmosphere.wavelengths_nm": "says what the three numbers belong to; see test_wavelengths",
     "clouds.method": "the same clouds by another method; see test_cloud_paper",
     "clouds.weather_map": "needs a file; see test_weather_map",
     "composite.dither": "less than one step of 8 bits: has a test of its own",

@@ -19,7 +19,7 @@ of the air, so it is checked with the scene."""
 class Atmosphere:
     """A shell of air from the reference sphere up to thickness_m. Its density is that of height 0 for all ground below.
 
-    Numbers of three belong to the three wavelengths, red first. Gas (Rayleigh) and haze (Mie) thin out exponentially
+    Numbers of three belong to wavelengths_nm, red first. Gas (Rayleigh) and haze (Mie) thin out exponentially
     from the reference sphere; the absorbing layer grows linearly to its centre and falls linearly above it. What haze
     takes away and doesn't scatter it absorbs. The defaults are Earth's (those of Bruneton's demo of 2017).
     """
@@ -98,7 +98,7 @@ class Atmosphere:
         100.0,
         1e4,
         "nm",
-        "Which wavelengths the numbers of three belong to, red first; changes nothing else",
+        "Which wavelengths the numbers of three belong to, red first: light is carried at 610, 550 and 440 nm",
         group="light",
     )
     night_light: float = knob(

@@ -125,7 +125,7 @@ class Ocean:
         group="waves",
     )
     absorption_per_m: Vec3 = knob(
-        (0.35, 0.07, 0.03), 0.0, 100.0, "1/m", "How fast water swallows red, green and blue", group="water"
+        (0.35, 0.07, 0.03), 0.0, 100.0, "1/m", "How fast water swallows light at 680, 550 and 440 nm", group="water"
     )
     scattering_per_m: Vec3 = knob(
         (0.0014, 0.0022, 0.003), 0.0, 100.0, "1/m", "How much of it water throws back on the way", group="water"

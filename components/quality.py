@@ -10,6 +10,7 @@ __all__ = [
     "AtmosphereQuality",
     "CloudQuality",
     "CompositeQuality",
+    "LightQuality",
     "MemoryQuality",
     "OceanQuality",
     "ProxyQuality",
@@ -188,6 +189,18 @@ class SkyQuality:
         help="How radiance is stored before exposure: 16 bits keep 3 digits, 32 bits 7",
         cost="32 bits are twice the memory to write and read",
         choices=("rgba16f", "rgba32f"),
+    )
+
+
+@dataclass
+class LightQuality:
+    """Keys "light.*"."""
+
+    wavelengths: str = knob(
+        "display",
+        help="At which wavelengths light is carried, and radiance given out: those that displays show best, 610, 550 "
+        "and 440 nm, or those at which numbers are given, 680, 550 and 440 nm, by which reds are less true",
+        choices=("display", "given"),
     )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import Atmosphere, Camera, CloudLayer, CloudProbe, Clouds, Exposure, Planet, Renderer, Scene, Sun
+from ...engine.wavelengths import GIVEN_NM
 from ...quality import resolve_quality
 from ...systems.composite.photometry import expose
 from ...systems.light.sun import resolve_sun
@@ -138,7 +139,7 @@ def _converged(found: tuple[NDArray[np.float64], ...], finer: tuple[NDArray[np.f
 
 
 def _relative(found: NDArray[np.float64], truth: NDArray[np.float64]) -> tuple[float, float]:
-    lit = (expose(truth, _EV100) >= _SHOWN).all(1)
+    lit = (expose(truth, _EV100, GIVEN_NM) >= _SHOWN).all(1)
     error = np.abs(found - truth)[lit] / truth[lit]
     return (float(np.median(error)), float(np.percentile(error, 95))) if lit.any() else (0.0, 0.0)
 

@@ -27,7 +27,7 @@ class SunState:
     """The sun as one frame sees it, in planet axes.
 
     direction: (3,) f64, unit, from the planet to the sun. irradiance: (3,) f64 at the planet, in the scene's unit at
-    the three wavelengths. angular_radius_rad: half the angle of the disc.
+    the wavelengths that light is carried at (`engine/wavelengths.py`). angular_radius_rad: half the angle of the disc.
     """
 
     direction: NDArray[np.float64]

@@ -58,9 +58,10 @@ def save_capture(
 ) -> Path:
     """Write what Renderer.render returned; written beside and renamed.
 
-    path: .png takes "color" alone; .npz takes every array under its own name, and "camera" and "exposure" of the
-    settings as camera_<name> and exposure; .exr takes them as channels, see `exr_channels`. settings: plain data that
-    the file carries, such as `shot_settings` gives. Raises OutputError for another kind of file, CaptureError for a
+    path: .png takes "color" alone; .npz takes every array under its own name, and "camera", "exposure" and
+    "wavelengths_nm" of the settings as camera_<name>, exposure and wavelengths_nm; .exr takes them as channels, see
+    `exr_channels`, and the wavelengths as an attribute. settings: plain data that the file carries, such as
+    `shot_settings` gives. Raises OutputError for another kind of file, CaptureError for a
     file that can't be written.
     """
     path = check_suffix(path)
@@ -69,20 +70,20 @@ def save_capture(
         if "color" not in arrays:
             raise OutputError(f"{path}: a PNG takes the array 'color', found {', '.join(arrays) or 'none'}")
         return write_png(path, arrays["color"], settings)
-    if kind == ".exr":
-        return write_exr(path, exr_channels(arrays), settings)
     told = settings or {}
-    return write_arrays(
-        path, arrays, camera=_numbers(told.get("camera", {})), exposure=told.get("exposure"), settings=told
-    )
+    nm = told.get("wavelengths_nm") if "radiance" in arrays else None
+    if kind == ".exr":
+        return write_exr(path, exr_channels(arrays), settings, nm)
+    camera, exposure = _numbers(told.get("camera", {})), told.get("exposure")
+    return write_arrays(path, arrays, camera=camera, exposure=exposure, settings=told, wavelengths_nm=nm)
 
 
 def exr_channels(arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[np.float32]]:
     """Arrays as channels by EXR's customs: scene-linear light in R, G, B, and distances from the viewer in Z.
 
-    radiance: R, G, B (W m^-2 sr^-1 nm^-1, before exposure). distance: Z (m, inf for the sky). color: color.R, .G, .B,
-    the exposed picture in linear light, 0..1. position, normal: position.X and so on. surface: surface. Others: their
-    name, or name.R and so on.
+    radiance: R, G, B (W m^-2 sr^-1 nm^-1 at the attribute wavelengths_nm, before exposure). distance: Z (m, inf for the
+    sky). color: color.R, .G, .B, the exposed picture in linear light, 0..1. position, normal: position.X and so on.
+    surface: surface. Others: their name, or name.R and so on.
     """
     channels: dict[str, NDArray[Any]] = {}
     for name, array in arrays.items():

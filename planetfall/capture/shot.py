@@ -15,6 +15,8 @@ from .._version import __version__
 from ..camera.camera import Camera
 from ..engine.settings import PresetError, build_components, plain_table
 from ..engine.space import CameraState
+from ..engine.wavelengths import wavelengths_of
+from ..quality import resolve_quality
 from ..scene.file import described_companions
 from ..scene.kinds import KINDS, PROP_KINDS
 from ..scene.scene import Scene, companion_table, scene_of
@@ -60,7 +62,7 @@ def shot_settings(
     """All that is needed to make a picture again. camera: a CameraState, or a Camera without a ground to stand on.
 
     sun: the one that shines, where it isn't the scene's. over: the companion in whose axes the camera is. ev100:
-    the exposure that the picture has.
+    the exposure that the picture has. "wavelengths_nm" says where its radiance is.
     """
     told = scene_settings(scene)
     if sun is not None:
@@ -76,6 +78,7 @@ def shot_settings(
         "overrides": dict(overrides or {}),
         "supersample": supersample,
         "exposure": ev100,
+        "wavelengths_nm": list(wavelengths_of(resolve_quality(quality, overrides))),
         "mode": mode,
     }
 

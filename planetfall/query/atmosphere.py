@@ -32,7 +32,8 @@ class AtmosphereProbe(Probe):
     """Transmittance, sky radiance, aerial perspective and irradiance of a scene's air, on arrays of f64 questions.
 
     It runs the renderer's shaders on the GPU, with the tables of `quality`: what it says is what is drawn, table errors
-    and all. A snapshot of the scene when it was made.
+    and all, but always at the wavelengths of the numbers of Atmosphere and Sun, as a renderer with `light.wavelengths`
+    "given" draws. A snapshot of the scene when it was made.
 
         with pf.AtmosphereProbe(scene) as air:
             air.sky_radiance(position, direction, sun)

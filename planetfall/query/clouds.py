@@ -42,7 +42,7 @@ class CloudProbe(Probe):
     density_model "uniform" that is a march of its own, whose optical depths are exact; clouds with weather are marched
     as pictures of them are, shafts of light included, by rays of no width at the middles of their steps. What pictures
     read from maps or tables around a camera (the way from clouds to the sun, the air in front of them) is marched, too.
-    A snapshot of the scene when it was made.
+    A snapshot of the scene when it was made, at the wavelengths of its numbers, as AtmosphereProbe.
 
         with pf.CloudProbe(scene, quality="reference") as clouds:
             radiance, transmittance = clouds.march(position, direction, sun)

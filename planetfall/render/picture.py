@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..camera.arguments import check_moment, check_size
 from ..engine.frame.gbuffer import Surface
 from ..engine.space import CameraState, pixel_rays, project, ray_sphere_from
+from ..engine.wavelengths import wavelengths_of
 from ..query.terrain import checked_directions
 from ..scene.companions import bodies
 from .drawn_camera import CameraResolver
@@ -48,6 +49,7 @@ _TARGETS = frozenset({"target", "target_with_depth"})
 class PictureOwner(Protocol):
     """What the pictures of one renderer share."""
 
+    settings: dict[str, Any]
     scene: Scene
     gpu: Gpu
     planets: Planets
@@ -79,6 +81,11 @@ class Picture:
 
     # -- pictures ----------------------------------------------------------------------------------------------------
 
+    @property
+    def wavelengths_nm(self) -> tuple[float, float, float]:
+        """At which wavelengths light is carried and radiance given out, red first: the knob "light.wavelengths"."""
+        return wavelengths_of(self._owner.settings)
+
     def render(
         self,
         camera: Camera | View,
@@ -89,9 +96,10 @@ class Picture:
     ) -> dict[str, NDArray[Any]]:
         """One frame as arrays of shape (H, W[, C]), row 0 on top; never blocks on streaming.
 
-        outputs: any of color (u8, 3, sRGB), radiance (f32, 3, W m^-2 sr^-1 nm^-1 before exposure), distance (f32, m
-        along the ray, inf where nothing was hit), position (f32, 3, m from the camera in planet axes, NaN), normal
-        (f32, 3, 0), surface (u8: 0 none, 1 terrain, 2 sea, 3 props), or the name of any texture of the frame graph.
+        outputs: any of color (u8, 3, sRGB), radiance (f32, 3, W m^-2 sr^-1 nm^-1 at `wavelengths_nm`, before exposure),
+        distance (f32, m along the ray, inf where nothing was hit), position (f32, 3, m from the camera in planet axes,
+        NaN), normal (f32, 3, 0), surface (u8: 0 none, 1 terrain, 2 sea, 3 props), or the name of any texture of the
+        frame graph.
         camera: a Camera, or a View, which brings its own sun, time and exposure. time_s: moves water and weather, and
         an epoch sun. sun: a Sun component that replaces the scene's.
         dt_s: time since the last frame, for a frame of a sequence: exposure adapts, and anti-aliasing builds on the

@@ -5,12 +5,13 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import moderngl
 
 from ..components import DebugView, Planet, Sun
+from ..engine.display import WAVELENGTHS_FILE, shader
 from ..engine.frame import Frame, SunState, ViewInfo, Views
 from ..engine.gpu import Gpu, GpuScope
 from ..engine.gpu.graph_backend import GLBackend
@@ -18,6 +19,7 @@ from ..engine.graph import GraphBuilder, Plan
 from ..engine.settings import revision
 from ..engine.space import CameraState
 from ..engine.system import Setup, System
+from ..engine.wavelengths import carried_sunlight, wavelengths_of
 from ..scene.scene import Scene
 from ..systems.light import resolve_sun
 from .drawn_ground import DrawnGround
@@ -96,6 +98,9 @@ class PlanetRenderer:
         others: Callable[[], Iterable[Faults]] = tuple,
     ) -> None:
         self.scene, self.gpu, self.settings, self.memory = scene, gpu, settings, memory
+        self.nm = wavelengths_of(settings)
+        """At which wavelengths light is carried."""
+        gpu.shaders.add_virtual(WAVELENGTHS_FILE, shader(self.nm))
         self.ground = DrawnGround(scene, settings)
         self.world = scene.world.with_own_resources()
         """The scene's, with what the systems of this renderer publish: a scene may have several."""
@@ -175,11 +180,13 @@ class PlanetRenderer:
         return done
 
     def sun_state(self, sun: Sun, time_s: float) -> SunState:
-        """A sun over this planet; the same object while it stands."""
+        """A sun over this planet, its light at `nm`; the same object while it stands."""
         planet = self.scene.planet.planet
         key = _SunKey(id(sun), revision(sun), revision(planet), time_s if sun.mode == "epoch" else 0.0)
         if self._sun is None or self._sun[0] != key:
-            self._sun = (key, resolve_sun(sun, planet, time_s))
+            state = resolve_sun(sun, planet, time_s)
+            carried = carried_sunlight(state.irradiance, self.nm)
+            self._sun = (key, replace(state, irradiance=carried))
         return self._sun[1]
 
     def _frame_for(self, view: DrawnView, moment: Moment, wanted: Wanted) -> Frame:

@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 
 from ..components import Atmosphere, Clouds, Ocean, Planet, Sun, Terrain
 from ..engine.settings import SettingError, with_overrides
+from ..engine.wavelengths import carried_air, wavelengths_of
 from ..engine.waves import WaveError, waves_of
 from .handle import Parts
 
@@ -46,7 +47,7 @@ def planet_problems(name: str, parts: Parts, sun: Sun, settings: Mapping[str, An
             try:
                 TerrainParams.from_component(terrain, radius)
                 if terrain.color_map:
-                    color_cube(terrain.color_map)
+                    color_cube(terrain.color_map, wavelengths_of(settings))
             except ValueError as error:
                 problems.append(f"{where}: {error}")
     sea = found(Ocean, "ocean")
@@ -69,7 +70,8 @@ def planet_problems(name: str, parts: Parts, sun: Sun, settings: Mapping[str, An
         from ..systems.atmosphere.model import AirModel
 
         try:
-            AirModel.from_components(planet, air, sun.angular_radius_rad)
+            for numbers in (air, carried_air(air, wavelengths_of(settings))):
+                AirModel.from_components(planet, numbers, sun.angular_radius_rad)
         except SettingError as error:
             problems.append(f"{where}: {error}")
     clouds = found(Clouds, "clouds")

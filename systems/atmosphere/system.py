@@ -15,6 +15,7 @@ from ...engine.graph import GraphBuilder, PassIO
 from ...engine.methods import Methods
 from ...engine.settings import PartRevision, SettingError, Settings, revision, with_overrides
 from ...engine.system import Setup, System
+from ...engine.wavelengths import carried_air, wavelengths_of
 from ...engine.world import World
 from .block import AirBlock, air_block
 from .job import TableJob
@@ -114,7 +115,7 @@ class AtmosphereSystem(System):
         if stamp == self._stamp:
             return job
         try:
-            air = with_overrides(air, "atmosphere", settings)
+            air = carried_air(with_overrides(air, "atmosphere", settings), wavelengths_of(settings))
             model = AirModel.from_components(body, air, sun.angular_radius_rad)
         except SettingError:
             # Said once; the frames after it show the air from before, if there is any.

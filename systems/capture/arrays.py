@@ -23,14 +23,18 @@ def write_arrays(
     camera: Mapping[str, ArrayLike] | None = None,
     exposure: float | None = None,
     settings: Mapping[str, Any] | None = None,
+    wavelengths_nm: ArrayLike | None = None,
 ) -> Path:
-    """Write ``outputs`` by name, ``camera`` as ``camera_<name>`` (f64), ``exposure`` and JSON ``settings``."""
+    """Write ``outputs`` by name, ``camera`` as ``camera_<name>`` (f64), ``exposure``, ``wavelengths_nm`` of radiance
+    and JSON ``settings``."""
     path = Path(path)
     arrays: dict[str, Any] = dict(outputs)
     for name, value in (camera or {}).items():
         arrays[f"camera_{name}"] = np.asarray(value, dtype=np.float64)
     if exposure is not None:
         arrays["exposure"] = np.float64(exposure)
+    if wavelengths_nm is not None:
+        arrays["wavelengths_nm"] = np.asarray(wavelengths_nm, dtype=np.float64)
     arrays[SETTINGS] = np.array(json.dumps(settings or {}, default=json_plain, ensure_ascii=False))
     with written_beside(path) as beside, beside.open("wb") as file:
         np.savez_compressed(file, **arrays)

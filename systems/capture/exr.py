@@ -26,12 +26,15 @@ _FLOAT, _ZIP, _LINES = 2, 3, 16
 
 
 def write_exr(
-    path: Path | str, channels: Mapping[str, NDArray[Any]], settings: Mapping[str, Any] | None = None
+    path: Path | str,
+    channels: Mapping[str, NDArray[Any]],
+    settings: Mapping[str, Any] | None = None,
+    wavelengths_nm: tuple[float, float, float] | None = None,
 ) -> Path:
     """Write channels {"R": (H, W), "normal.X": (H, W), ...}, row 0 on top, as 32-bit floats.
 
-    Names before a dot are layers. settings: JSON in the header's attribute "planetfall". Raises CaptureError for arrays
-    of other shapes or none at all.
+    Names before a dot are layers. settings: JSON in the header's attribute "planetfall". wavelengths_nm: of R, G and
+    B, in an attribute of that name. Raises CaptureError for arrays of other shapes or none at all.
     """
     path = Path(path)
     if not channels:
@@ -56,6 +59,8 @@ def write_exr(
         ("screenWindowCenter", "v2f", struct.pack("<ff", 0.0, 0.0)),
         ("screenWindowWidth", "float", struct.pack("<f", 1.0)),
     ]
+    if wavelengths_nm is not None:
+        attributes.append(("wavelengths_nm", "v3f", struct.pack("<fff", *wavelengths_nm)))
     if settings is not None:
         attributes.append((KEY, "string", json.dumps(settings, default=json_plain, ensure_ascii=False).encode()))
     for name, kind, value in attributes:

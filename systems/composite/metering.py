@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...engine.wavelengths import Nanometres
 from .photometry import SATURATION, luminance
 
 __all__ = ["night_key", "target_ev100", "white_luminance"]
@@ -31,9 +32,10 @@ _LOWEST_SINE = 0.01
 """Of the sun's elevation: a dusk sky counts as what a sun that has just risen would light."""
 
 
-def white_luminance(sun_irradiance: ArrayLike, sun_sine: float) -> float:
-    """cd m^-2 of white level ground in this sunlight (3,), in W m^-2 nm^-1, without air. sun_sine: of its elevation."""
-    return float(luminance(sun_irradiance)) / np.pi * max(sun_sine, _LOWEST_SINE)
+def white_luminance(sun_irradiance: ArrayLike, sun_sine: float, nm: Nanometres) -> float:
+    """cd m^-2 of white level ground in this sunlight (3,), in W m^-2 nm^-1 at the wavelengths
+    `nm`, without air. sun_sine: of its elevation."""
+    return float(luminance(sun_irradiance, nm)) / np.pi * max(sun_sine, _LOWEST_SINE)
 
 
 def night_key(luminance_cd_m2: float) -> float:

@@ -15,6 +15,7 @@ from ...engine.blocks.layout import Vec3, array
 from ...engine.display import reflectance
 from ...engine.space import length
 from ...engine.surface.nested import NESTED_BASE_M, NestedAnchor, nested_anchor
+from ...engine.wavelengths import Nanometres, carried_water
 from ...engine.waves import WaveSet
 from .lens import FAR_M, LensPlane
 
@@ -66,9 +67,12 @@ class OceanBlock:
     drifting: Annotated[Any, array(NestedAnchor, 2), "the same for ripples, whose two lattices drift"]
 
 
-def ocean_block(ocean: Ocean, waves: WaveSet, anchor: NDArray[np.float64], radius_m: float) -> OceanBlock:
-    """The block of a sea and its waves around an anchor: unit vector (3,), on a planet of this radius. Ripples have not
-    drifted, and no camera is near."""
+def ocean_block(
+    ocean: Ocean, waves: WaveSet, anchor: NDArray[np.float64], radius_m: float, nm: Nanometres
+) -> OceanBlock:
+    """The block of a sea and its waves around an anchor: unit vector (3,), on a planet of this radius, for light at the
+    wavelengths `nm`. Ripples have not drifted, and no camera is near."""
+    ocean = carried_water(ocean, nm)
     loss = [max(a + s, _LEAST_LOSS_PER_M) for a, s in zip(ocean.absorption_per_m, ocean.scattering_per_m, strict=True)]
     index, place = ocean.refractive_index, nested_anchor(anchor, radius_m)
     octave, share = _ripples(waves)
@@ -77,11 +81,11 @@ def ocean_block(ocean: Ocean, waves: WaveSet, anchor: NDArray[np.float64], radiu
         roughness=ocean.roughness,
         loss_per_m=tuple(loss),
         unseen_depth_m=-math.log(_UNSEEN) / (2.0 * min(loss)),
-        bed_albedo=_reflectance(ocean.bed_albedo),
+        bed_albedo=_reflectance(ocean.bed_albedo, nm),
         bed_detail=ocean.bed_detail,
-        ice_albedo=_reflectance(ocean.ice_albedo),
+        ice_albedo=_reflectance(ocean.ice_albedo, nm),
         ice_sine=math.sin(math.radians(ocean.ice_latitude_deg)) if ocean.ice_latitude_deg < 90.0 else 2.0,
-        foam_albedo=_reflectance(ocean.foam_albedo),
+        foam_albedo=_reflectance(ocean.foam_albedo, nm),
         surf_m=ocean.surf_m,
         glow_radiance=tuple(ocean.glow),
         crust_share=ocean.crust,
@@ -98,8 +102,8 @@ def ocean_block(ocean: Ocean, waves: WaveSet, anchor: NDArray[np.float64], radiu
     )
 
 
-def _reflectance(color: tuple[float, float, float]) -> tuple[float, float, float]:
-    red, green, blue = reflectance(color).tolist()
+def _reflectance(color: tuple[float, float, float], nm: Nanometres) -> tuple[float, float, float]:
+    red, green, blue = reflectance(color, nm).tolist()
     return red, green, blue
 
 

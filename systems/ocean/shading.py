@@ -32,6 +32,7 @@ from ...engine.space.axes import direction, heading_pitch_axes
 from ...engine.surface.nested import NESTED_BASE_M
 from ...engine.system import Setup
 from ...engine.warm_up import WarmUp
+from ...engine.wavelengths import wavelengths_of
 from ...engine.waves import WaveSet
 from .block import OceanBlock, drifted, ocean_block
 from .lens import LENS_REACH_M, lens_plane, wet_rows
@@ -181,7 +182,7 @@ class SeaShading:
         if made_for != own.made_for:
             own.made_for = made_for
             ocean = with_overrides(ocean, "ocean", frame.settings)
-            own.block = ocean_block(ocean, waves, proxy.lattice.direction, radius)
+            own.block = ocean_block(ocean, waves, proxy.lattice.direction, radius, wavelengths_of(frame.settings))
             own.wind = heading_pitch_axes(direction(*ocean.wind_at), ocean.wind_direction_deg, 0.0)[0]
         held = own.block
         held.drifting = drifted(proxy.lattice.direction, radius, own.wind, frame.time_s)

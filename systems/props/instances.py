@@ -14,6 +14,7 @@ from ...engine.blocks.layout import StructLayout, Vec3
 from ...engine.display import reflectance
 from ...engine.made_shaders import made_shader
 from ...engine.space import CameraState, frustum_planes, sphere_outside
+from ...engine.wavelengths import Nanometres
 from .meshes import Mesh, is_file
 
 __all__ = ["SPHERE_LEVELS", "Props", "Visible", "read_props", "rotation_matrices", "seen_by"]
@@ -96,8 +97,10 @@ def rotation_matrices(quaternions: Floats) -> Floats:
     )
 
 
-def read_props(found: Sequence[tuple[int, tuple[Transform, Shape]]], mesh_of: Callable[[str], Mesh]) -> Props:
-    """Arrays of the components; mesh_of gives the mesh of a file."""
+def read_props(
+    found: Sequence[tuple[int, tuple[Transform, Shape]]], mesh_of: Callable[[str], Mesh], nm: Nanometres
+) -> Props:
+    """Arrays of the components; mesh_of gives the mesh of a file, nm: wavelengths of the reflectance."""
     transforms, shapes = [t for _, (t, _) in found], [s for _, (_, s) in found]
     names = [s.form for s in shapes]
     forms = tuple(sorted(set(names)))
@@ -114,7 +117,7 @@ def read_props(found: Sequence[tuple[int, tuple[Transform, Shape]]], mesh_of: Ca
     round_ones = np.array([name == "sphere" for name in forms])[form]
     reach = np.where(round_ones, (size * half).max(axis=1), np.linalg.norm(size * half, axis=1))
     color = np.array([(*s.color, s.roughness) for s in shapes], dtype=np.float64).reshape(-1, 4)
-    color[:, :3] = reflectance(color[:, :3])
+    color[:, :3] = reflectance(color[:, :3], nm)
     positions = np.array([t.position_m for t in transforms], dtype=np.float64).reshape(-1, 3)
     entities = np.array([entity for entity, _ in found], dtype=np.int64)
     return Props(

@@ -20,6 +20,7 @@ from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import latest_revision
 from ...engine.space.camera import CameraStamp
 from ...engine.system import Setup, System
+from ...engine.wavelengths import wavelengths_of
 from .instances import INSTANCE_DTYPE, OCCLUDER_DTYPE, Props, Visible, read_props, seen_by
 from .meshes import Mesh, box, is_file, load_mesh, sphere
 
@@ -77,6 +78,7 @@ class PropsSystem(System):
     def setup(self, setup: Setup) -> None:
         self._gpu = gpu = setup.gpu
         self._world = setup.world
+        self._nm = wavelengths_of(setup.settings)
         format = str(setup.settings.get("sky.radiance_format", "rgba32f"))
         self._surface = gpu.program(vertex="props/gbuffer.vert", fragment="props/gbuffer.frag")
         self._shadow = gpu.compute("props/shadow.comp")
@@ -98,7 +100,7 @@ class PropsSystem(System):
     def update(self, frame: Frame) -> None:
         revision = (frame.world.structure_revision, latest_revision(Transform, Shape))
         if revision != self._read or self._props is None:
-            self._props = read_props(frame.world.query(Transform, Shape), load_mesh)
+            self._props = read_props(frame.world.query(Transform, Shape), load_mesh, self._nm)
             self._read = revision
         view = self._view(frame.view)
         camera, before = frame.camera, view.shown

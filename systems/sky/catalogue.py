@@ -21,11 +21,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.wavelengths import GIVEN_NM, Nanometres
+
 __all__ = [
     "GALACTIC_AXES",
     "STARS_TO_6_5",
     "VEGA_IRRADIANCE",
-    "WAVELENGTHS_NM",
     "StarField",
     "count_to",
     "make_stars",
@@ -35,7 +36,6 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-WAVELENGTHS_NM = (680.0, 550.0, 440.0)
 VEGA_IRRADIANCE = 3.63e-11
 """W m^-2 nm^-1 at 550 nm of a star of V = 0 (Bessell, Castelli and Plez 1998: 3.63e-9 erg cm^-2 s^-1 A^-1)."""
 STARS_TO_6_5 = 8768.0
@@ -89,10 +89,10 @@ def planck_ratio(temperature_k: Array, wavelength_nm: float) -> Array:
     return planck(wavelength_nm) / planck(550.0)
 
 
-def star_irradiance(magnitude: Array, temperature_k: Array) -> Array:
-    """(N, 3) W m^-2 nm^-1 at the three wavelengths of stars of a V magnitude and a colour temperature."""
+def star_irradiance(magnitude: Array, temperature_k: Array, nm: Nanometres = GIVEN_NM) -> Array:
+    """(N, 3) W m^-2 nm^-1 at the wavelengths `nm` of stars of a V magnitude and a colour temperature."""
     green = VEGA_IRRADIANCE * 10.0 ** (-0.4 * np.asarray(magnitude, dtype=np.float64))
-    return np.stack([green * planck_ratio(temperature_k, nm) for nm in WAVELENGTHS_NM], axis=-1)
+    return np.stack([green * planck_ratio(temperature_k, wavelength) for wavelength in nm], axis=-1)
 
 
 def _uniform(seed: int, rank: NDArray[np.uint64], salt: int) -> Array:
@@ -111,8 +111,9 @@ def _spread(galactic_z: Array) -> Array:
     return 0.3 + 0.7 * np.exp(-np.abs(galactic_z) / 0.25)
 
 
-def make_stars(count: int, seed: int = 1) -> StarField:
-    """The `count` brightest stars of the sky of this seed. About 2 ms per 10 000."""
+def make_stars(count: int, seed: int = 1, nm: Nanometres = GIVEN_NM) -> StarField:
+    """The `count` brightest stars of the sky of this seed, their light at the wavelengths `nm`. About 2 ms per
+    10 000."""
     rank = np.arange(1, count + 1, dtype=np.uint64)
     magnitudes = 6.5 + 2.0 * np.log10(rank.astype(np.float64) / STARS_TO_6_5)
     directions = np.zeros((count, 3))
@@ -128,7 +129,7 @@ def make_stars(count: int, seed: int = 1) -> StarField:
         keep = _uniform(seed, ranks, 8 * attempt + 3) < _spread(directions[todo] @ GALACTIC_AXES[2])
         todo = todo[~keep]
     temperatures = _temperatures(_uniform(seed, rank, 4), _uniform(seed, rank, 5))
-    return StarField(directions, magnitudes, star_irradiance(magnitudes, temperatures))
+    return StarField(directions, magnitudes, star_irradiance(magnitudes, temperatures, nm))
 
 
 def _temperatures(choice: Array, within: Array) -> Array:

@@ -5,15 +5,24 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["LIMB_EXPONENTS", "disc_radiance"]
+from ...engine.wavelengths import GIVEN_NM, Nanometres
+
+__all__ = ["LIMB_EXPONENTS", "disc_radiance", "limb_exponents"]
 
 Array = NDArray[np.float64]
 
 LIMB_EXPONENTS: Array = np.array([0.397, 0.503, 0.652])
-"""Limb darkening I / I_centre = mu^a at 680, 550, 440 nm (Hestroffer and Magnan 1998, their power law)."""
+"""Limb darkening I / I_centre = mu^a at GIVEN_NM (Hestroffer and Magnan 1998, their power law)."""
 
 
-def disc_radiance(sine: Array, irradiance: Array, angular_radius_rad: float) -> Array:
+def limb_exponents(nm: Nanometres) -> Array:
+    """(3,) at wavelengths of which red may be another: linear in the inverse wavelength, as they found it."""
+    red, green = (1.0 / wavelength for wavelength in GIVEN_NM[:2])
+    share = (green - 1.0 / nm[0]) / (green - red)
+    return np.array([LIMB_EXPONENTS[1] + share * (LIMB_EXPONENTS[0] - LIMB_EXPONENTS[1]), *LIMB_EXPONENTS[1:]])
+
+
+def disc_radiance(sine: Array, irradiance: Array, angular_radius_rad: float, nm: Nanometres = GIVEN_NM) -> Array:
     """Radiance (..., 3) at angles from the sun's centre given by their sines (...); 0 outside.
 
     Integrated over the disc with the cosine it gives back the irradiance: the mean of mu^a over a disc is 2 / (a + 2).
@@ -21,5 +30,6 @@ def disc_radiance(sine: Array, irradiance: Array, angular_radius_rad: float) -> 
     edge = np.sin(angular_radius_rad)
     r2 = (np.asarray(sine, dtype=np.float64) / edge) ** 2
     mu = np.sqrt(np.maximum(1.0 - r2, 0.0))[..., None]
-    profile = mu**LIMB_EXPONENTS * (LIMB_EXPONENTS + 2.0) / 2.0
+    exponents = limb_exponents(nm)
+    profile = mu**exponents * (exponents + 2.0) / 2.0
     return np.where(r2[..., None] <= 1.0, profile * np.asarray(irradiance) / (np.pi * edge**2), 0.0)

@@ -23,6 +23,7 @@ from ...engine.gpu import gl as G
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import Settings, with_overrides
 from ...engine.system import Setup, System
+from ...engine.wavelengths import wavelengths_of
 from .catalogue import GALACTIC_AXES, STARS_TO_6_5, make_stars
 
 __all__ = ["SkySystem", "StarsSystem"]
@@ -184,6 +185,7 @@ class StarsSystem(System):
         self._gpu = gpu = setup.gpu
         self._world = setup.world
         self._limit = _LIMITS[radiance_format(setup.settings)]
+        self._nm = wavelengths_of(setup.settings)
         # Behind other planets is nothing to be seen, where there are any.
         self._planets = setup.world.try_resource(SOURCE) is not None
         self._no_planet: Any = gpu.texture((1, 1), "rgba8", bytes(4)) if self._planets else None
@@ -236,7 +238,7 @@ class StarsSystem(System):
                 self._gpu.free(old)
         self._points, self._buffer = {}, None
         if count:
-            field = make_stars(count, int(stars.seed))
+            field = make_stars(count, int(stars.seed), self._nm)
             packed = np.concatenate([field.directions, field.irradiance], axis=1).astype(np.float32)
             self._buffer = self._gpu.buffer(packed)
 

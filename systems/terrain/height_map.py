@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from ...engine.display import reflectance
 from ...engine.surface.cube_map import CubeMap, cube_of, face_directions, face_place
 from ...engine.surface.map_files import files_stamp, load_cube, read_colors, read_heights
+from ...engine.wavelengths import Nanometres
 
 __all__ = ["HeightMap", "color_cube", "height_map", "map_level"]
 
@@ -141,21 +142,22 @@ def _height_map(path: str, range_m: tuple[float, float] | None, _files: tuple[ob
 
 
 @lru_cache(maxsize=3)
-def _color_cube(path: str, _files: tuple[object, ...]) -> CubeMap:
-    return load_cube(path, "Terrain.color_map", _read_reflectance)
+def _color_cube(path: str, nm: Nanometres, _files: tuple[object, ...]) -> CubeMap:
+    return load_cube(path, "Terrain.color_map", partial(_read_reflectance, nm))
 
 
-def _read_reflectance(file: Path, what: str) -> NDArray[Any]:
+def _read_reflectance(nm: Nanometres, file: Path, what: str) -> NDArray[Any]:
     """(h, w, 3) reflectance at the three wavelengths of a picture's colours."""
     roots = np.rint(np.sqrt(read_colors(file, what)) * 1023.0).astype(np.uint32)  # four steps in one of the texture's
     packed, place = np.unique(roots[..., 0] << 20 | roots[..., 1] << 10 | roots[..., 2], return_inverse=True)
     colors = (np.stack([packed >> 20, packed >> 10 & 1023, packed & 1023], axis=1) / 1023.0) ** 2
-    return reflectance(colors).astype(np.float32)[place.reshape(roots.shape[:2])]
+    return reflectance(colors, nm).astype(np.float32)[place.reshape(roots.shape[:2])]
 
 
-def color_cube(path: str) -> CubeMap:
-    """Reflectance of the colours at `path`, three channels, read once. MapError says what is wrong."""
-    return _color_cube(path, files_stamp(path))
+def color_cube(path: str, nm: Nanometres) -> CubeMap:
+    """Reflectance at the wavelengths `nm` of the colours at `path`, three channels, read once. MapError says what is
+    wrong."""
+    return _color_cube(path, nm, files_stamp(path))
 
 
 def _with_roughness(cube: CubeMap) -> CubeMap:

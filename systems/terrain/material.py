@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ...components import Terrain
 from ...engine.blocks.layout import IVec3, Vec3, array
 from ...engine.surface.nested import NestedAnchor, nested_anchor
+from ...engine.wavelengths import Nanometres
 from .height import TerrainParams
 from .height_model import Model
 from .height_octaves import model_of
@@ -100,14 +101,14 @@ class TerrainMaterialBlock:
 
 
 def material_block(
-    terrain: Terrain, params: TerrainParams, anchor_direction: NDArray[np.float64]
+    terrain: Terrain, params: TerrainParams, anchor_direction: NDArray[np.float64], nm: Nanometres
 ) -> TerrainMaterialBlock:
-    """The block for one component and one anchor (unit direction, (3,) float64)."""
+    """The block for one component, one anchor (unit direction, (3,) float64) and light at the wavelengths `nm`."""
     model = model_of(params)
     slopes = model.amplitude_m / model.wavelength_m
     octaves = max(int(np.count_nonzero(slopes)), 1)
     return TerrainMaterialBlock(
-        albedos=albedos(terrain),
+        albedos=albedos(terrain, nm),
         rock_slope=_slope(terrain.rock_slope_deg),
         snow_slope=_slope(terrain.snow_slope_deg),
         beach_height_m=terrain.beach_height_m,

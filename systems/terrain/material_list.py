@@ -14,6 +14,7 @@ from ...components import Terrain
 from ...engine.display import reflectance
 from ...engine.settings import SettingError
 from ...engine.settings.suggest import did_you_mean
+from ...engine.wavelengths import Nanometres
 from .material_glsl import albedo_name, albedo_names, constants_glsl, materials_glsl, struct_glsl
 from .materials import MATERIALS, Material, Ripples
 
@@ -50,16 +51,16 @@ def shaders() -> dict[str, str]:
     }
 
 
-def albedos(terrain: Terrain) -> NDArray[np.float64]:
-    """(MOST_ALBEDOS, 3): of each place, as reflectance at the three wavelengths of what are colours in the list."""
+def albedos(terrain: Terrain, nm: Nanometres) -> NDArray[np.float64]:
+    """(MOST_ALBEDOS, 3): of each place, as reflectance at the wavelengths `nm` of what are colours in the list."""
     found = np.zeros((MOST_ALBEDOS, 3))
     own = {albedo_name(m): m.albedo for m in _listed if m.albedo and not isinstance(m.albedo, str)}
     for name, slot in _slots.items():
         albedo = own.get(name, {name: 1.0})
         if isinstance(albedo, Mapping):
-            found[slot] = sum(share * reflectance(getattr(terrain, field)) for field, share in albedo.items())
+            found[slot] = sum(share * reflectance(getattr(terrain, field), nm) for field, share in albedo.items())
         else:
-            found[slot] = reflectance(albedo)
+            found[slot] = reflectance(albedo, nm)
     return found
 
 

@@ -32,6 +32,7 @@ from ...engine.graph import BufferSpec, GraphBuilder, PassIO
 from ...engine.methods import Methods
 from ...engine.settings import SettingError, Settings, revision, with_overrides
 from ...engine.system import Setup, System
+from ...engine.wavelengths import wavelengths_of
 from ...engine.world import World
 from .backends import Backend, Ground, GroundRevision, backend_of, use_backend
 from .coasts import Coasts
@@ -87,7 +88,7 @@ class TerrainSystem(System):
         self._gpu = setup.gpu
         self._between: UpsampleShaded | None = None
         self._world, self._views = setup.world, setup.views
-        self._settings = setup.settings
+        self._settings, self._nm = setup.settings, wavelengths_of(setup.settings)
         self._methods = Methods(setup.gpu, setup.views)
         # Its text, for shaders; each view has a block of its own.
         setup.gpu.uniform_block(TerrainMaterialBlock, MATERIAL_BLOCK, "terrain_material_block")
@@ -152,7 +153,7 @@ class TerrainSystem(System):
         self._field_revision = stamp
         try:
             params = TerrainParams.from_component(self._component, body.radius_m)
-            color = color_cube(self._component.color_map) if self._component.color_map else None
+            color = color_cube(self._component.color_map, self._nm) if self._component.color_map else None
         except ValueError as error:
             # Once: the next frames go on with the last good ground, until something is changed again.
             raise SettingError(f"Terrain on a planet of {body.radius_m:g} m cannot be: {error}") from error
@@ -214,7 +215,7 @@ class TerrainSystem(System):
         key = MaterialKey(self._ground.revision, self._colour_revision, self._materials, proxy.generation)
         if key != view.material_key:
             view.material_key = key
-            view.material.write(material_block(self._component, self._ground.params, proxy.lattice.direction))
+            view.material.write(material_block(self._component, self._ground.params, proxy.lattice.direction, self._nm))
         view.material.bind()
 
     def _octaves_key(self, proxy: Proxy) -> OctavesKey:

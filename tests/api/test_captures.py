@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from planetfall.capture.captures import ARRAYS, check_arrays, exr_channels, read
 from planetfall.capture.photos import PhotoPlan, photo_tiles
 from planetfall.capture.shot import load_shot
 from planetfall.cli.main import main
+from planetfall.engine.wavelengths import DISPLAY_NM
 from planetfall.systems.capture import CaptureError, read_arrays
 
 VIEW = ["moon", "--view", "near", "--quality", "low"]
@@ -46,7 +48,8 @@ def test_channels_are_named_by_custom() -> None:
 def test_the_command_line_writes_exr_and_takes_it_back(tmp_path: Path) -> None:
     exr, npz = tmp_path / "a.exr", tmp_path / "b.npz"
     assert main(["render", *VIEW, "--size", "32x18", "-o", str(exr)]) == 0
-    channels, _ = read(exr)
+    channels, attributes = read(exr)
+    assert struct.unpack("<fff", attributes["wavelengths_nm"]) == DISPLAY_NM
     assert {"R", "G", "B", "Z", "position.X", "normal.Y", "surface", "color.B"} <= set(channels)
     assert channels["R"].shape == (18, 32) and channels["R"].max() > 0.0
     sky = channels["surface"] == 0
@@ -54,6 +57,7 @@ def test_the_command_line_writes_exr_and_takes_it_back(tmp_path: Path) -> None:
     assert load_shot(exr).size == (32, 18)
     assert main(["render", "--like", str(exr), "-o", str(npz)]) == 0
     arrays, settings = read_arrays(npz)
+    assert tuple(arrays["wavelengths_nm"]) == tuple(settings["wavelengths_nm"]) == DISPLAY_NM
     assert set(ARRAYS) <= set(arrays) and settings["scene"] == "moon" == read_settings(exr)["scene"]
     np.testing.assert_array_equal(arrays["distance"], channels["Z"])
     np.testing.assert_array_equal(arrays["radiance"][..., 2], channels["B"])

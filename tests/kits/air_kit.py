@@ -31,9 +31,10 @@ def bare(atmosphere: Atmosphere | None = None, radius_m: float = 6.36e6, sea_m: 
 
 
 def renderer_of(scene: pf.Scene, **changes: Any) -> pf.Renderer:
-    """Quality low with the coarsest tables; changes: of the constructor, or overrides without "atmosphere."."""
+    """Quality low with the coarsest tables, light at the wavelengths of the components' numbers; changes: of the
+    constructor, or overrides without "atmosphere."."""
     given = {key: changes.pop(key) for key in ("size", "ctx", "guard", "quality") if key in changes}
-    overrides = {**TINY, **{f"atmosphere.{key}": value for key, value in changes.items()}}
+    overrides = {"light.wavelengths": "given", **TINY, **{f"atmosphere.{key}": value for key, value in changes.items()}}
     return pf.Renderer(scene, **{"size": SIZE, "quality": "low", **given}, overrides=overrides)
 
 

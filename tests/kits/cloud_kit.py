@@ -30,9 +30,10 @@ def cloudy(clouds: Clouds | None = None, air: bool = True, radius_m: float = 6.3
 
 
 def renderer_of(scene: pf.Scene, size: tuple[int, int] = (32, 18), **overrides: Any) -> pf.Renderer:
-    """Quality low with the smallest tables; overrides: knobs of clouds."""
+    """Quality low with the smallest tables, light at the wavelengths of the components' numbers; overrides: knobs of
+    clouds."""
     given = {f"clouds.{key}": value for key, value in overrides.items()}
-    return pf.Renderer(scene, size, "low", {**TINY, **COARSE, **given})
+    return pf.Renderer(scene, size, "low", {**TINY, **COARSE, "light.wavelengths": "given", **given})
 
 
 def texture(renderer: pf.Renderer, name: str) -> NDArray[np.float64]:

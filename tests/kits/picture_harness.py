@@ -10,14 +10,16 @@ import numpy as np
 
 from planetfall.components import Planet
 from planetfall.engine.blocks.bindings import FRAME_BLOCK, PLANET_BLOCK
+from planetfall.engine.display import WAVELENGTHS_FILE, shader
 from planetfall.engine.frame import Frame, SunState, ViewInfo, Views
 from planetfall.engine.frame.block import FrameBlock, PlanetBlock, frame_of_anchor
 from planetfall.engine.gpu.graph_backend import GLBackend
 from planetfall.engine.graph import GraphBuilder, TextureSpec
 from planetfall.engine.system import Setup, System
+from planetfall.engine.wavelengths import GIVEN_NM, SUNLIGHT, wavelengths_of
 from planetfall.engine.world import World
 
-SUN = (1.474, 1.8504, 1.91198)
+SUN = SUNLIGHT[GIVEN_NM]
 """W m^-2 nm^-1 at 680, 550, 440 nm at Earth."""
 
 
@@ -134,6 +136,7 @@ class Bench:
         self.frame_block = self.shared.uniform_block(FrameBlock, FRAME_BLOCK, "frame")
         self.planet_block = self.shared.uniform_block(PlanetBlock, PLANET_BLOCK, "planet")
         self.planet_block.write(PlanetBlock(6.371e6, 9000.0, -11000.0, 0.0, 0.0, has_sea=False))
+        gpu.shaders.add_virtual(WAVELENGTHS_FILE, shader(wavelengths_of(self.settings)))
         self.scopes = {s.name: gpu.scope(s.name) for s in systems}
         self.views = Views()
         for s in systems:
@@ -162,6 +165,7 @@ class Bench:
         for scope in self.scopes.values():
             scope.release()
         self.shared.release()
+        self.gpu.shaders.add_virtual(WAVELENGTHS_FILE, shader(GIVEN_NM))
         self.world.close()
 
     def render(self, block: FrameBlock, time_s: float = 0.0, dt_s: float = 0.0, cut: bool = True) -> Bench:

@@ -9,14 +9,15 @@ from picture_harness import SUN, Bench, Scene, look
 from planetfall.components import Composite, Exposure
 from planetfall.engine.display import light_of_color
 from planetfall.engine.srgb import srgb_encode
+from planetfall.engine.wavelengths import DISPLAY_NM, GIVEN_NM, SUNLIGHT
 from planetfall.systems.composite import TONE_MAPS, CompositeSystem, read_exposure, tone_map
 from planetfall.systems.composite.metering import target_ev100, white_luminance
 from planetfall.systems.composite.photometry import (
-    LUMINANCE_PER_RADIANCE,
     SATURATION,
     ev100_for_saturation,
     expose,
     luminance,
+    luminance_per_radiance,
 )
 from planetfall.systems.composite.system import adaptation_share
 from planetfall.systems.composite.tone_maps import CAMERA_POINTS
@@ -27,14 +28,18 @@ WHITE = np.array(SUN) / np.pi
 HIGH_SUN = (0.5, 0.0, np.sqrt(0.75))
 
 
+CARRIED = pytest.mark.parametrize("nm", [GIVEN_NM, DISPLAY_NM], ids=["given", "display"])
+
+
 class Rig:
     """A scene of given radiance through the composite; knobs are the components' fields."""
 
-    def __init__(self, gpu, radiance, size=SIZE, bloom=0.0, format="rgba32f", exports=("composite.ldr",)):
+    def __init__(self, gpu, radiance, size=SIZE, bloom=0.0, format="rgba32f", exports=("composite.ldr",), nm=GIVEN_NM):
         self.exposure, self.composite = Exposure(), Composite(bloom=bloom)
         self.scene = Scene(radiance=radiance, format=format)
         systems = [self.scene, CompositeSystem()]
-        self.bench = Bench(gpu, systems, [self.exposure, self.composite], size, exports)
+        settings = {"light.wavelengths": "given" if nm == GIVEN_NM else "display"}
+        self.bench = Bench(gpu, systems, [self.exposure, self.composite], size, exports, settings)
         self.size = size
 
     def __enter__(self):
@@ -58,9 +63,9 @@ def plain(color, size=SIZE):
     return np.broadcast_to(np.asarray(color, float), (size[1], size[0], 3)).copy()
 
 
-def from_exposed(exposed, ev100=0.0):
+def from_exposed(exposed, ev100=0.0, nm=GIVEN_NM):
     """Radiance that exposes to this at an EV100."""
-    return light_of_color(exposed) * SATURATION * 2.0**ev100 / LUMINANCE_PER_RADIANCE
+    return light_of_color(exposed, nm) * SATURATION * 2.0**ev100 / luminance_per_radiance(nm)
 
 
 def fixed(rig, ev100, tone="linear", dither=False):
@@ -71,9 +76,12 @@ def fixed(rig, ev100, tone="linear", dither=False):
 # -- conventions -----
 
 
-def test_photometric_convention():
-    assert luminance(np.array(SUN)) == pytest.approx(133.1e3)
-    np.testing.assert_allclose(expose(WHITE, 15.0), 1.077, atol=2e-3)  # "sunny 16": white at the edge of saturation
+@CARRIED
+def test_photometric_convention(nm):
+    sun = np.array(SUNLIGHT[nm])
+    assert luminance(sun, nm) == pytest.approx(133.1e3)
+    # "sunny 16": white at the edge of saturation
+    np.testing.assert_allclose(expose(sun / np.pi, 15.0, nm), 1.077, atol=2e-3)
     assert ev100_for_saturation(SATURATION * 2.0**7) == pytest.approx(7.0)
     np.testing.assert_allclose(srgb_encode([0.0, 1.0, 2.0]), [0.0, 1.0, 1.0], atol=1e-12)
     assert srgb_encode(0.18) == pytest.approx(0.4613, abs=1e-3)
@@ -81,9 +89,9 @@ def test_photometric_convention():
 
 def test_sunlit_white_is_bright_but_not_burnt_and_grey_is_grey():
     for name in TONE_MAPS:
-        white = tone_map(name, expose(WHITE * 0.8, 15.0))
+        white = tone_map(name, expose(WHITE * 0.8, 15.0, GIVEN_NM))
         assert np.all(white < 0.97) and np.all(white > 0.65), name
-        grey = tone_map(name, expose(WHITE * 0.18, 15.0))
+        grey = tone_map(name, expose(WHITE * 0.18, 15.0, GIVEN_NM))
         np.testing.assert_allclose(grey, srgb_encode(0.18 * 1.077), atol=0.025, err_msg=name)
 
 
@@ -127,15 +135,16 @@ def test_unknown_tone_map():
 # -- the shader against its twin -----
 
 
+@CARRIED
 @pytest.mark.parametrize("name", TONE_MAPS)
-def test_shader_against_twin(gpu, name):
+def test_shader_against_twin(gpu, name, nm):
     rng = np.random.default_rng(5)
     exposed = 2.0 ** rng.uniform(-12, 10, (SIZE[1], SIZE[0], 1)) * rng.uniform(0.02, 1, (SIZE[1], SIZE[0], 3))
-    radiance = np.maximum(from_exposed(exposed), 0.0)
-    with Rig(gpu, radiance) as rig:
+    radiance = np.maximum(from_exposed(exposed, nm=nm), 0.0)
+    with Rig(gpu, radiance, nm=nm) as rig:
         fixed(rig, 0.0, name)
         out = rig.picture() / 255.0
-    np.testing.assert_allclose(out, tone_map(name, expose(radiance, 0.0)), atol=0.6 / 255)
+    np.testing.assert_allclose(out, tone_map(name, expose(radiance, 0.0, nm)), atol=0.6 / 255)
 
 
 def test_neutral_shader_in_float(run_compute):
@@ -262,13 +271,13 @@ def test_bloom_keeps_the_light_of_an_even_picture(gpu):
 # -- automatic exposure -----
 
 
-FACING = luminance(SUN) / np.pi
+FACING = luminance(SUN, GIVEN_NM) / np.pi
 """cd m^-2 of white ground that faces the sun."""
 
 
 def asked_ev100(image, sun_sine):
     """What the twin says of radiance (h, w, 3)."""
-    return target_ev100(luminance(image), white_luminance(SUN, sun_sine), FACING)
+    return target_ev100(luminance(image, GIVEN_NM), white_luminance(SUN, sun_sine, GIVEN_NM), FACING)
 
 
 def test_the_meter_against_its_twin(gpu):
@@ -310,7 +319,8 @@ def test_an_even_picture_is_as_bright_as_what_it_shows(gpu):
     for albedo in (0.03, 0.1, 0.3, 0.8):
         with Rig(gpu, plain(WHITE * albedo * HIGH_SUN[2])) as rig:
             shown.append(rig.picture().mean())
-            assert rig.reading.metered_cd_m2 == pytest.approx(luminance(WHITE * albedo * HIGH_SUN[2]), rel=0.15)
+            wanted = luminance(WHITE * albedo * HIGH_SUN[2], GIVEN_NM)
+            assert rig.reading.metered_cd_m2 == pytest.approx(wanted, rel=0.15)
     assert shown == sorted(shown) and 110 < shown[0] < 145 and 165 < shown[2] < 200 and shown[3] > 212
 
 
@@ -453,9 +463,8 @@ def test_luminance_weights_in_the_shader(run_compute):
         {"y": "float", "z": "vec3"},
         header='#include "common/color.glsl"',
     )
-    np.testing.assert_allclose(out["y"], luminance(radiance), rtol=1e-5)
+    np.testing.assert_allclose(out["y"], luminance(radiance, GIVEN_NM), rtol=1e-5)
     np.testing.assert_allclose(out["z"], srgb_encode(radiance), atol=2e-5)
-    assert LUMINANCE_PER_RADIANCE.shape == (3,)
 
 
 def test_a_views_own_exposure_goes_first_and_settled_is_told(gpu):

@@ -7,6 +7,7 @@ import pytest
 
 from planetfall import Terrain
 from planetfall.engine.blocks.bindings import MATERIAL_BLOCK
+from planetfall.engine.wavelengths import GIVEN_NM
 from planetfall.systems.terrain.height import (
     TerrainParams,
     height_and_gradient,
@@ -215,7 +216,7 @@ def test_normals_with_the_detail_of_the_pixel(evaluate, gpu, spacing, footprint)
     angles, scope = [], gpu.scope("test")
     materials = scope.uniform_block(TerrainMaterialBlock, MATERIAL_BLOCK, "terrain_material_block")
     for i, up in enumerate(anchors(4)):
-        materials.write(material_block(Terrain(), EARTH, up))
+        materials.write(material_block(Terrain(), EARTH, up, GIVEN_NM))
         materials.bind()
         d = offsets(up, EARTH.radius_m, 1000.0 * np.sqrt(np.random.default_rng(i).random(300)), i)
         points = up * EARTH.radius_m + d.astype(np.float64)

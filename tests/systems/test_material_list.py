@@ -15,6 +15,7 @@ import planetfall as pf
 from planetfall import extend
 from planetfall.components._knob import knobs
 from planetfall.engine.display import reflectance
+from planetfall.engine.wavelengths import DISPLAY_NM
 from planetfall.systems.terrain.material_list import MOST_ALBEDOS, MOST_OF_GAMES, albedos, listed, shaders
 from planetfall.systems.terrain.materials import INPUTS, MATERIALS
 
@@ -36,7 +37,7 @@ def test_every_colour_of_the_terrain_is_some_materials() -> None:
     colours = {name for name in knobs(pf.Terrain) if name.endswith("_albedo")}
     assert colours <= set(filter(lambda s: isinstance(s, str), sources))
     terrain = pf.Terrain(snow_albedo=(0.2, 0.2, 0.3))
-    assert tuple(reflectance((0.2, 0.2, 0.3))) in [tuple(row) for row in albedos(terrain)]
+    assert tuple(reflectance((0.2, 0.2, 0.3), DISPLAY_NM)) in [tuple(row) for row in albedos(terrain, DISPLAY_NM)]
 
 
 def test_every_input_is_filled_and_used() -> None:
@@ -96,10 +97,12 @@ def test_names_are_given_once_and_only_so_many() -> None:
         extend.register_material("red_0", RED, RULE)
     with pytest.raises(pf.SettingError, match=f"{MOST_OF_GAMES} materials are the most"):
         extend.register_material("one_more", RED, RULE)
-    assert len(albedos(pf.Terrain())) == MOST_ALBEDOS
+    assert len(albedos(pf.Terrain(), DISPLAY_NM)) == MOST_ALBEDOS
     extend.unregister_material("red_3")
     extend.register_material("again", RED, RULE)  # in the place that is free; the others keep theirs
-    assert [tuple(row) for row in albedos(pf.Terrain())].count(tuple(reflectance(RED))) == MOST_OF_GAMES
+    assert [tuple(row) for row in albedos(pf.Terrain(), DISPLAY_NM)].count(
+        tuple(reflectance(RED, DISPLAY_NM))
+    ) == MOST_OF_GAMES
 
 
 def redness(picture: NDArray[np.uint8]) -> NDArray[np.float64]:

@@ -23,8 +23,10 @@ def scene():
 
 @pytest.fixture(scope="module")
 def renderer(scene):
-    # Each pixel: blocks of these are wider than anything that stands on the ground.
-    with pf.Renderer(scene, size=SIZE, quality="low", overrides={"terrain.shade_every": 1}) as made:
+    # Each pixel: blocks of these are wider than anything that stands on the ground. Light as given: red by itself
+    # counts for less where it is carried between red and green.
+    overrides = {"terrain.shade_every": 1, "light.wavelengths": "given"}
+    with pf.Renderer(scene, size=SIZE, quality="low", overrides=overrides) as made:
         made.settle(pf.view("coast"))  # the air's tables are final: equal scenes give equal pictures from here on
         yield made
 

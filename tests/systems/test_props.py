@@ -11,6 +11,7 @@ import pytest
 import planetfall as pf
 from planetfall.engine.display import reflectance
 from planetfall.engine.space import CameraState
+from planetfall.engine.wavelengths import GIVEN_NM, carried_sunlight
 from planetfall.systems.props.instances import read_props, rotation_matrices, seen_by
 from planetfall.systems.props.meshes import MeshError, box, load_mesh, mesh_of, sphere
 
@@ -71,7 +72,7 @@ def test_thousands_are_arrays_and_what_is_small_or_aside_is_left_out():
             zip(rng.normal(size=(count, 3)) * 500.0 + [6.371e6, 0, 0], ["sphere", "box"] * (count // 2), strict=True)
         )
     ]
-    props = read_props(found, load_mesh)
+    props = read_props(found, load_mesh, GIVEN_NM)
     camera = CameraState.look((6.371e6, 0, 0), (0, 1, 0), (1, 0, 0), fov_y_deg=50)
     seen = seen_by(props, camera, 270, 90.0)
     assert 0 < len(seen.instances) < count and sum(d[3] for d in seen.draws) == len(seen.instances)
@@ -288,10 +289,11 @@ def test_a_dull_box_has_lamberts_light(scene, renderer):
     half_cosine = np.sqrt(0.5 * (1.0 + n_l))
     fresnel = 0.04 + 0.96 * (1.0 - half_cosine) ** 5
     gloss = fresnel / np.pi * 0.5 / (n_l + 1.0)
-    light = reflectance(color)
-    wanted = (light * (1.0 - fresnel) / np.pi + gloss) * n_l * np.asarray(scene.sun.irradiance)
+    light = reflectance(color, renderer.wavelengths_nm)
+    irradiance = carried_sunlight(scene.sun.irradiance, renderer.wavelengths_nm)
+    wanted = (light * (1.0 - fresnel) / np.pi + gloss) * n_l * irradiance
     # 8 bits of the colour's square root: 0.8 % at 0.1; light from the ground below comes on top, none from a sky.
-    around = 0.2 * 0.6 * 0.5 * light / np.pi * np.asarray(scene.sun.irradiance)
+    around = 0.2 * 0.6 * 0.5 * light / np.pi * irradiance
     np.testing.assert_allclose(out["radiance"][j, i], wanted + around, rtol=0.02)
 
 

@@ -7,7 +7,8 @@ import pytest
 from picture_harness import SUN, Bench, Scene, look
 
 from planetfall.components import Stars
-from planetfall.systems.composite.photometry import LUMINANCE_PER_RADIANCE, expose
+from planetfall.engine.wavelengths import DISPLAY_NM, GIVEN_NM, SUNLIGHT
+from planetfall.systems.composite.photometry import expose, luminance_per_radiance
 from planetfall.systems.sky import SkySystem, StarsSystem, make_stars
 from planetfall.systems.sky.catalogue import (
     GALACTIC_AXES,
@@ -74,7 +75,8 @@ def test_galactic_axes():
 
 def test_star_light():
     # The sun as a star: V = -26.74 and 5772 K come within 15 % of the solar irradiance at the three wavelengths.
-    assert star_irradiance(np.array(-26.74), np.array(5772.0)) == pytest.approx(np.array(SUN), rel=0.15)
+    for nm, sunlight in SUNLIGHT.items():
+        assert star_irradiance(np.array(-26.74), np.array(5772.0), nm) == pytest.approx(np.array(sunlight), rel=0.15)
     assert star_irradiance(np.array(0.0), np.array(1e4))[1] == pytest.approx(VEGA_IRRADIANCE)
     assert planck_ratio(np.array(3500.0), 680.0) > 1.0 > planck_ratio(np.array(20000.0), 680.0)
     colors = make_stars(9000).irradiance
@@ -114,14 +116,17 @@ def test_drawn_sun_keeps_the_irradiance(sky, fov_y_deg):
     assert np.max(np.abs(errors)) < (0.04 if fov_y_deg < 20 else 0.08)
 
 
-def test_drawn_sun_against_its_twin(sky):
+@pytest.mark.parametrize("nm", [GIVEN_NM, DISPLAY_NM], ids=["given", "display"])
+def test_drawn_sun_against_its_twin(gpu, nm):
     block = look(fov_y_deg=1.2, size=SIZE)
-    image = sky.render(block).read("scene.radiance")[..., :3]
+    settings = {"light.wavelengths": "given" if nm == GIVEN_NM else "display"}
+    with Bench(gpu, [Scene(), SkySystem()], size=SIZE, settings=settings) as bench:
+        image = bench.render(block).read("scene.radiance")[..., :3]
     x = ((np.arange(SIZE[0]) + 0.5) / SIZE[0] * 2 - 1) * block.projection_scale[0]
     y = (1 - (np.arange(SIZE[1]) + 0.5) / SIZE[1] * 2) * block.projection_scale[1]
     tangent = np.hypot(x[None, :], y[:, None])
     sine = tangent / np.sqrt(1 + tangent**2)
-    expected = disc_radiance(sine, np.array(SUN), 0.004675)
+    expected = disc_radiance(sine, np.array(SUN), 0.004675, nm)
     inside = sine < 0.96 * np.sin(0.004675)
     outside = sine > 1.06 * np.sin(0.004675)
     np.testing.assert_allclose(image[inside], expected[inside], rtol=2e-3)
@@ -217,8 +222,8 @@ def test_daylight_hides_the_stars_and_night_shows_them(night):
     direction, _ = around_a_star()
     block = look(direction, size=SIZE, sun_direction=behind(direction))
     image = night.render(block).read("scene.radiance")[..., :3]
-    assert expose(image, 15.0).max() < 0.25 / 255 / 12.92  # not half a step of an 8-bit picture
-    assert expose(image, -4.0).max() > 0.02
+    assert expose(image, 15.0, GIVEN_NM).max() < 0.25 / 255 / 12.92  # not half a step of an 8-bit picture
+    assert expose(image, -4.0, GIVEN_NM).max() > 0.02
 
 
 def test_galaxy_brightness(gpu, night):
@@ -274,7 +279,7 @@ def test_everything_is_freed_and_the_map_is_made_once(gpu):
 
 def test_white_balance_of_the_sun():
     """Sunlight is white by definition of the three numbers."""
-    assert np.ptp(np.array(SUN) * LUMINANCE_PER_RADIANCE) < 1e-6 * 133.1e3
+    assert np.ptp(np.array(SUN) * luminance_per_radiance(GIVEN_NM)) < 1e-6 * 133.1e3
 
 
 def test_stars_cost_nothing_by_day(gpu):

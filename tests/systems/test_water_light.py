@@ -14,6 +14,7 @@ from planetfall.components import Ocean
 from planetfall.engine.blocks.bindings import FRAME_BLOCK, OCEAN_BLOCK, PLANET_BLOCK
 from planetfall.engine.frame.block import FrameBlock, PlanetBlock, frame_of_anchor
 from planetfall.engine.gpu import Gpu
+from planetfall.engine.wavelengths import GIVEN_NM
 from planetfall.engine.waves import waves_of
 from planetfall.systems.ocean.block import (
     OceanBlock,
@@ -189,7 +190,7 @@ def ask(gpu: Gpu, run_compute: RunCompute) -> Any:
     ocean = Ocean(absorption_per_m=(0.3, 0.06, 0.02), scattering_per_m=(0.002, 0.004, 0.006))
     frame.write(replace(frame_of_anchor((0.0, 0.0, 1.0), 0.0), sun_direction=direction(40.0, 0.0)))
     planet.write(PlanetBlock(6.371e6, 9000.0, -11000.0, 0.0, 0.0, has_sea=False))
-    block = ocean_block(ocean, waves_of(ocean, 6.371e6), np.array([0.0, 0.0, 1.0]), 6.371e6)
+    block = ocean_block(ocean, waves_of(ocean, 6.371e6), np.array([0.0, 0.0, 1.0]), 6.371e6, GIVEN_NM)
     water.write(block)
 
     def run(*given: Any, **more: Any) -> dict[str, Floats]:

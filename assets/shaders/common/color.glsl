@@ -1,20 +1,22 @@
 // Luminance, exposure and display encoding. Twin: systems/composite/photometry.py; docs/exposure.md explains it.
 
-// cd m^-2 per W m^-2 sr^-1 nm^-1 at 680, 550, 440 nm for light of the sun's colour: 133.1 klx over the irradiance of
-// sunlight.
-const vec3 LUMINANCE_PER_RADIANCE = vec3(133100.0) / vec3(1.474, 1.8504, 1.91198);
+#include "generated/wavelengths.glsl"
+
+// cd m^-2 per W m^-2 sr^-1 nm^-1 for light of the sun's colour: 133.1 klx over the irradiance of sunlight.
+const vec3 LUMINANCE_PER_RADIANCE = vec3(133100.0) / SUNLIGHT;
 const vec3 LUMINANCE_WEIGHTS = vec3(0.2126, 0.7152, 0.0722);
 const float SATURATION = 1.2;  // cd m^-2 that expose to 1 at EV100 0
 
-// Light at three wavelengths, in any unit in which sunlight is 1, to linear sRGB, by what there is at them and by the
-// geometric means of two, which are near what lies between. Columns; rows of both add up to 1. Twin: engine/display.py.
-const mat3 DISPLAY = mat3(0.0, -0.027, -0.006, 0.144, 0.77, 0.048, -0.552, -0.011, 1.077);
-const mat3 DISPLAY_BETWEEN = mat3(1.1, 0.109, -0.077, 0.775, 0.01, -0.298, -0.467, 0.149, 0.256);
-
-// light at least 0; the colour is below 0 where a display cannot show it.
+// Light at three wavelengths, at least 0 and in any unit in which sunlight is 1, to linear sRGB, below 0 where a
+// display cannot show it: by what there is at them, and where that is not enough by the geometric means of two, which
+// are near what lies between. Twin: engine/display.py.
 vec3 display_color(vec3 light) {
+#ifdef DISPLAY_BETWEEN
     vec3 root = sqrt(light);
     return DISPLAY * light + DISPLAY_BETWEEN * (root * root.gbr);
+#else
+    return DISPLAY * light;
+#endif
 }
 
 vec3 lit(vec3 radiance) {

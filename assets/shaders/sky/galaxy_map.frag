@@ -1,10 +1,11 @@
 // Map of the Milky Way's unresolved light over the whole sky, made once. Octahedral, galactic axes (x: centre, z:
-// pole). o_light: radiance at 680, 550, 440 nm in units of the brightest clouds (see sky/galaxy.frag).
+// pole). o_light: radiance at the three wavelengths in units of the brightest clouds (see sky/galaxy.frag).
 //
 // A disc that widens and brightens towards the centre, a bulge, clouds of stars, and the dark clouds of the Great Rift
 // that run along the plane. The look is modelled, the level measured: Leinert et al. 1998 (Astron. Astrophys. Suppl.
 // 127, 1), integrated starlight of 25-30 S10 at the poles and some 200-300 in the plane.
 #include "common/octahedral.glsl"
+#include "generated/wavelengths.glsl"
 
 layout(location = 0) uniform uint u_seed;
 in vec2 v_ndc;
@@ -81,9 +82,13 @@ void main() {
     depth += above * pow(smoothstep(0.45, 0.95, rift), 1.5) * 1.6;
     depth += 0.35 * lane;
     // Dust dims blue more than red (extinction about as 1 / wavelength).
-    vec3 extinction = exp(-depth * vec3(0.80, 1.0, 1.26));
-    vec3 color = mix(vec3(0.98, 1.0, 1.06), vec3(1.10, 1.0, 0.86), clamp(0.9 * bulge + 0.25 * inner, 0.0, 1.0));
+    const vec3 PER_WAVELENGTH = 550.0 / WAVELENGTHS_NM;
+    vec3 extinction = exp(-depth * pow(PER_WAVELENGTH, vec3(1.05)));
+    // Red by powers of it that are 0.98 and 1.1 at 680 nm.
+    const vec3 YOUNG = vec3(pow(PER_WAVELENGTH.r, 0.095), 1.0, 1.06);
+    const vec3 OLD = vec3(pow(PER_WAVELENGTH.r, -0.45), 1.0, 0.86);
+    vec3 color = mix(YOUNG, OLD, clamp(0.9 * bulge + 0.25 * inner, 0.0, 1.0));
     float haze = 0.03 + 0.025 / (1.0 + pow(abs(d.z) / 0.25, 2.0));  // the faint starlight between the stars
-    const vec3 SUNLIKE = vec3(0.797, 1.0, 1.033);  // the shape of starlight is about that of sunlight
+    const vec3 SUNLIKE = SUNLIGHT / SUNLIGHT.g;  // the shape of starlight is about that of sunlight
     o_light = vec4(SUNLIKE * (color * stars * extinction * 1.25 + vec3(haze)), 1.0);
 }

@@ -1,8 +1,11 @@
 // Radiance of the sun's disc, anti-aliased, energy kept down to discs much smaller than a pixel.
 #include "common/constants.glsl"
+#include "generated/wavelengths.glsl"
 
-// Limb darkening mu^a at 680, 550, 440 nm (Hestroffer and Magnan 1998); its mean over the disc is 2 / (a + 2).
-const vec3 LIMB_EXPONENTS = vec3(0.397, 0.503, 0.652);
+// Limb darkening mu^a (Hestroffer and Magnan 1998); its mean over the disc is 2 / (a + 2). a is 0.397, 0.503 and 0.652
+// at 680, 550 and 440 nm, and between them linear in the inverse wavelength, as they found it.
+const float LIMB_RED = (1.0 / 550.0 - 1.0 / WAVELENGTHS_NM.r) / (1.0 / 550.0 - 1.0 / 680.0);
+const vec3 LIMB_EXPONENTS = vec3(mix(0.503, 0.397, LIMB_RED), 0.503, 0.652);
 
 // sine: of the angle from the centre of the disc; edge: sine of its radius; pixel: angle of a pixel, in radians.
 vec3 sun_disc(float sine, float edge, float pixel, vec3 irradiance) {
