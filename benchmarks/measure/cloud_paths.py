@@ -48,6 +48,7 @@ ALIKE: Mapping[str, Any] = {
     )}, "composite.antialiasing": "none",
 }  # fmt: skip
 """What the clouds are made of, at every quality as at high: their light is compared, not their texels."""
+_ARRAYS = ("radiance", "error", "opacity", "paths")
 _VERSION = 1
 """Of the way that paths are followed: to be raised when truths change by it."""
 _DENSITY = ("density.glsl", "weather_map.glsl", "weather.comp", "volume.comp", "tiled_noise.glsl")
@@ -181,8 +182,8 @@ def held_truth(name: str, shot: Shot) -> Truth | None:
         with np.load(truth_path(name), allow_pickle=False) as held:
             if str(held["key"]) != key_of(shot):
                 return None
-            arrays = [np.asarray(held[part], float) for part in ("radiance", "error", "opacity", "paths")]
-            return Truth(*arrays, float(held["seconds"]))
+            radiance, error, opacity, paths = (np.asarray(held[part], float) for part in _ARRAYS)
+            return Truth(radiance, error, opacity, paths, float(held["seconds"]))
     except FileNotFoundError:
         return None
 
@@ -191,7 +192,7 @@ def store_truth(name: str, shot: Shot, truth: Truth) -> None:
     """Keep it for the next run."""
     path = truth_path(name)
     path.parent.mkdir(parents=True, exist_ok=True)
-    arrays = {part: getattr(truth, part).astype(np.float32) for part in ("radiance", "error", "opacity", "paths")}
+    arrays = {part: getattr(truth, part).astype(np.float32) for part in _ARRAYS}
     np.savez_compressed(path, key=np.array(key_of(shot)), seconds=np.array(truth.seconds), **arrays)
 
 
@@ -231,8 +232,8 @@ def truth_of(gpu: Gpu, shot: Shot, most_s: float, progress: Callable[[PathSums, 
             raise RuntimeError(f"paths met {probe.worst:g} times the density that was promised as the most")
     finally:
         scope.release()
-    return Truth(*(x.reshape(WINDOW[::-1]) for x in (sums.mean, sums.error, sums.opacity, sums.count)),
-                 monotonic() - started)  # fmt: skip
+    light, error, opacity, paths = (x.reshape(WINDOW[::-1]) for x in (sums.mean, sums.error, sums.opacity, sums.count))
+    return Truth(light, error, opacity, paths, monotonic() - started)
 
 
 def _further_jobs(sums: PathSums) -> NDArray[np.intp]:
