@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from time import monotonic
 from typing import Annotated, Any
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -36,6 +37,7 @@ PATHS = 16
 """Of a job."""
 LITTLE = 0.02
 """Light of a unit sun below which chance decides whether its way to the sun is followed to the end."""
+_STEEP_UNIT = 6
 _ABOVE_M = 100.0
 """Above all cloud, where rays from farther away start."""
 _OCTAHEDRAL = 2.0
@@ -49,6 +51,7 @@ class PathRay:
     start: Vec3
     skipped_m: Annotated[float, "empty space before it"]
     way: Vec3
+    clear_m: Annotated[float, "from the start on, in which nothing is met; found by clouds/probe/path_clear.comp"]
 
 
 @dataclass
@@ -149,7 +152,10 @@ class PathProbe:
         if has_cirrus(self.field.layers):
             raise ValueError("PathProbe: layers of ice are sheets of no thickness; take them out of the scene")
         self.field.light(model)
-        self._program = gpu.compute("clouds/probe/paths.comp", {"PATH_PLAIN": 1} if plain else {})
+        defines = {"PATH_PLAIN": 1} if plain else {}
+        self._program = gpu.compute("clouds/probe/paths.comp", defines)
+        self._clear = gpu.compute("clouds/probe/path_clear.comp", defines)
+        self._steep: moderngl.Texture | None = None
         self.worst = 0.0
         """Largest extinction met over the bound that it was promised to stay below."""
 
@@ -169,37 +175,66 @@ class PathProbe:
         anchor = up * radius
         records = np.zeros(len(ways), self._rays.dtype)
         records["start"], records["skipped_m"], records["way"] = starts - anchor, skipped, view.ways
-        self._records = records
         self.field.maps.charts.exact(time_s)
         self.field.place(anchor, radius, time_s)
         self._block.write(self.field.block)
+        if self._steep is not None:
+            self._gpu.free(self._steep)
+        self._steep, steepest = self._weather_steep(), self._steepest()
+        for program in (self._clear, self._program):
+            program.set("u_steepest", steepest)
+            program.set("u_layers", len(self.field.layers))
+            program.set("u_up", tuple(map(float, up)))
+            program.set("u_right", tuple(map(float, view.right)))
+            program.set("u_above", tuple(map(float, view.above)))
         give = self._program.set
-        give("u_steepest", self._steepest())
-        give("u_layers", len(self.field.layers))
-        give("u_up", tuple(map(float, up)))
         give("u_sun", tuple(map(float, view.sun)))
         give("u_sun_radius_rad", view.sun_radius_rad)
         give("u_ground", view.ground_albedo)
         give("u_orders", view.orders)
-        give("u_right", tuple(map(float, view.right)))
-        give("u_above", tuple(map(float, view.above)))
+        self._records = records
+        self._find_clear(records)
 
-    def _steepest(self) -> tuple[float, float, float, float]:
-        """1/m: gradients of the volume of shapes at both its widths, of the weather's cover, of towers and depth."""
+    def _find_clear(self, records: NDArray[Any]) -> None:
+        """What the rays have before them without any cloud."""
+        rays = self._gpu.buffer(records.tobytes())
+        try:
+            self._bind()
+            rays.bind_to_storage_buffer(0)
+            self._clear.set("u_rays", len(records))
+            self._clear.run_over(len(records))
+            self._gpu.ctx.memory_barrier()
+            records["clear_m"] = np.frombuffer(rays.read(), records.dtype)["clear_m"]
+        finally:
+            self._gpu.free(rays)
+
+    def _bind(self) -> None:
+        self._planet.bind()
+        self._block.bind()
+        self.field.bind()
+        assert self._steep is not None
+        self._steep.use(_STEEP_UNIT)
+
+    def _steepest(self) -> tuple[float, float]:
+        """1/m: steepest gradient of the volume of shapes at both its widths."""
         texture, block = self.field.shape.texture, self.field.block
         size = texture.size[0]
         dtype = np.float32 if texture.dtype == "f4" else np.float16
         volume = np.frombuffer(texture.read(), dtype).astype(np.float32).reshape(size, size, size)
         texel = _steepest_cell(volume) * size
-        if not any(layer.density_model != "uniform" for layer in self.field.layers):
-            return 0.0, 0.0, 0.0, 0.0
-        steps = np.zeros(4)
+        return texel * block.broad.per_m, texel * block.wide.per_m
+
+    def _weather_steep(self) -> moderngl.Texture:
+        """By texel of the maps of weather: 1/m of cover, and the most of towers and of depth, around it."""
+        steps = []
         for held in self.field.maps.shown:
-            raw = np.frombuffer(held.read(), np.uint8).reshape(*held.size[::-1], 4) / 255.0
-            across, along = (np.abs(np.diff(raw, axis=axis)).max((0, 1)) for axis in (0, 1))
-            steps = np.maximum(steps, np.hypot(across, along))
-        steps *= _OCTAHEDRAL / block.map_texel_m
-        return texel * block.broad.per_m, texel * block.wide.per_m, float(steps[0]), float(max(steps[1], steps[3]))
+            raw = np.frombuffer(held.read(), np.uint8).reshape(*held.size[::-1], 4).astype(np.float32) / 255.0
+            found = [np.abs(np.diff(raw, axis=axis, append=raw.take([-1], axis))) for axis in (0, 1)]
+            steps.append(np.hypot(*(_most_around(step, 2) for step in found)))
+        most = np.maximum(*steps) * (_OCTAHEDRAL / self.field.block.map_texel_m)
+        both = np.stack([most[..., 0], np.maximum(most[..., 1], most[..., 3])], axis=2)
+        size = (both.shape[1], both.shape[0])
+        return self._gpu.texture(size, "rg32f", np.ascontiguousarray(both, np.float32), filter="nearest")
 
     def follow(self, sums: PathSums, jobs: NDArray[np.intp], seed: int = 1, until: float = np.inf) -> PathSums:
         """So many further jobs of PATHS paths for each ray, (N,), behind those in `sums`. until: monotonic time after
@@ -226,9 +261,7 @@ class PathProbe:
         ]  # fmt: skip
         program, most = self._program, len(jobs)
         try:
-            self._planet.bind()
-            self._block.bind()
-            self.field.bind()
+            self._bind()
             for number, buffer in enumerate(made):
                 buffer.bind_to_storage_buffer(number)
             for name, value in (("u_turns", _TURNS), ("u_paths", PATHS), ("u_little", LITTLE), ("u_seed", seed)):
@@ -252,6 +285,15 @@ class PathProbe:
 
 
 _IDLE = 2
+
+
+def _most_around(values: NDArray[np.float32], reach: int) -> NDArray[np.float32]:
+    """The largest of the values (rows, columns, N) up to so many rows and columns away."""
+    for axis in (0, 1):
+        width = [(reach, reach) if a == axis else (0, 0) for a in range(3)]
+        padded, count = np.pad(values, width, mode="edge"), values.shape[axis]
+        values = np.max([padded.take(range(k, k + count), axis) for k in range(2 * reach + 1)], axis=0)
+    return values
 
 
 def _steepest_cell(volume: NDArray[np.float32]) -> float:

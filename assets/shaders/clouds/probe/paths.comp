@@ -78,7 +78,7 @@ void begin_path(inout PathLane l) {
     vec3 chance = path_chance(jobs[l.job].x, jobs[l.job].y + uint(l.done), l.draw++);
     vec3 middle = normalize(r.way), way = normalize(r.way + (chance.x - 0.5) * u_right + (chance.y - 0.5) * u_above);
     l.way = way;
-    l.at = r.start + r.skipped_m * (way - middle);
+    l.at = r.start + r.skipped_m * (way - middle) + r.clear_m * way;
     l.bound = 0.0;
     l.light = 0.0;
     l.orders = 0;
