@@ -35,6 +35,8 @@ _TURNS = 2000
 turns in all, inner ones included."""
 PATHS = 16
 """Of a job."""
+_BRANCHES = 4
+"""Ways on from the first place of scattering, as one path."""
 LITTLE = 0.02
 """Light of a unit sun below which chance decides whether its way to the sun is followed to the end."""
 _STEEP_UNIT = 6
@@ -69,6 +71,13 @@ class PathLane:
     share: Annotated[float, "that is scattered there"]
     place_bound: float
     place_reach: float
+    first: Annotated[Vec3, "place of scattering of the path: from there others go on"]
+    first_share: float
+    first_came: Vec3
+    first_asymmetry: float
+    first_bound: float
+    first_reach: float
+    branch: Annotated[int, "number of the one that is followed"]
     worst: Annotated[float, "largest extinction met over its bound: above 1 no result can be trusted"]
     mode: int
     kind: int
@@ -152,7 +161,7 @@ class PathProbe:
         if has_cirrus(self.field.layers):
             raise ValueError("PathProbe: layers of ice are sheets of no thickness; take them out of the scene")
         self.field.light(model)
-        defines = {"PATH_PLAIN": 1} if plain else {}
+        defines = {"PATH_BRANCHES": _BRANCHES, **({"PATH_PLAIN": 1} if plain else {})}
         self._program = gpu.compute("clouds/probe/paths.comp", defines)
         self._clear = gpu.compute("clouds/probe/path_clear.comp", defines)
         self._steep: moderngl.Texture | None = None

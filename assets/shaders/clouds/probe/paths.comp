@@ -5,6 +5,9 @@
 // closed form, a Lambert ground. Albedo of droplets and ground is the chance that a path goes on. There is no air; the
 // sky is black but for the sun's disc.
 //
+// The way to the first place of scattering is long and mostly clear: PATH_BRANCHES paths go on from each, and share its
+// weight.
+//
 // A lane follows one path at a time, one look at the density a turn, be it of the path or of its way to the sun, so that
 // no lane waits for another. It keeps its state from dispatch to dispatch and takes job after job: a number of paths of
 // one ray. Chance is a hash of ray, path and draw: results are the same to the bit, whichever lane has the job.
@@ -37,6 +40,7 @@ layout(location = 14) uniform int u_orders;      // of scattering by droplets, a
 
 const int FLIGHT = 0, TO_SUN = 1, IDLE = 2;
 const int CLOUD = 0, GROUND = 1;
+const float BRANCH = 1.0 / float(PATH_BRANCHES);
 const uint PATH_NONE = 0xffffffffu;
 
 // Jarzynski and Olano 2020, pcg3d; 0..1, never 1.
@@ -81,7 +85,22 @@ void begin_path(inout PathLane l) {
     l.at = r.start + r.skipped_m * (way - middle) + r.clear_m * way;
     l.bound = 0.0;
     l.light = 0.0;
-    l.orders = 0;
+    l.orders = l.branch = 0;
+}
+
+// From the first place of scattering once more: as if its way to the sun had come to nothing.
+void begin_branch(inout PathLane l) {
+    ++l.branch;
+    l.at = l.place = l.first;
+    l.came = l.first_came;
+    l.share = l.first_share;
+    l.asymmetry = l.first_asymmetry;
+    l.place_bound = l.first_bound;
+    l.place_reach = l.first_reach;
+    l.kind = CLOUD;
+    l.orders = 1;
+    l.bound = l.carried = 0.0;
+    l.mode = TO_SUN;
 }
 
 void end_path(inout PathLane l) {
@@ -121,10 +140,10 @@ void main() {
         // The way to the sun: as much is left as is not met; of little, chance takes some and doubles the rest.
         l.carried *= to_sun ? 1.0 - met : 1.0;
         bool risked = to_sun && !space && l.carried < u_little;
-        bool lost = to_sun && (ground || (risked && more.x < 0.5));
+        bool lost = to_sun && (ground || l.carried <= 0.0 || (risked && more.x < 0.5));
         l.carried *= risked ? 2.0 : 1.0;
         bool lit = to_sun && space;
-        l.light += lit ? l.carried : 0.0;
+        l.light += lit ? (l.orders == 1 && l.kind == CLOUD ? 1.0 : BRANCH) * l.carried : 0.0;
         // A place of scattering: first its way to the sun.
         bool scattered = flight && !ground && chance.x < met, landed = flight && ground;
         bool over = flight && (space || (landed && l.orders == 0));
@@ -139,6 +158,14 @@ void main() {
             l.asymmetry = here.asymmetry;
             l.place_bound = landed ? 0.0 : here.bound;
             l.place_reach = landed ? 1.0 : here.reach;
+            if (l.orders == 1 && scattered) {
+                l.first = l.place;
+                l.first_came = l.came;
+                l.first_share = l.share;
+                l.first_asymmetry = l.asymmetry;
+                l.first_bound = l.place_bound;
+                l.first_reach = l.place_reach;
+            }
             // A place on the sun's disc.
             l.way = path_turned(u_sun, sqrt(1.0 - u_sun_radius_rad * u_sun_radius_rad * more.y), more.z);
             float phase = landed ? max(dot(up, l.way), 0.0) / PI : cloud_phase(dot(l.came, l.way), l.asymmetry);
@@ -157,7 +184,8 @@ void main() {
             here.bound = l.place_bound;
             here.reach = l.place_reach;
         }
-        if (over) end_path(l);
+        if (over && l.orders > 0 && l.branch + 1 < PATH_BRANCHES) begin_branch(l);
+        else if (over) end_path(l);
         else {
             // Half of the chance has decided above.
             float mu = clamp_cos(dot(up_at(l.at), l.way)),
