@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -57,26 +57,25 @@ _DENSITY = ("density.glsl", "weather_map.glsl", "weather.comp", "volume.comp", "
 @dataclass(frozen=True)
 class Shot:
     """A window of a named view of Earth. left, top: its first pixel in the picture of SIZE. sun: elevation and azimuth
-    in degrees, over the view's place, instead of its own; turned: heading and pitch in degrees instead of the view's.
-    """
+    in degrees, over the view's place, instead of its own."""
 
     view: str
     left: int = 272
     top: int = 153
     sun: tuple[float, float] | None = None
-    turned: tuple[float, float] | None = None
 
 
 SHOTS: Mapping[str, Shot] = {
-    "fair": Shot("fair"),
-    "cloud_sea": Shot("cloud_sea"),
-    "clouds": Shot("clouds"),
-    "high": Shot("high"),
-    "overcast": Shot("overcast"),
-    "day_edge": Shot("day_edge"),
-    "orbit": Shot("orbit"),
-    "tower": Shot("high", sun=(6.0, 60.0)),
+    "fair": Shot("fair", 300, 75),
+    "cloud_sea": Shot("cloud_sea", 225, 220),
+    "clouds": Shot("clouds", 340, 200),
+    "high": Shot("high", 400, 230),
+    "overcast": Shot("overcast", 200, 50),
+    "day_edge": Shot("day_edge", 190, 190),
+    "orbit": Shot("orbit", 230, 250),
+    "tower": Shot("cloud_sea", 450, 268, sun=(8.0, 140.0)),
 }
+"""Bases and rims from below; rims, tops and shade from beside and above; from space; a tower under a low sun."""
 
 
 @dataclass(frozen=True)
@@ -130,8 +129,6 @@ def placed(shot: Shot) -> Placed:
     clouds.layers = tuple(layers[1:])
     scene = Scene("clouds alone", {"planet": Planet(radius_m=earth.planet.radius_m), "clouds": clouds})
     pose, place = at.pose, at.place
-    if shot.turned is not None and place is not None:
-        pose = replace(place, heading_deg=shot.turned[0], pitch_deg=shot.turned[1]).pose(earth.planet)
     sun = at.sun or earth.sun
     if shot.sun is not None and place is not None:
         sun = Sun(elevation_deg=shot.sun[0], azimuth_deg=shot.sun[1], latitude_deg=place.latitude_deg,
