@@ -2,11 +2,11 @@
 // no footprint, and a bound of it around the place.
 //
 //   PathMedium path_medium(vec3 point, float altitude, vec3 up)
-//   float path_to_boundary(float altitude, float mu)     metres to the next height at which a layer or the ground begins
+//   float path_to_boundary(float altitude, float mu)     metres to the next height where a layer or the ground begins
 //
-// A bound holds within `reach` metres: a flight looks no farther before it asks again. In the clear the bound is 0: noise
-// is as steep as its steepest texels, weather as its texels around, so what lies far below the threshold stays below it
-// for a while.
+// A bound holds within `reach` metres: a flight looks no farther before it asks again. In the clear the bound is 0:
+// noise is as steep as its steepest texels, weather as its texels around, so what lies far below the threshold stays
+// below it for a while.
 #include "common/camera.glsl"
 #include "clouds/density.glsl"
 
