@@ -84,8 +84,12 @@ vec3 sun_optical_depth(int layer, vec3 point, float altitude, vec3 up, CloudWeat
     float near = mix(far, min(far, max(0.08 * thickness, 1.5 * cloud_map_texel(ray.level))),
         smoothstep(0.0, MAPPED_MU, mu));
     float depth = near_sun_depth(layer, point, altitude, mu, 1.0, w, footprint, near, far);
-    float behind = cloud_sunlight_on(ray, shell.base_m, 1.0).y - cloud_sunlight_on(ray, altitude, mu).y;
-    depth += cloud_sunlight_on(ray, altitude + near * mu + 0.5 * near * near * (1.0 - mu * mu) / r, mu + near / r).y;
+    float further = altitude + near * mu + 0.5 * near * near * (1.0 - mu * mu) / r;
+    vec3 nodes = vec3(cloud_node(further - cloud_sun_dip(further, mu + near / r)),
+        cloud_node(altitude - cloud_sun_dip(altitude, mu)), cloud_node(shell.base_m));
+    vec3 depths = cloud_depths_on(ray, nodes);
+    depth += depths.x;
+    float behind = depths.z - depths.y;
     return vec3(depth, max(behind, 0.0), behind_known(shell, mu, max(footprint, cloud_map_texel(ray.level))));
 #else
     far = min(far, 1e9);

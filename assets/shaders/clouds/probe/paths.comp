@@ -9,8 +9,9 @@
 // weight.
 //
 // A lane follows one path at a time, one look at the density a turn, be it of the path or of its way to the sun, so
-// that no lane waits for another. It keeps its state from dispatch to dispatch and takes job after job: a number of paths of
-// one ray. Chance is a hash of ray, path and draw: results are the same to the bit, whichever lane has the job.
+// that no lane waits for another. It keeps its state from dispatch to dispatch and takes job after job: a number of
+// paths of one ray. Chance is a hash of ray, path and draw: results are the same to the bit, whichever lane has the
+// job.
 #define CLOUD_NO_CIRRUS
 #include "generated/bindings.glsl"
 #include "generated/paths.glsl"
