@@ -209,17 +209,21 @@ def window_rays(at: Placed, shot: Shot) -> PathView:
     )  # fmt: skip
 
 
-def truth_of(gpu: Gpu, shot: Shot, most_s: float, progress: Callable[[PathSums, float], None] | None = None) -> Truth:
-    """Followed anew, until each pixel has its standard error or the time is over. As many paths are followed as the
-    errors around a pixel so far ask for, at most four times as many as before in one go."""
+def truth_of(
+    gpu: Gpu, shot: Shot, most_s: float, progress: Callable[[PathSums, float], None] | None = None,
+    before: Truth | None = None,
+) -> Truth:  # fmt: skip
+    """Followed until each pixel has its standard error or the time is over, on from the paths of `before`. As many
+    paths are followed as the errors around a pixel so far ask for, at most four times as many as before in one go."""
     at, started = placed(shot), monotonic()
     clouds, scope = at.scene.planet[Clouds], gpu.scope("paths")
     try:
         settings = {**resolve_quality("high"), **ALIKE}
         probe = PathProbe(scope, clouds, CloudModel.from_components(at.scene.planet[Planet], clouds, None), settings)
         probe.place(window_rays(at, shot), at.time_s)
-        count = WINDOW[0] * WINDOW[1]
-        sums, jobs, until = PathSums.none(count), np.full(count, _FIRST), started + most_s
+        count, until = WINDOW[0] * WINDOW[1], started + most_s
+        sums = PathSums.none(count) if before is None else _sums_of(before)
+        jobs = np.full(count, _FIRST) if before is None else _further_jobs(sums)
         while jobs.any() and monotonic() < until:
             sums = probe.follow(sums, jobs, until=until)
             if progress is not None:
@@ -230,7 +234,14 @@ def truth_of(gpu: Gpu, shot: Shot, most_s: float, progress: Callable[[PathSums, 
     finally:
         scope.release()
     light, error, opacity, paths = (x.reshape(WINDOW[::-1]) for x in (sums.mean, sums.error, sums.opacity, sums.count))
-    return Truth(light, error, opacity, paths, monotonic() - started)
+    seconds = monotonic() - started + (0.0 if before is None else before.seconds)
+    return Truth(light, error, opacity, paths, seconds)
+
+
+def _sums_of(truth: Truth) -> PathSums:
+    count, mean, error = (x.ravel() for x in (truth.paths, truth.radiance, truth.error))
+    square = (error**2 * (count - 1.0) + mean**2) * count
+    return PathSums(count, mean * count, square, np.round(truth.opacity.ravel() * count))
 
 
 def _further_jobs(sums: PathSums) -> NDArray[np.intp]:
