@@ -33,7 +33,10 @@ LONG: Mapping[str, tuple[str, ...]] = {
     "startup": ("window",),
     "atmosphere": ("curve", "shading", "tables", "thick"),
     "ocean": ("footprint",),
-    "clouds": ("accuracy", "speed", "flown", "slab", "paper", "repeats", "cover", "sunlight", "opacity", "memory"),
+    "clouds": (
+        "accuracy", "speed", "flown", "slab", "paper", "repeats", "cover", "sunlight", "opacity", "memory",
+        "pathtraced",
+    ),
 }  # fmt: skip
 """What a quick run leaves out, so that all suites together take less than five minutes on two cores with llvmpipe."""
 

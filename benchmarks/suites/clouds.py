@@ -11,6 +11,7 @@ from ..measure.cloud_cover import cover
 from ..scenes import preset_scene
 from ..session import Bench, Session
 from ..target import Target, at_least, at_most
+from .clouds_paths import pathtraced
 from .clouds_pictures import curve, flown, memory, opacity, speed, sunlight
 
 QUALITIES = ("low", "medium", "high", "ultra", "reference")
@@ -158,4 +159,5 @@ def _cover(session: Session) -> None:
 BENCHES: Mapping[str, Bench] = {
     "accuracy": _accuracy, "slab": _slab, "curve": curve, "speed": speed, "flown": flown, "paper": _paper,
     "repeats": _repeats, "cover": _cover, "sunlight": sunlight, "opacity": opacity, "memory": memory,
+    "pathtraced": pathtraced,
 }  # fmt: skip

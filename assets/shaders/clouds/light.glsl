@@ -4,7 +4,8 @@
 #include "clouds/density.glsl"
 
 // of the square of the sun's cosine: how far clouds that are as tall as wide are turned
-const float CLOUD_TURNED = 0.8;
+const float CLOUD_TURNED = 0.15;
+const float CLOUD_LEAK = 2.0;   // through sides, on the way down: of light per optical depth that turns it
 
 // Vertical optical depth of an even layer below a place in it.
 float depth_below(int layer, float share) {
@@ -33,9 +34,14 @@ float cloud_facing(float level_sun, float sides) {
     return sqrt(mix(level_sun * level_sun, 1.0, CLOUD_TURNED * sides));
 }
 
-// Vertical optical depth of the cloud around a place and above it, as if the weather's clouds were whole everywhere:
-// their thin rims have the light of the cloud beside them. column: of a whole cloud; up: above the place, towards the
-// sun.
+// Share of a slab's light scattered more than once that a cloud with sides still has below an optical depth of `up`. As
+// the turn towards the sun fitted to paths of light through such clouds (docs/clouds.md, "Against paths of light").
+float cloud_kept(float up, float sides, float g) {
+    return exp(-CLOUD_LEAK * sides * (1.0 - g) * up);
+}
+
+// Vertical optical depth below a place, as if the weather's clouds were whole everywhere. column: of a whole cloud; up:
+// above the place, towards the sun.
 float cloud_under(int layer, float share, float column, float up) {
     return cloud_view.layers[layer].kind == CLOUD_UNIFORM ? depth_below(layer, share) : max(column - up, 0.0);
 }

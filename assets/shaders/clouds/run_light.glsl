@@ -123,7 +123,8 @@ void add_run(inout March m, LayerRay r, Segment s, SegmentLight light, CloudRun 
     float lit = m.transmittance * run.depth * exp(-path_depth);
     vec3 direct = light.sun
         * (r.single * lit * cloud_lobes_sum(r.lobes, path_depth - log(m.transmittance)));
-    vec3 diffuse = light.sun * cloud_slab_light(r.shell.model, up, down, light.mu_s, light.harmonics)
+    vec3 diffuse = light.sun * cloud_kept(up, light.sides, r.shell.asymmetry)
+        * cloud_slab_light(r.shell.model, up, down, light.mu_s, light.harmonics)
         + (r.shell.albedo - r.lobes.peak)
         * cloud_from_around(light.sky, light.ground, up, down, light.mu, r.shell.asymmetry);
 #ifdef CLOUD_ONCE

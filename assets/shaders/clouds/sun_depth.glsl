@@ -45,3 +45,20 @@ vec2 cloud_sunlight_on(CloudSunPlace ray, float altitude, float mu_s) {
 vec2 cloud_sunlight(vec3 point, float altitude, float mu_s, float wide_m) {
     return cloud_sunlight_on(cloud_sun_ray(point, altitude, mu_s, wide_m), altitude, mu_s);
 }
+
+// Optical depths alone, from three heights of one ray on: heights in the maps (cloud_node).
+vec3 cloud_depths_on(CloudSunPlace ray, vec3 nodes) {
+    float rows = float(CLOUD_MOST_INTERVALS + 1);
+    vec3 sum = vec3(0.0);
+    float left = 1.0;
+    int levels = cloud_view.shadow_map_count, level = ray.level;
+    do {
+        vec2 at = cloud_map_place(ray.D, level), place = 0.5 + 0.5 * clamp(at, -1.0, 1.0);
+        float known = left * cloud_map_share(at, level);
+        vec3 row = (float(level) * rows + nodes + 0.5) / (float(CLOUD_MOST_MAPS) * rows);
+        sum += known * vec3(textureLod(u_cloud_sun, vec3(place, row.x), 0.0).g,
+            textureLod(u_cloud_sun, vec3(place, row.y), 0.0).g, textureLod(u_cloud_sun, vec3(place, row.z), 0.0).g);
+        left -= known;
+    } while (++level < levels && left > 0.0);
+    return sum;
+}

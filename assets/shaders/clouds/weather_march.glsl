@@ -125,8 +125,10 @@ CloudAround around_run(LayerRay r, Segment s, inout SegmentLight light, CloudRun
     light.up = up_at(point);
     light.sun = sun_at(point, altitude, light.up);
 #endif
-    float sun_depth = sun_optical_depth(r.layer, point, altitude, light.up, w, sample_footprint(run.t, run.short_m));
-    return CloudAround(sun_depth, cloud_under(r.layer, share, cloud_column(r.layer, w, 1.0), sun_depth * light.mu_s));
+    vec3 sun = sun_optical_depth(r.layer, point, altitude, light.up, w, sample_footprint(run.t, run.short_m));
+    // Where it is not known what is behind, the weather's whole cloud stands for it.
+    float under = cloud_under(r.layer, share, cloud_column(r.layer, w, 1.0), sun.x * light.mu_s);
+    return CloudAround(sun.x, r.shell.kind == CLOUD_UNIFORM ? under : mix(under, sun.y * light.mu_s, sun.z));
 }
 
 // Through one segment.
