@@ -122,6 +122,7 @@ def write_noise(
     radius_m: float,
     thickness_m: float,
     shape_texels: int,
+    cell_texels: int,
     rim_texels: int,
     fibre_texels: int,
 ) -> None:
@@ -134,11 +135,12 @@ def write_noise(
     )
     block.clump_m, block.fibre_levels = _CLUMP * thickness_m, math.log2(fibre_texels)
     block.broad_level = math.log2(shape_texels / period)
-    block.wide_level = math.log2(shape_texels / (period * _WIDE))
+    block.wide_level = math.log2(cell_texels / (period * _WIDE))
     block.fine_level = math.log2(rim_texels / (period * _FINE))
     block.finest_level = math.log2(rim_texels / (period * _FINEST))
 
 
-def write_filter(block: CloudViewBlock, shape: NoiseVolume, rims: NoiseVolume) -> None:
+def write_filter(block: CloudViewBlock, shape: NoiseVolume, rims: NoiseVolume, cells: NoiseVolume) -> None:
     """How averaging takes the noise's variance away."""
     block.shape_filter, block.rim_filter = hidden_fit(shape.deviations), hidden_fit(rims.deviations)
+    block.cell_filter = hidden_fit(cells.deviations)

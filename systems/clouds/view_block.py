@@ -107,7 +107,7 @@ class CloudViewBlock:
     turn: Annotated[Mat3, "planet axes to the frame that drifts with the wind"]
     tilt: Annotated[Mat3, "planet axes to the frame of the second volume"]
     broad: Annotated[CloudVolume, "shape, in the frame turn"]
-    wide: Annotated[CloudVolume, "shape once more, in the frame tilt"]
+    wide: Annotated[CloudVolume, "cells and clusters, in the frame tilt"]
     fine: Annotated[CloudVolume, "rims, in the frame tilt"]
     finest: Annotated[CloudVolume, "rims near the eye, in the frame turn"]
     north: Annotated[CloudVolume, "the map of cirrus' trails on the northern half, in the frame turn: x and y"]
@@ -121,6 +121,7 @@ class CloudViewBlock:
     fibre_levels: Annotated[float, "mip level of the map of trails at which it is one texel"]
     shape_filter: CloudFilter
     rim_filter: CloudFilter
+    cell_filter: CloudFilter
     second_map_share: Annotated[float, "of the second of the two maps of weather"]
     map_texels: Annotated[float, "of a map of weather: inner ones a side"]
     map_border: Annotated[float, "texels"]

@@ -18,6 +18,7 @@
 
 layout(binding = CLOUD_SHAPE_UNIT) uniform sampler3D u_cloud_shape;
 layout(binding = CLOUD_RIMS_UNIT) uniform sampler3D u_cloud_rims;
+layout(binding = CLOUD_CELLS_UNIT) uniform sampler3D u_cloud_cells;
 
 // A program for places without any cirrus knows so at build time, and takes less time.
 #ifdef CLOUD_NO_CIRRUS
@@ -40,8 +41,11 @@ const float CLOUD_LEAST = 1e-4;               // cover below which no noise make
 
 const float CLOUD_SEAMS = 0.12;       // of a closed sheet's cover
 const float CLOUD_SHALLOW = 0.12;     // extinction of a sheet against that of towers
-const float CLOUD_ROLLS = 0.2;        // of noise, in rolls as far apart as the rims' volume repeats
-const float CLOUD_WARP = 0.09;        // of the clusters' period
+const float CLOUD_STREETS = 0.3;      // of noise, at most
+const float CLOUD_STREET_M = 7.7;     // from street to street, in clumps: 2.3 thicknesses of the first layer
+const float CLOUD_MEANDER = 1.6;      // how far streets wander aside, in streets
+const float CLOUD_TRADES = 0.5;       // sine of the latitude up to which they are
+const float CLOUD_WARP = 0.02;        // of the cells' period
 
 // Mean over values within `half_width` around x of a ramp from 0 at 0 to 1 at `edge`: the difference of its integral.
 float ramp_integral(float x, float edge) {
@@ -84,6 +88,11 @@ float cloud_solid(CloudWeather w) {
     return clamp(max(w.deep * w.deep, 1.3 * w.towers - 0.65), 0.0, 1.0);
 }
 
+// 1 where convection is shallow and broken: cumulus in open cells and streets.
+float cloud_open(CloudWeather w) {
+    return smoothstep(0.4, 0.6, w.towers) * (1.0 - smoothstep(0.3, 0.55, w.deep));
+}
+
 // How dense the inside of clouds is that a weather makes: sheets are thin.
 float cloud_interior(CloudWeather w) {
     return mix(CLOUD_SHALLOW, 1.0, cloud_solid(w));
@@ -103,11 +112,10 @@ float cloud_clumped(float share, float hidden, float extinction) {
     return share / (1.0 + hidden * (1.0 - share) * extinction * cloud_view.clump_m);
 }
 
-// Clusters are swept into one another by eddies as wide as they are apart: whole waves a period, so that it repeats
-// with them.
-vec3 warped_clusters(vec3 place) {
+// Eddies as wide as the cells' volume: whole waves a period, so that they repeat with it. -1..1.
+vec3 cloud_eddies(vec3 place) {
     vec3 x = 2.0 * fract(place.yzx + vec3(1.0, -1.0, 1.0) * place.zxy) - 1.0;
-    return place + CLOUD_WARP * 4.0 * x * (1.0 - abs(x));
+    return 4.0 * x * (1.0 - abs(x));
 }
 
 // What the two wide volumes say of a place, before its rims.
@@ -137,31 +145,31 @@ CloudPlace cloud_place(vec3 place) {
 struct CloudShape {
     float broad, wide;
     float broad_resolved, wide_resolved;
+    float aside;   // where eddies push streets, -1..1
 };
 
-// Clouds of two sizes.
+// Clouds, and the cells and clusters that they are in.
 CloudShape cloud_shape(CloudPlace p, float footprint_m) {
-    vec3 second = warped_clusters(CLOUD_ORIGIN(wide) + p.tilted * cloud_view.wide.per_m);
+    vec3 second = CLOUD_ORIGIN(wide) + p.tilted * cloud_view.wide.per_m, eddies = cloud_eddies(second);
     vec3 first = CLOUD_ORIGIN(broad) + p.turned * cloud_view.broad.per_m;
     float first_level = cloud_level(cloud_view.broad_level, footprint_m),
         second_level = cloud_level(cloud_view.wide_level, footprint_m);
-    float wide = textureLod(u_cloud_shape, second, second_level + cloud_dither - 0.5).r - 0.5,
+    float wide = textureLod(u_cloud_cells, second + CLOUD_WARP * eddies, second_level + cloud_dither - 0.5).r - 0.5,
         broad = textureLod(u_cloud_shape, first, first_level + cloud_dither - 0.5).r - 0.5;
     float first_resolved = cells_resolved(footprint_m, cloud_view.broad.per_m),
         second_resolved = cells_resolved(footprint_m, cloud_view.wide.per_m);
     return CloudShape(broad * first_resolved, wide * second_resolved,
         first_resolved * first_resolved * (1.0 - hidden_variance_share(first_level, cloud_view.shape_filter)),
-        second_resolved * second_resolved * (1.0 - hidden_variance_share(second_level, cloud_view.shape_filter)));
+        second_resolved * second_resolved * (1.0 - hidden_variance_share(second_level, cloud_view.cell_filter)),
+        eddies.x);
 }
 
-// Rolls across the wind, here and there in shallow weather: across an axis of the tilted frame; where that stands
-// upright there are none.
-float cloud_rolls(CloudPlace p, float wide, float shallow, float footprint_m) {
-    float upright = dot(p.from_middle, vec3(2.0, -1.0, 2.0) / 3.0),
-        resolved = cells_resolved(footprint_m, cloud_view.fine.per_m);
-    float rolled = CLOUD_ROLLS * shallow * (1.0 - upright * upright) * smoothstep(0.0, 0.25, wide);
-    float wave = 2.0 * fract(CLOUD_ORIGIN(fine).x + p.tilted.x * cloud_view.fine.per_m + wide) - 1.0;
-    return rolled * resolved * 4.0 * wave * (1.0 - abs(wave));
+// Streets of cumulus along the trade winds, which follow the circles of latitude but for what eddies push them aside;
+// here in long rows, there in none. shown: share of their height that a footprint leaves.
+float cloud_streets(CloudPlace p, CloudShape shape, float amount, float shown) {
+    float across = p.from_middle.z / (cloud_view.bend.per_m * CLOUD_STREET_M * cloud_view.clump_m),
+        x = 2.0 * fract(across + CLOUD_MEANDER * shape.aside) - 1.0;
+    return CLOUD_STREETS * amount * shown * 4.0 * x * (1.0 - abs(x));
 }
 
 // All kinds of layer without a branch: software GPUs execute both sides of one, and a loop's body once even for no
@@ -170,20 +178,25 @@ CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float
     CloudViewLayer shell = cloud_view.layers[layer];
     CloudPlace p = cloud_place(place);
     CloudShape shape = cloud_shape(p, footprint_m);
-    // Sheets are of small cells, deep weather is in clusters. Squares of the weights add up to one: the variance stays
-    // that of one volume.
-    float clusters = mix(0.35, 0.55, smoothstep(0.25, 0.75, w.towers)), cells = sqrt(1.0 - clusters * clusters);
-    float hidden = max(1.0 - cells * cells * shape.broad_resolved - clusters * clusters * shape.wide_resolved, 0.0);
-    // Shallow weather: stratocumulus, in closed cells with thin seams.
+    // Squares of the weights add up to one: the variance stays that of one volume.
+    const float clusters = 0.6, cells = 0.8;
+    // Convection over sea: closed cells with thin seams under sheets, where clouds tower open ones, whose rims are
+    // cloud; streets in the trades.
+    float open = cloud_open(w), trades = 1.0 - smoothstep(0.6, 1.0, abs(p.from_middle.z) / CLOUD_TRADES),
+        turned_out = 1.0 - 2.0 * open * (1.0 - 0.5 * trades), amount = open * trades,
+        shown = cells_resolved(footprint_m, 0.25 / (CLOUD_STREET_M * cloud_view.clump_m));
     float shallow = 1.0 - cloud_solid(w);
+    float hidden = max(1.0 - cells * cells * shape.broad_resolved - clusters * clusters * shape.wide_resolved, 0.0),
+        unseen = 8.0 / 15.0 * CLOUD_STREETS * CLOUD_STREETS * amount * amount * (1.0 - shown * shown);
     float most = clamp(w.cover * shell.cover_scale, 0.0, 1.0) * (1.0 - CLOUD_SEAMS * shallow),
         cover = most * cloud_height_cover(share, w);
-    float noise = cells * shape.broad + clusters * shape.wide + cloud_rolls(p, shape.wide, shallow, footprint_m);
+    float wide = turned_out * shape.wide,
+        noise = cells * shape.broad + clusters * wide + cloud_streets(p, shape, amount, shown);
     // Two volumes in one reach beyond 0.5, and rims on top of them: without this there would be cloud where there is no
     // cover, cut off along the line where cover begins.
     float scarce = 1.0 - clamp(cover / CLOUD_SCARCE, 0.0, 1.0);
-    float excess = noise - (0.5 - cover) - CLOUD_MOST_NOISE * scarce * scarce;
-    return CloudNoise(excess, 0.25 * hidden, hidden, cloud_interior(w), clusters * shape.wide - 0.5 + most, cover,
+    float excess = noise - (0.5 - cover) - (CLOUD_MOST_NOISE + CLOUD_STREETS * amount) * scarce * scarce;
+    return CloudNoise(excess, 0.25 * hidden + unseen, hidden, cloud_interior(w), clusters * wide - 0.5 + most, cover,
         p.turned, p.tilted);
 }
 
