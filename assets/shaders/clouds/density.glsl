@@ -39,9 +39,11 @@ const float CLOUD_MOST_NOISE = 0.54;
 const float CLOUD_LEAST_HALF_WIDTH = 0.015;   // of a threshold that hides nothing
 const float CLOUD_LEAST = 1e-4;               // cover below which no noise makes cloud
 
-const float CLOUD_SEAMS = 0.12;       // of a closed sheet's cover
+const float CLOUD_SEAMS = 0.06;       // of a closed sheet's cover
 const float CLOUD_SHALLOW = 0.12;     // extinction of a sheet against that of towers
-const float CLOUD_STREETS = 0.3;      // of noise, at most
+const float CLOUD_CLUSTERS = 0.7;       // of the cells' volume in the noise
+const vec2 CLOUD_CELLS = vec2(0.5, 0.5);   // of the shape's: in sheets, in broken convection
+const float CLOUD_STREETS = 0.15;      // of noise, at most
 const float CLOUD_STREET_M = 7.7;     // from street to street, in clumps: 2.3 thicknesses of the first layer
 const float CLOUD_MEANDER = 1.6;      // how far streets wander aside, in streets
 const float CLOUD_TRADES = 0.5;       // sine of the latitude up to which they are
@@ -90,7 +92,7 @@ float cloud_solid(CloudWeather w) {
 
 // 1 where convection is shallow and broken: cumulus in open cells and streets.
 float cloud_open(CloudWeather w) {
-    return smoothstep(0.4, 0.6, w.towers) * (1.0 - smoothstep(0.3, 0.55, w.deep));
+    return smoothstep(0.55, 0.75, w.towers) * (1.0 - smoothstep(0.3, 0.55, w.deep));
 }
 
 // How dense the inside of clouds is that a weather makes: sheets are thin.
@@ -161,14 +163,14 @@ CloudShape cloud_shape(CloudPlace p, float footprint_m) {
     return CloudShape(broad * first_resolved, wide * second_resolved,
         first_resolved * first_resolved * (1.0 - hidden_variance_share(first_level, cloud_view.shape_filter)),
         second_resolved * second_resolved * (1.0 - hidden_variance_share(second_level, cloud_view.cell_filter)),
-        eddies.x);
+        0.6 * eddies.x + 0.4 * eddies.y);
 }
 
 // Streets of cumulus along the trade winds, which follow the circles of latitude but for what eddies push them aside;
 // here in long rows, there in none. shown: share of their height that a footprint leaves.
 float cloud_streets(CloudPlace p, CloudShape shape, float amount, float shown) {
     float across = p.from_middle.z / (cloud_view.bend.per_m * CLOUD_STREET_M * cloud_view.clump_m),
-        x = 2.0 * fract(across + CLOUD_MEANDER * shape.aside) - 1.0;
+        x = 2.0 * fract(across + CLOUD_MEANDER * shape.aside + 0.8 * shape.wide) - 1.0;
     return CLOUD_STREETS * amount * shown * 4.0 * x * (1.0 - abs(x));
 }
 
@@ -178,15 +180,15 @@ CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float
     CloudViewLayer shell = cloud_view.layers[layer];
     CloudPlace p = cloud_place(place);
     CloudShape shape = cloud_shape(p, footprint_m);
-    // Squares of the weights add up to one: the variance stays that of one volume.
-    const float clusters = 0.6, cells = 0.8;
     // Convection over sea: closed cells with thin seams under sheets, where clouds tower open ones, whose rims are
     // cloud; streets in the trades.
     float open = cloud_open(w), trades = 1.0 - smoothstep(0.6, 1.0, abs(p.from_middle.z) / CLOUD_TRADES),
-        turned_out = 1.0 - 2.0 * open * (1.0 - 0.5 * trades), amount = open * trades,
+        turned_out = 1.0 - 2.0 * open * (1.0 - trades), amount = open * trades,
         shown = cells_resolved(footprint_m, 0.25 / (CLOUD_STREET_M * cloud_view.clump_m));
-    float shallow = 1.0 - cloud_solid(w);
-    float hidden = max(1.0 - cells * cells * shape.broad_resolved - clusters * clusters * shape.wide_resolved, 0.0),
+    // Systems and sheets are whole, but for their rims; broken convection has small clouds of its own.
+    float clusters = CLOUD_CLUSTERS, cells = mix(CLOUD_CELLS.x, CLOUD_CELLS.y, open), shallow = 1.0 - cloud_solid(w),
+        whole = cells * cells + clusters * clusters;
+    float hidden = max(whole - cells * cells * shape.broad_resolved - clusters * clusters * shape.wide_resolved, 0.0),
         unseen = 8.0 / 15.0 * CLOUD_STREETS * CLOUD_STREETS * amount * amount * (1.0 - shown * shown);
     float most = clamp(w.cover * shell.cover_scale, 0.0, 1.0) * (1.0 - CLOUD_SEAMS * shallow),
         cover = most * cloud_height_cover(share, w);
@@ -196,7 +198,7 @@ CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float
     // cover, cut off along the line where cover begins.
     float scarce = 1.0 - clamp(cover / CLOUD_SCARCE, 0.0, 1.0);
     float excess = noise - (0.5 - cover) - (CLOUD_MOST_NOISE + CLOUD_STREETS * amount) * scarce * scarce;
-    return CloudNoise(excess, 0.25 * hidden + unseen, hidden, cloud_interior(w), clusters * wide - 0.5 + most, cover,
+    return CloudNoise(excess, 0.25 * hidden + unseen, hidden / whole, cloud_interior(w), clusters * wide - 0.5 + most, cover,
         p.turned, p.tilted);
 }
 

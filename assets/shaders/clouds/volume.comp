@@ -33,7 +33,7 @@ float volume_value(vec3 p) {
 float volume_value(vec3 p) {
     vec3 bent = p + 0.05 * vec3(tiled_gradient(p * 8.0, 8, 40), tiled_gradient(p * 8.0, 8, 41),
         tiled_gradient(p * 8.0, 8, 42));
-    float seams = tiled_seams(bent * 4.0, 4, 48), torn = 0.0, weight = 0.3;
+    float seams = tiled_seams(bent * 4.0, 4, 48), torn = 0.0, weight = 0.4;
     int cells = 4;
     for (int k = 0; k < 4; ++k) {
         torn += weight * tiled_gradient(p * float(cells), cells, 56 + k);
