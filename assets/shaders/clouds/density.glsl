@@ -41,8 +41,8 @@ const float CLOUD_LEAST = 1e-4;               // cover below which no noise make
 
 const float CLOUD_SEAMS = 0.06;       // of a closed sheet's cover
 const float CLOUD_SHALLOW = 0.12;     // extinction of a sheet against that of towers
-const float CLOUD_CLUSTERS = 0.7;       // of the cells' volume in the noise
-const vec2 CLOUD_CELLS = vec2(0.5, 0.5);   // of the shape's: in sheets, in broken convection
+const float CLOUD_CLUSTERS = 0.6;       // of the cells' volume in the noise
+const vec2 CLOUD_CELLS = vec2(0.45, 0.5);   // of the shape's: in sheets, in broken convection
 const float CLOUD_STREETS = 0.15;      // of noise, at most
 const float CLOUD_STREET_M = 7.7;     // from street to street, in clumps: 2.3 thicknesses of the first layer
 const float CLOUD_MEANDER = 1.6;      // how far streets wander aside, in streets

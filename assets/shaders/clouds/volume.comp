@@ -37,7 +37,7 @@ float volume_value(vec3 p) {
     int cells = 4;
     for (int k = 0; k < 4; ++k) {
         torn += weight * tiled_gradient(p * float(cells), cells, 56 + k);
-        weight *= 0.7;
+        weight *= 0.6;
         cells *= 2;
     }
     return min(seams, 0.5) + torn;

@@ -26,7 +26,7 @@ layout(binding = 0) uniform sampler2D u_cover;       // of a file, on a square l
 layout(location = 6) uniform float u_cover_border;   // texels
 #endif
 
-const float BROKEN_RAW = 0.0, BROKEN_SLOPE = 0.35;   // of broken convection's cover
+const float BROKEN_RAW = 0.0, BROKEN_SLOPE = 0.5;   // of broken convection's cover
 const float DRIFT_RAD = 0.9;   // of the fastest winds in a generation's life, relative to the frame
 
 float noise_at(vec3 place, int seed) {
@@ -129,7 +129,7 @@ void add_generation(inout WeatherNoise sum, Generation g, vec3 wound, float wind
         if (k < 4) broad += n;
         else fine += n;
         frequency *= 2.13;
-        amplitude *= 0.64;
+        amplitude *= 0.68;
     }
     // Fronts along the jets: bands of a few hundred kilometres, thousands long.
     float jet = noise_at(bent * vec3(2.6, 2.6, 3.6), g.seed + 40) + 0.4 * noise_at(bent * 6.7, g.seed + 41)
@@ -159,7 +159,7 @@ vec4 weather_at(vec3 d) {
     float decks = b.dry * smoothstep(-0.05, 0.2, noise_at(d * 2.3, 50) + 0.3 * noise_at(d * 6.1, 51));
     float level = 0.10 * b.rain - 0.50 * b.dry + 0.20 * b.storms + 0.14 * b.polar + 0.75 * decks;
     float ribbon = (b.storms + 0.25 * b.dry) * n.jets;
-    float raw = level + 1.15 * n.broad + (1.6 + 0.8 * b.rain) * n.fine + 1.1 * c.front - 0.6 * c.gap + 1.2 * c.core
+    float raw = level + 1.15 * n.broad + (1.8 + 0.8 * b.rain) * n.fine + 1.1 * c.front - 0.6 * c.gap + 1.2 * c.core
         + 0.5 * ribbon;
     float deep = clamp(0.22 + 0.15 * b.rain + 0.6 * c.front + 0.8 * c.core + 0.5 * n.broad + 2.4 * n.fine
         + 0.35 * ribbon - 0.2 * b.dry - 0.3 * c.gap - 0.2 * decks, 0.0, 1.0);
