@@ -80,7 +80,7 @@ class CloudField:
         self.maps.take(coverage, cover, int(component.weather_seed))
         present = [layer for layer in (component, *component.layers) if any(layer is one for one in self.layers)]
         numbers = [next(i for i, one in enumerate(present) if one is layer) for layer in self.layers]
-        write_layers(self.block, self.layers, coverage, numbers)
+        write_layers(self.block, self.layers, coverage, numbers, self.first[1])
         self.mirrored = bool(component.mirrored)
         block = self.block
         block.surface_shadows, block.surface_skylight = float(component.shadows), float(component.skylight)

@@ -54,6 +54,16 @@ class CloudViewLayer:
     hooks: Annotated[float, "of cirrus: share of its fibres that begin in tufts"]
     veil: Annotated[float, "of cirrus: between its fibres"]
     bend: Annotated[float, "of cirrus: how far its fibres bend"]
+    said: Annotated[float, "1: a kind by name, whose towers and depth these are; 0: the weather's"]
+    towers: Annotated[float, "as CloudWeather has it"]
+    deep: Annotated[float, "as CloudWeather has it"]
+    least_tall: Annotated[float, "how much of the thickness clouds fill that do not tower"]
+    shallow: Annotated[float, "extinction of sheets against that of towers"]
+    base: Annotated[float, "share of the height in which the base begins"]
+    steep: Annotated[float, "how sharply cover ends at the top: 1 domes, 5 a lid"]
+    anvil: Annotated[float, "cover of what spreads at the top, against that of the base"]
+    rough: Annotated[float, "factor on the noise"]
+    finer: Annotated[float, "whole number: how many times finer its noise is"]
 
 
 @dataclass

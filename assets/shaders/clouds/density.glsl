@@ -40,7 +40,6 @@ const float CLOUD_LEAST_HALF_WIDTH = 0.015;   // of a threshold that hides nothi
 const float CLOUD_LEAST = 1e-4;               // cover below which no noise makes cloud
 
 const float CLOUD_SEAMS = 0.06;       // of a closed sheet's cover
-const float CLOUD_SHALLOW = 0.12;     // extinction of a sheet against that of towers
 const float CLOUD_CLUSTERS = 0.6;       // of the cells' volume in the noise
 const vec2 CLOUD_CELLS = vec2(0.45, 0.5);   // of the shape's: in sheets, in broken convection
 const float CLOUD_STREETS = 0.15;      // of noise, at most
@@ -64,23 +63,31 @@ float hidden_variance_share(float level, CloudFilter volume) {
     return clamp(0.5 + (level - volume.half_level) * volume.per_level, 0.0, 1.0);
 }
 
-// How much of the layer's thickness clouds of a weather fill.
-float cloud_tallness(CloudWeather w) {
-    return mix(0.30, 1.0, w.towers);
+// What a layer makes of the weather: a kind by name has towers and depth of its own.
+CloudWeather cloud_weather_of(CloudViewLayer shell, CloudWeather w) {
+    return CloudWeather(w.cover, mix(w.towers, shell.towers, shell.said), w.high, mix(w.deep, shell.deep, shell.said));
+}
+
+// How much of the layer's thickness its clouds fill.
+float cloud_tallness(CloudViewLayer shell, CloudWeather w) {
+    return mix(shell.least_tall, 1.0, w.towers);
 }
 
 // How much of the map's cover a height in the layer has: a flat base, then less the higher, so that a cloud's top is as
 // high as its noise and the weather let it be.
-float cloud_height_cover(float share, CloudWeather w) {
-    float x = share / cloud_tallness(w);
-    return smoothstep(0.0, 0.10, share) * clamp((1.0 - x) * (1.0 / 0.85), 0.0, 1.0);
+// An anvil spreads below the layer's top.
+float cloud_height_cover(CloudViewLayer shell, float share, CloudWeather w) {
+    float x = share / cloud_tallness(shell, w),
+        spread = shell.anvil * clamp(8.0 * share - 6.0, 0.0, 1.0) * clamp(12.0 - 12.0 * share, 0.0, 1.0);
+    return smoothstep(0.0, shell.base, share) * max(clamp((1.0 - x) * shell.steep, 0.0, 1.0), spread);
 }
 
 // Share of a layer's height above which there is no cloud between two places of a ray, whatever the noise; 0: none at
 // all.
 float cloud_ceiling(int layer, CloudWeather a, CloudWeather b) {
     CloudViewLayer shell = cloud_view.layers[layer];
-    float reach = shell.kind == CLOUD_CUMULUS ? max(cloud_tallness(a), cloud_tallness(b)) : 1.0;
+    float towers = max(cloud_weather_of(shell, a).towers, cloud_weather_of(shell, b).towers),
+        reach = shell.kind == CLOUD_CUMULUS ? mix(shell.least_tall, 1.0, towers) : 1.0;
     bool some = max(a.cover, b.cover) * shell.cover_scale > CLOUD_LEAST;
     return shell.kind == CLOUD_UNIFORM || some ? reach : 0.0;
 }
@@ -96,22 +103,23 @@ float cloud_open(CloudWeather w) {
 }
 
 // How dense the inside of clouds is that a weather makes: sheets are thin.
-float cloud_interior(CloudWeather w) {
-    return mix(CLOUD_SHALLOW, 1.0, cloud_solid(w));
+float cloud_interior(CloudViewLayer shell, CloudWeather w) {
+    return mix(shell.shallow, 1.0, cloud_solid(w));
 }
 
 // Vertical optical depth of a whole cloud of a weather. density: of the sheet of ice there, if it is one.
-float cloud_column(int layer, CloudWeather w, float density) {
+float cloud_column(int layer, CloudWeather weather, float density) {
     CloudViewLayer shell = cloud_view.layers[layer];
+    CloudWeather w = cloud_weather_of(shell, weather);
     float even = cirrus_filled(shell, vec2(0.0, 1.0));
-    float billows = CLOUD_MEAN_FILL * cloud_tallness(w) * cloud_interior(w);
+    float billows = CLOUD_MEAN_FILL * cloud_tallness(shell, w) * cloud_interior(shell, w);
     float mean = shell.kind == CLOUD_UNIFORM ? even : CLOUD_IS_CIRRUS(layer) ? even * density : billows;
     return (shell.top_m - shell.base_m) * shell.extinction_per_m * mean;
 }
 
 // Thinner because it is in clumps that hide one another: as a binary mixture of cloud and clear air (Pomraning 1991).
-float cloud_clumped(float share, float hidden, float extinction) {
-    return share / (1.0 + hidden * (1.0 - share) * extinction * cloud_view.clump_m);
+float cloud_clumped(float share, float hidden, float extinction, float finer) {
+    return share / (1.0 + hidden * (1.0 - share) * extinction * cloud_view.clump_m / finer);
 }
 
 // Eddies as wide as the cells' volume: whole waves a period, so that they repeat with it. -1..1.
@@ -151,15 +159,16 @@ struct CloudShape {
 };
 
 // Clouds, and the cells and clusters that they are in.
-CloudShape cloud_shape(CloudPlace p, float footprint_m) {
-    vec3 second = CLOUD_ORIGIN(wide) + p.tilted * cloud_view.wide.per_m, eddies = cloud_eddies(second);
-    vec3 first = CLOUD_ORIGIN(broad) + p.turned * cloud_view.broad.per_m;
-    float first_level = cloud_level(cloud_view.broad_level, footprint_m),
-        second_level = cloud_level(cloud_view.wide_level, footprint_m);
+// footprint: in metres, times finer.
+CloudShape cloud_shape(CloudPlace p, float footprint, float finer) {
+    vec3 second = (CLOUD_ORIGIN(wide) + p.tilted * cloud_view.wide.per_m) * finer, eddies = cloud_eddies(second);
+    vec3 first = (CLOUD_ORIGIN(broad) + p.turned * cloud_view.broad.per_m) * finer;
+    float first_level = cloud_level(cloud_view.broad_level, footprint),
+        second_level = cloud_level(cloud_view.wide_level, footprint);
     float wide = textureLod(u_cloud_cells, second + CLOUD_WARP * eddies, second_level + cloud_dither - 0.5).r - 0.5,
         broad = textureLod(u_cloud_shape, first, first_level + cloud_dither - 0.5).r - 0.5;
-    float first_resolved = cells_resolved(footprint_m, cloud_view.broad.per_m),
-        second_resolved = cells_resolved(footprint_m, cloud_view.wide.per_m);
+    float first_resolved = cells_resolved(footprint, cloud_view.broad.per_m),
+        second_resolved = cells_resolved(footprint, cloud_view.wide.per_m);
     return CloudShape(broad * first_resolved, wide * second_resolved,
         first_resolved * first_resolved * (1.0 - hidden_variance_share(first_level, cloud_view.shape_filter)),
         second_resolved * second_resolved * (1.0 - hidden_variance_share(second_level, cloud_view.cell_filter)),
@@ -176,29 +185,31 @@ float cloud_streets(CloudPlace p, CloudShape shape, float amount, float shown) {
 
 // All kinds of layer without a branch: software GPUs execute both sides of one, and a loop's body once even for no
 // turns.
-CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float footprint_m) {
+CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather weather, float footprint_m) {
     CloudViewLayer shell = cloud_view.layers[layer];
+    CloudWeather w = cloud_weather_of(shell, weather);
     CloudPlace p = cloud_place(place);
-    CloudShape shape = cloud_shape(p, footprint_m);
+    CloudShape shape = cloud_shape(p, footprint_m * shell.finer, shell.finer);
     // Convection over sea: closed cells with thin seams under sheets, where clouds tower open ones, whose rims are
     // cloud; streets in the trades.
     float open = cloud_open(w), trades = 1.0 - smoothstep(0.6, 1.0, abs(p.from_middle.z) / CLOUD_TRADES),
         turned_out = 1.0 - 2.0 * open * (1.0 - trades), amount = open * trades,
         shown = cells_resolved(footprint_m, 0.25 / (CLOUD_STREET_M * cloud_view.clump_m));
     // Systems and sheets are whole, but for their rims; broken convection has small clouds of its own.
-    float clusters = CLOUD_CLUSTERS, cells = mix(CLOUD_CELLS.x, CLOUD_CELLS.y, open), shallow = 1.0 - cloud_solid(w),
+    float clusters = shell.rough * CLOUD_CLUSTERS, cells = shell.rough * mix(CLOUD_CELLS.x, CLOUD_CELLS.y, open),
+        shallow = 1.0 - cloud_solid(w),
         whole = cells * cells + clusters * clusters;
     float hidden = max(whole - cells * cells * shape.broad_resolved - clusters * clusters * shape.wide_resolved, 0.0),
         unseen = 8.0 / 15.0 * CLOUD_STREETS * CLOUD_STREETS * amount * amount * (1.0 - shown * shown);
     float most = clamp(w.cover * shell.cover_scale, 0.0, 1.0) * (1.0 - CLOUD_SEAMS * shallow),
-        cover = most * cloud_height_cover(share, w);
+        cover = most * cloud_height_cover(shell, share, w);
     float wide = turned_out * shape.wide,
         noise = cells * shape.broad + clusters * wide + cloud_streets(p, shape, amount, shown);
     // Two volumes in one reach beyond 0.5, and rims on top of them: without this there would be cloud where there is no
     // cover, cut off along the line where cover begins.
     float scarce = 1.0 - clamp(cover / CLOUD_SCARCE, 0.0, 1.0);
     float excess = noise - (0.5 - cover) - (CLOUD_MOST_NOISE + CLOUD_STREETS * amount) * scarce * scarce;
-    return CloudNoise(excess, 0.25 * hidden + unseen, hidden / whole, cloud_interior(w), clusters * wide - 0.5 + most, cover,
+    return CloudNoise(excess, 0.25 * hidden + unseen, hidden / whole, cloud_interior(shell, w), clusters * wide - 0.5 + most, cover,
         p.turned, p.tilted);
 }
 
@@ -210,6 +221,7 @@ float cloud_relief(CloudViewLayer shell, float excess) {
 // How far the noise lies below any cloud, whatever the rims are; 0: there may be some.
 float cloud_gap(int layer, CloudNoise n, float footprint_m) {
     float relief = cloud_relief(cloud_view.layers[layer], n.excess);
+    footprint_m *= cloud_view.layers[layer].finer;
     float rim_variance = CLOUD_RIM * CLOUD_RIM * hidden_variance_share(cloud_level(cloud_view.fine_level, footprint_m),
         cloud_view.rim_filter)
         + CLOUD_RIM_NEAR * CLOUD_RIM_NEAR * hidden_variance_share(cloud_level(cloud_view.finest_level, footprint_m),
@@ -228,9 +240,10 @@ float cloud_rimmed(int layer, CloudNoise n, float share, float footprint_m, int 
     int turns = excess > -0.3 - 0.5 * sqrt(variance) && n.hidden_share < 0.99 ? rims : 0, i = 0;
     // Left at its end: software GPUs go through the turn, too, in which a loop is left at its head.
     if (rims > 0) do {
-        vec3 at = i == 0 ? CLOUD_ORIGIN(fine) + n.tilted * cloud_view.fine.per_m
-            : CLOUD_ORIGIN(finest) + n.turned * cloud_view.finest.per_m;
-        float level = cloud_level(i == 0 ? cloud_view.fine_level : cloud_view.finest_level, footprint_m);
+        vec3 at = (i == 0 ? CLOUD_ORIGIN(fine) + n.tilted * cloud_view.fine.per_m
+            : CLOUD_ORIGIN(finest) + n.turned * cloud_view.finest.per_m) * shell.finer;
+        float level = cloud_level(i == 0 ? cloud_view.fine_level : cloud_view.finest_level,
+            footprint_m * shell.finer);
         float weight = turns > 0 ? (i == 0 ? CLOUD_RIM : CLOUD_RIM_NEAR) * relief : 0.0;
         float rim = textureLod(u_cloud_rims, at, level + cloud_dither - 0.5).r - 0.5;
         // Billows above, wisps below: at the base the noise is turned round.
@@ -241,7 +254,8 @@ float cloud_rimmed(int layer, CloudNoise n, float share, float footprint_m, int 
         * step(CLOUD_LEAST, n.cover);
     // Sheets that close the sky are of thick and thin places all the same.
     float interior = exp2(-2.0 * (1.0 - smoothstep(-0.25, 0.4, n.thickness))) * n.interior;
-    float billows = interior * cloud_clumped(dense, n.hidden_share, interior * shell.extinction_per_m);
+    float billows = interior * cloud_clumped(dense, n.hidden_share, interior * shell.extinction_per_m,
+        shell.finer);
 
     float even = shell.cover_scale > 0.0 ? 1.0 : 0.0;
     float density = shell.kind == CLOUD_UNIFORM ? even : billows;
