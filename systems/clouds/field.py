@@ -147,7 +147,8 @@ class CloudField:
     def textures(self) -> dict[str, tuple[moderngl.Texture, ...]]:
         """What it holds, by what it is for: to count memory."""
         return {
-            "volumes of noise": (self.shape.texture, self.rims.texture, self.cells.texture), "trails of ice": (self._fibres,),
+            "volumes of noise": (self.shape.texture, self.rims.texture, self.cells.texture),
+            "trails of ice": (self._fibres,),
             "maps of weather": self.maps.textures,
             "table of light": () if self._slabs is None else (self._slabs,),
         }  # fmt: skip

@@ -157,7 +157,7 @@ vec4 weather_at(vec3 d) {
 #endif
     // Sheets of stratocumulus in the dry belts, over half of their length: the cold sides of seas.
     float decks = b.dry * smoothstep(-0.05, 0.2, noise_at(d * 2.3, 50) + 0.3 * noise_at(d * 6.1, 51));
-    float level = 0.10 * b.rain - 0.50 * b.dry + 0.20 * b.storms + 0.14 * b.polar + 0.75 * decks;
+    float level = 0.10 * b.rain - 0.24 * b.dry + 0.20 * b.storms + 0.14 * b.polar + 0.75 * decks;
     float ribbon = (b.storms + 0.25 * b.dry) * n.jets;
     float raw = level + 1.15 * n.broad + (1.8 + 0.8 * b.rain) * n.fine + 1.1 * c.front - 0.6 * c.gap + 1.2 * c.core
         + 0.5 * ribbon;
