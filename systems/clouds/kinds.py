@@ -17,7 +17,7 @@ class KindShape:
     the layer's own.
     """
 
-    said: float = 0.0
+    follows: float = 1.0
     towers: float = 0.0
     deep: float = 0.0
     least_tall: float = 0.30
@@ -32,7 +32,7 @@ class KindShape:
 
 def _said(towers: float, deep: float, **more: float) -> KindShape:
     """A kind whose layer is as thick as its clouds are tall, and whose extinction is theirs."""
-    return KindShape(1.0, towers, deep, 1.0, 1.0, **more)
+    return KindShape(0.0, towers, deep, 1.0, 1.0, **more)
 
 
 _WEATHER = KindShape()

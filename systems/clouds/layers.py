@@ -83,7 +83,7 @@ def write_layers(
         parabola = float(layer.height_profile == "parabola" and kind != CloudKind.CUMULUS)
         block.layers[row] = CloudViewLayer(
             base, top, 1.0 / (top - base), layer.extinction_per_m, layer.albedo, layer.asymmetry, kind, scale,
-            layer.relief * shape.relief, parabola, numbers[row], layer.hooks, layer.veil, layer.bend, shape.said,
+            layer.relief * shape.relief, parabola, numbers[row], layer.hooks, layer.veil, layer.bend, shape.follows,
             shape.towers, shape.deep, shape.least_tall, shape.shallow, shape.base, shape.steep, shape.anvil,
             shape.rough, finer_of(layer, _BROAD_PERIOD * thickness_m),
         )  # fmt: skip

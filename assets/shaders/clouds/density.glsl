@@ -40,13 +40,12 @@ const float CLOUD_LEAST_HALF_WIDTH = 0.015;   // of a threshold that hides nothi
 const float CLOUD_LEAST = 1e-4;               // cover below which no noise makes cloud
 
 const float CLOUD_SEAMS = 0.06;       // of a closed sheet's cover
-const float CLOUD_CLUSTERS = 0.6;       // of the cells' volume in the noise
-const vec2 CLOUD_CELLS = vec2(0.45, 0.5);   // of the shape's: in sheets, in broken convection
+// of the cells' volume in the noise, of the clouds', and the sum of their squares
+const float CLOUD_CLUSTERS = 0.6, CLOUD_CELLS = 0.47, CLOUD_BOTH = 0.5809;
 const float CLOUD_STREETS = 0.15;      // of noise, at most
 const float CLOUD_STREET_M = 7.7;     // from street to street, in clumps: 2.3 thicknesses of the first layer
 const float CLOUD_MEANDER = 1.6;      // how far streets wander aside, in streets
-const float CLOUD_TRADES = 0.5;       // sine of the latitude up to which they are
-const float CLOUD_WARP = 0.02;        // of the cells' period
+const float CLOUD_STREET_SHOWN = 5.0;  // footprint from which they fade, in clumps
 
 // Mean over values within `half_width` around x of a ramp from 0 at 0 to 1 at `edge`: the difference of its integral.
 float ramp_integral(float x, float edge) {
@@ -65,7 +64,7 @@ float hidden_variance_share(float level, CloudFilter volume) {
 
 // What a layer makes of the weather: a kind by name has towers and depth of its own.
 CloudWeather cloud_weather_of(CloudViewLayer shell, CloudWeather w) {
-    return CloudWeather(w.cover, mix(w.towers, shell.towers, shell.said), w.high, mix(w.deep, shell.deep, shell.said));
+    return CloudWeather(w.cover, shell.follows * w.towers + shell.towers, w.high, shell.follows * w.deep + shell.deep);
 }
 
 // How much of the layer's thickness its clouds fill.
@@ -99,7 +98,7 @@ float cloud_solid(CloudWeather w) {
 
 // 1 where convection is shallow and broken: cumulus in open cells and streets.
 float cloud_open(CloudWeather w) {
-    return smoothstep(0.55, 0.75, w.towers) * (1.0 - smoothstep(0.3, 0.55, w.deep));
+    return clamp(5.0 * w.towers - 2.75, 0.0, 1.0) * clamp(2.2 - 4.0 * w.deep, 0.0, 1.0);
 }
 
 // How dense the inside of clouds is that a weather makes: sheets are thin.
@@ -120,12 +119,6 @@ float cloud_column(int layer, CloudWeather weather, float density) {
 // Thinner because it is in clumps that hide one another: as a binary mixture of cloud and clear air (Pomraning 1991).
 float cloud_clumped(float share, float hidden, float extinction, float finer) {
     return share / (1.0 + hidden * (1.0 - share) * extinction * cloud_view.clump_m / finer);
-}
-
-// Eddies as wide as the cells' volume: whole waves a period, so that they repeat with it. -1..1.
-vec3 cloud_eddies(vec3 place) {
-    vec3 x = 2.0 * fract(place.yzx + vec3(1.0, -1.0, 1.0) * place.zxy) - 1.0;
-    return 4.0 * x * (1.0 - abs(x));
 }
 
 // What the two wide volumes say of a place, before its rims.
@@ -150,6 +143,12 @@ CloudPlace cloud_place(vec3 place) {
     return CloudPlace(turned, cloud_tilted(place), CLOUD_ORIGIN(bend) + turned * cloud_view.bend.per_m);
 }
 
+// Whole waves a period, so that they repeat with it: a parabola for a sine. -1..1.
+float cloud_wave(float periods) {
+    float x = 2.0 * fract(periods) - 1.0;
+    return 4.0 * x * (1.0 - abs(x));
+}
+
 // The two volumes of the shape: noise around 0, as far as the footprint tells its cells apart, and the share of its
 // variance that it shows.
 struct CloudShape {
@@ -161,26 +160,25 @@ struct CloudShape {
 // Clouds, and the cells and clusters that they are in.
 // footprint: in metres, times finer.
 CloudShape cloud_shape(CloudPlace p, float footprint, float finer) {
-    vec3 second = (CLOUD_ORIGIN(wide) + p.tilted * cloud_view.wide.per_m) * finer, eddies = cloud_eddies(second);
+    vec3 second = (CLOUD_ORIGIN(wide) + p.tilted * cloud_view.wide.per_m) * finer;
     vec3 first = (CLOUD_ORIGIN(broad) + p.turned * cloud_view.broad.per_m) * finer;
     float first_level = cloud_level(cloud_view.broad_level, footprint),
         second_level = cloud_level(cloud_view.wide_level, footprint);
-    float wide = textureLod(u_cloud_cells, second + CLOUD_WARP * eddies, second_level + cloud_dither - 0.5).r - 0.5,
+    float wide = textureLod(u_cloud_cells, second, second_level + cloud_dither - 0.5).r - 0.5,
         broad = textureLod(u_cloud_shape, first, first_level + cloud_dither - 0.5).r - 0.5;
     float first_resolved = cells_resolved(footprint, cloud_view.broad.per_m),
         second_resolved = cells_resolved(footprint, cloud_view.wide.per_m);
     return CloudShape(broad * first_resolved, wide * second_resolved,
         first_resolved * first_resolved * (1.0 - hidden_variance_share(first_level, cloud_view.shape_filter)),
         second_resolved * second_resolved * (1.0 - hidden_variance_share(second_level, cloud_view.cell_filter)),
-        0.6 * eddies.x + 0.4 * eddies.y);
+        cloud_wave(second.x + second.y));
 }
 
 // Streets of cumulus along the trade winds, which follow the circles of latitude but for what eddies push them aside;
 // here in long rows, there in none. shown: share of their height that a footprint leaves.
-float cloud_streets(CloudPlace p, CloudShape shape, float amount, float shown) {
-    float across = p.from_middle.z / (cloud_view.bend.per_m * CLOUD_STREET_M * cloud_view.clump_m),
-        x = 2.0 * fract(across + CLOUD_MEANDER * shape.aside + 0.8 * shape.wide) - 1.0;
-    return CLOUD_STREETS * amount * shown * 4.0 * x * (1.0 - abs(x));
+float cloud_streets(CloudPlace p, CloudShape shape, float amount) {
+    float across = p.from_middle.z / (cloud_view.bend.per_m * CLOUD_STREET_M * cloud_view.clump_m);
+    return amount * cloud_wave(across + CLOUD_MEANDER * shape.aside + 0.8 * shape.wide);
 }
 
 // All kinds of layer without a branch: software GPUs execute both sides of one, and a loop's body once even for no
@@ -192,24 +190,22 @@ CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather weather,
     CloudShape shape = cloud_shape(p, footprint_m * shell.finer, shell.finer);
     // Convection over sea: closed cells with thin seams under sheets, where clouds tower open ones, whose rims are
     // cloud; streets in the trades.
-    float open = cloud_open(w), trades = 1.0 - smoothstep(0.6, 1.0, abs(p.from_middle.z) / CLOUD_TRADES),
-        turned_out = 1.0 - 2.0 * open * (1.0 - trades), amount = open * trades,
-        shown = cells_resolved(footprint_m, 0.25 / (CLOUD_STREET_M * cloud_view.clump_m));
-    // Systems and sheets are whole, but for their rims; broken convection has small clouds of its own.
-    float clusters = shell.rough * CLOUD_CLUSTERS, cells = shell.rough * mix(CLOUD_CELLS.x, CLOUD_CELLS.y, open),
-        shallow = 1.0 - cloud_solid(w),
-        whole = cells * cells + clusters * clusters;
-    float hidden = max(whole - cells * cells * shape.broad_resolved - clusters * clusters * shape.wide_resolved, 0.0),
-        unseen = 8.0 / 15.0 * CLOUD_STREETS * CLOUD_STREETS * amount * amount * (1.0 - shown * shown);
+    float open = cloud_open(w), trades = clamp(2.5 - 5.0 * abs(p.from_middle.z), 0.0, 1.0),
+        turned_out = 1.0 - 2.0 * open * (1.0 - trades), streets = CLOUD_STREETS * open * trades,
+        shown = clamp(1.3 - footprint_m / (CLOUD_STREET_SHOWN * cloud_view.clump_m), 0.0, 1.0);
+    float shallow = 1.0 - cloud_solid(w), hidden = max(1.0 - CLOUD_CELLS * CLOUD_CELLS / CLOUD_BOTH * shape.broad_resolved
+        - CLOUD_CLUSTERS * CLOUD_CLUSTERS / CLOUD_BOTH * shape.wide_resolved, 0.0);
+    float variance = 0.25 * CLOUD_BOTH * shell.rough * shell.rough * hidden
+        + 8.0 / 15.0 * streets * streets * (1.0 - shown * shown);
     float most = clamp(w.cover * shell.cover_scale, 0.0, 1.0) * (1.0 - CLOUD_SEAMS * shallow),
         cover = most * cloud_height_cover(shell, share, w);
-    float wide = turned_out * shape.wide,
-        noise = cells * shape.broad + clusters * wide + cloud_streets(p, shape, amount, shown);
+    float wide = shell.rough * CLOUD_CLUSTERS * turned_out * shape.wide,
+        noise = shell.rough * CLOUD_CELLS * shape.broad + wide + cloud_streets(p, shape, streets * shown);
     // Two volumes in one reach beyond 0.5, and rims on top of them: without this there would be cloud where there is no
     // cover, cut off along the line where cover begins.
     float scarce = 1.0 - clamp(cover / CLOUD_SCARCE, 0.0, 1.0);
-    float excess = noise - (0.5 - cover) - (CLOUD_MOST_NOISE + CLOUD_STREETS * amount) * scarce * scarce;
-    return CloudNoise(excess, 0.25 * hidden + unseen, hidden / whole, cloud_interior(shell, w), clusters * wide - 0.5 + most, cover,
+    float excess = noise - (0.5 - cover) - (CLOUD_MOST_NOISE + streets) * scarce * scarce;
+    return CloudNoise(excess, variance, hidden, cloud_interior(shell, w), wide - 0.5 + most, cover,
         p.turned, p.tilted);
 }
 
